@@ -1,0 +1,114 @@
+#include "sim/io/checkpoint.h"
+
+#include <algorithm>
+#include <bit>
+#include <cstddef>
+#include <cstring>
+
+#include <fmt/format.h>
+
+#include "sim/base/hash.h"
+#include "sim/io/files.h"
+
+namespace duet::io {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "checkpoints are little-endian");
+
+constexpr char magic[8] = {'D', 'U', 'E', 'T', 'C', 'K', 'P', 'T'};
+constexpr std::uint32_t format_version = 1;
+
+struct Header {
+  char magic[8];
+  std::uint32_t version;
+  std::int32_t frame;
+  std::uint64_t scene;  // scene_identity
+  std::uint64_t size;   // bytes of the state after the header
+  std::uint64_t hash;   // of all fields above and the state
+};
+static_assert(sizeof(Header) == 40, "written as it lies in memory: no padding");
+
+std::uint64_t hash_of(const Header& header, const unsigned char* state) {
+  return hash_bytes(state, header.size, hash_bytes(&header, offsetof(Header, hash)));
+}
+
+// The frames that have a checkpoint file, newest first.
+std::vector<int> frames_present(const RunDirectory& run) {
+  std::vector<int> frames;
+  std::error_code missing_folder;
+  for (const fs::directory_entry& entry : fs::directory_iterator(run.checkpoint(), missing_folder))
+    if (const int frame = frame_of_file(entry.path(), ".bin"); frame >= 0) frames.push_back(frame);
+  std::sort(frames.rbegin(), frames.rend());
+  return frames;
+}
+
+struct Examined {
+  std::optional<Checkpoint> checkpoint;
+  bool foreign = false;
+  std::string fault;
+};
+
+Examined examine(const std::string& bytes, int frame, std::uint64_t scene) {
+  Header header;
+  if (bytes.size() < sizeof header) return {{}, false, "too short"};
+  std::memcpy(&header, bytes.data(), sizeof header);
+  const auto* state = reinterpret_cast<const unsigned char*>(bytes.data()) + sizeof header;
+  if (std::memcmp(header.magic, magic, sizeof magic) != 0) return {{}, false, "is no checkpoint"};
+  if (header.version != format_version)
+    return {
+        {}, true, fmt::format("has format {}, this program reads format {}", header.version, format_version)};
+  if (header.size != bytes.size() - sizeof header || header.hash != hash_of(header, state))
+    return {{}, false, "is damaged"};
+  if (header.frame != frame) return {{}, false, fmt::format("holds frame {}", header.frame)};
+  if (header.scene != scene) return {{}, true, "belongs to another scene or other settings"};
+  return {Checkpoint{frame, {state, state + header.size}}, false, {}};
+}
+
+}  // namespace
+
+fs::path checkpoint_path(const RunDirectory& run, int frame) {
+  return run.checkpoint() / fmt::format("{:04}.bin", frame);
+}
+
+std::uint64_t scene_identity(const std::string& source, const EffectSet& effects) {
+  const std::string active = effects.to_string();
+  return hash_bytes(active.data(), active.size(), hash_bytes(source.data(), source.size()));
+}
+
+void write_checkpoint(const RunDirectory& run, std::uint64_t scene, const Checkpoint& checkpoint) {
+  Header header{};
+  std::memcpy(header.magic, magic, sizeof magic);
+  header.version = format_version;
+  header.frame = checkpoint.frame;
+  header.scene = scene;
+  header.size = checkpoint.state.size();
+  header.hash = hash_of(header, checkpoint.state.data());
+  std::string bytes(sizeof header + checkpoint.state.size(), '\0');
+  std::memcpy(bytes.data(), &header, sizeof header);
+  std::copy(checkpoint.state.begin(), checkpoint.state.end(), bytes.begin() + sizeof header);
+  write_atomically(checkpoint_path(run, checkpoint.frame), bytes);
+
+  const std::vector<int> frames = frames_present(run);
+  for (std::size_t i = 2; i < frames.size(); ++i) remove_file(checkpoint_path(run, frames[i]));
+}
+
+CheckpointSearch find_checkpoint(const RunDirectory& run, std::uint64_t scene) {
+  CheckpointSearch search;
+  for (const int frame : frames_present(run)) {
+    const fs::path path = checkpoint_path(run, frame);
+    try {
+      Examined examined = examine(read_file(path), frame, scene);
+      search.foreign |= examined.foreign;
+      if (examined.checkpoint) {
+        search.found = std::move(examined.checkpoint);
+        return search;
+      }
+      search.notes.push_back(fmt::format("{} {}: passed over", path.string(), examined.fault));
+    } catch (const FileError& error) {
+      search.notes.push_back(fmt::format("{}: passed over", error.what()));
+    }
+  }
+  return search;
+}
+
+}  // namespace duet::io

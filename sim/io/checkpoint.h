@@ -1,0 +1,38 @@
+// Checkpoints: everything the next step reads, written after every frame, so that a run that was stopped at
+// any moment continues bit-identically.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sim/io/run_directory.h"
+#include "sim/step/effects.h"
+
+namespace duet::io {
+
+struct Checkpoint {
+  int frame = 0;
+  std::vector<unsigned char> state;  // of Simulation::save_state
+};
+
+struct CheckpointSearch {
+  std::optional<Checkpoint> found;  // the newest valid one of this scene
+  bool foreign = false;             // a whole checkpoint of another scene or other effects is there
+  std::vector<std::string> notes;   // one for each checkpoint that was passed over, and why
+};
+
+fs::path checkpoint_path(const RunDirectory& run, int frame);  // checkpoint/0012.bin
+
+// Identifies what was simulated: the scene's source with its overrides, and the effects simulated.
+std::uint64_t scene_identity(const std::string& source, const EffectSet& effects);
+
+// Writes checkpoint/NNNN.bin atomically and keeps the newest two. Throws FileError.
+void write_checkpoint(const RunDirectory& run, std::uint64_t scene, const Checkpoint& checkpoint);
+
+// The newest checkpoint that is whole and of this scene; older ones are tried when it is not. Throws nothing
+// for a damaged or missing checkpoint.
+CheckpointSearch find_checkpoint(const RunDirectory& run, std::uint64_t scene);
+
+}  // namespace duet::io

@@ -1,0 +1,36 @@
+// Reading and removing files with errors that name the path, the system's reason and a remedy. Writing is
+// write_atomically of run_directory.h.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "sim/base/error.h"
+
+namespace duet::io {
+
+namespace fs = std::filesystem;
+
+// The suffix of a file that is being written: "0003.obj.tmp4711" becomes "0003.obj" once it is whole. A
+// killed program may leave one behind; remove_temporaries clears them away.
+inline constexpr const char* temporary_mark = ".tmp";
+
+// What the system says about `path`: "cannot write: No space left on device (free some space ...)".
+FileError system_error(const fs::path& path, const std::string& action, int error_number);
+
+// The whole file as bytes. Throws FileError.
+std::string read_file(const fs::path& path);
+
+// Creates the folder and its parents where they are missing. Throws FileError.
+void create_folder(const fs::path& path);
+
+// Removes the file if it is there. Throws FileError.
+void remove_file(const fs::path& path);
+
+// Removes what an interrupted write left in `folder` (not in its subfolders); a missing folder is empty.
+void remove_temporaries(const fs::path& folder);
+
+// The number of a frame's file: 12 of "0012.obj" for the extension ".obj"; -1 for any other name.
+int frame_of_file(const fs::path& path, const std::string& extension);
+
+}  // namespace duet::io

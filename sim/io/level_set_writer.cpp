@@ -1,0 +1,107 @@
+#include "sim/io/level_set_writer.h"
+
+#include <cmath>
+#include <sstream>
+
+#include <openvdb/io/Archive.h>
+#include <openvdb/openvdb.h>
+#include <openvdb/tools/SignedFloodFill.h>
+
+namespace duet::io {
+namespace {
+
+constexpr int half_band = 3;  // voxels, what level-set tools expect
+
+// OpenVDB's own file writer does not notice a full disk. Written into memory instead, the file goes out like
+// all others: checked and atomically. `seekable` keeps the table of grid offsets that other programs read.
+class MemoryArchive : public openvdb::io::Archive {
+ public:
+  std::string bytes(const openvdb::GridCPtrVec& grids) const {
+    std::ostringstream out(std::ios::binary);
+    Archive::write(out, grids, /*seekable=*/true);
+    return std::move(out).str();
+  }
+
+ private:
+  using Archive::write;
+};
+
+// Fills one block of voxels; the band is |distance| < half_band voxels, all else stays inactive at
+// +-background.
+void sample_block(const BodyLevelSet& body, openvdb::FloatTree& tree, const openvdb::Coord& origin) {
+  using Leaf = openvdb::FloatTree::LeafNodeType;
+  const double band = half_band * body.voxel_size;
+  const auto distance = [&](const Vec3& voxel) { return body.distance(voxel * body.voxel_size); };
+  const Vec3 corner(origin.x(), origin.y(), origin.z());
+  const double to_corner = 0.5 * std::sqrt(3.0) * (Leaf::DIM - 1);  // voxels, from the block's centre
+  const double at_centre = distance(corner + Vec3::Constant(0.5 * (Leaf::DIM - 1)));
+  if (std::abs(at_centre) >= band + to_corner * body.voxel_size) return;
+
+  Leaf* leaf = tree.touchLeaf(origin);
+  for (openvdb::Index i = 0; i < Leaf::SIZE; ++i) {
+    const openvdb::Coord c = leaf->offsetToGlobalCoord(i);
+    const double d = distance(Vec3(c.x(), c.y(), c.z()));
+    if (std::abs(d) < band) {
+      leaf->setValueOn(i, static_cast<float>(d));
+    } else {
+      leaf->setValueOff(i, static_cast<float>(d < 0 ? -band : band));
+    }
+  }
+  if (leaf->isEmpty()) tree.addTile(1, origin, static_cast<float>(at_centre < 0 ? -band : band), false);
+}
+
+openvdb::FloatGrid::Ptr sample(const BodyLevelSet& body) {
+  const double band = half_band * body.voxel_size;
+  auto grid = openvdb::FloatGrid::create(static_cast<float>(band));
+  constexpr int block = openvdb::FloatTree::LeafNodeType::DIM;
+  const auto block_of = [&](double x) { return static_cast<int>(std::floor(x / (body.voxel_size * block))); };
+  const Vec3 lower = body.lower.array() - band, upper = body.upper.array() + band;
+  for (int x = block_of(lower.x()); x <= block_of(upper.x()); ++x)
+    for (int y = block_of(lower.y()); y <= block_of(upper.y()); ++y)
+      for (int z = block_of(lower.z()); z <= block_of(upper.z()); ++z)
+        sample_block(body, grid->tree(), openvdb::Coord(x * block, y * block, z * block));
+  openvdb::tools::signedFloodFill(grid->tree());  // gives the tiles inside their sign
+  grid->setGridClass(openvdb::GRID_LEVEL_SET);
+  grid->setName(body.name);
+  grid->insertMeta("units", openvdb::StringMetadata("metres, seconds; y up, right-handed"));
+  return grid;
+}
+
+// From voxels to the world. OpenVDB multiplies row vectors from the left, hence the transposed rotation.
+openvdb::math::Transform::Ptr placement(const Pose& pose, double voxel_size) {
+  const Mat3 columns = voxel_size * pose.orientation.toRotationMatrix();
+  openvdb::Mat4R matrix = openvdb::Mat4R::identity();
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) matrix(row, column) = columns(column, row);
+    matrix(3, row) = pose.position[row];
+  }
+  return openvdb::math::Transform::createLinearTransform(matrix);
+}
+
+}  // namespace
+
+struct LevelSetWriter::Impl {
+  std::vector<openvdb::FloatGrid::Ptr> grids;
+};
+
+LevelSetWriter::LevelSetWriter(const std::vector<BodyLevelSet>& bodies) : impl_(std::make_unique<Impl>()) {
+  openvdb::initialize();
+  for (const BodyLevelSet& body : bodies) impl_->grids.push_back(sample(body));
+}
+
+LevelSetWriter::~LevelSetWriter() = default;
+
+void LevelSetWriter::write(const RunDirectory& run, int frame, double time,
+                           const std::vector<BodyLevelSet>& bodies) const {
+  openvdb::GridCPtrVec placed;
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    const openvdb::FloatGrid::Ptr grid = impl_->grids[i]->copy();  // shares the voxels
+    grid->setTransform(placement(bodies[i].pose, bodies[i].voxel_size));
+    grid->insertMeta("frame", openvdb::Int32Metadata(frame));
+    grid->insertMeta("time", openvdb::DoubleMetadata(time));
+    placed.push_back(grid);
+  }
+  write_atomically(run.level_set(frame), MemoryArchive().bytes(placed));
+}
+
+}  // namespace duet::io

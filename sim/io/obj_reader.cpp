@@ -1,0 +1,143 @@
+// Reads back what write_obj writes. Anything else is an error with its line: a picture of a damaged frame
+// would be worse than none.
+#include <charconv>
+#include <cmath>
+#include <string_view>
+
+#include <fmt/format.h>
+
+#include "sim/io/files.h"
+#include "sim/io/run_directory.h"
+
+namespace duet::io {
+namespace {
+
+class ObjReader {
+ public:
+  ObjReader(const fs::path& path, std::string_view text) : path_(path), rest_(text) {}
+
+  std::vector<BodySurface> read() {
+    while (!rest_.empty()) {
+      ++line_number_;
+      const std::size_t end = rest_.find('\n');
+      if (end == std::string_view::npos) fail("the file ends within a line");
+      line_ = rest_.substr(0, end);
+      rest_.remove_prefix(end + 1);
+      read_line();
+    }
+    return std::move(bodies_);
+  }
+
+ private:
+  void read_line() {
+    if (line_.empty() || line_.front() == '#') return;
+    const std::string_view keyword = word();
+    if (keyword == "o") return begin_body();
+    if (bodies_.empty()) fail("no object yet: expected `o NAME`");
+    Surface& surface = bodies_.back().surface;
+    if (keyword == "v") {
+      surface.positions.push_back(floats<3>());
+    } else if (keyword == "vt") {
+      surface.uvs.push_back(floats<2>());
+    } else if (keyword == "vn") {
+      surface.normals.push_back(floats<3>());
+    } else if (keyword == "f") {
+      surface.triangles.push_back({corner(surface), corner(surface), corner(surface)});
+    } else {
+      fail(fmt::format("unknown keyword `{}`", keyword));
+    }
+    skip_spaces();
+    if (!line_.empty()) fail(fmt::format("unexpected `{}`", line_));
+  }
+
+  void begin_body() {
+    finish_body();
+    skip_spaces();
+    if (line_.empty()) fail("the object has no name");
+    bodies_.push_back({std::string(line_), {}});
+    line_ = {};
+  }
+
+  // Indices of the file count through all bodies, those of a body start at its own first vertex.
+  void finish_body() {
+    if (bodies_.empty()) return;
+    const Surface& surface = bodies_.back().surface;
+    base_.position += static_cast<int>(surface.positions.size());
+    base_.uv += static_cast<int>(surface.uvs.size());
+    base_.normal += static_cast<int>(surface.normals.size());
+  }
+
+  template <int n>
+  Eigen::Matrix<float, n, 1> floats() {
+    Eigen::Matrix<float, n, 1> values;
+    for (float& value : values) {
+      skip_spaces();
+      value = number<float>("a number");
+      if (!std::isfinite(value)) fail("a coordinate is not finite");
+    }
+    return values;
+  }
+
+  Corner corner(const Surface& surface) {
+    skip_spaces();
+    Corner corner;
+    corner.position = index(base_.position, surface.positions.size());
+    slash();
+    corner.uv = index(base_.uv, surface.uvs.size());
+    slash();
+    corner.normal = index(base_.normal, surface.normals.size());
+    return corner;
+  }
+
+  int index(int base, std::size_t count) {
+    const int value = number<int>("a corner v/vt/vn");
+    if (value < base || static_cast<std::size_t>(value - base) >= count)
+      fail(
+          fmt::format("index {} is not of a vertex that object `{}` has so far", value, bodies_.back().name));
+    return value - base;
+  }
+
+  void slash() {
+    if (line_.empty() || line_.front() != '/') fail("expected a corner v/vt/vn");
+    line_.remove_prefix(1);
+  }
+
+  template <class Number>
+  Number number(const char* expected) {
+    Number value{};
+    const auto [end, error] = std::from_chars(line_.data(), line_.data() + line_.size(), value);
+    if (error != std::errc()) fail(fmt::format("expected {}", expected));
+    line_.remove_prefix(static_cast<std::size_t>(end - line_.data()));
+    return value;
+  }
+
+  std::string_view word() {
+    const std::string_view word = line_.substr(0, line_.find(' '));
+    line_.remove_prefix(word.size());
+    return word;
+  }
+
+  void skip_spaces() {
+    while (!line_.empty() && (line_.front() == ' ' || line_.front() == '\r')) line_.remove_prefix(1);
+  }
+
+  [[noreturn]] void fail(const std::string& what) const {
+    throw FileError(path_.string(), fmt::format("line {}: {}", line_number_, what),
+                    "the file is damaged or from another program: simulate the scene anew");
+  }
+
+  const fs::path& path_;
+  std::string_view rest_, line_;
+  int line_number_ = 0;
+  Corner base_{1, 1, 1};
+  std::vector<BodySurface> bodies_;
+};
+
+}  // namespace
+
+std::vector<BodySurface> read_obj(const fs::path& path) {
+  const std::string text = read_file(path);
+  return ObjReader(path, text).read();
+}
+
+}  // namespace duet::io

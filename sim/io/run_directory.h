@@ -1,0 +1,52 @@
+// The run directory: the only thing that the simulator's output and the renderer share.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "sim/scene/frame.h"
+
+namespace duet::io {
+
+namespace fs = std::filesystem;
+
+struct ManifestBody {
+  std::string name;
+  std::string kind;  // "rigid", "static" or "deformable"
+  std::string look;
+  std::string material;  // deformable only
+  int vertices = 0, triangles = 0;
+};
+
+struct Manifest {
+  std::string title, scene, command, version, git_commit, machine;
+  double fps = 24;
+  int frames = 0;  // last frame of the scene
+  std::string units = "metres, seconds, kilograms; y up, right-handed";
+  std::vector<ManifestBody> bodies;
+};
+
+struct RunDirectory {
+  fs::path root;
+  fs::path manifest() const { return root / "manifest.json"; }
+  fs::path scene() const { return root / "scene.toml"; }
+  fs::path mesh(int frame) const;       // mesh/0000.obj
+  fs::path level_set(int frame) const;  // levelset/0000.vdb
+  fs::path image(int frame) const;      // image/0000.png
+  fs::path stats() const { return root / "stats.jsonl"; }
+  fs::path checkpoint() const { return root / "checkpoint"; }
+};
+
+// Writes `bytes` to a temporary name beside `path` and renames it: the file is whole or absent. Throws
+// FileError.
+void write_atomically(const fs::path& path, const std::string& bytes);
+
+void write_manifest(const RunDirectory& run, const Manifest& manifest);
+Manifest read_manifest(const RunDirectory& run);  // throws FileError
+
+// One file a frame, one named object a body, shared positions, normals and texture coordinates indexed apart.
+void write_obj(const fs::path& path, const std::vector<BodySurface>& bodies);
+std::vector<BodySurface> read_obj(const fs::path& path);  // reads what write_obj writes; throws FileError
+
+}  // namespace duet::io

@@ -1,0 +1,89 @@
+#include "sim/io/run_folder.h"
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <utility>
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <unistd.h>
+
+#include "sim/io/files.h"
+
+namespace duet::io {
+namespace {
+
+using NumberedFiles = std::array<std::pair<fs::path, const char*>, 4>;
+
+NumberedFiles numbered_files(const RunDirectory& run) {
+  return {{{run.root / "mesh", ".obj"},
+           {run.root / "levelset", ".vdb"},
+           {run.root / "image", ".png"},
+           {run.checkpoint(), ".bin"}}};
+}
+
+void remove_frames(const fs::path& folder, const std::string& extension) {
+  std::error_code missing_folder;
+  std::vector<fs::path> frames;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, missing_folder))
+    if (frame_of_file(entry.path(), extension) >= 0) frames.push_back(entry.path());
+  for (const fs::path& path : frames) remove_file(path);
+}
+
+// Whether a simulation may write there: nothing but what an interrupted write left, or a run.
+void require_run_or_empty(const RunDirectory& run) {
+  std::error_code error;
+  const fs::directory_iterator entries(run.root, error);
+  if (error) throw system_error(run.root, "cannot read the folder", error.value());
+  const bool empty = std::all_of(begin(entries), end(entries), [](const fs::directory_entry& entry) {
+    return entry.path().extension().string().starts_with(temporary_mark);
+  });
+  if (empty) return;
+  if (!fs::exists(run.manifest()))
+    throw FileError(run.root.string(), "the folder holds files that are not of a run, and stays untouched",
+                    "choose another folder with --out");
+  read_manifest(run);
+}
+
+void write_description(const RunDirectory& run, const Manifest& manifest, const std::string& scene_source) {
+  write_manifest(run, manifest);
+  write_atomically(run.scene(), scene_source);
+  for (const auto& [folder, extension] : numbered_files(run)) create_folder(folder);
+}
+
+}  // namespace
+
+RunLock::RunLock(const RunDirectory& run) {
+  create_folder(run.root);
+  require_run_or_empty(run);
+  folder_ = ::open(run.root.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (folder_ < 0) throw system_error(run.root, "cannot open the folder", errno);
+  // File systems that know no locks are left alone: the lock is a help, not a need.
+  if (::flock(folder_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+    ::close(folder_);
+    throw FileError(run.root.string(), "another simulation is writing to this folder",
+                    "wait for it, or choose another folder with --out");
+  }
+}
+
+RunLock::~RunLock() { ::close(folder_); }
+
+void begin_run(const RunDirectory& run, const Manifest& manifest, const std::string& scene_source) {
+  if (fs::exists(run.manifest())) remove_file(video_path(run, read_manifest(run)));
+  for (const auto& [folder, extension] : numbered_files(run)) remove_frames(folder, extension);
+  remove_file(run.stats());
+  continue_run(run, manifest, scene_source);
+}
+
+void continue_run(const RunDirectory& run, const Manifest& manifest, const std::string& scene_source) {
+  remove_temporaries(run.root);
+  for (const auto& [folder, extension] : numbered_files(run)) remove_temporaries(folder);
+  write_description(run, manifest, scene_source);
+}
+
+fs::path video_path(const RunDirectory& run, const Manifest& manifest) {
+  return run.root / fs::path(manifest.scene).stem().replace_extension(".mp4");
+}
+
+}  // namespace duet::io

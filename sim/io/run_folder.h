@@ -1,0 +1,35 @@
+// The life of a run directory: taken over by one simulation at a time, cleared for a fresh run, kept for a
+// resumed one.
+#pragma once
+
+#include <string>
+
+#include "sim/io/run_directory.h"
+
+namespace duet::io {
+
+// Holds a run directory for one simulation. The system releases it when the program ends, however it ends.
+class RunLock {
+ public:
+  // Creates the folder if need be. Throws FileError if another simulation writes there, or if the folder
+  // holds something that is not a run directory.
+  explicit RunLock(const RunDirectory& run);
+  ~RunLock();
+  RunLock(const RunLock&) = delete;
+  RunLock& operator=(const RunLock&) = delete;
+
+ private:
+  int folder_ = -1;
+};
+
+// Removes the frames, statistics, checkpoints and video of an earlier run there, then writes the manifest and
+// the scene and creates the folders of the frames. Files that no run writes stay. Throws FileError.
+void begin_run(const RunDirectory& run, const Manifest& manifest, const std::string& scene_source);
+
+// The same without removing frames: clears away what a killed run left half written. Throws FileError.
+void continue_run(const RunDirectory& run, const Manifest& manifest, const std::string& scene_source);
+
+// Where the video of a run of this scene is written: stack.mp4 for scenes/stack.toml.
+fs::path video_path(const RunDirectory& run, const Manifest& manifest);
+
+}  // namespace duet::io

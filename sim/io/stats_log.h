@@ -1,0 +1,33 @@
+// stats.jsonl: one JSON object a frame, one line each.
+#pragma once
+
+#include <cstddef>
+#include <string>
+
+#include "sim/io/run_directory.h"
+
+namespace duet::io {
+
+// The object of one frame, on one line, without the line's end. Fields in the order of FrameStats; stages as
+// {name: {seconds, calls}}; the hash as 16 hexadecimal digits, because JSON numbers do not carry 64 bits
+// everywhere.
+std::string stats_json(const FrameStats& stats);
+
+// Appends lines to stats.jsonl; each is written whole or not at all.
+class StatsLog {
+ public:
+  // Keeps the lines of frames up to `last_kept` that are there (-1: none), drops all others. Throws
+  // FileError.
+  explicit StatsLog(const RunDirectory& run, int last_kept = -1);
+  ~StatsLog();
+  StatsLog(const StatsLog&) = delete;
+  StatsLog& operator=(const StatsLog&) = delete;
+
+  void append(const FrameStats& stats);  // throws FileError
+
+ private:
+  fs::path path_;
+  int file_ = -1;
+};
+
+}  // namespace duet::io
