@@ -1,0 +1,30 @@
+// The strict scene reader: TOML in, validated Scene out, all problems in one go.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "sim/scene/scene.h"
+
+namespace duet::scene {
+
+struct ReadResult {
+  Scene scene;
+  std::string
+      source;  // the scene exactly as run: the file's own bytes, or the document with the overrides applied
+};
+
+// Reads and validates `path`, after applying the overrides "key=value" (`solver.cfl=0.5`,
+// `rigid.ball.velocity=[0,0,-9]`; elements of arrays of tables are addressed by their name). Throws
+// SceneError with every problem found, FileError if the file cannot be read.
+ReadResult read(const std::string& path, const std::vector<std::string>& overrides = {});
+
+// The same for a document in memory; `path` is used in messages only.
+ReadResult read_text(const std::string& text, const std::string& path,
+                     const std::vector<std::string>& overrides = {});
+
+// Every key with its type, unit, default, bounds and meaning: what `duet check --reference` prints. Made from
+// the same table that the reader validates with.
+std::string reference();
+
+}  // namespace duet::scene

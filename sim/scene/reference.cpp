@@ -1,0 +1,64 @@
+// reference(): the schema as readable text.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "sim/scene/reader.h"
+#include "sim/scene/schema.h"
+
+namespace duet::scene {
+namespace {
+
+std::string bounds_text(const Key& key) {
+  if (const auto* choice = std::get_if<Choice>(&key.target))
+    return fmt::format("\"{}\"", fmt::join(choice->names, "\" \""));
+  return key.bounds.text();
+}
+
+void write_key(std::string& out, const Key& key, const std::string& prefix,
+               const std::string& default_value) {
+  const std::string line = fmt::format("  {:<22} {:<18} {:<11} {:<19} {}", prefix + std::string(key.name),
+                                       type_text(key), key.unit, default_value, bounds_text(key));
+  out += line.substr(0, line.find_last_not_of(' ') + 1);
+  out += fmt::format("\n      {}\n", key.meaning);
+  if (const auto* group = std::get_if<Group>(&key.target))
+    for (const Key& inner : group->keys)
+      write_key(out, inner, prefix + std::string(key.name) + ".", default_text(inner));
+}
+
+// The default under each accuracy preset where they differ: "0.95 / 0.9 / 0.45".
+void write_solver(std::string& out) {
+  Solver draft = preset(Accuracy::draft), standard = preset(Accuracy::standard),
+         fine = preset(Accuracy::fine);
+  const auto draft_keys = keys(draft), standard_keys = keys(standard), fine_keys = keys(fine);
+  for (std::size_t i = 0; i < standard_keys.size(); ++i) {
+    const std::string a = default_text(draft_keys[i]), b = default_text(standard_keys[i]),
+                      c = default_text(fine_keys[i]);
+    const bool differ = standard_keys[i].name != "accuracy" && (a != b || b != c);
+    write_key(out, standard_keys[i], "", differ ? fmt::format("{} / {} / {}", a, b, c) : b);
+  }
+}
+
+}  // namespace
+
+std::string reference() {
+  std::string out =
+      "Keys of a scene file (TOML). SI units, y up. Where a number is expected, an integer will do; colours "
+      "are linear\n"
+      "RGB. `--set key=value` sets any of them: solver.cfl=0.5, rigid.NAME.velocity=[0,0,-9], "
+      "looks.NAME.color=[1,0,0].\n"
+      "Names consist of letters, digits, `_`, `-` and `.`.\n";
+  Prototype prototype;
+  for (const Section& section : sections(prototype)) {
+    out += fmt::format("\n{}: {}\n", section.heading(), section.meaning);
+    if (section.name == "solver")
+      out += "  defaults under the presets draft / standard / fine where they differ\n";
+    out += fmt::format("  {:<22} {:<18} {:<11} {:<19} {}\n", "key", "type", "unit", "default", "bounds");
+    if (section.name == "solver")
+      write_solver(out);
+    else
+      for (const Key& key : section.keys) write_key(out, key, "", default_text(key));
+  }
+  return out;
+}
+
+}  // namespace duet::scene

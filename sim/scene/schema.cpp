@@ -1,0 +1,329 @@
+#include "sim/scene/schema.h"
+
+#include <cmath>
+#include <iterator>
+#include <numbers>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+namespace duet::scene {
+namespace {
+
+const Bounds any{};
+const Bounds positive{.lower = 0, .lower_open = true};
+const Bounds non_negative{.lower = 0};
+Bounds between(double lower, double upper) { return {.lower = lower, .upper = upper}; }
+Bounds above_up_to(double lower, double upper) {
+  return {.lower = lower, .upper = upper, .lower_open = true};
+}
+Bounds strictly_between(double lower, double upper) { return {lower, upper, true, true}; }
+
+template <class Enum>
+Choice choice(Enum& target, std::vector<std::string_view> names) {
+  return {std::move(names), static_cast<std::size_t>(target),
+          [&target](std::size_t i) { target = static_cast<Enum>(i); }};
+}
+
+Choice choice(std::string& target, std::vector<std::string_view> names) {
+  std::size_t selected = 0;
+  while (selected + 1 < names.size() && names[selected] != target) ++selected;
+  return {names, selected, [&target, names](std::size_t i) { target = names[i]; }};
+}
+
+constexpr Presence required = Presence::required;
+constexpr Presence one_of = Presence::one_of;
+
+Key rotation_key(Rotation& rotation) {
+  return {"rotation",
+          Group{{{"axis", &rotation.axis, "", any, "axis of the rotation, in world axes; any length but 0",
+                  required},
+                 {"degrees", &rotation.degrees, "degrees", any,
+                  "angle, counter-clockwise seen against the axis", required}}},
+          "", any, "turns the shape about its centre"};
+}
+
+std::string number_text(double value) { return fmt::format("{:.6g}", value); }
+
+template <class Vector>
+std::string vector_text(const Vector& value) {
+  return fmt::format("[{:.6g}, {:.6g}, {:.6g}]", static_cast<double>(value[0]), static_cast<double>(value[1]),
+                     static_cast<double>(value[2]));
+}
+
+struct TypeText {
+  std::string operator()(bool*) const { return "boolean"; }
+  std::string operator()(int*) const { return "integer"; }
+  std::string operator()(double*) const { return "number"; }
+  std::string operator()(std::optional<double>*) const { return "number"; }
+  std::string operator()(Vec3*) const { return "3 numbers"; }
+  std::string operator()(Vec3i*) const { return "3 integers"; }
+  std::string operator()(std::string*) const { return "text"; }
+  std::string operator()(const Name&) const { return "name"; }
+  std::string operator()(const Reference& reference) const {
+    return fmt::format("name of a {}", reference.section.substr(0, reference.section.size() - 1));
+  }
+  std::string operator()(const Choice&) const { return "word"; }
+  std::string operator()(const Group&) const { return "table"; }
+};
+
+struct ValueText {
+  std::string operator()(const bool* value) const { return *value ? "true" : "false"; }
+  std::string operator()(const int* value) const { return std::to_string(*value); }
+  std::string operator()(const double* value) const { return number_text(*value); }
+  std::string operator()(const std::optional<double>* value) const {
+    return *value ? number_text(**value) : "none";
+  }
+  std::string operator()(const Vec3* value) const { return vector_text(*value); }
+  std::string operator()(const Vec3i* value) const { return vector_text(*value); }
+  std::string operator()(const std::string* value) const { return fmt::format("\"{}\"", *value); }
+  std::string operator()(const Name& name) const { return fmt::format("\"{}\"", *name.text); }
+  std::string operator()(const Reference& reference) const {
+    return reference.name->empty() ? "none" : fmt::format("\"{}\"", *reference.name);
+  }
+  std::string operator()(const Choice& value) const {
+    return fmt::format("\"{}\"", value.names[value.selected]);
+  }
+  std::string operator()(const Group&) const { return "none"; }
+};
+
+}  // namespace
+
+bool Bounds::contains(double value) const {
+  return (lower_open ? value > lower : value >= lower) && (upper_open ? value < upper : value <= upper);
+}
+
+std::string Bounds::text() const {
+  if (std::isinf(lower) && std::isinf(upper)) return {};
+  if (std::isinf(upper)) return fmt::format("{} {:.6g}", lower_open ? ">" : ">=", lower);
+  if (std::isinf(lower)) return fmt::format("{} {:.6g}", upper_open ? "<" : "<=", upper);
+  return fmt::format("in {}{:.6g}, {:.6g}{}", lower_open ? '(' : '[', lower, upper, upper_open ? ')' : ']');
+}
+
+std::string type_text(const Key& key) { return std::visit(TypeText{}, key.target); }
+
+std::string default_text(const Key& key) {
+  if (key.presence == Presence::required) return "required";
+  if (key.presence == Presence::one_of) return "one of";
+  return std::visit(ValueText{}, key.target);
+}
+
+std::string Section::heading() const {
+  switch (layout) {
+    case Layout::table:
+      return fmt::format("[{}]", name);
+    case Layout::named:
+      return fmt::format("[{}.NAME]", name);
+    case Layout::list:
+      return fmt::format("[[{}]]", name);
+    case Layout::root:
+      break;
+  }
+  return "before the first table";
+}
+
+std::vector<Key> keys(Scene& scene) {
+  return {
+      {"title", &scene.title, "", any, "what the scene shows"},
+      {"figure", &scene.figure, "", any, "the figure of the paper that the scene follows"},
+      {"frames", &scene.frames, "", between(1, 1e6),
+       "frames to simulate; frame 0, the initial state, comes on top"},
+      {"fps", &scene.fps, "1/s", above_up_to(0, 1e4), "frames per simulated second"},
+      {"gravity", &scene.gravity, "m/s^2", any, "acceleration of all bodies; y is up"},
+  };
+}
+
+std::vector<Key> keys(Material& material) {
+  return {
+      {"density", &material.density, "kg/m^3", positive, "mass of a unit of undeformed volume"},
+      {"youngs_modulus", &material.youngs_modulus, "Pa", positive, "stiffness against stretching"},
+      {"poisson_ratio", &material.poisson_ratio, "", strictly_between(-1, 0.5),
+       "lateral shrinking under a stretch; 0.5 would be incompressible"},
+      {"damping", &material.damping, "s", non_negative, "viscous moduli = damping * elastic moduli"},
+  };
+}
+
+std::vector<Key> keys(RigidEntry& entry) {
+  RigidBody& body = entry.body;
+  Placement& placement = body.placement;
+  return {
+      {"name", Name{&body.name}, "", any, "unique among all bodies; `ground` is taken", required},
+      {"shape",
+       Group{
+           {{"box", &body.shape.size, "m", positive, "full edge lengths; exactly one of box and sphere",
+             one_of},
+            {"sphere", &body.shape.radius, "m", positive, "radius; exactly one of box and sphere", one_of}}},
+       "", any, "`{ box = [x, y, z] }` or `{ sphere = radius }`", required},
+      {"position", &placement.position, "m", any, "of the shape's centre"},
+      rotation_key(entry.rotation),
+      {"velocity", &placement.velocity, "m/s", any, "of the centre at frame 0; not for static bodies"},
+      {"angular_velocity", &placement.angular_velocity, "rad/s", any,
+       "about the centre at frame 0, in world axes; not for static bodies"},
+      {"static", &body.is_static, "", any, "the body never moves and has no mass"},
+      {"mass", &body.mass, "kg", positive, "exactly one of mass and density, none for static bodies", one_of},
+      {"density", &body.density, "kg/m^3", positive,
+       "exactly one of mass and density, none for static bodies", one_of},
+      {"friction", &body.friction, "", non_negative,
+       "Coulomb's coefficient; a pair of bodies uses the smaller one"},
+      {"restitution", &body.restitution, "", between(0, 1),
+       "Newton's coefficient of rebound; a pair of bodies uses the smaller one"},
+      {"look", Reference{&body.look, "looks"}, "", any,
+       "how the body is drawn; without one, the defaults of a look"},
+  };
+}
+
+std::vector<Key> keys(DeformableEntry& entry) {
+  DeformableBody& body = entry.body;
+  Placement& placement = body.placement;
+  return {
+      {"name", Name{&body.name}, "", any, "unique among all bodies; `ground` is taken", required},
+      {"shape",
+       Group{{{"box", &body.size, "m", positive, "full edge lengths at rest", required},
+              {"cells", &body.cells, "", between(1, 128),
+               "lattice cells along each edge, five tetrahedra a cell"}}},
+       "", any, "`{ box = [x, y, z], cells = [nx, ny, nz] }`", required},
+      {"position", &placement.position, "m", any, "of the shape's centre"},
+      rotation_key(entry.rotation),
+      {"velocity", &placement.velocity, "m/s", any, "of the centre at frame 0"},
+      {"angular_velocity", &placement.angular_velocity, "rad/s", any,
+       "about the centre at frame 0, in world axes"},
+      {"material", Reference{&body.material, "materials"}, "", any, "what the body is made of", required},
+      {"mass", &body.mass, "kg", positive, "replaces the material's density * volume"},
+      {"look", Reference{&body.look, "looks"}, "", any,
+       "how the body is drawn; without one, the defaults of a look"},
+  };
+}
+
+std::vector<Key> keys(Ground& ground) {
+  return {
+      {"height", &ground.height, "m", any, "everything below this y is solid"},
+      {"friction", &ground.friction, "", non_negative, "as for rigid bodies"},
+      {"restitution", &ground.restitution, "", between(0, 1), "as for rigid bodies"},
+      {"look", Reference{&ground.look, "looks"}, "", any, "how the ground is drawn"},
+  };
+}
+
+std::vector<Key> keys(Solver& solver) {
+  return {
+      {"accuracy", choice(solver.accuracy, {std::begin(accuracy_names), std::end(accuracy_names)}), "", any,
+       "preset of the other keys of this table, each of which can still be set"},
+      {"cfl", &solver.cfl, "", above_up_to(0, 1), "time step as a fraction of the elastic stability limit"},
+      {"max_travel", &solver.max_travel, "", above_up_to(0, 1),
+       "largest motion of a rigid body a step, as a fraction of the smallest dynamic body's size"},
+      {"max_rotation", &solver.max_rotation, "rad", above_up_to(0, std::numbers::pi),
+       "largest rotation of a rigid body a step"},
+      {"max_time_step", &solver.max_time_step, "s", positive, "largest time step"},
+      {"cg_tolerance", &solver.cg_tolerance, "m/s", positive,
+       "largest residual velocity that the conjugate gradients leave"},
+      {"cg_iterations", &solver.cg_iterations, "", between(1, 1e5), "bound on conjugate-gradient iterations"},
+      {"collision_iterations", &solver.collision_iterations, "", between(1, 1e4),
+       "sweeps over collisions (step II)"},
+      {"contact_iterations", &solver.contact_iterations, "", between(1, 1e4),
+       "sweeps over contacts (steps III and V.4)"},
+      {"push_out_iterations", &solver.push_out_iterations, "", between(1, 1e4),
+       "sweeps that resolve interpenetration (step IV.2)"},
+      {"projection_iterations", &solver.projection_iterations, "", between(1, 1e3),
+       "forward and backward sweeps of the contact projection inside the conjugate gradients (step V.2)"},
+      {"face_samples", &solver.face_samples, "", between(0, 32),
+       "lattice order of extra contact points on deformable faces; 0: vertices only"},
+      {"orientation", choice(solver.orientation, {"first_order", "second_order"}), "", any,
+       "how rigid orientations are advanced"},
+  };
+}
+
+std::vector<Key> keys(Camera& camera) {
+  return {
+      {"position", &camera.position, "m", any, "of the eye"},
+      {"target", &camera.target, "m", any, "point in the middle of the picture; not the position"},
+      {"up", &camera.up, "", any, "direction that points up in the picture; not along the view"},
+      {"vertical_fov", &camera.vertical_fov, "degrees", between(0.1, 170),
+       "angle from the lower to the upper edge"},
+  };
+}
+
+std::vector<Key> keys(Light& light) {
+  return {
+      {"name", Name{&light.name}, "", any, "unique among the lights", required},
+      {"kind", choice(light.kind, {"area", "point"}), "", any,
+       "a disc that faces its target and casts soft shadows, or a point without shadows"},
+      {"position", &light.position, "m", any, "of the light"},
+      {"target", &light.target, "m", any, "what the disc faces; area lights only"},
+      {"radius", &light.radius, "m", positive, "of the disc; area lights only"},
+      {"power", &light.power, "", non_negative,
+       "irradiance at distance d, facing the light: power / (4 pi d^2)"},
+      {"color", &light.color, "linear RGB", between(0, 1), "of the light; linear RGB, not sRGB"},
+      {"shadow", &light.shadow, "", any, "whether it casts shadows; area lights only"},
+  };
+}
+
+std::vector<Key> keys(Sky& sky) {
+  return {
+      {"zenith", &sky.zenith, "linear RGB", non_negative, "radiance straight up; linear RGB, not sRGB"},
+      {"horizon", &sky.horizon, "linear RGB", non_negative, "radiance at the horizon; linear RGB, not sRGB"},
+      {"intensity", &sky.intensity, "", non_negative, "factor on both as light"},
+  };
+}
+
+std::vector<Key> keys(Look& look) {
+  return {
+      {"color", &look.color, "linear RGB", between(0, 1), "base colour; linear RGB, not sRGB"},
+      {"metallic", &look.metallic, "", between(0, 1), "0: plastic, stone, wood; 1: bare metal"},
+      {"roughness", &look.roughness, "", between(0, 1), "0: a mirror; 1: chalk"},
+      {"pattern", choice(look.pattern, {"", "checker", "stripes"}), "", any,
+       "\"\" for none; stripes show how a ball spins"},
+      {"color2", &look.color2, "linear RGB", between(0, 1), "second colour of the pattern; linear RGB"},
+      {"pattern_size", &look.pattern_size, "m", positive, "size of the pattern's cells"},
+  };
+}
+
+std::vector<Key> keys(Render& render) {
+  return {
+      {"width", &render.width, "pixels", between(16, 16384), "of the picture"},
+      {"height", &render.height, "pixels", between(16, 16384), "of the picture"},
+      {"supersampling", &render.supersampling, "", between(1, 8),
+       "samples a pixel along each axis; the picture's edges times this may not exceed 16384"},
+      {"shadow_samples", &render.shadow_samples, "", between(1, 256),
+       "shadow maps, shared by all shadow-casting lights and the sky"},
+      {"exposure", &render.exposure, "", positive, "factor on radiance before tone mapping"},
+  };
+}
+
+Solver preset(Accuracy accuracy) {
+  Solver solver;
+  solver.accuracy = accuracy;
+  if (accuracy == Accuracy::draft) {
+    solver.cfl = 0.95;
+    solver.cg_tolerance = 1e-2;
+    solver.contact_iterations = 10;
+    solver.push_out_iterations = 2;
+    solver.face_samples = 2;
+  } else if (accuracy == Accuracy::fine) {
+    solver.cfl = 0.45;
+    solver.max_travel = 0.05;
+    solver.cg_tolerance = 1e-5;
+    solver.contact_iterations = 60;
+    solver.push_out_iterations = 8;
+    solver.projection_iterations = 4;
+  }
+  return solver;
+}
+
+std::vector<Section> sections(Prototype& prototype) {
+  Scene& scene = prototype.scene;
+  return {
+      {"", Layout::root, "the scene as a whole", keys(scene)},
+      {"materials", Layout::named, "materials of deformable bodies", keys(prototype.material)},
+      {"rigid", Layout::list, "rigid bodies, moving or static", keys(prototype.rigid)},
+      {"deformable", Layout::list, "deformable bodies", keys(prototype.deformable)},
+      {"ground", Layout::table, "the solid half space below a height; absent: no ground",
+       keys(prototype.ground)},
+      {"solver", Layout::table, "accuracy and bounds of the simulation", keys(scene.solver)},
+      {"camera", Layout::table, "the view", keys(scene.camera)},
+      {"lights", Layout::list, "lamps", keys(prototype.light)},
+      {"sky", Layout::table, "light from all directions, and the background", keys(scene.sky)},
+      {"looks", Layout::named, "how surfaces are drawn", keys(prototype.look)},
+      {"render", Layout::table, "the pictures", keys(scene.render)},
+  };
+}
+
+}  // namespace duet::scene

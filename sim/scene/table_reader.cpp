@@ -1,0 +1,218 @@
+#include "sim/scene/table_reader.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "sim/base/near_miss.h"
+
+namespace duet::scene {
+namespace {
+
+template <class... Cases>
+struct Overloaded : Cases... {
+  using Cases::operator()...;
+};
+
+std::string number_text(const toml::node& node) {
+  if (const auto* integer = node.as_integer()) return std::to_string(integer->get());
+  return fmt::format("{}", node.as_floating_point()->get());
+}
+
+// Tables where a key that is unknown here would be at home: "[ground] and [[rigid]]".
+std::string homes_of(std::string_view key) {
+  std::vector<std::string> homes;
+  Prototype prototype;
+  for (const Section& section : sections(prototype))
+    for (const Key& candidate : section.keys)
+      if (candidate.name == key && section.layout != Layout::root) homes.push_back(section.heading());
+  return fmt::format("{}", fmt::join(homes, ", "));
+}
+
+bool is_letter_or_digit(char c) {
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
+}
+
+}  // namespace
+
+std::string join_path(const std::string& path, std::string_view name) {
+  return path.empty() ? std::string(name) : fmt::format("{}.{}", path, name);
+}
+
+std::string describe(const toml::node& node) {
+  if (const auto* text = node.as_string()) return fmt::format("the text \"{}\"", text->get());
+  if (const auto* boolean = node.as_boolean()) return boolean->get() ? "`true`" : "`false`";
+  if (node.is_number()) return fmt::format("the number {}", number_text(node));
+  if (const auto* array = node.as_array())
+    return fmt::format("an array of {} value{}", array->size(), array->size() == 1 ? "" : "s");
+  return node.is_table() ? "a table" : "a date or time";
+}
+
+void TableReader::read(const toml::table& table, const std::vector<Key>& keys, const std::string& path,
+                       const std::vector<std::string>& elsewhere) {
+  std::vector<std::string> known = elsewhere;
+  for (const Key& key : keys) known.emplace_back(key.name);
+  for (const auto& [name, node] : table) {
+    const auto key =
+        std::find_if(keys.begin(), keys.end(), [&](const Key& k) { return k.name == name.str(); });
+    if (key != keys.end())
+      read_value(node, *key, join_path(path, name));
+    else if (std::find(elsewhere.begin(), elsewhere.end(), name.str()) == elsewhere.end())
+      unknown_key(name, known, path);
+  }
+  for (const Key& key : keys)
+    if (key.presence == Presence::required && !table.contains(key.name))
+      problems_.add(table.source(), join_path(path, key.name), "missing key", std::string(key.meaning));
+}
+
+void TableReader::check_name(const std::string& name, const toml::source_region& at,
+                             const std::string& path) {
+  const bool legal = std::all_of(name.begin(), name.end(), [](char c) {
+    return is_letter_or_digit(c) || c == '_' || c == '-' || c == '.';
+  });
+  if (name.empty())
+    problems_.add(at, path, "the name is empty");
+  else if (!legal || name.front() == '-' || name.front() == '.')
+    problems_.add(at, path, fmt::format("\"{}\" cannot be a name", name),
+                  "names become object and grid names: letters, digits, `_`, `-` and `.`, not starting with "
+                  "`-` or `.`");
+}
+
+void TableReader::read_value(const toml::node& node, const Key& key, const std::string& path) {
+  const auto number = [&](const toml::node& element, const std::string& where, double& value) {
+    return read_number(element, key, where, value);
+  };
+  const auto integer = [&](const toml::node& element, const std::string& where, int& value) {
+    return read_integer(element, key, where, value);
+  };
+  std::visit(Overloaded{
+                 [&](bool* target) {
+                   if (const auto* value = node.as_boolean())
+                     *target = value->get();
+                   else
+                     wrong_type(node, path, "true or false");
+                 },
+                 [&](int* target) { integer(node, path, *target); },
+                 [&](double* target) { number(node, path, *target); },
+                 [&](std::optional<double>* target) {
+                   if (double value; number(node, path, value)) *target = value;
+                 },
+                 [&](Vec3* target) { read_vector(node, path, "an array of 3 numbers", *target, number); },
+                 [&](Vec3i* target) { read_vector(node, path, "an array of 3 integers", *target, integer); },
+                 [&](std::string* target) { read_string(node, path, "a text", *target); },
+                 [&](const Name& target) {
+                   if (read_string(node, path, "a name", *target.text))
+                     check_name(*target.text, node.source(), path);
+                 },
+                 [&](const Reference& target) {
+                   if (read_string(node, path, "a name", *target.name))
+                     uses_.push_back({target.section, *target.name, node.source(), path});
+                 },
+                 [&](const Choice& choice) { read_choice(node, path, choice); },
+                 [&](const Group& group) {
+                   if (const toml::table* table = node.as_table())
+                     read(*table, group.keys, path);
+                   else
+                     wrong_type(node, path, fmt::format("a table, {}", key.meaning));
+                 },
+             },
+             key.target);
+}
+
+bool TableReader::read_number(const toml::node& node, const Key& key, const std::string& path,
+                              double& value) {
+  if (!node.is_number()) {
+    wrong_type(node, path, "a number");
+    return false;
+  }
+  const double candidate = *node.value<double>();
+  if (!std::isfinite(candidate)) {
+    problems_.add(node.source(), path, fmt::format("must be finite, is {}", candidate));
+    return false;
+  }
+  if (!key.bounds.contains(candidate)) {
+    out_of_bounds(node, key, path, number_text(node));
+    return false;
+  }
+  value = candidate;
+  return true;
+}
+
+bool TableReader::read_integer(const toml::node& node, const Key& key, const std::string& path, int& value) {
+  const auto* integer = node.as_integer();
+  if (!integer) {
+    wrong_type(node, path, "an integer");
+    return false;
+  }
+  // Every integer key has bounds well within `int`.
+  if (!key.bounds.contains(static_cast<double>(integer->get()))) {
+    out_of_bounds(node, key, path, number_text(node));
+    return false;
+  }
+  value = static_cast<int>(integer->get());
+  return true;
+}
+
+template <class Vector, class Read>
+void TableReader::read_vector(const toml::node& node, const std::string& path, std::string_view expected,
+                              Vector& vector, Read&& read_element) {
+  const toml::array* array = node.as_array();
+  if (!array || array->size() != 3) {
+    wrong_type(node, path, expected);
+    return;
+  }
+  Vector candidate;
+  bool good = true;
+  for (int i = 0; i < 3; ++i)
+    good &= read_element((*array)[static_cast<std::size_t>(i)], fmt::format("{}[{}]", path, i), candidate[i]);
+  if (good) vector = candidate;
+}
+
+bool TableReader::read_string(const toml::node& node, const std::string& path, std::string_view expected,
+                              std::string& value) {
+  const auto* text = node.as_string();
+  if (!text) {
+    wrong_type(node, path, expected);
+    return false;
+  }
+  value = text->get();
+  return true;
+}
+
+void TableReader::read_choice(const toml::node& node, const std::string& path, const Choice& choice) {
+  std::string word;
+  const std::string expected = fmt::format("one of \"{}\"", fmt::join(choice.names, "\", \""));
+  if (!read_string(node, path, expected, word)) return;
+  const auto found = std::find(choice.names.begin(), choice.names.end(), word);
+  if (found != choice.names.end()) {
+    choice.select(static_cast<std::size_t>(found - choice.names.begin()));
+    return;
+  }
+  const auto candidate = near_miss(word, {choice.names.begin(), choice.names.end()});
+  problems_.add(node.source(), path, fmt::format("must be {}, is \"{}\"", expected, word),
+                candidate ? fmt::format("did you mean `{}`?", *candidate) : "");
+}
+
+void TableReader::wrong_type(const toml::node& node, const std::string& path, std::string_view expected) {
+  problems_.add(node.source(), path, fmt::format("must be {}, is {}", expected, describe(node)));
+}
+
+void TableReader::out_of_bounds(const toml::node& node, const Key& key, const std::string& path,
+                                std::string_view value) {
+  problems_.add(node.source(), path, fmt::format("must be {}, is {}", key.bounds.text(), value),
+                fmt::format("{}{}{}", key.meaning, key.unit.empty() ? "" : ", in ", key.unit));
+}
+
+void TableReader::unknown_key(const toml::key& key, const std::vector<std::string>& known,
+                              const std::string& path) {
+  std::string hint = did_you_mean(key.str(), known);
+  if (!near_miss(key.str(), known))
+    if (const std::string homes = homes_of(key.str()); !homes.empty())
+      hint = fmt::format("`{}` belongs to {}", key.str(), homes);
+  problems_.add(key.source(), join_path(path, key.str()), "unknown key", std::move(hint));
+}
+
+}  // namespace duet::scene

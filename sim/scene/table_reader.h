@@ -1,0 +1,60 @@
+// Reads TOML tables into the objects that a list of keys is bound to. Internal to the reader: includes
+// toml++.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "sim/scene/document.h"
+#include "sim/scene/schema.h"
+
+namespace duet::scene {
+
+class TableReader {
+ public:
+  explicit TableReader(Problems& problems) : problems_(problems) {}
+
+  // Assigns every key of `table` to its target. Reports unknown keys, values of a wrong type or out of
+  // bounds, and missing required keys; the targets of faulty keys keep their defaults. Keys in `elsewhere`
+  // are left to the caller.
+  void read(const toml::table& table, const std::vector<Key>& keys, const std::string& path,
+            const std::vector<std::string>& elsewhere = {});
+
+  // Reports a name that cannot become an object or grid name.
+  void check_name(const std::string& name, const toml::source_region& at, const std::string& path);
+
+  // Where names of materials and looks were used, in the order of reading.
+  struct Use {
+    std::string_view section;
+    std::string name;
+    toml::source_region at;
+    std::string path;
+  };
+  const std::vector<Use>& uses() const { return uses_; }
+
+ private:
+  void read_value(const toml::node& node, const Key& key, const std::string& path);
+  bool read_number(const toml::node& node, const Key& key, const std::string& path, double& value);
+  bool read_integer(const toml::node& node, const Key& key, const std::string& path, int& value);
+  template <class Vector, class Read>
+  void read_vector(const toml::node& node, const std::string& path, std::string_view expected, Vector& vector,
+                   Read&& read_element);
+  bool read_string(const toml::node& node, const std::string& path, std::string_view expected,
+                   std::string& value);
+  void read_choice(const toml::node& node, const std::string& path, const Choice& choice);
+  void wrong_type(const toml::node& node, const std::string& path, std::string_view expected);
+  void out_of_bounds(const toml::node& node, const Key& key, const std::string& path, std::string_view value);
+  void unknown_key(const toml::key& key, const std::vector<std::string>& known, const std::string& path);
+
+  Problems& problems_;
+  std::vector<Use> uses_;
+};
+
+// "camera.fov" of "camera" and "fov"; `name` alone at the root.
+std::string join_path(const std::string& path, std::string_view name);
+
+// What a value is, for messages: `the text "abc"`, `an array of 2 values`.
+std::string describe(const toml::node& node);
+
+}  // namespace duet::scene
