@@ -1,0 +1,62 @@
+// The program's commands: one file each. main.cpp makes their options from the command line and prints the
+// outcome.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tools/report.h"
+
+#include "sim/base/error.h"
+
+namespace duet::tools {
+
+// Which scene, and what is changed in it.
+struct SceneChoice {
+  std::string name;                  // a path, or the name of a scene that ships
+  std::string accuracy;              // draft, standard or fine; empty: the scene's own
+  std::vector<std::string> set;      // "key=value"
+  std::vector<std::string> without;  // effects to leave out
+};
+
+// --frames N or A:B.
+struct Frames {
+  std::optional<int> first;  // A
+  int last = 0;              // N or B
+};
+Frames parse_frames(const std::string& text);  // throws Error (usage)
+
+struct SimulateOptions {
+  SceneChoice scene;
+  std::string out;               // folder; empty: out/<scene>
+  std::optional<Frames> frames;  // none: all of the scene
+  int threads = 0;               // 0: all cores
+  bool resume = false;
+  bool draw = false;    // `duet run`: also pictures and a video
+  std::string command;  // as typed, to be typed again
+};
+
+struct RenderOptions {
+  std::string run;               // folder of a run, or the name of a run in out/
+  std::optional<Frames> frames;  // none: all that were simulated
+  std::vector<std::string> set;  // "key=value" of camera, lights, looks, sky and render
+};
+
+struct CheckOptions {
+  SceneChoice scene;
+  bool reference = false;
+};
+
+struct ExplainOptions {
+  SceneChoice scene;
+  bool json = false;
+};
+
+Outcome simulate(const SimulateOptions& options, Report& report);
+Outcome render(const RenderOptions& options, Report& report);
+Outcome check(const CheckOptions& options);
+Outcome explain(const ExplainOptions& options);
+Outcome list();
+
+}  // namespace duet::tools

@@ -1,0 +1,23 @@
+// `duet explain`: the effect plan, sizes and warnings of a scene; simulates nothing.
+#include "sim/scene/explain.h"
+
+#include <nlohmann/json.hpp>
+
+#include "tools/commands.h"
+#include "tools/scene_files.h"
+
+#include "sim/scene/plan.h"
+#include "sim/scene/simulation.h"
+
+namespace duet::tools {
+
+Outcome explain(const ExplainOptions& options) {
+  const scene::Scene scene = read_scene(options.scene).scene;
+  const scene::EffectPlan plan = scene::plan_effects(scene, options.scene.without);
+  const WorldSizes sizes = Simulation(scene, plan.active()).sizes();
+  print(options.json ? scene::explain_json(scene, plan, sizes).dump(2) + "\n"
+                     : scene::explain(scene, plan, sizes));
+  return {};
+}
+
+}  // namespace duet::tools

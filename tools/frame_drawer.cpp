@@ -1,0 +1,75 @@
+#include "tools/frame_drawer.h"
+
+#include "tools/interrupt.h"
+
+namespace duet::tools {
+
+FrameDrawer::FrameDrawer(const scene::Scene& scene, const io::Manifest& manifest, const io::RunDirectory& run,
+                         Report& report)
+    : run_(run), report_(report), thread_([this, &scene, &manifest] { work(scene, manifest); }) {
+  std::unique_lock lock(mutex_);
+  changed_.wait(lock, [this] { return ready_ || failure_; });
+  if (!failure_) return;
+  lock.unlock();
+  thread_.join();
+  std::rethrow_exception(failure_);
+}
+
+FrameDrawer::~FrameDrawer() {
+  close(true);
+  if (thread_.joinable()) thread_.join();
+}
+
+void FrameDrawer::add(int frame) {
+  const std::lock_guard lock(mutex_);
+  if (failure_) std::rethrow_exception(failure_);
+  waiting_.push_back(frame);
+  changed_.notify_all();
+}
+
+void FrameDrawer::finish() {
+  close(false);
+  thread_.join();
+  if (failure_) std::rethrow_exception(failure_);
+}
+
+void FrameDrawer::close(bool drop_waiting) {
+  const std::lock_guard lock(mutex_);
+  closed_ = true;
+  if (drop_waiting) waiting_.clear();
+  changed_.notify_all();
+}
+
+// A renderer belongs to the thread that made it.
+void FrameDrawer::work(const scene::Scene& scene, const io::Manifest& manifest) {
+  try {
+    render::SequenceRenderer renderer(scene, manifest);
+    {
+      const std::lock_guard lock(mutex_);
+      ready_ = true;
+      changed_.notify_all();
+    }
+    draw_frames(renderer);
+  } catch (...) {
+    const std::lock_guard lock(mutex_);
+    failure_ = std::current_exception();
+    changed_.notify_all();
+  }
+}
+
+void FrameDrawer::draw_frames(render::SequenceRenderer& renderer) {
+  while (!interrupted()) {
+    int frame = 0;
+    {
+      std::unique_lock lock(mutex_);
+      changed_.wait(lock, [this] { return closed_ || !waiting_.empty(); });
+      if (waiting_.empty()) return;
+      frame = waiting_.front();
+      waiting_.pop_front();
+    }
+    renderer.render_frame(run_, frame);
+    report_.drawn(frame);
+  }
+}
+
+}  // namespace duet::tools

@@ -1,0 +1,22 @@
+// `duet list`: the scenes that ship.
+#include "tools/commands.h"
+#include "tools/scene_files.h"
+#include <fmt/format.h>
+
+namespace duet::tools {
+
+Outcome list() {
+  const std::vector<ShippedScene> shipped = shipped_scenes();
+  if (shipped.empty())
+    throw Error(ExitStatus::files,
+                "no folder scenes/ here or beside the program's folder (run it in the source tree)");
+  std::string text = fmt::format("{:<20} {:<8} {:>6}  {}\n", "scene", "figure", "frames", "title");
+  for (const ShippedScene& entry : shipped) {
+    const scene::Scene scene = scene::read(entry.path.string()).scene;
+    text += fmt::format("{:<20} {:<8} {:>6}  {}\n", entry.name, scene.figure, scene.frames, scene.title);
+  }
+  print(text);
+  return {};
+}
+
+}  // namespace duet::tools

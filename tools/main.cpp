@@ -1,0 +1,208 @@
+// The command line of `duet`: options, exit statuses and the line that states the outcome.
+#include <csignal>
+#include <functional>
+
+#include "tools/commands.h"
+#include "tools/interrupt.h"
+#include "tools/version.h"
+#include <CLI/CLI.hpp>
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+namespace duet::tools {
+namespace {
+
+constexpr const char* exit_statuses =
+    "Exit status: 0 done; 2 bad usage or scene; 3 the simulation failed; 4 a file or library; 130 "
+    "interrupted.";
+
+// What is given on the command line, of whichever command.
+struct CommandLine {
+  SimulateOptions simulate;
+  RenderOptions render;
+  CheckOptions check;
+  ExplainOptions explain;
+  std::string frames;
+  bool quiet = false, json = false;
+  std::function<Outcome(Report&)> command;
+};
+
+void add_repeatable(CLI::App& app, const std::string& name, std::vector<std::string>& values,
+                    const std::string& type, const std::string& help) {
+  app.add_option(name, values, help)
+      ->type_name(type)
+      ->allow_extra_args(false)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+}
+
+CLI::Option* add_scene(CLI::App& app, SceneChoice& scene) {
+  add_repeatable(app, "--set", scene.set, "KEY=VALUE",
+                 "Change a key of the scene, as if it were written in the file; repeatable");
+  app.add_option("--accuracy", scene.accuracy, "Same as --set solver.accuracy=...")
+      ->check(CLI::IsMember({"draft", "standard", "fine"}))
+      ->type_name("draft|standard|fine");
+  return app
+      .add_option("scene", scene.name, "Path of a scene file, or name of a scene that ships (`duet list`)")
+      ->type_name("SCENE");
+}
+
+void add_without(CLI::App& app, SceneChoice& scene) {
+  add_repeatable(app, "--without", scene.without, "EFFECT",
+                 "Leave an effect out (`duet explain` names them); repeatable");
+}
+
+void add_report(CLI::App& app, CommandLine& line) {
+  CLI::Option* quiet = app.add_flag("--quiet", line.quiet, "Only the outcome and errors");
+  app.add_flag("--json", line.json, "One JSON object a line")->excludes(quiet);
+}
+
+void add_simulate(CLI::App& app, CommandLine& line, bool draw) {
+  SimulateOptions& options = line.simulate;
+  add_scene(app, options.scene)->required();
+  app.add_option("--out", options.out, "Folder to write to; default out/<scene>")->type_name("DIR");
+  app.add_option(
+         "--frames", line.frames,
+         "N: stop after frame N. A:B: simulate to frame B, write the meshes, level sets and pictures of "
+         "frames A to B only")
+      ->type_name("N|A:B");
+  app.add_option("--threads", options.threads,
+                 "Threads of the simulation; default all cores. Results do not depend on it")
+      ->check(CLI::Range(1, 1024))
+      ->type_name("N");
+  add_without(app, options.scene);
+  app.add_flag("--resume", options.resume, "Continue the run in the folder after its last whole frame");
+  add_report(app, line);
+  app.callback([&line, draw] {
+    line.command = [&line, draw](Report& report) {
+      line.simulate.draw = draw;
+      if (!line.frames.empty()) line.simulate.frames = parse_frames(line.frames);
+      return simulate(line.simulate, report);
+    };
+  });
+}
+
+void add_render(CLI::App& app, CommandLine& line) {
+  app.add_option("run", line.render.run, "Folder of a run, or the name of one in out/")
+      ->type_name("RUN")
+      ->required();
+  app.add_option("--frames", line.frames,
+                 "N: draw frame N. A:B: draw frames A to B. Default: all, and the video")
+      ->type_name("N|A:B");
+  add_repeatable(app, "--set", line.render.set, "KEY=VALUE",
+                 "Change a key of camera, lights, looks, render or sky; repeatable");
+  add_report(app, line);
+  app.callback([&line] {
+    line.command = [&line](Report& report) {
+      if (!line.frames.empty()) line.render.frames = parse_frames(line.frames);
+      return render(line.render, report);
+    };
+  });
+}
+
+void add_commands(CLI::App& app, CommandLine& line) {
+  add_simulate(
+      *app.add_subcommand("run", "Simulate and draw a scene, and encode a video when ffmpeg is there"), line,
+      true);
+  add_simulate(*app.add_subcommand("sim", "Simulate a scene"), line, false);
+  add_render(*app.add_subcommand("render", "Draw the frames of a run"), line);
+
+  CLI::App& check_app =
+      *app.add_subcommand("check", "Validate a scene: all problems with file, line and column");
+  CLI::Option* reference = check_app.add_flag("--reference", line.check.reference,
+                                              "Print all keys of a scene: type, unit, default, bounds");
+  CLI::Option* checked = add_scene(check_app, line.check.scene);
+  checked->excludes(reference);
+  check_app.callback([&line] {
+    if (!line.check.reference && line.check.scene.name.empty())
+      throw CLI::RequiredError("SCENE (or --reference)");
+    line.command = [&line](Report&) { return check(line.check); };
+  });
+
+  CLI::App& explain_app =
+      *app.add_subcommand("explain", "What would be simulated and why; simulates nothing");
+  add_scene(explain_app, line.explain.scene)->required();
+  add_without(explain_app, line.explain.scene);
+  explain_app.add_flag("--json", line.explain.json, "The same as JSON");
+  explain_app.callback([&line] { line.command = [&line](Report&) { return explain(line.explain); }; });
+
+  app.add_subcommand("list", "The scenes that ship")->callback([&line] {
+    line.command = [](Report&) { return list(); };
+  });
+}
+
+// The command line as it can be typed into a shell again.
+std::string quoted(int count, char** words) {
+  std::string text;
+  for (int i = 0; i < count; ++i) {
+    const std::string word = words[i];
+    const bool plain = !word.empty() && word.find_first_not_of(
+                                            "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
+                                            "0123456789_-+=:,./@%") == std::string::npos;
+    std::string escaped;
+    for (const char c : word) escaped += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    text += (i > 0 ? " " : "") + (plain ? word : "'" + escaped + "'");
+  }
+  return text;
+}
+
+// A standard stream that is closed would give its number to the first file written, and get its text mixed
+// in.
+void open_standard_streams() {
+  for (int fd : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
+    if (::fcntl(fd, F_GETFD) < 0 && ::open("/dev/null", O_RDWR) < 0)
+      ::_exit(static_cast<int>(ExitStatus::files));
+}
+
+Outcome run_command(const CommandLine& line, Report& report) {
+  try {
+    return line.command(report);
+  } catch (...) {
+    const ExitStatus status = report.failure(std::current_exception());
+    switch (status) {
+      case ExitStatus::usage:
+        return {status, "bad usage or scene, nothing was done"};
+      case ExitStatus::simulation:
+        return {status, "the simulation did not start"};
+      default:
+        return {status, "a file or library was in the way"};
+    }
+  }
+}
+
+int run_program(int argc, char** argv) {
+  CommandLine line;
+  line.simulate.command = quoted(argc, argv);
+  CLI::App app("Duet simulates rigid and deformable bodies that are coupled both ways, and draws them.",
+               "duet");
+  app.require_subcommand(1);
+  app.set_version_flag("--version", fmt::format("duet {} ({})", version, git_commit));
+  app.footer(exit_statuses);
+  add_commands(app, line);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
+    Report report(line.quiet, line.json);
+    const auto chosen = app.get_subcommands();
+    report.error(fmt::format("{} (see `duet {}--help`)", error.what(),
+                             chosen.empty() ? "" : chosen[0]->get_name() + " "));
+    report.outcome({ExitStatus::usage, "bad usage, nothing was done"});
+    return static_cast<int>(ExitStatus::usage);
+  }
+  catch_interrupts();
+  Report report(line.quiet, line.json);
+  const Outcome outcome = run_command(line, report);
+  if (!outcome.text.empty()) report.outcome(outcome);
+  return static_cast<int>(outcome.status);
+}
+
+}  // namespace
+}  // namespace duet::tools
+
+int main(int argc, char** argv) {
+  duet::tools::open_standard_streams();
+  std::signal(SIGPIPE, SIG_IGN);  // a reader that goes away (`| head`) ends its log, not the run
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is reported like a full disk
+  return duet::tools::run_program(argc, argv);
+}

@@ -1,0 +1,84 @@
+// `duet render`: draws frames of a run directory.
+#include <algorithm>
+#include <array>
+#include <chrono>
+
+#include "tools/commands.h"
+#include "tools/interrupt.h"
+#include <fmt/format.h>
+
+#include "render/sequence.h"
+#include "sim/io/files.h"
+#include "sim/io/run_folder.h"
+#include "sim/scene/reader.h"
+
+namespace duet::tools {
+namespace {
+namespace fs = std::filesystem;
+
+io::RunDirectory find_run(const std::string& name) {
+  for (const fs::path& folder : {fs::path(name), fs::path("out") / name}) {
+    const io::RunDirectory run{folder};
+    if (fs::exists(run.manifest())) return run;
+  }
+  throw FileError(name, "is no run directory: it has no manifest.json",
+                  "`duet sim SCENE --out DIR` makes one");
+}
+
+// What moves is in the meshes already: only keys that the picture depends on can be changed.
+void require_picture_key(const std::string& override_text) {
+  static constexpr std::array<std::string_view, 5> tables = {"camera.", "lights.", "looks.", "render.",
+                                                             "sky."};
+  if (std::any_of(tables.begin(), tables.end(), [&](auto table) { return override_text.starts_with(table); }))
+    return;
+  throw Error(ExitStatus::usage,
+              fmt::format("--set {}: changes no picture of a run that is simulated already (keys of "
+                          "camera, lights, looks, render and sky do; for others: `duet run`)",
+                          override_text));
+}
+
+std::vector<int> frames_to_draw(const RenderOptions& options, const io::RunDirectory& run, int last) {
+  std::vector<int> frames;
+  if (options.frames) {  // a frame that is asked for and missing is an error when it is read
+    for (int frame = options.frames->first.value_or(options.frames->last); frame <= options.frames->last;
+         ++frame)
+      frames.push_back(frame);
+    return frames;
+  }
+  for (int frame = 0; frame <= last; ++frame)
+    if (fs::exists(run.mesh(frame))) frames.push_back(frame);
+  if (frames.empty())
+    throw FileError((run.root / "mesh").string(), "has no frames", "simulate the scene first: `duet sim`");
+  return frames;
+}
+
+}  // namespace
+
+Outcome render(const RenderOptions& options, Report& report) {
+  for (const std::string& text : options.set) require_picture_key(text);
+  const io::RunDirectory run = find_run(options.run);
+  const io::Manifest manifest = io::read_manifest(run);
+  const scene::Scene scene = scene::read(run.scene().string(), options.set).scene;
+  const std::vector<int> frames = frames_to_draw(options, run, manifest.frames);
+  render::SequenceRenderer renderer(scene, manifest);
+  io::create_folder(run.image(0).parent_path());
+
+  const auto begin = std::chrono::steady_clock::now();
+  report.start(manifest.title, run.root.string(), frames.front(), frames.back(),
+               static_cast<int>(frames.size()));
+  for (const int frame : frames) {
+    if (interrupted())
+      return {ExitStatus::interrupted, fmt::format("before frame {} was drawn; continue with --frames {}:{}",
+                                                   frame, frame, frames.back())};
+    renderer.render_frame(run, frame);
+    report.drawn(frame);
+  }
+  std::string video;
+  if (!options.frames)
+    video = "; " + render::encode_video(run, io::video_path(run, manifest).stem().string(), manifest.fps);
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  return {ExitStatus::done, fmt::format("{} pictures in {}, {:.1f} s{}", frames.size(),
+                                        run.image(0).parent_path().string(), seconds, video)};
+}
+
+}  // namespace duet::tools

@@ -1,0 +1,177 @@
+#include "tools/report.h"
+
+#include <cerrno>
+#include <cstdio>
+#include <filesystem>
+#include <new>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+#include <unistd.h>
+
+#include "sim/io/files.h"
+
+namespace duet::tools {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+// A log that cannot be written is no reason to stop a simulation: failures are passed over.
+void write_to(FILE* stream, const std::string& text) {
+  std::fwrite(text.data(), 1, text.size(), stream);
+  std::fflush(stream);
+}
+
+std::string line_of(const Json& object) {
+  return object.dump(-1, ' ', false, Json::error_handler_t::replace) + '\n';
+}
+
+std::string clock_text(double seconds) {
+  const auto s = static_cast<long>(seconds + 0.5);
+  return fmt::format("{}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60);
+}
+
+const char* word_of(ExitStatus status) {
+  switch (status) {
+    case ExitStatus::done:
+      return "done";
+    case ExitStatus::interrupted:
+      return "interrupted";
+    default:
+      return "failed";
+  }
+}
+
+}  // namespace
+
+void print(const std::string& text) {
+  errno = 0;
+  const bool written = std::fwrite(text.data(), 1, text.size(), stdout) == text.size();
+  if ((!written || std::fflush(stdout) != 0) && errno != EPIPE)
+    throw io::system_error("standard output", "cannot write", errno);
+}
+
+Report::Report(bool quiet, bool json)
+    : quiet_(quiet), json_(json), live_(!quiet && !json && ::isatty(STDOUT_FILENO) == 1) {}
+
+void Report::start(const std::string& what, const std::string& folder, int first_frame, int last_frame,
+                   int frames_to_draw) {
+  const std::lock_guard lock(mutex_);
+  started_ = std::chrono::steady_clock::now();
+  first_frame_ = first_frame;
+  last_frame_ = last_frame;
+  frames_to_draw_ = frames_to_draw;
+  if (quiet_) return;
+  if (json_) {
+    write_to(stdout, line_of({{"event", "start"},
+                              {"scene", what},
+                              {"folder", folder},
+                              {"first_frame", first_frame},
+                              {"last_frame", last_frame},
+                              {"frames_to_draw", frames_to_draw}}));
+  } else {
+    write_to(stdout, fmt::format("{}: frames {} to {} into {}\n", what, first_frame, last_frame, folder));
+  }
+}
+
+void Report::simulated(const FrameStats& stats) {
+  const std::lock_guard lock(mutex_);
+  if (stats.frame > first_frame_) ++simulated_;
+  const std::string left = time_left(simulated_, last_frame_ - first_frame_);
+  if (json_ && !quiet_)
+    write_to(stdout, line_of({{"event", "frame"},
+                              {"frame", stats.frame},
+                              {"last_frame", last_frame_},
+                              {"time", stats.time},
+                              {"substeps", stats.substeps},
+                              {"seconds", stats.seconds},
+                              {"contacts", stats.contacts},
+                              {"max_penetration", stats.max_penetration},
+                              {"time_left", left},
+                              {"drawn", drawn_},
+                              {"hash", fmt::format("{:016x}", stats.hash)}}));
+  simulation_line_ = fmt::format("frame {}/{}  {} substeps  {:.2f} s/frame", stats.frame, last_frame_,
+                                 stats.substeps, stats.seconds);
+  if (!left.empty()) simulation_line_ += "  left " + left;
+  progress(frames_to_draw_ > 0 ? fmt::format("{}  drawn {}/{}", simulation_line_, drawn_, frames_to_draw_)
+                               : simulation_line_,
+           fmt::format("{}  contacts {}  penetration {:.2g} m\n", simulation_line_, stats.contacts,
+                       stats.max_penetration));
+}
+
+void Report::drawn(int frame) {
+  const std::lock_guard lock(mutex_);
+  ++drawn_;
+  if (json_ && !quiet_)
+    write_to(stdout,
+             line_of({{"event", "drawn"}, {"frame", frame}, {"drawn", drawn_}, {"of", frames_to_draw_}}));
+  std::string live = fmt::format("drawn {}/{}", drawn_, frames_to_draw_);
+  if (!simulation_line_.empty()) {
+    live = simulation_line_ + "  " + live;
+  } else if (const std::string left = time_left(drawn_, frames_to_draw_); !left.empty()) {
+    live += "  left " + left;
+  }
+  progress(live, fmt::format("drawn frame {}  ({}/{})\n", frame, drawn_, frames_to_draw_));
+}
+
+void Report::note(const std::string& text) {
+  const std::lock_guard lock(mutex_);
+  if (quiet_) return;
+  if (json_) return write_to(stdout, line_of({{"event", "note"}, {"text", text}}));
+  write_to(stdout, fmt::format("{}note: {}\n", live_line_shown_ ? "\r\x1b[K" : "", text));
+  live_line_shown_ = false;
+}
+
+void Report::error(const std::string& text) {
+  const std::lock_guard lock(mutex_);
+  if (live_line_shown_) write_to(stdout, "\n");
+  live_line_shown_ = false;
+  error_ = text;
+  write_to(stderr, fmt::format("duet: {}\n", text));
+}
+
+ExitStatus Report::failure(const std::exception_ptr& exception) {
+  try {
+    std::rethrow_exception(exception);
+  } catch (const Error& failure) {
+    error(failure.what());
+    return failure.status();
+  } catch (const std::filesystem::filesystem_error& failure) {
+    error(failure.what());
+    return ExitStatus::files;
+  } catch (const std::bad_alloc&) {
+    error("out of memory (fewer cells in the deformable bodies or smaller pictures need less)");
+    return ExitStatus::simulation;
+  } catch (const std::exception& failure) {
+    error(fmt::format("internal error: {}", failure.what()));
+    return ExitStatus::simulation;
+  }
+}
+
+void Report::outcome(const Outcome& outcome) {
+  const std::lock_guard lock(mutex_);
+  if (json_) {
+    Json object = {{"event", "outcome"},
+                   {"outcome", word_of(outcome.status)},
+                   {"status", static_cast<int>(outcome.status)},
+                   {"text", outcome.text}};
+    if (!error_.empty()) object["error"] = error_;
+    return write_to(stdout, line_of(object));
+  }
+  if (live_line_shown_) write_to(stdout, "\n");
+  write_to(stdout, fmt::format("{}: {}\n", word_of(outcome.status), outcome.text));
+}
+
+void Report::progress(const std::string& live, const std::string& line) {
+  if (quiet_ || json_) return;
+  write_to(stdout, live_ ? "\r\x1b[K" + live : line);
+  live_line_shown_ = live_;
+}
+
+std::string Report::time_left(int done, int total) const {
+  if (done <= 0 || done >= total) return {};
+  const double so_far = std::chrono::duration<double>(std::chrono::steady_clock::now() - started_).count();
+  return clock_text(so_far / done * (total - done));
+}
+
+}  // namespace duet::tools

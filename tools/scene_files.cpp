@@ -1,0 +1,55 @@
+#include "tools/scene_files.h"
+
+#include <algorithm>
+#include <system_error>
+
+#include <fmt/format.h>
+
+#include "sim/base/near_miss.h"
+
+namespace duet::tools {
+namespace fs = std::filesystem;
+namespace {
+
+std::vector<ShippedScene> scenes_below(const fs::path& folder) {
+  std::vector<ShippedScene> scenes;
+  std::error_code missing;
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder, missing)) {
+    if (entry.path().extension() != ".toml") continue;
+    const fs::path name = entry.path().lexically_relative(folder);
+    scenes.push_back({(name.parent_path() / name.stem()).generic_string(), entry.path()});
+  }
+  std::sort(scenes.begin(), scenes.end(), [](const auto& a, const auto& b) { return a.name < b.name; });
+  return scenes;
+}
+
+}  // namespace
+
+std::vector<ShippedScene> shipped_scenes() {
+  std::vector<ShippedScene> scenes = scenes_below("scenes");
+  if (!scenes.empty()) return scenes;
+  std::error_code unknown;
+  const fs::path program = fs::read_symlink("/proc/self/exe", unknown);
+  return scenes_below(program.parent_path().parent_path() / "scenes");
+}
+
+fs::path find_scene(const std::string& name) {
+  std::error_code missing;
+  if (fs::exists(name, missing) && !fs::is_directory(name, missing)) return name;
+  const std::vector<ShippedScene> shipped = shipped_scenes();
+  std::vector<std::string> names;
+  for (const ShippedScene& scene : shipped) {
+    if (scene.name == name) return scene.path;
+    names.push_back(scene.name);
+  }
+  throw Error(ExitStatus::usage, fmt::format("{}: no such scene ({})", name,
+                                             did_you_mean(fs::path(name).stem().string(), names)));
+}
+
+scene::ReadResult read_scene(const SceneChoice& choice) {
+  std::vector<std::string> overrides = choice.set;
+  if (!choice.accuracy.empty()) overrides.insert(overrides.begin(), "solver.accuracy=" + choice.accuracy);
+  return scene::read(find_scene(choice.name).string(), overrides);
+}
+
+}  // namespace duet::tools

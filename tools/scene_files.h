@@ -1,0 +1,28 @@
+// The scenes that ship, and how a name on the command line becomes a scene.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "tools/commands.h"
+
+#include "sim/scene/reader.h"
+
+namespace duet::tools {
+
+struct ShippedScene {
+  std::string name;            // path below scenes/ without the extension: "stack", "hard/pile"
+  std::filesystem::path path;  // of the file
+};
+
+// Sorted by name. Looked for in scenes/ of the current folder and beside the program's folder.
+std::vector<ShippedScene> shipped_scenes();
+
+// The file of a scene given as a path or by its shipped name. Throws Error (usage) with a near miss.
+std::filesystem::path find_scene(const std::string& name);
+
+// Finds and reads the scene with its overrides. Throws SceneError, FileError or Error (usage).
+scene::ReadResult read_scene(const SceneChoice& choice);
+
+}  // namespace duet::tools

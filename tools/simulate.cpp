@@ -1,0 +1,239 @@
+// `duet sim` and `duet run`: simulates a scene into a run directory; `run` draws its frames meanwhile.
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <thread>
+
+#include "tools/commands.h"
+#include "tools/frame_drawer.h"
+#include "tools/interrupt.h"
+#include "tools/scene_files.h"
+#include "tools/version.h"
+#include <fmt/format.h>
+#include <sys/utsname.h>
+
+#include "sim/base/parallel.h"
+#include "sim/io/checkpoint.h"
+#include "sim/io/files.h"
+#include "sim/io/level_set_writer.h"
+#include "sim/io/run_folder.h"
+#include "sim/io/stats_log.h"
+#include "sim/scene/plan.h"
+#include "sim/scene/simulation.h"
+
+namespace duet::tools {
+namespace {
+namespace fs = std::filesystem;
+
+std::string machine_text() {
+  std::ifstream cpus("/proc/cpuinfo");
+  std::string line, model = "unknown processor";
+  while (std::getline(cpus, line))
+    if (line.starts_with("model name") && line.find(": ") != std::string::npos) {
+      model = line.substr(line.find(": ") + 2);
+      break;
+    }
+  utsname system{};
+  ::uname(&system);
+  return fmt::format("{}, {} hardware threads, {} {} {}", model, std::thread::hardware_concurrency(),
+                     system.sysname, system.release, system.machine);
+}
+
+// One simulation and the folder it is written to.
+class Run {
+ public:
+  Run(const SimulateOptions& options, Report& report);
+
+  void prepare();  // throws before anything of an earlier run is touched
+  Outcome work();  // throws what stopped the work
+  Outcome stopped(ExitStatus status) const;
+
+ private:
+  io::Manifest describe() const;
+  int restore();
+  void record();
+  bool wanted(int frame) const { return frame >= first_ && frame <= last_; }
+  bool written(int frame) const { return fs::exists(directory_.mesh(frame)); }
+  void redraw_missing(int resumed);
+  std::string resume_command() const;
+
+  const SimulateOptions& options_;
+  Report& report_;
+  const scene::ReadResult read_;
+  const EffectSet effects_;
+  const std::uint64_t identity_;
+  const io::RunDirectory directory_;
+  const int last_, first_;
+  Simulation simulation_;
+  std::vector<BodySurface> surfaces_;
+  io::Manifest manifest_;
+  std::unique_ptr<io::RunLock> lock_;
+  std::unique_ptr<io::LevelSetWriter> level_sets_;
+  std::unique_ptr<io::StatsLog> stats_;
+  int recorded_ = -1;  // the last frame that is whole in the folder
+  std::unique_ptr<FrameDrawer> drawer_;
+};
+
+fs::path folder_of(const SimulateOptions& options) {
+  return options.out.empty() ? fs::path("out") / fs::path(options.scene.name).stem() : fs::path(options.out);
+}
+
+Run::Run(const SimulateOptions& options, Report& report)
+    : options_(options),
+      report_(report),
+      read_(read_scene(options.scene)),
+      effects_(scene::plan_effects(read_.scene, options.scene.without).active()),
+      identity_(io::scene_identity(read_.source, effects_)),
+      directory_{folder_of(options)},
+      last_(options.frames ? options.frames->last : read_.scene.frames),
+      first_(options.frames ? options.frames->first.value_or(0) : 0),
+      simulation_(read_.scene, effects_) {}
+
+io::Manifest Run::describe() const {
+  io::Manifest manifest;
+  manifest.title = read_.scene.title;
+  manifest.scene = read_.scene.path;
+  manifest.command = options_.command;
+  manifest.version = version;
+  manifest.git_commit = git_commit;
+  manifest.machine = machine_text();
+  manifest.fps = read_.scene.fps;
+  manifest.frames = last_;
+  std::size_t i = 0;
+  const auto add = [&](const auto& body, const char* kind, const std::string& material) {
+    const Surface& surface = surfaces_.at(i++).surface;
+    manifest.bodies.push_back({body.name, kind, body.look, material,
+                               static_cast<int>(surface.positions.size()),
+                               static_cast<int>(surface.triangles.size())});
+  };
+  for (const scene::RigidBody& body : read_.scene.rigid) add(body, body.is_static ? "static" : "rigid", {});
+  for (const scene::DeformableBody& body : read_.scene.deformable) add(body, "deformable", body.material);
+  return manifest;
+}
+
+void Run::prepare() {
+  lock_ = std::make_unique<io::RunLock>(directory_);
+  simulation_.surfaces(surfaces_);
+  manifest_ = describe();
+  if (options_.draw) try {
+      drawer_ = std::make_unique<FrameDrawer>(read_.scene, manifest_, directory_, report_);
+    } catch (const Error& error) {
+      throw Error(error.status(), fmt::format("{}; `duet sim` simulates without drawing", error.what()));
+    }
+  const int resumed = options_.resume ? restore() : -1;
+  if (resumed < 0) {
+    io::begin_run(directory_, manifest_, read_.source);
+  } else {
+    io::continue_run(directory_, manifest_, read_.source);
+  }
+  recorded_ = resumed;
+  stats_ = std::make_unique<io::StatsLog>(directory_, resumed);
+  level_sets_ = std::make_unique<io::LevelSetWriter>(simulation_.level_sets());
+  redraw_missing(resumed);
+}
+
+// Loads the newest checkpoint of this scene; returns its frame, or -1 when the run has to start at frame 0.
+int Run::restore() {
+  const io::CheckpointSearch search = io::find_checkpoint(directory_, identity_);
+  for (const std::string& note : search.notes) report_.note(note);
+  if (search.found) {
+    simulation_.load_state(search.found->state);
+    report_.note(fmt::format("continuing after frame {}", search.found->frame));
+    return search.found->frame;
+  }
+  if (search.foreign)
+    throw Error(
+        ExitStatus::usage,
+        fmt::format(
+            "{}: nothing to resume for this scene (give the scene, --set and --without of the earlier "
+            "run, or leave out --resume to start anew)",
+            directory_.root.string()));
+  report_.note(fmt::format("no checkpoint in {}: starting at frame 0", directory_.checkpoint().string()));
+  return -1;
+}
+
+// Frames that an earlier run simulated: what it did not draw is drawn, what it did not write is named.
+void Run::redraw_missing(int resumed) {
+  int missing = 0, to_draw = 0;
+  for (int frame = first_; frame <= std::min(resumed, last_); ++frame) {
+    if (!written(frame)) ++missing;
+    if (drawer_ && written(frame) && !fs::exists(directory_.image(frame))) ++to_draw;
+  }
+  if (missing > 0)
+    report_.note(fmt::format(
+        "{} frames up to frame {} were not written by the earlier run; they stay missing", missing, resumed));
+  if (drawer_) to_draw += std::max(0, last_ - std::max(first_, resumed + 1) + 1);
+  report_.start(read_.scene.title.empty() ? read_.scene.path : read_.scene.title, directory_.root.string(),
+                std::max(resumed, 0), last_, to_draw);
+  if (!drawer_) return;
+  for (int frame = first_; frame <= std::min(resumed, last_); ++frame)
+    if (written(frame) && !fs::exists(directory_.image(frame))) drawer_->add(frame);
+}
+
+// Writes everything of the frame that the simulation holds. The checkpoint comes last: a frame that has one
+// is whole.
+void Run::record() {
+  const int frame = simulation_.frame();
+  const FrameStats stats = simulation_.stats();
+  if (wanted(frame)) {
+    simulation_.surfaces(surfaces_);
+    io::write_obj(directory_.mesh(frame), surfaces_);
+    if (const auto bodies = simulation_.level_sets(); !bodies.empty())
+      level_sets_->write(directory_, frame, stats.time, bodies);
+  }
+  stats_->append(stats);
+  io::write_checkpoint(directory_, identity_, {frame, simulation_.save_state()});
+  recorded_ = frame;
+  report_.simulated(stats);
+  if (drawer_ && wanted(frame)) drawer_->add(frame);
+}
+
+Outcome Run::work() {
+  const auto begin = std::chrono::steady_clock::now();
+  if (recorded_ < 0) record();
+  while (recorded_ < last_) {
+    if (interrupted()) return stopped(ExitStatus::interrupted);
+    simulation_.advance_frame();
+    record();
+  }
+  std::string video;
+  if (drawer_) {
+    drawer_->finish();
+    if (interrupted()) return stopped(ExitStatus::interrupted);
+    const std::string name = io::video_path(directory_, manifest_).stem().string();
+    video = "; " + render::encode_video(directory_, name, manifest_.fps);
+    if (interrupted()) return stopped(ExitStatus::interrupted);
+  }
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  return {ExitStatus::done, fmt::format("frames {} to {} in {}, {:.1f} s{}", first_, last_,
+                                        directory_.root.string(), seconds, video)};
+}
+
+Outcome Run::stopped(ExitStatus status) const {
+  if (recorded_ < 0)
+    return {status, fmt::format("before frame 0 was written to {}", directory_.root.string())};
+  return {status, fmt::format("frames up to {} are whole in {}, the state is in {}; continue with `{}`",
+                              recorded_, directory_.root.string(),
+                              io::checkpoint_path(directory_, recorded_).string(), resume_command())};
+}
+
+std::string Run::resume_command() const {
+  return options_.resume ? options_.command : options_.command + " --resume";
+}
+
+}  // namespace
+
+Outcome simulate(const SimulateOptions& options, Report& report) {
+  set_thread_count(options.threads);
+  Run run(options, report);
+  run.prepare();
+  try {
+    return run.work();
+  } catch (...) {
+    return run.stopped(report.failure(std::current_exception()));
+  }
+}
+
+}  // namespace duet::tools
