@@ -1,0 +1,104 @@
+#include "render/body_meshes.h"
+
+#include <cstddef>
+#include <cstdint>
+
+namespace duet::render {
+namespace {
+
+struct ShadedCorner {
+  Vec3f position, normal;
+  Vec2f uv;
+};
+static_assert(sizeof(ShadedCorner) == 8 * sizeof(float));
+
+std::size_t at(int index) { return static_cast<std::size_t>(index); }
+
+Bounds bounds_of(const Surface& surface) {
+  if (surface.positions.empty()) return {};
+  Vec3f low = surface.positions.front(), high = low;
+  for (const Vec3f& x : surface.positions) {
+    low = low.cwiseMin(x);
+    high = high.cwiseMax(x);
+  }
+  return {low.cast<double>(), high.cast<double>()};
+}
+
+// Mean length of the surface's derivative along u and v, weighted by area.
+Vec2 texture_scale_of(const Surface& surface) {
+  Vec2 sum = Vec2::Zero();
+  double area = 0;
+  for (const auto& t : surface.triangles) {
+    Eigen::Matrix<double, 3, 2> edges;
+    Eigen::Matrix2d uv_edges;
+    for (int k = 0; k < 2; ++k) {
+      edges.col(k) = (surface.positions[at(t[at(k + 1)].position)] - surface.positions[at(t[0].position)])
+                         .cast<double>();
+      uv_edges.col(k) = (surface.uvs[at(t[at(k + 1)].uv)] - surface.uvs[at(t[0].uv)]).cast<double>();
+    }
+    if (std::abs(uv_edges.determinant()) < 1e-12) continue;
+    const double a = edges.col(0).cross(edges.col(1)).norm();
+    const Eigen::Matrix<double, 3, 2> derivative = edges * uv_edges.inverse();
+    sum += a * derivative.colwise().norm().transpose();
+    area += a;
+  }
+  return area > 0 ? Vec2(sum / area) : Vec2(Vec2::Ones());
+}
+
+}  // namespace
+
+BodyMeshes::BodyMeshes(const Gl& gl)
+    : gl_(gl), corners_(gl), positions_(gl), indices_(gl), shaded_(gl), shape_(gl) {
+  shaded_.attribute(corners_, 0, 3, sizeof(ShadedCorner), offsetof(ShadedCorner, position));
+  shaded_.attribute(corners_, 1, 3, sizeof(ShadedCorner), offsetof(ShadedCorner, normal));
+  shaded_.attribute(corners_, 2, 2, sizeof(ShadedCorner), offsetof(ShadedCorner, uv));
+  shape_.attribute(positions_, 0, 3, sizeof(Vec3f), 0);
+  gl_.BindBuffer(GL_ELEMENT_ARRAY_BUFFER, indices_.id());
+}
+
+void BodyMeshes::upload(const std::vector<BodySurface>& bodies) {
+  std::vector<ShadedCorner> corners;
+  std::vector<Vec3f> positions;
+  std::vector<std::uint32_t> indices;
+  ranges_.clear();
+  for (const BodySurface& body : bodies) {
+    const Surface& surface = body.surface;
+    Range range;
+    range.first_corner = static_cast<int>(corners.size());
+    range.corners = 3 * static_cast<int>(surface.triangles.size());
+    range.bounds = bounds_of(surface);
+    auto scale = texture_scales_.find(body.name);
+    if (scale == texture_scales_.end())
+      scale = texture_scales_.emplace(body.name, texture_scale_of(surface)).first;
+    range.texture_scale = scale->second;
+    ranges_.push_back(range);
+
+    const std::uint32_t base = static_cast<std::uint32_t>(positions.size());
+    for (const auto& triangle : surface.triangles)
+      for (const Corner& c : triangle) {
+        corners.push_back(
+            {surface.positions[at(c.position)], surface.normals[at(c.normal)], surface.uvs[at(c.uv)]});
+        indices.push_back(base + static_cast<std::uint32_t>(c.position));
+      }
+    positions.insert(positions.end(), surface.positions.begin(), surface.positions.end());
+  }
+  corners_.fill(GL_ARRAY_BUFFER, std::span<const ShadedCorner>(corners));
+  positions_.fill(GL_ARRAY_BUFFER, std::span<const Vec3f>(positions));
+  shape_.bind();  // the binding of the index buffer belongs to the vertex array
+  indices_.fill(GL_ELEMENT_ARRAY_BUFFER, std::span<const std::uint32_t>(indices));
+}
+
+void BodyMeshes::draw_shaded(int body) const {
+  const Range& range = ranges_[at(body)];
+  shaded_.bind();
+  gl_.DrawArrays(GL_TRIANGLES, range.first_corner, range.corners);
+}
+
+void BodyMeshes::draw_shape(int body) const {
+  const Range& range = ranges_[at(body)];
+  shape_.bind();
+  gl_.DrawElements(GL_TRIANGLES, range.corners, GL_UNSIGNED_INT,
+                   reinterpret_cast<const void*>(at(range.first_corner) * sizeof(std::uint32_t)));
+}
+
+}  // namespace duet::render

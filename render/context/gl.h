@@ -1,0 +1,85 @@
+// The OpenGL functions that the renderer calls, loaded through a context. One table a context: with several
+// back-ends in a process, the same function has several addresses.
+#pragma once
+
+#include <GL/glcorearb.h>
+
+#include "render/context/context.h"
+
+namespace duet::render {
+
+// X(name without the prefix gl, the same in capitals). All of them belong to OpenGL 3.3 core.
+#define DUET_GL_FUNCTIONS(X)                          \
+  X(ActiveTexture, ACTIVETEXTURE)                     \
+  X(AttachShader, ATTACHSHADER)                       \
+  X(BindBuffer, BINDBUFFER)                           \
+  X(BindBufferBase, BINDBUFFERBASE)                   \
+  X(BindFramebuffer, BINDFRAMEBUFFER)                 \
+  X(BindTexture, BINDTEXTURE)                         \
+  X(BindVertexArray, BINDVERTEXARRAY)                 \
+  X(BufferData, BUFFERDATA)                           \
+  X(CheckFramebufferStatus, CHECKFRAMEBUFFERSTATUS)   \
+  X(Clear, CLEAR)                                     \
+  X(ClearColor, CLEARCOLOR)                           \
+  X(CompileShader, COMPILESHADER)                     \
+  X(CreateProgram, CREATEPROGRAM)                     \
+  X(CreateShader, CREATESHADER)                       \
+  X(CullFace, CULLFACE)                               \
+  X(DeleteBuffers, DELETEBUFFERS)                     \
+  X(DeleteFramebuffers, DELETEFRAMEBUFFERS)           \
+  X(DeleteProgram, DELETEPROGRAM)                     \
+  X(DeleteShader, DELETESHADER)                       \
+  X(DeleteTextures, DELETETEXTURES)                   \
+  X(DeleteVertexArrays, DELETEVERTEXARRAYS)           \
+  X(Disable, DISABLE)                                 \
+  X(DrawArrays, DRAWARRAYS)                           \
+  X(DrawBuffer, DRAWBUFFER)                           \
+  X(DrawBuffers, DRAWBUFFERS)                         \
+  X(DrawElements, DRAWELEMENTS)                       \
+  X(Enable, ENABLE)                                   \
+  X(EnableVertexAttribArray, ENABLEVERTEXATTRIBARRAY) \
+  X(FramebufferTexture, FRAMEBUFFERTEXTURE)           \
+  X(FramebufferTextureLayer, FRAMEBUFFERTEXTURELAYER) \
+  X(GenBuffers, GENBUFFERS)                           \
+  X(GenFramebuffers, GENFRAMEBUFFERS)                 \
+  X(GenTextures, GENTEXTURES)                         \
+  X(GenVertexArrays, GENVERTEXARRAYS)                 \
+  X(GetError, GETERROR)                               \
+  X(GetIntegerv, GETINTEGERV)                         \
+  X(GetProgramInfoLog, GETPROGRAMINFOLOG)             \
+  X(GetProgramiv, GETPROGRAMIV)                       \
+  X(GetShaderInfoLog, GETSHADERINFOLOG)               \
+  X(GetShaderiv, GETSHADERIV)                         \
+  X(GetString, GETSTRING)                             \
+  X(GetUniformBlockIndex, GETUNIFORMBLOCKINDEX)       \
+  X(GetUniformLocation, GETUNIFORMLOCATION)           \
+  X(LinkProgram, LINKPROGRAM)                         \
+  X(PixelStorei, PIXELSTOREI)                         \
+  X(ReadBuffer, READBUFFER)                           \
+  X(ReadPixels, READPIXELS)                           \
+  X(ShaderSource, SHADERSOURCE)                       \
+  X(TexImage2D, TEXIMAGE2D)                           \
+  X(TexImage3D, TEXIMAGE3D)                           \
+  X(TexParameterfv, TEXPARAMETERFV)                   \
+  X(TexParameteri, TEXPARAMETERI)                     \
+  X(Uniform1f, UNIFORM1F)                             \
+  X(Uniform1i, UNIFORM1I)                             \
+  X(Uniform2f, UNIFORM2F)                             \
+  X(Uniform2i, UNIFORM2I)                             \
+  X(Uniform3f, UNIFORM3F)                             \
+  X(UniformBlockBinding, UNIFORMBLOCKBINDING)         \
+  X(UniformMatrix4fv, UNIFORMMATRIX4FV)               \
+  X(UseProgram, USEPROGRAM)                           \
+  X(VertexAttribPointer, VERTEXATTRIBPOINTER)         \
+  X(Viewport, VIEWPORT)
+
+struct Gl {
+#define DUET_GL_MEMBER(name, NAME) PFNGL##NAME##PROC name = nullptr;
+  DUET_GL_FUNCTIONS(DUET_GL_MEMBER)
+#undef DUET_GL_MEMBER
+};
+
+// Loads the table; the context must be current. Throws FileError when a function is missing.
+Gl load_gl(const Context& context);
+
+}  // namespace duet::render

@@ -1,0 +1,54 @@
+#include "render/looks.h"
+
+#include <fmt/format.h>
+
+#include "sim/base/error.h"
+#include "sim/base/near_miss.h"
+
+namespace duet::render {
+namespace {
+
+// The place of the look called `name`; the default look where there is no name, -1 where nobody has that
+// name.
+int find_look(const std::vector<scene::Look>& looks, const std::string& name) {
+  if (name.empty()) return LookTable::plain;
+  for (std::size_t i = LookTable::ground + 1; i < looks.size(); ++i)
+    if (looks[i].name == name) return static_cast<int>(i);
+  return -1;
+}
+
+std::string remedy(const std::vector<scene::Look>& looks, const std::string& name) {
+  std::vector<std::string> known;
+  for (std::size_t i = LookTable::ground + 1; i < looks.size(); ++i) known.push_back(looks[i].name);
+  const std::string hint = did_you_mean(name, known);
+  return fmt::format("add [looks.{}] to the scene{}{}", name, hint.empty() ? "" : "; ", hint);
+}
+
+}  // namespace
+
+LookTable assign_looks(const scene::Scene& scene, const io::Manifest& manifest) {
+  LookTable table;
+  table.looks.resize(LookTable::ground + 1);
+  table.looks.insert(table.looks.end(), scene.looks.begin(), scene.looks.end());
+  if (table.looks.size() > static_cast<std::size_t>(max_looks))
+    throw Error(ExitStatus::usage,
+                fmt::format("{}: {} looks are more than the renderer holds ({}): let bodies share looks",
+                            scene.path, scene.looks.size(), max_looks - 2));
+  const auto place_of = [&](const std::string& wearer, const std::string& look) {
+    const int place = find_look(table.looks, look);
+    if (place < 0)
+      throw FileError(scene.path,
+                      fmt::format("{} wears the look `{}`, which the scene does not have", wearer, look),
+                      remedy(table.looks, look));
+    return place;
+  };
+  if (scene.ground) {
+    const int place = place_of("the ground", scene.ground->look);
+    table.looks[LookTable::ground] = table.looks[static_cast<std::size_t>(place)];
+  }
+  for (const io::ManifestBody& body : manifest.bodies)
+    table.of_body[body.name] = place_of(fmt::format("body `{}`", body.name), body.look);
+  return table;
+}
+
+}  // namespace duet::render

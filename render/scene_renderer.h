@@ -1,0 +1,51 @@
+// Draws the bodies of one frame: the passes that shaders.h describes.
+#pragma once
+
+#include <vector>
+
+#include "render/body_meshes.h"
+#include "render/gl_objects.h"
+#include "render/looks.h"
+#include "render/shadow_samples.h"
+
+namespace duet::render {
+
+class SceneRenderer {
+ public:
+  // The context of `gl` must be current here, in draw and in the destructor. `gl` must outlive the renderer.
+  // Throws Error(usage) when the scene asks for more than the shaders hold, FileError when the library is too
+  // old.
+  SceneRenderer(const Gl& gl, const scene::Scene& scene, const LookTable& looks);
+
+  // 8-bit sRGB RGB, top row first. `looks_of_bodies`: places in the look table.
+  std::vector<unsigned char> draw(const std::vector<BodySurface>& bodies,
+                                  const std::vector<int>& looks_of_bodies);
+
+ private:
+  void allocate_targets();
+  void fill_constant_blocks();
+  void set_view(const Program& program, const Vec2& range) const;
+  Vec2 depth_range() const;
+  void draw_shadow_maps();
+  void draw_geometry(const std::vector<int>& looks_of_bodies, const Vec2& range);
+  void draw_visibility(const Vec2& range);
+  void draw_shading(const Vec2& range);
+  std::vector<unsigned char> read_picture();
+
+  const Gl& gl_;
+  const scene::Scene scene_;
+  const LookTable looks_;
+  const View view_;
+  const ShadowSampleSet samples_;
+  const int tile_width_, tile_height_;  // of a ninth of the picture
+
+  Program shadow_program_, geometry_program_, visibility_program_, shading_program_;
+  Texture shadow_maps_, surfaces_, depths_, shares_, keys_, picture_;
+  Framebuffer shadow_target_, geometry_target_, visibility_target_, picture_target_;
+  Buffer look_block_, light_block_, sample_block_;
+  VertexArray nothing_;  // the screen triangle has no attributes
+  BodyMeshes meshes_;
+  std::vector<std::uint16_t> pixels_;
+};
+
+}  // namespace duet::render

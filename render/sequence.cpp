@@ -1,0 +1,80 @@
+#include "render/sequence.h"
+
+#include <fmt/format.h>
+
+#include "render/context/context.h"
+#include "render/scene_renderer.h"
+#include "sim/base/error.h"
+#include "sim/io/files.h"
+
+namespace duet::render {
+namespace {
+
+constexpr const char* mixed_runs =
+    "the folder mixes two runs: simulate the scene anew, or give --out another folder";
+
+// Where the bodies differ from the manifest, in words; empty when they do not.
+std::string difference(const std::vector<io::ManifestBody>& expected,
+                       const std::vector<BodySurface>& bodies) {
+  if (bodies.size() != expected.size())
+    return fmt::format("holds {} bodies, the manifest {}", bodies.size(), expected.size());
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    const Surface& surface = bodies[i].surface;
+    if (bodies[i].name != expected[i].name)
+      return fmt::format("body {} is called `{}`, in the manifest `{}`", i, bodies[i].name, expected[i].name);
+    if (surface.positions.size() != static_cast<std::size_t>(expected[i].vertices) ||
+        surface.triangles.size() != static_cast<std::size_t>(expected[i].triangles))
+      return fmt::format("body `{}` has {} vertices and {} triangles, in the manifest {} and {}",
+                         bodies[i].name, surface.positions.size(), surface.triangles.size(),
+                         expected[i].vertices, expected[i].triangles);
+  }
+  return {};
+}
+
+}  // namespace
+
+struct SequenceRenderer::Impl {
+  Impl(const scene::Scene& scene, const io::Manifest& manifest, Backend backend)
+      : bodies(manifest.bodies),
+        looks(assign_looks(scene, manifest)),
+        render(scene.render),
+        context(create_context(backend)),
+        gl(load_gl(*context)),
+        renderer(gl, scene, looks) {
+    for (const io::ManifestBody& body : bodies) looks_of_bodies.push_back(looks.of_body.at(body.name));
+  }
+  ~Impl() {
+    context->make_current();
+  }  // the renderer's OpenGL objects die next, while the context still lives
+
+  const std::vector<io::ManifestBody> bodies;
+  const LookTable looks;
+  const scene::Render render;
+  std::vector<int> looks_of_bodies;
+  std::unique_ptr<Context> context;
+  const Gl gl;
+  SceneRenderer renderer;
+};
+
+SequenceRenderer::SequenceRenderer(const scene::Scene& scene, const io::Manifest& manifest, Backend backend)
+    : impl_(std::make_unique<Impl>(scene, manifest, backend)) {}
+SequenceRenderer::~SequenceRenderer() = default;
+
+std::string SequenceRenderer::backend_name() const { return impl_->context->name(); }
+
+std::vector<unsigned char> SequenceRenderer::draw(const std::vector<BodySurface>& bodies) {
+  const std::string problem = difference(impl_->bodies, bodies);
+  if (!problem.empty()) throw FileError("frame", problem, mixed_runs);
+  impl_->context->make_current();
+  return impl_->renderer.draw(bodies, impl_->looks_of_bodies);
+}
+
+void SequenceRenderer::render_frame(const io::RunDirectory& run, int frame) {
+  const std::vector<BodySurface> bodies = io::read_obj(run.mesh(frame));
+  const std::string problem = difference(impl_->bodies, bodies);
+  if (!problem.empty()) throw FileError(run.mesh(frame).string(), problem, mixed_runs);
+  io::create_folder(run.image(frame).parent_path());
+  write_png(run.image(frame).string(), impl_->render.width, impl_->render.height, draw(bodies));
+}
+
+}  // namespace duet::render

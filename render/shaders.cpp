@@ -1,0 +1,401 @@
+#include "render/shaders.h"
+
+#include <fmt/format.h>
+
+#include "render/looks.h"
+
+namespace duet::render::shaders {
+namespace {
+
+std::string header() {
+  return fmt::format(
+      "#version 330 core\n"
+      "const int block = {};\nconst int max_looks = {};\nconst int max_lights = {};\nconst int max_samples = "
+      "{};\n",
+      block, max_looks, max_lights, max_shadow_samples);
+}
+
+// Unit vectors in two numbers: the octahedron |x| + |y| + |z| = 1, its lower half folded outwards.
+constexpr const char* octahedron = R"(
+vec2 signs(vec2 v) { return vec2(v.x < 0.0 ? -1.0 : 1.0, v.y < 0.0 ? -1.0 : 1.0); }
+vec2 fold(vec3 n) {
+  n /= abs(n.x) + abs(n.y) + abs(n.z);
+  return n.z >= 0.0 ? n.xy : (1.0 - abs(n.yx)) * signs(n.xy);
+}
+vec3 unfold(vec2 f) {
+  vec3 n = vec3(f, 1.0 - abs(f.x) - abs(f.y));
+  if (n.z < 0.0) n.xy = (1.0 - abs(n.yx)) * signs(n.xy);
+  return normalize(n);
+}
+)";
+
+// Patterns as averages over the width of a pixel, so that they never flicker.
+constexpr const char* patterns = R"(
+// A wave of period 2 that is +1 on (0, 1) and -1 on (1, 2), averaged over `width`.
+float square_wave(float x, float width) {
+  return (abs(mod(x - 0.5 * width, 2.0) - 1.0) - abs(mod(x + 0.5 * width, 2.0) - 1.0)) / width;
+}
+// Share of the second colour; pattern 1: checker, 2: stripes across x.
+float pattern_blend(int pattern, vec2 x, vec2 width) {
+  if (pattern == 0) return 0.0;
+  width = max(width, vec2(1e-4));
+  float along = square_wave(x.x, width.x);
+  return 0.5 - 0.5 * (pattern == 1 ? along * square_wave(x.y, width.y) : along);
+}
+)";
+
+// What a sample of the picture shows, from the bodies' depth and the ground's plane.
+constexpr const char* surface_lookup = R"(
+uniform sampler2D surfaces;
+uniform sampler2D depths;
+uniform vec3 eye, forward, right, up;  // right and up reach to the picture's border
+uniform vec2 depth_range;
+uniform ivec2 picture;
+uniform int supersampling;
+uniform int has_ground;
+uniform float ground_height;
+const int ground_look = 1;
+
+struct Surface { bool hit; vec3 position; vec3 normal; float z; int look; float blend; };
+
+vec3 ray_through(vec2 at) {  // `at` in pixels; its component along `forward` is 1
+  vec2 x = 2.0 * at / vec2(picture) - 1.0;
+  return forward + x.x * right + x.y * up;
+}
+
+Surface surface_at(ivec2 place) {  // in samples
+  vec3 ray = ray_through((vec2(place) + 0.5) / float(supersampling));
+  vec4 body = texelFetch(surfaces, place, 0);
+  float depth = texelFetch(depths, place, 0).x;
+  int look = int(body.w * 65535.0 + 0.5) - 1;
+  float body_z = depth_range.x * depth_range.y / (depth_range.y - depth * (depth_range.y - depth_range.x));
+  float ground_z = (ground_height - eye.y) / min(ray.y, -1e-9);
+  bool ground = has_ground == 1 && ground_z > 0.0 && (look < 0 || ground_z < body_z);
+  Surface s;
+  s.hit = ground || look >= 0;
+  s.z = ground ? ground_z : body_z;
+  s.position = eye + s.z * ray;
+  s.normal = ground ? vec3(0.0, 1.0, 0.0) : unfold(body.xy * 2.0 - 1.0);
+  s.look = ground ? ground_look : look;
+  s.blend = ground ? 0.0 : body.z;
+  return s;
+}
+)";
+
+constexpr const char* shadow_lookup = R"(
+struct ShadowSample {
+  mat4 to_map;
+  vec4 place;   // w = 1: point on a light, w = 0: direction of the sky
+  vec4 weight;  // luminance, texel's width
+};
+layout(std140) uniform ShadowSamples { ShadowSample samples[max_samples]; };
+uniform sampler2DArrayShadow shadow_maps;
+
+// 1 where nothing stands between the point and the sample. The maps hold the bodies' far sides, so a shift by a
+// fraction of a texel is enough.
+float visible(int i, vec3 position, vec3 normal, float distance_to_light) {
+  vec3 shifted = position + normal * (0.5 * samples[i].weight.y * distance_to_light);
+  vec4 m = samples[i].to_map * vec4(shifted, 1.0);
+  if (m.w <= 0.0) return 1.0;
+  m.xyz /= m.w;
+  return texture(shadow_maps, vec4(m.xy, float(i), min(m.z, 1.0)));
+}
+)";
+
+constexpr const char* visibility_main = R"(
+uniform ivec2 tile;    // this ninth's place in the target
+uniform ivec2 phase;   // its pixel in every block
+uniform int first_sample, light_samples, all_samples;
+layout(location = 0) out vec4 shares;  // light that arrives and that would without shadows; the same of the sky
+layout(location = 1) out vec4 key;     // normal, distance along the view
+
+void main() {
+  ivec2 pixel = min(block * (ivec2(gl_FragCoord.xy) - tile) + phase, picture - 1);
+  Surface s = surface_at(supersampling * pixel + supersampling / 2);
+  vec4 sum = vec4(0.0);
+  int last_light = s.hit ? light_samples : 0, last_sky = s.hit ? all_samples : 0;
+  int i = first_sample;
+  for (; i < last_light; i += block * block) {
+    vec3 d = samples[i].place.xyz - s.position;
+    float squared = dot(d, d), length_of_d = sqrt(squared);
+    float full = samples[i].weight.x * max(dot(s.normal, d), 0.0) / (squared * length_of_d);
+    sum.xy += full * vec2(visible(i, s.position, s.normal, length_of_d), 1.0);
+  }
+  for (; i < last_sky; i += block * block) {
+    float full = samples[i].weight.x * max(dot(s.normal, samples[i].place.xyz), 0.0);
+    sum.zw += full * vec2(visible(i, s.position, s.normal, 1.0), 1.0);
+  }
+  shares = sum;
+  key = s.hit ? vec4(s.normal, s.z) : vec4(0.0, 0.0, 0.0, -1.0);
+}
+)";
+
+constexpr const char* environment = R"(
+struct Look { vec4 color_metallic; vec4 color2_roughness; };
+layout(std140) uniform Looks { Look looks[max_looks]; };
+struct Light { vec4 place_radius; vec4 color_shadow; };  // colour: irradiance at 1 m
+layout(std140) uniform Lights { Light lights[max_lights]; };
+uniform int light_count;
+uniform vec3 zenith, horizon;
+uniform vec3 target;  // of the camera: the lights' glow is drawn as seen from there
+uniform float sky_intensity;
+uniform float fade_distance;
+const float pi = 3.14159265;
+const float glow_strength = 0.8;  // of a white surface that faces the light
+
+// The sky in direction d as seen from `position`: a gradient, and a broad glow around every area light, which tells
+// the faces of a mirroring body apart.
+vec3 sky(vec3 position, vec3 d) {
+  float t = clamp(d.y, 0.0, 1.0);
+  vec3 radiance = mix(horizon, zenith, t * (2.0 - t));
+  for (int i = 0; i < light_count; ++i) {
+    vec3 to_light = lights[i].place_radius.xyz - position;
+    float squared = dot(to_light, to_light);
+    float x = 0.5 + 0.5 * dot(d, to_light) * inversesqrt(squared);
+    float glow = lights[i].place_radius.w > 0.0 ? x * x * x * x : 0.0;
+    radiance += lights[i].color_shadow.rgb * (glow_strength * glow / (pi * squared));
+  }
+  return radiance;
+}
+
+// Irradiance from the unobstructed sky on a surface that sees the share (1 + n.y) / 2 of it.
+vec3 sky_irradiance(vec3 n) {
+  float share = 0.5 + 0.5 * n.y;
+  return pi * sky_intensity * share * mix(horizon, zenith, mix(0.55, 0.83, max(n.y, 0.0)));
+}
+
+// How far the ground has faded into the horizon at distance d.
+float faded(float d) {
+  float x = d / fade_distance;
+  return 1.0 - exp(-x * x);
+}
+
+vec3 ground_color(float blend) {
+  return mix(looks[ground_look].color_metallic.rgb, looks[ground_look].color2_roughness.rgb, blend);
+}
+
+// Light that the ground sends up from `position` on it; `lit`: share of the area lights' light that arrives.
+vec3 ground_radiance(vec3 position, float lit) {
+  vec3 irradiance = sky_irradiance(vec3(0.0, 1.0, 0.0));
+  for (int i = 0; i < light_count; ++i) {
+    vec3 d = lights[i].place_radius.xyz - position;
+    float squared = dot(d, d);
+    float arrives = lights[i].color_shadow.w > 0.0 ? lit : 1.0;
+    irradiance += arrives * lights[i].color_shadow.rgb * max(d.y, 0.0) / (squared * sqrt(squared));
+  }
+  return irradiance * ground_color(0.5) / pi;
+}
+)";
+
+constexpr const char* shading_functions = R"(
+uniform sampler2D shares, keys;
+uniform ivec2 tile_size;
+uniform int light_samples;
+uniform int ground_pattern;
+uniform float ground_pattern_size;
+uniform float exposure;
+uniform float pixel_size;  // m at distance 1 m
+layout(location = 0) out vec4 color;
+
+// Shares of the lights' and the sky's light that arrive at s, gathered from the pixels around that show the same
+// surface: about the same normal, on the same tangent plane.
+vec2 visibility(ivec2 pixel, Surface s) {
+  vec4 same = vec4(0.0), all = vec4(0.0);
+  for (int dy = -1; dy <= 1; ++dy)
+    for (int dx = -1; dx <= 1; ++dx) {
+      ivec2 q = clamp(pixel + ivec2(dx, dy), ivec2(0), picture - 1);
+      ivec2 cell = q / block;
+      ivec2 stored = (q - block * cell) * tile_size + cell;
+      vec4 key = texelFetch(keys, stored, 0), share = texelFetch(shares, stored, 0);
+      vec3 there = eye + key.w * ray_through(vec2(q) + 0.5);
+      bool near = key.w > 0.0 && dot(key.xyz, s.normal) > 0.9 &&
+                  abs(dot(s.normal, there - s.position)) < 3.0 * pixel_size * s.z;
+      all += share;
+      same += near ? share : vec4(0.0);
+    }
+  vec4 sum = same.y + same.w > 0.0 ? same : all;
+  return vec2(sum.y > 0.0 ? sum.x / sum.y : 1.0, sum.w > 0.0 ? sum.z / sum.w : 1.0);
+}
+
+vec3 schlick(vec3 normal_incidence, vec3 grazing, float cosine) {
+  float x = 1.0 - clamp(cosine, 0.0, 1.0), x2 = x * x;
+  return normal_incidence + (grazing - normal_incidence) * (x2 * x2 * x);
+}
+
+// What a mirror of this roughness shows in direction d: the sky, or the ground with the lights' shadows on it.
+vec3 reflected(vec3 position, vec3 d, float roughness, int shadow_lookups) {
+  float blur = 0.01 + 0.6 * roughness * roughness;
+  vec3 above = sky(position, d);
+  float side = smoothstep(-blur, blur, d.y);
+  if (has_ground == 0) return above;
+  float fall = max(-d.y, 0.02);
+  float path = max(position.y - ground_height, 0.0) / fall;
+  vec3 there = position + path * d;
+  there.y = ground_height;
+  float lit = 0.0;
+  for (int i = 0; i < shadow_lookups; ++i)
+    lit += visible(i, there, vec3(0.0, 1.0, 0.0), length(samples[i].place.xyz - there));
+  lit = shadow_lookups > 0 ? lit / float(shadow_lookups) : 1.0;
+  return mix(mix(ground_radiance(there, lit), sky(position, normalize(vec3(d.x, 0.0, d.z))), faded(path)), above, side);
+}
+
+// Cook-Torrance with the GGX distribution; a light's disc widens the lobe and dims it in proportion.
+vec3 specular(vec3 n, vec3 v, vec3 l, float alpha, float widening, vec3 f0) {
+  vec3 h = normalize(l + v);
+  float nl = max(dot(n, l), 0.0), nv = max(dot(n, v), 1e-3), nh = clamp(dot(n, h), 0.0, 1.0);
+  float wide = min(alpha + widening, 1.0), a2 = wide * wide;
+  float d = nh * nh * (a2 - 1.0) + 1.0;
+  float distribution = a2 / (pi * d * d) * (alpha / wide) * (alpha / wide);
+  float masking = 0.5 / mix(2.0 * nl * nv, nl + nv, alpha);
+  return schlick(f0, vec3(1.0), dot(l, h)) * (distribution * masking);
+}
+
+vec3 shade(ivec2 pixel, Surface s, vec2 arriving) {
+  Look look = looks[max(s.look, 0)];
+  vec3 base = mix(look.color_metallic.rgb, look.color2_roughness.rgb, s.blend);
+  float metallic = look.color_metallic.a, roughness = max(look.color2_roughness.a, 0.05);
+  float alpha = roughness * roughness;
+  vec3 n = s.normal, v = normalize(eye - s.position);
+  float nv = dot(n, v);
+  if (nv < 0.05) n = normalize(n + (0.05 - nv) * v);  // interpolated normals may turn away at the silhouette
+  nv = max(dot(n, v), 0.05);
+  vec3 f0 = mix(vec3(0.04), base, metallic);
+  vec3 diffuse = base * (1.0 - metallic) / pi;
+
+  vec3 sum = vec3(0.0);
+  for (int i = 0; i < light_count; ++i) {
+    vec3 d = lights[i].place_radius.xyz - s.position;
+    float range = length(d);
+    vec3 l = d / range;
+    float arrives = lights[i].color_shadow.w > 0.0 ? arriving.x : 1.0;
+    vec3 irradiance = lights[i].color_shadow.rgb * (arrives * max(dot(n, l), 0.0) / (range * range));
+    vec3 highlight = specular(n, v, l, alpha, 0.5 * lights[i].place_radius.w / range, f0);
+    sum += irradiance * (diffuse * (1.0 - schlick(f0, vec3(1.0), nv)) + highlight);
+  }
+
+  vec3 below = has_ground == 1 ? ground_radiance(vec3(s.position.x, ground_height, s.position.z), 0.5)
+                               : 0.5 * sky_intensity * horizon;
+  vec3 ambient = arriving.y * (sky_irradiance(n) + pi * below * (0.5 - 0.5 * n.y));
+  vec3 mirror_share = schlick(f0, max(f0, vec3(1.0 - roughness)), nv);
+  vec3 mirror = reflected(s.position, reflect(-v, n), roughness, metallic > 0.5 ? light_samples : 0);
+  float open = mix(arriving.y, 1.0, 0.3);
+  return sum + ambient * diffuse * (1.0 - mirror_share) + mirror * mirror_share * open;
+}
+
+// Straight up to the knee, then bent towards white. The largest channel is bent and the others keep their
+// proportion to it, so that bright orange stays orange; only far beyond white a colour pales.
+vec3 tone_curve(vec3 c) {
+  const float knee = 0.72;
+  float peak = max(c.r, max(c.g, c.b));
+  if (peak <= knee) return c;
+  float room = 1.0 - knee;
+  float bent = 1.0 - room * room / (peak - knee + room);
+  float pale = 1.0 - 1.0 / (1.0 + 0.12 * (peak - bent));
+  return mix(c * (bent / peak), vec3(bent), pale);
+}
+)";
+
+constexpr const char* shading_main = R"(
+void main() {
+  ivec2 pixel = ivec2(gl_FragCoord.xy), corner = supersampling * pixel;
+  int samples_per_pixel = supersampling * supersampling;
+  Surface centre = surface_at(corner + supersampling / 2);
+  bool uniform_pixel = true;
+  for (int i = 0; i < samples_per_pixel; ++i) {
+    Surface s = surface_at(corner + ivec2(i % supersampling, i / supersampling));
+    uniform_pixel = uniform_pixel && s.hit == centre.hit && s.look == centre.look &&
+                    dot(s.normal, centre.normal) > 0.97 && abs(s.blend - centre.blend) < 0.02;
+  }
+
+  // Width of the pixel on the ground, from the rays next to it.
+  vec3 ray = ray_through(vec2(pixel) + 0.5);
+  float drop = ground_height - eye.y;
+  vec2 here = ray.xz * (drop / min(ray.y, -1e-6));
+  vec3 ray_right = ray + right * (2.0 / float(picture.x)), ray_up = ray + up * (2.0 / float(picture.y));
+  vec2 width = max(abs(ray_right.xz * (drop / min(ray_right.y, -1e-6)) - here),
+                   abs(ray_up.xz * (drop / min(ray_up.y, -1e-6)) - here));
+
+  int count = uniform_pixel ? (centre.hit ? 1 : 0) : samples_per_pixel;
+  vec3 sum = vec3(0.0);
+  for (int i = 0; i < count; ++i) {
+    ivec2 place = uniform_pixel ? corner + supersampling / 2
+                                : corner + ivec2(i % supersampling, i / supersampling);
+    Surface s = surface_at(place);
+    vec3 background = sky(target, normalize(s.position - eye));
+    if (s.look == ground_look)
+      s.blend = pattern_blend(ground_pattern, s.position.xz / ground_pattern_size, width / ground_pattern_size);
+    vec3 radiance = shade(pixel, s, visibility(pixel, s));
+    if (s.look == ground_look) radiance = mix(radiance, sky(target, normalize(vec3(ray.x, 0.0, ray.z))), faded(s.z));
+    radiance = s.hit ? radiance : background;
+    radiance = mix(vec3(0.0), radiance, greaterThan(radiance, vec3(0.0)));  // no NaN passes
+    sum += min(radiance, vec3(16.0));
+  }
+  sum = count == 0 ? sky(target, normalize(ray)) : sum / float(count);
+  color = vec4(tone_curve(exposure * sum), 1.0);
+}
+)";
+
+}  // namespace
+
+std::string shadow_vertex() {
+  return header() + R"(
+uniform mat4 to_map;
+layout(location = 0) in vec3 position;
+void main() {
+  vec4 m = to_map * vec4(position, 1.0);
+  gl_Position = vec4(2.0 * m.xyz - m.w, m.w);
+}
+)";
+}
+
+std::string shadow_fragment() { return header() + "void main() {}\n"; }
+
+std::string geometry_vertex() {
+  return header() + R"(
+uniform mat4 projection;
+layout(location = 0) in vec3 position;
+layout(location = 1) in vec3 normal;
+layout(location = 2) in vec2 uv;
+out vec3 world_normal;
+out vec2 texture_place;
+void main() {
+  world_normal = normal;
+  texture_place = uv;
+  gl_Position = projection * vec4(position, 1.0);
+}
+)";
+}
+
+std::string geometry_fragment() {
+  return header() + octahedron + patterns + R"(
+uniform int look, pattern;
+uniform vec2 repeats;  // of the pattern along the texture coordinates
+in vec3 world_normal;
+in vec2 texture_place;
+layout(location = 0) out vec4 surface;
+void main() {
+  vec2 x = texture_place * repeats;
+  float length_of_normal = length(world_normal);
+  vec3 n = length_of_normal > 0.0 ? world_normal / length_of_normal : vec3(0.0, 1.0, 0.0);
+  if (!gl_FrontFacing) n = -n;
+  surface = vec4(fold(n) * 0.5 + 0.5, pattern_blend(pattern, x, fwidth(x)), float(look + 1) / 65535.0);
+}
+)";
+}
+
+std::string screen_vertex() {
+  return header() + R"(
+void main() { gl_Position = vec4(vec2(gl_VertexID & 1, gl_VertexID >> 1) * 4.0 - 1.0, 0.0, 1.0); }
+)";
+}
+
+std::string visibility_fragment() {
+  return header() + octahedron + surface_lookup + shadow_lookup + visibility_main;
+}
+
+std::string shading_fragment() {
+  return header() + octahedron + patterns + surface_lookup + shadow_lookup + environment + shading_functions +
+         shading_main;
+}
+
+}  // namespace duet::render::shaders

@@ -1,0 +1,152 @@
+// Video through the ffmpeg program: started directly, without a shell, so that no file name needs quoting.
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <optional>
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "render/sequence.h"
+#include "sim/io/files.h"
+
+extern char** environ;
+
+namespace duet::render {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Outcome {
+  int start_error = 0;  // of errno; 0 when the program ran
+  int status = 0;       // exit status; 128 + n after signal n
+  std::string words;    // what it wrote to standard error
+};
+
+// Runs a program in `folder` to its end. Nothing is read from the terminal.
+Outcome run_program(const std::vector<std::string>& words, const fs::path& folder) {
+  Outcome outcome;
+  std::array<int, 2> channel{};
+  if (pipe2(channel.data(), O_CLOEXEC) != 0) return {errno, 0, {}};
+  std::vector<char*> arguments;
+  for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
+  arguments.push_back(nullptr);
+
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_addchdir_np(&actions, folder.c_str());
+  posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+  posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
+  posix_spawn_file_actions_adddup2(&actions, channel[1], STDERR_FILENO);
+  pid_t child = 0;
+  outcome.start_error = posix_spawnp(&child, arguments[0], &actions, nullptr, arguments.data(), environ);
+  posix_spawn_file_actions_destroy(&actions);
+  close(channel[1]);
+  if (outcome.start_error == 0) {
+    std::array<char, 1024> piece{};
+    for (ssize_t count = 0; (count = read(channel[0], piece.data(), piece.size())) != 0;) {
+      if (count > 0) outcome.words.append(piece.data(), static_cast<std::size_t>(count));
+      if (count < 0 && errno != EINTR) break;
+    }
+    int status = 0;
+    while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
+    }
+    outcome.status = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  }
+  close(channel[0]);
+  return outcome;
+}
+
+std::optional<int> first_picture(const fs::path& folder) {
+  std::optional<int> first;
+  std::error_code ignored;
+  for (fs::directory_iterator entry(folder, ignored), end; !ignored && entry != end; entry.increment(ignored))
+    if (const int frame = io::frame_of_file(entry->path(), ".png"); frame >= 0)
+      first = std::min(first.value_or(frame), frame);
+  return first;
+}
+
+// H.264 that every player shows: even sizes, 4:2:0, HD colours. One thread and no dates: the same bytes every
+// time.
+std::vector<std::string> ffmpeg_command(const std::string& ffmpeg, double fps, int first,
+                                        const std::string& output) {
+  return {ffmpeg,
+          "-hide_banner",
+          "-loglevel",
+          "error",
+          "-nostdin",
+          "-y",
+          "-framerate",
+          fmt::format("{}", fps),
+          "-start_number",
+          fmt::format("{}", first),
+          "-i",
+          "image/%04d.png",
+          "-vf",
+          "pad=ceil(iw/2)*2:ceil(ih/2)*2,scale=out_color_matrix=bt709:out_range=tv,format=yuv420p",
+          "-c:v",
+          "libx264",
+          "-crf",
+          "18",
+          "-pix_fmt",
+          "yuv420p",
+          "-colorspace",
+          "bt709",
+          "-color_primaries",
+          "bt709",
+          "-color_trc",
+          "iec61966-2-1",
+          "-color_range",
+          "tv",
+          "-threads",
+          "1",
+          "-fflags",
+          "+bitexact",
+          "-flags:v",
+          "+bitexact",
+          "-movflags",
+          "+faststart",
+          "-f",
+          "mp4",
+          output};
+}
+
+std::string last_line(std::string text) {
+  while (!text.empty() && text.back() == '\n') text.pop_back();
+  const std::size_t end_of_previous = text.rfind('\n');
+  return end_of_previous == std::string::npos ? text : text.substr(end_of_previous + 1);
+}
+
+}  // namespace
+
+std::string encode_video(const io::RunDirectory& run, const std::string& name, double fps,
+                         const std::string& ffmpeg) {
+  const std::optional<int> first = first_picture(run.root / "image");
+  if (!first) return fmt::format("no video: {} holds no pictures", (run.root / "image").string());
+
+  const fs::path video = run.root / (name + ".mp4");
+  const std::string unfinished = fmt::format("{}.mp4{}{}", name, io::temporary_mark, getpid());
+  const Outcome outcome = run_program(ffmpeg_command(ffmpeg, fps, *first, "./" + unfinished), run.root);
+  std::error_code problem;
+  if (outcome.start_error == 0 && outcome.status == 0) {
+    fs::rename(run.root / unfinished, video, problem);
+    if (!problem) return video.string();
+  }
+  std::error_code ignored;
+  fs::remove(run.root / unfinished, ignored);
+  if (outcome.start_error == ENOENT || outcome.status == 127)
+    return fmt::format("no video: {} is not installed (apt install ffmpeg); the pictures are in {}", ffmpeg,
+                       (run.root / "image").string());
+  if (outcome.start_error != 0)
+    return fmt::format("no video: {} cannot be started: {}", ffmpeg, std::strerror(outcome.start_error));
+  if (outcome.status != 0)
+    return fmt::format("no video: {} failed with status {}: {}", ffmpeg, outcome.status,
+                       last_line(outcome.words));
+  return fmt::format("no video: {} cannot be written: {}", video.string(), problem.message());
+}
+
+}  // namespace duet::render
