@@ -1,0 +1,45 @@
+// Rigid and deformable bodies together, and whole-state velocities of both kinds.
+#pragma once
+
+#include <vector>
+
+#include "sim/deformable/finite_elements.h"
+#include "sim/deformable/particles.h"
+#include "sim/rigid/rigid_bodies.h"
+
+namespace duet {
+
+struct Bodies {
+  RigidBodies rigid;
+  Particles particles;
+  FiniteElements elements;
+  std::vector<DeformableBody> deformable;
+  std::vector<SurfacePoint> points;  // of all deformable bodies, body after body
+};
+
+// A velocity of every particle and body. Rigid rotation is stored as angular momentum: angular velocities
+// saved before and restored after a change of orientation would create energy (paper section 2, facts of the
+// original's stage I).
+struct VelocityState {
+  std::vector<Vec3> particle;          // m/s
+  std::vector<Vec3> rigid;             // m/s
+  std::vector<Vec3> angular_momentum;  // kg m^2/s
+};
+
+void store_velocities(const Bodies& bodies, VelocityState& out);
+void restore_velocities(const VelocityState& velocities,
+                        Bodies& bodies);  // w follows from L and the orientation now
+void add_velocities(const VelocityState& change, Bodies& bodies);
+// out = (velocities of `bodies` now) - base
+void velocity_difference(const Bodies& bodies, const VelocityState& base, VelocityState& out);
+
+// Linear and angular momentum about the origin, and kinetic energy.
+struct Momentum {
+  Vec3 linear = Vec3::Zero();   // kg m/s
+  Vec3 angular = Vec3::Zero();  // kg m^2/s
+};
+Momentum momentum(const Bodies& bodies);
+double kinetic_energy(const Bodies& bodies);                             // J
+double gravitational_energy(const Bodies& bodies, const Vec3& gravity);  // J, zero at the origin
+
+}  // namespace duet

@@ -1,0 +1,30 @@
+// Step II.1: collisions, on time-n velocities with re-predicted positions (paper section 4; Guendelman et al.
+// 2003).
+#pragma once
+
+#include <vector>
+
+#include "sim/coupling/contact_point.h"
+
+namespace duet {
+
+struct CollisionSettings {
+  int iterations = 5;        // Gauss-Seidel sweeps over all pairs
+  int repeats = 20;          // impulses per rigid pair and sweep
+  bool second_order = true;  // orientation update
+  bool rigid_pairs = true;   // effect rigid_collision; without it rigid pairs go straight to contact
+};
+
+// Predicted poses x* = x^n + dt (v_*^n + D), kept up to date while impulses change v_*^n.
+struct CollisionScratch {
+  std::vector<Pose> predicted;
+  std::vector<char> stale;
+};
+
+// `bodies` holds positions and velocities of time n, `difference` is D = v~^{n+1/2} - v^n. Changes the
+// velocities to v_*^n and marks the pairs that were found overlapping, approaching or not, as collided:
+// contact later looks at no other rigid pairs, so that elastic bodies bounce before contact stops them.
+void process_collisions(Bodies& bodies, const VelocityState& difference, double dt,
+                        const CollisionSettings& settings, ContactSet& contacts, CollisionScratch& scratch);
+
+}  // namespace duet

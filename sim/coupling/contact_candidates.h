@@ -1,0 +1,23 @@
+// Which points may touch which bodies within a step.
+#pragma once
+
+#include "sim/coupling/contact_point.h"
+
+namespace duet {
+
+struct CandidateFilter {
+  bool rigid_pairs = true;       // effect rigid_contact
+  bool rigid_deformable = true;  // effect rigid_deformable_contact
+};
+
+// Fills `contacts` with every point whose distance to a rigid body's level set is so small at the positions
+// now that it can be reached within `dt`, given the velocities now (v~^{n+1/2}) and `difference`, by how much
+// forces changed them since v^n. Pairs are in the order of their bodies' indices; storage is kept from step
+// to step.
+void find_candidates(const Bodies& bodies, const CandidateFilter& filter, double dt,
+                     const VelocityState& difference, ContactSet& contacts);
+
+// The deepest overlap of any point with any body now, m, >= 0.
+double max_penetration(const Bodies& bodies, const CandidateFilter& filter);
+
+}  // namespace duet

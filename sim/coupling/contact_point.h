@@ -1,0 +1,64 @@
+// One contact point for everything. It lies on the surface of one body and near the level set of a rigid one:
+//
+//   host   the rigid body whose level set gives distance and normal
+//   guest  what touches it: a surface point of a deformable body, or a sample point of another rigid body
+//
+// Impulses act on the guest and, reversed, on the host, at one and the same place, so linear and angular
+// momentum are kept to rounding.
+#pragma once
+
+#include <vector>
+
+#include "sim/coupling/bodies.h"
+
+namespace duet {
+
+struct ContactPoint {
+  int host = -1;         // rigid body with the level set
+  int guest_rigid = -1;  // rigid body that touches it, or -1
+  int guest_point =
+      -1;  // index of the deformable's surface point; of a rigid guest: of its sample, -1 its deepest point
+  Vec3 normal = Vec3::UnitY();    // unit, outward of the host
+  Vec3 host_arm = Vec3::Zero();   // m, from the host's centre of mass to the contact
+  Vec3 guest_arm = Vec3::Zero();  // m, from a rigid guest's centre of mass to the contact
+  double gap = 0;                 // m, signed distance less the allowance
+  double friction = 0, restitution = 0;
+  Mat3 K = Mat3::Zero();          // 1/kg, change of relative velocity per impulse
+  Mat3 inverse_K = Mat3::Zero();  // kg
+  Vec3 impulse = Vec3::Zero();    // N s, accumulated on the guest by the contact solve
+  bool is_rigid_pair() const { return guest_rigid >= 0; }
+};
+
+// Contacts of the same two bodies follow each other; a pair is such a range.
+struct ContactPair {
+  int host = -1;
+  int guest_rigid = -1;       // or -1
+  int guest_deformable = -1;  // or -1
+  int begin = 0, end = 0;     // range of contact points
+  int level = 0;              // of the contact graph
+  bool collided = false;      // found overlapping by step II: only then does contact look at a rigid pair
+};
+
+struct ContactSet {
+  std::vector<ContactPoint> points;
+  std::vector<ContactPair> pairs;
+};
+
+inline const SurfacePoint& surface_point(const Bodies& bodies, const ContactPoint& contact) {
+  return bodies.points[static_cast<std::size_t>(contact.guest_point)];
+}
+
+// Velocity of the guest relative to the host at the contact, m/s.
+Vec3 relative_velocity(const Bodies& bodies, const ContactPoint& contact);
+// Applies `impulse` (N s) to the guest and its opposite to the host; velocities and angular momenta change.
+void apply_impulse(Bodies& bodies, const ContactPoint& contact, const Vec3& impulse);
+
+// Where the guest is now: world position of the contact, m.
+Vec3 guest_position(const Bodies& bodies, const ContactPoint& contact);
+// Recomputes normal, arms, gap, K from the positions now.
+void update_geometry(const Bodies& bodies, ContactPoint& contact);
+
+// K(r) = 1/m + r*^T I^-1 r*: velocity of a rigid body's point per impulse there, 1/kg.
+Mat3 impulse_factor(const RigidState& state, double inverse_mass, const Vec3& arm);
+
+}  // namespace duet

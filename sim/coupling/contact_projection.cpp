@@ -1,0 +1,154 @@
+#include "sim/coupling/contact_projection.h"
+
+#include <Eigen/Cholesky>
+
+namespace duet {
+namespace {
+
+std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
+
+}  // namespace
+
+void ContactProjection::build(const Bodies& bodies, const ContactSet& contacts, const ContactGraph& graph,
+                              int sweeps) {
+  bodies_ = &bodies;
+  sweeps_ = sweeps;
+  used_ = 0;
+  rows_.clear();
+  blocks_.resize(std::max(blocks_.size(), bodies.rigid.size()));
+  for (Block& block : blocks_) block.rows.clear();
+
+  for (int p : graph.order) {
+    const ContactPair& pair = contacts.pairs[as_index(p)];
+    for (int i = pair.begin; i < pair.end; ++i) {
+      const ContactPoint& contact = contacts.points[as_index(i)];
+      if (contact.impulse.isZero(0)) continue;
+      Row row;
+      row.host = contact.host;
+      row.guest_rigid = contact.guest_rigid;
+      row.normal = contact.normal;
+      row.host_arm = contact.host_arm;
+      row.guest_arm = contact.guest_arm;
+      if (!contact.is_rigid_pair()) row.point = surface_point(bodies, contact);
+      // A block treats its guests as independent: right for particles, not for face samples that share
+      // particles.
+      if (!contact.is_rigid_pair() && row.point.count == 1) {
+        row.mass = 1 / row.point.inverse_mass;
+        Block& block = blocks_[as_index(contact.host)];
+        block.host = contact.host;
+        block.rows.push_back(row);
+      } else {
+        row.mass = 1 / row.normal.dot(contact.K * row.normal);
+        rows_.push_back(row);
+      }
+    }
+  }
+  used_ = bodies.rigid.size();
+  for (std::size_t b = 0; b < used_; ++b)
+    if (!blocks_[b].rows.empty()) factor(blocks_[b]);
+}
+
+void ContactProjection::factor(Block& block) const {
+  const RigidProperties& properties = bodies_->rigid.properties[as_index(block.host)];
+  if (properties.is_static()) return;
+  const Mat3 rotation = bodies_->rigid.state[as_index(block.host)].pose.orientation.toRotationMatrix();
+  Mat6 system = Mat6::Zero();
+  system.topLeftCorner<3, 3>().diagonal().setConstant(properties.mass);
+  system.bottomRightCorner<3, 3>() = rotation * properties.inertia.asDiagonal() * rotation.transpose();
+  for (const Row& row : block.rows) {
+    if (!row.active) continue;
+    Vec6 wrench;
+    wrench << row.normal, row.host_arm.cross(row.normal);
+    system += row.mass * wrench * wrench.transpose();
+  }
+  block.inverse = system.ldlt().solve(Mat6::Identity());
+}
+
+double ContactProjection::normal_velocity(const Row& row, const GeneralizedVelocity& v) const {
+  const auto host = as_index(row.host);
+  Vec3 relative = -(v.linear[host] + v.angular[host].cross(row.host_arm));
+  if (row.guest_rigid >= 0) {
+    const auto guest = as_index(row.guest_rigid);
+    relative += v.linear[guest] + v.angular[guest].cross(row.guest_arm);
+  } else {
+    relative += weighted(row.point, v.particle);
+  }
+  return relative.dot(row.normal);
+}
+
+void ContactProjection::push(const Row& row, double impulse, GeneralizedVelocity& v) const {
+  const Vec3 j = impulse * row.normal;
+  if (row.guest_rigid < 0) {
+    for (std::size_t i = 0; i < as_index(row.point.count); ++i) {
+      const auto p = as_index(row.point.particle[i]);
+      v.particle[p] += row.point.weight[i] * bodies_->particles.inverse_mass[p] * j;
+    }
+    return;
+  }
+  const auto guest = as_index(row.guest_rigid);
+  v.linear[guest] += bodies_->rigid.properties[guest].inverse_mass * j;
+  v.angular[guest] += bodies_->rigid.state[guest].inverse_inertia * row.guest_arm.cross(j);
+}
+
+// Equation 4: the host's change of velocity (dv, dw) from the normal velocities it has to take up, then
+// equation 3 for the impulse on every particle.
+void ContactProjection::project_block(const Block& block, bool with_target, GeneralizedVelocity& v) const {
+  Vec6 right = Vec6::Zero();
+  const auto host = as_index(block.host);
+  const bool moves = !bodies_->rigid.properties[host].is_static();
+  Vec6 change = Vec6::Zero();
+  if (moves) {
+    for (const Row& row : block.rows) {
+      if (!row.active) continue;
+      const double excess = row.mass * (normal_velocity(row, v) - (with_target ? row.target : 0));
+      right.head<3>() += excess * row.normal;
+      right.tail<3>() += excess * row.host_arm.cross(row.normal);
+    }
+    change = block.inverse * right;
+    v.linear[host] += change.head<3>();
+    v.angular[host] += change.tail<3>();
+  }
+  for (const Row& row : block.rows) {
+    if (!row.active) continue;
+    push(row, -row.mass * (normal_velocity(row, v) - (with_target ? row.target : 0)), v);
+  }
+}
+
+void ContactProjection::project_row(const Row& row, bool with_target, GeneralizedVelocity& v) const {
+  const double impulse = -row.mass * (normal_velocity(row, v) - (with_target ? row.target : 0));
+  push(row, impulse, v);
+  const auto host = as_index(row.host);
+  const Vec3 j = -impulse * row.normal;
+  v.linear[host] += bodies_->rigid.properties[host].inverse_mass * j;
+  v.angular[host] += bodies_->rigid.state[host].inverse_inertia * row.host_arm.cross(j);
+}
+
+void ContactProjection::sweep(bool with_target, GeneralizedVelocity& v) const {
+  for (std::size_t b = 0; b < used_; ++b)
+    if (!blocks_[b].rows.empty()) project_block(blocks_[b], with_target, v);
+  for (const Row& row : rows_)
+    if (row.active) project_row(row, with_target, v);
+  for (std::size_t i = rows_.size(); i-- > 0;)
+    if (rows_[i].active) project_row(rows_[i], with_target, v);
+  for (std::size_t b = used_; b-- > 0;)
+    if (!blocks_[b].rows.empty()) project_block(blocks_[b], with_target, v);
+}
+
+void ContactProjection::satisfy(const GeneralizedVelocity& start, GeneralizedVelocity& velocity) {
+  const auto decide = [&](Row& row) {
+    row.target = 0.5 * normal_velocity(row, start);
+    row.active = normal_velocity(row, velocity) <= row.target;
+  };
+  for (std::size_t b = 0; b < used_; ++b) {
+    for (Row& row : blocks_[b].rows) decide(row);
+    if (!blocks_[b].rows.empty()) factor(blocks_[b]);
+  }
+  for (Row& row : rows_) decide(row);
+  for (int i = 0; i < sweeps_; ++i) sweep(true, velocity);
+}
+
+void ContactProjection::project(GeneralizedVelocity& velocity) const {
+  for (int i = 0; i < sweeps_; ++i) sweep(false, velocity);
+}
+
+}  // namespace duet

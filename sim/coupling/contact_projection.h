@@ -1,0 +1,59 @@
+// Contact constraints in the conjugate gradients (paper sections 7.1 and 7.3, equations 3 and 4).
+#pragma once
+
+#include <vector>
+
+#include "sim/coupling/contact_solver.h"
+
+namespace duet {
+
+// Unknowns of the implicit solve: velocities of all particles and twists of all rigid bodies.
+struct GeneralizedVelocity {
+  std::vector<Vec3> particle;  // m/s
+  std::vector<Vec3> linear;    // m/s
+  std::vector<Vec3> angular;   // rad/s
+};
+
+// Projects generalized velocities so that touching points keep their normal relative velocity. Each
+// application is impulses, equal and opposite, so momentum is kept; sweeps go forward and then backward, so
+// the operator is self-adjoint in the mass inner product even where it has not converged.
+class ContactProjection {
+ public:
+  // Takes the contacts of `graph` that hold an impulse, at the geometry they hold.
+  void build(const Bodies& bodies, const ContactSet& contacts, const ContactGraph& graph, int sweeps);
+
+  // Makes `velocity` satisfy n.v_rel = half of what it is for `start` (so that the extrapolated end-of-step
+  // value is zero), and drops for this solve the constraints that separate anyway.
+  void satisfy(const GeneralizedVelocity& start, GeneralizedVelocity& velocity);
+  // Projects onto n.v_rel = 0.
+  void project(GeneralizedVelocity& velocity) const;
+
+ private:
+  struct Row {  // one contact point
+    int host = -1, guest_rigid = -1;
+    SurfacePoint point;  // of a deformable guest
+    Vec3 normal, host_arm, guest_arm;
+    double mass = 0;    // kg, 1/(n.K n) of the guest alone in a block, of the pair in a single row
+    double target = 0;  // m/s
+    bool active = true;
+  };
+  struct Block {  // one rigid body against all particles it touches: equation 4
+    int host = -1;
+    std::vector<Row> rows;
+    Mat6 inverse = Mat6::Zero();
+  };
+  void factor(Block& block) const;
+  void project_block(const Block& block, bool with_target, GeneralizedVelocity& v) const;
+  void project_row(const Row& row, bool with_target, GeneralizedVelocity& v) const;
+  void sweep(bool with_target, GeneralizedVelocity& v) const;
+  double normal_velocity(const Row& row, const GeneralizedVelocity& v) const;
+  void push(const Row& row, double impulse, GeneralizedVelocity& v) const;  // on the guest
+
+  const Bodies* bodies_ = nullptr;
+  std::vector<Block> blocks_;  // reused from step to step; the first `used_` count
+  std::size_t used_ = 0;
+  std::vector<Row> rows_;
+  int sweeps_ = 1;
+};
+
+}  // namespace duet

@@ -1,0 +1,188 @@
+#include "sim/coupling/push_out.h"
+
+#include <algorithm>
+#include <span>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+
+namespace duet {
+namespace {
+
+std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
+
+constexpr double overlap_tolerance = 1e-6;  // m; shallower overlaps are left to contact
+// A static outer body acts as one this many times as heavy as the central body: the limit of equation 1 for
+// K_o -> 0.
+constexpr double static_weight = 1e8;
+
+using Outer = PushOutScratch::Outer;
+
+// Translates a rigid body and turns it by the rotation vector `w` (rad), keeping its momenta.
+void displace(RigidState& state, const RigidProperties& properties, const Vec3& v, const Vec3& w) {
+  state.pose.position += v;
+  const double angle = w.norm();
+  if (angle > 0)
+    state.pose.orientation =
+        (Quat(Eigen::AngleAxisd(angle, w / angle)) * state.pose.orientation).normalized();
+  update_orientation_dependents(state, properties);
+}
+
+class PushOut {
+ public:
+  PushOut(Bodies& bodies, ContactSet& contacts, const ContactGraph& graph, PushOutScratch& scratch)
+      : bodies_(bodies), contacts_(contacts), graph_(graph), scratch_(scratch) {
+    scratch_.taken.assign(bodies.particles.size(), -1);
+  }
+
+  // Returns whether anything overlapped the body.
+  bool push_from(int central, double fraction) {
+    gather(central, fraction);
+    if (scratch_.outers.empty()) return false;
+    if (bodies_.rigid.properties[as_index(central)].is_static())
+      for (const Outer& outer : scratch_.outers) move_outer(outer, outer.displacement);  // they decouple
+    else
+      push_together(central);
+    return true;
+  }
+
+ private:
+  const ContactPoint& contact(const Outer& outer) const { return contacts_.points[as_index(outer.contact)]; }
+
+  void gather(int central, double fraction) {
+    scratch_.outers.clear();
+    for (int p : graph_.order) {
+      const ContactPair& pair = contacts_.pairs[as_index(p)];
+      if (pair.host == central && pair.guest_rigid < 0) gather_points(pair, fraction);
+      if (pair.guest_rigid >= 0 && (pair.host == central || pair.guest_rigid == central))
+        gather_deepest(pair, central, fraction);
+    }
+  }
+
+  // All overlapping points of a deformable body, but no two that move the same particle: it would move twice.
+  void gather_points(const ContactPair& pair, double fraction) {
+    const int mark = ++stamp_;
+    for (int i = pair.begin; i < pair.end; ++i) {
+      ContactPoint& point = contacts_.points[as_index(i)];
+      update_geometry(bodies_, point);
+      if (point.gap >= -overlap_tolerance) continue;
+      const SurfacePoint& carrier = surface_point(bodies_, point);
+      const auto particles = std::span(carrier.particle).first(static_cast<std::size_t>(carrier.count));
+      if (std::any_of(particles.begin(), particles.end(),
+                      [&](int q) { return scratch_.taken[as_index(q)] == mark; }))
+        continue;
+      for (int q : particles) scratch_.taken[as_index(q)] = mark;
+      add(i, false, fraction, Mat3::Identity() / carrier.inverse_mass);
+    }
+  }
+
+  void gather_deepest(const ContactPair& pair, int central, double fraction) {
+    int deepest = -1;
+    for (int i = pair.begin; i < pair.end; ++i) {
+      ContactPoint& point = contacts_.points[as_index(i)];
+      update_geometry(bodies_, point);
+      if (point.gap < -overlap_tolerance &&
+          (deepest < 0 || point.gap < contacts_.points[as_index(deepest)].gap))
+        deepest = i;
+    }
+    if (deepest < 0) return;
+    const bool reversed = pair.host != central;
+    const int outer = reversed ? pair.host : pair.guest_rigid;
+    const ContactPoint& point = contacts_.points[as_index(deepest)];
+    const RigidProperties& properties = bodies_.rigid.properties[as_index(outer)];
+    Mat3 inverse_K = Mat3::Identity() * (static_weight * bodies_.rigid.properties[as_index(central)].mass);
+    if (!properties.is_static()) {
+      const Vec3& arm = reversed ? point.host_arm : point.guest_arm;
+      inverse_K =
+          impulse_factor(bodies_.rigid.state[as_index(outer)], properties.inverse_mass, arm).inverse();
+    }
+    add(deepest, reversed, fraction, inverse_K);
+  }
+
+  void add(int index, bool reversed, double fraction, const Mat3& inverse_K) {
+    const ContactPoint& point = contacts_.points[as_index(index)];
+    const Vec3 apart = -fraction * point.gap * point.normal;  // of the guest relative to the host
+    scratch_.outers.push_back(
+        {index, reversed, reversed ? point.guest_arm : point.host_arm, reversed ? -apart : apart, inverse_K});
+  }
+
+  // Equation 2 for the displacement (v, w) of the central body, then equation 1 for each outer one.
+  void push_together(int central) {
+    const auto c = as_index(central);
+    const RigidProperties& properties = bodies_.rigid.properties[c];
+    RigidState& state = bodies_.rigid.state[c];
+    const Mat3 rotation = state.pose.orientation.toRotationMatrix();
+    Mat6 system = Mat6::Zero();
+    system.topLeftCorner<3, 3>().diagonal().setConstant(properties.mass);
+    system.bottomRightCorner<3, 3>() = rotation * properties.inertia.asDiagonal() * rotation.transpose();
+    Vec6 right = Vec6::Zero();
+    for (const Outer& outer : scratch_.outers) {
+      const Mat3 cross = skew(outer.arm);
+      const Mat3 weighted_arm = cross * outer.inverse_K;
+      system.topLeftCorner<3, 3>() += outer.inverse_K;
+      system.bottomLeftCorner<3, 3>() += weighted_arm;
+      system.topRightCorner<3, 3>() += weighted_arm.transpose();
+      system.bottomRightCorner<3, 3>() += weighted_arm * cross.transpose();
+      const Vec3 wanted = -(outer.inverse_K * outer.displacement);
+      right.head<3>() += wanted;
+      right.tail<3>() += outer.arm.cross(wanted);
+    }
+    const Vec6 twist = system.ldlt().solve(right);
+    const Vec3 v = twist.head<3>(), w = twist.tail<3>();
+    for (const Outer& outer : scratch_.outers) move_outer(outer, v + w.cross(outer.arm) + outer.displacement);
+    displace(state, properties, v, w);
+  }
+
+  // Moves the outer body by the impulse K_o^-1 * change at its contact.
+  void move_outer(const Outer& outer, const Vec3& change) {
+    const ContactPoint& point = contact(outer);
+    const Vec3 impulse = outer.inverse_K * change;
+    if (!point.is_rigid_pair()) {
+      const SurfacePoint& carrier = surface_point(bodies_, point);
+      for (std::size_t i = 0; i < static_cast<std::size_t>(carrier.count); ++i) {
+        const auto p = as_index(carrier.particle[i]);
+        bodies_.particles.x[p] += carrier.weight[i] * bodies_.particles.inverse_mass[p] * impulse;
+      }
+      return;
+    }
+    const auto body = as_index(outer.reversed ? point.host : point.guest_rigid);
+    RigidState& state = bodies_.rigid.state[body];
+    const RigidProperties& properties = bodies_.rigid.properties[body];
+    if (properties.is_static()) return;
+    const Vec3& arm = outer.reversed ? point.host_arm : point.guest_arm;
+    displace(state, properties, properties.inverse_mass * impulse,
+             state.inverse_inertia * arm.cross(impulse));
+  }
+
+  Bodies& bodies_;
+  ContactSet& contacts_;
+  const ContactGraph& graph_;
+  PushOutScratch& scratch_;
+  int stamp_ = 0;
+};
+
+}  // namespace
+
+int resolve_interpenetration(Bodies& bodies, const ContactGraph& graph, int iterations, ContactSet& contacts,
+                             PushOutScratch& scratch) {
+  scratch.central.resize(bodies.rigid.size());
+  for (std::size_t i = 0; i < scratch.central.size(); ++i) scratch.central[i] = static_cast<int>(i);
+  std::sort(scratch.central.begin(), scratch.central.end(), [&](int a, int b) {
+    const int level_a = graph.level[as_index(a)], level_b = graph.level[as_index(b)];
+    return level_a != level_b ? level_a < level_b : a < b;
+  });
+  PushOut push_out(bodies, contacts, graph, scratch);
+  int pushed = 0;
+  for (int iteration = 1; iteration <= iterations; ++iteration) {
+    // Removing all of every overlap at once over-corrects stacks: the first half of the sweeps goes
+    // gradually.
+    const double fraction = std::min(1.0, 2.0 * iteration / (iterations + 1.0));
+    int now = 0;
+    for (int body : scratch.central) now += push_out.push_from(body, fraction);
+    pushed += now;
+    if (now == 0) break;
+  }
+  return pushed;
+}
+
+}  // namespace duet

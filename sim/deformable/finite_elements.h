@@ -1,0 +1,77 @@
+// Linear tetrahedral finite elements of all deformable bodies, processed in batches of eight.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "sim/base/simd.h"
+#include "sim/base/types.h"
+#include "sim/geometry/tet_mesh.h"
+
+namespace duet {
+
+struct LameParameters {
+  double mu = 0, lambda = 0;  // Pa
+  double damping = 0;         // s, viscous over elastic moduli
+};
+LameParameters lame_parameters(double youngs_modulus, double poisson_ratio, double damping);
+
+class FiniteElements {
+ public:
+  // Adds the tets of a body (global particle indices) at their rest positions.
+  void add(const std::vector<Tet>& tets, const std::vector<Vec3>& rest, const LameParameters& material);
+  // To be called once after the last add(): lays out the batches. `mass` gives the particles' masses.
+  void finalize(const std::vector<double>& mass);
+
+  std::size_t size() const { return tets_.size(); }
+  const std::vector<Tet>& tets() const { return tets_; }
+  double volume(std::size_t tet) const { return volume_[tet]; }
+
+  // Adds the elastic forces at `x` to `force` (N) and keeps the deformation gradients for damping_forces.
+  void add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>& force);
+  // Adds the viscous forces for the velocities `v` at the last deformation gradients: linear in v, symmetric,
+  // and negative semi-definite.
+  void add_damping_forces(const std::vector<Vec3>& v, std::vector<Vec3>& force);
+  double energy(const std::vector<Vec3>& x) const;  // J
+
+  struct Strain {
+    double min_det = 1;
+    int inverted = 0;  // elements with det F <= 0
+    int worst_tet = -1;
+  };
+  Strain strain(const std::vector<Vec3>& x) const;
+
+  // The square of the highest frequency any element has in the state of the last add_elastic_forces (at rest
+  // before the first), rad^2/s^2. Irons' theorem: no mode of the assembly is faster than its fastest element.
+  double max_squared_frequency() const { return max_squared_frequency_; }
+  double rest_squared_frequency() const { return rest_squared_frequency_; }
+  // For a resumed run: the next step's size depends on it.
+  void set_max_squared_frequency(double value) { max_squared_frequency_ = value; }
+
+ private:
+  struct Batch {
+    std::array<std::array<int, pack_width>, 4> particle;
+    Matrix3<Pack> inverse_rest;  // D_m^-1, 1/m
+    Pack volume;                 // m^3; zero in the lanes that pad the last batch
+    Pack mu, lambda, damping;
+    Pack squared_frequency;  // at rest
+  };
+  Matrix3<Pack> gradient(const Batch& batch, const std::vector<Vec3>& values) const;
+  void store_forces(std::size_t batch, const Matrix3<Pack>& stress);
+  void gather_forces(std::vector<Vec3>& force) const;
+
+  std::vector<Tet> tets_;
+  std::vector<Mat3> inverse_rest_;
+  std::vector<double> volume_;
+  std::vector<LameParameters> material_;
+
+  std::vector<Batch> batches_;
+  std::vector<Matrix3<Pack>> deformation_;  // F of each batch
+  std::vector<double> tet_force_;           // 12 a tet: the forces on its four particles
+  std::vector<int> incidence_start_;        // by particle: range of incidence_
+  std::vector<int> incidence_;              // offsets into tet_force_
+  std::vector<double> batch_frequency_;
+  double max_squared_frequency_ = 0, rest_squared_frequency_ = 0;
+};
+
+}  // namespace duet

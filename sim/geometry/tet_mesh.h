@@ -1,0 +1,52 @@
+// Tetrahedral meshes: lattices, boundary surfaces, contact samples on the boundary and its render surface.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "sim/base/types.h"
+#include "sim/geometry/surface.h"
+
+namespace duet {
+
+using Tet = std::array<int, 4>;       // node indices, positive volume
+using Triangle = std::array<int, 3>;  // node indices, counter-clockwise seen from outside
+
+struct TetMesh {
+  std::vector<Vec3> nodes;  // m
+  std::vector<Tet> tets;
+};
+
+double tet_volume(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d);  // m^3, positive for a Tet
+
+// A box of `size` about the origin, cut into cells of five tets each, mirrored in alternate cells so that
+// faces match.
+TetMesh box_lattice(const Vec3& size, const Vec3i& cells);
+
+// Triangles that belong to one tet only, outward, in a fixed order.
+std::vector<Triangle> boundary(const TetMesh& mesh);
+
+// A point on the boundary: up to three nodes with barycentric weights (unused weights are zero).
+struct BoundarySample {
+  std::array<int, 3> node{0, 0, 0};
+  std::array<double, 3> weight{1, 0, 0};
+  double spacing = 0;  // m, the longest edge of its triangle or the length of its edge, at rest
+};
+
+// Points of the barycentric lattice of `order` on all edges and faces, vertices left out, none twice.
+// About 7.5 a triangle for order 4, which is the paper's density (8) without its random jitter.
+std::vector<BoundarySample> boundary_samples(const TetMesh& mesh, const std::vector<Triangle>& triangles,
+                                             int order);
+
+// The boundary as it is drawn: normals split where triangles meet at more than 40 degrees at rest. The
+// surface's position i is node vertex_nodes[i].
+struct BoundarySurface {
+  Surface surface;
+  std::vector<int> vertex_nodes;
+};
+BoundarySurface boundary_surface(const TetMesh& mesh, const std::vector<Triangle>& triangles);
+
+// Recomputes the area-weighted normals from the positions; topology stays.
+void update_normals(Surface& surface);
+
+}  // namespace duet

@@ -1,0 +1,48 @@
+#include "sim/rigid/rigid_bodies.h"
+
+#include <cmath>
+
+namespace duet {
+namespace {
+
+// The unit quaternion that rotates by |v| about v.
+Quat exponential(const Vec3& v) {
+  const double angle = v.norm();
+  // sin(a/2)/a, by its series where the quotient would lose digits
+  const double factor = angle < 1e-4 ? 0.5 - angle * angle / 48 : std::sin(angle / 2) / angle;
+  return Quat(std::cos(angle / 2), factor * v.x(), factor * v.y(), factor * v.z());
+}
+
+}  // namespace
+
+void update_orientation_dependents(RigidState& state, const RigidProperties& properties) {
+  if (properties.is_static()) return;
+  const Mat3 rotation = state.pose.orientation.toRotationMatrix();
+  state.inverse_inertia = rotation * properties.inertia.cwiseInverse().asDiagonal() * rotation.transpose();
+  state.angular_velocity = state.inverse_inertia * state.angular_momentum;
+}
+
+void set_angular_velocity(RigidState& state, const RigidProperties& properties,
+                          const Vec3& angular_velocity) {
+  const Mat3 rotation = state.pose.orientation.toRotationMatrix();
+  state.angular_momentum =
+      rotation * properties.inertia.asDiagonal() * rotation.transpose() * angular_velocity;
+  update_orientation_dependents(state, properties);
+}
+
+Pose evolved_pose(const RigidState& state, double dt, bool second_order) {
+  const Vec3& w = state.angular_velocity;
+  Vec3 rotation = dt * w;
+  if (second_order) rotation += dt * dt / 2 * (state.inverse_inertia * state.angular_momentum.cross(w));
+  Pose pose;
+  pose.position = state.pose.position + dt * state.velocity;
+  pose.orientation = (exponential(rotation) * state.pose.orientation).normalized();
+  return pose;
+}
+
+double kinetic_energy(const RigidState& state, const RigidProperties& properties) {
+  return 0.5 * (properties.mass * state.velocity.squaredNorm() +
+                state.angular_momentum.dot(state.angular_velocity));
+}
+
+}  // namespace duet

@@ -1,0 +1,178 @@
+#include "sim/scene/build_world.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "sim/geometry/shape_mesh.h"
+
+namespace duet::scene {
+namespace {
+
+// Face samples start to act at this part of their spacing inside a body, so that flat contact rests on
+// vertices alone.
+constexpr double sample_allowance = 1e-3;
+
+LevelSet level_set(const Shape& shape) {
+  return shape.kind == ShapeKind::sphere ? LevelSet::sphere(shape.radius) : LevelSet::box(shape.size);
+}
+
+void add_rigid(RigidBodies& rigid, const std::string& name, const LevelSet& shape, double mass,
+               double friction, double restitution, const Placement& placement) {
+  RigidProperties properties;
+  properties.shape = shape;
+  properties.samples = surface_samples(shape);
+  properties.friction = friction;
+  properties.restitution = restitution;
+  if (mass > 0) {
+    properties.mass = mass;
+    properties.inverse_mass = 1 / mass;
+    properties.inertia = mass * unit_inertia(shape);
+  }
+  RigidState state;
+  state.pose = {placement.position, placement.orientation};
+  if (mass > 0) {
+    state.velocity = placement.velocity;
+    set_angular_velocity(state, properties, placement.angular_velocity);
+  }
+  rigid.name.push_back(name);
+  rigid.properties.push_back(std::move(properties));
+  rigid.state.push_back(state);
+}
+
+const Material& material_named(const Scene& scene, const std::string& name) {
+  return *std::find_if(scene.materials.begin(), scene.materials.end(),
+                       [&](const Material& m) { return m.name == name; });
+}
+
+// Each particle gets a quarter of the mass of every tet around it.
+std::vector<double> lumped_masses(const TetMesh& mesh, double density) {
+  std::vector<double> mass(mesh.nodes.size(), 0);
+  const auto node = [&](int i) -> const Vec3& { return mesh.nodes[static_cast<std::size_t>(i)]; };
+  for (const Tet& t : mesh.tets)
+    for (int i : t)
+      mass[static_cast<std::size_t>(i)] +=
+          density / 4 * tet_volume(node(t[0]), node(t[1]), node(t[2]), node(t[3]));
+  return mass;
+}
+
+SurfacePoint vertex_point(int particle) {
+  SurfacePoint point;
+  point.particle[0] = particle;
+  return point;
+}
+
+SurfacePoint sample_point(const BoundarySample& sample, int first_particle) {
+  SurfacePoint point;
+  point.count = sample.weight[2] > 0 ? 3 : 2;
+  for (std::size_t i = 0; i < 3; ++i) {
+    point.particle[i] = first_particle + sample.node[i];
+    point.weight[i] = sample.weight[i];
+  }
+  point.allowance = sample_allowance * sample.spacing;
+  return point;
+}
+
+void add_points(Bodies& bodies, duet::DeformableBody& body, const TetMesh& mesh,
+                const std::vector<Triangle>& triangles, int order) {
+  std::vector<bool> on_boundary(mesh.nodes.size(), false);
+  for (const Triangle& t : triangles)
+    for (int i : t) on_boundary[static_cast<std::size_t>(i)] = true;
+  body.first_point = static_cast<int>(bodies.points.size());
+  for (std::size_t i = 0; i < on_boundary.size(); ++i)
+    if (on_boundary[i]) bodies.points.push_back(vertex_point(body.first_particle + static_cast<int>(i)));
+  const std::size_t vertices_end = bodies.points.size();
+  if (order > 1)
+    for (const BoundarySample& sample : boundary_samples(mesh, triangles, order))
+      bodies.points.push_back(sample_point(sample, body.first_particle));
+  body.sample_count = static_cast<int>(bodies.points.size() - vertices_end);
+  body.point_count = static_cast<int>(bodies.points.size()) - body.first_point;
+  for (std::size_t k = static_cast<std::size_t>(body.first_point); k < bodies.points.size(); ++k) {
+    SurfacePoint& point = bodies.points[k];
+    for (std::size_t i = 0; i < static_cast<std::size_t>(point.count); ++i)
+      point.inverse_mass += point.weight[i] * point.weight[i] *
+                            bodies.particles.inverse_mass[static_cast<std::size_t>(point.particle[i])];
+  }
+}
+
+BodyShape add_deformable(const Scene& scene, const scene::DeformableBody& description, Bodies& bodies) {
+  const Material& material = material_named(scene, description.material);
+  const TetMesh mesh = box_lattice(description.size, description.cells);
+  const std::vector<Triangle> triangles = boundary(mesh);
+  const double density = description.mass ? *description.mass / description.size.prod() : material.density;
+  const std::vector<double> masses = lumped_masses(mesh, density);
+
+  duet::DeformableBody body;
+  body.name = description.name;
+  body.first_particle = static_cast<int>(bodies.particles.size());
+  body.particle_count = static_cast<int>(mesh.nodes.size());
+  body.first_tet = static_cast<int>(bodies.elements.size());
+  body.tet_count = static_cast<int>(mesh.tets.size());
+  body.triangle_count = static_cast<int>(triangles.size());
+
+  const Placement& placement = description.placement;
+  for (std::size_t i = 0; i < mesh.nodes.size(); ++i) {
+    const Vec3 arm = placement.orientation * mesh.nodes[i];
+    bodies.particles.x.push_back(placement.position + arm);
+    bodies.particles.v.push_back(placement.velocity + placement.angular_velocity.cross(arm));
+    bodies.particles.mass.push_back(masses[i]);
+    bodies.particles.inverse_mass.push_back(1 / masses[i]);
+  }
+  std::vector<Tet> tets = mesh.tets;
+  for (Tet& tet : tets)
+    for (int& i : tet) i += body.first_particle;
+  bodies.elements.add(tets, bodies.particles.x,
+                      lame_parameters(material.youngs_modulus, material.poisson_ratio, material.damping));
+  add_points(bodies, body, mesh, triangles, scene.solver.face_samples);
+  bodies.deformable.push_back(body);
+
+  BodyShape shape{description.name, boundary_surface(mesh, triangles)};
+  for (int& node : shape.surface.vertex_nodes) node += body.first_particle;
+  return shape;
+}
+
+StepSettings step_settings(const Solver& solver) {
+  StepSettings settings;
+  settings.cfl = solver.cfl;
+  settings.max_travel = solver.max_travel;
+  settings.max_rotation = solver.max_rotation;
+  settings.max_time_step = solver.max_time_step;
+  settings.cg_tolerance = solver.cg_tolerance;
+  settings.cg_iterations = solver.cg_iterations;
+  settings.push_out_iterations = solver.push_out_iterations;
+  settings.projection_sweeps = solver.projection_iterations;
+  settings.second_order_orientation = solver.orientation == OrientationUpdate::second_order;
+  settings.collision.iterations = solver.collision_iterations;
+  settings.collision.second_order = settings.second_order_orientation;
+  settings.contact.iterations = solver.contact_iterations;
+  return settings;
+}
+
+}  // namespace
+
+BuiltWorld build_world(const Scene& scene, const EffectSet& plan) {
+  BuiltWorld built;
+  World& world = built.world;
+  Bodies& bodies = world.bodies;
+  for (const RigidBody& body : scene.rigid) {
+    const LevelSet shape = level_set(body.shape);
+    const double mass = body.is_static ? 0 : body.mass.value_or(body.density.value_or(0) * volume(shape));
+    add_rigid(bodies.rigid, body.name, shape, mass, body.friction, body.restitution, body.placement);
+    built.shapes.push_back({body.name, {shape_surface(shape), {}}});
+  }
+  for (const scene::DeformableBody& body : scene.deformable)
+    built.shapes.push_back(add_deformable(scene, body, bodies));
+  if (bodies.elements.size() > 0) bodies.elements.finalize(bodies.particles.mass);
+  if (scene.ground) {
+    Placement placement;
+    placement.position = Vec3(0, scene.ground->height, 0);
+    add_rigid(bodies.rigid, "ground", LevelSet::half_space(), 0, scene.ground->friction,
+              scene.ground->restitution, placement);
+  }
+  world.plan = plan;
+  world.gravity = scene.gravity;
+  world.settings = step_settings(scene.solver);
+  world.settings.collision.rigid_pairs = world.has(Effect::rigid_collision);
+  return built;
+}
+
+}  // namespace duet::scene

@@ -1,0 +1,26 @@
+// From a validated scene to a World that can be stepped.
+#pragma once
+
+#include <vector>
+
+#include "sim/geometry/tet_mesh.h"
+#include "sim/scene/scene.h"
+#include "sim/step/world.h"
+
+namespace duet::scene {
+
+// Render data that the step never reads.
+struct BodyShape {
+  std::string name;
+  BoundarySurface surface;  // at rest, in body space; rigid bodies: vertex_nodes is empty
+};
+
+struct BuiltWorld {
+  World world;
+  std::vector<BodyShape> shapes;  // scene's rigid bodies, then deformable ones; the ground has none
+};
+
+// The ground, if any, is the last rigid body. Throws Error when something cannot be built.
+BuiltWorld build_world(const Scene& scene, const EffectSet& plan);
+
+}  // namespace duet::scene

@@ -1,0 +1,153 @@
+// What a scene file says, as plain data in SI units. The reader (reader.h) is the only one that makes it from a
+// file; everything in it has been validated there. Cold data: the step never reads it, World is built from it.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sim/base/types.h"
+
+namespace duet::scene {
+
+struct Location {  // of the table or key in the file; 1-based
+  int line = 0;
+  int column = 0;
+};
+
+struct Placement {
+  Vec3 position = Vec3::Zero();         // m, of the shape's centre
+  Quat orientation = Quat::Identity();  // from `rotation = { axis = [x, y, z], degrees = d }`
+  Vec3 velocity = Vec3::Zero();         // m/s
+  Vec3 angular_velocity = Vec3::Zero(); // rad/s, about the centre, in world axes
+};
+
+struct Material {
+  std::string name;
+  double density = 1000;         // kg/m^3
+  double youngs_modulus = 1e6;   // Pa
+  double poisson_ratio = 0.45;   // 1, in (-1, 0.5)
+  double damping = 0.01;         // s, stiffness-proportional Rayleigh damping: viscous moduli = damping * elastic moduli
+};
+
+enum class ShapeKind { sphere, box };
+struct Shape {
+  ShapeKind kind = ShapeKind::box;
+  double radius = 0;        // m, sphere
+  Vec3 size = Vec3::Zero(); // m, full edge lengths, box
+};
+
+struct RigidBody {
+  std::string name;
+  Location at;
+  Shape shape;
+  Placement placement;
+  bool is_static = false;          // infinite mass, never moves
+  std::optional<double> mass;      // kg; exactly one of mass and density is given for a dynamic body
+  std::optional<double> density;   // kg/m^3
+  double friction = 0.5;           // Coulomb coefficient; a pair uses the smaller one
+  double restitution = 0.5;        // Newton's coefficient; a pair uses the smaller one
+  std::string look;                // name of a look
+};
+
+struct DeformableBody {
+  std::string name;
+  Location at;
+  Vec3 size = Vec3::Zero();        // m, of the box
+  Vec3i cells = Vec3i(4, 4, 4);    // lattice cells along each edge, five tets a cell
+  Placement placement;
+  std::string material;            // name of a material
+  std::optional<double> mass;      // kg; overrides density * volume
+  std::string look;
+};
+
+struct Ground {  // the half space y <= height, static
+  double height = 0;       // m
+  double friction = 0.5;
+  double restitution = 0.5;
+  std::string look;
+};
+
+enum class Accuracy { draft, standard, fine };
+enum class OrientationUpdate { first_order, second_order };
+
+// Defaults come from the accuracy preset; a key in the file wins over the preset.
+struct Solver {
+  Accuracy accuracy = Accuracy::standard;
+  double cfl = 0.9;                  // time step as a fraction of the elastic stability limit
+  double max_travel = 0.1;           // largest motion of a rigid body a step, as a fraction of the smallest dynamic body's size
+  double max_rotation = 0.314159;    // rad, largest rotation of a rigid body a step
+  double max_time_step = 1.0 / 48;   // s
+  double cg_tolerance = 1e-3;        // m/s, largest residual velocity
+  int cg_iterations = 200;           // bound on conjugate-gradient iterations
+  int collision_iterations = 5;      // Gauss-Seidel sweeps of step II
+  int contact_iterations = 20;       // Gauss-Seidel sweeps of steps III and V.4
+  int push_out_iterations = 4;       // sweeps of step IV.2
+  int projection_iterations = 2;     // forward and backward sweeps of the projection in the conjugate gradients
+  int face_samples = 4;              // lattice order of extra contact points on deformable faces; 0: vertices only
+  OrientationUpdate orientation = OrientationUpdate::second_order;
+};
+
+struct Camera {
+  Vec3 position = Vec3(0, 2, 10);
+  Vec3 target = Vec3::Zero();
+  Vec3 up = Vec3::UnitY();
+  double vertical_fov = 30;    // degrees
+};
+
+enum class LightKind { area, point };
+struct Light {
+  std::string name;
+  LightKind kind = LightKind::area;
+  Vec3 position = Vec3(0, 10, 0);   // m
+  Vec3 target = Vec3::Zero();       // m; an area light is a disc that faces its target and casts soft shadows
+  double radius = 1;                // m, of the disc
+  double power = 1000;              // irradiance at distance d (facing): power / (4 pi d^2), as in the paper's pictures
+  Vec3 color = Vec3::Ones();        // linear RGB
+  bool shadow = true;               // point lights: false
+};
+
+struct Sky {  // ambient light from all directions, and the background
+  Vec3 zenith = Vec3(0.45, 0.6, 0.9);    // linear RGB radiance
+  Vec3 horizon = Vec3(0.9, 0.93, 1.0);
+  double intensity = 0.5;                // factor on both as light
+};
+
+struct Look {
+  std::string name;
+  Vec3 color = Vec3(0.8, 0.8, 0.8);  // linear RGB, base colour
+  double metallic = 0;               // 0..1
+  double roughness = 0.5;            // 0..1
+  std::string pattern;               // "" or "checker" (ground; bands that show spin on balls: "stripes")
+  Vec3 color2 = Vec3(0.6, 0.6, 0.6); // second colour of the pattern
+  double pattern_size = 1;           // m
+};
+
+struct Render {
+  int width = 1280;
+  int height = 720;
+  int supersampling = 2;     // samples per pixel along each axis
+  int shadow_samples = 16;   // shadow maps shared by all shadow-casting lights and the sky
+  double exposure = 1.0;     // factor on radiance before tone mapping
+};
+
+struct Scene {
+  std::string path;          // as given
+  std::string title;
+  std::string figure;        // of the paper, may be empty
+  int frames = 240;          // frames 0..frames are written, frame 0 is the initial state
+  double fps = 24;           // 1/s
+  Vec3 gravity = Vec3(0, -9.8, 0);  // m/s^2
+  std::vector<Material> materials;
+  std::vector<RigidBody> rigid;
+  std::vector<DeformableBody> deformable;
+  std::optional<Ground> ground;
+  Solver solver;
+  Camera camera;
+  std::vector<Light> lights;
+  Sky sky;
+  std::vector<Look> looks;
+  Render render;
+};
+
+}  // namespace duet::scene

@@ -1,0 +1,249 @@
+#include "sim/scene/simulation.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#include "sim/base/error.h"
+#include "sim/base/hash.h"
+#include "sim/scene/build_world.h"
+#include "sim/step/step.h"
+
+namespace duet {
+namespace {
+
+constexpr double smallest_retry = 1.0 / 64;  // of the rule's step, before a simulation is given up
+constexpr double level_set_cells = 40;       // voxels along the smallest extent of a body
+
+// Every number that the next step reads, in a fixed order: what is hashed, saved and loaded.
+template <class Visit>
+void visit_state(World& world, std::int64_t& frame, double& squared_frequency, Visit&& visit) {
+  visit(&frame, sizeof frame);
+  visit(&squared_frequency, sizeof squared_frequency);
+  Particles& particles = world.bodies.particles;
+  visit(particles.x.data(), particles.x.size() * sizeof(Vec3));
+  visit(particles.v.data(), particles.v.size() * sizeof(Vec3));
+  for (RigidState& state : world.bodies.rigid.state) {
+    visit(&state.pose.position, sizeof(Vec3));
+    visit(state.pose.orientation.coeffs().data(), 4 * sizeof(double));
+    visit(&state.velocity, sizeof(Vec3));
+    visit(&state.angular_momentum, sizeof(Vec3));
+  }
+}
+
+}  // namespace
+
+struct Simulation::Impl {
+  scene::BuiltWorld built;
+  scene::Scene scene;
+  std::int64_t frame = 0;
+  FrameStats stats;
+  std::vector<unsigned char> frame_start;  // the last good frame
+
+  World& world() { return built.world; }
+
+  void save(std::vector<unsigned char>& bytes) {
+    bytes.clear();
+    double frequency = world().bodies.elements.max_squared_frequency();
+    visit_state(world(), frame, frequency, [&](const void* data, std::size_t size) {
+      const auto* begin = static_cast<const unsigned char*>(data);
+      bytes.insert(bytes.end(), begin, begin + size);
+    });
+  }
+
+  void load(const std::vector<unsigned char>& bytes) {
+    double frequency = 0;
+    std::size_t needed = 0;
+    visit_state(world(), frame, frequency, [&](const void*, std::size_t size) { needed += size; });
+    if (needed != bytes.size())
+      throw Error(ExitStatus::files, "the saved state does not fit this scene: it has " +
+                                         std::to_string(bytes.size()) + " bytes where " +
+                                         std::to_string(needed) + " are needed");
+    std::size_t at = 0;
+    visit_state(world(), frame, frequency, [&](void* data, std::size_t size) {
+      std::memcpy(data, bytes.data() + at, size);
+      at += size;
+    });
+    world().bodies.elements.set_max_squared_frequency(frequency);
+    RigidBodies& rigid = world().bodies.rigid;
+    for (std::size_t i = 0; i < rigid.size(); ++i)
+      update_orientation_dependents(rigid.state[i], rigid.properties[i]);
+  }
+
+  // Divides the rest of the frame into equal steps no longer than the rule allows; a step that fails is tried
+  // again with half its size.
+  void advance() {
+    const double end = static_cast<double>(frame + 1) / scene.fps;
+    double time = static_cast<double>(frame) / scene.fps;
+    double share = 1;
+    while (time < end) {
+      double rule = 0;
+      world().clock.time(Stage::time_step_choice, [&] { rule = choose_time_step(world()); });
+      const double steps = std::max(1.0, std::ceil((end - time) / (share * rule) - 1e-9));
+      const double dt = (end - time) / steps;
+      try {
+        step(world(), time, dt);
+      } catch (SimulationError& error) {
+        restore_step_start(world());
+        share /= 2;
+        if (share >= smallest_retry) continue;
+        error.fault().time = time;
+        error.fault().frame = static_cast<int>(frame) + 1;
+        error.fault().substep = stats.substeps;
+        throw SimulationError(error.fault());
+      }
+      share = std::min(1.0, 2 * share);
+      time = steps > 1 ? time + dt : end;
+      ++stats.substeps;
+      stats.dt_min = stats.substeps == 1 ? dt : std::min(stats.dt_min, dt);
+      stats.dt_max = std::max(stats.dt_max, dt);
+    }
+    ++frame;
+  }
+
+  // What can be read from the state itself.
+  void measure_state() {
+    Bodies& bodies = world().bodies;
+    stats.frame = static_cast<int>(frame);
+    stats.time = static_cast<double>(frame) / scene.fps;
+    stats.max_penetration = max_penetration(bodies, world().contact_filter());
+    const FiniteElements::Strain strain = bodies.elements.strain(bodies.particles.x);
+    stats.min_det_F = strain.min_det;
+    stats.inverted = strain.inverted;
+    stats.kinetic = kinetic_energy(bodies);
+    stats.potential = gravitational_energy(bodies, world().gravity);
+    stats.elastic =
+        world().has(Effect::deformable_elasticity) ? bodies.elements.energy(bodies.particles.x) : 0;
+    const Momentum total = momentum(bodies);
+    stats.momentum = total.linear;
+    stats.angular_momentum = total.angular;
+    save(frame_start);
+    stats.hash = hash_bytes(frame_start.data(), frame_start.size());
+  }
+
+  void measure_work() {
+    stats.stages.resize(stage_count);
+    for (int i = 0; i < stage_count; ++i) {
+      const auto stage = static_cast<Stage>(i);
+      stats.stages[static_cast<std::size_t>(i)] = {std::string(stage_names[static_cast<std::size_t>(i)]),
+                                                   world().clock[stage].seconds, world().clock[stage].calls};
+    }
+    stats.cg_iterations = world().counters.cg_iterations;
+    stats.contacts = world().counters.contacts;
+  }
+};
+
+Simulation::Simulation(const scene::Scene& scene, const EffectSet& plan) : impl_(std::make_unique<Impl>()) {
+  impl_->built = scene::build_world(scene, plan);
+  impl_->scene = scene;
+  check_finite(impl_->world(), "0 initial state");
+  impl_->measure_state();
+  impl_->measure_work();
+}
+
+Simulation::~Simulation() = default;
+
+int Simulation::frame() const { return static_cast<int>(impl_->frame); }
+FrameStats Simulation::stats() const { return impl_->stats; }
+World& Simulation::world() { return impl_->world(); }
+const World& Simulation::world() const { return impl_->world(); }
+
+void Simulation::advance_frame() {
+  Impl& impl = *impl_;
+  impl.world().clock.reset();
+  impl.world().counters = {};
+  impl.stats.substeps = 0;
+  impl.stats.dt_min = impl.stats.dt_max = 0;
+  const auto start = std::chrono::steady_clock::now();
+  try {
+    impl.advance();
+  } catch (const SimulationError&) {
+    impl.load(impl.frame_start);
+    throw;
+  }
+  impl.stats.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  impl.measure_state();
+  impl.measure_work();
+}
+
+std::vector<unsigned char> Simulation::save_state() const { return impl_->frame_start; }
+
+void Simulation::load_state(const std::vector<unsigned char>& bytes) {
+  impl_->load(bytes);
+  impl_->measure_state();
+}
+
+void Simulation::surfaces(std::vector<BodySurface>& out) const {
+  const Bodies& bodies = impl_->world().bodies;
+  const std::vector<scene::BodyShape>& shapes = impl_->built.shapes;
+  out.resize(shapes.size());
+  for (std::size_t i = 0; i < shapes.size(); ++i) {
+    const BoundarySurface& rest = shapes[i].surface;
+    Surface& surface = out[i].surface;
+    if (surface.triangles.size() != rest.surface.triangles.size()) surface = rest.surface;
+    out[i].name = shapes[i].name;
+    if (rest.vertex_nodes.empty()) {
+      const Pose& pose = bodies.rigid.state[i].pose;
+      for (std::size_t k = 0; k < surface.positions.size(); ++k)
+        surface.positions[k] = pose.to_world(rest.surface.positions[k].cast<double>()).cast<float>();
+      for (std::size_t k = 0; k < surface.normals.size(); ++k)
+        surface.normals[k] = (pose.orientation * rest.surface.normals[k].cast<double>()).cast<float>();
+    } else {
+      for (std::size_t k = 0; k < surface.positions.size(); ++k)
+        surface.positions[k] =
+            bodies.particles.x[static_cast<std::size_t>(rest.vertex_nodes[k])].cast<float>();
+      update_normals(surface);
+    }
+  }
+}
+
+std::vector<BodyLevelSet> Simulation::level_sets() const {
+  const RigidBodies& rigid = impl_->world().bodies.rigid;
+  std::vector<BodyLevelSet> sets;
+  for (std::size_t i = 0; i < impl_->scene.rigid.size(); ++i) {
+    const LevelSet shape = rigid.properties[i].shape;
+    BodyLevelSet set;
+    set.name = rigid.name[i];
+    set.distance = [shape](const Vec3& x) { return shape.distance(x); };
+    set.lower = shape.lower();
+    set.upper = shape.upper();
+    set.voxel_size = shape.smallest_size() / level_set_cells;
+    set.pose = rigid.state[i].pose;
+    sets.push_back(std::move(set));
+  }
+  return sets;
+}
+
+WorldSizes Simulation::sizes() const {
+  const World& world = impl_->world();
+  const Bodies& bodies = world.bodies;
+  WorldSizes sizes;
+  sizes.lightest = std::numeric_limits<double>::infinity();
+  const auto weigh = [&](double mass) {
+    sizes.lightest = std::min(sizes.lightest, mass);
+    sizes.heaviest = std::max(sizes.heaviest, mass);
+  };
+  for (const RigidProperties& properties : bodies.rigid.properties) {
+    ++(properties.is_static() ? sizes.rigid_static : sizes.rigid_dynamic);
+    sizes.rigid_samples += static_cast<int>(properties.samples.size());
+    if (!properties.is_static()) weigh(properties.mass);
+  }
+  for (const DeformableBody& body : bodies.deformable) {
+    ++sizes.deformable;
+    sizes.surface_triangles += body.triangle_count;
+    sizes.face_samples += body.sample_count;
+    double mass = 0;
+    for (int p = 0; p < body.particle_count; ++p)
+      mass += bodies.particles.mass[static_cast<std::size_t>(body.first_particle + p)];
+    weigh(mass);
+  }
+  sizes.particles = static_cast<int>(bodies.particles.size());
+  sizes.tets = static_cast<int>(bodies.elements.size());
+  if (sizes.tets > 0) sizes.elastic_dt = 2 / std::sqrt(bodies.elements.rest_squared_frequency());
+  if (!std::isfinite(sizes.lightest)) sizes.lightest = 0;
+  return sizes;
+}
+
+}  // namespace duet

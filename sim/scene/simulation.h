@@ -1,0 +1,61 @@
+// A scene in motion: builds the World of a scene and advances it frame by frame. What the program, the tests and the
+// studies use; the time step itself is sim/step/step.cpp.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "sim/scene/frame.h"
+#include "sim/scene/scene.h"
+#include "sim/step/effects.h"
+
+namespace duet {
+
+struct World;
+
+// Sizes that `duet explain` prints.
+struct WorldSizes {
+  int rigid_dynamic = 0, rigid_static = 0, deformable = 0;
+  int particles = 0, tets = 0, surface_triangles = 0;
+  int rigid_samples = 0;  // surface sample points of rigid bodies
+  int face_samples = 0;   // contact points on deformable faces and edges, vertices not counted
+  double lightest = 0, heaviest = 0;  // kg, of the dynamic bodies
+  double elastic_dt = 0;  // s, the elastic bound on the time step at rest (0: no deformable body)
+};
+
+class Simulation {
+ public:
+  // Effects in `plan` are simulated, no others. Throws SimulationError if the initial state cannot be simulated.
+  Simulation(const scene::Scene& scene, const EffectSet& plan);
+  ~Simulation();
+  Simulation(const Simulation&) = delete;
+  Simulation& operator=(const Simulation&) = delete;
+
+  int frame() const;        // of the state now held; 0 at first
+  FrameStats stats() const; // of the frame now held (frame 0: no substeps)
+
+  // Advances to the next frame. On SimulationError the state of the last good frame is restored.
+  // A time step that fails is retried with half its size down to a floor before that.
+  void advance_frame();
+
+  // The bodies' render surfaces in world space, in the order rigid bodies, deformable bodies of the scene (the
+  // ground has none). `out` keeps its storage from call to call; topology is constant.
+  void surfaces(std::vector<BodySurface>& out) const;
+  std::vector<BodyLevelSet> level_sets() const;  // of the rigid bodies, with their poses now
+
+  // Everything the next step reads, as bytes; a simulation of the same scene that loads them continues
+  // bit-identically. load_state throws Error when the bytes do not fit this scene.
+  std::vector<unsigned char> save_state() const;
+  void load_state(const std::vector<unsigned char>& bytes);
+
+  WorldSizes sizes() const;
+  World& world();
+  const World& world() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace duet

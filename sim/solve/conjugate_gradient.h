@@ -1,0 +1,48 @@
+// Conjugate gradients for systems that are self-adjoint and positive definite in an inner product of their
+// own.
+#pragma once
+
+#include <cmath>
+
+namespace duet {
+
+struct CgResult {
+  int iterations = 0;
+  double residual = 0;  // in the system's norm
+  bool converged = false;
+};
+
+// Solves P A P x = P b starting from `x`, which must satisfy the constraints that P projects onto. System has
+//   apply(v, out)   out = A v           project(v)      v = P v
+//   inner(u, v)     the inner product   norm(v)         what the tolerance bounds
+// `r`, `s`, `q` are scratch of x's size. Every residual is projected again, as rounding would otherwise leave
+// the constrained space (Baraff, Witkin 1998).
+template <class System, class Vector>
+CgResult conjugate_gradient(System& system, const Vector& b, double tolerance, int max_iterations, Vector& x,
+                            Vector& r, Vector& s, Vector& q) {
+  CgResult result;
+  system.apply(x, q);
+  system.subtract(b, q, r);
+  system.project(r);
+  double rho = system.inner(r, r);
+  system.copy(r, s);
+  for (;; ++result.iterations) {
+    result.residual = system.norm(r);
+    result.converged = result.residual <= tolerance;
+    if (result.converged || result.iterations >= max_iterations || !std::isfinite(result.residual))
+      return result;
+    system.apply(s, q);
+    system.project(q);
+    const double curvature = system.inner(s, q);
+    if (!(curvature > 0)) return result;  // only rounding is left
+    const double alpha = rho / curvature;
+    system.axpy(alpha, s, x);
+    system.axpy(-alpha, q, r);
+    system.project(r);
+    const double next = system.inner(r, r);
+    system.xpay(r, next / rho, s);
+    rho = next;
+  }
+}
+
+}  // namespace duet

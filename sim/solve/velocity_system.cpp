@@ -1,0 +1,113 @@
+#include "sim/solve/velocity_system.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "sim/base/parallel.h"
+
+namespace duet {
+namespace {
+
+constexpr std::size_t grain = 2048;
+
+template <class Operation>
+void for_each_entry(const GeneralizedVelocity& x, GeneralizedVelocity& y, Operation&& operation) {
+  parallel_for(x.particle.size(), grain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t p = begin; p < end; ++p) operation(x.particle[p], y.particle[p]);
+  });
+  for (std::size_t i = 0; i < x.linear.size(); ++i) {
+    operation(x.linear[i], y.linear[i]);
+    operation(x.angular[i], y.angular[i]);
+  }
+}
+
+void resize_like(const GeneralizedVelocity& from, GeneralizedVelocity& to) {
+  to.particle.resize(from.particle.size());
+  to.linear.resize(from.linear.size());
+  to.angular.resize(from.angular.size());
+}
+
+}  // namespace
+
+VelocitySystem::VelocitySystem(Bodies& bodies, double dt, const ContactProjection* projection,
+                               std::vector<Vec3>& force_scratch, std::vector<Mat3>& inertia_scratch)
+    : bodies_(bodies), dt_(dt), projection_(projection), force_(force_scratch), inertia_(inertia_scratch) {
+  inertia_.resize(bodies.rigid.size());
+  for (std::size_t i = 0; i < bodies.rigid.size(); ++i) {
+    const Mat3 rotation = bodies.rigid.state[i].pose.orientation.toRotationMatrix();
+    inertia_[i] = rotation * bodies.rigid.properties[i].inertia.asDiagonal() * rotation.transpose();
+  }
+}
+
+void VelocitySystem::apply(const GeneralizedVelocity& v, GeneralizedVelocity& out) {
+  resize_like(v, out);
+  force_.assign(v.particle.size(), Vec3::Zero());
+  bodies_.elements.add_damping_forces(v.particle, force_);
+  parallel_for(v.particle.size(), grain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t p = begin; p < end; ++p)
+      out.particle[p] = v.particle[p] - dt_ * bodies_.particles.inverse_mass[p] * force_[p];
+  });
+  out.linear = v.linear;  // no damping force acts on rigid bodies except through the constraints
+  out.angular = v.angular;
+}
+
+void VelocitySystem::project(GeneralizedVelocity& v) const {
+  if (projection_) projection_->project(v);
+}
+
+double VelocitySystem::inner(const GeneralizedVelocity& u, const GeneralizedVelocity& v) const {
+  double sum = parallel_reduce(
+      u.particle.size(), grain, 0.0,
+      [&](std::size_t begin, std::size_t end) {
+        double part = 0;
+        for (std::size_t p = begin; p < end; ++p)
+          part += bodies_.particles.mass[p] * u.particle[p].dot(v.particle[p]);
+        return part;
+      },
+      [](double a, double b) { return a + b; });
+  for (std::size_t i = 0; i < u.linear.size(); ++i)
+    sum += bodies_.rigid.properties[i].mass * u.linear[i].dot(v.linear[i]) +
+           u.angular[i].dot(inertia_[i] * v.angular[i]);
+  return sum;
+}
+
+double VelocitySystem::norm(const GeneralizedVelocity& v) const {
+  double squared = 0;
+  for (const Vec3& velocity : v.particle) {
+    const double here = velocity.squaredNorm();
+    if (!(here <= squared)) squared = here;  // also takes a NaN, which ends the solve
+  }
+  for (std::size_t i = 0; i < v.linear.size(); ++i) {
+    const RigidProperties& properties = bodies_.rigid.properties[i];
+    if (properties.is_static()) continue;
+    squared = std::max(
+        squared, v.linear[i].squaredNorm() + v.angular[i].dot(inertia_[i] * v.angular[i]) / properties.mass);
+  }
+  return std::sqrt(squared);
+}
+
+void VelocitySystem::subtract(const GeneralizedVelocity& a, const GeneralizedVelocity& b,
+                              GeneralizedVelocity& out) {
+  out = a;
+  axpy(-1, b, out);
+}
+
+void VelocitySystem::axpy(double alpha, const GeneralizedVelocity& x, GeneralizedVelocity& y) {
+  for_each_entry(x, y, [alpha](const Vec3& a, Vec3& b) { b += alpha * a; });
+}
+
+void VelocitySystem::xpay(const GeneralizedVelocity& x, double beta, GeneralizedVelocity& y) {
+  for_each_entry(x, y, [beta](const Vec3& a, Vec3& b) { b = a + beta * b; });
+}
+
+void to_generalized(const Bodies& bodies, GeneralizedVelocity& out) {
+  out.particle = bodies.particles.v;
+  out.linear.resize(bodies.rigid.size());
+  out.angular.resize(bodies.rigid.size());
+  for (std::size_t i = 0; i < bodies.rigid.size(); ++i) {
+    out.linear[i] = bodies.rigid.state[i].velocity;
+    out.angular[i] = bodies.rigid.state[i].angular_velocity;
+  }
+}
+
+}  // namespace duet

@@ -1,0 +1,40 @@
+// The implicit velocity system over particles and rigid twists together: A v = v - dt M^-1 F_damping(v).
+#pragma once
+
+#include "sim/coupling/contact_projection.h"
+
+namespace duet {
+
+// Self-adjoint and positive definite in the mass inner product <u, v> = sum m u.v + sum (M u_lin.v_lin +
+// u_ang.I v_ang).
+class VelocitySystem {
+ public:
+  // `projection` may be null: no constraints. Damping forces are those of the last elastic evaluation's
+  // deformation.
+  VelocitySystem(Bodies& bodies, double dt, const ContactProjection* projection,
+                 std::vector<Vec3>& force_scratch, std::vector<Mat3>& inertia_scratch);
+
+  void apply(const GeneralizedVelocity& v, GeneralizedVelocity& out);
+  void project(GeneralizedVelocity& v) const;
+  double inner(const GeneralizedVelocity& u, const GeneralizedVelocity& v) const;
+  double norm(const GeneralizedVelocity& v)
+      const;  // m/s: the largest particle's, or body's, inertia-weighted velocity
+
+  static void subtract(const GeneralizedVelocity& a, const GeneralizedVelocity& b,
+                       GeneralizedVelocity& out);  // a - b
+  static void copy(const GeneralizedVelocity& from, GeneralizedVelocity& to) { to = from; }
+  static void axpy(double alpha, const GeneralizedVelocity& x, GeneralizedVelocity& y);  // y += alpha x
+  static void xpay(const GeneralizedVelocity& x, double beta, GeneralizedVelocity& y);   // y = x + beta y
+
+ private:
+  Bodies& bodies_;
+  double dt_;
+  const ContactProjection* projection_;
+  std::vector<Vec3>& force_;
+  std::vector<Mat3>& inertia_;  // world axes
+};
+
+// Copies the velocities of all bodies (static ones: zero).
+void to_generalized(const Bodies& bodies, GeneralizedVelocity& out);
+
+}  // namespace duet

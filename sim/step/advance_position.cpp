@@ -1,0 +1,27 @@
+// Step IV: positions (paper sections 4.1 and 6).
+#include "sim/step/step.h"
+
+namespace duet {
+
+void advance_position(World& world, StepContext& context) {
+  Particles& particles = world.bodies.particles;
+  for (std::size_t p = 0; p < particles.size(); ++p) particles.x[p] += context.dt * particles.v[p];
+  RigidBodies& rigid = world.bodies.rigid;
+  for (std::size_t i = 0; i < rigid.size(); ++i) {
+    if (rigid.properties[i].is_static()) continue;
+    rigid.state[i].pose = evolved_pose(rigid.state[i], context.dt, world.settings.second_order_orientation);
+    update_orientation_dependents(rigid.state[i], rigid.properties[i]);
+  }
+}
+
+void push_out(World& world, StepContext& context) {
+  resolve_interpenetration(world.bodies, context.graph, world.settings.push_out_iterations, context.contacts,
+                           context.push_out_scratch);
+  check_finite(world, "IV.2 push out");
+}
+
+void restore_collided_velocity(World& world, StepContext& context) {
+  restore_velocities(context.v_hat_n, world.bodies);
+}
+
+}  // namespace duet

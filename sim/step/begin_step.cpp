@@ -1,0 +1,29 @@
+// The state of time n, kept aside at the start of a step, and what every step ends with.
+#include "sim/step/step.h"
+
+namespace duet {
+
+void begin_step(World& world, StepContext& context) {
+  const Bodies& bodies = world.bodies;
+  context.x_n = bodies.particles.x;
+  context.rigid_n = bodies.rigid.state;
+  store_velocities(bodies, context.v_n);
+  // Until a step has collided and solved nothing, these are what stages read that the plan skips.
+  context.v_hat_n = context.v_n;
+}
+
+void end_step(World& world) {
+  RigidBodies& rigid = world.bodies.rigid;
+  for (std::size_t i = 0; i < rigid.size(); ++i)
+    update_orientation_dependents(rigid.state[i], rigid.properties[i]);
+  check_finite(world, "V.4 velocity contact");
+}
+
+void restore_step_start(World& world) {
+  const StepContext& context = world.context;
+  world.bodies.particles.x = context.x_n;
+  world.bodies.particles.v = context.v_n.particle;
+  world.bodies.rigid.state = context.rigid_n;
+}
+
+}  // namespace duet

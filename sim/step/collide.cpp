@@ -1,0 +1,24 @@
+// Step II: collisions (paper section 4).
+#include "sim/step/step.h"
+
+namespace duet {
+
+void find_contacts(World& world, StepContext& context) {
+  velocity_difference(world.bodies, context.v_n, context.difference);
+  find_candidates(world.bodies, world.contact_filter(), context.dt, context.difference, context.contacts);
+}
+
+void collide(World& world, StepContext& context) {
+  Bodies& bodies = world.bodies;
+
+  // II.1  v^n -> v^^n; there are no joints to stabilize (II.2)
+  restore_velocities(context.v_n, bodies);
+  process_collisions(bodies, context.difference, context.dt, world.settings.collision, context.contacts,
+                     context.collision_scratch);
+  store_velocities(bodies, context.v_hat_n);
+
+  // II.3  v^^{n+1/2} = v^^n + (v~^{n+1/2} - v^n)
+  add_velocities(context.difference, bodies);
+}
+
+}  // namespace duet

@@ -1,0 +1,32 @@
+// The effects that a scene can call for. A stage whose effect is not in the plan is never entered.
+#pragma once
+
+#include <array>
+#include <bitset>
+#include <optional>
+#include <string_view>
+
+namespace duet {
+
+enum class Effect {
+  rigid_collision,           // II.1 between rigid bodies
+  rigid_contact,             // III.3, V.4 between rigid bodies
+  rigid_deformable_contact,  // II.1, III.3, V.4 and the projections of V.2 between a rigid and a deformable
+                             // body
+  deformable_elasticity,     // I.1, V.2: finite elements and their damping
+  push_out,                  // IV.2 interpenetration resolution
+};
+inline constexpr int effect_count = 5;
+inline constexpr std::array<std::string_view, effect_count> effect_names = {
+    "rigid_collision", "rigid_contact", "rigid_deformable_contact", "deformable_elasticity", "push_out"};
+
+using EffectSet = std::bitset<effect_count>;
+inline std::size_t index(Effect effect) { return static_cast<std::size_t>(effect); }
+inline std::string_view name(Effect effect) { return effect_names[index(effect)]; }
+inline std::optional<Effect> effect_from_name(std::string_view text) {
+  for (int i = 0; i < effect_count; ++i)
+    if (effect_names[static_cast<std::size_t>(i)] == text) return static_cast<Effect>(i);
+  return std::nullopt;
+}
+
+}  // namespace duet

@@ -1,0 +1,41 @@
+// One time step (paper section 2).
+#pragma once
+
+#include "sim/step/world.h"
+
+namespace duet {
+
+// Advances the world by `dt` (s) from `time` (s). Throws SimulationError, naming stage and body, when a value
+// stops being finite; the positions and velocities of time n are then in world.context (restore_step_start
+// puts them back).
+void step(World& world, double time, double dt);
+void restore_step_start(World& world);
+void end_step(World& world);  // w = I^-1 L without the rounding of its increments, so that a state is x, q, v
+                              // and L alone
+
+// The longest step that the rule allows now, s: a fraction of the elastic stability limit 2/omega_max of the
+// elements as they are deformed now, and bounds on the travel and the turn of rigid bodies.
+double choose_time_step(const World& world);
+
+// The stages, in the paper's order and naming. Each is a function of its own so that tests can look between
+// them.
+void begin_step(World& world, StepContext& context);        // remembers x^n and v^n
+void advance_velocity(World& world, StepContext& context);  // I     v^n -> v~^{n+1/2}
+void find_contacts(World& world, StepContext& context);     //       v~^{n+1/2} - v^n, and what may touch
+void collide(World& world, StepContext& context);           // II    v^n -> v^^n, v~^{n+1/2} -> v^^{n+1/2}
+void apply_contact(World& world, StepContext& context);     // III   v^^{n+1/2} -> v^{n+1/2}
+void advance_position(World& world, StepContext& context);  // IV.1  x^n -> x^^{n+1}
+void push_out(World& world, StepContext& context);          // IV.2  x^^{n+1} -> x^{n+1}
+void restore_collided_velocity(World& world, StepContext& context);  //       v^{n+1/2} -> v^^n, at x^{n+1}
+void constrained_solve(World& world, StepContext& context);          // V.2-3 v^^n -> v_**^{n+1}
+void apply_velocity_contact(World& world, StepContext& context);     // V.4   v_**^{n+1} -> v^{n+1}
+
+// The implicit solve of I.1 and V.2 at the positions now: from the velocities v now, fills `context.force`
+// with the explicit forces (elastic and gravity) and `context.solution` with V, V = v + dt M^-1 (force +
+// F_damping(V)).
+void solve_velocity(World& world, StepContext& context, double dt, ContactProjection* projection);
+
+// Throws SimulationError if a particle's or a body's state is not finite.
+void check_finite(const World& world, const char* stage);
+
+}  // namespace duet

@@ -1,0 +1,50 @@
+// Step V: velocities (paper section 7).
+#include "sim/step/step.h"
+
+namespace duet {
+
+// V.2: V = v^n + dt/2 M^-1 (F(x^{n+1/2}) + F_damping(V)) with contact projected, which only serves to find
+// the velocity at which V.3 evaluates the damping forces, unprojected: v^{n+1} = v^n + dt M^-1 (F(x^{n+1/2})
+// + F_damping(V)). Together they are the trapezoidal rule for the damping.
+void constrained_solve(World& world, StepContext& context) {
+  Bodies& bodies = world.bodies;
+  Particles& particles = bodies.particles;
+  ContactProjection* projection = nullptr;
+  if (world.has(Effect::rigid_deformable_contact) || world.has(Effect::rigid_contact)) {
+    for (ContactPoint& contact : context.contacts.points)
+      if (!contact.impulse.isZero(0)) update_geometry(bodies, contact);
+    context.projection.build(bodies, context.contacts, context.graph, world.settings.projection_sweeps);
+    projection = &context.projection;
+  }
+
+  context.x_next = particles.x;
+  for (std::size_t p = 0; p < particles.size(); ++p)
+    particles.x[p] = 0.5 * (context.x_n[p] + context.x_next[p]);
+  solve_velocity(world, context, context.dt / 2, projection);
+
+  if (world.has(Effect::deformable_elasticity))
+    bodies.elements.add_damping_forces(context.solution.particle, context.force);
+  for (std::size_t p = 0; p < particles.size(); ++p)
+    particles.v[p] += context.dt * particles.inverse_mass[p] * context.force[p];
+  for (std::size_t i = 0; i < bodies.rigid.size(); ++i)
+    if (!bodies.rigid.properties[i].is_static()) bodies.rigid.state[i].velocity += context.dt * world.gravity;
+  std::swap(particles.x, context.x_next);
+  check_finite(world, "V.2 constrained solve");
+}
+
+// V.4: contact and friction as a post-process, on the points that step III looked at.
+void apply_velocity_contact(World& world, StepContext& context) {
+  for (int p : context.graph.order) {
+    const ContactPair& pair = context.contacts.pairs[static_cast<std::size_t>(p)];
+    for (int i = pair.begin; i < pair.end; ++i) {
+      ContactPoint& contact = context.contacts.points[static_cast<std::size_t>(i)];
+      update_geometry(world.bodies, contact);
+      contact.impulse.setZero();
+    }
+  }
+  world.counters.contact_sweeps +=
+      solve_contact(world.bodies, context.graph, context.dt, world.settings.contact, context.contacts);
+  world.counters.contacts = count_active(context.contacts, context.graph);
+}
+
+}  // namespace duet

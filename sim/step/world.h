@@ -1,0 +1,75 @@
+// Everything a time step reads and writes.
+#pragma once
+
+#include "sim/base/stage_clock.h"
+#include "sim/coupling/collisions.h"
+#include "sim/coupling/contact_candidates.h"
+#include "sim/coupling/contact_projection.h"
+#include "sim/coupling/contact_solver.h"
+#include "sim/coupling/push_out.h"
+#include "sim/solve/conjugate_gradient.h"
+#include "sim/step/effects.h"
+
+namespace duet {
+
+struct StepSettings {
+  double cfl = 0.9;                 // time step over the elastic stability limit
+  double max_travel = 0.1;          // of a rigid body a step, over the smallest dynamic body's size
+  double max_rotation = 0.314159;   // rad a step
+  double max_time_step = 1.0 / 48;  // s
+  double cg_tolerance = 1e-3;       // m/s
+  int cg_iterations = 200;
+  int push_out_iterations = 4;
+  int projection_sweeps = 2;
+  bool second_order_orientation = true;
+  CollisionSettings collision;
+  ContactSolveSettings contact;
+};
+
+// What a frame adds up over its steps.
+struct StepCounters {
+  std::int64_t cg_iterations = 0;
+  std::int64_t contact_sweeps = 0;
+  std::int64_t contacts = 0;  // with an impulse, in the last step
+};
+
+// One step's own values: sizes, times, the paper's named velocities, scratch that keeps its storage.
+struct StepContext {
+  double dt = 0;    // s
+  double time = 0;  // s, at the start of the step
+
+  std::vector<Vec3> x_n;            // particle positions x^n
+  std::vector<Vec3> x_next;         // x^{n+1} while the bodies stand at x^{n+1/2}
+  std::vector<RigidState> rigid_n;  // rigid states of time n
+  VelocityState v_n;                // v^n
+  VelocityState difference;         // v~^{n+1/2} - v^n
+  VelocityState v_hat_n;            // v^^n, after collisions
+
+  ContactSet contacts;
+  ContactGraph graph;
+  CollisionScratch collision_scratch;
+  PushOutScratch push_out_scratch;
+  ContactProjection projection;
+
+  std::vector<Vec3> force, damping_force;  // N
+  GeneralizedVelocity right_side, solution, residual, direction, image;
+  std::vector<Mat3> inertia;
+};
+
+struct World {
+  Bodies bodies;
+  EffectSet plan;
+  Vec3 gravity = Vec3::Zero();  // m/s^2
+  StepSettings settings;
+  StepContext context;
+  StageClock clock;
+  StepCounters counters;
+
+  bool has(Effect effect) const { return plan[index(effect)]; }
+  CandidateFilter contact_filter() const {
+    return {has(Effect::rigid_collision) || has(Effect::rigid_contact),
+            has(Effect::rigid_deformable_contact)};
+  }
+};
+
+}  // namespace duet
