@@ -2,12 +2,15 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "sim/scene/scene.h"
 #include "sim/step/effects.h"
 
 namespace duet::scene {
+
+inline constexpr std::string_view removed_by_user = "removed by --without";  // reason of a PlannedEffect
 
 struct PlannedEffect {
   Effect effect;

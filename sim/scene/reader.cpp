@@ -6,6 +6,7 @@
 #include <fstream>
 #include <iterator>
 #include <map>
+#include <sstream>
 
 #include <fmt/format.h>
 
@@ -106,7 +107,8 @@ const toml::table* SceneReader::table(std::string_view section) {
   const toml::node* node = document_.get(section);
   if (node && !node->is_table())
     problems_.add(node->source(), std::string(section),
-                  fmt::format("must be a table [{}], is {}", section, describe(*node)));
+                  fmt::format("must be a table [{}], is {}", section, describe(*node)),
+                  fmt::format("write [{}] with one bracket above its keys", section));
   return node ? node->as_table() : nullptr;
 }
 
@@ -140,7 +142,8 @@ void SceneReader::for_each_named(std::string_view section, Read&& read_element) 
       read_element(*element, path, std::string(name.str()));
     else
       problems_.add(node.source(), path,
-                    fmt::format("must be a table [{}.NAME], is {}", section, describe(node)));
+                    fmt::format("must be a table [{}.NAME], is {}", section, describe(node)),
+                    "every one has a name of its own in its heading");
   }
 }
 
@@ -251,10 +254,12 @@ void SceneReader::check_unique(std::map<std::string, toml::source_region>& taken
   if (name.empty()) return;
   const toml::source_region place = place_of(table, "name");
   const auto [first, inserted] = taken.emplace(name, place);
-  if (!inserted)
-    problems_.add(place, path + ".name",
-                  fmt::format("duplicate name `{}`, first used in line {}", name, first->second.begin.line),
-                  hint);
+  if (inserted) return;
+  const auto line = first->second.begin.line;
+  problems_.add(place, path + ".name",
+                fmt::format("duplicate name `{}`, first used {}", name,
+                            line > 0 ? fmt::format("in line {}", line) : "by --set"),
+                hint);
 }
 
 void SceneReader::check_rigid_shape(RigidBody& body, const toml::table& table, const std::string& path) {
@@ -316,20 +321,24 @@ void SceneReader::check_references(std::string_view section) {
     const std::string hint = did_you_mean(use.name, defined);
     problems_.add(use.at, use.path, fmt::format("unknown {} `{}`", kind, use.name),
                   hint.empty() ? fmt::format("add a table [{}.{}]", section, use.name) : hint);
+    // The one that was probably meant is not reported as unused on top of that.
+    if (const auto meant = near_miss(use.name, defined)) used.push_back(*meant);
   }
   if (!elements) return;
   for (const auto& [name, node] : *elements)
-    if (std::find(used.begin(), used.end(), name.str()) == used.end())
+    if (node.is_table() && std::find(used.begin(), used.end(), name.str()) == used.end())
       problems_.add(name.source(), join_path(std::string(section), name),
                     fmt::format("the {} is never used", kind), "remove it, or refer to it by this name");
 }
 
 std::string file_bytes(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::string bytes(std::istreambuf_iterator<char>(file), {});
-  if (file && !std::filesystem::is_directory(path)) return bytes;
-
   std::error_code ignored;
+  if (std::ifstream file(path, std::ios::binary); file && !std::filesystem::is_directory(path, ignored)) {
+    std::ostringstream bytes;
+    bytes << file.rdbuf();
+    if (!bytes.bad() && !file.bad()) return bytes.str();
+  }
+
   const std::filesystem::path wanted(path), folder = wanted.parent_path();
   std::vector<std::string> scenes;
   for (const auto& entry : std::filesystem::directory_iterator(folder.empty() ? "." : folder, ignored))

@@ -16,7 +16,7 @@ std::string bounds_text(const Key& key) {
 
 void write_key(std::string& out, const Key& key, const std::string& prefix,
                const std::string& default_value) {
-  const std::string line = fmt::format("  {:<22} {:<18} {:<11} {:<19} {}", prefix + std::string(key.name),
+  const std::string line = fmt::format("  {:<22} {:<18} {:<11} {:<22} {}", prefix + std::string(key.name),
                                        type_text(key), key.unit, default_value, bounds_text(key));
   out += line.substr(0, line.find_last_not_of(' ') + 1);
   out += fmt::format("\n      {}\n", key.meaning);
@@ -52,7 +52,7 @@ std::string reference() {
     out += fmt::format("\n{}: {}\n", section.heading(), section.meaning);
     if (section.name == "solver")
       out += "  defaults under the presets draft / standard / fine where they differ\n";
-    out += fmt::format("  {:<22} {:<18} {:<11} {:<19} {}\n", "key", "type", "unit", "default", "bounds");
+    out += fmt::format("  {:<22} {:<18} {:<11} {:<22} {}\n", "key", "type", "unit", "default", "bounds");
     if (section.name == "solver")
       write_solver(out);
     else

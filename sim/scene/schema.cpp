@@ -95,9 +95,9 @@ bool Bounds::contains(double value) const {
 
 std::string Bounds::text() const {
   if (std::isinf(lower) && std::isinf(upper)) return {};
-  if (std::isinf(upper)) return fmt::format("{} {:.6g}", lower_open ? ">" : ">=", lower);
-  if (std::isinf(lower)) return fmt::format("{} {:.6g}", upper_open ? "<" : "<=", upper);
-  return fmt::format("in {}{:.6g}, {:.6g}{}", lower_open ? '(' : '[', lower, upper, upper_open ? ')' : ']');
+  if (std::isinf(upper)) return fmt::format("{} {:.7g}", lower_open ? ">" : ">=", lower);
+  if (std::isinf(lower)) return fmt::format("{} {:.7g}", upper_open ? "<" : "<=", upper);
+  return fmt::format("in {}{:.7g}, {:.7g}{}", lower_open ? '(' : '[', lower, upper, upper_open ? ')' : ']');
 }
 
 std::string type_text(const Key& key) { return std::visit(TypeText{}, key.target); }
@@ -160,9 +160,10 @@ std::vector<Key> keys(RigidEntry& entry) {
       {"angular_velocity", &placement.angular_velocity, "rad/s", any,
        "about the centre at frame 0, in world axes; not for static bodies"},
       {"static", &body.is_static, "", any, "the body never moves and has no mass"},
-      {"mass", &body.mass, "kg", positive, "exactly one of mass and density, none for static bodies", one_of},
+      {"mass", &body.mass, "kg", positive,
+       "of the body; exactly one of mass and density, none for static bodies", one_of},
       {"density", &body.density, "kg/m^3", positive,
-       "exactly one of mass and density, none for static bodies", one_of},
+       "of a unit of volume; exactly one of mass and density, none for static bodies", one_of},
       {"friction", &body.friction, "", non_negative,
        "Coulomb's coefficient; a pair of bodies uses the smaller one"},
       {"restitution", &body.restitution, "", between(0, 1),

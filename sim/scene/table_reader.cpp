@@ -19,7 +19,7 @@ struct Overloaded : Cases... {
 
 std::string number_text(const toml::node& node) {
   if (const auto* integer = node.as_integer()) return std::to_string(integer->get());
-  return fmt::format("{}", node.as_floating_point()->get());
+  return fmt::format("{:#}", node.as_floating_point()->get());  // 30.0, not 30
 }
 
 // Tables where a key that is unknown here would be at home: "[ground] and [[rigid]]".
@@ -88,49 +88,52 @@ void TableReader::read_value(const toml::node& node, const Key& key, const std::
   const auto integer = [&](const toml::node& element, const std::string& where, int& value) {
     return read_integer(element, key, where, value);
   };
-  std::visit(Overloaded{
-                 [&](bool* target) {
-                   if (const auto* value = node.as_boolean())
-                     *target = value->get();
-                   else
-                     wrong_type(node, path, "true or false");
-                 },
-                 [&](int* target) { integer(node, path, *target); },
-                 [&](double* target) { number(node, path, *target); },
-                 [&](std::optional<double>* target) {
-                   if (double value; number(node, path, value)) *target = value;
-                 },
-                 [&](Vec3* target) { read_vector(node, path, "an array of 3 numbers", *target, number); },
-                 [&](Vec3i* target) { read_vector(node, path, "an array of 3 integers", *target, integer); },
-                 [&](std::string* target) { read_string(node, path, "a text", *target); },
-                 [&](const Name& target) {
-                   if (read_string(node, path, "a name", *target.text))
-                     check_name(*target.text, node.source(), path);
-                 },
-                 [&](const Reference& target) {
-                   if (read_string(node, path, "a name", *target.name))
-                     uses_.push_back({target.section, *target.name, node.source(), path});
-                 },
-                 [&](const Choice& choice) { read_choice(node, path, choice); },
-                 [&](const Group& group) {
-                   if (const toml::table* table = node.as_table())
-                     read(*table, group.keys, path);
-                   else
-                     wrong_type(node, path, fmt::format("a table, {}", key.meaning));
-                 },
-             },
-             key.target);
+  std::visit(
+      Overloaded{
+          [&](bool* target) {
+            if (const auto* value = node.as_boolean())
+              *target = value->get();
+            else
+              wrong_type(node, path, "true or false", key.meaning);
+          },
+          [&](int* target) { integer(node, path, *target); },
+          [&](double* target) { number(node, path, *target); },
+          [&](std::optional<double>* target) {
+            if (double value; number(node, path, value)) *target = value;
+          },
+          [&](Vec3* target) { read_vector(node, key, path, "an array of 3 numbers", *target, number); },
+          [&](Vec3i* target) { read_vector(node, key, path, "an array of 3 integers", *target, integer); },
+          [&](std::string* target) { read_string(node, key, path, "a text", *target); },
+          [&](const Name& target) {
+            if (read_string(node, key, path, "a name", *target.text))
+              check_name(*target.text, node.source(), path);
+          },
+          [&](const Reference& target) {
+            if (read_string(node, key, path, "a name", *target.name))
+              uses_.push_back({target.section, *target.name, node.source(), path});
+          },
+          [&](const Choice& choice) { read_choice(node, key, path, choice); },
+          [&](const Group& group) {
+            if (const toml::table* table = node.as_table())
+              read(*table, group.keys, path);
+            else
+              wrong_type(node, path, "a table", key.meaning);
+          },
+      },
+      key.target);
 }
 
 bool TableReader::read_number(const toml::node& node, const Key& key, const std::string& path,
                               double& value) {
   if (!node.is_number()) {
-    wrong_type(node, path, "a number");
+    wrong_type(node, path, "a number", key.meaning);
     return false;
   }
-  const double candidate = *node.value<double>();
+  const auto* integer = node.as_integer();
+  const double candidate = integer ? static_cast<double>(integer->get()) : node.as_floating_point()->get();
   if (!std::isfinite(candidate)) {
-    problems_.add(node.source(), path, fmt::format("must be finite, is {}", candidate));
+    problems_.add(node.source(), path, fmt::format("must be finite, is {}", candidate),
+                  std::string(key.meaning));
     return false;
   }
   if (!key.bounds.contains(candidate)) {
@@ -144,7 +147,7 @@ bool TableReader::read_number(const toml::node& node, const Key& key, const std:
 bool TableReader::read_integer(const toml::node& node, const Key& key, const std::string& path, int& value) {
   const auto* integer = node.as_integer();
   if (!integer) {
-    wrong_type(node, path, "an integer");
+    wrong_type(node, path, "an integer", key.meaning);
     return false;
   }
   // Every integer key has bounds well within `int`.
@@ -157,11 +160,11 @@ bool TableReader::read_integer(const toml::node& node, const Key& key, const std
 }
 
 template <class Vector, class Read>
-void TableReader::read_vector(const toml::node& node, const std::string& path, std::string_view expected,
-                              Vector& vector, Read&& read_element) {
+void TableReader::read_vector(const toml::node& node, const Key& key, const std::string& path,
+                              std::string_view expected, Vector& vector, Read&& read_element) {
   const toml::array* array = node.as_array();
   if (!array || array->size() != 3) {
-    wrong_type(node, path, expected);
+    wrong_type(node, path, expected, key.meaning);
     return;
   }
   Vector candidate;
@@ -171,21 +174,22 @@ void TableReader::read_vector(const toml::node& node, const std::string& path, s
   if (good) vector = candidate;
 }
 
-bool TableReader::read_string(const toml::node& node, const std::string& path, std::string_view expected,
-                              std::string& value) {
+bool TableReader::read_string(const toml::node& node, const Key& key, const std::string& path,
+                              std::string_view expected, std::string& value) {
   const auto* text = node.as_string();
   if (!text) {
-    wrong_type(node, path, expected);
+    wrong_type(node, path, expected, key.meaning);
     return false;
   }
   value = text->get();
   return true;
 }
 
-void TableReader::read_choice(const toml::node& node, const std::string& path, const Choice& choice) {
+void TableReader::read_choice(const toml::node& node, const Key& key, const std::string& path,
+                              const Choice& choice) {
   std::string word;
   const std::string expected = fmt::format("one of \"{}\"", fmt::join(choice.names, "\", \""));
-  if (!read_string(node, path, expected, word)) return;
+  if (!read_string(node, key, path, expected, word)) return;
   const auto found = std::find(choice.names.begin(), choice.names.end(), word);
   if (found != choice.names.end()) {
     choice.select(static_cast<std::size_t>(found - choice.names.begin()));
@@ -193,17 +197,20 @@ void TableReader::read_choice(const toml::node& node, const std::string& path, c
   }
   const auto candidate = near_miss(word, {choice.names.begin(), choice.names.end()});
   problems_.add(node.source(), path, fmt::format("must be {}, is \"{}\"", expected, word),
-                candidate ? fmt::format("did you mean `{}`?", *candidate) : "");
+                candidate ? fmt::format("did you mean `{}`?", *candidate) : std::string(key.meaning));
 }
 
-void TableReader::wrong_type(const toml::node& node, const std::string& path, std::string_view expected) {
-  problems_.add(node.source(), path, fmt::format("must be {}, is {}", expected, describe(node)));
+void TableReader::wrong_type(const toml::node& node, const std::string& path, std::string_view expected,
+                             std::string_view meaning) {
+  problems_.add(node.source(), path, fmt::format("must be {}, is {}", expected, describe(node)),
+                std::string(meaning));
 }
 
 void TableReader::out_of_bounds(const toml::node& node, const Key& key, const std::string& path,
                                 std::string_view value) {
-  problems_.add(node.source(), path, fmt::format("must be {}, is {}", key.bounds.text(), value),
-                fmt::format("{}{}{}", key.meaning, key.unit.empty() ? "" : ", in ", key.unit));
+  const std::string unit = key.unit.empty() ? "" : fmt::format(" {}", key.unit);
+  problems_.add(node.source(), path, fmt::format("must be {}{}, is {}", key.bounds.text(), unit, value),
+                std::string(key.meaning));
 }
 
 void TableReader::unknown_key(const toml::key& key, const std::vector<std::string>& known,

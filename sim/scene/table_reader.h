@@ -38,12 +38,13 @@ class TableReader {
   bool read_number(const toml::node& node, const Key& key, const std::string& path, double& value);
   bool read_integer(const toml::node& node, const Key& key, const std::string& path, int& value);
   template <class Vector, class Read>
-  void read_vector(const toml::node& node, const std::string& path, std::string_view expected, Vector& vector,
-                   Read&& read_element);
-  bool read_string(const toml::node& node, const std::string& path, std::string_view expected,
+  void read_vector(const toml::node& node, const Key& key, const std::string& path, std::string_view expected,
+                   Vector& vector, Read&& read_element);
+  bool read_string(const toml::node& node, const Key& key, const std::string& path, std::string_view expected,
                    std::string& value);
-  void read_choice(const toml::node& node, const std::string& path, const Choice& choice);
-  void wrong_type(const toml::node& node, const std::string& path, std::string_view expected);
+  void read_choice(const toml::node& node, const Key& key, const std::string& path, const Choice& choice);
+  void wrong_type(const toml::node& node, const std::string& path, std::string_view expected,
+                  std::string_view meaning);
   void out_of_bounds(const toml::node& node, const Key& key, const std::string& path, std::string_view value);
   void unknown_key(const toml::key& key, const std::vector<std::string>& known, const std::string& path);
 

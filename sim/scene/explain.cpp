@@ -1,0 +1,136 @@
+#include "sim/scene/explain.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+namespace duet::scene {
+namespace {
+
+constexpr double large_mass_ratio = 100;  // beyond it, sweeps over contacts converge slowly
+constexpr int many_substeps = 1000;       // a frame takes minutes rather than seconds
+
+std::string title_of(const Scene& scene) {
+  std::string title = scene.title.empty() ? scene.path : scene.title;
+  if (!scene.figure.empty()) title += fmt::format(" (figure {})", scene.figure);
+  return title;
+}
+
+void write_effects(std::string& out, const EffectPlan& plan) {
+  out += "effects\n";
+  for (const PlannedEffect& planned : plan.effects)
+    if (planned.active) out += fmt::format("  {:<25} {}\n", name(planned.effect), planned.reason);
+  for (const PlannedEffect& planned : plan.effects)
+    if (!planned.active) out += fmt::format("  {:<25} off: {}\n", name(planned.effect), planned.reason);
+}
+
+void write_sizes(std::string& out, const WorldSizes& sizes) {
+  out += fmt::format("sizes\n  {} moving and {} static rigid bodies, {} surface samples\n",
+                     sizes.rigid_dynamic, sizes.rigid_static, sizes.rigid_samples);
+  out += fmt::format(
+      "  {} deformable bodies: {} particles, {} tetrahedra, {} surface triangles, {} face samples\n",
+      sizes.deformable, sizes.particles, sizes.tets, sizes.surface_triangles, sizes.face_samples);
+  if (sizes.heaviest > 0)
+    out += fmt::format("masses\n  {:.6g} kg to {:.6g} kg, ratio {:.4g}:1\n", sizes.lightest, sizes.heaviest,
+                       mass_ratio(sizes));
+}
+
+void write_time(std::string& out, const Scene& scene, const TimeStepEstimate& estimate) {
+  out += fmt::format("time\n  {} frames at {:.6g} 1/s: {:.6g} s\n", scene.frames, scene.fps,
+                     scene.frames / scene.fps);
+  if (estimate.elastic_bound > 0)
+    out += fmt::format("  elastic bound on the time step {:.4g} s, of which solver.cfl = {:.4g} is used\n",
+                       estimate.elastic_bound, scene.solver.cfl);
+  out += fmt::format("  at least {} substeps a frame of at most {:.4g} s; fast bodies take more\n",
+                     estimate.substeps_per_frame, estimate.time_step);
+}
+
+}  // namespace
+
+TimeStepEstimate estimate_time_step(const Scene& scene, const WorldSizes& sizes) {
+  TimeStepEstimate estimate;
+  estimate.elastic_bound = sizes.elastic_dt;
+  const double frame = 1 / scene.fps;
+  double limit = std::min(frame, scene.solver.max_time_step);
+  if (sizes.elastic_dt > 0) limit = std::min(limit, scene.solver.cfl * sizes.elastic_dt);
+  // A frame that is a whole number of limits but for rounding takes that number of steps.
+  estimate.substeps_per_frame = static_cast<int>(std::min(std::ceil(frame / limit * (1 - 1e-12)), 1e9));
+  estimate.time_step = frame / estimate.substeps_per_frame;
+  return estimate;
+}
+
+double mass_ratio(const WorldSizes& sizes) {
+  return sizes.lightest > 0 ? sizes.heaviest / sizes.lightest : 1;
+}
+
+std::vector<std::string> warnings(const Scene& scene, const EffectPlan& plan, const WorldSizes& sizes) {
+  std::vector<std::string> found;
+  if (sizes.rigid_dynamic + sizes.deformable == 0) found.emplace_back("nothing moves: every body is static");
+  if (mass_ratio(sizes) > large_mass_ratio)
+    found.push_back(
+        fmt::format("the mass ratio {:.4g}:1 is above {:.0f}:1: raise solver.contact_iterations (now {}) "
+                    "if heavy bodies sink into light ones",
+                    mass_ratio(sizes), large_mass_ratio, scene.solver.contact_iterations));
+  if (scene.deformable.size() > 1)
+    found.push_back(
+        fmt::format("the {} deformable bodies collide with rigid bodies and the ground, "
+                    "but not with each other in this version",
+                    scene.deformable.size()));
+  if (const TimeStepEstimate estimate = estimate_time_step(scene, sizes);
+      estimate.substeps_per_frame > many_substeps)
+    found.push_back(
+        fmt::format("{} substeps a frame: a softer or coarser body, or a heavier material, allows larger "
+                    "time steps",
+                    estimate.substeps_per_frame));
+  for (const PlannedEffect& planned : plan.effects)
+    if (planned.reason == removed_by_user)
+      found.push_back(
+          fmt::format("{} is removed by --without, though the scene calls for it", name(planned.effect)));
+  return found;
+}
+
+std::string explain(const Scene& scene, const EffectPlan& plan, const WorldSizes& sizes) {
+  std::string out = title_of(scene) + "\n\n";
+  write_effects(out, plan);
+  write_sizes(out, sizes);
+  write_time(out, scene, estimate_time_step(scene, sizes));
+  const std::vector<std::string> found = warnings(scene, plan, sizes);
+  out += found.empty() ? "no warnings\n" : "warnings\n";
+  for (const std::string& warning : found) out += fmt::format("  {}\n", warning);
+  return out;
+}
+
+nlohmann::json explain_json(const Scene& scene, const EffectPlan& plan, const WorldSizes& sizes) {
+  using nlohmann::json;
+  json effects = json::array();
+  for (const PlannedEffect& planned : plan.effects)
+    effects.push_back(
+        {{"name", name(planned.effect)}, {"active", planned.active}, {"reason", planned.reason}});
+  const TimeStepEstimate estimate = estimate_time_step(scene, sizes);
+  return {
+      {"scene", scene.path},
+      {"title", scene.title},
+      {"figure", scene.figure},
+      {"frames", scene.frames},
+      {"fps", scene.fps},
+      {"effects", effects},
+      {"sizes",
+       {{"rigid_dynamic", sizes.rigid_dynamic},
+        {"rigid_static", sizes.rigid_static},
+        {"rigid_samples", sizes.rigid_samples},
+        {"deformable", sizes.deformable},
+        {"particles", sizes.particles},
+        {"tets", sizes.tets},
+        {"surface_triangles", sizes.surface_triangles},
+        {"face_samples", sizes.face_samples}}},
+      {"masses", {{"lightest", sizes.lightest}, {"heaviest", sizes.heaviest}, {"ratio", mass_ratio(sizes)}}},
+      {"time",
+       {{"elastic_bound", estimate.elastic_bound},
+        {"time_step", estimate.time_step},
+        {"substeps_per_frame", estimate.substeps_per_frame}}},
+      {"warnings", warnings(scene, plan, sizes)}};
+}
+
+}  // namespace duet::scene

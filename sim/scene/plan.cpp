@@ -1,0 +1,134 @@
+#include "sim/scene/plan.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "sim/base/error.h"
+#include "sim/base/near_miss.h"
+
+namespace duet::scene {
+namespace {
+
+constexpr std::size_t names_shown = 4;
+
+// "`a`, `b`, `c`, `d` and 3 more"
+std::string listed(const std::vector<std::string>& names) {
+  const std::size_t shown = std::min(names.size(), names_shown);
+  std::string text = fmt::format(
+      "`{}`", fmt::join(names.begin(), names.begin() + static_cast<std::ptrdiff_t>(shown), "`, `"));
+  if (names.size() > shown) text += fmt::format(" and {} more", names.size() - shown);
+  return text;
+}
+
+std::string counted(std::size_t count, std::string_view singular, std::string_view plural) {
+  return fmt::format("{} {}", count, count == 1 ? singular : plural);
+}
+
+struct Bodies {
+  std::vector<std::string> dynamic, fixed, deformable;  // fixed: static rigid bodies and the ground
+};
+
+Bodies sort_bodies(const Scene& scene) {
+  Bodies bodies;
+  for (const RigidBody& body : scene.rigid)
+    (body.is_static ? bodies.fixed : bodies.dynamic).push_back(body.name);
+  if (scene.ground) bodies.fixed.emplace_back("ground");
+  for (const DeformableBody& body : scene.deformable) bodies.deformable.push_back(body.name);
+  return bodies;
+}
+
+// "3 moving rigid bodies (`a`, `b`, `c`) and 1 static one (`ground`)"
+std::string rigid_text(const Bodies& bodies) {
+  const bool moving = !bodies.dynamic.empty();
+  std::string text;
+  if (moving)
+    text = fmt::format("{} ({})", counted(bodies.dynamic.size(), "moving rigid body", "moving rigid bodies"),
+                       listed(bodies.dynamic));
+  if (!bodies.fixed.empty())
+    text += fmt::format("{}{} ({})", moving ? " and " : "",
+                        moving ? counted(bodies.fixed.size(), "static one", "static ones")
+                               : counted(bodies.fixed.size(), "static rigid body", "static rigid bodies"),
+                        listed(bodies.fixed));
+  return text;
+}
+
+std::string deformable_text(const Bodies& bodies) {
+  return fmt::format("{} ({})", counted(bodies.deformable.size(), "deformable body", "deformable bodies"),
+                     listed(bodies.deformable));
+}
+
+PlannedEffect rigid_pairs(Effect effect, const Bodies& bodies, std::string_view verb) {
+  if (bodies.dynamic.empty()) return {effect, false, "no moving rigid body"};
+  if (bodies.dynamic.size() + bodies.fixed.size() < 2)
+    return {effect, false, fmt::format("`{}` is the only rigid body", bodies.dynamic.front())};
+  return {effect, true, fmt::format("{} {}", rigid_text(bodies), verb)};
+}
+
+PlannedEffect rigid_deformable_pairs(const Bodies& bodies) {
+  const Effect effect = Effect::rigid_deformable_contact;
+  if (bodies.deformable.empty()) return {effect, false, "no deformable body"};
+  if (bodies.dynamic.empty() && bodies.fixed.empty()) return {effect, false, "no rigid body and no ground"};
+  return {effect, true, fmt::format("{} can touch {}", deformable_text(bodies), rigid_text(bodies))};
+}
+
+PlannedEffect elasticity(const Scene& scene, const Bodies& bodies) {
+  const Effect effect = Effect::deformable_elasticity;
+  if (scene.deformable.empty()) return {effect, false, "no deformable body"};
+  std::vector<std::string> materials;
+  for (const Material& material : scene.materials)
+    materials.push_back(
+        fmt::format("`{}`, Young's modulus {:.4g} Pa", material.name, material.youngs_modulus));
+  return {effect, true, fmt::format("{} of {}", deformable_text(bodies), fmt::join(materials, "; "))};
+}
+
+PlannedEffect push_out(const std::vector<PlannedEffect>& effects) {
+  std::vector<std::string> contacts;
+  for (const Effect contact : {Effect::rigid_contact, Effect::rigid_deformable_contact})
+    if (effects[index(contact)].active) contacts.emplace_back(name(contact));
+  if (contacts.empty()) return {Effect::push_out, false, "no contact"};
+  return {Effect::push_out, true,
+          fmt::format("resolves what {} leave{} overlapping", fmt::join(contacts, " and "),
+                      contacts.size() == 1 ? "s" : "")};
+}
+
+EffectSet removed_effects(const std::vector<std::string>& without) {
+  EffectSet removed;
+  for (const std::string& word : without) {
+    const std::optional<Effect> effect = effect_from_name(word);
+    if (!effect)
+      throw Error(ExitStatus::usage,
+                  fmt::format("--without {}: unknown effect ({})", word,
+                              did_you_mean(word, {effect_names.begin(), effect_names.end()})));
+    removed.set(index(*effect));
+  }
+  return removed;
+}
+
+}  // namespace
+
+EffectSet EffectPlan::active() const {
+  EffectSet set;
+  for (const PlannedEffect& planned : effects) set.set(index(planned.effect), planned.active);
+  return set;
+}
+
+EffectPlan plan_effects(const Scene& scene, const std::vector<std::string>& without) {
+  const EffectSet removed = removed_effects(without);
+  const Bodies bodies = sort_bodies(scene);
+  EffectPlan plan;
+  const auto add = [&](PlannedEffect planned) {  // in the order of the enum
+    if (planned.active && removed[index(planned.effect)])
+      planned = {planned.effect, false, std::string(removed_by_user)};
+    plan.effects.push_back(std::move(planned));
+  };
+  add(rigid_pairs(Effect::rigid_collision, bodies, "can collide"));
+  add(rigid_pairs(Effect::rigid_contact, bodies, "can rest on each other"));
+  add(rigid_deformable_pairs(bodies));
+  add(elasticity(scene, bodies));
+  add(push_out(plan.effects));  // what has no contact left has nothing to push out
+  return plan;
+}
+
+}  // namespace duet::scene

@@ -1,0 +1,159 @@
+#include "sim/scene/plan.h"
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "sim/base/error.h"
+#include "sim/scene/explain.h"
+
+namespace duet::scene {
+namespace {
+
+Scene scene_with(int dynamic, int fixed, int deformable, bool ground) {
+  Scene scene;
+  for (int i = 0; i < dynamic + fixed; ++i) {
+    RigidBody& body = scene.rigid.emplace_back();
+    body.name = "rigid" + std::to_string(i);
+    body.is_static = i >= dynamic;
+  }
+  for (int i = 0; i < deformable; ++i) scene.deformable.emplace_back().name = "soft" + std::to_string(i);
+  if (deformable > 0) scene.materials.emplace_back().name = "rubber";
+  if (ground) scene.ground.emplace();
+  return scene;
+}
+
+// One letter an effect in the order of the enum: C rigid collision, R rigid contact, D rigid/deformable
+// contact, E elasticity, P push-out.
+std::string active(const EffectPlan& plan) {
+  std::string text;
+  for (std::size_t i = 0; i < plan.effects.size(); ++i) {
+    EXPECT_EQ(index(plan.effects[i].effect), i);
+    EXPECT_FALSE(plan.effects[i].reason.empty());
+    if (plan.active()[i]) text += "CRDEP"[i];
+  }
+  return text;
+}
+
+TEST(EffectPlan, FollowsFromTheBodies) {
+  struct Case {
+    int dynamic, fixed, deformable;
+    bool ground;
+    const char* effects;
+  };
+  for (const Case& c : {Case{1, 0, 0, false, ""},
+                        {1, 0, 0, true, "CRP"},
+                        {2, 0, 0, false, "CRP"},
+                        {1, 1, 0, false, "CRP"},
+                        {0, 2, 0, true, ""},
+                        {0, 0, 1, false, "E"},
+                        {0, 0, 1, true, "DEP"},
+                        {0, 1, 1, false, "DEP"},
+                        {1, 0, 1, false, "DEP"},
+                        {1, 0, 1, true, "CRDEP"}}) {
+    SCOPED_TRACE(testing::Message() << c.dynamic << c.fixed << c.deformable << c.ground);
+    EXPECT_EQ(active(plan_effects(scene_with(c.dynamic, c.fixed, c.deformable, c.ground))), c.effects);
+  }
+}
+
+TEST(EffectPlan, ReasonsNameBodiesAndMaterials) {
+  const EffectPlan plan = plan_effects(scene_with(6, 0, 1, true));
+  EXPECT_EQ(
+      plan.effects[0].reason,
+      "6 moving rigid bodies (`rigid0`, `rigid1`, `rigid2`, `rigid3` and 2 more) and 1 static one (`ground`) "
+      "can collide");
+  EXPECT_NE(plan.effects[index(Effect::deformable_elasticity)].reason.find("`soft0`"), std::string::npos);
+  EXPECT_NE(plan.effects[index(Effect::deformable_elasticity)].reason.find("`rubber`"), std::string::npos);
+  EXPECT_EQ(plan_effects(scene_with(1, 0, 0, false)).effects[0].reason, "`rigid0` is the only rigid body");
+}
+
+TEST(EffectPlan, WithoutRemovesAnEffect) {
+  const Scene scene = scene_with(1, 0, 1, true);
+  const EffectPlan plan = plan_effects(scene, {"rigid_collision"});
+  EXPECT_EQ(active(plan), "RDEP");
+  EXPECT_EQ(plan.effects[0].reason, "removed by --without");
+  EXPECT_EQ(active(plan_effects(scene, {"rigid_contact", "rigid_deformable_contact"})), "CE")
+      << "what has no contact left has nothing to push out";
+  EXPECT_EQ(plan_effects(scene_with(2, 0, 0, false), {"deformable_elasticity"}).effects[3].reason,
+            "no deformable body")
+      << "nothing was there to remove";
+}
+
+TEST(EffectPlan, UnknownEffectIsAUsageErrorWithAHint) {
+  try {
+    plan_effects(scene_with(1, 0, 0, true), {"pushout"});
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.status(), ExitStatus::usage);
+    EXPECT_STREQ(error.what(), "--without pushout: unknown effect (did you mean `push_out`?)");
+  }
+}
+
+WorldSizes sizes_of_two() {
+  WorldSizes sizes;
+  sizes.rigid_dynamic = 1;
+  sizes.deformable = 1;
+  sizes.particles = 343;
+  sizes.lightest = 10;
+  sizes.heaviest = 1000;
+  sizes.elastic_dt = 0.01;
+  return sizes;
+}
+
+TEST(Explain, TimeStepIsTheSmallestBound) {
+  Scene scene = scene_with(1, 0, 1, true);
+  scene.fps = 24;
+  scene.solver.cfl = 0.5;
+  TimeStepEstimate estimate = estimate_time_step(scene, sizes_of_two());
+  EXPECT_EQ(estimate.substeps_per_frame, 9) << "1/24 s in steps of at most 0.005 s";
+  EXPECT_DOUBLE_EQ(estimate.time_step, 1.0 / 24 / 9);
+
+  WorldSizes rigid_only = sizes_of_two();
+  rigid_only.elastic_dt = 0;
+  scene.solver.max_time_step = 1.0 / 48;
+  estimate = estimate_time_step(scene, rigid_only);
+  EXPECT_EQ(estimate.substeps_per_frame, 2) << "exactly two, whatever the rounding of 1/24 and 1/48";
+}
+
+TEST(Explain, WarnsOfWhatTheUserShouldKnow) {
+  Scene scene = scene_with(1, 0, 1, true);
+  WorldSizes sizes = sizes_of_two();
+  EXPECT_TRUE(warnings(scene, plan_effects(scene), sizes).empty()) << "100:1 is still all right";
+  sizes.heaviest = 1001;
+  auto found = warnings(scene, plan_effects(scene), sizes);
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_NE(found[0].find("100.1:1"), std::string::npos) << found[0];
+
+  scene = scene_with(1, 0, 2, true);
+  found = warnings(scene, plan_effects(scene, {"push_out"}), sizes_of_two());
+  ASSERT_EQ(found.size(), 2u);
+  EXPECT_NE(found[0].find("not with each other"), std::string::npos);
+  EXPECT_NE(found[1].find("push_out is removed"), std::string::npos);
+
+  EXPECT_NE(warnings(scene_with(0, 1, 0, true), {}, {}).at(0).find("nothing moves"), std::string::npos);
+}
+
+TEST(Explain, TextAndJsonSayTheSame) {
+  Scene scene = scene_with(2, 0, 1, true);
+  scene.title = "Stack";
+  scene.figure = "2";
+  const EffectPlan plan = plan_effects(scene, {"push_out"});
+  const std::string text = explain(scene, plan, sizes_of_two());
+  const nlohmann::json json = explain_json(scene, plan, sizes_of_two());
+  EXPECT_TRUE(text.starts_with("Stack (figure 2)\n"));
+  EXPECT_EQ(json["title"], "Stack");
+  ASSERT_EQ(json["effects"].size(), static_cast<std::size_t>(effect_count));
+  for (const auto& effect : json["effects"]) {
+    const std::string reason = effect["reason"];
+    EXPECT_NE(text.find(effect["active"] ? reason : "off: " + reason), std::string::npos) << reason;
+  }
+  for (const std::string warning : json["warnings"])
+    EXPECT_NE(text.find(warning), std::string::npos) << warning;
+  EXPECT_EQ(json["sizes"]["particles"], 343);
+  EXPECT_NE(text.find("343 particles"), std::string::npos);
+  EXPECT_EQ(json["masses"]["ratio"], 100.0);
+  EXPECT_NE(text.find("ratio 100:1"), std::string::npos);
+  EXPECT_EQ(json["time"]["substeps_per_frame"], estimate_time_step(scene, sizes_of_two()).substeps_per_frame);
+}
+
+}  // namespace
+}  // namespace duet::scene

@@ -1,0 +1,195 @@
+// The reference and the reader say the same: every key of one is a key of the other.
+#include <set>
+#include <sstream>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "sim/base/error.h"
+#include "sim/scene/reader.h"
+
+namespace duet::scene {
+namespace {
+
+// "[[rigid]] shape.box" for every key of the reference; "top" for those before the first table.
+std::set<std::string> keys_of_reference() {
+  std::set<std::string> keys;
+  std::string section;
+  bool in_table = false;  // below the line of column titles
+  std::istringstream lines(reference());
+  for (std::string line; std::getline(lines, line);) {
+    const bool indented = line.starts_with("  ");
+    if (!indented) {
+      section = line.starts_with('[') ? line.substr(0, line.find(": ")) : "top";
+      in_table = false;
+    } else if (line.starts_with("  key ")) {
+      in_table = true;
+    } else if (in_table && line[2] != ' ') {
+      keys.insert(section + " " + line.substr(2, line.find(' ', 2) - 2));
+    }
+  }
+  return keys;
+}
+
+// Every key there is, none left at its default.
+const char* const full_scene = R"(
+title = "All keys"
+figure = "7"
+frames = 12
+fps = 30
+gravity = [0, -1.6, 0]
+
+[materials.NAME]
+density = 900
+youngs_modulus = 3e5
+poisson_ratio = 0.3
+damping = 0.02
+
+[[rigid]]
+name = "ball"
+shape = { sphere = 2 }
+position = [0, 5, 0]
+rotation = { axis = [0, 0, 1], degrees = 45 }
+velocity = [1, 0, 0]
+angular_velocity = [0, 1, 0]
+density = 700
+friction = 0.1
+restitution = 0.9
+look = "NAME"
+
+[[rigid]]
+name = "wall"
+shape = { box = [1, 2, 3] }
+static = true
+
+[[rigid]]
+name = "brick"
+shape = { box = [1, 2, 3] }
+mass = 4
+
+[[deformable]]
+name = "jelly"
+shape = { box = [1, 1, 2], cells = [2, 2, 4] }
+position = [4, 4, 4]
+rotation = { axis = [1, 0, 0], degrees = -30 }
+velocity = [0, 2, 0]
+angular_velocity = [0, 0, 3]
+material = "NAME"
+mass = 12
+look = "NAME"
+
+[ground]
+height = -1
+friction = 0.8
+restitution = 0.2
+look = "NAME"
+
+[solver]
+accuracy = "fine"
+cfl = 0.8
+max_travel = 0.2
+max_rotation = 0.5
+max_time_step = 0.01
+cg_tolerance = 1e-4
+cg_iterations = 77
+collision_iterations = 6
+contact_iterations = 33
+push_out_iterations = 5
+projection_iterations = 3
+face_samples = 1
+orientation = "first_order"
+
+[camera]
+position = [5, 5, 5]
+target = [0, 1, 0]
+up = [0, 1, 0.1]
+vertical_fov = 50
+
+[[lights]]
+name = "lamp"
+kind = "area"
+position = [3, 9, 3]
+target = [0, 1, 0]
+radius = 2
+power = 50
+color = [1, 0.9, 0.8]
+shadow = false
+
+[sky]
+zenith = [0.1, 0.2, 3]
+horizon = [1, 1, 1]
+intensity = 0.7
+
+[looks.NAME]
+color = [0.1, 0.2, 0.3]
+metallic = 1
+roughness = 0.1
+pattern = "checker"
+color2 = [1, 1, 1]
+pattern_size = 0.5
+
+[render]
+width = 320
+height = 200
+supersampling = 1
+shadow_samples = 4
+exposure = 2
+)";
+
+std::set<std::string> keys_of_full_scene() {
+  std::set<std::string> keys;
+  std::string section = "top";
+  std::istringstream lines(full_scene);
+  for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with('[')) section = line;
+    std::string outer;  // "shape" in `shape = { sphere = 2 }`
+    for (auto equals = line.find(" = "); equals != std::string::npos; equals = line.find(" = ", equals + 1)) {
+      const auto before = line.find_last_of(" ", equals - 1);
+      const std::string name = line.substr(before + 1, equals - before - 1);  // npos + 1 is 0
+      keys.insert(section + " " + (outer.empty() ? name : outer + "." + name));
+      if (outer.empty()) outer = name;
+    }
+  }
+  return keys;
+}
+
+TEST(SceneReference, ListsExactlyTheKeysOfAFullScene) {
+  const Scene scene = read_text(full_scene, "full.toml").scene;
+  EXPECT_EQ(scene.solver.orientation, OrientationUpdate::first_order);
+  EXPECT_EQ(scene.looks[0].pattern, "checker");
+  EXPECT_EQ(scene.deformable[0].cells, Vec3i(2, 2, 4));
+  EXPECT_EQ(keys_of_reference(), keys_of_full_scene());
+}
+
+TEST(SceneReference, EveryKeyIsKnownToTheReader) {
+  for (const std::string& entry : keys_of_reference()) {
+    SCOPED_TRACE(entry);
+    const auto space = entry.find(' ');
+    const std::string section = entry.substr(0, space), key = entry.substr(space + 1);
+    // No key takes a date, so that a known key is told apart from an unknown one by its message.
+    const std::string text = (section == "top" ? "" : section + "\n") + key + " = 2024-02-29\n";
+    try {
+      read_text(text, "one.toml");
+      ADD_FAILURE() << "accepted: " << text;
+    } catch (const SceneError& error) {
+      int known = 0;
+      for (const SceneProblem& problem : error.problems()) {
+        EXPECT_NE(problem.message, "unknown key") << problem.text();
+        known += problem.key.ends_with(key) && problem.message.starts_with("must be") ? 1 : 0;
+      }
+      EXPECT_EQ(known, 1) << error.what();
+    }
+  }
+}
+
+TEST(SceneReference, ShowsThePresetsWhereTheyDiffer) {
+  const std::string text = reference();
+  EXPECT_NE(text.find("0.95 / 0.9 / 0.45"), std::string::npos);
+  EXPECT_NE(text.find("in (-1, 0.5)"), std::string::npos);
+  EXPECT_NE(text.find("linear RGB, not sRGB"), std::string::npos);
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 112u) << line;
+}
+
+}  // namespace
+}  // namespace duet::scene
