@@ -14,8 +14,8 @@ inline constexpr std::string_view removed_by_user = "removed by --without";  // 
 
 struct PlannedEffect {
   Effect effect;
-  bool active = false;   // false when the scene does not call for it, or it was removed by --without
-  std::string reason;    // "6 boxes of tets: `soft1` ..." or "no deformable body"
+  bool active = false;  // false when the scene does not call for it, or it was removed by --without
+  std::string reason;   // "6 boxes of tets: `soft1` ..." or "no deformable body"
 };
 
 struct EffectPlan {

@@ -283,8 +283,8 @@ std::vector<Key> keys(Render& render) {
       {"height", &render.height, "pixels", between(16, 16384), "of the picture"},
       {"supersampling", &render.supersampling, "", between(1, 8),
        "samples a pixel along each axis; the picture's edges times this may not exceed 16384"},
-      {"shadow_samples", &render.shadow_samples, "", between(1, 256),
-       "shadow maps, shared by all shadow-casting lights and the sky"},
+      {"shadow_samples", &render.shadow_samples, "", between(0, 256),
+       "shadow maps, shared by all shadow-casting lights and the sky; 0: no shadows"},
       {"exposure", &render.exposure, "", positive, "factor on radiance before tone mapping"},
   };
 }

@@ -109,8 +109,11 @@ void TableReader::read_value(const toml::node& node, const Key& key, const std::
               check_name(*target.text, node.source(), path);
           },
           [&](const Reference& target) {
-            if (read_string(node, key, path, "a name", *target.name))
+            if (!read_string(node, key, path, "a name", *target.name)) return;
+            if (!target.name->empty())
               uses_.push_back({target.section, *target.name, node.source(), path});
+            else if (key.presence == Presence::required)
+              problems_.add(node.source(), path, "must not be empty", std::string(key.meaning));
           },
           [&](const Choice& choice) { read_choice(node, key, path, choice); },
           [&](const Group& group) {

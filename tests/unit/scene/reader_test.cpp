@@ -125,6 +125,12 @@ TEST(SceneReader, StaticBodiesNeedNoMass) {
   EXPECT_FALSE(rigid(scene, "wall").mass.has_value());
 }
 
+TEST(SceneReader, AnEmptyLookIsTheDefaultLookAnEmptyMaterialIsNone) {
+  EXPECT_EQ(scene_of(ball + "look = \"\"\n").rigid[0].look, "");
+  EXPECT_EQ(problem_of("[[deformable]]\nname = \"a\"\nshape = { box = [1, 1, 1] }\nmaterial = \"\"\n"),
+            "scene.toml:4:12: deformable.a.material: must not be empty (what the body is made of)");
+}
+
 TEST(SceneReader, EveryProblemComesInOneGoSortedByLine) {
   const auto problems =
       problems_of("fps = 0\nframs = 4\n" + ball + "friction = -1\n[camera]\nup = [0, 0, 0]\n");
