@@ -4,6 +4,7 @@
 #include <cerrno>
 #include <cstring>
 #include <optional>
+#include <sstream>
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -71,48 +72,21 @@ std::optional<int> first_picture(const fs::path& folder) {
 }
 
 // H.264 that every player shows: even sizes, 4:2:0, HD colours. One thread and no dates: the same bytes every
-// time.
+// time. The file names are relative to the run's folder, whose own name ffmpeg would take for a pattern.
 std::vector<std::string> ffmpeg_command(const std::string& ffmpeg, double fps, int first,
                                         const std::string& output) {
-  return {ffmpeg,
-          "-hide_banner",
-          "-loglevel",
-          "error",
-          "-nostdin",
-          "-y",
-          "-framerate",
-          fmt::format("{}", fps),
-          "-start_number",
-          fmt::format("{}", first),
-          "-i",
-          "image/%04d.png",
-          "-vf",
-          "pad=ceil(iw/2)*2:ceil(ih/2)*2,scale=out_color_matrix=bt709:out_range=tv,format=yuv420p",
-          "-c:v",
-          "libx264",
-          "-crf",
-          "18",
-          "-pix_fmt",
-          "yuv420p",
-          "-colorspace",
-          "bt709",
-          "-color_primaries",
-          "bt709",
-          "-color_trc",
-          "iec61966-2-1",
-          "-color_range",
-          "tv",
-          "-threads",
-          "1",
-          "-fflags",
-          "+bitexact",
-          "-flags:v",
-          "+bitexact",
-          "-movflags",
-          "+faststart",
-          "-f",
-          "mp4",
-          output};
+  const std::string options = fmt::format(
+      "-hide_banner -loglevel error -nostdin -xerror -y -framerate {} -start_number {} -i image/%04d.png "
+      "-vf pad=ceil(iw/2)*2:ceil(ih/2)*2,scale=out_color_matrix=bt709:out_range=tv,format=yuv420p "
+      "-c:v libx264 -crf 18 -pix_fmt yuv420p -threads 1 -fflags +bitexact -flags:v +bitexact "
+      "-colorspace bt709 -color_primaries bt709 -color_trc iec61966-2-1 -color_range tv -movflags +faststart "
+      "-f mp4",
+      fps, first);
+  std::vector<std::string> command = {ffmpeg};
+  std::istringstream words(options);
+  for (std::string word; words >> word;) command.push_back(word);
+  command.push_back(output);
+  return command;
 }
 
 std::string last_line(std::string text) {

@@ -1,0 +1,88 @@
+// Frames of a run directory: what is drawn, and what is said when the folder is not as it should be.
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "tests/image/small_scene.h"
+#include <gtest/gtest.h>
+
+#include "sim/base/error.h"
+
+namespace duet::image_tests {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Sequence : public testing::Test {
+ protected:
+  Sequence() {
+    fs::remove_all(run_.root);
+    fs::create_directories(run_.root / "mesh");
+    io::write_obj(run_.mesh(0), small_bodies());
+  }
+  ~Sequence() override { fs::remove_all(run_.root); }
+
+  // What the error that drawing the frame ends with says.
+  std::string failure(const io::Manifest& manifest, int frame) const {
+    render::SequenceRenderer renderer(small_scene(), manifest);
+    try {
+      renderer.render_frame(run_, frame);
+    } catch (const FileError& error) {
+      return error.what();
+    }
+    return "no failure";
+  }
+
+  const io::RunDirectory run_{fs::path(testing::TempDir()) / "duet_sequence"};
+};
+
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+std::string bytes_of(const fs::path& path) {
+  std::ostringstream bytes;
+  bytes << std::ifstream(path, std::ios::binary).rdbuf();
+  return bytes.str();
+}
+
+TEST_F(Sequence, AFrameBecomesThePictureOfItsMesh) {
+  render::SequenceRenderer renderer(small_scene(), small_manifest());
+  renderer.render_frame(run_, 0);
+  const std::vector<unsigned char> drawn = renderer.draw(io::read_obj(run_.mesh(0)));
+  render::write_png((run_.root / "expected.png").string(), 320, 180, drawn);
+  EXPECT_EQ(bytes_of(run_.image(0)), bytes_of(run_.root / "expected.png"));
+}
+
+TEST_F(Sequence, AMissingMeshIsNamed) {
+  const std::string message = failure(small_manifest(), 7);
+  EXPECT_TRUE(contains(message, "0007.obj")) << message;
+  EXPECT_FALSE(fs::exists(run_.image(7)));
+}
+
+TEST_F(Sequence, AMeshOfAnotherRunIsRefused) {
+  io::Manifest manifest = small_manifest();
+  manifest.bodies[1].triangles += 1;
+  const std::string wrong_size = failure(manifest, 0);
+  EXPECT_TRUE(contains(wrong_size, "body `orange` has 8 vertices and 12 triangles")) << wrong_size;
+  EXPECT_TRUE(contains(wrong_size, "0000.obj")) << wrong_size;
+  EXPECT_TRUE(contains(wrong_size, "--out")) << wrong_size;
+
+  manifest = small_manifest();
+  std::swap(manifest.bodies[1], manifest.bodies[2]);
+  EXPECT_TRUE(contains(failure(manifest, 0), "called `orange`"));
+
+  manifest = small_manifest();
+  manifest.bodies.pop_back();
+  EXPECT_TRUE(contains(failure(manifest, 0), "holds 3 bodies, the manifest 2"));
+}
+
+TEST_F(Sequence, AnImageFolderThatCannotBeMadeIsNamed) {
+  std::ofstream(run_.root / "image") << "a file where the folder should be";
+  const std::string message = failure(small_manifest(), 0);
+  EXPECT_TRUE(contains(message, "image")) << message;
+  EXPECT_NE(message, "no failure");
+}
+
+}  // namespace
+}  // namespace duet::image_tests

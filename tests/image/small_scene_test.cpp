@@ -1,0 +1,168 @@
+// What must be true of any picture of the small scene: bodies where the camera formula puts them, shadows on
+// the side away from the light, smooth edges, the same bits every time. Every predicate is also shown to fail
+// when it should.
+#include "tests/image/small_scene.h"
+
+#include <gtest/gtest.h>
+
+#include "sim/base/error.h"
+
+namespace duet::image_tests {
+namespace {
+
+TEST(SmallScene, EveryBodyIsWhereTheCameraFormulaPutsIt) {
+  const scene::Scene scene = small_scene();
+  const Picture picture = draw(scene);
+  EXPECT_TRUE(is_orange(pixel_of(picture, scene, orange_center)));
+  EXPECT_TRUE(is_green(pixel_of(picture, scene, green_center)));
+  EXPECT_TRUE(is_gray(pixel_of(picture, scene, ball_center)));
+}
+
+TEST(SmallScene, ColoursFollowTheLooks) {
+  const scene::Scene scene = small_scene();
+  io::Manifest swapped = small_manifest();
+  std::swap(swapped.bodies[1].look, swapped.bodies[2].look);
+  const Picture picture = draw(scene, swapped);
+  EXPECT_FALSE(is_orange(pixel_of(picture, scene, orange_center)));
+  EXPECT_TRUE(is_green(pixel_of(picture, scene, orange_center)));
+}
+
+TEST(SmallScene, BackgroundWhereNothingProjects) {
+  const scene::Scene scene = small_scene();
+  std::vector<BodySurface> away = small_bodies();
+  for (BodySurface& body : away)
+    for (Vec3f& x : body.surface.positions) x.z() += 100;  // behind the camera
+  const Picture full = draw(scene), empty = draw(scene, small_manifest(), away);
+  for (const int x : {0, 100, 319}) {
+    EXPECT_TRUE(is_gray(full.at(x, 0)));
+    EXPECT_EQ(luminance(full.at(x, 0)), luminance(empty.at(x, 0)));
+  }
+  EXPECT_NE(luminance(pixel_of(full, scene, orange_center)),
+            luminance(pixel_of(empty, scene, orange_center)));
+}
+
+// The light comes from the right, so the ground just left of the orange box lies in shadow.
+TEST(SmallScene, TheGroundIsDarkerOnTheShadowSide) {
+  scene::Scene scene = small_scene();
+  const Vec3 left(-1.5, 0, 0.2), front(0, 0, 4);
+  const Picture shadowed = draw(scene);
+  EXPECT_LT(luminance(pixel_of(shadowed, scene, left)), 0.6 * luminance(pixel_of(shadowed, scene, front)));
+
+  scene.lights[0].shadow = false;
+  const Picture unshadowed = draw(scene);
+  EXPECT_GT(luminance(pixel_of(unshadowed, scene, left)),
+            0.6 * luminance(pixel_of(unshadowed, scene, front)));
+}
+
+// Where a body stands on the ground, the sky is hidden: darker than the open ground even without a lamp.
+TEST(SmallScene, TheSkyThrowsSoftShadowsAtContacts) {
+  scene::Scene scene = small_scene();
+  scene.lights.clear();
+  const Picture picture = draw(scene);
+  const double beside = luminance(pixel_of(picture, scene, {0.2, 0, 1.5}));
+  const double open = luminance(pixel_of(picture, scene, {0.2, 0, 5}));
+  EXPECT_LT(beside, 0.85 * open);
+  EXPECT_GT(beside, 0.2 * open);
+}
+
+// Irradiance falls with the square of the distance: power / (4 pi d^2).
+TEST(SmallScene, LightFallsWithTheSquareOfTheDistance) {
+  scene::Scene scene = small_scene();
+  scene.ground.reset();
+  scene.sky = {.zenith = Vec3::Zero(), .horizon = Vec3::Zero(), .intensity = 0};
+  scene.camera = {.position = {0, 10, 0}, .target = {0, 1, 0}, .up = {0, 0, -1}, .vertical_fov = 20};
+  scene.looks[1].roughness = 1;
+  scene.lights = {{.name = "lamp", .kind = scene::LightKind::point, .position = {0, 12, 0}, .power = 400}};
+  io::Manifest manifest = small_manifest();
+  manifest.bodies = {manifest.bodies[1]};
+  const std::vector<BodySurface> box = {
+      placed("orange", shape_surface(LevelSet::box(Vec3(2, 2, 2))), {{0, 1, 0}, Quat::Identity()})};
+  const double near = linear(pixel_of(draw(scene, manifest, box), scene, {0, 2, 0}).r);
+  scene.lights[0].position.y() = 22;  // twice as far from the top face
+  const double far = linear(pixel_of(draw(scene, manifest, box), scene, {0, 2, 0}).r);
+  EXPECT_NEAR(near / far, 4, 0.12);  // a step of the darker byte is 2.5 %
+  // 400 / (4 pi 10^2) on a matte surface of colour 0.9, of whose light 4 % glance off and come back as a
+  // highlight.
+  EXPECT_NEAR(near, 0.318 * 0.9 / 3.1416, 0.006);
+}
+
+// Pixels on the ball's outline against the sky that lie clearly between the two sides' colours.
+int intermediate_pixels(const Picture& picture) {
+  int count = 0;
+  for (int y = 0; y < picture.height; ++y)
+    for (int x = 2; x + 2 < picture.width; ++x) {
+      const int left = picture.at(x - 2, y).b, right = picture.at(x + 2, y).b, here = picture.at(x, y).b;
+      if (left - right > 90 && here < left - 25 && here > right + 25) ++count;
+    }
+  return count;
+}
+
+TEST(SmallScene, SupersamplingSmoothsTheEdges) {
+  scene::Scene scene = small_scene();
+  scene.ground.reset();
+  scene.lights.clear();
+  scene.sky.horizon = scene.sky.zenith = Vec3(0.6, 0.6, 0.6);
+  io::Manifest manifest = small_manifest();
+  manifest.bodies[0].look = "orange";  // its blue is far below the sky's
+  scene.looks[1].roughness = 1;        // and stays so towards the outline
+  manifest.bodies.resize(1);
+  std::vector<BodySurface> ball = small_bodies();
+  ball.resize(1);
+  const Picture smooth = draw(scene, manifest, ball);
+  scene.render.supersampling = 1;
+  const Picture jagged = draw(scene, manifest, ball);
+  EXPECT_GT(intermediate_pixels(smooth), 20);  // of about 35 rows that the outline crosses
+  EXPECT_LT(intermediate_pixels(jagged), 3);
+}
+
+TEST(SmallScene, PatternsShowOnBodies) {
+  scene::Scene scene = small_scene();
+  const Picture plain = draw(scene);
+  scene.looks[1].pattern = "stripes";
+  scene.looks[1].color2 = {0.05, 0.1, 0.8};
+  scene.looks[1].pattern_size = 0.5;
+  const Picture striped = draw(scene);
+  int orange = 0, other = 0;
+  const render::View view = render::make_view(scene.camera, striped.width, striped.height);
+  const Vec2 center = view.to_pixel(orange_center, striped.width, striped.height);
+  for (int x = -20; x <= 20; ++x) {
+    const Pixel p = striped.at(static_cast<int>(center.x()) + x, static_cast<int>(center.y()));
+    (is_orange(p) ? orange : other) += 1;
+    EXPECT_TRUE(is_orange(plain.at(static_cast<int>(center.x()) + x, static_cast<int>(center.y()))));
+  }
+  EXPECT_GT(orange, 8);
+  EXPECT_GT(other, 8);
+}
+
+TEST(SmallScene, TwoDrawsAreIdentical) {
+  const scene::Scene scene = small_scene();
+  render::SequenceRenderer renderer(scene, small_manifest());
+  const std::vector<unsigned char> first = renderer.draw(small_bodies());
+  std::vector<BodySurface> moved = small_bodies();
+  for (Vec3f& x : moved[0].surface.positions) x.x() -= 0.01f;  // half a pixel: the comparison must see it
+  EXPECT_NE(renderer.draw(moved), first);
+  EXPECT_EQ(renderer.draw(small_bodies()), first);
+  EXPECT_EQ(draw(scene).rgb, first);  // a context of its own
+}
+
+TEST(SmallScene, OsmesaAndEglDrawTheSameBits) {
+  const scene::Scene scene = small_scene();
+  const Picture osmesa = draw(scene, small_manifest(), small_bodies(), render::Backend::osmesa);
+  const Picture egl = draw(scene, small_manifest(), small_bodies(), render::Backend::egl);
+  EXPECT_TRUE(osmesa == egl);
+}
+
+TEST(SmallScene, MoreThanTheRendererHoldsIsRefused) {
+  scene::Scene scene = small_scene();
+  scene.render.width = 9000;
+  EXPECT_THROW(draw(scene), Error);
+  scene = small_scene();
+  scene.lights.resize(33, scene.lights[0]);
+  EXPECT_THROW(draw(scene), Error);
+  scene = small_scene();
+  scene.render.shadow_samples = 257;
+  EXPECT_THROW(draw(scene), Error);
+}
+
+}  // namespace
+}  // namespace duet::image_tests

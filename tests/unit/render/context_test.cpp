@@ -1,0 +1,69 @@
+#include "render/context/context.h"
+
+#include <gtest/gtest.h>
+
+#include "render/context/gl.h"
+#include "sim/base/error.h"
+
+namespace duet::render {
+namespace {
+
+const LibraryNames no_library = {.osmesa = {"libduet-none.so.8", "libduet-none.so.6"},
+                                 .egl = {"libduet-none.so.1"}};
+
+// The message of the FileError that making a context ends with; its exit status is checked.
+std::string failure(Backend backend, const LibraryNames& libraries) {
+  try {
+    create_context(backend, libraries);
+  } catch (const FileError& error) {
+    EXPECT_EQ(error.status(), ExitStatus::files);
+    return error.what();
+  }
+  return "no failure";
+}
+
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+TEST(Context, AMissingLibraryIsNamedWithItsPackage) {
+  const std::string osmesa = failure(Backend::osmesa, no_library);
+  EXPECT_TRUE(contains(osmesa, "libduet-none.so.8 or libduet-none.so.6")) << osmesa;
+  EXPECT_TRUE(contains(osmesa, "apt install libosmesa6")) << osmesa;
+  EXPECT_FALSE(contains(osmesa, "libegl1")) << osmesa;
+
+  const std::string egl = failure(Backend::egl, no_library);
+  EXPECT_TRUE(contains(egl, "libduet-none.so.1")) << egl;
+  EXPECT_TRUE(contains(egl, "apt install libegl1")) << egl;
+
+  const std::string both = failure(Backend::automatic, no_library);
+  EXPECT_TRUE(contains(both, "libduet-none.so.8")) << both;
+  EXPECT_TRUE(contains(both, "libduet-none.so.1")) << both;
+  EXPECT_TRUE(contains(both, "libosmesa6") && contains(both, "libegl1")) << both;
+}
+
+TEST(Context, ALibraryThatIsNoOpenGlIsRefused) {
+  const std::string message = failure(Backend::osmesa, {.osmesa = {"libc.so.6"}, .egl = {}});
+  EXPECT_TRUE(contains(message, "OSMesaCreateContextAttribs")) << message;
+}
+
+TEST(Context, AutomaticFallsBackToTheOtherLibrary) {
+  const std::unique_ptr<Context> context =
+      create_context(Backend::automatic, {.osmesa = no_library.osmesa, .egl = LibraryNames{}.egl});
+  EXPECT_EQ(context->name(), "EGL");
+  EXPECT_EQ(create_context(Backend::automatic)->name(), "OSMesa");
+}
+
+TEST(Context, GivesOpenGl33) {
+  for (const Backend backend : {Backend::osmesa, Backend::egl}) {
+    const std::unique_ptr<Context> context = create_context(backend);
+    const Gl gl = load_gl(*context);
+    GLint major = 0, minor = 0;
+    gl.GetIntegerv(GL_MAJOR_VERSION, &major);
+    gl.GetIntegerv(GL_MINOR_VERSION, &minor);
+    EXPECT_GE(10 * major + minor, 33) << context->name();
+  }
+}
+
+}  // namespace
+}  // namespace duet::render

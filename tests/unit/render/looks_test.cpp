@@ -1,0 +1,59 @@
+#include "render/looks.h"
+
+#include <gtest/gtest.h>
+
+#include "sim/base/error.h"
+
+namespace duet::render {
+namespace {
+
+scene::Scene two_looks() {
+  scene::Scene scene;
+  scene.path = "scene.toml";
+  scene.looks.resize(2);
+  scene.looks[0].name = "silver";
+  scene.looks[1].name = "orange";
+  scene.ground.emplace().look = "silver";
+  return scene;
+}
+
+io::Manifest wearing(const std::string& look) {
+  io::Manifest manifest;
+  manifest.bodies.resize(2);
+  manifest.bodies[0].name = "first";
+  manifest.bodies[0].look = "silver";
+  manifest.bodies[1].name = "second";
+  manifest.bodies[1].look = look;
+  return manifest;
+}
+
+const scene::Look& look_of(const LookTable& table, const std::string& body) {
+  return table.looks[static_cast<std::size_t>(table.of_body.at(body))];
+}
+
+TEST(Looks, EveryBodyWearsItsOwn) {
+  const LookTable table = assign_looks(two_looks(), wearing("orange"));
+  EXPECT_EQ(look_of(table, "first").name, "silver");
+  EXPECT_EQ(look_of(table, "second").name, "orange");
+  EXPECT_EQ(table.looks[LookTable::ground].name, "silver");
+}
+
+TEST(Looks, NoNameMeansTheDefaultLook) {
+  const LookTable table = assign_looks(two_looks(), wearing(""));
+  EXPECT_EQ(table.of_body.at("second"), LookTable::plain);
+  EXPECT_EQ(look_of(table, "second").color, scene::Look{}.color);
+}
+
+TEST(Looks, AnUnknownNameIsAnErrorWithTheNearMiss) {
+  try {
+    assign_looks(two_looks(), wearing("ornage"));
+    FAIL() << "accepted";
+  } catch (const FileError& error) {
+    const std::string message = error.what();
+    EXPECT_NE(message.find("body `second`"), std::string::npos) << message;
+    EXPECT_NE(message.find("did you mean `orange`"), std::string::npos) << message;
+  }
+}
+
+}  // namespace
+}  // namespace duet::render

@@ -1,0 +1,77 @@
+#include <gtest/gtest.h>
+
+#define STB_IMAGE_IMPLEMENTATION
+#define STB_IMAGE_STATIC
+#define STBI_ONLY_PNG
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include <stb/stb_image.h>
+
+#include "render/sequence.h"
+#include "sim/base/error.h"
+
+namespace duet::render {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Png : public testing::Test {
+ protected:
+  Png() {
+    fs::remove_all(folder_);
+    fs::create_directories(folder_);
+  }
+  ~Png() override { fs::remove_all(folder_); }
+
+  std::string file(const std::string& name) const { return (folder_ / name).string(); }
+
+ private:
+  const fs::path folder_ = fs::path(testing::TempDir()) / "duet_png";
+};
+
+std::vector<unsigned char> noise(int width, int height) {
+  std::vector<unsigned char> rgb(3 * static_cast<std::size_t>(width * height));
+  unsigned state = 1;
+  for (unsigned char& byte : rgb)
+    byte = static_cast<unsigned char>((state = 1664525 * state + 1013904223) >> 24);
+  return rgb;
+}
+
+std::string bytes_of(const std::string& path) {
+  std::ostringstream bytes;
+  bytes << std::ifstream(path, std::ios::binary).rdbuf();
+  return bytes.str();
+}
+
+TEST_F(Png, IsReadBackExactly) {
+  for (const auto& [width, height] : {std::pair(1, 1), std::pair(37, 5), std::pair(64, 48)}) {
+    const std::vector<unsigned char> rgb = noise(width, height);
+    write_png(file("a.png"), width, height, rgb);
+    int w = 0, h = 0, channels = 0;
+    unsigned char* read = stbi_load(file("a.png").c_str(), &w, &h, &channels, 0);
+    ASSERT_NE(read, nullptr) << stbi_failure_reason();
+    EXPECT_EQ(w, width);
+    EXPECT_EQ(h, height);
+    EXPECT_EQ(channels, 3);
+    EXPECT_TRUE(std::equal(rgb.begin(), rgb.end(), read));
+    stbi_image_free(read);
+  }
+}
+
+TEST_F(Png, SaysThatItIsSrgbAndIsTheSameEveryTime) {
+  write_png(file("a.png"), 20, 10, noise(20, 10));
+  write_png(file("b.png"), 20, 10, noise(20, 10));
+  const std::string bytes = bytes_of(file("a.png"));
+  EXPECT_EQ(bytes, bytes_of(file("b.png")));
+  EXPECT_NE(bytes.find("sRGB"), std::string::npos);
+}
+
+TEST_F(Png, BadSizesAndFoldersAreErrors) {
+  EXPECT_THROW(write_png(file("a.png"), 20, 10, noise(20, 9)), FileError);
+  EXPECT_THROW(write_png(file("missing/a.png"), 20, 10, noise(20, 10)), FileError);
+}
+
+}  // namespace
+}  // namespace duet::render

@@ -1,0 +1,63 @@
+#include <filesystem>
+#include <fstream>
+
+#include <gtest/gtest.h>
+
+#include "render/sequence.h"
+
+namespace duet::render {
+namespace {
+
+namespace fs = std::filesystem;
+
+// A run with four pictures; its folder's name would trip a shell and a file-name pattern.
+class Video : public testing::Test {
+ protected:
+  Video() {
+    fs::remove_all(run_.root);
+    fs::create_directories(run_.root / "image");
+    for (int frame = 3; frame < 7; ++frame)
+      write_png(run_.image(frame).string(), 33, 16,
+                std::vector<unsigned char>(3 * 33 * 16, static_cast<unsigned char>(40 * frame)));
+  }
+  ~Video() override { fs::remove_all(run_.root); }
+
+  std::vector<std::string> files() const {
+    std::vector<std::string> names;
+    for (const auto& entry : fs::directory_iterator(run_.root))
+      names.push_back(entry.path().filename().string());
+    std::sort(names.begin(), names.end());
+    return names;
+  }
+
+  const io::RunDirectory run_{fs::path(testing::TempDir()) / "duet video 100%d; $HOME"};
+};
+
+TEST_F(Video, IsEncodedFromTheFirstPictureOn) {
+  const std::string note = encode_video(run_, "ball", 24);
+  EXPECT_EQ(note, (run_.root / "ball.mp4").string());
+  EXPECT_EQ(files(), (std::vector<std::string>{"ball.mp4", "image"}));
+  EXPECT_GT(fs::file_size(run_.root / "ball.mp4"), 500u);
+}
+
+TEST_F(Video, AMissingProgramIsANote) {
+  const std::string note = encode_video(run_, "ball", 24, (run_.root / "no-ffmpeg").string());
+  EXPECT_NE(note.find("not installed (apt install ffmpeg)"), std::string::npos) << note;
+  EXPECT_EQ(files(), std::vector<std::string>{"image"});
+}
+
+TEST_F(Video, AFailingProgramIsANoteWithItsWords) {
+  std::ofstream(run_.image(3)) << "no picture";
+  const std::string note = encode_video(run_, "ball", 24);
+  EXPECT_NE(note.find("no video"), std::string::npos) << note;
+  EXPECT_NE(note.find("failed with status"), std::string::npos) << note;
+  EXPECT_EQ(files(), std::vector<std::string>{"image"});
+}
+
+TEST_F(Video, NoPicturesIsANote) {
+  fs::remove_all(run_.root / "image");
+  EXPECT_NE(encode_video(run_, "ball", 24).find("holds no pictures"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace duet::render
