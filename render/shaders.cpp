@@ -70,7 +70,7 @@ Surface surface_at(ivec2 place) {  // in samples
   int look = int(body.w * 65535.0 + 0.5) - 1;
   float body_z = depth_range.x * depth_range.y / (depth_range.y - depth * (depth_range.y - depth_range.x));
   float ground_z = (ground_height - eye.y) / min(ray.y, -1e-9);
-  bool ground = has_ground == 1 && ground_z > 0.0 && (look < 0 || ground_z < body_z);
+  bool ground = has_ground == 1 && ray.y < 0.0 && ground_z > 0.0 && (look < 0 || ground_z < body_z);
   Surface s;
   s.hit = ground || look >= 0;
   s.z = ground ? ground_z : body_z;
@@ -146,13 +146,13 @@ const float glow_strength = 0.8;  // of a white surface that faces the light
 // The sky in direction d as seen from `position`: a gradient, and a broad glow around every area light, which tells
 // the faces of a mirroring body apart.
 vec3 sky(vec3 position, vec3 d) {
-  float t = clamp(d.y, 0.0, 1.0);
-  vec3 radiance = mix(horizon, zenith, t * (2.0 - t));
+  float x = 1.0 - clamp(d.y, 0.0, 1.0), x2 = x * x;
+  vec3 radiance = mix(zenith, horizon, x2 * x2);
   for (int i = 0; i < light_count; ++i) {
     vec3 to_light = lights[i].place_radius.xyz - position;
     float squared = dot(to_light, to_light);
-    float x = 0.5 + 0.5 * dot(d, to_light) * inversesqrt(squared);
-    float glow = lights[i].place_radius.w > 0.0 ? x * x * x * x : 0.0;
+    float toward = 0.5 + 0.5 * dot(d, to_light) * inversesqrt(squared);
+    float glow = lights[i].place_radius.w > 0.0 ? toward * toward * toward * toward : 0.0;
     radiance += lights[i].color_shadow.rgb * (glow_strength * glow / (pi * squared));
   }
   return radiance;
@@ -161,7 +161,7 @@ vec3 sky(vec3 position, vec3 d) {
 // Irradiance from the unobstructed sky on a surface that sees the share (1 + n.y) / 2 of it.
 vec3 sky_irradiance(vec3 n) {
   float share = 0.5 + 0.5 * n.y;
-  return pi * sky_intensity * share * mix(horizon, zenith, mix(0.55, 0.83, max(n.y, 0.0)));
+  return pi * sky_intensity * share * mix(horizon, zenith, mix(0.76, 0.93, max(n.y, 0.0)));
 }
 
 // How far the ground has faded into the horizon at distance d.

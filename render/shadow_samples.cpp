@@ -32,7 +32,7 @@ void sample_sky(const scene::Sky& sky, int count, std::vector<ShadowSample>& sam
   for (int i = 0; i < count; ++i) {
     const double height = (i + 0.5) / count, radius = std::sqrt(1 - height * height),
                  angle = i * golden_angle;
-    const Vec3 radiance = sky.horizon + height * (2 - height) * (sky.zenith - sky.horizon);
+    const Vec3 radiance = sky.zenith + std::pow(1 - height, 4) * (sky.horizon - sky.zenith);
     samples.push_back({.is_sky = true,
                        .place = Vec3(radius * std::cos(angle), height, radius * std::sin(angle)),
                        .weight = sky.intensity * luminance(radiance) * 2 * std::numbers::pi / count});
