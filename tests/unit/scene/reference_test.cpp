@@ -3,6 +3,7 @@
 #include <sstream>
 #include <string>
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "sim/base/error.h"
@@ -142,12 +143,12 @@ std::set<std::string> keys_of_full_scene() {
   std::istringstream lines(full_scene);
   for (std::string line; std::getline(lines, line);) {
     if (line.starts_with('[')) section = line;
-    std::string outer;  // "shape" in `shape = { sphere = 2 }`
+    std::string outer;  // "shape." in `shape = { sphere = 2 }`
     for (auto equals = line.find(" = "); equals != std::string::npos; equals = line.find(" = ", equals + 1)) {
-      const auto before = line.find_last_of(" ", equals - 1);
+      const auto before = line.find_last_of(' ', equals - 1);
       const std::string name = line.substr(before + 1, equals - before - 1);  // npos + 1 is 0
-      keys.insert(section + " " + (outer.empty() ? name : outer + "." + name));
-      if (outer.empty()) outer = name;
+      keys.insert(fmt::format("{} {}{}", section, outer, name));
+      if (outer.empty()) outer = name + ".";
     }
   }
   return keys;
@@ -167,7 +168,7 @@ TEST(SceneReference, EveryKeyIsKnownToTheReader) {
     const auto space = entry.find(' ');
     const std::string section = entry.substr(0, space), key = entry.substr(space + 1);
     // No key takes a date, so that a known key is told apart from an unknown one by its message.
-    const std::string text = (section == "top" ? "" : section + "\n") + key + " = 2024-02-29\n";
+    const std::string text = fmt::format("{}\n{} = 2024-02-29\n", section == "top" ? "" : section, key);
     try {
       read_text(text, "one.toml");
       ADD_FAILURE() << "accepted: " << text;
