@@ -1,10 +1,9 @@
 // `duet explain`: the effect plan, sizes and warnings of a scene; simulates nothing.
 #include "sim/scene/explain.h"
 
-#include <nlohmann/json.hpp>
-
 #include "tools/commands.h"
 #include "tools/scene_files.h"
+#include <nlohmann/json.hpp>
 
 #include "sim/scene/plan.h"
 #include "sim/scene/simulation.h"

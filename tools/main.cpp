@@ -10,6 +10,8 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include "sim/base/near_miss.h"
+
 namespace duet::tools {
 namespace {
 
@@ -41,7 +43,7 @@ CLI::Option* add_scene(CLI::App& app, SceneChoice& scene) {
                  "Change a key of the scene, as if it were written in the file; repeatable");
   app.add_option("--accuracy", scene.accuracy, "Same as --set solver.accuracy=...")
       ->check(CLI::IsMember({"draft", "standard", "fine"}))
-      ->type_name("draft|standard|fine");
+      ->type_name("LEVEL");
   return app
       .add_option("scene", scene.name, "Path of a scene file, or name of a scene that ships (`duet list`)")
       ->type_name("SCENE");
@@ -170,6 +172,16 @@ Outcome run_command(const CommandLine& line, Report& report) {
   }
 }
 
+std::string usage_message(const CLI::App& app, const CLI::ParseError& error, const std::string& first_word) {
+  const auto chosen = app.get_subcommands();
+  if (!chosen.empty()) return fmt::format("{} (see `duet {} --help`)", error.what(), chosen[0]->get_name());
+  if (first_word.empty() || first_word[0] == '-') return fmt::format("{} (see `duet --help`)", error.what());
+  std::vector<std::string> names;
+  for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; }))
+    names.push_back(command->get_name());
+  return fmt::format("{}: no such command ({})", first_word, did_you_mean(first_word, names));
+}
+
 int run_program(int argc, char** argv) {
   CommandLine line;
   line.simulate.command = quoted(argc, argv);
@@ -184,9 +196,7 @@ int run_program(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
     Report report(line.quiet, line.json);
-    const auto chosen = app.get_subcommands();
-    report.error(fmt::format("{} (see `duet {}--help`)", error.what(),
-                             chosen.empty() ? "" : chosen[0]->get_name() + " "));
+    report.error(usage_message(app, error, argc > 1 ? argv[1] : ""));
     report.outcome({ExitStatus::usage, "bad usage, nothing was done"});
     return static_cast<int>(ExitStatus::usage);
   }

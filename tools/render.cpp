@@ -77,8 +77,9 @@ Outcome render(const RenderOptions& options, Report& report) {
   if (!options.frames)
     video = "; " + render::encode_video(run, io::video_path(run, manifest).stem().string(), manifest.fps);
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  return {ExitStatus::done, fmt::format("{} pictures in {}, {:.1f} s{}", frames.size(),
-                                        run.image(0).parent_path().string(), seconds, video)};
+  return {ExitStatus::done,
+          fmt::format("{} picture{} in {}, {:.1f} s{}", frames.size(), frames.size() == 1 ? "" : "s",
+                      run.image(0).parent_path().string(), seconds, video)};
 }
 
 }  // namespace duet::tools

@@ -1,5 +1,6 @@
 #include "tools/report.h"
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <filesystem>
@@ -77,7 +78,7 @@ void Report::start(const std::string& what, const std::string& folder, int first
 void Report::simulated(const FrameStats& stats) {
   const std::lock_guard lock(mutex_);
   if (stats.frame > first_frame_) ++simulated_;
-  const std::string left = time_left(simulated_, last_frame_ - first_frame_);
+  const std::string left = time_left();
   if (json_ && !quiet_)
     write_to(stdout, line_of({{"event", "frame"},
                               {"frame", stats.frame},
@@ -90,7 +91,7 @@ void Report::simulated(const FrameStats& stats) {
                               {"time_left", left},
                               {"drawn", drawn_},
                               {"hash", fmt::format("{:016x}", stats.hash)}}));
-  simulation_line_ = fmt::format("frame {}/{}  {} substeps  {:.2f} s/frame", stats.frame, last_frame_,
+  simulation_line_ = fmt::format("frame {}/{}  {} substeps  {:.2g} s/frame", stats.frame, last_frame_,
                                  stats.substeps, stats.seconds);
   if (!left.empty()) simulation_line_ += "  left " + left;
   progress(frames_to_draw_ > 0 ? fmt::format("{}  drawn {}/{}", simulation_line_, drawn_, frames_to_draw_)
@@ -108,7 +109,7 @@ void Report::drawn(int frame) {
   std::string live = fmt::format("drawn {}/{}", drawn_, frames_to_draw_);
   if (!simulation_line_.empty()) {
     live = simulation_line_ + "  " + live;
-  } else if (const std::string left = time_left(drawn_, frames_to_draw_); !left.empty()) {
+  } else if (const std::string left = time_left(); !left.empty()) {
     live += "  left " + left;
   }
   progress(live, fmt::format("drawn frame {}  ({}/{})\n", frame, drawn_, frames_to_draw_));
@@ -168,10 +169,13 @@ void Report::progress(const std::string& live, const std::string& line) {
   live_line_shown_ = live_;
 }
 
-std::string Report::time_left(int done, int total) const {
-  if (done <= 0 || done >= total) return {};
+// Simulating and drawing go on side by side: the slower one decides.
+std::string Report::time_left() const {
   const double so_far = std::chrono::duration<double>(std::chrono::steady_clock::now() - started_).count();
-  return clock_text(so_far / done * (total - done));
+  const auto left = [&](int done, int total) { return done > 0 ? so_far / done * (total - done) : 0.0; };
+  const double seconds =
+      std::max(left(simulated_, last_frame_ - first_frame_), left(drawn_, frames_to_draw_));
+  return seconds > 0 ? clock_text(seconds) : std::string();
 }
 
 }  // namespace duet::tools

@@ -40,7 +40,7 @@ class Report {
 
  private:
   void progress(const std::string& live, const std::string& line);
-  std::string time_left(int done, int total) const;
+  std::string time_left() const;
 
   const bool quiet_, json_, live_;
   std::mutex mutex_;

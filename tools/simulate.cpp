@@ -37,8 +37,8 @@ std::string machine_text() {
     }
   utsname system{};
   ::uname(&system);
-  return fmt::format("{}, {} hardware threads, {} {} {}", model, std::thread::hardware_concurrency(),
-                     system.sysname, system.release, system.machine);
+  return fmt::format("{}, {} hardware threads, {} {}", model, std::thread::hardware_concurrency(),
+                     system.sysname, system.machine);
 }
 
 // One simulation and the folder it is written to.
@@ -100,7 +100,6 @@ io::Manifest Run::describe() const {
   manifest.git_commit = git_commit;
   manifest.machine = machine_text();
   manifest.fps = read_.scene.fps;
-  manifest.frames = last_;
   std::size_t i = 0;
   const auto add = [&](const auto& body, const char* kind, const std::string& material) {
     const Surface& surface = surfaces_.at(i++).surface;
@@ -123,6 +122,7 @@ void Run::prepare() {
       throw Error(error.status(), fmt::format("{}; `duet sim` simulates without drawing", error.what()));
     }
   const int resumed = options_.resume ? restore() : -1;
+  manifest_.frames = std::max(last_, resumed);
   if (resumed < 0) {
     io::begin_run(directory_, manifest_, read_.source);
   } else {
@@ -214,9 +214,12 @@ Outcome Run::work() {
 Outcome Run::stopped(ExitStatus status) const {
   if (recorded_ < 0)
     return {status, fmt::format("before frame 0 was written to {}", directory_.root.string())};
-  return {status, fmt::format("frames up to {} are whole in {}, the state is in {}; continue with `{}`",
-                              recorded_, directory_.root.string(),
-                              io::checkpoint_path(directory_, recorded_).string(), resume_command())};
+  std::string text =
+      fmt::format("after frame {}; frames up to it are whole in {}, its state is {}", recorded_,
+                  directory_.root.string(), io::checkpoint_path(directory_, recorded_).string());
+  // The same simulation fails again at the same place: only other reasons are worth a second attempt.
+  if (status != ExitStatus::simulation) text += fmt::format("; continue with `{}`", resume_command());
+  return {status, text};
 }
 
 std::string Run::resume_command() const {

@@ -54,7 +54,7 @@ void write_description(const RunDirectory& run, const Manifest& manifest, const 
 
 }  // namespace
 
-RunLock::RunLock(const RunDirectory& run) {
+RunLock::RunLock(const RunDirectory& run) : root_(run.root) {
   create_folder(run.root);
   require_run_or_empty(run);
   folder_ = ::open(run.root.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
@@ -67,7 +67,10 @@ RunLock::RunLock(const RunDirectory& run) {
   }
 }
 
-RunLock::~RunLock() { ::close(folder_); }
+RunLock::~RunLock() {
+  ::rmdir(root_.c_str());  // fails when there is anything in it
+  ::close(folder_);
+}
 
 void begin_run(const RunDirectory& run, const Manifest& manifest, const std::string& scene_source) {
   if (fs::exists(run.manifest())) remove_file(video_path(run, read_manifest(run)));

@@ -14,11 +14,12 @@ class RunLock {
   // Creates the folder if need be. Throws FileError if another simulation writes there, or if the folder
   // holds something that is not a run directory.
   explicit RunLock(const RunDirectory& run);
-  ~RunLock();
+  ~RunLock();  // a folder that is still empty goes away again
   RunLock(const RunLock&) = delete;
   RunLock& operator=(const RunLock&) = delete;
 
  private:
+  fs::path root_;
   int folder_ = -1;
 };
 

@@ -1,0 +1,140 @@
+// Runs the program `duet` as a child process, the way a user's shell does.
+#pragma once
+
+#include <array>
+#include <cerrno>
+#include <csignal>
+#include <cstdio>
+#include <filesystem>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <fcntl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+namespace duet::test {
+
+namespace fs = std::filesystem;
+
+// A folder of its own for each test, removed at its end.
+class ScratchFolder {
+ public:
+  ScratchFolder() {
+    std::string name = (fs::temp_directory_path() / "duet-test-XXXXXX").string();
+    if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("no scratch folder: " + name);
+    path_ = name;
+  }
+  ~ScratchFolder() {
+    std::error_code ignored;
+    fs::remove_all(path_, ignored);
+  }
+  ScratchFolder(const ScratchFolder&) = delete;
+  ScratchFolder& operator=(const ScratchFolder&) = delete;
+  const fs::path& path() const { return path_; }
+  fs::path operator/(const std::string& name) const { return path_ / name; }
+
+ private:
+  fs::path path_;
+};
+
+class Program {
+ public:
+  // Starts `duet` with the arguments in the folder. Its standard output is a pipe of one page: a program that
+  // prints a line a frame cannot run ahead of a test that does not read, so that a signal always meets it at
+  // work.
+  explicit Program(const std::vector<std::string>& arguments, const fs::path& folder = DUET_SOURCE_DIR) {
+    std::array<int, 2> pipe_ends{};
+    errors_ = std::tmpfile();
+    if (errors_ == nullptr || ::pipe2(pipe_ends.data(), O_CLOEXEC) != 0) throw std::runtime_error("no pipe");
+    ::fcntl(pipe_ends[1], F_SETPIPE_SZ, 4096);
+    std::vector<std::string> words = {DUET_PROGRAM};
+    words.insert(words.end(), arguments.begin(), arguments.end());
+    std::vector<char*> argv;
+    for (std::string& word : words) argv.push_back(word.data());
+    argv.push_back(nullptr);
+    child_ = ::fork();
+    if (child_ == 0) {
+      ::dup2(pipe_ends[1], STDOUT_FILENO);
+      ::dup2(::fileno(errors_), STDERR_FILENO);
+      if (::chdir(folder.c_str()) == 0) ::execv(DUET_PROGRAM, argv.data());
+      ::_exit(127);
+    }
+    ::close(pipe_ends[1]);
+    output_ = ::fdopen(pipe_ends[0], "r");
+  }
+  ~Program() {
+    if (child_ > 0) {
+      signal(SIGKILL);
+      wait();
+    }
+    close_output();
+    std::fclose(errors_);
+  }
+  Program(const Program&) = delete;
+  Program& operator=(const Program&) = delete;
+
+  // The next line of standard output without its end; nothing when the program closed it.
+  std::optional<std::string> line() {
+    std::string text;
+    for (int c = std::fgetc(output_); c != EOF; c = std::fgetc(output_)) {
+      if (c == '\n') return text;
+      text += static_cast<char>(c);
+    }
+    return text.empty() ? std::nullopt : std::optional(text);
+  }
+
+  // The reader of the log goes away.
+  void close_output() {
+    if (output_ != nullptr) std::fclose(std::exchange(output_, nullptr));
+  }
+
+  void signal(int number) const { ::kill(child_, number); }
+
+  // Waits for the end; the exit status, or 128 + signal as shells give it.
+  int wait() {
+    int status = 0;
+    while (::waitpid(child_, &status, 0) < 0 && errno == EINTR) continue;
+    child_ = -1;
+    return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  }
+
+  // Standard error so far.
+  std::string errors() {
+    std::rewind(errors_);
+    std::string text;
+    for (int c = std::fgetc(errors_); c != EOF; c = std::fgetc(errors_)) text += static_cast<char>(c);
+    return text;
+  }
+
+ private:
+  pid_t child_ = -1;
+  FILE* output_ = nullptr;
+  FILE* errors_ = nullptr;
+};
+
+struct Finished {
+  int status = 0;
+  std::vector<std::string> output;  // lines
+  std::string errors;
+  std::string last_line() const { return output.empty() ? std::string() : output.back(); }
+};
+
+inline Finished finish(Program& program) {
+  Finished finished;
+  while (const auto line = program.line()) finished.output.push_back(*line);
+  finished.status = program.wait();
+  finished.errors = program.errors();
+  return finished;
+}
+
+inline Finished run_duet(const std::vector<std::string>& arguments,
+                         const fs::path& folder = DUET_SOURCE_DIR) {
+  Program program(arguments, folder);
+  return finish(program);
+}
+
+}  // namespace duet::test

@@ -1,0 +1,190 @@
+// A run that is stopped at any moment leaves whole files only, and goes on as if it had never been stopped.
+#include <map>
+
+#include "tests/restart/program.h"
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "sim/io/files.h"
+#include "sim/io/run_directory.h"
+
+namespace duet::test {
+namespace {
+
+const std::string tiny = std::string(DUET_SOURCE_DIR) + "/tests/restart/tiny.toml";
+
+std::vector<nlohmann::json> statistics(const io::RunDirectory& run) {
+  std::vector<nlohmann::json> lines;
+  const std::string text = io::read_file(run.stats());
+  for (std::size_t begin = 0, end = 0; (end = text.find('\n', begin)) != std::string::npos; begin = end + 1)
+    lines.push_back(nlohmann::json::parse(text.substr(begin, end - begin)));
+  return lines;
+}
+
+// Everything but the wall times, which no two runs share.
+nlohmann::json without_times(nlohmann::json line) {
+  line.erase("seconds");
+  for (auto& [name, stage] : line["stages"].items()) stage.erase("seconds");
+  return line;
+}
+
+// The same frames, bit by bit. (VDB files carry a random identifier, so their voxels are compared elsewhere.)
+void expect_same_run(const io::RunDirectory& run, const io::RunDirectory& reference, int last) {
+  const auto lines = statistics(run), expected = statistics(reference);
+  ASSERT_EQ(lines.size(), static_cast<std::size_t>(last) + 1);
+  ASSERT_EQ(expected.size(), lines.size());
+  for (std::size_t i = 0; i < lines.size(); ++i)
+    EXPECT_EQ(without_times(lines[i]), without_times(expected[i]));
+  for (int frame = 0; frame <= last; ++frame) {
+    EXPECT_EQ(io::read_file(run.mesh(frame)), io::read_file(reference.mesh(frame))) << "frame " << frame;
+    EXPECT_TRUE(fs::exists(run.level_set(frame))) << "frame " << frame;
+  }
+}
+
+// Every file with a final name is whole; returns the number of meshes.
+int expect_whole_files(const io::RunDirectory& run) {
+  int meshes = 0;
+  for (const auto& entry : fs::directory_iterator(run.root / "mesh")) {
+    if (entry.path().extension() != ".obj") continue;
+    const std::vector<BodySurface> bodies = io::read_obj(entry.path());
+    EXPECT_EQ(bodies.size(), 2U);
+    for (const BodySurface& body : bodies) EXPECT_FALSE(body.surface.triangles.empty());
+    ++meshes;
+  }
+  const std::string text = io::read_file(run.stats());
+  EXPECT_TRUE(text.empty() || text.back() == '\n');
+  for (const nlohmann::json& line : statistics(run)) EXPECT_TRUE(line.is_object());
+  return meshes;
+}
+
+int leftovers(const fs::path& root) {
+  int count = 0;
+  for (const auto& entry : fs::recursive_directory_iterator(root))
+    count += entry.path().extension().string().starts_with(io::temporary_mark) ? 1 : 0;
+  return count;
+}
+
+// Starts a simulation and sends the signal when frame 1 is reported. The lines of --json fill the pipe long
+// before frame 40, so the simulation is still at work then.
+Finished interrupt_simulation(const fs::path& out, int signal) {
+  Program program({"sim", tiny, "--out", out.string(), "--json"});
+  while (const auto line = program.line())
+    if (nlohmann::json::parse(*line).value("frame", -1) == 1) break;
+  program.signal(signal);
+  return finish(program);
+}
+
+class Restart : public testing::Test {
+ protected:
+  ScratchFolder scratch;
+  io::RunDirectory run{scratch / "run"}, reference{scratch / "reference"};
+
+  void simulate_reference() {
+    const Finished whole = run_duet({"sim", tiny, "--out", reference.root.string(), "--quiet"});
+    ASSERT_EQ(whole.status, 0) << whole.errors;
+  }
+  Finished resume() { return run_duet({"sim", tiny, "--out", run.root.string(), "--quiet", "--resume"}); }
+};
+
+TEST_F(Restart, InterruptedRunContinuesBitIdentically) {
+  for (const int signal : {SIGINT, SIGTERM}) {
+    const Finished stopped = interrupt_simulation(run.root, signal);
+    ASSERT_EQ(stopped.status, 130) << stopped.errors;
+    const auto outcome = nlohmann::json::parse(stopped.last_line());
+    EXPECT_EQ(outcome["outcome"], "interrupted");
+    EXPECT_NE(outcome["text"].get<std::string>().find("--resume"), std::string::npos) << outcome;
+
+    const int meshes = expect_whole_files(run);
+    EXPECT_GE(meshes, 2);
+    EXPECT_LT(meshes, 41);
+    EXPECT_EQ(statistics(run).size(), static_cast<std::size_t>(meshes));
+    EXPECT_EQ(leftovers(run.root), 0);
+  }
+  simulate_reference();
+  const Finished resumed = resume();
+  ASSERT_EQ(resumed.status, 0) << resumed.errors;
+  EXPECT_TRUE(resumed.last_line().starts_with("done: ")) << resumed.last_line();
+  expect_same_run(run, reference, 40);
+}
+
+TEST_F(Restart, KilledRunContinuesBitIdentically) {
+  const Finished killed = interrupt_simulation(run.root, SIGKILL);
+  ASSERT_EQ(killed.status, 128 + SIGKILL);
+  expect_whole_files(run);
+  simulate_reference();
+  const Finished resumed = resume();
+  ASSERT_EQ(resumed.status, 0) << resumed.errors;
+  EXPECT_EQ(leftovers(run.root), 0) << "what the killed run left half written is cleared away";
+  expect_same_run(run, reference, 40);
+}
+
+TEST_F(Restart, DamagedCheckpointFallsBackToThePreviousOne) {
+  ASSERT_EQ(run_duet({"sim", tiny, "--out", run.root.string(), "--frames", "6", "--quiet"}).status, 0);
+  std::string bytes = io::read_file(run.checkpoint() / "0006.bin");
+  bytes[bytes.size() / 2] ^= 1;
+  io::write_atomically(run.checkpoint() / "0006.bin", bytes);
+  const Finished resumed = run_duet({"sim", tiny, "--out", run.root.string(), "--resume", "--json"});
+  ASSERT_EQ(resumed.status, 0) << resumed.errors;
+  EXPECT_NE(resumed.output.at(0).find("0006.bin is damaged"), std::string::npos) << resumed.output[0];
+  EXPECT_NE(resumed.output.at(1).find("after frame 5"), std::string::npos) << resumed.output[1];
+  simulate_reference();
+  expect_same_run(run, reference, 40);
+}
+
+TEST_F(Restart, ResumeRefusesAnotherScene) {
+  ASSERT_EQ(run_duet({"sim", tiny, "--out", run.root.string(), "--frames", "2", "--quiet"}).status, 0);
+  const auto mesh_time = fs::last_write_time(run.mesh(2));
+  for (const std::vector<std::string>& change :
+       {std::vector<std::string>{"--set", "rigid.ball.mass=21"}, {"--without", "push_out"}}) {
+    std::vector<std::string> arguments = {"sim", tiny, "--out", run.root.string(), "--resume"};
+    arguments.insert(arguments.end(), change.begin(), change.end());
+    const Finished refused = run_duet(arguments);
+    EXPECT_EQ(refused.status, 2);
+    EXPECT_NE(refused.errors.find("--set and --without of the earlier run"), std::string::npos)
+        << refused.errors;
+  }
+  EXPECT_EQ(fs::last_write_time(run.mesh(2)), mesh_time);
+}
+
+TEST_F(Restart, FrameWindowWritesOnlyItsFrames) {
+  ASSERT_EQ(run_duet({"sim", tiny, "--out", run.root.string(), "--frames", "3:5", "--quiet"}).status, 0);
+  ASSERT_EQ(run_duet({"sim", tiny, "--out", reference.root.string(), "--frames", "5", "--quiet"}).status, 0);
+  for (int frame = 0; frame <= 5; ++frame) {
+    EXPECT_EQ(fs::exists(run.mesh(frame)), frame >= 3);
+    EXPECT_EQ(fs::exists(run.level_set(frame)), frame >= 3);
+    if (frame < 3) continue;
+    EXPECT_EQ(io::read_file(run.mesh(frame)), io::read_file(reference.mesh(frame)));
+  }
+}
+
+TEST_F(Restart, FreshRunRemovesTheFramesOfTheEarlierOne) {
+  ASSERT_EQ(run_duet({"sim", tiny, "--out", run.root.string(), "--frames", "6", "--quiet"}).status, 0);
+  ASSERT_EQ(run_duet({"sim", tiny, "--out", run.root.string(), "--frames", "2", "--quiet"}).status, 0);
+  EXPECT_TRUE(fs::exists(run.mesh(2)));
+  EXPECT_FALSE(fs::exists(run.mesh(3)));
+  EXPECT_EQ(statistics(run).size(), 3U);
+}
+
+// Pictures of `duet run` are those of `duet render`, also after an interruption: both draw the files.
+TEST_F(Restart, InterruptedRunIsDrawnLikeTheWhole) {
+  {
+    Program program({"run", tiny, "--out", run.root.string(), "--frames", "12", "--json"});
+    while (const auto line = program.line())
+      if (nlohmann::json::parse(*line).value("event", "") == "drawn") break;
+    program.signal(SIGINT);
+    const Finished stopped = finish(program);
+    ASSERT_TRUE(stopped.status == 130 || stopped.status == 0) << stopped.errors;
+  }
+  const Finished resumed =
+      run_duet({"run", tiny, "--out", run.root.string(), "--frames", "12", "--quiet", "--resume"});
+  ASSERT_EQ(resumed.status, 0) << resumed.errors;
+  std::map<int, std::string> pictures;
+  for (int frame = 0; frame <= 12; ++frame) pictures[frame] = io::read_file(run.image(frame));
+  const Finished drawn = run_duet({"render", run.root.string(), "--frames", "0:12", "--quiet"});
+  ASSERT_EQ(drawn.status, 0) << drawn.errors;
+  for (const auto& [frame, picture] : pictures) EXPECT_EQ(picture, io::read_file(run.image(frame))) << frame;
+  EXPECT_NE(pictures[0], pictures[12]) << "the ball has moved";
+}
+
+}  // namespace
+}  // namespace duet::test

@@ -1,0 +1,116 @@
+// A file is whole or absent, and a failure says which file, why, and what to do.
+#include <csignal>
+
+#include "tests/restart/program.h"
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include "sim/io/files.h"
+#include "sim/io/run_directory.h"
+
+namespace duet::io {
+namespace {
+
+using test::ScratchFolder;
+
+int entries(const fs::path& folder) {
+  return static_cast<int>(std::distance(fs::directory_iterator(folder), fs::directory_iterator()));
+}
+
+// The message of the FileError that `work` throws.
+template <class Work>
+std::string failure(Work work) {
+  try {
+    work();
+  } catch (const FileError& error) {
+    EXPECT_EQ(error.status(), ExitStatus::files);
+    return error.what();
+  }
+  ADD_FAILURE() << "no FileError";
+  return {};
+}
+
+TEST(AtomicWrite, ReplacesTheWholeFile) {
+  const ScratchFolder scratch;
+  const fs::path path = scratch / "0000.obj";
+  const std::string first(100'000, 'a'), second = std::string("b\0c", 3);
+  write_atomically(path, first);
+  EXPECT_EQ(read_file(path), first);
+  write_atomically(path, second);
+  EXPECT_EQ(read_file(path), second);
+  EXPECT_EQ(entries(scratch.path()), 1);
+}
+
+TEST(AtomicWrite, NamesThePathTheReasonAndARemedy) {
+  const ScratchFolder scratch;
+  write_atomically(scratch / "file", "x");
+  const fs::path below_file = scratch / "file" / "0000.obj";
+  const std::string text = failure([&] { write_atomically(below_file, "x"); });
+  EXPECT_NE(text.find(below_file.string()), std::string::npos) << text;
+  EXPECT_NE(text.find("Not a directory"), std::string::npos) << text;
+  EXPECT_NE(text.find("choose another path"), std::string::npos) << text;
+}
+
+// Root may write everywhere but into the system's own tables.
+TEST(AtomicWrite, FailsWhereNothingCanBeCreated) {
+  failure([] { write_atomically("/proc/duet-test", "x"); });
+  failure([] { create_folder("/proc/duet-test"); });
+}
+
+TEST(AtomicWrite, LeavesNothingBehindWhenTheTargetIsAFolder) {
+  const ScratchFolder scratch;
+  fs::create_directories(scratch / "0000.obj/inside");
+  failure([&] { write_atomically(scratch / "0000.obj", "x"); });
+  EXPECT_EQ(entries(scratch.path()), 1);
+}
+
+// A file that may not grow stands for a full disk: the write fails in the middle.
+TEST(AtomicWrite, KeepsTheOldFileWhenTheNewOneDoesNotFit) {
+  const ScratchFolder scratch;
+  const fs::path path = scratch / "0000.obj";
+  write_atomically(path, "old");
+  const pid_t child = ::fork();
+  if (child == 0) {
+    std::signal(SIGXFSZ, SIG_IGN);
+    const rlimit limit{1000, 1000};
+    ::setrlimit(RLIMIT_FSIZE, &limit);
+    try {
+      write_atomically(path, std::string(5000, 'x'));
+      ::_exit(1);
+    } catch (const FileError& error) {
+      ::_exit(std::string(error.what()).find("ulimit -f") != std::string::npos ? 0 : 2);
+    }
+  }
+  int status = 0;
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  EXPECT_EQ(WIFEXITED(status) ? WEXITSTATUS(status) : -1, 0);
+  EXPECT_EQ(read_file(path), "old");
+  EXPECT_EQ(entries(scratch.path()), 1);
+}
+
+TEST(AtomicWrite, EveryCommonReasonHasARemedy) {
+  for (const int reason : {ENOSPC, EDQUOT, EROFS, EACCES, EPERM, EFBIG, EMFILE, ENOENT, ENOTDIR}) {
+    const std::string text = system_error("out/mesh/0000.obj", "cannot write", reason).what();
+    EXPECT_TRUE(text.starts_with("out/mesh/0000.obj: cannot write: ")) << text;
+    EXPECT_EQ(text.back(), ')') << text << " has no remedy";
+  }
+}
+
+TEST(Files, ReadsAFileWithoutASize) { EXPECT_FALSE(read_file("/proc/self/status").empty()); }
+
+TEST(Files, ReadingAMissingFileOrAFolderFails) {
+  const ScratchFolder scratch;
+  EXPECT_NE(failure([&] { read_file(scratch / "none"); }).find("No such file"), std::string::npos);
+  EXPECT_NE(failure([&] { read_file(scratch.path()); }).find("Is a directory"), std::string::npos);
+}
+
+TEST(Files, FrameNumbersComeFromFrameFilesOnly) {
+  EXPECT_EQ(frame_of_file("mesh/0012.obj", ".obj"), 12);
+  EXPECT_EQ(frame_of_file("mesh/12345.obj", ".obj"), 12345);
+  for (const char* name :
+       {"12.obj", "0012.obj.tmp1", "0012.png", "-012.obj", "0x12.obj", "notes.obj", ".obj"})
+    EXPECT_EQ(frame_of_file(name, ".obj"), -1) << name;
+}
+
+}  // namespace
+}  // namespace duet::io

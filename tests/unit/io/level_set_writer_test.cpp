@@ -1,0 +1,119 @@
+// The files are read back by OpenVDB itself, as other programs do.
+#include "sim/io/level_set_writer.h"
+
+#include <map>
+
+#include "tests/restart/program.h"
+#include <gtest/gtest.h>
+#include <openvdb/openvdb.h>
+#include <openvdb/tools/Interpolation.h>
+
+#include "sim/base/error.h"
+#include "sim/geometry/level_set.h"
+
+namespace duet::io {
+namespace {
+
+using test::ScratchFolder;
+
+BodyLevelSet body(const std::string& name, const LevelSet& shape, double voxel_size, const Pose& pose) {
+  return {name,          [shape](const Vec3& x) { return shape.distance(x); },
+          shape.lower(), shape.upper(),
+          voxel_size,    pose};
+}
+
+std::map<std::string, openvdb::FloatGrid::Ptr> read_grids(const fs::path& path) {
+  openvdb::initialize();
+  openvdb::io::File file(path.string());
+  file.open(/*delayLoad=*/false);
+  EXPECT_TRUE(file.hasGrid("box")) << "names can be looked up without reading the grids";
+  std::map<std::string, openvdb::FloatGrid::Ptr> grids;
+  const openvdb::GridPtrVecPtr all = file.getGrids();
+  for (const auto& grid : *all) grids[grid->getName()] = openvdb::gridPtrCast<openvdb::FloatGrid>(grid);
+  file.close();
+  return grids;
+}
+
+class LevelSetFile : public testing::Test {
+ protected:
+  static constexpr double voxel = 0.05;
+  const LevelSet box = LevelSet::box(Vec3(1, 0.6, 2)), ball = LevelSet::sphere(0.4);
+  const Pose pose{Vec3(3, -1, 0.5), Quat(Eigen::AngleAxisd(0.7, Vec3(1, 2, -1).normalized()))};
+  ScratchFolder scratch;
+  RunDirectory run{scratch.path()};
+  std::vector<BodyLevelSet> bodies = {body("box", box, voxel, pose), body("ball", ball, voxel, Pose{})};
+
+  void SetUp() override { fs::create_directories(run.level_set(0).parent_path()); }
+};
+
+TEST_F(LevelSetFile, ValuesAreTheDistancesOfTheRotatedBox) {
+  LevelSetWriter(bodies).write(run, 0, 0, bodies);
+  const openvdb::FloatGrid::Ptr grid = read_grids(run.level_set(0)).at("box");
+  const openvdb::tools::GridSampler<openvdb::FloatGrid, openvdb::tools::BoxSampler> sampler(*grid);
+  const double band = 3 * voxel;
+  int within_band = 0;
+  for (double x = -2; x <= 2; x += 0.13)
+    for (double y = -2; y <= 2; y += 0.13)
+      for (double z = -2; z <= 2; z += 0.13) {
+        const Vec3 world = pose.position + Vec3(x, y, z);
+        const double exact = box.distance(pose.to_body(world));
+        const double value =
+            static_cast<double>(sampler.wsSample(openvdb::Vec3d(world.x(), world.y(), world.z())));
+        // Trilinear interpolation of a distance is off by less than half a voxel, at edges too; one voxel
+        // from the band's rim on, some of the eight values are the background.
+        if (std::abs(exact) < band - voxel) {
+          EXPECT_NEAR(value, exact, 0.5 * voxel);
+          ++within_band;
+        } else {
+          EXPECT_EQ(value < 0, exact < 0);
+          EXPECT_LE(std::abs(value), band * (1 + 1e-6));
+        }
+      }
+  EXPECT_GT(within_band, 500);
+}
+
+// At the voxels themselves the value is the distance, to the precision of a float.
+TEST_F(LevelSetFile, VoxelsAreExact) {
+  LevelSetWriter(bodies).write(run, 0, 0, bodies);
+  const openvdb::FloatGrid::Ptr grid = read_grids(run.level_set(0)).at("box");
+  int voxels = 0;
+  for (auto value = grid->cbeginValueOn(); value; ++value, ++voxels) {
+    const openvdb::Vec3d at = grid->indexToWorld(value.getCoord());
+    const double exact = box.distance(pose.to_body(Vec3(at.x(), at.y(), at.z())));
+    ASSERT_NEAR(static_cast<double>(*value), exact, 1e-7);  // |value| <= 0.15, float spacing 1.5e-8
+  }
+  const double surface = 2 * (1 * 0.6 + 0.6 * 2 + 1 * 2);
+  EXPECT_NEAR(voxels, surface * 6 / (voxel * voxel), 0.15 * voxels)
+      << "six layers of voxels around the surface";
+}
+
+TEST_F(LevelSetFile, GridsCarryNamesMetadataAndThePose) {
+  const LevelSetWriter writer(bodies);
+  writer.write(run, 0, 0, bodies);
+  bodies[0].pose.position += Vec3(0, 10, 0);
+  writer.write(run, 12, 0.5, bodies);
+  auto first = read_grids(run.level_set(0)), later = read_grids(run.level_set(12));
+  ASSERT_EQ(later.size(), 2U);
+  ASSERT_TRUE(later.contains("ball"));
+  for (const auto& [name, grid] : later) {
+    EXPECT_EQ(grid->getGridClass(), openvdb::GRID_LEVEL_SET);
+    EXPECT_EQ(grid->metaValue<std::int32_t>("frame"), 12);
+    EXPECT_EQ(grid->metaValue<double>("time"), 0.5);
+    EXPECT_NE(grid->metaValue<std::string>("units").find("metres"), std::string::npos);
+    EXPECT_NEAR(grid->background(), 3 * voxel, 1e-7);
+    for (int axis = 0; axis < 3; ++axis) EXPECT_NEAR(grid->voxelSize()[axis], voxel, 1e-12);
+  }
+  const openvdb::Vec3d origin = later["box"]->indexToWorld(openvdb::Vec3d(0, 0, 0));
+  for (int axis = 0; axis < 3; ++axis) EXPECT_NEAR(origin[axis], bodies[0].pose.position[axis], 1e-12);
+  // The voxels are those of the first frame: a pose resamples nothing.
+  EXPECT_TRUE(first["box"]->tree().hasSameTopology(later["box"]->tree()));
+  for (auto a = first["box"]->cbeginValueOn(), b = later["box"]->cbeginValueOn(); a; ++a, ++b)
+    ASSERT_EQ(*a, *b);
+}
+
+TEST_F(LevelSetFile, AWriteThatFailsIsAFileError) {
+  EXPECT_THROW(LevelSetWriter(bodies).write({"/proc/duet-test"}, 0, 0, bodies), FileError);
+}
+
+}  // namespace
+}  // namespace duet::io

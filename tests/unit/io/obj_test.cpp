@@ -1,0 +1,167 @@
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "tests/restart/program.h"
+#include <gtest/gtest.h>
+
+#include "sim/io/files.h"
+#include "sim/io/run_directory.h"
+
+namespace duet::io {
+namespace {
+
+using test::ScratchFolder;
+
+std::uint32_t bits(float value) { return std::bit_cast<std::uint32_t>(value); }
+
+// Any finite float, all exponents alike.
+float any_float(std::mt19937& random) {
+  while (true) {
+    const float value = std::bit_cast<float>(static_cast<std::uint32_t>(random()));
+    if (std::isfinite(value)) return value;
+  }
+}
+
+BodySurface body(const std::string& name, int triangles, std::mt19937& random) {
+  BodySurface result{name, {}};
+  Surface& surface = result.surface;
+  for (int i = 0; i < 2 * triangles + 1; ++i)
+    surface.positions.emplace_back(any_float(random), any_float(random), any_float(random));
+  for (int i = 0; i < triangles; ++i) {
+    surface.normals.emplace_back(any_float(random), any_float(random), any_float(random));
+    surface.uvs.emplace_back(any_float(random), any_float(random));
+    surface.triangles.push_back(
+        {Corner{2 * i, i, i / 2}, Corner{2 * i + 1, i / 3, i}, Corner{2 * i + 2, 0, 0}});
+  }
+  return result;
+}
+
+template <class Vector>
+void expect_same_bits(const std::vector<Vector>& a, const std::vector<Vector>& b) {
+  ASSERT_EQ(a.size(), b.size());
+  for (std::size_t i = 0; i < a.size(); ++i)
+    for (int k = 0; k < a[i].size(); ++k) EXPECT_EQ(bits(a[i][k]), bits(b[i][k])) << "element " << i;
+}
+
+TEST(Obj, RoundTripIsExact) {
+  const ScratchFolder scratch;
+  std::mt19937 random(7);
+  std::vector<BodySurface> bodies = {body("ball", 300, random), body("soft box, 2", 50, random)};
+  bodies[0].surface.positions[0] = Vec3f(-0.0F, std::numeric_limits<float>::denorm_min(), 0.1F);
+  bodies[0].surface.positions[1] = Vec3f::Constant(std::numeric_limits<float>::lowest());
+  write_obj(scratch / "0000.obj", bodies);
+  const std::vector<BodySurface> read = read_obj(scratch / "0000.obj");
+  ASSERT_EQ(read.size(), bodies.size());
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    EXPECT_EQ(read[i].name, bodies[i].name);
+    const Surface &a = read[i].surface, &b = bodies[i].surface;
+    expect_same_bits(a.positions, b.positions);
+    expect_same_bits(a.normals, b.normals);
+    expect_same_bits(a.uvs, b.uvs);
+    ASSERT_EQ(a.triangles.size(), b.triangles.size());
+    for (std::size_t t = 0; t < a.triangles.size(); ++t)
+      for (std::size_t k = 0; k < 3; ++k) {
+        EXPECT_EQ(a.triangles[t][k].position, b.triangles[t][k].position);
+        EXPECT_EQ(a.triangles[t][k].uv, b.triangles[t][k].uv);
+        EXPECT_EQ(a.triangles[t][k].normal, b.triangles[t][k].normal);
+      }
+  }
+}
+
+// The file as other programs see it: indices from one through the whole file, shortest floats.
+TEST(Obj, TextIsPlainObj) {
+  const ScratchFolder scratch;
+  const Surface triangle{{{0, 0, 0}, {0.1F, 0, 0}, {0, 1e-7F, 0}},
+                         {{0, 0, 1}},
+                         {{0, 0.5F}},
+                         {{Corner{0, 0, 0}, Corner{1, 0, 0}, Corner{2, 0, 0}}}};
+  write_obj(scratch / "0000.obj", {{"a", triangle}, {"b", triangle}});
+  const std::string vertices = "v 0 0 0\nv 0.1 0 0\nv 0 1e-07 0\nvt 0 0.5\nvn 0 0 1\n";
+  EXPECT_EQ(read_file(scratch / "0000.obj"),
+            "# Duet frame: metres; y up, right-handed; one object a body, constant vertex order\n"
+            "o a\n" +
+                vertices + "f 1/1/1 2/1/1 3/1/1\n" + "o b\n" + vertices + "f 4/2/2 5/2/2 6/2/2\n");
+}
+
+std::string failure_of(const ScratchFolder& scratch, const std::string& text) {
+  write_atomically(scratch / "0000.obj", text);
+  try {
+    read_obj(scratch / "0000.obj");
+  } catch (const FileError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+TEST(Obj, MalformedLinesAreErrorsWithTheirLine) {
+  const ScratchFolder scratch;
+  const std::string head = "o a\nv 0 0 0\nvt 0 0\nvn 0 0 1\n";  // 4 lines
+  for (const char* line : {"v 1 2",
+                           "v 1 2 x",
+                           "v 1 2 nan",
+                           "v 1 2 inf",
+                           "v 1 2 1e99",
+                           "v 1 2 3 4",
+                           "v",
+                           "vt 1",
+                           "vn 0 0",
+                           "f 1/1/1 1/1/1",
+                           "f 1/1/1 1/1/1 1/1",
+                           "f 1 1 1",
+                           "f 1//1 1//1 1//1",
+                           "f 1/1/1 1/1/1 2/1/1",
+                           "f 0/1/1 1/1/1 1/1/1",
+                           "f -1/1/1 1/1/1 1/1/1",
+                           "f 1/1/1 1/2/1 1/1/1",
+                           "f 1/1/1 1/1/1 1/1/1 1/1/1",
+                           "f 1/1/1 1/1/1 99999999999/1/1",
+                           "usemtl red",
+                           "o",
+                           "o ",
+                           "xyz"}) {
+    const std::string text = failure_of(scratch, head + line + "\n");
+    EXPECT_NE(text.find("0000.obj: line 5: "), std::string::npos) << line << " -> " << text;
+  }
+  EXPECT_NE(failure_of(scratch, "v 0 0 0\n").find("line 1: "), std::string::npos);
+}
+
+// A body refers to its own vertices only.
+TEST(Obj, IndicesOfAnotherBodyAreErrors) {
+  const ScratchFolder scratch;
+  const std::string vertices = "v 0 0 0\nvt 0 0\nvn 0 0 1\n";
+  const std::string text =
+      failure_of(scratch, "o a\n" + vertices + "o b\n" + vertices + "f 1/1/1 2/2/2 2/2/2\n");
+  EXPECT_NE(text.find("line 9: "), std::string::npos) << text;
+}
+
+TEST(Obj, AFileThatEndsWithinALineIsAnError) {
+  const ScratchFolder scratch;
+  std::mt19937 random(3);
+  write_obj(scratch / "whole.obj", {body("a", 2, random)});
+  const std::string whole = read_file(scratch / "whole.obj");
+  for (std::size_t size = 1; size < whole.size(); ++size) {
+    if (whole[size - 1] == '\n') continue;
+    EXPECT_NE(failure_of(scratch, whole.substr(0, size)).find("ends within a line"), std::string::npos)
+        << size;
+  }
+}
+
+// Whatever the bytes, the reader returns or throws FileError; the sanitizers watch it.
+TEST(Obj, DamagedBytesNeverBreakTheReader) {
+  const ScratchFolder scratch;
+  std::mt19937 random(11);
+  write_obj(scratch / "whole.obj", {body("a", 4, random), body("b", 4, random)});
+  const std::string whole = read_file(scratch / "whole.obj");
+  int errors = 0;
+  for (int i = 0; i < 2000; ++i) {
+    std::string damaged = whole;
+    for (int k = 0; k < 3; ++k) damaged[random() % damaged.size()] = static_cast<char>(random() % 256);
+    if (failure_of(scratch, damaged) != "no error") ++errors;
+  }
+  EXPECT_GT(errors, 1000);
+}
+
+}  // namespace
+}  // namespace duet::io

@@ -1,0 +1,119 @@
+#include "sim/io/run_folder.h"
+
+#include "tests/restart/program.h"
+#include <gtest/gtest.h>
+
+#include "sim/io/files.h"
+
+namespace duet::io {
+namespace {
+
+using test::ScratchFolder;
+
+Manifest manifest() {
+  Manifest result;
+  result.title = "Stack \"2\"";
+  result.scene = "scenes/stack.toml";
+  result.command = "duet run stack --set 'looks.silver.color=[1, 1, 1]'";
+  result.version = "0.1.0";
+  result.git_commit = "abc";
+  result.machine = "a machine";
+  result.fps = 23.976;
+  result.frames = 7;
+  result.bodies = {{"ball", "rigid", "silver", "", 100, 196},
+                   {"soft", "deformable", "orange", "rubber", 8, 12}};
+  return result;
+}
+
+TEST(RunFolder, ManifestRoundTrip) {
+  const ScratchFolder scratch;
+  const RunDirectory run{scratch.path()};
+  write_manifest(run, manifest());
+  const Manifest read = read_manifest(run), expected = manifest();
+  EXPECT_EQ(read.title, expected.title);
+  EXPECT_EQ(read.scene, expected.scene);
+  EXPECT_EQ(read.command, expected.command);
+  EXPECT_EQ(read.version, expected.version);
+  EXPECT_EQ(read.git_commit, expected.git_commit);
+  EXPECT_EQ(read.machine, expected.machine);
+  EXPECT_EQ(read.fps, expected.fps);
+  EXPECT_EQ(read.frames, expected.frames);
+  EXPECT_EQ(read.units, expected.units);
+  ASSERT_EQ(read.bodies.size(), 2U);
+  EXPECT_EQ(read.bodies[0].name, "ball");
+  EXPECT_EQ(read.bodies[1].kind, "deformable");
+  EXPECT_EQ(read.bodies[1].material, "rubber");
+  EXPECT_EQ(read.bodies[0].vertices, 100);
+  EXPECT_EQ(read.bodies[0].triangles, 196);
+}
+
+TEST(RunFolder, AManifestThatIsNoneIsAFileError) {
+  const ScratchFolder scratch;
+  const RunDirectory run{scratch.path()};
+  EXPECT_THROW(read_manifest(run), FileError);
+  for (const char* text : {"", "{", "[]", "3", "{}", R"({"title": 3})"}) {
+    write_atomically(run.manifest(), text);
+    EXPECT_THROW(read_manifest(run), FileError) << text;
+  }
+}
+
+TEST(RunFolder, FileNamesHaveFourDigitsAndGrow) {
+  const RunDirectory run{"out/stack"};
+  EXPECT_EQ(run.mesh(7), fs::path("out/stack/mesh/0007.obj"));
+  EXPECT_EQ(run.level_set(123), fs::path("out/stack/levelset/0123.vdb"));
+  EXPECT_EQ(run.image(12345), fs::path("out/stack/image/12345.png"));
+}
+
+// Nobody's files are lost to a mistyped --out.
+TEST(RunFolder, AFolderWithOtherFilesIsRefused) {
+  const ScratchFolder scratch;
+  write_atomically(scratch / "thesis.txt", "years of work");
+  EXPECT_THROW(RunLock{RunDirectory{scratch.path()}}, FileError);
+  write_atomically(scratch / "manifest.json", R"({"name": "somebody else's manifest"})");
+  EXPECT_THROW(RunLock{RunDirectory{scratch.path()}}, FileError);
+  EXPECT_EQ(read_file(scratch / "thesis.txt"), "years of work");
+  EXPECT_THROW(RunLock{RunDirectory{scratch / "thesis.txt"}}, FileError);
+}
+
+TEST(RunFolder, OneSimulationAtATime) {
+  const ScratchFolder scratch;
+  const RunDirectory run{scratch / "a/b"};
+  {
+    const RunLock lock(run);
+    EXPECT_THROW(RunLock{run}, FileError);
+  }
+  EXPECT_FALSE(fs::exists(run.root)) << "a folder in which nothing was written goes away again";
+  const RunLock again(run);
+}
+
+TEST(RunFolder, AFreshRunRemovesTheOldFramesAndNothingElse) {
+  const ScratchFolder scratch;
+  const RunDirectory run{scratch.path()};
+  begin_run(run, manifest(), "frames = 1\n");
+  for (const fs::path& path : {run.mesh(0), run.level_set(1), run.image(2), run.checkpoint() / "0003.bin",
+                               run.stats(), run.root / "stack.mp4", run.mesh(4).concat(".tmp77-0")})
+    write_atomically(path, "old");
+  for (const fs::path& path : {run.root / "notes.txt", run.root / "best.mp4", run.root / "image/best.png"})
+    write_atomically(path, "the user's");
+  begin_run(run, manifest(), "frames = 2\n");
+  for (const fs::path& path : {run.mesh(0), run.level_set(1), run.image(2), run.checkpoint() / "0003.bin",
+                               run.stats(), run.root / "stack.mp4", run.mesh(4).concat(".tmp77-0")})
+    EXPECT_FALSE(fs::exists(path)) << path;
+  for (const fs::path& path : {run.root / "notes.txt", run.root / "best.mp4", run.root / "image/best.png"})
+    EXPECT_TRUE(fs::exists(path)) << path;
+  EXPECT_EQ(read_file(run.scene()), "frames = 2\n");
+}
+
+TEST(RunFolder, AContinuedRunKeepsItsFrames) {
+  const ScratchFolder scratch;
+  const RunDirectory run{scratch.path()};
+  begin_run(run, manifest(), "frames = 1\n");
+  write_atomically(run.mesh(0), "frame");
+  write_atomically(run.mesh(1).concat(".tmp77-0"), "half a fr");
+  continue_run(run, manifest(), "frames = 1\n");
+  EXPECT_TRUE(fs::exists(run.mesh(0)));
+  EXPECT_FALSE(fs::exists(run.mesh(1).concat(".tmp77-0")));
+}
+
+}  // namespace
+}  // namespace duet::io

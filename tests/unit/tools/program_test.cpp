@@ -1,0 +1,173 @@
+// The program as a user meets it: exit statuses, messages, and a last line that states the outcome.
+#include "tests/restart/program.h"
+
+#include <algorithm>
+#include <csignal>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+#include <sys/resource.h>
+
+#include "sim/io/files.h"
+#include "sim/io/run_directory.h"
+
+namespace duet::test {
+namespace {
+
+const std::string tiny = std::string(DUET_SOURCE_DIR) + "/tests/restart/tiny.toml";
+
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+TEST(Program, HelpAndVersionSucceed) {
+  const Finished version = run_duet({"--version"});
+  EXPECT_EQ(version.status, 0);
+  EXPECT_TRUE(version.last_line().starts_with("duet 0.")) << version.last_line();
+  EXPECT_EQ(run_duet({"--help"}).status, 0);
+  for (const char* command : {"run", "sim", "render", "check", "explain", "list"})
+    EXPECT_EQ(run_duet({command, "--help"}).status, 0) << command;
+}
+
+TEST(Program, BadUsageHasStatusTwoAndSaysWhy) {
+  struct Case {
+    std::vector<std::string> arguments;
+    std::string message;
+  };
+  for (const Case& bad : {Case{{}, "subcommand"},
+                          {{"rnder"}, "did you mean `render`?"},
+                          {{"sim"}, "scene is required"},
+                          {{"sim", tiny, "--fraems", "3"}, "--fraems"},
+                          {{"sim", tiny, "--frames", "5:3"}, "A <= B"},
+                          {{"sim", tiny, "--frames", "3x"}, "N or A:B"},
+                          {{"sim", tiny, "--frames", "-1"}, "N or A:B"},
+                          {{"sim", tiny, "--threads", "0"}, "--threads"},
+                          {{"sim", tiny, "--accuracy", "best"}, "draft"},
+                          {{"sim", tiny, "--without", "push_oot"}, "push_out"},
+                          {{"sim", tiny, "--set", "rigid.ball.mas=3"}, "mass"},
+                          {{"sim", tiny, "--quiet", "--json"}, "--quiet"},
+                          {{"render", "somewhere", "--set", "solver.cfl=0.5"}, "solver.cfl"},
+                          {{"check"}, "SCENE"},
+                          {{"list", "--frames", "3"}, "--frames"}}) {
+    const Finished finished = run_duet(bad.arguments);
+    EXPECT_EQ(finished.status, 2) << bad.message;
+    EXPECT_TRUE(contains(finished.errors, bad.message)) << finished.errors;
+    EXPECT_TRUE(contains(finished.last_line(), "failed")) << finished.last_line();
+  }
+}
+
+TEST(Program, AnUnknownSceneNamesTheNearestOneThatShips) {
+  const Finished finished = run_duet({"run", "stak"});
+  EXPECT_EQ(finished.status, 2);
+  EXPECT_TRUE(contains(finished.errors, "did you mean `stack`?")) << finished.errors;
+  EXPECT_TRUE(finished.last_line().starts_with("failed: ")) << finished.last_line();
+}
+
+TEST(Program, ListShowsTheShippedScenesAndTheyAreValid) {
+  const Finished list = run_duet({"list"});
+  EXPECT_EQ(list.status, 0) << list.errors;
+  ASSERT_GE(list.output.size(), 2U);
+  bool stack = false;
+  for (const std::string& line : list.output) stack |= line.starts_with("stack ") && contains(line, "Stack");
+  EXPECT_TRUE(stack);
+  const Finished check = run_duet({"check", "stack"});
+  EXPECT_EQ(check.status, 0);
+  EXPECT_EQ(check.last_line(), "scenes/stack.toml: ok");
+}
+
+TEST(Program, CheckShowsAllProblemsWithTheirPlaces) {
+  const ScratchFolder scratch;
+  io::write_atomically(scratch / "bad.toml", "title = 3\nframs = 10\n");
+  const Finished finished = run_duet({"check", "bad.toml"}, scratch.path());
+  EXPECT_EQ(finished.status, 2);
+  ASSERT_EQ(finished.output.size(), 4U);
+  EXPECT_TRUE(contains(finished.output[0], "no body")) << finished.output[0];
+  EXPECT_TRUE(finished.output[1].starts_with("bad.toml:1:")) << finished.output[1];
+  EXPECT_TRUE(finished.output[2].starts_with("bad.toml:2:")) << finished.output[2];
+  EXPECT_TRUE(contains(finished.output[2], "`frames`")) << finished.output[2];
+  EXPECT_EQ(finished.output[3], "failed: 3 problems");
+}
+
+TEST(Program, ReferenceAndExplainPrintText) {
+  const Finished reference = run_duet({"check", "--reference"});
+  EXPECT_EQ(reference.status, 0);
+  EXPECT_GT(reference.output.size(), 50U);
+  const Finished explained = run_duet({"explain", tiny, "--without", "push_out"});
+  EXPECT_EQ(explained.status, 0) << explained.errors;
+  std::string text;
+  for (const std::string& line : explained.output) text += line + '\n';
+  EXPECT_TRUE(contains(text, "push_out")) << text;
+  const Finished json = run_duet({"explain", tiny, "--json"});
+  EXPECT_EQ(json.status, 0);
+  text.clear();
+  for (const std::string& line : json.output) text += line + '\n';
+  EXPECT_TRUE(nlohmann::json::parse(text).is_object());
+}
+
+TEST(Program, FilesThatCannotBeWrittenHaveStatusFour) {
+  const ScratchFolder scratch;
+  io::write_atomically(scratch / "file", "precious");
+  for (const std::string& out :
+       {(scratch / "file").string(), scratch.path().string(), std::string("/proc/duet-test")}) {
+    const Finished finished = run_duet({"sim", tiny, "--frames", "1", "--out", out});
+    EXPECT_EQ(finished.status, 4) << out;
+    EXPECT_TRUE(contains(finished.errors, out)) << finished.errors;
+    EXPECT_TRUE(finished.last_line().starts_with("failed: ")) << finished.last_line();
+  }
+  EXPECT_EQ(io::read_file(scratch / "file"), "precious");
+  EXPECT_EQ(run_duet({"render", scratch.path().string()}).status, 4);
+}
+
+// The disk fills up in the middle of a run: status 4, whole frames, and a way to go on.
+TEST(Program, ADiskThatFillsUpKeepsTheFramesSoFar) {
+  const ScratchFolder scratch;
+  const io::RunDirectory run{scratch / "run"};
+  ASSERT_EQ(run_duet({"sim", tiny, "--frames", "1", "--quiet", "--out", run.root.string()}).status, 0);
+  rlimit before{};
+  ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &before), 0);
+  const auto stats_size = fs::file_size(run.stats());
+  const auto largest = std::max({fs::file_size(run.mesh(1)), fs::file_size(run.level_set(1)),
+                                 fs::file_size(run.checkpoint() / "0001.bin"), stats_size});
+  // Statistics are the one file that grows: all others fit, and sooner or later a line does not.
+  const rlimit limit{largest + 4 * stats_size, before.rlim_max};
+  std::signal(SIGXFSZ, SIG_IGN);
+  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &limit), 0);
+  const Finished full = run_duet({"sim", tiny, "--frames", "100000", "--quiet", "--out", run.root.string()});
+  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &before), 0);
+  EXPECT_EQ(full.status, 4);
+  EXPECT_TRUE(contains(full.errors, "stats.jsonl: cannot write: File too large")) << full.errors;
+  EXPECT_TRUE(contains(full.last_line(), "--resume")) << full.last_line();
+  const std::string stats = io::read_file(run.stats());
+  EXPECT_EQ(stats.back(), '\n');
+}
+
+TEST(Program, ALogHasALineAFrameAndEndsWithTheOutcome) {
+  const ScratchFolder scratch;
+  const Finished plain = run_duet({"sim", tiny, "--frames", "3"}, scratch.path());
+  ASSERT_EQ(plain.status, 0) << plain.errors;
+  ASSERT_EQ(plain.output.size(), 6U) << "start, frames 0 to 3, outcome";
+  EXPECT_TRUE(plain.output[4].starts_with("frame 3/3 ")) << plain.output[4];
+  EXPECT_TRUE(plain.last_line().starts_with("done: ")) << plain.last_line();
+  EXPECT_TRUE(fs::exists(scratch / "out/tiny/mesh/0003.obj"));
+  const Finished quiet = run_duet({"sim", tiny, "--frames", "1", "--quiet"}, scratch.path());
+  EXPECT_EQ(quiet.output.size(), 1U);
+  const Finished json = run_duet({"sim", tiny, "--frames", "1", "--json"}, scratch.path());
+  ASSERT_EQ(json.output.size(), 4U);
+  for (const std::string& line : json.output) EXPECT_TRUE(nlohmann::json::parse(line).is_object()) << line;
+  EXPECT_EQ(nlohmann::json::parse(json.last_line())["status"], 0);
+}
+
+// `duet sim ... | head -1`: the log's reader goes away, the run goes on.
+TEST(Program, AReaderThatGoesAwayDoesNotStopTheRun) {
+  const ScratchFolder scratch;
+  const io::RunDirectory run{scratch / "run"};
+  Program program({"sim", tiny, "--out", run.root.string()});
+  ASSERT_TRUE(program.line());
+  program.close_output();
+  EXPECT_EQ(program.wait(), 0);
+  EXPECT_EQ(program.errors(), "");
+  EXPECT_TRUE(fs::exists(run.mesh(40)));
+}
+
+}  // namespace
+}  // namespace duet::test
