@@ -12,8 +12,15 @@ namespace {
 
 int hardware_threads() { return std::max(1, static_cast<int>(std::thread::hardware_concurrency())); }
 
+std::unique_ptr<tbb::global_control> limit_to(int threads) {
+  return std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism,
+                                               static_cast<std::size_t>(threads));
+}
+
 struct Pool {
   int threads = hardware_threads();
+  // Also allows more threads than cores, and holds other users of TBB (OpenVDB) to the same number.
+  std::unique_ptr<tbb::global_control> limit = limit_to(threads);
   std::unique_ptr<tbb::task_arena> arena = std::make_unique<tbb::task_arena>(threads);
 };
 
@@ -27,6 +34,9 @@ Pool& pool() {
 void set_thread_count(int count) {
   Pool& p = pool();
   p.threads = count > 0 ? count : hardware_threads();
+  p.arena.reset();
+  p.limit.reset();  // of several limits TBB takes the smallest
+  p.limit = limit_to(p.threads);
   p.arena = std::make_unique<tbb::task_arena>(p.threads);
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <span>
+#include <tuple>
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
@@ -72,10 +73,11 @@ class PushOut {
                       [&](int q) { return scratch_.taken[as_index(q)] == mark; }))
         continue;
       for (int q : particles) scratch_.taken[as_index(q)] = mark;
-      add(i, false, fraction, Mat3::Identity() / carrier.inverse_mass);
+      scratch_.outers.push_back(make_outer(i, false, fraction, Mat3::Identity() / carrier.inverse_mass));
     }
   }
 
+  // The deepest overlap with another rigid body, which may have been found from either side.
   void gather_deepest(const ContactPair& pair, int central, double fraction) {
     int deepest = -1;
     for (int i = pair.begin; i < pair.end; ++i) {
@@ -89,21 +91,31 @@ class PushOut {
     const bool reversed = pair.host != central;
     const int outer = reversed ? pair.host : pair.guest_rigid;
     const ContactPoint& point = contacts_.points[as_index(deepest)];
-    const RigidProperties& properties = bodies_.rigid.properties[as_index(outer)];
-    Mat3 inverse_K = Mat3::Identity() * (static_weight * bodies_.rigid.properties[as_index(central)].mass);
-    if (!properties.is_static()) {
-      const Vec3& arm = reversed ? point.host_arm : point.guest_arm;
-      inverse_K =
-          impulse_factor(bodies_.rigid.state[as_index(outer)], properties.inverse_mass, arm).inverse();
+    for (Outer& other : scratch_.outers) {
+      const ContactPoint& known = contact(other);
+      if (!known.is_rigid_pair() || (other.reversed ? known.host : known.guest_rigid) != outer) continue;
+      if (point.gap < known.gap)
+        other = make_outer(deepest, reversed, fraction, outer_mass(point, reversed, central));
+      return;
     }
-    add(deepest, reversed, fraction, inverse_K);
+    scratch_.outers.push_back(make_outer(deepest, reversed, fraction, outer_mass(point, reversed, central)));
   }
 
-  void add(int index, bool reversed, double fraction, const Mat3& inverse_K) {
+  // K_o^-1 of the rigid outer body, kg.
+  Mat3 outer_mass(const ContactPoint& point, bool reversed, int central) const {
+    const auto outer = as_index(reversed ? point.host : point.guest_rigid);
+    const RigidProperties& properties = bodies_.rigid.properties[outer];
+    if (properties.is_static())
+      return Mat3::Identity() * (static_weight * bodies_.rigid.properties[as_index(central)].mass);
+    const Vec3& arm = reversed ? point.host_arm : point.guest_arm;
+    return impulse_factor(bodies_.rigid.state[outer], properties.inverse_mass, arm).inverse();
+  }
+
+  Outer make_outer(int index, bool reversed, double fraction, const Mat3& inverse_K) const {
     const ContactPoint& point = contacts_.points[as_index(index)];
     const Vec3 apart = -fraction * point.gap * point.normal;  // of the guest relative to the host
-    scratch_.outers.push_back(
-        {index, reversed, reversed ? point.guest_arm : point.host_arm, reversed ? -apart : apart, inverse_K});
+    return {index, reversed, reversed ? point.guest_arm : point.host_arm, reversed ? -apart : apart,
+            inverse_K};
   }
 
   // Equation 2 for the displacement (v, w) of the central body, then equation 1 for each outer one.
@@ -168,8 +180,12 @@ int resolve_interpenetration(Bodies& bodies, const ContactGraph& graph, int iter
   scratch.central.resize(bodies.rigid.size());
   for (std::size_t i = 0; i < scratch.central.size(); ++i) scratch.central[i] = static_cast<int>(i);
   std::sort(scratch.central.begin(), scratch.central.end(), [&](int a, int b) {
-    const int level_a = graph.level[as_index(a)], level_b = graph.level[as_index(b)];
-    return level_a != level_b ? level_a < level_b : a < b;
+    // Of one level the lightest first: between heavy bodies it then meets all of them at once, before one of
+    // them alone throws it into the next (the messenger problem).
+    const auto key = [&](int body) {
+      return std::tuple(graph.level[as_index(body)], bodies.rigid.properties[as_index(body)].mass, body);
+    };
+    return key(a) < key(b);
   });
   PushOut push_out(bodies, contacts, graph, scratch);
   int pushed = 0;

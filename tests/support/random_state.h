@@ -1,0 +1,38 @@
+// Two soft boxes on and under rigid boxes on the ground, in contact, for tests of operators on random
+// vectors.
+#pragma once
+
+#include <random>
+
+#include "tests/support/scenes.h"
+
+#include "sim/coupling/contact_projection.h"
+#include "sim/step/step.h"
+
+namespace duet::test {
+
+// Soft, rigid, soft, rigid from the ground up; overlapping by a millimetre so that everything touches.
+inline scene::Scene small_stack() {
+  scene::Scene scene = on_ground(0.4);
+  add_soft_box(scene, "soft1", Vec3(0, 0.5, 0), Vec3(1, 1, 1), 2);
+  add_box(scene, "box2", Vec3(0.05, 1.499, 0), Vec3(1, 1, 1), 700).friction = 0.4;
+  add_soft_box(scene, "soft3", Vec3(0, 2.498, 0.03), Vec3(1, 1, 1), 2);
+  add_box(scene, "box4", Vec3(0, 3.497, 0), Vec3(1, 1, 1), 900).friction = 0.4;
+  return scene;
+}
+
+inline GeneralizedVelocity random_velocity(const Bodies& bodies, unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  const auto vector = [&] { return Vec3(uniform(random), uniform(random), uniform(random)); };
+  GeneralizedVelocity v;
+  for (std::size_t i = 0; i < bodies.particles.size(); ++i) v.particle.push_back(vector());
+  for (std::size_t i = 0; i < bodies.rigid.size(); ++i) {
+    const bool moves = !bodies.rigid.properties[i].is_static();
+    v.linear.push_back(moves ? vector() : Vec3::Zero());
+    v.angular.push_back(moves ? vector() : Vec3::Zero());
+  }
+  return v;
+}
+
+}  // namespace duet::test

@@ -1,0 +1,69 @@
+// Small scenes built in code, so that a test reads in a few lines.
+#pragma once
+
+#include <string>
+
+#include "sim/scene/plan.h"
+#include "sim/scene/scene.h"
+#include "sim/scene/simulation.h"
+
+namespace duet::test {
+
+// An empty scene without gravity and ground.
+inline scene::Scene free_space() {
+  scene::Scene scene;
+  scene.title = "test";
+  scene.gravity.setZero();
+  return scene;
+}
+
+inline scene::Scene on_ground(double friction = 0.5, double restitution = 0) {
+  scene::Scene scene;
+  scene.title = "test";
+  scene.ground = scene::Ground{0, friction, restitution, ""};
+  return scene;
+}
+
+inline scene::RigidBody& add_box(scene::Scene& scene, const std::string& name, const Vec3& position,
+                                 const Vec3& size, double mass) {
+  scene::RigidBody body;
+  body.name = name;
+  body.shape.kind = scene::ShapeKind::box;
+  body.shape.size = size;
+  body.placement.position = position;
+  body.mass = mass;
+  scene.rigid.push_back(body);
+  return scene.rigid.back();
+}
+
+inline scene::RigidBody& add_ball(scene::Scene& scene, const std::string& name, const Vec3& position,
+                                  double radius, double mass) {
+  scene::RigidBody body;
+  body.name = name;
+  body.shape.kind = scene::ShapeKind::sphere;
+  body.shape.radius = radius;
+  body.placement.position = position;
+  body.mass = mass;
+  scene.rigid.push_back(body);
+  return scene.rigid.back();
+}
+
+inline scene::DeformableBody& add_soft_box(scene::Scene& scene, const std::string& name, const Vec3& position,
+                                           const Vec3& size, int cells, double youngs_modulus = 2e6) {
+  scene::Material material;
+  material.name = "material of " + name;
+  material.youngs_modulus = youngs_modulus;
+  scene.materials.push_back(material);
+  scene::DeformableBody body;
+  body.name = name;
+  body.size = size;
+  body.cells = Vec3i::Constant(cells);
+  body.placement.position = position;
+  body.material = material.name;
+  scene.deformable.push_back(body);
+  return scene.deformable.back();
+}
+
+inline EffectSet plan(const scene::Scene& scene) { return scene::plan_effects(scene).active(); }
+
+}  // namespace duet::test

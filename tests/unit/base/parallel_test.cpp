@@ -1,0 +1,52 @@
+#include "sim/base/parallel.h"
+
+#include <cmath>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace duet {
+namespace {
+
+class ThreadCount : public ::testing::Test {
+ protected:
+  void TearDown() override { set_thread_count(0); }
+};
+
+TEST_F(ThreadCount, EveryItemIsVisitedOnce) {
+  for (int threads : {1, 2, 3}) {
+    set_thread_count(threads);
+    std::vector<int> visits(10007, 0);
+    parallel_for(visits.size(), 64, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) ++visits[i];
+    });
+    EXPECT_EQ(std::count(visits.begin(), visits.end(), 1), 10007);
+  }
+}
+
+TEST_F(ThreadCount, SumsAreBitIdenticalForAnyThreadCount) {
+  const auto sum = [](std::size_t begin, std::size_t end) {
+    double total = 0;
+    for (std::size_t i = begin; i < end; ++i)
+      total += std::sin(static_cast<double>(i)) * 1e3 / (1.0 + static_cast<double>(i));
+    return total;
+  };
+  const auto reduce = [&] {
+    return parallel_reduce(std::size_t{100003}, std::size_t{128}, 0.0, sum,
+                           [](double a, double b) { return a + b; });
+  };
+  set_thread_count(1);
+  const double one = reduce();
+  for (int threads : {2, 5}) {
+    set_thread_count(threads);
+    EXPECT_EQ(reduce(), one);
+  }
+  EXPECT_NEAR(one, sum(0, 100003), 1e-9);  // rounding of another order of summation
+}
+
+TEST_F(ThreadCount, NothingToDoIsFine) {
+  parallel_for(0, 8, [](std::size_t, std::size_t) { FAIL(); });
+}
+
+}  // namespace
+}  // namespace duet

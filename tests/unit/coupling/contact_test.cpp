@@ -1,0 +1,185 @@
+// Contact candidates, the contact graph, the contact solve and push-out.
+#include "tests/support/random_state.h"
+#include <gtest/gtest.h>
+
+#include "sim/coupling/contact_candidates.h"
+#include "sim/coupling/contact_solver.h"
+#include "sim/coupling/push_out.h"
+
+namespace duet {
+namespace {
+
+using test::add_ball;
+using test::add_box;
+using test::add_soft_box;
+
+VelocityState no_difference(const Bodies& bodies) {
+  VelocityState state;
+  store_velocities(bodies, state);
+  for (Vec3& v : state.particle) v.setZero();
+  for (Vec3& v : state.rigid) v.setZero();
+  for (Vec3& v : state.angular_momentum) v.setZero();
+  return state;
+}
+
+ContactSet candidates(const Bodies& bodies, double dt) {
+  ContactSet contacts;
+  find_candidates(bodies, {}, dt, no_difference(bodies), contacts);
+  return contacts;
+}
+
+TEST(ContactPoint, ImpulsesAreEqualAndOppositeAtOnePlace) {
+  const scene::Scene scene = test::small_stack();
+  Simulation simulation(scene, test::plan(scene));
+  Bodies& bodies = simulation.world().bodies;
+  const ContactSet contacts = candidates(bodies, 0.1);
+  ASSERT_GT(contacts.points.size(), 50u);
+  for (const ContactPoint& contact : contacts.points) {
+    if (bodies.rigid.properties[static_cast<std::size_t>(contact.host)].is_static()) continue;
+    const Momentum before = momentum(bodies);
+    const Vec3 velocity = relative_velocity(bodies, contact), impulse(3, -5, 7);
+    apply_impulse(bodies, contact, impulse);
+    const Momentum after = momentum(bodies);
+    EXPECT_LT((after.linear - before.linear).norm(), 1e-11);
+    EXPECT_LT((after.angular - before.angular).norm(), 1e-11);
+    // K is what the impulse does to the relative velocity.
+    EXPECT_LT((relative_velocity(bodies, contact) - velocity - contact.K * impulse).norm(), 1e-12);
+  }
+}
+
+TEST(ContactCandidates, FindWhatCanTouchWithinTheStepAndNothingElse) {
+  scene::Scene scene = test::free_space();
+  add_soft_box(scene, "soft", Vec3(0, 0, 0), Vec3(2, 2, 2), 4);
+  add_ball(scene, "ball", Vec3(0, 2.5, 0), 1, 10).placement.velocity = Vec3(0, -10, 0);
+  Simulation simulation(scene, test::plan(scene));
+  const Bodies& bodies = simulation.world().bodies;
+  EXPECT_TRUE(candidates(bodies, 0.01).points.empty());  // 0.1 m of a gap of 0.5 m
+  const ContactSet near = candidates(bodies, 0.06);
+  ASSERT_EQ(near.pairs.size(), 1u);
+  for (const ContactPoint& contact : near.points) {
+    EXPECT_NEAR(guest_position(bodies, contact).y(), 1, 1e-14);  // the face below the ball, not the far ones
+    EXPECT_LT(contact.gap, 0.06 * (1.5 * 10 + 0.1));             // the margin is half the motion
+  }
+}
+
+TEST(ContactCandidates, ABallTouchesAPlaneWithItsLowestPoint) {
+  scene::Scene scene = test::on_ground();
+  add_ball(scene, "ball", Vec3(3, 0.999, 2), 1, 10);
+  Simulation simulation(scene, test::plan(scene));
+  const ContactSet contacts = candidates(simulation.world().bodies, 0.01);
+  ASSERT_EQ(contacts.points.size(), 1u);
+  EXPECT_NEAR(contacts.points[0].gap, -0.001, 1e-15);
+  EXPECT_TRUE(contacts.points[0].guest_arm.isApprox(Vec3(0, -1, 0)));
+  EXPECT_NEAR(max_penetration(simulation.world().bodies, {}), 0.001, 1e-15);
+}
+
+TEST(ContactGraph, LevelsAreDistancesFromTheGroundThroughSoftBodiesToo) {
+  const scene::Scene scene = test::small_stack();
+  Simulation simulation(scene, test::plan(scene));
+  Bodies& bodies = simulation.world().bodies;
+  ContactSet contacts = candidates(bodies, 1e-3);
+  ContactGraph graph;
+  build_contact_graph(bodies, true, contacts, graph);
+  // rigid: box2, box4, ground; deformable: soft1, soft3
+  EXPECT_EQ(graph.level, (std::vector<int>{2, 4, 0, 1, 3}));
+  int last = 0;
+  for (int p : graph.order) {
+    EXPECT_GE(contacts.pairs[static_cast<std::size_t>(p)].level, last);
+    last = contacts.pairs[static_cast<std::size_t>(p)].level;
+  }
+  EXPECT_EQ(last, 4);
+}
+
+TEST(ContactGraph, RigidPairsThatDidNotCollideAreLeftToBounceFirst) {
+  scene::Scene scene = test::on_ground();
+  add_ball(scene, "ball", Vec3(0, 0.999, 0), 1, 10);
+  Simulation simulation(scene, test::plan(scene));
+  Bodies& bodies = simulation.world().bodies;
+  ContactSet contacts = candidates(bodies, 0.01);
+  ContactGraph graph;
+  build_contact_graph(bodies, true, contacts, graph);
+  EXPECT_TRUE(graph.order.empty());
+  contacts.pairs[0].collided = true;
+  build_contact_graph(bodies, true, contacts, graph);
+  EXPECT_EQ(graph.order.size(), 1u);
+}
+
+// No contact closes faster than its gap allows, every impulse lies in its cone, and separating contacts have
+// none.
+TEST(ContactSolve, ConvergesToTheConditionsOfContact) {
+  const scene::Scene scene = test::small_stack();
+  Simulation simulation(scene, test::plan(scene));
+  Bodies& bodies = simulation.world().bodies;
+  for (Vec3& v : bodies.particles.v) v = Vec3(0.3, -1, 0);
+  for (std::size_t i = 0; i < 2; ++i) bodies.rigid.state[i].velocity = Vec3(0.1, -1.2, 0.2);
+  constexpr double dt = 1e-3;
+  ContactSet contacts = candidates(bodies, dt);
+  ContactGraph graph;
+  build_contact_graph(bodies, true, contacts, graph);
+  const int sweeps = solve_contact(bodies, graph, dt, {2000, 1e-12}, contacts);
+  EXPECT_LT(sweeps, 2000);
+  EXPECT_GT(count_active(contacts, graph), 20);
+  for (const ContactPoint& contact : contacts.points) {
+    const Vec3 velocity = relative_velocity(bodies, contact);
+    const double normal = velocity.dot(contact.normal), target = -std::max(contact.gap, 0.0) / dt;
+    const double along = contact.impulse.dot(contact.normal);
+    EXPECT_GE(normal, target - 1e-9);
+    EXPECT_LE((contact.impulse - along * contact.normal).norm(), contact.friction * along + 1e-9);
+    if (normal > target + 1e-6) {
+      EXPECT_TRUE(contact.impulse.isZero(0));
+    }
+  }
+}
+
+TEST(PushOut, SeparatesAnOverlappingPairAboutItsCentreOfMass) {
+  scene::Scene scene = test::free_space();
+  add_ball(scene, "heavy", Vec3(0, 0, 0), 1, 30);
+  add_ball(scene, "light", Vec3(1.9, 0, 0), 1, 10);
+  Simulation simulation(scene, test::plan(scene));
+  Bodies& bodies = simulation.world().bodies;
+  ContactSet contacts = candidates(bodies, 0.01);
+  for (ContactPair& pair : contacts.pairs) pair.collided = true;
+  ContactGraph graph;
+  build_contact_graph(bodies, true, contacts, graph);
+  PushOutScratch scratch;
+  EXPECT_GT(resolve_interpenetration(bodies, graph, 8, contacts, scratch), 0);
+  const double heavy = bodies.rigid.state[0].pose.position.x(),
+               light = bodies.rigid.state[1].pose.position.x();
+  EXPECT_NEAR(light - heavy, 2, 1e-5);  // touching, up to what contact takes for touching
+  EXPECT_NEAR(30 * heavy + 10 * light, 19, 1e-12);
+  EXPECT_LT(heavy, 0);
+}
+
+// A light ball between two heavy ones that overlap it by 5 %: the central body sees both at once.
+TEST(PushOut, OneSweepFreesALightBodyBetweenHeavyOnes) {
+  scene::Scene scene = test::free_space();
+  add_ball(scene, "left", Vec3(-1.9, 0, 0), 1, 1000);
+  add_ball(scene, "middle", Vec3(0, 0, 0), 1, 1);
+  add_ball(scene, "right", Vec3(1.9, 0, 0), 1, 1000);
+  Simulation simulation(scene, test::plan(scene));
+  Bodies& bodies = simulation.world().bodies;
+  ContactSet contacts = candidates(bodies, 0.01);
+  for (ContactPair& pair : contacts.pairs) pair.collided = true;
+  ContactGraph graph;
+  build_contact_graph(bodies, true, contacts, graph);
+  PushOutScratch scratch;
+  resolve_interpenetration(bodies, graph, 1, contacts, scratch);
+  EXPECT_LT(max_penetration(bodies, {}), 1e-3 * 0.1);
+}
+
+TEST(PushOut, ASoftBoxIsLiftedOffTheGroundAndStaysWhole) {
+  scene::Scene scene = test::on_ground();
+  add_soft_box(scene, "soft", Vec3(0, 0.95, 0), Vec3(2, 2, 2), 2);
+  Simulation simulation(scene, test::plan(scene));
+  Bodies& bodies = simulation.world().bodies;
+  ContactSet contacts = candidates(bodies, 0.01);
+  ContactGraph graph;
+  build_contact_graph(bodies, true, contacts, graph);
+  PushOutScratch scratch;
+  resolve_interpenetration(bodies, graph, 4, contacts, scratch);
+  EXPECT_LT(max_penetration(bodies, {}), 1.1e-6);
+  EXPECT_EQ(bodies.elements.strain(bodies.particles.x).inverted, 0);
+}
+
+}  // namespace
+}  // namespace duet

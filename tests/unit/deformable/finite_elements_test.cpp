@@ -1,0 +1,148 @@
+#include "sim/deformable/finite_elements.h"
+
+#include <random>
+
+#include <gtest/gtest.h>
+
+namespace duet {
+namespace {
+
+struct Block {
+  FiniteElements elements;
+  std::vector<Vec3> x;
+  std::vector<double> mass;
+
+  explicit Block(int cells = 3) {
+    const TetMesh mesh = box_lattice(Vec3(1, 1.5, 2), Vec3i(cells, cells, cells));
+    x = mesh.nodes;
+    mass.assign(x.size(), 0);
+    for (const Tet& t : mesh.tets)
+      for (int i : t)
+        mass[static_cast<std::size_t>(i)] +=
+            250 * tet_volume(x[static_cast<std::size_t>(t[0])], x[static_cast<std::size_t>(t[1])],
+                             x[static_cast<std::size_t>(t[2])], x[static_cast<std::size_t>(t[3])]);
+    elements.add(mesh.tets, x, lame_parameters(1e5, 0.45, 0.01));
+    elements.finalize(mass);
+  }
+  std::vector<Vec3> random_field(unsigned seed, double size) const {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> uniform(-size, size);
+    std::vector<Vec3> field(x.size());
+    for (Vec3& v : field)
+      for (int k = 0; k < 3; ++k) v[k] = uniform(random);
+    return field;
+  }
+  std::vector<Vec3> moved(const std::vector<Vec3>& by) const {
+    std::vector<Vec3> result = x;
+    for (std::size_t i = 0; i < x.size(); ++i) result[i] += by[i];
+    return result;
+  }
+};
+
+std::vector<Vec3> zeros(std::size_t n) { return std::vector<Vec3>(n, Vec3::Zero()); }
+
+double dot(const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
+  double sum = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) sum += a[i].dot(b[i]);
+  return sum;
+}
+
+TEST(FiniteElements, LameParametersFromYoungAndPoisson) {
+  const LameParameters p = lame_parameters(2e6, 0.45, 0.01);
+  EXPECT_NEAR(p.lambda, 3.1034e6 * 2, 1e3);
+  EXPECT_NEAR(p.mu, 0.344828e6 * 2, 1);
+}
+
+// Force = -dE/dx, for a mild deformation and for one with many inverted elements.
+TEST(FiniteElements, ForcesAreTheGradientOfTheEnergy) {
+  Block block(2);
+  for (double size : {0.05, 0.6}) {
+    const std::vector<Vec3> x = block.moved(block.random_field(1, size));
+    if (size > 0.5) {
+      EXPECT_GT(block.elements.strain(x).inverted, 5);
+    }
+    std::vector<Vec3> force = zeros(x.size());
+    block.elements.add_elastic_forces(x, force);
+    double largest = 0;
+    for (const Vec3& f : force) largest = std::max(largest, f.norm());
+    for (std::size_t p = 0; p < x.size(); p += 5)
+      for (int k = 0; k < 3; ++k) {
+        constexpr double h = 1e-6;
+        std::vector<Vec3> up = x, down = x;
+        up[p][k] += h;
+        down[p][k] -= h;
+        const double slope = (block.elements.energy(up) - block.elements.energy(down)) / (2 * h);
+        EXPECT_NEAR(force[p][k], -slope, 1e-6 * largest);
+      }
+  }
+}
+
+TEST(FiniteElements, InternalForcesHaveNoResultantAndNoMoment) {
+  Block block;
+  const std::vector<Vec3> x = block.moved(block.random_field(2, 0.2)), v = block.random_field(3, 1);
+  std::vector<Vec3> force = zeros(x.size());
+  block.elements.add_elastic_forces(x, force);
+  block.elements.add_damping_forces(v, force);
+  Vec3 sum = Vec3::Zero(), moment = Vec3::Zero();
+  double scale = 0;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    sum += force[i];
+    moment += x[i].cross(force[i]);
+    scale += force[i].norm();
+  }
+  EXPECT_LT(sum.norm(), 1e-12 * scale);
+  EXPECT_LT(moment.norm(), 1e-12 * scale);
+}
+
+TEST(FiniteElements, DampingIsSymmetricAndTakesEnergyOut) {
+  Block block;
+  std::vector<Vec3> unused = zeros(block.x.size());
+  block.elements.add_elastic_forces(block.moved(block.random_field(4, 0.3)), unused);
+  for (unsigned seed = 10; seed < 15; ++seed) {
+    const std::vector<Vec3> u = block.random_field(seed, 1), v = block.random_field(seed + 100, 1);
+    std::vector<Vec3> Gu = zeros(u.size()), Gv = zeros(v.size());
+    block.elements.add_damping_forces(u, Gu);
+    block.elements.add_damping_forces(v, Gv);
+    EXPECT_NEAR(dot(u, Gv), dot(v, Gu), 1e-12 * std::abs(dot(u, Gu)));
+    EXPECT_LT(dot(u, Gu), 0);
+  }
+}
+
+// Irons: no mode of the assembled body is faster than the bound that the time step is chosen by. The fastest
+// one is found by power iteration on M^-1 K.
+TEST(FiniteElements, FrequencyBoundHoldsAndIsNotWasteful) {
+  Block block;
+  std::vector<Vec3> v = block.random_field(5, 1);
+  double squared_frequency = 0;
+  for (int i = 0; i < 300; ++i) {
+    double norm = 0;
+    for (const Vec3& a : v) norm += a.squaredNorm();
+    norm = std::sqrt(norm);
+    constexpr double h = 1e-6;
+    std::vector<Vec3> step = v;
+    for (Vec3& a : step) a *= h / norm;
+    std::vector<Vec3> force = zeros(v.size());
+    block.elements.add_elastic_forces(block.moved(step), force);
+    double size = 0;
+    for (std::size_t p = 0; p < v.size(); ++p) {
+      v[p] = -force[p] / block.mass[p] / h;
+      size += v[p].squaredNorm();
+    }
+    squared_frequency = std::sqrt(size);
+  }
+  EXPECT_LT(squared_frequency, block.elements.rest_squared_frequency());
+  EXPECT_GT(squared_frequency, 0.3 * block.elements.rest_squared_frequency());
+}
+
+TEST(FiniteElements, StrainStatisticsFindTheWorstTet) {
+  Block block(1);
+  std::vector<Vec3> x = block.x;
+  for (Vec3& p : x) p.y() *= 0.5;
+  EXPECT_NEAR(block.elements.strain(x).min_det, 0.5, 1e-14);
+  EXPECT_EQ(block.elements.strain(x).inverted, 0);
+  for (Vec3& p : x) p.y() = -p.y();
+  EXPECT_EQ(block.elements.strain(x).inverted, 5);
+}
+
+}  // namespace
+}  // namespace duet

@@ -1,0 +1,81 @@
+#include "sim/rigid/rigid_bodies.h"
+
+#include <cmath>
+#include <numbers>
+
+#include <gtest/gtest.h>
+
+namespace duet {
+namespace {
+
+RigidProperties box_properties(const Vec3& size, double mass) {
+  RigidProperties properties;
+  properties.shape = LevelSet::box(size);
+  properties.mass = mass;
+  properties.inverse_mass = 1 / mass;
+  properties.inertia = mass * unit_inertia(properties.shape);
+  return properties;
+}
+
+// Free rotation for `time` seconds about nearly the middle axis; returns the last state.
+RigidState spin(int steps, double time, bool second_order) {
+  const RigidProperties properties = box_properties(Vec3(1, 2, 3), 5);
+  RigidState state;
+  set_angular_velocity(state, properties, Vec3(0.1, 2, 0.05));
+  for (int i = 0; i < steps; ++i) {
+    state.pose = evolved_pose(state, time / steps, second_order);
+    update_orientation_dependents(state, properties);
+  }
+  return state;
+}
+
+double angle_between(const Quat& a, const Quat& b) { return a.angularDistance(b); }
+
+// Section 4.1: halving the step divides the orientation's error by four, by two with the first-order update.
+TEST(RigidBodies, OrientationUpdateConvergesAtItsOrder) {
+  const RigidState exact = spin(64000, 2, true);
+  const auto slope = [&](bool second_order) {
+    const double coarse = angle_between(spin(500, 2, second_order).pose.orientation, exact.pose.orientation);
+    const double fine = angle_between(spin(1000, 2, second_order).pose.orientation, exact.pose.orientation);
+    return std::log2(coarse / fine);
+  };
+  EXPECT_NEAR(slope(true), 2, 0.1);
+  EXPECT_NEAR(slope(false), 1, 0.1);
+}
+
+TEST(RigidBodies, FreeRotationKeepsAngularMomentumAndNearlyItsEnergy) {
+  const RigidProperties properties = box_properties(Vec3(1, 2, 3), 5);
+  const RigidState start = spin(0, 2, true), second = spin(500, 2, true), first = spin(500, 2, false);
+  EXPECT_EQ(second.angular_momentum, start.angular_momentum);  // it is the variable that is kept
+  const double energy = kinetic_energy(start, properties);
+  const double error = std::abs(kinetic_energy(second, properties) - energy);
+  EXPECT_LT(error, 0.1 * std::abs(kinetic_energy(first, properties) - energy));
+}
+
+TEST(RigidBodies, PoseAfterAQuarterTurn) {
+  const RigidProperties properties = box_properties(Vec3(1, 1, 1), 1);
+  RigidState state;
+  state.velocity = Vec3(1, 2, 3);
+  set_angular_velocity(state, properties, Vec3(0, std::numbers::pi, 0));
+  const Pose pose = evolved_pose(state, 0.5, true);
+  EXPECT_TRUE(pose.to_world(Vec3::UnitX()).isApprox(Vec3(0.5, 1, 1.5) - Vec3::UnitZ(), 1e-14));
+  EXPECT_TRUE(pose.to_body(pose.to_world(Vec3(3, 2, 1))).isApprox(Vec3(3, 2, 1), 1e-14));
+}
+
+TEST(RigidBodies, TinyRotationsKeepTheirDigits) {
+  const RigidProperties properties = box_properties(Vec3(1, 1, 1), 1);
+  RigidState state;
+  set_angular_velocity(state, properties, Vec3(0, 1e-9, 0));
+  EXPECT_NEAR(evolved_pose(state, 1, true).orientation.y(), 0.5e-9, 1e-24);
+}
+
+TEST(RigidBodies, KineticEnergyOfASpinningBox) {
+  const RigidProperties properties = box_properties(Vec3(2, 3, 4), 12);
+  RigidState state;
+  state.velocity = Vec3(3, 0, 0);
+  set_angular_velocity(state, properties, Vec3(0, 0, 2));
+  EXPECT_DOUBLE_EQ(kinetic_energy(state, properties), 0.5 * 12 * 9 + 0.5 * 13 * 4);  // I_z = 12 (4 + 9) / 12
+}
+
+}  // namespace
+}  // namespace duet

@@ -1,0 +1,99 @@
+// The operator of the implicit solve and its contact projection, on random vectors.
+#include "sim/solve/velocity_system.h"
+
+#include "tests/support/random_state.h"
+#include <gtest/gtest.h>
+
+#include "sim/solve/conjugate_gradient.h"
+
+namespace duet {
+namespace {
+
+using test::random_velocity;
+
+class ConstrainedSystem : public ::testing::Test {
+ protected:
+  ConstrainedSystem() : scene_(test::small_stack()), simulation_(scene_, test::plan(scene_)) {
+    World& w = world();
+    for (int i = 0; i < 3; ++i) step(w, 0, 1e-3);  // contacts carry weight, elements are strained
+    projection_.build(w.bodies, w.context.contacts, w.context.graph,
+                      1);  // those that V.4 left with an impulse
+  }
+  World& world() { return simulation_.world(); }
+  VelocitySystem system(const ContactProjection* projection) {
+    return VelocitySystem(world().bodies, dt_, projection, force_, inertia_);
+  }
+
+  static constexpr double dt_ = 1e-3;
+  scene::Scene scene_;
+  Simulation simulation_;
+  ContactProjection projection_;
+  std::vector<Vec3> force_;
+  std::vector<Mat3> inertia_;
+};
+
+TEST_F(ConstrainedSystem, OperatorIsSymmetricAndPositiveDefiniteInTheMassInnerProduct) {
+  VelocitySystem A = system(nullptr);
+  for (unsigned seed = 1; seed < 6; ++seed) {
+    const GeneralizedVelocity u = random_velocity(world().bodies, seed),
+                              v = random_velocity(world().bodies, seed + 50);
+    GeneralizedVelocity Au, Av;
+    A.apply(u, Au);
+    A.apply(v, Av);
+    const double uu = A.inner(u, Au);
+    EXPECT_NEAR(A.inner(u, Av), A.inner(v, Au), 1e-12 * uu);
+    EXPECT_GE(uu, A.inner(u, u));  // A = 1 + damping
+  }
+}
+
+TEST_F(ConstrainedSystem, ProjectionIsSymmetricAfterOneSweepAndKeepsMomentum) {
+  VelocitySystem P = system(&projection_);
+  for (unsigned seed = 1; seed < 6; ++seed) {
+    const GeneralizedVelocity u = random_velocity(world().bodies, seed),
+                              v = random_velocity(world().bodies, seed + 50);
+    GeneralizedVelocity Pu = u, Pv = v;
+    P.project(Pu);
+    P.project(Pv);
+    EXPECT_NEAR(P.inner(u, Pv), P.inner(v, Pu), 1e-12 * P.inner(u, u));
+    EXPECT_LT(P.inner(Pu, Pu),
+              0.999 * P.inner(u, u));  // it takes something away, and a projection adds nothing
+  }
+}
+
+TEST_F(ConstrainedSystem, ProjectionConverges) {
+  projection_.build(world().bodies, world().context.contacts, world().context.graph, 200);
+  VelocitySystem P = system(&projection_);
+  GeneralizedVelocity once = random_velocity(world().bodies, 3);
+  P.project(once);
+  GeneralizedVelocity twice = once, difference;
+  P.project(twice);
+  VelocitySystem::subtract(twice, once, difference);
+  EXPECT_LT(P.inner(difference, difference), 1e-16 * P.inner(once, once));  // P P = P
+  for (const ContactPair& pair : world().context.contacts.pairs)
+    for (int i = pair.begin; i < pair.end; ++i) {
+      const ContactPoint& contact = world().context.contacts.points[static_cast<std::size_t>(i)];
+      if (contact.impulse.isZero(0) || contact.is_rigid_pair()) continue;
+      const auto host = static_cast<std::size_t>(contact.host);
+      const Vec3 relative = weighted(surface_point(world().bodies, contact), once.particle) -
+                            once.linear[host] - once.angular[host].cross(contact.host_arm);
+      EXPECT_LT(std::abs(relative.dot(contact.normal)), 1e-7);
+    }
+}
+
+TEST_F(ConstrainedSystem, ConjugateGradientsReachTheToleranceUnderConstraints) {
+  projection_.build(world().bodies, world().context.contacts, world().context.graph, 200);  // P P = P
+  VelocitySystem A = system(&projection_);
+  const GeneralizedVelocity b = random_velocity(world().bodies, 9);
+  GeneralizedVelocity x = b, r, s, q;
+  A.project(x);
+  const CgResult result = conjugate_gradient(A, b, 1e-9, 400, x, r, s, q);
+  EXPECT_TRUE(result.converged);
+  GeneralizedVelocity Ax, residual;
+  A.apply(x, Ax);
+  VelocitySystem::subtract(b, Ax, residual);
+  A.project(residual);
+  EXPECT_LT(A.norm(residual), 1e-8);
+}
+
+}  // namespace
+}  // namespace duet
