@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 
 io::RunDirectory find_run(const std::string& name) {
   for (const fs::path& folder : {fs::path(name), fs::path("out") / name}) {
-    const io::RunDirectory run{folder};
+    io::RunDirectory run{folder};
     if (fs::exists(run.manifest())) return run;
   }
   throw FileError(name, "is no run directory: it has no manifest.json",
