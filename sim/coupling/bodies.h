@@ -15,6 +15,7 @@ struct Bodies {
   FiniteElements elements;
   std::vector<DeformableBody> deformable;
   std::vector<SurfacePoint> points;  // of all deformable bodies, body after body
+  std::vector<Triangle> triangles;   // their boundaries, global particle indices
 };
 
 // A velocity of every particle and body. Rigid rotation is stored as angular momentum: angular velocities

@@ -65,26 +65,26 @@ class Finder {
     close_pair({host, guest, -1, begin, 0, 0, false});
   }
 
-  void deformable_pair(int host, int deformable) {
+  // `margin` bounds the reach of all of the body's points, `longest` is its longest boundary edge now (m).
+  void deformable_pair(int host, int deformable, double margin, double longest) {
     const auto h = as_index(host);
-    const RigidState& state = bodies_.rigid.state[h];
-    const RigidProperties& properties = bodies_.rigid.properties[h];
-    const Host level_set(state, properties);
+    const Host level_set(bodies_.rigid.state[h], bodies_.rigid.properties[h]);
     const DeformableBody& body = bodies_.deformable[as_index(deformable)];
+    std::vector<double>& distances = contacts_.particle_distance;
+    distances.resize(as_index(body.particle_count));
     const int begin = static_cast<int>(contacts_.points.size());
-    for (int i = body.first_point; i < body.first_point + body.point_count; ++i) {
+    const int first_sample = body.first_point + body.point_count - body.sample_count;
+    for (int i = body.first_point; i < first_sample; ++i) {
+      const int particle = bodies_.points[as_index(i)].particle[0];
+      const Vec3& x = bodies_.particles.x[as_index(particle)];
+      const double distance = distances[as_index(particle - body.first_particle)] = level_set.distance(x);
+      if (distance < margin) add_deformable(host, level_set, i, x);
+    }
+    for (int i = first_sample; i < first_sample + body.sample_count; ++i) {
       const SurfacePoint& point = bodies_.points[as_index(i)];
-      const Vec3 x = weighted(point, bodies_.particles.x);
-      const Vec3 v = weighted(point, bodies_.particles.v) - point_velocity(state, x - level_set.center);
-      const Vec3 change = weighted(point, difference_.particle) - difference_.rigid[h];
-      if (level_set.distance(x) + point.allowance >= reach(v.norm() + change.norm(), dt_)) continue;
-      ContactPoint contact;
-      contact.host = host;
-      contact.guest_point = i;
-      contact.friction = properties.friction;
-      contact.restitution = 0;  // deformable bodies store and return energy by themselves (paper section 4)
-      update_geometry(bodies_, contact);
-      contacts_.points.push_back(contact);
+      // A sample is no farther from its particles than their edges are long, and distances have slope one.
+      if (distances[as_index(point.particle[0] - body.first_particle)] - longest < margin)
+        add_deformable(host, level_set, i, weighted(point, bodies_.particles.x));
     }
     close_pair({host, -1, deformable, begin, 0, 0, false});
   }
@@ -99,6 +99,23 @@ class Finder {
     contact.guest_point = sample;
     contact.friction = std::min(a.friction, b.friction);
     contact.restitution = std::min(a.restitution, b.restitution);
+    update_geometry(bodies_, contact);
+    contacts_.points.push_back(contact);
+  }
+
+  void add_deformable(int host, const Host& level_set, int index, const Vec3& x) {
+    const auto h = as_index(host);
+    const SurfacePoint& point = bodies_.points[as_index(index)];
+    const double distance = level_set.distance(x) + point.allowance;
+    const Vec3 v =
+        weighted(point, bodies_.particles.v) - point_velocity(bodies_.rigid.state[h], x - level_set.center);
+    const Vec3 change = weighted(point, difference_.particle) - difference_.rigid[h];
+    if (distance >= reach(v.norm() + change.norm(), dt_)) return;
+    ContactPoint contact;
+    contact.host = host;
+    contact.guest_point = index;
+    contact.friction = bodies_.rigid.properties[h].friction;
+    contact.restitution = 0;  // deformable bodies store and return energy by themselves (paper section 4)
     update_geometry(bodies_, contact);
     contacts_.points.push_back(contact);
   }
@@ -120,6 +137,17 @@ Eigen::AlignedBox3d bounds(const Bodies& bodies, const DeformableBody& body) {
   for (int p = body.first_particle; p < body.first_particle + body.particle_count; ++p)
     box.extend(bodies.particles.x[as_index(p)]);
   return box;
+}
+
+double longest_edge(const Bodies& bodies, const DeformableBody& body) {
+  const std::vector<Vec3>& x = bodies.particles.x;
+  double squared = 0;
+  for (int i = body.first_triangle; i < body.first_triangle + body.triangle_count; ++i) {
+    const Triangle& t = bodies.triangles[as_index(i)];
+    for (std::size_t k = 0; k < 3; ++k)
+      squared = std::max(squared, (x[as_index(t[k])] - x[as_index(t[(k + 1) % 3])]).squaredNorm());
+  }
+  return std::sqrt(squared);
 }
 
 double max_norm(const std::vector<Vec3>& values, const DeformableBody& body) {
@@ -146,6 +174,7 @@ void find_candidates(const Bodies& bodies, const CandidateFilter& filter, double
     const Eigen::AlignedBox3d box = bounds(bodies, bodies.deformable[d]);
     const double speed = max_norm(bodies.particles.v, bodies.deformable[d]) +
                          max_norm(difference.particle, bodies.deformable[d]);
+    const double longest = longest_edge(bodies, bodies.deformable[d]);
     for (int host = 0; host < rigid_count; ++host) {
       const RigidState& state = bodies.rigid.state[as_index(host)];
       const RigidProperties& properties = bodies.rigid.properties[as_index(host)];
@@ -162,7 +191,7 @@ void find_candidates(const Bodies& bodies, const CandidateFilter& filter, double
           std::isfinite(level_set.radius)
               ? std::sqrt(box.squaredExteriorDistance(level_set.center)) < level_set.radius + margin
               : level_set.distance(middle) < half_diagonal + margin;
-      if (near) finder.deformable_pair(host, static_cast<int>(d));
+      if (near) finder.deformable_pair(host, static_cast<int>(d), margin, longest);
     }
   }
 }

@@ -55,6 +55,13 @@ Vec3 guest_position(const Bodies& bodies, const ContactPoint& contact) {
   return pose.position - bodies.rigid.properties[guest].shape.radius * normal;
 }
 
+double gap_now(const Bodies& bodies, const ContactPoint& contact) {
+  const auto host = as_index(contact.host);
+  const Vec3 in_host = bodies.rigid.state[host].pose.to_body(guest_position(bodies, contact));
+  const double distance = bodies.rigid.properties[host].shape.distance(in_host);
+  return contact.is_rigid_pair() ? distance : distance + surface_point(bodies, contact).allowance;
+}
+
 void update_geometry(const Bodies& bodies, ContactPoint& contact) {
   const auto host = as_index(contact.host);
   const RigidState& host_state = bodies.rigid.state[host];

@@ -42,6 +42,7 @@ struct ContactPair {
 struct ContactSet {
   std::vector<ContactPoint> points;
   std::vector<ContactPair> pairs;
+  std::vector<double> particle_distance;  // scratch of the search: m, of one body's boundary particles
 };
 
 inline const SurfacePoint& surface_point(const Bodies& bodies, const ContactPoint& contact) {
@@ -57,6 +58,8 @@ void apply_impulse(Bodies& bodies, const ContactPoint& contact, const Vec3& impu
 Vec3 guest_position(const Bodies& bodies, const ContactPoint& contact);
 // Recomputes normal, arms, gap, K from the positions now.
 void update_geometry(const Bodies& bodies, ContactPoint& contact);
+// The gap at the positions now, m.
+double gap_now(const Bodies& bodies, const ContactPoint& contact);
 
 // K(r) = 1/m + r*^T I^-1 r*: velocity of a rigid body's point per impulse there, 1/kg.
 Mat3 impulse_factor(const RigidState& state, double inverse_mass, const Vec3& arm);

@@ -72,14 +72,10 @@ int solve_contact(Bodies& bodies, const ContactGraph& graph, double dt, const Co
   const double inverse_dt = 1 / dt;
   for (int iteration = 0; iteration < settings.iterations; ++iteration) {
     double largest = 0;
-    const bool upward = iteration % 2 == 0;
-    for (std::size_t k = 0; k < graph.order.size(); ++k) {
-      const int p = upward ? graph.order[k] : graph.order[graph.order.size() - 1 - k];
+    for (int p : graph.order) {
       const ContactPair& pair = contacts.pairs[as_index(p)];
-      for (int i = 0; i < pair.end - pair.begin; ++i) {
-        const int index = upward ? pair.begin + i : pair.end - 1 - i;
-        largest = std::max(largest, update_contact(bodies, inverse_dt, contacts.points[as_index(index)]));
-      }
+      for (int i = pair.begin; i < pair.end; ++i)
+        largest = std::max(largest, update_contact(bodies, inverse_dt, contacts.points[as_index(i)]));
     }
     if (largest < settings.tolerance) return iteration + 1;
   }

@@ -19,7 +19,7 @@ struct ContactGraph {
 void build_contact_graph(const Bodies& bodies, bool rigid_pairs, ContactSet& contacts, ContactGraph& graph);
 
 struct ContactSolveSettings {
-  int iterations = 20;      // Gauss-Seidel sweeps, alternately up and down the graph
+  int iterations = 20;      // Gauss-Seidel sweeps, up the graph
   double tolerance = 1e-6;  // m/s, stop when no sweep changes a relative velocity by more
 };
 

@@ -65,8 +65,8 @@ class PushOut {
     const int mark = ++stamp_;
     for (int i = pair.begin; i < pair.end; ++i) {
       ContactPoint& point = contacts_.points[as_index(i)];
+      if (gap_now(bodies_, point) >= -overlap_tolerance) continue;
       update_geometry(bodies_, point);
-      if (point.gap >= -overlap_tolerance) continue;
       const SurfacePoint& carrier = surface_point(bodies_, point);
       const auto particles = std::span(carrier.particle).first(static_cast<std::size_t>(carrier.count));
       if (std::any_of(particles.begin(), particles.end(),
@@ -80,14 +80,15 @@ class PushOut {
   // The deepest overlap with another rigid body, which may have been found from either side.
   void gather_deepest(const ContactPair& pair, int central, double fraction) {
     int deepest = -1;
+    double least = -overlap_tolerance;
     for (int i = pair.begin; i < pair.end; ++i) {
-      ContactPoint& point = contacts_.points[as_index(i)];
-      update_geometry(bodies_, point);
-      if (point.gap < -overlap_tolerance &&
-          (deepest < 0 || point.gap < contacts_.points[as_index(deepest)].gap))
-        deepest = i;
+      const double gap = gap_now(bodies_, contacts_.points[as_index(i)]);
+      if (gap >= least) continue;
+      least = gap;
+      deepest = i;
     }
     if (deepest < 0) return;
+    update_geometry(bodies_, contacts_.points[as_index(deepest)]);
     const bool reversed = pair.host != central;
     const int outer = reversed ? pair.host : pair.guest_rigid;
     const ContactPoint& point = contacts_.points[as_index(deepest)];

@@ -38,7 +38,7 @@ struct DeformableBody {
   int first_point = 0,
       point_count = 0;     // surface points: boundary particles first, then face and edge samples
   int sample_count = 0;    // of the points, those that are no particle
-  int triangle_count = 0;  // of the boundary
+  int first_triangle = 0, triangle_count = 0;  // of the boundary
 };
 
 inline Vec3 weighted(const SurfacePoint& point, const std::vector<Vec3>& values) {

@@ -107,6 +107,7 @@ BodyShape add_deformable(const Scene& scene, const scene::DeformableBody& descri
   body.particle_count = static_cast<int>(mesh.nodes.size());
   body.first_tet = static_cast<int>(bodies.elements.size());
   body.tet_count = static_cast<int>(mesh.tets.size());
+  body.first_triangle = static_cast<int>(bodies.triangles.size());
   body.triangle_count = static_cast<int>(triangles.size());
 
   const Placement& placement = description.placement;
@@ -120,6 +121,10 @@ BodyShape add_deformable(const Scene& scene, const scene::DeformableBody& descri
   std::vector<Tet> tets = mesh.tets;
   for (Tet& tet : tets)
     for (int& i : tet) i += body.first_particle;
+  for (Triangle triangle : triangles) {
+    for (int& i : triangle) i += body.first_particle;
+    bodies.triangles.push_back(triangle);
+  }
   bodies.elements.add(tets, bodies.particles.x,
                       lame_parameters(material.youngs_modulus, material.poisson_ratio, material.damping));
   add_points(bodies, body, mesh, triangles, scene.solver.face_samples);

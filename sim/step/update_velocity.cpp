@@ -39,7 +39,10 @@ void apply_velocity_contact(World& world, StepContext& context) {
     for (int i = pair.begin; i < pair.end; ++i) {
       ContactPoint& contact = context.contacts.points[static_cast<std::size_t>(i)];
       update_geometry(world.bodies, contact);
-      contact.impulse.setZero();
+      // Step III dealt with the forces of half a step: twice its impulses is where the solve begins.
+      if (contact.impulse.isZero(0)) continue;
+      contact.impulse *= 2;
+      apply_impulse(world.bodies, contact, contact.impulse);
     }
   }
   world.counters.contact_sweeps +=
