@@ -12,6 +12,8 @@ namespace {
 
 constexpr const char* update_mesa = "OpenGL 3.3 is needed: install a current Mesa (apt install libosmesa6)";
 
+GLenum color_attachment(std::size_t i) { return GL_COLOR_ATTACHMENT0 + static_cast<GLenum>(i); }
+
 // A shader that lives until the program is linked.
 class Shader {
  public:
@@ -65,12 +67,23 @@ void VertexArray::attribute(const Buffer& buffer, GLuint location, int component
 
 void Framebuffer::attach(std::span<const Texture* const> colors, const Texture* depth) {
   bind();
-  std::vector<GLenum> points;
-  for (const Texture* color : colors) {
-    points.push_back(GL_COLOR_ATTACHMENT0 + static_cast<GLenum>(points.size()));
-    gl_->FramebufferTexture(GL_FRAMEBUFFER, points.back(), color->id(), 0);
-  }
+  for (std::size_t i = 0; i < colors.size(); ++i)
+    gl_->FramebufferTexture(GL_FRAMEBUFFER, color_attachment(i), colors[i]->id(), 0);
   if (depth) gl_->FramebufferTexture(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, depth->id(), 0);
+  draw_into(colors.size());
+}
+
+void Framebuffer::attach_layers(std::span<const Texture* const> colors, int layer, const Texture& depth) {
+  bind();
+  for (std::size_t i = 0; i < colors.size(); ++i)
+    gl_->FramebufferTextureLayer(GL_FRAMEBUFFER, color_attachment(i), colors[i]->id(), 0, layer);
+  gl_->FramebufferTexture(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, depth.id(), 0);
+  draw_into(colors.size());
+}
+
+void Framebuffer::draw_into(std::size_t colors) {
+  std::vector<GLenum> points;
+  for (std::size_t i = 0; i < colors; ++i) points.push_back(color_attachment(i));
   gl_->DrawBuffers(static_cast<GLsizei>(points.size()), points.data());
   if (gl_->CheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
     throw FileError("OpenGL", "the library cannot draw into pictures of the kind that the renderer needs",

@@ -74,8 +74,12 @@ class Framebuffer {
   void bind() const { gl_->BindFramebuffer(GL_FRAMEBUFFER, id_); }
   // Attaches pictures and checks that they can be drawn into; `depth` may be null. Throws Error.
   void attach(std::span<const Texture* const> colors, const Texture* depth);
+  // The same for one layer of array textures; `depth` has no layers.
+  void attach_layers(std::span<const Texture* const> colors, int layer, const Texture& depth);
 
  private:
+  void draw_into(std::size_t colors);
+
   const Gl* gl_;
   GLuint id_ = 0;
 };

@@ -101,6 +101,7 @@ SceneRenderer::SceneRenderer(const Gl& gl, const scene::Scene& scene, const Look
       tile_height_(ninth(scene.render.height)),
       shadow_program_(gl, "shadow", shaders::shadow_vertex(), shaders::shadow_fragment()),
       geometry_program_(gl, "geometry", shaders::geometry_vertex(), shaders::geometry_fragment()),
+      mirror_program_(gl, "mirror", shaders::geometry_vertex(), shaders::mirror_fragment()),
       visibility_program_(gl, "visibility", shaders::screen_vertex(), shaders::visibility_fragment()),
       shading_program_(gl, "shading", shaders::screen_vertex(), shaders::shading_fragment()),
       shadow_maps_(gl, GL_TEXTURE_2D_ARRAY),
@@ -117,7 +118,8 @@ SceneRenderer::SceneRenderer(const Gl& gl, const scene::Scene& scene, const Look
       light_block_(gl),
       sample_block_(gl),
       nothing_(gl),
-      meshes_(gl) {
+      meshes_(gl),
+      mirrors_(gl) {
   allocate_targets();
   fill_constant_blocks();
 }
@@ -174,7 +176,7 @@ void SceneRenderer::fill_constant_blocks() {
   gl_.BindBufferBase(GL_UNIFORM_BUFFER, binding(Block::looks), look_block_.id());
   gl_.BindBufferBase(GL_UNIFORM_BUFFER, binding(Block::lights), light_block_.id());
   gl_.BindBufferBase(GL_UNIFORM_BUFFER, binding(Block::shadow_samples), sample_block_.id());
-  for (const Program* program : {&visibility_program_, &shading_program_}) {
+  for (const Program* program : {&mirror_program_, &visibility_program_, &shading_program_}) {
     program->bind_block("Looks", binding(Block::looks));
     program->bind_block("Lights", binding(Block::lights));
     program->bind_block("ShadowSamples", binding(Block::shadow_samples));
@@ -186,6 +188,7 @@ std::vector<unsigned char> SceneRenderer::draw(const std::vector<BodySurface>& b
   meshes_.upload(bodies);
   const Vec2 range = depth_range();
   draw_shadow_maps();
+  draw_mirrors(looks_of_bodies);
   draw_geometry(looks_of_bodies, range);
   draw_visibility(range);
   draw_shading(range);
@@ -267,6 +270,7 @@ void SceneRenderer::draw_geometry(const std::vector<int>& looks_of_bodies, const
       return static_cast<float>(2 * std::max(1.0, std::round(metres / (2 * look.pattern_size))));
     };
     geometry_program_.set("look", place);
+    geometry_program_.set("mirror", mirrors_.mirror_of(body));
     geometry_program_.set("pattern", pattern_number(look.pattern));
     geometry_program_.set("repeats", bands(scale.x()), bands(scale.y()));
     meshes_.draw_shaded(body);
@@ -278,10 +282,8 @@ void SceneRenderer::set_view(const Program& program, const Vec2& range) const {
   program.use();
   program.set("surfaces", 0);
   program.set("depths", 1);
-  program.set("shadow_maps", 2);
   surfaces_.bind(0);
   depths_.bind(1);
-  shadow_maps_.bind(2);
   program.set("eye", view_.eye);
   program.set("forward", view_.forward);
   program.set("right", Vec3(view_.half_width * view_.right));
@@ -289,10 +291,36 @@ void SceneRenderer::set_view(const Program& program, const Vec2& range) const {
   program.set("depth_range", static_cast<float>(range.x()), static_cast<float>(range.y()));
   program.set("picture", scene_.render.width, scene_.render.height);
   program.set("supersampling", scene_.render.supersampling);
+  set_environment(program);
+  nothing_.bind();
+}
+
+// Ground, sky, lights and their shadows. The program must be in use; what it does not ask for is passed over.
+void SceneRenderer::set_environment(const Program& program) const {
+  program.set("shadow_maps", 2);
+  shadow_maps_.bind(2);
   program.set("has_ground", scene_.ground ? 1 : 0);
   program.set("ground_height", static_cast<float>(scene_.ground ? scene_.ground->height : 0));
   program.set("light_samples", samples_.lights);
-  nothing_.bind();
+  program.set("light_count", static_cast<int>(scene_.lights.size()));
+  program.set("target", scene_.camera.target);
+  program.set("zenith", scene_.sky.zenith);
+  program.set("horizon", scene_.sky.horizon);
+  program.set("sky_intensity", static_cast<float>(scene_.sky.intensity));
+  program.set("fade_distance",
+              static_cast<float>(fade_in_views * (scene_.camera.target - scene_.camera.position).norm()));
+}
+
+void SceneRenderer::draw_mirrors(const std::vector<int>& looks_of_bodies) {
+  std::vector<bool> metallic;
+  for (const int place : looks_of_bodies)
+    metallic.push_back(looks_.looks[static_cast<std::size_t>(place)].metallic > 0.5);
+  mirrors_.choose(meshes_, metallic, view_);
+  mirror_program_.use();
+  set_environment(mirror_program_);
+  mirrors_.draw(meshes_, mirror_program_, [&](int body) {
+    mirror_program_.set("look", looks_of_bodies[static_cast<std::size_t>(body)]);
+  });
 }
 
 void SceneRenderer::draw_visibility(const Vec2& range) {
@@ -320,14 +348,8 @@ void SceneRenderer::draw_shading(const Vec2& range) {
   p.set("keys", 4);
   shares_.bind(3);
   keys_.bind(4);
+  mirrors_.bind(p, 5);
   p.set("tile_size", tile_width_, tile_height_);
-  p.set("light_count", static_cast<int>(scene_.lights.size()));
-  p.set("target", scene_.camera.target);
-  p.set("zenith", scene_.sky.zenith);
-  p.set("horizon", scene_.sky.horizon);
-  p.set("sky_intensity", static_cast<float>(scene_.sky.intensity));
-  p.set("fade_distance",
-        static_cast<float>(fade_in_views * (scene_.camera.target - scene_.camera.position).norm()));
   p.set("ground_pattern", pattern_number(ground.pattern));
   p.set("ground_pattern_size", static_cast<float>(ground.pattern_size));
   p.set("exposure", static_cast<float>(scene_.render.exposure));

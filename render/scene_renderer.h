@@ -1,11 +1,13 @@
 // Draws the bodies of one frame: the passes that shaders.h describes.
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "render/body_meshes.h"
 #include "render/gl_objects.h"
 #include "render/looks.h"
+#include "render/mirrors.h"
 #include "render/shadow_samples.h"
 
 namespace duet::render {
@@ -25,9 +27,11 @@ class SceneRenderer {
   void allocate_targets();
   void fill_constant_blocks();
   void set_view(const Program& program, const Vec2& range) const;
+  void set_environment(const Program& program) const;
   Vec2 depth_range() const;
   void draw_shadow_maps();
   void draw_geometry(const std::vector<int>& looks_of_bodies, const Vec2& range);
+  void draw_mirrors(const std::vector<int>& looks_of_bodies);
   void draw_visibility(const Vec2& range);
   void draw_shading(const Vec2& range);
   std::vector<unsigned char> read_picture();
@@ -39,12 +43,13 @@ class SceneRenderer {
   const ShadowSampleSet samples_;
   const int tile_width_, tile_height_;  // of a ninth of the picture
 
-  Program shadow_program_, geometry_program_, visibility_program_, shading_program_;
+  Program shadow_program_, geometry_program_, mirror_program_, visibility_program_, shading_program_;
   Texture shadow_maps_, surfaces_, depths_, shares_, keys_, picture_;
   Framebuffer shadow_target_, geometry_target_, visibility_target_, picture_target_;
   Buffer look_block_, light_block_, sample_block_;
   VertexArray nothing_;  // the screen triangle has no attributes
   BodyMeshes meshes_;
+  Mirrors mirrors_;
   std::vector<std::uint16_t> pixels_;
 };
 

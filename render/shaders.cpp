@@ -10,9 +10,9 @@ namespace {
 std::string header() {
   return fmt::format(
       "#version 330 core\n"
-      "const int block = {};\nconst int max_looks = {};\nconst int max_lights = {};\nconst int max_samples = "
-      "{};\n",
-      block, max_looks, max_lights, max_shadow_samples);
+      "const int block = {}, max_looks = {}, max_lights = {}, max_samples = {}, max_mirrors = {};\n"
+      "const int look_codes = 2 * max_looks;\n",
+      block, max_looks, max_lights, max_shadow_samples, max_mirrors);
 }
 
 // Unit vectors in two numbers: the octahedron |x| + |y| + |z| = 1, its lower half folded outwards.
@@ -44,6 +44,12 @@ float pattern_blend(int pattern, vec2 x, vec2 width) {
 }
 )";
 
+constexpr const char* ground_plane = R"(
+uniform int has_ground;
+uniform float ground_height;
+const int ground_look = 1;
+)";
+
 // What a sample of the picture shows, from the bodies' depth and the ground's plane.
 constexpr const char* surface_lookup = R"(
 uniform sampler2D surfaces;
@@ -52,11 +58,8 @@ uniform vec3 eye, forward, right, up;  // right and up reach to the picture's bo
 uniform vec2 depth_range;
 uniform ivec2 picture;
 uniform int supersampling;
-uniform int has_ground;
-uniform float ground_height;
-const int ground_look = 1;
 
-struct Surface { bool hit; vec3 position; vec3 normal; float z; int look; float blend; };
+struct Surface { bool hit; vec3 position; vec3 normal; float z; int look; int mirror; float blend; };
 
 vec3 ray_through(vec2 at) {  // `at` in pixels; its component along `forward` is 1
   vec2 x = 2.0 * at / vec2(picture) - 1.0;
@@ -67,7 +70,7 @@ Surface surface_at(ivec2 place) {  // in samples
   vec3 ray = ray_through((vec2(place) + 0.5) / float(supersampling));
   vec4 body = texelFetch(surfaces, place, 0);
   float depth = texelFetch(depths, place, 0).x;
-  int look = int(body.w * 65535.0 + 0.5) - 1;
+  int code = int(body.w * 65535.0 + 0.5), look = code % look_codes - 1;
   float body_z = depth_range.x * depth_range.y / (depth_range.y - depth * (depth_range.y - depth_range.x));
   float ground_z = (ground_height - eye.y) / min(ray.y, -1e-9);
   bool ground = has_ground == 1 && ray.y < 0.0 && ground_z > 0.0 && (look < 0 || ground_z < body_z);
@@ -77,6 +80,7 @@ Surface surface_at(ivec2 place) {  // in samples
   s.position = eye + s.z * ray;
   s.normal = ground ? vec3(0.0, 1.0, 0.0) : unfold(body.xy * 2.0 - 1.0);
   s.look = ground ? ground_look : look;
+  s.mirror = ground ? -1 : code / look_codes - 1;
   s.blend = ground ? 0.0 : body.z;
   return s;
 }
@@ -185,6 +189,109 @@ vec3 ground_radiance(vec3 position, float lit) {
   }
   return irradiance * ground_color(0.5) / pi;
 }
+
+// What a mirror of this roughness shows in direction d: the sky, or the ground with the lights' shadows on it.
+vec3 reflected(vec3 position, vec3 d, float roughness, int shadow_lookups) {
+  float blur = 0.01 + 0.6 * roughness * roughness;
+  vec3 above = sky(position, d);
+  float side = smoothstep(-blur, blur, d.y);
+  if (has_ground == 0) return above;
+  float fall = max(-d.y, 0.02);
+  float path = max(position.y - ground_height, 0.0) / fall;
+  vec3 there = position + path * d;
+  there.y = ground_height;
+  float lit = 0.0, lookups = 0.0;
+  for (int i = 0; i < shadow_lookups; i += 2) {  // half of them suffice for an image of a shadow
+    lit += visible(i, there, vec3(0.0, 1.0, 0.0), length(samples[i].place.xyz - there));
+    lookups += 1.0;
+  }
+  lit = lookups > 0.0 ? lit / lookups : 1.0;
+  return mix(mix(ground_radiance(there, lit), sky(position, normalize(vec3(d.x, 0.0, d.z))), faded(path)), above, side);
+}
+)";
+
+// Views from the middle of a mirroring body in the six directions of the axes: what is seen there, and how
+// far away.
+constexpr const char* mirror_lookup = R"(
+uniform sampler2DArray mirror_colors;     // light times coverage, coverage
+uniform sampler2DArray mirror_distances;  // m from the middle
+uniform vec3 mirror_centers[max_mirrors];
+uniform float mirror_half_width;  // of a view at distance 1; a little more than 1, for blurred look-ups at the border
+uniform float mirror_side;        // texels
+
+vec3 mirror_place(int mirror, vec3 d) {
+  vec3 a = abs(d);
+  bool x = a.x >= a.y && a.x >= a.z, y = !x && a.y >= a.z;
+  vec3 along = x ? vec3(d.x, d.z, d.y) : y ? vec3(d.y, d.x, d.z) : vec3(d.z, -d.x, d.y);
+  float side = along.x < 0.0 ? -1.0 : 1.0;
+  vec2 place = vec2(side * along.y, along.z) / (abs(along.x) * mirror_half_width);
+  return vec3(0.5 + 0.5 * place, float(6 * mirror + (x ? 0 : y ? 2 : 4) + (side < 0.0 ? 1 : 0)));
+}
+
+// How far the point p, relative to the middle, lies behind what the middle sees in its direction.
+float behind(int mirror, vec3 p) {
+  return length(p) - textureLod(mirror_distances, mirror_place(mirror, p), 0.0).x;
+}
+
+// The bodies that a ray meets, and their share of the light (w). Marches until the ray gets behind what the middle
+// sees, then halves the last step.
+vec4 mirrored_bodies(int mirror, vec3 position, vec3 d, float alpha) {
+  const int steps = 40, halvings = 5;
+  float reach = has_ground == 1 && d.y < 0.0 ? (position.y - ground_height) / -d.y : 1e4;
+  vec3 start = position - mirror_centers[max(mirror, 0)];
+  float before = 0.0, after = 0.0, size = length(start);
+  bool met = false;
+  int count = mirror >= 0 ? steps : 0;
+  for (int i = 0; i < count && !met && after < reach; ++i) {
+    before = after;
+    after = after * 1.11 + 0.03 * size;
+    float depth = behind(mirror, start + after * d);
+    met = depth > 0.0 && depth < 2.0 * (after - before) + size;  // bodies are about as thick as this one
+  }
+  count = met ? halvings : 0;
+  for (int i = 0; i < count; ++i) {
+    float middle = 0.5 * (before + after);
+    bool inside = behind(mirror, start + middle * d) > 0.0;
+    after = inside ? middle : after;
+    before = inside ? before : middle;
+  }
+  if (!met || after > reach) return vec4(0.0);
+  float level = log2(1.0 + alpha * mirror_side);
+  vec4 seen = textureLod(mirror_colors, mirror_place(mirror, start + after * d), level);
+  return vec4(seen.rgb / max(seen.a, 1e-3), smoothstep(0.25, 0.75, seen.a));
+}
+)";
+
+// What the views of mirroring bodies show: the same light, with fewer shadows and no mirror images of bodies.
+constexpr const char* mirror_main = R"(
+uniform vec3 eye;
+uniform int look, light_samples;
+in vec3 world_normal, world_position;
+layout(location = 0) out vec4 color;
+layout(location = 1) out float distance_to_eye;
+
+void main() {
+  vec3 n = normalize(world_normal), v = normalize(eye - world_position);
+  vec3 base = looks[look].color_metallic.rgb;
+  float metallic = looks[look].color_metallic.a, lit = 0.0, lookups = 0.0;
+  for (int i = 0; i < light_samples; i += block) {
+    lit += visible(i, world_position, n, length(samples[i].place.xyz - world_position));
+    lookups += 1.0;
+  }
+  lit = lookups > 0.0 ? lit / lookups : 1.0;
+  vec3 irradiance = sky_irradiance(n);
+  for (int i = 0; i < light_count; ++i) {
+    vec3 d = lights[i].place_radius.xyz - world_position;
+    float squared = dot(d, d), arrives = lights[i].color_shadow.w > 0.0 ? lit : 1.0;
+    irradiance += arrives * lights[i].color_shadow.rgb * max(dot(n, d), 0.0) / (squared * sqrt(squared));
+  }
+  vec3 below = has_ground == 1 ? ground_radiance(vec3(world_position.x, ground_height, world_position.z), 0.5)
+                               : vec3(0.0);
+  irradiance += pi * below * (0.5 - 0.5 * n.y);
+  vec3 mirror = reflected(world_position, reflect(-v, n), looks[look].color2_roughness.a, 0);
+  color = vec4(base * mix(irradiance / pi, mirror, metallic), 1.0);
+  distance_to_eye = length(eye - world_position);
+}
 )";
 
 constexpr const char* shading_functions = R"(
@@ -220,23 +327,6 @@ vec2 visibility(ivec2 pixel, Surface s) {
 vec3 schlick(vec3 normal_incidence, vec3 grazing, float cosine) {
   float x = 1.0 - clamp(cosine, 0.0, 1.0), x2 = x * x;
   return normal_incidence + (grazing - normal_incidence) * (x2 * x2 * x);
-}
-
-// What a mirror of this roughness shows in direction d: the sky, or the ground with the lights' shadows on it.
-vec3 reflected(vec3 position, vec3 d, float roughness, int shadow_lookups) {
-  float blur = 0.01 + 0.6 * roughness * roughness;
-  vec3 above = sky(position, d);
-  float side = smoothstep(-blur, blur, d.y);
-  if (has_ground == 0) return above;
-  float fall = max(-d.y, 0.02);
-  float path = max(position.y - ground_height, 0.0) / fall;
-  vec3 there = position + path * d;
-  there.y = ground_height;
-  float lit = 0.0;
-  for (int i = 0; i < shadow_lookups; ++i)
-    lit += visible(i, there, vec3(0.0, 1.0, 0.0), length(samples[i].place.xyz - there));
-  lit = shadow_lookups > 0 ? lit / float(shadow_lookups) : 1.0;
-  return mix(mix(ground_radiance(there, lit), sky(position, normalize(vec3(d.x, 0.0, d.z))), faded(path)), above, side);
 }
 
 // Cook-Torrance with the GGX distribution; a light's disc widens the lobe and dims it in proportion.
@@ -277,7 +367,10 @@ vec3 shade(ivec2 pixel, Surface s, vec2 arriving) {
                                : 0.5 * sky_intensity * horizon;
   vec3 ambient = arriving.y * (sky_irradiance(n) + pi * below * (0.5 - 0.5 * n.y));
   vec3 mirror_share = schlick(f0, max(f0, vec3(1.0 - roughness)), nv);
-  vec3 mirror = reflected(s.position, reflect(-v, n), roughness, metallic > 0.5 ? light_samples : 0);
+  vec3 away = reflect(-v, n);
+  vec3 mirror = reflected(s.position, away, roughness, metallic > 0.5 ? light_samples : 0);
+  vec4 bodies = mirrored_bodies(s.mirror, s.position, away, alpha);
+  mirror = mix(mirror, bodies.rgb, bodies.w);
   float open = mix(arriving.y, 1.0, 0.3);
   return sum + ambient * diffuse * (1.0 - mirror_share) + mirror * mirror_share * open;
 }
@@ -356,9 +449,10 @@ uniform mat4 projection;
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
 layout(location = 2) in vec2 uv;
-out vec3 world_normal;
+out vec3 world_normal, world_position;
 out vec2 texture_place;
 void main() {
+  world_position = position;
   world_normal = normal;
   texture_place = uv;
   gl_Position = projection * vec4(position, 1.0);
@@ -368,7 +462,7 @@ void main() {
 
 std::string geometry_fragment() {
   return header() + octahedron + patterns + R"(
-uniform int look, pattern;
+uniform int look, mirror, pattern;
 uniform vec2 repeats;  // of the pattern along the texture coordinates
 in vec3 world_normal;
 in vec2 texture_place;
@@ -378,7 +472,7 @@ void main() {
   float length_of_normal = length(world_normal);
   vec3 n = length_of_normal > 0.0 ? world_normal / length_of_normal : vec3(0.0, 1.0, 0.0);
   if (!gl_FrontFacing) n = -n;
-  surface = vec4(fold(n) * 0.5 + 0.5, pattern_blend(pattern, x, fwidth(x)), float(look + 1) / 65535.0);
+  surface = vec4(fold(n) * 0.5 + 0.5, pattern_blend(pattern, x, fwidth(x)), float(look + 1 + look_codes * (mirror + 1)) / 65535.0);
 }
 )";
 }
@@ -389,13 +483,15 @@ void main() { gl_Position = vec4(vec2(gl_VertexID & 1, gl_VertexID >> 1) * 4.0 -
 )";
 }
 
+std::string mirror_fragment() { return header() + ground_plane + shadow_lookup + environment + mirror_main; }
+
 std::string visibility_fragment() {
-  return header() + octahedron + surface_lookup + shadow_lookup + visibility_main;
+  return header() + octahedron + ground_plane + surface_lookup + shadow_lookup + visibility_main;
 }
 
 std::string shading_fragment() {
-  return header() + octahedron + patterns + surface_lookup + shadow_lookup + environment + shading_functions +
-         shading_main;
+  return header() + octahedron + patterns + ground_plane + surface_lookup + shadow_lookup + environment +
+         mirror_lookup + shading_functions + shading_main;
 }
 
 }  // namespace duet::render::shaders

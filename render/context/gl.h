@@ -20,6 +20,7 @@ namespace duet::render {
   X(BufferData, BUFFERDATA)                           \
   X(CheckFramebufferStatus, CHECKFRAMEBUFFERSTATUS)   \
   X(Clear, CLEAR)                                     \
+  X(ClearBufferfv, CLEARBUFFERFV)                     \
   X(ClearColor, CLEARCOLOR)                           \
   X(CompileShader, COMPILESHADER)                     \
   X(CreateProgram, CREATEPROGRAM)                     \
@@ -41,6 +42,7 @@ namespace duet::render {
   X(FramebufferTexture, FRAMEBUFFERTEXTURE)           \
   X(FramebufferTextureLayer, FRAMEBUFFERTEXTURELAYER) \
   X(GenBuffers, GENBUFFERS)                           \
+  X(GenerateMipmap, GENERATEMIPMAP)                   \
   X(GenFramebuffers, GENFRAMEBUFFERS)                 \
   X(GenTextures, GENTEXTURES)                         \
   X(GenVertexArrays, GENVERTEXARRAYS)                 \

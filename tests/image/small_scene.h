@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cmath>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,7 @@ struct Picture {
   std::vector<unsigned char> rgb;
 
   Pixel at(int x, int y) const {
+    if (x < 0 || x >= width || y < 0 || y >= height) throw std::out_of_range("pixel outside of the picture");
     const unsigned char* p = rgb.data() + 3 * (y * width + x);
     return {p[0], p[1], p[2]};
   }

@@ -44,7 +44,7 @@ TEST(SmallScene, BackgroundWhereNothingProjects) {
 // The light comes from the right, so the ground just left of the orange box lies in shadow.
 TEST(SmallScene, TheGroundIsDarkerOnTheShadowSide) {
   scene::Scene scene = small_scene();
-  const Vec3 left(-1.5, 0, 0.2), front(0, 0, 4);
+  const Vec3 left(-1.5, 0, 0.2), front(0, 0, 3.6);
   const Picture shadowed = draw(scene);
   EXPECT_LT(luminance(pixel_of(shadowed, scene, left)), 0.6 * luminance(pixel_of(shadowed, scene, front)));
 
@@ -54,15 +54,29 @@ TEST(SmallScene, TheGroundIsDarkerOnTheShadowSide) {
             0.6 * luminance(pixel_of(unshadowed, scene, front)));
 }
 
-// Where a body stands on the ground, the sky is hidden: darker than the open ground even without a lamp.
+// At the foot of a wall nearly half of the sky is hidden, even without a lamp.
 TEST(SmallScene, TheSkyThrowsSoftShadowsAtContacts) {
   scene::Scene scene = small_scene();
   scene.lights.clear();
-  const Picture picture = draw(scene);
-  const double beside = luminance(pixel_of(picture, scene, {0.2, 0, 1.5}));
-  const double open = luminance(pixel_of(picture, scene, {0.2, 0, 5}));
-  EXPECT_LT(beside, 0.85 * open);
-  EXPECT_GT(beside, 0.2 * open);
+  scene.looks[0].roughness = 1;
+  scene.render.exposure = 3;  // for finer steps
+  scene.render.shadow_samples = 128;
+  scene.sky = {.zenith = {0.5, 0.5, 0.5}, .horizon = {0.5, 0.5, 0.5}, .intensity = 1};
+  io::Manifest manifest = small_manifest();
+  manifest.bodies = {manifest.bodies[1]};
+  const std::vector<BodySurface> wall = {
+      placed("orange", shape_surface(LevelSet::box(Vec3(16, 4, 2))), {{0, 2, 0}, Quat::Identity()})};
+  const Picture with = draw(scene, manifest, wall);
+  scene.render.shadow_samples = 0;
+  const Picture without = draw(scene, manifest, wall);
+  const auto share = [&](const Vec3& point) {
+    return luminance(pixel_of(with, scene, point)) / luminance(pixel_of(without, scene, point));
+  };
+  // A long wall seen from the ground up to the angle a hides the share (1 - cos a) / 2 of a uniform sky.
+  // Sampling it in 128 directions is good to a few hundredths; the ground's sheen, a twentieth of its light,
+  // is shaded less.
+  EXPECT_NEAR(share({0.2, 0, 1.15}), 1 - 0.5 * (1 - std::cos(std::atan(4 / 0.15))), 0.08);
+  EXPECT_NEAR(share({0.2, 0, 3.6}), 1 - 0.5 * (1 - std::cos(std::atan(4 / 2.6))), 0.08);
 }
 
 // Irradiance falls with the square of the distance: power / (4 pi d^2).
@@ -132,6 +146,24 @@ TEST(SmallScene, PatternsShowOnBodies) {
   }
   EXPECT_GT(orange, 8);
   EXPECT_GT(other, 8);
+}
+
+// The front of a silver box is a mirror in the plane z = 0: the orange box before it shows again behind that
+// plane.
+TEST(SmallScene, MetalShowsTheMirrorImageOfABody) {
+  scene::Scene scene = small_scene();
+  scene.camera.position = {0, 2, 12};
+  const Vec3 before(2.2, 1, 4),
+      image(1.7, 1, -3);  // the second: on the image of the side away from the camera
+  io::Manifest manifest = small_manifest();
+  manifest.bodies.erase(manifest.bodies.begin());
+  manifest.bodies[1].look = "silver";
+  const std::vector<BodySurface> bodies = {
+      placed("orange", shape_surface(LevelSet::box(Vec3(2, 2, 2))), {before, Quat::Identity()}),
+      placed("green", shape_surface(LevelSet::box(Vec3(6, 6, 6))), {{0, 3, -3}, Quat::Identity()})};
+  EXPECT_TRUE(is_orange(pixel_of(draw(scene, manifest, bodies), scene, image)));
+  scene.looks[3].metallic = 0;
+  EXPECT_FALSE(is_orange(pixel_of(draw(scene, manifest, bodies), scene, image)));
 }
 
 TEST(SmallScene, TwoDrawsAreIdentical) {
