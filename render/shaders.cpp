@@ -258,7 +258,7 @@ vec4 mirrored_bodies(int mirror, vec3 position, vec3 d, float alpha) {
   if (!met || after > reach) return vec4(0.0);
   float level = log2(1.0 + alpha * mirror_side);
   vec4 seen = textureLod(mirror_colors, mirror_place(mirror, start + after * d), level);
-  return vec4(seen.rgb / max(seen.a, 1e-3), smoothstep(0.25, 0.75, seen.a));
+  return vec4(seen.rgb / max(seen.a, 1e-3), smoothstep(0.4, 0.9, seen.a));
 }
 )";
 
