@@ -14,6 +14,7 @@ Outcome check(const CheckOptions& options) {
   }
   try {
     const scene::ReadResult read = read_scene(options.scene);
+    for (const std::string& note : read.notes) print(note + '\n');
     print(fmt::format("{}: ok\n", read.scene.path));
     return {};
   } catch (const SceneError& error) {

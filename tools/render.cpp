@@ -58,7 +58,7 @@ Outcome render(const RenderOptions& options, Report& report) {
   for (const std::string& text : options.set) require_picture_key(text);
   const io::RunDirectory run = find_run(options.run);
   const io::Manifest manifest = io::read_manifest(run);
-  const scene::Scene scene = scene::read(run.scene().string(), options.set).scene;
+  const scene::Scene scene = scene::read(run.scene().string(), options.set, scene::Meshes::leave).scene;
   const std::vector<int> frames = frames_to_draw(options, run, manifest.frames);
   render::SequenceRenderer renderer(scene, manifest);
   io::create_folder(run.image(0).parent_path());

@@ -85,7 +85,7 @@ Run::Run(const SimulateOptions& options, Report& report)
       report_(report),
       read_(read_scene(options.scene)),
       effects_(scene::plan_effects(read_.scene, options.scene.without).active()),
-      identity_(io::scene_identity(read_.source, effects_)),
+      identity_(io::scene_identity(read_.source, effects_) ^ read_.meshes),
       directory_{folder_of(options)},
       last_(options.frames ? options.frames->last : read_.scene.frames),
       first_(options.frames ? options.frames->first.value_or(0) : 0),
@@ -114,6 +114,7 @@ io::Manifest Run::describe() const {
 
 void Run::prepare() {
   lock_ = std::make_unique<io::RunLock>(directory_);
+  for (const std::string& note : read_.notes) report_.note(note);
   simulation_.surfaces(surfaces_);
   manifest_ = describe();
   if (options_.draw) try {

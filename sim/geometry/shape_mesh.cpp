@@ -1,10 +1,16 @@
 #include "sim/geometry/shape_mesh.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <span>
 
 namespace duet {
 namespace {
+
+constexpr double pi = std::numbers::pi;
+
+std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
 
 // A face of the cube [-1, 1]^3: outward axis and two tangents with axis = tangent_u x tangent_v.
 struct CubeFace {
@@ -47,63 +53,196 @@ Surface box_surface(const Vec3& half) {
   return surface;
 }
 
-// Latitude and longitude: rows of quads between two poles, with its seam in the texture coordinates only.
-Surface sphere_surface(double radius) {
-  constexpr int rows = 32, columns = 64;
-  Surface surface;
-  const auto vertex = [](int row, int column) {
-    if (row == 0) return 0;
-    if (row == rows) return 1 + (rows - 1) * columns;
-    return 1 + (row - 1) * columns + column % columns;
-  };
-  const auto add_vertex = [&](double polar, double azimuth) {
-    const Vec3 n(std::sin(polar) * std::sin(azimuth), std::cos(polar), std::sin(polar) * std::cos(azimuth));
-    surface.positions.push_back((radius * n).cast<float>());
-    surface.normals.push_back(n.cast<float>());
-  };
-  add_vertex(0, 0);
-  for (int row = 1; row < rows; ++row)
-    for (int column = 0; column < columns; ++column)
-      add_vertex(std::numbers::pi * row / rows, 2 * std::numbers::pi * column / columns);
-  add_vertex(std::numbers::pi, 0);
-  for (int row = 0; row <= rows; ++row)
-    for (int column = 0; column <= columns; ++column)
-      surface.uvs.emplace_back(static_cast<float>(column) / columns, 1 - static_cast<float>(row) / rows);
+// A point of the curve that a surface of revolution is made of, with the surface's normal there, both as
+// (distance from the axis y, height). Two points at one place with different normals make a sharp rim.
+struct ProfilePoint {
+  Vec2 place, normal;
+  double along = 0;  // in [0, 1], the texture coordinate
+};
 
-  const auto corner = [&](int row, int column) {
-    const int v = vertex(row, column);
-    return Corner{v, row * (columns + 1) + column, v};
-  };
-  for (int row = 0; row < rows; ++row)
-    for (int column = 0; column < columns; ++column) {
+// Adds an arc from angle `begin` to `end`, counted from the axis y.
+void add_arc(std::vector<ProfilePoint>& profile, const Vec2& center, double radius, double begin, double end,
+             int rows) {
+  for (int row = 0; row <= rows; ++row) {
+    const double angle = begin + (end - begin) * row / rows;
+    // On the axis exactly, where rounding would leave a tiny hole instead of a pole.
+    const bool pole = center.x() == 0 && (angle == 0 || angle == pi);
+    const Vec2 direction(pole ? 0 : std::sin(angle), std::cos(angle));
+    profile.push_back({center + radius * direction, direction});
+  }
+}
+
+void measure(std::vector<ProfilePoint>& profile) {
+  for (std::size_t i = 1; i < profile.size(); ++i)
+    profile[i].along = profile[i - 1].along + (profile[i].place - profile[i - 1].place).norm();
+  const double length = profile.back().along;
+  for (ProfilePoint& point : profile) point.along /= length;
+}
+
+// Turns the profile, given from top to bottom along the outside, about the axis y. A `closed` one ends where
+// it begins.
+class Revolution {
+ public:
+  Revolution(std::span<const ProfilePoint> profile, int columns, bool closed)
+      : profile_(profile), columns_(columns) {
+    const int rows = static_cast<int>(profile.size());
+    for (int row = 0; row < rows; ++row) add_row(row, closed && row == rows - 1);
+    for (int row = 0; row + 1 < rows; ++row)
+      if (!same_place(row, row + 1)) add_band(row);
+  }
+  Surface take() { return std::move(surface_); }
+
+ private:
+  const ProfilePoint& at(int row) const { return profile_[as_index(row)]; }
+  bool is_pole(int row) const { return at(row).place.x() == 0; }
+  bool same_place(int a, int b) const { return at(a).place == at(b).place; }
+
+  void add_row(int row, bool as_first) {
+    const int points = is_pole(row) ? 1 : columns_;
+    if (as_first) {
+      first_position_.push_back(0);
+      first_normal_.push_back(0);
+    } else {
+      const bool at_last = row > 0 && same_place(row, row - 1);
+      first_position_.push_back(at_last ? first_position_.back()
+                                        : static_cast<int>(surface_.positions.size()));
+      first_normal_.push_back(static_cast<int>(surface_.normals.size()));
+      for (int column = 0; column < points; ++column) {
+        const double azimuth = 2 * pi * column / columns_;
+        const Vec3 out(std::sin(azimuth), 0, std::cos(azimuth));
+        const auto turned = [&](const Vec2& v) {
+          return Vec3f((v.x() * out + Vec3(0, v.y(), 0)).cast<float>());
+        };
+        if (!at_last) surface_.positions.push_back(turned(at(row).place));
+        surface_.normals.push_back(turned(at(row).normal));
+      }
+    }
+    for (int column = 0; column <= columns_; ++column)
+      surface_.uvs.emplace_back(static_cast<float>(column) / static_cast<float>(columns_),
+                                static_cast<float>(1 - at(row).along));
+  }
+
+  Corner corner(int row, int column) const {
+    const int wrapped = is_pole(row) ? 0 : column % columns_;
+    return {first_position_[as_index(row)] + wrapped, row * (columns_ + 1) + column,
+            first_normal_[as_index(row)] + wrapped};
+  }
+
+  void add_band(int row) {
+    for (int column = 0; column < columns_; ++column) {
       const Corner a = corner(row, column), b = corner(row + 1, column), c = corner(row + 1, column + 1),
                    d = corner(row, column + 1);
-      if (row + 1 < rows)
-        surface.triangles.push_back({a, b, c});             // none of the lower fan: b and c are the pole
-      if (row > 0) surface.triangles.push_back({a, c, d});  // none of the upper fan: a and d are the pole
+      if (!is_pole(row + 1)) surface_.triangles.push_back({a, b, c});  // else b and c are one point
+      if (!is_pole(row)) surface_.triangles.push_back({a, c, d});      // else a and d are
     }
-  return surface;
+  }
+
+  std::span<const ProfilePoint> profile_;
+  int columns_;
+  std::vector<int> first_position_, first_normal_;  // of each row
+  Surface surface_;
+};
+
+Surface revolved(std::vector<ProfilePoint> profile, int columns = 64, bool closed = false) {
+  measure(profile);
+  return Revolution(profile, columns, closed).take();
+}
+
+Surface round_surface(const LevelSet& shape) {
+  std::vector<ProfilePoint> profile;
+  const double r = shape.radius, h = shape.half_length;
+  switch (shape.kind) {
+    case LevelSet::Kind::capsule:
+      add_arc(profile, {0, h}, r, 0, pi / 2, 16);
+      add_arc(profile, {0, -h}, r, pi / 2, pi, 16);
+      return revolved(profile);
+    case LevelSet::Kind::cylinder:
+      profile = {{{0, h}, {0, 1}},  {{r, h}, {0, 1}},   {{r, h}, {1, 0}},
+                 {{r, -h}, {1, 0}}, {{r, -h}, {0, -1}}, {{0, -h}, {0, -1}}};
+      return revolved(profile);
+    case LevelSet::Kind::torus:
+      add_arc(profile, {r, 0}, shape.tube, 0, 2 * pi, 32);
+      return revolved(profile, 96, /*closed=*/true);
+    default:
+      add_arc(profile, Vec2::Zero(), r, 0, pi, 32);
+      return revolved(profile);
+  }
+}
+
+// Gives every distinct value at a position one index.
+template <class Value>
+class Pool {
+ public:
+  Pool(std::vector<Value>& values, std::size_t positions) : values_(values), at_(positions) {}
+  int index(int position, const Value& value) {
+    std::vector<int>& known = at_[as_index(position)];
+    for (const int i : known)
+      if (values_[as_index(i)] == value) return i;
+    known.push_back(static_cast<int>(values_.size()));
+    values_.push_back(value);
+    return known.back();
+  }
+
+ private:
+  std::vector<Value>& values_;
+  std::vector<std::vector<int>> at_;
+};
+
+// Normals from the triangles: each corner's is the sum over those around the vertex that face almost its way.
+class CreaseNormals {
+ public:
+  explicit CreaseNormals(const TriangleMesh& mesh) : mesh_(mesh), around_(mesh.positions.size()) {
+    for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+      areas_.push_back(area_vector(mesh, t));
+      for (const int v : mesh.triangles[t]) around_[as_index(v)].push_back(t);
+    }
+  }
+  Vec3f at(std::size_t triangle, std::size_t k) const {
+    const double crease = std::cos(40 * pi / 180);
+    const Vec3& own = areas_[triangle];
+    Vec3 sum = Vec3::Zero();
+    for (const std::size_t t : around_[as_index(mesh_.triangles[triangle][k])])
+      if (areas_[t].dot(own) >= crease * areas_[t].norm() * own.norm()) sum += areas_[t];
+    const double length = sum.norm();
+    return length > 0 ? Vec3f((sum / length).cast<float>()) : Vec3f(Vec3f::UnitY());
+  }
+
+ private:
+  const TriangleMesh& mesh_;
+  std::vector<Vec3> areas_;
+  std::vector<std::vector<std::size_t>> around_;
+};
+
+Vec2f planar_uv(const Vec3& x, const Vec3& normal) {
+  int axis = 0;
+  normal.cwiseAbs().maxCoeff(&axis);
+  return Vec2(x[(axis + 1) % 3], x[(axis + 2) % 3]).cast<float>();
 }
 
 }  // namespace
 
-std::vector<Vec3> surface_samples(const LevelSet& shape, int intervals) {
-  std::vector<Vec3> samples;
-  if (shape.kind != LevelSet::Kind::box) return samples;
-  const int n = intervals;
-  for (int i = 0; i <= n; ++i)
-    for (int j = 0; j <= n; ++j)
-      for (int k = 0; k <= n; ++k) {
-        const bool on_surface = i == 0 || j == 0 || k == 0 || i == n || j == n || k == n;
-        if (on_surface)
-          samples.emplace_back(
-              shape.half.cwiseProduct(Vec3(2.0 * i / n - 1, 2.0 * j / n - 1, 2.0 * k / n - 1)));
-      }
-  return samples;
+Surface shape_surface(const LevelSet& shape) {
+  return shape.kind == LevelSet::Kind::box ? box_surface(shape.half) : round_surface(shape);
 }
 
-Surface shape_surface(const LevelSet& shape) {
-  return shape.kind == LevelSet::Kind::sphere ? sphere_surface(shape.radius) : box_surface(shape.half);
+Surface mesh_surface(const TriangleMesh& mesh) {
+  Surface surface;
+  for (const Vec3& x : mesh.positions) surface.positions.push_back(x.cast<float>());
+  Pool<Vec3f> normals(surface.normals, mesh.positions.size());
+  Pool<Vec2f> uvs(surface.uvs, mesh.positions.size());
+  const CreaseNormals creased(mesh);
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const Vec3 face = area_vector(mesh, t);
+    std::array<Corner, 3> corners;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const int v = mesh.triangles[t][k];
+      const Vec3f normal = mesh.normals.empty() ? creased.at(t, k) : mesh.normals[t][k];
+      const Vec2f uv = mesh.uvs.empty() ? planar_uv(mesh.corner(t, k), face) : mesh.uvs[t][k];
+      corners[k] = {v, uvs.index(v, uv), normals.index(v, normal)};
+    }
+    surface.triangles.push_back(corners);
+  }
+  return surface;
 }
 
 }  // namespace duet

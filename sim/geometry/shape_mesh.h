@@ -1,21 +1,18 @@
-// Points and triangles of analytic shapes: contact samples for the simulator, surfaces for pictures and
-// export.
+// Triangles of rigid shapes for pictures and export.
 #pragma once
-
-#include <vector>
 
 #include "sim/geometry/level_set.h"
 #include "sim/geometry/surface.h"
+#include "sim/geometry/triangle_mesh.h"
 
 namespace duet {
 
-// Points on the surface of a box that are tested against other bodies' level sets: a lattice of `intervals`
-// intervals along every edge, on faces, edges and corners alike. Spheres have none: their deepest point is
-// known (see contact_candidates.h).
-std::vector<Vec3> surface_samples(const LevelSet& shape, int intervals = 8);
-
-// The render surface in body space: flat faces for the box (normals by face), latitudes and longitudes for
-// the sphere.
+// The render surface of a shape with a formula, in body space: flat faces for the box, rows and columns with
+// smooth normals for round shapes, sharp rims for the cylinder.
 Surface shape_surface(const LevelSet& shape);
+
+// That of a mesh, with its normals and texture coordinates. Without them, normals are split where triangles
+// meet at more than 40 degrees, and texture coordinates are the metres across the dominant axis of each face.
+Surface mesh_surface(const TriangleMesh& mesh);
 
 }  // namespace duet

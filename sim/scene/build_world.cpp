@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "sim/geometry/shape_mesh.h"
+#include "sim/scene/solids.h"
 
 namespace duet::scene {
 namespace {
@@ -12,24 +12,21 @@ namespace {
 // vertices alone.
 constexpr double sample_allowance = 1e-3;
 
-LevelSet level_set(const Shape& shape) {
-  return shape.kind == ShapeKind::sphere ? LevelSet::sphere(shape.radius) : LevelSet::box(shape.size);
-}
-
-void add_rigid(RigidBodies& rigid, const std::string& name, const LevelSet& shape, double mass,
-               double friction, double restitution, const Placement& placement) {
+void add_rigid(RigidBodies& rigid, const std::string& name, const Solid& solid, double mass, double friction,
+               double restitution, const Placement& placement) {
   RigidProperties properties;
-  properties.shape = shape;
-  properties.samples = surface_samples(shape);
+  properties.shape = solid.level_set;
+  properties.samples = solid.samples;
   properties.friction = friction;
   properties.restitution = restitution;
   if (mass > 0) {
     properties.mass = mass;
     properties.inverse_mass = 1 / mass;
-    properties.inertia = mass * unit_inertia(shape);
+    properties.inertia = mass * solid.unit_inertia;
   }
-  RigidState state;
-  state.pose = {placement.position, placement.orientation};
+  RigidState state;  // a placement puts the shape's own coordinates into the world
+  state.pose.position = placement.position + placement.orientation * solid.frame.position;
+  state.pose.orientation = placement.orientation * solid.frame.orientation;
   if (mass > 0) {
     state.velocity = placement.velocity;
     set_angular_velocity(state, properties, placement.angular_velocity);
@@ -158,11 +155,12 @@ BuiltWorld build_world(const Scene& scene, const EffectSet& plan) {
   BuiltWorld built;
   World& world = built.world;
   Bodies& bodies = world.bodies;
+  Solids solids;
   for (const RigidBody& body : scene.rigid) {
-    const LevelSet shape = level_set(body.shape);
-    const double mass = body.is_static ? 0 : body.mass.value_or(body.density.value_or(0) * volume(shape));
-    add_rigid(bodies.rigid, body.name, shape, mass, body.friction, body.restitution, body.placement);
-    built.shapes.push_back({body.name, {shape_surface(shape), {}}});
+    const Solid& solid = solids.of(body);
+    const double mass = body.is_static ? 0 : body.mass.value_or(body.density.value_or(0) * solid.volume);
+    add_rigid(bodies.rigid, body.name, solid, mass, body.friction, body.restitution, body.placement);
+    built.shapes.push_back({body.name, {solid.surface, {}}});
   }
   for (const scene::DeformableBody& body : scene.deformable)
     built.shapes.push_back(add_deformable(scene, body, bodies));
@@ -170,8 +168,10 @@ BuiltWorld build_world(const Scene& scene, const EffectSet& plan) {
   if (scene.ground) {
     Placement placement;
     placement.position = Vec3(0, scene.ground->height, 0);
-    add_rigid(bodies.rigid, "ground", LevelSet::half_space(), 0, scene.ground->friction,
-              scene.ground->restitution, placement);
+    Solid half_space;
+    half_space.level_set = LevelSet::half_space();
+    add_rigid(bodies.rigid, "ground", half_space, 0, scene.ground->friction, scene.ground->restitution,
+              placement);
   }
   world.plan = plan;
   world.gravity = scene.gravity;

@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "sim/base/near_miss.h"
+#include "sim/scene/shape_reader.h"
 #include "sim/scene/table_reader.h"
 
 namespace duet::scene {
@@ -32,10 +33,11 @@ toml::source_region place_of(const toml::table& table, std::string_view key) {
 // rules that tie several keys together.
 class SceneReader {
  public:
-  SceneReader(const toml::table& document, Problems& problems)
-      : document_(document), problems_(problems), reader_(problems) {}
+  SceneReader(const toml::table& document, const std::string& path, Meshes meshes, Problems& problems)
+      : document_(document), problems_(problems), reader_(problems), shapes_(path, meshes, problems) {}
 
   Scene read();
+  const ShapeReader& shapes() const { return shapes_; }
 
  private:
   void read_root();
@@ -55,7 +57,6 @@ class SceneReader {
   void for_each_named(std::string_view section, Read&& read_element);
 
   void check_mass(const RigidBody& body, const toml::table& table, const std::string& path);
-  void check_rigid_shape(RigidBody& body, const toml::table& table, const std::string& path);
   bool check_rotation(const Rotation& rotation, const toml::table& table, const std::string& path);
   void check_body_name(const std::string& name, const toml::table& table, const std::string& path);
   void check_unique(std::map<std::string, toml::source_region>& taken, const std::string& name,
@@ -67,6 +68,7 @@ class SceneReader {
   const toml::table& document_;
   Problems& problems_;
   TableReader reader_;
+  ShapeReader shapes_;
   Scene scene_;
   std::map<std::string, toml::source_region> body_names_, light_names_;
 };
@@ -166,7 +168,7 @@ void SceneReader::read_rigid(const toml::table& table, const std::string& path) 
   RigidBody& body = entry.body;
   reader_.read(table, keys(entry), path);
   check_body_name(body.name, table, path);
-  check_rigid_shape(body, table, path);
+  shapes_.check(body, table, path);
   check_mass(body, table, path);
   if (check_rotation(entry.rotation, table, path))
     body.placement.orientation = orientation_of(entry.rotation);
@@ -262,17 +264,6 @@ void SceneReader::check_unique(std::map<std::string, toml::source_region>& taken
                 hint);
 }
 
-void SceneReader::check_rigid_shape(RigidBody& body, const toml::table& table, const std::string& path) {
-  const toml::table* shape = table["shape"].as_table();
-  if (!shape) return;
-  const bool box = shape->contains("box"), sphere = shape->contains("sphere");
-  body.shape.kind = sphere ? ShapeKind::sphere : ShapeKind::box;
-  if (box == sphere)
-    problems_.add(shape->source(), path + ".shape",
-                  box ? "has both a box and a sphere" : "has neither a box nor a sphere",
-                  "`{ box = [x, y, z] }` or `{ sphere = radius }`");
-}
-
 void SceneReader::check_mass(const RigidBody& body, const toml::table& table, const std::string& path) {
   if (body.is_static) {
     reject(table, path, {"mass", "density", "velocity", "angular_velocity"}, "has no effect on a static body",
@@ -353,18 +344,20 @@ std::string file_bytes(const std::string& path) {
 }  // namespace
 
 ReadResult read_text(const std::string& text, const std::string& path,
-                     const std::vector<std::string>& overrides) {
+                     const std::vector<std::string>& overrides, Meshes meshes) {
   Problems problems(path);
   toml::table document = parse_document(text, path);
   for (const std::string& assignment : overrides) apply_override(document, assignment, problems);
-  ReadResult result{SceneReader(document, problems).read(), overrides.empty() ? text : serialise(document)};
+  SceneReader reader(document, path, meshes, problems);
+  ReadResult result{reader.read(), overrides.empty() ? text : serialise(document), reader.shapes().notes(),
+                    reader.shapes().fingerprint()};
   problems.throw_if_any();
   result.scene.path = path;
   return result;
 }
 
-ReadResult read(const std::string& path, const std::vector<std::string>& overrides) {
-  return read_text(file_bytes(path), path, overrides);
+ReadResult read(const std::string& path, const std::vector<std::string>& overrides, Meshes meshes) {
+  return read_text(file_bytes(path), path, overrides, meshes);
 }
 
 }  // namespace duet::scene

@@ -1,6 +1,7 @@
 // The strict scene reader: TOML in, validated Scene out, all problems in one go.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -10,18 +11,24 @@ namespace duet::scene {
 
 struct ReadResult {
   Scene scene;
-  std::string
-      source;  // the scene exactly as run: the file's own bytes, or the document with the overrides applied
+  // The scene exactly as run: the file's own bytes, or the document with the overrides applied.
+  std::string source;
+  std::vector<std::string> notes;  // what was repaired: "rigid.bowl.shape.mesh: 2 triangles ..."
+  std::uint64_t meshes = 0;        // fingerprint of all meshes that were read
 };
+
+// Pictures are drawn from the frames of a run: who only draws needs no mesh files, which may be gone by then.
+enum class Meshes { read, leave };
 
 // Reads and validates `path`, after applying the overrides "key=value" (`solver.cfl=0.5`,
 // `rigid.ball.velocity=[0,0,-9]`; elements of arrays of tables are addressed by their name). Throws
 // SceneError with every problem found, FileError if the file cannot be read.
-ReadResult read(const std::string& path, const std::vector<std::string>& overrides = {});
+ReadResult read(const std::string& path, const std::vector<std::string>& overrides = {},
+                Meshes meshes = Meshes::read);
 
-// The same for a document in memory; `path` is used in messages only.
+// The same for a document in memory; `path` is used in messages and to find meshes.
 ReadResult read_text(const std::string& text, const std::string& path,
-                     const std::vector<std::string>& overrides = {});
+                     const std::vector<std::string>& overrides = {}, Meshes meshes = Meshes::read);
 
 // Every key with its type, unit, default, bounds and meaning: what `duet check --reference` prints. Made from
 // the same table that the reader validates with.

@@ -2,11 +2,13 @@
 // file; everything in it has been validated there. Cold data: the step never reads it, World is built from it.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "sim/base/types.h"
+#include "sim/geometry/triangle_mesh.h"
 
 namespace duet::scene {
 
@@ -16,10 +18,10 @@ struct Location {  // of the table or key in the file; 1-based
 };
 
 struct Placement {
-  Vec3 position = Vec3::Zero();         // m, of the shape's centre
+  Vec3 position = Vec3::Zero();         // m, of the shape's centre; of the origin of a mesh's coordinates
   Quat orientation = Quat::Identity();  // from `rotation = { axis = [x, y, z], degrees = d }`
   Vec3 velocity = Vec3::Zero();         // m/s
-  Vec3 angular_velocity = Vec3::Zero(); // rad/s, about the centre, in world axes
+  Vec3 angular_velocity = Vec3::Zero(); // rad/s, about the centre of mass, in world axes
 };
 
 struct Material {
@@ -30,11 +32,17 @@ struct Material {
   double damping = 0.01;         // s, stiffness-proportional Rayleigh damping: viscous moduli = damping * elastic moduli
 };
 
-enum class ShapeKind { sphere, box };
-struct Shape {
+enum class ShapeKind { box, sphere, capsule, cylinder, torus, mesh };
+struct Shape {  // capsules, cylinders and tori have the axis y
   ShapeKind kind = ShapeKind::box;
-  double radius = 0;        // m, sphere
-  Vec3 size = Vec3::Zero(); // m, full edge lengths, box
+  double radius = 0;         // m, sphere, capsule, cylinder; of a torus' centre line
+  Vec3 size = Vec3::Zero();  // m, full edge lengths, box
+  double length = 0;         // m, of a capsule's straight part; height of a cylinder
+  double tube = 0;           // m, radius of a torus' tube
+  std::string mesh_file{};   // as in the file: relative to the scene's folder
+  double scale = 1;          // m of the scene per unit of the mesh
+  int cells = 64;            // of a mesh's level set along its longest extent
+  std::shared_ptr<const TriangleMesh> mesh = nullptr;  // closed; null if the scene was read without its meshes
 };
 
 struct RigidBody {
@@ -47,6 +55,7 @@ struct RigidBody {
   std::optional<double> density;   // kg/m^3
   double friction = 0.5;           // Coulomb coefficient; a pair uses the smaller one
   double restitution = 0.5;        // Newton's coefficient; a pair uses the smaller one
+  std::optional<double> sample_spacing;  // m, of contact points on the surface
   std::string look;                // name of a look
 };
 
@@ -127,7 +136,7 @@ struct Render {
   int width = 1280;
   int height = 720;
   int supersampling = 2;     // samples per pixel along each axis
-  int shadow_samples = 16;   // shadow maps shared by all shadow-casting lights and the sky
+  int shadow_samples = 64;   // shadow maps shared by all shadow-casting lights and the sky
   double exposure = 1.0;     // factor on radiance before tone mapping
 };
 

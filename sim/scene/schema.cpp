@@ -40,7 +40,31 @@ Key rotation_key(Rotation& rotation) {
                   required},
                  {"degrees", &rotation.degrees, "degrees", any,
                   "angle, counter-clockwise seen against the axis", required}}},
-          "", any, "turns the shape about its centre"};
+          "", any, "turns the shape about its position"};
+}
+
+std::vector<Key> shape_keys(Shape& shape) {
+  return {
+      {"box", &shape.size, "m", positive, "full edge lengths", one_of},
+      {"sphere", &shape.radius, "m", positive, "radius", one_of},
+      {"capsule",
+       Group{{{"radius", &shape.radius, "m", positive, "of the round ends", required},
+              {"length", &shape.length, "m", positive, "of the straight part, along y", required}}},
+       "", any, "`{ radius = r, length = l }`", one_of},
+      {"cylinder",
+       Group{{{"radius", &shape.radius, "m", positive, "of the round side", required},
+              {"height", &shape.length, "m", positive, "along y", required}}},
+       "", any, "`{ radius = r, height = h }`", one_of},
+      {"torus",
+       Group{{{"radius", &shape.radius, "m", positive, "of the tube's centre line, about y", required},
+              {"tube", &shape.tube, "m", positive, "radius of the tube, less than the other", required}}},
+       "", any, "`{ radius = r, tube = t }`", one_of},
+      {"mesh", &shape.mesh_file, "", any,
+       "closed triangle mesh: .obj .ply .stl .gltf .glb; the path starts at the scene's folder", one_of},
+      {"scale", &shape.scale, "", positive, "metres per unit of the mesh; meshes only"},
+      {"cells", &shape.cells, "", between(8, 256),
+       "of the grid of distances, along the longest extent of the mesh; meshes only"},
+  };
 }
 
 std::string number_text(double value) { return fmt::format("{:.6g}", value); }
@@ -148,17 +172,15 @@ std::vector<Key> keys(RigidEntry& entry) {
   Placement& placement = body.placement;
   return {
       {"name", Name{&body.name}, "", any, "unique among all bodies; `ground` is taken", required},
-      {"shape",
-       Group{
-           {{"box", &body.shape.size, "m", positive, "full edge lengths; exactly one of box and sphere",
-             one_of},
-            {"sphere", &body.shape.radius, "m", positive, "radius; exactly one of box and sphere", one_of}}},
-       "", any, "`{ box = [x, y, z] }` or `{ sphere = radius }`", required},
-      {"position", &placement.position, "m", any, "of the shape's centre"},
+      {"shape", Group{shape_keys(body.shape)}, "", any,
+       "exactly one of its box, sphere, capsule, cylinder, torus and mesh", required},
+      {"position", &placement.position, "m", any,
+       "of the shape's centre; of the origin of a mesh's coordinates"},
       rotation_key(entry.rotation),
-      {"velocity", &placement.velocity, "m/s", any, "of the centre at frame 0; not for static bodies"},
+      {"velocity", &placement.velocity, "m/s", any,
+       "of the centre of mass at frame 0; not for static bodies"},
       {"angular_velocity", &placement.angular_velocity, "rad/s", any,
-       "about the centre at frame 0, in world axes; not for static bodies"},
+       "about the centre of mass at frame 0, in world axes; not for static bodies"},
       {"static", &body.is_static, "", any, "the body never moves and has no mass"},
       {"mass", &body.mass, "kg", positive,
        "of the body; exactly one of mass and density, none for static bodies", one_of},
@@ -168,6 +190,8 @@ std::vector<Key> keys(RigidEntry& entry) {
        "Coulomb's coefficient; a pair of bodies uses the smaller one"},
       {"restitution", &body.restitution, "", between(0, 1),
        "Newton's coefficient of rebound; a pair of bodies uses the smaller one"},
+      {"sample_spacing", &body.sample_spacing, "m", positive,
+       "of contact points on the surface; without it, an eighth of the edge of a cube of the same volume"},
       {"look", Reference{&body.look, "looks"}, "", any,
        "how the body is drawn; without one, the defaults of a look"},
   };

@@ -1,14 +1,24 @@
 #include "sim/geometry/level_set.h"
 
-#include <map>
+#include <cmath>
+#include <numbers>
 #include <random>
 
+#include "tests/support/meshes.h"
 #include <gtest/gtest.h>
 
 #include "sim/geometry/shape_mesh.h"
+#include "sim/geometry/shape_samples.h"
 
 namespace duet {
 namespace {
+
+constexpr double pi = std::numbers::pi;
+
+std::vector<LevelSet> finite_shapes() {
+  return {LevelSet::box(Vec3(2, 3, 1.4)), LevelSet::sphere(1.3), LevelSet::capsule(0.6, 1.7),
+          LevelSet::cylinder(0.9, 1.5), LevelSet::torus(1.2, 0.5)};
+}
 
 TEST(LevelSet, BoxDistancesKnownByHand) {
   const LevelSet box = LevelSet::box(Vec3(2, 4, 6));
@@ -29,12 +39,43 @@ TEST(LevelSet, SphereAndHalfSpace) {
   EXPECT_DOUBLE_EQ(LevelSet::half_space().distance(Vec3(5, -2, 1)), -2);
 }
 
+TEST(LevelSet, CapsuleDistancesKnownByHand) {
+  const LevelSet capsule = LevelSet::capsule(1, 4);  // the line from y = -2 to 2
+  EXPECT_DOUBLE_EQ(capsule.distance(Vec3(3, 1, 4)), 4);
+  EXPECT_DOUBLE_EQ(capsule.distance(Vec3(3, -6, 0)), 4);  // nearest is the lower end
+  EXPECT_DOUBLE_EQ(capsule.distance(Vec3(0, 1.5, 0)), -1);
+  EXPECT_DOUBLE_EQ(capsule.distance(Vec3(0, 2.5, 0)), -0.5);
+  EXPECT_TRUE(capsule.normal(Vec3(3, -6, 0)).isApprox(Vec3(0.6, -0.8, 0)));
+}
+
+TEST(LevelSet, CylinderDistancesKnownByHand) {
+  const LevelSet cylinder = LevelSet::cylinder(2, 2);
+  EXPECT_DOUBLE_EQ(cylinder.distance(Vec3(3, 0.5, 4)), 3);  // the side
+  EXPECT_DOUBLE_EQ(cylinder.distance(Vec3(1, -4, 1)), 3);   // the lower cap
+  EXPECT_DOUBLE_EQ(cylinder.distance(Vec3(5, 5, 0)), 5);    // the rim
+  EXPECT_DOUBLE_EQ(cylinder.distance(Vec3(1.5, 0, 0)), -0.5);
+  EXPECT_DOUBLE_EQ(cylinder.distance(Vec3(0, 0.75, 0)), -0.25);
+  EXPECT_TRUE(cylinder.normal(Vec3(5, -5, 0)).isApprox(Vec3(0.6, -0.8, 0)));
+  EXPECT_TRUE(cylinder.normal(Vec3(0, -0.5, -1.9)).isApprox(Vec3(0, 0, -1)));
+}
+
+TEST(LevelSet, TorusDistancesKnownByHand) {
+  const LevelSet torus = LevelSet::torus(3, 1);
+  EXPECT_DOUBLE_EQ(torus.distance(Vec3::Zero()), 2);
+  EXPECT_DOUBLE_EQ(torus.distance(Vec3(0, 4, 0)), 4);  // 5 from the ring's centre line
+  EXPECT_DOUBLE_EQ(torus.distance(Vec3(3, 0, 4)), 1);
+  EXPECT_DOUBLE_EQ(torus.distance(Vec3(0, 0.5, -3)), -0.5);
+  EXPECT_TRUE(torus.normal(Vec3(0, 0, 2)).isApprox(Vec3(0, 0, -1)));
+  EXPECT_TRUE(torus.normal(Vec3(0, 0.5, -3)).isApprox(Vec3(0, 1, 0)));
+}
+
 // The gradient by central differences is the normal, wherever the distance is smooth.
 TEST(LevelSet, NormalIsTheGradient) {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> uniform(-3, 3);
-  for (const LevelSet& shape :
-       {LevelSet::box(Vec3(2, 3, 1.4)), LevelSet::sphere(1.3), LevelSet::half_space()}) {
+  std::vector<LevelSet> shapes = finite_shapes();
+  shapes.push_back(LevelSet::half_space());
+  for (const LevelSet& shape : shapes) {
     int smooth = 0;
     for (int i = 0; i < 300; ++i) {
       const Vec3 x(uniform(random), uniform(random), uniform(random));
@@ -43,7 +84,7 @@ TEST(LevelSet, NormalIsTheGradient) {
       for (int k = 0; k < 3; ++k)
         gradient[k] =
             (shape.distance(x + h * Vec3::Unit(k)) - shape.distance(x - h * Vec3::Unit(k))) / (2 * h);
-      if (std::abs(gradient.norm() - 1) > 1e-6) continue;  // on a medial plane of the box
+      if (std::abs(gradient.norm() - 1) > 1e-6) continue;  // on a medial plane
       ++smooth;
       EXPECT_LT((gradient - shape.normal(x)).norm(), 1e-6);
     }
@@ -51,45 +92,78 @@ TEST(LevelSet, NormalIsTheGradient) {
   }
 }
 
-TEST(LevelSet, MassPropertiesByClosedFormulas) {
+TEST(LevelSet, NormalsAreUnitWhereTheNearestPointIsNotUnique) {
+  std::vector<LevelSet> shapes = finite_shapes();
+  for (const LevelSet& shape : shapes)
+    for (const Vec3& x : {Vec3(0, 0, 0), Vec3(0, 0.4, 0), Vec3(0, -5, 0), Vec3(0, -0.75, 0), Vec3(1.2, 0, 0),
+                          Vec3(0, 0, -1.2), Vec3(0.9, 0.75, 0), Vec3(-1, 1.5, 0.7)}) {
+      EXPECT_NEAR(shape.normal(x).norm(), 1, 1e-14);
+      // It leads to one of the nearest points.
+      EXPECT_NEAR(shape.distance(x - shape.distance(x) * shape.normal(x)), 0, 1e-14);
+    }
+}
+
+// Points on the surface tell the distance of any point to within their own spacing.
+TEST(LevelSet, DistancesAreExactOnBothSides) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> uniform(-2.2, 2.2);
+  constexpr double spacing = 0.05;
+  for (const LevelSet& shape : finite_shapes()) {
+    if (shape.kind == LevelSet::Kind::sphere) continue;
+    const std::vector<Vec3> samples = surface_samples(shape, spacing);
+    for (int i = 0; i < 100; ++i) {
+      const Vec3 x(uniform(random), uniform(random), uniform(random));
+      double nearest = 10;
+      for (const Vec3& sample : samples) nearest = std::min(nearest, (x - sample).norm());
+      const double distance = std::abs(shape.distance(x));
+      EXPECT_LE(distance, nearest + 1e-12);
+      EXPECT_GE(distance, nearest - spacing);
+    }
+  }
+}
+
+TEST(LevelSet, BoundsAndSizes) {
+  for (const LevelSet& shape : finite_shapes()) {
+    const TriangleMesh mesh = test::mesh_of(shape_surface(shape));
+    Eigen::AlignedBox3d box;
+    double radius = 0;
+    for (const Vec3& x : mesh.positions) {
+      box.extend(x);
+      radius = std::max(radius, x.norm());
+    }
+    EXPECT_LT((box.min() - shape.lower()).norm(), 1e-6);
+    EXPECT_LT((box.max() - shape.upper()).norm(), 1e-6);
+    EXPECT_NEAR(radius, shape.bounding_radius(), 1e-6);
+  }
+  EXPECT_DOUBLE_EQ(LevelSet::capsule(1, 4).smallest_size(), 2);
+  EXPECT_DOUBLE_EQ(LevelSet::cylinder(2, 3).smallest_size(), 3);
+  EXPECT_DOUBLE_EQ(LevelSet::cylinder(1, 3).smallest_size(), 2);
+  EXPECT_DOUBLE_EQ(LevelSet::torus(3, 0.5).smallest_size(), 1);
+}
+
+TEST(LevelSet, MassPropertiesKnownByHand) {
   EXPECT_NEAR(volume(LevelSet::sphere(2)), 33.510321638291124, 1e-12);
   EXPECT_DOUBLE_EQ(volume(LevelSet::box(Vec3(2, 3, 4))), 24);
   EXPECT_TRUE(unit_inertia(LevelSet::sphere(2)).isApprox(Vec3::Constant(1.6)));
   EXPECT_TRUE(
       unit_inertia(LevelSet::box(Vec3(2, 3, 4))).isApprox(Vec3(25, 20, 13) / 12));  // (b^2 + c^2) / 12
+  EXPECT_DOUBLE_EQ(volume(LevelSet::cylinder(2, 3)), 12 * pi);
+  EXPECT_TRUE(unit_inertia(LevelSet::cylinder(2, 3)).isApprox(Vec3(1.75, 2, 1.75)));
+  EXPECT_DOUBLE_EQ(volume(LevelSet::torus(3, 1)), 6 * pi * pi);
+  EXPECT_TRUE(unit_inertia(LevelSet::torus(3, 1)).isApprox(Vec3(5.125, 9.75, 5.125)));
+  EXPECT_DOUBLE_EQ(volume(LevelSet::capsule(1, 3)), 3 * pi + 4 * pi / 3);
+  EXPECT_TRUE(unit_inertia(LevelSet::capsule(1, 1e-9)).isApprox(Vec3::Constant(0.4), 1e-8));  // a sphere
 }
 
-TEST(ShapeMesh, SamplesLieOnTheSurfaceAndCoverCornersEdgesAndFaces) {
-  const LevelSet box = LevelSet::box(Vec3(2, 4, 6));
-  const std::vector<Vec3> samples = surface_samples(box, 8);
-  EXPECT_EQ(samples.size(), 9u * 9 * 9 - 7 * 7 * 7);
-  for (const Vec3& x : samples) EXPECT_NEAR(box.distance(x), 0, 1e-15);
-}
-
-// Every edge of a closed, consistently oriented surface is run through once each way.
-void expect_closed(const Surface& surface, double volume_expected, double tolerance) {
-  std::map<std::pair<int, int>, int> edges;
-  double six_volumes = 0;
-  for (const auto& t : surface.triangles) {
-    for (std::size_t k = 0; k < 3; ++k) ++edges[{t[k].position, t[(k + 1) % 3].position}];
-    const auto at = [&](std::size_t k) {
-      return surface.positions[static_cast<std::size_t>(t[k].position)].cast<double>().eval();
-    };
-    six_volumes += at(0).dot(at(1).cross(at(2)));
-    const Vec3 normal = (at(1) - at(0)).cross(at(2) - at(0)).normalized();
-    for (const Corner& c : t)
-      EXPECT_GT(normal.dot(surface.normals[static_cast<std::size_t>(c.normal)].cast<double>()), 0.9);
+// The render surfaces have their vertices on the shape, so the formulas must agree with the integrals over
+// them but for what the facets cut off: (pi / n)^2 / 3 = 0.33 % of a length for the 32 rows of the tube.
+TEST(LevelSet, FormulasAgreeWithIntegralsOverFacets) {
+  for (const LevelSet& shape : finite_shapes()) {
+    const MassProperties facets = mass_properties(test::mesh_of(shape_surface(shape)));
+    EXPECT_NEAR(facets.volume / volume(shape), 1, 0.01);
+    EXPECT_LT((facets.unit_inertia - unit_inertia(shape)).norm(), 0.01 * unit_inertia(shape).norm());
+    EXPECT_LT(facets.frame.position.norm(), 1e-6);
   }
-  for (const auto& [edge, count] : edges) {
-    EXPECT_EQ(count, 1);
-    EXPECT_TRUE(edges.contains({edge.second, edge.first}));
-  }
-  EXPECT_NEAR(six_volumes / 6, volume_expected, tolerance);
-}
-
-TEST(ShapeMesh, RenderSurfacesAreClosedAndOutward) {
-  expect_closed(shape_surface(LevelSet::box(Vec3(2, 3, 4))), 24, 1e-5);
-  expect_closed(shape_surface(LevelSet::sphere(1)), 4.18879, 0.03);  // its facets cut 0.7 % off
 }
 
 }  // namespace

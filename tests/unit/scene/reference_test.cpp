@@ -2,6 +2,7 @@
 #include <set>
 #include <sstream>
 #include <string>
+#include <vector>
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -66,6 +67,27 @@ static = true
 [[rigid]]
 name = "brick"
 shape = { box = [1, 2, 3] }
+mass = 4
+sample_spacing = 0.25
+
+[[rigid]]
+name = "pill"
+shape = { capsule = { radius = 1, length = 2 } }
+mass = 4
+
+[[rigid]]
+name = "can"
+shape = { cylinder = { radius = 1, height = 2 } }
+mass = 4
+
+[[rigid]]
+name = "ring"
+shape = { torus = { radius = 1, tube = 0.5 } }
+mass = 4
+
+[[rigid]]
+name = "bowl"
+shape = { mesh = "bowl.obj", scale = 2, cells = 32 }
 mass = 4
 
 [[deformable]]
@@ -143,19 +165,20 @@ std::set<std::string> keys_of_full_scene() {
   std::istringstream lines(full_scene);
   for (std::string line; std::getline(lines, line);) {
     if (line.starts_with('[')) section = line;
-    std::string outer;  // "shape." in `shape = { sphere = 2 }`
+    std::vector<std::string> outer;  // {"shape.", "shape.capsule."} within `shape = { capsule = { radius = 2`
     for (auto equals = line.find(" = "); equals != std::string::npos; equals = line.find(" = ", equals + 1)) {
       const auto before = line.find_last_of(' ', equals - 1);
       const std::string name = line.substr(before + 1, equals - before - 1);  // npos + 1 is 0
-      keys.insert(fmt::format("{} {}{}", section, outer, name));
-      if (outer.empty()) outer = name + ".";
+      const std::string path = (outer.empty() ? "" : outer.back()) + name;
+      keys.insert(fmt::format("{} {}", section, path));
+      if (line[equals + 3] == '{') outer.push_back(path + ".");
     }
   }
   return keys;
 }
 
 TEST(SceneReference, ListsExactlyTheKeysOfAFullScene) {
-  const Scene scene = read_text(full_scene, "full.toml").scene;
+  const Scene scene = read_text(full_scene, "full.toml", {}, Meshes::leave).scene;
   EXPECT_EQ(scene.solver.orientation, OrientationUpdate::first_order);
   EXPECT_EQ(scene.looks[0].pattern, "checker");
   EXPECT_EQ(scene.deformable[0].cells, Vec3i(2, 2, 4));

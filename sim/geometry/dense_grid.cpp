@@ -1,0 +1,66 @@
+// The one file of geometry/ that includes OpenVDB, whose headers take half a minute to compile.
+#include "sim/geometry/dense_grid.h"
+
+#include <cmath>
+
+#include <openvdb/openvdb.h>
+#include <openvdb/tools/MeshToVolume.h>
+
+#include "sim/base/parallel.h"
+
+namespace duet {
+namespace {
+
+constexpr float half_band = 1;  // voxels; enough for OpenVDB to know the inside
+
+// The mesh as OpenVDB asks for it: in units of voxels, whose node (0, 0, 0) is the grid's first one.
+class VoxelMesh {
+ public:
+  VoxelMesh(const TriangleMesh& mesh, const Vec3& origin, double spacing)
+      : mesh_(mesh), origin_(origin), spacing_(spacing) {}
+  std::size_t polygonCount() const { return mesh_.triangles.size(); }
+  std::size_t pointCount() const { return mesh_.positions.size(); }
+  std::size_t vertexCount(std::size_t) const { return 3; }
+  void getIndexSpacePoint(std::size_t triangle, std::size_t corner, openvdb::Vec3d& position) const {
+    const Vec3 x = (mesh_.corner(triangle, corner) - origin_) / spacing_;
+    position = openvdb::Vec3d(x.x(), x.y(), x.z());
+  }
+
+ private:
+  const TriangleMesh& mesh_;
+  Vec3 origin_;
+  double spacing_;
+};
+
+}  // namespace
+
+DenseGrid signed_distances(const TriangleMesh& mesh, const TriangleTree& tree, double spacing, int margin) {
+  Eigen::AlignedBox3d box;
+  for (const Vec3& x : mesh.positions) box.extend(x);
+  DenseGrid grid;
+  grid.spacing = spacing;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double cells = std::ceil(box.sizes()[axis] / spacing) + 2 * margin;
+    grid.count[axis] = static_cast<int>(cells) + 1;
+    grid.origin[axis] = box.center()[axis] - cells / 2 * spacing;
+  }
+  grid.values.resize(grid.index(0, 0, grid.count.z()));
+
+  openvdb::initialize();
+  const auto transform = openvdb::math::Transform::createLinearTransform(spacing);
+  const openvdb::FloatGrid::ConstPtr band = openvdb::tools::meshToVolume<openvdb::FloatGrid>(
+      VoxelMesh(mesh, grid.origin, spacing), *transform, half_band, half_band);
+  parallel_for(static_cast<std::size_t>(grid.count.z()), 1, [&](std::size_t begin, std::size_t) {
+    const auto voxels = band->getConstAccessor();
+    const int k = static_cast<int>(begin);
+    for (int j = 0; j < grid.count.y(); ++j)
+      for (int i = 0; i < grid.count.x(); ++i) {
+        const double distance = tree.nearest(grid.origin + spacing * Vec3(i, j, k)).distance;
+        const bool inside = voxels.getValue(openvdb::Coord(i, j, k)) < 0;
+        grid.values[grid.index(i, j, k)] = static_cast<float>(inside ? -distance : distance);
+      }
+  });
+  return grid;
+}
+
+}  // namespace duet

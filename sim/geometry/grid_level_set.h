@@ -1,0 +1,34 @@
+// The level set of a mesh: a grid of exact distances, interpolated between its nodes. Far from the mesh,
+// where there is no grid, the nearest triangle is searched for, so that distances are exact there as well and
+// no bound that is drawn from them misses a contact.
+#pragma once
+
+#include "sim/geometry/dense_grid.h"
+
+namespace duet {
+
+class GridLevelSet {
+ public:
+  // Of a closed mesh with triangles facing outward, in body space; `cells` along its longest extent.
+  GridLevelSet(const TriangleMesh& mesh, int cells);
+
+  double distance(const Vec3& x) const;  // m, trilinear
+  Vec3 normal(const Vec3& x) const;      // unit, along the gradient of the trilinear interpolant
+
+  double bounding_radius() const { return bounding_radius_; }  // m, about the origin
+  const Vec3& lower() const { return bounds_.min(); }          // m, of the mesh
+  const Vec3& upper() const { return bounds_.max(); }
+  double thickness() const { return thickness_; }  // m, diameter of the largest ball inside, at least a cell
+  const DenseGrid& grid() const { return grid_; }
+
+ private:
+  bool inside_grid(const Vec3& local) const;
+  TriangleTree tree_;
+  DenseGrid grid_;
+  double inverse_spacing_ = 0;
+  Vec3 last_ = Vec3::Zero();  // the last node along each axis
+  Eigen::AlignedBox3d bounds_;
+  double bounding_radius_ = 0, thickness_ = 0;
+};
+
+}  // namespace duet

@@ -1,0 +1,32 @@
+#include "sim/geometry/solid.h"
+
+#include "sim/geometry/grid_level_set.h"
+#include "sim/geometry/shape_mesh.h"
+#include "sim/geometry/shape_samples.h"
+
+namespace duet {
+
+Solid make_solid(const LevelSet& shape, std::optional<double> sample_spacing) {
+  Solid solid;
+  solid.level_set = shape;
+  solid.volume = volume(shape);
+  solid.unit_inertia = unit_inertia(shape);
+  solid.samples = surface_samples(shape, sample_spacing.value_or(default_sample_spacing(solid.volume)));
+  solid.surface = shape_surface(shape);
+  return solid;
+}
+
+Solid make_solid(const TriangleMesh& mesh, double scale, int cells, std::optional<double> sample_spacing) {
+  const MassProperties mass = mass_properties(in_frame(mesh, scale, Pose{}));
+  const TriangleMesh body = in_frame(mesh, scale, mass.frame);
+  Solid solid;
+  solid.level_set = LevelSet::mesh(std::make_shared<const GridLevelSet>(body, cells));
+  solid.volume = mass.volume;
+  solid.unit_inertia = mass.unit_inertia;
+  solid.frame = mass.frame;
+  solid.samples = surface_samples(body, sample_spacing.value_or(default_sample_spacing(mass.volume)));
+  solid.surface = mesh_surface(body);
+  return solid;
+}
+
+}  // namespace duet

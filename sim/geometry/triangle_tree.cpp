@@ -1,0 +1,101 @@
+#include "sim/geometry/triangle_tree.h"
+
+#include <algorithm>
+#include <array>
+
+namespace duet {
+namespace {
+
+constexpr int leaf_size = 4;
+constexpr std::size_t most_levels = 64;  // splits halve the number of triangles
+
+std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
+
+}  // namespace
+
+// The nearest feature is found from the signs of the projections on edges (the Voronoi regions of corners,
+// then of edges), else it is the face.
+Vec3 nearest_point(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& x) {
+  const Vec3 ab = b - a, ac = c - a;
+  const double d1 = ab.dot(x - a), d2 = ac.dot(x - a);
+  if (d1 <= 0 && d2 <= 0) return a;
+  const double d3 = ab.dot(x - b), d4 = ac.dot(x - b);
+  if (d3 >= 0 && d4 <= d3) return b;
+  const double d5 = ab.dot(x - c), d6 = ac.dot(x - c);
+  if (d6 >= 0 && d5 <= d6) return c;
+  const double on_c = d1 * d4 - d3 * d2;  // barycentric weights times twice the squared area
+  if (on_c <= 0 && d1 >= 0 && d3 <= 0) return a + d1 / (d1 - d3) * ab;
+  const double on_b = d5 * d2 - d1 * d6;
+  if (on_b <= 0 && d2 >= 0 && d6 <= 0) return a + d2 / (d2 - d6) * ac;
+  const double on_a = d3 * d6 - d5 * d4;
+  if (on_a <= 0 && d4 >= d3 && d5 >= d6) return b + (d4 - d3) / ((d4 - d3) + (d5 - d6)) * (c - b);
+  const double sum = on_a + on_b + on_c;
+  return a + (on_b / sum) * ab + (on_c / sum) * ac;
+}
+
+TriangleTree::TriangleTree(const TriangleMesh& mesh) {
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
+    triangles_.push_back({mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2)});
+  build(0, static_cast<int>(triangles_.size()));
+}
+
+void TriangleTree::build(int begin, int end) {
+  const std::size_t node = nodes_.size();
+  nodes_.emplace_back();
+  Eigen::AlignedBox3d box, centers;
+  for (int i = begin; i < end; ++i) {
+    const Corners& t = triangles_[as_index(i)];
+    box.extend(t.a).extend(t.b).extend(t.c);
+    centers.extend(t.a + t.b + t.c);
+  }
+  nodes_[node].box = box;
+  if (end - begin <= leaf_size) {
+    nodes_[node].begin = begin;
+    nodes_[node].end = end;
+    return;
+  }
+  int axis = 0;
+  centers.sizes().maxCoeff(&axis);
+  const int middle = begin + (end - begin) / 2;
+  std::nth_element(triangles_.begin() + begin, triangles_.begin() + middle, triangles_.begin() + end,
+                   [axis](const Corners& s, const Corners& t) {
+                     return s.a[axis] + s.b[axis] + s.c[axis] < t.a[axis] + t.b[axis] + t.c[axis];
+                   });
+  build(begin, middle);
+  nodes_[node].second = static_cast<int>(nodes_.size());
+  build(middle, end);
+}
+
+TriangleTree::Nearest TriangleTree::nearest(const Vec3& x) const {
+  struct Pending {
+    int node;
+    double squared;  // distance to its box
+  };
+  std::array<Pending, most_levels> stack;
+  std::size_t size = 0;
+  stack[size++] = {0, nodes_[0].box.squaredExteriorDistance(x)};
+  double least = std::numeric_limits<double>::infinity();
+  Vec3 point = x;
+  while (size > 0) {
+    const Pending next = stack[--size];
+    if (next.squared >= least) continue;
+    const Node& node = nodes_[as_index(next.node)];
+    for (int i = node.begin; i < node.end; ++i) {
+      const Corners& t = triangles_[as_index(i)];
+      const Vec3 candidate = nearest_point(t.a, t.b, t.c, x);
+      if (const double squared = (candidate - x).squaredNorm(); squared < least) {
+        least = squared;
+        point = candidate;
+      }
+    }
+    if (node.begin != node.end) continue;
+    Pending near{next.node + 1, nodes_[as_index(next.node + 1)].box.squaredExteriorDistance(x)};
+    Pending far{node.second, nodes_[as_index(node.second)].box.squaredExteriorDistance(x)};
+    if (far.squared < near.squared) std::swap(near, far);
+    stack[size++] = far;
+    stack[size++] = near;
+  }
+  return {point, std::sqrt(least)};
+}
+
+}  // namespace duet

@@ -1,0 +1,40 @@
+// A tree of bounding boxes over the triangles of a mesh, for the point of it that is nearest to a given one.
+#pragma once
+
+#include <limits>
+#include <vector>
+
+#include "sim/geometry/triangle_mesh.h"
+
+namespace duet {
+
+// The point of the triangle abc that is nearest to x.
+Vec3 nearest_point(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& x);
+
+class TriangleTree {
+ public:
+  TriangleTree() = default;
+  explicit TriangleTree(const TriangleMesh& mesh);  // at least one triangle
+
+  struct Nearest {
+    Vec3 point;
+    double distance;  // m
+  };
+  Nearest nearest(const Vec3& x) const;
+
+ private:
+  struct Corners {
+    Vec3 a, b, c;
+  };
+  struct Node {
+    Eigen::AlignedBox3d box;
+    int begin = 0, end = 0;  // leaves: range of triangles_
+    int second = 0;          // inner nodes (begin == end): the second child; the first one follows its parent
+  };
+  void build(int begin, int end);
+
+  std::vector<Corners> triangles_;
+  std::vector<Node> nodes_;
+};
+
+}  // namespace duet

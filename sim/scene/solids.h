@@ -1,0 +1,27 @@
+// From the shape of a rigid body in a scene to what the simulator needs of it.
+#pragma once
+
+#include <map>
+#include <tuple>
+
+#include "sim/geometry/solid.h"
+#include "sim/scene/scene.h"
+
+namespace duet::scene {
+
+// Of any shape but a mesh.
+LevelSet level_set(const Shape& shape);
+
+// Makes the solids of a scene; bodies of one mesh at one scale share their level set and the time to make it.
+class Solids {
+ public:
+  // Throws Error when the scene was read without its meshes.
+  const Solid& of(const RigidBody& body);
+
+ private:
+  using MeshKey = std::tuple<const TriangleMesh*, double, int, double>;  // mesh, scale, cells, sample spacing
+  std::map<MeshKey, Solid> meshes_;
+  Solid other_;
+};
+
+}  // namespace duet::scene
