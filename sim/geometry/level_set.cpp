@@ -36,8 +36,20 @@ Vec3 radial(const Vec3& x, double distance_to_axis) {
                               : Vec3(Vec3::UnitX());
 }
 
-Vec3 from_capsule_line(double half_length, const Vec3& x) {
-  return x - Vec3(0, std::clamp(x.y(), -half_length, half_length), 0);
+// What y exceeds the straight part of a capsule by; 0 beside it.
+double beyond_ends(double half_length, double y) {
+  return std::copysign(std::max(std::abs(y) - half_length, 0.0), y);
+}
+
+double capsule_distance(double radius, double half_length, const Vec3& x) {
+  const double y = beyond_ends(half_length, x.y());
+  return std::sqrt(x.x() * x.x() + y * y + x.z() * x.z()) - radius;
+}
+
+Vec3 capsule_normal(double half_length, const Vec3& x) {
+  const Vec3 away(x.x(), beyond_ends(half_length, x.y()), x.z());
+  const double length = away.norm();
+  return length > 0 ? Vec3(away / length) : Vec3(Vec3::UnitX());
 }
 
 // In the half plane through the axis, a cylinder is a rectangle and a torus a circle.
@@ -72,7 +84,7 @@ double LevelSet::distance(const Vec3& x) const {
     case Kind::box:
       return box_distance(half, x);
     case Kind::capsule:
-      return from_capsule_line(half_length, x).norm() - radius;
+      return capsule_distance(radius, half_length, x);
     case Kind::cylinder:
       return cylinder_distance(radius, half_length, x);
     case Kind::torus:
@@ -93,11 +105,8 @@ Vec3 LevelSet::normal(const Vec3& x) const {
     }
     case Kind::box:
       return box_normal(half, x);
-    case Kind::capsule: {
-      const Vec3 away = from_capsule_line(half_length, x);
-      const double length = away.norm();
-      return length > 0 ? Vec3(away / length) : Vec3(Vec3::UnitX());
-    }
+    case Kind::capsule:
+      return capsule_normal(half_length, x);
     case Kind::cylinder:
       return cylinder_normal(radius, half_length, x);
     case Kind::torus:

@@ -77,7 +77,7 @@ std::vector<Vec3> cylinder_samples(double radius, double half_length, double spa
 
 std::vector<Vec3> torus_samples(double radius, double tube, double spacing) {
   Rings rings(spacing);
-  const int n = std::max(8, intervals(2 * pi * tube, spacing));
+  const int n = std::max(8, 4 * intervals(pi / 2 * tube, spacing));  // with the rings that it lies on
   for (int i = 0; i < n; ++i) {
     const double angle = 2 * pi * i / n;
     rings.add(radius + tube * std::cos(angle), tube * std::sin(angle));

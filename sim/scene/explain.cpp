@@ -10,6 +10,7 @@ namespace duet::scene {
 namespace {
 
 constexpr double large_mass_ratio = 100;  // beyond it, sweeps over contacts converge slowly
+constexpr double least_cells = 3;         // across a wall; what is thinner has hardly an inside
 constexpr int many_substeps = 1000;       // a frame takes minutes rather than seconds
 
 std::string title_of(const Scene& scene) {
@@ -26,9 +27,19 @@ void write_effects(std::string& out, const EffectPlan& plan) {
     if (!planned.active) out += fmt::format("  {:<25} off: {}\n", name(planned.effect), planned.reason);
 }
 
+// "`bowl`", "`bowl` and 3 more bodies"
+std::string sharers(const GridSize& grid) {
+  if (grid.bodies == 1) return fmt::format("`{}`", grid.body);
+  return fmt::format("`{}` and {} more {}", grid.body, grid.bodies - 1, grid.bodies == 2 ? "body" : "bodies");
+}
+
 void write_sizes(std::string& out, const WorldSizes& sizes) {
   out += fmt::format("sizes\n  {} moving and {} static rigid bodies, {} surface samples\n",
                      sizes.rigid_dynamic, sizes.rigid_static, sizes.rigid_samples);
+  for (const GridSize& grid : sizes.grids)
+    out += fmt::format("  level set of {}: {} x {} x {} nodes {:.3g} m apart, at its thickest {:.3g} m\n",
+                       sharers(grid), grid.nodes.x(), grid.nodes.y(), grid.nodes.z(), grid.spacing,
+                       grid.thickness);
   out += fmt::format(
       "  {} deformable bodies: {} particles, {} tetrahedra, {} surface triangles, {} face samples\n",
       sizes.deformable, sizes.particles, sizes.tets, sizes.surface_triangles, sizes.face_samples);
@@ -73,6 +84,12 @@ std::vector<std::string> warnings(const Scene& scene, const EffectPlan& plan, co
         fmt::format("the mass ratio {:.4g}:1 is above {:.0f}:1: raise solver.contact_iterations (now {}) "
                     "if heavy bodies sink into light ones",
                     mass_ratio(sizes), large_mass_ratio, scene.solver.contact_iterations));
+  for (const GridSize& grid : sizes.grids)
+    if (grid.thickness < least_cells * grid.spacing)
+      found.push_back(fmt::format(
+          "the mesh of {} is at its thickest {:.3g} m, less than {:.0f} cells of its level set: raise "
+          "shape.cells, or other bodies may pass through",
+          sharers(grid), grid.thickness, least_cells));
   if (scene.deformable.size() > 1)
     found.push_back(
         fmt::format("the {} deformable bodies collide with rigid bodies and the ground, "
@@ -108,6 +125,13 @@ nlohmann::json explain_json(const Scene& scene, const EffectPlan& plan, const Wo
   for (const PlannedEffect& planned : plan.effects)
     effects.push_back(
         {{"name", name(planned.effect)}, {"active", planned.active}, {"reason", planned.reason}});
+  json grids = json::array();
+  for (const GridSize& grid : sizes.grids)
+    grids.push_back({{"body", grid.body},
+                     {"bodies", grid.bodies},
+                     {"nodes", {grid.nodes.x(), grid.nodes.y(), grid.nodes.z()}},
+                     {"spacing", grid.spacing},
+                     {"thickness", grid.thickness}});
   const TimeStepEstimate estimate = estimate_time_step(scene, sizes);
   return {
       {"scene", scene.path},
@@ -120,6 +144,7 @@ nlohmann::json explain_json(const Scene& scene, const EffectPlan& plan, const Wo
        {{"rigid_dynamic", sizes.rigid_dynamic},
         {"rigid_static", sizes.rigid_static},
         {"rigid_samples", sizes.rigid_samples},
+        {"grids", grids},
         {"deformable", sizes.deformable},
         {"particles", sizes.particles},
         {"tets", sizes.tets},

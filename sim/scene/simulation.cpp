@@ -8,6 +8,7 @@
 
 #include "sim/base/error.h"
 #include "sim/base/hash.h"
+#include "sim/geometry/grid_level_set.h"
 #include "sim/scene/build_world.h"
 #include "sim/step/step.h"
 
@@ -15,7 +16,14 @@ namespace duet {
 namespace {
 
 constexpr double smallest_retry = 1.0 / 64;  // of the rule's step, before a simulation is given up
-constexpr double level_set_cells = 40;       // voxels along the smallest extent of a body
+
+// The voxels of a body's exported level set: 40 along its smallest extent, fewer where a thin, wide body
+// would take millions of them, but never less than 8. A mesh has its grid's.
+double voxel_size(const LevelSet& shape) {
+  if (shape.kind == LevelSet::Kind::grid) return shape.grid->grid().spacing;
+  const double least = shape.smallest_size(), longest = (shape.upper() - shape.lower()).maxCoeff();
+  return std::max(least / 40, std::min(least / 8, longest / 100));
+}
 
 // Every number that the next step reads, in a fixed order: what is hashed, saved and loaded.
 template <class Visit>
@@ -209,12 +217,33 @@ std::vector<BodyLevelSet> Simulation::level_sets() const {
     set.distance = [shape](const Vec3& x) { return shape.distance(x); };
     set.lower = shape.lower();
     set.upper = shape.upper();
-    set.voxel_size = shape.smallest_size() / level_set_cells;
+    set.voxel_size = voxel_size(shape);
     set.pose = rigid.state[i].pose;
     sets.push_back(std::move(set));
   }
   return sets;
 }
+
+namespace {
+
+std::vector<GridSize> grid_sizes(const RigidBodies& rigid) {
+  std::vector<GridSize> sizes;
+  std::vector<const GridLevelSet*> known;
+  for (std::size_t i = 0; i < rigid.size(); ++i) {
+    const GridLevelSet* grid = rigid.properties[i].shape.grid.get();
+    if (!grid) continue;
+    const auto found = std::find(known.begin(), known.end(), grid);
+    if (found == known.end()) {
+      known.push_back(grid);
+      sizes.push_back({rigid.name[i], 1, grid->grid().count, grid->grid().spacing, grid->thickness()});
+    } else {
+      ++sizes[static_cast<std::size_t>(found - known.begin())].bodies;
+    }
+  }
+  return sizes;
+}
+
+}  // namespace
 
 WorldSizes Simulation::sizes() const {
   const World& world = impl_->world();
@@ -239,6 +268,7 @@ WorldSizes Simulation::sizes() const {
       mass += bodies.particles.mass[static_cast<std::size_t>(body.first_particle + p)];
     weigh(mass);
   }
+  sizes.grids = grid_sizes(bodies.rigid);
   sizes.particles = static_cast<int>(bodies.particles.size());
   sizes.tets = static_cast<int>(bodies.elements.size());
   if (sizes.tets > 0) sizes.elastic_dt = 2 / std::sqrt(bodies.elements.rest_squared_frequency());

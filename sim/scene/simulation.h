@@ -15,12 +15,20 @@ namespace duet {
 struct World;
 
 // Sizes that `duet explain` prints.
+struct GridSize {          // of a level set that bodies of one mesh share
+  std::string body;        // the first of them
+  int bodies = 0;
+  Vec3i nodes = Vec3i::Zero();
+  double spacing = 0;      // m
+  double thickness = 0;    // m, diameter of the largest ball inside
+};
 struct WorldSizes {
   int rigid_dynamic = 0, rigid_static = 0, deformable = 0;
   int particles = 0, tets = 0, surface_triangles = 0;
   int rigid_samples = 0;  // surface sample points of rigid bodies
   int face_samples = 0;   // contact points on deformable faces and edges, vertices not counted
   double lightest = 0, heaviest = 0;  // kg, of the dynamic bodies
+  std::vector<GridSize> grids;
   double elastic_dt = 0;  // s, the elastic bound on the time step at rest (0: no deformable body)
 };
 

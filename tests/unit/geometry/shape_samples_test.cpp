@@ -70,7 +70,7 @@ TEST(ShapeSamples, TouchWhereShapesTouchFirst) {
   for (const Vec3& x : cylinder)
     on_rim += std::abs(x.y() - 0.5) < 1e-12 && std::abs(std::hypot(x.x(), x.z()) - 0.5) < 1e-12 ? 1 : 0;
   EXPECT_GE(on_rim, 24) << "rims are fine enough to roll on";
-  const std::vector<Vec3> torus = surface_samples(LevelSet::torus(1, 0.25), 0.2);
+  const std::vector<Vec3> torus = surface_samples(LevelSet::torus(1, 0.25), 0.1);
   EXPECT_TRUE(contains(torus, Vec3(0, 0.25, 1)));  // top and bottom, on which it lies
   EXPECT_TRUE(contains(torus, Vec3(0, -0.25, 1)));
   EXPECT_TRUE(surface_samples(LevelSet::sphere(1), 0.2).empty());
