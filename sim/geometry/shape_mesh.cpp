@@ -21,8 +21,9 @@ std::array<CubeFace, 6> cube_faces() {
   std::array<CubeFace, 6> faces;
   for (int i = 0; i < 3; ++i) {
     const Vec3 axis = Vec3::Unit(i), u = Vec3::Unit((i + 1) % 3), v = Vec3::Unit((i + 2) % 3);
-    faces[static_cast<std::size_t>(2 * i)] = {axis, u, v};
-    faces[static_cast<std::size_t>(2 * i + 1)] = {-axis, v, u};
+    const std::size_t pair = 2 * as_index(i);
+    faces[pair] = {axis, u, v};
+    faces[pair + 1] = {-axis, v, u};
   }
   return faces;
 }
