@@ -213,7 +213,7 @@ double max_penetration(const Bodies& bodies, const CandidateFilter& filter) {
       for (const SurfacePoint& point : bodies.points)
         least = std::min(least, level_set.distance(weighted(point, bodies.particles.x)));
   }
-  return -least;
+  return std::abs(least);  // not -0
 }
 
 }  // namespace duet
