@@ -4,6 +4,7 @@
 #include <sstream>
 
 #include "tests/image/small_scene.h"
+#include "tests/support/scratch_folder.h"
 #include <gtest/gtest.h>
 
 #include "sim/base/error.h"
@@ -16,11 +17,9 @@ namespace fs = std::filesystem;
 class Sequence : public testing::Test {
  protected:
   Sequence() {
-    fs::remove_all(run_.root);
     fs::create_directories(run_.root / "mesh");
     io::write_obj(run_.mesh(0), small_bodies());
   }
-  ~Sequence() override { fs::remove_all(run_.root); }
 
   // What the error that drawing the frame ends with says.
   std::string failure(const io::Manifest& manifest, int frame) const {
@@ -33,7 +32,8 @@ class Sequence : public testing::Test {
     return "no failure";
   }
 
-  const io::RunDirectory run_{fs::path(testing::TempDir()) / "duet_sequence"};
+  const test::ScratchFolder scratch_;
+  const io::RunDirectory run_{scratch_.path()};
 };
 
 bool contains(const std::string& text, const std::string& part) {

@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "tests/support/scratch_folder.h"
 #include <fcntl.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -19,27 +20,6 @@
 namespace duet::test {
 
 namespace fs = std::filesystem;
-
-// A folder of its own for each test, removed at its end.
-class ScratchFolder {
- public:
-  ScratchFolder() {
-    std::string name = (fs::temp_directory_path() / "duet-test-XXXXXX").string();
-    if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("no scratch folder: " + name);
-    path_ = name;
-  }
-  ~ScratchFolder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  ScratchFolder(const ScratchFolder&) = delete;
-  ScratchFolder& operator=(const ScratchFolder&) = delete;
-  const fs::path& path() const { return path_; }
-  fs::path operator/(const std::string& name) const { return path_ / name; }
-
- private:
-  fs::path path_;
-};
 
 class Program {
  public:

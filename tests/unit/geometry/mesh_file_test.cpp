@@ -1,8 +1,8 @@
 // Files of each format, written here so that it is known what is in them.
 #include "sim/geometry/mesh_file.h"
 
-#include "tests/restart/program.h"
 #include "tests/support/meshes.h"
+#include "tests/support/scratch_folder.h"
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 

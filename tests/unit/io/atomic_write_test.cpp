@@ -1,7 +1,7 @@
 // A file is whole or absent, and a failure says which file, why, and what to do.
 #include <csignal>
 
-#include "tests/restart/program.h"
+#include "tests/support/scratch_folder.h"
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 

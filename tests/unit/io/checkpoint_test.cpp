@@ -1,6 +1,6 @@
 #include "sim/io/checkpoint.h"
 
-#include "tests/restart/program.h"
+#include "tests/support/scratch_folder.h"
 #include <gtest/gtest.h>
 
 #include "sim/io/files.h"

@@ -3,7 +3,7 @@
 
 #include <map>
 
-#include "tests/restart/program.h"
+#include "tests/support/scratch_folder.h"
 #include <gtest/gtest.h>
 #include <openvdb/openvdb.h>
 #include <openvdb/tools/Interpolation.h>

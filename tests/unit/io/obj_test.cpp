@@ -3,7 +3,7 @@
 #include <limits>
 #include <random>
 
-#include "tests/restart/program.h"
+#include "tests/support/scratch_folder.h"
 #include <gtest/gtest.h>
 
 #include "sim/io/files.h"

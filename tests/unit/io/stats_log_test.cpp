@@ -1,6 +1,8 @@
 #include "sim/io/stats_log.h"
 
-#include "tests/restart/program.h"
+#include <csignal>
+
+#include "tests/support/scratch_folder.h"
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 #include <sys/resource.h>

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "tests/support/scratch_folder.h"
 #include <stb/stb_image.h>
 
 #include "render/sequence.h"
@@ -15,20 +16,12 @@
 namespace duet::render {
 namespace {
 
-namespace fs = std::filesystem;
-
 class Png : public testing::Test {
  protected:
-  Png() {
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-  }
-  ~Png() override { fs::remove_all(folder_); }
-
   std::string file(const std::string& name) const { return (folder_ / name).string(); }
 
  private:
-  const fs::path folder_ = fs::path(testing::TempDir()) / "duet_png";
+  const test::ScratchFolder folder_;
 };
 
 std::vector<unsigned char> noise(int width, int height) {

@@ -1,6 +1,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "tests/support/scratch_folder.h"
 #include <gtest/gtest.h>
 
 #include "render/sequence.h"
@@ -14,13 +15,11 @@ namespace fs = std::filesystem;
 class Video : public testing::Test {
  protected:
   Video() {
-    fs::remove_all(run_.root);
     fs::create_directories(run_.root / "image");
     for (int frame = 3; frame < 7; ++frame)
       write_png(run_.image(frame).string(), 33, 16,
                 std::vector<unsigned char>(3 * 33 * 16, static_cast<unsigned char>(40 * frame)));
   }
-  ~Video() override { fs::remove_all(run_.root); }
 
   std::vector<std::string> files() const {
     std::vector<std::string> names;
@@ -30,7 +29,8 @@ class Video : public testing::Test {
     return names;
   }
 
-  const io::RunDirectory run_{fs::path(testing::TempDir()) / "duet video 100%d; $HOME"};
+  const test::ScratchFolder scratch_;
+  const io::RunDirectory run_{scratch_ / "duet video 100%d; $HOME"};
 };
 
 TEST_F(Video, IsEncodedFromTheFirstPictureOn) {

@@ -1,7 +1,7 @@
 // Rigid shapes from the scene file to the world.
 #include <cmath>
 
-#include "tests/restart/program.h"
+#include "tests/support/scratch_folder.h"
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
