@@ -19,14 +19,15 @@ enum class Stage {
   velocity_contact,
   elastic_forces,  // within I.1 and V.2
   damping_solve,   // within I.1 and V.2
+  shock_propagation,  // within III.3 and V.4
   time_step_choice,
 };
-inline constexpr int stage_count = 11;
+inline constexpr int stage_count = 12;
 inline constexpr std::array<std::string_view, stage_count> stage_names = {
     "0 contact candidates",    "I.1 advance velocity",  "II collide",
     "III apply contact",       "IV.1 advance position", "IV.2 push out",
     "V.2-3 constrained solve", "V.4 contact",           "elastic forces",
-    "damping solve",           "time step choice"};
+    "damping solve",           "shock propagation",     "time step choice"};
 
 class StageClock {
  public:

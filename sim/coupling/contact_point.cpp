@@ -7,16 +7,20 @@ namespace {
 
 std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
 
-void apply_impulse(RigidState& state, const RigidProperties& properties, const Vec3& arm,
-                   const Vec3& impulse) {
+}  // namespace
+
+void apply_angular_impulse(RigidState& state, const RigidProperties& properties, const Vec3& moment) {
   if (properties.is_static()) return;
-  const Vec3 moment = arm.cross(impulse);
-  state.velocity += properties.inverse_mass * impulse;
   state.angular_momentum += moment;
   state.angular_velocity += state.inverse_inertia * moment;
 }
 
-}  // namespace
+void apply_impulse(RigidState& state, const RigidProperties& properties, const Vec3& arm,
+                   const Vec3& impulse) {
+  if (properties.is_static()) return;
+  state.velocity += properties.inverse_mass * impulse;
+  apply_angular_impulse(state, properties, arm.cross(impulse));
+}
 
 Mat3 impulse_factor(const RigidState& state, double inverse_mass, const Vec3& arm) {
   const Mat3 cross = skew(arm);

@@ -37,6 +37,7 @@ struct ContactPair {
   int begin = 0, end = 0;     // range of contact points
   int level = 0;              // of the contact graph
   bool collided = false;      // found overlapping by step II: only then does contact look at a rigid pair
+  Vec3 angular_impulse = Vec3::Zero();  // N m s, of rolling and spinning friction on a rigid guest
 };
 
 struct ContactSet {
@@ -53,6 +54,12 @@ inline const SurfacePoint& surface_point(const Bodies& bodies, const ContactPoin
 Vec3 relative_velocity(const Bodies& bodies, const ContactPoint& contact);
 // Applies `impulse` (N s) to the guest and its opposite to the host; velocities and angular momenta change.
 void apply_impulse(Bodies& bodies, const ContactPoint& contact, const Vec3& impulse);
+
+// The same on one rigid body, at `arm` (m) from its centre of mass. Static bodies stay as they are.
+void apply_impulse(RigidState& state, const RigidProperties& properties, const Vec3& arm,
+                   const Vec3& impulse);
+void apply_angular_impulse(RigidState& state, const RigidProperties& properties,
+                           const Vec3& moment);  // N m s
 
 // Where the guest is now: world position of the contact, m.
 Vec3 guest_position(const Bodies& bodies, const ContactPoint& contact);

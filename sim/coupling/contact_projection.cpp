@@ -18,7 +18,7 @@ void ContactProjection::build(const Bodies& bodies, const ContactSet& contacts, 
   blocks_.resize(std::max(blocks_.size(), bodies.rigid.size()));
   for (Block& block : blocks_) block.rows.clear();
 
-  for (int p : graph.order) {
+  for (int p : graph.schedule.order()) {
     const ContactPair& pair = contacts.pairs[as_index(p)];
     for (int i = pair.begin; i < pair.end; ++i) {
       const ContactPoint& contact = contacts.points[as_index(i)];

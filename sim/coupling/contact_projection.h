@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "sim/coupling/contact_solver.h"
+#include "sim/coupling/contact_graph.h"
 
 namespace duet {
 

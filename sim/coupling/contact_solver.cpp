@@ -1,7 +1,8 @@
 #include "sim/coupling/contact_solver.h"
 
 #include <algorithm>
-#include <limits>
+
+#include <Eigen/LU>
 
 #include "sim/coupling/friction.h"
 
@@ -10,21 +11,16 @@ namespace {
 
 std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
 
-constexpr int unreached = std::numeric_limits<int>::max();
+constexpr int shock_iterations = 10;  // Gauss-Seidel sweeps over one level
 
-std::size_t guest_node(const Bodies& bodies, const ContactPair& pair) {
-  return pair.guest_rigid >= 0 ? as_index(pair.guest_rigid)
-                               : bodies.rigid.size() + as_index(pair.guest_deformable);
-}
-
-bool takes_part(const ContactPair& pair, bool rigid_pairs) {
-  return pair.guest_rigid < 0 || (rigid_pairs && pair.collided);
+double target_velocity(const ContactPoint& contact, double inverse_dt) {
+  return -std::max(contact.gap, 0.0) * inverse_dt;
 }
 
 // One Gauss-Seidel update of a contact; returns how much it changed the relative velocity.
 double update_contact(Bodies& bodies, double inverse_dt, ContactPoint& contact) {
   const Vec3 velocity = relative_velocity(bodies, contact);
-  const double target = -std::max(contact.gap, 0.0) * inverse_dt;
+  const double target = target_velocity(contact, inverse_dt);
   if (contact.impulse.isZero(0) && velocity.dot(contact.normal) >= target) return 0;
   const Vec3 before = velocity - contact.K * contact.impulse;  // as if this contact had not acted yet
   const Vec3 total =
@@ -35,56 +31,131 @@ double update_contact(Bodies& bodies, double inverse_dt, ContactPoint& contact) 
   return (contact.K * change).norm();
 }
 
-}  // namespace
-
-void build_contact_graph(const Bodies& bodies, bool rigid_pairs, ContactSet& contacts, ContactGraph& graph) {
-  graph.level.assign(bodies.rigid.size() + bodies.deformable.size(), unreached);
-  for (std::size_t i = 0; i < bodies.rigid.size(); ++i)
-    if (bodies.rigid.properties[i].is_static()) graph.level[i] = 0;
-
-  // Breadth first: each round reaches one level further; at most as many rounds as bodies.
-  bool reached = true;
-  for (int level = 0; reached; ++level) {
-    reached = false;
-    for (const ContactPair& pair : contacts.pairs) {
-      if (!takes_part(pair, rigid_pairs)) continue;
-      int& host = graph.level[as_index(pair.host)];
-      int& guest = graph.level[guest_node(bodies, pair)];
-      if (host == level && guest == unreached) guest = level + 1, reached = true;
-      if (guest == level && host == unreached) host = level + 1, reached = true;
-    }
+// Rolling and spinning friction of a rigid pair: an angular impulse along the axis of spin (the mean normal)
+// and one across it, each no more than its coefficient allows for the pair's normal impulse.
+double update_rotation(Bodies& bodies, const ContactSet& contacts, ContactPair& pair) {
+  Vec3 pressure = Vec3::Zero();
+  for (int i = pair.begin; i < pair.end; ++i) {
+    const ContactPoint& contact = contacts.points[as_index(i)];
+    const double normal_impulse = contact.impulse.dot(contact.normal);
+    pressure += (contact.host == pair.host ? normal_impulse : -normal_impulse) * contact.normal;
   }
-  graph.order.clear();
-  for (std::size_t i = 0; i < contacts.pairs.size(); ++i) {
-    ContactPair& pair = contacts.pairs[i];
-    if (!takes_part(pair, rigid_pairs)) continue;
-    pair.level = std::max(graph.level[as_index(pair.host)], graph.level[guest_node(bodies, pair)]);
-    graph.order.push_back(static_cast<int>(i));
-  }
-  std::sort(graph.order.begin(), graph.order.end(), [&](int a, int b) {
-    const int level_a = contacts.pairs[as_index(a)].level, level_b = contacts.pairs[as_index(b)].level;
-    return level_a != level_b ? level_a < level_b : a < b;
-  });
+  const double normal_impulse = pressure.norm();
+  if (normal_impulse == 0 && pair.angular_impulse.isZero(0)) return 0;
+
+  RigidState& host = bodies.rigid.state[as_index(pair.host)];
+  RigidState& guest = bodies.rigid.state[as_index(pair.guest_rigid)];
+  const RigidProperties& a = bodies.rigid.properties[as_index(pair.host)];
+  const RigidProperties& b = bodies.rigid.properties[as_index(pair.guest_rigid)];
+  const Mat3 K = host.inverse_inertia + guest.inverse_inertia;
+  const Vec3 relative = guest.angular_velocity - host.angular_velocity;
+  const Vec3 wanted = pair.angular_impulse - K.inverse() * relative;
+  const Vec3 axis = normal_impulse > 0 ? Vec3(pressure / normal_impulse) : Vec3::UnitY();
+  const double spin = wanted.dot(axis);
+  const double most_spin = std::max(a.spinning_friction, b.spinning_friction) * normal_impulse;
+  const double most_roll = std::max(a.rolling_friction, b.rolling_friction) * normal_impulse;
+  Vec3 roll = wanted - spin * axis;
+  const double rolling = roll.norm();
+  if (rolling > most_roll) roll *= most_roll / rolling;
+  const Vec3 total = std::clamp(spin, -most_spin, most_spin) * axis + roll;
+  const Vec3 change = total - pair.angular_impulse;
+  pair.angular_impulse = total;
+  apply_angular_impulse(guest, b, change);
+  apply_angular_impulse(host, a, -change);
+  return (K * change).norm() * std::min(a.shape.smallest_size(), b.shape.smallest_size()) / 2;
 }
+
+double update_pair(Bodies& bodies, double inverse_dt, bool angular_friction, ContactSet& contacts,
+                   ContactPair& pair) {
+  double largest = 0;
+  for (int i = pair.begin; i < pair.end; ++i)
+    largest = std::max(largest, update_contact(bodies, inverse_dt, contacts.points[as_index(i)]));
+  if (angular_friction && pair.guest_rigid >= 0)
+    largest = std::max(largest, update_rotation(bodies, contacts, pair));
+  return largest;
+}
+
+// An update of a contact by an impulse on one body, the other being as if fixed.
+class UpperUpdate {
+ public:
+  UpperUpdate(Bodies& bodies, double inverse_dt, int upper)
+      : state_(bodies.rigid.state[as_index(upper)]),
+        properties_(bodies.rigid.properties[as_index(upper)]),
+        bodies_(bodies),
+        inverse_dt_(inverse_dt),
+        upper_(upper) {}
+
+  double operator()(ContactPoint& contact) {
+    const Vec3 velocity = relative_velocity(bodies_, contact);
+    const double target = target_velocity(contact, inverse_dt_);
+    if (velocity.dot(contact.normal) >= target) return 0;
+    const bool upper_is_guest = contact.guest_rigid == upper_;
+    const Vec3& arm = upper_is_guest ? contact.guest_arm : contact.host_arm;
+    const Mat3 K = impulse_factor(state_, properties_.inverse_mass, arm);
+    const Vec3 impulse =
+        friction_impulse({contact.normal, K, K.inverse(), contact.friction}, velocity, target);
+    apply_impulse(state_, properties_, arm, upper_is_guest ? impulse : Vec3(-impulse));
+    contact.impulse += impulse;
+    return (K * impulse).norm();
+  }
+
+ private:
+  RigidState& state_;
+  const RigidProperties& properties_;
+  const Bodies& bodies_;
+  double inverse_dt_;
+  int upper_;
+};
+
+}  // namespace
 
 int solve_contact(Bodies& bodies, const ContactGraph& graph, double dt, const ContactSolveSettings& settings,
                   ContactSet& contacts) {
   const double inverse_dt = 1 / dt;
   for (int iteration = 0; iteration < settings.iterations; ++iteration) {
-    double largest = 0;
-    for (int p : graph.order) {
-      const ContactPair& pair = contacts.pairs[as_index(p)];
-      for (int i = pair.begin; i < pair.end; ++i)
-        largest = std::max(largest, update_contact(bodies, inverse_dt, contacts.points[as_index(i)]));
-    }
+    const double largest = graph.schedule.largest(0, graph.schedule.waves(), [&](int p) {
+      return update_pair(bodies, inverse_dt, settings.angular_friction, contacts,
+                         contacts.pairs[as_index(p)]);
+    });
     if (largest < settings.tolerance) return iteration + 1;
   }
   return settings.iterations;
 }
 
+int propagate_shocks(Bodies& bodies, const ContactGraph& graph, double dt,
+                     const ContactSolveSettings& settings, ContactSet& contacts) {
+  const double inverse_dt = 1 / dt;
+  const auto update = [&](int p) {
+    const ContactPair& pair = contacts.pairs[as_index(p)];
+    if (pair.guest_rigid < 0) return 0.0;
+    const int host_level = graph.level[as_index(pair.host)],
+              guest_level = graph.level[as_index(pair.guest_rigid)];
+    const int upper = host_level > guest_level ? pair.host : pair.guest_rigid;
+    const int lower = host_level > guest_level ? pair.guest_rigid : pair.host;
+    if (!graph.supported[as_index(lower)]) return 0.0;
+    double largest = 0;
+    if (host_level == guest_level) {
+      for (int i = pair.begin; i < pair.end; ++i)
+        largest = std::max(largest, update_contact(bodies, inverse_dt, contacts.points[as_index(i)]));
+      return largest;
+    }
+    UpperUpdate update_upper(bodies, inverse_dt, upper);
+    for (int i = pair.begin; i < pair.end; ++i)
+      largest = std::max(largest, update_upper(contacts.points[as_index(i)]));
+    return largest;
+  };
+  int sweeps = 0;
+  for (int level = 0; level < graph.by_level.levels(); ++level)
+    for (int iteration = 0; iteration < shock_iterations; ++iteration, ++sweeps)
+      if (graph.by_level.largest(graph.by_level.first_wave(level), graph.by_level.first_wave(level + 1),
+                                 update) < settings.tolerance)
+        break;
+  return sweeps;
+}
+
 int count_active(const ContactSet& contacts, const ContactGraph& graph) {
   int active = 0;
-  for (int p : graph.order)
+  for (int p : graph.schedule.order())
     for (int i = contacts.pairs[as_index(p)].begin; i < contacts.pairs[as_index(p)].end; ++i)
       if (!contacts.points[as_index(i)].impulse.isZero(0)) ++active;
   return active;

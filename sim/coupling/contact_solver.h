@@ -1,34 +1,31 @@
-// Steps III and V.4: contact with friction between rigid and deformable bodies alike.
+// Steps III.3 and V.4: contact with friction between rigid and deformable bodies alike.
 #pragma once
 
 #include <vector>
 
-#include "sim/coupling/contact_point.h"
+#include "sim/coupling/contact_graph.h"
 
 namespace duet {
 
-// The order of contact: distance in bodies from the nearest static one, over pairs that touch. Impulses
-// travel upward, away from what stands still.
-struct ContactGraph {
-  std::vector<int> level;  // of every rigid body, then of every deformable body
-  std::vector<int> order;  // indices of the pairs that contact processes, lowest level first
-};
-
-// Ranks the bodies and the pairs. Rigid pairs that step II did not find overlapping are left out, all of them
-// if `rigid_pairs` is false (effect rigid_contact).
-void build_contact_graph(const Bodies& bodies, bool rigid_pairs, ContactSet& contacts, ContactGraph& graph);
-
 struct ContactSolveSettings {
-  int iterations = 20;      // Gauss-Seidel sweeps, up the graph
-  double tolerance = 1e-6;  // m/s, stop when no sweep changes a relative velocity by more
+  int iterations = 20;            // Gauss-Seidel sweeps, up the graph
+  double tolerance = 1e-6;        // m/s, stop when no sweep changes a relative velocity by more
+  bool angular_friction = false;  // effect rolling_friction
 };
 
 // Changes the velocities so that no contact closes by more than its gap within `dt`: v_rel.n >= -max(gap, 0)
 // / dt, complementary to its impulse, with Coulomb friction on the *accumulated* impulse of every contact (so
 // a later sweep can take back what an earlier one gave too much). Starts from the impulses the contacts hold,
-// which must have been applied already. Returns the number of sweeps.
+// which must have been applied already. Rolling and spinning friction slow the relative rotation of rigid
+// pairs by a moment of at most their coefficient (m) times the normal force. Returns the number of sweeps.
 int solve_contact(Bodies& bodies, const ContactGraph& graph, double dt, const ContactSolveSettings& settings,
                   ContactSet& contacts);
+
+// Shock propagation (Guendelman et al. 2003): level by level, what the sweeps left is taken up by the upper
+// bodies alone, as if the lower ones were fixed. Only rigid pairs whose lower body is supported take part, so
+// that bodies in free flight keep their momentum. Returns how many sweeps over a level it took in all.
+int propagate_shocks(Bodies& bodies, const ContactGraph& graph, double dt,
+                     const ContactSolveSettings& settings, ContactSet& contacts);
 
 int count_active(const ContactSet& contacts, const ContactGraph& graph);  // contacts with an impulse
 

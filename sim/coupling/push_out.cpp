@@ -20,7 +20,7 @@ constexpr double static_weight = 1e8;
 using Outer = PushOutScratch::Outer;
 
 // Translates a rigid body and turns it by the rotation vector `w` (rad), keeping its momenta.
-void displace(RigidState& state, const RigidProperties& properties, const Vec3& v, const Vec3& w) {
+void displace_body(RigidState& state, const RigidProperties& properties, const Vec3& v, const Vec3& w) {
   state.pose.position += v;
   const double angle = w.norm();
   if (angle > 0)
@@ -38,6 +38,9 @@ class PushOut {
 
   // Returns whether anything overlapped the body.
   bool push_from(int central, double fraction) {
+    const std::span<const int> pairs = pairs_of(central);
+    if (std::none_of(pairs.begin(), pairs.end(), [&](int p) { return scratch_.suspect[as_index(p)] != 0; }))
+      return false;
     gather(central, fraction);
     if (scratch_.outers.empty()) return false;
     if (bodies_.rigid.properties[as_index(central)].is_static())
@@ -48,14 +51,28 @@ class PushOut {
   }
 
  private:
+  std::span<const int> pairs_of(int body) const {
+    const auto b = as_index(body);
+    return std::span(graph_.pair_of_body)
+        .subspan(as_index(graph_.first_pair[b]), as_index(graph_.first_pair[b + 1] - graph_.first_pair[b]));
+  }
+
+  // Moves a rigid body; it may now overlap whatever it touches.
+  void displace(int body, const Vec3& v, const Vec3& w) {
+    const auto b = as_index(body);
+    displace_body(bodies_.rigid.state[b], bodies_.rigid.properties[b], v, w);
+    for (int p : pairs_of(body)) scratch_.suspect[as_index(p)] = 1;
+  }
+
   const ContactPoint& contact(const Outer& outer) const { return contacts_.points[as_index(outer.contact)]; }
 
   void gather(int central, double fraction) {
     scratch_.outers.clear();
-    for (int p : graph_.order) {
+    for (int p : pairs_of(central)) {
       const ContactPair& pair = contacts_.pairs[as_index(p)];
-      if (pair.host == central && pair.guest_rigid < 0) gather_points(pair, fraction);
-      if (pair.guest_rigid >= 0 && (pair.host == central || pair.guest_rigid == central))
+      if (pair.guest_rigid < 0)
+        gather_points(pair, fraction);
+      else
         gather_deepest(pair, central, fraction);
     }
   }
@@ -89,9 +106,9 @@ class PushOut {
     }
     if (deepest < 0) return;
     update_geometry(bodies_, contacts_.points[as_index(deepest)]);
-    const bool reversed = pair.host != central;
-    const int outer = reversed ? pair.host : pair.guest_rigid;
     const ContactPoint& point = contacts_.points[as_index(deepest)];
+    const bool reversed = point.host != central;
+    const int outer = reversed ? point.host : point.guest_rigid;
     for (Outer& other : scratch_.outers) {
       const ContactPoint& known = contact(other);
       if (!known.is_rigid_pair() || (other.reversed ? known.host : known.guest_rigid) != outer) continue;
@@ -123,7 +140,7 @@ class PushOut {
   void push_together(int central) {
     const auto c = as_index(central);
     const RigidProperties& properties = bodies_.rigid.properties[c];
-    RigidState& state = bodies_.rigid.state[c];
+    const RigidState& state = bodies_.rigid.state[c];
     const Mat3 rotation = state.pose.orientation.toRotationMatrix();
     Mat6 system = Mat6::Zero();
     system.topLeftCorner<3, 3>().diagonal().setConstant(properties.mass);
@@ -143,7 +160,7 @@ class PushOut {
     const Vec6 twist = system.ldlt().solve(right);
     const Vec3 v = twist.head<3>(), w = twist.tail<3>();
     for (const Outer& outer : scratch_.outers) move_outer(outer, v + w.cross(outer.arm) + outer.displacement);
-    displace(state, properties, v, w);
+    displace(central, v, w);
   }
 
   // Moves the outer body by the impulse K_o^-1 * change at its contact.
@@ -159,11 +176,11 @@ class PushOut {
       return;
     }
     const auto body = as_index(outer.reversed ? point.host : point.guest_rigid);
-    RigidState& state = bodies_.rigid.state[body];
+    const RigidState& state = bodies_.rigid.state[body];
     const RigidProperties& properties = bodies_.rigid.properties[body];
     if (properties.is_static()) return;
     const Vec3& arm = outer.reversed ? point.host_arm : point.guest_arm;
-    displace(state, properties, properties.inverse_mass * impulse,
+    displace(outer.reversed ? point.host : point.guest_rigid, properties.inverse_mass * impulse,
              state.inverse_inertia * arm.cross(impulse));
   }
 
@@ -174,13 +191,28 @@ class PushOut {
   int stamp_ = 0;
 };
 
-}  // namespace
+// Marks the rigid pairs that overlap now, and all pairs of deformable bodies: their particles are moved by
+// every rigid body that they touch.
+void find_overlaps(const Bodies& bodies, const ContactGraph& graph, const ContactSet& contacts,
+                   std::vector<char>& suspect) {
+  suspect.assign(contacts.pairs.size(), 0);
+  parallel_for(graph.pairs.size(), 16, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const ContactPair& pair = contacts.pairs[as_index(graph.pairs[i])];
+      char& overlaps = suspect[as_index(graph.pairs[i])];
+      overlaps = pair.guest_rigid < 0;
+      for (int k = pair.begin; k < pair.end && !overlaps; ++k)
+        overlaps = gap_now(bodies, contacts.points[as_index(k)]) < -overlap_tolerance;
+    }
+  });
+}
 
-int resolve_interpenetration(Bodies& bodies, const ContactGraph& graph, int iterations, ContactSet& contacts,
-                             PushOutScratch& scratch) {
-  scratch.central.resize(bodies.rigid.size());
-  for (std::size_t i = 0; i < scratch.central.size(); ++i) scratch.central[i] = static_cast<int>(i);
-  std::sort(scratch.central.begin(), scratch.central.end(), [&](int a, int b) {
+// All rigid bodies that take part in contact, in the order of the contact graph.
+void sort_central(const Bodies& bodies, const ContactGraph& graph, std::vector<int>& central) {
+  central.clear();
+  for (std::size_t body = 0; body < bodies.rigid.size(); ++body)
+    if (graph.first_pair[body] < graph.first_pair[body + 1]) central.push_back(static_cast<int>(body));
+  std::sort(central.begin(), central.end(), [&](int a, int b) {
     // Of one level the lightest first: between heavy bodies it then meets all of them at once, before one of
     // them alone throws it into the next (the messenger problem).
     const auto key = [&](int body) {
@@ -188,7 +220,15 @@ int resolve_interpenetration(Bodies& bodies, const ContactGraph& graph, int iter
     };
     return key(a) < key(b);
   });
+}
+
+}  // namespace
+
+int resolve_interpenetration(Bodies& bodies, const ContactGraph& graph, int iterations, ContactSet& contacts,
+                             PushOutScratch& scratch) {
   PushOut push_out(bodies, contacts, graph, scratch);
+  sort_central(bodies, graph, scratch.central);
+  find_overlaps(bodies, graph, contacts, scratch.suspect);
   int pushed = 0;
   for (int iteration = 1; iteration <= iterations; ++iteration) {
     // Removing all of every overlap at once over-corrects stacks: the first half of the sweeps goes

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "sim/coupling/contact_solver.h"
+#include "sim/coupling/contact_graph.h"
 
 namespace duet {
 
@@ -16,8 +16,9 @@ struct PushOutScratch {
     Mat3 inverse_K = Mat3::Zero();     // kg
   };
   std::vector<Outer> outers;
-  std::vector<int> taken;    // particles that an outer point of the current central body moves already
-  std::vector<int> central;  // rigid bodies in the order of the contact graph
+  std::vector<int> taken;     // particles that an outer point of the current central body moves already
+  std::vector<int> central;   // rigid bodies in the order of the contact graph
+  std::vector<char> suspect;  // of every pair: it overlapped at first, or a body of it moved since
 };
 
 // Moves overlapping bodies apart: every rigid body in turn is the central one and exchanges impulses with

@@ -27,6 +27,7 @@ struct RigidProperties {
   double mass = 0, inverse_mass = 0;  // kg, 1/kg
   Vec3 inertia = Vec3::Zero();        // kg m^2, principal moments
   double friction = 0, restitution = 0;
+  double rolling_friction = 0, spinning_friction = 0;  // m, lever arm of the normal force
   bool is_static() const { return inverse_mass == 0; }
 };
 

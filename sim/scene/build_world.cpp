@@ -12,13 +12,17 @@ namespace {
 // vertices alone.
 constexpr double sample_allowance = 1e-3;
 
-void add_rigid(RigidBodies& rigid, const std::string& name, const Solid& solid, double mass, double friction,
-               double restitution, const Placement& placement) {
+// `surface` is a rigid body or the ground.
+template <class Surface>
+void add_rigid(RigidBodies& rigid, const std::string& name, const Solid& solid, double mass,
+               const Surface& surface, const Placement& placement) {
   RigidProperties properties;
   properties.shape = solid.level_set;
   properties.samples = solid.samples;
-  properties.friction = friction;
-  properties.restitution = restitution;
+  properties.friction = surface.friction;
+  properties.restitution = surface.restitution;
+  properties.rolling_friction = surface.rolling_friction;
+  properties.spinning_friction = surface.spinning_friction;
   if (mass > 0) {
     properties.mass = mass;
     properties.inverse_mass = 1 / mass;
@@ -159,7 +163,7 @@ BuiltWorld build_world(const Scene& scene, const EffectSet& plan) {
   for (const RigidBody& body : scene.rigid) {
     const Solid& solid = solids.of(body);
     const double mass = body.is_static ? 0 : body.mass.value_or(body.density.value_or(0) * solid.volume);
-    add_rigid(bodies.rigid, body.name, solid, mass, body.friction, body.restitution, body.placement);
+    add_rigid(bodies.rigid, body.name, solid, mass, body, body.placement);
     built.shapes.push_back({body.name, {solid.surface, {}}});
   }
   for (const scene::DeformableBody& body : scene.deformable)
@@ -170,13 +174,13 @@ BuiltWorld build_world(const Scene& scene, const EffectSet& plan) {
     placement.position = Vec3(0, scene.ground->height, 0);
     Solid half_space;
     half_space.level_set = LevelSet::half_space();
-    add_rigid(bodies.rigid, "ground", half_space, 0, scene.ground->friction, scene.ground->restitution,
-              placement);
+    add_rigid(bodies.rigid, "ground", half_space, 0, *scene.ground, placement);
   }
   world.plan = plan;
   world.gravity = scene.gravity;
   world.settings = step_settings(scene.solver);
   world.settings.collision.rigid_pairs = world.has(Effect::rigid_collision);
+  world.settings.contact.angular_friction = world.has(Effect::rolling_friction);
   return built;
 }
 

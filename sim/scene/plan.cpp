@@ -93,6 +93,32 @@ PlannedEffect push_out(const std::vector<PlannedEffect>& effects) {
                       contacts.size() == 1 ? "s" : "")};
 }
 
+PlannedEffect shock_propagation(const Scene& scene, const Bodies& bodies, bool contact) {
+  const Effect effect = Effect::shock_propagation;
+  const Switch wish = scene.solver.shock_propagation;
+  if (wish == Switch::off) return {effect, false, "solver.shock_propagation is off"};
+  if (!contact) return {effect, false, "no contact between rigid bodies"};
+  if (bodies.dynamic.size() < 2) return {effect, false, "no two moving rigid bodies can rest on each other"};
+  if (bodies.fixed.empty()) return {effect, false, "no static body to rest on"};
+  if (wish == Switch::automatic && !bodies.deformable.empty())
+    return {effect, false,
+            fmt::format("{} may carry the rigid ones, which shocks cannot pass", deformable_text(bodies))};
+  return {effect, true, fmt::format("{} can pile up", rigid_text(bodies))};
+}
+
+PlannedEffect rolling_friction(const Scene& scene, bool contact) {
+  const Effect effect = Effect::rolling_friction;
+  std::vector<std::string> names;
+  const auto ask = [&](const auto& body, const std::string& name) {
+    if (body.rolling_friction > 0 || body.spinning_friction > 0) names.push_back(name);
+  };
+  for (const RigidBody& body : scene.rigid) ask(body, body.name);
+  if (scene.ground) ask(*scene.ground, "ground");
+  if (names.empty()) return {effect, false, "no body with rolling_friction or spinning_friction"};
+  if (!contact) return {effect, false, "no contact between rigid bodies"};
+  return {effect, true, fmt::format("asked for by {}", listed(names))};
+}
+
 EffectSet removed_effects(const std::vector<std::string>& without) {
   EffectSet removed;
   for (const std::string& word : without) {
@@ -128,6 +154,9 @@ EffectPlan plan_effects(const Scene& scene, const std::vector<std::string>& with
   add(rigid_deformable_pairs(bodies));
   add(elasticity(scene, bodies));
   add(push_out(plan.effects));  // what has no contact left has nothing to push out
+  const bool contact = plan.effects[index(Effect::rigid_contact)].active;
+  add(shock_propagation(scene, bodies, contact));
+  add(rolling_friction(scene, contact));
   return plan;
 }
 

@@ -55,6 +55,8 @@ struct RigidBody {
   std::optional<double> density;   // kg/m^3
   double friction = 0.5;           // Coulomb coefficient; a pair uses the smaller one
   double restitution = 0.5;        // Newton's coefficient; a pair uses the smaller one
+  double rolling_friction = 0;     // m, lever arm of the normal force against rolling; a pair uses the larger one
+  double spinning_friction = 0;    // m, the same against spinning about the normal; a pair uses the larger one
   std::optional<double> sample_spacing;  // m, of contact points on the surface
   std::string look;                // name of a look
 };
@@ -74,10 +76,13 @@ struct Ground {  // the half space y <= height, static
   double height = 0;       // m
   double friction = 0.5;
   double restitution = 0.5;
+  double rolling_friction = 0;   // m
+  double spinning_friction = 0;  // m
   std::string look;
 };
 
 enum class Accuracy { draft, standard, fine };
+enum class Switch { automatic, on, off };
 enum class OrientationUpdate { first_order, second_order };
 
 // Defaults come from the accuracy preset; a key in the file wins over the preset.
@@ -92,6 +97,7 @@ struct Solver {
   int collision_iterations = 5;      // Gauss-Seidel sweeps of step II
   int contact_iterations = 20;       // Gauss-Seidel sweeps of steps III and V.4
   int push_out_iterations = 4;       // sweeps of step IV.2
+  Switch shock_propagation = Switch::automatic;  // level by level after the sweeps of contact
   int projection_iterations = 2;     // forward and backward sweeps of the projection in the conjugate gradients
   int face_samples = 4;              // lattice order of extra contact points on deformable faces; 0: vertices only
   OrientationUpdate orientation = OrientationUpdate::second_order;

@@ -190,6 +190,11 @@ std::vector<Key> keys(RigidEntry& entry) {
        "Coulomb's coefficient; a pair of bodies uses the smaller one"},
       {"restitution", &body.restitution, "", between(0, 1),
        "Newton's coefficient of rebound; a pair of bodies uses the smaller one"},
+      {"rolling_friction", &body.rolling_friction, "m", non_negative,
+       "lever arm of the normal force that brakes rolling; a pair of bodies uses the larger one"},
+      {"spinning_friction", &body.spinning_friction, "m", non_negative,
+       "lever arm of the normal force that brakes spin about the normal; a pair of bodies uses the larger "
+       "one"},
       {"sample_spacing", &body.sample_spacing, "m", positive,
        "of contact points on the surface; without it, an eighth of the edge of a cube of the same volume"},
       {"look", Reference{&body.look, "looks"}, "", any,
@@ -224,6 +229,8 @@ std::vector<Key> keys(Ground& ground) {
       {"height", &ground.height, "m", any, "everything below this y is solid"},
       {"friction", &ground.friction, "", non_negative, "as for rigid bodies"},
       {"restitution", &ground.restitution, "", between(0, 1), "as for rigid bodies"},
+      {"rolling_friction", &ground.rolling_friction, "m", non_negative, "as for rigid bodies"},
+      {"spinning_friction", &ground.spinning_friction, "m", non_negative, "as for rigid bodies"},
       {"look", Reference{&ground.look, "looks"}, "", any, "how the ground is drawn"},
   };
 }
@@ -247,6 +254,8 @@ std::vector<Key> keys(Solver& solver) {
        "sweeps over contacts (steps III and V.4)"},
       {"push_out_iterations", &solver.push_out_iterations, "", between(1, 1e4),
        "sweeps that resolve interpenetration (step IV.2)"},
+      {"shock_propagation", choice(solver.shock_propagation, {"auto", "on", "off"}), "", any,
+       "upper bodies alone take up what contact leaves, level by level; auto: in scenes of rigid bodies"},
       {"projection_iterations", &solver.projection_iterations, "", between(1, 1e3),
        "forward and backward sweeps of the contact projection inside the conjugate gradients (step V.2)"},
       {"face_samples", &solver.face_samples, "", between(0, 32),

@@ -59,21 +59,32 @@ struct Simulation::Impl {
       const auto* begin = static_cast<const unsigned char*>(data);
       bytes.insert(bytes.end(), begin, begin + size);
     });
+    for (const RememberedContact& contact : world().context.memory) {
+      const auto* begin = reinterpret_cast<const unsigned char*>(&contact);
+      bytes.insert(bytes.end(), begin, begin + sizeof contact);
+    }
   }
 
   void load(const std::vector<unsigned char>& bytes) {
     double frequency = 0;
     std::size_t needed = 0;
     visit_state(world(), frame, frequency, [&](const void*, std::size_t size) { needed += size; });
-    if (needed != bytes.size())
+    // Then follow as many remembered contacts as there were.
+    if (bytes.size() < needed || (bytes.size() - needed) % sizeof(RememberedContact) != 0)
       throw Error(ExitStatus::files, "the saved state does not fit this scene: it has " +
                                          std::to_string(bytes.size()) + " bytes where " +
-                                         std::to_string(needed) + " are needed");
+                                         std::to_string(needed) + " and whole contacts are needed");
     std::size_t at = 0;
     visit_state(world(), frame, frequency, [&](void* data, std::size_t size) {
       std::memcpy(data, bytes.data() + at, size);
       at += size;
     });
+    ContactMemory& memory = world().context.memory;
+    memory.resize((bytes.size() - needed) / sizeof(RememberedContact));
+    for (RememberedContact& contact : memory) {
+      std::memcpy(static_cast<void*>(&contact), bytes.data() + at, sizeof contact);
+      at += sizeof contact;
+    }
     world().bodies.elements.set_max_squared_frequency(frequency);
     RigidBodies& rigid = world().bodies.rigid;
     for (std::size_t i = 0; i < rigid.size(); ++i)

@@ -3,12 +3,24 @@
 
 namespace duet {
 
+void solve_contacts(World& world, StepContext& context) {
+  world.counters.contact_sweeps +=
+      solve_contact(world.bodies, context.graph, context.dt, world.settings.contact, context.contacts);
+  if (world.has(Effect::shock_propagation))
+    world.clock.time(Stage::shock_propagation, [&] {
+      propagate_shocks(world.bodies, context.graph, context.dt, world.settings.contact, context.contacts);
+    });
+}
+
 void apply_contact(World& world, StepContext& context) {
-  build_contact_graph(world.bodies, world.has(Effect::rigid_contact), context.contacts,
-                      context.graph);  // III.1
-  for (ContactPoint& contact : context.contacts.points) contact.impulse.setZero();
-  world.counters.contact_sweeps += solve_contact(world.bodies, context.graph, context.dt,
-                                                 world.settings.contact, context.contacts);  // III.3
+  Bodies& bodies = world.bodies;
+  // III.1
+  build_contact_graph(bodies, world.gravity, world.has(Effect::rigid_contact), context.contacts,
+                      context.graph);
+  if (world.has(Effect::shock_propagation)) separate_levels(bodies, context.contacts, context.graph);
+  // III.3, from the forces that the last step ended with
+  warm_start(context.memory, context.dt / 2, context.graph, bodies, context.contacts);
+  solve_contacts(world, context);
   check_finite(world, "III.3 apply contact");
 }
 

@@ -15,10 +15,13 @@ enum class Effect {
                              // body
   deformable_elasticity,     // I.1, V.2: finite elements and their damping
   push_out,                  // IV.2 interpenetration resolution
+  shock_propagation,         // III.3, V.4 between rigid bodies that rest on each other
+  rolling_friction,          // III.3, V.4 moments of rolling and spinning friction
 };
-inline constexpr int effect_count = 5;
+inline constexpr int effect_count = 7;
 inline constexpr std::array<std::string_view, effect_count> effect_names = {
-    "rigid_collision", "rigid_contact", "rigid_deformable_contact", "deformable_elasticity", "push_out"};
+    "rigid_collision", "rigid_contact",     "rigid_deformable_contact", "deformable_elasticity",
+    "push_out",        "shock_propagation", "rolling_friction"};
 
 using EffectSet = std::bitset<effect_count>;
 inline std::size_t index(Effect effect) { return static_cast<std::size_t>(effect); }

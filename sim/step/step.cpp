@@ -27,6 +27,7 @@ void step(World& world, double time, double dt) {
   clock.time(Stage::constrained_solve, [&] { constrained_solve(world, context); });
   if (contact) clock.time(Stage::velocity_contact, [&] { apply_velocity_contact(world, context); });
   end_step(world);
+  if (contact) remember(context.contacts, context.graph, dt, context.memory);
 }
 
 }  // namespace duet

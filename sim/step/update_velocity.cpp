@@ -10,7 +10,8 @@ void constrained_solve(World& world, StepContext& context) {
   Bodies& bodies = world.bodies;
   Particles& particles = bodies.particles;
   ContactProjection* projection = nullptr;
-  if (world.has(Effect::rigid_deformable_contact) || world.has(Effect::rigid_contact)) {
+  // Without elasticity there is nothing to solve, and rigid bodies take their velocities from V.3.
+  if (world.has(Effect::deformable_elasticity)) {
     for (ContactPoint& contact : context.contacts.points)
       if (!contact.impulse.isZero(0)) update_geometry(bodies, contact);
     context.projection.build(bodies, context.contacts, context.graph, world.settings.projection_sweeps);
@@ -34,19 +35,9 @@ void constrained_solve(World& world, StepContext& context) {
 
 // V.4: contact and friction as a post-process, on the points that step III looked at.
 void apply_velocity_contact(World& world, StepContext& context) {
-  for (int p : context.graph.order) {
-    const ContactPair& pair = context.contacts.pairs[static_cast<std::size_t>(p)];
-    for (int i = pair.begin; i < pair.end; ++i) {
-      ContactPoint& contact = context.contacts.points[static_cast<std::size_t>(i)];
-      update_geometry(world.bodies, contact);
-      // Step III dealt with the forces of half a step: twice its impulses is where the solve begins.
-      if (contact.impulse.isZero(0)) continue;
-      contact.impulse *= 2;
-      apply_impulse(world.bodies, contact, contact.impulse);
-    }
-  }
-  world.counters.contact_sweeps +=
-      solve_contact(world.bodies, context.graph, context.dt, world.settings.contact, context.contacts);
+  // Step III dealt with the forces of half a step: twice its impulses is where the solve begins.
+  warm_start_again(2, context.graph, world.bodies, context.contacts);
+  solve_contacts(world, context);
   world.counters.contacts = count_active(context.contacts, context.graph);
 }
 

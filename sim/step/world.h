@@ -7,6 +7,7 @@
 #include "sim/coupling/contact_projection.h"
 #include "sim/coupling/contact_solver.h"
 #include "sim/coupling/push_out.h"
+#include "sim/coupling/warm_start.h"
 #include "sim/solve/conjugate_gradient.h"
 #include "sim/step/effects.h"
 
@@ -47,6 +48,7 @@ struct StepContext {
 
   ContactSet contacts;
   ContactGraph graph;
+  ContactMemory memory;  // of the last step that succeeded
   CollisionScratch collision_scratch;
   PushOutScratch push_out_scratch;
   ContactProjection projection;

@@ -20,7 +20,7 @@ inline scene::Scene free_space() {
 inline scene::Scene on_ground(double friction = 0.5, double restitution = 0) {
   scene::Scene scene;
   scene.title = "test";
-  scene.ground = scene::Ground{0, friction, restitution, ""};
+  scene.ground = scene::Ground{.friction = friction, .restitution = restitution, .look = {}};
   return scene;
 }
 

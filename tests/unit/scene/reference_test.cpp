@@ -57,6 +57,8 @@ angular_velocity = [0, 1, 0]
 density = 700
 friction = 0.1
 restitution = 0.9
+rolling_friction = 0.001
+spinning_friction = 0.001
 look = "NAME"
 
 [[rigid]]
@@ -105,6 +107,8 @@ look = "NAME"
 height = -1
 friction = 0.8
 restitution = 0.2
+rolling_friction = 0.001
+spinning_friction = 0.001
 look = "NAME"
 
 [solver]
@@ -118,6 +122,7 @@ cg_iterations = 77
 collision_iterations = 6
 contact_iterations = 33
 push_out_iterations = 5
+shock_propagation = "on"
 projection_iterations = 3
 face_samples = 1
 orientation = "first_order"

@@ -1,0 +1,37 @@
+// Step III.1: which bodies rest on which (paper section 5; Guendelman, Bridson, Fedkiw 2003).
+#pragma once
+
+#include <vector>
+
+#include "sim/coupling/pair_schedule.h"
+
+namespace duet {
+
+// Bodies are numbered as in guest_node: rigid ones first, then deformable ones. A body is supported by those
+// that it touches from above, against gravity. Static bodies have level 0; another body's level is one more
+// than the highest that supports it, and bodies that support each other in a circle (a strongly connected
+// component of the graph) share theirs.
+struct ContactGraph {
+  std::vector<int> level;       // of every body
+  std::vector<char> supported;  // whether its supports lead down to a static body
+  PairSchedule schedule;        // the pairs that contact processes, up the graph
+  PairSchedule by_level;        // the same pairs, level by level; for shock propagation
+
+  std::vector<int> pairs;       // indices of the pairs that take part
+  std::vector<int> first_pair;  // pairs of rigid body b: pair_of_body[first_pair[b], first_pair[b + 1])
+  std::vector<int> pair_of_body;
+
+  // Scratch: the graph's edges from a body to its supports, and Tarjan's search.
+  std::vector<int> first_support, support, above, below;
+  std::vector<int> number, lowest, next, path, component;
+  std::vector<char> open;
+};
+
+// Ranks the bodies and the pairs for `gravity` (m/s^2). Rigid pairs that step II did not find overlapping are
+// left out, all of them if `rigid_pairs` is false (effect rigid_contact).
+void build_contact_graph(const Bodies& bodies, const Vec3& gravity, bool rigid_pairs, ContactSet& contacts,
+                         ContactGraph& graph);
+// Fills `by_level` of a graph that is otherwise built.
+void separate_levels(const Bodies& bodies, const ContactSet& contacts, ContactGraph& graph);
+
+}  // namespace duet
