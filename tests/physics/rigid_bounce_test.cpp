@@ -63,6 +63,7 @@ struct Roller {
 
 const Roller rollers[] = {
     {"ball", 0.5, 0, 0.4 * 0.5 * 0.5},
+    {"hoop", 0.5, 0.05, 0.45 * 0.45 + 0.75 * 0.05 * 0.05},
 };
 
 class Rolling : public testing::TestWithParam<Roller> {};
