@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "sim/coupling/deepest_point.h"
+
 namespace duet {
 namespace {
 
@@ -55,9 +57,8 @@ class Finder {
     if (center_distance - radius > margin) return;
 
     const int begin = static_cast<int>(contacts_.points.size());
-    if (properties.shape.kind == LevelSet::Kind::sphere) {
-      add_rigid(host, guest, -1);
-    } else {
+    for (int k = 0; k < deepest_point_count(properties.shape); ++k) add_rigid(host, guest, -1 - k);
+    {
       for (std::size_t i = 0; i < properties.samples.size(); ++i)
         if (level_set.distance(state.pose.to_world(properties.samples[i])) < margin)
           add_rigid(host, guest, static_cast<int>(i));

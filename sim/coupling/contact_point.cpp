@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "sim/coupling/contact_plane.h"
+#include "sim/coupling/deepest_point.h"
 
 namespace duet {
 namespace {
@@ -50,40 +51,56 @@ void apply_impulse(Bodies& bodies, const ContactPoint& contact, const Vec3& impu
 
 Touch touch(const RigidProperties& host, const Pose& host_pose, const RigidProperties& guest,
             const Pose& guest_pose, int sample) {
+  const Pose in_host{host_pose.to_body(guest_pose.position),
+                     host_pose.orientation.conjugate() * guest_pose.orientation};
+  const DeepestPoint point = sample < 0 ? deepest_point(guest.shape, -1 - sample, in_host, host.shape)
+                                        : DeepestPoint{in_host.to_world(guest.samples[as_index(sample)]),
+                                                       in_host.to_world(guest.inside[as_index(sample)])};
+  const ContactPlane plane = contact_plane(host.shape, point.position, point.inside);
   Touch result;
-  if (sample < 0) {
-    // A ball's deepest point lies from its centre against the host's normal there, by its radius.
-    const Vec3 center = host_pose.to_body(guest_pose.position);
-    result.normal = host_pose.orientation * host.shape.normal(center);
-    result.position = guest_pose.position - guest.shape.radius * result.normal;
-    result.gap = host.shape.distance(center) - guest.shape.radius;
-    return result;
-  }
-  result.position = guest_pose.to_world(guest.samples[as_index(sample)]);
-  const Vec3 inside = guest_pose.to_world(guest.inside[as_index(sample)]);
-  const ContactPlane plane =
-      contact_plane(host.shape, host_pose.to_body(result.position), host_pose.to_body(inside));
+  result.position = host_pose.to_world(point.position);
   result.normal = host_pose.orientation * plane.normal;
   result.gap = plane.faces || plane.gap < 0 ? plane.gap : std::numeric_limits<double>::infinity();
   return result;
 }
 
+namespace {
+
+// Of a deformable guest's point at `x` (m).
+Touch touch(const RigidProperties& host, const Pose& host_pose, const SurfacePoint& point, const Vec3& x) {
+  const Vec3 in_host = host_pose.to_body(x);
+  return {x, host_pose.orientation * host.shape.normal(in_host),
+          host.shape.distance(in_host) + point.allowance};
+}
+
+}  // namespace
+
 Touch touch(const Bodies& bodies, const ContactPoint& contact) {
   const auto host = as_index(contact.host);
-  const RigidProperties& host_properties = bodies.rigid.properties[host];
+  const RigidProperties& properties = bodies.rigid.properties[host];
   const Pose& pose = bodies.rigid.state[host].pose;
-  if (contact.is_rigid_pair()) {
-    const auto guest = as_index(contact.guest_rigid);
-    return touch(host_properties, pose, bodies.rigid.properties[guest], bodies.rigid.state[guest].pose,
-                 contact.guest_point);
+  if (!contact.is_rigid_pair()) {
+    const SurfacePoint& point = surface_point(bodies, contact);
+    return touch(properties, pose, point, weighted(point, bodies.particles.x));
   }
-  const SurfacePoint& point = surface_point(bodies, contact);
-  Touch result;
-  result.position = weighted(point, bodies.particles.x);
-  const Vec3 in_host = pose.to_body(result.position);
-  result.normal = pose.orientation * host_properties.shape.normal(in_host);
-  result.gap = host_properties.shape.distance(in_host) + point.allowance;
-  return result;
+  const auto guest = as_index(contact.guest_rigid);
+  return touch(properties, pose, bodies.rigid.properties[guest], bodies.rigid.state[guest].pose,
+               contact.guest_point);
+}
+
+double predicted_gap(const Bodies& bodies, const std::vector<Pose>& predicted, double dt,
+                     const ContactPoint& contact) {
+  const auto host = as_index(contact.host);
+  const RigidProperties& properties = bodies.rigid.properties[host];
+  if (!contact.is_rigid_pair()) {
+    const SurfacePoint& point = surface_point(bodies, contact);
+    const Vec3 x = weighted(point, bodies.particles.x) + dt * weighted(point, bodies.particles.v);
+    return properties.shape.distance(predicted[host].to_body(x)) + point.allowance;
+  }
+  const auto guest = as_index(contact.guest_rigid);
+  return touch(properties, predicted[host], bodies.rigid.properties[guest], predicted[guest],
+               contact.guest_point)
+      .gap;
 }
 
 double gap_now(const Bodies& bodies, const ContactPoint& contact) { return touch(bodies, contact).gap; }

@@ -17,14 +17,15 @@ namespace duet {
 struct ContactPoint {
   int host = -1;         // rigid body with the level set
   int guest_rigid = -1;  // rigid body that touches it, or -1
-  int guest_point =
-      -1;  // index of the deformable's surface point; of a rigid guest: of its sample, -1 its deepest point
+  int guest_point = -1;  // index of the deformable's surface point; of a rigid guest: of its sample, or -1 -
+                         // k for deepest point k
   Vec3 normal = Vec3::UnitY();    // unit, outward of the host
   Vec3 host_arm = Vec3::Zero();   // m, from the host's centre of mass to the contact
   Vec3 guest_arm = Vec3::Zero();  // m, from a rigid guest's centre of mass to the contact
   double gap = 0;                 // m, signed distance less the allowance
   double friction = 0, restitution = 0;
   ContactResponse response;
+  double target = 0;            // m/s, least normal velocity of the guest relative to the host
   Vec3 impulse = Vec3::Zero();  // N s, accumulated on the guest by the contact solve
   bool is_rigid_pair() const { return guest_rigid >= 0; }
 };
@@ -44,6 +45,7 @@ struct ContactPair {
 struct ContactSet {
   std::vector<ContactPoint> points;
   std::vector<ContactPair> pairs;
+  std::vector<Pose> predicted;            // of the rigid bodies; scratch of predict_contacts
   std::vector<double> particle_distance;  // scratch of the search: m, of one body's boundary particles
 };
 
@@ -64,16 +66,19 @@ void apply_angular_impulse(RigidState& state, const RigidProperties& properties,
 
 // How a guest's point meets its host.
 struct Touch {
-  Vec3 position;      // m, of the guest's point
-  Vec3 normal;        // unit, outward of the host
-  double gap = 0;     // m, signed distance less the allowance; infinite beside an edge, see ContactPlane
+  Vec3 position;   // m, of the guest's point
+  Vec3 normal;     // unit, outward of the host
+  double gap = 0;  // m, signed distance less the allowance; infinite beside an edge, see ContactPlane
 };
 
-// Of a rigid guest's sample, or of a ball's deepest point (sample -1), at the given poses.
+// Of a rigid guest's sample, or of deepest point k (sample -1 - k), at the given poses.
 Touch touch(const RigidProperties& host, const Pose& host_pose, const RigidProperties& guest,
             const Pose& guest_pose, int sample);
 // At the positions now.
 Touch touch(const Bodies& bodies, const ContactPoint& contact);
+// The gap (m) with rigid bodies at the `predicted` poses, particles after `dt` (s) at their velocities now.
+double predicted_gap(const Bodies& bodies, const std::vector<Pose>& predicted, double dt,
+                     const ContactPoint& contact);
 // Recomputes normal, arms, gap and response from the positions now.
 void update_geometry(const Bodies& bodies, ContactPoint& contact);
 // The gap at the positions now, m.

@@ -13,10 +13,6 @@ std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
 
 constexpr int shock_iterations = 10;  // Gauss-Seidel sweeps over one level
 
-double target_velocity(const ContactPoint& contact, double inverse_dt) {
-  return -std::max(contact.gap, 0.0) * inverse_dt;
-}
-
 // Tangential impulse that removes the tangential part of `velocity`, or as much of it as an impulse within
 // the friction cone can.
 Vec3 friction(const ContactPoint& contact, const ContactResponse& response, const Vec3& tangential_impulse,
@@ -34,21 +30,19 @@ Vec3 friction(const ContactPoint& contact, const ContactResponse& response, cons
 
 // The impulse that the contact should have, for its relative velocity under the one it has: first along the
 // normal, then friction on what that now is.
-Vec3 updated_impulse(const ContactPoint& contact, const ContactResponse& response, const Vec3& velocity,
-                     double target) {
+Vec3 updated_impulse(const ContactPoint& contact, const ContactResponse& response, const Vec3& velocity) {
   const Vec3& n = contact.normal;
   const double before = contact.impulse.dot(n);
-  const double now = std::max(0.0, before + response.normal_mass * (target - velocity.dot(n)));
+  const double now = std::max(0.0, before + response.normal_mass * (contact.target - velocity.dot(n)));
   const Vec3 tangential = contact.impulse - before * n;
   return now * n + friction(contact, response, tangential, velocity + (now - before) * (response.K * n), now);
 }
 
 // One Gauss-Seidel update of a contact; returns how much it changed the relative velocity.
-double update_contact(Bodies& bodies, double inverse_dt, ContactPoint& contact) {
+double update_contact(Bodies& bodies, ContactPoint& contact) {
   const Vec3 velocity = relative_velocity(bodies, contact);
-  const double target = target_velocity(contact, inverse_dt);
-  if (contact.impulse.isZero(0) && velocity.dot(contact.normal) >= target) return 0;
-  const Vec3 total = updated_impulse(contact, contact.response, velocity, target);
+  if (contact.impulse.isZero(0) && velocity.dot(contact.normal) >= contact.target) return 0;
+  const Vec3 total = updated_impulse(contact, contact.response, velocity);
   const Vec3 change = total - contact.impulse;
   apply_impulse(bodies, contact, change);
   contact.impulse = total;
@@ -91,14 +85,14 @@ double update_rotation(Bodies& bodies, const ContactSet& contacts, ContactPair& 
 
 // Several sweeps over the contacts of one pair, to and fro: a face that lands flat shall not be tilted by the
 // order of its points. Returns the first sweep's change of relative velocity.
-double update_pair(Bodies& bodies, double inverse_dt, const ContactSolveSettings& settings,
-                   ContactSet& contacts, ContactPair& pair) {
+double update_pair(Bodies& bodies, const ContactSolveSettings& settings, ContactSet& contacts,
+                   ContactPair& pair) {
   double first = 0;
   for (int repeat = 0; repeat < settings.repeats; ++repeat) {
     double largest = 0;
     for (int k = pair.begin; k < pair.end; ++k) {
       const int i = repeat % 2 == 0 ? k : pair.end - 1 - (k - pair.begin);
-      largest = std::max(largest, update_contact(bodies, inverse_dt, contacts.points[as_index(i)]));
+      largest = std::max(largest, update_contact(bodies, contacts.points[as_index(i)]));
     }
     if (settings.angular_friction && pair.guest_rigid >= 0)
       largest = std::max(largest, update_rotation(bodies, contacts, pair));
@@ -111,23 +105,21 @@ double update_pair(Bodies& bodies, double inverse_dt, const ContactSolveSettings
 // An update of a contact by an impulse on one body, the other being as if fixed.
 class UpperUpdate {
  public:
-  UpperUpdate(Bodies& bodies, double inverse_dt, double tolerance, int upper)
+  UpperUpdate(Bodies& bodies, double tolerance, int upper)
       : state_(bodies.rigid.state[as_index(upper)]),
         properties_(bodies.rigid.properties[as_index(upper)]),
         bodies_(bodies),
-        inverse_dt_(inverse_dt),
         tolerance_(tolerance),
         upper_(upper) {}
 
   double operator()(ContactPoint& contact) {
     const Vec3 velocity = relative_velocity(bodies_, contact);
-    const double target = target_velocity(contact, inverse_dt_);
-    const double error = target - velocity.dot(contact.normal);
+    const double error = contact.target - velocity.dot(contact.normal);
     if (std::abs(error) < tolerance_ || (contact.impulse.isZero(0) && error < 0)) return 0;
     const bool upper_is_guest = contact.guest_rigid == upper_;
     const Vec3& arm = upper_is_guest ? contact.guest_arm : contact.host_arm;
     const ContactResponse response(impulse_factor(state_, properties_.inverse_mass, arm), contact.normal);
-    const Vec3 total = updated_impulse(contact, response, velocity, target);
+    const Vec3 total = updated_impulse(contact, response, velocity);
     const Vec3 change = total - contact.impulse;
     apply_impulse(state_, properties_, arm, upper_is_guest ? change : Vec3(-change));
     contact.impulse = total;
@@ -138,28 +130,26 @@ class UpperUpdate {
   RigidState& state_;
   const RigidProperties& properties_;
   const Bodies& bodies_;
-  double inverse_dt_, tolerance_;
+  double tolerance_;
   int upper_;
 };
 
 }  // namespace
 
-int solve_contact(Bodies& bodies, const ContactGraph& graph, double dt, const ContactSolveSettings& settings,
+int solve_contact(Bodies& bodies, const ContactGraph& graph, const ContactSolveSettings& settings,
                   ContactSet& contacts) {
-  const double inverse_dt = 1 / dt;
   for (int iteration = 0; iteration < settings.iterations; ++iteration) {
     const double largest = graph.schedule.largest(0, graph.schedule.waves(), [&](int p) {
       ContactPair& pair = contacts.pairs[as_index(p)];
-      return pair.active ? update_pair(bodies, inverse_dt, settings, contacts, pair) : 0.0;
+      return pair.active ? update_pair(bodies, settings, contacts, pair) : 0.0;
     });
     if (largest < settings.tolerance) return iteration + 1;
   }
   return settings.iterations;
 }
 
-int propagate_shocks(Bodies& bodies, const ContactGraph& graph, double dt,
-                     const ContactSolveSettings& settings, ContactSet& contacts) {
-  const double inverse_dt = 1 / dt;
+int propagate_shocks(Bodies& bodies, const ContactGraph& graph, const ContactSolveSettings& settings,
+                     ContactSet& contacts) {
   const auto update = [&](int p) {
     const ContactPair& pair = contacts.pairs[as_index(p)];
     if (pair.guest_rigid < 0 || !pair.active) return 0.0;
@@ -171,10 +161,10 @@ int propagate_shocks(Bodies& bodies, const ContactGraph& graph, double dt,
     double largest = 0;
     if (host_level == guest_level) {
       for (int i = pair.begin; i < pair.end; ++i)
-        largest = std::max(largest, update_contact(bodies, inverse_dt, contacts.points[as_index(i)]));
+        largest = std::max(largest, update_contact(bodies, contacts.points[as_index(i)]));
       return largest;
     }
-    UpperUpdate update_upper(bodies, inverse_dt, settings.tolerance, upper);
+    UpperUpdate update_upper(bodies, settings.tolerance, upper);
     for (int i = pair.begin; i < pair.end; ++i)
       largest = std::max(largest, update_upper(contacts.points[as_index(i)]));
     return largest;

@@ -14,19 +14,19 @@ struct ContactSolveSettings {
   bool angular_friction = false;  // effect rolling_friction
 };
 
-// Changes the velocities so that no contact closes by more than its gap within `dt`: v_rel.n >= -max(gap, 0)
-// / dt, complementary to its impulse, with Coulomb friction on the *accumulated* impulse of every contact (so
-// a later sweep can take back what an earlier one gave too much). Starts from the impulses the contacts hold,
-// which must have been applied already. Rolling and spinning friction slow the relative rotation of rigid
-// pairs by a moment of at most their coefficient (m) times the normal force. Returns the number of sweeps.
-int solve_contact(Bodies& bodies, const ContactGraph& graph, double dt, const ContactSolveSettings& settings,
+// Changes the velocities so that no contact closes faster than its target: v_rel.n >= target, complementary
+// to its impulse, with Coulomb friction on the *accumulated* impulse of every contact (so a later sweep can
+// take back what an earlier one gave too much). Starts from the impulses the contacts hold, which must have
+// been applied already. Rolling and spinning friction slow the relative rotation of rigid pairs by a moment
+// of at most their coefficient (m) times the normal force. Returns the number of sweeps.
+int solve_contact(Bodies& bodies, const ContactGraph& graph, const ContactSolveSettings& settings,
                   ContactSet& contacts);
 
 // Shock propagation (Guendelman et al. 2003): level by level, what the sweeps left is taken up by the upper
 // bodies alone, as if the lower ones were fixed. Only rigid pairs whose lower body is supported take part, so
 // that bodies in free flight keep their momentum. Returns how many sweeps over a level it took in all.
-int propagate_shocks(Bodies& bodies, const ContactGraph& graph, double dt,
-                     const ContactSolveSettings& settings, ContactSet& contacts);
+int propagate_shocks(Bodies& bodies, const ContactGraph& graph, const ContactSolveSettings& settings,
+                     ContactSet& contacts);
 
 int count_active(const ContactSet& contacts, const ContactGraph& graph);  // contacts with an impulse
 

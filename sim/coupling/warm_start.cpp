@@ -35,6 +35,38 @@ void apply_to_all(const ContactGraph& graph, Bodies& bodies, ContactSet& contact
 
 }  // namespace
 
+void update_contacts(const ContactGraph& graph, const Bodies& bodies, ContactSet& contacts) {
+  parallel_for(graph.pairs.size(), 16, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      const ContactPair& pair = contacts.pairs[as_index(graph.pairs[k])];
+      for (int i = pair.begin; i < pair.end; ++i) update_geometry(bodies, contacts.points[as_index(i)]);
+    }
+  });
+}
+
+void predict_contacts(double dt, bool second_order, const ContactGraph& graph, const Bodies& bodies,
+                      ContactSet& contacts) {
+  const RigidBodies& rigid = bodies.rigid;
+  contacts.predicted.resize(rigid.size());
+  parallel_for(rigid.size(), 64, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t b = begin; b < end; ++b)
+      contacts.predicted[b] = rigid.properties[b].is_static()
+                                  ? rigid.state[b].pose
+                                  : evolved_pose(rigid.state[b], dt, second_order);
+  });
+  parallel_for(graph.pairs.size(), 16, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      const ContactPair& pair = contacts.pairs[as_index(graph.pairs[k])];
+      for (int i = pair.begin; i < pair.end; ++i) {
+        ContactPoint& contact = contacts.points[as_index(i)];
+        const double gap = predicted_gap(bodies, contacts.predicted, dt, contact);
+        contact.target =
+            relative_velocity(bodies, contact).dot(contact.normal) - (gap - std::min(contact.gap, 0.0)) / dt;
+      }
+    }
+  });
+}
+
 void warm_start(const ContactMemory& memory, double duration, const ContactGraph& graph, Bodies& bodies,
                 ContactSet& contacts) {
   for (ContactPoint& contact : contacts.points) contact.impulse.setZero();
@@ -51,10 +83,8 @@ void warm_start_again(double factor, const ContactGraph& graph, Bodies& bodies, 
     for (int i = pair.begin; i < pair.end && !pair.active; ++i)
       pair.active = !contacts.points[as_index(i)].impulse.isZero(0);
   }
-  apply_to_all(graph, bodies, contacts, [&](ContactPoint& contact) -> Vec3 {
-    update_geometry(bodies, contact);
-    return factor * contact.impulse;
-  });
+  apply_to_all(graph, bodies, contacts,
+               [&](const ContactPoint& contact) -> Vec3 { return factor * contact.impulse; });
   graph.schedule.for_each([&](int p) {
     ContactPair& pair = contacts.pairs[as_index(p)];
     if (pair.angular_impulse.isZero(0)) return;

@@ -17,12 +17,24 @@ struct RememberedContact {
 // The contacts that held a force at the end of the last step, sorted by their names. Part of the state.
 using ContactMemory = std::vector<RememberedContact>;
 
+// Brings the contacts of `graph` to the positions now.
+void update_contacts(const ContactGraph& graph, const Bodies& bodies, ContactSet& contacts);
+
+// Sets the targets of the contacts from where the bodies would be after `dt` (s) with the velocities now,
+// when contacts have no impulse yet. Where a contact would then have gap', it may keep of its normal velocity
+// what leaves it a gap of zero, to first order about this motion:
+//   target = v_rel.n - (gap' - min(gap, 0)) / dt
+// So nothing closes by more than its gap, on curved surfaces and with turning bodies too, and overlaps are
+// left to push-out.
+void predict_contacts(double dt, bool second_order, const ContactGraph& graph, const Bodies& bodies,
+                      ContactSet& contacts);
+
 // Gives the contacts of `graph` the impulse that their remembered forces make in `duration` (s), and the
 // others none.
 void warm_start(const ContactMemory& memory, double duration, const ContactGraph& graph, Bodies& bodies,
                 ContactSet& contacts);
 
-// Brings the contacts to the positions now and gives them `factor` times the impulses they hold. Rigid pairs
+// Gives the contacts `factor` times the impulses they hold. Rigid pairs
 // that neither collided nor hold an impulse become inactive: they are still on their way to each other, and
 // elastic bodies shall bounce before contact stops them.
 void warm_start_again(double factor, const ContactGraph& graph, Bodies& bodies, ContactSet& contacts);

@@ -5,10 +5,10 @@ namespace duet {
 
 void solve_contacts(World& world, StepContext& context) {
   world.counters.contact_sweeps +=
-      solve_contact(world.bodies, context.graph, context.dt, world.settings.contact, context.contacts);
+      solve_contact(world.bodies, context.graph, world.settings.contact, context.contacts);
   if (world.has(Effect::shock_propagation))
     world.clock.time(Stage::shock_propagation, [&] {
-      propagate_shocks(world.bodies, context.graph, context.dt, world.settings.contact, context.contacts);
+      propagate_shocks(world.bodies, context.graph, world.settings.contact, context.contacts);
     });
 }
 
@@ -18,6 +18,8 @@ void apply_contact(World& world, StepContext& context) {
   build_contact_graph(bodies, world.gravity, world.has(Effect::rigid_contact), context.contacts,
                       context.graph);
   if (world.has(Effect::shock_propagation)) separate_levels(bodies, context.contacts, context.graph);
+  predict_contacts(context.dt, world.settings.second_order_orientation, context.graph, bodies,
+                   context.contacts);
   // III.3, from the forces that the last step ended with
   warm_start(context.memory, context.dt / 2, context.graph, bodies, context.contacts);
   solve_contacts(world, context);

@@ -35,6 +35,9 @@ void constrained_solve(World& world, StepContext& context) {
 
 // V.4: contact and friction as a post-process, on the points that step III looked at.
 void apply_velocity_contact(World& world, StepContext& context) {
+  update_contacts(context.graph, world.bodies, context.contacts);
+  predict_contacts(context.dt, world.settings.second_order_orientation, context.graph, world.bodies,
+                   context.contacts);
   // Step III dealt with the forces of half a step: twice its impulses is where the solve begins.
   warm_start_again(2, context.graph, world.bodies, context.contacts);
   solve_contacts(world, context);

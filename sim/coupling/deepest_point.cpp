@@ -1,0 +1,75 @@
+#include "sim/coupling/deepest_point.h"
+
+#include <cmath>
+
+namespace duet {
+namespace {
+
+constexpr int steps = 4;  // of the fixed-point iteration
+
+DeepestPoint of_ball(const Vec3& center, double radius, const LevelSet& host) {
+  return {center - radius * host.normal(center), center};
+}
+
+// The direction in the plane of a ring (the shape's x and z) in which a point of it lies deepest, for the
+// host's normal `n` at the ring.
+Vec3 deepest_direction(const Vec3& n, const Quat& orientation) {
+  const Vec3 local = orientation.conjugate() * n;
+  const double length = std::hypot(local.x(), local.z());
+  const Vec3 direction = length > 1e-9 ? Vec3(-local.x() / length, 0, -local.z() / length) : Vec3::UnitX();
+  return orientation * direction;
+}
+
+DeepestPoint of_torus(const LevelSet& shape, const Pose& pose, const LevelSet& host) {
+  Vec3 center = pose.position;
+  for (int i = 0; i < steps; ++i)
+    center = pose.position + shape.radius * deepest_direction(host.normal(center), pose.orientation);
+  return of_ball(center, shape.tube, host);
+}
+
+DeepestPoint of_rim(const LevelSet& shape, double side, const Pose& pose, const LevelSet& host) {
+  const Vec3 axis = pose.orientation * Vec3(0, side, 0);
+  const Vec3 center = pose.position + shape.half_length * axis;
+  const double way = shape.smallest_size() / 4 * std::sqrt(0.5);
+  DeepestPoint point{center, center};
+  for (int i = 0; i < steps; ++i) {
+    const Vec3 direction = deepest_direction(host.normal(point.inside), pose.orientation);
+    point.position = center + shape.radius * direction;
+    point.inside = point.position - way * (direction + axis);
+  }
+  return point;
+}
+
+}  // namespace
+
+int deepest_point_count(const LevelSet& shape) {
+  switch (shape.kind) {
+    case LevelSet::Kind::sphere:
+    case LevelSet::Kind::torus:
+      return 1;
+    case LevelSet::Kind::capsule:
+    case LevelSet::Kind::cylinder:
+      return 2;
+    case LevelSet::Kind::box:
+    case LevelSet::Kind::grid:
+    case LevelSet::Kind::half_space:
+      break;
+  }
+  return 0;
+}
+
+DeepestPoint deepest_point(const LevelSet& shape, int k, const Pose& pose, const LevelSet& host) {
+  const double side = k == 0 ? 1 : -1;
+  switch (shape.kind) {
+    case LevelSet::Kind::torus:
+      return of_torus(shape, pose, host);
+    case LevelSet::Kind::capsule:
+      return of_ball(pose.to_world(Vec3(0, side * shape.half_length, 0)), shape.radius, host);
+    case LevelSet::Kind::cylinder:
+      return of_rim(shape, side, pose, host);
+    default:
+      return of_ball(pose.position, shape.radius, host);
+  }
+}
+
+}  // namespace duet

@@ -1,0 +1,22 @@
+// Points of smooth shapes that come nearest to another body, which no finite set of samples holds: without
+// them a wheel would roll as a polygon.
+#pragma once
+
+#include "sim/geometry/level_set.h"
+
+namespace duet {
+
+struct DeepestPoint {
+  Vec3 position;  // m, on the surface of the shape
+  Vec3 inside;    // m, some way in from it (see contact_plane.h)
+};
+
+// How many a shape has: the lowest point of a ball or a torus, one for each end of a capsule, one on each rim
+// of a cylinder.
+int deepest_point_count(const LevelSet& shape);
+
+// Number `k` of them towards `host`. All in the host's body space, where the shape's is at `pose`. On a torus
+// and on rims it is found by a few fixed-point steps, which are exact for flat hosts.
+DeepestPoint deepest_point(const LevelSet& shape, int k, const Pose& pose, const LevelSet& host);
+
+}  // namespace duet
