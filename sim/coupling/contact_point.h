@@ -9,7 +9,7 @@
 
 #include <vector>
 
-#include "sim/coupling/bodies.h"
+#include "sim/coupling/candidate_search.h"
 
 namespace duet {
 
@@ -42,7 +42,7 @@ struct ContactPair {
 struct ContactSet {
   std::vector<ContactPoint> points;
   std::vector<ContactPair> pairs;
-  std::vector<double> particle_distance;  // scratch of the search: m, of one body's boundary particles
+  CandidateSearch search;  // scratch of find_candidates
 };
 
 inline const SurfacePoint& surface_point(const Bodies& bodies, const ContactPoint& contact) {

@@ -142,6 +142,7 @@ StepSettings step_settings(const Solver& solver) {
   settings.cg_iterations = solver.cg_iterations;
   settings.push_out_iterations = solver.push_out_iterations;
   settings.projection_sweeps = solver.projection_iterations;
+  settings.contact_reduction = solver.contact_reduction;
   settings.second_order_orientation = solver.orientation == OrientationUpdate::second_order;
   settings.collision.iterations = solver.collision_iterations;
   settings.collision.second_order = settings.second_order_orientation;

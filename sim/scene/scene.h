@@ -94,6 +94,7 @@ struct Solver {
   int push_out_iterations = 4;       // sweeps of step IV.2
   int projection_iterations = 2;     // forward and backward sweeps of the projection in the conjugate gradients
   int face_samples = 4;              // lattice order of extra contact points on deformable faces; 0: vertices only
+  bool contact_reduction = true;     // of rigid flat faces, to the points that carry them
   OrientationUpdate orientation = OrientationUpdate::second_order;
 };
 

@@ -22,6 +22,7 @@ struct StepSettings {
   int push_out_iterations = 4;
   int projection_sweeps = 2;
   bool second_order_orientation = true;
+  bool contact_reduction = true;
   CollisionSettings collision;
   ContactSolveSettings contact;
 };
@@ -67,8 +68,8 @@ struct World {
 
   bool has(Effect effect) const { return plan[index(effect)]; }
   CandidateFilter contact_filter() const {
-    return {has(Effect::rigid_collision) || has(Effect::rigid_contact),
-            has(Effect::rigid_deformable_contact)};
+    return {has(Effect::rigid_collision) || has(Effect::rigid_contact), has(Effect::rigid_deformable_contact),
+            settings.contact_reduction};
   }
 };
 

@@ -120,6 +120,7 @@ contact_iterations = 33
 push_out_iterations = 5
 projection_iterations = 3
 face_samples = 1
+contact_reduction = false
 orientation = "first_order"
 
 [camera]
