@@ -84,7 +84,7 @@ enum class OrientationUpdate { first_order, second_order };
 struct Solver {
   Accuracy accuracy = Accuracy::standard;
   double cfl = 0.9;                  // time step as a fraction of the elastic stability limit
-  double max_travel = 0.1;           // largest motion of a rigid body a step, as a fraction of the smallest dynamic body's size
+  double max_travel = 0.1;           // how far another body may enter a moving one in a step, as a fraction of its size
   double max_rotation = 0.314159;    // rad, largest rotation of a rigid body a step
   double max_time_step = 1.0 / 48;   // s
   double cg_tolerance = 1e-3;        // m/s, largest residual velocity

@@ -14,7 +14,7 @@ namespace duet {
 
 struct StepSettings {
   double cfl = 0.9;                 // time step over the elastic stability limit
-  double max_travel = 0.1;          // of a rigid body a step, over the smallest dynamic body's size
+  double max_travel = 0.1;          // into a moving rigid body a step, over its size
   double max_rotation = 0.314159;   // rad a step
   double max_time_step = 1.0 / 48;  // s
   double cg_tolerance = 1e-3;       // m/s
@@ -46,6 +46,7 @@ struct StepContext {
   VelocityState difference;         // v~^{n+1/2} - v^n
   VelocityState v_hat_n;            // v^^n, after collisions
 
+  BroadPhase meeting;  // of the choice of the time step
   ContactSet contacts;
   ContactGraph graph;
   CollisionScratch collision_scratch;
