@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "sim/base/parallel.h"
 #include "sim/coupling/contact_reduction.h"
@@ -33,6 +34,16 @@ struct Host {
         upper(shape.upper().array() + margin) {
     if (shape.kind == LevelSet::Kind::half_space) upper.y() = margin;
   }
+  // The box around what is near, in the space of a guest that `rotation` and `offset` take to the host's.
+  Eigen::AlignedBox3d region(const Mat3& rotation, const Vec3& offset) const {
+    if (shape.kind == LevelSet::Kind::half_space) {
+      const Vec3 everywhere = Vec3::Constant(std::numeric_limits<double>::infinity());
+      return {-everywhere, everywhere};
+    }
+    const Vec3 middle = rotation.transpose() * ((lower + upper) / 2 - offset);
+    const Vec3 half = rotation.transpose().cwiseAbs() * ((upper - lower) / 2);
+    return {middle - half, middle + half};
+  }
   bool is_near(const Vec3& y) const {
     return (y.array() >= lower.array()).all() && (y.array() <= upper.array()).all();
   }
@@ -52,7 +63,9 @@ void visit_near(const RigidBodies& rigid, const BodyPair& pair, double margin, V
     return;
   }
   const Mat3 rotation = host.to_body * pose.orientation.toRotationMatrix();
+  const Eigen::AlignedBox3d region = host.region(rotation, offset);
   for (std::size_t i = 0; i < guest.samples.size(); ++i) {
+    if (!region.contains(guest.samples[i])) continue;
     const Vec3 y = rotation * guest.samples[i] + offset;
     if (!host.is_near(y)) continue;
     const double gap = host.shape.distance(y);

@@ -103,7 +103,9 @@ class Reduction {
     }
   }
 
-  static double distance(const FlatPoint& a, const FlatPoint& b) { return std::hypot(a.u - b.u, a.w - b.w); }
+  static double distance(const FlatPoint& a, const FlatPoint& b) {
+    return std::sqrt((a.u - b.u) * (a.u - b.u) + (a.w - b.w) * (a.w - b.w));
+  }
 
   void reduce_facet(const Support& support) {
     std::vector<FlatPoint>& facet = scratch_.facet;
