@@ -4,12 +4,21 @@
 #include <cmath>
 #include <limits>
 
+#include "sim/base/parallel.h"
+#include "sim/coupling/contact_plane.h"
+#include "sim/coupling/contact_reduction.h"
 #include "sim/coupling/deepest_point.h"
 
 namespace duet {
 namespace {
 
+constexpr std::size_t pairs_at_once = 16, points_at_once = 32;
+
 std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
+
+// How far off a point may be and still be reached, for a bound on its relative speed (m/s): its motion over
+// the step with a margin for what other contacts add to it.
+double reach(double relative_speed, double dt) { return dt * (1.5 * relative_speed + 0.05); }
 
 // A rigid body's level set at its pose now, with the rotation as a matrix: what a loop over many points
 // queries.
@@ -17,138 +26,109 @@ struct Host {
   const LevelSet& shape;
   Mat3 to_body;
   Vec3 center;
-  double radius;  // bounding, infinite for the half space
+  Vec3 lower, upper;  // m, body space; points outside are farther off than the margin
 
-  Host(const RigidState& state, const RigidProperties& properties)
+  Host(const RigidState& state, const RigidProperties& properties, double margin)
       : shape(properties.shape),
         to_body(state.pose.orientation.toRotationMatrix().transpose()),
         center(state.pose.position),
-        radius(properties.shape.bounding_radius()) {}
-  double distance(const Vec3& x) const { return shape.distance(to_body * (x - center)); }
+        lower(shape.lower().array() - margin),
+        upper(shape.upper().array() + margin) {
+    if (shape.kind == LevelSet::Kind::half_space) upper.y() = margin;
+  }
+  // The box around what is near, in the space of a guest that `rotation` and `offset` take to the host's.
+  Eigen::AlignedBox3d region(const Mat3& rotation, const Vec3& offset) const {
+    if (shape.kind == LevelSet::Kind::half_space) {
+      const Vec3 everywhere = Vec3::Constant(std::numeric_limits<double>::infinity());
+      return {-everywhere, everywhere};
+    }
+    const Vec3 middle = rotation.transpose() * ((lower + upper) / 2 - offset);
+    const Vec3 half = rotation.transpose().cwiseAbs() * ((upper - lower) / 2);
+    return {middle - half, middle + half};
+  }
+  bool is_near(const Vec3& y) const {
+    return (y.array() >= lower.array()).all() && (y.array() <= upper.array()).all();
+  }
 };
 
-// How far off a point may be and still be reached, for a bound on its relative speed (m/s): its motion over
-// the step with a margin for what other contacts add to it.
-double reach(double relative_speed, double dt) { return dt * (1.5 * relative_speed + 0.05); }
-
-class Finder {
- public:
-  Finder(const Bodies& bodies, double dt, const VelocityState& difference, ContactSet& contacts)
-      : bodies_(bodies), dt_(dt), difference_(difference), contacts_(contacts) {}
-
-  void rigid_pair(int host, int guest) {
-    const auto h = as_index(host), g = as_index(guest);
-    const RigidBodies& rigid = bodies_.rigid;
-    if (rigid.properties[h].is_static() && rigid.properties[g].is_static()) return;
-    const Host level_set(rigid.state[h], rigid.properties[h]);
-    const RigidState& state = rigid.state[g];
-    const RigidProperties& properties = rigid.properties[g];
-    const double radius = properties.shape.bounding_radius();
-    if (!std::isfinite(radius)) return;  // a half space has no points of its own
-
-    // Nothing of the guest can be nearer than its centre's distance less its radius.
-    const double speed = (state.velocity - rigid.state[h].velocity).norm() +
-                         (difference_.rigid[g] - difference_.rigid[h]).norm();
-    const double spin =
-        state.angular_velocity.norm() * radius +
-        rigid.state[h].angular_velocity.norm() * (state.pose.position - level_set.center).norm();
-    const double margin = reach(speed + spin, dt_);
-    const double center_distance = level_set.distance(state.pose.position);
-    if (center_distance - radius > margin) return;
-
-    const int begin = static_cast<int>(contacts_.points.size());
-    for (int k = 0; k < deepest_point_count(properties.shape); ++k) add_rigid(host, guest, -1 - k);
-    {
-      for (std::size_t i = 0; i < properties.samples.size(); ++i)
-        if (level_set.distance(state.pose.to_world(properties.samples[i])) < margin)
-          add_rigid(host, guest, static_cast<int>(i));
-    }
-    close_pair({host, guest, -1, begin, 0, 0, false});
+// Calls visit(near) for the deepest points and the samples of a rigid guest whose distance from the host is
+// less than `margin`.
+template <class Visit>
+void visit_near(const RigidBodies& rigid, const BodyPair& pair, double margin, Visit&& visit) {
+  const Host host(rigid.state[as_index(pair.host)], rigid.properties[as_index(pair.host)], margin);
+  const Pose& pose = rigid.state[as_index(pair.guest_rigid)].pose;
+  const RigidProperties& guest = rigid.properties[as_index(pair.guest_rigid)];
+  const Vec3 offset = host.to_body * (pose.position - host.center);
+  const Pose in_host{offset,
+                     rigid.state[as_index(pair.host)].pose.orientation.conjugate() * pose.orientation};
+  for (int k = 0; k < deepest_point_count(guest.shape); ++k) {
+    const DeepestPoint deepest = deepest_point(guest.shape, k, in_host, host.shape);
+    const double gap = host.shape.distance(deepest.position);
+    if (gap < margin)
+      visit(NearPoint{.point = -1 - k, .position = deepest.position, .gap = gap}, deepest.inside);
   }
-
-  // `margin` bounds the reach of all of the body's points, `longest` is its longest boundary edge now (m).
-  void deformable_pair(int host, int deformable, double margin, double longest) {
-    const auto h = as_index(host);
-    const Host level_set(bodies_.rigid.state[h], bodies_.rigid.properties[h]);
-    const DeformableBody& body = bodies_.deformable[as_index(deformable)];
-    std::vector<double>& distances = contacts_.particle_distance;
-    distances.resize(as_index(body.particle_count));
-    const int begin = static_cast<int>(contacts_.points.size());
-    const int first_sample = body.first_point + body.point_count - body.sample_count;
-    for (int i = body.first_point; i < first_sample; ++i) {
-      const int particle = bodies_.points[as_index(i)].particle[0];
-      const Vec3& x = bodies_.particles.x[as_index(particle)];
-      const double distance = distances[as_index(particle - body.first_particle)] = level_set.distance(x);
-      if (distance < margin) add_deformable(host, level_set, i, x);
-    }
-    for (int i = first_sample; i < first_sample + body.sample_count; ++i) {
-      const SurfacePoint& point = bodies_.points[as_index(i)];
-      // A sample is no farther from its particles than their edges are long, and distances have slope one.
-      if (distances[as_index(point.particle[0] - body.first_particle)] - longest < margin)
-        add_deformable(host, level_set, i, weighted(point, bodies_.particles.x));
-    }
-    close_pair({host, -1, deformable, begin, 0, 0, false});
+  const Mat3 rotation = host.to_body * pose.orientation.toRotationMatrix();
+  const Eigen::AlignedBox3d region = host.region(rotation, offset);
+  for (std::size_t i = 0; i < guest.samples.size(); ++i) {
+    if (!region.contains(guest.samples[i])) continue;
+    const Vec3 y = rotation * guest.samples[i] + offset;
+    if (!host.is_near(y)) continue;
+    const double gap = host.shape.distance(y);
+    if (gap < margin)
+      visit(NearPoint{.point = static_cast<int>(i), .position = y, .gap = gap},
+            rotation * guest.inside[i] + offset);
   }
-
- private:
-  void add_rigid(int host, int guest, int sample) {
-    const RigidProperties& a = bodies_.rigid.properties[as_index(host)];
-    const RigidProperties& b = bodies_.rigid.properties[as_index(guest)];
-    ContactPoint contact;
-    contact.host = host;
-    contact.guest_rigid = guest;
-    contact.guest_point = sample;
-    contact.friction = std::min(a.friction, b.friction);
-    contact.restitution = std::min(a.restitution, b.restitution);
-    update_geometry(bodies_, contact);
-    if (std::isfinite(contact.gap)) contacts_.points.push_back(contact);
-  }
-
-  void add_deformable(int host, const Host& level_set, int index, const Vec3& x) {
-    const auto h = as_index(host);
-    const SurfacePoint& point = bodies_.points[as_index(index)];
-    const double distance = level_set.distance(x) + point.allowance;
-    const Vec3 v =
-        weighted(point, bodies_.particles.v) - point_velocity(bodies_.rigid.state[h], x - level_set.center);
-    const Vec3 change = weighted(point, difference_.particle) - difference_.rigid[h];
-    if (distance >= reach(v.norm() + change.norm(), dt_)) return;
-    ContactPoint contact;
-    contact.host = host;
-    contact.guest_point = index;
-    contact.friction = bodies_.rigid.properties[h].friction;
-    contact.restitution = 0;  // deformable bodies store and return energy by themselves (paper section 4)
-    update_geometry(bodies_, contact);
-    contacts_.points.push_back(contact);
-  }
-
-  void close_pair(ContactPair pair) {
-    pair.end = static_cast<int>(contacts_.points.size());
-    if (pair.end > pair.begin) contacts_.pairs.push_back(pair);
-  }
-
-  const Bodies& bodies_;
-  double dt_;
-  const VelocityState& difference_;
-  ContactSet& contacts_;
-};
-
-// Axis-aligned bounds of a deformable body's particles.
-Eigen::AlignedBox3d bounds(const Bodies& bodies, const DeformableBody& body) {
-  Eigen::AlignedBox3d box;
-  for (int p = body.first_particle; p < body.first_particle + body.particle_count; ++p)
-    box.extend(bodies.particles.x[as_index(p)]);
-  return box;
 }
 
-double longest_edge(const Bodies& bodies, const DeformableBody& body) {
-  const std::vector<Vec3>& x = bodies.particles.x;
-  double squared = 0;
-  for (int i = body.first_triangle; i < body.first_triangle + body.triangle_count; ++i) {
-    const Triangle& t = bodies.triangles[as_index(i)];
-    for (std::size_t k = 0; k < 3; ++k)
-      squared = std::max(squared, (x[as_index(t[k])] - x[as_index(t[(k + 1) % 3])]).squaredNorm());
+// The same for the surface points of a deformable guest; allowances are not part of the gap.
+template <class Visit>
+void visit_near(const Bodies& bodies, const CandidateSearch& search, const BodyPair& pair, double margin,
+                Visit&& visit) {
+  const auto h = as_index(pair.host);
+  const Host host(bodies.rigid.state[h], bodies.rigid.properties[h], margin);
+  const BodyBounds& bounds = search.broad_phase.bounds[h];
+  const Eigen::AlignedBox3d box = bounds.is_half_space ? Eigen::AlignedBox3d() : world_box(bounds, margin);
+  const auto misses = [&](const Eigen::AlignedBox3d& block) {
+    if (!bounds.is_half_space) return !box.intersects(block);
+    const Vec3 normal = bounds.axes.col(1);
+    return normal.dot(block.center() - bounds.center) - normal.cwiseAbs().dot(block.sizes()) / 2 > margin;
+  };
+  const DeformableBody& body = bodies.deformable[as_index(pair.guest_deformable)];
+  for (auto b = as_index(search.first_block[as_index(pair.guest_deformable)]);
+       b < search.blocks.size() && search.blocks[b].begin < body.first_point + body.point_count; ++b) {
+    const CandidateSearch::Block& block = search.blocks[b];
+    if (misses(block.box)) continue;
+    for (int i = block.begin; i < block.end; ++i) {
+      const Vec3 y = host.to_body * (search.point[as_index(i)] - host.center);
+      if (!host.is_near(y)) continue;
+      const double gap = host.shape.distance(y);
+      if (gap < margin) visit(NearPoint{.point = i, .position = y, .gap = gap});
+    }
   }
-  return std::sqrt(squared);
+}
+
+// Places the surface points of the deformable bodies that occur in the pairs.
+void place_points(const Bodies& bodies, const std::vector<BodyPair>& pairs, CandidateSearch& search) {
+  search.blocks.clear();
+  search.first_block.assign(bodies.deformable.size(), 0);
+  search.point.resize(bodies.points.size());
+  int last = -1;
+  for (const BodyPair& pair : pairs) {  // those with deformable bodies are in the order of these
+    if (pair.guest_deformable == last) continue;
+    last = pair.guest_deformable;
+    const DeformableBody& body = bodies.deformable[as_index(last)];
+    search.first_block[as_index(last)] = static_cast<int>(search.blocks.size());
+    const int end = body.first_point + body.point_count, step = static_cast<int>(points_at_once);
+    for (int i = body.first_point; i < end; i += step)
+      search.blocks.push_back({i, std::min(i + step, end), {}});
+  }
+  parallel_for(search.blocks.size(), 8, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t b = begin; b < end; ++b)
+      for (int i = search.blocks[b].begin; i < search.blocks[b].end; ++i) {
+        search.point[as_index(i)] = weighted(bodies.points[as_index(i)], bodies.particles.x);
+        search.blocks[b].box.extend(search.point[as_index(i)]);
+      }
+  });
 }
 
 double max_norm(const std::vector<Vec3>& values, const DeformableBody& body) {
@@ -158,62 +138,201 @@ double max_norm(const std::vector<Vec3>& values, const DeformableBody& body) {
   return std::sqrt(squared);
 }
 
+class Finder {
+ public:
+  Finder(const Bodies& bodies, const CandidateFilter& filter, double dt, const VelocityState& difference,
+         ContactSet& contacts)
+      : bodies_(bodies),
+        filter_(filter),
+        dt_(dt),
+        difference_(difference),
+        contacts_(contacts),
+        search_(contacts.search) {}
+
+  void find() {
+    const std::vector<BodyPair>& pairs = find_pairs();
+    place_points(bodies_, pairs, search_);
+    const std::size_t count = (pairs.size() + pairs_at_once - 1) / pairs_at_once;
+    if (search_.chunks.size() < count) search_.chunks.resize(count);
+    parallel_for(pairs.size(), pairs_at_once, [&](std::size_t begin, std::size_t end) {
+      CandidateSearch::Chunk& chunk = search_.chunks[begin / pairs_at_once];
+      chunk.pairs.clear();
+      chunk.touches.clear();
+      for (std::size_t i = begin; i < end; ++i) find_touches(pairs[i], chunk);
+      // Room for twice as many, so that storage stops growing once a scene has warmed up.
+      if (chunk.touches.capacity() < 2 * chunk.touches.size())
+        chunk.touches.reserve(2 * chunk.touches.size());
+      chunk.pairs.reserve(pairs_at_once);
+    });
+    make_room(count);
+    parallel_for(count, 1, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t c = begin; c < end; ++c) fill(search_.chunks[c]);
+    });
+  }
+
+ private:
+  // Each body's margin is its own part of what reach() gives a pair, so that no pair is missed.
+  const std::vector<BodyPair>& find_pairs() {
+    BroadPhase& broad_phase = search_.broad_phase;
+    bound_bodies(bodies_, broad_phase.bounds);
+    broad_phase.margin.resize(broad_phase.bounds.size());
+    parallel_for(broad_phase.bounds.size(), 64, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i)
+        broad_phase.margin[i] =
+            reach(fastest(broad_phase.bounds[i]) + largest_change(static_cast<int>(i)), dt_);
+    });
+    return broad_phase.find(filter_);
+  }
+
+  double largest_change(int body) const {
+    const std::size_t rigid_count = bodies_.rigid.size();
+    return as_index(body) < rigid_count
+               ? difference_.rigid[as_index(body)].norm()
+               : max_norm(difference_.particle, bodies_.deformable[as_index(body) - rigid_count]);
+  }
+
+  void find_touches(const BodyPair& pair, CandidateSearch::Chunk& chunk) const {
+    const int begin = static_cast<int>(chunk.touches.size());
+    if (pair.guest_rigid >= 0)
+      find_rigid(pair, chunk);
+    else
+      find_deformable(pair, chunk);
+    const int end = static_cast<int>(chunk.touches.size());
+    if (end > begin) chunk.pairs.push_back({pair, begin, end});
+  }
+
+  // Both ways, unless the host is a half space, which has no points of its own.
+  void find_rigid(const BodyPair& pair, CandidateSearch::Chunk& chunk) const {
+    if (search_.broad_phase.bounds[as_index(pair.host)].is_half_space) {
+      find_points(pair, false, chunk);
+    } else if (pair.host < pair.guest_rigid) {
+      find_points(pair, false, chunk);
+      find_points({pair.guest_rigid, pair.host, -1}, true, chunk);
+    }
+  }
+
+  void find_points(const BodyPair& pair, bool reversed, CandidateSearch::Chunk& chunk) const {
+    const auto h = as_index(pair.host), g = as_index(pair.guest_rigid);
+    const BodyBounds& host = search_.broad_phase.bounds[h];
+    const BodyBounds& guest = search_.broad_phase.bounds[g];
+    const double speed = (guest.velocity - host.velocity).norm() +
+                         (difference_.rigid[g] - difference_.rigid[h]).norm() +
+                         guest.spin.norm() * guest.arm + host.spin.norm() * host.arm;
+    const double margin = reach(speed, dt_);
+    if (separation(host, guest) > margin) return;
+    const auto begin = chunk.touches.size();
+    visit_near(bodies_.rigid, pair, margin, [&](NearPoint near, const Vec3& inside) {
+      const ContactPlane plane = contact_plane(bodies_.rigid.properties[h].shape, near.position, inside);
+      if (!plane.faces && plane.gap >= 0) return;
+      near.reversed = reversed;
+      near.normal = plane.normal;
+      near.gap = plane.gap;
+      chunk.touches.push_back(near);
+    });
+    if (filter_.reduce_contacts) reduce_contacts(guest.arm, begin, chunk.touches, chunk.reduction);
+  }
+
+  void find_deformable(const BodyPair& pair, CandidateSearch::Chunk& chunk) const {
+    const auto h = as_index(pair.host);
+    const BodyBounds& host = search_.broad_phase.bounds[h];
+    const auto d = bodies_.rigid.size() + as_index(pair.guest_deformable);
+    const BodyBounds& guest = search_.broad_phase.bounds[d];
+    const double speed =
+        fastest(guest) + largest_change(static_cast<int>(d)) + fastest(host) + difference_.rigid[h].norm();
+    const double margin = reach(speed, dt_);
+    if (separation(host, guest) > margin) return;
+    visit_near(bodies_, search_, pair, margin, [&](NearPoint touch) {
+      const SurfacePoint& point = bodies_.points[as_index(touch.point)];
+      const RigidState& state = bodies_.rigid.state[h];
+      const Vec3 arm = search_.point[as_index(touch.point)] - state.pose.position;
+      const Vec3 v = weighted(point, bodies_.particles.v) - point_velocity(state, arm);
+      const Vec3 change = weighted(point, difference_.particle) - difference_.rigid[h];
+      touch.gap += point.allowance;
+      if (touch.gap < reach(v.norm() + change.norm(), dt_)) chunk.touches.push_back(touch);
+    });
+  }
+
+  void make_room(std::size_t chunks) {
+    std::size_t pairs = 0, points = 0;
+    for (std::size_t c = 0; c < chunks; ++c) {
+      search_.chunks[c].first_pair = pairs;
+      search_.chunks[c].first_point = points;
+      pairs += search_.chunks[c].pairs.size();
+      points += search_.chunks[c].touches.size();
+    }
+    contacts_.pairs.resize(pairs);
+    contacts_.points.resize(points);
+  }
+
+  void fill(const CandidateSearch::Chunk& chunk) const {
+    const int first = static_cast<int>(chunk.first_point);
+    for (std::size_t p = 0; p < chunk.pairs.size(); ++p) {
+      const auto& [pair, begin, end] = chunk.pairs[p];
+      ContactPair& target = contacts_.pairs[chunk.first_pair + p] = ContactPair();
+      target.host = pair.host;
+      target.guest_rigid = pair.guest_rigid;
+      target.guest_deformable = pair.guest_deformable;
+      target.begin = first + begin;
+      target.end = first + end;
+      for (int i = begin; i < end; ++i)
+        contacts_.points[as_index(first + i)] = make_contact(
+            chunk.touches[as_index(i)].reversed ? BodyPair{pair.guest_rigid, pair.host, -1} : pair,
+            chunk.touches[as_index(i)].point);
+    }
+  }
+
+  ContactPoint make_contact(const BodyPair& pair, int point) const {
+    const RigidProperties& host = bodies_.rigid.properties[as_index(pair.host)];
+    ContactPoint contact;
+    contact.host = pair.host;
+    contact.guest_rigid = pair.guest_rigid;
+    contact.guest_point = point;
+    contact.friction = host.friction;
+    contact.restitution = 0;  // deformable bodies store and return energy by themselves (paper section 4)
+    if (pair.guest_rigid >= 0) {
+      const RigidProperties& guest = bodies_.rigid.properties[as_index(pair.guest_rigid)];
+      contact.friction = std::min(host.friction, guest.friction);
+      contact.restitution = std::min(host.restitution, guest.restitution);
+    }
+    update_geometry(bodies_, contact);
+    return contact;
+  }
+
+  const Bodies& bodies_;
+  const CandidateFilter& filter_;
+  double dt_;
+  const VelocityState& difference_;
+  ContactSet& contacts_;
+  CandidateSearch& search_;
+};
+
 }  // namespace
 
 void find_candidates(const Bodies& bodies, const CandidateFilter& filter, double dt,
                      const VelocityState& difference, ContactSet& contacts) {
-  contacts.points.clear();
-  contacts.pairs.clear();
-  Finder finder(bodies, dt, difference, contacts);
-  const int rigid_count = static_cast<int>(bodies.rigid.size());
-  if (filter.rigid_pairs)
-    for (int host = 0; host < rigid_count; ++host)
-      for (int guest = 0; guest < rigid_count; ++guest)
-        if (host != guest) finder.rigid_pair(host, guest);
-  if (!filter.rigid_deformable) return;
-  for (std::size_t d = 0; d < bodies.deformable.size(); ++d) {
-    const Eigen::AlignedBox3d box = bounds(bodies, bodies.deformable[d]);
-    const double speed = max_norm(bodies.particles.v, bodies.deformable[d]) +
-                         max_norm(difference.particle, bodies.deformable[d]);
-    const double longest = longest_edge(bodies, bodies.deformable[d]);
-    for (int host = 0; host < rigid_count; ++host) {
-      const RigidState& state = bodies.rigid.state[as_index(host)];
-      const RigidProperties& properties = bodies.rigid.properties[as_index(host)];
-      const Vec3 middle = box.center();
-      const double half_diagonal = box.sizes().norm() / 2;
-      const double spin =
-          state.angular_velocity.norm() * (half_diagonal + (middle - state.pose.position).norm());
-      const double margin =
-          reach(speed + state.velocity.norm() + difference.rigid[as_index(host)].norm() + spin, dt);
-      const Host level_set(state, properties);
-      // A box that the bounding sphere misses cannot touch; where there is no sphere, the level set at the
-      // middle decides.
-      const bool near =
-          std::isfinite(level_set.radius)
-              ? std::sqrt(box.squaredExteriorDistance(level_set.center)) < level_set.radius + margin
-              : level_set.distance(middle) < half_diagonal + margin;
-      if (near) finder.deformable_pair(host, static_cast<int>(d), margin, longest);
-    }
-  }
+  Finder(bodies, filter, dt, difference, contacts).find();
 }
 
 double max_penetration(const Bodies& bodies, const CandidateFilter& filter) {
-  double least = 0;
-  const RigidBodies& rigid = bodies.rigid;
-  for (std::size_t h = 0; h < rigid.size(); ++h) {
-    const Host level_set(rigid.state[h], rigid.properties[h]);
-    for (std::size_t g = 0; filter.rigid_pairs && g < rigid.size(); ++g) {
-      const RigidProperties& guest = rigid.properties[g];
-      if (g == h || (guest.is_static() && rigid.properties[h].is_static())) continue;
-      if (guest.shape.kind == LevelSet::Kind::sphere)
-        least = std::min(least, level_set.distance(rigid.state[g].pose.position) - guest.shape.radius);
-      for (const Vec3& sample : guest.samples)
-        least = std::min(least, level_set.distance(rigid.state[g].pose.to_world(sample)));
-    }
-    if (filter.rigid_deformable)
-      for (const SurfacePoint& point : bodies.points)
-        least = std::min(least, level_set.distance(weighted(point, bodies.particles.x)));
-  }
+  CandidateSearch search;
+  bound_bodies(bodies, search.broad_phase.bounds);
+  search.broad_phase.margin.assign(search.broad_phase.bounds.size(), 0);
+  const std::vector<BodyPair>& pairs = search.broad_phase.find(filter);
+  place_points(bodies, pairs, search);
+  const double least = parallel_reduce(
+      pairs.size(), pairs_at_once, 0.0,
+      [&](std::size_t begin, std::size_t end) {
+        double deepest = 0;
+        const auto look = [&](const NearPoint& near) { deepest = std::min(deepest, near.gap); };
+        for (std::size_t i = begin; i < end; ++i) {
+          if (pairs[i].guest_rigid >= 0)
+            visit_near(bodies.rigid, pairs[i], 0, [&](const NearPoint& near, const Vec3&) { look(near); });
+          else
+            visit_near(bodies, search, pairs[i], 0, look);
+        }
+        return deepest;
+      },
+      [](double a, double b) { return std::min(a, b); });
   return std::abs(least);  // not -0
 }
 

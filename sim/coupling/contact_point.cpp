@@ -88,19 +88,18 @@ Touch touch(const Bodies& bodies, const ContactPoint& contact) {
                contact.guest_point);
 }
 
-double predicted_gap(const Bodies& bodies, const std::vector<Pose>& predicted, double dt,
-                     const ContactPoint& contact) {
+Touch predicted_touch(const Bodies& bodies, const std::vector<Pose>& predicted, double dt,
+                      const ContactPoint& contact) {
   const auto host = as_index(contact.host);
   const RigidProperties& properties = bodies.rigid.properties[host];
   if (!contact.is_rigid_pair()) {
     const SurfacePoint& point = surface_point(bodies, contact);
     const Vec3 x = weighted(point, bodies.particles.x) + dt * weighted(point, bodies.particles.v);
-    return properties.shape.distance(predicted[host].to_body(x)) + point.allowance;
+    return touch(properties, predicted[host], point, x);
   }
   const auto guest = as_index(contact.guest_rigid);
   return touch(properties, predicted[host], bodies.rigid.properties[guest], predicted[guest],
-               contact.guest_point)
-      .gap;
+               contact.guest_point);
 }
 
 double gap_now(const Bodies& bodies, const ContactPoint& contact) { return touch(bodies, contact).gap; }

@@ -9,7 +9,7 @@
 
 #include <vector>
 
-#include "sim/coupling/bodies.h"
+#include "sim/coupling/candidate_search.h"
 #include "sim/coupling/friction.h"
 
 namespace duet {
@@ -45,8 +45,8 @@ struct ContactPair {
 struct ContactSet {
   std::vector<ContactPoint> points;
   std::vector<ContactPair> pairs;
-  std::vector<Pose> predicted;            // of the rigid bodies; scratch of predict_contacts
-  std::vector<double> particle_distance;  // scratch of the search: m, of one body's boundary particles
+  std::vector<Pose> predicted;  // of the rigid bodies; scratch of predict_contacts
+  CandidateSearch search;       // scratch of find_candidates
 };
 
 inline const SurfacePoint& surface_point(const Bodies& bodies, const ContactPoint& contact) {
@@ -76,9 +76,9 @@ Touch touch(const RigidProperties& host, const Pose& host_pose, const RigidPrope
             const Pose& guest_pose, int sample);
 // At the positions now.
 Touch touch(const Bodies& bodies, const ContactPoint& contact);
-// The gap (m) with rigid bodies at the `predicted` poses, particles after `dt` (s) at their velocities now.
-double predicted_gap(const Bodies& bodies, const std::vector<Pose>& predicted, double dt,
-                     const ContactPoint& contact);
+// With rigid bodies at the `predicted` poses, particles after `dt` (s) at their velocities now.
+Touch predicted_touch(const Bodies& bodies, const std::vector<Pose>& predicted, double dt,
+                      const ContactPoint& contact);
 // Recomputes normal, arms, gap and response from the positions now.
 void update_geometry(const Bodies& bodies, ContactPoint& contact);
 // The gap at the positions now, m.

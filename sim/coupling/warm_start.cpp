@@ -13,11 +13,23 @@ auto name_of(const Contact& contact) {
   return std::tie(contact.host, contact.guest_rigid, contact.guest_point);
 }
 
-Vec3 remembered_force(const ContactMemory& memory, const ContactPoint& contact) {
+Vec3 remembered_impulse(const ContactMemory& memory, const ContactPoint& contact, double duration) {
   const auto found = std::lower_bound(
       memory.begin(), memory.end(), contact,
       [](const RememberedContact& a, const ContactPoint& b) { return name_of(a) < name_of(b); });
-  return found != memory.end() && name_of(*found) == name_of(contact) ? found->force : Vec3::Zero();
+  if (found == memory.end() || name_of(*found) != name_of(contact)) return Vec3::Zero();
+  return std::min(1.0, duration / found->duration) * found->impulse;
+}
+
+// See predict_contacts. Where the normal has turned far, another side of the host is nearest then: the gap
+// there says nothing about this normal.
+double target_velocity(const ContactPoint& contact, const Vec3& velocity, const Touch& predicted, double dt) {
+  constexpr double least_agreement = 0.9;  // cosine of the turn of the normal: 26 degrees
+  constexpr double most_turn = 0.1;        // of the speed, that a curved host may turn towards its normal
+  if (predicted.gap < 0 && predicted.normal.dot(contact.normal) < least_agreement)
+    return -std::max(contact.gap, 0.0) / dt;
+  return std::min(velocity.dot(contact.normal) - (predicted.gap - std::min(contact.gap, 0.0)) / dt,
+                  most_turn * velocity.norm());
 }
 
 // Applies what `begin_contact` returns as a contact's impulse.
@@ -59,9 +71,8 @@ void predict_contacts(double dt, bool second_order, const ContactGraph& graph, c
       const ContactPair& pair = contacts.pairs[as_index(graph.pairs[k])];
       for (int i = pair.begin; i < pair.end; ++i) {
         ContactPoint& contact = contacts.points[as_index(i)];
-        const double gap = predicted_gap(bodies, contacts.predicted, dt, contact);
-        contact.target =
-            relative_velocity(bodies, contact).dot(contact.normal) - (gap - std::min(contact.gap, 0.0)) / dt;
+        contact.target = target_velocity(contact, relative_velocity(bodies, contact),
+                                         predicted_touch(bodies, contacts.predicted, dt, contact), dt);
       }
     }
   });
@@ -72,7 +83,7 @@ void warm_start(const ContactMemory& memory, double duration, const ContactGraph
   for (ContactPoint& contact : contacts.points) contact.impulse.setZero();
   for (ContactPair& pair : contacts.pairs) pair.angular_impulse.setZero();
   apply_to_all(graph, bodies, contacts, [&](const ContactPoint& contact) -> Vec3 {
-    return duration * remembered_force(memory, contact);
+    return remembered_impulse(memory, contact, duration);
   });
 }
 
@@ -104,7 +115,7 @@ void remember(const ContactSet& contacts, const ContactGraph& graph, double dura
       const ContactPoint& contact = contacts.points[as_index(i)];
       if (!contact.impulse.isZero(0))
         memory.push_back(
-            {contact.host, contact.guest_rigid, contact.guest_point, 0, contact.impulse / duration});
+            {contact.host, contact.guest_rigid, contact.guest_point, 0, contact.impulse, duration});
     }
   }
   std::sort(memory.begin(), memory.end(),

@@ -10,8 +10,9 @@ namespace duet {
 
 struct RememberedContact {
   int host = -1, guest_rigid = -1, guest_point = -1;  // as in ContactPoint; together they name a contact
-  int unused = 0;             // written with the rest, so that saved states have no undefined bytes
-  Vec3 force = Vec3::Zero();  // N, on the guest
+  int unused = 0;               // written with the rest, so that saved states have no undefined bytes
+  Vec3 impulse = Vec3::Zero();  // N s, on the guest
+  double duration = 0;          // s, over which it acted
 };
 
 // The contacts that held a force at the end of the last step, sorted by their names. Part of the state.
@@ -30,7 +31,7 @@ void predict_contacts(double dt, bool second_order, const ContactGraph& graph, c
                       ContactSet& contacts);
 
 // Gives the contacts of `graph` the impulse that their remembered forces make in `duration` (s), and the
-// others none.
+// others none. Never more than they had: the impulse of a blow in a short step is no force to go on with.
 void warm_start(const ContactMemory& memory, double duration, const ContactGraph& graph, Bodies& bodies,
                 ContactSet& contacts);
 

@@ -9,11 +9,31 @@ namespace duet {
 namespace {
 
 constexpr double pi = std::numbers::pi;
-constexpr int least_around = 24;  // samples on the widest ring of a round body, so that it rolls smoothly
+constexpr double most_on_edge = 8;  // as many times denser than elsewhere are samples on edges of thin boxes
+constexpr int least_around = 24;    // samples on the widest ring of a round body, so that it rolls smoothly
 
 // Intervals no longer than `spacing`; a length that is a whole number of them but for rounding has that many.
 int intervals(double length, double spacing) {
   return std::max(1, static_cast<int>(std::ceil(length / spacing - 1e-9)));
+}
+
+// Points between those of the lattice `n` on the edges of a thin box. Its edge crosses that of another such
+// box over the length of a thickness: samples no farther apart than that do not miss each other.
+void add_edge_samples(const Vec3& half, const Vec3i& n, double spacing, std::vector<Vec3>& samples) {
+  const double apart = std::max(2 * half.minCoeff(), spacing / most_on_edge);
+  for (int axis = 0; axis < 3; ++axis) {
+    const int parts = intervals(2 * half[axis] / n[axis], apart), count = n[axis] * parts;
+    for (int i = 1; i < count; ++i) {
+      if (i % parts == 0) continue;
+      for (int edge = 0; edge < 4; ++edge) {
+        Vec3 place;
+        place[axis] = 2.0 * i / count - 1;
+        place[(axis + 1) % 3] = edge & 1 ? 1 : -1;
+        place[(axis + 2) % 3] = edge & 2 ? 1 : -1;
+        samples.push_back(half.cwiseProduct(place));
+      }
+    }
+  }
 }
 
 std::vector<Vec3> box_samples(const Vec3& half, double spacing) {
@@ -28,6 +48,7 @@ std::vector<Vec3> box_samples(const Vec3& half, double spacing) {
           samples.emplace_back(
               half.cwiseProduct(Vec3(2.0 * i / n.x() - 1, 2.0 * j / n.y() - 1, 2.0 * k / n.z() - 1)));
       }
+  add_edge_samples(half, n, spacing, samples);
   return samples;
 }
 

@@ -12,7 +12,8 @@ namespace duet {
 double default_sample_spacing(double volume);  // m
 
 // Corners, rims and poles, and points on edges and faces whose neighbours are no farther apart than
-// `spacing`. Spheres have none: their deepest point is known (see contact_candidates.h).
+// `spacing`, on the edges of boxes also no farther than these are thin (down to an eighth of the spacing).
+// Spheres have none: their deepest point is known (see contact_candidates.h).
 std::vector<Vec3> surface_samples(const LevelSet& shape, double spacing);
 
 // The same for a closed mesh: no point of it is farther than `spacing` from a sample. Of vertices that are

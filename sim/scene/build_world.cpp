@@ -148,6 +148,7 @@ StepSettings step_settings(const Solver& solver) {
   settings.push_out_iterations = solver.push_out_iterations;
   settings.separate_rigid_bodies = solver.rigid_push_out == RigidPushOut::all_contacts;
   settings.projection_sweeps = solver.projection_iterations;
+  settings.contact_reduction = solver.contact_reduction;
   settings.second_order_orientation = solver.orientation == OrientationUpdate::second_order;
   settings.collision.iterations = solver.collision_iterations;
   settings.collision.second_order = settings.second_order_orientation;

@@ -48,14 +48,16 @@ void write_sizes(std::string& out, const WorldSizes& sizes) {
                        mass_ratio(sizes));
 }
 
-void write_time(std::string& out, const Scene& scene, const TimeStepEstimate& estimate) {
+void write_time(std::string& out, const Scene& scene, const WorldSizes& sizes,
+                const TimeStepEstimate& estimate) {
   out += fmt::format("time\n  {} frames at {:.6g} 1/s: {:.6g} s\n", scene.frames, scene.fps,
                      scene.frames / scene.fps);
   if (estimate.elastic_bound > 0)
     out += fmt::format("  elastic bound on the time step {:.4g} s, of which solver.cfl = {:.4g} is used\n",
                        estimate.elastic_bound, scene.solver.cfl);
-  out += fmt::format("  at least {} substeps a frame of at most {:.4g} s; fast bodies take more\n",
+  out += fmt::format("  at least {} substeps a frame of at most {:.4g} s; fast bodies that meet take more\n",
                      estimate.substeps_per_frame, estimate.time_step);
+  out += fmt::format("  the first step is bounded by {}: {:.4g} s\n", sizes.time_step_bound, sizes.time_step);
 }
 
 }  // namespace
@@ -112,7 +114,7 @@ std::string explain(const Scene& scene, const EffectPlan& plan, const WorldSizes
   std::string out = title_of(scene) + "\n\n";
   write_effects(out, plan);
   write_sizes(out, sizes);
-  write_time(out, scene, estimate_time_step(scene, sizes));
+  write_time(out, scene, sizes, estimate_time_step(scene, sizes));
   const std::vector<std::string> found = warnings(scene, plan, sizes);
   out += found.empty() ? "no warnings\n" : "warnings\n";
   for (const std::string& warning : found) out += fmt::format("  {}\n", warning);
@@ -154,7 +156,9 @@ nlohmann::json explain_json(const Scene& scene, const EffectPlan& plan, const Wo
       {"time",
        {{"elastic_bound", estimate.elastic_bound},
         {"time_step", estimate.time_step},
-        {"substeps_per_frame", estimate.substeps_per_frame}}},
+        {"substeps_per_frame", estimate.substeps_per_frame},
+        {"first_step", sizes.time_step},
+        {"first_step_bound", sizes.time_step_bound}}},
       {"warnings", warnings(scene, plan, sizes)}};
 }
 

@@ -90,7 +90,7 @@ enum class OrientationUpdate { first_order, second_order };
 struct Solver {
   Accuracy accuracy = Accuracy::standard;
   double cfl = 0.9;                  // time step as a fraction of the elastic stability limit
-  double max_travel = 0.1;           // largest motion of a rigid body a step, as a fraction of the smallest dynamic body's size
+  double max_travel = 0.1;           // how far another body may enter a moving one in a step, as a fraction of its size
   double max_rotation = 0.314159;    // rad, largest rotation of a rigid body a step
   double max_time_step = 1.0 / 48;   // s
   double cg_tolerance = 1e-3;        // m/s, largest residual velocity
@@ -102,6 +102,7 @@ struct Solver {
   Switch shock_propagation = Switch::automatic;  // level by level after the sweeps of contact
   int projection_iterations = 2;     // forward and backward sweeps of the projection in the conjugate gradients
   int face_samples = 4;              // lattice order of extra contact points on deformable faces; 0: vertices only
+  bool contact_reduction = true;     // of rigid flat faces, to the points that carry them
   OrientationUpdate orientation = OrientationUpdate::second_order;
 };
 

@@ -241,9 +241,10 @@ std::vector<Key> keys(Solver& solver) {
        "preset of the other keys of this table, each of which can still be set"},
       {"cfl", &solver.cfl, "", above_up_to(0, 1), "time step as a fraction of the elastic stability limit"},
       {"max_travel", &solver.max_travel, "", above_up_to(0, 1),
-       "largest motion of a rigid body a step, as a fraction of the smallest dynamic body's size"},
+       "how far two bodies that meet may enter each other in a step, as a fraction of the smaller one's "
+       "size"},
       {"max_rotation", &solver.max_rotation, "rad", above_up_to(0, std::numbers::pi),
-       "largest rotation of a rigid body a step"},
+       "largest rotation of a rigid body a step; balls may turn on"},
       {"max_time_step", &solver.max_time_step, "s", positive, "largest time step"},
       {"cg_tolerance", &solver.cg_tolerance, "m/s", positive,
        "largest residual velocity that the conjugate gradients leave"},
@@ -262,6 +263,8 @@ std::vector<Key> keys(Solver& solver) {
        "forward and backward sweeps of the contact projection inside the conjugate gradients (step V.2)"},
       {"face_samples", &solver.face_samples, "", between(0, 32),
        "lattice order of extra contact points on deformable faces; 0: vertices only"},
+      {"contact_reduction", &solver.contact_reduction, "", any,
+       "flat faces of rigid bodies touch with the points that carry them instead of all their samples"},
       {"orientation", choice(solver.orientation, {"first_order", "second_order"}), "", any,
        "how rigid orientations are advanced"},
   };

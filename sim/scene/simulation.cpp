@@ -257,9 +257,12 @@ std::vector<GridSize> grid_sizes(const RigidBodies& rigid) {
 }  // namespace
 
 WorldSizes Simulation::sizes() const {
-  const World& world = impl_->world();
+  World& world = impl_->world();
   const Bodies& bodies = world.bodies;
   WorldSizes sizes;
+  const TimeStepChoice choice = bounded_time_step(world);
+  sizes.time_step = choice.seconds;
+  sizes.time_step_bound = describe(choice, bodies);
   sizes.lightest = std::numeric_limits<double>::infinity();
   const auto weigh = [&](double mass) {
     sizes.lightest = std::min(sizes.lightest, mass);

@@ -30,6 +30,8 @@ struct WorldSizes {
   double lightest = 0, heaviest = 0;  // kg, of the dynamic bodies
   std::vector<GridSize> grids;
   double elastic_dt = 0;  // s, the elastic bound on the time step at rest (0: no deformable body)
+  double time_step = 0;          // s, the longest that the rule allows now
+  std::string time_step_bound;   // what bounds it, in words
 };
 
 class Simulation {

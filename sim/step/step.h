@@ -13,9 +13,20 @@ void restore_step_start(World& world);
 void end_step(World& world);  // w = I^-1 L without the rounding of its increments, so that a state is x, q, v
                               // and L alone
 
-// The longest step that the rule allows now, s: a fraction of the elastic stability limit 2/omega_max of the
-// elements as they are deformed now, and bounds on the travel and the turn of rigid bodies.
-double choose_time_step(const World& world);
+// The longest step that the rule allows now, s, and what bounds it: the settings' largest step, a fraction of
+// the elastic stability limit 2/omega_max of the elements as they are deformed now, the turn of a rigid body,
+// or two bodies that can meet within the step. Of those, a step brings the ones far apart no farther than
+// almost into contact, and near ones no deeper into each other than max_travel of the size of the moving and
+// half the thickness of the standing body, so that however fast they are nothing passes through.
+enum class TimeStepBound { setting, elasticity, turn, approach };
+struct TimeStepChoice {
+  double seconds = 0;
+  TimeStepBound bound = TimeStepBound::setting;
+  int body = -1, other = -1;  // who turns, or meets: rigid bodies, then deformable ones
+};
+TimeStepChoice bounded_time_step(World& world);
+std::string describe(const TimeStepChoice& choice, const Bodies& bodies);  // "the turn of `bar`"
+double choose_time_step(World& world);
 
 // The stages, in the paper's order and naming. Each is a function of its own so that tests can look between
 // them.

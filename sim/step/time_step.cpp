@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "sim/base/error.h"
+#include "sim/base/parallel.h"
 #include "sim/step/step.h"
 
 namespace duet {
@@ -25,20 +26,71 @@ double elastic_limit(const World& world) {
   return std::clamp(now, least_elastic_share * at_rest, at_rest);
 }
 
-double rigid_limit(const World& world) {
+constexpr double infinity = std::numeric_limits<double>::infinity();
+
+// The part of a body's thickness that others may enter within a step: a point that enters by less is found
+// inside, and outside before, so that its normal leads back to where it came from.
+constexpr double passing_share = 0.5;
+
+void bound_by_turn(const World& world, TimeStepChoice& choice) {
   const RigidBodies& rigid = world.bodies.rigid;
-  double size = std::numeric_limits<double>::infinity();
-  for (const RigidProperties& properties : rigid.properties)
-    if (!properties.is_static()) size = std::min(size, properties.shape.smallest_size());
-  double limit = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < rigid.size(); ++i) {
-    if (rigid.properties[i].is_static()) continue;
+    if (rigid.properties[i].shape.kind == LevelSet::Kind::sphere) continue;  // it turns without error
     const double spin = rigid.state[i].angular_velocity.norm();
-    const double speed = rigid.state[i].velocity.norm() + rigid.properties[i].shape.bounding_radius() * spin;
-    if (speed > 0) limit = std::min(limit, world.settings.max_travel * size / speed);
-    if (spin > 0) limit = std::min(limit, world.settings.max_rotation / spin);
+    if (spin * choice.seconds > world.settings.max_rotation)
+      choice = {world.settings.max_rotation / spin, TimeStepBound::turn, static_cast<int>(i)};
   }
-  return limit;
+}
+
+// How deep a body may enter this one within a step, m.
+double entry(const BodyBounds& body, const StepSettings& settings) {
+  if (body.is_deformable) return infinity;  // it has no inside that contact would look at
+  return body.thickness * (body.is_static ? passing_share : std::min(settings.max_travel, passing_share));
+}
+
+// Whether nothing moves fast enough to enter anything within `seconds`.
+bool all_are_slow(const std::vector<BodyBounds>& bounds, const StepSettings& settings, double acceleration,
+                  double seconds) {
+  double speed = acceleration, depth = infinity;
+  for (const BodyBounds& body : bounds) {
+    speed = std::max(speed, fastest(body) + acceleration);
+    depth = std::min(depth, entry(body, settings));
+  }
+  return 2 * speed * seconds <= depth;
+}
+
+// Only bodies that can meet within the step bound it: with those far apart it may end before they touch, with
+// those near each other it may not take them deeper into each other than the thinner one allows.
+void bound_by_approach(World& world, TimeStepChoice& choice) {
+  BroadPhase& broad_phase = world.context.meeting;
+  bound_bodies(world.bodies, broad_phase.bounds);
+  const double seconds = choice.seconds, acceleration = world.gravity.norm() * seconds;
+  if (all_are_slow(broad_phase.bounds, world.settings, acceleration, seconds)) return;
+  broad_phase.margin.resize(broad_phase.bounds.size());
+  for (std::size_t i = 0; i < broad_phase.margin.size(); ++i)
+    broad_phase.margin[i] = seconds * (fastest(broad_phase.bounds[i]) + acceleration);
+
+  const std::vector<BodyPair>& pairs = broad_phase.find(world.contact_filter());
+  const int rigid_count = static_cast<int>(world.bodies.rigid.size());
+  const auto limit_of = [&](const BodyPair& pair) {
+    const int guest = pair.guest_rigid >= 0 ? pair.guest_rigid : rigid_count + pair.guest_deformable;
+    const BodyBounds& a = broad_phase.bounds[static_cast<std::size_t>(pair.host)];
+    const BodyBounds& b = broad_phase.bounds[static_cast<std::size_t>(guest)];
+    if (guest < pair.host && !a.is_half_space) return choice;  // the same two as (guest, host)
+    const double depth = std::min(entry(a, world.settings), entry(b, world.settings));
+    return TimeStepChoice{time_apart(a, b, depth, acceleration), TimeStepBound::approach, pair.host, guest};
+  };
+  const auto shorter = [](const TimeStepChoice& a, const TimeStepChoice& b) {
+    return b.seconds < a.seconds ? b : a;
+  };
+  choice = parallel_reduce(
+      pairs.size(), 64, choice,
+      [&](std::size_t begin, std::size_t end) {
+        TimeStepChoice shortest = choice;
+        for (std::size_t i = begin; i < end; ++i) shortest = shorter(shortest, limit_of(pairs[i]));
+        return shortest;
+      },
+      shorter);
 }
 
 [[noreturn]] void fail(const char* stage, const std::string& body, const std::string& element,
@@ -57,16 +109,41 @@ double rigid_limit(const World& world) {
 
 }  // namespace
 
-double choose_time_step(const World& world) {
-  return std::min(
-      {world.settings.cfl * elastic_limit(world), rigid_limit(world), world.settings.max_time_step});
+TimeStepChoice bounded_time_step(World& world) {
+  TimeStepChoice choice{world.settings.max_time_step, TimeStepBound::setting};
+  if (const double limit = world.settings.cfl * elastic_limit(world); limit < choice.seconds)
+    choice = {limit, TimeStepBound::elasticity};
+  bound_by_turn(world, choice);
+  const CandidateFilter filter = world.contact_filter();
+  if (filter.rigid_pairs || filter.rigid_deformable) bound_by_approach(world, choice);
+  return choice;
 }
+
+std::string describe(const TimeStepChoice& choice, const Bodies& bodies) {
+  const auto name = [&](int body) {
+    const auto i = static_cast<std::size_t>(body);
+    return i < bodies.rigid.size() ? bodies.rigid.name[i] : bodies.deformable[i - bodies.rigid.size()].name;
+  };
+  switch (choice.bound) {
+    case TimeStepBound::setting:
+      return "solver.max_time_step";
+    case TimeStepBound::elasticity:
+      return "the elastic forces";
+    case TimeStepBound::turn:
+      return fmt::format("the turn of `{}`", name(choice.body));
+    case TimeStepBound::approach:
+      return fmt::format("`{}` and `{}`, which can meet", name(choice.body), name(choice.other));
+  }
+  return {};
+}
+
+double choose_time_step(World& world) { return bounded_time_step(world).seconds; }
 
 void check_finite(const World& world, const char* stage) {
   const Bodies& bodies = world.bodies;
   for (const DeformableBody& body : bodies.deformable)
     for (int i = 0; i < body.particle_count; ++i) {
-      const auto p = static_cast<std::size_t>(body.first_particle + i);
+      const auto p = static_cast<std::size_t>(body.first_particle) + static_cast<std::size_t>(i);
       const double sum = bodies.particles.x[p].sum() + bodies.particles.v[p].sum();
       if (!std::isfinite(sum))
         fail(stage, body.name, fmt::format("particle {}", i), world.context.x_n[p], sum);

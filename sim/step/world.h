@@ -16,7 +16,7 @@ namespace duet {
 
 struct StepSettings {
   double cfl = 0.9;                 // time step over the elastic stability limit
-  double max_travel = 0.1;          // of a rigid body a step, over the smallest dynamic body's size
+  double max_travel = 0.1;          // into a moving rigid body a step, over its size
   double max_rotation = 0.314159;   // rad a step
   double max_time_step = 1.0 / 48;  // s
   double cg_tolerance = 1e-3;       // m/s
@@ -25,6 +25,7 @@ struct StepSettings {
   int projection_sweeps = 2;
   bool second_order_orientation = true;
   bool separate_rigid_bodies = true;  // in place of equations 1 and 2 between rigid bodies
+  bool contact_reduction = true;
   CollisionSettings collision;
   ContactSolveSettings contact;
 };
@@ -48,6 +49,7 @@ struct StepContext {
   VelocityState difference;         // v~^{n+1/2} - v^n
   VelocityState v_hat_n;            // v^^n, after collisions
 
+  BroadPhase meeting;  // of the choice of the time step
   ContactSet contacts;
   ContactGraph graph;
   ContactMemory memory;  // of the last step that succeeded
@@ -72,8 +74,8 @@ struct World {
 
   bool has(Effect effect) const { return plan[index(effect)]; }
   CandidateFilter contact_filter() const {
-    return {has(Effect::rigid_collision) || has(Effect::rigid_contact),
-            has(Effect::rigid_deformable_contact)};
+    return {has(Effect::rigid_collision) || has(Effect::rigid_contact), has(Effect::rigid_deformable_contact),
+            settings.contact_reduction};
   }
 };
 

@@ -45,6 +45,27 @@ TEST(ShapeSamples, ACubeHasEightIntervalsAnEdgeUnlessToldOtherwise) {
   EXPECT_EQ(surface_samples(box, 100).size(), 8U) << "the corners are always there";
 }
 
+// Edges of thin boxes cross over the length of their thickness only: some sample must lie on it.
+TEST(ShapeSamples, EdgesOfThinBoxesDoNotSlipPastEachOther) {
+  for (const double thickness : {0.05, 0.01, 0.004}) {
+    const LevelSet plate = LevelSet::box(Vec3(1, 1, thickness));
+    const std::vector<Vec3> samples = surface_samples(plate, default_sample_spacing(volume(plate)));
+    EXPECT_LT(samples.size(), 7500U);  // 5408 without the additional ones on edges
+    std::mt19937 random(2);
+    std::uniform_real_distribution<double> uniform(-1, 1);
+    for (int i = 0; i < 50; ++i) {
+      // One stands on its edge; the other stands across it, its edge twice the thickness below that of the
+      // first.
+      const Pose other{Vec3(0.4 * uniform(random), 1 - 2 * thickness, 0.4 * uniform(random)),
+                       Quat(Eigen::AngleAxisd(EIGEN_PI / 2 + 0.5 * uniform(random), Vec3::UnitY()))};
+      bool found = false;
+      for (const Vec3& x : samples)
+        found = found || plate.distance(other.to_world(x)) < 0 || plate.distance(other.to_body(x)) < 0;
+      EXPECT_TRUE(found) << "thickness " << thickness;
+    }
+  }
+}
+
 TEST(ShapeSamples, LieOnTheSurfaceWithoutGaps) {
   constexpr double spacing = 0.2;
   for (const LevelSet& shape : {LevelSet::box(Vec3(1, 2, 3)), LevelSet::capsule(0.5, 1),

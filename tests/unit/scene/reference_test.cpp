@@ -126,6 +126,7 @@ rigid_push_out = "deepest_points"
 shock_propagation = "on"
 projection_iterations = 3
 face_samples = 1
+contact_reduction = false
 orientation = "first_order"
 
 [camera]

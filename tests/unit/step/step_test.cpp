@@ -1,5 +1,7 @@
 #include "sim/step/step.h"
 
+#include <cmath>
+
 #include "tests/support/random_state.h"
 #include <gtest/gtest.h>
 
@@ -21,15 +23,69 @@ TEST(TimeStep, FollowsTheElasticLimitAndItsShare) {
   EXPECT_DOUBLE_EQ(choose_time_step(world), 0.3 * limit);
 }
 
-TEST(TimeStep, FollowsTheTravelAndTheTurnOfRigidBodies) {
+TEST(TimeStep, FollowsTheTurnOfRigidBodies) {
   scene::Scene scene = test::free_space();
-  test::add_ball(scene, "ball", Vec3::Zero(), 0.5, 1).placement.velocity = Vec3(200, 0, 0);
-  Simulation fast(scene, test::plan(scene));
-  EXPECT_DOUBLE_EQ(choose_time_step(fast.world()), 0.1 * 1 / 200);
-  scene.rigid[0].placement.velocity.setZero();
-  scene.rigid[0].placement.angular_velocity = Vec3(0, 1000, 0);
+  test::add_ball(scene, "ball", Vec3::Zero(), 0.5, 1).placement.angular_velocity = Vec3(0, 2000, 0);
+  test::add_box(scene, "box", Vec3(3, 0, 0), Vec3(1, 1, 1), 1).placement.angular_velocity = Vec3(0, 1000, 0);
   Simulation spinning(scene, test::plan(scene));
-  EXPECT_DOUBLE_EQ(choose_time_step(spinning.world()), std::min(0.314159 / 1000, 0.1 * 1 / (0.5 * 1000)));
+  const TimeStepChoice choice = bounded_time_step(spinning.world());
+  EXPECT_DOUBLE_EQ(choice.seconds, 0.314159 / 1000);  // balls turn without error
+  EXPECT_EQ(describe(choice, spinning.world().bodies), "the turn of `box`");
+}
+
+// A ball of 1 m flies at 200 m/s towards a plate.
+TimeStepChoice choice_before_plate(double distance, double thickness, bool is_static, double angle = 0) {
+  scene::Scene scene = test::free_space();
+  test::add_ball(scene, "ball", Vec3::Zero(), 0.5, 1).placement.velocity =
+      200 * Vec3(std::cos(angle), std::sin(angle), 0);
+  auto& plate =
+      test::add_box(scene, "plate", Vec3(0.5 + distance + thickness / 2, 0, 0), Vec3(thickness, 20, 20), 1);
+  plate.is_static = is_static;
+  if (is_static) plate.mass.reset();
+  Simulation simulation(scene, test::plan(scene));
+  const TimeStepChoice choice = bounded_time_step(simulation.world());
+  if (choice.bound == TimeStepBound::approach) {
+    EXPECT_EQ(describe(choice, simulation.world().bodies), "`ball` and `plate`, which can meet");
+  }
+  return choice;
+}
+
+TEST(TimeStep, EndsBeforeFastBodiesMeetAndThenLetsThemEnterAsFarAsTheThinnerOneAllows) {
+  constexpr double speed = 200;
+  // Far away: nothing. On the way: up to half the depth that may be entered, here a tenth of the ball.
+  EXPECT_EQ(choice_before_plate(5, 1, true).bound, TimeStepBound::setting);
+  EXPECT_DOUBLE_EQ(choice_before_plate(2, 1, true).seconds, (2 - 0.05) / speed);
+  EXPECT_DOUBLE_EQ(choice_before_plate(0, 1, true).seconds, 0.1 / speed);
+  // Half of a thin standing plate, a tenth of a moving one.
+  EXPECT_DOUBLE_EQ(choice_before_plate(0, 0.01, true).seconds, 0.005 / speed);
+  EXPECT_DOUBLE_EQ(choice_before_plate(0, 0.01, false).seconds, 0.001 / speed);
+  EXPECT_DOUBLE_EQ(choice_before_plate(2, 0.01, false).seconds, (2 - 0.0005) / speed);
+  // What glances off counts with its approach alone; what moves along or away does not count.
+  EXPECT_NEAR(choice_before_plate(0.1, 1, true, EIGEN_PI / 3).seconds, 2 * 0.1 / speed, 1e-12);
+  EXPECT_EQ(choice_before_plate(0.1, 1, true, EIGEN_PI / 2).bound, TimeStepBound::setting);
+  EXPECT_EQ(choice_before_plate(0.1, 1, true, EIGEN_PI).bound, TimeStepBound::setting);
+}
+
+TEST(TimeStep, CountsTheSpeedOfSoftBodiesAndOfTurningOnes) {
+  scene::Scene scene = test::free_space();
+  auto& soft = test::add_soft_box(scene, "soft", Vec3(0, 0, 1.6), Vec3(1, 1, 1), 2, 1e3);
+  soft.placement.velocity = Vec3(0, 0, -300);
+  auto& plate = test::add_box(scene, "plate", Vec3(0, 0, 0), Vec3(5, 5, 0.2), 1);
+  plate.is_static = true;
+  plate.mass.reset();
+  Simulation falling(scene, test::plan(scene));
+  const TimeStepChoice choice = bounded_time_step(falling.world());
+  EXPECT_EQ(choice.bound, TimeStepBound::approach);
+  EXPECT_DOUBLE_EQ(choice.seconds, (1 - 0.05) / 300);
+
+  scene.deformable.clear();
+  auto& bar = test::add_box(scene, "bar", Vec3(0, 0, 0.35), Vec3(2, 0.1, 0.1), 1);
+  bar.placement.angular_velocity = Vec3(0, 12, 0);
+  Simulation turning(scene, test::plan(scene));
+  const TimeStepChoice turn = bounded_time_step(turning.world());
+  EXPECT_EQ(turn.bound, TimeStepBound::approach);
+  // It is 0.2 m away, and its corners move no faster than their lever arm asks for.
+  EXPECT_NEAR(turn.seconds, (0.2 - 0.005) / (12 * std::hypot(1, 0.05, 0.05)), 1e-9);
 }
 
 // The stability limit of the rule is one: an undamped body rings at 0.9 of it without growing, and blows up

@@ -1,0 +1,57 @@
+// What the search for contact candidates keeps between steps: storage only, no state.
+#pragma once
+
+#include <vector>
+
+#include "sim/coupling/broad_phase.h"
+
+namespace duet {
+
+// A point of a guest that is near its host.
+struct NearPoint {
+  int point = -1;                // as ContactPoint::guest_point
+  bool reversed = false;         // the pair's host is the guest here
+  Vec3 position = Vec3::Zero();  // m, in the host's body space
+  Vec3 normal = Vec3::Zero();    // of the host's surface that a rigid guest's point rests against
+  double gap = 0;                // m
+};
+
+// Scratch of reduce_contacts.
+struct ReductionScratch {
+  struct FlatPoint {
+    int touch = -1;
+    double u = 0, w = 0;  // m, along the plane
+    double height = 0;    // m, above the plane
+  };
+  std::vector<Vec3> normals;
+  std::vector<FlatPoint> face, facet;
+  std::vector<int> hull;
+  std::vector<char> state;  // of every touch
+  std::vector<NearPoint> kept;
+};
+
+struct CandidateSearch {
+  BroadPhase broad_phase;
+
+  struct Block {  // consecutive surface points of one deformable body
+    int begin = 0, end = 0;
+    Eigen::AlignedBox3d box;  // m
+  };
+  std::vector<Block> blocks;
+  std::vector<int> first_block;  // of every deformable body that is near a rigid one
+  std::vector<Vec3> point;       // m, where the surface points are, of the bodies that have blocks
+
+  struct PairTouches {  // a range of `touches`
+    BodyPair pair;
+    int begin = 0, end = 0;
+  };
+  struct Chunk {  // what the pairs of one range found
+    std::vector<PairTouches> pairs;
+    std::vector<NearPoint> touches;
+    ReductionScratch reduction;
+    std::size_t first_pair = 0, first_point = 0;  // where they go
+  };
+  std::vector<Chunk> chunks;
+};
+
+}  // namespace duet

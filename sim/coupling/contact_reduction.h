@@ -1,0 +1,19 @@
+// A box that stands on another one touches it with dozens of points where a few carry it as well.
+#pragma once
+
+#include "sim/coupling/candidate_search.h"
+
+namespace duet {
+
+// Drops those of the touches from `begin` on, all of one rigid guest near one host, that others stand for.
+// Taken together are touches above one flat face of the host. Where at least five of them lie in one plane of
+// the guest below which there is none, the corners of their convex hull are kept, and up to four points
+// between its middle and corners that come first and carry the load. What lies above the hull, seen along the
+// host's normal, is dropped, and so is what lies beside it within 45 degrees of the normal: as long as the
+// guest turns by less than these 45 degrees in a step, no dropped point can come to lie deeper below the face
+// than the deepest one kept, within a few millionths of `size` (m, of the guest). All others are kept: curved
+// hosts, and what touches in a point or along an edge.
+void reduce_contacts(double size, std::size_t begin, std::vector<NearPoint>& touches,
+                     ReductionScratch& scratch);
+
+}  // namespace duet

@@ -1,0 +1,227 @@
+// Pairs of the broad phase and the contact candidates that follow from them, against all pairs and all
+// points.
+#include "sim/coupling/broad_phase.h"
+
+#include <algorithm>
+#include <set>
+#include <tuple>
+
+#include "tests/support/meshes.h"
+#include "tests/support/scenes.h"
+#include <gtest/gtest.h>
+
+#include "sim/base/parallel.h"
+#include "sim/coupling/contact_candidates.h"
+#include "sim/step/world.h"
+
+namespace duet {
+namespace {
+
+constexpr double frame = 1.0 / 24;  // s
+
+void move_at_random(scene::Placement& placement, std::mt19937& random, double size, double speed,
+                    double spin) {
+  placement.position = size * test::random_vector(random);
+  placement.orientation = test::random_rotation(random);
+  placement.velocity = speed * test::random_vector(random);
+  placement.angular_velocity = spin * test::random_vector(random);
+}
+
+// All shapes, from cards and long bars to a hall that holds all others, some at 500 m/s or spinning fast;
+// static ones, a ground and soft boxes.
+scene::Scene crowd(unsigned seed) {
+  std::mt19937 random(seed);
+  scene::Scene scene = test::on_ground();
+  scene.ground->height = -1;
+  for (int i = 0; i < 60; ++i) {
+    const std::string name = "body" + std::to_string(i);
+    auto& body = i % 3 == 0 ? test::add_ball(scene, name, Vec3::Zero(), i == 30 ? 4 : 0.2, 1)
+                            : test::add_box(scene, name, Vec3::Zero(), Vec3(0.3, 0.2, 0.4), 1);
+    if (i % 10 == 1) body.shape.size = Vec3(3, 0.05, 0.05);
+    if (i % 10 == 2) body.shape.size = Vec3(0.5, 0.001, 0.5);
+    if (i % 10 == 4) {
+      body.shape.kind = scene::ShapeKind::capsule;
+      body.shape.radius = 0.1;
+      body.shape.length = 1;
+    }
+    if (i % 10 == 5) {
+      body.shape.kind = scene::ShapeKind::torus;
+      body.shape.radius = 0.4;
+      body.shape.tube = 0.1;
+    }
+    move_at_random(body.placement, random, 3, i % 8 == 0 ? 500 : 2, i % 7 == 0 ? 30 : 2);
+    if (i % 9 != 8) continue;
+    body.is_static = true;
+    body.mass.reset();
+    body.placement.velocity.setZero();
+    body.placement.angular_velocity.setZero();
+  }
+  for (int i = 0; i < 4; ++i) {
+    auto& soft = test::add_soft_box(scene, "soft" + std::to_string(i), Vec3::Zero(), Vec3(1, 0.5, 0.7), 3);
+    move_at_random(soft.placement, random, 2, i == 0 ? 100 : 1, i == 1 ? 20 : 1);
+  }
+  return scene;
+}
+
+std::vector<BodyPair> all_pairs(const BroadPhase& broad_phase, int rigid_count) {
+  const auto& bounds = broad_phase.bounds;
+  const auto meets = [&](std::size_t a, std::size_t b) {
+    const double margin = broad_phase.margin[a] + broad_phase.margin[b];
+    if (bounds[a].is_half_space) return separation(bounds[a], bounds[b]) <= margin;
+    return world_box(bounds[a], broad_phase.margin[a])
+        .intersects(world_box(bounds[b], broad_phase.margin[b]));
+  };
+  std::vector<BodyPair> pairs;
+  for (int h = 0; h < rigid_count; ++h)
+    for (int g = 0; g < rigid_count; ++g) {
+      const auto a = static_cast<std::size_t>(h), b = static_cast<std::size_t>(g);
+      if (h == g || bounds[b].is_half_space || (bounds[a].is_static && bounds[b].is_static)) continue;
+      if (meets(a, b)) pairs.push_back({h, g, -1});
+    }
+  for (std::size_t d = static_cast<std::size_t>(rigid_count); d < bounds.size(); ++d)
+    for (int h = 0; h < rigid_count; ++h)
+      if (meets(static_cast<std::size_t>(h), d)) pairs.push_back({h, -1, static_cast<int>(d) - rigid_count});
+  return pairs;
+}
+
+TEST(BroadPhase, FindsThePairsOfAllAgainstAllInTheirOrder) {
+  BroadPhase broad_phase;  // one for all: nothing of an earlier scene may stay
+  std::size_t found = 0, possible = 0;
+  for (unsigned seed = 0; seed < 6; ++seed) {
+    const scene::Scene scene = crowd(seed);
+    Simulation simulation(scene, test::plan(scene));
+    const Bodies& bodies = simulation.world().bodies;
+    bound_bodies(bodies, broad_phase.bounds);
+    broad_phase.margin.resize(broad_phase.bounds.size());
+    for (std::size_t i = 0; i < broad_phase.margin.size(); ++i)
+      broad_phase.margin[i] = 1e-3 * static_cast<double>(i % 5) * fastest(broad_phase.bounds[i]);
+    const auto expected = all_pairs(broad_phase, static_cast<int>(bodies.rigid.size()));
+    for (int threads : {1, 3}) {
+      set_thread_count(threads);
+      EXPECT_EQ(broad_phase.find({}), expected) << "seed " << seed << ", " << threads << " threads";
+    }
+    set_thread_count(0);
+    found += expected.size();
+    possible += bodies.rigid.size() * bodies.rigid.size();
+  }
+  EXPECT_GT(found, 1000u);
+  EXPECT_LT(found, possible / 2) << "the scenes are too dense to tell anything";
+}
+
+VelocityState no_change(const Bodies& bodies) {
+  VelocityState now, change;
+  store_velocities(bodies, now);
+  velocity_difference(bodies, now, change);
+  return change;
+}
+
+using PointName = std::tuple<int, int, int>;  // host, rigid guest, point
+
+// Contact starts from every point that lies inside a body at the end of the step as long as nothing pushes.
+std::set<PointName> points_inside_after(const Bodies& bodies, double dt) {
+  std::vector<Pose> later;
+  for (const RigidState& state : bodies.rigid.state) later.push_back(evolved_pose(state, dt, false));
+  std::set<PointName> inside;
+  for (std::size_t h = 0; h < later.size(); ++h) {
+    const RigidProperties& host = bodies.rigid.properties[h];
+    for (std::size_t g = 0; g < later.size(); ++g) {
+      const RigidProperties& guest = bodies.rigid.properties[g];
+      if (g == h || (host.is_static() && guest.is_static())) continue;
+      const int a = static_cast<int>(h), b = static_cast<int>(g);
+      if (guest.shape.kind == LevelSet::Kind::sphere &&
+          host.shape.distance(later[h].to_body(later[g].position)) < guest.shape.radius)
+        inside.insert({a, b, -1});
+      for (std::size_t i = 0; i < guest.samples.size(); ++i)
+        if (host.shape.distance(later[h].to_body(later[g].to_world(guest.samples[i]))) < 0)
+          inside.insert({a, b, static_cast<int>(i)});
+    }
+    for (std::size_t i = 0; i < bodies.points.size(); ++i) {
+      const Vec3 x = weighted(bodies.points[i], bodies.particles.x) +
+                     dt * weighted(bodies.points[i], bodies.particles.v);
+      if (host.shape.distance(later[h].to_body(x)) + bodies.points[i].allowance < 0)
+        inside.insert({static_cast<int>(h), -1, static_cast<int>(i)});
+    }
+  }
+  return inside;
+}
+
+TEST(ContactCandidates, MissNoPointThatEndsUpInsideABody) {
+  ContactSet contacts;
+  CandidateFilter filter;
+  filter.reduce_contacts = false;
+  for (unsigned seed = 10; seed < 13; ++seed) {
+    const scene::Scene scene = crowd(seed);
+    Simulation simulation(scene, test::plan(scene));
+    const Bodies& bodies = simulation.world().bodies;
+    const VelocityState none = no_change(bodies);
+    for (const double dt : {frame / 50, frame / 5}) {
+      find_candidates(bodies, filter, dt, none, contacts);
+      std::set<PointName> candidates;
+      for (const ContactPoint& contact : contacts.points)
+        candidates.insert({contact.host, contact.guest_rigid, contact.guest_point});
+      EXPECT_EQ(candidates.size(), contacts.points.size()) << "no point is found twice";
+      const std::set<PointName> inside = points_inside_after(bodies, dt);
+      EXPECT_GT(inside.size(), 100u);
+      std::vector<PointName> missed;
+      std::set_difference(inside.begin(), inside.end(), candidates.begin(), candidates.end(),
+                          std::back_inserter(missed));
+      EXPECT_EQ(missed.size(), 0u) << "seed " << seed << ", dt " << dt;
+    }
+  }
+}
+
+TEST(ContactCandidates, AreTheSameForAnyNumberOfThreads) {
+  const scene::Scene scene = crowd(20);
+  Simulation simulation(scene, test::plan(scene));
+  const Bodies& bodies = simulation.world().bodies;
+  const VelocityState none = no_change(bodies);
+  const auto names_and_gaps = [&] {
+    ContactSet contacts;
+    find_candidates(bodies, {}, frame / 20, none, contacts);
+    std::vector<std::tuple<int, int, int, double>> all;
+    for (const ContactPair& pair : contacts.pairs)
+      for (int i = pair.begin; i < pair.end; ++i) {
+        const ContactPoint& contact = contacts.points[static_cast<std::size_t>(i)];
+        all.emplace_back(contact.host, contact.guest_rigid, contact.guest_point, contact.gap);
+      }
+    EXPECT_EQ(all.size(), contacts.points.size());
+    return all;
+  };
+  set_thread_count(1);
+  const auto alone = names_and_gaps();
+  const double penetration = max_penetration(bodies, {});
+  set_thread_count(3);
+  EXPECT_EQ(names_and_gaps(), alone);
+  EXPECT_EQ(max_penetration(bodies, {}), penetration);
+  set_thread_count(0);
+  EXPECT_GT(alone.size(), 1000u);
+}
+
+TEST(ContactCandidates, DeepestPenetrationIsThatOfAllPoints) {
+  for (unsigned seed = 30; seed < 33; ++seed) {
+    const scene::Scene scene = crowd(seed);
+    Simulation simulation(scene, test::plan(scene));
+    const Bodies& bodies = simulation.world().bodies;
+    double deepest = 0;
+    for (std::size_t h = 0; h < bodies.rigid.size(); ++h) {
+      const auto distance = [&](const Vec3& x) {
+        return bodies.rigid.properties[h].shape.distance(bodies.rigid.state[h].pose.to_body(x));
+      };
+      for (std::size_t g = 0; g < bodies.rigid.size(); ++g) {
+        const RigidProperties& guest = bodies.rigid.properties[g];
+        if (g == h || (bodies.rigid.properties[h].is_static() && guest.is_static())) continue;
+        const Pose& pose = bodies.rigid.state[g].pose;
+        if (guest.shape.kind == LevelSet::Kind::sphere)
+          deepest = std::min(deepest, distance(pose.position) - guest.shape.radius);
+        for (const Vec3& sample : guest.samples) deepest = std::min(deepest, distance(pose.to_world(sample)));
+      }
+      for (const SurfacePoint& point : bodies.points)
+        deepest = std::min(deepest, distance(weighted(point, bodies.particles.x)));
+    }
+    EXPECT_LT(deepest, -0.1);
+    EXPECT_NEAR(max_penetration(bodies, {}), -deepest, 1e-13);  // rounding of the change of frames
+  }
+}
+
+}  // namespace
+}  // namespace duet
