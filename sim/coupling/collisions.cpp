@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "sim/coupling/deepest_touches.h"
 #include "sim/coupling/friction.h"
 
 namespace duet {
@@ -49,14 +50,16 @@ class Collider {
     return scratch_.predicted[b];
   }
 
-  // Signed distance of the contact at the predicted positions, m.
+  // Of a rigid pair at the predicted positions.
+  Touch predicted_touch(const ContactPoint& contact) {
+    return touch(bodies_.rigid.properties[as_index(contact.host)], predicted_pose(contact.host),
+                 bodies_.rigid.properties[as_index(contact.guest_rigid)], predicted_pose(contact.guest_rigid),
+                 contact.guest_point);
+  }
+
+  // Signed distance of a deformable guest's point at the predicted positions, m.
   double predicted_distance(const ContactPoint& contact) {
     const RigidProperties& host = bodies_.rigid.properties[as_index(contact.host)];
-    if (contact.is_rigid_pair())
-      return touch(host, predicted_pose(contact.host),
-                   bodies_.rigid.properties[as_index(contact.guest_rigid)],
-                   predicted_pose(contact.guest_rigid), contact.guest_point)
-          .gap;
     const SurfacePoint& point = surface_point(bodies_, contact);
     const Vec3 x = weighted(point, bodies_.particles.x) +
                    dt_ * (weighted(point, bodies_.particles.v) + weighted(point, difference_.particle));
@@ -116,14 +119,15 @@ class Collider {
     for (int repeat = 0; repeat < settings_.repeats; ++repeat) {
       const ContactPoint* deepest = nullptr;
       double least = 0;
+      DeepestTouches touches;
       for (int i = pair.begin; i < pair.end; ++i) {
         const ContactPoint& contact = contacts_.points[as_index(i)];
-        const double distance = predicted_distance(contact);
-        if (distance >= 0) continue;
+        const Touch predicted = predicted_touch(contact);
+        if (touches.carry_for(contact, predicted) || predicted.gap >= 0) continue;
         pair.collided = true;
-        if (distance < least && collides(contact, relative_velocity(bodies_, contact))) {
+        if (predicted.gap < least && collides(contact, relative_velocity(bodies_, contact))) {
           deepest = &contact;
-          least = distance;
+          least = predicted.gap;
         }
       }
       if (!deepest) break;

@@ -220,7 +220,7 @@ class Finder {
                          guest.spin.norm() * guest.arm + host.spin.norm() * host.arm;
     const double margin = reach(speed, dt_);
     if (separation(host, guest) > margin) return;
-    const auto begin = chunk.touches.size();
+    auto begin = chunk.touches.size();
     visit_near(bodies_.rigid, pair, margin, [&](NearPoint near, const Vec3& inside) {
       const ContactPlane plane = contact_plane(bodies_.rigid.properties[h].shape, near.position, inside);
       if (!plane.faces && plane.gap >= 0) return;
@@ -229,6 +229,7 @@ class Finder {
       near.gap = plane.gap;
       chunk.touches.push_back(near);
     });
+    while (begin < chunk.touches.size() && chunk.touches[begin].point < 0) ++begin;  // deepest points stay
     if (filter_.reduce_contacts) reduce_contacts(guest.arm, begin, chunk.touches, chunk.reduction);
   }
 

@@ -11,6 +11,10 @@ std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
 // Sine of the slope from which on a contact counts as support; side by side, bodies do not carry each other.
 constexpr double least_slope = 0.1;
 
+bool is_fixed(const Bodies& bodies, int body) {
+  return as_index(body) < bodies.rigid.size() && bodies.rigid.properties[as_index(body)].is_static();
+}
+
 // The normal of the pair's deepest point, from its host to its guest.
 Vec3 deepest_normal(const ContactSet& contacts, const ContactPair& pair) {
   const ContactPoint* deepest = &contacts.points[as_index(pair.begin)];
@@ -70,16 +74,12 @@ class Ranking {
         continue;
       }
       const int below = graph_.support[as_index(graph_.next[b]++)];
-      if (is_fixed(below)) continue;
+      if (is_fixed(bodies_, below)) continue;
       if (graph_.number[as_index(below)] < 0)
         enter(below);
       else if (graph_.open[as_index(below)])
         graph_.lowest[b] = std::min(graph_.lowest[b], graph_.number[as_index(below)]);
     }
-  }
-
-  bool is_fixed(int body) const {
-    return as_index(body) < bodies_.rigid.size() && bodies_.rigid.properties[as_index(body)].is_static();
   }
 
  private:
@@ -144,7 +144,36 @@ void list_pairs_of_bodies(const Bodies& bodies, const ContactSet& contacts, Cont
   group(body, pair_index, bodies.rigid.size(), graph.first_pair, graph.pair_of_body);
 }
 
+int first_of_island(std::vector<int>& island, int body) {
+  while (island[as_index(body)] != body) {
+    int& next = island[as_index(body)];
+    next = island[as_index(next)];
+    body = next;
+  }
+  return body;
+}
+
+void find_islands(const Bodies& bodies, const ContactSet& contacts, ContactGraph& graph) {
+  std::vector<int>& island = graph.island;
+  island.resize(graph.level.size());
+  std::iota(island.begin(), island.end(), 0);
+  for (int p : graph.pairs) {
+    const ContactPair& pair = contacts.pairs[as_index(p)];
+    const int guest = static_cast<int>(guest_node(bodies, pair));
+    if (is_fixed(bodies, pair.host) || is_fixed(bodies, guest)) continue;
+    const int a = first_of_island(island, pair.host), b = first_of_island(island, guest);
+    island[as_index(std::max(a, b))] = std::min(a, b);
+  }
+  for (int body = 0; body < static_cast<int>(island.size()); ++body)
+    island[as_index(body)] = first_of_island(island, body);
+}
+
 }  // namespace
+
+int ContactGraph::island_of(const Bodies& bodies, const ContactPair& pair) const {
+  const auto host = as_index(pair.host);
+  return island[is_fixed(bodies, pair.host) ? guest_node(bodies, pair) : host];
+}
 
 void build_contact_graph(const Bodies& bodies, const Vec3& gravity, bool rigid_pairs, ContactSet& contacts,
                          ContactGraph& graph) {
@@ -160,14 +189,15 @@ void build_contact_graph(const Bodies& bodies, const Vec3& gravity, bool rigid_p
   find_supports(bodies, gravity, contacts, graph);
   Ranking ranking(bodies, graph);
   for (int body = 0; body < static_cast<int>(n); ++body)
-    if (ranking.is_fixed(body)) graph.supported[as_index(body)] = 1;
+    if (is_fixed(bodies, body)) graph.supported[as_index(body)] = 1;
   for (int body = 0; body < static_cast<int>(n); ++body)
-    if (!ranking.is_fixed(body)) ranking.search_from(body);
+    if (!is_fixed(bodies, body)) ranking.search_from(body);
 
   for (int p : graph.pairs) {
     ContactPair& pair = contacts.pairs[as_index(p)];
     pair.level = std::max(graph.level[as_index(pair.host)], graph.level[guest_node(bodies, pair)]);
   }
+  find_islands(bodies, contacts, graph);
   graph.schedule.build(bodies, contacts, graph.pairs, false);
   list_pairs_of_bodies(bodies, contacts, graph);
 }

@@ -14,6 +14,7 @@ namespace duet {
 struct ContactGraph {
   std::vector<int> level;       // of every body
   std::vector<char> supported;  // whether its supports lead down to a static body
+  std::vector<int> island;      // of every movable body: the first body of those it is connected with
   PairSchedule schedule;        // the pairs that contact processes, up the graph
   PairSchedule by_level;        // the same pairs, level by level; for shock propagation
 
@@ -21,10 +22,14 @@ struct ContactGraph {
   std::vector<int> first_pair;  // pairs of rigid body b: pair_of_body[first_pair[b], first_pair[b + 1])
   std::vector<int> pair_of_body;
 
-  // Scratch: the graph's edges from a body to its supports, and Tarjan's search.
+  // The island of a pair's movable bodies.
+  int island_of(const Bodies& bodies, const ContactPair& pair) const;
+
+  // Scratch: the graph's edges from a body to its supports, and Tarjan's search; sums of every island.
   std::vector<int> first_support, support, above, below;
   std::vector<int> number, lowest, next, path, component;
   std::vector<char> open;
+  std::vector<double> power_before, power_after;
 };
 
 // Ranks the bodies and the pairs for `gravity` (m/s^2). Without `rigid_pairs` (effect rigid_contact) rigid

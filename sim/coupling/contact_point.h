@@ -25,9 +25,10 @@ struct ContactPoint {
   double gap = 0;                 // m, signed distance less the allowance
   double friction = 0, restitution = 0;
   ContactResponse response;
-  double target = 0;            // m/s, least normal velocity of the guest relative to the host
+  double target = 0;  // m/s, least normal velocity of the guest relative to the host; or minus infinity
   Vec3 impulse = Vec3::Zero();  // N s, accumulated on the guest by the contact solve
   bool is_rigid_pair() const { return guest_rigid >= 0; }
+  bool is_sample() const { return guest_point >= 0; }
 };
 
 // Contacts of the same two bodies follow each other; a pair is such a range.
@@ -39,6 +40,7 @@ struct ContactPair {
   int level = 0;                        // of the contact graph
   bool collided = false;                // found overlapping by step II
   bool active = false;                  // takes part in the contact solve
+  double power = 0;                     // N m, scratch of the warm start
   Vec3 angular_impulse = Vec3::Zero();  // N m s, of rolling and spinning friction on a rigid guest
 };
 

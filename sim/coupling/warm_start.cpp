@@ -1,7 +1,11 @@
 #include "sim/coupling/warm_start.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <tuple>
+
+#include "sim/coupling/deepest_touches.h"
 
 namespace duet {
 namespace {
@@ -32,15 +36,69 @@ double target_velocity(const ContactPoint& contact, const Vec3& velocity, const 
                   most_turn * velocity.norm());
 }
 
-// Applies what `begin_contact` returns as a contact's impulse.
-template <class Begin>
-void apply_to_all(const ContactGraph& graph, Bodies& bodies, ContactSet& contacts, Begin&& begin_contact) {
+// Applies `factor` (of an island, by the pair's host or guest) times the impulses that the contacts hold.
+template <class Factor>
+void apply_impulses(const ContactGraph& graph, Bodies& bodies, ContactSet& contacts, Factor&& factor) {
   graph.schedule.for_each([&](int p) {
     const ContactPair& pair = contacts.pairs[as_index(p)];
+    const double share = factor(graph.island_of(bodies, pair));
+    if (share == 0) return;
     for (int i = pair.begin; i < pair.end; ++i) {
-      ContactPoint& contact = contacts.points[as_index(i)];
-      contact.impulse = begin_contact(contact);
-      if (!contact.impulse.isZero(0)) apply_impulse(bodies, contact, contact.impulse);
+      const ContactPoint& contact = contacts.points[as_index(i)];
+      if (!contact.impulse.isZero(0)) apply_impulse(bodies, contact, share * contact.impulse);
+    }
+    if (pair.angular_impulse.isZero(0)) return;
+    RigidBodies& rigid = bodies.rigid;
+    const auto host = as_index(pair.host), guest = as_index(pair.guest_rigid);
+    apply_angular_impulse(rigid.state[guest], rigid.properties[guest], share * pair.angular_impulse);
+    apply_angular_impulse(rigid.state[host], rigid.properties[host], -share * pair.angular_impulse);
+  });
+}
+
+// Adds to every island the power of its impulses: their product with the velocities now less the targets.
+void add_power(const ContactGraph& graph, const Bodies& bodies, ContactSet& contacts,
+               std::vector<double>& island) {
+  island.assign(graph.level.size(), 0);
+  parallel_for(graph.pairs.size(), 16, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      ContactPair& pair = contacts.pairs[as_index(graph.pairs[k])];
+      pair.power = 0;
+      for (int i = pair.begin; i < pair.end; ++i) {
+        const ContactPoint& contact = contacts.points[as_index(i)];
+        if (!contact.impulse.isZero(0))
+          pair.power +=
+              contact.impulse.dot(relative_velocity(bodies, contact) - contact.target * contact.normal);
+      }
+    }
+  });
+  for (int p : graph.pairs) {
+    const ContactPair& pair = contacts.pairs[as_index(p)];
+    island[as_index(graph.island_of(bodies, pair))] += pair.power;
+  }
+}
+
+// Applies the impulses that the contacts hold. In islands of bodies that they would bring farther from their
+// targets than none at all, only the share that is best: what a blow left behind would stir the bodies up
+// more than the iterations that follow could mend. Contacts out of reach take none.
+void apply_best_share(ContactGraph& graph, Bodies& bodies, ContactSet& contacts) {
+  for (ContactPoint& contact : contacts.points)
+    if (std::isinf(contact.target)) contact.impulse.setZero();
+  std::vector<double>&before = graph.power_before, &after = graph.power_after;
+  add_power(graph, bodies, contacts, before);
+  apply_impulses(graph, bodies, contacts, [](int) { return 1.0; });
+  add_power(graph, bodies, contacts, after);
+  // Along the impulses the distance from the targets (in kinetic energy) has the slope `before` at 0 and
+  // `after` at 1, and is a parabola: half of their sum at 1.
+  for (std::size_t i = 0; i < before.size(); ++i)
+    after[i] = before[i] + after[i] > 0 ? std::clamp(before[i] / (before[i] - after[i]), 0.0, 1.0) - 1 : 0;
+  apply_impulses(graph, bodies, contacts, [&](int island) { return after[as_index(island)]; });
+  parallel_for(graph.pairs.size(), 16, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      ContactPair& pair = contacts.pairs[as_index(graph.pairs[k])];
+      const double share = 1 + after[as_index(graph.island_of(bodies, pair))];
+      if (share == 1) continue;
+      pair.angular_impulse *= share;
+      for (int i = pair.begin; i < pair.end; ++i) contacts.points[as_index(i)].impulse *= share;
     }
   });
 }
@@ -69,42 +127,40 @@ void predict_contacts(double dt, bool second_order, const ContactGraph& graph, c
   parallel_for(graph.pairs.size(), 16, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
       const ContactPair& pair = contacts.pairs[as_index(graph.pairs[k])];
+      DeepestTouches deepest;
       for (int i = pair.begin; i < pair.end; ++i) {
         ContactPoint& contact = contacts.points[as_index(i)];
-        contact.target = target_velocity(contact, relative_velocity(bodies, contact),
-                                         predicted_touch(bodies, contacts.predicted, dt, contact), dt);
+        const Touch predicted = predicted_touch(bodies, contacts.predicted, dt, contact);
+        contact.target = deepest.carry_for(contact, predicted)
+                             ? -std::numeric_limits<double>::infinity()
+                             : target_velocity(contact, relative_velocity(bodies, contact), predicted, dt);
       }
     }
   });
 }
 
-void warm_start(const ContactMemory& memory, double duration, const ContactGraph& graph, Bodies& bodies,
+void warm_start(const ContactMemory& memory, double duration, ContactGraph& graph, Bodies& bodies,
                 ContactSet& contacts) {
-  for (ContactPoint& contact : contacts.points) contact.impulse.setZero();
   for (ContactPair& pair : contacts.pairs) pair.angular_impulse.setZero();
-  apply_to_all(graph, bodies, contacts, [&](const ContactPoint& contact) -> Vec3 {
-    return remembered_impulse(memory, contact, duration);
+  parallel_for(contacts.points.size(), 64, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
+      contacts.points[i].impulse = remembered_impulse(memory, contacts.points[i], duration);
   });
+  apply_best_share(graph, bodies, contacts);
 }
 
-void warm_start_again(double factor, const ContactGraph& graph, Bodies& bodies, ContactSet& contacts) {
+void warm_start_again(double factor, ContactGraph& graph, Bodies& bodies, ContactSet& contacts) {
   for (int p : graph.pairs) {
     ContactPair& pair = contacts.pairs[as_index(p)];
     pair.active = pair.guest_rigid < 0 || pair.collided;
-    for (int i = pair.begin; i < pair.end && !pair.active; ++i)
-      pair.active = !contacts.points[as_index(i)].impulse.isZero(0);
-  }
-  apply_to_all(graph, bodies, contacts,
-               [&](const ContactPoint& contact) -> Vec3 { return factor * contact.impulse; });
-  graph.schedule.for_each([&](int p) {
-    ContactPair& pair = contacts.pairs[as_index(p)];
-    if (pair.angular_impulse.isZero(0)) return;
     pair.angular_impulse *= factor;
-    const auto host = as_index(pair.host), guest = as_index(pair.guest_rigid);
-    RigidBodies& rigid = bodies.rigid;
-    apply_angular_impulse(rigid.state[guest], rigid.properties[guest], pair.angular_impulse);
-    apply_angular_impulse(rigid.state[host], rigid.properties[host], -pair.angular_impulse);
-  });
+    for (int i = pair.begin; i < pair.end; ++i) {
+      Vec3& impulse = contacts.points[as_index(i)].impulse;
+      pair.active |= !impulse.isZero(0);
+      impulse *= factor;
+    }
+  }
+  apply_best_share(graph, bodies, contacts);
 }
 
 void remember(const ContactSet& contacts, const ContactGraph& graph, double duration, ContactMemory& memory) {

@@ -31,14 +31,15 @@ void predict_contacts(double dt, bool second_order, const ContactGraph& graph, c
                       ContactSet& contacts);
 
 // Gives the contacts of `graph` the impulse that their remembered forces make in `duration` (s), and the
-// others none. Never more than they had: the impulse of a blow in a short step is no force to go on with.
-void warm_start(const ContactMemory& memory, double duration, const ContactGraph& graph, Bodies& bodies,
+// others none. Never more than they had, and never so much that an island of bodies in contact is farther
+// from its targets (in kinetic energy) than without: the impulse of a blow is no force to go on with.
+void warm_start(const ContactMemory& memory, double duration, ContactGraph& graph, Bodies& bodies,
                 ContactSet& contacts);
 
-// Gives the contacts `factor` times the impulses they hold. Rigid pairs
-// that neither collided nor hold an impulse become inactive: they are still on their way to each other, and
-// elastic bodies shall bounce before contact stops them.
-void warm_start_again(double factor, const ContactGraph& graph, Bodies& bodies, ContactSet& contacts);
+// The same with `factor` times the impulses that the contacts hold. Rigid pairs that neither collided nor
+// hold an impulse become inactive: they are still on their way to each other, and elastic bodies shall bounce
+// before contact stops them.
+void warm_start_again(double factor, ContactGraph& graph, Bodies& bodies, ContactSet& contacts);
 
 // `duration` (s) is the time over which the contacts' impulses acted.
 void remember(const ContactSet& contacts, const ContactGraph& graph, double duration, ContactMemory& memory);

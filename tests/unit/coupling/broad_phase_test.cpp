@@ -3,6 +3,7 @@
 #include "sim/coupling/broad_phase.h"
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 #include <tuple>
 
@@ -12,6 +13,7 @@
 
 #include "sim/base/parallel.h"
 #include "sim/coupling/contact_candidates.h"
+#include "sim/coupling/deepest_point.h"
 #include "sim/step/world.h"
 
 namespace duet {
@@ -117,23 +119,25 @@ VelocityState no_change(const Bodies& bodies) {
 
 using PointName = std::tuple<int, int, int>;  // host, rigid guest, point
 
-// Contact starts from every point that lies inside a body at the end of the step as long as nothing pushes.
+// Contact starts from every point that would lie inside a body at the end of the step if nothing pushed; not
+// from those on the far side of a body that goes in as a whole, and those beside an edge.
 std::set<PointName> points_inside_after(const Bodies& bodies, double dt) {
+  const std::vector<RigidState>& state = bodies.rigid.state;
   std::vector<Pose> later;
-  for (const RigidState& state : bodies.rigid.state) later.push_back(evolved_pose(state, dt, false));
+  for (const RigidState& body : state) later.push_back(evolved_pose(body, dt, false));
   std::set<PointName> inside;
   for (std::size_t h = 0; h < later.size(); ++h) {
     const RigidProperties& host = bodies.rigid.properties[h];
     for (std::size_t g = 0; g < later.size(); ++g) {
       const RigidProperties& guest = bodies.rigid.properties[g];
       if (g == h || (host.is_static() && guest.is_static())) continue;
-      const int a = static_cast<int>(h), b = static_cast<int>(g);
-      if (guest.shape.kind == LevelSet::Kind::sphere &&
-          host.shape.distance(later[h].to_body(later[g].position)) < guest.shape.radius)
-        inside.insert({a, b, -1});
-      for (std::size_t i = 0; i < guest.samples.size(); ++i)
-        if (host.shape.distance(later[h].to_body(later[g].to_world(guest.samples[i]))) < 0)
-          inside.insert({a, b, static_cast<int>(i)});
+      const int samples = static_cast<int>(guest.samples.size());
+      for (int i = -deepest_point_count(guest.shape); i < samples; ++i) {
+        const double now = touch(host, state[h].pose, guest, state[g].pose, i).gap;
+        const Vec3 x = later[h].to_body(touch(host, later[h], guest, later[g], i).position);
+        if (std::isfinite(now) && host.shape.distance(x) < 0)
+          inside.insert({static_cast<int>(h), static_cast<int>(g), i});
+      }
     }
     for (std::size_t i = 0; i < bodies.points.size(); ++i) {
       const Vec3 x = weighted(bodies.points[i], bodies.particles.x) +
