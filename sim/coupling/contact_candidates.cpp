@@ -39,7 +39,7 @@ class Finder {
   void rigid_pair(int host, int guest) {
     const auto h = as_index(host), g = as_index(guest);
     const RigidBodies& rigid = bodies_.rigid;
-    if (rigid.properties[h].is_static() && rigid.properties[g].is_static()) return;
+    if (!rigid.properties[h].is_dynamic() && !rigid.properties[g].is_dynamic()) return;
     const Host level_set(rigid.state[h], rigid.properties[h]);
     const RigidState& state = rigid.state[g];
     const RigidProperties& properties = rigid.properties[g];
@@ -51,7 +51,7 @@ class Finder {
                          (difference_.rigid[g] - difference_.rigid[h]).norm();
     const double spin =
         state.angular_velocity.norm() * radius +
-        rigid.state[h].angular_velocity.norm() * (state.pose.position - level_set.center).norm();
+        rigid.state[h].angular_velocity.norm() * ((state.pose.position - level_set.center).norm() + radius);
     const double margin = reach(speed + spin, dt_);
     const double center_distance = level_set.distance(state.pose.position);
     if (center_distance - radius > margin) return;
@@ -204,7 +204,7 @@ double max_penetration(const Bodies& bodies, const CandidateFilter& filter) {
     const Host level_set(rigid.state[h], rigid.properties[h]);
     for (std::size_t g = 0; filter.rigid_pairs && g < rigid.size(); ++g) {
       const RigidProperties& guest = rigid.properties[g];
-      if (g == h || (guest.is_static() && rigid.properties[h].is_static())) continue;
+      if (g == h || (!guest.is_dynamic() && !rigid.properties[h].is_dynamic())) continue;
       if (guest.shape.kind == LevelSet::Kind::sphere)
         least = std::min(least, level_set.distance(rigid.state[g].pose.position) - guest.shape.radius);
       for (const Vec3& sample : guest.samples)

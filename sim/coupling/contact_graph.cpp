@@ -79,7 +79,7 @@ class Ranking {
   }
 
   bool is_fixed(int body) const {
-    return as_index(body) < bodies_.rigid.size() && bodies_.rigid.properties[as_index(body)].is_static();
+    return as_index(body) < bodies_.rigid.size() && !bodies_.rigid.properties[as_index(body)].is_dynamic();
   }
 
  private:

@@ -13,13 +13,15 @@ void restore_step_start(World& world);
 void end_step(World& world);  // w = I^-1 L without the rounding of its increments, so that a state is x, q, v
                               // and L alone
 
-// The longest step that the rule allows now, s: a fraction of the elastic stability limit 2/omega_max of the
-// elements as they are deformed now, and bounds on the travel and the turn of rigid bodies.
-double choose_time_step(const World& world);
+// The longest step that the rule allows at `time` (s), s: a fraction of the elastic stability limit
+// 2/omega_max of the elements as they are deformed now, and bounds on the travel and the turn of rigid
+// bodies, of kinematic ones over the time that the step may take.
+double choose_time_step(const World& world, double time);
 
 // The stages, in the paper's order and naming. Each is a function of its own so that tests can look between
 // them.
 void begin_step(World& world, StepContext& context);        // remembers x^n and v^n
+void plan_motion(World& world, StepContext& context);       //       of kinematic bodies in this step
 void advance_velocity(World& world, StepContext& context);  // I     v^n -> v~^{n+1/2}
 void find_contacts(World& world, StepContext& context);     //       v~^{n+1/2} - v^n, and what may touch
 void collide(World& world, StepContext& context);           // II    v^n -> v^^n, v~^{n+1/2} -> v^^{n+1/2}

@@ -25,18 +25,34 @@ double elastic_limit(const World& world) {
   return std::clamp(now, least_elastic_share * at_rest, at_rest);
 }
 
-double rigid_limit(const World& world) {
+// What the travel of rigid bodies is a fraction of, m: the smallest dynamic body, which is what a fast one
+// could miss; without any, the smallest kinematic one.
+double travel_scale(const RigidBodies& rigid) {
+  double dynamic = std::numeric_limits<double>::infinity(), kinematic = dynamic;
+  for (const RigidProperties& properties : rigid.properties) {
+    if (!properties.moves()) continue;
+    double& smallest = properties.is_dynamic() ? dynamic : kinematic;
+    smallest = std::min(smallest, properties.shape.smallest_size());
+  }
+  return std::isfinite(dynamic) ? dynamic : kinematic;
+}
+
+double rigid_limit(const World& world, double time) {
   const RigidBodies& rigid = world.bodies.rigid;
-  double size = std::numeric_limits<double>::infinity();
-  for (const RigidProperties& properties : rigid.properties)
-    if (!properties.is_static()) size = std::min(size, properties.shape.smallest_size());
+  const StepSettings& settings = world.settings;
+  const double size = travel_scale(rigid);
   double limit = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < rigid.size(); ++i) {
-    if (rigid.properties[i].is_static()) continue;
-    const double spin = rigid.state[i].angular_velocity.norm();
-    const double speed = rigid.state[i].velocity.norm() + rigid.properties[i].shape.bounding_radius() * spin;
-    if (speed > 0) limit = std::min(limit, world.settings.max_travel * size / speed);
-    if (spin > 0) limit = std::min(limit, world.settings.max_rotation / spin);
+  const auto bound = [&](std::size_t body, double speed, double spin, double phase) {
+    const double travel = speed + rigid.properties[body].shape.bounding_radius() * spin;
+    if (travel > 0) limit = std::min(limit, settings.max_travel * size / travel);
+    if (spin > 0 || phase > 0) limit = std::min(limit, settings.max_rotation / std::max(spin, phase));
+  };
+  for (std::size_t i = 0; i < rigid.size(); ++i)
+    if (rigid.properties[i].is_dynamic())
+      bound(i, rigid.state[i].velocity.norm(), rigid.state[i].angular_velocity.norm(), 0);
+  for (const KinematicBody& kinematic : rigid.kinematic) {
+    const MotionBounds bounds = motion_bounds(kinematic.motion, time, time + settings.max_time_step);
+    bound(kinematic.body, bounds.speed, bounds.spin, bounds.phase);
   }
   return limit;
 }
@@ -57,9 +73,9 @@ double rigid_limit(const World& world) {
 
 }  // namespace
 
-double choose_time_step(const World& world) {
+double choose_time_step(const World& world, double time) {
   return std::min(
-      {world.settings.cfl * elastic_limit(world), rigid_limit(world), world.settings.max_time_step});
+      {world.settings.cfl * elastic_limit(world), rigid_limit(world, time), world.settings.max_time_step});
 }
 
 void check_finite(const World& world, const char* stage) {

@@ -11,6 +11,7 @@
 #include "sim/coupling/warm_start.h"
 #include "sim/solve/conjugate_gradient.h"
 #include "sim/step/effects.h"
+#include "sim/step/kinematic_motion.h"
 
 namespace duet {
 
@@ -47,6 +48,8 @@ struct StepContext {
   VelocityState v_n;                // v^n
   VelocityState difference;         // v~^{n+1/2} - v^n
   VelocityState v_hat_n;            // v^^n, after collisions
+
+  std::vector<KinematicStep> kinematic;  // motions over this step
 
   ContactSet contacts;
   ContactGraph graph;

@@ -16,20 +16,50 @@ TEST(TimeStep, FollowsTheElasticLimitAndItsShare) {
   World& world = simulation.world();
   const double limit = 2 / std::sqrt(world.bodies.elements.rest_squared_frequency());
   world.settings.cfl = 0.9;
-  EXPECT_DOUBLE_EQ(choose_time_step(world), 0.9 * limit);
+  EXPECT_DOUBLE_EQ(choose_time_step(world, 0), 0.9 * limit);
   world.settings.cfl = 0.3;
-  EXPECT_DOUBLE_EQ(choose_time_step(world), 0.3 * limit);
+  EXPECT_DOUBLE_EQ(choose_time_step(world, 0), 0.3 * limit);
 }
 
 TEST(TimeStep, FollowsTheTravelAndTheTurnOfRigidBodies) {
   scene::Scene scene = test::free_space();
   test::add_ball(scene, "ball", Vec3::Zero(), 0.5, 1).placement.velocity = Vec3(200, 0, 0);
   Simulation fast(scene, test::plan(scene));
-  EXPECT_DOUBLE_EQ(choose_time_step(fast.world()), 0.1 * 1 / 200);
+  EXPECT_DOUBLE_EQ(choose_time_step(fast.world(), 0), 0.1 * 1 / 200);
   scene.rigid[0].placement.velocity.setZero();
   scene.rigid[0].placement.angular_velocity = Vec3(0, 1000, 0);
   Simulation spinning(scene, test::plan(scene));
-  EXPECT_DOUBLE_EQ(choose_time_step(spinning.world()), std::min(0.314159 / 1000, 0.1 * 1 / (0.5 * 1000)));
+  EXPECT_DOUBLE_EQ(choose_time_step(spinning.world(), 0), std::min(0.314159 / 1000, 0.1 * 1 / (0.5 * 1000)));
+}
+
+TEST(TimeStep, FollowsTheMotionOfKinematicBodiesOverTheStepToCome) {
+  scene::Scene scene = test::free_space();
+  scene::RigidBody& plate = test::add_box(scene, "plate", Vec3::Zero(), Vec3(4, 0.1, 4), 1);
+  plate.mass.reset();
+  plate.is_kinematic = true;
+  plate.motion.interpolation = Interpolation::linear;
+  plate.motion.keyframes = {{1, Vec3::Zero(), {}, false, {}}, {2, Vec3(0, 50, 0), {}, false, {}}};
+  test::add_ball(scene, "ball", Vec3(0, 9, 0), 0.5, 1);
+  const auto limit = [&](double time) {
+    const Simulation simulation(scene, test::plan(scene));
+    return choose_time_step(simulation.world(), time);
+  };
+  EXPECT_EQ(limit(0), 1.0 / 48) << "at rest, as long as the step may last";
+  EXPECT_DOUBLE_EQ(limit(0.99), 0.1 * 1 / 50) << "a tenth of the ball, which is what it could miss";
+  EXPECT_EQ(limit(2.1), 1.0 / 48);
+
+  scene.rigid[0].motion = {};
+  scene.rigid[0].motion.spin = {{Vec3::UnitY(), 2, 0, {}, 0}};
+  const double spin = 4 * EIGEN_PI, radius = Vec3(2, 0.05, 2).norm();
+  EXPECT_DOUBLE_EQ(limit(0), std::min(0.1 * 1 / (radius * spin), 0.314159 / spin));
+
+  scene.rigid[0].motion = {};  // a fast oscillation that goes nowhere is still one that shakes others
+  scene.rigid[0].motion.sinusoid = {{Vec3(0, 1e-4, 0), {}, 40, 0, 0, {}}};
+  EXPECT_DOUBLE_EQ(limit(0), 0.314159 / (80 * EIGEN_PI));
+
+  scene.rigid.pop_back();
+  scene.rigid[0].motion.sinusoid = {{Vec3(0, 1, 0), {}, 2, 0, 0, {}}};
+  EXPECT_DOUBLE_EQ(limit(0), 0.1 * 0.1 / (4 * EIGEN_PI)) << "nobody else is there: a tenth of itself";
 }
 
 // The stability limit of the rule is one: an undamped body rings at 0.9 of it without growing, and blows up
