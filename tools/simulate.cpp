@@ -107,7 +107,8 @@ io::Manifest Run::describe() const {
                                static_cast<int>(surface.positions.size()),
                                static_cast<int>(surface.triangles.size())});
   };
-  for (const scene::RigidBody& body : read_.scene.rigid) add(body, body.is_static ? "static" : "rigid", {});
+  for (const scene::RigidBody& body : read_.scene.rigid)
+    add(body, body.is_static ? "static" : body.is_kinematic ? "kinematic" : "rigid", {});
   for (const scene::DeformableBody& body : read_.scene.deformable) add(body, "deformable", body.material);
   return manifest;
 }

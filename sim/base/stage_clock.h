@@ -17,17 +17,19 @@ enum class Stage {
   push_out,
   constrained_solve,
   velocity_contact,
-  elastic_forces,  // within I.1 and V.2
-  damping_solve,   // within I.1 and V.2
+  elastic_forces,     // within I.1 and V.2
+  damping_solve,      // within I.1 and V.2
   shock_propagation,  // within III.3 and V.4
   time_step_choice,
+  kinematic_motion,
 };
-inline constexpr int stage_count = 12;
+inline constexpr int stage_count = 13;
 inline constexpr std::array<std::string_view, stage_count> stage_names = {
     "0 contact candidates",    "I.1 advance velocity",  "II collide",
     "III apply contact",       "IV.1 advance position", "IV.2 push out",
     "V.2-3 constrained solve", "V.4 contact",           "elastic forces",
-    "damping solve",           "shock propagation",     "time step choice"};
+    "damping solve",           "shock propagation",     "time step choice",
+    "kinematic motion"};
 
 class StageClock {
  public:

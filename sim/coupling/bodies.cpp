@@ -5,19 +5,20 @@ namespace duet {
 void store_velocities(const Bodies& bodies, VelocityState& out) {
   out.particle = bodies.particles.v;
   out.rigid.resize(bodies.rigid.size());
-  out.angular_momentum.resize(bodies.rigid.size());
+  out.rotation.resize(bodies.rigid.size());
   for (std::size_t i = 0; i < bodies.rigid.size(); ++i) {
     out.rigid[i] = bodies.rigid.state[i].velocity;
-    out.angular_momentum[i] = bodies.rigid.state[i].angular_momentum;
+    out.rotation[i] = rotation_variable(bodies.rigid.state[i], bodies.rigid.properties[i]);
   }
 }
 
 void restore_velocities(const VelocityState& velocities, Bodies& bodies) {
   bodies.particles.v = velocities.particle;
   for (std::size_t i = 0; i < bodies.rigid.size(); ++i) {
-    bodies.rigid.state[i].velocity = velocities.rigid[i];
-    bodies.rigid.state[i].angular_momentum = velocities.angular_momentum[i];
-    update_orientation_dependents(bodies.rigid.state[i], bodies.rigid.properties[i]);
+    RigidState& state = bodies.rigid.state[i];
+    state.velocity = velocities.rigid[i];
+    rotation_variable(state, bodies.rigid.properties[i]) = velocities.rotation[i];
+    update_orientation_dependents(state, bodies.rigid.properties[i]);
   }
 }
 
@@ -26,7 +27,7 @@ void add_velocities(const VelocityState& change, Bodies& bodies) {
   for (std::size_t i = 0; i < bodies.rigid.size(); ++i) {
     RigidState& state = bodies.rigid.state[i];
     state.velocity += change.rigid[i];
-    state.angular_momentum += change.angular_momentum[i];
+    rotation_variable(state, bodies.rigid.properties[i]) += change.rotation[i];
     update_orientation_dependents(state, bodies.rigid.properties[i]);
   }
 }
@@ -36,7 +37,7 @@ void velocity_difference(const Bodies& bodies, const VelocityState& base, Veloci
   for (std::size_t p = 0; p < out.particle.size(); ++p) out.particle[p] -= base.particle[p];
   for (std::size_t i = 0; i < out.rigid.size(); ++i) {
     out.rigid[i] -= base.rigid[i];
-    out.angular_momentum[i] -= base.angular_momentum[i];
+    out.rotation[i] -= base.rotation[i];
   }
 }
 

@@ -20,11 +20,11 @@ struct Bodies {
 
 // A velocity of every particle and body. Rigid rotation is stored as angular momentum: angular velocities
 // saved before and restored after a change of orientation would create energy (paper section 2, facts of the
-// original's stage I).
+// original's stage I). Of bodies without finite momentum it is the angular velocity.
 struct VelocityState {
-  std::vector<Vec3> particle;          // m/s
-  std::vector<Vec3> rigid;             // m/s
-  std::vector<Vec3> angular_momentum;  // kg m^2/s
+  std::vector<Vec3> particle;  // m/s
+  std::vector<Vec3> rigid;     // m/s
+  std::vector<Vec3> rotation;  // rotation_variable: kg m^2/s of dynamic bodies, rad/s of others
 };
 
 void store_velocities(const Bodies& bodies, VelocityState& out);

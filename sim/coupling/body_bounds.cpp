@@ -25,7 +25,8 @@ BodyBounds bounds_of(const RigidState& state, const RigidProperties& properties)
   bounds.center = state.pose.position;
   bounds.velocity = state.velocity;
   bounds.thickness = shape.smallest_size();
-  bounds.is_static = properties.is_static();
+  bounds.is_static = !properties.moves();
+  bounds.is_dynamic = properties.is_dynamic();
   bounds.is_half_space = shape.kind == LevelSet::Kind::half_space;
   if (bounds.is_half_space) return bounds;
   if (shape.kind == LevelSet::Kind::sphere || shape.kind == LevelSet::Kind::capsule)

@@ -22,7 +22,8 @@ struct BodyBounds {
   double arm = 0;                     // m, of rigid bodies: lever arm on which `spin` moves their surface
   double thickness = 0;               // m, of rigid bodies: LevelSet::smallest_size()
   bool is_half_space = false;
-  bool is_static = false;
+  bool is_static = false;  // never moves
+  bool is_dynamic = true;  // moves as forces make it
   bool is_deformable = false;
 };
 

@@ -64,7 +64,7 @@ void BroadPhase::query_host(int host, std::vector<BodyPair>& found) const {
   const BodyBounds& body = bounds[as_index(host)];
   const auto first = static_cast<std::ptrdiff_t>(found.size());
   const auto add = [&](int guest) {
-    if (guest != host && !(body.is_static && bounds[as_index(guest)].is_static))
+    if (guest != host && (body.is_dynamic || bounds[as_index(guest)].is_dynamic))
       found.push_back({host, guest, -1});
   };
   if (body.is_half_space) {

@@ -38,13 +38,13 @@ class Collider {
   const Pose& predicted_pose(int body) {
     const auto b = as_index(body);
     if (scratch_.stale[b]) {
+      const RigidProperties& properties = bodies_.rigid.properties[b];
       RigidState state = bodies_.rigid.state[b];
       state.velocity += difference_.rigid[b];
-      state.angular_momentum += difference_.angular_momentum[b];
-      state.angular_velocity = state.inverse_inertia * state.angular_momentum;
-      scratch_.predicted[b] = bodies_.rigid.properties[b].is_static()
-                                  ? state.pose
-                                  : evolved_pose(state, dt_, settings_.second_order);
+      rotation_variable(state, properties) += difference_.rotation[b];
+      if (properties.is_dynamic()) state.angular_velocity = state.inverse_inertia * state.angular_momentum;
+      scratch_.predicted[b] =
+          properties.moves() ? evolved_pose(state, dt_, settings_.second_order) : state.pose;
       scratch_.stale[b] = 0;
     }
     return scratch_.predicted[b];
@@ -66,12 +66,15 @@ class Collider {
     return host.shape.distance(predicted_pose(contact.host).to_body(x)) + point.allowance;
   }
 
-  // Acceleration of guest towards host by the forces of the step, m/s^2.
+  // Acceleration of guest towards host by the forces and motions of the step, m/s^2.
   double approach_acceleration(const ContactPoint& contact) const {
     const auto change = [&](int body, const Vec3& arm) -> Vec3 {
       const auto b = as_index(body);
-      return difference_.rigid[b] +
-             (bodies_.rigid.state[b].inverse_inertia * difference_.angular_momentum[b]).cross(arm);
+      const Vec3& rotation = difference_.rotation[b];
+      const Vec3 angular = bodies_.rigid.properties[b].is_dynamic()
+                               ? Vec3(bodies_.rigid.state[b].inverse_inertia * rotation)
+                               : rotation;
+      return difference_.rigid[b] + angular.cross(arm);
     };
     Vec3 relative = -change(contact.host, contact.host_arm);
     if (contact.is_rigid_pair())

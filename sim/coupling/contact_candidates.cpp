@@ -187,8 +187,14 @@ class Finder {
   double largest_change(int body) const {
     const std::size_t rigid_count = bodies_.rigid.size();
     return as_index(body) < rigid_count
-               ? difference_.rigid[as_index(body)].norm()
+               ? difference_.rigid[as_index(body)].norm() +
+                     spin_change(as_index(body)) * search_.broad_phase.bounds[as_index(body)].arm
                : max_norm(difference_.particle, bodies_.deformable[as_index(body) - rigid_count]);
+  }
+
+  // rad/s; forces do not change the angular velocity before contact.
+  double spin_change(std::size_t body) const {
+    return search_.broad_phase.bounds[body].is_dynamic ? 0 : difference_.rotation[body].norm();
   }
 
   void find_touches(const BodyPair& pair, CandidateSearch::Chunk& chunk) const {
@@ -215,9 +221,9 @@ class Finder {
     const auto h = as_index(pair.host), g = as_index(pair.guest_rigid);
     const BodyBounds& host = search_.broad_phase.bounds[h];
     const BodyBounds& guest = search_.broad_phase.bounds[g];
-    const double speed = (guest.velocity - host.velocity).norm() +
-                         (difference_.rigid[g] - difference_.rigid[h]).norm() +
-                         guest.spin.norm() * guest.arm + host.spin.norm() * host.arm;
+    const double speed =
+        (guest.velocity - host.velocity).norm() + (difference_.rigid[g] - difference_.rigid[h]).norm() +
+        (guest.spin.norm() + spin_change(g)) * guest.arm + (host.spin.norm() + spin_change(h)) * host.arm;
     const double margin = reach(speed, dt_);
     if (separation(host, guest) > margin) return;
     auto begin = chunk.touches.size();

@@ -12,7 +12,7 @@ std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
 constexpr double least_slope = 0.1;
 
 bool is_fixed(const Bodies& bodies, int body) {
-  return as_index(body) < bodies.rigid.size() && bodies.rigid.properties[as_index(body)].is_static();
+  return as_index(body) < bodies.rigid.size() && !bodies.rigid.properties[as_index(body)].is_dynamic();
 }
 
 // The normal of the pair's deepest point, from its host to its guest.

@@ -8,12 +8,12 @@
 namespace duet {
 
 // Bodies are numbered as in guest_node: rigid ones first, then deformable ones. A body is supported by those
-// that it touches from above, against gravity. Static bodies have level 0; another body's level is one more
-// than the highest that supports it, and bodies that support each other in a circle (a strongly connected
-// component of the graph) share theirs.
+// that it touches from above, against gravity. Static and kinematic bodies have level 0; another body's level
+// is one more than the highest that supports it, and bodies that support each other in a circle (a strongly
+// connected component of the graph) share theirs.
 struct ContactGraph {
   std::vector<int> level;       // of every body
-  std::vector<char> supported;  // whether its supports lead down to a static body
+  std::vector<char> supported;  // whether its supports lead down to a static or kinematic body
   std::vector<int> island;      // of every movable body: the first body of those it is connected with
   PairSchedule schedule;        // the pairs that contact processes, up the graph
   PairSchedule by_level;        // the same pairs, level by level; for shock propagation

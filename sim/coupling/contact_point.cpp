@@ -13,14 +13,14 @@ std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
 }  // namespace
 
 void apply_angular_impulse(RigidState& state, const RigidProperties& properties, const Vec3& moment) {
-  if (properties.is_static()) return;
+  if (!properties.is_dynamic()) return;
   state.angular_momentum += moment;
   state.angular_velocity += state.inverse_inertia * moment;
 }
 
 void apply_impulse(RigidState& state, const RigidProperties& properties, const Vec3& arm,
                    const Vec3& impulse) {
-  if (properties.is_static()) return;
+  if (!properties.is_dynamic()) return;
   state.velocity += properties.inverse_mass * impulse;
   apply_angular_impulse(state, properties, arm.cross(impulse));
 }
@@ -35,7 +35,8 @@ Vec3 relative_velocity(const Bodies& bodies, const ContactPoint& contact) {
       contact.is_rigid_pair()
           ? point_velocity(bodies.rigid.state[as_index(contact.guest_rigid)], contact.guest_arm)
           : weighted(surface_point(bodies, contact), bodies.particles.v);
-  return guest - point_velocity(bodies.rigid.state[as_index(contact.host)], contact.host_arm);
+  return guest - point_velocity(bodies.rigid.state[as_index(contact.host)], contact.host_arm) +
+         contact.path_velocity;
 }
 
 void apply_impulse(Bodies& bodies, const ContactPoint& contact, const Vec3& impulse) {
@@ -123,6 +124,7 @@ void update_geometry(const Bodies& bodies, ContactPoint& contact) {
     K.diagonal().array() += surface_point(bodies, contact).inverse_mass;
   }
   contact.response = ContactResponse(K, contact.normal);
+  contact.path_velocity.setZero();
 }
 
 }  // namespace duet

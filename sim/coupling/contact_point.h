@@ -27,6 +27,9 @@ struct ContactPoint {
   ContactResponse response;
   double target = 0;  // m/s, least normal velocity of the guest relative to the host; or minus infinity
   Vec3 impulse = Vec3::Zero();  // N s, accumulated on the guest by the contact solve
+  // m/s, of the guest relative to the host: what the curved paths of a kinematic body's points add over this
+  // step to the velocities of the two bodies (sim/step/kinematic_motion.h); zero at one moment in time
+  Vec3 path_velocity = Vec3::Zero();
   bool is_rigid_pair() const { return guest_rigid >= 0; }
   bool is_sample() const { return guest_point >= 0; }
 };
@@ -81,7 +84,7 @@ Touch touch(const Bodies& bodies, const ContactPoint& contact);
 // With rigid bodies at the `predicted` poses, particles after `dt` (s) at their velocities now.
 Touch predicted_touch(const Bodies& bodies, const std::vector<Pose>& predicted, double dt,
                       const ContactPoint& contact);
-// Recomputes normal, arms, gap and response from the positions now.
+// Recomputes normal, arms, gap and response from the positions now, and forgets the path velocity.
 void update_geometry(const Bodies& bodies, ContactPoint& contact);
 // The gap at the positions now, m.
 double gap_now(const Bodies& bodies, const ContactPoint& contact);

@@ -50,7 +50,7 @@ void ContactProjection::build(const Bodies& bodies, const ContactSet& contacts, 
 
 void ContactProjection::factor(Block& block) const {
   const RigidProperties& properties = bodies_->rigid.properties[as_index(block.host)];
-  if (properties.is_static()) return;
+  if (!properties.is_dynamic()) return;
   const Mat3 rotation = bodies_->rigid.state[as_index(block.host)].pose.orientation.toRotationMatrix();
   Mat6 system = Mat6::Zero();
   system.topLeftCorner<3, 3>().diagonal().setConstant(properties.mass);
@@ -95,7 +95,7 @@ void ContactProjection::push(const Row& row, double impulse, GeneralizedVelocity
 void ContactProjection::project_block(const Block& block, bool with_target, GeneralizedVelocity& v) const {
   Vec6 right = Vec6::Zero();
   const auto host = as_index(block.host);
-  const bool moves = !bodies_->rigid.properties[host].is_static();
+  const bool moves = bodies_->rigid.properties[host].is_dynamic();
   Vec6 change = Vec6::Zero();
   if (moves) {
     for (const Row& row : block.rows) {

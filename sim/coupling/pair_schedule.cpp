@@ -28,7 +28,7 @@ void PairSchedule::build(const Bodies& bodies, const ContactSet& contacts, std::
                          bool levels_apart) {
   const std::size_t rigid = bodies.rigid.size();
   const auto movable = [&](std::size_t node) {
-    return node >= rigid || !bodies.rigid.properties[node].is_static();
+    return node >= rigid || bodies.rigid.properties[node].is_dynamic();
   };
   sort_by_level_and_color(bodies, contacts, pairs);
 
@@ -58,7 +58,7 @@ void PairSchedule::sort_by_level_and_color(const Bodies& bodies, const ContactSe
   constexpr int colors = 64;
   const std::size_t rigid = bodies.rigid.size();
   const auto taken = [&](std::size_t node) {
-    const bool shared = node < rigid && bodies.rigid.properties[node].is_static();
+    const bool shared = node < rigid && !bodies.rigid.properties[node].is_dynamic();
     return shared ? std::uint64_t{0} : used_[node];
   };
   used_.assign(rigid + bodies.deformable.size(), 0);

@@ -12,8 +12,8 @@ namespace {
 
 std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
 
-// A static outer body acts as one this many times as heavy as the central body: the limit of equation 1 for
-// K_o -> 0.
+// A static or kinematic outer body acts as one this many times as heavy as the central body: the limit of
+// equation 1 for K_o -> 0.
 constexpr double static_weight = 1e8;
 
 using Outer = PushOutScratch::Outer;
@@ -33,7 +33,7 @@ class PushOut {
       return false;
     gather(central, fraction);
     if (scratch_.outers.empty()) return false;
-    if (bodies_.rigid.properties[as_index(central)].is_static())
+    if (!bodies_.rigid.properties[as_index(central)].is_dynamic())
       for (const Outer& outer : scratch_.outers) move_outer(outer, outer.displacement);  // they decouple
     else
       push_together(central);
@@ -113,7 +113,7 @@ class PushOut {
   Mat3 outer_mass(const ContactPoint& point, bool reversed, int central) const {
     const auto outer = as_index(reversed ? point.host : point.guest_rigid);
     const RigidProperties& properties = bodies_.rigid.properties[outer];
-    if (properties.is_static())
+    if (!properties.is_dynamic())
       return Mat3::Identity() * (static_weight * bodies_.rigid.properties[as_index(central)].mass);
     const Vec3& arm = reversed ? point.host_arm : point.guest_arm;
     return impulse_factor(bodies_.rigid.state[outer], properties.inverse_mass, arm).inverse();
@@ -168,7 +168,7 @@ class PushOut {
     const auto body = as_index(outer.reversed ? point.host : point.guest_rigid);
     const RigidState& state = bodies_.rigid.state[body];
     const RigidProperties& properties = bodies_.rigid.properties[body];
-    if (properties.is_static()) return;
+    if (!properties.is_dynamic()) return;
     const Vec3& arm = outer.reversed ? point.host_arm : point.guest_arm;
     displace(outer.reversed ? point.host : point.guest_rigid, properties.inverse_mass * impulse,
              state.inverse_inertia * arm.cross(impulse));

@@ -120,9 +120,8 @@ void predict_contacts(double dt, bool second_order, const ContactGraph& graph, c
   contacts.predicted.resize(rigid.size());
   parallel_for(rigid.size(), 64, [&](std::size_t begin, std::size_t end) {
     for (std::size_t b = begin; b < end; ++b)
-      contacts.predicted[b] = rigid.properties[b].is_static()
-                                  ? rigid.state[b].pose
-                                  : evolved_pose(rigid.state[b], dt, second_order);
+      contacts.predicted[b] =
+          rigid.properties[b].moves() ? evolved_pose(rigid.state[b], dt, second_order) : rigid.state[b].pose;
   });
   parallel_for(graph.pairs.size(), 16, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {

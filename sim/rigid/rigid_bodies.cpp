@@ -1,22 +1,11 @@
 #include "sim/rigid/rigid_bodies.h"
 
-#include <cmath>
+#include "sim/rigid/rotation.h"
 
 namespace duet {
-namespace {
-
-// The unit quaternion that rotates by |v| about v.
-Quat exponential(const Vec3& v) {
-  const double angle = v.norm();
-  // sin(a/2)/a, by its series where the quotient would lose digits
-  const double factor = angle < 1e-4 ? 0.5 - angle * angle / 48 : std::sin(angle / 2) / angle;
-  return Quat(std::cos(angle / 2), factor * v.x(), factor * v.y(), factor * v.z());
-}
-
-}  // namespace
 
 void update_orientation_dependents(RigidState& state, const RigidProperties& properties) {
-  if (properties.is_static()) return;
+  if (!properties.is_dynamic()) return;
   const Mat3 rotation = state.pose.orientation.toRotationMatrix();
   state.inverse_inertia = rotation * properties.inertia.cwiseInverse().asDiagonal() * rotation.transpose();
   state.angular_velocity = state.inverse_inertia * state.angular_momentum;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "sim/scene/motion.h"
 #include "sim/scene/solids.h"
 
 namespace duet::scene {
@@ -39,6 +40,17 @@ void add_rigid(RigidBodies& rigid, const std::string& name, const Solid& solid, 
   rigid.name.push_back(name);
   rigid.properties.push_back(std::move(properties));
   rigid.state.push_back(state);
+}
+
+// The rigid body added last follows the motion, which begins at time 0.
+void make_kinematic(RigidBodies& rigid, KinematicMotion motion) {
+  const MotionState start = motion_at(motion, 0);
+  RigidState& state = rigid.state.back();
+  state.pose = start.pose;
+  state.velocity = start.velocity;
+  state.angular_velocity = start.angular_velocity;
+  rigid.properties.back().is_kinematic = true;
+  rigid.kinematic.push_back({rigid.size() - 1, std::move(motion)});
 }
 
 const Material& material_named(const Scene& scene, const std::string& name) {
@@ -165,8 +177,11 @@ BuiltWorld build_world(const Scene& scene, const EffectSet& plan) {
   Solids solids;
   for (const RigidBody& body : scene.rigid) {
     const Solid& solid = solids.of(body);
-    const double mass = body.is_static ? 0 : body.mass.value_or(body.density.value_or(0) * solid.volume);
+    const bool is_dynamic = !body.is_static && !body.is_kinematic;
+    const double mass = is_dynamic ? body.mass.value_or(body.density.value_or(0) * solid.volume) : 0;
     add_rigid(bodies.rigid, body.name, solid, mass, body, body.placement);
+    if (body.is_kinematic && plan[index(Effect::kinematic_motion)])
+      make_kinematic(bodies.rigid, kinematic_motion(body, solid.frame));
     built.shapes.push_back({body.name, {solid.surface, {}}});
   }
   for (const scene::DeformableBody& body : scene.deformable)

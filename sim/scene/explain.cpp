@@ -34,8 +34,8 @@ std::string sharers(const GridSize& grid) {
 }
 
 void write_sizes(std::string& out, const WorldSizes& sizes) {
-  out += fmt::format("sizes\n  {} moving and {} static rigid bodies, {} surface samples\n",
-                     sizes.rigid_dynamic, sizes.rigid_static, sizes.rigid_samples);
+  out += fmt::format("sizes\n  {} dynamic, {} kinematic and {} static rigid bodies, {} surface samples\n",
+                     sizes.rigid_dynamic, sizes.rigid_kinematic, sizes.rigid_static, sizes.rigid_samples);
   for (const GridSize& grid : sizes.grids)
     out += fmt::format("  level set of {}: {} x {} x {} nodes {:.3g} m apart, at its thickest {:.3g} m\n",
                        sharers(grid), grid.nodes.x(), grid.nodes.y(), grid.nodes.z(), grid.spacing,
@@ -80,7 +80,8 @@ double mass_ratio(const WorldSizes& sizes) {
 
 std::vector<std::string> warnings(const Scene& scene, const EffectPlan& plan, const WorldSizes& sizes) {
   std::vector<std::string> found;
-  if (sizes.rigid_dynamic + sizes.deformable == 0) found.emplace_back("nothing moves: every body is static");
+  if (sizes.rigid_dynamic + sizes.rigid_kinematic + sizes.deformable == 0)
+    found.emplace_back("nothing moves: every body is static");
   if (mass_ratio(sizes) > large_mass_ratio)
     found.push_back(
         fmt::format("the mass ratio {:.4g}:1 is above {:.0f}:1: raise solver.contact_iterations (now {}) "
@@ -144,6 +145,7 @@ nlohmann::json explain_json(const Scene& scene, const EffectPlan& plan, const Wo
       {"effects", effects},
       {"sizes",
        {{"rigid_dynamic", sizes.rigid_dynamic},
+        {"rigid_kinematic", sizes.rigid_kinematic},
         {"rigid_static", sizes.rigid_static},
         {"rigid_samples", sizes.rigid_samples},
         {"grids", grids},

@@ -27,31 +27,38 @@ std::string counted(std::size_t count, std::string_view singular, std::string_vi
 }
 
 struct Bodies {
-  std::vector<std::string> dynamic, fixed, deformable;  // fixed: static rigid bodies and the ground
+  std::vector<std::string> dynamic, kinematic, deformable;
+  std::vector<std::string> fixed;  // static rigid bodies and the ground
+  std::size_t immovable() const { return kinematic.size() + fixed.size(); }  // by impulses
 };
 
 Bodies sort_bodies(const Scene& scene) {
   Bodies bodies;
   for (const RigidBody& body : scene.rigid)
-    (body.is_static ? bodies.fixed : bodies.dynamic).push_back(body.name);
+    (body.is_static      ? bodies.fixed
+     : body.is_kinematic ? bodies.kinematic
+                         : bodies.dynamic)
+        .push_back(body.name);
   if (scene.ground) bodies.fixed.emplace_back("ground");
   for (const DeformableBody& body : scene.deformable) bodies.deformable.push_back(body.name);
   return bodies;
 }
 
-// "3 moving rigid bodies (`a`, `b`, `c`) and 1 static one (`ground`)"
+// "3 dynamic rigid bodies (`a`, `b`, `c`), 1 kinematic one (`wheel`) and 1 static one (`ground`)"
 std::string rigid_text(const Bodies& bodies) {
-  const bool moving = !bodies.dynamic.empty();
-  std::string text;
-  if (moving)
-    text = fmt::format("{} ({})", counted(bodies.dynamic.size(), "moving rigid body", "moving rigid bodies"),
-                       listed(bodies.dynamic));
-  if (!bodies.fixed.empty())
-    text += fmt::format("{}{} ({})", moving ? " and " : "",
-                        moving ? counted(bodies.fixed.size(), "static one", "static ones")
-                               : counted(bodies.fixed.size(), "static rigid body", "static rigid bodies"),
-                        listed(bodies.fixed));
-  return text;
+  std::vector<std::string> parts;
+  const auto add = [&](const std::vector<std::string>& names, std::string_view kind) {
+    if (names.empty()) return;
+    const bool one = names.size() == 1, first = parts.empty();
+    const std::string_view noun = first ? (one ? "rigid body" : "rigid bodies") : (one ? "one" : "ones");
+    parts.push_back(fmt::format("{} {} {} ({})", names.size(), kind, noun, listed(names)));
+  };
+  add(bodies.dynamic, "dynamic");
+  add(bodies.kinematic, "kinematic");
+  add(bodies.fixed, "static");
+  const std::string last = parts.back();
+  parts.pop_back();
+  return parts.empty() ? last : fmt::format("{} and {}", fmt::join(parts, ", "), last);
 }
 
 std::string deformable_text(const Bodies& bodies) {
@@ -60,8 +67,8 @@ std::string deformable_text(const Bodies& bodies) {
 }
 
 PlannedEffect rigid_pairs(Effect effect, const Bodies& bodies, std::string_view verb) {
-  if (bodies.dynamic.empty()) return {effect, false, "no moving rigid body"};
-  if (bodies.dynamic.size() + bodies.fixed.size() < 2)
+  if (bodies.dynamic.empty()) return {effect, false, "no dynamic rigid body"};
+  if (bodies.dynamic.size() + bodies.immovable() < 2)
     return {effect, false, fmt::format("`{}` is the only rigid body", bodies.dynamic.front())};
   return {effect, true, fmt::format("{} {}", rigid_text(bodies), verb)};
 }
@@ -69,7 +76,8 @@ PlannedEffect rigid_pairs(Effect effect, const Bodies& bodies, std::string_view 
 PlannedEffect rigid_deformable_pairs(const Bodies& bodies) {
   const Effect effect = Effect::rigid_deformable_contact;
   if (bodies.deformable.empty()) return {effect, false, "no deformable body"};
-  if (bodies.dynamic.empty() && bodies.fixed.empty()) return {effect, false, "no rigid body and no ground"};
+  if (bodies.dynamic.empty() && bodies.immovable() == 0)
+    return {effect, false, "no rigid body and no ground"};
   return {effect, true, fmt::format("{} can touch {}", deformable_text(bodies), rigid_text(bodies))};
 }
 
@@ -98,8 +106,8 @@ PlannedEffect shock_propagation(const Scene& scene, const Bodies& bodies, bool c
   const Switch wish = scene.solver.shock_propagation;
   if (wish == Switch::off) return {effect, false, "solver.shock_propagation is off"};
   if (!contact) return {effect, false, "no contact between rigid bodies"};
-  if (bodies.dynamic.size() < 2) return {effect, false, "no two moving rigid bodies can rest on each other"};
-  if (bodies.fixed.empty()) return {effect, false, "no static body to rest on"};
+  if (bodies.dynamic.size() < 2) return {effect, false, "no two dynamic rigid bodies can rest on each other"};
+  if (bodies.immovable() == 0) return {effect, false, "no static or kinematic body to rest on"};
   if (wish == Switch::automatic && !bodies.deformable.empty())
     return {effect, false,
             fmt::format("{} may carry the rigid ones, which shocks cannot pass", deformable_text(bodies))};
@@ -117,6 +125,15 @@ PlannedEffect rolling_friction(const Scene& scene, bool contact) {
   if (names.empty()) return {effect, false, "no body with rolling_friction or spinning_friction"};
   if (!contact) return {effect, false, "no contact between rigid bodies"};
   return {effect, true, fmt::format("asked for by {}", listed(names))};
+}
+
+PlannedEffect kinematic_motion(const Bodies& bodies) {
+  const Effect effect = Effect::kinematic_motion;
+  if (bodies.kinematic.empty()) return {effect, false, "no rigid body has a motion"};
+  return {
+      effect, true,
+      fmt::format("the scene prescribes the motion of {} ({})",
+                  counted(bodies.kinematic.size(), "rigid body", "rigid bodies"), listed(bodies.kinematic))};
 }
 
 EffectSet removed_effects(const std::vector<std::string>& without) {
@@ -157,6 +174,7 @@ EffectPlan plan_effects(const Scene& scene, const std::vector<std::string>& with
   const bool contact = plan.effects[index(Effect::rigid_contact)].active;
   add(shock_propagation(scene, bodies, contact));
   add(rolling_friction(scene, contact));
+  add(kinematic_motion(bodies));
   return plan;
 }
 

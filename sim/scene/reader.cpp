@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "sim/base/near_miss.h"
+#include "sim/scene/motion_reader.h"
 #include "sim/scene/shape_reader.h"
 #include "sim/scene/table_reader.h"
 
@@ -21,12 +22,6 @@ constexpr int max_picture_edge = 16384;  // samples; the largest texture that so
 
 Quat orientation_of(const Rotation& rotation) {
   return Quat(Eigen::AngleAxisd(rotation.degrees * EIGEN_PI / 180, rotation.axis.normalized()));
-}
-
-// Where to point for a key that may be absent: at its value, else at its table.
-toml::source_region place_of(const toml::table& table, std::string_view key) {
-  const toml::node* node = table.get(key);
-  return node ? node->source() : table.source();
 }
 
 // Builds a Scene from a document: one function a table, each of which reads by the schema and then checks the
@@ -170,6 +165,7 @@ void SceneReader::read_rigid(const toml::table& table, const std::string& path) 
   check_body_name(body.name, table, path);
   shapes_.check(body, table, path);
   check_mass(body, table, path);
+  check_motion(body, table, path, problems_);
   if (check_rotation(entry.rotation, table, path))
     body.placement.orientation = orientation_of(entry.rotation);
   body.at = location_of(table);
@@ -270,13 +266,18 @@ void SceneReader::check_mass(const RigidBody& body, const toml::table& table, co
            "remove it, or remove `static = true`");
     return;
   }
+  if (body.is_kinematic) {
+    reject(table, path, {"mass", "density", "velocity", "angular_velocity"},
+           "has no effect on a body with a motion", "remove it, or remove `motion`");
+    return;
+  }
   const bool mass = table.contains("mass"), density = table.contains("density");
   if (mass && density)
     problems_.add(place_of(table, "density"), path + ".density", "given together with mass",
                   "give either mass or density");
   if (!mass && !density)
     problems_.add(table.source(), path, "has neither mass nor density",
-                  "give one of them, or `static = true` for a body that never moves");
+                  "give one of them, or `static = true` or a `motion` for a body that nothing moves");
 }
 
 // Whether the table has a rotation that can be used; reports a zero axis.

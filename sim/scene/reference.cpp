@@ -1,4 +1,6 @@
 // reference(): the schema as readable text.
+#include <algorithm>
+
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -14,19 +16,34 @@ std::string bounds_text(const Key& key) {
   return key.bounds.text();
 }
 
-void write_key(std::string& out, const Key& key, const std::string& prefix,
+std::vector<Key> inner_keys(const Key& key) {
+  if (const auto* group = std::get_if<Group>(&key.target)) return group->keys;
+  if (const auto* list = std::get_if<List>(&key.target)) return list->element(0);
+  return {};
+}
+
+// Characters of the longest name, with the names of the tables around it: "shape.capsule.radius".
+std::size_t longest_name(const std::vector<Key>& keys) {
+  std::size_t longest = 0;
+  for (const Key& key : keys) {
+    const std::size_t inner = longest_name(inner_keys(key));
+    longest = std::max(longest, key.name.size() + (inner > 0 ? 1 + inner : 0));
+  }
+  return longest;
+}
+
+void write_key(std::string& out, const Key& key, const std::string& prefix, std::size_t width,
                const std::string& default_value) {
-  const std::string line = fmt::format("  {:<22} {:<18} {:<11} {:<22} {}", prefix + std::string(key.name),
-                                       type_text(key), key.unit, default_value, bounds_text(key));
+  const std::string line = fmt::format("  {:<{}} {:<15} {:<11} {:<22} {}", prefix + std::string(key.name),
+                                       width, type_text(key), key.unit, default_value, bounds_text(key));
   out += line.substr(0, line.find_last_not_of(' ') + 1);
   out += fmt::format("\n      {}\n", key.meaning);
-  if (const auto* group = std::get_if<Group>(&key.target))
-    for (const Key& inner : group->keys)
-      write_key(out, inner, prefix + std::string(key.name) + ".", default_text(inner));
+  for (const Key& inner : inner_keys(key))
+    write_key(out, inner, prefix + std::string(key.name) + ".", width, default_text(inner));
 }
 
 // The default under each accuracy preset where they differ: "0.95 / 0.9 / 0.45".
-void write_solver(std::string& out) {
+void write_solver(std::string& out, std::size_t width) {
   Solver draft = preset(Accuracy::draft), standard = preset(Accuracy::standard),
          fine = preset(Accuracy::fine);
   const auto draft_keys = keys(draft), standard_keys = keys(standard), fine_keys = keys(fine);
@@ -34,7 +51,7 @@ void write_solver(std::string& out) {
     const std::string a = default_text(draft_keys[i]), b = default_text(standard_keys[i]),
                       c = default_text(fine_keys[i]);
     const bool differ = standard_keys[i].name != "accuracy" && (a != b || b != c);
-    write_key(out, standard_keys[i], "", differ ? fmt::format("{} / {} / {}", a, b, c) : b);
+    write_key(out, standard_keys[i], "", width, differ ? fmt::format("{} / {} / {}", a, b, c) : b);
   }
 }
 
@@ -52,11 +69,13 @@ std::string reference() {
     out += fmt::format("\n{}: {}\n", section.heading(), section.meaning);
     if (section.name == "solver")
       out += "  defaults under the presets draft / standard / fine where they differ\n";
-    out += fmt::format("  {:<22} {:<18} {:<11} {:<22} {}\n", "key", "type", "unit", "default", "bounds");
+    const std::size_t width = longest_name(section.keys);
+    out +=
+        fmt::format("  {:<{}} {:<15} {:<11} {:<22} {}\n", "key", width, "type", "unit", "default", "bounds");
     if (section.name == "solver")
-      write_solver(out);
+      write_solver(out, width);
     else
-      for (const Key& key : section.keys) write_key(out, key, "", default_text(key));
+      for (const Key& key : section.keys) write_key(out, key, "", width, default_text(key));
   }
   return out;
 }

@@ -9,12 +9,19 @@
 
 #include "sim/base/types.h"
 #include "sim/geometry/triangle_mesh.h"
+#include "sim/rigid/kinematic_motion.h"
 
 namespace duet::scene {
 
 struct Location {  // of the table or key in the file; 1-based
   int line = 0;
   int column = 0;
+};
+
+struct Rotation {
+  Vec3 axis = Vec3::UnitY();  // world axes, any length but 0
+  double degrees = 0;
+  Vec3 vector() const { return degrees * EIGEN_PI / 180 * axis.normalized(); }  // rad
 };
 
 struct Placement {
@@ -45,12 +52,45 @@ struct Shape {  // capsules, cylinders and tori have the axis y
   std::shared_ptr<const TriangleMesh> mesh = nullptr;  // closed; null if the scene was read without its meshes
 };
 
+// How a kinematic body moves: duet::KinematicMotion in the terms of the file.
+struct Keyframe {
+  double time = 0;               // s
+  std::optional<Vec3> position;  // m
+  std::optional<Vec3> velocity;  // m/s
+  bool has_rotation = false;
+  Rotation rotation;
+};
+struct Spin {
+  Vec3 axis = Vec3::UnitY();   // world axes, any length but 0
+  double rate = 0;             // revolutions per second
+  double start = 0;            // s
+  std::optional<double> stop;  // s
+  double ramp = 0;             // s
+};
+struct Sinusoid {
+  Vec3 amplitude = Vec3::Zero();  // m
+  Rotation rotation;
+  double frequency = 1;           // Hz
+  double phase = 0;               // degrees
+  double start = 0;               // s
+  std::optional<double> stop;     // s
+};
+struct Motion {
+  std::vector<Keyframe> keyframes;
+  Interpolation interpolation = Interpolation::smooth;
+  bool loop = false;
+  std::vector<Spin> spin;
+  std::vector<Sinusoid> sinusoid;
+};
+
 struct RigidBody {
   std::string name;
   Location at;
   Shape shape;
   Placement placement;
   bool is_static = false;          // infinite mass, never moves
+  bool is_kinematic = false;       // infinite mass, moves as `motion` says
+  Motion motion;
   std::optional<double> mass;      // kg; exactly one of mass and density is given for a dynamic body
   std::optional<double> density;   // kg/m^3
   double friction = 0.5;           // Coulomb coefficient; a pair uses the smaller one

@@ -34,13 +34,38 @@ Choice choice(std::string& target, std::vector<std::string_view> names) {
 constexpr Presence required = Presence::required;
 constexpr Presence one_of = Presence::one_of;
 
-Key rotation_key(Rotation& rotation) {
+Key rotation_key(Rotation& rotation, std::string_view meaning = "turns the shape about its position",
+                 bool* given = nullptr) {
   return {"rotation",
           Group{{{"axis", &rotation.axis, "", any, "axis of the rotation, in world axes; any length but 0",
                   required},
                  {"degrees", &rotation.degrees, "degrees", any,
-                  "angle, counter-clockwise seen against the axis", required}}},
-          "", any, "turns the shape about its position"};
+                  "angle, counter-clockwise seen against the axis", required}},
+                given},
+          "", any, meaning};
+}
+
+template <class Element>
+List list(std::vector<Element>& elements) {
+  return {[&elements] { return elements.size(); },
+          [&elements](std::size_t i) {
+            if (i >= elements.size()) elements.resize(i + 1);
+            return keys(elements[i]);
+          }};
+}
+
+Key motion_key(RigidBody& body) {
+  Motion& motion = body.motion;
+  return {
+      "motion",
+      Group{{{"keyframes", list(motion.keyframes), "", any, "places at times; at rest before and after them"},
+             {"interpolation", choice(motion.interpolation, {"smooth", "linear"}), "", any,
+              "between keyframes: smooth, or at constant velocity"},
+             {"loop", &motion.loop, "", any, "the keyframes repeat; the last one is the first one again"},
+             {"spin", list(motion.spin), "", any, "turning at a constant rate"},
+             {"sinusoid", list(motion.sinusoid), "", any, "swinging to and fro"}},
+            &body.is_kinematic},
+      "", any, "makes the body kinematic: it moves as this says, has no mass, and nothing stops it"};
 }
 
 std::vector<Key> shape_keys(Shape& shape) {
@@ -81,6 +106,7 @@ struct TypeText {
   std::string operator()(double*) const { return "number"; }
   std::string operator()(std::optional<double>*) const { return "number"; }
   std::string operator()(Vec3*) const { return "3 numbers"; }
+  std::string operator()(std::optional<Vec3>*) const { return "3 numbers"; }
   std::string operator()(Vec3i*) const { return "3 integers"; }
   std::string operator()(std::string*) const { return "text"; }
   std::string operator()(const Name&) const { return "name"; }
@@ -89,6 +115,7 @@ struct TypeText {
   }
   std::string operator()(const Choice&) const { return "word"; }
   std::string operator()(const Group&) const { return "table"; }
+  std::string operator()(const List&) const { return "tables"; }
 };
 
 struct ValueText {
@@ -99,6 +126,9 @@ struct ValueText {
     return *value ? number_text(**value) : "none";
   }
   std::string operator()(const Vec3* value) const { return vector_text(*value); }
+  std::string operator()(const std::optional<Vec3>* value) const {
+    return *value ? vector_text(**value) : "none";
+  }
   std::string operator()(const Vec3i* value) const { return vector_text(*value); }
   std::string operator()(const std::string* value) const { return fmt::format("\"{}\"", *value); }
   std::string operator()(const Name& name) const { return fmt::format("\"{}\"", *name.text); }
@@ -109,6 +139,7 @@ struct ValueText {
     return fmt::format("\"{}\"", value.names[value.selected]);
   }
   std::string operator()(const Group&) const { return "none"; }
+  std::string operator()(const List&) const { return "none"; }
 };
 
 }  // namespace
@@ -167,6 +198,41 @@ std::vector<Key> keys(Material& material) {
   };
 }
 
+std::vector<Key> keys(Keyframe& keyframe) {
+  return {
+      {"time", &keyframe.time, "s", any, "of the keyframe; later than that of the one before it", required},
+      {"position", &keyframe.position, "m", any, "at that time, in place of the body's `position`"},
+      {"velocity", &keyframe.velocity, "m/s", any,
+       "at that time, with a position; else 0 at the ends and chosen so that nothing overshoots between"},
+      rotation_key(keyframe.rotation, "at that time, in place of the body's `rotation`; may be many turns",
+                   &keyframe.has_rotation),
+  };
+}
+
+std::vector<Key> keys(Spin& spin) {
+  return {
+      {"axis", &spin.axis, "", any, "through the body's position, in world axes; any length but 0", required},
+      {"rate", &spin.rate, "1/s", any, "revolutions per second, counter-clockwise seen against the axis",
+       required},
+      {"start", &spin.start, "s", any, "when it begins to turn"},
+      {"stop", &spin.stop, "s", any, "when it stands still again; without it, never"},
+      {"ramp", &spin.ramp, "s", non_negative,
+       "how long it takes to reach its rate, and to lose it at the end"},
+  };
+}
+
+std::vector<Key> keys(Sinusoid& sinusoid) {
+  return {
+      {"amplitude", &sinusoid.amplitude, "m", any, "half of the way from end to end"},
+      rotation_key(sinusoid.rotation, "half of the turn from end to end, about the body's position"),
+      {"frequency", &sinusoid.frequency, "Hz", positive, "cycles per second", required},
+      {"phase", &sinusoid.phase, "degrees", any,
+       "where in the cycle it starts, at no displacement: 0 in full motion, -90 and 90 at rest"},
+      {"start", &sinusoid.start, "s", any, "when it begins to move"},
+      {"stop", &sinusoid.stop, "s", any, "when it stops moving, wherever it is; without it, never"},
+  };
+}
+
 std::vector<Key> keys(RigidEntry& entry) {
   RigidBody& body = entry.body;
   Placement& placement = body.placement;
@@ -177,15 +243,15 @@ std::vector<Key> keys(RigidEntry& entry) {
       {"position", &placement.position, "m", any,
        "of the shape's centre; of the origin of a mesh's coordinates"},
       rotation_key(entry.rotation),
-      {"velocity", &placement.velocity, "m/s", any,
-       "of the centre of mass at frame 0; not for static bodies"},
+      {"velocity", &placement.velocity, "m/s", any, "of the centre of mass at frame 0; dynamic bodies only"},
       {"angular_velocity", &placement.angular_velocity, "rad/s", any,
-       "about the centre of mass at frame 0, in world axes; not for static bodies"},
+       "about the centre of mass at frame 0, in world axes; dynamic bodies only"},
       {"static", &body.is_static, "", any, "the body never moves and has no mass"},
+      motion_key(body),
       {"mass", &body.mass, "kg", positive,
-       "of the body; exactly one of mass and density, none for static bodies", one_of},
+       "of the body; exactly one of mass and density, dynamic bodies only", one_of},
       {"density", &body.density, "kg/m^3", positive,
-       "of a unit of volume; exactly one of mass and density, none for static bodies", one_of},
+       "of a unit of volume; exactly one of mass and density, dynamic bodies only", one_of},
       {"friction", &body.friction, "", non_negative,
        "Coulomb's coefficient; a pair of bodies uses the smaller one"},
       {"restitution", &body.restitution, "", between(0, 1),
@@ -352,7 +418,8 @@ std::vector<Section> sections(Prototype& prototype) {
   return {
       {"", Layout::root, "the scene as a whole", keys(scene)},
       {"materials", Layout::named, "materials of deformable bodies", keys(prototype.material)},
-      {"rigid", Layout::list, "rigid bodies, moving or static", keys(prototype.rigid)},
+      {"rigid", Layout::list, "rigid bodies: dynamic, or static, or kinematic if they have a motion",
+       keys(prototype.rigid)},
       {"deformable", Layout::list, "deformable bodies", keys(prototype.deformable)},
       {"ground", Layout::table, "the solid half space below a height; absent: no ground",
        keys(prototype.ground)},

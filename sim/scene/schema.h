@@ -41,10 +41,15 @@ struct Choice {  // one of a few words
 };
 struct Group {  // a table within the table
   std::vector<Key> keys;
+  bool* given = nullptr;  // set where the table is there
+};
+struct List {  // an array of tables within the table; a single table will do for an array of one
+  std::function<std::size_t()> size;
+  std::function<std::vector<Key>(std::size_t)> element;  // keys of the i-th one, which it makes if need be
 };
 
-using Target = std::variant<bool*, int*, double*, std::optional<double>*, Vec3*, Vec3i*, std::string*, Name,
-                            Reference, Choice, Group>;
+using Target = std::variant<bool*, int*, double*, std::optional<double>*, Vec3*, std::optional<Vec3>*, Vec3i*,
+                            std::string*, Name, Reference, Choice, Group, List>;
 
 enum class Presence {
   optional,
@@ -65,10 +70,6 @@ std::string type_text(const Key& key);     // "number", "3 numbers", "name of a 
 std::string default_text(const Key& key);  // of the value bound to the key: "0.5", "[0, 1, 0]"; "required"
 
 // What the file says in other terms than the scene keeps it.
-struct Rotation {
-  Vec3 axis = Vec3::UnitY();
-  double degrees = 0;
-};
 struct RigidEntry {
   RigidBody body;
   Rotation rotation;
@@ -80,6 +81,9 @@ struct DeformableEntry {
 
 std::vector<Key> keys(Scene& scene);  // the keys outside of all tables
 std::vector<Key> keys(Material& material);
+std::vector<Key> keys(Keyframe& keyframe);
+std::vector<Key> keys(Spin& spin);
+std::vector<Key> keys(Sinusoid& sinusoid);
 std::vector<Key> keys(RigidEntry& entry);
 std::vector<Key> keys(DeformableEntry& entry);
 std::vector<Key> keys(Ground& ground);

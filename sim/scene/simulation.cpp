@@ -33,11 +33,13 @@ void visit_state(World& world, std::int64_t& frame, double& squared_frequency, V
   Particles& particles = world.bodies.particles;
   visit(particles.x.data(), particles.x.size() * sizeof(Vec3));
   visit(particles.v.data(), particles.v.size() * sizeof(Vec3));
-  for (RigidState& state : world.bodies.rigid.state) {
+  RigidBodies& rigid = world.bodies.rigid;
+  for (std::size_t i = 0; i < rigid.size(); ++i) {
+    RigidState& state = rigid.state[i];
     visit(&state.pose.position, sizeof(Vec3));
     visit(state.pose.orientation.coeffs().data(), 4 * sizeof(double));
     visit(&state.velocity, sizeof(Vec3));
-    visit(&state.angular_momentum, sizeof(Vec3));
+    visit(&rotation_variable(state, rigid.properties[i]), sizeof(Vec3));
   }
 }
 
@@ -99,7 +101,7 @@ struct Simulation::Impl {
     double share = 1;
     while (time < end) {
       double rule = 0;
-      world().clock.time(Stage::time_step_choice, [&] { rule = choose_time_step(world()); });
+      world().clock.time(Stage::time_step_choice, [&] { rule = choose_time_step(world(), time); });
       const double steps = std::max(1.0, std::ceil((end - time) / (share * rule) - 1e-9));
       const double dt = (end - time) / steps;
       try {
@@ -260,7 +262,8 @@ WorldSizes Simulation::sizes() const {
   World& world = impl_->world();
   const Bodies& bodies = world.bodies;
   WorldSizes sizes;
-  const TimeStepChoice choice = bounded_time_step(world);
+  const TimeStepChoice choice =
+      bounded_time_step(world, static_cast<double>(impl_->frame) / impl_->scene.fps);
   sizes.time_step = choice.seconds;
   sizes.time_step_bound = describe(choice, bodies);
   sizes.lightest = std::numeric_limits<double>::infinity();
@@ -269,9 +272,11 @@ WorldSizes Simulation::sizes() const {
     sizes.heaviest = std::max(sizes.heaviest, mass);
   };
   for (const RigidProperties& properties : bodies.rigid.properties) {
-    ++(properties.is_static() ? sizes.rigid_static : sizes.rigid_dynamic);
+    ++(properties.is_dynamic() ? sizes.rigid_dynamic
+       : properties.moves()    ? sizes.rigid_kinematic
+                               : sizes.rigid_static);
     sizes.rigid_samples += static_cast<int>(properties.samples.size());
-    if (!properties.is_static()) weigh(properties.mass);
+    if (properties.is_dynamic()) weigh(properties.mass);
   }
   for (const DeformableBody& body : bodies.deformable) {
     ++sizes.deformable;

@@ -23,7 +23,7 @@ struct GridSize {          // of a level set that bodies of one mesh share
   double thickness = 0;    // m, diameter of the largest ball inside
 };
 struct WorldSizes {
-  int rigid_dynamic = 0, rigid_static = 0, deformable = 0;
+  int rigid_dynamic = 0, rigid_kinematic = 0, rigid_static = 0, deformable = 0;
   int particles = 0, tets = 0, surface_triangles = 0;
   int rigid_samples = 0;  // surface sample points of rigid bodies
   int face_samples = 0;   // contact points on deformable faces and edges, vertices not counted

@@ -42,6 +42,11 @@ std::string join_path(const std::string& path, std::string_view name) {
   return path.empty() ? std::string(name) : fmt::format("{}.{}", path, name);
 }
 
+toml::source_region place_of(const toml::table& table, std::string_view key) {
+  const toml::node* node = table.get(key);
+  return node ? node->source() : table.source();
+}
+
 std::string describe(const toml::node& node) {
   if (const auto* text = node.as_string()) return fmt::format("the text \"{}\"", text->get());
   if (const auto* boolean = node.as_boolean()) return boolean->get() ? "`true`" : "`false`";
@@ -49,6 +54,16 @@ std::string describe(const toml::node& node) {
   if (const auto* array = node.as_array())
     return fmt::format("an array of {} value{}", array->size(), array->size() == 1 ? "" : "s");
   return node.is_table() ? "a table" : "a date or time";
+}
+
+std::vector<ListedTable> listed_tables(const toml::node& node, const std::string& path) {
+  if (const toml::table* table = node.as_table()) return {{table, path}};
+  const toml::array* array = node.as_array();
+  if (!array || !array->is_homogeneous(toml::node_type::table)) return {};
+  std::vector<ListedTable> tables;
+  for (std::size_t i = 0; i < array->size(); ++i)
+    tables.push_back({(*array)[i].as_table(), fmt::format("{}[{}]", path, i)});
+  return tables;
 }
 
 void TableReader::read(const toml::table& table, const std::vector<Key>& keys, const std::string& path,
@@ -102,6 +117,10 @@ void TableReader::read_value(const toml::node& node, const Key& key, const std::
             if (double value; number(node, path, value)) *target = value;
           },
           [&](Vec3* target) { read_vector(node, key, path, "an array of 3 numbers", *target, number); },
+          [&](std::optional<Vec3>* target) {
+            Vec3 value;
+            if (read_vector(node, key, path, "an array of 3 numbers", value, number)) *target = value;
+          },
           [&](Vec3i* target) { read_vector(node, key, path, "an array of 3 integers", *target, integer); },
           [&](std::string* target) { read_string(node, key, path, "a text", *target); },
           [&](const Name& target) {
@@ -117,11 +136,13 @@ void TableReader::read_value(const toml::node& node, const Key& key, const std::
           },
           [&](const Choice& choice) { read_choice(node, key, path, choice); },
           [&](const Group& group) {
+            if (group.given) *group.given = true;
             if (const toml::table* table = node.as_table())
               read(*table, group.keys, path);
             else
               wrong_type(node, path, "a table", key.meaning);
           },
+          [&](const List& list) { read_list(node, key, path, list); },
       },
       key.target);
 }
@@ -163,18 +184,19 @@ bool TableReader::read_integer(const toml::node& node, const Key& key, const std
 }
 
 template <class Vector, class Read>
-void TableReader::read_vector(const toml::node& node, const Key& key, const std::string& path,
+bool TableReader::read_vector(const toml::node& node, const Key& key, const std::string& path,
                               std::string_view expected, Vector& vector, Read&& read_element) {
   const toml::array* array = node.as_array();
   if (!array || array->size() != 3) {
     wrong_type(node, path, expected, key.meaning);
-    return;
+    return false;
   }
   Vector candidate;
   bool good = true;
   for (int i = 0; i < 3; ++i)
     good &= read_element((*array)[static_cast<std::size_t>(i)], fmt::format("{}[{}]", path, i), candidate[i]);
   if (good) vector = candidate;
+  return good;
 }
 
 bool TableReader::read_string(const toml::node& node, const Key& key, const std::string& path,
@@ -186,6 +208,13 @@ bool TableReader::read_string(const toml::node& node, const Key& key, const std:
   }
   value = text->get();
   return true;
+}
+
+void TableReader::read_list(const toml::node& node, const Key& key, const std::string& path,
+                            const List& list) {
+  const std::vector<ListedTable> tables = listed_tables(node, path);
+  if (tables.empty()) wrong_type(node, path, "a table or an array of tables", key.meaning);
+  for (std::size_t i = 0; i < tables.size(); ++i) read(*tables[i].table, list.element(i), tables[i].path);
 }
 
 void TableReader::read_choice(const toml::node& node, const Key& key, const std::string& path,

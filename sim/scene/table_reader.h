@@ -38,10 +38,11 @@ class TableReader {
   bool read_number(const toml::node& node, const Key& key, const std::string& path, double& value);
   bool read_integer(const toml::node& node, const Key& key, const std::string& path, int& value);
   template <class Vector, class Read>
-  void read_vector(const toml::node& node, const Key& key, const std::string& path, std::string_view expected,
+  bool read_vector(const toml::node& node, const Key& key, const std::string& path, std::string_view expected,
                    Vector& vector, Read&& read_element);
   bool read_string(const toml::node& node, const Key& key, const std::string& path, std::string_view expected,
                    std::string& value);
+  void read_list(const toml::node& node, const Key& key, const std::string& path, const List& list);
   void read_choice(const toml::node& node, const Key& key, const std::string& path, const Choice& choice);
   void wrong_type(const toml::node& node, const std::string& path, std::string_view expected,
                   std::string_view meaning);
@@ -54,6 +55,16 @@ class TableReader {
 
 // "camera.fov" of "camera" and "fov"; `name` alone at the root.
 std::string join_path(const std::string& path, std::string_view name);
+
+// The tables of a List's value in the file; none if it is of another type.
+struct ListedTable {
+  const toml::table* table;
+  std::string path;
+};
+std::vector<ListedTable> listed_tables(const toml::node& node, const std::string& path);
+
+// Where to point for a key that may be absent: at its value, else at its table.
+toml::source_region place_of(const toml::table& table, std::string_view key);
 
 // What a value is, for messages: `the text "abc"`, `an array of 2 values`.
 std::string describe(const toml::node& node);

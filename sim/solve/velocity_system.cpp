@@ -79,7 +79,7 @@ double VelocitySystem::norm(const GeneralizedVelocity& v) const {
   }
   for (std::size_t i = 0; i < v.linear.size(); ++i) {
     const RigidProperties& properties = bodies_.rigid.properties[i];
-    if (properties.is_static()) continue;
+    if (!properties.is_dynamic()) continue;
     squared = std::max(
         squared, v.linear[i].squaredNorm() + v.angular[i].dot(inertia_[i] * v.angular[i]) / properties.mass);
   }

@@ -8,10 +8,11 @@ void advance_position(World& world, StepContext& context) {
   for (std::size_t p = 0; p < particles.size(); ++p) particles.x[p] += context.dt * particles.v[p];
   RigidBodies& rigid = world.bodies.rigid;
   for (std::size_t i = 0; i < rigid.size(); ++i) {
-    if (rigid.properties[i].is_static()) continue;
+    if (!rigid.properties[i].is_dynamic()) continue;
     rigid.state[i].pose = evolved_pose(rigid.state[i], context.dt, world.settings.second_order_orientation);
     update_orientation_dependents(rigid.state[i], rigid.properties[i]);
   }
+  for (const KinematicStep& step : context.kinematic) rigid.state[step.body].pose = step.end.pose;
 }
 
 void push_out(World& world, StepContext& context) {

@@ -21,7 +21,12 @@ void solve_velocity(World& world, StepContext& context, double dt, ContactProjec
   for (std::size_t p = 0; p < particles.size(); ++p)
     context.right_side.particle[p] += dt * particles.inverse_mass[p] * context.force[p];
   for (std::size_t i = 0; i < bodies.rigid.size(); ++i)
-    if (!bodies.rigid.properties[i].is_static()) context.right_side.linear[i] += dt * world.gravity;
+    if (bodies.rigid.properties[i].is_dynamic()) context.right_side.linear[i] += dt * world.gravity;
+  for (const KinematicStep& step : context.kinematic) {
+    const RigidState& start = bodies.rigid.state[step.body];
+    context.right_side.linear[step.body] = 0.5 * (start.velocity + step.end.velocity);
+    context.right_side.angular[step.body] = 0.5 * (start.angular_velocity + step.end.angular_velocity);
+  }
 
   context.solution = context.right_side;
   if (projection) {
@@ -45,6 +50,10 @@ void advance_velocity(World& world, StepContext& context) {
   bodies.particles.v = context.solution.particle;
   for (std::size_t i = 0; i < bodies.rigid.size(); ++i)
     bodies.rigid.state[i].velocity = context.solution.linear[i];
+  for (const KinematicStep& step : context.kinematic) {
+    bodies.rigid.state[step.body].velocity = step.mean_velocity;
+    bodies.rigid.state[step.body].angular_velocity = step.mean_angular_velocity;
+  }
   check_finite(world, "I.1 advance velocity");
 }
 

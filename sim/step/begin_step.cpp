@@ -12,6 +12,10 @@ void begin_step(World& world, StepContext& context) {
   context.v_hat_n = context.v_n;
 }
 
+void plan_motion(World& world, StepContext& context) {
+  evaluate_motions(world.bodies.rigid, context.time + context.dt, context.dt, context.kinematic);
+}
+
 void end_step(World& world) {
   RigidBodies& rigid = world.bodies.rigid;
   for (std::size_t i = 0; i < rigid.size(); ++i)

@@ -17,11 +17,12 @@ enum class Effect {
   push_out,                  // IV.2 interpenetration resolution
   shock_propagation,         // III.3, V.4 between rigid bodies that rest on each other
   rolling_friction,          // III.3, V.4 moments of rolling and spinning friction
+  kinematic_motion,          // rigid bodies that move as the scene prescribes
 };
-inline constexpr int effect_count = 7;
+inline constexpr int effect_count = 8;
 inline constexpr std::array<std::string_view, effect_count> effect_names = {
     "rigid_collision", "rigid_contact",     "rigid_deformable_contact", "deformable_elasticity",
-    "push_out",        "shock_propagation", "rolling_friction"};
+    "push_out",        "shock_propagation", "rolling_friction",         "kinematic_motion"};
 
 using EffectSet = std::bitset<effect_count>;
 inline std::size_t index(Effect effect) { return static_cast<std::size_t>(effect); }

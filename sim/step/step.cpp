@@ -12,6 +12,8 @@ void step(World& world, double time, double dt) {
   const bool collision = contact || world.has(Effect::rigid_collision);
 
   begin_step(world, context);
+  if (world.has(Effect::kinematic_motion))
+    clock.time(Stage::kinematic_motion, [&] { plan_motion(world, context); });
   // I    v^n -> v~^{n+1/2}
   clock.time(Stage::advance_velocity, [&] { advance_velocity(world, context); });
   if (collision) clock.time(Stage::broad_phase, [&] { find_contacts(world, context); });

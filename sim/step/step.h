@@ -13,24 +13,26 @@ void restore_step_start(World& world);
 void end_step(World& world);  // w = I^-1 L without the rounding of its increments, so that a state is x, q, v
                               // and L alone
 
-// The longest step that the rule allows now, s, and what bounds it: the settings' largest step, a fraction of
-// the elastic stability limit 2/omega_max of the elements as they are deformed now, the turn of a rigid body,
-// or two bodies that can meet within the step. Of those, a step brings the ones far apart no farther than
-// almost into contact, and near ones no deeper into each other than max_travel of the size of the moving and
-// half the thickness of the standing body, so that however fast they are nothing passes through.
+// The longest step that the rule allows at `time` (s), and what bounds it: the settings' largest step, a
+// fraction of the elastic stability limit 2/omega_max of the elements as they are deformed now, the turn of a
+// rigid body (or of the phase of its sinusoid), or two bodies that can meet within the step, kinematic ones
+// by the motion that is ahead of them. Of those, a step brings the ones far apart no farther than almost into
+// contact, and near ones no deeper into each other than max_travel of the size of the moving and half the
+// thickness of the standing body, so that however fast they are nothing passes through.
 enum class TimeStepBound { setting, elasticity, turn, approach };
 struct TimeStepChoice {
   double seconds = 0;
   TimeStepBound bound = TimeStepBound::setting;
   int body = -1, other = -1;  // who turns, or meets: rigid bodies, then deformable ones
 };
-TimeStepChoice bounded_time_step(World& world);
+TimeStepChoice bounded_time_step(World& world, double time);
 std::string describe(const TimeStepChoice& choice, const Bodies& bodies);  // "the turn of `bar`"
-double choose_time_step(World& world);
+double choose_time_step(World& world, double time);
 
 // The stages, in the paper's order and naming. Each is a function of its own so that tests can look between
 // them.
 void begin_step(World& world, StepContext& context);        // remembers x^n and v^n
+void plan_motion(World& world, StepContext& context);       //       of kinematic bodies in this step
 void advance_velocity(World& world, StepContext& context);  // I     v^n -> v~^{n+1/2}
 void find_contacts(World& world, StepContext& context);     //       v~^{n+1/2} - v^n, and what may touch
 void collide(World& world, StepContext& context);           // II    v^n -> v^^n, v~^{n+1/2} -> v^^{n+1/2}

@@ -32,20 +32,45 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 // inside, and outside before, so that its normal leads back to where it came from.
 constexpr double passing_share = 0.5;
 
-void bound_by_turn(const World& world, TimeStepChoice& choice) {
+void bound_by_turn(const World& world, double time, TimeStepChoice& choice) {
   const RigidBodies& rigid = world.bodies.rigid;
-  for (std::size_t i = 0; i < rigid.size(); ++i) {
-    if (rigid.properties[i].shape.kind == LevelSet::Kind::sphere) continue;  // it turns without error
-    const double spin = rigid.state[i].angular_velocity.norm();
-    if (spin * choice.seconds > world.settings.max_rotation)
-      choice = {world.settings.max_rotation / spin, TimeStepBound::turn, static_cast<int>(i)};
+  const auto bound = [&](std::size_t body, double rate) {
+    if (rate * choice.seconds > world.settings.max_rotation)
+      choice = {world.settings.max_rotation / rate, TimeStepBound::turn, static_cast<int>(body)};
+  };
+  for (std::size_t i = 0; i < rigid.size(); ++i)
+    if (rigid.properties[i].is_dynamic() && rigid.properties[i].shape.kind != LevelSet::Kind::sphere)
+      bound(i, rigid.state[i].angular_velocity.norm());  // balls turn without error
+  for (const KinematicBody& kinematic : rigid.kinematic) {
+    const MotionBounds ahead = motion_bounds(kinematic.motion, time, time + choice.seconds);
+    bound(kinematic.body, std::max(ahead.spin, ahead.phase));
+  }
+}
+
+// Makes the bounds on kinematic bodies hold for all of the `seconds` from `time` on: around their velocities
+// at its ends and middle, and as much farther as they move faster than that in between.
+void look_ahead(const RigidBodies& rigid, double time, double seconds, std::vector<BodyBounds>& bounds) {
+  for (const KinematicBody& kinematic : rigid.kinematic) {
+    BodyBounds& body = bounds[kinematic.body];
+    const MotionBounds ahead = motion_bounds(kinematic.motion, time, time + seconds);
+    Eigen::AlignedBox3d velocities;
+    double fastest_seen = 0;
+    for (const double share : {0.0, 0.5, 1.0}) {
+      const Vec3 velocity = motion_at(kinematic.motion, time + share * seconds).velocity;
+      velocities.extend(velocity);
+      fastest_seen = std::max(fastest_seen, velocity.norm());
+    }
+    const double arm = rigid.properties[kinematic.body].shape.kind == LevelSet::Kind::sphere ? 0 : body.arm;
+    const double unseen = ahead.speed - fastest_seen + (ahead.spin - body.spin.norm()) * arm;
+    body.velocity = velocities.center();
+    body.velocity_half = velocities.sizes() / 2 + Vec3::Constant(std::max(unseen, 0.0));
   }
 }
 
 // How deep a body may enter this one within a step, m.
 double entry(const BodyBounds& body, const StepSettings& settings) {
   if (body.is_deformable) return infinity;  // it has no inside that contact would look at
-  return body.thickness * (body.is_static ? passing_share : std::min(settings.max_travel, passing_share));
+  return body.thickness * (body.is_dynamic ? std::min(settings.max_travel, passing_share) : passing_share);
 }
 
 // Whether nothing moves fast enough to enter anything within `seconds`.
@@ -61,9 +86,10 @@ bool all_are_slow(const std::vector<BodyBounds>& bounds, const StepSettings& set
 
 // Only bodies that can meet within the step bound it: with those far apart it may end before they touch, with
 // those near each other it may not take them deeper into each other than the thinner one allows.
-void bound_by_approach(World& world, TimeStepChoice& choice) {
+void bound_by_approach(World& world, double time, TimeStepChoice& choice) {
   BroadPhase& broad_phase = world.context.meeting;
   bound_bodies(world.bodies, broad_phase.bounds);
+  look_ahead(world.bodies.rigid, time, choice.seconds, broad_phase.bounds);
   const double seconds = choice.seconds, acceleration = world.gravity.norm() * seconds;
   if (all_are_slow(broad_phase.bounds, world.settings, acceleration, seconds)) return;
   broad_phase.margin.resize(broad_phase.bounds.size());
@@ -109,13 +135,13 @@ void bound_by_approach(World& world, TimeStepChoice& choice) {
 
 }  // namespace
 
-TimeStepChoice bounded_time_step(World& world) {
+TimeStepChoice bounded_time_step(World& world, double time) {
   TimeStepChoice choice{world.settings.max_time_step, TimeStepBound::setting};
   if (const double limit = world.settings.cfl * elastic_limit(world); limit < choice.seconds)
     choice = {limit, TimeStepBound::elasticity};
-  bound_by_turn(world, choice);
+  bound_by_turn(world, time, choice);
   const CandidateFilter filter = world.contact_filter();
-  if (filter.rigid_pairs || filter.rigid_deformable) bound_by_approach(world, choice);
+  if (filter.rigid_pairs || filter.rigid_deformable) bound_by_approach(world, time, choice);
   return choice;
 }
 
@@ -137,7 +163,7 @@ std::string describe(const TimeStepChoice& choice, const Bodies& bodies) {
   return {};
 }
 
-double choose_time_step(World& world) { return bounded_time_step(world).seconds; }
+double choose_time_step(World& world, double time) { return bounded_time_step(world, time).seconds; }
 
 void check_finite(const World& world, const char* stage) {
   const Bodies& bodies = world.bodies;

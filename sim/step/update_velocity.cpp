@@ -28,7 +28,11 @@ void constrained_solve(World& world, StepContext& context) {
   for (std::size_t p = 0; p < particles.size(); ++p)
     particles.v[p] += context.dt * particles.inverse_mass[p] * context.force[p];
   for (std::size_t i = 0; i < bodies.rigid.size(); ++i)
-    if (!bodies.rigid.properties[i].is_static()) bodies.rigid.state[i].velocity += context.dt * world.gravity;
+    if (bodies.rigid.properties[i].is_dynamic()) bodies.rigid.state[i].velocity += context.dt * world.gravity;
+  for (const KinematicStep& step : context.kinematic) {
+    bodies.rigid.state[step.body].velocity = step.end.velocity;
+    bodies.rigid.state[step.body].angular_velocity = step.end.angular_velocity;
+  }
   std::swap(particles.x, context.x_next);
   check_finite(world, "V.2 constrained solve");
 }

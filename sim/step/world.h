@@ -11,6 +11,7 @@
 #include "sim/coupling/warm_start.h"
 #include "sim/solve/conjugate_gradient.h"
 #include "sim/step/effects.h"
+#include "sim/step/kinematic_motion.h"
 
 namespace duet {
 
@@ -49,7 +50,9 @@ struct StepContext {
   VelocityState difference;         // v~^{n+1/2} - v^n
   VelocityState v_hat_n;            // v^^n, after collisions
 
-  BroadPhase meeting;  // of the choice of the time step
+  BroadPhase meeting;                    // of the choice of the time step
+  std::vector<KinematicStep> kinematic;  // motions over this step
+
   ContactSet contacts;
   ContactGraph graph;
   ContactMemory memory;  // of the last step that succeeded

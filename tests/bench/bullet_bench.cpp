@@ -94,7 +94,7 @@ class DuetRun {
     std::vector<Box> boxes;
     const RigidBodies& rigid = simulation_->world().bodies.rigid;
     for (std::size_t i = 0; i < rigid.size(); ++i)
-      if (!rigid.properties[i].is_static())
+      if (rigid.properties[i].is_dynamic())
         boxes.push_back({rigid.state[i].pose, rigid.state[i].velocity, rigid.state[i].angular_velocity});
     return boxes;
   }

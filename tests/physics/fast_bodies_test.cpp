@@ -59,7 +59,7 @@ TEST_P(FastBullet, DoesNotPassThroughThePlate) {
   double time = 0, least_distance = before.norm();
   int steps = 0;
   for (; time < 3.0 / 24 && steps < 20000; ++steps) {
-    const double dt = choose_time_step(world);
+    const double dt = choose_time_step(world, time);
     step(world, time, dt);
     time += dt;
     const Vec3 now = state[0].pose.to_body(state[1].pose.position);
@@ -148,7 +148,7 @@ TEST(FastBodies, ThatMeetNothingTakeNoShorterSteps) {
   make_static(test::add_box(scene, "card", Vec3(-3, 30, 0), Vec3(1, 1, 0.001), 1));
   test::add_box(scene, "beside", Vec3(10, 31, 0), Vec3(1, 1, 1), 1).placement.velocity = Vec3(0, 0, 100);
   Simulation simulation(scene, test::plan(scene));
-  const TimeStepChoice choice = bounded_time_step(simulation.world());
+  const TimeStepChoice choice = bounded_time_step(simulation.world(), 0);
   EXPECT_EQ(choice.bound, TimeStepBound::setting);
   for (int frame = 0; frame < 2; ++frame) {
     simulation.advance_frame();

@@ -17,7 +17,7 @@ constexpr double gravity = 9.8;  // m/s^2
 template <class Look>
 void run(World& world, double end, Look&& look) {
   for (double time = 0; time < end;) {
-    const double dt = std::min(choose_time_step(world), end - time);
+    const double dt = std::min(choose_time_step(world, time), end - time);
     step(world, time, dt);
     time += dt;
     look(world.bodies.rigid.state[0]);

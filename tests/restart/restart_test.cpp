@@ -131,6 +131,18 @@ TEST_F(Restart, DamagedCheckpointFallsBackToThePreviousOne) {
   expect_same_run(run, reference, 40);
 }
 
+TEST_F(Restart, PrescribedMotionGoesOnWhereItWas) {
+  const std::string scene = std::string(DUET_SOURCE_DIR) + "/tests/restart/kinematic.toml";
+  for (const auto& [out, frames] : {std::pair(run, "4"), {run, "10"}, {reference, "10"}}) {
+    std::vector<std::string> arguments = {"sim",      scene,  "--out",  out.root.string(),
+                                          "--frames", frames, "--quiet"};
+    if (fs::exists(out.root)) arguments.emplace_back("--resume");
+    const Finished finished = run_duet(arguments);
+    ASSERT_EQ(finished.status, 0) << finished.errors;
+  }
+  expect_same_run(run, reference, 10);
+}
+
 TEST_F(Restart, ResumeRefusesAnotherScene) {
   ASSERT_EQ(run_duet({"sim", tiny, "--out", run.root.string(), "--frames", "2", "--quiet"}).status, 0);
   const auto mesh_time = fs::last_write_time(run.mesh(2));

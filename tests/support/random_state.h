@@ -28,7 +28,7 @@ inline GeneralizedVelocity random_velocity(const Bodies& bodies, unsigned seed) 
   GeneralizedVelocity v;
   for (std::size_t i = 0; i < bodies.particles.size(); ++i) v.particle.push_back(vector());
   for (std::size_t i = 0; i < bodies.rigid.size(); ++i) {
-    const bool moves = !bodies.rigid.properties[i].is_static();
+    const bool moves = bodies.rigid.properties[i].is_dynamic();
     v.linear.push_back(moves ? vector() : Vec3::Zero());
     v.angular.push_back(moves ? vector() : Vec3::Zero());
   }

@@ -130,7 +130,7 @@ std::set<PointName> points_inside_after(const Bodies& bodies, double dt) {
     const RigidProperties& host = bodies.rigid.properties[h];
     for (std::size_t g = 0; g < later.size(); ++g) {
       const RigidProperties& guest = bodies.rigid.properties[g];
-      if (g == h || (host.is_static() && guest.is_static())) continue;
+      if (g == h || (!host.is_dynamic() && !guest.is_dynamic())) continue;
       const int samples = static_cast<int>(guest.samples.size());
       for (int i = -deepest_point_count(guest.shape); i < samples; ++i) {
         const double now = touch(host, state[h].pose, guest, state[g].pose, i).gap;
@@ -213,7 +213,7 @@ TEST(ContactCandidates, DeepestPenetrationIsThatOfAllPoints) {
       };
       for (std::size_t g = 0; g < bodies.rigid.size(); ++g) {
         const RigidProperties& guest = bodies.rigid.properties[g];
-        if (g == h || (bodies.rigid.properties[h].is_static() && guest.is_static())) continue;
+        if (g == h || (!bodies.rigid.properties[h].is_dynamic() && !guest.is_dynamic())) continue;
         const Pose& pose = bodies.rigid.state[g].pose;
         if (guest.shape.kind == LevelSet::Kind::sphere)
           deepest = std::min(deepest, distance(pose.position) - guest.shape.radius);

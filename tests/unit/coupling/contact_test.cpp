@@ -19,7 +19,7 @@ VelocityState no_difference(const Bodies& bodies) {
   store_velocities(bodies, state);
   for (Vec3& v : state.particle) v.setZero();
   for (Vec3& v : state.rigid) v.setZero();
-  for (Vec3& v : state.angular_momentum) v.setZero();
+  for (Vec3& v : state.rotation) v.setZero();
   return state;
 }
 
@@ -36,7 +36,7 @@ TEST(ContactPoint, ImpulsesAreEqualAndOppositeAtOnePlace) {
   const ContactSet contacts = candidates(bodies, 0.1);
   ASSERT_GT(contacts.points.size(), 50u);
   for (const ContactPoint& contact : contacts.points) {
-    if (bodies.rigid.properties[static_cast<std::size_t>(contact.host)].is_static()) continue;
+    if (!bodies.rigid.properties[static_cast<std::size_t>(contact.host)].is_dynamic()) continue;
     const Momentum before = momentum(bodies);
     const Vec3 velocity = relative_velocity(bodies, contact), impulse(3, -5, 7);
     apply_impulse(bodies, contact, impulse);

@@ -9,12 +9,17 @@
 namespace duet::scene {
 namespace {
 
-Scene scene_with(int dynamic, int fixed, int deformable, bool ground) {
+Scene scene_with(int dynamic, int fixed, int deformable, bool ground, int kinematic = 0) {
   Scene scene;
   for (int i = 0; i < dynamic + fixed; ++i) {
     RigidBody& body = scene.rigid.emplace_back();
     body.name = "rigid" + std::to_string(i);
     body.is_static = i >= dynamic;
+  }
+  for (int i = 0; i < kinematic; ++i) {
+    RigidBody& body = scene.rigid.emplace_back();
+    body.name = "driven" + std::to_string(i);
+    body.is_kinematic = true;
   }
   for (int i = 0; i < deformable; ++i) scene.deformable.emplace_back().name = "soft" + std::to_string(i);
   if (deformable > 0) scene.materials.emplace_back().name = "rubber";
@@ -23,13 +28,13 @@ Scene scene_with(int dynamic, int fixed, int deformable, bool ground) {
 }
 
 // One letter an effect in the order of the enum: C rigid collision, R rigid contact, D rigid/deformable
-// contact, E elasticity, P push-out.
+// contact, E elasticity, P push-out, S shock propagation, L rolling friction, K kinematic motion.
 std::string active(const EffectPlan& plan) {
   std::string text;
   for (std::size_t i = 0; i < plan.effects.size(); ++i) {
     EXPECT_EQ(index(plan.effects[i].effect), i);
     EXPECT_FALSE(plan.effects[i].reason.empty());
-    if (plan.active()[i]) text += "CRDEP"[i];
+    if (plan.active()[i]) text += "CRDEPSLK"[i];
   }
   return text;
 }
@@ -55,12 +60,25 @@ TEST(EffectPlan, FollowsFromTheBodies) {
   }
 }
 
-TEST(EffectPlan, ReasonsNameBodiesAndMaterials) {
-  const EffectPlan plan = plan_effects(scene_with(6, 0, 1, true));
+TEST(EffectPlan, KinematicBodiesCarryOthersButNotEachOther) {
+  EXPECT_EQ(active(plan_effects(scene_with(1, 0, 0, false, 1))), "CRPK");
+  EXPECT_EQ(active(plan_effects(scene_with(0, 0, 1, false, 1))), "DEPK");
+  EXPECT_EQ(active(plan_effects(scene_with(0, 1, 0, true, 2))), "K");
+  EXPECT_EQ(active(plan_effects(scene_with(1, 0, 0, true, 1), {"kinematic_motion"})), "CRP");
+  const EffectPlan plan = plan_effects(scene_with(1, 0, 0, true, 1));
   EXPECT_EQ(
       plan.effects[0].reason,
-      "6 moving rigid bodies (`rigid0`, `rigid1`, `rigid2`, `rigid3` and 2 more) and 1 static one (`ground`) "
-      "can collide");
+      "1 dynamic rigid body (`rigid0`), 1 kinematic one (`driven0`) and 1 static one (`ground`) can collide");
+  EXPECT_EQ(plan.effects[index(Effect::kinematic_motion)].reason,
+            "the scene prescribes the motion of 1 rigid body (`driven0`)");
+}
+
+TEST(EffectPlan, ReasonsNameBodiesAndMaterials) {
+  const EffectPlan plan = plan_effects(scene_with(6, 0, 1, true));
+  EXPECT_EQ(plan.effects[0].reason,
+            "6 dynamic rigid bodies (`rigid0`, `rigid1`, `rigid2`, `rigid3` and 2 more) and 1 static one "
+            "(`ground`) "
+            "can collide");
   EXPECT_NE(plan.effects[index(Effect::deformable_elasticity)].reason.find("`soft0`"), std::string::npos);
   EXPECT_NE(plan.effects[index(Effect::deformable_elasticity)].reason.find("`rubber`"), std::string::npos);
   EXPECT_EQ(plan_effects(scene_with(1, 0, 0, false)).effects[0].reason, "`rigid0` is the only rigid body");
@@ -130,6 +148,9 @@ TEST(Explain, WarnsOfWhatTheUserShouldKnow) {
   EXPECT_NE(found[1].find("push_out is removed"), std::string::npos);
 
   EXPECT_NE(warnings(scene_with(0, 1, 0, true), {}, {}).at(0).find("nothing moves"), std::string::npos);
+  WorldSizes driven;
+  driven.rigid_kinematic = 1;
+  EXPECT_TRUE(warnings(scene_with(0, 0, 0, false, 1), {}, driven).empty());
 }
 
 TEST(Explain, TextAndJsonSayTheSame) {

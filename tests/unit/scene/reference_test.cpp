@@ -1,4 +1,5 @@
 // The reference and the reader say the same: every key of one is a key of the other.
+#include <algorithm>
 #include <set>
 #include <sstream>
 #include <string>
@@ -88,6 +89,16 @@ shape = { torus = { radius = 1, tube = 0.5 } }
 mass = 4
 
 [[rigid]]
+name = "wheel"
+shape = { cylinder = { radius = 1, height = 2 } }
+motion = { keyframes = [{ time = 0, position = [0, 0, 0], rotation = { axis = [1, 0, 0], degrees = 3 } }, { time = 1, position = [1, 0, 0], velocity = [1, 0, 0], rotation = { axis = [1, 0, 0], degrees = 3 } }, { time = 2, position = [0, 0, 0], rotation = { axis = [0, 1, 0], degrees = 0 } }], loop = false, spin = { axis = [0, 0, 1], rate = 2, start = 1, stop = 3, ramp = 0.5 }, sinusoid = [{ amplitude = [0, 1, 0], rotation = { axis = [1, 0, 0], degrees = 3 }, frequency = 2, phase = 90, start = 1, stop = 2 }] }
+
+[[rigid]]
+name = "slide"
+shape = { box = [1, 2, 3] }
+motion = { keyframes = [{ time = 1, position = [0, 0, 0] }, { time = 2, position = [0, 0, 1] }, { time = 3, position = [0, 0, 0] }], interpolation = "linear", loop = true }
+
+[[rigid]]
 name = "bowl"
 shape = { mesh = "bowl.obj", scale = 2, cells = 32 }
 mass = 4
@@ -172,13 +183,19 @@ std::set<std::string> keys_of_full_scene() {
   std::istringstream lines(full_scene);
   for (std::string line; std::getline(lines, line);) {
     if (line.starts_with('[')) section = line;
-    std::vector<std::string> outer;  // {"shape.", "shape.capsule."} within `shape = { capsule = { radius = 2`
-    for (auto equals = line.find(" = "); equals != std::string::npos; equals = line.find(" = ", equals + 1)) {
-      const auto before = line.find_last_of(' ', equals - 1);
-      const std::string name = line.substr(before + 1, equals - before - 1);  // npos + 1 is 0
-      const std::string path = (outer.empty() ? "" : outer.back()) + name;
-      keys.insert(fmt::format("{} {}", section, path));
-      if (line[equals + 3] == '{') outer.push_back(path + ".");
+    std::vector<std::string> outer;  // {"shape", "shape.capsule"} within `shape = { capsule = { radius = 2`
+    std::string last;                // the key whose value comes next
+    for (std::size_t i = 0; i < line.size(); ++i) {
+      if (line[i] == '{') outer.push_back(last);
+      if (line[i] == '}') {
+        last = outer.back();
+        outer.pop_back();
+      }
+      if (line.compare(i, 3, " = ") != 0) continue;
+      const auto before = line.find_last_of(' ', i - 1);
+      const std::string name = line.substr(before + 1, i - before - 1);  // npos + 1 is 0
+      last = outer.empty() ? name : outer.back() + "." + name;
+      keys.insert(fmt::format("{} {}", section, last));
     }
   }
   return keys;
@@ -189,6 +206,15 @@ TEST(SceneReference, ListsExactlyTheKeysOfAFullScene) {
   EXPECT_EQ(scene.solver.orientation, OrientationUpdate::first_order);
   EXPECT_EQ(scene.looks[0].pattern, "checker");
   EXPECT_EQ(scene.deformable[0].cells, Vec3i(2, 2, 4));
+  const auto wheel = std::find_if(scene.rigid.begin(), scene.rigid.end(),
+                                  [](const RigidBody& body) { return body.name == "wheel"; });
+  ASSERT_TRUE(wheel != scene.rigid.end() && wheel->is_kinematic);
+  ASSERT_EQ(wheel->motion.keyframes.size(), 3U);
+  EXPECT_FALSE(wheel->motion.keyframes[0].velocity);
+  EXPECT_EQ(*wheel->motion.keyframes[1].velocity, Vec3(1, 0, 0));
+  EXPECT_EQ(wheel->motion.keyframes[2].rotation.axis, Vec3(0, 1, 0));
+  EXPECT_EQ(wheel->motion.spin.at(0).stop, 3);
+  EXPECT_EQ(wheel->motion.sinusoid.at(0).phase, 90);
   EXPECT_EQ(keys_of_reference(), keys_of_full_scene());
 }
 

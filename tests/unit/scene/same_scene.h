@@ -20,6 +20,15 @@ struct SameTarget {
       if (!std::visit(*this, a.keys[i].target, b.keys[i].target)) return false;
     return true;
   }
+  bool operator()(const List& a, const List& b) const {
+    if (a.size() != b.size()) return false;
+    for (std::size_t i = 0; i < a.size(); ++i) {
+      const auto a_keys = a.element(i), b_keys = b.element(i);
+      for (std::size_t k = 0; k < a_keys.size(); ++k)
+        if (!std::visit(*this, a_keys[k].target, b_keys[k].target)) return false;
+    }
+    return true;
+  }
   template <class A, class B>
   bool operator()(const A&, const B&) const {
     return false;  // keys of one table have one type
@@ -56,6 +65,7 @@ inline void expect_same_scene(const Scene& a, const Scene& b) {
   });
   for (std::size_t i = 0; i < a.rigid.size(); ++i) {
     EXPECT_EQ(a.rigid[i].shape.kind, b.rigid[i].shape.kind);
+    EXPECT_EQ(a.rigid[i].is_kinematic, b.rigid[i].is_kinematic);
     EXPECT_EQ(a.rigid[i].placement.orientation.coeffs(), b.rigid[i].placement.orientation.coeffs());
   }
   for (std::size_t i = 0; i < a.deformable.size(); ++i)

@@ -18,9 +18,9 @@ TEST(TimeStep, FollowsTheElasticLimitAndItsShare) {
   World& world = simulation.world();
   const double limit = 2 / std::sqrt(world.bodies.elements.rest_squared_frequency());
   world.settings.cfl = 0.9;
-  EXPECT_DOUBLE_EQ(choose_time_step(world), 0.9 * limit);
+  EXPECT_DOUBLE_EQ(choose_time_step(world, 0), 0.9 * limit);
   world.settings.cfl = 0.3;
-  EXPECT_DOUBLE_EQ(choose_time_step(world), 0.3 * limit);
+  EXPECT_DOUBLE_EQ(choose_time_step(world, 0), 0.3 * limit);
 }
 
 TEST(TimeStep, FollowsTheTurnOfRigidBodies) {
@@ -28,7 +28,7 @@ TEST(TimeStep, FollowsTheTurnOfRigidBodies) {
   test::add_ball(scene, "ball", Vec3::Zero(), 0.5, 1).placement.angular_velocity = Vec3(0, 2000, 0);
   test::add_box(scene, "box", Vec3(3, 0, 0), Vec3(1, 1, 1), 1).placement.angular_velocity = Vec3(0, 1000, 0);
   Simulation spinning(scene, test::plan(scene));
-  const TimeStepChoice choice = bounded_time_step(spinning.world());
+  const TimeStepChoice choice = bounded_time_step(spinning.world(), 0);
   EXPECT_DOUBLE_EQ(choice.seconds, 0.314159 / 1000);  // balls turn without error
   EXPECT_EQ(describe(choice, spinning.world().bodies), "the turn of `box`");
 }
@@ -43,7 +43,7 @@ TimeStepChoice choice_before_plate(double distance, double thickness, bool is_st
   plate.is_static = is_static;
   if (is_static) plate.mass.reset();
   Simulation simulation(scene, test::plan(scene));
-  const TimeStepChoice choice = bounded_time_step(simulation.world());
+  const TimeStepChoice choice = bounded_time_step(simulation.world(), 0);
   if (choice.bound == TimeStepBound::approach) {
     EXPECT_EQ(describe(choice, simulation.world().bodies), "`ball` and `plate`, which can meet");
   }
@@ -74,7 +74,7 @@ TEST(TimeStep, CountsTheSpeedOfSoftBodiesAndOfTurningOnes) {
   plate.is_static = true;
   plate.mass.reset();
   Simulation falling(scene, test::plan(scene));
-  const TimeStepChoice choice = bounded_time_step(falling.world());
+  const TimeStepChoice choice = bounded_time_step(falling.world(), 0);
   EXPECT_EQ(choice.bound, TimeStepBound::approach);
   EXPECT_DOUBLE_EQ(choice.seconds, (1 - 0.05) / 300);
 
@@ -82,10 +82,43 @@ TEST(TimeStep, CountsTheSpeedOfSoftBodiesAndOfTurningOnes) {
   auto& bar = test::add_box(scene, "bar", Vec3(0, 0, 0.35), Vec3(2, 0.1, 0.1), 1);
   bar.placement.angular_velocity = Vec3(0, 12, 0);
   Simulation turning(scene, test::plan(scene));
-  const TimeStepChoice turn = bounded_time_step(turning.world());
+  const TimeStepChoice turn = bounded_time_step(turning.world(), 0);
   EXPECT_EQ(turn.bound, TimeStepBound::approach);
   // It is 0.2 m away, and its corners move no faster than their lever arm asks for.
   EXPECT_NEAR(turn.seconds, (0.2 - 0.005) / (12 * std::hypot(1, 0.05, 0.05)), 1e-9);
+}
+
+TEST(TimeStep, FollowsTheMotionOfKinematicBodiesOverTheStepToCome) {
+  scene::Scene scene = test::free_space();
+  scene::RigidBody& plate = test::add_box(scene, "plate", Vec3::Zero(), Vec3(4, 0.1, 4), 1);
+  plate.mass.reset();
+  plate.is_kinematic = true;
+  plate.motion.interpolation = Interpolation::linear;
+  plate.motion.keyframes = {{1, Vec3::Zero(), {}, false, {}}, {2, Vec3(0, 50, 0), {}, false, {}}};
+  test::add_ball(scene, "ball", Vec3(0, 0.55, 0), 0.5, 1);
+  const auto choice = [&](double time) {
+    Simulation simulation(scene, test::plan(scene));
+    return bounded_time_step(simulation.world(), time);
+  };
+  EXPECT_EQ(choice(0).seconds, 1.0 / 48) << "at rest, as long as the step may last";
+  EXPECT_EQ(choice(0.99).bound, TimeStepBound::approach);
+  EXPECT_GE(choice(0.99).seconds, 0.5 * 0.1 / 50 / 3) << "bounded by half the plate and its speed in any way";
+  EXPECT_LE(choice(0.99).seconds, 0.5 * 0.1 / 50);
+  EXPECT_DOUBLE_EQ(choice(1.5).seconds, 0.5 * 0.1 / 50);
+  EXPECT_EQ(choice(2.1).seconds, 1.0 / 48);
+
+  scene.rigid[0].motion = {};
+  scene.rigid[0].motion.spin = {{Vec3::UnitY(), 20, 0, {}, 0}};
+  EXPECT_DOUBLE_EQ(choice(0).seconds, 0.314159 / (40 * EIGEN_PI));
+
+  scene.rigid[0].motion = {};  // a fast oscillation that goes nowhere is still one that shakes others
+  scene.rigid[0].motion.sinusoid = {{Vec3(0, 1e-4, 0), {}, 40, 0, 0, {}}};
+  EXPECT_DOUBLE_EQ(choice(0).seconds, 0.314159 / (80 * EIGEN_PI));
+
+  // Towards a ball that is further away than it can come: nothing but the phase.
+  scene.rigid[0].motion.sinusoid = {{Vec3(0, 1, 0), {}, 2, 0, 0, {}}};
+  scene.rigid[1].placement.position.y() = 20;
+  EXPECT_EQ(choice(0).seconds, 1.0 / 48);
 }
 
 // The stability limit of the rule is one: an undamped body rings at 0.9 of it without growing, and blows up

@@ -1,0 +1,247 @@
+#include "sim/rigid/kinematic_motion.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "sim/rigid/rotation.h"
+
+namespace duet {
+namespace {
+
+constexpr double two_pi = 2 * std::numbers::pi;
+
+using Increments = std::array<Vec3, 3>;
+
+// B_k(s), the sums of the cubic Bernstein polynomials from k on, and dB_k/ds, three times the quadratic ones.
+struct Basis {
+  std::array<double, 3> value, slope;
+  explicit Basis(double s)
+      : value{s * (3 - s * (3 - s)), s * s * (3 - 2 * s), s * s * s},
+        slope{3 * (1 - s) * (1 - s), 6 * s * (1 - s), 3 * s * s} {}
+};
+
+// Where a time falls in a track: in the interval after `key`, or at rest at `key` (length 0).
+struct Place {
+  std::size_t key = 0;
+  double s = 0;       // 0 to 1 over the interval
+  double length = 0;  // s
+};
+
+Place locate(const std::vector<double>& time, bool loop, double t) {
+  if (time.size() < 2) return {};
+  const double first = time.front(), last = time.back();
+  if (loop) {
+    t = first + std::fmod(t - first, last - first);
+    if (t < first) t += last - first;
+  } else if (t < first) {
+    return {};
+  } else if (t >= last) {
+    return {time.size() - 1, 0, 0};
+  }
+  const auto next = std::upper_bound(time.begin() + 1, time.end() - 1, t);
+  const double length = *next - *(next - 1);
+  return {static_cast<std::size_t>(next - time.begin()) - 1, (t - *(next - 1)) / length, length};
+}
+
+// Adds a turn to the body about its position: by the rotation vector `turn`, whose axis does not change while
+// it grows by `rate` (rad/s).
+void rotate(MotionState& state, const Vec3& turn, const Vec3& rate) {
+  const Quat rotation = exponential(turn);
+  state.pose.orientation = rotation * state.pose.orientation;
+  state.angular_velocity = rate + rotation * state.angular_velocity;
+}
+
+void follow(const PositionTrack& track, double time, MotionState& state) {
+  const Place place = locate(track.time, track.loop, time);
+  state.pose.position = track.value[place.key];
+  if (place.length == 0) return;
+  const Basis basis(place.s);
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Vec3& a = track.increment[place.key][k];
+    state.pose.position += basis.value[k] * a;
+    state.velocity += basis.slope[k] / place.length * a;
+  }
+}
+
+void follow(const OrientationTrack& track, double time, MotionState& state) {
+  const Place place = locate(track.time, track.loop, time);
+  state.pose.orientation = track.value[place.key];
+  if (place.length == 0) return;
+  const Basis basis(place.s);
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Vec3& a = track.increment[place.key][k];
+    rotate(state, basis.value[k] * a, basis.slope[k] / place.length * a);
+  }
+}
+
+// The part of the full rate that a ramp of the given length has reached a time after its beginning, 3u^2 -
+// 2u^3, and the integral of that part, s.
+double ramp_rate(double ramp, double after) {
+  if (after < 0) return 0;
+  if (after >= ramp) return 1;
+  const double u = after / ramp;
+  return u * u * (3 - 2 * u);
+}
+
+double ramp_integral(double ramp, double after) {
+  if (after <= 0) return 0;
+  if (after >= ramp) return after - ramp / 2;
+  const double u = after / ramp;
+  return ramp * u * u * u * (1 - u / 2);
+}
+
+void follow(const Spin& spin, double time, MotionState& state) {
+  const double up = time - spin.start, down = time - (spin.stop - spin.ramp);
+  const double angle = spin.rate * (ramp_integral(spin.ramp, up) - ramp_integral(spin.ramp, down));
+  const double rate = spin.rate * (ramp_rate(spin.ramp, up) - ramp_rate(spin.ramp, down));
+  rotate(state, angle * spin.axis, rate * spin.axis);
+}
+
+void follow(const Sinusoid& sinusoid, double time, MotionState& state) {
+  const double omega = two_pi * sinusoid.frequency;
+  const double angle =
+      omega * (std::clamp(time, sinusoid.start, sinusoid.stop) - sinusoid.start) + sinusoid.phase;
+  const double f = std::sin(angle) - std::sin(sinusoid.phase);
+  const bool moves = time >= sinusoid.start && time < sinusoid.stop;
+  const double rate = moves ? omega * std::cos(angle) : 0;
+  state.pose.position += f * sinusoid.amplitude;
+  state.velocity += rate * sinusoid.amplitude;
+  rotate(state, f * sinusoid.turn, rate * sinusoid.turn);
+}
+
+// The rate at a key between two intervals with mean rates `left` and `right`: a harmonic mean, weighted by
+// their lengths, so that a monotone coordinate stays monotone; zero at an extremum and beside a hold.
+Vec3 key_rate(const Vec3& left, double left_length, const Vec3& right, double right_length) {
+  const double left_weight = 2 * right_length + left_length, right_weight = right_length + 2 * left_length;
+  Vec3 rate;
+  for (int i = 0; i < 3; ++i)
+    rate[i] = left[i] * right[i] > 0
+                  ? (left_weight + right_weight) / (left_weight / left[i] + right_weight / right[i])
+                  : 0;
+  return rate;
+}
+
+// The rates (m/s; rad/s) at the beginning and the end of every interval, whose `change` (m; rad) they share.
+struct EndRates {
+  Vec3 begin, end;
+};
+std::vector<EndRates> end_rates(const std::vector<double>& time, const std::vector<Vec3>& change,
+                                Interpolation interpolation, bool loop) {
+  const std::size_t count = change.size();
+  std::vector<EndRates> rates(count);
+  const auto length = [&](std::size_t i) { return time[i + 1] - time[i]; };
+  const auto mean = [&](std::size_t i) { return Vec3(change[i] / length(i)); };
+  for (std::size_t i = 0; i < count; ++i) {
+    if (interpolation == Interpolation::linear) {
+      rates[i] = {mean(i), mean(i)};
+    } else {
+      const std::size_t next = i + 1 < count ? i + 1 : 0;
+      const bool rests = next == 0 && !loop;
+      rates[i].end = rests ? Vec3(Vec3::Zero()) : key_rate(mean(i), length(i), mean(next), length(next));
+      rates[next].begin = rates[i].end;
+    }
+  }
+  return rates;
+}
+
+// The rotation vector from one key to the next, in world axes.
+Vec3 rotation_between(const OrientationKey& from, const OrientationKey& to) {
+  const Vec3& axis = to.angle == 0 ? from.axis : to.axis;  // no angle has any axis
+  const double along = from.angle == 0 ? 1 : from.axis.dot(axis);
+  if (std::abs(along) > 1 - 1e-12) return (to.angle - std::copysign(from.angle, from.angle * along)) * axis;
+  return logarithm(exponential(to.angle * to.axis) * exponential(from.angle * from.axis).conjugate());
+}
+
+// Of all rotation vectors of a unit quaternion the one nearest to `guess`.
+Vec3 logarithm_near(const Quat& q, const Vec3& guess) {
+  const Vec3 shortest = logarithm(q);
+  const double angle = shortest.norm();
+  const Vec3 axis = angle > 1e-9 ? Vec3(shortest / angle) : Vec3(guess.normalized());
+  return shortest + two_pi * std::round((guess.dot(axis) - angle) / two_pi) * axis;
+}
+
+// The slopes of B_1, B_2 and B_3 are never negative and add up to 3: no rate exceeds that times the longest
+// increment.
+template <class Value>
+double rate_bound(const Track<Value>& track, double begin, double end) {
+  double bound = 0;
+  for (std::size_t i = 0; i < track.increment.size(); ++i) {
+    if (!track.loop && (track.time[i + 1] < begin || track.time[i] > end)) continue;
+    for (const Vec3& a : track.increment[i])
+      bound = std::max(bound, 3 * a.norm() / (track.time[i + 1] - track.time[i]));
+  }
+  return bound;
+}
+
+}  // namespace
+
+PositionTrack position_track(std::span<const PositionKey> keys, Interpolation interpolation, bool loop) {
+  PositionTrack track;
+  track.loop = loop;
+  for (const PositionKey& key : keys) {
+    track.time.push_back(key.time);
+    track.value.push_back(key.position);
+  }
+  std::vector<Vec3> change;
+  for (std::size_t i = 0; i + 1 < keys.size(); ++i) change.push_back(keys[i + 1].position - keys[i].position);
+  const std::vector<EndRates> rates = end_rates(track.time, change, interpolation, loop);
+  for (std::size_t i = 0; i < change.size(); ++i) {
+    const double third = (track.time[i + 1] - track.time[i]) / 3;
+    const Vec3 first = third * keys[i].velocity.value_or(rates[i].begin),
+               last = third * keys[i + 1].velocity.value_or(rates[i].end);
+    track.increment.push_back({first, change[i] - first - last, last});
+  }
+  return track;
+}
+
+OrientationTrack orientation_track(std::span<const OrientationKey> keys, Interpolation interpolation,
+                                   bool loop) {
+  OrientationTrack track;
+  track.loop = loop;
+  for (const OrientationKey& key : keys) {
+    track.time.push_back(key.time);
+    track.value.push_back(exponential(key.angle * key.axis));
+  }
+  std::vector<Vec3> change;
+  for (std::size_t i = 0; i + 1 < keys.size(); ++i) change.push_back(rotation_between(keys[i], keys[i + 1]));
+  const std::vector<EndRates> rates = end_rates(track.time, change, interpolation, loop);
+  for (std::size_t i = 0; i < change.size(); ++i) {
+    const double third = (track.time[i + 1] - track.time[i]) / 3;
+    const Vec3 first = third * rates[i].begin, last = third * rates[i].end;
+    const Quat middle = exponential(-last) * exponential(change[i]) * exponential(-first);
+    track.increment.push_back({first, logarithm_near(middle, change[i] - first - last), last});
+  }
+  return track;
+}
+
+MotionState motion_at(const KinematicMotion& motion, double time) {
+  MotionState state;
+  follow(motion.position, time, state);
+  follow(motion.orientation, time, state);
+  for (const Spin& spin : motion.spins) follow(spin, time, state);
+  for (const Sinusoid& sinusoid : motion.sinusoids) follow(sinusoid, time, state);
+
+  const Vec3 arm = state.pose.orientation * motion.frame.position;
+  state.pose.position += arm;
+  state.velocity += state.angular_velocity.cross(arm);
+  state.pose.orientation = (state.pose.orientation * motion.frame.orientation).normalized();
+  return state;
+}
+
+MotionBounds motion_bounds(const KinematicMotion& motion, double begin, double end) {
+  MotionBounds bounds{rate_bound(motion.position, begin, end), rate_bound(motion.orientation, begin, end), 0};
+  for (const Spin& spin : motion.spins)
+    if (spin.start <= end && spin.stop >= begin) bounds.spin += std::abs(spin.rate);
+  for (const Sinusoid& sinusoid : motion.sinusoids) {
+    if (sinusoid.start > end || sinusoid.stop < begin) continue;
+    const double omega = two_pi * sinusoid.frequency;
+    bounds.phase = std::max(bounds.phase, omega);
+    bounds.speed += omega * sinusoid.amplitude.norm();
+    bounds.spin += omega * sinusoid.turn.norm();
+  }
+  bounds.speed += bounds.spin * motion.frame.position.norm();
+  return bounds;
+}
+
+}  // namespace duet

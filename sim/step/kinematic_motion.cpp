@@ -1,0 +1,48 @@
+#include "sim/step/kinematic_motion.h"
+
+#include "sim/rigid/rotation.h"
+
+namespace duet {
+namespace {
+
+std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
+
+void set_path_velocities(const Bodies& bodies, const KinematicStep& step, const ContactPair& pair,
+                         ContactSet& contacts) {
+  const Vec3& center = bodies.rigid.state[step.body].pose.position;
+  for (int i = pair.begin; i < pair.end; ++i) {
+    ContactPoint& contact = contacts.points[as_index(i)];
+    const bool hosts = as_index(contact.host) == step.body;
+    const Vec3 partner = !hosts ? bodies.rigid.state[as_index(contact.host)].pose.position
+                         : contact.is_rigid_pair()
+                             ? bodies.rigid.state[as_index(contact.guest_rigid)].pose.position
+                             : Vec3(center + contact.host_arm);
+    const Vec3 velocity = step.path * (partner - center);
+    contact.path_velocity = hosts ? Vec3(-velocity) : velocity;
+  }
+}
+
+}  // namespace
+
+void evaluate_motions(const RigidBodies& rigid, double end, double dt, std::vector<KinematicStep>& steps) {
+  steps.resize(rigid.kinematic.size());
+  for (std::size_t k = 0; k < steps.size(); ++k) {
+    KinematicStep& step = steps[k];
+    step.body = rigid.kinematic[k].body;
+    step.end = motion_at(rigid.kinematic[k].motion, end);
+    const Pose& start = rigid.state[step.body].pose;
+    const Quat turn = step.end.pose.orientation * start.orientation.conjugate();
+    step.mean_velocity = (step.end.pose.position - start.position) / dt;
+    step.mean_angular_velocity = logarithm(turn) / dt;
+    step.path = (turn.toRotationMatrix() - Mat3::Identity()) / dt - skew(step.mean_angular_velocity);
+  }
+}
+
+void set_path_velocities(const Bodies& bodies, const std::vector<KinematicStep>& steps,
+                         const ContactGraph& graph, ContactSet& contacts) {
+  for (const KinematicStep& step : steps)
+    for (int i = graph.first_pair[step.body]; i < graph.first_pair[step.body + 1]; ++i)
+      set_path_velocities(bodies, step, contacts.pairs[as_index(graph.pair_of_body[as_index(i)])], contacts);
+}
+
+}  // namespace duet
