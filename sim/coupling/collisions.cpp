@@ -1,5 +1,7 @@
 #include "sim/coupling/collisions.h"
 
+#include <cmath>
+
 #include "sim/coupling/friction.h"
 
 namespace duet {
@@ -47,32 +49,58 @@ class Collider {
     return scratch_.predicted[b];
   }
 
-  Vec3 predicted_guest(const ContactPoint& contact) {
-    if (!contact.is_rigid_pair()) {
-      const SurfacePoint& point = surface_point(bodies_, contact);
-      return weighted(point, bodies_.particles.x) +
-             dt_ * (weighted(point, bodies_.particles.v) + weighted(point, difference_.particle));
-    }
-    const RigidProperties& guest = bodies_.rigid.properties[as_index(contact.guest_rigid)];
-    const Pose& pose = predicted_pose(contact.guest_rigid);
-    return contact.guest_point >= 0 ? pose.to_world(guest.samples[as_index(contact.guest_point)])
-                                    : pose.position;
-  }
-
   // Signed distance of the contact at the predicted positions, m.
   double predicted_distance(const ContactPoint& contact) {
-    const LevelSet& shape = bodies_.rigid.properties[as_index(contact.host)].shape;
-    const double distance = shape.distance(predicted_pose(contact.host).to_body(predicted_guest(contact)));
-    if (!contact.is_rigid_pair()) return distance + surface_point(bodies_, contact).allowance;
-    if (contact.guest_point >= 0) return distance;
-    return distance - bodies_.rigid.properties[as_index(contact.guest_rigid)].shape.radius;
+    const RigidProperties& host = bodies_.rigid.properties[as_index(contact.host)];
+    if (contact.is_rigid_pair())
+      return touch(host, predicted_pose(contact.host),
+                   bodies_.rigid.properties[as_index(contact.guest_rigid)],
+                   predicted_pose(contact.guest_rigid), contact.guest_point)
+          .gap;
+    const SurfacePoint& point = surface_point(bodies_, contact);
+    const Vec3 x = weighted(point, bodies_.particles.x) +
+                   dt_ * (weighted(point, bodies_.particles.v) + weighted(point, difference_.particle));
+    return host.shape.distance(predicted_pose(contact.host).to_body(x)) + point.allowance;
+  }
+
+  // Acceleration of guest towards host by the forces of the step, m/s^2.
+  double approach_acceleration(const ContactPoint& contact) const {
+    const auto change = [&](int body, const Vec3& arm) -> Vec3 {
+      const auto b = as_index(body);
+      return difference_.rigid[b] +
+             (bodies_.rigid.state[b].inverse_inertia * difference_.angular_momentum[b]).cross(arm);
+    };
+    Vec3 relative = -change(contact.host, contact.host_arm);
+    if (contact.is_rigid_pair())
+      relative += change(contact.guest_rigid, contact.guest_arm);
+    else
+      relative += weighted(surface_point(bodies_, contact), difference_.particle);
+    return -2 / dt_ * relative.dot(contact.normal);
+  }
+
+  // The normal velocity here with which the bodies, thrown back at the surface, would come back here. They
+  // are not there yet: on the way they gain and then lose what forces do over the gap, so that a rebound
+  // keeps its height however early in the step it is found. Where the rebound is too weak to come back, they
+  // may close the gap and no more.
+  double rebound_velocity(const ContactPoint& contact, double normal_velocity) const {
+    const double gap = std::max(contact.gap, 0.0);
+    const double gain = 2 * approach_acceleration(contact) * gap, e = contact.restitution;
+    const double squared = e * e * (normal_velocity * normal_velocity + gain) - gain;
+    return squared > 0 ? std::sqrt(squared) : -gap / dt_;
+  }
+
+  // Whether the bodies approach, faster than they may.
+  bool collides(const ContactPoint& contact, const Vec3& velocity) const {
+    const double normal_velocity = velocity.dot(contact.normal);
+    return normal_velocity < -approach_tolerance &&
+           normal_velocity < rebound_velocity(contact, normal_velocity) - approach_tolerance;
   }
 
   void collide(const ContactPoint& contact, const Vec3& velocity) {
-    const double target = -contact.restitution * velocity.dot(contact.normal);
+    const double target = rebound_velocity(contact, velocity.dot(contact.normal));
     const Vec3 wanted =
-        friction_impulse({contact.normal, contact.K, contact.inverse_K, contact.friction}, velocity, target);
-    const Vec3 impulse = limit_energy(contact.K, velocity, wanted);
+        friction_impulse({contact.normal, contact.response, contact.friction}, velocity, target);
+    const Vec3 impulse = limit_energy(contact.response.K, velocity, wanted);
     apply_impulse(bodies_, contact, impulse);
     scratch_.stale[as_index(contact.host)] = 1;
     if (contact.is_rigid_pair()) scratch_.stale[as_index(contact.guest_rigid)] = 1;
@@ -93,8 +121,7 @@ class Collider {
         const double distance = predicted_distance(contact);
         if (distance >= 0) continue;
         pair.collided = true;
-        if (distance < least &&
-            relative_velocity(bodies_, contact).dot(contact.normal) < -approach_tolerance) {
+        if (distance < least && collides(contact, relative_velocity(bodies_, contact))) {
           deepest = &contact;
           least = distance;
         }
@@ -113,7 +140,7 @@ class Collider {
       if (predicted_distance(contact) >= inside_tolerance) continue;
       pair.collided = true;
       const Vec3 velocity = relative_velocity(bodies_, contact);
-      if (velocity.dot(contact.normal) >= -approach_tolerance) continue;
+      if (!collides(contact, velocity)) continue;
       collide(contact, velocity);
       changed = true;
     }

@@ -150,8 +150,9 @@ void build_contact_graph(const Bodies& bodies, const Vec3& gravity, bool rigid_p
                          ContactGraph& graph) {
   graph.pairs.clear();
   for (std::size_t i = 0; i < contacts.pairs.size(); ++i) {
-    const ContactPair& pair = contacts.pairs[i];
-    if (pair.guest_rigid < 0 || (rigid_pairs && pair.collided)) graph.pairs.push_back(static_cast<int>(i));
+    ContactPair& pair = contacts.pairs[i];
+    pair.active = pair.guest_rigid < 0 || rigid_pairs;
+    if (pair.active) graph.pairs.push_back(static_cast<int>(i));
   }
   const std::size_t n = bodies.rigid.size() + bodies.deformable.size();
   graph.level.assign(n, 0);

@@ -27,8 +27,8 @@ struct ContactGraph {
   std::vector<char> open;
 };
 
-// Ranks the bodies and the pairs for `gravity` (m/s^2). Rigid pairs that step II did not find overlapping are
-// left out, all of them if `rigid_pairs` is false (effect rigid_contact).
+// Ranks the bodies and the pairs for `gravity` (m/s^2). Without `rigid_pairs` (effect rigid_contact) rigid
+// pairs are left out.
 void build_contact_graph(const Bodies& bodies, const Vec3& gravity, bool rigid_pairs, ContactSet& contacts,
                          ContactGraph& graph);
 // Fills `by_level` of a graph that is otherwise built.

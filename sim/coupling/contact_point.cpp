@@ -2,6 +2,8 @@
 
 #include <Eigen/LU>
 
+#include "sim/coupling/contact_plane.h"
+
 namespace duet {
 namespace {
 
@@ -46,47 +48,67 @@ void apply_impulse(Bodies& bodies, const ContactPoint& contact, const Vec3& impu
   apply_impulse(bodies.rigid.state[host], bodies.rigid.properties[host], contact.host_arm, -impulse);
 }
 
-Vec3 guest_position(const Bodies& bodies, const ContactPoint& contact) {
-  if (!contact.is_rigid_pair()) return weighted(surface_point(bodies, contact), bodies.particles.x);
-  const auto guest = as_index(contact.guest_rigid);
-  const Pose& pose = bodies.rigid.state[guest].pose;
-  if (contact.guest_point >= 0)
-    return pose.to_world(bodies.rigid.properties[guest].samples[as_index(contact.guest_point)]);
-  // A ball's deepest point lies from its centre against the host's normal there, by its radius.
-  const Pose& host = bodies.rigid.state[as_index(contact.host)].pose;
-  const LevelSet& shape = bodies.rigid.properties[as_index(contact.host)].shape;
-  const Vec3 normal = host.orientation * shape.normal(host.to_body(pose.position));
-  return pose.position - bodies.rigid.properties[guest].shape.radius * normal;
+Touch touch(const RigidProperties& host, const Pose& host_pose, const RigidProperties& guest,
+            const Pose& guest_pose, int sample) {
+  Touch result;
+  if (sample < 0) {
+    // A ball's deepest point lies from its centre against the host's normal there, by its radius.
+    const Vec3 center = host_pose.to_body(guest_pose.position);
+    result.normal = host_pose.orientation * host.shape.normal(center);
+    result.position = guest_pose.position - guest.shape.radius * result.normal;
+    result.gap = host.shape.distance(center) - guest.shape.radius;
+    return result;
+  }
+  result.position = guest_pose.to_world(guest.samples[as_index(sample)]);
+  const Vec3 inside = guest_pose.to_world(guest.inside[as_index(sample)]);
+  const ContactPlane plane =
+      contact_plane(host.shape, host_pose.to_body(result.position), host_pose.to_body(inside));
+  result.normal = host_pose.orientation * plane.normal;
+  result.gap = plane.gap;
+  result.faces = plane.faces;
+  return result;
 }
 
-double gap_now(const Bodies& bodies, const ContactPoint& contact) {
+Touch touch(const Bodies& bodies, const ContactPoint& contact) {
   const auto host = as_index(contact.host);
-  const Vec3 in_host = bodies.rigid.state[host].pose.to_body(guest_position(bodies, contact));
-  const double distance = bodies.rigid.properties[host].shape.distance(in_host);
-  return contact.is_rigid_pair() ? distance : distance + surface_point(bodies, contact).allowance;
+  const RigidProperties& host_properties = bodies.rigid.properties[host];
+  const Pose& pose = bodies.rigid.state[host].pose;
+  if (contact.is_rigid_pair()) {
+    const auto guest = as_index(contact.guest_rigid);
+    return touch(host_properties, pose, bodies.rigid.properties[guest], bodies.rigid.state[guest].pose,
+                 contact.guest_point);
+  }
+  const SurfacePoint& point = surface_point(bodies, contact);
+  Touch result;
+  result.position = weighted(point, bodies.particles.x);
+  const Vec3 in_host = pose.to_body(result.position);
+  result.normal = pose.orientation * host_properties.shape.normal(in_host);
+  result.gap = host_properties.shape.distance(in_host) + point.allowance;
+  return result;
 }
 
-void update_geometry(const Bodies& bodies, ContactPoint& contact) {
+double gap_now(const Bodies& bodies, const ContactPoint& contact) { return touch(bodies, contact).gap; }
+
+bool update_geometry(const Bodies& bodies, ContactPoint& contact) {
   const auto host = as_index(contact.host);
   const RigidState& host_state = bodies.rigid.state[host];
   const RigidProperties& host_properties = bodies.rigid.properties[host];
-  const Vec3 x = guest_position(bodies, contact);
-  const Vec3 in_host = host_state.pose.to_body(x);
-  contact.normal = host_state.pose.orientation * host_properties.shape.normal(in_host);
-  contact.gap = host_properties.shape.distance(in_host);
+  const Touch now = touch(bodies, contact);
+  const Vec3& x = now.position;
+  contact.normal = now.normal;
+  contact.gap = now.gap;
   contact.host_arm = x - host_state.pose.position;
-  contact.K = impulse_factor(host_state, host_properties.inverse_mass, contact.host_arm);
+  Mat3 K = impulse_factor(host_state, host_properties.inverse_mass, contact.host_arm);
   if (contact.is_rigid_pair()) {
     const auto guest = as_index(contact.guest_rigid);
     contact.guest_arm = x - bodies.rigid.state[guest].pose.position;
-    contact.K += impulse_factor(bodies.rigid.state[guest], bodies.rigid.properties[guest].inverse_mass,
-                                contact.guest_arm);
+    K += impulse_factor(bodies.rigid.state[guest], bodies.rigid.properties[guest].inverse_mass,
+                        contact.guest_arm);
   } else {
-    const SurfacePoint& point = surface_point(bodies, contact);
-    contact.gap += point.allowance;
-    contact.K.diagonal().array() += point.inverse_mass;
+    K.diagonal().array() += surface_point(bodies, contact).inverse_mass;
   }
-  contact.inverse_K = contact.K.inverse();
+  contact.response = ContactResponse(K, contact.normal);
+  return now.faces;
 }
 
 }  // namespace duet

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "sim/coupling/bodies.h"
+#include "sim/coupling/friction.h"
 
 namespace duet {
 
@@ -23,20 +24,20 @@ struct ContactPoint {
   Vec3 guest_arm = Vec3::Zero();  // m, from a rigid guest's centre of mass to the contact
   double gap = 0;                 // m, signed distance less the allowance
   double friction = 0, restitution = 0;
-  Mat3 K = Mat3::Zero();          // 1/kg, change of relative velocity per impulse
-  Mat3 inverse_K = Mat3::Zero();  // kg
-  Vec3 impulse = Vec3::Zero();    // N s, accumulated on the guest by the contact solve
+  ContactResponse response;
+  Vec3 impulse = Vec3::Zero();  // N s, accumulated on the guest by the contact solve
   bool is_rigid_pair() const { return guest_rigid >= 0; }
 };
 
 // Contacts of the same two bodies follow each other; a pair is such a range.
 struct ContactPair {
   int host = -1;
-  int guest_rigid = -1;       // or -1
-  int guest_deformable = -1;  // or -1
-  int begin = 0, end = 0;     // range of contact points
-  int level = 0;              // of the contact graph
-  bool collided = false;      // found overlapping by step II: only then does contact look at a rigid pair
+  int guest_rigid = -1;                 // or -1
+  int guest_deformable = -1;            // or -1
+  int begin = 0, end = 0;               // range of contact points
+  int level = 0;                        // of the contact graph
+  bool collided = false;                // found overlapping by step II
+  bool active = false;                  // takes part in the contact solve
   Vec3 angular_impulse = Vec3::Zero();  // N m s, of rolling and spinning friction on a rigid guest
 };
 
@@ -61,10 +62,21 @@ void apply_impulse(RigidState& state, const RigidProperties& properties, const V
 void apply_angular_impulse(RigidState& state, const RigidProperties& properties,
                            const Vec3& moment);  // N m s
 
-// Where the guest is now: world position of the contact, m.
-Vec3 guest_position(const Bodies& bodies, const ContactPoint& contact);
-// Recomputes normal, arms, gap, K from the positions now.
-void update_geometry(const Bodies& bodies, ContactPoint& contact);
+// How a guest's point meets its host.
+struct Touch {
+  Vec3 position;      // m, of the guest's point
+  Vec3 normal;        // unit, outward of the host
+  double gap = 0;     // m, signed distance less the allowance
+  bool faces = true;  // see ContactPlane
+};
+
+// Of a rigid guest's sample, or of a ball's deepest point (sample -1), at the given poses.
+Touch touch(const RigidProperties& host, const Pose& host_pose, const RigidProperties& guest,
+            const Pose& guest_pose, int sample);
+// At the positions now.
+Touch touch(const Bodies& bodies, const ContactPoint& contact);
+// Recomputes normal, arms, gap, K from the positions now; returns whether guest and host face each other.
+bool update_geometry(const Bodies& bodies, ContactPoint& contact);
 // The gap at the positions now, m.
 double gap_now(const Bodies& bodies, const ContactPoint& contact);
 

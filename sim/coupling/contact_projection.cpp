@@ -38,7 +38,7 @@ void ContactProjection::build(const Bodies& bodies, const ContactSet& contacts, 
         block.host = contact.host;
         block.rows.push_back(row);
       } else {
-        row.mass = 1 / row.normal.dot(contact.K * row.normal);
+        row.mass = contact.response.normal_mass;
         rows_.push_back(row);
       }
     }

@@ -17,18 +17,42 @@ double target_velocity(const ContactPoint& contact, double inverse_dt) {
   return -std::max(contact.gap, 0.0) * inverse_dt;
 }
 
+// Tangential impulse that removes the tangential part of `velocity`, or as much of it as an impulse within
+// the friction cone can.
+Vec3 friction(const ContactPoint& contact, const ContactResponse& response, const Vec3& tangential_impulse,
+              const Vec3& velocity, double normal_impulse) {
+  const double most = contact.friction * normal_impulse;
+  const Vec3 sticking = tangential_impulse - response.sticking * velocity;
+  if (sticking.squaredNorm() <= most * most) return sticking;
+  if (most == 0) return Vec3::Zero();
+  // Sliding: a step down the dissipation, short enough for any direction, and back onto the cone.
+  const double step = 1 / (response.K.trace() - 1 / response.normal_mass);
+  const Vec3 sliding = tangential_impulse - step * (velocity - velocity.dot(contact.normal) * contact.normal);
+  const double length = sliding.norm();
+  return length > most ? Vec3(most / length * sliding) : sliding;
+}
+
+// The impulse that the contact should have, for its relative velocity under the one it has: first along the
+// normal, then friction on what that now is.
+Vec3 updated_impulse(const ContactPoint& contact, const ContactResponse& response, const Vec3& velocity,
+                     double target) {
+  const Vec3& n = contact.normal;
+  const double before = contact.impulse.dot(n);
+  const double now = std::max(0.0, before + response.normal_mass * (target - velocity.dot(n)));
+  const Vec3 tangential = contact.impulse - before * n;
+  return now * n + friction(contact, response, tangential, velocity + (now - before) * (response.K * n), now);
+}
+
 // One Gauss-Seidel update of a contact; returns how much it changed the relative velocity.
 double update_contact(Bodies& bodies, double inverse_dt, ContactPoint& contact) {
   const Vec3 velocity = relative_velocity(bodies, contact);
   const double target = target_velocity(contact, inverse_dt);
   if (contact.impulse.isZero(0) && velocity.dot(contact.normal) >= target) return 0;
-  const Vec3 before = velocity - contact.K * contact.impulse;  // as if this contact had not acted yet
-  const Vec3 total =
-      friction_impulse({contact.normal, contact.K, contact.inverse_K, contact.friction}, before, target);
+  const Vec3 total = updated_impulse(contact, contact.response, velocity, target);
   const Vec3 change = total - contact.impulse;
   apply_impulse(bodies, contact, change);
   contact.impulse = total;
-  return (contact.K * change).norm();
+  return (contact.response.K * change).norm();
 }
 
 // Rolling and spinning friction of a rigid pair: an angular impulse along the axis of spin (the mean normal)
@@ -65,45 +89,56 @@ double update_rotation(Bodies& bodies, const ContactSet& contacts, ContactPair& 
   return (K * change).norm() * std::min(a.shape.smallest_size(), b.shape.smallest_size()) / 2;
 }
 
-double update_pair(Bodies& bodies, double inverse_dt, bool angular_friction, ContactSet& contacts,
-                   ContactPair& pair) {
-  double largest = 0;
-  for (int i = pair.begin; i < pair.end; ++i)
-    largest = std::max(largest, update_contact(bodies, inverse_dt, contacts.points[as_index(i)]));
-  if (angular_friction && pair.guest_rigid >= 0)
-    largest = std::max(largest, update_rotation(bodies, contacts, pair));
-  return largest;
+// Several sweeps over the contacts of one pair, to and fro: a face that lands flat shall not be tilted by the
+// order of its points. Returns the first sweep's change of relative velocity.
+double update_pair(Bodies& bodies, double inverse_dt, const ContactSolveSettings& settings,
+                   ContactSet& contacts, ContactPair& pair) {
+  double first = 0;
+  for (int repeat = 0; repeat < settings.repeats; ++repeat) {
+    double largest = 0;
+    for (int k = pair.begin; k < pair.end; ++k) {
+      const int i = repeat % 2 == 0 ? k : pair.end - 1 - (k - pair.begin);
+      largest = std::max(largest, update_contact(bodies, inverse_dt, contacts.points[as_index(i)]));
+    }
+    if (settings.angular_friction && pair.guest_rigid >= 0)
+      largest = std::max(largest, update_rotation(bodies, contacts, pair));
+    if (repeat == 0) first = largest;
+    if (largest < settings.tolerance) break;
+  }
+  return first;
 }
 
 // An update of a contact by an impulse on one body, the other being as if fixed.
 class UpperUpdate {
  public:
-  UpperUpdate(Bodies& bodies, double inverse_dt, int upper)
+  UpperUpdate(Bodies& bodies, double inverse_dt, double tolerance, int upper)
       : state_(bodies.rigid.state[as_index(upper)]),
         properties_(bodies.rigid.properties[as_index(upper)]),
         bodies_(bodies),
         inverse_dt_(inverse_dt),
+        tolerance_(tolerance),
         upper_(upper) {}
 
   double operator()(ContactPoint& contact) {
     const Vec3 velocity = relative_velocity(bodies_, contact);
     const double target = target_velocity(contact, inverse_dt_);
-    if (velocity.dot(contact.normal) >= target) return 0;
+    const double error = target - velocity.dot(contact.normal);
+    if (std::abs(error) < tolerance_ || (contact.impulse.isZero(0) && error < 0)) return 0;
     const bool upper_is_guest = contact.guest_rigid == upper_;
     const Vec3& arm = upper_is_guest ? contact.guest_arm : contact.host_arm;
-    const Mat3 K = impulse_factor(state_, properties_.inverse_mass, arm);
-    const Vec3 impulse =
-        friction_impulse({contact.normal, K, K.inverse(), contact.friction}, velocity, target);
-    apply_impulse(state_, properties_, arm, upper_is_guest ? impulse : Vec3(-impulse));
-    contact.impulse += impulse;
-    return (K * impulse).norm();
+    const ContactResponse response(impulse_factor(state_, properties_.inverse_mass, arm), contact.normal);
+    const Vec3 total = updated_impulse(contact, response, velocity, target);
+    const Vec3 change = total - contact.impulse;
+    apply_impulse(state_, properties_, arm, upper_is_guest ? change : Vec3(-change));
+    contact.impulse = total;
+    return (response.K * change).norm();
   }
 
  private:
   RigidState& state_;
   const RigidProperties& properties_;
   const Bodies& bodies_;
-  double inverse_dt_;
+  double inverse_dt_, tolerance_;
   int upper_;
 };
 
@@ -114,8 +149,8 @@ int solve_contact(Bodies& bodies, const ContactGraph& graph, double dt, const Co
   const double inverse_dt = 1 / dt;
   for (int iteration = 0; iteration < settings.iterations; ++iteration) {
     const double largest = graph.schedule.largest(0, graph.schedule.waves(), [&](int p) {
-      return update_pair(bodies, inverse_dt, settings.angular_friction, contacts,
-                         contacts.pairs[as_index(p)]);
+      ContactPair& pair = contacts.pairs[as_index(p)];
+      return pair.active ? update_pair(bodies, inverse_dt, settings, contacts, pair) : 0.0;
     });
     if (largest < settings.tolerance) return iteration + 1;
   }
@@ -127,7 +162,7 @@ int propagate_shocks(Bodies& bodies, const ContactGraph& graph, double dt,
   const double inverse_dt = 1 / dt;
   const auto update = [&](int p) {
     const ContactPair& pair = contacts.pairs[as_index(p)];
-    if (pair.guest_rigid < 0) return 0.0;
+    if (pair.guest_rigid < 0 || !pair.active) return 0.0;
     const int host_level = graph.level[as_index(pair.host)],
               guest_level = graph.level[as_index(pair.guest_rigid)];
     const int upper = host_level > guest_level ? pair.host : pair.guest_rigid;
@@ -139,7 +174,7 @@ int propagate_shocks(Bodies& bodies, const ContactGraph& graph, double dt,
         largest = std::max(largest, update_contact(bodies, inverse_dt, contacts.points[as_index(i)]));
       return largest;
     }
-    UpperUpdate update_upper(bodies, inverse_dt, upper);
+    UpperUpdate update_upper(bodies, inverse_dt, settings.tolerance, upper);
     for (int i = pair.begin; i < pair.end; ++i)
       largest = std::max(largest, update_upper(contacts.points[as_index(i)]));
     return largest;

@@ -2,7 +2,18 @@
 
 #include <algorithm>
 
+#include <Eigen/LU>
+
 namespace duet {
+
+// S = K^-1 - (K^-1 n)(K^-1 n)^T / (n.K^-1 n) has no normal part, and for tangential velocities K S is the
+// identity up to one.
+ContactResponse::ContactResponse(const Mat3& factor, const Vec3& normal)
+    : K(factor), normal_mass(1 / normal.dot(factor * normal)) {
+  const Mat3 inverse = factor.inverse();
+  const Vec3 along = inverse * normal;
+  sticking = inverse - along * along.transpose() / along.dot(normal);
+}
 
 Vec3 friction_impulse(const FrictionContact& contact, const Vec3& velocity, double target) {
   const Vec3& n = contact.normal;
@@ -10,10 +21,11 @@ Vec3 friction_impulse(const FrictionContact& contact, const Vec3& velocity, doub
   if (normal_velocity >= target) return Vec3::Zero();
 
   const double change = target - normal_velocity;  // > 0
-  const Vec3 Kn = contact.K * n;
+  const Mat3& K = contact.response.K;
+  const Vec3 Kn = K * n;
   const double nKn = n.dot(Kn);
   if (contact.friction > 0) {
-    const Vec3 sticking = contact.inverse_K * (target * n - velocity);
+    const Vec3 sticking = K.inverse() * (target * n - velocity);
     const double normal_part = sticking.dot(n);
     if (normal_part > 0 && (sticking - normal_part * n).norm() <= contact.friction * normal_part)
       return sticking;
@@ -22,7 +34,7 @@ Vec3 friction_impulse(const FrictionContact& contact, const Vec3& velocity, doub
     const double speed = tangential.norm();
     if (speed > 0) {
       const Vec3 direction = n - contact.friction / speed * tangential;
-      const double response = n.dot(contact.K * direction);
+      const double response = n.dot(K * direction);
       // For large friction on an eccentric contact the response can vanish: then only the normal part is
       // used.
       if (response > 1e-3 * nKn) return change / response * direction;

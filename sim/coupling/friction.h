@@ -5,10 +5,20 @@
 
 namespace duet {
 
+// What an impulse at a contact does to the relative velocity there.
+struct ContactResponse {
+  Mat3 K = Mat3::Zero();         // 1/kg, change of relative velocity per impulse
+  double normal_mass = 0;        // kg, 1 / (n.K n)
+  Mat3 sticking = Mat3::Zero();  // kg, tangential impulse per tangential velocity to be stopped by it alone
+
+  ContactResponse() = default;
+  ContactResponse(const Mat3& K, const Vec3& normal);
+};
+
 struct FrictionContact {
-  Vec3 normal;        // unit, from host to guest
-  Mat3 K, inverse_K;  // 1/kg, kg: relative velocity per impulse and its inverse
-  double friction;    // Coulomb coefficient
+  Vec3 normal;  // unit, from host to guest
+  ContactResponse response;
+  double friction;  // Coulomb coefficient
 };
 
 // The impulse (N s, on the guest) after which the normal relative velocity is `target`, if the relative

@@ -12,27 +12,17 @@ namespace {
 
 std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
 
-constexpr double overlap_tolerance = 1e-6;  // m; shallower overlaps are left to contact
 // A static outer body acts as one this many times as heavy as the central body: the limit of equation 1 for
 // K_o -> 0.
 constexpr double static_weight = 1e8;
 
 using Outer = PushOutScratch::Outer;
 
-// Translates a rigid body and turns it by the rotation vector `w` (rad), keeping its momenta.
-void displace_body(RigidState& state, const RigidProperties& properties, const Vec3& v, const Vec3& w) {
-  state.pose.position += v;
-  const double angle = w.norm();
-  if (angle > 0)
-    state.pose.orientation =
-        (Quat(Eigen::AngleAxisd(angle, w / angle)) * state.pose.orientation).normalized();
-  update_orientation_dependents(state, properties);
-}
-
 class PushOut {
  public:
-  PushOut(Bodies& bodies, ContactSet& contacts, const ContactGraph& graph, PushOutScratch& scratch)
-      : bodies_(bodies), contacts_(contacts), graph_(graph), scratch_(scratch) {
+  PushOut(Bodies& bodies, ContactSet& contacts, const ContactGraph& graph, bool rigid_pairs,
+          PushOutScratch& scratch)
+      : bodies_(bodies), contacts_(contacts), graph_(graph), rigid_pairs_(rigid_pairs), scratch_(scratch) {
     scratch_.taken.assign(bodies.particles.size(), -1);
   }
 
@@ -60,7 +50,7 @@ class PushOut {
   // Moves a rigid body; it may now overlap whatever it touches.
   void displace(int body, const Vec3& v, const Vec3& w) {
     const auto b = as_index(body);
-    displace_body(bodies_.rigid.state[b], bodies_.rigid.properties[b], v, w);
+    duet::displace(bodies_.rigid.state[b], bodies_.rigid.properties[b], v, w);
     for (int p : pairs_of(body)) scratch_.suspect[as_index(p)] = 1;
   }
 
@@ -72,7 +62,7 @@ class PushOut {
       const ContactPair& pair = contacts_.pairs[as_index(p)];
       if (pair.guest_rigid < 0)
         gather_points(pair, fraction);
-      else
+      else if (rigid_pairs_)
         gather_deepest(pair, central, fraction);
     }
   }
@@ -187,6 +177,7 @@ class PushOut {
   Bodies& bodies_;
   ContactSet& contacts_;
   const ContactGraph& graph_;
+  bool rigid_pairs_;
   PushOutScratch& scratch_;
   int stamp_ = 0;
 };
@@ -224,9 +215,19 @@ void sort_central(const Bodies& bodies, const ContactGraph& graph, std::vector<i
 
 }  // namespace
 
-int resolve_interpenetration(Bodies& bodies, const ContactGraph& graph, int iterations, ContactSet& contacts,
-                             PushOutScratch& scratch) {
-  PushOut push_out(bodies, contacts, graph, scratch);
+void displace(RigidState& state, const RigidProperties& properties, const Vec3& shift, const Vec3& turn) {
+  state.pose.position += shift;
+  const double angle = turn.norm();
+  if (angle > 0)
+    state.pose.orientation =
+        (Quat(Eigen::AngleAxisd(angle, turn / angle)) * state.pose.orientation).normalized();
+  update_orientation_dependents(state, properties);
+}
+
+int resolve_interpenetration(Bodies& bodies, const ContactGraph& graph, const PushOutSettings& settings,
+                             ContactSet& contacts, PushOutScratch& scratch) {
+  PushOut push_out(bodies, contacts, graph, settings.rigid_pairs, scratch);
+  const int iterations = settings.iterations;
   sort_central(bodies, graph, scratch.central);
   find_overlaps(bodies, graph, contacts, scratch.suspect);
   int pushed = 0;

@@ -7,6 +7,12 @@
 
 namespace duet {
 
+inline constexpr double overlap_tolerance = 1e-6;  // m; shallower overlaps are left to contact
+
+// Translates a rigid body by `shift` (m) and turns it by the rotation vector `turn` (rad), keeping its
+// momenta.
+void displace(RigidState& state, const RigidProperties& properties, const Vec3& shift, const Vec3& turn);
+
 struct PushOutScratch {
   struct Outer {                       // an object that overlaps the central body
     int contact = -1;                  // index of its contact point
@@ -21,11 +27,15 @@ struct PushOutScratch {
   std::vector<char> suspect;  // of every pair: it overlapped at first, or a body of it moved since
 };
 
+struct PushOutSettings {
+  int iterations = 4;       // sweeps over the bodies; they remove a growing fraction of each overlap
+  bool rigid_pairs = true;  // otherwise overlaps between rigid bodies are left (to separate_rigid_bodies)
+};
+
 // Moves overlapping bodies apart: every rigid body in turn is the central one and exchanges impulses with
 // everything that overlaps it at once. Positions and orientations change, linear velocities and angular
-// momenta do not. `iterations` sweeps remove a growing fraction of each overlap. Returns the number of
-// central bodies that had overlaps.
-int resolve_interpenetration(Bodies& bodies, const ContactGraph& graph, int iterations, ContactSet& contacts,
-                             PushOutScratch& scratch);
+// momenta do not. Returns the number of central bodies that had overlaps.
+int resolve_interpenetration(Bodies& bodies, const ContactGraph& graph, const PushOutSettings& settings,
+                             ContactSet& contacts, PushOutScratch& scratch);
 
 }  // namespace duet

@@ -45,6 +45,12 @@ void warm_start(const ContactMemory& memory, double duration, const ContactGraph
 }
 
 void warm_start_again(double factor, const ContactGraph& graph, Bodies& bodies, ContactSet& contacts) {
+  for (int p : graph.pairs) {
+    ContactPair& pair = contacts.pairs[as_index(p)];
+    pair.active = pair.guest_rigid < 0 || pair.collided;
+    for (int i = pair.begin; i < pair.end && !pair.active; ++i)
+      pair.active = !contacts.points[as_index(i)].impulse.isZero(0);
+  }
   apply_to_all(graph, bodies, contacts, [&](ContactPoint& contact) -> Vec3 {
     update_geometry(bodies, contact);
     return factor * contact.impulse;

@@ -22,7 +22,9 @@ using ContactMemory = std::vector<RememberedContact>;
 void warm_start(const ContactMemory& memory, double duration, const ContactGraph& graph, Bodies& bodies,
                 ContactSet& contacts);
 
-// Brings the contacts to the positions now and gives them `factor` times the impulses they hold.
+// Brings the contacts to the positions now and gives them `factor` times the impulses they hold. Rigid pairs
+// that neither collided nor hold an impulse become inactive: they are still on their way to each other, and
+// elastic bodies shall bounce before contact stops them.
 void warm_start_again(double factor, const ContactGraph& graph, Bodies& bodies, ContactSet& contacts);
 
 // `duration` (s) is the time over which the contacts' impulses acted.

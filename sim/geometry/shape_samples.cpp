@@ -211,4 +211,19 @@ std::vector<Vec3> surface_samples(const TriangleMesh& mesh, double spacing) {
   return thinned(candidates, std::min(0.7 * spacing, spacing - gap));
 }
 
+std::vector<Vec3> points_inside(const LevelSet& shape, const std::vector<Vec3>& samples) {
+  const double way = shape.smallest_size() / 4, around = way / 10;
+  std::vector<Vec3> inside;
+  inside.reserve(samples.size());
+  for (const Vec3& x : samples) {
+    Vec3 sum = Vec3::Zero();
+    for (int i = 0; i < 27; ++i) {
+      const Vec3 offset(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1);
+      sum += shape.normal(x + around * offset);
+    }
+    inside.push_back(x - way * sum.normalized());
+  }
+  return inside;
+}
+
 }  // namespace duet

@@ -19,4 +19,9 @@ std::vector<Vec3> surface_samples(const LevelSet& shape, double spacing);
 // closer together than that and face the same way, the sharper ones are kept.
 std::vector<Vec3> surface_samples(const TriangleMesh& mesh, double spacing);
 
+// For every sample a point of the body a quarter of its thickness away, inwards: against the mean of the
+// normals around the sample, so from an edge or a corner along its bisector. It tells on which side of
+// another body the sample's body lies.
+std::vector<Vec3> points_inside(const LevelSet& shape, const std::vector<Vec3>& samples);
+
 }  // namespace duet

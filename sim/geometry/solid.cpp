@@ -12,6 +12,7 @@ Solid make_solid(const LevelSet& shape, std::optional<double> sample_spacing) {
   solid.volume = volume(shape);
   solid.unit_inertia = unit_inertia(shape);
   solid.samples = surface_samples(shape, sample_spacing.value_or(default_sample_spacing(solid.volume)));
+  solid.inside = points_inside(solid.level_set, solid.samples);
   solid.surface = shape_surface(shape);
   return solid;
 }
@@ -25,6 +26,7 @@ Solid make_solid(const TriangleMesh& mesh, double scale, int cells, std::optiona
   solid.unit_inertia = mass.unit_inertia;
   solid.frame = mass.frame;
   solid.samples = surface_samples(body, sample_spacing.value_or(default_sample_spacing(mass.volume)));
+  solid.inside = points_inside(solid.level_set, solid.samples);
   solid.surface = mesh_surface(body);
   return solid;
 }

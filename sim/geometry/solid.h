@@ -17,6 +17,7 @@ struct Solid {
   Vec3 unit_inertia = Vec3::Zero();  // m^2, principal moments per unit mass
   Pose frame;                 // body space in the shape's own coordinates; other than identity for meshes
   std::vector<Vec3> samples;  // m, tested against other bodies' level sets
+  std::vector<Vec3> inside;   // m, see points_inside
   Surface surface;            // as it is drawn
 };
 

@@ -24,6 +24,7 @@ struct RigidState {
 struct RigidProperties {
   LevelSet shape;
   std::vector<Vec3> samples;          // m, body space, tested against other bodies' level sets
+  std::vector<Vec3> inside;           // m, body space, a point of the body some way in from every sample
   double mass = 0, inverse_mass = 0;  // kg, 1/kg
   Vec3 inertia = Vec3::Zero();        // kg m^2, principal moments
   double friction = 0, restitution = 0;

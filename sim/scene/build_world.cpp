@@ -19,6 +19,7 @@ void add_rigid(RigidBodies& rigid, const std::string& name, const Solid& solid, 
   RigidProperties properties;
   properties.shape = solid.level_set;
   properties.samples = solid.samples;
+  properties.inside = solid.inside;
   properties.friction = surface.friction;
   properties.restitution = surface.restitution;
   properties.rolling_friction = surface.rolling_friction;
@@ -145,6 +146,7 @@ StepSettings step_settings(const Solver& solver) {
   settings.cg_tolerance = solver.cg_tolerance;
   settings.cg_iterations = solver.cg_iterations;
   settings.push_out_iterations = solver.push_out_iterations;
+  settings.separate_rigid_bodies = solver.rigid_push_out == RigidPushOut::all_contacts;
   settings.projection_sweeps = solver.projection_iterations;
   settings.second_order_orientation = solver.orientation == OrientationUpdate::second_order;
   settings.collision.iterations = solver.collision_iterations;

@@ -82,6 +82,7 @@ struct Ground {  // the half space y <= height, static
 };
 
 enum class Accuracy { draft, standard, fine };
+enum class RigidPushOut { all_contacts, deepest_points };
 enum class Switch { automatic, on, off };
 enum class OrientationUpdate { first_order, second_order };
 
@@ -97,6 +98,7 @@ struct Solver {
   int collision_iterations = 5;      // Gauss-Seidel sweeps of step II
   int contact_iterations = 20;       // Gauss-Seidel sweeps of steps III and V.4
   int push_out_iterations = 4;       // sweeps of step IV.2
+  RigidPushOut rigid_push_out = RigidPushOut::all_contacts;
   Switch shock_propagation = Switch::automatic;  // level by level after the sweeps of contact
   int projection_iterations = 2;     // forward and backward sweeps of the projection in the conjugate gradients
   int face_samples = 4;              // lattice order of extra contact points on deformable faces; 0: vertices only

@@ -7,6 +7,7 @@
 #include "sim/coupling/contact_projection.h"
 #include "sim/coupling/contact_solver.h"
 #include "sim/coupling/push_out.h"
+#include "sim/coupling/separation.h"
 #include "sim/coupling/warm_start.h"
 #include "sim/solve/conjugate_gradient.h"
 #include "sim/step/effects.h"
@@ -23,6 +24,7 @@ struct StepSettings {
   int push_out_iterations = 4;
   int projection_sweeps = 2;
   bool second_order_orientation = true;
+  bool separate_rigid_bodies = true;  // in place of equations 1 and 2 between rigid bodies
   CollisionSettings collision;
   ContactSolveSettings contact;
 };
@@ -51,6 +53,7 @@ struct StepContext {
   ContactMemory memory;  // of the last step that succeeded
   CollisionScratch collision_scratch;
   PushOutScratch push_out_scratch;
+  SeparationScratch separation_scratch;
   ContactProjection projection;
 
   std::vector<Vec3> force, damping_force;  // N

@@ -2,14 +2,13 @@
 
 #include <random>
 
-#include <Eigen/LU>
 #include <gtest/gtest.h>
 
 namespace duet {
 namespace {
 
 FrictionContact contact_with(const Mat3& K, double friction) {
-  return {Vec3::UnitY(), K, K.inverse(), friction};
+  return {Vec3::UnitY(), ContactResponse(K, Vec3::UnitY()), friction};
 }
 
 TEST(Friction, SeparatingContactGetsNothing) {

@@ -122,6 +122,7 @@ cg_iterations = 77
 collision_iterations = 6
 contact_iterations = 33
 push_out_iterations = 5
+rigid_push_out = "deepest_points"
 shock_propagation = "on"
 projection_iterations = 3
 face_samples = 1

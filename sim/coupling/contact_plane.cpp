@@ -1,0 +1,23 @@
+#include "sim/coupling/contact_plane.h"
+
+namespace duet {
+namespace {
+
+// Of the way from the point inwards: how far off the surface the foot of the perpendicular may be.
+constexpr double foot_tolerance = 0.02;
+
+}  // namespace
+
+ContactPlane contact_plane(const LevelSet& shape, const Vec3& x, const Vec3& inside) {
+  const Vec3 way = inside - x;
+  ContactPlane plane;
+  plane.normal = shape.normal(inside);
+  plane.gap = shape.distance(inside) - plane.normal.dot(way);
+  if (shape.distance(x - plane.gap * plane.normal) <= foot_tolerance * way.norm()) return plane;
+  plane.normal = shape.normal(x);
+  plane.gap = shape.distance(x);
+  plane.faces = plane.normal.dot(way) > 0;
+  return plane;
+}
+
+}  // namespace duet

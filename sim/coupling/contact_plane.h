@@ -1,0 +1,24 @@
+// Which plane of a body's surface another body's point rests against.
+#pragma once
+
+#include "sim/geometry/level_set.h"
+
+namespace duet {
+
+struct ContactPlane {
+  Vec3 normal;     // unit, outward of the shape
+  double gap = 0;  // m, signed distance of the point from the plane
+  // Whether the other body lies on the outer side. Where it does not, the point is beside an edge over which
+  // the body reaches, and touches nothing.
+  bool faces = true;
+};
+
+// The nearest surface of a level set tells little about a point near an edge: a corner that stands a
+// millimetre inside the rim of a table and a hundredth of one deeper is nearest to the table's side, and
+// would be pushed off. So the plane is looked for from `inside`, a point of the other body some way in from
+// `x`, where the side on which that body lies is plain; bodies thinner than this way are then left by the
+// face through which they were entered. Where x is not opposite the surface so found (beside an edge), the
+// nearest surface counts. Both points in the shape's body space.
+ContactPlane contact_plane(const LevelSet& shape, const Vec3& x, const Vec3& inside);
+
+}  // namespace duet

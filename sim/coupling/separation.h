@@ -1,0 +1,28 @@
+// Step IV.2 for rigid bodies among each other: overlaps are removed at all contacts at once.
+#pragma once
+
+#include <vector>
+
+#include "sim/coupling/contact_graph.h"
+
+namespace duet {
+
+struct SeparationScratch {
+  struct Displacement {
+    Vec3 shift = Vec3::Zero();  // m
+    Vec3 turn = Vec3::Zero();   // rad
+  };
+  std::vector<Displacement> body;
+  std::vector<double> push;    // kg m, of every contact: a pseudo-impulse along the normal
+  std::vector<char> overlaps;  // of every pair
+};
+
+// Moves and turns rigid bodies until their contacts overlap by no more than the tolerance. The displacement
+// minimizes the kinetic energy it would have as a velocity while no contact closes by more than its gap and
+// every overlap opens: the conditions of contact, without friction, in place of the one point a pair of
+// equations 1 and 2, which tilts what lies flat. Each of `iterations` takes the geometry anew. Positions and
+// orientations change, momenta do not. Returns the number of overlapping pairs at the start.
+int separate_rigid_bodies(Bodies& bodies, const ContactGraph& graph, int iterations, ContactSet& contacts,
+                          SeparationScratch& scratch);
+
+}  // namespace duet

@@ -1,0 +1,80 @@
+// What is built to stand stands: ten seconds of the scenes of scenes/hard, against where they began.
+#include <algorithm>
+#include <cmath>
+
+#include "tests/support/margin.h"
+#include "tests/support/scenes.h"
+
+#include "sim/scene/reader.h"
+#include "sim/step/world.h"
+
+namespace duet {
+namespace {
+
+struct Drift {
+  double moved = 0;        // m, the farthest that a body's centre was from its first place at a frame's end
+  double turned = 0;       // rad
+  double penetration = 0;  // m
+};
+
+Drift drift_of(const char* file, double seconds) {
+  const scene::Scene scene = scene::read(std::string(DUET_SOURCE_DIR "/scenes/hard/") + file).scene;
+  Simulation simulation(scene, test::plan(scene));
+  const std::vector<RigidState> start = simulation.world().bodies.rigid.state;
+  Drift drift;
+  while (simulation.stats().time < seconds) {
+    simulation.advance_frame();
+    const std::vector<RigidState>& now = simulation.world().bodies.rigid.state;
+    for (std::size_t i = 0; i < now.size(); ++i) {
+      drift.moved = std::max(drift.moved, (now[i].pose.position - start[i].pose.position).norm());
+      drift.turned =
+          std::max(drift.turned, now[i].pose.orientation.angularDistance(start[i].pose.orientation));
+    }
+    drift.penetration = std::max(drift.penetration, simulation.stats().max_penetration);
+  }
+  return drift;
+}
+
+struct Structure {
+  const char* file;
+  double size;       // m, of one of its bodies
+  double thickness;  // m, the least of its bodies
+};
+
+const Structure structures[] = {
+    {"tower", 1, 1}, {"pyramid", 1, 1}, {"card_house", 1, 0.03}, {"arch", 0.7, 0.57}};
+
+class Standing : public testing::TestWithParam<Structure> {};
+
+TEST_P(Standing, TenSecondsWithoutDrift) {
+  const Structure& structure = GetParam();
+  const Drift drift = drift_of((std::string(structure.file) + ".toml").c_str(), 10);
+  test::expect_below(drift.moved / structure.size, 0.01, "drift_over_size");
+  test::expect_below(drift.turned, 0.01, "turned_rad");
+  test::expect_below(drift.penetration / structure.thickness, 0.01, "penetration_over_thickness");
+}
+
+INSTANTIATE_TEST_SUITE_P(Hard, Standing, testing::ValuesIn(structures),
+                         [](const auto& structure) { return structure.param.file; });
+
+// Every heavy box falls 25 cm on a light one, 10 to 1000 times lighter, and rests on it.
+TEST(HeavyOnLight, SettlesWithoutSinkingIn) {
+  const scene::Scene scene = scene::read(DUET_SOURCE_DIR "/scenes/hard/heavy_on_light.toml").scene;
+  Simulation simulation(scene, test::plan(scene));
+  const std::vector<RigidState>& state = simulation.world().bodies.rigid.state;
+  double penetration = 0;
+  while (simulation.stats().frame < scene.frames) {
+    simulation.advance_frame();
+    penetration = std::max(penetration, simulation.stats().max_penetration);
+  }
+  test::expect_below(penetration, 0.01, "penetration_over_size");
+  for (std::size_t i = 0; i < scene.rigid.size(); ++i) {
+    const std::string& name = scene.rigid[i].name;
+    const Vec3 rest(scene.rigid[i].placement.position.x(), i % 2 == 0 ? 0.5 : 1.5, 0);
+    test::expect_below((state[i].pose.position - rest).norm(), 0.01, name + "_off_its_place_m");
+    test::expect_below(state[i].velocity.norm(), 1e-3, name + "_speed_m_s");
+  }
+}
+
+}  // namespace
+}  // namespace duet
