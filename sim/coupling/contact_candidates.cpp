@@ -99,8 +99,8 @@ class Finder {
     contact.guest_point = sample;
     contact.friction = std::min(a.friction, b.friction);
     contact.restitution = std::min(a.restitution, b.restitution);
-    const bool faces = update_geometry(bodies_, contact);
-    if (faces || contact.gap < 0) contacts_.points.push_back(contact);
+    update_geometry(bodies_, contact);
+    if (std::isfinite(contact.gap)) contacts_.points.push_back(contact);
   }
 
   void add_deformable(int host, const Host& level_set, int index, const Vec3& x) {

@@ -4,7 +4,10 @@ namespace duet {
 namespace {
 
 // Of the way from the point inwards: how far off the surface the foot of the perpendicular may be.
-constexpr double foot_tolerance = 0.02;
+constexpr double foot_tolerance = 0.002;
+// Cosine of the steepest angle between the way inwards and the normal of a surface that is faced: 73 degrees.
+// From a box's corner it is 55 degrees to its faces.
+constexpr double least_facing = 0.3;
 
 }  // namespace
 
@@ -16,7 +19,7 @@ ContactPlane contact_plane(const LevelSet& shape, const Vec3& x, const Vec3& ins
   if (shape.distance(x - plane.gap * plane.normal) <= foot_tolerance * way.norm()) return plane;
   plane.normal = shape.normal(x);
   plane.gap = shape.distance(x);
-  plane.faces = plane.normal.dot(way) > 0;
+  plane.faces = plane.normal.dot(way) > least_facing * way.norm();
   return plane;
 }
 

@@ -1,6 +1,6 @@
 #include "sim/coupling/contact_point.h"
 
-#include <Eigen/LU>
+#include <limits>
 
 #include "sim/coupling/contact_plane.h"
 
@@ -64,8 +64,7 @@ Touch touch(const RigidProperties& host, const Pose& host_pose, const RigidPrope
   const ContactPlane plane =
       contact_plane(host.shape, host_pose.to_body(result.position), host_pose.to_body(inside));
   result.normal = host_pose.orientation * plane.normal;
-  result.gap = plane.gap;
-  result.faces = plane.faces;
+  result.gap = plane.faces || plane.gap < 0 ? plane.gap : std::numeric_limits<double>::infinity();
   return result;
 }
 
@@ -89,7 +88,7 @@ Touch touch(const Bodies& bodies, const ContactPoint& contact) {
 
 double gap_now(const Bodies& bodies, const ContactPoint& contact) { return touch(bodies, contact).gap; }
 
-bool update_geometry(const Bodies& bodies, ContactPoint& contact) {
+void update_geometry(const Bodies& bodies, ContactPoint& contact) {
   const auto host = as_index(contact.host);
   const RigidState& host_state = bodies.rigid.state[host];
   const RigidProperties& host_properties = bodies.rigid.properties[host];
@@ -108,7 +107,6 @@ bool update_geometry(const Bodies& bodies, ContactPoint& contact) {
     K.diagonal().array() += surface_point(bodies, contact).inverse_mass;
   }
   contact.response = ContactResponse(K, contact.normal);
-  return now.faces;
 }
 
 }  // namespace duet

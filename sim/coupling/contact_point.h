@@ -66,8 +66,7 @@ void apply_angular_impulse(RigidState& state, const RigidProperties& properties,
 struct Touch {
   Vec3 position;      // m, of the guest's point
   Vec3 normal;        // unit, outward of the host
-  double gap = 0;     // m, signed distance less the allowance
-  bool faces = true;  // see ContactPlane
+  double gap = 0;     // m, signed distance less the allowance; infinite beside an edge, see ContactPlane
 };
 
 // Of a rigid guest's sample, or of a ball's deepest point (sample -1), at the given poses.
@@ -75,8 +74,8 @@ Touch touch(const RigidProperties& host, const Pose& host_pose, const RigidPrope
             const Pose& guest_pose, int sample);
 // At the positions now.
 Touch touch(const Bodies& bodies, const ContactPoint& contact);
-// Recomputes normal, arms, gap, K from the positions now; returns whether guest and host face each other.
-bool update_geometry(const Bodies& bodies, ContactPoint& contact);
+// Recomputes normal, arms, gap and response from the positions now.
+void update_geometry(const Bodies& bodies, ContactPoint& contact);
 // The gap at the positions now, m.
 double gap_now(const Bodies& bodies, const ContactPoint& contact);
 

@@ -41,7 +41,7 @@ Slide slide(double friction, double angle, const Vec3& size, Incline incline = I
     slope.friction = friction;
     slope.placement.orientation = tilt;
   } else {
-    scene.ground = scene::Ground{0, friction, 0, ""};
+    scene.ground = scene::Ground{.height = 0, .friction = friction, .restitution = 0, .look = {}};
     scene.gravity = gravity * Vec3(std::sin(angle), -std::cos(angle), 0);
   }
   auto& box = test::add_box(scene, "box", tilt * Vec3(0, size.y() / 2, 0), size, 1);
