@@ -104,7 +104,9 @@ class DuetRun {
     scene::Scene scene;
     scene.fps = frames_a_second;
     scene.gravity = Vec3(0, -gravity, 0);
-    scene.ground = scene::Ground{.friction = friction, .restitution = 0};
+    scene.ground = scene::Ground{};
+    scene.ground->friction = friction;
+    scene.ground->restitution = 0;
     scene.solver.max_time_step = 1.0 / steps_a_second;
     for (const Box& box : boxes) {
       scene::RigidBody body;
