@@ -313,6 +313,7 @@ void SceneRenderer::set_environment(const Program& program) const {
 
 void SceneRenderer::draw_mirrors(const std::vector<int>& looks_of_bodies) {
   std::vector<bool> metallic;
+  metallic.reserve(looks_of_bodies.size());
   for (const int place : looks_of_bodies)
     metallic.push_back(looks_.looks[static_cast<std::size_t>(place)].metallic > 0.5);
   mirrors_.choose(meshes_, metallic, view_);
