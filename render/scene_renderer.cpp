@@ -18,7 +18,7 @@ using shaders::Block;
 using Float4 = std::array<float, 4>;  // and no Eigen type, whose alignment depends on the machine
 
 constexpr int shadow_map_side = 512;    // texels; many maps are averaged, so each may be coarse
-constexpr double fade_in_views = 4;     // the ground fades out at this multiple of the distance eye to target
+constexpr double fade_in_views = 8;     // the ground fades out at this multiple of the distance eye to target
 constexpr double faint_pattern = 0.94;  // second colour of a ground that asks for no pattern, times the first
 
 // The uniform blocks as the shaders declare them (std140).
@@ -313,6 +313,7 @@ void SceneRenderer::set_environment(const Program& program) const {
 
 void SceneRenderer::draw_mirrors(const std::vector<int>& looks_of_bodies) {
   std::vector<bool> metallic;
+  metallic.reserve(looks_of_bodies.size());
   for (const int place : looks_of_bodies)
     metallic.push_back(looks_.looks[static_cast<std::size_t>(place)].metallic > 0.5);
   mirrors_.choose(meshes_, metallic, view_);

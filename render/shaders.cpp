@@ -349,8 +349,10 @@ vec3 shade(ivec2 pixel, Surface s, vec2 arriving) {
   float nv = dot(n, v);
   if (nv < 0.05) n = normalize(n + (0.05 - nv) * v);  // interpolated normals may turn away at the silhouette
   nv = max(dot(n, v), 0.05);
-  vec3 f0 = mix(vec3(0.04), base, metallic);
-  vec3 diffuse = base * (1.0 - metallic) / pi;
+  // What a dielectric mirrors does not get under its surface; a rough one mirrors little even at a grazing view.
+  vec3 glancing = vec3(1.0 - roughness), dielectric = vec3(0.04), f0 = mix(dielectric, base, metallic);
+  vec3 mirror_share = schlick(f0, max(f0, glancing), nv);
+  vec3 diffuse = (1.0 - schlick(dielectric, max(dielectric, glancing), nv)) * base * (1.0 - metallic) / pi;
 
   vec3 sum = vec3(0.0);
   for (int i = 0; i < light_count; ++i) {
@@ -360,19 +362,18 @@ vec3 shade(ivec2 pixel, Surface s, vec2 arriving) {
     float arrives = lights[i].color_shadow.w > 0.0 ? arriving.x : 1.0;
     vec3 irradiance = lights[i].color_shadow.rgb * (arrives * max(dot(n, l), 0.0) / (range * range));
     vec3 highlight = specular(n, v, l, alpha, 0.5 * lights[i].place_radius.w / range, f0);
-    sum += irradiance * (diffuse * (1.0 - schlick(f0, vec3(1.0), nv)) + highlight);
+    sum += irradiance * (diffuse + highlight);
   }
 
   vec3 below = has_ground == 1 ? ground_radiance(vec3(s.position.x, ground_height, s.position.z), 0.5)
                                : 0.5 * sky_intensity * horizon;
   vec3 ambient = arriving.y * (sky_irradiance(n) + pi * below * (0.5 - 0.5 * n.y));
-  vec3 mirror_share = schlick(f0, max(f0, vec3(1.0 - roughness)), nv);
   vec3 away = reflect(-v, n);
   vec3 mirror = reflected(s.position, away, roughness, metallic > 0.5 ? light_samples : 0);
   vec4 bodies = mirrored_bodies(s.mirror, s.position, away, alpha);
   mirror = mix(mirror, bodies.rgb, bodies.w);
   float open = mix(arriving.y, 1.0, 0.3);
-  return sum + ambient * diffuse * (1.0 - mirror_share) + mirror * mirror_share * open;
+  return sum + ambient * diffuse + mirror * mirror_share * open;
 }
 
 // Straight up to the knee, then bent towards white. The largest channel is bent and the others keep their

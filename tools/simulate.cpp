@@ -41,6 +41,28 @@ std::string machine_text() {
                      system.sysname, system.machine);
 }
 
+// What the frames cost that this run simulated, and the worst of them.
+class Totals {
+ public:
+  void add(const FrameStats& stats) {
+    ++frames_;
+    substeps_ += stats.substeps;
+    seconds_ += stats.seconds;
+    penetration_ = std::max(penetration_, stats.max_penetration);
+  }
+  std::string text() const {
+    if (frames_ == 0) return {};
+    return fmt::format("; {:.1f} substeps and {:.3g} s of simulation a frame, penetration at most {:.2g} m",
+                       static_cast<double>(substeps_) / frames_, seconds_ / frames_, penetration_);
+  }
+
+ private:
+  int frames_ = 0;
+  std::int64_t substeps_ = 0;
+  double seconds_ = 0;      // wall time
+  double penetration_ = 0;  // m, at frame ends
+};
+
 // One simulation and the folder it is written to.
 class Run {
  public:
@@ -73,6 +95,7 @@ class Run {
   std::unique_ptr<io::LevelSetWriter> level_sets_;
   std::unique_ptr<io::StatsLog> stats_;
   int recorded_ = -1;  // the last frame that is whole in the folder
+  Totals totals_;
   std::unique_ptr<FrameDrawer> drawer_;
 };
 
@@ -199,6 +222,7 @@ Outcome Run::work() {
     if (interrupted()) return stopped(ExitStatus::interrupted);
     simulation_.advance_frame();
     record();
+    totals_.add(simulation_.stats());
   }
   std::string video;
   if (drawer_) {
@@ -209,8 +233,8 @@ Outcome Run::work() {
     if (interrupted()) return stopped(ExitStatus::interrupted);
   }
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  return {ExitStatus::done, fmt::format("frames {} to {} in {}, {:.1f} s{}", first_, last_,
-                                        directory_.root.string(), seconds, video)};
+  return {ExitStatus::done, fmt::format("frames {} to {} in {}, {:.1f} s{}{}", first_, last_,
+                                        directory_.root.string(), seconds, totals_.text(), video)};
 }
 
 Outcome Run::stopped(ExitStatus status) const {

@@ -100,6 +100,30 @@ TEST(SmallScene, LightFallsWithTheSquareOfTheDistance) {
   EXPECT_NEAR(near, 0.318 * 0.9 / 3.1416, 0.006);
 }
 
+// Chalk looks alike from all sides: under a lamp as far as the sun, the floor is as bright at a grazing view
+// as from above.
+TEST(SmallScene, AChalkFloorIsAsBrightAtAGrazingView) {
+  scene::Scene scene = small_scene();
+  scene.sky = {.zenith = Vec3::Zero(), .horizon = Vec3::Zero(), .intensity = 0};
+  scene.looks[0].roughness = 1;
+  scene.looks[0].pattern = "checker";  // of one colour
+  scene.looks[0].color2 = scene.looks[0].color;
+  const double height = 1e4, irradiance = 2;
+  scene.lights = {{.name = "lamp",
+                   .kind = scene::LightKind::point,
+                   .position = {0, height, 0},
+                   .power = irradiance * 4 * 3.14159265 * height * height}};
+  for (const Vec3& eye : {Vec3(0, 12, 1), Vec3(0, 1.2, 12)}) {  // 85 and 6 degrees above the floor
+    scene.camera.target = {6, 0, 0};                            // beside the bodies
+    scene.camera.position = scene.camera.target + eye;
+    // Of the light, 4 % glance off the surface, and come back as a highlight from above; the fade to the
+    // black horizon takes 1 - exp(-1/64) at the camera's target.
+    EXPECT_NEAR(luminance(pixel_of(draw(scene), scene, scene.camera.target)), 0.5 * irradiance / 3.14159,
+                0.05 * 0.5 * irradiance / 3.14159)
+        << eye.transpose();
+  }
+}
+
 // Pixels on the ball's outline against the sky that lie clearly between the two sides' colours.
 int intermediate_pixels(const Picture& picture) {
   int count = 0;

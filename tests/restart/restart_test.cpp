@@ -111,11 +111,35 @@ TEST_F(Restart, KilledRunContinuesBitIdentically) {
   const Finished killed = interrupt_simulation(run.root, SIGKILL);
   ASSERT_EQ(killed.status, 128 + SIGKILL);
   expect_whole_files(run);
+  for (int frames = 1; frames <= 4; ++frames) {  // and killed again, each time a little further on
+    Program program({"sim", tiny, "--out", run.root.string(), "--resume", "--json"});
+    for (int seen = 0; seen < frames;) {
+      const auto line = program.line();
+      ASSERT_TRUE(line) << program.errors();
+      seen += nlohmann::json::parse(*line).value("event", "") == "frame" ? 1 : 0;
+    }
+    program.signal(SIGKILL);
+    ASSERT_EQ(finish(program).status, 128 + SIGKILL);
+    expect_whole_files(run);
+  }
   simulate_reference();
   const Finished resumed = resume();
   ASSERT_EQ(resumed.status, 0) << resumed.errors;
   EXPECT_EQ(leftovers(run.root), 0) << "what the killed run left half written is cleared away";
   expect_same_run(run, reference, 40);
+}
+
+TEST_F(Restart, ThreadsDoNotChangeTheRun) {
+  const auto simulate = [&](const io::RunDirectory& out, const char* threads) {
+    const Finished finished = run_duet(
+        {"sim", "stack", "--frames", "4", "--threads", threads, "--out", out.root.string(), "--quiet"});
+    ASSERT_EQ(finished.status, 0) << finished.errors;
+  };
+  simulate(reference, "1");
+  for (const char* threads : {"2", "3"}) {
+    simulate(run, threads);
+    expect_same_run(run, reference, 4);
+  }
 }
 
 TEST_F(Restart, DamagedCheckpointFallsBackToThePreviousOne) {

@@ -167,19 +167,19 @@ TEST(SceneOverrides, ReplaceAndAddKeys) {
       read(stack_path,
            {"solver.cfl=0.5", "rigid.ball.velocity=[0, 0, -9]", "render.width = 640",
             "materials.rubber.youngs_modulus=1e6", "rigid.ball.shape.sphere=1.5", "title=Tall stack",
-            "looks.red.color=[1, 0, 0]", "rigid.ball.look=red", "solver.accuracy=fine", "lights.key.power=5"})
+            "looks.red.color=[1, 0, 0]", "rigid.box2.look=red", "solver.accuracy=fine", "lights.key.power=5"})
           .scene;
   EXPECT_EQ(scene.solver.cfl, 0.5) << "wins over the preset that comes after it";
   EXPECT_EQ(scene.solver.contact_iterations, preset(Accuracy::fine).contact_iterations);
   EXPECT_EQ(rigid(scene, "ball").placement.velocity, Vec3(0, 0, -9));
   EXPECT_EQ(rigid(scene, "ball").shape.radius, 1.5);
-  EXPECT_EQ(rigid(scene, "ball").look, "red");
-  EXPECT_EQ(rigid(scene, "box2").look, "silver");
+  EXPECT_EQ(rigid(scene, "box2").look, "red");
+  EXPECT_EQ(rigid(scene, "box4").look, "silver");
   EXPECT_EQ(scene.materials[0].youngs_modulus, 1e6);
   EXPECT_EQ(scene.render.width, 640);
   EXPECT_EQ(scene.title, "Tall stack") << "a bare word is a text";
   EXPECT_EQ(scene.lights[0].power, 5);
-  EXPECT_EQ(scene.looks.size(), 4u);
+  EXPECT_EQ(scene.looks.size(), 5u);
 }
 
 TEST(SceneOverrides, ElementsWhoseNamesHoldDotsAreFound) {

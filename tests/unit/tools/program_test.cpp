@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <csignal>
+#include <cstdlib>
+#include <optional>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -116,6 +118,53 @@ TEST(Program, FilesThatCannotBeWrittenHaveStatusFour) {
   }
   EXPECT_EQ(io::read_file(scratch / "file"), "precious");
   EXPECT_EQ(run_duet({"render", scratch.path().string()}).status, 4);
+}
+
+// Sets an environment variable for the programs that a test starts.
+class Environment {
+ public:
+  Environment(const char* name, const std::string& value) : name_(name) {
+    if (const char* before = std::getenv(name)) before_ = before;
+    ::setenv(name, value.c_str(), 1);
+  }
+  ~Environment() {
+    if (before_)
+      ::setenv(name_, before_->c_str(), 1);
+    else
+      ::unsetenv(name_);
+  }
+  Environment(const Environment&) = delete;
+  Environment& operator=(const Environment&) = delete;
+
+ private:
+  const char* name_;
+  std::optional<std::string> before_;
+};
+
+// Files that are no libraries stand before the real ones: as on a machine where these are missing or broken.
+TEST(Program, WithoutOpenGlItSaysWhatToInstallAndStillSimulates) {
+  const ScratchFolder scratch;
+  for (const char* library : {"libOSMesa.so.8", "libOSMesa.so.6", "libEGL.so.1"})
+    io::write_atomically(scratch / library, "");
+  const Environment path("LD_LIBRARY_PATH", scratch.path().string());
+  const Finished run = run_duet({"run", tiny, "--frames", "1", "--out", (scratch / "run").string()});
+  EXPECT_EQ(run.status, 4);
+  for (const char* part : {"apt install libosmesa6", "libegl1", "`duet sim` simulates without drawing"})
+    EXPECT_TRUE(contains(run.errors, part)) << run.errors;
+  EXPECT_TRUE(run.last_line().starts_with("failed: ")) << run.last_line();
+  EXPECT_FALSE(fs::exists(scratch / "run/mesh"));
+  const Finished sim = run_duet({"sim", tiny, "--frames", "1", "--out", (scratch / "run").string()});
+  EXPECT_EQ(sim.status, 0) << sim.errors;
+}
+
+TEST(Program, WithoutFfmpegThePicturesAreThereAndANote) {
+  const ScratchFolder scratch;
+  const Environment path("PATH", scratch.path().string());
+  const Finished run =
+      run_duet({"run", tiny, "--frames", "1", "--quiet", "--out", (scratch / "run").string()});
+  EXPECT_EQ(run.status, 0) << run.errors;
+  EXPECT_TRUE(contains(run.last_line(), "no video: ffmpeg is not installed")) << run.last_line();
+  EXPECT_TRUE(fs::exists(scratch / "run/image/0001.png"));
 }
 
 // The disk fills up in the middle of a run: status 4, whole frames, and a way to go on.
