@@ -38,6 +38,8 @@ struct LevelSet {
   }
   static LevelSet half_space() { return {.kind = Kind::half_space}; }  // y <= 0
 
+  bool operator==(const LevelSet&) const = default;
+
   double distance(const Vec3& x) const;  // m
   // Gradient of distance, unit length; any of the nearest ones where it is not unique.
   Vec3 normal(const Vec3& x) const;

@@ -65,7 +65,7 @@ struct ProfilePoint {
 void add_arc(std::vector<ProfilePoint>& profile, const Vec2& center, double radius, double begin, double end,
              int rows) {
   for (int row = 0; row <= rows; ++row) {
-    const double angle = begin + (end - begin) * row / rows;
+    const double angle = begin + (end - begin) * (static_cast<double>(row) / rows);
     // On the axis exactly, where rounding would leave a tiny hole instead of a pole.
     const bool pole = center.x() == 0 && (angle == 0 || angle == pi);
     const Vec2 direction(pole ? 0 : std::sin(angle), std::cos(angle));
@@ -144,29 +144,31 @@ class Revolution {
   Surface surface_;
 };
 
-Surface revolved(std::vector<ProfilePoint> profile, int columns = 64, bool closed = false) {
+Surface revolved(std::vector<ProfilePoint> profile, int columns, bool closed = false) {
   measure(profile);
   return Revolution(profile, columns, closed).take();
 }
 
-Surface round_surface(const LevelSet& shape) {
+Surface round_surface(const LevelSet& shape, double detail) {
+  const auto scaled = [&](int count) { return std::max(4, static_cast<int>(std::lround(detail * count))); };
+  const int columns = scaled(64);
   std::vector<ProfilePoint> profile;
   const double r = shape.radius, h = shape.half_length;
   switch (shape.kind) {
     case LevelSet::Kind::capsule:
-      add_arc(profile, {0, h}, r, 0, pi / 2, 16);
-      add_arc(profile, {0, -h}, r, pi / 2, pi, 16);
-      return revolved(profile);
+      add_arc(profile, {0, h}, r, 0, pi / 2, scaled(16));
+      add_arc(profile, {0, -h}, r, pi / 2, pi, scaled(16));
+      return revolved(profile, columns);
     case LevelSet::Kind::cylinder:
       profile = {{{0, h}, {0, 1}},  {{r, h}, {0, 1}},   {{r, h}, {1, 0}},
                  {{r, -h}, {1, 0}}, {{r, -h}, {0, -1}}, {{0, -h}, {0, -1}}};
-      return revolved(profile);
+      return revolved(profile, columns);
     case LevelSet::Kind::torus:
-      add_arc(profile, {r, 0}, shape.tube, 0, 2 * pi, 32);
-      return revolved(profile, 96, /*closed=*/true);
+      add_arc(profile, {r, 0}, shape.tube, 0, 2 * pi, scaled(32));
+      return revolved(profile, scaled(96), /*closed=*/true);
     default:
-      add_arc(profile, Vec2::Zero(), r, 0, pi, 32);
-      return revolved(profile);
+      add_arc(profile, Vec2::Zero(), r, 0, pi, scaled(32));
+      return revolved(profile, columns);
   }
 }
 
@@ -222,8 +224,8 @@ Vec2f planar_uv(const Vec3& x, const Vec3& normal) {
 
 }  // namespace
 
-Surface shape_surface(const LevelSet& shape) {
-  return shape.kind == LevelSet::Kind::box ? box_surface(shape.half) : round_surface(shape);
+Surface shape_surface(const LevelSet& shape, double detail) {
+  return shape.kind == LevelSet::Kind::box ? box_surface(shape.half) : round_surface(shape, detail);
 }
 
 Surface mesh_surface(const TriangleMesh& mesh) {

@@ -6,14 +6,14 @@
 
 namespace duet {
 
-Solid make_solid(const LevelSet& shape, std::optional<double> sample_spacing) {
+Solid make_solid(const LevelSet& shape, std::optional<double> sample_spacing, double detail) {
   Solid solid;
   solid.level_set = shape;
   solid.volume = volume(shape);
   solid.unit_inertia = unit_inertia(shape);
   solid.samples = surface_samples(shape, sample_spacing.value_or(default_sample_spacing(solid.volume)));
   solid.inside = points_inside(solid.level_set, solid.samples);
-  solid.surface = shape_surface(shape);
+  solid.surface = shape_surface(shape, detail);
   return solid;
 }
 

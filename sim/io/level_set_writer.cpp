@@ -86,7 +86,14 @@ struct LevelSetWriter::Impl {
 
 LevelSetWriter::LevelSetWriter(const std::vector<BodyLevelSet>& bodies) : impl_(std::make_unique<Impl>()) {
   openvdb::initialize();
-  for (const BodyLevelSet& body : bodies) impl_->grids.push_back(sample(body));
+  for (const BodyLevelSet& body : bodies) {
+    if (body.same_as < 0) {
+      impl_->grids.push_back(sample(body));
+    } else {
+      impl_->grids.push_back(impl_->grids.at(static_cast<std::size_t>(body.same_as))->copy());
+      impl_->grids.back()->setName(body.name);
+    }
+  }
 }
 
 LevelSetWriter::~LevelSetWriter() = default;

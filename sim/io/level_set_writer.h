@@ -1,6 +1,6 @@
 // The level-set sequence: one OpenVDB grid a body that has a level set. A rigid body's level set is sampled
 // once, in body space; a frame's file holds the same voxels with the frame's pose in the grid's transform, so
-// that nothing is resampled.
+// that nothing is resampled. Bodies of one shape share their voxels, in memory and in the files.
 #pragma once
 
 #include <memory>

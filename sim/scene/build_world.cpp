@@ -1,6 +1,7 @@
 #include "sim/scene/build_world.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "sim/scene/motion.h"
@@ -149,6 +150,15 @@ BodyShape add_deformable(const Scene& scene, const scene::DeformableBody& descri
   return shape;
 }
 
+// Every frame's file holds all surfaces: the more round bodies there are, the smaller each one in the picture
+// and the coarser it may be. From 432 on a ball has 21 columns instead of 64.
+double surface_detail(const Scene& scene) {
+  const auto round = std::count_if(scene.rigid.begin(), scene.rigid.end(), [](const RigidBody& body) {
+    return body.shape.kind != ShapeKind::box && body.shape.kind != ShapeKind::mesh;
+  });
+  return std::clamp(std::sqrt(48.0 / static_cast<double>(std::max<std::ptrdiff_t>(round, 1))), 1.0 / 3, 1.0);
+}
+
 StepSettings step_settings(const Solver& solver) {
   StepSettings settings;
   settings.cfl = solver.cfl;
@@ -174,7 +184,7 @@ BuiltWorld build_world(const Scene& scene, const EffectSet& plan) {
   BuiltWorld built;
   World& world = built.world;
   Bodies& bodies = world.bodies;
-  Solids solids;
+  Solids solids(surface_detail(scene));
   for (const RigidBody& body : scene.rigid) {
     const Solid& solid = solids.of(body);
     const bool is_dynamic = !body.is_static && !body.is_kinematic;

@@ -24,6 +24,7 @@ struct BodyLevelSet {
   Vec3 lower, upper;                            // m, bounds of the surface in body space
   double voxel_size = 0.05;                     // m
   Pose pose;
+  int same_as = -1;  // index of an earlier body with the same distance and voxels, which are then shared
 };
 
 struct StageStats {

@@ -223,6 +223,7 @@ void Simulation::surfaces(std::vector<BodySurface>& out) const {
 std::vector<BodyLevelSet> Simulation::level_sets() const {
   const RigidBodies& rigid = impl_->world().bodies.rigid;
   std::vector<BodyLevelSet> sets;
+  std::vector<int> distinct;
   for (std::size_t i = 0; i < impl_->scene.rigid.size(); ++i) {
     const LevelSet shape = rigid.properties[i].shape;
     BodyLevelSet set;
@@ -232,6 +233,13 @@ std::vector<BodyLevelSet> Simulation::level_sets() const {
     set.upper = shape.upper();
     set.voxel_size = voxel_size(shape);
     set.pose = rigid.state[i].pose;
+    const auto same = std::find_if(distinct.begin(), distinct.end(), [&](int k) {
+      return rigid.properties[static_cast<std::size_t>(k)].shape == shape;
+    });
+    if (same != distinct.end())
+      set.same_as = *same;
+    else
+      distinct.push_back(static_cast<int>(i));
     sets.push_back(std::move(set));
   }
   return sets;

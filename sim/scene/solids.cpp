@@ -25,7 +25,8 @@ LevelSet level_set(const Shape& shape) {
 
 const Solid& Solids::of(const RigidBody& body) {
   const Shape& shape = body.shape;
-  if (shape.kind != ShapeKind::mesh) return other_ = make_solid(level_set(shape), body.sample_spacing);
+  if (shape.kind != ShapeKind::mesh)
+    return other_ = make_solid(level_set(shape), body.sample_spacing, detail_);
   if (!shape.mesh)
     throw Error(ExitStatus::usage,
                 fmt::format("rigid.{}.shape.mesh: the scene was read without its meshes", body.name));

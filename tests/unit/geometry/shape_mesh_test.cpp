@@ -42,6 +42,15 @@ TEST(ShapeMesh, SurfacesAreClosedAndOutward) {
     expect_closed(shape_surface(shape), volume(shape), 0.01 * volume(shape));  // facets cut less than 1 % off
 }
 
+TEST(ShapeMesh, WithLessDetailSurfacesStayClosed) {
+  for (const LevelSet& shape : {LevelSet::sphere(1), LevelSet::capsule(0.5, 1), LevelSet::cylinder(0.5, 2),
+                                LevelSet::torus(2, 0.5)}) {
+    const Surface surface = shape_surface(shape, 1.0 / 3);
+    expect_closed(surface, volume(shape), 0.08 * volume(shape));  // 21 columns cut 3 % off, 11 rows as much
+    EXPECT_LT(5 * surface.triangles.size(), 2 * shape_surface(shape).triangles.size());
+  }
+}
+
 TEST(ShapeMesh, TheRimsOfACylinderAreSharp) {
   const Surface surface = shape_surface(LevelSet::cylinder(1, 2));
   EXPECT_EQ(surface.positions.size(), 2U * 64 + 2);  // shared by cap and side, poles apart

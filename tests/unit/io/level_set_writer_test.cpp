@@ -17,9 +17,12 @@ namespace {
 using test::ScratchFolder;
 
 BodyLevelSet body(const std::string& name, const LevelSet& shape, double voxel_size, const Pose& pose) {
-  return {name,          [shape](const Vec3& x) { return shape.distance(x); },
-          shape.lower(), shape.upper(),
-          voxel_size,    pose};
+  return {.name = name,
+          .distance = [shape](const Vec3& x) { return shape.distance(x); },
+          .lower = shape.lower(),
+          .upper = shape.upper(),
+          .voxel_size = voxel_size,
+          .pose = pose};
 }
 
 std::map<std::string, openvdb::FloatGrid::Ptr> read_grids(const fs::path& path) {
@@ -70,6 +73,28 @@ TEST_F(LevelSetFile, ValuesAreTheDistancesOfTheRotatedBox) {
         }
       }
   EXPECT_GT(within_band, 500);
+}
+
+// Ten boxes take hardly more than one, and each is where it belongs.
+TEST_F(LevelSetFile, BodiesOfOneShapeShareTheirVoxels) {
+  bodies.resize(1);
+  LevelSetWriter(bodies).write(run, 0, 0, bodies);
+  const auto size_of_one = fs::file_size(run.level_set(0));
+  for (int i = 1; i < 10; ++i) {
+    bodies.push_back(
+        body("box" + std::to_string(i), box, voxel, Pose{Vec3(3.0 * i, 0, 0), Quat::Identity()}));
+    bodies.back().same_as = 0;
+  }
+  LevelSetWriter(bodies).write(run, 1, 0, bodies);
+  EXPECT_LT(fs::file_size(run.level_set(1)), size_of_one + 9 * 2000);
+  const auto grids = read_grids(run.level_set(1));
+  ASSERT_EQ(grids.size(), 10u);
+  for (int i = 1; i < 10; ++i) {
+    const openvdb::FloatGrid& grid = *grids.at("box" + std::to_string(i));
+    EXPECT_EQ(grid.activeVoxelCount(), grids.at("box")->activeVoxelCount());
+    const openvdb::Vec3d center = grid.indexToWorld(openvdb::Vec3d(0, 0, 0));
+    EXPECT_DOUBLE_EQ(center.x(), 3.0 * i);
+  }
 }
 
 // At the voxels themselves the value is the distance, to the precision of a float.
