@@ -1,6 +1,7 @@
 #include "sim/coupling/collisions.h"
 
 #include <cmath>
+#include <numeric>
 
 #include "sim/coupling/deepest_touches.h"
 #include "sim/coupling/friction.h"
@@ -25,16 +26,35 @@ class Collider {
         scratch_(scratch) {
     scratch_.predicted.resize(bodies.rigid.size());
     scratch_.stale.assign(bodies.rigid.size(), 1);
+    scratch_.version.assign(bodies.rigid.size() + bodies.deformable.size(), 0);
+    scratch_.seen.assign(contacts.pairs.size(), {});
+    scratch_.pairs.resize(contacts.pairs.size());
+    std::iota(scratch_.pairs.begin(), scratch_.pairs.end(), 0);
+    scratch_.schedule.build(bodies, contacts, scratch_.pairs, false);
+    // Pairs that are processed at the same time may share these; no impulse makes them stale again.
+    for (std::size_t b = 0; b < bodies.rigid.size(); ++b)
+      if (!bodies.rigid.properties[b].is_dynamic()) predicted_pose(static_cast<int>(b));
   }
 
+  // Whether anything changed.
   bool sweep() {
-    bool changed = false;
-    for (ContactPair& pair : contacts_.pairs)
-      changed |= pair.guest_rigid >= 0 ? collide_rigid(pair) : collide_deformable(pair);
-    return changed;
+    return scratch_.schedule.largest(0, scratch_.schedule.waves(),
+                                     [&](int p) { return visit(as_index(p)) ? 1.0 : 0.0; }) > 0;
   }
 
  private:
+  // A pair whose bodies are as they were when a visit changed nothing has nothing to add.
+  bool visit(std::size_t p) {
+    ContactPair& pair = contacts_.pairs[p];
+    const int &host = scratch_.version[as_index(pair.host)],
+              &guest = scratch_.version[guest_node(bodies_, pair)];
+    CollisionScratch::Seen& seen = scratch_.seen[p];
+    if (seen.host == host && seen.guest == guest) return false;
+    const bool changed = pair.guest_rigid >= 0 ? collide_rigid(pair) : collide_deformable(pair);
+    if (!changed) seen = {host, guest};
+    return changed;
+  }
+
   const Pose& predicted_pose(int body) {
     const auto b = as_index(body);
     if (scratch_.stale[b]) {
@@ -102,14 +122,23 @@ class Collider {
            normal_velocity < rebound_velocity(contact, normal_velocity) - approach_tolerance;
   }
 
-  void collide(const ContactPoint& contact, const Vec3& velocity) {
+  void mark_changed(int body) {
+    if (!bodies_.rigid.properties[as_index(body)].is_dynamic()) return;
+    scratch_.stale[as_index(body)] = 1;
+    ++scratch_.version[as_index(body)];
+  }
+
+  void collide(const ContactPair& pair, const ContactPoint& contact, const Vec3& velocity) {
     const double target = rebound_velocity(contact, velocity.dot(contact.normal));
     const Vec3 wanted =
         friction_impulse({contact.normal, contact.response, contact.friction}, velocity, target);
     const Vec3 impulse = limit_energy(contact.response.K, velocity, wanted);
     apply_impulse(bodies_, contact, impulse);
-    scratch_.stale[as_index(contact.host)] = 1;
-    if (contact.is_rigid_pair()) scratch_.stale[as_index(contact.guest_rigid)] = 1;
+    mark_changed(contact.host);
+    if (contact.is_rigid_pair())
+      mark_changed(contact.guest_rigid);
+    else
+      ++scratch_.version[guest_node(bodies_, pair)];
   }
 
   // The deepest approaching point first, again and again until none approaches.
@@ -134,7 +163,7 @@ class Collider {
         }
       }
       if (!deepest) break;
-      collide(*deepest, relative_velocity(bodies_, *deepest));
+      collide(pair, *deepest, relative_velocity(bodies_, *deepest));
       changed = true;
     }
     return changed;
@@ -148,7 +177,7 @@ class Collider {
       pair.collided = true;
       const Vec3 velocity = relative_velocity(bodies_, contact);
       if (!collides(contact, velocity)) continue;
-      collide(contact, velocity);
+      collide(pair, contact, velocity);
       changed = true;
     }
     return changed;

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "sim/coupling/contact_point.h"
+#include "sim/coupling/pair_schedule.h"
 
 namespace duet {
 
@@ -19,6 +19,15 @@ struct CollisionSettings {
 struct CollisionScratch {
   std::vector<Pose> predicted;
   std::vector<char> stale;
+  // How often impulses have changed a body (numbered as in guest_node), and what that count was for both
+  // bodies of a pair when a visit of the pair changed nothing.
+  std::vector<int> version;
+  struct Seen {
+    int host = -1, guest = -1;
+  };
+  std::vector<Seen> seen;
+  std::vector<int> pairs;
+  PairSchedule schedule;
 };
 
 // `bodies` holds positions and velocities of time n, `difference` is D = v~^{n+1/2} - v^n. Changes the

@@ -1,5 +1,7 @@
 #include "sim/coupling/contact_plane.h"
 
+#include <cmath>
+
 namespace duet {
 namespace {
 
@@ -16,7 +18,7 @@ ContactPlane contact_plane(const LevelSet& shape, const Vec3& x, const Vec3& ins
   ContactPlane plane;
   plane.normal = shape.normal(inside);
   plane.gap = shape.distance(inside) - plane.normal.dot(way);
-  if (shape.distance(x - plane.gap * plane.normal) <= foot_tolerance * way.norm()) return plane;
+  if (std::abs(shape.distance(x - plane.gap * plane.normal)) <= foot_tolerance * way.norm()) return plane;
   plane.normal = shape.normal(x);
   plane.gap = shape.distance(x);
   plane.faces = plane.normal.dot(way) > least_facing * way.norm();
