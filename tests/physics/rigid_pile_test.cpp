@@ -1,0 +1,48 @@
+// Mixed bodies fall on pegs in a tray and come to rest: a part of scenes/hard/pile.toml.
+#include <algorithm>
+#include <cmath>
+
+#include "tests/support/margin.h"
+#include "tests/support/scenes.h"
+
+#include "sim/scene/reader.h"
+#include "sim/step/world.h"
+
+namespace duet {
+namespace {
+
+constexpr std::size_t fixed = 29,
+                      bodies = 60;  // 25 pegs and 4 walls; boxes, balls, rings, capsules, brackets
+constexpr int frames = 84;
+constexpr double inner_half = 3.6;  // m, of the tray
+constexpr double thinnest = 0.32;   // m, the diameter of the capsules, of which nothing may enter 1 %
+
+TEST(Pile, ComesToRestInTheTrayWithoutOverlap) {
+  scene::Scene scene = scene::read(DUET_SOURCE_DIR "/scenes/hard/pile.toml").scene;
+  scene.rigid.resize(fixed + bodies);
+  Simulation simulation(scene, test::plan(scene));
+  const auto& state = simulation.world().bodies.rigid.state;
+  double penetration = 0, fallen = 0, energy = 0;
+  for (int frame = 1; frame <= frames; ++frame) {
+    simulation.advance_frame();
+    const FrameStats stats = simulation.stats();
+    penetration = std::max(penetration, stats.max_penetration);
+    fallen = std::max(fallen, stats.kinetic);
+    // Nothing bounces, friction and contact take energy; none comes from anywhere.
+    if (frame > 1) {
+      EXPECT_LT(stats.kinetic + stats.potential, energy + 1e-6 * fallen) << "frame " << frame;
+    }
+    energy = stats.kinetic + stats.potential;
+  }
+  test::expect_below(penetration / thinnest, 0.01, "penetration_over_thickness");
+  test::expect_below(simulation.stats().kinetic / fallen, 0.01, "kinetic_energy_left");
+  for (std::size_t i = fixed; i < fixed + bodies; ++i) {
+    const Vec3& x = state[i].pose.position;
+    EXPECT_LT(std::max(std::abs(x.x()), std::abs(x.z())), inner_half) << scene.rigid[i].name;
+    EXPECT_GT(x.y(), 0) << scene.rigid[i].name;
+    EXPECT_LT(x.y(), 2.2) << scene.rigid[i].name << " fell";
+  }
+}
+
+}  // namespace
+}  // namespace duet
