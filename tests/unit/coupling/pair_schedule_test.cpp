@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <random>
 #include <set>
 
@@ -136,21 +137,30 @@ TEST_F(PairSchedules, OnlyTheGivenPairsTakePart) {
   EXPECT_EQ(schedule.waves(), 0);
 }
 
-// Pairs between neighbours of a row, every second one at once; a static body orders nothing.
-TEST_F(PairSchedules, ARowTakesTwoWavesAndBodiesOnOneStaticOneTakeOne) {
-  Crowd row, table;
+// Pairs between neighbours of a row, every second one at once; a static body, host or guest, orders nothing:
+// bodies on it need one wave, and a row of them three.
+TEST_F(PairSchedules, ARowTakesTwoWavesAndAStaticBodyNone) {
+  Crowd row, table, ceiling, row_on_table;
   row.bodies = test::loose_bodies(101);
-  table.bodies = test::loose_bodies(101, {0});
-  for (int i = 0; i < 100; ++i) {
-    test::add_pair(row.contacts, i, i + 1, Vec3::UnitX());
-    test::add_pair(table.contacts, 0, i + 1, Vec3::UnitY());
-    row.pairs.push_back(i);
+  table.bodies = ceiling.bodies = row_on_table.bodies = test::loose_bodies(101, {0});
+  for (int i = 1; i <= 100; ++i) {
+    test::add_pair(row.contacts, i - 1, i, Vec3::UnitX());
+    test::add_pair(table.contacts, 0, i, Vec3::UnitY());
+    test::add_pair(ceiling.contacts, i, 0, Vec3::UnitY());
+    test::add_pair(row_on_table.contacts, 0, i, Vec3::UnitY());
   }
-  PairSchedule schedule;
-  schedule.build(row.bodies, row.contacts, row.pairs, false);
-  EXPECT_EQ(schedule.waves(), 2);
-  schedule.build(table.bodies, table.contacts, row.pairs, false);
-  EXPECT_EQ(schedule.waves(), 1);
+  for (int i = 1; i < 100; ++i) test::add_pair(row_on_table.contacts, i, i + 1, Vec3::UnitX());
+  const auto waves = [](Crowd& crowd) {
+    crowd.pairs.resize(crowd.contacts.pairs.size());
+    std::iota(crowd.pairs.begin(), crowd.pairs.end(), 0);
+    PairSchedule schedule;
+    schedule.build(crowd.bodies, crowd.contacts, crowd.pairs, false);
+    return schedule.waves();
+  };
+  EXPECT_EQ(waves(row), 2);
+  EXPECT_EQ(waves(table), 1);
+  EXPECT_EQ(waves(ceiling), 1);
+  EXPECT_EQ(waves(row_on_table), 3);
 }
 
 // Every pair mixes the numbers of its bodies in a way that depends on which came first. The waves hold some
