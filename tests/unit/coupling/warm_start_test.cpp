@@ -136,6 +136,19 @@ TEST(WarmStart, ABlowIsCutToWhatHelpsAndOtherIslandsKeepTheirs) {
   EXPECT_EQ(kept, Vec3(0, 2 * fall, 0)) << "to the bit";
 }
 
+// One that may still close a gap of 1/128 m is stopped no more than to 0.5 m/s.
+TEST(WarmStart, ABlowLeavesTheSpeedThatClosesTheGap) {
+  ContactScene ball = balls_on_ground(1);
+  ball.state(0).pose.position.y() += 1.0 / 128;
+  ball.state(0).velocity = Vec3(0, -3, 0);
+  ball.find(dt);
+  predict_contacts(dt, true, ball.graph, ball.bodies, ball.contacts);
+  ASSERT_EQ(ball.contacts.points.size(), 1u);
+  warm_start({remembered(ball.contacts.points[0], Vec3(0, 100, 0), dt)}, dt, ball.graph, ball.bodies,
+             ball.contacts);
+  EXPECT_NEAR(ball.state(0).velocity.y(), -0.5, 1e-13);
+}
+
 double kinetic_energy_of(const ContactScene& scene) {
   double energy = 0;
   for (std::size_t i = 0; i < scene.bodies.rigid.size(); ++i)
