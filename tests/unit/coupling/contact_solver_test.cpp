@@ -195,5 +195,24 @@ TEST(ContactSolve, LeavesSeparatingBodiesAlone) {
   EXPECT_EQ(count_active(rising.contacts, rising.graph), 0);
 }
 
+// An impulse on a ball that rises anyway is taken back, all of it and no more: contact does not pull.
+TEST(ContactSolve, TakesBackWhatWasGivenTooMuchAndNoMore) {
+  for (const bool by_shock : {false, true}) {
+    ContactScene ball = ball_on_ground(0, 0);
+    separate_levels(ball.bodies, ball.contacts, ball.graph);
+    set_motion(ball, Vec3(0, 1, 0), Vec3::Zero());
+    predict_contacts(dt, true, ball.graph, ball.bodies, ball.contacts);
+    ContactPoint& contact = ball.contacts.points[0];
+    contact.impulse = Vec3(0, 4, 0);
+    apply_impulse(ball.bodies, contact, contact.impulse);
+    if (by_shock)
+      propagate_shocks(ball.bodies, ball.graph, exact, ball.contacts);
+    else
+      solve_contact(ball.bodies, ball.graph, exact, ball.contacts);
+    EXPECT_EQ(contact.impulse, Vec3(0, 0, 0));
+    EXPECT_NEAR(ball.state(0).velocity.y(), 1, 1e-15);
+  }
+}
+
 }  // namespace
 }  // namespace duet

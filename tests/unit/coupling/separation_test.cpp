@@ -15,9 +15,9 @@ using test::ContactScene;
 constexpr double sweep_tolerance = 1e-8;  // m, where the sweeps at one geometry end
 constexpr int iterations = 4;
 
-int separate(ContactScene& scene) {
+int separate(ContactScene& scene, int geometries = iterations) {
   SeparationScratch scratch;
-  return separate_rigid_bodies(scene.bodies, scene.graph, iterations, scene.contacts, scratch);
+  return separate_rigid_bodies(scene.bodies, scene.graph, geometries, scene.contacts, scratch);
 }
 
 // The overlap is parted in the inverse ratio of the masses, and the boxes stay as they are turned.
@@ -105,6 +105,20 @@ TEST(Separation, PushesThroughToTheBodiesAbove) {
   EXPECT_EQ(separate(tower), 1);
   EXPECT_LT(max_penetration(tower.bodies, {}), overlap_tolerance);
   EXPECT_NEAR(tower.state(1).pose.position.y(), 1.5, 1e-3 * 0.01);
+}
+
+// Pairs that do not overlap yet are looked at as soon as one of their bodies moves, whichever of the two is
+// named first: flat contact needs one geometry only.
+TEST(Separation, SeesAtOnceWhatABodyIsPushedInto) {
+  for (const bool upper_first : {false, true}) {
+    scene::Scene scene = test::on_ground();
+    for (const bool upper : {upper_first, !upper_first})
+      test::add_box(scene, upper ? "above" : "sunk", Vec3(0, upper ? 1.49 : 0.49, 0), Vec3(1, 1, 1),
+                    upper ? 0.5 : 1);
+    ContactScene tower(scene, 0.01);
+    EXPECT_EQ(separate(tower, 1), 1);
+    EXPECT_LT(max_penetration(tower.bodies, {}), 2 * sweep_tolerance);
+  }
 }
 
 }  // namespace
