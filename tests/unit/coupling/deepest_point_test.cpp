@@ -136,6 +136,27 @@ TEST_P(TorusOn, NoPointIsDeeper) {
 INSTANTIATE_TEST_SUITE_P(Hosts, TorusOn, testing::Values("box", "ball", "pin"),
                          [](const auto& host) { return host.param; });
 
+// On a ball the first step is exact for rims too, whose middles it starts from. The later ones take the
+// normal beneath the rim and would lead to its far side where the ball is small.
+TEST(DeepestPoint, OfARimOverABallIsItsNearestPoint) {
+  const LevelSet can = LevelSet::cylinder(0.8, 0.6), ball = LevelSet::sphere(0.4);
+  std::mt19937 random(5);
+  for (int i = 0; i < 60; ++i) {
+    const Pose pose{2 * random_vector(random), random_rotation(random)};
+    for (const int k : {0, 1}) {
+      double least = 1e9;
+      for (int j = 0; j < 10000; ++j) {
+        const double around = 2 * pi * j / 10000;
+        const Vec3 x(can.radius * std::sin(around), k == 0 ? 0.3 : -0.3, can.radius * std::cos(around));
+        least = std::min(least, ball.distance(pose.to_world(x)));
+      }
+      const DeepestPoint deepest = deepest_point(can, k, pose, ball);
+      EXPECT_LE(ball.distance(deepest.position), least + 1e-14);
+      EXPECT_NEAR(can.distance(pose.to_body(deepest.position)), 0, 1e-14);
+    }
+  }
+}
+
 // On hosts that curve, or whose nearest point moves along an edge, every step brings the direction nearer. At
 // the distance D a ring of radius R sees normals that differ by R / D at most, or, where they lie aslant to
 // its plane, twice that of their part in it: 0.22 here. After four steps the angle is off by 0.22^4, and the
