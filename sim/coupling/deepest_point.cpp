@@ -1,6 +1,7 @@
 #include "sim/coupling/deepest_point.h"
 
 #include <cmath>
+#include <limits>
 
 namespace duet {
 namespace {
@@ -20,11 +21,40 @@ Vec3 deepest_direction(const Vec3& n, const Quat& orientation) {
   return orientation * direction;
 }
 
+// The steps of the iteration need not come nearer: around a small body inside a ring they jump between its
+// two sides. So the best of them counts. On flat hosts the second one repeats the first.
+class Nearest {
+ public:
+  explicit Nearest(const LevelSet& host) : host_(host) {}
+
+  // Returns whether another step is of use.
+  bool take(const Vec3& x, const DeepestPoint& point) {
+    if (x == last_) return false;
+    last_ = x;
+    const double distance = host_.distance(x);
+    if (!(distance >= least_)) {  // what is not finite shall show
+      least_ = distance;
+      point_ = point;
+    }
+    return true;
+  }
+  const DeepestPoint& point() const { return point_; }
+
+ private:
+  const LevelSet& host_;
+  double least_ = std::numeric_limits<double>::infinity();
+  Vec3 last_ = Vec3::Constant(least_);
+  DeepestPoint point_{Vec3::Zero(), Vec3::Zero()};
+};
+
 DeepestPoint of_torus(const LevelSet& shape, const Pose& pose, const LevelSet& host) {
   Vec3 center = pose.position;
-  for (int i = 0; i < steps; ++i)
+  Nearest nearest(host);
+  for (int i = 0; i < steps; ++i) {
     center = pose.position + shape.radius * deepest_direction(host.normal(center), pose.orientation);
-  return of_ball(center, shape.tube, host);
+    if (!nearest.take(center, {center, center})) break;
+  }
+  return of_ball(nearest.point().inside, shape.tube, host);
 }
 
 DeepestPoint of_rim(const LevelSet& shape, double side, const Pose& pose, const LevelSet& host) {
@@ -32,12 +62,14 @@ DeepestPoint of_rim(const LevelSet& shape, double side, const Pose& pose, const 
   const Vec3 center = pose.position + shape.half_length * axis;
   const double way = shape.smallest_size() / 4 * std::sqrt(0.5);
   DeepestPoint point{center, center};
+  Nearest nearest(host);
   for (int i = 0; i < steps; ++i) {
     const Vec3 direction = deepest_direction(host.normal(point.inside), pose.orientation);
     point.position = center + shape.radius * direction;
     point.inside = point.position - way * (direction + axis);
+    if (!nearest.take(point.position, point)) break;
   }
-  return point;
+  return nearest.point();
 }
 
 }  // namespace

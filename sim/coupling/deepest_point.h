@@ -16,7 +16,8 @@ struct DeepestPoint {
 int deepest_point_count(const LevelSet& shape);
 
 // Number `k` of them towards `host`. All in the host's body space, where the shape's is at `pose`. On a torus
-// and on rims it is found by a few fixed-point steps, which are exact for flat hosts.
+// and on rims it is the best of a few fixed-point steps, the first of which is exact for flat hosts and
+// balls.
 DeepestPoint deepest_point(const LevelSet& shape, int k, const Pose& pose, const LevelSet& host);
 
 }  // namespace duet

@@ -1,0 +1,78 @@
+// Contacts outside of a time step: found in a scene as it stands, or put together by hand.
+#pragma once
+
+#include <initializer_list>
+
+#include "tests/support/scenes.h"
+
+#include "sim/coupling/contact_candidates.h"
+#include "sim/coupling/contact_graph.h"
+#include "sim/step/world.h"
+
+namespace duet::test {
+
+inline std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
+
+inline VelocityState no_change(const Bodies& bodies) {
+  VelocityState now, change;
+  store_velocities(bodies, now);
+  velocity_difference(bodies, now, change);
+  return change;
+}
+
+// A scene's bodies with the contacts that they can make within `dt` (s), and their graph.
+struct ContactScene {
+  Simulation simulation;
+  Bodies& bodies;
+  ContactSet contacts;
+  ContactGraph graph;
+
+  ContactScene(const scene::Scene& scene, double dt)
+      : simulation(scene, plan(scene)), bodies(simulation.world().bodies) {
+    find(dt);
+  }
+  void find(double dt) {
+    find_candidates(bodies, {}, dt, no_change(bodies), contacts);
+    build_contact_graph(bodies, simulation.world().gravity, true, contacts, graph);
+  }
+  RigidState& state(std::size_t body) { return bodies.rigid.state[body]; }
+};
+
+// `count` balls of 1 kg without places, of which `fixed` are static.
+inline Bodies loose_bodies(int count, std::initializer_list<int> fixed = {}) {
+  Bodies bodies;
+  RigidProperties ball;
+  ball.shape = LevelSet::sphere(1);
+  ball.mass = ball.inverse_mass = 1;
+  ball.inertia = Vec3::Constant(0.4);
+  bodies.rigid.properties.assign(as_index(count), ball);
+  bodies.rigid.state.resize(as_index(count));
+  bodies.rigid.name.resize(as_index(count));
+  for (int body : fixed) {
+    RigidProperties& properties = bodies.rigid.properties[as_index(body)];
+    properties.mass = properties.inverse_mass = 0;
+    properties.inertia.setZero();
+  }
+  for (std::size_t i = 0; i < bodies.rigid.size(); ++i)
+    update_orientation_dependents(bodies.rigid.state[i], bodies.rigid.properties[i]);
+  return bodies;
+}
+
+// A pair of rigid bodies with one contact, whose normal points from host to guest.
+inline ContactPair& add_pair(ContactSet& contacts, int host, int guest, const Vec3& normal) {
+  ContactPoint point;
+  point.host = host;
+  point.guest_rigid = guest;
+  point.guest_point = 0;
+  point.normal = normal;
+  ContactPair pair;
+  pair.host = host;
+  pair.guest_rigid = guest;
+  pair.begin = static_cast<int>(contacts.points.size());
+  pair.end = pair.begin + 1;
+  contacts.points.push_back(point);
+  contacts.pairs.push_back(pair);
+  return contacts.pairs.back();
+}
+
+}  // namespace duet::test
