@@ -36,8 +36,8 @@ struct DeformableBody {
   int first_particle = 0, particle_count = 0;
   int first_tet = 0, tet_count = 0;
   int first_point = 0,
-      point_count = 0;     // surface points: boundary particles first, then face and edge samples
-  int sample_count = 0;    // of the points, those that are no particle
+      point_count = 0;   // surface points: boundary particles first, then face and edge samples
+  int sample_count = 0;  // of the points, those that are no particle
   int first_triangle = 0, triangle_count = 0;  // of the boundary
 };
 

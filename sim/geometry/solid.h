@@ -21,7 +21,8 @@ struct Solid {
   Surface surface;            // as it is drawn
 };
 
-// `sample_spacing` in m; without one, default_sample_spacing. `detail` of the drawn surface: see shape_surface.
+// `sample_spacing` in m; without one, default_sample_spacing. `detail` of the drawn surface: see
+// shape_surface.
 Solid make_solid(const LevelSet& shape, std::optional<double> sample_spacing = {}, double detail = 1);
 
 // Of a mesh that repair() finds no flaw in, scaled about the origin of its coordinates; `cells` of the level

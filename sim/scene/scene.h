@@ -1,5 +1,6 @@
-// What a scene file says, as plain data in SI units. The reader (reader.h) is the only one that makes it from a
-// file; everything in it has been validated there. Cold data: the step never reads it, World is built from it.
+// What a scene file says, as plain data in SI units. The reader (reader.h) is the only one that makes it from
+// a file; everything in it has been validated there. Cold data: the step never reads it, World is built from
+// it.
 #pragma once
 
 #include <memory>
@@ -25,18 +26,19 @@ struct Rotation {
 };
 
 struct Placement {
-  Vec3 position = Vec3::Zero();         // m, of the shape's centre; of the origin of a mesh's coordinates
-  Quat orientation = Quat::Identity();  // from `rotation = { axis = [x, y, z], degrees = d }`
-  Vec3 velocity = Vec3::Zero();         // m/s
-  Vec3 angular_velocity = Vec3::Zero(); // rad/s, about the centre of mass, in world axes
+  Vec3 position = Vec3::Zero();          // m, of the shape's centre; of the origin of a mesh's coordinates
+  Quat orientation = Quat::Identity();   // from `rotation = { axis = [x, y, z], degrees = d }`
+  Vec3 velocity = Vec3::Zero();          // m/s
+  Vec3 angular_velocity = Vec3::Zero();  // rad/s, about the centre of mass, in world axes
 };
 
 struct Material {
   std::string name;
-  double density = 1000;         // kg/m^3
-  double youngs_modulus = 1e6;   // Pa
-  double poisson_ratio = 0.45;   // 1, in (-1, 0.5)
-  double damping = 0.01;         // s, stiffness-proportional Rayleigh damping: viscous moduli = damping * elastic moduli
+  double density = 1000;        // kg/m^3
+  double youngs_modulus = 1e6;  // Pa
+  double poisson_ratio = 0.45;  // 1, in (-1, 0.5)
+  double damping =
+      0.01;  // s, stiffness-proportional Rayleigh damping: viscous moduli = damping * elastic moduli
 };
 
 enum class ShapeKind { box, sphere, capsule, cylinder, torus, mesh };
@@ -49,7 +51,8 @@ struct Shape {  // capsules, cylinders and tori have the axis y
   std::string mesh_file{};   // as in the file: relative to the scene's folder
   double scale = 1;          // m of the scene per unit of the mesh
   int cells = 64;            // of a mesh's level set along its longest extent
-  std::shared_ptr<const TriangleMesh> mesh = nullptr;  // closed; null if the scene was read without its meshes
+  std::shared_ptr<const TriangleMesh> mesh =
+      nullptr;  // closed; null if the scene was read without its meshes
 };
 
 // How a kinematic body moves: duet::KinematicMotion in the terms of the file.
@@ -70,10 +73,10 @@ struct Spin {
 struct Sinusoid {
   Vec3 amplitude = Vec3::Zero();  // m
   Rotation rotation;
-  double frequency = 1;           // Hz
-  double phase = 0;               // degrees
-  double start = 0;               // s
-  std::optional<double> stop;     // s
+  double frequency = 1;        // Hz
+  double phase = 0;            // degrees
+  double start = 0;            // s
+  std::optional<double> stop;  // s
 };
 struct Motion {
   std::vector<Keyframe> keyframes;
@@ -88,32 +91,33 @@ struct RigidBody {
   Location at;
   Shape shape;
   Placement placement;
-  bool is_static = false;          // infinite mass, never moves
-  bool is_kinematic = false;       // infinite mass, moves as `motion` says
+  bool is_static = false;     // infinite mass, never moves
+  bool is_kinematic = false;  // infinite mass, moves as `motion` says
   Motion motion;
-  std::optional<double> mass;      // kg; exactly one of mass and density is given for a dynamic body
-  std::optional<double> density;   // kg/m^3
-  double friction = 0.5;           // Coulomb coefficient; a pair uses the smaller one
-  double restitution = 0.5;        // Newton's coefficient; a pair uses the smaller one
-  double rolling_friction = 0;     // m, lever arm of the normal force against rolling; a pair uses the larger one
-  double spinning_friction = 0;    // m, the same against spinning about the normal; a pair uses the larger one
+  std::optional<double> mass;     // kg; exactly one of mass and density is given for a dynamic body
+  std::optional<double> density;  // kg/m^3
+  double friction = 0.5;          // Coulomb coefficient; a pair uses the smaller one
+  double restitution = 0.5;       // Newton's coefficient; a pair uses the smaller one
+  double rolling_friction =
+      0;  // m, lever arm of the normal force against rolling; a pair uses the larger one
+  double spinning_friction = 0;  // m, the same against spinning about the normal; a pair uses the larger one
   std::optional<double> sample_spacing;  // m, of contact points on the surface
-  std::string look;                // name of a look
+  std::string look;                      // name of a look
 };
 
 struct DeformableBody {
   std::string name;
   Location at;
-  Vec3 size = Vec3::Zero();        // m, of the box
-  Vec3i cells = Vec3i(4, 4, 4);    // lattice cells along each edge, five tets a cell
+  Vec3 size = Vec3::Zero();      // m, of the box
+  Vec3i cells = Vec3i(4, 4, 4);  // lattice cells along each edge, five tets a cell
   Placement placement;
-  std::string material;            // name of a material
-  std::optional<double> mass;      // kg; overrides density * volume
+  std::string material;        // name of a material
+  std::optional<double> mass;  // kg; overrides density * volume
   std::string look;
 };
 
-struct Ground {  // the half space y <= height, static
-  double height = 0;       // m
+struct Ground {       // the half space y <= height, static
+  double height = 0;  // m
   double friction = 0.5;
   double restitution = 0.5;
   double rolling_friction = 0;   // m
@@ -129,20 +133,21 @@ enum class OrientationUpdate { first_order, second_order };
 // Defaults come from the accuracy preset; a key in the file wins over the preset.
 struct Solver {
   Accuracy accuracy = Accuracy::standard;
-  double cfl = 0.9;                  // time step as a fraction of the elastic stability limit
-  double max_travel = 0.1;           // how far another body may enter a moving one in a step, as a fraction of its size
-  double max_rotation = 0.314159;    // rad, largest rotation of a rigid body a step
-  double max_time_step = 1.0 / 48;   // s
-  double cg_tolerance = 1e-3;        // m/s, largest residual velocity
-  int cg_iterations = 200;           // bound on conjugate-gradient iterations
-  int collision_iterations = 5;      // Gauss-Seidel sweeps of step II
-  int contact_iterations = 20;       // Gauss-Seidel sweeps of steps III and V.4
-  int push_out_iterations = 4;       // sweeps of step IV.2
+  double cfl = 0.9;  // time step as a fraction of the elastic stability limit
+  double max_travel =
+      0.1;  // how far another body may enter a moving one in a step, as a fraction of its size
+  double max_rotation = 0.314159;   // rad, largest rotation of a rigid body a step
+  double max_time_step = 1.0 / 48;  // s
+  double cg_tolerance = 1e-3;       // m/s, largest residual velocity
+  int cg_iterations = 200;          // bound on conjugate-gradient iterations
+  int collision_iterations = 5;     // Gauss-Seidel sweeps of step II
+  int contact_iterations = 20;      // Gauss-Seidel sweeps of steps III and V.4
+  int push_out_iterations = 4;      // sweeps of step IV.2
   RigidPushOut rigid_push_out = RigidPushOut::all_contacts;
   Switch shock_propagation = Switch::automatic;  // level by level after the sweeps of contact
-  int projection_iterations = 2;     // forward and backward sweeps of the projection in the conjugate gradients
-  int face_samples = 4;              // lattice order of extra contact points on deformable faces; 0: vertices only
-  bool contact_reduction = true;     // of rigid flat faces, to the points that carry them
+  int projection_iterations = 2;  // forward and backward sweeps of the projection in the conjugate gradients
+  int face_samples = 4;  // lattice order of extra contact points on deformable faces; 0: vertices only
+  bool contact_reduction = true;  // of rigid flat faces, to the points that carry them
   OrientationUpdate orientation = OrientationUpdate::second_order;
 };
 
@@ -150,51 +155,51 @@ struct Camera {
   Vec3 position = Vec3(0, 2, 10);
   Vec3 target = Vec3::Zero();
   Vec3 up = Vec3::UnitY();
-  double vertical_fov = 30;    // degrees
+  double vertical_fov = 30;  // degrees
 };
 
 enum class LightKind { area, point };
 struct Light {
   std::string name;
   LightKind kind = LightKind::area;
-  Vec3 position = Vec3(0, 10, 0);   // m
-  Vec3 target = Vec3::Zero();       // m; an area light is a disc that faces its target and casts soft shadows
-  double radius = 1;                // m, of the disc
-  double power = 1000;              // irradiance at distance d (facing): power / (4 pi d^2), as in the paper's pictures
-  Vec3 color = Vec3::Ones();        // linear RGB
-  bool shadow = true;               // point lights: false
+  Vec3 position = Vec3(0, 10, 0);  // m
+  Vec3 target = Vec3::Zero();      // m; an area light is a disc that faces its target and casts soft shadows
+  double radius = 1;               // m, of the disc
+  double power = 1000;  // irradiance at distance d (facing): power / (4 pi d^2), as in the paper's pictures
+  Vec3 color = Vec3::Ones();  // linear RGB
+  bool shadow = true;         // point lights: false
 };
 
-struct Sky {  // ambient light from all directions, and the background
-  Vec3 zenith = Vec3(0.45, 0.6, 0.9);    // linear RGB radiance
+struct Sky {                           // ambient light from all directions, and the background
+  Vec3 zenith = Vec3(0.45, 0.6, 0.9);  // linear RGB radiance
   Vec3 horizon = Vec3(0.9, 0.93, 1.0);
-  double intensity = 0.5;                // factor on both as light
+  double intensity = 0.5;  // factor on both as light
 };
 
 struct Look {
   std::string name;
-  Vec3 color = Vec3(0.8, 0.8, 0.8);  // linear RGB, base colour
-  double metallic = 0;               // 0..1
-  double roughness = 0.5;            // 0..1
-  std::string pattern;               // "" or "checker" (ground; bands that show spin on balls: "stripes")
-  Vec3 color2 = Vec3(0.6, 0.6, 0.6); // second colour of the pattern
-  double pattern_size = 1;           // m
+  Vec3 color = Vec3(0.8, 0.8, 0.8);   // linear RGB, base colour
+  double metallic = 0;                // 0..1
+  double roughness = 0.5;             // 0..1
+  std::string pattern;                // "" or "checker" (ground; bands that show spin on balls: "stripes")
+  Vec3 color2 = Vec3(0.6, 0.6, 0.6);  // second colour of the pattern
+  double pattern_size = 1;            // m
 };
 
 struct Render {
   int width = 1280;
   int height = 720;
-  int supersampling = 2;     // samples per pixel along each axis
-  int shadow_samples = 64;   // shadow maps shared by all shadow-casting lights and the sky
-  double exposure = 1.0;     // factor on radiance before tone mapping
+  int supersampling = 2;    // samples per pixel along each axis
+  int shadow_samples = 64;  // shadow maps shared by all shadow-casting lights and the sky
+  double exposure = 1.0;    // factor on radiance before tone mapping
 };
 
 struct Scene {
-  std::string path;          // as given
+  std::string path;  // as given
   std::string title;
-  std::string figure;        // of the paper, may be empty
-  int frames = 240;          // frames 0..frames are written, frame 0 is the initial state
-  double fps = 24;           // 1/s
+  std::string figure;               // of the paper, may be empty
+  int frames = 240;                 // frames 0..frames are written, frame 0 is the initial state
+  double fps = 24;                  // 1/s
   Vec3 gravity = Vec3(0, -9.8, 0);  // m/s^2
   std::vector<Material> materials;
   std::vector<RigidBody> rigid;

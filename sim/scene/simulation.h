@@ -1,5 +1,5 @@
-// A scene in motion: builds the World of a scene and advances it frame by frame. What the program, the tests and the
-// studies use; the time step itself is sim/step/step.cpp.
+// A scene in motion: builds the World of a scene and advances it frame by frame. What the program, the tests
+// and the studies use; the time step itself is sim/step/step.cpp.
 #pragma once
 
 #include <memory>
@@ -15,42 +15,43 @@ namespace duet {
 struct World;
 
 // Sizes that `duet explain` prints.
-struct GridSize {          // of a level set that bodies of one mesh share
-  std::string body;        // the first of them
+struct GridSize {    // of a level set that bodies of one mesh share
+  std::string body;  // the first of them
   int bodies = 0;
   Vec3i nodes = Vec3i::Zero();
-  double spacing = 0;      // m
-  double thickness = 0;    // m, diameter of the largest ball inside
+  double spacing = 0;    // m
+  double thickness = 0;  // m, diameter of the largest ball inside
 };
 struct WorldSizes {
   int rigid_dynamic = 0, rigid_kinematic = 0, rigid_static = 0, deformable = 0;
   int particles = 0, tets = 0, surface_triangles = 0;
-  int rigid_samples = 0;  // surface sample points of rigid bodies
-  int face_samples = 0;   // contact points on deformable faces and edges, vertices not counted
+  int rigid_samples = 0;              // surface sample points of rigid bodies
+  int face_samples = 0;               // contact points on deformable faces and edges, vertices not counted
   double lightest = 0, heaviest = 0;  // kg, of the dynamic bodies
   std::vector<GridSize> grids;
-  double elastic_dt = 0;  // s, the elastic bound on the time step at rest (0: no deformable body)
-  double time_step = 0;          // s, the longest that the rule allows now
-  std::string time_step_bound;   // what bounds it, in words
+  double elastic_dt = 0;        // s, the elastic bound on the time step at rest (0: no deformable body)
+  double time_step = 0;         // s, the longest that the rule allows now
+  std::string time_step_bound;  // what bounds it, in words
 };
 
 class Simulation {
  public:
-  // Effects in `plan` are simulated, no others. Throws SimulationError if the initial state cannot be simulated.
+  // Effects in `plan` are simulated, no others. Throws SimulationError if the initial state cannot be
+  // simulated.
   Simulation(const scene::Scene& scene, const EffectSet& plan);
   ~Simulation();
   Simulation(const Simulation&) = delete;
   Simulation& operator=(const Simulation&) = delete;
 
-  int frame() const;        // of the state now held; 0 at first
-  FrameStats stats() const; // of the frame now held (frame 0: no substeps)
+  int frame() const;         // of the state now held; 0 at first
+  FrameStats stats() const;  // of the frame now held (frame 0: no substeps)
 
   // Advances to the next frame. On SimulationError the state of the last good frame is restored.
   // A time step that fails is retried with half its size down to a floor before that.
   void advance_frame();
 
-  // The bodies' render surfaces in world space, in the order rigid bodies, deformable bodies of the scene (the
-  // ground has none). `out` keeps its storage from call to call; topology is constant.
+  // The bodies' render surfaces in world space, in the order rigid bodies, deformable bodies of the scene
+  // (the ground has none). `out` keeps its storage from call to call; topology is constant.
   void surfaces(std::vector<BodySurface>& out) const;
   std::vector<BodyLevelSet> level_sets() const;  // of the rigid bodies, with their poses now
 

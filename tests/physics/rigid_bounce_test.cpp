@@ -26,9 +26,9 @@ void run(World& world, double end, Look&& look) {
 
 class Rebound : public testing::TestWithParam<double> {};
 
-// The lowest point falls 1 m. A step that sees an overlap ahead reverses the velocity up to one step's travel,
-// 9 cm, above the ground, with what the ball would gain and lose on the way. The highest frame is up to half a
-// step from the top of the path.
+// The lowest point falls 1 m. A step that sees an overlap ahead reverses the velocity up to one step's
+// travel, 9 cm, above the ground, with what the ball would gain and lose on the way. The highest frame is up
+// to half a step from the top of the path.
 TEST_P(Rebound, ReachesItsHeight) {
   const double restitution = GetParam(), radius = 0.05, height = 1;
   scene::Scene scene = test::on_ground(0.5, restitution);
