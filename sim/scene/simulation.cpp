@@ -292,7 +292,8 @@ WorldSizes Simulation::sizes() const {
     sizes.face_samples += body.sample_count;
     double mass = 0;
     for (int p = 0; p < body.particle_count; ++p)
-      mass += bodies.particles.mass[static_cast<std::size_t>(body.first_particle + p)];
+      mass +=
+          bodies.particles.mass[static_cast<std::size_t>(body.first_particle) + static_cast<std::size_t>(p)];
     weigh(mass);
   }
   sizes.grids = grid_sizes(bodies.rigid);
