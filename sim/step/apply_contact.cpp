@@ -3,9 +3,18 @@
 
 namespace duet {
 
+namespace {
+
+// Where no impulse is known to begin with, as at the start of a scene, the solve may take so many times more
+// sweeps: a house of cards would otherwise lean before its forces are found.
+constexpr int cold_start = 10;
+
+}  // namespace
+
 void solve_contacts(World& world, StepContext& context) {
-  world.counters.contact_sweeps +=
-      solve_contact(world.bodies, context.graph, world.settings.contact, context.contacts);
+  ContactSolveSettings settings = world.settings.contact;
+  if (context.memory.empty()) settings.iterations *= cold_start;
+  world.counters.contact_sweeps += solve_contact(world.bodies, context.graph, settings, context.contacts);
   if (world.has(Effect::shock_propagation))
     world.clock.time(Stage::shock_propagation, [&] {
       propagate_shocks(world.bodies, context.graph, world.settings.contact, context.contacts);
