@@ -78,7 +78,7 @@ struct Simulation::Impl {
                                          std::to_string(needed) + " and whole contacts are needed");
     std::size_t at = 0;
     visit_state(world(), frame, frequency, [&](void* data, std::size_t size) {
-      std::memcpy(data, bytes.data() + at, size);
+      if (size > 0) std::memcpy(data, bytes.data() + at, size);  // where there are no particles, data is null
       at += size;
     });
     ContactMemory& memory = world().context.memory;
