@@ -28,6 +28,7 @@ Bodies boxes(int count, Layout layout, bool falling) {
   RigidProperties box;
   box.shape = solid.level_set;
   box.samples = solid.samples;
+  box.inside = solid.inside;
   box.mass = 1000;
   box.inverse_mass = 1 / box.mass;
   box.inertia = box.mass * solid.unit_inertia;
