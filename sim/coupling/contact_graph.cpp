@@ -199,11 +199,15 @@ void build_contact_graph(const Bodies& bodies, const Vec3& gravity, bool rigid_p
   }
   find_islands(bodies, contacts, graph);
   graph.schedule.build(bodies, contacts, graph.pairs, false);
+  graph.sweeps.build(bodies, contacts, graph.schedule.order());
+  graph.levels_apart = false;
   list_pairs_of_bodies(bodies, contacts, graph);
 }
 
 void separate_levels(const Bodies& bodies, const ContactSet& contacts, ContactGraph& graph) {
+  if (graph.levels_apart) return;
   graph.by_level.build(bodies, contacts, graph.pairs, true);
+  graph.levels_apart = true;
 }
 
 }  // namespace duet

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "sim/coupling/pair_schedule.h"
+#include "sim/coupling/sweep_pipeline.h"
 
 namespace duet {
 
@@ -16,7 +17,9 @@ struct ContactGraph {
   std::vector<char> supported;  // whether its supports lead down to a static or kinematic body
   std::vector<int> island;      // of every movable body: the first body of those it is connected with
   PairSchedule schedule;        // the pairs that contact processes, up the graph
-  PairSchedule by_level;        // the same pairs, level by level; for shock propagation
+  SweepPipeline sweeps;         // over the pairs in the order of `schedule`
+  PairSchedule by_level;        // the same pairs, level by level; see separate_levels
+  bool levels_apart = false;    // by_level is up to date
 
   std::vector<int> pairs;       // indices of the pairs that take part
   std::vector<int> first_pair;  // pairs of rigid body b: pair_of_body[first_pair[b], first_pair[b + 1])
@@ -36,7 +39,7 @@ struct ContactGraph {
 // pairs are left out.
 void build_contact_graph(const Bodies& bodies, const Vec3& gravity, bool rigid_pairs, ContactSet& contacts,
                          ContactGraph& graph);
-// Fills `by_level` of a graph that is otherwise built.
+// Fills `by_level` of a graph that is otherwise built, once.
 void separate_levels(const Bodies& bodies, const ContactSet& contacts, ContactGraph& graph);
 
 }  // namespace duet

@@ -12,42 +12,9 @@ std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
 
 }  // namespace
 
-void apply_angular_impulse(RigidState& state, const RigidProperties& properties, const Vec3& moment) {
-  if (!properties.is_dynamic()) return;
-  state.angular_momentum += moment;
-  state.angular_velocity += state.inverse_inertia * moment;
-}
-
-void apply_impulse(RigidState& state, const RigidProperties& properties, const Vec3& arm,
-                   const Vec3& impulse) {
-  if (!properties.is_dynamic()) return;
-  state.velocity += properties.inverse_mass * impulse;
-  apply_angular_impulse(state, properties, arm.cross(impulse));
-}
-
 Mat3 impulse_factor(const RigidState& state, double inverse_mass, const Vec3& arm) {
   const Mat3 cross = skew(arm);
   return inverse_mass * Mat3::Identity() - cross * state.inverse_inertia * cross;
-}
-
-Vec3 relative_velocity(const Bodies& bodies, const ContactPoint& contact) {
-  const Vec3 guest =
-      contact.is_rigid_pair()
-          ? point_velocity(bodies.rigid.state[as_index(contact.guest_rigid)], contact.guest_arm)
-          : weighted(surface_point(bodies, contact), bodies.particles.v);
-  return guest - point_velocity(bodies.rigid.state[as_index(contact.host)], contact.host_arm) +
-         contact.path_velocity;
-}
-
-void apply_impulse(Bodies& bodies, const ContactPoint& contact, const Vec3& impulse) {
-  const auto host = as_index(contact.host);
-  if (contact.is_rigid_pair()) {
-    const auto guest = as_index(contact.guest_rigid);
-    apply_impulse(bodies.rigid.state[guest], bodies.rigid.properties[guest], contact.guest_arm, impulse);
-  } else {
-    apply_impulse(surface_point(bodies, contact), impulse, bodies.particles);
-  }
-  apply_impulse(bodies.rigid.state[host], bodies.rigid.properties[host], contact.host_arm, -impulse);
 }
 
 Touch touch(const RigidProperties& host, const Pose& host_pose, const RigidProperties& guest,

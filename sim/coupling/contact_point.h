@@ -58,16 +58,43 @@ inline const SurfacePoint& surface_point(const Bodies& bodies, const ContactPoin
   return bodies.points[static_cast<std::size_t>(contact.guest_point)];
 }
 
-// Velocity of the guest relative to the host at the contact, m/s.
-Vec3 relative_velocity(const Bodies& bodies, const ContactPoint& contact);
-// Applies `impulse` (N s) to the guest and its opposite to the host; velocities and angular momenta change.
-void apply_impulse(Bodies& bodies, const ContactPoint& contact, const Vec3& impulse);
+// An impulse (N s) on one rigid body, at `arm` (m) from its centre of mass, and one that only turns it (N m
+// s). Static bodies stay as they are. These are what contact sweeps spend their time with, so they are
+// inline.
+inline void apply_angular_impulse(RigidState& state, const RigidProperties& properties, const Vec3& moment) {
+  if (!properties.is_dynamic()) return;
+  state.angular_momentum += moment;
+  state.angular_velocity += state.inverse_inertia * moment;
+}
+inline void apply_impulse(RigidState& state, const RigidProperties& properties, const Vec3& arm,
+                          const Vec3& impulse) {
+  if (!properties.is_dynamic()) return;
+  state.velocity += properties.inverse_mass * impulse;
+  apply_angular_impulse(state, properties, arm.cross(impulse));
+}
 
-// The same on one rigid body, at `arm` (m) from its centre of mass. Static bodies stay as they are.
-void apply_impulse(RigidState& state, const RigidProperties& properties, const Vec3& arm,
-                   const Vec3& impulse);
-void apply_angular_impulse(RigidState& state, const RigidProperties& properties,
-                           const Vec3& moment);  // N m s
+// Velocity of the guest relative to the host at the contact, m/s.
+inline Vec3 relative_velocity(const Bodies& bodies, const ContactPoint& contact) {
+  const Vec3 guest = contact.is_rigid_pair()
+                         ? point_velocity(bodies.rigid.state[static_cast<std::size_t>(contact.guest_rigid)],
+                                          contact.guest_arm)
+                         : weighted(surface_point(bodies, contact), bodies.particles.v);
+  return guest -
+         point_velocity(bodies.rigid.state[static_cast<std::size_t>(contact.host)], contact.host_arm) +
+         contact.path_velocity;
+}
+
+// Applies `impulse` (N s) to the guest and its opposite to the host; velocities and angular momenta change.
+inline void apply_impulse(Bodies& bodies, const ContactPoint& contact, const Vec3& impulse) {
+  const auto host = static_cast<std::size_t>(contact.host);
+  if (contact.is_rigid_pair()) {
+    const auto guest = static_cast<std::size_t>(contact.guest_rigid);
+    apply_impulse(bodies.rigid.state[guest], bodies.rigid.properties[guest], contact.guest_arm, impulse);
+  } else {
+    apply_impulse(surface_point(bodies, contact), impulse, bodies.particles);
+  }
+  apply_impulse(bodies.rigid.state[host], bodies.rigid.properties[host], contact.host_arm, -impulse);
+}
 
 // How a guest's point meets its host.
 struct Touch {

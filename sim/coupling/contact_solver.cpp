@@ -138,14 +138,11 @@ class UpperUpdate {
 
 int solve_contact(Bodies& bodies, const ContactGraph& graph, const ContactSolveSettings& settings,
                   ContactSet& contacts) {
-  for (int iteration = 0; iteration < settings.iterations; ++iteration) {
-    const double largest = graph.schedule.largest(0, graph.schedule.waves(), [&](int p) {
-      ContactPair& pair = contacts.pairs[as_index(p)];
-      return pair.active ? update_pair(bodies, settings, contacts, pair) : 0.0;
-    });
-    if (largest < settings.tolerance) return iteration + 1;
-  }
-  return settings.iterations;
+  const auto update = [&](int p) {
+    ContactPair& pair = contacts.pairs[as_index(p)];
+    return pair.active ? update_pair(bodies, settings, contacts, pair) : 0.0;
+  };
+  return graph.sweeps.repeat(settings.iterations, settings.tolerance, update);
 }
 
 int propagate_shocks(Bodies& bodies, const ContactGraph& graph, const ContactSolveSettings& settings,

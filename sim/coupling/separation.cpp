@@ -9,31 +9,52 @@ namespace {
 
 std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
 
-constexpr int sweeps = 50;          // Gauss-Seidel sweeps at one geometry
+constexpr int sweeps = 15;          // Gauss-Seidel sweeps at one geometry
+constexpr int level_sweeps = 10;    // over one level that is lifted off those below
 constexpr double tolerance = 1e-8;  // m, where sweeps stop
 
 using Displacement = SeparationScratch::Displacement;
 
 class Separator {
  public:
-  Separator(Bodies& bodies, const ContactGraph& graph, ContactSet& contacts, SeparationScratch& scratch)
+  Separator(Bodies& bodies, ContactGraph& graph, ContactSet& contacts, SeparationScratch& scratch)
       : bodies_(bodies), graph_(graph), contacts_(contacts), scratch_(scratch) {}
 
-  // Takes the geometry of all contacts now; returns how many pairs overlap.
+  // Looks at all contacts where they are now; returns how many pairs overlap.
   int measure() {
     scratch_.overlaps.assign(contacts_.pairs.size(), 0);
+    scratch_.measured.assign(contacts_.pairs.size(), 0);
     scratch_.push.assign(contacts_.points.size(), 0);
     scratch_.body.assign(bodies_.rigid.size(), Displacement{});
     parallel_for(graph_.pairs.size(), 16, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t k = begin; k < end; ++k) measure(as_index(graph_.pairs[k]));
+      for (std::size_t k = begin; k < end; ++k)
+        scratch_.overlaps[as_index(graph_.pairs[k])] = overlap(contacts_.pairs[as_index(graph_.pairs[k])]);
     });
     return static_cast<int>(std::count(scratch_.overlaps.begin(), scratch_.overlaps.end(), 1));
   }
 
-  void solve() {
-    for (int i = 0; i < sweeps; ++i)
-      if (graph_.schedule.largest(0, graph_.schedule.waves(), [&](int p) { return update(p); }) < tolerance)
-        break;
+  // Returns the deepest overlap that is left, m.
+  double solve() {
+    graph_.sweeps.repeat(sweeps, tolerance, [&](int p) { return update(p); });
+    const auto deeper = [](double a, double b) { return std::max(a, b); };
+    return parallel_reduce(
+        graph_.pairs.size(), 64, 0.0,
+        [&](std::size_t begin, std::size_t end) {
+          double deepest = 0;
+          for (std::size_t k = begin; k < end; ++k) deepest = deeper(deepest, left_in(graph_.pairs[k]));
+          return deepest;
+        },
+        deeper);
+  }
+
+  void lift() {
+    separate_levels(bodies_, contacts_, graph_);
+    const PairSchedule& levels = graph_.by_level;
+    for (int level = 0; level < levels.levels(); ++level)
+      for (int i = 0; i < level_sweeps; ++i)
+        if (levels.largest(levels.first_wave(level), levels.first_wave(level + 1),
+                           [&](int p) { return update_upper(p); }) < tolerance)
+          break;
   }
 
   void apply() {
@@ -48,14 +69,26 @@ class Separator {
  private:
   static bool is_zero(const Displacement& d) { return d.shift.isZero(0) && d.turn.isZero(0); }
 
-  void measure(std::size_t p) {
-    const ContactPair& pair = contacts_.pairs[p];
-    if (pair.guest_rigid < 0) return;
-    for (int i = pair.begin; i < pair.end; ++i) {
-      ContactPoint& contact = contacts_.points[as_index(i)];
-      update_geometry(bodies_, contact);
-      if (contact.gap < -overlap_tolerance) scratch_.overlaps[p] = 1;
-    }
+  bool overlap(const ContactPair& pair) const {
+    if (pair.guest_rigid < 0) return false;
+    const auto first = contacts_.points.begin() + pair.begin, last = contacts_.points.begin() + pair.end;
+    return std::any_of(first, last, [&](const ContactPoint& contact) {
+      return gap_now(bodies_, contact) < -overlap_tolerance;
+    });
+  }
+
+  // Whether the pair has to be visited: it overlaps, or a body of it moves. Its contacts are brought to the
+  // geometry of now the first time: in a heap at rest few ever are.
+  bool takes_part(int p) {
+    const ContactPair& pair = contacts_.pairs[as_index(p)];
+    if (pair.guest_rigid < 0) return false;
+    if (!scratch_.overlaps[as_index(p)] && is_zero(scratch_.body[as_index(pair.host)]) &&
+        is_zero(scratch_.body[as_index(pair.guest_rigid)]))
+      return false;
+    if (!scratch_.measured[as_index(p)])
+      for (int i = pair.begin; i < pair.end; ++i) update_geometry(bodies_, contacts_.points[as_index(i)]);
+    scratch_.measured[as_index(p)] = 1;
+    return true;
   }
 
   void move(int body, const Vec3& arm, const Vec3& push) {
@@ -69,39 +102,82 @@ class Separator {
     return d.shift + d.turn.cross(arm);
   }
 
+  // By how much the contact would overlap, m.
+  double closing(const ContactPoint& contact) const {
+    return -contact.gap - contact.normal.dot(displacement(contact.guest_rigid, contact.guest_arm) -
+                                             displacement(contact.host, contact.host_arm));
+  }
+
+  double left_in(int p) const {
+    double deepest = 0;
+    if (!scratch_.measured[as_index(p)]) return deepest;  // nothing has moved there
+    const ContactPair& pair = contacts_.pairs[as_index(p)];
+    for (int i = pair.begin; i < pair.end; ++i)
+      deepest = std::max(deepest, closing(contacts_.points[as_index(i)]));
+    return deepest;
+  }
+
+  // By how much the push of contact `i` has to change for it neither to overlap nor to be pushed apart, kg m.
+  double change(int i, double normal_mass) {
+    double& push = scratch_.push[as_index(i)];
+    const double change = std::max(-push, normal_mass * closing(contacts_.points[as_index(i)]));
+    push += change;
+    return change;
+  }
+
   // One Gauss-Seidel update of a pair; returns by how much it moved its points.
   double update(int p) {
+    if (!takes_part(p)) return 0;
     const ContactPair& pair = contacts_.pairs[as_index(p)];
-    if (pair.guest_rigid < 0) return 0;
-    if (!scratch_.overlaps[as_index(p)] && is_zero(scratch_.body[as_index(pair.host)]) &&
-        is_zero(scratch_.body[as_index(pair.guest_rigid)]))
-      return 0;
     double largest = 0;
     for (int i = pair.begin; i < pair.end; ++i) {
       const ContactPoint& contact = contacts_.points[as_index(i)];
-      const double closing =
-          -contact.gap - contact.normal.dot(displacement(contact.guest_rigid, contact.guest_arm) -
-                                            displacement(contact.host, contact.host_arm));
-      double& push = scratch_.push[as_index(i)];
-      const double change = std::max(-push, contact.response.normal_mass * closing);
-      if (change == 0) continue;
-      push += change;
-      move(contact.guest_rigid, contact.guest_arm, change * contact.normal);
-      move(contact.host, contact.host_arm, -change * contact.normal);
-      largest = std::max(largest, std::abs(change) / contact.response.normal_mass);
+      const double push = change(i, contact.response.normal_mass);
+      if (push == 0) continue;
+      move(contact.guest_rigid, contact.guest_arm, push * contact.normal);
+      move(contact.host, contact.host_arm, -push * contact.normal);
+      largest = std::max(largest, std::abs(push) / contact.response.normal_mass);
+    }
+    return largest;
+  }
+
+  // The same with the lower body held, if it rests on something. Bodies of one level carry each other.
+  double update_upper(int p) {
+    const ContactPair& pair = contacts_.pairs[as_index(p)];
+    if (pair.guest_rigid < 0) return 0;
+    const int host_level = graph_.level[as_index(pair.host)],
+              guest_level = graph_.level[as_index(pair.guest_rigid)];
+    const int upper = host_level > guest_level ? pair.host : pair.guest_rigid;
+    const int lower = host_level > guest_level ? pair.guest_rigid : pair.host;
+    if (!graph_.supported[as_index(lower)]) return 0;
+    if (host_level == guest_level) return update(p);
+    if (!takes_part(p)) return 0;
+    const RigidState& state = bodies_.rigid.state[as_index(upper)];
+    const double inverse_mass = bodies_.rigid.properties[as_index(upper)].inverse_mass;
+    double largest = 0;
+    for (int i = pair.begin; i < pair.end; ++i) {
+      const ContactPoint& contact = contacts_.points[as_index(i)];
+      const bool is_guest = contact.guest_rigid == upper;
+      const Vec3& arm = is_guest ? contact.guest_arm : contact.host_arm;
+      const Vec3 normal = is_guest ? contact.normal : Vec3(-contact.normal);
+      const double normal_mass = 1 / normal.dot(impulse_factor(state, inverse_mass, arm) * normal);
+      const double push = change(i, normal_mass);
+      if (push == 0) continue;
+      move(upper, arm, push * normal);
+      largest = std::max(largest, std::abs(push) / normal_mass);
     }
     return largest;
   }
 
   Bodies& bodies_;
-  const ContactGraph& graph_;
+  ContactGraph& graph_;
   ContactSet& contacts_;
   SeparationScratch& scratch_;
 };
 
 }  // namespace
 
-int separate_rigid_bodies(Bodies& bodies, const ContactGraph& graph, int iterations, ContactSet& contacts,
+int separate_rigid_bodies(Bodies& bodies, ContactGraph& graph, int iterations, ContactSet& contacts,
                           SeparationScratch& scratch) {
   Separator separator(bodies, graph, contacts, scratch);
   int first = 0;
@@ -109,7 +185,7 @@ int separate_rigid_bodies(Bodies& bodies, const ContactGraph& graph, int iterati
     const int overlapping = separator.measure();
     if (i == 0) first = overlapping;
     if (overlapping == 0) break;
-    separator.solve();
+    if (separator.solve() > overlap_tolerance) separator.lift();
     separator.apply();
   }
   return first;

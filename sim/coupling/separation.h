@@ -15,14 +15,17 @@ struct SeparationScratch {
   std::vector<Displacement> body;
   std::vector<double> push;    // kg m, of every contact: a pseudo-impulse along the normal
   std::vector<char> overlaps;  // of every pair
+  std::vector<char> measured;  // of every pair: its contacts have the geometry of now
 };
 
 // Moves and turns rigid bodies until their contacts overlap by no more than the tolerance. The displacement
 // minimizes the kinetic energy it would have as a velocity while no contact closes by more than its gap and
 // every overlap opens: the conditions of contact, without friction, in place of the one point a pair of
-// equations 1 and 2, which tilts what lies flat. Each of `iterations` takes the geometry anew. Positions and
-// orientations change, momenta do not. Returns the number of overlapping pairs at the start.
-int separate_rigid_bodies(Bodies& bodies, const ContactGraph& graph, int iterations, ContactSet& contacts,
+// equations 1 and 2, which tilts what lies flat. Sweeps over the contacts find it, but slowly where heavy
+// bodies rest on light ones: what they leave is taken up level by level by the upper bodies alone, as if the
+// lower ones were fixed. Each of `iterations` takes the geometry anew. Positions and orientations change,
+// momenta do not. Returns the number of overlapping pairs at the start.
+int separate_rigid_bodies(Bodies& bodies, ContactGraph& graph, int iterations, ContactSet& contacts,
                           SeparationScratch& scratch);
 
 }  // namespace duet
