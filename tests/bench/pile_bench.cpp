@@ -126,7 +126,7 @@ void step_of_a_heap(benchmark::State& state) {
 const bool registered = [] {
   for (const int threads : {1, 2})
     benchmark::RegisterBenchmark(("pile_step/threads:" + std::to_string(threads)).c_str(), step_of_a_heap)
-        ->ArgsProduct({{125, 500, 1000, 2000, 4000}, {threads}})
+        ->ArgsProduct({{27, 125, 500, 1000, 2000, 4000}, {threads}})
         ->ArgNames({"bodies", ""})
         ->UseManualTime()
         ->Iterations(3)

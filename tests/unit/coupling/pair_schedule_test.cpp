@@ -6,54 +6,15 @@
 #include <random>
 #include <set>
 
-#include "tests/support/contacts.h"
+#include "tests/support/crowd.h"
 #include <gtest/gtest.h>
 
 namespace duet {
 namespace {
 
 using test::as_index;
-
-struct Crowd {
-  Bodies bodies;
-  ContactSet contacts;
-  std::vector<int> pairs;  // all of them
-
-  bool movable(std::size_t node) const {
-    return node >= bodies.rigid.size() || bodies.rigid.properties[node].is_dynamic();
-  }
-  // The movable bodies of a pair.
-  std::vector<std::size_t> nodes(int p) const {
-    const ContactPair& pair = contacts.pairs[as_index(p)];
-    std::vector<std::size_t> result;
-    for (const std::size_t node : {as_index(pair.host), guest_node(bodies, pair)})
-      if (movable(node)) result.push_back(node);
-    return result;
-  }
-};
-
-// Rigid bodies 0 to 9 are static and in many pairs; some guests are deformable. Level 3 is empty.
-Crowd random_crowd(unsigned seed, int body_count, int pair_count) {
-  Crowd crowd;
-  crowd.bodies = test::loose_bodies(body_count, {0, 1, 2, 3, 4, 5, 6, 7, 8, 9});
-  crowd.bodies.deformable.resize(20);
-  std::mt19937 random(seed);
-  const auto below = [&](int n) { return std::uniform_int_distribution<int>(0, n - 1)(random); };
-  std::set<std::pair<int, int>> known;
-  while (static_cast<int>(crowd.contacts.pairs.size()) < pair_count) {
-    const int host = below(3) == 0 ? below(10) : below(body_count), guest = 10 + below(body_count - 10);
-    if (host == guest || !known.insert(std::minmax(host, guest)).second) continue;
-    ContactPair& pair = test::add_pair(crowd.contacts, host, guest, Vec3::UnitY());
-    if (below(10) == 0) {
-      pair.guest_rigid = -1;
-      pair.guest_deformable = guest % 20;
-    }
-    pair.level = std::vector<int>{1, 2, 4, 5}[as_index(below(4))];
-    crowd.pairs.push_back(static_cast<int>(crowd.pairs.size()));
-  }
-  std::shuffle(crowd.pairs.begin(), crowd.pairs.end(), random);
-  return crowd;
-}
+using test::Crowd;
+using test::random_crowd;
 
 // The pairs of the waves [first, last).
 std::vector<int> pairs_of_waves(const PairSchedule& schedule, int first, int last) {
@@ -170,33 +131,20 @@ TEST_F(PairSchedules, GiveTheBitsOfOnePairAfterTheOtherOnAnyNumberOfThreads) {
   PairSchedule schedule;
   schedule.build(crowd.bodies, crowd.contacts, crowd.pairs, false);
   ASSERT_LT(schedule.waves(), 40);
-  const auto start = [&] {
-    std::vector<double> value(crowd.bodies.rigid.size() + crowd.bodies.deformable.size());
-    for (std::size_t i = 0; i < value.size(); ++i) value[i] = std::sin(static_cast<double>(i));
-    return value;
-  };
-  const auto mix = [&](std::vector<double>& value, int p) {
-    const ContactPair& pair = crowd.contacts.pairs[as_index(p)];
-    const std::size_t a = as_index(pair.host), b = guest_node(crowd.bodies, pair);
-    const double mean = (value[a] + 1.3 * value[b]) / 2;
-    if (crowd.movable(a)) value[a] = std::sin(3 * mean + p);
-    if (crowd.movable(b)) value[b] = std::cos(2 * mean - p);
-    return std::abs(mean);
-  };
-  std::vector<double> expected = start();
+  std::vector<double> expected = crowd.numbers();
   double most = 0;
-  for (const int p : schedule.order()) most = std::max(most, mix(expected, p));
-  std::vector<double> reversed = start();
-  for (auto p = crowd.pairs.rbegin(); p != crowd.pairs.rend(); ++p) mix(reversed, *p);
+  for (const int p : schedule.order()) most = std::max(most, crowd.mix(expected, p));
+  std::vector<double> reversed = crowd.numbers();
+  for (auto p = crowd.pairs.rbegin(); p != crowd.pairs.rend(); ++p) crowd.mix(reversed, *p);
   EXPECT_NE(reversed, expected) << "the operation must depend on the order to tell anything";
   for (const int threads : {1, 3}) {
     set_thread_count(threads);
     for (int run = 0; run < 10; ++run) {
-      std::vector<double> value = start();
-      schedule.for_each([&](int p) { mix(value, p); });
+      std::vector<double> value = crowd.numbers();
+      schedule.for_each([&](int p) { crowd.mix(value, p); });
       EXPECT_EQ(value, expected) << threads << " threads";
-      value = start();
-      EXPECT_EQ(schedule.largest(0, schedule.waves(), [&](int p) { return mix(value, p); }), most);
+      value = crowd.numbers();
+      EXPECT_EQ(schedule.largest(0, schedule.waves(), [&](int p) { return crowd.mix(value, p); }), most);
       EXPECT_EQ(value, expected) << threads << " threads";
     }
   }

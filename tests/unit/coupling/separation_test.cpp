@@ -94,9 +94,8 @@ TEST(Separation, LeavesOthersAlone) {
   EXPECT_EQ(separate(bodies), 0);
 }
 
-// Lifted off the ground, a box must not be pushed into the one that stands on it. A sweep leaves 10/11 of the
-// error where the upper body is ten times as heavy, the 50 of one geometry a hundredth, two geometries less
-// than the tolerance or, where they lift too far, a thousandth of the overlap.
+// Lifted off the ground, a box must not be pushed into the one that stands on it. Sweeps alone leave 10/11 of
+// the error each where the upper body is ten times as heavy; held from below it is lifted at once.
 TEST(Separation, PushesThroughToTheBodiesAbove) {
   scene::Scene scene = test::on_ground();
   test::add_box(scene, "sunk", Vec3(0, 0.49, 0), Vec3(1, 1, 1), 1);
@@ -105,6 +104,55 @@ TEST(Separation, PushesThroughToTheBodiesAbove) {
   EXPECT_EQ(separate(tower), 1);
   EXPECT_LT(max_penetration(tower.bodies, {}), overlap_tolerance);
   EXPECT_NEAR(tower.state(1).pose.position.y(), 1.5, 1e-3 * 0.01);
+}
+
+// A tower whose every box is sunk into the one below and weighs a hundred times as much: one geometry is
+// enough, and no box is lifted more than it had sunk.
+TEST(Separation, LiftsHeavyBodiesOffLightOnes) {
+  scene::Scene scene = test::on_ground();
+  const double overlap = 0.01;
+  for (int i = 0; i < 4; ++i)
+    test::add_box(scene, "box" + std::to_string(i), Vec3(0, 0.5 + i - (i + 1) * overlap, 0), Vec3(1, 1, 1),
+                  std::pow(100.0, i));
+  ContactScene tower(scene, 0.01);
+  EXPECT_EQ(separate(tower, 1), 4);
+  EXPECT_LT(max_penetration(tower.bodies, {}), overlap_tolerance);
+  for (std::size_t i = 0; i < 4; ++i) {
+    const Vec3 place(0, 0.5 + static_cast<double>(i), 0);
+    EXPECT_LT((tower.state(i).pose.position - place).norm(), 5 * overlap_tolerance) << i;
+  }
+}
+
+// The same between two light ones that share the load, off the middle: it tilts as little as they sank.
+TEST(Separation, LiftsAHeavyPlankOffTwoLightBlocks) {
+  scene::Scene scene = test::on_ground();
+  for (const double x : {-1.0, 1.5})
+    test::add_box(scene, x < 0 ? "left" : "right", Vec3(x, 0.5, 0), Vec3(0.5, 1, 0.5), 1);
+  test::add_box(scene, "plank", Vec3(0, 1.24, 0), Vec3(4, 0.5, 1), 100);
+  ContactScene bench(scene, 0.01);
+  EXPECT_EQ(separate(bench, 2), 2);
+  EXPECT_LT(max_penetration(bench.bodies, {}), overlap_tolerance);
+  EXPECT_NEAR(bench.state(2).pose.position.y(), 1.25, 5 * overlap_tolerance);
+  EXPECT_LT(bench.state(2).pose.orientation.angularDistance(Quat::Identity()), 5 * overlap_tolerance);
+}
+
+// In free flight there is nothing to hold: the centre of mass stays.
+TEST(Separation, HoldsNobodyInFreeFlight) {
+  scene::Scene scene = test::on_ground();
+  const double overlap = 0.01;
+  for (int i = 0; i < 3; ++i)
+    test::add_box(scene, "box" + std::to_string(i), Vec3(0, 10 + i * (1 - overlap), 0), Vec3(1, 1, 1),
+                  std::pow(100.0, i));
+  ContactScene tower(scene, 0.01);
+  const auto center = [&] {
+    double sum = 0;
+    for (std::size_t i = 0; i < 3; ++i)
+      sum += std::pow(100.0, static_cast<double>(i)) * tower.state(i).pose.position.y();
+    return sum / 10101;
+  };
+  const double before = center();
+  EXPECT_EQ(separate(tower), 2);
+  EXPECT_NEAR(center(), before, 1e-13);  // rounding of the sum
 }
 
 // Pairs that do not overlap yet are looked at as soon as one of their bodies moves, whichever of the two is

@@ -1,0 +1,69 @@
+// Many bodies that touch each other at random, for what visits their pairs.
+#pragma once
+
+#include <cmath>
+#include <random>
+#include <set>
+#include <vector>
+
+#include "tests/support/contacts.h"
+
+namespace duet::test {
+
+struct Crowd {
+  Bodies bodies;
+  ContactSet contacts;
+  std::vector<int> pairs;  // all of them
+
+  bool movable(std::size_t node) const {
+    return node >= bodies.rigid.size() || bodies.rigid.properties[node].is_dynamic();
+  }
+  // The movable bodies of a pair.
+  std::vector<std::size_t> nodes(int p) const {
+    const ContactPair& pair = contacts.pairs[as_index(p)];
+    std::vector<std::size_t> result;
+    for (const std::size_t node : {as_index(pair.host), guest_node(bodies, pair)})
+      if (movable(node)) result.push_back(node);
+    return result;
+  }
+
+  // A number of every body, and an operation on those of a pair that depends on which pairs came before.
+  std::vector<double> numbers() const {
+    std::vector<double> value(bodies.rigid.size() + bodies.deformable.size());
+    for (std::size_t i = 0; i < value.size(); ++i) value[i] = std::sin(static_cast<double>(i));
+    return value;
+  }
+  double mix(std::vector<double>& value, int p) const {
+    const ContactPair& pair = contacts.pairs[as_index(p)];
+    const std::size_t a = as_index(pair.host), b = guest_node(bodies, pair);
+    const double mean = (value[a] + 1.3 * value[b]) / 2;
+    if (movable(a)) value[a] = std::sin(3 * mean + p);
+    if (movable(b)) value[b] = std::cos(2 * mean - p);
+    return std::abs(mean);
+  }
+};
+
+// Rigid bodies 0 to 9 are static and in many pairs; some guests are deformable. Level 3 is empty.
+inline Crowd random_crowd(unsigned seed, int body_count, int pair_count) {
+  Crowd crowd;
+  crowd.bodies = loose_bodies(body_count, {0, 1, 2, 3, 4, 5, 6, 7, 8, 9});
+  crowd.bodies.deformable.resize(20);
+  std::mt19937 random(seed);
+  const auto below = [&](int n) { return std::uniform_int_distribution<int>(0, n - 1)(random); };
+  std::set<std::pair<int, int>> known;
+  while (static_cast<int>(crowd.contacts.pairs.size()) < pair_count) {
+    const int host = below(3) == 0 ? below(10) : below(body_count), guest = 10 + below(body_count - 10);
+    if (host == guest || !known.insert(std::minmax(host, guest)).second) continue;
+    ContactPair& pair = add_pair(crowd.contacts, host, guest, Vec3::UnitY());
+    if (below(10) == 0) {
+      pair.guest_rigid = -1;
+      pair.guest_deformable = guest % 20;
+    }
+    pair.level = std::vector<int>{1, 2, 4, 5}[as_index(below(4))];
+    crowd.pairs.push_back(static_cast<int>(crowd.pairs.size()));
+  }
+  std::shuffle(crowd.pairs.begin(), crowd.pairs.end(), random);
+  return crowd;
+}
+
+}  // namespace duet::test
