@@ -9,7 +9,7 @@ namespace {
 
 std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
 
-constexpr int sweeps = 15;          // Gauss-Seidel sweeps at one geometry
+constexpr int sweeps = 50;          // Gauss-Seidel sweeps at one geometry
 constexpr int level_sweeps = 10;    // over one level that is lifted off those below
 constexpr double tolerance = 1e-8;  // m, where sweeps stop
 
