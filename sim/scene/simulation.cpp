@@ -153,6 +153,21 @@ struct Simulation::Impl {
     }
     stats.cg_iterations = world().counters.cg_iterations;
     stats.contacts = world().counters.contacts;
+    if (world().ledger.is_on()) measure_ledger();
+  }
+
+  void measure_ledger() {
+    const StepLedger& ledger = world().ledger;
+    stats.ledger.clear();
+    const auto add = [&](std::string_view name, const LedgerEntry& entry) {
+      stats.ledger.push_back({std::string(name), entry.gained.linear, entry.external.linear,
+                              entry.gained.angular, entry.external.angular, entry.linear_defect,
+                              entry.angular_defect, entry.kinetic, entry.stored});
+    };
+    for (Stage stage : StepLedger::stages) add(stage_names[static_cast<std::size_t>(stage)], ledger[stage]);
+    add("step", ledger.whole_step());
+    stats.pushed_mass = ledger.push_out().linear_largest;
+    stats.pushed_moment = ledger.push_out().angular_largest;
   }
 };
 
@@ -171,8 +186,14 @@ FrameStats Simulation::stats() const { return impl_->stats; }
 World& Simulation::world() { return impl_->world(); }
 const World& Simulation::world() const { return impl_->world(); }
 
+void Simulation::keep_ledger() {
+  impl_->world().ledger.turn_on();
+  impl_->measure_work();
+}
+
 void Simulation::advance_frame() {
   Impl& impl = *impl_;
+  impl.world().ledger.reset();
   impl.world().clock.reset();
   impl.world().counters = {};
   impl.stats.substeps = 0;

@@ -12,6 +12,7 @@
 #include "sim/solve/conjugate_gradient.h"
 #include "sim/step/effects.h"
 #include "sim/step/kinematic_motion.h"
+#include "sim/step/step_ledger.h"
 
 namespace duet {
 
@@ -74,6 +75,7 @@ struct World {
   StepContext context;
   StageClock clock;
   StepCounters counters;
+  StepLedger ledger;
 
   bool has(Effect effect) const { return plan[index(effect)]; }
   CandidateFilter contact_filter() const {
