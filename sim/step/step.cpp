@@ -16,6 +16,8 @@ void step(World& world, double time, double dt) {
     clock.time(Stage::kinematic_motion, [&] { plan_motion(world, context); });
   // I    v^n -> v~^{n+1/2}
   clock.time(Stage::advance_velocity, [&] { advance_velocity(world, context); });
+  if (world.has(Effect::incompressibility))
+    clock.time(Stage::volume_correction, [&] { correct_volume(world, context); });
   if (collision) clock.time(Stage::broad_phase, [&] { find_contacts(world, context); });
   // II   v^n -> v^^n, v~^{n+1/2} -> v^^{n+1/2}
   if (collision) clock.time(Stage::collide, [&] { collide(world, context); });
@@ -26,6 +28,8 @@ void step(World& world, double time, double dt) {
   if (world.has(Effect::push_out)) clock.time(Stage::push_out, [&] { push_out(world, context); });
   restore_collided_velocity(world, context);
   // V    v^^n -> v^{n+1}
+  if (world.has(Effect::incompressibility))
+    clock.time(Stage::make_incompressible, [&] { make_incompressible(world, context); });
   clock.time(Stage::constrained_solve, [&] { constrained_solve(world, context); });
   if (contact) clock.time(Stage::velocity_contact, [&] { apply_velocity_contact(world, context); });
   end_step(world);
