@@ -51,6 +51,8 @@ std::string stats_json(const FrameStats& stats) {
                  {"cg_iterations", stats.cg_iterations},
                  {"contacts", stats.contacts},
                  {"max_penetration", stats.max_penetration},
+                 {"pressure_iterations", stats.pressure_iterations},
+                 {"volume_error", stats.volume_error},
                  {"min_det_F", stats.min_det_F},
                  {"inverted", stats.inverted},
                  {"kinetic", stats.kinetic},

@@ -133,6 +133,7 @@ struct Simulation::Impl {
     const FiniteElements::Strain strain = bodies.forces.elements.strain(bodies.particles.x);
     stats.min_det_F = strain.min_det;
     stats.inverted = strain.inverted;
+    stats.volume_error = bodies.one_rings.volume_error(bodies.particles.x);
     stats.kinetic = kinetic_energy(bodies);
     stats.potential = gravitational_energy(bodies, world().gravity);
     stats.elastic =
@@ -152,6 +153,7 @@ struct Simulation::Impl {
                                                    world().clock[stage].seconds, world().clock[stage].calls};
     }
     stats.cg_iterations = world().counters.cg_iterations;
+    stats.pressure_iterations = world().counters.pressure_iterations;
     stats.contacts = world().counters.contacts;
     if (world().ledger.is_on()) measure_ledger();
   }

@@ -20,6 +20,7 @@ void step(World& world, double time, double dt) {
   if (world.has(Effect::kinematic_motion)) run(Stage::kinematic_motion, plan_motion);
   // I    v^n -> v~^{n+1/2}
   run(Stage::advance_velocity, advance_velocity);
+  if (world.has(Effect::incompressibility)) run(Stage::volume_correction, correct_volume);
   if (collision) run(Stage::broad_phase, find_contacts);
   // II   v^n -> v^^n, v~^{n+1/2} -> v^^{n+1/2}
   if (collision) run(Stage::collide, collide);
@@ -30,6 +31,7 @@ void step(World& world, double time, double dt) {
   if (world.has(Effect::push_out)) run(Stage::push_out, push_out);
   restore_collided_velocity(world, context);
   // V    v^^n -> v^{n+1}
+  if (world.has(Effect::incompressibility)) run(Stage::make_incompressible, make_incompressible);
   run(Stage::constrained_solve, constrained_solve);
   if (contact) run(Stage::velocity_contact, apply_velocity_contact);
   end_step(world);

@@ -7,7 +7,12 @@ namespace {
 
 // Steps I and III find v^{n+1/2}, which moves the bodies and is then given up for v^^n.
 bool is_kept(Stage stage) {
-  return stage == Stage::collide || stage == Stage::constrained_solve || stage == Stage::velocity_contact;
+  return stage == Stage::collide || stage == Stage::make_incompressible ||
+         stage == Stage::constrained_solve || stage == Stage::velocity_contact;
+}
+
+bool acts_in_the_middle(Stage stage) {  // at x^{n+1/2}
+  return stage == Stage::make_incompressible || stage == Stage::constrained_solve;
 }
 
 }  // namespace
@@ -29,7 +34,7 @@ StepLedger::Balance StepLedger::measure(const World& world, const std::vector<Ve
 
 const std::vector<Vec3>& StepLedger::acting_at(const World& world, Stage stage) {
   const std::vector<Vec3>& x = world.bodies.particles.x;
-  if (stage != Stage::constrained_solve) return x;
+  if (!acts_in_the_middle(stage)) return x;
   middle_.resize(x.size());
   for (std::size_t p = 0; p < x.size(); ++p) middle_[p] = 0.5 * (world.context.x_n[p] + x[p]);
   return middle_;

@@ -14,9 +14,9 @@ struct StepContext;
 
 class StepLedger {
  public:
-  static constexpr std::array stages = {Stage::advance_velocity, Stage::collide,  Stage::apply_contact,
-                                        Stage::advance_position, Stage::push_out, Stage::constrained_solve,
-                                        Stage::velocity_contact};
+  static constexpr std::array stages = {
+      Stage::advance_velocity, Stage::volume_correction,   Stage::collide,           Stage::apply_contact,
+      Stage::advance_position, Stage::make_incompressible, Stage::constrained_solve, Stage::velocity_contact};
 
   bool is_on() const { return on_; }
   void turn_on() { on_ = true; }
