@@ -243,6 +243,32 @@ TEST(BroadPhase, ForgetsPairsThatAreNoLongerWanted) {
   EXPECT_EQ(heap.find(), pairs);
 }
 
+// A run that is resumed has other roomy boxes than the one that went through, and must not show it.
+TEST(BroadPhase, LeavesNoTraceInASimulation) {
+  std::mt19937 random(4);
+  scene::Scene scene = test::on_ground();
+  for (int i = 0; i < 24; ++i) {
+    const Vec3 at = 0.5 * Vec3(i % 3, 1 + i / 9, i / 3 % 3);
+    auto& body = i % 2 == 0 ? test::add_ball(scene, "body" + std::to_string(i), at, 0.2, 1)
+                            : test::add_box(scene, "body" + std::to_string(i), at, Vec3(0.3, 0.2, 0.4), 1);
+    body.placement.velocity = 3 * test::random_vector(random);
+  }
+  Simulation through(scene, test::plan(scene)), resumed(scene, test::plan(scene)),
+      returned(scene, test::plan(scene));
+  const auto advance = [](Simulation& simulation, int frames) {
+    for (int i = 0; i < frames; ++i) simulation.advance_frame();
+    return simulation.stats().hash;
+  };
+  advance(through, 6);
+  resumed.load_state(through.save_state());
+  advance(returned, 10);
+  returned.load_state(through.save_state());
+  const auto hash = advance(through, 6);
+  EXPECT_EQ(advance(resumed, 6), hash);
+  EXPECT_EQ(advance(returned, 6), hash);
+  EXPECT_GT(through.world().context.contacts.search.broad_phase.counts().kept, 0);
+}
+
 VelocityState no_change(const Bodies& bodies) {
   VelocityState now, change;
   store_velocities(bodies, now);
