@@ -1,6 +1,7 @@
 // Nothing allocates in a warmed-up step. malloc itself is counted: Eigen and the standard library both end
 // there.
 #include <atomic>
+#include <cmath>
 #include <cstdlib>
 
 #include "tests/support/random_state.h"
@@ -58,6 +59,36 @@ TEST(Allocation, NoneInAWarmedUpStep) {
   for (int i = 0; i < 50; ++i) step(world, 4.0 / 24 + i * dt, dt);
   EXPECT_EQ(allocations - before, 0);
   EXPECT_GT(world.counters.contacts, 10);
+  set_thread_count(0);
+}
+
+// Balls that swing out of the room around their boxes and back, one of them far: pairs come and go, and after
+// one period have all been seen.
+TEST(Allocation, NoneWhenPairsOfTheBroadPhaseComeAndGo) {
+  set_thread_count(1);
+  scene::Scene scene = test::on_ground();
+  for (int i = 0; i < 64; ++i)
+    test::add_ball(scene, "ball" + std::to_string(i), 0.25 * Vec3(i % 4, 1 + i / 4 % 4, i / 16), 0.1, 1);
+  Bodies bodies = Simulation(scene, test::plan(scene)).world().bodies;
+  const std::vector<RigidState> start = bodies.rigid.state;
+  BroadPhase broad_phase;
+  const auto swing = [&] {
+    for (int call = 0; call < 40; ++call) {
+      for (std::size_t i = 0; i < 64; ++i)
+        bodies.rigid.state[i].pose.position =
+            start[i].pose.position + (i == 20 ? 2 : 0.01 * static_cast<double>(i % 8)) *
+                                         std::sin(2 * EIGEN_PI * call / 40) * Vec3::UnitX();
+      bound_bodies(bodies, broad_phase.bounds);
+      broad_phase.margin.assign(broad_phase.bounds.size(), 0.03);
+      broad_phase.find({});
+    }
+  };
+  swing();
+  const long before = allocations;
+  const std::int64_t found = broad_phase.counts().found;
+  swing();
+  EXPECT_EQ(allocations - before, 0);
+  EXPECT_GT(broad_phase.counts().found - found, 40);
   set_thread_count(0);
 }
 
