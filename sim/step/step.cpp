@@ -28,9 +28,9 @@ void step(World& world, double time, double dt) {
   if (world.has(Effect::push_out)) clock.time(Stage::push_out, [&] { push_out(world, context); });
   restore_collided_velocity(world, context);
   // V    v^^n -> v^{n+1}
+  clock.time(Stage::constrained_solve, [&] { constrained_solve(world, context); });
   if (world.has(Effect::incompressibility))
     clock.time(Stage::make_incompressible, [&] { make_incompressible(world, context); });
-  clock.time(Stage::constrained_solve, [&] { constrained_solve(world, context); });
   if (contact) clock.time(Stage::velocity_contact, [&] { apply_velocity_contact(world, context); });
   end_step(world);
   if (contact) remember(context.contacts, context.graph, dt, context.memory);
