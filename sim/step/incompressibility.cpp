@@ -12,6 +12,13 @@ namespace {
 // has crushed is restored over several steps, each of which is short enough for its linearization.
 constexpr double most_correction = 0.1;
 
+// D v of the velocities now as contact will leave them: what touches moves on together.
+void rates_in_contact(World& world, StepContext& context, std::vector<double>& rate) {
+  to_generalized(world.bodies, context.solution);
+  context.projection.project(context.solution);
+  world.bodies.one_rings.divergence(context.solution.particle, rate);
+}
+
 // Changes the velocities by the pressures that change the rates of the one-rings by context.pressure.rate.
 void apply_pressures(World& world, StepContext& context, const ContactProjection& projection) {
   Bodies& bodies = world.bodies;
@@ -39,15 +46,15 @@ void correct_volume(World& world, StepContext& context) {
   Bodies& bodies = world.bodies;
   OneRings& rings = bodies.one_rings;
   rings.linearize(bodies.particles.x);
+  context.projection.build(bodies, context.memory, world.settings.projection_sweeps);
   std::vector<double>& rate = context.pressure.rate;
-  rings.divergence(bodies.particles.v, rate);
+  rates_in_contact(world, context, rate);
   for (std::size_t i = 0; i < rings.size(); ++i) {
     // Flattened one-rings have less of a surface to push on: the way of their particles stays bounded.
     const double surface = std::min(1.0, std::sqrt(rings.diagonal(i) / rings.rest_diagonal(i)));
     const double most = surface * most_correction * rings.rest_volume(i);
     rate[i] = std::clamp(rings.rest_volume(i) - rings.volume(i), -most, most) / context.dt - rate[i];
   }
-  context.projection.build(bodies, context.memory, world.settings.projection_sweeps);
   apply_pressures(world, context, context.projection);
   check_finite(world, "I.2 volume correction");
 }
@@ -62,7 +69,7 @@ void make_incompressible(World& world, StepContext& context) {
   OneRings& rings = bodies.one_rings;
   std::vector<double>& rate = context.pressure.rate;
   rings.linearize(bodies.particles.x);
-  rings.divergence(bodies.particles.v, rate);
+  rates_in_contact(world, context, rate);
   for (double& r : rate) r = -r;
   context.x_half.resize(bodies.particles.size());
   for (std::size_t p = 0; p < bodies.particles.size(); ++p)
