@@ -31,8 +31,8 @@ void step(World& world, double time, double dt) {
   if (world.has(Effect::push_out)) run(Stage::push_out, push_out);
   restore_collided_velocity(world, context);
   // V    v^^n -> v^{n+1}
-  if (world.has(Effect::incompressibility)) run(Stage::make_incompressible, make_incompressible);
   run(Stage::constrained_solve, constrained_solve);
+  if (world.has(Effect::incompressibility)) run(Stage::make_incompressible, make_incompressible);
   if (contact) run(Stage::velocity_contact, apply_velocity_contact);
   end_step(world);
   world.ledger.end_step(world);
