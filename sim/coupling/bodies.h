@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "sim/deformable/finite_elements.h"
+#include "sim/deformable/internal_forces.h"
 #include "sim/deformable/particles.h"
 #include "sim/rigid/rigid_bodies.h"
 
@@ -12,7 +12,7 @@ namespace duet {
 struct Bodies {
   RigidBodies rigid;
   Particles particles;
-  FiniteElements elements;
+  InternalForces forces;  // of the deformable bodies
   std::vector<DeformableBody> deformable;
   std::vector<SurfacePoint> points;  // of all deformable bodies, body after body
   std::vector<Triangle> triangles;   // their boundaries, global particle indices
