@@ -195,6 +195,10 @@ std::vector<Key> keys(Material& material) {
       {"poisson_ratio", &material.poisson_ratio, "", strictly_between(-1, 0.5),
        "lateral shrinking under a stretch; 0.5 would be incompressible"},
       {"damping", &material.damping, "s", non_negative, "viscous moduli = damping * elastic moduli"},
+      {"mass_damping", &material.mass_damping, "1/s", non_negative,
+       "braking force over mass and velocity; slows the body as a whole, too"},
+      {"model", choice(material.model, {std::begin(material_model_names), std::end(material_model_names)}),
+       "", any, "how stress follows from large strains; at small strains all are alike"},
   };
 }
 
