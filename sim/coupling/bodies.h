@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "sim/deformable/collision_surface.h"
 #include "sim/deformable/finite_elements.h"
 #include "sim/deformable/particles.h"
 #include "sim/rigid/rigid_bodies.h"
@@ -14,8 +15,9 @@ struct Bodies {
   Particles particles;
   FiniteElements elements;
   std::vector<DeformableBody> deformable;
-  std::vector<SurfacePoint> points;  // of all deformable bodies, body after body
-  std::vector<Triangle> triangles;   // their boundaries, global particle indices
+  std::vector<SurfacePoint> points;    // of all deformable bodies, body after body
+  std::vector<Triangle> triangles;     // their boundaries, global particle indices
+  CollisionSurface collision_surface;  // of the deformable bodies in their order, if they can meet or fold
 };
 
 // A velocity of every particle and body. Rigid rotation is stored as angular momentum: angular velocities

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "sim/coupling/contact_graph.h"
+#include "sim/deformable/self_repulsion.h"
 
 namespace duet {
 
@@ -19,8 +20,10 @@ struct GeneralizedVelocity {
 // the operator is self-adjoint in the mass inner product even where it has not converged.
 class ContactProjection {
  public:
-  // Takes the contacts of `graph` that hold an impulse, at the geometry they hold.
-  void build(const Bodies& bodies, const ContactSet& contacts, const ContactGraph& graph, int sweeps);
+  // Takes the contacts of `graph` that hold an impulse, at the geometry they hold, and the pairs of
+  // `repulsions`, if any, as the innermost of each sweep.
+  void build(const Bodies& bodies, const ContactSet& contacts, const ContactGraph& graph, int sweeps,
+             SelfRepulsion* repulsions = nullptr);
 
   // Makes `velocity` satisfy n.v_rel = half of what it is for `start` (so that the extrapolated end-of-step
   // value is zero), and drops for this solve the constraints that separate anyway.
@@ -53,6 +56,7 @@ class ContactProjection {
   std::vector<Block> blocks_;  // reused from step to step; the first `used_` count
   std::size_t used_ = 0;
   std::vector<Row> rows_;
+  SelfRepulsion* repulsions_ = nullptr;
   int sweeps_ = 1;
 };
 

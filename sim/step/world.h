@@ -9,6 +9,8 @@
 #include "sim/coupling/push_out.h"
 #include "sim/coupling/separation.h"
 #include "sim/coupling/warm_start.h"
+#include "sim/deformable/self_collision.h"
+#include "sim/deformable/self_repulsion.h"
 #include "sim/solve/conjugate_gradient.h"
 #include "sim/step/effects.h"
 #include "sim/step/kinematic_motion.h"
@@ -35,7 +37,10 @@ struct StepSettings {
 struct StepCounters {
   std::int64_t cg_iterations = 0;
   std::int64_t contact_sweeps = 0;
-  std::int64_t contacts = 0;  // with an impulse, in the last step
+  std::int64_t contacts = 0;         // with an impulse, in the last step
+  std::int64_t self_repulsions = 0;  // pairs nearer than their thickness, in the last step
+  std::int64_t self_collisions = 0;  // impulses
+  std::int64_t impact_zone_particles = 0;
 };
 
 // One step's own values: sizes, times, the paper's named velocities, scratch that keeps its storage.
@@ -60,6 +65,10 @@ struct StepContext {
   PushOutScratch push_out_scratch;
   SeparationScratch separation_scratch;
   ContactProjection projection;
+
+  CollisionCandidates self_candidates;
+  SelfRepulsion self_repulsion;
+  SelfCollision self_collision;
 
   std::vector<Vec3> force, damping_force;  // N
   GeneralizedVelocity right_side, solution, residual, direction, image;
