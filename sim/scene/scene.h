@@ -117,8 +117,14 @@ struct DeformableBody {
   std::string material;        // name of a material
   std::optional<double> mass;  // kg; overrides density * volume
   bool incompressible = false;
+  std::optional<bool> self_collision;         // with itself; else as collides_with_itself decides
+  std::optional<double> collision_thickness;  // m; else a tenth of the surface's shortest edge
+  double collision_friction = 0.4;            // against itself and other deformable bodies
   std::string look;
 };
+
+// Whether parts of the body are kept from each other: where the scene asks for it.
+inline bool collides_with_itself(const DeformableBody& body) { return body.self_collision.value_or(false); }
 
 struct Ground {       // the half space y <= height, static
   double height = 0;  // m
