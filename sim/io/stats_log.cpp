@@ -51,6 +51,8 @@ std::string stats_json(const FrameStats& stats) {
                  {"cg_iterations", stats.cg_iterations},
                  {"contacts", stats.contacts},
                  {"max_penetration", stats.max_penetration},
+                 {"pressure_iterations", stats.pressure_iterations},
+                 {"volume_error", stats.volume_error},
                  {"min_det_F", stats.min_det_F},
                  {"inverted", stats.inverted},
                  {"self_repulsions", stats.self_repulsions},
@@ -63,6 +65,20 @@ std::string stats_json(const FrameStats& stats) {
                  {"angular_momentum", vector(stats.angular_momentum)},
                  {"hash", fmt::format("{:016x}", stats.hash)}};
   if (stats.self_intersections) object["self_intersections"] = *stats.self_intersections;
+  if (!stats.ledger.empty()) {
+    Json& ledger = object["ledger"];
+    for (const LedgerStats& stage : stats.ledger)
+      ledger[stage.name] = {{"momentum", vector(stage.momentum)},
+                            {"external_momentum", vector(stage.external_momentum)},
+                            {"angular_momentum", vector(stage.angular_momentum)},
+                            {"external_angular_momentum", vector(stage.external_angular_momentum)},
+                            {"momentum_defect", stage.momentum_defect},
+                            {"angular_momentum_defect", stage.angular_momentum_defect},
+                            {"kinetic", stage.kinetic},
+                            {"stored", stage.stored}};
+    object["pushed_mass"] = stats.pushed_mass;
+    object["pushed_moment"] = stats.pushed_moment;
+  }
   return object.dump();
 }
 

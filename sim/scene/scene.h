@@ -111,8 +111,9 @@ struct DeformableBody {
   Vec3 size = Vec3::Zero();      // m, of the box
   Vec3i cells = Vec3i(4, 4, 4);  // lattice cells along each edge, five tets a cell
   Placement placement;
-  std::string material;                       // name of a material
-  std::optional<double> mass;                 // kg; overrides density * volume
+  std::string material;        // name of a material
+  std::optional<double> mass;  // kg; overrides density * volume
+  bool incompressible = false;
   std::optional<bool> self_collision;         // with itself; else as collides_with_itself decides
   std::optional<double> collision_thickness;  // m; else a tenth of the surface's shortest edge
   double collision_friction = 0.4;            // against itself and other deformable bodies
@@ -148,6 +149,8 @@ struct Solver {
   int cg_iterations = 200;          // bound on conjugate-gradient iterations
   int collision_iterations = 5;     // Gauss-Seidel sweeps of step II
   int contact_iterations = 20;      // Gauss-Seidel sweeps of steps III and V.4
+  double volume_tolerance = 1e-4;   // largest relative error of a one-ring's volume that a step leaves
+  int pressure_iterations = 100;    // bound on iterations of the volume correction and of step V.1
   int push_out_iterations = 4;      // sweeps of step IV.2
   RigidPushOut rigid_push_out = RigidPushOut::all_contacts;
   Switch shock_propagation = Switch::automatic;  // level by level after the sweeps of contact

@@ -169,7 +169,7 @@ TEST(SelfContact, BodiesThatStayApartAreNotTouchedByIt) {
   EXPECT_GT(calls_of(with, Stage::self_collision).calls, 0);
   EXPECT_EQ(calls_of(without, Stage::self_collision).calls, 0);
   EXPECT_EQ(calls_of(without, Stage::self_repulsion).calls, 0);
-  EXPECT_EQ(calls_of(without, Stage::self_repulsion).seconds, 0);
+  EXPECT_EQ(calls_of(without, Stage::velocity_repulsion).calls, 0);
 }
 
 TEST(SelfContact, BodiesThatIntersectAtTheStartAreRefused) {

@@ -28,14 +28,15 @@ Scene scene_with(int dynamic, int fixed, int deformable, bool ground, int kinema
 }
 
 // One letter an effect in the order of the enum: C rigid collision, R rigid contact, D rigid/deformable
-// contact, E elasticity, P push-out, S shock propagation, L rolling friction, K kinematic motion, N
+// contact, E elasticity, P push-out, S shock propagation, L rolling friction, K kinematic motion, I
+// incompressibility, N
 // self-repulsion, X self-collision.
 std::string active(const EffectPlan& plan) {
   std::string text;
   for (std::size_t i = 0; i < plan.effects.size(); ++i) {
     EXPECT_EQ(index(plan.effects[i].effect), i);
     EXPECT_FALSE(plan.effects[i].reason.empty());
-    if (plan.active()[i]) text += "CRDEPSLKNX"[i];
+    if (plan.active()[i]) text += "CRDEPSLKINX"[i];
   }
   return text;
 }
@@ -90,6 +91,17 @@ TEST(EffectPlan, SurfacesMeetWhereBodiesCanOrAreAskedTo) {
   EXPECT_EQ(reason(scene),
             "2 deformable bodies (`soft0`, `soft1`) can touch each other; `soft0` can touch itself");
   EXPECT_EQ(reason(scene_with(2, 0, 0, true)), "off: no deformable body");
+}
+
+TEST(EffectPlan, IncompressibilityIsOfTheBodiesThatAskForIt) {
+  Scene scene = scene_with(0, 0, 3, false);
+  EXPECT_EQ(plan_effects(scene).effects[index(Effect::incompressibility)].reason,
+            "no deformable body is incompressible");
+  scene.deformable[0].incompressible = scene.deformable[2].incompressible = true;
+  const EffectPlan plan = plan_effects(scene);
+  EXPECT_EQ(active(plan), "EINX");
+  EXPECT_EQ(plan.effects[index(Effect::incompressibility)].reason, "asked for by `soft0`, `soft2`");
+  EXPECT_EQ(active(plan_effects(scene, {"incompressibility"})), "ENX");
 }
 
 TEST(EffectPlan, ReasonsNameBodiesAndMaterials) {
