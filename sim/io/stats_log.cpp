@@ -64,7 +64,6 @@ std::string stats_json(const FrameStats& stats) {
                  {"momentum", vector(stats.momentum)},
                  {"angular_momentum", vector(stats.angular_momentum)},
                  {"hash", fmt::format("{:016x}", stats.hash)}};
-  if (stats.self_intersections) object["self_intersections"] = *stats.self_intersections;
   if (!stats.ledger.empty()) {
     Json& ledger = object["ledger"];
     for (const LedgerStats& stage : stats.ledger)
@@ -79,6 +78,7 @@ std::string stats_json(const FrameStats& stats) {
     object["pushed_mass"] = stats.pushed_mass;
     object["pushed_moment"] = stats.pushed_moment;
   }
+  if (stats.self_intersections) object["self_intersections"] = *stats.self_intersections;
   return object.dump();
 }
 

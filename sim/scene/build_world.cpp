@@ -145,7 +145,8 @@ BodyShape add_deformable(const Scene& scene, const scene::DeformableBody& descri
   }
   bodies.forces.elements.add(
       tets, bodies.particles.x,
-      lame_parameters(material.youngs_modulus, material.poisson_ratio, material.damping));
+      {lame_parameters(material.youngs_modulus, material.poisson_ratio, material.damping), material.model,
+       material.mass_damping});
   if (description.incompressible) bodies.one_rings.add(tets, bodies.particles.x);
   add_points(bodies, body, mesh, triangles, scene.solver.face_samples);
   bodies.deformable.push_back(body);

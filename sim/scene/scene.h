@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "sim/base/types.h"
+#include "sim/deformable/material_model.h"
 #include "sim/geometry/triangle_mesh.h"
 #include "sim/rigid/kinematic_motion.h"
 
@@ -39,6 +40,8 @@ struct Material {
   double poisson_ratio = 0.45;  // 1, in (-1, 0.5)
   double damping =
       0.01;  // s, stiffness-proportional Rayleigh damping: viscous moduli = damping * elastic moduli
+  double mass_damping = 0;  // 1/s, mass-proportional Rayleigh damping: braking force over mass and velocity
+  MaterialModel model = MaterialModel::neo_hookean;
 };
 
 enum class ShapeKind { box, sphere, capsule, cylinder, torus, mesh };

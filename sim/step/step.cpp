@@ -32,10 +32,10 @@ void step(World& world, double time, double dt) {
   if (world.has(Effect::push_out)) run(Stage::push_out, push_out);
   restore_collided_velocity(world, context);
   if (world.has(Effect::self_collision)) run(Stage::self_collision, collide_surfaces);
-  if (world.has(Effect::self_repulsion)) run(Stage::velocity_repulsion, find_repulsions);
   // V    v^^n -> v^{n+1}
-  if (world.has(Effect::incompressibility)) run(Stage::make_incompressible, make_incompressible);
+  if (world.has(Effect::self_repulsion)) run(Stage::velocity_repulsion, find_repulsions);
   run(Stage::constrained_solve, constrained_solve);
+  if (world.has(Effect::incompressibility)) run(Stage::make_incompressible, make_incompressible);
   if (contact) run(Stage::velocity_contact, apply_velocity_contact);
   if (world.has(Effect::self_repulsion)) run(Stage::velocity_repulsion, apply_velocity_repulsions);
   end_step(world);

@@ -15,9 +15,9 @@ struct StepContext;
 class StepLedger {
  public:
   static constexpr std::array stages = {
-      Stage::advance_velocity, Stage::volume_correction,   Stage::self_repulsion,
-      Stage::collide,          Stage::apply_contact,       Stage::advance_position,
-      Stage::self_collision,   Stage::make_incompressible, Stage::constrained_solve,
+      Stage::advance_velocity, Stage::volume_correction, Stage::self_repulsion,
+      Stage::collide,          Stage::apply_contact,     Stage::advance_position,
+      Stage::self_collision,   Stage::constrained_solve, Stage::make_incompressible,
       Stage::velocity_contact, Stage::velocity_repulsion};
 
   bool is_on() const { return on_; }
@@ -30,9 +30,8 @@ class StepLedger {
   void end_stage(const World& world, Stage stage);
   void end_step(const World& world);
 
-  // Of self_collision: its impulses act where surfaces meet on their way, which leaves a moment of second
-  // order in the step. Of advance_position: the moment that is left when positions move by v^{n+1/2} and
-  // velocities are changed at x^{n+1/2} and x^{n+1}; of second order in the step.
+  // Of advance_position: the moment that is left when positions move by v^{n+1/2} and velocities are changed
+  // at x^{n+1/2} and x^{n+1}; of second order in the step.
   const LedgerEntry& operator[](Stage stage) const { return totals_.stage[static_cast<std::size_t>(stage)]; }
   const LedgerEntry& whole_step() const { return totals_.step; }
   const DisplacementEntry& push_out() const { return totals_.push_out; }
