@@ -29,8 +29,7 @@ Scene scene_with(int dynamic, int fixed, int deformable, bool ground, int kinema
 
 // One letter an effect in the order of the enum: C rigid collision, R rigid contact, D rigid/deformable
 // contact, E elasticity, P push-out, S shock propagation, L rolling friction, K kinematic motion, I
-// incompressibility, N
-// self-repulsion, X self-collision.
+// incompressibility, N self-repulsion, X self-collision.
 std::string active(const EffectPlan& plan) {
   std::string text;
   for (std::size_t i = 0; i < plan.effects.size(); ++i) {
