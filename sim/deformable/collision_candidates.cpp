@@ -22,6 +22,12 @@ Box grown(const Box& box, double margin) {
   return {box.min() - Vec3::Constant(margin), box.max() + Vec3::Constant(margin)};
 }
 
+Vec3 mean_position(const CollisionSurface& surface, const std::vector<Vec3>& x) {
+  Vec3 sum = Vec3::Zero();
+  for (const auto& [p] : surface.points) sum += x[as_index(p)];
+  return sum / static_cast<double>(surface.points.size());
+}
+
 template <std::size_t N>
 Box hull(const std::array<int, N>& particles, const std::vector<Box>& boxes) {
   Box box;
@@ -75,19 +81,23 @@ void CollisionCandidates::update(const CollisionSurface& surface, const std::vec
 bool CollisionCandidates::hold(const CollisionSurface& surface, const std::vector<Vec3>& start,
                                const std::vector<Vec3>& end) const {
   if (particle_box_.size() != start.size()) return false;
+  const Vec3 start_shift = mean_position(surface, start) - mean_,
+             end_shift = mean_position(surface, end) - mean_;
   return std::all_of(surface.points.begin(), surface.points.end(), [&](const std::array<int, 1>& point) {
     const auto p = as_index(point[0]);
-    return particle_box_[p].contains(start[p]) && particle_box_[p].contains(end[p]);
+    return particle_box_[p].contains(start[p] - start_shift) && particle_box_[p].contains(end[p] - end_shift);
   });
 }
 
 void CollisionCandidates::enlarge_boxes(const CollisionSurface& surface, const std::vector<Vec3>& start,
                                         const std::vector<Vec3>& end) {
   particle_box_.resize(start.size());
+  mean_ = mean_position(surface, start);
+  const Vec3 shift = mean_position(surface, end) - mean_;
   for (std::size_t i = 0; i < surface.points.size(); ++i) {
     const auto p = as_index(surface.points[i][0]);
     const double thickness = surface.bodies[as_index(surface.point_body[i])].thickness;
-    particle_box_[p] = grown(Box(start[p]).extend(end[p]), room * thickness);
+    particle_box_[p] = grown(Box(start[p]).extend(end[p] - shift), room * thickness);
   }
   const auto reach = [&](int body) { return repulsion_range / 2 * surface.bodies[as_index(body)].thickness; };
   body_box_.assign(surface.bodies.size(), Box());

@@ -28,11 +28,11 @@ inline FourPoints corners(const std::array<int, 4>& particle, const std::vector<
 
 inline constexpr double repulsion_range = 1.1;  // times h: pairs farther apart are no concern of repulsions
 
-// Every particle has a box, larger than where it is and is going. As long as all stay in theirs, the pairs
-// whose boxes come within repulsion_range h of each other are all that can meet, and need not be sought
-// again. There are more of them than those that do come near, and which ones depends on when they were
-// sought; what is near is decided by distances, and the order of the pairs is always the same: so no result
-// depends on it.
+// Every particle has a box, larger than where it is and is going, in a frame that moves with the mean of all,
+// so that what falls as a whole stays where it is. As long as all stay in theirs, the pairs whose boxes come
+// within repulsion_range h of each other are all that can meet, and need not be sought again. There are more
+// of them than those that do come near, and which ones depends on when they were sought; what is near is
+// decided by distances, and the order of the pairs is always the same: so no result depends on it.
 class CollisionCandidates {
  public:
   // To be called whenever the particles move on straight lines from `start` to `end`, before `pairs`.
@@ -63,6 +63,7 @@ class CollisionCandidates {
                   const std::vector<std::array<int, M>>& second, const std::vector<int>& second_body,
                   const BoxTree& tree, const CollisionSurface& surface);
 
+  Vec3 mean_ = Vec3::Zero();  // m, of the particles' positions when the pairs were sought
   std::vector<Eigen::AlignedBox3d> particle_box_;
   std::vector<Eigen::AlignedBox3d> body_box_;
   Elements points_, edges_, triangles_;

@@ -296,11 +296,9 @@ std::vector<Key> keys(DeformableEntry& entry) {
       {"incompressible", &body.incompressible, "", any,
        "keeps the volume around every particle, whatever the material's Poisson ratio"},
       {"self_collision", &body.self_collision, "", any,
-       "whether the body collides with itself; with other deformable bodies it always does. Without the key, "
-       "no"},
+       "whether the body collides with itself, as it does with other deformable bodies; else it does not"},
       {"collision_thickness", &body.collision_thickness, "m", positive,
-       "gap that the surface keeps from itself and other deformable bodies; without it, a tenth of the "
-       "surface's shortest edge"},
+       "gap to itself and to other deformable bodies; else a tenth of the surface's shortest edge"},
       {"collision_friction", &body.collision_friction, "", non_negative,
        "Coulomb coefficient against itself and other deformable bodies; a pair uses the smaller one"},
       {"look", Reference{&body.look, "looks"}, "", any,

@@ -3,26 +3,20 @@
 #include <algorithm>
 
 #include "sim/base/error.h"
+#include "sim/coupling/surface_intersections.h"
 #include "sim/step/step.h"
 
 namespace duet {
 namespace {
 
-const std::string& body_of(const Bodies& bodies, int particle) {
-  return std::find_if(
-             bodies.deformable.begin(), bodies.deformable.end(),
-             [&](const DeformableBody& body) { return particle < body.first_particle + body.particle_count; })
-      ->name;
-}
-
 [[noreturn]] void fail(const World& world, const std::array<int, 4>& particle) {
   SimulationFault fault;
   fault.stage = "IV self-collision";
-  fault.body = body_of(world.bodies, particle[0]);
+  fault.body = body_name(world.bodies, particle[0]);
   fault.element = "particle " + std::to_string(particle[0]);
   fault.position = world.context.x_n[static_cast<std::size_t>(particle[0])];
   fault.cause = "particles that are held fast are led through the surface of `" +
-                body_of(world.bodies, particle[3]) + "`";
+                body_name(world.bodies, particle[3]) + "`";
   fault.remedy = "hold or move other particles, or let the bodies pass with --without self_collision";
   throw SimulationError(fault);
 }
@@ -57,6 +51,7 @@ void apply_velocity_repulsions(World& world, StepContext& context) {
 
 // The average velocity (x^{n+1} - x^n)/dt changes as the positions do, and v^^n with it.
 void collide_surfaces(World& world, StepContext& context) {
+  check_finite(world, "IV self-collision");
   Particles& particles = world.bodies.particles;
   context.x_next = particles.x;
   const SelfCollision::Outcome outcome =

@@ -92,6 +92,24 @@ TEST(Allocation, NoneWhenPairsOfTheBroadPhaseComeAndGo) {
   set_thread_count(0);
 }
 
+TEST(Allocation, NoneInAWarmedUpStepOfSoftBodiesThatTouch) {
+  set_thread_count(1);
+  scene::Scene scene = test::on_ground();
+  test::add_soft_box(scene, "lower", Vec3(0, 0.5, 0), Vec3(1, 1, 1), 2).self_collision = true;
+  test::add_soft_box(scene, "upper", Vec3(0.1, 1.55, 0.05), Vec3(1, 1, 1), 2);
+  Simulation simulation(scene, test::plan(scene));
+  for (int i = 0; i < 12; ++i) simulation.advance_frame();
+  World& world = simulation.world();
+  const double dt = choose_time_step(world, 0);
+  world.counters.self_repulsions = 0;
+  const std::int64_t searches = world.context.self_candidates.searches();
+  const long before = allocations;
+  for (int i = 0; i < 100; ++i) step(world, 0.5 + i * dt, dt);
+  EXPECT_EQ(allocations - before, 0);
+  EXPECT_GT(world.counters.self_repulsions, 0);
+  EXPECT_LT(world.context.self_candidates.searches() - searches, 10) << "pairs are kept while bodies stand";
+}
+
 }  // namespace
 }  // namespace duet
 

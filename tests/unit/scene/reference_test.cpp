@@ -112,6 +112,10 @@ velocity = [0, 2, 0]
 angular_velocity = [0, 0, 3]
 material = "NAME"
 mass = 12
+incompressible = true
+self_collision = true
+collision_thickness = 0.01
+collision_friction = 0.3
 look = "NAME"
 
 [ground]
@@ -206,6 +210,9 @@ TEST(SceneReference, ListsExactlyTheKeysOfAFullScene) {
   EXPECT_EQ(scene.solver.orientation, OrientationUpdate::first_order);
   EXPECT_EQ(scene.looks[0].pattern, "checker");
   EXPECT_EQ(scene.deformable[0].cells, Vec3i(2, 2, 4));
+  EXPECT_EQ(scene.deformable[0].self_collision, true);
+  EXPECT_EQ(scene.deformable[0].collision_thickness, 0.01);
+  EXPECT_EQ(scene.deformable[0].collision_friction, 0.3);
   const auto wheel = std::find_if(scene.rigid.begin(), scene.rigid.end(),
                                   [](const RigidBody& body) { return body.name == "wheel"; });
   ASSERT_TRUE(wheel != scene.rigid.end() && wheel->is_kinematic);

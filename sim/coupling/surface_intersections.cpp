@@ -1,0 +1,66 @@
+#include "sim/coupling/surface_intersections.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "sim/base/error.h"
+#include "sim/deformable/collision_candidates.h"
+#include "sim/geometry/triangle_intersection.h"
+
+namespace duet {
+namespace {
+
+constexpr double least_gap = 1e-6;  // of the thickness
+
+std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
+
+[[noreturn]] void fail(const Bodies& bodies, int first, int second, double value, const char* how) {
+  SimulationFault fault;
+  fault.stage = "0 initial state";
+  fault.body = body_name(bodies, first);
+  fault.element = fmt::format("particle {}", first);
+  fault.position = bodies.particles.x[as_index(first)];
+  fault.value = value;
+  fault.cause = fmt::format("the surfaces of `{}` and `{}` {}", fault.body, body_name(bodies, second), how);
+  fault.remedy = "leave a gap between them, or let them pass with --without self_collision";
+  throw SimulationError(fault);
+}
+
+}  // namespace
+
+std::vector<std::array<int, 2>> self_intersections(const Bodies& bodies) {
+  const CollisionSurface& surface = bodies.collision_surface;
+  std::vector<std::array<int, 2>> pairs = intersecting_triangles(bodies.particles.x, surface.triangles);
+  std::erase_if(pairs, [&](const std::array<int, 2>& pair) {
+    const int body = surface.triangle_body[as_index(pair[0])];
+    return body == surface.triangle_body[as_index(pair[1])] && !surface.bodies[as_index(body)].itself;
+  });
+  return pairs;
+}
+
+void check_surfaces_apart(const Bodies& bodies) {
+  const std::vector<Vec3>& x = bodies.particles.x;
+  const CollisionSurface& surface = bodies.collision_surface;
+  const std::vector<std::array<int, 2>> meeting = self_intersections(bodies);
+  if (!meeting.empty())
+    fail(bodies, surface.triangles[as_index(meeting.front()[0])][0],
+         surface.triangles[as_index(meeting.front()[1])][0], static_cast<double>(meeting.size()),
+         "touch or intersect, in so many pairs of triangles");
+  CollisionCandidates candidates;
+  candidates.update(surface, x, x);
+  for (const CandidatePair& pair : candidates.pairs()) {
+    const double distance = closest_points(pair.kind, corners(pair.particle, x)).difference.norm();
+    if (distance < least_gap * pair.thickness)
+      fail(bodies, pair.particle[0], pair.particle[3], distance, "touch");
+  }
+}
+
+const std::string& body_name(const Bodies& bodies, int particle) {
+  return std::find_if(
+             bodies.deformable.begin(), bodies.deformable.end(),
+             [&](const DeformableBody& body) { return particle < body.first_particle + body.particle_count; })
+      ->name;
+}
+
+}  // namespace duet

@@ -1,0 +1,199 @@
+// Deformable bodies against each other and against themselves.
+#include "tests/support/scenes.h"
+#include <gtest/gtest.h>
+
+#include "sim/base/error.h"
+#include "sim/base/parallel.h"
+#include "sim/step/step.h"
+
+namespace duet {
+namespace {
+
+Vec3 center_of(const Simulation& simulation, std::size_t body) {
+  const Bodies& bodies = simulation.world().bodies;
+  const DeformableBody& range = bodies.deformable[body];
+  Vec3 sum = Vec3::Zero();
+  double mass = 0;
+  for (int i = 0; i < range.particle_count; ++i) {
+    const auto p = static_cast<std::size_t>(range.first_particle + i);
+    sum += bodies.particles.mass[p] * bodies.particles.x[p];
+    mass += bodies.particles.mass[p];
+  }
+  return sum / mass;
+}
+
+const StageClock::Entry& calls_of(const Simulation& simulation, Stage stage) {
+  return simulation.world().clock[stage];
+}
+
+// One soft box dropped on another, off its middle and on vertices that do not match.
+scene::Scene two_boxes(double drop = 0.06) {
+  scene::Scene scene = test::on_ground(0.5);
+  test::add_soft_box(scene, "lower", Vec3(0, 0.5, 0), Vec3(1, 1, 1), 2);
+  test::add_soft_box(scene, "upper", Vec3(0.02, 1.5 + drop, 0.03), Vec3(1, 1, 1), 3);
+  return scene;
+}
+
+TEST(SelfContact, OneSoftBoxStandsOnAnother) {
+  const scene::Scene scene = two_boxes();
+  Simulation simulation(scene, test::plan(scene));
+  const auto settle = [&](int frames) {
+    for (int i = 0; i < frames; ++i) {
+      simulation.advance_frame();
+      ASSERT_EQ(simulation.stats().self_intersections, 0);
+    }
+  };
+  settle(72);
+  const Vec3 before = center_of(simulation, 1);
+  settle(48);
+  const Vec3 after = center_of(simulation, 1);
+  EXPECT_LT((after - before).norm(), 2e-3) << "the sway of the fall is still dying down";
+  // The surfaces keep about the thickness apart, a tenth of the shortest edge (1/3 m and 1/2 m).
+  const double gap = 0.1 * (1.0 / 3 + 1.0 / 2) / 2;
+  EXPECT_NEAR(after.y(), 1.5 + gap, 0.6 * gap);
+  EXPECT_LT(simulation.stats().kinetic, 0.1) << "of 9800 J a metre";
+  EXPECT_GT(simulation.stats().self_repulsions, 0);
+}
+
+TEST(SelfContact, WhatTouchedPartsFreely) {
+  const scene::Scene scene = two_boxes();
+  Simulation simulation(scene, test::plan(scene));
+  for (int i = 0; i < 48; ++i) simulation.advance_frame();
+  World& world = simulation.world();
+  const DeformableBody& upper = world.bodies.deformable[1];
+  for (int i = 0; i < upper.particle_count; ++i)
+    world.bodies.particles.v[static_cast<std::size_t>(upper.first_particle + i)] = Vec3(0, 2, 0);
+  const double start = center_of(simulation, 1).y();
+  simulation.advance_frame();
+  // It flies as if nothing were there, but for what the lower one springs back after it.
+  const double flight = 2.0 / 24 - 0.5 * 9.8 / 24 / 24;
+  EXPECT_NEAR(center_of(simulation, 1).y() - start, flight, 0.05 * flight);
+}
+
+// Two boxes that hit each other off their centres at 10 m/s.
+scene::Scene crash(double speed) {
+  scene::Scene scene = test::free_space();
+  test::add_soft_box(scene, "a", Vec3(-0.7, 0, 0), Vec3(1, 1, 1), 3).placement.velocity = Vec3(speed, 0, 0);
+  scene::DeformableBody& b = test::add_soft_box(scene, "b", Vec3(0.7, 0.3, 0.2), Vec3(1, 1, 1), 3);
+  b.placement.velocity = Vec3(-speed, 0, 0);
+  b.placement.angular_velocity = Vec3(1, 2, 3);
+  return scene;
+}
+
+TEST(SelfContact, ACrashKeepsMomentumAndCreatesNoEnergy) {
+  for (const double speed : {3.0, 30.0}) {
+    const scene::Scene scene = crash(speed);
+    Simulation simulation(scene, test::plan(scene));
+    simulation.world().ledger.turn_on();
+    const FrameStats start = simulation.stats();
+    std::int64_t collisions = 0;
+    for (int i = 0; i < 4; ++i) {
+      simulation.advance_frame();
+      const FrameStats now = simulation.stats();
+      ASSERT_EQ(now.self_intersections, 0);
+      EXPECT_LT((now.momentum - start.momentum).norm(), 1e-10 * 2000 * speed);
+      // Repulsions keep the angular momentum too; impulses of collisions act where surfaces meet on their
+      // way, which leaves a moment of second order in the step (positions that move by the velocity of its
+      // middle leave the same).
+      const double scale = 2000 * speed;  // of all masses, at a metre from the middle
+      for (const Stage stage : {Stage::self_repulsion, Stage::velocity_repulsion})
+        EXPECT_LT(simulation.world().ledger[stage].angular_defect, 1e-12 * scale);
+      EXPECT_LT(simulation.world().ledger[Stage::self_collision].angular_defect, 2e-3 * scale);
+      EXPECT_LT(now.kinetic + now.elastic, start.kinetic);
+      collisions += now.self_collisions;
+    }
+    EXPECT_GT(center_of(simulation, 1).x() - center_of(simulation, 0).x(), 1);
+    if (speed > 10) {
+      EXPECT_GT(collisions, 0) << "faster than a thickness a step: repulsions come too late";
+    }
+  }
+}
+
+// A thin sheet on its edge falls into folds on the ground.
+scene::Scene falling_sheet() {
+  scene::Scene scene = test::on_ground(0.5);
+  scene::DeformableBody& sheet =
+      test::add_soft_box(scene, "sheet", Vec3(0, 0.62, 0), Vec3(0.03, 1.2, 0.15), 1, 1e4);
+  sheet.cells = Vec3i(1, 24, 3);
+  sheet.self_collision = true;
+  sheet.placement.velocity = Vec3(0, -3, 0);
+  sheet.placement.angular_velocity = Vec3(0, 0, 0.3);
+  return scene;
+}
+
+TEST(SelfContact, ASheetFoldsWithoutCrossingItself) {
+  const scene::Scene scene = falling_sheet();
+  Simulation simulation(scene, test::plan(scene));
+  std::int64_t touches = 0;
+  for (int i = 0; i < 16; ++i) {
+    simulation.advance_frame();
+    ASSERT_EQ(simulation.stats().self_intersections, 0) << "frame " << i + 1;
+    touches += simulation.stats().self_repulsions + simulation.stats().self_collisions;
+  }
+  EXPECT_GT(touches, 0);
+  Simulation without(scene, scene::plan_effects(scene, {"self_repulsion", "self_collision"}).active());
+  for (int i = 0; i < 16; ++i) without.advance_frame();
+  EXPECT_FALSE(without.stats().self_intersections);
+  EXPECT_NE(without.stats().hash, simulation.stats().hash);
+}
+
+TEST(SelfContact, ResultsDoNotDependOnThreads) {
+  const scene::Scene scene = falling_sheet();
+  std::vector<std::uint64_t> hashes;
+  for (const int threads : {1, 3}) {
+    set_thread_count(threads);
+    Simulation simulation(scene, test::plan(scene));
+    for (int i = 0; i < 6; ++i) simulation.advance_frame();
+    hashes.push_back(simulation.stats().hash);
+  }
+  set_thread_count(0);
+  EXPECT_EQ(hashes[0], hashes[1]);
+}
+
+// A run that goes on from a saved state has sought its pairs at other times.
+TEST(SelfContact, AResumedRunGoesOnBitIdentically) {
+  const scene::Scene scene = falling_sheet();
+  Simulation whole(scene, test::plan(scene)), resumed(scene, test::plan(scene));
+  for (int i = 0; i < 5; ++i) whole.advance_frame();
+  resumed.load_state(whole.save_state());
+  for (int i = 0; i < 3; ++i) {
+    whole.advance_frame();
+    resumed.advance_frame();
+    EXPECT_EQ(whole.stats().hash, resumed.stats().hash);
+  }
+}
+
+TEST(SelfContact, BodiesThatStayApartAreNotTouchedByIt) {
+  const scene::Scene scene = two_boxes(3);
+  Simulation with(scene, test::plan(scene));
+  Simulation without(scene, scene::plan_effects(scene, {"self_repulsion", "self_collision"}).active());
+  for (int i = 0; i < 4; ++i) {
+    with.advance_frame();
+    without.advance_frame();
+  }
+  EXPECT_EQ(with.stats().hash, without.stats().hash);
+  EXPECT_GT(calls_of(with, Stage::self_collision).calls, 0);
+  EXPECT_EQ(calls_of(without, Stage::self_collision).calls, 0);
+  EXPECT_EQ(calls_of(without, Stage::self_repulsion).calls, 0);
+  EXPECT_EQ(calls_of(without, Stage::velocity_repulsion).calls, 0);
+}
+
+TEST(SelfContact, BodiesThatMeetAtTheStartAreRefused) {
+  for (const double gap : {-0.1, 0.0, 1e-12}) {
+    const scene::Scene scene = two_boxes(gap);
+    try {
+      const Simulation simulation(scene, test::plan(scene));
+      FAIL() << gap;
+    } catch (const SimulationError& error) {
+      const std::string text = error.what();
+      EXPECT_NE(text.find("`lower`"), std::string::npos) << text;
+      EXPECT_NE(text.find("`upper`"), std::string::npos) << text;
+      EXPECT_NE(text.find("leave a gap"), std::string::npos) << text;
+    }
+  }
+  const scene::Scene scene = two_boxes(-0.1);
+  const Simulation passing(scene, scene::plan_effects(scene, {"self_repulsion", "self_collision"}).active());
+}
+
+}  // namespace
+}  // namespace duet
