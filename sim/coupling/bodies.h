@@ -1,6 +1,7 @@
 // Rigid and deformable bodies together, and whole-state velocities of both kinds.
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "sim/deformable/internal_forces.h"
@@ -14,8 +15,9 @@ struct Bodies {
   Particles particles;
   InternalForces forces;  // of the deformable bodies
   std::vector<DeformableBody> deformable;
-  std::vector<SurfacePoint> points;  // of all deformable bodies, body after body
-  std::vector<Triangle> triangles;   // their boundaries, global particle indices
+  std::vector<SurfacePoint> points;          // of all deformable bodies, body after body
+  std::vector<Triangle> triangles;           // their boundaries, global particle indices
+  std::vector<std::array<int, 2>> segments;  // of rods, the same
 };
 
 // A velocity of every particle and body. Rigid rotation is stored as angular momentum: angular velocities

@@ -18,11 +18,20 @@ enum class Effect {
   shock_propagation,         // III.3, V.4 between rigid bodies that rest on each other
   rolling_friction,          // III.3, V.4 moments of rolling and spinning friction
   kinematic_motion,          // rigid bodies that move as the scene prescribes
+  springs,                   // I.1, V.2: springs on edges and across tets, and their damping
+  bending,                   // I.1, V.2: bending of shells and rods, and its damping
 };
-inline constexpr int effect_count = 8;
-inline constexpr std::array<std::string_view, effect_count> effect_names = {
-    "rigid_collision", "rigid_contact",     "rigid_deformable_contact", "deformable_elasticity",
-    "push_out",        "shock_propagation", "rolling_friction",         "kinematic_motion"};
+inline constexpr int effect_count = 10;
+inline constexpr std::array<std::string_view, effect_count> effect_names = {"rigid_collision",
+                                                                            "rigid_contact",
+                                                                            "rigid_deformable_contact",
+                                                                            "deformable_elasticity",
+                                                                            "push_out",
+                                                                            "shock_propagation",
+                                                                            "rolling_friction",
+                                                                            "kinematic_motion",
+                                                                            "springs",
+                                                                            "bending"};
 
 using EffectSet = std::bitset<effect_count>;
 inline std::size_t index(Effect effect) { return static_cast<std::size_t>(effect); }

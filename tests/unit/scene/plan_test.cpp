@@ -21,20 +21,25 @@ Scene scene_with(int dynamic, int fixed, int deformable, bool ground, int kinema
     body.name = "driven" + std::to_string(i);
     body.is_kinematic = true;
   }
-  for (int i = 0; i < deformable; ++i) scene.deformable.emplace_back().name = "soft" + std::to_string(i);
+  for (int i = 0; i < deformable; ++i) {
+    DeformableBody& body = scene.deformable.emplace_back();
+    body.name = "soft" + std::to_string(i);
+    body.material = "rubber";
+  }
   if (deformable > 0) scene.materials.emplace_back().name = "rubber";
   if (ground) scene.ground.emplace();
   return scene;
 }
 
 // One letter an effect in the order of the enum: C rigid collision, R rigid contact, D rigid/deformable
-// contact, E elasticity, P push-out, S shock propagation, L rolling friction, K kinematic motion.
+// contact, E elasticity, P push-out, S shock propagation, L rolling friction, K kinematic motion,
+// M springs, B bending.
 std::string active(const EffectPlan& plan) {
   std::string text;
   for (std::size_t i = 0; i < plan.effects.size(); ++i) {
     EXPECT_EQ(index(plan.effects[i].effect), i);
     EXPECT_FALSE(plan.effects[i].reason.empty());
-    if (plan.active()[i]) text += "CRDEPSLK"[i];
+    if (plan.active()[i]) text += "CRDEPSLKMB"[i];
   }
   return text;
 }

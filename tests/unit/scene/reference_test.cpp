@@ -205,7 +205,7 @@ TEST(SceneReference, ListsExactlyTheKeysOfAFullScene) {
   const Scene scene = read_text(full_scene, "full.toml", {}, Meshes::leave).scene;
   EXPECT_EQ(scene.solver.orientation, OrientationUpdate::first_order);
   EXPECT_EQ(scene.looks[0].pattern, "checker");
-  EXPECT_EQ(scene.deformable[0].cells, Vec3i(2, 2, 4));
+  EXPECT_EQ(scene.deformable[0].shape.cells, Vec3i(2, 2, 4));
   const auto wheel = std::find_if(scene.rigid.begin(), scene.rigid.end(),
                                   [](const RigidBody& body) { return body.name == "wheel"; });
   ASSERT_TRUE(wheel != scene.rigid.end() && wheel->is_kinematic);
