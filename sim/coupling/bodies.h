@@ -4,6 +4,7 @@
 #include <array>
 #include <vector>
 
+#include "sim/deformable/incompressibility.h"
 #include "sim/deformable/internal_forces.h"
 #include "sim/deformable/particles.h"
 #include "sim/rigid/rigid_bodies.h"
@@ -14,6 +15,7 @@ struct Bodies {
   RigidBodies rigid;
   Particles particles;
   InternalForces forces;  // of the deformable bodies
+  OneRings one_rings;     // of incompressible bodies
   std::vector<DeformableBody> deformable;
   std::vector<SurfacePoint> points;          // of all deformable bodies, body after body
   std::vector<Triangle> triangles;           // their boundaries, global particle indices

@@ -93,6 +93,7 @@ BodyShape add_volume(const Scene& scene, const EffectSet& plan, const scene::Def
         tets, bodies.particles.x,
         lame_parameters(material.youngs_modulus, material.poisson_ratio, material.damping));
   if (resists.springs && plan[index(Effect::springs)]) add_volume_springs(tets, material.springs, bodies);
+  if (description.incompressible) bodies.one_rings.add(tets, bodies.particles.x);
   body.tet_count = static_cast<int>(bodies.forces.elements.size()) - body.first_tet;
   add_surface_points(mesh, triangles, scene.solver.face_samples, 0, body, bodies);
   bodies.deformable.push_back(body);
@@ -119,6 +120,7 @@ StepSettings step_settings(const Solver& solver) {
   settings.max_time_step = solver.max_time_step;
   settings.cg_tolerance = solver.cg_tolerance;
   settings.cg_iterations = solver.cg_iterations;
+  settings.pressure = {solver.volume_tolerance, solver.pressure_iterations};
   settings.push_out_iterations = solver.push_out_iterations;
   settings.separate_rigid_bodies = solver.rigid_push_out == RigidPushOut::all_contacts;
   settings.projection_sweeps = solver.projection_iterations;
@@ -151,6 +153,7 @@ BuiltWorld build_world(const Scene& scene, const EffectSet& plan) {
                            : body.shape.is_shell() ? add_shell(scene, plan, body, bodies)
                                                    : add_rod(scene, plan, body, bodies));
   bodies.forces.finalize(bodies.particles.mass, bodies.particles.inverse_mass);
+  bodies.one_rings.finalize(bodies.particles.inverse_mass, bodies.particles.x);
   if (scene.ground) {
     Placement placement;
     placement.position = Vec3(0, scene.ground->height, 0);

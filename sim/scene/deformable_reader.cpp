@@ -49,12 +49,16 @@ bool check_knot(const DeformableShape& shape, const toml::node& at, const std::s
   return problems.count() == before;
 }
 
-void check_thickness(const DeformableBody& body, const toml::table& table, const std::string& path,
-                     Problems& problems) {
+// What only shells and rods, or only volumes have.
+void check_volume_keys(const DeformableBody& body, const toml::table& table, const std::string& path,
+                       Problems& problems) {
   const toml::node* given = table.get("thickness");
   if (body.shape.is_volume() && given)
     problems.add(given->source(), path + ".thickness", "has no effect on a box",
                  "it belongs to shells and rods");
+  if (const toml::node* node = table.get("incompressible"); node && !body.shape.is_volume())
+    problems.add(node->source(), path + ".incompressible", "has no effect on a shell or rod",
+                 "only a box has a volume to keep");
   if (!body.shape.is_volume() && !given)
     problems.add(table.source(), path + ".thickness", "missing key",
                  body.shape.is_shell() ? "in m, for example 0.001 for cloth" : "in m, the rod's diameter");
@@ -94,7 +98,7 @@ void check_deformable(DeformableBody& body, const toml::table& body_table, const
   if (const toml::node* cells = table->get("cells"); cells && !body.shape.is_volume())
     problems.add(cells->source(), at + ".cells", fmt::format("has no effect on a {}", kinds[*kind]),
                  "it belongs to a box");
-  check_thickness(body, body_table, path, problems);
+  check_volume_keys(body, body_table, path, problems);
   if (body.shape.kind == DeformableKind::rod && !check_points(body.shape, value, key, problems)) return;
   if (body.shape.kind == DeformableKind::knot && !check_knot(body.shape, value, key, problems)) return;
   if (problems.count() == before) check_pins(body, body_table, path, problems);

@@ -134,6 +134,7 @@ struct Simulation::Impl {
     const FiniteElements::Strain strain = bodies.forces.elements.strain(bodies.particles.x);
     stats.min_det_F = strain.min_det;
     stats.inverted = strain.inverted;
+    stats.volume_error = bodies.one_rings.volume_error(bodies.particles.x);
     stats.kinetic = kinetic_energy(bodies);
     stats.potential = gravitational_energy(bodies, world().gravity);
     stats.elastic = world().has_internal_forces() ? bodies.forces.energy(bodies.particles.x) : 0;
@@ -152,7 +153,23 @@ struct Simulation::Impl {
                                                    world().clock[stage].seconds, world().clock[stage].calls};
     }
     stats.cg_iterations = world().counters.cg_iterations;
+    stats.pressure_iterations = world().counters.pressure_iterations;
     stats.contacts = world().counters.contacts;
+    if (world().ledger.is_on()) measure_ledger();
+  }
+
+  void measure_ledger() {
+    const StepLedger& ledger = world().ledger;
+    stats.ledger.clear();
+    const auto add = [&](std::string_view name, const LedgerEntry& entry) {
+      stats.ledger.push_back({std::string(name), entry.gained.linear, entry.external.linear,
+                              entry.gained.angular, entry.external.angular, entry.linear_defect,
+                              entry.angular_defect, entry.kinetic, entry.stored});
+    };
+    for (Stage stage : StepLedger::stages) add(stage_names[static_cast<std::size_t>(stage)], ledger[stage]);
+    add("step", ledger.whole_step());
+    stats.pushed_mass = ledger.push_out().linear_largest;
+    stats.pushed_moment = ledger.push_out().angular_largest;
   }
 };
 
@@ -171,8 +188,14 @@ FrameStats Simulation::stats() const { return impl_->stats; }
 World& Simulation::world() { return impl_->world(); }
 const World& Simulation::world() const { return impl_->world(); }
 
+void Simulation::keep_ledger() {
+  impl_->world().ledger.turn_on();
+  impl_->measure_work();
+}
+
 void Simulation::advance_frame() {
   Impl& impl = *impl_;
+  impl.world().ledger.reset();
   impl.world().clock.reset();
   impl.world().counters = {};
   impl.stats.substeps = 0;

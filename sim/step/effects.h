@@ -18,10 +18,11 @@ enum class Effect {
   shock_propagation,         // III.3, V.4 between rigid bodies that rest on each other
   rolling_friction,          // III.3, V.4 moments of rolling and spinning friction
   kinematic_motion,          // rigid bodies that move as the scene prescribes
+  incompressibility,         // I.2, V.1
   springs,                   // I.1, V.2: springs on edges and across tets, and their damping
   bending,                   // I.1, V.2: bending of shells and rods, and its damping
 };
-inline constexpr int effect_count = 10;
+inline constexpr int effect_count = 11;
 inline constexpr std::array<std::string_view, effect_count> effect_names = {"rigid_collision",
                                                                             "rigid_contact",
                                                                             "rigid_deformable_contact",
@@ -30,6 +31,7 @@ inline constexpr std::array<std::string_view, effect_count> effect_names = {"rig
                                                                             "shock_propagation",
                                                                             "rolling_friction",
                                                                             "kinematic_motion",
+                                                                            "incompressibility",
                                                                             "springs",
                                                                             "bending"};
 
