@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "sim/scene/add_deformable.h"
+#include "sim/scene/deformables.h"
 #include "sim/scene/motion.h"
 #include "sim/scene/solids.h"
 

@@ -101,7 +101,8 @@ void check_deformable(DeformableBody& body, const toml::table& body_table, const
   check_volume_keys(body, body_table, path, problems);
   if (body.shape.kind == DeformableKind::rod && !check_points(body.shape, value, key, problems)) return;
   if (body.shape.kind == DeformableKind::knot && !check_knot(body.shape, value, key, problems)) return;
-  if (problems.count() == before) check_pins(body, body_table, path, problems);
+  const bool is_readable = body.shape.is_volume() ? value.is_array() : value.is_table();
+  if (is_readable && problems.count() == before) check_pins(body, body_table, path, problems);
 }
 
 }  // namespace duet::scene

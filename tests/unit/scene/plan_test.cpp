@@ -112,6 +112,24 @@ TEST(EffectPlan, WithoutRemovesAnEffect) {
       << "nothing was there to remove";
 }
 
+TEST(EffectPlan, TellsElementsSpringsAndBendingApart) {
+  Scene scene = scene_with(0, 0, 1, false);
+  scene.materials[0].has_springs = true;
+  EXPECT_EQ(active(plan_effects(scene)), "M") << "a volume of springs";
+  scene.deformable[0].shape.kind = DeformableKind::panel;
+  EXPECT_EQ(active(plan_effects(scene)), "MB");
+  scene.materials[0].has_springs = false;
+  EXPECT_EQ(active(plan_effects(scene)), "EB");
+  scene.materials[0].bending_factor = 0;
+  EXPECT_EQ(active(plan_effects(scene)), "E");
+  EXPECT_EQ(plan_effects(scene).effects[index(Effect::bending)].reason,
+            "no shell and no rod that resists bending");
+  scene.materials[0].has_bending_springs = true;
+  scene.deformable[0].shape.kind = DeformableKind::helix;
+  EXPECT_EQ(active(plan_effects(scene)), "MB") << "a rod stretches as springs do";
+  EXPECT_EQ(active(plan_effects(scene, {"bending"})), "M");
+}
+
 TEST(EffectPlan, UnknownEffectIsAUsageErrorWithAHint) {
   try {
     plan_effects(scene_with(1, 0, 0, true), {"pushout"});
