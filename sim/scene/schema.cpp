@@ -249,14 +249,10 @@ std::vector<Key> keys(Material& material) {
       {"poisson_ratio", &material.poisson_ratio, "", strictly_between(-1, 0.5),
        "lateral shrinking under a stretch; 0.5 would be incompressible"},
       {"damping", &material.damping, "s", non_negative, "viscous moduli = damping * elastic moduli"},
-      springs_key(
-          "springs", material.springs, material.has_springs,
-          "resist stretching in place of finite elements: along the edges of shells, rods and volumes, "
-          "and across the tetrahedra of volumes"),
-      springs_key(
-          "bending_springs", material.bending_springs, material.has_bending_springs,
-          "resist bending in place of bending elements: between the corners of shells across each edge, "
-          "and over each node of rods"),
+      springs_key("springs", material.springs, material.has_springs,
+                  "resist stretching in place of finite elements, along edges and across tetrahedra"),
+      springs_key("bending_springs", material.bending_springs, material.has_bending_springs,
+                  "resist bending in place of bending elements, across edges and over the nodes of rods"),
       {"bending_factor", &material.bending_factor, "", non_negative,
        "on the bending stiffness that Young's modulus and the thickness give shells and rods; 0: limp"},
   };
