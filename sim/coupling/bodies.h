@@ -4,6 +4,7 @@
 #include <array>
 #include <vector>
 
+#include "sim/deformable/collision_surface.h"
 #include "sim/deformable/incompressibility.h"
 #include "sim/deformable/internal_forces.h"
 #include "sim/deformable/particles.h"
@@ -20,6 +21,7 @@ struct Bodies {
   std::vector<SurfacePoint> points;          // of all deformable bodies, body after body
   std::vector<Triangle> triangles;           // their boundaries, global particle indices
   std::vector<std::array<int, 2>> segments;  // of rods, the same
+  CollisionSurface collision_surface;  // of the deformable bodies in their order, if they can meet or fold
 };
 
 // A velocity of every particle and body. Rigid rotation is stored as angular momentum: angular velocities

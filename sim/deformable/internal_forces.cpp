@@ -59,6 +59,7 @@ void InternalForces::add_damping_forces(const std::vector<Vec3>& v, std::vector<
 }
 
 void InternalForces::add_force_differentials(const std::vector<Vec3>& dx, std::vector<Vec3>& force) {
+  elements.add_force_differentials(dx, force);
   for_each_other(*this, [&](auto& other) { other.add_force_differentials(dx, force); });
 }
 

@@ -12,6 +12,11 @@
 namespace duet::scene {
 namespace {
 
+// Of the shortest edge of a surface: little to see, and much more than what moves in a step.
+constexpr double default_collision_thickness = 0.1;
+// Of the same: shells and rods that are thicker would repel their own neighbours.
+constexpr double largest_collision_thickness = 0.5;
+
 // `surface` is a rigid body or the ground.
 template <class Surface>
 void add_rigid(RigidBodies& rigid, const std::string& name, const Solid& solid, double mass,
@@ -92,7 +97,8 @@ BodyShape add_volume(const Scene& scene, const EffectSet& plan, const scene::Def
   if (resists.elements && plan[index(Effect::deformable_elasticity)])
     bodies.forces.elements.add(
         tets, bodies.particles.x,
-        lame_parameters(material.youngs_modulus, material.poisson_ratio, material.damping));
+        {lame_parameters(material.youngs_modulus, material.poisson_ratio, material.damping), material.model,
+         material.mass_damping});
   if (resists.springs && plan[index(Effect::springs)]) add_volume_springs(tets, material.springs, bodies);
   if (description.incompressible) bodies.one_rings.add(tets, bodies.particles.x);
   body.tet_count = static_cast<int>(bodies.forces.elements.size()) - body.first_tet;
@@ -102,6 +108,27 @@ BodyShape add_volume(const Scene& scene, const EffectSet& plan, const scene::Def
   BodyShape shape{description.name, boundary_surface(mesh, triangles)};
   for (int& node : shape.surface.vertex_nodes) node += body.first_particle;
   return shape;
+}
+
+// What the bodies touch themselves and each other with.
+CollisionSurface collision_surface(const Scene& scene, const Bodies& bodies) {
+  CollisionSurface surface;
+  for (std::size_t i = 0; i < bodies.deformable.size(); ++i) {
+    const duet::DeformableBody& body = bodies.deformable[i];
+    const scene::DeformableBody& description = scene.deformable[i];
+    const std::span<const Triangle> triangles(bodies.triangles.data() + body.first_triangle,
+                                              static_cast<std::size_t>(body.triangle_count));
+    const std::span<const std::array<int, 2>> segments(bodies.segments.data() + body.first_segment,
+                                                       static_cast<std::size_t>(body.segment_count));
+    const double shortest = shortest_edge(bodies.particles.x, triangles, segments);
+    const double thickness = description.collision_thickness.value_or(
+        body.thickness > 0 ? std::min(body.thickness, largest_collision_thickness * shortest)
+                           : default_collision_thickness * shortest);
+    surface.add({collides_with_itself(description), thickness, description.collision_friction}, triangles,
+                segments);
+  }
+  surface.initial = bodies.particles.x;
+  return surface;
 }
 
 // Every frame's file holds all surfaces: the more round bodies there are, the smaller each one in the picture
@@ -155,6 +182,8 @@ BuiltWorld build_world(const Scene& scene, const EffectSet& plan) {
                                                    : add_rod(scene, plan, body, bodies));
   bodies.forces.finalize(bodies.particles.mass, bodies.particles.inverse_mass);
   bodies.one_rings.finalize(bodies.particles.inverse_mass, bodies.particles.x);
+  if (plan[index(Effect::self_repulsion)] || plan[index(Effect::self_collision)])
+    bodies.collision_surface = collision_surface(scene, bodies);
   if (scene.ground) {
     Placement placement;
     placement.position = Vec3(0, scene.ground->height, 0);

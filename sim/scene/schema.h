@@ -48,9 +48,9 @@ struct List {  // an array of tables within the table; a single table will do fo
   std::function<std::vector<Key>(std::size_t)> element;  // keys of the i-th one, which it makes if need be
 };
 
-using Target = std::variant<bool*, int*, double*, std::optional<double>*, Vec2*, Vec3*, std::optional<Vec3>*,
-                            Eigen::Vector2i*, Vec3i*, std::vector<Vec3>*, std::string*, Name, Reference,
-                            Choice, Group, List>;
+using Target = std::variant<bool*, std::optional<bool>*, int*, double*, std::optional<double>*, Vec2*, Vec3*,
+                            std::optional<Vec3>*, Eigen::Vector2i*, Vec3i*, std::vector<Vec3>*, std::string*,
+                            Name, Reference, Choice, Group, List>;
 
 enum class Presence {
   optional,

@@ -19,10 +19,12 @@ enum class Effect {
   rolling_friction,          // III.3, V.4 moments of rolling and spinning friction
   kinematic_motion,          // rigid bodies that move as the scene prescribes
   incompressibility,         // I.2, V.1
+  self_repulsion,            // I.3, V.2, V.4 between deformable surfaces that are near each other
+  self_collision,            // IV no crossing of deformable surfaces, of one body or of several
   springs,                   // I.1, V.2: springs on edges and across tets, and their damping
   bending,                   // I.1, V.2: bending of shells and rods, and its damping
 };
-inline constexpr int effect_count = 11;
+inline constexpr int effect_count = 13;
 inline constexpr std::array<std::string_view, effect_count> effect_names = {"rigid_collision",
                                                                             "rigid_contact",
                                                                             "rigid_deformable_contact",
@@ -32,6 +34,8 @@ inline constexpr std::array<std::string_view, effect_count> effect_names = {"rig
                                                                             "rolling_friction",
                                                                             "kinematic_motion",
                                                                             "incompressibility",
+                                                                            "self_repulsion",
+                                                                            "self_collision",
                                                                             "springs",
                                                                             "bending"};
 

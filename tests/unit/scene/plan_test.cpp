@@ -33,13 +33,13 @@ Scene scene_with(int dynamic, int fixed, int deformable, bool ground, int kinema
 
 // One letter an effect in the order of the enum: C rigid collision, R rigid contact, D rigid/deformable
 // contact, E elasticity, P push-out, S shock propagation, L rolling friction, K kinematic motion, I
-// incompressibility, M springs, B bending.
+// incompressibility, U self-repulsion, V self-collision, M springs, B bending.
 std::string active(const EffectPlan& plan) {
   std::string text;
   for (std::size_t i = 0; i < plan.effects.size(); ++i) {
     EXPECT_EQ(index(plan.effects[i].effect), i);
     EXPECT_FALSE(plan.effects[i].reason.empty());
-    if (plan.active()[i]) text += "CRDEPSLKIMB"[i];
+    if (plan.active()[i]) text += "CRDEPSLKIUVMB"[i];
   }
   return text;
 }
