@@ -1,6 +1,7 @@
 // Rigid and deformable bodies together, and whole-state velocities of both kinds.
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "sim/deformable/collision_surface.h"
@@ -17,8 +18,9 @@ struct Bodies {
   InternalForces forces;  // of the deformable bodies
   OneRings one_rings;     // of incompressible bodies
   std::vector<DeformableBody> deformable;
-  std::vector<SurfacePoint> points;    // of all deformable bodies, body after body
-  std::vector<Triangle> triangles;     // their boundaries, global particle indices
+  std::vector<SurfacePoint> points;          // of all deformable bodies, body after body
+  std::vector<Triangle> triangles;           // their boundaries, global particle indices
+  std::vector<std::array<int, 2>> segments;  // of rods, the same
   CollisionSurface collision_surface;  // of the deformable bodies in their order, if they can meet or fold
 };
 

@@ -50,6 +50,7 @@ BodyBounds bounds_of(const Particles& particles, const DeformableBody& body) {
   BodyBounds bounds;
   bounds.center = x.center();
   bounds.half = x.sizes() / 2;
+  bounds.radius = body.thickness / 2;
   bounds.velocity = v.center();
   bounds.velocity_half = v.sizes() / 2;
   bounds.is_deformable = true;

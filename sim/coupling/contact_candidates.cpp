@@ -248,7 +248,8 @@ class Finder {
         fastest(guest) + largest_change(static_cast<int>(d)) + fastest(host) + difference_.rigid[h].norm();
     const double margin = reach(speed, dt_);
     if (separation(host, guest) > margin) return;
-    visit_near(bodies_, search_, pair, margin, [&](NearPoint touch) {
+    const double around = bodies_.deformable[as_index(pair.guest_deformable)].thickness / 2;
+    visit_near(bodies_, search_, pair, margin + around, [&](NearPoint touch) {
       const SurfacePoint& point = bodies_.points[as_index(touch.point)];
       const RigidState& state = bodies_.rigid.state[h];
       const Vec3 arm = search_.point[as_index(touch.point)] - state.pose.position;
@@ -334,7 +335,11 @@ double max_penetration(const Bodies& bodies, const CandidateFilter& filter) {
         };
         for (std::size_t i = begin; i < end; ++i) {
           if (pairs[i].guest_rigid < 0) {
-            visit_near(bodies, search, pairs[i], 0, look);
+            const double around = bodies.deformable[as_index(pairs[i].guest_deformable)].thickness / 2;
+            visit_near(bodies, search, pairs[i], around, [&](NearPoint near) {
+              near.gap -= around;
+              look(near);
+            });
             continue;
           }
           visit_near(bodies.rigid, pairs[i], 0, look);

@@ -5,31 +5,51 @@
 #include <vector>
 
 #include "sim/base/types.h"
+#include "sim/deformable/altitude_springs.h"
 #include "sim/deformable/finite_elements.h"
+#include "sim/deformable/membranes.h"
+#include "sim/deformable/springs.h"
 
 namespace duet {
 
+// A particle of finite elements belongs to no other force; springs, membranes and bending may share
+// particles.
 class InternalForces {
  public:
-  FiniteElements elements;
+  FiniteElements elements;           // of volumes
+  Membranes membranes;               // of shells
+  Springs<2> edge_springs;           // of volumes, shells and rods
+  AltitudeSprings altitude_springs;  // of volumes
+  Springs<2> bending_springs;        // of shells and rods
+  Springs<4> bending_elements;       // of shells and rods
 
-  // To be called once after everything has been added. `mass` gives the particles' masses (kg).
-  void finalize(const std::vector<double>& mass);
-  bool empty() const { return elements.size() == 0; }
+  // To be called once after everything has been added, with the particles' masses (kg) and their inverses,
+  // which are 0 for those that never move.
+  void finalize(const std::vector<double>& mass, const std::vector<double>& inverse_mass);
+  bool empty() const;
 
+  // To be called once a step at x^n: what is chosen anew in position updates only.
+  void begin_step(const std::vector<Vec3>& x) { altitude_springs.choose(x); }
   // Adds the elastic forces at `x` to `force` (N) and keeps the state of deformation for the other two.
   void add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>& force);
   // Adds the viscous forces for the velocities `v` in the state of the last add_elastic_forces: linear in v,
   // symmetric and negative semi-definite.
   void add_damping_forces(const std::vector<Vec3>& v, std::vector<Vec3>& force);
+  // Adds the change of the elastic forces with a displacement `dx` (m) in that state, without what would
+  // destabilize an implicit solve: linear in dx, symmetric and negative semi-definite.
+  void add_force_differentials(const std::vector<Vec3>& dx, std::vector<Vec3>& force);
   double energy(const std::vector<Vec3>& x) const;  // J
 
   // Bounds of the square of the highest frequency, rad^2/s^2: in the state of the last add_elastic_forces (at
   // rest before the first), and at rest.
-  double max_squared_frequency() const { return elements.max_squared_frequency(); }
-  double rest_squared_frequency() const { return elements.rest_squared_frequency(); }
+  double max_squared_frequency() const { return max_squared_frequency_; }
+  double rest_squared_frequency() const { return rest_squared_frequency_; }
   // For a resumed run: the next step's size depends on it.
-  void set_max_squared_frequency(double value) { elements.set_max_squared_frequency(value); }
+  void set_max_squared_frequency(double value) { max_squared_frequency_ = value; }
+
+ private:
+  double lattice_squared_frequency_ = 0;  // of all but the finite elements, at rest
+  double max_squared_frequency_ = 0, rest_squared_frequency_ = 0;
 };
 
 }  // namespace duet

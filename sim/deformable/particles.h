@@ -26,8 +26,9 @@ struct SurfacePoint {
   std::array<double, 4> weight{1, 0, 0, 0};
   int count = 1;            // particles that carry it
   double inverse_mass = 0;  // 1/kg, sum of weight^2 / mass
-  double allowance =
-      0;  // m, depth at which it starts to act: keeps face samples out of flat contact that vertices carry
+  // m, depth at which it starts to act: keeps face samples out of flat contact that vertices carry, and is
+  // negative where a body has a thickness around its particles.
+  double allowance = 0;
 };
 
 // One deformable body: ranges of the shared arrays.
@@ -38,7 +39,9 @@ struct DeformableBody {
   int first_point = 0,
       point_count = 0;   // surface points: boundary particles first, then face and edge samples
   int sample_count = 0;  // of the points, those that are no particle
-  int first_triangle = 0, triangle_count = 0;  // of the boundary
+  int first_triangle = 0, triangle_count = 0;  // of the boundary; of a shell, all of it from its front
+  int first_segment = 0, segment_count = 0;    // of a rod
+  double thickness = 0;                        // m, of shells and rods: contact is half of it away
 };
 
 inline Vec3 weighted(const SurfacePoint& point, const std::vector<Vec3>& values) {

@@ -4,18 +4,18 @@
 #include <cmath>
 #include <limits>
 
+#include "sim/scene/add_deformable.h"
+#include "sim/scene/deformables.h"
 #include "sim/scene/motion.h"
 #include "sim/scene/solids.h"
 
 namespace duet::scene {
 namespace {
 
-// Face samples start to act at this part of their spacing inside a body, so that flat contact rests on
-// vertices alone.
-constexpr double sample_allowance = 1e-3;
-
 // Of the shortest edge of a surface: little to see, and much more than what moves in a step.
 constexpr double default_collision_thickness = 0.1;
+// Of the same: shells and rods that are thicker would repel their own neighbours.
+constexpr double largest_collision_thickness = 0.5;
 
 // `surface` is a rigid body or the ground.
 template <class Surface>
@@ -57,11 +57,6 @@ void make_kinematic(RigidBodies& rigid, KinematicMotion motion) {
   rigid.kinematic.push_back({rigid.size() - 1, std::move(motion)});
 }
 
-const Material& material_named(const Scene& scene, const std::string& name) {
-  return *std::find_if(scene.materials.begin(), scene.materials.end(),
-                       [&](const Material& m) { return m.name == name; });
-}
-
 // Each particle gets a quarter of the mass of every tet around it.
 std::vector<double> lumped_masses(const TetMesh& mesh, double density) {
   std::vector<double> mass(mesh.nodes.size(), 0);
@@ -73,50 +68,13 @@ std::vector<double> lumped_masses(const TetMesh& mesh, double density) {
   return mass;
 }
 
-SurfacePoint vertex_point(int particle) {
-  SurfacePoint point;
-  point.particle[0] = particle;
-  return point;
-}
-
-SurfacePoint sample_point(const BoundarySample& sample, int first_particle) {
-  SurfacePoint point;
-  point.count = sample.weight[2] > 0 ? 3 : 2;
-  for (std::size_t i = 0; i < 3; ++i) {
-    point.particle[i] = first_particle + sample.node[i];
-    point.weight[i] = sample.weight[i];
-  }
-  point.allowance = sample_allowance * sample.spacing;
-  return point;
-}
-
-void add_points(Bodies& bodies, duet::DeformableBody& body, const TetMesh& mesh,
-                const std::vector<Triangle>& triangles, int order) {
-  std::vector<bool> on_boundary(mesh.nodes.size(), false);
-  for (const Triangle& t : triangles)
-    for (int i : t) on_boundary[static_cast<std::size_t>(i)] = true;
-  body.first_point = static_cast<int>(bodies.points.size());
-  for (std::size_t i = 0; i < on_boundary.size(); ++i)
-    if (on_boundary[i]) bodies.points.push_back(vertex_point(body.first_particle + static_cast<int>(i)));
-  const std::size_t vertices_end = bodies.points.size();
-  if (order > 1)
-    for (const BoundarySample& sample : boundary_samples(mesh, triangles, order))
-      bodies.points.push_back(sample_point(sample, body.first_particle));
-  body.sample_count = static_cast<int>(bodies.points.size() - vertices_end);
-  body.point_count = static_cast<int>(bodies.points.size()) - body.first_point;
-  for (std::size_t k = static_cast<std::size_t>(body.first_point); k < bodies.points.size(); ++k) {
-    SurfacePoint& point = bodies.points[k];
-    for (std::size_t i = 0; i < static_cast<std::size_t>(point.count); ++i)
-      point.inverse_mass += point.weight[i] * point.weight[i] *
-                            bodies.particles.inverse_mass[static_cast<std::size_t>(point.particle[i])];
-  }
-}
-
-BodyShape add_deformable(const Scene& scene, const scene::DeformableBody& description, Bodies& bodies) {
-  const Material& material = material_named(scene, description.material);
-  const TetMesh mesh = box_lattice(description.size, description.cells);
+BodyShape add_volume(const Scene& scene, const EffectSet& plan, const scene::DeformableBody& description,
+                     Bodies& bodies) {
+  const Material& material = material_of(scene, description);
+  const TetMesh mesh = box_lattice(description.shape.size, description.shape.cells);
   const std::vector<Triangle> triangles = boundary(mesh);
-  const double density = description.mass ? *description.mass / description.size.prod() : material.density;
+  const double density =
+      description.mass ? *description.mass / description.shape.size.prod() : material.density;
   const std::vector<double> masses = lumped_masses(mesh, density);
 
   duet::DeformableBody body;
@@ -124,18 +82,10 @@ BodyShape add_deformable(const Scene& scene, const scene::DeformableBody& descri
   body.first_particle = static_cast<int>(bodies.particles.size());
   body.particle_count = static_cast<int>(mesh.nodes.size());
   body.first_tet = static_cast<int>(bodies.forces.elements.size());
-  body.tet_count = static_cast<int>(mesh.tets.size());
   body.first_triangle = static_cast<int>(bodies.triangles.size());
   body.triangle_count = static_cast<int>(triangles.size());
 
-  const Placement& placement = description.placement;
-  for (std::size_t i = 0; i < mesh.nodes.size(); ++i) {
-    const Vec3 arm = placement.orientation * mesh.nodes[i];
-    bodies.particles.x.push_back(placement.position + arm);
-    bodies.particles.v.push_back(placement.velocity + placement.angular_velocity.cross(arm));
-    bodies.particles.mass.push_back(masses[i]);
-    bodies.particles.inverse_mass.push_back(1 / masses[i]);
-  }
+  add_particles(description, mesh.nodes, masses, bodies.particles);
   std::vector<Tet> tets = mesh.tets;
   for (Tet& tet : tets)
     for (int& i : tet) i += body.first_particle;
@@ -143,12 +93,16 @@ BodyShape add_deformable(const Scene& scene, const scene::DeformableBody& descri
     for (int& i : triangle) i += body.first_particle;
     bodies.triangles.push_back(triangle);
   }
-  bodies.forces.elements.add(
-      tets, bodies.particles.x,
-      {lame_parameters(material.youngs_modulus, material.poisson_ratio, material.damping), material.model,
-       material.mass_damping});
+  const Resistance resists = resistance(description.shape, material);
+  if (resists.elements && plan[index(Effect::deformable_elasticity)])
+    bodies.forces.elements.add(
+        tets, bodies.particles.x,
+        {lame_parameters(material.youngs_modulus, material.poisson_ratio, material.damping), material.model,
+         material.mass_damping});
+  if (resists.springs && plan[index(Effect::springs)]) add_volume_springs(tets, material.springs, bodies);
   if (description.incompressible) bodies.one_rings.add(tets, bodies.particles.x);
-  add_points(bodies, body, mesh, triangles, scene.solver.face_samples);
+  body.tet_count = static_cast<int>(bodies.forces.elements.size()) - body.first_tet;
+  add_surface_points(mesh, triangles, scene.solver.face_samples, 0, body, bodies);
   bodies.deformable.push_back(body);
 
   BodyShape shape{description.name, boundary_surface(mesh, triangles)};
@@ -164,10 +118,14 @@ CollisionSurface collision_surface(const Scene& scene, const Bodies& bodies) {
     const scene::DeformableBody& description = scene.deformable[i];
     const std::span<const Triangle> triangles(bodies.triangles.data() + body.first_triangle,
                                               static_cast<std::size_t>(body.triangle_count));
+    const std::span<const std::array<int, 2>> segments(bodies.segments.data() + body.first_segment,
+                                                       static_cast<std::size_t>(body.segment_count));
+    const double shortest = shortest_edge(bodies.particles.x, triangles, segments);
     const double thickness = description.collision_thickness.value_or(
-        default_collision_thickness * shortest_edge(bodies.particles.x, triangles, {}));
+        body.thickness > 0 ? std::min(body.thickness, largest_collision_thickness * shortest)
+                           : default_collision_thickness * shortest);
     surface.add({collides_with_itself(description), thickness, description.collision_friction}, triangles,
-                {});
+                segments);
   }
   surface.initial = bodies.particles.x;
   return surface;
@@ -219,8 +177,10 @@ BuiltWorld build_world(const Scene& scene, const EffectSet& plan) {
     built.shapes.push_back({body.name, {solid.surface, {}}});
   }
   for (const scene::DeformableBody& body : scene.deformable)
-    built.shapes.push_back(add_deformable(scene, body, bodies));
-  bodies.forces.finalize(bodies.particles.mass);
+    built.shapes.push_back(body.shape.is_volume()  ? add_volume(scene, plan, body, bodies)
+                           : body.shape.is_shell() ? add_shell(scene, plan, body, bodies)
+                                                   : add_rod(scene, plan, body, bodies));
+  bodies.forces.finalize(bodies.particles.mass, bodies.particles.inverse_mass);
   bodies.one_rings.finalize(bodies.particles.inverse_mass, bodies.particles.x);
   if (plan[index(Effect::self_repulsion)] || plan[index(Effect::self_collision)])
     bodies.collision_surface = collision_surface(scene, bodies);

@@ -1,18 +1,28 @@
 // From a validated scene to a World that can be stepped.
 #pragma once
 
+#include <optional>
+#include <variant>
 #include <vector>
 
 #include "sim/geometry/tet_mesh.h"
+#include "sim/geometry/thick_surface.h"
 #include "sim/scene/scene.h"
 #include "sim/step/world.h"
 
 namespace duet::scene {
 
+// A shell or a rod as it is drawn around its particles.
+struct ThinShape {
+  std::variant<ThickSheet, Tube> surface;
+  std::size_t first_particle = 0, particle_count = 0;
+};
+
 // Render data that the step never reads.
 struct BodyShape {
   std::string name;
-  BoundarySurface surface;  // at rest, in body space; rigid bodies: vertex_nodes is empty
+  BoundarySurface surface;          // at rest, in body space; rigid bodies: vertex_nodes is empty
+  std::optional<ThinShape> thin{};  // of shells and rods, which have no boundary surface
 };
 
 struct BuiltWorld {

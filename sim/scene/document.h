@@ -19,7 +19,8 @@ class Problems {
   void add(const toml::source_region& at, std::string key, std::string message, std::string hint = {});
   void add_override(std::string key, std::string message, std::string hint = {});
   void add_global(std::string message, std::string hint = {});  // about the scene as a whole
-  void throw_if_any();                                          // SceneError, sorted by line
+  std::size_t count() const { return problems_.size(); }
+  void throw_if_any();  // SceneError, sorted by line
 
  private:
   std::string file_;

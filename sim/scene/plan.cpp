@@ -7,6 +7,7 @@
 
 #include "sim/base/error.h"
 #include "sim/base/near_miss.h"
+#include "sim/scene/deformables.h"
 
 namespace duet::scene {
 namespace {
@@ -81,14 +82,64 @@ PlannedEffect rigid_deformable_pairs(const Bodies& bodies) {
   return {effect, true, fmt::format("{} can touch {}", deformable_text(bodies), rigid_text(bodies))};
 }
 
-PlannedEffect elasticity(const Scene& scene, const Bodies& bodies) {
-  const Effect effect = Effect::deformable_elasticity;
+// The deformable bodies that one kind of force holds together, with their materials.
+struct Resisting {
+  std::vector<std::string> bodies, materials;
+};
+
+template <class Describe>
+Resisting resisting(const Scene& scene, bool Resistance::*kind, Describe&& describe) {
+  Resisting found;
+  for (const DeformableBody& body : scene.deformable) {
+    const Material& material = material_of(scene, body);
+    if (!(resistance(body.shape, material).*kind)) continue;
+    found.bodies.push_back(body.name);
+    const std::string text = describe(material);
+    if (std::find(found.materials.begin(), found.materials.end(), text) == found.materials.end())
+      found.materials.push_back(text);
+  }
+  return found;
+}
+
+PlannedEffect resistance_effect(Effect effect, const Scene& scene, const Resisting& resisting,
+                                std::string_view none) {
   if (scene.deformable.empty()) return {effect, false, "no deformable body"};
-  std::vector<std::string> materials;
-  for (const Material& material : scene.materials)
-    materials.push_back(
-        fmt::format("`{}`, Young's modulus {:.4g} Pa", material.name, material.youngs_modulus));
-  return {effect, true, fmt::format("{} of {}", deformable_text(bodies), fmt::join(materials, "; "))};
+  if (resisting.bodies.empty()) return {effect, false, std::string(none)};
+  return {
+      effect, true,
+      fmt::format("{} ({}) of {}", counted(resisting.bodies.size(), "deformable body", "deformable bodies"),
+                  listed(resisting.bodies), fmt::join(resisting.materials, "; "))};
+}
+
+std::string modulus_text(const Material& material) {
+  return fmt::format("`{}`, Young's modulus {:.4g} Pa", material.name, material.youngs_modulus);
+}
+
+PlannedEffect elasticity(const Scene& scene) {
+  return resistance_effect(Effect::deformable_elasticity, scene,
+                           resisting(scene, &Resistance::elements, modulus_text),
+                           "every deformable body is made of springs");
+}
+
+PlannedEffect springs(const Scene& scene) {
+  const auto text = [](const Material& material) {
+    return material.has_springs
+               ? fmt::format("`{}`, springs of {:.4g} N", material.name, material.springs.stiffness)
+               : modulus_text(material);
+  };
+  return resistance_effect(Effect::springs, scene, resisting(scene, &Resistance::springs, text),
+                           "no rod and no material with springs");
+}
+
+PlannedEffect bending(const Scene& scene) {
+  const auto text = [](const Material& material) {
+    return material.has_bending_springs
+               ? fmt::format("`{}`, bending springs of {:.4g} N", material.name,
+                             material.bending_springs.stiffness)
+               : fmt::format("{}, {:.4g} times", modulus_text(material), material.bending_factor);
+  };
+  return resistance_effect(Effect::bending, scene, resisting(scene, &Resistance::bending, text),
+                           "no shell and no rod that resists bending");
 }
 
 PlannedEffect push_out(const std::vector<PlannedEffect>& effects) {
@@ -196,7 +247,7 @@ EffectPlan plan_effects(const Scene& scene, const std::vector<std::string>& with
   add(rigid_pairs(Effect::rigid_collision, bodies, "can collide"));
   add(rigid_pairs(Effect::rigid_contact, bodies, "can rest on each other"));
   add(rigid_deformable_pairs(bodies));
-  add(elasticity(scene, bodies));
+  add(elasticity(scene));
   add(push_out(plan.effects));  // what has no contact left has nothing to push out
   const bool contact = plan.effects[index(Effect::rigid_contact)].active;
   add(shock_propagation(scene, bodies, contact));
@@ -205,6 +256,8 @@ EffectPlan plan_effects(const Scene& scene, const std::vector<std::string>& with
   add(incompressibility(scene));
   add(between_surfaces(Effect::self_repulsion, scene, bodies));
   add(between_surfaces(Effect::self_collision, scene, bodies));
+  add(springs(scene));
+  add(bending(scene));
   return plan;
 }
 

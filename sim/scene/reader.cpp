@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "sim/base/near_miss.h"
+#include "sim/scene/deformable_reader.h"
 #include "sim/scene/motion_reader.h"
 #include "sim/scene/shape_reader.h"
 #include "sim/scene/table_reader.h"
@@ -177,6 +178,7 @@ void SceneReader::read_deformable(const toml::table& table, const std::string& p
   DeformableBody& body = entry.body;
   reader_.read(table, keys(entry), path);
   check_body_name(body.name, table, path);
+  check_deformable(body, table, path, problems_);
   if (check_rotation(entry.rotation, table, path))
     body.placement.orientation = orientation_of(entry.rotation);
   body.at = location_of(table);

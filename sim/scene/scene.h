@@ -33,6 +33,12 @@ struct Placement {
   Vec3 angular_velocity = Vec3::Zero();  // rad/s, about the centre of mass, in world axes
 };
 
+// Springs of a mass-spring body: a spring pulls with `stiffness` when it is stretched to twice its length.
+struct SpringLaw {
+  double stiffness = 1000;  // N
+  double damping = 1;       // of critical damping of each spring on its particles
+};
+
 struct Material {
   std::string name;
   double density = 1000;        // kg/m^3
@@ -42,6 +48,11 @@ struct Material {
       0.01;  // s, stiffness-proportional Rayleigh damping: viscous moduli = damping * elastic moduli
   double mass_damping = 0;  // 1/s, mass-proportional Rayleigh damping: braking force over mass and velocity
   MaterialModel model = MaterialModel::neo_hookean;
+  bool has_springs = false;  // they resist stretching in place of finite elements
+  SpringLaw springs;
+  bool has_bending_springs = false;  // they resist the bending of shells and rods in place of elements
+  SpringLaw bending_springs{10, 1};
+  double bending_factor = 1;  // of bending elements, on the stiffness that the modulus and the thickness give
 };
 
 enum class ShapeKind { box, sphere, capsule, cylinder, torus, mesh };
@@ -108,11 +119,39 @@ struct RigidBody {
   std::string look;                      // name of a look
 };
 
+// Volumes, then shells (panel, disc: in the plane y = 0, front upward), then rods.
+enum class DeformableKind { box, panel, disc, rod, helix, knot };
+struct DeformableShape {
+  DeformableKind kind = DeformableKind::box;
+  Vec3 size = Vec3::Zero();        // m, of the box
+  Vec3i cells = Vec3i(4, 4, 4);    // of the box: lattice cells along each edge, five tets a cell
+  Vec2 panel_size = Vec2::Zero();  // m, along x and z
+  Eigen::Vector2i panel_cells = Eigen::Vector2i(16, 16);  // two triangles a cell
+  double radius = 0;                                      // m, of the disc; of the helix; of the knot's ring
+  int rings = 8;                                          // of the disc
+  std::vector<Vec3> points;                               // m, that the rod goes through
+  bool is_closed = false;                                 // the rod ends where it begins
+  double pitch = 0;                                       // m a turn, of the helix
+  double turns = 1;                                       // of the helix
+  double tube = 0;                                        // m, how far the knot winds about its ring
+  Eigen::Vector2i winding = Eigen::Vector2i(2, 3);        // of the knot, about the axis y and about its ring
+  int segments = 64;                                      // of rods
+  bool is_shell() const { return kind == DeformableKind::panel || kind == DeformableKind::disc; }
+  bool is_volume() const { return kind == DeformableKind::box; }
+};
+
+struct Pin {                 // particles near the line from one point to another never move
+  Vec3 from = Vec3::Zero();  // m, in the shape's coordinates at rest
+  std::optional<Vec3> to;    // m; without it, a point
+  double radius = 1e-3;      // m
+};
+
 struct DeformableBody {
   std::string name;
   Location at;
-  Vec3 size = Vec3::Zero();      // m, of the box
-  Vec3i cells = Vec3i(4, 4, 4);  // lattice cells along each edge, five tets a cell
+  DeformableShape shape;
+  std::optional<double> thickness;  // m, of shells; the diameter of rods
+  std::vector<Pin> pins;
   Placement placement;
   std::string material;        // name of a material
   std::optional<double> mass;  // kg; overrides density * volume

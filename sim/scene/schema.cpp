@@ -92,12 +92,60 @@ std::vector<Key> shape_keys(Shape& shape) {
   };
 }
 
+Key springs_key(std::string_view name, SpringLaw& law, bool& given, std::string_view meaning) {
+  return {
+      name,
+      Group{{{"stiffness", &law.stiffness, "N", positive, "force of a spring stretched to twice its length",
+              required},
+             {"damping", &law.damping, "", non_negative, "of critical damping of a spring on its particles"}},
+            &given},
+      "", any, meaning};
+}
+
+const Bounds segments{.lower = 3, .upper = 1e5};
+
+std::vector<Key> shape_keys(DeformableShape& shape) {
+  return {
+      {"box", &shape.size, "m", positive, "full edge lengths at rest", one_of},
+      {"cells", &shape.cells, "", between(1, 128),
+       "lattice cells along each edge of a box, five tetrahedra a cell; boxes only"},
+      {"panel",
+       Group{{{"size", &shape.panel_size, "m", positive, "along x and z", required},
+              {"cells", &shape.panel_cells, "", between(1, 1000), "along x and z, two triangles a cell"}}},
+       "", any, "rectangle of cloth or plate about the origin, in the plane y = 0", one_of},
+      {"disc",
+       Group{{{"radius", &shape.radius, "m", positive, "of its rim", required},
+              {"rings", &shape.rings, "", between(1, 300), "of nodes about the middle one"}}},
+       "", any, "of cloth or plate, in the plane y = 0", one_of},
+      {"rod",
+       Group{{{"points", &shape.points, "m", any, "that it goes through in order, two or more", required},
+              {"closed", &shape.is_closed, "", any, "from the last point it leads back to the first one"},
+              {"segments", &shape.segments, "", segments, "of equal length"}}},
+       "", any, "rope or wire through points, smooth between them", one_of},
+      {"helix",
+       Group{{{"radius", &shape.radius, "m", positive, "about the axis y", required},
+              {"pitch", &shape.pitch, "m", positive, "rise of one turn", required},
+              {"turns", &shape.turns, "", above_up_to(0, 1e3), "from end to end"},
+              {"segments", &shape.segments, "", segments, "of equal length"}}},
+       "", any, "rope or wire wound up as a screw", one_of},
+      {"knot",
+       Group{{{"radius", &shape.radius, "m", positive, "of a ring about the axis y", required},
+              {"tube", &shape.tube, "m", positive, "how far from the ring it winds, less than its radius",
+               required},
+              {"winding", &shape.winding, "", between(1, 50), "turns about the axis and about the ring"},
+              {"segments", &shape.segments, "", segments, "of equal length"}}},
+       "", any, "closed rope wound about a ring; the trefoil has the winding [2, 3]", one_of},
+  };
+}
+
 std::string number_text(double value) { return fmt::format("{:.6g}", value); }
 
 template <class Vector>
 std::string vector_text(const Vector& value) {
-  return fmt::format("[{:.6g}, {:.6g}, {:.6g}]", static_cast<double>(value[0]), static_cast<double>(value[1]),
-                     static_cast<double>(value[2]));
+  std::string text;
+  for (Eigen::Index i = 0; i < value.size(); ++i)
+    text += fmt::format("{}{:.6g}", i == 0 ? "[" : ", ", static_cast<double>(value[i]));
+  return text + "]";
 }
 
 struct TypeText {
@@ -106,9 +154,12 @@ struct TypeText {
   std::string operator()(int*) const { return "integer"; }
   std::string operator()(double*) const { return "number"; }
   std::string operator()(std::optional<double>*) const { return "number"; }
+  std::string operator()(Vec2*) const { return "2 numbers"; }
   std::string operator()(Vec3*) const { return "3 numbers"; }
   std::string operator()(std::optional<Vec3>*) const { return "3 numbers"; }
+  std::string operator()(Eigen::Vector2i*) const { return "2 integers"; }
   std::string operator()(Vec3i*) const { return "3 integers"; }
+  std::string operator()(std::vector<Vec3>*) const { return "points"; }
   std::string operator()(std::string*) const { return "text"; }
   std::string operator()(const Name&) const { return "name"; }
   std::string operator()(const Reference& reference) const {
@@ -129,11 +180,14 @@ struct ValueText {
   std::string operator()(const std::optional<double>* value) const {
     return *value ? number_text(**value) : "none";
   }
+  std::string operator()(const Vec2* value) const { return vector_text(*value); }
   std::string operator()(const Vec3* value) const { return vector_text(*value); }
   std::string operator()(const std::optional<Vec3>* value) const {
     return *value ? vector_text(**value) : "none";
   }
+  std::string operator()(const Eigen::Vector2i* value) const { return vector_text(*value); }
   std::string operator()(const Vec3i* value) const { return vector_text(*value); }
+  std::string operator()(const std::vector<Vec3>*) const { return "none"; }
   std::string operator()(const std::string* value) const { return fmt::format("\"{}\"", *value); }
   std::string operator()(const Name& name) const { return fmt::format("\"{}\"", *name.text); }
   std::string operator()(const Reference& reference) const {
@@ -203,6 +257,20 @@ std::vector<Key> keys(Material& material) {
        "braking force over mass and velocity; slows the body as a whole, too"},
       {"model", choice(material.model, {std::begin(material_model_names), std::end(material_model_names)}),
        "", any, "how stress follows from large strains; at small strains all are alike"},
+      springs_key("springs", material.springs, material.has_springs,
+                  "resist stretching in place of finite elements, along edges and across tetrahedra"),
+      springs_key("bending_springs", material.bending_springs, material.has_bending_springs,
+                  "resist bending in place of bending elements, across edges and over the nodes of rods"),
+      {"bending_factor", &material.bending_factor, "", non_negative,
+       "on the bending stiffness that Young's modulus and the thickness give shells and rods; 0: limp"},
+  };
+}
+
+std::vector<Key> keys(Pin& pin) {
+  return {
+      {"from", &pin.from, "m", any, "a point, in the coordinates of the shape at rest", required},
+      {"to", &pin.to, "m", any, "the other end of a line; without it, the point alone"},
+      {"radius", &pin.radius, "m", positive, "how far from there particles are held"},
   };
 }
 
@@ -281,11 +349,11 @@ std::vector<Key> keys(DeformableEntry& entry) {
   Placement& placement = body.placement;
   return {
       {"name", Name{&body.name}, "", any, "unique among all bodies; `ground` is taken", required},
-      {"shape",
-       Group{{{"box", &body.size, "m", positive, "full edge lengths at rest", required},
-              {"cells", &body.cells, "", between(1, 128),
-               "lattice cells along each edge, five tetrahedra a cell"}}},
-       "", any, "`{ box = [x, y, z], cells = [nx, ny, nz] }`", required},
+      {"shape", Group{shape_keys(body.shape)}, "", any,
+       "exactly one of its box (a volume), panel, disc (shells), rod, helix and knot (rods)", required},
+      {"thickness", &body.thickness, "m", positive, "of shells, which need one; the diameter of rods",
+       one_of},
+      {"pins", list(body.pins), "", any, "particles that never move, for example where a cloth hangs"},
       {"position", &placement.position, "m", any, "of the shape's centre"},
       rotation_key(entry.rotation),
       {"velocity", &placement.velocity, "m/s", any, "of the centre at frame 0"},

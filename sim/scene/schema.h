@@ -48,8 +48,9 @@ struct List {  // an array of tables within the table; a single table will do fo
   std::function<std::vector<Key>(std::size_t)> element;  // keys of the i-th one, which it makes if need be
 };
 
-using Target = std::variant<bool*, std::optional<bool>*, int*, double*, std::optional<double>*, Vec3*,
-                            std::optional<Vec3>*, Vec3i*, std::string*, Name, Reference, Choice, Group, List>;
+using Target = std::variant<bool*, std::optional<bool>*, int*, double*, std::optional<double>*, Vec2*, Vec3*,
+                            std::optional<Vec3>*, Eigen::Vector2i*, Vec3i*, std::vector<Vec3>*, std::string*,
+                            Name, Reference, Choice, Group, List>;
 
 enum class Presence {
   optional,
@@ -81,6 +82,7 @@ struct DeformableEntry {
 
 std::vector<Key> keys(Scene& scene);  // the keys outside of all tables
 std::vector<Key> keys(Material& material);
+std::vector<Key> keys(Pin& pin);
 std::vector<Key> keys(Keyframe& keyframe);
 std::vector<Key> keys(Spin& spin);
 std::vector<Key> keys(Sinusoid& sinusoid);

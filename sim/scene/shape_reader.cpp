@@ -4,12 +4,12 @@
 #include <filesystem>
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include "sim/base/hash.h"
 #include "sim/geometry/mesh_check.h"
 #include "sim/geometry/mesh_file.h"
 #include "sim/scene/solids.h"
+#include "sim/scene/table_reader.h"
 
 namespace duet::scene {
 namespace {
@@ -48,22 +48,14 @@ void ShapeReader::check(RigidBody& body, const toml::table& body_table, const st
 }
 
 bool ShapeReader::check_kind(Shape& shape, const toml::table& table, const std::string& path) {
-  std::vector<std::string_view> given;
-  for (std::size_t i = 0; i < kinds.size(); ++i)
-    if (table.contains(kinds[i])) {
-      given.push_back(kinds[i]);
-      shape.kind = static_cast<ShapeKind>(i);
-    }
-  const std::string hint = fmt::format("exactly one of {}", fmt::join(kinds, ", "));
-  if (given.empty()) problems_.add(table.source(), path, "says no shape", hint);
-  if (given.size() > 1)
-    problems_.add(table.source(), path, fmt::format("is {} at once", fmt::join(given, " and ")), hint);
-  if (given.size() != 1) return false;
+  const std::optional<std::size_t> kind = only_kind(table, kinds, path, problems_);
+  if (!kind) return false;
+  shape.kind = static_cast<ShapeKind>(*kind);
   if (shape.kind != ShapeKind::mesh)
     for (const std::string_view key : {"scale", "cells"})
       if (const toml::node* node = table.get(key))
         problems_.add(node->source(), fmt::format("{}.{}", path, key),
-                      fmt::format("has no effect on a {}", given.front()), "it belongs to a mesh");
+                      fmt::format("has no effect on a {}", kinds[*kind]), "it belongs to a mesh");
   return true;
 }
 

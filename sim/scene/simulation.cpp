@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <span>
 
 #include "sim/base/error.h"
 #include "sim/base/hash.h"
@@ -137,7 +138,7 @@ struct Simulation::Impl {
     stats.volume_error = bodies.one_rings.volume_error(bodies.particles.x);
     stats.kinetic = kinetic_energy(bodies);
     stats.potential = gravitational_energy(bodies, world().gravity);
-    stats.elastic = world().has(Effect::deformable_elasticity) ? bodies.forces.energy(bodies.particles.x) : 0;
+    stats.elastic = world().has_internal_forces() ? bodies.forces.energy(bodies.particles.x) : 0;
     if (world().has(Effect::self_collision))
       stats.self_intersections = static_cast<std::int64_t>(self_intersections(bodies).size());
     const Momentum total = momentum(bodies);
@@ -234,7 +235,10 @@ void Simulation::surfaces(std::vector<BodySurface>& out) const {
     Surface& surface = out[i].surface;
     if (surface.triangles.size() != rest.surface.triangles.size()) surface = rest.surface;
     out[i].name = shapes[i].name;
-    if (rest.vertex_nodes.empty()) {
+    if (const std::optional<scene::ThinShape>& thin = shapes[i].thin) {
+      const std::span<const Vec3> x(bodies.particles.x.data() + thin->first_particle, thin->particle_count);
+      std::visit([&](const auto& thick) { thick.update(x, surface); }, thin->surface);
+    } else if (rest.vertex_nodes.empty()) {
       const Pose& pose = bodies.rigid.state[i].pose;
       for (std::size_t k = 0; k < surface.positions.size(); ++k)
         surface.positions[k] = pose.to_world(rest.surface.positions[k].cast<double>()).cast<float>();
@@ -328,7 +332,8 @@ WorldSizes Simulation::sizes() const {
   sizes.grids = grid_sizes(bodies.rigid);
   sizes.particles = static_cast<int>(bodies.particles.size());
   sizes.tets = static_cast<int>(bodies.forces.elements.size());
-  if (sizes.tets > 0) sizes.elastic_dt = 2 / std::sqrt(bodies.forces.rest_squared_frequency());
+  if (bodies.forces.rest_squared_frequency() > 0)
+    sizes.elastic_dt = 2 / std::sqrt(bodies.forces.rest_squared_frequency());
   if (!std::isfinite(sizes.lightest)) sizes.lightest = 0;
   return sizes;
 }

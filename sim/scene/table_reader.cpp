@@ -56,6 +56,22 @@ std::string describe(const toml::node& node) {
   return node.is_table() ? "a table" : "a date or time";
 }
 
+std::optional<std::size_t> only_kind(const toml::table& table, std::span<const std::string_view> kinds,
+                                     const std::string& path, Problems& problems) {
+  std::vector<std::size_t> given;
+  for (std::size_t i = 0; i < kinds.size(); ++i)
+    if (table.contains(kinds[i])) given.push_back(i);
+  if (given.size() == 1) return given.front();
+  const std::string hint = fmt::format("exactly one of {}", fmt::join(kinds, ", "));
+  std::vector<std::string_view> names;
+  for (const std::size_t i : given) names.push_back(kinds[i]);
+  if (given.empty())
+    problems.add(table.source(), path, "says no shape", hint);
+  else
+    problems.add(table.source(), path, fmt::format("is {} at once", fmt::join(names, " and ")), hint);
+  return std::nullopt;
+}
+
 std::vector<ListedTable> listed_tables(const toml::node& node, const std::string& path) {
   if (const toml::table* table = node.as_table()) return {{table, path}};
   const toml::array* array = node.as_array();
@@ -122,12 +138,27 @@ void TableReader::read_value(const toml::node& node, const Key& key, const std::
           [&](std::optional<double>* target) {
             if (double value; number(node, path, value)) *target = value;
           },
+          [&](Vec2* target) { read_vector(node, key, path, "an array of 2 numbers", *target, number); },
           [&](Vec3* target) { read_vector(node, key, path, "an array of 3 numbers", *target, number); },
           [&](std::optional<Vec3>* target) {
             Vec3 value;
             if (read_vector(node, key, path, "an array of 3 numbers", value, number)) *target = value;
           },
+          [&](Eigen::Vector2i* target) {
+            read_vector(node, key, path, "an array of 2 integers", *target, integer);
+          },
           [&](Vec3i* target) { read_vector(node, key, path, "an array of 3 integers", *target, integer); },
+          [&](std::vector<Vec3>* target) {
+            const toml::array* points = node.as_array();
+            if (!points) return wrong_type(node, path, "an array of points [x, y, z]", key.meaning);
+            target->clear();
+            for (std::size_t i = 0; i < points->size(); ++i) {
+              Vec3 value = Vec3::Zero();
+              read_vector((*points)[i], key, fmt::format("{}[{}]", path, i), "a point [x, y, z]", value,
+                          number);
+              target->push_back(value);
+            }
+          },
           [&](std::string* target) { read_string(node, key, path, "a text", *target); },
           [&](const Name& target) {
             if (read_string(node, key, path, "a name", *target.text))
@@ -193,13 +224,14 @@ template <class Vector, class Read>
 bool TableReader::read_vector(const toml::node& node, const Key& key, const std::string& path,
                               std::string_view expected, Vector& vector, Read&& read_element) {
   const toml::array* array = node.as_array();
-  if (!array || array->size() != 3) {
+  constexpr auto size = Vector::SizeAtCompileTime;
+  if (!array || array->size() != static_cast<std::size_t>(size)) {
     wrong_type(node, path, expected, key.meaning);
     return false;
   }
   Vector candidate;
   bool good = true;
-  for (int i = 0; i < 3; ++i)
+  for (int i = 0; i < size; ++i)
     good &= read_element((*array)[static_cast<std::size_t>(i)], fmt::format("{}[{}]", path, i), candidate[i]);
   if (good) vector = candidate;
   return good;

@@ -2,6 +2,8 @@
 // toml++.
 #pragma once
 
+#include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -65,6 +67,10 @@ std::vector<ListedTable> listed_tables(const toml::node& node, const std::string
 
 // Where to point for a key that may be absent: at its value, else at its table.
 toml::source_region place_of(const toml::table& table, std::string_view key);
+
+// Which of `kinds` the table has, for tables that must have exactly one; reports it where that is not so.
+std::optional<std::size_t> only_kind(const toml::table& table, std::span<const std::string_view> kinds,
+                                     const std::string& path, Problems& problems);
 
 // What a value is, for messages: `the text "abc"`, `an array of 2 values`.
 std::string describe(const toml::node& node);

@@ -7,7 +7,7 @@ namespace duet {
 void solve_velocity(World& world, StepContext& context, double dt, ContactProjection* projection) {
   Bodies& bodies = world.bodies;
   Particles& particles = bodies.particles;
-  const bool elastic = world.has(Effect::deformable_elasticity);
+  const bool elastic = world.has_internal_forces();
 
   context.force.resize(particles.size());
   for (std::size_t p = 0; p < particles.size(); ++p) context.force[p] = particles.mass[p] * world.gravity;
@@ -46,6 +46,7 @@ void solve_velocity(World& world, StepContext& context, double dt, ContactProjec
 // I.1. The damping forces are linear in V, so whatever the tolerance of the solve leaves keeps momentum.
 void advance_velocity(World& world, StepContext& context) {
   Bodies& bodies = world.bodies;
+  if (world.has(Effect::springs)) bodies.forces.begin_step(bodies.particles.x);
   solve_velocity(world, context, context.dt / 2, nullptr);
   bodies.particles.v = context.solution.particle;
   for (std::size_t i = 0; i < bodies.rigid.size(); ++i)

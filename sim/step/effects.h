@@ -21,13 +21,23 @@ enum class Effect {
   incompressibility,         // I.2, V.1
   self_repulsion,            // I.3, V.2, V.4 between deformable surfaces that are near each other
   self_collision,            // IV no crossing of deformable surfaces, of one body or of several
+  springs,                   // I.1, V.2: springs on edges and across tets, and their damping
+  bending,                   // I.1, V.2: bending of shells and rods, and its damping
 };
-inline constexpr int effect_count = 11;
-inline constexpr std::array<std::string_view, effect_count> effect_names = {
-    "rigid_collision",       "rigid_contact",    "rigid_deformable_contact",
-    "deformable_elasticity", "push_out",         "shock_propagation",
-    "rolling_friction",      "kinematic_motion", "incompressibility",
-    "self_repulsion",        "self_collision"};
+inline constexpr int effect_count = 13;
+inline constexpr std::array<std::string_view, effect_count> effect_names = {"rigid_collision",
+                                                                            "rigid_contact",
+                                                                            "rigid_deformable_contact",
+                                                                            "deformable_elasticity",
+                                                                            "push_out",
+                                                                            "shock_propagation",
+                                                                            "rolling_friction",
+                                                                            "kinematic_motion",
+                                                                            "incompressibility",
+                                                                            "self_repulsion",
+                                                                            "self_collision",
+                                                                            "springs",
+                                                                            "bending"};
 
 using EffectSet = std::bitset<effect_count>;
 inline std::size_t index(Effect effect) { return static_cast<std::size_t>(effect); }

@@ -19,7 +19,7 @@ constexpr double least_elastic_share = 1.0 / 8;
 // 2/omega_max is the stability limit of the scheme for undamped elasticity (its amplification matrix is that
 // of leapfrog).
 double elastic_limit(const World& world) {
-  if (!world.has(Effect::deformable_elasticity)) return std::numeric_limits<double>::infinity();
+  if (!world.has_internal_forces()) return std::numeric_limits<double>::infinity();
   const InternalForces& forces = world.bodies.forces;
   const double now = 2 / std::sqrt(forces.max_squared_frequency());
   const double at_rest = 2 / std::sqrt(forces.rest_squared_frequency());

@@ -11,7 +11,7 @@ void constrained_solve(World& world, StepContext& context) {
   Particles& particles = bodies.particles;
   ContactProjection* projection = nullptr;
   // Without elasticity there is nothing to solve, and rigid bodies take their velocities from V.3.
-  if (world.has(Effect::deformable_elasticity) || world.has(Effect::incompressibility)) {
+  if (world.has_internal_forces() || world.has(Effect::incompressibility)) {
     for (ContactPoint& contact : context.contacts.points)
       if (!contact.impulse.isZero(0)) update_geometry(bodies, contact);
     context.projection.build(bodies, context.contacts, context.graph, world.settings.projection_sweeps,
@@ -24,7 +24,7 @@ void constrained_solve(World& world, StepContext& context) {
     particles.x[p] = 0.5 * (context.x_n[p] + context.x_next[p]);
   solve_velocity(world, context, context.dt / 2, projection);
 
-  if (world.has(Effect::deformable_elasticity))
+  if (world.has_internal_forces())
     bodies.forces.add_damping_forces(context.solution.particle, context.force);
   for (std::size_t p = 0; p < particles.size(); ++p)
     particles.v[p] += context.dt * particles.inverse_mass[p] * context.force[p];

@@ -92,6 +92,9 @@ struct World {
   StepLedger ledger;
 
   bool has(Effect effect) const { return plan[index(effect)]; }
+  bool has_internal_forces() const {
+    return has(Effect::deformable_elasticity) || has(Effect::springs) || has(Effect::bending);
+  }
   CandidateFilter contact_filter() const {
     return {has(Effect::rigid_collision) || has(Effect::rigid_contact), has(Effect::rigid_deformable_contact),
             settings.contact_reduction};

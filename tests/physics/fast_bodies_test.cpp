@@ -94,7 +94,7 @@ INSTANTIATE_TEST_SUITE_P(Shots, FastBullet,
 TEST(FastBodies, ABallDoesNotPassThroughAThinSoftWall) {
   scene::Scene scene = test::free_space();
   auto& wall = test::add_soft_box(scene, "wall", Vec3(0, 0, 0), Vec3(1, 1, 0.1), 1);
-  wall.cells = Vec3i(10, 10, 1);
+  wall.shape.cells = Vec3i(10, 10, 1);
   auto& ball = test::add_ball(scene, "ball", Vec3(0.02, 0.03, 1.5), 0.1, 4);
   ball.placement.velocity = Vec3(0, 0, -100);
   Simulation simulation(scene, test::plan(scene));

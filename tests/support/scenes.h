@@ -56,8 +56,8 @@ inline scene::DeformableBody& add_soft_box(scene::Scene& scene, const std::strin
   scene.materials.push_back(material);
   scene::DeformableBody body;
   body.name = name;
-  body.size = size;
-  body.cells = Vec3i::Constant(cells);
+  body.shape.size = size;
+  body.shape.cells = Vec3i::Constant(cells);
   body.placement.position = position;
   body.material = material.name;
   scene.deformable.push_back(body);

@@ -21,7 +21,11 @@ Scene scene_with(int dynamic, int fixed, int deformable, bool ground, int kinema
     body.name = "driven" + std::to_string(i);
     body.is_kinematic = true;
   }
-  for (int i = 0; i < deformable; ++i) scene.deformable.emplace_back().name = "soft" + std::to_string(i);
+  for (int i = 0; i < deformable; ++i) {
+    DeformableBody& body = scene.deformable.emplace_back();
+    body.name = "soft" + std::to_string(i);
+    body.material = "rubber";
+  }
   if (deformable > 0) scene.materials.emplace_back().name = "rubber";
   if (ground) scene.ground.emplace();
   return scene;
@@ -29,13 +33,13 @@ Scene scene_with(int dynamic, int fixed, int deformable, bool ground, int kinema
 
 // One letter an effect in the order of the enum: C rigid collision, R rigid contact, D rigid/deformable
 // contact, E elasticity, P push-out, S shock propagation, L rolling friction, K kinematic motion, I
-// incompressibility, N self-repulsion, X self-collision.
+// incompressibility, N self-repulsion, X self-collision, M springs, B bending.
 std::string active(const EffectPlan& plan) {
   std::string text;
   for (std::size_t i = 0; i < plan.effects.size(); ++i) {
     EXPECT_EQ(index(plan.effects[i].effect), i);
     EXPECT_FALSE(plan.effects[i].reason.empty());
-    if (plan.active()[i]) text += "CRDEPSLKINX"[i];
+    if (plan.active()[i]) text += "CRDEPSLKINXMB"[i];
   }
   return text;
 }
@@ -124,6 +128,24 @@ TEST(EffectPlan, WithoutRemovesAnEffect) {
   EXPECT_EQ(plan_effects(scene_with(2, 0, 0, false), {"deformable_elasticity"}).effects[3].reason,
             "no deformable body")
       << "nothing was there to remove";
+}
+
+TEST(EffectPlan, TellsElementsSpringsAndBendingApart) {
+  Scene scene = scene_with(0, 0, 1, false);
+  scene.materials[0].has_springs = true;
+  EXPECT_EQ(active(plan_effects(scene)), "M") << "a volume of springs";
+  scene.deformable[0].shape.kind = DeformableKind::panel;
+  EXPECT_EQ(active(plan_effects(scene)), "MB");
+  scene.materials[0].has_springs = false;
+  EXPECT_EQ(active(plan_effects(scene)), "EB");
+  scene.materials[0].bending_factor = 0;
+  EXPECT_EQ(active(plan_effects(scene)), "E");
+  EXPECT_EQ(plan_effects(scene).effects[index(Effect::bending)].reason,
+            "no shell and no rod that resists bending");
+  scene.materials[0].has_bending_springs = true;
+  scene.deformable[0].shape.kind = DeformableKind::helix;
+  EXPECT_EQ(active(plan_effects(scene)), "MB") << "a rod stretches as springs do";
+  EXPECT_EQ(active(plan_effects(scene, {"bending"})), "M");
 }
 
 TEST(EffectPlan, UnknownEffectIsAUsageErrorWithAHint) {

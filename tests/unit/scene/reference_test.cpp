@@ -47,6 +47,9 @@ density = 900
 youngs_modulus = 3e5
 poisson_ratio = 0.3
 damping = 0.02
+springs = { stiffness = 30, damping = 0.5 }
+bending_springs = { stiffness = 3, damping = 0.6 }
+bending_factor = 2
 
 [[rigid]]
 name = "ball"
@@ -117,6 +120,37 @@ self_collision = true
 collision_thickness = 0.01
 collision_friction = 0.3
 look = "NAME"
+
+[[deformable]]
+name = "cloth"
+shape = { panel = { size = [1, 2], cells = [3, 4] } }
+thickness = 0.01
+pins = [{ from = [0.5, 0, 0], to = [0.5, 0, 1], radius = 0.1 }]
+material = "NAME"
+
+[[deformable]]
+name = "round"
+shape = { disc = { radius = 1, rings = 5 } }
+thickness = 0.01
+material = "NAME"
+
+[[deformable]]
+name = "rope"
+shape = { rod = { points = [[0, 0, 0], [1, 0, 0], [1, 1, 0]], closed = true, segments = 30 } }
+thickness = 0.01
+material = "NAME"
+
+[[deformable]]
+name = "coil"
+shape = { helix = { radius = 1, pitch = 0.2, turns = 3, segments = 40 } }
+thickness = 0.01
+material = "NAME"
+
+[[deformable]]
+name = "trefoil"
+shape = { knot = { radius = 1, tube = 0.4, winding = [3, 2], segments = 50 } }
+thickness = 0.01
+material = "NAME"
 
 [ground]
 height = -1
@@ -209,10 +243,14 @@ TEST(SceneReference, ListsExactlyTheKeysOfAFullScene) {
   const Scene scene = read_text(full_scene, "full.toml", {}, Meshes::leave).scene;
   EXPECT_EQ(scene.solver.orientation, OrientationUpdate::first_order);
   EXPECT_EQ(scene.looks[0].pattern, "checker");
-  EXPECT_EQ(scene.deformable[0].cells, Vec3i(2, 2, 4));
+  EXPECT_EQ(scene.deformable[0].shape.cells, Vec3i(2, 2, 4));
   EXPECT_EQ(scene.deformable[0].self_collision, true);
   EXPECT_EQ(scene.deformable[0].collision_thickness, 0.01);
   EXPECT_EQ(scene.deformable[0].collision_friction, 0.3);
+  EXPECT_EQ(scene.deformable[1].shape.panel_cells, Eigen::Vector2i(3, 4));
+  EXPECT_EQ(scene.deformable[1].pins.at(0).to, Vec3(0.5, 0, 1));
+  EXPECT_EQ(scene.deformable[3].shape.points.size(), 3U);
+  EXPECT_TRUE(scene.materials[0].has_springs && scene.materials[0].has_bending_springs);
   const auto wheel = std::find_if(scene.rigid.begin(), scene.rigid.end(),
                                   [](const RigidBody& body) { return body.name == "wheel"; });
   ASSERT_TRUE(wheel != scene.rigid.end() && wheel->is_kinematic);

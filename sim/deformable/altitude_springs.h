@@ -1,0 +1,79 @@
+// Altitude springs: what keeps the tets of a mass-spring body from collapsing (Molino, Bridson, Teran, Fedkiw
+// 2003; Selle, Lentine, Fedkiw 2008). Of a tet's seven altitudes, from a vertex to the opposite face and
+// between opposite edges, the shortest one carries a spring. Altitudes are signed: that of an inverted tet is
+// negative, so that its spring turns it right side out again.
+//
+//   psi = k/2 (h - H)^2,  h = n . sum w_i x_i,  n the unit normal of the face or of the two edges
+//
+// with the weights w of the foot of the altitude, k = modulus / H. The forces are the gradient of this
+// energy: as sum w_i x_i = h n, they need no derivative of the weights.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "sim/base/pack_vector.h"
+#include "sim/deformable/particle_sums.h"
+#include "sim/geometry/tet_mesh.h"
+
+namespace duet {
+
+class AltitudeSprings {
+ public:
+  // Adds the springs of a body's tets (global particle indices) at their rest positions. `modulus`: N, the
+  // force of a spring at 100 % strain; `damping`: of critical damping.
+  void add(const std::vector<Tet>& tets, const std::vector<Vec3>& rest, double modulus, double damping);
+  // To be called once after the last add(): lays out the batches.
+  void finalize(const std::vector<double>& inverse_mass);
+
+  std::size_t size() const { return tets_.size(); }
+
+  // Gives every tet the spring of its shortest altitude at `x`: the one across its largest face or pair of
+  // edges. Between two choices the forces have an energy.
+  void choose(const std::vector<Vec3>& x);
+  void add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>& force);
+  void add_damping_forces(const std::vector<Vec3>& v, std::vector<Vec3>& force);
+  void add_force_differentials(const std::vector<Vec3>& dx, std::vector<Vec3>& force);
+  double energy(const std::vector<Vec3>& x) const;  // J, with the springs that choose(x) chooses
+
+  // See StiffnessShares.
+  void add_stiffness(std::vector<double>& stiffness) const;
+  double max_squared_frequency(const std::vector<double>& squared_rate) const;
+
+ private:
+  static constexpr std::size_t altitudes =
+      7;  // of the vertices 0 to 3, of the edges at 0 to the opposite one
+
+  struct RestTet {
+    std::array<double, altitudes> length;  // m
+    double modulus, damping;
+  };
+  struct Batch {
+    std::array<PackIndex, 4> particle;
+    std::array<Pack, altitudes> rest_length, stiffness, viscosity;  // the last two are zero in padding lanes
+    std::array<PackIndex, 4> order;   // in which the chosen altitude takes the tet's corners
+    std::array<PackIndex, 4> corner;  // the particles in that order
+    PackMask between_edges;           // or else from the first of them to the face of the others
+    Pack chosen_length, chosen_stiffness, chosen_viscosity;
+    std::array<Pack, 4> weight;  // of the last add_elastic_forces, as is the normal
+    PackVector normal;
+  };
+  struct Altitude {
+    std::array<Pack, 4> weight;
+    PackVector normal;
+    Pack length;
+  };
+  static void choose(Batch& batch, const std::vector<Vec3>& x);
+  static Altitude altitude(const Batch& batch, const std::vector<Vec3>& x);
+  static PackVector difference(const Batch& batch, const std::vector<Vec3>& values);
+  template <class Force>
+  void add_forces(std::vector<Vec3>& sums, Force&& force_of);
+
+  std::vector<Tet> tets_;
+  std::vector<RestTet> rest_;
+  std::vector<Batch> batches_;
+  std::vector<Vec3> forces_;  // 4 a tet
+  ParticleSums sums_;
+};
+
+}  // namespace duet

@@ -1,0 +1,43 @@
+// Sums over the elements around each particle: what makes forces that are evaluated in parallel, an element
+// at a time, the same for any number of threads.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "sim/base/parallel.h"
+#include "sim/base/types.h"
+
+namespace duet {
+
+class ParticleSums {
+ public:
+  // `particles[k]` is the particle of slot k, or -1 for a slot that counts for none.
+  void build(const std::vector<int>& particles, std::size_t particle_count) {
+    start_.assign(particle_count + 1, 0);
+    for (const int p : particles)
+      if (p >= 0) ++start_[static_cast<std::size_t>(p) + 1];
+    for (std::size_t p = 0; p < particle_count; ++p) start_[p + 1] += start_[p];
+    slot_.resize(start_.back());
+    std::vector<std::size_t> next = start_;
+    for (std::size_t k = 0; k < particles.size(); ++k)
+      if (particles[k] >= 0) slot_[next[static_cast<std::size_t>(particles[k])]++] = k;
+  }
+
+  // Adds the values of all slots to those of their particles.
+  void add(const std::vector<Vec3>& values, std::vector<Vec3>& sums) const {
+    constexpr std::size_t grain = 512;
+    parallel_for(sums.size(), grain, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t p = begin; p < end; ++p) {
+        Vec3 sum = Vec3::Zero();
+        for (std::size_t k = start_[p]; k < start_[p + 1]; ++k) sum += values[slot_[k]];
+        sums[p] += sum;
+      }
+    });
+  }
+
+ private:
+  std::vector<std::size_t> start_, slot_;  // slots by particle
+};
+
+}  // namespace duet

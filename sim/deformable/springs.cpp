@@ -1,0 +1,145 @@
+#include "sim/deformable/springs.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace duet {
+namespace {
+
+constexpr std::size_t batch_grain = 64;
+constexpr double crushed = 1e-3;  // of the rest length, below which a spring loses its direction and force
+
+std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
+
+}  // namespace
+
+template <std::size_t N>
+void Springs<N>::finalize(std::size_t particle_count) {
+  batches_.resize((springs_.size() + pack_width - 1) / pack_width);
+  std::vector<int> particles(batches_.size() * pack_width * N, -1);
+  for (std::size_t slot = 0; slot < batches_.size() * pack_width; ++slot) {
+    const bool pads = slot >= springs_.size();
+    const Spring<N>& spring = pads ? springs_.back() : springs_[slot];
+    Batch& batch = batches_[slot / pack_width];
+    const std::size_t lane = slot % pack_width;
+    for (std::size_t i = 0; i < N; ++i) {
+      batch.particle[i][lane] = spring.particle[i];
+      batch.weight[i][lane] = spring.weight[i];
+      if (!pads && spring.weight[i] != 0) particles[slot * N + i] = spring.particle[i];
+    }
+    batch.rest_length[lane] = spring.rest_length;
+    batch.stiffness[lane] = pads ? 0 : spring.stiffness;
+    batch.viscosity[lane] = pads ? 0 : spring.viscosity;
+    batch.sideways[lane] = 0;
+  }
+  forces_.assign(particles.size(), Vec3::Zero());
+  sums_.build(particles, particle_count);
+}
+
+template <std::size_t N>
+PackVector Springs<N>::difference(const Batch& batch, const std::vector<Vec3>& values) {
+  PackVector sum = batch.weight[0] * gather(values, batch.particle[0]);
+  for (std::size_t i = 1; i < N; ++i) sum = sum + batch.weight[i] * gather(values, batch.particle[i]);
+  return sum;
+}
+
+// `force_of(batch)` is the force that the spring exerts along d, to be spread by the weights.
+template <std::size_t N>
+template <class Force>
+void Springs<N>::add_forces(std::vector<Vec3>& sums, Force&& force_of) {
+  if (springs_.empty()) return;
+  parallel_for(batches_.size(), batch_grain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t b = begin; b < end; ++b) {
+      Batch& batch = batches_[b];
+      const PackVector force = force_of(batch);
+      Vec3* out = forces_.data() + b * pack_width * N;
+      for (std::size_t i = 0; i < N; ++i) scatter(batch.weight[i] * force, out + i, N);
+    }
+  });
+  sums_.add(forces_, sums);
+}
+
+template <std::size_t N>
+void Springs<N>::add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>& force) {
+  add_forces(force, [&](Batch& batch) {
+    const PackVector d = difference(batch, x);
+    const Pack length = sqrt_of(dot(d, d));
+    const Pack shortest = crushed * batch.rest_length;
+    const Pack divisor = select(length > shortest, length, shortest);
+    const PackMask extends = divisor > Pack{};
+    const Pack inverse = select(extends, 1.0 / select(extends, divisor, Pack{} + 1.0), Pack{});
+    batch.direction = inverse * d;
+    const Pack side = batch.stiffness * (1.0 - batch.rest_length * inverse);
+    batch.sideways = select(side > Pack{}, side, Pack{});
+    return (batch.stiffness * (batch.rest_length - length)) * batch.direction;
+  });
+}
+
+template <std::size_t N>
+void Springs<N>::add_damping_forces(const std::vector<Vec3>& v, std::vector<Vec3>& force) {
+  add_forces(force, [&](const Batch& batch) {
+    return (-batch.viscosity * dot(batch.direction, difference(batch, v))) * batch.direction;
+  });
+}
+
+template <std::size_t N>
+void Springs<N>::add_force_differentials(const std::vector<Vec3>& dx, std::vector<Vec3>& force) {
+  add_forces(force, [&](const Batch& batch) {
+    const PackVector d = difference(batch, dx);
+    const Pack along = (batch.sideways - batch.stiffness) * dot(batch.direction, d);
+    return along * batch.direction - batch.sideways * d;
+  });
+}
+
+template <std::size_t N>
+double Springs<N>::energy(const std::vector<Vec3>& x) const {
+  return parallel_reduce(
+      batches_.size(), batch_grain, 0.0,
+      [&](std::size_t begin, std::size_t end) {
+        double sum = 0;
+        for (std::size_t b = begin; b < end; ++b) {
+          const Batch& batch = batches_[b];
+          const PackVector d = difference(batch, x);
+          const Pack stretch = sqrt_of(dot(d, d)) - batch.rest_length;
+          sum += sum_of_lanes(0.5 * batch.stiffness * stretch * stretch);
+        }
+        return sum;
+      },
+      [](double a, double b) { return a + b; });
+}
+
+template <std::size_t N>
+void Springs<N>::add_stiffness(std::vector<double>& stiffness) const {
+  for (const Spring<N>& spring : springs_)
+    for (std::size_t i = 0; i < N; ++i)
+      stiffness[as_index(spring.particle[i])] += spring.stiffness * std::abs(spring.weight[i]);
+}
+
+template <std::size_t N>
+double Springs<N>::max_squared_frequency(const std::vector<double>& squared_rate) const {
+  double highest = 0;
+  for (const Spring<N>& spring : springs_) {
+    double sum = 0;
+    for (std::size_t i = 0; i < N; ++i)
+      sum += std::abs(spring.weight[i]) * squared_rate[as_index(spring.particle[i])];
+    highest = std::max(highest, sum);
+  }
+  return highest;
+}
+
+template <std::size_t N>
+double critical_viscosity(double fraction, double k, const std::array<double, N>& weight,
+                          const std::array<double, N>& inverse_mass) {
+  double inverse = 0;
+  for (std::size_t i = 0; i < N; ++i) inverse += weight[i] * weight[i] * inverse_mass[i];
+  return inverse > 0 ? 2 * fraction * std::sqrt(k / inverse) : 0;
+}
+
+template class Springs<2>;
+template class Springs<4>;
+template double critical_viscosity(double, double, const std::array<double, 2>&,
+                                   const std::array<double, 2>&);
+template double critical_viscosity(double, double, const std::array<double, 4>&,
+                                   const std::array<double, 4>&);
+
+}  // namespace duet

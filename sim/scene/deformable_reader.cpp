@@ -1,0 +1,108 @@
+#include "sim/scene/deformable_reader.h"
+
+#include <array>
+#include <limits>
+#include <numeric>
+
+#include <fmt/format.h>
+
+#include "sim/scene/deformables.h"
+#include "sim/scene/table_reader.h"
+
+namespace duet::scene {
+namespace {
+
+constexpr std::array<std::string_view, 6> kinds = {"box", "panel", "disc",
+                                                   "rod", "helix", "knot"};  // as DeformableKind
+
+bool check_points(const DeformableShape& shape, const toml::node& at, const std::string& path,
+                  Problems& problems) {
+  if (!at.is_table() || !(*at.as_table())["points"].is_array()) return false;  // has been reported
+  const std::size_t least = shape.is_closed ? 3 : 2;
+  if (shape.points.size() < least) {
+    problems.add(at.source(), path + ".points", fmt::format("has {} points", shape.points.size()),
+                 shape.is_closed ? "a closed rod needs three or more" : "a rod needs two or more");
+    return false;
+  }
+  for (std::size_t i = 1; i < shape.points.size(); ++i)
+    if (shape.points[i] == shape.points[i - 1]) {
+      problems.add(at.source(), fmt::format("{}.points[{}]", path, i),
+                   "is the same point as the one before it", "remove one of them");
+      return false;
+    }
+  return true;
+}
+
+bool check_knot(const DeformableShape& shape, const toml::node& at, const std::string& path,
+                Problems& problems) {
+  const std::size_t before = problems.count();
+  if (shape.tube > 0 && shape.radius > 0 && shape.tube >= shape.radius)
+    problems.add(
+        at.source(), path + ".tube",
+        fmt::format("{:.6g} m must be less than the ring's radius {:.6g} m", shape.tube, shape.radius),
+        "the knot winds about its ring");
+  if (std::gcd(shape.winding.x(), shape.winding.y()) != 1)
+    problems.add(at.source(), path + ".winding",
+                 fmt::format("{} and {} have a common divisor: the curve would run over itself",
+                             shape.winding.x(), shape.winding.y()),
+                 "[2, 3] is the trefoil");
+  return problems.count() == before;
+}
+
+// What only shells and rods, or only volumes have.
+void check_volume_keys(const DeformableBody& body, const toml::table& table, const std::string& path,
+                       Problems& problems) {
+  const toml::node* given = table.get("thickness");
+  if (body.shape.is_volume() && given)
+    problems.add(given->source(), path + ".thickness", "has no effect on a box",
+                 "it belongs to shells and rods");
+  if (const toml::node* node = table.get("incompressible"); node && !body.shape.is_volume())
+    problems.add(node->source(), path + ".incompressible", "has no effect on a shell or rod",
+                 "only a box has a volume to keep");
+  if (!body.shape.is_volume() && !given)
+    problems.add(table.source(), path + ".thickness", "missing key",
+                 body.shape.is_shell() ? "in m, for example 0.001 for cloth" : "in m, the rod's diameter");
+}
+
+// A pin that holds nothing is a mistake in its place.
+void check_pins(const DeformableBody& body, const toml::table& table, const std::string& path,
+                Problems& problems) {
+  const toml::node* pins = table.get("pins");
+  if (!pins) return;
+  const std::vector<Vec3> nodes = rest_nodes(body.shape);
+  const std::vector<ListedTable> tables = listed_tables(*pins, path + ".pins");
+  for (std::size_t i = 0; i < body.pins.size() && i < tables.size(); ++i) {
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const Vec3& node : nodes) nearest = std::min(nearest, distance(body.pins[i], node));
+    if (nearest > body.pins[i].radius)
+      problems.add(tables[i].table->source(), tables[i].path,
+                   fmt::format("holds no particle: the nearest one is {:.4g} m away, the radius is {:.4g} m",
+                               nearest, body.pins[i].radius),
+                   "pins are in the coordinates of the shape at rest; move it, or raise its radius");
+  }
+}
+
+}  // namespace
+
+void check_deformable(DeformableBody& body, const toml::table& body_table, const std::string& path,
+                      Problems& problems) {
+  const toml::table* table = body_table["shape"].as_table();
+  if (!table) return;
+  const std::string at = path + ".shape";
+  const std::size_t before = problems.count();
+  const auto kind = only_kind(*table, kinds, at, problems);
+  if (!kind) return;
+  body.shape.kind = static_cast<DeformableKind>(*kind);
+  const toml::node& value = *table->get(kinds[*kind]);
+  const std::string key = fmt::format("{}.{}", at, kinds[*kind]);
+  if (const toml::node* cells = table->get("cells"); cells && !body.shape.is_volume())
+    problems.add(cells->source(), at + ".cells", fmt::format("has no effect on a {}", kinds[*kind]),
+                 "it belongs to a box");
+  check_volume_keys(body, body_table, path, problems);
+  if (body.shape.kind == DeformableKind::rod && !check_points(body.shape, value, key, problems)) return;
+  if (body.shape.kind == DeformableKind::knot && !check_knot(body.shape, value, key, problems)) return;
+  const bool is_readable = body.shape.is_volume() ? value.is_array() : value.is_table();
+  if (is_readable && problems.count() == before) check_pins(body, body_table, path, problems);
+}
+
+}  // namespace duet::scene

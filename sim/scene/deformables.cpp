@@ -1,0 +1,46 @@
+#include "sim/scene/deformables.h"
+
+#include <algorithm>
+
+namespace duet::scene {
+
+Sheet rest_sheet(const DeformableShape& shape) {
+  if (shape.kind == DeformableKind::disc) return disc(shape.radius, shape.rings);
+  return panel(shape.panel_size, shape.panel_cells.x(), shape.panel_cells.y());
+}
+
+Curve rest_curve(const DeformableShape& shape) {
+  if (shape.kind == DeformableKind::helix)
+    return helix(shape.radius, shape.pitch, shape.turns, shape.segments);
+  if (shape.kind == DeformableKind::knot)
+    return torus_knot(shape.radius, shape.tube, shape.winding.x(), shape.winding.y(), shape.segments);
+  return curve_through(shape.points, shape.segments, shape.is_closed);
+}
+
+std::vector<Vec3> rest_nodes(const DeformableShape& shape) {
+  if (shape.is_volume()) return box_lattice(shape.size, shape.cells).nodes;
+  return shape.is_shell() ? rest_sheet(shape).nodes : rest_curve(shape).nodes;
+}
+
+double distance(const Pin& pin, const Vec3& x) {
+  const Vec3 along = pin.to.value_or(pin.from) - pin.from;
+  const double squared = along.squaredNorm();
+  const double t = squared > 0 ? std::clamp((x - pin.from).dot(along) / squared, 0.0, 1.0) : 0;
+  return (pin.from + t * along - x).norm();
+}
+
+const Material& material_of(const Scene& scene, const DeformableBody& body) {
+  return *std::find_if(scene.materials.begin(), scene.materials.end(),
+                       [&](const Material& material) { return material.name == body.material; });
+}
+
+Resistance resistance(const DeformableShape& shape, const Material& material) {
+  const bool is_rod = !shape.is_volume() && !shape.is_shell();
+  Resistance result;
+  result.springs = material.has_springs || is_rod;  // a piece of a rod is an element and a spring at once
+  result.elements = !result.springs;
+  result.bending = !shape.is_volume() && (material.has_bending_springs || material.bending_factor > 0);
+  return result;
+}
+
+}  // namespace duet::scene

@@ -1,0 +1,39 @@
+// Shells and rods for scenes built in code.
+#pragma once
+
+#include "tests/support/scenes.h"
+
+namespace duet::test {
+
+inline scene::Material& add_material(scene::Scene& scene, const std::string& name) {
+  scene.materials.emplace_back().name = name;
+  return scene.materials.back();
+}
+
+// A panel in the plane y = 0 of its own, made of the material added last.
+inline scene::DeformableBody& add_panel(scene::Scene& scene, const std::string& name, const Vec3& position,
+                                        const Vec2& size, int cells, double thickness) {
+  scene::DeformableBody& body = scene.deformable.emplace_back();
+  body.name = name;
+  body.shape.kind = scene::DeformableKind::panel;
+  body.shape.panel_size = size;
+  body.shape.panel_cells.setConstant(cells);
+  body.thickness = thickness;
+  body.placement.position = position;
+  body.material = scene.materials.back().name;
+  return body;
+}
+
+inline scene::DeformableBody& add_rope(scene::Scene& scene, const std::string& name,
+                                       const std::vector<Vec3>& points, int segments, double thickness) {
+  scene::DeformableBody& body = scene.deformable.emplace_back();
+  body.name = name;
+  body.shape.kind = scene::DeformableKind::rod;
+  body.shape.points = points;
+  body.shape.segments = segments;
+  body.thickness = thickness;
+  body.material = scene.materials.back().name;
+  return body;
+}
+
+}  // namespace duet::test
