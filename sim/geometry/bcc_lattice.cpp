@@ -9,9 +9,10 @@
 namespace duet {
 namespace {
 
-constexpr int levels = 6;           // of the octree: the coarsest cells have 32 finest ones along an edge
-constexpr int bits = 21;            // of a coordinate in a key
-constexpr double lipschitz = 1.25;  // of level sets, with a margin for what interpolation adds to 1
+constexpr int levels = 6;          // of the octree: the coarsest cells have 32 finest ones along an edge
+constexpr int bits = 21;           // of a coordinate in a key
+constexpr double lipschitz = 1.1;  // of level sets: 1, with a margin for what interpolation adds
+constexpr double reach = 0.35;     // in spacings, of the surface: it moves no node that is farther away
 
 std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
 
@@ -83,10 +84,10 @@ class Octree {
       for (int child = 0; child < 8; ++child) grow(child_of(cell, child));
   }
 
-  // All nodes of tets around a coarse cell lie within its edge of its centre, and edges of the uniform
-  // lattice from there must not reach the surface.
+  // All nodes of tets around a coarse cell lie within its edge of its centre; the surface must not reach
+  // them.
   bool may_stay(double edge, double distance_of_center) const {
-    return distance_of_center < -lipschitz * (edge + spacing_);
+    return distance_of_center < -lipschitz * (edge + reach * spacing_);
   }
 
   static OctreeCell child_of(const OctreeCell& cell, int child) {
