@@ -23,6 +23,7 @@ constexpr double least_cells = 2, most_cells = 512;  // along the longest extent
 
 struct Result {
   TetQuality quality;
+  std::size_t boundary_triangles = 0;
   int parts = 0;
   double spacing = 0;         // m
   double surface_volume = 0;  // m^3, of what the input encloses
@@ -73,7 +74,7 @@ std::string text_of(const Result& result) {
       "dihedral angles {:.1f} to {:.1f} degrees, smallest altitude {:.3g} m, edges {:.3g} to {:.3g} m\n"
       "volume {:.6g} m^3, {:+.3f} % against the surface; {:.2f} s\n"
       "dihedral angles in degrees\n",
-      q.tets, q.nodes, q.boundary_triangles, result.spacing, q.least_angle, q.largest_angle,
+      q.tets, q.nodes, result.boundary_triangles, result.spacing, q.least_angle, q.largest_angle,
       q.smallest_altitude, q.shortest_edge, q.longest_edge, q.volume, 100 * result.volume_error(),
       result.seconds);
   const std::size_t most = *std::max_element(q.angles.begin(), q.angles.end());
@@ -88,7 +89,7 @@ nlohmann::json json_of(const Result& result) {
   const TetQuality& q = result.quality;
   return {{"tets", q.tets},
           {"nodes", q.nodes},
-          {"boundary_triangles", q.boundary_triangles},
+          {"boundary_triangles", result.boundary_triangles},
           {"parts", result.parts},
           {"spacing", result.spacing},
           {"least_dihedral_angle", q.least_angle},
@@ -121,6 +122,7 @@ Outcome tetrahedralize(const TetrahedralizeOptions& options, Report& report) {
                     "thickest: lower --spacing",
                     result.spacing, inside.smallest_size()));
   result.quality = tet_quality(mesh);
+  result.boundary_triangles = boundary(mesh).size();
   result.parts = connected_parts(mesh);
   result.surface_volume = mass_properties(surface).volume;
   io::write_atomically(options.out, file_text(options.out, mesh));

@@ -214,6 +214,7 @@ BuiltWorld build_world(const Scene& scene, const EffectSet& plan) {
     half_space.level_set = LevelSet::half_space();
     add_rigid(bodies.rigid, "ground", half_space, 0, *scene.ground, placement);
   }
+  built.tet_meshes = meshes.sizes();
   world.plan = plan;
   world.gravity = scene.gravity;
   world.settings = step_settings(scene.solver);

@@ -6,6 +6,7 @@
 
 #include "sim/base/error.h"
 #include "sim/geometry/tet_mesh_check.h"
+#include "sim/geometry/tet_quality.h"
 #include "sim/geometry/tetrahedralizer.h"
 #include "sim/scene/solids.h"
 
@@ -70,9 +71,21 @@ TetMesh made(const DeformableBody& body) {
 }  // namespace
 
 const TetMesh& TetMeshes::of(const DeformableBody& body) {
-  const auto found =
+  auto found =
       std::find_if(made_.begin(), made_.end(), [&](const Made& m) { return same_shape(m.body, body); });
-  return found != made_.end() ? found->mesh : made_.emplace_back(body, made(body)).mesh;
+  if (found == made_.end()) found = made_.insert(found, {body, made(body), 0});
+  ++found->bodies;
+  return found->mesh;
+}
+
+std::vector<TetSize> TetMeshes::sizes() const {
+  std::vector<TetSize> sizes;
+  for (const Made& one : made_) {
+    const TetQuality quality = tet_quality(one.mesh);
+    sizes.push_back({one.body.name, one.bodies, static_cast<int>(quality.tets), quality.smallest_altitude,
+                     quality.least_angle, quality.largest_angle});
+  }
+  return sizes;
 }
 
 }  // namespace duet::scene

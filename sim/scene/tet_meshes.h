@@ -2,9 +2,11 @@
 #pragma once
 
 #include <list>
+#include <vector>
 
 #include "sim/geometry/tet_mesh.h"
 #include "sim/scene/scene.h"
+#include "sim/scene/simulation.h"
 
 namespace duet::scene {
 
@@ -15,11 +17,13 @@ class TetMeshes {
   // Throws Error (usage), naming the body, when the spacing is too wide for its surface, or when the scene
   // was read without its meshes.
   const TetMesh& of(const DeformableBody& body);
+  std::vector<TetSize> sizes() const;  // in the order in which bodies asked for them
 
  private:
   struct Made {
     DeformableBody body;  // the first with this shape
     TetMesh mesh;
+    int bodies = 0;  // that asked for it
   };
   std::list<Made> made_;
 };
