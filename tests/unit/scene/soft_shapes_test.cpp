@@ -106,7 +106,7 @@ TEST(SoftShapes, EqualShapesShareTheirMeshAndExplainShowsItsQuality) {
   EXPECT_GT(sizes.tet_meshes[0].least_angle, least_dihedral_angle);
   EXPECT_LT(sizes.tet_meshes[0].largest_angle, largest_dihedral_angle);
   EXPECT_GT(sizes.tet_meshes[0].smallest_altitude, sizes.tet_meshes[1].smallest_altitude);
-  // A regular tet in a cell of 0.25 m: a third of the cell's diagonal times two.
+  // The corner of a cell of 0.25 m, cut off: the altitude on the slanted face.
   EXPECT_NEAR(sizes.tet_meshes[2].smallest_altitude, 0.25 / std::sqrt(3.0), 1e-12);
   const std::string text = explain(scene, plan, sizes);
   EXPECT_NE(text.find("tetrahedra of `soft0` and 1 more body: smallest altitude"), std::string::npos) << text;
