@@ -129,7 +129,7 @@ BodyShape add_deformable(const Scene& scene, const scene::DeformableBody& descri
   body.name = description.name;
   body.first_particle = static_cast<int>(bodies.particles.size());
   body.particle_count = static_cast<int>(mesh.nodes.size());
-  body.first_tet = static_cast<int>(bodies.elements.size());
+  body.first_tet = static_cast<int>(bodies.forces.elements.size());
   body.tet_count = static_cast<int>(mesh.tets.size());
   body.first_triangle = static_cast<int>(bodies.triangles.size());
   body.triangle_count = static_cast<int>(triangles.size());
@@ -149,8 +149,10 @@ BodyShape add_deformable(const Scene& scene, const scene::DeformableBody& descri
     for (int& i : triangle) i += body.first_particle;
     bodies.triangles.push_back(triangle);
   }
-  bodies.elements.add(tets, bodies.particles.x,
-                      lame_parameters(material.youngs_modulus, material.poisson_ratio, material.damping));
+  bodies.forces.elements.add(
+      tets, bodies.particles.x,
+      lame_parameters(material.youngs_modulus, material.poisson_ratio, material.damping));
+  if (description.incompressible) bodies.one_rings.add(tets, bodies.particles.x);
   add_points(bodies, body, mesh, triangles, scene.solver.face_samples);
   bodies.deformable.push_back(body);
 
@@ -176,6 +178,7 @@ StepSettings step_settings(const Solver& solver) {
   settings.max_time_step = solver.max_time_step;
   settings.cg_tolerance = solver.cg_tolerance;
   settings.cg_iterations = solver.cg_iterations;
+  settings.pressure = {solver.volume_tolerance, solver.pressure_iterations};
   settings.push_out_iterations = solver.push_out_iterations;
   settings.separate_rigid_bodies = solver.rigid_push_out == RigidPushOut::all_contacts;
   settings.projection_sweeps = solver.projection_iterations;
@@ -206,7 +209,8 @@ BuiltWorld build_world(const Scene& scene, const EffectSet& plan) {
   }
   for (const scene::DeformableBody& body : scene.deformable)
     built.shapes.push_back(add_deformable(scene, body, meshes.of(body), bodies));
-  if (bodies.elements.size() > 0) bodies.elements.finalize(bodies.particles.mass);
+  bodies.forces.finalize(bodies.particles.mass);
+  bodies.one_rings.finalize(bodies.particles.inverse_mass, bodies.particles.x);
   if (scene.ground) {
     Placement placement;
     placement.position = Vec3(0, scene.ground->height, 0);

@@ -136,6 +136,15 @@ PlannedEffect kinematic_motion(const Bodies& bodies) {
                   counted(bodies.kinematic.size(), "rigid body", "rigid bodies"), listed(bodies.kinematic))};
 }
 
+PlannedEffect incompressibility(const Scene& scene) {
+  const Effect effect = Effect::incompressibility;
+  std::vector<std::string> names;
+  for (const DeformableBody& body : scene.deformable)
+    if (body.incompressible) names.push_back(body.name);
+  if (names.empty()) return {effect, false, "no deformable body is incompressible"};
+  return {effect, true, fmt::format("asked for by {}", listed(names))};
+}
+
 EffectSet removed_effects(const std::vector<std::string>& without) {
   EffectSet removed;
   for (const std::string& word : without) {
@@ -175,6 +184,7 @@ EffectPlan plan_effects(const Scene& scene, const std::vector<std::string>& with
   add(shock_propagation(scene, bodies, contact));
   add(rolling_friction(scene, contact));
   add(kinematic_motion(bodies));
+  add(incompressibility(scene));
   return plan;
 }
 

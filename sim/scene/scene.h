@@ -122,6 +122,7 @@ struct DeformableBody {
   Placement placement;
   std::string material;        // name of a material
   std::optional<double> mass;  // kg; overrides density * volume
+  bool incompressible = false;
   std::string look;
 };
 
@@ -151,6 +152,8 @@ struct Solver {
   int cg_iterations = 200;          // bound on conjugate-gradient iterations
   int collision_iterations = 5;     // Gauss-Seidel sweeps of step II
   int contact_iterations = 20;      // Gauss-Seidel sweeps of steps III and V.4
+  double volume_tolerance = 1e-4;   // largest relative error of a one-ring's volume that a step leaves
+  int pressure_iterations = 100;    // bound on iterations of the volume correction and of step V.1
   int push_out_iterations = 4;      // sweeps of step IV.2
   RigidPushOut rigid_push_out = RigidPushOut::all_contacts;
   Switch shock_propagation = Switch::automatic;  // level by level after the sweeps of contact

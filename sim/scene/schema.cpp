@@ -303,6 +303,8 @@ std::vector<Key> keys(DeformableEntry& entry) {
        "about the centre at frame 0, in world axes"},
       {"material", Reference{&body.material, "materials"}, "", any, "what the body is made of", required},
       {"mass", &body.mass, "kg", positive, "replaces the material's density * volume"},
+      {"incompressible", &body.incompressible, "", any,
+       "keeps the volume around every particle, whatever the material's Poisson ratio"},
       {"look", Reference{&body.look, "looks"}, "", any,
        "how the body is drawn; without one, the defaults of a look"},
   };
@@ -337,6 +339,10 @@ std::vector<Key> keys(Solver& solver) {
        "sweeps over collisions (step II)"},
       {"contact_iterations", &solver.contact_iterations, "", between(1, 1e4),
        "sweeps over contacts (steps III and V.4)"},
+      {"volume_tolerance", &solver.volume_tolerance, "", above_up_to(0, 0.1),
+       "largest error of a volume that a step leaves in incompressible bodies, relative, around a particle"},
+      {"pressure_iterations", &solver.pressure_iterations, "", between(1, 1e5),
+       "bound on the iterations that keep volumes (steps I.2 and V.1)"},
       {"push_out_iterations", &solver.push_out_iterations, "", between(1, 1e4),
        "sweeps that resolve interpenetration (step IV.2)"},
       {"rigid_push_out", choice(solver.rigid_push_out, {"all_contacts", "deepest_points"}), "", any,
@@ -417,6 +423,7 @@ Solver preset(Accuracy accuracy) {
   if (accuracy == Accuracy::draft) {
     solver.cfl = 0.95;
     solver.cg_tolerance = 1e-2;
+    solver.volume_tolerance = 1e-3;
     solver.contact_iterations = 10;
     solver.push_out_iterations = 2;
     solver.face_samples = 2;
@@ -424,6 +431,8 @@ Solver preset(Accuracy accuracy) {
     solver.cfl = 0.45;
     solver.max_travel = 0.05;
     solver.cg_tolerance = 1e-5;
+    solver.volume_tolerance = 1e-6;
+    solver.pressure_iterations = 400;
     solver.contact_iterations = 60;
     solver.push_out_iterations = 8;
     solver.projection_iterations = 4;

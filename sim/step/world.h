@@ -10,8 +10,10 @@
 #include "sim/coupling/separation.h"
 #include "sim/coupling/warm_start.h"
 #include "sim/solve/conjugate_gradient.h"
+#include "sim/solve/pressure_system.h"
 #include "sim/step/effects.h"
 #include "sim/step/kinematic_motion.h"
+#include "sim/step/step_ledger.h"
 
 namespace duet {
 
@@ -29,11 +31,13 @@ struct StepSettings {
   bool contact_reduction = true;
   CollisionSettings collision;
   ContactSolveSettings contact;
+  PressureSettings pressure;
 };
 
 // What a frame adds up over its steps.
 struct StepCounters {
   std::int64_t cg_iterations = 0;
+  std::int64_t pressure_iterations = 0;
   std::int64_t contact_sweeps = 0;
   std::int64_t contacts = 0;  // with an impulse, in the last step
 };
@@ -45,6 +49,7 @@ struct StepContext {
 
   std::vector<Vec3> x_n;            // particle positions x^n
   std::vector<Vec3> x_next;         // x^{n+1} while the bodies stand at x^{n+1/2}
+  std::vector<Vec3> x_half;         // x^{n+1/2}, of V.1
   std::vector<RigidState> rigid_n;  // rigid states of time n
   VelocityState v_n;                // v^n
   VelocityState difference;         // v~^{n+1/2} - v^n
@@ -60,6 +65,7 @@ struct StepContext {
   PushOutScratch push_out_scratch;
   SeparationScratch separation_scratch;
   ContactProjection projection;
+  PressureScratch pressure;
 
   std::vector<Vec3> force, damping_force;  // N
   GeneralizedVelocity right_side, solution, residual, direction, image;
@@ -74,6 +80,7 @@ struct World {
   StepContext context;
   StageClock clock;
   StepCounters counters;
+  StepLedger ledger;
 
   bool has(Effect effect) const { return plan[index(effect)]; }
   CandidateFilter contact_filter() const {
