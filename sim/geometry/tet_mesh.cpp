@@ -209,8 +209,8 @@ std::vector<BoundarySample> boundary_samples(const TetMesh& mesh, const std::vec
   return samples;
 }
 
-BoundarySurface boundary_surface(const TetMesh& mesh, const std::vector<Triangle>& triangles) {
-  const double crease = std::cos(40.0 * 3.14159265358979323846 / 180);
+BoundarySurface boundary_surface(const TetMesh& mesh, const std::vector<Triangle>& triangles, double crease) {
+  const double least_cosine = std::cos(crease * EIGEN_PI / 180);
   BoundarySurface result;
   Surface& surface = result.surface;
   std::map<int, int> vertex_of_node;
@@ -228,8 +228,8 @@ BoundarySurface boundary_surface(const TetMesh& mesh, const std::vector<Triangle
         surface.positions.push_back(x.cast<float>());
       }
       auto& fan = groups[entry->second];
-      auto group =
-          std::find_if(fan.begin(), fan.end(), [&](const auto& g) { return g.second.dot(normal) >= crease; });
+      auto group = std::find_if(fan.begin(), fan.end(),
+                                [&](const auto& g) { return g.second.dot(normal) >= least_cosine; });
       if (group == fan.end()) {
         fan.emplace_back(static_cast<int>(surface.normals.size()), normal);
         surface.normals.push_back(normal.cast<float>());

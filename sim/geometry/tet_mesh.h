@@ -61,13 +61,14 @@ struct BoundarySample {
 std::vector<BoundarySample> boundary_samples(const TetMesh& mesh, const std::vector<Triangle>& triangles,
                                              int order);
 
-// The boundary as it is drawn: normals split where triangles meet at more than 40 degrees at rest. The
+// The boundary as it is drawn: normals split where triangles meet at more than `crease` degrees at rest. The
 // surface's position i is node vertex_nodes[i].
 struct BoundarySurface {
   Surface surface;
   std::vector<int> vertex_nodes;
 };
-BoundarySurface boundary_surface(const TetMesh& mesh, const std::vector<Triangle>& triangles);
+BoundarySurface boundary_surface(const TetMesh& mesh, const std::vector<Triangle>& triangles,
+                                 double crease = 40);
 
 // Recomputes the area-weighted normals from the positions; topology stays.
 void update_normals(Surface& surface);

@@ -156,7 +156,10 @@ BodyShape add_deformable(const Scene& scene, const scene::DeformableBody& descri
   add_points(bodies, body, mesh, triangles, scene.solver.face_samples);
   bodies.deformable.push_back(body);
 
-  BodyShape shape{description.name, boundary_surface(mesh, triangles)};
+  // Few triangles go around a curve of a filled surface or of tets from elsewhere, so that they meet at wide
+  // angles; only a lattice's edges are sharp for certain.
+  const double crease = description.source == TetSource::lattice ? 40 : 75;
+  BodyShape shape{description.name, boundary_surface(mesh, triangles, crease)};
   for (int& node : shape.surface.vertex_nodes) node += body.first_particle;
   return shape;
 }
