@@ -83,46 +83,37 @@ class PressureSystem {
   PressureScratch& scratch_;
 };
 
-void prepare(const OneRings& rings, double dt, const PressureSettings& settings, const GeneralizedVelocity& v,
-             PressureScratch& scratch) {
+void prepare(const Bodies& bodies, double dt, const PressureSettings& settings, PressureScratch& scratch) {
+  const OneRings& rings = bodies.one_rings;
   const std::size_t n = rings.size();
-  for (std::vector<double>* values : {&scratch.pressure, &scratch.scale, &scratch.tolerance, &scratch.scaled})
+  for (std::vector<double>* values :
+       {&scratch.pressure, &scratch.scale, &scratch.tolerance, &scratch.scaled, &scratch.right_side})
     values->resize(n);
-  scratch.change.particle.resize(v.particle.size());
-  scratch.change.linear.resize(v.linear.size());
-  scratch.change.angular.resize(v.angular.size());
+  scratch.change.particle.resize(bodies.particles.size());
+  scratch.change.linear.resize(bodies.rigid.size());
+  scratch.change.angular.resize(bodies.rigid.size());
   set_zero(scratch.change);  // the system writes the particles of one-rings only
 
-  rings.divergence(v.particle, scratch.right_side);
   for (std::size_t i = 0; i < n; ++i) {
     const double diagonal = rings.diagonal(i);
     const bool acts = diagonal > least_diagonal * rings.rest_diagonal(i);
     scratch.scale[i] = acts ? 1 / std::sqrt(diagonal) : 0;
     scratch.tolerance[i] = acts ? std::sqrt(diagonal) * dt / (settings.tolerance * rings.rest_volume(i)) : 0;
-    scratch.right_side[i] = scratch.scale[i] * (scratch.rate[i] - scratch.right_side[i]);
+    scratch.right_side[i] = scratch.scale[i] * scratch.rate[i];
   }
 }
 
 }  // namespace
 
-CgResult reach_rates(const Bodies& bodies, const ContactProjection* projection, double dt,
-                     const PressureSettings& settings, PressureScratch& scratch, GeneralizedVelocity& v) {
-  const OneRings& rings = bodies.one_rings;
-  prepare(rings, dt, settings, v, scratch);
-  PressureSystem system(rings, projection, scratch);
+CgResult find_pressures(const Bodies& bodies, const ContactProjection* projection, double dt,
+                        const PressureSettings& settings, PressureScratch& scratch) {
+  prepare(bodies, dt, settings, scratch);
+  PressureSystem system(bodies.one_rings, projection, scratch);
   const CgResult result =
       conjugate_residual(system, scratch.right_side, 1.0, settings.iterations, scratch.pressure,
                          scratch.residual, scratch.direction, scratch.image, scratch.direction_image);
   system.change_velocities(scratch.pressure);
   std::swap(scratch.pressure, scratch.scaled);
-  const auto add = [](const std::vector<Vec3>& change, std::vector<Vec3>& velocities) {
-    parallel_for(velocities.size(), grain, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t i = begin; i < end; ++i) velocities[i] += change[i];
-    });
-  };
-  add(scratch.change.particle, v.particle);
-  add(scratch.change.linear, v.linear);
-  add(scratch.change.angular, v.angular);
   return result;
 }
 

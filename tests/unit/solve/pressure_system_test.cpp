@@ -32,14 +32,20 @@ Bodies bodies_of(const TetMesh& mesh, double density) {
   return bodies;
 }
 
+void stop_rates(const Bodies& bodies, PressureScratch& scratch, const std::vector<Vec3>& v) {
+  bodies.one_rings.divergence(v, scratch.rate);
+  for (double& rate : scratch.rate) rate *= -1;
+}
+
 // The velocities nearest to `v` (in kinetic energy) that change no volume.
 std::vector<Vec3> projected(const Bodies& bodies, const std::vector<Vec3>& v,
                             PressureSettings settings = exact) {
   PressureScratch scratch;
-  scratch.rate.assign(bodies.one_rings.size(), 0);
-  GeneralizedVelocity velocity{v, {}, {}};
-  reach_rates(bodies, nullptr, dt, settings, scratch, velocity);
-  return velocity.particle;
+  stop_rates(bodies, scratch, v);
+  find_pressures(bodies, nullptr, dt, settings, scratch);
+  std::vector<Vec3> result = v;
+  for (std::size_t i = 0; i < v.size(); ++i) result[i] += scratch.change.particle[i];
+  return result;
 }
 
 double product(const Bodies& bodies, const std::vector<Vec3>& u, const std::vector<Vec3>& v) {
@@ -127,11 +133,11 @@ TEST(PressureSystem, OneStepRestoresVolumes) {
   double error = largest_error();
   EXPECT_NEAR(error, 0.06, 1e-12);
   for (int step = 0; step < 3; ++step) {
-    GeneralizedVelocity v{std::vector<Vec3>(bodies.particles.size(), Vec3::Zero()), {}, {}};
     for (std::size_t i = 0; i < rings.size(); ++i)
       scratch.rate[i] = (rings.rest_volume(i) - rings.volume(i)) / dt;
-    EXPECT_TRUE(reach_rates(bodies, nullptr, dt, {1e-10, 400}, scratch, v).converged);
-    for (std::size_t p = 0; p < bodies.particles.size(); ++p) bodies.particles.x[p] += dt * v.particle[p];
+    EXPECT_TRUE(find_pressures(bodies, nullptr, dt, {1e-10, 400}, scratch).converged);
+    for (std::size_t p = 0; p < bodies.particles.size(); ++p)
+      bodies.particles.x[p] += dt * scratch.change.particle[p];
     const double next = largest_error();
     expect_below(next, std::max(error * error, 1e-9), "largest error of a one-ring");
     error = next;
@@ -171,10 +177,10 @@ TEST(PressureSystem, PressureInAGlassIsHydrostatic) {
   for (Vec3& x : mesh.nodes)
     if (is_free(x) && x.y() < 3.9) x += 0.1 * test::random_vector(random);
   Bodies bodies = bodies_of(mesh, density);
-  GeneralizedVelocity v{std::vector<Vec3>(mesh.nodes.size(), Vec3::Zero()), {}, {}};
+  std::vector<Vec3> v(mesh.nodes.size(), Vec3::Zero());
   for (std::size_t i = 0; i < mesh.nodes.size(); ++i) {
     if (is_free(mesh.nodes[i]))
-      v.particle[i].y() = -g * dt;
+      v[i].y() = -g * dt;
     else
       bodies.particles.inverse_mass[i] = 0;
   }
@@ -182,10 +188,11 @@ TEST(PressureSystem, PressureInAGlassIsHydrostatic) {
   bodies.one_rings.add(mesh.tets, mesh.nodes);
   bodies.one_rings.finalize(bodies.particles.inverse_mass, mesh.nodes);
   PressureScratch scratch;
-  scratch.rate.assign(bodies.one_rings.size(), 0);
-  reach_rates(bodies, nullptr, dt, {1e-15, 400}, scratch, v);
+  stop_rates(bodies, scratch, v);
+  find_pressures(bodies, nullptr, dt, {1e-15, 400}, scratch);
   double fastest = 0, off = 0;
-  for (const Vec3& left : v.particle) fastest = std::max(fastest, left.norm());
+  for (std::size_t i = 0; i < v.size(); ++i)
+    fastest = std::max(fastest, (v[i] + scratch.change.particle[i]).norm());
   for (const Tet& tet : mesh.tets) {
     double pressure = 0, depth = 0;
     bool is_inside = true;  // beside the walls, pressures are felt by few particles and not all determined
