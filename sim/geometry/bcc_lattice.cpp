@@ -185,7 +185,8 @@ class LatticeBuilder {
   void join_equals(const OctreeCell& a, const OctreeCell& b, int axis) {
     const std::array<Vec3i, 4> corners = face(a, axis, 1);
     for (std::size_t i = 0; i < 4; ++i) {
-      const Vec3i begin = corners[i], end = corners[(i + 1) % 4], middle = (begin + end) / 2;
+      const Vec3i &begin = corners[i], &end = corners[(i + 1) % 4];
+      const Vec3i middle = (begin + end) / 2;
       if (a.level > 0 && numbers_.contains(key_of(middle))) {
         add(a.center(), b.center(), begin, middle);
         add(a.center(), b.center(), middle, end);
