@@ -59,16 +59,19 @@ void ShapeReader::check(DeformableBody& body, const toml::table& body_table, con
   const std::string shape_path = path + ".shape";
   const auto kind = table ? only_kind(*table, shape_path, deformable_kinds) : std::nullopt;
   if (!kind) return;
-  const std::string_view word = deformable_kinds[*kind];
-  if (word != "box") reject(*table, shape_path, {"cells", "pattern"}, word, "it belongs to a box");
-  if (word != "mesh" && word != "tets") reject(*table, shape_path, {"scale"}, word, "it belongs to a mesh");
-  if (word == "box" || word == "tets")
+  const std::string_view word = *kind == tets_kind ? "file of tetrahedra" : deformable_kinds[*kind];
+  const bool is_mesh = static_cast<ShapeKind>(*kind) == ShapeKind::mesh;
+  if (word != "box")
+    reject(*table, shape_path, {"cells", "pattern"}, word,
+           "it belongs to a box; what is filled with tetrahedra has a `spacing`");
+  if (!is_mesh && *kind != tets_kind) reject(*table, shape_path, {"scale"}, word, "it belongs to a mesh");
+  if (word == "box" || *kind == tets_kind)
     reject(*table, shape_path, {"spacing", "graded"}, word,
            word == "box" ? "a box is cut into `cells`" : "the file says where its tetrahedra are");
   if (word == "box") return;
   if (*kind == tets_kind) {
     body.source = TetSource::file;
-    const toml::node& value = *table->get(word);
+    const toml::node& value = *table->get("tets");
     if (value.is_string() && meshes_ == Meshes::read) load_tets(body, value, shape_path + ".tets");
     return;
   }
