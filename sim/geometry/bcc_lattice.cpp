@@ -9,9 +9,10 @@
 namespace duet {
 namespace {
 
-constexpr int levels = 6;           // of the octree: the coarsest cells have 32 finest ones along an edge
-constexpr int bits = 21;            // of a coordinate in a key
-constexpr double lipschitz = 1.25;  // of level sets, with a margin for what interpolation adds to 1
+constexpr int levels = 6;          // of the octree: the coarsest cells have 32 finest ones along an edge
+constexpr int bits = 21;           // of a coordinate in a key
+constexpr double lipschitz = 1.1;  // of level sets: 1, with a margin for what interpolation adds
+constexpr double reach = 0.35;     // in spacings, of the surface: it moves no node that is farther away
 
 std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
 
@@ -83,10 +84,10 @@ class Octree {
       for (int child = 0; child < 8; ++child) grow(child_of(cell, child));
   }
 
-  // All nodes of tets around a coarse cell lie within its edge of its centre, and edges of the uniform
-  // lattice from there must not reach the surface.
+  // All nodes of tets around a coarse cell lie within its edge of its centre; the surface must not reach
+  // them.
   bool may_stay(double edge, double distance_of_center) const {
-    return distance_of_center < -lipschitz * (edge + spacing_);
+    return distance_of_center < -lipschitz * (edge + reach * spacing_);
   }
 
   static OctreeCell child_of(const OctreeCell& cell, int child) {
@@ -184,7 +185,8 @@ class LatticeBuilder {
   void join_equals(const OctreeCell& a, const OctreeCell& b, int axis) {
     const std::array<Vec3i, 4> corners = face(a, axis, 1);
     for (std::size_t i = 0; i < 4; ++i) {
-      const Vec3i begin = corners[i], end = corners[(i + 1) % 4], middle = (begin + end) / 2;
+      const Vec3i &begin = corners[i], &end = corners[(i + 1) % 4];
+      const Vec3i middle = (begin + end) / 2;
       if (a.level > 0 && numbers_.contains(key_of(middle))) {
         add(a.center(), b.center(), begin, middle);
         add(a.center(), b.center(), middle, end);

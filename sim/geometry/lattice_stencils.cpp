@@ -103,8 +103,7 @@ class Stuffing {
   }
 
   void add(Tet tet) {
-    const auto x = [&](std::size_t i) -> const Vec3& { return mesh_.nodes[as_index(tet[i])]; };
-    if (tet_volume(x(0), x(1), x(2), x(3)) < 0) std::swap(tet[2], tet[3]);
+    if (volume(mesh_, tet) < 0) std::swap(tet[2], tet[3]);
     mesh_.tets.push_back(tet);
   }
 
@@ -116,27 +115,11 @@ class Stuffing {
   TetMesh mesh_;
 };
 
-// Numbers the nodes that tets use, in their order.
-void drop_unused_nodes(TetMesh& mesh) {
-  std::vector<int> number(mesh.nodes.size(), -1);
-  for (const Tet& tet : mesh.tets)
-    for (const int i : tet) number[as_index(i)] = 0;
-  int count = 0;
-  for (std::size_t i = 0; i < number.size(); ++i)
-    if (number[i] == 0) {
-      mesh.nodes[as_index(count)] = mesh.nodes[i];
-      number[i] = count++;
-    }
-  mesh.nodes.resize(as_index(count));
-  for (Tet& tet : mesh.tets)
-    for (int& i : tet) i = number[as_index(i)];
-}
-
 }  // namespace
 
 TetMesh tets_inside(const CutLattice& cut) {
   TetMesh mesh = Stuffing(cut).take();
-  drop_unused_nodes(mesh);
+  keep_used_nodes(mesh);
   return mesh;
 }
 

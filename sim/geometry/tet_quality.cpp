@@ -93,7 +93,6 @@ TetQuality tet_quality(const TetMesh& mesh) {
   if (mesh.tets.empty()) quality = {};
   quality.nodes = mesh.nodes.size();
   quality.tets = mesh.tets.size();
-  quality.boundary_triangles = boundary(mesh).size();
   return quality;
 }
 

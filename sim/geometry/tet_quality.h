@@ -8,7 +8,7 @@
 namespace duet {
 
 struct TetQuality {
-  std::size_t nodes = 0, tets = 0, boundary_triangles = 0;
+  std::size_t nodes = 0, tets = 0;
   double volume = 0;                     // m^3
   double least_angle = 0;                // degrees, between two faces of a tet
   double largest_angle = 0;              // degrees

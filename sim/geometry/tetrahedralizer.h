@@ -2,8 +2,11 @@
 // Stuffing: Fast Tetrahedral Meshes with Good Dihedral Angles (SIGGRAPH 2007).
 #pragma once
 
+#include <optional>
+
 #include "sim/geometry/level_set.h"
 #include "sim/geometry/tet_mesh.h"
+#include "sim/geometry/triangle_mesh.h"
 
 namespace duet {
 
@@ -21,7 +24,11 @@ inline constexpr double largest_dihedral_angle = 161.5;  // degrees
 // cut off by a fraction of a cell. Without a cell inside, the mesh is empty. The same for any thread count.
 TetMesh tetrahedralize(const LevelSet& shape, double spacing, bool graded = false);
 
-// A spacing that gives four cells across the thickest part and ten along the longest extent.
+// A spacing that gives four cells across the thickest part and at least ten along the longest extent.
 double default_spacing(const LevelSet& shape);
+
+// The level set of a closed mesh that faces outward, in its own coordinates: with two cells of its grid to
+// one of `spacing` (m), as far as memory allows.
+LevelSet fine_level_set(const TriangleMesh& mesh, std::optional<double> spacing);
 
 }  // namespace duet

@@ -131,17 +131,28 @@ void add_rod_forces(int segments, bool is_closed, Node&& node, const Material& m
   }
 }
 
+Vec3 center_of_mass(const std::vector<Vec3>& nodes, const std::vector<double>& masses) {
+  Vec3 sum = Vec3::Zero();
+  double mass = 0;
+  for (std::size_t i = 0; i < masses.size(); ++i) {
+    sum += masses[i] * nodes[i];
+    mass += masses[i];
+  }
+  return sum / mass;
+}
+
 }  // namespace
 
 void add_particles(const DeformableBody& description, const std::vector<Vec3>& nodes,
                    const std::vector<double>& mass, Particles& particles) {
   const Placement& placement = description.placement;
+  const Vec3 center = center_of_mass(nodes, mass);
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     const bool is_pinned = std::any_of(description.pins.begin(), description.pins.end(),
                                        [&](const Pin& pin) { return distance(pin, nodes[i]) <= pin.radius; });
-    const Vec3 arm = placement.orientation * nodes[i];
+    const Vec3 arm = placement.orientation * (nodes[i] - center);
     const Vec3 velocity = placement.velocity + placement.angular_velocity.cross(arm);
-    particles.x.push_back(placement.position + arm);
+    particles.x.push_back(placement.position + placement.orientation * nodes[i]);
     particles.v.push_back(is_pinned ? Vec3(Vec3::Zero()) : velocity);
     particles.mass.push_back(mass[i]);
     particles.inverse_mass.push_back(is_pinned ? 0 : 1 / mass[i]);

@@ -8,6 +8,7 @@
 #include "sim/scene/deformables.h"
 #include "sim/scene/motion.h"
 #include "sim/scene/solids.h"
+#include "sim/scene/tet_meshes.h"
 
 namespace duet::scene {
 namespace {
@@ -60,21 +61,16 @@ void make_kinematic(RigidBodies& rigid, KinematicMotion motion) {
 // Each particle gets a quarter of the mass of every tet around it.
 std::vector<double> lumped_masses(const TetMesh& mesh, double density) {
   std::vector<double> mass(mesh.nodes.size(), 0);
-  const auto node = [&](int i) -> const Vec3& { return mesh.nodes[static_cast<std::size_t>(i)]; };
   for (const Tet& t : mesh.tets)
-    for (int i : t)
-      mass[static_cast<std::size_t>(i)] +=
-          density / 4 * tet_volume(node(t[0]), node(t[1]), node(t[2]), node(t[3]));
+    for (int i : t) mass[static_cast<std::size_t>(i)] += density / 4 * volume(mesh, t);
   return mass;
 }
 
 BodyShape add_volume(const Scene& scene, const EffectSet& plan, const scene::DeformableBody& description,
-                     Bodies& bodies) {
+                     const TetMesh& mesh, Bodies& bodies) {
   const Material& material = material_of(scene, description);
-  const TetMesh mesh = box_lattice(description.shape.size, description.shape.cells);
   const std::vector<Triangle> triangles = boundary(mesh);
-  const double density =
-      description.mass ? *description.mass / description.shape.size.prod() : material.density;
+  const double density = description.mass ? *description.mass / volume(mesh) : material.density;
   const std::vector<double> masses = lumped_masses(mesh, density);
 
   duet::DeformableBody body;
@@ -105,7 +101,10 @@ BodyShape add_volume(const Scene& scene, const EffectSet& plan, const scene::Def
   add_surface_points(mesh, triangles, scene.solver.face_samples, 0, body, bodies);
   bodies.deformable.push_back(body);
 
-  BodyShape shape{description.name, boundary_surface(mesh, triangles)};
+  // Few triangles go around a curve of a filled surface or of tets from elsewhere, so that they meet at wide
+  // angles; only a lattice's edges are sharp for certain.
+  const double crease = description.shape.kind == DeformableKind::box ? 40 : 75;
+  BodyShape shape{description.name, boundary_surface(mesh, triangles, crease)};
   for (int& node : shape.surface.vertex_nodes) node += body.first_particle;
   return shape;
 }
@@ -167,6 +166,7 @@ BuiltWorld build_world(const Scene& scene, const EffectSet& plan) {
   World& world = built.world;
   Bodies& bodies = world.bodies;
   Solids solids(surface_detail(scene));
+  TetMeshes meshes;
   for (const RigidBody& body : scene.rigid) {
     const Solid& solid = solids.of(body);
     const bool is_dynamic = !body.is_static && !body.is_kinematic;
@@ -177,7 +177,7 @@ BuiltWorld build_world(const Scene& scene, const EffectSet& plan) {
     built.shapes.push_back({body.name, {solid.surface, {}}});
   }
   for (const scene::DeformableBody& body : scene.deformable)
-    built.shapes.push_back(body.shape.is_volume()  ? add_volume(scene, plan, body, bodies)
+    built.shapes.push_back(body.shape.is_volume()  ? add_volume(scene, plan, body, meshes.of(body), bodies)
                            : body.shape.is_shell() ? add_shell(scene, plan, body, bodies)
                                                    : add_rod(scene, plan, body, bodies));
   bodies.forces.finalize(bodies.particles.mass, bodies.particles.inverse_mass);
@@ -191,6 +191,7 @@ BuiltWorld build_world(const Scene& scene, const EffectSet& plan) {
     half_space.level_set = LevelSet::half_space();
     add_rigid(bodies.rigid, "ground", half_space, 0, *scene.ground, placement);
   }
+  built.tet_meshes = meshes.sizes();
   world.plan = plan;
   world.gravity = scene.gravity;
   world.settings = step_settings(scene.solver);

@@ -12,8 +12,9 @@
 namespace duet::scene {
 namespace {
 
-constexpr std::array<std::string_view, 6> kinds = {"box", "panel", "disc",
-                                                   "rod", "helix", "knot"};  // as DeformableKind
+constexpr std::array<std::string_view, 12> kinds = {"box",   "sphere", "capsule", "cylinder", "torus",
+                                                    "mesh",  "tets",   "panel",   "disc",     "rod",
+                                                    "helix", "knot"};  // as DeformableKind
 
 bool check_points(const DeformableShape& shape, const toml::node& at, const std::string& path,
                   Problems& problems) {
@@ -54,14 +55,19 @@ void check_volume_keys(const DeformableBody& body, const toml::table& table, con
                        Problems& problems) {
   const toml::node* given = table.get("thickness");
   if (body.shape.is_volume() && given)
-    problems.add(given->source(), path + ".thickness", "has no effect on a box",
+    problems.add(given->source(), path + ".thickness", "has no effect on a volume",
                  "it belongs to shells and rods");
   if (const toml::node* node = table.get("incompressible"); node && !body.shape.is_volume())
     problems.add(node->source(), path + ".incompressible", "has no effect on a shell or rod",
-                 "only a box has a volume to keep");
+                 "it has no volume to keep");
   if (!body.shape.is_volume() && !given)
     problems.add(table.source(), path + ".thickness", "missing key",
                  body.shape.is_shell() ? "in m, for example 0.001 for cloth" : "in m, the rod's diameter");
+}
+
+bool has_its_mesh(const DeformableShape& shape) {
+  return shape.kind == DeformableKind::tets ? shape.tets != nullptr
+                                            : shape.kind != DeformableKind::mesh || shape.surface.mesh;
 }
 
 // A pin that holds nothing is a mistake in its place.
@@ -69,7 +75,7 @@ void check_pins(const DeformableBody& body, const toml::table& table, const std:
                 Problems& problems) {
   const toml::node* pins = table.get("pins");
   if (!pins) return;
-  const std::vector<Vec3> nodes = rest_nodes(body.shape);
+  const std::vector<Vec3> nodes = rest_nodes(body);
   const std::vector<ListedTable> tables = listed_tables(*pins, path + ".pins");
   for (std::size_t i = 0; i < body.pins.size() && i < tables.size(); ++i) {
     double nearest = std::numeric_limits<double>::infinity();
@@ -85,23 +91,30 @@ void check_pins(const DeformableBody& body, const toml::table& table, const std:
 }  // namespace
 
 void check_deformable(DeformableBody& body, const toml::table& body_table, const std::string& path,
-                      Problems& problems) {
+                      ShapeReader& shapes, Problems& problems) {
   const toml::table* table = body_table["shape"].as_table();
   if (!table) return;
   const std::string at = path + ".shape";
   const std::size_t before = problems.count();
   const auto kind = only_kind(*table, kinds, at, problems);
   if (!kind) return;
-  body.shape.kind = static_cast<DeformableKind>(*kind);
+  DeformableShape& shape = body.shape;
+  shape.kind = static_cast<DeformableKind>(*kind);
   const toml::node& value = *table->get(kinds[*kind]);
   const std::string key = fmt::format("{}.{}", at, kinds[*kind]);
-  if (const toml::node* cells = table->get("cells"); cells && !body.shape.is_volume())
-    problems.add(cells->source(), at + ".cells", fmt::format("has no effect on a {}", kinds[*kind]),
-                 "it belongs to a box");
   check_volume_keys(body, body_table, path, problems);
-  if (body.shape.kind == DeformableKind::rod && !check_points(body.shape, value, key, problems)) return;
-  if (body.shape.kind == DeformableKind::knot && !check_knot(body.shape, value, key, problems)) return;
-  const bool is_readable = body.shape.is_volume() ? value.is_array() : value.is_table();
+  if (shape.is_volume())
+    shapes.check(shape, *table, at);
+  else
+    for (const std::string_view other : {"cells", "pattern", "spacing", "graded", "scale"})
+      if (const toml::node* node = table->get(other))
+        problems.add(node->source(), fmt::format("{}.{}", at, other),
+                     fmt::format("has no effect on a {}", kinds[*kind]), "it belongs to a volume");
+  if (shape.kind == DeformableKind::rod && !check_points(shape, value, key, problems)) return;
+  if (shape.kind == DeformableKind::knot && !check_knot(shape, value, key, problems)) return;
+  const bool is_readable = shape.kind == DeformableKind::box ? value.is_array()
+                           : shape.is_volume()               ? has_its_mesh(shape)
+                                                             : value.is_table();
   if (is_readable && problems.count() == before) check_pins(body, body_table, path, problems);
 }
 

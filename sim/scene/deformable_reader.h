@@ -5,11 +5,12 @@
 
 #include "sim/scene/document.h"
 #include "sim/scene/scene.h"
+#include "sim/scene/shape_reader.h"
 
 namespace duet::scene {
 
 // Finishes the body's shape, whose keys have been read from `body_table`. Reports what is wrong with it.
 void check_deformable(DeformableBody& body, const toml::table& body_table, const std::string& path,
-                      Problems& problems);
+                      ShapeReader& shapes, Problems& problems);
 
 }  // namespace duet::scene

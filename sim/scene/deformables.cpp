@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "sim/scene/tet_meshes.h"
+
 namespace duet::scene {
 
 Sheet rest_sheet(const DeformableShape& shape) {
@@ -17,9 +19,9 @@ Curve rest_curve(const DeformableShape& shape) {
   return curve_through(shape.points, shape.segments, shape.is_closed);
 }
 
-std::vector<Vec3> rest_nodes(const DeformableShape& shape) {
-  if (shape.is_volume()) return box_lattice(shape.size, shape.cells).nodes;
-  return shape.is_shell() ? rest_sheet(shape).nodes : rest_curve(shape).nodes;
+std::vector<Vec3> rest_nodes(const DeformableBody& body) {
+  if (body.shape.is_volume()) return TetMeshes().of(body).nodes;
+  return body.shape.is_shell() ? rest_sheet(body.shape).nodes : rest_curve(body.shape).nodes;
 }
 
 double distance(const Pin& pin, const Vec3& x) {

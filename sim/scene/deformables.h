@@ -10,7 +10,8 @@ namespace duet::scene {
 
 Sheet rest_sheet(const DeformableShape& shape);  // of a shell
 Curve rest_curve(const DeformableShape& shape);  // of a rod
-std::vector<Vec3> rest_nodes(const DeformableShape& shape);
+// Of any body; throws what TetMeshes does.
+std::vector<Vec3> rest_nodes(const DeformableBody& body);
 
 double distance(const Pin& pin, const Vec3& x);  // m
 

@@ -178,7 +178,7 @@ void SceneReader::read_deformable(const toml::table& table, const std::string& p
   DeformableBody& body = entry.body;
   reader_.read(table, keys(entry), path);
   check_body_name(body.name, table, path);
-  check_deformable(body, table, path, problems_);
+  check_deformable(body, table, path, shapes_, problems_);
   if (check_rotation(entry.rotation, table, path))
     body.placement.orientation = orientation_of(entry.rotation);
   body.at = location_of(table);

@@ -119,12 +119,33 @@ struct RigidBody {
   std::string look;                      // name of a look
 };
 
-// Volumes, then shells (panel, disc: in the plane y = 0, front upward), then rods.
-enum class DeformableKind { box, panel, disc, rod, helix, knot };
+// Volumes (a box is cut into a lattice, a surface filled, or tets come from a file), then shells (panel,
+// disc: in the plane y = 0, front upward), then rods.
+enum class DeformableKind {
+  box,
+  sphere,
+  capsule,
+  cylinder,
+  torus,
+  mesh,
+  tets,
+  panel,
+  disc,
+  rod,
+  helix,
+  knot
+};
 struct DeformableShape {
   DeformableKind kind = DeformableKind::box;
-  Vec3 size = Vec3::Zero();        // m, of the box
-  Vec3i cells = Vec3i(4, 4, 4);    // of the box: lattice cells along each edge, five tets a cell
+  Vec3 size = Vec3::Zero();                       // m, of the box
+  Vec3i cells = Vec3i(4, 4, 4);                   // of the box: lattice cells along each edge
+  LatticePattern pattern = LatticePattern::five;  // of the box
+  Shape surface;                  // that is filled with tets: any but a box; its scale is a file's, too
+  std::optional<double> spacing;  // m, of the tets that fill a surface; none: default_spacing
+  bool graded = false;            // larger tets inside
+  std::string tet_file;           // as in the scene: relative to its folder
+  std::shared_ptr<const TetMesh> tets =
+      nullptr;                     // of the file; null if the scene was read without its meshes
   Vec2 panel_size = Vec2::Zero();  // m, along x and z
   Eigen::Vector2i panel_cells = Eigen::Vector2i(16, 16);  // two triangles a cell
   double radius = 0;                                      // m, of the disc; of the helix; of the knot's ring
@@ -137,7 +158,10 @@ struct DeformableShape {
   Eigen::Vector2i winding = Eigen::Vector2i(2, 3);        // of the knot, about the axis y and about its ring
   int segments = 64;                                      // of rods
   bool is_shell() const { return kind == DeformableKind::panel || kind == DeformableKind::disc; }
-  bool is_volume() const { return kind == DeformableKind::box; }
+  bool is_volume() const { return kind <= DeformableKind::tets; }
+  bool is_filled() const {
+    return is_volume() && kind != DeformableKind::box && kind != DeformableKind::tets;
+  }
 };
 
 struct Pin {                 // particles near the line from one point to another never move

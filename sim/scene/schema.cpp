@@ -105,10 +105,16 @@ Key springs_key(std::string_view name, SpringLaw& law, bool& given, std::string_
 const Bounds segments{.lower = 3, .upper = 1e5};
 
 std::vector<Key> shape_keys(DeformableShape& shape) {
-  return {
+  std::vector<Key> keys = {
       {"box", &shape.size, "m", positive, "full edge lengths at rest", one_of},
-      {"cells", &shape.cells, "", between(1, 128),
-       "lattice cells along each edge of a box, five tetrahedra a cell; boxes only"},
+      {"cells", &shape.cells, "", between(1, 128), "lattice cells along each edge of the box; boxes only"},
+      {"pattern", choice(shape.pattern, {"five", "six", "bcc"}), "", any,
+       "five mirrored or six equal tetrahedra a cell, or body-centred cubic; boxes only"},
+      {"tets", &shape.tet_file, "", any,
+       "tetrahedra from a file: .mesh (Medit) or .msh (Gmsh); the path starts at the scene's folder", one_of},
+      {"spacing", &shape.spacing, "m", positive,
+       "of the tetrahedra that fill a surface; without it, four cells across the thickest part"},
+      {"graded", &shape.graded, "", any, "larger tetrahedra inside, where they fill a surface"},
       {"panel",
        Group{{{"size", &shape.panel_size, "m", positive, "along x and z", required},
               {"cells", &shape.panel_cells, "", between(1, 1000), "along x and z, two triangles a cell"}}},
@@ -136,6 +142,12 @@ std::vector<Key> shape_keys(DeformableShape& shape) {
               {"segments", &shape.segments, "", segments, "of equal length"}}},
        "", any, "closed rope wound about a ring; the trefoil has the winding [2, 3]", one_of},
   };
+  for (Key& key : shape_keys(shape.surface)) {
+    if (key.name == "box" || key.name == "cells") continue;
+    if (key.name == "scale") key.meaning = "metres per unit of the mesh or of the file of tetrahedra";
+    keys.push_back(std::move(key));
+  }
+  return keys;
 }
 
 std::string number_text(double value) { return fmt::format("{:.6g}", value); }
@@ -350,11 +362,14 @@ std::vector<Key> keys(DeformableEntry& entry) {
   return {
       {"name", Name{&body.name}, "", any, "unique among all bodies; `ground` is taken", required},
       {"shape", Group{shape_keys(body.shape)}, "", any,
-       "exactly one of its box (a volume), panel, disc (shells), rod, helix and knot (rods)", required},
+       "exactly one of its box, sphere, capsule, cylinder, torus, mesh and tets (volumes), panel and disc "
+       "(shells), rod, helix and knot (rods)",
+       required},
       {"thickness", &body.thickness, "m", positive, "of shells, which need one; the diameter of rods",
        one_of},
       {"pins", list(body.pins), "", any, "particles that never move, for example where a cloth hangs"},
-      {"position", &placement.position, "m", any, "of the shape's centre"},
+      {"position", &placement.position, "m", any,
+       "of the shape's centre; of the origin of a mesh's coordinates"},
       rotation_key(entry.rotation),
       {"velocity", &placement.velocity, "m/s", any, "of the centre at frame 0"},
       {"angular_velocity", &placement.angular_velocity, "rad/s", any,

@@ -27,7 +27,7 @@ TEST(Program, HelpAndVersionSucceed) {
   EXPECT_EQ(version.status, 0);
   EXPECT_TRUE(version.last_line().starts_with("duet 0.")) << version.last_line();
   EXPECT_EQ(run_duet({"--help"}).status, 0);
-  for (const char* command : {"run", "sim", "render", "check", "explain", "list"})
+  for (const char* command : {"run", "sim", "render", "check", "explain", "tetrahedralize", "list"})
     EXPECT_EQ(run_duet({command, "--help"}).status, 0) << command;
 }
 
@@ -36,21 +36,25 @@ TEST(Program, BadUsageHasStatusTwoAndSaysWhy) {
     std::vector<std::string> arguments;
     std::string message;
   };
-  for (const Case& bad : {Case{{}, "subcommand"},
-                          {{"rnder"}, "did you mean `render`?"},
-                          {{"sim"}, "scene is required"},
-                          {{"sim", tiny, "--fraems", "3"}, "--fraems"},
-                          {{"sim", tiny, "--frames", "5:3"}, "A <= B"},
-                          {{"sim", tiny, "--frames", "3x"}, "N or A:B"},
-                          {{"sim", tiny, "--frames", "-1"}, "N or A:B"},
-                          {{"sim", tiny, "--threads", "0"}, "--threads"},
-                          {{"sim", tiny, "--accuracy", "best"}, "draft"},
-                          {{"sim", tiny, "--without", "push_oot"}, "push_out"},
-                          {{"sim", tiny, "--set", "rigid.ball.mas=3"}, "mass"},
-                          {{"sim", tiny, "--quiet", "--json"}, "--quiet"},
-                          {{"render", "somewhere", "--set", "solver.cfl=0.5"}, "solver.cfl"},
-                          {{"check"}, "SCENE"},
-                          {{"list", "--frames", "3"}, "--frames"}}) {
+  for (const Case& bad :
+       {Case{{}, "subcommand"},
+        {{"rnder"}, "did you mean `render`?"},
+        {{"sim"}, "scene is required"},
+        {{"sim", tiny, "--fraems", "3"}, "--fraems"},
+        {{"sim", tiny, "--frames", "5:3"}, "A <= B"},
+        {{"sim", tiny, "--frames", "3x"}, "N or A:B"},
+        {{"sim", tiny, "--frames", "-1"}, "N or A:B"},
+        {{"sim", tiny, "--threads", "0"}, "--threads"},
+        {{"sim", tiny, "--accuracy", "best"}, "draft"},
+        {{"sim", tiny, "--without", "push_oot"}, "push_out"},
+        {{"sim", tiny, "--set", "rigid.ball.mas=3"}, "mass"},
+        {{"sim", tiny, "--quiet", "--json"}, "--quiet"},
+        {{"render", "somewhere", "--set", "solver.cfl=0.5"}, "solver.cfl"},
+        {{"check"}, "SCENE"},
+        {{"tetrahedralize", "a.obj", "a.msh"}, ".mesh (Medit"},
+        {{"tetrahedralize", "a.obj", "a.mesh", "--cells", "1"}, "--cells"},
+        {{"tetrahedralize", "a.obj", "a.mesh", "--cells", "9", "--spacing", "1"}, "--spacing"},
+        {{"list", "--frames", "3"}, "--frames"}}) {
     const Finished finished = run_duet(bad.arguments);
     EXPECT_EQ(finished.status, 2) << bad.message;
     EXPECT_TRUE(contains(finished.errors, bad.message)) << finished.errors;
