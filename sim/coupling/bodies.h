@@ -3,8 +3,8 @@
 
 #include <vector>
 
-#include "sim/deformable/finite_elements.h"
 #include "sim/deformable/incompressibility.h"
+#include "sim/deformable/internal_forces.h"
 #include "sim/deformable/particles.h"
 #include "sim/rigid/rigid_bodies.h"
 
@@ -13,8 +13,8 @@ namespace duet {
 struct Bodies {
   RigidBodies rigid;
   Particles particles;
-  FiniteElements elements;
-  OneRings one_rings;  // of incompressible bodies
+  InternalForces forces;  // of the deformable bodies
+  OneRings one_rings;     // of incompressible bodies
   std::vector<DeformableBody> deformable;
   std::vector<SurfacePoint> points;  // of all deformable bodies, body after body
   std::vector<Triangle> triangles;   // their boundaries, global particle indices

@@ -120,7 +120,7 @@ BodyShape add_deformable(const Scene& scene, const scene::DeformableBody& descri
   body.name = description.name;
   body.first_particle = static_cast<int>(bodies.particles.size());
   body.particle_count = static_cast<int>(mesh.nodes.size());
-  body.first_tet = static_cast<int>(bodies.elements.size());
+  body.first_tet = static_cast<int>(bodies.forces.elements.size());
   body.tet_count = static_cast<int>(mesh.tets.size());
   body.first_triangle = static_cast<int>(bodies.triangles.size());
   body.triangle_count = static_cast<int>(triangles.size());
@@ -140,8 +140,9 @@ BodyShape add_deformable(const Scene& scene, const scene::DeformableBody& descri
     for (int& i : triangle) i += body.first_particle;
     bodies.triangles.push_back(triangle);
   }
-  bodies.elements.add(tets, bodies.particles.x,
-                      lame_parameters(material.youngs_modulus, material.poisson_ratio, material.damping));
+  bodies.forces.elements.add(
+      tets, bodies.particles.x,
+      lame_parameters(material.youngs_modulus, material.poisson_ratio, material.damping));
   if (description.incompressible) bodies.one_rings.add(tets, bodies.particles.x);
   add_points(bodies, body, mesh, triangles, scene.solver.face_samples);
   bodies.deformable.push_back(body);
@@ -198,7 +199,7 @@ BuiltWorld build_world(const Scene& scene, const EffectSet& plan) {
   }
   for (const scene::DeformableBody& body : scene.deformable)
     built.shapes.push_back(add_deformable(scene, body, bodies));
-  if (bodies.elements.size() > 0) bodies.elements.finalize(bodies.particles.mass);
+  bodies.forces.finalize(bodies.particles.mass);
   bodies.one_rings.finalize(bodies.particles.inverse_mass, bodies.particles.x);
   if (scene.ground) {
     Placement placement;

@@ -33,6 +33,16 @@ struct StageStats {
   std::int64_t calls = 0;
 };
 
+// What a stage, or the whole step, did to the momentum and energy of all bodies in a frame: sums over the
+// steps, about the origin; see sim/coupling/ledger.h.
+struct LedgerStats {
+  std::string name;                                                // of the stage; "step": the whole
+  Vec3 momentum = Vec3::Zero(), external_momentum = Vec3::Zero();  // kg m/s
+  Vec3 angular_momentum = Vec3::Zero(), external_angular_momentum = Vec3::Zero();  // kg m^2/s
+  double momentum_defect = 0, angular_momentum_defect = 0;                         // the largest of any step
+  double kinetic = 0, stored = 0;                                                  // J
+};
+
 // One line of stats.jsonl.
 struct FrameStats {
   int frame = 0;
@@ -52,6 +62,8 @@ struct FrameStats {
   Vec3 momentum = Vec3::Zero();                    // kg m/s
   Vec3 angular_momentum = Vec3::Zero();            // kg m^2/s, about the origin
   std::uint64_t hash = 0;                          // of the whole state
+  std::vector<LedgerStats> ledger;                 // empty unless asked for
+  double pushed_mass = 0, pushed_moment = 0;       // kg m, kg m^2: the largest net displacement of push-out
 };
 
 }  // namespace duet

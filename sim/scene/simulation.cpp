@@ -56,7 +56,7 @@ struct Simulation::Impl {
 
   void save(std::vector<unsigned char>& bytes) {
     bytes.clear();
-    double frequency = world().bodies.elements.max_squared_frequency();
+    double frequency = world().bodies.forces.max_squared_frequency();
     visit_state(world(), frame, frequency, [&](const void* data, std::size_t size) {
       const auto* begin = static_cast<const unsigned char*>(data);
       bytes.insert(bytes.end(), begin, begin + size);
@@ -87,7 +87,7 @@ struct Simulation::Impl {
       std::memcpy(static_cast<void*>(&contact), bytes.data() + at, sizeof contact);
       at += sizeof contact;
     }
-    world().bodies.elements.set_max_squared_frequency(frequency);
+    world().bodies.forces.set_max_squared_frequency(frequency);
     RigidBodies& rigid = world().bodies.rigid;
     for (std::size_t i = 0; i < rigid.size(); ++i)
       update_orientation_dependents(rigid.state[i], rigid.properties[i]);
@@ -130,14 +130,14 @@ struct Simulation::Impl {
     stats.frame = static_cast<int>(frame);
     stats.time = static_cast<double>(frame) / scene.fps;
     stats.max_penetration = max_penetration(bodies, world().contact_filter());
-    const FiniteElements::Strain strain = bodies.elements.strain(bodies.particles.x);
+    const FiniteElements::Strain strain = bodies.forces.elements.strain(bodies.particles.x);
     stats.min_det_F = strain.min_det;
     stats.inverted = strain.inverted;
     stats.volume_error = bodies.one_rings.volume_error(bodies.particles.x);
     stats.kinetic = kinetic_energy(bodies);
     stats.potential = gravitational_energy(bodies, world().gravity);
     stats.elastic =
-        world().has(Effect::deformable_elasticity) ? bodies.elements.energy(bodies.particles.x) : 0;
+        world().has(Effect::deformable_elasticity) ? bodies.forces.energy(bodies.particles.x) : 0;
     const Momentum total = momentum(bodies);
     stats.momentum = total.linear;
     stats.angular_momentum = total.angular;
@@ -155,6 +155,21 @@ struct Simulation::Impl {
     stats.cg_iterations = world().counters.cg_iterations;
     stats.pressure_iterations = world().counters.pressure_iterations;
     stats.contacts = world().counters.contacts;
+    if (world().ledger.is_on()) measure_ledger();
+  }
+
+  void measure_ledger() {
+    const StepLedger& ledger = world().ledger;
+    stats.ledger.clear();
+    const auto add = [&](std::string_view name, const LedgerEntry& entry) {
+      stats.ledger.push_back({std::string(name), entry.gained.linear, entry.external.linear,
+                              entry.gained.angular, entry.external.angular, entry.linear_defect,
+                              entry.angular_defect, entry.kinetic, entry.stored});
+    };
+    for (Stage stage : StepLedger::stages) add(stage_names[static_cast<std::size_t>(stage)], ledger[stage]);
+    add("step", ledger.whole_step());
+    stats.pushed_mass = ledger.push_out().linear_largest;
+    stats.pushed_moment = ledger.push_out().angular_largest;
   }
 };
 
@@ -173,8 +188,14 @@ FrameStats Simulation::stats() const { return impl_->stats; }
 World& Simulation::world() { return impl_->world(); }
 const World& Simulation::world() const { return impl_->world(); }
 
+void Simulation::keep_ledger() {
+  impl_->world().ledger.turn_on();
+  impl_->measure_work();
+}
+
 void Simulation::advance_frame() {
   Impl& impl = *impl_;
+  impl.world().ledger.reset();
   impl.world().clock.reset();
   impl.world().counters = {};
   impl.stats.substeps = 0;
@@ -300,8 +321,8 @@ WorldSizes Simulation::sizes() const {
   }
   sizes.grids = grid_sizes(bodies.rigid);
   sizes.particles = static_cast<int>(bodies.particles.size());
-  sizes.tets = static_cast<int>(bodies.elements.size());
-  if (sizes.tets > 0) sizes.elastic_dt = 2 / std::sqrt(bodies.elements.rest_squared_frequency());
+  sizes.tets = static_cast<int>(bodies.forces.elements.size());
+  if (sizes.tets > 0) sizes.elastic_dt = 2 / std::sqrt(bodies.forces.rest_squared_frequency());
   if (!std::isfinite(sizes.lightest)) sizes.lightest = 0;
   return sizes;
 }

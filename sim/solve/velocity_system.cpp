@@ -42,7 +42,7 @@ VelocitySystem::VelocitySystem(Bodies& bodies, double dt, const ContactProjectio
 void VelocitySystem::apply(const GeneralizedVelocity& v, GeneralizedVelocity& out) {
   resize_like(v, out);
   force_.assign(v.particle.size(), Vec3::Zero());
-  bodies_.elements.add_damping_forces(v.particle, force_);
+  bodies_.forces.add_damping_forces(v.particle, force_);
   parallel_for(v.particle.size(), grain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t p = begin; p < end; ++p)
       out.particle[p] = v.particle[p] - dt_ * bodies_.particles.inverse_mass[p] * force_[p];

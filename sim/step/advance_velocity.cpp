@@ -13,7 +13,7 @@ void solve_velocity(World& world, StepContext& context, double dt, ContactProjec
   for (std::size_t p = 0; p < particles.size(); ++p) context.force[p] = particles.mass[p] * world.gravity;
   if (elastic)
     world.clock.time(Stage::elastic_forces,
-                     [&] { bodies.elements.add_elastic_forces(particles.x, context.force); });
+                     [&] { bodies.forces.add_elastic_forces(particles.x, context.force); });
 
   // B = v + dt M^-1 (explicit forces); gyroscopic motion needs no force, as angular momentum is what rigid
   // bodies keep.

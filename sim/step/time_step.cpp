@@ -20,9 +20,9 @@ constexpr double least_elastic_share = 1.0 / 8;
 // of leapfrog).
 double elastic_limit(const World& world) {
   if (!world.has(Effect::deformable_elasticity)) return std::numeric_limits<double>::infinity();
-  const FiniteElements& elements = world.bodies.elements;
-  const double now = 2 / std::sqrt(elements.max_squared_frequency());
-  const double at_rest = 2 / std::sqrt(elements.rest_squared_frequency());
+  const InternalForces& forces = world.bodies.forces;
+  const double now = 2 / std::sqrt(forces.max_squared_frequency());
+  const double at_rest = 2 / std::sqrt(forces.rest_squared_frequency());
   return std::clamp(now, least_elastic_share * at_rest, at_rest);
 }
 

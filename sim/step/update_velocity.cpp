@@ -24,7 +24,7 @@ void constrained_solve(World& world, StepContext& context) {
   solve_velocity(world, context, context.dt / 2, projection);
 
   if (world.has(Effect::deformable_elasticity))
-    bodies.elements.add_damping_forces(context.solution.particle, context.force);
+    bodies.forces.add_damping_forces(context.solution.particle, context.force);
   for (std::size_t p = 0; p < particles.size(); ++p)
     particles.v[p] += context.dt * particles.inverse_mass[p] * context.force[p];
   for (std::size_t i = 0; i < bodies.rigid.size(); ++i)

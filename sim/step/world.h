@@ -13,6 +13,7 @@
 #include "sim/solve/pressure_system.h"
 #include "sim/step/effects.h"
 #include "sim/step/kinematic_motion.h"
+#include "sim/step/step_ledger.h"
 
 namespace duet {
 
@@ -79,6 +80,7 @@ struct World {
   StepContext context;
   StageClock clock;
   StepCounters counters;
+  StepLedger ledger;
 
   bool has(Effect effect) const { return plan[index(effect)]; }
   CandidateFilter contact_filter() const {

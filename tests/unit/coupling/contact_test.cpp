@@ -189,7 +189,7 @@ TEST(PushOut, ASoftBoxIsLiftedOffTheGroundAndStaysWhole) {
   PushOutScratch scratch;
   resolve_interpenetration(bodies, graph, {4, true}, contacts, scratch);
   EXPECT_LT(max_penetration(bodies, {}), 1.1e-6);
-  EXPECT_EQ(bodies.elements.strain(bodies.particles.x).inverted, 0);
+  EXPECT_EQ(bodies.forces.elements.strain(bodies.particles.x).inverted, 0);
 }
 
 }  // namespace

@@ -16,7 +16,7 @@ TEST(TimeStep, FollowsTheElasticLimitAndItsShare) {
   test::add_soft_box(scene, "soft", Vec3::Zero(), Vec3(2, 2, 2), 6);
   Simulation simulation(scene, test::plan(scene));
   World& world = simulation.world();
-  const double limit = 2 / std::sqrt(world.bodies.elements.rest_squared_frequency());
+  const double limit = 2 / std::sqrt(world.bodies.forces.rest_squared_frequency());
   world.settings.cfl = 0.9;
   EXPECT_DOUBLE_EQ(choose_time_step(world, 0), 0.9 * limit);
   world.settings.cfl = 0.3;
@@ -131,10 +131,10 @@ double energy_after(double cfl) {
   World& world = simulation.world();
   for (std::size_t p = 0; p < world.bodies.particles.size(); ++p)
     world.bodies.particles.v[p] = 1e-3 * Vec3((p % 3) - 1.0, (p % 5) - 2.0, (p % 7) - 3.0);
-  const double dt = cfl * 2 / std::sqrt(world.bodies.elements.rest_squared_frequency());
+  const double dt = cfl * 2 / std::sqrt(world.bodies.forces.rest_squared_frequency());
   const double start = kinetic_energy(world.bodies);
   for (int i = 0; i < 3000; ++i) step(world, 0, dt);
-  return (kinetic_energy(world.bodies) + world.bodies.elements.energy(world.bodies.particles.x)) / start;
+  return (kinetic_energy(world.bodies) + world.bodies.forces.energy(world.bodies.particles.x)) / start;
 }
 
 TEST(TimeStep, RuleIsStableWithoutDampingAndNotFarFromTheLimit) {
