@@ -109,8 +109,9 @@ CgResult find_pressures(const Bodies& bodies, const ContactProjection* projectio
                         const PressureSettings& settings, PressureScratch& scratch) {
   prepare(bodies, dt, settings, scratch);
   PressureSystem system(bodies.one_rings, projection, scratch);
+  const double tolerance = std::max(1.0, settings.reduction * system.norm(scratch.right_side));
   const CgResult result =
-      conjugate_residual(system, scratch.right_side, 1.0, settings.iterations, scratch.pressure,
+      conjugate_residual(system, scratch.right_side, tolerance, settings.iterations, scratch.pressure,
                          scratch.residual, scratch.direction, scratch.image, scratch.direction_image);
   system.change_velocities(scratch.pressure);
   std::swap(scratch.pressure, scratch.scaled);

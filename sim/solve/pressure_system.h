@@ -10,6 +10,7 @@ namespace duet {
 struct PressureSettings {
   double tolerance = 1e-4;  // largest error of a one-ring's volume in a step, over its volume at rest
   int iterations = 100;
+  double reduction = 0;  // of the largest error, at which a solve may also end
 };
 
 // Keeps its storage from solve to solve.

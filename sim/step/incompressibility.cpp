@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sim/base/parallel.h"
 #include "sim/solve/velocity_system.h"
 #include "sim/step/step.h"
 
@@ -12,6 +13,14 @@ namespace {
 // has crushed is restored over several steps, each of which is short enough for its linearization.
 constexpr double most_correction = 0.1;
 
+// The part of its one-ring's size that pressures may move a particle in one step: what is tangled has volumes
+// that small motions hardly change, and large ones in no foreseeable way.
+constexpr double most_travel = 0.25;
+
+// What the velocities of a step keep of the divergence that they would have without pressures. It has to be
+// little of even a small divergence, as that of a slow rotation is: it would add up over the steps.
+constexpr double velocity_reduction = 1e-2;
+
 // D v of the velocities now as contact will leave them: what touches moves on together.
 void rates_in_contact(World& world, StepContext& context, std::vector<double>& rate) {
   to_generalized(world.bodies, context.solution);
@@ -19,22 +28,40 @@ void rates_in_contact(World& world, StepContext& context, std::vector<double>& r
   world.bodies.one_rings.divergence(context.solution.particle, rate);
 }
 
+// The part of the velocities `change` that moves no particle too far; 1 in all but wild states.
+double bounded_share(const OneRings& rings, const std::vector<Vec3>& change, double dt) {
+  return parallel_reduce(
+      rings.size(), 1024, 1.0,
+      [&](std::size_t begin, std::size_t end) {
+        double share = 1;
+        for (std::size_t i = begin; i < end; ++i) {
+          const double way = dt * change[static_cast<std::size_t>(rings.particle(i))].norm();
+          const double most = most_travel * std::cbrt(rings.rest_volume(i));
+          if (way > most) share = std::min(share, most / way);
+        }
+        return share;
+      },
+      [](double a, double b) { return std::min(a, b); });
+}
+
 // Changes the velocities by the pressures that change the rates of the one-rings by context.pressure.rate.
-void apply_pressures(World& world, StepContext& context, const ContactProjection& projection) {
+void apply_pressures(World& world, StepContext& context, const PressureSettings& settings) {
   Bodies& bodies = world.bodies;
+  const ContactProjection& projection = context.projection;
   PressureScratch& scratch = context.pressure;
-  const CgResult result = find_pressures(bodies, projection.empty() ? nullptr : &projection, context.dt,
-                                         world.settings.pressure, scratch);
+  const CgResult result =
+      find_pressures(bodies, projection.empty() ? nullptr : &projection, context.dt, settings, scratch);
   world.counters.pressure_iterations += result.iterations;
+  const double share = bounded_share(bodies.one_rings, scratch.change.particle, context.dt);
   for (std::size_t p = 0; p < bodies.particles.size(); ++p)
-    bodies.particles.v[p] += scratch.change.particle[p];
+    bodies.particles.v[p] += share * scratch.change.particle[p];
   for (std::size_t i = 0; i < bodies.rigid.size(); ++i) {
     const RigidProperties& properties = bodies.rigid.properties[i];
     if (projection.empty() || !properties.is_dynamic()) continue;
     RigidState& state = bodies.rigid.state[i];
-    state.velocity += scratch.change.linear[i];
+    state.velocity += share * scratch.change.linear[i];
     const Mat3 rotation = state.pose.orientation.toRotationMatrix();
-    const Vec3 body_rate = rotation.transpose() * scratch.change.angular[i];
+    const Vec3 body_rate = rotation.transpose() * (share * scratch.change.angular[i]);
     apply_angular_impulse(state, properties, rotation * properties.inertia.cwiseProduct(body_rate));
   }
 }
@@ -55,7 +82,7 @@ void correct_volume(World& world, StepContext& context) {
     const double most = surface * most_correction * rings.rest_volume(i);
     rate[i] = std::clamp(rings.rest_volume(i) - rings.volume(i), -most, most) / context.dt - rate[i];
   }
-  apply_pressures(world, context, context.projection);
+  apply_pressures(world, context, world.settings.pressure);
   check_finite(world, "I.2 volume correction");
 }
 
@@ -75,7 +102,10 @@ void make_incompressible(World& world, StepContext& context) {
   for (std::size_t p = 0; p < bodies.particles.size(); ++p)
     context.x_half[p] = 0.5 * (context.x_n[p] + bodies.particles.x[p]);
   rings.linearize(context.x_half);
-  apply_pressures(world, context, context.projection);
+  PressureSettings settings = world.settings.pressure;
+  settings.tolerance *= velocity_reduction;
+  settings.reduction = velocity_reduction;
+  apply_pressures(world, context, settings);
   check_finite(world, "V.1 make incompressible");
 }
 
