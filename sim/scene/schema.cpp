@@ -367,8 +367,8 @@ std::vector<Key> keys(DeformableEntry& entry) {
        "whether the body collides with itself; with other deformable bodies it always does. Without the key, "
        "no"},
       {"collision_thickness", &body.collision_thickness, "m", positive,
-       "gap that the surface keeps from itself and other deformable bodies; without it, a tenth of the "
-       "surface's shortest edge"},
+       "gap kept from itself and other deformable bodies; else the thickness, or a tenth of the shortest "
+       "edge"},
       {"collision_friction", &body.collision_friction, "", non_negative,
        "Coulomb coefficient against itself and other deformable bodies; a pair uses the smaller one"},
       {"look", Reference{&body.look, "looks"}, "", any,
