@@ -381,7 +381,8 @@ std::vector<Key> keys(DeformableEntry& entry) {
       {"self_collision", &body.self_collision, "", any,
        "whether the body collides with itself, as it does with other deformable bodies; else it does not"},
       {"collision_thickness", &body.collision_thickness, "m", positive,
-       "gap to itself and to other deformable bodies; else a tenth of the surface's shortest edge"},
+       "gap kept from itself and other deformable bodies; else the thickness, or a tenth of the shortest "
+       "edge"},
       {"collision_friction", &body.collision_friction, "", non_negative,
        "Coulomb coefficient against itself and other deformable bodies; a pair uses the smaller one"},
       {"look", Reference{&body.look, "looks"}, "", any,

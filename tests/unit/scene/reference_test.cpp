@@ -47,6 +47,8 @@ density = 900
 youngs_modulus = 3e5
 poisson_ratio = 0.3
 damping = 0.02
+mass_damping = 0.1
+model = "corotated"
 springs = { stiffness = 30, damping = 0.5 }
 bending_springs = { stiffness = 3, damping = 0.6 }
 bending_factor = 2
@@ -204,6 +206,8 @@ push_out_iterations = 5
 rigid_push_out = "deepest_points"
 shock_propagation = "on"
 projection_iterations = 3
+volume_tolerance = 1e-5
+pressure_iterations = 50
 face_samples = 1
 contact_reduction = false
 orientation = "first_order"
