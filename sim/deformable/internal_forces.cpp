@@ -14,6 +14,12 @@ void InternalForces::add_damping_forces(const std::vector<Vec3>& v, std::vector<
   elements.add_damping_forces(v, force);
 }
 
+void InternalForces::add_force_differentials(const std::vector<Vec3>& dx, std::vector<Vec3>& force) {
+  elements.add_force_differentials(dx, force);
+}
+
+void InternalForces::linearize() { elements.linearize(); }
+
 double InternalForces::energy(const std::vector<Vec3>& x) const { return elements.energy(x); }
 
 }  // namespace duet

@@ -140,9 +140,10 @@ BodyShape add_deformable(const Scene& scene, const scene::DeformableBody& descri
     for (int& i : triangle) i += body.first_particle;
     bodies.triangles.push_back(triangle);
   }
-  bodies.forces.elements.add(tets, bodies.particles.x,
-                      {lame_parameters(material.youngs_modulus, material.poisson_ratio, material.damping),
-                       material.model, material.mass_damping});
+  bodies.forces.elements.add(
+      tets, bodies.particles.x,
+      {lame_parameters(material.youngs_modulus, material.poisson_ratio, material.damping), material.model,
+       material.mass_damping});
   add_points(bodies, body, mesh, triangles, scene.solver.face_samples);
   bodies.deformable.push_back(body);
 
@@ -162,6 +163,8 @@ double surface_detail(const Scene& scene) {
 
 StepSettings step_settings(const Solver& solver) {
   StepSettings settings;
+  settings.implicit_elasticity = solver.integration == Integration::implicit;
+  settings.newton_iterations = solver.newton_iterations;
   settings.cfl = solver.cfl;
   settings.max_travel = solver.max_travel;
   settings.max_rotation = solver.max_rotation;
