@@ -48,6 +48,21 @@ void solve_semi_implicitly(World& world, StepContext& context, double dt, Contac
   });
 }
 
+// Gives all particles of a body its mean velocity, and the change.
+void move_as_wholes(const Bodies& bodies, const Vec3& change, std::vector<Vec3>& velocity) {
+  for (const DeformableBody& body : bodies.deformable) {
+    const auto first = static_cast<std::size_t>(body.first_particle);
+    const auto end = first + static_cast<std::size_t>(body.particle_count);
+    Vec3 momentum = Vec3::Zero();
+    double mass = 0;
+    for (std::size_t p = first; p < end; ++p) {
+      momentum += bodies.particles.mass[p] * bodies.particles.v[p];
+      mass += bodies.particles.mass[p];
+    }
+    for (std::size_t p = first; p < end; ++p) velocity[p] = momentum / mass + change;
+  }
+}
+
 }  // namespace
 
 void solve_velocity(World& world, StepContext& context, double dt, ContactProjection* projection) {
@@ -59,11 +74,20 @@ void solve_velocity(World& world, StepContext& context, double dt, ContactProjec
     return;
   }
   // The search begins at the velocity that leads to where the particles are, or in I.1, where they are at
-  // x^n still, at that of free flight.
+  // x^n still, at free flight, unless that crushes elements and standing still in the body is better.
   context.solution = context.right_side;
-  for (std::size_t p = 0; p < particles.size(); ++p)
-    context.solution.particle[p] =
-        projection ? Vec3((particles.x[p] - context.x_n[p]) / dt) : Vec3(particles.v[p] + dt * world.gravity);
+  if (projection) {
+    for (std::size_t p = 0; p < particles.size(); ++p)
+      context.solution.particle[p] = (particles.x[p] - context.x_n[p]) / dt;
+  } else {
+    move_as_wholes(world.bodies, dt * world.gravity, context.solution.particle);
+    const double still = incremental_potential(world, context, dt);
+    context.correction.particle = context.solution.particle;
+    for (std::size_t p = 0; p < particles.size(); ++p)
+      context.solution.particle[p] = particles.v[p] + dt * world.gravity;
+    if (incremental_potential(world, context, dt) > still)
+      context.solution.particle = context.correction.particle;
+  }
   satisfy_contacts(world.bodies, context, projection);
   context.balanced = solve_velocity_implicitly(world, context, dt, projection);
 }
@@ -74,12 +98,14 @@ void advance_velocity(World& world, StepContext& context) {
   solve_velocity(world, context, context.dt / 2, nullptr);
   if (world.settings.implicit_elasticity) bodies.particles.x = context.x_n;
   // Positions move by twice the way to x^n + dt/2 V, the least of the energy on the way there. That far
-  // beyond it may be far worse where the least was not found: then deformation stops there, and free flight
-  // goes on.
-  if (!context.balanced)
+  // beyond it may be far worse where the least was not found: then deformation stops there, and each body
+  // moves on.
+  if (!context.balanced) {
+    context.correction.particle.resize(bodies.particles.size());
+    move_as_wholes(bodies, 0.5 * context.dt * world.gravity, context.correction.particle);
     for (std::size_t p = 0; p < bodies.particles.size(); ++p)
-      context.solution.particle[p] =
-          0.5 * (context.solution.particle[p] + bodies.particles.v[p] + 0.5 * context.dt * world.gravity);
+      context.solution.particle[p] = 0.5 * (context.solution.particle[p] + context.correction.particle[p]);
+  }
   bodies.particles.v = context.solution.particle;
   for (std::size_t i = 0; i < bodies.rigid.size(); ++i)
     bodies.rigid.state[i].velocity = context.solution.linear[i];

@@ -58,25 +58,6 @@ void evaluate_imbalance(World& world, StepContext& context, const VelocitySystem
   system.project(imbalance);
 }
 
-// What backward Euler's V minimizes where nothing is damped, J: 1/2 |V - v - dt g|^2 in the mass norm plus
-// the elastic energy. The imbalance is its negative gradient.
-double potential(const World& world, const StepContext& context, double dt) {
-  const Particles& particles = world.bodies.particles;
-  const double motion = parallel_reduce(
-      particles.size(), grain, 0.0,
-      [&](std::size_t begin, std::size_t end) {
-        double sum = 0;
-        for (std::size_t p = begin; p < end; ++p) {
-          const Vec3 change =
-              context.solution.particle[p] - context.right_side.particle[p] - dt * world.gravity;
-          sum += 0.5 * particles.mass[p] * change.squaredNorm();
-        }
-        return sum;
-      },
-      [](double a, double b) { return a + b; });
-  return motion + world.bodies.forces.energy(particles.x);
-}
-
 // Moves V along the correction: all the way, or to where the imbalance along it vanishes by the secant rule.
 // That is the least of the energy which backward Euler minimizes along this line, as the imbalance is its
 // negative gradient.
@@ -90,7 +71,7 @@ double search_line(World& world, StepContext& context, const VelocitySystem& sys
     at = next;
     evaluate_imbalance(world, context, system, dt);
     const double now = system.inner(context.correction, context.imbalance);
-    reached = potential(world, context, dt);
+    reached = incremental_potential(world, context, dt);
     if (now >= -slope_share * slope && reached <= bound) break;
     const double secant = now < 0 ? slope / (slope - now) : 0;
     next = at * (secant > least_cut ? secant : least_cut);  // also where it is no number
@@ -100,12 +81,30 @@ double search_line(World& world, StepContext& context, const VelocitySystem& sys
 
 }  // namespace
 
+double incremental_potential(World& world, const StepContext& context, double dt) {
+  Particles& particles = world.bodies.particles;
+  const double motion = parallel_reduce(
+      particles.size(), grain, 0.0,
+      [&](std::size_t begin, std::size_t end) {
+        double sum = 0;
+        for (std::size_t p = begin; p < end; ++p) {
+          const Vec3& V = context.solution.particle[p];
+          const Vec3 change = V - context.right_side.particle[p] - dt * world.gravity;
+          sum += 0.5 * particles.mass[p] * change.squaredNorm();
+          particles.x[p] = context.x_n[p] + dt * V;
+        }
+        return sum;
+      },
+      [](double a, double b) { return a + b; });
+  return motion + world.bodies.forces.energy(particles.x);
+}
+
 bool solve_velocity_implicitly(World& world, StepContext& context, double dt, ContactProjection* projection) {
   const StepSettings& settings = world.settings;
   VelocitySystem system(world.bodies, dt, true, projection, context.damping_force, context.inertia);
   world.bodies.forces.set_added_damping(numerical_damping * 2 * dt);
   evaluate_imbalance(world, context, system, dt);
-  double energy = potential(world, context, dt);
+  double energy = incremental_potential(world, context, dt);
   for (int iteration = 0;; ++iteration) {
     const double imbalance = system.norm(context.imbalance);
     if (imbalance <= settings.cg_tolerance) return true;

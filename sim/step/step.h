@@ -49,6 +49,9 @@ void apply_velocity_contact(World& world, StepContext& context);     // V.4   v_
 // elastic forces are those of the positions now; implicitly they are those of x^n + dt V, where the solve
 // leaves the particles.
 void solve_velocity(World& world, StepContext& context, double dt, ContactProjection* projection);
+// What the V of the implicit solve minimizes where nothing is damped, at `context.solution`, J: 1/2 |V - v -
+// dt g|^2 in the mass norm plus the elastic energy at x^n + dt V, where it leaves the particles.
+double incremental_potential(World& world, const StepContext& context, double dt);
 // The search for V by Newton's method that starts at `context.solution`, and leaves in `context.imbalance` by
 // how much V falls short of the right side under the constraints. Whether that is less than the tolerance, as
 // the bound on its iterations may end it before.
