@@ -227,8 +227,8 @@ void FiniteElements::add_damping_forces(const std::vector<Vec3>& v, std::vector<
   parallel_for(batches_.size(), batch_grain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t b = begin; b < end; ++b) {
       const Batch& batch = batches_[b];
-      store_forces(
-          b, viscous_stress(batch.mu, batch.lambda, batch.damping, deformation_[b], gradient(batch, v)));
+      store_forces(b, viscous_stress<Pack>(batch.mu, batch.lambda, batch.damping + added_damping_,
+                                           deformation_[b], gradient(batch, v)));
     }
   });
   gather_forces(force);

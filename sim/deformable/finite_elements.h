@@ -40,6 +40,8 @@ class FiniteElements {
   // Adds the viscous forces for the velocities `v` at the last deformation gradients: linear in v, symmetric,
   // and negative semi-definite.
   void add_damping_forces(const std::vector<Vec3>& v, std::vector<Vec3>& force);
+  // Added to the damping of every material, s.
+  void set_added_damping(double seconds) { added_damping_ = seconds; }
   // Adds the change of the elastic forces for displacements `dx` from where linearize() was last called:
   // linear in dx, symmetric, and (the Hessian of each element projected) negative semi-definite.
   void add_force_differentials(const std::vector<Vec3>& dx, std::vector<Vec3>& force);
@@ -89,6 +91,7 @@ class FiniteElements {
   std::vector<int> incidence_start_;                                // by particle: range of incidence_
   std::vector<int> incidence_;                                      // indices of Quads in rows_of_forces_
   std::vector<double> batch_frequency_;
+  double added_damping_ = 0;
   double max_squared_frequency_ = 0, rest_squared_frequency_ = 0;
 };
 

@@ -63,6 +63,8 @@ void InternalForces::add_force_differentials(const std::vector<Vec3>& dx, std::v
   for_each_other(*this, [&](auto& other) { other.add_force_differentials(dx, force); });
 }
 
+void InternalForces::linearize() { elements.linearize(); }
+
 double InternalForces::energy(const std::vector<Vec3>& x) const {
   double sum = elements.energy(x);
   for_each_other(*this, [&](const auto& force) { sum += force.energy(x); });

@@ -35,9 +35,13 @@ class InternalForces {
   // Adds the viscous forces for the velocities `v` in the state of the last add_elastic_forces: linear in v,
   // symmetric and negative semi-definite.
   void add_damping_forces(const std::vector<Vec3>& v, std::vector<Vec3>& force);
-  // Adds the change of the elastic forces with a displacement `dx` (m) in that state, without what would
-  // destabilize an implicit solve: linear in dx, symmetric and negative semi-definite.
+  // Added to the damping times of the finite elements, s.
+  void set_added_damping(double seconds) { elements.set_added_damping(seconds); }
+  // Adds the change of the elastic forces for displacements `dx` (m) from the state of the last
+  // add_elastic_forces, for which linearize() was called, without what would destabilize an implicit solve:
+  // linear in dx, symmetric and negative semi-definite.
   void add_force_differentials(const std::vector<Vec3>& dx, std::vector<Vec3>& force);
+  void linearize();
   double energy(const std::vector<Vec3>& x) const;  // J
 
   // Bounds of the square of the highest frequency, rad^2/s^2: in the state of the last add_elastic_forces (at

@@ -141,6 +141,8 @@ double surface_detail(const Scene& scene) {
 
 StepSettings step_settings(const Solver& solver) {
   StepSettings settings;
+  settings.implicit_elasticity = solver.integration == Integration::implicit;
+  settings.newton_iterations = solver.newton_iterations;
   settings.cfl = solver.cfl;
   settings.max_travel = solver.max_travel;
   settings.max_rotation = solver.max_rotation;

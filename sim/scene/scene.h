@@ -201,11 +201,14 @@ struct Ground {       // the half space y <= height, static
 enum class Accuracy { draft, standard, fine };
 enum class RigidPushOut { all_contacts, deepest_points };
 enum class Switch { automatic, on, off };
+enum class Integration { semi_implicit, implicit };
 enum class OrientationUpdate { first_order, second_order };
 
 // Defaults come from the accuracy preset; a key in the file wins over the preset.
 struct Solver {
   Accuracy accuracy = Accuracy::standard;
+  Integration integration = Integration::semi_implicit;  // of elastic forces; damping is always implicit
+  int newton_iterations = 20;                            // bound on those of an implicit solve
   double cfl = 0.9;  // time step as a fraction of the elastic stability limit
   double max_travel =
       0.1;  // how far another body may enter a moving one in a step, as a fraction of its size

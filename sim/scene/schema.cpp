@@ -405,6 +405,11 @@ std::vector<Key> keys(Solver& solver) {
   return {
       {"accuracy", choice(solver.accuracy, {std::begin(accuracy_names), std::end(accuracy_names)}), "", any,
        "preset of the other keys of this table, each of which can still be set"},
+      {"integration", choice(solver.integration, {"semi_implicit", "implicit"}), "", any,
+       "elastic forces explicit and damping implicit, which bounds the time step by the stiffness, or both "
+       "implicit, which does not"},
+      {"newton_iterations", &solver.newton_iterations, "", between(1, 1e4),
+       "bound on the iterations of an implicit solve"},
       {"cfl", &solver.cfl, "", above_up_to(0, 1), "time step as a fraction of the elastic stability limit"},
       {"max_travel", &solver.max_travel, "", above_up_to(0, 1),
        "how far two bodies that meet may enter each other in a step, as a fraction of the smaller one's "

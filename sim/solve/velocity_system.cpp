@@ -21,6 +21,13 @@ void for_each_entry(const GeneralizedVelocity& x, GeneralizedVelocity& y, Operat
   }
 }
 
+template <class Operation>
+void for_each_particle(std::vector<Vec3>& values, Operation&& operation) {
+  parallel_for(values.size(), grain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t p = begin; p < end; ++p) operation(values[p]);
+  });
+}
+
 void resize_like(const GeneralizedVelocity& from, GeneralizedVelocity& to) {
   to.particle.resize(from.particle.size());
   to.linear.resize(from.linear.size());
@@ -29,9 +36,15 @@ void resize_like(const GeneralizedVelocity& from, GeneralizedVelocity& to) {
 
 }  // namespace
 
-VelocitySystem::VelocitySystem(Bodies& bodies, double dt, const ContactProjection* projection,
-                               std::vector<Vec3>& force_scratch, std::vector<Mat3>& inertia_scratch)
-    : bodies_(bodies), dt_(dt), projection_(projection), force_(force_scratch), inertia_(inertia_scratch) {
+VelocitySystem::VelocitySystem(Bodies& bodies, double dt, bool implicit_elasticity,
+                               const ContactProjection* projection, std::vector<Vec3>& force_scratch,
+                               std::vector<Mat3>& inertia_scratch)
+    : bodies_(bodies),
+      dt_(dt),
+      implicit_elasticity_(implicit_elasticity),
+      projection_(projection),
+      force_(force_scratch),
+      inertia_(inertia_scratch) {
   inertia_.resize(bodies.rigid.size());
   for (std::size_t i = 0; i < bodies.rigid.size(); ++i) {
     const Mat3 rotation = bodies.rigid.state[i].pose.orientation.toRotationMatrix();
@@ -42,6 +55,10 @@ VelocitySystem::VelocitySystem(Bodies& bodies, double dt, const ContactProjectio
 void VelocitySystem::apply(const GeneralizedVelocity& v, GeneralizedVelocity& out) {
   resize_like(v, out);
   force_.assign(v.particle.size(), Vec3::Zero());
+  if (implicit_elasticity_) {
+    bodies_.forces.add_force_differentials(v.particle, force_);
+    for_each_particle(force_, [this](Vec3& force) { force *= dt_; });
+  }
   bodies_.forces.add_damping_forces(v.particle, force_);
   parallel_for(v.particle.size(), grain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t p = begin; p < end; ++p)

@@ -1,4 +1,6 @@
-// The implicit velocity system over particles and rigid twists together: A v = v - dt M^-1 F_damping(v).
+// The implicit velocity system over particles and rigid twists together: A v = v - dt M^-1 F_damping(v), and
+// with implicit elasticity A v = v - dt M^-1 (F_damping(v) + dt dF(v)), where dF(v) is the change of the
+// elastic forces for displacements v.
 #pragma once
 
 #include "sim/coupling/contact_projection.h"
@@ -10,8 +12,8 @@ namespace duet {
 class VelocitySystem {
  public:
   // `projection` may be null: no constraints. Damping forces are those of the last elastic evaluation's
-  // deformation.
-  VelocitySystem(Bodies& bodies, double dt, const ContactProjection* projection,
+  // deformation, dF those of the last linearization.
+  VelocitySystem(Bodies& bodies, double dt, bool implicit_elasticity, const ContactProjection* projection,
                  std::vector<Vec3>& force_scratch, std::vector<Mat3>& inertia_scratch);
 
   void apply(const GeneralizedVelocity& v, GeneralizedVelocity& out);
@@ -29,6 +31,7 @@ class VelocitySystem {
  private:
   Bodies& bodies_;
   double dt_;
+  bool implicit_elasticity_;
   const ContactProjection* projection_;
   std::vector<Vec3>& force_;
   std::vector<Mat3>& inertia_;  // world axes

@@ -4,22 +4,13 @@
 
 namespace duet {
 
-void solve_velocity(World& world, StepContext& context, double dt, ContactProjection* projection) {
+namespace {
+
+// The velocities v now, with what acts on rigid bodies: gravity over dt, and kinematic ones' motion.
+// Gyroscopic motion needs no force, as angular momentum is what rigid bodies keep.
+void begin_solve(World& world, StepContext& context, double dt) {
   Bodies& bodies = world.bodies;
-  Particles& particles = bodies.particles;
-  const bool elastic = world.has_internal_forces();
-
-  context.force.resize(particles.size());
-  for (std::size_t p = 0; p < particles.size(); ++p) context.force[p] = particles.mass[p] * world.gravity;
-  if (elastic)
-    world.clock.time(Stage::elastic_forces,
-                     [&] { bodies.forces.add_elastic_forces(particles.x, context.force); });
-
-  // B = v + dt M^-1 (explicit forces); gyroscopic motion needs no force, as angular momentum is what rigid
-  // bodies keep.
   to_generalized(bodies, context.right_side);
-  for (std::size_t p = 0; p < particles.size(); ++p)
-    context.right_side.particle[p] += dt * particles.inverse_mass[p] * context.force[p];
   for (std::size_t i = 0; i < bodies.rigid.size(); ++i)
     if (bodies.rigid.properties[i].is_dynamic()) context.right_side.linear[i] += dt * world.gravity;
   for (const KinematicStep& step : context.kinematic) {
@@ -27,15 +18,29 @@ void solve_velocity(World& world, StepContext& context, double dt, ContactProjec
     context.right_side.linear[step.body] = 0.5 * (start.velocity + step.end.velocity);
     context.right_side.angular[step.body] = 0.5 * (start.angular_velocity + step.end.angular_velocity);
   }
+}
 
+void satisfy_contacts(const Bodies& bodies, StepContext& context, ContactProjection* projection) {
+  if (!projection) return;
+  to_generalized(bodies, context.image);  // v_n, whose normal velocities the targets halve
+  projection->satisfy(context.image, context.solution);
+}
+
+void solve_semi_implicitly(World& world, StepContext& context, double dt, ContactProjection* projection) {
+  Bodies& bodies = world.bodies;
+  Particles& particles = bodies.particles;
+  const bool elastic = world.has_internal_forces();
+  for (std::size_t p = 0; p < particles.size(); ++p) context.force[p] = particles.mass[p] * world.gravity;
+  if (elastic)
+    world.clock.time(Stage::elastic_forces,
+                     [&] { bodies.forces.add_elastic_forces(particles.x, context.force); });
+  for (std::size_t p = 0; p < particles.size(); ++p)
+    context.right_side.particle[p] += dt * particles.inverse_mass[p] * context.force[p];
   context.solution = context.right_side;
-  if (projection) {
-    to_generalized(bodies, context.image);  // v_n, whose normal velocities the targets halve
-    projection->satisfy(context.image, context.solution);
-  }
+  satisfy_contacts(bodies, context, projection);
   if (!elastic) return;
   world.clock.time(Stage::damping_solve, [&] {
-    VelocitySystem system(bodies, dt, projection, context.damping_force, context.inertia);
+    VelocitySystem system(bodies, dt, false, projection, context.damping_force, context.inertia);
     const CgResult result = conjugate_gradient(system, context.right_side, world.settings.cg_tolerance,
                                                world.settings.cg_iterations, context.solution,
                                                context.residual, context.direction, context.image);
@@ -43,11 +48,65 @@ void solve_velocity(World& world, StepContext& context, double dt, ContactProjec
   });
 }
 
+// Gives all particles of a body its mean velocity, and the change.
+void move_as_wholes(const Bodies& bodies, const Vec3& change, std::vector<Vec3>& velocity) {
+  for (const DeformableBody& body : bodies.deformable) {
+    const auto first = static_cast<std::size_t>(body.first_particle);
+    const auto end = first + static_cast<std::size_t>(body.particle_count);
+    Vec3 momentum = Vec3::Zero();
+    double mass = 0;
+    for (std::size_t p = first; p < end; ++p) {
+      momentum += bodies.particles.mass[p] * bodies.particles.v[p];
+      mass += bodies.particles.mass[p];
+    }
+    for (std::size_t p = first; p < end; ++p) velocity[p] = momentum / mass + change;
+  }
+}
+
+}  // namespace
+
+void solve_velocity(World& world, StepContext& context, double dt, ContactProjection* projection) {
+  Particles& particles = world.bodies.particles;
+  begin_solve(world, context, dt);
+  context.force.resize(particles.size());
+  if (!world.settings.implicit_elasticity || !world.has_internal_forces()) {
+    solve_semi_implicitly(world, context, dt, projection);
+    return;
+  }
+  // The search begins at the velocity that leads to where the particles are, or in I.1, where they are at
+  // x^n still, at free flight, unless that crushes elements and standing still in the body is better.
+  context.solution = context.right_side;
+  if (projection) {
+    for (std::size_t p = 0; p < particles.size(); ++p)
+      context.solution.particle[p] = (particles.x[p] - context.x_n[p]) / dt;
+  } else {
+    move_as_wholes(world.bodies, dt * world.gravity, context.solution.particle);
+    const double still = incremental_potential(world, context, dt);
+    context.correction.particle = context.solution.particle;
+    for (std::size_t p = 0; p < particles.size(); ++p)
+      context.solution.particle[p] = particles.v[p] + dt * world.gravity;
+    if (incremental_potential(world, context, dt) > still)
+      context.solution.particle = context.correction.particle;
+  }
+  satisfy_contacts(world.bodies, context, projection);
+  context.balanced = solve_velocity_implicitly(world, context, dt, projection);
+}
+
 // I.1. The damping forces are linear in V, so whatever the tolerance of the solve leaves keeps momentum.
 void advance_velocity(World& world, StepContext& context) {
   Bodies& bodies = world.bodies;
   if (world.has(Effect::springs)) bodies.forces.begin_step(bodies.particles.x);
   solve_velocity(world, context, context.dt / 2, nullptr);
+  if (world.settings.implicit_elasticity) bodies.particles.x = context.x_n;
+  // Positions move by twice the way to x^n + dt/2 V, the least of the energy on the way there. That far
+  // beyond it may be far worse where the least was not found: then deformation stops there, and each body
+  // moves on.
+  if (!context.balanced) {
+    context.correction.particle.resize(bodies.particles.size());
+    move_as_wholes(bodies, 0.5 * context.dt * world.gravity, context.correction.particle);
+    for (std::size_t p = 0; p < bodies.particles.size(); ++p)
+      context.solution.particle[p] = 0.5 * (context.solution.particle[p] + context.correction.particle[p]);
+  }
   bodies.particles.v = context.solution.particle;
   for (std::size_t i = 0; i < bodies.rigid.size(); ++i)
     bodies.rigid.state[i].velocity = context.solution.linear[i];

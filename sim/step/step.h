@@ -50,10 +50,18 @@ void make_incompressible(World& world, StepContext& context);        // V.1   of
 void apply_velocity_contact(World& world, StepContext& context);     // V.4   v_**^{n+1} -> v^{n+1}
 void apply_velocity_repulsions(World& world, StepContext& context);  //       between deformable surfaces
 
-// The implicit solve of I.1 and V.2 at the positions now: from the velocities v now, fills `context.force`
-// with the explicit forces (elastic and gravity) and `context.solution` with V, V = v + dt M^-1 (force +
-// F_damping(V)).
+// The implicit solve of I.1 and V.2: from the velocities v now, fills `context.force` with the elastic forces
+// and gravity, and `context.solution` with V, V = v + dt M^-1 (force + F_damping(V)). Semi-implicitly the
+// elastic forces are those of the positions now; implicitly they are those of x^n + dt V, where the solve
+// leaves the particles.
 void solve_velocity(World& world, StepContext& context, double dt, ContactProjection* projection);
+// What the V of the implicit solve minimizes where nothing is damped, at `context.solution`, J: 1/2 |V - v -
+// dt g|^2 in the mass norm plus the elastic energy at x^n + dt V, where it leaves the particles.
+double incremental_potential(World& world, const StepContext& context, double dt);
+// The search for V by Newton's method that starts at `context.solution`, and leaves in `context.imbalance` by
+// how much V falls short of the right side under the constraints. Whether that is less than the tolerance, as
+// the bound on its iterations may end it before.
+bool solve_velocity_implicitly(World& world, StepContext& context, double dt, ContactProjection* projection);
 
 // Throws SimulationError if a particle's or a body's state is not finite.
 void check_finite(const World& world, const char* stage);

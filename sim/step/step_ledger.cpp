@@ -28,8 +28,7 @@ StepLedger::Balance StepLedger::measure(const World& world, const std::vector<Ve
   balance.momentum = momentum(world.bodies, x);
   balance.kinetic = kinetic_energy(world.bodies);
   balance.stored = gravitational_energy(world.bodies, world.gravity);
-  if (world.has_internal_forces())
-    balance.stored += world.bodies.forces.energy(world.bodies.particles.x);
+  if (world.has_internal_forces()) balance.stored += world.bodies.forces.energy(world.bodies.particles.x);
   return balance;
 }
 

@@ -14,12 +14,13 @@ namespace {
 
 // Elements that a blow has almost crushed are not followed below this part of the step at rest: their stress
 // is bounded (neo_hookean.h) and the implicit damping holds them.
-constexpr double least_elastic_share = 1.0 / 8;
+constexpr double least_elastic_share = 1.0 / 32;
 
 // 2/omega_max is the stability limit of the scheme for undamped elasticity (its amplification matrix is that
 // of leapfrog).
 double elastic_limit(const World& world) {
-  if (!world.has_internal_forces()) return std::numeric_limits<double>::infinity();
+  if (!world.has_internal_forces() || world.settings.implicit_elasticity)
+    return std::numeric_limits<double>::infinity();
   const InternalForces& forces = world.bodies.forces;
   const double now = 2 / std::sqrt(forces.max_squared_frequency());
   const double at_rest = 2 / std::sqrt(forces.rest_squared_frequency());

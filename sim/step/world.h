@@ -20,6 +20,8 @@
 namespace duet {
 
 struct StepSettings {
+  bool implicit_elasticity = false;  // in I.1 and V.2, by Newton's method; else explicit
+  int newton_iterations = 20;
   double cfl = 0.9;                 // time step over the elastic stability limit
   double max_travel = 0.1;          // into a moving rigid body a step, over its size
   double max_rotation = 0.314159;   // rad a step
@@ -40,6 +42,7 @@ struct StepSettings {
 struct StepCounters {
   std::int64_t cg_iterations = 0;
   std::int64_t pressure_iterations = 0;
+  std::int64_t newton_iterations = 0;
   std::int64_t contact_sweeps = 0;
   std::int64_t contacts = 0;         // with an impulse, in the last step
   std::int64_t self_repulsions = 0;  // pairs nearer than their thickness, in the last step
@@ -78,6 +81,8 @@ struct StepContext {
 
   std::vector<Vec3> force, damping_force;  // N
   GeneralizedVelocity right_side, solution, residual, direction, image;
+  GeneralizedVelocity imbalance, correction;  // of Newton's method
+  bool balanced = true;                       // whether it has converged
   std::vector<Mat3> inertia;
 };
 

@@ -23,7 +23,7 @@ class ConstrainedSystem : public ::testing::Test {
   }
   World& world() { return simulation_.world(); }
   VelocitySystem system(const ContactProjection* projection) {
-    return VelocitySystem(world().bodies, dt_, projection, force_, inertia_);
+    return VelocitySystem(world().bodies, dt_, false, projection, force_, inertia_);
   }
 
   static constexpr double dt_ = 1e-3;

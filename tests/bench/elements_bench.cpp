@@ -1,0 +1,115 @@
+// What finite elements cost: their forces, and an iteration of the conjugate gradients of the semi-implicit and
+// of the implicit solve, for 10^3 to 10^6 tets of neo-Hookean material in healthy states, on one thread.
+//
+//   tets/s           elements whose forces (or products) are evaluated in a second
+//   over_stream      time over that which the same bytes take to be read once, measured in the same run: those
+//                    of the elements, of their forces on the way to the particles, and of the vectors
+#include <chrono>
+#include <cmath>
+#include <numeric>
+
+#include <benchmark/benchmark.h>
+#include "tests/support/scenes.h"
+
+#include "sim/base/parallel.h"
+#include "sim/solve/velocity_system.h"
+#include "sim/step/step.h"
+
+namespace duet {
+namespace {
+
+// Bytes of an element that a product reads or writes: where its particles are, D_m^-1, volume and moduli, F,
+// and the forces on its corners, written and read; with implicit elasticity the stress differential, and the
+// rest a second time. Of a particle, its velocity in the vectors of an iteration, read or written.
+constexpr double element_bytes = 16 + 72 + 4 * 8 + 72 + 2 * 128;
+constexpr double differential_bytes = sizeof(StressDifferential<double>) + 16 + 72 + 8 + 2 * 128;
+constexpr double particle_bytes = 24 * 14;
+
+// A cube of cells^3 cells, waved.
+struct Cube {
+  explicit Cube(int cells) {
+    scene::Scene scene = test::free_space();
+    test::add_soft_box(scene, "cube", Vec3::Zero(), Vec3(1, 1, 1), cells);
+    scene.solver.face_samples = 0;
+    simulation = std::make_unique<Simulation>(scene, test::plan(scene));
+    for (Vec3& x : bodies().particles.x)
+      x += Vec3(0.01 * std::sin(9 * x.y()), 0.02 * x.x() * x.z(), 0.01 * std::cos(7 * x.x()));
+    force.assign(bodies().particles.size(), Vec3::Zero());
+  }
+  Bodies& bodies() { return simulation->world().bodies; }
+  std::int64_t tets() { return static_cast<std::int64_t>(bodies().forces.elements.size()); }
+
+  std::unique_ptr<Simulation> simulation;
+  std::vector<Vec3> force;
+};
+
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+// Seconds in which one thread reads so many bytes that are as far away as the benchmark's own.
+double stream_seconds(double bytes) {
+  std::vector<Pack> data(static_cast<std::size_t>(bytes) / sizeof(Pack) + 1, Pack{} + 1.0);
+  double best = 1;
+  for (int run = 0; run < 10; ++run) {
+    const auto start = std::chrono::steady_clock::now();
+    Pack sum[4] = {};
+    for (std::size_t i = 0; i + 4 <= data.size(); i += 4)
+      for (std::size_t k = 0; k < 4; ++k) sum[k] += data[i + k];
+    benchmark::DoNotOptimize(sum);
+    best = std::min(best, seconds_since(start));
+  }
+  return best;
+}
+
+void elastic_forces(benchmark::State& state) {
+  set_thread_count(1);
+  Cube cube(static_cast<int>(state.range(0)));
+  for (auto unused : state) cube.bodies().forces.add_elastic_forces(cube.bodies().particles.x, cube.force);
+  state.counters["tets/s"] = benchmark::Counter(static_cast<double>(state.iterations() * cube.tets()),
+                                                benchmark::Counter::kIsRate);
+  state.SetComplexityN(cube.tets());
+  set_thread_count(0);
+}
+
+// One iteration as conjugate_gradient.h has it: a product, its projection, two inner products, three updates.
+void cg_iterations(benchmark::State& state, bool implicit) {
+  set_thread_count(1);
+  Cube cube(static_cast<int>(state.range(0)));
+  Bodies& bodies = cube.bodies();
+  bodies.forces.add_elastic_forces(bodies.particles.x, cube.force);
+  if (implicit) bodies.forces.linearize();
+  std::vector<Mat3> inertia;
+  VelocitySystem system(bodies, 1e-4, implicit, nullptr, cube.force, inertia);
+  for (std::size_t p = 0; p < bodies.particles.size(); ++p)
+    bodies.particles.v[p] = Vec3(std::sin(3.0 * static_cast<double>(p)), 1, 0);
+  GeneralizedVelocity b, x, r, s, q;
+  to_generalized(bodies, b);
+  x = b;
+  constexpr int most = 4;
+  int iterations = 0;
+  const auto start = std::chrono::steady_clock::now();
+  for (auto unused : state) iterations += conjugate_gradient(system, b, 0, most, x, r, s, q).iterations + 1;
+  const double seconds = seconds_since(start) / iterations;
+  const double bytes = static_cast<double>(cube.tets()) * (element_bytes + (implicit ? differential_bytes : 0)) +
+                       static_cast<double>(bodies.particles.size()) * particle_bytes;
+  state.counters["s/iteration"] = seconds;
+  state.counters["over_stream"] = seconds / stream_seconds(bytes);
+  state.SetComplexityN(cube.tets());
+  set_thread_count(0);
+}
+
+void cg_semi_implicit(benchmark::State& state) { cg_iterations(state, false); }
+void cg_implicit(benchmark::State& state) { cg_iterations(state, true); }
+
+void sizes(benchmark::internal::Benchmark* bench) {
+  for (const int cells : {6, 13, 28, 58}) bench->Arg(cells);  // 1,080 to 975,560 tets
+  bench->Unit(benchmark::kMillisecond)->MinTime(0.3)->Complexity(benchmark::oN);
+}
+
+BENCHMARK(elastic_forces)->Apply(sizes);
+BENCHMARK(cg_semi_implicit)->Apply(sizes);
+BENCHMARK(cg_implicit)->Apply(sizes);
+
+}  // namespace
+}  // namespace duet

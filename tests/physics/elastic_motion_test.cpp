@@ -1,0 +1,184 @@
+// Elastic bodies left to themselves: what they must keep, and frequencies and deflections known on paper.
+#include <cmath>
+#include <random>
+
+#include "tests/support/scenes.h"
+#include <gtest/gtest.h>
+
+#include "sim/step/step.h"
+
+namespace duet {
+namespace {
+
+using scene::Integration;
+
+scene::Scene undamped_box(const Vec3& size, const Vec3i& cells, double youngs_modulus, double poisson_ratio,
+                          Integration integration) {
+  scene::Scene scene = test::free_space();
+  test::add_soft_box(scene, "soft", Vec3::Zero(), size, 1, youngs_modulus).cells = cells;
+  scene.materials[0].poisson_ratio = poisson_ratio;
+  scene.materials[0].damping = 0;
+  scene.solver.integration = integration;
+  return scene;
+}
+
+double energy(World& world) {
+  return kinetic_energy(world.bodies) + world.bodies.forces.energy(world.bodies.particles.x);
+}
+
+double rule_step(const World& world) {
+  return world.settings.cfl * 2 / std::sqrt(world.bodies.forces.rest_squared_frequency());
+}
+
+// A cube of 1 m that is set spinning at 5 rad/s without its centrifugal stretch, and so rings.
+struct SpinErrors {
+  double momentum = 0, energy = 0;  // relative, the largest on the way
+};
+SpinErrors spin(Integration integration, double youngs_modulus, double step_over_rule, double seconds) {
+  scene::Scene scene = undamped_box(Vec3(1, 1, 1), Vec3i(3, 3, 3), youngs_modulus, 0.3, integration);
+  scene.deformable[0].placement.angular_velocity = Vec3(0, 0, 5);
+  Simulation simulation(scene, test::plan(scene));
+  World& world = simulation.world();
+  const double dt = step_over_rule * rule_step(world);
+  const double L = momentum(world.bodies).angular.norm(), E = energy(world);
+  SpinErrors errors;
+  for (int i = 0; i * dt < seconds; ++i) {
+    step(world, 0, dt);
+    errors.momentum = std::max(errors.momentum, std::abs(momentum(world.bodies).angular.norm() / L - 1));
+    errors.energy = std::max(errors.energy, std::abs(energy(world) / E - 1));
+  }
+  return errors;
+}
+
+// The implicit midpoint rule keeps angular momentum; only the tolerance of the solves is left. Its numerical
+// damping takes the energy of the ringing, some 0.1 % of all here.
+TEST(ElasticMotion, SpinningCubeKeepsMomentumAndEnergyImplicitly) {
+  const SpinErrors errors = spin(Integration::implicit, 2e6, 1, 10);
+  EXPECT_LT(errors.momentum, 1e-6);
+  EXPECT_LT(errors.energy, 0.01);
+  EXPECT_LT(spin(Integration::implicit, 2e6, 10, 10).momentum, 1e-5);
+}
+
+// Explicit elasticity has a defect of third order in the step over a given time.
+TEST(ElasticMotion, SpinningCubesDefectFallsWithTheStepSemiImplicitly) {
+  const SpinErrors coarse = spin(Integration::semi_implicit, 1e6, 0.5, 10),
+                   fine = spin(Integration::semi_implicit, 1e6, 0.25, 10);
+  RecordProperty("momentum_defect_at_half_the_rules_step", std::to_string(coarse.momentum));
+  EXPECT_LT(fine.momentum, 1e-3);
+  EXPECT_LT(fine.energy, 0.01);
+  EXPECT_LT(fine.momentum, coarse.momentum / 4);
+  EXPECT_LT(fine.energy, coarse.energy / 4);
+}
+
+// The lowest longitudinal mode of a free bar: f = sqrt(E / rho) / (2 L). 20 cells along it leave an error of
+// (pi/20)^2 / 24 = 0.1 %, the integration (omega dt)^2 / 24 of much less.
+TEST(ElasticMotion, StretchedBarRingsAtItsFrequency) {
+  for (const Integration integration : {Integration::semi_implicit, Integration::implicit}) {
+    scene::Scene scene = undamped_box(Vec3(1, 0.1, 0.1), Vec3i(20, 2, 2), 1e6, 0, integration);
+    scene.solver.cg_tolerance = 1e-6;
+    Simulation simulation(scene, test::plan(scene));
+    World& world = simulation.world();
+    std::vector<Vec3>& x = world.bodies.particles.x;
+    for (Vec3& p : x) p.x() += 1e-3 * std::sin(EIGEN_PI * p.x());
+    const double dt = rule_step(world) / 4, expected = std::sqrt(1e6 / 1000) / 2;
+    const auto length = [&] { return x.back().x() - x.front().x(); };
+    // Times at which the bar passes through its length at rest.
+    std::vector<double> crossings;
+    for (double time = 0, before = length() - 1; crossings.size() < 9; time += dt) {
+      step(world, 0, dt);
+      const double after = length() - 1;
+      if (before * after < 0) crossings.push_back(time + dt * before / (before - after));
+      before = after;
+    }
+    const double frequency = 4 / (crossings.back() - crossings.front());
+    EXPECT_NEAR(frequency, expected, 0.01 * expected);
+  }
+}
+
+// Both integrations approach the same motion as the step falls: a box thrown with a shear.
+TEST(ElasticMotion, ImplicitAndSemiImplicitAgreeAsTheStepFalls) {
+  const auto positions = [](Integration integration, int steps) {
+    scene::Scene scene = undamped_box(Vec3(1, 1, 1), Vec3i(2, 2, 2), 1e5, 0.3, integration);
+    scene.materials[0].damping = 0.01;
+    scene.solver.cg_tolerance = 1e-8;
+    Simulation simulation(scene, test::plan(scene));
+    World& world = simulation.world();
+    for (std::size_t p = 0; p < world.bodies.particles.size(); ++p)
+      world.bodies.particles.v[p].x() = 2 * world.bodies.particles.x[p].y();
+    for (int i = 0; i < steps; ++i) step(world, 0, 0.2 / steps);
+    return world.bodies.particles.x;
+  };
+  const auto difference = [&](int steps) {
+    const std::vector<Vec3> a = positions(Integration::semi_implicit, steps),
+                            b = positions(Integration::implicit, steps);
+    double largest = 0;
+    for (std::size_t p = 0; p < a.size(); ++p) largest = std::max(largest, (a[p] - b[p]).norm());
+    return largest;
+  };
+  const double coarse = difference(100), fine = difference(400);
+  EXPECT_LT(coarse, 0.01);
+  EXPECT_LT(fine, coarse / 3);  // of first order: implicit steps add viscosity in proportion to the step
+}
+
+// One step a frame for a material as stiff as hard rubber's bearing: it lands and stays in one piece.
+TEST(ElasticMotion, OneImplicitStepAFrameStaysBoundedAtAHundredMegapascals) {
+  scene::Scene scene = test::on_ground();
+  test::add_soft_box(scene, "soft", Vec3(0, 1, 0), Vec3(1, 1, 1), 3, 1e8);
+  scene.solver.integration = Integration::implicit;
+  scene.solver.max_time_step = 1.0 / 24;
+  Simulation simulation(scene, test::plan(scene));
+  const double start = simulation.stats().potential;
+  for (int frame = 0; frame < 48; ++frame) {
+    simulation.advance_frame();
+    const FrameStats stats = simulation.stats();
+    ASSERT_LE(stats.kinetic + stats.potential + stats.elastic, 1.01 * start) << frame;
+    ASSERT_GT(stats.min_det_F, 0.9) << frame;
+  }
+  EXPECT_LT(simulation.stats().kinetic, 1e-3 * start);
+}
+
+enum class Damage { random, flat, inside_out, compressed };
+
+void damage(Damage kind, std::vector<Vec3>& x) {
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> uniform(-0.1, 0.1);
+  for (Vec3& p : x) {
+    if (kind == Damage::random) p = Vec3(uniform(random), uniform(random), uniform(random));
+    if (kind == Damage::flat) p.y() = 0;
+    if (kind == Damage::inside_out) p.y() = -p.y();
+    if (kind == Damage::compressed) p *= 0.1;
+  }
+}
+
+// A cube of 0.2 m, with implicit steps as long as frames.
+void expect_recovery(Damage kind, MaterialModel model, double youngs_modulus, double poisson_ratio,
+                     int frames) {
+  scene::Scene scene = undamped_box(Vec3(0.2, 0.2, 0.2), Vec3i(3, 3, 3), youngs_modulus, poisson_ratio,
+                                    Integration::implicit);
+  scene.materials[0].damping = 0.01;
+  scene.materials[0].model = model;
+  scene.solver.max_time_step = 1.0 / 24;
+  Simulation simulation(scene, test::plan(scene));
+  damage(kind, simulation.world().bodies.particles.x);
+  for (int frame = 0; frame < frames; ++frame) simulation.advance_frame();
+  EXPECT_EQ(simulation.stats().inverted, 0);
+  EXPECT_GT(simulation.stats().min_det_F, 0);
+}
+
+TEST(Recovery, FromAnyDamageImplicitly) {
+  for (const Damage kind : {Damage::random, Damage::flat, Damage::inside_out, Damage::compressed}) {
+    SCOPED_TRACE(static_cast<int>(kind));
+    expect_recovery(kind, MaterialModel::neo_hookean, 1e3, 0.3, 48);
+    expect_recovery(kind, MaterialModel::corotated, 1e3, 0.3, 48);
+  }
+  expect_recovery(Damage::inside_out, MaterialModel::st_venant_kirchhoff, 1e3, 0.3, 48);
+}
+
+TEST(Recovery, OfStiffAndOfNearlyIncompressibleMaterialsImplicitly) {
+  expect_recovery(Damage::random, MaterialModel::neo_hookean, 1e8, 0.3, 12);
+  expect_recovery(Damage::flat, MaterialModel::neo_hookean, 1e8, 0.499, 6);
+  expect_recovery(Damage::flat, MaterialModel::corotated, 1e8, 0.499, 6);
+}
+
+}  // namespace
+}  // namespace duet
