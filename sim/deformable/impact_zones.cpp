@@ -41,7 +41,7 @@ RigidDisplacement best_rigid(std::span<const int> particles, Weight&& weight, co
     inertia += weight(p) * (arm.squaredNorm() * Mat3::Identity() - arm * arm.transpose());
   }
   const Eigen::SelfAdjointEigenSolver<Mat3> eigen(inertia);
-  const Vec3 moment = eigen.eigenvalues();
+  const Vec3& moment = eigen.eigenvalues();
   for (int k = 0; k < 3; ++k) {
     if (moment[k] <= no_inertia * moment[2]) continue;
     const Vec3 axis = eigen.eigenvectors().col(k);
