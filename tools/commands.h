@@ -33,6 +33,7 @@ struct SimulateOptions {
   std::optional<Frames> frames;  // none: all of the scene
   int threads = 0;               // 0: all cores
   bool resume = false;
+  bool ledger = false;  // momentum and energy of every stage
   bool draw = false;    // `duet run`: also pictures and a video
   std::string command;  // as typed, to be typed again
 };

@@ -73,6 +73,9 @@ void add_simulate(CLI::App& app, CommandLine& line, bool draw) {
       ->check(CLI::Range(1, 1024))
       ->type_name("N");
   add_without(app, options.scene);
+  app.add_flag("--ledger", options.ledger,
+               "What every stage does to momentum and energy, in stats.jsonl (tools/plot-ledger draws it); "
+               "slower, the same results");
   app.add_flag("--resume", options.resume, "Continue the run in the folder after its last whole frame");
   add_report(app, line);
   app.callback([&line, draw] {

@@ -112,7 +112,9 @@ Run::Run(const SimulateOptions& options, Report& report)
       directory_{folder_of(options)},
       last_(options.frames ? options.frames->last : read_.scene.frames),
       first_(options.frames ? options.frames->first.value_or(0) : 0),
-      simulation_(read_.scene, effects_) {}
+      simulation_(read_.scene, effects_) {
+  if (options.ledger) simulation_.keep_ledger();
+}
 
 io::Manifest Run::describe() const {
   io::Manifest manifest;

@@ -128,12 +128,13 @@ class Collider {
     ++scratch_.version[as_index(body)];
   }
 
-  void collide(const ContactPair& pair, const ContactPoint& contact, const Vec3& velocity) {
+  void collide(const ContactPair& pair, ContactPoint& contact, const Vec3& velocity) {
     const double target = rebound_velocity(contact, velocity.dot(contact.normal));
     const Vec3 wanted =
         friction_impulse({contact.normal, contact.response, contact.friction}, velocity, target);
     const Vec3 impulse = limit_energy(contact.response.K, velocity, wanted);
     apply_impulse(bodies_, contact, impulse);
+    contact.impulse += impulse;
     mark_changed(contact.host);
     if (contact.is_rigid_pair())
       mark_changed(contact.guest_rigid);
@@ -149,11 +150,11 @@ class Collider {
       return changed;
     }
     for (int repeat = 0; repeat < settings_.repeats; ++repeat) {
-      const ContactPoint* deepest = nullptr;
+      ContactPoint* deepest = nullptr;
       double least = 0;
       DeepestTouches touches;
       for (int i = pair.begin; i < pair.end; ++i) {
-        const ContactPoint& contact = contacts_.points[as_index(i)];
+        ContactPoint& contact = contacts_.points[as_index(i)];
         const Touch predicted = predicted_touch(contact);
         if (touches.carry_for(contact, predicted) || predicted.gap >= 0) continue;
         pair.collided = true;
@@ -172,7 +173,7 @@ class Collider {
   bool collide_deformable(ContactPair& pair) {
     bool changed = false;
     for (int i = pair.begin; i < pair.end; ++i) {
-      const ContactPoint& contact = contacts_.points[as_index(i)];
+      ContactPoint& contact = contacts_.points[as_index(i)];
       if (predicted_distance(contact) >= inside_tolerance) continue;
       pair.collided = true;
       const Vec3 velocity = relative_velocity(bodies_, contact);

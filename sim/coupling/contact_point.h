@@ -26,7 +26,7 @@ struct ContactPoint {
   double friction = 0, restitution = 0;
   ContactResponse response;
   double target = 0;  // m/s, least normal velocity of the guest relative to the host; or minus infinity
-  Vec3 impulse = Vec3::Zero();  // N s, accumulated on the guest by the contact solve
+  Vec3 impulse = Vec3::Zero();  // N s, accumulated on the guest by the collisions; then by the contact solve
   // m/s, of the guest relative to the host: what the curved paths of a kinematic body's points add over this
   // step to the velocities of the two bodies (sim/step/kinematic_motion.h); zero at one moment in time
   Vec3 path_velocity = Vec3::Zero();

@@ -9,43 +9,67 @@ std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
 
 }  // namespace
 
-void ContactProjection::build(const Bodies& bodies, const ContactSet& contacts, const ContactGraph& graph,
-                              int sweeps) {
+void ContactProjection::begin(const Bodies& bodies, int sweeps) {
   bodies_ = &bodies;
+  repulsions_ = nullptr;
   sweeps_ = sweeps;
-  used_ = 0;
-  rows_.clear();
-  blocks_.resize(std::max(blocks_.size(), bodies.rigid.size()));
-  for (Block& block : blocks_) block.rows.clear();
-
-  for (int p : graph.schedule.order()) {
-    const ContactPair& pair = contacts.pairs[as_index(p)];
-    for (int i = pair.begin; i < pair.end; ++i) {
-      const ContactPoint& contact = contacts.points[as_index(i)];
-      if (contact.impulse.isZero(0)) continue;
-      Row row;
-      row.host = contact.host;
-      row.guest_rigid = contact.guest_rigid;
-      row.normal = contact.normal;
-      row.host_arm = contact.host_arm;
-      row.guest_arm = contact.guest_arm;
-      if (!contact.is_rigid_pair()) row.point = surface_point(bodies, contact);
-      // A block treats its guests as independent: right for particles, not for face samples that share
-      // particles.
-      if (!contact.is_rigid_pair() && row.point.count == 1) {
-        row.mass = 1 / row.point.inverse_mass;
-        Block& block = blocks_[as_index(contact.host)];
-        block.host = contact.host;
-        block.rows.push_back(row);
-      } else {
-        row.mass = contact.response.normal_mass;
-        rows_.push_back(row);
-      }
-    }
-  }
   used_ = bodies.rigid.size();
+  block_rows_ = 0;
+  rows_.clear();
+  blocks_.resize(std::max(blocks_.size(), used_));
+  for (Block& block : blocks_) block.rows.clear();
+}
+
+void ContactProjection::add(const ContactPoint& contact) {
+  Row row;
+  row.host = contact.host;
+  row.guest_rigid = contact.guest_rigid;
+  row.normal = contact.normal;
+  row.host_arm = contact.host_arm;
+  row.guest_arm = contact.guest_arm;
+  if (!contact.is_rigid_pair()) row.point = surface_point(*bodies_, contact);
+  // A block treats its guests as independent: right for particles, not for face samples that share
+  // particles.
+  if (!contact.is_rigid_pair() && row.point.count == 1) {
+    row.mass = 1 / row.point.inverse_mass;
+    Block& block = blocks_[as_index(contact.host)];
+    block.host = contact.host;
+    block.rows.push_back(row);
+    ++block_rows_;
+  } else {
+    row.mass = contact.response.normal_mass;
+    rows_.push_back(row);
+  }
+}
+
+void ContactProjection::factor_blocks() {
   for (std::size_t b = 0; b < used_; ++b)
     if (!blocks_[b].rows.empty()) factor(blocks_[b]);
+}
+
+void ContactProjection::build(const Bodies& bodies, const ContactSet& contacts, const ContactGraph& graph,
+                              int sweeps, SelfRepulsion* repulsions) {
+  begin(bodies, sweeps);
+  repulsions_ = repulsions;
+  for (int p : graph.schedule.order()) {
+    const ContactPair& pair = contacts.pairs[as_index(p)];
+    for (int i = pair.begin; i < pair.end; ++i)
+      if (!contacts.points[as_index(i)].impulse.isZero(0)) add(contacts.points[as_index(i)]);
+  }
+  factor_blocks();
+}
+
+void ContactProjection::build(const Bodies& bodies, const ContactMemory& memory, int sweeps) {
+  begin(bodies, sweeps);
+  ContactPoint contact;
+  for (const RememberedContact& remembered : memory) {
+    contact.host = remembered.host;
+    contact.guest_rigid = remembered.guest_rigid;
+    contact.guest_point = remembered.guest_point;
+    update_geometry(bodies, contact);
+    add(contact);
+  }
+  factor_blocks();
 }
 
 void ContactProjection::factor(Block& block) const {
@@ -128,6 +152,7 @@ void ContactProjection::sweep(bool with_target, GeneralizedVelocity& v) const {
     if (!blocks_[b].rows.empty()) project_block(blocks_[b], with_target, v);
   for (const Row& row : rows_)
     if (row.active) project_row(row, with_target, v);
+  if (repulsions_) repulsions_->sweep(with_target, bodies_->particles.inverse_mass, v.particle);
   for (std::size_t i = rows_.size(); i-- > 0;)
     if (rows_[i].active) project_row(rows_[i], with_target, v);
   for (std::size_t b = used_; b-- > 0;)
@@ -144,6 +169,7 @@ void ContactProjection::satisfy(const GeneralizedVelocity& start, GeneralizedVel
     if (!blocks_[b].rows.empty()) factor(blocks_[b]);
   }
   for (Row& row : rows_) decide(row);
+  if (repulsions_) repulsions_->choose_rows(start.particle, velocity.particle);
   for (int i = 0; i < sweeps_; ++i) sweep(true, velocity);
 }
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 
+#include "sim/geometry/closest_points.h"
+
 namespace duet {
 namespace {
 
@@ -13,24 +15,9 @@ std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
 
 }  // namespace
 
-// The nearest feature is found from the signs of the projections on edges (the Voronoi regions of corners,
-// then of edges), else it is the face.
 Vec3 nearest_point(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& x) {
-  const Vec3 ab = b - a, ac = c - a;
-  const double d1 = ab.dot(x - a), d2 = ac.dot(x - a);
-  if (d1 <= 0 && d2 <= 0) return a;
-  const double d3 = ab.dot(x - b), d4 = ac.dot(x - b);
-  if (d3 >= 0 && d4 <= d3) return b;
-  const double d5 = ab.dot(x - c), d6 = ac.dot(x - c);
-  if (d6 >= 0 && d5 <= d6) return c;
-  const double on_c = d1 * d4 - d3 * d2;  // barycentric weights times twice the squared area
-  if (on_c <= 0 && d1 >= 0 && d3 <= 0) return a + d1 / (d1 - d3) * ab;
-  const double on_b = d5 * d2 - d1 * d6;
-  if (on_b <= 0 && d2 >= 0 && d6 <= 0) return a + d2 / (d2 - d6) * ac;
-  const double on_a = d3 * d6 - d5 * d4;
-  if (on_a <= 0 && d4 >= d3 && d5 >= d6) return b + (d4 - d3) / ((d4 - d3) + (d5 - d6)) * (c - b);
-  const double sum = on_a + on_b + on_c;
-  return a + (on_b / sum) * ab + (on_c / sum) * ac;
+  const Vec3 weight = nearest_weights(a, b, c, x);
+  return weight[0] * a + weight[1] * b + weight[2] * c;
 }
 
 TriangleTree::TriangleTree(const TriangleMesh& mesh) {

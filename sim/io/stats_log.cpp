@@ -41,24 +41,44 @@ std::string stats_json(const FrameStats& stats) {
   for (const StageStats& stage : stats.stages)
     stages[stage.name] = {{"seconds", stage.seconds}, {"calls", stage.calls}};
   const auto vector = [](const Vec3& v) { return Json{v.x(), v.y(), v.z()}; };
-  const Json object = {{"frame", stats.frame},
-                       {"time", stats.time},
-                       {"substeps", stats.substeps},
-                       {"dt_min", stats.dt_min},
-                       {"dt_max", stats.dt_max},
-                       {"seconds", stats.seconds},
-                       {"stages", std::move(stages)},
-                       {"cg_iterations", stats.cg_iterations},
-                       {"contacts", stats.contacts},
-                       {"max_penetration", stats.max_penetration},
-                       {"min_det_F", stats.min_det_F},
-                       {"inverted", stats.inverted},
-                       {"kinetic", stats.kinetic},
-                       {"potential", stats.potential},
-                       {"elastic", stats.elastic},
-                       {"momentum", vector(stats.momentum)},
-                       {"angular_momentum", vector(stats.angular_momentum)},
-                       {"hash", fmt::format("{:016x}", stats.hash)}};
+  Json object = {{"frame", stats.frame},
+                 {"time", stats.time},
+                 {"substeps", stats.substeps},
+                 {"dt_min", stats.dt_min},
+                 {"dt_max", stats.dt_max},
+                 {"seconds", stats.seconds},
+                 {"stages", std::move(stages)},
+                 {"cg_iterations", stats.cg_iterations},
+                 {"contacts", stats.contacts},
+                 {"max_penetration", stats.max_penetration},
+                 {"pressure_iterations", stats.pressure_iterations},
+                 {"volume_error", stats.volume_error},
+                 {"min_det_F", stats.min_det_F},
+                 {"inverted", stats.inverted},
+                 {"self_repulsions", stats.self_repulsions},
+                 {"self_collisions", stats.self_collisions},
+                 {"impact_zone_particles", stats.impact_zone_particles},
+                 {"kinetic", stats.kinetic},
+                 {"potential", stats.potential},
+                 {"elastic", stats.elastic},
+                 {"momentum", vector(stats.momentum)},
+                 {"angular_momentum", vector(stats.angular_momentum)},
+                 {"hash", fmt::format("{:016x}", stats.hash)}};
+  if (!stats.ledger.empty()) {
+    Json& ledger = object["ledger"];
+    for (const LedgerStats& stage : stats.ledger)
+      ledger[stage.name] = {{"momentum", vector(stage.momentum)},
+                            {"external_momentum", vector(stage.external_momentum)},
+                            {"angular_momentum", vector(stage.angular_momentum)},
+                            {"external_angular_momentum", vector(stage.external_angular_momentum)},
+                            {"momentum_defect", stage.momentum_defect},
+                            {"angular_momentum_defect", stage.angular_momentum_defect},
+                            {"kinetic", stage.kinetic},
+                            {"stored", stage.stored}};
+    object["pushed_mass"] = stats.pushed_mass;
+    object["pushed_moment"] = stats.pushed_moment;
+  }
+  if (stats.self_intersections) object["self_intersections"] = *stats.self_intersections;
   return object.dump();
 }
 

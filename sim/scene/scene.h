@@ -116,8 +116,15 @@ struct DeformableBody {
   Placement placement;
   std::string material;        // name of a material
   std::optional<double> mass;  // kg; overrides density * volume
+  bool incompressible = false;
+  std::optional<bool> self_collision;         // with itself; else as collides_with_itself decides
+  std::optional<double> collision_thickness;  // m; else a tenth of the surface's shortest edge
+  double collision_friction = 0.4;            // against itself and other deformable bodies
   std::string look;
 };
+
+// Whether parts of the body are kept from each other: where the scene asks for it.
+inline bool collides_with_itself(const DeformableBody& body) { return body.self_collision.value_or(false); }
 
 struct Ground {       // the half space y <= height, static
   double height = 0;  // m
@@ -148,6 +155,8 @@ struct Solver {
   int cg_iterations = 200;          // bound on conjugate-gradient iterations
   int collision_iterations = 5;     // Gauss-Seidel sweeps of step II
   int contact_iterations = 20;      // Gauss-Seidel sweeps of steps III and V.4
+  double volume_tolerance = 1e-4;   // largest relative error of a one-ring's volume that a step leaves
+  int pressure_iterations = 100;    // bound on iterations of the volume correction and of step V.1
   int push_out_iterations = 4;      // sweeps of step IV.2
   RigidPushOut rigid_push_out = RigidPushOut::all_contacts;
   Switch shock_propagation = Switch::automatic;  // level by level after the sweeps of contact

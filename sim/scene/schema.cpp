@@ -102,6 +102,7 @@ std::string vector_text(const Vector& value) {
 
 struct TypeText {
   std::string operator()(bool*) const { return "boolean"; }
+  std::string operator()(std::optional<bool>*) const { return "boolean"; }
   std::string operator()(int*) const { return "integer"; }
   std::string operator()(double*) const { return "number"; }
   std::string operator()(std::optional<double>*) const { return "number"; }
@@ -120,6 +121,9 @@ struct TypeText {
 
 struct ValueText {
   std::string operator()(const bool* value) const { return *value ? "true" : "false"; }
+  std::string operator()(const std::optional<bool>* value) const {
+    return *value ? (*this)(&**value) : "none";
+  }
   std::string operator()(const int* value) const { return std::to_string(*value); }
   std::string operator()(const double* value) const { return number_text(*value); }
   std::string operator()(const std::optional<double>* value) const {
@@ -289,6 +293,16 @@ std::vector<Key> keys(DeformableEntry& entry) {
        "about the centre at frame 0, in world axes"},
       {"material", Reference{&body.material, "materials"}, "", any, "what the body is made of", required},
       {"mass", &body.mass, "kg", positive, "replaces the material's density * volume"},
+      {"incompressible", &body.incompressible, "", any,
+       "keeps the volume around every particle, whatever the material's Poisson ratio"},
+      {"self_collision", &body.self_collision, "", any,
+       "whether the body collides with itself; with other deformable bodies it always does. Without the key, "
+       "no"},
+      {"collision_thickness", &body.collision_thickness, "m", positive,
+       "gap that the surface keeps from itself and other deformable bodies; without it, a tenth of the "
+       "surface's shortest edge"},
+      {"collision_friction", &body.collision_friction, "", non_negative,
+       "Coulomb coefficient against itself and other deformable bodies; a pair uses the smaller one"},
       {"look", Reference{&body.look, "looks"}, "", any,
        "how the body is drawn; without one, the defaults of a look"},
   };
@@ -328,6 +342,10 @@ std::vector<Key> keys(Solver& solver) {
        "sweeps over collisions (step II)"},
       {"contact_iterations", &solver.contact_iterations, "", between(1, 1e4),
        "sweeps over contacts (steps III and V.4)"},
+      {"volume_tolerance", &solver.volume_tolerance, "", above_up_to(0, 0.1),
+       "largest error of a volume that a step leaves in incompressible bodies, relative, around a particle"},
+      {"pressure_iterations", &solver.pressure_iterations, "", between(1, 1e5),
+       "bound on the iterations that keep volumes (steps I.2 and V.1)"},
       {"push_out_iterations", &solver.push_out_iterations, "", between(1, 1e4),
        "sweeps that resolve interpenetration (step IV.2)"},
       {"rigid_push_out", choice(solver.rigid_push_out, {"all_contacts", "deepest_points"}), "", any,
@@ -408,6 +426,7 @@ Solver preset(Accuracy accuracy) {
   if (accuracy == Accuracy::draft) {
     solver.cfl = 0.95;
     solver.cg_tolerance = 1e-2;
+    solver.volume_tolerance = 1e-3;
     solver.contact_iterations = 10;
     solver.push_out_iterations = 2;
     solver.face_samples = 2;
@@ -415,6 +434,8 @@ Solver preset(Accuracy accuracy) {
     solver.cfl = 0.45;
     solver.max_travel = 0.05;
     solver.cg_tolerance = 1e-5;
+    solver.volume_tolerance = 1e-6;
+    solver.pressure_iterations = 400;
     solver.contact_iterations = 60;
     solver.push_out_iterations = 8;
     solver.projection_iterations = 4;

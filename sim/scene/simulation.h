@@ -43,6 +43,9 @@ class Simulation {
   Simulation(const Simulation&) = delete;
   Simulation& operator=(const Simulation&) = delete;
 
+  // Keeps the ledger of momentum and energy from now on: stats().ledger. Costs time, changes no result.
+  void keep_ledger();
+
   int frame() const;         // of the state now held; 0 at first
   FrameStats stats() const;  // of the frame now held (frame 0: no substeps)
 

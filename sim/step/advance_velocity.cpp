@@ -104,8 +104,13 @@ void settle(const World& world, StepContext& context) {
 void advance_velocity(World& world, StepContext& context) {
   Bodies& bodies = world.bodies;
   solve_velocity(world, context, context.dt / 2, nullptr);
-  if (world.settings.implicit_elasticity) bodies.particles.x = context.x_n;
-  if (!context.balanced) settle(world, context);
+  if (world.settings.implicit_elasticity && world.has(Effect::deformable_elasticity)) {
+    bodies.particles.x = context.x_n;
+    if (!context.balanced) settle(world, context);
+    context.elastic_change.resize(bodies.particles.size());
+    for (std::size_t p = 0; p < bodies.particles.size(); ++p)
+      context.elastic_change[p] = context.solution.particle[p] - bodies.particles.v[p];
+  }
   bodies.particles.v = context.solution.particle;
   for (std::size_t i = 0; i < bodies.rigid.size(); ++i)
     bodies.rigid.state[i].velocity = context.solution.linear[i];

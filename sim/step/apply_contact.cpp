@@ -15,11 +15,12 @@ constexpr int cold_start = 10;
 // contact beside the forces, and with the normal velocities that contact has left.
 void adapt_to_contact(World& world, StepContext& context) {
   Bodies& bodies = world.bodies;
-  context.projection.build(bodies, context.contacts, context.graph, world.settings.projection_sweeps);
+  context.projection.build(bodies, context.contacts, context.graph, world.settings.projection_sweeps,
+                           world.has(Effect::self_repulsion) ? &context.self_repulsion : nullptr);
   to_generalized(bodies, context.solution);
   context.right_side = context.solution;
   for (std::size_t p = 0; p < bodies.particles.size(); ++p)
-    context.right_side.particle[p] -= context.difference.particle[p];
+    context.right_side.particle[p] -= context.elastic_change[p];
   if (!solve_velocity_implicitly(world, context, context.dt / 2, &context.projection)) settle(world, context);
   bodies.particles.x = context.x_n;
   bodies.particles.v = context.solution.particle;
@@ -54,7 +55,8 @@ void apply_contact(World& world, StepContext& context) {
   // III.3, from the forces that the last step ended with
   warm_start(context.memory, context.dt / 2, context.graph, bodies, context.contacts);
   solve_contacts(world, context);
-  if (world.settings.implicit_elasticity && world.has(Effect::rigid_deformable_contact))
+  if (world.settings.implicit_elasticity && world.has(Effect::deformable_elasticity) &&
+      world.has(Effect::rigid_deformable_contact))
     adapt_to_contact(world, context);
   check_finite(world, "III.3 apply contact");
 }

@@ -5,30 +5,41 @@ namespace duet {
 // The paper's section 2. Between its lines the bodies' velocities are those named on the right.
 void step(World& world, double time, double dt) {
   StepContext& context = world.context;
-  StageClock& clock = world.clock;
   context.time = time;
   context.dt = dt;
   const bool contact = world.has(Effect::rigid_contact) || world.has(Effect::rigid_deformable_contact);
   const bool collision = contact || world.has(Effect::rigid_collision);
+  const auto run = [&](Stage stage, void (*work)(World&, StepContext&)) {
+    world.ledger.begin_stage(world, stage);
+    world.clock.time(stage, [&] { work(world, context); });
+    world.ledger.end_stage(world, stage);
+  };
 
   begin_step(world, context);
-  if (world.has(Effect::kinematic_motion))
-    clock.time(Stage::kinematic_motion, [&] { plan_motion(world, context); });
+  world.ledger.begin_step(world);
+  if (world.has(Effect::kinematic_motion)) run(Stage::kinematic_motion, plan_motion);
   // I    v^n -> v~^{n+1/2}
-  clock.time(Stage::advance_velocity, [&] { advance_velocity(world, context); });
-  if (collision) clock.time(Stage::broad_phase, [&] { find_contacts(world, context); });
+  run(Stage::advance_velocity, advance_velocity);
+  if (world.has(Effect::incompressibility)) run(Stage::volume_correction, correct_volume);
+  if (world.has(Effect::self_repulsion)) run(Stage::self_repulsion, repel_surfaces);
+  if (collision) run(Stage::broad_phase, find_contacts);
   // II   v^n -> v^^n, v~^{n+1/2} -> v^^{n+1/2}
-  if (collision) clock.time(Stage::collide, [&] { collide(world, context); });
+  if (collision) run(Stage::collide, collide);
   // III  v^^{n+1/2} -> v^{n+1/2}
-  if (contact) clock.time(Stage::apply_contact, [&] { apply_contact(world, context); });
+  if (contact) run(Stage::apply_contact, apply_contact);
   // IV   x^n -> x^{n+1}
-  clock.time(Stage::advance_position, [&] { advance_position(world, context); });
-  if (world.has(Effect::push_out)) clock.time(Stage::push_out, [&] { push_out(world, context); });
+  run(Stage::advance_position, advance_position);
+  if (world.has(Effect::push_out)) run(Stage::push_out, push_out);
   restore_collided_velocity(world, context);
+  if (world.has(Effect::self_collision)) run(Stage::self_collision, collide_surfaces);
   // V    v^^n -> v^{n+1}
-  clock.time(Stage::constrained_solve, [&] { constrained_solve(world, context); });
-  if (contact) clock.time(Stage::velocity_contact, [&] { apply_velocity_contact(world, context); });
+  if (world.has(Effect::self_repulsion)) run(Stage::velocity_repulsion, find_repulsions);
+  run(Stage::constrained_solve, constrained_solve);
+  if (world.has(Effect::incompressibility)) run(Stage::make_incompressible, make_incompressible);
+  if (contact) run(Stage::velocity_contact, apply_velocity_contact);
+  if (world.has(Effect::self_repulsion)) run(Stage::velocity_repulsion, apply_velocity_repulsions);
   end_step(world);
+  world.ledger.end_step(world);
   if (contact) remember(context.contacts, context.graph, dt, context.memory);
 }
 

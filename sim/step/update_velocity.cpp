@@ -11,10 +11,11 @@ void constrained_solve(World& world, StepContext& context) {
   Particles& particles = bodies.particles;
   ContactProjection* projection = nullptr;
   // Without elasticity there is nothing to solve, and rigid bodies take their velocities from V.3.
-  if (world.has(Effect::deformable_elasticity)) {
+  if (world.has(Effect::deformable_elasticity) || world.has(Effect::incompressibility)) {
     for (ContactPoint& contact : context.contacts.points)
       if (!contact.impulse.isZero(0)) update_geometry(bodies, contact);
-    context.projection.build(bodies, context.contacts, context.graph, world.settings.projection_sweeps);
+    context.projection.build(bodies, context.contacts, context.graph, world.settings.projection_sweeps,
+                             world.has(Effect::self_repulsion) ? &context.self_repulsion : nullptr);
     projection = &context.projection;
   }
 

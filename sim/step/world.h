@@ -9,9 +9,13 @@
 #include "sim/coupling/push_out.h"
 #include "sim/coupling/separation.h"
 #include "sim/coupling/warm_start.h"
+#include "sim/deformable/self_collision.h"
+#include "sim/deformable/self_repulsion.h"
 #include "sim/solve/conjugate_gradient.h"
+#include "sim/solve/pressure_system.h"
 #include "sim/step/effects.h"
 #include "sim/step/kinematic_motion.h"
+#include "sim/step/step_ledger.h"
 
 namespace duet {
 
@@ -31,14 +35,19 @@ struct StepSettings {
   bool contact_reduction = true;
   CollisionSettings collision;
   ContactSolveSettings contact;
+  PressureSettings pressure;
 };
 
 // What a frame adds up over its steps.
 struct StepCounters {
   std::int64_t cg_iterations = 0;
   std::int64_t newton_iterations = 0;
+  std::int64_t pressure_iterations = 0;
   std::int64_t contact_sweeps = 0;
-  std::int64_t contacts = 0;  // with an impulse, in the last step
+  std::int64_t contacts = 0;         // with an impulse, in the last step
+  std::int64_t self_repulsions = 0;  // pairs nearer than their thickness, in the last step
+  std::int64_t self_collisions = 0;  // impulses
+  std::int64_t impact_zone_particles = 0;
 };
 
 // One step's own values: sizes, times, the paper's named velocities, scratch that keeps its storage.
@@ -48,6 +57,7 @@ struct StepContext {
 
   std::vector<Vec3> x_n;            // particle positions x^n
   std::vector<Vec3> x_next;         // x^{n+1} while the bodies stand at x^{n+1/2}
+  std::vector<Vec3> x_half;         // x^{n+1/2}, of V.1
   std::vector<RigidState> rigid_n;  // rigid states of time n
   VelocityState v_n;                // v^n
   VelocityState difference;         // v~^{n+1/2} - v^n
@@ -63,10 +73,16 @@ struct StepContext {
   PushOutScratch push_out_scratch;
   SeparationScratch separation_scratch;
   ContactProjection projection;
+  PressureScratch pressure;
+
+  CollisionCandidates self_candidates;
+  SelfRepulsion self_repulsion;
+  SelfCollision self_collision;
 
   std::vector<Vec3> force, damping_force;  // N
   GeneralizedVelocity right_side, solution, residual, direction, image;
   GeneralizedVelocity imbalance, correction;  // of Newton's method
+  std::vector<Vec3> elastic_change;           // m/s, of an implicit I.1
   bool balanced = true;                       // whether it has converged
   std::vector<Mat3> inertia;
 };
@@ -79,6 +95,7 @@ struct World {
   StepContext context;
   StageClock clock;
   StepCounters counters;
+  StepLedger ledger;
 
   bool has(Effect effect) const { return plan[index(effect)]; }
   CandidateFilter contact_filter() const {

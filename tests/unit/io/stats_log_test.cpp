@@ -29,16 +29,38 @@ TEST(StatsLog, LineHasTheAgreedFieldsInOrder) {
   const auto object = nlohmann::ordered_json::parse(text);
   std::vector<std::string> keys;
   for (const auto& [key, value] : object.items()) keys.push_back(key);
-  EXPECT_EQ(keys, (std::vector<std::string>{"frame", "time", "substeps", "dt_min", "dt_max", "seconds",
-                                            "stages", "cg_iterations", "contacts", "max_penetration",
-                                            "min_det_F", "inverted", "kinetic", "potential", "elastic",
-                                            "momentum", "angular_momentum", "hash"}));
+  EXPECT_EQ(keys, (std::vector<std::string>{"frame",
+                                            "time",
+                                            "substeps",
+                                            "dt_min",
+                                            "dt_max",
+                                            "seconds",
+                                            "stages",
+                                            "cg_iterations",
+                                            "contacts",
+                                            "max_penetration",
+                                            "pressure_iterations",
+                                            "volume_error",
+                                            "min_det_F",
+                                            "inverted",
+                                            "self_repulsions",
+                                            "self_collisions",
+                                            "impact_zone_particles",
+                                            "kinetic",
+                                            "potential",
+                                            "elastic",
+                                            "momentum",
+                                            "angular_momentum",
+                                            "hash"}));
   EXPECT_EQ(object["time"].get<double>(), 0.125);
   EXPECT_EQ(object["stages"].dump(),
             R"({"I.1 advance velocity":{"seconds":0.25,"calls":7},"II collide":{"seconds":0.0,"calls":0}})");
   EXPECT_EQ(object["momentum"].dump(), "[1.0,0.1,-3.0]");
   EXPECT_EQ(object["hash"], "00000000000000ff");
   EXPECT_EQ(text.find('\n'), std::string::npos);
+  FrameStats counted = stats_of(3);
+  counted.self_intersections = 2;
+  EXPECT_EQ(nlohmann::json::parse(stats_json(counted))["self_intersections"], 2);
 }
 
 TEST(StatsLog, ResumingKeepsTheLinesUpToTheResumedFrame) {

@@ -28,13 +28,14 @@ Scene scene_with(int dynamic, int fixed, int deformable, bool ground, int kinema
 }
 
 // One letter an effect in the order of the enum: C rigid collision, R rigid contact, D rigid/deformable
-// contact, E elasticity, P push-out, S shock propagation, L rolling friction, K kinematic motion.
+// contact, E elasticity, P push-out, S shock propagation, L rolling friction, K kinematic motion, I
+// incompressibility.
 std::string active(const EffectPlan& plan) {
   std::string text;
   for (std::size_t i = 0; i < plan.effects.size(); ++i) {
     EXPECT_EQ(index(plan.effects[i].effect), i);
     EXPECT_FALSE(plan.effects[i].reason.empty());
-    if (plan.active()[i]) text += "CRDEPSLK"[i];
+    if (plan.active()[i]) text += "CRDEPSLKI"[i];
   }
   return text;
 }
@@ -71,6 +72,17 @@ TEST(EffectPlan, KinematicBodiesCarryOthersButNotEachOther) {
       "1 dynamic rigid body (`rigid0`), 1 kinematic one (`driven0`) and 1 static one (`ground`) can collide");
   EXPECT_EQ(plan.effects[index(Effect::kinematic_motion)].reason,
             "the scene prescribes the motion of 1 rigid body (`driven0`)");
+}
+
+TEST(EffectPlan, IncompressibilityIsOfTheBodiesThatAskForIt) {
+  Scene scene = scene_with(0, 0, 3, false);
+  EXPECT_EQ(plan_effects(scene).effects[index(Effect::incompressibility)].reason,
+            "no deformable body is incompressible");
+  scene.deformable[0].incompressible = scene.deformable[2].incompressible = true;
+  const EffectPlan plan = plan_effects(scene);
+  EXPECT_EQ(active(plan), "EI");
+  EXPECT_EQ(plan.effects[index(Effect::incompressibility)].reason, "asked for by `soft0`, `soft2`");
+  EXPECT_EQ(active(plan_effects(scene, {"incompressibility"})), "E");
 }
 
 TEST(EffectPlan, ReasonsNameBodiesAndMaterials) {

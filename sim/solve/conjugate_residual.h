@@ -1,0 +1,45 @@
+// Conjugate residuals for symmetric positive semi-definite systems.
+#pragma once
+
+#include <cmath>
+
+#include "sim/solve/conjugate_gradient.h"
+
+namespace duet {
+
+// Minimises the residual of A x = b over the same spaces in which conjugate gradients minimise the energy
+// (Saad 2003, algorithm 6.20): it never grows from one iteration to the next, also where A is singular and b
+// outside of its range, so that the iteration may stop anywhere. Starts from x = 0. System has
+//   apply(v, out)   out = A v           inner(u, v)     the inner product
+//   norm(v)         what the tolerance bounds
+// `r`, `s`, `Ar`, `As` are scratch.
+template <class System, class Vector>
+CgResult conjugate_residual(System& system, const Vector& b, double tolerance, int max_iterations, Vector& x,
+                            Vector& r, Vector& s, Vector& Ar, Vector& As) {
+  CgResult result;
+  r = b;
+  system.clear(x);
+  double rho = 0;
+  for (;; ++result.iterations) {
+    result.residual = system.norm(r);
+    result.converged = result.residual <= tolerance;
+    if (result.converged || result.iterations >= max_iterations || !std::isfinite(result.residual))
+      return result;
+    system.apply(r, Ar);
+    const double next = system.inner(r, Ar);
+    if (!(next > 0)) return result;  // what is left lies outside of A's range
+    if (result.iterations == 0) {
+      s = r;
+      As = Ar;
+    } else {
+      system.xpay(r, next / rho, s);
+      system.xpay(Ar, next / rho, As);
+    }
+    rho = next;
+    const double alpha = rho / system.inner(As, As);
+    system.axpy(alpha, s, x);
+    system.axpy(-alpha, As, r);
+  }
+}
+
+}  // namespace duet

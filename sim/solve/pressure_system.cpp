@@ -1,0 +1,120 @@
+#include "sim/solve/pressure_system.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "sim/base/parallel.h"
+#include "sim/solve/conjugate_residual.h"
+
+namespace duet {
+namespace {
+
+constexpr std::size_t grain = 2048;
+
+// One-rings that are crushed to less than this part of what a particle's motion changes at rest have no
+// direction left in which pressure could act.
+constexpr double least_diagonal = 1e-12;
+
+void set_zero(GeneralizedVelocity& v) {
+  for (std::vector<Vec3>* values : {&v.particle, &v.linear, &v.angular})
+    std::fill(values->begin(), values->end(), Vec3::Zero());
+}
+
+// y = s D P M^-1 D^T s x, with s = 1/sqrt(diagonal): Jacobi's preconditioner, applied from both sides. It
+// takes the sizes and densities of bodies and elements out of the problem.
+class PressureSystem {
+ public:
+  PressureSystem(const OneRings& rings, const ContactProjection* projection, PressureScratch& scratch)
+      : rings_(rings), projection_(projection), scratch_(scratch) {}
+
+  // The change of the velocities by the pressures s x.
+  void change_velocities(const std::vector<double>& x) {
+    scale(x, scratch_.scaled);
+    GeneralizedVelocity& change = scratch_.change;
+    if (projection_) set_zero(change);
+    rings_.pressure_velocity(scratch_.scaled, change.particle);
+    if (projection_) projection_->project(change);
+  }
+  void apply(const std::vector<double>& x, std::vector<double>& out) {
+    change_velocities(x);
+    rings_.divergence(scratch_.change.particle, out);
+    scale(out, out);
+  }
+  double inner(const std::vector<double>& a, const std::vector<double>& b) const {
+    return parallel_reduce(
+        a.size(), grain, 0.0,
+        [&](std::size_t begin, std::size_t end) {
+          double part = 0;
+          for (std::size_t i = begin; i < end; ++i) part += a[i] * b[i];
+          return part;
+        },
+        [](double a_part, double b_part) { return a_part + b_part; });
+  }
+  // 1 where a one-ring is as far from its rate as the tolerance allows.
+  double norm(const std::vector<double>& r) const {
+    double largest = 0;
+    for (std::size_t i = 0; i < r.size(); ++i) {
+      const double here = std::abs(r[i]) * scratch_.tolerance[i];
+      if (!(here <= largest)) largest = here;  // also takes a NaN, which ends the solve
+    }
+    return largest;
+  }
+  void scale(const std::vector<double>& x, std::vector<double>& out) const {
+    for_each(x, out, [&](std::size_t i, double a, double) { return scratch_.scale[i] * a; });
+  }
+  static void clear(std::vector<double>& x) { std::fill(x.begin(), x.end(), 0.0); }
+  static void axpy(double alpha, const std::vector<double>& x, std::vector<double>& y) {
+    for_each(x, y, [alpha](std::size_t, double a, double b) { return b + alpha * a; });
+  }
+  static void xpay(const std::vector<double>& x, double beta, std::vector<double>& y) {
+    for_each(x, y, [beta](std::size_t, double a, double b) { return a + beta * b; });
+  }
+
+ private:
+  template <class Operation>
+  static void for_each(const std::vector<double>& x, std::vector<double>& y, Operation&& operation) {
+    parallel_for(x.size(), grain, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) y[i] = operation(i, x[i], y[i]);
+    });
+  }
+
+  const OneRings& rings_;
+  const ContactProjection* projection_;
+  PressureScratch& scratch_;
+};
+
+void prepare(const Bodies& bodies, double dt, const PressureSettings& settings, PressureScratch& scratch) {
+  const OneRings& rings = bodies.one_rings;
+  const std::size_t n = rings.size();
+  for (std::vector<double>* values :
+       {&scratch.pressure, &scratch.scale, &scratch.tolerance, &scratch.scaled, &scratch.right_side})
+    values->resize(n);
+  scratch.change.particle.resize(bodies.particles.size());
+  scratch.change.linear.resize(bodies.rigid.size());
+  scratch.change.angular.resize(bodies.rigid.size());
+  set_zero(scratch.change);  // the system writes the particles of one-rings only
+
+  for (std::size_t i = 0; i < n; ++i) {
+    const double diagonal = rings.diagonal(i);
+    const bool acts = diagonal > least_diagonal * rings.rest_diagonal(i);
+    scratch.scale[i] = acts ? 1 / std::sqrt(diagonal) : 0;
+    scratch.tolerance[i] = acts ? std::sqrt(diagonal) * dt / (settings.tolerance * rings.rest_volume(i)) : 0;
+    scratch.right_side[i] = scratch.scale[i] * scratch.rate[i];
+  }
+}
+
+}  // namespace
+
+CgResult find_pressures(const Bodies& bodies, const ContactProjection* projection, double dt,
+                        const PressureSettings& settings, PressureScratch& scratch) {
+  prepare(bodies, dt, settings, scratch);
+  PressureSystem system(bodies.one_rings, projection, scratch);
+  const CgResult result =
+      conjugate_residual(system, scratch.right_side, 1.0, settings.iterations, scratch.pressure,
+                         scratch.residual, scratch.direction, scratch.image, scratch.direction_image);
+  system.change_velocities(scratch.pressure);
+  std::swap(scratch.pressure, scratch.scaled);
+  return result;
+}
+
+}  // namespace duet

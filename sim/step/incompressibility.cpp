@@ -1,0 +1,82 @@
+// Steps I.2 and V.1: incompressible bodies (paper sections 3 and 7).
+#include <algorithm>
+#include <cmath>
+
+#include "sim/solve/velocity_system.h"
+#include "sim/step/step.h"
+
+namespace duet {
+namespace {
+
+// The part of its rest volume that a one-ring may gain or lose back in one step: what a blow or a bad start
+// has crushed is restored over several steps, each of which is short enough for its linearization.
+constexpr double most_correction = 0.1;
+
+// D v of the velocities now as contact will leave them: what touches moves on together.
+void rates_in_contact(World& world, StepContext& context, std::vector<double>& rate) {
+  to_generalized(world.bodies, context.solution);
+  context.projection.project(context.solution);
+  world.bodies.one_rings.divergence(context.solution.particle, rate);
+}
+
+// Changes the velocities by the pressures that change the rates of the one-rings by context.pressure.rate.
+void apply_pressures(World& world, StepContext& context, const ContactProjection& projection) {
+  Bodies& bodies = world.bodies;
+  PressureScratch& scratch = context.pressure;
+  const CgResult result = find_pressures(bodies, projection.empty() ? nullptr : &projection, context.dt,
+                                         world.settings.pressure, scratch);
+  world.counters.pressure_iterations += result.iterations;
+  for (std::size_t p = 0; p < bodies.particles.size(); ++p)
+    bodies.particles.v[p] += scratch.change.particle[p];
+  for (std::size_t i = 0; i < bodies.rigid.size(); ++i) {
+    const RigidProperties& properties = bodies.rigid.properties[i];
+    if (projection.empty() || !properties.is_dynamic()) continue;
+    RigidState& state = bodies.rigid.state[i];
+    state.velocity += scratch.change.linear[i];
+    const Mat3 rotation = state.pose.orientation.toRotationMatrix();
+    const Vec3 body_rate = rotation.transpose() * scratch.change.angular[i];
+    apply_angular_impulse(state, properties, rotation * properties.inertia.cwiseProduct(body_rate));
+  }
+}
+
+}  // namespace
+
+// I.2. The contacts of this step are not known yet: pressures take account of those of the last one.
+void correct_volume(World& world, StepContext& context) {
+  Bodies& bodies = world.bodies;
+  OneRings& rings = bodies.one_rings;
+  rings.linearize(bodies.particles.x);
+  context.projection.build(bodies, context.memory, world.settings.projection_sweeps);
+  std::vector<double>& rate = context.pressure.rate;
+  rates_in_contact(world, context, rate);
+  for (std::size_t i = 0; i < rings.size(); ++i) {
+    // Flattened one-rings have less of a surface to push on: the way of their particles stays bounded.
+    const double surface = std::min(1.0, std::sqrt(rings.diagonal(i) / rings.rest_diagonal(i)));
+    const double most = surface * most_correction * rings.rest_volume(i);
+    rate[i] = std::clamp(rings.rest_volume(i) - rings.volume(i), -most, most) / context.dt - rate[i];
+  }
+  apply_pressures(world, context, context.projection);
+  check_finite(world, "I.2 volume correction");
+}
+
+// V.1. The paper and its program take the divergence at x^{n+1/2} out of v^n, before the forces of the step.
+// That leaves the pressures' answer to these forces out of v^{n+1}, and costs a turning body a part (w
+// dt)^2/4 of its angular momentum in every step: v^n is no rotation of x^{n+1/2}. Here the pressures act
+// where the other forces do, at x^{n+1/2}, but after them, and so that v^{n+1} is without divergence where it
+// belongs, at x^{n+1}: the part that is lost is of the next order.
+void make_incompressible(World& world, StepContext& context) {
+  Bodies& bodies = world.bodies;
+  OneRings& rings = bodies.one_rings;
+  std::vector<double>& rate = context.pressure.rate;
+  rings.linearize(bodies.particles.x);
+  rates_in_contact(world, context, rate);
+  for (double& r : rate) r = -r;
+  context.x_half.resize(bodies.particles.size());
+  for (std::size_t p = 0; p < bodies.particles.size(); ++p)
+    context.x_half[p] = 0.5 * (context.x_n[p] + bodies.particles.x[p]);
+  rings.linearize(context.x_half);
+  apply_pressures(world, context, context.projection);
+  check_finite(world, "V.1 make incompressible");
+}
+
+}  // namespace duet

@@ -1,0 +1,113 @@
+#include "sim/step/step_ledger.h"
+
+#include "sim/step/world.h"
+
+namespace duet {
+namespace {
+
+// Steps I and III find v^{n+1/2}, which moves the bodies and is then given up for v^^n.
+bool is_kept(Stage stage) {
+  return stage == Stage::collide || stage == Stage::self_collision || stage == Stage::constrained_solve ||
+         stage == Stage::make_incompressible || stage == Stage::velocity_contact ||
+         stage == Stage::velocity_repulsion;
+}
+
+bool acts_in_the_middle(Stage stage) {  // at x^{n+1/2}
+  return stage == Stage::make_incompressible || stage == Stage::constrained_solve;
+}
+
+}  // namespace
+
+void StepLedger::reset() {
+  totals_ = {};
+  in_step_ = false;
+}
+
+StepLedger::Balance StepLedger::measure(const World& world, const std::vector<Vec3>& x) const {
+  Balance balance;
+  balance.momentum = momentum(world.bodies, x);
+  balance.kinetic = kinetic_energy(world.bodies);
+  balance.stored = gravitational_energy(world.bodies, world.gravity);
+  if (world.has(Effect::deformable_elasticity))
+    balance.stored += world.bodies.forces.energy(world.bodies.particles.x);
+  return balance;
+}
+
+const std::vector<Vec3>& StepLedger::acting_at(const World& world, Stage stage) {
+  const std::vector<Vec3>& x = world.bodies.particles.x;
+  if (!acts_in_the_middle(stage)) return x;
+  middle_.resize(x.size());
+  for (std::size_t p = 0; p < x.size(); ++p) middle_[p] = 0.5 * (world.context.x_n[p] + x[p]);
+  return middle_;
+}
+
+Momentum StepLedger::external(const World& world, Stage stage, const std::vector<Vec3>& x) const {
+  const StepContext& context = world.context;
+  switch (stage) {
+    case Stage::advance_velocity:
+      return gravity_impulse(world.bodies, x, world.gravity, context.dt / 2);
+    case Stage::constrained_solve:
+      return gravity_impulse(world.bodies, x, world.gravity, context.dt);
+    case Stage::collide:
+      return contact_impulse(world.bodies, context.contacts, context.collision_scratch.pairs);
+    case Stage::apply_contact:
+    case Stage::velocity_contact:
+      return contact_impulse(world.bodies, context.contacts, context.graph.pairs);
+    default:
+      return {};
+  }
+}
+
+void StepLedger::close(LedgerEntry& entry, const Balance& before, const Balance& after,
+                       const Momentum& external) {
+  entry.add(after.momentum - before.momentum, external);
+  entry.kinetic += after.kinetic - before.kinetic;
+  entry.stored += after.stored - before.stored;
+}
+
+void StepLedger::begin_step(const World& world) {
+  if (!on_) return;
+  if (in_step_) totals_ = before_step_;  // the last one failed
+  before_step_ = totals_;
+  in_step_ = true;
+  step_start_ = measure(world, world.bodies.particles.x);
+  kept_ = kept_external_ = {};
+}
+
+void StepLedger::begin_stage(const World& world, Stage stage) {
+  if (!on_) return;
+  stage_start_ = measure(world, acting_at(world, stage));
+  if (stage != Stage::push_out) return;
+  before_push_out_ = world.bodies.particles.x;
+  rigid_before_push_out_ = world.bodies.rigid.state;
+}
+
+void StepLedger::end_stage(const World& world, Stage stage) {
+  if (!on_) return;
+  if (stage == Stage::push_out)
+    totals_.push_out.add(displacement(world.bodies, before_push_out_, rigid_before_push_out_));
+  const std::vector<Vec3>& x = acting_at(world, stage);
+  const Balance now = measure(world, x);
+  const Momentum from_outside = external(world, stage, x);
+  LedgerEntry& entry = totals_.stage[static_cast<std::size_t>(stage)];
+  if (stage == Stage::advance_position || stage == Stage::push_out) {
+    entry.kinetic += now.kinetic - stage_start_.kinetic;
+    entry.stored += now.stored - stage_start_.stored;
+    return;
+  }
+  close(entry, stage_start_, now, from_outside);
+  if (!is_kept(stage)) return;
+  kept_ += now.momentum - stage_start_.momentum;
+  kept_external_ += from_outside;
+}
+
+void StepLedger::end_step(const World& world) {
+  if (!on_) return;
+  in_step_ = false;
+  const Balance now = measure(world, world.bodies.particles.x);
+  close(totals_.step, step_start_, now, kept_external_);
+  totals_.stage[static_cast<std::size_t>(Stage::advance_position)].add(
+      now.momentum - step_start_.momentum - kept_, {});
+}
+
+}  // namespace duet

@@ -1,0 +1,65 @@
+// Keeps the ledger (sim/coupling/ledger.h) stage by stage. Costs a pass over all bodies before and after each
+// stage, so it is off unless asked for; it never changes a result.
+#pragma once
+
+#include <array>
+
+#include "sim/base/stage_clock.h"
+#include "sim/coupling/ledger.h"
+
+namespace duet {
+
+struct World;
+struct StepContext;
+
+class StepLedger {
+ public:
+  static constexpr std::array stages = {
+      Stage::advance_velocity, Stage::volume_correction, Stage::self_repulsion,
+      Stage::collide,          Stage::apply_contact,     Stage::advance_position,
+      Stage::self_collision,   Stage::constrained_solve, Stage::make_incompressible,
+      Stage::velocity_contact, Stage::velocity_repulsion};
+
+  bool is_on() const { return on_; }
+  void turn_on() { on_ = true; }
+  void reset();  // at the start of a frame
+
+  // Around a whole step, and around each of its stages.
+  void begin_step(const World& world);
+  void begin_stage(const World& world, Stage stage);
+  void end_stage(const World& world, Stage stage);
+  void end_step(const World& world);
+
+  // Of advance_position: the moment that is left when positions move by v^{n+1/2} and velocities are changed
+  // at x^{n+1/2} and x^{n+1}; of second order in the step.
+  const LedgerEntry& operator[](Stage stage) const { return totals_.stage[static_cast<std::size_t>(stage)]; }
+  const LedgerEntry& whole_step() const { return totals_.step; }
+  const DisplacementEntry& push_out() const { return totals_.push_out; }
+
+ private:
+  struct Balance {
+    Momentum momentum;
+    double kinetic = 0, stored = 0;
+  };
+  Balance measure(const World& world, const std::vector<Vec3>& x) const;
+  // The particles' positions that the forces of a stage act at.
+  const std::vector<Vec3>& acting_at(const World& world, Stage stage);
+  Momentum external(const World& world, Stage stage, const std::vector<Vec3>& x) const;
+  static void close(LedgerEntry& entry, const Balance& before, const Balance& after,
+                    const Momentum& external);
+
+  struct Totals {
+    std::array<LedgerEntry, stage_count> stage{};
+    LedgerEntry step;
+    DisplacementEntry push_out;
+  };
+  bool on_ = false;
+  bool in_step_ = false;
+  Totals totals_, before_step_;  // a step that fails leaves nothing behind
+  Balance step_start_, stage_start_;
+  Momentum kept_, kept_external_;  // of this step, by the stages whose change of velocity is not undone
+  std::vector<Vec3> middle_, before_push_out_;
+  std::vector<RigidState> rigid_before_push_out_;
+};
+
+}  // namespace duet

@@ -1,0 +1,105 @@
+// The ledger accounts for every change of momentum, and keeping it changes nothing.
+#include "tests/support/margin.h"
+#include "tests/support/scenes.h"
+#include <gtest/gtest.h>
+
+#include "sim/step/step.h"
+
+namespace duet {
+namespace {
+
+using test::add_ball;
+using test::add_box;
+using test::add_soft_box;
+
+// A spinning ball between two soft boxes and a rigid one, in free space, all of them in each other's way.
+scene::Scene crowd() {
+  scene::Scene scene = test::free_space();
+  add_soft_box(scene, "left", Vec3(-2.02, 0.3, 0), Vec3(2, 2, 2), 3).placement.velocity = Vec3(4, 0, 0);
+  auto& ball = add_ball(scene, "ball", Vec3(0, 0, 0), 1, 600);
+  ball.placement.angular_velocity = Vec3(0, 5, 1);
+  add_soft_box(scene, "right", Vec3(2.02, -0.3, 0.2), Vec3(2, 2, 2), 3).placement.velocity = Vec3(-4, 0.5, 0);
+  add_box(scene, "box", Vec3(0, 2.05, 0), Vec3(2, 2, 2), 3000).placement.velocity = Vec3(0, -3, 0);
+  return scene;
+}
+
+// The same falling on rough ground.
+scene::Scene fallen() {
+  scene::Scene scene = crowd();
+  scene.gravity = Vec3(0, -9.8, 0);
+  scene.ground.emplace();
+  scene.ground->height = -1.4;
+  scene.ground->friction = 0.4;
+  return scene;
+}
+
+// Every stage that changes velocities gives what comes from outside and nothing else, to rounding: 1e-10 of
+// the momentum that the bodies bring along. Returns what came from outside.
+Vec3 expect_balance(const scene::Scene& scene, int frames) {
+  Simulation simulation(scene, test::plan(scene));
+  simulation.keep_ledger();
+  const double linear = 4 * 8000, angular = 2 * linear;  // kg m/s, kg m^2/s, of one soft box
+  double largest_defect = 0, largest_change = 0;
+  Vec3 external = Vec3::Zero();
+  const Vec3 first_velocity = simulation.world().bodies.rigid.state[0].velocity;
+  for (int frame = 0; frame < frames; ++frame) {
+    const FrameStats before = simulation.stats();
+    simulation.advance_frame();
+    const FrameStats stats = simulation.stats();
+    const Vec3 change = simulation.world().bodies.rigid.state[0].velocity - first_velocity;
+    largest_change = std::max(largest_change, change.norm());
+    for (const LedgerStats& stage : stats.ledger) {
+      largest_defect = std::max(largest_defect, stage.momentum_defect / linear);
+      EXPECT_LT(stage.momentum_defect, 1e-10 * linear) << stage.name << ", frame " << frame;
+      if (stage.name == stage_names[static_cast<std::size_t>(Stage::advance_position)] ||
+          stage.name == "step")
+        continue;  // moving positions leaves an angular defect of second order
+      EXPECT_LT(stage.angular_momentum_defect, 1e-10 * angular) << stage.name << ", frame " << frame;
+    }
+    // The frame's change is the step's, and the sum of gravity and ground.
+    const LedgerStats& step = stats.ledger.back();
+    EXPECT_LT((stats.momentum - before.momentum - step.external_momentum).norm(), 1e-10 * linear);
+    EXPECT_LT((stats.momentum - before.momentum - step.momentum).norm(), 1e-10 * linear);
+    EXPECT_LT((stats.angular_momentum - before.angular_momentum - step.angular_momentum).norm(),
+              1e-9 * angular);
+    EXPECT_NEAR(step.kinetic, stats.kinetic - before.kinetic, 1e-10 * linear * 10);
+    external += step.external_momentum;
+  }
+  EXPECT_GT(largest_change, 0.5) << "nothing was tested";
+  test::expect_below(largest_defect, 1e-10, "largest defect of a stage, over the momentum of a body");
+  return external;
+}
+
+TEST(Ledger, NothingComesFromOutsideInFreeSpace) { EXPECT_EQ(expect_balance(crowd(), 8), Vec3::Zero()); }
+
+TEST(Ledger, GravityAndGroundAccountForTheRest) {
+  // Half a second of gravity on 20 t less what the ground gave: it did give.
+  EXPECT_GT(expect_balance(fallen(), 12).y(), -0.9 * 0.5 * 9.8 * 2e4);
+}
+
+TEST(Ledger, PushOutKeepsCentreOfMassAndMoment) {
+  const scene::Scene scene = crowd();
+  Simulation simulation(scene, test::plan(scene));
+  simulation.keep_ledger();
+  for (int frame = 0; frame < 8; ++frame) {
+    simulation.advance_frame();
+    // kg m: 20 t moved by a rounding error of metres
+    EXPECT_LT(simulation.stats().pushed_mass, 1e-10 * 2e4);
+    EXPECT_LT(simulation.stats().pushed_moment, 1e-10 * 2e4);
+  }
+}
+
+TEST(Ledger, ChangesNoResult) {
+  const scene::Scene scene = fallen();
+  Simulation plain(scene, test::plan(scene)), watched(scene, test::plan(scene));
+  watched.keep_ledger();
+  for (int frame = 0; frame < 3; ++frame) {
+    plain.advance_frame();
+    watched.advance_frame();
+    EXPECT_EQ(plain.stats().hash, watched.stats().hash);
+  }
+  EXPECT_TRUE(plain.stats().ledger.empty());
+}
+
+}  // namespace
+}  // namespace duet
