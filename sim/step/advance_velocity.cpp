@@ -92,20 +92,25 @@ void solve_velocity(World& world, StepContext& context, double dt, ContactProjec
   context.balanced = solve_velocity_implicitly(world, context, dt, projection);
 }
 
+void settle(const World& world, StepContext& context) {
+  const Bodies& bodies = world.bodies;
+  context.correction.particle.resize(bodies.particles.size());
+  move_as_wholes(bodies, 0.5 * context.dt * world.gravity, context.correction.particle);
+  for (std::size_t p = 0; p < bodies.particles.size(); ++p)
+    context.solution.particle[p] = 0.5 * (context.solution.particle[p] + context.correction.particle[p]);
+}
+
 // I.1. The damping forces are linear in V, so whatever the tolerance of the solve leaves keeps momentum.
 void advance_velocity(World& world, StepContext& context) {
   Bodies& bodies = world.bodies;
   if (world.has(Effect::springs)) bodies.forces.begin_step(bodies.particles.x);
   solve_velocity(world, context, context.dt / 2, nullptr);
-  if (world.settings.implicit_elasticity) bodies.particles.x = context.x_n;
-  // Positions move by twice the way to x^n + dt/2 V, the least of the energy on the way there. That far
-  // beyond it may be far worse where the least was not found: then deformation stops there, and each body
-  // moves on.
-  if (!context.balanced) {
-    context.correction.particle.resize(bodies.particles.size());
-    move_as_wholes(bodies, 0.5 * context.dt * world.gravity, context.correction.particle);
+  if (world.settings.implicit_elasticity && world.has(Effect::deformable_elasticity)) {
+    bodies.particles.x = context.x_n;
+    if (!context.balanced) settle(world, context);
+    context.elastic_change.resize(bodies.particles.size());
     for (std::size_t p = 0; p < bodies.particles.size(); ++p)
-      context.solution.particle[p] = 0.5 * (context.solution.particle[p] + context.correction.particle[p]);
+      context.elastic_change[p] = context.solution.particle[p] - bodies.particles.v[p];
   }
   bodies.particles.v = context.solution.particle;
   for (std::size_t i = 0; i < bodies.rigid.size(); ++i)

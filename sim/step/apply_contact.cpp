@@ -1,4 +1,5 @@
 // Step III: contact (paper section 5).
+#include "sim/solve/velocity_system.h"
 #include "sim/step/step.h"
 
 namespace duet {
@@ -8,6 +9,27 @@ namespace {
 // Where no impulse is known to begin with, as at the start of a scene, the solve may take so many times more
 // sweeps: a house of cards would otherwise lean before its forces are found.
 constexpr int cold_start = 10;
+
+// Implicit steps are long for the waves in a body: what contact stops would be crushed by the rest of the
+// body, which moves on without knowing. Here the body adapts: V is solved for again with the impulses of
+// contact beside the forces, and with the normal velocities that contact has left.
+void adapt_to_contact(World& world, StepContext& context) {
+  Bodies& bodies = world.bodies;
+  context.projection.build(bodies, context.contacts, context.graph, world.settings.projection_sweeps,
+                           world.has(Effect::self_repulsion) ? &context.self_repulsion : nullptr);
+  to_generalized(bodies, context.solution);
+  context.right_side = context.solution;
+  for (std::size_t p = 0; p < bodies.particles.size(); ++p)
+    context.right_side.particle[p] -= context.elastic_change[p];
+  if (!solve_velocity_implicitly(world, context, context.dt / 2, &context.projection)) settle(world, context);
+  bodies.particles.x = context.x_n;
+  bodies.particles.v = context.solution.particle;
+  for (std::size_t i = 0; i < bodies.rigid.size(); ++i) {
+    if (!bodies.rigid.properties[i].is_dynamic()) continue;
+    bodies.rigid.state[i].velocity = context.solution.linear[i];
+    set_angular_velocity(bodies.rigid.state[i], bodies.rigid.properties[i], context.solution.angular[i]);
+  }
+}
 
 }  // namespace
 
@@ -33,6 +55,9 @@ void apply_contact(World& world, StepContext& context) {
   // III.3, from the forces that the last step ended with
   warm_start(context.memory, context.dt / 2, context.graph, bodies, context.contacts);
   solve_contacts(world, context);
+  if (world.settings.implicit_elasticity && world.has(Effect::deformable_elasticity) &&
+      world.has(Effect::rigid_deformable_contact))
+    adapt_to_contact(world, context);
   check_finite(world, "III.3 apply contact");
 }
 

@@ -62,6 +62,9 @@ double incremental_potential(World& world, const StepContext& context, double dt
 // how much V falls short of the right side under the constraints. Whether that is less than the tolerance, as
 // the bound on its iterations may end it before.
 bool solve_velocity_implicitly(World& world, StepContext& context, double dt, ContactProjection* projection);
+// Where that was not found: positions move by twice the way to x^n + dt/2 V, the least energy that was found,
+// and that far beyond it may be far worse. So deformation stops there, and each body moves on as a whole.
+void settle(const World& world, StepContext& context);
 
 // Throws SimulationError if a particle's or a body's state is not finite.
 void check_finite(const World& world, const char* stage);
