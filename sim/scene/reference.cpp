@@ -22,6 +22,8 @@ std::vector<Key> inner_keys(const Key& key) {
   return {};
 }
 
+constexpr std::size_t page_width = 112;
+
 // Characters of the longest name, with the names of the tables around it: "shape.capsule.radius".
 std::size_t longest_name(const std::vector<Key>& keys) {
   std::size_t longest = 0;
@@ -34,8 +36,11 @@ std::size_t longest_name(const std::vector<Key>& keys) {
 
 void write_key(std::string& out, const Key& key, const std::string& prefix, std::size_t width,
                const std::string& default_value) {
-  const std::string line = fmt::format("  {:<{}} {:<15} {:<11} {:<22} {}", prefix + std::string(key.name),
-                                       width, type_text(key), key.unit, default_value, bounds_text(key));
+  const std::string start = fmt::format("  {:<{}} {:<15} {:<11} {:<22} ", prefix + std::string(key.name),
+                                        width, type_text(key), key.unit, default_value);
+  const std::string bounds = bounds_text(key);
+  // Long ones get a line of their own.
+  const std::string line = start + (start.size() + bounds.size() > page_width ? "\n      " : "") + bounds;
   out += line.substr(0, line.find_last_not_of(' ') + 1);
   out += fmt::format("\n      {}\n", key.meaning);
   for (const Key& inner : inner_keys(key))
