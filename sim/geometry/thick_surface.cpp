@@ -67,7 +67,7 @@ Tube::Tube(const Curve& curve, double radius) : radius_(radius), is_closed_(curv
   first_tangent_ = tangent(curve.nodes, 0);
   first_normal_ = first_tangent_.unitOrthogonal();
   const auto vertex = [&](std::size_t ring, std::size_t k) {
-    return as_int((ring % nodes) * sides + k % sides);
+    return as_int((ring < nodes ? ring : 0) * sides + k % sides);
   };
   double length = 0;
   for (std::size_t ring = 0; ring < nodes; ++ring) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numbers>
+#include <numeric>
 #include <set>
 
 #include "sim/deformable/thin_bodies.h"
@@ -241,8 +242,8 @@ BodyShape add_rod(const Scene& scene, const EffectSet& plan, const DeformableBod
 
   for (int i = 0; i < segments; ++i) bodies.segments.push_back({node(i), node(i + 1)});
   body.segment_count = segments;
-  std::vector<int> nodes;
-  for (int i = 0; i < count; ++i) nodes.push_back(i);
+  std::vector<int> nodes(curve.nodes.size());
+  std::iota(nodes.begin(), nodes.end(), 0);
   add_points(nodes, samples, diameter / 2, body, bodies);
   bodies.deformable.push_back(body);
   const Tube tube(curve, diameter / 2);

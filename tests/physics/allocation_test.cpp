@@ -5,6 +5,7 @@
 #include <cstdlib>
 
 #include "tests/support/random_state.h"
+#include "tests/support/thin_bodies.h"
 #include <gtest/gtest.h>
 
 #include "sim/base/parallel.h"
@@ -108,6 +109,30 @@ TEST(Allocation, NoneInAWarmedUpStepOfSoftBodiesThatTouch) {
   EXPECT_EQ(allocations - before, 0);
   EXPECT_GT(world.counters.self_repulsions, 0);
   EXPECT_LT(world.context.self_candidates.searches() - searches, 10) << "pairs are kept while bodies stand";
+}
+
+TEST(Allocation, NoneInAWarmedUpStepOfShellsRodsAndSprings) {
+  set_thread_count(1);
+  scene::Scene scene = test::on_ground();
+  test::add_ball(scene, "ball", Vec3(0, 0.2, 0), 0.2, 5);
+  test::add_soft_box(scene, "box", Vec3(2, 0.251, 0), Vec3(0.5, 0.5, 0.5), 2).material = "cloth";
+  scene.materials.clear();
+  scene::Material& cloth = test::add_material(scene, "cloth");
+  cloth.has_springs = cloth.has_bending_springs = true;
+  test::add_panel(scene, "net", Vec3(0, 0.45, 0), Vec2(0.8, 0.8), 6, 0.01);
+  test::add_material(scene, "felt").youngs_modulus = 1e5;
+  test::add_panel(scene, "felt", Vec3(-2, 0.02, 0), Vec2(0.8, 0.8), 6, 0.01);
+  test::add_rope(scene, "rope", {Vec3(3, 0.02, 0), Vec3(4, 0.02, 0)}, 12, 0.03);
+  Simulation simulation(scene, test::plan(scene));
+  // Until the cloth has draped over the ball: lists of contacts grow as it touches more of it.
+  for (int i = 0; i < 30; ++i) simulation.advance_frame();
+  World& world = simulation.world();
+  const double dt = choose_time_step(world, 0);
+  const long before = allocations;
+  for (int i = 0; i < 50; ++i) step(world, 30.0 / 24 + i * dt, dt);
+  EXPECT_EQ(allocations - before, 0);
+  EXPECT_GT(world.counters.contacts, 10);
+  set_thread_count(0);
 }
 
 }  // namespace
