@@ -4,6 +4,7 @@
 #include "tests/support/scratch_folder.h"
 #include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include "sim/base/error.h"
 #include "sim/geometry/tet_mesh_file.h"
