@@ -4,6 +4,7 @@
 #include "tests/support/scratch_folder.h"
 #include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include "sim/base/error.h"
 #include "sim/geometry/tet_mesh_file.h"
@@ -98,7 +99,9 @@ TEST(SoftShapes, PatternsOfTheLattice) {
 
 TEST(SoftShapes, EqualShapesShareTheirMeshAndExplainShowsItsQuality) {
   const std::string ball = "{ sphere = 0.5, spacing = 0.2 }";
-  const Scene scene = scene_of({ball, ball, "{ sphere = 0.5, spacing = 0.1 }", "{ box = [1, 1, 1] }"});
+  Scene scene = scene_of({ball, ball, "{ sphere = 0.5, spacing = 0.1 }", "{ box = [1, 1, 1] }"});
+  for (std::size_t i = 0; i < 4; ++i)  // apart, for they may not intersect
+    scene.deformable[i].placement.position.x() = 3 * static_cast<double>(i);
   const EffectPlan plan = plan_effects(scene);
   const WorldSizes sizes = Simulation(scene, plan.active()).sizes();
   ASSERT_EQ(sizes.tet_meshes.size(), 3U);
