@@ -51,6 +51,7 @@ struct Simulation::Impl {
   std::int64_t frame = 0;
   FrameStats stats;
   std::vector<unsigned char> frame_start;  // the last good frame
+  std::vector<float> strain;               // of the particles, as it is drawn
 
   World& world() { return built.world; }
 
@@ -136,8 +137,7 @@ struct Simulation::Impl {
     stats.volume_error = bodies.one_rings.volume_error(bodies.particles.x);
     stats.kinetic = kinetic_energy(bodies);
     stats.potential = gravitational_energy(bodies, world().gravity);
-    stats.elastic =
-        world().has(Effect::deformable_elasticity) ? bodies.forces.energy(bodies.particles.x) : 0;
+    stats.elastic = world().has(Effect::deformable_elasticity) ? bodies.forces.energy(bodies.particles.x) : 0;
     const Momentum total = momentum(bodies);
     stats.momentum = total.linear;
     stats.angular_momentum = total.angular;
@@ -223,6 +223,8 @@ void Simulation::surfaces(std::vector<BodySurface>& out) const {
   const Bodies& bodies = impl_->world().bodies;
   const std::vector<scene::BodyShape>& shapes = impl_->built.shapes;
   out.resize(shapes.size());
+  impl_->strain.assign(bodies.particles.size(), 0);
+  bodies.forces.elements.add_strain(bodies.particles.x, impl_->strain);
   for (std::size_t i = 0; i < shapes.size(); ++i) {
     const BoundarySurface& rest = shapes[i].surface;
     Surface& surface = out[i].surface;
@@ -239,6 +241,9 @@ void Simulation::surfaces(std::vector<BodySurface>& out) const {
         surface.positions[k] =
             bodies.particles.x[static_cast<std::size_t>(rest.vertex_nodes[k])].cast<float>();
       update_normals(surface);
+      surface.strain.resize(surface.positions.size());
+      for (std::size_t k = 0; k < surface.strain.size(); ++k)
+        surface.strain[k] = impl_->strain[static_cast<std::size_t>(rest.vertex_nodes[k])];
     }
   }
 }
