@@ -54,10 +54,19 @@ struct ExplainOptions {
   bool json = false;
 };
 
+struct TetrahedralizeOptions {
+  std::string in;                 // a triangle mesh
+  std::string out;                // .mesh or .vtk
+  std::optional<double> spacing;  // m; at most one of spacing and cells
+  std::optional<int> cells;       // along the longest extent
+  bool graded = false, json = false;
+};
+
 Outcome simulate(const SimulateOptions& options, Report& report);
 Outcome render(const RenderOptions& options, Report& report);
 Outcome check(const CheckOptions& options);
 Outcome explain(const ExplainOptions& options);
+Outcome tetrahedralize(const TetrahedralizeOptions& options, Report& report);
 Outcome list();
 
 }  // namespace duet::tools

@@ -25,6 +25,7 @@ struct CommandLine {
   RenderOptions render;
   CheckOptions check;
   ExplainOptions explain;
+  TetrahedralizeOptions tetrahedralize;
   std::string frames;
   bool quiet = false, json = false;
   std::function<Outcome(Report&)> command;
@@ -105,6 +106,32 @@ void add_render(CLI::App& app, CommandLine& line) {
   });
 }
 
+void add_tetrahedralize(CLI::App& app, CommandLine& line) {
+  TetrahedralizeOptions& options = line.tetrahedralize;
+  app.add_option("in", options.in, "Closed triangle mesh: .obj .ply .stl .gltf .glb")
+      ->type_name("IN")
+      ->required();
+  app.add_option("out", options.out, "Tetrahedra: .mesh (Medit; scenes read it) or .vtk (ParaView)")
+      ->type_name("OUT")
+      ->required();
+  CLI::Option* spacing =
+      app.add_option(
+             "--spacing", options.spacing,
+             "Edge of the lattice's cells, in the mesh's units; default: four cells across its thickest part")
+          ->check(CLI::PositiveNumber)
+          ->type_name("M");
+  app.add_option("--cells", options.cells, "The same as cells along the longest extent")
+      ->check(CLI::Range(2, 512))
+      ->excludes(spacing)
+      ->type_name("N");
+  app.add_flag("--graded", options.graded, "Larger tetrahedra inside");
+  app.add_flag("--json", line.json, "The report as JSON");
+  app.callback([&line] {
+    line.tetrahedralize.json = line.json;
+    line.command = [&line](Report& report) { return tetrahedralize(line.tetrahedralize, report); };
+  });
+}
+
 void add_commands(CLI::App& app, CommandLine& line) {
   add_simulate(
       *app.add_subcommand("run", "Simulate and draw a scene, and encode a video when ffmpeg is there"), line,
@@ -130,6 +157,8 @@ void add_commands(CLI::App& app, CommandLine& line) {
   add_without(explain_app, line.explain.scene);
   explain_app.add_flag("--json", line.explain.json, "The same as JSON");
   explain_app.callback([&line] { line.command = [&line](Report&) { return explain(line.explain); }; });
+
+  add_tetrahedralize(*app.add_subcommand("tetrahedralize", "Fill a closed surface with tetrahedra"), line);
 
   app.add_subcommand("list", "The scenes that ship")->callback([&line] {
     line.command = [](Report&) { return list(); };

@@ -4,22 +4,87 @@
 #include <cmath>
 #include <map>
 #include <set>
+#include <tuple>
 
 namespace duet {
 namespace {
 
 void add_tet(TetMesh& mesh, Tet tet) {
-  const auto& x = mesh.nodes;
-  const auto at = [&](int i) -> const Vec3& {
-    return x[static_cast<std::size_t>(tet[static_cast<std::size_t>(i)])];
-  };
-  if (tet_volume(at(0), at(1), at(2), at(3)) < 0) std::swap(tet[2], tet[3]);
+  if (volume(mesh, tet) < 0) std::swap(tet[2], tet[3]);
   mesh.tets.push_back(tet);
 }
 
 Triangle sorted(Triangle t) {
   std::sort(t.begin(), t.end());
   return t;
+}
+
+// The face opposite to a corner, outward.
+Triangle face_of(const Tet& tet, int opposite) {
+  constexpr std::array<Triangle, 4> corners = {{{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}}};
+  const Triangle& c = corners[static_cast<std::size_t>(opposite)];
+  return {tet[static_cast<std::size_t>(c[0])], tet[static_cast<std::size_t>(c[1])],
+          tet[static_cast<std::size_t>(c[2])]};
+}
+
+// Cells by their corners: node(x, y, z) with coordinates 0 and 1 in the cell.
+template <class Node>
+void add_five(TetMesh& mesh, int mirror, Node&& node) {
+  // Corner c of the cell, numbered by its bits; odd cells are the mirror image of even ones.
+  const auto corner = [&](int c) { return node((c ^ mirror) & 1, c >> 1 & 1, c >> 2 & 1); };
+  add_tet(mesh, {corner(0), corner(3), corner(5), corner(6)});
+  add_tet(mesh, {corner(1), corner(0), corner(3), corner(5)});
+  add_tet(mesh, {corner(2), corner(0), corner(3), corner(6)});
+  add_tet(mesh, {corner(4), corner(0), corner(5), corner(6)});
+  add_tet(mesh, {corner(7), corner(3), corner(5), corner(6)});
+}
+
+// One tet for each order in which the axes lead from corner (0, 0, 0) to (1, 1, 1).
+template <class Node>
+void add_six(TetMesh& mesh, Node&& node) {
+  Vec3i order(0, 1, 2);
+  do {
+    const Vec3i one = Vec3i::Unit(order[0]), two = one + Vec3i::Unit(order[1]);
+    add_tet(mesh,
+            {node(0, 0, 0), node(one.x(), one.y(), one.z()), node(two.x(), two.y(), two.z()), node(1, 1, 1)});
+  } while (std::next_permutation(order.begin(), order.end()));
+}
+
+// Adds the middles of the cells and tets around the lines between them. A face on the outside is joined to
+// the middle of its cell, cut along the diagonal that starts at a node with an even sum of indices, so that
+// the diagonals form a pattern of diamonds.
+template <class Node>
+void join_centers(TetMesh& mesh, const Vec3& size, const Vec3i& cells, Node&& node) {
+  const int first = static_cast<int>(mesh.nodes.size());
+  const auto center = [&](const Vec3i& c) { return first + (c.z() * cells.y() + c.y()) * cells.x() + c.x(); };
+  const auto corner = [&](const Vec3i& c) { return node(c.x(), c.y(), c.z()); };
+  std::vector<Vec3i> all;
+  for (int k = 0; k < cells.z(); ++k)
+    for (int j = 0; j < cells.y(); ++j)
+      for (int i = 0; i < cells.x(); ++i) all.emplace_back(i, j, k);
+  for (const Vec3i& c : all) {
+    const Vec3 middle = c.cast<double>() + Vec3::Constant(0.5);
+    mesh.nodes.emplace_back(
+        size.cwiseProduct(middle.cwiseQuotient(cells.cast<double>()) - Vec3::Constant(0.5)));
+  }
+  for (const Vec3i& c : all)
+    for (int axis = 0; axis < 3; ++axis)
+      for (const int side : {0, 1}) {
+        const Vec3i begin = c + side * Vec3i::Unit(axis), u = Vec3i::Unit((axis + 1) % 3),
+                    v = Vec3i::Unit((axis + 2) % 3);
+        const std::array<Vec3i, 4> face = {begin, begin + u, begin + u + v, begin + v};
+        const bool outer = side == 0 ? c[axis] == 0 : c[axis] + 1 == cells[axis];
+        if (outer) {
+          const std::size_t even = static_cast<std::size_t>(begin.sum() % 2);
+          add_tet(mesh, {center(c), corner(face[even]), corner(face[even + 1]), corner(face[even + 2])});
+          add_tet(mesh,
+                  {center(c), corner(face[even]), corner(face[even + 2]), corner(face[(even + 3) % 4])});
+        } else if (side == 1) {
+          for (std::size_t i = 0; i < 4; ++i)
+            add_tet(mesh,
+                    {center(c), center(c + Vec3i::Unit(axis)), corner(face[i]), corner(face[(i + 1) % 4])});
+        }
+      }
 }
 
 Vec3 normal_of(const TetMesh& mesh, const Triangle& t) {
@@ -42,7 +107,18 @@ double tet_volume(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
   return (b - a).cross(c - a).dot(d - a) / 6;
 }
 
-TetMesh box_lattice(const Vec3& size, const Vec3i& cells) {
+double volume(const TetMesh& mesh, const Tet& tet) {
+  const auto x = [&](std::size_t k) -> const Vec3& { return mesh.nodes[static_cast<std::size_t>(tet[k])]; };
+  return tet_volume(x(0), x(1), x(2), x(3));
+}
+
+double volume(const TetMesh& mesh) {
+  double sum = 0;
+  for (const Tet& tet : mesh.tets) sum += volume(mesh, tet);
+  return sum;
+}
+
+TetMesh box_lattice(const Vec3& size, const Vec3i& cells, LatticePattern pattern) {
   TetMesh mesh;
   const auto node = [&](int i, int j, int k) { return (k * (cells.y() + 1) + j) * (cells.x() + 1) + i; };
   for (int k = 0; k <= cells.z(); ++k)
@@ -52,36 +128,60 @@ TetMesh box_lattice(const Vec3& size, const Vec3i& cells) {
                             static_cast<double>(k) / cells.z());
         mesh.nodes.emplace_back(size.cwiseProduct(fraction - Vec3::Constant(0.5)));
       }
+  if (pattern == LatticePattern::bcc) {
+    join_centers(mesh, size, cells, node);
+    return mesh;
+  }
   for (int k = 0; k < cells.z(); ++k)
     for (int j = 0; j < cells.y(); ++j)
-      for (int i = 0; i < cells.x(); ++i) {
-        // Corner c of the cell, numbered by its bits; odd cells are the mirror image of even ones.
-        const int mirror = (i + j + k) % 2;
-        const auto corner = [&](int c) {
-          return node(i + ((c ^ mirror) & 1), j + ((c >> 1) & 1), k + ((c >> 2) & 1));
-        };
-        add_tet(mesh, {corner(0), corner(3), corner(5), corner(6)});
-        add_tet(mesh, {corner(1), corner(0), corner(3), corner(5)});
-        add_tet(mesh, {corner(2), corner(0), corner(3), corner(6)});
-        add_tet(mesh, {corner(4), corner(0), corner(5), corner(6)});
-        add_tet(mesh, {corner(7), corner(3), corner(5), corner(6)});
-      }
+      for (int i = 0; i < cells.x(); ++i)
+        if (pattern == LatticePattern::five)
+          add_five(mesh, (i + j + k) % 2, [&](int x, int y, int z) { return node(i + x, j + y, k + z); });
+        else
+          add_six(mesh, [&](int x, int y, int z) { return node(i + x, j + y, k + z); });
   return mesh;
 }
 
+void keep_used_nodes(TetMesh& mesh) {
+  std::vector<int> number(mesh.nodes.size(), -1);
+  for (const Tet& tet : mesh.tets)
+    for (const int i : tet) number[static_cast<std::size_t>(i)] = 0;
+  int count = 0;
+  for (std::size_t i = 0; i < number.size(); ++i)
+    if (number[i] == 0) {
+      mesh.nodes[static_cast<std::size_t>(count)] = mesh.nodes[i];
+      number[i] = count++;
+    }
+  mesh.nodes.resize(static_cast<std::size_t>(count));
+  for (Tet& tet : mesh.tets)
+    for (int& i : tet) i = number[static_cast<std::size_t>(i)];
+}
+
+std::vector<TetFace> sorted_faces(const TetMesh& mesh) {
+  std::vector<TetFace> faces;
+  faces.reserve(4 * mesh.tets.size());
+  for (std::size_t t = 0; t < mesh.tets.size(); ++t)
+    for (int opposite = 0; opposite < 4; ++opposite)
+      faces.push_back({sorted(face_of(mesh.tets[t], opposite)), static_cast<int>(t), opposite});
+  std::sort(faces.begin(), faces.end(), [](const TetFace& a, const TetFace& b) {
+    return std::tie(a.nodes, a.tet, a.opposite) < std::tie(b.nodes, b.tet, b.opposite);
+  });
+  return faces;
+}
+
 std::vector<Triangle> boundary(const TetMesh& mesh) {
-  constexpr std::array<Triangle, 4> faces = {{{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}};  // outward
-  std::map<Triangle, int> count;
-  const auto face_of = [](const Tet& tet, const Triangle& face) {
-    return Triangle{tet[static_cast<std::size_t>(face[0])], tet[static_cast<std::size_t>(face[1])],
-                    tet[static_cast<std::size_t>(face[2])]};
-  };
-  for (const Tet& tet : mesh.tets)
-    for (const Triangle& face : faces) ++count[sorted(face_of(tet, face))];
+  const std::vector<TetFace> faces = sorted_faces(mesh);
+  std::vector<std::pair<int, int>> outer;  // tet and its face, counted from that without the last corner
+  for (std::size_t i = 0; i < faces.size();) {
+    std::size_t end = i + 1;
+    while (end < faces.size() && faces[end].nodes == faces[i].nodes) ++end;
+    if (end == i + 1) outer.emplace_back(faces[i].tet, 3 - faces[i].opposite);
+    i = end;
+  }
+  std::sort(outer.begin(), outer.end());
   std::vector<Triangle> triangles;
-  for (const Tet& tet : mesh.tets)
-    for (const Triangle& face : faces)
-      if (const Triangle t = face_of(tet, face); count[sorted(t)] == 1) triangles.push_back(t);
+  for (const auto& [tet, face] : outer)
+    triangles.push_back(face_of(mesh.tets[static_cast<std::size_t>(tet)], 3 - face));
   return triangles;
 }
 

@@ -19,11 +19,34 @@ struct TetMesh {
 
 double tet_volume(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d);  // m^3, positive for a Tet
 
-// A box of `size` about the origin, cut into cells of five tets each, mirrored in alternate cells so that
-// faces match.
-TetMesh box_lattice(const Vec3& size, const Vec3i& cells);
+double volume(const TetMesh& mesh, const Tet& tet);  // m^3
+double volume(const TetMesh& mesh);                  // m^3, of all tets
 
-// Triangles that belong to one tet only, outward, in a fixed order.
+// How the cells of a box are cut into tets.
+enum class LatticePattern {
+  five,  // five tets a cell, mirrored in alternate cells so that faces match; dihedral angles 54.7 to 90
+         // degrees
+  six,   // six tets a cell along its diagonal (Freudenthal), alike in all cells; 45 to 90 degrees
+  bcc    // body-centred cubic: a node in the middle of each cell, four tets a common face; 45 to 120 degrees
+};
+
+// A box of `size` about the origin, cut into cells and these into tets. The angles above are those of cubic
+// cells.
+TetMesh box_lattice(const Vec3& size, const Vec3i& cells, LatticePattern pattern = LatticePattern::five);
+
+// Drops the nodes that no tet uses and numbers the others anew, in their order.
+void keep_used_nodes(TetMesh& mesh);
+
+// A face of a tet, for finding neighbours.
+struct TetFace {
+  Triangle nodes;  // in ascending order
+  int tet = 0;
+  int opposite = 0;  // the corner of the tet, 0 to 3, that the face lacks
+};
+// All faces of all tets, sorted by their nodes, then by tet: tets that share a face are next to each other.
+std::vector<TetFace> sorted_faces(const TetMesh& mesh);
+
+// Triangles that belong to one tet only, outward, in the order of the tets.
 std::vector<Triangle> boundary(const TetMesh& mesh);
 
 // A point on the boundary: up to three nodes with barycentric weights (unused weights are zero).

@@ -6,6 +6,7 @@
 
 #include "sim/scene/motion.h"
 #include "sim/scene/solids.h"
+#include "sim/scene/tet_meshes.h"
 
 namespace duet::scene {
 namespace {
@@ -62,12 +63,19 @@ const Material& material_named(const Scene& scene, const std::string& name) {
 // Each particle gets a quarter of the mass of every tet around it.
 std::vector<double> lumped_masses(const TetMesh& mesh, double density) {
   std::vector<double> mass(mesh.nodes.size(), 0);
-  const auto node = [&](int i) -> const Vec3& { return mesh.nodes[static_cast<std::size_t>(i)]; };
   for (const Tet& t : mesh.tets)
-    for (int i : t)
-      mass[static_cast<std::size_t>(i)] +=
-          density / 4 * tet_volume(node(t[0]), node(t[1]), node(t[2]), node(t[3]));
+    for (int i : t) mass[static_cast<std::size_t>(i)] += density / 4 * volume(mesh, t);
   return mass;
+}
+
+Vec3 center_of_mass(const TetMesh& mesh, const std::vector<double>& masses) {
+  Vec3 sum = Vec3::Zero();
+  double mass = 0;
+  for (std::size_t i = 0; i < masses.size(); ++i) {
+    sum += masses[i] * mesh.nodes[i];
+    mass += masses[i];
+  }
+  return sum / mass;
 }
 
 SurfacePoint vertex_point(int particle) {
@@ -109,12 +117,13 @@ void add_points(Bodies& bodies, duet::DeformableBody& body, const TetMesh& mesh,
   }
 }
 
-BodyShape add_deformable(const Scene& scene, const scene::DeformableBody& description, Bodies& bodies) {
+BodyShape add_deformable(const Scene& scene, const scene::DeformableBody& description, const TetMesh& mesh,
+                         Bodies& bodies) {
   const Material& material = material_named(scene, description.material);
-  const TetMesh mesh = box_lattice(description.size, description.cells);
   const std::vector<Triangle> triangles = boundary(mesh);
-  const double density = description.mass ? *description.mass / description.size.prod() : material.density;
+  const double density = description.mass ? *description.mass / volume(mesh) : material.density;
   const std::vector<double> masses = lumped_masses(mesh, density);
+  const Vec3 center = center_of_mass(mesh, masses);
 
   duet::DeformableBody body;
   body.name = description.name;
@@ -127,9 +136,9 @@ BodyShape add_deformable(const Scene& scene, const scene::DeformableBody& descri
 
   const Placement& placement = description.placement;
   for (std::size_t i = 0; i < mesh.nodes.size(); ++i) {
-    const Vec3 arm = placement.orientation * mesh.nodes[i];
-    bodies.particles.x.push_back(placement.position + arm);
-    bodies.particles.v.push_back(placement.velocity + placement.angular_velocity.cross(arm));
+    bodies.particles.x.push_back(placement.position + placement.orientation * mesh.nodes[i]);
+    bodies.particles.v.push_back(placement.velocity + placement.angular_velocity.cross(
+                                                          placement.orientation * (mesh.nodes[i] - center)));
     bodies.particles.mass.push_back(masses[i]);
     bodies.particles.inverse_mass.push_back(1 / masses[i]);
   }
@@ -188,6 +197,7 @@ BuiltWorld build_world(const Scene& scene, const EffectSet& plan) {
   World& world = built.world;
   Bodies& bodies = world.bodies;
   Solids solids(surface_detail(scene));
+  TetMeshes meshes;
   for (const RigidBody& body : scene.rigid) {
     const Solid& solid = solids.of(body);
     const bool is_dynamic = !body.is_static && !body.is_kinematic;
@@ -198,7 +208,7 @@ BuiltWorld build_world(const Scene& scene, const EffectSet& plan) {
     built.shapes.push_back({body.name, {solid.surface, {}}});
   }
   for (const scene::DeformableBody& body : scene.deformable)
-    built.shapes.push_back(add_deformable(scene, body, bodies));
+    built.shapes.push_back(add_deformable(scene, body, meshes.of(body), bodies));
   bodies.forces.finalize(bodies.particles.mass);
   bodies.one_rings.finalize(bodies.particles.inverse_mass, bodies.particles.x);
   if (scene.ground) {
@@ -208,6 +218,7 @@ BuiltWorld build_world(const Scene& scene, const EffectSet& plan) {
     half_space.level_set = LevelSet::half_space();
     add_rigid(bodies.rigid, "ground", half_space, 0, *scene.ground, placement);
   }
+  built.tet_meshes = meshes.sizes();
   world.plan = plan;
   world.gravity = scene.gravity;
   world.settings = step_settings(scene.solver);

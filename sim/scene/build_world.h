@@ -5,6 +5,7 @@
 
 #include "sim/geometry/tet_mesh.h"
 #include "sim/scene/scene.h"
+#include "sim/scene/simulation.h"
 #include "sim/step/world.h"
 
 namespace duet::scene {
@@ -17,6 +18,7 @@ struct BodyShape {
 
 struct BuiltWorld {
   World world;
+  std::vector<TetSize> tet_meshes;
   std::vector<BodyShape> shapes;  // scene's rigid bodies, then deformable ones; the ground has none
 };
 

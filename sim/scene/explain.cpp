@@ -28,9 +28,11 @@ void write_effects(std::string& out, const EffectPlan& plan) {
 }
 
 // "`bowl`", "`bowl` and 3 more bodies"
-std::string sharers(const GridSize& grid) {
-  if (grid.bodies == 1) return fmt::format("`{}`", grid.body);
-  return fmt::format("`{}` and {} more {}", grid.body, grid.bodies - 1, grid.bodies == 2 ? "body" : "bodies");
+template <class Shared>  // GridSize or TetSize
+std::string sharers(const Shared& shared) {
+  if (shared.bodies == 1) return fmt::format("`{}`", shared.body);
+  return fmt::format("`{}` and {} more {}", shared.body, shared.bodies - 1,
+                     shared.bodies == 2 ? "body" : "bodies");
 }
 
 void write_sizes(std::string& out, const WorldSizes& sizes) {
@@ -43,6 +45,10 @@ void write_sizes(std::string& out, const WorldSizes& sizes) {
   out += fmt::format(
       "  {} deformable bodies: {} particles, {} tetrahedra, {} surface triangles, {} face samples\n",
       sizes.deformable, sizes.particles, sizes.tets, sizes.surface_triangles, sizes.face_samples);
+  for (const TetSize& mesh : sizes.tet_meshes)
+    out += fmt::format(
+        "  {} tetrahedra of {}: smallest altitude {:.3g} m, dihedral angles {:.1f} to {:.1f} degrees\n",
+        mesh.tets, sharers(mesh), mesh.smallest_altitude, mesh.least_angle, mesh.largest_angle);
   if (sizes.heaviest > 0)
     out += fmt::format("masses\n  {:.6g} kg to {:.6g} kg, ratio {:.4g}:1\n", sizes.lightest, sizes.heaviest,
                        mass_ratio(sizes));
@@ -135,6 +141,13 @@ nlohmann::json explain_json(const Scene& scene, const EffectPlan& plan, const Wo
                      {"nodes", {grid.nodes.x(), grid.nodes.y(), grid.nodes.z()}},
                      {"spacing", grid.spacing},
                      {"thickness", grid.thickness}});
+  json tet_meshes = json::array();
+  for (const TetSize& mesh : sizes.tet_meshes)
+    tet_meshes.push_back({{"body", mesh.body},
+                          {"bodies", mesh.bodies},
+                          {"tets", mesh.tets},
+                          {"smallest_altitude", mesh.smallest_altitude},
+                          {"dihedral_angles", {mesh.least_angle, mesh.largest_angle}}});
   const TimeStepEstimate estimate = estimate_time_step(scene, sizes);
   return {
       {"scene", scene.path},
@@ -152,6 +165,7 @@ nlohmann::json explain_json(const Scene& scene, const EffectPlan& plan, const Wo
         {"deformable", sizes.deformable},
         {"particles", sizes.particles},
         {"tets", sizes.tets},
+        {"tet_meshes", tet_meshes},
         {"surface_triangles", sizes.surface_triangles},
         {"face_samples", sizes.face_samples}}},
       {"masses", {{"lightest", sizes.lightest}, {"heaviest", sizes.heaviest}, {"ratio", mass_ratio(sizes)}}},

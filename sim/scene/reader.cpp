@@ -177,6 +177,7 @@ void SceneReader::read_deformable(const toml::table& table, const std::string& p
   DeformableBody& body = entry.body;
   reader_.read(table, keys(entry), path);
   check_body_name(body.name, table, path);
+  shapes_.check(body, table, path);
   if (check_rotation(entry.rotation, table, path))
     body.placement.orientation = orientation_of(entry.rotation);
   body.at = location_of(table);

@@ -105,11 +105,20 @@ struct RigidBody {
   std::string look;                      // name of a look
 };
 
+enum class TetSource { lattice, surface, file };  // see TetMeshes
 struct DeformableBody {
   std::string name;
   Location at;
-  Vec3 size = Vec3::Zero();      // m, of the box
-  Vec3i cells = Vec3i(4, 4, 4);  // lattice cells along each edge, five tets a cell
+  TetSource source = TetSource::lattice;
+  Vec3 size = Vec3::Zero();      // m, of a lattice, which is a box
+  Vec3i cells = Vec3i(4, 4, 4);  // of a lattice along each edge
+  LatticePattern pattern = LatticePattern::five;
+  Shape shape;  // whose surface is filled with tets: any but a box; its scale is a file's, too
+  std::optional<double> spacing;  // m, of the tets that fill a surface; none: default_spacing
+  bool graded = false;            // larger tets inside
+  std::string tet_file;           // as in the scene: relative to its folder
+  std::shared_ptr<const TetMesh> tets =
+      nullptr;  // of the file; null if the scene was read without its meshes
   Placement placement;
   std::string material;        // name of a material
   std::optional<double> mass;  // kg; overrides density * volume

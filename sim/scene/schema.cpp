@@ -92,6 +92,26 @@ std::vector<Key> shape_keys(Shape& shape) {
   };
 }
 
+std::vector<Key> deformable_shape_keys(DeformableBody& body) {
+  std::vector<Key> keys = {
+      {"box", &body.size, "m", positive, "full edge lengths at rest", one_of},
+      {"cells", &body.cells, "", between(1, 128), "lattice cells along each edge of the box; boxes only"},
+      {"pattern", choice(body.pattern, {"five", "six", "bcc"}), "", any,
+       "five mirrored or six equal tetrahedra a cell, or body-centred cubic; boxes only"},
+      {"tets", &body.tet_file, "", any,
+       "tetrahedra from a file: .mesh (Medit) or .msh (Gmsh); the path starts at the scene's folder", one_of},
+      {"spacing", &body.spacing, "m", positive,
+       "of the tetrahedra that fill a surface; without it, four cells across the thickest part"},
+      {"graded", &body.graded, "", any, "larger tetrahedra inside, where they fill a surface"},
+  };
+  for (Key& key : shape_keys(body.shape)) {
+    if (key.name == "box" || key.name == "cells") continue;
+    if (key.name == "scale") key.meaning = "metres per unit of the mesh or of the file of tetrahedra";
+    keys.push_back(std::move(key));
+  }
+  return keys;
+}
+
 std::string number_text(double value) { return fmt::format("{:.6g}", value); }
 
 template <class Vector>
@@ -273,12 +293,10 @@ std::vector<Key> keys(DeformableEntry& entry) {
   Placement& placement = body.placement;
   return {
       {"name", Name{&body.name}, "", any, "unique among all bodies; `ground` is taken", required},
-      {"shape",
-       Group{{{"box", &body.size, "m", positive, "full edge lengths at rest", required},
-              {"cells", &body.cells, "", between(1, 128),
-               "lattice cells along each edge, five tetrahedra a cell"}}},
-       "", any, "`{ box = [x, y, z], cells = [nx, ny, nz] }`", required},
-      {"position", &placement.position, "m", any, "of the shape's centre"},
+      {"shape", Group{deformable_shape_keys(body)}, "", any,
+       "exactly one of its box, sphere, capsule, cylinder, torus, mesh and tets", required},
+      {"position", &placement.position, "m", any,
+       "of the shape's centre; of the origin of a mesh's coordinates"},
       rotation_key(entry.rotation),
       {"velocity", &placement.velocity, "m/s", any, "of the centre at frame 0"},
       {"angular_velocity", &placement.angular_velocity, "rad/s", any,

@@ -9,18 +9,29 @@
 #include "sim/base/hash.h"
 #include "sim/geometry/mesh_check.h"
 #include "sim/geometry/mesh_file.h"
+#include "sim/geometry/tet_mesh_check.h"
+#include "sim/geometry/tet_mesh_file.h"
 #include "sim/scene/solids.h"
 
 namespace duet::scene {
 namespace {
 
 constexpr double most_samples = 1e6;
+constexpr double most_cells = 256;  // along the longest extent of what is filled with tets
 constexpr std::array<std::string_view, 6> kinds = {"box",      "sphere", "capsule",
                                                    "cylinder", "torus",  "mesh"};  // as ShapeKind
+constexpr std::array<std::string_view, 7> deformable_kinds = {"box",   "sphere", "capsule", "cylinder",
+                                                              "torus", "mesh",   "tets"};
+constexpr std::size_t tets_kind = 6;
 
 std::uint64_t fingerprint_of(const TriangleMesh& mesh, std::uint64_t hash) {
   hash = hash_bytes(mesh.positions.data(), mesh.positions.size() * sizeof(Vec3), hash);
   return hash_bytes(mesh.triangles.data(), mesh.triangles.size() * sizeof(Triangle), hash);
+}
+
+std::uint64_t fingerprint_of(const TetMesh& mesh, std::uint64_t hash) {
+  hash = hash_bytes(mesh.nodes.data(), mesh.nodes.size() * sizeof(Vec3), hash);
+  return hash_bytes(mesh.tets.data(), mesh.tets.size() * sizeof(Tet), hash);
 }
 
 Vec3 extent(const Shape& shape) {
@@ -34,45 +45,93 @@ Vec3 extent(const Shape& shape) {
 
 void ShapeReader::check(RigidBody& body, const toml::table& body_table, const std::string& path) {
   const toml::table* table = body_table["shape"].as_table();
-  if (!table || !check_kind(body.shape, *table, path + ".shape")) return;
-  Shape& shape = body.shape;
-  const toml::node& value = *table->get(kinds[static_cast<std::size_t>(shape.kind)]);
-  if (shape.kind == ShapeKind::mesh && value.is_string() && meshes_ == Meshes::read)
-    load_mesh(shape, value, path + ".shape.mesh");
-  if (shape.kind == ShapeKind::torus && shape.tube > 0 && shape.radius > 0 && shape.tube >= shape.radius)
-    problems_.add(value.source(), path + ".shape.torus",
-                  fmt::format("the tube's radius {:.6g} m must be less than the ring's {:.6g} m", shape.tube,
-                              shape.radius),
-                  "a ring has a hole");
+  const auto kind = table ? only_kind(*table, path + ".shape", kinds) : std::nullopt;
+  if (!kind) return;
+  body.shape.kind = static_cast<ShapeKind>(*kind);
+  if (body.shape.kind != ShapeKind::mesh)
+    reject(*table, path + ".shape", {"scale", "cells"}, kinds[*kind], "it belongs to a mesh");
+  finish(body.shape, *table, path + ".shape");
   check_sample_spacing(body, body_table, path);
 }
 
-bool ShapeReader::check_kind(Shape& shape, const toml::table& table, const std::string& path) {
+void ShapeReader::check(DeformableBody& body, const toml::table& body_table, const std::string& path) {
+  const toml::table* table = body_table["shape"].as_table();
+  const std::string shape_path = path + ".shape";
+  const auto kind = table ? only_kind(*table, shape_path, deformable_kinds) : std::nullopt;
+  if (!kind) return;
+  const std::string_view word = deformable_kinds[*kind];
+  if (word != "box") reject(*table, shape_path, {"cells", "pattern"}, word, "it belongs to a box");
+  if (word != "mesh" && word != "tets") reject(*table, shape_path, {"scale"}, word, "it belongs to a mesh");
+  if (word == "box" || word == "tets")
+    reject(*table, shape_path, {"spacing", "graded"}, word,
+           word == "box" ? "a box is cut into `cells`" : "the file says where its tetrahedra are");
+  if (word == "box") return;
+  if (*kind == tets_kind) {
+    body.source = TetSource::file;
+    const toml::node& value = *table->get(word);
+    if (value.is_string() && meshes_ == Meshes::read) load_tets(body, value, shape_path + ".tets");
+    return;
+  }
+  body.source = TetSource::surface;
+  body.shape.kind = static_cast<ShapeKind>(*kind);
+  finish(body.shape, *table, shape_path);
+  check_spacing(body, *table, shape_path);
+}
+
+std::optional<std::size_t> ShapeReader::only_kind(const toml::table& table, const std::string& path,
+                                                  std::span<const std::string_view> known) {
   std::vector<std::string_view> given;
-  for (std::size_t i = 0; i < kinds.size(); ++i)
-    if (table.contains(kinds[i])) {
-      given.push_back(kinds[i]);
-      shape.kind = static_cast<ShapeKind>(i);
+  std::size_t kind = 0;
+  for (std::size_t i = 0; i < known.size(); ++i)
+    if (table.contains(known[i])) {
+      given.push_back(known[i]);
+      kind = i;
     }
-  const std::string hint = fmt::format("exactly one of {}", fmt::join(kinds, ", "));
+  const std::string hint = fmt::format("exactly one of {}", fmt::join(known, ", "));
   if (given.empty()) problems_.add(table.source(), path, "says no shape", hint);
   if (given.size() > 1)
     problems_.add(table.source(), path, fmt::format("is {} at once", fmt::join(given, " and ")), hint);
-  if (given.size() != 1) return false;
-  if (shape.kind != ShapeKind::mesh)
-    for (const std::string_view key : {"scale", "cells"})
-      if (const toml::node* node = table.get(key))
-        problems_.add(node->source(), fmt::format("{}.{}", path, key),
-                      fmt::format("has no effect on a {}", given.front()), "it belongs to a mesh");
-  return true;
+  return given.size() == 1 ? std::optional(kind) : std::nullopt;
+}
+
+void ShapeReader::reject(const toml::table& table, const std::string& path,
+                         std::initializer_list<std::string_view> keys, std::string_view kind,
+                         const std::string& hint) {
+  for (const std::string_view key : keys)
+    if (const toml::node* node = table.get(key))
+      problems_.add(node->source(), fmt::format("{}.{}", path, key),
+                    fmt::format("has no effect on a {}", kind), hint);
+}
+
+// Reads the mesh and checks what ties the numbers of one shape together.
+void ShapeReader::finish(Shape& shape, const toml::table& table, const std::string& path) {
+  const toml::node& value = *table.get(kinds[static_cast<std::size_t>(shape.kind)]);
+  if (shape.kind == ShapeKind::mesh && value.is_string() && meshes_ == Meshes::read)
+    load_mesh(shape, value, path + ".mesh");
+  if (shape.kind == ShapeKind::torus && shape.tube > 0 && shape.radius > 0 && shape.tube >= shape.radius)
+    problems_.add(value.source(), path + ".torus",
+                  fmt::format("the tube's radius {:.6g} m must be less than the ring's {:.6g} m", shape.tube,
+                              shape.radius),
+                  "a ring has a hole");
 }
 
 void ShapeReader::load_mesh(Shape& shape, const toml::node& at, const std::string& path) {
+  shape.mesh = loaded(meshes_loaded_, shape.mesh_file, at, path, read_mesh);
+}
+
+void ShapeReader::load_tets(DeformableBody& body, const toml::node& at, const std::string& path) {
+  body.tets = loaded(tets_loaded_, body.tet_file, at, path, read_tet_mesh);
+}
+
+template <class Mesh, class Load>
+std::shared_ptr<const Mesh> ShapeReader::loaded(std::map<std::string, std::shared_ptr<const Mesh>>& known,
+                                                const std::string& name, const toml::node& at,
+                                                const std::string& path, Load&& load) {
   const std::string file =
-      (std::filesystem::path(scene_path_).parent_path() / shape.mesh_file).lexically_normal().string();
-  const auto [entry, is_new] = loaded_.try_emplace(file);
+      (std::filesystem::path(scene_path_).parent_path() / name).lexically_normal().string();
+  const auto [entry, is_new] = known.try_emplace(file);
   if (is_new) try {
-      auto mesh = std::make_shared<TriangleMesh>(read_mesh(file));
+      auto mesh = std::make_shared<Mesh>(load(file));
       const MeshReport report = repair(*mesh);
       for (const MeshFlaw& flaw : report.flaws)
         problems_.add(at.source(), path, fmt::format("{} {}", file, flaw.message), flaw.remedy);
@@ -83,7 +142,23 @@ void ShapeReader::load_mesh(Shape& shape, const toml::node& at, const std::strin
     } catch (const FileError& error) {
       problems_.add(at.source(), path, error.what());
     }
-  shape.mesh = entry->second;
+  return entry->second;
+}
+
+// Too wide a spacing leaves nothing of the shape, too narrow a one asks for more tets than there is memory.
+void ShapeReader::check_spacing(const DeformableBody& body, const toml::table& table,
+                                const std::string& path) {
+  const toml::node* node = table.get("spacing");
+  const Shape& shape = body.shape;
+  if (!node || !body.spacing || (shape.kind == ShapeKind::mesh && !shape.mesh)) return;
+  const Vec3 size = extent(shape);
+  const double thickness = shape.kind == ShapeKind::mesh ? size.minCoeff() : level_set(shape).smallest_size();
+  const double least = size.maxCoeff() / most_cells, largest = thickness / 2;
+  if (!(largest > 0) || (*body.spacing >= least && *body.spacing <= largest)) return;
+  problems_.add(
+      node->source(), path + ".spacing",
+      fmt::format("must be in [{:.4g}, {:.4g}] m for this shape, is {:.4g} m", least, largest, *body.spacing),
+      fmt::format("{:.3g} m gives four cells across it", thickness / 4));
 }
 
 // A spacing far below the body's size would ask for more contact points than there is memory.

@@ -325,6 +325,7 @@ WorldSizes Simulation::sizes() const {
     weigh(mass);
   }
   sizes.grids = grid_sizes(bodies.rigid);
+  sizes.tet_meshes = impl_->built.tet_meshes;
   sizes.particles = static_cast<int>(bodies.particles.size());
   sizes.tets = static_cast<int>(bodies.forces.elements.size());
   if (sizes.tets > 0) sizes.elastic_dt = 2 / std::sqrt(bodies.forces.rest_squared_frequency());

@@ -54,7 +54,7 @@ Errors volume_errors(const scene::Scene& scene, int frames) {
   Simulation simulation(scene, test::plan(scene));
   Bodies& bodies = simulation.world().bodies;
   OneRings volume;  // also of bodies that do not keep theirs
-  volume.add(bodies.elements.tets(), bodies.particles.x);
+  volume.add(bodies.forces.elements.tets(), bodies.particles.x);
   Errors errors;
   for (int frame = 0; frame < frames; ++frame) {
     simulation.advance_frame();

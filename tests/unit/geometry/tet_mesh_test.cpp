@@ -1,8 +1,12 @@
 #include "sim/geometry/tet_mesh.h"
 
+#include <cmath>
 #include <map>
 
+#include "tests/support/closed_surface.h"
 #include <gtest/gtest.h>
+
+#include "sim/geometry/tet_quality.h"
 
 namespace duet {
 namespace {
@@ -40,6 +44,29 @@ TEST(TetMesh, BoundaryIsClosedOutwardAndOfTheRightArea) {
     EXPECT_TRUE(edges.contains({edge.second, edge.first}));
   }
   EXPECT_NEAR(area, 2 * (2 * 1 + 1 * 3 + 3 * 2), 1e-12);
+}
+
+TEST(TetMesh, EveryPatternFillsTheBoxWithTheAnglesItStates) {
+  struct Stated {
+    LatticePattern pattern;
+    std::size_t tets;                   // of 3 x 2 x 4 cells
+    double least_angle, largest_angle;  // degrees, of cubic cells
+  };
+  const double corner = std::acos(1 / std::sqrt(3.0)) * 180 / EIGEN_PI;  // of a cube, cut off
+  // Body-centred cubic: four tets for each of 46 faces between cells, two for each of 52 faces outside.
+  for (const Stated& stated : {Stated{LatticePattern::five, 5 * 24, corner, 90},
+                               {LatticePattern::six, 6 * 24, 45, 90},
+                               {LatticePattern::bcc, 4 * 46 + 2 * 52, 45, 120}}) {
+    const TetMesh mesh = box_lattice(Vec3(3, 2, 4), Vec3i(3, 2, 4), stated.pattern);
+    const TetQuality quality = tet_quality(mesh);
+    EXPECT_EQ(quality.tets, stated.tets);
+    EXPECT_NEAR(quality.volume, 24, 1e-12);
+    EXPECT_NEAR(quality.least_angle, stated.least_angle, 1e-10);
+    EXPECT_NEAR(quality.largest_angle, stated.largest_angle, 1e-10);
+    EXPECT_EQ(boundary(mesh).size(), 104U);  // two a face of a cell: neighbours match inside
+    EXPECT_TRUE(test::is_closed_manifold(boundary(mesh)));
+    for (const Tet& tet : mesh.tets) EXPECT_GT(volume(mesh, tet), 0);
+  }
 }
 
 TEST(TetMesh, BoundarySamplesAreDistinctAndOnTheBox) {

@@ -105,7 +105,7 @@ mass = 4
 
 [[deformable]]
 name = "jelly"
-shape = { box = [1, 1, 2], cells = [2, 2, 4] }
+shape = { box = [1, 1, 2], cells = [2, 2, 4], pattern = "six" }
 position = [4, 4, 4]
 rotation = { axis = [1, 0, 0], degrees = -30 }
 velocity = [0, 2, 0]
@@ -114,6 +114,36 @@ material = "NAME"
 mass = 12
 incompressible = true
 look = "NAME"
+
+[[deformable]]
+name = "soft_knot"
+shape = { mesh = "knot.obj", scale = 2, spacing = 0.05, graded = true }
+material = "NAME"
+
+[[deformable]]
+name = "soft_ball"
+shape = { sphere = 2 }
+material = "NAME"
+
+[[deformable]]
+name = "soft_pill"
+shape = { capsule = { radius = 1, length = 2 } }
+material = "NAME"
+
+[[deformable]]
+name = "soft_can"
+shape = { cylinder = { radius = 1, height = 2 } }
+material = "NAME"
+
+[[deformable]]
+name = "soft_ring"
+shape = { torus = { radius = 2, tube = 1 } }
+material = "NAME"
+
+[[deformable]]
+name = "meshed"
+shape = { tets = "meshed.msh", scale = 3 }
+material = "NAME"
 
 [ground]
 height = -1

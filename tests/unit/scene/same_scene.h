@@ -68,8 +68,11 @@ inline void expect_same_scene(const Scene& a, const Scene& b) {
     EXPECT_EQ(a.rigid[i].is_kinematic, b.rigid[i].is_kinematic);
     EXPECT_EQ(a.rigid[i].placement.orientation.coeffs(), b.rigid[i].placement.orientation.coeffs());
   }
-  for (std::size_t i = 0; i < a.deformable.size(); ++i)
+  for (std::size_t i = 0; i < a.deformable.size(); ++i) {
+    EXPECT_EQ(a.deformable[i].source, b.deformable[i].source);
+    EXPECT_EQ(a.deformable[i].shape.kind, b.deformable[i].shape.kind);
     EXPECT_EQ(a.deformable[i].placement.orientation.coeffs(), b.deformable[i].placement.orientation.coeffs());
+  }
   ASSERT_EQ(a.ground.has_value(), b.ground.has_value());
   if (a.ground) expect_same_keys(*a.ground, *b.ground);
   expect_same_keys(a.solver, b.solver);

@@ -1,0 +1,130 @@
+// Deformable shapes from the scene file to the world.
+#include <cmath>
+
+#include "tests/support/scratch_folder.h"
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include "sim/base/error.h"
+#include "sim/geometry/tet_mesh_file.h"
+#include "sim/geometry/tetrahedralizer.h"
+#include "sim/io/run_directory.h"
+#include "sim/scene/build_world.h"
+#include "sim/scene/explain.h"
+#include "sim/scene/plan.h"
+#include "sim/scene/reader.h"
+#include "sim/scene/simulation.h"
+#include "sim/step/world.h"
+
+namespace duet::scene {
+namespace {
+
+const std::string assets = std::string(DUET_SOURCE_DIR) + "/assets/";
+
+Scene scene_of(const std::vector<std::string>& shapes, const std::string& path = assets + "scene.toml") {
+  std::string text = "[materials.rubber]\ndensity = 1000\n";
+  for (std::size_t i = 0; i < shapes.size(); ++i)
+    text +=
+        fmt::format("[[deformable]]\nname = \"soft{}\"\nmaterial = \"rubber\"\nshape = {}\n", i, shapes[i]);
+  return read_text(text, path).scene;
+}
+
+BuiltWorld built(const Scene& scene) { return build_world(scene, plan_effects(scene).active()); }
+
+double mass_of(const BuiltWorld& world) {
+  double mass = 0;
+  for (const double m : world.world.bodies.particles.mass) mass += m;
+  return mass;
+}
+
+TEST(SoftShapes, EveryKindIsFilledAndWeighsWhatItsVolumeSays) {
+  struct Case {
+    const char* shape;
+    LevelSet level_set;
+  };
+  for (const auto& [shape, level_set] :
+       {Case{"{ sphere = 0.5, spacing = 0.08 }", LevelSet::sphere(0.5)},
+        {"{ capsule = { radius = 0.3, length = 0.5 }, spacing = 0.06 }", LevelSet::capsule(0.3, 0.5)},
+        {"{ cylinder = { radius = 0.4, height = 0.7 }, spacing = 0.06 }", LevelSet::cylinder(0.4, 0.7)},
+        {"{ torus = { radius = 0.5, tube = 0.2 }, spacing = 0.05, graded = true }",
+         LevelSet::torus(0.5, 0.2)}}) {
+    SCOPED_TRACE(shape);
+    // Cut off along chords and rims: less than 4 % at about five cells to the radius.
+    const double mass = mass_of(built(scene_of({shape}))), exact = 1000 * volume(level_set);
+    EXPECT_LT(mass, exact);
+    EXPECT_GT(mass, 0.96 * exact);
+  }
+}
+
+TEST(SoftShapes, AMeshAndAFileOfTetsLieInTheirOwnCoordinates) {
+  const test::ScratchFolder folder;
+  const TetMesh mesh = tetrahedralize(LevelSet::sphere(0.5), 0.25);
+  io::write_atomically(folder / "ball.mesh", medit_text(mesh));
+  Scene scene = scene_of({"{ tets = \"ball.mesh\", scale = 2 }"}, (folder / "scene.toml").string());
+  scene.deformable[0].placement.position = Vec3(1, 2, 3);
+  const BuiltWorld from_file = built(scene);
+  const auto& x = from_file.world.bodies.particles.x;
+  ASSERT_EQ(x.size(), mesh.nodes.size());
+  for (std::size_t i = 0; i < x.size(); ++i) EXPECT_EQ(x[i], Vec3(1, 2, 3) + 2 * mesh.nodes[i]);
+
+  const BuiltWorld bowl =
+      built(scene_of({"{ mesh = \"bowl.obj\" }"}));  // half a ball of 0.5 m about the origin
+  for (const Vec3& node : bowl.world.bodies.particles.x) {
+    EXPECT_LT(node.norm(), 0.51);
+    EXPECT_LT(node.y(), 0.05);
+  }
+}
+
+// A body spins about its centre of mass, wherever the mesh's origin is.
+TEST(SoftShapes, SpinIsAboutTheCentreOfMass) {
+  Scene scene = scene_of({"{ mesh = \"bowl.obj\" }"});
+  scene.deformable[0].placement.angular_velocity = Vec3(0, 0, 5);
+  scene.deformable[0].placement.velocity = Vec3(1, 0, 0);
+  const BuiltWorld world = built(scene);
+  const auto& particles = world.world.bodies.particles;
+  Vec3 momentum = Vec3::Zero();
+  for (std::size_t i = 0; i < particles.x.size(); ++i) momentum += particles.mass[i] * particles.v[i];
+  EXPECT_LT((momentum - mass_of(world) * Vec3(1, 0, 0)).norm(), 1e-10 * mass_of(world));
+}
+
+TEST(SoftShapes, PatternsOfTheLattice) {
+  for (const auto& [pattern, tets] : {std::pair("five", 5 * 8), {"six", 6 * 8}, {"bcc", 4 * 12 + 2 * 24}}) {
+    const BuiltWorld world =
+        built(scene_of({fmt::format("{{ box = [1, 1, 1], cells = [2, 2, 2], pattern = \"{}\" }}", pattern)}));
+    EXPECT_EQ(world.world.bodies.deformable[0].tet_count, tets) << pattern;
+    EXPECT_NEAR(mass_of(world), 1000, 1e-9);
+  }
+}
+
+TEST(SoftShapes, EqualShapesShareTheirMeshAndExplainShowsItsQuality) {
+  const std::string ball = "{ sphere = 0.5, spacing = 0.2 }";
+  const Scene scene = scene_of({ball, ball, "{ sphere = 0.5, spacing = 0.1 }", "{ box = [1, 1, 1] }"});
+  const EffectPlan plan = plan_effects(scene);
+  const WorldSizes sizes = Simulation(scene, plan.active()).sizes();
+  ASSERT_EQ(sizes.tet_meshes.size(), 3U);
+  EXPECT_EQ(sizes.tet_meshes[0].bodies, 2);
+  EXPECT_GT(sizes.tet_meshes[0].least_angle, least_dihedral_angle);
+  EXPECT_LT(sizes.tet_meshes[0].largest_angle, largest_dihedral_angle);
+  EXPECT_GT(sizes.tet_meshes[0].smallest_altitude, sizes.tet_meshes[1].smallest_altitude);
+  // A regular tet in a cell of 0.25 m: a third of the cell's diagonal times two.
+  EXPECT_NEAR(sizes.tet_meshes[2].smallest_altitude, 0.25 / std::sqrt(3.0), 1e-12);
+  const std::string text = explain(scene, plan, sizes);
+  EXPECT_NE(text.find("tetrahedra of `soft0` and 1 more body: smallest altitude"), std::string::npos) << text;
+  EXPECT_EQ(explain_json(scene, plan, sizes)["sizes"]["tet_meshes"][0]["tets"], sizes.tet_meshes[0].tets);
+}
+
+TEST(SoftShapes, TooWideASpacingForAMeshNamesTheBody) {
+  const Scene scene = scene_of({"{ mesh = \"knot.obj\", spacing = 0.15 }"});
+  try {
+    built(scene);
+    ADD_FAILURE() << "accepted";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.status(), ExitStatus::usage);
+    const std::string message = error.what();
+    EXPECT_NE(message.find("deformable.soft0.shape"), std::string::npos) << message;
+    EXPECT_NE(message.find("lower `spacing`"), std::string::npos) << message;
+  }
+}
+
+}  // namespace
+}  // namespace duet::scene
