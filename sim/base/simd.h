@@ -5,26 +5,90 @@
 #include <cmath>
 #include <cstddef>
 
+#if defined(__AVX512F__)
+#include <immintrin.h>
+#endif
+
 namespace duet {
 
 inline constexpr std::size_t pack_width = 8;
 using Pack = double __attribute__((vector_size(8 * pack_width)));
-using PackMask = long long __attribute__((vector_size(8 * pack_width)));
+using PackMask = decltype(Pack{} < Pack{});  // eight 64-bit integers: all bits where it holds, else none
 
 // The generic formulas below are written once for T = double and T = Pack.
 inline double select(bool condition, double a, double b) { return condition ? a : b; }
 inline Pack select(const PackMask& condition, const Pack& a, const Pack& b) { return condition ? a : b; }
-inline double log_of(double x) { return std::log(x); }
-inline Pack log_of(const Pack& x) {
-  Pack result{};
-  for (std::size_t i = 0; i < pack_width; ++i) result[i] = std::log(x[i]);
-  return result;
+template <class T>
+T max_of(const T& a, const T& b) {
+  return select(a > b, a, b);
+}
+template <class T>
+T abs_of(const T& a) {
+  return select(a < T{}, -a, a);
 }
 inline double sqrt_of(double x) { return std::sqrt(x); }
 inline Pack sqrt_of(const Pack& x) {
+#if defined(__AVX512F__)
+  return _mm512_maskz_sqrt_pd(0xff, x);
+#else
   Pack result{};
   for (std::size_t i = 0; i < pack_width; ++i) result[i] = std::sqrt(x[i]);
   return result;
+#endif
+}
+
+// Natural logarithm of positive normal numbers to 2 units in the last place: x = 2^k m with m in [sqrt 1/2,
+// sqrt 2], ln m = 2 artanh s with s = (m - 1)/(m + 1), whose series needs 11 terms for |s| < 0.172.
+inline Pack log_of(const Pack& x) {
+  const PackMask bits = reinterpret_cast<PackMask>(x);
+  constexpr long one = 0x3ff0000000000000, mantissa_bits = 0x000fffffffffffff;
+  Pack m = reinterpret_cast<Pack>((bits & mantissa_bits) | one);
+  Pack k = __builtin_convertvector((bits >> 52) - 1023, Pack);
+  const PackMask upper = m > 0x1.6a09e667f3bcdp+0;  // sqrt 2
+  m = select(upper, 0.5 * m, m);
+  k = select(upper, k + 1.0, k);
+  const Pack s = (m - 1.0) / (m + 1.0), z = s * s;
+  Pack series = Pack{} + 1.0 / 21;
+  for (int n = 19; n >= 3; n -= 2) series = 1.0 / n + z * series;
+  constexpr double ln2_high = 0x1.62e42fefa38p-1,
+                   ln2_low = 0x1.ef35793c7673p-45;  // k times the first is exact
+  return k * ln2_high + (2.0 * s + (2.0 * s * z * series + k * ln2_low));
+}
+inline double log_of(double x) { return log_of(Pack{} + x)[0]; }  // the same bits
+
+// Rows of four doubles, as records lie in memory, and packs of their members.
+using Quad = double __attribute__((vector_size(32)));
+
+// The first three members of the rows row(0), ..., row(7).
+struct PackTriple {
+  Pack x, y, z;
+};
+template <class Row>
+PackTriple load_rows(Row&& row) {
+  const auto pair = [&](std::size_t i) {
+    return __builtin_shufflevector(row(i), row(i + 1), 0, 1, 2, 3, 4, 5, 6, 7);
+  };
+  const Pack a = pair(0), b = pair(2), c = pair(4), d = pair(6);
+  const Pack xy_low = __builtin_shufflevector(a, b, 0, 4, 8, 12, 1, 5, 9, 13);
+  const Pack xy_high = __builtin_shufflevector(c, d, 0, 4, 8, 12, 1, 5, 9, 13);
+  const Pack z_low = __builtin_shufflevector(a, b, 2, 6, 10, 14, 3, 7, 11, 15);
+  const Pack z_high = __builtin_shufflevector(c, d, 2, 6, 10, 14, 3, 7, 11, 15);
+  return {__builtin_shufflevector(xy_low, xy_high, 0, 1, 2, 3, 8, 9, 10, 11),
+          __builtin_shufflevector(xy_low, xy_high, 4, 5, 6, 7, 12, 13, 14, 15),
+          __builtin_shufflevector(z_low, z_high, 0, 1, 2, 3, 8, 9, 10, 11)};
+}
+
+// The opposite: eight rows (x, y, z, 0), two to a pack of `out`.
+inline void store_rows(const PackTriple& v, Pack* out) {
+  const Pack zero{};
+  const Pack xy_low = __builtin_shufflevector(v.x, v.y, 0, 8, 1, 9, 2, 10, 3, 11);
+  const Pack xy_high = __builtin_shufflevector(v.x, v.y, 4, 12, 5, 13, 6, 14, 7, 15);
+  const Pack z_low = __builtin_shufflevector(v.z, zero, 0, 8, 1, 9, 2, 10, 3, 11);
+  const Pack z_high = __builtin_shufflevector(v.z, zero, 4, 12, 5, 13, 6, 14, 7, 15);
+  out[0] = __builtin_shufflevector(xy_low, z_low, 0, 1, 8, 9, 2, 3, 10, 11);
+  out[1] = __builtin_shufflevector(xy_low, z_low, 4, 5, 12, 13, 6, 7, 14, 15);
+  out[2] = __builtin_shufflevector(xy_high, z_high, 0, 1, 8, 9, 2, 3, 10, 11);
+  out[3] = __builtin_shufflevector(xy_high, z_high, 4, 5, 12, 13, 6, 7, 14, 15);
 }
 
 // 3x3 matrix of T, row-major; enough algebra for finite elements.
@@ -40,6 +104,22 @@ Matrix3<T> operator*(const Matrix3<T>& a, const Matrix3<T>& b) {
   Matrix3<T> c;
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) c[i][j] = a[i][0] * b[0][j] + a[i][1] * b[1][j] + a[i][2] * b[2][j];
+  return c;
+}
+
+template <class T>
+Matrix3<T> operator+(const Matrix3<T>& a, const Matrix3<T>& b) {
+  Matrix3<T> c;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) c[i][j] = a[i][j] + b[i][j];
+  return c;
+}
+
+template <class T>
+Matrix3<T> operator*(const T& scale, const Matrix3<T>& a) {
+  Matrix3<T> c;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) c[i][j] = scale * a[i][j];
   return c;
 }
 

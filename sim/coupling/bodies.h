@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "sim/deformable/collision_surface.h"
 #include "sim/deformable/incompressibility.h"
 #include "sim/deformable/internal_forces.h"
 #include "sim/deformable/particles.h"
@@ -16,8 +17,9 @@ struct Bodies {
   InternalForces forces;  // of the deformable bodies
   OneRings one_rings;     // of incompressible bodies
   std::vector<DeformableBody> deformable;
-  std::vector<SurfacePoint> points;  // of all deformable bodies, body after body
-  std::vector<Triangle> triangles;   // their boundaries, global particle indices
+  std::vector<SurfacePoint> points;    // of all deformable bodies, body after body
+  std::vector<Triangle> triangles;     // their boundaries, global particle indices
+  CollisionSurface collision_surface;  // of the deformable bodies in their order, if they can meet or fold
 };
 
 // A velocity of every particle and body. Rigid rotation is stored as angular momentum: angular velocities

@@ -20,6 +20,9 @@ std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
 // the step with a margin for what other contacts add to it.
 double reach(double relative_speed, double dt) { return dt * (1.5 * relative_speed + 0.05); }
 
+// Of two rigid bodies, the other way round.
+BodyPair reversed(const BodyPair& pair) { return {pair.guest_rigid, pair.host, -1}; }
+
 // A rigid body's level set at its pose now, with the rotation as a matrix: what a loop over many points
 // queries.
 struct Host {
@@ -209,15 +212,12 @@ class Finder {
 
   // Both ways, unless the host is a half space, which has no points of its own.
   void find_rigid(const BodyPair& pair, CandidateSearch::Chunk& chunk) const {
-    if (search_.broad_phase.bounds[as_index(pair.host)].is_half_space) {
-      find_points(pair, false, chunk);
-    } else if (pair.host < pair.guest_rigid) {
-      find_points(pair, false, chunk);
-      find_points({pair.guest_rigid, pair.host, -1}, true, chunk);
-    }
+    find_points(pair, false, chunk);
+    if (!search_.broad_phase.bounds[as_index(pair.host)].is_half_space)
+      find_points(reversed(pair), true, chunk);
   }
 
-  void find_points(const BodyPair& pair, bool reversed, CandidateSearch::Chunk& chunk) const {
+  void find_points(const BodyPair& pair, bool is_reversed, CandidateSearch::Chunk& chunk) const {
     const auto h = as_index(pair.host), g = as_index(pair.guest_rigid);
     const BodyBounds& host = search_.broad_phase.bounds[h];
     const BodyBounds& guest = search_.broad_phase.bounds[g];
@@ -230,7 +230,7 @@ class Finder {
     visit_near(bodies_.rigid, pair, margin, [&](NearPoint near, const Vec3& inside) {
       const ContactPlane plane = contact_plane(bodies_.rigid.properties[h].shape, near.position, inside);
       if (!plane.faces && plane.gap >= 0) return;
-      near.reversed = reversed;
+      near.reversed = is_reversed;
       near.normal = plane.normal;
       near.gap = plane.gap;
       chunk.touches.push_back(near);
@@ -283,8 +283,7 @@ class Finder {
       target.end = first + end;
       for (int i = begin; i < end; ++i)
         contacts_.points[as_index(first + i)] = make_contact(
-            chunk.touches[as_index(i)].reversed ? BodyPair{pair.guest_rigid, pair.host, -1} : pair,
-            chunk.touches[as_index(i)].point);
+            chunk.touches[as_index(i)].reversed ? reversed(pair) : pair, chunk.touches[as_index(i)].point);
     }
   }
 
@@ -330,12 +329,17 @@ double max_penetration(const Bodies& bodies, const CandidateFilter& filter) {
       pairs.size(), pairs_at_once, 0.0,
       [&](std::size_t begin, std::size_t end) {
         double deepest = 0;
-        const auto look = [&](const NearPoint& near) { deepest = std::min(deepest, near.gap); };
+        const auto look = [&](const NearPoint& near, const Vec3& = {}) {
+          deepest = std::min(deepest, near.gap);
+        };
         for (std::size_t i = begin; i < end; ++i) {
-          if (pairs[i].guest_rigid >= 0)
-            visit_near(bodies.rigid, pairs[i], 0, [&](const NearPoint& near, const Vec3&) { look(near); });
-          else
+          if (pairs[i].guest_rigid < 0) {
             visit_near(bodies, search, pairs[i], 0, look);
+            continue;
+          }
+          visit_near(bodies.rigid, pairs[i], 0, look);
+          if (!search.broad_phase.bounds[as_index(pairs[i].host)].is_half_space)
+            visit_near(bodies.rigid, reversed(pairs[i]), 0, look);
         }
         return deepest;
       },

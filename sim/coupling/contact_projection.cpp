@@ -11,6 +11,7 @@ std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
 
 void ContactProjection::begin(const Bodies& bodies, int sweeps) {
   bodies_ = &bodies;
+  repulsions_ = nullptr;
   sweeps_ = sweeps;
   used_ = bodies.rigid.size();
   block_rows_ = 0;
@@ -47,8 +48,9 @@ void ContactProjection::factor_blocks() {
 }
 
 void ContactProjection::build(const Bodies& bodies, const ContactSet& contacts, const ContactGraph& graph,
-                              int sweeps) {
+                              int sweeps, SelfRepulsion* repulsions) {
   begin(bodies, sweeps);
+  repulsions_ = repulsions;
   for (int p : graph.schedule.order()) {
     const ContactPair& pair = contacts.pairs[as_index(p)];
     for (int i = pair.begin; i < pair.end; ++i)
@@ -150,6 +152,7 @@ void ContactProjection::sweep(bool with_target, GeneralizedVelocity& v) const {
     if (!blocks_[b].rows.empty()) project_block(blocks_[b], with_target, v);
   for (const Row& row : rows_)
     if (row.active) project_row(row, with_target, v);
+  if (repulsions_) repulsions_->sweep(with_target, bodies_->particles.inverse_mass, v.particle);
   for (std::size_t i = rows_.size(); i-- > 0;)
     if (rows_[i].active) project_row(rows_[i], with_target, v);
   for (std::size_t b = used_; b-- > 0;)
@@ -166,6 +169,7 @@ void ContactProjection::satisfy(const GeneralizedVelocity& start, GeneralizedVel
     if (!blocks_[b].rows.empty()) factor(blocks_[b]);
   }
   for (Row& row : rows_) decide(row);
+  if (repulsions_) repulsions_->choose_rows(start.particle, velocity.particle);
   for (int i = 0; i < sweeps_; ++i) sweep(true, velocity);
 }
 

@@ -5,6 +5,7 @@
 
 #include "sim/coupling/contact_graph.h"
 #include "sim/coupling/warm_start.h"
+#include "sim/deformable/self_repulsion.h"
 
 namespace duet {
 
@@ -20,11 +21,13 @@ struct GeneralizedVelocity {
 // the operator is self-adjoint in the mass inner product even where it has not converged.
 class ContactProjection {
  public:
-  // Takes the contacts of `graph` that hold an impulse, at the geometry they hold.
-  void build(const Bodies& bodies, const ContactSet& contacts, const ContactGraph& graph, int sweeps);
+  // Takes the contacts of `graph` that hold an impulse, at the geometry they hold, and the pairs of
+  // `repulsions`, if any, as the innermost of each sweep.
+  void build(const Bodies& bodies, const ContactSet& contacts, const ContactGraph& graph, int sweeps,
+             SelfRepulsion* repulsions = nullptr);
   // Takes the contacts that held one at the end of the last step, at the positions now.
   void build(const Bodies& bodies, const ContactMemory& memory, int sweeps);
-  bool empty() const { return rows_.empty() && block_rows_ == 0; }
+  bool empty() const { return rows_.empty() && block_rows_ == 0 && !repulsions_; }
 
   // Makes `velocity` satisfy n.v_rel = half of what it is for `start` (so that the extrapolated end-of-step
   // value is zero), and drops for this solve the constraints that separate anyway.
@@ -60,6 +63,7 @@ class ContactProjection {
   std::vector<Block> blocks_;  // reused from step to step; the first `used_` count
   std::size_t used_ = 0, block_rows_ = 0;
   std::vector<Row> rows_;
+  SelfRepulsion* repulsions_ = nullptr;
   int sweeps_ = 1;
 };
 

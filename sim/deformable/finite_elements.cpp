@@ -7,13 +7,17 @@
 #include <Eigen/LU>
 
 #include "sim/base/parallel.h"
+#include "sim/deformable/corotated.h"
 #include "sim/deformable/neo_hookean.h"
+#include "sim/deformable/st_venant_kirchhoff.h"
+#include "sim/deformable/viscous_stress.h"
 
 namespace duet {
 namespace {
 
 constexpr std::size_t batch_grain = 32;
 constexpr std::size_t particle_grain = 512;
+constexpr std::size_t corners = 4;
 
 std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
 
@@ -23,9 +27,23 @@ Mat3 edge_matrix(const Tet& tet, const std::vector<Vec3>& x) {
   return edges;
 }
 
+// Calls work(Model{}) for the class that has the formulas of `model`.
+template <class Work>
+decltype(auto) with_model(MaterialModel model, Work&& work) {
+  switch (model) {
+    case MaterialModel::corotated:
+      return work(Corotated{});
+    case MaterialModel::st_venant_kirchhoff:
+      return work(StVenantKirchhoff{});
+    case MaterialModel::neo_hookean:
+      break;
+  }
+  return work(NeoHookean{});
+}
+
 // An upper bound of the highest squared frequency of an element whose nodes carry the given masses: the part
 // of lambda is of rank one and exact, that of mu is bounded by the largest eigenvalue of sum g g^T / m.
-double squared_frequency_bound(const Mat3& inverse_rest, double volume, const LameParameters& material,
+double squared_frequency_bound(const Mat3& inverse_rest, double volume, const LameParameters& moduli,
                                const std::array<double, 4>& mass) {
   double trace = 0;
   Mat3 scatter = Mat3::Zero();
@@ -36,7 +54,19 @@ double squared_frequency_bound(const Mat3& inverse_rest, double volume, const La
     scatter += gradient * gradient.transpose() / mass[as_index(i)];
   }
   const Eigen::SelfAdjointEigenSolver<Mat3> eigen(scatter, Eigen::EigenvaluesOnly);
-  return volume * (material.lambda * trace + 2 * material.mu * eigen.eigenvalues()[2]);
+  return volume * (moduli.lambda * trace + 2 * moduli.mu * eigen.eigenvalues()[2]);
+}
+
+double sum_of_lanes(const Pack& pack) {
+  double sum = 0;
+  for (std::size_t lane = 0; lane < pack_width; ++lane) sum += pack[lane];
+  return sum;
+}
+
+double largest_lane(const Pack& pack) {
+  double largest = pack[0];
+  for (std::size_t lane = 1; lane < pack_width; ++lane) largest = std::max<double>(largest, pack[lane]);
+  return largest;
 }
 
 }  // namespace
@@ -47,67 +77,105 @@ LameParameters lame_parameters(double youngs_modulus, double poisson_ratio, doub
 }
 
 void FiniteElements::add(const std::vector<Tet>& tets, const std::vector<Vec3>& rest,
-                         const LameParameters& material) {
+                         const ElasticMaterial& material) {
   for (const Tet& tet : tets) {
     const Mat3 edges = edge_matrix(tet, rest);
     tets_.push_back(tet);
     inverse_rest_.push_back(edges.inverse());
     volume_.push_back(edges.determinant() / 6);
-    material_.push_back(material);
+    material_of_.push_back(static_cast<int>(material_.size()));
   }
+  material_.push_back(material);
 }
 
 void FiniteElements::finalize(const std::vector<double>& mass) {
   std::vector<double> particle_volume(mass.size(), 0);
   for (std::size_t t = 0; t < tets_.size(); ++t)
     for (int p : tets_[t]) particle_volume[as_index(p)] += volume_[t];
-
-  batches_.resize((tets_.size() + pack_width - 1) / pack_width);
-  for (std::size_t slot = 0; slot < batches_.size() * pack_width; ++slot) {
-    const std::size_t t = std::min(slot, tets_.size() - 1);  // the last tet pads, without volume
-    Batch& batch = batches_[slot / pack_width];
-    const std::size_t lane = slot % pack_width;
-    std::array<double, 4> share;  // of each particle's mass, by volume
-    for (std::size_t i = 0; i < 4; ++i) {
+  const auto frequency_of = [&](std::size_t t) {
+    std::array<double, corners> share;  // of each particle's mass, by volume
+    for (std::size_t i = 0; i < corners; ++i) {
       const std::size_t p = as_index(tets_[t][i]);
-      batch.particle[i][lane] = tets_[t][i];
       share[i] = mass[p] * volume_[t] / particle_volume[p];
     }
-    for (int i = 0; i < 3; ++i)
-      for (int j = 0; j < 3; ++j) batch.inverse_rest[i][j][lane] = inverse_rest_[t](i, j);
-    batch.volume[lane] = slot < tets_.size() ? volume_[t] : 0;
-    batch.mu[lane] = material_[t].mu;
-    batch.lambda[lane] = material_[t].lambda;
-    batch.damping[lane] = material_[t].damping;
-    batch.squared_frequency[lane] =
-        squared_frequency_bound(inverse_rest_[t], volume_[t], material_[t], share);
-    rest_squared_frequency_ = std::max<double>(rest_squared_frequency_, batch.squared_frequency[lane]);
+    return squared_frequency_bound(inverse_rest_[t], volume_[t], material_[as_index(material_of_[t])].moduli,
+                                   share);
+  };
+  std::vector<std::size_t> slot(tets_.size());  // by tet: batch * pack_width + lane
+  std::size_t slots = 0;
+  for (int model = 0; model < material_model_count; ++model) {
+    std::size_t last = 0;
+    for (std::size_t t = 0; t < tets_.size(); ++t) {
+      if (material_[as_index(material_of_[t])].model != static_cast<MaterialModel>(model)) continue;
+      slot[t] = slots++;
+      last = t;
+      const double frequency = frequency_of(t);
+      rest_squared_frequency_ = std::max(rest_squared_frequency_, frequency);
+      fill_lane(slot[t], t, false, frequency);
+    }
+    for (; slots % pack_width > 0; ++slots) fill_lane(slots, last, true, 0);
   }
   max_squared_frequency_ = rest_squared_frequency_;
+
   deformation_.resize(batches_.size());
   batch_frequency_.resize(batches_.size());
-  tet_force_.resize(batches_.size() * pack_width * 12);
+  rows_of_forces_.resize(batches_.size());
+  index_incidence(mass.size(), slot);
 
-  std::vector<int> count(mass.size() + 1, 0);
+  for (std::size_t t = 0; t < tets_.size(); ++t) {
+    const double rate = material_[as_index(material_of_[t])].mass_damping;
+    if (rate > 0) drag_.resize(mass.size(), 0);
+    if (rate > 0)
+      for (int p : tets_[t]) drag_[as_index(p)] = rate * mass[as_index(p)];
+  }
+}
+
+void FiniteElements::fill_lane(std::size_t slot, std::size_t t, bool pads, double squared_frequency) {
+  const std::size_t lane = slot % pack_width;
+  if (lane == 0) batches_.emplace_back();
+  Batch& batch = batches_.back();
+  const ElasticMaterial& material = material_[as_index(material_of_[t])];
+  batch.model = material.model;
+  for (std::size_t i = 0; i < corners; ++i) batch.particle[i][lane] = tets_[t][i];
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) batch.inverse_rest[i][j][lane] = inverse_rest_[t](i, j);
+  batch.volume[lane] = pads ? 0 : volume_[t];
+  batch.mu[lane] = material.moduli.mu;
+  batch.lambda[lane] = material.moduli.lambda;
+  batch.damping[lane] = material.moduli.damping;
+  batch.squared_frequency[lane] = squared_frequency;
+}
+
+void FiniteElements::index_incidence(std::size_t particles, const std::vector<std::size_t>& slot) {
+  std::vector<int> count(particles + 1, 0);
   for (const Tet& tet : tets_)
     for (int p : tet) ++count[as_index(p) + 1];
   for (std::size_t p = 1; p < count.size(); ++p) count[p] += count[p - 1];
   incidence_start_ = count;
-  incidence_.resize(4 * tets_.size());
+  incidence_.resize(corners * tets_.size());
   for (std::size_t t = 0; t < tets_.size(); ++t)
-    for (std::size_t i = 0; i < 4; ++i)
-      incidence_[as_index(count[as_index(tets_[t][i])]++)] = static_cast<int>(12 * t + 3 * i);
+    for (std::size_t i = 0; i < corners; ++i) {
+      const std::size_t batch = slot[t] / pack_width, lane = slot[t] % pack_width;
+      incidence_[as_index(count[as_index(tets_[t][i])]++)] =
+          static_cast<int>((batch * corners + i) * pack_width + lane);
+    }
 }
 
 // F for positions, its rate for velocities: D_s(values) D_m^-1.
 Matrix3<Pack> FiniteElements::gradient(const Batch& batch, const std::vector<Vec3>& values) const {
+  const auto of_corner = [&](std::size_t corner) {
+    return load_rows([&](std::size_t lane) {
+      const double* row = values[as_index(batch.particle[corner][lane])].data();
+      return Quad{row[0], row[1], row[2], 0};
+    });
+  };
+  const PackTriple origin = of_corner(0);
   Matrix3<Pack> edges;
-  for (std::size_t lane = 0; lane < pack_width; ++lane) {
-    const Vec3& origin = values[as_index(batch.particle[0][lane])];
-    for (int k = 0; k < 3; ++k) {
-      const Vec3& end = values[as_index(batch.particle[as_index(k + 1)][lane])];
-      for (int i = 0; i < 3; ++i) edges[i][k][lane] = end[i] - origin[i];
-    }
+  for (int k = 0; k < 3; ++k) {
+    const PackTriple end = of_corner(as_index(k + 1));
+    edges[0][k] = end.x - origin.x;
+    edges[1][k] = end.y - origin.y;
+    edges[2][k] = end.z - origin.z;
   }
   return edges * batch.inverse_rest;
 }
@@ -116,28 +184,24 @@ Matrix3<Pack> FiniteElements::gradient(const Batch& batch, const std::vector<Vec
 // sum.
 void FiniteElements::store_forces(std::size_t index, const Matrix3<Pack>& stress) {
   const Batch& batch = batches_[index];
-  const Matrix3<Pack> H = times_transposed(stress, batch.inverse_rest);
-  double* out = tet_force_.data() + index * pack_width * 12;
-  for (int i = 0; i < 3; ++i) {
-    const Pack h1 = -batch.volume * H[i][0], h2 = -batch.volume * H[i][1], h3 = -batch.volume * H[i][2];
-    const Pack h0 = -(h1 + h2 + h3);
-    for (std::size_t lane = 0; lane < pack_width; ++lane) {
-      double* tet = out + 12 * lane + i;
-      tet[0] = h0[lane];
-      tet[3] = h1[lane];
-      tet[6] = h2[lane];
-      tet[9] = h3[lane];
-    }
-  }
+  const Matrix3<Pack> H = -batch.volume * times_transposed(stress, batch.inverse_rest);
+  PackTriple force[3];
+  for (int k = 0; k < 3; ++k) force[k] = {H[0][k], H[1][k], H[2][k]};
+  std::array<std::array<Pack, 4>, corners>& out = rows_of_forces_[index];
+  store_rows({-(force[0].x + force[1].x + force[2].x), -(force[0].y + force[1].y + force[2].y),
+              -(force[0].z + force[1].z + force[2].z)},
+             out[0].data());
+  for (std::size_t k = 0; k < 3; ++k) store_rows(force[k], out[k + 1].data());
 }
 
 void FiniteElements::gather_forces(std::vector<Vec3>& force) const {
+  const auto* rows = reinterpret_cast<const Quad*>(rows_of_forces_.data());
   parallel_for(force.size(), particle_grain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t p = begin; p < end; ++p) {
-      Vec3 sum = Vec3::Zero();
+      Quad sum{};
       for (int k = incidence_start_[p]; k < incidence_start_[p + 1]; ++k)
-        sum += Eigen::Map<const Vec3>(tet_force_.data() + incidence_[as_index(k)]);
-      force[p] += sum;
+        sum += rows[as_index(incidence_[as_index(k)])];
+      force[p] += Vec3(sum[0], sum[1], sum[2]);
     }
   });
 }
@@ -148,12 +212,11 @@ void FiniteElements::add_elastic_forces(const std::vector<Vec3>& x, std::vector<
     for (std::size_t b = begin; b < end; ++b) {
       const Batch& batch = batches_[b];
       const Matrix3<Pack> F = deformation_[b] = gradient(batch, x);
-      store_forces(b, neo_hookean::stress(batch.mu, batch.lambda, F));
-      const Pack frequency = batch.squared_frequency * neo_hookean::stiffening(batch.mu, batch.lambda, F);
-      double highest = frequency[0];
-      for (std::size_t lane = 1; lane < pack_width; ++lane)
-        highest = std::max<double>(highest, frequency[lane]);
-      batch_frequency_[b] = highest;
+      with_model(batch.model, [&]<class Model>(Model) {
+        store_forces(b, Model::stress(batch.mu, batch.lambda, F));
+        batch_frequency_[b] =
+            largest_lane(batch.squared_frequency * Model::stiffening(batch.mu, batch.lambda, F));
+      });
     }
   });
   max_squared_frequency_ = *std::max_element(batch_frequency_.begin(), batch_frequency_.end());
@@ -165,9 +228,33 @@ void FiniteElements::add_damping_forces(const std::vector<Vec3>& v, std::vector<
   parallel_for(batches_.size(), batch_grain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t b = begin; b < end; ++b) {
       const Batch& batch = batches_[b];
-      store_forces(b, neo_hookean::viscous_stress(batch.mu, batch.lambda, batch.damping, deformation_[b],
-                                                  gradient(batch, v)));
+      store_forces(
+          b, viscous_stress(batch.mu, batch.lambda, batch.damping, deformation_[b], gradient(batch, v)));
     }
+  });
+  gather_forces(force);
+  parallel_for(drag_.size(), particle_grain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t p = begin; p < end; ++p) force[p] -= drag_[p] * v[p];
+  });
+}
+
+void FiniteElements::linearize() {
+  differential_.resize(batches_.size());
+  parallel_for(batches_.size(), batch_grain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t b = begin; b < end; ++b) {
+      const Batch& batch = batches_[b];
+      const PrincipalStretches<Pack> p = principal_stretches(deformation_[b]);
+      with_model(batch.model, [&]<class Model>(Model) {
+        differential_[b] = stress_differential(p, Model::derivatives(batch.mu, batch.lambda, p.stretch));
+      });
+    }
+  });
+}
+
+void FiniteElements::add_force_differentials(const std::vector<Vec3>& dx, std::vector<Vec3>& force) {
+  if (tets_.empty()) return;
+  parallel_for(batches_.size(), batch_grain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t b = begin; b < end; ++b) store_forces(b, differential_[b] * gradient(batches_[b], dx));
   });
   gather_forces(force);
 }
@@ -179,9 +266,10 @@ double FiniteElements::energy(const std::vector<Vec3>& x) const {
         double sum = 0;
         for (std::size_t b = begin; b < end; ++b) {
           const Batch& batch = batches_[b];
-          const Pack energy =
-              batch.volume * neo_hookean::energy_density(batch.mu, batch.lambda, gradient(batch, x));
-          for (std::size_t lane = 0; lane < pack_width; ++lane) sum += energy[lane];
+          const Matrix3<Pack> F = gradient(batch, x);
+          with_model(batch.model, [&]<class Model>(Model) {
+            sum += sum_of_lanes(batch.volume * Model::energy_density(batch.mu, batch.lambda, F));
+          });
         }
         return sum;
       },

@@ -6,6 +6,8 @@
 
 #include "sim/base/simd.h"
 #include "sim/base/types.h"
+#include "sim/deformable/material_model.h"
+#include "sim/deformable/stress_differential.h"
 #include "sim/geometry/tet_mesh.h"
 
 namespace duet {
@@ -16,10 +18,16 @@ struct LameParameters {
 };
 LameParameters lame_parameters(double youngs_modulus, double poisson_ratio, double damping);
 
+struct ElasticMaterial {
+  LameParameters moduli;
+  MaterialModel model = MaterialModel::neo_hookean;
+  double mass_damping = 0;  // 1/s, braking force over mass and velocity
+};
+
 class FiniteElements {
  public:
   // Adds the tets of a body (global particle indices) at their rest positions.
-  void add(const std::vector<Tet>& tets, const std::vector<Vec3>& rest, const LameParameters& material);
+  void add(const std::vector<Tet>& tets, const std::vector<Vec3>& rest, const ElasticMaterial& material);
   // To be called once after the last add(): lays out the batches. `mass` gives the particles' masses.
   void finalize(const std::vector<double>& mass);
 
@@ -32,6 +40,10 @@ class FiniteElements {
   // Adds the viscous forces for the velocities `v` at the last deformation gradients: linear in v, symmetric,
   // and negative semi-definite.
   void add_damping_forces(const std::vector<Vec3>& v, std::vector<Vec3>& force);
+  // Adds the change of the elastic forces for displacements `dx` from where linearize() was last called:
+  // linear in dx, symmetric, and (the Hessian of each element projected) negative semi-definite.
+  void add_force_differentials(const std::vector<Vec3>& dx, std::vector<Vec3>& force);
+  void linearize();                                 // at the last deformation gradients
   double energy(const std::vector<Vec3>& x) const;  // J
 
   struct Strain {
@@ -53,13 +65,16 @@ class FiniteElements {
   void set_max_squared_frequency(double value) { max_squared_frequency_ = value; }
 
  private:
-  struct Batch {
+  struct Batch {  // eight elements of one material model
     std::array<std::array<int, pack_width>, 4> particle;
     Matrix3<Pack> inverse_rest;  // D_m^-1, 1/m
-    Pack volume;                 // m^3; zero in the lanes that pad the last batch
+    Pack volume;                 // m^3; zero in the lanes that pad the last batch of a model
     Pack mu, lambda, damping;
     Pack squared_frequency;  // at rest
+    MaterialModel model = MaterialModel::neo_hookean;
   };
+  void fill_lane(std::size_t slot, std::size_t tet, bool pads, double squared_frequency);
+  void index_incidence(std::size_t particles, const std::vector<std::size_t>& slot);
   Matrix3<Pack> gradient(const Batch& batch, const std::vector<Vec3>& values) const;
   void store_forces(std::size_t batch, const Matrix3<Pack>& stress);
   void gather_forces(std::vector<Vec3>& force) const;
@@ -67,13 +82,16 @@ class FiniteElements {
   std::vector<Tet> tets_;
   std::vector<Mat3> inverse_rest_;
   std::vector<double> volume_;
-  std::vector<LameParameters> material_;
+  std::vector<ElasticMaterial> material_;  // of the bodies, in the order they were added
+  std::vector<int> material_of_;           // by tet
+  std::vector<double> drag_;               // kg/s, by particle; empty without mass-proportional damping
 
   std::vector<Batch> batches_;
-  std::vector<Matrix3<Pack>> deformation_;  // F of each batch
-  std::vector<double> tet_force_;           // 12 a tet: the forces on its four particles
-  std::vector<int> incidence_start_;        // by particle: range of incidence_
-  std::vector<int> incidence_;              // offsets into tet_force_
+  std::vector<Matrix3<Pack>> deformation_;                          // F of each batch
+  std::vector<StressDifferential<Pack>> differential_;              // of each batch, once linearized
+  std::vector<std::array<std::array<Pack, 4>, 4>> rows_of_forces_;  // of each batch, by corner: eight Quads
+  std::vector<int> incidence_start_;                                // by particle: range of incidence_
+  std::vector<int> incidence_;                                      // indices of Quads in rows_of_forces_
   std::vector<double> batch_frequency_;
   double max_squared_frequency_ = 0, rest_squared_frequency_ = 0;
 };

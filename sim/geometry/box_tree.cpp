@@ -22,11 +22,26 @@ void BoxTree::build(const std::vector<Eigen::AlignedBox3d>& boxes, const std::ve
   if (!leaves_.empty()) split(0, static_cast<int>(leaves_.size()));
 }
 
+void BoxTree::refit(const std::vector<Eigen::AlignedBox3d>& boxes) {
+  for (Leaf& leaf : leaves_) leaf.box = boxes[as_index(leaf.item)];
+  for (std::size_t i = nodes_.size(); i-- > 0;) {  // children follow their parents
+    Node& node = nodes_[i];
+    node.box = node.begin != node.end ? box_of_leaves(node.begin, node.end)
+                                      : nodes_[i + 1].box.merged(nodes_[as_index(node.second)].box);
+  }
+}
+
+Eigen::AlignedBox3d BoxTree::box_of_leaves(int begin, int end) const {
+  Eigen::AlignedBox3d box;
+  for (int i = begin; i < end; ++i) box.extend(leaves_[as_index(i)].box);
+  return box;
+}
+
 void BoxTree::split(int begin, int end) {
   const std::size_t node = nodes_.size();
   nodes_.emplace_back();
   if (end - begin <= leaf_size) {
-    for (int i = begin; i < end; ++i) nodes_[node].box.extend(leaves_[as_index(i)].box);
+    nodes_[node].box = box_of_leaves(begin, end);
     nodes_[node].begin = begin;
     nodes_[node].end = end;
     return;

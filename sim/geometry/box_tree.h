@@ -1,4 +1,4 @@
-// A tree of axis-aligned boxes over moving things, built anew whenever they have moved.
+// A tree of axis-aligned boxes over moving things.
 #pragma once
 
 #include <array>
@@ -13,6 +13,9 @@ class BoxTree {
   // Over the boxes of `items`, indices into `boxes`. Storage is kept, and so is the last order as long as the
   // items are the same: splitting what is almost split already is cheap.
   void build(const std::vector<Eigen::AlignedBox3d>& boxes, const std::vector<int>& items);
+  // Takes the boxes of the same items anew and keeps the tree as it is split: much cheaper than build(), but
+  // queries become slower the farther items have moved since.
+  void refit(const std::vector<Eigen::AlignedBox3d>& boxes);
 
   // Calls visit(item) for every item whose box meets `box`, touching included, in no particular order.
   template <class Visit>
@@ -46,6 +49,7 @@ class BoxTree {
     int second = 0;          // inner nodes (begin == end): the second child; the first one follows its parent
   };
   void split(int begin, int end);
+  Eigen::AlignedBox3d box_of_leaves(int begin, int end) const;
 
   std::vector<Leaf> leaves_;
   std::vector<Node> nodes_;

@@ -55,6 +55,9 @@ std::string stats_json(const FrameStats& stats) {
                  {"volume_error", stats.volume_error},
                  {"min_det_F", stats.min_det_F},
                  {"inverted", stats.inverted},
+                 {"self_repulsions", stats.self_repulsions},
+                 {"self_collisions", stats.self_collisions},
+                 {"impact_zone_particles", stats.impact_zone_particles},
                  {"kinetic", stats.kinetic},
                  {"potential", stats.potential},
                  {"elastic", stats.elastic},
@@ -75,6 +78,7 @@ std::string stats_json(const FrameStats& stats) {
     object["pushed_mass"] = stats.pushed_mass;
     object["pushed_moment"] = stats.pushed_moment;
   }
+  if (stats.self_intersections) object["self_intersections"] = *stats.self_intersections;
   return object.dump();
 }
 

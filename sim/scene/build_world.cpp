@@ -15,6 +15,9 @@ namespace {
 // vertices alone.
 constexpr double sample_allowance = 1e-3;
 
+// Of the shortest edge of a surface: little to see, and much more than what moves in a step.
+constexpr double default_collision_thickness = 0.1;
+
 // `surface` is a rigid body or the ground.
 template <class Surface>
 void add_rigid(RigidBodies& rigid, const std::string& name, const Solid& solid, double mass,
@@ -151,7 +154,8 @@ BodyShape add_deformable(const Scene& scene, const scene::DeformableBody& descri
   }
   bodies.forces.elements.add(
       tets, bodies.particles.x,
-      lame_parameters(material.youngs_modulus, material.poisson_ratio, material.damping));
+      {lame_parameters(material.youngs_modulus, material.poisson_ratio, material.damping), material.model,
+       material.mass_damping});
   if (description.incompressible) bodies.one_rings.add(tets, bodies.particles.x);
   add_points(bodies, body, mesh, triangles, scene.solver.face_samples);
   bodies.deformable.push_back(body);
@@ -159,6 +163,23 @@ BodyShape add_deformable(const Scene& scene, const scene::DeformableBody& descri
   BodyShape shape{description.name, boundary_surface(mesh, triangles)};
   for (int& node : shape.surface.vertex_nodes) node += body.first_particle;
   return shape;
+}
+
+// What the bodies touch themselves and each other with.
+CollisionSurface collision_surface(const Scene& scene, const Bodies& bodies) {
+  CollisionSurface surface;
+  for (std::size_t i = 0; i < bodies.deformable.size(); ++i) {
+    const duet::DeformableBody& body = bodies.deformable[i];
+    const scene::DeformableBody& description = scene.deformable[i];
+    const std::span<const Triangle> triangles(bodies.triangles.data() + body.first_triangle,
+                                              static_cast<std::size_t>(body.triangle_count));
+    const double thickness = description.collision_thickness.value_or(
+        default_collision_thickness * shortest_edge(bodies.particles.x, triangles, {}));
+    surface.add({collides_with_itself(description), thickness, description.collision_friction}, triangles,
+                {});
+  }
+  surface.initial = bodies.particles.x;
+  return surface;
 }
 
 // Every frame's file holds all surfaces: the more round bodies there are, the smaller each one in the picture
@@ -211,6 +232,8 @@ BuiltWorld build_world(const Scene& scene, const EffectSet& plan) {
     built.shapes.push_back(add_deformable(scene, body, meshes.of(body), bodies));
   bodies.forces.finalize(bodies.particles.mass);
   bodies.one_rings.finalize(bodies.particles.inverse_mass, bodies.particles.x);
+  if (plan[index(Effect::self_repulsion)] || plan[index(Effect::self_collision)])
+    bodies.collision_surface = collision_surface(scene, bodies);
   if (scene.ground) {
     Placement placement;
     placement.position = Vec3(0, scene.ground->height, 0);

@@ -99,11 +99,6 @@ std::vector<std::string> warnings(const Scene& scene, const EffectPlan& plan, co
           "the mesh of {} is at its thickest {:.3g} m, less than {:.0f} cells of its level set: raise "
           "shape.cells, or other bodies may pass through",
           sharers(grid), grid.thickness, least_cells));
-  if (scene.deformable.size() > 1)
-    found.push_back(
-        fmt::format("the {} deformable bodies collide with rigid bodies and the ground, "
-                    "but not with each other in this version",
-                    scene.deformable.size()));
   if (const TimeStepEstimate estimate = estimate_time_step(scene, sizes);
       estimate.substeps_per_frame > many_substeps)
     found.push_back(

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -48,16 +49,21 @@ struct FrameStats {
   int frame = 0;
   double time = 0;  // s, simulated
   int substeps = 0;
-  double dt_min = 0, dt_max = 0;         // s
-  double seconds = 0;                    // s, wall time of simulating the frame (no file output)
-  std::vector<StageStats> stages;        // every stage and effect of the program, 0 calls where not entered
-  std::int64_t cg_iterations = 0;        // sum over the frame
-  std::int64_t contacts = 0;             // active contact points at the end of the frame
-  double max_penetration = 0;            // m, deepest overlap of any pair at the frame's end, >= 0
-  std::int64_t pressure_iterations = 0;  // sum over the frame
-  double volume_error = 0;               // largest |V/V_0 - 1| of an incompressible body
-  double min_det_F = 1;                  // least determinant of a deformation gradient
-  int inverted = 0;                      // elements with det F <= 0
+  double dt_min = 0, dt_max = 0;           // s
+  double seconds = 0;                      // s, wall time of simulating the frame (no file output)
+  std::vector<StageStats> stages;          // every stage and effect of the program, 0 calls where not entered
+  std::int64_t cg_iterations = 0;          // sum over the frame
+  std::int64_t contacts = 0;               // active contact points at the end of the frame
+  double max_penetration = 0;              // m, deepest overlap of any pair at the frame's end, >= 0
+  std::int64_t pressure_iterations = 0;    // sum over the frame
+  double volume_error = 0;                 // largest |V/V_0 - 1| of an incompressible body
+  double min_det_F = 1;                    // least determinant of a deformation gradient
+  int inverted = 0;                        // elements with det F <= 0
+  std::int64_t self_repulsions = 0;        // pairs of deformable surface elements nearer than their thickness
+  std::int64_t self_collisions = 0;        // impulses that kept surfaces from crossing, sum over the frame
+  std::int64_t impact_zone_particles = 0;  // that had to move as rigid zones, sum over the frame
+  std::optional<std::int64_t> self_intersections;  // pairs of triangles that meet, exactly; with the effect
+                                                   // self_collision
   double kinetic = 0, potential = 0, elastic = 0;  // J; potential is that of gravity
   Vec3 momentum = Vec3::Zero();                    // kg m/s
   Vec3 angular_momentum = Vec3::Zero();            // kg m^2/s, about the origin

@@ -145,6 +145,24 @@ PlannedEffect incompressibility(const Scene& scene) {
   return {effect, true, fmt::format("asked for by {}", listed(names))};
 }
 
+PlannedEffect between_surfaces(Effect effect, const Scene& scene, const Bodies& bodies) {
+  if (bodies.deformable.empty()) return {effect, false, "no deformable body"};
+  std::vector<std::string> folding;
+  for (const DeformableBody& body : scene.deformable)
+    if (collides_with_itself(body)) folding.push_back(body.name);
+  std::vector<std::string> reasons;
+  if (bodies.deformable.size() > 1)
+    reasons.push_back(fmt::format("{} can touch each other", deformable_text(bodies)));
+  if (!folding.empty())
+    reasons.push_back(
+        fmt::format("{} can touch {}", listed(folding), folding.size() == 1 ? "itself" : "themselves"));
+  if (reasons.empty())
+    return {effect, false,
+            fmt::format("`{}` is the only deformable body, and its self_collision is off",
+                        bodies.deformable.front())};
+  return {effect, true, fmt::format("{}", fmt::join(reasons, "; "))};
+}
+
 EffectSet removed_effects(const std::vector<std::string>& without) {
   EffectSet removed;
   for (const std::string& word : without) {
@@ -185,6 +203,8 @@ EffectPlan plan_effects(const Scene& scene, const std::vector<std::string>& with
   add(rolling_friction(scene, contact));
   add(kinematic_motion(bodies));
   add(incompressibility(scene));
+  add(between_surfaces(Effect::self_repulsion, scene, bodies));
+  add(between_surfaces(Effect::self_collision, scene, bodies));
   return plan;
 }
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "sim/base/types.h"
+#include "sim/deformable/material_model.h"
 #include "sim/geometry/triangle_mesh.h"
 #include "sim/rigid/kinematic_motion.h"
 
@@ -39,6 +40,8 @@ struct Material {
   double poisson_ratio = 0.45;  // 1, in (-1, 0.5)
   double damping =
       0.01;  // s, stiffness-proportional Rayleigh damping: viscous moduli = damping * elastic moduli
+  double mass_damping = 0;  // 1/s, mass-proportional Rayleigh damping: braking force over mass and velocity
+  MaterialModel model = MaterialModel::neo_hookean;
 };
 
 enum class ShapeKind { box, sphere, capsule, cylinder, torus, mesh };
@@ -123,8 +126,14 @@ struct DeformableBody {
   std::string material;        // name of a material
   std::optional<double> mass;  // kg; overrides density * volume
   bool incompressible = false;
+  std::optional<bool> self_collision;         // with itself; else as collides_with_itself decides
+  std::optional<double> collision_thickness;  // m; else a tenth of the surface's shortest edge
+  double collision_friction = 0.4;            // against itself and other deformable bodies
   std::string look;
 };
+
+// Whether parts of the body are kept from each other: where the scene asks for it.
+inline bool collides_with_itself(const DeformableBody& body) { return body.self_collision.value_or(false); }
 
 struct Ground {       // the half space y <= height, static
   double height = 0;  // m

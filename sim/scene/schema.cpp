@@ -122,6 +122,7 @@ std::string vector_text(const Vector& value) {
 
 struct TypeText {
   std::string operator()(bool*) const { return "boolean"; }
+  std::string operator()(std::optional<bool>*) const { return "boolean"; }
   std::string operator()(int*) const { return "integer"; }
   std::string operator()(double*) const { return "number"; }
   std::string operator()(std::optional<double>*) const { return "number"; }
@@ -140,6 +141,9 @@ struct TypeText {
 
 struct ValueText {
   std::string operator()(const bool* value) const { return *value ? "true" : "false"; }
+  std::string operator()(const std::optional<bool>* value) const {
+    return *value ? (*this)(&**value) : "none";
+  }
   std::string operator()(const int* value) const { return std::to_string(*value); }
   std::string operator()(const double* value) const { return number_text(*value); }
   std::string operator()(const std::optional<double>* value) const {
@@ -215,6 +219,10 @@ std::vector<Key> keys(Material& material) {
       {"poisson_ratio", &material.poisson_ratio, "", strictly_between(-1, 0.5),
        "lateral shrinking under a stretch; 0.5 would be incompressible"},
       {"damping", &material.damping, "s", non_negative, "viscous moduli = damping * elastic moduli"},
+      {"mass_damping", &material.mass_damping, "1/s", non_negative,
+       "braking force over mass and velocity; slows the body as a whole, too"},
+      {"model", choice(material.model, {std::begin(material_model_names), std::end(material_model_names)}),
+       "", any, "how stress follows from large strains; at small strains all are alike"},
   };
 }
 
@@ -305,6 +313,14 @@ std::vector<Key> keys(DeformableEntry& entry) {
       {"mass", &body.mass, "kg", positive, "replaces the material's density * volume"},
       {"incompressible", &body.incompressible, "", any,
        "keeps the volume around every particle, whatever the material's Poisson ratio"},
+      {"self_collision", &body.self_collision, "", any,
+       "whether the body collides with itself; with other deformable bodies it always does. Without the key, "
+       "no"},
+      {"collision_thickness", &body.collision_thickness, "m", positive,
+       "gap that the surface keeps from itself and other deformable bodies; without it, a tenth of the "
+       "surface's shortest edge"},
+      {"collision_friction", &body.collision_friction, "", non_negative,
+       "Coulomb coefficient against itself and other deformable bodies; a pair uses the smaller one"},
       {"look", Reference{&body.look, "looks"}, "", any,
        "how the body is drawn; without one, the defaults of a look"},
   };

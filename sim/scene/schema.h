@@ -48,8 +48,8 @@ struct List {  // an array of tables within the table; a single table will do fo
   std::function<std::vector<Key>(std::size_t)> element;  // keys of the i-th one, which it makes if need be
 };
 
-using Target = std::variant<bool*, int*, double*, std::optional<double>*, Vec3*, std::optional<Vec3>*, Vec3i*,
-                            std::string*, Name, Reference, Choice, Group, List>;
+using Target = std::variant<bool*, std::optional<bool>*, int*, double*, std::optional<double>*, Vec3*,
+                            std::optional<Vec3>*, Vec3i*, std::string*, Name, Reference, Choice, Group, List>;
 
 enum class Presence {
   optional,

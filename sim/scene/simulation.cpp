@@ -9,6 +9,7 @@
 #include "sim/base/error.h"
 #include "sim/base/hash.h"
 #include "sim/geometry/grid_level_set.h"
+#include "sim/geometry/triangle_intersection.h"
 #include "sim/scene/build_world.h"
 #include "sim/step/step.h"
 
@@ -41,6 +42,40 @@ void visit_state(World& world, std::int64_t& frame, double& squared_frequency, V
     visit(&state.velocity, sizeof(Vec3));
     visit(&rotation_variable(state, rigid.properties[i]), sizeof(Vec3));
   }
+}
+
+// The pairs of triangles that self-collisions should keep apart and that meet.
+std::vector<std::array<int, 2>> self_intersections(const Bodies& bodies) {
+  const CollisionSurface& surface = bodies.collision_surface;
+  std::vector<std::array<int, 2>> pairs = intersecting_triangles(bodies.particles.x, surface.triangles);
+  std::erase_if(pairs, [&](const std::array<int, 2>& pair) {
+    const int body = surface.triangle_body[static_cast<std::size_t>(pair[0])];
+    return body == surface.triangle_body[static_cast<std::size_t>(pair[1])] &&
+           !surface.bodies[static_cast<std::size_t>(body)].itself;
+  });
+  return pairs;
+}
+
+// Self-collisions keep free of intersections what is free of them.
+void check_apart(const Bodies& bodies) {
+  const std::vector<std::array<int, 2>> pairs = self_intersections(bodies);
+  if (pairs.empty()) return;
+  const CollisionSurface& surface = bodies.collision_surface;
+  const auto triangle = static_cast<std::size_t>(pairs.front()[0]);
+  const auto name = [&](int t) {
+    return bodies.deformable[static_cast<std::size_t>(surface.triangle_body[static_cast<std::size_t>(t)])]
+        .name;
+  };
+  SimulationFault fault;
+  fault.stage = "0 initial state";
+  fault.body = name(pairs.front()[0]);
+  fault.element = "triangle " + std::to_string(triangle);
+  fault.position = bodies.particles.x[static_cast<std::size_t>(surface.triangles[triangle][0])];
+  fault.value = static_cast<double>(pairs.size());
+  fault.cause =
+      "its surface and that of `" + name(pairs.front()[1]) + "` touch or intersect, in so many triangles";
+  fault.remedy = "leave a gap between them, or let them pass with --without self_collision";
+  throw SimulationError(fault);
 }
 
 }  // namespace
@@ -138,6 +173,8 @@ struct Simulation::Impl {
     stats.kinetic = kinetic_energy(bodies);
     stats.potential = gravitational_energy(bodies, world().gravity);
     stats.elastic = world().has(Effect::deformable_elasticity) ? bodies.forces.energy(bodies.particles.x) : 0;
+    if (world().has(Effect::self_collision))
+      stats.self_intersections = static_cast<std::int64_t>(self_intersections(bodies).size());
     const Momentum total = momentum(bodies);
     stats.momentum = total.linear;
     stats.angular_momentum = total.angular;
@@ -155,6 +192,9 @@ struct Simulation::Impl {
     stats.cg_iterations = world().counters.cg_iterations;
     stats.pressure_iterations = world().counters.pressure_iterations;
     stats.contacts = world().counters.contacts;
+    stats.self_repulsions = world().counters.self_repulsions;
+    stats.self_collisions = world().counters.self_collisions;
+    stats.impact_zone_particles = world().counters.impact_zone_particles;
     if (world().ledger.is_on()) measure_ledger();
   }
 
@@ -177,6 +217,7 @@ Simulation::Simulation(const scene::Scene& scene, const EffectSet& plan) : impl_
   impl_->built = scene::build_world(scene, plan);
   impl_->scene = scene;
   check_finite(impl_->world(), "0 initial state");
+  if (plan[index(Effect::self_collision)]) check_apart(impl_->world().bodies);
   impl_->measure_state();
   impl_->measure_work();
 }

@@ -103,13 +103,19 @@ void TableReader::read_value(const toml::node& node, const Key& key, const std::
   const auto integer = [&](const toml::node& element, const std::string& where, int& value) {
     return read_integer(element, key, where, value);
   };
+  const auto boolean = [&](bool& value) {
+    if (const auto* found = node.as_boolean()) {
+      value = found->get();
+      return true;
+    }
+    wrong_type(node, path, "true or false", key.meaning);
+    return false;
+  };
   std::visit(
       Overloaded{
-          [&](bool* target) {
-            if (const auto* value = node.as_boolean())
-              *target = value->get();
-            else
-              wrong_type(node, path, "true or false", key.meaning);
+          [&](bool* target) { boolean(*target); },
+          [&](std::optional<bool>* target) {
+            if (bool value; boolean(value)) *target = value;
           },
           [&](int* target) { integer(node, path, *target); },
           [&](double* target) { number(node, path, *target); },

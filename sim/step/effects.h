@@ -19,11 +19,15 @@ enum class Effect {
   rolling_friction,          // III.3, V.4 moments of rolling and spinning friction
   kinematic_motion,          // rigid bodies that move as the scene prescribes
   incompressibility,         // I.2, V.1
+  self_repulsion,            // I.3, V.2, V.4 between deformable surfaces that are near each other
+  self_collision,            // IV no crossing of deformable surfaces, of one body or of several
 };
-inline constexpr int effect_count = 9;
+inline constexpr int effect_count = 11;
 inline constexpr std::array<std::string_view, effect_count> effect_names = {
-    "rigid_collision",   "rigid_contact",    "rigid_deformable_contact", "deformable_elasticity", "push_out",
-    "shock_propagation", "rolling_friction", "kinematic_motion",         "incompressibility"};
+    "rigid_collision",       "rigid_contact",    "rigid_deformable_contact",
+    "deformable_elasticity", "push_out",         "shock_propagation",
+    "rolling_friction",      "kinematic_motion", "incompressibility",
+    "self_repulsion",        "self_collision"};
 
 using EffectSet = std::bitset<effect_count>;
 inline std::size_t index(Effect effect) { return static_cast<std::size_t>(effect); }

@@ -21,6 +21,7 @@ void step(World& world, double time, double dt) {
   // I    v^n -> v~^{n+1/2}
   run(Stage::advance_velocity, advance_velocity);
   if (world.has(Effect::incompressibility)) run(Stage::volume_correction, correct_volume);
+  if (world.has(Effect::self_repulsion)) run(Stage::self_repulsion, repel_surfaces);
   if (collision) run(Stage::broad_phase, find_contacts);
   // II   v^n -> v^^n, v~^{n+1/2} -> v^^{n+1/2}
   if (collision) run(Stage::collide, collide);
@@ -30,10 +31,13 @@ void step(World& world, double time, double dt) {
   run(Stage::advance_position, advance_position);
   if (world.has(Effect::push_out)) run(Stage::push_out, push_out);
   restore_collided_velocity(world, context);
+  if (world.has(Effect::self_collision)) run(Stage::self_collision, collide_surfaces);
   // V    v^^n -> v^{n+1}
+  if (world.has(Effect::self_repulsion)) run(Stage::velocity_repulsion, find_repulsions);
   run(Stage::constrained_solve, constrained_solve);
   if (world.has(Effect::incompressibility)) run(Stage::make_incompressible, make_incompressible);
   if (contact) run(Stage::velocity_contact, apply_velocity_contact);
+  if (world.has(Effect::self_repulsion)) run(Stage::velocity_repulsion, apply_velocity_repulsions);
   end_step(world);
   world.ledger.end_step(world);
   if (contact) remember(context.contacts, context.graph, dt, context.memory);

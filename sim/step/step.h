@@ -35,6 +35,7 @@ void begin_step(World& world, StepContext& context);        // remembers x^n and
 void plan_motion(World& world, StepContext& context);       //       of kinematic bodies in this step
 void advance_velocity(World& world, StepContext& context);  // I     v^n -> v~^{n+1/2}
 void correct_volume(World& world, StepContext& context);    // I.2   so that positions reach rest volumes
+void repel_surfaces(World& world, StepContext& context);    // I.3
 void find_contacts(World& world, StepContext& context);     //       v~^{n+1/2} - v^n, and what may touch
 void collide(World& world, StepContext& context);           // II    v^n -> v^^n, v~^{n+1/2} -> v^^{n+1/2}
 void apply_contact(World& world, StepContext& context);     // III   v^^{n+1/2} -> v^{n+1/2}
@@ -42,9 +43,12 @@ void solve_contacts(World& world, StepContext& context);    // the solve that II
 void advance_position(World& world, StepContext& context);  // IV.1  x^n -> x^^{n+1}
 void push_out(World& world, StepContext& context);          // IV.2  x^^{n+1} -> x^{n+1}
 void restore_collided_velocity(World& world, StepContext& context);  //       v^{n+1/2} -> v^^n, at x^{n+1}
-void constrained_solve(World& world, StepContext& context);          // V.2-3 v^^n -> v_**^{n+1}
+void collide_surfaces(World& world, StepContext& context);   //       x^{n+1} without crossings, v^^n with it
+void find_repulsions(World& world, StepContext& context);    //       at x^{n+1}
+void constrained_solve(World& world, StepContext& context);  // V.2-3 v^^n -> v_**^{n+1}
 void make_incompressible(World& world, StepContext& context);        // V.1   of v_**^{n+1}
 void apply_velocity_contact(World& world, StepContext& context);     // V.4   v_**^{n+1} -> v^{n+1}
+void apply_velocity_repulsions(World& world, StepContext& context);  //       between deformable surfaces
 
 // The implicit solve of I.1 and V.2 at the positions now: from the velocities v now, fills `context.force`
 // with the explicit forces (elastic and gravity) and `context.solution` with V, V = v + dt M^-1 (force +

@@ -7,8 +7,9 @@ namespace {
 
 // Steps I and III find v^{n+1/2}, which moves the bodies and is then given up for v^^n.
 bool is_kept(Stage stage) {
-  return stage == Stage::collide || stage == Stage::make_incompressible ||
-         stage == Stage::constrained_solve || stage == Stage::velocity_contact;
+  return stage == Stage::collide || stage == Stage::self_collision || stage == Stage::constrained_solve ||
+         stage == Stage::make_incompressible || stage == Stage::velocity_contact ||
+         stage == Stage::velocity_repulsion;
 }
 
 bool acts_in_the_middle(Stage stage) {  // at x^{n+1/2}

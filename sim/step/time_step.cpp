@@ -102,7 +102,6 @@ void bound_by_approach(World& world, double time, TimeStepChoice& choice) {
     const int guest = pair.guest_rigid >= 0 ? pair.guest_rigid : rigid_count + pair.guest_deformable;
     const BodyBounds& a = broad_phase.bounds[static_cast<std::size_t>(pair.host)];
     const BodyBounds& b = broad_phase.bounds[static_cast<std::size_t>(guest)];
-    if (guest < pair.host && !a.is_half_space) return choice;  // the same two as (guest, host)
     const double depth = std::min(entry(a, world.settings), entry(b, world.settings));
     return TimeStepChoice{time_apart(a, b, depth, acceleration), TimeStepBound::approach, pair.host, guest};
   };

@@ -14,7 +14,8 @@ void constrained_solve(World& world, StepContext& context) {
   if (world.has(Effect::deformable_elasticity) || world.has(Effect::incompressibility)) {
     for (ContactPoint& contact : context.contacts.points)
       if (!contact.impulse.isZero(0)) update_geometry(bodies, contact);
-    context.projection.build(bodies, context.contacts, context.graph, world.settings.projection_sweeps);
+    context.projection.build(bodies, context.contacts, context.graph, world.settings.projection_sweeps,
+                             world.has(Effect::self_repulsion) ? &context.self_repulsion : nullptr);
     projection = &context.projection;
   }
 

@@ -9,6 +9,8 @@
 #include "sim/coupling/push_out.h"
 #include "sim/coupling/separation.h"
 #include "sim/coupling/warm_start.h"
+#include "sim/deformable/self_collision.h"
+#include "sim/deformable/self_repulsion.h"
 #include "sim/solve/conjugate_gradient.h"
 #include "sim/solve/pressure_system.h"
 #include "sim/step/effects.h"
@@ -39,7 +41,10 @@ struct StepCounters {
   std::int64_t cg_iterations = 0;
   std::int64_t pressure_iterations = 0;
   std::int64_t contact_sweeps = 0;
-  std::int64_t contacts = 0;  // with an impulse, in the last step
+  std::int64_t contacts = 0;         // with an impulse, in the last step
+  std::int64_t self_repulsions = 0;  // pairs nearer than their thickness, in the last step
+  std::int64_t self_collisions = 0;  // impulses
+  std::int64_t impact_zone_particles = 0;
 };
 
 // One step's own values: sizes, times, the paper's named velocities, scratch that keeps its storage.
@@ -66,6 +71,10 @@ struct StepContext {
   SeparationScratch separation_scratch;
   ContactProjection projection;
   PressureScratch pressure;
+
+  CollisionCandidates self_candidates;
+  SelfRepulsion self_repulsion;
+  SelfCollision self_collision;
 
   std::vector<Vec3> force, damping_force;  // N
   GeneralizedVelocity right_side, solution, residual, direction, image;

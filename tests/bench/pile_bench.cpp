@@ -4,6 +4,7 @@
 //
 //   s/step      wall seconds of a time step
 //   contacts    contact points that hold a force at the end
+//   kept, found pairs of the broad phase a step that persisted, and that had to be looked for
 //
 // The fit that the library prints for one size against another is the growth of the time of a step.
 #include <chrono>
@@ -16,6 +17,7 @@
 #include <benchmark/benchmark.h>
 
 #include "sim/base/parallel.h"
+#include "sim/step/world.h"
 
 namespace duet {
 namespace {
@@ -97,6 +99,9 @@ void step_of_a_heap(benchmark::State& state) {
   Heap& heap = Heap::of(static_cast<int>(state.range(0)));
   set_thread_count(static_cast<int>(state.range(1)));
   std::int64_t contacts = 0;
+  int all_steps = 0;
+  const auto pairs = [&] { return heap.simulation->world().context.contacts.search.broad_phase.counts(); };
+  const BroadPhase::Counts before = pairs();
   for (auto _ : state) {
     heap.simulation->load_state(heap.state);
     double seconds = 0;
@@ -109,9 +114,12 @@ void step_of_a_heap(benchmark::State& state) {
       contacts = stats.contacts;
     }
     state.SetIterationTime(seconds / steps);
+    all_steps += steps;
   }
   state.SetComplexityN(state.range(0));
   state.counters["contacts"] = static_cast<double>(contacts);
+  state.counters["kept"] = static_cast<double>(pairs().kept - before.kept) / all_steps;
+  state.counters["found"] = static_cast<double>(pairs().found - before.found) / all_steps;
   set_thread_count(0);
 }
 

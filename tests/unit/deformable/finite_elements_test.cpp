@@ -12,7 +12,7 @@ struct Block {
   std::vector<Vec3> x;
   std::vector<double> mass;
 
-  explicit Block(int cells = 3) {
+  explicit Block(int cells = 3, MaterialModel model = MaterialModel::neo_hookean, double mass_damping = 0) {
     const TetMesh mesh = box_lattice(Vec3(1, 1.5, 2), Vec3i(cells, cells, cells));
     x = mesh.nodes;
     mass.assign(x.size(), 0);
@@ -21,7 +21,7 @@ struct Block {
         mass[static_cast<std::size_t>(i)] +=
             250 * tet_volume(x[static_cast<std::size_t>(t[0])], x[static_cast<std::size_t>(t[1])],
                              x[static_cast<std::size_t>(t[2])], x[static_cast<std::size_t>(t[3])]);
-    elements.add(mesh.tets, x, lame_parameters(1e5, 0.45, 0.01));
+    elements.add(mesh.tets, x, {lame_parameters(1e5, 0.45, 0.01), model, mass_damping});
     elements.finalize(mass);
   }
   std::vector<Vec3> random_field(unsigned seed, double size) const {
@@ -106,6 +106,101 @@ TEST(FiniteElements, DampingIsSymmetricAndTakesEnergyOut) {
     EXPECT_NEAR(dot(u, Gv), dot(v, Gu), 1e-12 * std::abs(dot(u, Gu)));
     EXPECT_LT(dot(u, Gu), 0);
   }
+}
+
+class AnyModel : public ::testing::TestWithParam<MaterialModel> {};
+INSTANTIATE_TEST_SUITE_P(FiniteElements, AnyModel,
+                         ::testing::Values(MaterialModel::neo_hookean, MaterialModel::corotated,
+                                           MaterialModel::st_venant_kirchhoff));
+
+// In a state of tension, where no element's Hessian needs to be projected.
+TEST_P(AnyModel, ForceDifferentialsAreTheDerivativeOfTheForces) {
+  Block block(2, GetParam());
+  std::vector<Vec3> x = block.moved(block.random_field(6, 0.001));
+  for (Vec3& p : x) p *= 1.02;
+  const std::vector<Vec3> dx = block.random_field(7, 1);
+  const auto forces_at = [&](double s) {
+    std::vector<Vec3> y = x, force = zeros(x.size());
+    for (std::size_t i = 0; i < x.size(); ++i) y[i] += s * dx[i];
+    block.elements.add_elastic_forces(y, force);
+    return force;
+  };
+  constexpr double h = 1e-5;
+  const std::vector<Vec3> up = forces_at(h), down = forces_at(-h);
+  forces_at(0);
+  block.elements.linearize();
+  std::vector<Vec3> differential = zeros(x.size());
+  block.elements.add_force_differentials(dx, differential);
+  double largest = 0;
+  for (const Vec3& f : differential) largest = std::max(largest, f.norm());
+  for (std::size_t i = 0; i < x.size(); ++i)
+    EXPECT_LT((differential[i] - (up[i] - down[i]) / (2 * h)).norm(), 1e-6 * largest);
+}
+
+TEST_P(AnyModel, StiffnessIsSymmetricAndPositiveSemiDefiniteForInvertedElementsToo) {
+  Block block(3, GetParam());
+  for (unsigned seed = 20; seed < 25; ++seed) {
+    const std::vector<Vec3> x = block.moved(block.random_field(seed, 0.6));
+    EXPECT_GT(block.elements.strain(x).inverted, 10);
+    std::vector<Vec3> unused = zeros(x.size()), Ku = zeros(x.size()), Kv = zeros(x.size());
+    block.elements.add_elastic_forces(x, unused);
+    block.elements.linearize();
+    const std::vector<Vec3> u = block.random_field(seed + 100, 1), v = block.random_field(seed + 200, 1);
+    block.elements.add_force_differentials(u, Ku);
+    block.elements.add_force_differentials(v, Kv);
+    EXPECT_NEAR(dot(u, Kv), dot(v, Ku), 1e-12 * std::abs(dot(u, Ku)));
+    EXPECT_LT(dot(u, Ku), 0);
+  }
+}
+
+// Batches hold elements of one model each, however the bodies that they come from are mixed.
+TEST(FiniteElements, SeveralModelsTogetherActAsEachAlone) {
+  const MaterialModel models[] = {MaterialModel::corotated, MaterialModel::neo_hookean,
+                                  MaterialModel::st_venant_kirchhoff, MaterialModel::corotated};
+  const TetMesh mesh = box_lattice(Vec3(1, 1, 1), Vec3i(1, 1, 1));
+  const std::size_t nodes = mesh.nodes.size();
+  FiniteElements together;
+  std::vector<Vec3> rest, x;
+  Block block(1);
+  const std::vector<Vec3> displacement = block.random_field(8, 0.3);
+  for (std::size_t body = 0; body < std::size(models); ++body) {
+    std::vector<Tet> tets = mesh.tets;
+    for (Tet& tet : tets)
+      for (int& i : tet) i += static_cast<int>(body * nodes);
+    for (std::size_t i = 0; i < nodes; ++i) {
+      rest.push_back(mesh.nodes[i]);
+      x.push_back(mesh.nodes[i] + displacement[i]);
+    }
+    together.add(tets, rest, {lame_parameters(1e5, 0.3, 0), models[body]});
+  }
+  together.finalize(std::vector<double>(rest.size(), 1));
+  std::vector<Vec3> force = zeros(rest.size());
+  together.add_elastic_forces(x, force);
+  double energy = 0;
+  for (std::size_t body = 0; body < std::size(models); ++body) {
+    FiniteElements alone;
+    alone.add(mesh.tets, mesh.nodes, {lame_parameters(1e5, 0.3, 0), models[body]});
+    alone.finalize(std::vector<double>(nodes, 1));
+    const std::vector<Vec3> here(x.begin(), x.begin() + static_cast<std::ptrdiff_t>(nodes));
+    std::vector<Vec3> expected = zeros(nodes);
+    alone.add_elastic_forces(here, expected);
+    energy += alone.energy(here);
+    for (std::size_t i = 0; i < nodes; ++i)
+      EXPECT_LT((force[body * nodes + i] - expected[i]).norm(), 1e-12 * expected[i].norm());
+  }
+  EXPECT_NEAR(together.energy(x), energy, 1e-13 * energy);
+}
+
+TEST(FiniteElements, MassDampingBrakesEveryParticleAlike) {
+  Block block(2, MaterialModel::neo_hookean, 3.0), undamped(2);
+  const std::vector<Vec3> v = block.random_field(9, 1);
+  std::vector<Vec3> unused = zeros(v.size()), damped = zeros(v.size()), viscous = zeros(v.size());
+  block.elements.add_elastic_forces(block.x, unused);
+  undamped.elements.add_elastic_forces(block.x, unused);
+  block.elements.add_damping_forces(v, damped);
+  undamped.elements.add_damping_forces(v, viscous);
+  for (std::size_t i = 0; i < v.size(); ++i)
+    EXPECT_LT((damped[i] - viscous[i] + 3.0 * block.mass[i] * v[i]).norm(), 1e-12 * damped[i].norm());
 }
 
 // Irons: no mode of the assembled body is faster than the bound that the time step is chosen by. The fastest

@@ -43,6 +43,9 @@ TEST(StatsLog, LineHasTheAgreedFieldsInOrder) {
                                             "volume_error",
                                             "min_det_F",
                                             "inverted",
+                                            "self_repulsions",
+                                            "self_collisions",
+                                            "impact_zone_particles",
                                             "kinetic",
                                             "potential",
                                             "elastic",
@@ -55,6 +58,9 @@ TEST(StatsLog, LineHasTheAgreedFieldsInOrder) {
   EXPECT_EQ(object["momentum"].dump(), "[1.0,0.1,-3.0]");
   EXPECT_EQ(object["hash"], "00000000000000ff");
   EXPECT_EQ(text.find('\n'), std::string::npos);
+  FrameStats counted = stats_of(3);
+  counted.self_intersections = 2;
+  EXPECT_EQ(nlohmann::json::parse(stats_json(counted))["self_intersections"], 2);
 }
 
 TEST(StatsLog, ResumingKeepsTheLinesUpToTheResumedFrame) {

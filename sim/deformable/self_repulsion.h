@@ -1,0 +1,59 @@
+// Self-repulsions (paper sections 3 and 7, steps I.3 and V.4; Bridson et al. 2002): impulses between parts of
+// deformable surfaces, of one body or of several, that are nearer than their thickness h.
+#pragma once
+
+#include "sim/deformable/collision_candidates.h"
+#include "sim/deformable/particles.h"
+
+namespace duet {
+
+// The nearest points of two elements, as a constraint on particle velocities: n . sum w_i v_i is the speed at
+// which they part.
+struct RepulsionPair {
+  std::array<int, 4> particle{};
+  std::array<double, 4> weight{};
+  Vec3 normal = Vec3::Zero();
+  double distance = 0, thickness = 0;  // m
+  double friction = 0;
+  double mass = 0;      // kg, 1/(sum of w_i^2 / m_i)
+  double target = 0;    // m/s, within a solve
+  bool active = false;  // within a solve
+};
+
+Vec3 relative_velocity(const RepulsionPair& pair, const std::vector<Vec3>& v);
+// Velocities change by w_i j / m_i, which keeps linear momentum; where the impulse is along the normal,
+// angular momentum too.
+void apply_impulse(const RepulsionPair& pair, const Vec3& impulse, const std::vector<double>& inverse_mass,
+                   std::vector<Vec3>& v);
+
+class SelfRepulsion {
+ public:
+  // Finds the pairs nearer than repulsion_range h at `x`.
+  void find(const std::vector<CandidatePair>& candidates, const std::vector<Vec3>& x,
+            const std::vector<double>& inverse_mass);
+
+  // Inelastic impulses and friction at positions `x`: pairs do not approach within h, and outside of it no
+  // faster than by a tenth of what they are farther apart in the step. Linear and angular momentum are kept.
+  void apply(double dt, const std::vector<Vec3>& x, const std::vector<double>& inverse_mass,
+             std::vector<Vec3>& v) const;
+  // The elastic part: pairs nearer than h part by a tenth of what they lack in the step.
+  void apply_elastic(double dt, const std::vector<double>& inverse_mass, std::vector<Vec3>& v) const;
+
+  // The pairs as rows of the projection in the conjugate gradients (section 7.1): those nearer than h that
+  // would approach from `start` at `velocity` keep n.v_rel = half of what it is at `start`.
+  void choose_rows(const std::vector<Vec3>& start, const std::vector<Vec3>& velocity);
+  // One sweep over the rows to and fro, which is self-adjoint in the mass inner product. Without targets,
+  // onto n.v_rel = 0.
+  void sweep(bool with_target, const std::vector<double>& inverse_mass, std::vector<Vec3>& v) const;
+
+  const std::vector<RepulsionPair>& pairs() const { return pairs_; }
+
+ private:
+  struct Chunk {
+    std::vector<RepulsionPair> pairs;
+  };
+  std::vector<Chunk> chunks_;
+  std::vector<RepulsionPair> pairs_;
+};
+
+}  // namespace duet

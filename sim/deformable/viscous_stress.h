@@ -1,0 +1,25 @@
+// Viscosity of all materials, written once for T = double and T = Pack.
+#pragma once
+
+#include "sim/base/simd.h"
+
+namespace duet {
+
+// Viscous stress (Pa) for the velocity gradient Fdot (1/s): P = F (2 b Edot + a tr(Edot) I) with Edot =
+// sym(F^T Fdot), the rate of the Green strain, and viscous moduli a = damping * lambda, b = damping * mu.
+// Linear in Fdot, symmetric, dissipative, and unlike a law on the rotated F it keeps angular momentum exactly
+// (P F^T is symmetric).
+template <class T>
+Matrix3<T> viscous_stress(const T& mu, const T& lambda, const T& damping, const Matrix3<T>& F,
+                          const Matrix3<T>& Fdot) {
+  const Matrix3<T> A = transposed_times(F, Fdot);
+  const T trace = damping * lambda * (A[0][0] + A[1][1] + A[2][2]);
+  const T b = damping * mu;
+  Matrix3<T> S;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) S[i][j] = b * (A[i][j] + A[j][i]);
+  for (int i = 0; i < 3; ++i) S[i][i] = S[i][i] + trace;
+  return F * S;
+}
+
+}  // namespace duet

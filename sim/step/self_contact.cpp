@@ -1,0 +1,72 @@
+// Self-repulsions (paper steps I.3 and V.4) and self-collisions (step IV), between deformable surfaces of one
+// body and of several.
+#include <algorithm>
+
+#include "sim/base/error.h"
+#include "sim/step/step.h"
+
+namespace duet {
+namespace {
+
+const std::string& body_of(const Bodies& bodies, int particle) {
+  return std::find_if(
+             bodies.deformable.begin(), bodies.deformable.end(),
+             [&](const DeformableBody& body) { return particle < body.first_particle + body.particle_count; })
+      ->name;
+}
+
+[[noreturn]] void fail(const World& world, const std::array<int, 4>& particle) {
+  SimulationFault fault;
+  fault.stage = "IV self-collision";
+  fault.body = body_of(world.bodies, particle[0]);
+  fault.element = "particle " + std::to_string(particle[0]);
+  fault.position = world.context.x_n[static_cast<std::size_t>(particle[0])];
+  fault.cause = "particles that are held fast are led through the surface of `" +
+                body_of(world.bodies, particle[3]) + "`";
+  fault.remedy = "hold or move other particles, or let the bodies pass with --without self_collision";
+  throw SimulationError(fault);
+}
+
+}  // namespace
+
+// I.3. The candidates are sought with room for where the particles are about to go.
+void repel_surfaces(World& world, StepContext& context) {
+  Particles& particles = world.bodies.particles;
+  context.x_next.resize(particles.size());
+  for (std::size_t p = 0; p < particles.size(); ++p)
+    context.x_next[p] = particles.x[p] + context.dt * particles.v[p];
+  context.self_candidates.update(world.bodies.collision_surface, particles.x, context.x_next);
+  context.self_repulsion.find(context.self_candidates.pairs(), particles.x, particles.inverse_mass);
+  context.self_repulsion.apply(context.dt, particles.x, particles.inverse_mass, particles.v);
+  context.self_repulsion.apply_elastic(context.dt, particles.inverse_mass, particles.v);
+}
+
+void find_repulsions(World& world, StepContext& context) {
+  const Particles& particles = world.bodies.particles;
+  context.self_candidates.update(world.bodies.collision_surface, particles.x, particles.x);
+  context.self_repulsion.find(context.self_candidates.pairs(), particles.x, particles.inverse_mass);
+}
+
+void apply_velocity_repulsions(World& world, StepContext& context) {
+  Particles& particles = world.bodies.particles;
+  context.self_repulsion.apply(context.dt, particles.x, particles.inverse_mass, particles.v);
+  const std::vector<RepulsionPair>& pairs = context.self_repulsion.pairs();
+  world.counters.self_repulsions = std::count_if(
+      pairs.begin(), pairs.end(), [](const RepulsionPair& pair) { return pair.distance < pair.thickness; });
+}
+
+// The average velocity (x^{n+1} - x^n)/dt changes as the positions do, and v^^n with it.
+void collide_surfaces(World& world, StepContext& context) {
+  Particles& particles = world.bodies.particles;
+  context.x_next = particles.x;
+  const SelfCollision::Outcome outcome =
+      context.self_collision.resolve(world.bodies.collision_surface, context.x_n, particles.inverse_mass,
+                                     context.self_candidates, particles.x);
+  world.counters.self_collisions += outcome.impulses;
+  world.counters.impact_zone_particles += outcome.zone_particles;
+  if (outcome.unresolved) fail(world, *outcome.unresolved);
+  for (std::size_t p = 0; p < particles.size(); ++p)
+    particles.v[p] += (particles.x[p] - context.x_next[p]) / context.dt;
+}
+
+}  // namespace duet

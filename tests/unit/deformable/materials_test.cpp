@@ -1,0 +1,171 @@
+// What every material model promises: stress is the gradient of an energy, turns with the body, has the
+// stiffness of its moduli at rest and drives crushed elements open; its differential is the exact projection
+// of the energy's Hessian.
+#include "tests/support/deformations.h"
+#include <Eigen/Eigenvalues>
+#include <gtest/gtest.h>
+
+#include "sim/deformable/corotated.h"
+#include "sim/deformable/neo_hookean.h"
+#include "sim/deformable/st_venant_kirchhoff.h"
+#include "sim/deformable/stress_differential.h"
+
+namespace duet {
+namespace {
+
+using test::deformations;
+using test::eigen_of;
+using test::matrix_of;
+
+constexpr double mu = 0.7, lambda = 3.1;
+
+template <class Model>
+class Material : public ::testing::Test {
+ protected:
+  static double energy(const Mat3& F) { return Model::energy_density(mu, lambda, matrix_of(F)); }
+  static Mat3 stress(const Mat3& F) { return eigen_of(Model::stress(mu, lambda, matrix_of(F))); }
+  static double stiffening(const Mat3& F) { return Model::stiffening(mu, lambda, matrix_of(F)); }
+  static StressDifferential<double> differential(const Mat3& F) {
+    const PrincipalStretches<double> p = principal_stretches(matrix_of(F));
+    return stress_differential(p, Model::derivatives(mu, lambda, p.stretch));
+  }
+};
+using Models = ::testing::Types<NeoHookean, Corotated, StVenantKirchhoff>;
+TYPED_TEST_SUITE(Material, Models);
+
+using Mat9 = Eigen::Matrix<double, 9, 9>;
+
+Mat3 unit_matrix(int k) {
+  Mat3 m = Mat3::Zero();
+  m(k / 3, k % 3) = 1;
+  return m;
+}
+
+// Central difference of fourth order: truncation leaves h^4 times the fifth derivative, rounding 1e-16 / h.
+template <class Function>
+auto derivative(Function&& f, const Mat3& F, const Mat3& direction, double h) {
+  using Value = decltype(f(F));
+  const Value near = f(F + h * direction) - f(F - h * direction);
+  const Value far = f(F + 2 * h * direction) - f(F - 2 * h * direction);
+  return Value((8 * near - far) / (12 * h));
+}
+
+TYPED_TEST(Material, StressIsTheGradientOfTheEnergyInsideOutAsWell) {
+  for (const Mat3& F : deformations()) {
+    const Mat3 P = this->stress(F);
+    for (int k = 0; k < 9; ++k) {
+      const double slope =
+          derivative([&](const Mat3& G) { return this->energy(G); }, F, unit_matrix(k), 1e-4);
+      EXPECT_NEAR(P(k / 3, k % 3), slope, 1e-6 * std::max(1.0, P.norm())) << F;
+    }
+  }
+}
+
+TYPED_TEST(Material, RestHasNoStressAndTheLinearStiffnessOfItsLameParameters) {
+  EXPECT_LT(this->stress(Mat3::Identity()).norm(), 1e-15);
+  EXPECT_EQ(this->energy(Mat3::Identity()), 0);
+  EXPECT_DOUBLE_EQ(this->stiffening(Mat3::Identity()), 1);
+  const Mat3 strain = (Mat3() << 1, 0.2, 0, 0.2, -0.4, 0.1, 0, 0.1, 0.3).finished();
+  const Mat3 linear = 2 * mu * strain + lambda * strain.trace() * Mat3::Identity();
+  constexpr double h = 1e-7;
+  EXPECT_LT((this->stress(Mat3::Identity() + h * strain) / h - linear).norm(), 1e-5);  // O(h)
+  const Mat3 spin = skew(Vec3(1, 2, 3));
+  const Mat3 dP = eigen_of(this->differential(Mat3::Identity()) * matrix_of(strain + spin));
+  EXPECT_LT((dP - linear).norm(), 1e-14);  // without resistance to turning
+}
+
+TYPED_TEST(Material, StressTurnsWithTheBodyAndHasNoMoment) {
+  const Mat3 R = Quat(0.3, 0.5, -0.7, 0.4).normalized().toRotationMatrix();
+  for (const Mat3& F : deformations()) {
+    const Mat3 P = this->stress(F);
+    EXPECT_LT((this->stress(R * F) - R * P).norm(), 1e-12 * (1 + P.norm()));
+    EXPECT_LT((this->stress(F * R) - P * R).norm(), 1e-12 * (1 + P.norm()));
+    EXPECT_NEAR(this->energy(R * F), this->energy(F), 1e-12 * (1 + this->energy(F)));
+    const Mat3 kirchhoff = P * F.transpose();
+    EXPECT_LT((kirchhoff - kirchhoff.transpose()).norm(), 1e-12 * (1 + kirchhoff.norm()));
+  }
+}
+
+TYPED_TEST(Material, FlatAndInvertedElementsArePushedBack) {
+  for (const double depth : {0.2, 0.05, 0.0, -0.3, -0.9}) {
+    const Mat3 F = Vec3(1, 1, depth).asDiagonal();
+    // Work done by the stress for an increase of the depth is negative: the element wants to open.
+    EXPECT_LT(this->stress(F)(2, 2), 0) << depth;
+  }
+}
+
+TYPED_TEST(Material, DifferentialIsTheHessianProjectedToPositiveSemiDefinite) {
+  for (const Mat3& F : deformations()) {
+    Mat9 hessian, projected;
+    const StressDifferential<double> H = this->differential(F);
+    for (int k = 0; k < 9; ++k) {
+      const Mat3 dP = derivative([&](const Mat3& G) { return this->stress(G); }, F, unit_matrix(k), 1e-5);
+      const Mat3 HdF = eigen_of(H * matrix_of(unit_matrix(k)));
+      hessian.col(k) = Eigen::Map<const Eigen::Matrix<double, 9, 1>>(Mat3(dP.transpose()).data());
+      projected.col(k) = Eigen::Map<const Eigen::Matrix<double, 9, 1>>(Mat3(HdF.transpose()).data());
+    }
+    EXPECT_LT((hessian - hessian.transpose()).norm(), 1e-6 * hessian.norm()) << F;
+    EXPECT_LT((projected - projected.transpose()).norm(), 1e-13 * projected.norm()) << F;
+    const Eigen::SelfAdjointEigenSolver<Mat9> eigen(0.5 * (hessian + hessian.transpose()));
+    const Mat9 expected = eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0).asDiagonal() *
+                          eigen.eigenvectors().transpose();
+    EXPECT_LT((projected - expected).norm(), 1e-6 * hessian.norm()) << F;
+    const double least = Eigen::SelfAdjointEigenSolver<Mat9>(projected).eigenvalues()[0];
+    EXPECT_GT(least, -1e-13 * projected.norm());
+  }
+}
+
+TYPED_TEST(Material, DifferentialIsPositiveSemiDefiniteForAnyDeformation) {
+  std::mt19937 random(3);
+  for (int i = 0; i < 200; ++i) {
+    // Of rank 3, 2, 1 and 0.
+    Mat3 F = test::random_matrix(random, 2);
+    for (int k = 0; k < i % 4; ++k) F.col(k) = k == 2 ? Vec3::Zero() : Vec3(2 * F.col(2));
+    const StressDifferential<double> H = this->differential(F);
+    const Mat3 A = test::random_matrix(random), B = test::random_matrix(random);
+    const Mat3 HA = eigen_of(H * matrix_of(A)), HB = eigen_of(H * matrix_of(B));
+    const double work = HA.cwiseProduct(A).sum();
+    ASSERT_TRUE(std::isfinite(work)) << F;
+    EXPECT_GE(work, -1e-13 * HA.norm()) << F;
+    EXPECT_NEAR(HA.cwiseProduct(B).sum(), HB.cwiseProduct(A).sum(), 1e-13 * (HA.norm() + HB.norm())) << F;
+  }
+}
+
+TYPED_TEST(Material, PacksGiveTheSameBitsAsScalars) {
+  const std::vector<Mat3> all = deformations();
+  ASSERT_EQ(all.size() % pack_width, 0);
+  for (std::size_t start = 0; start < all.size(); start += pack_width) {
+    Matrix3<Pack> F;
+    for (std::size_t lane = 0; lane < pack_width; ++lane)
+      for (int k = 0; k < 9; ++k) F[k / 3][k % 3][lane] = all[start + lane](k / 3, k % 3);
+    const Pack m = Pack{} + mu, l = Pack{} + lambda;
+    const Matrix3<Pack> P = TypeParam::stress(m, l, F);
+    const PrincipalStretches<Pack> p = principal_stretches(F);
+    const Matrix3<Pack> HF = stress_differential(p, TypeParam::derivatives(m, l, p.stretch)) * F;
+    for (std::size_t lane = 0; lane < pack_width; ++lane) {
+      const Mat3 scalar = this->stress(all[start + lane]);
+      const Mat3 differential =
+          eigen_of(this->differential(all[start + lane]) * matrix_of(all[start + lane]));
+      for (int k = 0; k < 9; ++k) {
+        EXPECT_EQ(P[k / 3][k % 3][lane], scalar(k / 3, k % 3));
+        EXPECT_EQ(HF[k / 3][k % 3][lane], differential(k / 3, k % 3));
+      }
+    }
+  }
+}
+
+// Simple compression along one axis, the others held: stress grows with it throughout, though plain St.
+// Venant-Kirchhoff elements would give way from 1/sqrt 3 on and rest again inside out. (Beyond -1 another
+// axis is the shortest, and the one that opens.)
+TEST(StVenantKirchhoff, ResistsCompressionMoreAndMore) {
+  double last = 0;
+  for (double s = 0.99; s > -0.995; s -= 0.01) {
+    const Mat3 F = Vec3(1, 1, s).asDiagonal();
+    const double stress = eigen_of(StVenantKirchhoff::stress(mu, 0.0, matrix_of(F)))(2, 2);
+    EXPECT_LT(stress, last) << s;
+    last = stress;
+  }
+}
+
+}  // namespace
+}  // namespace duet
