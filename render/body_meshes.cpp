@@ -1,5 +1,6 @@
 #include "render/body_meshes.h"
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 
@@ -9,8 +10,9 @@ namespace {
 struct ShadedCorner {
   Vec3f position, normal;
   Vec2f uv;
+  float strain, inverted;  // the latter 1 at all corners of a triangle that touches an inverted element
 };
-static_assert(sizeof(ShadedCorner) == 8 * sizeof(float));
+static_assert(sizeof(ShadedCorner) == 10 * sizeof(float));
 
 std::size_t at(int index) { return static_cast<std::size_t>(index); }
 
@@ -52,6 +54,7 @@ BodyMeshes::BodyMeshes(const Gl& gl)
   shaded_.attribute(corners_, 0, 3, sizeof(ShadedCorner), offsetof(ShadedCorner, position));
   shaded_.attribute(corners_, 1, 3, sizeof(ShadedCorner), offsetof(ShadedCorner, normal));
   shaded_.attribute(corners_, 2, 2, sizeof(ShadedCorner), offsetof(ShadedCorner, uv));
+  shaded_.attribute(corners_, 3, 2, sizeof(ShadedCorner), offsetof(ShadedCorner, strain));
   shape_.attribute(positions_, 0, 3, sizeof(Vec3f), 0);
   gl_.BindBuffer(GL_ELEMENT_ARRAY_BUFFER, indices_.id());
 }
@@ -74,12 +77,18 @@ void BodyMeshes::upload(const std::vector<BodySurface>& bodies) {
     ranges_.push_back(range);
 
     const std::uint32_t base = static_cast<std::uint32_t>(positions.size());
-    for (const auto& triangle : surface.triangles)
+    const auto strain = [&](const Corner& c) {
+      return surface.strain.empty() ? 0.0F : surface.strain[at(c.position)];
+    };
+    for (const auto& triangle : surface.triangles) {
+      const bool inverted =
+          std::any_of(triangle.begin(), triangle.end(), [&](const Corner& c) { return strain(c) < 0; });
       for (const Corner& c : triangle) {
-        corners.push_back(
-            {surface.positions[at(c.position)], surface.normals[at(c.normal)], surface.uvs[at(c.uv)]});
+        corners.push_back({surface.positions[at(c.position)], surface.normals[at(c.normal)],
+                           surface.uvs[at(c.uv)], strain(c), inverted ? 1.0F : 0.0F});
         indices.push_back(base + static_cast<std::uint32_t>(c.position));
       }
+    }
     positions.insert(positions.end(), surface.positions.begin(), surface.positions.end());
   }
   corners_.fill(GL_ARRAY_BUFFER, std::span<const ShadedCorner>(corners));

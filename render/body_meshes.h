@@ -24,7 +24,7 @@ class BodyMeshes {
   // picture.
   Vec2 texture_scale(int body) const { return ranges_[static_cast<std::size_t>(body)].texture_scale; }
 
-  // Attributes 0 position, 1 normal, 2 texture coordinates.
+  // Attributes 0 position, 1 normal, 2 texture coordinates, 3 strain and whether an element is inverted.
   void draw_shaded(int body) const;
   // Attribute 0 position, each vertex once.
   void draw_shape(int body) const;

@@ -24,16 +24,35 @@ std::string remedy(const std::vector<scene::Look>& looks, const std::string& nam
   return fmt::format("add [looks.{}] to the scene{}{}", name, hint.empty() ? "" : "; ", hint);
 }
 
+// Dull, so that highlights are not taken for strain.
+scene::Look plain_look(const Vec3& color, const Vec3& color2) {
+  scene::Look look;
+  look.color = color;
+  look.color2 = color2;
+  look.roughness = 0.8;
+  look.pattern = strain_pattern;
+  return look;
+}
+
+void wear_strain(LookTable& table, const io::Manifest& manifest) {
+  table.strain = static_cast<int>(table.looks.size());
+  table.looks.push_back(plain_look(unstrained_color, strained_color));
+  table.looks.push_back(plain_look(inverted_color, inverted_color));
+  for (const io::ManifestBody& body : manifest.bodies)
+    if (body.kind == "deformable") table.of_body[body.name] = table.strain;
+}
+
 }  // namespace
 
 LookTable assign_looks(const scene::Scene& scene, const io::Manifest& manifest) {
   LookTable table;
   table.looks.resize(LookTable::ground + 1);
   table.looks.insert(table.looks.end(), scene.looks.begin(), scene.looks.end());
-  if (table.looks.size() > static_cast<std::size_t>(max_looks))
+  constexpr int own_looks = LookTable::ground + 1 + 2;  // default, ground, strained and inverted
+  if (scene.looks.size() > static_cast<std::size_t>(max_looks - own_looks))
     throw Error(ExitStatus::usage,
                 fmt::format("{}: {} looks are more than the renderer holds ({}): let bodies share looks",
-                            scene.path, scene.looks.size(), max_looks - 2));
+                            scene.path, scene.looks.size(), max_looks - own_looks));
   const auto place_of = [&](const std::string& wearer, const std::string& look) {
     const int place = find_look(table.looks, look);
     if (place < 0)
@@ -48,6 +67,7 @@ LookTable assign_looks(const scene::Scene& scene, const io::Manifest& manifest) 
   }
   for (const io::ManifestBody& body : manifest.bodies)
     table.of_body[body.name] = place_of(fmt::format("body `{}`", body.name), body.look);
+  if (scene.render.color == scene::ColorBy::strain) wear_strain(table, manifest);
   return table;
 }
 

@@ -48,7 +48,10 @@ std::array<float, 16> by_columns(const Mat4& m) {
 }
 
 int pattern_number(const std::string& pattern) {
-  return pattern == "checker" ? 1 : pattern == "stripes" ? 2 : 0;
+  return pattern == "checker"        ? 1
+         : pattern == "stripes"      ? 2
+         : pattern == strain_pattern ? shaders::strain_pattern
+                                     : 0;
 }
 
 // A plain ground gets a faint checker: without it nobody sees a sliding body move.
@@ -260,6 +263,7 @@ void SceneRenderer::draw_geometry(const std::vector<int>& looks_of_bodies, const
   gl_.ClearColor(0, 0, 0, 0);
   gl_.Clear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
   geometry_program_.use();
+  geometry_program_.set("strain_range", static_cast<float>(scene_.render.strain_range));
   geometry_program_.set("projection", view_.projection(range.x(), range.y()));
   for (int body = 0; body < meshes_.count(); ++body) {
     const int place = looks_of_bodies[static_cast<std::size_t>(body)];

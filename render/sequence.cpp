@@ -4,6 +4,7 @@
 
 #include "render/context/context.h"
 #include "render/scene_renderer.h"
+#include "render/strain_legend.h"
 #include "sim/base/error.h"
 #include "sim/io/files.h"
 
@@ -65,8 +66,14 @@ std::string SequenceRenderer::backend_name() const { return impl_->context->name
 std::vector<unsigned char> SequenceRenderer::draw(const std::vector<BodySurface>& bodies) {
   const std::string problem = difference(impl_->bodies, bodies);
   if (!problem.empty()) throw FileError("frame", problem, mixed_runs);
+  for (std::size_t i = 0; i < bodies.size(); ++i)
+    if (impl_->looks_of_bodies[i] == impl_->looks.strain && bodies[i].surface.strain.empty())
+      throw FileError("frame", fmt::format("holds no strain of body `{}`", bodies[i].name),
+                      "the run is from an earlier version: simulate it anew, or leave out render.color");
   impl_->context->make_current();
-  return impl_->renderer.draw(bodies, impl_->looks_of_bodies);
+  std::vector<unsigned char> picture = impl_->renderer.draw(bodies, impl_->looks_of_bodies);
+  if (impl_->looks.strain >= 0) draw_strain_legend(picture, impl_->render.width, impl_->render.height);
+  return picture;
 }
 
 void SequenceRenderer::render_frame(const io::RunDirectory& run, int frame) {

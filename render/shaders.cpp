@@ -11,8 +11,9 @@ std::string header() {
   return fmt::format(
       "#version 330 core\n"
       "const int block = {}, max_looks = {}, max_lights = {}, max_samples = {}, max_mirrors = {};\n"
-      "const int look_codes = 2 * max_looks;\n",
-      block, max_looks, max_lights, max_shadow_samples, max_mirrors);
+      "const int look_codes = 2 * max_looks, strain_pattern = {};\n",
+      block, max_looks, max_lights, max_shadow_samples, max_mirrors,
+      strain_pattern);
 }
 
 // Unit vectors in two numbers: the octahedron |x| + |y| + |z| = 1, its lower half folded outwards.
@@ -450,12 +451,14 @@ uniform mat4 projection;
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
 layout(location = 2) in vec2 uv;
+layout(location = 3) in vec2 strain_inverted;
 out vec3 world_normal, world_position;
-out vec2 texture_place;
+out vec2 texture_place, strain;
 void main() {
   world_position = position;
   world_normal = normal;
   texture_place = uv;
+  strain = strain_inverted;
   gl_Position = projection * vec4(position, 1.0);
 }
 )";
@@ -465,15 +468,22 @@ std::string geometry_fragment() {
   return header() + octahedron + patterns + R"(
 uniform int look, mirror, pattern;
 uniform vec2 repeats;  // of the pattern along the texture coordinates
+uniform float strain_range;
 in vec3 world_normal;
-in vec2 texture_place;
+in vec2 texture_place, strain;
 layout(location = 0) out vec4 surface;
 void main() {
   vec2 x = texture_place * repeats;
   float length_of_normal = length(world_normal);
   vec3 n = length_of_normal > 0.0 ? world_normal / length_of_normal : vec3(0.0, 1.0, 0.0);
   if (!gl_FrontFacing) n = -n;
-  surface = vec4(fold(n) * 0.5 + 0.5, pattern_blend(pattern, x, fwidth(x)), float(look + 1 + look_codes * (mirror + 1)) / 65535.0);
+  float blend = pattern_blend(pattern, x, fwidth(x));
+  int worn = look;
+  if (pattern == strain_pattern) {
+    blend = clamp(strain.x / strain_range, 0.0, 1.0);
+    if (strain.y > 0.5) worn += 1;  // the look of inverted elements follows that of strain
+  }
+  surface = vec4(fold(n) * 0.5 + 0.5, blend, float(worn + 1 + look_codes * (mirror + 1)) / 65535.0);
 }
 )";
 }

@@ -19,6 +19,7 @@ inline constexpr int block = 3;
 inline constexpr int max_lights = 32;
 inline constexpr int max_shadow_samples = 256;
 inline constexpr int max_mirrors = 8;
+inline constexpr int strain_pattern = 3;  // after checker and stripes
 
 // Bindings of the uniform blocks.
 enum class Block : unsigned { looks, lights, shadow_samples };

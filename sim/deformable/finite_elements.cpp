@@ -1,6 +1,7 @@
 #include "sim/deformable/finite_elements.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
@@ -286,6 +287,27 @@ FiniteElements::Strain FiniteElements::strain(const std::vector<Vec3>& x) const 
     }
   }
   return result;
+}
+
+void FiniteElements::add_strain(const std::vector<Vec3>& x, std::vector<float>& strain) const {
+  for (std::size_t t = 0; t < tets_.size(); ++t) {
+    const Mat3 F = edge_matrix(tets_[t], x) * inverse_rest_[t];
+    const bool is_inverted = F.determinant() <= 0;
+    double largest = 0;
+    if (!is_inverted) {
+      Eigen::SelfAdjointEigenSolver<Mat3> squares;
+      squares.computeDirect(F.transpose() * F, Eigen::EigenvaluesOnly);
+      for (int i : {0, 2})
+        largest = std::max(largest, std::abs(std::sqrt(std::max(squares.eigenvalues()[i], 0.0)) - 1));
+    }
+    for (int p : tets_[t]) {
+      float& here = strain[as_index(p)];
+      if (is_inverted)
+        here = inverted;
+      else if (here != inverted)
+        here = std::max(here, static_cast<float>(largest));
+    }
+  }
 }
 
 }  // namespace duet

@@ -54,6 +54,10 @@ class FiniteElements {
     int worst_tet = -1;
   };
   Strain strain(const std::vector<Vec3>& x) const;
+  // Raises `strain`, of all particles, to the largest |stretch - 1| of the elements around them (principal
+  // stretches: singular values of F), and makes it `inverted` beside elements with det F <= 0.
+  static constexpr float inverted = -1;
+  void add_strain(const std::vector<Vec3>& x, std::vector<float>& strain) const;
 
   // The square of the highest frequency any element has in the state of the last add_elastic_forces (at rest
   // before the first), rad^2/s^2. Irons' theorem: no mode of the assembly is faster than its fastest element.

@@ -12,6 +12,8 @@
 namespace duet::io {
 namespace {
 
+constexpr std::string_view strain_mark = "# strain";
+
 class ObjReader {
  public:
   ObjReader(const fs::path& path, std::string_view text) : path_(path), rest_(text) {}
@@ -30,6 +32,7 @@ class ObjReader {
 
  private:
   void read_line() {
+    if (line_.starts_with(strain_mark)) return read_strain();
     if (line_.empty() || line_.front() == '#') return;
     const std::string_view keyword = word();
     if (keyword == "o") return begin_body();
@@ -46,6 +49,17 @@ class ObjReader {
     } else {
       fail(fmt::format("unknown keyword `{}`", keyword));
     }
+    skip_spaces();
+    if (!line_.empty()) fail(fmt::format("unexpected `{}`", line_));
+  }
+
+  // One number for each of the positions so far.
+  void read_strain() {
+    line_.remove_prefix(strain_mark.size());
+    if (bodies_.empty()) fail("no object yet: expected `o NAME`");
+    Surface& surface = bodies_.back().surface;
+    surface.strain.clear();
+    for (std::size_t i = 0; i < surface.positions.size(); ++i) surface.strain.push_back(floats<1>()[0]);
     skip_spaces();
     if (!line_.empty()) fail(fmt::format("unexpected `{}`", line_));
   }

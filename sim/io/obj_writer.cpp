@@ -63,7 +63,8 @@ class Text {
 std::size_t expected_size(const std::vector<BodySurface>& bodies) {
   std::size_t size = 0;
   for (const auto& [name, surface] : bodies)
-    size += name.size() + 36 * (surface.positions.size() + surface.normals.size()) + 24 * surface.uvs.size() +
+    size += name.size() + 12 * surface.strain.size() +
+            36 * (surface.positions.size() + surface.normals.size()) + 24 * surface.uvs.size() +
             48 * surface.triangles.size();
   return size;
 }
@@ -79,6 +80,10 @@ void write_obj(const fs::path& path, const std::vector<BodySurface>& bodies) {
     text.add(name);
     text.add("\n");
     for (const Vec3f& position : surface.positions) text.floats("v", position);
+    // OBJ has no word for it: other programs pass over comments.
+    if (!surface.strain.empty())
+      text.floats("# strain", Eigen::Map<const Eigen::VectorXf>(
+                                  surface.strain.data(), static_cast<Eigen::Index>(surface.strain.size())));
     for (const Vec2f& uv : surface.uvs) text.floats("vt", uv);
     for (const Vec3f& normal : surface.normals) text.floats("vn", normal);
     for (const auto& triangle : surface.triangles) {

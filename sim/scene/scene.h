@@ -264,12 +264,15 @@ struct Look {
   double pattern_size = 1;            // m
 };
 
+enum class ColorBy { look, strain };
 struct Render {
   int width = 1280;
   int height = 720;
   int supersampling = 2;    // samples per pixel along each axis
   int shadow_samples = 64;  // shadow maps shared by all shadow-casting lights and the sky
   double exposure = 1.0;    // factor on radiance before tone mapping
+  ColorBy color = ColorBy::look;
+  double strain_range = 0.5;  // at the yellow end of the scale
 };
 
 struct Scene {

@@ -499,6 +499,11 @@ std::vector<Key> keys(Render& render) {
       {"shadow_samples", &render.shadow_samples, "", between(0, 256),
        "shadow maps, shared by all shadow-casting lights and the sky; 0: no shadows"},
       {"exposure", &render.exposure, "", positive, "factor on radiance before tone mapping"},
+      {"color", choice(render.color, {"look", "strain"}), "", any,
+       "strain: deformable bodies from blue (none) to yellow (strain_range), red where elements are "
+       "inverted"},
+      {"strain_range", &render.strain_range, "", positive,
+       "largest |stretch - 1| of the elements around a particle that the colours tell apart"},
   };
 }
 

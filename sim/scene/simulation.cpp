@@ -53,6 +53,7 @@ struct Simulation::Impl {
   std::int64_t frame = 0;
   FrameStats stats;
   std::vector<unsigned char> frame_start;  // the last good frame
+  std::vector<float> particle_strain;      // of the particles, as it is drawn
 
   World& world() { return built.world; }
 
@@ -230,6 +231,8 @@ void Simulation::surfaces(std::vector<BodySurface>& out) const {
   const Bodies& bodies = impl_->world().bodies;
   const std::vector<scene::BodyShape>& shapes = impl_->built.shapes;
   out.resize(shapes.size());
+  impl_->particle_strain.assign(bodies.particles.size(), 0);
+  bodies.forces.elements.add_strain(bodies.particles.x, impl_->particle_strain);
   for (std::size_t i = 0; i < shapes.size(); ++i) {
     const BoundarySurface& rest = shapes[i].surface;
     Surface& surface = out[i].surface;
@@ -249,6 +252,9 @@ void Simulation::surfaces(std::vector<BodySurface>& out) const {
         surface.positions[k] =
             bodies.particles.x[static_cast<std::size_t>(rest.vertex_nodes[k])].cast<float>();
       update_normals(surface);
+      surface.strain.resize(surface.positions.size());
+      for (std::size_t k = 0; k < surface.strain.size(); ++k)
+        surface.strain[k] = impl_->particle_strain[static_cast<std::size_t>(rest.vertex_nodes[k])];
     }
   }
 }

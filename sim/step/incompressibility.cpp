@@ -44,6 +44,13 @@ double bounded_share(const OneRings& rings, const std::vector<Vec3>& change, dou
       [](double a, double b) { return std::min(a, b); });
 }
 
+void scale(double share, PressureScratch& scratch) {
+  for (double& q : scratch.pressure) q *= share;
+  for (std::vector<Vec3>* values :
+       {&scratch.change.particle, &scratch.change.linear, &scratch.change.angular})
+    for (Vec3& value : *values) value *= share;
+}
+
 // Changes the velocities by the pressures that change the rates of the one-rings by context.pressure.rate.
 void apply_pressures(World& world, StepContext& context, const PressureSettings& settings) {
   Bodies& bodies = world.bodies;
@@ -53,15 +60,16 @@ void apply_pressures(World& world, StepContext& context, const PressureSettings&
       find_pressures(bodies, projection.empty() ? nullptr : &projection, context.dt, settings, scratch);
   world.counters.pressure_iterations += result.iterations;
   const double share = bounded_share(bodies.one_rings, scratch.change.particle, context.dt);
+  if (share < 1) scale(share, scratch);
   for (std::size_t p = 0; p < bodies.particles.size(); ++p)
-    bodies.particles.v[p] += share * scratch.change.particle[p];
+    bodies.particles.v[p] += scratch.change.particle[p];
   for (std::size_t i = 0; i < bodies.rigid.size(); ++i) {
     const RigidProperties& properties = bodies.rigid.properties[i];
     if (projection.empty() || !properties.is_dynamic()) continue;
     RigidState& state = bodies.rigid.state[i];
-    state.velocity += share * scratch.change.linear[i];
+    state.velocity += scratch.change.linear[i];
     const Mat3 rotation = state.pose.orientation.toRotationMatrix();
-    const Vec3 body_rate = rotation.transpose() * (share * scratch.change.angular[i]);
+    const Vec3 body_rate = rotation.transpose() * scratch.change.angular[i];
     apply_angular_impulse(state, properties, rotation * properties.inertia.cwiseProduct(body_rate));
   }
 }

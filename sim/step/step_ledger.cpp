@@ -16,6 +16,28 @@ bool acts_in_the_middle(Stage stage) {  // at x^{n+1/2}
   return stage == Stage::make_incompressible || stage == Stage::constrained_solve;
 }
 
+// What contact adds when pressures meet it: the impulses on all bodies less those of the pressures alone.
+Momentum impulse_of_contact(const Bodies& bodies, const PressureScratch& pressure,
+                            const std::vector<Vec3>& x) {
+  std::vector<Vec3> alone(x.size(), Vec3::Zero());
+  bodies.one_rings.pressure_velocity(pressure.pressure, alone);
+  Momentum total;
+  for (std::size_t p = 0; p < x.size(); ++p) {
+    if (bodies.particles.inverse_mass[p] == 0) continue;
+    const Vec3 impulse = bodies.particles.mass[p] * (pressure.change.particle[p] - alone[p]);
+    total += {impulse, x[p].cross(impulse)};
+  }
+  for (std::size_t i = 0; i < bodies.rigid.size(); ++i) {
+    const RigidProperties& properties = bodies.rigid.properties[i];
+    const Pose& pose = bodies.rigid.state[i].pose;
+    const Vec3 impulse = properties.mass * pressure.change.linear[i];
+    const Vec3 body_rate = pose.orientation.conjugate() * pressure.change.angular[i];
+    total += {impulse,
+              pose.position.cross(impulse) + pose.orientation * properties.inertia.cwiseProduct(body_rate)};
+  }
+  return total;
+}
+
 }  // namespace
 
 void StepLedger::reset() {
@@ -47,6 +69,9 @@ Momentum StepLedger::external(const World& world, Stage stage, const std::vector
       return gravity_impulse(world.bodies, x, world.gravity, context.dt / 2);
     case Stage::constrained_solve:
       return gravity_impulse(world.bodies, x, world.gravity, context.dt);
+    case Stage::volume_correction:
+    case Stage::make_incompressible:
+      return context.projection.empty() ? Momentum{} : impulse_of_contact(world.bodies, context.pressure, x);
     case Stage::collide:
       return contact_impulse(world.bodies, context.contacts, context.collision_scratch.pairs);
     case Stage::apply_contact:

@@ -47,6 +47,7 @@ TEST(Allocation, CountingSeesVectorsAndEigen) {
 TEST(Allocation, NoneInAWarmedUpStep) {
   set_thread_count(1);
   scene::Scene scene = test::small_stack();
+  scene.deformable[0].incompressible = true;
   scene::RigidBody& top = test::add_box(scene, "top", Vec3(0, 4.49, 0), Vec3(1, 1, 1), 1);
   top.mass.reset();
   top.is_kinematic = true;

@@ -33,6 +33,11 @@ scene::Scene fallen() {
   return scene;
 }
 
+scene::Scene made_incompressible(scene::Scene scene) {
+  for (scene::DeformableBody& body : scene.deformable) body.incompressible = true;
+  return scene;
+}
+
 // Every stage that changes velocities gives what comes from outside and nothing else, to rounding: 1e-10 of
 // the momentum that the bodies bring along. Returns what came from outside.
 Vec3 expect_balance(const scene::Scene& scene, int frames) {
@@ -75,6 +80,28 @@ TEST(Ledger, NothingComesFromOutsideInFreeSpace) { EXPECT_EQ(expect_balance(crow
 TEST(Ledger, GravityAndGroundAccountForTheRest) {
   // Half a second of gravity on 20 t less what the ground gave: it did give.
   EXPECT_GT(expect_balance(fallen(), 12).y(), -0.9 * 0.5 * 9.8 * 2e4);
+}
+
+// Where pressures meet contact, their impulses act at x^{n+1/2} and those of contact at x^{n+1}: what bodies
+// give each other then has a moment of second order, as that of moving positions.
+TEST(Ledger, PressuresGiveNothing) {
+  for (const bool on_ground : {false, true}) {
+    Simulation simulation(made_incompressible(on_ground ? fallen() : crowd()),
+                          test::plan(made_incompressible(on_ground ? fallen() : crowd())));
+    simulation.keep_ledger();
+    const double linear = 4 * 8000, angular = 2 * linear;
+    for (int frame = 0; frame < 8; ++frame) {
+      simulation.advance_frame();
+      EXPECT_GT(simulation.stats().pressure_iterations, 0);
+      for (const LedgerStats& stage : simulation.stats().ledger) {
+        EXPECT_LT(stage.momentum_defect, 1e-10 * linear) << stage.name << ", frame " << frame;
+        if (stage.name == stage_names[static_cast<std::size_t>(Stage::volume_correction)] ||
+            stage.name == stage_names[static_cast<std::size_t>(Stage::make_incompressible)]) {
+          EXPECT_LT(stage.angular_momentum_defect, 1e-10 * angular) << stage.name << ", frame " << frame;
+        }
+      }
+    }
+  }
 }
 
 TEST(Ledger, PushOutKeepsCentreOfMassAndMoment) {

@@ -239,5 +239,42 @@ TEST(FiniteElements, StrainStatisticsFindTheWorstTet) {
   EXPECT_EQ(block.elements.strain(x).inverted, 5);
 }
 
+// Of a stretched, sheared and turned block every particle has the largest principal stretch: here those of
+// diag(1.5, 0.7, 1), and of a simple shear by s: sqrt(1 + s^2/4) +- s/2.
+TEST(FiniteElements, StrainIsTheLargestPrincipalStretch) {
+  Block block(2);
+  const Mat3 turn = Eigen::AngleAxisd(0.7, Vec3(1, 2, 3).normalized()).toRotationMatrix();
+  const auto strain_of = [&](const Mat3& F) {
+    std::vector<Vec3> x = block.x;
+    for (Vec3& p : x) p = turn * F * p;
+    std::vector<float> strain(x.size(), 0);
+    block.elements.add_strain(x, strain);
+    for (float s : strain) EXPECT_NEAR(s, strain.front(), 1e-6);
+    return strain.front();
+  };
+  EXPECT_NEAR(strain_of(Mat3::Identity()), 0, 1e-6);
+  EXPECT_NEAR(strain_of(Vec3(1.5, 0.7, 1).asDiagonal()), 0.5, 1e-6);
+  EXPECT_NEAR(strain_of(Vec3(1.1, 0.7, 1).asDiagonal()), 0.3, 1e-6);
+  Mat3 shear = Mat3::Identity();
+  shear(0, 1) = 0.6;
+  EXPECT_NEAR(strain_of(shear), std::sqrt(1.09) + 0.3 - 1, 1e-6);
+  EXPECT_EQ(strain_of(Vec3(1, 1, -0.9).asDiagonal()), FiniteElements::inverted);
+}
+
+TEST(FiniteElements, OneInvertedElementMarksItsParticles) {
+  Block block(2);
+  std::vector<Vec3> x = block.x;
+  const Tet& tet = block.elements.tets()[7];
+  const auto at = [&](std::size_t i) -> Vec3& { return x[static_cast<std::size_t>(tet[i])]; };
+  const Vec3 middle = (at(1) + at(2) + at(3)) / 3;
+  at(0) += 1.1 * (middle - at(0));  // through the opposite face
+  std::vector<float> strain(x.size(), 0);
+  block.elements.add_strain(x, strain);
+  const int marked = static_cast<int>(std::count(strain.begin(), strain.end(), FiniteElements::inverted));
+  EXPECT_GE(marked, 4);
+  EXPECT_LT(marked, static_cast<int>(strain.size()));
+  for (int p : tet) EXPECT_EQ(strain[static_cast<std::size_t>(p)], FiniteElements::inverted);
+}
+
 }  // namespace
 }  // namespace duet

@@ -51,6 +51,8 @@ TEST(Obj, RoundTripIsExact) {
   std::vector<BodySurface> bodies = {body("ball", 300, random), body("soft box, 2", 50, random)};
   bodies[0].surface.positions[0] = Vec3f(-0.0F, std::numeric_limits<float>::denorm_min(), 0.1F);
   bodies[0].surface.positions[1] = Vec3f::Constant(std::numeric_limits<float>::lowest());
+  for (std::size_t i = 0; i < bodies[1].surface.positions.size(); ++i)
+    bodies[1].surface.strain.push_back(any_float(random));
   write_obj(scratch / "0000.obj", bodies);
   const std::vector<BodySurface> read = read_obj(scratch / "0000.obj");
   ASSERT_EQ(read.size(), bodies.size());
@@ -60,6 +62,8 @@ TEST(Obj, RoundTripIsExact) {
     expect_same_bits(a.positions, b.positions);
     expect_same_bits(a.normals, b.normals);
     expect_same_bits(a.uvs, b.uvs);
+    ASSERT_EQ(a.strain.size(), b.strain.size());
+    for (std::size_t k = 0; k < a.strain.size(); ++k) EXPECT_EQ(bits(a.strain[k]), bits(b.strain[k]));
     ASSERT_EQ(a.triangles.size(), b.triangles.size());
     for (std::size_t t = 0; t < a.triangles.size(); ++t)
       for (std::size_t k = 0; k < 3; ++k) {
@@ -83,6 +87,17 @@ TEST(Obj, TextIsPlainObj) {
             "# Duet frame: metres; y up, right-handed; one object a body, constant vertex order\n"
             "o a\n" +
                 vertices + "f 1/1/1 2/1/1 3/1/1\n" + "o b\n" + vertices + "f 4/2/2 5/2/2 6/2/2\n");
+}
+
+TEST(Obj, StrainIsACommentToOtherPrograms) {
+  const ScratchFolder scratch;
+  Surface triangle{
+      {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 0, 1}}, {{0, 0}}, {{Corner{}, Corner{1}, Corner{2}}}};
+  triangle.strain = {0.25F, -1, 0};
+  write_obj(scratch / "0000.obj", {{"a", triangle}});
+  const std::string text = read_file(scratch / "0000.obj");
+  EXPECT_NE(text.find("v 0 1 0\n# strain 0.25 -1 0\n"), std::string::npos) << text;
+  EXPECT_EQ(read_obj(scratch / "0000.obj")[0].surface.strain, triangle.strain);
 }
 
 std::string failure_of(const ScratchFolder& scratch, const std::string& text) {
@@ -128,6 +143,15 @@ TEST(Obj, MalformedLinesAreErrorsWithTheirLine) {
 }
 
 // A body refers to its own vertices only.
+TEST(Obj, StrainIsOfAllPositions) {
+  const ScratchFolder scratch;
+  EXPECT_NE(failure_of(scratch, "o a\nv 0 0 0\nv 0 0 0\n# strain 1\n").find("line 4: expected a number"),
+            std::string::npos);
+  EXPECT_NE(failure_of(scratch, "o a\nv 0 0 0\n# strain 1 2\n").find("line 3: unexpected `2`"),
+            std::string::npos);
+  EXPECT_NE(failure_of(scratch, "# strain 1\n").find("line 1: no object yet"), std::string::npos);
+}
+
 TEST(Obj, IndicesOfAnotherBodyAreErrors) {
   const ScratchFolder scratch;
   const std::string vertices = "v 0 0 0\nvt 0 0\nvn 0 0 1\n";

@@ -55,5 +55,18 @@ TEST(Looks, AnUnknownNameIsAnErrorWithTheNearMiss) {
   }
 }
 
+TEST(Looks, DeformableBodiesWearTheirStrain) {
+  io::Manifest manifest = wearing("orange");
+  manifest.bodies[1].kind = "deformable";
+  scene::Scene scene = two_looks();
+  EXPECT_EQ(assign_looks(scene, manifest).strain, -1);
+  scene.render.color = scene::ColorBy::strain;
+  const LookTable table = assign_looks(scene, manifest);
+  EXPECT_EQ(look_of(table, "first").name, "silver");
+  EXPECT_EQ(table.of_body.at("second"), table.strain);
+  EXPECT_EQ(table.looks.size(), static_cast<std::size_t>(table.strain) + 2);
+  EXPECT_EQ(table.looks.back().color, inverted_color);
+}
+
 }  // namespace
 }  // namespace duet::render

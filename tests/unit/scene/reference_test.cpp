@@ -200,6 +200,8 @@ max_rotation = 0.5
 max_time_step = 0.01
 cg_tolerance = 1e-4
 cg_iterations = 77
+volume_tolerance = 1e-3
+pressure_iterations = 50
 collision_iterations = 6
 contact_iterations = 33
 push_out_iterations = 5
@@ -247,6 +249,8 @@ height = 200
 supersampling = 1
 shadow_samples = 4
 exposure = 2
+color = "strain"
+strain_range = 0.2
 )";
 
 std::set<std::string> keys_of_full_scene() {

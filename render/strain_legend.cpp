@@ -1,0 +1,28 @@
+#include "render/strain_legend.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "render/color.h"
+#include "render/looks.h"
+
+namespace duet::render {
+
+void draw_strain_legend(std::vector<unsigned char>& rgb, int width, int height) {
+  const int side = std::max(4, height / 36);  // of the red square; the margin is as wide
+  const int length = std::min(8 * side, width - 4 * side);
+  const auto fill = [&](int x, const Vec3& color) {
+    if (x < 0 || x >= width) return;
+    for (int y = std::max(0, height - 2 * side); y < height - side; ++y)
+      for (int channel = 0; channel < 3; ++channel)
+        rgb[static_cast<std::size_t>(3 * (y * width + x) + channel)] =
+            static_cast<unsigned char>(std::lround(255 * srgb_encode(color[channel])));
+  };
+  for (int i = 0; i < length; ++i) {
+    const double share = (i + 0.5) / length;
+    fill(side + i, (1 - share) * unstrained_color + share * strained_color);
+  }
+  for (int i = 0; i < side; ++i) fill(side + length + side / 2 + i, inverted_color);
+}
+
+}  // namespace duet::render
