@@ -198,6 +198,7 @@ PlannedEffect incompressibility(const Scene& scene) {
 
 PlannedEffect between_surfaces(Effect effect, const Scene& scene, const Bodies& bodies) {
   if (bodies.deformable.empty()) return {effect, false, "no deformable body"};
+  if (!scene.solver.deformable_collision) return {effect, false, "solver.deformable_collision is off"};
   std::vector<std::string> folding;
   for (const DeformableBody& body : scene.deformable)
     if (collides_with_itself(body)) folding.push_back(body.name);

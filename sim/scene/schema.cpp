@@ -432,6 +432,8 @@ std::vector<Key> keys(Solver& solver) {
        "sweeps that resolve interpenetration (step IV.2)"},
       {"rigid_push_out", choice(solver.rigid_push_out, {"all_contacts", "deepest_points"}), "", any,
        "between rigid bodies: all contacts at once without friction, or equations 1 and 2 of the paper"},
+      {"deformable_collision", &solver.deformable_collision, "", any,
+       "whether deformable bodies are kept from passing through each other and themselves"},
       {"shock_propagation", choice(solver.shock_propagation, {"auto", "on", "off"}), "", any,
        "upper bodies alone take up what contact leaves, level by level; auto: in scenes of rigid bodies"},
       {"projection_iterations", &solver.projection_iterations, "", between(1, 1e3),

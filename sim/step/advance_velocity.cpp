@@ -105,7 +105,7 @@ void advance_velocity(World& world, StepContext& context) {
   Bodies& bodies = world.bodies;
   if (world.has(Effect::springs)) bodies.forces.begin_step(bodies.particles.x);
   solve_velocity(world, context, context.dt / 2, nullptr);
-  if (world.settings.implicit_elasticity && world.has(Effect::deformable_elasticity)) {
+  if (world.settings.implicit_elasticity && world.has_internal_forces()) {
     bodies.particles.x = context.x_n;
     if (!context.balanced) settle(world, context);
     context.elastic_change.resize(bodies.particles.size());

@@ -55,7 +55,7 @@ void apply_contact(World& world, StepContext& context) {
   // III.3, from the forces that the last step ended with
   warm_start(context.memory, context.dt / 2, context.graph, bodies, context.contacts);
   solve_contacts(world, context);
-  if (world.settings.implicit_elasticity && world.has(Effect::deformable_elasticity) &&
+  if (world.settings.implicit_elasticity && world.has_internal_forces() &&
       world.has(Effect::rigid_deformable_contact))
     adapt_to_contact(world, context);
   check_finite(world, "III.3 apply contact");

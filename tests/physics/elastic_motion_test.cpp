@@ -15,7 +15,7 @@ using scene::Integration;
 scene::Scene undamped_box(const Vec3& size, const Vec3i& cells, double youngs_modulus, double poisson_ratio,
                           Integration integration) {
   scene::Scene scene = test::free_space();
-  test::add_soft_box(scene, "soft", Vec3::Zero(), size, 1, youngs_modulus).cells = cells;
+  test::add_soft_box(scene, "soft", Vec3::Zero(), size, 1, youngs_modulus).shape.cells = cells;
   scene.materials[0].poisson_ratio = poisson_ratio;
   scene.materials[0].damping = 0;
   scene.solver.integration = integration;

@@ -28,10 +28,10 @@ double largest_ring_error(Bodies& bodies) {
 
 scene::DeformableBody& add_soft_ball(scene::Scene& scene, const Vec3& position, bool incompressible) {
   auto& soft = test::add_soft_box(scene, "soft", position, Vec3(1, 1, 1), 1, 1e5);
-  soft.source = scene::TetSource::surface;
-  soft.shape.kind = scene::ShapeKind::sphere;
-  soft.shape.radius = 0.5;
-  soft.spacing = 0.22;
+  soft.shape.kind = scene::DeformableKind::sphere;
+  soft.shape.surface.kind = scene::ShapeKind::sphere;
+  soft.shape.surface.radius = 0.5;
+  soft.shape.spacing = 0.22;
   soft.incompressible = incompressible;
   return soft;
 }
@@ -149,7 +149,7 @@ TEST(Incompressible, BarBendsAsMuchAsACompressibleOne) {
     const double z = incompressible ? 1 : -1;
     auto& bar = test::add_soft_box(scene, incompressible ? "kept" : "free", Vec3(0, 0.2, z),
                                    Vec3(4, 0.4, 0.4), 2, 1e6);
-    bar.cells = Vec3i(20, 2, 2);
+    bar.shape.cells = Vec3i(20, 2, 2);
     bar.incompressible = incompressible;
   }
   for (scene::Material& material : scene.materials) material.damping = 0.1;

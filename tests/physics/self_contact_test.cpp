@@ -114,7 +114,7 @@ scene::Scene falling_sheet() {
   scene::Scene scene = test::on_ground(0.5);
   scene::DeformableBody& sheet =
       test::add_soft_box(scene, "sheet", Vec3(0, 0.62, 0), Vec3(0.03, 1.2, 0.15), 1, 1e4);
-  sheet.cells = Vec3i(1, 24, 3);
+  sheet.shape.cells = Vec3i(1, 24, 3);
   sheet.self_collision = true;
   sheet.placement.velocity = Vec3(0, -3, 0);
   sheet.placement.angular_velocity = Vec3(0, 0, 0.3);

@@ -93,6 +93,8 @@ TEST(EffectPlan, SurfacesMeetWhereBodiesCanOrAreAskedTo) {
   scene.deformable.emplace_back().name = "soft1";
   EXPECT_EQ(reason(scene),
             "2 deformable bodies (`soft0`, `soft1`) can touch each other; `soft0` can touch itself");
+  scene.solver.deformable_collision = false;
+  EXPECT_EQ(reason(scene), "off: solver.deformable_collision is off");
   EXPECT_EQ(reason(scene_with(2, 0, 0, true)), "off: no deformable body");
 }
 

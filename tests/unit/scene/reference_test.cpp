@@ -211,6 +211,7 @@ projection_iterations = 3
 volume_tolerance = 1e-5
 pressure_iterations = 50
 face_samples = 1
+deformable_collision = false
 contact_reduction = false
 orientation = "first_order"
 

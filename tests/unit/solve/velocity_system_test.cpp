@@ -120,7 +120,7 @@ TEST(ConstrainedSystemOfSoftBodies, RepulsionsKeepTheProjectionSymmetric) {
   std::vector<Mat3> inertia;
   for (const int sweeps : {1, 300}) {
     projection.build(world.bodies, world.context.contacts, world.context.graph, sweeps, &repulsions);
-    const VelocitySystem P(world.bodies, 1e-3, &projection, force, inertia);
+    const VelocitySystem P(world.bodies, 1e-3, false, &projection, force, inertia);
     const GeneralizedVelocity u = random_velocity(world.bodies, 7), v = random_velocity(world.bodies, 8);
     GeneralizedVelocity Pu = u, Pv = v;
     P.project(Pu);
