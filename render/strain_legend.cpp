@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 
 #include "render/color.h"
 #include "render/looks.h"
@@ -13,10 +14,11 @@ void draw_strain_legend(std::vector<unsigned char>& rgb, int width, int height) 
   const int length = std::min(8 * side, width - 4 * side);
   const auto fill = [&](int x, const Vec3& color) {
     if (x < 0 || x >= width) return;
-    for (int y = std::max(0, height - 2 * side); y < height - side; ++y)
+    for (int y = std::max(0, height - 2 * side); y < height - side; ++y) {
+      unsigned char* pixel = rgb.data() + 3 * (static_cast<std::ptrdiff_t>(y) * width + x);
       for (int channel = 0; channel < 3; ++channel)
-        rgb[static_cast<std::size_t>(3 * (y * width + x) + channel)] =
-            static_cast<unsigned char>(std::lround(255 * srgb_encode(color[channel])));
+        pixel[channel] = static_cast<unsigned char>(std::lround(255 * srgb_encode(color[channel])));
+    }
   };
   for (int i = 0; i < length; ++i) {
     const double share = (i + 0.5) / length;
