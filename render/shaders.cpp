@@ -12,8 +12,7 @@ std::string header() {
       "#version 330 core\n"
       "const int block = {}, max_looks = {}, max_lights = {}, max_samples = {}, max_mirrors = {};\n"
       "const int look_codes = 2 * max_looks, strain_pattern = {};\n",
-      block, max_looks, max_lights, max_shadow_samples, max_mirrors,
-      strain_pattern);
+      block, max_looks, max_lights, max_shadow_samples, max_mirrors, strain_pattern);
 }
 
 // Unit vectors in two numbers: the octahedron |x| + |y| + |z| = 1, its lower half folded outwards.

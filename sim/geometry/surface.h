@@ -20,7 +20,8 @@ struct Surface {
   std::vector<Vec3f> normals;    // unit, outward
   std::vector<Vec2f> uvs;
   std::vector<std::array<Corner, 3>> triangles;  // counter-clockwise seen from outside
-  std::vector<float> strain{};  // of the positions, see FiniteElements::add_strain; empty where nothing deforms
+  std::vector<float>
+      strain{};  // of the positions, see FiniteElements::add_strain; empty where nothing deforms
 };
 
 }  // namespace duet

@@ -222,7 +222,7 @@ struct Solver {
   int pressure_iterations = 100;    // bound on iterations of the volume correction and of step V.1
   int push_out_iterations = 4;      // sweeps of step IV.2
   RigidPushOut rigid_push_out = RigidPushOut::all_contacts;
-  bool deformable_collision = true;  // of deformable bodies with each other and with themselves
+  bool deformable_collision = true;              // of deformable bodies with each other and with themselves
   Switch shock_propagation = Switch::automatic;  // level by level after the sweeps of contact
   int projection_iterations = 2;  // forward and backward sweeps of the projection in the conjugate gradients
   int face_samples = 4;  // lattice order of extra contact points on deformable faces; 0: vertices only

@@ -362,8 +362,7 @@ std::vector<Key> keys(DeformableEntry& entry) {
   return {
       {"name", Name{&body.name}, "", any, "unique among all bodies; `ground` is taken", required},
       {"shape", Group{shape_keys(body.shape)}, "", any,
-       "exactly one of its box, sphere, capsule, cylinder, torus, mesh and tets (volumes), panel and disc "
-       "(shells), rod, helix and knot (rods)",
+       "exactly one of its volumes (box to tets), shells (panel, disc) and rods (rod, helix, knot)",
        required},
       {"thickness", &body.thickness, "m", positive, "of shells, which need one; the diameter of rods",
        one_of},
@@ -406,8 +405,7 @@ std::vector<Key> keys(Solver& solver) {
       {"accuracy", choice(solver.accuracy, {std::begin(accuracy_names), std::end(accuracy_names)}), "", any,
        "preset of the other keys of this table, each of which can still be set"},
       {"integration", choice(solver.integration, {"semi_implicit", "implicit"}), "", any,
-       "elastic forces explicit and damping implicit, which bounds the time step by the stiffness, or both "
-       "implicit, which does not"},
+       "whether only damping is solved for, so that stiffness bounds the time step, or elasticity too"},
       {"newton_iterations", &solver.newton_iterations, "", between(1, 1e4),
        "bound on the iterations of an implicit solve"},
       {"cfl", &solver.cfl, "", above_up_to(0, 1), "time step as a fraction of the elastic stability limit"},

@@ -97,7 +97,7 @@ class ExtremeTet {
   BccLattice lattice_;
   CutLattice cut_;
   std::vector<Vec3i> edges_;
-  std::array<Vec3i, 4> moves_;
+  std::vector<Vec3i> moves_ = std::vector<Vec3i>(4, Vec3i::Zero());
 };
 
 // The worst cuts lie at the ends of their ranges (denser sampling finds none worse), so that these bound all.

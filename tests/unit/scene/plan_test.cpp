@@ -90,7 +90,9 @@ TEST(EffectPlan, SurfacesMeetWhereBodiesCanOrAreAskedTo) {
   scene.deformable[0].self_collision = true;
   EXPECT_EQ(reason(scene), "`soft0` can touch itself");
   EXPECT_EQ(active(plan_effects(scene, {"self_repulsion"})), "DEPX");
-  scene.deformable.emplace_back().name = "soft1";
+  scene.deformable.push_back(scene.deformable[0]);
+  scene.deformable[1].name = "soft1";
+  scene.deformable[1].self_collision = false;
   EXPECT_EQ(reason(scene),
             "2 deformable bodies (`soft0`, `soft1`) can touch each other; `soft0` can touch itself");
   scene.solver.deformable_collision = false;
