@@ -1,9 +1,12 @@
 // Rigid and deformable bodies together, and whole-state velocities of both kinds.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <utility>
 #include <vector>
 
+#include "sim/articulation/joint.h"
 #include "sim/deformable/collision_surface.h"
 #include "sim/deformable/incompressibility.h"
 #include "sim/deformable/internal_forces.h"
@@ -21,8 +24,16 @@ struct Bodies {
   std::vector<SurfacePoint> points;          // of all deformable bodies, body after body
   std::vector<Triangle> triangles;           // their boundaries, global particle indices
   std::vector<std::array<int, 2>> segments;  // of rods, the same
+  Articulation articulation;                 // joints between the rigid bodies
+  std::vector<std::pair<int, int>> apart;    // rigid bodies, the lesser first, that never touch; sorted
   CollisionSurface collision_surface;  // of the deformable bodies in their order, if they can meet or fold
 };
+
+// Whether contact passes over two rigid bodies, as over those that a joint holds together.
+inline bool never_touch(const Bodies& bodies, int a, int b) {
+  return !bodies.apart.empty() &&
+         std::binary_search(bodies.apart.begin(), bodies.apart.end(), std::pair<int, int>(std::minmax(a, b)));
+}
 
 // A velocity of every particle and body. Rigid rotation is stored as angular momentum: angular velocities
 // saved before and restored after a change of orientation would create energy (paper section 2, facts of the

@@ -202,6 +202,7 @@ class Finder {
 
   void find_touches(const BodyPair& pair, CandidateSearch::Chunk& chunk) const {
     const int begin = static_cast<int>(chunk.touches.size());
+    if (pair.guest_rigid >= 0 && never_touch(bodies_, pair.host, pair.guest_rigid)) return;
     if (pair.guest_rigid >= 0)
       find_rigid(pair, chunk);
     else
@@ -342,6 +343,7 @@ double max_penetration(const Bodies& bodies, const CandidateFilter& filter) {
             });
             continue;
           }
+          if (never_touch(bodies, pairs[i].host, pairs[i].guest_rigid)) continue;
           visit_near(bodies.rigid, pairs[i], 0, look);
           if (!search.broad_phase.bounds[as_index(pairs[i].host)].is_half_space)
             visit_near(bodies.rigid, reversed(pairs[i]), 0, look);

@@ -12,6 +12,7 @@ std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
 void ContactProjection::begin(const Bodies& bodies, int sweeps) {
   bodies_ = &bodies;
   repulsions_ = nullptr;
+  joints_ = nullptr;
   sweeps_ = sweeps;
   used_ = bodies.rigid.size();
   block_rows_ = 0;
@@ -71,6 +72,8 @@ void ContactProjection::build(const Bodies& bodies, const ContactMemory& memory,
   }
   factor_blocks();
 }
+
+void ContactProjection::build(const Bodies& bodies) { begin(bodies, 1); }
 
 void ContactProjection::factor(Block& block) const {
   const RigidProperties& properties = bodies_->rigid.properties[as_index(block.host)];
@@ -148,6 +151,7 @@ void ContactProjection::project_row(const Row& row, bool with_target, Generalize
 }
 
 void ContactProjection::sweep(bool with_target, GeneralizedVelocity& v) const {
+  if (joints_) joints_->project(bodies_->rigid, v.linear, v.angular);
   for (std::size_t b = 0; b < used_; ++b)
     if (!blocks_[b].rows.empty()) project_block(blocks_[b], with_target, v);
   for (const Row& row : rows_)
@@ -157,6 +161,7 @@ void ContactProjection::sweep(bool with_target, GeneralizedVelocity& v) const {
     if (rows_[i].active) project_row(rows_[i], with_target, v);
   for (std::size_t b = used_; b-- > 0;)
     if (!blocks_[b].rows.empty()) project_block(blocks_[b], with_target, v);
+  if (joints_) joints_->project(bodies_->rigid, v.linear, v.angular);
 }
 
 void ContactProjection::satisfy(const GeneralizedVelocity& start, GeneralizedVelocity& velocity) {

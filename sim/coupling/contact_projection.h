@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "sim/articulation/joint_solver.h"
 #include "sim/coupling/contact_graph.h"
 #include "sim/coupling/warm_start.h"
 #include "sim/deformable/self_repulsion.h"
@@ -27,7 +28,11 @@ class ContactProjection {
              SelfRepulsion* repulsions = nullptr);
   // Takes the contacts that held one at the end of the last step, at the positions now.
   void build(const Bodies& bodies, const ContactMemory& memory, int sweeps);
-  bool empty() const { return rows_.empty() && block_rows_ == 0 && !repulsions_; }
+  // Takes no contact.
+  void build(const Bodies& bodies);
+  // Keeps joints together, too, exactly, until the next build. The solver has been prepared for projection.
+  void add_joints(const JointSolver& joints) { joints_ = &joints; }
+  bool empty() const { return rows_.empty() && block_rows_ == 0 && !repulsions_ && !joints_; }
 
   // Makes `velocity` satisfy n.v_rel = half of what it is for `start` (so that the extrapolated end-of-step
   // value is zero), and drops for this solve the constraints that separate anyway.
@@ -64,6 +69,7 @@ class ContactProjection {
   std::size_t used_ = 0, block_rows_ = 0;
   std::vector<Row> rows_;
   SelfRepulsion* repulsions_ = nullptr;
+  const JointSolver* joints_ = nullptr;
   int sweeps_ = 1;
 };
 

@@ -195,6 +195,12 @@ PositionTrack position_track(std::span<const PositionKey> keys, Interpolation in
   return track;
 }
 
+Vec3 position_at(const PositionTrack& track, double time) {
+  MotionState state;
+  follow(track, time, state);
+  return state.pose.position;
+}
+
 OrientationTrack orientation_track(std::span<const OrientationKey> keys, Interpolation interpolation,
                                    bool loop) {
   OrientationTrack track;

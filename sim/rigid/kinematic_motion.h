@@ -44,6 +44,7 @@ enum class Interpolation { smooth, linear };
 
 // At least one key, times increasing; of a looping track the last value must equal the first.
 PositionTrack position_track(std::span<const PositionKey> keys, Interpolation interpolation, bool loop);
+Vec3 position_at(const PositionTrack& track, double time);
 // Two keys with one axis turn by the difference of their angles, however many turns; others by the shortest
 // way.
 OrientationTrack orientation_track(std::span<const OrientationKey> keys, Interpolation interpolation,

@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 
 #include "sim/scene/add_deformable.h"
 #include "sim/scene/deformables.h"
+#include "sim/scene/joints.h"
 #include "sim/scene/motion.h"
 #include "sim/scene/solids.h"
 #include "sim/scene/tet_meshes.h"
@@ -161,6 +163,31 @@ StepSettings step_settings(const Solver& solver) {
   return settings;
 }
 
+// `frames` are the body spaces of the bodies in the coordinates of their shapes.
+void add_joints(const Scene& scene, const EffectSet& plan, const std::vector<Pose>& frames, Bodies& bodies) {
+  std::map<std::string, int> number;
+  for (std::size_t i = 0; i < bodies.rigid.size(); ++i) number[bodies.rigid.name[i]] = static_cast<int>(i);
+  const auto start = [&](int body) {
+    const auto i = static_cast<std::size_t>(body);
+    return i < scene.rigid.size() ? start_of(scene.rigid[i]) : bodies.rigid.state[i].pose;
+  };
+  const auto in_body_space = [&](int body, const Pose& frame) {
+    const Pose& space = frames[static_cast<std::size_t>(body)];
+    return Pose{space.to_body(frame.position), space.orientation.conjugate() * frame.orientation};
+  };
+  for (const scene::Joint& description : scene.joints) {
+    const int parent = number.at(description.parent), child = number.at(description.child);
+    duet::Joint joint = make_joint(description, plan, start(parent), start(child));
+    joint.parent = parent;
+    joint.child = child;
+    joint.parent_frame = in_body_space(parent, joint.parent_frame);
+    joint.child_frame = in_body_space(child, joint.child_frame);
+    if (!joint.collides) bodies.apart.push_back(std::minmax(parent, child));
+    bodies.articulation.joints.push_back(std::move(joint));
+  }
+  std::sort(bodies.apart.begin(), bodies.apart.end());
+}
+
 }  // namespace
 
 BuiltWorld build_world(const Scene& scene, const EffectSet& plan) {
@@ -169,8 +196,10 @@ BuiltWorld build_world(const Scene& scene, const EffectSet& plan) {
   Bodies& bodies = world.bodies;
   Solids solids(surface_detail(scene));
   TetMeshes meshes;
+  std::vector<Pose> frames;
   for (const RigidBody& body : scene.rigid) {
     const Solid& solid = solids.of(body);
+    frames.push_back(solid.frame);
     const bool is_dynamic = !body.is_static && !body.is_kinematic;
     const double mass = is_dynamic ? body.mass.value_or(body.density.value_or(0) * solid.volume) : 0;
     add_rigid(bodies.rigid, body.name, solid, mass, body, body.placement);
@@ -192,6 +221,11 @@ BuiltWorld build_world(const Scene& scene, const EffectSet& plan) {
     Solid half_space;
     half_space.level_set = LevelSet::half_space();
     add_rigid(bodies.rigid, "ground", half_space, 0, *scene.ground, placement);
+    frames.emplace_back();
+  }
+  if (plan[index(Effect::articulation)]) {
+    add_joints(scene, plan, frames, bodies);
+    world.context.joints.analyze(bodies.articulation, bodies.rigid);
   }
   built.tet_meshes = meshes.sizes();
   world.plan = plan;

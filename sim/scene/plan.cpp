@@ -159,6 +159,8 @@ PlannedEffect shock_propagation(const Scene& scene, const Bodies& bodies, bool c
   if (!contact) return {effect, false, "no contact between rigid bodies"};
   if (bodies.dynamic.size() < 2) return {effect, false, "no two dynamic rigid bodies can rest on each other"};
   if (bodies.immovable() == 0) return {effect, false, "no static or kinematic body to rest on"};
+  if (wish == Switch::automatic && !scene.joints.empty())
+    return {effect, false, "joints hold bodies together that shocks would take apart"};
   if (wish == Switch::automatic && !bodies.deformable.empty())
     return {effect, false,
             fmt::format("{} may carry the rigid ones, which shocks cannot pass", deformable_text(bodies))};
@@ -215,6 +217,26 @@ PlannedEffect between_surfaces(Effect effect, const Scene& scene, const Bodies& 
   return {effect, true, fmt::format("{}", fmt::join(reasons, "; "))};
 }
 
+PlannedEffect articulation(const Scene& scene) {
+  const Effect effect = Effect::articulation;
+  std::vector<std::string> names;
+  for (const Joint& joint : scene.joints) names.push_back(joint.name);
+  if (names.empty()) return {effect, false, "no joint"};
+  return {effect, true, fmt::format("{} ({})", counted(names.size(), "joint", "joints"), listed(names))};
+}
+
+// What some joints ask for besides holding together.
+template <class Asks>
+PlannedEffect joint_effect(Effect effect, const Scene& scene, bool articulated, Asks&& asks,
+                           std::string_view none) {
+  std::vector<std::string> names;
+  for (const Joint& joint : scene.joints)
+    if (asks(joint)) names.push_back(joint.name);
+  if (names.empty()) return {effect, false, std::string(none)};
+  if (!articulated) return {effect, false, "no articulation"};
+  return {effect, true, fmt::format("asked for by {}", listed(names))};
+}
+
 EffectSet removed_effects(const std::vector<std::string>& without) {
   EffectSet removed;
   for (const std::string& word : without) {
@@ -259,6 +281,17 @@ EffectPlan plan_effects(const Scene& scene, const std::vector<std::string>& with
   add(between_surfaces(Effect::self_collision, scene, bodies));
   add(springs(scene));
   add(bending(scene));
+  add(articulation(scene));
+  const bool articulated = plan.effects.back().active;
+  add(joint_effect(
+      Effect::joint_limits, scene, articulated,
+      [](const Joint& joint) {
+        return joint.angle.least || joint.angle.most || joint.travel.least || joint.travel.most || joint.swing;
+      },
+      "no joint with bounds"));
+  add(joint_effect(
+      Effect::pd_control, scene, articulated, [](const Joint& joint) { return joint.has_control; },
+      "no joint is controlled"));
   return plan;
 }
 

@@ -12,6 +12,7 @@
 
 #include "sim/base/near_miss.h"
 #include "sim/scene/deformable_reader.h"
+#include "sim/scene/joint_reader.h"
 #include "sim/scene/motion_reader.h"
 #include "sim/scene/shape_reader.h"
 #include "sim/scene/table_reader.h"
@@ -42,6 +43,7 @@ class SceneReader {
   void read_render();
   void read_rigid(const toml::table& table, const std::string& path);
   void read_deformable(const toml::table& table, const std::string& path);
+  void read_joint(const toml::table& table, const std::string& path);
   void read_light(const toml::table& table, const std::string& path);
   void read_look(const toml::table& table, const std::string& path, const std::string& name);
   void read_material(const toml::table& table, const std::string& path, const std::string& name);
@@ -66,7 +68,7 @@ class SceneReader {
   TableReader reader_;
   ShapeReader shapes_;
   Scene scene_;
-  std::map<std::string, toml::source_region> body_names_, light_names_;
+  std::map<std::string, toml::source_region> body_names_, light_names_, joint_names_;
 };
 
 Location location_of(const toml::table& table) {
@@ -82,6 +84,7 @@ Scene SceneReader::read() {
   for_each_in_list("lights", [&](auto&&... args) { read_light(args...); });
   if (const toml::table* ground = table("ground"))
     reader_.read(*ground, keys(scene_.ground.emplace()), "ground");
+  for_each_in_list("joints", [&](auto&&... args) { read_joint(args...); });
   if (const toml::table* sky = table("sky")) reader_.read(*sky, keys(scene_.sky), "sky");
   read_solver();
   read_camera();
@@ -183,6 +186,15 @@ void SceneReader::read_deformable(const toml::table& table, const std::string& p
     body.placement.orientation = orientation_of(entry.rotation);
   body.at = location_of(table);
   scene_.deformable.push_back(std::move(body));
+}
+
+void SceneReader::read_joint(const toml::table& table, const std::string& path) {
+  Joint& joint = scene_.joints.emplace_back();
+  const std::size_t before = problems_.count();
+  reader_.read(table, keys(joint), path);
+  check_unique(joint_names_, joint.name, table, path, "names of joints must differ");
+  joint.at = location_of(table);
+  if (problems_.count() == before) check_joint(joint, scene_, table, path, problems_);
 }
 
 void SceneReader::read_light(const toml::table& table, const std::string& path) {

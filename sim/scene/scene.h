@@ -189,6 +189,66 @@ struct DeformableBody {
 // Whether parts of the body are kept from each other: where the scene asks for it.
 inline bool collides_with_itself(const DeformableBody& body) { return body.self_collision.value_or(false); }
 
+enum class JointType { point, hinge, universal, prismatic, prismatic_twist, weld };
+struct JointAxes {  // a joint's frame at the start, in the world, or in a body's own coordinates
+  std::optional<Vec3> position;  // m
+  Vec3 axis = Vec3::UnitX();     // x of the joint, any length but 0
+  std::optional<Vec3> up;        // y of the joint: what of this is at right angles to x
+};
+struct Interval {
+  std::optional<double> least, most;
+};
+struct TargetSwing {
+  Vec3 turn = Vec3::Zero();  // degrees about x, y and z of the joint
+  double travel = 0;         // m along x
+  double period = 1;         // s
+  double phase = 0;          // degrees
+};
+struct TargetKey {
+  double time = 0;  // s
+  Vec3 turn = Vec3::Zero();
+  double travel = 0;
+};
+struct TargetWave {  // of a snake; duet::BodyWave
+  double place = 0, spacing = 1, wavelength = 1;  // m
+  double period = 1;                              // s
+  double bend = 0, height = 0;                    // m
+};
+struct JointTarget {
+  double start = 0;  // s
+  Vec3 turn = Vec3::Zero();
+  double travel = 0;
+  std::vector<TargetSwing> sinusoid;
+  std::vector<TargetKey> keyframes;
+  bool loop = false;
+  bool has_wave = false;
+  TargetWave wave;
+};
+struct JointControl {
+  double gain = 1000;                  // 1/s^2
+  std::optional<double> damping;       // 1/s; else critical
+  std::optional<double> torque_limit;  // N m, or N
+  bool x = true, y = true, z = true;
+  bool lead = false;
+  JointTarget target;
+};
+struct Joint {
+  std::string name;
+  Location at;
+  JointType type = JointType::point;
+  std::string parent, child;  // names of rigid bodies, or `ground`
+  JointAxes world;
+  bool has_parent_frame = false, has_child_frame = false;
+  JointAxes parent_frame, child_frame;
+  Interval angle;               // degrees
+  std::optional<double> swing;  // degrees
+  Interval travel;              // m
+  double friction = 0;          // N m, or N
+  bool collide = false;
+  bool has_control = false;
+  JointControl control;
+};
+
 struct Ground {       // the half space y <= height, static
   double height = 0;  // m
   double friction = 0.5;
@@ -286,6 +346,7 @@ struct Scene {
   std::vector<Material> materials;
   std::vector<RigidBody> rigid;
   std::vector<DeformableBody> deformable;
+  std::vector<Joint> joints;
   std::optional<Ground> ground;
   Solver solver;
   Camera camera;

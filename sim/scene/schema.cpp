@@ -439,6 +439,7 @@ std::vector<Section> sections(Prototype& prototype) {
       {"rigid", Layout::list, "rigid bodies: dynamic, or static, or kinematic if they have a motion",
        keys(prototype.rigid)},
       {"deformable", Layout::list, "deformable bodies", keys(prototype.deformable)},
+      {"joints", Layout::list, "joints between rigid bodies", keys(prototype.joint)},
       {"ground", Layout::table, "the solid half space below a height; absent: no ground",
        keys(prototype.ground)},
       {"solver", Layout::table, "accuracy and bounds of the simulation", keys(scene.solver)},

@@ -88,6 +88,9 @@ std::vector<Key> keys(Spin& spin);
 std::vector<Key> keys(Sinusoid& sinusoid);
 std::vector<Key> keys(RigidEntry& entry);
 std::vector<Key> keys(DeformableEntry& entry);
+std::vector<Key> keys(TargetSwing& swing);
+std::vector<Key> keys(TargetKey& key);
+std::vector<Key> keys(Joint& joint);
 std::vector<Key> keys(Ground& ground);
 std::vector<Key> keys(Solver& solver);
 std::vector<Key> keys(Camera& camera);
@@ -121,6 +124,7 @@ struct Prototype {
   Material material;
   RigidEntry rigid;
   DeformableEntry deformable;
+  Joint joint;
   Ground ground;
   Light light;
   Look look;

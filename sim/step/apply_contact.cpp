@@ -9,6 +9,7 @@ namespace {
 // Where no impulse is known to begin with, as at the start of a scene, the solve may take so many times more
 // sweeps: a house of cards would otherwise lean before its forces are found.
 constexpr int cold_start = 10;
+constexpr int joint_rounds = 10;
 
 // Implicit steps are long for the waves in a body: what contact stops would be crushed by the rest of the
 // body, which moves on without knowing. Here the body adapts: V is solved for again with the impulses of
@@ -33,7 +34,7 @@ void adapt_to_contact(World& world, StepContext& context) {
 
 }  // namespace
 
-void solve_contacts(World& world, StepContext& context) {
+void sweep_contacts(World& world, StepContext& context) {
   ContactSolveSettings settings = world.settings.contact;
   if (context.memory.empty()) settings.iterations *= cold_start;
   world.counters.contact_sweeps += solve_contact(world.bodies, context.graph, settings, context.contacts);
@@ -43,7 +44,36 @@ void solve_contacts(World& world, StepContext& context) {
     });
 }
 
-void apply_contact(World& world, StepContext& context) {
+// Returns by how much joints were off, m/s.
+double solve_joints(World& world, StepContext& context, bool final) {
+  double off = 0;
+  const Articulation& articulation = world.bodies.articulation;
+  world.clock.time(Stage::joints, [&] {
+    off = final ? context.joints.stabilize_and_control(articulation, world.bodies.rigid)
+                : context.joints.pre_stabilize(articulation, world.bodies.rigid, context.end_pose, context.dt,
+                                               world.settings.second_order_orientation);
+  });
+  return off;
+}
+
+// Contact and joints in turn, until contact no longer disturbs the joints: these come last, and are exact.
+void solve_contacts(World& world, StepContext& context, bool final) {
+  const bool joints = world.has(Effect::articulation);
+  if (joints) {
+    context.joints.begin_impulses(world.bodies.articulation, final ? context.dt : context.dt / 2);
+    solve_joints(world, context, final);
+  }
+  if (!world.touches()) return;
+  for (int round = 0; round < joint_rounds; ++round) {
+    sweep_contacts(world, context);
+    if (!joints || solve_joints(world, context, final) < world.settings.contact.tolerance) break;
+  }
+}
+
+namespace {
+
+// III.1 and where the solve of III.3 starts.
+void prepare_contacts(World& world, StepContext& context) {
   Bodies& bodies = world.bodies;
   // III.1
   build_contact_graph(bodies, world.gravity, world.has(Effect::rigid_contact), context.contacts,
@@ -54,7 +84,15 @@ void apply_contact(World& world, StepContext& context) {
                    context.contacts);
   // III.3, from the forces that the last step ended with
   warm_start(context.memory, context.dt / 2, context.graph, bodies, context.contacts);
-  solve_contacts(world, context);
+}
+
+}  // namespace
+
+void apply_contact(World& world, StepContext& context) {
+  if (world.touches()) prepare_contacts(world, context);
+  solve_contacts(world, context, false);
+  if (world.has(Effect::articulation))
+    context.joints.structure_impulses(context.joint_push, context.joint_turn);
   if (world.settings.implicit_elasticity && world.has_internal_forces() &&
       world.has(Effect::rigid_deformable_contact))
     adapt_to_contact(world, context);

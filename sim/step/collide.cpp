@@ -11,10 +11,15 @@ void find_contacts(World& world, StepContext& context) {
 void collide(World& world, StepContext& context) {
   Bodies& bodies = world.bodies;
 
-  // II.1  v^n -> v^^n; there are no joints to stabilize (II.2)
+  // II.1  v^n -> v_*^n
+  const bool joints = world.has(Effect::articulation);
+  if (joints) velocity_difference(bodies, context.v_n, context.difference);
   restore_velocities(context.v_n, bodies);
-  process_collisions(bodies, context.difference, context.dt, world.settings.collision, context.contacts,
-                     context.collision_scratch);
+  if (world.meets())
+    process_collisions(bodies, context.difference, context.dt, world.settings.collision, context.contacts,
+                       context.collision_scratch);
+  // II.2  v_*^n -> v^^n
+  if (joints) world.clock.time(Stage::joints, [&] { context.joints.stabilize(bodies.rigid); });
   store_velocities(bodies, context.v_hat_n);
 
   // II.3  v^^{n+1/2} = v^^n + (v~^{n+1/2} - v^n)

@@ -7,8 +7,8 @@ void step(World& world, double time, double dt) {
   StepContext& context = world.context;
   context.time = time;
   context.dt = dt;
-  const bool contact = world.has(Effect::rigid_contact) || world.has(Effect::rigid_deformable_contact);
-  const bool collision = contact || world.has(Effect::rigid_collision);
+  const bool joints = world.has(Effect::articulation);
+  const bool contact = world.touches(), collision = world.meets();
   const auto run = [&](Stage stage, void (*work)(World&, StepContext&)) {
     world.ledger.begin_stage(world, stage);
     world.clock.time(stage, [&] { work(world, context); });
@@ -18,25 +18,27 @@ void step(World& world, double time, double dt) {
   begin_step(world, context);
   world.ledger.begin_step(world);
   if (world.has(Effect::kinematic_motion)) run(Stage::kinematic_motion, plan_motion);
+  if (joints) run(Stage::joints, begin_joints);
   // I    v^n -> v~^{n+1/2}
   run(Stage::advance_velocity, advance_velocity);
   if (world.has(Effect::incompressibility)) run(Stage::volume_correction, correct_volume);
   if (world.has(Effect::self_repulsion)) run(Stage::self_repulsion, repel_surfaces);
   if (collision) run(Stage::broad_phase, find_contacts);
   // II   v^n -> v^^n, v~^{n+1/2} -> v^^{n+1/2}
-  if (collision) run(Stage::collide, collide);
+  if (collision || joints) run(Stage::collide, collide);
   // III  v^^{n+1/2} -> v^{n+1/2}
-  if (contact) run(Stage::apply_contact, apply_contact);
+  if (contact || joints) run(Stage::apply_contact, apply_contact);
   // IV   x^n -> x^{n+1}
   run(Stage::advance_position, advance_position);
   if (world.has(Effect::push_out)) run(Stage::push_out, push_out);
   restore_collided_velocity(world, context);
+  if (joints) run(Stage::joints, finish_positions);
   if (world.has(Effect::self_collision)) run(Stage::self_collision, collide_surfaces);
   // V    v^^n -> v^{n+1}
   if (world.has(Effect::self_repulsion)) run(Stage::velocity_repulsion, find_repulsions);
   run(Stage::constrained_solve, constrained_solve);
   if (world.has(Effect::incompressibility)) run(Stage::make_incompressible, make_incompressible);
-  if (contact) run(Stage::velocity_contact, apply_velocity_contact);
+  if (contact || joints) run(Stage::velocity_contact, apply_velocity_contact);
   if (world.has(Effect::self_repulsion)) run(Stage::velocity_repulsion, apply_velocity_repulsions);
   end_step(world);
   world.ledger.end_step(world);

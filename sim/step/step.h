@@ -39,7 +39,9 @@ void repel_surfaces(World& world, StepContext& context);    // I.3
 void find_contacts(World& world, StepContext& context);     //       v~^{n+1/2} - v^n, and what may touch
 void collide(World& world, StepContext& context);           // II    v^n -> v^^n, v~^{n+1/2} -> v^^{n+1/2}
 void apply_contact(World& world, StepContext& context);     // III   v^^{n+1/2} -> v^{n+1/2}
-void solve_contacts(World& world, StepContext& context);    // the solve that III.3 and V.4 share
+void solve_contacts(World& world, StepContext& context, bool final);  // the solve that III.3 and V.4 share
+void begin_joints(World& world, StepContext& context);      // rows of joints at x^n, rates of control
+void finish_positions(World& world, StepContext& context);  // IV.3  joints at x^{n+1}, v^^n -> v-^n
 void advance_position(World& world, StepContext& context);  // IV.1  x^n -> x^^{n+1}
 void push_out(World& world, StepContext& context);          // IV.2  x^^{n+1} -> x^{n+1}
 void restore_collided_velocity(World& world, StepContext& context);  //       v^{n+1/2} -> v^^n, at x^{n+1}

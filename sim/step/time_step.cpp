@@ -101,6 +101,7 @@ void bound_by_approach(World& world, double time, TimeStepChoice& choice) {
   const int rigid_count = static_cast<int>(world.bodies.rigid.size());
   const auto limit_of = [&](const BodyPair& pair) {
     const int guest = pair.guest_rigid >= 0 ? pair.guest_rigid : rigid_count + pair.guest_deformable;
+    if (pair.guest_rigid >= 0 && never_touch(world.bodies, pair.host, pair.guest_rigid)) return choice;
     const BodyBounds& a = broad_phase.bounds[static_cast<std::size_t>(pair.host)];
     const BodyBounds& b = broad_phase.bounds[static_cast<std::size_t>(guest)];
     const double depth = std::min(entry(a, world.settings), entry(b, world.settings));

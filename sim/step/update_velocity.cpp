@@ -16,6 +16,10 @@ void constrained_solve(World& world, StepContext& context) {
       if (!contact.impulse.isZero(0)) update_geometry(bodies, contact);
     context.projection.build(bodies, context.contacts, context.graph, world.settings.projection_sweeps,
                              world.has(Effect::self_repulsion) ? &context.self_repulsion : nullptr);
+    if (world.has(Effect::articulation)) {
+      context.joints.prepare_projection(bodies.rigid);
+      context.projection.add_joints(context.joints);
+    }
     projection = &context.projection;
   }
 
@@ -46,15 +50,24 @@ void constrained_solve(World& world, StepContext& context) {
   check_finite(world, "V.2 constrained solve");
 }
 
-// V.4: contact and friction as a post-process, on the points that step III looked at.
-void apply_velocity_contact(World& world, StepContext& context) {
+namespace {
+
+// The contacts that step III looked at, at x^{n+1}.
+void prepare_again(World& world, StepContext& context) {
   update_contacts(context.graph, world.bodies, context.contacts);
   predict_contacts(context.dt, world.settings.second_order_orientation, context.graph, world.bodies,
                    context.contacts);
   // Step III dealt with the forces of half a step: twice its impulses is where the solve begins.
   warm_start_again(2, context.graph, world.bodies, context.contacts);
-  solve_contacts(world, context);
-  world.counters.contacts = count_active(context.contacts, context.graph);
+}
+
+}  // namespace
+
+// V.4: joints, their control, contact and friction as a post-process.
+void apply_velocity_contact(World& world, StepContext& context) {
+  if (world.touches()) prepare_again(world, context);
+  solve_contacts(world, context, true);
+  if (world.touches()) world.counters.contacts = count_active(context.contacts, context.graph);
 }
 
 }  // namespace duet

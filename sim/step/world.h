@@ -1,6 +1,7 @@
 // Everything a time step reads and writes.
 #pragma once
 
+#include "sim/articulation/joint_solver.h"
 #include "sim/base/stage_clock.h"
 #include "sim/coupling/collisions.h"
 #include "sim/coupling/contact_candidates.h"
@@ -66,6 +67,10 @@ struct StepContext {
   BroadPhase meeting;                    // of the choice of the time step
   std::vector<KinematicStep> kinematic;  // motions over this step
 
+  JointSolver joints;
+  std::vector<Pose> end_pose;               // of rigid bodies that are not dynamic, at x^{n+1}
+  std::vector<Vec3> joint_push, joint_turn;  // N s, N m s: what joints gave each body in step III
+
   ContactSet contacts;
   ContactGraph graph;
   ContactMemory memory;  // of the last step that succeeded
@@ -98,6 +103,9 @@ struct World {
   StepLedger ledger;
 
   bool has(Effect effect) const { return plan[index(effect)]; }
+  // Whether bodies can run into each other.
+  bool meets() const { return touches() || has(Effect::rigid_collision); }
+  bool touches() const { return has(Effect::rigid_contact) || has(Effect::rigid_deformable_contact); }
   bool has_internal_forces() const {
     return has(Effect::deformable_elasticity) || has(Effect::springs) || has(Effect::bending);
   }

@@ -1,0 +1,146 @@
+#include "sim/articulation/block_factor.h"
+
+#include <algorithm>
+#include <set>
+
+#include <Eigen/OrderingMethods>
+#include <Eigen/SparseCore>
+
+namespace duet {
+namespace {
+
+std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
+
+// The inverse of a symmetric positive semi-definite block on the rows that do not depend on those before, and
+// zero on the rest. `scale` holds the entries of the diagonal before anything was eliminated.
+void invert(BlockFactor::Block& A, const BlockFactor::Segment& scale, double dependence) {
+  const Eigen::Index n = A.rows();
+  BlockFactor::Block L = BlockFactor::Block::Identity(n, n);  // A = L D L^T
+  BlockFactor::Segment inverse = BlockFactor::Segment::Zero(n);
+  for (Eigen::Index j = 0; j < n; ++j) {
+    const double pivot = A(j, j);
+    if (!(pivot > dependence * scale(j))) continue;
+    inverse(j) = 1 / pivot;
+    for (Eigen::Index i = j + 1; i < n; ++i) {
+      L(i, j) = A(i, j) / pivot;
+      for (Eigen::Index k = j + 1; k <= i; ++k) A(i, k) -= L(i, j) * A(k, j);
+    }
+  }
+  for (Eigen::Index c = 0; c < n; ++c) {  // A^-1 e_c
+    BlockFactor::Segment x = BlockFactor::Segment::Zero(n);
+    if (inverse(c) != 0) x(c) = 1;
+    for (Eigen::Index j = 0; j < n; ++j)
+      for (Eigen::Index i = j + 1; i < n; ++i) x(i) -= L(i, j) * x(j);
+    x = x.cwiseProduct(inverse);
+    for (Eigen::Index j = n; j-- > 0;)
+      for (Eigen::Index i = j + 1; i < n; ++i)
+        if (inverse(j) != 0) x(j) -= L(i, j) * x(i);
+    A.col(c) = x;
+  }
+}
+
+}  // namespace
+
+void BlockFactor::analyze(const std::vector<int>& rows, const std::vector<std::pair<int, int>>& couplings) {
+  const int n = static_cast<int>(rows.size());
+  Eigen::SparseMatrix<double> pattern(n, n);
+  std::vector<Eigen::Triplet<double>> ones;
+  for (int i = 0; i < n; ++i) ones.emplace_back(i, i, 1);
+  for (const auto& [i, j] : couplings) {
+    ones.emplace_back(i, j, 1);
+    ones.emplace_back(j, i, 1);
+  }
+  pattern.setFromTriplets(ones.begin(), ones.end());
+  Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> order(n);
+  if (n > 0) Eigen::AMDOrdering<int>()(pattern, order);
+  place_.resize(rows.size());
+  std::vector<int> at(rows.size());  // the block row at a place
+  for (int k = 0; k < n; ++k) at[as_index(k)] = order.indices()[k];
+  for (int k = 0; k < n; ++k) place_[as_index(at[as_index(k)])] = k;
+
+  std::vector<std::set<int>> column(rows.size());
+  for (const auto& [i, j] : couplings) {
+    const auto [low, high] = std::minmax(place_[as_index(i)], place_[as_index(j)]);
+    if (low != high) column[as_index(low)].insert(high);
+  }
+  for (const std::set<int>& below : column)  // eliminating a column couples all below it
+    for (const int i : below)
+      for (const int k : below)
+        if (k > i) column[as_index(i)].insert(k);
+
+  pivot_.clear();
+  work_.clear();
+  first_.assign(1, 0);
+  entry_.clear();
+  lower_.clear();
+  for (int c = 0; c < n; ++c) {
+    const int size = rows[as_index(at[as_index(c)])];
+    pivot_.push_back(Block::Zero(size, size));
+    work_.push_back(Segment::Zero(size));
+    for (const int row : column[as_index(c)]) {
+      entry_.push_back({row, static_cast<int>(lower_.size())});
+      lower_.push_back(Block::Zero(rows[as_index(at[as_index(row)])], size));
+    }
+    first_.push_back(static_cast<int>(entry_.size()));
+  }
+}
+
+int BlockFactor::find(int row, int column) const {
+  const auto begin = entry_.begin() + first_[as_index(column)],
+             end = entry_.begin() + first_[as_index(column) + 1];
+  return std::lower_bound(begin, end, row, [](const Entry& e, int r) { return e.row < r; })->block;
+}
+
+void BlockFactor::set_zero() {
+  for (Block& block : pivot_) block.setZero();
+  for (Block& block : lower_) block.setZero();
+}
+
+void BlockFactor::add_coupling(int i, int j, const Block& block) {
+  const int row = place_[as_index(i)], column = place_[as_index(j)];
+  if (row > column)
+    lower_[as_index(find(row, column))] += block;
+  else
+    lower_[as_index(find(column, row))] += block.transpose();
+}
+
+void BlockFactor::factor(double dependence) {
+  for (std::size_t c = 0; c < pivot_.size(); ++c) work_[c] = pivot_[c].diagonal();
+  Block product;
+  for (std::size_t c = 0; c < pivot_.size(); ++c) {
+    invert(pivot_[c], work_[c], dependence);
+    for (int a = first_[c]; a < first_[c + 1]; ++a) {
+      const Entry& low = entry_[as_index(a)];
+      product.noalias() = lower_[as_index(low.block)].lazyProduct(pivot_[c]);
+      for (int b = first_[c]; b <= a; ++b) {
+        const Entry& high = entry_[as_index(b)];
+        Block& target =
+            a == b ? pivot_[as_index(low.row)] : lower_[as_index(find(low.row, high.row))];
+        target.noalias() -= product.lazyProduct(lower_[as_index(high.block)].transpose());
+      }
+    }
+  }
+}
+
+void BlockFactor::solve(std::vector<Segment>& x) const {
+  for (std::size_t i = 0; i < place_.size(); ++i) work_[as_index(place_[i])] = x[i];
+  Segment scaled;
+  for (std::size_t c = 0; c < pivot_.size(); ++c) {
+    scaled.noalias() = pivot_[c].lazyProduct(work_[c]);
+    for (int a = first_[c]; a < first_[c + 1]; ++a) {
+      const Entry& entry = entry_[as_index(a)];
+      work_[as_index(entry.row)].noalias() -= lower_[as_index(entry.block)].lazyProduct(scaled);
+    }
+  }
+  for (std::size_t c = pivot_.size(); c-- > 0;) {
+    for (int a = first_[c]; a < first_[c + 1]; ++a) {
+      const Entry& entry = entry_[as_index(a)];
+      work_[c].noalias() -= lower_[as_index(entry.block)].transpose().lazyProduct(work_[as_index(entry.row)]);
+    }
+    scaled.noalias() = pivot_[c].lazyProduct(work_[c]);
+    work_[c] = scaled;
+  }
+  for (std::size_t i = 0; i < place_.size(); ++i) x[i] = work_[as_index(place_[i])];
+}
+
+}  // namespace duet

@@ -1,0 +1,78 @@
+#include "sim/articulation/joint_control.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "sim/rigid/rotation.h"
+
+namespace duet {
+namespace {
+
+// Rates that take the error along `way` (its length is the error) as the control says; across it they fade.
+ControlRates rates_along(const Vec3& way, const Vec3& next_way, const Vec3& target_rate, const Vec3& rate,
+                         const JointControl& control, double dt) {
+  const double error = way.norm();
+  const Vec3 axis = error > 0 ? Vec3(way / error) : Vec3::UnitX();
+  const ControlError after =
+      controlled_error({error, (target_rate - rate).dot(axis)}, control.gain, control.damping, dt);
+  const double next = next_way.dot(axis);
+  const Vec3 target_across = target_rate - target_rate.dot(axis) * axis,
+             across = rate - rate.dot(axis) * axis - target_across;
+  const double fading = std::exp(-control.damping * dt);
+  const double mean_fading = control.damping * dt > 1e-8 ? (1 - fading) / (control.damping * dt) : 1;
+  return {(next - after.value) / dt * axis + target_across + mean_fading * across,
+          (target_rate.dot(axis) - after.rate) * axis + target_across + fading * across};
+}
+
+// The joint's axes that a limit stops are not asked for more.
+Vec3 within_limits(const Joint& joint, Vec3 target) {
+  if (joint.kind == JointKind::prismatic)
+    target.x() = std::clamp(target.x(), joint.travel.least, joint.travel.most);
+  else if (twists(joint.kind))
+    target.x() = std::clamp(target.x(), joint.angle.least, joint.angle.most);
+  return target;
+}
+
+// A point joint may be controlled about some of its axes only.
+Vec3 on_axes(const Joint& joint, Vec3 v) {
+  for (Eigen::Index i = 0; i < 3; ++i)
+    if (joint.kind == JointKind::point && !joint.control.axis[static_cast<std::size_t>(i)]) v[i] = 0;
+  return v;
+}
+
+}  // namespace
+
+ControlError controlled_error(ControlError start, double gain, double damping, double dt) {
+  const double half = damping / 2, square = half * half - gain, decay = std::exp(-half * dt);
+  double even = decay, odd = dt * decay;  // exp(-half t) times cosh(a t) and sinh(a t) / a, a^2 = square
+  if (square * dt * dt > 1e-10) {
+    const double a = std::sqrt(square);
+    const double slow = std::exp((a - half) * dt), fast = std::exp((-a - half) * dt);
+    even = (slow + fast) / 2;
+    odd = (slow - fast) / (2 * a);
+  } else if (square * dt * dt < -1e-10) {
+    const double a = std::sqrt(-square);
+    even = decay * std::cos(a * dt);
+    odd = decay * std::sin(a * dt) / a;
+  }
+  return {start.value * even + (start.rate + half * start.value) * odd,
+          start.rate * even - (gain * start.value + half * start.rate) * odd};
+}
+
+ControlRates control_rates(const Joint& joint, const JointFrames& frames, const Vec3& rate, double time,
+                           double dt) {
+  const JointControl& control = joint.control;
+  const Vec3 target = within_limits(joint, control.target.value(time));
+  const Vec3 next = control.leads ? within_limits(joint, control.target.value(time + dt)) : target;
+  if (joint.kind == JointKind::prismatic) {
+    const double now = travel_of(frames);
+    return rates_along((target.x() - now) * Vec3::UnitX(), (next.x() - now) * Vec3::UnitX(),
+                       (next - target) / dt, rate, control, dt);
+  }
+  const Quat now = frames.relative(), to = exponential(target), then = exponential(next);
+  const auto from_now = [&](const Quat& q) { return on_axes(joint, logarithm(q * now.conjugate())); };
+  const Vec3 turn = on_axes(joint, logarithm(then * to.conjugate()));  // of the target in this step
+  return rates_along(from_now(to), from_now(then), turn / dt, on_axes(joint, rate), control, dt);
+}
+
+}  // namespace duet

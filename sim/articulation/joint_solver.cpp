@@ -1,0 +1,385 @@
+#include "sim/articulation/joint_solver.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <set>
+
+#include "sim/rigid/rotation.h"
+
+namespace duet {
+namespace {
+
+constexpr double infinite = std::numeric_limits<double>::infinity();
+constexpr double solved = 1e-11;       // m/s or rad/s
+constexpr int most_rounds = 12;        // of Newton's method; the joints turn little in a step
+constexpr int most_revisions = 10;     // of which bounded rows are at a bound
+constexpr double at_limit = 1e-9;      // m or rad
+constexpr double release = 1e-9;       // m/s or rad/s
+constexpr double assembled = 1e-13;    // m or rad
+
+void add_impulse(RigidBodies& rigid, std::size_t body, const Vec3& linear, const Vec3& angular) {
+  const RigidProperties& properties = rigid.properties[body];
+  if (!properties.is_dynamic()) return;
+  RigidState& state = rigid.state[body];
+  state.velocity += properties.inverse_mass * linear;
+  state.angular_momentum += angular;
+  state.angular_velocity += state.inverse_inertia * angular;
+}
+
+}  // namespace
+
+template <class Visit>
+void JointSolver::for_each_row(Visit&& visit) const {
+  for (std::size_t j = 0; j + 1 < first_.size(); ++j)
+    for (std::size_t r = first_[j]; r < first_[j + 1]; ++r) visit(j, r);
+}
+
+void JointSolver::analyze(const Articulation& articulation, const RigidBodies& rigid) {
+  *this = JointSolver();
+  std::vector<int> row_counts;
+  std::vector<std::vector<int>> joints_of(rigid.size());
+  for (const Joint& joint : articulation.joints) {
+    const std::vector<JointRow> rows = rows_of(joint);
+    rows_.insert(rows_.end(), rows.begin(), rows.end());
+    row_counts.push_back(static_cast<int>(rows.size()));
+    first_.push_back(rows_.size());
+    const auto parent = static_cast<std::size_t>(joint.parent), child = static_cast<std::size_t>(joint.child);
+    ends_.push_back({parent, child});
+    const int number = static_cast<int>(ends_.size()) - 1;
+    for (const std::size_t body : {parent, child})
+      if (rigid.properties[body].is_dynamic()) joints_of[body].push_back(number);
+    solution_.push_back(BlockFactor::Segment::Zero(row_counts.back()));
+  }
+  std::set<std::pair<int, int>> couplings;
+  for (std::size_t body = 0; body < joints_of.size(); ++body)
+    for (const int i : joints_of[body])
+      for (const int j : joints_of[body]) {
+        if (i >= j) continue;
+        couplings.insert({i, j});
+        shared_.push_back({static_cast<std::size_t>(i), static_cast<std::size_t>(j), body});
+      }
+  system_.analyze(row_counts, {couplings.begin(), couplings.end()});
+  reference_.resize(ends_.size());
+  rates_.resize(ends_.size());
+  for (std::vector<double>* values : {&least_, &most_, &impulse_, &residual_}) values->assign(rows_.size(), 0);
+  free_.assign(rows_.size(), 0);
+  factored_ = free_;
+  predicted_.resize(rigid.size());
+}
+
+void JointSolver::update(const Articulation& articulation, const RigidBodies& rigid) {
+  for (std::size_t j = 0; j < ends_.size(); ++j)
+    update_rows(articulation.joints[j], rigid.state[ends_[j].parent].pose, rigid.state[ends_[j].child].pose,
+                rows_.data() + first_[j], first_[j + 1] - first_[j], reference_[j]);
+  is_factored_ = false;
+}
+
+double JointSolver::row_velocity(const RigidBodies& rigid, std::size_t joint, const JointRow& row) const {
+  const RigidState &parent = rigid.state[ends_[joint].parent], &child = rigid.state[ends_[joint].child];
+  return row.linear.dot(child.velocity - parent.velocity) + row.child_moment.dot(child.angular_velocity) -
+         row.parent_moment.dot(parent.angular_velocity);
+}
+
+void JointSolver::push(RigidBodies& rigid, std::size_t joint, const JointRow& row, double impulse) const {
+  add_impulse(rigid, ends_[joint].child, impulse * row.linear, impulse * row.child_moment);
+  add_impulse(rigid, ends_[joint].parent, -impulse * row.linear, -impulse * row.parent_moment);
+}
+
+// What impulses on the rows of `other` do to the velocities of the rows of `joint` through a body of both.
+BlockFactor::Block JointSolver::coupling(const RigidBodies& rigid, const Shared& shared) const {
+  const std::size_t i = first_[shared.joint], j = first_[shared.other];
+  BlockFactor::Block block(static_cast<Eigen::Index>(first_[shared.joint + 1] - i),
+                           static_cast<Eigen::Index>(first_[shared.other + 1] - j));
+  const bool is_child = ends_[shared.joint].child == shared.body,
+             is_others_child = ends_[shared.other].child == shared.body;
+  const double sign = is_child == is_others_child ? 1 : -1;
+  const double inverse_mass = rigid.properties[shared.body].inverse_mass;
+  const Mat3& inverse_inertia = rigid.state[shared.body].inverse_inertia;
+  for (Eigen::Index c = 0; c < block.cols(); ++c) {
+    const JointRow& other = rows_[j + static_cast<std::size_t>(c)];
+    const bool other_is_free = free_[j + static_cast<std::size_t>(c)];
+    const Vec3 velocity = sign * inverse_mass * other.linear;
+    const Vec3 spin = sign * (inverse_inertia * (is_others_child ? other.child_moment : other.parent_moment));
+    for (Eigen::Index r = 0; r < block.rows(); ++r) {
+      const JointRow& row = rows_[i + static_cast<std::size_t>(r)];
+      block(r, c) = other_is_free && free_[i + static_cast<std::size_t>(r)]
+                        ? row.linear.dot(velocity) + (is_child ? row.child_moment : row.parent_moment).dot(spin)
+                        : 0;
+    }
+  }
+  return block;
+}
+
+void JointSolver::factor(const RigidBodies& rigid) {
+  if (is_factored_ && factored_ == free_) return;
+  system_.set_zero();
+  for (std::size_t j = 0; j < ends_.size(); ++j)
+    for (const std::size_t body : {ends_[j].parent, ends_[j].child})
+      if (rigid.properties[body].is_dynamic())
+        system_.diagonal(static_cast<int>(j)) += coupling(rigid, {j, j, body});
+  for (const Shared& shared : shared_)
+    system_.add_coupling(static_cast<int>(shared.joint), static_cast<int>(shared.other),
+                         coupling(rigid, shared));
+  system_.factor();
+  factored_ = free_;
+  is_factored_ = true;
+}
+
+void JointSolver::free_structure_only() {
+  for (std::size_t r = 0; r < rows_.size(); ++r) {
+    free_[r] = rows_[r].role == RowRole::structure;
+    least_[r] = free_[r] ? -infinite : 0;
+    most_[r] = free_[r] ? infinite : 0;
+    impulse_[r] = 0;
+  }
+}
+
+// Gives the free rows what residual_ says they lack.
+void JointSolver::solve_free(RigidBodies& rigid) {
+  factor(rigid);
+  for_each_row([&](std::size_t j, std::size_t r) {
+    solution_[j](static_cast<Eigen::Index>(r - first_[j])) = free_[r] ? residual_[r] : 0;
+  });
+  system_.solve(solution_);
+  for_each_row([&](std::size_t j, std::size_t r) {
+    if (!free_[r]) return;
+    const double impulse = solution_[j](static_cast<Eigen::Index>(r - first_[j]));
+    push(rigid, j, rows_[r], impulse);
+    impulse_[r] += impulse;
+  });
+}
+
+// Holds impulses that have left their bounds there, and lets go of those that would return by themselves.
+template <class Residual>
+bool JointSolver::revise_bounds(RigidBodies& rigid, Residual&& residual) {
+  bool changed = false;
+  for_each_row([&](std::size_t j, std::size_t r) {
+    const JointRow& row = rows_[r];
+    if (row.role == RowRole::structure) return;
+    if (free_[r]) {
+      const double bounded = std::clamp(impulse_[r], least_[r], most_[r]);
+      if (bounded == impulse_[r]) return;
+      push(rigid, j, row, bounded - impulse_[r]);
+      impulse_[r] = bounded;
+      free_[r] = 0;
+      changed = true;
+    } else if (least_[r] < most_[r]) {
+      const double lacking = residual(j, r);
+      if ((impulse_[r] <= least_[r] && lacking > release) || (impulse_[r] >= most_[r] && lacking < -release)) {
+        free_[r] = 1;
+        changed = true;
+      }
+    }
+  });
+  return changed;
+}
+
+template <class Prepare, class Residual>
+double JointSolver::satisfy(RigidBodies& rigid, Prepare&& prepare, Residual&& residual) {
+  double first = 0;
+  for (int revision = 0; revision <= most_revisions; ++revision) {
+    double before = infinite;
+    for (int round = 0; round < most_rounds; ++round) {
+      prepare();
+      double largest = 0;
+      for_each_row([&](std::size_t j, std::size_t r) {
+        residual_[r] = free_[r] ? residual(j, r) : 0;
+        largest = std::max(largest, std::abs(residual_[r]));
+      });
+      if (revision == 0 && round == 0) first = largest;
+      // Where loops ask for more than they can have, the rest stays, and rounding always does.
+      if (largest <= solved || !(largest < 0.5 * before)) break;
+      before = largest;
+      solve_free(rigid);
+    }
+    prepare();
+    if (!revise_bounds(rigid, residual)) break;
+  }
+  return first;
+}
+
+double JointSolver::stabilize(RigidBodies& rigid) {
+  free_structure_only();
+  return satisfy(rigid, [] {}, [&](std::size_t j, std::size_t r) { return -row_velocity(rigid, j, rows_[r]); });
+}
+
+void JointSolver::begin_impulses(const Articulation& articulation, double seconds) {
+  free_structure_only();
+  for_each_row([&](std::size_t j, std::size_t r) {
+    const Joint& joint = articulation.joints[j];
+    const RowRole role = rows_[r].role;
+    if (role == RowRole::structure) return;
+    free_[r] = role != RowRole::limit;
+    most_[r] = role == RowRole::limit     ? infinite
+               : role == RowRole::control ? joint.control.most * seconds
+                                          : joint.friction * seconds;
+    least_[r] = role == RowRole::limit ? 0 : -most_[r];
+  });
+}
+
+void JointSolver::plan_control(const Articulation& articulation, const RigidBodies& rigid, double time,
+                               double dt) {
+  for (std::size_t j = 0; j < ends_.size(); ++j) {
+    const Joint& joint = articulation.joints[j];
+    if (!joint.control.on) continue;
+    const RigidState &parent = rigid.state[ends_[j].parent], &child = rigid.state[ends_[j].child];
+    const JointFrames frames(joint, parent.pose, child.pose);
+    Vec3 rate = frames.parent_axes.conjugate() * (child.angular_velocity - parent.angular_velocity);
+    if (joint.kind == JointKind::prismatic)
+      for (std::size_t r = first_[j]; r < first_[j + 1]; ++r)
+        if (rows_[r].role == RowRole::control) rate = row_velocity(rigid, j, rows_[r]) * Vec3::UnitX();
+    rates_[j] = control_rates(joint, frames, rate, time, dt);
+  }
+}
+
+// The rate that a row is to have if its joint's is `rate`, in the axes of the parent.
+double JointSolver::wanted(const JointRow& row, const Vec3& rate, const Quat& parent_axes) {
+  if (row.role != RowRole::control) return 0;
+  return row.motion == RowMotion::travel ? rate.x() : row.child_moment.dot(parent_axes * rate);
+}
+
+double JointSolver::pre_stabilize(const Articulation& articulation, RigidBodies& rigid,
+                                  const std::vector<Pose>& end_pose, double dt, bool second_order) {
+  const auto axes = [&](std::size_t j) {
+    return rigid.state[ends_[j].parent].pose.orientation * articulation.joints[j].parent_frame.orientation;
+  };
+  const auto predict = [&] {
+    for (const Ends& ends : ends_)
+      for (const std::size_t body : {ends.parent, ends.child})
+        predicted_[body] = rigid.properties[body].is_dynamic()
+                               ? evolved_pose(rigid.state[body], dt, second_order)
+                               : end_pose[body];
+  };
+  const auto lacking = [&](std::size_t j, std::size_t r) {
+    const Joint& joint = articulation.joints[j];
+    const JointRow& row = rows_[r];
+    if (row.role == RowRole::control || row.role == RowRole::friction)
+      return wanted(row, rates_[j].mean, axes(j)) - row_velocity(rigid, j, row);
+    const JointFrames frames(joint, predicted_[ends_[j].parent], predicted_[ends_[j].child]);
+    const double distance = row.role == RowRole::limit ? limit_slack(joint, row, frames)
+                                                       : structure_error(joint, row, frames, reference_[j]);
+    return -distance / dt;
+  };
+  return satisfy(rigid, predict, lacking);
+}
+
+double JointSolver::stabilize_and_control(const Articulation& articulation, RigidBodies& rigid) {
+  return satisfy(
+      rigid, [] {},
+      [&](std::size_t j, std::size_t r) {
+        const Joint& joint = articulation.joints[j];
+        const JointRow& row = rows_[r];
+        const Pose &parent = rigid.state[ends_[j].parent].pose, &child = rigid.state[ends_[j].child].pose;
+        if (row.role == RowRole::limit && limit_slack(joint, row, JointFrames(joint, parent, child)) > at_limit)
+          return -infinite;
+        const double rate =
+            wanted(row, rates_[j].end, parent.orientation * joint.parent_frame.orientation);
+        return rate - row_velocity(rigid, j, row);
+      });
+}
+
+void JointSolver::structure_impulses(std::vector<Vec3>& linear, std::vector<Vec3>& angular) const {
+  linear.assign(predicted_.size(), Vec3::Zero());
+  angular.assign(predicted_.size(), Vec3::Zero());
+  for_each_row([&](std::size_t j, std::size_t r) {
+    const JointRow& row = rows_[r];
+    if (row.role != RowRole::structure) return;
+    linear[ends_[j].child] += impulse_[r] * row.linear;
+    linear[ends_[j].parent] -= impulse_[r] * row.linear;
+    angular[ends_[j].child] += impulse_[r] * row.child_moment;
+    angular[ends_[j].parent] -= impulse_[r] * row.parent_moment;
+  });
+}
+
+void JointSolver::prepare_projection(const RigidBodies& rigid) {
+  free_structure_only();
+  factor(rigid);
+}
+
+void JointSolver::project(const RigidBodies& rigid, std::vector<Vec3>& linear,
+                          std::vector<Vec3>& angular) const {
+  for_each_row([&](std::size_t j, std::size_t r) {
+    const auto [parent, child] = ends_[j];
+    const JointRow& row = rows_[r];
+    solution_[j](static_cast<Eigen::Index>(r - first_[j])) =
+        !factored_[r] ? 0
+                      : row.parent_moment.dot(angular[parent]) - row.child_moment.dot(angular[child]) -
+                            row.linear.dot(linear[child] - linear[parent]);
+  });
+  system_.solve(solution_);
+  for_each_row([&](std::size_t j, std::size_t r) {
+    const JointRow& row = rows_[r];
+    const double impulse = solution_[j](static_cast<Eigen::Index>(r - first_[j]));
+    const auto [parent, child] = ends_[j];
+    linear[child] += rigid.properties[child].inverse_mass * impulse * row.linear;
+    linear[parent] -= rigid.properties[parent].inverse_mass * impulse * row.linear;
+    angular[child] += rigid.state[child].inverse_inertia * (impulse * row.child_moment);
+    angular[parent] -= rigid.state[parent].inverse_inertia * (impulse * row.parent_moment);
+  });
+}
+
+void JointSolver::move(RigidBodies& rigid, std::size_t body, const Vec3& linear, const Vec3& angular) {
+  const RigidProperties& properties = rigid.properties[body];
+  if (!properties.is_dynamic()) return;
+  RigidState& state = rigid.state[body];
+  state.pose.position += properties.inverse_mass * linear;
+  state.pose.orientation =
+      (exponential(state.inverse_inertia * angular) * state.pose.orientation).normalized();
+}
+
+double JointSolver::assemble(const Articulation& articulation, RigidBodies& rigid) {
+  double first = 0;
+  for (int round = 0; round < most_rounds; ++round) {
+    update(articulation, rigid);
+    double largest = 0;
+    for_each_row([&](std::size_t j, std::size_t r) {
+      const auto [parent, child] = ends_[j];
+      const JointFrames frames(articulation.joints[j], rigid.state[parent].pose, rigid.state[child].pose);
+      const bool counts = rows_[r].role == RowRole::structure;
+      const double error =
+          counts ? structure_error(articulation.joints[j], rows_[r], frames, reference_[j]) : 0;
+      solution_[j](static_cast<Eigen::Index>(r - first_[j])) = -error;
+      largest = std::max(largest, std::abs(error));
+    });
+    if (round == 0) first = largest;
+    if (largest <= assembled) break;
+    prepare_projection(rigid);
+    system_.solve(solution_);
+    for_each_row([&](std::size_t j, std::size_t r) {
+      const JointRow& row = rows_[r];
+      const double impulse = solution_[j](static_cast<Eigen::Index>(r - first_[j]));
+      move(rigid, ends_[j].child, impulse * row.linear, impulse * row.child_moment);
+      move(rigid, ends_[j].parent, -impulse * row.linear, -impulse * row.parent_moment);
+    });
+    for (const Ends& ends : ends_)
+      for (const std::size_t body : {ends.parent, ends.child})
+        update_orientation_dependents(rigid.state[body], rigid.properties[body]);
+  }
+  return first;
+}
+
+JointSolver::Drift JointSolver::drift(const Articulation& articulation, const RigidBodies& rigid) {
+  Drift drift;
+  for (std::size_t j = 0; j < articulation.joints.size(); ++j) {
+    const Joint& joint = articulation.joints[j];
+    const JointFrames frames(joint, rigid.state[static_cast<std::size_t>(joint.parent)].pose,
+                             rigid.state[static_cast<std::size_t>(joint.child)].pose);
+    Vec3 gap = Vec3::Zero();
+    for (const JointRow& row : rows_of(joint)) {
+      if (row.role != RowRole::structure) continue;
+      const double error = structure_error(joint, row, frames, frames.relative());
+      if (row.motion == RowMotion::travel)
+        gap[row.axis] = error;
+      else
+        drift.angle = std::max(drift.angle, std::abs(error));
+    }
+    if (drift.joint < 0 || gap.norm() > drift.gap) {
+      drift.gap = gap.norm();
+      drift.joint = static_cast<int>(j);
+    }
+  }
+  return drift;
+}
+
+}  // namespace duet

@@ -1,0 +1,130 @@
+// The keys of joints.
+#include "sim/scene/schema.h"
+
+namespace duet::scene {
+namespace {
+
+const Bounds any{};
+const Bounds positive{.lower = 0, .lower_open = true};
+const Bounds non_negative{.lower = 0};
+const Bounds turns{.lower = -180, .upper = 180};
+constexpr Presence required = Presence::required;
+
+template <class Element>
+List list(std::vector<Element>& elements) {
+  return {[&elements] { return elements.size(); },
+          [&elements](std::size_t i) {
+            if (i >= elements.size()) elements.resize(i + 1);
+            return keys(elements[i]);
+          }};
+}
+
+Key interval_key(std::string_view name, Interval& interval, std::string_view unit, const Bounds& bounds,
+                 std::string_view meaning) {
+  return {name,
+          Group{{{"least", &interval.least, unit, bounds, "lower bound; without it, none"},
+                 {"most", &interval.most, unit, bounds, "upper bound; without it, none"}}},
+          "", any, meaning};
+}
+
+Key frame_key(std::string_view name, JointAxes& frame, bool& given, std::string_view meaning) {
+  return {name,
+          Group{{{"position", &frame.position, "m", any, "of the joint; without it, the origin"},
+                 {"axis", &frame.axis, "", any, "x of the joint; any length but 0"},
+                 {"up", &frame.up, "", any, "y of the joint; not along the axis"}},
+                &given},
+          "", any, meaning};
+}
+
+Key target_key(JointTarget& target) {
+  return {
+      "target",
+      Group{{{"turn", &target.turn, "degrees", any, "rotation vector in the joint's axes, from the parent"},
+             {"travel", &target.travel, "m", any, "along x; prismatic joints only"},
+             {"start", &target.start, "s", non_negative,
+              "when the functions of time begin; before, the target grows to their first value"},
+             {"sinusoid", list(target.sinusoid), "", any, "swings to and fro, added to the rest"},
+             {"keyframes", list(target.keyframes), "", any, "values at times, smooth between, added to the rest"},
+             {"loop", &target.loop, "", any, "the keyframes repeat; the last one is the first one again"},
+             {"wave",
+              Group{{{"place", &target.wave.place, "m", any, "of the joint along the spine", required},
+                     {"spacing", &target.wave.spacing, "m", positive, "to the joints before and after", required},
+                     {"wavelength", &target.wave.wavelength, "m", positive, "along the spine", required},
+                     {"period", &target.wave.period, "s", positive, "of the wave", required},
+                     {"bend", &target.wave.bend, "m", any, "amplitude to the sides, along z"},
+                     {"height", &target.wave.height, "m", any, "amplitude upward, along y"}},
+                    &target.has_wave},
+              "", any, "the bend of a wave that travels along a spine: x along it, y upward"}}},
+      "", any, "what the joint is to do; without it, to be as its frames are"};
+}
+
+Key control_key(Joint& joint) {
+  JointControl& control = joint.control;
+  return {
+      "control",
+      Group{{{"gain", &control.gain, "1/s^2", positive, "k_p: the error e obeys e'' + k_v e' + k_p e = 0"},
+             {"damping", &control.damping, "1/s", non_negative, "k_v; without it, critical: 2 sqrt(k_p)"},
+             {"torque_limit", &control.torque_limit, "N m", positive,
+              "most about each axis (N of a travel); without it, whatever it takes"},
+             {"x", &control.x, "", any, "whether it controls the rotation about x; else that is free"},
+             {"y", &control.y, "", any, "the same about y"},
+             {"z", &control.z, "", any, "the same about z"},
+             {"lead", &control.lead, "", any,
+              "knows how fast the target moves, and does not lag by 2 / sqrt(k_p) behind it"},
+             target_key(control.target)},
+            &joint.has_control},
+      "", any, "proportional-derivative control of the joint's rotation, or of a prismatic one's travel"};
+}
+
+}  // namespace
+
+std::vector<Key> keys(TargetSwing& swing) {
+  return {
+      {"turn", &swing.turn, "degrees", any, "amplitude, a rotation vector in the joint's axes"},
+      {"travel", &swing.travel, "m", any, "amplitude along x; prismatic joints only"},
+      {"period", &swing.period, "s", positive, "of a full swing", required},
+      {"phase", &swing.phase, "degrees", any, "where in the swing it starts: 0 in the middle, 90 at the end"},
+  };
+}
+
+std::vector<Key> keys(TargetKey& key) {
+  return {
+      {"time", &key.time, "s", any, "after the start; later than that of the one before it", required},
+      {"turn", &key.turn, "degrees", any, "at that time"},
+      {"travel", &key.travel, "m", any, "at that time; prismatic joints only"},
+  };
+}
+
+std::vector<Key> keys(Joint& joint) {
+  return {
+      {"name", Name{&joint.name}, "", any, "unique among the joints", required},
+      {"type",
+       Choice{{"point", "hinge", "universal", "prismatic", "prismatic_twist", "weld"},
+              static_cast<std::size_t>(joint.type),
+              [&joint](std::size_t i) { joint.type = static_cast<JointType>(i); }},
+       "", any,
+       "leaves free: all turning; turning about x; about the parent's x and the child's y; travel along x; "
+       "travel and turning; nothing",
+       required},
+      {"parent", &joint.parent, "", any, "name of a rigid body, or `ground`", required},
+      {"child", &joint.child, "", any, "name of another rigid body", required},
+      {"position", &joint.world.position, "m", any,
+       "of the joint in the world at the start; this, or parent_frame and child_frame"},
+      {"axis", &joint.world.axis, "", any, "x of the joint in the world at the start; any length but 0"},
+      {"up", &joint.world.up, "", any, "y of the joint in the world; not along the axis"},
+      frame_key("parent_frame", joint.parent_frame, joint.has_parent_frame,
+                "the joint in the coordinates of the parent's shape"),
+      frame_key("child_frame", joint.child_frame, joint.has_child_frame,
+                "the joint in the coordinates of the child's shape"),
+      interval_key("angle", joint.angle, "degrees", turns, "bounds of the angle; hinge and prismatic_twist"),
+      {"swing", &joint.swing, "degrees", {.lower = 0, .upper = 180, .lower_open = true},
+       "largest angle between the axes x of parent and child; point joints"},
+      interval_key("travel", joint.travel, "m", any, "bounds of the travel; prismatic and prismatic_twist"),
+      {"friction", &joint.friction, "N m", non_negative,
+       "most torque about, and force (N) along, each axis that is free and not controlled"},
+      {"collide", &joint.collide, "", any, "whether parent and child touch each other"},
+      control_key(joint),
+  };
+}
+
+}  // namespace duet::scene
