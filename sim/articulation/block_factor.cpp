@@ -9,11 +9,13 @@
 namespace duet {
 namespace {
 
+constexpr double dependence = 1e-10;  // pivot over diagonal of a row that depends on others
+
 std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
 
 // The inverse of a symmetric positive semi-definite block on the rows that do not depend on those before, and
 // zero on the rest. `scale` holds the entries of the diagonal before anything was eliminated.
-void invert(BlockFactor::Block& A, const BlockFactor::Segment& scale, double dependence) {
+void invert(BlockFactor::Block& A, const BlockFactor::Segment& scale) {
   const Eigen::Index n = A.rows();
   BlockFactor::Block L = BlockFactor::Block::Identity(n, n);  // A = L D L^T
   BlockFactor::Segment inverse = BlockFactor::Segment::Zero(n);
@@ -104,18 +106,20 @@ void BlockFactor::add_coupling(int i, int j, const Block& block) {
     lower_[as_index(find(column, row))] += block.transpose();
 }
 
-void BlockFactor::factor(double dependence) {
-  for (std::size_t c = 0; c < pivot_.size(); ++c) work_[c] = pivot_[c].diagonal();
+void BlockFactor::factor(double softness) {
+  for (std::size_t c = 0; c < pivot_.size(); ++c) {
+    pivot_[c].diagonal() *= 1 + softness;
+    work_[c] = pivot_[c].diagonal();
+  }
   Block product;
   for (std::size_t c = 0; c < pivot_.size(); ++c) {
-    invert(pivot_[c], work_[c], dependence);
+    invert(pivot_[c], work_[c]);
     for (int a = first_[c]; a < first_[c + 1]; ++a) {
       const Entry& low = entry_[as_index(a)];
       product.noalias() = lower_[as_index(low.block)].lazyProduct(pivot_[c]);
       for (int b = first_[c]; b <= a; ++b) {
         const Entry& high = entry_[as_index(b)];
-        Block& target =
-            a == b ? pivot_[as_index(low.row)] : lower_[as_index(find(low.row, high.row))];
+        Block& target = a == b ? pivot_[as_index(low.row)] : lower_[as_index(find(low.row, high.row))];
         target.noalias() -= product.lazyProduct(lower_[as_index(high.block)].transpose());
       }
     }

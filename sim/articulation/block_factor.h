@@ -25,8 +25,9 @@ class BlockFactor {
   // Adds `block`, of rows i and columns j, to S, and its transpose on the other side; i and j differ.
   void add_coupling(int i, int j, const Block& block);
 
-  // A row whose pivot has fallen below this share of its diagonal entry depends on the rows before it.
-  void factor(double dependence = 1e-10);
+  // A row whose pivot has fallen below a tiny share of its diagonal entry depends on the rows before it.
+  // `softness` is added to the diagonal, as a share of itself.
+  void factor(double softness = 0);
   // Solves in place. `x` has a segment for every block row.
   void solve(std::vector<Segment>& x) const;
 
@@ -36,11 +37,11 @@ class BlockFactor {
   };
   int find(int row, int column) const;
 
-  std::vector<int> place_;          // of a block row in the order of elimination
-  std::vector<Block> pivot_;        // D; after `factor` its inverse
-  std::vector<int> first_;          // entries of column c: entry_[first_[c], first_[c + 1]), by row
+  std::vector<int> place_;    // of a block row in the order of elimination
+  std::vector<Block> pivot_;  // D; after `factor` its inverse
+  std::vector<int> first_;    // entries of column c: entry_[first_[c], first_[c + 1]), by row
   std::vector<Entry> entry_;
-  std::vector<Block> lower_;        // S; after `factor`, S with what was eliminated: L D
+  std::vector<Block> lower_;  // S; after `factor`, S with what was eliminated: L D
   mutable std::vector<Segment> work_;
 };
 

@@ -20,7 +20,9 @@ namespace duet {
 //   weld             none
 enum class JointKind { point, hinge, universal, prismatic, prismatic_twist, weld };
 
-inline bool travels(JointKind kind) { return kind == JointKind::prismatic || kind == JointKind::prismatic_twist; }
+inline bool travels(JointKind kind) {
+  return kind == JointKind::prismatic || kind == JointKind::prismatic_twist;
+}
 // Whether the joint has one angle, about x.
 inline bool twists(JointKind kind) { return kind == JointKind::hinge || kind == JointKind::prismatic_twist; }
 inline bool turns(JointKind kind) { return kind != JointKind::prismatic && kind != JointKind::weld; }
@@ -35,8 +37,8 @@ struct Bounds {
 // prismatic one's travel: its error obeys e'' + damping e' + gain e = 0.
 struct JointControl {
   bool on = false;
-  double gain = 0;     // k_p, 1/s^2: acts on motion, not on mass
-  double damping = 0;  // k_v, 1/s; 2 sqrt(k_p) is critical
+  double gain = 0;                                        // k_p, 1/s^2: acts on motion, not on mass
+  double damping = 0;                                     // k_v, 1/s; 2 sqrt(k_p) is critical
   double most = std::numeric_limits<double>::infinity();  // N m, or N of a travel, about each axis
   std::array<bool, 3> axis{true, true, true};             // of the joint frame: x, y, z; a point joint's
   bool leads = false;  // knows the target's rate, so that it does not lag by 2 / sqrt(k_p) seconds
@@ -46,12 +48,12 @@ struct JointControl {
 struct Joint {
   std::string name;
   JointKind kind = JointKind::point;
-  int parent = -1, child = -1;     // rigid bodies
-  Pose parent_frame, child_frame;  // in body space
-  Bounds angle;                    // rad, of a joint that twists
+  int parent = -1, child = -1;                             // rigid bodies
+  Pose parent_frame, child_frame;                          // in body space
+  Bounds angle;                                            // rad, of a joint that twists
   double swing = std::numeric_limits<double>::infinity();  // rad, most between the x axes; of a point joint
-  Bounds travel;                                            // m
-  double friction = 0;  // N m about, and N along, each axis that is free and not controlled
+  Bounds travel;                                           // m
+  double friction = 0;    // N m about, and N along, each axis that is free and not controlled
   bool collides = false;  // whether parent and child touch each other
   JointControl control;
 };

@@ -6,7 +6,8 @@
 namespace duet {
 namespace {
 
-// A universal joint keeps the parent's x and the child's y at right angles; this names its only row of rotation.
+// A universal joint keeps the parent's x and the child's y at right angles; this names its only row of
+// rotation.
 constexpr int across = 3;
 
 std::vector<int> fixed_travels(JointKind kind) {
@@ -15,24 +16,32 @@ std::vector<int> fixed_travels(JointKind kind) {
 
 std::vector<int> fixed_turns(JointKind kind) {
   switch (kind) {
-    case JointKind::point: return {};
+    case JointKind::point:
+      return {};
     case JointKind::hinge:
-    case JointKind::prismatic_twist: return {1, 2};
-    case JointKind::universal: return {across};
+    case JointKind::prismatic_twist:
+      return {1, 2};
+    case JointKind::universal:
+      return {across};
     case JointKind::prismatic:
-    case JointKind::weld: return {0, 1, 2};
+    case JointKind::weld:
+      return {0, 1, 2};
   }
   return {};
 }
 
 std::vector<int> free_turns(JointKind kind) {
   switch (kind) {
-    case JointKind::point: return {0, 1, 2};
+    case JointKind::point:
+      return {0, 1, 2};
     case JointKind::hinge:
-    case JointKind::prismatic_twist: return {0};
-    case JointKind::universal: return {0, 1};
+    case JointKind::prismatic_twist:
+      return {0};
+    case JointKind::universal:
+      return {0, 1};
     case JointKind::prismatic:
-    case JointKind::weld: return {};
+    case JointKind::weld:
+      return {};
   }
   return {};
 }
@@ -97,7 +106,8 @@ std::vector<JointRow> rows_of(const Joint& joint) {
   };
   if (twists(joint.kind)) add_limits(joint.angle, RowMotion::turn);
   if (travels(joint.kind)) add_limits(joint.travel, RowMotion::travel);
-  if (joint.kind == JointKind::point && std::isfinite(joint.swing)) add(RowRole::limit, RowMotion::swing, 0, -1);
+  if (joint.kind == JointKind::point && std::isfinite(joint.swing))
+    add(RowRole::limit, RowMotion::swing, 0, -1);
   return rows;
 }
 

@@ -12,13 +12,14 @@ namespace duet {
 enum class RowRole { structure, control, friction, limit };
 enum class RowMotion { travel, turn, swing };
 
-// The velocity of a row is linear.(v_c - v_p) + child_moment.w_c - parent_moment.w_p, of the child relative to
-// the parent; an impulse y on it gives the child the impulse y linear and the angular impulse y child_moment,
-// and the parent the opposite. Both act at one place, so that linear and angular momentum are kept.
+// The velocity of a row is linear.(v_c - v_p) + child_moment.w_c - parent_moment.w_p, of the child relative
+// to the parent; an impulse y on it gives the child the impulse y linear and the angular impulse y
+// child_moment, and the parent the opposite. Both act at one place, so that linear and angular momentum are
+// kept.
 struct JointRow {
   RowRole role = RowRole::structure;
   RowMotion motion = RowMotion::travel;
-  int axis = 0;    // of the joint frame: x, y, z
+  int axis = 0;     // of the joint frame: x, y, z
   double side = 1;  // of a limit: 1 keeps the value above the least, -1 below the most
   Vec3 linear = Vec3::Zero();
   Vec3 parent_moment = Vec3::Zero(), child_moment = Vec3::Zero();  // about the centres of mass

@@ -11,12 +11,19 @@ namespace duet {
 namespace {
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
-constexpr double solved = 1e-11;       // m/s or rad/s
-constexpr int most_rounds = 12;        // of Newton's method; the joints turn little in a step
-constexpr int most_revisions = 10;     // of which bounded rows are at a bound
-constexpr double at_limit = 1e-9;      // m or rad
-constexpr double release = 1e-9;       // m/s or rad/s
-constexpr double assembled = 1e-13;    // m or rad
+constexpr double solved = 1e-11;   // m/s or rad/s
+constexpr int most_rounds = 12;    // of Newton's method; the joints turn little in a step
+constexpr int most_cuts = 3;       // of a step of it to half of its length
+constexpr int most_softened = 40;  // of Levenberg's method
+constexpr double least_softness = 1e-8, largest_softness = 1e-2;
+constexpr int most_revisions = 10;   // of which bounded rows are at a bound
+constexpr double at_limit = 1e-9;    // m or rad
+constexpr double release = 1e-9;     // m/s or rad/s
+constexpr double assembled = 1e-13;  // m or rad
+constexpr double fitting = 1e-7;     // m or rad, of positions after a step
+// What making positions fit may add to the velocities that keep the joints together: this share of their
+// energy, and some J s^2 for frames that are a little apart at the start.
+constexpr double largest_correction = 0.1, loose_correction = 1e-8;
 
 void add_impulse(RigidBodies& rigid, std::size_t body, const Vec3& linear, const Vec3& angular) {
   const RigidProperties& properties = rigid.properties[body];
@@ -51,6 +58,9 @@ void JointSolver::analyze(const Articulation& articulation, const RigidBodies& r
       if (rigid.properties[body].is_dynamic()) joints_of[body].push_back(number);
     solution_.push_back(BlockFactor::Segment::Zero(row_counts.back()));
   }
+  for (std::size_t body = 0; body < joints_of.size(); ++body)
+    if (!joints_of[body].empty()) jointed_.push_back(body);
+  saved_.resize(jointed_.size());
   std::set<std::pair<int, int>> couplings;
   for (std::size_t body = 0; body < joints_of.size(); ++body)
     for (const int i : joints_of[body])
@@ -62,7 +72,8 @@ void JointSolver::analyze(const Articulation& articulation, const RigidBodies& r
   system_.analyze(row_counts, {couplings.begin(), couplings.end()});
   reference_.resize(ends_.size());
   rates_.resize(ends_.size());
-  for (std::vector<double>* values : {&least_, &most_, &impulse_, &residual_}) values->assign(rows_.size(), 0);
+  for (std::vector<double>* values : {&least_, &most_, &impulse_, &residual_})
+    values->assign(rows_.size(), 0);
   free_.assign(rows_.size(), 0);
   factored_ = free_;
   predicted_.resize(rigid.size());
@@ -103,16 +114,17 @@ BlockFactor::Block JointSolver::coupling(const RigidBodies& rigid, const Shared&
     const Vec3 spin = sign * (inverse_inertia * (is_others_child ? other.child_moment : other.parent_moment));
     for (Eigen::Index r = 0; r < block.rows(); ++r) {
       const JointRow& row = rows_[i + static_cast<std::size_t>(r)];
-      block(r, c) = other_is_free && free_[i + static_cast<std::size_t>(r)]
-                        ? row.linear.dot(velocity) + (is_child ? row.child_moment : row.parent_moment).dot(spin)
-                        : 0;
+      block(r, c) =
+          other_is_free && free_[i + static_cast<std::size_t>(r)]
+              ? row.linear.dot(velocity) + (is_child ? row.child_moment : row.parent_moment).dot(spin)
+              : 0;
     }
   }
   return block;
 }
 
-void JointSolver::factor(const RigidBodies& rigid) {
-  if (is_factored_ && factored_ == free_) return;
+void JointSolver::factor(const RigidBodies& rigid, double softness) {
+  if (is_factored_ && factored_ == free_ && softness == 0) return;
   system_.set_zero();
   for (std::size_t j = 0; j < ends_.size(); ++j)
     for (const std::size_t body : {ends_[j].parent, ends_[j].child})
@@ -121,9 +133,9 @@ void JointSolver::factor(const RigidBodies& rigid) {
   for (const Shared& shared : shared_)
     system_.add_coupling(static_cast<int>(shared.joint), static_cast<int>(shared.other),
                          coupling(rigid, shared));
-  system_.factor();
+  system_.factor(softness);
   factored_ = free_;
-  is_factored_ = true;
+  is_factored_ = softness == 0;
 }
 
 void JointSolver::free_structure_only() {
@@ -166,7 +178,8 @@ bool JointSolver::revise_bounds(RigidBodies& rigid, Residual&& residual) {
       changed = true;
     } else if (least_[r] < most_[r]) {
       const double lacking = residual(j, r);
-      if ((impulse_[r] <= least_[r] && lacking > release) || (impulse_[r] >= most_[r] && lacking < -release)) {
+      if ((impulse_[r] <= least_[r] && lacking > release) ||
+          (impulse_[r] >= most_[r] && lacking < -release)) {
         free_[r] = 1;
         changed = true;
       }
@@ -201,11 +214,13 @@ double JointSolver::satisfy(RigidBodies& rigid, Prepare&& prepare, Residual&& re
 
 double JointSolver::stabilize(RigidBodies& rigid) {
   free_structure_only();
-  return satisfy(rigid, [] {}, [&](std::size_t j, std::size_t r) { return -row_velocity(rigid, j, rows_[r]); });
+  return satisfy(
+      rigid, [] {}, [&](std::size_t j, std::size_t r) { return -row_velocity(rigid, j, rows_[r]); });
 }
 
 void JointSolver::begin_impulses(const Articulation& articulation, double seconds) {
   free_structure_only();
+  fits_ = is_first_ = true;
   for_each_row([&](std::size_t j, std::size_t r) {
     const Joint& joint = articulation.joints[j];
     const RowRole role = rows_[r].role;
@@ -261,7 +276,65 @@ double JointSolver::pre_stabilize(const Articulation& articulation, RigidBodies&
                                                        : structure_error(joint, row, frames, reference_[j]);
     return -distance / dt;
   };
-  return satisfy(rigid, predict, lacking);
+  const auto lacking_now = [&](std::size_t j, std::size_t r) {
+    const Joint& joint = articulation.joints[j];
+    const JointRow& row = rows_[r];
+    double rate = wanted(row, rates_[j].mean, axes(j));
+    if (row.role == RowRole::limit) {
+      const Pose &parent = rigid.state[ends_[j].parent].pose, &child = rigid.state[ends_[j].child].pose;
+      rate = -limit_slack(joint, row, JointFrames(joint, parent, child)) / dt;
+    }
+    return rate - row_velocity(rigid, j, row);
+  };
+  double off = 0;
+  if (is_first_ || !fits_)
+    off = satisfy(
+        rigid, [] {}, lacking_now);
+  is_first_ = false;
+  if (!fits_) return off;
+  save_states(rigid);
+  const double off_ahead = satisfy(rigid, predict, lacking);
+  predict();
+  double worst = 0;
+  for_each_row([&](std::size_t j, std::size_t r) {
+    if (rows_[r].role == RowRole::structure) worst = std::max(worst, dt * std::abs(lacking(j, r)));
+  });
+  const double most = jointed_energy(rigid) * largest_correction + loose_correction / (dt * dt);
+  if (worst <= fitting && changed_energy(rigid) <= most) return std::max(off, off_ahead);
+  fits_ = false;
+  restore_states(rigid);
+  return std::max(off, satisfy(
+                           rigid, [] {}, lacking_now));
+}
+
+void JointSolver::save_states(const RigidBodies& rigid) {
+  for (std::size_t i = 0; i < jointed_.size(); ++i) saved_[i] = rigid.state[jointed_[i]];
+  saved_impulse_ = impulse_;
+}
+
+void JointSolver::restore_states(RigidBodies& rigid) {
+  for (std::size_t i = 0; i < jointed_.size(); ++i) rigid.state[jointed_[i]] = saved_[i];
+  impulse_ = saved_impulse_;
+}
+
+// The kinetic energy of what velocities have changed by since they were saved, J, and of the velocities
+// saved.
+double JointSolver::changed_energy(const RigidBodies& rigid) const {
+  double energy = 0;
+  for (std::size_t i = 0; i < jointed_.size(); ++i) {
+    const RigidState &now = rigid.state[jointed_[i]], &then = saved_[i];
+    const Vec3 turn = now.angular_velocity - then.angular_velocity;
+    energy += rigid.properties[jointed_[i]].mass * (now.velocity - then.velocity).squaredNorm() / 2 +
+              turn.dot(now.angular_momentum - then.angular_momentum) / 2;
+  }
+  return energy;
+}
+
+double JointSolver::jointed_energy(const RigidBodies& rigid) const {
+  double energy = 0;
+  for (std::size_t i = 0; i < jointed_.size(); ++i)
+    energy += kinetic_energy(saved_[i], rigid.properties[jointed_[i]]);
+  return energy;
 }
 
 double JointSolver::stabilize_and_control(const Articulation& articulation, RigidBodies& rigid) {
@@ -271,10 +344,10 @@ double JointSolver::stabilize_and_control(const Articulation& articulation, Rigi
         const Joint& joint = articulation.joints[j];
         const JointRow& row = rows_[r];
         const Pose &parent = rigid.state[ends_[j].parent].pose, &child = rigid.state[ends_[j].child].pose;
-        if (row.role == RowRole::limit && limit_slack(joint, row, JointFrames(joint, parent, child)) > at_limit)
+        if (row.role == RowRole::limit &&
+            limit_slack(joint, row, JointFrames(joint, parent, child)) > at_limit)
           return -infinite;
-        const double rate =
-            wanted(row, rates_[j].end, parent.orientation * joint.parent_frame.orientation);
+        const double rate = wanted(row, rates_[j].end, parent.orientation * joint.parent_frame.orientation);
         return rate - row_velocity(rigid, j, row);
       });
 }
@@ -328,35 +401,65 @@ void JointSolver::move(RigidBodies& rigid, std::size_t body, const Vec3& linear,
       (exponential(state.inverse_inertia * angular) * state.pose.orientation).normalized();
 }
 
-double JointSolver::assemble(const Articulation& articulation, RigidBodies& rigid) {
-  double first = 0;
-  for (int round = 0; round < most_rounds; ++round) {
-    update(articulation, rigid);
-    double largest = 0;
-    for_each_row([&](std::size_t j, std::size_t r) {
-      const auto [parent, child] = ends_[j];
-      const JointFrames frames(articulation.joints[j], rigid.state[parent].pose, rigid.state[child].pose);
-      const bool counts = rows_[r].role == RowRole::structure;
-      const double error =
-          counts ? structure_error(articulation.joints[j], rows_[r], frames, reference_[j]) : 0;
-      solution_[j](static_cast<Eigen::Index>(r - first_[j])) = -error;
-      largest = std::max(largest, std::abs(error));
-    });
-    if (round == 0) first = largest;
-    if (largest <= assembled) break;
-    prepare_projection(rigid);
-    system_.solve(solution_);
+// Fills solution_ with what the structure lacks at the poses now.
+JointSolver::Gaps JointSolver::gaps(const Articulation& articulation, const RigidBodies& rigid) {
+  Gaps gaps;
+  for_each_row([&](std::size_t j, std::size_t r) {
+    const auto [parent, child] = ends_[j];
+    const JointFrames frames(articulation.joints[j], rigid.state[parent].pose, rigid.state[child].pose);
+    const bool counts = rows_[r].role == RowRole::structure;
+    const double error =
+        counts ? structure_error(articulation.joints[j], rows_[r], frames, reference_[j]) : 0;
+    solution_[j](static_cast<Eigen::Index>(r - first_[j])) = -error;
+    gaps.largest = std::max(gaps.largest, std::abs(error));
+    gaps.squares += error * error;
+  });
+  return gaps;
+}
+
+// A step of Newton's method on the rows of the poses now, cut short until the gaps get smaller; false where
+// they do not.
+bool JointSolver::approach(const Articulation& articulation, RigidBodies& rigid, double softness) {
+  const double before = gaps(articulation, rigid).squares;
+  free_structure_only();
+  factor(rigid, softness);
+  system_.solve(solution_);
+  for_each_row([&](std::size_t j, std::size_t r) {
+    residual_[r] = solution_[j](static_cast<Eigen::Index>(r - first_[j]));
+  });
+  save_states(rigid);
+  double share = 1;
+  for (int cut = 0; cut < most_cuts; ++cut, share /= 2) {
     for_each_row([&](std::size_t j, std::size_t r) {
       const JointRow& row = rows_[r];
-      const double impulse = solution_[j](static_cast<Eigen::Index>(r - first_[j]));
+      const double impulse = share * residual_[r];
       move(rigid, ends_[j].child, impulse * row.linear, impulse * row.child_moment);
       move(rigid, ends_[j].parent, -impulse * row.linear, -impulse * row.parent_moment);
     });
-    for (const Ends& ends : ends_)
-      for (const std::size_t body : {ends.parent, ends.child})
-        update_orientation_dependents(rigid.state[body], rigid.properties[body]);
+    if (gaps(articulation, rigid).squares < before) return true;
+    restore_states(rigid);
   }
-  return first;
+  return false;
+}
+
+// Levenberg's method: near poses that let the joints move less than elsewhere, as where a loop lies flat,
+// Newton's steps are far too long, and softer ones are not.
+double JointSolver::assemble(const Articulation& articulation, RigidBodies& rigid) {
+  double softness = 0;
+  for (int round = 0; round < most_softened; ++round) {
+    update(articulation, rigid);
+    if (gaps(articulation, rigid).largest <= assembled) break;
+    if (approach(articulation, rigid, softness)) {
+      softness = softness > least_softness ? softness / 10 : 0;
+      for (const std::size_t body : jointed_)
+        update_orientation_dependents(rigid.state[body], rigid.properties[body]);
+    } else if (softness < largest_softness) {
+      softness = std::max(least_softness, 100 * softness);
+    } else {
+      break;
+    }
+  }
+  return gaps(articulation, rigid).largest;
 }
 
 JointSolver::Drift JointSolver::drift(const Articulation& articulation, const RigidBodies& rigid) {

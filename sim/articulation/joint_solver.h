@@ -10,8 +10,9 @@
 namespace duet {
 
 // Impulses on all joints at once, by a direct solution of J M^-1 J^T y = b, where J holds the rows of all
-// joints. The paper visits joints one after the other, in the order of the contact graph; a chain with a heavy
-// end then needs a number of rounds that grows with its length and with the ratio of the masses, this none.
+// joints. The paper visits joints one after the other, in the order of the contact graph; a chain with a
+// heavy end then needs a number of rounds that grows with its length and with the ratio of the masses, this
+// none.
 class JointSolver {
  public:
   // Of one structure: the joints of `articulation` between the bodies of `rigid`, both of which it keeps no
@@ -32,9 +33,12 @@ class JointSolver {
   // what the joints allow over `seconds`.
   void begin_impulses(const Articulation& articulation, double seconds);
   // Pre-stabilization (section 5.1): changes the velocities so that all joints fit after `dt`, under the mean
-  // rates of control, friction and limits. Bodies that are not dynamic are then at `end_pose`.
-  double pre_stabilize(const Articulation& articulation, RigidBodies& rigid, const std::vector<Pose>& end_pose,
-                       double dt, bool second_order);
+  // rates of control, friction and limits. Bodies that are not dynamic are then at `end_pose`. Where a step
+  // is too long for that, as when a chain cracks like a whip, only the velocities at x^n fit, and fits() says
+  // so: then the positions need assemble().
+  double pre_stabilize(const Articulation& articulation, RigidBodies& rigid,
+                       const std::vector<Pose>& end_pose, double dt, bool second_order);
+  bool fits() const { return fits_; }
   // Post-stabilization with control, at its rates for the step's end, friction and limits.
   double stabilize_and_control(const Articulation& articulation, RigidBodies& rigid);
   // The impulses of the joints' structure since begin_impulses on every body, N s and N m s.
@@ -46,7 +50,8 @@ class JointSolver {
   void project(const RigidBodies& rigid, std::vector<Vec3>& linear, std::vector<Vec3>& angular) const;
 
   // Moves bodies so that the joints fit again, each by as little as can be in the mass metric: the centre of
-  // mass stays. Returns the largest gap that there was, m. Rows are those of the poses after it.
+  // mass stays. Returns the largest gap (m) or error of a
+  // fixed angle (rad) that is left. Rows are those of the poses after it.
   double assemble(const Articulation& articulation, RigidBodies& rigid);
 
   // The largest gap of an anchor now, m, and error of a fixed angle, rad.
@@ -69,14 +74,24 @@ class JointSolver {
   double row_velocity(const RigidBodies& rigid, std::size_t joint, const JointRow& row) const;
   void push(RigidBodies& rigid, std::size_t joint, const JointRow& row, double impulse) const;
   BlockFactor::Block coupling(const RigidBodies& rigid, const Shared& shared) const;
-  void factor(const RigidBodies& rigid);
+  void factor(const RigidBodies& rigid, double softness = 0);
   void free_structure_only();
   void solve_free(RigidBodies& rigid);
   template <class Residual>
   bool revise_bounds(RigidBodies& rigid, Residual&& residual);
-  // Pushes until `residual(joint, row)` vanishes for all rows that are free; `prepare` comes before each round.
+  // Pushes until `residual(joint, row)` vanishes for all rows that are free; `prepare` comes before each
+  // round.
   template <class Prepare, class Residual>
   double satisfy(RigidBodies& rigid, Prepare&& prepare, Residual&& residual);
+  struct Gaps {
+    double largest = 0, squares = 0;  // m or rad; their sum of squares
+  };
+  Gaps gaps(const Articulation& articulation, const RigidBodies& rigid);
+  bool approach(const Articulation& articulation, RigidBodies& rigid, double softness);
+  void save_states(const RigidBodies& rigid);
+  void restore_states(RigidBodies& rigid);
+  double changed_energy(const RigidBodies& rigid) const;
+  double jointed_energy(const RigidBodies& rigid) const;
   static double wanted(const JointRow& row, const Vec3& rate, const Quat& parent_axes);
   static void move(RigidBodies& rigid, std::size_t body, const Vec3& linear, const Vec3& angular);
 
@@ -93,7 +108,11 @@ class JointSolver {
   bool is_factored_ = false;
   BlockFactor system_;
   mutable std::vector<BlockFactor::Segment> solution_;
-  std::vector<Pose> predicted_;
+  std::vector<Pose> predicted_;  // of every body
+  bool fits_ = true, is_first_ = true;
+  std::vector<std::size_t> jointed_;  // dynamic bodies with a joint
+  std::vector<RigidState> saved_;     // of those, before something was tried
+  std::vector<double> saved_impulse_;
 };
 
 }  // namespace duet

@@ -107,10 +107,11 @@ class JointChecker {
     }
     if (in_world) return check_axes(joint_.world, path_, table_);
     for (const std::string_view key : {"axis", "up"})
-      if (table_.contains(key)) add(key, "has no effect beside frames in the bodies", "move it into the frames");
+      if (table_.contains(key))
+        add(key, "has no effect beside frames in the bodies", "move it into the frames");
     bool good = true;
-    for (const auto& [key, axes] : {std::pair("parent_frame", &joint_.parent_frame),
-                                    std::pair("child_frame", &joint_.child_frame)})
+    for (const auto& [key, axes] :
+         {std::pair("parent_frame", &joint_.parent_frame), std::pair("child_frame", &joint_.child_frame)})
       if (const toml::table* frame = table_[key].as_table())
         good = check_axes(*axes, join_path(path_, key), *frame) && good;
     return good;
@@ -138,8 +139,8 @@ class JointChecker {
     const bool point = joint_.type == JointType::point || joint_.type == JointType::universal;
     for (const std::string_view axis : {"x", "y", "z"})
       if (control->contains(axis) && !point)
-        problems_.add(place_of(*control, axis), join_path(path, axis), "has no effect: the joint has one axis",
-                      "remove it");
+        problems_.add(place_of(*control, axis), join_path(path, axis),
+                      "has no effect: the joint has one axis", "remove it");
     const toml::table* target = (*control)["target"].as_table();
     if (!target) return;
     const bool slides = joint_.type == JointType::prismatic;
@@ -187,12 +188,13 @@ class JointChecker {
       worst = std::hypot(worst, error);
     }
     if (gap > apart)
-      problems_.add(table_.source(), path_,
-                    fmt::format("its two frames are {:.4g} m apart at the start, at most {:.4g} m are allowed",
-                                gap, apart),
-                    fmt::format("on `{}` it is at ({:.6g}, {:.6g}, {:.6g}), on `{}` at ({:.6g}, {:.6g}, {:.6g})",
-                                joint_.parent, frames.parent.x(), frames.parent.y(), frames.parent.z(),
-                                joint_.child, frames.child.x(), frames.child.y(), frames.child.z()));
+      problems_.add(
+          table_.source(), path_,
+          fmt::format("its two frames are {:.4g} m apart at the start, at most {:.4g} m are allowed", gap,
+                      apart),
+          fmt::format("on `{}` it is at ({:.6g}, {:.6g}, {:.6g}), on `{}` at ({:.6g}, {:.6g}, {:.6g})",
+                      joint_.parent, frames.parent.x(), frames.parent.y(), frames.parent.z(), joint_.child,
+                      frames.child.x(), frames.child.y(), frames.child.z()));
     if (angle > askew)
       problems_.add(table_.source(), path_,
                     fmt::format("its two frames are turned by {:.4g} degrees against what its type allows",

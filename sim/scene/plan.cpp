@@ -286,7 +286,8 @@ EffectPlan plan_effects(const Scene& scene, const std::vector<std::string>& with
   add(joint_effect(
       Effect::joint_limits, scene, articulated,
       [](const Joint& joint) {
-        return joint.angle.least || joint.angle.most || joint.travel.least || joint.travel.most || joint.swing;
+        return joint.angle.least || joint.angle.most || joint.travel.least || joint.travel.most ||
+               joint.swing;
       },
       "no joint with bounds"));
   add(joint_effect(

@@ -9,7 +9,8 @@ namespace {
 // Where no impulse is known to begin with, as at the start of a scene, the solve may take so many times more
 // sweeps: a house of cards would otherwise lean before its forces are found.
 constexpr int cold_start = 10;
-constexpr int joint_rounds = 10;
+// Contact and joints take turns at most so many times, and contact this part of its sweeps each time.
+constexpr int joint_rounds = 10, joint_share = 4;
 
 // Implicit steps are long for the waves in a body: what contact stops would be crushed by the rest of the
 // body, which moves on without knowing. Here the body adapts: V is solved for again with the impulses of
@@ -32,11 +33,11 @@ void adapt_to_contact(World& world, StepContext& context) {
   }
 }
 
-}  // namespace
-
-void sweep_contacts(World& world, StepContext& context) {
+void sweep_contacts(World& world, StepContext& context, bool is_cold) {
   ContactSolveSettings settings = world.settings.contact;
-  if (context.memory.empty()) settings.iterations *= cold_start;
+  if (is_cold) settings.iterations *= cold_start;
+  if (world.has(Effect::articulation))
+    settings.iterations = (settings.iterations + joint_share - 1) / joint_share;
   world.counters.contact_sweeps += solve_contact(world.bodies, context.graph, settings, context.contacts);
   if (world.has(Effect::shock_propagation))
     world.clock.time(Stage::shock_propagation, [&] {
@@ -56,6 +57,8 @@ double solve_joints(World& world, StepContext& context, bool final) {
   return off;
 }
 
+}  // namespace
+
 // Contact and joints in turn, until contact no longer disturbs the joints: these come last, and are exact.
 void solve_contacts(World& world, StepContext& context, bool final) {
   const bool joints = world.has(Effect::articulation);
@@ -65,7 +68,7 @@ void solve_contacts(World& world, StepContext& context, bool final) {
   }
   if (!world.touches()) return;
   for (int round = 0; round < joint_rounds; ++round) {
-    sweep_contacts(world, context);
+    sweep_contacts(world, context, round == 0 && context.memory.empty());
     if (!joints || solve_joints(world, context, final) < world.settings.contact.tolerance) break;
   }
 }

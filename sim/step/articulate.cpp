@@ -1,7 +1,34 @@
 // What joints add to a step around its solves (paper sections 4 to 7).
+#include <fmt/format.h>
+
+#include "sim/base/error.h"
 #include "sim/step/step.h"
 
 namespace duet {
+namespace {
+
+constexpr double joined = 1e-6;  // m or rad, that a step may leave joints apart by
+
+[[noreturn]] void fail(const World& world, double gap) {
+  const Articulation& articulation = world.bodies.articulation;
+  const JointSolver::Drift drift = JointSolver::drift(articulation, world.bodies.rigid);
+  const Joint& joint = articulation.joints[static_cast<std::size_t>(drift.joint)];
+  const auto child = static_cast<std::size_t>(joint.child);
+  SimulationFault fault;
+  fault.stage = "IV.3 joints";
+  fault.body = world.bodies.rigid.name[child];
+  fault.element = fmt::format("joint {}", joint.name);
+  fault.position = world.context.rigid_n[child].pose.position;
+  fault.value = gap;
+  fault.bound = joined;
+  fault.cause =
+      "the joints came apart: a time step too long for how fast they turn, or bodies that cannot fit";
+  fault.remedy =
+      "lower solver.max_rotation or solver.max_time_step, or look for joints that exclude each other";
+  throw SimulationError(fault);
+}
+
+}  // namespace
 
 void begin_joints(World& world, StepContext& context) {
   const RigidBodies& rigid = world.bodies.rigid;
@@ -24,7 +51,10 @@ void finish_positions(World& world, StepContext& context) {
     state.velocity += rigid.properties[i].inverse_mass * context.joint_push[i];
     state.angular_momentum += context.joint_turn[i];
   }
-  if (world.has(Effect::push_out)) context.joints.assemble(world.bodies.articulation, rigid);
+  if (world.has(Effect::push_out) || !context.joints.fits()) {
+    const double gap = context.joints.assemble(world.bodies.articulation, rigid);
+    if (!(gap <= joined)) fail(world, gap);
+  }
   for (std::size_t i = 0; i < rigid.size(); ++i)
     update_orientation_dependents(rigid.state[i], rigid.properties[i]);
   context.joints.update(world.bodies.articulation, rigid);

@@ -68,7 +68,7 @@ struct StepContext {
   std::vector<KinematicStep> kinematic;  // motions over this step
 
   JointSolver joints;
-  std::vector<Pose> end_pose;               // of rigid bodies that are not dynamic, at x^{n+1}
+  std::vector<Pose> end_pose;                // of rigid bodies that are not dynamic, at x^{n+1}
   std::vector<Vec3> joint_push, joint_turn;  // N s, N m s: what joints gave each body in step III
 
   ContactSet contacts;
