@@ -22,6 +22,7 @@ struct Bodies {
   std::vector<Triangle> triangles;           // their boundaries, global particle indices
   std::vector<std::array<int, 2>> segments;  // of rods, the same
   CollisionSurface collision_surface;  // of the deformable bodies in their order, if they can meet or fold
+  bool push_back = true;  // deformable bodies on rigid ones; without it, these have no use for momentum
 };
 
 // A velocity of every particle and body. Rigid rotation is stored as angular momentum: angular velocities

@@ -27,6 +27,8 @@ class ContactProjection {
              SelfRepulsion* repulsions = nullptr);
   // Takes the contacts that held one at the end of the last step, at the positions now.
   void build(const Bodies& bodies, const ContactMemory& memory, int sweeps);
+  // Whether a body of infinite mass takes part.
+  bool is_held() const { return held_; }
   bool empty() const { return rows_.empty() && block_rows_ == 0 && !repulsions_; }
 
   // Makes `velocity` satisfy n.v_rel = half of what it is for `start` (so that the extrapolated end-of-step
@@ -63,6 +65,7 @@ class ContactProjection {
   std::vector<Block> blocks_;  // reused from step to step; the first `used_` count
   std::size_t used_ = 0, block_rows_ = 0;
   std::vector<Row> rows_;
+  bool held_ = false;
   SelfRepulsion* repulsions_ = nullptr;
   int sweeps_ = 1;
 };

@@ -215,6 +215,13 @@ PlannedEffect between_surfaces(Effect effect, const Scene& scene, const Bodies& 
   return {effect, true, fmt::format("{}", fmt::join(reasons, "; "))};
 }
 
+PlannedEffect two_way(const Bodies& bodies, bool contact) {
+  const Effect effect = Effect::two_way;
+  if (!contact) return {effect, false, "no contact between rigid and deformable bodies"};
+  if (bodies.dynamic.empty()) return {effect, false, "no rigid body that deformable ones could push"};
+  return {effect, true, fmt::format("{} push back on {}", deformable_text(bodies), listed(bodies.dynamic))};
+}
+
 EffectSet removed_effects(const std::vector<std::string>& without) {
   EffectSet removed;
   for (const std::string& word : without) {
@@ -259,6 +266,7 @@ EffectPlan plan_effects(const Scene& scene, const std::vector<std::string>& with
   add(between_surfaces(Effect::self_collision, scene, bodies));
   add(springs(scene));
   add(bending(scene));
+  add(two_way(bodies, plan.effects[index(Effect::rigid_deformable_contact)].active));
   return plan;
 }
 

@@ -23,8 +23,9 @@ enum class Effect {
   self_collision,            // IV no crossing of deformable surfaces, of one body or of several
   springs,                   // I.1, V.2: springs on edges and across tets, and their damping
   bending,                   // I.1, V.2: bending of shells and rods, and its damping
+  two_way,                   // deformable bodies push back; left out for comparison only
 };
-inline constexpr int effect_count = 13;
+inline constexpr int effect_count = 14;
 inline constexpr std::array<std::string_view, effect_count> effect_names = {"rigid_collision",
                                                                             "rigid_contact",
                                                                             "rigid_deformable_contact",
@@ -37,7 +38,8 @@ inline constexpr std::array<std::string_view, effect_count> effect_names = {"rig
                                                                             "self_repulsion",
                                                                             "self_collision",
                                                                             "springs",
-                                                                            "bending"};
+                                                                            "bending",
+                                                                            "two_way"};
 
 using EffectSet = std::bitset<effect_count>;
 inline std::size_t index(Effect effect) { return static_cast<std::size_t>(effect); }
