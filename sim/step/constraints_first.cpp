@@ -30,8 +30,8 @@ void apply_explicit_forces(World& world, StepContext& context) {
   check_finite(world, "V.2 explicit forces");
 }
 
-// The trapezoidal rule for the damping, of elements as they are at x^{n+1}, where contact acts:
-// V = (v^^n + v)/2 + dt/2 P M^-1 F_damping(V), and v changes by twice what V does.
+// Backward Euler for the damping, of elements as they are at x^{n+1}, where contact acts:
+// v^{n+1} = v + dt P M^-1 F_damping(v^{n+1}). The trapezoidal rule would leave half of what contact has stirred up.
 void solve_damping(World& world, StepContext& context) {
   Bodies& bodies = world.bodies;
   Particles& particles = bodies.particles;
@@ -45,27 +45,24 @@ void solve_damping(World& world, StepContext& context) {
   world.clock.time(Stage::elastic_forces,
                    [&] { bodies.forces.add_elastic_forces(particles.x, context.damping_force); });
   to_generalized(bodies, context.right_side);
-  for (std::size_t p = 0; p < particles.size(); ++p)
-    context.right_side.particle[p] = 0.5 * (context.v_hat_n.particle[p] + particles.v[p]);
   context.solution = context.right_side;
   world.clock.time(Stage::damping_solve, [&] {
-    VelocitySystem system(bodies, context.dt / 2, false, &context.projection, context.damping_force,
+    VelocitySystem system(bodies, context.dt, false, &context.projection, context.damping_force,
                           context.inertia);
     const CgResult result = conjugate_gradient(system, context.right_side, world.settings.cg_tolerance,
                                                world.settings.cg_iterations, context.solution,
                                                context.residual, context.direction, context.image);
     world.counters.cg_iterations += result.iterations;
   });
-  for (std::size_t p = 0; p < particles.size(); ++p)
-    particles.v[p] += 2 * (context.solution.particle[p] - context.right_side.particle[p]);
+  particles.v = context.solution.particle;
   for (std::size_t i = 0; i < bodies.rigid.size(); ++i) {
     const RigidProperties& properties = bodies.rigid.properties[i];
     if (!properties.is_dynamic()) continue;
     RigidState& state = bodies.rigid.state[i];
-    state.velocity += 2 * (context.solution.linear[i] - context.right_side.linear[i]);
+    state.velocity = context.solution.linear[i];
     apply_angular_impulse(
         state, properties,
-        2 * (context.inertia[i] * (context.solution.angular[i] - context.right_side.angular[i])));
+        context.inertia[i] * (context.solution.angular[i] - context.right_side.angular[i]));
   }
   check_finite(world, "V.2 damping solve");
 }

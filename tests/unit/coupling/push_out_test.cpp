@@ -151,12 +151,13 @@ TEST(PushOut, FreesBallsFromANarrowingSlot) {
   ContactScene slot(scene, 0.01);
   const double before = deepest(slot);
   ASSERT_GT(before, 0.03);
-  for (int step = 0; step < 20; ++step) {
+  for (int step = 0; step < 30; ++step) {
     PushOutScratch scratch;
     slot.find(0.01);
-    resolve_interpenetration(slot.bodies, slot.graph, {}, slot.contacts, scratch);
+    resolve_interpenetration(slot.bodies, slot.graph, {.iterations = 10}, slot.contacts, scratch);
   }
-  expect_below(deepest(slot), 2 * overlap_tolerance, "overlap left in the slot, m");
+  // They slide by a part of what is left at a time.
+  expect_below(deepest(slot), 1e-5, "overlap left in the slot, m");
   for (std::size_t i = 2; i < 5; ++i) {
     EXPECT_TRUE(slot.state(i).pose.position.allFinite());
     EXPECT_LT(std::abs(slot.state(i).pose.position.x()), 1.5) << "between the walls";
