@@ -27,6 +27,7 @@ struct Bodies {
   Articulation articulation;                 // joints between the rigid bodies
   std::vector<std::pair<int, int>> apart;    // rigid bodies, the lesser first, that never touch; sorted
   CollisionSurface collision_surface;  // of the deformable bodies in their order, if they can meet or fold
+  bool push_back = true;  // deformable bodies on rigid ones; without it, these have no use for momentum
 };
 
 // Whether contact passes over two rigid bodies, as over those that a joint holds together.

@@ -81,7 +81,9 @@ void update_geometry(const Bodies& bodies, ContactPoint& contact) {
   contact.normal = now.normal;
   contact.gap = now.gap;
   contact.host_arm = x - host_state.pose.position;
-  Mat3 K = impulse_factor(host_state, host_properties.inverse_mass, contact.host_arm);
+  Mat3 K = Mat3::Zero();
+  if (moves_host(bodies, contact))
+    K = impulse_factor(host_state, host_properties.inverse_mass, contact.host_arm);
   if (contact.is_rigid_pair()) {
     const auto guest = as_index(contact.guest_rigid);
     contact.guest_arm = x - bodies.rigid.state[guest].pose.position;

@@ -54,6 +54,11 @@ struct ContactSet {
   CandidateSearch search;       // scratch of find_candidates
 };
 
+// Whether an impulse of the contact changes its host's velocity, if that can change at all.
+inline bool moves_host(const Bodies& bodies, const ContactPoint& contact) {
+  return contact.is_rigid_pair() || bodies.push_back;
+}
+
 inline const SurfacePoint& surface_point(const Bodies& bodies, const ContactPoint& contact) {
   return bodies.points[static_cast<std::size_t>(contact.guest_point)];
 }
@@ -93,7 +98,8 @@ inline void apply_impulse(Bodies& bodies, const ContactPoint& contact, const Vec
   } else {
     apply_impulse(surface_point(bodies, contact), impulse, bodies.particles);
   }
-  apply_impulse(bodies.rigid.state[host], bodies.rigid.properties[host], contact.host_arm, -impulse);
+  if (moves_host(bodies, contact))
+    apply_impulse(bodies.rigid.state[host], bodies.rigid.properties[host], contact.host_arm, -impulse);
 }
 
 // How a guest's point meets its host.

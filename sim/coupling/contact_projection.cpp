@@ -16,6 +16,7 @@ void ContactProjection::begin(const Bodies& bodies, int sweeps) {
   sweeps_ = sweeps;
   used_ = bodies.rigid.size();
   block_rows_ = 0;
+  held_ = false;
   rows_.clear();
   blocks_.resize(std::max(blocks_.size(), used_));
   for (Block& block : blocks_) block.rows.clear();
@@ -29,6 +30,8 @@ void ContactProjection::add(const ContactPoint& contact) {
   row.host_arm = contact.host_arm;
   row.guest_arm = contact.guest_arm;
   if (!contact.is_rigid_pair()) row.point = surface_point(*bodies_, contact);
+  held_ = held_ || !bodies_->rigid.properties[as_index(contact.host)].is_dynamic() ||
+          (contact.is_rigid_pair() && !bodies_->rigid.properties[as_index(contact.guest_rigid)].is_dynamic());
   // A block treats its guests as independent: right for particles, not for face samples that share
   // particles.
   if (!contact.is_rigid_pair() && row.point.count == 1) {
@@ -122,7 +125,7 @@ void ContactProjection::push(const Row& row, double impulse, GeneralizedVelocity
 void ContactProjection::project_block(const Block& block, bool with_target, GeneralizedVelocity& v) const {
   Vec6 right = Vec6::Zero();
   const auto host = as_index(block.host);
-  const bool moves = bodies_->rigid.properties[host].is_dynamic();
+  const bool moves = bodies_->rigid.properties[host].is_dynamic() && bodies_->push_back;
   Vec6 change = Vec6::Zero();
   if (moves) {
     for (const Row& row : block.rows) {
@@ -144,6 +147,7 @@ void ContactProjection::project_block(const Block& block, bool with_target, Gene
 void ContactProjection::project_row(const Row& row, bool with_target, GeneralizedVelocity& v) const {
   const double impulse = -row.mass * (normal_velocity(row, v) - (with_target ? row.target : 0));
   push(row, impulse, v);
+  if (row.guest_rigid < 0 && !bodies_->push_back) return;
   const auto host = as_index(row.host);
   const Vec3 j = -impulse * row.normal;
   v.linear[host] += bodies_->rigid.properties[host].inverse_mass * j;

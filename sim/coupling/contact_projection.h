@@ -33,6 +33,8 @@ class ContactProjection {
   // Keeps joints together, too, exactly, until the next build. The solver has been prepared for projection.
   void add_joints(const JointSolver& joints) { joints_ = &joints; }
   bool empty() const { return rows_.empty() && block_rows_ == 0 && !repulsions_ && !joints_; }
+  // Whether a body of infinite mass takes part.
+  bool is_held() const { return held_; }
 
   // Makes `velocity` satisfy n.v_rel = half of what it is for `start` (so that the extrapolated end-of-step
   // value is zero), and drops for this solve the constraints that separate anyway.
@@ -68,6 +70,7 @@ class ContactProjection {
   std::vector<Block> blocks_;  // reused from step to step; the first `used_` count
   std::size_t used_ = 0, block_rows_ = 0;
   std::vector<Row> rows_;
+  bool held_ = false;
   SelfRepulsion* repulsions_ = nullptr;
   const JointSolver* joints_ = nullptr;
   int sweeps_ = 1;

@@ -18,6 +18,17 @@ Vec3 contact_place(const Bodies& bodies, const ContactPoint& contact) {
   return bodies.rigid.state[as_index(contact.host)].pose.position + contact.host_arm;
 }
 
+// Pinned particles keep their share of an impulse from the body.
+void add_pinned(const Bodies& bodies, const ContactPoint& contact, Momentum& total) {
+  if (contact.is_rigid_pair()) return;
+  const SurfacePoint& point = surface_point(bodies, contact);
+  for (std::size_t k = 0; k < as_index(point.count); ++k) {
+    const auto p = as_index(point.particle[k]);
+    if (bodies.particles.inverse_mass[p] == 0)
+      add_at(total, bodies.particles.x[p], -point.weight[k] * contact.impulse);
+  }
+}
+
 }  // namespace
 
 Momentum& operator+=(Momentum& a, const Momentum& b) {
@@ -72,6 +83,7 @@ Momentum contact_impulse(const Bodies& bodies, const ContactSet& contacts, const
   const auto& properties = bodies.rigid.properties;
   for (int p : pairs) {
     const ContactPair& pair = contacts.pairs[as_index(p)];
+    for (int i = pair.begin; i < pair.end; ++i) add_pinned(bodies, contacts.points[as_index(i)], total);
     const bool by_host = !properties[as_index(pair.host)].is_dynamic();
     const bool by_guest = pair.guest_rigid >= 0 && !properties[as_index(pair.guest_rigid)].is_dynamic();
     if (by_host == by_guest) continue;  // between bodies of finite mass, or no impulse at all

@@ -4,6 +4,8 @@
 #include <vector>
 
 #include "sim/coupling/contact_graph.h"
+#include "sim/coupling/push_out_order.h"
+#include "sim/coupling/push_out_system.h"
 
 namespace duet {
 
@@ -13,28 +15,29 @@ inline constexpr double overlap_tolerance = 1e-6;  // m; shallower overlaps are 
 // momenta.
 void displace(RigidState& state, const RigidProperties& properties, const Vec3& shift, const Vec3& turn);
 
-struct PushOutScratch {
-  struct Outer {                       // an object that overlaps the central body
-    int contact = -1;                  // index of its contact point
-    bool reversed = false;             // the central body is the contact's guest
-    Vec3 arm = Vec3::Zero();           // r_o: m, from the central body's centre
-    Vec3 displacement = Vec3::Zero();  // d_o: m, wanted of the outer point relative to the central body
-    Mat3 inverse_K = Mat3::Zero();     // kg
-  };
-  std::vector<Outer> outers;
-  std::vector<int> taken;     // particles that an outer point of the current central body moves already
-  std::vector<int> central;   // rigid bodies in the order of the contact graph
-  std::vector<char> suspect;  // of every pair: it overlapped at first, or a body of it moved since
-};
-
 struct PushOutSettings {
-  int iterations = 4;       // sweeps over the bodies; they remove a growing fraction of each overlap
+  int iterations = 4;       // geometries: overlaps are found anew after bodies have moved
+  int sweeps = 10;          // over the central bodies at one geometry, about
+  bool gradual = true;      // the first half of the iterations removes a growing part of every overlap
   bool rigid_pairs = true;  // otherwise overlaps between rigid bodies are left (to separate_rigid_bodies)
+  PushOutOrder order = PushOutOrder::together;
 };
 
-// Moves overlapping bodies apart: every rigid body in turn is the central one and exchanges impulses with
-// everything that overlaps it at once. Positions and orientations change, linear velocities and angular
-// momenta do not. Returns the number of central bodies that had overlaps.
+struct PushOutScratch {
+  PushOutSystem system;
+  std::vector<double> gap;            // m, of every contact, where it was last looked at
+  std::vector<char> moved;            // of every body as in guest_node, since its gaps were looked at
+  std::vector<char> opened, opening;  // of every contact: an overlap in the last system, and in this one
+  std::vector<char> frozen;           // of every body as in guest_node; empty: none
+  std::vector<int> taken;             // particles that an outer point of a pair moves already
+  std::vector<int> central;           // rigid bodies in the order of the contact graph
+  std::vector<int> rank;              // of every rigid body in it, -1: not central
+};
+
+// Moves overlapping bodies apart: rigid bodies and points of deformable ones are the central ones and
+// exchange impulses with everything that overlaps them at once. Positions and orientations change, linear
+// velocities and angular momenta do not. Returns the number of sweeps that the iteration with the most of
+// them took, 0 where nothing overlapped.
 int resolve_interpenetration(Bodies& bodies, const ContactGraph& graph, const PushOutSettings& settings,
                              ContactSet& contacts, PushOutScratch& scratch);
 

@@ -66,6 +66,9 @@ class FiniteElements {
   // For a resumed run: the next step's size depends on it.
   void set_max_squared_frequency(double value) { max_squared_frequency_ = value; }
 
+  // kg/s, of mass-proportional damping on a particle.
+  double drag(std::size_t particle) const { return drag_.empty() ? 0 : drag_[particle]; }
+
  private:
   struct Batch {  // eight elements of one material model
     std::array<std::array<int, pack_width>, 4> particle;

@@ -4,10 +4,13 @@
 #include <map>
 #include <numbers>
 
+#include "sim/geometry/shape_mesh.h"
+
 namespace duet {
 namespace {
 
-constexpr std::size_t sides = 12;  // of a tube's rings
+constexpr std::size_t sides = 12;    // of a tube's rings
+constexpr double bead_detail = 0.5;  // of a particle's ball
 
 std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
 int as_int(std::size_t i) { return static_cast<int>(i); }
@@ -136,6 +139,13 @@ void Tube::update(std::span<const Vec3> x, Surface& surface) const {
     }
   }
   update_normals(surface);
+}
+
+Bead::Bead(double radius) : rest_(shape_surface(LevelSet::sphere(radius), bead_detail)) {}
+
+void Bead::update(std::span<const Vec3> x, Surface& surface) const {
+  for (std::size_t k = 0; k < surface.positions.size(); ++k)
+    surface.positions[k] = (x.front() + rest_.positions[k].cast<double>()).cast<float>();
 }
 
 }  // namespace duet

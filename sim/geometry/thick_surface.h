@@ -1,4 +1,5 @@
-// The closed surfaces that give thin shells and rods their thickness, as they are drawn and exported.
+// The closed surfaces that give thin shells, rods and particles their thickness, as they are drawn and
+// exported.
 #pragma once
 
 #include <span>
@@ -19,6 +20,17 @@ class ThickSheet {
  private:
   std::vector<Triangle> triangles_;
   double half_thickness_;
+  Surface rest_;
+};
+
+// The ball around a single particle.
+class Bead {
+ public:
+  explicit Bead(double radius);
+  const Surface& rest() const { return rest_; }
+  void update(std::span<const Vec3> x, Surface& surface) const;
+
+ private:
   Surface rest_;
 };
 

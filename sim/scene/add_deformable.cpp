@@ -27,7 +27,7 @@ duet::DeformableBody begin_body(const DeformableBody& description, std::size_t n
   body.first_triangle = static_cast<int>(bodies.triangles.size());
   body.first_segment = static_cast<int>(bodies.segments.size());
   body.first_point = static_cast<int>(bodies.points.size());
-  body.thickness = *description.thickness;
+  body.thickness = description.shape.is_particle() ? 2 * description.shape.radius : *description.thickness;
   return body;
 }
 
@@ -250,6 +250,18 @@ BodyShape add_rod(const Scene& scene, const EffectSet& plan, const DeformableBod
   return {description.name,
           {tube.rest(), {}},
           ThinShape{tube, as_index(body.first_particle), curve.nodes.size()}};
+}
+
+BodyShape add_particle(const Scene& scene, const DeformableBody& description, Bodies& bodies) {
+  const double radius = description.shape.radius;
+  const double volume = 4.0 / 3 * std::numbers::pi * radius * radius * radius;
+  duet::DeformableBody body = begin_body(description, 1, bodies);
+  add_particles(description, {Vec3::Zero()},
+                masses_of(description, material_of(scene, description), {volume}), bodies.particles);
+  add_points({0}, {}, radius, body, bodies);
+  bodies.deformable.push_back(body);
+  const Bead bead(radius);
+  return {description.name, {bead.rest(), {}}, ThinShape{bead, as_index(body.first_particle), 1}};
 }
 
 }  // namespace duet::scene

@@ -12,6 +12,8 @@ BodyShape add_shell(const Scene& scene, const EffectSet& plan, const DeformableB
                     Bodies& bodies);
 BodyShape add_rod(const Scene& scene, const EffectSet& plan, const DeformableBody& description,
                   Bodies& bodies);
+// A single particle, whose ball touches others.
+BodyShape add_particle(const Scene& scene, const DeformableBody& description, Bodies& bodies);
 
 // The particles of a body at the nodes (m, in its own coordinates) with the given masses (kg). Those that a
 // pin holds keep their mass for the sums of a run, but nothing moves them: their inverse mass and velocity

@@ -152,8 +152,12 @@ StepSettings step_settings(const Solver& solver) {
   settings.cg_tolerance = solver.cg_tolerance;
   settings.cg_iterations = solver.cg_iterations;
   settings.pressure = {solver.volume_tolerance, solver.pressure_iterations};
-  settings.push_out_iterations = solver.push_out_iterations;
-  settings.separate_rigid_bodies = solver.rigid_push_out == RigidPushOut::all_contacts;
+  settings.push_out = {.iterations = solver.push_out_iterations,
+                       .sweeps = solver.push_out_sweeps,
+                       .gradual = solver.push_out_gradual,
+                       .rigid_pairs = solver.rigid_push_out == RigidPushOut::deepest_points,
+                       .order = solver.push_out_order};
+  settings.constraints_first = solver.velocity_constraints == VelocityConstraints::before_solve;
   settings.projection_sweeps = solver.projection_iterations;
   settings.contact_reduction = solver.contact_reduction;
   settings.second_order_orientation = solver.orientation == OrientationUpdate::second_order;
@@ -208,9 +212,11 @@ BuiltWorld build_world(const Scene& scene, const EffectSet& plan) {
     built.shapes.push_back({body.name, {solid.surface, {}}});
   }
   for (const scene::DeformableBody& body : scene.deformable)
-    built.shapes.push_back(body.shape.is_volume()  ? add_volume(scene, plan, body, meshes.of(body), bodies)
-                           : body.shape.is_shell() ? add_shell(scene, plan, body, bodies)
-                                                   : add_rod(scene, plan, body, bodies));
+    built.shapes.push_back(body.shape.is_volume()     ? add_volume(scene, plan, body, meshes.of(body), bodies)
+                           : body.shape.is_shell()    ? add_shell(scene, plan, body, bodies)
+                           : body.shape.is_particle() ? add_particle(scene, body, bodies)
+                                                      : add_rod(scene, plan, body, bodies));
+  bodies.push_back = plan[index(Effect::two_way)];
   bodies.forces.finalize(bodies.particles.mass, bodies.particles.inverse_mass);
   bodies.one_rings.finalize(bodies.particles.inverse_mass, bodies.particles.x);
   if (plan[index(Effect::self_repulsion)] || plan[index(Effect::self_collision)])

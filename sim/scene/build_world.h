@@ -13,9 +13,9 @@
 
 namespace duet::scene {
 
-// A shell or a rod as it is drawn around its particles.
+// A shell, a rod or a particle as it is drawn around its particles.
 struct ThinShape {
-  std::variant<ThickSheet, Tube> surface;
+  std::variant<ThickSheet, Tube, Bead> surface;
   std::size_t first_particle = 0, particle_count = 0;
 };
 
@@ -23,7 +23,7 @@ struct ThinShape {
 struct BodyShape {
   std::string name;
   BoundarySurface surface;          // at rest, in body space; rigid bodies: vertex_nodes is empty
-  std::optional<ThinShape> thin{};  // of shells and rods, which have no boundary surface
+  std::optional<ThinShape> thin{};  // of all but volumes: they have no boundary surface
 };
 
 struct BuiltWorld {

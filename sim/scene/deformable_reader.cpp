@@ -12,9 +12,9 @@
 namespace duet::scene {
 namespace {
 
-constexpr std::array<std::string_view, 12> kinds = {"box",   "sphere", "capsule", "cylinder", "torus",
+constexpr std::array<std::string_view, 13> kinds = {"box",   "sphere", "capsule", "cylinder", "torus",
                                                     "mesh",  "tets",   "panel",   "disc",     "rod",
-                                                    "helix", "knot"};  // as DeformableKind
+                                                    "helix", "knot",   "particle"};  // as DeformableKind
 
 bool check_points(const DeformableShape& shape, const toml::node& at, const std::string& path,
                   Problems& problems) {
@@ -54,6 +54,14 @@ bool check_knot(const DeformableShape& shape, const toml::node& at, const std::s
 void check_volume_keys(const DeformableBody& body, const toml::table& table, const std::string& path,
                        Problems& problems) {
   const toml::node* given = table.get("thickness");
+  if (body.shape.is_particle()) {
+    for (const std::string_view key : {"thickness", "incompressible", "self_collision", "collision_thickness",
+                                       "collision_friction", "angular_velocity", "rotation"})
+      if (const toml::node* node = table.get(key))
+        problems.add(node->source(), fmt::format("{}.{}", path, key), "has no effect on a particle",
+                     "it has a radius and neither a surface nor a spin");
+    return;
+  }
   if (body.shape.is_volume() && given)
     problems.add(given->source(), path + ".thickness", "has no effect on a volume",
                  "it belongs to shells and rods");
@@ -114,6 +122,7 @@ void check_deformable(DeformableBody& body, const toml::table& body_table, const
   if (shape.kind == DeformableKind::knot && !check_knot(shape, value, key, problems)) return;
   const bool is_readable = shape.kind == DeformableKind::box ? value.is_array()
                            : shape.is_volume()               ? has_its_mesh(shape)
+                           : shape.is_particle()             ? value.is_number()
                                                              : value.is_table();
   if (is_readable && problems.count() == before) check_pins(body, body_table, path, problems);
 }

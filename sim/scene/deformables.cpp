@@ -20,6 +20,7 @@ Curve rest_curve(const DeformableShape& shape) {
 }
 
 std::vector<Vec3> rest_nodes(const DeformableBody& body) {
+  if (body.shape.is_particle()) return {Vec3::Zero()};
   if (body.shape.is_volume()) return TetMeshes().of(body).nodes;
   return body.shape.is_shell() ? rest_sheet(body.shape).nodes : rest_curve(body.shape).nodes;
 }
@@ -37,6 +38,7 @@ const Material& material_of(const Scene& scene, const DeformableBody& body) {
 }
 
 Resistance resistance(const DeformableShape& shape, const Material& material) {
+  if (shape.is_particle()) return {};
   const bool is_rod = !shape.is_volume() && !shape.is_shell();
   Resistance result;
   result.springs = material.has_springs || is_rod;  // a piece of a rod is an element and a spring at once

@@ -118,7 +118,7 @@ std::string modulus_text(const Material& material) {
 PlannedEffect elasticity(const Scene& scene) {
   return resistance_effect(Effect::deformable_elasticity, scene,
                            resisting(scene, &Resistance::elements, modulus_text),
-                           "every deformable body is made of springs");
+                           "no deformable body is made of finite elements");
 }
 
 PlannedEffect springs(const Scene& scene) {
@@ -201,20 +201,32 @@ PlannedEffect incompressibility(const Scene& scene) {
 PlannedEffect between_surfaces(Effect effect, const Scene& scene, const Bodies& bodies) {
   if (bodies.deformable.empty()) return {effect, false, "no deformable body"};
   if (!scene.solver.deformable_collision) return {effect, false, "solver.deformable_collision is off"};
-  std::vector<std::string> folding;
-  for (const DeformableBody& body : scene.deformable)
+  std::vector<std::string> surfaces, folding;
+  for (const DeformableBody& body : scene.deformable) {
+    if (!body.shape.is_particle()) surfaces.push_back(body.name);
     if (collides_with_itself(body)) folding.push_back(body.name);
+  }
+  if (surfaces.empty()) return {effect, false, "no deformable body with a surface"};
   std::vector<std::string> reasons;
-  if (bodies.deformable.size() > 1)
-    reasons.push_back(fmt::format("{} can touch each other", deformable_text(bodies)));
+  if (surfaces.size() > 1)
+    reasons.push_back(fmt::format("{} ({}) can touch each other",
+                                  counted(surfaces.size(), "deformable body", "deformable bodies"),
+                                  listed(surfaces)));
   if (!folding.empty())
     reasons.push_back(
         fmt::format("{} can touch {}", listed(folding), folding.size() == 1 ? "itself" : "themselves"));
   if (reasons.empty())
     return {effect, false,
             fmt::format("`{}` is the only deformable body, and its self_collision is off",
-                        bodies.deformable.front())};
+                        surfaces.front())};
   return {effect, true, fmt::format("{}", fmt::join(reasons, "; "))};
+}
+
+PlannedEffect two_way(const Bodies& bodies, bool contact) {
+  const Effect effect = Effect::two_way;
+  if (!contact) return {effect, false, "no contact between rigid and deformable bodies"};
+  if (bodies.dynamic.empty()) return {effect, false, "no rigid body that deformable ones could push"};
+  return {effect, true, fmt::format("{} push back on {}", deformable_text(bodies), listed(bodies.dynamic))};
 }
 
 PlannedEffect articulation(const Scene& scene) {
@@ -281,6 +293,7 @@ EffectPlan plan_effects(const Scene& scene, const std::vector<std::string>& with
   add(between_surfaces(Effect::self_collision, scene, bodies));
   add(springs(scene));
   add(bending(scene));
+  add(two_way(bodies, plan.effects[index(Effect::rigid_deformable_contact)].active));
   add(articulation(scene));
   const bool articulated = plan.effects.back().active;
   add(joint_effect(

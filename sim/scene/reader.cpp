@@ -221,6 +221,11 @@ void SceneReader::read_solver() {
   if (name != std::end(accuracy_names))
     scene_.solver = preset(static_cast<Accuracy>(name - std::begin(accuracy_names)));
   reader_.read(*solver, keys(scene_.solver), "solver");
+  if (scene_.solver.velocity_constraints == VelocityConstraints::before_solve &&
+      scene_.solver.integration == Integration::implicit)
+    problems_.add(solver->get("velocity_constraints")->source(), "solver.velocity_constraints",
+                  "\"before_solve\" cannot go with integration = \"implicit\"",
+                  "its elastic forces are not known before the solve; use \"semi_implicit\"");
 }
 
 void SceneReader::read_camera() {

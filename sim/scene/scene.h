@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "sim/base/types.h"
+#include "sim/coupling/push_out_order.h"
 #include "sim/deformable/material_model.h"
 #include "sim/geometry/triangle_mesh.h"
 #include "sim/rigid/kinematic_motion.h"
@@ -120,7 +121,7 @@ struct RigidBody {
 };
 
 // Volumes (a box is cut into a lattice, a surface filled, or tets come from a file), then shells (panel,
-// disc: in the plane y = 0, front upward), then rods.
+// disc: in the plane y = 0, front upward), then rods, then a single particle.
 enum class DeformableKind {
   box,
   sphere,
@@ -133,7 +134,8 @@ enum class DeformableKind {
   disc,
   rod,
   helix,
-  knot
+  knot,
+  particle
 };
 struct DeformableShape {
   DeformableKind kind = DeformableKind::box;
@@ -148,17 +150,18 @@ struct DeformableShape {
       nullptr;                     // of the file; null if the scene was read without its meshes
   Vec2 panel_size = Vec2::Zero();  // m, along x and z
   Eigen::Vector2i panel_cells = Eigen::Vector2i(16, 16);  // two triangles a cell
-  double radius = 0;                                      // m, of the disc; of the helix; of the knot's ring
-  int rings = 8;                                          // of the disc
-  std::vector<Vec3> points;                               // m, that the rod goes through
-  bool is_closed = false;                                 // the rod ends where it begins
-  double pitch = 0;                                       // m a turn, of the helix
-  double turns = 1;                                       // of the helix
-  double tube = 0;                                        // m, how far the knot winds about its ring
-  Eigen::Vector2i winding = Eigen::Vector2i(2, 3);        // of the knot, about the axis y and about its ring
-  int segments = 64;                                      // of rods
+  double radius = 0;         // m, of the disc; of the helix; of the knot's ring; of the particle's ball
+  int rings = 8;             // of the disc
+  std::vector<Vec3> points;  // m, that the rod goes through
+  bool is_closed = false;    // the rod ends where it begins
+  double pitch = 0;          // m a turn, of the helix
+  double turns = 1;          // of the helix
+  double tube = 0;           // m, how far the knot winds about its ring
+  Eigen::Vector2i winding = Eigen::Vector2i(2, 3);  // of the knot, about the axis y and about its ring
+  int segments = 64;                                // of rods
   bool is_shell() const { return kind == DeformableKind::panel || kind == DeformableKind::disc; }
   bool is_volume() const { return kind <= DeformableKind::tets; }
+  bool is_particle() const { return kind == DeformableKind::particle; }
   bool is_filled() const {
     return is_volume() && kind != DeformableKind::box && kind != DeformableKind::tets;
   }
@@ -262,6 +265,7 @@ enum class Accuracy { draft, standard, fine };
 enum class RigidPushOut { all_contacts, deepest_points };
 enum class Switch { automatic, on, off };
 enum class Integration { semi_implicit, implicit };
+enum class VelocityConstraints { after_solve, before_solve };
 enum class OrientationUpdate { first_order, second_order };
 
 // Defaults come from the accuracy preset; a key in the file wins over the preset.
@@ -280,10 +284,14 @@ struct Solver {
   int contact_iterations = 20;      // Gauss-Seidel sweeps of steps III and V.4
   double volume_tolerance = 1e-4;   // largest relative error of a one-ring's volume that a step leaves
   int pressure_iterations = 100;    // bound on iterations of the volume correction and of step V.1
-  int push_out_iterations = 4;      // sweeps of step IV.2
+  int push_out_iterations = 4;      // geometries of step IV.2
+  int push_out_sweeps = 10;         // over the central bodies at one geometry
+  bool push_out_gradual = true;     // a growing part of every overlap at first
+  PushOutOrder push_out_order = PushOutOrder::together;
   RigidPushOut rigid_push_out = RigidPushOut::all_contacts;
   bool deformable_collision = true;              // of deformable bodies with each other and with themselves
   Switch shock_propagation = Switch::automatic;  // level by level after the sweeps of contact
+  VelocityConstraints velocity_constraints = VelocityConstraints::after_solve;  // of step V
   int projection_iterations = 2;  // forward and backward sweeps of the projection in the conjugate gradients
   int face_samples = 4;  // lattice order of extra contact points on deformable faces; 0: vertices only
   bool contact_reduction = true;  // of rigid flat faces, to the points that carry them

@@ -137,6 +137,9 @@ std::vector<Key> shape_keys(DeformableShape& shape) {
               {"winding", &shape.winding, "", between(1, 50), "turns about the axis and about the ring"},
               {"segments", &shape.segments, "", segments, "of equal length"}}},
        "", any, "closed rope wound about a ring; the trefoil has the winding [2, 3]", one_of},
+      {"particle", &shape.radius, "m", positive,
+       "radius of a ball that slides and falls but does not turn: one particle, which touches rigid bodies",
+       one_of},
   };
   for (Key& key : shape_keys(shape.surface)) {
     if (key.name == "box" || key.name == "cells") continue;
@@ -263,7 +266,8 @@ std::vector<Key> keys(DeformableEntry& entry) {
   return {
       {"name", Name{&body.name}, "", any, "unique among all bodies; `ground` is taken", required},
       {"shape", Group{shape_keys(body.shape)}, "", any,
-       "exactly one of its volumes (box to tets), shells (panel, disc) and rods (rod, helix, knot)",
+       "exactly one of its volumes (box to tets), shells (panel, disc) and rods (rod, helix, knot), or a "
+       "particle",
        required},
       {"thickness", &body.thickness, "m", positive, "of shells, which need one; the diameter of rods",
        one_of},
@@ -328,13 +332,23 @@ std::vector<Key> keys(Solver& solver) {
       {"pressure_iterations", &solver.pressure_iterations, "", between(1, 1e5),
        "bound on the iterations that keep volumes (steps I.2 and V.1)"},
       {"push_out_iterations", &solver.push_out_iterations, "", between(1, 1e4),
-       "sweeps that resolve interpenetration (step IV.2)"},
+       "times that overlaps are found and resolved (step IV.2)"},
+      {"push_out_sweeps", &solver.push_out_sweeps, "", between(1, 1e4),
+       "bound on the sweeps over central bodies that resolve the overlaps found at one time"},
+      {"push_out_gradual", &solver.push_out_gradual, "", any,
+       "the first half of push_out_iterations removes a growing part of every overlap, not all of it"},
+      {"push_out_order", choice(solver.push_out_order, {"together", "levels", "frozen_levels"}), "", any,
+       "central bodies of step IV.2: all together, level by level of the contact graph, or with what rests "
+       "on something held once its level is done, which lifts heavy bodies off light ones"},
       {"rigid_push_out", choice(solver.rigid_push_out, {"all_contacts", "deepest_points"}), "", any,
        "between rigid bodies: all contacts at once without friction, or equations 1 and 2 of the paper"},
       {"deformable_collision", &solver.deformable_collision, "", any,
        "whether deformable bodies are kept from passing through each other and themselves"},
       {"shock_propagation", choice(solver.shock_propagation, {"auto", "on", "off"}), "", any,
        "upper bodies alone take up what contact leaves, level by level; auto: in scenes of rigid bodies"},
+      {"velocity_constraints", choice(solver.velocity_constraints, {"after_solve", "before_solve"}), "", any,
+       "contact and friction of step V after the implicit solve, or before it, so that damping acts on what "
+       "they do: less accurate friction, for very large piles"},
       {"projection_iterations", &solver.projection_iterations, "", between(1, 1e3),
        "forward and backward sweeps of the contact projection inside the conjugate gradients (step V.2)"},
       {"face_samples", &solver.face_samples, "", between(0, 32),

@@ -16,14 +16,13 @@ void advance_position(World& world, StepContext& context) {
 }
 
 void push_out(World& world, StepContext& context) {
-  const StepSettings& settings = world.settings;
-  if (settings.separate_rigid_bodies && world.has(Effect::rigid_contact))
-    separate_rigid_bodies(world.bodies, context.graph, settings.push_out_iterations, context.contacts,
+  const PushOutSettings& settings = world.settings.push_out;
+  if (!settings.rigid_pairs && world.has(Effect::rigid_contact))
+    separate_rigid_bodies(world.bodies, context.graph, settings.iterations, context.contacts,
                           context.separation_scratch);
-  if (!settings.separate_rigid_bodies || world.has(Effect::rigid_deformable_contact))
-    resolve_interpenetration(world.bodies, context.graph,
-                             {settings.push_out_iterations, !settings.separate_rigid_bodies},
-                             context.contacts, context.push_out_scratch);
+  if (settings.rigid_pairs || world.has(Effect::rigid_deformable_contact))
+    resolve_interpenetration(world.bodies, context.graph, settings, context.contacts,
+                             context.push_out_scratch);
   check_finite(world, "IV.2 push out");
 }
 

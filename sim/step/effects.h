@@ -23,11 +23,12 @@ enum class Effect {
   self_collision,            // IV no crossing of deformable surfaces, of one body or of several
   springs,                   // I.1, V.2: springs on edges and across tets, and their damping
   bending,                   // I.1, V.2: bending of shells and rods, and its damping
+  two_way,                   // deformable bodies push back; left out for comparison only
   articulation,              // II.2, III.3, IV.3, V: joints between rigid bodies
   joint_limits,              // III.3, V.4: bounds of their angles and travels
   pd_control,                // III.2, V.4: joints that follow a target
 };
-inline constexpr int effect_count = 16;
+inline constexpr int effect_count = 17;
 inline constexpr std::array<std::string_view, effect_count> effect_names = {"rigid_collision",
                                                                             "rigid_contact",
                                                                             "rigid_deformable_contact",
@@ -41,6 +42,8 @@ inline constexpr std::array<std::string_view, effect_count> effect_names = {"rig
                                                                             "self_collision",
                                                                             "springs",
                                                                             "bending",
+                                                                            "two_way",
+
                                                                             "articulation",
                                                                             "joint_limits",
                                                                             "pd_control"};

@@ -36,10 +36,20 @@ void step(World& world, double time, double dt) {
   if (world.has(Effect::self_collision)) run(Stage::self_collision, collide_surfaces);
   // V    v^^n -> v^{n+1}
   if (world.has(Effect::self_repulsion)) run(Stage::velocity_repulsion, find_repulsions);
-  run(Stage::constrained_solve, constrained_solve);
-  if (world.has(Effect::incompressibility)) run(Stage::make_incompressible, make_incompressible);
-  if (contact || joints) run(Stage::velocity_contact, apply_velocity_contact);
-  if (world.has(Effect::self_repulsion)) run(Stage::velocity_repulsion, apply_velocity_repulsions);
+  const auto constrain = [&] {
+    if (contact || joints) run(Stage::velocity_contact, apply_velocity_contact);
+    if (world.has(Effect::self_repulsion)) run(Stage::velocity_repulsion, apply_velocity_repulsions);
+  };
+  if (world.settings.constraints_first) {
+    run(Stage::explicit_forces, apply_explicit_forces);
+    constrain();
+    run(Stage::constrained_solve, solve_damping);
+    if (world.has(Effect::incompressibility)) run(Stage::make_incompressible, make_incompressible);
+  } else {
+    run(Stage::constrained_solve, constrained_solve);
+    if (world.has(Effect::incompressibility)) run(Stage::make_incompressible, make_incompressible);
+    constrain();
+  }
   end_step(world);
   world.ledger.end_step(world);
   if (contact) remember(context.contacts, context.graph, dt, context.memory);

@@ -9,11 +9,12 @@ namespace {
 bool is_kept(Stage stage) {
   return stage == Stage::collide || stage == Stage::self_collision || stage == Stage::constrained_solve ||
          stage == Stage::make_incompressible || stage == Stage::velocity_contact ||
-         stage == Stage::velocity_repulsion;
+         stage == Stage::velocity_repulsion || stage == Stage::explicit_forces;
 }
 
-bool acts_in_the_middle(Stage stage) {  // at x^{n+1/2}
-  return stage == Stage::make_incompressible || stage == Stage::constrained_solve;
+bool acts_in_the_middle(const World& world, Stage stage) {  // at x^{n+1/2}
+  if (stage == Stage::constrained_solve) return !world.settings.constraints_first;
+  return stage == Stage::make_incompressible || stage == Stage::explicit_forces;
 }
 
 // What contact adds when pressures meet it: the impulses on all bodies less those of the pressures alone.
@@ -56,29 +57,61 @@ StepLedger::Balance StepLedger::measure(const World& world, const std::vector<Ve
 
 const std::vector<Vec3>& StepLedger::acting_at(const World& world, Stage stage) {
   const std::vector<Vec3>& x = world.bodies.particles.x;
-  if (!acts_in_the_middle(stage)) return x;
+  if (!acts_in_the_middle(world, stage)) return x;
   middle_.resize(x.size());
   for (std::size_t p = 0; p < x.size(); ++p) middle_[p] = 0.5 * (world.context.x_n[p] + x[p]);
   return middle_;
 }
 
-Momentum StepLedger::external(const World& world, Stage stage, const std::vector<Vec3>& x) const {
+// What pins and mass-proportional damping give over `dt`: internal forces have no sum, so that their part on
+// pinned particles is what the pins take from the others. context.force holds the forces of the stage and
+// gravity, the forces of damping at context.solution too unless they are asked for.
+Momentum StepLedger::impulse_of_holders(World& world, const std::vector<Vec3>& x, double dt,
+                                        bool with_damping) {
+  Momentum total;
+  if (!world.has_internal_forces()) return total;
   const StepContext& context = world.context;
+  InternalForces& forces = world.bodies.forces;
+  const Particles& particles = world.bodies.particles;
+  holding_force_.assign(x.size(), Vec3::Zero());
+  if (with_damping) forces.add_damping_forces(context.solution.particle, holding_force_);
+  for (std::size_t p = 0; p < x.size(); ++p) {
+    const double drag = forces.elements.drag(p);
+    Vec3 impulse = -dt * drag * context.solution.particle[p];
+    if (particles.inverse_mass[p] == 0)
+      impulse = -dt * (holding_force_[p] + context.force[p] - particles.mass[p] * world.gravity);
+    total += {impulse, x[p].cross(impulse)};
+  }
+  return total;
+}
+
+Momentum StepLedger::external(World& world, Stage stage, const std::vector<Vec3>& x, const Momentum& gain) {
+  const StepContext& context = world.context;
+  const Bodies& bodies = world.bodies;
+  const double dt = context.dt;
+  Momentum total;
   switch (stage) {
     case Stage::advance_velocity:
-      return gravity_impulse(world.bodies, x, world.gravity, context.dt / 2);
+      total = gravity_impulse(bodies, x, world.gravity, dt / 2);
+      return total += impulse_of_holders(world, x, dt / 2, true);
+    case Stage::explicit_forces:
+      total = gravity_impulse(bodies, x, world.gravity, dt);
+      return total += impulse_of_holders(world, x, dt, false);
     case Stage::constrained_solve:
-      return gravity_impulse(world.bodies, x, world.gravity, context.dt);
+      // Damping alone gives nothing: what it gains where bodies of infinite mass are in contact is theirs.
+      if (world.settings.constraints_first) return context.projection.is_held() ? gain : total;
+      total = gravity_impulse(bodies, x, world.gravity, dt);
+      return total += impulse_of_holders(world, x, dt, false);
     case Stage::volume_correction:
     case Stage::make_incompressible:
-      return context.projection.empty() ? Momentum{} : impulse_of_contact(world.bodies, context.pressure, x);
+      return context.projection.empty() ? total : impulse_of_contact(bodies, context.pressure, x);
     case Stage::collide:
-      return contact_impulse(world.bodies, context.contacts, context.collision_scratch.pairs);
+      return contact_impulse(bodies, context.contacts, context.collision_scratch.pairs);
     case Stage::apply_contact:
     case Stage::velocity_contact:
-      return contact_impulse(world.bodies, context.contacts, context.graph.pairs);
+      return contact_impulse(bodies, context.contacts, context.graph.pairs);
     default:
-      return {};
+      return total;
   }
 }
 
@@ -106,13 +139,13 @@ void StepLedger::begin_stage(const World& world, Stage stage) {
   rigid_before_push_out_ = world.bodies.rigid.state;
 }
 
-void StepLedger::end_stage(const World& world, Stage stage) {
+void StepLedger::end_stage(World& world, Stage stage) {
   if (!on_) return;
   if (stage == Stage::push_out)
     totals_.push_out.add(displacement(world.bodies, before_push_out_, rigid_before_push_out_));
   const std::vector<Vec3>& x = acting_at(world, stage);
   const Balance now = measure(world, x);
-  const Momentum from_outside = external(world, stage, x);
+  const Momentum from_outside = external(world, stage, x, now.momentum - stage_start_.momentum);
   LedgerEntry& entry = totals_.stage[static_cast<std::size_t>(stage)];
   if (stage == Stage::advance_position || stage == Stage::push_out) {
     entry.kinetic += now.kinetic - stage_start_.kinetic;

@@ -29,11 +29,11 @@ struct StepSettings {
   double max_time_step = 1.0 / 48;  // s
   double cg_tolerance = 1e-3;       // m/s
   int cg_iterations = 200;
-  int push_out_iterations = 4;
   int projection_sweeps = 2;
+  bool constraints_first = false;  // in step V, before the solve instead of after it
   bool second_order_orientation = true;
-  bool separate_rigid_bodies = true;  // in place of equations 1 and 2 between rigid bodies
   bool contact_reduction = true;
+  PushOutSettings push_out;  // without rigid_pairs, these are separated at all their contacts
   CollisionSettings collision;
   ContactSolveSettings contact;
   PressureSettings pressure;

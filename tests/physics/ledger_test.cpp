@@ -82,6 +82,33 @@ TEST(Ledger, GravityAndGroundAccountForTheRest) {
   EXPECT_GT(expect_balance(fallen(), 12).y(), -0.9 * 0.5 * 9.8 * 2e4);
 }
 
+// The alternate order of step V, contact before the damping solve, in which the constraints take part.
+TEST(Ledger, ConstraintsBeforeTheSolveKeepMomentumToo) {
+  scene::Scene scene = crowd();
+  scene.solver.velocity_constraints = scene::VelocityConstraints::before_solve;
+  EXPECT_EQ(expect_balance(scene, 8), Vec3::Zero());
+  scene = fallen();
+  scene.solver.velocity_constraints = scene::VelocityConstraints::before_solve;
+  EXPECT_GT(expect_balance(scene, 12).y(), -0.9 * 0.5 * 9.8 * 2e4);
+}
+
+// What pins and mass-proportional damping take is from outside: a box that hangs, braked, and is hit.
+TEST(Ledger, PinsAndMassDampingAreFromOutside) {
+  scene::Scene scene = crowd();
+  scene.gravity = Vec3(0, -9.8, 0);
+  scene.materials[0].mass_damping = 2;
+  scene::Pin pin;
+  pin.from = Vec3(-1, -1, -1);
+  pin.to = Vec3(-1, 1, -1);
+  pin.radius = 0.1;
+  scene.deformable[0].pins.push_back(pin);
+  // The impulse on pins is that of forces at the solution of the solve, which has to be there.
+  scene.solver.cg_tolerance = 1e-13;
+  const Vec3 external = expect_balance(scene, 8);
+  const double gravity_alone = -9.8 * 8 / 24 * 2e4;
+  EXPECT_GT((external - Vec3(0, gravity_alone, 0)).norm(), 1e3) << "pins and damping have done something";
+}
+
 // Where pressures meet contact, their impulses act at x^{n+1/2} and those of contact at x^{n+1}: what bodies
 // give each other then has a moment of second order, as that of moving positions.
 TEST(Ledger, PressuresGiveNothing) {

@@ -153,7 +153,7 @@ TEST(PushOut, SeparatesAnOverlappingPairAboutItsCentreOfMass) {
   ContactGraph graph;
   build_contact_graph(bodies, simulation.world().gravity, true, contacts, graph);
   PushOutScratch scratch;
-  EXPECT_GT(resolve_interpenetration(bodies, graph, {8, true}, contacts, scratch), 0);
+  EXPECT_GT(resolve_interpenetration(bodies, graph, {.iterations = 8}, contacts, scratch), 0);
   const double heavy = bodies.rigid.state[0].pose.position.x(),
                light = bodies.rigid.state[1].pose.position.x();
   EXPECT_NEAR(light - heavy, 2, 1e-5);  // touching, up to what contact takes for touching
@@ -174,7 +174,7 @@ TEST(PushOut, OneSweepFreesALightBodyBetweenHeavyOnes) {
   ContactGraph graph;
   build_contact_graph(bodies, simulation.world().gravity, true, contacts, graph);
   PushOutScratch scratch;
-  resolve_interpenetration(bodies, graph, {1, true}, contacts, scratch);
+  resolve_interpenetration(bodies, graph, {.iterations = 1}, contacts, scratch);
   EXPECT_LT(max_penetration(bodies, {}), 1e-3 * 0.1);
 }
 
@@ -187,7 +187,7 @@ TEST(PushOut, ASoftBoxIsLiftedOffTheGroundAndStaysWhole) {
   ContactGraph graph;
   build_contact_graph(bodies, simulation.world().gravity, true, contacts, graph);
   PushOutScratch scratch;
-  resolve_interpenetration(bodies, graph, {4, true}, contacts, scratch);
+  resolve_interpenetration(bodies, graph, {}, contacts, scratch);
   EXPECT_LT(max_penetration(bodies, {}), 1.1e-6);
   EXPECT_EQ(bodies.forces.elements.strain(bodies.particles.x).inverted, 0);
 }

@@ -33,13 +33,13 @@ Scene scene_with(int dynamic, int fixed, int deformable, bool ground, int kinema
 
 // One letter an effect in the order of the enum: C rigid collision, R rigid contact, D rigid/deformable
 // contact, E elasticity, P push-out, S shock propagation, L rolling friction, K kinematic motion, I
-// incompressibility, N self-repulsion, X self-collision, M springs, B bending.
+// incompressibility, N self-repulsion, X self-collision, M springs, B bending, T two-way.
 std::string active(const EffectPlan& plan) {
   std::string text;
   for (std::size_t i = 0; i < plan.effects.size(); ++i) {
     EXPECT_EQ(index(plan.effects[i].effect), i);
     EXPECT_FALSE(plan.effects[i].reason.empty());
-    if (plan.active()[i]) text += "CRDEPSLKINXMB"[i];
+    if (plan.active()[i]) text += "CRDEPSLKINXMBT"[i];
   }
   return text;
 }
@@ -58,10 +58,10 @@ TEST(EffectPlan, FollowsFromTheBodies) {
                         {0, 0, 1, false, "E"},
                         {0, 0, 1, true, "DEP"},
                         {0, 1, 1, false, "DEP"},
-                        {1, 0, 1, false, "DEP"},
-                        {1, 0, 1, true, "CRDEP"},
+                        {1, 0, 1, false, "DEPT"},
+                        {1, 0, 1, true, "CRDEPT"},
                         {0, 0, 2, false, "ENX"},
-                        {1, 0, 3, true, "CRDEPNX"}}) {
+                        {1, 0, 3, true, "CRDEPNXT"}}) {
     SCOPED_TRACE(testing::Message() << c.dynamic << c.fixed << c.deformable << c.ground);
     EXPECT_EQ(active(plan_effects(scene_with(c.dynamic, c.fixed, c.deformable, c.ground))), c.effects);
   }
@@ -125,7 +125,7 @@ TEST(EffectPlan, ReasonsNameBodiesAndMaterials) {
 TEST(EffectPlan, WithoutRemovesAnEffect) {
   const Scene scene = scene_with(1, 0, 1, true);
   const EffectPlan plan = plan_effects(scene, {"rigid_collision"});
-  EXPECT_EQ(active(plan), "RDEP");
+  EXPECT_EQ(active(plan), "RDEPT");
   EXPECT_EQ(plan.effects[0].reason, "removed by --without");
   EXPECT_EQ(active(plan_effects(scene, {"rigid_contact", "rigid_deformable_contact"})), "CE")
       << "what has no contact left has nothing to push out";
@@ -150,6 +150,14 @@ TEST(EffectPlan, TellsElementsSpringsAndBendingApart) {
   scene.deformable[0].shape.kind = DeformableKind::helix;
   EXPECT_EQ(active(plan_effects(scene)), "MB") << "a rod stretches as springs do";
   EXPECT_EQ(active(plan_effects(scene, {"bending"})), "M");
+}
+
+TEST(EffectPlan, ParticlesHaveNoSurfaceAndNoForces) {
+  Scene scene = scene_with(1, 0, 2, true);
+  scene.deformable[0].shape.kind = DeformableKind::particle;
+  EXPECT_EQ(active(plan_effects(scene)), "CRDEPT");
+  scene.deformable[1].shape.kind = DeformableKind::particle;
+  EXPECT_EQ(active(plan_effects(scene)), "CRDPT");
 }
 
 TEST(EffectPlan, UnknownEffectIsAUsageErrorWithAHint) {

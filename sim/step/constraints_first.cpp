@@ -1,0 +1,70 @@
+// Step V with its constraints before the solve (paper section 7.2): contact and friction see the explicit
+// forces, not the damping, which then acts on what they have done. Their normal velocities are kept by the
+// projection inside the conjugate gradients, and what these find is kept.
+#include "sim/solve/velocity_system.h"
+#include "sim/step/step.h"
+
+namespace duet {
+
+void apply_explicit_forces(World& world, StepContext& context) {
+  Bodies& bodies = world.bodies;
+  Particles& particles = bodies.particles;
+  context.x_next = particles.x;
+  context.force.resize(particles.size());
+  for (std::size_t p = 0; p < particles.size(); ++p) {
+    particles.x[p] = 0.5 * (context.x_n[p] + context.x_next[p]);
+    context.force[p] = particles.mass[p] * world.gravity;
+  }
+  if (world.has_internal_forces())
+    world.clock.time(Stage::elastic_forces,
+                     [&] { bodies.forces.add_elastic_forces(particles.x, context.force); });
+  for (std::size_t p = 0; p < particles.size(); ++p)
+    particles.v[p] += context.dt * particles.inverse_mass[p] * context.force[p];
+  for (std::size_t i = 0; i < bodies.rigid.size(); ++i)
+    if (bodies.rigid.properties[i].is_dynamic()) bodies.rigid.state[i].velocity += context.dt * world.gravity;
+  for (const KinematicStep& step : context.kinematic) {
+    bodies.rigid.state[step.body].velocity = step.end.velocity;
+    bodies.rigid.state[step.body].angular_velocity = step.end.angular_velocity;
+  }
+  std::swap(particles.x, context.x_next);
+  check_finite(world, "V.2 explicit forces");
+}
+
+// Backward Euler for the damping, of elements as they are at x^{n+1}, where contact acts:
+// v^{n+1} = v + dt P M^-1 F_damping(v^{n+1}). The trapezoidal rule would leave half of what contact has stirred up.
+void solve_damping(World& world, StepContext& context) {
+  Bodies& bodies = world.bodies;
+  Particles& particles = bodies.particles;
+  SelfRepulsion* repulsions = world.has(Effect::self_repulsion) ? &context.self_repulsion : nullptr;
+  context.projection.build(bodies, context.contacts, context.graph, world.settings.projection_sweeps,
+                           repulsions);
+  if (repulsions) repulsions->choose_rows(particles.v, particles.v);
+  if (!world.has_internal_forces()) return;
+
+  context.damping_force.assign(particles.size(), Vec3::Zero());
+  world.clock.time(Stage::elastic_forces,
+                   [&] { bodies.forces.add_elastic_forces(particles.x, context.damping_force); });
+  to_generalized(bodies, context.right_side);
+  context.solution = context.right_side;
+  world.clock.time(Stage::damping_solve, [&] {
+    VelocitySystem system(bodies, context.dt, false, &context.projection, context.damping_force,
+                          context.inertia);
+    const CgResult result = conjugate_gradient(system, context.right_side, world.settings.cg_tolerance,
+                                               world.settings.cg_iterations, context.solution,
+                                               context.residual, context.direction, context.image);
+    world.counters.cg_iterations += result.iterations;
+  });
+  particles.v = context.solution.particle;
+  for (std::size_t i = 0; i < bodies.rigid.size(); ++i) {
+    const RigidProperties& properties = bodies.rigid.properties[i];
+    if (!properties.is_dynamic()) continue;
+    RigidState& state = bodies.rigid.state[i];
+    state.velocity = context.solution.linear[i];
+    apply_angular_impulse(
+        state, properties,
+        context.inertia[i] * (context.solution.angular[i] - context.right_side.angular[i]));
+  }
+  check_finite(world, "V.2 damping solve");
+}
+
+}  // namespace duet

@@ -1,0 +1,45 @@
+// What is lost where deformable bodies do not push back (--without two_way), against the two-way coupling.
+#include "tests/support/margin.h"
+#include "tests/support/scenes.h"
+#include <gtest/gtest.h>
+
+#include "sim/scene/reader.h"
+#include "sim/step/world.h"
+
+namespace duet {
+namespace {
+
+struct Outcome {
+  Vec3 ball = Vec3::Zero(), start = Vec3::Zero();  // m/s, of the ball that strikes
+  double momentum = 0;                             // gained, over what the ball brings
+  double energy = 0;                               // of all bodies at the end, over that at the start
+};
+
+Outcome strike(const std::vector<std::string>& without) {
+  scene::Scene scene = scene::read(DUET_SOURCE_DIR "/scenes/study/one_way.toml").scene;
+  Simulation simulation(scene, scene::plan_effects(scene, without).active());
+  const RigidState& ball = simulation.world().bodies.rigid.state[0];
+  const FrameStats first = simulation.stats();
+  Outcome outcome;
+  outcome.start = ball.velocity;
+  for (int frame = 0; frame < 12; ++frame) simulation.advance_frame();
+  const FrameStats last = simulation.stats();
+  outcome.ball = ball.velocity;
+  outcome.momentum = (last.momentum - first.momentum).norm() / first.momentum.norm();
+  outcome.energy = (last.kinetic + last.elastic) / (first.kinetic + first.elastic);
+  return outcome;
+}
+
+TEST(TwoWay, WithoutItMomentumComesFromNothing) {
+  const Outcome both = strike({});
+  test::expect_below(both.momentum, 1e-10, "two-way: momentum gained");
+  test::expect_below(both.energy, 1 + 1e-3, "two-way: energy at the end");
+  EXPECT_LT(both.ball.x(), 0.6 * both.start.x()) << "the soft ball stops it";
+  const Outcome one_way = strike({"two_way"});
+  EXPECT_EQ(one_way.ball, one_way.start) << "nothing deformable changes the ball's way";
+  test::expect_above(one_way.momentum, 0.5, "one-way: momentum gained");
+  test::expect_above(one_way.energy, 1.2, "one-way: energy at the end");
+}
+
+}  // namespace
+}  // namespace duet
