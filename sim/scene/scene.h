@@ -164,10 +164,12 @@ struct DeformableShape {
   }
 };
 
-struct Pin {                 // particles near the line from one point to another never move
+// Particles near the line from one point to another never move, or move with a kinematic body.
+struct Pin {
   Vec3 from = Vec3::Zero();  // m, in the shape's coordinates at rest
   std::optional<Vec3> to;    // m; without it, a point
   double radius = 1e-3;      // m
+  std::string body;          // name of a kinematic rigid body; may be empty
 };
 
 struct DeformableBody {
@@ -186,8 +188,10 @@ struct DeformableBody {
   std::string look;
 };
 
-// Whether parts of the body are kept from each other: where the scene asks for it.
-inline bool collides_with_itself(const DeformableBody& body) { return body.self_collision.value_or(false); }
+// Whether parts of the body are kept from each other: shells and rods fold where volumes hardly can.
+inline bool collides_with_itself(const DeformableBody& body) {
+  return body.self_collision.value_or(!body.shape.is_volume());
+}
 
 struct Ground {       // the half space y <= height, static
   double height = 0;  // m
