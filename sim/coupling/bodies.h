@@ -15,9 +15,17 @@
 
 namespace duet {
 
+// A particle that moves with a kinematic body. Like every particle that is held it has no inverse mass.
+struct CarriedParticle {
+  int particle = 0;
+  std::size_t kinematic = 0;  // index into RigidBodies::kinematic
+  Vec3 arm = Vec3::Zero();    // m, in the body's space
+};
+
 struct Bodies {
   RigidBodies rigid;
   Particles particles;
+  std::vector<CarriedParticle> carried;
   InternalForces forces;  // of the deformable bodies
   OneRings one_rings;     // of incompressible bodies
   std::vector<DeformableBody> deformable;

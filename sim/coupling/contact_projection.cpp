@@ -182,6 +182,24 @@ void ContactProjection::satisfy(const GeneralizedVelocity& start, GeneralizedVel
   for (int i = 0; i < sweeps_; ++i) sweep(true, velocity);
 }
 
+bool ContactProjection::release(const GeneralizedVelocity& change, double tolerance) {
+  bool any = false;
+  const auto decide = [&](Row& row) {
+    const bool pulls = row.active && normal_velocity(row, change) > tolerance;
+    if (pulls) row.active = false;
+    any = any || pulls;
+    return pulls;
+  };
+  for (std::size_t b = 0; b < used_; ++b) {
+    bool changed = false;
+    for (Row& row : blocks_[b].rows) changed = decide(row) || changed;
+    if (changed) factor(blocks_[b]);
+  }
+  for (Row& row : rows_) decide(row);
+  if (repulsions_) any = repulsions_->release_rows(change.particle, tolerance) || any;
+  return any;
+}
+
 void ContactProjection::project(GeneralizedVelocity& velocity) const {
   for (int i = 0; i < sweeps_; ++i) sweep(false, velocity);
 }

@@ -195,9 +195,10 @@ void AltitudeSprings::add_stiffness(std::vector<double>& stiffness) const {
 double AltitudeSprings::max_squared_frequency(const std::vector<double>& squared_rate) const {
   double highest = 0;
   for (const Tet& tet : tets_) {
-    double sum = 0;
-    for (const int p : tet) sum += squared_rate[as_index(p)];
-    highest = std::max(highest, sum);
+    std::array<double, 4> rate;
+    for (std::size_t i = 0; i < 4; ++i) rate[i] = squared_rate[as_index(tet[i])];
+    std::sort(rate.begin(), rate.end());
+    highest = std::max(highest, rate[2] + rate[3]);
   }
   return highest;
 }

@@ -36,7 +36,7 @@ class AltitudeSprings {
   void add_force_differentials(const std::vector<Vec3>& dx, std::vector<Vec3>& force);
   double energy(const std::vector<Vec3>& x) const;  // J, with the springs that choose(x) chooses
 
-  // See StiffnessShares.
+  // See InternalForces::finalize: the weights of a foot add up to 1 on its own side and on the other.
   void add_stiffness(std::vector<double>& stiffness) const;
   double max_squared_frequency(const std::vector<double>& squared_rate) const;
 

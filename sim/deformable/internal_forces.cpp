@@ -20,7 +20,9 @@ void for_each_other(Forces& forces, Visit&& visit) {
 // Irons' theorem bounds the frequencies of an assembly by those of its elements, each with its shares of the
 // particles' masses, which may be divided at will. An element that stores no more than k/2 (sum w_i |u_i|)^2
 // takes a share of particle i in proportion to k w_i, and comes out with a squared frequency of at most
-// sum w_i C_i / m_i, where C_i is the sum of k w_i over all elements around the particle.
+// sum w_i C_i / m_i, where C_i is the sum of k w_i over all elements around the particle. Only k w_i^2 is
+// given: all elements have their w_i scaled to a sum of 2, that of a spring between two particles, as
+// otherwise what resists bending would claim too much or too little of the masses that it shares.
 void InternalForces::finalize(const std::vector<double>& mass, const std::vector<double>& inverse_mass) {
   if (elements.size() > 0) elements.finalize(mass);
   membranes.finalize(mass.size());

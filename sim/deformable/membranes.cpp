@@ -175,10 +175,15 @@ double Membranes::RestTriangle::stiffness() const {
   return 2 * area * (moduli.mu + std::max(moduli.lambda, 0.0));
 }
 
+double Membranes::RestTriangle::half_of_gradients() const {
+  return (gradient[0] + gradient[1] + gradient[2]) / 2;
+}
+
 void Membranes::add_stiffness(std::vector<double>& stiffness) const {
   for (std::size_t t = 0; t < triangles_.size(); ++t)
     for (std::size_t i = 0; i < 3; ++i)
-      stiffness[as_index(triangles_[t][i])] += rest_[t].stiffness() * rest_[t].gradient[i];
+      stiffness[as_index(triangles_[t][i])] +=
+          rest_[t].stiffness() * rest_[t].half_of_gradients() * rest_[t].gradient[i];
 }
 
 double Membranes::max_squared_frequency(const std::vector<double>& squared_rate) const {
@@ -187,7 +192,7 @@ double Membranes::max_squared_frequency(const std::vector<double>& squared_rate)
     double sum = 0;
     for (std::size_t i = 0; i < 3; ++i)
       sum += rest_[t].gradient[i] * squared_rate[as_index(triangles_[t][i])];
-    highest = std::max(highest, sum);
+    highest = std::max(highest, sum / rest_[t].half_of_gradients());
   }
   return highest;
 }

@@ -42,7 +42,7 @@ class Membranes {
   void add_force_differentials(const std::vector<Vec3>& dx, std::vector<Vec3>& force);
   double energy(const std::vector<Vec3>& x) const;  // J
 
-  // See InternalForces.
+  // See InternalForces::finalize.
   void add_stiffness(std::vector<double>& stiffness) const;
   double max_squared_frequency(const std::vector<double>& squared_rate) const;
   // The largest stiffness of a triangle over that at rest, in the state of the last add_elastic_forces.
@@ -54,7 +54,8 @@ class Membranes {
     Eigen::Matrix2d inverse;         // D_m^-1, 1/m
     double area = 0;                 // m^2
     MembraneModuli moduli;
-    double stiffness() const;  // N/m times m^2
+    double stiffness() const;          // N/m times m^2
+    double half_of_gradients() const;  // 1/m
   };
   struct Symmetric2 {
     Pack xx, yy, xy;

@@ -18,6 +18,9 @@ struct Particles {
   std::size_t size() const { return x.size(); }
 };
 
+// Whether a pin holds the particle: no force moves it.
+inline bool is_held(const Particles& particles, std::size_t p) { return particles.inverse_mass[p] == 0; }
+
 // A point of a deformable body that can touch others: a particle, or a point on a boundary edge or face that
 // moves with up to four particles by barycentric weights. An impulse on it is spread by the weights, so that
 // linear and angular momentum are kept exactly.

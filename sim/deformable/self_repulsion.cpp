@@ -143,6 +143,16 @@ void SelfRepulsion::choose_rows(const std::vector<Vec3>& start, const std::vecto
   }
 }
 
+bool SelfRepulsion::release_rows(const std::vector<Vec3>& change, double tolerance) {
+  bool any = false;
+  for (RepulsionPair& pair : pairs_) {
+    if (!pair.active || relative_velocity(pair, change).dot(pair.normal) <= tolerance) continue;
+    pair.active = false;
+    any = true;
+  }
+  return any;
+}
+
 void SelfRepulsion::sweep(bool with_target, const std::vector<double>& inverse_mass,
                           std::vector<Vec3>& v) const {
   const auto project = [&](const RepulsionPair& pair) {

@@ -42,6 +42,9 @@ class SelfRepulsion {
   // The pairs as rows of the projection in the conjugate gradients (section 7.1): those nearer than h that
   // would approach from `start` at `velocity` keep n.v_rel = half of what it is at `start`.
   void choose_rows(const std::vector<Vec3>& start, const std::vector<Vec3>& velocity);
+  // Drops the rows of pairs that `change` (of velocities) parts faster than by `tolerance` (m/s). Returns
+  // whether there were any.
+  bool release_rows(const std::vector<Vec3>& change, double tolerance);
   // One sweep over the rows to and fro, which is self-adjoint in the mass inner product. Without targets,
   // onto n.v_rel = 0.
   void sweep(bool with_target, const std::vector<double>& inverse_mass, std::vector<Vec3>& v) const;

@@ -11,6 +11,14 @@ constexpr double crushed = 1e-3;  // of the rest length, below which a spring lo
 
 std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
 
+// 1 for the spring between two particles.
+template <std::size_t N>
+double half_of_weights(const Spring<N>& spring) {
+  double sum = 0;
+  for (const double weight : spring.weight) sum += std::abs(weight);
+  return sum / 2;
+}
+
 }  // namespace
 
 template <std::size_t N>
@@ -110,9 +118,11 @@ double Springs<N>::energy(const std::vector<Vec3>& x) const {
 
 template <std::size_t N>
 void Springs<N>::add_stiffness(std::vector<double>& stiffness) const {
-  for (const Spring<N>& spring : springs_)
+  for (const Spring<N>& spring : springs_) {
+    const double half = half_of_weights(spring);
     for (std::size_t i = 0; i < N; ++i)
-      stiffness[as_index(spring.particle[i])] += spring.stiffness * std::abs(spring.weight[i]);
+      stiffness[as_index(spring.particle[i])] += spring.stiffness * half * std::abs(spring.weight[i]);
+  }
 }
 
 template <std::size_t N>
@@ -122,7 +132,7 @@ double Springs<N>::max_squared_frequency(const std::vector<double>& squared_rate
     double sum = 0;
     for (std::size_t i = 0; i < N; ++i)
       sum += std::abs(spring.weight[i]) * squared_rate[as_index(spring.particle[i])];
-    highest = std::max(highest, sum);
+    highest = std::max(highest, sum / half_of_weights(spring));
   }
   return highest;
 }

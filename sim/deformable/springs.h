@@ -44,7 +44,7 @@ class Springs {
   void add_force_differentials(const std::vector<Vec3>& dx, std::vector<Vec3>& force);
   double energy(const std::vector<Vec3>& x) const;  // J
 
-  // See StiffnessShares.
+  // See InternalForces::finalize.
   void add_stiffness(std::vector<double>& stiffness) const;
   double max_squared_frequency(const std::vector<double>& squared_rate) const;
 

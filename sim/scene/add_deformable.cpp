@@ -142,21 +142,39 @@ Vec3 center_of_mass(const std::vector<Vec3>& nodes, const std::vector<double>& m
   return sum / mass;
 }
 
+// The particle moves with the kinematic body of that name, if the plan lets it move.
+void let_carry(const std::string& carrier, int particle, Bodies& bodies) {
+  const std::vector<KinematicBody>& kinematic = bodies.rigid.kinematic;
+  const auto found = std::find_if(kinematic.begin(), kinematic.end(), [&](const KinematicBody& body) {
+    return bodies.rigid.name[body.body] == carrier;
+  });
+  if (found == kinematic.end()) return;
+  const RigidState& state = bodies.rigid.state[found->body];
+  const Vec3& x = bodies.particles.x[as_index(particle)];
+  bodies.particles.v[as_index(particle)] = point_velocity(state, x - state.pose.position);
+  bodies.carried.push_back(
+      {particle, static_cast<std::size_t>(found - kinematic.begin()), state.pose.to_body(x)});
+}
+
 }  // namespace
 
 void add_particles(const DeformableBody& description, const std::vector<Vec3>& nodes,
-                   const std::vector<double>& mass, Particles& particles) {
+                   const std::vector<double>& mass, Bodies& bodies) {
+  Particles& particles = bodies.particles;
   const Placement& placement = description.placement;
   const Vec3 center = center_of_mass(nodes, mass);
   for (std::size_t i = 0; i < nodes.size(); ++i) {
-    const bool is_pinned = std::any_of(description.pins.begin(), description.pins.end(),
-                                       [&](const Pin& pin) { return distance(pin, nodes[i]) <= pin.radius; });
+    const auto pin =
+        std::find_if(description.pins.begin(), description.pins.end(),
+                     [&](const Pin& candidate) { return distance(candidate, nodes[i]) <= candidate.radius; });
+    const bool is_pinned = pin != description.pins.end();
     const Vec3 arm = placement.orientation * (nodes[i] - center);
     const Vec3 velocity = placement.velocity + placement.angular_velocity.cross(arm);
     particles.x.push_back(placement.position + placement.orientation * nodes[i]);
     particles.v.push_back(is_pinned ? Vec3(Vec3::Zero()) : velocity);
     particles.mass.push_back(mass[i]);
     particles.inverse_mass.push_back(is_pinned ? 0 : 1 / mass[i]);
+    if (is_pinned && !pin->body.empty()) let_carry(pin->body, static_cast<int>(particles.size()) - 1, bodies);
   }
 }
 
@@ -192,8 +210,7 @@ BodyShape add_shell(const Scene& scene, const EffectSet& plan, const DeformableB
     for (const int i : t) volumes[as_index(i)] += area.norm() * thickness / 3;
   }
   duet::DeformableBody body = begin_body(description, sheet.nodes.size(), bodies);
-  add_particles(description, sheet.nodes, masses_of(description, material, std::move(volumes)),
-                bodies.particles);
+  add_particles(description, sheet.nodes, masses_of(description, material, std::move(volumes)), bodies);
 
   std::vector<Triangle> triangles = sheet.triangles;
   for (Triangle& triangle : triangles)
@@ -235,8 +252,7 @@ BodyShape add_rod(const Scene& scene, const EffectSet& plan, const DeformableBod
     }
   }
   duet::DeformableBody body = begin_body(description, curve.nodes.size(), bodies);
-  add_particles(description, curve.nodes, masses_of(description, material, std::move(volumes)),
-                bodies.particles);
+  add_particles(description, curve.nodes, masses_of(description, material, std::move(volumes)), bodies);
   const auto node = [&](int i) { return body.first_particle + (i + count) % count; };
   add_rod_forces(segments, curve.is_closed, node, material, diameter, plan, bodies);
 

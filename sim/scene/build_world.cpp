@@ -17,8 +17,9 @@ namespace {
 
 // Of the shortest edge of a surface: little to see, and much more than what moves in a step.
 constexpr double default_collision_thickness = 0.1;
-// Of the same: shells and rods that are thicker would repel their own neighbours.
-constexpr double largest_collision_thickness = 0.5;
+// Of the same: shells that are thicker would repel their own neighbours where they fold sharply. Rods cannot
+// turn within their own width anyway.
+constexpr double largest_shell_thickness = 0.5;
 
 // `surface` is a rigid body or the ground.
 template <class Surface>
@@ -83,7 +84,7 @@ BodyShape add_volume(const Scene& scene, const EffectSet& plan, const scene::Def
   body.first_triangle = static_cast<int>(bodies.triangles.size());
   body.triangle_count = static_cast<int>(triangles.size());
 
-  add_particles(description, mesh.nodes, masses, bodies.particles);
+  add_particles(description, mesh.nodes, masses, bodies);
   std::vector<Tet> tets = mesh.tets;
   for (Tet& tet : tets)
     for (int& i : tet) i += body.first_particle;
@@ -123,8 +124,9 @@ CollisionSurface collision_surface(const Scene& scene, const Bodies& bodies) {
                                                        static_cast<std::size_t>(body.segment_count));
     const double shortest = shortest_edge(bodies.particles.x, triangles, segments);
     const double thickness = description.collision_thickness.value_or(
-        body.thickness > 0 ? std::min(body.thickness, largest_collision_thickness * shortest)
-                           : default_collision_thickness * shortest);
+        description.shape.is_volume()  ? default_collision_thickness * shortest
+        : description.shape.is_shell() ? std::min(body.thickness, largest_shell_thickness * shortest)
+                                       : body.thickness);
     surface.add({collides_with_itself(description), thickness, description.collision_friction}, triangles,
                 segments);
   }

@@ -62,6 +62,7 @@ class SceneReader {
   void reject(const toml::table& table, const std::string& path, std::initializer_list<std::string_view> keys,
               const std::string& why, const std::string& hint);
   void check_references(std::string_view section);
+  void check_carriers();
 
   const toml::table& document_;
   Problems& problems_;
@@ -91,6 +92,7 @@ Scene SceneReader::read() {
   read_render();
   check_references("materials");
   check_references("looks");
+  check_carriers();
   if (!document_.contains("rigid") && !document_.contains("deformable"))
     problems_.add_global("the scene has no body", "add a [[rigid]] or a [[deformable]]");
   return std::move(scene_);
@@ -340,6 +342,22 @@ void SceneReader::check_references(std::string_view section) {
     if (node.is_table() && std::find(used.begin(), used.end(), name.str()) == used.end())
       problems_.add(name.source(), join_path(std::string(section), name),
                     fmt::format("the {} is never used", kind), "remove it, or refer to it by this name");
+}
+
+// The bodies that pins name.
+void SceneReader::check_carriers() {
+  std::vector<std::string> names;
+  for (const RigidBody& body : scene_.rigid) names.push_back(body.name);
+  for (const TableReader::Use& use : reader_.uses()) {
+    if (use.section != "rigid") continue;
+    const auto found = std::find(names.begin(), names.end(), use.name);
+    if (found == names.end())
+      problems_.add(use.at, use.path, fmt::format("unknown rigid body `{}`", use.name),
+                    did_you_mean(use.name, names));
+    else if (!scene_.rigid[static_cast<std::size_t>(found - names.begin())].is_kinematic)
+      problems_.add(use.at, use.path, fmt::format("`{}` has no motion", use.name),
+                    "pins are carried by kinematic bodies; without `body` they never move");
+  }
 }
 
 std::string file_bytes(const std::string& path) {

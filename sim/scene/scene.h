@@ -167,10 +167,12 @@ struct DeformableShape {
   }
 };
 
-struct Pin {                 // particles near the line from one point to another never move
+// Particles near the line from one point to another never move, or move with a kinematic body.
+struct Pin {
   Vec3 from = Vec3::Zero();  // m, in the shape's coordinates at rest
   std::optional<Vec3> to;    // m; without it, a point
   double radius = 1e-3;      // m
+  std::string body;          // name of a kinematic rigid body; may be empty
 };
 
 struct DeformableBody {
@@ -189,8 +191,10 @@ struct DeformableBody {
   std::string look;
 };
 
-// Whether parts of the body are kept from each other: where the scene asks for it.
-inline bool collides_with_itself(const DeformableBody& body) { return body.self_collision.value_or(false); }
+// Whether parts of the body are kept from each other: shells and rods fold where volumes hardly can.
+inline bool collides_with_itself(const DeformableBody& body) {
+  return body.self_collision.value_or(!body.shape.is_volume());
+}
 
 enum class JointType { point, hinge, universal, prismatic, prismatic_twist, weld };
 struct JointAxes {  // a joint's frame at the start, in the world, or in a body's own coordinates

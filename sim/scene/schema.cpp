@@ -187,6 +187,8 @@ std::vector<Key> keys(Pin& pin) {
       {"from", &pin.from, "m", any, "a point, in the coordinates of the shape at rest", required},
       {"to", &pin.to, "m", any, "the other end of a line; without it, the point alone"},
       {"radius", &pin.radius, "m", positive, "how far from there particles are held"},
+      {"body", Reference{&pin.body, "rigid"}, "", any,
+       "a rigid body with a `motion`, which carries the particles along; without it, they never move"},
   };
 }
 
@@ -271,7 +273,8 @@ std::vector<Key> keys(DeformableEntry& entry) {
        required},
       {"thickness", &body.thickness, "m", positive, "of shells, which need one; the diameter of rods",
        one_of},
-      {"pins", list(body.pins), "", any, "particles that never move, for example where a cloth hangs"},
+      {"pins", list(body.pins), "", any,
+       "particles that never move, for example where a cloth hangs, or move with a kinematic body"},
       {"position", &placement.position, "m", any,
        "of the shape's centre; of the origin of a mesh's coordinates"},
       rotation_key(entry.rotation),
@@ -283,7 +286,8 @@ std::vector<Key> keys(DeformableEntry& entry) {
       {"incompressible", &body.incompressible, "", any,
        "keeps the volume around every particle, whatever the material's Poisson ratio"},
       {"self_collision", &body.self_collision, "", any,
-       "whether the body collides with itself, as it does with other deformable bodies; else it does not"},
+       "whether the body collides with itself, as it does with others; else shells and rods do, volumes do "
+       "not"},
       {"collision_thickness", &body.collision_thickness, "m", positive,
        "gap kept from itself and other deformable bodies; else the thickness, or a tenth of the shortest "
        "edge"},

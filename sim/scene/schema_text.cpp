@@ -33,6 +33,7 @@ struct TypeText {
   std::string operator()(std::string*) const { return "text"; }
   std::string operator()(const Name&) const { return "name"; }
   std::string operator()(const Reference& reference) const {
+    if (reference.section == "rigid") return "name of a rigid body";
     return fmt::format("name of a {}", reference.section.substr(0, reference.section.size() - 1));
   }
   std::string operator()(const Choice&) const { return "word"; }

@@ -13,6 +13,7 @@ void advance_position(World& world, StepContext& context) {
     update_orientation_dependents(rigid.state[i], rigid.properties[i]);
   }
   for (const KinematicStep& step : context.kinematic) rigid.state[step.body].pose = step.end.pose;
+  place_carried(context.kinematic, world.bodies);
 }
 
 void push_out(World& world, StepContext& context) {

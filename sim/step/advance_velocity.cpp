@@ -48,7 +48,7 @@ void solve_semi_implicitly(World& world, StepContext& context, double dt, Contac
   });
 }
 
-// Gives all particles of a body its mean velocity, and the change.
+// Gives all particles of a body that are not held its mean velocity, and the change.
 void move_as_wholes(const Bodies& bodies, const Vec3& change, std::vector<Vec3>& velocity) {
   for (const DeformableBody& body : bodies.deformable) {
     const auto first = static_cast<std::size_t>(body.first_particle);
@@ -59,7 +59,8 @@ void move_as_wholes(const Bodies& bodies, const Vec3& change, std::vector<Vec3>&
       momentum += bodies.particles.mass[p] * bodies.particles.v[p];
       mass += bodies.particles.mass[p];
     }
-    for (std::size_t p = first; p < end; ++p) velocity[p] = momentum / mass + change;
+    for (std::size_t p = first; p < end; ++p)
+      velocity[p] = is_held(bodies.particles, p) ? bodies.particles.v[p] : Vec3(momentum / mass + change);
   }
 }
 
@@ -84,7 +85,8 @@ void solve_velocity(World& world, StepContext& context, double dt, ContactProjec
     const double still = incremental_potential(world, context, dt);
     context.correction.particle = context.solution.particle;
     for (std::size_t p = 0; p < particles.size(); ++p)
-      context.solution.particle[p] = particles.v[p] + dt * world.gravity;
+      context.solution.particle[p] =
+          is_held(particles, p) ? particles.v[p] : Vec3(particles.v[p] + dt * world.gravity);
     if (incremental_potential(world, context, dt) > still)
       context.solution.particle = context.correction.particle;
   }
@@ -104,6 +106,7 @@ void settle(const World& world, StepContext& context) {
 void advance_velocity(World& world, StepContext& context) {
   Bodies& bodies = world.bodies;
   if (world.has(Effect::springs)) bodies.forces.begin_step(bodies.particles.x);
+  carry(context.kinematic, context.x_n, context.dt, bodies);
   solve_velocity(world, context, context.dt / 2, nullptr);
   if (world.settings.implicit_elasticity && world.has_internal_forces()) {
     bodies.particles.x = context.x_n;

@@ -28,8 +28,13 @@ constexpr double potential_slack = 1e-3;
 // forever, and grow where a step turns a body far.
 constexpr double numerical_damping = 0.25;
 
-// context.imbalance = P (v + dt M^-1 F - V), m/s, with all forces at x^n + dt V, where the particles are then
-// and the elements' state of deformation. context.force is left with the elastic forces and gravity.
+// A constraint may push what touches but not pull it: those that do are dropped, and the rest solved for
+// again, so many times at most.
+constexpr int most_releases = 8;
+
+// context.unconstrained = v + dt M^-1 F - V and context.imbalance = P of it, m/s, with all forces at x^n + dt
+// V, where the particles are then and the elements' state of deformation. context.force is left with the
+// elastic forces and gravity.
 void evaluate_imbalance(World& world, StepContext& context, const VelocitySystem& system, double dt) {
   Bodies& bodies = world.bodies;
   Particles& particles = bodies.particles;
@@ -55,6 +60,7 @@ void evaluate_imbalance(World& world, StepContext& context, const VelocitySystem
     imbalance.linear[i] = v.linear[i] - V.linear[i];
     imbalance.angular[i] = v.angular[i] - V.angular[i];
   }
+  context.unconstrained = imbalance;
   system.project(imbalance);
 }
 
@@ -79,6 +85,28 @@ double search_line(World& world, StepContext& context, const VelocitySystem& sys
   return reached;
 }
 
+// Newton's method under the constraints as they are. Whether it has converged.
+bool find_balance(World& world, StepContext& context, VelocitySystem& system, double dt) {
+  const StepSettings& settings = world.settings;
+  evaluate_imbalance(world, context, system, dt);
+  double energy = incremental_potential(world, context, dt);
+  for (int iteration = 0;; ++iteration) {
+    const double imbalance = system.norm(context.imbalance);
+    if (imbalance <= settings.cg_tolerance) return true;
+    if (iteration >= settings.newton_iterations || !std::isfinite(imbalance)) return false;
+    world.clock.time(Stage::damping_solve, [&] {
+      world.bodies.forces.linearize();
+      context.correction = context.imbalance;
+      const CgResult result =
+          conjugate_gradient(system, context.imbalance, forcing_share * imbalance, settings.cg_iterations,
+                             context.correction, context.residual, context.direction, context.image);
+      world.counters.cg_iterations += result.iterations;
+    });
+    energy = search_line(world, context, system, dt, energy);
+    ++world.counters.newton_iterations;
+  }
+}
+
 }  // namespace
 
 double incremental_potential(World& world, const StepContext& context, double dt) {
@@ -100,26 +128,14 @@ double incremental_potential(World& world, const StepContext& context, double dt
 }
 
 bool solve_velocity_implicitly(World& world, StepContext& context, double dt, ContactProjection* projection) {
-  const StepSettings& settings = world.settings;
   VelocitySystem system(world.bodies, dt, true, projection, context.damping_force, context.inertia);
   world.bodies.forces.set_added_damping(numerical_damping * 2 * dt);
-  evaluate_imbalance(world, context, system, dt);
-  double energy = incremental_potential(world, context, dt);
-  for (int iteration = 0;; ++iteration) {
-    const double imbalance = system.norm(context.imbalance);
-    if (imbalance <= settings.cg_tolerance) return true;
-    if (iteration >= settings.newton_iterations || !std::isfinite(imbalance)) return false;
-    world.clock.time(Stage::damping_solve, [&] {
-      world.bodies.forces.linearize();
-      context.correction = context.imbalance;
-      const CgResult result =
-          conjugate_gradient(system, context.imbalance, forcing_share * imbalance, settings.cg_iterations,
-                             context.correction, context.residual, context.direction, context.image);
-      world.counters.cg_iterations += result.iterations;
-    });
-    energy = search_line(world, context, system, dt, energy);
-    ++world.counters.newton_iterations;
+  bool balanced = find_balance(world, context, system, dt);
+  for (int release = 0; projection && release < most_releases; ++release) {
+    if (!projection->release(context.unconstrained, world.settings.cg_tolerance)) break;
+    balanced = find_balance(world, context, system, dt);
   }
+  return balanced;
 }
 
 }  // namespace duet

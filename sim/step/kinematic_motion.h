@@ -8,6 +8,9 @@
 //   IV       the exact pose of time n+1
 //   V.2      the mean of the exact velocities of times n and n+1, as the trapezoidal rule takes it
 //   V.4      v^{n+1}, the exact velocity of time n+1, at the contact point
+//
+// The particles that it carries move from place to place at a constant velocity, which they have in V.2, too,
+// and end with their body's, at x^{n+1}.
 #pragma once
 
 #include <vector>
@@ -27,6 +30,12 @@ struct KinematicStep {
 
 // Fills `steps` with the motion of all kinematic bodies from where they are to their places at `end` (s).
 void evaluate_motions(const RigidBodies& rigid, double end, double dt, std::vector<KinematicStep>& steps);
+
+// For the particles that kinematic bodies carry, with `steps` as evaluate_motions has filled them: the
+// constant velocity that leads from `x_n` (m) to x^{n+1}; the places x^{n+1}; the velocities v^{n+1}.
+void carry(const std::vector<KinematicStep>& steps, const std::vector<Vec3>& x_n, double dt, Bodies& bodies);
+void place_carried(const std::vector<KinematicStep>& steps, Bodies& bodies);
+void end_carrying(const std::vector<KinematicStep>& steps, Bodies& bodies);
 
 // Sets the path velocities of the contacts in `graph`. A rigid partner is taken to turn with the kinematic
 // body, which is what it does where friction holds it: its centre then follows the chord.

@@ -26,6 +26,7 @@ void constrained_solve(World& world, StepContext& context) {
   context.x_next = particles.x;
   for (std::size_t p = 0; p < particles.size(); ++p)
     particles.x[p] = 0.5 * (context.x_n[p] + context.x_next[p]);
+  carry(context.kinematic, context.x_n, context.dt, bodies);
   solve_velocity(world, context, context.dt / 2, projection);
 
   if (world.has_internal_forces()) bodies.forces.add_damping_forces(context.solution.particle, context.force);
@@ -46,6 +47,7 @@ void constrained_solve(World& world, StepContext& context) {
     bodies.rigid.state[step.body].velocity = step.end.velocity;
     bodies.rigid.state[step.body].angular_velocity = step.end.angular_velocity;
   }
+  end_carrying(context.kinematic, bodies);
   std::swap(particles.x, context.x_next);
   check_finite(world, "V.2 constrained solve");
 }

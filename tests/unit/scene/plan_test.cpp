@@ -98,6 +98,13 @@ TEST(EffectPlan, SurfacesMeetWhereBodiesCanOrAreAskedTo) {
   scene.solver.deformable_collision = false;
   EXPECT_EQ(reason(scene), "off: solver.deformable_collision is off");
   EXPECT_EQ(reason(scene_with(2, 0, 0, true)), "off: no deformable body");
+  Scene folding = scene_with(0, 0, 1, true);  // shells and rods do unless they are told not to
+  for (const DeformableKind kind : {DeformableKind::panel, DeformableKind::knot}) {
+    folding.deformable[0].shape.kind = kind;
+    EXPECT_EQ(reason(folding), "`soft0` can touch itself");
+  }
+  folding.deformable[0].self_collision = false;
+  EXPECT_EQ(reason(folding), "off: `soft0` is the only deformable body, and its self_collision is off");
 }
 
 TEST(EffectPlan, IncompressibilityIsOfTheBodiesThatAskForIt) {
@@ -137,6 +144,7 @@ TEST(EffectPlan, WithoutRemovesAnEffect) {
 TEST(EffectPlan, TellsElementsSpringsAndBendingApart) {
   Scene scene = scene_with(0, 0, 1, false);
   scene.materials[0].has_springs = true;
+  scene.deformable[0].self_collision = false;
   EXPECT_EQ(active(plan_effects(scene)), "M") << "a volume of springs";
   scene.deformable[0].shape.kind = DeformableKind::panel;
   EXPECT_EQ(active(plan_effects(scene)), "MB");

@@ -127,7 +127,7 @@ look = "NAME"
 name = "cloth"
 shape = { panel = { size = [1, 2], cells = [3, 4] } }
 thickness = 0.01
-pins = [{ from = [0.5, 0, 0], to = [0.5, 0, 1], radius = 0.1 }]
+pins = [{ from = [0.5, 0, 0], to = [0.5, 0, 1], radius = 0.1, body = "wheel" }]
 material = "NAME"
 
 [[deformable]]
@@ -291,6 +291,7 @@ TEST(SceneReference, ListsExactlyTheKeysOfAFullScene) {
   EXPECT_EQ(scene.deformable[0].collision_friction, 0.3);
   EXPECT_EQ(scene.deformable[1].shape.panel_cells, Eigen::Vector2i(3, 4));
   EXPECT_EQ(scene.deformable[1].pins.at(0).to, Vec3(0.5, 0, 1));
+  EXPECT_EQ(scene.deformable[1].pins.at(0).body, "wheel");
   EXPECT_EQ(scene.deformable[3].shape.points.size(), 3U);
   EXPECT_TRUE(scene.materials[0].has_springs && scene.materials[0].has_bending_springs);
   const auto wheel = std::find_if(scene.rigid.begin(), scene.rigid.end(),
