@@ -1,57 +1,148 @@
 #include "sim/base/parallel.h"
 
+#include <atomic>
+#include <cstdint>
+#include <exception>
 #include <memory>
 #include <thread>
+#include <utility>
+#include <vector>
 
 #include <tbb/global_control.h>
-#include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
 
 namespace duet {
 namespace {
 
+using Work = void (*)(void* state, std::size_t chunk);
+
 int hardware_threads() { return std::max(1, static_cast<int>(std::thread::hardware_concurrency())); }
 
-std::unique_ptr<tbb::global_control> limit_to(int threads) {
-  return std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism,
-                                               static_cast<std::size_t>(threads));
-}
+// The threads that help the one that calls run(). A time step makes hundreds of calls of some ten
+// microseconds each, which is what waking a sleeping thread takes: helpers look out for the next call for a
+// while before they sleep, and chunks are taken from a counter that all share.
+class Team {
+ public:
+  explicit Team(int helpers)
+      : looks_(helpers < hardware_threads() ? looks_before_sleep
+                                            : 0) {  // else they would be in each other's way
+    for (int i = 0; i < helpers; ++i) threads_.emplace_back([this] { help(); });
+  }
+  ~Team() {
+    ends_ = true;
+    announce();
+    for (std::thread& thread : threads_) thread.join();
+  }
+  Team(const Team&) = delete;
+  Team& operator=(const Team&) = delete;
+
+  // Calls work(state, i) for all i in [0, chunks). A call from within a chunk, or beside another thread's,
+  // is carried out by its caller alone. Throws what a chunk threw first, when all have been called.
+  void run(std::size_t chunks, Work work, void* state) {
+    if (busy_.exchange(true, std::memory_order_acquire)) {
+      for (std::size_t i = 0; i < chunks; ++i) work(state, i);
+      return;
+    }
+    const std::uint64_t job = (ticket_.load(std::memory_order_relaxed) >> 32) + 1;
+    ticket_.store(job << 32 | closed);
+    work_ = work;
+    state_ = state;
+    chunks_ = chunks;
+    finished_ = 0;
+    ticket_.store((job + 1) << 32);
+    announce();
+    take_chunks();
+    for (int looks = 0; finished_.load(std::memory_order_acquire) < chunks; ++looks)
+      looks < looks_before_sleep ? relax() : std::this_thread::yield();
+    const std::exception_ptr failure = std::exchange(failure_, nullptr);
+    failed_ = false;
+    busy_.store(false, std::memory_order_release);
+    if (failure) std::rethrow_exception(failure);
+  }
+
+ private:
+  static constexpr std::uint64_t closed = 0xffffffff;  // in place of a chunk: the job is not complete yet
+  static constexpr int looks_before_sleep = 4000;  // 0.1 ms
+
+  void announce() {
+    jobs_.fetch_add(1, std::memory_order_release);
+    jobs_.notify_all();
+  }
+
+  void help() {
+    for (std::uint32_t seen = 0; !ends_; seen = jobs_.load(std::memory_order_acquire)) {
+      take_chunks();
+      for (int looks = 0; looks < looks_ && jobs_.load(std::memory_order_relaxed) == seen; ++looks) relax();
+      jobs_.wait(seen, std::memory_order_acquire);
+    }
+  }
+
+  // A ticket names a job and its next chunk. Who changes it has the chunk, and knows that what it has read of
+  // the job was of this one: a job is only written while its ticket is closed.
+  void take_chunks() {
+    std::size_t mine = 0;
+    std::uint64_t ticket = ticket_.load();
+    for (;;) {
+      const std::uint64_t chunk = ticket & closed;
+      if (chunk >= chunks_) break;
+      const Work work = work_;
+      void* const state = state_;
+      if (!ticket_.compare_exchange_weak(ticket, ticket + 1)) continue;
+      try {
+        work(state, chunk);
+      } catch (...) {
+        if (!failed_.exchange(true)) failure_ = std::current_exception();
+      }
+      ++mine;  // the job cannot end, nor another one begin, before these are reported
+      ticket = ticket_.load();
+    }
+    if (mine > 0) finished_.fetch_add(mine, std::memory_order_release);
+  }
+
+  int looks_;
+  std::atomic<bool> ends_{false}, busy_{false}, failed_{false};
+  std::exception_ptr failure_;
+  // What announces a job lies together: it has to get from one processor to the other.
+  alignas(64) std::atomic<std::uint64_t> ticket_{0};
+  std::atomic<Work> work_{nullptr};
+  std::atomic<void*> state_{nullptr};
+  std::atomic<std::size_t> chunks_{0};
+  std::atomic<std::uint32_t> jobs_{0};
+  alignas(64) std::atomic<std::size_t> finished_{0};
+  std::vector<std::thread> threads_;
+};
 
 struct Pool {
-  int threads = hardware_threads();
-  // Also allows more threads than cores, and holds other users of TBB (OpenVDB) to the same number.
-  std::unique_ptr<tbb::global_control> limit = limit_to(threads);
-  std::unique_ptr<tbb::task_arena> arena = std::make_unique<tbb::task_arena>(threads);
+  explicit Pool(int count)
+      : threads(count),
+        limit(std::make_unique<tbb::global_control>(tbb::global_control::max_allowed_parallelism,
+                                                    static_cast<std::size_t>(count))),
+        team(std::make_unique<Team>(count - 1)) {}
+
+  int threads;
+  std::unique_ptr<tbb::global_control> limit;  // holds the other user of threads, OpenVDB, to the same number
+  std::unique_ptr<Team> team;
 };
 
 Pool& pool() {
-  static Pool instance;
+  static Pool instance(hardware_threads());
   return instance;
 }
 
 }  // namespace
 
 void set_thread_count(int count) {
-  Pool& p = pool();
-  p.threads = count > 0 ? count : hardware_threads();
-  p.arena.reset();
-  p.limit.reset();  // of several limits TBB takes the smallest
-  p.limit = limit_to(p.threads);
-  p.arena = std::make_unique<tbb::task_arena>(p.threads);
+  pool().limit.reset();  // of several limits TBB takes the smallest
+  pool() = Pool(count > 0 ? count : hardware_threads());
 }
 
 int thread_count() { return pool().threads; }
 
 void detail::run_chunks(std::size_t chunks, void (*body)(void*, std::size_t), void* state) {
   Pool& p = pool();
-  if (p.threads == 1 || chunks == 1) {
+  if (p.threads == 1 || chunks == 1)
     for (std::size_t i = 0; i < chunks; ++i) body(state, i);
-    return;
-  }
-  p.arena->execute([&] {
-    tbb::parallel_for(
-        std::size_t{0}, chunks, [&](std::size_t i) { body(state, i); }, tbb::simple_partitioner{});
-  });
+  else
+    p.team->run(chunks, body, state);
 }
 
 }  // namespace duet

@@ -14,6 +14,13 @@ namespace duet {
 void set_thread_count(int count);
 int thread_count();
 
+// For loops that wait for another thread: tells the processor so.
+inline void relax() {
+#if defined(__x86_64__)
+  __builtin_ia32_pause();
+#endif
+}
+
 namespace detail {
 void run_chunks(std::size_t chunks, void (*body)(void*, std::size_t), void* state);
 }

@@ -30,16 +30,16 @@ class Collider {
     scratch_.seen.assign(contacts.pairs.size(), {});
     scratch_.pairs.resize(contacts.pairs.size());
     std::iota(scratch_.pairs.begin(), scratch_.pairs.end(), 0);
-    scratch_.schedule.build(bodies, contacts, scratch_.pairs, false);
+    scratch_.schedule.build(bodies, contacts, scratch_.pairs);
+    scratch_.sweeps.build(bodies, contacts, scratch_.schedule.order());
     // Pairs that are processed at the same time may share these; no impulse makes them stale again.
     for (std::size_t b = 0; b < bodies.rigid.size(); ++b)
       if (!bodies.rigid.properties[b].is_dynamic()) predicted_pose(static_cast<int>(b));
   }
 
-  // Whether anything changed.
-  bool sweep() {
-    return scratch_.schedule.largest(0, scratch_.schedule.waves(),
-                                     [&](int p) { return visit(as_index(p)) ? 1.0 : 0.0; }) > 0;
+  // Until a sweep changes nothing.
+  void sweep() {
+    scratch_.sweeps.repeat(settings_.iterations, 0.5, [&](int p) { return visit(as_index(p)) ? 1.0 : 0.0; });
   }
 
  private:
@@ -196,9 +196,7 @@ class Collider {
 
 void process_collisions(Bodies& bodies, const VelocityState& difference, double dt,
                         const CollisionSettings& settings, ContactSet& contacts, CollisionScratch& scratch) {
-  Collider collider(bodies, difference, dt, settings, contacts, scratch);
-  for (int iteration = 0; iteration < settings.iterations; ++iteration)
-    if (!collider.sweep()) break;
+  Collider(bodies, difference, dt, settings, contacts, scratch).sweep();
 }
 
 }  // namespace duet

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "sim/coupling/pair_schedule.h"
+#include "sim/coupling/sweep_pipeline.h"
 
 namespace duet {
 
@@ -28,6 +29,7 @@ struct CollisionScratch {
   std::vector<Seen> seen;
   std::vector<int> pairs;
   PairSchedule schedule;
+  SweepPipeline sweeps;
 };
 
 // `bodies` holds positions and velocities of time n, `difference` is D = v~^{n+1/2} - v^n. Changes the

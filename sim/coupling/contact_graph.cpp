@@ -198,15 +198,15 @@ void build_contact_graph(const Bodies& bodies, const Vec3& gravity, bool rigid_p
     pair.level = std::max(graph.level[as_index(pair.host)], graph.level[guest_node(bodies, pair)]);
   }
   find_islands(bodies, contacts, graph);
-  graph.schedule.build(bodies, contacts, graph.pairs, false);
+  graph.schedule.build(bodies, contacts, graph.pairs);
   graph.sweeps.build(bodies, contacts, graph.schedule.order());
   graph.levels_apart = false;
   list_pairs_of_bodies(bodies, contacts, graph);
 }
 
-void separate_levels(const Bodies& bodies, const ContactSet& contacts, ContactGraph& graph) {
+void separate_levels(const ContactSet& contacts, ContactGraph& graph) {
   if (graph.levels_apart) return;
-  graph.by_level.build(bodies, contacts, graph.pairs, true);
+  graph.by_level.build(contacts, graph.schedule.order(), graph.level, graph.supported);
   graph.levels_apart = true;
 }
 

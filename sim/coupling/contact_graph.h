@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "sim/coupling/level_groups.h"
 #include "sim/coupling/pair_schedule.h"
 #include "sim/coupling/sweep_pipeline.h"
 
@@ -18,7 +19,7 @@ struct ContactGraph {
   std::vector<int> island;      // of every movable body: the first body of those it is connected with
   PairSchedule schedule;        // the pairs that contact processes, up the graph
   SweepPipeline sweeps;         // over the pairs in the order of `schedule`
-  PairSchedule by_level;        // the same pairs, level by level; see separate_levels
+  LevelGroups by_level;         // those that rest on something, level by level; see separate_levels
   bool levels_apart = false;    // by_level is up to date
 
   std::vector<int> pairs;       // indices of the pairs that take part
@@ -40,6 +41,6 @@ struct ContactGraph {
 void build_contact_graph(const Bodies& bodies, const Vec3& gravity, bool rigid_pairs, ContactSet& contacts,
                          ContactGraph& graph);
 // Fills `by_level` of a graph that is otherwise built, once.
-void separate_levels(const Bodies& bodies, const ContactSet& contacts, ContactGraph& graph);
+void separate_levels(const ContactSet& contacts, ContactGraph& graph);
 
 }  // namespace duet

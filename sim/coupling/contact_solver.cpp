@@ -11,7 +11,7 @@ namespace {
 
 std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
 
-constexpr int shock_iterations = 10;  // Gauss-Seidel sweeps over one level
+constexpr int shock_iterations = 10;  // Gauss-Seidel sweeps over a group of a level
 
 // Tangential impulse that removes the tangential part of `velocity`, or as much of it as an impulse within
 // the friction cone can.
@@ -145,34 +145,32 @@ int solve_contact(Bodies& bodies, const ContactGraph& graph, const ContactSolveS
   return graph.sweeps.repeat(settings.iterations, settings.tolerance, update);
 }
 
-int propagate_shocks(Bodies& bodies, const ContactGraph& graph, const ContactSolveSettings& settings,
-                     ContactSet& contacts) {
-  const auto update = [&](int p) {
-    const ContactPair& pair = contacts.pairs[as_index(p)];
-    if (pair.guest_rigid < 0 || !pair.active) return 0.0;
+void propagate_shocks(Bodies& bodies, const ContactGraph& graph, const ContactSolveSettings& settings,
+                      ContactSet& contacts) {
+  const auto update = [&](const ContactPair& pair) {
     const int host_level = graph.level[as_index(pair.host)],
               guest_level = graph.level[as_index(pair.guest_rigid)];
-    const int upper = host_level > guest_level ? pair.host : pair.guest_rigid;
-    const int lower = host_level > guest_level ? pair.guest_rigid : pair.host;
-    if (!graph.supported[as_index(lower)]) return 0.0;
     double largest = 0;
     if (host_level == guest_level) {
       for (int i = pair.begin; i < pair.end; ++i)
         largest = std::max(largest, update_contact(bodies, contacts.points[as_index(i)]));
       return largest;
     }
-    UpperUpdate update_upper(bodies, settings.tolerance, upper);
+    UpperUpdate update_upper(bodies, settings.tolerance,
+                             host_level > guest_level ? pair.host : pair.guest_rigid);
     for (int i = pair.begin; i < pair.end; ++i)
       largest = std::max(largest, update_upper(contacts.points[as_index(i)]));
     return largest;
   };
-  int sweeps = 0;
-  for (int level = 0; level < graph.by_level.levels(); ++level)
-    for (int iteration = 0; iteration < shock_iterations; ++iteration, ++sweeps)
-      if (graph.by_level.largest(graph.by_level.first_wave(level), graph.by_level.first_wave(level + 1),
-                                 update) < settings.tolerance)
-        break;
-  return sweeps;
+  graph.by_level.for_each([&](std::span<const int> pairs) {
+    for (int iteration = 0; iteration < shock_iterations; ++iteration) {
+      double largest = 0;
+      for (const int p : pairs)
+        if (contacts.pairs[as_index(p)].active)
+          largest = std::max(largest, update(contacts.pairs[as_index(p)]));
+      if (largest < settings.tolerance) break;
+    }
+  });
 }
 
 int count_active(const ContactSet& contacts, const ContactGraph& graph) {

@@ -24,9 +24,9 @@ int solve_contact(Bodies& bodies, const ContactGraph& graph, const ContactSolveS
 
 // Shock propagation (Guendelman et al. 2003): level by level, what the sweeps left is taken up by the upper
 // bodies alone, as if the lower ones were fixed. Only rigid pairs whose lower body is supported take part, so
-// that bodies in free flight keep their momentum. Returns how many sweeps over a level it took in all.
-int propagate_shocks(Bodies& bodies, const ContactGraph& graph, const ContactSolveSettings& settings,
-                     ContactSet& contacts);
+// that bodies in free flight keep their momentum.
+void propagate_shocks(Bodies& bodies, const ContactGraph& graph, const ContactSolveSettings& settings,
+                      ContactSet& contacts);
 
 int count_active(const ContactSet& contacts, const ContactGraph& graph);  // contacts with an impulse
 

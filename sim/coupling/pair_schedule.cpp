@@ -24,8 +24,7 @@ void counting_sort(std::span<const int> items, const std::vector<int>& key, int 
 
 }  // namespace
 
-void PairSchedule::build(const Bodies& bodies, const ContactSet& contacts, std::span<const int> pairs,
-                         bool levels_apart) {
+void PairSchedule::build(const Bodies& bodies, const ContactSet& contacts, std::span<const int> pairs) {
   const std::size_t rigid = bodies.rigid.size();
   const auto movable = [&](std::size_t node) {
     return node >= rigid || bodies.rigid.properties[node].is_dynamic();
@@ -34,23 +33,17 @@ void PairSchedule::build(const Bodies& bodies, const ContactSet& contacts, std::
 
   // A wave begins after the last ones that touch its bodies.
   last_.assign(used_.size(), -1);
-  level_begin_.assign(1, 0);
-  int waves = 0, first = 0;
+  waves_ = 0;
   for (std::size_t i = 0; i < sorted_.size(); ++i) {
     const ContactPair& pair = contacts.pairs[as_index(sorted_[i])];
-    if (levels_apart && static_cast<int>(level_begin_.size()) <= pair.level) {
-      first = waves;
-      level_begin_.resize(as_index(pair.level) + 1, waves);
-    }
     const std::size_t a = as_index(pair.host), b = guest_node(bodies, pair);
-    int wave = first;
+    int wave = 0;
     if (movable(a)) wave = std::max(wave, last_[a] + 1);
     if (movable(b)) wave = std::max(wave, last_[b] + 1);
     last_[a] = last_[b] = key_[i] = wave;
-    waves = std::max(waves, wave + 1);
+    waves_ = std::max(waves_, wave + 1);
   }
-  level_begin_.push_back(waves);
-  counting_sort(sorted_, key_, waves - 1, wave_begin_, order_);
+  counting_sort(sorted_, key_, waves_ - 1, begin_, order_);
 }
 
 void PairSchedule::sort_by_level_and_color(const Bodies& bodies, const ContactSet& contacts,

@@ -10,7 +10,7 @@ namespace {
 std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
 
 constexpr int sweeps = 50;          // Gauss-Seidel sweeps at one geometry
-constexpr int level_sweeps = 10;    // over one level that is lifted off those below
+constexpr int level_sweeps = 10;    // over a group of a level that is lifted off those below
 constexpr double tolerance = 1e-8;  // m, where sweeps stop
 
 using Displacement = SeparationScratch::Displacement;
@@ -48,13 +48,14 @@ class Separator {
   }
 
   void lift() {
-    separate_levels(bodies_, contacts_, graph_);
-    const PairSchedule& levels = graph_.by_level;
-    for (int level = 0; level < levels.levels(); ++level)
-      for (int i = 0; i < level_sweeps; ++i)
-        if (levels.largest(levels.first_wave(level), levels.first_wave(level + 1),
-                           [&](int p) { return update_upper(p); }) < tolerance)
-          break;
+    separate_levels(contacts_, graph_);
+    graph_.by_level.for_each([&](std::span<const int> pairs) {
+      for (int i = 0; i < level_sweeps; ++i) {
+        double largest = 0;
+        for (const int p : pairs) largest = std::max(largest, update_upper(p));
+        if (largest < tolerance) break;
+      }
+    });
   }
 
   void apply() {
@@ -141,15 +142,12 @@ class Separator {
     return largest;
   }
 
-  // The same with the lower body held, if it rests on something. Bodies of one level carry each other.
+  // The same with the lower body held. Bodies of one level carry each other.
   double update_upper(int p) {
     const ContactPair& pair = contacts_.pairs[as_index(p)];
-    if (pair.guest_rigid < 0) return 0;
     const int host_level = graph_.level[as_index(pair.host)],
               guest_level = graph_.level[as_index(pair.guest_rigid)];
     const int upper = host_level > guest_level ? pair.host : pair.guest_rigid;
-    const int lower = host_level > guest_level ? pair.guest_rigid : pair.host;
-    if (!graph_.supported[as_index(lower)]) return 0;
     if (host_level == guest_level) return update(p);
     if (!takes_part(p)) return 0;
     const RigidState& state = bodies_.rigid.state[as_index(upper)];

@@ -1,8 +1,10 @@
-// Gauss-Seidel sweeps over pairs of bodies that follow each other without waiting for the last to end.
+// Gauss-Seidel sweeps over pairs of bodies, by several threads, each of which has its own pairs.
 #pragma once
 
 #include <algorithm>
 #include <array>
+#include <atomic>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -11,82 +13,116 @@
 
 namespace duet {
 
-// A sweep up the levels of a pile has many short waves (PairSchedule), too few pairs at a time for several
-// threads. But as soon as both bodies of a pair are done with one sweep, the pair may be visited in the next:
-// so the waves of several sweeps are laid over each other, and become fewer and larger. Every body still sees
-// its pairs in the order of one sweep after the other, and the results have the same bits.
+// The bodies of a pile are divided among the threads by where they are, and the pairs with them, so that
+// their data stay with one processor. Every thread visits its own pairs in the given order, sweep after
+// sweep, and does not wait for the others but where it has to: a pair may be visited as soon as both bodies
+// are done with the pairs that precede it. So every body sees its pairs in the order of one sweep after the
+// other, and the results have the same bits for any number of threads. A thread that would wait for long
+// takes a visit from another one.
 class SweepPipeline {
  public:
   // For sweeps that visit the pairs in this `order` (indices of contacts.pairs).
   void build(const Bodies& bodies, const ContactSet& contacts, std::span<const int> order);
 
   // Sweeps until no visit(pair index) of a sweep returned `tolerance` or more, but at most `most` times.
-  // Looks at what the visits of a sweep returned after 1, 3, 7, 15 ... sweeps, and where there are so few
-  // pairs that nothing is gained by overlap, after every one. Returns the number of sweeps.
+  // Looks at what the visits of a sweep returned after 1, 3, 7, 15, 23 ... sweeps, as threads would have to
+  // wait for each other at the end of every one, and where there are few pairs after every one. Returns the
+  // number of sweeps.
   template <class Visit>
   int repeat(int most, double tolerance, Visit&& visit) const {
-    const bool overlaps = pairs_ >= least_pairs;
+    constexpr int most_at_once = 8;
+    const bool overlaps = steps_.size() >= least_pairs;
     int done = 0;
-    for (int count = 1; done < most; count = overlaps ? std::min(2 * count, deepest / 2) : 1) {
+    for (int count = 1; done < most; count = overlaps ? std::min(2 * count, most_at_once) : 1) {
       if (overlaps && most - done < 2 * count) count = most - done;  // no short rest
       done += count;
-      if (largest_of_last(count, visit) < tolerance) break;
+      if (sweep(count, visit) < tolerance) break;
     }
     return done;
   }
 
-  int waves(int sweeps) const { return waves_[static_cast<std::size_t>(sweeps) - 1]; }
-  static constexpr int deepest = 16;  // sweeps laid over each other
+  // Calls visit(pair index) once for all pairs.
+  template <class Visit>
+  void once(Visit&& visit) const {
+    sweep(1, [&](int p) {
+      visit(p);
+      return 0.0;
+    });
+  }
 
  private:
-  static constexpr std::size_t least_pairs = 64;
-  static constexpr std::size_t least_share = 4;  // pairs; fewer are not worth another thread
+  static constexpr std::size_t least_pairs = 64;  // for more than one thread
+  static constexpr int patience = 64;             // looks at the next pair before another thread's is taken
+  static constexpr int most_parts = 64;
 
-  struct Turn {  // a visit of a pair
-    int pair = 0, sweep = 0;
+  struct Step {  // the visit of a pair in each sweep
+    int pair = 0;
+    // Of both bodies: whose progress to look at, or -1 of a body that cannot move; how many visits of a sweep
+    // precede this one there, and how many there are.
+    std::array<int, 2> body{-1, -1}, before{0, 0}, visits{0, 0};
+  };
+  struct alignas(64) Part {  // a thread's steps
+    int begin = 0, end = 0;
+    std::uint64_t next = 0;  // sweep and step to be visited next; atomic while threads sweep
+    double largest = 0;      // visit of the last sweep
   };
 
   // Sweeps `count` times and returns the largest visit of the last sweep, at least 0.
   template <class Visit>
-  double largest_of_last(int count, Visit&& visit) const {
+  double sweep(int count, Visit&& visit) const {
     const auto larger = [](double a, double b) { return std::max(a, b); };
-    double most = 0;
-    for (int w = 0; w < waves(count); ++w) {
-      const std::span<const Turn> turns = wave(w, count);
-      most = parallel_reduce(
-          turns.size(), share_of(turns.size()), most,
-          [&](std::size_t begin, std::size_t end) {
-            double here = 0;
-            for (std::size_t i = begin; i < end; ++i) {
-              const double value = visit(turns[i].pair);
-              if (turns[i].sweep == count - 1) here = larger(here, value);
-            }
-            return here;
-          },
-          larger);
+    if (parts_.size() == 1) {
+      double largest = 0;
+      for (int i = 0; i < count; ++i) {
+        largest = 0;
+        for (const Step& step : steps_) largest = larger(largest, visit(step.pair));
+      }
+      return largest;
     }
-    return most;
+    begin_sweeps();
+    parallel_for(parts_.size(), 1, [&](std::size_t begin, std::size_t) { visit_part(begin, count, visit); });
+    double largest = 0;
+    for (const Part& part : parts_) largest = larger(largest, part.largest);
+    return largest;
   }
 
-  // Even shares, an even number of them: waves are short, so that a small rest would be waited for.
-  static std::size_t share_of(std::size_t turns) {
-    const std::size_t shares = std::max(std::size_t{1}, turns / (2 * least_share) * 2);
-    return (turns + shares - 1) / shares;
+  // Visits the steps of one part, and such of others as their thread is late with, until none is left.
+  template <class Visit>
+  void visit_part(std::size_t own, int count, Visit&& visit) const {
+    double largest = 0;
+    std::size_t part = own;
+    for (int looks = 0;; ++looks) {
+      int sweep = 0;
+      if (const Step* step = take(parts_[part], count, sweep)) {
+        const double value = visit(step->pair);
+        if (sweep == count - 1) largest = std::max(largest, value);
+        finish(*step, sweep);
+        part = own;
+        looks = 0;
+      } else if (looks < patience) {
+        relax();
+      } else {
+        if (all_taken(count)) break;
+        part = (part + 1) % parts_.size();
+      }
+    }
+    parts_[own].largest = largest;
   }
 
-  // The turns of the first `sweeps` sweeps in a wave, which come first in it.
-  std::span<const Turn> wave(int w, int sweeps) const {
-    const auto begin = turns_.begin() + begin_[static_cast<std::size_t>(w)],
-               end = turns_.begin() + begin_[static_cast<std::size_t>(w) + 1];
-    return {begin, std::partition_point(begin, end, [&](const Turn& turn) { return turn.sweep < sweeps; })};
-  }
+  // The next step of a part if it can be visited now, and no other thread has taken it.
+  const Step* take(Part& part, int count, int& sweep) const;
+  void finish(const Step& step, int sweep) const;
+  bool all_taken(int count) const;
+  void begin_sweeps() const;
+  void divide(const Bodies& bodies, const ContactSet& contacts, std::span<const int> order);
 
-  std::size_t pairs_ = 0;
-  std::vector<Turn> turns_;           // wave after wave
-  std::vector<int> begin_;            // of every wave in turns_, one more than there are waves
-  std::array<int, deepest> waves_{};  // of one sweep, two, ...
-  std::vector<int> last_;             // last wave of every body
-  std::vector<int> wave_of_;          // of every turn, sweep after sweep
+  std::vector<Step> steps_;          // part after part, each in the given order
+  mutable std::vector<Part> parts_;  // one a thread, or one for all
+  mutable std::vector<int>
+      progress_;  // visits of every body, in the order of parts; atomic while threads sweep
+  std::vector<int> place_, degree_;  // of every body: where its progress is; pairs
+  std::vector<int> part_of_;         // scratch of the division: of every body
+  std::vector<double> weight_;       // of every slice, and those before it
 };
 
 }  // namespace duet

@@ -39,7 +39,7 @@ double target_velocity(const ContactPoint& contact, const Vec3& velocity, const 
 // Applies `factor` (of an island, by the pair's host or guest) times the impulses that the contacts hold.
 template <class Factor>
 void apply_impulses(const ContactGraph& graph, Bodies& bodies, ContactSet& contacts, Factor&& factor) {
-  graph.schedule.for_each([&](int p) {
+  graph.sweeps.once([&](int p) {
     const ContactPair& pair = contacts.pairs[as_index(p)];
     const double share = factor(graph.island_of(bodies, pair));
     if (share == 0) return;

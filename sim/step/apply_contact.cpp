@@ -81,7 +81,7 @@ void prepare_contacts(World& world, StepContext& context) {
   // III.1
   build_contact_graph(bodies, world.gravity, world.has(Effect::rigid_contact), context.contacts,
                       context.graph);
-  if (world.has(Effect::shock_propagation)) separate_levels(bodies, context.contacts, context.graph);
+  if (world.has(Effect::shock_propagation)) separate_levels(context.contacts, context.graph);
   set_path_velocities(bodies, context.kinematic, context.graph, context.contacts);
   predict_contacts(context.dt, world.settings.second_order_orientation, context.graph, bodies,
                    context.contacts);

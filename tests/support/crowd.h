@@ -47,7 +47,8 @@ struct Crowd {
 inline Crowd random_crowd(unsigned seed, int body_count, int pair_count) {
   Crowd crowd;
   crowd.bodies = loose_bodies(body_count, {0, 1, 2, 3, 4, 5, 6, 7, 8, 9});
-  crowd.bodies.deformable.resize(20);
+  crowd.bodies.deformable.resize(20);  // all of the same particle
+  crowd.bodies.particles.x.resize(1, Vec3::Zero());
   std::mt19937 random(seed);
   const auto below = [&](int n) { return std::uniform_int_distribution<int>(0, n - 1)(random); };
   std::set<std::pair<int, int>> known;

@@ -1,6 +1,8 @@
 #include "sim/base/parallel.h"
 
+#include <algorithm>
 #include <cmath>
+#include <stdexcept>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -42,6 +44,42 @@ TEST_F(ThreadCount, SumsAreBitIdenticalForAnyThreadCount) {
     EXPECT_EQ(reduce(), one);
   }
   EXPECT_NEAR(one, sum(0, 100003), 1e-9);  // rounding of another order of summation
+}
+
+// Calls as short as a time step makes them: helpers look out for the next one, or are asleep already.
+TEST_F(ThreadCount, ManyShortCallsLoseAndRepeatNothing) {
+  for (int threads : {2, 5}) {  // 5: more than there may be processors
+    set_thread_count(threads);
+    std::vector<int> visits(64, 0);
+    for (int call = 0; call < 2000; ++call)
+      parallel_for(visits.size(), 1 + static_cast<std::size_t>(call) % 40,
+                   [&](std::size_t begin, std::size_t end) {
+                     for (std::size_t i = begin; i < end; ++i) ++visits[i];
+                   });
+    EXPECT_EQ(std::count(visits.begin(), visits.end(), 2000), 64);
+  }
+}
+
+TEST_F(ThreadCount, CallsFromWithinCallsAreCarriedOut) {
+  set_thread_count(3);
+  std::vector<int> visits(40 * 50, 0);
+  parallel_for(40, 1, [&](std::size_t row, std::size_t) {
+    parallel_for(50, 8, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) ++visits[50 * row + i];
+    });
+  });
+  EXPECT_EQ(std::count(visits.begin(), visits.end(), 1), 2000);
+}
+
+TEST_F(ThreadCount, WhatAChunkThrowsReachesTheCaller) {
+  for (int threads : {1, 3}) {
+    set_thread_count(threads);
+    const auto work = [](std::size_t begin, std::size_t) {
+      if (begin == 30) throw std::runtime_error("chunk 30");
+    };
+    EXPECT_THROW(parallel_for(100, 1, work), std::runtime_error);
+    EXPECT_NO_THROW(parallel_for(30, 1, work)) << "the next call is not affected";
+  }
 }
 
 TEST_F(ThreadCount, NothingToDoIsFine) {

@@ -133,7 +133,7 @@ double shortfall(const ContactScene& scene) {
 
 TEST(ShockPropagation, BringsAHeavyBoxOnALightOneToRestInOnePass) {
   ContactScene tower(heavy_on_light(true), dt);
-  separate_levels(tower.bodies, tower.contacts, tower.graph);
+  separate_levels(tower.contacts, tower.graph);
   const ContactSolveSettings brief = {.iterations = 2};
   solve(tower, brief);
   EXPECT_GT(shortfall(tower), 0.5 * g * dt) << "sweeps alone must leave something to do";
@@ -150,7 +150,7 @@ TEST(ShockPropagation, LeavesBodiesInFreeFlightAlone) {
   scene.rigid[1].placement.velocity = Vec3(0, 2, 0);  // they meet
   ContactScene pair(scene, dt);
   ASSERT_FALSE(pair.contacts.points.empty());
-  separate_levels(pair.bodies, pair.contacts, pair.graph);
+  separate_levels(pair.contacts, pair.graph);
   const Momentum before = momentum(pair.bodies);
   solve(pair, {.iterations = 1, .repeats = 1});
   ASSERT_GT(shortfall(pair), 1e-3);
@@ -170,7 +170,7 @@ TEST(ShockPropagation, ReachesOnlyWhatIsSupported) {
   test::add_box(scene, "above", Vec3(5, 8, 0), Vec3(1, 1, 1), 2).placement.velocity = Vec3(0, -1, 0);
   test::add_box(scene, "below", Vec3(5, 7, 0), Vec3(1, 1, 1), 1).placement.velocity = Vec3(0, 1, 0);
   ContactScene both(scene, dt);
-  separate_levels(both.bodies, both.contacts, both.graph);
+  separate_levels(both.contacts, both.graph);
   ASSERT_FALSE(both.graph.supported[3]);
   solve(both, {.iterations = 1, .repeats = 1});
   const Vec3 above = both.state(2).velocity, below = both.state(3).velocity;
@@ -187,7 +187,7 @@ TEST(ContactSolve, LeavesSeparatingBodiesAlone) {
   scene.rigid[0].placement.velocity = Vec3(0, 2, 0);
   scene.rigid[1].placement.velocity = Vec3(0, 1, 0);
   ContactScene rising(scene, dt);
-  separate_levels(rising.bodies, rising.contacts, rising.graph);
+  separate_levels(rising.contacts, rising.graph);
   solve(rising, exact);
   propagate_shocks(rising.bodies, rising.graph, exact, rising.contacts);
   EXPECT_EQ(rising.state(0).velocity, Vec3(0, 2, 0));
@@ -199,7 +199,7 @@ TEST(ContactSolve, LeavesSeparatingBodiesAlone) {
 TEST(ContactSolve, TakesBackWhatWasGivenTooMuchAndNoMore) {
   for (const bool by_shock : {false, true}) {
     ContactScene ball = ball_on_ground(0, 0);
-    separate_levels(ball.bodies, ball.contacts, ball.graph);
+    separate_levels(ball.contacts, ball.graph);
     set_motion(ball, Vec3(0, 1, 0), Vec3::Zero());
     predict_contacts(dt, true, ball.graph, ball.bodies, ball.contacts);
     ContactPoint& contact = ball.contacts.points[0];

@@ -16,51 +16,60 @@ class SweepPipelines : public testing::Test {
   ~SweepPipelines() override { set_thread_count(0); }
 };
 
+// For the number of threads that there is when it is made.
 struct Sweeps {
   Crowd crowd;
   PairSchedule schedule;
   SweepPipeline pipeline;
 
   explicit Sweeps(Crowd c) : crowd(std::move(c)) {
-    schedule.build(crowd.bodies, crowd.contacts, crowd.pairs, false);
+    schedule.build(crowd.bodies, crowd.contacts, crowd.pairs);
     pipeline.build(crowd.bodies, crowd.contacts, schedule.order());
   }
 };
 
-// Static bodies and deformable ones are among them; waves are large enough for several threads.
+// A crowd in a row, so that threads share few bodies; the bodies are all in one place; and few pairs a
+// thread.
 TEST_F(SweepPipelines, GiveTheBitsOfOneSweepAfterTheOtherOnAnyNumberOfThreads) {
-  const Sweeps sweeps(random_crowd(21, 400, 900));
-  const Crowd& crowd = sweeps.crowd;
-  for (const int count : {1, 2, 7, 20, 50}) {
-    std::vector<double> expected = crowd.numbers();
-    for (int sweep = 0; sweep < count; ++sweep)
-      for (const int p : sweeps.schedule.order()) crowd.mix(expected, p);
-    for (const int threads : {1, 3}) {
+  for (const auto& [pairs, in_a_row] : {std::pair(900, true), {900, false}, {70, true}})
+    for (const int threads : {1, 2, 3, 7}) {
       set_thread_count(threads);
-      std::vector<double> value = crowd.numbers();
-      EXPECT_EQ(sweeps.pipeline.repeat(count, 0, [&](int p) { return crowd.mix(value, p); }), count);
-      EXPECT_EQ(value, expected) << count << " sweeps, " << threads << " threads";
+      Crowd placed = random_crowd(21, 400, pairs);
+      for (std::size_t i = 0; i < placed.bodies.rigid.size() && in_a_row; ++i)
+        placed.bodies.rigid.state[i].pose.position.z() = static_cast<double>(i);
+      const Sweeps sweeps(std::move(placed));
+      const Crowd& crowd = sweeps.crowd;
+      for (const int count : {1, 2, 7, 20, 50}) {
+        std::vector<double> expected = crowd.numbers();
+        for (int sweep = 0; sweep < count; ++sweep)
+          for (const int p : sweeps.schedule.order()) crowd.mix(expected, p);
+        std::vector<double> value = crowd.numbers();
+        EXPECT_EQ(sweeps.pipeline.repeat(count, 0, [&](int p) { return crowd.mix(value, p); }), count);
+        EXPECT_EQ(value, expected) << pairs << " pairs, " << count << " sweeps, " << threads << " threads";
+      }
+      std::vector<double> expected = crowd.numbers(), value = expected;
+      for (const int p : sweeps.schedule.order()) crowd.mix(expected, p);
+      sweeps.pipeline.once([&](int p) { crowd.mix(value, p); });
+      EXPECT_EQ(value, expected) << threads << " threads, once";
     }
+}
+
+// A hundred short runs, as a time step makes them, each of which begins anew.
+TEST_F(SweepPipelines, BeginAnewWithEveryRun) {
+  set_thread_count(2);
+  const Sweeps sweeps(random_crowd(25, 200, 400));
+  std::vector<double> expected = sweeps.crowd.numbers(), value = expected;
+  for (int run = 0; run < 100; ++run) {
+    for (const int p : sweeps.schedule.order()) sweeps.crowd.mix(expected, p);
+    sweeps.pipeline.once([&](int p) { sweeps.crowd.mix(value, p); });
   }
+  EXPECT_EQ(value, expected);
 }
 
-TEST_F(SweepPipelines, OverlapIntoFewerWaves) {
-  const Sweeps sweeps(random_crowd(22, 400, 900));
-  const int one = sweeps.pipeline.waves(1), all = sweeps.pipeline.waves(SweepPipeline::deepest);
-  EXPECT_EQ(one, sweeps.schedule.waves());
-  EXPECT_LT(all, SweepPipeline::deepest * one * 3 / 4);
-  // No body can be in two pairs of a wave.
-  std::vector<int> degree(sweeps.crowd.bodies.rigid.size() + sweeps.crowd.bodies.deformable.size(), 0);
-  for (const int p : sweeps.crowd.pairs)
-    for (const std::size_t node : sweeps.crowd.nodes(p)) ++degree[node];
-  EXPECT_GE(all, SweepPipeline::deepest * *std::max_element(degree.begin(), degree.end()));
-}
-
-// Every sweep a pair returns half of what it did before: what counts is the last sweep, not those that lie
-// over it.
+// Every sweep a pair returns half of what it did before: what counts is the last sweep.
 TEST_F(SweepPipelines, StopAtTheToleranceOfTheLastSweep) {
-  set_thread_count(1);
-  for (const int pairs : {30, 200}) {
+  for (const auto& [pairs, threads] : {std::pair(30, 1), {30, 2}, {200, 1}, {200, 2}}) {
+    set_thread_count(threads);
     const Sweeps sweeps(random_crowd(23, 100, pairs));
     const auto after = [&](double tolerance) {
       std::vector<double> left(test::as_index(pairs), 1);
