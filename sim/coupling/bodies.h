@@ -11,6 +11,7 @@
 #include "sim/deformable/incompressibility.h"
 #include "sim/deformable/internal_forces.h"
 #include "sim/deformable/particles.h"
+#include "sim/embedding/bound_particles.h"
 #include "sim/rigid/rigid_bodies.h"
 
 namespace duet {
@@ -26,6 +27,7 @@ struct Bodies {
   RigidBodies rigid;
   Particles particles;
   std::vector<CarriedParticle> carried;
+  std::vector<BoundParticle> bound;
   InternalForces forces;  // of the deformable bodies
   OneRings one_rings;     // of incompressible bodies
   std::vector<DeformableBody> deformable;
@@ -33,7 +35,8 @@ struct Bodies {
   std::vector<Triangle> triangles;           // their boundaries, global particle indices
   std::vector<std::array<int, 2>> segments;  // of rods, the same
   Articulation articulation;                 // joints between the rigid bodies
-  std::vector<std::pair<int, int>> apart;    // rigid bodies, the lesser first, that never touch; sorted
+  // Two rigid bodies, the lesser first, and a rigid and a deformable one, that never touch; sorted.
+  std::vector<std::pair<int, int>> apart, apart_deformable;
   CollisionSurface collision_surface;  // of the deformable bodies in their order, if they can meet or fold
   bool push_back = true;  // deformable bodies on rigid ones; without it, these have no use for momentum
 };
@@ -42,6 +45,13 @@ struct Bodies {
 inline bool never_touch(const Bodies& bodies, int a, int b) {
   return !bodies.apart.empty() &&
          std::binary_search(bodies.apart.begin(), bodies.apart.end(), std::pair<int, int>(std::minmax(a, b)));
+}
+
+// The same for a rigid and a deformable body, as for bones and the flesh around them.
+inline bool never_touch_deformable(const Bodies& bodies, int rigid, int deformable) {
+  return !bodies.apart_deformable.empty() &&
+         std::binary_search(bodies.apart_deformable.begin(), bodies.apart_deformable.end(),
+                            std::pair(rigid, deformable));
 }
 
 // A velocity of every particle and body. Rigid rotation is stored as angular momentum: angular velocities

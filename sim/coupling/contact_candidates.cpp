@@ -203,6 +203,7 @@ class Finder {
   void find_touches(const BodyPair& pair, CandidateSearch::Chunk& chunk) const {
     const int begin = static_cast<int>(chunk.touches.size());
     if (pair.guest_rigid >= 0 && never_touch(bodies_, pair.host, pair.guest_rigid)) return;
+    if (pair.guest_rigid < 0 && never_touch_deformable(bodies_, pair.host, pair.guest_deformable)) return;
     if (pair.guest_rigid >= 0)
       find_rigid(pair, chunk);
     else
@@ -336,6 +337,7 @@ double max_penetration(const Bodies& bodies, const CandidateFilter& filter) {
         };
         for (std::size_t i = begin; i < end; ++i) {
           if (pairs[i].guest_rigid < 0) {
+            if (never_touch_deformable(bodies, pairs[i].host, pairs[i].guest_deformable)) continue;
             const double around = bodies.deformable[as_index(pairs[i].guest_deformable)].thickness / 2;
             visit_near(bodies, search, pairs[i], around, [&](NearPoint near) {
               near.gap -= around;

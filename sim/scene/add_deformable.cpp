@@ -41,8 +41,11 @@ std::vector<double> masses_of(const DeformableBody& description, const Material&
   return volumes;
 }
 
+// Points on particles that move with a body are left to the body.
 void add_point(SurfacePoint point, Bodies& bodies) {
   const Particles& particles = bodies.particles;
+  for (std::size_t i = 0; i < as_index(point.count); ++i)
+    if (particles.mass[as_index(point.particle[i])] == 0) return;
   for (std::size_t i = 0; i < as_index(point.count); ++i)
     point.inverse_mass +=
         point.weight[i] * point.weight[i] * particles.inverse_mass[as_index(point.particle[i])];
@@ -156,9 +159,30 @@ void let_carry(const std::string& carrier, int particle, Bodies& bodies) {
       {particle, static_cast<std::size_t>(found - kinematic.begin()), state.pose.to_body(x)});
 }
 
+// Binds the particle to the first of the rigid bodies that it is inside of.
+void attach(const std::vector<std::string>& names, std::size_t particle, Bodies& bodies) {
+  RigidBodies& rigid = bodies.rigid;
+  Particles& particles = bodies.particles;
+  for (const std::string& name : names) {
+    const auto body = as_index(
+        static_cast<int>(std::find(rigid.name.begin(), rigid.name.end(), name) - rigid.name.begin()));
+    const Vec3 arm = rigid.state[body].pose.to_body(particles.x[particle]);
+    if (rigid.properties[body].shape.distance(arm) >= 0) continue;
+    if (rigid.properties[body].is_dynamic()) {
+      bodies.bound.push_back(bind_particle(particle, body, rigid, particles));
+      particles.v[particle] = point_velocity(rigid.state[body], bodies.bound.back().offset);
+    } else {
+      particles.inverse_mass[particle] = 0;
+      particles.v[particle].setZero();
+      let_carry(name, static_cast<int>(particle), bodies);
+    }
+    return;
+  }
+}
+
 }  // namespace
 
-void add_particles(const DeformableBody& description, const std::vector<Vec3>& nodes,
+void add_particles(const DeformableBody& description, const EffectSet& plan, const std::vector<Vec3>& nodes,
                    const std::vector<double>& mass, Bodies& bodies) {
   Particles& particles = bodies.particles;
   const Placement& placement = description.placement;
@@ -175,6 +199,8 @@ void add_particles(const DeformableBody& description, const std::vector<Vec3>& n
     particles.mass.push_back(mass[i]);
     particles.inverse_mass.push_back(is_pinned ? 0 : 1 / mass[i]);
     if (is_pinned && !pin->body.empty()) let_carry(pin->body, static_cast<int>(particles.size()) - 1, bodies);
+    if (!is_pinned && plan[index(Effect::hard_bindings)])
+      attach(description.attach, particles.size() - 1, bodies);
   }
 }
 
@@ -210,7 +236,7 @@ BodyShape add_shell(const Scene& scene, const EffectSet& plan, const DeformableB
     for (const int i : t) volumes[as_index(i)] += area.norm() * thickness / 3;
   }
   duet::DeformableBody body = begin_body(description, sheet.nodes.size(), bodies);
-  add_particles(description, sheet.nodes, masses_of(description, material, std::move(volumes)), bodies);
+  add_particles(description, plan, sheet.nodes, masses_of(description, material, std::move(volumes)), bodies);
 
   std::vector<Triangle> triangles = sheet.triangles;
   for (Triangle& triangle : triangles)
@@ -252,7 +278,7 @@ BodyShape add_rod(const Scene& scene, const EffectSet& plan, const DeformableBod
     }
   }
   duet::DeformableBody body = begin_body(description, curve.nodes.size(), bodies);
-  add_particles(description, curve.nodes, masses_of(description, material, std::move(volumes)), bodies);
+  add_particles(description, plan, curve.nodes, masses_of(description, material, std::move(volumes)), bodies);
   const auto node = [&](int i) { return body.first_particle + (i + count) % count; };
   add_rod_forces(segments, curve.is_closed, node, material, diameter, plan, bodies);
 
@@ -272,8 +298,8 @@ BodyShape add_particle(const Scene& scene, const DeformableBody& description, Bo
   const double radius = description.shape.radius;
   const double volume = 4.0 / 3 * std::numbers::pi * radius * radius * radius;
   duet::DeformableBody body = begin_body(description, 1, bodies);
-  add_particles(description, {Vec3::Zero()},
-                masses_of(description, material_of(scene, description), {volume}), bodies.particles);
+  add_particles(description, EffectSet(), {Vec3::Zero()},
+                masses_of(description, material_of(scene, description), {volume}), bodies);
   add_points({0}, {}, radius, body, bodies);
   bodies.deformable.push_back(body);
   const Bead bead(radius);

@@ -84,7 +84,7 @@ BodyShape add_volume(const Scene& scene, const EffectSet& plan, const scene::Def
   body.first_triangle = static_cast<int>(bodies.triangles.size());
   body.triangle_count = static_cast<int>(triangles.size());
 
-  add_particles(description, mesh.nodes, masses, bodies);
+  add_particles(description, plan, mesh.nodes, masses, bodies);
   std::vector<Tet> tets = mesh.tets;
   for (Tet& tet : tets)
     for (int& i : tet) i += body.first_particle;
@@ -169,6 +169,29 @@ StepSettings step_settings(const Solver& solver) {
   return settings;
 }
 
+// Bodies and the bones that they are attached to do not touch.
+void keep_apart(const Scene& scene, Bodies& bodies) {
+  const std::vector<std::string>& names = bodies.rigid.name;
+  for (std::size_t d = 0; d < scene.deformable.size(); ++d)
+    for (const std::string& name : scene.deformable[d].attach)
+      bodies.apart_deformable.emplace_back(std::find(names.begin(), names.end(), name) - names.begin(),
+                                           static_cast<int>(d));
+  std::sort(bodies.apart_deformable.begin(), bodies.apart_deformable.end());
+}
+
+// Bound particles have no mass; for the bound of the time step they have a share of their body's.
+void finalize_forces(Bodies& bodies) {
+  std::vector<double> mass = bodies.particles.mass, inverse_mass = bodies.particles.inverse_mass;
+  std::map<std::size_t, double> equivalent;
+  for (const BoundParticle& bound : bodies.bound) {
+    if (!equivalent.contains(bound.body))
+      equivalent[bound.body] = equivalent_mass(bodies.rigid.properties[bound.body], bodies.bound, bound.body);
+    mass[bound.particle] = equivalent[bound.body];
+    inverse_mass[bound.particle] = 1 / mass[bound.particle];
+  }
+  bodies.forces.finalize(mass, inverse_mass);
+}
+
 // `frames` are the body spaces of the bodies in the coordinates of their shapes.
 void add_joints(const Scene& scene, const EffectSet& plan, const std::vector<Pose>& frames, Bodies& bodies) {
   std::map<std::string, int> number;
@@ -219,7 +242,8 @@ BuiltWorld build_world(const Scene& scene, const EffectSet& plan) {
                            : body.shape.is_particle() ? add_particle(scene, body, bodies)
                                                       : add_rod(scene, plan, body, bodies));
   bodies.push_back = plan[index(Effect::two_way)];
-  bodies.forces.finalize(bodies.particles.mass, bodies.particles.inverse_mass);
+  finalize_forces(bodies);
+  if (plan[index(Effect::hard_bindings)]) keep_apart(scene, bodies);
   bodies.one_rings.finalize(bodies.particles.inverse_mass, bodies.particles.x);
   if (plan[index(Effect::self_repulsion)] || plan[index(Effect::self_collision)])
     bodies.collision_surface = collision_surface(scene, bodies);

@@ -132,4 +132,39 @@ std::vector<Key> keys(Joint& joint) {
   };
 }
 
+std::vector<Key> keys(Repetition& repetition) {
+  return {
+      {"count", &repetition.count, "", {.lower = 1, .upper = 1e5}, "of copies", required},
+      {"step", &repetition.step, "m", any, "from one `position` to the next"},
+  };
+}
+
+std::vector<Key> keys(Instance& instance) {
+  Scatter& scatter = instance.scatter;
+  return {
+      {"name", Name{&instance.name}, "", any,
+       "bodies are called NAME-body, those of many NAME1-body, NAME2-body and so on", required},
+      {"prefab", &instance.prefab, "", any, "which of the prefabs it is", required},
+      {"position", &instance.position, "m", any, "of the prefab's origin"},
+      {"rotation",
+       Group{{{"axis", &instance.rotation.axis, "", any, "any length but 0", required},
+              {"degrees", &instance.rotation.degrees, "degrees", any, "angle", required}}},
+       "", any, "of all of it about its origin"},
+      {"grid", &instance.grid, "", {.lower = 1, .upper = 1e4}, "how many along x, y and z"},
+      {"step", &instance.step, "m", any, "of the grid"},
+      {"scatter",
+       Group{{{"count", &scatter.count, "", {.lower = 1, .upper = 1e5}, "how many", required},
+              {"size", &scatter.size, "m", positive,
+               "edges of a box about the origin that keeps clear of others", required},
+              {"lower", &scatter.lower, "m", any, "corner of the space for the boxes", required},
+              {"upper", &scatter.upper, "m", any, "the opposite corner", required},
+              {"turn", &scatter.turn, "", any, "with random rotations"}},
+             &instance.has_scatter},
+       "", any, "many at random places, clear of each other and of all scattered before"},
+      {"seed", &instance.seed, "", non_negative,
+       "of the random numbers; `set` and `vary` are tables of parameters: "
+       "values, and ranges [least, most] from which each draws its own"},
+  };
+}
+
 }  // namespace duet::scene

@@ -217,8 +217,7 @@ PlannedEffect between_surfaces(Effect effect, const Scene& scene, const Bodies& 
         fmt::format("{} can touch {}", listed(folding), folding.size() == 1 ? "itself" : "themselves"));
   if (reasons.empty())
     return {effect, false,
-            fmt::format("`{}` is the only deformable body, and its self_collision is off",
-                        surfaces.front())};
+            fmt::format("`{}` is the only deformable body, and its self_collision is off", surfaces.front())};
   return {effect, true, fmt::format("{}", fmt::join(reasons, "; "))};
 }
 
@@ -306,6 +305,12 @@ EffectPlan plan_effects(const Scene& scene, const std::vector<std::string>& with
   add(joint_effect(
       Effect::pd_control, scene, articulated, [](const Joint& joint) { return joint.has_control; },
       "no joint is controlled"));
+  std::vector<std::string> fleshed;
+  for (const DeformableBody& body : scene.deformable)
+    if (!body.attach.empty()) fleshed.push_back(body.name);
+  add(fleshed.empty()
+          ? PlannedEffect{Effect::hard_bindings, false, "no deformable body is attached to rigid ones"}
+          : PlannedEffect{Effect::hard_bindings, true, fmt::format("asked for by {}", listed(fleshed))});
   return plan;
 }
 

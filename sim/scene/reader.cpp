@@ -14,6 +14,7 @@
 #include "sim/scene/deformable_reader.h"
 #include "sim/scene/joint_reader.h"
 #include "sim/scene/motion_reader.h"
+#include "sim/scene/prefabs.h"
 #include "sim/scene/shape_reader.h"
 #include "sim/scene/table_reader.h"
 
@@ -354,7 +355,8 @@ void SceneReader::check_carriers() {
     if (found == names.end())
       problems_.add(use.at, use.path, fmt::format("unknown rigid body `{}`", use.name),
                     did_you_mean(use.name, names));
-    else if (!scene_.rigid[static_cast<std::size_t>(found - names.begin())].is_kinematic)
+    else if (use.path.ends_with(".body") &&
+             !scene_.rigid[static_cast<std::size_t>(found - names.begin())].is_kinematic)
       problems_.add(use.at, use.path, fmt::format("`{}` has no motion", use.name),
                     "pins are carried by kinematic bodies; without `body` they never move");
   }
@@ -386,9 +388,10 @@ ReadResult read_text(const std::string& text, const std::string& path,
   Problems problems(path);
   toml::table document = parse_document(text, path);
   for (const std::string& assignment : overrides) apply_override(document, assignment, problems);
+  const std::string as_run = overrides.empty() ? text : serialise(document);
+  expand(document, problems);
   SceneReader reader(document, path, meshes, problems);
-  ReadResult result{reader.read(), overrides.empty() ? text : serialise(document), reader.shapes().notes(),
-                    reader.shapes().fingerprint()};
+  ReadResult result{reader.read(), as_run, reader.shapes().notes(), reader.shapes().fingerprint()};
   problems.throw_if_any();
   result.scene.path = path;
   return result;

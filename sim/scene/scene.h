@@ -181,6 +181,7 @@ struct DeformableBody {
   DeformableShape shape;
   std::optional<double> thickness;  // m, of shells; the diameter of rods
   std::vector<Pin> pins;
+  std::vector<std::string> attach;  // names of rigid bodies that hold the particles inside of them
   Placement placement;
   std::string material;        // name of a material
   std::optional<double> mass;  // kg; overrides density * volume
@@ -197,7 +198,7 @@ inline bool collides_with_itself(const DeformableBody& body) {
 }
 
 enum class JointType { point, hinge, universal, prismatic, prismatic_twist, weld };
-struct JointAxes {  // a joint's frame at the start, in the world, or in a body's own coordinates
+struct JointAxes {               // a joint's frame at the start, in the world, or in a body's own coordinates
   std::optional<Vec3> position;  // m
   Vec3 axis = Vec3::UnitX();     // x of the joint, any length but 0
   std::optional<Vec3> up;        // y of the joint: what of this is at right angles to x
@@ -216,7 +217,7 @@ struct TargetKey {
   Vec3 turn = Vec3::Zero();
   double travel = 0;
 };
-struct TargetWave {  // of a snake; duet::BodyWave
+struct TargetWave {                               // of a snake; duet::BodyWave
   double place = 0, spacing = 1, wavelength = 1;  // m
   double period = 1;                              // s
   double bend = 0, height = 0;                    // m

@@ -275,6 +275,8 @@ std::vector<Key> keys(DeformableEntry& entry) {
        one_of},
       {"pins", list(body.pins), "", any,
        "particles that never move, for example where a cloth hangs, or move with a kinematic body"},
+      {"attach", References{&body.attach, "rigid"}, "", any,
+       "rigid bodies, as bones: the particles inside of them move with them, and the two never touch"},
       {"position", &placement.position, "m", any,
        "of the shape's centre; of the origin of a mesh's coordinates"},
       rotation_key(entry.rotation),
@@ -457,6 +459,11 @@ std::vector<Section> sections(Prototype& prototype) {
       {"rigid", Layout::list, "rigid bodies: dynamic, or static, or kinematic if they have a motion",
        keys(prototype.rigid)},
       {"deformable", Layout::list, "deformable bodies", keys(prototype.deformable)},
+      {"instances", Layout::list,
+       "copies of what [[prefabs.NAME.rigid]], [[prefabs.NAME.deformable]] and [[prefabs.NAME.joints]] list; "
+       "texts "
+       "\"$x\" in them stand for x of [prefabs.NAME.parameters]",
+       keys(prototype.instance)},
       {"joints", Layout::list, "joints between rigid bodies", keys(prototype.joint)},
       {"ground", Layout::table, "the solid half space below a height; absent: no ground",
        keys(prototype.ground)},

@@ -34,6 +34,10 @@ struct Reference {  // to an element of `section`
   std::string* name;
   std::string_view section;
 };
+struct References {  // to elements of `section`
+  std::vector<std::string>* names;
+  std::string_view section;
+};
 struct Choice {  // one of a few words
   std::vector<std::string_view> names;
   std::size_t selected;
@@ -50,7 +54,7 @@ struct List {  // an array of tables within the table; a single table will do fo
 
 using Target = std::variant<bool*, std::optional<bool>*, int*, double*, std::optional<double>*, Vec2*, Vec3*,
                             std::optional<Vec3>*, Eigen::Vector2i*, Vec3i*, std::vector<Vec3>*, std::string*,
-                            Name, Reference, Choice, Group, List>;
+                            Name, Reference, References, Choice, Group, List>;
 
 enum class Presence {
   optional,
@@ -70,14 +74,38 @@ struct Key {
 std::string type_text(const Key& key);     // "number", "3 numbers", "name of a look"
 std::string default_text(const Key& key);  // of the value bound to the key: "0.5", "[0, 1, 0]"; "required"
 
-// What the file says in other terms than the scene keeps it.
+// Copies of a table, each a step farther.
+struct Repetition {
+  int count = 1;
+  Vec3 step = Vec3::Zero();  // m
+};
+// What the file says in other terms than the scene keeps it. Repetition has been carried out before the
+// reader comes.
 struct RigidEntry {
   RigidBody body;
   Rotation rotation;
+  Repetition repeat;
 };
 struct DeformableEntry {
   DeformableBody body;
   Rotation rotation;
+  Repetition repeat;
+};
+// Bodies and joints of a prefab, once, on a grid, or scattered.
+struct Scatter {
+  int count = 1;
+  Vec3 size = Vec3::Ones(), lower = Vec3::Zero(), upper = Vec3::Ones();  // m
+  bool turn = true;
+};
+struct Instance {
+  std::string name, prefab;
+  Vec3 position = Vec3::Zero();  // m
+  Rotation rotation;
+  Vec3i grid = Vec3i(1, 1, 1);
+  Vec3 step = Vec3::Zero();  // m
+  bool has_scatter = false;
+  Scatter scatter;
+  int seed = 1;
 };
 
 std::vector<Key> keys(Scene& scene);  // the keys outside of all tables
@@ -91,6 +119,8 @@ std::vector<Key> keys(DeformableEntry& entry);
 std::vector<Key> keys(TargetSwing& swing);
 std::vector<Key> keys(TargetKey& key);
 std::vector<Key> keys(Joint& joint);
+std::vector<Key> keys(Repetition& repetition);
+std::vector<Key> keys(Instance& instance);
 std::vector<Key> keys(Ground& ground);
 std::vector<Key> keys(Solver& solver);
 std::vector<Key> keys(Camera& camera);
@@ -125,6 +155,7 @@ struct Prototype {
   RigidEntry rigid;
   DeformableEntry deformable;
   Joint joint;
+  Instance instance;
   Ground ground;
   Light light;
   Look look;

@@ -36,6 +36,7 @@ struct TypeText {
     if (reference.section == "rigid") return "name of a rigid body";
     return fmt::format("name of a {}", reference.section.substr(0, reference.section.size() - 1));
   }
+  std::string operator()(const References&) const { return "names of rigid bodies"; }
   std::string operator()(const Choice&) const { return "word"; }
   std::string operator()(const Group&) const { return "table"; }
   std::string operator()(const List&) const { return "tables"; }
@@ -64,6 +65,7 @@ struct ValueText {
   std::string operator()(const Reference& reference) const {
     return reference.name->empty() ? "none" : fmt::format("\"{}\"", *reference.name);
   }
+  std::string operator()(const References&) const { return "none"; }
   std::string operator()(const Choice& value) const {
     return fmt::format("\"{}\"", value.names[value.selected]);
   }

@@ -171,6 +171,18 @@ void TableReader::read_value(const toml::node& node, const Key& key, const std::
             else if (key.presence == Presence::required)
               problems_.add(node.source(), path, "must not be empty", std::string(key.meaning));
           },
+          [&](const References& target) {
+            const toml::array* names = node.as_array();
+            if (!names) return wrong_type(node, path, "an array of names", key.meaning);
+            target.names->clear();
+            for (std::size_t i = 0; i < names->size(); ++i) {
+              const std::string at = fmt::format("{}[{}]", path, i);
+              std::string name;
+              if (!read_string((*names)[i], key, at, "a name", name)) continue;
+              uses_.push_back({target.section, name, (*names)[i].source(), at});
+              target.names->push_back(name);
+            }
+          },
           [&](const Choice& choice) { read_choice(node, key, path, choice); },
           [&](const Group& group) {
             if (group.given) *group.given = true;

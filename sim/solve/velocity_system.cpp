@@ -64,12 +64,17 @@ void VelocitySystem::apply(const GeneralizedVelocity& v, GeneralizedVelocity& ou
     for (std::size_t p = begin; p < end; ++p)
       out.particle[p] = v.particle[p] - dt_ * bodies_.particles.inverse_mass[p] * force_[p];
   });
-  out.linear = v.linear;  // no damping force acts on rigid bodies except through the constraints
+  // Damping forces act on rigid bodies through the particles bound to them.
+  out.linear = v.linear;
   out.angular = v.angular;
+  add_force_twists(bodies_.rigid, bodies_.bound, force_, -dt_, out.linear, out.angular);
+  follow_twists(bodies_.bound, out.linear, out.angular, out.particle);
 }
 
 void VelocitySystem::project(GeneralizedVelocity& v) const {
-  if (projection_) projection_->project(v);
+  if (!projection_) return;
+  projection_->project(v);
+  follow_twists(bodies_.bound, v.linear, v.angular, v.particle);
 }
 
 double VelocitySystem::inner(const GeneralizedVelocity& u, const GeneralizedVelocity& v) const {

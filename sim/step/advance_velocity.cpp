@@ -18,12 +18,15 @@ void begin_solve(World& world, StepContext& context, double dt) {
     context.right_side.linear[step.body] = 0.5 * (start.velocity + step.end.velocity);
     context.right_side.angular[step.body] = 0.5 * (start.angular_velocity + step.end.angular_velocity);
   }
+  follow_twists(bodies.bound, context.right_side.linear, context.right_side.angular,
+                context.right_side.particle);
 }
 
 void satisfy_contacts(const Bodies& bodies, StepContext& context, ContactProjection* projection) {
   if (!projection) return;
   to_generalized(bodies, context.image);  // v_n, whose normal velocities the targets halve
   projection->satisfy(context.image, context.solution);
+  follow_twists(bodies.bound, context.solution.linear, context.solution.angular, context.solution.particle);
 }
 
 void solve_semi_implicitly(World& world, StepContext& context, double dt, ContactProjection* projection) {
@@ -36,6 +39,10 @@ void solve_semi_implicitly(World& world, StepContext& context, double dt, Contac
                      [&] { bodies.forces.add_elastic_forces(particles.x, context.force); });
   for (std::size_t p = 0; p < particles.size(); ++p)
     context.right_side.particle[p] += dt * particles.inverse_mass[p] * context.force[p];
+  add_force_twists(bodies.rigid, bodies.bound, context.force, dt, context.right_side.linear,
+                   context.right_side.angular);
+  follow_twists(bodies.bound, context.right_side.linear, context.right_side.angular,
+                context.right_side.particle);
   context.solution = context.right_side;
   satisfy_contacts(bodies, context, projection);
   if (!elastic) return;
@@ -66,7 +73,8 @@ void move_as_wholes(const Bodies& bodies, const Vec3& change, std::vector<Vec3>&
 
 }  // namespace
 
-void solve_velocity(World& world, StepContext& context, double dt, ContactProjection* projection) {
+void solve_velocity(World& world, StepContext& context, double dt, ContactProjection* projection,
+                    bool at_end) {
   Particles& particles = world.bodies.particles;
   begin_solve(world, context, dt);
   context.force.resize(particles.size());
@@ -77,7 +85,7 @@ void solve_velocity(World& world, StepContext& context, double dt, ContactProjec
   // The search begins at the velocity that leads to where the particles are, or in I.1, where they are at
   // x^n still, at free flight, unless that crushes elements and standing still in the body is better.
   context.solution = context.right_side;
-  if (projection) {
+  if (at_end) {
     for (std::size_t p = 0; p < particles.size(); ++p)
       context.solution.particle[p] = (particles.x[p] - context.x_n[p]) / dt;
   } else {
@@ -107,7 +115,15 @@ void advance_velocity(World& world, StepContext& context) {
   Bodies& bodies = world.bodies;
   if (world.has(Effect::springs)) bodies.forces.begin_step(bodies.particles.x);
   carry(context.kinematic, context.x_n, context.dt, bodies);
-  solve_velocity(world, context, context.dt / 2, nullptr);
+  // Flesh feels its bones only, so that these may be told at once what their joints let them do.
+  ContactProjection* joints = nullptr;
+  if (world.has(Effect::articulation) && !bodies.bound.empty()) {
+    joints = &context.projection;
+    joints->build(bodies);
+    context.joints.prepare_projection(bodies.rigid);
+    joints->add_joints(context.joints);
+  }
+  solve_velocity(world, context, context.dt / 2, joints, false);
   if (world.settings.implicit_elasticity && world.has_internal_forces()) {
     bodies.particles.x = context.x_n;
     if (!context.balanced) settle(world, context);
@@ -118,6 +134,10 @@ void advance_velocity(World& world, StepContext& context) {
   bodies.particles.v = context.solution.particle;
   for (std::size_t i = 0; i < bodies.rigid.size(); ++i)
     bodies.rigid.state[i].velocity = context.solution.linear[i];
+  if (!bodies.bound.empty())
+    for (std::size_t i = 0; i < bodies.rigid.size(); ++i)
+      if (bodies.rigid.properties[i].is_dynamic())
+        set_angular_velocity(bodies.rigid.state[i], bodies.rigid.properties[i], context.solution.angular[i]);
   for (const KinematicStep& step : context.kinematic) {
     bodies.rigid.state[step.body].velocity = step.mean_velocity;
     bodies.rigid.state[step.body].angular_velocity = step.mean_angular_velocity;

@@ -20,6 +20,7 @@ void end_step(World& world) {
   RigidBodies& rigid = world.bodies.rigid;
   for (std::size_t i = 0; i < rigid.size(); ++i)
     update_orientation_dependents(rigid.state[i], rigid.properties[i]);
+  follow_bodies(rigid, world.bodies.bound, world.bodies.particles);
   check_finite(world, "V.4 velocity contact");
 }
 

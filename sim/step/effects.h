@@ -27,8 +27,9 @@ enum class Effect {
   articulation,              // II.2, III.3, IV.3, V: joints between rigid bodies
   joint_limits,              // III.3, V.4: bounds of their angles and travels
   pd_control,                // III.2, V.4: joints that follow a target
+  hard_bindings,             // particles of deformable bodies that rigid ones carry
 };
-inline constexpr int effect_count = 17;
+inline constexpr int effect_count = 18;
 inline constexpr std::array<std::string_view, effect_count> effect_names = {"rigid_collision",
                                                                             "rigid_contact",
                                                                             "rigid_deformable_contact",
@@ -46,7 +47,8 @@ inline constexpr std::array<std::string_view, effect_count> effect_names = {"rig
 
                                                                             "articulation",
                                                                             "joint_limits",
-                                                                            "pd_control"};
+                                                                            "pd_control",
+                                                                            "hard_bindings"};
 
 using EffectSet = std::bitset<effect_count>;
 inline std::size_t index(Effect effect) { return static_cast<std::size_t>(effect); }

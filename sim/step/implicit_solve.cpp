@@ -60,6 +60,11 @@ void evaluate_imbalance(World& world, StepContext& context, const VelocitySystem
     imbalance.linear[i] = v.linear[i] - V.linear[i];
     imbalance.angular[i] = v.angular[i] - V.angular[i];
   }
+  for (const BoundParticle& bound : bodies.bound)
+    context.damping_force[bound.particle] += context.force[bound.particle];
+  add_force_twists(bodies.rigid, bodies.bound, context.damping_force, dt, imbalance.linear,
+                   imbalance.angular);
+  follow_twists(bodies.bound, imbalance.linear, imbalance.angular, imbalance.particle);
   context.unconstrained = imbalance;
   system.project(imbalance);
 }
@@ -124,7 +129,17 @@ double incremental_potential(World& world, const StepContext& context, double dt
         return sum;
       },
       [](double a, double b) { return a + b; });
-  return motion + world.bodies.forces.energy(particles.x);
+  double of_bones = 0;
+  const RigidBodies& rigid = world.bodies.rigid;
+  for (std::size_t i = 0; i < rigid.size() && !world.bodies.bound.empty(); ++i) {
+    if (!rigid.properties[i].is_dynamic()) continue;
+    const Vec3 change = context.solution.linear[i] - context.right_side.linear[i];
+    const Vec3 turn = rigid.state[i].pose.orientation.conjugate() *
+                      (context.solution.angular[i] - context.right_side.angular[i]);
+    of_bones += 0.5 * (rigid.properties[i].mass * change.squaredNorm() +
+                       turn.dot(rigid.properties[i].inertia.cwiseProduct(turn)));
+  }
+  return motion + of_bones + world.bodies.forces.energy(particles.x);
 }
 
 bool solve_velocity_implicitly(World& world, StepContext& context, double dt, ContactProjection* projection) {

@@ -33,6 +33,7 @@ void step(World& world, double time, double dt) {
   if (world.has(Effect::push_out)) run(Stage::push_out, push_out);
   restore_collided_velocity(world, context);
   if (joints) run(Stage::joints, finish_positions);
+  follow_bodies(world.bodies.rigid, world.bodies.bound, world.bodies.particles);
   if (world.has(Effect::self_collision)) run(Stage::self_collision, collide_surfaces);
   // V    v^^n -> v^{n+1}
   if (world.has(Effect::self_repulsion)) run(Stage::velocity_repulsion, find_repulsions);

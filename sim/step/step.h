@@ -59,7 +59,9 @@ void apply_velocity_repulsions(World& world, StepContext& context);  //       be
 // and gravity, and `context.solution` with V, V = v + dt M^-1 (force + F_damping(V)). Semi-implicitly the
 // elastic forces are those of the positions now; implicitly they are those of x^n + dt V, where the solve
 // leaves the particles.
-void solve_velocity(World& world, StepContext& context, double dt, ContactProjection* projection);
+// `at_end` tells V.2 from I.1.
+void solve_velocity(World& world, StepContext& context, double dt, ContactProjection* projection,
+                    bool at_end);
 // What the V of the implicit solve minimizes where nothing is damped, at `context.solution`, J: 1/2 |V - v -
 // dt g|^2 in the mass norm plus the elastic energy at x^n + dt V, where it leaves the particles.
 double incremental_potential(World& world, const StepContext& context, double dt);

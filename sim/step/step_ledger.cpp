@@ -78,7 +78,7 @@ Momentum StepLedger::impulse_of_holders(World& world, const std::vector<Vec3>& x
   for (std::size_t p = 0; p < x.size(); ++p) {
     const double drag = forces.elements.drag(p);
     Vec3 impulse = -dt * drag * context.solution.particle[p];
-    if (particles.inverse_mass[p] == 0)
+    if (particles.inverse_mass[p] == 0 && particles.mass[p] > 0)  // bound ones have no mass
       impulse = -dt * (holding_force_[p] + context.force[p] - particles.mass[p] * world.gravity);
     total += {impulse, x[p].cross(impulse)};
   }

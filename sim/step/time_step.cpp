@@ -102,6 +102,8 @@ void bound_by_approach(World& world, double time, TimeStepChoice& choice) {
   const auto limit_of = [&](const BodyPair& pair) {
     const int guest = pair.guest_rigid >= 0 ? pair.guest_rigid : rigid_count + pair.guest_deformable;
     if (pair.guest_rigid >= 0 && never_touch(world.bodies, pair.host, pair.guest_rigid)) return choice;
+    if (pair.guest_rigid < 0 && never_touch_deformable(world.bodies, pair.host, pair.guest_deformable))
+      return choice;
     const BodyBounds& a = broad_phase.bounds[static_cast<std::size_t>(pair.host)];
     const BodyBounds& b = broad_phase.bounds[static_cast<std::size_t>(guest)];
     const double depth = std::min(entry(a, world.settings), entry(b, world.settings));

@@ -27,7 +27,10 @@ void constrained_solve(World& world, StepContext& context) {
   for (std::size_t p = 0; p < particles.size(); ++p)
     particles.x[p] = 0.5 * (context.x_n[p] + context.x_next[p]);
   carry(context.kinematic, context.x_n, context.dt, bodies);
-  solve_velocity(world, context, context.dt / 2, projection);
+  for (BoundParticle& bound : bodies.bound)  // at x^{n+1/2}
+    bound.offset = particles.x[bound.particle] - 0.5 * (context.rigid_n[bound.body].pose.position +
+                                                        bodies.rigid.state[bound.body].pose.position);
+  solve_velocity(world, context, context.dt / 2, projection, true);
 
   if (world.has_internal_forces()) bodies.forces.add_damping_forces(context.solution.particle, context.force);
   for (std::size_t p = 0; p < particles.size(); ++p)
@@ -43,6 +46,9 @@ void constrained_solve(World& world, StepContext& context) {
   }
   for (std::size_t i = 0; i < bodies.rigid.size(); ++i)
     if (bodies.rigid.properties[i].is_dynamic()) bodies.rigid.state[i].velocity += context.dt * world.gravity;
+  for (const BoundParticle& bound : bodies.bound)
+    apply_impulse(bodies.rigid.state[bound.body], bodies.rigid.properties[bound.body], bound.offset,
+                  context.dt * context.force[bound.particle]);
   for (const KinematicStep& step : context.kinematic) {
     bodies.rigid.state[step.body].velocity = step.end.velocity;
     bodies.rigid.state[step.body].angular_velocity = step.end.angular_velocity;

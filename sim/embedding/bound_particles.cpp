@@ -1,0 +1,60 @@
+#include "sim/embedding/bound_particles.h"
+
+#include <Eigen/Eigenvalues>
+
+namespace duet {
+
+BoundParticle bind_particle(std::size_t p, std::size_t body, RigidBodies& rigid, Particles& particles) {
+  RigidProperties& properties = rigid.properties[body];
+  RigidState& state = rigid.state[body];
+  const Vec3 angular_velocity = state.angular_velocity;
+  const double mass = properties.mass + particles.mass[p];
+  properties.inertia *= mass / properties.mass;
+  properties.mass = mass;
+  properties.inverse_mass = 1 / mass;
+  set_angular_velocity(state, properties, angular_velocity);
+  particles.mass[p] = particles.inverse_mass[p] = 0;
+  return {p, body, state.pose.to_body(particles.x[p]), particles.x[p] - state.pose.position};
+}
+
+void follow_bodies(const RigidBodies& rigid, std::vector<BoundParticle>& bound, Particles& particles) {
+  for (BoundParticle& b : bound) {
+    const RigidState& state = rigid.state[b.body];
+    b.offset = state.pose.orientation * b.arm;
+    particles.x[b.particle] = state.pose.position + b.offset;
+    particles.v[b.particle] = point_velocity(state, b.offset);
+  }
+}
+
+void follow_twists(const std::vector<BoundParticle>& bound, const std::vector<Vec3>& linear,
+                   const std::vector<Vec3>& angular, std::vector<Vec3>& velocity) {
+  for (const BoundParticle& b : bound)
+    velocity[b.particle] = linear[b.body] + angular[b.body].cross(b.offset);
+}
+
+void add_force_twists(const RigidBodies& rigid, const std::vector<BoundParticle>& bound,
+                      const std::vector<Vec3>& force, double scale, std::vector<Vec3>& linear,
+                      std::vector<Vec3>& angular) {
+  for (const BoundParticle& b : bound) {
+    linear[b.body] += scale * rigid.properties[b.body].inverse_mass * force[b.particle];
+    angular[b.body] += scale * (rigid.state[b.body].inverse_inertia * b.offset.cross(force[b.particle]));
+  }
+}
+
+double equivalent_mass(const RigidProperties& body, const std::vector<BoundParticle>& bound,
+                       std::size_t number) {
+  // The least c with M >= c sum J^T J, where J takes the body's twist to the velocity of a particle.
+  Mat6 mass = Mat6::Zero(), unit = Mat6::Zero();
+  mass.topLeftCorner<3, 3>().diagonal().setConstant(body.mass);
+  mass.bottomRightCorner<3, 3>() = body.inertia.asDiagonal();
+  for (const BoundParticle& b : bound) {
+    if (b.body != number) continue;
+    Eigen::Matrix<double, 3, 6> jacobian;
+    jacobian << Mat3::Identity(), -skew(b.arm);
+    unit += jacobian.transpose() * jacobian;
+  }
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Mat6> solver(unit, mass, Eigen::EigenvaluesOnly);
+  return 1 / solver.eigenvalues().maxCoeff();
+}
+
+}  // namespace duet
