@@ -97,7 +97,8 @@ std::vector<Key> keys(TargetKey& key) {
   };
 }
 
-std::vector<Key> keys(Joint& joint) {
+std::vector<Key> keys(JointEntry& entry) {
+  Joint& joint = entry.joint;
   return {
       {"name", Name{&joint.name}, "", any, "unique among the joints", required},
       {"type",
@@ -129,6 +130,7 @@ std::vector<Key> keys(Joint& joint) {
        "most torque about, and force (N) along, each axis that is free and not controlled"},
       {"collide", &joint.collide, "", any, "whether parent and child touch each other"},
       control_key(joint),
+      repeat_key(entry.repeat),
   };
 }
 
@@ -137,6 +139,13 @@ std::vector<Key> keys(Repetition& repetition) {
       {"count", &repetition.count, "", {.lower = 1, .upper = 1e5}, "of copies", required},
       {"step", &repetition.step, "m", any, "from one `position` to the next"},
   };
+}
+
+Key repeat_key(Repetition& repetition) {
+  return {
+      "repeat", Group{keys(repetition)}, "", any,
+      "copies of the table: `{}` in its texts is the number of the copy, from 1, `{+}` the next one; a table "
+      "`advance` names numbers that grow by a step, as `\"control.target.wave.place\" = 0.5`"};
 }
 
 std::vector<Key> keys(Instance& instance) {

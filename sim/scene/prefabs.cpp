@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <numbers>
 #include <set>
 
 #include <fmt/format.h>
@@ -31,7 +32,9 @@ std::optional<Vec3> vector_of(const toml::node* node) {
 }
 
 void set_vector(toml::table& table, std::string_view key, const Vec3& v) {
-  table.insert_or_assign(key, toml::array{v.x(), v.y(), v.z()});
+  toml::array array;
+  for (Eigen::Index i = 0; i < 3; ++i) array.push_back(static_cast<double>(v[i]));
+  table.insert_or_assign(key, std::move(array));
 }
 
 // Calls change(text) for all texts in the node.
@@ -320,7 +323,7 @@ class Expander {
     }
     toml::table rotation;
     set_vector(rotation, "axis", turn.normalized());
-    rotation.insert("degrees", turn.norm() * 180 / EIGEN_PI);
+    rotation.insert("degrees", turn.norm() * 180 / std::numbers::pi);
     body.insert_or_assign("rotation", std::move(rotation));
   }
 

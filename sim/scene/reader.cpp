@@ -192,9 +192,10 @@ void SceneReader::read_deformable(const toml::table& table, const std::string& p
 }
 
 void SceneReader::read_joint(const toml::table& table, const std::string& path) {
-  Joint& joint = scene_.joints.emplace_back();
+  JointEntry entry;
   const std::size_t before = problems_.count();
-  reader_.read(table, keys(joint), path);
+  reader_.read(table, keys(entry), path);
+  Joint& joint = scene_.joints.emplace_back(std::move(entry.joint));
   check_unique(joint_names_, joint.name, table, path, "names of joints must differ");
   joint.at = location_of(table);
   if (problems_.count() == before) check_joint(joint, scene_, table, path, problems_);

@@ -259,6 +259,7 @@ std::vector<Key> keys(RigidEntry& entry) {
        "of contact points on the surface; without it, an eighth of the edge of a cube of the same volume"},
       {"look", Reference{&body.look, "looks"}, "", any,
        "how the body is drawn; without one, the defaults of a look"},
+      repeat_key(entry.repeat),
   };
 }
 
@@ -297,6 +298,7 @@ std::vector<Key> keys(DeformableEntry& entry) {
        "Coulomb coefficient against itself and other deformable bodies; a pair uses the smaller one"},
       {"look", Reference{&body.look, "looks"}, "", any,
        "how the body is drawn; without one, the defaults of a look"},
+      repeat_key(entry.repeat),
   };
 }
 

@@ -91,6 +91,10 @@ struct DeformableEntry {
   Rotation rotation;
   Repetition repeat;
 };
+struct JointEntry {
+  Joint joint;
+  Repetition repeat;
+};
 // Bodies and joints of a prefab, once, on a grid, or scattered.
 struct Scatter {
   int count = 1;
@@ -118,8 +122,9 @@ std::vector<Key> keys(RigidEntry& entry);
 std::vector<Key> keys(DeformableEntry& entry);
 std::vector<Key> keys(TargetSwing& swing);
 std::vector<Key> keys(TargetKey& key);
-std::vector<Key> keys(Joint& joint);
+std::vector<Key> keys(JointEntry& entry);
 std::vector<Key> keys(Repetition& repetition);
+Key repeat_key(Repetition& repetition);
 std::vector<Key> keys(Instance& instance);
 std::vector<Key> keys(Ground& ground);
 std::vector<Key> keys(Solver& solver);
@@ -154,7 +159,7 @@ struct Prototype {
   Material material;
   RigidEntry rigid;
   DeformableEntry deformable;
-  Joint joint;
+  JointEntry joint;
   Instance instance;
   Ground ground;
   Light light;

@@ -1,0 +1,136 @@
+// Bones inside of flesh: particles that move with rigid bodies.
+#include <algorithm>
+#include <cmath>
+
+#include "tests/support/articulated.h"
+#include "tests/support/margin.h"
+
+#include "sim/rigid/rotation.h"
+#include "sim/step/step.h"
+
+namespace duet {
+namespace {
+
+// A soft block of 1 m with a bone across its middle, in free space.
+scene::Scene block_with_bone(double youngs_modulus, double bone_mass) {
+  scene::Scene scene = test::free_space();
+  test::add_box(scene, "bone", Vec3(0, 0, 0), Vec3(0.6, 0.3, 0.3), bone_mass);
+  scene::DeformableBody& flesh = test::add_soft_box(scene, "flesh", Vec3(0, 0, 0), Vec3(1, 1, 1), 5, youngs_modulus);
+  flesh.attach = {"bone"};
+  return scene;
+}
+
+double largest_speed(const World& world) {
+  double largest = 0;
+  for (const Vec3& v : world.bodies.particles.v) largest = std::max(largest, v.norm());
+  return largest;
+}
+
+TEST(Embedding, NoMassIsLost) {
+  scene::Scene scene = block_with_bone(1e5, 50);
+  Simulation simulation(scene, test::plan(scene));
+  const Bodies& bodies = simulation.world().bodies;
+  ASSERT_GT(bodies.bound.size(), 0u);
+  double mass = bodies.rigid.properties[0].mass;
+  for (const double m : bodies.particles.mass) mass += m;
+  EXPECT_NEAR(mass, 50 + 1000, 1e-9);
+}
+
+TEST(Embedding, BoundParticlesStandAndMoveWithTheirBone) {
+  scene::Scene scene = block_with_bone(1e5, 50);
+  scene.rigid[0].placement.angular_velocity = Vec3(1, 2, 3);
+  Simulation simulation(scene, test::plan(scene));
+  simulation.advance_frame();
+  const Bodies& bodies = simulation.world().bodies;
+  const RigidState& bone = bodies.rigid.state[0];
+  for (const BoundParticle& bound : bodies.bound) {
+    EXPECT_LT((bodies.particles.x[bound.particle] - bone.pose.to_world(bound.arm)).norm(), 1e-14);
+    EXPECT_LT((bodies.particles.v[bound.particle] - point_velocity(bone, bone.pose.orientation * bound.arm)).norm(),
+              1e-13);
+  }
+}
+
+// The bone shakes the flesh: nothing but the two act on each other.
+TEST(Embedding, BoneAndFleshKeepMomentum) {
+  for (const scene::Integration integration : {scene::Integration::semi_implicit, scene::Integration::implicit}) {
+    scene::Scene scene = block_with_bone(1e5, 200);
+    scene.solver.integration = integration;
+    scene.rigid[0].placement.velocity = Vec3(3, -1, 2);
+    scene.rigid[0].placement.angular_velocity = Vec3(0, 2, 1);
+    Simulation simulation(scene, test::plan(scene));
+    simulation.keep_ledger();
+    World& world = simulation.world();
+    const Momentum start = momentum(world.bodies);
+    double defect = 0;
+    for (int frame = 0; frame < 12; ++frame) {
+      simulation.advance_frame();
+      for (const Stage stage : {Stage::advance_velocity, Stage::constrained_solve}) {
+        defect = std::max(defect, world.ledger[stage].linear_defect / start.linear.norm());
+        defect = std::max(defect, world.ledger[stage].angular_defect / start.angular.norm());
+      }
+    }
+    const Momentum end = momentum(world.bodies);
+    test::expect_below((end.linear - start.linear).norm() / start.linear.norm(), 1e-10, "linear_momentum");
+    if (integration == scene::Integration::semi_implicit) test::expect_below(defect, 1e-10, "defect_of_a_stage");
+    test::record_margin("angular_momentum", (end.angular - start.angular).norm() / start.angular.norm(),
+                        "of second order in the step");
+  }
+}
+
+// From flesh that hardly feels its bone to bones that hardly feel their flesh.
+TEST(Embedding, NothingExplodesWhateverTheMassesAndTheModulus) {
+  for (const double youngs_modulus : {1e3, 1e5, 1e7})
+    for (const double ratio : {1e-2, 1.0, 1e3}) {
+      scene::Scene scene = block_with_bone(youngs_modulus, 1000 * ratio);
+      scene.gravity = Vec3(0, -9.8, 0);
+      scene.ground = scene::Ground{.height = -0.7, .look = {}};
+      scene.rigid[0].placement.velocity = Vec3(0, -5, 0);
+      scene.deformable[0].placement.velocity = Vec3(0, -5, 0);
+      Simulation simulation(scene, test::plan(scene));
+      const double most = 5 + std::sqrt(2 * 9.8);
+      double largest = 0;
+      for (int frame = 0; frame < (youngs_modulus > 1e6 ? 3 : 12); ++frame) {
+        simulation.advance_frame();
+        largest = std::max(largest, largest_speed(simulation.world()));
+      }
+      test::expect_below(largest, 4 * most, fmt::format("speed_at_{:.0e}_Pa_{:.0e}", youngs_modulus, ratio));
+    }
+}
+
+// Two bones with a controlled joint bend the flesh around them; the momentum of the whole stays nothing.
+TEST(Embedding, ControlledBonesBendTheirFlesh) {
+  scene::Scene scene = test::free_space();
+  test::add_chain(scene, 2, scene::JointType::point, false);
+  scene::DeformableBody& flesh = test::add_soft_box(scene, "flesh", Vec3(1, 0, 0), Vec3(2.4, 0.5, 0.5), 1, 2e5);
+  flesh.shape.cells = Vec3i(24, 5, 5);
+  flesh.attach = {"link0", "link1"};
+  scene::Joint& joint = scene.joints.back();
+  joint.has_control = true;
+  joint.control.gain = 200;
+  joint.control.target.turn = Vec3(0, 0, 40);
+  Simulation simulation(scene, test::plan(scene));
+  simulation.keep_ledger();
+  World& world = simulation.world();
+  double defect = 0;
+  for (int frame = 0; frame < 24; ++frame) {
+    simulation.advance_frame();
+    for (const Stage stage : {Stage::advance_velocity, Stage::collide, Stage::apply_contact, Stage::constrained_solve,
+                              Stage::velocity_contact}) {
+      defect = std::max(defect, world.ledger[stage].linear_defect);
+      defect = std::max(defect, world.ledger[stage].angular_defect);
+    }
+  }
+  const RigidBodies& rigid = world.bodies.rigid;
+  const Joint& built = world.bodies.articulation.joints[0];
+  const double angle = angle_of(JointFrames(built, rigid.state[0].pose, rigid.state[1].pose));
+  const Vec3 turned = logarithm(JointFrames(built, rigid.state[0].pose, rigid.state[1].pose).relative());
+  test::expect_below(std::abs(turned.norm() - 40 * EIGEN_PI / 180), 0.01, "error_of_the_angle");
+  test::record_margin("twist", angle, "rad");
+  test::expect_below(JointSolver::drift(world.bodies.articulation, rigid).gap, 1e-9, "gap");
+  // Momenta of some 100 kg m/s were exchanged.
+  test::expect_below(defect, 1e-8, "defect_of_a_stage");
+  test::expect_below(momentum(world.bodies).linear.norm(), 1e-8, "linear_momentum");
+}
+
+}  // namespace
+}  // namespace duet
