@@ -17,6 +17,20 @@ bool acts_in_the_middle(const World& world, Stage stage) {  // at x^{n+1/2}
   return stage == Stage::make_incompressible || stage == Stage::explicit_forces;
 }
 
+// What is added to moments about the origin where rigid bodies are taken at x^{n+1/2}, as forces on the
+// particles bound to them act there: `linear` (kg m/s) is what each has or gets.
+template <class Linear>
+Vec3 moment_in_the_middle(const World& world, Linear&& linear) {
+  Vec3 moment = Vec3::Zero();
+  const RigidBodies& rigid = world.bodies.rigid;
+  for (std::size_t i = 0; i < rigid.size(); ++i) {
+    if (!rigid.properties[i].is_dynamic()) continue;
+    const Vec3 back = (world.context.rigid_n[i].pose.position - rigid.state[i].pose.position) / 2;
+    moment += back.cross(linear(i));
+  }
+  return moment;
+}
+
 // What contact adds when pressures meet it: the impulses on all bodies less those of the pressures alone.
 Momentum impulse_of_contact(const Bodies& bodies, const PressureScratch& pressure,
                             const std::vector<Vec3>& x) {
@@ -52,6 +66,15 @@ StepLedger::Balance StepLedger::measure(const World& world, const std::vector<Ve
   balance.kinetic = kinetic_energy(world.bodies);
   balance.stored = gravitational_energy(world.bodies, world.gravity);
   if (world.has_internal_forces()) balance.stored += world.bodies.forces.energy(world.bodies.particles.x);
+  return balance;
+}
+
+StepLedger::Balance StepLedger::measure(const World& world, Stage stage) {
+  Balance balance = measure(world, acting_at(world, stage));
+  if (acts_in_the_middle(world, stage))
+    balance.momentum.angular += moment_in_the_middle(world, [&](std::size_t i) {
+      return Vec3(world.bodies.rigid.properties[i].mass * world.bodies.rigid.state[i].velocity);
+    });
   return balance;
 }
 
@@ -96,11 +119,15 @@ Momentum StepLedger::external(World& world, Stage stage, const std::vector<Vec3>
       return total += impulse_of_holders(world, x, dt / 2, true);
     case Stage::explicit_forces:
       total = gravity_impulse(bodies, x, world.gravity, dt);
+      total.angular += moment_in_the_middle(
+          world, [&](std::size_t i) { return Vec3(dt * bodies.rigid.properties[i].mass * world.gravity); });
       return total += impulse_of_holders(world, x, dt, false);
     case Stage::constrained_solve:
       // Damping alone gives nothing: what it gains where bodies of infinite mass are in contact is theirs.
       if (world.settings.constraints_first) return context.projection.is_held() ? gain : total;
       total = gravity_impulse(bodies, x, world.gravity, dt);
+      total.angular += moment_in_the_middle(
+          world, [&](std::size_t i) { return Vec3(dt * bodies.rigid.properties[i].mass * world.gravity); });
       return total += impulse_of_holders(world, x, dt, false);
     case Stage::volume_correction:
     case Stage::make_incompressible:
@@ -133,7 +160,7 @@ void StepLedger::begin_step(const World& world) {
 
 void StepLedger::begin_stage(const World& world, Stage stage) {
   if (!on_) return;
-  stage_start_ = measure(world, acting_at(world, stage));
+  stage_start_ = measure(world, stage);
   if (stage != Stage::push_out) return;
   before_push_out_ = world.bodies.particles.x;
   rigid_before_push_out_ = world.bodies.rigid.state;
@@ -144,7 +171,7 @@ void StepLedger::end_stage(World& world, Stage stage) {
   if (stage == Stage::push_out)
     totals_.push_out.add(displacement(world.bodies, before_push_out_, rigid_before_push_out_));
   const std::vector<Vec3>& x = acting_at(world, stage);
-  const Balance now = measure(world, x);
+  const Balance now = measure(world, stage);
   const Momentum from_outside = external(world, stage, x, now.momentum - stage_start_.momentum);
   LedgerEntry& entry = totals_.stage[static_cast<std::size_t>(stage)];
   if (stage == Stage::advance_position || stage == Stage::push_out) {

@@ -42,6 +42,7 @@ class StepLedger {
     double kinetic = 0, stored = 0;
   };
   Balance measure(const World& world, const std::vector<Vec3>& x) const;
+  Balance measure(const World& world, Stage stage);  // where the forces of the stage act
   // The particles' positions that the forces of a stage act at.
   const std::vector<Vec3>& acting_at(const World& world, Stage stage);
   Momentum external(World& world, Stage stage, const std::vector<Vec3>& x, const Momentum& gain);

@@ -3,6 +3,29 @@
 
 namespace duet {
 
+namespace {
+
+// The forces on bound particles act on their bodies, but for what an implicit solve left out of balance.
+void apply_bound_forces(World& world, StepContext& context) {
+  RigidBodies& rigid = world.bodies.rigid;
+  if (world.bodies.bound.empty()) return;
+  const bool implicit = world.settings.implicit_elasticity;
+  const double share = !implicit || context.balanced ? 1 : 0.5;
+  for (const BoundParticle& bound : world.bodies.bound)
+    apply_impulse(rigid.state[bound.body], rigid.properties[bound.body], bound.offset,
+                  share * context.dt * context.force[bound.particle]);
+  for (std::size_t i = 0; implicit && i < rigid.size(); ++i) {
+    const RigidProperties& properties = rigid.properties[i];
+    if (!properties.is_dynamic()) continue;
+    RigidState& state = rigid.state[i];
+    state.velocity -= share * 2 * context.imbalance.linear[i];
+    apply_angular_impulse(state, properties,
+                          -share * 2 * (context.inertia[i] * context.imbalance.angular[i]));
+  }
+}
+
+}  // namespace
+
 // V.2: V = v^n + dt/2 M^-1 (F(x^{n+1/2}) + F_damping(V)) with contact projected, which only serves to find
 // the velocity at which V.3 evaluates the damping forces, unprojected: v^{n+1} = v^n + dt M^-1 (F(x^{n+1/2})
 // + F_damping(V)). Together they are the trapezoidal rule for the damping.
@@ -46,9 +69,7 @@ void constrained_solve(World& world, StepContext& context) {
   }
   for (std::size_t i = 0; i < bodies.rigid.size(); ++i)
     if (bodies.rigid.properties[i].is_dynamic()) bodies.rigid.state[i].velocity += context.dt * world.gravity;
-  for (const BoundParticle& bound : bodies.bound)
-    apply_impulse(bodies.rigid.state[bound.body], bodies.rigid.properties[bound.body], bound.offset,
-                  context.dt * context.force[bound.particle]);
+  apply_bound_forces(world, context);
   for (const KinematicStep& step : context.kinematic) {
     bodies.rigid.state[step.body].velocity = step.end.velocity;
     bodies.rigid.state[step.body].angular_velocity = step.end.angular_velocity;

@@ -15,7 +15,8 @@ namespace {
 scene::Scene block_with_bone(double youngs_modulus, double bone_mass) {
   scene::Scene scene = test::free_space();
   test::add_box(scene, "bone", Vec3(0, 0, 0), Vec3(0.6, 0.3, 0.3), bone_mass);
-  scene::DeformableBody& flesh = test::add_soft_box(scene, "flesh", Vec3(0, 0, 0), Vec3(1, 1, 1), 5, youngs_modulus);
+  scene::DeformableBody& flesh =
+      test::add_soft_box(scene, "flesh", Vec3(0, 0, 0), Vec3(1, 1, 1), 5, youngs_modulus);
   flesh.attach = {"bone"};
   return scene;
 }
@@ -45,14 +46,16 @@ TEST(Embedding, BoundParticlesStandAndMoveWithTheirBone) {
   const RigidState& bone = bodies.rigid.state[0];
   for (const BoundParticle& bound : bodies.bound) {
     EXPECT_LT((bodies.particles.x[bound.particle] - bone.pose.to_world(bound.arm)).norm(), 1e-14);
-    EXPECT_LT((bodies.particles.v[bound.particle] - point_velocity(bone, bone.pose.orientation * bound.arm)).norm(),
-              1e-13);
+    EXPECT_LT(
+        (bodies.particles.v[bound.particle] - point_velocity(bone, bone.pose.orientation * bound.arm)).norm(),
+        1e-13);
   }
 }
 
 // The bone shakes the flesh: nothing but the two act on each other.
 TEST(Embedding, BoneAndFleshKeepMomentum) {
-  for (const scene::Integration integration : {scene::Integration::semi_implicit, scene::Integration::implicit}) {
+  for (const scene::Integration integration :
+       {scene::Integration::semi_implicit, scene::Integration::implicit}) {
     scene::Scene scene = block_with_bone(1e5, 200);
     scene.solver.integration = integration;
     scene.rigid[0].placement.velocity = Vec3(3, -1, 2);
@@ -71,7 +74,8 @@ TEST(Embedding, BoneAndFleshKeepMomentum) {
     }
     const Momentum end = momentum(world.bodies);
     test::expect_below((end.linear - start.linear).norm() / start.linear.norm(), 1e-10, "linear_momentum");
-    if (integration == scene::Integration::semi_implicit) test::expect_below(defect, 1e-10, "defect_of_a_stage");
+    if (integration == scene::Integration::semi_implicit)
+      test::expect_below(defect, 1e-10, "defect_of_a_stage");
     test::record_margin("angular_momentum", (end.angular - start.angular).norm() / start.angular.norm(),
                         "of second order in the step");
   }
@@ -101,7 +105,8 @@ TEST(Embedding, NothingExplodesWhateverTheMassesAndTheModulus) {
 TEST(Embedding, ControlledBonesBendTheirFlesh) {
   scene::Scene scene = test::free_space();
   test::add_chain(scene, 2, scene::JointType::point, false);
-  scene::DeformableBody& flesh = test::add_soft_box(scene, "flesh", Vec3(1, 0, 0), Vec3(2.4, 0.5, 0.5), 1, 2e5);
+  scene::DeformableBody& flesh =
+      test::add_soft_box(scene, "flesh", Vec3(1, 0, 0), Vec3(2.4, 0.5, 0.5), 1, 2e5);
   flesh.shape.cells = Vec3i(24, 5, 5);
   flesh.attach = {"link0", "link1"};
   scene::Joint& joint = scene.joints.back();
@@ -114,8 +119,8 @@ TEST(Embedding, ControlledBonesBendTheirFlesh) {
   double defect = 0;
   for (int frame = 0; frame < 24; ++frame) {
     simulation.advance_frame();
-    for (const Stage stage : {Stage::advance_velocity, Stage::collide, Stage::apply_contact, Stage::constrained_solve,
-                              Stage::velocity_contact}) {
+    for (const Stage stage : {Stage::advance_velocity, Stage::collide, Stage::apply_contact,
+                              Stage::constrained_solve, Stage::velocity_contact}) {
       defect = std::max(defect, world.ledger[stage].linear_defect);
       defect = std::max(defect, world.ledger[stage].angular_defect);
     }
