@@ -126,6 +126,11 @@ std::pair<toml::table*, std::string> resolve(toml::table& document, const std::s
 void Problems::add(const toml::source_region& at, std::string key, std::string message, std::string hint) {
   // Nodes that were made or copied by an override have no source, or that of the override's own little
   // document.
+  if (at.begin.line == 0 && copies_) {
+    problems_.push_back({fmt::format("{} (a copy, or --set)", file_), 0, 0, std::move(key),
+                         std::move(message), std::move(hint)});
+    return;
+  }
   if (at.begin.line == 0 || (at.path && *at.path == override_file)) {
     add_override(std::move(key), std::move(message), std::move(hint));
     return;

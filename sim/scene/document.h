@@ -19,11 +19,14 @@ class Problems {
   void add(const toml::source_region& at, std::string key, std::string message, std::string hint = {});
   void add_override(std::string key, std::string message, std::string hint = {});
   void add_global(std::string message, std::string hint = {});  // about the scene as a whole
+  // From here on nodes without a place may be copies that `repeat` or a prefab made.
+  void expect_copies() { copies_ = true; }
   std::size_t count() const { return problems_.size(); }
   void throw_if_any();  // SceneError, sorted by line
 
  private:
   std::string file_;
+  bool copies_ = false;
   std::vector<SceneProblem> problems_;
 };
 

@@ -90,12 +90,18 @@ class Expander {
   }
 
   void repeat(toml::array& list, const std::string& path) {
+    const auto repeats = [](const toml::node& node) {
+      return node.is_table() && node.as_table()->contains("repeat");
+    };
+    if (std::none_of(list.begin(), list.end(), repeats)) return;
+    problems_.expect_copies();
     toml::array result;
     for (toml::node& node : list) {
       toml::table* element = node.as_table();
       const toml::table* repeat = element ? (*element)["repeat"].as_table() : nullptr;
       if (!repeat) {
-        result.push_back(node);
+        // Moved, not copied: a copy does not know its line in the file.
+        node.visit([&](auto& value) { result.push_back(std::move(value)); });
         continue;
       }
       Repetition repetition;
@@ -262,6 +268,7 @@ class Expander {
 
   void add(const toml::table& table, const toml::table& prefab, const Pose& pose, const std::string& name,
            Random& random, const std::string& path) {
+    problems_.expect_copies();
     if (++copies_ > most_copies) return;
     const toml::table values = parameters(table, prefab, random, path);
     std::set<std::string> own;  // names of its bodies

@@ -1,0 +1,104 @@
+#include "sim/articulation/block_factor.h"
+
+#include <random>
+
+#include <Eigen/LU>
+#include <gtest/gtest.h>
+
+namespace duet {
+namespace {
+
+// J M^-1 J^T of random rows between bodies, dense and by blocks.
+struct System {
+  std::vector<int> rows;
+  std::vector<std::pair<int, int>> couplings;
+  Eigen::MatrixXd dense;
+};
+
+// A ring of `count` blocks of different sizes with a chord, as symmetric positive definite.
+System ring(int count, unsigned seed) {
+  System system;
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> number(-1, 1);
+  std::vector<int> first{0};
+  for (int i = 0; i < count; ++i) {
+    system.rows.push_back(1 + (5 * i) % 9);
+    first.push_back(first.back() + system.rows.back());
+  }
+  system.dense = Eigen::MatrixXd::Zero(first.back(), first.back());
+  for (int i = 0; i < count; ++i)
+    for (const int j : {(i + 1) % count, (i + count / 2) % count}) {
+      if (i == j || (j == (i + count / 2) % count && i != 0)) continue;
+      system.couplings.emplace_back(i, j);
+      Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(6, first.back());  // J^T of two blocks
+      for (Eigen::Index r = 0; r < 6; ++r) {
+        for (int c = first[static_cast<std::size_t>(i)]; c < first[static_cast<std::size_t>(i) + 1]; ++c)
+          rows(r, c) = number(random);
+        for (int c = first[static_cast<std::size_t>(j)]; c < first[static_cast<std::size_t>(j) + 1]; ++c)
+          rows(r, c) = number(random);
+      }
+      system.dense += rows.transpose() * rows;
+    }
+  return system;
+}
+
+std::vector<BlockFactor::Segment> solve(const System& system, const Eigen::VectorXd& right) {
+  BlockFactor factor;
+  factor.analyze(system.rows, system.couplings);
+  factor.set_zero();
+  std::vector<int> first{0};
+  for (const int n : system.rows) first.push_back(first.back() + n);
+  const auto block = [&](int i, int j) {
+    return system.dense.block(first[static_cast<std::size_t>(i)], first[static_cast<std::size_t>(j)],
+                              system.rows[static_cast<std::size_t>(i)],
+                              system.rows[static_cast<std::size_t>(j)]);
+  };
+  for (int i = 0; i < static_cast<int>(system.rows.size()); ++i) factor.diagonal(i) = block(i, i);
+  for (const auto& [i, j] : system.couplings) factor.add_coupling(i, j, block(i, j));
+  factor.factor();
+  std::vector<BlockFactor::Segment> x;
+  for (std::size_t i = 0; i < system.rows.size(); ++i) x.push_back(right.segment(first[i], system.rows[i]));
+  factor.solve(x);
+  return x;
+}
+
+Eigen::VectorXd joined(const std::vector<BlockFactor::Segment>& x) {
+  Eigen::Index size = 0;
+  for (const auto& segment : x) size += segment.size();
+  Eigen::VectorXd all(size);
+  Eigen::Index at = 0;
+  for (const auto& segment : x) {
+    all.segment(at, segment.size()) = segment;
+    at += segment.size();
+  }
+  return all;
+}
+
+TEST(BlockFactor, SolvesLikeADenseOne) {
+  for (const int count : {1, 2, 3, 7, 12}) {
+    System system = ring(count, 7);
+    system.dense.diagonal().array() += 1;
+    const Eigen::VectorXd right = Eigen::VectorXd::LinSpaced(system.dense.rows(), -1, 2);
+    const Eigen::VectorXd x = joined(solve(system, right)),
+                          expected = system.dense.partialPivLu().solve(right);
+    EXPECT_LT((x - expected).norm(), 1e-12 * expected.norm()) << count << " blocks";
+  }
+}
+
+// Rows that say the same twice: what can be had is found, and nothing gets large.
+TEST(BlockFactor, DependentRowsTakeNoPart) {
+  System system = ring(6, 3);
+  const Eigen::Index last = system.dense.rows() - 1;
+  // The last row repeats the one before it.
+  system.dense.row(last) = system.dense.row(last - 1);
+  system.dense.col(last) = system.dense.col(last - 1);
+  system.dense.diagonal().head(last - 1).array() += 1;
+  const Eigen::VectorXd wanted = Eigen::VectorXd::LinSpaced(last + 1, 0.5, 1.5);
+  const Eigen::VectorXd right = system.dense * wanted;
+  const Eigen::VectorXd x = joined(solve(system, right));
+  EXPECT_LT((system.dense * x - right).norm(), 1e-9 * right.norm());
+  EXPECT_LT(x.norm(), 10 * wanted.norm());
+}
+
+}  // namespace
+}  // namespace duet
