@@ -100,21 +100,52 @@ void settle(const World& world, StepContext& context) {
     context.solution.particle[p] = 0.5 * (context.solution.particle[p] + context.correction.particle[p]);
 }
 
-// I.1. The damping forces are linear in V, so whatever the tolerance of the solve leaves keeps momentum.
-void advance_velocity(World& world, StepContext& context) {
+namespace {
+
+// v~^{n+1/2} = v^n + dt/2 M^-1 (F + F_damping(V)). As in V.2-3, the contacts of the last step only serve to
+// find the velocity V at which damping is evaluated. Without them the particles that rest on something would
+// fall freely in V and drag the others down: a damped body at rest would be compressed to several times its
+// weight. V itself keeps to them and would stick; v~ does not.
+void advance_semi_implicitly(World& world, StepContext& context) {
   Bodies& bodies = world.bodies;
-  if (world.has(Effect::springs)) bodies.forces.begin_step(bodies.particles.x);
-  solve_velocity(world, context, context.dt / 2, nullptr);
-  if (world.settings.implicit_elasticity && world.has_internal_forces()) {
-    bodies.particles.x = context.x_n;
-    if (!context.balanced) settle(world, context);
-    context.elastic_change.resize(bodies.particles.size());
-    for (std::size_t p = 0; p < bodies.particles.size(); ++p)
-      context.elastic_change[p] = context.solution.particle[p] - bodies.particles.v[p];
+  Particles& particles = bodies.particles;
+  const double dt = context.dt / 2;
+  ContactProjection* projection = nullptr;
+  if (world.has_internal_forces() && !context.memory.empty()) {
+    context.projection.build(bodies, context.memory, world.settings.projection_sweeps);
+    projection = &context.projection;
   }
+  solve_velocity(world, context, dt, projection);
+  if (world.has_internal_forces()) bodies.forces.add_damping_forces(context.solution.particle, context.force);
+  for (std::size_t p = 0; p < particles.size(); ++p)
+    particles.v[p] += dt * particles.inverse_mass[p] * context.force[p];
+  for (std::size_t i = 0; i < bodies.rigid.size(); ++i)
+    if (bodies.rigid.properties[i].is_dynamic()) bodies.rigid.state[i].velocity += dt * world.gravity;
+}
+
+void advance_implicitly(World& world, StepContext& context) {
+  Bodies& bodies = world.bodies;
+  solve_velocity(world, context, context.dt / 2, nullptr);
+  bodies.particles.x = context.x_n;
+  if (!context.balanced) settle(world, context);
+  context.elastic_change.resize(bodies.particles.size());
+  for (std::size_t p = 0; p < bodies.particles.size(); ++p)
+    context.elastic_change[p] = context.solution.particle[p] - bodies.particles.v[p];
   bodies.particles.v = context.solution.particle;
   for (std::size_t i = 0; i < bodies.rigid.size(); ++i)
     bodies.rigid.state[i].velocity = context.solution.linear[i];
+}
+
+}  // namespace
+
+// I.1
+void advance_velocity(World& world, StepContext& context) {
+  Bodies& bodies = world.bodies;
+  if (world.has(Effect::springs)) bodies.forces.begin_step(bodies.particles.x);
+  if (world.settings.implicit_elasticity && world.has_internal_forces())
+    advance_implicitly(world, context);
+  else
+    advance_semi_implicitly(world, context);
   for (const KinematicStep& step : context.kinematic) {
     bodies.rigid.state[step.body].velocity = step.mean_velocity;
     bodies.rigid.state[step.body].angular_velocity = step.mean_angular_velocity;

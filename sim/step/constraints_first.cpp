@@ -31,7 +31,8 @@ void apply_explicit_forces(World& world, StepContext& context) {
 }
 
 // Backward Euler for the damping, of elements as they are at x^{n+1}, where contact acts:
-// v^{n+1} = v + dt P M^-1 F_damping(v^{n+1}). The trapezoidal rule would leave half of what contact has stirred up.
+// v^{n+1} = v + dt P M^-1 F_damping(v^{n+1}). The trapezoidal rule would leave half of what contact has
+// stirred up.
 void solve_damping(World& world, StepContext& context) {
   Bodies& bodies = world.bodies;
   Particles& particles = bodies.particles;
@@ -60,9 +61,8 @@ void solve_damping(World& world, StepContext& context) {
     if (!properties.is_dynamic()) continue;
     RigidState& state = bodies.rigid.state[i];
     state.velocity = context.solution.linear[i];
-    apply_angular_impulse(
-        state, properties,
-        context.inertia[i] * (context.solution.angular[i] - context.right_side.angular[i]));
+    apply_angular_impulse(state, properties,
+                          context.inertia[i] * (context.solution.angular[i] - context.right_side.angular[i]));
   }
   check_finite(world, "V.2 damping solve");
 }
