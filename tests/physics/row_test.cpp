@@ -17,7 +17,7 @@ namespace {
 scene::Scene row() {
   scene::Scene scene = scene::read(DUET_SOURCE_DIR "/scenes/row.toml").scene;
   scene.rigid[0].placement.position = Vec3(-2.25, 0, 0);
-  for (scene::DeformableBody& body : scene.deformable) body.shape.spacing = 0.3;
+  for (scene::DeformableBody& body : scene.deformable) body.shape.spacing = 0.25;
   return scene;
 }
 
