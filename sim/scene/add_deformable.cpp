@@ -1,6 +1,8 @@
 #include "sim/scene/add_deformable.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <numbers>
 #include <numeric>
 #include <set>
@@ -215,10 +217,34 @@ void add_volume_springs(const std::vector<Tet>& tets, const SpringLaw& law, Bodi
   bodies.forces.altitude_springs.add(tets, bodies.particles.x, law.stiffness, law.damping);
 }
 
+namespace {
+
+// A rigid body that is thinner than the lattice of the face samples is wide could pass between them: coarse
+// faces get a finer one, down to half the thickness of the thinnest rigid body, as far as `most_samples` a
+// body reach.
+constexpr double most_samples = 20000;
+
+int fitted_order(int order, const TetMesh& mesh, const std::vector<Triangle>& triangles,
+                 const RigidBodies& rigid) {
+  double thinnest = std::numeric_limits<double>::infinity(), longest = 0;
+  for (const RigidProperties& properties : rigid.properties)
+    thinnest = std::min(thinnest, properties.shape.smallest_size());
+  for (const Triangle& t : triangles)
+    for (std::size_t k = 0; k < 3; ++k)
+      longest = std::max(longest, (mesh.nodes[as_index(t[k])] - mesh.nodes[as_index(t[(k + 1) % 3])]).norm());
+  const double wanted = std::ceil(2 * longest / thinnest);
+  // A lattice of order n has about n^2 / 2 samples a triangle.
+  const double affordable = std::sqrt(2 * most_samples / static_cast<double>(triangles.size()));
+  return std::max(order, static_cast<int>(std::min(wanted, affordable)));
+}
+
+}  // namespace
+
 void add_surface_points(const TetMesh& mesh, const std::vector<Triangle>& triangles, int order, double reach,
                         duet::DeformableBody& body, Bodies& bodies) {
   std::set<int> nodes;
   for (const Triangle& t : triangles) nodes.insert(t.begin(), t.end());
+  if (order > 1) order = fitted_order(order, mesh, triangles, bodies.rigid);
   add_points({nodes.begin(), nodes.end()},
              order > 1 ? boundary_samples(mesh, triangles, order) : std::vector<BoundarySample>(), reach,
              body, bodies);

@@ -360,7 +360,9 @@ std::vector<Key> keys(Solver& solver) {
       {"projection_iterations", &solver.projection_iterations, "", between(1, 1e3),
        "forward and backward sweeps of the contact projection inside the conjugate gradients (step V.2)"},
       {"face_samples", &solver.face_samples, "", between(0, 32),
-       "lattice order of extra contact points on deformable faces; 0: vertices only"},
+       "lattice order of extra contact points on deformable faces, higher where a rigid body is thinner than "
+       "they "
+       "would be apart; 0: vertices only"},
       {"contact_reduction", &solver.contact_reduction, "", any,
        "flat faces of rigid bodies touch with the points that carry them instead of all their samples"},
       {"orientation", choice(solver.orientation, {"first_order", "second_order"}), "", any,

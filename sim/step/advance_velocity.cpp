@@ -110,12 +110,39 @@ void settle(const World& world, StepContext& context) {
     context.solution.particle[p] = 0.5 * (context.solution.particle[p] + context.correction.particle[p]);
 }
 
-// I.1. The damping forces are linear in V, so whatever the tolerance of the solve leaves keeps momentum.
-void advance_velocity(World& world, StepContext& context) {
+namespace {
+
+// v~^{n+1/2} = v^n + dt/2 M^-1 (F + F_damping(V)). As in V.2-3, the contacts of the last step only serve to
+// find the velocity V at which damping is evaluated. Without them the particles that rest on something would
+// fall freely in V and drag the others down: a damped body at rest would be compressed to several times its
+// weight. V itself keeps to them and would stick; v~ does not.
+void advance_semi_implicitly(World& world, StepContext& context) {
   Bodies& bodies = world.bodies;
-  if (world.has(Effect::springs)) bodies.forces.begin_step(bodies.particles.x);
-  carry(context.kinematic, context.x_n, context.dt, bodies);
-  // Flesh feels its bones only, so that these may be told at once what their joints let them do.
+  Particles& particles = bodies.particles;
+  const double dt = context.dt / 2;
+  ContactProjection* projection = nullptr;
+  const bool flesh = world.has(Effect::articulation) && !bodies.bound.empty();
+  if (world.has_internal_forces() && (flesh || !context.memory.empty())) {
+    context.projection.build(bodies, context.memory, world.settings.projection_sweeps);
+    projection = &context.projection;
+  }
+  if (flesh) {  // is told at once what the joints let its bones do
+    context.joints.prepare_projection(bodies.rigid);
+    context.projection.add_joints(context.joints);
+  }
+  solve_velocity(world, context, dt, projection, false);
+  if (world.has_internal_forces()) bodies.forces.add_damping_forces(context.solution.particle, context.force);
+  for (std::size_t p = 0; p < particles.size(); ++p)
+    particles.v[p] += dt * particles.inverse_mass[p] * context.force[p];
+  for (std::size_t i = 0; i < bodies.rigid.size(); ++i)
+    if (bodies.rigid.properties[i].is_dynamic()) bodies.rigid.state[i].velocity += dt * world.gravity;
+  for (const BoundParticle& bound : bodies.bound)
+    apply_impulse(bodies.rigid.state[bound.body], bodies.rigid.properties[bound.body], bound.offset,
+                  dt * context.force[bound.particle]);
+}
+
+void advance_implicitly(World& world, StepContext& context) {
+  Bodies& bodies = world.bodies;
   ContactProjection* joints = nullptr;
   if (world.has(Effect::articulation) && !bodies.bound.empty()) {
     joints = &context.projection;
@@ -124,13 +151,11 @@ void advance_velocity(World& world, StepContext& context) {
     joints->add_joints(context.joints);
   }
   solve_velocity(world, context, context.dt / 2, joints, false);
-  if (world.settings.implicit_elasticity && world.has_internal_forces()) {
-    bodies.particles.x = context.x_n;
-    if (!context.balanced) settle(world, context);
-    context.elastic_change.resize(bodies.particles.size());
-    for (std::size_t p = 0; p < bodies.particles.size(); ++p)
-      context.elastic_change[p] = context.solution.particle[p] - bodies.particles.v[p];
-  }
+  bodies.particles.x = context.x_n;
+  if (!context.balanced) settle(world, context);
+  context.elastic_change.resize(bodies.particles.size());
+  for (std::size_t p = 0; p < bodies.particles.size(); ++p)
+    context.elastic_change[p] = context.solution.particle[p] - bodies.particles.v[p];
   bodies.particles.v = context.solution.particle;
   for (std::size_t i = 0; i < bodies.rigid.size(); ++i)
     bodies.rigid.state[i].velocity = context.solution.linear[i];
@@ -138,6 +163,19 @@ void advance_velocity(World& world, StepContext& context) {
     for (std::size_t i = 0; i < bodies.rigid.size(); ++i)
       if (bodies.rigid.properties[i].is_dynamic())
         set_angular_velocity(bodies.rigid.state[i], bodies.rigid.properties[i], context.solution.angular[i]);
+}
+
+}  // namespace
+
+// I.1
+void advance_velocity(World& world, StepContext& context) {
+  Bodies& bodies = world.bodies;
+  if (world.has(Effect::springs)) bodies.forces.begin_step(bodies.particles.x);
+  carry(context.kinematic, context.x_n, context.dt, bodies);
+  if (world.settings.implicit_elasticity && world.has_internal_forces())
+    advance_implicitly(world, context);
+  else
+    advance_semi_implicitly(world, context);
   for (const KinematicStep& step : context.kinematic) {
     bodies.rigid.state[step.body].velocity = step.mean_velocity;
     bodies.rigid.state[step.body].angular_velocity = step.mean_angular_velocity;

@@ -87,28 +87,26 @@ const std::vector<Vec3>& StepLedger::acting_at(const World& world, Stage stage) 
 }
 
 // What pins and mass-proportional damping give over `dt`: internal forces have no sum, so that their part on
-// pinned particles is what the pins take from the others. context.force holds the forces of the stage and
-// gravity, the forces of damping at context.solution too unless they are asked for.
-Momentum StepLedger::impulse_of_holders(World& world, const std::vector<Vec3>& x, double dt,
-                                        bool with_damping) {
+// pinned particles is what the pins take from the others. context.force holds the forces of the stage with
+// gravity and damping.
+Momentum StepLedger::impulse_of_holders(const World& world, const std::vector<Vec3>& x, double dt) const {
   Momentum total;
   if (!world.has_internal_forces()) return total;
   const StepContext& context = world.context;
-  InternalForces& forces = world.bodies.forces;
+  const InternalForces& forces = world.bodies.forces;
   const Particles& particles = world.bodies.particles;
-  holding_force_.assign(x.size(), Vec3::Zero());
-  if (with_damping) forces.add_damping_forces(context.solution.particle, holding_force_);
   for (std::size_t p = 0; p < x.size(); ++p) {
     const double drag = forces.elements.drag(p);
     Vec3 impulse = -dt * drag * context.solution.particle[p];
     if (particles.inverse_mass[p] == 0 && particles.mass[p] > 0)  // bound ones have no mass
-      impulse = -dt * (holding_force_[p] + context.force[p] - particles.mass[p] * world.gravity);
+      impulse = -dt * (context.force[p] - particles.mass[p] * world.gravity);
     total += {impulse, x[p].cross(impulse)};
   }
   return total;
 }
 
-Momentum StepLedger::external(World& world, Stage stage, const std::vector<Vec3>& x, const Momentum& gain) {
+Momentum StepLedger::external(const World& world, Stage stage, const std::vector<Vec3>& x,
+                              const Momentum& gain) const {
   const StepContext& context = world.context;
   const Bodies& bodies = world.bodies;
   const double dt = context.dt;
@@ -116,19 +114,19 @@ Momentum StepLedger::external(World& world, Stage stage, const std::vector<Vec3>
   switch (stage) {
     case Stage::advance_velocity:
       total = gravity_impulse(bodies, x, world.gravity, dt / 2);
-      return total += impulse_of_holders(world, x, dt / 2, true);
+      return total += impulse_of_holders(world, x, dt / 2);
     case Stage::explicit_forces:
       total = gravity_impulse(bodies, x, world.gravity, dt);
       total.angular += moment_in_the_middle(
           world, [&](std::size_t i) { return Vec3(dt * bodies.rigid.properties[i].mass * world.gravity); });
-      return total += impulse_of_holders(world, x, dt, false);
+      return total += impulse_of_holders(world, x, dt);
     case Stage::constrained_solve:
       // Damping alone gives nothing: what it gains where bodies of infinite mass are in contact is theirs.
       if (world.settings.constraints_first) return context.projection.is_held() ? gain : total;
       total = gravity_impulse(bodies, x, world.gravity, dt);
       total.angular += moment_in_the_middle(
           world, [&](std::size_t i) { return Vec3(dt * bodies.rigid.properties[i].mass * world.gravity); });
-      return total += impulse_of_holders(world, x, dt, false);
+      return total += impulse_of_holders(world, x, dt);
     case Stage::volume_correction:
     case Stage::make_incompressible:
       return context.projection.empty() ? total : impulse_of_contact(bodies, context.pressure, x);
@@ -166,7 +164,7 @@ void StepLedger::begin_stage(const World& world, Stage stage) {
   rigid_before_push_out_ = world.bodies.rigid.state;
 }
 
-void StepLedger::end_stage(World& world, Stage stage) {
+void StepLedger::end_stage(const World& world, Stage stage) {
   if (!on_) return;
   if (stage == Stage::push_out)
     totals_.push_out.add(displacement(world.bodies, before_push_out_, rigid_before_push_out_));

@@ -27,7 +27,7 @@ class StepLedger {
   // Around a whole step, and around each of its stages.
   void begin_step(const World& world);
   void begin_stage(const World& world, Stage stage);
-  void end_stage(World& world, Stage stage);
+  void end_stage(const World& world, Stage stage);
   void end_step(const World& world);
 
   // Of advance_position: the moment that is left when positions move by v^{n+1/2} and velocities are changed
@@ -45,8 +45,8 @@ class StepLedger {
   Balance measure(const World& world, Stage stage);  // where the forces of the stage act
   // The particles' positions that the forces of a stage act at.
   const std::vector<Vec3>& acting_at(const World& world, Stage stage);
-  Momentum external(World& world, Stage stage, const std::vector<Vec3>& x, const Momentum& gain);
-  Momentum impulse_of_holders(World& world, const std::vector<Vec3>& x, double dt, bool with_damping);
+  Momentum external(const World& world, Stage stage, const std::vector<Vec3>& x, const Momentum& gain) const;
+  Momentum impulse_of_holders(const World& world, const std::vector<Vec3>& x, double dt) const;
   static void close(LedgerEntry& entry, const Balance& before, const Balance& after,
                     const Momentum& external);
 
@@ -60,7 +60,7 @@ class StepLedger {
   Totals totals_, before_step_;  // a step that fails leaves nothing behind
   Balance step_start_, stage_start_;
   Momentum kept_, kept_external_;  // of this step, by the stages whose change of velocity is not undone
-  std::vector<Vec3> middle_, before_push_out_, holding_force_;
+  std::vector<Vec3> middle_, before_push_out_;
   std::vector<RigidState> rigid_before_push_out_;
 };
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "tests/support/margin.h"
 #include "tests/support/random_state.h"
 #include <gtest/gtest.h>
 
@@ -131,6 +132,73 @@ TEST(ConstrainedSystemOfSoftBodies, RepulsionsKeepTheProjectionSymmetric) {
     // Corners shared by many pairs make rows that almost repeat each other: what is left fades slowly.
     EXPECT_LT(fastest_row(Pu), 0.01 * fastest_row(u));
   }
+}
+
+// Rigid on rigid, rigid on soft and soft on soft in one projection: every kind of row takes part.
+TEST(ConstrainedSystemOfAllKinds, IsSymmetricAndPositiveSemidefinite) {
+  scene::Scene scene = test::on_ground(0.4);
+  test::add_soft_box(scene, "lower", Vec3(0, 0.5, 0), Vec3(1, 1, 1), 2);
+  test::add_soft_box(scene, "upper", Vec3(0.1, 1.54, 0.05), Vec3(1, 1, 1), 2);
+  test::add_box(scene, "load", Vec3(0, 2.54, 0), Vec3(1, 1, 1), 500);
+  test::add_box(scene, "top", Vec3(0.1, 3.54, 0), Vec3(1, 1, 1), 500);
+  Simulation simulation(scene, test::plan(scene));
+  World& world = simulation.world();
+  for (int i = 0; i < 60; ++i) step(world, i * 1e-3, 1e-3);
+  const ContactSet& contacts = world.context.contacts;
+  SelfRepulsion& repulsions = world.context.self_repulsion;
+  const auto holds = [&](bool rigid_pair) {
+    return std::any_of(contacts.points.begin(), contacts.points.end(), [&](const ContactPoint& contact) {
+      return contact.is_rigid_pair() == rigid_pair && !contact.impulse.isZero(0);
+    });
+  };
+  ASSERT_TRUE(holds(true)) << "rigid on rigid";
+  ASSERT_TRUE(holds(false)) << "rigid on soft";
+  ASSERT_TRUE(std::any_of(repulsions.pairs().begin(), repulsions.pairs().end(),
+                          [](const RepulsionPair& pair) { return pair.active; }))
+      << "soft on soft";
+  double asymmetry = 0, least_curvature = 1e9, most_kept = 0;
+  std::vector<Vec3> force;
+  std::vector<Mat3> inertia;
+  ContactProjection projection;
+  for (const int sweeps : {1, 2, 7}) {
+    projection.build(world.bodies, contacts, world.context.graph, sweeps, &repulsions);
+    VelocitySystem A(world.bodies, 1e-3, false, &projection, force, inertia);
+    for (unsigned seed = 1; seed < 4; ++seed) {
+      const GeneralizedVelocity u = random_velocity(world.bodies, seed),
+                                v = random_velocity(world.bodies, seed + 50);
+      const auto operate = [&](GeneralizedVelocity x) {  // P A P
+        GeneralizedVelocity out;
+        A.project(x);
+        A.apply(x, out);
+        A.project(out);
+        return out;
+      };
+      GeneralizedVelocity Pu = u, Pv = v;
+      A.project(Pu);
+      A.project(Pv);
+      asymmetry = std::max(asymmetry, std::abs(A.inner(u, Pv) - A.inner(v, Pu)) / A.inner(u, u));
+      most_kept = std::max(most_kept, A.inner(Pu, Pu) / A.inner(u, u));
+      const GeneralizedVelocity PAPu = operate(u), PAPv = operate(v);
+      const double curvature = A.inner(u, PAPu);
+      asymmetry = std::max(asymmetry, std::abs(A.inner(u, PAPv) - A.inner(v, PAPu)) / curvature);
+      least_curvature = std::min(least_curvature, curvature / A.inner(u, u));
+    }
+  }
+  test::expect_below(asymmetry, 1e-12, "asymmetry of P and of P A P, relative");
+  test::expect_above(least_curvature, 0, "least <u, P A P u> / <u, u>");
+
+  test::expect_below(most_kept, 0.999, "largest <P u, P u> / <u, u>");
+
+  // Converged, P P = P. What repeats itself in corners that many pairs share fades slowly.
+  projection.build(world.bodies, contacts, world.context.graph, 4000, &repulsions);
+  VelocitySystem P(world.bodies, 1e-3, false, &projection, force, inertia);
+  GeneralizedVelocity once = random_velocity(world.bodies, 3);
+  P.project(once);
+  GeneralizedVelocity twice = once, difference;
+  P.project(twice);
+  VelocitySystem::subtract(twice, once, difference);
+  test::expect_below(std::sqrt(P.inner(difference, difference) / P.inner(once, once)), 1e-6,
+                     "|P P u - P u| / |P u|");
 }
 
 }  // namespace
