@@ -4,8 +4,33 @@
 #include <fmt/format.h>
 
 #include "sim/scene/reader.h"
+#include "sim/scene/tet_meshes.h"
 
 namespace duet::tools {
+namespace {
+
+// Prints the bodies that their tetrahedra do not fit into, which is seen only by filling them. Returns how
+// many.
+std::size_t check_filling(const scene::Scene& scene) {
+  scene::TetMeshes meshes;
+  std::size_t count = 0;
+  for (const scene::DeformableBody& body : scene.deformable) {
+    if (!body.shape.is_volume()) continue;
+    try {
+      meshes.of(body);
+    } catch (const Error& error) {
+      ++count;
+      print(fmt::format("{}:{}:{}: {}\n", scene.path, body.at.line, body.at.column, error.what()));
+    }
+  }
+  return count;
+}
+
+Outcome problems_found(std::size_t count) {
+  return {ExitStatus::usage, fmt::format("{} problem{}", count, count == 1 ? "" : "s")};
+}
+
+}  // namespace
 
 Outcome check(const CheckOptions& options) {
   if (options.reference) {
@@ -15,12 +40,12 @@ Outcome check(const CheckOptions& options) {
   try {
     const scene::ReadResult read = read_scene(options.scene);
     for (const std::string& note : read.notes) print(note + '\n');
+    if (const std::size_t count = check_filling(read.scene); count > 0) return problems_found(count);
     print(fmt::format("{}: ok\n", read.scene.path));
     return {};
   } catch (const SceneError& error) {
     for (const SceneProblem& problem : error.problems()) print(problem.text() + '\n');
-    const std::size_t count = error.problems().size();
-    return {ExitStatus::usage, fmt::format("{} problem{}", count, count == 1 ? "" : "s")};
+    return problems_found(error.problems().size());
   }
 }
 

@@ -31,14 +31,16 @@ struct Result {
   double volume_error() const { return quality.volume / surface_volume - 1; }
 };
 
-// The mesh of the file, repaired, with notes on what was done. Throws FileError for one that is no solid.
+// The mesh of the file, repaired, with notes on what was done. One that is no solid is bad input.
 TriangleMesh read_solid(const std::string& path, Report& report) {
   TriangleMesh mesh = read_mesh(path);
   const MeshReport found = repair(mesh);
   for (const std::string& done : found.repairs) report.note(fmt::format("{}: {}", path, done));
   for (std::size_t i = 1; i < found.flaws.size(); ++i)
     report.note(fmt::format("{} {} ({})", path, found.flaws[i].message, found.flaws[i].remedy));
-  if (!found.flaws.empty()) throw FileError(path, found.flaws[0].message, found.flaws[0].remedy);
+  if (!found.flaws.empty())
+    throw Error(ExitStatus::usage,
+                fmt::format("{} {} ({})", path, found.flaws[0].message, found.flaws[0].remedy));
   return mesh;
 }
 

@@ -57,6 +57,15 @@ double squared_frequency_bound(const Mat3& inverse_rest, double volume, const La
   return volume * (moduli.lambda * trace + 2 * moduli.mu * eigen.eigenvalues()[2]);
 }
 
+// What crushed and inverted elements keep of the viscosity of volume in implicit steps: all of it down to J =
+// 1/4, none from J = 0 on. Their way back changes the trace of the Green strain, which a nearly
+// incompressible material would let them do only at the pace of lambda over mu times the damping. Explicit
+// elasticity needs all of it, to hold them.
+Pack volume_share(const Matrix3<Pack>& F) {
+  const Pack share = max_of(4.0 * determinant(F, cofactor(F)), Pack{});
+  return select(share < Pack{} + 1.0, share, Pack{} + 1.0);
+}
+
 double sum_of_lanes(const Pack& pack) {
   double sum = 0;
   for (std::size_t lane = 0; lane < pack_width; ++lane) sum += pack[lane];
@@ -228,8 +237,9 @@ void FiniteElements::add_damping_forces(const std::vector<Vec3>& v, std::vector<
   parallel_for(batches_.size(), batch_grain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t b = begin; b < end; ++b) {
       const Batch& batch = batches_[b];
-      store_forces(b, viscous_stress<Pack>(batch.mu, batch.lambda, batch.damping + added_damping_,
-                                           deformation_[b], gradient(batch, v)));
+      const Pack lambda = added_damping_ > 0 ? volume_share(deformation_[b]) * batch.lambda : batch.lambda;
+      store_forces(b, viscous_stress<Pack>(batch.mu, lambda, batch.damping + added_damping_, deformation_[b],
+                                           gradient(batch, v)));
     }
   });
   gather_forces(force);

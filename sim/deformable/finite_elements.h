@@ -40,7 +40,7 @@ class FiniteElements {
   // Adds the viscous forces for the velocities `v` at the last deformation gradients: linear in v, symmetric,
   // and negative semi-definite.
   void add_damping_forces(const std::vector<Vec3>& v, std::vector<Vec3>& force);
-  // Added to the damping of every material, s.
+  // Added to the damping of every material, s, as implicit integration does.
   void set_added_damping(double seconds) { added_damping_ = seconds; }
   // Adds the change of the elastic forces for displacements `dx` from where linearize() was last called:
   // linear in dx, symmetric, and (the Hessian of each element projected) negative semi-definite.

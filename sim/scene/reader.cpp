@@ -64,6 +64,7 @@ class SceneReader {
               const std::string& why, const std::string& hint);
   void check_references(std::string_view section);
   void check_carriers();
+  void check_materials();
 
   const toml::table& document_;
   Problems& problems_;
@@ -94,6 +95,7 @@ Scene SceneReader::read() {
   check_references("materials");
   check_references("looks");
   check_carriers();
+  check_materials();
   if (!document_.contains("rigid") && !document_.contains("deformable"))
     problems_.add_global("the scene has no body", "add a [[rigid]] or a [[deformable]]");
   return std::move(scene_);
@@ -360,6 +362,28 @@ void SceneReader::check_carriers() {
              !scene_.rigid[static_cast<std::size_t>(found - names.begin())].is_kinematic)
       problems_.add(use.at, use.path, fmt::format("`{}` has no motion", use.name),
                     "pins are carried by kinematic bodies; without `body` they never move");
+  }
+}
+
+// What only the tetrahedra of volumes have may be said of a material that some volume is made of.
+void SceneReader::check_materials() {
+  const auto has_tetrahedra = [](const DeformableBody& body, const Material& material) {
+    return body.material == material.name && body.shape.is_volume() && !material.has_springs;
+  };
+  const auto is_used = [](const DeformableBody& body, const Material& material) {
+    return body.material == material.name;
+  };
+  for (const Material& material : scene_.materials) {
+    const auto some = [&](const auto& holds) {
+      return std::any_of(scene_.deformable.begin(), scene_.deformable.end(),
+                         [&](const DeformableBody& body) { return holds(body, material); });
+    };
+    if (!some(is_used) || some(has_tetrahedra)) continue;
+    const toml::table* table = document_["materials"][material.name].as_table();
+    if (table)
+      reject(*table, "materials." + material.name, {"model", "mass_damping"},
+             "has no effect on shells, rods and bodies of springs",
+             "it belongs to volumes of finite elements");
   }
 }
 

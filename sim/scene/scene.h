@@ -284,7 +284,7 @@ struct Solver {
   double max_rotation = 0.314159;   // rad, largest rotation of a rigid body a step
   double max_time_step = 1.0 / 48;  // s
   double cg_tolerance = 1e-3;       // m/s, largest residual velocity
-  int cg_iterations = 200;          // bound on conjugate-gradient iterations
+  int cg_iterations = 1000;         // bound on conjugate-gradient iterations
   int collision_iterations = 5;     // Gauss-Seidel sweeps of step II
   int contact_iterations = 20;      // Gauss-Seidel sweeps of steps III and V.4
   double volume_tolerance = 1e-4;   // largest relative error of a one-ring's volume that a step leaves

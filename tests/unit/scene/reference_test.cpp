@@ -47,11 +47,13 @@ density = 900
 youngs_modulus = 3e5
 poisson_ratio = 0.3
 damping = 0.02
-mass_damping = 0.1
-model = "corotated"
 springs = { stiffness = 30, damping = 0.5 }
 bending_springs = { stiffness = 3, damping = 0.6 }
 bending_factor = 2
+
+[materials.SOLID]
+mass_damping = 0.1
+model = "corotated"
 
 [[rigid]]
 name = "ball"
@@ -157,7 +159,7 @@ material = "NAME"
 [[deformable]]
 name = "soft_knot"
 shape = { mesh = "knot.obj", scale = 2, spacing = 0.05, graded = true }
-material = "NAME"
+material = "SOLID"
 
 [[deformable]]
 name = "soft_ball"
@@ -262,7 +264,7 @@ std::set<std::string> keys_of_full_scene() {
   std::string section = "top";
   std::istringstream lines(full_scene);
   for (std::string line; std::getline(lines, line);) {
-    if (line.starts_with('[')) section = line;
+    if (line.starts_with('[')) section = line == "[materials.SOLID]" ? "[materials.NAME]" : line;
     std::vector<std::string> outer;  // {"shape", "shape.capsule"} within `shape = { capsule = { radius = 2`
     std::string last;                // the key whose value comes next
     for (std::size_t i = 0; i < line.size(); ++i) {

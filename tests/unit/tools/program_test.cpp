@@ -2,10 +2,12 @@
 #include "tests/restart/program.h"
 
 #include <algorithm>
+#include <array>
 #include <csignal>
 #include <cstdlib>
 #include <optional>
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 #include <sys/resource.h>
@@ -79,6 +81,36 @@ TEST(Program, ListShowsTheShippedScenesAndTheyAreValid) {
   const Finished check = run_duet({"check", "stack"});
   EXPECT_EQ(check.status, 0);
   EXPECT_EQ(check.last_line(), "scenes/stack.toml: ok");
+}
+
+// Two boxes of 1 m with a bar of 3 m and 2 cm between them, from square ring to square ring along the axis x.
+std::string dumbbell() {
+  const std::array<std::pair<int, double>, 6> rings{
+      {{0, 0.5}, {1, 0.5}, {1, 0.01}, {4, 0.01}, {4, 0.5}, {5, 0.5}}};
+  std::string text;
+  for (const auto& [x, half] : rings)
+    for (const auto& [y, z] : {std::pair{-1, -1}, {1, -1}, {1, 1}, {-1, 1}})
+      text += fmt::format("v {} {} {}\n", x, half * y, half * z);
+  for (int ring = 0; ring < 5; ++ring)
+    for (int side = 0; side < 4; ++side) {
+      const int a = 4 * ring + side + 1, b = 4 * ring + (side + 1) % 4 + 1;
+      text += fmt::format("f {} {} {} {}\n", b, b + 4, a + 4, a);
+    }
+  return text + "f 4 3 2 1\nf 21 22 23 24\n";
+}
+
+TEST(Program, CheckFindsBodiesThatFallIntoPartsOnceTheyAreFilled) {
+  const ScratchFolder scratch;
+  io::write_atomically(scratch / "dumbbell.obj", dumbbell());
+  io::write_atomically(scratch / "thin.toml",
+                       "[materials.rubber]\n\n[[deformable]]\nname = \"thin\"\nmaterial = \"rubber\"\n"
+                       "shape = { mesh = \"dumbbell.obj\", spacing = 0.3 }\n");
+  const Finished finished = run_duet({"check", "thin.toml"}, scratch.path());
+  EXPECT_EQ(finished.status, 2);
+  ASSERT_EQ(finished.output.size(), 2U);
+  EXPECT_TRUE(finished.output[0].starts_with("thin.toml:3:1: deformable.thin.shape: ")) << finished.output[0];
+  EXPECT_TRUE(contains(finished.output[0], "fall into 2 parts")) << finished.output[0];
+  EXPECT_EQ(finished.last_line(), "failed: 1 problem");
 }
 
 TEST(Program, CheckShowsAllProblemsWithTheirPlaces) {

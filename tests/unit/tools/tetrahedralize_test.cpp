@@ -43,9 +43,10 @@ TEST(Tetrahedralize, NamesWhatIsWrong) {
   const ScratchFolder scratch;
   const std::string open = std::string(DUET_SOURCE_DIR) + "/tests/broken/open_box.obj";
   const Finished flawed = run_duet({"tetrahedralize", open, "open.mesh"}, scratch.path());
-  EXPECT_EQ(flawed.status, 4);
+  EXPECT_EQ(flawed.status, 2);
   EXPECT_NE(flawed.errors.find("4 open edges"), std::string::npos) << flawed.errors;
   EXPECT_FALSE(fs::exists(scratch / "open.mesh"));
+  EXPECT_EQ(run_duet({"tetrahedralize", "absent.obj", "a.mesh"}, scratch.path()).status, 4);
   const Finished wide = run_duet({"tetrahedralize", bracket, "wide.mesh", "--spacing", "20"}, scratch.path());
   EXPECT_EQ(wide.status, 2);
   EXPECT_NE(wide.errors.find("--spacing 20: must be in ["), std::string::npos) << wide.errors;

@@ -1,0 +1,88 @@
+// The scenes of cloth, knots and links, coarser than they ship: nothing passes through itself or anything
+// else.
+#include <algorithm>
+
+#include "tests/support/margin.h"
+#include "tests/support/scenes.h"
+#include <gtest/gtest.h>
+
+#include "sim/geometry/continuous_collision.h"
+#include "sim/scene/reader.h"
+#include "sim/step/world.h"
+
+namespace duet {
+namespace {
+
+scene::Scene hard_scene(const std::string& name) {
+  return scene::read(std::string(DUET_SOURCE_DIR) + "/scenes/hard/" + name + ".toml").scene;
+}
+
+// m, the least distance between two segments of a rod that are `apart` segments apart or more.
+double least_gap(const Bodies& bodies, std::size_t apart) {
+  double least = 1;
+  const std::vector<Vec3>& x = bodies.particles.x;
+  const auto at = [&](int p) { return x[static_cast<std::size_t>(p)]; };
+  for (std::size_t i = 0; i < bodies.segments.size(); ++i)
+    for (std::size_t j = i + apart; j < bodies.segments.size(); ++j) {
+      const auto &a = bodies.segments[i], &b = bodies.segments[j];
+      const FourPoints points{at(a[0]), at(a[1]), at(b[0]), at(b[1])};
+      least = std::min(least, closest_points(ElementPair::edge_edge, points).difference.norm());
+    }
+  return least;
+}
+
+double least_gap_on_the_way(const std::vector<std::string>& without) {
+  scene::Scene scene = hard_scene("knotted_rope");
+  scene.deformable[0].shape.segments = 64;
+  Simulation simulation(scene, scene::plan_effects(scene, without).active());
+  double least = 1;
+  while (simulation.frame() < 120) {
+    simulation.advance_frame();
+    least = std::min(least, least_gap(simulation.world().bodies, 6));
+  }
+  return least;
+}
+
+// The hands pull it tight: strands lie on each other a diameter apart, and would pass through each other if
+// nothing stopped them.
+TEST(Folding, ARopeThatIsKnottedKeepsItsStrandsADiameterApart) {
+  const double diameter = *hard_scene("knotted_rope").deformable[0].thickness;
+  const double gap = least_gap_on_the_way({}) / diameter;
+  test::expect_above(gap, 0.99, "least distance of the strands over the diameter");
+  EXPECT_LT(gap, 1.01);
+  EXPECT_LT(least_gap_on_the_way({"self_repulsion", "self_collision"}), 0.5 * diameter);
+}
+
+TEST(Folding, AClothOnABallAndASpikeDoesNotCrossItself) {
+  scene::Scene scene = hard_scene("cloth");
+  scene.deformable[0].shape.panel_cells = {28, 27};
+  Simulation simulation(scene, test::plan(scene));
+  std::int64_t touches = 0;
+  for (int frame = 1; frame <= 36; ++frame) {
+    simulation.advance_frame();
+    ASSERT_EQ(simulation.stats().self_intersections, 0) << "frame " << frame;
+    EXPECT_LT(simulation.stats().max_penetration, 2e-3);
+    touches += simulation.stats().self_repulsions;
+  }
+  EXPECT_GT(touches, 10) << "it folds";
+}
+
+TEST(Folding, RingsStayLinked) {
+  scene::Scene scene = hard_scene("linked_rings");
+  for (scene::DeformableBody& ring : scene.deformable) ring.shape.spacing = 0.14;
+  Simulation simulation(scene, test::plan(scene));
+  for (int frame = 1; frame <= 48; ++frame) {
+    simulation.advance_frame();
+    ASSERT_EQ(simulation.stats().self_intersections, 0) << "frame " << frame;
+    ASSERT_EQ(simulation.stats().inverted, 0) << "frame " << frame;
+  }
+  // The lower ring hangs on the upper one; if it had come loose it would lie on the ground, 0.15 m high.
+  const Bodies& bodies = simulation.world().bodies;
+  double height = 0;
+  for (int i = 0; i < bodies.deformable[1].particle_count; ++i)
+    height += bodies.particles.x[static_cast<std::size_t>(bodies.deformable[1].first_particle + i)].y();
+  test::expect_above(height / bodies.deformable[1].particle_count, 0.3, "height of the lower ring, m");
+}
+
+}  // namespace
+}  // namespace duet
