@@ -78,17 +78,21 @@ PackTriple load_rows(Row&& row) {
           __builtin_shufflevector(z_low, z_high, 0, 1, 2, 3, 8, 9, 10, 11)};
 }
 
-// The opposite: eight rows (x, y, z, 0), two to a pack of `out`.
-inline void store_rows(const PackTriple& v, Pack* out) {
+// The opposite: eight rows (x, y, z, 0).
+inline void store_rows(const PackTriple& v, Quad* out) {
   const Pack zero{};
   const Pack xy_low = __builtin_shufflevector(v.x, v.y, 0, 8, 1, 9, 2, 10, 3, 11);
   const Pack xy_high = __builtin_shufflevector(v.x, v.y, 4, 12, 5, 13, 6, 14, 7, 15);
   const Pack z_low = __builtin_shufflevector(v.z, zero, 0, 8, 1, 9, 2, 10, 3, 11);
   const Pack z_high = __builtin_shufflevector(v.z, zero, 4, 12, 5, 13, 6, 14, 7, 15);
-  out[0] = __builtin_shufflevector(xy_low, z_low, 0, 1, 8, 9, 2, 3, 10, 11);
-  out[1] = __builtin_shufflevector(xy_low, z_low, 4, 5, 12, 13, 6, 7, 14, 15);
-  out[2] = __builtin_shufflevector(xy_high, z_high, 0, 1, 8, 9, 2, 3, 10, 11);
-  out[3] = __builtin_shufflevector(xy_high, z_high, 4, 5, 12, 13, 6, 7, 14, 15);
+  out[0] = __builtin_shufflevector(xy_low, z_low, 0, 1, 8, 9);
+  out[1] = __builtin_shufflevector(xy_low, z_low, 2, 3, 10, 11);
+  out[2] = __builtin_shufflevector(xy_low, z_low, 4, 5, 12, 13);
+  out[3] = __builtin_shufflevector(xy_low, z_low, 6, 7, 14, 15);
+  out[4] = __builtin_shufflevector(xy_high, z_high, 0, 1, 8, 9);
+  out[5] = __builtin_shufflevector(xy_high, z_high, 2, 3, 10, 11);
+  out[6] = __builtin_shufflevector(xy_high, z_high, 4, 5, 12, 13);
+  out[7] = __builtin_shufflevector(xy_high, z_high, 6, 7, 14, 15);
 }
 
 // 3x3 matrix of T, row-major; enough algebra for finite elements.

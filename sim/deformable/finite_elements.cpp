@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <span>
+#include <utility>
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
@@ -15,7 +18,7 @@
 namespace duet {
 namespace {
 
-constexpr std::size_t batch_grain = 32;
+constexpr std::size_t batches_of_block = 32;
 constexpr std::size_t particle_grain = 512;
 constexpr std::size_t corners = 4;
 
@@ -93,6 +96,7 @@ void FiniteElements::add(const std::vector<Tet>& tets, const std::vector<Vec3>& 
     inverse_rest_.push_back(edges.inverse());
     volume_.push_back(edges.determinant() / 6);
     material_of_.push_back(static_cast<int>(material_.size()));
+    center_.push_back(rest[as_index(tet[0])] + edges.rowwise().sum() / 4);
   }
   material_.push_back(material);
 }
@@ -110,26 +114,23 @@ void FiniteElements::finalize(const std::vector<double>& mass) {
     return squared_frequency_bound(inverse_rest_[t], volume_[t], material_[as_index(material_of_[t])].moduli,
                                    share);
   };
-  std::vector<std::size_t> slot(tets_.size());  // by tet: batch * pack_width + lane
-  std::size_t slots = 0;
-  for (int model = 0; model < material_model_count; ++model) {
-    std::size_t last = 0;
-    for (std::size_t t = 0; t < tets_.size(); ++t) {
-      if (material_[as_index(material_of_[t])].model != static_cast<MaterialModel>(model)) continue;
-      slot[t] = slots++;
-      last = t;
+  std::size_t lanes = 0;
+  for (std::size_t begin = 0, end = 0; begin < tets_.size(); begin = end) {  // the tets of a material
+    while (end < tets_.size() && material_of_[end] == material_of_[begin]) ++end;
+    const std::vector<std::size_t> order = order_in_space(begin, end);
+    for (const std::size_t t : order) {
       const double frequency = frequency_of(t);
       rest_squared_frequency_ = std::max(rest_squared_frequency_, frequency);
-      fill_lane(slot[t], t, false, frequency);
+      fill_lane(lanes++, t, false, frequency);
     }
-    for (; slots % pack_width > 0; ++slots) fill_lane(slots, last, true, 0);
+    for (; lanes % pack_width > 0; ++lanes) fill_lane(lanes, order.back(), true, 0);
   }
+  center_ = {};
   max_squared_frequency_ = rest_squared_frequency_;
 
   deformation_.resize(batches_.size());
   batch_frequency_.resize(batches_.size());
-  rows_of_forces_.resize(batches_.size());
-  index_incidence(mass.size(), slot);
+  index_blocks(mass.size());
 
   for (std::size_t t = 0; t < tets_.size(); ++t) {
     const double rate = material_[as_index(material_of_[t])].mass_damping;
@@ -139,35 +140,60 @@ void FiniteElements::finalize(const std::vector<double>& mass) {
   }
 }
 
-void FiniteElements::fill_lane(std::size_t slot, std::size_t t, bool pads, double squared_frequency) {
-  const std::size_t lane = slot % pack_width;
+// Along a curve that fills space (Morton's), so that tets that follow each other share particles.
+std::vector<std::size_t> FiniteElements::order_in_space(std::size_t begin, std::size_t end) const {
+  constexpr int bits = 10;  // an axis
+  Eigen::AlignedBox3d box;
+  for (std::size_t t = begin; t < end; ++t) box.extend(center_[t]);
+  const double scale =
+      ((1 << bits) - 1) / std::max(box.sizes().maxCoeff(), std::numeric_limits<double>::min());
+  std::vector<std::pair<std::uint32_t, std::size_t>> place;
+  for (std::size_t t = begin; t < end; ++t) {
+    const Vec3i cell = (scale * (center_[t] - box.min())).cast<int>();
+    std::uint32_t key = 0;
+    for (int bit = bits - 1; bit >= 0; --bit)
+      for (int axis = 0; axis < 3; ++axis) key = key << 1 | (static_cast<unsigned>(cell[axis]) >> bit & 1);
+    place.emplace_back(key, t);
+  }
+  std::sort(place.begin(), place.end());
+  std::vector<std::size_t> order;
+  for (const auto& [key, t] : place) order.push_back(t);
+  return order;
+}
+
+void FiniteElements::fill_lane(std::size_t number, std::size_t t, bool pads, double squared_frequency) {
+  const std::size_t lane = number % pack_width;
   if (lane == 0) batches_.emplace_back();
   Batch& batch = batches_.back();
-  const ElasticMaterial& material = material_[as_index(material_of_[t])];
-  batch.model = material.model;
+  batch.material = material_of_[t];
   for (std::size_t i = 0; i < corners; ++i) batch.particle[i][lane] = tets_[t][i];
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) batch.inverse_rest[i][j][lane] = inverse_rest_[t](i, j);
   batch.volume[lane] = pads ? 0 : volume_[t];
-  batch.mu[lane] = material.moduli.mu;
-  batch.lambda[lane] = material.moduli.lambda;
-  batch.damping[lane] = material.moduli.damping;
   batch.squared_frequency[lane] = squared_frequency;
 }
 
-void FiniteElements::index_incidence(std::size_t particles, const std::vector<std::size_t>& slot) {
-  std::vector<int> count(particles + 1, 0);
-  for (const Tet& tet : tets_)
-    for (int p : tet) ++count[as_index(p) + 1];
-  for (std::size_t p = 1; p < count.size(); ++p) count[p] += count[p - 1];
-  incidence_start_ = count;
-  incidence_.resize(corners * tets_.size());
-  for (std::size_t t = 0; t < tets_.size(); ++t)
-    for (std::size_t i = 0; i < corners; ++i) {
-      const std::size_t batch = slot[t] / pack_width, lane = slot[t] % pack_width;
-      incidence_[as_index(count[as_index(tets_[t][i])]++)] =
-          static_cast<int>((batch * corners + i) * pack_width + lane);
-    }
+void FiniteElements::index_blocks(std::size_t particle_count) {
+  std::vector<int> particles, here;  // of all blocks' forces; of one block's
+  first_force_.assign(1, 0);
+  for (std::size_t begin = 0; begin < batches_.size(); begin += batches_of_block) {
+    const auto block =
+        std::span(batches_).subspan(begin, std::min(batches_of_block, batches_.size() - begin));
+    here.clear();
+    for (const Batch& batch : block)
+      for (const auto& corner : batch.particle) here.insert(here.end(), corner.begin(), corner.end());
+    std::sort(here.begin(), here.end());
+    here.erase(std::unique(here.begin(), here.end()), here.end());
+    for (Batch& batch : block)
+      for (std::size_t i = 0; i < corners; ++i)
+        for (std::size_t lane = 0; lane < pack_width; ++lane)
+          batch.slot[i][lane] = static_cast<std::uint16_t>(
+              std::lower_bound(here.begin(), here.end(), batch.particle[i][lane]) - here.begin());
+    particles.insert(particles.end(), here.begin(), here.end());
+    first_force_.push_back(particles.size());
+  }
+  block_forces_.resize(particles.size());
+  sums_.build(particles, particle_count);
 }
 
 // F for positions, its rate for velocities: D_s(values) D_m^-1.
@@ -191,58 +217,54 @@ Matrix3<Pack> FiniteElements::gradient(const Batch& batch, const std::vector<Vec
 
 // H = -V P D_m^-T holds the forces on particles 1 to 3 in its columns; particle 0 gets the opposite of their
 // sum.
-void FiniteElements::store_forces(std::size_t index, const Matrix3<Pack>& stress) {
-  const Batch& batch = batches_[index];
+void FiniteElements::spread_forces(const Batch& batch, const Matrix3<Pack>& stress, Quad* forces) const {
   const Matrix3<Pack> H = -batch.volume * times_transposed(stress, batch.inverse_rest);
-  PackTriple force[3];
-  for (int k = 0; k < 3; ++k) force[k] = {H[0][k], H[1][k], H[2][k]};
-  std::array<std::array<Pack, 4>, corners>& out = rows_of_forces_[index];
-  store_rows({-(force[0].x + force[1].x + force[2].x), -(force[0].y + force[1].y + force[2].y),
-              -(force[0].z + force[1].z + force[2].z)},
-             out[0].data());
-  for (std::size_t k = 0; k < 3; ++k) store_rows(force[k], out[k + 1].data());
+  PackTriple force[corners];
+  for (int k = 0; k < 3; ++k) force[k + 1] = {H[0][k], H[1][k], H[2][k]};
+  force[0] = {-(force[1].x + force[2].x + force[3].x), -(force[1].y + force[2].y + force[3].y),
+              -(force[1].z + force[2].z + force[3].z)};
+  for (std::size_t i = 0; i < corners; ++i) {
+    alignas(sizeof(Pack)) Quad rows[pack_width];
+    store_rows(force[i], rows);
+    for (std::size_t lane = 0; lane < pack_width; ++lane) forces[batch.slot[i][lane]] += rows[lane];
+  }
 }
 
-void FiniteElements::gather_forces(std::vector<Vec3>& force) const {
-  const auto* rows = reinterpret_cast<const Quad*>(rows_of_forces_.data());
-  parallel_for(force.size(), particle_grain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t p = begin; p < end; ++p) {
-      Quad sum{};
-      for (int k = incidence_start_[p]; k < incidence_start_[p + 1]; ++k)
-        sum += rows[as_index(incidence_[as_index(k)])];
-      force[p] += Vec3(sum[0], sum[1], sum[2]);
-    }
+// Adds the forces of all elements to `sums`; `stress_of(index of a batch)` is P.
+template <class Stress>
+void FiniteElements::add_forces(std::vector<Vec3>& sums, Stress&& stress_of) {
+  if (tets_.empty()) return;
+  parallel_for(batches_.size(), batches_of_block, [&](std::size_t begin, std::size_t end) {
+    const std::size_t block = begin / batches_of_block;
+    Quad* forces = block_forces_.data() + first_force_[block];
+    std::fill(forces, block_forces_.data() + first_force_[block + 1], Quad{});
+    for (std::size_t b = begin; b < end; ++b) spread_forces(batches_[b], stress_of(b), forces);
   });
+  sums_.add(block_forces_, sums);
 }
 
 void FiniteElements::add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>& force) {
-  if (tets_.empty()) return;
-  parallel_for(batches_.size(), batch_grain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t b = begin; b < end; ++b) {
-      const Batch& batch = batches_[b];
-      const Matrix3<Pack> F = deformation_[b] = gradient(batch, x);
-      with_model(batch.model, [&]<class Model>(Model) {
-        store_forces(b, Model::stress(batch.mu, batch.lambda, F));
-        batch_frequency_[b] =
-            largest_lane(batch.squared_frequency * Model::stiffening(batch.mu, batch.lambda, F));
-      });
-    }
+  add_forces(force, [&](std::size_t b) {
+    const Batch& batch = batches_[b];
+    const Matrix3<Pack> F = deformation_[b] = gradient(batch, x);
+    const auto [mu, lambda] = moduli(batch);
+    return with_model(model(batch), [&]<class Model>(Model) {
+      batch_frequency_[b] = largest_lane(batch.squared_frequency * Model::stiffening(mu, lambda, F));
+      return Model::stress(mu, lambda, F);
+    });
   });
-  max_squared_frequency_ = *std::max_element(batch_frequency_.begin(), batch_frequency_.end());
-  gather_forces(force);
+  if (!tets_.empty())
+    max_squared_frequency_ = *std::max_element(batch_frequency_.begin(), batch_frequency_.end());
 }
 
 void FiniteElements::add_damping_forces(const std::vector<Vec3>& v, std::vector<Vec3>& force) {
-  if (tets_.empty()) return;
-  parallel_for(batches_.size(), batch_grain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t b = begin; b < end; ++b) {
-      const Batch& batch = batches_[b];
-      const Pack lambda = added_damping_ > 0 ? volume_share(deformation_[b]) * batch.lambda : batch.lambda;
-      store_forces(b, viscous_stress<Pack>(batch.mu, lambda, batch.damping + added_damping_, deformation_[b],
-                                           gradient(batch, v)));
-    }
+  add_forces(force, [&](std::size_t b) {
+    const Batch& batch = batches_[b];
+    const auto [mu, lambda] = moduli(batch);
+    const double damping = material_[as_index(batch.material)].moduli.damping + added_damping_;
+    const Pack of_volume = added_damping_ > 0 ? volume_share(deformation_[b]) * lambda : Pack{} + lambda;
+    return viscous_stress<Pack>(mu, of_volume, Pack{} + damping, deformation_[b], gradient(batch, v));
   });
-  gather_forces(force);
   parallel_for(drag_.size(), particle_grain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t p = begin; p < end; ++p) force[p] -= drag_[p] * v[p];
   });
@@ -250,35 +272,32 @@ void FiniteElements::add_damping_forces(const std::vector<Vec3>& v, std::vector<
 
 void FiniteElements::linearize() {
   differential_.resize(batches_.size());
-  parallel_for(batches_.size(), batch_grain, [&](std::size_t begin, std::size_t end) {
+  parallel_for(batches_.size(), batches_of_block, [&](std::size_t begin, std::size_t end) {
     for (std::size_t b = begin; b < end; ++b) {
-      const Batch& batch = batches_[b];
+      const auto [mu, lambda] = moduli(batches_[b]);
       const PrincipalStretches<Pack> p = principal_stretches(deformation_[b]);
-      with_model(batch.model, [&]<class Model>(Model) {
-        differential_[b] = stress_differential(p, Model::derivatives(batch.mu, batch.lambda, p.stretch));
+      with_model(model(batches_[b]), [&]<class Model>(Model) {
+        differential_[b] = stress_differential(p, Model::derivatives(mu, lambda, p.stretch));
       });
     }
   });
 }
 
 void FiniteElements::add_force_differentials(const std::vector<Vec3>& dx, std::vector<Vec3>& force) {
-  if (tets_.empty()) return;
-  parallel_for(batches_.size(), batch_grain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t b = begin; b < end; ++b) store_forces(b, differential_[b] * gradient(batches_[b], dx));
-  });
-  gather_forces(force);
+  add_forces(force, [&](std::size_t b) { return differential_[b] * gradient(batches_[b], dx); });
 }
 
 double FiniteElements::energy(const std::vector<Vec3>& x) const {
   return parallel_reduce(
-      batches_.size(), batch_grain, 0.0,
+      batches_.size(), batches_of_block, 0.0,
       [&](std::size_t begin, std::size_t end) {
         double sum = 0;
         for (std::size_t b = begin; b < end; ++b) {
           const Batch& batch = batches_[b];
           const Matrix3<Pack> F = gradient(batch, x);
-          with_model(batch.model, [&]<class Model>(Model) {
-            sum += sum_of_lanes(batch.volume * Model::energy_density(batch.mu, batch.lambda, F));
+          const auto [mu, lambda] = moduli(batch);
+          with_model(model(batch), [&]<class Model>(Model) {
+            sum += sum_of_lanes(batch.volume * Model::energy_density(mu, lambda, F));
           });
         }
         return sum;

@@ -2,11 +2,13 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <vector>
 
 #include "sim/base/simd.h"
 #include "sim/base/types.h"
 #include "sim/deformable/material_model.h"
+#include "sim/deformable/particle_sums.h"
 #include "sim/deformable/stress_differential.h"
 #include "sim/geometry/tet_mesh.h"
 
@@ -70,21 +72,34 @@ class FiniteElements {
   double drag(std::size_t particle) const { return drag_.empty() ? 0 : drag_[particle]; }
 
  private:
-  struct Batch {  // eight elements of one material model
+  struct Batch {  // eight elements of one material
     std::array<std::array<int, pack_width>, 4> particle;
-    Matrix3<Pack> inverse_rest;  // D_m^-1, 1/m
-    Pack volume;                 // m^3; zero in the lanes that pad the last batch of a model
-    Pack mu, lambda, damping;
+    std::array<std::array<std::uint16_t, pack_width>, 4> slot;  // of the forces on them in the block's
+    Matrix3<Pack> inverse_rest;                                 // D_m^-1, 1/m
+    Pack volume;             // m^3; zero in the lanes that pad the last batch of a material
     Pack squared_frequency;  // at rest
-    MaterialModel model = MaterialModel::neo_hookean;
+    int material = 0;
   };
-  void fill_lane(std::size_t slot, std::size_t tet, bool pads, double squared_frequency);
-  void index_incidence(std::size_t particles, const std::vector<std::size_t>& slot);
+  struct Moduli {
+    Pack mu, lambda;  // Pa
+  };
+  Moduli moduli(const Batch& batch) const {
+    const LameParameters& of_all = material_[static_cast<std::size_t>(batch.material)].moduli;
+    return {Pack{} + of_all.mu, Pack{} + of_all.lambda};
+  }
+  MaterialModel model(const Batch& batch) const {
+    return material_[static_cast<std::size_t>(batch.material)].model;
+  }
+  std::vector<std::size_t> order_in_space(std::size_t begin, std::size_t end) const;
+  void fill_lane(std::size_t number, std::size_t tet, bool pads, double squared_frequency);
+  void index_blocks(std::size_t particle_count);
   Matrix3<Pack> gradient(const Batch& batch, const std::vector<Vec3>& values) const;
-  void store_forces(std::size_t batch, const Matrix3<Pack>& stress);
-  void gather_forces(std::vector<Vec3>& force) const;
+  void spread_forces(const Batch& batch, const Matrix3<Pack>& stress, Quad* forces) const;
+  template <class Stress>
+  void add_forces(std::vector<Vec3>& sums, Stress&& stress_of);
 
   std::vector<Tet> tets_;
+  std::vector<Vec3> center_;  // m, of the tets at rest; until they are laid out
   std::vector<Mat3> inverse_rest_;
   std::vector<double> volume_;
   std::vector<ElasticMaterial> material_;  // of the bodies, in the order they were added
@@ -92,11 +107,13 @@ class FiniteElements {
   std::vector<double> drag_;               // kg/s, by particle; empty without mass-proportional damping
 
   std::vector<Batch> batches_;
-  std::vector<Matrix3<Pack>> deformation_;                          // F of each batch
-  std::vector<StressDifferential<Pack>> differential_;              // of each batch, once linearized
-  std::vector<std::array<std::array<Pack, 4>, 4>> rows_of_forces_;  // of each batch, by corner: eight Quads
-  std::vector<int> incidence_start_;                                // by particle: range of incidence_
-  std::vector<int> incidence_;                                      // indices of Quads in rows_of_forces_
+  std::vector<Matrix3<Pack>> deformation_;              // F of each batch
+  std::vector<StressDifferential<Pack>> differential_;  // of each batch, once linearized
+  // Some batches whose tets lie together make a block. It has a force for every particle that they touch, so
+  // that few of them go through memory on their way to the particles.
+  std::vector<std::size_t> first_force_;  // of every block, one more than there are
+  std::vector<Quad> block_forces_;
+  ParticleSums sums_;
   std::vector<double> batch_frequency_;
   double added_damping_ = 0;
   double max_squared_frequency_ = 0, rest_squared_frequency_ = 0;

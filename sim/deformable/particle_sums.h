@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "sim/base/parallel.h"
@@ -19,25 +20,28 @@ class ParticleSums {
       if (p >= 0) ++start_[static_cast<std::size_t>(p) + 1];
     for (std::size_t p = 0; p < particle_count; ++p) start_[p + 1] += start_[p];
     slot_.resize(start_.back());
-    std::vector<std::size_t> next = start_;
+    std::vector<std::uint32_t> next = start_;
     for (std::size_t k = 0; k < particles.size(); ++k)
-      if (particles[k] >= 0) slot_[next[static_cast<std::size_t>(particles[k])]++] = k;
+      if (particles[k] >= 0)
+        slot_[next[static_cast<std::size_t>(particles[k])]++] = static_cast<std::uint32_t>(k);
   }
 
-  // Adds the values of all slots to those of their particles.
-  void add(const std::vector<Vec3>& values, std::vector<Vec3>& sums) const {
+  // Adds the values of all slots, Vec3 or Quad, to those of their particles.
+  template <class Value>
+  void add(const std::vector<Value>& values, std::vector<Vec3>& sums) const {
     constexpr std::size_t grain = 512;
     parallel_for(sums.size(), grain, [&](std::size_t begin, std::size_t end) {
       for (std::size_t p = begin; p < end; ++p) {
-        Vec3 sum = Vec3::Zero();
-        for (std::size_t k = start_[p]; k < start_[p + 1]; ++k) sum += values[slot_[k]];
-        sums[p] += sum;
+        if (start_[p] == start_[p + 1]) continue;
+        Value sum = values[slot_[start_[p]]];
+        for (std::uint32_t k = start_[p] + 1; k < start_[p + 1]; ++k) sum += values[slot_[k]];
+        sums[p] += Vec3(sum[0], sum[1], sum[2]);
       }
     });
   }
 
  private:
-  std::vector<std::size_t> start_, slot_;  // slots by particle
+  std::vector<std::uint32_t> start_, slot_;  // slots by particle
 };
 
 }  // namespace duet

@@ -8,7 +8,7 @@
 namespace duet {
 namespace {
 
-constexpr std::size_t grain = 2048;
+constexpr std::size_t grain = 1024;
 
 template <class Operation>
 void for_each_entry(const GeneralizedVelocity& x, GeneralizedVelocity& y, Operation&& operation) {
@@ -54,7 +54,8 @@ VelocitySystem::VelocitySystem(Bodies& bodies, double dt, bool implicit_elastici
 
 void VelocitySystem::apply(const GeneralizedVelocity& v, GeneralizedVelocity& out) {
   resize_like(v, out);
-  force_.assign(v.particle.size(), Vec3::Zero());
+  force_.resize(v.particle.size());
+  for_each_particle(force_, [](Vec3& force) { force.setZero(); });
   if (implicit_elasticity_) {
     bodies_.forces.add_force_differentials(v.particle, force_);
     for_each_particle(force_, [this](Vec3& force) { force *= dt_; });
@@ -94,11 +95,17 @@ double VelocitySystem::inner(const GeneralizedVelocity& u, const GeneralizedVelo
 }
 
 double VelocitySystem::norm(const GeneralizedVelocity& v) const {
-  double squared = 0;
-  for (const Vec3& velocity : v.particle) {
-    const double here = velocity.squaredNorm();
-    if (!(here <= squared)) squared = here;  // also takes a NaN, which ends the solve
-  }
+  const auto larger = [](double a, double b) {
+    return b <= a ? a : b;
+  };  // also takes a NaN, which ends the solve
+  double squared = parallel_reduce(
+      v.particle.size(), grain, 0.0,
+      [&](std::size_t begin, std::size_t end) {
+        double largest = 0;
+        for (std::size_t p = begin; p < end; ++p) largest = larger(largest, v.particle[p].squaredNorm());
+        return largest;
+      },
+      larger);
   for (std::size_t i = 0; i < v.linear.size(); ++i) {
     const RigidProperties& properties = bodies_.rigid.properties[i];
     if (!properties.is_dynamic()) continue;

@@ -26,13 +26,13 @@ TEST(Simd, RowsComeBackFromPacks) {
   const PackTriple packs = load_rows([&](std::size_t i) {
     return Quad{rows[i][0], rows[i][1], rows[i][2], rows[i][3]};
   });
-  Pack stored[4];
+  Quad stored[pack_width];
   store_rows(packs, stored);
   for (std::size_t i = 0; i < pack_width; ++i) {
     EXPECT_EQ(packs.x[i], rows[i][0]);
     EXPECT_EQ(packs.y[i], rows[i][1]);
     EXPECT_EQ(packs.z[i], rows[i][2]);
-    for (std::size_t k = 0; k < 4; ++k) EXPECT_EQ(stored[i / 2][4 * (i % 2) + k], k < 3 ? rows[i][k] : 0);
+    for (std::size_t k = 0; k < 4; ++k) EXPECT_EQ(stored[i][k], k < 3 ? rows[i][k] : 0);
   }
 }
 
