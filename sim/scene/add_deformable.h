@@ -14,8 +14,8 @@ BodyShape add_rod(const Scene& scene, const EffectSet& plan, const DeformableBod
                   Bodies& bodies);
 
 // The particles of a body at the nodes (m, in its own coordinates) with the given masses (kg). Those that a
-// pin holds keep their mass for the sums of a run, but no force moves them: their inverse mass is 0, and their
-// velocity is 0 or, where the pin belongs to a kinematic body, that body's.
+// pin holds keep their mass for the sums of a run, but no force moves them: their inverse mass is 0, and
+// their velocity is 0 or, where the pin belongs to a kinematic body, that body's.
 void add_particles(const DeformableBody& description, const std::vector<Vec3>& nodes,
                    const std::vector<double>& mass, Bodies& bodies);
 

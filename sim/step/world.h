@@ -82,8 +82,8 @@ struct StepContext {
   std::vector<Vec3> force, damping_force;  // N
   GeneralizedVelocity right_side, solution, residual, direction, image;
   GeneralizedVelocity imbalance, unconstrained, correction;  // of Newton's method
-  std::vector<Vec3> elastic_change;           // m/s, of an implicit I.1
-  bool balanced = true;                       // whether it has converged
+  std::vector<Vec3> elastic_change;                          // m/s, of an implicit I.1
+  bool balanced = true;                                      // whether it has converged
   std::vector<Mat3> inertia;
 };
 
