@@ -253,7 +253,10 @@ TEST(InternalForces, FrequencyBoundHoldsAtRestAndStretched) {
       }
       const double bound = s.forces.max_squared_frequency();
       EXPECT_LE(highest, bound * (1 + 1e-12)) << stretch;
-      EXPECT_GE(highest, bound / (s.name == "altitude springs" ? 6.5 : s.name == "rod" ? 1.5 : 3.5)) << stretch;
+      EXPECT_GE(highest, bound / (s.name == "altitude springs" ? 6.5
+                                  : s.name == "rod"            ? 1.5
+                                                               : 3.5))
+          << stretch;
     }
   }
 }
