@@ -138,8 +138,7 @@ std::vector<Key> shape_keys(DeformableShape& shape) {
               {"segments", &shape.segments, "", segments, "of equal length"}}},
        "", any, "closed rope wound about a ring; the trefoil has the winding [2, 3]", one_of},
       {"particle", &shape.radius, "m", positive,
-       "radius of a ball that slides and falls but does not turn: one particle, which touches rigid bodies",
-       one_of},
+       "radius of a ball that slides and falls but does not turn; it touches rigid bodies only", one_of},
   };
   for (Key& key : shape_keys(shape.surface)) {
     if (key.name == "box" || key.name == "cells") continue;
@@ -269,8 +268,7 @@ std::vector<Key> keys(DeformableEntry& entry) {
   return {
       {"name", Name{&body.name}, "", any, "unique among all bodies; `ground` is taken", required},
       {"shape", Group{shape_keys(body.shape)}, "", any,
-       "exactly one of its volumes (box to tets), shells (panel, disc) and rods (rod, helix, knot), or a "
-       "particle",
+       "exactly one: volume (box to tets), shell (panel, disc), rod (rod, helix, knot) or particle",
        required},
       {"thickness", &body.thickness, "m", positive, "of shells, which need one; the diameter of rods",
        one_of},
@@ -342,12 +340,11 @@ std::vector<Key> keys(Solver& solver) {
       {"push_out_iterations", &solver.push_out_iterations, "", between(1, 1e4),
        "times that overlaps are found and resolved (step IV.2)"},
       {"push_out_sweeps", &solver.push_out_sweeps, "", between(1, 1e4),
-       "bound on the sweeps over central bodies that resolve the overlaps found at one time"},
+       "bound on the sweeps over central bodies for the overlaps found at one time"},
       {"push_out_gradual", &solver.push_out_gradual, "", any,
-       "the first half of push_out_iterations removes a growing part of every overlap, not all of it"},
+       "the first half of push_out_iterations removes a growing part of every overlap"},
       {"push_out_order", choice(solver.push_out_order, {"together", "levels", "frozen_levels"}), "", any,
-       "central bodies of step IV.2: all together, level by level of the contact graph, or with what rests "
-       "on something held once its level is done, which lifts heavy bodies off light ones"},
+       "central bodies of step IV.2: all, or by levels; frozen: what rests is held once its level is done"},
       {"rigid_push_out", choice(solver.rigid_push_out, {"all_contacts", "deepest_points"}), "", any,
        "between rigid bodies: all contacts at once without friction, or equations 1 and 2 of the paper"},
       {"deformable_collision", &solver.deformable_collision, "", any,
@@ -355,14 +352,11 @@ std::vector<Key> keys(Solver& solver) {
       {"shock_propagation", choice(solver.shock_propagation, {"auto", "on", "off"}), "", any,
        "upper bodies alone take up what contact leaves, level by level; auto: in scenes of rigid bodies"},
       {"velocity_constraints", choice(solver.velocity_constraints, {"after_solve", "before_solve"}), "", any,
-       "contact and friction of step V after the implicit solve, or before it, so that damping acts on what "
-       "they do: less accurate friction, for very large piles"},
+       "contact and friction of step V after the implicit solve, or before it: for very large piles"},
       {"projection_iterations", &solver.projection_iterations, "", between(1, 1e3),
        "forward and backward sweeps of the contact projection inside the conjugate gradients (step V.2)"},
       {"face_samples", &solver.face_samples, "", between(0, 32),
-       "lattice order of extra contact points on deformable faces, higher where a rigid body is thinner than "
-       "they "
-       "would be apart; 0: vertices only"},
+       "lattice order of contact points on deformable faces, higher for thin rigid bodies; 0: vertices only"},
       {"contact_reduction", &solver.contact_reduction, "", any,
        "flat faces of rigid bodies touch with the points that carry them instead of all their samples"},
       {"orientation", choice(solver.orientation, {"first_order", "second_order"}), "", any,

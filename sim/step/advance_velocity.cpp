@@ -132,8 +132,12 @@ void advance_semi_implicitly(World& world, StepContext& context) {
   }
   solve_velocity(world, context, dt, projection, false);
   if (world.has_internal_forces()) bodies.forces.add_damping_forces(context.solution.particle, context.force);
-  for (std::size_t p = 0; p < particles.size(); ++p)
-    particles.v[p] += dt * particles.inverse_mass[p] * context.force[p];
+  if (projection) {
+    for (std::size_t p = 0; p < particles.size(); ++p)
+      particles.v[p] += dt * particles.inverse_mass[p] * context.force[p];
+  } else {
+    particles.v = context.solution.particle;  // the same, without what the solve has left
+  }
   for (std::size_t i = 0; i < bodies.rigid.size(); ++i)
     if (bodies.rigid.properties[i].is_dynamic()) bodies.rigid.state[i].velocity += dt * world.gravity;
   for (const BoundParticle& bound : bodies.bound)

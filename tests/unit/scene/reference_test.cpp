@@ -182,6 +182,11 @@ shape = { torus = { radius = 2, tube = 1 } }
 material = "NAME"
 
 [[deformable]]
+name = "bead"
+shape = { particle = 0.1 }
+material = "NAME"
+
+[[deformable]]
 name = "meshed"
 shape = { tets = "meshed.msh", scale = 3 }
 material = "NAME"
@@ -210,6 +215,7 @@ push_out_iterations = 5
 push_out_sweeps = 12
 push_out_gradual = false
 push_out_order = "frozen_levels"
+velocity_constraints = "after_solve"
 rigid_push_out = "deepest_points"
 shock_propagation = "on"
 projection_iterations = 3
