@@ -84,7 +84,8 @@ double update_rotation(Bodies& bodies, const ContactSet& contacts, ContactPair& 
 }
 
 // Several sweeps over the contacts of one pair, to and fro: a face that lands flat shall not be tilted by the
-// order of its points. Returns the first sweep's change of relative velocity.
+// order of its points. What the first sweep leaves without an impulse, two thirds of the contacts of a pile,
+// waits for the next visit. Returns the first sweep's change of relative velocity.
 double update_pair(Bodies& bodies, const ContactSolveSettings& settings, ContactSet& contacts,
                    ContactPair& pair) {
   double first = 0;
@@ -92,7 +93,9 @@ double update_pair(Bodies& bodies, const ContactSolveSettings& settings, Contact
     double largest = 0;
     for (int k = pair.begin; k < pair.end; ++k) {
       const int i = repeat % 2 == 0 ? k : pair.end - 1 - (k - pair.begin);
-      largest = std::max(largest, update_contact(bodies, contacts.points[as_index(i)]));
+      ContactPoint& contact = contacts.points[as_index(i)];
+      if (repeat > 0 && contact.impulse.isZero(0)) continue;
+      largest = std::max(largest, update_contact(bodies, contact));
     }
     if (settings.angular_friction && pair.guest_rigid >= 0)
       largest = std::max(largest, update_rotation(bodies, contacts, pair));

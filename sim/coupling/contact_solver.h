@@ -9,7 +9,7 @@ namespace duet {
 
 struct ContactSolveSettings {
   int iterations = 20;            // Gauss-Seidel sweeps, up the graph
-  int repeats = 2;                // of every pair in a sweep: to and fro
+  int repeats = 8;                // of every pair in a sweep
   double tolerance = 1e-6;        // m/s, stop when no sweep changes a relative velocity by more
   bool angular_friction = false;  // effect rolling_friction
 };

@@ -86,9 +86,10 @@ class Separator {
     if (!scratch_.overlaps[as_index(p)] && is_zero(scratch_.body[as_index(pair.host)]) &&
         is_zero(scratch_.body[as_index(pair.guest_rigid)]))
       return false;
-    if (!scratch_.measured[as_index(p)])
+    if (!scratch_.measured[as_index(p)]) {  // written once: other threads read what lies beside it
       for (int i = pair.begin; i < pair.end; ++i) update_geometry(bodies_, contacts_.points[as_index(i)]);
-    scratch_.measured[as_index(p)] = 1;
+      scratch_.measured[as_index(p)] = 1;
+    }
     return true;
   }
 

@@ -52,7 +52,7 @@ class SweepPipeline {
 
  private:
   static constexpr std::size_t least_pairs = 64;  // for more than one thread
-  static constexpr int patience = 64;             // looks at the next pair before another thread's is taken
+  static constexpr int patience = 4;              // looks at the next pair before another thread's is taken
   static constexpr int most_parts = 64;
 
   struct Step {  // the visit of a pair in each sweep

@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <span>
-#include <utility>
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
@@ -96,7 +94,6 @@ void FiniteElements::add(const std::vector<Tet>& tets, const std::vector<Vec3>& 
     inverse_rest_.push_back(edges.inverse());
     volume_.push_back(edges.determinant() / 6);
     material_of_.push_back(static_cast<int>(material_.size()));
-    center_.push_back(rest[as_index(tet[0])] + edges.rowwise().sum() / 4);
   }
   material_.push_back(material);
 }
@@ -116,16 +113,13 @@ void FiniteElements::finalize(const std::vector<double>& mass) {
   };
   std::size_t lanes = 0;
   for (std::size_t begin = 0, end = 0; begin < tets_.size(); begin = end) {  // the tets of a material
-    while (end < tets_.size() && material_of_[end] == material_of_[begin]) ++end;
-    const std::vector<std::size_t> order = order_in_space(begin, end);
-    for (const std::size_t t : order) {
-      const double frequency = frequency_of(t);
+    for (; end < tets_.size() && material_of_[end] == material_of_[begin]; ++end) {
+      const double frequency = frequency_of(end);
       rest_squared_frequency_ = std::max(rest_squared_frequency_, frequency);
-      fill_lane(lanes++, t, false, frequency);
+      fill_lane(lanes++, end, false, frequency);
     }
-    for (; lanes % pack_width > 0; ++lanes) fill_lane(lanes, order.back(), true, 0);
+    for (; lanes % pack_width > 0; ++lanes) fill_lane(lanes, end - 1, true, 0);
   }
-  center_ = {};
   max_squared_frequency_ = rest_squared_frequency_;
 
   deformation_.resize(batches_.size());
@@ -138,27 +132,6 @@ void FiniteElements::finalize(const std::vector<double>& mass) {
     if (rate > 0)
       for (int p : tets_[t]) drag_[as_index(p)] = rate * mass[as_index(p)];
   }
-}
-
-// Along a curve that fills space (Morton's), so that tets that follow each other share particles.
-std::vector<std::size_t> FiniteElements::order_in_space(std::size_t begin, std::size_t end) const {
-  constexpr int bits = 10;  // an axis
-  Eigen::AlignedBox3d box;
-  for (std::size_t t = begin; t < end; ++t) box.extend(center_[t]);
-  const double scale =
-      ((1 << bits) - 1) / std::max(box.sizes().maxCoeff(), std::numeric_limits<double>::min());
-  std::vector<std::pair<std::uint32_t, std::size_t>> place;
-  for (std::size_t t = begin; t < end; ++t) {
-    const Vec3i cell = (scale * (center_[t] - box.min())).cast<int>();
-    std::uint32_t key = 0;
-    for (int bit = bits - 1; bit >= 0; --bit)
-      for (int axis = 0; axis < 3; ++axis) key = key << 1 | (static_cast<unsigned>(cell[axis]) >> bit & 1);
-    place.emplace_back(key, t);
-  }
-  std::sort(place.begin(), place.end());
-  std::vector<std::size_t> order;
-  for (const auto& [key, t] : place) order.push_back(t);
-  return order;
 }
 
 void FiniteElements::fill_lane(std::size_t number, std::size_t t, bool pads, double squared_frequency) {

@@ -90,7 +90,6 @@ class FiniteElements {
   MaterialModel model(const Batch& batch) const {
     return material_[static_cast<std::size_t>(batch.material)].model;
   }
-  std::vector<std::size_t> order_in_space(std::size_t begin, std::size_t end) const;
   void fill_lane(std::size_t number, std::size_t tet, bool pads, double squared_frequency);
   void index_blocks(std::size_t particle_count);
   Matrix3<Pack> gradient(const Batch& batch, const std::vector<Vec3>& values) const;
@@ -99,7 +98,6 @@ class FiniteElements {
   void add_forces(std::vector<Vec3>& sums, Stress&& stress_of);
 
   std::vector<Tet> tets_;
-  std::vector<Vec3> center_;  // m, of the tets at rest; until they are laid out
   std::vector<Mat3> inverse_rest_;
   std::vector<double> volume_;
   std::vector<ElasticMaterial> material_;  // of the bodies, in the order they were added
@@ -109,7 +107,7 @@ class FiniteElements {
   std::vector<Batch> batches_;
   std::vector<Matrix3<Pack>> deformation_;              // F of each batch
   std::vector<StressDifferential<Pack>> differential_;  // of each batch, once linearized
-  // Some batches whose tets lie together make a block. It has a force for every particle that they touch, so
+  // Batches that follow each other make a block. It has a force for every particle that they touch, so
   // that few of them go through memory on their way to the particles.
   std::vector<std::size_t> first_force_;  // of every block, one more than there are
   std::vector<Quad> block_forces_;
