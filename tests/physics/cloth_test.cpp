@@ -30,7 +30,7 @@ scene::Scene hanging_cloth(bool springs, double damping) {
   material.springs = {10, damping > 0 ? 1.0 : 0.0};
   material.bending_springs = {0.1, damping > 0 ? 1.0 : 0.0};
   scene::DeformableBody& cloth = test::add_panel(scene, "cloth", Vec3::Zero(), Vec2(0.3, 0.3), 4, 0.001);
-  cloth.pins = {{Vec3(-0.15, 0, -0.15), Vec3(0.15, 0, -0.15), 1e-3}};
+  cloth.pins = {{Vec3(-0.15, 0, -0.15), Vec3(0.15, 0, -0.15), 1e-3, {}}};
   scene.solver.max_time_step = 1;
   return scene;
 }
@@ -119,7 +119,7 @@ TEST(Rope, HangsInTheCatenary) {
                      0.5 * (std::cos(half) - std::cos(angle)) / std::sin(half), 0);
   }
   scene::DeformableBody& rope = test::add_rope(scene, "rope", arc, 60, 0.01);
-  rope.pins = {{Vec3(-0.5, 0, 0), {}, 1e-3}, {Vec3(0.5, 0, 0), {}, 1e-3}};
+  rope.pins = {{Vec3(-0.5, 0, 0), {}, 1e-3, {}}, {Vec3(0.5, 0, 0), {}, 1e-3, {}}};
   Simulation simulation(scene, test::plan(scene));
   for (int frame = 0; frame < 96; ++frame) simulation.advance_frame();
   const auto& x = simulation.world().bodies.particles.x;

@@ -14,6 +14,7 @@ struct SameTarget {
   }
   bool operator()(const Name& a, const Name& b) const { return *a.text == *b.text; }
   bool operator()(const Reference& a, const Reference& b) const { return *a.name == *b.name; }
+  bool operator()(const References& a, const References& b) const { return *a.names == *b.names; }
   bool operator()(const Choice& a, const Choice& b) const { return a.selected == b.selected; }
   bool operator()(const Group& a, const Group& b) const {
     for (std::size_t i = 0; i < a.keys.size(); ++i)
@@ -59,10 +60,11 @@ inline void expect_same_scene(const Scene& a, const Scene& b) {
   expect_same_lists(a.materials, b.materials, same);
   expect_same_lists(a.looks, b.looks, same);
   expect_same_lists(a.lights, b.lights, same);
-  expect_same_lists(a.rigid, b.rigid, [](const RigidBody& body) { return RigidEntry{body, {}}; });
+  expect_same_lists(a.rigid, b.rigid, [](const RigidBody& body) { return RigidEntry{body, {}, {}}; });
   expect_same_lists(a.deformable, b.deformable, [](const DeformableBody& body) {
-    return DeformableEntry{body, {}};
+    return DeformableEntry{body, {}, {}};
   });
+  expect_same_lists(a.joints, b.joints, [](const Joint& joint) { return JointEntry{joint, {}}; });
   for (std::size_t i = 0; i < a.rigid.size(); ++i) {
     EXPECT_EQ(a.rigid[i].shape.kind, b.rigid[i].shape.kind);
     EXPECT_EQ(a.rigid[i].is_kinematic, b.rigid[i].is_kinematic);

@@ -1,0 +1,99 @@
+// Figures 1, 5, 7, 9 and 10: the first moments of their scenes.
+#include <algorithm>
+#include <cmath>
+
+#include "tests/support/margin.h"
+#include "tests/support/scenes.h"
+
+#include "sim/rigid/rotation.h"
+#include "sim/scene/reader.h"
+#include "sim/step/world.h"
+
+namespace duet {
+namespace {
+
+struct Film {
+  scene::Scene scene;
+  Simulation simulation;
+  double gap = 0, penetration = 0;
+  double least_det = 1;
+
+  explicit Film(const std::string& name, const std::vector<std::string>& overrides = {})
+      : scene(scene::read(std::string(DUET_SOURCE_DIR) + "/scenes/" + name + ".toml", overrides).scene),
+        simulation(scene, test::plan(scene)) {}
+
+  const Bodies& bodies() { return simulation.world().bodies; }
+  const RigidState& body(const std::string& name) {
+    const std::vector<std::string>& names = bodies().rigid.name;
+    return bodies()
+        .rigid.state[static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin())];
+  }
+  void advance(int frames) {
+    for (int i = 0; i < frames; ++i) {
+      simulation.advance_frame();
+      gap = std::max(gap, JointSolver::drift(bodies().articulation, bodies().rigid).gap);
+      penetration = std::max(penetration, simulation.stats().max_penetration);
+      least_det = std::min(least_det, simulation.stats().min_det_F);
+    }
+  }
+};
+
+double turn_about_x(const RigidState& state) {  // rad
+  return 2 * std::atan2(state.pose.orientation.x(), state.pose.orientation.w());
+}
+
+// The crank has turned by 135 degrees; the bar has passed on some of it, and the box on top has tipped.
+TEST(Creatures, TheBarTurnsTheHingedBox) {
+  Film film("bar");
+  film.advance(60);
+  const double parent = turn_about_x(film.body("parent"));
+  test::expect_above(parent, 0.35, "turn_of_the_parent_rad");
+  test::expect_below(parent, 135 * EIGEN_PI / 180, "turn_of_the_parent_rad");
+  test::expect_below(film.gap, 1e-6, "gap_of_the_hinge");
+  test::expect_above(film.least_det, 0.5, "least_det_F");
+  test::expect_below(film.penetration, 0.04, "penetration");
+}
+
+// It lies on the ground and bends to and fro, 57 degrees at each joint.
+TEST(Creatures, TheMaggotWriggles) {
+  Film film("maggot");
+  const auto bend = [&] {
+    const Quat between =
+        film.body("maggot-bone1").pose.orientation.conjugate() * film.body("maggot-bone2").pose.orientation;
+    return logarithm(between).norm();
+  };
+  film.advance(36);
+  test::expect_below(bend(), 0.01, "bend_before_it_starts");
+  double most = 0;
+  for (int i = 0; i < 12; ++i) {
+    film.advance(1);
+    most = std::max(most, bend());
+  }
+  test::expect_above(most, 0.9, "largest_bend_rad");
+  test::expect_below(most, 1.05, "largest_bend_rad");
+  test::expect_below(film.gap, 1e-6, "gap");
+  test::expect_above(film.least_det, 0.05, "least_det_F");
+  test::expect_below(film.penetration, 0.01, "penetration");
+}
+
+TEST(Creatures, TheSnakeAndTheFishHoldTogether) {
+  for (const auto& [body, frames] : {std::pair("snake", 16), {"fish", 6}}) {
+    Film film(body);
+    film.advance(frames);
+    test::expect_below(film.gap, 1e-6, fmt::format("gap_{}", body));
+    test::expect_above(film.least_det, 0.05, fmt::format("least_det_F_{}", body));
+    test::expect_below(film.penetration, 0.01, fmt::format("penetration_{}", body));
+  }
+}
+
+TEST(Creatures, TheChainHangs) {
+  Film film("chain", {"deformable.soft3.shape.spacing=0.16", "deformable.soft6.shape.spacing=0.16",
+                    "deformable.soft9.shape.spacing=0.16"});
+  film.advance(8);
+  test::expect_below(film.gap, 1e-6, "gap");
+  test::expect_above(film.least_det, 0.3, "least_det_F");
+  test::expect_below(film.penetration, 0.02, "penetration");
+}
+
+}  // namespace
+}  // namespace duet
