@@ -105,9 +105,7 @@ std::vector<Key> keys(JointEntry& entry) {
        Choice{{"point", "hinge", "universal", "prismatic", "prismatic_twist", "weld"},
               static_cast<std::size_t>(joint.type),
               [&joint](std::size_t i) { joint.type = static_cast<JointType>(i); }},
-       "", any,
-       "leaves free: all turning; turning about x; about the parent's x and the child's y; travel along x; "
-       "travel and turning; nothing",
+       "", any, "leaves free: turning; turning about x; about x and the child's y; travel; the two; nothing",
        required},
       {"parent", &joint.parent, "", any, "name of a rigid body, or `ground`", required},
       {"child", &joint.child, "", any, "name of another rigid body", required},
@@ -142,10 +140,8 @@ std::vector<Key> keys(Repetition& repetition) {
 }
 
 Key repeat_key(Repetition& repetition) {
-  return {
-      "repeat", Group{keys(repetition)}, "", any,
-      "copies of the table: `{}` in its texts is the number of the copy, from 1, `{+}` the next one; a table "
-      "`advance` names numbers that grow by a step, as `\"control.target.wave.place\" = 0.5`"};
+  return {"repeat", Group{keys(repetition)}, "", any,
+          "copies of the table: `{}` in its texts is the copy's number, `{+}` the next one"};
 }
 
 std::vector<Key> keys(Instance& instance) {
@@ -170,9 +166,7 @@ std::vector<Key> keys(Instance& instance) {
               {"turn", &scatter.turn, "", any, "with random rotations"}},
              &instance.has_scatter},
        "", any, "many at random places, clear of each other and of all scattered before"},
-      {"seed", &instance.seed, "", non_negative,
-       "of the random numbers; `set` and `vary` are tables of parameters: "
-       "values, and ranges [least, most] from which each draws its own"},
+      {"seed", &instance.seed, "", non_negative, "of the random numbers"},
   };
 }
 

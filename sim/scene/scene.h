@@ -194,7 +194,7 @@ struct DeformableBody {
 
 // Whether parts of the body are kept from each other: shells and rods fold where volumes hardly can.
 inline bool collides_with_itself(const DeformableBody& body) {
-  return body.self_collision.value_or(!body.shape.is_volume());
+  return body.self_collision.value_or(!body.shape.is_volume() && body.shape.kind != DeformableKind::particle);
 }
 
 enum class JointType { point, hinge, universal, prismatic, prismatic_twist, weld };

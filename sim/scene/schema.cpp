@@ -457,10 +457,7 @@ std::vector<Section> sections(Prototype& prototype) {
       {"rigid", Layout::list, "rigid bodies: dynamic, or static, or kinematic if they have a motion",
        keys(prototype.rigid)},
       {"deformable", Layout::list, "deformable bodies", keys(prototype.deformable)},
-      {"instances", Layout::list,
-       "copies of what [[prefabs.NAME.rigid]], [[prefabs.NAME.deformable]] and [[prefabs.NAME.joints]] list; "
-       "texts "
-       "\"$x\" in them stand for x of [prefabs.NAME.parameters]",
+      {"instances", Layout::list, "copies of the bodies and joints of [prefabs.NAME], see the README",
        keys(prototype.instance)},
       {"joints", Layout::list, "joints between rigid bodies", keys(prototype.joint)},
       {"ground", Layout::table, "the solid half space below a height; absent: no ground",

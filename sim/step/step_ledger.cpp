@@ -71,7 +71,7 @@ StepLedger::Balance StepLedger::measure(const World& world, const std::vector<Ve
 
 StepLedger::Balance StepLedger::measure(const World& world, Stage stage) {
   Balance balance = measure(world, acting_at(world, stage));
-  if (acts_in_the_middle(world, stage))
+  if (acts_in_the_middle(world, stage) && stage != Stage::make_incompressible)
     balance.momentum.angular += moment_in_the_middle(world, [&](std::size_t i) {
       return Vec3(world.bodies.rigid.properties[i].mass * world.bodies.rigid.state[i].velocity);
     });

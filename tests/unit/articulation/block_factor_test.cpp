@@ -1,5 +1,6 @@
 #include "sim/articulation/block_factor.h"
 
+#include <algorithm>
 #include <random>
 
 #include <Eigen/LU>
@@ -29,7 +30,9 @@ System ring(int count, unsigned seed) {
   for (int i = 0; i < count; ++i)
     for (const int j : {(i + 1) % count, (i + count / 2) % count}) {
       if (i == j || (j == (i + count / 2) % count && i != 0)) continue;
-      system.couplings.emplace_back(i, j);
+      const std::pair<int, int> pair = std::minmax(i, j);
+      if (std::find(system.couplings.begin(), system.couplings.end(), pair) == system.couplings.end())
+        system.couplings.push_back(pair);
       Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(6, first.back());  // J^T of two blocks
       for (Eigen::Index r = 0; r < 6; ++r) {
         for (int c = first[static_cast<std::size_t>(i)]; c < first[static_cast<std::size_t>(i) + 1]; ++c)

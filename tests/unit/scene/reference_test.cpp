@@ -79,6 +79,7 @@ name = "brick"
 shape = { box = [1, 2, 3] }
 mass = 4
 sample_spacing = 0.25
+repeat = { count = 1, step = [1, 0, 0] }
 
 [[rigid]]
 name = "pill"
@@ -124,6 +125,8 @@ self_collision = true
 collision_thickness = 0.01
 collision_friction = 0.3
 look = "NAME"
+attach = ["brick"]
+repeat = { count = 1, step = [1, 0, 0] }
 
 [[deformable]]
 name = "cloth"
@@ -190,6 +193,57 @@ material = "NAME"
 name = "meshed"
 shape = { tets = "meshed.msh", scale = 3 }
 material = "NAME"
+
+[[prefabs.thing.rigid]]
+name = "part"
+shape = { sphere = 1 }
+mass = 1
+
+[[instances]]
+name = "things"
+prefab = "thing"
+position = [9, 0, 0]
+rotation = { axis = [0, 0, 1], degrees = 5 }
+grid = [2, 1, 1]
+step = [3, 0, 0]
+seed = 4
+
+[[instances]]
+name = "heap"
+prefab = "thing"
+scatter = { count = 2, size = [1, 1, 1], lower = [0, 0, 0], upper = [9, 9, 9], turn = false }
+
+[[joints]]
+name = "ball"
+type = "point"
+parent = "brick"
+child = "pill"
+position = [0, 0, 0]
+swing = 60
+friction = 0.2
+collide = true
+control = { gain = 50, damping = 3, torque_limit = 9, x = false, y = true, z = true, lead = true, target = { turn = [1, 2, 3], start = 0.5, sinusoid = [{ turn = [0, 4, 0], period = 2, phase = 30 }], keyframes = [{ time = 0, turn = [0, 0, 0] }, { time = 1, turn = [0, 5, 0] }], loop = true, wave = { place = 1, spacing = 0.5, wavelength = 4, period = 2, bend = 0.3, height = 0.1 } } }
+repeat = { count = 1, step = [1, 0, 0] }
+
+[[joints]]
+name = "slider"
+type = "prismatic"
+parent = "can"
+child = "ring"
+parent_frame = { position = [0, 1, 0], axis = [0, 1, 0], up = [1, 0, 0] }
+child_frame = { position = [0, 1, 0], axis = [0, 1, 0], up = [1, 0, 0] }
+travel = { least = -1, most = 2 }
+control = { target = { travel = 0.1, sinusoid = { travel = 0.2, period = 1 }, keyframes = [{ time = 0, travel = 0 }, { time = 1, travel = 0.1 }] } }
+
+[[joints]]
+name = "door"
+type = "hinge"
+parent = "wall"
+child = "bowl"
+position = [1, 0, 0]
+axis = [0, 1, 0]
+up = [0, 0, 1]
+angle = { least = -90, most = 90 }
 
 [ground]
 height = -1
@@ -270,7 +324,10 @@ std::set<std::string> keys_of_full_scene() {
   std::string section = "top";
   std::istringstream lines(full_scene);
   for (std::string line; std::getline(lines, line);) {
-    if (line.starts_with('[')) section = line == "[materials.SOLID]" ? "[materials.NAME]" : line;
+    if (line.starts_with("[[prefabs"))
+      section.clear();  // they hold tables of the others
+    else if (line.starts_with('['))
+      section = line == "[materials.SOLID]" ? "[materials.NAME]" : line;
     std::vector<std::string> outer;  // {"shape", "shape.capsule"} within `shape = { capsule = { radius = 2`
     std::string last;                // the key whose value comes next
     for (std::size_t i = 0; i < line.size(); ++i) {
@@ -283,7 +340,7 @@ std::set<std::string> keys_of_full_scene() {
       const auto before = line.find_last_of(' ', i - 1);
       const std::string name = line.substr(before + 1, i - before - 1);  // npos + 1 is 0
       last = outer.empty() ? name : outer.back() + "." + name;
-      keys.insert(fmt::format("{} {}", section, last));
+      if (!section.empty()) keys.insert(fmt::format("{} {}", section, last));
     }
   }
   return keys;
