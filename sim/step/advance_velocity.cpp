@@ -132,7 +132,7 @@ void advance_semi_implicitly(World& world, StepContext& context) {
   }
   solve_velocity(world, context, dt, projection, false);
   if (world.has_internal_forces()) bodies.forces.add_damping_forces(context.solution.particle, context.force);
-  if (projection) {
+  if (projection || !bodies.bound.empty()) {
     for (std::size_t p = 0; p < particles.size(); ++p)
       particles.v[p] += dt * particles.inverse_mass[p] * context.force[p];
   } else {
