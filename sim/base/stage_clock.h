@@ -27,18 +27,30 @@ enum class Stage {
   self_repulsion,
   self_collision,
   velocity_repulsion,
-  joints,  // within II, III.3, IV.3 and V.4
+  joints,           // within II, III.3, IV.3 and V.4
   explicit_forces,  // V.2 where constraints come before the solve
 };
 inline constexpr int stage_count = 20;
-inline constexpr std::array<std::string_view, stage_count> stage_names = {
-    "0 contact candidates",    "I.1 advance velocity",  "II collide",
-    "III apply contact",       "IV.1 advance position", "IV.2 push out",
-    "V.2-3 constrained solve", "V.4 contact",           "elastic forces",
-    "damping solve",           "shock propagation",     "time step choice",
-    "kinematic motion",        "I.2 volume correction", "V.1 make incompressible",
-    "I.3 self-repulsion",      "IV self-collision",     "V.4 self-repulsion",
-    "joints",                  "V.2 explicit forces"};
+inline constexpr std::array<std::string_view, stage_count> stage_names = {"0 contact candidates",
+                                                                          "I.1 advance velocity",
+                                                                          "II collide",
+                                                                          "III apply contact",
+                                                                          "IV.1 advance position",
+                                                                          "IV.2 push out",
+                                                                          "V.2-3 constrained solve",
+                                                                          "V.4 contact",
+                                                                          "elastic forces",
+                                                                          "damping solve",
+                                                                          "shock propagation",
+                                                                          "time step choice",
+                                                                          "kinematic motion",
+                                                                          "I.2 volume correction",
+                                                                          "V.1 make incompressible",
+                                                                          "I.3 self-repulsion",
+                                                                          "IV self-collision",
+                                                                          "V.4 self-repulsion",
+                                                                          "joints",
+                                                                          "V.2 explicit forces"};
 
 class StageClock {
  public:
