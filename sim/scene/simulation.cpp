@@ -241,6 +241,9 @@ void Simulation::surfaces(std::vector<BodySurface>& out) const {
     if (const std::optional<scene::ThinShape>& thin = shapes[i].thin) {
       const std::span<const Vec3> x(bodies.particles.x.data() + thin->first_particle, thin->particle_count);
       std::visit([&](const auto& thick) { thick.update(x, surface); }, thin->surface);
+    } else if (!shapes[i].skin.empty()) {
+      shapes[i].skin.update(bodies.particles.x.data() + shapes[i].first_particle, surface);
+      shapes[i].skin.interpolate(impl_->particle_strain.data() + shapes[i].first_particle, surface.strain);
     } else if (rest.vertex_nodes.empty()) {
       const Pose& pose = bodies.rigid.state[i].pose;
       for (std::size_t k = 0; k < surface.positions.size(); ++k)
