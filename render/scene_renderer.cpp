@@ -263,6 +263,7 @@ void SceneRenderer::draw_geometry(const std::vector<int>& looks_of_bodies, const
   gl_.ClearColor(0, 0, 0, 0);
   gl_.Clear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
   geometry_program_.use();
+  geometry_program_.set("supersampling", scene_.render.supersampling);
   geometry_program_.set("strain_range", static_cast<float>(scene_.render.strain_range));
   geometry_program_.set("projection", view_.projection(range.x(), range.y()));
   for (int body = 0; body < meshes_.count(); ++body) {
@@ -276,6 +277,7 @@ void SceneRenderer::draw_geometry(const std::vector<int>& looks_of_bodies, const
     geometry_program_.set("look", place);
     geometry_program_.set("mirror", mirrors_.mirror_of(body));
     geometry_program_.set("pattern", pattern_number(look.pattern));
+    geometry_program_.set("opacity", static_cast<float>(look.opacity));
     geometry_program_.set("repeats", bands(scale.x()), bands(scale.y()));
     meshes_.draw_shaded(body);
   }

@@ -466,12 +466,25 @@ void main() {
 std::string geometry_fragment() {
   return header() + octahedron + patterns + R"(
 uniform int look, mirror, pattern;
+uniform int supersampling;
+uniform float opacity;
 uniform vec2 repeats;  // of the pattern along the texture coordinates
 uniform float strain_range;
 in vec3 world_normal;
 in vec2 texture_place, strain;
 layout(location = 0) out vec4 surface;
+
+// A body that is not solid covers a share of the samples of every pixel: the middle one, whose light and shadow all of
+// the pixel is given, first.
+bool covered() {
+  ivec2 place = ivec2(gl_FragCoord.xy) % supersampling;
+  int count = supersampling * supersampling, middle = (supersampling + 1) * (supersampling / 2);
+  int rank = (place.x + supersampling * place.y - middle + count) % count;
+  return opacity * float(count) > float(rank) + 0.5;
+}
+
 void main() {
+  if (!covered()) discard;
   vec2 x = texture_place * repeats;
   float length_of_normal = length(world_normal);
   vec3 n = length_of_normal > 0.0 ? world_normal / length_of_normal : vec3(0.0, 1.0, 0.0);

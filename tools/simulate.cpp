@@ -125,16 +125,7 @@ io::Manifest Run::describe() const {
   manifest.git_commit = git_commit;
   manifest.machine = machine_text();
   manifest.fps = read_.scene.fps;
-  std::size_t i = 0;
-  const auto add = [&](const auto& body, const char* kind, const std::string& material) {
-    const Surface& surface = surfaces_.at(i++).surface;
-    manifest.bodies.push_back({body.name, kind, body.look, material,
-                               static_cast<int>(surface.positions.size()),
-                               static_cast<int>(surface.triangles.size())});
-  };
-  for (const scene::RigidBody& body : read_.scene.rigid)
-    add(body, body.is_static ? "static" : body.is_kinematic ? "kinematic" : "rigid", {});
-  for (const scene::DeformableBody& body : read_.scene.deformable) add(body, "deformable", body.material);
+  manifest.bodies = io::manifest_bodies(read_.scene, surfaces_);
   return manifest;
 }
 

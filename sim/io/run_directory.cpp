@@ -13,6 +13,20 @@ fs::path RunDirectory::level_set(int frame) const {
 }
 fs::path RunDirectory::image(int frame) const { return root / "image" / fmt::format("{:04}.png", frame); }
 
+std::vector<ManifestBody> manifest_bodies(const scene::Scene& scene,
+                                          const std::vector<BodySurface>& surfaces) {
+  std::vector<ManifestBody> bodies;
+  const auto add = [&](const auto& body, const char* kind, const std::string& material) {
+    const Surface& surface = surfaces.at(bodies.size()).surface;
+    bodies.push_back({body.name, kind, body.look, material, static_cast<int>(surface.positions.size()),
+                      static_cast<int>(surface.triangles.size())});
+  };
+  for (const scene::RigidBody& body : scene.rigid)
+    add(body, body.is_static ? "static" : body.is_kinematic ? "kinematic" : "rigid", {});
+  for (const scene::DeformableBody& body : scene.deformable) add(body, "deformable", body.material);
+  return bodies;
+}
+
 void write_manifest(const RunDirectory& run, const Manifest& manifest) {
   nlohmann::ordered_json bodies = nlohmann::ordered_json::array();
   for (const ManifestBody& body : manifest.bodies) {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "sim/scene/frame.h"
+#include "sim/scene/scene.h"
 
 namespace duet::io {
 
@@ -26,6 +27,10 @@ struct Manifest {
   std::string units = "metres, seconds, kilograms; y up, right-handed";
   std::vector<ManifestBody> bodies;
 };
+
+// The scene's bodies with the sizes of their surfaces, which Simulation::surfaces gives in the same order.
+std::vector<ManifestBody> manifest_bodies(const scene::Scene& scene,
+                                          const std::vector<BodySurface>& surfaces);
 
 struct RunDirectory {
   fs::path root;

@@ -351,6 +351,7 @@ struct Look {
   std::string pattern;                // "" or "checker" (ground; bands that show spin on balls: "stripes")
   Vec3 color2 = Vec3(0.6, 0.6, 0.6);  // second colour of the pattern
   double pattern_size = 1;            // m
+  double opacity = 1;                 // 0..1, share of a pixel that hides what lies behind
 };
 
 enum class ColorBy { look, strain };

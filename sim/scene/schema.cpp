@@ -406,6 +406,8 @@ std::vector<Key> keys(Look& look) {
        "\"\" for none; stripes show how a ball spins"},
       {"color2", &look.color2, "linear RGB", between(0, 1), "second colour of the pattern; linear RGB"},
       {"pattern_size", &look.pattern_size, "m", positive, "size of the pattern's cells"},
+      {"opacity", &look.opacity, "", between(0, 1),
+       "1: solid; less: what is inside and behind shows through, in steps of 1/supersampling^2"},
   };
 }
 

@@ -190,6 +190,23 @@ TEST(SmallScene, MetalShowsTheMirrorImageOfABody) {
   EXPECT_FALSE(is_orange(pixel_of(draw(scene, manifest, bodies), scene, image)));
 }
 
+// Before a bare sky: half of the light comes from the body, half from what is behind.
+TEST(SmallScene, ABodyThatIsNotSolidLetsTheBackgroundThrough) {
+  scene::Scene scene = small_scene();
+  scene.ground.reset();
+  scene.lights.clear();
+  scene.sky = {.zenith = {0.2, 0.3, 0.6}, .horizon = {0.2, 0.3, 0.6}, .intensity = 1};
+  const auto red = [&](double opacity) {
+    scene.looks[1].opacity = opacity;
+    return linear(pixel_of(draw(scene), scene, orange_center).r);
+  };
+  const double solid = red(1), none = red(0), half = red(0.5);
+  EXPECT_NEAR(none, 0.2, 0.005);
+  EXPECT_LT(solid, none - 0.05);
+  EXPECT_NEAR(half, 0.5 * (solid + none), 0.005);  // a step of a byte is 0.004
+  EXPECT_EQ(red(0.6), half) << "2 of the 4 samples of a pixel";
+}
+
 TEST(SmallScene, TwoDrawsAreIdentical) {
   const scene::Scene scene = small_scene();
   render::SequenceRenderer renderer(scene, small_manifest());

@@ -311,6 +311,7 @@ roughness = 0.1
 pattern = "checker"
 color2 = [1, 1, 1]
 pattern_size = 0.5
+opacity = 0.5
 
 [render]
 width = 320

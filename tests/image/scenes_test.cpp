@@ -1,0 +1,239 @@
+// A short variant of every figure's scene: its picture is that of tests/image/references, and the physics of
+// its frames is sound. Variants are listed in tools/figures.toml; `tools/update-references` renews the
+// pictures.
+#include "tests/support/scenes.h"
+
+#include <cmath>
+
+#include "tests/support/margin.h"
+#include <gtest/gtest.h>
+#include <toml++/toml.h>
+
+#include "render/compare.h"
+#include "render/sequence.h"
+#include "sim/base/parallel.h"
+#include "sim/io/files.h"
+#include "sim/io/run_directory.h"
+#include "sim/scene/reader.h"
+#include "sim/step/world.h"
+
+namespace duet::image_tests {
+namespace {
+namespace fs = std::filesystem;
+
+const fs::path source = DUET_SOURCE_DIR;
+
+struct Variant {
+  std::string scene;
+  int frame = 0;  // the last one, which is drawn
+  std::vector<std::string> set;
+  fs::path reference() const { return source / "tests/image/references" / (scene + ".png"); }
+  // Where the picture and its difference from the reference are left, for a person and for
+  // tools/update-references.
+  fs::path drawn(const std::string& what = {}) const {
+    return fs::path(DUET_PROGRAM).parent_path() / "image_tests" / (scene + what + ".png");
+  }
+};
+
+void PrintTo(const Variant& variant, std::ostream* out) {
+  *out << variant.scene;
+}  // GoogleTest asks for this name
+
+std::vector<std::string> texts(const toml::node_view<toml::node>& array) {
+  std::vector<std::string> result;
+  for (const toml::node& text : *array.as_array()) result.push_back(text.value<std::string>().value());
+  return result;
+}
+
+std::vector<Variant> variants() {
+  toml::table file = toml::parse_file((source / "tools/figures.toml").string());
+  const std::vector<std::string> common = texts(file["short"]["set"]);
+  std::vector<Variant> result;
+  for (const auto& [name, figure] : file) {
+    const toml::node_view variant = file[name.str()]["short"];
+    if (!variant) continue;
+    result.push_back({std::string(name.str()), variant["frame"].value<int>().value(), common});
+    for (const std::string& text : texts(variant["set"])) result.back().set.push_back(text);
+  }
+  return result;
+}
+
+struct Bounding {
+  Vec3 low = Vec3::Constant(1e30), high = Vec3::Constant(-1e30);  // m
+  void extend(const Surface& surface) {
+    for (const Vec3f& x : surface.positions) {
+      low = low.cwiseMin(x.cast<double>());
+      high = high.cwiseMax(x.cast<double>());
+    }
+  }
+  // The middle one of its sides: of a ring its width, of cloth one of its edges.
+  double size() const {
+    std::array<double, 3> sides = {high.x() - low.x(), high.y() - low.y(), high.z() - low.z()};
+    std::sort(sides.begin(), sides.end());
+    return sides[1];
+  }
+};
+
+// A simulated variant with what its checks look at.
+class Film {
+ public:
+  explicit Film(const Variant& variant)
+      : scene(scene::read((source / "scenes" / (variant.scene + ".toml")).string(), variant.set).scene),
+        simulation_(scene, test::plan(scene)) {
+    simulation_.surfaces(surfaces);
+    manifest.bodies = io::manifest_bodies(scene, surfaces);
+    for (std::size_t i = 0; i < surfaces.size(); ++i) {
+      start_.extend(surfaces[i].surface);
+      if (!is_dynamic(i)) continue;
+      Bounding body;
+      body.extend(surfaces[i].surface);
+      smallest_ = std::min(smallest_, body.size());
+    }
+    note_frame();
+  }
+
+  void advance_to(int frame) {
+    while (simulation_.frame() < frame) {
+      simulation_.advance_frame();
+      note_frame();
+    }
+    simulation_.surfaces(surfaces);
+  }
+
+  // No overlap deeper than 2 % of the smallest body, nothing inside out, all bodies about where they were.
+  void check_physics() const {
+    test::expect_below(penetration_, 0.02 * smallest_, "penetration_m");
+    EXPECT_EQ(inverted_, 0);
+    Bounding now;
+    for (std::size_t i = 0; i < surfaces.size(); ++i) {
+      if (is_dynamic(i)) now.extend(surfaces[i].surface);
+      for (const Vec3f& x : surfaces[i].surface.positions) ASSERT_TRUE(x.allFinite()) << surfaces[i].name;
+    }
+    const double reach = (start_.high - start_.low).norm();
+    EXPECT_TRUE((now.low.array() > start_.low.array() - reach).all()) << now.low.transpose();
+    EXPECT_TRUE((now.high.array() < start_.high.array() + reach).all()) << now.high.transpose();
+    if (scene.ground)
+      test::expect_above(now.low.y(), scene.ground->height - 0.02 * smallest_, "lowest_point_m");
+  }
+
+  render::Picture draw() const { return draw(scene, surfaces); }
+  render::Picture draw(const scene::Scene& changed, const std::vector<BodySurface>& bodies) const {
+    return {scene.render.width, scene.render.height,
+            render::SequenceRenderer(changed, manifest).draw(bodies)};
+  }
+  bool is_dynamic(std::size_t body) const {
+    return manifest.bodies[body].kind == "rigid" || manifest.bodies[body].kind == "deformable";
+  }
+
+  const scene::Scene scene;
+  io::Manifest manifest;
+  std::vector<BodySurface> surfaces;
+  std::vector<std::uint64_t> hashes;  // of frame 0 and all that followed
+
+ private:
+  void note_frame() {
+    const FrameStats stats = simulation_.stats();
+    hashes.push_back(stats.hash);
+    penetration_ = std::max(penetration_, stats.max_penetration);
+    inverted_ = std::max(inverted_, stats.inverted);
+  }
+
+  Simulation simulation_;
+  Bounding start_;
+  double smallest_ = 1e30;  // m, of the dynamic bodies
+  double penetration_ = 0;  // m
+  int inverted_ = 0;        // tets
+};
+
+// The same picture within the bounds; what is found is left beside the program.
+void expect_reference(const Variant& variant, const render::Picture& picture) {
+  io::create_folder(variant.drawn().parent_path());
+  io::remove_file(variant.drawn("-difference"));
+  render::write_png(variant.drawn().string(), picture.width, picture.height, picture.rgb);
+  ASSERT_TRUE(fs::exists(variant.reference()))
+      << variant.reference() << " is missing: look at " << variant.drawn()
+      << ", then `tools/update-references " << variant.scene << "`";
+  const render::Picture reference = render::read_picture(variant.reference());
+  const render::Difference difference = render::compare(picture, reference);
+  test::record_margin("RMSE", difference.rmse, fmt::format("at most {}", render::Bounds().rmse));
+  const std::string broken = render::broken_bounds(difference, {});
+  if (broken.empty()) return;
+  render::write_png(variant.drawn("-difference").string(), picture.width, picture.height,
+                    render::difference_picture(picture, reference).rgb);
+  ADD_FAILURE() << variant.drawn() << " differs from " << variant.reference() << ": " << broken << "; see "
+                << variant.drawn("-difference") << "; if the change is meant: `tools/update-references "
+                << variant.scene << "`";
+}
+
+// The largest dynamic body: it surely is to be seen.
+std::size_t largest_body(const Film& film) {
+  std::size_t largest = 0;
+  double most = -1;
+  for (std::size_t i = 0; i < film.surfaces.size(); ++i) {
+    Bounding box;
+    box.extend(film.surfaces[i].surface);
+    if (film.is_dynamic(i) && box.size() > most) {
+      most = box.size();
+      largest = i;
+    }
+  }
+  return largest;
+}
+
+bool passes(const Variant& variant, const render::Picture& picture) {
+  return render::broken_bounds(render::compare(picture, render::read_picture(variant.reference())), {})
+      .empty();
+}
+
+// Shows that the comparison can fail: for a body that is moved by a twentieth of its size, for one of a
+// colour darker by a tenth, for lights that throw no shadows.
+void expect_changes_to_fail(const Variant& variant, const Film& film) {
+  const std::size_t body = largest_body(film);
+  std::vector<BodySurface> moved = film.surfaces;
+  Bounding box;
+  box.extend(moved[body].surface);
+  for (Vec3f& x : moved[body].surface.positions) x.array() += static_cast<float>(0.05 * box.size());
+  EXPECT_FALSE(passes(variant, film.draw(film.scene, moved))) << film.surfaces[body].name << " is moved";
+
+  scene::Scene darker = film.scene;
+  for (scene::Look& look : darker.looks)
+    if (look.name == film.manifest.bodies[body].look) look.color *= 0.9;
+  EXPECT_FALSE(passes(variant, film.draw(darker, film.surfaces))) << film.surfaces[body].name << " is darker";
+
+  scene::Scene unshadowed = film.scene;
+  for (scene::Light& light : unshadowed.lights) light.shadow = false;
+  EXPECT_FALSE(passes(variant, film.draw(unshadowed, film.surfaces))) << "no shadows";
+}
+
+class Scenes : public testing::TestWithParam<Variant> {
+ protected:
+  ~Scenes() override { set_thread_count(0); }
+};
+
+TEST_P(Scenes, LookLikeTheirReferences) {
+  set_thread_count(2);
+  Film film(GetParam());
+  film.advance_to(GetParam().frame);
+  film.check_physics();
+  const render::Picture picture = film.draw();
+  expect_reference(GetParam(), picture);
+  if (!HasFailure()) expect_changes_to_fail(GetParam(), film);
+}
+
+TEST_P(Scenes, AreTheSameOnOneThread) {
+  const int frames = std::max(2, GetParam().frame / 4);
+  std::vector<std::vector<std::uint64_t>> hashes;
+  for (const int threads : {1, 2}) {
+    set_thread_count(threads);
+    Film film(GetParam());
+    film.advance_to(frames);
+    hashes.push_back(film.hashes);
+  }
+  EXPECT_EQ(hashes[0], hashes[1]);
+}
+
+INSTANTIATE_TEST_SUITE_P(Short, Scenes, testing::ValuesIn(variants()),
+                         [](const auto& variant) { return variant.param.scene; });
+
+}  // namespace
+}  // namespace duet::image_tests
