@@ -26,6 +26,7 @@ struct CommandLine {
   CheckOptions check;
   ExplainOptions explain;
   TetrahedralizeOptions tetrahedralize;
+  StudyOptions study;
   std::string frames;
   bool quiet = false, json = false;
   std::function<Outcome(Report&)> command;
@@ -77,6 +78,9 @@ void add_simulate(CLI::App& app, CommandLine& line, bool draw) {
   app.add_flag("--ledger", options.ledger,
                "What every stage does to momentum and energy, in stats.jsonl (tools/plot-ledger draws it); "
                "slower, the same results");
+  if (!draw)
+    app.add_flag("--stats-only", options.stats_only,
+                 "Write stats.jsonl and checkpoints, no meshes and level sets");
   app.add_flag("--resume", options.resume, "Continue the run in the folder after its last whole frame");
   add_report(app, line);
   app.callback([&line, draw] {
@@ -132,6 +136,25 @@ void add_tetrahedralize(CLI::App& app, CommandLine& line) {
   });
 }
 
+void add_study(CLI::App& app, CommandLine& line) {
+  StudyOptions& options = line.study;
+  app.add_option("spec", options.spec, "TOML file: scene, measures, knobs (tests/PROTOCOL.md)")
+      ->type_name("SPEC")
+      ->required();
+  app.add_option("--out", options.out, "Folder of the runs and the report; default out/study/<name of SPEC>")
+      ->type_name("DIR");
+  app.add_flag("--untimed", options.untimed, "Every setting once, without seconds: errors against work");
+  app.add_option("--jobs", options.jobs,
+                 "Runs at the same time where they are not timed: the reference; with --untimed all")
+      ->check(CLI::Range(1, 1024))
+      ->type_name("N");
+  app.add_option("--program", options.program, "Another build of duet, which simulates; default this one")
+      ->check(CLI::ExistingFile)
+      ->type_name("FILE");
+  add_report(app, line);
+  app.callback([&line] { line.command = [&line](Report& report) { return study(line.study, report); }; });
+}
+
 void add_commands(CLI::App& app, CommandLine& line) {
   add_simulate(
       *app.add_subcommand("run", "Simulate and draw a scene, and encode a video when ffmpeg is there"), line,
@@ -159,6 +182,9 @@ void add_commands(CLI::App& app, CommandLine& line) {
   explain_app.callback([&line] { line.command = [&line](Report&) { return explain(line.explain); }; });
 
   add_tetrahedralize(*app.add_subcommand("tetrahedralize", "Fill a closed surface with tetrahedra"), line);
+
+  add_study(*app.add_subcommand("study", "What accuracy costs: a scene under many settings, with charts"),
+            line);
 
   app.add_subcommand("list", "The scenes that ship")->callback([&line] {
     line.command = [](Report&) { return list(); };
