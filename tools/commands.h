@@ -71,12 +71,17 @@ struct StudyOptions {
   bool untimed = false;
 };
 
+struct ReportOptions {
+  std::string run;  // folder of a run, or the name of a run in out/
+};
+
 Outcome simulate(const SimulateOptions& options, Report& report);
 Outcome render(const RenderOptions& options, Report& report);
 Outcome check(const CheckOptions& options);
 Outcome explain(const ExplainOptions& options);
 Outcome tetrahedralize(const TetrahedralizeOptions& options, Report& report);
 Outcome study(const StudyOptions& options, Report& report);
+Outcome report_run(const ReportOptions& options);
 Outcome list();
 
 }  // namespace duet::tools

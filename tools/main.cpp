@@ -27,6 +27,7 @@ struct CommandLine {
   ExplainOptions explain;
   TetrahedralizeOptions tetrahedralize;
   StudyOptions study;
+  ReportOptions report;
   std::string frames;
   bool quiet = false, json = false;
   std::function<Outcome(Report&)> command;
@@ -155,6 +156,13 @@ void add_study(CLI::App& app, CommandLine& line) {
   app.callback([&line] { line.command = [&line](Report& report) { return study(line.study, report); }; });
 }
 
+void add_report_run(CLI::App& app, CommandLine& line) {
+  app.add_option("run", line.report.run, "Folder of a run, or the name of one in out/")
+      ->type_name("RUN")
+      ->required();
+  app.callback([&line] { line.command = [&line](Report&) { return report_run(line.report); }; });
+}
+
 void add_commands(CLI::App& app, CommandLine& line) {
   add_simulate(
       *app.add_subcommand("run", "Simulate and draw a scene, and encode a video when ffmpeg is there"), line,
@@ -185,6 +193,8 @@ void add_commands(CLI::App& app, CommandLine& line) {
 
   add_study(*app.add_subcommand("study", "What accuracy costs: a scene under many settings, with charts"),
             line);
+  add_report_run(*app.add_subcommand("report", "One run as a page: pictures, energy, contact, work, effects"),
+                 line);
 
   app.add_subcommand("list", "The scenes that ship")->callback([&line] {
     line.command = [](Report&) { return list(); };

@@ -125,6 +125,24 @@ std::string ranges(const Chart& chart) {
   return text;
 }
 
+// Each series on top of those before it, the highest first, so that the lower ones cover it.
+std::string stacked_plots(const Chart& chart, std::string& script) {
+  std::string plots;
+  std::vector<double> sum;
+  for (std::size_t i = 0; i < chart.series.size(); ++i) {
+    const Series& series = chart.series[i];
+    sum.resize(series.points.size(), 0);
+    script += fmt::format("$data{} << END_OF_DATA\n", i);
+    for (std::size_t k = 0; k < series.points.size(); ++k)
+      script += fmt::format("{:.9g} {:.9g}\n", series.points[k].x, sum[k] += series.points[k].y);
+    script += "END_OF_DATA\n";
+    plots = fmt::format(", $data{} using 1:2 with filledcurves x1 lt {} lw 0 title {}", i, i + 1,
+                        quoted(series.name)) +
+            plots;
+  }
+  return plots;
+}
+
 }  // namespace
 
 void require_gnuplot() {
@@ -137,6 +155,13 @@ std::string draw(const Chart& chart, const fs::path& folder) {
   std::string script = begin_script(chart.name, chart.title, chart.y_label, 480, folder);
   script += fmt::format("set xlabel {}\nset key outside right top vertical Left reverse width -2\n{}",
                         quoted(chart.x_label), ranges(chart));
+  if (chart.stacked) {
+    const std::string plots = stacked_plots(chart, script);
+    return finish(
+        chart.name,
+        script + "set yrange [0:*]\nset style fill solid 0.85 noborder\nplot NaN notitle" + plots + "\n",
+        folder);
+  }
   std::string plots;
   for (std::size_t i = 0; i < chart.series.size(); ++i) {
     const Series& series = chart.series[i];

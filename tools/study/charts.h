@@ -22,6 +22,7 @@ struct Chart {
   std::string name;  // of its files
   std::string title, x_label, y_label;
   bool log_x = false, log_y = false;
+  bool stacked = false;  // areas, one on the other; all series have the same x
   std::vector<Series> series;
   std::vector<std::string> failed;  // named in the legend
 };

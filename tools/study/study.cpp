@@ -105,22 +105,24 @@ double sum(const std::vector<nlohmann::json>& frames, const char* key) {
 }
 
 // Seconds of all repetitions, and the stages of the median one (of an even number, the slower of the middle
-// two).
+// two). Processor time knows no other programs; wall times of stages are scaled to it.
 void add_times(const Setting& setting, double simulated, Row& row) {
   std::vector<std::pair<double, std::size_t>> seconds;
   for (std::size_t i = 0; i < setting.runs.size(); ++i)
-    seconds.emplace_back(sum(read_stats(setting.runs[i].folder), "seconds") / simulated, i);
+    seconds.emplace_back(sum(read_stats(setting.runs[i].folder), "processor_seconds") / simulated, i);
   std::sort(seconds.begin(), seconds.end());
   std::vector<double> values;
   for (const auto& [value, i] : seconds) values.push_back(value);
   row.seconds = median(values);
   row.seconds_least = values.front();
   row.seconds_most = values.back();
-  for (const nlohmann::json& frame : read_stats(setting.runs[seconds[seconds.size() / 2].second].folder)) {
+  const auto frames = read_stats(setting.runs[seconds[seconds.size() / 2].second].folder);
+  const double scale = sum(frames, "processor_seconds") / sum(frames, "seconds") / simulated;
+  for (const nlohmann::json& frame : frames) {
     std::size_t k = 0;
     for (const auto& [name, stage] : frame.at("stages").items()) {
       if (k == row.stages.size()) row.stages.push_back({name, 0, 0});
-      row.stages[k].seconds += stage.at("seconds").get<double>() / simulated;
+      row.stages[k].seconds += stage.at("seconds").get<double>() * scale;
       row.stages[k].calls += stage.at("calls").get<double>() / simulated;
       ++k;
     }
