@@ -8,6 +8,7 @@
 
 #include "tools/report.h"
 
+#include "render/compare.h"
 #include "sim/base/error.h"
 
 namespace duet::tools {
@@ -75,6 +76,14 @@ struct ReportOptions {
   std::string run;  // folder of a run, or the name of a run in out/
 };
 
+struct CompareOptions {
+  std::string a, b;              // two pictures, or two folders of pictures or runs
+  std::optional<Frames> frames;  // of folders; none: all pictures
+  render::Bounds bounds;
+  std::string picture;  // where the difference is drawn to; empty: nowhere
+  bool quiet = false, json = false;
+};
+
 Outcome simulate(const SimulateOptions& options, Report& report);
 Outcome render(const RenderOptions& options, Report& report);
 Outcome check(const CheckOptions& options);
@@ -82,6 +91,7 @@ Outcome explain(const ExplainOptions& options);
 Outcome tetrahedralize(const TetrahedralizeOptions& options, Report& report);
 Outcome study(const StudyOptions& options, Report& report);
 Outcome report_run(const ReportOptions& options);
+Outcome compare(const CompareOptions& options);
 Outcome list();
 
 }  // namespace duet::tools

@@ -16,8 +16,8 @@ namespace duet::tools {
 namespace {
 
 constexpr const char* exit_statuses =
-    "Exit status: 0 done; 2 bad usage or scene; 3 the simulation failed; 4 a file or library; 130 "
-    "interrupted.";
+    "Exit status: 0 done; 1 pictures differ; 2 bad usage or scene; 3 the simulation failed; 4 a file or "
+    "library; 130 interrupted.";
 
 // What is given on the command line, of whichever command.
 struct CommandLine {
@@ -28,6 +28,7 @@ struct CommandLine {
   TetrahedralizeOptions tetrahedralize;
   StudyOptions study;
   ReportOptions report;
+  CompareOptions compare;
   std::string frames;
   bool quiet = false, json = false;
   std::function<Outcome(Report&)> command;
@@ -163,6 +164,58 @@ void add_report_run(CLI::App& app, CommandLine& line) {
   app.callback([&line] { line.command = [&line](Report&) { return report_run(line.report); }; });
 }
 
+void add_bounds(CLI::App& app, render::Bounds& bounds) {
+  app.add_option("--tolerance", bounds.tolerance,
+                 "A pixel is different when a channel is off by more than N/255")
+      ->check(CLI::Range(0, 255))
+      ->type_name("N")
+      ->capture_default_str();
+  app.add_option("--max-rmse", bounds.rmse, "Largest root mean square error, of 1")
+      ->check(CLI::Range(0.0, 1.0))
+      ->type_name("X")
+      ->capture_default_str();
+  app.add_option("--max-share", bounds.share, "Largest share of different pixels, of 1")
+      ->check(CLI::Range(0.0, 1.0))
+      ->type_name("X")
+      ->capture_default_str();
+  app.add_option("--max-patch", bounds.largest_patch, "Largest connected patch of different pixels")
+      ->check(CLI::NonNegativeNumber)
+      ->type_name("N")
+      ->capture_default_str();
+  app.add_option("--min-ssim", bounds.least_ssim,
+                 "Smallest structural similarity, 1 for equal pictures; default: any")
+      ->check(CLI::Range(-1.0, 1.0))
+      ->type_name("X");
+}
+
+void add_compare(CLI::App& app, CommandLine& line) {
+  CompareOptions& options = line.compare;
+  app.add_option("a", options.a, "A picture (PNG, JPEG), a folder of pictures, or a run")
+      ->type_name("A")
+      ->required();
+  app.add_option("b", options.b, "What it is compared with: of folders, the pictures of the same names")
+      ->type_name("B")
+      ->required();
+  app.add_option("--frames", line.frames, "N: compare frame N of two folders. A:B: frames A to B")
+      ->type_name("N|A:B");
+  add_bounds(app, options.bounds);
+  app.add_option("--difference", options.picture,
+                 "Draw where and how much they differ into this PNG file; of folders, into a folder")
+      ->type_name("OUT");
+  add_report(app, line);
+  app.footer(
+      "Exit status: 0 the same within the bounds; 1 different; 2 bad usage, or pictures of different sizes; "
+      "4 a file is missing or damaged.");
+  app.callback([&line] {
+    line.command = [&line](Report&) {
+      if (!line.frames.empty()) line.compare.frames = parse_frames(line.frames);
+      line.compare.quiet = line.quiet;
+      line.compare.json = line.json;
+      return compare(line.compare);
+    };
+  });
+}
+
 void add_commands(CLI::App& app, CommandLine& line) {
   add_simulate(
       *app.add_subcommand("run", "Simulate and draw a scene, and encode a video when ffmpeg is there"), line,
@@ -195,6 +248,8 @@ void add_commands(CLI::App& app, CommandLine& line) {
             line);
   add_report_run(*app.add_subcommand("report", "One run as a page: pictures, energy, contact, work, effects"),
                  line);
+  add_compare(*app.add_subcommand("compare", "How much pictures differ, and whether by more than bounds"),
+              line);
 
   app.add_subcommand("list", "The scenes that ship")->callback([&line] {
     line.command = [](Report&) { return list(); };

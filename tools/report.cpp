@@ -39,6 +39,8 @@ const char* word_of(ExitStatus status) {
       return "done";
     case ExitStatus::interrupted:
       return "interrupted";
+    case ExitStatus::differs:
+      return "differs";
     default:
       return "failed";
   }

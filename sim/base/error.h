@@ -12,6 +12,7 @@ namespace duet {
 // Exit statuses of the program.
 enum class ExitStatus {
   done = 0,
+  differs = 1,       // `duet compare`: the pictures differ by more than the bounds
   usage = 2,         // bad command line or scene
   simulation = 3,    // the simulation failed; the last good frame and checkpoint are kept
   files = 4,         // a file or folder could not be read or written, or a run-time library is missing

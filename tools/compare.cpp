@@ -1,0 +1,150 @@
+// `duet compare`: how much two pictures or two folders of pictures differ.
+#include "render/compare.h"
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+
+#include "tools/commands.h"
+#include "tools/interrupt.h"
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "render/sequence.h"
+#include "sim/io/files.h"
+#include "sim/io/run_directory.h"
+
+namespace duet::tools {
+namespace {
+namespace fs = std::filesystem;
+
+struct Pair {
+  std::string name;  // of both
+  fs::path a, b;
+  fs::path difference;  // where it is drawn to; empty: nowhere
+};
+
+// The picture, folder of pictures or folder `image` of a run that is meant: a path, or the name of a run in
+// out/.
+fs::path find_pictures(const std::string& name) {
+  for (const fs::path& path : {fs::path(name), fs::path("out") / name}) {
+    if (fs::exists(io::RunDirectory{path}.manifest())) return io::RunDirectory{path}.image(0).parent_path();
+    if (fs::exists(path)) return path;
+  }
+  throw FileError(name, "no such picture, folder or run");
+}
+
+bool is_picture(const fs::path& path) {
+  static constexpr std::array<std::string_view, 3> extensions = {".png", ".jpg", ".jpeg"};
+  return std::find(extensions.begin(), extensions.end(), path.extension().string()) != extensions.end();
+}
+
+// The names of the pictures in a folder that are asked for, sorted.
+std::vector<std::string> pictures_in(const fs::path& folder, const std::optional<Frames>& frames) {
+  std::vector<std::string> names;
+  const auto wanted = [&](const fs::path& path) {
+    if (!frames) return is_picture(path);
+    const int frame = io::frame_of_file(path, ".png");
+    return frame >= frames->first.value_or(frames->last) && frame <= frames->last;
+  };
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder))
+    if (wanted(entry.path())) names.push_back(entry.path().filename().string());
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+// Every picture must have its partner: a folder that lost some is not the same as a whole one.
+void require_partners(const std::vector<std::string>& names, const std::vector<std::string>& others,
+                      const fs::path& folder, const fs::path& other) {
+  std::vector<std::string> lonely;
+  std::set_difference(names.begin(), names.end(), others.begin(), others.end(), std::back_inserter(lonely));
+  if (lonely.empty()) return;
+  throw FileError((other / lonely[0]).string(),
+                  fmt::format("is missing{}, but in {} it is there",
+                              lonely.size() > 1 ? fmt::format(" (as {} more are)", lonely.size() - 1) : "",
+                              folder.string()),
+                  "--frames A:B compares frames that both have");
+}
+
+std::vector<Pair> pairs_of(const CompareOptions& options) {
+  const fs::path a = find_pictures(options.a), b = find_pictures(options.b);
+  if (fs::is_directory(a) != fs::is_directory(b))
+    throw Error(ExitStatus::usage,
+                fmt::format("{} and {}: a folder cannot be compared with a picture", a.string(), b.string()));
+  if (!fs::is_directory(a)) {
+    if (options.frames)
+      throw Error(ExitStatus::usage,
+                  "--frames: chooses among the pictures of folders, and these are pictures");
+    return {{a.filename().string(), a, b, options.picture}};
+  }
+  const std::vector<std::string> names = pictures_in(a, options.frames),
+                                 others = pictures_in(b, options.frames);
+  require_partners(names, others, a, b);
+  require_partners(others, names, b, a);
+  if (names.empty())
+    throw FileError(a.string(), "has no pictures of this kind", "`duet render RUN` draws a run");
+  const fs::path drawn = options.picture;
+  std::vector<Pair> pairs;
+  for (const std::string& name : names)
+    pairs.push_back(
+        {name, a / name, b / name, drawn.empty() ? drawn : (drawn / name).replace_extension(".png")});
+  if (!drawn.empty()) io::create_folder(drawn);
+  return pairs;
+}
+
+void require_same_size(const Pair& pair, const render::Picture& a, const render::Picture& b) {
+  if (a.width != b.width || a.height != b.height)
+    throw Error(ExitStatus::usage,
+                fmt::format("{} has {} x {} pixels, {} has {} x {}: draw both in one size (duet render RUN "
+                            "--set render.width=W --set render.height=H)",
+                            pair.a.string(), a.width, a.height, pair.b.string(), b.width, b.height));
+}
+
+void print_pair(const CompareOptions& options, const Pair& pair, const render::Difference& d,
+                const std::string& broken) {
+  if (options.quiet) return;
+  if (options.json) {
+    const nlohmann::ordered_json object = {
+        {"event", "pair"},        {"a", pair.a.string()}, {"b", pair.b.string()},
+        {"same", broken.empty()}, {"maximum", d.maximum}, {"mean", d.mean},
+        {"rmse", d.rmse},         {"share", d.share},     {"largest_patch", d.largest_patch},
+        {"ssim", d.ssim}};
+    return print(object.dump() + "\n");
+  }
+  print(
+      fmt::format("{}  {}: maximum {:.3g}, mean {:.3g}, RMSE {:.3g}, {:.3g} % off by more than {}/255, "
+                  "largest patch {} px, SSIM {:.5f}\n",
+                  broken.empty() ? "same   " : "differs", pair.name, d.maximum, d.mean, d.rmse, 100 * d.share,
+                  options.bounds.tolerance, d.largest_patch, d.ssim));
+}
+
+}  // namespace
+
+Outcome compare(const CompareOptions& options) {
+  const std::vector<Pair> pairs = pairs_of(options);
+  int differing = 0;
+  double worst = -1;
+  std::string worst_text;
+  for (const Pair& pair : pairs) {
+    if (interrupted()) return {ExitStatus::interrupted, fmt::format("before {} was compared", pair.name)};
+    const render::Picture a = render::read_picture(pair.a), b = render::read_picture(pair.b);
+    require_same_size(pair, a, b);
+    const render::Difference difference = render::compare(a, b, options.bounds.tolerance);
+    const std::string broken = render::broken_bounds(difference, options.bounds);
+    print_pair(options, pair, difference, broken);
+    if (!pair.difference.empty())
+      render::write_png(pair.difference.string(), a.width, a.height, render::difference_picture(a, b).rgb);
+    if (broken.empty()) continue;
+    ++differing;
+    if (difference.rmse > worst) {
+      worst = difference.rmse;
+      worst_text = fmt::format("{}: {}", pair.name, broken);
+    }
+  }
+  const std::string total = fmt::format("{} picture{}", pairs.size(), pairs.size() == 1 ? "" : "s");
+  if (differing == 0) return {ExitStatus::done, fmt::format("{} the same within the bounds", total)};
+  return {ExitStatus::differs,
+          pairs.size() == 1 ? worst_text : fmt::format("{} of {}; most {}", differing, total, worst_text)};
+}
+
+}  // namespace duet::tools
