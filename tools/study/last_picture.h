@@ -5,8 +5,14 @@
 
 namespace duet::study {
 
-// Draws the run's last frame into its image folder, unless it is there; returns the file. Throws FileError
-// when there is no library to draw with.
-fs::path draw_last_frame(const RunResult& result, const Run& run, int width, int height);
+struct Drawing {
+  fs::path file;
+  double seconds = 0;  // processor time of a picture, all threads: the median of the repetitions
+  double samples = 0;  // of pixels and shadow maps
+};
+
+// Draws the run's last frame into its image folder, `repetitions` times. Throws FileError when there is no
+// library to draw with.
+Drawing draw_last_frame(const RunResult& result, const Run& run, int width, int height, int repetitions);
 
 }  // namespace duet::study

@@ -7,6 +7,7 @@
 #include "tools/study/free_top.h"
 #include <fmt/format.h>
 
+#include "render/compare.h"
 #include "sim/articulation/joint_solver.h"
 #include "sim/step/world.h"
 
@@ -246,6 +247,9 @@ double evaluate(const Measure& measure, const RunResult& result, const RunResult
       return JointSolver::drift(world.bodies.articulation, world.bodies.rigid).gap;
     case MeasureKind::volume:
       return largest(result, [](const auto& frame) { return number(frame, "volume_error"); });
+    case MeasureKind::image:
+      return render::compare(render::read_picture(result.picture), render::read_picture(reference->picture))
+          .rmse;
   }
   return 0;
 }

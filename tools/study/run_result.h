@@ -20,6 +20,7 @@ struct RunResult {
   std::vector<nlohmann::json> frames;      // of stats.jsonl
   std::vector<Vec3> start;                 // m, centres of mass: rigid bodies, then deformable ones
   std::unique_ptr<Simulation> simulation;  // holds the last frame
+  fs::path picture;                        // of the last frame, if it has been drawn
   double seconds() const { return static_cast<double>(frames.size() - 1) / scene.fps; }  // simulated
 };
 

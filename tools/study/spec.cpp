@@ -18,9 +18,10 @@ using scene::Bounds;
 using scene::Key;
 using scene::Problems;
 
-constexpr std::array<std::string_view, 14> measure_names = {
-    "slide",       "free_top", "pendulum",    "cantilever", "vibrating_bar",    "state",  "centres",
-    "penetration", "energy",   "energy_gain", "momentum",   "angular_momentum", "joints", "volume"};
+constexpr std::array<std::string_view, 15> measure_names = {
+    "slide",    "free_top",         "pendulum",    "cantilever", "vibrating_bar",
+    "state",    "centres",          "penetration", "energy",     "energy_gain",
+    "momentum", "angular_momentum", "joints",      "volume",     "image"};
 
 template <class Enum>
 scene::Choice choice(Enum& target, std::vector<std::string_view> names) {
@@ -41,6 +42,8 @@ std::vector<Key> keys(Spec& spec) {
       {"repetitions", &spec.repetitions, "", between(1, 1000),
        "timed runs of each setting, whose median counts"},
       {"time_limit", &spec.time_limit, "s", positive, "of a run; what takes longer has failed"},
+      {"cost", choice(spec.cost, {"simulation", "drawing"}), "", any,
+       "whether the seconds are those of simulating, or of drawing the last frame"},
       {"count", choice(spec.count, {"steps", "iterations"}), "", any,
        "cost that no machine changes: substeps, or substeps and CG iterations times unknowns"},
       {"effects", &spec.effects, "", any, "also run without each effect that the scene calls for"},
@@ -238,7 +241,9 @@ class SpecReader {
 
 }  // namespace
 
-bool needs_reference(MeasureKind kind) { return kind == MeasureKind::state || kind == MeasureKind::centres; }
+bool needs_reference(MeasureKind kind) {
+  return kind == MeasureKind::state || kind == MeasureKind::centres || kind == MeasureKind::image;
+}
 
 std::string unit_of(MeasureKind kind) {
   switch (kind) {

@@ -27,7 +27,8 @@ enum class MeasureKind {
   momentum,       // the largest change of the total momentum; relative to that of the largest kinetic energy
   angular_momentum,  // the same; relative to its start
   joints,            // the widest gap of a joint at the end; m
-  volume             // the largest relative error of an incompressible body's volume
+  volume,            // the largest relative error of an incompressible body's volume
+  image              // the last frame's picture to that of the reference: RMSE of sRGB values in [0, 1]
 };
 
 struct Measure {
@@ -60,6 +61,8 @@ struct Knob {
   bool pictures = false;
 };
 
+// Processor seconds per simulated second, or per picture of the last frame.
+enum class Cost { simulation, drawing };
 enum class Count {
   steps,
   iterations
@@ -72,8 +75,9 @@ struct Spec {
   int frames = 1;
   int repetitions = 5;
   double time_limit = 600;  // s, of a run
-  Count count = Count::steps;
-  bool effects = false;  // also with each effect left out that the scene calls for
+  Cost cost = Cost::simulation;
+  Count count = Count::steps;  // of drawing: samples of pixels and shadow maps
+  bool effects = false;        // also with each effect left out that the scene calls for
   int picture_width = 480, picture_height = 270;
   std::optional<Change> reference;
   std::vector<Measure> measures;

@@ -69,8 +69,12 @@ Study plan_study(const tools::StudyOptions& options) {
   study.spec = read_spec(options.spec);
   study.timed = !options.untimed;
   const Spec& spec = study.spec;
-  const bool pictures =
-      std::any_of(spec.knobs.begin(), spec.knobs.end(), [](const Knob& knob) { return knob.pictures; });
+  const bool all_pictures =
+      spec.cost == Cost::drawing ||
+      std::any_of(spec.measures.begin(), spec.measures.end(),
+                  [](const Measure& measure) { return measure.kind == MeasureKind::image; });
+  const bool pictures = all_pictures || std::any_of(spec.knobs.begin(), spec.knobs.end(),
+                                                    [](const Knob& knob) { return knob.pictures; });
   study.shipped = study.setting("shipped", {"shipped", {}, {}, {}}, study.timed);
   study.shipped.picture = pictures;
   if (spec.reference) {
@@ -80,7 +84,7 @@ Study plan_study(const tools::StudyOptions& options) {
   for (const Knob& knob : spec.knobs)
     for (const Change& change : knob.values) {
       study.settings.push_back(study.setting(knob.name, change, study.timed));
-      study.settings.back().picture = knob.pictures;
+      study.settings.back().picture = all_pictures || knob.pictures;
     }
   if (!spec.effects) return study;
   study.effects = scene::plan_effects(tools::read_scene(scene_of(spec, {})).scene, spec.base.without).effects;
@@ -88,6 +92,7 @@ Study plan_study(const tools::StudyOptions& options) {
     if (effect.active) {
       const std::string name(duet::name(effect.effect));
       study.without.push_back(study.setting("without", {name, {}, {name}, {}}, study.timed));
+      study.without.back().picture = all_pictures;
     }
   return study;
 }
@@ -129,6 +134,16 @@ void add_times(const Setting& setting, double simulated, Row& row) {
   }
 }
 
+void add_picture(const Spec& spec, const Run& run, RunResult& result, Row& row) {
+  const bool is_cost = spec.cost == Cost::drawing && run.timed;
+  const Drawing drawing =
+      draw_last_frame(result, run, spec.picture_width, spec.picture_height, is_cost ? spec.repetitions : 0);
+  result.picture = drawing.file;
+  row.picture = drawing.file.string();
+  if (spec.cost == Cost::drawing) row.count = drawing.samples;
+  if (is_cost) row.seconds = row.seconds_least = row.seconds_most = drawing.seconds;
+}
+
 Row make_row(const Study& study, const Setting& setting, const RunResult* reference,
              RunResult* keep = nullptr) {
   const Spec& spec = study.spec;
@@ -154,12 +169,10 @@ Row make_row(const Study& study, const Setting& setting, const RunResult* refere
                                          : (row.steps + row.iterations) * static_cast<double>(row.unknowns);
   row.hash = result.frames.back().at("hash").get<std::string>();
   if (setting.runs.front().timed) add_times(setting, simulated, row);
+  if (setting.picture) add_picture(spec, setting.runs.front(), result, row);
   for (std::size_t m = 0; m < spec.measures.size(); ++m)
     if (reference || !needs_reference(spec.measures[m].kind))
       row.errors[m] = evaluate(spec.measures[m], result, reference);
-  if (setting.picture)
-    row.picture =
-        draw_last_frame(result, setting.runs.front(), spec.picture_width, spec.picture_height).string();
   if (keep) *keep = std::move(result);
   return row;
 }

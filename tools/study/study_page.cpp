@@ -19,6 +19,7 @@ std::string with_unit(const Measure& measure) {
 }
 
 std::string count_name(const Results& results) {
+  if (results.spec.cost == Cost::drawing) return "samples of pixels and shadow maps per picture";
   return results.spec.count == Count::steps ? "substeps per simulated second"
                                             : "(substeps + CG iterations) x unknowns per simulated second";
 }
@@ -29,13 +30,18 @@ std::string file_name(std::string text) {
   return text;
 }
 
+std::string seconds_name(const Results& results) {
+  return results.spec.cost == Cost::drawing ? "processor seconds per picture"
+                                            : "processor seconds per simulated second";
+}
+
 // One line a knob, the shipped setting by itself.
 Chart precision_chart(const Results& results, std::size_t m, bool seconds) {
   const Measure& measure = results.spec.measures[m];
   Chart chart;
   chart.name = file_name(measure.name) + (seconds ? "_seconds" : "_count");
   chart.title = fmt::format("{}: {}", results.spec.title, measure.name);
-  chart.x_label = seconds ? "processor seconds per simulated second" : count_name(results);
+  chart.x_label = seconds ? seconds_name(results) : count_name(results);
   chart.y_label = "error: " + with_unit(measure);
   chart.log_x = chart.log_y = true;
   const auto cost = [&](const Row& row) { return seconds ? row.seconds : row.count; };
@@ -95,13 +101,13 @@ std::vector<std::string> cells_of(const Row& row) {
 
 void add_rows(Page& page, const Results& results) {
   std::vector<std::vector<std::string>> rows = {
-      {"line", "setting", "seconds (range)", "substeps", "CG iterations"}};
+      {"line", "setting", seconds_name(results), "substeps", "CG iterations"}};
   for (const Measure& measure : results.spec.measures) rows[0].push_back(with_unit(measure));
   rows.push_back(cells_of(results.shipped));
   if (results.reference) rows.push_back(cells_of(*results.reference));
   for (const Row& row : results.rows) rows.push_back(cells_of(row));
   page.heading("All settings");
-  page.text("Seconds, substeps and iterations per simulated second.");
+  page.text("Seconds with the range of the repetitions; substeps and iterations per simulated second.");
   page.table(rows);
 }
 
@@ -212,7 +218,7 @@ std::string study_page(const Results& results, const fs::path& charts) {
   }
   add_orders(page, results);
   add_rows(page, results);
-  if (results.timed) add_stages(page, results, charts);
+  if (results.timed && results.spec.cost == Cost::simulation) add_stages(page, results, charts);
   add_effects(page, results);
   add_pictures(page, results);
   return page.html();
