@@ -34,9 +34,10 @@ struct SimulateOptions {
   std::optional<Frames> frames;  // none: all of the scene
   int threads = 0;               // 0: all cores
   bool resume = false;
-  bool ledger = false;  // momentum and energy of every stage
-  bool draw = false;    // `duet run`: also pictures and a video
-  std::string command;  // as typed, to be typed again
+  bool ledger = false;      // momentum and energy of every stage
+  bool draw = false;        // `duet run`: also pictures and a video
+  bool stats_only = false;  // no meshes and level sets
+  std::string command;      // as typed, to be typed again
 };
 
 struct RenderOptions {
@@ -63,6 +64,18 @@ struct TetrahedralizeOptions {
   bool graded = false, json = false;
 };
 
+struct StudyOptions {
+  std::string spec;
+  std::string out;      // folder; empty: out/study/<name of the spec>
+  std::string program;  // the duet that simulates; empty: this one
+  int jobs = 1;         // untimed runs at the same time
+  bool untimed = false;
+};
+
+struct ReportOptions {
+  std::string run;  // folder of a run, or the name of a run in out/
+};
+
 struct CompareOptions {
   std::string a, b;              // two pictures, or two folders of pictures or runs
   std::optional<Frames> frames;  // of folders; none: all pictures
@@ -76,6 +89,8 @@ Outcome render(const RenderOptions& options, Report& report);
 Outcome check(const CheckOptions& options);
 Outcome explain(const ExplainOptions& options);
 Outcome tetrahedralize(const TetrahedralizeOptions& options, Report& report);
+Outcome study(const StudyOptions& options, Report& report);
+Outcome report_run(const ReportOptions& options);
 Outcome compare(const CompareOptions& options);
 Outcome list();
 

@@ -26,6 +26,8 @@ struct CommandLine {
   CheckOptions check;
   ExplainOptions explain;
   TetrahedralizeOptions tetrahedralize;
+  StudyOptions study;
+  ReportOptions report;
   CompareOptions compare;
   std::string frames;
   bool quiet = false, json = false;
@@ -78,6 +80,9 @@ void add_simulate(CLI::App& app, CommandLine& line, bool draw) {
   app.add_flag("--ledger", options.ledger,
                "What every stage does to momentum and energy, in stats.jsonl (tools/plot-ledger draws it); "
                "slower, the same results");
+  if (!draw)
+    app.add_flag("--stats-only", options.stats_only,
+                 "Write stats.jsonl and checkpoints, no meshes and level sets");
   app.add_flag("--resume", options.resume, "Continue the run in the folder after its last whole frame");
   add_report(app, line);
   app.callback([&line, draw] {
@@ -131,6 +136,32 @@ void add_tetrahedralize(CLI::App& app, CommandLine& line) {
     line.tetrahedralize.json = line.json;
     line.command = [&line](Report& report) { return tetrahedralize(line.tetrahedralize, report); };
   });
+}
+
+void add_study(CLI::App& app, CommandLine& line) {
+  StudyOptions& options = line.study;
+  app.add_option("spec", options.spec, "TOML file: scene, measures, knobs (tests/PROTOCOL.md)")
+      ->type_name("SPEC")
+      ->required();
+  app.add_option("--out", options.out, "Folder of the runs and the report; default out/study/<name of SPEC>")
+      ->type_name("DIR");
+  app.add_flag("--untimed", options.untimed, "Every setting once, without seconds: errors against work");
+  app.add_option("--jobs", options.jobs,
+                 "Runs at the same time where they are not timed: the reference; with --untimed all")
+      ->check(CLI::Range(1, 1024))
+      ->type_name("N");
+  app.add_option("--program", options.program, "Another build of duet, which simulates; default this one")
+      ->check(CLI::ExistingFile)
+      ->type_name("FILE");
+  add_report(app, line);
+  app.callback([&line] { line.command = [&line](Report& report) { return study(line.study, report); }; });
+}
+
+void add_report_run(CLI::App& app, CommandLine& line) {
+  app.add_option("run", line.report.run, "Folder of a run, or the name of one in out/")
+      ->type_name("RUN")
+      ->required();
+  app.callback([&line] { line.command = [&line](Report&) { return report_run(line.report); }; });
 }
 
 void add_bounds(CLI::App& app, render::Bounds& bounds) {
@@ -213,6 +244,10 @@ void add_commands(CLI::App& app, CommandLine& line) {
 
   add_tetrahedralize(*app.add_subcommand("tetrahedralize", "Fill a closed surface with tetrahedra"), line);
 
+  add_study(*app.add_subcommand("study", "What accuracy costs: a scene under many settings, with charts"),
+            line);
+  add_report_run(*app.add_subcommand("report", "One run as a page: pictures, energy, contact, work, effects"),
+                 line);
   add_compare(*app.add_subcommand("compare", "How much pictures differ, and whether by more than bounds"),
               line);
 

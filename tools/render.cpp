@@ -5,6 +5,7 @@
 
 #include "tools/commands.h"
 #include "tools/interrupt.h"
+#include "tools/scene_files.h"
 #include <fmt/format.h>
 
 #include "render/sequence.h"
@@ -15,15 +16,6 @@
 namespace duet::tools {
 namespace {
 namespace fs = std::filesystem;
-
-io::RunDirectory find_run(const std::string& name) {
-  for (const fs::path& folder : {fs::path(name), fs::path("out") / name}) {
-    io::RunDirectory run{folder};
-    if (fs::exists(run.manifest())) return run;
-  }
-  throw FileError(name, "is no run directory: it has no manifest.json",
-                  "`duet sim SCENE --out DIR` makes one");
-}
 
 // What moves is in the meshes already: only keys that the picture depends on can be changed.
 void require_picture_key(const std::string& override_text) {

@@ -52,4 +52,13 @@ scene::ReadResult read_scene(const SceneChoice& choice) {
   return scene::read(find_scene(choice.name).string(), overrides);
 }
 
+io::RunDirectory find_run(const std::string& name) {
+  for (const fs::path& folder : {fs::path(name), fs::path("out") / name}) {
+    io::RunDirectory run{folder};
+    if (fs::exists(run.manifest())) return run;
+  }
+  throw FileError(name, "is no run directory: it has no manifest.json",
+                  "`duet sim SCENE --out DIR` makes one");
+}
+
 }  // namespace duet::tools

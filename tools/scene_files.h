@@ -1,4 +1,4 @@
-// The scenes that ship, and how a name on the command line becomes a scene.
+// The scenes that ship, and how a name on the command line becomes a scene or a run.
 #pragma once
 
 #include <filesystem>
@@ -7,6 +7,7 @@
 
 #include "tools/commands.h"
 
+#include "sim/io/run_directory.h"
 #include "sim/scene/reader.h"
 
 namespace duet::tools {
@@ -24,5 +25,8 @@ std::filesystem::path find_scene(const std::string& name);
 
 // Finds and reads the scene with its overrides. Throws SceneError, FileError or Error (usage).
 scene::ReadResult read_scene(const SceneChoice& choice);
+
+// The run of a folder, or of a name in out/. Throws FileError.
+io::RunDirectory find_run(const std::string& name);
 
 }  // namespace duet::tools

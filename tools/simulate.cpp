@@ -76,7 +76,7 @@ class Run {
   io::Manifest describe() const;
   int restore();
   void record();
-  bool wanted(int frame) const { return frame >= first_ && frame <= last_; }
+  bool wanted(int frame) const { return !options_.stats_only && frame >= first_ && frame <= last_; }
   bool written(int frame) const { return fs::exists(directory_.mesh(frame)); }
   void redraw_missing(int resumed);
   std::string resume_command() const;
@@ -148,7 +148,7 @@ void Run::prepare() {
   }
   recorded_ = resumed;
   stats_ = std::make_unique<io::StatsLog>(directory_, resumed);
-  level_sets_ = std::make_unique<io::LevelSetWriter>(simulation_.level_sets());
+  if (!options_.stats_only) level_sets_ = std::make_unique<io::LevelSetWriter>(simulation_.level_sets());
   redraw_missing(resumed);
 }
 

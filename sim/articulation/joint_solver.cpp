@@ -25,15 +25,6 @@ constexpr double fitting = 1e-7;     // m or rad, of positions after a step
 // energy, and some J s^2 for frames that are a little apart at the start.
 constexpr double largest_correction = 0.1, loose_correction = 1e-8;
 
-void add_impulse(RigidBodies& rigid, std::size_t body, const Vec3& linear, const Vec3& angular) {
-  const RigidProperties& properties = rigid.properties[body];
-  if (!properties.is_dynamic()) return;
-  RigidState& state = rigid.state[body];
-  state.velocity += properties.inverse_mass * linear;
-  state.angular_momentum += angular;
-  state.angular_velocity += state.inverse_inertia * angular;
-}
-
 }  // namespace
 
 template <class Visit>
@@ -55,7 +46,10 @@ void JointSolver::analyze(const Articulation& articulation, const RigidBodies& r
     ends_.push_back({parent, child});
     const int number = static_cast<int>(ends_.size()) - 1;
     for (const std::size_t body : {parent, child})
-      if (rigid.properties[body].is_dynamic()) joints_of[body].push_back(number);
+      if (rigid.properties[body].is_dynamic())
+        joints_of[body].push_back(number);
+      else
+        held_ = true;
     solution_.push_back(BlockFactor::Segment::Zero(row_counts.back()));
   }
   for (std::size_t body = 0; body < joints_of.size(); ++body)
@@ -92,9 +86,22 @@ double JointSolver::row_velocity(const RigidBodies& rigid, std::size_t joint, co
          row.parent_moment.dot(parent.angular_velocity);
 }
 
-void JointSolver::push(RigidBodies& rigid, std::size_t joint, const JointRow& row, double impulse) const {
-  add_impulse(rigid, ends_[joint].child, impulse * row.linear, impulse * row.child_moment);
-  add_impulse(rigid, ends_[joint].parent, -impulse * row.linear, -impulse * row.parent_moment);
+void JointSolver::give(RigidBodies& rigid, std::size_t body, const Vec3& linear, const Vec3& angular) {
+  const RigidProperties& properties = rigid.properties[body];
+  RigidState& state = rigid.state[body];
+  if (!properties.is_dynamic()) {
+    outside_.linear -= linear;
+    outside_.angular -= state.pose.position.cross(linear) + angular;
+    return;
+  }
+  state.velocity += properties.inverse_mass * linear;
+  state.angular_momentum += angular;
+  state.angular_velocity += state.inverse_inertia * angular;
+}
+
+void JointSolver::push(RigidBodies& rigid, std::size_t joint, const JointRow& row, double impulse) {
+  give(rigid, ends_[joint].child, impulse * row.linear, impulse * row.child_moment);
+  give(rigid, ends_[joint].parent, -impulse * row.linear, -impulse * row.parent_moment);
 }
 
 // What impulses on the rows of `other` do to the velocities of the rows of `joint` through a body of both.
@@ -214,6 +221,7 @@ double JointSolver::satisfy(RigidBodies& rigid, Prepare&& prepare, Residual&& re
 
 double JointSolver::stabilize(RigidBodies& rigid) {
   free_structure_only();
+  outside_ = {};
   return satisfy(
       rigid, [] {}, [&](std::size_t j, std::size_t r) { return -row_velocity(rigid, j, rows_[r]); });
 }
@@ -221,6 +229,7 @@ double JointSolver::stabilize(RigidBodies& rigid) {
 void JointSolver::begin_impulses(const Articulation& articulation, double seconds) {
   free_structure_only();
   fits_ = is_first_ = true;
+  outside_ = {};
   for_each_row([&](std::size_t j, std::size_t r) {
     const Joint& joint = articulation.joints[j];
     const RowRole role = rows_[r].role;
@@ -310,11 +319,13 @@ double JointSolver::pre_stabilize(const Articulation& articulation, RigidBodies&
 void JointSolver::save_states(const RigidBodies& rigid) {
   for (std::size_t i = 0; i < jointed_.size(); ++i) saved_[i] = rigid.state[jointed_[i]];
   saved_impulse_ = impulse_;
+  saved_outside_ = outside_;
 }
 
 void JointSolver::restore_states(RigidBodies& rigid) {
   for (std::size_t i = 0; i < jointed_.size(); ++i) rigid.state[jointed_[i]] = saved_[i];
   impulse_ = saved_impulse_;
+  outside_ = saved_outside_;
 }
 
 // The kinetic energy of what velocities have changed by since they were saved, J, and of the velocities

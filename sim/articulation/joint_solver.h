@@ -43,6 +43,13 @@ class JointSolver {
   double stabilize_and_control(const Articulation& articulation, RigidBodies& rigid);
   // The impulses of the joints' structure since begin_impulses on every body, N s and N m s.
   void structure_impulses(std::vector<Vec3>& linear, std::vector<Vec3>& angular) const;
+  // What bodies of infinite mass have given to the others since the last call of stabilize or begin_impulses:
+  // N s, and N m s about the origin.
+  struct Outside {
+    Vec3 linear = Vec3::Zero(), angular = Vec3::Zero();
+  };
+  const Outside& from_outside() const { return outside_; }
+  bool is_held() const { return held_; }  // whether a joint has such a body
 
   // Projects velocities of all rigid bodies, m/s and rad/s, onto those that keep the joints together:
   // self-adjoint in the mass inner product.
@@ -72,7 +79,8 @@ class JointSolver {
   template <class Visit>
   void for_each_row(Visit&& visit) const;
   double row_velocity(const RigidBodies& rigid, std::size_t joint, const JointRow& row) const;
-  void push(RigidBodies& rigid, std::size_t joint, const JointRow& row, double impulse) const;
+  void push(RigidBodies& rigid, std::size_t joint, const JointRow& row, double impulse);
+  void give(RigidBodies& rigid, std::size_t body, const Vec3& linear, const Vec3& angular);
   BlockFactor::Block coupling(const RigidBodies& rigid, const Shared& shared) const;
   void factor(const RigidBodies& rigid, double softness = 0);
   void free_structure_only();
@@ -110,9 +118,12 @@ class JointSolver {
   mutable std::vector<BlockFactor::Segment> solution_;
   std::vector<Pose> predicted_;  // of every body
   bool fits_ = true, is_first_ = true;
+  bool held_ = false;
+  Outside outside_;
   std::vector<std::size_t> jointed_;  // dynamic bodies with a joint
   std::vector<RigidState> saved_;     // of those, before something was tried
   std::vector<double> saved_impulse_;
+  Outside saved_outside_;
 };
 
 }  // namespace duet

@@ -23,6 +23,10 @@ T max_of(const T& a, const T& b) {
   return select(a > b, a, b);
 }
 template <class T>
+T min_of(const T& a, const T& b) {
+  return select(a < b, a, b);
+}
+template <class T>
 T abs_of(const T& a) {
   return select(a < T{}, -a, a);
 }

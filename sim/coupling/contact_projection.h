@@ -31,7 +31,10 @@ class ContactProjection {
   // Takes no contact.
   void build(const Bodies& bodies);
   // Keeps joints together, too, exactly, until the next build. The solver has been prepared for projection.
-  void add_joints(const JointSolver& joints) { joints_ = &joints; }
+  void add_joints(const JointSolver& joints) {
+    joints_ = &joints;
+    held_ = held_ || joints.is_held();
+  }
   bool empty() const { return rows_.empty() && block_rows_ == 0 && !repulsions_ && !joints_; }
   // Whether a body of infinite mass takes part.
   bool is_held() const { return held_; }

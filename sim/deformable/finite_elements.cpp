@@ -234,9 +234,12 @@ void FiniteElements::add_damping_forces(const std::vector<Vec3>& v, std::vector<
   add_forces(force, [&](std::size_t b) {
     const Batch& batch = batches_[b];
     const auto [mu, lambda] = moduli(batch);
-    const double damping = material_[as_index(batch.material)].moduli.damping + added_damping_;
-    const Pack of_volume = added_damping_ > 0 ? volume_share(deformation_[b]) * lambda : Pack{} + lambda;
-    return viscous_stress<Pack>(mu, of_volume, Pack{} + damping, deformation_[b], gradient(batch, v));
+    const Matrix3<Pack>& F = deformation_[b];
+    const Pack damping = Pack{} + (material_[as_index(batch.material)].moduli.damping + added_damping_);
+    if (added_damping_ == 0)
+      return viscous_stress<Pack>(mu, lambda, damping / excess_damping(F), F, gradient(batch, v));
+    // Steps as long as frames: what damps stretched elements more smooths the way out of a tangle.
+    return viscous_stress<Pack>(mu, volume_share(F) * lambda, damping, F, gradient(batch, v));
   });
   parallel_for(drag_.size(), particle_grain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t p = begin; p < end; ++p) force[p] -= drag_[p] * v[p];

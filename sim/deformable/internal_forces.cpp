@@ -13,6 +13,7 @@ void for_each_other(Forces& forces, Visit&& visit) {
   visit(forces.altitude_springs);
   visit(forces.bending_springs);
   visit(forces.bending_elements);
+  visit(forces.tethers);
 }
 
 }  // namespace
@@ -30,6 +31,7 @@ void InternalForces::finalize(const std::vector<double>& mass, const std::vector
   altitude_springs.finalize(inverse_mass);
   bending_springs.finalize(mass.size());
   bending_elements.finalize(mass.size());
+  tethers.finalize(mass.size());
 
   std::vector<double> squared_rate(mass.size(), 0);  // C_i / m_i
   for_each_other(*this, [&](const auto& force) { force.add_stiffness(squared_rate); });

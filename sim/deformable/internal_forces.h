@@ -9,6 +9,7 @@
 #include "sim/deformable/finite_elements.h"
 #include "sim/deformable/membranes.h"
 #include "sim/deformable/springs.h"
+#include "sim/deformable/tethers.h"
 
 namespace duet {
 
@@ -22,6 +23,7 @@ class InternalForces {
   AltitudeSprings altitude_springs;  // of volumes
   Springs<2> bending_springs;        // of shells and rods
   Springs<4> bending_elements;       // of shells and rods
+  Tethers tethers;                   // of flesh to bones
 
   // To be called once after everything has been added, with the particles' masses (kg) and their inverses,
   // which are 0 for those that never move.

@@ -14,14 +14,14 @@ BoundParticle bind_particle(std::size_t p, std::size_t body, RigidBodies& rigid,
   properties.inverse_mass = 1 / mass;
   set_angular_velocity(state, properties, angular_velocity);
   particles.mass[p] = particles.inverse_mass[p] = 0;
-  return {p, body, state.pose.to_body(particles.x[p]), particles.x[p] - state.pose.position};
+  return {p, body, p, state.pose.to_body(particles.x[p]), particles.x[p] - state.pose.position};
 }
 
 void follow_bodies(const RigidBodies& rigid, std::vector<BoundParticle>& bound, Particles& particles) {
   for (BoundParticle& b : bound) {
     const RigidState& state = rigid.state[b.body];
-    b.offset = state.pose.orientation * b.arm;
-    particles.x[b.particle] = state.pose.position + b.offset;
+    particles.x[b.particle] = state.pose.to_world(b.arm);
+    b.offset = particles.x[b.at] - state.pose.position;
     particles.v[b.particle] = point_velocity(state, b.offset);
   }
 }

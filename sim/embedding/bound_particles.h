@@ -12,6 +12,7 @@ namespace duet {
 
 struct BoundParticle {
   std::size_t particle = 0, body = 0;
+  std::size_t at = 0;  // the particle whose place forces act at: its own, or the one that is tethered to it
   Vec3 arm = Vec3::Zero();     // m, in body space
   Vec3 offset = Vec3::Zero();  // m, in the world, from the centre of mass, where forces act now
 };

@@ -71,11 +71,25 @@ std::array<double, 6> dihedral_angles(const TetMesh& mesh, const Tet& tet) {
   return angles;
 }
 
+bool has_dihedral_angles_within(const TetMesh& mesh, const Tet& tet, double least, double largest) {
+  const double above = std::cos(least * std::numbers::pi / 180),
+               below = std::cos(largest * std::numbers::pi / 180);
+  const std::array<Vec3, 4> normals = Corners(mesh, tet).face_normals();
+  std::array<double, 4> lengths{};
+  for (std::size_t i = 0; i < 4; ++i) lengths[i] = normals[i].norm();
+  for (std::size_t i = 0; i < 4; ++i)
+    for (std::size_t j = 0; j < i; ++j) {
+      const double cosine = -normals[i].dot(normals[j]), scale = lengths[i] * lengths[j];
+      if (cosine > above * scale || cosine < below * scale) return false;
+    }
+  return true;
+}
+
 double smallest_altitude(const TetMesh& mesh, const Tet& tet) {
   const Corners corners(mesh, tet);
-  double twice_area = 0;
-  for (const Vec3& normal : corners.face_normals()) twice_area = std::max(twice_area, normal.norm());
-  return 6 * corners.volume() / twice_area;
+  double squared = 0;  // of twice the area
+  for (const Vec3& normal : corners.face_normals()) squared = std::max(squared, normal.squaredNorm());
+  return 6 * corners.volume() / std::sqrt(squared);
 }
 
 TetQuality tet_quality(const TetMesh& mesh) {

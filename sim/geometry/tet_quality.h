@@ -19,7 +19,9 @@ struct TetQuality {
 };
 
 std::array<double, 6> dihedral_angles(const TetMesh& mesh, const Tet& tet);  // degrees, in [0, 180]
-double smallest_altitude(const TetMesh& mesh, const Tet& tet);               // m
+bool has_dihedral_angles_within(const TetMesh& mesh, const Tet& tet, double least,
+                                double largest);                // degrees
+double smallest_altitude(const TetMesh& mesh, const Tet& tet);  // m
 
 TetQuality tet_quality(const TetMesh& mesh);
 

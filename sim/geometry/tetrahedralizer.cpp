@@ -6,11 +6,14 @@
 
 #include "sim/geometry/grid_level_set.h"
 #include "sim/geometry/lattice_stencils.h"
+#include "sim/geometry/tet_smoothing.h"
 
 namespace duet {
 
 TetMesh tetrahedralize(const LevelSet& shape, double spacing, bool graded) {
-  return tets_inside(cut_lattice(bcc_lattice(shape, spacing, graded), shape));
+  TetMesh mesh = tets_inside(cut_lattice(bcc_lattice(shape, spacing, graded), shape));
+  raise_altitudes(mesh, shape, spacing);
+  return mesh;
 }
 
 double default_spacing(const LevelSet& shape) {

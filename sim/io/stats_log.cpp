@@ -47,6 +47,7 @@ std::string stats_json(const FrameStats& stats) {
                  {"dt_min", stats.dt_min},
                  {"dt_max", stats.dt_max},
                  {"seconds", stats.seconds},
+                 {"processor_seconds", stats.processor_seconds},
                  {"stages", std::move(stages)},
                  {"cg_iterations", stats.cg_iterations},
                  {"contacts", stats.contacts},

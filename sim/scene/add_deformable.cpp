@@ -8,6 +8,7 @@
 #include <set>
 
 #include "sim/deformable/thin_bodies.h"
+#include "sim/scene/attachments.h"
 #include "sim/scene/deformables.h"
 
 namespace duet::scene {
@@ -147,41 +148,6 @@ Vec3 center_of_mass(const std::vector<Vec3>& nodes, const std::vector<double>& m
   return sum / mass;
 }
 
-// The particle moves with the kinematic body of that name, if the plan lets it move.
-void let_carry(const std::string& carrier, int particle, Bodies& bodies) {
-  const std::vector<KinematicBody>& kinematic = bodies.rigid.kinematic;
-  const auto found = std::find_if(kinematic.begin(), kinematic.end(), [&](const KinematicBody& body) {
-    return bodies.rigid.name[body.body] == carrier;
-  });
-  if (found == kinematic.end()) return;
-  const RigidState& state = bodies.rigid.state[found->body];
-  const Vec3& x = bodies.particles.x[as_index(particle)];
-  bodies.particles.v[as_index(particle)] = point_velocity(state, x - state.pose.position);
-  bodies.carried.push_back(
-      {particle, static_cast<std::size_t>(found - kinematic.begin()), state.pose.to_body(x)});
-}
-
-// Binds the particle to the first of the rigid bodies that it is inside of.
-void attach(const std::vector<std::string>& names, std::size_t particle, Bodies& bodies) {
-  RigidBodies& rigid = bodies.rigid;
-  Particles& particles = bodies.particles;
-  for (const std::string& name : names) {
-    const auto body = as_index(
-        static_cast<int>(std::find(rigid.name.begin(), rigid.name.end(), name) - rigid.name.begin()));
-    const Vec3 arm = rigid.state[body].pose.to_body(particles.x[particle]);
-    if (rigid.properties[body].shape.distance(arm) >= 0) continue;
-    if (rigid.properties[body].is_dynamic()) {
-      bodies.bound.push_back(bind_particle(particle, body, rigid, particles));
-      particles.v[particle] = point_velocity(rigid.state[body], bodies.bound.back().offset);
-    } else {
-      particles.inverse_mass[particle] = 0;
-      particles.v[particle].setZero();
-      let_carry(name, static_cast<int>(particle), bodies);
-    }
-    return;
-  }
-}
-
 }  // namespace
 
 void add_particles(const DeformableBody& description, const EffectSet& plan, const std::vector<Vec3>& nodes,
@@ -189,6 +155,8 @@ void add_particles(const DeformableBody& description, const EffectSet& plan, con
   Particles& particles = bodies.particles;
   const Placement& placement = description.placement;
   const Vec3 center = center_of_mass(nodes, mass);
+  const bool is_hard = !description.attach_springs && plan[index(Effect::hard_bindings)];
+  std::vector<int> held(description.attach.size() + 1, 0);  // particles, by every body of `attach`; by none
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     const auto pin =
         std::find_if(description.pins.begin(), description.pins.end(),
@@ -201,9 +169,9 @@ void add_particles(const DeformableBody& description, const EffectSet& plan, con
     particles.mass.push_back(mass[i]);
     particles.inverse_mass.push_back(is_pinned ? 0 : 1 / mass[i]);
     if (is_pinned && !pin->body.empty()) let_carry(pin->body, static_cast<int>(particles.size()) - 1, bodies);
-    if (!is_pinned && plan[index(Effect::hard_bindings)])
-      attach(description.attach, particles.size() - 1, bodies);
+    if (!is_pinned && is_hard) ++held[attach(description.attach, particles.size() - 1, bodies)];
   }
+  if (is_hard) check_attached(description, held);
 }
 
 void add_volume_springs(const std::vector<Tet>& tets, const SpringLaw& law, Bodies& bodies) {

@@ -18,7 +18,8 @@ BodyShape add_particle(const Scene& scene, const DeformableBody& description, Bo
 // The particles of a body at the nodes (m, in its own coordinates) with the given masses (kg). Those that a
 // pin holds keep their mass for the sums of a run, but no force moves them: their inverse mass is 0, and
 // their velocity is 0 or, where the pin belongs to a kinematic body, that body's. Those inside of a rigid
-// body that the description attaches them to move with it.
+// body that the description attaches them to move with it;
+// throws Error (usage) where one of these holds none.
 void add_particles(const DeformableBody& description, const EffectSet& plan, const std::vector<Vec3>& nodes,
                    const std::vector<double>& mass, Bodies& bodies);
 

@@ -5,7 +5,12 @@
 #include <limits>
 #include <map>
 
+#include <fmt/format.h>
+
+#include "sim/base/error.h"
+#include "sim/geometry/shape_mesh.h"
 #include "sim/scene/add_deformable.h"
+#include "sim/scene/attachments.h"
 #include "sim/scene/deformables.h"
 #include "sim/scene/joints.h"
 #include "sim/scene/motion.h"
@@ -69,6 +74,18 @@ std::vector<double> lumped_masses(const TetMesh& mesh, double density) {
   return mass;
 }
 
+BodyShape skinned(const scene::DeformableBody& description, const TetMesh& mesh, std::size_t first_particle) {
+  if (!description.skin->mesh)
+    throw Error(ExitStatus::usage,
+                fmt::format("deformable.{}.skin: the scene was read without its meshes", description.name));
+  BodyShape shape;
+  shape.name = description.name;
+  shape.surface.surface = mesh_surface(in_frame(*description.skin->mesh, description.skin->scale, Pose{}));
+  shape.skin = CarriedSurface(shape.surface.surface, mesh);
+  shape.first_particle = first_particle;
+  return shape;
+}
+
 BodyShape add_volume(const Scene& scene, const EffectSet& plan, const scene::DeformableBody& description,
                      const TetMesh& mesh, Bodies& bodies) {
   const Material& material = material_of(scene, description);
@@ -107,6 +124,8 @@ BodyShape add_volume(const Scene& scene, const EffectSet& plan, const scene::Def
   // Few triangles go around a curve of a filled surface or of tets from elsewhere, so that they meet at wide
   // angles; only a lattice's edges are sharp for certain.
   const double crease = description.shape.kind == DeformableKind::box ? 40 : 75;
+  if (description.skin && plan[index(Effect::embedded_surfaces)])
+    return skinned(description, mesh, static_cast<std::size_t>(body.first_particle));
   BodyShape shape{description.name, boundary_surface(mesh, triangles, crease)};
   for (int& node : shape.surface.vertex_nodes) node += body.first_particle;
   return shape;
@@ -170,12 +189,15 @@ StepSettings step_settings(const Solver& solver) {
 }
 
 // Bodies and the bones that they are attached to do not touch.
-void keep_apart(const Scene& scene, Bodies& bodies) {
+void keep_apart(const Scene& scene, const EffectSet& plan, Bodies& bodies) {
   const std::vector<std::string>& names = bodies.rigid.name;
-  for (std::size_t d = 0; d < scene.deformable.size(); ++d)
-    for (const std::string& name : scene.deformable[d].attach)
+  for (std::size_t d = 0; d < scene.deformable.size(); ++d) {
+    const scene::DeformableBody& body = scene.deformable[d];
+    if (!plan[index(body.attach_springs ? Effect::soft_bindings : Effect::hard_bindings)]) continue;
+    for (const std::string& name : body.attach)
       bodies.apart_deformable.emplace_back(std::find(names.begin(), names.end(), name) - names.begin(),
                                            static_cast<int>(d));
+  }
   std::sort(bodies.apart_deformable.begin(), bodies.apart_deformable.end());
 }
 
@@ -241,9 +263,10 @@ BuiltWorld build_world(const Scene& scene, const EffectSet& plan) {
                            : body.shape.is_shell()    ? add_shell(scene, plan, body, bodies)
                            : body.shape.is_particle() ? add_particle(scene, body, bodies)
                                                       : add_rod(scene, plan, body, bodies));
+  if (plan[index(Effect::soft_bindings)]) attach_softly(scene, bodies);
   bodies.push_back = plan[index(Effect::two_way)];
   finalize_forces(bodies);
-  if (plan[index(Effect::hard_bindings)]) keep_apart(scene, bodies);
+  keep_apart(scene, plan, bodies);
   bodies.one_rings.finalize(bodies.particles.inverse_mass, bodies.particles.x);
   if (plan[index(Effect::self_repulsion)] || plan[index(Effect::self_collision)])
     bodies.collision_surface = collision_surface(scene, bodies);

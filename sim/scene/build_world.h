@@ -5,6 +5,7 @@
 #include <variant>
 #include <vector>
 
+#include "sim/embedding/carried_surface.h"
 #include "sim/geometry/tet_mesh.h"
 #include "sim/geometry/thick_surface.h"
 #include "sim/scene/scene.h"
@@ -24,6 +25,9 @@ struct BodyShape {
   std::string name;
   BoundarySurface surface;          // at rest, in body space; rigid bodies: vertex_nodes is empty
   std::optional<ThinShape> thin{};  // of all but volumes: they have no boundary surface
+  // With a skin this is `surface`, without vertex_nodes, and the tets carry it.
+  CarriedSurface skin{};
+  std::size_t first_particle = 0;  // of those tets
 };
 
 struct BuiltWorld {

@@ -73,6 +73,22 @@ void check_volume_keys(const DeformableBody& body, const toml::table& table, con
                  body.shape.is_shell() ? "in m, for example 0.001 for cloth" : "in m, the rod's diameter");
 }
 
+// What belongs to volumes that carry a skin, and to bodies with bones.
+void check_additions(DeformableBody& body, const toml::table& table, const std::string& path,
+                     ShapeReader& shapes, Problems& problems) {
+  const toml::node* springs = table.get("attach_springs");
+  if (springs && body.attach.empty())
+    problems.add(springs->source(), path + ".attach_springs", "has no effect without `attach`",
+                 "name the bones in `attach`");
+  const toml::node* skin = table.get("skin");
+  if (!skin || !skin->is_table() || !body.skin) return;
+  if (!body.shape.is_volume())
+    problems.add(skin->source(), path + ".skin", "has no effect on a body without tetrahedra",
+                 "it belongs to volumes");
+  else
+    shapes.check(*body.skin, *skin->as_table(), path + ".skin");
+}
+
 bool has_its_mesh(const DeformableShape& shape) {
   return shape.kind == DeformableKind::tets ? shape.tets != nullptr
                                             : shape.kind != DeformableKind::mesh || shape.surface.mesh;
@@ -111,6 +127,7 @@ void check_deformable(DeformableBody& body, const toml::table& body_table, const
   const toml::node& value = *table->get(kinds[*kind]);
   const std::string key = fmt::format("{}.{}", at, kinds[*kind]);
   check_volume_keys(body, body_table, path, problems);
+  check_additions(body, body_table, path, shapes, problems);
   if (shape.is_volume())
     shapes.check(shape, *table, at);
   else

@@ -51,6 +51,7 @@ struct FrameStats {
   int substeps = 0;
   double dt_min = 0, dt_max = 0;           // s
   double seconds = 0;                      // s, wall time of simulating the frame (no file output)
+  double processor_seconds = 0;            // s, of all threads for it
   std::vector<StageStats> stages;          // every stage and effect of the program, 0 calls where not entered
   std::int64_t cg_iterations = 0;          // sum over the frame
   std::int64_t contacts = 0;               // active contact points at the end of the frame

@@ -1,23 +1,10 @@
 // The keys of joints.
-#include "sim/scene/schema.h"
+#include "sim/scene/schema_parts.h"
 
 namespace duet::scene {
 namespace {
 
-const Bounds any{};
-const Bounds positive{.lower = 0, .lower_open = true};
-const Bounds non_negative{.lower = 0};
 const Bounds turns{.lower = -180, .upper = 180};
-constexpr Presence required = Presence::required;
-
-template <class Element>
-List list(std::vector<Element>& elements) {
-  return {[&elements] { return elements.size(); },
-          [&elements](std::size_t i) {
-            if (i >= elements.size()) elements.resize(i + 1);
-            return keys(elements[i]);
-          }};
-}
 
 Key interval_key(std::string_view name, Interval& interval, std::string_view unit, const Bounds& bounds,
                  std::string_view meaning) {
@@ -155,6 +142,7 @@ std::vector<Key> keys(Instance& instance) {
        Group{{{"axis", &instance.rotation.axis, "", any, "any length but 0", required},
               {"degrees", &instance.rotation.degrees, "degrees", any, "angle", required}}},
        "", any, "of all of it about its origin"},
+      {"scale", &instance.scale, "", positive, "on all lengths; masses grow with its third power"},
       {"grid", &instance.grid, "", {.lower = 1, .upper = 1e4}, "how many along x, y and z"},
       {"step", &instance.step, "m", any, "of the grid"},
       {"scatter",

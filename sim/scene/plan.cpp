@@ -248,6 +248,15 @@ PlannedEffect joint_effect(Effect effect, const Scene& scene, bool articulated, 
   return {effect, true, fmt::format("asked for by {}", listed(names))};
 }
 
+template <class Asks>
+PlannedEffect asked_for(Effect effect, const Scene& scene, Asks&& asks, std::string_view none) {
+  std::vector<std::string> names;
+  for (const DeformableBody& body : scene.deformable)
+    if (asks(body)) names.push_back(body.name);
+  if (names.empty()) return {effect, false, std::string(none)};
+  return {effect, true, fmt::format("asked for by {}", listed(names))};
+}
+
 EffectSet removed_effects(const std::vector<std::string>& without) {
   EffectSet removed;
   for (const std::string& word : without) {
@@ -305,12 +314,17 @@ EffectPlan plan_effects(const Scene& scene, const std::vector<std::string>& with
   add(joint_effect(
       Effect::pd_control, scene, articulated, [](const Joint& joint) { return joint.has_control; },
       "no joint is controlled"));
-  std::vector<std::string> fleshed;
-  for (const DeformableBody& body : scene.deformable)
-    if (!body.attach.empty()) fleshed.push_back(body.name);
-  add(fleshed.empty()
-          ? PlannedEffect{Effect::hard_bindings, false, "no deformable body is attached to rigid ones"}
-          : PlannedEffect{Effect::hard_bindings, true, fmt::format("asked for by {}", listed(fleshed))});
+  add(asked_for(
+      Effect::hard_bindings, scene,
+      [](const DeformableBody& body) { return !body.attach.empty() && !body.attach_springs; },
+      "no deformable body is attached to rigid ones"));
+  add(asked_for(
+      Effect::soft_bindings, scene,
+      [](const DeformableBody& body) { return body.attach_springs.has_value(); },
+      "no deformable body is attached to rigid ones by springs"));
+  add(asked_for(
+      Effect::embedded_surfaces, scene, [](const DeformableBody& body) { return body.skin.has_value(); },
+      "no deformable body has a skin"));
   return plan;
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <numbers>
 #include <set>
 
@@ -10,6 +11,7 @@
 #include "sim/base/near_miss.h"
 #include "sim/rigid/rotation.h"
 #include "sim/scene/joints.h"
+#include "sim/scene/lengths.h"
 #include "sim/scene/random_placement.h"
 #include "sim/scene/table_reader.h"
 
@@ -65,11 +67,16 @@ toml::node* at_path(toml::table& table, std::string_view path) {
   return inner->get(path);
 }
 
+bool names_parameter(const std::string& text) {
+  return text.size() > 1 && text[0] == '$' && (std::isalpha(static_cast<unsigned char>(text[1])) != 0);
+}
+
 class Expander {
  public:
   Expander(toml::table& document, Problems& problems) : document_(document), problems_(problems) {}
 
   void expand() {
+    take_scene_parameters();
     repeat_lists(document_, "");
     toml::table* prefabs = document_["prefabs"].as_table();
     if (prefabs)
@@ -84,6 +91,16 @@ class Expander {
   }
 
  private:
+  // Those of the scene count in prefabs, too, which are filled in when they are used.
+  void take_scene_parameters() {
+    const toml::table* parameters = document_["parameters"].as_table();
+    if (!parameters) return;
+    scene_parameters_ = *parameters;
+    document_.erase("parameters");
+    for (auto&& [key, value] : document_)
+      if (key.str() != "prefabs") substitute(value, {}, std::string(key.str()));
+  }
+
   void repeat_lists(toml::table& table, const std::string& path) {
     for (const std::string_view key : listed)
       if (toml::array* list = table[key].as_array()) repeat(*list, fmt::format("{}{}", path, key));
@@ -240,12 +257,13 @@ class Expander {
   void substitute(toml::node& node, const toml::table& values, const std::string& path) {
     const auto replaced = [&](toml::node& value) -> const toml::node* {
       const auto* text = value.as_string();
-      if (!text || text->get().empty() || text->get().front() != '$') return nullptr;
+      if (!text || !names_parameter(text->get())) return nullptr;
       const std::string name = text->get().substr(1);
       if (const toml::node* found = values.get(name)) return found;
+      if (const toml::node* found = scene_parameters_.get(name)) return found;
       if (reported_.insert(name).second)
-        problems_.add(value.source(), path, fmt::format("the prefab has no parameter `{}`", name),
-                      "add it to the prefab's `parameters`");
+        problems_.add(value.source(), path, fmt::format("there is no parameter `{}`", name),
+                      "add it to the `parameters` of the prefab or of the scene");
       return nullptr;
     };
     if (toml::table* table = node.as_table()) {
@@ -268,8 +286,15 @@ class Expander {
 
   void add(const toml::table& table, const toml::table& prefab, const Pose& pose, const std::string& name,
            Random& random, const std::string& path) {
+    const double scale = table["scale"].value_or(1.0);
     problems_.expect_copies();
-    if (++copies_ > most_copies) return;
+    if (++copies_ > most_copies) {
+      if (copies_ == most_copies + 1)
+        problems_.add(table.source(), path,
+                      fmt::format("is the {}th copy of a prefab, the last that is made", copies_),
+                      "lower its grid or its scatter.count");
+      return;
+    }
     const toml::table values = parameters(table, prefab, random, path);
     std::set<std::string> own;  // names of its bodies
     for (const std::string_view key : {"rigid", "deformable"})
@@ -286,6 +311,7 @@ class Expander {
         if (!node.is_table() || !target) continue;
         toml::table copy = *node.as_table();
         substitute(copy, values, path);
+        scale_lengths(copy, scale);
         rename(copy, name, own);
         if (key == "joints")
           move_joint(copy, pose);
@@ -351,6 +377,7 @@ class Expander {
   toml::table& document_;
   Problems& problems_;
   std::vector<PlacedBox> placed_;
+  toml::table scene_parameters_;
   std::set<std::string> reported_;
   int copies_ = 0;
 };

@@ -191,6 +191,8 @@ void SceneReader::read_deformable(const toml::table& table, const std::string& p
   DeformableBody& body = entry.body;
   reader_.read(table, keys(entry), path);
   check_body_name(body.name, table, path);
+  if (entry.has_attach_springs) body.attach_springs = entry.attach_springs;
+  if (entry.has_skin) body.skin = std::move(entry.skin);
   check_deformable(body, table, path, shapes_, problems_);
   if (check_rotation(entry.rotation, table, path))
     body.placement.orientation = orientation_of(entry.rotation);

@@ -175,6 +175,19 @@ struct Pin {
   std::string body;          // name of a kinematic rigid body; may be empty
 };
 
+// Springs that hold flesh to bones, by their effect on the flesh alone.
+struct AttachSprings {
+  double gain = 1e4;   // 1/s^2, stiffness over the particle's mass
+  double damping = 1;  // of critical
+};
+
+// A surface that is drawn in place of the boundary and moves with the tets.
+struct Skin {
+  std::string mesh_file;                               // as in the scene: relative to its folder
+  double scale = 1;                                    // m per unit of the mesh
+  std::shared_ptr<const TriangleMesh> mesh = nullptr;  // null if the scene was read without its meshes
+};
+
 struct DeformableBody {
   std::string name;
   Location at;
@@ -182,6 +195,8 @@ struct DeformableBody {
   std::optional<double> thickness;  // m, of shells; the diameter of rods
   std::vector<Pin> pins;
   std::vector<std::string> attach;  // names of rigid bodies that hold the particles inside of them
+  std::optional<AttachSprings> attach_springs;  // that hold them, in place of stiff bonds
+  std::optional<Skin> skin;                     // of volumes
   Placement placement;
   std::string material;        // name of a material
   std::optional<double> mass;  // kg; overrides density * volume

@@ -3,12 +3,11 @@
 #include <iterator>
 #include <numbers>
 
+#include "sim/scene/schema_parts.h"
+
 namespace duet::scene {
 namespace {
 
-const Bounds any{};
-const Bounds positive{.lower = 0, .lower_open = true};
-const Bounds non_negative{.lower = 0};
 Bounds between(double lower, double upper) { return {.lower = lower, .upper = upper}; }
 Bounds above_up_to(double lower, double upper) {
   return {.lower = lower, .upper = upper, .lower_open = true};
@@ -27,9 +26,6 @@ Choice choice(std::string& target, std::vector<std::string_view> names) {
   return {names, selected, [&target, names](std::size_t i) { target = names[i]; }};
 }
 
-constexpr Presence required = Presence::required;
-constexpr Presence one_of = Presence::one_of;
-
 Key rotation_key(Rotation& rotation, std::string_view meaning = "turns the shape about its position",
                  bool* given = nullptr) {
   return {"rotation",
@@ -39,15 +35,6 @@ Key rotation_key(Rotation& rotation, std::string_view meaning = "turns the shape
                   "angle, counter-clockwise seen against the axis", required}},
                 given},
           "", any, meaning};
-}
-
-template <class Element>
-List list(std::vector<Element>& elements) {
-  return {[&elements] { return elements.size(); },
-          [&elements](std::size_t i) {
-            if (i >= elements.size()) elements.resize(i + 1);
-            return keys(elements[i]);
-          }};
 }
 
 Key motion_key(RigidBody& body) {
@@ -276,6 +263,19 @@ std::vector<Key> keys(DeformableEntry& entry) {
        "particles that never move, for example where a cloth hangs, or move with a kinematic body"},
       {"attach", References{&body.attach, "rigid"}, "", any,
        "rigid bodies, as bones: the particles inside of them move with them, and the two never touch"},
+      {"attach_springs",
+       Group{{{"gain", &entry.attach_springs.gain, "1/s^2", positive,
+               "stiffness of a spring over the mass of its particle", required},
+              {"damping", &entry.attach_springs.damping, "", non_negative, "of critical"}},
+             &entry.has_attach_springs},
+       "", any, "springs that hold the particles to their bones, in place of stiff bonds"},
+      {"skin",
+       Group{{{"mesh", &entry.skin.mesh_file, "", any,
+               "closed triangle mesh in the coordinates of the shape; the path starts at the scene's folder",
+               required},
+              {"scale", &entry.skin.scale, "", positive, "metres per unit of the mesh"}},
+             &entry.has_skin},
+       "", any, "surface that is drawn and exported in place of the tetrahedra's, which carry it along"},
       {"position", &placement.position, "m", any,
        "of the shape's centre; of the origin of a mesh's coordinates"},
       rotation_key(entry.rotation),

@@ -88,6 +88,9 @@ struct RigidEntry {
 };
 struct DeformableEntry {
   DeformableBody body;
+  bool has_attach_springs = false, has_skin = false;
+  AttachSprings attach_springs;
+  Skin skin;
   Rotation rotation;
   Repetition repeat;
 };
@@ -105,6 +108,7 @@ struct Instance {
   std::string name, prefab;
   Vec3 position = Vec3::Zero();  // m
   Rotation rotation;
+  double scale = 1;
   Vec3i grid = Vec3i(1, 1, 1);
   Vec3 step = Vec3::Zero();  // m
   bool has_scatter = false;

@@ -96,6 +96,12 @@ void ShapeReader::finish(Shape& shape, const toml::table& table, const std::stri
                   "a ring has a hole");
 }
 
+void ShapeReader::check(Skin& skin, const toml::table& table, const std::string& path) {
+  const toml::node* file = table.get("mesh");
+  if (file && file->is_string() && meshes_ == Meshes::read)
+    skin.mesh = loaded(meshes_loaded_, skin.mesh_file, *file, path + ".mesh", read_mesh);
+}
+
 void ShapeReader::load_mesh(Shape& shape, const toml::node& at, const std::string& path) {
   shape.mesh = loaded(meshes_loaded_, shape.mesh_file, at, path, read_mesh);
 }

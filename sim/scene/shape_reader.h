@@ -26,6 +26,9 @@ class ShapeReader {
   // The same for a volume whose kind is known; `table` is the shape's, at `path`.
   void check(DeformableShape& shape, const toml::table& table, const std::string& path);
 
+  // Reads the mesh of a skin, which `table` describes at `path`.
+  void check(Skin& skin, const toml::table& table, const std::string& path);
+
   const std::vector<std::string>& notes() const { return notes_; }
   std::uint64_t fingerprint() const { return fingerprint_; }
 

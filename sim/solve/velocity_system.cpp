@@ -95,9 +95,8 @@ double VelocitySystem::inner(const GeneralizedVelocity& u, const GeneralizedVelo
 }
 
 double VelocitySystem::norm(const GeneralizedVelocity& v) const {
-  const auto larger = [](double a, double b) {
-    return b <= a ? a : b;
-  };  // also takes a NaN, which ends the solve
+  // A NaN stays, and ends the solve.
+  const auto larger = [](double a, double b) { return b <= a || std::isnan(a) ? a : b; };
   double squared = parallel_reduce(
       v.particle.size(), grain, 0.0,
       [&](std::size_t begin, std::size_t end) {

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include "sim/base/error.h"
+#include "sim/coupling/ledger.h"
 #include "sim/step/step.h"
 
 namespace duet {
@@ -31,6 +32,7 @@ constexpr double joined = 1e-6;  // m or rad, that a step may leave joints apart
 }  // namespace
 
 void begin_joints(World& world, StepContext& context) {
+  context.joints_from_outside = {};
   const RigidBodies& rigid = world.bodies.rigid;
   context.joints.update(world.bodies.articulation, rigid);
   if (world.has(Effect::pd_control))
@@ -45,11 +47,16 @@ void begin_joints(World& world, StepContext& context) {
 // a pendulum loses energy in proportion to the step.
 void finish_positions(World& world, StepContext& context) {
   RigidBodies& rigid = world.bodies.rigid;
+  Momentum from_outside;
   for (std::size_t i = 0; i < rigid.size(); ++i) {
-    if (!rigid.properties[i].is_dynamic()) continue;
     RigidState& state = rigid.state[i];
-    state.velocity += rigid.properties[i].inverse_mass * context.joint_push[i];
-    state.angular_momentum += context.joint_turn[i];
+    if (rigid.properties[i].is_dynamic()) {
+      state.velocity += rigid.properties[i].inverse_mass * context.joint_push[i];
+      state.angular_momentum += context.joint_turn[i];
+    } else {  // these impulses acted at x^n
+      const Vec3& place = context.rigid_n[i].pose.position;
+      from_outside += {-context.joint_push[i], -place.cross(context.joint_push[i]) - context.joint_turn[i]};
+    }
   }
   if (world.has(Effect::push_out) || !context.joints.fits()) {
     const double gap = context.joints.assemble(world.bodies.articulation, rigid);
@@ -59,6 +66,9 @@ void finish_positions(World& world, StepContext& context) {
     update_orientation_dependents(rigid.state[i], rigid.properties[i]);
   context.joints.update(world.bodies.articulation, rigid);
   context.joints.stabilize(rigid);
+  context.joints_from_outside = from_outside;
+  context.joints_from_outside +=
+      {context.joints.from_outside().linear, context.joints.from_outside().angular};
 }
 
 }  // namespace duet

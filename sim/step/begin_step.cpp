@@ -4,7 +4,8 @@
 namespace duet {
 
 void begin_step(World& world, StepContext& context) {
-  const Bodies& bodies = world.bodies;
+  Bodies& bodies = world.bodies;
+  follow_bodies(bodies.rigid, bodies.bound, bodies.particles);  // of a state that was put back, or loaded
   context.x_n = bodies.particles.x;
   context.rigid_n = bodies.rigid.state;
   store_velocities(bodies, context.v_n);

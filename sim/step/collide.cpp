@@ -13,7 +13,7 @@ void collide(World& world, StepContext& context) {
 
   // II.1  v^n -> v_*^n
   const bool joints = world.has(Effect::articulation);
-  if (joints) velocity_difference(bodies, context.v_n, context.difference);
+  if (!world.meets()) velocity_difference(bodies, context.v_n, context.difference);
   restore_velocities(context.v_n, bodies);
   if (world.meets())
     process_collisions(bodies, context.difference, context.dt, world.settings.collision, context.contacts,

@@ -22,6 +22,8 @@ void apply_explicit_forces(World& world, StepContext& context) {
     particles.v[p] += context.dt * particles.inverse_mass[p] * context.force[p];
   for (std::size_t i = 0; i < bodies.rigid.size(); ++i)
     if (bodies.rigid.properties[i].is_dynamic()) bodies.rigid.state[i].velocity += context.dt * world.gravity;
+  bring_bound_to_middle(world, context);
+  apply_bound_forces(world, context);
   for (const KinematicStep& step : context.kinematic) {
     bodies.rigid.state[step.body].velocity = step.end.velocity;
     bodies.rigid.state[step.body].angular_velocity = step.end.angular_velocity;
@@ -40,6 +42,11 @@ void solve_damping(World& world, StepContext& context) {
   context.projection.build(bodies, context.contacts, context.graph, world.settings.projection_sweeps,
                            repulsions);
   if (repulsions) repulsions->choose_rows(particles.v, particles.v);
+  if (world.has(Effect::articulation)) {
+    context.joints.prepare_projection(bodies.rigid);
+    context.projection.add_joints(context.joints);
+  }
+  follow_bodies(bodies.rigid, bodies.bound, particles);
   if (!world.has_internal_forces()) return;
 
   context.damping_force.assign(particles.size(), Vec3::Zero());

@@ -28,8 +28,10 @@ enum class Effect {
   joint_limits,              // III.3, V.4: bounds of their angles and travels
   pd_control,                // III.2, V.4: joints that follow a target
   hard_bindings,             // particles of deformable bodies that rigid ones carry
+  soft_bindings,             // I.1, V.2: springs that hold particles to rigid bodies
+  embedded_surfaces,         // finer surfaces that are drawn in place of the tets'; no part of the step
 };
-inline constexpr int effect_count = 18;
+inline constexpr int effect_count = 20;
 inline constexpr std::array<std::string_view, effect_count> effect_names = {"rigid_collision",
                                                                             "rigid_contact",
                                                                             "rigid_deformable_contact",
@@ -44,11 +46,12 @@ inline constexpr std::array<std::string_view, effect_count> effect_names = {"rig
                                                                             "springs",
                                                                             "bending",
                                                                             "two_way",
-
                                                                             "articulation",
                                                                             "joint_limits",
                                                                             "pd_control",
-                                                                            "hard_bindings"};
+                                                                            "hard_bindings",
+                                                                            "soft_bindings",
+                                                                            "embedded_surfaces"};
 
 using EffectSet = std::bitset<effect_count>;
 inline std::size_t index(Effect effect) { return static_cast<std::size_t>(effect); }

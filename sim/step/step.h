@@ -40,6 +40,10 @@ void find_contacts(World& world, StepContext& context);     //       v~^{n+1/2} 
 void collide(World& world, StepContext& context);           // II    v^n -> v^^n, v~^{n+1/2} -> v^^{n+1/2}
 void apply_contact(World& world, StepContext& context);     // III   v^^{n+1/2} -> v^{n+1/2}
 void solve_contacts(World& world, StepContext& context, bool final);  // the solve that III.3 and V.4 share
+// Flesh on bones in step V: takes the places where forces act on bound particles to x^{n+1/2}, where the
+// particles stand, and gives their bodies those forces over the step.
+void bring_bound_to_middle(World& world, StepContext& context);
+void apply_bound_forces(World& world, StepContext& context);
 void begin_joints(World& world, StepContext& context);      // rows of joints at x^n, rates of control
 void finish_positions(World& world, StepContext& context);  // IV.3  joints at x^{n+1}, v^^n -> v-^n
 void advance_position(World& world, StepContext& context);  // IV.1  x^n -> x^^{n+1}

@@ -7,9 +7,10 @@ namespace {
 
 // Steps I and III find v^{n+1/2}, which moves the bodies and is then given up for v^^n.
 bool is_kept(Stage stage) {
-  return stage == Stage::collide || stage == Stage::self_collision || stage == Stage::constrained_solve ||
-         stage == Stage::make_incompressible || stage == Stage::velocity_contact ||
-         stage == Stage::velocity_repulsion || stage == Stage::explicit_forces;
+  return stage == Stage::joints || stage == Stage::collide || stage == Stage::self_collision ||
+         stage == Stage::constrained_solve || stage == Stage::make_incompressible ||
+         stage == Stage::velocity_contact || stage == Stage::velocity_repulsion ||
+         stage == Stage::explicit_forces;
 }
 
 bool acts_in_the_middle(const World& world, Stage stage) {  // at x^{n+1/2}
@@ -29,6 +30,10 @@ Vec3 moment_in_the_middle(const World& world, Linear&& linear) {
     moment += back.cross(linear(i));
   }
   return moment;
+}
+
+Momentum impulse_of_joints(const JointSolver& joints) {
+  return {joints.from_outside().linear, joints.from_outside().angular};
 }
 
 // What contact adds when pressures meet it: the impulses on all bodies less those of the pressures alone.
@@ -130,11 +135,15 @@ Momentum StepLedger::external(const World& world, Stage stage, const std::vector
     case Stage::volume_correction:
     case Stage::make_incompressible:
       return context.projection.empty() ? total : impulse_of_contact(bodies, context.pressure, x);
+    case Stage::joints:
+      return context.joints_from_outside;
     case Stage::collide:
-      return contact_impulse(bodies, context.contacts, context.collision_scratch.pairs);
+      total = impulse_of_joints(context.joints);
+      return total += contact_impulse(bodies, context.contacts, context.collision_scratch.pairs);
     case Stage::apply_contact:
     case Stage::velocity_contact:
-      return contact_impulse(bodies, context.contacts, context.graph.pairs);
+      total = impulse_of_joints(context.joints);
+      return total += contact_impulse(bodies, context.contacts, context.graph.pairs);
     default:
       return total;
   }

@@ -3,29 +3,6 @@
 
 namespace duet {
 
-namespace {
-
-// The forces on bound particles act on their bodies, but for what an implicit solve left out of balance.
-void apply_bound_forces(World& world, StepContext& context) {
-  RigidBodies& rigid = world.bodies.rigid;
-  if (world.bodies.bound.empty()) return;
-  const bool implicit = world.settings.implicit_elasticity;
-  const double share = !implicit || context.balanced ? 1 : 0.5;
-  for (const BoundParticle& bound : world.bodies.bound)
-    apply_impulse(rigid.state[bound.body], rigid.properties[bound.body], bound.offset,
-                  share * context.dt * context.force[bound.particle]);
-  for (std::size_t i = 0; implicit && i < rigid.size(); ++i) {
-    const RigidProperties& properties = rigid.properties[i];
-    if (!properties.is_dynamic()) continue;
-    RigidState& state = rigid.state[i];
-    state.velocity -= share * 2 * context.imbalance.linear[i];
-    apply_angular_impulse(state, properties,
-                          -share * 2 * (context.inertia[i] * context.imbalance.angular[i]));
-  }
-}
-
-}  // namespace
-
 // V.2: V = v^n + dt/2 M^-1 (F(x^{n+1/2}) + F_damping(V)) with contact projected, which only serves to find
 // the velocity at which V.3 evaluates the damping forces, unprojected: v^{n+1} = v^n + dt M^-1 (F(x^{n+1/2})
 // + F_damping(V)). Together they are the trapezoidal rule for the damping.
@@ -50,9 +27,7 @@ void constrained_solve(World& world, StepContext& context) {
   for (std::size_t p = 0; p < particles.size(); ++p)
     particles.x[p] = 0.5 * (context.x_n[p] + context.x_next[p]);
   carry(context.kinematic, context.x_n, context.dt, bodies);
-  for (BoundParticle& bound : bodies.bound)  // at x^{n+1/2}
-    bound.offset = particles.x[bound.particle] - 0.5 * (context.rigid_n[bound.body].pose.position +
-                                                        bodies.rigid.state[bound.body].pose.position);
+  bring_bound_to_middle(world, context);
   solve_velocity(world, context, context.dt / 2, projection, true);
 
   if (world.has_internal_forces()) bodies.forces.add_damping_forces(context.solution.particle, context.force);

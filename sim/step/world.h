@@ -69,6 +69,7 @@ struct StepContext {
 
   JointSolver joints;
   std::vector<Pose> end_pose;                // of rigid bodies that are not dynamic, at x^{n+1}
+  Momentum joints_from_outside;              // of finish_positions, for the ledger
   std::vector<Vec3> joint_push, joint_turn;  // N s, N m s: what joints gave each body in step III
 
   ContactSet contacts;

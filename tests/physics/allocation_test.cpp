@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "tests/support/articulated.h"
 #include "tests/support/random_state.h"
 #include "tests/support/thin_bodies.h"
 #include <gtest/gtest.h>
@@ -133,6 +134,36 @@ TEST(Allocation, NoneInAWarmedUpStepOfShellsRodsAndSprings) {
   for (int i = 0; i < 50; ++i) step(world, 30.0 / 24 + i * dt, dt);
   EXPECT_EQ(allocations - before, 0);
   EXPECT_GT(world.counters.contacts, 10);
+  set_thread_count(0);
+}
+
+TEST(Allocation, NoneInAWarmedUpStepOfJointsAndFleshOnBones) {
+  set_thread_count(1);
+  scene::Scene scene = test::on_ground();
+  test::add_chain(scene, 4, scene::JointType::point, false);
+  for (scene::RigidBody& link : scene.rigid) link.placement.position.y() += 0.3;
+  for (scene::Joint& joint : scene.joints) {
+    joint.world.position->y() += 0.3;
+    joint.swing = 20;
+    joint.friction = 1;
+  }
+  scene.joints[0].has_control = true;
+  scene.joints[0].control.torque_limit = 50;
+  scene.joints[0].control.target.sinusoid = {{Vec3(0, 0, 20), 0, 0.25, 0}};
+  scene::DeformableBody& flesh =
+      test::add_soft_box(scene, "flesh", Vec3(1, 0.3, 0), Vec3(2, 0.4, 0.4), 1, 1e5);
+  flesh.shape.cells = Vec3i(20, 4, 4);
+  flesh.attach = {"link0", "link1"};
+  Simulation simulation(scene, test::plan(scene));
+  // Six periods of the motion: by then no step brings more contacts than there were before.
+  for (int i = 0; i < 36; ++i) simulation.advance_frame();
+  World& world = simulation.world();
+  const double dt = choose_time_step(world, 1.5);
+  const long before = allocations;
+  for (int i = 0; i < 50; ++i) step(world, 1.5 + i * dt, dt);
+  EXPECT_EQ(allocations - before, 0);
+  EXPECT_GT(world.counters.contacts, 5);
+  EXPECT_GT(world.bodies.bound.size(), 10u);
   set_thread_count(0);
 }
 

@@ -99,6 +99,27 @@ TEST(Articulation, FreeChainsKeepMomentum) {
   test::expect_below(drift.gap, 1e-9, "gap");
 }
 
+// The peg gives what the rod does not have from gravity.
+TEST(Articulation, TheLedgerOfAPendulumIsBalanced) {
+  scene::Scene scene;
+  test::add_chain(scene, 3, JointType::hinge, true);
+  Simulation simulation(scene, test::plan(scene));
+  simulation.keep_ledger();
+  const StepLedger& ledger = simulation.world().ledger;
+  double stage_defect = 0, step_defect = 0;
+  for (int frame = 0; frame < 24; ++frame) {
+    simulation.advance_frame();
+    for (const Stage stage : {Stage::collide, Stage::apply_contact, Stage::velocity_contact}) {
+      stage_defect = std::max(stage_defect, ledger[stage].linear_defect);
+      stage_defect = std::max(stage_defect, ledger[stage].angular_defect);
+    }
+    step_defect = std::max(step_defect, ledger.whole_step().linear_defect);
+  }
+  // The momenta are some 100 kg m/s.
+  test::expect_below(stage_defect, 1e-9, "defect_of_a_stage");
+  test::expect_below(step_defect, 1e-9, "linear_defect_of_a_step");
+}
+
 struct Hanging {
   double gap = 0, angle = 0, energy = 0;
   double jitter = 0;  // m/s, the fastest body at the end

@@ -5,6 +5,7 @@
 #include "tests/support/articulated.h"
 #include "tests/support/margin.h"
 
+#include "sim/base/error.h"
 #include "sim/rigid/rotation.h"
 #include "sim/step/step.h"
 
@@ -78,6 +79,133 @@ TEST(Embedding, BoneAndFleshKeepMomentum) {
       test::expect_below(defect, 1e-10, "defect_of_a_stage");
     test::record_margin("angular_momentum", (end.angular - start.angular).norm() / start.angular.norm(),
                         "of second order in the step");
+  }
+}
+
+// The alternate order of step V: constraints before the solve.
+TEST(Embedding, ConstraintsFirstKeepMomentumToo) {
+  scene::Scene scene = block_with_bone(1e5, 200);
+  scene.solver.velocity_constraints = scene::VelocityConstraints::before_solve;
+  scene.rigid[0].placement.velocity = Vec3(3, -1, 2);
+  scene.rigid[0].placement.angular_velocity = Vec3(0, 2, 1);
+  Simulation simulation(scene, test::plan(scene));
+  simulation.keep_ledger();
+  World& world = simulation.world();
+  const Momentum start = momentum(world.bodies);
+  double defect = 0;
+  for (int frame = 0; frame < 6; ++frame) {
+    simulation.advance_frame();
+    for (const Stage stage : {Stage::explicit_forces, Stage::constrained_solve}) {
+      defect = std::max(defect, world.ledger[stage].linear_defect / start.linear.norm());
+      defect = std::max(defect, world.ledger[stage].angular_defect / start.angular.norm());
+    }
+  }
+  test::expect_below(defect, 1e-10, "defect_of_a_stage");
+  test::expect_below((momentum(world.bodies).linear - start.linear).norm() / start.linear.norm(), 1e-10,
+                     "linear_momentum");
+}
+
+// Bones with a joint, flesh and contact go on from a saved state to the same bits.
+TEST(Embedding, ResumesToTheSameBits) {
+  scene::Scene scene = test::on_ground();
+  test::add_chain(scene, 2, scene::JointType::point, false);
+  scene.joints.back().has_control = true;
+  scene.joints.back().control.target.sinusoid = {{Vec3(0, 0, 30), 0, 0.5, 0}};
+  for (scene::RigidBody& link : scene.rigid) link.placement.position.y() += 0.3;
+  scene.joints.back().world.position->y() += 0.3;
+  scene::DeformableBody& flesh =
+      test::add_soft_box(scene, "flesh", Vec3(1, 0.3, 0), Vec3(2.2, 0.4, 0.4), 1, 1e5);
+  flesh.shape.cells = Vec3i(16, 4, 4);
+  flesh.attach = {"link0", "link1"};
+  Simulation whole(scene, test::plan(scene)), resumed(scene, test::plan(scene));
+  for (int i = 0; i < 4; ++i) whole.advance_frame();
+  resumed.load_state(whole.save_state());
+  for (int i = 0; i < 3; ++i) {
+    whole.advance_frame();
+    resumed.advance_frame();
+    EXPECT_EQ(whole.stats().hash, resumed.stats().hash) << i;
+  }
+}
+
+// Springs hold the flesh as long as nothing pulls, and give and take the same.
+TEST(Embedding, SoftBindingsKeepMomentumAndComeToRest) {
+  scene::Scene scene = block_with_bone(1e5, 200);
+  scene.deformable[0].attach_springs = scene::AttachSprings{1e4, 1};
+  scene.rigid[0].placement.velocity = Vec3(3, -1, 2);
+  scene.rigid[0].placement.angular_velocity = Vec3(0, 2, 1);
+  Simulation simulation(scene, test::plan(scene));
+  simulation.keep_ledger();
+  World& world = simulation.world();
+  ASSERT_GT(world.bodies.forces.tethers.size(), 10u);
+  const Momentum start = momentum(world.bodies);
+  double defect = 0;
+  for (int frame = 0; frame < 24; ++frame) {
+    simulation.advance_frame();
+    for (const Stage stage : {Stage::explicit_forces, Stage::constrained_solve}) {
+      defect = std::max(defect, world.ledger[stage].linear_defect / start.linear.norm());
+      defect = std::max(defect, world.ledger[stage].angular_defect / start.angular.norm());
+    }
+  }
+  test::expect_below(defect, 1e-10, "defect_of_a_stage");
+  test::expect_below((momentum(world.bodies).linear - start.linear).norm() / start.linear.norm(), 1e-10,
+                     "linear_momentum");
+  double off = 0;
+  for (const Tether& tether : world.bodies.forces.tethers.all())
+    off = std::max(off, (world.bodies.particles.x[static_cast<std::size_t>(tether.a)] -
+                         world.bodies.particles.x[static_cast<std::size_t>(tether.b)])
+                            .norm());
+  test::expect_below(off, 1e-2,
+                     "flesh off its bone, m");  // a centrifugal pull of some (2/s)^2 0.5 m on 1e4/s^2
+}
+
+// Flesh on a static bone hangs from its springs alone, and sinks by what they give.
+TEST(Embedding, SoftBindingsCarryTheWeightOfTheirFlesh) {
+  for (const double gain : {1e3, 1e4}) {
+    scene::Scene scene = block_with_bone(1e6, 50);
+    scene.gravity = Vec3(0, -9.8, 0);
+    scene.rigid[0].mass.reset();
+    scene.rigid[0].is_static = true;
+    scene.deformable[0].attach_springs = scene::AttachSprings{gain, 1};
+    Simulation simulation(scene, test::plan(scene));
+    for (int frame = 0; frame < 36; ++frame) simulation.advance_frame();
+    const Bodies& bodies = simulation.world().bodies;
+    double weight = 0, pull = 0;
+    for (const Tether& tether : bodies.forces.tethers.all())
+      pull += tether.stiffness * (bodies.particles.x[static_cast<std::size_t>(tether.b)] -
+                                  bodies.particles.x[static_cast<std::size_t>(tether.a)])
+                                     .y();
+    for (const double mass : bodies.particles.mass) weight += 9.8 * mass;
+    EXPECT_NEAR(pull / weight, 1, 2e-3);
+  }
+}
+
+TEST(Embedding, ABoneThatHoldsNothingIsReported) {
+  scene::Scene scene = block_with_bone(1e5, 50);
+  scene.rigid[0].placement.position = Vec3(5, 0, 0);
+  EXPECT_THROW(Simulation(scene, test::plan(scene)), Error);
+}
+
+// A static bone holds its flesh up; a kinematic one carries it along at its own velocity.
+TEST(Embedding, StaticAndKinematicBonesHoldTheirFlesh) {
+  for (const bool moves : {false, true}) {
+    scene::Scene scene = block_with_bone(1e5, 50);
+    scene.gravity = Vec3(0, -9.8, 0);
+    scene::RigidBody& bone = scene.rigid[0];
+    bone.mass.reset();
+    bone.is_static = !moves;
+    bone.is_kinematic = moves;
+    if (moves) bone.motion.spin = {{Vec3::UnitY(), 0.25, 0, {}, 0}};
+    Simulation simulation(scene, test::plan(scene));
+    for (int frame = 0; frame < 24; ++frame) simulation.advance_frame();
+    const Bodies& bodies = simulation.world().bodies;
+    Vec3 center = Vec3::Zero();
+    for (const Vec3& x : bodies.particles.x) center += x / static_cast<double>(bodies.particles.size());
+    EXPECT_LT(center.norm(), 0.1);
+    // A corner's particle has gone about by a quarter of a turn: from (-, -) to (-, +) in x and z.
+    const Vec3& corner = bodies.particles.x[0];
+    EXPECT_LT(corner.x(), 0);
+    EXPECT_EQ(corner.z() > 0, moves);
+    EXPECT_GT(simulation.stats().min_det_F, 0.3);
   }
 }
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <vector>
 
-#include "tests/support/free_top.h"
+#include "tools/study/free_top.h"
 #include "tests/support/margin.h"
 #include "tests/support/scenes.h"
 
@@ -39,7 +39,7 @@ Outcome tumble(int steps, scene::OrientationUpdate update) {
     outcome.momentum =
         std::max(outcome.momentum, (momentum(world.bodies).angular - angular).norm() / angular.norm());
   }
-  const test::FreeTop top(world.bodies.rigid.properties[0].inertia, spin, wobble);
+  const study::FreeTop top(world.bodies.rigid.properties[0].inertia, spin, wobble);
   outcome.orientation =
       world.bodies.rigid.state[0].pose.orientation.angularDistance(top.orientation(seconds));
   return outcome;

@@ -24,6 +24,7 @@ std::vector<nlohmann::json> statistics(const io::RunDirectory& run) {
 // Everything but the wall times, which no two runs share.
 nlohmann::json without_times(nlohmann::json line) {
   line.erase("seconds");
+  line.erase("processor_seconds");
   for (auto& [name, stage] : line["stages"].items()) stage.erase("seconds");
   return line;
 }

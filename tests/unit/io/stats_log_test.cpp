@@ -35,6 +35,7 @@ TEST(StatsLog, LineHasTheAgreedFieldsInOrder) {
                                             "dt_min",
                                             "dt_max",
                                             "seconds",
+                                            "processor_seconds",
                                             "stages",
                                             "cg_iterations",
                                             "contacts",

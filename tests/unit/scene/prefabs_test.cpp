@@ -42,6 +42,43 @@ axis = [1, 0, 0]
 control = { gain = "$gain" }
 )";
 
+TEST(Prefabs, InstancesOfAnotherSizeKeepTheirDensity) {
+  const Scene scene = read_scene(std::string(legs) + R"(
+[[instances]]
+name = "giant"
+prefab = "leg"
+position = [1, 0, 0]
+scale = 2
+)");
+  ASSERT_EQ(scene.rigid.size(), 2u);
+  EXPECT_EQ(scene.rigid[0].placement.position, Vec3(1, 3, 0));
+  EXPECT_EQ(scene.rigid[0].shape.size, Vec3(0.4, 2, 0.4));
+  EXPECT_EQ(scene.rigid[0].mass, 24);
+  EXPECT_EQ(scene.joints[0].world.position, Vec3(1, 2, 0));
+}
+
+TEST(Prefabs, ParametersOfTheSceneCountEverywhere) {
+  const Scene scene = read_scene(std::string("[parameters]\nhow_many = 3\ntop = 4\ngain = 5\n") + legs + R"(
+[[rigid]]
+name = "lid"
+shape = { sphere = 0.5 }
+position = [0, "$top", 0]
+mass = 1
+[[instances]]
+name = "row"
+prefab = "leg"
+grid = ["$how_many", 1, 1]
+step = [1, 0, 0]
+)");
+  ASSERT_EQ(scene.rigid.size(), 7u);
+  EXPECT_EQ(scene.rigid[0].placement.position.y(), 4);
+  EXPECT_EQ(scene.joints[0].control.gain, 100);  // the prefab's own comes first
+  const std::string unknown = problems_of(
+      "[parameters]\na = 1\n[[rigid]]\nname = \"x\"\nshape = { sphere = "
+      "\"$b\" }\nmass = 1\n");
+  EXPECT_NE(unknown.find("there is no parameter `b`"), std::string::npos) << unknown;
+}
+
 TEST(Prefabs, InstancesAreMovedAndNamed) {
   const Scene scene = read_scene(std::string(legs) + R"(
 [[instances]]

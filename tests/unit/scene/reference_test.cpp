@@ -126,6 +126,8 @@ collision_thickness = 0.01
 collision_friction = 0.3
 look = "NAME"
 attach = ["brick"]
+attach_springs = { gain = 100, damping = 0.5 }
+skin = { mesh = "knot.obj", scale = 2 }
 repeat = { count = 1, step = [1, 0, 0] }
 
 [[deformable]]
@@ -204,6 +206,7 @@ name = "things"
 prefab = "thing"
 position = [9, 0, 0]
 rotation = { axis = [0, 0, 1], degrees = 5 }
+scale = 2
 grid = [2, 1, 1]
 step = [3, 0, 0]
 seed = 4

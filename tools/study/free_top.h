@@ -11,7 +11,7 @@
 
 #include "sim/base/types.h"
 
-namespace duet::test {
+namespace duet::study {
 
 // Starts in the principal axes, without a turn about the first of them.
 class FreeTop {
@@ -75,4 +75,4 @@ class FreeTop {
   double rate_ = 0, modulus_ = 0, start_ = 0;
 };
 
-}  // namespace duet::test
+}  // namespace duet::study

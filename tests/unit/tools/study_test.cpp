@@ -1,0 +1,269 @@
+// `duet study` and `duet report`: orders that theory knows, a cache that goes on, failures that show, pages
+// that stand alone.
+#include <cstdlib>
+
+#include "tests/restart/program.h"
+#include "tests/support/margin.h"
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "sim/io/files.h"
+#include "sim/io/run_directory.h"
+
+namespace duet::test {
+namespace {
+
+using nlohmann::json;
+
+constexpr const char* measure_of_top = R"(
+[[measures]]
+name = "orientation"
+kind = "free_top"
+body = "top"
+)";
+
+// Writes the spec into the folder and runs it untimed.
+Finished run_study(const ScratchFolder& folder, const std::string& spec) {
+  io::write_atomically(folder / "spec.toml", spec);
+  return run_duet({"study", (folder / "spec.toml").string(), "--untimed", "--jobs", "2", "--out",
+                   (folder / "study").string()});
+}
+
+json results_of(const ScratchFolder& folder) {
+  return json::parse(io::read_file(folder / "study/results.json"));
+}
+
+json study(const std::string& spec) {
+  const ScratchFolder folder;
+  const Finished finished = run_study(folder, spec);
+  EXPECT_EQ(finished.status, 0) << finished.errors;
+  return finished.status == 0 ? results_of(folder) : json();
+}
+
+double order(const json& results, const std::string& line, const std::string& measure) {
+  for (const json& fitted : results.at("orders"))
+    if (fitted.at("line") == line && fitted.at("measure") == measure) return fitted.at("order").get<double>();
+  ADD_FAILURE() << "no order of " << measure << " along " << line;
+  return 0;
+}
+
+void expect_order(const json& results, const std::string& line, const std::string& measure, double expected,
+                  double tolerance) {
+  const double fitted = order(results, line, measure);
+  record_margin(line + ": " + measure, fitted, fmt::format("{} +- {}", expected, tolerance));
+  EXPECT_NEAR(fitted, expected, tolerance) << line << ": " << measure;
+}
+
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+// The number after `word` in the outcome: "90 runs, 12 of them new; ...".
+int new_runs(const Finished& finished) {
+  const std::string outcome = finished.last_line();
+  const std::size_t at = outcome.find(" runs, ");
+  return at == std::string::npos ? -1 : std::stoi(outcome.substr(at + 7));
+}
+
+TEST(Study, OrientationUpdateHasItsOrder) {
+  const json results = study(std::string(R"(title = "top"
+scene = "study/top"
+frames = 12
+)") + measure_of_top + R"(
+[[knobs]]
+name = "second"
+key = "solver.max_time_step"
+values = [0.0052, 0.0026, 0.0013]
+order = "steps"
+[[knobs]]
+name = "first"
+set = ["solver.orientation=first_order"]
+key = "solver.max_time_step"
+values = [0.0026, 0.0013, 0.00065]
+order = "steps"
+)");
+  expect_order(results, "second", "orientation", 2, 0.05);
+  expect_order(results, "first", "orientation", 1, 0.05);
+}
+
+constexpr const char* two_steps = R"(title = "top"
+scene = "study/top"
+frames = 2
+[[measures]]
+name = "orientation"
+kind = "free_top"
+body = "top"
+[[knobs]]
+name = "step"
+key = "solver.max_time_step"
+values = [0.0052, 0.0026]
+)";
+
+TEST(Study, GoesOnWhereItStopped) {
+  const ScratchFolder folder;
+  const Finished first = run_study(folder, two_steps);
+  ASSERT_EQ(first.status, 0) << first.errors;
+  EXPECT_EQ(new_runs(first), 3) << first.last_line();
+  const json results = results_of(folder);
+  EXPECT_EQ(new_runs(run_study(folder, two_steps)), 0);
+  // A run that was stopped has no outcome.
+  for (const auto& entry : fs::directory_iterator(folder / "study/runs"))
+    if (contains(entry.path().string(), ".outcome.json")) {
+      fs::remove(entry.path());
+      break;
+    }
+  EXPECT_EQ(new_runs(run_study(folder, two_steps)), 1);
+  EXPECT_EQ(results_of(folder), results) << "the same runs give the same results";
+  // One more value is one more run.
+  std::string longer = two_steps;
+  longer.replace(longer.find("0.0026]"), 7, "0.0026, 0.0013]");
+  EXPECT_EQ(new_runs(run_study(folder, longer)), 1);
+}
+
+TEST(Study, ShowsFailedRunsAndGoesOn) {
+  const ScratchFolder folder;
+  io::write_atomically(folder / "boxes.toml", R"(title = "Two boxes"
+frames = 1
+[materials.rubber]
+youngs_modulus = 1e5
+[[deformable]]
+name = "lower"
+shape = { box = [1, 1, 1], cells = [2, 2, 2] }
+material = "rubber"
+[[deformable]]
+name = "upper"
+shape = { box = [1, 1, 1], cells = [2, 2, 2] }
+position = [0, 2, 0]
+material = "rubber"
+)");
+  const Finished finished = run_study(folder, fmt::format(R"(title = "overlap"
+scene = "{}"
+frames = 1
+[[measures]]
+name = "energy"
+kind = "energy_gain"
+[[knobs]]
+name = "height"
+key = "deformable.upper.position"
+values = [[0, 1.5, 0], [0, 0.5, 0]]
+)",
+                                                          (folder / "boxes.toml").string()));
+  EXPECT_EQ(finished.status, 0) << finished.errors;
+  EXPECT_TRUE(contains(finished.last_line(), "1 failed")) << finished.last_line();
+  const json rows = results_of(folder).at("rows");
+  EXPECT_FALSE(rows.at(0).at("failed"));
+  EXPECT_TRUE(rows.at(1).at("failed"));
+  EXPECT_TRUE(contains(rows.at(1).at("error"), "upper")) << rows.at(1).at("error");
+  EXPECT_TRUE(contains(io::read_file(folder / "study/report.html"), "failed"));
+  EXPECT_TRUE(contains(io::read_file(folder / "study/results.csv"), ",yes,"));
+}
+
+// Nothing but data: no address of another machine or file.
+void expect_stands_alone(const std::string& html) {
+  EXPECT_FALSE(contains(html, "http"));
+  EXPECT_FALSE(contains(html, "url("));
+  EXPECT_FALSE(contains(html, "@import"));
+  EXPECT_FALSE(contains(html, "<script"));
+  for (const std::string attribute : {"src=\"", "href=\""})
+    for (std::size_t at = html.find(attribute); at != std::string::npos; at = html.find(attribute, at + 1)) {
+      const std::string target = html.substr(at + attribute.size(), 5);
+      EXPECT_TRUE(target == "data:" || target.starts_with("#")) << target;
+    }
+}
+
+TEST(Study, ItsPageStandsAlone) {
+  const ScratchFolder folder;
+  const Finished finished = run_study(folder, std::string(two_steps) + "pictures = true\n");
+  ASSERT_EQ(finished.status, 0) << finished.errors;
+  const std::string html = io::read_file(folder / "study/report.html");
+  expect_stands_alone(html);
+  EXPECT_TRUE(contains(html, "<svg"));
+  EXPECT_TRUE(contains(html, "data:image/png;base64,"));
+}
+
+TEST(Study, RefusesABrokenSpecWithItsPlaces) {
+  const ScratchFolder folder;
+  const Finished finished = run_study(folder, R"(title = "broken"
+scene = "study/top"
+frames = 0
+repetition = 3
+[[measures]]
+name = "state"
+kind = "state"
+[[measures]]
+name = "slide"
+kind = "slid"
+body = "top"
+[[knobs]]
+name = "step"
+key = "solver.max_time_step"
+)");
+  EXPECT_EQ(finished.status, 2);
+  for (const char* part :
+       {"spec.toml:3:10: frames: must be in [1,", "spec.toml:4:1: repetition: unknown key",
+        "did you mean `repetitions`?", "spec.toml:7:8: measures[0]: is measured against a reference",
+        "spec.toml:10:8: measures[1].kind: must be one of", "did you mean `slide`?",
+        "spec.toml:12:1: knobs[0]: turns nothing"})
+    EXPECT_TRUE(contains(finished.errors, part)) << part << "\n" << finished.errors;
+}
+
+TEST(Study, RefusesSettingsThatTheSceneDoesNotHave) {
+  const ScratchFolder folder;
+  std::string spec = two_steps;
+  spec.replace(spec.find("solver.max_time_step"), 20, "solver.max_time_stop");
+  const Finished finished = run_study(folder, spec);
+  EXPECT_EQ(finished.status, 2);
+  EXPECT_TRUE(contains(finished.errors, "max_time_step")) << finished.errors;
+}
+
+TEST(Study, SaysThatGnuplotIsMissing) {
+  const ScratchFolder folder;
+  const std::string path = std::getenv("PATH");
+  ::setenv("PATH", folder.path().c_str(), 1);
+  const Finished finished = run_study(folder, two_steps);
+  ::setenv("PATH", path.c_str(), 1);
+  EXPECT_EQ(finished.status, 4);
+  EXPECT_TRUE(contains(finished.errors, "gnuplot-nox")) << finished.errors;
+}
+
+// What a scene does not call for costs no call, and leaving it out changes no bit.
+TEST(Study, EffectsThatAreNotCalledForCostNothing) {
+  const ScratchFolder folder;
+  const std::string scene = "study/pendulum";
+  const auto last_line = [&](const std::string& name, const std::vector<std::string>& more) {
+    std::vector<std::string> words = {"sim",          scene,     "--frames", "4",
+                                      "--stats-only", "--quiet", "--out",    (folder / name).string()};
+    words.insert(words.end(), more.begin(), more.end());
+    EXPECT_EQ(run_duet(words).status, 0);
+    const std::string text = io::read_file(folder / name / "stats.jsonl");
+    return json::parse(text.substr(text.rfind('\n', text.size() - 2) + 1));
+  };
+  const json with = last_line("with", {});
+  for (const char* stage :
+       {"elastic forces", "damping solve", "I.3 self-repulsion", "IV self-collision", "I.2 volume correction",
+        "V.1 make incompressible", "shock propagation", "kinematic motion"})
+    EXPECT_EQ(with.at("stages").at(stage).at("calls"), 0) << stage;
+  const json without =
+      last_line("without", {"--without", "deformable_elasticity", "--without", "self_collision", "--without",
+                            "incompressibility", "--without", "springs"});
+  EXPECT_EQ(with.at("hash"), without.at("hash"));
+}
+
+TEST(Report, OfARunStandsAlone) {
+  const ScratchFolder folder;
+  const std::string run = (folder / "tiny").string();
+  ASSERT_EQ(run_duet({"run", std::string(DUET_SOURCE_DIR) + "/tests/restart/tiny.toml", "--frames", "3",
+                      "--out", run, "--quiet", "--set", "render.width=64", "--set", "render.height=48"})
+                .status,
+            0);
+  const Finished finished = run_duet({"report", run});
+  ASSERT_EQ(finished.status, 0) << finished.errors;
+  const std::string html = io::read_file(folder / "tiny/report/report.html");
+  expect_stands_alone(html);
+  for (const char* part :
+       {"Energy", "Momentum", "Substeps a frame", "Seconds by stage", "rigid_collision", "frame 3"})
+    EXPECT_TRUE(contains(html, part)) << part;
+}
+
+}  // namespace
+}  // namespace duet::test

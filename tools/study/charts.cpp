@@ -1,0 +1,213 @@
+#include "tools/study/charts.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <sstream>
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "sim/base/error.h"
+#include "sim/io/files.h"
+#include "sim/io/run_directory.h"
+
+namespace duet::study {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Told apart in print, too: each has its own mark and dashes (Okabe and Ito's colours for all eyes).
+constexpr const char* styles =
+    "set linetype 1 lc rgb '#0072B2' lw 2 pt 7 dt 1\n"
+    "set linetype 2 lc rgb '#D55E00' lw 2 pt 5 dt 2\n"
+    "set linetype 3 lc rgb '#009E73' lw 2 pt 9 dt 4\n"
+    "set linetype 4 lc rgb '#CC79A7' lw 2 pt 11 dt 3\n"
+    "set linetype 5 lc rgb '#E69F00' lw 2 pt 13 dt 5\n"
+    "set linetype 6 lc rgb '#56B4E9' lw 2 pt 15 dt 1\n"
+    "set linetype 7 lc rgb '#000000' lw 2 pt 4 dt 2\n"
+    "set linetype 8 lc rgb '#8C6D31' lw 2 pt 6 dt 4\n"
+    "set linetype cycle 8\n";
+
+std::string found_in_path(const std::string& program) {
+  const char* path = std::getenv("PATH");
+  std::istringstream folders(path ? path : "/usr/bin:/bin");
+  for (std::string folder; std::getline(folders, folder, ':');)
+    if (const fs::path candidate = fs::path(folder) / program; ::access(candidate.c_str(), X_OK) == 0)
+      return candidate.string();
+  return {};
+}
+
+// As a gnuplot string in double quotes; `@`, `_` and others mean themselves because texts are not "enhanced".
+std::string quoted(const std::string& text) {
+  std::string result = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') result += '\\';
+    result += c == '\n' ? ' ' : c;
+  }
+  return result + '"';
+}
+
+void run_gnuplot(const fs::path& script) {
+  require_gnuplot();
+  const std::string program = found_in_path("gnuplot");
+  const fs::path log = script.string() + ".log";
+  posix_spawn_file_actions_t files;
+  ::posix_spawn_file_actions_init(&files);
+  ::posix_spawn_file_actions_addopen(&files, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
+  ::posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0666);
+  ::posix_spawn_file_actions_adddup2(&files, STDOUT_FILENO, STDERR_FILENO);
+  std::string name = "gnuplot", path = script.string();
+  char* argv[] = {name.data(), path.data(), nullptr};
+  pid_t process = -1;
+  const int failure = ::posix_spawn(&process, program.c_str(), &files, nullptr, argv, ::environ);
+  ::posix_spawn_file_actions_destroy(&files);
+  if (failure != 0) throw io::system_error(program, "cannot run", failure);
+  int status = 0;
+  while (::waitpid(process, &status, 0) < 0 && errno == EINTR) continue;
+  if (status != 0) throw FileError(script.string(), "gnuplot failed: " + io::read_file(log));
+  io::remove_file(log);
+}
+
+// The SVG element without the prolog and the namespaces, which HTML implies.
+std::string element_of(const fs::path& file) {
+  std::string svg = io::read_file(file);
+  const std::size_t begin = svg.find("<svg"), end = svg.find('>', begin);
+  if (begin == std::string::npos || end == std::string::npos)
+    throw FileError(file.string(), "gnuplot wrote no SVG picture");
+  std::string opening = svg.substr(begin, end - begin);
+  for (const char* name : {"xmlns=", "xmlns:xlink="})
+    if (const std::size_t at = opening.find(name); at != std::string::npos)
+      opening.erase(at, opening.find('"', opening.find('"', at) + 1) + 1 - at);
+  return opening + svg.substr(end);
+}
+
+std::string begin_script(const std::string& name, const std::string& title, const std::string& y_label,
+                         int height, const fs::path& folder) {
+  return fmt::format(
+      "set terminal svg noenhanced size 900,{} font 'sans-serif,13' background rgb 'white' name {}\n"
+      "set output {}\n{}set encoding utf8\nset title {}\nset ylabel {}\nset grid lc rgb '#dddddd' lw 1\n",
+      height, quoted(name), quoted((folder / (name + ".svg")).string()), styles, quoted(title),
+      quoted(y_label));
+}
+
+std::string finish(const std::string& name, const std::string& script, const fs::path& folder) {
+  io::create_folder(folder);
+  const fs::path file = folder / (name + ".gp");
+  io::write_atomically(file, script);
+  run_gnuplot(file);
+  return element_of(folder / (name + ".svg"));
+}
+
+bool drawable(const Chart& chart, const ChartPoint& point) {
+  return std::isfinite(point.x) && std::isfinite(point.y) && (!chart.log_x || point.x > 0) &&
+         (!chart.log_y || point.y > 0);
+}
+
+// Room beside the outermost points for their labels.
+std::string ranges(const Chart& chart) {
+  double x[2] = {INFINITY, -INFINITY}, y[2] = {INFINITY, -INFINITY};
+  for (const Series& series : chart.series)
+    for (const ChartPoint& point : series.points)
+      if (drawable(chart, point)) {
+        x[0] = std::min(x[0], point.x), x[1] = std::max(x[1], point.x);
+        y[0] = std::min(y[0], point.y), y[1] = std::max(y[1], point.y);
+      }
+  if (!(x[0] <= x[1])) return "set xrange [1:10]\nset yrange [1:10]\n";
+  std::string text;
+  if (chart.log_x)
+    text += fmt::format("set logscale x\nset format x '%g'\nset xrange [{}:{}]\n", x[0] / 1.6, x[1] * 2.2);
+  if (chart.log_y)
+    text += fmt::format("set logscale y\nset format y '%.0e'\nset yrange [{}:{}]\n", y[0] / 2, y[1] * 3);
+  return text;
+}
+
+// Each series on top of those before it, the highest first, so that the lower ones cover it.
+std::string stacked_plots(const Chart& chart, std::string& script) {
+  std::string plots;
+  std::vector<double> sum;
+  for (std::size_t i = 0; i < chart.series.size(); ++i) {
+    const Series& series = chart.series[i];
+    sum.resize(series.points.size(), 0);
+    script += fmt::format("$data{} << END_OF_DATA\n", i);
+    for (std::size_t k = 0; k < series.points.size(); ++k)
+      script += fmt::format("{:.9g} {:.9g}\n", series.points[k].x, sum[k] += series.points[k].y);
+    script += "END_OF_DATA\n";
+    plots = fmt::format(", $data{} using 1:2 with filledcurves x1 lt {} lw 0 title {}", i, i + 1,
+                        quoted(series.name)) +
+            plots;
+  }
+  return plots;
+}
+
+}  // namespace
+
+void require_gnuplot() {
+  if (found_in_path("gnuplot").empty())
+    throw FileError("gnuplot", "is not installed, and draws the charts",
+                    "install Debian's package gnuplot-nox");
+}
+
+std::string draw(const Chart& chart, const fs::path& folder) {
+  std::string script = begin_script(chart.name, chart.title, chart.y_label, 480, folder);
+  script += fmt::format("set xlabel {}\nset key outside right top vertical Left reverse width -2\n{}",
+                        quoted(chart.x_label), ranges(chart));
+  if (chart.stacked) {
+    const std::string plots = stacked_plots(chart, script);
+    return finish(
+        chart.name,
+        script + "set yrange [0:*]\nset style fill solid 0.85 noborder\nplot NaN notitle" + plots + "\n",
+        folder);
+  }
+  std::string plots;
+  for (std::size_t i = 0; i < chart.series.size(); ++i) {
+    const Series& series = chart.series[i];
+    std::string data;
+    for (const ChartPoint& point : series.points)
+      if (drawable(chart, point))
+        data += fmt::format("{:.9g} {:.9g} {}\n", point.x, point.y, quoted(point.label));
+    if (data.empty()) continue;
+    script += fmt::format("$data{} << END_OF_DATA\n{}END_OF_DATA\n", i, data);
+    const bool labelled = std::any_of(series.points.begin(), series.points.end(),
+                                      [](const ChartPoint& point) { return !point.label.empty(); });
+    plots += fmt::format(", $data{} using 1:2 {} title {}", i,
+                         !series.lines
+                             ? "with points pt 12 ps 2.2 lw 3 lc rgb 'black'"
+                             : fmt::format("with {} lt {}", labelled ? "linespoints ps 0.8" : "lines", i + 1),
+                         quoted(series.name));
+    if (labelled)
+      plots += fmt::format(
+          ", $data{} using 1:2:3 with labels left offset 0.8,0.4 font ',10' textcolor rgb '#444444' notitle",
+          i);
+  }
+  for (const std::string& failed : chart.failed)
+    plots += fmt::format(", keyentry with points pt 2 ps 1.4 lw 2 lc rgb '#CC0000' title {}",
+                         quoted("failed: " + failed));
+  // A legend alone is no plot.
+  return finish(chart.name, script + "plot NaN notitle" + plots + "\n", folder);
+}
+
+std::string draw(const BarChart& chart, const fs::path& folder) {
+  std::string script = begin_script(chart.name, chart.title, chart.y_label, 520, folder);
+  script +=
+      "set style data histograms\nset style histogram rowstacked\nset style fill solid 0.85 border rgb "
+      "'white'\n"
+      "set boxwidth 0.75\nset xtics rotate by -35 font ',11'\nset key outside right top reverse Left font "
+      "',11' invert\n"
+      "set yrange [0:*]\nset grid noxtics\n$data << END_OF_DATA\n";
+  for (std::size_t i = 0; i < chart.names.size(); ++i) {
+    script += quoted(chart.names[i]);
+    for (const double value : chart.values[i]) script += fmt::format(" {:.9g}", value);
+    script += '\n';
+  }
+  script += "END_OF_DATA\nplot ";
+  for (std::size_t k = 0; k < chart.parts.size(); ++k)
+    script += fmt::format("{}$data using {}{} title {} lt {} lw 1", k > 0 ? ", " : "", k + 2,
+                          k == 0 ? ":xtic(1)" : "", quoted(chart.parts[k]), k + 1);
+  return finish(chart.name, script + "\n", folder);
+}
+
+}  // namespace duet::study

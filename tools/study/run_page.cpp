@@ -1,0 +1,221 @@
+#include "tools/study/run_page.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <sstream>
+
+#include "tools/study/charts.h"
+#include "tools/study/page.h"
+#include "tools/study/results.h"
+#include "tools/study/run_result.h"
+#include "tools/study/stages.h"
+#include <fmt/format.h>
+
+#include "sim/io/files.h"
+#include "sim/scene/plan.h"
+#include "sim/scene/reader.h"
+
+namespace duet::study {
+namespace {
+
+namespace fs = std::filesystem;
+using Frames = std::vector<nlohmann::json>;
+using Value = std::function<double(const nlohmann::json&)>;
+
+constexpr std::size_t most_pictures = 12;
+
+double number(const nlohmann::json& frame, const std::string& key) { return frame.at(key).get<double>(); }
+
+Value value_of(const std::string& key) {
+  return [key](const nlohmann::json& frame) { return number(frame, key); };
+}
+Value component_of(const std::string& key, std::size_t axis) {
+  return [key, axis](const nlohmann::json& frame) { return frame.at(key).at(axis).get<double>(); };
+}
+
+Series series_of(const Frames& frames, const std::string& name, const Value& value) {
+  Series series{name, {}, true};
+  for (const nlohmann::json& frame : frames)
+    series.points.push_back({number(frame, "time"), value(frame), {}});
+  return series;
+}
+
+class RunPage {
+ public:
+  RunPage(const io::RunDirectory& run, fs::path charts)
+      : run_(run),
+        charts_(std::move(charts)),
+        manifest_(io::read_manifest(run)),
+        frames_(read_stats(run.root)),
+        page_(manifest_.title.empty() ? manifest_.scene : manifest_.title) {}
+
+  std::string write() {
+    write_summary();
+    write_pictures();
+    write_motion();
+    write_work();
+    write_plan();
+    return page_.html();
+  }
+
+ private:
+  // Frame 0 took no work.
+  Frames simulated() const { return {frames_.begin() + 1, frames_.end()}; }
+
+  void write_summary() {
+    double seconds = 0, substeps = 0, penetration = 0;
+    for (const nlohmann::json& frame : frames_) {
+      seconds += number(frame, "seconds");
+      substeps += number(frame, "substeps");
+      penetration = std::max(penetration, number(frame, "max_penetration"));
+    }
+    const double time = number(frames_.back(), "time");
+    page_.text(fmt::format("{}; {} duet {} ({}).", manifest_.command, manifest_.machine + ";",
+                           manifest_.version, manifest_.git_commit));
+    page_.table({{"frames", "simulated (s)", "substeps", "seconds of simulation",
+                  "seconds per simulated second", "deepest penetration (m)"},
+                 {std::to_string(frames_.size() - 1), number_text(time), fmt::format("{:.0f}", substeps),
+                  number_text(seconds), number_text(seconds / time), number_text(penetration)}});
+  }
+
+  void write_pictures() {
+    std::vector<int> drawn;
+    for (std::size_t frame = 0; frame < frames_.size(); ++frame)
+      if (fs::exists(run_.image(static_cast<int>(frame)))) drawn.push_back(static_cast<int>(frame));
+    if (drawn.empty()) return;
+    const std::size_t count = std::min(drawn.size(), most_pictures);
+    std::vector<Page::Picture> pictures;
+    for (std::size_t i = 0; i < count; ++i) {
+      const int frame = drawn[count > 1 ? i * (drawn.size() - 1) / (count - 1) : 0];
+      pictures.push_back(
+          {run_.image(frame), fmt::format("frame {}, {:.3g} s", frame, frame / manifest_.fps)});
+    }
+    page_.heading("Pictures");
+    page_.pictures(pictures);
+  }
+
+  void plot(const std::string& name, const std::string& title, const std::string& unit,
+            std::vector<Series> series, bool logarithmic = false) {
+    Chart chart;
+    chart.name = name;
+    chart.title = title;
+    chart.x_label = "simulated time (s)";
+    chart.y_label = unit;
+    chart.log_y = logarithmic;
+    chart.series = std::move(series);
+    page_.chart(draw(chart, charts_));
+  }
+
+  void plot_if_any(const std::string& name, const std::string& title, const std::string& unit,
+                   const Frames& frames, const std::string& key) {
+    const auto is_zero = [&](const nlohmann::json& frame) { return number(frame, key) == 0; };
+    if (!std::all_of(frames.begin(), frames.end(), is_zero))
+      plot(name, title, unit, {series_of(frames, title, value_of(key))});
+  }
+
+  void write_motion() {
+    page_.heading("Energy and momentum");
+    const auto total = [](const nlohmann::json& frame) {
+      return number(frame, "kinetic") + number(frame, "potential") + number(frame, "elastic");
+    };
+    plot("energy", "Energy", "J",
+         {series_of(frames_, "kinetic", value_of("kinetic")),
+          series_of(frames_, "of gravity", value_of("potential")),
+          series_of(frames_, "elastic", value_of("elastic")), series_of(frames_, "total", total)});
+    for (const auto& [key, title, unit] : {std::tuple{"momentum", "Momentum", "kg m/s"},
+                                           std::tuple{"angular_momentum", "Angular momentum", "kg m^2/s"}})
+      plot(key, title, unit,
+           {series_of(frames_, "x", component_of(key, 0)), series_of(frames_, "y", component_of(key, 1)),
+            series_of(frames_, "z", component_of(key, 2))});
+    page_.heading("Contact and deformation");
+    plot_if_any("penetration", "Deepest penetration at frame ends", "m", frames_, "max_penetration");
+    plot_if_any("contacts", "Contacts", "", frames_, "contacts");
+    plot_if_any("volume", "Largest relative error of volume", "", frames_, "volume_error");
+    const auto is_rigid = [](const nlohmann::json& frame) { return number(frame, "min_det_F") == 1; };
+    if (!std::all_of(frames_.begin(), frames_.end(), is_rigid))
+      plot("det", "Least determinant of the deformation gradient", "",
+           {series_of(frames_, "least det F", value_of("min_det_F"))});
+  }
+
+  void write_work() {
+    const Frames frames = simulated();
+    if (frames.empty()) return;
+    page_.heading("Work");
+    plot("substeps", "Substeps a frame", "", {series_of(frames, "substeps", value_of("substeps"))});
+    plot_if_any("iterations", "Conjugate-gradient iterations a frame", "", frames, "cg_iterations");
+    plot_if_any("pressure", "Pressure iterations a frame", "", frames, "pressure_iterations");
+    plot_stages(frames);
+    write_stages(frames);
+  }
+
+  void plot_stages(const Frames& frames) {
+    std::vector<std::pair<std::string, StageSeconds>> bars;
+    for (const nlohmann::json& frame : frames) {
+      StageSeconds seconds;
+      for (const auto& [name, stage] : frame.at("stages").items())
+        seconds.emplace_back(name, number(stage, "seconds"));
+      bars.emplace_back("", with_rest(std::move(seconds), number(frame, "seconds")));
+    }
+    const BarChart bars_chart = stage_chart("stages", "", "", bars);
+    Chart chart;
+    chart.name = "stages";
+    chart.title = "Seconds by stage";
+    chart.x_label = "simulated time (s)";
+    chart.y_label = "seconds a frame";
+    chart.stacked = true;
+    for (std::size_t k = 0; k < bars_chart.parts.size(); ++k) {
+      std::size_t i = 0;
+      chart.series.push_back(series_of(frames, bars_chart.parts[k],
+                                       [&](const nlohmann::json&) { return bars_chart.values[i++][k]; }));
+    }
+    page_.chart(draw(chart, charts_));
+  }
+
+  void write_stages(const Frames& frames) {
+    double total = 0;
+    for (const nlohmann::json& frame : frames) total += number(frame, "seconds");
+    std::vector<std::vector<std::string>> rows = {{"stage", "seconds", "share", "calls"}};
+    for (const auto& [name, ignored] : frames.front().at("stages").items()) {
+      double seconds = 0, calls = 0;
+      for (const nlohmann::json& frame : frames) {
+        seconds += number(frame.at("stages").at(name), "seconds");
+        calls += number(frame.at("stages").at(name), "calls");
+      }
+      rows.push_back({name + (is_part_of_another(name) ? " (within others)" : ""), number_text(seconds),
+                      fmt::format("{:.1f}%", 100 * seconds / total), fmt::format("{:.0f}", calls)});
+    }
+    page_.table(rows);
+  }
+
+  // The command of the run says what was left out.
+  void write_plan() {
+    std::vector<std::string> without;
+    std::istringstream words(manifest_.command);
+    for (std::string word; words >> word;)
+      if (word == "--without" && words >> word)
+        without.push_back(word);
+      else if (word.starts_with("--without="))
+        without.push_back(word.substr(10));
+    const scene::Scene scene = scene::read(run_.scene().string(), {}, scene::Meshes::leave).scene;
+    std::vector<std::vector<std::string>> rows = {{"effect", "simulated", "why"}};
+    for (const scene::PlannedEffect& effect : scene::plan_effects(scene, without).effects)
+      rows.push_back({std::string(name(effect.effect)), effect.active ? "yes" : "no", effect.reason});
+    page_.heading("Effects");
+    page_.table(rows);
+  }
+
+  const io::RunDirectory& run_;
+  const fs::path charts_;
+  const io::Manifest manifest_;
+  const Frames frames_;
+  Page page_;
+};
+
+}  // namespace
+
+std::string run_page(const io::RunDirectory& run, const fs::path& charts) {
+  return RunPage(run, charts).write();
+}
+
+}  // namespace duet::study

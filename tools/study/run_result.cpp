@@ -1,0 +1,99 @@
+#include "tools/study/run_result.h"
+
+#include "tools/scene_files.h"
+
+#include "sim/io/checkpoint.h"
+#include "sim/io/files.h"
+#include "sim/scene/plan.h"
+#include "sim/step/world.h"
+
+namespace duet::study {
+namespace {
+
+template <class Body>
+int index_of(const std::vector<Body>& bodies, const std::string& name) {
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    if constexpr (std::is_same_v<Body, std::string>) {
+      if (bodies[i] == name) return static_cast<int>(i);
+    } else {
+      if (bodies[i].name == name) return static_cast<int>(i);
+    }
+  }
+  return -1;
+}
+
+}  // namespace
+
+std::vector<nlohmann::json> read_stats(const fs::path& folder) {
+  const fs::path path = io::RunDirectory{folder}.stats();
+  const std::string text = io::read_file(path);
+  std::vector<nlohmann::json> frames;
+  for (std::size_t begin = 0, end = 0; (end = text.find('\n', begin)) != std::string::npos; begin = end + 1) {
+    frames.push_back(nlohmann::json::parse(text.substr(begin, end - begin), nullptr, false));
+    if (!frames.back().is_object() || !frames.back().contains("hash"))
+      throw FileError(path.string(), "holds a line that is no frame's statistics",
+                      "simulate the scene again");
+  }
+  if (frames.empty()) throw FileError(path.string(), "holds no frame", "simulate the scene again");
+  return frames;
+}
+
+RunResult load_result(const Run& run) {
+  RunResult result;
+  const scene::ReadResult read = tools::read_scene(run.scene);
+  const EffectSet effects = scene::plan_effects(read.scene, run.scene.without).active();
+  result.scene = read.scene;
+  result.frames = read_stats(run.folder);
+  result.simulation = std::make_unique<Simulation>(read.scene, effects);
+  result.start = centres_of_mass(result.simulation->world());
+  const std::uint64_t identity = io::scene_identity(read.source, effects) ^ read.meshes;
+  const io::CheckpointSearch search = io::find_checkpoint({run.folder}, identity);
+  if (!search.found || search.found->frame != run.frames)
+    throw FileError(run.folder.string(), "lacks the state of its last frame",
+                    "remove the folder, and study again");
+  result.simulation->load_state(search.found->state);
+  return result;
+}
+
+std::vector<Vec3> centres_of_mass(const World& world) {
+  const Bodies& bodies = world.bodies;
+  std::vector<Vec3> centres;
+  for (const RigidState& state : bodies.rigid.state) centres.push_back(state.pose.position);
+  for (const DeformableBody& body : bodies.deformable) {
+    Vec3 sum = Vec3::Zero();
+    double mass = 0;
+    for (int i = 0; i < body.particle_count; ++i) {
+      const auto p = static_cast<std::size_t>(body.first_particle + i);
+      sum += bodies.particles.mass[p] * bodies.particles.x[p];
+      mass += bodies.particles.mass[p];
+    }
+    centres.push_back(sum / mass);
+  }
+  return centres;
+}
+
+int rigid_index(const World& world, const std::string& name) {
+  return index_of(world.bodies.rigid.name, name);
+}
+int deformable_index(const World& world, const std::string& name) {
+  return index_of(world.bodies.deformable, name);
+}
+
+double dynamic_mass(const World& world) {
+  double mass = 0;
+  for (const RigidProperties& properties : world.bodies.rigid.properties)
+    if (properties.is_dynamic()) mass += properties.mass;
+  for (const double particle : world.bodies.particles.mass) mass += particle;
+  return mass;
+}
+
+std::int64_t unknowns(const World& world) {
+  std::int64_t count = 0;
+  for (const RigidProperties& properties : world.bodies.rigid.properties)
+    count += properties.is_dynamic() ? 6 : 0;
+  for (std::size_t p = 0; p < world.bodies.particles.size(); ++p)
+    count += is_held(world.bodies.particles, p) ? 0 : 3;
+  return count;
+}
+
+}  // namespace duet::study
