@@ -163,7 +163,7 @@ void SceneRenderer::fill_constant_blocks() {
   for (std::size_t i = 0; i < looks_.looks.size(); ++i) {
     const scene::Look& look = looks_.looks[i];
     looks[i] = {join(look.color, look.metallic),
-                join(look.pattern.empty() ? look.color : look.color2, look.roughness)};
+                join(look.pattern.empty() && look.spots.empty() ? look.color : look.color2, look.roughness)};
   }
   look_block_.fill(GL_UNIFORM_BUFFER, std::span<const LookEntry>(looks));
 
@@ -279,6 +279,9 @@ void SceneRenderer::draw_geometry(const std::vector<int>& looks_of_bodies, const
     geometry_program_.set("pattern", pattern_number(look.pattern));
     geometry_program_.set("opacity", static_cast<float>(look.opacity));
     geometry_program_.set("repeats", bands(scale.x()), bands(scale.y()));
+    geometry_program_.set("spot_count", static_cast<int>(look.spots.size()));
+    for (std::size_t i = 0; i < look.spots.size(); ++i)
+      geometry_program_.set(fmt::format("spots[{}]", i).c_str(), look.spots[i]);
     meshes_.draw_shaded(body);
   }
   gl_.Disable(GL_DEPTH_TEST);

@@ -11,8 +11,8 @@ std::string header() {
   return fmt::format(
       "#version 330 core\n"
       "const int block = {}, max_looks = {}, max_lights = {}, max_samples = {}, max_mirrors = {};\n"
-      "const int look_codes = 2 * max_looks, strain_pattern = {};\n",
-      block, max_looks, max_lights, max_shadow_samples, max_mirrors, strain_pattern);
+      "const int look_codes = 2 * max_looks, strain_pattern = {}, max_spots = {};\n",
+      block, max_looks, max_lights, max_shadow_samples, max_mirrors, strain_pattern, scene::Look::most_spots);
 }
 
 // Unit vectors in two numbers: the octahedron |x| + |y| + |z| = 1, its lower half folded outwards.
@@ -468,9 +468,11 @@ std::string geometry_fragment() {
 uniform int look, mirror, pattern;
 uniform int supersampling;
 uniform float opacity;
+uniform int spot_count;
+uniform vec3 spots[max_spots];  // place and radius in texture coordinates
 uniform vec2 repeats;  // of the pattern along the texture coordinates
 uniform float strain_range;
-in vec3 world_normal;
+in vec3 world_normal, world_position;
 in vec2 texture_place, strain;
 layout(location = 0) out vec4 surface;
 
@@ -490,6 +492,14 @@ void main() {
   vec3 n = length_of_normal > 0.0 ? world_normal / length_of_normal : vec3(0.0, 1.0, 0.0);
   if (!gl_FrontFacing) n = -n;
   float blend = pattern_blend(pattern, x, fwidth(x));
+  // Triangles across the border of two planes of projection, whose texture coordinates jump, have no spots.
+  vec2 jump = vec2(length(dFdx(texture_place)), length(dFdy(texture_place)));
+  vec2 width = vec2(length(dFdx(world_position)), length(dFdy(world_position)));
+  int count = length(jump) < 4.0 * length(width) ? spot_count : 0;
+  for (int i = 0; i < count; ++i) {
+    float inside = spots[i].z - distance(texture_place, spots[i].xy);
+    blend = max(blend, clamp(0.5 + inside / max(fwidth(inside), 1e-6), 0.0, 1.0));
+  }
   int worn = look;
   if (pattern == strain_pattern) {
     blend = clamp(strain.x / strain_range, 0.0, 1.0);

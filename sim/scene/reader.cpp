@@ -164,7 +164,12 @@ void SceneReader::read_look(const toml::table& table, const std::string& path, c
   look.name = name;
   reader_.read(table, keys(look), path);
   if (look.pattern.empty())
-    reject(table, path, {"color2", "pattern_size"}, "has no effect without a pattern", "add a `pattern`");
+    reject(table, path, {"pattern_size"}, "has no effect without a pattern", "add a `pattern`");
+  if (look.pattern.empty() && look.spots.empty())
+    reject(table, path, {"color2"}, "has no effect without a pattern", "add a `pattern` or `spots`");
+  if (look.spots.size() > Look::most_spots)
+    reject(table, path, {"spots"}, fmt::format("are {}", look.spots.size()),
+           fmt::format("at most {} can be drawn", Look::most_spots));
 }
 
 void SceneReader::read_rigid(const toml::table& table, const std::string& path) {

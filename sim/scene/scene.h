@@ -352,6 +352,8 @@ struct Look {
   Vec3 color2 = Vec3(0.6, 0.6, 0.6);  // second colour of the pattern
   double pattern_size = 1;            // m
   double opacity = 1;                 // 0..1, share of a pixel that hides what lies behind
+  std::vector<Vec3> spots;            // u, v, radius in texture coordinates: round spots of the second colour
+  static constexpr std::size_t most_spots = 16;
 };
 
 enum class ColorBy { look, strain };

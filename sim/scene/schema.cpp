@@ -408,6 +408,10 @@ std::vector<Key> keys(Look& look) {
       {"pattern_size", &look.pattern_size, "m", positive, "size of the pattern's cells"},
       {"opacity", &look.opacity, "", between(0, 1),
        "1: solid; less: what is inside and behind shows through, in steps of 1/supersampling^2"},
+      {"spots", &look.spots, "m", any,
+       "round spots of color2, at most 16: [u, v, radius] on the planes that a body's sides face, (y, z), "
+       "(z, x) or "
+       "(x, y) of its shape; for deformable volumes and meshes"},
   };
 }
 

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "sim/base/error.h"
+#include "sim/geometry/tet_mesh.h"
 
 namespace duet::image_tests {
 namespace {
@@ -205,6 +206,26 @@ TEST(SmallScene, ABodyThatIsNotSolidLetsTheBackgroundThrough) {
   EXPECT_LT(solid, none - 0.05);
   EXPECT_NEAR(half, 0.5 * (solid + none), 0.005);  // a step of a byte is 0.004
   EXPECT_EQ(red(0.6), half) << "2 of the 4 samples of a pixel";
+}
+
+// Texture coordinates of a deformable box are metres across its faces: a spot lies where it is said to, and
+// only there.
+TEST(SmallScene, SpotsShowWhereTheyLie) {
+  scene::Scene scene = small_scene();
+  scene.camera = {.position = {0, 1, 12}, .target = {0, 1, 0}, .vertical_fov = 30};
+  scene.looks[1].color2 = {0.05, 0.1, 0.8};
+  scene.looks[1].spots = {{0.5, -0.4, 0.2}};  // x, y of the front
+  const TetMesh tets = box_lattice(Vec3(2, 2, 2), Vec3i(2, 2, 2), LatticePattern::five);
+  io::Manifest manifest = small_manifest();
+  manifest.bodies = {manifest.bodies[1]};
+  const Surface surface = boundary_surface(tets, boundary(tets), 30).surface;
+  manifest.bodies[0].vertices = static_cast<int>(surface.positions.size());
+  manifest.bodies[0].triangles = static_cast<int>(surface.triangles.size());
+  const Picture picture = draw(scene, manifest, {placed("orange", surface, {{0, 1, 0}, Quat::Identity()})});
+  const auto on_front = [&](double x, double y) { return pixel_of(picture, scene, {x, 1 + y, 1}); };
+  EXPECT_GT(on_front(0.5, -0.4).b, 2 * on_front(0.5, -0.4).r);
+  for (const auto& [x, y] : {std::pair(0.5, -0.15), {0.5, -0.65}, {0.25, -0.4}, {0.75, -0.4}, {-0.4, 0.5}})
+    EXPECT_TRUE(is_orange(on_front(x, y))) << x << ", " << y;
 }
 
 TEST(SmallScene, TwoDrawsAreIdentical) {

@@ -312,6 +312,7 @@ pattern = "checker"
 color2 = [1, 1, 1]
 pattern_size = 0.5
 opacity = 0.5
+spots = [[0, 0, 0.1]]
 
 [render]
 width = 320
