@@ -78,9 +78,9 @@ void add_answers(Page& page, const Results& results) {
                             answer.measure, number_text(answer.shipped)));
     else
       page.text(fmt::format(
-          "{}: ten times less than the {} of the shipped setting costs {:.3g} times as much {}, by {}.",
+          "{}: ten times less than the {} of the shipped setting costs {:.3g} times as much {}, by {}{}.",
           answer.measure, number_text(answer.shipped), answer.factor, results.timed ? "time" : "work",
-          answer.line));
+          answer.line, answer.extrapolated ? " (extrapolated along its slope)" : ""));
   }
 }
 
