@@ -206,6 +206,8 @@ std::string json(const Results& results) {
                          {"shipped", number_json(answer.shipped)},
                          {"exact", answer.exact},
                          {"extrapolated", answer.extrapolated}});
+  Json units = Json::array();
+  for (const Measure& measure : results.spec.measures) units.push_back(unit_of(measure.kind));
   const Json document = {{"title", results.spec.title},
                          {"scene", results.spec.scene},
                          {"version", results.version},
@@ -214,6 +216,7 @@ std::string json(const Results& results) {
                          {"timed", results.timed},
                          {"repetitions", results.timed ? results.spec.repetitions : 1},
                          {"simulated", results.simulated},
+                         {"units", units},
                          {"shipped", row_json(results, results.shipped)},
                          {"reference", results.reference ? row_json(results, *results.reference) : Json()},
                          {"rows", rows},
