@@ -132,16 +132,33 @@ Ranges ranges_of(const Chart& chart) {
   return ranges;
 }
 
-// Room beside the outermost points for their labels.
+// Where a logarithmic axis spans little, its powers of ten are too few to read values at: 1, 2 and 5 of each
+// then.
+std::string ticks(const char* axis, double low, double high) {
+  if (high / low > 50) return {};
+  std::string places;
+  for (double power = std::pow(10, std::floor(std::log10(low))); power < high; power *= 10)
+    for (const double digit : {1.0, 2.0, 5.0})
+      if (digit * power >= low && digit * power <= high)
+        places +=
+            fmt::format("{}\"{:.3g}\" {:.3g}", places.empty() ? "" : ", ", digit * power, digit * power);
+  return fmt::format("set {}tics ({})\n", axis, places);
+}
+
+// A logarithmic axis with room beside the outermost points for their labels.
+std::string logarithmic_axis(const char* axis, const Range& range, double below, double above,
+                             const char* format) {
+  const double low = range.low / below, high = range.high * above;
+  return fmt::format("set logscale {0}\nset format {0} '{1}'\nset {0}range [{2}:{3}]\n", axis, format, low,
+                     high) +
+         ticks(axis, low, high);
+}
+
 std::string axes(const Chart& chart, const Ranges& ranges) {
   if (!(ranges.x.low <= ranges.x.high)) return "set xrange [1:10]\nset yrange [1:10]\n";
   std::string text;
-  if (chart.log_x)
-    text += fmt::format("set logscale x\nset format x '%g'\nset xrange [{}:{}]\n", ranges.x.low / 1.6,
-                        ranges.x.high * 2.2);
-  if (chart.log_y)
-    text += fmt::format("set logscale y\nset format y '%.0e'\nset yrange [{}:{}]\n", ranges.y.low / 2,
-                        ranges.y.high * 3);
+  if (chart.log_x) text += logarithmic_axis("x", ranges.x, 1.6, 2.2, "%g");
+  if (chart.log_y) text += logarithmic_axis("y", ranges.y, 2, 3, "%.0e");
   return text;
 }
 
@@ -223,7 +240,7 @@ std::string draw(const Chart& chart, const fs::path& folder) {
   std::string script = begin_script(chart.name, chart.title, chart.y_label, 480, folder);
   const Ranges ranges = ranges_of(chart);
   script += fmt::format(
-      "set xlabel {}\nset rmargin at screen 0.7\nset key at screen 0.71, screen 0.93 left top vertical Left "
+      "set xlabel {}\nset rmargin at screen 0.66\nset key at screen 0.67, screen 0.93 left top vertical Left "
       "reverse\n{}",
       quoted(chart.x_label), axes(chart, ranges));
   script += chart.stacked ? "set yrange [0:*]\nset style fill solid 0.85 noborder\n" : "";
@@ -236,11 +253,12 @@ std::string draw(const Chart& chart, const fs::path& folder) {
 }
 
 std::string draw(const BarChart& chart, const fs::path& folder) {
-  std::string script = begin_script(chart.name, chart.title, chart.y_label, 520, folder);
+  std::string script = begin_script(chart.name, chart.title, chart.y_label, 560, folder);
   script +=
       "set style data histograms\nset style histogram rowstacked\nset style fill solid 0.85 border rgb "
       "'white'\n"
-      "set boxwidth 0.75\nset xtics rotate by -35 font ',11'\nset key outside right top reverse Left font "
+      "set boxwidth 0.75\nset bmargin 10\nset xtics rotate by -35 font ',11'\nset key outside right top "
+      "reverse Left font "
       "',11' invert\n"
       "set yrange [0:*]\nset grid noxtics\n$data << END_OF_DATA\n";
   for (std::size_t i = 0; i < chart.names.size(); ++i) {
@@ -250,7 +268,7 @@ std::string draw(const BarChart& chart, const fs::path& folder) {
   }
   script += "END_OF_DATA\nplot ";
   for (std::size_t k = 0; k < chart.parts.size(); ++k)
-    script += fmt::format("{}$data using {}{} title {} lt {} lw 1", k > 0 ? ", " : "", k + 2,
+    script += fmt::format("{}$data using {}{} title {} lt {} lw 1 dt 1", k > 0 ? ", " : "", k + 2,
                           k == 0 ? ":xtic(1)" : "", quoted(chart.parts[k]), k + 1);
   return finish(chart.name, script + "\n", folder);
 }
