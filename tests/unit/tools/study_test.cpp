@@ -1,6 +1,7 @@
 // `duet study` and `duet report`: orders that theory knows, a cache that goes on, failures that show, pages
 // that stand alone.
 #include <cmath>
+#include <csignal>
 #include <cstdlib>
 
 #include "tests/restart/program.h"
@@ -223,6 +224,24 @@ TEST(Study, GoesOnWhereItStopped) {
   std::string longer = two_steps;
   longer.replace(longer.find("0.0026]"), 7, "0.0026, 0.0013]");
   EXPECT_EQ(new_runs(run_study(folder, longer)), 1);
+}
+
+TEST(Study, GoesOnAfterAnInterrupt) {
+  const ScratchFolder folder;
+  std::string spec = two_steps;
+  spec.replace(spec.find("frames = 2"), 10, "frames = 400");
+  io::write_atomically(folder / "spec.toml", spec);
+  const std::vector<std::string> command = {"study", (folder / "spec.toml").string(), "--untimed", "--out",
+                                            (folder / "study").string()};
+  Program program(command);
+  int done = 0;
+  while (const auto line = program.line())
+    if (contains(*line, "note: run ") && ++done == 1) program.signal(SIGINT);
+  EXPECT_EQ(program.wait(), 130) << program.errors();
+  const Finished finished = run_duet(command);
+  EXPECT_EQ(finished.status, 0) << finished.errors;
+  EXPECT_EQ(new_runs(finished), 3 - done) << finished.last_line();
+  EXPECT_GE(done, 1);
 }
 
 TEST(Study, ShowsFailedRunsAndGoesOn) {
