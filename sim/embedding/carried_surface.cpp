@@ -84,13 +84,15 @@ void CarriedSurface::interpolate(const float* of_nodes, std::vector<float>& valu
   values.resize(carriers_.size());
   for (std::size_t i = 0; i < values.size(); ++i) {
     const Carrier& carrier = carriers_[i];
-    float sum = 0, least = 0;
+    float sum = 0, weights = 0, least = 0;
     for (std::size_t k = 0; k < 4; ++k) {
       const float value = of_nodes[carrier.nodes[k]];
-      sum += std::clamp(static_cast<float>(carrier.weights[k]), 0.0F, 1.0F) * value;
+      const float weight = std::max(static_cast<float>(carrier.weights[k]), 0.0F);
+      sum += weight * value;
+      weights += weight;
       least = std::min(least, value);
     }
-    values[i] = least < 0 ? least : sum;
+    values[i] = least < 0 ? least : sum / weights;
   }
 }
 

@@ -22,7 +22,8 @@ class CarriedSurface {
   // Moves `surface`, which has the topology of the one given, with the mesh's nodes at nodes[0], nodes[1],
   // ...
   void update(const Vec3* nodes, Surface& surface) const;
-  // The mean of the values at the nodes around every position; a negative value anywhere is taken over.
+  // The mean of the values at the nodes around every position, less those that it lies away from; a negative
+  // value anywhere is taken over.
   void interpolate(const float* of_nodes, std::vector<float>& values) const;
   // How far outside of its tet any position lies: minus the least barycentric weight, or 0.
   double farthest_outside() const;

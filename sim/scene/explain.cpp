@@ -6,6 +6,9 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "sim/scene/accuracy.h"
+#include "sim/scene/schema.h"
+
 namespace duet::scene {
 namespace {
 
@@ -66,6 +69,28 @@ void write_time(std::string& out, const Scene& scene, const WorldSizes& sizes,
   out += fmt::format("  the first step is bounded by {}: {:.4g} s\n", sizes.time_step_bound, sizes.time_step);
 }
 
+// "3.1 mm", "0.34 %", "2e-06 rad"
+std::string error_text(double error, std::string_view unit) {
+  if (unit.empty()) return fmt::format("{:.2g} %", 100 * error);
+  return unit == "m" ? fmt::format("{:.2g} mm", 1000 * error) : fmt::format("{:.2g} {}", error, unit);
+}
+
+// What the preset left of error in the studies, and at what cost.
+void write_accuracy(std::string& out, const Scene& scene) {
+  const auto chosen = static_cast<std::size_t>(scene.solver.accuracy);
+  constexpr auto standard = static_cast<std::size_t>(Accuracy::standard);
+  out += fmt::format(
+      "accuracy\n  {}; errors that the presets left in short studies (tests/PROTOCOL.md), and their time:\n",
+      accuracy_names[chosen]);
+  for (const PresetStudy& study : preset_studies()) {
+    out += fmt::format("  {:<44}", fmt::format("{}, {}:", study.study, study.measure));
+    for (std::size_t i = 0; i < study.error.size(); ++i)
+      out += fmt::format("  {}{} {} x {:.2g}", i == chosen ? "*" : "", accuracy_names[i],
+                         error_text(study.error[i], study.unit), study.seconds[i] / study.seconds[standard]);
+    out += '\n';
+  }
+}
+
 }  // namespace
 
 TimeStepEstimate estimate_time_step(const Scene& scene, const WorldSizes& sizes) {
@@ -117,6 +142,7 @@ std::string explain(const Scene& scene, const EffectPlan& plan, const WorldSizes
   write_effects(out, plan);
   write_sizes(out, sizes);
   write_time(out, scene, sizes, estimate_time_step(scene, sizes));
+  write_accuracy(out, scene);
   const std::vector<std::string> found = warnings(scene, plan, sizes);
   out += found.empty() ? "no warnings\n" : "warnings\n";
   for (const std::string& warning : found) out += fmt::format("  {}\n", warning);
@@ -143,6 +169,13 @@ nlohmann::json explain_json(const Scene& scene, const EffectPlan& plan, const Wo
                           {"tets", mesh.tets},
                           {"smallest_altitude", mesh.smallest_altitude},
                           {"dihedral_angles", {mesh.least_angle, mesh.largest_angle}}});
+  json studies = json::array();
+  for (const PresetStudy& study : preset_studies())
+    studies.push_back({{"study", study.study},
+                       {"measure", study.measure},
+                       {"unit", study.unit},
+                       {"error", study.error},
+                       {"seconds", study.seconds}});
   const TimeStepEstimate estimate = estimate_time_step(scene, sizes);
   return {
       {"scene", scene.path},
@@ -170,6 +203,8 @@ nlohmann::json explain_json(const Scene& scene, const EffectPlan& plan, const Wo
         {"substeps_per_frame", estimate.substeps_per_frame},
         {"first_step", sizes.time_step},
         {"first_step_bound", sizes.time_step_bound}}},
+      {"accuracy",
+       {{"preset", accuracy_names[static_cast<std::size_t>(scene.solver.accuracy)]}, {"studies", studies}}},
       {"warnings", warnings(scene, plan, sizes)}};
 }
 

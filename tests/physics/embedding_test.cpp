@@ -136,7 +136,7 @@ TEST(Embedding, SoftBindingsKeepMomentumAndComeToRest) {
   Simulation simulation(scene, test::plan(scene));
   simulation.keep_ledger();
   World& world = simulation.world();
-  ASSERT_GT(world.bodies.forces.tethers.size(), 10u);
+  ASSERT_GE(world.bodies.forces.tethers.size(), 8u);
   const Momentum start = momentum(world.bodies);
   double defect = 0;
   for (int frame = 0; frame < 24; ++frame) {
@@ -161,13 +161,13 @@ TEST(Embedding, SoftBindingsKeepMomentumAndComeToRest) {
 // Flesh on a static bone hangs from its springs alone, and sinks by what they give.
 TEST(Embedding, SoftBindingsCarryTheWeightOfTheirFlesh) {
   for (const double gain : {1e3, 1e4}) {
-    scene::Scene scene = block_with_bone(1e6, 50);
+    scene::Scene scene = block_with_bone(1e5, 50);
     scene.gravity = Vec3(0, -9.8, 0);
     scene.rigid[0].mass.reset();
     scene.rigid[0].is_static = true;
     scene.deformable[0].attach_springs = scene::AttachSprings{gain, 1};
     Simulation simulation(scene, test::plan(scene));
-    for (int frame = 0; frame < 36; ++frame) simulation.advance_frame();
+    for (int frame = 0; frame < 96; ++frame) simulation.advance_frame();
     const Bodies& bodies = simulation.world().bodies;
     double weight = 0, pull = 0;
     for (const Tether& tether : bodies.forces.tethers.all())

@@ -107,22 +107,107 @@ bool drawable(const Chart& chart, const ChartPoint& point) {
          (!chart.log_y || point.y > 0);
 }
 
-// Room beside the outermost points for their labels.
-std::string ranges(const Chart& chart) {
-  double x[2] = {INFINITY, -INFINITY}, y[2] = {INFINITY, -INFINITY};
+struct Range {
+  double low = INFINITY, high = -INFINITY;
+  void extend(double value) { low = std::min(low, value), high = std::max(high, value); }
+  // In [0, 1] between the ends.
+  double place(double value, bool logarithmic) const {
+    if (high <= low) return 0.5;
+    return logarithmic ? std::log(value / low) / std::log(high / low) : (value - low) / (high - low);
+  }
+};
+
+struct Ranges {
+  Range x, y;
+};
+
+Ranges ranges_of(const Chart& chart) {
+  Ranges ranges;
   for (const Series& series : chart.series)
     for (const ChartPoint& point : series.points)
       if (drawable(chart, point)) {
-        x[0] = std::min(x[0], point.x), x[1] = std::max(x[1], point.x);
-        y[0] = std::min(y[0], point.y), y[1] = std::max(y[1], point.y);
+        ranges.x.extend(point.x);
+        ranges.y.extend(point.y);
       }
-  if (!(x[0] <= x[1])) return "set xrange [1:10]\nset yrange [1:10]\n";
+  return ranges;
+}
+
+// Where a logarithmic axis spans little, its powers of ten are too few to read values at: 1, 2 and 5 of each
+// then.
+std::string ticks(const char* axis, double low, double high) {
+  if (high / low > 50) return {};
+  std::string places;
+  for (double power = std::pow(10, std::floor(std::log10(low))); power < high; power *= 10)
+    for (const double digit : {1.0, 2.0, 5.0})
+      if (digit * power >= low && digit * power <= high)
+        places +=
+            fmt::format("{}\"{:.3g}\" {:.3g}", places.empty() ? "" : ", ", digit * power, digit * power);
+  return fmt::format("set {}tics ({})\n", axis, places);
+}
+
+// A logarithmic axis with room beside the outermost points for their labels.
+std::string logarithmic_axis(const char* axis, const Range& range, double below, double above,
+                             const char* format) {
+  const double low = range.low / below, high = range.high * above;
+  return fmt::format("set logscale {0}\nset format {0} '{1}'\nset {0}range [{2}:{3}]\n", axis, format, low,
+                     high) +
+         ticks(axis, low, high);
+}
+
+std::string axes(const Chart& chart, const Ranges& ranges) {
+  if (!(ranges.x.low <= ranges.x.high)) return "set xrange [1:10]\nset yrange [1:10]\n";
   std::string text;
-  if (chart.log_x)
-    text += fmt::format("set logscale x\nset format x '%g'\nset xrange [{}:{}]\n", x[0] / 1.6, x[1] * 2.2);
-  if (chart.log_y)
-    text += fmt::format("set logscale y\nset format y '%.0e'\nset yrange [{}:{}]\n", y[0] / 2, y[1] * 3);
+  if (chart.log_x) text += logarithmic_axis("x", ranges.x, 1.6, 2.2, "%g");
+  if (chart.log_y) text += logarithmic_axis("y", ranges.y, 2, 3, "%.0e");
   return text;
+}
+
+// Which labels have room: those that do not write over an earlier one.
+class Labels {
+ public:
+  Labels(const Chart& chart, const Ranges& ranges) : chart_(chart), ranges_(ranges) {}
+
+  bool has_room(const ChartPoint& point) {
+    constexpr double width = 0.09, height = 0.04;  // of the chart
+    const double x = ranges_.x.place(point.x, chart_.log_x), y = ranges_.y.place(point.y, chart_.log_y);
+    for (const auto& [other_x, other_y] : taken_)
+      if (std::abs(x - other_x) < width && std::abs(y - other_y) < height) return false;
+    taken_.emplace_back(x, y);
+    return true;
+  }
+
+ private:
+  const Chart& chart_;
+  const Ranges& ranges_;
+  std::vector<std::pair<double, double>> taken_;
+};
+
+std::string line_plots(const Chart& chart, const Ranges& ranges, std::string& script) {
+  Labels labels(chart, ranges);
+  std::string plots;
+  for (std::size_t i = 0; i < chart.series.size(); ++i) {
+    const Series& series = chart.series[i];
+    std::string data;
+    bool labelled = false;
+    for (const ChartPoint& point : series.points) {
+      if (!drawable(chart, point)) continue;
+      labelled |= !point.label.empty();
+      data += fmt::format("{:.9g} {:.9g} {}\n", point.x, point.y,
+                          quoted(!point.label.empty() && labels.has_room(point) ? point.label : ""));
+    }
+    if (data.empty()) continue;
+    script += fmt::format("$data{} << END_OF_DATA\n{}END_OF_DATA\n", i, data);
+    plots += fmt::format(", $data{} using 1:2 {} title {}", i,
+                         !series.lines
+                             ? "with points pt 12 ps 2.2 lw 3 lc rgb 'black'"
+                             : fmt::format("with {} lt {}", labelled ? "linespoints ps 0.8" : "lines", i + 1),
+                         quoted(series.name));
+    if (labelled)
+      plots += fmt::format(
+          ", $data{} using 1:2:3 with labels left offset 0.8,0.4 font ',10' textcolor rgb '#444444' notitle",
+          i);
+  }
+  return plots;
 }
 
 // Each series on top of those before it, the highest first, so that the lower ones cover it.
@@ -153,49 +238,27 @@ void require_gnuplot() {
 
 std::string draw(const Chart& chart, const fs::path& folder) {
   std::string script = begin_script(chart.name, chart.title, chart.y_label, 480, folder);
-  script += fmt::format("set xlabel {}\nset key outside right top vertical Left reverse width -2\n{}",
-                        quoted(chart.x_label), ranges(chart));
-  if (chart.stacked) {
-    const std::string plots = stacked_plots(chart, script);
-    return finish(
-        chart.name,
-        script + "set yrange [0:*]\nset style fill solid 0.85 noborder\nplot NaN notitle" + plots + "\n",
-        folder);
-  }
-  std::string plots;
-  for (std::size_t i = 0; i < chart.series.size(); ++i) {
-    const Series& series = chart.series[i];
-    std::string data;
-    for (const ChartPoint& point : series.points)
-      if (drawable(chart, point))
-        data += fmt::format("{:.9g} {:.9g} {}\n", point.x, point.y, quoted(point.label));
-    if (data.empty()) continue;
-    script += fmt::format("$data{} << END_OF_DATA\n{}END_OF_DATA\n", i, data);
-    const bool labelled = std::any_of(series.points.begin(), series.points.end(),
-                                      [](const ChartPoint& point) { return !point.label.empty(); });
-    plots += fmt::format(", $data{} using 1:2 {} title {}", i,
-                         !series.lines
-                             ? "with points pt 12 ps 2.2 lw 3 lc rgb 'black'"
-                             : fmt::format("with {} lt {}", labelled ? "linespoints ps 0.8" : "lines", i + 1),
-                         quoted(series.name));
-    if (labelled)
-      plots += fmt::format(
-          ", $data{} using 1:2:3 with labels left offset 0.8,0.4 font ',10' textcolor rgb '#444444' notitle",
-          i);
-  }
+  const Ranges ranges = ranges_of(chart);
+  script += fmt::format(
+      "set xlabel {}\nset rmargin at screen 0.66\nset key at screen 0.67, screen 0.93 left top vertical Left "
+      "reverse\n{}",
+      quoted(chart.x_label), axes(chart, ranges));
+  script += chart.stacked ? "set yrange [0:*]\nset style fill solid 0.85 noborder\n" : "";
+  std::string plots = "plot NaN notitle";  // a legend alone is no plot
+  plots += chart.stacked ? stacked_plots(chart, script) : line_plots(chart, ranges, script);
   for (const std::string& failed : chart.failed)
     plots += fmt::format(", keyentry with points pt 2 ps 1.4 lw 2 lc rgb '#CC0000' title {}",
                          quoted("failed: " + failed));
-  // A legend alone is no plot.
-  return finish(chart.name, script + "plot NaN notitle" + plots + "\n", folder);
+  return finish(chart.name, script + plots + "\n", folder);
 }
 
 std::string draw(const BarChart& chart, const fs::path& folder) {
-  std::string script = begin_script(chart.name, chart.title, chart.y_label, 520, folder);
+  std::string script = begin_script(chart.name, chart.title, chart.y_label, 560, folder);
   script +=
       "set style data histograms\nset style histogram rowstacked\nset style fill solid 0.85 border rgb "
       "'white'\n"
-      "set boxwidth 0.75\nset xtics rotate by -35 font ',11'\nset key outside right top reverse Left font "
+      "set boxwidth 0.75\nset bmargin 10\nset xtics rotate by -35 font ',11'\nset key outside right top "
+      "reverse Left font "
       "',11' invert\n"
       "set yrange [0:*]\nset grid noxtics\n$data << END_OF_DATA\n";
   for (std::size_t i = 0; i < chart.names.size(); ++i) {
@@ -205,7 +268,7 @@ std::string draw(const BarChart& chart, const fs::path& folder) {
   }
   script += "END_OF_DATA\nplot ";
   for (std::size_t k = 0; k < chart.parts.size(); ++k)
-    script += fmt::format("{}$data using {}{} title {} lt {} lw 1", k > 0 ? ", " : "", k + 2,
+    script += fmt::format("{}$data using {}{} title {} lt {} lw 1 dt 1", k > 0 ? ", " : "", k + 2,
                           k == 0 ? ":xtic(1)" : "", quoted(chart.parts[k]), k + 1);
   return finish(chart.name, script + "\n", folder);
 }

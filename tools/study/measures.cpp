@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "tools/study/closed_forms.h"
 #include "tools/study/free_top.h"
@@ -222,7 +223,7 @@ double evaluate(const Measure& measure, const RunResult& result, const RunResult
       const World& exact = reference->simulation->world();
       if (exact.bodies.particles.size() != world.bodies.particles.size() ||
           exact.bodies.rigid.size() != world.bodies.rigid.size())
-        unfit(measure, "the reference has other meshes; the kind `centres` compares centres of mass");
+        return std::numeric_limits<double>::quiet_NaN();
       if (!measure.body.empty()) centre_index(measure, world);
       return state_difference(world, exact, measure.body);
     }

@@ -6,8 +6,9 @@
 
 namespace duet::study {
 
-// In the unit of the measure's kind. `reference` is null unless needs_reference(kind). Throws Error (usage)
-// when the scene is not what the measure is about, with the measure's name.
+// In the unit of the measure's kind; NaN for the kind `state` when the reference has other meshes.
+// `reference` is null unless needs_reference(kind). Throws Error (usage) when the scene is not what the
+// measure is about, with the measure's name.
 double evaluate(const Measure& measure, const RunResult& result, const RunResult* reference);
 
 // m, root of the mean square distance of bodies in two states of scenes with the same bodies: of a deformable

@@ -57,6 +57,29 @@ double cost_between(const Point& a, const Point& b, double target) {
   return a.cost * std::pow(b.cost / a.cost, share);
 }
 
+// No setting is as good as that: what the lines say that fall steadily, at most a factor of ten beyond their
+// best.
+void extrapolate(const Results& results, std::size_t m, double target, TenTimes& answer) {
+  constexpr double least_order = 0.5, farthest = 10;
+  for (const Knob& knob : results.spec.knobs) {
+    if (knob.order != OrderOf::steps) continue;
+    std::vector<Point> points;
+    for (const Row& row : results.rows)
+      if (row.line == knob.name && !row.failed && row.errors[m] > results.spec.measures[m].floor)
+        points.push_back({cost_of(results, row), row.errors[m]});
+    if (points.size() < 3) continue;
+    const double order = -slope(points);
+    const Point& best = points.back();
+    if (!(order > least_order) || best.error > farthest * target) continue;
+    const double factor =
+        best.cost * std::pow(best.error / target, 1 / order) / cost_of(results, results.shipped);
+    if (factor >= answer.factor) continue;
+    answer.line = knob.name;
+    answer.factor = factor;
+    answer.extrapolated = true;
+  }
+}
+
 TenTimes cheapest(const Results& results, std::size_t m) {
   TenTimes answer;
   answer.measure = results.spec.measures[m].name;
@@ -81,6 +104,7 @@ TenTimes cheapest(const Results& results, std::size_t m) {
     if (before.error > 0 && (before.error - target) * (now.error - target) < 0)
       offer(row.line, cost_between(before, now, target));
   }
+  if (answer.line.empty()) extrapolate(results, m, target, answer);
   return answer;
 }
 
@@ -180,7 +204,10 @@ std::string json(const Results& results) {
                          {"line", answer.line},
                          {"factor", number_json(answer.factor)},
                          {"shipped", number_json(answer.shipped)},
-                         {"exact", answer.exact}});
+                         {"exact", answer.exact},
+                         {"extrapolated", answer.extrapolated}});
+  Json units = Json::array();
+  for (const Measure& measure : results.spec.measures) units.push_back(unit_of(measure.kind));
   const Json document = {{"title", results.spec.title},
                          {"scene", results.spec.scene},
                          {"version", results.version},
@@ -189,6 +216,7 @@ std::string json(const Results& results) {
                          {"timed", results.timed},
                          {"repetitions", results.timed ? results.spec.repetitions : 1},
                          {"simulated", results.simulated},
+                         {"units", units},
                          {"shipped", row_json(results, results.shipped)},
                          {"reference", results.reference ? row_json(results, *results.reference) : Json()},
                          {"rows", rows},
@@ -229,8 +257,9 @@ std::string table(const Results& results) {
       text += fmt::format("no setting makes `{}` ten times smaller than {}\n", answer.measure,
                           number_text(answer.shipped));
     else
-      text += fmt::format("`{}` ten times smaller than {} costs {:.3g} times as much, by `{}`\n",
-                          answer.measure, number_text(answer.shipped), answer.factor, answer.line);
+      text += fmt::format("`{}` ten times smaller than {} costs {:.3g} times as much, by `{}`{}\n",
+                          answer.measure, number_text(answer.shipped), answer.factor, answer.line,
+                          answer.extrapolated ? " (extrapolated)" : "");
   }
   return text;
 }

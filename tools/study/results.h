@@ -48,10 +48,11 @@ struct FittedOrder {
 // The least cost of a ten times smaller error than the shipped setting has, over the cost of the latter.
 struct TenTimes {
   std::string measure;
-  std::string line;    // of the cheapest way there; empty: no setting gets there
-  double factor = 0;   // of seconds, or of Spec::count where there are none
-  double shipped = 0;  // its error
-  bool exact = false;  // no more than rounding already
+  std::string line;           // of the cheapest way there; empty: no setting gets there
+  double factor = 0;          // of seconds, or of Spec::count where there are none
+  double shipped = 0;         // its error
+  bool exact = false;         // no more than rounding already
+  bool extrapolated = false;  // along the line's slope, from its last setting
 };
 
 struct Results {

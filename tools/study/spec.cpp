@@ -229,8 +229,10 @@ class SpecReader {
       return {};
     }
     Change change = read_change(*table, path);
-    reader_.read(*table, {{"label", &change.label, "", any, "of the point in charts", required}}, path,
-                 {"set", "without"});
+    reader_.read(*table,
+                 {{"label", &change.label, "", any, "of the point in charts", required},
+                  {"number", &change.number, "", positive, "of cells, for their order of convergence"}},
+                 path, {"set", "without"});
     return change;
   }
 

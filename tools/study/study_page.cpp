@@ -63,8 +63,8 @@ Chart precision_chart(const Results& results, std::size_t m, bool seconds) {
 }
 
 bool has_error(const Results& results, std::size_t m) {
-  const auto above_zero = [&](const Row& row) { return row.errors[m] > 0; };
-  return above_zero(results.shipped) || std::any_of(results.rows.begin(), results.rows.end(), above_zero);
+  const auto is_error = [&](const Row& row) { return row.errors[m] > results.spec.measures[m].floor; };
+  return is_error(results.shipped) || std::any_of(results.rows.begin(), results.rows.end(), is_error);
 }
 
 void add_answers(Page& page, const Results& results) {
@@ -78,9 +78,9 @@ void add_answers(Page& page, const Results& results) {
                             answer.measure, number_text(answer.shipped)));
     else
       page.text(fmt::format(
-          "{}: ten times less than the {} of the shipped setting costs {:.3g} times as much {}, by {}.",
+          "{}: ten times less than the {} of the shipped setting costs {:.3g} times as much {}, by {}{}.",
           answer.measure, number_text(answer.shipped), answer.factor, results.timed ? "time" : "work",
-          answer.line));
+          answer.line, answer.extrapolated ? " (extrapolated along its slope)" : ""));
   }
 }
 
@@ -128,9 +128,12 @@ void add_stages(Page& page, const Results& results, const fs::path& folder) {
     if (!row.failed && std::isfinite(row.seconds)) rows.emplace_back(name, &row);
   };
   add("shipped", results.shipped);
-  for (const Row& row : results.rows)
-    if (row.label != results.shipped.label && rows.size() < 16)
-      add(fmt::format("{}: {}", row.line, row.label), row);
+  for (std::size_t i = 0; i < results.rows.size(); ++i) {
+    const Row& row = results.rows[i];
+    const bool first = i == 0 || results.rows[i - 1].line != row.line;
+    const bool last = i + 1 == results.rows.size() || results.rows[i + 1].line != row.line;
+    if (first || last) add(fmt::format("{}: {}", row.line, row.label), row);
+  }
   if (rows.empty()) return;
   std::vector<std::pair<std::string, StageSeconds>> bars;
   for (const auto& [name, row] : rows) {
@@ -139,6 +142,7 @@ void add_stages(Page& page, const Results& results, const fs::path& folder) {
     bars.emplace_back(name, with_rest(std::move(seconds), row->seconds));
   }
   page.heading("Where the time goes");
+  page.text("The shipped setting, and the first and the last value of every knob.");
   page.chart(draw(stage_chart("stages", "Seconds by stage", "processor seconds per simulated second", bars),
                   folder));
   std::vector<std::vector<std::string>> cells = {{"stage, shipped setting", "seconds", "share", "calls"}};
@@ -210,7 +214,8 @@ std::string study_page(const Results& results, const fs::path& charts) {
   page.heading("Error against cost");
   for (std::size_t m = 0; m < results.spec.measures.size(); ++m) {
     if (!has_error(results, m)) {
-      page.text(fmt::format("{}: zero wherever it could be measured.", results.spec.measures[m].name));
+      page.text(fmt::format("{}: zero, or no more than rounding, wherever it could be measured.",
+                            results.spec.measures[m].name));
       continue;
     }
     if (results.timed) page.chart(draw(precision_chart(results, m, true), charts));

@@ -30,7 +30,7 @@ TEST(Program, HelpAndVersionSucceed) {
   EXPECT_TRUE(version.last_line().starts_with("duet 0.")) << version.last_line();
   EXPECT_EQ(run_duet({"--help"}).status, 0);
   for (const char* command :
-       {"run", "sim", "render", "check", "explain", "tetrahedralize", "compare", "list"})
+       {"run", "sim", "render", "check", "explain", "tetrahedralize", "compare", "study", "report", "list"})
     EXPECT_EQ(run_duet({command, "--help"}).status, 0) << command;
 }
 

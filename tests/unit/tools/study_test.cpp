@@ -1,5 +1,7 @@
 // `duet study` and `duet report`: orders that theory knows, a cache that goes on, failures that show, pages
 // that stand alone.
+#include <cmath>
+#include <csignal>
 #include <cstdlib>
 
 #include "tests/restart/program.h"
@@ -86,6 +88,110 @@ order = "steps"
   expect_order(results, "first", "orientation", 1, 0.05);
 }
 
+TEST(Study, PendulumIsOfSecondOrder) {
+  const json results = study(R"(title = "pendulum"
+scene = "study/pendulum"
+frames = 24
+[[measures]]
+name = "angle"
+kind = "pendulum"
+body = "bar"
+[[measures]]
+name = "energy"
+kind = "energy"
+[[measures]]
+name = "gap"
+kind = "joints"
+[[knobs]]
+name = "step"
+key = "solver.max_time_step"
+values = [0.0052, 0.0026, 0.0013]
+order = "steps"
+)");
+  expect_order(results, "step", "angle", 2, 0.05);
+  expect_order(results, "step", "energy", 2, 0.05);
+  expect_below(results.at("rows").at(0).at("errors").at("gap"), 1e-12, "gap, m");
+}
+
+// Central differences and the trapezoidal rule of step V are of second order; the half step of the implicit
+// integration is backward Euler, of first. Linear elements are of second order but for the wave's front, a
+// kink.
+TEST(Study, ElasticMotionHasItsOrders) {
+  const json results = study(R"(title = "bar"
+scene = "study/vibrating_bar"
+frames = 12
+[reference]
+set = ["solver.cfl=0.02"]
+[[measures]]
+name = "state"
+kind = "state"
+[[measures]]
+name = "motion"
+kind = "vibrating_bar"
+body = "bar"
+[[knobs]]
+name = "explicit"
+key = "solver.cfl"
+values = [0.8, 0.4, 0.2]
+order = "steps"
+[[knobs]]
+name = "implicit"
+set = ["solver.integration=implicit", "solver.cg_tolerance=1e-10"]
+key = "solver.max_time_step"
+values = [0.00004, 0.00002, 0.00001]
+order = "steps"
+[[knobs]]
+name = "cells"
+set = ["solver.cfl=0.3"]
+key = "deformable.bar.shape.cells"
+values = [[5, 2, 1], [10, 2, 1], [20, 2, 1]]
+order = "cells"
+)");
+  expect_order(results, "explicit", "state", 2, 0.1);
+  expect_order(results, "implicit", "state", 1, 0.1);
+  expect_order(results, "cells", "motion", 1.8, 0.2);
+}
+
+// A slide at a constant deceleration is exact at any step. A soft box also shakes: the error of its sliding
+// falls with the step, once the tolerance of the conjugate gradients is out of the way.
+TEST(Study, FrictionIsExactOrOfFirstOrderAtLeast) {
+  const json rigid = study(R"(title = "rigid"
+scene = "study/slide"
+frames = 24
+[[measures]]
+name = "way"
+kind = "slide"
+body = "box"
+slope = 10
+friction = 0.2
+[[knobs]]
+name = "step"
+key = "solver.max_time_step"
+values = [0.02, 0.005]
+)");
+  for (const json& row : rigid.at("rows"))
+    expect_below(row.at("errors").at("way"), 1e-9, "rigid box, relative");
+  const json soft = study(R"(title = "soft"
+scene = "friction"
+frames = 1
+set = ["solver.cg_tolerance=1e-9", "deformable.soft.shape.cells=[2, 2, 2]"]
+[reference]
+set = ["solver.max_time_step=3.125e-6"]
+[[measures]]
+name = "state"
+kind = "state"
+body = "soft"
+[[knobs]]
+name = "step"
+key = "solver.max_time_step"
+values = [0.00005, 0.000025, 0.0000125]
+order = "steps"
+)");
+  // What is of first order falls by a factor of 5 over these steps, seen from a reference at a quarter of the
+  // last.
+  expect_order(soft, "step", "state", std::log2(5) / 2, 0.1);
+}
+
 constexpr const char* two_steps = R"(title = "top"
 scene = "study/top"
 frames = 2
@@ -118,6 +224,24 @@ TEST(Study, GoesOnWhereItStopped) {
   std::string longer = two_steps;
   longer.replace(longer.find("0.0026]"), 7, "0.0026, 0.0013]");
   EXPECT_EQ(new_runs(run_study(folder, longer)), 1);
+}
+
+TEST(Study, GoesOnAfterAnInterrupt) {
+  const ScratchFolder folder;
+  std::string spec = two_steps;
+  spec.replace(spec.find("frames = 2"), 10, "frames = 400");
+  io::write_atomically(folder / "spec.toml", spec);
+  const std::vector<std::string> command = {"study", (folder / "spec.toml").string(), "--untimed", "--out",
+                                            (folder / "study").string()};
+  Program program(command);
+  int done = 0;
+  while (const auto line = program.line())
+    if (contains(*line, "note: run ") && ++done == 1) program.signal(SIGINT);
+  EXPECT_EQ(program.wait(), 130) << program.errors();
+  const Finished finished = run_duet(command);
+  EXPECT_EQ(finished.status, 0) << finished.errors;
+  EXPECT_EQ(new_runs(finished), 3 - done) << finished.last_line();
+  EXPECT_GE(done, 1);
 }
 
 TEST(Study, ShowsFailedRunsAndGoesOn) {

@@ -1,0 +1,15 @@
+#include "sim/scene/accuracy.h"
+
+namespace duet::scene {
+namespace {
+
+// Written by tools/studies.
+constexpr PresetStudy studies[] = {
+#include "sim/scene/accuracy_studies.inc"
+};
+
+}  // namespace
+
+std::span<const PresetStudy> preset_studies() { return studies; }
+
+}  // namespace duet::scene
