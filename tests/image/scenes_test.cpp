@@ -211,6 +211,29 @@ void expect_changes_to_fail(const Variant& variant, const Film& film) {
   EXPECT_FALSE(passes(variant, film.draw(unshadowed, film.surfaces))) << "no shadows";
 }
 
+// What tools/figures draws exists: frames within the scene's, further views whose changes the scene accepts.
+TEST(Figures, AreOfFramesAndViewsThatTheScenesHave) {
+  toml::table file = toml::parse_file((source / "tools/figures.toml").string());
+  for (const Variant& variant : variants()) {
+    const std::string path = (source / "scenes" / (variant.scene + ".toml")).string();
+    const scene::Scene scene = scene::read(path, {}, scene::Meshes::leave).scene;
+    const toml::node_view figure = file[variant.scene];
+    EXPECT_EQ(figure["figure"].value<std::string>(), scene.figure) << variant.scene;
+    const auto check_frames = [&](const toml::node_view<toml::node>& frames) {
+      for (const toml::node& frame : *frames.as_array())
+        EXPECT_LE(frame.value<int>().value(), scene.frames) << variant.scene;
+    };
+    check_frames(figure["frames"]);
+    if (!figure["views"]) continue;
+    for (toml::node& view : *figure["views"].as_array()) {
+      toml::table& table = *view.as_table();
+      check_frames(toml::node_view(table["frames"]));
+      EXPECT_NO_THROW(scene::read(path, texts(toml::node_view(table["set"])), scene::Meshes::leave))
+          << variant.scene;
+    }
+  }
+}
+
 class Scenes : public testing::TestWithParam<Variant> {
  protected:
   ~Scenes() override { set_thread_count(0); }
