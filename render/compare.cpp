@@ -16,6 +16,8 @@ namespace {
 
 using Plane = std::vector<double>;
 
+std::size_t at(int index) { return static_cast<std::size_t>(index); }
+
 void require_same_size(const Picture& a, const Picture& b) {
   if (a.width != b.width || a.height != b.height)
     throw Error(ExitStatus::usage, fmt::format("pictures of {} x {} and {} x {} pixels cannot be compared",
@@ -41,7 +43,7 @@ double luma(const Picture& picture, std::size_t pixel) {
 // Counts the marked pixels that are connected with `start` by sides or corners, and unmarks them.
 int take_patch(std::vector<bool>& marked, int width, int height, int start) {
   std::vector<int> waiting = {start};
-  marked[static_cast<std::size_t>(start)] = false;
+  marked[at(start)] = false;
   int count = 0;
   while (!waiting.empty()) {
     const int here = waiting.back(), x = here % width, y = here / width;
@@ -50,8 +52,8 @@ int take_patch(std::vector<bool>& marked, int width, int height, int start) {
     for (int v = std::max(y - 1, 0); v <= std::min(y + 1, height - 1); ++v)
       for (int u = std::max(x - 1, 0); u <= std::min(x + 1, width - 1); ++u) {
         const int next = v * width + u;
-        if (!marked[static_cast<std::size_t>(next)]) continue;
-        marked[static_cast<std::size_t>(next)] = false;
+        if (!marked[at(next)]) continue;
+        marked[at(next)] = false;
         waiting.push_back(next);
       }
   }
@@ -63,8 +65,7 @@ int take_patch(std::vector<bool>& marked, int width, int height, int start) {
 class GaussianMean {
  public:
   GaussianMean(int width, int height) : width_(width), height_(height) {
-    for (int i = -radius; i <= radius; ++i)
-      weights_[static_cast<std::size_t>(i + radius)] = std::exp(-i * i / (2 * 1.5 * 1.5));
+    for (int i = -radius; i <= radius; ++i) weights_[at(i + radius)] = std::exp(-i * i / (2 * 1.5 * 1.5));
   }
   Plane operator()(const Plane& values) const {
     return along(along(values, width_, height_, 1, width_), height_, width_, width_, 1);
@@ -80,11 +81,11 @@ class GaussianMean {
       for (int i = 0; i < length; ++i) {
         double sum = 0, weight = 0;
         for (int k = std::max(-radius, -i); k <= std::min(radius, length - 1 - i); ++k) {
-          const double w = weights_[static_cast<std::size_t>(k + radius)];
-          sum += w * values[static_cast<std::size_t>(line * line_step + (i + k) * step)];
+          const double w = weights_[at(k + radius)];
+          sum += w * values[at(line * line_step + (i + k) * step)];
           weight += w;
         }
-        means[static_cast<std::size_t>(line * line_step + i * step)] = sum / weight;
+        means[at(line * line_step + i * step)] = sum / weight;
       }
     return means;
   }

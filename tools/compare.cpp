@@ -85,6 +85,7 @@ std::vector<Pair> pairs_of(const CompareOptions& options) {
     throw FileError(a.string(), "has no pictures of this kind", "`duet render RUN` draws a run");
   const fs::path drawn = options.picture;
   std::vector<Pair> pairs;
+  pairs.reserve(names.size());
   for (const std::string& name : names)
     pairs.push_back(
         {name, a / name, b / name, drawn.empty() ? drawn : (drawn / name).replace_extension(".png")});

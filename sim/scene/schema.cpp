@@ -409,9 +409,8 @@ std::vector<Key> keys(Look& look) {
       {"opacity", &look.opacity, "", between(0, 1),
        "1: solid; less: what is inside and behind shows through, in steps of 1/supersampling^2"},
       {"spots", &look.spots, "m", any,
-       "round spots of color2, at most 16: [u, v, radius] on the planes that a body's sides face, (y, z), "
-       "(z, x) or "
-       "(x, y) of its shape; for deformable volumes and meshes"},
+       "round spots of color2: [u, v, radius] in the plane (y, z), (z, x) or (x, y) that a side of a mesh "
+       "faces"},
   };
 }
 
