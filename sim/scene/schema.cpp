@@ -431,6 +431,7 @@ Solver preset(Accuracy accuracy) {
   solver.accuracy = accuracy;
   if (accuracy == Accuracy::draft) {
     solver.cfl = 0.95;
+    solver.cg_tolerance = 1e-2;
     solver.volume_tolerance = 1e-3;
     solver.contact_iterations = 10;
     solver.push_out_iterations = 2;

@@ -221,9 +221,8 @@ std::string stacked_plots(const Chart& chart, std::string& script) {
     for (std::size_t k = 0; k < series.points.size(); ++k)
       script += fmt::format("{:.9g} {:.9g}\n", series.points[k].x, sum[k] += series.points[k].y);
     script += "END_OF_DATA\n";
-    plots = fmt::format(", $data{} using 1:2 with filledcurves x1 lt {} lw 0 title {}", i, i + 1,
-                        quoted(series.name)) +
-            plots;
+    plots.insert(0, fmt::format(", $data{} using 1:2 with filledcurves x1 lt {} lw 0 title {}", i, i + 1,
+                                quoted(series.name)));
   }
   return plots;
 }

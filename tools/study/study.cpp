@@ -117,6 +117,7 @@ void add_times(const Setting& setting, double simulated, Row& row) {
     seconds.emplace_back(sum(read_stats(setting.runs[i].folder), "processor_seconds") / simulated, i);
   std::sort(seconds.begin(), seconds.end());
   std::vector<double> values;
+  values.reserve(seconds.size());
   for (const auto& [value, i] : seconds) values.push_back(value);
   row.seconds = median(values);
   row.seconds_least = values.front();
