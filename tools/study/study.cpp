@@ -233,7 +233,7 @@ Outcome study(const StudyOptions& options, Report& report) {
   io::write_atomically(folder / "results.csv", study::csv(results));
   io::write_atomically(folder / "results.json", study::json(results));
   io::write_atomically(folder / "report.html", study::study_page(results, folder / "charts"));
-  print(study::table(results));
+  if (!options.json) print(study::table(results));
   const auto failed =
       std::count_if(runs.begin(), runs.end(), [](const study::Run* run) { return run->failed; });
   return {ExitStatus::done, fmt::format("{} runs, {} of them new{}; {}", runs.size(), runner.simulated(),
