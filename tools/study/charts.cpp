@@ -30,7 +30,9 @@ constexpr const char* styles =
     "set linetype 6 lc rgb '#56B4E9' lw 2 pt 15 dt 1\n"
     "set linetype 7 lc rgb '#000000' lw 2 pt 4 dt 2\n"
     "set linetype 8 lc rgb '#8C6D31' lw 2 pt 6 dt 4\n"
-    "set linetype cycle 8\n";
+    "set linetype 9 lc rgb '#7B1FA2' lw 2 pt 8 dt 1\n"
+    "set linetype 10 lc rgb '#5D6D7E' lw 2 pt 10 dt 2\n"
+    "set linetype cycle 10\n";
 
 std::string found_in_path(const std::string& program) {
   const char* path = std::getenv("PATH");
