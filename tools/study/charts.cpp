@@ -143,7 +143,7 @@ std::string ticks(const char* axis, double low, double high) {
     for (const double digit : {1.0, 2.0, 5.0})
       if (digit * power >= low && digit * power <= high)
         places +=
-            fmt::format("{}\"{:.3g}\" {:.3g}", places.empty() ? "" : ", ", digit * power, digit * power);
+            fmt::format("{}\"{:.6g}\" {:.6g}", places.empty() ? "" : ", ", digit * power, digit * power);
   return fmt::format("set {}tics ({})\n", axis, places);
 }
 
