@@ -32,13 +32,15 @@ constexpr int thumbnail_width = 480;  // pixels, at least
 // measuring.
 render::Picture shrunk(const render::Picture& picture, int factor) {
   render::Picture small{picture.width / factor, picture.height / factor, {}};
+  const auto width = static_cast<std::size_t>(picture.width);
   for (int y = 0; y < small.height; ++y)
     for (int x = 0; x < small.width; ++x)
       for (int channel = 0; channel < 3; ++channel) {
         int sum = 0;
         for (int i = 0; i < factor * factor; ++i) {
-          const int row = y * factor + i / factor, column = x * factor + i % factor;
-          sum += picture.rgb[static_cast<std::size_t>(3 * (row * picture.width + column) + channel)];
+          const auto row = static_cast<std::size_t>(y * factor + i / factor);
+          const auto column = static_cast<std::size_t>(x * factor + i % factor);
+          sum += picture.rgb[3 * (row * width + column) + static_cast<std::size_t>(channel)];
         }
         small.rgb.push_back(static_cast<unsigned char>((sum + factor * factor / 2) / (factor * factor)));
       }
@@ -119,7 +121,7 @@ class RunPage {
     const int factor = picture.width / thumbnail_width;
     if (factor < 2) return run_.image(frame);
     const render::Picture small = shrunk(picture, factor);
-    const fs::path file = charts_ / run_.image(frame).filename();
+    fs::path file = charts_ / run_.image(frame).filename();
     io::create_folder(charts_);
     render::write_png(file.string(), small.width, small.height, small.rgb);
     return file;
