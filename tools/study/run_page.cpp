@@ -38,9 +38,9 @@ render::Picture shrunk(const render::Picture& picture, int factor) {
       for (int channel = 0; channel < 3; ++channel) {
         int sum = 0;
         for (int i = 0; i < factor * factor; ++i) {
-          const auto row = static_cast<std::size_t>(y * factor + i / factor);
-          const auto column = static_cast<std::size_t>(x * factor + i % factor);
-          sum += picture.rgb[3 * (row * width + column) + static_cast<std::size_t>(channel)];
+          const int row = y * factor + i / factor, column = x * factor + i % factor;
+          sum += picture.rgb[3 * (static_cast<std::size_t>(row) * width + static_cast<std::size_t>(column)) +
+                             static_cast<std::size_t>(channel)];
         }
         small.rgb.push_back(static_cast<unsigned char>((sum + factor * factor / 2) / (factor * factor)));
       }
