@@ -70,6 +70,7 @@ struct StudyOptions {
   std::string program;  // the duet that simulates; empty: this one
   int jobs = 1;         // untimed runs at the same time
   bool untimed = false;
+  bool json = false;  // no table on standard output
 };
 
 struct ReportOptions {

@@ -154,7 +154,10 @@ void add_study(CLI::App& app, CommandLine& line) {
       ->check(CLI::ExistingFile)
       ->type_name("FILE");
   add_report(app, line);
-  app.callback([&line] { line.command = [&line](Report& report) { return study(line.study, report); }; });
+  app.callback([&line] {
+    line.study.json = line.json;
+    line.command = [&line](Report& report) { return study(line.study, report); };
+  });
 }
 
 void add_report_run(CLI::App& app, CommandLine& line) {

@@ -69,8 +69,8 @@ std::string reference() {
       "RGB. `--set key=value` sets any of them: solver.cfl=0.5, rigid.NAME.velocity=[0,0,-9], "
       "looks.NAME.color=[1,0,0].\n"
       "Names consist of letters, digits, `_`, `-` and `.`. A table [parameters] holds values that stand for "
-      "\"$name\" "
-      "anywhere\nin the file: --set parameters.name=value.\n";
+      "\"$name\"\n"
+      "anywhere in the file: --set parameters.name=value.\n";
   Prototype prototype;
   for (const Section& section : sections(prototype)) {
     out += fmt::format("\n{}: {}\n", section.heading(), section.meaning);

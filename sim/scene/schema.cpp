@@ -436,19 +436,19 @@ Solver preset(Accuracy accuracy) {
   solver.accuracy = accuracy;
   if (accuracy == Accuracy::draft) {
     solver.cfl = 0.95;
+    solver.cg_tolerance = 1e-2;
     solver.volume_tolerance = 1e-3;
     solver.contact_iterations = 10;
     solver.push_out_iterations = 2;
     solver.face_samples = 2;
   } else if (accuracy == Accuracy::fine) {
-    solver.cfl = 0.45;
-    solver.max_travel = 0.05;
-    solver.cg_tolerance = 1e-5;
+    solver.cfl = 0.225;
+    solver.max_travel = 0.025;
+    solver.cg_tolerance = 1e-4;
     solver.volume_tolerance = 1e-6;
     solver.pressure_iterations = 400;
     solver.contact_iterations = 60;
     solver.push_out_iterations = 8;
-    solver.projection_iterations = 4;
   }
   return solver;
 }

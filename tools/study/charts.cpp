@@ -30,7 +30,9 @@ constexpr const char* styles =
     "set linetype 6 lc rgb '#56B4E9' lw 2 pt 15 dt 1\n"
     "set linetype 7 lc rgb '#000000' lw 2 pt 4 dt 2\n"
     "set linetype 8 lc rgb '#8C6D31' lw 2 pt 6 dt 4\n"
-    "set linetype cycle 8\n";
+    "set linetype 9 lc rgb '#7B1FA2' lw 2 pt 8 dt 1\n"
+    "set linetype 10 lc rgb '#5D6D7E' lw 2 pt 10 dt 2\n"
+    "set linetype cycle 10\n";
 
 std::string found_in_path(const std::string& program) {
   const char* path = std::getenv("PATH");
@@ -141,7 +143,7 @@ std::string ticks(const char* axis, double low, double high) {
     for (const double digit : {1.0, 2.0, 5.0})
       if (digit * power >= low && digit * power <= high)
         places +=
-            fmt::format("{}\"{:.3g}\" {:.3g}", places.empty() ? "" : ", ", digit * power, digit * power);
+            fmt::format("{}\"{:.6g}\" {:.6g}", places.empty() ? "" : ", ", digit * power, digit * power);
   return fmt::format("set {}tics ({})\n", axis, places);
 }
 
@@ -221,9 +223,8 @@ std::string stacked_plots(const Chart& chart, std::string& script) {
     for (std::size_t k = 0; k < series.points.size(); ++k)
       script += fmt::format("{:.9g} {:.9g}\n", series.points[k].x, sum[k] += series.points[k].y);
     script += "END_OF_DATA\n";
-    plots = fmt::format(", $data{} using 1:2 with filledcurves x1 lt {} lw 0 title {}", i, i + 1,
-                        quoted(series.name)) +
-            plots;
+    plots.insert(0, fmt::format(", $data{} using 1:2 with filledcurves x1 lt {} lw 0 title {}", i, i + 1,
+                                quoted(series.name)));
   }
   return plots;
 }

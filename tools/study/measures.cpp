@@ -131,7 +131,7 @@ double rigid_square(const RigidBodies& a, const RigidBodies& b, std::size_t i) {
 double deformable_square(const World& a, const World& b, const DeformableBody& body) {
   double sum = 0, mass = 0;
   for (int i = 0; i < body.particle_count; ++i) {
-    const auto p = static_cast<std::size_t>(body.first_particle + i);
+    const auto p = static_cast<std::size_t>(body.first_particle) + static_cast<std::size_t>(i);
     sum += a.bodies.particles.mass[p] * (a.bodies.particles.x[p] - b.bodies.particles.x[p]).squaredNorm();
     mass += a.bodies.particles.mass[p];
   }

@@ -80,10 +80,14 @@ void Page::table(const std::vector<std::vector<std::string>>& rows, const std::s
   for (std::size_t r = 0; r < rows.size(); ++r) {
     const bool marked = r > 0 && std::find(rows[r].begin(), rows[r].end(), mark) != rows[r].end();
     body_ += marked ? "<tr class=\"failed\">" : "<tr>";
-    for (const std::string& cell : rows[r]) {
+    for (std::size_t c = 0; c < rows[r].size(); ++c) {
+      const std::string& cell = rows[r][c];
       const char* tag = r == 0 ? "th" : "td";
-      body_ += fmt::format("<{}{}>{}</{}>", tag, r > 0 && is_number(cell) ? " class=\"number\"" : "",
-                           escaped(cell), tag);
+      body_ += fmt::format("<{}{}", tag, r > 0 && is_number(cell) ? " class=\"number\"" : "");
+      // The last cell of a short row goes on to the row's end.
+      if (c + 1 == rows[r].size() && c + 1 < rows[0].size())
+        body_ += fmt::format(" colspan=\"{}\"", rows[0].size() - c);
+      body_ += fmt::format(">{}</{}>", escaped(cell), tag);
     }
     body_ += "</tr>\n";
   }

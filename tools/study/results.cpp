@@ -158,7 +158,11 @@ void conclude(Results& results) {
     results.ten_times.push_back(cheapest(results, m));
 }
 
-std::string number_text(double value) { return std::isfinite(value) ? fmt::format("{:.3g}", value) : "-"; }
+std::string number_text(double value) {
+  if (!std::isfinite(value)) return "-";
+  return std::abs(value) >= 100 && std::abs(value) < 1e6 ? fmt::format("{:.0f}", value)
+                                                         : fmt::format("{:.3g}", value);
+}
 
 std::string csv(const Results& results) {
   std::string text =

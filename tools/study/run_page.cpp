@@ -12,6 +12,8 @@
 #include "tools/study/stages.h"
 #include <fmt/format.h>
 
+#include "render/picture.h"
+#include "render/sequence.h"
 #include "sim/io/files.h"
 #include "sim/scene/plan.h"
 #include "sim/scene/reader.h"
@@ -24,6 +26,26 @@ using Frames = std::vector<nlohmann::json>;
 using Value = std::function<double(const nlohmann::json&)>;
 
 constexpr std::size_t most_pictures = 12;
+constexpr int thumbnail_width = 480;  // pixels, at least
+
+// Every pixel is the mean of factor x factor ones, of the sRGB values as they are: for a look, not for
+// measuring.
+render::Picture shrunk(const render::Picture& picture, int factor) {
+  render::Picture small{picture.width / factor, picture.height / factor, {}};
+  const auto width = static_cast<std::size_t>(picture.width);
+  for (int y = 0; y < small.height; ++y)
+    for (int x = 0; x < small.width; ++x)
+      for (int channel = 0; channel < 3; ++channel) {
+        int sum = 0;
+        for (int i = 0; i < factor * factor; ++i) {
+          const int row = y * factor + i / factor, column = x * factor + i % factor;
+          sum += picture.rgb[3 * (static_cast<std::size_t>(row) * width + static_cast<std::size_t>(column)) +
+                             static_cast<std::size_t>(channel)];
+        }
+        small.rgb.push_back(static_cast<unsigned char>((sum + factor * factor / 2) / (factor * factor)));
+      }
+  return small;
+}
 
 double number(const nlohmann::json& frame, const std::string& key) { return frame.at(key).get<double>(); }
 
@@ -88,11 +110,21 @@ class RunPage {
     std::vector<Page::Picture> pictures;
     for (std::size_t i = 0; i < count; ++i) {
       const int frame = drawn[count > 1 ? i * (drawn.size() - 1) / (count - 1) : 0];
-      pictures.push_back(
-          {run_.image(frame), fmt::format("frame {}, {:.3g} s", frame, frame / manifest_.fps)});
+      pictures.push_back({thumbnail(frame), fmt::format("frame {}, {:.3g} s", frame, frame / manifest_.fps)});
     }
     page_.heading("Pictures");
     page_.pictures(pictures);
+  }
+
+  fs::path thumbnail(int frame) const {
+    const render::Picture picture = render::read_picture(run_.image(frame));
+    const int factor = picture.width / thumbnail_width;
+    if (factor < 2) return run_.image(frame);
+    const render::Picture small = shrunk(picture, factor);
+    fs::path file = charts_ / run_.image(frame).filename();
+    io::create_folder(charts_);
+    render::write_png(file.string(), small.width, small.height, small.rgb);
+    return file;
   }
 
   void plot(const std::string& name, const std::string& title, const std::string& unit,

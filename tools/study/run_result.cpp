@@ -63,7 +63,7 @@ std::vector<Vec3> centres_of_mass(const World& world) {
     Vec3 sum = Vec3::Zero();
     double mass = 0;
     for (int i = 0; i < body.particle_count; ++i) {
-      const auto p = static_cast<std::size_t>(body.first_particle + i);
+      const auto p = static_cast<std::size_t>(body.first_particle) + static_cast<std::size_t>(i);
       sum += bodies.particles.mass[p] * bodies.particles.x[p];
       mass += bodies.particles.mass[p];
     }

@@ -133,6 +133,7 @@ Runner::Child Runner::start(Run& run) const {
   add("--set", run.scene.set);
   add("--without", run.scene.without);
   std::vector<char*> argv;
+  argv.reserve(words.size() + 1);
   for (std::string& word : words) argv.push_back(word.data());
   argv.push_back(nullptr);
 

@@ -117,6 +117,7 @@ void add_times(const Setting& setting, double simulated, Row& row) {
     seconds.emplace_back(sum(read_stats(setting.runs[i].folder), "processor_seconds") / simulated, i);
   std::sort(seconds.begin(), seconds.end());
   std::vector<double> values;
+  values.reserve(seconds.size());
   for (const auto& [value, i] : seconds) values.push_back(value);
   row.seconds = median(values);
   row.seconds_least = values.front();
@@ -232,7 +233,7 @@ Outcome study(const StudyOptions& options, Report& report) {
   io::write_atomically(folder / "results.csv", study::csv(results));
   io::write_atomically(folder / "results.json", study::json(results));
   io::write_atomically(folder / "report.html", study::study_page(results, folder / "charts"));
-  print(study::table(results));
+  if (!options.json) print(study::table(results));
   const auto failed =
       std::count_if(runs.begin(), runs.end(), [](const study::Run* run) { return run->failed; });
   return {ExitStatus::done, fmt::format("{} runs, {} of them new{}; {}", runs.size(), runner.simulated(),

@@ -62,7 +62,13 @@ inline void expect_same_scene(const Scene& a, const Scene& b) {
   expect_same_lists(a.lights, b.lights, same);
   expect_same_lists(a.rigid, b.rigid, [](const RigidBody& body) { return RigidEntry{body, {}, {}}; });
   expect_same_lists(a.deformable, b.deformable, [](const DeformableBody& body) {
-    return DeformableEntry{body, {}, {}};
+    DeformableEntry entry;
+    entry.body = body;
+    entry.has_attach_springs = body.attach_springs.has_value();
+    entry.attach_springs = body.attach_springs.value_or(AttachSprings{});
+    entry.has_skin = body.skin.has_value();
+    entry.skin = body.skin.value_or(Skin{});
+    return entry;
   });
   expect_same_lists(a.joints, b.joints, [](const Joint& joint) { return JointEntry{joint, {}}; });
   for (std::size_t i = 0; i < a.rigid.size(); ++i) {
