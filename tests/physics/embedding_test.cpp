@@ -161,7 +161,7 @@ TEST(Embedding, SoftBindingsKeepMomentumAndComeToRest) {
 // Flesh on a static bone hangs from its springs alone, and sinks by what they give.
 TEST(Embedding, SoftBindingsCarryTheWeightOfTheirFlesh) {
   for (const double gain : {1e3, 1e4}) {
-    scene::Scene scene = block_with_bone(1e5, 50);
+    scene::Scene scene = block_with_bone(1e6, 50);
     scene.gravity = Vec3(0, -9.8, 0);
     scene.rigid[0].mass.reset();
     scene.rigid[0].is_static = true;

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <vector>
 
-#include "tools/study/free_top.h"
 #include "tests/support/margin.h"
 #include "tests/support/scenes.h"
+#include "tools/study/free_top.h"
 
 #include "sim/step/step.h"
 
