@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "sim/base/parallel.h"
+#include "sim/geometry/elements_around.h"
 
 namespace duet {
 namespace {
@@ -44,30 +45,6 @@ double find_cut(const LevelSet& shape, const Vec3& inside, const Vec3& outside, 
     }
   }
   return place;
-}
-
-// Lists of different lengths in one array: those of node i are items[first[i]] to items[first[i + 1]].
-struct Lists {
-  std::vector<int> first, items;
-  std::span<const int> of(int i) const {
-    return {items.data() + first[as_index(i)], items.data() + first[as_index(i) + 1]};
-  }
-};
-
-// For each node the elements (arrays of nodes) that contain it, in their order.
-template <class Elements, class NodesOf>
-Lists elements_around(std::size_t nodes, const Elements& elements, NodesOf&& nodes_of) {
-  Lists lists;
-  lists.first.assign(nodes + 1, 0);
-  for (const auto& element : elements)
-    for (const int i : nodes_of(element)) ++lists.first[as_index(i) + 1];
-  for (std::size_t i = 0; i < nodes; ++i) lists.first[i + 1] += lists.first[i];
-  lists.items.resize(as_index(lists.first.back()));
-  std::vector<int> next(lists.first.begin(), lists.first.end() - 1);
-  for (std::size_t e = 0; e < elements.size(); ++e)
-    for (const int i : nodes_of(elements[e]))
-      lists.items[as_index(next[as_index(i)]++)] = static_cast<int>(e);
-  return lists;
 }
 
 // The boundary of the inside around a node, as arcs on the triangles opposite to it in the tets around it.
@@ -208,9 +185,8 @@ class Cutter {
 
   void move_nodes() {
     const std::size_t nodes = result_.positions.size();
-    const Lists tets_around =
-        elements_around(nodes, result_.lattice.tets, [](const Tet& tet) -> const Tet& { return tet; });
-    const Lists cuts_around = elements_around(nodes, result_.cuts, [](const Cut& cut) {
+    const ElementLists tets_around = elements_around(nodes, result_.lattice.tets);
+    const ElementLists cuts_around = elements_around(nodes, result_.cuts, [](const Cut& cut) {
       return std::array{cut.inside, cut.outside};
     });
     for (int node = 0; node < static_cast<int>(nodes); ++node)
@@ -220,7 +196,7 @@ class Cutter {
 
   // Leaves the node on its side and returns false if the boundary would be no manifold there or at one of its
   // neighbours.
-  bool put_on_surface(int node, const Lists& tets_around) {
+  bool put_on_surface(int node, const ElementLists& tets_around) {
     Side& own = result_.sides[as_index(node)];
     const Side before = std::exchange(own, Side::surface);
     for (const int t : tets_around.of(node))

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "sim/base/parallel.h"
+#include "sim/geometry/elements_around.h"
 #include "sim/geometry/tet_quality.h"
 #include "sim/geometry/tetrahedralizer.h"
 
@@ -35,28 +36,6 @@ const std::vector<Vec3>& directions() {
   return all;
 }
 
-// For each node the elements (arrays of nodes) that have it, in their order.
-class Around {
- public:
-  template <class Element>
-  void build(std::size_t nodes, const std::vector<Element>& elements) {
-    first_.assign(nodes + 1, 0);
-    for (const Element& element : elements)
-      for (const int i : element) ++first_[as_index(i) + 1];
-    for (std::size_t i = 0; i < nodes; ++i) first_[i + 1] += first_[i];
-    items_.resize(as_index(first_.back()));
-    std::vector<int> next(first_.begin(), first_.end() - 1);
-    for (std::size_t e = 0; e < elements.size(); ++e)
-      for (const int i : elements[e]) items_[as_index(next[as_index(i)]++)] = static_cast<int>(e);
-  }
-  std::span<const int> of(int node) const {
-    return {items_.data() + first_[as_index(node)], items_.data() + first_[as_index(node) + 1]};
-  }
-
- private:
-  std::vector<int> first_, items_;  // those of node i: items_[first_[i]] to items_[first_[i + 1]]
-};
-
 class Smoother {
  public:
   Smoother(TetMesh& mesh, const LevelSet& shape, double spacing)
@@ -65,8 +44,8 @@ class Smoother {
         spacing_(spacing),
         goal_(wanted_altitude * spacing),
         triangles_(boundary(mesh)) {
-    tets_around_.build(mesh.nodes.size(), mesh.tets);
-    triangles_around_.build(mesh.nodes.size(), triangles_);
+    tets_around_ = elements_around(mesh.nodes.size(), mesh.tets);
+    triangles_around_ = elements_around(mesh.nodes.size(), triangles_);
     find_fixed();
     moved_in_.assign(mesh.nodes.size(), -most_sweeps);
   }
@@ -228,7 +207,7 @@ class Smoother {
   double spacing_, goal_;
   std::vector<Place> place_;         // of the nodes
   std::vector<Triangle> triangles_;  // of the boundary
-  Around tets_around_, triangles_around_;
+  ElementLists tets_around_, triangles_around_;
   int sweep_ = 0;
   std::vector<int> moved_in_;  // sweep that last moved the node
   std::vector<int> chosen_;

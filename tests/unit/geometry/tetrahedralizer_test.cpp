@@ -149,6 +149,8 @@ TEST(Tetrahedralizer, FillsEveryShapeToItsSurface) {
       expect_good(mesh);
       EXPECT_EQ(connected_parts(mesh), 1);
       EXPECT_LT(farthest_boundary_node(mesh, shape), 1e-12);  // regula falsi stops at 1e-13 of an edge
+      // Cut tets alone are as flat as 0.12 of the spacing; smoothing is what makes the time step.
+      EXPECT_GT(tet_quality(mesh).smallest_altitude, 0.3 * spacing);
       // Chords and cut-off edges lie inside by at most about (a cell)^2 / (8 radius) and a third of a cell.
       EXPECT_LT(volume(mesh), volume(shape));
       EXPECT_GT(volume(mesh), 0.96 * volume(shape));
