@@ -179,6 +179,10 @@ void ContactProjection::satisfy(const GeneralizedVelocity& start, GeneralizedVel
   }
   for (Row& row : rows_) decide(row);
   if (repulsions_) repulsions_->choose_rows(start.particle, velocity.particle);
+  satisfy_again(velocity);
+}
+
+void ContactProjection::satisfy_again(GeneralizedVelocity& velocity) const {
   for (int i = 0; i < sweeps_; ++i) sweep(true, velocity);
 }
 

@@ -42,6 +42,8 @@ class ContactProjection {
   // Makes `velocity` satisfy n.v_rel = half of what it is for `start` (so that the extrapolated end-of-step
   // value is zero), and drops for this solve the constraints that separate anyway.
   void satisfy(const GeneralizedVelocity& start, GeneralizedVelocity& velocity);
+  // Makes another `velocity` satisfy what satisfy() has left.
+  void satisfy_again(GeneralizedVelocity& velocity) const;
   // Drops, for this solve too, the constraints that hold back what `change` (of velocities, without
   // constraints) would part faster than by `tolerance` (m/s). Returns whether there were any.
   bool release(const GeneralizedVelocity& change, double tolerance);

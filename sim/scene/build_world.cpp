@@ -239,6 +239,14 @@ void add_joints(const Scene& scene, const EffectSet& plan, const std::vector<Pos
   std::sort(bodies.apart.begin(), bodies.apart.end());
 }
 
+void fall_freely(const Bodies& bodies, const Vec3& gravity, GeneralizedVelocity& acceleration) {
+  acceleration.particle.resize(bodies.particles.size());
+  for (std::size_t p = 0; p < bodies.particles.size(); ++p)
+    acceleration.particle[p] = is_held(bodies.particles, p) ? Vec3(Vec3::Zero()) : gravity;
+  acceleration.angular.assign(bodies.rigid.size(), Vec3::Zero());
+  acceleration.linear.assign(bodies.rigid.size(), gravity);
+}
+
 }  // namespace
 
 BuiltWorld build_world(const Scene& scene, const EffectSet& plan) {
@@ -288,6 +296,8 @@ BuiltWorld build_world(const Scene& scene, const EffectSet& plan) {
   world.settings = step_settings(scene.solver);
   world.settings.collision.rigid_pairs = world.has(Effect::rigid_collision);
   world.settings.contact.angular_friction = world.has(Effect::rolling_friction);
+  if (world.has_internal_forces() && !world.settings.implicit_elasticity)
+    fall_freely(bodies, world.gravity, world.context.acceleration);
   return built;
 }
 

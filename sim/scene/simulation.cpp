@@ -52,6 +52,9 @@ void visit_state(World& world, std::int64_t& frame, double& squared_frequency, V
     visit(&state.velocity, sizeof(Vec3));
     visit(&rotation_variable(state, rigid.properties[i]), sizeof(Vec3));
   }
+  GeneralizedVelocity& acceleration = world.context.acceleration;
+  for (std::vector<Vec3>* values : {&acceleration.particle, &acceleration.linear, &acceleration.angular})
+    visit(values->data(), values->size() * sizeof(Vec3));
 }
 
 }  // namespace

@@ -15,15 +15,20 @@ struct CgResult {
 // Solves P A P x = P b starting from `x`, which must satisfy the constraints that P projects onto. System has
 //   apply(v, out)   out = A v           project(v)      v = P v
 //   inner(u, v)     the inner product   norm(v)         what the tolerance bounds
+//   accumulate(a)   takes note that x holds a times the last vector that A was applied to
 // `r`, `s`, `q` are scratch of x's size. Every residual is projected again, as rounding would otherwise leave
-// the constrained space (Baraff, Witkin 1998).
+// the constrained space (Baraff, Witkin 1998). The first one is projected several times: where P is sweeps
+// that have not converged, what is left of the forces that the constraints bear may be more than all the rest
+// of a good start's residual, and keeps the search out of the space it should stay in.
 template <class System, class Vector>
 CgResult conjugate_gradient(System& system, const Vector& b, double tolerance, int max_iterations, Vector& x,
                             Vector& r, Vector& s, Vector& q) {
+  constexpr int first_projections = 4;
   CgResult result;
   system.apply(x, q);
+  system.accumulate(1);
   system.subtract(b, q, r);
-  system.project(r);
+  for (int i = 0; i < first_projections; ++i) system.project(r);
   double rho = system.inner(r, r);
   system.copy(r, s);
   for (;; ++result.iterations) {
@@ -37,6 +42,7 @@ CgResult conjugate_gradient(System& system, const Vector& b, double tolerance, i
     if (!(curvature > 0)) return result;  // only rounding is left
     const double alpha = rho / curvature;
     system.axpy(alpha, s, x);
+    system.accumulate(alpha);
     system.axpy(-alpha, q, r);
     system.project(r);
     const double next = system.inner(r, r);

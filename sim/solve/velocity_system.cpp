@@ -72,6 +72,13 @@ void VelocitySystem::apply(const GeneralizedVelocity& v, GeneralizedVelocity& ou
   follow_twists(bodies_.bound, out.linear, out.angular, out.particle);
 }
 
+void VelocitySystem::accumulate(double share) {
+  if (!collected_) return;
+  parallel_for(force_.size(), grain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t p = begin; p < end; ++p) (*collected_)[p] += share * force_[p];
+  });
+}
+
 void VelocitySystem::project(GeneralizedVelocity& v) const {
   if (!projection_) return;
   projection_->project(v);

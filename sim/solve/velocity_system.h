@@ -15,8 +15,12 @@ class VelocitySystem {
   // deformation, dF those of the last linearization.
   VelocitySystem(Bodies& bodies, double dt, bool implicit_elasticity, const ContactProjection* projection,
                  std::vector<Vec3>& force_scratch, std::vector<Mat3>& inertia_scratch);
+  // Adds the forces of all vectors that conjugate gradients make up their solution from to `force` (N), which
+  // so gets the damping forces of the solution without another product.
+  void collect_forces(std::vector<Vec3>& force) { collected_ = &force; }
 
   void apply(const GeneralizedVelocity& v, GeneralizedVelocity& out);
+  void accumulate(double share);
   void project(GeneralizedVelocity& v) const;
   double inner(const GeneralizedVelocity& u, const GeneralizedVelocity& v) const;
   double norm(const GeneralizedVelocity& v)
@@ -34,6 +38,7 @@ class VelocitySystem {
   bool implicit_elasticity_;
   const ContactProjection* projection_;
   std::vector<Vec3>& force_;
+  std::vector<Vec3>* collected_ = nullptr;
   std::vector<Mat3>& inertia_;  // world axes
 };
 

@@ -1,4 +1,6 @@
 // Step I: v^n -> v~^{n+1/2} (paper section 3), and the implicit solve that it shares with step V.
+#include <cmath>
+
 #include "sim/solve/velocity_system.h"
 #include "sim/step/step.h"
 
@@ -29,6 +31,40 @@ void satisfy_contacts(const Bodies& bodies, StepContext& context, ContactProject
   follow_twists(bodies.bound, context.solution.linear, context.solution.angular, context.solution.particle);
 }
 
+// Where conjugate gradients begin: bodies that took up the acceleration of the last solve once more. What is
+// led, held or bound moves as it must, and contacts that the right side closes are kept.
+void begin_at_last_acceleration(const Bodies& bodies, double dt, StepContext& context,
+                                const ContactProjection* projection) {
+  const GeneralizedVelocity& a = context.acceleration;
+  to_generalized(bodies, context.solution);
+  for (std::size_t p = 0; p < bodies.particles.size(); ++p)
+    context.solution.particle[p] = is_held(bodies.particles, p)
+                                       ? context.right_side.particle[p]
+                                       : Vec3(context.solution.particle[p] + dt * a.particle[p]);
+  for (std::size_t i = 0; i < bodies.rigid.size(); ++i) {
+    const bool moves = bodies.rigid.properties[i].is_dynamic();
+    context.solution.linear[i] = moves ? Vec3(context.solution.linear[i] + dt * a.linear[i])
+                                       : context.right_side.linear[i];
+    context.solution.angular[i] = moves ? Vec3(context.solution.angular[i] + dt * a.angular[i])
+                                        : context.right_side.angular[i];
+  }
+  follow_twists(bodies.bound, context.solution.linear, context.solution.angular, context.solution.particle);
+  if (!projection) return;
+  projection->satisfy_again(context.solution);
+  follow_twists(bodies.bound, context.solution.linear, context.solution.angular, context.solution.particle);
+}
+
+// A solve that breaks down leaves none to go on with.
+void keep_acceleration(const Bodies& bodies, double dt, StepContext& context) {
+  GeneralizedVelocity& a = context.acceleration;
+  for (std::size_t p = 0; p < bodies.particles.size(); ++p)
+    a.particle[p] = (context.solution.particle[p] - bodies.particles.v[p]) / dt;
+  for (std::size_t i = 0; i < bodies.rigid.size(); ++i) {
+    a.linear[i] = (context.solution.linear[i] - bodies.rigid.state[i].velocity) / dt;
+    a.angular[i] = (context.solution.angular[i] - bodies.rigid.state[i].angular_velocity) / dt;
+  }
+}
+
 void solve_semi_implicitly(World& world, StepContext& context, double dt, ContactProjection* projection) {
   Bodies& bodies = world.bodies;
   Particles& particles = bodies.particles;
@@ -47,10 +83,13 @@ void solve_semi_implicitly(World& world, StepContext& context, double dt, Contac
   satisfy_contacts(bodies, context, projection);
   if (!elastic) return;
   world.clock.time(Stage::damping_solve, [&] {
+    begin_at_last_acceleration(bodies, dt, context, projection);
     VelocitySystem system(bodies, dt, false, projection, context.damping_force, context.inertia);
+    system.collect_forces(context.force);
     const CgResult result = conjugate_gradient(system, context.right_side, world.settings.cg_tolerance,
                                                world.settings.cg_iterations, context.solution,
                                                context.residual, context.direction, context.image);
+    if (std::isfinite(result.residual)) keep_acceleration(bodies, dt, context);
     world.counters.cg_iterations += result.iterations;
   });
 }
@@ -100,6 +139,7 @@ void solve_velocity(World& world, StepContext& context, double dt, ContactProjec
   }
   satisfy_contacts(world.bodies, context, projection);
   context.balanced = solve_velocity_implicitly(world, context, dt, projection);
+  world.bodies.forces.add_damping_forces(context.solution.particle, context.force);
 }
 
 void settle(const World& world, StepContext& context) {
@@ -131,13 +171,8 @@ void advance_semi_implicitly(World& world, StepContext& context) {
     context.projection.add_joints(context.joints);
   }
   solve_velocity(world, context, dt, projection, false);
-  if (world.has_internal_forces()) bodies.forces.add_damping_forces(context.solution.particle, context.force);
-  if (projection || !bodies.bound.empty()) {
-    for (std::size_t p = 0; p < particles.size(); ++p)
-      particles.v[p] += dt * particles.inverse_mass[p] * context.force[p];
-  } else {
-    particles.v = context.solution.particle;  // the same, without what the solve has left
-  }
+  for (std::size_t p = 0; p < particles.size(); ++p)
+    particles.v[p] += dt * particles.inverse_mass[p] * context.force[p];
   for (std::size_t i = 0; i < bodies.rigid.size(); ++i)
     if (bodies.rigid.properties[i].is_dynamic()) bodies.rigid.state[i].velocity += dt * world.gravity;
   for (const BoundParticle& bound : bodies.bound)

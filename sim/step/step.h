@@ -59,10 +59,10 @@ void make_incompressible(World& world, StepContext& context);        // V.1   of
 void apply_velocity_contact(World& world, StepContext& context);     // V.4   v_**^{n+1} -> v^{n+1}
 void apply_velocity_repulsions(World& world, StepContext& context);  //       between deformable surfaces
 
-// The implicit solve of I.1 and V.2: from the velocities v now, fills `context.force` with the elastic forces
-// and gravity, and `context.solution` with V, V = v + dt M^-1 (force + F_damping(V)). Semi-implicitly the
-// elastic forces are those of the positions now; implicitly they are those of x^n + dt V, where the solve
-// leaves the particles.
+// The implicit solve of I.1 and V.2: from the velocities v now, fills `context.solution` with V, V = v + dt
+// M^-1 (F + F_damping(V)), and `context.force` with F + F_damping(V), where F are gravity and the elastic
+// forces. Semi-implicitly the elastic forces are those of the positions now; implicitly they are those of x^n
+// + dt V, where the solve leaves the particles.
 // `at_end` tells V.2 from I.1.
 void solve_velocity(World& world, StepContext& context, double dt, ContactProjection* projection,
                     bool at_end);

@@ -30,7 +30,6 @@ void constrained_solve(World& world, StepContext& context) {
   bring_bound_to_middle(world, context);
   solve_velocity(world, context, context.dt / 2, projection, true);
 
-  if (world.has_internal_forces()) bodies.forces.add_damping_forces(context.solution.particle, context.force);
   for (std::size_t p = 0; p < particles.size(); ++p)
     particles.v[p] += context.dt * particles.inverse_mass[p] * context.force[p];
   // What an implicit solve left out of balance is no force, and stiff elements would make a great one of it.

@@ -86,6 +86,9 @@ struct StepContext {
   SelfCollision self_collision;
 
   std::vector<Vec3> force, damping_force;  // N
+  // m/s^2, (V - v)/dt of the last semi-implicit solve, I.1's or V.2's: the next one begins at v + dt a. Part of
+  // the state.
+  GeneralizedVelocity acceleration;
   GeneralizedVelocity right_side, solution, residual, direction, image;
   GeneralizedVelocity imbalance, unconstrained, correction;  // of Newton's method
   std::vector<Vec3> elastic_change;                          // m/s, of an implicit I.1

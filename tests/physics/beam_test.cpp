@@ -68,6 +68,7 @@ struct StaticSystem {
     axpy(-1, b, out);
   }
   static void copy(const std::vector<Vec3>& from, std::vector<Vec3>& to) { to = from; }
+  static void accumulate(double) {}
   static void axpy(double alpha, const std::vector<Vec3>& x, std::vector<Vec3>& y) {
     for (std::size_t p = 0; p < x.size(); ++p) y[p] += alpha * x[p];
   }
