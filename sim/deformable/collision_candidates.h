@@ -1,7 +1,8 @@
-// The pairs of surface elements that are near enough to touch, found by a tree of boxes and kept from step to
-// step.
+// The pairs of surface elements that are near enough to touch, found by a tree of boxes, kept from step to
+// step, and left alone for as long as they cannot have come near.
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "sim/deformable/collision_surface.h"
@@ -17,8 +18,10 @@ struct CandidatePair {
   double thickness = 0;  // m, h of this pair
   double friction = 0;
   // Whether repulsions keep them h apart: parts of one body that were nearer than 1.5 h at time 0 belong so
-  // near each other (Bridson et al. 2002, section 6.1).
+  // near each other (Bridson et al. 2002, section 6.1). Holds once the pair has been `examined`, as near ones
+  // have.
   bool repels = true;
+  bool of_one_body = false, examined = false;
 };
 
 inline FourPoints corners(const std::array<int, 4>& particle, const std::vector<Vec3>& x) {
@@ -30,15 +33,22 @@ inline constexpr double repulsion_range = 1.1;  // times h: pairs farther apart 
 
 // Every particle has a box, larger than where it is and is going, in a frame that moves with the mean of all,
 // so that what falls as a whole stays where it is. As long as all stay in theirs, the pairs whose boxes come
-// within repulsion_range h of each other are all that can meet, and need not be sought again. There are more
-// of them than those that do come near, and which ones depends on when they were sought; what is near is
-// decided by distances, and the order of the pairs is always the same: so no result depends on it.
+// within repulsion_range h of each other are all that can meet, and need not be sought again.
+//
+// Most of them do not meet soon. How far an element's corners have moved in that frame is added up, and a
+// pair that was farther apart than repulsion_range h by some distance sleeps until its two elements have
+// travelled that distance together.
+//
+// There are more pairs than those that do come near, and which ones depends on when they were sought; what is
+// near is decided by distances, and the order of the pairs is always the same: so no result depends on it.
 class CollisionCandidates {
  public:
-  // To be called whenever the particles move on straight lines from `start` to `end`, before `pairs`.
+  // To be called whenever the particles move on straight lines from `start` to `end`, before `near`.
   void update(const CollisionSurface& surface, const std::vector<Vec3>& start, const std::vector<Vec3>& end);
-  // In ascending order, point-triangle pairs first.
   const std::vector<CandidatePair>& pairs() const { return pairs_; }
+  // The pairs that may come within repulsion_range h of each other on the way: indices of pairs(), ascending,
+  // of points and triangles first.
+  const std::vector<int>& near() const { return near_; }
   std::int64_t searches() const { return searches_; }
 
  private:
@@ -46,11 +56,17 @@ class CollisionCandidates {
     std::vector<Eigen::AlignedBox3d> box;
     std::vector<int> active;  // those that another body's element, or one of their own body's, may be near
   };
-  struct Chunk {  // what a range of the elements that ask found
+  struct Sleep {                // of a pair
+    int first = 0, second = 0;  // elements, numbered as in travel_
+    double until = 0;           // m, the sum of their travels up to which they cannot be near
+  };
+  struct Chunk {  // what a range of the elements that ask found, or of the pairs that are awake
     std::vector<int> near;
     std::vector<CandidatePair> pairs;
+    std::vector<Sleep> sleeps;
   };
 
+  void search(const CollisionSurface& surface, const std::vector<Vec3>& start, const std::vector<Vec3>& end);
   bool hold(const CollisionSurface& surface, const std::vector<Vec3>& start,
             const std::vector<Vec3>& end) const;
   void enlarge_boxes(const CollisionSurface& surface, const std::vector<Vec3>& start,
@@ -61,7 +77,12 @@ class CollisionCandidates {
   void find_pairs(ElementPair kind, const std::vector<std::array<int, N>>& first,
                   const std::vector<int>& first_body, const Elements& asking,
                   const std::vector<std::array<int, M>>& second, const std::vector<int>& second_body,
-                  const BoxTree& tree, const CollisionSurface& surface);
+                  const BoxTree& tree, const CollisionSurface& surface, std::size_t first_number,
+                  std::size_t second_number);
+  void begin_travels(const CollisionSurface& surface, const std::vector<Vec3>& start);
+  void add_travels(const CollisionSurface& surface, const std::vector<Vec3>& start,
+                   const std::vector<Vec3>& end);
+  void wake_pairs(const CollisionSurface& surface, const std::vector<Vec3>& start);
 
   Vec3 mean_ = Vec3::Zero();  // m, of the particles' positions when the pairs were sought
   std::vector<Eigen::AlignedBox3d> particle_box_;
@@ -70,6 +91,15 @@ class CollisionCandidates {
   BoxTree edge_tree_, triangle_tree_;
   std::vector<Chunk> chunks_;
   std::vector<CandidatePair> pairs_;
+  std::vector<Sleep> sleeps_;  // of the pairs
+  std::vector<int> near_;
+  struct Travel {          // m, since the pairs were sought
+    double before = 0;     // to the start of the motion that is looked at
+    double including = 0;  // the farthest that it leads
+  };
+  std::vector<Travel> travel_;             // of points, edges and triangles, in this order
+  std::vector<Vec3> last_;                 // m, of the particles, where the travels have been added up to
+  std::vector<double> stretch_, further_;  // m, of the particles, to the start and on to the end
   std::int64_t searches_ = 0;
 };
 

@@ -60,15 +60,19 @@ bool push_apart(const CandidatePair& pair, const PairImpact& hit, const std::vec
 }  // namespace
 
 template <class Filter>
-void SelfCollision::find_impacts(const std::vector<CandidatePair>& pairs, const std::vector<Vec3>& start,
+void SelfCollision::find_impacts(const CollisionCandidates& candidates, const std::vector<Vec3>& start,
                                  const std::vector<Vec3>& end, Filter&& concerned) {
-  const std::size_t chunks = (pairs.size() + grain - 1) / grain;
+  const std::vector<CandidatePair>& pairs = candidates.pairs();
+  const std::vector<int>& near = candidates.near();
+  const std::size_t chunks = (near.size() + grain - 1) / grain;
   if (chunks_.size() < chunks) chunks_.resize(chunks);
-  parallel_for(pairs.size(), grain, [&](std::size_t begin, std::size_t stop) {
+  parallel_for(near.size(), grain, [&](std::size_t begin, std::size_t stop) {
     std::vector<int>& found = chunks_[begin / grain].impacts;
     found.clear();
-    for (std::size_t k = begin; k < stop; ++k)
-      if (concerned(pairs[k]) && impact_of(pairs[k], start, end)) found.push_back(static_cast<int>(k));
+    for (std::size_t i = begin; i < stop; ++i) {
+      const CandidatePair& pair = pairs[as_index(near[i])];
+      if (concerned(pair) && impact_of(pair, start, end)) found.push_back(near[i]);
+    }
   });
   impacts_.clear();
   for (std::size_t c = 0; c < chunks; ++c)
@@ -83,7 +87,7 @@ SelfCollision::Outcome SelfCollision::resolve(const CollisionSurface& surface, c
   for (int round = 0; round < most_rounds; ++round) {
     candidates.update(surface, start, end);
     const std::vector<CandidatePair>& pairs = candidates.pairs();
-    find_impacts(pairs, start, end, [&](const CandidatePair& pair) {
+    find_impacts(candidates, start, end, [&](const CandidatePair& pair) {
       return std::any_of(pair.particle.begin(), pair.particle.end(),
                          [&](int p) { return moved_[as_index(p)] != 0; });
     });
@@ -102,7 +106,7 @@ SelfCollision::Outcome SelfCollision::resolve(const CollisionSurface& surface, c
   while (true) {
     candidates.update(surface, start, end);
     const std::vector<CandidatePair>& pairs = candidates.pairs();
-    find_impacts(pairs, start, end,
+    find_impacts(candidates, start, end,
                  [&](const CandidatePair& pair) { return !zones_.together(pair.particle); });
     outcome.zone_particles = zones_.particle_count();
     if (impacts_.empty()) return outcome;

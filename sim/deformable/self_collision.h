@@ -31,7 +31,7 @@ class SelfCollision {
     std::vector<int> impacts;  // indices of candidates
   };
   template <class Filter>
-  void find_impacts(const std::vector<CandidatePair>& pairs, const std::vector<Vec3>& start,
+  void find_impacts(const CollisionCandidates& candidates, const std::vector<Vec3>& start,
                     const std::vector<Vec3>& end, Filter&& concerned);
 
   std::vector<Chunk> chunks_;

@@ -28,8 +28,8 @@ void apply_impulse(const RepulsionPair& pair, const Vec3& impulse, const std::ve
 
 class SelfRepulsion {
  public:
-  // Finds the pairs nearer than repulsion_range h at `x`.
-  void find(const std::vector<CandidatePair>& candidates, const std::vector<Vec3>& x,
+  // Finds the pairs nearer than repulsion_range h at `x`, where the candidates have been updated from.
+  void find(const CollisionCandidates& candidates, const std::vector<Vec3>& x,
             const std::vector<double>& inverse_mass);
 
   // Inelastic impulses and friction at positions `x`: pairs do not approach within h, and outside of it no

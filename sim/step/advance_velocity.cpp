@@ -43,10 +43,10 @@ void begin_at_last_acceleration(const Bodies& bodies, double dt, StepContext& co
                                        : Vec3(context.solution.particle[p] + dt * a.particle[p]);
   for (std::size_t i = 0; i < bodies.rigid.size(); ++i) {
     const bool moves = bodies.rigid.properties[i].is_dynamic();
-    context.solution.linear[i] = moves ? Vec3(context.solution.linear[i] + dt * a.linear[i])
-                                       : context.right_side.linear[i];
-    context.solution.angular[i] = moves ? Vec3(context.solution.angular[i] + dt * a.angular[i])
-                                        : context.right_side.angular[i];
+    context.solution.linear[i] =
+        moves ? Vec3(context.solution.linear[i] + dt * a.linear[i]) : context.right_side.linear[i];
+    context.solution.angular[i] =
+        moves ? Vec3(context.solution.angular[i] + dt * a.angular[i]) : context.right_side.angular[i];
   }
   follow_twists(bodies.bound, context.solution.linear, context.solution.angular, context.solution.particle);
   if (!projection) return;
