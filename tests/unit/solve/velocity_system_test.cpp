@@ -98,6 +98,25 @@ TEST_F(ConstrainedSystem, ConjugateGradientsReachTheToleranceUnderConstraints) {
   EXPECT_LT(A.norm(residual), 1e-8);
 }
 
+// The sum that is made on the way is the damping force of the solution, to the rounding of as many sums.
+TEST_F(ConstrainedSystem, ConjugateGradientsCollectTheForcesOfTheirSolution) {
+  VelocitySystem A = system(&projection_);
+  const GeneralizedVelocity b = random_velocity(world().bodies, 12);
+  GeneralizedVelocity x = b, r, s, q;
+  A.project(x);
+  std::vector<Vec3> collected(x.particle.size(), Vec3(1, 2, 3)), expected = collected;  // something is there
+  A.collect_forces(collected);
+  const CgResult result = conjugate_gradient(A, b, 1e-6, 400, x, r, s, q);
+  EXPECT_GT(result.iterations, 3);
+  world().bodies.forces.add_damping_forces(x.particle, expected);
+  double largest = 0, difference = 0;
+  for (std::size_t p = 0; p < expected.size(); ++p) {
+    largest = std::max(largest, expected[p].norm());
+    difference = std::max(difference, (collected[p] - expected[p]).norm());
+  }
+  EXPECT_LT(difference, 1e-12 * largest);
+}
+
 // Pairs of two soft bodies that repel each other are rows of the same projection.
 TEST(ConstrainedSystemOfSoftBodies, RepulsionsKeepTheProjectionSymmetric) {
   scene::Scene scene = test::on_ground(0.4);
