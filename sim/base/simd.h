@@ -82,13 +82,12 @@ PackTriple load_rows(Row&& row) {
           __builtin_shufflevector(z_low, z_high, 0, 1, 2, 3, 8, 9, 10, 11)};
 }
 
-// The opposite: eight rows (x, y, z, 0).
-inline void store_rows(const PackTriple& v, Quad* out) {
-  const Pack zero{};
+// The opposite: eight rows (x, y, z, w).
+inline void store_rows(const PackTriple& v, const Pack& w, Quad* out) {
   const Pack xy_low = __builtin_shufflevector(v.x, v.y, 0, 8, 1, 9, 2, 10, 3, 11);
   const Pack xy_high = __builtin_shufflevector(v.x, v.y, 4, 12, 5, 13, 6, 14, 7, 15);
-  const Pack z_low = __builtin_shufflevector(v.z, zero, 0, 8, 1, 9, 2, 10, 3, 11);
-  const Pack z_high = __builtin_shufflevector(v.z, zero, 4, 12, 5, 13, 6, 14, 7, 15);
+  const Pack z_low = __builtin_shufflevector(v.z, w, 0, 8, 1, 9, 2, 10, 3, 11);
+  const Pack z_high = __builtin_shufflevector(v.z, w, 4, 12, 5, 13, 6, 14, 7, 15);
   out[0] = __builtin_shufflevector(xy_low, z_low, 0, 1, 8, 9);
   out[1] = __builtin_shufflevector(xy_low, z_low, 2, 3, 10, 11);
   out[2] = __builtin_shufflevector(xy_low, z_low, 4, 5, 12, 13);

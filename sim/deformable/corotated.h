@@ -8,6 +8,7 @@
 // distance from rest for flattened and inverted elements too, so nothing needs to be extrapolated.
 #pragma once
 
+#include "sim/deformable/gradient_scatter.h"
 #include "sim/deformable/principal_stretches.h"
 
 namespace duet {
@@ -41,16 +42,17 @@ struct Corotated {
     return psi;
   }
 
-  // Bound on the squared highest frequency in state F over its bound at rest, 1 at F = identity. The term of
+  // A bound on the square of the highest frequency of an element in state F, over its volume. The term of
   // mu is nowhere stiffer than at rest; that of lambda is |cof F|^2 + 2 |J - 1| |F| times as stiff, and its
   // share of the stiffness is 3 lambda / (2 mu + 3 lambda) at most.
   template <class T>
-  static T stiffening(const T& mu, const T& lambda, const Matrix3<T>& F) {
+  static T squared_frequency(const T& mu, const T& lambda, const Matrix3<T>& F,
+                             const GradientScatter<T>& scatter) {
     const Matrix3<T> cof = cofactor(F);
     const T change = abs_of(determinant(F, cof) - 1.0);
     const T volumetric = squared_spectral_norm(cof) + 2.0 * change * sqrt_of(squared_spectral_norm(F));
     const T share = 3.0 * lambda / (2.0 * mu + 3.0 * lambda);
-    return 1.0 + abs_of(share) * max_of(volumetric - 1.0, T{});
+    return scatter.at_rest(mu, lambda) * (1.0 + abs_of(share) * max_of(volumetric - 1.0, T{}));
   }
 };
 

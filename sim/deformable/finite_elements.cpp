@@ -42,22 +42,6 @@ decltype(auto) with_model(MaterialModel model, Work&& work) {
   return work(NeoHookean{});
 }
 
-// An upper bound of the highest squared frequency of an element whose nodes carry the given masses: the part
-// of lambda is of rank one and exact, that of mu is bounded by the largest eigenvalue of sum g g^T / m.
-double squared_frequency_bound(const Mat3& inverse_rest, double volume, const LameParameters& moduli,
-                               const std::array<double, 4>& mass) {
-  double trace = 0;
-  Mat3 scatter = Mat3::Zero();
-  for (int i = 0; i < 4; ++i) {
-    const Vec3 gradient =
-        i == 0 ? Vec3(-inverse_rest.colwise().sum().transpose()) : Vec3(inverse_rest.row(i - 1).transpose());
-    trace += gradient.squaredNorm() / mass[as_index(i)];
-    scatter += gradient * gradient.transpose() / mass[as_index(i)];
-  }
-  const Eigen::SelfAdjointEigenSolver<Mat3> eigen(scatter, Eigen::EigenvaluesOnly);
-  return volume * (moduli.lambda * trace + 2 * moduli.mu * eigen.eigenvalues()[2]);
-}
-
 // What crushed and inverted elements keep of the viscosity of volume in implicit steps: all of it down to J =
 // 1/4, none from J = 0 on. Their way back changes the trace of the Green strain, which a nearly
 // incompressible material would let them do only at the pace of lambda over mu times the damping. Explicit
@@ -71,12 +55,6 @@ double sum_of_lanes(const Pack& pack) {
   double sum = 0;
   for (std::size_t lane = 0; lane < pack_width; ++lane) sum += pack[lane];
   return sum;
-}
-
-double largest_lane(const Pack& pack) {
-  double largest = pack[0];
-  for (std::size_t lane = 1; lane < pack_width; ++lane) largest = std::max<double>(largest, pack[lane]);
-  return largest;
 }
 
 }  // namespace
@@ -99,31 +77,27 @@ void FiniteElements::add(const std::vector<Tet>& tets, const std::vector<Vec3>& 
 }
 
 void FiniteElements::finalize(const std::vector<double>& mass) {
-  std::vector<double> particle_volume(mass.size(), 0);
+  particle_volume_.assign(mass.size(), 0);
+  particle_frequency_.assign(mass.size(), 0);
   for (std::size_t t = 0; t < tets_.size(); ++t)
-    for (int p : tets_[t]) particle_volume[as_index(p)] += volume_[t];
-  const auto frequency_of = [&](std::size_t t) {
-    std::array<double, corners> share;  // of each particle's mass, by volume
-    for (std::size_t i = 0; i < corners; ++i) {
-      const std::size_t p = as_index(tets_[t][i]);
-      share[i] = mass[p] * volume_[t] / particle_volume[p];
-    }
-    return squared_frequency_bound(inverse_rest_[t], volume_[t], material_[as_index(material_of_[t])].moduli,
-                                   share);
-  };
+    for (int p : tets_[t]) particle_volume_[as_index(p)] += volume_[t];
   std::size_t lanes = 0;
   for (std::size_t begin = 0, end = 0; begin < tets_.size(); begin = end) {  // the tets of a material
     for (; end < tets_.size() && material_of_[end] == material_of_[begin]; ++end) {
-      const double frequency = frequency_of(end);
-      rest_squared_frequency_ = std::max(rest_squared_frequency_, frequency);
-      fill_lane(lanes++, end, false, frequency);
+      const GradientScatter<double> here = scatter(end, mass);
+      const LameParameters& moduli = material_[as_index(material_of_[end])].moduli;
+      const double frequency = volume_[end] * here.at_rest(moduli.mu, moduli.lambda);
+      for (int p : tets_[end])
+        particle_frequency_[as_index(p)] += volume_[end] / particle_volume_[as_index(p)] * frequency;
+      fill_lane(lanes++, end, false, here);
     }
-    for (; lanes % pack_width > 0; ++lanes) fill_lane(lanes, end - 1, true, 0);
+    for (; lanes % pack_width > 0; ++lanes) fill_lane(lanes, end - 1, true, scatter(end - 1, mass));
   }
+  if (!mass.empty())
+    rest_squared_frequency_ = *std::max_element(particle_frequency_.begin(), particle_frequency_.end());
   max_squared_frequency_ = rest_squared_frequency_;
 
   deformation_.resize(batches_.size());
-  batch_frequency_.resize(batches_.size());
   index_blocks(mass.size());
 
   for (std::size_t t = 0; t < tets_.size(); ++t) {
@@ -134,16 +108,38 @@ void FiniteElements::finalize(const std::vector<double>& mass) {
   }
 }
 
-void FiniteElements::fill_lane(std::size_t number, std::size_t t, bool pads, double squared_frequency) {
+// Every node has the element's share, by volume, of its particle's mass.
+GradientScatter<double> FiniteElements::scatter(std::size_t t, const std::vector<double>& mass) const {
+  Mat3 sum = Mat3::Zero();
+  for (std::size_t i = 0; i < corners; ++i) {
+    const std::size_t p = as_index(tets_[t][i]);
+    const Vec3 gradient = i == 0 ? Vec3(-inverse_rest_[t].colwise().sum().transpose())
+                                 : Vec3(inverse_rest_[t].row(static_cast<Eigen::Index>(i) - 1).transpose());
+    sum += gradient * gradient.transpose() * particle_volume_[p] / (mass[p] * volume_[t]);
+  }
+  GradientScatter<double> scatter;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) scatter.S[i][j] = sum(i, j);
+  scatter.largest = Eigen::SelfAdjointEigenSolver<Mat3>(sum, Eigen::EigenvaluesOnly).eigenvalues()[2];
+  return scatter;
+}
+
+void FiniteElements::fill_lane(std::size_t number, std::size_t t, bool pads,
+                               const GradientScatter<double>& scatter) {
   const std::size_t lane = number % pack_width;
-  if (lane == 0) batches_.emplace_back();
+  if (lane == 0) {
+    batches_.emplace_back();
+    scatter_.emplace_back();
+  }
   Batch& batch = batches_.back();
   batch.material = material_of_[t];
   for (std::size_t i = 0; i < corners; ++i) batch.particle[i][lane] = tets_[t][i];
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) batch.inverse_rest[i][j][lane] = inverse_rest_[t](i, j);
   batch.volume[lane] = pads ? 0 : volume_[t];
-  batch.squared_frequency[lane] = squared_frequency;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) scatter_.back().S[i][j][lane] = scatter.S[i][j];
+  scatter_.back().largest[lane] = scatter.largest;
 }
 
 void FiniteElements::index_blocks(std::size_t particle_count) {
@@ -189,8 +185,9 @@ Matrix3<Pack> FiniteElements::gradient(const Batch& batch, const std::vector<Vec
 }
 
 // H = -V P D_m^-T holds the forces on particles 1 to 3 in its columns; particle 0 gets the opposite of their
-// sum.
-void FiniteElements::spread_forces(const Batch& batch, const Matrix3<Pack>& stress, Quad* forces) const {
+// sum. `fourth` goes along with each of them.
+void FiniteElements::spread_forces(const Batch& batch, const Matrix3<Pack>& stress, const Pack& fourth,
+                                   Quad* forces) const {
   const Matrix3<Pack> H = -batch.volume * times_transposed(stress, batch.inverse_rest);
   PackTriple force[corners];
   for (int k = 0; k < 3; ++k) force[k + 1] = {H[0][k], H[1][k], H[2][k]};
@@ -198,36 +195,50 @@ void FiniteElements::spread_forces(const Batch& batch, const Matrix3<Pack>& stre
               -(force[1].z + force[2].z + force[3].z)};
   for (std::size_t i = 0; i < corners; ++i) {
     alignas(sizeof(Pack)) Quad rows[pack_width];
-    store_rows(force[i], rows);
+    store_rows(force[i], fourth, rows);
     for (std::size_t lane = 0; lane < pack_width; ++lane) forces[batch.slot[i][lane]] += rows[lane];
   }
 }
 
-// Adds the forces of all elements to `sums`; `stress_of(index of a batch)` is P.
+// The forces of all elements, block by block; `stress_of(index of a batch, fourth)` is P, and may set what is
+// summed up beside the forces.
 template <class Stress>
-void FiniteElements::add_forces(std::vector<Vec3>& sums, Stress&& stress_of) {
-  if (tets_.empty()) return;
+void FiniteElements::fill_block_forces(Stress&& stress_of) {
   parallel_for(batches_.size(), batches_of_block, [&](std::size_t begin, std::size_t end) {
     const std::size_t block = begin / batches_of_block;
     Quad* forces = block_forces_.data() + first_force_[block];
     std::fill(forces, block_forces_.data() + first_force_[block + 1], Quad{});
-    for (std::size_t b = begin; b < end; ++b) spread_forces(batches_[b], stress_of(b), forces);
+    for (std::size_t b = begin; b < end; ++b) {
+      Pack fourth{};
+      const Matrix3<Pack> stress = stress_of(b, fourth);
+      spread_forces(batches_[b], stress, fourth, forces);
+    }
   });
+}
+
+template <class Stress>
+void FiniteElements::add_forces(std::vector<Vec3>& sums, Stress&& stress_of) {
+  if (tets_.empty()) return;
+  fill_block_forces([&](std::size_t b, Pack&) { return stress_of(b); });
   sums_.add(block_forces_, sums);
 }
 
 void FiniteElements::add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>& force) {
-  add_forces(force, [&](std::size_t b) {
+  if (tets_.empty()) return;
+  fill_block_forces([&](std::size_t b, Pack& weighted_frequency) {
     const Batch& batch = batches_[b];
     const Matrix3<Pack> F = deformation_[b] = gradient(batch, x);
     const auto [mu, lambda] = moduli(batch);
     return with_model(model(batch), [&]<class Model>(Model) {
-      batch_frequency_[b] = largest_lane(batch.squared_frequency * Model::stiffening(mu, lambda, F));
+      weighted_frequency = batch.volume * batch.volume * Model::squared_frequency(mu, lambda, F, scatter_[b]);
       return Model::stress(mu, lambda, F);
     });
   });
-  if (!tets_.empty())
-    max_squared_frequency_ = *std::max_element(batch_frequency_.begin(), batch_frequency_.end());
+  sums_.for_each(block_forces_, [&](std::size_t p, const Quad& sum) {
+    force[p] += Vec3(sum[0], sum[1], sum[2]);
+    particle_frequency_[p] = sum[3] / particle_volume_[p];
+  });
+  max_squared_frequency_ = *std::max_element(particle_frequency_.begin(), particle_frequency_.end());
 }
 
 void FiniteElements::add_damping_forces(const std::vector<Vec3>& v, std::vector<Vec3>& force) {
@@ -279,6 +290,22 @@ double FiniteElements::energy(const std::vector<Vec3>& x) const {
         return sum;
       },
       [](double a, double b) { return a + b; });
+}
+
+double FiniteElements::max_stretching(const std::vector<Vec3>& v) const {
+  const auto larger = [](const Pack& a, const Pack& b) { return max_of(a, b); };
+  const Pack squared = parallel_reduce(
+      batches_.size(), batches_of_block, Pack{},
+      [&](std::size_t begin, std::size_t end) {
+        Pack largest{};
+        for (std::size_t b = begin; b < end; ++b)
+          largest = max_of(largest, squared_norm(gradient(batches_[b], v)));
+        return largest;
+      },
+      larger);
+  double largest = 0;
+  for (std::size_t lane = 0; lane < pack_width; ++lane) largest = std::max<double>(largest, squared[lane]);
+  return std::sqrt(largest);
 }
 
 FiniteElements::Strain FiniteElements::strain(const std::vector<Vec3>& x) const {

@@ -7,6 +7,7 @@
 
 #include "sim/base/simd.h"
 #include "sim/base/types.h"
+#include "sim/deformable/gradient_scatter.h"
 #include "sim/deformable/material_model.h"
 #include "sim/deformable/particle_sums.h"
 #include "sim/deformable/stress_differential.h"
@@ -47,8 +48,9 @@ class FiniteElements {
   // Adds the change of the elastic forces for displacements `dx` from where linearize() was last called:
   // linear in dx, symmetric, and (the Hessian of each element projected) negative semi-definite.
   void add_force_differentials(const std::vector<Vec3>& dx, std::vector<Vec3>& force);
-  void linearize();                                 // at the last deformation gradients
-  double energy(const std::vector<Vec3>& x) const;  // J
+  void linearize();                                         // at the last deformation gradients
+  double energy(const std::vector<Vec3>& x) const;          // J
+  double max_stretching(const std::vector<Vec3>& v) const;  // 1/s, the largest norm |Fdot| of the elements
 
   struct Strain {
     double min_det = 1;
@@ -61,8 +63,12 @@ class FiniteElements {
   static constexpr float inverted = -1;
   void add_strain(const std::vector<Vec3>& x, std::vector<float>& strain) const;
 
-  // The square of the highest frequency any element has in the state of the last add_elastic_forces (at rest
-  // before the first), rad^2/s^2. Irons' theorem: no mode of the assembly is faster than its fastest element.
+  // A bound on the square of the highest frequency in the state of the last add_elastic_forces (at rest
+  // before the first), rad^2/s^2: the largest mean over the elements around a particle, weighted by volume,
+  // of the squares of their highest frequencies w_e. With the elements' shares M_e of the masses, K_e <=
+  // w_e^2 M_e, so x.K x <= sum of w_e^2 x.M_e x, which is at most that mean of every particle times its share
+  // of x.M x. A single crushed element counts for as much as it has of its particles' masses; the fastest
+  // element by itself (Irons' theorem) would bound the step several times more.
   double max_squared_frequency() const { return max_squared_frequency_; }
   double rest_squared_frequency() const { return rest_squared_frequency_; }
   // For a resumed run: the next step's size depends on it.
@@ -76,8 +82,7 @@ class FiniteElements {
     std::array<std::array<int, pack_width>, 4> particle;
     std::array<std::array<std::uint16_t, pack_width>, 4> slot;  // of the forces on them in the block's
     Matrix3<Pack> inverse_rest;                                 // D_m^-1, 1/m
-    Pack volume;             // m^3; zero in the lanes that pad the last batch of a material
-    Pack squared_frequency;  // at rest
+    Pack volume;  // m^3; zero in the lanes that pad the last batch of a material
     int material = 0;
   };
   struct Moduli {
@@ -90,12 +95,15 @@ class FiniteElements {
   MaterialModel model(const Batch& batch) const {
     return material_[static_cast<std::size_t>(batch.material)].model;
   }
-  void fill_lane(std::size_t number, std::size_t tet, bool pads, double squared_frequency);
+  GradientScatter<double> scatter(std::size_t tet, const std::vector<double>& mass) const;
+  void fill_lane(std::size_t number, std::size_t tet, bool pads, const GradientScatter<double>& scatter);
   void index_blocks(std::size_t particle_count);
   Matrix3<Pack> gradient(const Batch& batch, const std::vector<Vec3>& values) const;
-  void spread_forces(const Batch& batch, const Matrix3<Pack>& stress, Quad* forces) const;
+  void spread_forces(const Batch& batch, const Matrix3<Pack>& stress, const Pack& fourth, Quad* forces) const;
   template <class Stress>
   void add_forces(std::vector<Vec3>& sums, Stress&& stress_of);
+  template <class Stress>
+  void fill_block_forces(Stress&& stress_of);
 
   std::vector<Tet> tets_;
   std::vector<Mat3> inverse_rest_;
@@ -105,6 +113,7 @@ class FiniteElements {
   std::vector<double> drag_;               // kg/s, by particle; empty without mass-proportional damping
 
   std::vector<Batch> batches_;
+  std::vector<GradientScatter<Pack>> scatter_;          // of each batch
   std::vector<Matrix3<Pack>> deformation_;              // F of each batch
   std::vector<StressDifferential<Pack>> differential_;  // of each batch, once linearized
   // Batches that follow each other make a block. It has a force for every particle that they touch, so
@@ -112,7 +121,8 @@ class FiniteElements {
   std::vector<std::size_t> first_force_;  // of every block, one more than there are
   std::vector<Quad> block_forces_;
   ParticleSums sums_;
-  std::vector<double> batch_frequency_;
+  std::vector<double> particle_volume_;     // m^3, of the elements around each
+  std::vector<double> particle_frequency_;  // rad^2/s^2, the mean around each
   double added_damping_ = 0;
   double max_squared_frequency_ = 0, rest_squared_frequency_ = 0;
 };

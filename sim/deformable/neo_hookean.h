@@ -8,6 +8,7 @@
 // is not), pushes every flattened or inverted element back, and needs no singular value decomposition.
 #pragma once
 
+#include "sim/deformable/gradient_scatter.h"
 #include "sim/deformable/principal_stretches.h"
 
 namespace duet {
@@ -61,15 +62,25 @@ struct NeoHookean {
     return psi;
   }
 
-  // Stiffness of the element in state F over its stiffness at rest: scales the square of its highest
-  // frequency, so that the time step follows the compression that a blow causes. 1 at F = identity.
+  // A bound on the square of the highest frequency of an element in state F, over its volume, so that the
+  // time step follows the compression that a blow causes. The Hessian of the energy is
+  //   mu |dF|^2 + g'' (cof F : dF)^2 + g' d2J,   d2J = ((cof F : dF)^2 - J^2 tr((dF F^-1)^2)) / J.
+  // -d2J is at most |F| |dF|^2, which is good where g'' is great; where J > 0 and the first part of d2J is
+  // taken together with g'', what remains is at most J |F^-1|^2 |dF|^2, or with the other sign |F| |dF|^2.
   template <class T>
-  static T stiffening(const T& mu, const T& lambda, const Matrix3<T>& F) {
+  static T squared_frequency(const T& mu, const T& lambda, const Matrix3<T>& F,
+                             const GradientScatter<T>& scatter) {
     const Matrix3<T> cof = cofactor(F);
-    const Volumetric<T> g = volumetric(mu, lambda, determinant(F, cof));
-    const T stiffness =
-        mu + g.second * squared_spectral_norm(cof) + abs_of(g.first) * sqrt_of(squared_spectral_norm(F));
-    return stiffness / (lambda + 3.0 * mu);
+    const T J = determinant(F, cof), volume_part = scatter.of_part(cof);
+    const Volumetric<T> g = volumetric(mu, lambda, J);
+    const T norm = sqrt_of(squared_spectral_norm(F)), slope = abs_of(g.first);
+    const T apart = g.second * volume_part + (mu + slope * norm) * scatter.largest;
+    const T inverse = 1.0 / max_of(J, T{} + extrapolation_start);
+    const T shear = select(T{} < g.first, norm, squared_spectral_norm(cof) * inverse);
+    const T together = (g.second + g.first * inverse) * volume_part + (mu + slope * shear) * scatter.largest;
+    // With g' > 0 (which takes J > 1) only the second is one.
+    return select(J < T{} + extrapolation_start, apart,
+                  select(T{} < g.first, together, min_of(apart, together)));
   }
 };
 

@@ -29,13 +29,19 @@ class ParticleSums {
   // Adds the values of all slots, Vec3 or Quad, to those of their particles.
   template <class Value>
   void add(const std::vector<Value>& values, std::vector<Vec3>& sums) const {
+    for_each(values, [&](std::size_t p, const Value& sum) { sums[p] += Vec3(sum[0], sum[1], sum[2]); });
+  }
+
+  // Calls work(particle, sum of its slots' values) for the particles that have slots, in parallel.
+  template <class Value, class Work>
+  void for_each(const std::vector<Value>& values, Work&& work) const {
     constexpr std::size_t grain = 512;
-    parallel_for(sums.size(), grain, [&](std::size_t begin, std::size_t end) {
+    parallel_for(start_.size() - 1, grain, [&](std::size_t begin, std::size_t end) {
       for (std::size_t p = begin; p < end; ++p) {
         if (start_[p] == start_[p + 1]) continue;
         Value sum = values[slot_[start_[p]]];
         for (std::uint32_t k = start_[p] + 1; k < start_[p + 1]; ++k) sum += values[slot_[k]];
-        sums[p] += Vec3(sum[0], sum[1], sum[2]);
+        work(p, sum);
       }
     });
   }

@@ -8,6 +8,7 @@
 // of an energy and grows with the compression throughout.
 #pragma once
 
+#include "sim/deformable/gradient_scatter.h"
 #include "sim/deformable/principal_stretches.h"
 
 namespace duet {
@@ -58,13 +59,15 @@ struct StVenantKirchhoff {
     return psi;
   }
 
-  // Bound on the squared highest frequency in state F over its bound at rest, 1 at F = identity: the term of
+  // A bound on the square of the highest frequency of an element in state F, over its volume: the term of
   // mu is at most (3 s^2 - 1)/2 times as stiff for the largest stretch s, that of lambda s^2 + |tr E| times.
   template <class T>
-  static T stiffening(const T&, const T&, const Matrix3<T>& F) {
+  static T squared_frequency(const T& mu, const T& lambda, const Matrix3<T>& F,
+                             const GradientScatter<T>& scatter) {
     const T largest = squared_spectral_norm(F);
     const T trace = 0.5 * (squared_norm(F) - 3.0);
-    return max_of(max_of(0.5 * (3.0 * largest - 1.0), largest + abs_of(trace)), T{} + 1.0);
+    const T stiffening = max_of(max_of(0.5 * (3.0 * largest - 1.0), largest + abs_of(trace)), T{} + 1.0);
+    return scatter.at_rest(mu, lambda) * stiffening;
   }
 };
 

@@ -47,7 +47,7 @@ void write_key(std::string& out, const Key& key, const std::string& prefix, std:
     write_key(out, inner, prefix + std::string(key.name) + ".", width, default_text(inner));
 }
 
-// The default under each accuracy preset where they differ: "0.95 / 0.9 / 0.45".
+// The default under each accuracy preset where they differ: "0.9 / 0.7 / 0.175".
 void write_solver(std::string& out, std::size_t width) {
   Solver draft = preset(Accuracy::draft), standard = preset(Accuracy::standard),
          fine = preset(Accuracy::fine);

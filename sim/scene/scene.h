@@ -293,7 +293,7 @@ struct Solver {
   Accuracy accuracy = Accuracy::standard;
   Integration integration = Integration::semi_implicit;  // of elastic forces; damping is always implicit
   int newton_iterations = 20;                            // bound on those of an implicit solve
-  double cfl = 0.9;  // time step as a fraction of the elastic stability limit
+  double cfl = 0.7;  // time step as a fraction of the elastic stability limit
   double max_travel =
       0.1;  // how far another body may enter a moving one in a step, as a fraction of its size
   double max_rotation = 0.314159;   // rad, largest rotation of a rigid body a step

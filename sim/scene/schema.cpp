@@ -435,14 +435,14 @@ Solver preset(Accuracy accuracy) {
   Solver solver;
   solver.accuracy = accuracy;
   if (accuracy == Accuracy::draft) {
-    solver.cfl = 0.95;
+    solver.cfl = 0.9;
     solver.cg_tolerance = 1e-2;
     solver.volume_tolerance = 1e-3;
     solver.contact_iterations = 10;
     solver.push_out_iterations = 2;
     solver.face_samples = 2;
   } else if (accuracy == Accuracy::fine) {
-    solver.cfl = 0.225;
+    solver.cfl = 0.175;
     solver.max_travel = 0.025;
     solver.cg_tolerance = 1e-4;
     solver.volume_tolerance = 1e-6;

@@ -19,7 +19,7 @@ void end_step(World& world);  // w = I^-1 L without the rounding of its incremen
 // by the motion that is ahead of them. Of those, a step brings the ones far apart no farther than almost into
 // contact, and near ones no deeper into each other than max_travel of the size of the moving and half the
 // thickness of the standing body, so that however fast they are nothing passes through.
-enum class TimeStepBound { setting, elasticity, turn, approach };
+enum class TimeStepBound { setting, elasticity, stretching, turn, approach };
 struct TimeStepChoice {
   double seconds = 0;
   TimeStepBound bound = TimeStepBound::setting;

@@ -27,6 +27,21 @@ double elastic_limit(const World& world) {
   return std::clamp(now, least_elastic_share * at_rest, at_rest);
 }
 
+// How much of its size at rest an element may be deformed by within a step: the stiffness that bounds the
+// step is that of its start, and what a blow makes of the element within it must not be much more. Not
+// followed below a part of the step at rest, either: what still grows then is beyond help.
+constexpr double most_stretching = 0.25;
+constexpr double least_stretching_share = 1.0 / 1024;
+
+double stretching_limit(const World& world) {
+  if (!world.has_internal_forces() || world.settings.implicit_elasticity)
+    return std::numeric_limits<double>::infinity();
+  const InternalForces& forces = world.bodies.forces;
+  const double at_rest = 2 / std::sqrt(forces.rest_squared_frequency());
+  const double rate = forces.elements.max_stretching(world.bodies.particles.v);
+  return std::max(most_stretching / rate, least_stretching_share * at_rest);
+}
+
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
 // The part of a body's thickness that others may enter within a step: a point that enters by less is found
@@ -142,6 +157,8 @@ TimeStepChoice bounded_time_step(World& world, double time) {
   TimeStepChoice choice{world.settings.max_time_step, TimeStepBound::setting};
   if (const double limit = world.settings.cfl * elastic_limit(world); limit < choice.seconds)
     choice = {limit, TimeStepBound::elasticity};
+  if (const double limit = stretching_limit(world); limit < choice.seconds)
+    choice = {limit, TimeStepBound::stretching};
   bound_by_turn(world, time, choice);
   const CandidateFilter filter = world.contact_filter();
   if (filter.rigid_pairs || filter.rigid_deformable) bound_by_approach(world, time, choice);
@@ -158,6 +175,8 @@ std::string describe(const TimeStepChoice& choice, const Bodies& bodies) {
       return "solver.max_time_step";
     case TimeStepBound::elasticity:
       return "the elastic forces";
+    case TimeStepBound::stretching:
+      return "the pace at which elements are deformed";
     case TimeStepBound::turn:
       return fmt::format("the turn of `{}`", name(choice.body));
     case TimeStepBound::approach:

@@ -399,7 +399,7 @@ TEST(SceneReference, EveryKeyIsKnownToTheReader) {
 
 TEST(SceneReference, ShowsThePresetsWhereTheyDiffer) {
   const std::string text = reference();
-  EXPECT_NE(text.find("0.95 / 0.9 / 0.225"), std::string::npos);
+  EXPECT_NE(text.find("0.9 / 0.7 / 0.175"), std::string::npos);
   EXPECT_NE(text.find("in (-1, 0.5)"), std::string::npos);
   EXPECT_NE(text.find("linear RGB, not sRGB"), std::string::npos);
   std::istringstream lines(text);

@@ -23,6 +23,24 @@ TEST(TimeStep, FollowsTheElasticLimitAndItsShare) {
   EXPECT_DOUBLE_EQ(choose_time_step(world, 0), 0.3 * limit);
 }
 
+// Elements deform by a quarter of their size in a step at most, but no step is less than 1/1024 of the one at
+// rest.
+TEST(TimeStep, FollowsThePaceOfDeformation) {
+  scene::Scene scene = test::free_space();
+  test::add_soft_box(scene, "soft", Vec3::Zero(), Vec3(2, 2, 2), 6);
+  Simulation simulation(scene, test::plan(scene));
+  World& world = simulation.world();
+  Particles& particles = world.bodies.particles;
+  const double limit = 2 / std::sqrt(world.bodies.forces.rest_squared_frequency());
+  for (const double rate : {1.0, 1e3, 1e9}) {  // 1/s, of a shear
+    for (std::size_t p = 0; p < particles.size(); ++p) particles.v[p] = Vec3(rate * particles.x[p].y(), 5, 0);
+    const TimeStepChoice choice = bounded_time_step(world, 0);
+    EXPECT_NEAR(choice.seconds, std::max(std::min(0.7 * limit, 0.25 / rate), limit / 1024), 1e-12 * limit);
+    EXPECT_EQ(describe(choice, world.bodies),
+              rate > 1 ? "the pace at which elements are deformed" : "the elastic forces");
+  }
+}
+
 TEST(TimeStep, FollowsTheTurnOfRigidBodies) {
   scene::Scene scene = test::free_space();
   test::add_ball(scene, "ball", Vec3::Zero(), 0.5, 1).placement.angular_velocity = Vec3(0, 2000, 0);
