@@ -14,11 +14,12 @@ void end_step(World& world);  // w = I^-1 L without the rounding of its incremen
                               // and L alone
 
 // The longest step that the rule allows at `time` (s), and what bounds it: the settings' largest step, a
-// fraction of the elastic stability limit 2/omega_max of the elements as they are deformed now, the turn of a
-// rigid body (or of the phase of its sinusoid), or two bodies that can meet within the step, kinematic ones
-// by the motion that is ahead of them. Of those, a step brings the ones far apart no farther than almost into
-// contact, and near ones no deeper into each other than max_travel of the size of the moving and half the
-// thickness of the standing body, so that however fast they are nothing passes through.
+// fraction of the elastic stability limit 2/omega_max of the elements as they are now, a quarter of their
+// size by which they deform, the turn of a rigid body (or the phase of its sinusoid), or two bodies that can
+// meet within the step, kinematic ones by the motion that is ahead of them. Of those, a step brings the ones
+// far apart no farther than almost into contact, and near ones no deeper into each other than max_travel of
+// the size of the moving and half the thickness of the standing body, so that however fast they are nothing
+// passes through.
 enum class TimeStepBound { setting, elasticity, stretching, turn, approach };
 struct TimeStepChoice {
   double seconds = 0;

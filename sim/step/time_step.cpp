@@ -18,10 +18,7 @@ constexpr double least_elastic_share = 1.0 / 32;
 
 // 2/omega_max is the stability limit of the scheme for undamped elasticity (its amplification matrix is that
 // of leapfrog).
-double elastic_limit(const World& world) {
-  if (!world.has_internal_forces() || world.settings.implicit_elasticity)
-    return std::numeric_limits<double>::infinity();
-  const InternalForces& forces = world.bodies.forces;
+double elastic_limit(const InternalForces& forces) {
   const double now = 2 / std::sqrt(forces.max_squared_frequency());
   const double at_rest = 2 / std::sqrt(forces.rest_squared_frequency());
   return std::clamp(now, least_elastic_share * at_rest, at_rest);
@@ -33,13 +30,18 @@ double elastic_limit(const World& world) {
 constexpr double most_stretching = 0.25;
 constexpr double least_stretching_share = 1.0 / 1024;
 
-double stretching_limit(const World& world) {
-  if (!world.has_internal_forces() || world.settings.implicit_elasticity)
-    return std::numeric_limits<double>::infinity();
-  const InternalForces& forces = world.bodies.forces;
+double stretching_limit(const InternalForces& forces, const std::vector<Vec3>& v) {
   const double at_rest = 2 / std::sqrt(forces.rest_squared_frequency());
-  const double rate = forces.elements.max_stretching(world.bodies.particles.v);
-  return std::max(most_stretching / rate, least_stretching_share * at_rest);
+  return std::max(most_stretching / forces.elements.max_stretching(v), least_stretching_share * at_rest);
+}
+
+void bound_by_elasticity(const World& world, TimeStepChoice& choice) {
+  if (!world.has_internal_forces() || world.settings.implicit_elasticity) return;
+  const InternalForces& forces = world.bodies.forces;
+  if (const double limit = world.settings.cfl * elastic_limit(forces); limit < choice.seconds)
+    choice = {limit, TimeStepBound::elasticity};
+  if (const double limit = stretching_limit(forces, world.bodies.particles.v); limit < choice.seconds)
+    choice = {limit, TimeStepBound::stretching};
 }
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -155,10 +157,7 @@ void bound_by_approach(World& world, double time, TimeStepChoice& choice) {
 
 TimeStepChoice bounded_time_step(World& world, double time) {
   TimeStepChoice choice{world.settings.max_time_step, TimeStepBound::setting};
-  if (const double limit = world.settings.cfl * elastic_limit(world); limit < choice.seconds)
-    choice = {limit, TimeStepBound::elasticity};
-  if (const double limit = stretching_limit(world); limit < choice.seconds)
-    choice = {limit, TimeStepBound::stretching};
+  bound_by_elasticity(world, choice);
   bound_by_turn(world, time, choice);
   const CandidateFilter filter = world.contact_filter();
   if (filter.rigid_pairs || filter.rigid_deformable) bound_by_approach(world, time, choice);

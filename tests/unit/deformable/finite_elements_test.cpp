@@ -229,6 +229,33 @@ TEST(FiniteElements, FrequencyBoundHoldsAndIsNotWasteful) {
   EXPECT_GT(squared_frequency, 0.3 * block.elements.rest_squared_frequency());
 }
 
+// The same in a state of compression, with the differences of the forces about it.
+TEST(FiniteElements, FrequencyBoundHoldsUnderCompression) {
+  Block block;
+  for (Vec3& place : block.x) place.y() *= 0.5;
+  std::vector<Vec3> v = block.random_field(5, 1), base = zeros(v.size());
+  block.elements.add_elastic_forces(block.x, base);
+  const double bound = block.elements.max_squared_frequency();
+  EXPECT_GT(bound, 2 * block.elements.rest_squared_frequency());
+  double highest = 0;
+  for (int i = 0; i < 300; ++i) {
+    double norm = 0;
+    for (const Vec3& a : v) norm += a.squaredNorm();
+    constexpr double h = 1e-6;
+    for (Vec3& a : v) a *= h / std::sqrt(norm);
+    std::vector<Vec3> force = zeros(v.size());
+    block.elements.add_elastic_forces(block.moved(v), force);
+    double size = 0;
+    for (std::size_t p = 0; p < v.size(); ++p) {
+      v[p] = (base[p] - force[p]) / block.mass[p] / h;
+      size += v[p].squaredNorm();
+    }
+    highest = std::sqrt(size);
+  }
+  EXPECT_LT(highest, bound);
+  EXPECT_GT(highest, 0.3 * bound);
+}
+
 TEST(FiniteElements, StrainStatisticsFindTheWorstTet) {
   Block block(1);
   std::vector<Vec3> x = block.x;
