@@ -18,6 +18,11 @@ using PackMask = decltype(Pack{} < Pack{});  // eight 64-bit integers: all bits 
 // The generic formulas below are written once for T = double and T = Pack.
 inline double select(bool condition, double a, double b) { return condition ? a : b; }
 inline Pack select(const PackMask& condition, const Pack& a, const Pack& b) { return condition ? a : b; }
+inline bool any_of(const PackMask& condition) {
+  long any = 0;
+  for (std::size_t lane = 0; lane < pack_width; ++lane) any |= condition[lane];
+  return any != 0;
+}
 template <class T>
 T max_of(const T& a, const T& b) {
   return select(a > b, a, b);

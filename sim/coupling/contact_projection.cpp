@@ -11,6 +11,7 @@ std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
 
 void ContactProjection::begin(const Bodies& bodies, int sweeps) {
   bodies_ = &bodies;
+  inverse_mass_ = nullptr;
   repulsions_ = nullptr;
   joints_ = nullptr;
   sweeps_ = sweeps;
@@ -42,6 +43,7 @@ void ContactProjection::add(const ContactPoint& contact) {
     ++block_rows_;
   } else {
     row.mass = contact.response.normal_mass;
+    if (!contact.is_rigid_pair()) row.of_host = std::max(1 / row.mass - row.point.inverse_mass, 0.0);
     rows_.push_back(row);
   }
 }
@@ -94,6 +96,28 @@ void ContactProjection::factor(Block& block) const {
   block.inverse = system.ldlt().solve(Mat6::Identity());
 }
 
+double ContactProjection::inverse_mass_of_guest(const Row& row) const {
+  if (!inverse_mass_) return row.point.inverse_mass;
+  double sum = 0;
+  for (std::size_t i = 0; i < as_index(row.point.count); ++i) {
+    const SymmetricBlock& inverse = (*inverse_mass_)[as_index(row.point.particle[i])];
+    sum += row.point.weight[i] * row.point.weight[i] * row.normal.dot(inverse * row.normal);
+  }
+  return sum;
+}
+
+void ContactProjection::use_inverse_masses(const std::vector<SymmetricBlock>* inverse_mass) {
+  inverse_mass_ = inverse_mass;
+  const auto weigh = [&](Row& row) {
+    if (row.guest_rigid < 0) row.mass = 1 / (row.of_host + inverse_mass_of_guest(row));
+  };
+  for (std::size_t b = 0; b < used_; ++b)
+    for (Row& row : blocks_[b].rows) weigh(row);
+  for (Row& row : rows_) weigh(row);
+  factor_blocks();
+  if (repulsions_) repulsions_->use_inverse_masses(inverse_mass);
+}
+
 double ContactProjection::normal_velocity(const Row& row, const GeneralizedVelocity& v) const {
   const auto host = as_index(row.host);
   Vec3 relative = -(v.linear[host] + v.angular[host].cross(row.host_arm));
@@ -111,7 +135,10 @@ void ContactProjection::push(const Row& row, double impulse, GeneralizedVelocity
   if (row.guest_rigid < 0) {
     for (std::size_t i = 0; i < as_index(row.point.count); ++i) {
       const auto p = as_index(row.point.particle[i]);
-      v.particle[p] += row.point.weight[i] * bodies_->particles.inverse_mass[p] * j;
+      if (inverse_mass_)
+        v.particle[p] += row.point.weight[i] * ((*inverse_mass_)[p] * j);
+      else
+        v.particle[p] += row.point.weight[i] * bodies_->particles.inverse_mass[p] * j;
     }
     return;
   }

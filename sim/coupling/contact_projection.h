@@ -35,6 +35,9 @@ class ContactProjection {
     joints_ = &joints;
     held_ = held_ || joints.is_held();
   }
+  // Projects in the inner product of other masses of the particles until the next build: `inverse_mass`,
+  // 1/kg, or null for their own.
+  void use_inverse_masses(const std::vector<SymmetricBlock>* inverse_mass);
   bool empty() const { return rows_.empty() && block_rows_ == 0 && !repulsions_ && !joints_; }
   // Whether a body of infinite mass takes part.
   bool is_held() const { return held_; }
@@ -55,8 +58,9 @@ class ContactProjection {
     int host = -1, guest_rigid = -1;
     SurfacePoint point;  // of a deformable guest
     Vec3 normal, host_arm, guest_arm;
-    double mass = 0;    // kg, 1/(n.K n) of the guest alone in a block, of the pair in a single row
-    double target = 0;  // m/s
+    double of_host = 0;  // 1/kg, in the inverse of a single row's mass
+    double mass = 0;     // kg, 1/(n.K n) of the guest alone in a block, of the pair in a single row
+    double target = 0;   // m/s
     bool active = true;
   };
   struct Block {  // one rigid body against all particles it touches: equation 4
@@ -71,10 +75,13 @@ class ContactProjection {
   void project_block(const Block& block, bool with_target, GeneralizedVelocity& v) const;
   void project_row(const Row& row, bool with_target, GeneralizedVelocity& v) const;
   void sweep(bool with_target, GeneralizedVelocity& v) const;
+  // 1/kg, of the particles of a deformable guest along the normal.
+  double inverse_mass_of_guest(const Row& row) const;
   double normal_velocity(const Row& row, const GeneralizedVelocity& v) const;
   void push(const Row& row, double impulse, GeneralizedVelocity& v) const;  // on the guest
 
   const Bodies* bodies_ = nullptr;
+  const std::vector<SymmetricBlock>* inverse_mass_ = nullptr;  // null: that of the particles
   std::vector<Block> blocks_;  // reused from step to step; the first `used_` count
   std::size_t used_ = 0, block_rows_ = 0;
   std::vector<Row> rows_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <span>
 
 #include <Eigen/Eigenvalues>
@@ -17,8 +18,15 @@ namespace duet {
 namespace {
 
 constexpr std::size_t batches_of_block = 32;
+// What elements that compression has made too stiff for the step are damped by, in steps: half a one would do
+// for a stiffness that stays as it is, one takes it to rest as a step of Newton's method would, and an
+// element may become stiffer yet within the step.
+constexpr double compression_steps = 0.75;
+// The squared frequency up to which the step follows what compression makes of an element, over that which it
+// may have at rest: blows between soft bodies stay as exact as they are, the step falls to 0.7 of that at
+// rest.
+constexpr double followed_stiffening = 2;
 constexpr std::size_t particle_grain = 512;
-constexpr std::size_t corners = 4;
 
 std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
 
@@ -49,6 +57,22 @@ decltype(auto) with_model(MaterialModel model, Work&& work) {
 Pack volume_share(const Matrix3<Pack>& F) {
   const Pack share = max_of(4.0 * determinant(F, cofactor(F)), Pack{});
   return select(share < Pack{} + 1.0, share, Pack{} + 1.0);
+}
+
+PackTriple product(const Matrix3<Pack>& A, const PackTriple& v) {
+  return {A[0][0] * v.x + A[0][1] * v.y + A[0][2] * v.z, A[1][0] * v.x + A[1][1] * v.y + A[1][2] * v.z,
+          A[2][0] * v.x + A[2][1] * v.y + A[2][2] * v.z};
+}
+
+// Adds factor v v^T to the upper half of `sum`.
+void add_square(const Pack& factor, const PackTriple& v, Matrix3<Pack>& sum) {
+  const Pack x = factor * v.x, y = factor * v.y;
+  sum[0][0] += x * v.x;
+  sum[0][1] += x * v.y;
+  sum[0][2] += x * v.z;
+  sum[1][1] += y * v.y;
+  sum[1][2] += y * v.z;
+  sum[2][2] += factor * v.z * v.z;
 }
 
 double sum_of_lanes(const Pack& pack) {
@@ -98,7 +122,21 @@ void FiniteElements::finalize(const std::vector<double>& mass) {
   max_squared_frequency_ = rest_squared_frequency_;
 
   deformation_.resize(batches_.size());
+  compression_damping_.resize(batches_.size());
+  is_damped_.resize(batches_.size());
   index_blocks(mass.size());
+
+  // Elements may also become stiffer by what the particles around them leave room for.
+  allowed_squared_frequency_.resize(batches_.size());
+  for (std::size_t b = 0; b < batches_.size(); ++b) {
+    const auto [mu, lambda] = moduli(batches_[b]);
+    Pack mean{};
+    for (const auto& particle : batches_[b].particle)
+      for (std::size_t lane = 0; lane < pack_width; ++lane)
+        mean[lane] = std::max<double>(mean[lane], particle_frequency_[as_index(particle[lane])]);
+    allowed_squared_frequency_[b] = followed_stiffening * batches_[b].volume *
+                                    scatter_[b].at_rest(mu, lambda) * rest_squared_frequency_ / mean;
+  }
 
   for (std::size_t t = 0; t < tets_.size(); ++t) {
     const double rate = material_[as_index(material_of_[t])].mass_damping;
@@ -223,6 +261,34 @@ void FiniteElements::add_forces(std::vector<Vec3>& sums, Stress&& stress_of) {
   sums_.add(block_forces_, sums);
 }
 
+// Of the elements of a batch, as far as they are to bound the step; chooses what damps the others.
+//
+// In the scheme of steps I and V (elasticity explicit, damping implicit) a mode of frequency w with tau
+// seconds of stiffness-proportional damping is stable in every step of dt <= 2 tau, however large w dt is.
+template <class Model>
+Pack FiniteElements::squared_frequency(Model, std::size_t b, const Matrix3<Pack>& F) {
+  const Batch& batch = batches_[b];
+  const auto [mu, lambda] = moduli(batch);
+  const Pack squared = batch.volume * Model::squared_frequency(mu, lambda, F, scatter_[b]);
+  is_damped_[b] = false;
+  if constexpr (requires { Model::compression_stiffness(mu, lambda, F); }) {
+    const double own = material_[as_index(batch.material)].moduli.damping;
+    if (compression_cfl_ == 0 || own < 2 * compression_cfl_ / std::sqrt(rest_squared_frequency_))
+      return squared;
+    const Pack soft = batch.volume * Model::soft_squared_frequency(mu, lambda, F, scatter_[b]);
+    const Pack bound = max_of(allowed_squared_frequency_[b], soft);
+    if (!any_of(bound < squared)) return squared;
+    is_damped_[b] = true;
+    // Some other bound may have made this step a shorter one.
+    const double within_reach = 4 * compression_cfl_ * compression_cfl_ / (dt_ * dt_);
+    const double more = std::max(within_reach / (followed_stiffening * rest_squared_frequency_), 1.0);
+    const Pack share = 1.0 - more * bound / max_of(squared, Pack{} + std::numeric_limits<double>::min());
+    compression_damping_[b] = compression_steps * std::min(dt_, own) * max_of(share, Pack{});
+    return min_of(bound, squared);
+  }
+  return squared;
+}
+
 void FiniteElements::add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>& force) {
   if (tets_.empty()) return;
   fill_block_forces([&](std::size_t b, Pack& weighted_frequency) {
@@ -230,7 +296,7 @@ void FiniteElements::add_elastic_forces(const std::vector<Vec3>& x, std::vector<
     const Matrix3<Pack> F = deformation_[b] = gradient(batch, x);
     const auto [mu, lambda] = moduli(batch);
     return with_model(model(batch), [&]<class Model>(Model) {
-      weighted_frequency = batch.volume * batch.volume * Model::squared_frequency(mu, lambda, F, scatter_[b]);
+      weighted_frequency = batch.volume * squared_frequency(Model{}, b, F);
       return Model::stress(mu, lambda, F);
     });
   });
@@ -247,14 +313,74 @@ void FiniteElements::add_damping_forces(const std::vector<Vec3>& v, std::vector<
     const auto [mu, lambda] = moduli(batch);
     const Matrix3<Pack>& F = deformation_[b];
     const Pack damping = Pack{} + (material_[as_index(batch.material)].moduli.damping + added_damping_);
-    if (added_damping_ == 0)
-      return viscous_stress<Pack>(mu, lambda, damping / excess_damping(F), F, gradient(batch, v));
+    if (added_damping_ == 0) {
+      const Matrix3<Pack> Fdot = gradient(batch, v);
+      const Matrix3<Pack> stress = viscous_stress<Pack>(mu, lambda, damping / excess_damping(F), F, Fdot);
+      if (!is_damped_[b]) return stress;
+      return stress + compression_damping_[b] * (NeoHookean::compression_stiffness(mu, lambda, F) * Fdot);
+    }
     // Steps as long as frames: what damps stretched elements more smooths the way out of a tangle.
     return viscous_stress<Pack>(mu, volume_share(F) * lambda, damping, F, gradient(batch, v));
   });
   parallel_for(drag_.size(), particle_grain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t p = begin; p < end; ++p) force[p] -= drag_[p] * v[p];
   });
+}
+
+void FiniteElements::add_damping_blocks(std::vector<SymmetricBlock>& blocks) {
+  if (tets_.empty()) return;
+  block_shears_.resize(block_forces_.size());
+  parallel_for(batches_.size(), batches_of_block, [&](std::size_t begin, std::size_t end) {
+    const std::size_t block = begin / batches_of_block, first = first_force_[block];
+    const std::size_t count = first_force_[block + 1] - first;
+    std::fill_n(block_forces_.data() + first, count, Quad{});
+    std::fill_n(block_shears_.data() + first, count, Quad{});
+    for (std::size_t b = begin; b < end; ++b)
+      spread_damping(b, block_forces_.data() + first, block_shears_.data() + first);
+  });
+  sums_.for_each(block_forces_,
+                 [&](std::size_t p, const Quad& sum) { blocks[p].diagonal += Vec3(sum[0], sum[1], sum[2]); });
+  sums_.for_each(block_shears_,
+                 [&](std::size_t p, const Quad& sum) { blocks[p].other += Vec3(sum[0], sum[1], sum[2]); });
+  for (std::size_t p = 0; p < drag_.size(); ++p) blocks[p].diagonal += Vec3::Constant(drag_[p]);
+}
+
+// With w = F G, for the gradient G (1/m) of a node's linear function, the viscous stress makes a block
+// b |G|^2 F F^T + (a + b) w w^T, and with g = F^-T G what damps compression shear/2 (|g|^2 1 + g g^T) + bulk
+// g g^T.
+void FiniteElements::spread_damping(std::size_t b, Quad* diagonals, Quad* others) const {
+  const Batch& batch = batches_[b];
+  const Matrix3<Pack>&F = deformation_[b], &D = batch.inverse_rest;
+  const auto [mu, lambda] = moduli(batch);
+  const double seconds = material_[as_index(batch.material)].moduli.damping;
+  const Pack damping = batch.volume * seconds / excess_damping(F);
+  const Matrix3<Pack> of_gradient = (damping * mu) * times_transposed(F, F);
+  const Pack of_image = damping * (lambda + mu);
+  CompressionStiffness<Pack> compression{};
+  if (is_damped_[b]) compression = NeoHookean::compression_stiffness(mu, lambda, F);
+  const Pack share = batch.volume * compression_damping_[b], shear = 0.5 * share * compression.shear;
+  const Pack bulk = share * compression.bulk + shear;
+  for (std::size_t i = 0; i < corners; ++i) {
+    PackTriple G{-(D[0][0] + D[1][0] + D[2][0]), -(D[0][1] + D[1][1] + D[2][1]),
+                 -(D[0][2] + D[1][2] + D[2][2])};
+    if (i > 0)
+      G = {D[static_cast<int>(i) - 1][0], D[static_cast<int>(i) - 1][1], D[static_cast<int>(i) - 1][2]};
+    Matrix3<Pack> sum = (G.x * G.x + G.y * G.y + G.z * G.z) * of_gradient;
+    add_square(of_image, product(F, G), sum);
+    if (is_damped_[b]) {
+      const PackTriple g = product(compression.inverse, G);
+      add_square(bulk, g, sum);
+      const Pack of_all = shear * (g.x * g.x + g.y * g.y + g.z * g.z);
+      for (int k = 0; k < 3; ++k) sum[k][k] += of_all;
+    }
+    alignas(sizeof(Pack)) Quad diagonal[pack_width], other[pack_width];
+    store_rows({sum[0][0], sum[1][1], sum[2][2]}, Pack{}, diagonal);
+    store_rows({sum[1][2], sum[0][2], sum[0][1]}, Pack{}, other);
+    for (std::size_t lane = 0; lane < pack_width; ++lane) {
+      diagonals[batch.slot[i][lane]] += diagonal[lane];
+      others[batch.slot[i][lane]] += other[lane];
+    }
+  }
 }
 
 void FiniteElements::linearize() {

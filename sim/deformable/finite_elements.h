@@ -11,6 +11,7 @@
 #include "sim/deformable/material_model.h"
 #include "sim/deformable/particle_sums.h"
 #include "sim/deformable/stress_differential.h"
+#include "sim/deformable/symmetric_block.h"
 #include "sim/geometry/tet_mesh.h"
 
 namespace duet {
@@ -43,6 +44,15 @@ class FiniteElements {
   // Adds the viscous forces for the velocities `v` at the last deformation gradients: linear in v, symmetric,
   // and negative semi-definite.
   void add_damping_forces(const std::vector<Vec3>& v, std::vector<Vec3>& force);
+  // Adds every particle's own block of minus the operator of add_damping_forces, kg/s.
+  void add_damping_blocks(std::vector<SymmetricBlock>& blocks);
+  // From now on elements that compression makes stiffer than any at rest bound the step no more: they are
+  // damped instead, for as many seconds as the step takes (see set_time_step), in proportion to what they are
+  // too stiff by, if their model can and their material's own damping is no less. `cfl` is the part of the
+  // stability limit that steps take.
+  void damp_compression(double cfl) { compression_cfl_ = cfl; }
+  // The step, s, of the evaluations to come.
+  void set_time_step(double dt) { dt_ = dt; }
   // Added to the damping of every material, s, as implicit integration does.
   void set_added_damping(double seconds) { added_damping_ = seconds; }
   // Adds the change of the elastic forces for displacements `dx` from where linearize() was last called:
@@ -78,6 +88,7 @@ class FiniteElements {
   double drag(std::size_t particle) const { return drag_.empty() ? 0 : drag_[particle]; }
 
  private:
+  static constexpr std::size_t corners = 4;
   struct Batch {  // eight elements of one material
     std::array<std::array<int, pack_width>, 4> particle;
     std::array<std::array<std::uint16_t, pack_width>, 4> slot;  // of the forces on them in the block's
@@ -99,7 +110,10 @@ class FiniteElements {
   void fill_lane(std::size_t number, std::size_t tet, bool pads, const GradientScatter<double>& scatter);
   void index_blocks(std::size_t particle_count);
   Matrix3<Pack> gradient(const Batch& batch, const std::vector<Vec3>& values) const;
+  void spread_damping(std::size_t batch, Quad* diagonals, Quad* others) const;
   void spread_forces(const Batch& batch, const Matrix3<Pack>& stress, const Pack& fourth, Quad* forces) const;
+  template <class Model>
+  Pack squared_frequency(Model, std::size_t batch, const Matrix3<Pack>& F);
   template <class Stress>
   void add_forces(std::vector<Vec3>& sums, Stress&& stress_of);
   template <class Stress>
@@ -119,10 +133,15 @@ class FiniteElements {
   // Batches that follow each other make a block. It has a force for every particle that they touch, so
   // that few of them go through memory on their way to the particles.
   std::vector<std::size_t> first_force_;  // of every block, one more than there are
-  std::vector<Quad> block_forces_;
+  std::vector<Quad> block_forces_, block_shears_;
   ParticleSums sums_;
-  std::vector<double> particle_volume_;     // m^3, of the elements around each
-  std::vector<double> particle_frequency_;  // rad^2/s^2, the mean around each
+  std::vector<double> particle_volume_;          // m^3, of the elements around each
+  std::vector<double> particle_frequency_;       // rad^2/s^2, the mean around each
+  std::vector<Pack> allowed_squared_frequency_;  // rad^2/s^2, of each batch: what leaves the bound at rest
+  std::vector<Pack> compression_damping_;        // s, of each batch
+  std::vector<char> is_damped_;                  // whether any lane of a batch has some
+  double compression_cfl_ = 0;                   // 0: compressed elements bound the step
+  double dt_ = 0;
   double added_damping_ = 0;
   double max_squared_frequency_ = 0, rest_squared_frequency_ = 0;
 };

@@ -37,6 +37,11 @@ class InternalForces {
   // Adds the viscous forces for the velocities `v` in the state of the last add_elastic_forces: linear in v,
   // symmetric and negative semi-definite.
   void add_damping_forces(const std::vector<Vec3>& v, std::vector<Vec3>& force);
+  // Adds every particle's own block of minus that operator, kg/s, as far as it is of finite elements.
+  void add_damping_blocks(std::vector<SymmetricBlock>& blocks) { elements.add_damping_blocks(blocks); }
+  // See FiniteElements.
+  void damp_compression(double cfl) { elements.damp_compression(cfl); }
+  void set_time_step(double dt) { elements.set_time_step(dt); }
   // Added to the damping times of the finite elements, s.
   void set_added_damping(double seconds) { elements.set_added_damping(seconds); }
   // Adds the change of the elastic forces for displacements `dx` (m) from the state of the last

@@ -8,6 +8,7 @@
 // is not), pushes every flattened or inverted element back, and needs no singular value decomposition.
 #pragma once
 
+#include "sim/deformable/compression_stiffness.h"
 #include "sim/deformable/gradient_scatter.h"
 #include "sim/deformable/principal_stretches.h"
 
@@ -81,6 +82,28 @@ struct NeoHookean {
     // With g' > 0 (which takes J > 1) only the second is one.
     return select(J < T{} + extrapolation_start, apart,
                   select(T{} < g.first, together, min_of(apart, together)));
+  }
+
+  // The same without compression_stiffness, which is dealt with: mu |dF|^2, and of g' d2J what stretches (g'
+  // > 0) or has been crushed beyond the start of extrapolation.
+  template <class T>
+  static T soft_squared_frequency(const T& mu, const T& lambda, const Matrix3<T>& F,
+                                  const GradientScatter<T>& scatter) {
+    const T J = determinant(F, cofactor(F)), slope = volumetric(mu, lambda, J).first;
+    const T rest = select(J < T{} + extrapolation_start, abs_of(slope), max_of(slope, T{}));
+    return (mu + rest * sqrt_of(squared_spectral_norm(F))) * scatter.largest;
+  }
+
+  // What compression adds to the Hessian, J^2 (g'' + g'/J) tr(l)^2 - J g' tr(l^2) with l = dF F^-1, but for
+  // its negative part, which is that of the spin in l. From the start of extrapolation on, l is taken over
+  // that J, and of g' d2J only the part of the shears is here.
+  template <class T>
+  static CompressionStiffness<T> compression_stiffness(const T& mu, const T& lambda, const Matrix3<T>& F) {
+    const Matrix3<T> cof = cofactor(F);
+    const T J = determinant(F, cof), at = max_of(J, T{} + extrapolation_start);
+    const Volumetric<T> g = volumetric(mu, lambda, J);
+    const T with_slope = select(J < T{} + extrapolation_start, T{}, J * g.first);
+    return {(1.0 / at) * cof, at * max_of(-g.first, T{}), at * at * g.second + with_slope};
   }
 };
 

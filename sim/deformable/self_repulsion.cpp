@@ -95,7 +95,7 @@ void SelfRepulsion::find(const CollisionCandidates& candidates, const std::vecto
       if (distance >= range || !(distance > 0)) continue;
       RepulsionPair pair{candidate.particle, closest.weight,      closest.difference / distance,
                          distance,           candidate.thickness, candidate.friction};
-      pair.mass = effective_mass(pair.particle, pair.weight, inverse_mass);
+      pair.mass = pair.row_mass = effective_mass(pair.particle, pair.weight, inverse_mass);
       found.push_back(pair);
     }
   });
@@ -154,12 +154,34 @@ bool SelfRepulsion::release_rows(const std::vector<Vec3>& change, double toleran
   return any;
 }
 
+void SelfRepulsion::use_inverse_masses(const std::vector<SymmetricBlock>* inverse_mass) {
+  row_inverse_mass_ = inverse_mass;
+  for (RepulsionPair& pair : pairs_) {
+    pair.row_mass = pair.mass;
+    if (!inverse_mass) continue;
+    double sum = 0;
+    for (std::size_t i = 0; i < 4; ++i) {
+      const SymmetricBlock& inverse = (*inverse_mass)[as_index(pair.particle[i])];
+      sum += pair.weight[i] * pair.weight[i] * pair.normal.dot(inverse * pair.normal);
+    }
+    pair.row_mass = sum > 0 ? 1 / sum : 0;
+  }
+}
+
 void SelfRepulsion::sweep(bool with_target, const std::vector<double>& inverse_mass,
                           std::vector<Vec3>& v) const {
   const auto project = [&](const RepulsionPair& pair) {
     if (!pair.active) return;
     const double speed = relative_velocity(pair, v).dot(pair.normal);
-    apply_impulse(pair, pair.mass * ((with_target ? pair.target : 0) - speed) * pair.normal, inverse_mass, v);
+    const Vec3 impulse = pair.row_mass * ((with_target ? pair.target : 0) - speed) * pair.normal;
+    if (!row_inverse_mass_) {
+      apply_impulse(pair, impulse, inverse_mass, v);
+      return;
+    }
+    for (std::size_t i = 0; i < 4; ++i) {
+      const auto p = as_index(pair.particle[i]);
+      v[p] += pair.weight[i] * ((*row_inverse_mass_)[p] * impulse);
+    }
   };
   std::for_each(pairs_.begin(), pairs_.end(), project);
   std::for_each(pairs_.rbegin(), pairs_.rend(), project);

@@ -4,6 +4,7 @@
 
 #include "sim/deformable/collision_candidates.h"
 #include "sim/deformable/particles.h"
+#include "sim/deformable/symmetric_block.h"
 
 namespace duet {
 
@@ -16,6 +17,7 @@ struct RepulsionPair {
   double distance = 0, thickness = 0;  // m
   double friction = 0;
   double mass = 0;      // kg, 1/(sum of w_i^2 / m_i)
+  double row_mass = 0;  // kg, the same with the masses of the inner product that sweep() works in
   double target = 0;    // m/s, within a solve
   bool active = false;  // within a solve
 };
@@ -45,6 +47,8 @@ class SelfRepulsion {
   // Drops the rows of pairs that `change` (of velocities) parts faster than by `tolerance` (m/s). Returns
   // whether there were any.
   bool release_rows(const std::vector<Vec3>& change, double tolerance);
+  // Has sweep() work in the inner product of other masses than the particles' own, which null stands for.
+  void use_inverse_masses(const std::vector<SymmetricBlock>* inverse_mass);
   // One sweep over the rows to and fro, which is self-adjoint in the mass inner product. Without targets,
   // onto n.v_rel = 0.
   void sweep(bool with_target, const std::vector<double>& inverse_mass, std::vector<Vec3>& v) const;
@@ -57,6 +61,7 @@ class SelfRepulsion {
   };
   std::vector<Chunk> chunks_;
   std::vector<RepulsionPair> pairs_;
+  const std::vector<SymmetricBlock>* row_inverse_mass_ = nullptr;
 };
 
 }  // namespace duet

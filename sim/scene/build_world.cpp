@@ -294,6 +294,8 @@ BuiltWorld build_world(const Scene& scene, const EffectSet& plan) {
   world.plan = plan;
   world.gravity = scene.gravity;
   world.settings = step_settings(scene.solver);
+  if (scene.solver.compression == Compression::damped && !world.settings.implicit_elasticity)
+    bodies.forces.damp_compression(scene.solver.cfl);
   world.settings.collision.rigid_pairs = world.has(Effect::rigid_collision);
   world.settings.contact.angular_friction = world.has(Effect::rolling_friction);
   if (world.has_internal_forces() && !world.settings.implicit_elasticity)

@@ -285,6 +285,7 @@ enum class Accuracy { draft, standard, fine };
 enum class RigidPushOut { all_contacts, deepest_points };
 enum class Switch { automatic, on, off };
 enum class Integration { semi_implicit, implicit };
+enum class Compression { damped, followed };
 enum class VelocityConstraints { after_solve, before_solve };
 enum class OrientationUpdate { first_order, second_order };
 
@@ -294,6 +295,7 @@ struct Solver {
   Integration integration = Integration::semi_implicit;  // of elastic forces; damping is always implicit
   int newton_iterations = 20;                            // bound on those of an implicit solve
   double cfl = 0.7;  // time step as a fraction of the elastic stability limit
+  Compression compression = Compression::damped;  // elements that it makes stiffer than any at rest
   double max_travel =
       0.1;  // how far another body may enter a moving one in a step, as a fraction of its size
   double max_rotation = 0.314159;   // rad, largest rotation of a rigid body a step

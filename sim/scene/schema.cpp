@@ -320,6 +320,8 @@ std::vector<Key> keys(Solver& solver) {
       {"newton_iterations", &solver.newton_iterations, "", between(1, 1e4),
        "bound on the iterations of an implicit solve"},
       {"cfl", &solver.cfl, "", above_up_to(0, 1), "time step as a fraction of the elastic stability limit"},
+      {"compression", choice(solver.compression, {"damped", "followed"}), "", any,
+       "whether elements that compression stiffens are damped more or shorten the steps"},
       {"max_travel", &solver.max_travel, "", above_up_to(0, 1),
        "how far two bodies that meet may enter each other in a step, as a fraction of the smaller one's "
        "size"},
@@ -443,6 +445,7 @@ Solver preset(Accuracy accuracy) {
     solver.face_samples = 2;
   } else if (accuracy == Accuracy::fine) {
     solver.cfl = 0.175;
+    solver.compression = Compression::followed;
     solver.max_travel = 0.025;
     solver.cg_tolerance = 1e-4;
     solver.volume_tolerance = 1e-6;

@@ -52,6 +52,32 @@ VelocitySystem::VelocitySystem(Bodies& bodies, double dt, bool implicit_elastici
   }
 }
 
+void VelocitySystem::use(DampedMasses& masses, bool anew) {
+  masses_ = &masses;
+  if (!anew) return;
+  const Particles& particles = bodies_.particles;
+  masses.mass.assign(particles.size(), SymmetricBlock{});
+  masses.inverse.assign(particles.size(), SymmetricBlock{});
+  bodies_.forces.add_damping_blocks(masses.mass);
+  parallel_for(particles.size(), grain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t p = begin; p < end; ++p) {
+      SymmetricBlock& block = masses.mass[p];
+      const bool moves = particles.inverse_mass[p] > 0;
+      block.diagonal = Vec3::Constant(particles.mass[p]) + (moves ? dt_ : 0) * block.diagonal;
+      block.other *= moves ? dt_ : 0;
+      if (moves) masses.inverse[p] = block.inverse();
+    }
+  });
+}
+
+void VelocitySystem::weigh(GeneralizedVelocity& right_side) const {
+  if (!masses_) return;
+  const Particles& particles = bodies_.particles;
+  for (std::size_t p = 0; p < right_side.particle.size(); ++p)
+    if (particles.inverse_mass[p] > 0)
+      right_side.particle[p] = masses_->inverse[p] * Vec3(particles.mass[p] * right_side.particle[p]);
+}
+
 void VelocitySystem::apply(const GeneralizedVelocity& v, GeneralizedVelocity& out) {
   resize_like(v, out);
   force_.resize(v.particle.size());
@@ -61,9 +87,14 @@ void VelocitySystem::apply(const GeneralizedVelocity& v, GeneralizedVelocity& ou
     for_each_particle(force_, [this](Vec3& force) { force *= dt_; });
   }
   bodies_.forces.add_damping_forces(v.particle, force_);
+  const Particles& particles = bodies_.particles;
   parallel_for(v.particle.size(), grain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t p = begin; p < end; ++p)
-      out.particle[p] = v.particle[p] - dt_ * bodies_.particles.inverse_mass[p] * force_[p];
+    for (std::size_t p = begin; p < end; ++p) {
+      if (masses_ && particles.inverse_mass[p] > 0)
+        out.particle[p] = masses_->inverse[p] * Vec3(particles.mass[p] * v.particle[p] - dt_ * force_[p]);
+      else
+        out.particle[p] = v.particle[p] - dt_ * particles.inverse_mass[p] * force_[p];
+    }
   });
   // Damping forces act on rigid bodies through the particles bound to them.
   out.linear = v.linear;
@@ -86,12 +117,14 @@ void VelocitySystem::project(GeneralizedVelocity& v) const {
 }
 
 double VelocitySystem::inner(const GeneralizedVelocity& u, const GeneralizedVelocity& v) const {
+  const std::vector<double>& mass = bodies_.particles.mass;
   double sum = parallel_reduce(
       u.particle.size(), grain, 0.0,
       [&](std::size_t begin, std::size_t end) {
         double part = 0;
         for (std::size_t p = begin; p < end; ++p)
-          part += bodies_.particles.mass[p] * u.particle[p].dot(v.particle[p]);
+          part += masses_ ? u.particle[p].dot(masses_->mass[p] * v.particle[p])
+                          : mass[p] * u.particle[p].dot(v.particle[p]);
         return part;
       },
       [](double a, double b) { return a + b; });
@@ -108,7 +141,12 @@ double VelocitySystem::norm(const GeneralizedVelocity& v) const {
       v.particle.size(), grain, 0.0,
       [&](std::size_t begin, std::size_t end) {
         double largest = 0;
-        for (std::size_t p = begin; p < end; ++p) largest = larger(largest, v.particle[p].squaredNorm());
+        for (std::size_t p = begin; p < end; ++p) {
+          // With damped masses, what is left of the forces over the particle's own mass.
+          const double inverse = masses_ ? bodies_.particles.inverse_mass[p] : 0;
+          const Vec3 left = inverse > 0 ? Vec3(inverse * (masses_->mass[p] * v.particle[p])) : v.particle[p];
+          largest = larger(largest, left.squaredNorm());
+        }
         return largest;
       },
       larger);

@@ -7,6 +7,13 @@
 
 namespace duet {
 
+// Masses of particles that have their own block of what damps them in them: in this inner product the
+// operator is nearer to one, and conjugate gradients are preconditioned by those blocks. The projection works
+// in it, too, so that it is self-adjoint there even where it is sweeps that have not converged.
+struct DampedMasses {
+  std::vector<SymmetricBlock> mass, inverse;  // kg, 1/kg; zero for particles that have no mass of their own
+};
+
 // Self-adjoint and positive definite in the mass inner product <u, v> = sum m u.v + sum (M u_lin.v_lin +
 // u_ang.I v_ang).
 class VelocitySystem {
@@ -18,6 +25,12 @@ class VelocitySystem {
   // Adds the forces of all vectors that conjugate gradients make up their solution from to `force` (N), which
   // so gets the damping forces of the solution without another product.
   void collect_forces(std::vector<Vec3>& force) { collected_ = &force; }
+
+  // Works in the inner product of `masses`, as the projection must from here on, too: those of the last
+  // elastic evaluation's deformation if `anew`, else as they were left. To be followed by weigh() of the
+  // right side.
+  void use(DampedMasses& masses, bool anew);
+  void weigh(GeneralizedVelocity& right_side) const;
 
   void apply(const GeneralizedVelocity& v, GeneralizedVelocity& out);
   void accumulate(double share);
@@ -39,6 +52,7 @@ class VelocitySystem {
   const ContactProjection* projection_;
   std::vector<Vec3>& force_;
   std::vector<Vec3>* collected_ = nullptr;
+  const DampedMasses* masses_ = nullptr;
   std::vector<Mat3>& inertia_;  // world axes
 };
 

@@ -65,11 +65,13 @@ void keep_acceleration(const Bodies& bodies, double dt, StepContext& context) {
   }
 }
 
-void solve_semi_implicitly(World& world, StepContext& context, double dt, ContactProjection* projection) {
+void solve_semi_implicitly(World& world, StepContext& context, double dt, ContactProjection* projection,
+                           bool at_end) {
   Bodies& bodies = world.bodies;
   Particles& particles = bodies.particles;
   const bool elastic = world.has_internal_forces();
   for (std::size_t p = 0; p < particles.size(); ++p) context.force[p] = particles.mass[p] * world.gravity;
+  bodies.forces.set_time_step(context.dt);
   if (elastic)
     world.clock.time(Stage::elastic_forces,
                      [&] { bodies.forces.add_elastic_forces(particles.x, context.force); });
@@ -86,9 +88,13 @@ void solve_semi_implicitly(World& world, StepContext& context, double dt, Contac
     begin_at_last_acceleration(bodies, dt, context, projection);
     VelocitySystem system(bodies, dt, false, projection, context.damping_force, context.inertia);
     system.collect_forces(context.force);
+    system.use(context.damped_masses, !at_end);  // half a step makes no difference to them
+    system.weigh(context.right_side);
+    if (projection) projection->use_inverse_masses(&context.damped_masses.inverse);
     const CgResult result = conjugate_gradient(system, context.right_side, world.settings.cg_tolerance,
                                                world.settings.cg_iterations, context.solution,
                                                context.residual, context.direction, context.image);
+    if (projection) projection->use_inverse_masses(nullptr);
     if (std::isfinite(result.residual)) keep_acceleration(bodies, dt, context);
     world.counters.cg_iterations += result.iterations;
   });
@@ -118,7 +124,7 @@ void solve_velocity(World& world, StepContext& context, double dt, ContactProjec
   begin_solve(world, context, dt);
   context.force.resize(particles.size());
   if (!world.settings.implicit_elasticity || !world.has_internal_forces()) {
-    solve_semi_implicitly(world, context, dt, projection);
+    solve_semi_implicitly(world, context, dt, projection, at_end);
     return;
   }
   // The search begins at the velocity that leads to where the particles are, or in I.1, where they are at

@@ -14,6 +14,7 @@
 #include "sim/deformable/self_repulsion.h"
 #include "sim/solve/conjugate_gradient.h"
 #include "sim/solve/pressure_system.h"
+#include "sim/solve/velocity_system.h"
 #include "sim/step/effects.h"
 #include "sim/step/kinematic_motion.h"
 #include "sim/step/step_ledger.h"
@@ -86,9 +87,10 @@ struct StepContext {
   SelfCollision self_collision;
 
   std::vector<Vec3> force, damping_force;  // N
-  // m/s^2, (V - v)/dt of the last semi-implicit solve, I.1's or V.2's: the next one begins at v + dt a. Part of
-  // the state.
+  // m/s^2, (V - v)/dt of the last semi-implicit solve, I.1's or V.2's: the next one begins at v + dt a. Part
+  // of the state.
   GeneralizedVelocity acceleration;
+  DampedMasses damped_masses;  // of the velocity solves
   GeneralizedVelocity right_side, solution, residual, direction, image;
   GeneralizedVelocity imbalance, unconstrained, correction;  // of Newton's method
   std::vector<Vec3> elastic_change;                          // m/s, of an implicit I.1

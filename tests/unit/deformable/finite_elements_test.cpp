@@ -229,6 +229,62 @@ TEST(FiniteElements, FrequencyBoundHoldsAndIsNotWasteful) {
   EXPECT_GT(squared_frequency, 0.3 * block.elements.rest_squared_frequency());
 }
 
+// Elements that are crushed bound the step only as far as it follows them, and are damped instead: without
+// torque, symmetrically, and more the longer the step is.
+TEST(FiniteElements, CrushedElementsAreDampedInsteadOfBoundingTheStep) {
+  Block block, follower;
+  constexpr double cfl = 0.7;
+  block.elements.damp_compression(cfl);
+  const std::vector<Vec3> v = block.random_field(6, 1);
+  const auto dissipation = [&](Block& of, double squeeze, double dt) {
+    std::vector<Vec3> x = of.x, force = zeros(v.size());
+    for (Vec3& place : x) place.y() *= squeeze;
+    of.elements.set_time_step(dt);
+    of.elements.add_elastic_forces(x, force);
+    force = zeros(v.size());
+    of.elements.add_damping_forces(v, force);
+    Vec3 torque = Vec3::Zero();
+    double scale = 0;
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      torque += x[i].cross(force[i]);
+      scale += force[i].norm();
+    }
+    EXPECT_LT(torque.norm(), 1e-12 * scale);
+    return -dot(v, force);
+  };
+  const double at_rest = block.elements.rest_squared_frequency(), dt = 2 * cfl / std::sqrt(at_rest);
+  EXPECT_DOUBLE_EQ(dissipation(block, 0.9, dt), dissipation(follower, 0.9, dt));  // the step follows
+  EXPECT_DOUBLE_EQ(block.elements.max_squared_frequency(), follower.elements.max_squared_frequency());
+  const double plain = dissipation(follower, 0.4, dt);
+  EXPECT_GT(follower.elements.max_squared_frequency(), 4 * at_rest);
+  const double half = dissipation(block, 0.4, dt / 2), whole = dissipation(block, 0.4, dt);
+  EXPECT_LE(block.elements.max_squared_frequency(), 2 * at_rest * (1 + 1e-12));
+  EXPECT_GT(half, 1.05 * plain);
+  EXPECT_GT(whole, half);
+  // Steps that are short enough for the crushed elements need none of it.
+  EXPECT_DOUBLE_EQ(dissipation(block, 0.4, 2 * cfl / std::sqrt(100 * at_rest)), plain);
+}
+
+// Every particle's own block is what the operator does to its velocity alone.
+TEST(FiniteElements, DampingBlocksAreThoseOfTheOperator) {
+  Block block(2, MaterialModel::neo_hookean, 3.0);
+  block.elements.damp_compression(0.7);
+  block.elements.set_time_step(2 * 0.7 / std::sqrt(block.elements.rest_squared_frequency()));
+  std::vector<Vec3> x = block.moved(block.random_field(7, 0.1)), unused = zeros(x.size());
+  for (Vec3& place : x) place.y() *= 0.4;
+  block.elements.add_elastic_forces(x, unused);
+  std::vector<SymmetricBlock> blocks(x.size());
+  block.elements.add_damping_blocks(blocks);
+  for (std::size_t p = 0; p < x.size(); ++p)
+    for (int k = 0; k < 3; ++k) {
+      std::vector<Vec3> v = zeros(x.size()), force = zeros(x.size());
+      v[p][k] = 1;
+      block.elements.add_damping_forces(v, force);
+      EXPECT_LT((blocks[p] * v[p] + force[p]).norm(), 1e-12 * force[p].norm());
+      EXPECT_LT((blocks[p].inverse() * (blocks[p] * v[p]) - v[p]).norm(), 1e-9);
+    }
+}
+
 // The same in a state of compression, with the differences of the forces about it.
 TEST(FiniteElements, FrequencyBoundHoldsUnderCompression) {
   Block block;

@@ -170,6 +170,48 @@ TYPED_TEST(Material, FrequencyBoundHoldsInEveryState) {
   test::expect_below(worst, std::is_same_v<TypeParam, NeoHookean> ? 4 : 9, "bound over exact");
 }
 
+// What damps crushed elements is all of the stiffness that compression adds, but for what is negative; what
+// is left is bounded by itself. Both hold in states that explicit steps are to survive.
+TEST(CompressionStiffness, IsWhatCompressionAddsAndLeavesASoftElement) {
+  const Element element;
+  std::vector<Mat3> states = deformations();
+  const Mat3 turn = Eigen::AngleAxisd(0.7, Vec3(1, 2, -1).normalized()).toRotationMatrix();
+  for (const double s : {-0.1, 0.05, 0.2, 0.3, 0.5, 0.8, 1.2, 1.5})
+    for (const Vec3& axis : {Vec3(1, 0, 0), Vec3(0, 1, 1), Vec3(1, 1, 1)})
+      states.push_back(turn * Mat3((Vec3::Ones() + (s - 1) * axis).asDiagonal()));
+  for (const Mat3& F : states) {
+    const double J = F.determinant();
+    const CompressionStiffness<double> C = NeoHookean::compression_stiffness(mu, lambda, matrix_of(F));
+    Mat9 added, damped;  // to the mu |dF|^2 of the rest; rows are dP row by row
+    for (int k = 0; k < 9; ++k) {
+      const auto stress = [](const Mat3& G) {
+        return eigen_of(NeoHookean::stress(mu, lambda, matrix_of(G)));
+      };
+      const Mat3 dP = derivative(stress, F, unit_matrix(k), 1e-5) - mu * unit_matrix(k);
+      const Mat3 CdF = eigen_of(C * matrix_of(unit_matrix(k)));
+      added.col(k) = Eigen::Map<const Eigen::Matrix<double, 9, 1>>(Mat3(dP.transpose()).data());
+      damped.col(k) = Eigen::Map<const Eigen::Matrix<double, 9, 1>>(Mat3(CdF.transpose()).data());
+      if (k == 1 || k == 2 || k == 5) {  // a spin is not damped
+        const Mat3 spin = unit_matrix(k) - unit_matrix(k).transpose();
+        EXPECT_LT(eigen_of(C * matrix_of(Mat3(spin * F))).norm(), 1e-13 * damped.norm()) << F;
+      }
+    }
+    EXPECT_LT((damped - damped.transpose()).norm(), 1e-13 * damped.norm()) << F;
+    EXPECT_GT(Eigen::SelfAdjointEigenSolver<Mat9>(damped).eigenvalues()[0], -1e-13 * damped.norm()) << F;
+    const Mat9 left = 0.5 * (added + added.transpose()) - damped;
+    if (J > 1.1 * NeoHookean::extrapolation_start && J < 1) {  // differences stay on one side
+      EXPECT_LT(Eigen::SelfAdjointEigenSolver<Mat9>(left).eigenvalues()[8], 1e-6 * damped.norm()) << F;
+      for (const Mat3& pure : {Mat3(Mat3::Identity()), Mat3(Vec3(1, -2, 0.5).asDiagonal())}) {
+        const Mat3 row_by_row = Mat3(pure * F).transpose();
+        const auto dF = Eigen::Map<const Eigen::Matrix<double, 9, 1>>(row_by_row.data());
+        EXPECT_NEAR(dF.dot(left * dF), 0, 1e-6 * dF.dot(damped * dF)) << F;
+      }
+    }
+    const double soft = NeoHookean::soft_squared_frequency(mu, lambda, matrix_of(F), element.scatter());
+    EXPECT_LE(element.squared_frequency(left + mu * Mat9::Identity()), soft * (1 + 1e-6)) << F;
+  }
+}
+
 TYPED_TEST(Material, DifferentialIsPositiveSemiDefiniteForAnyDeformation) {
   std::mt19937 random(3);
   for (int i = 0; i < 200; ++i) {

@@ -259,6 +259,7 @@ look = "NAME"
 [solver]
 accuracy = "fine"
 cfl = 0.8
+compression = "damped"
 max_travel = 0.2
 max_rotation = 0.5
 max_time_step = 0.01

@@ -117,6 +117,38 @@ TEST_F(ConstrainedSystem, ConjugateGradientsCollectTheForcesOfTheirSolution) {
   EXPECT_LT(difference, 1e-12 * largest);
 }
 
+// In the inner product of masses that are damped, operator and projection are self-adjoint again, and the
+// solution under constraints is the same: stationarity does not know of inner products.
+TEST_F(ConstrainedSystem, DampedMassesPreconditionWithoutChangingTheSolution) {
+  projection_.build(world().bodies, world().context.contacts, world().context.graph, 200);
+  DampedMasses masses;
+  const GeneralizedVelocity b = random_velocity(world().bodies, 9);
+  GeneralizedVelocity plain = b, x, r, s, q, weighed = b;
+  VelocitySystem A = system(&projection_);
+  A.project(plain);
+  x = plain;
+  const CgResult without = conjugate_gradient(A, b, 1e-10, 1000, plain, r, s, q);
+  EXPECT_TRUE(without.converged);
+
+  VelocitySystem C = system(&projection_);
+  C.use(masses, true);
+  C.weigh(weighed);
+  projection_.use_inverse_masses(&masses.inverse);
+  const GeneralizedVelocity u = random_velocity(world().bodies, 3), v = random_velocity(world().bodies, 4);
+  GeneralizedVelocity Cu, Cv, Pu = u, Pv = v;
+  C.apply(u, Cu);
+  C.apply(v, Cv);
+  C.project(Pu);
+  C.project(Pv);
+  EXPECT_NEAR(C.inner(u, Cv), C.inner(v, Cu), 1e-12 * C.inner(u, u));
+  EXPECT_NEAR(C.inner(u, Pv), C.inner(v, Pu), 1e-12 * C.inner(u, u));
+  const CgResult with = conjugate_gradient(C, weighed, 1e-10, 1000, x, r, s, q);
+  EXPECT_TRUE(with.converged);
+  EXPECT_LT(with.iterations, without.iterations);
+  VelocitySystem::subtract(x, plain, r);
+  EXPECT_LT(A.norm(r), 1e-8);
+}
+
 // Pairs of two soft bodies that repel each other are rows of the same projection.
 TEST(ConstrainedSystemOfSoftBodies, RepulsionsKeepTheProjectionSymmetric) {
   scene::Scene scene = test::on_ground(0.4);
