@@ -129,7 +129,8 @@ void FiniteElements::finalize(const std::vector<double>& mass) {
   // Elements may also become stiffer by what the particles around them leave room for.
   allowed_squared_frequency_.resize(batches_.size());
   for (std::size_t b = 0; b < batches_.size(); ++b) {
-    const auto [mu, lambda] = moduli(batches_[b]);
+    const Moduli here = moduli(batches_[b]);
+    const Pack &mu = here.mu, &lambda = here.lambda;
     Pack mean{};
     for (const auto& particle : batches_[b].particle)
       for (std::size_t lane = 0; lane < pack_width; ++lane)
@@ -268,7 +269,8 @@ void FiniteElements::add_forces(std::vector<Vec3>& sums, Stress&& stress_of) {
 template <class Model>
 Pack FiniteElements::squared_frequency(Model, std::size_t b, const Matrix3<Pack>& F) {
   const Batch& batch = batches_[b];
-  const auto [mu, lambda] = moduli(batch);
+  const Moduli here = moduli(batch);
+  const Pack &mu = here.mu, &lambda = here.lambda;
   const Pack squared = batch.volume * Model::squared_frequency(mu, lambda, F, scatter_[b]);
   is_damped_[b] = false;
   if constexpr (requires { Model::compression_stiffness(mu, lambda, F); }) {
@@ -294,7 +296,8 @@ void FiniteElements::add_elastic_forces(const std::vector<Vec3>& x, std::vector<
   fill_block_forces([&](std::size_t b, Pack& weighted_frequency) {
     const Batch& batch = batches_[b];
     const Matrix3<Pack> F = deformation_[b] = gradient(batch, x);
-    const auto [mu, lambda] = moduli(batch);
+    const Moduli here = moduli(batch);
+    const Pack &mu = here.mu, &lambda = here.lambda;
     return with_model(model(batch), [&]<class Model>(Model) {
       weighted_frequency = batch.volume * squared_frequency(Model{}, b, F);
       return Model::stress(mu, lambda, F);
@@ -310,7 +313,8 @@ void FiniteElements::add_elastic_forces(const std::vector<Vec3>& x, std::vector<
 void FiniteElements::add_damping_forces(const std::vector<Vec3>& v, std::vector<Vec3>& force) {
   add_forces(force, [&](std::size_t b) {
     const Batch& batch = batches_[b];
-    const auto [mu, lambda] = moduli(batch);
+    const Moduli here = moduli(batch);
+    const Pack &mu = here.mu, &lambda = here.lambda;
     const Matrix3<Pack>& F = deformation_[b];
     const Pack damping = Pack{} + (material_[as_index(batch.material)].moduli.damping + added_damping_);
     if (added_damping_ == 0) {
@@ -351,7 +355,8 @@ void FiniteElements::add_damping_blocks(std::vector<SymmetricBlock>& blocks) {
 void FiniteElements::spread_damping(std::size_t b, Quad* diagonals, Quad* others) const {
   const Batch& batch = batches_[b];
   const Matrix3<Pack>&F = deformation_[b], &D = batch.inverse_rest;
-  const auto [mu, lambda] = moduli(batch);
+  const Moduli here = moduli(batch);
+  const Pack &mu = here.mu, &lambda = here.lambda;
   const double seconds = material_[as_index(batch.material)].moduli.damping;
   const Pack damping = batch.volume * seconds / excess_damping(F);
   const Matrix3<Pack> of_gradient = (damping * mu) * times_transposed(F, F);
@@ -387,7 +392,8 @@ void FiniteElements::linearize() {
   differential_.resize(batches_.size());
   parallel_for(batches_.size(), batches_of_block, [&](std::size_t begin, std::size_t end) {
     for (std::size_t b = begin; b < end; ++b) {
-      const auto [mu, lambda] = moduli(batches_[b]);
+      const Moduli here = moduli(batches_[b]);
+      const Pack &mu = here.mu, &lambda = here.lambda;
       const PrincipalStretches<Pack> p = principal_stretches(deformation_[b]);
       with_model(model(batches_[b]), [&]<class Model>(Model) {
         differential_[b] = stress_differential(p, Model::derivatives(mu, lambda, p.stretch));
@@ -408,7 +414,8 @@ double FiniteElements::energy(const std::vector<Vec3>& x) const {
         for (std::size_t b = begin; b < end; ++b) {
           const Batch& batch = batches_[b];
           const Matrix3<Pack> F = gradient(batch, x);
-          const auto [mu, lambda] = moduli(batch);
+          const Moduli here = moduli(batch);
+          const Pack &mu = here.mu, &lambda = here.lambda;
           with_model(model(batch), [&]<class Model>(Model) {
             sum += sum_of_lanes(batch.volume * Model::energy_density(mu, lambda, F));
           });
