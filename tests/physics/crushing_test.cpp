@@ -15,12 +15,13 @@ struct Crushed {
   int steps = 0;
 };
 
-// 1.5 times the Young's modulus presses on it.
+// 15 times the Young's modulus presses on it. The steps are too long for what becomes of the elements, which
+// are damped little otherwise: without what compression brings some of them turn inside out.
 Crushed crush(scene::Compression compression) {
   scene::Scene scene = test::on_ground();
   test::add_soft_box(scene, "soft", Vec3(0, 0.05, 0), Vec3(0.4, 0.1, 0.4), 4, 1e5);
-  scene.materials[0].damping = 0.02;
-  test::add_box(scene, "plate", Vec3(0, 0.12, 0), Vec3(0.6, 0.04, 0.6), 2400);
+  scene.materials[0].damping = 1e-3;
+  test::add_box(scene, "plate", Vec3(0, 0.12, 0), Vec3(0.6, 0.04, 0.6), 24000);
   scene.solver.compression = compression;
   Simulation simulation(scene, test::plan(scene));
   Crushed result;
@@ -36,11 +37,11 @@ Crushed crush(scene::Compression compression) {
 
 TEST(Crushing, DampedElementsGoWhereFollowedOnesDo) {
   const Crushed damped = crush(scene::Compression::damped), followed = crush(scene::Compression::followed);
-  test::expect_below(followed.height, 0.09, "height under the plate, m, of 0.12 m at the start");
-  test::expect_above(damped.lowest_min_det, 0.05, "least det F");
+  test::expect_below(followed.height, 0.06, "height under the plate, m, of 0.12 m at the start");
+  test::expect_above(damped.lowest_min_det, 0.2, "least det F");
   test::expect_below(std::abs(damped.height - followed.height), 5e-4,
-                     "difference of the heights, m, of 0.053 m fallen");
-  test::expect_below(damped.steps, 0.85 * followed.steps, "steps, against 0.85 times those that follow");
+                     "difference of the heights, m, of 0.074 m fallen");
+  test::expect_below(damped.steps, 0.7 * followed.steps, "steps, against 0.7 times those that follow");
 }
 
 }  // namespace
