@@ -29,8 +29,10 @@ enum class Stage {
   velocity_repulsion,
   joints,           // within II, III.3, IV.3 and V.4
   explicit_forces,  // V.2 where constraints come before the solve
+  air_drag_halfway,
+  air_drag,
 };
-inline constexpr int stage_count = 20;
+inline constexpr int stage_count = 22;
 inline constexpr std::array<std::string_view, stage_count> stage_names = {"0 contact candidates",
                                                                           "I.1 advance velocity",
                                                                           "II collide",
@@ -50,7 +52,9 @@ inline constexpr std::array<std::string_view, stage_count> stage_names = {"0 con
                                                                           "IV self-collision",
                                                                           "V.4 self-repulsion",
                                                                           "joints",
-                                                                          "V.2 explicit forces"};
+                                                                          "V.2 explicit forces",
+                                                                          "I air drag",
+                                                                          "V air drag"};
 
 class StageClock {
  public:

@@ -45,6 +45,7 @@ struct DeformableBody {
   int first_triangle = 0, triangle_count = 0;  // of the boundary; of a shell, all of it from its front
   int first_segment = 0, segment_count = 0;    // of a rod
   double thickness = 0;                        // m, of shells and rods: contact is half of it away
+  double air_drag = 0;                         // 1/m, deceleration over the square of the speed
 };
 
 inline Vec3 weighted(const SurfacePoint& point, const std::vector<Vec3>& values) {

@@ -1,4 +1,5 @@
-// Surfaces of any resolution that the tets of a coarser mesh carry along, for pictures and export.
+// Surfaces of any resolution that the tets of a coarser mesh carry along (hard bindings to tets: Sifakis,
+// Shinar, Irving, Fedkiw 2007): for pictures and export, and to be touched.
 #pragma once
 
 #include <array>
@@ -18,7 +19,13 @@ class CarriedSurface {
   // The surface and the mesh at rest in the same coordinates, m.
   CarriedSurface(const Surface& surface, const TetMesh& mesh);
 
+  struct Carrier {
+    std::array<int, 4> nodes;
+    std::array<double, 4> weights;
+  };
+
   bool empty() const { return carriers_.empty(); }
+  const std::vector<Carrier>& carriers() const { return carriers_; }  // of the positions
   // Moves `surface`, which has the topology of the one given, with the mesh's nodes at nodes[0], nodes[1],
   // ...
   void update(const Vec3* nodes, Surface& surface) const;
@@ -29,11 +36,7 @@ class CarriedSurface {
   double farthest_outside() const;
 
  private:
-  struct Carrier {
-    std::array<int, 4> nodes;
-    std::array<double, 4> weights;
-  };
-  std::vector<Carrier> carriers_;  // of the positions
+  std::vector<Carrier> carriers_;
 };
 
 }  // namespace duet

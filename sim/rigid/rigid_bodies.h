@@ -32,6 +32,7 @@ struct RigidProperties {
   Vec3 inertia = Vec3::Zero();        // kg m^2, principal moments
   double friction = 0, restitution = 0;
   double rolling_friction = 0, spinning_friction = 0;  // m, lever arm of the normal force
+  double air_drag = 0;                                 // 1/m, deceleration over the square of the speed
   bool is_kinematic = false;
   bool is_dynamic() const { return inverse_mass > 0; }
   bool moves() const { return is_dynamic() || is_kinematic; }

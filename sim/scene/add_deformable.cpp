@@ -218,6 +218,18 @@ void add_surface_points(const TetMesh& mesh, const std::vector<Triangle>& triang
              body, bodies);
 }
 
+void add_surface_points(const CarriedSurface& skin, duet::DeformableBody& body, Bodies& bodies) {
+  body.first_point = static_cast<int>(bodies.points.size());
+  for (const CarriedSurface::Carrier& carrier : skin.carriers()) {
+    SurfacePoint point;
+    point.count = 4;
+    point.weight = carrier.weights;
+    for (std::size_t i = 0; i < 4; ++i) point.particle[i] = body.first_particle + carrier.nodes[i];
+    add_point(point, bodies);
+  }
+  body.point_count = static_cast<int>(bodies.points.size()) - body.first_point;
+}
+
 BodyShape add_shell(const Scene& scene, const EffectSet& plan, const DeformableBody& description,
                     Bodies& bodies) {
   const Material& material = material_of(scene, description);

@@ -31,5 +31,7 @@ void add_volume_springs(const std::vector<Tet>& tets, const SpringLaw& law, Bodi
 // particles.
 void add_surface_points(const TetMesh& mesh, const std::vector<Triangle>& triangles, int order, double reach,
                         duet::DeformableBody& body, Bodies& bodies);
+// In place of those: the vertices of a skin that the body's tets carry.
+void add_surface_points(const CarriedSurface& skin, duet::DeformableBody& body, Bodies& bodies);
 
 }  // namespace duet::scene

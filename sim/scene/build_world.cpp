@@ -74,6 +74,7 @@ std::vector<double> lumped_masses(const TetMesh& mesh, double density) {
   return mass;
 }
 
+// Of a body with a skin: what is drawn, and how the tets carry it.
 BodyShape skinned(const scene::DeformableBody& description, const TetMesh& mesh, std::size_t first_particle) {
   if (!description.skin->mesh)
     throw Error(ExitStatus::usage,
@@ -86,12 +87,44 @@ BodyShape skinned(const scene::DeformableBody& description, const TetMesh& mesh,
   return shape;
 }
 
+// Every triangle of the skin has its share of the mass by area, a third of it at each corner, and the nodes
+// that carry the corner have that by its weights: which keeps mass and centre of mass.
+void add_skin_mass(const scene::DeformableBody& description, const BodyShape& skin,
+                   std::vector<double>& masses) {
+  const Surface& surface = skin.surface.surface;
+  std::vector<double> area(surface.positions.size(), 0);
+  double total = 0;
+  for (const std::array<Corner, 3>& triangle : surface.triangles) {
+    std::array<Vec3, 3> x;
+    for (std::size_t k = 0; k < 3; ++k)
+      x[k] = surface.positions[static_cast<std::size_t>(triangle[k].position)].cast<double>();
+    const double its_area = (x[1] - x[0]).cross(x[2] - x[0]).norm() / 2;
+    for (const Corner& corner : triangle) area[static_cast<std::size_t>(corner.position)] += its_area / 3;
+    total += its_area;
+  }
+  for (std::size_t i = 0; i < area.size(); ++i) {
+    const CarriedSurface::Carrier& carrier = skin.skin.carriers()[i];
+    for (std::size_t k = 0; k < 4; ++k)
+      masses[static_cast<std::size_t>(carrier.nodes[k])] +=
+          *description.skin->mass * area[i] / total * carrier.weights[k];
+  }
+  if (*std::min_element(masses.begin(), masses.end()) <= 0)
+    throw Error(
+        ExitStatus::usage,
+        fmt::format("deformable.{}.skin.mass: {:.4g} kg on a skin that reaches {:.2g} of a tetrahedron "
+                    "out of them would need negative masses; lower it, or shape.spacing",
+                    description.name, *description.skin->mass, skin.skin.farthest_outside()));
+}
+
 BodyShape add_volume(const Scene& scene, const EffectSet& plan, const scene::DeformableBody& description,
                      const TetMesh& mesh, Bodies& bodies) {
   const Material& material = material_of(scene, description);
   const std::vector<Triangle> triangles = boundary(mesh);
   const double density = description.mass ? *description.mass / volume(mesh) : material.density;
-  const std::vector<double> masses = lumped_masses(mesh, density);
+  std::vector<double> masses = lumped_masses(mesh, density);
+  std::optional<BodyShape> skin;
+  if (description.skin) skin = skinned(description, mesh, bodies.particles.size());
+  if (skin && description.skin->mass) add_skin_mass(description, *skin, masses);
 
   duet::DeformableBody body;
   body.name = description.name;
@@ -118,14 +151,16 @@ BodyShape add_volume(const Scene& scene, const EffectSet& plan, const scene::Def
   if (resists.springs && plan[index(Effect::springs)]) add_volume_springs(tets, material.springs, bodies);
   if (description.incompressible) bodies.one_rings.add(tets, bodies.particles.x);
   body.tet_count = static_cast<int>(bodies.forces.elements.size()) - body.first_tet;
-  add_surface_points(mesh, triangles, scene.solver.face_samples, 0, body, bodies);
+  if (skin && description.skin->contact)
+    add_surface_points(skin->skin, body, bodies);
+  else
+    add_surface_points(mesh, triangles, scene.solver.face_samples, 0, body, bodies);
   bodies.deformable.push_back(body);
 
   // Few triangles go around a curve of a filled surface or of tets from elsewhere, so that they meet at wide
   // angles; only a lattice's edges are sharp for certain.
   const double crease = description.shape.kind == DeformableKind::box ? 40 : 75;
-  if (description.skin && plan[index(Effect::embedded_surfaces)])
-    return skinned(description, mesh, static_cast<std::size_t>(body.first_particle));
+  if (skin && plan[index(Effect::embedded_surfaces)]) return std::move(*skin);
   BodyShape shape{description.name, boundary_surface(mesh, triangles, crease)};
   for (int& node : shape.surface.vertex_nodes) node += body.first_particle;
   return shape;
@@ -239,6 +274,18 @@ void add_joints(const Scene& scene, const EffectSet& plan, const std::vector<Pos
   std::sort(bodies.apart.begin(), bodies.apart.end());
 }
 
+// Drag carries the weight at the terminal speed: m k v^2 = m |g|. Bodies at rest in space have no weight,
+// which the reader reports.
+void add_air_drag(const Scene& scene, Bodies& bodies) {
+  const auto drag = [&](const std::optional<double>& terminal_speed) {
+    return terminal_speed ? scene.gravity.norm() / (*terminal_speed * *terminal_speed) : 0;
+  };
+  for (std::size_t i = 0; i < scene.rigid.size(); ++i)
+    bodies.rigid.properties[i].air_drag = drag(scene.rigid[i].terminal_speed);
+  for (std::size_t i = 0; i < scene.deformable.size(); ++i)
+    bodies.deformable[i].air_drag = drag(scene.deformable[i].terminal_speed);
+}
+
 void fall_freely(const Bodies& bodies, const Vec3& gravity, GeneralizedVelocity& acceleration) {
   acceleration.particle.resize(bodies.particles.size());
   for (std::size_t p = 0; p < bodies.particles.size(); ++p)
@@ -273,6 +320,7 @@ BuiltWorld build_world(const Scene& scene, const EffectSet& plan) {
                                                       : add_rod(scene, plan, body, bodies));
   if (plan[index(Effect::soft_bindings)]) attach_softly(scene, bodies);
   bodies.push_back = plan[index(Effect::two_way)];
+  if (plan[index(Effect::air_drag)]) add_air_drag(scene, bodies);
   finalize_forces(bodies);
   keep_apart(scene, plan, bodies);
   bodies.one_rings.finalize(bodies.particles.inverse_mass, bodies.particles.x);

@@ -123,14 +123,10 @@ std::pair<toml::table*, std::string> resolve(toml::table& document, const std::s
 
 }  // namespace
 
-void Problems::add(const toml::source_region& at, std::string key, std::string message, std::string hint) {
-  // Nodes that were made or copied by an override have no source, or that of the override's own little
-  // document.
-  if (at.begin.line == 0 && copies_) {
-    problems_.push_back({fmt::format("{} (a copy, or --set)", file_), 0, 0, std::move(key),
-                         std::move(message), std::move(hint)});
-    return;
-  }
+void Problems::add(const toml::source_region& region, std::string key, std::string message,
+                   std::string hint) {
+  const toml::source_region at = place(region, key);
+  // Nodes that were made by an override have no source, or that of the override's own little document.
   if (at.begin.line == 0 || (at.path && *at.path == override_file)) {
     add_override(std::move(key), std::move(message), std::move(hint));
     return;
@@ -147,12 +143,37 @@ void Problems::add_global(std::string message, std::string hint) {
   problems_.push_back({file_, 0, 0, {}, std::move(message), std::move(hint)});
 }
 
+// What is wrong in every copy of a table is said once, of the first one.
+std::vector<SceneProblem> said_once(const std::vector<SceneProblem>& sorted) {
+  std::vector<SceneProblem> result;
+  std::size_t more = 0;
+  const auto close = [&] {
+    if (more > 0)
+      result.back().message += fmt::format(" (as in {} other {})", more, more == 1 ? "copy" : "copies");
+    more = 0;
+  };
+  std::string message;  // of the last one in `result`, as it was given
+  for (const SceneProblem& problem : sorted) {
+    const bool again = !result.empty() && problem.line > 0 && problem.line == result.back().line &&
+                       problem.column == result.back().column && problem.message == message;
+    if (again) {
+      ++more;
+      continue;
+    }
+    close();
+    result.push_back(problem);
+    message = problem.message;
+  }
+  close();
+  return result;
+}
+
 void Problems::throw_if_any() {
   if (problems_.empty()) return;
   std::stable_sort(problems_.begin(), problems_.end(), [](const SceneProblem& a, const SceneProblem& b) {
     return std::pair(a.line, a.column) < std::pair(b.line, b.column);
   });
-  throw SceneError(std::move(problems_));
+  throw SceneError(said_once(problems_));
 }
 
 toml::table parse_document(const std::string& text, const std::string& path) {

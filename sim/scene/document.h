@@ -8,6 +8,7 @@
 #include <toml++/toml.h>
 
 #include "sim/base/error.h"
+#include "sim/scene/places.h"
 
 namespace duet::scene {
 
@@ -16,17 +17,20 @@ namespace duet::scene {
 class Problems {
  public:
   explicit Problems(std::string file) : file_(std::move(file)) {}
-  void add(const toml::source_region& at, std::string key, std::string message, std::string hint = {});
+  void add(const toml::source_region& region, std::string key, std::string message, std::string hint = {});
   void add_override(std::string key, std::string message, std::string hint = {});
   void add_global(std::string message, std::string hint = {});  // about the scene as a whole
-  // From here on nodes without a place may be copies that `repeat` or a prefab made.
-  void expect_copies() { copies_ = true; }
+  // Where the value at the path stands; that of its original if it is a copy.
+  toml::source_region place(const toml::source_region& at, const std::string& path) const {
+    return at.begin.line > 0 ? at : copies_.find(path);
+  }
+  CopiedPlaces& copies() { return copies_; }  // what `repeat` and prefabs have made
   std::size_t count() const { return problems_.size(); }
   void throw_if_any();  // SceneError, sorted by line
 
  private:
   std::string file_;
-  bool copies_ = false;
+  CopiedPlaces copies_;
   std::vector<SceneProblem> problems_;
 };
 

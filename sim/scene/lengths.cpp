@@ -8,7 +8,7 @@ namespace duet::scene {
 namespace {
 
 // All keys that are measured in metres, and the factor on a mesh.
-constexpr std::array<std::string_view, 26> lengths = {"position",
+constexpr std::array<std::string_view, 27> lengths = {"position",
                                                       "box",
                                                       "sphere",
                                                       "radius",
@@ -33,7 +33,8 @@ constexpr std::array<std::string_view, 26> lengths = {"position",
                                                       "sample_spacing",
                                                       "rolling_friction",
                                                       "spinning_friction",
-                                                      "travel"};
+                                                      "travel",
+                                                      "amplitude"};
 
 // A whole number becomes a floating-point one.
 void multiply(toml::node& node, double factor) {
@@ -76,6 +77,11 @@ void scale_lengths(toml::table& element, double scale) {
     shape->insert("scale", scale);
   if (toml::table* skin = element["skin"].as_table(); skin && !skin->contains("scale"))
     skin->insert("scale", scale);
+  if (toml::table* motion = element["motion"].as_table())  // of keyframes, whose places are scaled, too
+    if (toml::array* keyframes = (*motion)["keyframes"].as_array())
+      for (toml::node& keyframe : *keyframes)
+        if (toml::node* velocity = keyframe.is_table() ? keyframe.as_table()->get("velocity") : nullptr)
+          multiply(*velocity, scale);
   if (const auto mass = element["mass"].value<double>())
     element.insert_or_assign("mass", scale * scale * scale * *mass);
 }

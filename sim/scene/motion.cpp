@@ -1,5 +1,6 @@
 #include "sim/scene/motion.h"
 
+#include <algorithm>
 #include <limits>
 #include <numbers>
 
@@ -17,6 +18,11 @@ PositionTrack positions(const RigidBody& body) {
   return position_track(keys, body.motion.interpolation, body.motion.loop);
 }
 
+bool has_turning_keyframes(const RigidBody& body) {
+  const std::vector<Keyframe>& keyframes = body.motion.keyframes;
+  return std::any_of(keyframes.begin(), keyframes.end(), [](const Keyframe& k) { return k.has_rotation; });
+}
+
 OrientationTrack orientations(const RigidBody& body) {
   std::vector<OrientationKey> keys;
   for (const Keyframe& keyframe : body.motion.keyframes)
@@ -31,6 +37,10 @@ OrientationTrack orientations(const RigidBody& body) {
 
 KinematicMotion kinematic_motion(const RigidBody& body, const Pose& frame) {
   KinematicMotion motion{positions(body), orientations(body), {}, {}, frame};
+  if (has_turning_keyframes(body)) {  // they turn the body from how it is placed
+    motion.frame.position = body.placement.orientation * frame.position;
+    motion.frame.orientation = body.placement.orientation * frame.orientation;
+  }
   for (const Spin& spin : body.motion.spin)
     motion.spins.push_back({spin.axis.normalized(), 2 * std::numbers::pi * spin.rate, spin.start,
                             spin.stop.value_or(never), spin.ramp});

@@ -69,7 +69,6 @@ class MotionChecker {
             "keyframes follow each other in time");
     }
     check_placement("position", tables);
-    check_placement("rotation", tables);
     if (motion_.loop) check_loop(tables);
   }
 
@@ -84,7 +83,7 @@ class MotionChecker {
     check_axis((*at.table)["rotation"].as_table(), join_path(at.path, "rotation"), key.rotation.axis);
   }
 
-  // What keyframes say the body's own keys cannot say too.
+  // What keyframes say the body's own keys cannot say too. Rotations of keyframes turn it from its own.
   void check_placement(const char* key, const std::vector<ListedTable>& tables) {
     const bool keyed = std::any_of(tables.begin(), tables.end(),
                                    [&](const ListedTable& at) { return at.table->contains(key); });

@@ -257,6 +257,16 @@ PlannedEffect asked_for(Effect effect, const Scene& scene, Asks&& asks, std::str
   return {effect, true, fmt::format("asked for by {}", listed(names))};
 }
 
+PlannedEffect air_drag(const Scene& scene) {
+  std::vector<std::string> names;
+  for (const RigidBody& body : scene.rigid)
+    if (body.terminal_speed) names.push_back(body.name);
+  for (const DeformableBody& body : scene.deformable)
+    if (body.terminal_speed) names.push_back(body.name);
+  if (names.empty()) return {Effect::air_drag, false, "no body has a terminal_speed"};
+  return {Effect::air_drag, true, fmt::format("asked for by {}", listed(names))};
+}
+
 EffectSet removed_effects(const std::vector<std::string>& without) {
   EffectSet removed;
   for (const std::string& word : without) {
@@ -325,6 +335,7 @@ EffectPlan plan_effects(const Scene& scene, const std::vector<std::string>& with
   add(asked_for(
       Effect::embedded_surfaces, scene, [](const DeformableBody& body) { return body.skin.has_value(); },
       "no deformable body has a skin"));
+  add(air_drag(scene));
   return plan;
 }
 

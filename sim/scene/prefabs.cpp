@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <map>
+#include <memory>
 #include <numbers>
 #include <set>
 
@@ -50,6 +52,14 @@ void for_each_text(toml::node& node, Change&& change) {
     change(text->get());
 }
 
+// Calls change(table) for a table, or for all tables of an array.
+template <class Change>
+void for_each_table(toml::node* node, Change&& change) {
+  if (toml::table* table = node ? node->as_table() : nullptr) change(*table);
+  if (toml::array* array = node ? node->as_array() : nullptr)
+    for (toml::node& element : *array) for_each_table(&element, change);
+}
+
 void replace_all(std::string& text, std::string_view from, const std::string& to) {
   for (std::size_t at = text.find(from); at != std::string::npos; at = text.find(from, at + to.size()))
     text.replace(at, from.size(), to);
@@ -65,6 +75,11 @@ toml::node* at_path(toml::table& table, std::string_view path) {
     path.remove_prefix(dot + 1);
   }
   return inner->get(path);
+}
+
+// Of an element of a list, as the reader names it.
+std::string path_of(const toml::table& element, const std::string& list) {
+  return fmt::format("{}.{}", list, element["name"].value_or(std::string()));
 }
 
 bool names_parameter(const std::string& text) {
@@ -111,7 +126,6 @@ class Expander {
       return node.is_table() && node.as_table()->contains("repeat");
     };
     if (std::none_of(list.begin(), list.end(), repeats)) return;
-    problems_.expect_copies();
     toml::array result;
     for (toml::node& node : list) {
       toml::table* element = node.as_table();
@@ -123,9 +137,13 @@ class Expander {
       }
       Repetition repetition;
       TableReader(problems_).read(*repeat, keys(repetition), path + ".repeat", {"advance"});
+      const auto places = problems_.copies().of(*element, path_of(*element, path));
       toml::table copy = *element;
       copy.erase("repeat");
-      for (int k = 0; k < repetition.count; ++k) result.push_back(nth(copy, *repeat, repetition, k, path));
+      for (int k = 0; k < repetition.count; ++k) {
+        result.push_back(nth(copy, *repeat, repetition, k, path));
+        problems_.copies().add(path_of(*result.back().as_table(), path), places);
+      }
     }
     list = std::move(result);
   }
@@ -287,7 +305,6 @@ class Expander {
   void add(const toml::table& table, const toml::table& prefab, const Pose& pose, const std::string& name,
            Random& random, const std::string& path) {
     const double scale = table["scale"].value_or(1.0);
-    problems_.expect_copies();
     if (++copies_ > most_copies) {
       if (copies_ == most_copies + 1)
         problems_.add(table.source(), path,
@@ -309,6 +326,8 @@ class Expander {
       toml::array* target = document_[key].as_array();
       for (const toml::node& node : *list) {
         if (!node.is_table() || !target) continue;
+        const std::string prefab_path = fmt::format("prefabs.{}.{}", table["prefab"].value_or(""), key);
+        const auto places = places_of(*node.as_table(), prefab_path);
         toml::table copy = *node.as_table();
         substitute(copy, values, path);
         scale_lengths(copy, scale);
@@ -316,10 +335,17 @@ class Expander {
         if (key == "joints")
           move_joint(copy, pose);
         else
-          move_body(copy, pose, path);
+          move_body(copy, pose);
+        problems_.copies().add(path_of(copy, std::string(key)), places);
         target->push_back(std::move(copy));
       }
     }
+  }
+
+  std::shared_ptr<const Places> places_of(const toml::table& original, const std::string& list) {
+    auto& places = places_[&original];
+    if (!places) places = problems_.copies().of(original, path_of(original, list));
+    return places;
   }
 
   void rename(toml::table& element, const std::string& name, const std::set<std::string>& own) {
@@ -337,10 +363,37 @@ class Expander {
         if (toml::table* table = pin.as_table()) prefix(table->get("body"), false);
   }
 
-  void move_body(toml::table& body, const Pose& pose, const std::string& path) {
-    if (const toml::node* motion = body.get("motion"))
-      problems_.add(motion->source(), path, "a body of a prefab has a motion", "move it to [[rigid]]");
-    set_vector(body, "position", pose.to_world(vector_of(body.get("position")).value_or(Vec3::Zero())));
+  // A turned motion: what turned by R now turns by P R P^-1, from an orientation that P has turned, too.
+  void move_motion(toml::node& motion, const Pose& pose) {
+    const auto turn = [&](toml::table* table, std::string_view key) {
+      const auto v = table ? vector_of(table->get(key)) : std::nullopt;
+      if (v) set_vector(*table, key, pose.orientation * *v);
+    };
+    toml::table* table = motion.as_table();
+    if (!table) return;  // the reader reports it
+    for_each_table(table->get("keyframes"), [&](toml::table& keyframe) {
+      if (const auto position = vector_of(keyframe.get("position")))
+        set_vector(keyframe, "position", pose.to_world(*position));
+      turn(&keyframe, "velocity");
+      turn(keyframe["rotation"].as_table(), "axis");
+    });
+    for_each_table(table->get("spin"), [&](toml::table& spin) { turn(&spin, "axis"); });
+    for_each_table(table->get("sinusoid"), [&](toml::table& sinusoid) {
+      turn(&sinusoid, "amplitude");
+      turn(sinusoid["rotation"].as_table(), "axis");
+    });
+  }
+
+  void move_body(toml::table& body, const Pose& pose) {
+    bool keyed = false;  // positions are those of keyframes
+    if (toml::node* motion = body.get("motion")) {
+      move_motion(*motion, pose);
+      if (toml::table* table = motion->as_table())
+        for_each_table(table->get("keyframes"),
+                       [&](toml::table& keyframe) { keyed = keyed || keyframe.contains("position"); });
+    }
+    if (!keyed || body.contains("position"))
+      set_vector(body, "position", pose.to_world(vector_of(body.get("position")).value_or(Vec3::Zero())));
     for (const std::string_view key : {"velocity", "angular_velocity"})
       if (const auto v = vector_of(body.get(key))) set_vector(body, key, pose.orientation * *v);
     Rotation own;
@@ -379,6 +432,7 @@ class Expander {
   std::vector<PlacedBox> placed_;
   toml::table scene_parameters_;
   std::set<std::string> reported_;
+  std::map<const toml::table*, std::shared_ptr<const Places>> places_;  // of what prefabs hold
   int copies_ = 0;
 };
 

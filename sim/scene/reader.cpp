@@ -50,12 +50,14 @@ class SceneReader {
   void read_material(const toml::table& table, const std::string& path, const std::string& name);
 
   const toml::table* table(std::string_view section);
+  Location location_of(const toml::table& table, const std::string& path) const;
   template <class Read>
   void for_each_in_list(std::string_view section, Read&& read_element);
   template <class Read>
   void for_each_named(std::string_view section, Read&& read_element);
 
   void check_mass(const RigidBody& body, const toml::table& table, const std::string& path);
+  void check_terminal_speed(const toml::table& table, const std::string& path);
   bool check_rotation(const Rotation& rotation, const toml::table& table, const std::string& path);
   void check_body_name(const std::string& name, const toml::table& table, const std::string& path);
   void check_unique(std::map<std::string, toml::source_region>& taken, const std::string& name,
@@ -74,8 +76,9 @@ class SceneReader {
   std::map<std::string, toml::source_region> body_names_, light_names_, joint_names_;
 };
 
-Location location_of(const toml::table& table) {
-  return {static_cast<int>(table.source().begin.line), static_cast<int>(table.source().begin.column)};
+Location SceneReader::location_of(const toml::table& table, const std::string& path) const {
+  const toml::source_position at = problems_.place(table.source(), path).begin;
+  return {static_cast<int>(at.line), static_cast<int>(at.column)};
 }
 
 Scene SceneReader::read() {
@@ -179,10 +182,11 @@ void SceneReader::read_rigid(const toml::table& table, const std::string& path) 
   check_body_name(body.name, table, path);
   shapes_.check(body, table, path);
   check_mass(body, table, path);
+  check_terminal_speed(table, path);
   check_motion(body, table, path, problems_);
   if (check_rotation(entry.rotation, table, path))
     body.placement.orientation = orientation_of(entry.rotation);
-  body.at = location_of(table);
+  body.at = location_of(table, path);
   scene_.rigid.push_back(std::move(body));
 }
 
@@ -194,9 +198,10 @@ void SceneReader::read_deformable(const toml::table& table, const std::string& p
   if (entry.has_attach_springs) body.attach_springs = entry.attach_springs;
   if (entry.has_skin) body.skin = std::move(entry.skin);
   check_deformable(body, table, path, shapes_, problems_);
+  check_terminal_speed(table, path);
   if (check_rotation(entry.rotation, table, path))
     body.placement.orientation = orientation_of(entry.rotation);
-  body.at = location_of(table);
+  body.at = location_of(table, path);
   scene_.deformable.push_back(std::move(body));
 }
 
@@ -206,7 +211,7 @@ void SceneReader::read_joint(const toml::table& table, const std::string& path) 
   reader_.read(table, keys(entry), path);
   Joint& joint = scene_.joints.emplace_back(std::move(entry.joint));
   check_unique(joint_names_, joint.name, table, path, "names of joints must differ");
-  joint.at = location_of(table);
+  joint.at = location_of(table, path);
   if (problems_.count() == before) check_joint(joint, scene_, table, path, problems_);
 }
 
@@ -282,7 +287,7 @@ void SceneReader::check_body_name(const std::string& name, const toml::table& ta
 void SceneReader::check_unique(std::map<std::string, toml::source_region>& taken, const std::string& name,
                                const toml::table& table, const std::string& path, const std::string& hint) {
   if (name.empty()) return;
-  const toml::source_region place = place_of(table, "name");
+  const toml::source_region place = problems_.place(place_of(table, "name"), path + ".name");
   const auto [first, inserted] = taken.emplace(name, place);
   if (inserted) return;
   const auto line = first->second.begin.line;
@@ -294,12 +299,12 @@ void SceneReader::check_unique(std::map<std::string, toml::source_region>& taken
 
 void SceneReader::check_mass(const RigidBody& body, const toml::table& table, const std::string& path) {
   if (body.is_static) {
-    reject(table, path, {"mass", "density", "velocity", "angular_velocity"}, "has no effect on a static body",
-           "remove it, or remove `static = true`");
+    reject(table, path, {"mass", "density", "velocity", "angular_velocity", "terminal_speed"},
+           "has no effect on a static body", "remove it, or remove `static = true`");
     return;
   }
   if (body.is_kinematic) {
-    reject(table, path, {"mass", "density", "velocity", "angular_velocity"},
+    reject(table, path, {"mass", "density", "velocity", "angular_velocity", "terminal_speed"},
            "has no effect on a body with a motion", "remove it, or remove `motion`");
     return;
   }
@@ -310,6 +315,12 @@ void SceneReader::check_mass(const RigidBody& body, const toml::table& table, co
   if (!mass && !density)
     problems_.add(table.source(), path, "has neither mass nor density",
                   "give one of them, or `static = true` or a `motion` for a body that nothing moves");
+}
+
+void SceneReader::check_terminal_speed(const toml::table& table, const std::string& path) {
+  if (scene_.gravity.isZero(0))
+    reject(table, path, {"terminal_speed"}, "has no effect where nothing has weight",
+           "it is the speed at which drag carries the weight; remove it, or set `gravity`");
 }
 
 // Whether the table has a rotation that can be used; reports a zero axis.

@@ -116,6 +116,7 @@ struct RigidBody {
   double rolling_friction =
       0;  // m, lever arm of the normal force against rolling; a pair uses the larger one
   double spinning_friction = 0;  // m, the same against spinning about the normal; a pair uses the larger one
+  std::optional<double> terminal_speed;  // m/s, at which the drag of the air carries the body's weight
   std::optional<double> sample_spacing;  // m, of contact points on the surface
   std::string look;                      // name of a look
 };
@@ -181,10 +182,12 @@ struct AttachSprings {
   double damping = 1;  // of critical
 };
 
-// A surface that is drawn in place of the boundary and moves with the tets.
+// A surface that is drawn in place of the boundary and moves with the tets. Forces on it act on them.
 struct Skin {
   std::string mesh_file;                               // as in the scene: relative to its folder
   double scale = 1;                                    // m per unit of the mesh
+  bool contact = false;                                // rigid bodies touch its vertices, not the boundary
+  std::optional<double> mass;                          // kg, besides that of the tets, which carry it
   std::shared_ptr<const TriangleMesh> mesh = nullptr;  // null if the scene was read without its meshes
 };
 
@@ -198,8 +201,9 @@ struct DeformableBody {
   std::optional<AttachSprings> attach_springs;  // that hold them, in place of stiff bonds
   std::optional<Skin> skin;                     // of volumes
   Placement placement;
-  std::string material;        // name of a material
-  std::optional<double> mass;  // kg; overrides density * volume
+  std::string material;                  // name of a material
+  std::optional<double> mass;            // kg; overrides density * volume
+  std::optional<double> terminal_speed;  // m/s, at which the drag of the air carries the body's weight
   bool incompressible = false;
   std::optional<bool> self_collision;         // with itself; else as collides_with_itself decides
   std::optional<double> collision_thickness;  // m; else a tenth of the surface's shortest edge
@@ -294,7 +298,7 @@ struct Solver {
   Accuracy accuracy = Accuracy::standard;
   Integration integration = Integration::semi_implicit;  // of elastic forces; damping is always implicit
   int newton_iterations = 20;                            // bound on those of an implicit solve
-  double cfl = 0.7;  // time step as a fraction of the elastic stability limit
+  double cfl = 0.7;                               // time step as a fraction of the elastic stability limit
   Compression compression = Compression::damped;  // elements that it makes stiffer than any at rest
   double max_travel =
       0.1;  // how far another body may enter a moving one in a step, as a fraction of its size

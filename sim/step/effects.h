@@ -30,8 +30,9 @@ enum class Effect {
   hard_bindings,             // particles of deformable bodies that rigid ones carry
   soft_bindings,             // I.1, V.2: springs that hold particles to rigid bodies
   embedded_surfaces,         // finer surfaces that are drawn in place of the tets'; no part of the step
+  air_drag,                  // I, V: bodies that fall no faster than their terminal speed
 };
-inline constexpr int effect_count = 20;
+inline constexpr int effect_count = 21;
 inline constexpr std::array<std::string_view, effect_count> effect_names = {"rigid_collision",
                                                                             "rigid_contact",
                                                                             "rigid_deformable_contact",
@@ -51,7 +52,8 @@ inline constexpr std::array<std::string_view, effect_count> effect_names = {"rig
                                                                             "pd_control",
                                                                             "hard_bindings",
                                                                             "soft_bindings",
-                                                                            "embedded_surfaces"};
+                                                                            "embedded_surfaces",
+                                                                            "air_drag"};
 
 using EffectSet = std::bitset<effect_count>;
 inline std::size_t index(Effect effect) { return static_cast<std::size_t>(effect); }

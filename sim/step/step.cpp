@@ -23,6 +23,7 @@ void step(World& world, double time, double dt) {
   run(Stage::advance_velocity, advance_velocity);
   if (world.has(Effect::incompressibility)) run(Stage::volume_correction, correct_volume);
   if (world.has(Effect::self_repulsion)) run(Stage::self_repulsion, repel_surfaces);
+  if (world.has(Effect::air_drag)) run(Stage::air_drag_halfway, slow_in_air_halfway);
   if (collision) run(Stage::broad_phase, find_contacts);
   // II   v^n -> v^^n, v~^{n+1/2} -> v^^{n+1/2}
   if (collision || joints) run(Stage::collide, collide);
@@ -33,6 +34,7 @@ void step(World& world, double time, double dt) {
   if (world.has(Effect::push_out)) run(Stage::push_out, push_out);
   restore_collided_velocity(world, context);
   if (joints) run(Stage::joints, finish_positions);
+  if (world.has(Effect::air_drag)) run(Stage::air_drag, slow_in_air);
   follow_bodies(world.bodies.rigid, world.bodies.bound, world.bodies.particles);
   if (world.has(Effect::self_collision)) run(Stage::self_collision, collide_surfaces);
   // V    v^^n -> v^{n+1}

@@ -10,7 +10,7 @@ bool is_kept(Stage stage) {
   return stage == Stage::joints || stage == Stage::collide || stage == Stage::self_collision ||
          stage == Stage::constrained_solve || stage == Stage::make_incompressible ||
          stage == Stage::velocity_contact || stage == Stage::velocity_repulsion ||
-         stage == Stage::explicit_forces;
+         stage == Stage::explicit_forces || stage == Stage::air_drag;
 }
 
 bool acts_in_the_middle(const World& world, Stage stage) {  // at x^{n+1/2}
@@ -137,6 +137,9 @@ Momentum StepLedger::external(const World& world, Stage stage, const std::vector
       return context.projection.empty() ? total : impulse_of_contact(bodies, context.pressure, x);
     case Stage::joints:
       return context.joints_from_outside;
+    case Stage::air_drag_halfway:
+    case Stage::air_drag:
+      return gain;
     case Stage::collide:
       total = impulse_of_joints(context.joints);
       return total += contact_impulse(bodies, context.contacts, context.collision_scratch.pairs);

@@ -1,7 +1,10 @@
 // Repetition, prefabs and instances, as the reader sees them.
+#include <numbers>
+
 #include <gtest/gtest.h>
 
 #include "sim/base/error.h"
+#include "sim/scene/motion.h"
 #include "sim/scene/random_placement.h"
 #include "sim/scene/reader.h"
 
@@ -163,6 +166,89 @@ seed = )" + std::to_string(seed));
   EXPECT_EQ(a.rigid[4].placement.position, b.rigid[4].placement.position);
   EXPECT_NE(a.rigid[4].placement.position, c.rigid[4].placement.position);
   EXPECT_NE(a.joints[0].control.gain, a.joints[1].control.gain);
+}
+
+// A gate that swings, a wheel and a piston, turned by a quarter about y and moved: as a whole.
+TEST(Prefabs, MotionsMoveWithTheirInstance) {
+  const Scene scene = read_scene(R"(
+[[prefabs.machine.rigid]]
+name = "gate"
+shape = { box = [1, 1, 1] }
+rotation = { axis = [0, 1, 0], degrees = 30 }
+motion.keyframes = [
+  { time = 0, position = [1, 0, 0], rotation = { axis = [1, 0, 0], degrees = 0 } },
+  { time = 2, position = [3, 0, 0], velocity = [1, 0, 0], rotation = { axis = [1, 0, 0], degrees = 90 } },
+]
+[[prefabs.machine.rigid]]
+name = "wheel"
+shape = { sphere = 1 }
+position = [0, 1, 2]
+motion.spin = { axis = [0, 0, 1], rate = 1 }
+[[prefabs.machine.rigid]]
+name = "piston"
+shape = { sphere = 1 }
+motion.sinusoid = { amplitude = [1, 0, 0], rotation = { axis = [1, 0, 0], degrees = 5 }, frequency = 1 }
+[[instances]]
+name = "one"
+prefab = "machine"
+position = [0, 10, 0]
+rotation = { axis = [0, 1, 0], degrees = 90 }
+scale = 2
+)");
+  const auto near = [](const Vec3& a, const Vec3& b) { return (a - b).norm() < 1e-12; };
+  ASSERT_EQ(scene.rigid.size(), 3u);
+  const std::vector<Keyframe>& keys = scene.rigid[0].motion.keyframes;
+  EXPECT_TRUE(near(*keys[1].position, Vec3(0, 10, -6)));  // x has become -z, and all lengths are doubled
+  EXPECT_TRUE(near(*keys[1].velocity, Vec3(0, 0, -2)));
+  EXPECT_TRUE(near(scene.rigid[1].motion.spin[0].axis, Vec3(1, 0, 0)));
+  EXPECT_TRUE(near(scene.rigid[1].placement.position, Vec3(4, 12, 0)));
+  EXPECT_TRUE(near(scene.rigid[2].motion.sinusoid[0].amplitude, Vec3(0, 0, -2)));
+  EXPECT_TRUE(near(scene.rigid[2].motion.sinusoid[0].rotation.axis, Vec3(0, 0, -1)));
+  // What the gate's corner does in the world is what it does in the prefab, turned.
+  const Quat turn(Eigen::AngleAxisd(std::numbers::pi / 2, Vec3::UnitY()));
+  const Quat own(Eigen::AngleAxisd(std::numbers::pi / 6, Vec3::UnitY())),
+      swing(Eigen::AngleAxisd(std::numbers::pi / 2, Vec3::UnitX()));
+  const Pose pose = motion_at(kinematic_motion(scene.rigid[0], Pose()), 2).pose;
+  EXPECT_LT(pose.orientation.angularDistance(turn * swing * own), 1e-12);
+}
+
+// What is wrong in a copy is shown where it was written, and once.
+TEST(Prefabs, MistakesInCopiesAreFoundInTheFile) {
+  EXPECT_NE(problems_of(R"([[prefabs.leg.rigid]]
+name = "thigh"
+shape = { sphere = 1 }
+mass = "$weight"
+[[prefabs.leg.rigid]]
+name = "toe{}"
+shape = { sphere = 0.1 }
+position = [0, 0, 2]
+mass = 1
+friction = -3
+repeat = { count = 5, step = [0.3, 0, 0] }
+[prefabs.leg.parameters]
+weight = -2
+[[instances]]
+name = "leg"
+prefab = "leg"
+grid = [3, 1, 1]
+step = [4, 0, 0]
+)")
+                .find("test.toml:4:8: rigid.leg1-thigh.mass: must be > 0 kg, is -2 (as in 2 other copies)"),
+            std::string::npos);
+  const std::string text = problems_of(R"([[rigid]]
+name = "toe{}"
+shape = { sphere = 0.1 }
+mass = 1
+friction = -3
+velocity = [0, 0]
+repeat = { count = 5, step = [0.3, 0, 0] }
+)");
+  EXPECT_NE(text.find("test.toml:5:12: rigid.toe1.friction: must be >= 0, is -3 (as in 4 other copies)"),
+            std::string::npos)
+      << text;
+  EXPECT_NE(text.find("test.toml:6:12: rigid.toe1.velocity"), std::string::npos) << text;
+  const Scene scene = read_scene(std::string(legs) + "[[instances]]\nname = \"a\"\nprefab = \"leg\"\n");
+  EXPECT_EQ(scene.rigid[1].at.line, 9);  // of the shin
 }
 
 TEST(Prefabs, MistakesAreNamed) {

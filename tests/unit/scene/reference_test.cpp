@@ -67,6 +67,7 @@ friction = 0.1
 restitution = 0.9
 rolling_friction = 0.001
 spinning_friction = 0.001
+terminal_speed = 20
 look = "NAME"
 
 [[rigid]]
@@ -120,6 +121,7 @@ velocity = [0, 2, 0]
 angular_velocity = [0, 0, 3]
 material = "NAME"
 mass = 12
+terminal_speed = 30
 incompressible = true
 self_collision = true
 collision_thickness = 0.01
@@ -127,7 +129,7 @@ collision_friction = 0.3
 look = "NAME"
 attach = ["brick"]
 attach_springs = { gain = 100, damping = 0.5 }
-skin = { mesh = "knot.obj", scale = 2 }
+skin = { mesh = "knot.obj", scale = 2, contact = true, mass = 3 }
 repeat = { count = 1, step = [1, 0, 0] }
 
 [[deformable]]

@@ -1,0 +1,104 @@
+// Bodies with a terminal speed fall as v' = g - k |v| v does, k = g / v_t^2; others do not feel the air.
+#include <cmath>
+
+#include "tests/support/margin.h"
+#include "tests/support/scenes.h"
+#include <gtest/gtest.h>
+
+#include "sim/step/world.h"
+
+namespace duet {
+namespace {
+
+constexpr double g = 9.8, terminal = 5;  // m/s^2, m/s
+
+// A rigid ball, a soft box and a particle, dropped from rest.
+scene::Scene falling(double max_time_step) {
+  scene::Scene scene;
+  scene.title = "test";
+  test::add_ball(scene, "ball", Vec3(0, 0, 0), 0.5, 3).terminal_speed = terminal;
+  test::add_soft_box(scene, "box", Vec3(3, 0, 0), Vec3(1, 1, 1), 2, 1e5).terminal_speed = terminal;
+  scene::DeformableBody particle = scene.deformable.back();
+  particle.name = "particle";
+  particle.shape.kind = scene::DeformableKind::particle;
+  particle.shape.radius = 0.1;
+  particle.placement.position = Vec3(6, 0, 0);
+  scene.deformable.push_back(particle);
+  test::add_ball(scene, "free", Vec3(9, 0, 0), 0.5, 3);
+  scene.solver.max_time_step = max_time_step;
+  return scene;
+}
+
+struct Fall {
+  double depth = 0, speed = 0;  // m, m/s
+};
+
+// After one second: of the ball, of the box's mean, of the particle, of the ball without drag.
+std::array<Fall, 4> after_a_second(double max_time_step) {
+  const scene::Scene scene = falling(max_time_step);
+  Simulation simulation(scene, test::plan(scene));
+  for (int frame = 0; frame < 24; ++frame) simulation.advance_frame();
+  const Bodies& bodies = simulation.world().bodies;
+  const auto rigid = [&](std::size_t i) {
+    return Fall{-bodies.rigid.state[i].pose.position.y(), -bodies.rigid.state[i].velocity.y()};
+  };
+  const auto soft = [&](std::size_t i) {
+    Fall mean;
+    double mass = 0;
+    const DeformableBody& body = bodies.deformable[i];
+    for (int k = 0; k < body.particle_count; ++k) {
+      const auto p = static_cast<std::size_t>(body.first_particle + k);
+      mean.depth -= bodies.particles.mass[p] * bodies.particles.x[p].y();
+      mean.speed -= bodies.particles.mass[p] * bodies.particles.v[p].y();
+      mass += bodies.particles.mass[p];
+    }
+    return Fall{mean.depth / mass, mean.speed / mass};
+  };
+  return {rigid(0), soft(0), soft(1), rigid(1)};
+}
+
+TEST(AirDrag, FallIsTheClosedForm) {
+  const double speed = terminal * std::tanh(g / terminal);
+  const double depth = terminal * terminal / g * std::log(std::cosh(g / terminal));
+  const auto coarse = after_a_second(1.0 / 192), fine = after_a_second(1.0 / 384);
+  for (std::size_t i = 0; i < 3; ++i) {
+    // Of second order: 1.2e-5 at 1/192 s.
+    test::expect_below(std::abs(coarse[i].speed / speed - 1), 2e-5, "speed");
+    test::expect_below(std::abs(coarse[i].depth / depth - 1), 2e-5, "depth");
+  }
+  EXPECT_NEAR((coarse[0].speed - speed) / (fine[0].speed - speed), 4, 0.2);
+  EXPECT_NEAR((coarse[0].depth - depth) / (fine[0].depth - depth), 4, 0.2);
+  EXPECT_NEAR(coarse[3].speed, g, 1e-12) << "no drag was asked for";
+  EXPECT_NEAR(coarse[3].depth, g / 2, 1e-12);
+}
+
+TEST(AirDrag, IsFromOutsideAndLeavesSpinAlone) {
+  scene::Scene scene = falling(1.0 / 48);
+  scene.rigid[0].placement.angular_velocity = Vec3(1, 2, 3);
+  scene.rigid[0].placement.velocity = Vec3(-20, 5, -3);
+  Simulation simulation(scene, test::plan(scene));
+  simulation.keep_ledger();
+  const Vec3 spin = simulation.world().bodies.rigid.state[0].angular_momentum;
+  for (int frame = 0; frame < 6; ++frame) {
+    const Vec3 before = simulation.stats().momentum;
+    simulation.advance_frame();
+    const LedgerStats& step = simulation.stats().ledger.back();
+    const Vec3 change = simulation.stats().momentum - before;
+    test::expect_below((change - step.external_momentum).norm() / 1000, 1e-12, "momentum");
+    EXPECT_LT(simulation.stats().kinetic, 1e6);
+  }
+  EXPECT_LT((simulation.world().bodies.rigid.state[0].angular_momentum - spin).norm(), 1e-12 * spin.norm());
+  EXPECT_GT(simulation.world().bodies.rigid.state[0].velocity.x(), -10) << "drag acts in every direction";
+}
+
+TEST(AirDrag, IsEnteredOnlyWhereAskedFor) {
+  scene::Scene scene = falling(1.0 / 48);
+  for (scene::RigidBody& body : scene.rigid) body.terminal_speed.reset();
+  for (scene::DeformableBody& body : scene.deformable) body.terminal_speed.reset();
+  Simulation simulation(scene, test::plan(scene));
+  simulation.advance_frame();
+  EXPECT_EQ(simulation.world().clock[Stage::air_drag].calls, 0);
+}
+
+}  // namespace
+}  // namespace duet

@@ -1,0 +1,118 @@
+// Skins that are touched: what acts on their vertices acts on the tets around them, and nothing is lost.
+#include <map>
+#include <memory>
+
+#include "tests/support/margin.h"
+#include "tests/support/scenes.h"
+#include <gtest/gtest.h>
+
+#include "sim/geometry/triangle_mesh.h"
+#include "sim/step/world.h"
+
+namespace duet {
+namespace {
+
+// A ball's surface from an octahedron, split n times.
+std::shared_ptr<const TriangleMesh> ball_mesh(double radius, int splits) {
+  TriangleMesh mesh;
+  mesh.positions = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
+  mesh.triangles = {{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4}, {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}};
+  for (int split = 0; split < splits; ++split) {
+    std::map<std::pair<int, int>, int> middle;
+    const auto between = [&](int a, int b) {
+      const auto [at, is_new] = middle.emplace(std::minmax(a, b), static_cast<int>(mesh.positions.size()));
+      if (is_new)
+        mesh.positions.push_back(
+            (mesh.positions[static_cast<std::size_t>(a)] + mesh.positions[static_cast<std::size_t>(b)])
+                .normalized());
+      return at->second;
+    };
+    std::vector<Triangle> finer;
+    for (const Triangle& t : mesh.triangles) {
+      const int a = between(t[0], t[1]), b = between(t[1], t[2]), c = between(t[2], t[0]);
+      finer.insert(finer.end(), {{t[0], a, c}, {a, t[1], b}, {c, b, t[2]}, {a, b, c}});
+    }
+    mesh.triangles = std::move(finer);
+  }
+  for (Vec3& v : mesh.positions) v *= radius;
+  return std::make_shared<const TriangleMesh>(std::move(mesh));
+}
+
+// A ball of 0.4 m in a box of 1 m made of 2 x 2 x 2 cells: only the ball is there to be touched.
+scene::DeformableBody& add_ball_in_box(scene::Scene& scene, const Vec3& position, bool contact) {
+  scene::DeformableBody& body = test::add_soft_box(scene, "soft", position, Vec3(1, 1, 1), 2, 1e5);
+  body.skin.emplace();
+  body.skin->mesh_file = "ball.obj";
+  body.skin->mesh = ball_mesh(0.4, 3);
+  body.skin->contact = contact;
+  return body;
+}
+
+double lowest(const std::vector<Vec3f>& positions) {
+  double y = 1e9;
+  for (const Vec3f& x : positions) y = std::min(y, static_cast<double>(x.y()));
+  return y;
+}
+
+TEST(SkinContact, ABodyRestsOnItsSkin) {
+  for (const bool contact : {true, false}) {
+    scene::Scene scene = test::on_ground();
+    add_ball_in_box(scene, Vec3(0, 0.6, 0), contact);
+    Simulation simulation(scene, test::plan(scene));
+    for (int frame = 0; frame < 36; ++frame) simulation.advance_frame();
+    std::vector<BodySurface> surfaces;
+    simulation.surfaces(surfaces);
+    const double skin = lowest(surfaces.front().surface.positions);
+    double tets = 1e9;
+    for (const Vec3& x : simulation.world().bodies.particles.x) tets = std::min(tets, x.y());
+    if (contact) {
+      EXPECT_NEAR(skin, 0, 1e-3);
+      EXPECT_LT(tets, -0.05);  // the box's corners hang beside the ball, below the ground that it rests on
+    } else {
+      EXPECT_NEAR(tets, 0, 1e-3);
+      EXPECT_GT(skin, 0.05);
+    }
+  }
+}
+
+TEST(SkinContact, KeepsMomentumWithWhatTouchesIt) {
+  scene::Scene scene = test::free_space();
+  scene::DeformableBody& soft = add_ball_in_box(scene, Vec3(0, 0, 0), true);
+  soft.placement.velocity = Vec3(2, 0.5, 0);
+  soft.placement.angular_velocity = Vec3(0, 1, 2);
+  test::add_ball(scene, "ball", Vec3(0.95, 0.1, 0), 0.5, 300).placement.velocity = Vec3(-1, 0, 0);
+  Simulation simulation(scene, test::plan(scene));
+  simulation.keep_ledger();
+  const Vec3 before = simulation.world().bodies.rigid.state[0].velocity;
+  double defect = 0;
+  for (int frame = 0; frame < 12; ++frame) {
+    simulation.advance_frame();
+    for (const LedgerStats& stage : simulation.stats().ledger) {
+      if (stage.name == "step" ||
+          stage.name == stage_names[static_cast<std::size_t>(Stage::advance_position)])
+        continue;
+      defect = std::max({defect, stage.momentum_defect / 2000, stage.angular_momentum_defect / 2000});
+    }
+  }
+  EXPECT_GT((simulation.world().bodies.rigid.state[0].velocity - before).norm(), 0.5) << "they met";
+  test::expect_below(defect, 1e-10, "defect_of_a_stage");
+}
+
+// 250 kg on the skin: carried by the tets' nodes, about the same centre.
+TEST(SkinContact, ItsMassIsTheBodys) {
+  scene::Scene scene = test::free_space();
+  add_ball_in_box(scene, Vec3(1, 2, 3), false).skin->mass = 250;
+  Simulation simulation(scene, test::plan(scene));
+  const Particles& particles = simulation.world().bodies.particles;
+  double mass = 0;
+  Vec3 center = Vec3::Zero();
+  for (std::size_t p = 0; p < particles.size(); ++p) {
+    mass += particles.mass[p];
+    center += particles.mass[p] * particles.x[p];
+  }
+  EXPECT_NEAR(mass, 1250, 1e-9);
+  EXPECT_LT((center / mass - Vec3(1, 2, 3)).norm(), 1e-6);  // the skin's positions are in single precision
+}
+
+}  // namespace
+}  // namespace duet
