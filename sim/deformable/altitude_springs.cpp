@@ -128,21 +128,30 @@ PackVector AltitudeSprings::difference(const Batch& batch, const std::vector<Vec
   return sum;
 }
 
-// `force_of(batch)` is the force along the normal, to be spread by the weights.
-template <class Force>
-void AltitudeSprings::add_forces(std::vector<Vec3>& sums, Force&& force_of) {
-  if (tets_.empty()) return;
+// `share_of(batch)` is a function of the corners: what goes to them.
+template <class Share>
+void AltitudeSprings::fill_forces(Share&& share_of) {
   parallel_for(batches_.size(), batch_grain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t b = begin; b < end; ++b) {
       Batch& batch = batches_[b];
-      const Pack force = force_of(batch);
+      const auto share_at = share_of(batch);
       Vec3* out = forces_.data() + b * pack_width * 4;
       for (std::size_t i = 0; i < 4; ++i) {
-        const PackVector share = (force * batch.weight[i]) * batch.normal;
+        const PackVector share = share_at(i);
         for (std::size_t lane = 0; lane < pack_width; ++lane)
           out[4 * lane + as_index(batch.order[i][lane])] = {share.x[lane], share.y[lane], share.z[lane]};
       }
     }
+  });
+}
+
+// `force_of(batch)` is the force along the normal, to be spread by the weights.
+template <class Force>
+void AltitudeSprings::add_forces(std::vector<Vec3>& sums, Force&& force_of) {
+  if (tets_.empty()) return;
+  fill_forces([&](Batch& batch) {
+    const Pack force = force_of(batch);
+    return [&batch, force](std::size_t i) { return (force * batch.weight[i]) * batch.normal; };
   });
   sums_.add(forces_, sums);
 }
@@ -160,6 +169,21 @@ void AltitudeSprings::add_damping_forces(const std::vector<Vec3>& v, std::vector
   add_forces(force, [&](const Batch& batch) {
     return -batch.chosen_viscosity * dot(batch.normal, difference(batch, v));
   });
+}
+
+// c w^2 n n^T for the viscosity c and the corner's weight w.
+void AltitudeSprings::add_damping_blocks(std::vector<SymmetricBlock>& blocks) {
+  if (tets_.empty()) return;
+  const auto fill = [&](auto&& products) {
+    fill_forces([&](Batch& batch) {
+      const PackVector part = batch.chosen_viscosity * products(batch.normal);
+      return [&batch, part](std::size_t i) { return (batch.weight[i] * batch.weight[i]) * part; };
+    });
+  };
+  fill([](const PackVector& n) { return PackVector{n.x * n.x, n.y * n.y, n.z * n.z}; });
+  sums_.for_each(forces_, [&](std::size_t p, const Vec3& sum) { blocks[p].diagonal += sum; });
+  fill([](const PackVector& n) { return PackVector{n.y * n.z, n.x * n.z, n.x * n.y}; });
+  sums_.for_each(forces_, [&](std::size_t p, const Vec3& sum) { blocks[p].other += sum; });
 }
 
 void AltitudeSprings::add_force_differentials(const std::vector<Vec3>& dx, std::vector<Vec3>& force) {

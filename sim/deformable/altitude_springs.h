@@ -14,6 +14,7 @@
 
 #include "sim/base/pack_vector.h"
 #include "sim/deformable/particle_sums.h"
+#include "sim/deformable/symmetric_block.h"
 #include "sim/geometry/tet_mesh.h"
 
 namespace duet {
@@ -33,6 +34,7 @@ class AltitudeSprings {
   void choose(const std::vector<Vec3>& x);
   void add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>& force);
   void add_damping_forces(const std::vector<Vec3>& v, std::vector<Vec3>& force);
+  void add_damping_blocks(std::vector<SymmetricBlock>& blocks);  // see InternalForces
   void add_force_differentials(const std::vector<Vec3>& dx, std::vector<Vec3>& force);
   double energy(const std::vector<Vec3>& x) const;  // J, with the springs that choose(x) chooses
 
@@ -66,6 +68,8 @@ class AltitudeSprings {
   static void choose(Batch& batch, const std::vector<Vec3>& x);
   static Altitude altitude(const Batch& batch, const std::vector<Vec3>& x);
   static PackVector difference(const Batch& batch, const std::vector<Vec3>& values);
+  template <class Share>
+  void fill_forces(Share&& share_of);
   template <class Force>
   void add_forces(std::vector<Vec3>& sums, Force&& force_of);
 

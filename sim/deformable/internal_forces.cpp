@@ -62,6 +62,14 @@ void InternalForces::add_damping_forces(const std::vector<Vec3>& v, std::vector<
   for_each_other(*this, [&](auto& other) { other.add_damping_forces(v, force); });
 }
 
+void InternalForces::add_damping_blocks(std::vector<SymmetricBlock>& blocks) {
+  elements.add_damping_blocks(blocks);
+  edge_springs.add_damping_blocks(blocks);
+  altitude_springs.add_damping_blocks(blocks);
+  bending_springs.add_damping_blocks(blocks);
+  bending_elements.add_damping_blocks(blocks);
+}
+
 void InternalForces::add_force_differentials(const std::vector<Vec3>& dx, std::vector<Vec3>& force) {
   elements.add_force_differentials(dx, force);
   for_each_other(*this, [&](auto& other) { other.add_force_differentials(dx, force); });

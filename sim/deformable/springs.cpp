@@ -90,6 +90,26 @@ void Springs<N>::add_damping_forces(const std::vector<Vec3>& v, std::vector<Vec3
   });
 }
 
+// c w^2 n n^T for the viscosity c, the particle's weight w and the spring's direction n.
+template <std::size_t N>
+void Springs<N>::add_damping_blocks(std::vector<SymmetricBlock>& blocks) {
+  if (springs_.empty()) return;
+  const auto fill = [&](auto&& products) {
+    parallel_for(batches_.size(), batch_grain, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t b = begin; b < end; ++b) {
+        const Batch& batch = batches_[b];
+        const PackVector part = batch.viscosity * products(batch.direction);
+        Vec3* out = forces_.data() + b * pack_width * N;
+        for (std::size_t i = 0; i < N; ++i) scatter((batch.weight[i] * batch.weight[i]) * part, out + i, N);
+      }
+    });
+  };
+  fill([](const PackVector& n) { return PackVector{n.x * n.x, n.y * n.y, n.z * n.z}; });
+  sums_.for_each(forces_, [&](std::size_t p, const Vec3& sum) { blocks[p].diagonal += sum; });
+  fill([](const PackVector& n) { return PackVector{n.y * n.z, n.x * n.z, n.x * n.y}; });
+  sums_.for_each(forces_, [&](std::size_t p, const Vec3& sum) { blocks[p].other += sum; });
+}
+
 template <std::size_t N>
 void Springs<N>::add_force_differentials(const std::vector<Vec3>& dx, std::vector<Vec3>& force) {
   add_forces(force, [&](const Batch& batch) {

@@ -12,6 +12,7 @@
 
 #include "sim/base/pack_vector.h"
 #include "sim/deformable/particle_sums.h"
+#include "sim/deformable/symmetric_block.h"
 
 namespace duet {
 
@@ -39,6 +40,8 @@ class Springs {
   void add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>& force);
   // Linear in v, symmetric and negative semi-definite.
   void add_damping_forces(const std::vector<Vec3>& v, std::vector<Vec3>& force);
+  // See InternalForces.
+  void add_damping_blocks(std::vector<SymmetricBlock>& blocks);
   // Adds the change of the elastic forces with a displacement `dx` (m), less what of it would destabilize:
   // the pull of compressed springs to the side. Linear, symmetric and negative semi-definite.
   void add_force_differentials(const std::vector<Vec3>& dx, std::vector<Vec3>& force);

@@ -32,6 +32,51 @@ void apply_explicit_forces(World& world, StepContext& context) {
   check_finite(world, "V.2 explicit forces");
 }
 
+namespace {
+
+// Leaves in `context.force` the damping forces at the solution.
+void find_damping(World& world, StepContext& context) {
+  Bodies& bodies = world.bodies;
+  ContactProjection& projection = context.projection;
+  to_generalized(bodies, context.right_side);
+  context.solution = context.right_side;
+  context.force.assign(bodies.particles.size(), Vec3::Zero());
+  VelocitySystem system(bodies, context.dt, false, &projection, context.damping_force, context.inertia);
+  system.collect_forces(context.force);
+  system.use(context.damped_masses, true);
+  system.weigh(context.right_side);
+  projection.use_inverse_masses(&context.damped_masses.inverse);
+  const CgResult result = conjugate_gradient(system, context.right_side, world.settings.cg_tolerance,
+                                             world.settings.cg_iterations, context.solution, context.residual,
+                                             context.direction, context.image);
+  projection.use_inverse_masses(nullptr);
+  world.counters.cg_iterations += result.iterations;
+}
+
+// v + dt P M^-1 F: forces and impulses, so that momentum is kept to rounding however far the solve has come.
+void take_damping(Bodies& bodies, StepContext& context) {
+  Particles& particles = bodies.particles;
+  GeneralizedVelocity& change = context.solution;
+  change.linear.assign(bodies.rigid.size(), Vec3::Zero());
+  change.angular.assign(bodies.rigid.size(), Vec3::Zero());
+  for (std::size_t p = 0; p < particles.size(); ++p)
+    change.particle[p] = context.dt * particles.inverse_mass[p] * context.force[p];
+  add_force_twists(bodies.rigid, bodies.bound, context.force, context.dt, change.linear, change.angular);
+  follow_twists(bodies.bound, change.linear, change.angular, change.particle);
+  context.projection.project(change);
+  for (std::size_t p = 0; p < particles.size(); ++p)
+    if (particles.inverse_mass[p] > 0) particles.v[p] += change.particle[p];
+  for (std::size_t i = 0; i < bodies.rigid.size(); ++i) {
+    const RigidProperties& properties = bodies.rigid.properties[i];
+    if (!properties.is_dynamic()) continue;
+    RigidState& state = bodies.rigid.state[i];
+    state.velocity += change.linear[i];
+    apply_angular_impulse(state, properties, context.inertia[i] * change.angular[i]);
+  }
+}
+
+}  // namespace
+
 // Backward Euler for the damping, of elements as they are at x^{n+1}, where contact acts:
 // v^{n+1} = v + dt P M^-1 F_damping(v^{n+1}). The trapezoidal rule would leave half of what contact has
 // stirred up.
@@ -52,25 +97,8 @@ void solve_damping(World& world, StepContext& context) {
   context.damping_force.assign(particles.size(), Vec3::Zero());
   world.clock.time(Stage::elastic_forces,
                    [&] { bodies.forces.add_elastic_forces(particles.x, context.damping_force); });
-  to_generalized(bodies, context.right_side);
-  context.solution = context.right_side;
-  world.clock.time(Stage::damping_solve, [&] {
-    VelocitySystem system(bodies, context.dt, false, &context.projection, context.damping_force,
-                          context.inertia);
-    const CgResult result = conjugate_gradient(system, context.right_side, world.settings.cg_tolerance,
-                                               world.settings.cg_iterations, context.solution,
-                                               context.residual, context.direction, context.image);
-    world.counters.cg_iterations += result.iterations;
-  });
-  particles.v = context.solution.particle;
-  for (std::size_t i = 0; i < bodies.rigid.size(); ++i) {
-    const RigidProperties& properties = bodies.rigid.properties[i];
-    if (!properties.is_dynamic()) continue;
-    RigidState& state = bodies.rigid.state[i];
-    state.velocity = context.solution.linear[i];
-    apply_angular_impulse(state, properties,
-                          context.inertia[i] * (context.solution.angular[i] - context.right_side.angular[i]));
-  }
+  world.clock.time(Stage::damping_solve, [&] { find_damping(world, context); });
+  take_damping(bodies, context);
   check_finite(world, "V.2 damping solve");
 }
 

@@ -210,6 +210,26 @@ TEST(InternalForces, DifferentialsAndDampingAreSymmetricAndSemidefinite) {
   }
 }
 
+// Every particle's own block is what damping does to its velocity alone; membranes give none.
+TEST(InternalForces, DampingBlocksAreThoseOfTheOperator) {
+  for (Specimen& s : specimens()) {
+    SCOPED_TRACE(s.name);
+    s.elastic(s.moved(1, 0.05));
+    std::vector<SymmetricBlock> blocks(s.rest.size());
+    s.forces.add_damping_blocks(blocks);
+    double scale = 0;
+    for (std::size_t p = 0; p < s.rest.size(); ++p)
+      for (int k = 0; k < 3; ++k) {
+        std::vector<Vec3> v = zeros(s.rest.size());
+        v[p][k] = 1;
+        const Vec3 expected = s.name == "membranes" ? Vec3(Vec3::Zero()) : Vec3(-s.damping(v)[p]);
+        scale = std::max(scale, expected.norm());
+        EXPECT_LT((blocks[p] * v[p] - expected).norm(), 1e-12 * (scale + 1)) << p << ' ' << k;
+      }
+    EXPECT_EQ(scale == 0, s.name == "membranes");
+  }
+}
+
 TEST(InternalForces, DifferentialsAreTheDerivativeUnderTension) {
   for (Specimen& s : specimens()) {
     if (s.forces.altitude_springs.size() > 0) continue;  // theirs leaves out the turning of the altitude
