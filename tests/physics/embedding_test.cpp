@@ -105,6 +105,31 @@ TEST(Embedding, ConstraintsFirstKeepMomentumToo) {
                      "linear_momentum");
 }
 
+// What damps the flesh in the alternate order leaves the joints between its bones as they are: they take part
+// in the solve.
+TEST(Embedding, ConstraintsFirstKeepJointsToo) {
+  scene::Scene scene = test::free_space();
+  test::add_chain(scene, 2, scene::JointType::point, false);
+  scene::DeformableBody& flesh =
+      test::add_soft_box(scene, "flesh", Vec3(1, 0, 0), Vec3(2.2, 0.4, 0.4), 1, 1e5);
+  flesh.shape.cells = Vec3i(16, 4, 4);
+  flesh.attach = {"link0", "link1"};
+  flesh.placement.velocity = Vec3(0, 3, 0);
+  scene.solver.velocity_constraints = scene::VelocityConstraints::before_solve;
+  Simulation simulation(scene, test::plan(scene));
+  const Bodies& bodies = simulation.world().bodies;
+  const Joint& joint = bodies.articulation.joints.back();
+  const auto at = [&](int body, const Pose& frame) {
+    const RigidState& state = bodies.rigid.state[static_cast<std::size_t>(body)];
+    return point_velocity(state, state.pose.orientation * frame.position);
+  };
+  for (int frame = 0; frame < 4; ++frame) {
+    simulation.advance_frame();
+    const Vec3 gap = at(joint.parent, joint.parent_frame) - at(joint.child, joint.child_frame);
+    test::expect_below(gap.norm(), 1e-9, "velocity_gap");
+  }
+}
+
 // Bones with a joint, flesh and contact go on from a saved state to the same bits.
 TEST(Embedding, ResumesToTheSameBits) {
   scene::Scene scene = test::on_ground();
