@@ -123,7 +123,9 @@ BodyShape add_volume(const Scene& scene, const EffectSet& plan, const scene::Def
   const double density = description.mass ? *description.mass / volume(mesh) : material.density;
   std::vector<double> masses = lumped_masses(mesh, density);
   std::optional<BodyShape> skin;
-  if (description.skin) skin = skinned(description, mesh, bodies.particles.size());
+  const bool is_drawn = description.skin && plan[index(Effect::embedded_surfaces)];
+  if (is_drawn || (description.skin && (description.skin->contact || description.skin->mass)))
+    skin = skinned(description, mesh, bodies.particles.size());
   if (skin && description.skin->mass) add_skin_mass(description, *skin, masses);
 
   duet::DeformableBody body;
@@ -160,7 +162,7 @@ BodyShape add_volume(const Scene& scene, const EffectSet& plan, const scene::Def
   // Few triangles go around a curve of a filled surface or of tets from elsewhere, so that they meet at wide
   // angles; only a lattice's edges are sharp for certain.
   const double crease = description.shape.kind == DeformableKind::box ? 40 : 75;
-  if (skin && plan[index(Effect::embedded_surfaces)]) return std::move(*skin);
+  if (is_drawn) return std::move(*skin);
   BodyShape shape{description.name, boundary_surface(mesh, triangles, crease)};
   for (int& node : shape.surface.vertex_nodes) node += body.first_particle;
   return shape;

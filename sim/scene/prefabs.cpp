@@ -77,9 +77,10 @@ toml::node* at_path(toml::table& table, std::string_view path) {
   return inner->get(path);
 }
 
-// Of an element of a list, as the reader names it.
-std::string path_of(const toml::table& element, const std::string& list) {
-  return fmt::format("{}.{}", list, element["name"].value_or(std::string()));
+// Of the element at `index` of a list, as the reader names it.
+std::string path_of(const toml::table& element, const std::string& list, std::size_t index) {
+  const std::string name = element["name"].value_or(std::string());
+  return name.empty() ? fmt::format("{}[{}]", list, index) : fmt::format("{}.{}", list, name);
 }
 
 bool names_parameter(const std::string& text) {
@@ -137,12 +138,12 @@ class Expander {
       }
       Repetition repetition;
       TableReader(problems_).read(*repeat, keys(repetition), path + ".repeat", {"advance"});
-      const auto places = problems_.copies().of(*element, path_of(*element, path));
+      const auto places = problems_.copies().of(*element, path_of(*element, path, result.size()));
       toml::table copy = *element;
       copy.erase("repeat");
       for (int k = 0; k < repetition.count; ++k) {
         result.push_back(nth(copy, *repeat, repetition, k, path));
-        problems_.copies().add(path_of(*result.back().as_table(), path), places);
+        problems_.copies().add(path_of(*result.back().as_table(), path, result.size() - 1), places);
       }
     }
     list = std::move(result);
@@ -324,10 +325,11 @@ class Expander {
       if (!list) continue;
       if (!document_.contains(key)) document_.insert(key, toml::array());
       toml::array* target = document_[key].as_array();
-      for (const toml::node& node : *list) {
+      for (std::size_t i = 0; i < list->size(); ++i) {
+        const toml::node& node = (*list)[i];
         if (!node.is_table() || !target) continue;
         const std::string prefab_path = fmt::format("prefabs.{}.{}", table["prefab"].value_or(""), key);
-        const auto places = places_of(*node.as_table(), prefab_path);
+        const auto places = places_of(*node.as_table(), path_of(*node.as_table(), prefab_path, i));
         toml::table copy = *node.as_table();
         substitute(copy, values, path);
         scale_lengths(copy, scale);
@@ -336,15 +338,15 @@ class Expander {
           move_joint(copy, pose);
         else
           move_body(copy, pose);
-        problems_.copies().add(path_of(copy, std::string(key)), places);
+        problems_.copies().add(path_of(copy, std::string(key), target->size()), places);
         target->push_back(std::move(copy));
       }
     }
   }
 
-  std::shared_ptr<const Places> places_of(const toml::table& original, const std::string& list) {
+  std::shared_ptr<const Places> places_of(const toml::table& original, const std::string& path) {
     auto& places = places_[&original];
-    if (!places) places = problems_.copies().of(original, path_of(original, list));
+    if (!places) places = problems_.copies().of(original, path);
     return places;
   }
 

@@ -32,15 +32,16 @@ double choose_time_step(World& world, double time);
 
 // The stages, in the paper's order and naming. Each is a function of its own so that tests can look between
 // them.
-void begin_step(World& world, StepContext& context);           // remembers x^n and v^n
-void plan_motion(World& world, StepContext& context);          //       of kinematic bodies in this step
-void advance_velocity(World& world, StepContext& context);     // I     v^n -> v~^{n+1/2}
-void correct_volume(World& world, StepContext& context);       // I.2   so that positions reach rest volumes
-void repel_surfaces(World& world, StepContext& context);       // I.3
-void slow_in_air_halfway(World& world, StepContext& context);  //  v~^{n+1/2}, of bodies with a terminal speed
-void find_contacts(World& world, StepContext& context);        //       v~^{n+1/2} - v^n, and what may touch
-void collide(World& world, StepContext& context);              // II    v^n -> v^^n, v~^{n+1/2} -> v^^{n+1/2}
-void apply_contact(World& world, StepContext& context);        // III   v^^{n+1/2} -> v^{n+1/2}
+void begin_step(World& world, StepContext& context);        // remembers x^n and v^n
+void plan_motion(World& world, StepContext& context);       //       of kinematic bodies in this step
+void advance_velocity(World& world, StepContext& context);  // I     v^n -> v~^{n+1/2}
+void correct_volume(World& world, StepContext& context);    // I.2   so that positions reach rest volumes
+void repel_surfaces(World& world, StepContext& context);    // I.3
+void slow_in_air_halfway(World& world,
+                         StepContext& context);          //       v~^{n+1/2}, of bodies with a terminal speed
+void find_contacts(World& world, StepContext& context);  //       v~^{n+1/2} - v^n, and what may touch
+void collide(World& world, StepContext& context);        // II    v^n -> v^^n, v~^{n+1/2} -> v^^{n+1/2}
+void apply_contact(World& world, StepContext& context);  // III   v^^{n+1/2} -> v^{n+1/2}
 void solve_contacts(World& world, StepContext& context, bool final);  // the solve that III.3 and V.4 share
 // Flesh on bones in step V: takes the places where forces act on bound particles to x^{n+1/2}, where the
 // particles stand, and gives their bodies those forces over the step.
@@ -51,8 +52,8 @@ void finish_positions(World& world, StepContext& context);  // IV.3  joints at x
 void advance_position(World& world, StepContext& context);  // IV.1  x^n -> x^^{n+1}
 void push_out(World& world, StepContext& context);          // IV.2  x^^{n+1} -> x^{n+1}
 void restore_collided_velocity(World& world, StepContext& context);  //       v^{n+1/2} -> v^^n, at x^{n+1}
+void slow_in_air(World& world, StepContext& context);                //       v^^n
 void collide_surfaces(World& world, StepContext& context);   //       x^{n+1} without crossings, v^^n with it
-void slow_in_air(World& world, StepContext& context);        //       v^^n
 void find_repulsions(World& world, StepContext& context);    //       at x^{n+1}
 void constrained_solve(World& world, StepContext& context);  // V.2-3 v^^n -> v_**^{n+1}
 // Where constraints come first (section 7.2, for very large piles), in place of constrained_solve:

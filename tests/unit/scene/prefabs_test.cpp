@@ -247,6 +247,11 @@ repeat = { count = 5, step = [0.3, 0, 0] }
             std::string::npos)
       << text;
   EXPECT_NE(text.find("test.toml:6:12: rigid.toe1.velocity"), std::string::npos) << text;
+  // Without a name it is known by its place in the list.
+  const std::string unnamed = problems_of(
+      "[[rigid]]\nshape = { sphere = 0.1 }\nmass = 1\nfriction = -3\nrepeat = { count = 2, step = [1, 0, 0] "
+      "}\n");
+  EXPECT_NE(unnamed.find("test.toml:4:12: rigid[0].friction"), std::string::npos) << unnamed;
   const Scene scene = read_scene(std::string(legs) + "[[instances]]\nname = \"a\"\nprefab = \"leg\"\n");
   EXPECT_EQ(scene.rigid[1].at.line, 9);  // of the shin
 }
