@@ -1,4 +1,4 @@
-// Eight vectors at once, gathered from particles and scattered to them.
+// Eight vectors at once, gathered from particles.
 #pragma once
 
 #include <array>
@@ -8,10 +8,6 @@
 #include "sim/base/types.h"
 
 namespace duet {
-
-struct PackVector {
-  Pack x{}, y{}, z{};
-};
 
 inline PackVector operator+(const PackVector& a, const PackVector& b) {
   return {a.x + b.x, a.y + b.y, a.z + b.z};
@@ -31,20 +27,10 @@ inline PackVector select(const PackMask& condition, const PackVector& a, const P
 using PackIndex = std::array<int, pack_width>;  // of a particle in each lane
 
 inline PackVector gather(const std::vector<Vec3>& values, const PackIndex& index) {
-  PackVector result;
-  for (std::size_t lane = 0; lane < pack_width; ++lane) {
-    const Vec3& value = values[static_cast<std::size_t>(index[lane])];
-    result.x[lane] = value.x();
-    result.y[lane] = value.y();
-    result.z[lane] = value.z();
-  }
-  return result;
-}
-
-// Lane l goes to out[l * stride].
-inline void scatter(const PackVector& v, Vec3* out, std::size_t stride) {
-  for (std::size_t lane = 0; lane < pack_width; ++lane)
-    out[lane * stride] = {v.x[lane], v.y[lane], v.z[lane]};
+  return load_rows([&](std::size_t lane) {
+    const double* row = values[static_cast<std::size_t>(index[lane])].data();
+    return Quad{row[0], row[1], row[2], 0};
+  });
 }
 
 inline double sum_of_lanes(const Pack& x) {

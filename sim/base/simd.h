@@ -69,11 +69,11 @@ inline double log_of(double x) { return log_of(Pack{} + x)[0]; }  // the same bi
 using Quad = double __attribute__((vector_size(32)));
 
 // The first three members of the rows row(0), ..., row(7).
-struct PackTriple {
-  Pack x, y, z;
+struct PackVector {
+  Pack x{}, y{}, z{};
 };
 template <class Row>
-PackTriple load_rows(Row&& row) {
+PackVector load_rows(Row&& row) {
   const auto pair = [&](std::size_t i) {
     return __builtin_shufflevector(row(i), row(i + 1), 0, 1, 2, 3, 4, 5, 6, 7);
   };
@@ -88,7 +88,7 @@ PackTriple load_rows(Row&& row) {
 }
 
 // The opposite: eight rows (x, y, z, w).
-inline void store_rows(const PackTriple& v, const Pack& w, Quad* out) {
+inline void store_rows(const PackVector& v, const Pack& w, Quad* out) {
   const Pack xy_low = __builtin_shufflevector(v.x, v.y, 0, 8, 1, 9, 2, 10, 3, 11);
   const Pack xy_high = __builtin_shufflevector(v.x, v.y, 4, 12, 5, 13, 6, 14, 7, 15);
   const Pack z_low = __builtin_shufflevector(v.z, w, 0, 8, 1, 9, 2, 10, 3, 11);

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "sim/base/pack_vector.h"
-#include "sim/deformable/particle_sums.h"
+#include "sim/deformable/block_sums.h"
 #include "sim/deformable/symmetric_block.h"
 #include "sim/geometry/tet_mesh.h"
 
@@ -52,11 +52,16 @@ class AltitudeSprings {
   };
   struct Batch {
     std::array<PackIndex, 4> particle;
-    std::array<Pack, altitudes> rest_length, stiffness, viscosity;  // the last two are zero in padding lanes
-    std::array<PackIndex, 4> order;   // in which the chosen altitude takes the tet's corners
-    std::array<PackIndex, 4> corner;  // the particles in that order
-    PackMask between_edges;           // or else from the first of them to the face of the others
-    Pack chosen_length, chosen_stiffness, chosen_viscosity;
+    std::array<BlockSums::Slot, 4> slot;
+    std::array<Pack, altitudes> rest_length, viscosity;
+    Pack modulus;  // zero, as is the viscosity, in the lanes that pad the last batch
+  };
+  // The springs of a batch that choose() has chosen, with the tets' corners as altitude() takes them.
+  struct Chosen {
+    std::array<PackIndex, 4> particle;
+    std::array<BlockSums::Slot, 4> slot;
+    PackMask between_edges;  // or else from the first corner to the face of the others
+    Pack rest_length, stiffness, viscosity;
     std::array<Pack, 4> weight;  // of the last add_elastic_forces, as is the normal
     PackVector normal;
   };
@@ -65,19 +70,17 @@ class AltitudeSprings {
     PackVector normal;
     Pack length;
   };
-  static void choose(Batch& batch, const std::vector<Vec3>& x);
-  static Altitude altitude(const Batch& batch, const std::vector<Vec3>& x);
-  static PackVector difference(const Batch& batch, const std::vector<Vec3>& values);
-  template <class Share>
-  void fill_forces(Share&& share_of);
+  static void choose(const Batch& batch, const std::vector<Vec3>& x, Chosen& chosen);
+  static Altitude altitude(const Chosen& chosen, const std::vector<Vec3>& x);
+  static PackVector difference(const Chosen& chosen, const std::vector<Vec3>& values);
   template <class Force>
-  void add_forces(std::vector<Vec3>& sums, Force&& force_of);
+  void add_forces(std::vector<Vec3>& totals, Force&& force_of);
 
   std::vector<Tet> tets_;
   std::vector<RestTet> rest_;
   std::vector<Batch> batches_;
-  std::vector<Vec3> forces_;  // 4 a tet
-  ParticleSums sums_;
+  std::vector<Chosen> chosen_;  // of each batch
+  BlockSums sums_;
 };
 
 }  // namespace duet

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <span>
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
@@ -17,7 +16,7 @@
 namespace duet {
 namespace {
 
-constexpr std::size_t batches_of_block = 32;
+constexpr std::size_t batch_grain = BlockSums::batches_of_block;
 // What elements that compression has made too stiff for the step are damped by, in steps: half a one would do
 // for a stiffness that stays as it is, one takes it to rest as a step of Newton's method would, and an
 // element may become stiffer yet within the step.
@@ -59,13 +58,13 @@ Pack volume_share(const Matrix3<Pack>& F) {
   return select(share < Pack{} + 1.0, share, Pack{} + 1.0);
 }
 
-PackTriple product(const Matrix3<Pack>& A, const PackTriple& v) {
+PackVector product(const Matrix3<Pack>& A, const PackVector& v) {
   return {A[0][0] * v.x + A[0][1] * v.y + A[0][2] * v.z, A[1][0] * v.x + A[1][1] * v.y + A[1][2] * v.z,
           A[2][0] * v.x + A[2][1] * v.y + A[2][2] * v.z};
 }
 
 // Adds factor v v^T to the upper half of `sum`.
-void add_square(const Pack& factor, const PackTriple& v, Matrix3<Pack>& sum) {
+void add_square(const Pack& factor, const PackVector& v, Matrix3<Pack>& sum) {
   const Pack x = factor * v.x, y = factor * v.y;
   sum[0][0] += x * v.x;
   sum[0][1] += x * v.y;
@@ -73,12 +72,6 @@ void add_square(const Pack& factor, const PackTriple& v, Matrix3<Pack>& sum) {
   sum[1][1] += y * v.y;
   sum[1][2] += y * v.z;
   sum[2][2] += factor * v.z * v.z;
-}
-
-double sum_of_lanes(const Pack& pack) {
-  double sum = 0;
-  for (std::size_t lane = 0; lane < pack_width; ++lane) sum += pack[lane];
-  return sum;
 }
 
 }  // namespace
@@ -124,7 +117,7 @@ void FiniteElements::finalize(const std::vector<double>& mass) {
   deformation_.resize(batches_.size());
   compression_damping_.resize(batches_.size());
   is_damped_.resize(batches_.size());
-  index_blocks(mass.size());
+  sums_.build(batches_, mass.size());
 
   // Elements may also become stiffer by what the particles around them leave room for.
   allowed_squared_frequency_.resize(batches_.size());
@@ -181,41 +174,12 @@ void FiniteElements::fill_lane(std::size_t number, std::size_t t, bool pads,
   scatter_.back().largest[lane] = scatter.largest;
 }
 
-void FiniteElements::index_blocks(std::size_t particle_count) {
-  std::vector<int> particles, here;  // of all blocks' forces; of one block's
-  first_force_.assign(1, 0);
-  for (std::size_t begin = 0; begin < batches_.size(); begin += batches_of_block) {
-    const auto block =
-        std::span(batches_).subspan(begin, std::min(batches_of_block, batches_.size() - begin));
-    here.clear();
-    for (const Batch& batch : block)
-      for (const auto& corner : batch.particle) here.insert(here.end(), corner.begin(), corner.end());
-    std::sort(here.begin(), here.end());
-    here.erase(std::unique(here.begin(), here.end()), here.end());
-    for (Batch& batch : block)
-      for (std::size_t i = 0; i < corners; ++i)
-        for (std::size_t lane = 0; lane < pack_width; ++lane)
-          batch.slot[i][lane] = static_cast<std::uint16_t>(
-              std::lower_bound(here.begin(), here.end(), batch.particle[i][lane]) - here.begin());
-    particles.insert(particles.end(), here.begin(), here.end());
-    first_force_.push_back(particles.size());
-  }
-  block_forces_.resize(particles.size());
-  sums_.build(particles, particle_count);
-}
-
 // F for positions, its rate for velocities: D_s(values) D_m^-1.
 Matrix3<Pack> FiniteElements::gradient(const Batch& batch, const std::vector<Vec3>& values) const {
-  const auto of_corner = [&](std::size_t corner) {
-    return load_rows([&](std::size_t lane) {
-      const double* row = values[as_index(batch.particle[corner][lane])].data();
-      return Quad{row[0], row[1], row[2], 0};
-    });
-  };
-  const PackTriple origin = of_corner(0);
+  const PackVector origin = gather(values, batch.particle[0]);
   Matrix3<Pack> edges;
   for (int k = 0; k < 3; ++k) {
-    const PackTriple end = of_corner(as_index(k + 1));
+    const PackVector end = gather(values, batch.particle[as_index(k + 1)]);
     edges[0][k] = end.x - origin.x;
     edges[1][k] = end.y - origin.y;
     edges[2][k] = end.z - origin.z;
@@ -226,40 +190,20 @@ Matrix3<Pack> FiniteElements::gradient(const Batch& batch, const std::vector<Vec
 // H = -V P D_m^-T holds the forces on particles 1 to 3 in its columns; particle 0 gets the opposite of their
 // sum. `fourth` goes along with each of them.
 void FiniteElements::spread_forces(const Batch& batch, const Matrix3<Pack>& stress, const Pack& fourth,
-                                   Quad* forces) const {
+                                   Quad* sums) const {
   const Matrix3<Pack> H = -batch.volume * times_transposed(stress, batch.inverse_rest);
-  PackTriple force[corners];
+  PackVector force[corners];
   for (int k = 0; k < 3; ++k) force[k + 1] = {H[0][k], H[1][k], H[2][k]};
   force[0] = {-(force[1].x + force[2].x + force[3].x), -(force[1].y + force[2].y + force[3].y),
               -(force[1].z + force[2].z + force[3].z)};
-  for (std::size_t i = 0; i < corners; ++i) {
-    alignas(sizeof(Pack)) Quad rows[pack_width];
-    store_rows(force[i], fourth, rows);
-    for (std::size_t lane = 0; lane < pack_width; ++lane) forces[batch.slot[i][lane]] += rows[lane];
-  }
+  for (std::size_t i = 0; i < corners; ++i) BlockSums::spread(batch.slot[i], force[i], fourth, sums);
 }
 
-// The forces of all elements, block by block; `stress_of(index of a batch, fourth)` is P, and may set what is
-// summed up beside the forces.
+// `stress_of(index of a batch)` is P.
 template <class Stress>
-void FiniteElements::fill_block_forces(Stress&& stress_of) {
-  parallel_for(batches_.size(), batches_of_block, [&](std::size_t begin, std::size_t end) {
-    const std::size_t block = begin / batches_of_block;
-    Quad* forces = block_forces_.data() + first_force_[block];
-    std::fill(forces, block_forces_.data() + first_force_[block + 1], Quad{});
-    for (std::size_t b = begin; b < end; ++b) {
-      Pack fourth{};
-      const Matrix3<Pack> stress = stress_of(b, fourth);
-      spread_forces(batches_[b], stress, fourth, forces);
-    }
-  });
-}
-
-template <class Stress>
-void FiniteElements::add_forces(std::vector<Vec3>& sums, Stress&& stress_of) {
-  if (tets_.empty()) return;
-  fill_block_forces([&](std::size_t b, Pack&) { return stress_of(b); });
-  sums_.add(block_forces_, sums);
+void FiniteElements::add_forces(std::vector<Vec3>& totals, Stress&& stress_of) {
+  sums_.fill([&](std::size_t b, Quad* sums) { spread_forces(batches_[b], stress_of(b), Pack{}, sums); });
+  sums_.add_to(totals);
 }
 
 // Of the elements of a batch, as far as they are to bound the step; chooses what damps the others.
@@ -293,19 +237,19 @@ Pack FiniteElements::squared_frequency(Model, std::size_t b, const Matrix3<Pack>
 
 void FiniteElements::add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>& force) {
   if (tets_.empty()) return;
-  fill_block_forces([&](std::size_t b, Pack& weighted_frequency) {
+  sums_.fill([&](std::size_t b, Quad* sums) {
     const Batch& batch = batches_[b];
     const Matrix3<Pack> F = deformation_[b] = gradient(batch, x);
     const Moduli here = moduli(batch);
     const Pack &mu = here.mu, &lambda = here.lambda;
-    return with_model(model(batch), [&]<class Model>(Model) {
-      weighted_frequency = batch.volume * squared_frequency(Model{}, b, F);
-      return Model::stress(mu, lambda, F);
+    with_model(model(batch), [&]<class Model>(Model) {
+      const Pack weighted_frequency = batch.volume * squared_frequency(Model{}, b, F);
+      spread_forces(batch, Model::stress(mu, lambda, F), weighted_frequency, sums);
     });
   });
-  sums_.for_each(block_forces_, [&](std::size_t p, const Quad& sum) {
-    force[p] += Vec3(sum[0], sum[1], sum[2]);
-    particle_frequency_[p] = sum[3] / particle_volume_[p];
+  sums_.for_each([&](std::size_t p, const std::array<Quad, 1>& sum) {
+    force[p] += Vec3(sum[0][0], sum[0][1], sum[0][2]);
+    particle_frequency_[p] = sum[0][3] / particle_volume_[p];
   });
   max_squared_frequency_ = *std::max_element(particle_frequency_.begin(), particle_frequency_.end());
 }
@@ -332,27 +276,14 @@ void FiniteElements::add_damping_forces(const std::vector<Vec3>& v, std::vector<
 }
 
 void FiniteElements::add_damping_blocks(std::vector<SymmetricBlock>& blocks) {
-  if (tets_.empty()) return;
-  block_shears_.resize(block_forces_.size());
-  parallel_for(batches_.size(), batches_of_block, [&](std::size_t begin, std::size_t end) {
-    const std::size_t block = begin / batches_of_block, first = first_force_[block];
-    const std::size_t count = first_force_[block + 1] - first;
-    std::fill_n(block_forces_.data() + first, count, Quad{});
-    std::fill_n(block_shears_.data() + first, count, Quad{});
-    for (std::size_t b = begin; b < end; ++b)
-      spread_damping(b, block_forces_.data() + first, block_shears_.data() + first);
-  });
-  sums_.for_each(block_forces_,
-                 [&](std::size_t p, const Quad& sum) { blocks[p].diagonal += Vec3(sum[0], sum[1], sum[2]); });
-  sums_.for_each(block_shears_,
-                 [&](std::size_t p, const Quad& sum) { blocks[p].other += Vec3(sum[0], sum[1], sum[2]); });
+  add_blocks(sums_, blocks, [&](std::size_t b, Quad* sums) { spread_damping(b, sums); });
   for (std::size_t p = 0; p < drag_.size(); ++p) blocks[p].diagonal += Vec3::Constant(drag_[p]);
 }
 
 // With w = F G, for the gradient G (1/m) of a node's linear function, the viscous stress makes a block
 // b |G|^2 F F^T + (a + b) w w^T, and with g = F^-T G what damps compression shear/2 (|g|^2 1 + g g^T) + bulk
 // g g^T.
-void FiniteElements::spread_damping(std::size_t b, Quad* diagonals, Quad* others) const {
+void FiniteElements::spread_damping(std::size_t b, Quad* sums) const {
   const Batch& batch = batches_[b];
   const Matrix3<Pack>&F = deformation_[b], &D = batch.inverse_rest;
   const Moduli here = moduli(batch);
@@ -366,31 +297,25 @@ void FiniteElements::spread_damping(std::size_t b, Quad* diagonals, Quad* others
   const Pack share = batch.volume * compression_damping_[b], shear = 0.5 * share * compression.shear;
   const Pack bulk = share * compression.bulk + shear;
   for (std::size_t i = 0; i < corners; ++i) {
-    PackTriple G{-(D[0][0] + D[1][0] + D[2][0]), -(D[0][1] + D[1][1] + D[2][1]),
+    PackVector G{-(D[0][0] + D[1][0] + D[2][0]), -(D[0][1] + D[1][1] + D[2][1]),
                  -(D[0][2] + D[1][2] + D[2][2])};
     if (i > 0)
       G = {D[static_cast<int>(i) - 1][0], D[static_cast<int>(i) - 1][1], D[static_cast<int>(i) - 1][2]};
     Matrix3<Pack> sum = (G.x * G.x + G.y * G.y + G.z * G.z) * of_gradient;
     add_square(of_image, product(F, G), sum);
     if (is_damped_[b]) {
-      const PackTriple g = product(compression.inverse, G);
+      const PackVector g = product(compression.inverse, G);
       add_square(bulk, g, sum);
       const Pack of_all = shear * (g.x * g.x + g.y * g.y + g.z * g.z);
       for (int k = 0; k < 3; ++k) sum[k][k] += of_all;
     }
-    alignas(sizeof(Pack)) Quad diagonal[pack_width], other[pack_width];
-    store_rows({sum[0][0], sum[1][1], sum[2][2]}, Pack{}, diagonal);
-    store_rows({sum[1][2], sum[0][2], sum[0][1]}, Pack{}, other);
-    for (std::size_t lane = 0; lane < pack_width; ++lane) {
-      diagonals[batch.slot[i][lane]] += diagonal[lane];
-      others[batch.slot[i][lane]] += other[lane];
-    }
+    spread_block(batch.slot[i], {sum[0][0], sum[1][1], sum[2][2]}, {sum[1][2], sum[0][2], sum[0][1]}, sums);
   }
 }
 
 void FiniteElements::linearize() {
   differential_.resize(batches_.size());
-  parallel_for(batches_.size(), batches_of_block, [&](std::size_t begin, std::size_t end) {
+  parallel_for(batches_.size(), batch_grain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t b = begin; b < end; ++b) {
       const Moduli here = moduli(batches_[b]);
       const Pack &mu = here.mu, &lambda = here.lambda;
@@ -408,7 +333,7 @@ void FiniteElements::add_force_differentials(const std::vector<Vec3>& dx, std::v
 
 double FiniteElements::energy(const std::vector<Vec3>& x) const {
   return parallel_reduce(
-      batches_.size(), batches_of_block, 0.0,
+      batches_.size(), batch_grain, 0.0,
       [&](std::size_t begin, std::size_t end) {
         double sum = 0;
         for (std::size_t b = begin; b < end; ++b) {
@@ -428,7 +353,7 @@ double FiniteElements::energy(const std::vector<Vec3>& x) const {
 double FiniteElements::max_stretching(const std::vector<Vec3>& v) const {
   const auto larger = [](const Pack& a, const Pack& b) { return max_of(a, b); };
   const Pack squared = parallel_reduce(
-      batches_.size(), batches_of_block, Pack{},
+      batches_.size(), batch_grain, Pack{},
       [&](std::size_t begin, std::size_t end) {
         Pack largest{};
         for (std::size_t b = begin; b < end; ++b)

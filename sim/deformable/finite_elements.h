@@ -7,9 +7,9 @@
 
 #include "sim/base/simd.h"
 #include "sim/base/types.h"
+#include "sim/deformable/block_sums.h"
 #include "sim/deformable/gradient_scatter.h"
 #include "sim/deformable/material_model.h"
-#include "sim/deformable/particle_sums.h"
 #include "sim/deformable/stress_differential.h"
 #include "sim/deformable/symmetric_block.h"
 #include "sim/geometry/tet_mesh.h"
@@ -90,10 +90,10 @@ class FiniteElements {
  private:
   static constexpr std::size_t corners = 4;
   struct Batch {  // eight elements of one material
-    std::array<std::array<int, pack_width>, 4> particle;
-    std::array<std::array<std::uint16_t, pack_width>, 4> slot;  // of the forces on them in the block's
-    Matrix3<Pack> inverse_rest;                                 // D_m^-1, 1/m
-    Pack volume;  // m^3; zero in the lanes that pad the last batch of a material
+    std::array<PackIndex, 4> particle;
+    std::array<BlockSums::Slot, 4> slot;
+    Matrix3<Pack> inverse_rest;  // D_m^-1, 1/m
+    Pack volume;                 // m^3; zero in the lanes that pad the last batch of a material
     int material = 0;
   };
   struct Moduli {
@@ -108,16 +108,13 @@ class FiniteElements {
   }
   GradientScatter<double> scatter(std::size_t tet, const std::vector<double>& mass) const;
   void fill_lane(std::size_t number, std::size_t tet, bool pads, const GradientScatter<double>& scatter);
-  void index_blocks(std::size_t particle_count);
   Matrix3<Pack> gradient(const Batch& batch, const std::vector<Vec3>& values) const;
-  void spread_damping(std::size_t batch, Quad* diagonals, Quad* others) const;
-  void spread_forces(const Batch& batch, const Matrix3<Pack>& stress, const Pack& fourth, Quad* forces) const;
+  void spread_damping(std::size_t batch, Quad* sums) const;
+  void spread_forces(const Batch& batch, const Matrix3<Pack>& stress, const Pack& fourth, Quad* sums) const;
   template <class Model>
   Pack squared_frequency(Model, std::size_t batch, const Matrix3<Pack>& F);
   template <class Stress>
-  void add_forces(std::vector<Vec3>& sums, Stress&& stress_of);
-  template <class Stress>
-  void fill_block_forces(Stress&& stress_of);
+  void add_forces(std::vector<Vec3>& totals, Stress&& stress_of);
 
   std::vector<Tet> tets_;
   std::vector<Mat3> inverse_rest_;
@@ -130,11 +127,7 @@ class FiniteElements {
   std::vector<GradientScatter<Pack>> scatter_;          // of each batch
   std::vector<Matrix3<Pack>> deformation_;              // F of each batch
   std::vector<StressDifferential<Pack>> differential_;  // of each batch, once linearized
-  // Batches that follow each other make a block. It has a force for every particle that they touch, so
-  // that few of them go through memory on their way to the particles.
-  std::vector<std::size_t> first_force_;  // of every block, one more than there are
-  std::vector<Quad> block_forces_, block_shears_;
-  ParticleSums sums_;
+  BlockSums sums_;
   std::vector<double> particle_volume_;          // m^3, of the elements around each
   std::vector<double> particle_frequency_;       // rad^2/s^2, the mean around each
   std::vector<Pack> allowed_squared_frequency_;  // rad^2/s^2, of each batch: what leaves the bound at rest

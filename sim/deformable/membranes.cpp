@@ -8,7 +8,7 @@
 namespace duet {
 namespace {
 
-constexpr std::size_t batch_grain = 32;
+constexpr std::size_t batch_grain = BlockSums::batches_of_block;
 
 std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
 
@@ -43,16 +43,12 @@ void Membranes::add(const std::vector<Triangle>& triangles, const std::vector<Ve
 
 void Membranes::finalize(std::size_t particle_count) {
   batches_.resize((triangles_.size() + pack_width - 1) / pack_width);
-  std::vector<int> particles(batches_.size() * pack_width * 3, -1);
   for (std::size_t slot = 0; slot < batches_.size() * pack_width; ++slot) {
     const bool pads = slot >= triangles_.size();
     const std::size_t t = std::min(slot, triangles_.size() - 1);
     Batch& batch = batches_[slot / pack_width];
     const std::size_t lane = slot % pack_width;
-    for (std::size_t i = 0; i < 3; ++i) {
-      batch.particle[i][lane] = triangles_[t][i];
-      if (!pads) particles[slot * 3 + i] = triangles_[t][i];
-    }
+    for (std::size_t i = 0; i < 3; ++i) batch.particle[i][lane] = triangles_[t][i];
     for (int i = 0; i < 2; ++i)
       for (int j = 0; j < 2; ++j) batch.inverse[i][j][lane] = rest_[t].inverse(i, j);
     batch.area[lane] = pads ? 0 : rest_[t].area;
@@ -60,9 +56,8 @@ void Membranes::finalize(std::size_t particle_count) {
     batch.lambda[lane] = rest_[t].moduli.lambda;
     batch.damping[lane] = rest_[t].moduli.damping;
   }
-  forces_.assign(particles.size(), Vec3::Zero());
   batch_stiffening_.assign(batches_.size(), 1);
-  sums_.build(particles, particle_count);
+  sums_.build(batches_, particle_count);
 }
 
 Membranes::Columns Membranes::gradient(const Batch& batch, const std::vector<Vec3>& values) {
@@ -88,22 +83,18 @@ Membranes::Columns Membranes::times(const Columns& F, const Symmetric2& S) {
 
 // `stress_of(index of the batch)` is P: the columns of -A P D_m^-T are the forces on the last two corners.
 template <class Stress>
-void Membranes::add_forces(std::vector<Vec3>& sums, Stress&& stress_of) {
-  if (triangles_.empty()) return;
-  parallel_for(batches_.size(), batch_grain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t b = begin; b < end; ++b) {
-      const Columns P = stress_of(b);
-      const Batch& batch = batches_[b];
-      const Pack area = -batch.area;
-      const PackVector second = area * (batch.inverse[0][0] * P.x + batch.inverse[0][1] * P.y);
-      const PackVector third = area * (batch.inverse[1][0] * P.x + batch.inverse[1][1] * P.y);
-      Vec3* out = forces_.data() + b * pack_width * 3;
-      scatter(Pack{-1, -1, -1, -1, -1, -1, -1, -1} * (second + third), out, 3);
-      scatter(second, out + 1, 3);
-      scatter(third, out + 2, 3);
-    }
+void Membranes::add_forces(std::vector<Vec3>& totals, Stress&& stress_of) {
+  sums_.fill([&](std::size_t b, Quad* sums) {
+    const Columns P = stress_of(b);
+    const Batch& batch = batches_[b];
+    const Pack area = -batch.area;
+    const PackVector second = area * (batch.inverse[0][0] * P.x + batch.inverse[0][1] * P.y);
+    const PackVector third = area * (batch.inverse[1][0] * P.x + batch.inverse[1][1] * P.y);
+    BlockSums::spread(batch.slot[0], PackVector{} - (second + third), Pack{}, sums);
+    BlockSums::spread(batch.slot[1], second, Pack{}, sums);
+    BlockSums::spread(batch.slot[2], third, Pack{}, sums);
   });
-  sums_.add(forces_, sums);
+  sums_.add_to(totals);
 }
 
 void Membranes::add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>& force) {

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "sim/base/pack_vector.h"
-#include "sim/deformable/particle_sums.h"
+#include "sim/deformable/block_sums.h"
 #include "sim/geometry/tet_mesh.h"
 
 namespace duet {
@@ -65,6 +65,7 @@ class Membranes {
   };
   struct Batch {
     std::array<PackIndex, 3> particle;
+    std::array<BlockSums::Slot, 3> slot;
     Pack inverse[2][2];
     Pack area;  // m^2; zero in the lanes that pad the last batch
     Pack mu, lambda, damping;
@@ -76,14 +77,13 @@ class Membranes {
   static Symmetric2 strain_rate(const Columns& F, const Columns& rate);
   static Columns times(const Columns& F, const Symmetric2& S);
   template <class Stress>
-  void add_forces(std::vector<Vec3>& sums, Stress&& stress_of);
+  void add_forces(std::vector<Vec3>& totals, Stress&& stress_of);
 
   std::vector<Triangle> triangles_;
   std::vector<RestTriangle> rest_;
   std::vector<Batch> batches_;
-  std::vector<Vec3> forces_;  // 3 a triangle
   std::vector<double> batch_stiffening_;
-  ParticleSums sums_;
+  BlockSums sums_;
   double stiffening_ = 1;
 };
 

@@ -6,7 +6,7 @@
 namespace duet {
 namespace {
 
-constexpr std::size_t batch_grain = 64;
+constexpr std::size_t batch_grain = BlockSums::batches_of_block;
 constexpr double crushed = 1e-3;  // of the rest length, below which a spring loses its direction and force
 
 std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
@@ -24,7 +24,6 @@ double half_of_weights(const Spring<N>& spring) {
 template <std::size_t N>
 void Springs<N>::finalize(std::size_t particle_count) {
   batches_.resize((springs_.size() + pack_width - 1) / pack_width);
-  std::vector<int> particles(batches_.size() * pack_width * N, -1);
   for (std::size_t slot = 0; slot < batches_.size() * pack_width; ++slot) {
     const bool pads = slot >= springs_.size();
     const Spring<N>& spring = pads ? springs_.back() : springs_[slot];
@@ -33,15 +32,13 @@ void Springs<N>::finalize(std::size_t particle_count) {
     for (std::size_t i = 0; i < N; ++i) {
       batch.particle[i][lane] = spring.particle[i];
       batch.weight[i][lane] = spring.weight[i];
-      if (!pads && spring.weight[i] != 0) particles[slot * N + i] = spring.particle[i];
     }
     batch.rest_length[lane] = spring.rest_length;
     batch.stiffness[lane] = pads ? 0 : spring.stiffness;
     batch.viscosity[lane] = pads ? 0 : spring.viscosity;
     batch.sideways[lane] = 0;
   }
-  forces_.assign(particles.size(), Vec3::Zero());
-  sums_.build(particles, particle_count);
+  sums_.build(batches_, particle_count);
 }
 
 template <std::size_t N>
@@ -54,17 +51,14 @@ PackVector Springs<N>::difference(const Batch& batch, const std::vector<Vec3>& v
 // `force_of(batch)` is the force that the spring exerts along d, to be spread by the weights.
 template <std::size_t N>
 template <class Force>
-void Springs<N>::add_forces(std::vector<Vec3>& sums, Force&& force_of) {
-  if (springs_.empty()) return;
-  parallel_for(batches_.size(), batch_grain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t b = begin; b < end; ++b) {
-      Batch& batch = batches_[b];
-      const PackVector force = force_of(batch);
-      Vec3* out = forces_.data() + b * pack_width * N;
-      for (std::size_t i = 0; i < N; ++i) scatter(batch.weight[i] * force, out + i, N);
-    }
+void Springs<N>::add_forces(std::vector<Vec3>& totals, Force&& force_of) {
+  sums_.fill([&](std::size_t b, Quad* sums) {
+    Batch& batch = batches_[b];
+    const PackVector force = force_of(batch);
+    for (std::size_t i = 0; i < N; ++i)
+      BlockSums::spread(batch.slot[i], batch.weight[i] * force, Pack{}, sums);
   });
-  sums_.add(forces_, sums);
+  sums_.add_to(totals);
 }
 
 template <std::size_t N>
@@ -93,21 +87,12 @@ void Springs<N>::add_damping_forces(const std::vector<Vec3>& v, std::vector<Vec3
 // c w^2 n n^T for the viscosity c, the particle's weight w and the spring's direction n.
 template <std::size_t N>
 void Springs<N>::add_damping_blocks(std::vector<SymmetricBlock>& blocks) {
-  if (springs_.empty()) return;
-  const auto fill = [&](auto&& products) {
-    parallel_for(batches_.size(), batch_grain, [&](std::size_t begin, std::size_t end) {
-      for (std::size_t b = begin; b < end; ++b) {
-        const Batch& batch = batches_[b];
-        const PackVector part = batch.viscosity * products(batch.direction);
-        Vec3* out = forces_.data() + b * pack_width * N;
-        for (std::size_t i = 0; i < N; ++i) scatter((batch.weight[i] * batch.weight[i]) * part, out + i, N);
-      }
-    });
-  };
-  fill([](const PackVector& n) { return PackVector{n.x * n.x, n.y * n.y, n.z * n.z}; });
-  sums_.for_each(forces_, [&](std::size_t p, const Vec3& sum) { blocks[p].diagonal += sum; });
-  fill([](const PackVector& n) { return PackVector{n.y * n.z, n.x * n.z, n.x * n.y}; });
-  sums_.for_each(forces_, [&](std::size_t p, const Vec3& sum) { blocks[p].other += sum; });
+  add_blocks(sums_, blocks, [&](std::size_t b, Quad* sums) {
+    const Batch& batch = batches_[b];
+    for (std::size_t i = 0; i < N; ++i)
+      spread_square(batch.slot[i], batch.viscosity * batch.weight[i] * batch.weight[i], batch.direction,
+                    sums);
+  });
 }
 
 template <std::size_t N>

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "sim/base/pack_vector.h"
-#include "sim/deformable/particle_sums.h"
+#include "sim/deformable/block_sums.h"
 #include "sim/deformable/symmetric_block.h"
 
 namespace duet {
@@ -54,6 +54,7 @@ class Springs {
  private:
   struct Batch {
     std::array<PackIndex, N> particle;
+    std::array<BlockSums::Slot, N> slot;
     std::array<Pack, N> weight;
     Pack rest_length, stiffness, viscosity;  // the last two are zero in the lanes that pad the last batch
     PackVector direction;                    // u of the last add_elastic_forces
@@ -61,12 +62,11 @@ class Springs {
   };
   static PackVector difference(const Batch& batch, const std::vector<Vec3>& values);
   template <class Force>
-  void add_forces(std::vector<Vec3>& sums, Force&& force_of);
+  void add_forces(std::vector<Vec3>& totals, Force&& force_of);
 
   std::vector<Spring<N>> springs_;
   std::vector<Batch> batches_;
-  std::vector<Vec3> forces_;  // N a spring
-  ParticleSums sums_;
+  BlockSums sums_;
 };
 
 extern template class Springs<2>;

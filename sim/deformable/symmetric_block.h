@@ -1,7 +1,10 @@
-// Symmetric 3x3 matrices, one a particle.
+// Symmetric 3x3 matrices, one a particle, and their sums over elements.
 #pragma once
 
+#include <vector>
+
 #include "sim/base/types.h"
+#include "sim/deformable/block_sums.h"
 
 namespace duet {
 
@@ -30,5 +33,28 @@ struct SymmetricBlock {
     return adjugate;
   }
 };
+
+// To be called from add_blocks(): what a batch adds to the blocks of the particles at `slot`.
+inline void spread_block(const BlockSums::Slot& slot, const PackVector& diagonal, const PackVector& other,
+                         Quad* sums) {
+  BlockSums::spread<2>(slot, diagonal, Pack{}, sums);
+  BlockSums::spread<2>(slot, other, Pack{}, sums + 1);
+}
+// factor n n^T
+inline void spread_square(const BlockSums::Slot& slot, const Pack& factor, const PackVector& n, Quad* sums) {
+  const PackVector part = factor * n;
+  spread_block(slot, {part.x * n.x, part.y * n.y, part.z * n.z}, {part.y * n.z, part.x * n.z, part.x * n.y},
+               sums);
+}
+
+// `spread(index of a batch, sums)`, see BlockSums::fill.
+template <class Spread>
+void add_blocks(BlockSums& sums, std::vector<SymmetricBlock>& blocks, Spread&& spread) {
+  sums.fill<2>(spread);
+  sums.for_each<2>([&](std::size_t p, const std::array<Quad, 2>& sum) {
+    blocks[p].diagonal += Vec3(sum[0][0], sum[0][1], sum[0][2]);
+    blocks[p].other += Vec3(sum[1][0], sum[1][1], sum[1][2]);
+  });
+}
 
 }  // namespace duet

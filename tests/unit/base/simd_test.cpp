@@ -23,7 +23,7 @@ TEST(Simd, RowsComeBackFromPacks) {
   double rows[pack_width][4];
   for (std::size_t i = 0; i < pack_width; ++i)
     for (std::size_t k = 0; k < 4; ++k) rows[i][k] = static_cast<double>(10 * i + k);
-  const PackTriple packs = load_rows([&](std::size_t i) {
+  const PackVector packs = load_rows([&](std::size_t i) {
     return Quad{rows[i][0], rows[i][1], rows[i][2], rows[i][3]};
   });
   Quad stored[pack_width];

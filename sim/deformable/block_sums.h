@@ -1,0 +1,114 @@
+// Sums over the elements around each particle, for elements that are evaluated eight at a time (a batch) and
+// in parallel: the same for any number of threads. Batches that follow each other make a block. It has a sum
+// for every particle that they touch, so that few values go through memory on their way to the particles.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "sim/base/pack_vector.h"
+#include "sim/base/parallel.h"
+
+namespace duet {
+
+class BlockSums {
+ public:
+  static constexpr std::size_t batches_of_block = 32;
+  // Where the block of a batch has the sums of what lies in each lane.
+  using Slot = std::array<std::uint16_t, pack_width>;
+
+  // Sets the `slot`s of all batches from their `particle`s: arrays of one entry a corner.
+  template <class Batch>
+  void build(std::vector<Batch>& batches, std::size_t particle_count);
+
+  // Calls add(index of a batch, sums of its block), which is to spread() what the batch has for its corners.
+  // A particle has as many sums as there are `rows`.
+  template <std::size_t rows = 1, class Add>
+  void fill(Add&& add);
+  template <std::size_t rows = 1>
+  static void spread(const Slot& slot, const PackVector& v, const Pack& fourth, Quad* sums) {
+    alignas(sizeof(Pack)) Quad values[pack_width];
+    store_rows(v, fourth, values);
+    for (std::size_t lane = 0; lane < pack_width; ++lane) sums[rows * slot[lane]] += values[lane];
+  }
+
+  // Calls work(particle, its sums over all blocks: an array of `rows` Quads) in parallel, for the particles
+  // that have elements.
+  template <std::size_t rows = 1, class Work>
+  void for_each(Work&& work) const;
+  // Adds the first three members of each particle's sum.
+  void add_to(std::vector<Vec3>& totals) const {
+    for_each([&](std::size_t p, const std::array<Quad, 1>& sum) {
+      totals[p] += Vec3(sum[0][0], sum[0][1], sum[0][2]);
+    });
+  }
+
+ private:
+  std::size_t batches_ = 0;
+  std::vector<std::size_t> first_;    // sum of every block, and one past the last
+  std::vector<std::uint32_t> start_;  // of every particle's entries in the next, and one past the last
+  std::vector<std::uint32_t> sum_;    // the blocks' sums by particle
+  std::vector<Quad> values_;
+};
+
+template <class Batch>
+void BlockSums::build(std::vector<Batch>& batches, std::size_t particle_count) {
+  batches_ = batches.size();
+  std::vector<int> particles, here;  // of all blocks' sums; of one block's
+  first_.assign(1, 0);
+  for (std::size_t begin = 0; begin < batches.size(); begin += batches_of_block) {
+    const auto block = std::span(batches).subspan(begin, std::min(batches_of_block, batches.size() - begin));
+    here.clear();
+    for (const Batch& batch : block)
+      for (const auto& corner : batch.particle) here.insert(here.end(), corner.begin(), corner.end());
+    std::sort(here.begin(), here.end());
+    here.erase(std::unique(here.begin(), here.end()), here.end());
+    for (Batch& batch : block)
+      for (std::size_t i = 0; i < batch.particle.size(); ++i)
+        for (std::size_t lane = 0; lane < pack_width; ++lane)
+          batch.slot[i][lane] = static_cast<std::uint16_t>(
+              std::lower_bound(here.begin(), here.end(), batch.particle[i][lane]) - here.begin());
+    particles.insert(particles.end(), here.begin(), here.end());
+    first_.push_back(particles.size());
+  }
+  start_.assign(particle_count + 1, 0);
+  for (const int p : particles) ++start_[static_cast<std::size_t>(p) + 1];
+  for (std::size_t p = 0; p < particle_count; ++p) start_[p + 1] += start_[p];
+  sum_.resize(particles.size());
+  std::vector<std::uint32_t> next = start_;
+  for (std::size_t k = 0; k < particles.size(); ++k)
+    sum_[next[static_cast<std::size_t>(particles[k])]++] = static_cast<std::uint32_t>(k);
+  values_.resize(particles.size());
+}
+
+template <std::size_t rows, class Add>
+void BlockSums::fill(Add&& add) {
+  values_.resize(std::max(values_.size(), rows * sum_.size()));
+  parallel_for(batches_, batches_of_block, [&](std::size_t begin, std::size_t end) {
+    const std::size_t block = begin / batches_of_block;
+    Quad* sums = values_.data() + rows * first_[block];
+    std::fill(sums, values_.data() + rows * first_[block + 1], Quad{});
+    for (std::size_t b = begin; b < end; ++b) add(b, sums);
+  });
+}
+
+template <std::size_t rows, class Work>
+void BlockSums::for_each(Work&& work) const {
+  if (batches_ == 0) return;
+  constexpr std::size_t grain = 512;
+  parallel_for(start_.size() - 1, grain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t p = begin; p < end; ++p) {
+      if (start_[p] == start_[p + 1]) continue;
+      std::array<Quad, rows> sum{};
+      for (std::uint32_t k = start_[p]; k < start_[p + 1]; ++k)
+        for (std::size_t row = 0; row < rows; ++row) sum[row] += values_[rows * sum_[k] + row];
+      work(p, sum);
+    }
+  });
+}
+
+}  // namespace duet
