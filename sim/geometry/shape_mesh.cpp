@@ -5,6 +5,8 @@
 #include <numbers>
 #include <span>
 
+#include "sim/geometry/texture.h"
+
 namespace duet {
 namespace {
 
@@ -215,12 +217,6 @@ class CreaseNormals {
   std::vector<Vec3> areas_;
   std::vector<std::vector<std::size_t>> around_;
 };
-
-Vec2f planar_uv(const Vec3& x, const Vec3& normal) {
-  int axis = 0;
-  normal.cwiseAbs().maxCoeff(&axis);
-  return Vec2(x[(axis + 1) % 3], x[(axis + 2) % 3]).cast<float>();
-}
 
 }  // namespace
 

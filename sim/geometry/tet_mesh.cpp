@@ -6,6 +6,8 @@
 #include <set>
 #include <tuple>
 
+#include "sim/geometry/texture.h"
+
 namespace duet {
 namespace {
 
@@ -92,13 +94,6 @@ Vec3 normal_of(const TetMesh& mesh, const Triangle& t) {
   const Vec3& b = mesh.nodes[static_cast<std::size_t>(t[1])];
   const Vec3& c = mesh.nodes[static_cast<std::size_t>(t[2])];
   return (b - a).cross(c - a).normalized();
-}
-
-// Texture coordinates by the rest normal's dominant axis, in metres.
-Vec2f planar_uv(const Vec3& x, const Vec3& normal) {
-  int axis = 0;
-  normal.cwiseAbs().maxCoeff(&axis);
-  return Vec2f(static_cast<float>(x[(axis + 1) % 3]), static_cast<float>(x[(axis + 2) % 3]));
 }
 
 }  // namespace

@@ -22,7 +22,7 @@ Vec3 nearest_point(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& x) {
 
 TriangleTree::TriangleTree(const TriangleMesh& mesh) {
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-    triangles_.push_back({mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2)});
+    triangles_.push_back({mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2), static_cast<int>(t)});
   build(0, static_cast<int>(triangles_.size()));
 }
 
@@ -63,6 +63,7 @@ TriangleTree::Nearest TriangleTree::nearest(const Vec3& x) const {
   stack[size++] = {0, nodes_[0].box.squaredExteriorDistance(x)};
   double least = std::numeric_limits<double>::infinity();
   Vec3 point = x;
+  int triangle = 0;
   while (size > 0) {
     const Pending next = stack[--size];
     if (next.squared >= least) continue;
@@ -73,6 +74,7 @@ TriangleTree::Nearest TriangleTree::nearest(const Vec3& x) const {
       if (const double squared = (candidate - x).squaredNorm(); squared < least) {
         least = squared;
         point = candidate;
+        triangle = t.number;
       }
     }
     if (node.begin != node.end) continue;
@@ -82,7 +84,7 @@ TriangleTree::Nearest TriangleTree::nearest(const Vec3& x) const {
     stack[size++] = far;
     stack[size++] = near;
   }
-  return {point, std::sqrt(least)};
+  return {point, std::sqrt(least), triangle};
 }
 
 }  // namespace duet

@@ -19,12 +19,14 @@ class TriangleTree {
   struct Nearest {
     Vec3 point;
     double distance;  // m
+    int triangle;     // of the mesh
   };
   Nearest nearest(const Vec3& x) const;
 
  private:
   struct Corners {
     Vec3 a, b, c;
+    int number;  // in the mesh
   };
   struct Node {
     Eigen::AlignedBox3d box;

@@ -9,6 +9,7 @@
 
 #include "sim/base/error.h"
 #include "sim/geometry/shape_mesh.h"
+#include "sim/geometry/texture.h"
 #include "sim/scene/add_deformable.h"
 #include "sim/scene/attachments.h"
 #include "sim/scene/deformables.h"
@@ -165,6 +166,9 @@ BodyShape add_volume(const Scene& scene, const EffectSet& plan, const scene::Def
   if (is_drawn) return std::move(*skin);
   BodyShape shape{description.name, boundary_surface(mesh, triangles, crease)};
   for (int& node : shape.surface.vertex_nodes) node += body.first_particle;
+  const Shape& source = description.shape.surface;
+  if (source.mesh && !source.mesh->uvs.empty())
+    transfer_texture(in_frame(*source.mesh, source.scale, Pose{}), shape.surface.surface);
   return shape;
 }
 

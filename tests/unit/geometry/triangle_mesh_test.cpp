@@ -98,6 +98,8 @@ TEST(TriangleTree, FindsTheNearestPoint) {
     const TriangleTree::Nearest nearest = tree.nearest(x);
     EXPECT_EQ(nearest.distance, least);
     EXPECT_EQ((x - nearest.point).norm(), least);
+    const auto t = static_cast<std::size_t>(nearest.triangle);
+    EXPECT_EQ(nearest_point(mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2), x), nearest.point);
   }
 }
 
