@@ -86,17 +86,8 @@ void solve_semi_implicitly(World& world, StepContext& context, double dt, Contac
   if (!elastic) return;
   world.clock.time(Stage::damping_solve, [&] {
     begin_at_last_acceleration(bodies, dt, context, projection);
-    VelocitySystem system(bodies, dt, false, projection, context.damping_force, context.inertia);
-    system.collect_forces(context.force);
-    system.use(context.damped_masses, !at_end);  // half a step makes no difference to them
-    system.weigh(context.right_side);
-    if (projection) projection->use_inverse_masses(&context.damped_masses.inverse);
-    const CgResult result = conjugate_gradient(system, context.right_side, world.settings.cg_tolerance,
-                                               world.settings.cg_iterations, context.solution,
-                                               context.residual, context.direction, context.image);
-    if (projection) projection->use_inverse_masses(nullptr);
-    if (std::isfinite(result.residual)) keep_acceleration(bodies, dt, context);
-    world.counters.cg_iterations += result.iterations;
+    // Half a step makes no difference to the damped masses.
+    if (solve_with_damping(world, context, dt, projection, !at_end)) keep_acceleration(bodies, dt, context);
   });
 }
 
@@ -117,6 +108,21 @@ void move_as_wholes(const Bodies& bodies, const Vec3& change, std::vector<Vec3>&
 }
 
 }  // namespace
+
+bool solve_with_damping(World& world, StepContext& context, double dt, ContactProjection* projection,
+                        bool anew) {
+  VelocitySystem system(world.bodies, dt, false, projection, context.damping_force, context.inertia);
+  system.collect_forces(context.force);
+  system.use(context.damped_masses, anew);
+  system.weigh(context.right_side);
+  if (projection) projection->use_inverse_masses(&context.damped_masses.inverse);
+  const CgResult result = conjugate_gradient(system, context.right_side, world.settings.cg_tolerance,
+                                             world.settings.cg_iterations, context.solution, context.residual,
+                                             context.direction, context.image);
+  if (projection) projection->use_inverse_masses(nullptr);
+  world.counters.cg_iterations += result.iterations;
+  return std::isfinite(result.residual);
+}
 
 void solve_velocity(World& world, StepContext& context, double dt, ContactProjection* projection,
                     bool at_end) {

@@ -37,20 +37,10 @@ namespace {
 // Leaves in `context.force` the damping forces at the solution.
 void find_damping(World& world, StepContext& context) {
   Bodies& bodies = world.bodies;
-  ContactProjection& projection = context.projection;
   to_generalized(bodies, context.right_side);
   context.solution = context.right_side;
   context.force.assign(bodies.particles.size(), Vec3::Zero());
-  VelocitySystem system(bodies, context.dt, false, &projection, context.damping_force, context.inertia);
-  system.collect_forces(context.force);
-  system.use(context.damped_masses, true);
-  system.weigh(context.right_side);
-  projection.use_inverse_masses(&context.damped_masses.inverse);
-  const CgResult result = conjugate_gradient(system, context.right_side, world.settings.cg_tolerance,
-                                             world.settings.cg_iterations, context.solution, context.residual,
-                                             context.direction, context.image);
-  projection.use_inverse_masses(nullptr);
-  world.counters.cg_iterations += result.iterations;
+  solve_with_damping(world, context, context.dt, &context.projection, true);
 }
 
 // v + dt P M^-1 F: forces and impulses, so that momentum is kept to rounding however far the solve has come.

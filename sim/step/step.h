@@ -70,6 +70,12 @@ void apply_velocity_repulsions(World& world, StepContext& context);  //       be
 // `at_end` tells V.2 from I.1.
 void solve_velocity(World& world, StepContext& context, double dt, ContactProjection* projection,
                     bool at_end);
+// The conjugate gradients of the damping alone, V = b + dt M^-1 F_damping(V): from the V that
+// `context.solution` has to that of the b that `context.right_side` has (and loses). Adds F_damping(V) to
+// `context.force`. `anew`: with the damped masses of the deformation now, else with those of the last such
+// solve. Whether V is finite.
+bool solve_with_damping(World& world, StepContext& context, double dt, ContactProjection* projection,
+                        bool anew);
 // What the V of the implicit solve minimizes where nothing is damped, at `context.solution`, J: 1/2 |V - v -
 // dt g|^2 in the mass norm plus the elastic energy at x^n + dt V, where it leaves the particles.
 double incremental_potential(World& world, const StepContext& context, double dt);

@@ -22,6 +22,16 @@ scene::Scene block_with_bone(double youngs_modulus, double bone_mass) {
   return scene;
 }
 
+// Two bones that a joint holds together, in a soft bar.
+scene::DeformableBody& add_bones_in_flesh(scene::Scene& scene, const Vec3& size, const Vec3i& cells,
+                                          double youngs_modulus) {
+  test::add_chain(scene, 2, scene::JointType::point, false);
+  scene::DeformableBody& flesh = test::add_soft_box(scene, "flesh", Vec3(1, 0, 0), size, 1, youngs_modulus);
+  flesh.shape.cells = cells;
+  flesh.attach = {"link0", "link1"};
+  return flesh;
+}
+
 double largest_speed(const World& world) {
   double largest = 0;
   for (const Vec3& v : world.bodies.particles.v) largest = std::max(largest, v.norm());
@@ -109,11 +119,7 @@ TEST(Embedding, ConstraintsFirstKeepMomentumToo) {
 // in the solve.
 TEST(Embedding, ConstraintsFirstKeepJointsToo) {
   scene::Scene scene = test::free_space();
-  test::add_chain(scene, 2, scene::JointType::point, false);
-  scene::DeformableBody& flesh =
-      test::add_soft_box(scene, "flesh", Vec3(1, 0, 0), Vec3(2.2, 0.4, 0.4), 1, 1e5);
-  flesh.shape.cells = Vec3i(16, 4, 4);
-  flesh.attach = {"link0", "link1"};
+  scene::DeformableBody& flesh = add_bones_in_flesh(scene, Vec3(2.2, 0.4, 0.4), Vec3i(16, 4, 4), 1e5);
   flesh.placement.velocity = Vec3(0, 3, 0);
   scene.solver.velocity_constraints = scene::VelocityConstraints::before_solve;
   Simulation simulation(scene, test::plan(scene));
@@ -133,15 +139,12 @@ TEST(Embedding, ConstraintsFirstKeepJointsToo) {
 // Bones with a joint, flesh and contact go on from a saved state to the same bits.
 TEST(Embedding, ResumesToTheSameBits) {
   scene::Scene scene = test::on_ground();
-  test::add_chain(scene, 2, scene::JointType::point, false);
+  scene::DeformableBody& flesh = add_bones_in_flesh(scene, Vec3(2.2, 0.4, 0.4), Vec3i(16, 4, 4), 1e5);
+  flesh.placement.position.y() += 0.3;
   scene.joints.back().has_control = true;
   scene.joints.back().control.target.sinusoid = {{Vec3(0, 0, 30), 0, 0.5, 0}};
   for (scene::RigidBody& link : scene.rigid) link.placement.position.y() += 0.3;
   scene.joints.back().world.position->y() += 0.3;
-  scene::DeformableBody& flesh =
-      test::add_soft_box(scene, "flesh", Vec3(1, 0.3, 0), Vec3(2.2, 0.4, 0.4), 1, 1e5);
-  flesh.shape.cells = Vec3i(16, 4, 4);
-  flesh.attach = {"link0", "link1"};
   Simulation whole(scene, test::plan(scene)), resumed(scene, test::plan(scene));
   for (int i = 0; i < 4; ++i) whole.advance_frame();
   resumed.load_state(whole.save_state());
@@ -258,11 +261,7 @@ TEST(Embedding, NothingExplodesWhateverTheMassesAndTheModulus) {
 // Two bones with a controlled joint bend the flesh around them; the momentum of the whole stays nothing.
 TEST(Embedding, ControlledBonesBendTheirFlesh) {
   scene::Scene scene = test::free_space();
-  test::add_chain(scene, 2, scene::JointType::point, false);
-  scene::DeformableBody& flesh =
-      test::add_soft_box(scene, "flesh", Vec3(1, 0, 0), Vec3(2.4, 0.5, 0.5), 1, 2e5);
-  flesh.shape.cells = Vec3i(24, 5, 5);
-  flesh.attach = {"link0", "link1"};
+  add_bones_in_flesh(scene, Vec3(2.4, 0.5, 0.5), Vec3i(24, 5, 5), 2e5);
   scene::Joint& joint = scene.joints.back();
   joint.has_control = true;
   joint.control.gain = 200;
