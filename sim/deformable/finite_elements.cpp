@@ -122,7 +122,7 @@ void FiniteElements::finalize(const std::vector<double>& mass) {
   // Elements may also become stiffer by what the particles around them leave room for.
   allowed_squared_frequency_.resize(batches_.size());
   for (std::size_t b = 0; b < batches_.size(); ++b) {
-    const Moduli here = moduli(batches_[b]);
+    const Moduli here = moduli(b);
     const Pack &mu = here.mu, &lambda = here.lambda;
     Pack mean{};
     for (const auto& particle : batches_[b].particle)
@@ -162,9 +162,9 @@ void FiniteElements::fill_lane(std::size_t number, std::size_t t, bool pads,
   if (lane == 0) {
     batches_.emplace_back();
     scatter_.emplace_back();
+    batch_material_.push_back(material_of_[t]);
   }
   Batch& batch = batches_.back();
-  batch.material = material_of_[t];
   for (std::size_t i = 0; i < corners; ++i) batch.particle[i][lane] = tets_[t][i];
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) batch.inverse_rest[i][j][lane] = inverse_rest_[t](i, j);
@@ -213,12 +213,12 @@ void FiniteElements::add_forces(std::vector<Vec3>& totals, Stress&& stress_of) {
 template <class Model>
 Pack FiniteElements::squared_frequency(Model, std::size_t b, const Matrix3<Pack>& F) {
   const Batch& batch = batches_[b];
-  const Moduli here = moduli(batch);
+  const Moduli here = moduli(b);
   const Pack &mu = here.mu, &lambda = here.lambda;
   const Pack squared = batch.volume * Model::squared_frequency(mu, lambda, F, scatter_[b]);
   is_damped_[b] = false;
   if constexpr (requires { Model::compression_stiffness(mu, lambda, F); }) {
-    const double own = material_[as_index(batch.material)].moduli.damping;
+    const double own = material_of_batch(b).moduli.damping;
     if (compression_cfl_ == 0 || own < 2 * compression_cfl_ / std::sqrt(rest_squared_frequency_))
       return squared;
     const Pack soft = batch.volume * Model::soft_squared_frequency(mu, lambda, F, scatter_[b]);
@@ -240,9 +240,9 @@ void FiniteElements::add_elastic_forces(const std::vector<Vec3>& x, std::vector<
   sums_.fill([&](std::size_t b, Quad* sums) {
     const Batch& batch = batches_[b];
     const Matrix3<Pack> F = deformation_[b] = gradient(batch, x);
-    const Moduli here = moduli(batch);
+    const Moduli here = moduli(b);
     const Pack &mu = here.mu, &lambda = here.lambda;
-    with_model(model(batch), [&]<class Model>(Model) {
+    with_model(model(b), [&]<class Model>(Model) {
       const Pack weighted_frequency = batch.volume * squared_frequency(Model{}, b, F);
       spread_forces(batch, Model::stress(mu, lambda, F), weighted_frequency, sums);
     });
@@ -257,10 +257,10 @@ void FiniteElements::add_elastic_forces(const std::vector<Vec3>& x, std::vector<
 void FiniteElements::add_damping_forces(const std::vector<Vec3>& v, std::vector<Vec3>& force) {
   add_forces(force, [&](std::size_t b) {
     const Batch& batch = batches_[b];
-    const Moduli here = moduli(batch);
+    const Moduli here = moduli(b);
     const Pack &mu = here.mu, &lambda = here.lambda;
     const Matrix3<Pack>& F = deformation_[b];
-    const Pack damping = Pack{} + (material_[as_index(batch.material)].moduli.damping + added_damping_);
+    const Pack damping = Pack{} + (material_of_batch(b).moduli.damping + added_damping_);
     if (added_damping_ == 0) {
       const Matrix3<Pack> Fdot = gradient(batch, v);
       const Matrix3<Pack> stress = viscous_stress<Pack>(mu, lambda, damping / excess_damping(F), F, Fdot);
@@ -286,9 +286,9 @@ void FiniteElements::add_damping_blocks(std::vector<SymmetricBlock>& blocks) {
 void FiniteElements::spread_damping(std::size_t b, Quad* sums) const {
   const Batch& batch = batches_[b];
   const Matrix3<Pack>&F = deformation_[b], &D = batch.inverse_rest;
-  const Moduli here = moduli(batch);
+  const Moduli here = moduli(b);
   const Pack &mu = here.mu, &lambda = here.lambda;
-  const double seconds = material_[as_index(batch.material)].moduli.damping;
+  const double seconds = material_of_batch(b).moduli.damping;
   const Pack damping = batch.volume * seconds / excess_damping(F);
   const Matrix3<Pack> of_gradient = (damping * mu) * times_transposed(F, F);
   const Pack of_image = damping * (lambda + mu);
@@ -317,10 +317,10 @@ void FiniteElements::linearize() {
   differential_.resize(batches_.size());
   parallel_for(batches_.size(), batch_grain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t b = begin; b < end; ++b) {
-      const Moduli here = moduli(batches_[b]);
+      const Moduli here = moduli(b);
       const Pack &mu = here.mu, &lambda = here.lambda;
       const PrincipalStretches<Pack> p = principal_stretches(deformation_[b]);
-      with_model(model(batches_[b]), [&]<class Model>(Model) {
+      with_model(model(b), [&]<class Model>(Model) {
         differential_[b] = stress_differential(p, Model::derivatives(mu, lambda, p.stretch));
       });
     }
@@ -339,9 +339,9 @@ double FiniteElements::energy(const std::vector<Vec3>& x) const {
         for (std::size_t b = begin; b < end; ++b) {
           const Batch& batch = batches_[b];
           const Matrix3<Pack> F = gradient(batch, x);
-          const Moduli here = moduli(batch);
+          const Moduli here = moduli(b);
           const Pack &mu = here.mu, &lambda = here.lambda;
-          with_model(model(batch), [&]<class Model>(Model) {
+          with_model(model(b), [&]<class Model>(Model) {
             sum += sum_of_lanes(batch.volume * Model::energy_density(mu, lambda, F));
           });
         }

@@ -94,18 +94,18 @@ class FiniteElements {
     std::array<BlockSums::Slot, 4> slot;
     Matrix3<Pack> inverse_rest;  // D_m^-1, 1/m
     Pack volume;                 // m^3; zero in the lanes that pad the last batch of a material
-    int material = 0;
   };
   struct Moduli {
     Pack mu, lambda;  // Pa
   };
-  Moduli moduli(const Batch& batch) const {
-    const LameParameters& of_all = material_[static_cast<std::size_t>(batch.material)].moduli;
+  const ElasticMaterial& material_of_batch(std::size_t batch) const {
+    return material_[static_cast<std::size_t>(batch_material_[batch])];
+  }
+  Moduli moduli(std::size_t batch) const {
+    const LameParameters& of_all = material_of_batch(batch).moduli;
     return {Pack{} + of_all.mu, Pack{} + of_all.lambda};
   }
-  MaterialModel model(const Batch& batch) const {
-    return material_[static_cast<std::size_t>(batch.material)].model;
-  }
+  MaterialModel model(std::size_t batch) const { return material_of_batch(batch).model; }
   GradientScatter<double> scatter(std::size_t tet, const std::vector<double>& mass) const;
   void fill_lane(std::size_t number, std::size_t tet, bool pads, const GradientScatter<double>& scatter);
   Matrix3<Pack> gradient(const Batch& batch, const std::vector<Vec3>& values) const;
@@ -124,6 +124,7 @@ class FiniteElements {
   std::vector<double> drag_;               // kg/s, by particle; empty without mass-proportional damping
 
   std::vector<Batch> batches_;
+  std::vector<int> batch_material_;                     // of each batch
   std::vector<GradientScatter<Pack>> scatter_;          // of each batch
   std::vector<Matrix3<Pack>> deformation_;              // F of each batch
   std::vector<StressDifferential<Pack>> differential_;  // of each batch, once linearized

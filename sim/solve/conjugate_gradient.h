@@ -14,7 +14,7 @@ struct CgResult {
 
 // Solves P A P x = P b starting from `x`, which must satisfy the constraints that P projects onto. System has
 //   apply(v, out)   out = A v           project(v)      v = P v
-//   inner(u, v)     the inner product   norm(v)         what the tolerance bounds
+//   inner(u, v)     the inner product   measure(v)      inner(v, v), and in `norm` what the tolerance bounds
 //   accumulate(a)   takes note that x holds a times the last vector that A was applied to
 // `r`, `s`, `q` are scratch of x's size. Every residual is projected again, as rounding would otherwise leave
 // the constrained space (Baraff, Witkin 1998). The first one is projected several times: where P is sweeps
@@ -29,10 +29,10 @@ CgResult conjugate_gradient(System& system, const Vector& b, double tolerance, i
   system.accumulate(1);
   system.subtract(b, q, r);
   for (int i = 0; i < first_projections; ++i) system.project(r);
-  double rho = system.inner(r, r);
+  auto left = system.measure(r);
   system.copy(r, s);
   for (;; ++result.iterations) {
-    result.residual = system.norm(r);
+    result.residual = left.norm;
     result.converged = result.residual <= tolerance;
     if (result.converged || result.iterations >= max_iterations || !std::isfinite(result.residual))
       return result;
@@ -40,14 +40,14 @@ CgResult conjugate_gradient(System& system, const Vector& b, double tolerance, i
     system.project(q);
     const double curvature = system.inner(s, q);
     if (!(curvature > 0)) return result;  // only rounding is left
-    const double alpha = rho / curvature;
+    const double alpha = left.inner / curvature;
     system.axpy(alpha, s, x);
     system.accumulate(alpha);
     system.axpy(-alpha, q, r);
     system.project(r);
-    const double next = system.inner(r, r);
-    system.xpay(r, next / rho, s);
-    rho = next;
+    const auto next = system.measure(r);
+    system.xpay(r, next.inner / left.inner, s);
+    left = next;
   }
 }
 

@@ -134,29 +134,36 @@ double VelocitySystem::inner(const GeneralizedVelocity& u, const GeneralizedVelo
   return sum;
 }
 
-double VelocitySystem::norm(const GeneralizedVelocity& v) const {
+// One pass over the particles, which is what both take.
+VelocitySystem::Measure VelocitySystem::measure(const GeneralizedVelocity& v) const {
   // A NaN stays, and ends the solve.
   const auto larger = [](double a, double b) { return b <= a || std::isnan(a) ? a : b; };
-  double squared = parallel_reduce(
-      v.particle.size(), grain, 0.0,
+  const Particles& particles = bodies_.particles;
+  Measure result = parallel_reduce(
+      v.particle.size(), grain, Measure{},
       [&](std::size_t begin, std::size_t end) {
-        double largest = 0;
+        Measure part;  // its norm is a square
         for (std::size_t p = begin; p < end; ++p) {
+          const Vec3& here = v.particle[p];
+          const Vec3 momentum = masses_ ? Vec3(masses_->mass[p] * here) : Vec3(particles.mass[p] * here);
+          part.inner += here.dot(momentum);
           // With damped masses, what is left of the forces over the particle's own mass.
-          const double inverse = masses_ ? bodies_.particles.inverse_mass[p] : 0;
-          const Vec3 left = inverse > 0 ? Vec3(inverse * (masses_->mass[p] * v.particle[p])) : v.particle[p];
-          largest = larger(largest, left.squaredNorm());
+          const double inverse = masses_ ? particles.inverse_mass[p] : 0;
+          part.norm = larger(part.norm, (inverse > 0 ? Vec3(inverse * momentum) : here).squaredNorm());
         }
-        return largest;
+        return part;
       },
-      larger);
+      [&](const Measure& a, const Measure& b) {
+        return Measure{a.inner + b.inner, larger(a.norm, b.norm)};
+      });
   for (std::size_t i = 0; i < v.linear.size(); ++i) {
     const RigidProperties& properties = bodies_.rigid.properties[i];
-    if (!properties.is_dynamic()) continue;
-    squared = std::max(
-        squared, v.linear[i].squaredNorm() + v.angular[i].dot(inertia_[i] * v.angular[i]) / properties.mass);
+    const double turning = v.angular[i].dot(inertia_[i] * v.angular[i]), squared = v.linear[i].squaredNorm();
+    result.inner += properties.mass * squared + turning;
+    if (properties.is_dynamic()) result.norm = std::max(result.norm, squared + turning / properties.mass);
   }
-  return std::sqrt(squared);
+  result.norm = std::sqrt(result.norm);
+  return result;
 }
 
 void VelocitySystem::subtract(const GeneralizedVelocity& a, const GeneralizedVelocity& b,

@@ -36,8 +36,12 @@ class VelocitySystem {
   void accumulate(double share);
   void project(GeneralizedVelocity& v) const;
   double inner(const GeneralizedVelocity& u, const GeneralizedVelocity& v) const;
-  double norm(const GeneralizedVelocity& v)
-      const;  // m/s: the largest particle's, or body's, inertia-weighted velocity
+  struct Measure {
+    double inner = 0;  // of v with itself
+    double norm = 0;   // m/s: the largest particle's, or body's, inertia-weighted velocity
+  };
+  Measure measure(const GeneralizedVelocity& v) const;
+  double norm(const GeneralizedVelocity& v) const { return measure(v).norm; }
 
   static void subtract(const GeneralizedVelocity& a, const GeneralizedVelocity& b,
                        GeneralizedVelocity& out);  // a - b
