@@ -57,10 +57,11 @@ void AltitudeSprings::add(const std::vector<Tet>& tets, const std::vector<Vec3>&
 void AltitudeSprings::finalize(const std::vector<double>& inverse_mass) {
   batches_.resize((tets_.size() + pack_width - 1) / pack_width);
   for (std::size_t slot = 0; slot < batches_.size() * pack_width; ++slot) {
-    const bool pads = slot >= tets_.size();
-    const std::size_t t = std::min(slot, tets_.size() - 1);
     Batch& batch = batches_[slot / pack_width];
     const std::size_t lane = slot % pack_width;
+    const std::size_t element = BlockSums::element_of(slot / pack_width, lane, batches_.size());
+    const bool pads = element >= tets_.size();
+    const std::size_t t = pads ? tets_.size() - 1 : element;
     std::array<double, 4> inverse;
     for (std::size_t i = 0; i < 4; ++i) {
       batch.particle[i][lane] = tets_[t][i];

@@ -21,6 +21,12 @@ class BlockSums {
   // Where the block of a batch has the sums of what lies in each lane.
   using Slot = std::array<std::uint16_t, pack_width>;
 
+  // The element to put into a lane, of a list in which neighbours share particles: they come into different
+  // batches of a block, as sums that follow upon each other would wait for each other. May be past the end.
+  static std::size_t element_of(std::size_t batch, std::size_t lane, std::size_t batches) {
+    const std::size_t first = batch - batch % batches_of_block;
+    return first * pack_width + lane * std::min(batches_of_block, batches - first) + batch - first;
+  }
   // Sets the `slot`s of all batches from their `particle`s: arrays of one entry a corner.
   template <class Batch>
   void build(std::vector<Batch>& batches, std::size_t particle_count);

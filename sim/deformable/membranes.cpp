@@ -44,10 +44,11 @@ void Membranes::add(const std::vector<Triangle>& triangles, const std::vector<Ve
 void Membranes::finalize(std::size_t particle_count) {
   batches_.resize((triangles_.size() + pack_width - 1) / pack_width);
   for (std::size_t slot = 0; slot < batches_.size() * pack_width; ++slot) {
-    const bool pads = slot >= triangles_.size();
-    const std::size_t t = std::min(slot, triangles_.size() - 1);
     Batch& batch = batches_[slot / pack_width];
     const std::size_t lane = slot % pack_width;
+    const std::size_t element = BlockSums::element_of(slot / pack_width, lane, batches_.size());
+    const bool pads = element >= triangles_.size();
+    const std::size_t t = pads ? triangles_.size() - 1 : element;
     for (std::size_t i = 0; i < 3; ++i) batch.particle[i][lane] = triangles_[t][i];
     for (int i = 0; i < 2; ++i)
       for (int j = 0; j < 2; ++j) batch.inverse[i][j][lane] = rest_[t].inverse(i, j);

@@ -25,10 +25,11 @@ template <std::size_t N>
 void Springs<N>::finalize(std::size_t particle_count) {
   batches_.resize((springs_.size() + pack_width - 1) / pack_width);
   for (std::size_t slot = 0; slot < batches_.size() * pack_width; ++slot) {
-    const bool pads = slot >= springs_.size();
-    const Spring<N>& spring = pads ? springs_.back() : springs_[slot];
     Batch& batch = batches_[slot / pack_width];
     const std::size_t lane = slot % pack_width;
+    const std::size_t s = BlockSums::element_of(slot / pack_width, lane, batches_.size());
+    const bool pads = s >= springs_.size();
+    const Spring<N>& spring = pads ? springs_.back() : springs_[s];
     for (std::size_t i = 0; i < N; ++i) {
       batch.particle[i][lane] = spring.particle[i];
       batch.weight[i][lane] = spring.weight[i];

@@ -62,7 +62,13 @@ struct StaticSystem {
     for (std::size_t p = 0; p < a.size(); ++p) sum += a[p].dot(b[p]);
     return sum;
   }
-  double norm(const std::vector<Vec3>& a) const { return std::sqrt(inner(a, a)); }
+  struct Measure {
+    double inner, norm;
+  };
+  Measure measure(const std::vector<Vec3>& a) const {
+    const double squared = inner(a, a);
+    return {squared, std::sqrt(squared)};
+  }
   static void subtract(const std::vector<Vec3>& a, const std::vector<Vec3>& b, std::vector<Vec3>& out) {
     out = a;
     axpy(-1, b, out);
@@ -92,7 +98,7 @@ double static_deflection(int cells) {
   StaticSystem system{world};
   std::vector<Vec3> u(particles.size(), Vec3::Zero()), residual, direction, image;
   const CgResult result =
-      conjugate_gradient(system, weight, 1e-6 * system.norm(weight), 20000, u, residual, direction, image);
+      conjugate_gradient(system, weight, 1e-6 * system.measure(weight).norm, 20000, u, residual, direction, image);
   EXPECT_TRUE(result.converged);
   StaticSystem::axpy(1, u, moved);
   return sag(particles.x, moved);
