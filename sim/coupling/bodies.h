@@ -12,6 +12,7 @@
 #include "sim/deformable/internal_forces.h"
 #include "sim/deformable/particles.h"
 #include "sim/embedding/bound_particles.h"
+#include "sim/geometry/elements_around.h"
 #include "sim/rigid/rigid_bodies.h"
 
 namespace duet {
@@ -28,8 +29,11 @@ struct Bodies {
   Particles particles;
   std::vector<CarriedParticle> carried;
   std::vector<BoundParticle> bound;
-  InternalForces forces;  // of the deformable bodies
-  OneRings one_rings;     // of incompressible bodies
+  InternalForces forces;    // of the deformable bodies
+  std::vector<Tet> tets;    // of all volumes
+  ElementLists neighbours;  // of each particle, in those
+  ElementLists adjoining;   // of each rigid body, see adjoining_bodies()
+  OneRings one_rings;       // of incompressible bodies
   std::vector<DeformableBody> deformable;
   std::vector<SurfacePoint> points;          // of all deformable bodies, body after body
   std::vector<Triangle> triangles;           // their boundaries, global particle indices

@@ -5,9 +5,10 @@
 #include <limits>
 
 #include "sim/base/parallel.h"
-#include "sim/coupling/contact_plane.h"
 #include "sim/coupling/contact_reduction.h"
 #include "sim/coupling/deepest_point.h"
+#include "sim/coupling/lying.h"
+#include "sim/coupling/seams.h"
 
 namespace duet {
 namespace {
@@ -230,8 +231,9 @@ class Finder {
     if (separation(host, guest) > margin) return;
     auto begin = chunk.touches.size();
     visit_near(bodies_.rigid, pair, margin, [&](NearPoint near, const Vec3& inside) {
-      const ContactPlane plane = contact_plane(bodies_.rigid.properties[h].shape, near.position, inside);
-      if (!plane.faces && plane.gap >= 0) return;
+      const ContactPlane plane =
+          exposed_plane(bodies_, pair.host, bodies_.rigid.state[h].pose, near.position, inside);
+      if (!(plane.faces && std::isfinite(plane.gap)) && plane.gap >= 0) return;
       near.reversed = is_reversed;
       near.normal = plane.normal;
       near.gap = plane.gap;
@@ -304,6 +306,8 @@ class Finder {
       contact.restitution = std::min(host.restitution, guest.restitution);
     }
     update_geometry(bodies_, contact);
+    if (pair.guest_rigid < 0)
+      contact.friction *= lying_share(bodies_, bodies_.points[as_index(point)], contact.normal);
     return contact;
   }
 

@@ -16,11 +16,14 @@ constexpr double least_facing = 0.3;
 ContactPlane contact_plane(const LevelSet& shape, const Vec3& x, const Vec3& inside) {
   const Vec3 way = inside - x;
   ContactPlane plane;
+  const double distance = shape.distance(inside);
   plane.normal = shape.normal(inside);
-  plane.gap = shape.distance(inside) - plane.normal.dot(way);
+  plane.foot = inside - distance * plane.normal;
+  plane.gap = distance - plane.normal.dot(way);
   if (std::abs(shape.distance(x - plane.gap * plane.normal)) <= foot_tolerance * way.norm()) return plane;
   plane.normal = shape.normal(x);
   plane.gap = shape.distance(x);
+  plane.foot = x - plane.gap * plane.normal;
   plane.faces = plane.normal.dot(way) > least_facing * way.norm();
   return plane;
 }

@@ -8,6 +8,7 @@ namespace duet {
 struct ContactPlane {
   Vec3 normal;     // unit, outward of the shape
   double gap = 0;  // m, signed distance of the point from the plane
+  Vec3 foot;       // m, point of the surface that has the normal
   // Whether the other body lies on the outer side. Where it does not, the point is beside an edge over which
   // the body reaches, and touches nothing.
   bool faces = true;

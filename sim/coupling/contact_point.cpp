@@ -2,8 +2,9 @@
 
 #include <limits>
 
-#include "sim/coupling/contact_plane.h"
 #include "sim/coupling/deepest_point.h"
+#include "sim/coupling/lying.h"
+#include "sim/coupling/seams.h"
 
 namespace duet {
 namespace {
@@ -17,57 +18,72 @@ Mat3 impulse_factor(const RigidState& state, double inverse_mass, const Vec3& ar
   return inverse_mass * Mat3::Identity() - cross * state.inverse_inertia * cross;
 }
 
-Touch touch(const RigidProperties& host, const Pose& host_pose, const RigidProperties& guest,
-            const Pose& guest_pose, int sample) {
+namespace {
+
+// A sample of a rigid guest, or its deepest point k (sample -1 - k), in the space of the host.
+DeepestPoint in_space_of(const RigidProperties& host, const Pose& host_pose, const RigidProperties& guest,
+                         const Pose& guest_pose, int sample) {
   const Pose in_host{host_pose.to_body(guest_pose.position),
                      host_pose.orientation.conjugate() * guest_pose.orientation};
-  const DeepestPoint point = sample < 0 ? deepest_point(guest.shape, -1 - sample, in_host, host.shape)
-                                        : DeepestPoint{in_host.to_world(guest.samples[as_index(sample)]),
-                                                       in_host.to_world(guest.inside[as_index(sample)])};
-  const ContactPlane plane = contact_plane(host.shape, point.position, point.inside);
-  Touch result;
-  result.position = host_pose.to_world(point.position);
-  result.normal = host_pose.orientation * plane.normal;
-  result.gap = plane.faces || plane.gap < 0 ? plane.gap : std::numeric_limits<double>::infinity();
-  return result;
+  if (sample < 0) return deepest_point(guest.shape, -1 - sample, in_host, host.shape);
+  return {in_host.to_world(guest.samples[as_index(sample)]),
+          in_host.to_world(guest.inside[as_index(sample)])};
+}
+
+Touch in_world(const Vec3& x, const ContactPlane& plane, const Pose& host_pose) {
+  return {host_pose.to_world(x), host_pose.orientation * plane.normal,
+          plane.faces || plane.gap < 0 ? plane.gap : std::numeric_limits<double>::infinity()};
+}
+
+}  // namespace
+
+Touch touch(const RigidProperties& host, const Pose& host_pose, const RigidProperties& guest,
+            const Pose& guest_pose, int sample) {
+  const DeepestPoint point = in_space_of(host, host_pose, guest, guest_pose, sample);
+  return in_world(point.position, contact_plane(host.shape, point.position, point.inside), host_pose);
+}
+
+Touch touch(const Bodies& bodies, int host, const Pose& host_pose, int guest, const Pose& guest_pose,
+            int sample) {
+  const std::vector<RigidProperties>& properties = bodies.rigid.properties;
+  const DeepestPoint point =
+      in_space_of(properties[as_index(host)], host_pose, properties[as_index(guest)], guest_pose, sample);
+  return in_world(point.position, exposed_plane(bodies, host, host_pose, point.position, point.inside),
+                  host_pose);
 }
 
 namespace {
 
 // Of a deformable guest's point at `x` (m).
-Touch touch(const RigidProperties& host, const Pose& host_pose, const SurfacePoint& point, const Vec3& x) {
+Touch touch(const Bodies& bodies, int host, const Pose& host_pose, const SurfacePoint& point, const Vec3& x) {
+  const LevelSet& shape = bodies.rigid.properties[as_index(host)].shape;
   const Vec3 in_host = host_pose.to_body(x);
-  return {x, host_pose.orientation * host.shape.normal(in_host),
-          host.shape.distance(in_host) + point.allowance};
+  WayOut way{host_pose.orientation * shape.normal(in_host), -shape.distance(in_host)};
+  if (const auto hidden = hidden_foot(bodies, host, x + way.depth * way.normal, way.normal))
+    way = way_out_of_seam(bodies, host, x, inward_direction(bodies, point), way, *hidden);
+  return {x, way.normal, point.allowance - way.depth};
 }
 
 }  // namespace
 
 Touch touch(const Bodies& bodies, const ContactPoint& contact) {
-  const auto host = as_index(contact.host);
-  const RigidProperties& properties = bodies.rigid.properties[host];
-  const Pose& pose = bodies.rigid.state[host].pose;
-  if (!contact.is_rigid_pair()) {
-    const SurfacePoint& point = surface_point(bodies, contact);
-    return touch(properties, pose, point, weighted(point, bodies.particles.x));
-  }
-  const auto guest = as_index(contact.guest_rigid);
-  return touch(properties, pose, bodies.rigid.properties[guest], bodies.rigid.state[guest].pose,
-               contact.guest_point);
+  const Pose& pose = bodies.rigid.state[as_index(contact.host)].pose;
+  if (contact.is_rigid_pair())
+    return touch(bodies, contact.host, pose, contact.guest_rigid,
+                 bodies.rigid.state[as_index(contact.guest_rigid)].pose, contact.guest_point);
+  const SurfacePoint& point = surface_point(bodies, contact);
+  return touch(bodies, contact.host, pose, point, weighted(point, bodies.particles.x));
 }
 
 Touch predicted_touch(const Bodies& bodies, const std::vector<Pose>& predicted, double dt,
                       const ContactPoint& contact) {
-  const auto host = as_index(contact.host);
-  const RigidProperties& properties = bodies.rigid.properties[host];
-  if (!contact.is_rigid_pair()) {
-    const SurfacePoint& point = surface_point(bodies, contact);
-    const Vec3 x = weighted(point, bodies.particles.x) + dt * weighted(point, bodies.particles.v);
-    return touch(properties, predicted[host], point, x);
-  }
-  const auto guest = as_index(contact.guest_rigid);
-  return touch(properties, predicted[host], bodies.rigid.properties[guest], predicted[guest],
-               contact.guest_point);
+  const Pose& pose = predicted[as_index(contact.host)];
+  if (contact.is_rigid_pair())
+    return touch(bodies, contact.host, pose, contact.guest_rigid, predicted[as_index(contact.guest_rigid)],
+                 contact.guest_point);
+  const SurfacePoint& point = surface_point(bodies, contact);
+  const Vec3 x = weighted(point, bodies.particles.x) + dt * weighted(point, bodies.particles.v);
+  return touch(bodies, contact.host, pose, point, x);
 }
 
 double gap_now(const Bodies& bodies, const ContactPoint& contact) { return touch(bodies, contact).gap; }

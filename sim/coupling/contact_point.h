@@ -106,12 +106,16 @@ inline void apply_impulse(Bodies& bodies, const ContactPoint& contact, const Vec
 struct Touch {
   Vec3 position;   // m, of the guest's point
   Vec3 normal;     // unit, outward of the host
-  double gap = 0;  // m, signed distance less the allowance; infinite beside an edge, see ContactPlane
+  double gap = 0;  // m, signed distance less the allowance; infinite beside an edge, see ContactPlane, and
+                   // above what is hidden, see hidden_foot()
 };
 
 // Of a rigid guest's sample, or of deepest point k (sample -1 - k), at the given poses.
 Touch touch(const RigidProperties& host, const Pose& host_pose, const RigidProperties& guest,
             const Pose& guest_pose, int sample);
+// The same of two of the bodies, and what adjoins them.
+Touch touch(const Bodies& bodies, int host, const Pose& host_pose, int guest, const Pose& guest_pose,
+            int sample);
 // At the positions now.
 Touch touch(const Bodies& bodies, const ContactPoint& contact);
 // With rigid bodies at the `predicted` poses, particles after `dt` (s) at their velocities now.

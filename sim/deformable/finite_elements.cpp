@@ -369,12 +369,17 @@ double FiniteElements::max_stretching(const std::vector<Vec3>& v) const {
 FiniteElements::Strain FiniteElements::strain(const std::vector<Vec3>& x) const {
   Strain result;
   for (std::size_t t = 0; t < tets_.size(); ++t) {
-    const double det = edge_matrix(tets_[t], x).determinant() / (6 * volume_[t]);
+    const Mat3 F = edge_matrix(tets_[t], x) * inverse_rest_[t];
+    const double det = F.determinant();
     if (det <= 0) ++result.inverted;
     if (result.worst_tet < 0 || det < result.min_det) {
       result.min_det = det;
       result.worst_tet = static_cast<int>(t);
     }
+    if (F.squaredNorm() <= result.max_stretch * result.max_stretch) continue;  // no larger one in it
+    Eigen::SelfAdjointEigenSolver<Mat3> squares;
+    squares.computeDirect(F.transpose() * F, Eigen::EigenvaluesOnly);
+    result.max_stretch = std::max(result.max_stretch, std::sqrt(squares.eigenvalues()[2]));
   }
   return result;
 }

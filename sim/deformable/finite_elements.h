@@ -64,8 +64,9 @@ class FiniteElements {
 
   struct Strain {
     double min_det = 1;
-    int inverted = 0;  // elements with det F <= 0
-    int worst_tet = -1;
+    int inverted = 0;        // elements with det F <= 0
+    int worst_tet = -1;      // that has the least determinant
+    double max_stretch = 1;  // largest principal one
   };
   Strain strain(const std::vector<Vec3>& x) const;
   // Raises `strain`, of all particles, to the largest |stretch - 1| of the elements around them (principal

@@ -56,6 +56,7 @@ std::string stats_json(const FrameStats& stats) {
                  {"volume_error", stats.volume_error},
                  {"min_det_F", stats.min_det_F},
                  {"inverted", stats.inverted},
+                 {"max_stretch", stats.max_stretch},
                  {"self_repulsions", stats.self_repulsions},
                  {"self_collisions", stats.self_collisions},
                  {"impact_zone_particles", stats.impact_zone_particles},

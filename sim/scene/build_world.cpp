@@ -8,6 +8,8 @@
 #include <fmt/format.h>
 
 #include "sim/base/error.h"
+#include "sim/coupling/lying.h"
+#include "sim/coupling/seams.h"
 #include "sim/geometry/shape_mesh.h"
 #include "sim/geometry/texture.h"
 #include "sim/scene/add_deformable.h"
@@ -145,6 +147,7 @@ BodyShape add_volume(const Scene& scene, const EffectSet& plan, const scene::Def
     for (int& i : triangle) i += body.first_particle;
     bodies.triangles.push_back(triangle);
   }
+  bodies.tets.insert(bodies.tets.end(), tets.begin(), tets.end());
   const Resistance resists = resistance(description.shape, material);
   if (resists.elements && plan[index(Effect::deformable_elasticity)])
     bodies.forces.elements.add(
@@ -329,6 +332,7 @@ BuiltWorld build_world(const Scene& scene, const EffectSet& plan) {
   if (plan[index(Effect::air_drag)]) add_air_drag(scene, bodies);
   finalize_forces(bodies);
   keep_apart(scene, plan, bodies);
+  bodies.neighbours = neighbours(bodies.particles.size(), bodies.tets);
   bodies.one_rings.finalize(bodies.particles.inverse_mass, bodies.particles.x);
   if (plan[index(Effect::self_repulsion)] || plan[index(Effect::self_collision)])
     bodies.collision_surface = collision_surface(scene, bodies);
@@ -340,6 +344,8 @@ BuiltWorld build_world(const Scene& scene, const EffectSet& plan) {
     add_rigid(bodies.rigid, "ground", half_space, 0, *scene.ground, placement);
     frames.emplace_back();
   }
+  bodies.adjoining = adjoining_bodies(bodies);
+  remove_hidden_samples(bodies);
   if (plan[index(Effect::articulation)]) {
     add_joints(scene, plan, frames, bodies);
     world.context.joints.analyze(bodies.articulation, bodies.rigid);

@@ -60,6 +60,7 @@ struct FrameStats {
   double volume_error = 0;                 // largest |V/V_0 - 1| of an incompressible body
   double min_det_F = 1;                    // least determinant of a deformation gradient
   int inverted = 0;                        // elements with det F <= 0
+  double max_stretch = 1;                  // largest principal stretch of an element
   std::int64_t self_repulsions = 0;        // pairs of deformable surface elements nearer than their thickness
   std::int64_t self_collisions = 0;        // impulses that kept surfaces from crossing, sum over the frame
   std::int64_t impact_zone_particles = 0;  // that had to move as rigid zones, sum over the frame

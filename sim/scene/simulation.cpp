@@ -148,6 +148,7 @@ struct Simulation::Impl {
     const FiniteElements::Strain strain = bodies.forces.elements.strain(bodies.particles.x);
     stats.min_det_F = strain.min_det;
     stats.inverted = strain.inverted;
+    stats.max_stretch = strain.max_stretch;
     stats.volume_error = bodies.one_rings.volume_error(bodies.particles.x);
     stats.kinetic = kinetic_energy(bodies);
     stats.potential = gravitational_energy(bodies, world().gravity);

@@ -168,6 +168,7 @@ class RunPage {
     if (!std::all_of(frames_.begin(), frames_.end(), is_rigid))
       plot("det", "Least determinant of the deformation gradient", "",
            {series_of(frames_, "least det F", value_of("min_det_F"))});
+    plot_if_any("stretch", "Largest principal stretch", "", frames_, "max_stretch");
   }
 
   void write_work() {

@@ -324,8 +324,13 @@ TEST(FiniteElements, StrainStatisticsFindTheWorstTet) {
   for (Vec3& p : x) p.y() *= 0.5;
   EXPECT_NEAR(block.elements.strain(x).min_det, 0.5, 1e-14);
   EXPECT_EQ(block.elements.strain(x).inverted, 0);
+  EXPECT_EQ(block.elements.strain(x).max_stretch, 1);
   for (Vec3& p : x) p.y() = -p.y();
   EXPECT_EQ(block.elements.strain(x).inverted, 5);
+  // Drawn out along a diagonal, in no element's own axes.
+  const Vec3 axis = Vec3(1, 2, 3).normalized();
+  for (std::size_t i = 0; i < x.size(); ++i) x[i] = block.x[i] + 1.5 * axis.dot(block.x[i]) * axis;
+  EXPECT_NEAR(block.elements.strain(x).max_stretch, 2.5, 1e-14);
 }
 
 // Of a stretched, sheared and turned block every particle has the largest principal stretch: here those of

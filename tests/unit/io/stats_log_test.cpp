@@ -44,6 +44,7 @@ TEST(StatsLog, LineHasTheAgreedFieldsInOrder) {
                                             "volume_error",
                                             "min_det_F",
                                             "inverted",
+                                            "max_stretch",
                                             "self_repulsions",
                                             "self_collisions",
                                             "impact_zone_particles",

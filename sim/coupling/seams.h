@@ -1,0 +1,42 @@
+// Where static bodies adjoin, as the planks of a floor do, what lies on them must not feel the faces that
+// they hide from each other.
+#pragma once
+
+#include <optional>
+
+#include "sim/coupling/bodies.h"
+#include "sim/coupling/contact_plane.h"
+
+namespace duet {
+
+// The static bodies that touch or overlap each static body; none for all others.
+ElementLists adjoining_bodies(const Bodies& bodies);
+
+// Takes away the samples of static bodies that no convex edge or corner is left at, such as those along the
+// planks of a floor: rigid bodies that slide over them would run into them.
+void remove_hidden_samples(Bodies& bodies);
+
+// How a point would leave a host.
+struct WayOut {
+  Vec3 normal = Vec3::Zero();  // unit, outward
+  double depth = 0;            // m, below the surface with that normal; negative outside
+};
+
+// Where a body that adjoins the host hides its surface at `foot` (m): there its unit normal `normal` would
+// stop what slides over the seam between the two, and clamp what has come into it.
+struct HiddenFoot {
+  Vec3 foot;
+  Vec3 others_normal;  // of the surface of the other body that goes on from there; zero if they face each
+                       // other
+};
+std::optional<HiddenFoot> hidden_foot(const Bodies& bodies, int host, const Vec3& foot, const Vec3& normal);
+// The way out of all of them instead of `way`, for a point at `x` (m) the rest of whose body lies in the unit
+// direction `inward`.
+WayOut way_out_of_seam(const Bodies& bodies, int host, const Vec3& x, const Vec3& inward, const WayOut& way,
+                       const HiddenFoot& hidden);
+
+// contact_plane() of a host at `pose`, but for what is hidden.
+ContactPlane exposed_plane(const Bodies& bodies, int host, const Pose& pose, const Vec3& x,
+                           const Vec3& inside);
+
+}  // namespace duet

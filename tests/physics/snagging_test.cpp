@@ -1,0 +1,87 @@
+// Particles of coarse soft bodies that hang on an edge of a rigid body or in a seam between two: friction
+// would hold them there for good, and the elements that pull them back would be drawn out without end.
+#include "tests/support/margin.h"
+#include "tests/support/scenes.h"
+#include <gtest/gtest.h>
+
+#include "sim/step/world.h"
+
+namespace duet {
+namespace {
+
+using test::expect_below;
+
+void add_static_box(scene::Scene& scene, const std::string& name, const Vec3& position, const Vec3& size) {
+  scene::RigidBody& box = test::add_box(scene, name, position, size, 1);
+  box.mass.reset();
+  box.is_static = true;
+  box.friction = 0.8;
+}
+
+// Where a node of a slab of 0.4 x 0.1 x 0.4 m without weight, pinned everywhere else, is a second after it
+// was let go at `start`.
+Vec3 final_place(scene::Scene& scene, const Vec3& center, const Vec3& node, const Vec3& start) {
+  scene::DeformableBody& slab = test::add_soft_box(scene, "slab", center, Vec3(0.4, 0.1, 0.4), 2, 2e5);
+  slab.shape.cells = Vec3i(2, 1, 2);
+  scene.materials.back().poisson_ratio = 0;  // squeezed from above it would not turn aside
+  for (const double x : {-0.2, 0.0, 0.2})
+    for (const double y : {-0.05, 0.05})
+      for (const double z : {-0.2, 0.0, 0.2})
+        if (Vec3(x, y, z) != node) slab.pins.push_back({Vec3(x, y, z), {}, 1e-3, {}});
+  scene.solver.face_samples = 0;  // would lift the node beside it
+  Simulation simulation(scene, test::plan(scene));
+  std::vector<Vec3>& x = simulation.world().bodies.particles.x;
+  const Vec3 place = center + node;
+  const auto particle = std::find_if(x.begin(), x.end(), [&](const Vec3& p) { return p.isApprox(place); });
+  *particle = start;
+  for (int frame = 0; frame < 24; ++frame) simulation.advance_frame();
+  return *particle;
+}
+
+TEST(Snagging, NoParticleStaysInFrontOfAStep) {
+  scene::Scene scene = test::free_space();
+  add_static_box(scene, "step", Vec3(0, -0.5, 0), Vec3(6, 1, 8));  // ends at z = 4
+  // Its elements pull it against the riser, and upwards by less than friction holds.
+  const Vec3 center(0, 0.055, 3.6), node(0, -0.05, 0.2), hanging(0, -0.05, 4.001);
+  expect_below((final_place(scene, center, node, hanging) - center - node).norm(), 1e-3, "distance, m");
+}
+
+// Each of two planks would push the particle aside, into the other one, as deep as it is.
+TEST(Snagging, ASeamBearsWhatLiesOnIt) {
+  scene::Scene scene = test::free_space();
+  add_static_box(scene, "left", Vec3(-2, -0.5, 0), Vec3(4, 1, 8));
+  add_static_box(scene, "right", Vec3(2, -0.5, 0), Vec3(4, 1, 8));
+  const Vec3 center(0, 0.04, 0), node(0, -0.05, 0), low(0, -0.003, 0);
+  expect_below(std::abs(final_place(scene, center, node, low).y()), 1e-9, "depth, m");
+}
+
+// A box slides and turns over 50 planks as over one floor; it would trip over the first of them.
+TEST(Snagging, PlanksAreAFloor) {
+  for (const bool is_soft : {false, true}) {
+    Vec3 place[2];
+    for (const int planks : {1, 50}) {
+      scene::Scene scene = test::free_space();
+      scene.gravity = Vec3(0, -9.8, 0);
+      const double width = 18.5 / planks;
+      for (int i = 0; i < planks; ++i)
+        add_static_box(scene, "plank" + std::to_string(i), Vec3(-5 + width * (i + 0.5), -0.5, 0),
+                       Vec3(width, 1, 20));
+      for (scene::RigidBody& plank : scene.rigid) plank.friction = 0.3;
+      if (!is_soft) test::add_box(scene, "box", Vec3::Zero(), Vec3(0.6, 0.4, 0.6), 144).friction = 0.3;
+      scene::Placement& placement =
+          is_soft ? test::add_soft_box(scene, "box", Vec3::Zero(), Vec3(0.6, 0.4, 0.6), 4, 2e5).placement
+                  : scene.rigid.back().placement;
+      placement.position = Vec3(0.013, 0.2, 0);
+      placement.velocity = Vec3(4, 0, 1.3);
+      placement.orientation = Quat(Eigen::AngleAxisd(0.3, Vec3::UnitY()));
+      Simulation simulation(scene, test::plan(scene));
+      for (int frame = 0; frame < 24; ++frame) simulation.advance_frame();
+      const Bodies& bodies = simulation.world().bodies;
+      place[planks > 1] = is_soft ? bodies.particles.x.front() : bodies.rigid.state.back().pose.position;
+    }
+    expect_below((place[1] - place[0]).norm(), 1e-4, is_soft ? "soft box, m" : "rigid box, m");
+  }
+}
+
+}  // namespace
+}  // namespace duet

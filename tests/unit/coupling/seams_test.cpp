@@ -1,0 +1,102 @@
+// Static boxes side by side, with coordinates that are exact.
+#include "sim/coupling/seams.h"
+
+#include <cmath>
+
+#include "tests/support/scenes.h"
+#include <gtest/gtest.h>
+
+#include "sim/step/world.h"
+
+namespace duet {
+namespace {
+
+// Two planks that meet at x = 0 with their tops at y = 0, a step on the right one from x = 1 on that is 1 m
+// high, and a box apart.
+class Planks : public ::testing::Test {
+ protected:
+  Planks() : scene_(test::free_space()), simulation_(build()) {}
+  Simulation build() {
+    const auto add = [&](const std::string& name, const Vec3& position, const Vec3& size) {
+      scene::RigidBody& box = test::add_box(scene_, name, position, size, 1);
+      box.mass.reset();
+      box.is_static = true;
+    };
+    add("left", Vec3(-2, -0.5, 0), Vec3(4, 1, 4));
+    add("right", Vec3(2, -0.5, 0), Vec3(4, 1, 4));
+    add("step", Vec3(2, 0.5, 0), Vec3(2, 1, 4));
+    add("apart", Vec3(0, 4, 0), Vec3(1, 1, 1));
+    test::add_ball(scene_, "ball", Vec3(0, 10, 0), 0.5, 1);
+    return Simulation(scene_, test::plan(scene_));
+  }
+  const Bodies& bodies() { return simulation_.world().bodies; }
+  std::vector<int> adjoining(int body) {
+    const auto all = bodies().adjoining.of(body);
+    return {all.begin(), all.end()};
+  }
+
+  scene::Scene scene_;
+  Simulation simulation_;
+};
+
+TEST_F(Planks, AdjoinWhereTheyTouch) {
+  EXPECT_EQ(adjoining(0), std::vector<int>{1});
+  EXPECT_EQ(adjoining(1), (std::vector<int>{0, 2}));
+  EXPECT_EQ(adjoining(2), std::vector<int>{1});
+  EXPECT_TRUE(adjoining(3).empty());
+  EXPECT_TRUE(adjoining(4).empty());  // it moves
+}
+
+// Side by side at the seam the edges of the tops are gone, those of the outer sides are there.
+TEST_F(Planks, KeepTheSamplesOfEdgesThatAreLeft) {
+  const auto has_sample = [&](std::size_t body, const Vec3& x) {
+    const RigidProperties& properties = bodies().rigid.properties[body];
+    const Vec3 in_body = bodies().rigid.state[body].pose.to_body(x);
+    return std::any_of(properties.samples.begin(), properties.samples.end(),
+                       [&](const Vec3& sample) { return (sample - in_body).norm() < 1e-12; });
+  };
+  EXPECT_FALSE(has_sample(0, Vec3(0, 0, 0)));
+  EXPECT_FALSE(has_sample(1, Vec3(0, 0, 0)));
+  EXPECT_TRUE(has_sample(0, Vec3(0, 0, 2)));   // the rim that both have in common
+  EXPECT_TRUE(has_sample(0, Vec3(-4, 0, 2)));  // a corner
+  EXPECT_TRUE(has_sample(2, Vec3(1, 1, 2)));   // the step's edge
+  EXPECT_FALSE(has_sample(2, Vec3(1, 0, 0)));  // the corner that it makes with the floor
+  for (const RigidProperties& properties : bodies().rigid.properties)
+    EXPECT_EQ(properties.samples.size(), properties.inside.size());
+}
+
+TEST_F(Planks, HideTheirSidesFromEachOther) {
+  const Vec3 left(-1, 0, 0), up(0, 1, 0);
+  // The right one's side, 1/64 m deep and at the rim, as a point on the left one sees it.
+  EXPECT_EQ(hidden_foot(bodies(), 1, Vec3(0, -1.0 / 64, 0), left)->others_normal, Vec3(0, 0, 0));
+  EXPECT_EQ(hidden_foot(bodies(), 1, Vec3(0, 0, 0), left)->others_normal, up);
+  // Their tops, the riser also where it stands on the floor, and sides that look outwards are not hidden.
+  EXPECT_FALSE(hidden_foot(bodies(), 1, Vec3(0, 0, 0), up));
+  EXPECT_FALSE(hidden_foot(bodies(), 1, Vec3(0.5, 0, 0), up));
+  EXPECT_FALSE(hidden_foot(bodies(), 2, Vec3(1, 0, 0), left));
+  EXPECT_FALSE(hidden_foot(bodies(), 2, Vec3(1, 0.5, 0), left));
+  EXPECT_FALSE(hidden_foot(bodies(), 1, Vec3(0.5, -0.5, 2), Vec3(0, 0, 1)));
+  EXPECT_FALSE(hidden_foot(bodies(), 3, Vec3(0, 3.5, 0), -up));
+}
+
+TEST_F(Planks, ALowPointLeavesThemUpwards) {
+  const Vec3 x(1.0 / 1024, -1.0 / 64, 0), inward = Vec3(0.25, 1, 0).normalized();
+  const WayOut side{Vec3(-1, 0, 0), 1.0 / 1024};
+  const auto hidden = hidden_foot(bodies(), 1, Vec3(0, x.y(), 0), side.normal);
+  ASSERT_TRUE(hidden);
+  const WayOut way = way_out_of_seam(bodies(), 1, x, inward, side, *hidden);
+  EXPECT_EQ(way.normal, Vec3(0, 1, 0));
+  EXPECT_NEAR(way.depth, 1.0 / 64, 1e-15);
+}
+
+TEST_F(Planks, APointAboveTheOneMeetsThePlaneOfBoth) {
+  const Vec3 x(-0.25, 1.0 / 1024, 0);
+  const HiddenFoot rim{Vec3(0, 0, 0), Vec3(0, 1, 0)};
+  const Vec3 normal = x.normalized();
+  const WayOut way = way_out_of_seam(bodies(), 1, x, Vec3(0, 1, 0), {normal, -x.norm()}, rim);
+  EXPECT_EQ(way.normal, Vec3(0, 1, 0));
+  EXPECT_EQ(way.depth, -1.0 / 1024);
+}
+
+}  // namespace
+}  // namespace duet
