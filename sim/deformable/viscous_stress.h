@@ -7,15 +7,13 @@ namespace duet {
 
 // What takes the part that the stretch F has in the viscous stress away again: divide the damping by it, or
 // an element drawn out to a multiple of its length creeps back many times too slowly. It is the mean square
-// of the stretches |F|^2 / 3, from 1 (crushed elements keep what they have) to 4 (beyond, more stretch again
-// brings more damping, which is what stops elements that are torn apart).
+// of the stretches, |F|^2 / 3, and no less than 1: crushed elements keep what they have.
 template <class T>
 T excess_damping(const Matrix3<T>& F) {
-  constexpr double least = 1, most = 4;
   T square = T{};
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) square = square + F[i][j] * F[i][j];
-  return min_of(max_of(square * (1.0 / 3), T{} + least), T{} + most);
+  return max_of(square * (1.0 / 3), T{} + 1.0);
 }
 
 // Viscous stress (Pa) for the velocity gradient Fdot (1/s): P = F (2 b Edot + a tr(Edot) I) with Edot =
