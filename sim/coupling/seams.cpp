@@ -16,7 +16,7 @@ constexpr double tolerance = 1e-4;
 // Cosines of the angles between the normals of faces that hide each other and of those that are one, and of
 // that between a normal and a way off its surface.
 constexpr double face_each_other = -0.5, same_face = 1 - 1e-9, leads_off = 0.3;
-// The way out is no longer than this part of the smallest size of the host.
+// The way out is no longer than this part of the smallest size.
 constexpr double longest_way = 0.5;
 constexpr int bisections = 20;
 
@@ -46,7 +46,15 @@ Vec3 normal_of(const RigidBodies& rigid, int body, const Vec3& x) {
   return pose.orientation * rigid.properties[b].shape.normal(pose.to_body(x));
 }
 
-// Of the host and what adjoins it.
+// Of the host and what adjoins it: the ground has no size of its own.
+double smallest_size(const Bodies& bodies, int host) {
+  double size = bodies.rigid.properties[as_index(host)].shape.smallest_size();
+  for (const int other : bodies.adjoining.of(host))
+    size = std::min(size, bodies.rigid.properties[as_index(other)].shape.smallest_size());
+  return size;
+}
+
+// The same.
 Nearest nearest(const Bodies& bodies, int host, const Vec3& x) {
   Nearest result{host, distance_to(bodies.rigid, host, x)};
   for (const int other : bodies.adjoining.of(host)) {
@@ -124,7 +132,7 @@ std::optional<HiddenFoot> hidden_foot(const Bodies& bodies, int host, const Vec3
 
 WayOut way_out_of_seam(const Bodies& bodies, int host, const Vec3& x, const Vec3& inward, const WayOut& way,
                        const HiddenFoot& hidden) {
-  const double size = bodies.rigid.properties[as_index(host)].shape.smallest_size();
+  const double size = smallest_size(bodies, host);
   const double beyond = tolerance * size;
   if (way.depth < -beyond) {
     if (hidden.others_normal.isZero()) return {way.normal, -std::numeric_limits<double>::infinity()};

@@ -22,6 +22,7 @@ class Planks : public ::testing::Test {
       box.mass.reset();
       box.is_static = true;
     };
+    scene_.ground = scene::Ground{.height = -1, .friction = 0.5, .restitution = 0, .look = {}};
     add("left", Vec3(-2, -0.5, 0), Vec3(4, 1, 4));
     add("right", Vec3(2, -0.5, 0), Vec3(4, 1, 4));
     add("step", Vec3(2, 0.5, 0), Vec3(2, 1, 4));
@@ -40,8 +41,9 @@ class Planks : public ::testing::Test {
 };
 
 TEST_F(Planks, AdjoinWhereTheyTouch) {
-  EXPECT_EQ(adjoining(0), std::vector<int>{1});
-  EXPECT_EQ(adjoining(1), (std::vector<int>{0, 2}));
+  EXPECT_EQ(adjoining(0), (std::vector<int>{1, 5}));
+  EXPECT_EQ(adjoining(1), (std::vector<int>{0, 2, 5}));
+  EXPECT_EQ(adjoining(5), (std::vector<int>{0, 1}));  // the ground
   EXPECT_EQ(adjoining(2), std::vector<int>{1});
   EXPECT_TRUE(adjoining(3).empty());
   EXPECT_TRUE(adjoining(4).empty());  // it moves
@@ -87,6 +89,17 @@ TEST_F(Planks, ALowPointLeavesThemUpwards) {
   const WayOut way = way_out_of_seam(bodies(), 1, x, inward, side, *hidden);
   EXPECT_EQ(way.normal, Vec3(0, 1, 0));
   EXPECT_NEAR(way.depth, 1.0 / 64, 1e-15);
+}
+
+// Of a point below the planks: their tops are too far away.
+TEST_F(Planks, TheGroundBelowThemIsHiddenAndStaysTheWayOut) {
+  const Vec3 x(-1, -1 - 1.0 / 64, 0), up(0, 1, 0);
+  const WayOut ground{up, 1.0 / 64};
+  const auto hidden = hidden_foot(bodies(), 5, Vec3(-1, -1, 0), up);
+  ASSERT_TRUE(hidden);
+  const WayOut way = way_out_of_seam(bodies(), 5, x, up, ground, *hidden);
+  EXPECT_EQ(way.normal, up);
+  EXPECT_EQ(way.depth, 1.0 / 64);
 }
 
 TEST_F(Planks, APointAboveTheOneMeetsThePlaneOfBoth) {
