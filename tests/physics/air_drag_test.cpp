@@ -82,7 +82,7 @@ TEST(AirDrag, IsFromOutsideAndLeavesSpinAlone) {
   for (int frame = 0; frame < 6; ++frame) {
     const Vec3 before = simulation.stats().momentum;
     simulation.advance_frame();
-    const LedgerStats& step = simulation.stats().ledger.back();
+    const LedgerStats step = simulation.stats().ledger.back();
     const Vec3 change = simulation.stats().momentum - before;
     test::expect_below((change - step.external_momentum).norm() / 1000, 1e-12, "momentum");
     EXPECT_LT(simulation.stats().kinetic, 1e6);
