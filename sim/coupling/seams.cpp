@@ -54,7 +54,7 @@ double smallest_size(const Bodies& bodies, int host) {
   return size;
 }
 
-// The same.
+// Which of the host and what adjoins it is nearest.
 Nearest nearest(const Bodies& bodies, int host, const Vec3& x) {
   Nearest result{host, distance_to(bodies.rigid, host, x)};
   for (const int other : bodies.adjoining.of(host)) {

@@ -7,13 +7,16 @@ namespace duet {
 
 // What takes the part that the stretch F has in the viscous stress away again: divide the damping by it, or
 // an element drawn out to a multiple of its length creeps back many times too slowly. It is the mean square
-// of the stretches, |F|^2 / 3, and no less than 1: crushed elements keep what they have.
+// of the stretches, |F|^2 / 3, from 1 (crushed elements keep what they have) to 16: beyond, more stretch
+// again brings more damping, without which elements of 1e7 Pa that are let go at 16 times their length blow
+// up.
 template <class T>
 T excess_damping(const Matrix3<T>& F) {
   T square = T{};
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) square = square + F[i][j] * F[i][j];
-  return max_of(square * (1.0 / 3), T{} + 1.0);
+  constexpr double least = 1, most = 16;
+  return min_of(max_of(square * (1.0 / 3), T{} + least), T{} + most);
 }
 
 // Viscous stress (Pa) for the velocity gradient Fdot (1/s): P = F (2 b Edot + a tr(Edot) I) with Edot =

@@ -55,6 +55,24 @@ TEST(Snagging, ASeamBearsWhatLiesOnIt) {
   expect_below(std::abs(final_place(scene, center, node, low).y()), 1e-9, "depth, m");
 }
 
+// A box of 1e7 Pa with the damping time 0.02 s, drawn out along x and let go.
+double stretch_after(int frames, double start) {
+  scene::Scene scene = test::free_space();
+  test::add_soft_box(scene, "box", Vec3(0, 0, 0), Vec3(1, 1, 1), 2, 1e7);
+  scene.materials.back().damping = 0.02;
+  Simulation simulation(scene, test::plan(scene));
+  for (Vec3& x : simulation.world().bodies.particles.x) x.x() *= start;
+  for (int frame = 0; frame < frames; ++frame) simulation.advance_frame();
+  return simulation.stats().max_stretch;
+}
+
+// Viscosity of the Green strain grows with the square of the stretch: bounded at four times that at rest, as
+// it was, it left the first box at 2.8. Without any bound the second one blows up.
+TEST(Snagging, WhatIsDrawnOutComesBackAndStaysWhole) {
+  expect_below(stretch_after(20, 6), 1.5, "from 6 times the length");
+  expect_below(stretch_after(20, 20), 20, "from 20 times the length");
+}
+
 // A box slides and turns over 50 planks as over one floor; it would trip over the first of them.
 TEST(Snagging, PlanksAreAFloor) {
   for (const bool is_soft : {false, true}) {

@@ -27,7 +27,7 @@ TEST(ViscousStress, IsLinearSymmetricDissipativeAndHasNoMoment) {
 }
 
 // Of a rod drawn out to twice its length the Green strain would brake four times as much as at rest.
-TEST(ViscousStress, ExcessIsTheMeanSquareStretchAndAtLeastOne) {
+TEST(ViscousStress, ExcessIsTheMeanSquareStretchFromOneToSixteen) {
   const auto excess = [](double a, double b, double c) {
     return excess_damping(test::matrix_of(Vec3(a, b, c).asDiagonal().toDenseMatrix()));
   };
@@ -35,7 +35,7 @@ TEST(ViscousStress, ExcessIsTheMeanSquareStretchAndAtLeastOne) {
   EXPECT_DOUBLE_EQ(excess(1.5, 1.5, 1.5), 2.25);
   EXPECT_DOUBLE_EQ(excess(3, 0.5, -0.5), 9.5 / 3);
   EXPECT_EQ(excess(0.1, 0.1, 0.1), 1);
-  EXPECT_DOUBLE_EQ(excess(100, 1, 1), 10002.0 / 3);
+  EXPECT_EQ(excess(100, 1, 1), 16);
 }
 
 }  // namespace
