@@ -30,6 +30,7 @@ void ContactProjection::add(const ContactPoint& contact) {
   row.normal = contact.normal;
   row.host_arm = contact.host_arm;
   row.guest_arm = contact.guest_arm;
+  row.friction = contact.impulse - contact.impulse.dot(contact.normal) * contact.normal;
   if (!contact.is_rigid_pair()) row.point = surface_point(*bodies_, contact);
   held_ = held_ || !bodies_->rigid.properties[as_index(contact.host)].is_dynamic() ||
           (contact.is_rigid_pair() && !bodies_->rigid.properties[as_index(contact.guest_rigid)].is_dynamic());
@@ -65,7 +66,8 @@ void ContactProjection::build(const Bodies& bodies, const ContactSet& contacts, 
   factor_blocks();
 }
 
-void ContactProjection::build(const Bodies& bodies, const ContactMemory& memory, int sweeps) {
+void ContactProjection::build(const Bodies& bodies, const ContactMemory& memory, double duration,
+                              int sweeps) {
   begin(bodies, sweeps);
   ContactPoint contact;
   for (const RememberedContact& remembered : memory) {
@@ -73,6 +75,7 @@ void ContactProjection::build(const Bodies& bodies, const ContactMemory& memory,
     contact.guest_rigid = remembered.guest_rigid;
     contact.guest_point = remembered.guest_point;
     update_geometry(bodies, contact);
+    contact.impulse = duration / remembered.duration * remembered.impulse;
     add(contact);
   }
   factor_blocks();
@@ -130,8 +133,7 @@ double ContactProjection::normal_velocity(const Row& row, const GeneralizedVeloc
   return relative.dot(row.normal);
 }
 
-void ContactProjection::push(const Row& row, double impulse, GeneralizedVelocity& v) const {
-  const Vec3 j = impulse * row.normal;
+void ContactProjection::push(const Row& row, const Vec3& j, GeneralizedVelocity& v) const {
   if (row.guest_rigid < 0) {
     for (std::size_t i = 0; i < as_index(row.point.count); ++i) {
       const auto p = as_index(row.point.particle[i]);
@@ -145,6 +147,13 @@ void ContactProjection::push(const Row& row, double impulse, GeneralizedVelocity
   const auto guest = as_index(row.guest_rigid);
   v.linear[guest] += bodies_->rigid.properties[guest].inverse_mass * j;
   v.angular[guest] += bodies_->rigid.state[guest].inverse_inertia * row.guest_arm.cross(j);
+}
+
+void ContactProjection::push_host(const Row& row, const Vec3& j, GeneralizedVelocity& v) const {
+  if (row.guest_rigid < 0 && !bodies_->push_back) return;
+  const auto host = as_index(row.host);
+  v.linear[host] -= bodies_->rigid.properties[host].inverse_mass * j;
+  v.angular[host] -= bodies_->rigid.state[host].inverse_inertia * row.host_arm.cross(j);
 }
 
 // Equation 4: the host's change of velocity (dv, dw) from the normal velocities it has to take up, then
@@ -167,18 +176,14 @@ void ContactProjection::project_block(const Block& block, bool with_target, Gene
   }
   for (const Row& row : block.rows) {
     if (!row.active) continue;
-    push(row, -row.mass * (normal_velocity(row, v) - (with_target ? row.target : 0)), v);
+    push(row, -row.mass * (normal_velocity(row, v) - (with_target ? row.target : 0)) * row.normal, v);
   }
 }
 
 void ContactProjection::project_row(const Row& row, bool with_target, GeneralizedVelocity& v) const {
-  const double impulse = -row.mass * (normal_velocity(row, v) - (with_target ? row.target : 0));
+  const Vec3 impulse = -row.mass * (normal_velocity(row, v) - (with_target ? row.target : 0)) * row.normal;
   push(row, impulse, v);
-  if (row.guest_rigid < 0 && !bodies_->push_back) return;
-  const auto host = as_index(row.host);
-  const Vec3 j = -impulse * row.normal;
-  v.linear[host] += bodies_->rigid.properties[host].inverse_mass * j;
-  v.angular[host] += bodies_->rigid.state[host].inverse_inertia * row.host_arm.cross(j);
+  push_host(row, impulse, v);
 }
 
 void ContactProjection::sweep(bool with_target, GeneralizedVelocity& v) const {
@@ -195,7 +200,7 @@ void ContactProjection::sweep(bool with_target, GeneralizedVelocity& v) const {
   if (joints_) joints_->project(bodies_->rigid, v.linear, v.angular);
 }
 
-void ContactProjection::satisfy(const GeneralizedVelocity& start, GeneralizedVelocity& velocity) {
+void ContactProjection::choose(const GeneralizedVelocity& start, const GeneralizedVelocity& velocity) {
   const auto decide = [&](Row& row) {
     row.target = 0.5 * normal_velocity(row, start);
     row.active = normal_velocity(row, velocity) <= row.target;
@@ -206,11 +211,21 @@ void ContactProjection::satisfy(const GeneralizedVelocity& start, GeneralizedVel
   }
   for (Row& row : rows_) decide(row);
   if (repulsions_) repulsions_->choose_rows(start.particle, velocity.particle);
-  satisfy_again(velocity);
 }
 
-void ContactProjection::satisfy_again(GeneralizedVelocity& velocity) const {
+void ContactProjection::satisfy(GeneralizedVelocity& velocity) const {
   for (int i = 0; i < sweeps_; ++i) sweep(true, velocity);
+}
+
+void ContactProjection::add_friction(GeneralizedVelocity& velocity) const {
+  const auto add = [&](const Row& row) {
+    if (!row.active) return;
+    push(row, row.friction, velocity);
+    push_host(row, row.friction, velocity);
+  };
+  for (std::size_t b = 0; b < used_; ++b)
+    for (const Row& row : blocks_[b].rows) add(row);
+  for (const Row& row : rows_) add(row);
 }
 
 bool ContactProjection::release(const GeneralizedVelocity& change, double tolerance) {

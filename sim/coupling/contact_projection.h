@@ -27,7 +27,8 @@ class ContactProjection {
   void build(const Bodies& bodies, const ContactSet& contacts, const ContactGraph& graph, int sweeps,
              SelfRepulsion* repulsions = nullptr);
   // Takes the contacts that held one at the end of the last step, at the positions now.
-  void build(const Bodies& bodies, const ContactMemory& memory, int sweeps);
+  // Their impulses count as those of `duration` (s).
+  void build(const Bodies& bodies, const ContactMemory& memory, double duration, int sweeps);
   // Takes no contact.
   void build(const Bodies& bodies);
   // Keeps joints together, too, exactly, until the next build. The solver has been prepared for projection.
@@ -42,12 +43,16 @@ class ContactProjection {
   // Whether a body of infinite mass takes part.
   bool is_held() const { return held_; }
 
-  // Makes `velocity` satisfy n.v_rel = half of what it is for `start` (so that the extrapolated end-of-step
-  // value is zero), and drops for this solve the constraints that separate anyway.
-  void satisfy(const GeneralizedVelocity& start, GeneralizedVelocity& velocity);
-  // Makes another `velocity` satisfy what satisfy() has left.
-  void satisfy_again(GeneralizedVelocity& velocity) const;
-  // Drops, for this solve too, the constraints that hold back what `change` (of velocities, without
+  // Asks n.v_rel to be half of what it is for `start` (so that the extrapolated end-of-step value is zero),
+  // and drops for this solve the constraints that part anyway at `velocity`.
+  void choose(const GeneralizedVelocity& start, const GeneralizedVelocity& velocity);
+  // Makes `velocity` satisfy what is asked.
+  void satisfy(GeneralizedVelocity& velocity) const;
+  // Adds what the friction of the chosen contacts does to `velocity`. Projection leaves the tangents free:
+  // what friction holds, or drags along, would be damped as if it slid freely, and friction after the solve,
+  // which sees the masses of particles without what damps them, would move them far too much in every step.
+  void add_friction(GeneralizedVelocity& velocity) const;
+  // Drops, for this solve, the constraints that hold back what `change` (of velocities, without
   // constraints) would part faster than by `tolerance` (m/s). Returns whether there were any.
   bool release(const GeneralizedVelocity& change, double tolerance);
   // Projects onto n.v_rel = 0.
@@ -58,6 +63,7 @@ class ContactProjection {
     int host = -1, guest_rigid = -1;
     SurfacePoint point;  // of a deformable guest
     Vec3 normal, host_arm, guest_arm;
+    Vec3 friction;       // N s, on the guest
     double of_host = 0;  // 1/kg, in the inverse of a single row's mass
     double mass = 0;     // kg, 1/(n.K n) of the guest alone in a block, of the pair in a single row
     double target = 0;   // m/s
@@ -78,7 +84,8 @@ class ContactProjection {
   // 1/kg, of the particles of a deformable guest along the normal.
   double inverse_mass_of_guest(const Row& row) const;
   double normal_velocity(const Row& row, const GeneralizedVelocity& v) const;
-  void push(const Row& row, double impulse, GeneralizedVelocity& v) const;  // on the guest
+  void push(const Row& row, const Vec3& impulse, GeneralizedVelocity& v) const;       // on the guest
+  void push_host(const Row& row, const Vec3& impulse, GeneralizedVelocity& v) const;  // the opposite
 
   const Bodies* bodies_ = nullptr;
   const std::vector<SymmetricBlock>* inverse_mass_ = nullptr;  // null: that of the particles

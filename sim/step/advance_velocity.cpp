@@ -24,10 +24,16 @@ void begin_solve(World& world, StepContext& context, double dt) {
                 context.right_side.particle);
 }
 
+// Of the right side, and of where the solve begins.
 void satisfy_contacts(const Bodies& bodies, StepContext& context, ContactProjection* projection) {
   if (!projection) return;
   to_generalized(bodies, context.image);  // v_n, whose normal velocities the targets halve
-  projection->satisfy(context.image, context.solution);
+  projection->choose(context.image, context.solution);
+  projection->add_friction(context.right_side);
+  projection->add_friction(context.solution);
+  projection->satisfy(context.solution);
+  follow_twists(bodies.bound, context.right_side.linear, context.right_side.angular,
+                context.right_side.particle);
   follow_twists(bodies.bound, context.solution.linear, context.solution.angular, context.solution.particle);
 }
 
@@ -50,7 +56,7 @@ void begin_at_last_acceleration(const Bodies& bodies, double dt, StepContext& co
   }
   follow_twists(bodies.bound, context.solution.linear, context.solution.angular, context.solution.particle);
   if (!projection) return;
-  projection->satisfy_again(context.solution);
+  projection->satisfy(context.solution);
   follow_twists(bodies.bound, context.solution.linear, context.solution.angular, context.solution.particle);
 }
 
@@ -175,7 +181,7 @@ void advance_semi_implicitly(World& world, StepContext& context) {
   ContactProjection* projection = nullptr;
   const bool flesh = world.has(Effect::articulation) && !bodies.bound.empty();
   if (world.has_internal_forces() && (flesh || !context.memory.empty())) {
-    context.projection.build(bodies, context.memory, world.settings.projection_sweeps);
+    context.projection.build(bodies, context.memory, dt, world.settings.projection_sweeps);
     projection = &context.projection;
   }
   if (flesh) {  // is told at once what the joints let its bones do

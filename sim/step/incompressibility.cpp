@@ -81,7 +81,7 @@ void correct_volume(World& world, StepContext& context) {
   Bodies& bodies = world.bodies;
   OneRings& rings = bodies.one_rings;
   rings.linearize(bodies.particles.x);
-  context.projection.build(bodies, context.memory, world.settings.projection_sweeps);
+  context.projection.build(bodies, context.memory, context.dt, world.settings.projection_sweeps);
   std::vector<double>& rate = context.pressure.rate;
   rates_in_contact(world, context, rate);
   for (std::size_t i = 0; i < rings.size(); ++i) {

@@ -176,7 +176,7 @@ scene = "friction"
 frames = 1
 set = ["solver.cg_tolerance=1e-9", "deformable.soft.shape.cells=[2, 2, 2]"]
 [reference]
-set = ["solver.max_time_step=3.125e-6"]
+set = ["solver.max_time_step=7.8125e-7"]
 [[measures]]
 name = "state"
 kind = "state"
@@ -184,7 +184,7 @@ body = "soft"
 [[knobs]]
 name = "step"
 key = "solver.max_time_step"
-values = [0.00005, 0.000025, 0.0000125]
+values = [0.0000125, 0.00000625, 0.000003125]
 order = "steps"
 )");
   // What is of first order falls by a factor of 5 over these steps, seen from a reference at a quarter of the
