@@ -179,14 +179,13 @@ void advance_semi_implicitly(World& world, StepContext& context) {
   Particles& particles = bodies.particles;
   const double dt = context.dt / 2;
   ContactProjection* projection = nullptr;
-  const bool flesh = world.has(Effect::articulation) && !bodies.bound.empty();
-  if (world.has_internal_forces() && (flesh || !context.memory.empty())) {
+  if (world.has_internal_forces() && (!bodies.bound.empty() || !context.memory.empty())) {
     context.projection.build(bodies, context.memory, dt, world.settings.projection_sweeps);
     projection = &context.projection;
-  }
-  if (flesh) {  // is told at once what the joints let its bones do
-    context.joints.prepare_projection(bodies.rigid);
-    context.projection.add_joints(context.joints);
+    if (world.has(Effect::articulation)) {  // what is bound to bodies or touches them learns of their joints
+      context.joints.prepare_projection(bodies.rigid);
+      context.projection.add_joints(context.joints);
+    }
   }
   solve_velocity(world, context, dt, projection, false);
   for (std::size_t p = 0; p < particles.size(); ++p)
