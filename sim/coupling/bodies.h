@@ -39,6 +39,7 @@ struct Bodies {
   std::vector<Triangle> triangles;           // their boundaries, global particle indices
   std::vector<std::array<int, 2>> segments;  // of rods, the same
   Articulation articulation;                 // joints between the rigid bodies
+  std::vector<int> linked;                   // of each rigid body, see linked_bodies(); empty without joints
   // Two rigid bodies, the lesser first, and a rigid and a deformable one, that never touch; sorted.
   std::vector<std::pair<int, int>> apart, apart_deformable;
   CollisionSurface collision_surface;  // of the deformable bodies in their order, if they can meet or fold

@@ -1,6 +1,7 @@
 #include "sim/coupling/contact_projection.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/LU>
 
 namespace duet {
 namespace {
@@ -9,8 +10,9 @@ std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
 
 }  // namespace
 
-void ContactProjection::begin(const Bodies& bodies, int sweeps) {
+void ContactProjection::begin(const Bodies& bodies, int sweeps, const LinkedBodies* linked) {
   bodies_ = &bodies;
+  linked_ = linked;
   inverse_mass_ = nullptr;
   repulsions_ = nullptr;
   joints_ = nullptr;
@@ -43,7 +45,9 @@ void ContactProjection::add(const ContactPoint& contact) {
     block.rows.push_back(row);
     ++block_rows_;
   } else {
-    row.mass = contact.response.normal_mass;
+    row.mass = (linked_ && linked_->takes_part(contact) ? linked_->response(contact, *bodies_)
+                                                        : contact.response)
+                   .normal_mass;
     if (!contact.is_rigid_pair()) row.of_host = std::max(1 / row.mass - row.point.inverse_mass, 0.0);
     rows_.push_back(row);
   }
@@ -55,8 +59,8 @@ void ContactProjection::factor_blocks() {
 }
 
 void ContactProjection::build(const Bodies& bodies, const ContactSet& contacts, const ContactGraph& graph,
-                              int sweeps, SelfRepulsion* repulsions) {
-  begin(bodies, sweeps);
+                              int sweeps, SelfRepulsion* repulsions, const LinkedBodies* linked) {
+  begin(bodies, sweeps, linked);
   repulsions_ = repulsions;
   for (int p : graph.schedule.order()) {
     const ContactPair& pair = contacts.pairs[as_index(p)];
@@ -66,9 +70,9 @@ void ContactProjection::build(const Bodies& bodies, const ContactSet& contacts, 
   factor_blocks();
 }
 
-void ContactProjection::build(const Bodies& bodies, const ContactMemory& memory, double duration,
-                              int sweeps) {
-  begin(bodies, sweeps);
+void ContactProjection::build(const Bodies& bodies, const ContactMemory& memory, double duration, int sweeps,
+                              const LinkedBodies* linked) {
+  begin(bodies, sweeps, linked);
   ContactPoint contact;
   for (const RememberedContact& remembered : memory) {
     contact.host = remembered.host;
@@ -81,21 +85,27 @@ void ContactProjection::build(const Bodies& bodies, const ContactMemory& memory,
   factor_blocks();
 }
 
-void ContactProjection::build(const Bodies& bodies) { begin(bodies, 1); }
+void ContactProjection::build(const Bodies& bodies) { begin(bodies, 1, nullptr); }
 
 void ContactProjection::factor(Block& block) const {
   const RigidProperties& properties = bodies_->rigid.properties[as_index(block.host)];
   if (!properties.is_dynamic()) return;
-  const Mat3 rotation = bodies_->rigid.state[as_index(block.host)].pose.orientation.toRotationMatrix();
-  Mat6 system = Mat6::Zero();
-  system.topLeftCorner<3, 3>().diagonal().setConstant(properties.mass);
-  system.bottomRightCorner<3, 3>() = rotation * properties.inertia.asDiagonal() * rotation.transpose();
+  block.weight.setZero();
   for (const Row& row : block.rows) {
     if (!row.active) continue;
     Vec6 wrench;
     wrench << row.normal, row.host_arm.cross(row.normal);
-    system += row.mass * wrench * wrench.transpose();
+    block.weight += row.mass * wrench * wrench.transpose();
   }
+  if (is_linked(block.host)) {  // joints may hold it as if it had no end of mass
+    const Mat6 response = linked_->response_of(block.host);
+    block.inverse = (Mat6::Identity() + response * block.weight).partialPivLu().solve(response);
+    return;
+  }
+  const Mat3 rotation = bodies_->rigid.state[as_index(block.host)].pose.orientation.toRotationMatrix();
+  Mat6 system = block.weight;
+  system.topLeftCorner<3, 3>().diagonal().array() += properties.mass;
+  system.bottomRightCorner<3, 3>() += rotation * properties.inertia.asDiagonal() * rotation.transpose();
   block.inverse = system.ldlt().solve(Mat6::Identity());
 }
 
@@ -144,16 +154,23 @@ void ContactProjection::push(const Row& row, const Vec3& j, GeneralizedVelocity&
     }
     return;
   }
-  const auto guest = as_index(row.guest_rigid);
-  v.linear[guest] += bodies_->rigid.properties[guest].inverse_mass * j;
-  v.angular[guest] += bodies_->rigid.state[guest].inverse_inertia * row.guest_arm.cross(j);
+  push_rigid(row.guest_rigid, row.guest_arm, j, v);
+}
+
+void ContactProjection::push_rigid(int body, const Vec3& arm, const Vec3& impulse,
+                                   GeneralizedVelocity& v) const {
+  const auto b = as_index(body);
+  if (is_linked(body)) {
+    linked_->push(body, arm, impulse, v.linear, v.angular);
+    return;
+  }
+  v.linear[b] += bodies_->rigid.properties[b].inverse_mass * impulse;
+  v.angular[b] += bodies_->rigid.state[b].inverse_inertia * arm.cross(impulse);
 }
 
 void ContactProjection::push_host(const Row& row, const Vec3& j, GeneralizedVelocity& v) const {
   if (row.guest_rigid < 0 && !bodies_->push_back) return;
-  const auto host = as_index(row.host);
-  v.linear[host] -= bodies_->rigid.properties[host].inverse_mass * j;
-  v.angular[host] -= bodies_->rigid.state[host].inverse_inertia * row.host_arm.cross(j);
+  push_rigid(row.host, row.host_arm, -j, v);
 }
 
 // Equation 4: the host's change of velocity (dv, dw) from the normal velocities it has to take up, then
@@ -171,8 +188,12 @@ void ContactProjection::project_block(const Block& block, bool with_target, Gene
       right.tail<3>() += excess * row.host_arm.cross(row.normal);
     }
     change = block.inverse * right;
-    v.linear[host] += change.head<3>();
-    v.angular[host] += change.tail<3>();
+    if (is_linked(block.host)) {
+      linked_->push(block.host, right - block.weight * change, v.linear, v.angular);
+    } else {
+      v.linear[host] += change.head<3>();
+      v.angular[host] += change.tail<3>();
+    }
   }
   for (const Row& row : block.rows) {
     if (!row.active) continue;
@@ -186,8 +207,15 @@ void ContactProjection::project_row(const Row& row, bool with_target, Generalize
   push_host(row, impulse, v);
 }
 
-void ContactProjection::sweep(bool with_target, GeneralizedVelocity& v) const {
-  if (joints_) joints_->project(bodies_->rigid, v.linear, v.angular);
+// Impulses on linked bodies keep their joints: these need to be put right but once.
+void ContactProjection::sweep_all(bool with_target, GeneralizedVelocity& v) const {
+  const bool keeps_joints = linked_ && linked_->is_complete();
+  if (joints_ && keeps_joints) joints_->project(bodies_->rigid, v.linear, v.angular);
+  for (int i = 0; i < sweeps_; ++i) sweep(with_target, joints_ && !keeps_joints, v);
+}
+
+void ContactProjection::sweep(bool with_target, bool with_joints, GeneralizedVelocity& v) const {
+  if (with_joints) joints_->project(bodies_->rigid, v.linear, v.angular);
   for (std::size_t b = 0; b < used_; ++b)
     if (!blocks_[b].rows.empty()) project_block(blocks_[b], with_target, v);
   for (const Row& row : rows_)
@@ -197,7 +225,7 @@ void ContactProjection::sweep(bool with_target, GeneralizedVelocity& v) const {
     if (rows_[i].active) project_row(rows_[i], with_target, v);
   for (std::size_t b = used_; b-- > 0;)
     if (!blocks_[b].rows.empty()) project_block(blocks_[b], with_target, v);
-  if (joints_) joints_->project(bodies_->rigid, v.linear, v.angular);
+  if (with_joints) joints_->project(bodies_->rigid, v.linear, v.angular);
 }
 
 void ContactProjection::choose(const GeneralizedVelocity& start, const GeneralizedVelocity& velocity) {
@@ -213,9 +241,7 @@ void ContactProjection::choose(const GeneralizedVelocity& start, const Generaliz
   if (repulsions_) repulsions_->choose_rows(start.particle, velocity.particle);
 }
 
-void ContactProjection::satisfy(GeneralizedVelocity& velocity) const {
-  for (int i = 0; i < sweeps_; ++i) sweep(true, velocity);
-}
+void ContactProjection::satisfy(GeneralizedVelocity& velocity) const { sweep_all(true, velocity); }
 
 void ContactProjection::add_friction(GeneralizedVelocity& velocity) const {
   const auto add = [&](const Row& row) {
@@ -246,8 +272,6 @@ bool ContactProjection::release(const GeneralizedVelocity& change, double tolera
   return any;
 }
 
-void ContactProjection::project(GeneralizedVelocity& velocity) const {
-  for (int i = 0; i < sweeps_; ++i) sweep(false, velocity);
-}
+void ContactProjection::project(GeneralizedVelocity& velocity) const { sweep_all(false, velocity); }
 
 }  // namespace duet

@@ -5,6 +5,7 @@
 
 #include "sim/articulation/joint_solver.h"
 #include "sim/coupling/contact_graph.h"
+#include "sim/coupling/linked_bodies.h"
 #include "sim/coupling/warm_start.h"
 #include "sim/deformable/self_repulsion.h"
 
@@ -23,12 +24,13 @@ struct GeneralizedVelocity {
 class ContactProjection {
  public:
   // Takes the contacts of `graph` that hold an impulse, at the geometry they hold, and the pairs of
-  // `repulsions`, if any, as the innermost of each sweep.
+  // `repulsions`, if any, as the innermost of each sweep. `linked`, if not null, is up to date.
   void build(const Bodies& bodies, const ContactSet& contacts, const ContactGraph& graph, int sweeps,
-             SelfRepulsion* repulsions = nullptr);
+             SelfRepulsion* repulsions = nullptr, const LinkedBodies* linked = nullptr);
   // Takes the contacts that held one at the end of the last step, at the positions now.
   // Their impulses count as those of `duration` (s).
-  void build(const Bodies& bodies, const ContactMemory& memory, double duration, int sweeps);
+  void build(const Bodies& bodies, const ContactMemory& memory, double duration, int sweeps,
+             const LinkedBodies* linked = nullptr);
   // Takes no contact.
   void build(const Bodies& bodies);
   // Keeps joints together, too, exactly, until the next build. The solver has been prepared for projection.
@@ -73,14 +75,18 @@ class ContactProjection {
     int host = -1;
     std::vector<Row> rows;
     Mat6 inverse = Mat6::Zero();
+    Mat6 weight = Mat6::Zero();  // kg, kg m, kg m^2: of the particles, for twists of a linked host
   };
-  void begin(const Bodies& bodies, int sweeps);
+  void begin(const Bodies& bodies, int sweeps, const LinkedBodies* linked);
   void add(const ContactPoint& contact);
   void factor_blocks();
   void factor(Block& block) const;
   void project_block(const Block& block, bool with_target, GeneralizedVelocity& v) const;
   void project_row(const Row& row, bool with_target, GeneralizedVelocity& v) const;
-  void sweep(bool with_target, GeneralizedVelocity& v) const;
+  void sweep(bool with_target, bool with_joints, GeneralizedVelocity& v) const;
+  void sweep_all(bool with_target, GeneralizedVelocity& v) const;
+  bool is_linked(int body) const { return linked_ && linked_->contains(body); }
+  void push_rigid(int body, const Vec3& arm, const Vec3& impulse, GeneralizedVelocity& v) const;
   // 1/kg, of the particles of a deformable guest along the normal.
   double inverse_mass_of_guest(const Row& row) const;
   double normal_velocity(const Row& row, const GeneralizedVelocity& v) const;
@@ -95,6 +101,7 @@ class ContactProjection {
   bool held_ = false;
   SelfRepulsion* repulsions_ = nullptr;
   const JointSolver* joints_ = nullptr;
+  const LinkedBodies* linked_ = nullptr;
   int sweeps_ = 1;
 };
 

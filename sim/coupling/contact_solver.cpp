@@ -42,19 +42,22 @@ Vec3 updated_impulse(const ContactPoint& contact, const ContactResponse& respons
 }
 
 // One Gauss-Seidel update of a contact; returns how much it changed the relative velocity.
-double update_contact(Bodies& bodies, ContactPoint& contact) {
+double update_contact(Bodies& bodies, LinkedBodies* linked, ContactPoint& contact) {
   const Vec3 velocity = relative_velocity(bodies, contact);
   if (contact.impulse.isZero(0) && velocity.dot(contact.normal) >= contact.target) return 0;
   const Vec3 total = updated_impulse(contact, contact.response, velocity);
   const Vec3 change = total - contact.impulse;
-  apply_impulse(bodies, contact, change);
+  if (linked && linked->takes_part(contact))
+    linked->apply_impulse(bodies, contact, change);
+  else
+    apply_impulse(bodies, contact, change);
   contact.impulse = total;
   return (contact.response.K * change).norm();
 }
 
 // Rolling and spinning friction of a rigid pair: an angular impulse along the axis of spin (the mean normal)
 // and one across it, each no more than its coefficient allows for the pair's normal impulse.
-double update_rotation(Bodies& bodies, const ContactSet& contacts, ContactPair& pair) {
+double update_rotation(Bodies& bodies, LinkedBodies* linked, const ContactSet& contacts, ContactPair& pair) {
   Vec3 pressure = Vec3::Zero();
   for (int i = pair.begin; i < pair.end; ++i) {
     const ContactPoint& contact = contacts.points[as_index(i)];
@@ -64,8 +67,8 @@ double update_rotation(Bodies& bodies, const ContactSet& contacts, ContactPair& 
   const double normal_impulse = pressure.norm();
   if (normal_impulse == 0 && pair.angular_impulse.isZero(0)) return 0;
 
-  RigidState& host = bodies.rigid.state[as_index(pair.host)];
-  RigidState& guest = bodies.rigid.state[as_index(pair.guest_rigid)];
+  const RigidState& host = bodies.rigid.state[as_index(pair.host)];
+  const RigidState& guest = bodies.rigid.state[as_index(pair.guest_rigid)];
   const RigidProperties& a = bodies.rigid.properties[as_index(pair.host)];
   const RigidProperties& b = bodies.rigid.properties[as_index(pair.guest_rigid)];
   const Mat3 K = host.inverse_inertia + guest.inverse_inertia;
@@ -81,16 +84,23 @@ double update_rotation(Bodies& bodies, const ContactSet& contacts, ContactPair& 
   const Vec3 total = std::clamp(spin, -most_spin, most_spin) * axis + roll;
   const Vec3 change = total - pair.angular_impulse;
   pair.angular_impulse = total;
-  apply_angular_impulse(guest, b, change);
-  apply_angular_impulse(host, a, -change);
+  const auto turn = [&](int body, const Vec3& moment) {
+    if (linked && linked->contains(body))
+      linked->push(bodies.rigid, body, Vec3::Zero(), Vec3::Zero(), moment);
+    else
+      apply_angular_impulse(bodies.rigid.state[as_index(body)], bodies.rigid.properties[as_index(body)],
+                            moment);
+  };
+  turn(pair.guest_rigid, change);
+  turn(pair.host, -change);
   return (K * change).norm() * std::min(a.shape.smallest_size(), b.shape.smallest_size()) / 2;
 }
 
 // Several sweeps over the contacts of one pair, to and fro: a face that lands flat shall not be tilted by the
 // order of its points. What the first sweep leaves without an impulse, two thirds of the contacts of a pile,
 // waits for the next visit. Returns the first sweep's change of relative velocity.
-double update_pair(Bodies& bodies, const ContactSolveSettings& settings, ContactSet& contacts,
-                   ContactPair& pair) {
+double update_pair(Bodies& bodies, LinkedBodies* linked, const ContactSolveSettings& settings,
+                   ContactSet& contacts, ContactPair& pair) {
   double first = 0;
   const bool apart = pair.guest_rigid < 0 && !bodies.rigid.properties[as_index(pair.host)].is_dynamic();
   const int repeats = apart ? std::min(settings.repeats, soft_repeats) : settings.repeats;
@@ -100,10 +110,10 @@ double update_pair(Bodies& bodies, const ContactSolveSettings& settings, Contact
       const int i = repeat % 2 == 0 ? k : pair.end - 1 - (k - pair.begin);
       ContactPoint& contact = contacts.points[as_index(i)];
       if (repeat > 0 && contact.impulse.isZero(0)) continue;
-      largest = std::max(largest, update_contact(bodies, contact));
+      largest = std::max(largest, update_contact(bodies, linked, contact));
     }
     if (settings.angular_friction && pair.guest_rigid >= 0)
-      largest = std::max(largest, update_rotation(bodies, contacts, pair));
+      largest = std::max(largest, update_rotation(bodies, linked, contacts, pair));
     if (repeat == 0) first = largest;
     if (largest < settings.tolerance) break;
   }
@@ -145,10 +155,10 @@ class UpperUpdate {
 }  // namespace
 
 int solve_contact(Bodies& bodies, const ContactGraph& graph, const ContactSolveSettings& settings,
-                  ContactSet& contacts) {
+                  ContactSet& contacts, LinkedBodies* linked) {
   const auto update = [&](int p) {
     ContactPair& pair = contacts.pairs[as_index(p)];
-    return pair.active ? update_pair(bodies, settings, contacts, pair) : 0.0;
+    return pair.active ? update_pair(bodies, linked, settings, contacts, pair) : 0.0;
   };
   return graph.sweeps.repeat(settings.iterations, settings.tolerance, update);
 }
@@ -161,7 +171,7 @@ void propagate_shocks(Bodies& bodies, const ContactGraph& graph, const ContactSo
     double largest = 0;
     if (host_level == guest_level) {
       for (int i = pair.begin; i < pair.end; ++i)
-        largest = std::max(largest, update_contact(bodies, contacts.points[as_index(i)]));
+        largest = std::max(largest, update_contact(bodies, nullptr, contacts.points[as_index(i)]));
       return largest;
     }
     UpperUpdate update_upper(bodies, settings.tolerance,

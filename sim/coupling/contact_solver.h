@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "sim/coupling/contact_graph.h"
+#include "sim/coupling/linked_bodies.h"
 
 namespace duet {
 
@@ -19,8 +20,9 @@ struct ContactSolveSettings {
 // take back what an earlier one gave too much). Starts from the impulses the contacts hold, which must have
 // been applied already. Rolling and spinning friction slow the relative rotation of rigid pairs by a moment
 // of at most their coefficient (m) times the normal force. Returns the number of sweeps.
+// `linked`, if not null, has been prepared for these contacts.
 int solve_contact(Bodies& bodies, const ContactGraph& graph, const ContactSolveSettings& settings,
-                  ContactSet& contacts);
+                  ContactSet& contacts, LinkedBodies* linked = nullptr);
 
 // Shock propagation (Guendelman et al. 2003): level by level, what the sweeps left is taken up by the upper
 // bodies alone, as if the lower ones were fixed. Only rigid pairs whose lower body is supported take part, so

@@ -36,7 +36,7 @@ void PairSchedule::build(const Bodies& bodies, const ContactSet& contacts, std::
   waves_ = 0;
   for (std::size_t i = 0; i < sorted_.size(); ++i) {
     const ContactPair& pair = contacts.pairs[as_index(sorted_[i])];
-    const std::size_t a = as_index(pair.host), b = guest_node(bodies, pair);
+    const auto [a, b] = moved_nodes(bodies, pair);
     int wave = 0;
     if (movable(a)) wave = std::max(wave, last_[a] + 1);
     if (movable(b)) wave = std::max(wave, last_[b] + 1);
@@ -59,7 +59,7 @@ void PairSchedule::sort_by_level_and_color(const Bodies& bodies, const ContactSe
   int most = -1;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const ContactPair& pair = contacts.pairs[as_index(pairs[i])];
-    const std::size_t a = as_index(pair.host), b = guest_node(bodies, pair);
+    const auto [a, b] = moved_nodes(bodies, pair);
     const int color = std::min(std::countr_one(taken(a) | taken(b)), colors - 1);
     used_[a] |= std::uint64_t{1} << color;
     used_[b] |= std::uint64_t{1} << color;

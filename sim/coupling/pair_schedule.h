@@ -1,6 +1,7 @@
 // The order in which Gauss-Seidel sweeps visit pairs of bodies.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -35,6 +36,16 @@ class PairSchedule {
 inline std::size_t guest_node(const Bodies& bodies, const ContactPair& pair) {
   return pair.guest_rigid >= 0 ? static_cast<std::size_t>(pair.guest_rigid)
                                : bodies.rigid.size() + static_cast<std::size_t>(pair.guest_deformable);
+}
+
+// The bodies that a visit of a pair moves, its host's first, each standing for those that are linked with it.
+inline std::array<std::size_t, 2> moved_nodes(const Bodies& bodies, const ContactPair& pair) {
+  const auto node = [&](std::size_t body) {
+    return body < bodies.linked.size() && bodies.linked[body] >= 0
+               ? static_cast<std::size_t>(bodies.linked[body])
+               : body;
+  };
+  return {node(static_cast<std::size_t>(pair.host)), node(guest_node(bodies, pair))};
 }
 
 }  // namespace duet

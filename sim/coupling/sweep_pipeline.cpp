@@ -21,7 +21,8 @@ bool is_movable(const Bodies& bodies, std::size_t node) {
 
 // The body by whose place a pair is given to a thread.
 std::size_t owner(const Bodies& bodies, const ContactPair& pair) {
-  return is_movable(bodies, as_index(pair.host)) ? as_index(pair.host) : guest_node(bodies, pair);
+  const auto [host, guest] = moved_nodes(bodies, pair);
+  return is_movable(bodies, host) ? host : guest;
 }
 
 const Vec3& position(const Bodies& bodies, std::size_t node) {
@@ -51,9 +52,9 @@ void SweepPipeline::build(const Bodies& bodies, const ContactSet& contacts, std:
   for (const int p : order) {
     Step& step = steps_[as_index(part_of(p).end++)] = Step{.pair = p};
     const ContactPair& pair = contacts.pairs[as_index(p)];
-    const std::array<std::size_t, 2> nodes{as_index(pair.host), guest_node(bodies, pair)};
+    const std::array<std::size_t, 2> nodes = moved_nodes(bodies, pair);
     for (std::size_t k = 0; k < 2; ++k) {
-      if (!is_movable(bodies, nodes[k])) continue;
+      if (!is_movable(bodies, nodes[k]) || (k == 1 && nodes[0] == nodes[1])) continue;
       step.body[k] = static_cast<int>(nodes[k]);
       step.before[k] = degree_[nodes[k]]++;
     }

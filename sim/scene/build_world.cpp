@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "sim/base/error.h"
+#include "sim/coupling/linked_bodies.h"
 #include "sim/coupling/lying.h"
 #include "sim/coupling/seams.h"
 #include "sim/geometry/shape_mesh.h"
@@ -348,6 +349,7 @@ BuiltWorld build_world(const Scene& scene, const EffectSet& plan) {
   remove_hidden_samples(bodies);
   if (plan[index(Effect::articulation)]) {
     add_joints(scene, plan, frames, bodies);
+    bodies.linked = linked_bodies(bodies);
     world.context.joints.analyze(bodies.articulation, bodies.rigid);
   }
   built.tet_meshes = meshes.sizes();

@@ -33,12 +33,13 @@ void adapt_to_contact(World& world, StepContext& context) {
   }
 }
 
-void sweep_contacts(World& world, StepContext& context, bool is_cold) {
+void sweep_contacts(World& world, StepContext& context, bool is_cold, LinkedBodies* linked) {
   ContactSolveSettings settings = world.settings.contact;
   if (is_cold) settings.iterations *= cold_start;
-  if (world.has(Effect::articulation))
+  if (world.has(Effect::articulation) && !(linked && linked->is_complete()))
     settings.iterations = (settings.iterations + joint_share - 1) / joint_share;
-  world.counters.contact_sweeps += solve_contact(world.bodies, context.graph, settings, context.contacts);
+  world.counters.contact_sweeps +=
+      solve_contact(world.bodies, context.graph, settings, context.contacts, linked);
   if (world.has(Effect::shock_propagation))
     world.clock.time(Stage::shock_propagation, [&] {
       propagate_shocks(world.bodies, context.graph, world.settings.contact, context.contacts);
@@ -60,16 +61,25 @@ double solve_joints(World& world, StepContext& context, bool final) {
 }  // namespace
 
 // Contact and joints in turn, until contact no longer disturbs the joints: these come last, and are exact.
+// Where contact knows what the joints will do, one or two rounds are enough.
 void solve_contacts(World& world, StepContext& context, bool final) {
   const bool joints = world.has(Effect::articulation);
+  LinkedBodies* linked = nullptr;
   if (joints) {
+    if (world.touches() && context.linked.prepare(world.bodies, context.joints, context.contacts))
+      linked = &context.linked;
     context.joints.begin_impulses(world.bodies.articulation, final ? context.dt : context.dt / 2);
     solve_joints(world, context, final);
   }
   if (!world.touches()) return;
   for (int round = 0; round < joint_rounds; ++round) {
-    sweep_contacts(world, context, round == 0 && context.memory.empty());
-    if (!joints || solve_joints(world, context, final) < world.settings.contact.tolerance) break;
+    if (linked) linked->begin(world.bodies.rigid);
+    sweep_contacts(world, context, round == 0 && context.memory.empty(), linked);
+    if (!joints) break;
+    if (linked) linked->finish(world.bodies.rigid);
+    double off = solve_joints(world, context, final);
+    if (linked) off = linked->difference(world.bodies.rigid);
+    if (off < world.settings.contact.tolerance) break;
   }
 }
 

@@ -35,6 +35,7 @@ void begin_joints(World& world, StepContext& context) {
   context.joints_from_outside = {};
   const RigidBodies& rigid = world.bodies.rigid;
   context.joints.update(world.bodies.articulation, rigid);
+  context.linked.outdate();
   if (world.has(Effect::pd_control))
     context.joints.plan_control(world.bodies.articulation, rigid, context.time, context.dt);
   context.end_pose.resize(rigid.size());
@@ -65,6 +66,7 @@ void finish_positions(World& world, StepContext& context) {
   for (std::size_t i = 0; i < rigid.size(); ++i)
     update_orientation_dependents(rigid.state[i], rigid.properties[i]);
   context.joints.update(world.bodies.articulation, rigid);
+  context.linked.outdate();
   context.joints.stabilize(rigid);
   context.joints_from_outside = from_outside;
   context.joints_from_outside +=

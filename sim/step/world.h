@@ -7,6 +7,7 @@
 #include "sim/coupling/contact_candidates.h"
 #include "sim/coupling/contact_projection.h"
 #include "sim/coupling/contact_solver.h"
+#include "sim/coupling/linked_bodies.h"
 #include "sim/coupling/push_out.h"
 #include "sim/coupling/separation.h"
 #include "sim/coupling/warm_start.h"
@@ -69,6 +70,7 @@ struct StepContext {
   std::vector<KinematicStep> kinematic;  // motions over this step
 
   JointSolver joints;
+  LinkedBodies linked;
   std::vector<Pose> end_pose;                // of rigid bodies that are not dynamic, at x^{n+1}
   Momentum joints_from_outside;              // of finish_positions, for the ledger
   std::vector<Vec3> joint_push, joint_turn;  // N s, N m s: what joints gave each body in step III

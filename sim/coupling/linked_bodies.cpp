@@ -1,0 +1,313 @@
+#include "sim/coupling/linked_bodies.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace duet {
+namespace {
+
+std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
+
+// Of the velocity at `arm` for a twist.
+Eigen::Matrix<double, 3, 6> velocity_at(const Vec3& arm) {
+  Eigen::Matrix<double, 3, 6> map;
+  map << Mat3::Identity(), -skew(arm);
+  return map;
+}
+
+}  // namespace
+
+std::vector<int> linked_bodies(const Bodies& bodies, std::size_t largest) {
+  std::vector<int> first(bodies.rigid.size());
+  std::iota(first.begin(), first.end(), 0);
+  const auto root = [&](int body) {
+    while (first[as_index(body)] != body) body = first[as_index(body)];
+    return as_index(body);
+  };
+  const auto is_dynamic = [&](int body) { return bodies.rigid.properties[as_index(body)].is_dynamic(); };
+  for (const Joint& joint : bodies.articulation.joints) {
+    if (!is_dynamic(joint.parent) || !is_dynamic(joint.child)) continue;
+    const auto [a, b] = std::minmax({root(joint.parent), root(joint.child)});
+    first[b] = static_cast<int>(a);
+  }
+  struct Count {
+    std::size_t bodies = 0, inner = 0, outer = 0;  // joints between them, and to bodies that are not dynamic
+  };
+  std::vector<Count> count(first.size());
+  for (int body = 0; body < static_cast<int>(first.size()); ++body) ++count[root(body)].bodies;
+  for (const Joint& joint : bodies.articulation.joints) {
+    const bool has_parent = is_dynamic(joint.parent), has_child = is_dynamic(joint.child);
+    if (has_parent && has_child)
+      ++count[root(joint.parent)].inner;
+    else if (has_parent || has_child)
+      ++count[root(has_parent ? joint.parent : joint.child)].outer;
+  }
+  std::vector<int> linked(first.size(), -1);
+  for (int body = 0; body < static_cast<int>(first.size()); ++body) {
+    const std::size_t group = root(body);
+    const auto& [members, inner, outer] = count[group];
+    const bool is_tree = inner + outer > 0 && inner < members && outer <= 1;
+    if (is_tree && members <= largest) linked[as_index(body)] = static_cast<int>(group);
+  }
+  return linked;
+}
+
+void LinkedBodies::find_groups(const Bodies& bodies) {
+  const std::size_t count = bodies.rigid.size();
+  group_of_.assign(count, -1);
+  member_.resize(count);
+  for (std::size_t body = 0; body < count; ++body) {
+    const LevelSet& shape = bodies.rigid.properties[body].shape;
+    member_[body].arm = (shape.upper() - shape.lower()).norm() / 2;
+    const int first = bodies.linked[body];
+    if (first < 0) continue;
+    if (as_index(first) == body) {
+      group_of_[body] = static_cast<int>(groups_.size());
+      groups_.emplace_back();
+    } else {
+      group_of_[body] = group_of_[as_index(first)];
+    }
+    Group& group = groups_[as_index(group_of_[body])];
+    member_[body].place = group.members.size();
+    group.members.push_back(body);
+  }
+  for (const Joint& joint : bodies.articulation.joints)
+    for (const int body : {joint.parent, joint.child})
+      if (bodies.rigid.properties[as_index(body)].is_dynamic() && !contains(body))
+        others_.push_back(as_index(body));
+  for (Group& group : groups_) {
+    const auto size = static_cast<Eigen::Index>(6 * group.members.size());
+    group.response.resize(size, size);
+  }
+}
+
+// The same wrench on one member of each group at a time: groups do not know of each other.
+void LinkedBodies::respond(const RigidBodies& rigid, const JointSolver& joints) {
+  std::size_t most = 0;
+  for (const Group& group : groups_) most = std::max(most, group.members.size());
+  for (std::size_t place = 0; place < most; ++place)
+    for (Eigen::Index axis = 0; axis < 6; ++axis) {
+      linear_.assign(rigid.size(), Vec3::Zero());
+      angular_.assign(rigid.size(), Vec3::Zero());
+      for (const Group& group : groups_) {
+        if (place >= group.members.size()) continue;
+        const std::size_t body = group.members[place];
+        if (axis < 3)
+          linear_[body][axis] = rigid.properties[body].inverse_mass;
+        else
+          angular_[body] = rigid.state[body].inverse_inertia.col(axis - 3);
+      }
+      joints.project(rigid, linear_, angular_);
+      for (Group& group : groups_) {
+        if (place >= group.members.size()) continue;
+        const Eigen::Index column = 6 * static_cast<Eigen::Index>(place) + axis;
+        for (std::size_t i = 0; i < group.members.size(); ++i) {
+          const Eigen::Index row = 6 * static_cast<Eigen::Index>(i);
+          group.response.block<3, 1>(row, column) = linear_[group.members[i]];
+          group.response.block<3, 1>(row + 3, column) = angular_[group.members[i]];
+        }
+      }
+    }
+}
+
+// Joints only take motion away. Where loops lie flat it is not plain which rows repeat each other, and what
+// comes out may be anything.
+bool LinkedBodies::is_regular(const Group& group, const RigidBodies& rigid) {
+  constexpr double tolerance = 1e-6;
+  const Eigen::MatrixXd& A = group.response;
+  double largest = 0;
+  for (std::size_t i = 0; i < group.members.size(); ++i)
+    for (Eigen::Index axis = 0; axis < 6; ++axis) {
+      const std::size_t body = group.members[i];
+      const Eigen::Index k = 6 * static_cast<Eigen::Index>(i) + axis;
+      const double apart = axis < 3 ? rigid.properties[body].inverse_mass
+                                    : rigid.state[body].inverse_inertia(axis - 3, axis - 3);
+      if (!(A(k, k) >= -tolerance * apart && A(k, k) <= (1 + tolerance) * apart)) return false;
+      largest = std::max(largest, apart);
+    }
+  return (A - A.transpose()).cwiseAbs().maxCoeff() <= tolerance * largest;
+}
+
+Mat6 LinkedBodies::response_of(int body) const {
+  const Group& group = groups_[as_index(group_of_[as_index(body)])];
+  const Eigen::Index k = 6 * static_cast<Eigen::Index>(member_[as_index(body)].place);
+  return group.response.block<6, 6>(k, k);
+}
+
+Mat3 LinkedBodies::factor(const ContactPoint& contact, const Bodies& bodies) const {
+  const RigidBodies& rigid = bodies.rigid;
+  const auto of_body = [&](int body, const Vec3& arm) -> Mat3 {
+    if (!contains(body))
+      return impulse_factor(rigid.state[as_index(body)], rigid.properties[as_index(body)].inverse_mass, arm);
+    const auto map = velocity_at(arm);
+    return map * response_of(body) * map.transpose();
+  };
+  Mat3 K = Mat3::Zero();
+  if (moves_host(bodies, contact)) K = of_body(contact.host, contact.host_arm);
+  if (!contact.is_rigid_pair()) {
+    K.diagonal().array() += surface_point(bodies, contact).inverse_mass;
+    return K;
+  }
+  K += of_body(contact.guest_rigid, contact.guest_arm);
+  return K;
+}
+
+// Two members may touch where their joints leave them next to no room, as in a loop that folds flat: as both
+// cannot be had, contact and joints have to come to terms in turn.
+void LinkedBodies::leave_out_what_locks(const ContactSet& contacts) {
+  is_complete_ = others_.empty();
+  for (Group& group : groups_) group.is_sound = group.is_regular;
+  for (const ContactPoint& contact : contacts.points) {
+    if (!contact.is_rigid_pair()) continue;
+    const int group = group_of_[as_index(contact.host)];
+    if (group >= 0 && group == group_of_[as_index(contact.guest_rigid)])
+      groups_[as_index(group)].is_sound = false;
+  }
+  for (const Group& group : groups_) is_complete_ = is_complete_ && group.is_sound;
+}
+
+ContactResponse LinkedBodies::response(const ContactPoint& contact, const Bodies& bodies) const {
+  constexpr double least_share = 1e-6;  // of the motion that the bodies by themselves would have
+  constexpr double softness = 1e-9;     // for a door moves in one direction only: K has no inverse
+  const Mat3 K = factor(contact, bodies);
+  const Vec3& n = contact.normal;
+  if (!(n.dot(K * n) > least_share * n.dot(contact.response.K * n))) return {};
+  return {K + softness * contact.response.K, n};
+}
+
+void LinkedBodies::update(const Bodies& bodies, JointSolver& joints) {
+  if (is_current_) return;
+  is_current_ = true;
+  joints.prepare_projection(bodies.rigid);
+  respond(bodies.rigid, joints);
+  is_complete_ = others_.empty();
+  for (Group& group : groups_) {
+    group.is_sound = group.is_regular = is_regular(group, bodies.rigid);
+    is_complete_ = is_complete_ && group.is_sound;
+  }
+  for (const Group& group : groups_)
+    for (const std::size_t body : group.members) {
+      const Mat3 rotation = bodies.rigid.state[body].pose.orientation.toRotationMatrix();
+      member_[body].inertia =
+          rotation * bodies.rigid.properties[body].inertia.asDiagonal() * rotation.transpose();
+    }
+}
+
+bool LinkedBodies::prepare(const Bodies& bodies, JointSolver& joints, ContactSet& contacts) {
+  if (group_of_.empty()) find_groups(bodies);
+  const auto is_linked = [&](const ContactPoint& contact) {
+    return group_of_[as_index(contact.host)] >= 0 ||
+           (contact.is_rigid_pair() && group_of_[as_index(contact.guest_rigid)] >= 0);
+  };
+  if (std::none_of(contacts.points.begin(), contacts.points.end(), is_linked)) return false;
+  update(bodies, joints);
+  leave_out_what_locks(contacts);
+  bool any = false;
+  for (ContactPoint& contact : contacts.points) {
+    if (!takes_part(contact)) continue;
+    contact.response = response(contact, bodies);
+    any = true;
+  }
+  return any;
+}
+
+bool LinkedBodies::prepare(const Bodies& bodies, JointSolver& joints, const ContactMemory& memory) {
+  if (group_of_.empty()) find_groups(bodies);
+  if (std::none_of(memory.begin(), memory.end(), [&](const RememberedContact& contact) {
+        return group_of_[as_index(contact.host)] >= 0 ||
+               (contact.guest_rigid >= 0 && group_of_[as_index(contact.guest_rigid)] >= 0);
+      }))
+    return false;
+  update(bodies, joints);
+  return true;
+}
+
+void LinkedBodies::begin(const RigidBodies& rigid) {
+  for (const Group& group : groups_)
+    for (const std::size_t body : group.members) {
+      member_[body].start = rigid.state[body];
+      member_[body].linear.setZero();
+      member_[body].angular.setZero();
+    }
+}
+
+void LinkedBodies::push(RigidBodies& rigid, int body, const Vec3& arm, const Vec3& impulse,
+                        const Vec3& moment) {
+  Member& struck = member_[as_index(body)];
+  const Group& group = groups_[as_index(group_of_[as_index(body)])];
+  Vec6 wrench;
+  wrench << impulse, arm.cross(impulse) + moment;
+  struck.linear += wrench.head<3>();
+  struck.angular += wrench.tail<3>();
+  const Eigen::Index column = 6 * static_cast<Eigen::Index>(struck.place);
+  for (std::size_t i = 0; i < group.members.size(); ++i) {
+    const Vec6 change = group.response.block<6, 6>(6 * static_cast<Eigen::Index>(i), column) * wrench;
+    RigidState& state = rigid.state[group.members[i]];
+    state.velocity += change.head<3>();
+    state.angular_velocity += change.tail<3>();
+    state.angular_momentum += member_[group.members[i]].inertia * change.tail<3>();
+  }
+}
+
+void LinkedBodies::push(int body, const Vec3& arm, const Vec3& impulse, std::vector<Vec3>& linear,
+                        std::vector<Vec3>& angular) const {
+  Vec6 wrench;
+  wrench << impulse, arm.cross(impulse);
+  push(body, wrench, linear, angular);
+}
+
+void LinkedBodies::push(int body, const Vec6& wrench, std::vector<Vec3>& linear,
+                        std::vector<Vec3>& angular) const {
+  const Group& group = groups_[as_index(group_of_[as_index(body)])];
+  const Eigen::Index column = 6 * static_cast<Eigen::Index>(member_[as_index(body)].place);
+  for (std::size_t i = 0; i < group.members.size(); ++i) {
+    const Vec6 change = group.response.block<6, 6>(6 * static_cast<Eigen::Index>(i), column) * wrench;
+    linear[group.members[i]] += change.head<3>();
+    angular[group.members[i]] += change.tail<3>();
+  }
+}
+
+void LinkedBodies::apply_impulse(Bodies& bodies, const ContactPoint& contact, const Vec3& impulse) {
+  const auto give = [&](int body, const Vec3& arm, const Vec3& j) {
+    if (contains(body))
+      push(bodies.rigid, body, arm, j, Vec3::Zero());
+    else
+      duet::apply_impulse(bodies.rigid.state[as_index(body)], bodies.rigid.properties[as_index(body)], arm,
+                          j);
+  };
+  if (contact.is_rigid_pair())
+    give(contact.guest_rigid, contact.guest_arm, impulse);
+  else
+    duet::apply_impulse(surface_point(bodies, contact), impulse, bodies.particles);
+  if (moves_host(bodies, contact)) give(contact.host, contact.host_arm, -impulse);
+}
+
+void LinkedBodies::finish(RigidBodies& rigid) {
+  for (const Group& group : groups_)
+    for (const std::size_t body : group.members) {
+      Member& member = member_[body];
+      RigidState& state = rigid.state[body];
+      member.end = state;
+      if (!group.is_sound) continue;  // impulses have moved it by itself
+      state.velocity = member.start.velocity + rigid.properties[body].inverse_mass * member.linear;
+      state.angular_momentum = member.start.angular_momentum + member.angular;
+      state.angular_velocity = member.start.angular_velocity + state.inverse_inertia * member.angular;
+    }
+  for (const std::size_t body : others_) member_[body].end = rigid.state[body];
+}
+
+double LinkedBodies::difference(const RigidBodies& rigid) const {
+  double largest = 0;
+  const auto compare = [&](std::size_t body) {
+    const RigidState &state = rigid.state[body], &end = member_[body].end;
+    largest =
+        std::max(largest, (state.velocity - end.velocity).norm() +
+                              member_[body].arm * (state.angular_velocity - end.angular_velocity).norm());
+  };
+  for (const Group& group : groups_) std::for_each(group.members.begin(), group.members.end(), compare);
+  std::for_each(others_.begin(), others_.end(), compare);
+  return largest;
+}
+
+}  // namespace duet

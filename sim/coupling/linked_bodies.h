@@ -1,0 +1,94 @@
+// Contact of bodies that joints hold together: what strikes one of them moves all.
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "sim/articulation/joint_solver.h"
+#include "sim/coupling/warm_start.h"
+
+namespace duet {
+
+// Of each rigid body the first of the dynamic ones that joints connect with it, itself included; -1 of bodies
+// without a joint, of more than `largest` bodies together, and of those whose joints make loops, by
+// themselves or with the bodies that are not dynamic: where a loop lies flat, its rows at the poses now say
+// little about how it may move.
+std::vector<int> linked_bodies(const Bodies& bodies, std::size_t largest = 16);
+
+// How linked bodies answer impulses while their joints hold. Sweeps over contacts that saw the mass of one
+// body by itself, with the joints put right between them, would need a number of rounds that grows with the
+// ratio of the masses: 1000 kg on a plate of 0.1 kg that is welded to a wall fell through it.
+class LinkedBodies {
+ public:
+  // The joints' rows or the poses have changed.
+  void outdate() { is_current_ = false; }
+  // For the joints' rows now; impulses of the joints begin anew.
+  void update(const Bodies& bodies, JointSolver& joints);
+  // Has contacts of linked bodies answer as their joints let them. Returns whether there are any; without, it
+  // is not updated and must not be used.
+  bool prepare(const Bodies& bodies, JointSolver& joints, ContactSet& contacts);
+  // The same for contacts of the last step.
+  bool prepare(const Bodies& bodies, JointSolver& joints, const ContactMemory& memory);
+  // Keeps the velocities, which satisfy the joints, for finish().
+  void begin(const RigidBodies& rigid);
+
+  bool contains(int body) const {
+    const int group = group_of_[static_cast<std::size_t>(body)];
+    return group >= 0 && groups_[static_cast<std::size_t>(group)].is_sound;
+  }
+  // Whether no body with a joint is left out.
+  bool is_complete() const { return is_complete_; }
+  bool takes_part(const ContactPoint& contact) const {
+    return contains(contact.host) || (contact.is_rigid_pair() && contains(contact.guest_rigid));
+  }
+  // An impulse (N s) at `arm` (m) from the centre of mass and a moment (N m s), on a linked body: moves all
+  // that are linked with it.
+  void push(RigidBodies& rigid, int body, const Vec3& arm, const Vec3& impulse, const Vec3& moment);
+  // The same of velocities (m/s, rad/s) of all rigid bodies.
+  void push(int body, const Vec3& arm, const Vec3& impulse, std::vector<Vec3>& linear,
+            std::vector<Vec3>& angular) const;
+  // Adds what a wrench (N s, N m s) on a linked body does.
+  void push(int body, const Vec6& wrench, std::vector<Vec3>& linear, std::vector<Vec3>& angular) const;
+  // Of a linked body's twist for wrenches on it.
+  Mat6 response_of(int body) const;
+  // Of a contact that takes part and holds the response of the bodies by themselves. Zero where the joints
+  // leave no motion along the normal.
+  ContactResponse response(const ContactPoint& contact, const Bodies& bodies) const;
+  // As the function of the same name of a contact, of one that takes part.
+  void apply_impulse(Bodies& bodies, const ContactPoint& contact, const Vec3& impulse);
+
+  // Takes what the joints did since begin() away, which the joint solver is to do again. After it,
+  // difference() is the largest change (m/s) against what the velocities of bodies with joints were before.
+  void finish(RigidBodies& rigid);
+  double difference(const RigidBodies& rigid) const;
+
+ private:
+  struct Group {
+    std::vector<std::size_t> members;
+    Eigen::MatrixXd response;  // twists of all members for wrenches on all: 1/kg ...
+    bool is_regular = true;    // the response is one
+    bool is_sound = true;      // else its members count as not linked
+  };
+  struct Member {
+    std::size_t place = 0;                               // in its group
+    Mat3 inertia = Mat3::Zero();                         // kg m^2, world axes
+    double arm = 0;                                      // m
+    Vec3 linear = Vec3::Zero(), angular = Vec3::Zero();  // N s, N m s since begin()
+    RigidState start, end;
+  };
+  void find_groups(const Bodies& bodies);
+  void respond(const RigidBodies& rigid, const JointSolver& joints);
+  Mat3 factor(const ContactPoint& contact, const Bodies& bodies) const;
+  static bool is_regular(const Group& group, const RigidBodies& rigid);
+  void leave_out_what_locks(const ContactSet& contacts);
+
+  bool is_current_ = false, is_complete_ = true;
+  std::vector<std::size_t> others_;  // with joints, but not linked
+  std::vector<int> group_of_;        // of every rigid body
+  std::vector<Group> groups_;
+  std::vector<Member> member_;          // of every rigid body
+  std::vector<Vec3> linear_, angular_;  // scratch
+};
+
+}  // namespace duet

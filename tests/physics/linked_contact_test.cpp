@@ -1,0 +1,64 @@
+// What lies on bodies that joints hold feels their joints, not their masses.
+#include <cmath>
+
+#include "tests/support/margin.h"
+#include "tests/support/scenes.h"
+#include <gtest/gtest.h>
+
+#include "sim/step/world.h"
+
+namespace duet {
+namespace {
+
+// The height of the centre of mass of a load of 1 m and 1000 kg, two seconds after it was put on a plate of
+// `mass` (kg) that is welded to a static post; a plate without mass is static itself.
+double height_on_plate(double mass, bool is_soft) {
+  scene::Scene scene = test::free_space();
+  scene.gravity = Vec3(0, -9.8, 0);
+  scene::RigidBody& post = test::add_box(scene, "post", Vec3(0, -3, 0), Vec3(1, 1, 1), 1);
+  post.mass.reset();
+  post.is_static = true;
+  scene::RigidBody& plate = test::add_box(scene, "plate", Vec3(0, -0.1, 0), Vec3(3, 0.2, 3), mass);
+  if (mass == 0) {
+    plate.mass.reset();
+    plate.is_static = true;
+  } else {
+    scene::Joint weld;
+    weld.name = "weld";
+    weld.type = scene::JointType::weld;
+    weld.parent = "post";
+    weld.child = "plate";
+    weld.world.position = Vec3(0, -1, 0);
+    scene.joints.push_back(weld);
+  }
+  if (is_soft) {
+    test::add_soft_box(scene, "load", Vec3(0, 0.5, 0), Vec3(1, 1, 1), 3, 2e5);
+    scene.materials.back().damping = 0.1;
+  } else {
+    test::add_box(scene, "load", Vec3(0, 0.5, 0), Vec3(1, 1, 1), 1000);
+  }
+  Simulation simulation(scene, test::plan(scene));
+  for (int frame = 0; frame < 48; ++frame) simulation.advance_frame();
+  const Bodies& bodies = simulation.world().bodies;
+  if (!is_soft) return bodies.rigid.state.back().pose.position.y();
+  double height = 0, sum = 0;
+  for (std::size_t p = 0; p < bodies.particles.size(); ++p) {
+    height += bodies.particles.mass[p] * bodies.particles.x[p].y();
+    sum += bodies.particles.mass[p];
+  }
+  return height / sum;
+}
+
+// With contact and joints in turn, the soft load sank in by 20 mm on a plate of 10 kg, and fell through that
+// of 0.1 kg.
+TEST(LinkedContact, AWeldedPlateBearsLikeAWall) {
+  for (const bool is_soft : {true, false}) {
+    const double on_wall = height_on_plate(0, is_soft);
+    for (const double mass : {1000.0, 10.0, 0.1})
+      test::expect_below(std::abs(height_on_plate(mass, is_soft) - on_wall), 1e-5,
+                         is_soft ? "soft load, m" : "rigid load, m");
+  }
+}
+
+}  // namespace
+}  // namespace duet

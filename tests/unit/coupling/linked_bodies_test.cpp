@@ -1,0 +1,95 @@
+// Impulses on bodies that joints hold together.
+#include "sim/coupling/linked_bodies.h"
+
+#include "tests/support/margin.h"
+#include "tests/support/scenes.h"
+#include <gtest/gtest.h>
+
+#include "sim/step/world.h"
+
+namespace duet {
+namespace {
+
+// Three boxes in a row, jointed to each other and the last one to a static one; a box on the first, with no
+// joint.
+class Links : public ::testing::Test {
+ protected:
+  Links() : scene_(test::free_space()), simulation_(build()) {}
+  Simulation build() {
+    for (int i = 0; i < 4; ++i) {
+      scene::RigidBody& box =
+          test::add_box(scene_, "box" + std::to_string(i), Vec3(i, 0, 0), Vec3(0.9, 0.4, 0.5), 1 + 10 * i);
+      if (i == 3) box.mass.reset();
+      box.is_static = i == 3;
+    }
+    test::add_box(scene_, "load", Vec3(0, 0.4, 0), Vec3(0.4, 0.4, 0.4), 1000);
+    for (int i = 0; i < 3; ++i) {
+      scene::Joint joint;
+      joint.name = "joint" + std::to_string(i);
+      joint.type = i == 1 ? scene::JointType::hinge : scene::JointType::point;
+      joint.parent = "box" + std::to_string(i);
+      joint.child = "box" + std::to_string(i + 1);
+      joint.world.position = Vec3(i + 0.5, 0.1, 0.05);
+      scene_.joints.push_back(joint);
+    }
+    return Simulation(scene_, test::plan(scene_));
+  }
+  World& world() { return simulation_.world(); }
+
+  scene::Scene scene_;
+  Simulation simulation_;
+};
+
+TEST_F(Links, AreTheDynamicBodiesThatJointsConnect) {
+  const Bodies& bodies = world().bodies;
+  EXPECT_EQ(bodies.linked, (std::vector<int>{0, 0, 0, -1, -1}));
+  EXPECT_EQ(linked_bodies(bodies, 2), (std::vector<int>{-1, -1, -1, -1, -1}));  // too many
+  Joint loop = bodies.articulation.joints.front();
+  loop.parent = 2;
+  loop.child = 0;
+  world().bodies.articulation.joints.push_back(loop);
+  EXPECT_EQ(linked_bodies(bodies), (std::vector<int>{-1, -1, -1, -1, -1}));
+}
+
+// What they predict is what the joint solver makes of the same impulses.
+TEST_F(Links, AnswerAsTheirJointsLetThem) {
+  simulation_.advance_frame();  // the load touches
+  Bodies& bodies = world().bodies;
+  StepContext& context = world().context;
+  context.joints.update(bodies.articulation, bodies.rigid);
+  context.joints.stabilize(bodies.rigid);
+  LinkedBodies linked;
+  ASSERT_TRUE(linked.prepare(bodies, context.joints, context.contacts));
+  EXPECT_TRUE(linked.is_complete());
+  linked.begin(bodies.rigid);
+  const Vec3 before = bodies.rigid.state[2].velocity;
+  linked.push(bodies.rigid, 0, Vec3(0.1, 0.2, -0.1), Vec3(3, -2, 5), Vec3(0.3, 0, 0));
+  linked.push(bodies.rigid, 1, Vec3(-0.2, 0.2, 0), Vec3(1, 40, -7), Vec3::Zero());
+  EXPECT_GT((bodies.rigid.state[2].velocity - before).norm(), 0.01);
+  linked.finish(bodies.rigid);
+  EXPECT_GT(context.joints.stabilize(bodies.rigid), 0.1);
+  test::expect_below(linked.difference(bodies.rigid), 1e-12, "difference, m/s");
+}
+
+// The change of the relative velocity is that of the contact's response.
+TEST_F(Links, MakeTheResponseOfTheirContacts) {
+  simulation_.advance_frame();
+  Bodies& bodies = world().bodies;
+  StepContext& context = world().context;
+  context.joints.update(bodies.articulation, bodies.rigid);
+  LinkedBodies linked;
+  ASSERT_TRUE(linked.prepare(bodies, context.joints, context.contacts));
+  linked.begin(bodies.rigid);
+  double off = 0;
+  for (const ContactPoint& contact : context.contacts.points) {
+    ASSERT_TRUE(linked.takes_part(contact));
+    const Vec3 before = relative_velocity(bodies, contact), impulse(0.3, 2, -0.7);
+    linked.apply_impulse(bodies, contact, impulse);
+    const Vec3 change = relative_velocity(bodies, contact) - before;
+    off = std::max(off, (change - contact.response.K * impulse).norm() / change.norm());
+  }
+  test::expect_below(off, 1e-8, "response, relative");  // it has an inverse: K is made softer by 1e-9
+}
+
+}  // namespace
+}  // namespace duet
