@@ -45,9 +45,7 @@ void ContactProjection::add(const ContactPoint& contact) {
     block.rows.push_back(row);
     ++block_rows_;
   } else {
-    row.mass = (linked_ && linked_->takes_part(contact) ? linked_->response(contact, *bodies_)
-                                                        : contact.response)
-                   .normal_mass;
+    row.mass = contact.response.normal_mass;
     if (!contact.is_rigid_pair()) row.of_host = std::max(1 / row.mass - row.point.inverse_mass, 0.0);
     rows_.push_back(row);
   }
@@ -79,6 +77,7 @@ void ContactProjection::build(const Bodies& bodies, const ContactMemory& memory,
     contact.guest_rigid = remembered.guest_rigid;
     contact.guest_point = remembered.guest_point;
     update_geometry(bodies, contact);
+    if (linked && linked->takes_part(contact)) contact.response = linked->response(contact, bodies);
     contact.impulse = duration / remembered.duration * remembered.impulse;
     add(contact);
   }
@@ -93,8 +92,7 @@ void ContactProjection::factor(Block& block) const {
   block.weight.setZero();
   for (const Row& row : block.rows) {
     if (!row.active) continue;
-    Vec6 wrench;
-    wrench << row.normal, row.host_arm.cross(row.normal);
+    const Vec6 wrench = wrench_of(row.host_arm, row.normal);
     block.weight += row.mass * wrench * wrench.transpose();
   }
   if (is_linked(block.host)) {  // joints may hold it as if it had no end of mass
@@ -161,7 +159,7 @@ void ContactProjection::push_rigid(int body, const Vec3& arm, const Vec3& impuls
                                    GeneralizedVelocity& v) const {
   const auto b = as_index(body);
   if (is_linked(body)) {
-    linked_->push(body, arm, impulse, v.linear, v.angular);
+    linked_->push(body, wrench_of(arm, impulse), v.linear, v.angular);
     return;
   }
   v.linear[b] += bodies_->rigid.properties[b].inverse_mass * impulse;

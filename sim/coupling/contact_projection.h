@@ -24,7 +24,7 @@ struct GeneralizedVelocity {
 class ContactProjection {
  public:
   // Takes the contacts of `graph` that hold an impulse, at the geometry they hold, and the pairs of
-  // `repulsions`, if any, as the innermost of each sweep. `linked`, if not null, is up to date.
+  // `repulsions`, if any, as the innermost of each sweep. `linked` is what prepared the contacts, or null.
   void build(const Bodies& bodies, const ContactSet& contacts, const ContactGraph& graph, int sweeps,
              SelfRepulsion* repulsions = nullptr, const LinkedBodies* linked = nullptr);
   // Takes the contacts that held one at the end of the last step, at the positions now.

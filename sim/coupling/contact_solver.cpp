@@ -85,11 +85,12 @@ double update_rotation(Bodies& bodies, LinkedBodies* linked, const ContactSet& c
   const Vec3 change = total - pair.angular_impulse;
   pair.angular_impulse = total;
   const auto turn = [&](int body, const Vec3& moment) {
-    if (linked && linked->contains(body))
-      linked->push(bodies.rigid, body, Vec3::Zero(), Vec3::Zero(), moment);
-    else
-      apply_angular_impulse(bodies.rigid.state[as_index(body)], bodies.rigid.properties[as_index(body)],
-                            moment);
+    const auto i = as_index(body);
+    if (!linked || !linked->contains(body))
+      return apply_angular_impulse(bodies.rigid.state[i], bodies.rigid.properties[i], moment);
+    Vec6 wrench;
+    wrench << Vec3::Zero(), moment;
+    linked->push(bodies.rigid, body, wrench);
   };
   turn(pair.guest_rigid, change);
   turn(pair.host, -change);

@@ -20,7 +20,7 @@ struct ContactSolveSettings {
 // take back what an earlier one gave too much). Starts from the impulses the contacts hold, which must have
 // been applied already. Rolling and spinning friction slow the relative rotation of rigid pairs by a moment
 // of at most their coefficient (m) times the normal force. Returns the number of sweeps.
-// `linked`, if not null, has been prepared for these contacts.
+// `linked` is what prepared the contacts, or null.
 int solve_contact(Bodies& bodies, const ContactGraph& graph, const ContactSolveSettings& settings,
                   ContactSet& contacts, LinkedBodies* linked = nullptr);
 

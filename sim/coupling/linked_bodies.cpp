@@ -111,22 +111,14 @@ void LinkedBodies::respond(const RigidBodies& rigid, const JointSolver& joints) 
     }
 }
 
-// Joints only take motion away. Where loops lie flat it is not plain which rows repeat each other, and what
-// comes out may be anything.
-bool LinkedBodies::is_regular(const Group& group, const RigidBodies& rigid) {
-  constexpr double tolerance = 1e-6;
-  const Eigen::MatrixXd& A = group.response;
-  double largest = 0;
+// Calls work(body, change of its twist) for all that are linked with `body`.
+template <class Work>
+void LinkedBodies::for_each_change(int body, const Vec6& wrench, Work&& work) const {
+  const Group& group = groups_[as_index(group_of_[as_index(body)])];
+  const Eigen::Index column = 6 * static_cast<Eigen::Index>(member_[as_index(body)].place);
   for (std::size_t i = 0; i < group.members.size(); ++i)
-    for (Eigen::Index axis = 0; axis < 6; ++axis) {
-      const std::size_t body = group.members[i];
-      const Eigen::Index k = 6 * static_cast<Eigen::Index>(i) + axis;
-      const double apart = axis < 3 ? rigid.properties[body].inverse_mass
-                                    : rigid.state[body].inverse_inertia(axis - 3, axis - 3);
-      if (!(A(k, k) >= -tolerance * apart && A(k, k) <= (1 + tolerance) * apart)) return false;
-      largest = std::max(largest, apart);
-    }
-  return (A - A.transpose()).cwiseAbs().maxCoeff() <= tolerance * largest;
+    work(group.members[i],
+         Vec6(group.response.block<6, 6>(6 * static_cast<Eigen::Index>(i), column) * wrench));
 }
 
 Mat6 LinkedBodies::response_of(int body) const {
@@ -153,18 +145,16 @@ Mat3 LinkedBodies::factor(const ContactPoint& contact, const Bodies& bodies) con
   return K;
 }
 
-// Two members may touch where their joints leave them next to no room, as in a loop that folds flat: as both
-// cannot be had, contact and joints have to come to terms in turn.
-void LinkedBodies::leave_out_what_locks(const ContactSet& contacts) {
+void LinkedBodies::find_what_touches_itself(const ContactSet& contacts) {
   is_complete_ = others_.empty();
-  for (Group& group : groups_) group.is_sound = group.is_regular;
+  for (Group& group : groups_) group.touches_itself = false;
   for (const ContactPoint& contact : contacts.points) {
     if (!contact.is_rigid_pair()) continue;
     const int group = group_of_[as_index(contact.host)];
-    if (group >= 0 && group == group_of_[as_index(contact.guest_rigid)])
-      groups_[as_index(group)].is_sound = false;
+    if (group < 0 || group != group_of_[as_index(contact.guest_rigid)]) continue;
+    groups_[as_index(group)].touches_itself = true;
+    is_complete_ = false;
   }
-  for (const Group& group : groups_) is_complete_ = is_complete_ && group.is_sound;
 }
 
 ContactResponse LinkedBodies::response(const ContactPoint& contact, const Bodies& bodies) const {
@@ -181,11 +171,6 @@ void LinkedBodies::update(const Bodies& bodies, JointSolver& joints) {
   is_current_ = true;
   joints.prepare_projection(bodies.rigid);
   respond(bodies.rigid, joints);
-  is_complete_ = others_.empty();
-  for (Group& group : groups_) {
-    group.is_sound = group.is_regular = is_regular(group, bodies.rigid);
-    is_complete_ = is_complete_ && group.is_sound;
-  }
   for (const Group& group : groups_)
     for (const std::size_t body : group.members) {
       const Mat3 rotation = bodies.rigid.state[body].pose.orientation.toRotationMatrix();
@@ -194,33 +179,29 @@ void LinkedBodies::update(const Bodies& bodies, JointSolver& joints) {
     }
 }
 
-bool LinkedBodies::prepare(const Bodies& bodies, JointSolver& joints, ContactSet& contacts) {
+LinkedBodies* LinkedBodies::prepare(const Bodies& bodies, JointSolver& joints, ContactSet& contacts) {
+  if (bodies.linked.empty()) return nullptr;
   if (group_of_.empty()) find_groups(bodies);
-  const auto is_linked = [&](const ContactPoint& contact) {
-    return group_of_[as_index(contact.host)] >= 0 ||
-           (contact.is_rigid_pair() && group_of_[as_index(contact.guest_rigid)] >= 0);
-  };
-  if (std::none_of(contacts.points.begin(), contacts.points.end(), is_linked)) return false;
+  find_what_touches_itself(contacts);
+  const auto takes = [&](const ContactPoint& contact) { return takes_part(contact); };
+  if (std::none_of(contacts.points.begin(), contacts.points.end(), takes)) return nullptr;
   update(bodies, joints);
-  leave_out_what_locks(contacts);
-  bool any = false;
-  for (ContactPoint& contact : contacts.points) {
-    if (!takes_part(contact)) continue;
-    contact.response = response(contact, bodies);
-    any = true;
-  }
-  return any;
+  for (ContactPoint& contact : contacts.points)
+    if (takes_part(contact)) contact.response = response(contact, bodies);
+  return this;
 }
 
-bool LinkedBodies::prepare(const Bodies& bodies, JointSolver& joints, const ContactMemory& memory) {
+const LinkedBodies* LinkedBodies::prepare(const Bodies& bodies, JointSolver& joints,
+                                          const ContactMemory& memory) {
+  if (bodies.linked.empty()) return nullptr;
   if (group_of_.empty()) find_groups(bodies);
-  if (std::none_of(memory.begin(), memory.end(), [&](const RememberedContact& contact) {
-        return group_of_[as_index(contact.host)] >= 0 ||
-               (contact.guest_rigid >= 0 && group_of_[as_index(contact.guest_rigid)] >= 0);
-      }))
-    return false;
+  find_what_touches_itself({});
+  const auto takes = [&](const RememberedContact& contact) {
+    return contains(contact.host) || (contact.guest_rigid >= 0 && contains(contact.guest_rigid));
+  };
+  if (std::none_of(memory.begin(), memory.end(), takes)) return nullptr;
   update(bodies, joints);
-  return true;
+  return this;
 }
 
 void LinkedBodies::begin(const RigidBodies& rigid) {
@@ -232,46 +213,30 @@ void LinkedBodies::begin(const RigidBodies& rigid) {
     }
 }
 
-void LinkedBodies::push(RigidBodies& rigid, int body, const Vec3& arm, const Vec3& impulse,
-                        const Vec3& moment) {
+void LinkedBodies::push(RigidBodies& rigid, int body, const Vec6& wrench) {
   Member& struck = member_[as_index(body)];
-  const Group& group = groups_[as_index(group_of_[as_index(body)])];
-  Vec6 wrench;
-  wrench << impulse, arm.cross(impulse) + moment;
   struck.linear += wrench.head<3>();
   struck.angular += wrench.tail<3>();
-  const Eigen::Index column = 6 * static_cast<Eigen::Index>(struck.place);
-  for (std::size_t i = 0; i < group.members.size(); ++i) {
-    const Vec6 change = group.response.block<6, 6>(6 * static_cast<Eigen::Index>(i), column) * wrench;
-    RigidState& state = rigid.state[group.members[i]];
+  for_each_change(body, wrench, [&](std::size_t moved, const Vec6& change) {
+    RigidState& state = rigid.state[moved];
     state.velocity += change.head<3>();
     state.angular_velocity += change.tail<3>();
-    state.angular_momentum += member_[group.members[i]].inertia * change.tail<3>();
-  }
-}
-
-void LinkedBodies::push(int body, const Vec3& arm, const Vec3& impulse, std::vector<Vec3>& linear,
-                        std::vector<Vec3>& angular) const {
-  Vec6 wrench;
-  wrench << impulse, arm.cross(impulse);
-  push(body, wrench, linear, angular);
+    state.angular_momentum += member_[moved].inertia * change.tail<3>();
+  });
 }
 
 void LinkedBodies::push(int body, const Vec6& wrench, std::vector<Vec3>& linear,
                         std::vector<Vec3>& angular) const {
-  const Group& group = groups_[as_index(group_of_[as_index(body)])];
-  const Eigen::Index column = 6 * static_cast<Eigen::Index>(member_[as_index(body)].place);
-  for (std::size_t i = 0; i < group.members.size(); ++i) {
-    const Vec6 change = group.response.block<6, 6>(6 * static_cast<Eigen::Index>(i), column) * wrench;
-    linear[group.members[i]] += change.head<3>();
-    angular[group.members[i]] += change.tail<3>();
-  }
+  for_each_change(body, wrench, [&](std::size_t moved, const Vec6& change) {
+    linear[moved] += change.head<3>();
+    angular[moved] += change.tail<3>();
+  });
 }
 
 void LinkedBodies::apply_impulse(Bodies& bodies, const ContactPoint& contact, const Vec3& impulse) {
   const auto give = [&](int body, const Vec3& arm, const Vec3& j) {
     if (contains(body))
-      push(bodies.rigid, body, arm, j, Vec3::Zero());
+      push(bodies.rigid, body, wrench_of(arm, j));
     else
       duet::apply_impulse(bodies.rigid.state[as_index(body)], bodies.rigid.properties[as_index(body)], arm,
                           j);
@@ -289,7 +254,7 @@ void LinkedBodies::finish(RigidBodies& rigid) {
       Member& member = member_[body];
       RigidState& state = rigid.state[body];
       member.end = state;
-      if (!group.is_sound) continue;  // impulses have moved it by itself
+      if (group.touches_itself) continue;  // impulses have moved its members by themselves
       state.velocity = member.start.velocity + rigid.properties[body].inverse_mass * member.linear;
       state.angular_momentum = member.start.angular_momentum + member.angular;
       state.angular_velocity = member.start.angular_velocity + state.inverse_inertia * member.angular;

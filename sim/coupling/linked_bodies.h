@@ -16,39 +16,40 @@ namespace duet {
 // little about how it may move.
 std::vector<int> linked_bodies(const Bodies& bodies, std::size_t largest = 16);
 
+// A wrench of an impulse (N s) at `arm` (m) from the centre of mass.
+inline Vec6 wrench_of(const Vec3& arm, const Vec3& impulse) {
+  Vec6 wrench;
+  wrench << impulse, arm.cross(impulse);
+  return wrench;
+}
+
 // How linked bodies answer impulses while their joints hold. Sweeps over contacts that saw the mass of one
 // body by itself, with the joints put right between them, would need a number of rounds that grows with the
 // ratio of the masses: 1000 kg on a plate of 0.1 kg that is welded to a wall fell through it.
 class LinkedBodies {
  public:
-  // The joints' rows or the poses have changed.
+  // To be called when the joints' rows or the poses have changed.
   void outdate() { is_current_ = false; }
-  // For the joints' rows now; impulses of the joints begin anew.
-  void update(const Bodies& bodies, JointSolver& joints);
-  // Has contacts of linked bodies answer as their joints let them. Returns whether there are any; without, it
-  // is not updated and must not be used.
-  bool prepare(const Bodies& bodies, JointSolver& joints, ContactSet& contacts);
+  // Has contacts of linked bodies answer as their joints' rows let them now; impulses of the joints begin
+  // anew. Returns itself, or null where there are no such contacts: then it must not be used.
+  LinkedBodies* prepare(const Bodies& bodies, JointSolver& joints, ContactSet& contacts);
   // The same for contacts of the last step.
-  bool prepare(const Bodies& bodies, JointSolver& joints, const ContactMemory& memory);
+  const LinkedBodies* prepare(const Bodies& bodies, JointSolver& joints, const ContactMemory& memory);
   // Keeps the velocities, which satisfy the joints, for finish().
   void begin(const RigidBodies& rigid);
 
   bool contains(int body) const {
     const int group = group_of_[static_cast<std::size_t>(body)];
-    return group >= 0 && groups_[static_cast<std::size_t>(group)].is_sound;
+    return group >= 0 && !groups_[static_cast<std::size_t>(group)].touches_itself;
   }
-  // Whether no body with a joint is left out.
+  // Whether it contains all bodies with joints.
   bool is_complete() const { return is_complete_; }
   bool takes_part(const ContactPoint& contact) const {
     return contains(contact.host) || (contact.is_rigid_pair() && contains(contact.guest_rigid));
   }
-  // An impulse (N s) at `arm` (m) from the centre of mass and a moment (N m s), on a linked body: moves all
-  // that are linked with it.
-  void push(RigidBodies& rigid, int body, const Vec3& arm, const Vec3& impulse, const Vec3& moment);
-  // The same of velocities (m/s, rad/s) of all rigid bodies.
-  void push(int body, const Vec3& arm, const Vec3& impulse, std::vector<Vec3>& linear,
-            std::vector<Vec3>& angular) const;
-  // Adds what a wrench (N s, N m s) on a linked body does.
+  // What a wrench (N s, N m s about the centre of mass) on a linked body does to all that are linked with it.
+  void push(RigidBodies& rigid, int body, const Vec6& wrench);
+  // The same to velocities of all rigid bodies, m/s and rad/s.
   void push(int body, const Vec6& wrench, std::vector<Vec3>& linear, std::vector<Vec3>& angular) const;
   // Of a linked body's twist for wrenches on it.
   Mat6 response_of(int body) const;
@@ -66,9 +67,10 @@ class LinkedBodies {
  private:
   struct Group {
     std::vector<std::size_t> members;
-    Eigen::MatrixXd response;  // twists of all members for wrenches on all: 1/kg ...
-    bool is_regular = true;    // the response is one
-    bool is_sound = true;      // else its members count as not linked
+    Eigen::MatrixXd response;  // twists of all members for wrenches on all: 1/kg, 1/(kg m), 1/(kg m^2)
+    // Its members then count as not linked: contact and joints together may leave them no room, and have to
+    // come to terms in turn.
+    bool touches_itself = false;
   };
   struct Member {
     std::size_t place = 0;                               // in its group
@@ -78,10 +80,12 @@ class LinkedBodies {
     RigidState start, end;
   };
   void find_groups(const Bodies& bodies);
+  void update(const Bodies& bodies, JointSolver& joints);
   void respond(const RigidBodies& rigid, const JointSolver& joints);
+  template <class Work>
+  void for_each_change(int body, const Vec6& wrench, Work&& work) const;
   Mat3 factor(const ContactPoint& contact, const Bodies& bodies) const;
-  static bool is_regular(const Group& group, const RigidBodies& rigid);
-  void leave_out_what_locks(const ContactSet& contacts);
+  void find_what_touches_itself(const ContactSet& contacts);
 
   bool is_current_ = false, is_complete_ = true;
   std::vector<std::size_t> others_;  // with joints, but not linked

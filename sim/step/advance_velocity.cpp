@@ -180,10 +180,8 @@ void advance_semi_implicitly(World& world, StepContext& context) {
   const double dt = context.dt / 2;
   ContactProjection* projection = nullptr;
   if (world.has_internal_forces() && (!bodies.bound.empty() || !context.memory.empty())) {
-    const bool links =
-        world.has(Effect::articulation) && context.linked.prepare(bodies, context.joints, context.memory);
     context.projection.build(bodies, context.memory, dt, world.settings.projection_sweeps,
-                             links ? &context.linked : nullptr);
+                             context.linked.prepare(bodies, context.joints, context.memory));
     projection = &context.projection;
     if (world.has(Effect::articulation)) {  // what is bound to bodies or touches them learns of their joints
       context.joints.prepare_projection(bodies.rigid);

@@ -66,8 +66,7 @@ void solve_contacts(World& world, StepContext& context, bool final) {
   const bool joints = world.has(Effect::articulation);
   LinkedBodies* linked = nullptr;
   if (joints) {
-    if (world.touches() && context.linked.prepare(world.bodies, context.joints, context.contacts))
-      linked = &context.linked;
+    if (world.touches()) linked = context.linked.prepare(world.bodies, context.joints, context.contacts);
     context.joints.begin_impulses(world.bodies.articulation, final ? context.dt : context.dt / 2);
     solve_joints(world, context, final);
   }

@@ -14,11 +14,9 @@ void constrained_solve(World& world, StepContext& context) {
   if (world.has_internal_forces() || world.has(Effect::incompressibility)) {
     for (ContactPoint& contact : context.contacts.points)
       if (!contact.impulse.isZero(0)) update_geometry(bodies, contact);
-    const bool links =
-        world.has(Effect::articulation) && context.linked.prepare(bodies, context.joints, context.contacts);
+    const LinkedBodies* linked = context.linked.prepare(bodies, context.joints, context.contacts);
     context.projection.build(bodies, context.contacts, context.graph, world.settings.projection_sweeps,
-                             world.has(Effect::self_repulsion) ? &context.self_repulsion : nullptr,
-                             links ? &context.linked : nullptr);
+                             world.has(Effect::self_repulsion) ? &context.self_repulsion : nullptr, linked);
     if (world.has(Effect::articulation)) {
       context.joints.prepare_projection(bodies.rigid);
       context.projection.add_joints(context.joints);

@@ -5,6 +5,7 @@
 #include "tests/support/scenes.h"
 #include <gtest/gtest.h>
 
+#include "sim/base/parallel.h"
 #include "sim/step/world.h"
 
 namespace duet {
@@ -58,6 +59,37 @@ TEST(LinkedContact, AWeldedPlateBearsLikeAWall) {
       test::expect_below(std::abs(height_on_plate(mass, is_soft) - on_wall), 1e-5,
                          is_soft ? "soft load, m" : "rigid load, m");
   }
+}
+
+// Threads share the pairs of a heap of three-part chains: a visit of one part moves the others.
+TEST(LinkedContact, AHeapHasTheSameBitsForAnyNumberOfThreads) {
+  std::vector<std::uint64_t> hashes;
+  for (const int threads : {1, 2, 3}) {
+    set_thread_count(threads);
+    scene::Scene scene = test::on_ground(0.4);
+    for (int n = 0; n < 24; ++n) {
+      const Vec3 place(n / 4 % 2 * 0.4, 0.11 + n / 4 * 0.25, n % 4 * 0.21);
+      for (int i = 0; i < 3; ++i)
+        test::add_box(scene, "part" + std::to_string(3 * n + i), place + Vec3(i, 0, 0), Vec3(0.95, 0.2, 0.2),
+                      i == 1 ? 1 : 20);
+      for (int i = 0; i < 2; ++i) {
+        scene::Joint joint;
+        joint.name = "joint" + std::to_string(2 * n + i);
+        joint.parent = "part" + std::to_string(3 * n + i);
+        joint.child = "part" + std::to_string(3 * n + i + 1);
+        joint.world.position = place + Vec3(i + 0.5, 0, 0);
+        scene.joints.push_back(joint);
+      }
+    }
+    Simulation simulation(scene, test::plan(scene));
+    for (int frame = 0; frame < 8; ++frame) simulation.advance_frame();
+    EXPECT_GT(simulation.world().context.contacts.pairs.size(), 64u);  // else one thread has them all
+    test::expect_below(simulation.stats().max_penetration, 0.002, "penetration, m");
+    hashes.push_back(simulation.stats().hash);
+  }
+  set_thread_count(0);
+  EXPECT_EQ(hashes[0], hashes[1]);
+  EXPECT_EQ(hashes[0], hashes[2]);
 }
 
 }  // namespace

@@ -63,8 +63,8 @@ TEST_F(Links, AnswerAsTheirJointsLetThem) {
   EXPECT_TRUE(linked.is_complete());
   linked.begin(bodies.rigid);
   const Vec3 before = bodies.rigid.state[2].velocity;
-  linked.push(bodies.rigid, 0, Vec3(0.1, 0.2, -0.1), Vec3(3, -2, 5), Vec3(0.3, 0, 0));
-  linked.push(bodies.rigid, 1, Vec3(-0.2, 0.2, 0), Vec3(1, 40, -7), Vec3::Zero());
+  linked.push(bodies.rigid, 0, wrench_of(Vec3(0.1, 0.2, -0.1), Vec3(3, -2, 5)));
+  linked.push(bodies.rigid, 1, wrench_of(Vec3(-0.2, 0.2, 0), Vec3(1, 40, -7)));
   EXPECT_GT((bodies.rigid.state[2].velocity - before).norm(), 0.01);
   linked.finish(bodies.rigid);
   EXPECT_GT(context.joints.stabilize(bodies.rigid), 0.1);

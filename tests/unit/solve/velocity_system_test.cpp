@@ -5,6 +5,7 @@
 
 #include "tests/support/margin.h"
 #include "tests/support/random_state.h"
+#include <Eigen/LU>
 #include <gtest/gtest.h>
 
 #include "sim/solve/conjugate_gradient.h"
@@ -264,6 +265,99 @@ TEST(ConstrainedSystemOfAllKinds, IsSymmetricAndPositiveSemidefinite) {
   VelocitySystem::subtract(twice, once, difference);
   test::expect_below(std::sqrt(P.inner(difference, difference) / P.inner(once, once)), 1e-6,
                      "|P P u - P u| / |P u|");
+}
+
+// Of a soft box that slides over a rigid one, both free.
+TEST(FrictionOfTheProjection, GivesTheHostWhatItTakesFromTheGuest) {
+  scene::Scene scene = test::free_space();
+  test::add_box(scene, "host", Vec3(0, -0.5, 0), Vec3(2, 1, 2), 50).friction = 0.4;
+  test::add_soft_box(scene, "guest", Vec3(0.2, 0.5, 0), Vec3(1, 1, 1), 2).placement.velocity =
+      Vec3(1, -0.5, 0.3);
+  Simulation simulation(scene, test::plan(scene));
+  World& world = simulation.world();
+  for (int i = 0; i < 5; ++i) step(world, i * 1e-3, 1e-3);
+  ContactProjection projection;
+  projection.build(world.bodies, world.context.contacts, world.context.graph, 1);
+  GeneralizedVelocity v;
+  to_generalized(world.bodies, v);
+  for (std::vector<Vec3>* part : {&v.particle, &v.linear, &v.angular})
+    for (Vec3& value : *part) value.setZero();
+  projection.choose(v, v);  // all
+  projection.add_friction(v);
+  const Bodies& bodies = world.bodies;
+  Vec3 linear = Vec3::Zero(), angular = Vec3::Zero();
+  for (std::size_t p = 0; p < bodies.particles.size(); ++p) {
+    linear += bodies.particles.mass[p] * v.particle[p];
+    angular += bodies.particles.x[p].cross(bodies.particles.mass[p] * v.particle[p]);
+  }
+  const double given = linear.norm(), turned = angular.norm();
+  EXPECT_LT(linear.x(), 0);  // against the sliding
+  const RigidState& host = bodies.rigid.state[0];
+  const Vec3 impulse = bodies.rigid.properties[0].mass * v.linear[0];
+  linear += impulse;
+  angular += host.pose.position.cross(impulse) + host.inverse_inertia.inverse() * v.angular[0];
+  test::expect_below(linear.norm() / given, 1e-13, "momentum, relative");
+  test::expect_below(angular.norm() / turned, 1e-12, "angular momentum, relative");
+}
+
+// A soft box and a rigid one on two light plates that are jointed to each other and to a post: impulses on
+// the plates keep their joints, so that these are put right once, before the sweeps.
+TEST(ConstrainedSystemOfLinkedBodies, IsSymmetricAndKeepsTheJoints) {
+  scene::Scene scene = test::free_space();
+  scene.gravity = Vec3(0, -9.8, 0);
+  scene::RigidBody& post = test::add_box(scene, "post", Vec3(-1.5, 0, 0), Vec3(0.9, 0.2, 1), 1);
+  post.mass.reset();
+  post.is_static = true;
+  test::add_box(scene, "near", Vec3(-0.5, 0, 0), Vec3(0.9, 0.2, 1), 2);
+  test::add_box(scene, "far", Vec3(0.5, 0, 0), Vec3(0.9, 0.2, 1), 1);
+  const auto join = [&](const std::string& parent, const std::string& child, double x) {
+    scene::Joint joint;
+    joint.name = parent + "-" + child;
+    joint.type = scene::JointType::hinge;
+    joint.parent = parent;
+    joint.child = child;
+    joint.world.position = Vec3(x, 0, 0);
+    joint.world.axis = Vec3::UnitZ();
+    scene.joints.push_back(joint);
+  };
+  join("post", "near", -1);
+  join("near", "far", 0);
+  test::add_soft_box(scene, "soft", Vec3(0.1, 0.5, 0), Vec3(0.8, 0.8, 0.8), 2);
+  test::add_box(scene, "load", Vec3(-0.6, 0.3, 0), Vec3(0.4, 0.4, 0.4), 100);
+  Simulation simulation(scene, test::plan(scene));
+  World& world = simulation.world();
+  for (int i = 0; i < 10; ++i) step(world, i * 1e-3, 1e-3);
+  StepContext& context = world.context;
+  for (ContactPoint& contact : context.contacts.points) update_geometry(world.bodies, contact);
+  context.linked.outdate();
+  const LinkedBodies* linked = context.linked.prepare(world.bodies, context.joints, context.contacts);
+  ASSERT_TRUE(linked && linked->is_complete());
+  context.joints.prepare_projection(world.bodies.rigid);
+  ContactProjection projection;
+  std::vector<Vec3> force;
+  std::vector<Mat3> inertia;
+  double asymmetry = 0, most_kept = 0, off = 0;
+  for (const int sweeps : {1, 3}) {
+    projection.build(world.bodies, context.contacts, context.graph, sweeps, nullptr, linked);
+    projection.add_joints(context.joints);
+    const VelocitySystem P(world.bodies, 1e-3, false, &projection, force, inertia);
+    for (unsigned seed = 1; seed < 4; ++seed) {
+      const GeneralizedVelocity u = random_velocity(world.bodies, seed),
+                                v = random_velocity(world.bodies, seed + 50);
+      GeneralizedVelocity Pu = u, Pv = v;
+      P.project(Pu);
+      P.project(Pv);
+      asymmetry = std::max(asymmetry, std::abs(P.inner(u, Pv) - P.inner(v, Pu)) / P.inner(u, u));
+      most_kept = std::max(most_kept, P.inner(Pu, Pu) / P.inner(u, u));
+      std::vector<Vec3> linear = Pu.linear, angular = Pu.angular;
+      context.joints.project(world.bodies.rigid, linear, angular);
+      for (std::size_t i = 0; i < linear.size(); ++i)
+        off = std::max({off, (linear[i] - Pu.linear[i]).norm(), (angular[i] - Pu.angular[i]).norm()});
+    }
+  }
+  test::expect_below(asymmetry, 1e-12, "asymmetry, relative");
+  test::expect_below(most_kept, 0.999, "largest <P u, P u> / <u, u>");
+  test::expect_below(off, 1e-12, "what the joints lack, m/s or rad/s");
 }
 
 }  // namespace
