@@ -57,11 +57,15 @@ void check_surfaces_apart(const Bodies& bodies) {
   }
 }
 
+std::size_t body_of(const Bodies& bodies, int particle) {
+  const auto found = std::find_if(
+      bodies.deformable.begin(), bodies.deformable.end(),
+      [&](const DeformableBody& body) { return particle < body.first_particle + body.particle_count; });
+  return static_cast<std::size_t>(found - bodies.deformable.begin());
+}
+
 const std::string& body_name(const Bodies& bodies, int particle) {
-  return std::find_if(
-             bodies.deformable.begin(), bodies.deformable.end(),
-             [&](const DeformableBody& body) { return particle < body.first_particle + body.particle_count; })
-      ->name;
+  return bodies.deformable[body_of(bodies, particle)].name;
 }
 
 }  // namespace duet

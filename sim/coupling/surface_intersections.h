@@ -17,6 +17,8 @@ std::vector<std::array<int, 2>> self_intersections(const Bodies& bodies);
 // rounding leaves no side to keep them on.
 void check_surfaces_apart(const Bodies& bodies);
 
-const std::string& body_name(const Bodies& bodies, int particle);  // of the deformable body it belongs to
+// The deformable body that a particle belongs to.
+std::size_t body_of(const Bodies& bodies, int particle);
+const std::string& body_name(const Bodies& bodies, int particle);
 
 }  // namespace duet

@@ -227,6 +227,7 @@ StepSettings step_settings(const Solver& solver) {
   settings.projection_sweeps = solver.projection_iterations;
   settings.contact_reduction = solver.contact_reduction;
   settings.second_order_orientation = solver.orientation == OrientationUpdate::second_order;
+  settings.keep_spin = solver.keep_spin;
   settings.collision.iterations = solver.collision_iterations;
   settings.collision.second_order = settings.second_order_orientation;
   settings.contact.iterations = solver.contact_iterations;

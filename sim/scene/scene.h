@@ -322,6 +322,7 @@ struct Solver {
   int face_samples = 4;  // lattice order of extra contact points on deformable faces; 0: vertices only
   bool contact_reduction = true;  // of rigid flat faces, to the points that carry them
   OrientationUpdate orientation = OrientationUpdate::second_order;
+  bool keep_spin = true;  // of deformable bodies that nothing touches
 };
 
 struct Camera {

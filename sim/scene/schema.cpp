@@ -371,6 +371,8 @@ std::vector<Key> keys(Solver& solver) {
        "flat faces of rigid bodies touch with the points that carry them instead of all their samples"},
       {"orientation", choice(solver.orientation, {"first_order", "second_order"}), "", any,
        "how rigid orientations are advanced"},
+      {"keep_spin", &solver.keep_spin, "", any,
+       "whether deformable bodies that nothing touches are kept from losing spin as their particles move"},
   };
 }
 

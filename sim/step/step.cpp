@@ -9,6 +9,7 @@ void step(World& world, double time, double dt) {
   context.dt = dt;
   const bool joints = world.has(Effect::articulation);
   const bool contact = world.touches(), collision = world.meets();
+  const bool spin = world.settings.keep_spin && world.has_internal_forces();
   const auto run = [&](Stage stage, void (*work)(World&, StepContext&)) {
     world.ledger.begin_stage(world, stage);
     world.clock.time(stage, [&] { work(world, context); });
@@ -39,6 +40,7 @@ void step(World& world, double time, double dt) {
   if (world.has(Effect::self_collision)) run(Stage::self_collision, collide_surfaces);
   // V    v^^n -> v^{n+1}
   if (world.has(Effect::self_repulsion)) run(Stage::velocity_repulsion, find_repulsions);
+  if (spin) find_untouched(world, context);
   const auto constrain = [&] {
     if (contact || joints) run(Stage::velocity_contact, apply_velocity_contact);
     if (world.has(Effect::self_repulsion)) run(Stage::velocity_repulsion, apply_velocity_repulsions);
@@ -48,9 +50,11 @@ void step(World& world, double time, double dt) {
     constrain();
     run(Stage::constrained_solve, solve_damping);
     if (world.has(Effect::incompressibility)) run(Stage::make_incompressible, make_incompressible);
+    if (spin) keep_spin(world, context);
   } else {
     run(Stage::constrained_solve, constrained_solve);
     if (world.has(Effect::incompressibility)) run(Stage::make_incompressible, make_incompressible);
+    if (spin) keep_spin(world, context);
     constrain();
   }
   end_step(world);

@@ -57,9 +57,12 @@ void collide_surfaces(World& world, StepContext& context);   //       x^{n+1} wi
 void find_repulsions(World& world, StepContext& context);    //       at x^{n+1}
 void constrained_solve(World& world, StepContext& context);  // V.2-3 v^^n -> v_**^{n+1}
 // Where constraints come first (section 7.2, for very large piles), in place of constrained_solve:
-void apply_explicit_forces(World& world, StepContext& context);      // V.2   v^^n -> v_*, before V.4
-void solve_damping(World& world, StepContext& context);              //       after V.4, under its contacts
-void make_incompressible(World& world, StepContext& context);        // V.1   of v_**^{n+1}
+void apply_explicit_forces(World& world, StepContext& context);  // V.2   v^^n -> v_*, before V.4
+void solve_damping(World& world, StepContext& context);          //       after V.4, under its contacts
+void make_incompressible(World& world, StepContext& context);    // V.1   of v_**^{n+1}
+// Of deformable bodies that nothing touches in this step, so that what they gain is from moving positions:
+void find_untouched(World& world, StepContext& context);             //       before step V
+void keep_spin(World& world, StepContext& context);                  //       v_**^{n+1}, turned back by that
 void apply_velocity_contact(World& world, StepContext& context);     // V.4   v_**^{n+1} -> v^{n+1}
 void apply_velocity_repulsions(World& world, StepContext& context);  //       between deformable surfaces
 

@@ -34,6 +34,7 @@ struct StepSettings {
   int projection_sweeps = 2;
   bool constraints_first = false;  // in step V, before the solve instead of after it
   bool second_order_orientation = true;
+  bool keep_spin = true;  // of deformable bodies that nothing touches, as positions move
   bool contact_reduction = true;
   PushOutSettings push_out;  // without rigid_pairs, these are separated at all their contacts
   CollisionSettings collision;
@@ -96,7 +97,8 @@ struct StepContext {
   GeneralizedVelocity right_side, solution, residual, direction, image;
   GeneralizedVelocity imbalance, unconstrained, correction;  // of Newton's method
   std::vector<Vec3> elastic_change;                          // m/s, of an implicit I.1
-  bool balanced = true;                                      // whether it has converged
+  std::vector<char> untouched;  // of deformable bodies: nothing but their own forces and gravity moves them
+  bool balanced = true;         // whether it has converged
   std::vector<Mat3> inertia;
 };
 

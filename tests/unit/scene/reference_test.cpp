@@ -285,6 +285,7 @@ face_samples = 1
 deformable_collision = false
 contact_reduction = false
 orientation = "first_order"
+keep_spin = false
 
 [camera]
 position = [5, 5, 5]

@@ -1,0 +1,105 @@
+// Deformable bodies that nothing touches keep their angular momentum to rounding; others are left alone.
+#include <functional>
+
+#include "tests/support/margin.h"
+#include "tests/support/scenes.h"
+#include <gtest/gtest.h>
+
+#include "sim/step/step.h"
+
+namespace duet {
+namespace {
+
+using test::add_soft_box;
+using test::expect_above;
+using test::expect_below;
+
+Vec3 spin_of(const Simulation& simulation) {  // of one body, about its centre of mass
+  const Particles& particles = simulation.world().bodies.particles;
+  double mass = 0;
+  Vec3 centre = Vec3::Zero();
+  for (std::size_t p = 0; p < particles.size(); ++p) {
+    mass += particles.mass[p];
+    centre += particles.mass[p] * particles.x[p];
+  }
+  const Momentum total = momentum(simulation.world().bodies);
+  return total.angular - (centre / mass).cross(total.linear);
+}
+
+// What 12 frames take from the spin of a body that tumbles, flies and falls.
+double lost(scene::Scene scene) {
+  scene.gravity = Vec3(0, -9.8, 0);
+  scene.deformable[0].placement.velocity = Vec3(3, 5, -1);
+  scene.deformable[0].placement.angular_velocity = Vec3(1, 5, 2);
+  Simulation simulation(scene, test::plan(scene));
+  const Vec3 before = spin_of(simulation);
+  for (int frame = 0; frame < 12; ++frame) simulation.advance_frame();
+  return (spin_of(simulation) - before).norm() / before.norm();
+}
+
+scene::Scene one(scene::DeformableKind kind) {
+  scene::Scene scene = test::free_space();
+  scene::DeformableBody& body = add_soft_box(scene, "soft", Vec3::Zero(), Vec3(1, 1, 1), 3, 1e5);
+  scene.materials[0].damping = 0.02;
+  body.shape.kind = kind;
+  return scene;
+}
+
+TEST(KeepSpin, HoldsForVolumesDampedOrNot) {
+  scene::Scene scene = one(scene::DeformableKind::box);
+  expect_below(lost(scene), 1e-12, "damped");
+  scene.materials[0].damping = 0;
+  expect_below(lost(scene), 1e-12, "undamped");
+  scene.solver.keep_spin = false;
+  expect_above(lost(scene), 1e-5, "undamped and left to itself");
+}
+
+// A rod cannot turn about the line that it lies on, and gives nothing to divide by there.
+TEST(KeepSpin, HoldsForARodOnALine) {
+  scene::Scene scene = one(scene::DeformableKind::rod);
+  scene.deformable[0].shape.points = {Vec3(-0.5, 0, 0), Vec3(0.5, 0, 0)};
+  scene.deformable[0].shape.segments = 8;
+  scene.deformable[0].thickness = 0.02;
+  expect_below(lost(scene), 1e-12, "a rod");
+}
+
+// Whether 12 frames are the same with keep_spin and without.
+bool leaves_alone(scene::Scene scene) {
+  Simulation with(scene, test::plan(scene));
+  scene.solver.keep_spin = false;
+  Simulation without(scene, test::plan(scene));
+  for (int frame = 0; frame < 12; ++frame) {
+    with.advance_frame();
+    without.advance_frame();
+  }
+  return with.stats().hash == without.stats().hash;
+}
+
+TEST(KeepSpin, LeavesAloneWhatIsTouchedHeldOrTied) {
+  scene::Scene scene = test::on_ground(0.4);
+  scene::DeformableBody& body = add_soft_box(scene, "soft", Vec3(0, 0.499, 0), Vec3(1, 1, 1), 2, 1e5);
+  body.placement.velocity = Vec3(1, 0, 0);
+  EXPECT_TRUE(leaves_alone(scene)) << "sliding on the ground";
+
+  scene.ground.reset();
+  body.placement.angular_velocity = Vec3(0, 2, 1);
+  EXPECT_FALSE(leaves_alone(scene)) << "in free fall";
+
+  scene::Scene pinned = scene;
+  scene::Pin pin;
+  pin.from = Vec3(-0.5, -0.5, -0.5);
+  pin.radius = 0.1;
+  pinned.deformable[0].pins.push_back(pin);
+  EXPECT_TRUE(leaves_alone(pinned)) << "held";
+
+  test::add_box(scene, "bone", Vec3(0, 0.5, 0), Vec3(0.6, 0.6, 0.6), 100);
+  scene.deformable[0].attach = {"bone"};
+  scene.deformable[0].shape.cells = Vec3i::Constant(4);
+  scene.deformable[0].attach_springs.emplace();
+  EXPECT_TRUE(leaves_alone(scene)) << "tied by springs";
+  scene.deformable[0].attach_springs.reset();
+  EXPECT_TRUE(leaves_alone(scene)) << "bound";
+}
+
+}  // namespace
+}  // namespace duet
