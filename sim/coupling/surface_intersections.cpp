@@ -49,8 +49,7 @@ void check_surfaces_apart(const Bodies& bodies) {
          "touch or intersect, in so many pairs of triangles");
   CollisionCandidates candidates;
   candidates.update(surface, x, x);
-  for (const int k : candidates.near()) {
-    const CandidatePair& pair = candidates.pairs()[as_index(k)];
+  for (const CandidatePair& pair : candidates.near()) {
     const double distance = closest_points(pair.kind, corners(pair.particle, x)).difference.norm();
     if (distance < least_gap * pair.thickness)
       fail(bodies, pair.particle[0], pair.particle[3], distance, "touch");

@@ -62,16 +62,14 @@ bool push_apart(const CandidatePair& pair, const PairImpact& hit, const std::vec
 template <class Filter>
 void SelfCollision::find_impacts(const CollisionCandidates& candidates, const std::vector<Vec3>& start,
                                  const std::vector<Vec3>& end, Filter&& concerned) {
-  const std::vector<CandidatePair>& pairs = candidates.pairs();
-  const std::vector<int>& near = candidates.near();
+  const std::vector<CandidatePair>& near = candidates.near();
   const std::size_t chunks = (near.size() + grain - 1) / grain;
   if (chunks_.size() < chunks) chunks_.resize(chunks);
   parallel_for(near.size(), grain, [&](std::size_t begin, std::size_t stop) {
     std::vector<int>& found = chunks_[begin / grain].impacts;
     found.clear();
     for (std::size_t i = begin; i < stop; ++i) {
-      const CandidatePair& pair = pairs[as_index(near[i])];
-      if (concerned(pair) && impact_of(pair, start, end)) found.push_back(near[i]);
+      if (concerned(near[i]) && impact_of(near[i], start, end)) found.push_back(static_cast<int>(i));
     }
   });
   impacts_.clear();
@@ -86,7 +84,7 @@ SelfCollision::Outcome SelfCollision::resolve(const CollisionSurface& surface, c
   moved_.assign(start.size(), 1);
   for (int round = 0; round < most_rounds; ++round) {
     candidates.update(surface, start, end);
-    const std::vector<CandidatePair>& pairs = candidates.pairs();
+    const std::vector<CandidatePair>& near = candidates.near();
     find_impacts(candidates, start, end, [&](const CandidatePair& pair) {
       return std::any_of(pair.particle.begin(), pair.particle.end(),
                          [&](int p) { return moved_[as_index(p)] != 0; });
@@ -94,7 +92,7 @@ SelfCollision::Outcome SelfCollision::resolve(const CollisionSurface& surface, c
     if (impacts_.empty()) return outcome;
     moves_.assign(start.size(), 0);
     for (const int k : impacts_) {
-      const CandidatePair& pair = pairs[as_index(k)];
+      const CandidatePair& pair = near[as_index(k)];
       for (int p : pair.particle) moves_[as_index(p)] = 1;
       if (const auto hit = impact_of(pair, start, end))  // impulses before may have dealt with it
         outcome.impulses += push_apart(pair, *hit, inverse_mass, end);
@@ -105,14 +103,14 @@ SelfCollision::Outcome SelfCollision::resolve(const CollisionSurface& surface, c
   zones_.clear(start.size());
   while (true) {
     candidates.update(surface, start, end);
-    const std::vector<CandidatePair>& pairs = candidates.pairs();
+    const std::vector<CandidatePair>& near = candidates.near();
     find_impacts(candidates, start, end,
                  [&](const CandidatePair& pair) { return !zones_.together(pair.particle); });
     outcome.zone_particles = zones_.particle_count();
     if (impacts_.empty()) return outcome;
-    for (const int k : impacts_) zones_.join(pairs[as_index(k)].particle);
+    for (const int k : impacts_) zones_.join(near[as_index(k)].particle);
     if (!zones_.move(start, inverse_mass, end)) {
-      outcome.unresolved = pairs[as_index(impacts_.front())].particle;
+      outcome.unresolved = near[as_index(impacts_.front())].particle;
       return outcome;
     }
   }

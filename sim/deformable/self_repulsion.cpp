@@ -79,14 +79,14 @@ void apply_impulse(const RepulsionPair& pair, const Vec3& impulse, const std::ve
 
 void SelfRepulsion::find(const CollisionCandidates& candidates, const std::vector<Vec3>& x,
                          const std::vector<double>& inverse_mass) {
-  const std::vector<int>& near = candidates.near();
+  const std::vector<CandidatePair>& near = candidates.near();
   const std::size_t chunks = (near.size() + grain - 1) / grain;
   if (chunks_.size() < chunks) chunks_.resize(chunks);
   parallel_for(near.size(), grain, [&](std::size_t begin, std::size_t end) {
     std::vector<RepulsionPair>& found = chunks_[begin / grain].pairs;
     found.clear();
     for (std::size_t c = begin; c < end; ++c) {
-      const CandidatePair& candidate = candidates.pairs()[as_index(near[c])];
+      const CandidatePair& candidate = near[c];
       const double range = repulsion_range * candidate.thickness;
       const FourPoints at = corners(candidate.particle, x);
       if (!candidate.repels || farther_than(range, candidate.kind, at)) continue;

@@ -62,6 +62,15 @@ std::vector<Vec3> positions(const Sheets& sheets, double time) {
   return x;
 }
 
+// The pairs that are near at `x`, in their order.
+std::vector<Name> near_at(const CollisionCandidates& candidates, const std::vector<Vec3>& x) {
+  std::vector<Name> names;
+  for (const CandidatePair& pair : candidates.near())
+    if (closest_points(pair.kind, corners(pair.particle, x)).difference.norm() < repulsion_range * thickness)
+      names.push_back(name_of(pair.kind, pair.particle));
+  return names;
+}
+
 struct Watched {
   std::size_t near = 0, pairs = 0, meetings = 0;
 };
@@ -70,16 +79,16 @@ struct Watched {
 void watch(const CollisionSurface& surface, const std::vector<Vec3>& start, const std::vector<Vec3>& end,
            CollisionCandidates& candidates, Watched& watched) {
   candidates.update(surface, start, end);
-  ASSERT_TRUE(std::is_sorted(candidates.near().begin(), candidates.near().end()));
   std::set<Name> awake;
-  for (const int k : candidates.near()) {
-    const CandidatePair& pair = candidates.pairs()[static_cast<std::size_t>(k)];
-    awake.insert(name_of(pair.kind, pair.particle));
-  }
+  for (const CandidatePair& pair : candidates.near())
+    ASSERT_TRUE(awake.insert(name_of(pair.kind, pair.particle)).second) << "no pair is there twice";
   const std::set<Name> expected = all_near(surface, start, end);
   ASSERT_TRUE(std::includes(awake.begin(), awake.end(), expected.begin(), expected.end()));
+  CollisionCandidates fresh;
+  fresh.update(surface, start, end);
+  ASSERT_EQ(near_at(candidates, start), near_at(fresh, start)) << "whatever was known before";
   watched.near += awake.size();
-  watched.pairs += candidates.pairs().size();
+  watched.pairs += candidates.kept();
   watched.meetings += expected.size();
 }
 
