@@ -53,9 +53,9 @@ class PushOutSystem {
     int row = 0;
     bool reversed = false;  // the guest is central
   };
-  struct Block {             // one central body
-    int begin = 0, end = 0;  // range of outers
-    Eigen::LDLT<Mat6> system;
+  struct Block {                                 // one central body
+    int begin = 0, end = 0;                      // range of outers
+    Eigen::LDLT<Mat6> system{Mat6::Identity()};  // as a default one has no state that could be copied
   };
 
   int body_slot(int body);
