@@ -57,9 +57,9 @@ void check_surfaces_apart(const Bodies& bodies) {
 }
 
 std::size_t body_of(const Bodies& bodies, int particle) {
-  const auto found = std::find_if(
+  const auto found = std::partition_point(
       bodies.deformable.begin(), bodies.deformable.end(),
-      [&](const DeformableBody& body) { return particle < body.first_particle + body.particle_count; });
+      [&](const DeformableBody& body) { return particle >= body.first_particle + body.particle_count; });
   return static_cast<std::size_t>(found - bodies.deformable.begin());
 }
 

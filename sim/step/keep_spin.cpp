@@ -7,7 +7,6 @@
 namespace duet {
 namespace {
 
-// The particles that have mass, all of the body's.
 template <class Work>
 void for_each_particle(const DeformableBody& body, Work&& work) {
   const auto first = static_cast<std::size_t>(body.first_particle);
