@@ -18,6 +18,7 @@ namespace duet {
 class BlockSums {
  public:
   static constexpr std::size_t batches_of_block = 32;
+  static constexpr std::size_t most_corners = 4;  // of an element
   // Where the block of a batch has the sums of what lies in each lane.
   using Slot = std::array<std::uint16_t, pack_width>;
 
@@ -42,6 +43,15 @@ class BlockSums {
     for (std::size_t lane = 0; lane < pack_width; ++lane) sums[rows * slot[lane]] += values[lane];
   }
 
+  // fill() for what is made of `values` of the particles: calls add(index of a batch, rows, sums), where
+  // `rows` has the values at the batch's slots, for gather(). They are sought in memory once a block instead
+  // of once a corner.
+  template <class Add>
+  void fill_from(const std::vector<Vec3>& values, Add&& add);
+  static PackVector gather(const Quad* rows, const Slot& slot) {
+    return load_rows([&](std::size_t lane) { return rows[slot[lane]]; });
+  }
+
   // Calls work(particle, its sums over all blocks: an array of `rows` Quads) in parallel, for the particles
   // that have elements.
   template <std::size_t rows = 1, class Work>
@@ -55,16 +65,18 @@ class BlockSums {
 
  private:
   std::size_t batches_ = 0;
-  std::vector<std::size_t> first_;    // sum of every block, and one past the last
-  std::vector<std::uint32_t> start_;  // of every particle's entries in the next, and one past the last
-  std::vector<std::uint32_t> sum_;    // the blocks' sums by particle
+  std::vector<std::size_t> first_;       // sum of every block, and one past the last
+  std::vector<std::uint32_t> particle_;  // of every sum of the blocks
+  std::vector<std::uint32_t> start_;     // of every particle's entries in the next, and one past the last
+  std::vector<std::uint32_t> sum_;       // the blocks' sums by particle
   std::vector<Quad> values_;
 };
 
 template <class Batch>
 void BlockSums::build(std::vector<Batch>& batches, std::size_t particle_count) {
   batches_ = batches.size();
-  std::vector<int> particles, here;  // of all blocks' sums; of one block's
+  std::vector<int> here;  // the particles of one block's sums
+  particle_.clear();
   first_.assign(1, 0);
   for (std::size_t begin = 0; begin < batches.size(); begin += batches_of_block) {
     const auto block = std::span(batches).subspan(begin, std::min(batches_of_block, batches.size() - begin));
@@ -78,17 +90,17 @@ void BlockSums::build(std::vector<Batch>& batches, std::size_t particle_count) {
         for (std::size_t lane = 0; lane < pack_width; ++lane)
           batch.slot[i][lane] = static_cast<std::uint16_t>(
               std::lower_bound(here.begin(), here.end(), batch.particle[i][lane]) - here.begin());
-    particles.insert(particles.end(), here.begin(), here.end());
-    first_.push_back(particles.size());
+    particle_.insert(particle_.end(), here.begin(), here.end());
+    first_.push_back(particle_.size());
   }
   start_.assign(particle_count + 1, 0);
-  for (const int p : particles) ++start_[static_cast<std::size_t>(p) + 1];
+  for (const std::uint32_t p : particle_) ++start_[p + std::size_t{1}];
   for (std::size_t p = 0; p < particle_count; ++p) start_[p + 1] += start_[p];
-  sum_.resize(particles.size());
+  sum_.resize(particle_.size());
   std::vector<std::uint32_t> next = start_;
-  for (std::size_t k = 0; k < particles.size(); ++k)
-    sum_[next[static_cast<std::size_t>(particles[k])]++] = static_cast<std::uint32_t>(k);
-  values_.resize(particles.size());
+  for (std::size_t k = 0; k < particle_.size(); ++k)
+    sum_[next[particle_[k]]++] = static_cast<std::uint32_t>(k);
+  values_.resize(particle_.size());
 }
 
 template <std::size_t rows, class Add>
@@ -99,6 +111,21 @@ void BlockSums::fill(Add&& add) {
     Quad* sums = values_.data() + rows * first_[block];
     std::fill(sums, values_.data() + rows * first_[block + 1], Quad{});
     for (std::size_t b = begin; b < end; ++b) add(b, sums);
+  });
+}
+
+template <class Add>
+void BlockSums::fill_from(const std::vector<Vec3>& values, Add&& add) {
+  parallel_for(batches_, batches_of_block, [&](std::size_t begin, std::size_t end) {
+    const std::size_t first = first_[begin / batches_of_block], last = first_[begin / batches_of_block + 1];
+    Quad* sums = values_.data() + first;
+    std::fill(sums, values_.data() + last, Quad{});
+    Quad rows[most_corners * batches_of_block * pack_width];
+    for (std::size_t k = first; k < last; ++k) {
+      const Vec3& value = values[particle_[k]];
+      rows[k - first] = Quad{value[0], value[1], value[2], 0};
+    }
+    for (std::size_t b = begin; b < end; ++b) add(b, rows, sums);
   });
 }
 

@@ -58,6 +58,20 @@ Pack volume_share(const Matrix3<Pack>& F) {
   return select(share < Pack{} + 1.0, share, Pack{} + 1.0);
 }
 
+// F for positions, its rate for velocities: D_s D_m^-1, of value(corner).
+template <class Value>
+Matrix3<Pack> gradient_of(const Matrix3<Pack>& inverse_rest, Value&& value) {
+  const PackVector origin = value(0);
+  Matrix3<Pack> edges;
+  for (int k = 0; k < 3; ++k) {
+    const PackVector edge = value(as_index(k + 1)) - origin;
+    edges[0][k] = edge.x;
+    edges[1][k] = edge.y;
+    edges[2][k] = edge.z;
+  }
+  return edges * inverse_rest;
+}
+
 PackVector product(const Matrix3<Pack>& A, const PackVector& v) {
   return {A[0][0] * v.x + A[0][1] * v.y + A[0][2] * v.z, A[1][0] * v.x + A[1][1] * v.y + A[1][2] * v.z,
           A[2][0] * v.x + A[2][1] * v.y + A[2][2] * v.z};
@@ -174,17 +188,13 @@ void FiniteElements::fill_lane(std::size_t number, std::size_t t, bool pads,
   scatter_.back().largest[lane] = scatter.largest;
 }
 
-// F for positions, its rate for velocities: D_s(values) D_m^-1.
 Matrix3<Pack> FiniteElements::gradient(const Batch& batch, const std::vector<Vec3>& values) const {
-  const PackVector origin = gather(values, batch.particle[0]);
-  Matrix3<Pack> edges;
-  for (int k = 0; k < 3; ++k) {
-    const PackVector end = gather(values, batch.particle[as_index(k + 1)]);
-    edges[0][k] = end.x - origin.x;
-    edges[1][k] = end.y - origin.y;
-    edges[2][k] = end.z - origin.z;
-  }
-  return edges * batch.inverse_rest;
+  return gradient_of(batch.inverse_rest, [&](std::size_t i) { return gather(values, batch.particle[i]); });
+}
+
+Matrix3<Pack> FiniteElements::gradient(const Batch& batch, const Quad* rows) const {
+  return gradient_of(batch.inverse_rest,
+                     [&](std::size_t i) { return BlockSums::gather(rows, batch.slot[i]); });
 }
 
 // H = -V P D_m^-T holds the forces on particles 1 to 3 in its columns; particle 0 gets the opposite of their
@@ -197,13 +207,6 @@ void FiniteElements::spread_forces(const Batch& batch, const Matrix3<Pack>& stre
   force[0] = {-(force[1].x + force[2].x + force[3].x), -(force[1].y + force[2].y + force[3].y),
               -(force[1].z + force[2].z + force[3].z)};
   for (std::size_t i = 0; i < corners; ++i) BlockSums::spread(batch.slot[i], force[i], fourth, sums);
-}
-
-// `stress_of(index of a batch)` is P.
-template <class Stress>
-void FiniteElements::add_forces(std::vector<Vec3>& totals, Stress&& stress_of) {
-  sums_.fill([&](std::size_t b, Quad* sums) { spread_forces(batches_[b], stress_of(b), Pack{}, sums); });
-  sums_.add_to(totals);
 }
 
 // Of the elements of a batch, as far as they are to bound the step; chooses what damps the others.
@@ -237,9 +240,9 @@ Pack FiniteElements::squared_frequency(Model, std::size_t b, const Matrix3<Pack>
 
 void FiniteElements::add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>& force) {
   if (tets_.empty()) return;
-  sums_.fill([&](std::size_t b, Quad* sums) {
+  sums_.fill_from(x, [&](std::size_t b, const Quad* rows, Quad* sums) {
     const Batch& batch = batches_[b];
-    const Matrix3<Pack> F = deformation_[b] = gradient(batch, x);
+    const Matrix3<Pack> F = deformation_[b] = gradient(batch, rows);
     const Moduli here = moduli(b);
     const Pack &mu = here.mu, &lambda = here.lambda;
     with_model(model(b), [&]<class Model>(Model) {
@@ -254,22 +257,23 @@ void FiniteElements::add_elastic_forces(const std::vector<Vec3>& x, std::vector<
   max_squared_frequency_ = *std::max_element(particle_frequency_.begin(), particle_frequency_.end());
 }
 
+Matrix3<Pack> FiniteElements::damping_stress(std::size_t b, const Matrix3<Pack>& Fdot) const {
+  const Matrix3<Pack>& F = deformation_[b];
+  const Moduli here = moduli(b);
+  const Pack &mu = here.mu, &lambda = here.lambda;
+  const Pack damping = Pack{} + (material_of_batch(b).moduli.damping + added_damping_);
+  // Steps as long as frames: what damps stretched elements more smooths the way out of a tangle.
+  if (added_damping_ > 0) return viscous_stress<Pack>(mu, volume_share(F) * lambda, damping, F, Fdot);
+  const Matrix3<Pack> stress = viscous_stress<Pack>(mu, lambda, damping / excess_damping(F), F, Fdot);
+  if (!is_damped_[b]) return stress;
+  return stress + compression_damping_[b] * (NeoHookean::compression_stiffness(mu, lambda, F) * Fdot);
+}
+
 void FiniteElements::add_damping_forces(const std::vector<Vec3>& v, std::vector<Vec3>& force) {
-  add_forces(force, [&](std::size_t b) {
-    const Batch& batch = batches_[b];
-    const Moduli here = moduli(b);
-    const Pack &mu = here.mu, &lambda = here.lambda;
-    const Matrix3<Pack>& F = deformation_[b];
-    const Pack damping = Pack{} + (material_of_batch(b).moduli.damping + added_damping_);
-    if (added_damping_ == 0) {
-      const Matrix3<Pack> Fdot = gradient(batch, v);
-      const Matrix3<Pack> stress = viscous_stress<Pack>(mu, lambda, damping / excess_damping(F), F, Fdot);
-      if (!is_damped_[b]) return stress;
-      return stress + compression_damping_[b] * (NeoHookean::compression_stiffness(mu, lambda, F) * Fdot);
-    }
-    // Steps as long as frames: what damps stretched elements more smooths the way out of a tangle.
-    return viscous_stress<Pack>(mu, volume_share(F) * lambda, damping, F, gradient(batch, v));
+  sums_.fill_from(v, [&](std::size_t b, const Quad* rows, Quad* sums) {
+    spread_forces(batches_[b], damping_stress(b, gradient(batches_[b], rows)), Pack{}, sums);
   });
+  sums_.add_to(force);
   parallel_for(drag_.size(), particle_grain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t p = begin; p < end; ++p) force[p] -= drag_[p] * v[p];
   });
@@ -328,7 +332,10 @@ void FiniteElements::linearize() {
 }
 
 void FiniteElements::add_force_differentials(const std::vector<Vec3>& dx, std::vector<Vec3>& force) {
-  add_forces(force, [&](std::size_t b) { return differential_[b] * gradient(batches_[b], dx); });
+  sums_.fill_from(dx, [&](std::size_t b, const Quad* rows, Quad* sums) {
+    spread_forces(batches_[b], differential_[b] * gradient(batches_[b], rows), Pack{}, sums);
+  });
+  sums_.add_to(force);
 }
 
 double FiniteElements::energy(const std::vector<Vec3>& x) const {

@@ -109,13 +109,14 @@ class FiniteElements {
   MaterialModel model(std::size_t batch) const { return material_of_batch(batch).model; }
   GradientScatter<double> scatter(std::size_t tet, const std::vector<double>& mass) const;
   void fill_lane(std::size_t number, std::size_t tet, bool pads, const GradientScatter<double>& scatter);
+  // F for positions, its rate for velocities: of all particles, or at the batch's slots.
   Matrix3<Pack> gradient(const Batch& batch, const std::vector<Vec3>& values) const;
+  Matrix3<Pack> gradient(const Batch& batch, const Quad* rows) const;
   void spread_damping(std::size_t batch, Quad* sums) const;
   void spread_forces(const Batch& batch, const Matrix3<Pack>& stress, const Pack& fourth, Quad* sums) const;
   template <class Model>
   Pack squared_frequency(Model, std::size_t batch, const Matrix3<Pack>& F);
-  template <class Stress>
-  void add_forces(std::vector<Vec3>& totals, Stress&& stress_of);
+  Matrix3<Pack> damping_stress(std::size_t batch, const Matrix3<Pack>& Fdot) const;
 
   std::vector<Tet> tets_;
   std::vector<Mat3> inverse_rest_;
