@@ -18,7 +18,8 @@ scene::Scene loaded(double ratio) {
   scene::Scene scene = test::on_ground(0.4);
   auto& soft = test::add_soft_box(scene, "soft", Vec3(0, 0.5, 0), Vec3(1, 1, 1), 2, 2e7);
   soft.mass = 10;
-  scene.materials[0].damping = 0.003;
+  // The heaviest swings at 14 rad/s, the others at 45 and more: all come to rest in 30 frames.
+  scene.materials[0].damping = ratio > 1000 ? 0.03 : 0.003;
   test::add_box(scene, "load", Vec3(0, 1.5, 0), Vec3(1, 1, 1), 10 * ratio).restitution = 0;
   return scene;
 }
@@ -35,7 +36,7 @@ TEST_P(HeavyOnSoft, Settles) {
   };
   const double start = simulation.stats().potential;
   double least = energy_of(simulation.stats()), risen = 0, penetration = 0;
-  for (int frame = 0; frame < 16; ++frame) {
+  for (int frame = 0; frame < 30; ++frame) {
     simulation.advance_frame();
     const FrameStats stats = simulation.stats();
     penetration = std::max(penetration, stats.max_penetration);
@@ -44,11 +45,8 @@ TEST_P(HeavyOnSoft, Settles) {
     EXPECT_EQ(stats.inverted, 0);
   }
   test::expect_below(penetration, 0.01, "penetration, over its size");
-  // Heavier loads still swing then, and the energy of what they compress is some percent too large (README).
-  if (ratio <= 100) {
-    test::expect_below(risen, 0.001, "energy risen, over that at the start");
-    test::expect_below(load.velocity.norm(), 0.02, "speed of the load at the end, m/s");
-  }
+  test::expect_below(risen, 0.001, "energy risen, over that at the start");
+  test::expect_below(load.velocity.norm(), 0.02, "speed of the load at the end, m/s");
   test::expect_below(std::hypot(load.pose.position.x(), load.pose.position.z()), 0.01,
                      "drift, over its size");
   test::expect_below(load.pose.orientation.angularDistance(Quat::Identity()), 0.01, "tilt, rad");
