@@ -18,6 +18,7 @@ class PushOut {
       : bodies_(bodies), contacts_(contacts), graph_(graph), settings_(settings), scratch_(scratch) {
     const std::size_t nodes = bodies.rigid.size() + bodies.deformable.size();
     scratch_.gap.resize(contacts.points.size());
+    scratch_.order.reserve(contacts.points.size());
     scratch_.moved.assign(nodes, 1);
     scratch_.opened.assign(contacts.points.size(), 0);
     scratch_.opening.assign(contacts.points.size(), 0);
@@ -117,12 +118,20 @@ class PushOut {
     return scratch_.opened[as_index(i)] && scratch_.gap[as_index(i)] < overlap_tolerance;
   }
 
-  // All overlapping points of a deformable body, but no two that move the same particle: it would move twice.
+  // All overlapping points of a deformable body, the deepest first, but no two that move the same particle:
+  // it would move twice. In any other order one that hardly overlaps could keep the deepest from its turn in
+  // every iteration of every step.
   int gather_points(const ContactPair& pair, double fraction) {
+    std::vector<int>& order = scratch_.order;
+    order.clear();
+    for (int i = pair.begin; i < pair.end; ++i)
+      if (overlaps(i) || touches(i)) order.push_back(i);
+    std::sort(order.begin(), order.end(), [&](int a, int b) {
+      return std::tuple(scratch_.gap[as_index(a)], a) < std::tuple(scratch_.gap[as_index(b)], b);
+    });
     const int mark = ++stamp_;
     int overlapping = 0;
-    for (int i = pair.begin; i < pair.end; ++i) {
-      if (!overlaps(i) && !touches(i)) continue;
+    for (const int i : order) {
       const SurfacePoint& carrier = surface_point(bodies_, contacts_.points[as_index(i)]);
       const auto particles = std::span(carrier.particle).first(static_cast<std::size_t>(carrier.count));
       if (std::any_of(particles.begin(), particles.end(),

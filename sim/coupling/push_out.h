@@ -29,6 +29,7 @@ struct PushOutScratch {
   std::vector<char> moved;            // of every body as in guest_node, since its gaps were looked at
   std::vector<char> opened, opening;  // of every contact: an overlap in the last system, and in this one
   std::vector<char> frozen;           // of every body as in guest_node; empty: none
+  std::vector<int> order;             // a pair's overlaps, the deepest first
   std::vector<int> taken;             // particles that an outer point of a pair moves already
   std::vector<int> central;           // rigid bodies in the order of the contact graph
   std::vector<int> rank;              // of every rigid body in it, -1: not central

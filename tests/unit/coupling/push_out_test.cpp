@@ -98,6 +98,23 @@ TEST(PushOut, AParticleBetweenHeavyBodiesIsCentralToo) {
   EXPECT_GT(between, 2 - 1e-5);
 }
 
+// A wide ball reaches 5 mm into the middle of an edge, and by next to nothing over the edge's ends, which
+// come first in the list: the middle has its turn all the same, though it moves the same particles.
+TEST(PushOut, WhatIsDeepestComesFirst) {
+  constexpr double depth = 5e-3, at_ends = 1e-5, half_edge = 0.25;
+  const double radius = (half_edge * half_edge + depth * depth) / (2 * (depth - at_ends));
+  scene::Scene scene = test::free_space();
+  test::add_soft_box(scene, "soft", Vec3(0, 0.5, 0), Vec3(1, 1, 1), 2);
+  test::add_ball(scene, "ball", Vec3(half_edge, depth - radius, 0), radius, 1).is_static = true;
+  scene.rigid.back().mass.reset();
+  scene.solver.face_samples = 2;  // the middles of edges
+  ContactScene box(scene, 0.01);
+  expect_above(deepest(box), 0.9 * depth, "overlap before");
+  push_out_once(box);
+  constexpr double allowance = 1e-3 * 2 * half_edge;  // m: so deep points between vertices may lie
+  expect_below(deepest(box), allowance + overlap_tolerance, "overlap after one iteration");
+}
+
 scene::RigidBody& add_wall(scene::Scene& scene, const std::string& name, const Vec3& position, double degrees,
                            bool is_kinematic) {
   scene::RigidBody& wall = test::add_box(scene, name, position, Vec3(6, 1, 4), 1);
