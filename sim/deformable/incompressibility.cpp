@@ -72,6 +72,7 @@ void OneRings::finalize(const std::vector<double>& inverse_mass, const std::vect
   diagonal_.resize(size());
   tet_gradient_.resize(tets_.size());
   tet_volume_.resize(tets_.size());
+  tet_rate_.resize(tets_.size());
   linearize(rest);
   rest_diagonal_ = diagonal_;
 }
@@ -111,6 +112,31 @@ void OneRings::linearize(const std::vector<Vec3>& x) {
       diagonal_[i] = 0;
       for (Entry* entry = row; entry != row_end; ++entry)
         diagonal_[i] += inverse_mass_[as_index(entry->ring)] * entry->divergence.squaredNorm();
+    }
+  });
+}
+
+void OneRings::divergence_at(const std::vector<Vec3>& x, const std::vector<Vec3>& v,
+                             std::vector<double>& rate) {
+  parallel_for(tets_.size(), tet_grain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t t = begin; t < end; ++t) {
+      const auto edges = [&](const std::vector<Vec3>& values) {
+        const Vec3& origin = values[as_index(tets_[t][0])];
+        return std::array<Vec3, 3>{values[as_index(tets_[t][1])] - origin,
+                                   values[as_index(tets_[t][2])] - origin,
+                                   values[as_index(tets_[t][3])] - origin};
+      };
+      const auto [a, b, c] = edges(x);
+      const auto [da, db, dc] = edges(v);
+      tet_rate_[t] = (da.dot(b.cross(c)) + db.dot(c.cross(a)) + dc.dot(a.cross(b))) / 24;
+    }
+  });
+  rate.resize(size());
+  parallel_for(size(), ring_grain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      rate[i] = 0;
+      for (int k = incidence_start_[i]; k < incidence_start_[i + 1]; ++k)
+        rate[i] += tet_rate_[as_index(incidences_[as_index(k)].tet)];
     }
   });
 }

@@ -35,6 +35,8 @@ class OneRings {
   double rest_diagonal(std::size_t ring) const { return rest_diagonal_[ring]; }
   // rate = D v, m^3/s.
   void divergence(const std::vector<Vec3>& v, std::vector<double>& rate) const;
+  // The same of D at the positions `x`, for a single v: leaves the derivatives as they are.
+  void divergence_at(const std::vector<Vec3>& x, const std::vector<Vec3>& v, std::vector<double>& rate);
   // v = M^-1 D^T q for the particles of one-rings (others stay): m/s for pressures times time, Pa s.
   void pressure_velocity(const std::vector<double>& q, std::vector<Vec3>& v) const;
 
@@ -65,6 +67,7 @@ class OneRings {
   std::vector<Incidence> incidences_;
   std::vector<std::array<Vec3, 4>> tet_gradient_;  // m^2, of a quarter of the tet's volume
   std::vector<double> tet_volume_;                 // m^3, a quarter of the tet's
+  std::vector<double> tet_rate_;                   // m^3/s, of that
 };
 
 }  // namespace duet

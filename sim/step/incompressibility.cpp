@@ -21,11 +21,11 @@ constexpr double most_travel = 0.25;
 // little of even a small divergence, as that of a slow rotation is: it would add up over the steps.
 constexpr double velocity_reduction = 1e-2;
 
-// D v of the velocities now as contact will leave them: what touches moves on together.
-void rates_in_contact(World& world, StepContext& context, std::vector<double>& rate) {
-  to_generalized(world.bodies, context.solution);
+// The velocities now as contact will leave them: what touches moves on together.
+const std::vector<Vec3>& velocities_in_contact(const Bodies& bodies, StepContext& context) {
+  to_generalized(bodies, context.solution);
   context.projection.project(context.solution);
-  world.bodies.one_rings.divergence(context.solution.particle, rate);
+  return context.solution.particle;
 }
 
 // The part of the velocities `change` that moves no particle too far; 1 in all but wild states.
@@ -83,7 +83,7 @@ void correct_volume(World& world, StepContext& context) {
   rings.linearize(bodies.particles.x);
   context.projection.build(bodies, context.memory, context.dt, world.settings.projection_sweeps);
   std::vector<double>& rate = context.pressure.rate;
-  rates_in_contact(world, context, rate);
+  rings.divergence(velocities_in_contact(bodies, context), rate);
   for (std::size_t i = 0; i < rings.size(); ++i) {
     // Flattened one-rings have less of a surface to push on: the way of their particles stays bounded.
     const double surface = std::min(1.0, std::sqrt(rings.diagonal(i) / rings.rest_diagonal(i)));
@@ -103,8 +103,7 @@ void make_incompressible(World& world, StepContext& context) {
   Bodies& bodies = world.bodies;
   OneRings& rings = bodies.one_rings;
   std::vector<double>& rate = context.pressure.rate;
-  rings.linearize(bodies.particles.x);
-  rates_in_contact(world, context, rate);
+  rings.divergence_at(bodies.particles.x, velocities_in_contact(bodies, context), rate);
   for (double& r : rate) r = -r;
   context.x_half.resize(bodies.particles.size());
   for (std::size_t p = 0; p < bodies.particles.size(); ++p)

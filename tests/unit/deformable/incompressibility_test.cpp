@@ -72,6 +72,12 @@ TEST(OneRings, DivergenceIsTheDerivativeOfTheVolumes) {
   ASSERT_EQ(rate.size(), x.size());
   for (std::size_t i = 0; i < rate.size(); ++i)
     EXPECT_NEAR(rate[i], (8 * (p1[i] - m1[i]) - (p2[i] - m2[i])) / 12, 1e-12) << i;
+
+  std::vector<double> at_once;
+  body.rings.linearize(body.mesh.nodes);
+  body.rings.divergence_at(x, v, at_once);
+  ASSERT_EQ(at_once.size(), rate.size());
+  for (std::size_t i = 0; i < rate.size(); ++i) EXPECT_NEAR(at_once[i], rate[i], 1e-14) << i;
 }
 
 TEST(OneRings, GradientIsTheAdjointOfTheDivergence) {
