@@ -170,11 +170,17 @@ T determinant(const Matrix3<T>& a, const Matrix3<T>& cof) {
   return a[0][0] * cof[0][0] + a[0][1] * cof[0][1] + a[0][2] * cof[0][2];
 }
 
+// a : b
+template <class T>
+T contraction(const Matrix3<T>& a, const Matrix3<T>& b) {
+  T sum = a[0][0] * b[0][0];
+  for (int k = 1; k < 9; ++k) sum = sum + a[k / 3][k % 3] * b[k / 3][k % 3];
+  return sum;
+}
+
 template <class T>
 T squared_norm(const Matrix3<T>& a) {
-  T sum = a[0][0] * a[0][0];
-  for (int k = 1; k < 9; ++k) sum = sum + a[k / 3][k % 3] * a[k / 3][k % 3];
-  return sum;
+  return contraction(a, a);
 }
 
 }  // namespace duet

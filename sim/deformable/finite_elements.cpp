@@ -357,14 +357,18 @@ double FiniteElements::energy(const std::vector<Vec3>& x) const {
       [](double a, double b) { return a + b; });
 }
 
-double FiniteElements::max_stretching(const std::vector<Vec3>& v) const {
+double FiniteElements::max_deformation_rate(const std::vector<Vec3>& x, const std::vector<Vec3>& v) const {
+  constexpr double volume_weight = 0.5;
   const auto larger = [](const Pack& a, const Pack& b) { return max_of(a, b); };
   const Pack squared = parallel_reduce(
       batches_.size(), batch_grain, Pack{},
       [&](std::size_t begin, std::size_t end) {
         Pack largest{};
-        for (std::size_t b = begin; b < end; ++b)
-          largest = max_of(largest, squared_norm(gradient(batches_[b], v)));
+        for (std::size_t b = begin; b < end; ++b) {
+          const Matrix3<Pack> rate = gradient(batches_[b], v);
+          const Pack of_volume = volume_weight * contraction(cofactor(gradient(batches_[b], x)), rate);
+          largest = max_of(largest, max_of(squared_norm(rate), of_volume * of_volume));
+        }
         return largest;
       },
       larger);

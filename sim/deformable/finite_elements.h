@@ -58,9 +58,11 @@ class FiniteElements {
   // Adds the change of the elastic forces for displacements `dx` from where linearize() was last called:
   // linear in dx, symmetric, and (the Hessian of each element projected) negative semi-definite.
   void add_force_differentials(const std::vector<Vec3>& dx, std::vector<Vec3>& force);
-  void linearize();                                         // at the last deformation gradients
-  double energy(const std::vector<Vec3>& x) const;          // J
-  double max_stretching(const std::vector<Vec3>& v) const;  // 1/s, the largest norm |Fdot| of the elements
+  void linearize();                                 // at the last deformation gradients
+  double energy(const std::vector<Vec3>& x) const;  // J
+  // 1/s: the largest norm |Fdot| of the elements, or half the rate of J = det F where that is more, as in
+  // elements that are drawn out to several times their size.
+  double max_deformation_rate(const std::vector<Vec3>& x, const std::vector<Vec3>& v) const;
 
   struct Strain {
     double min_det = 1;

@@ -24,15 +24,18 @@ double elastic_limit(const InternalForces& forces) {
   return std::clamp(now, least_elastic_share * at_rest, at_rest);
 }
 
-// How much of its size at rest an element may be deformed by within a step: the stiffness that bounds the
-// step is that of its start, and what a blow makes of the element within it must not be much more. Not
+// How much of its size at rest, or twice as much of its volume, an element may be deformed by within a step:
+// the stiffness that bounds the step is that of its start, and what a blow makes of the element within it
+// must not be much more. Elements drawn out to ten times their size turn inside out by several of their
+// volumes on a way of a quarter of it, and what the steps gain from that ends in a blow-up. Not
 // followed below a part of the step at rest, either: what still grows then is beyond help.
 constexpr double most_stretching = 0.25;
 constexpr double least_stretching_share = 1.0 / 1024;
 
-double stretching_limit(const InternalForces& forces, const std::vector<Vec3>& v) {
+double stretching_limit(const InternalForces& forces, const Particles& particles) {
   const double at_rest = 2 / std::sqrt(forces.rest_squared_frequency());
-  return std::max(most_stretching / forces.elements.max_stretching(v), least_stretching_share * at_rest);
+  return std::max(most_stretching / forces.elements.max_deformation_rate(particles.x, particles.v),
+                  least_stretching_share * at_rest);
 }
 
 void bound_by_elasticity(const World& world, TimeStepChoice& choice) {
@@ -40,7 +43,7 @@ void bound_by_elasticity(const World& world, TimeStepChoice& choice) {
   const InternalForces& forces = world.bodies.forces;
   if (const double limit = world.settings.cfl * elastic_limit(forces); limit < choice.seconds)
     choice = {limit, TimeStepBound::elasticity};
-  if (const double limit = stretching_limit(forces, world.bodies.particles.v); limit < choice.seconds)
+  if (const double limit = stretching_limit(forces, world.bodies.particles); limit < choice.seconds)
     choice = {limit, TimeStepBound::stretching};
 }
 

@@ -318,6 +318,16 @@ TEST(FiniteElements, FrequencyBoundHoldsUnderCompression) {
   EXPECT_GT(highest, 0.3 * bound);
 }
 
+// Drawn out by four along x and y, a motion along z at 1/s changes the volume by 16 a second.
+TEST(FiniteElements, RateOfDeformationIsThatOfLengthsOrHalfThatOfTheVolume) {
+  const Block block(2);
+  std::vector<Vec3> x = block.x, v = block.x;
+  for (Vec3& rate : v) rate = Vec3(0, 0, rate.z());
+  EXPECT_NEAR(block.elements.max_deformation_rate(x, v), 1, 1e-14);
+  for (Vec3& p : x) p = Vec3(4 * p.x(), 4 * p.y(), p.z());
+  EXPECT_NEAR(block.elements.max_deformation_rate(x, v), 8, 1e-13);
+}
+
 TEST(FiniteElements, StrainStatisticsFindTheWorstTet) {
   Block block(1);
   std::vector<Vec3> x = block.x;
