@@ -128,8 +128,10 @@ void PushOutSystem::factor(const std::vector<int>& rank, bool points) {
       ++end;
     const Row& first = rows_[as_index(outers_[begin].row)];
     if (outers_[begin].kind == 1 || end > begin + 1 || first.host < 0) {
-      blocks_.push_back({static_cast<int>(begin), static_cast<int>(end), {}});
-      factor(blocks_.back());
+      Block& block = blocks_.emplace_back();
+      block.begin = static_cast<int>(begin);
+      block.end = static_cast<int>(end);
+      factor(block);
     }
     begin = end;
   }
