@@ -75,6 +75,18 @@ bool leaves_alone(scene::Scene scene) {
   return with.stats().hash == without.stats().hash;
 }
 
+TEST(KeepSpin, LeavesAloneWhatLiesOnAnotherSoftBody) {
+  scene::Scene scene = test::on_ground(0.4);
+  scene.ground.reset();
+  scene::Pin pin;
+  pin.from = Vec3(0, 0.5, 0);
+  pin.radius = 2;
+  add_soft_box(scene, "lower", Vec3(0, -0.5, 0), Vec3(2, 1, 2), 2, 1e5).pins.push_back(pin);
+  add_soft_box(scene, "upper", Vec3(0, 0.5005, 0), Vec3(1, 1, 1), 2, 1e5).placement.velocity =
+      Vec3(0.2, 0, 0);
+  EXPECT_TRUE(leaves_alone(scene));
+}
+
 TEST(KeepSpin, LeavesAloneWhatIsTouchedHeldOrTied) {
   scene::Scene scene = test::on_ground(0.4);
   scene::DeformableBody& body = add_soft_box(scene, "soft", Vec3(0, 0.499, 0), Vec3(1, 1, 1), 2, 1e5);
