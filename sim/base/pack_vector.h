@@ -12,7 +12,8 @@ namespace duet {
 inline PackVector operator+(const PackVector& a, const PackVector& b) {
   return {a.x + b.x, a.y + b.y, a.z + b.z};
 }
-inline PackVector operator-(const PackVector& a, const PackVector& b) {
+template <class P>
+VectorOf<P> operator-(const VectorOf<P>& a, const VectorOf<P>& b) {
   return {a.x - b.x, a.y - b.y, a.z - b.z};
 }
 inline PackVector operator*(const Pack& s, const PackVector& a) { return {s * a.x, s * a.y, s * a.z}; }

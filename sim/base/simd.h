@@ -15,7 +15,13 @@ inline constexpr std::size_t pack_width = 8;
 using Pack = double __attribute__((vector_size(8 * pack_width)));
 using PackMask = decltype(Pack{} < Pack{});  // eight 64-bit integers: all bits where it holds, else none
 
-// The generic formulas below are written once for T = double and T = Pack.
+// Eight floats at once, where single precision is enough: half the memory to stream.
+using PackF = float __attribute__((vector_size(4 * pack_width)));
+inline Pack to_double(const PackF& x) { return __builtin_convertvector(x, Pack); }
+inline PackF to_single(const Pack& x) { return __builtin_convertvector(x, PackF); }
+
+// The generic formulas below are written once for T = double, T = Pack and, as far as it needs them, T =
+// PackF.
 inline double select(bool condition, double a, double b) { return condition ? a : b; }
 inline Pack select(const PackMask& condition, const Pack& a, const Pack& b) { return condition ? a : b; }
 inline bool any_of(const PackMask& condition) {
@@ -68,10 +74,16 @@ inline double log_of(double x) { return log_of(Pack{} + x)[0]; }  // the same bi
 // Rows of four doubles, as records lie in memory, and packs of their members.
 using Quad = double __attribute__((vector_size(32)));
 
-// The first three members of the rows row(0), ..., row(7).
-struct PackVector {
-  Pack x{}, y{}, z{};
+using QuadF = float __attribute__((vector_size(16)));
+
+template <class P>
+struct VectorOf {
+  P x{}, y{}, z{};
 };
+using PackVector = VectorOf<Pack>;
+using PackVectorF = VectorOf<PackF>;
+
+// The first three members of the rows row(0), ..., row(7).
 template <class Row>
 PackVector load_rows(Row&& row) {
   const auto pair = [&](std::size_t i) {
@@ -87,7 +99,22 @@ PackVector load_rows(Row&& row) {
           __builtin_shufflevector(z_low, z_high, 0, 1, 2, 3, 8, 9, 10, 11)};
 }
 
-// The opposite: eight rows (x, y, z, w).
+template <class Row>
+PackVectorF load_single_rows(Row&& row) {
+  const auto pair = [&](std::size_t i) {
+    return __builtin_shufflevector(row(i), row(i + 4), 0, 1, 2, 3, 4, 5, 6, 7);
+  };
+  const PackF a = pair(0), b = pair(1), c = pair(2), d = pair(3);
+  const PackF xy_even = __builtin_shufflevector(a, b, 0, 8, 1, 9, 4, 12, 5, 13);
+  const PackF xy_odd = __builtin_shufflevector(c, d, 0, 8, 1, 9, 4, 12, 5, 13);
+  const PackF z_even = __builtin_shufflevector(a, b, 2, 10, 3, 11, 6, 14, 7, 15);
+  const PackF z_odd = __builtin_shufflevector(c, d, 2, 10, 3, 11, 6, 14, 7, 15);
+  return {__builtin_shufflevector(xy_even, xy_odd, 0, 1, 8, 9, 4, 5, 12, 13),
+          __builtin_shufflevector(xy_even, xy_odd, 2, 3, 10, 11, 6, 7, 14, 15),
+          __builtin_shufflevector(z_even, z_odd, 0, 1, 8, 9, 4, 5, 12, 13)};
+}
+
+// The opposite of load_rows: eight rows (x, y, z, w).
 inline void store_rows(const PackVector& v, const Pack& w, Quad* out) {
   const Pack xy_low = __builtin_shufflevector(v.x, v.y, 0, 8, 1, 9, 2, 10, 3, 11);
   const Pack xy_high = __builtin_shufflevector(v.x, v.y, 4, 12, 5, 13, 6, 14, 7, 15);
@@ -168,6 +195,19 @@ Matrix3<T> cofactor(const Matrix3<T>& a) {
 template <class T>
 T determinant(const Matrix3<T>& a, const Matrix3<T>& cof) {
   return a[0][0] * cof[0][0] + a[0][1] * cof[0][1] + a[0][2] * cof[0][2];
+}
+
+inline Matrix3<PackF> to_single(const Matrix3<Pack>& a) {
+  Matrix3<PackF> b;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) b[i][j] = to_single(a[i][j]);
+  return b;
+}
+inline Matrix3<Pack> to_double(const Matrix3<PackF>& a) {
+  Matrix3<Pack> b;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) b[i][j] = to_double(a[i][j]);
+  return b;
 }
 
 // a : b

@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <type_traits>
 #include <vector>
 
 #include "sim/base/pack_vector.h"
@@ -46,10 +47,14 @@ class BlockSums {
   // fill() for what is made of `values` of the particles: calls add(index of a batch, rows, sums), where
   // `rows` has the values at the batch's slots, for gather(). They are sought in memory once a block instead
   // of once a corner.
-  template <class Add>
+  // Row is Quad, or QuadF for single precision: rows then have the values relative to one of their block.
+  template <class Row = Quad, class Add>
   void fill_from(const std::vector<Vec3>& values, Add&& add);
   static PackVector gather(const Quad* rows, const Slot& slot) {
     return load_rows([&](std::size_t lane) { return rows[slot[lane]]; });
+  }
+  static PackVectorF gather(const QuadF* rows, const Slot& slot) {
+    return load_single_rows([&](std::size_t lane) { return rows[slot[lane]]; });
   }
 
   // Calls work(particle, its sums over all blocks: an array of `rows` Quads) in parallel, for the particles
@@ -114,16 +119,19 @@ void BlockSums::fill(Add&& add) {
   });
 }
 
-template <class Add>
+template <class Row, class Add>
 void BlockSums::fill_from(const std::vector<Vec3>& values, Add&& add) {
   parallel_for(batches_, batches_of_block, [&](std::size_t begin, std::size_t end) {
     const std::size_t first = first_[begin / batches_of_block], last = first_[begin / batches_of_block + 1];
     Quad* sums = values_.data() + first;
     std::fill(sums, values_.data() + last, Quad{});
-    Quad rows[most_corners * batches_of_block * pack_width];
+    Row rows[most_corners * batches_of_block * pack_width];
+    using Scalar = std::remove_cvref_t<decltype(rows[0][0])>;
+    const Vec3 origin = std::is_same_v<Row, Quad> ? Vec3(Vec3::Zero()) : values[particle_[first]];
     for (std::size_t k = first; k < last; ++k) {
-      const Vec3& value = values[particle_[k]];
-      rows[k - first] = Quad{value[0], value[1], value[2], 0};
+      const Vec3 value = values[particle_[k]] - origin;
+      rows[k - first] =
+          Row{static_cast<Scalar>(value[0]), static_cast<Scalar>(value[1]), static_cast<Scalar>(value[2]), 0};
     }
     for (std::size_t b = begin; b < end; ++b) add(b, rows, sums);
   });

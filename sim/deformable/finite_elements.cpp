@@ -59,12 +59,12 @@ Pack volume_share(const Matrix3<Pack>& F) {
 }
 
 // F for positions, its rate for velocities: D_s D_m^-1, of value(corner).
-template <class Value>
-Matrix3<Pack> gradient_of(const Matrix3<Pack>& inverse_rest, Value&& value) {
-  const PackVector origin = value(0);
-  Matrix3<Pack> edges;
+template <class P, class Value>
+Matrix3<P> gradient_of(const Matrix3<P>& inverse_rest, Value&& value) {
+  const VectorOf<P> origin = value(0);
+  Matrix3<P> edges;
   for (int k = 0; k < 3; ++k) {
-    const PackVector edge = value(as_index(k + 1)) - origin;
+    const VectorOf<P> edge = value(as_index(k + 1)) - origin;
     edges[0][k] = edge.x;
     edges[1][k] = edge.y;
     edges[2][k] = edge.z;
@@ -75,6 +75,16 @@ Matrix3<Pack> gradient_of(const Matrix3<Pack>& inverse_rest, Value&& value) {
 PackVector product(const Matrix3<Pack>& A, const PackVector& v) {
   return {A[0][0] * v.x + A[0][1] * v.y + A[0][2] * v.z, A[1][0] * v.x + A[1][1] * v.y + A[1][2] * v.z,
           A[2][0] * v.x + A[2][1] * v.y + A[2][2] * v.z};
+}
+
+// Adds the columns of H (N) to the sums of corners 1 to 3, and the opposite of their sum to that of corner 0.
+void spread_columns(const Matrix3<Pack>& H, const Pack& fourth, const std::array<BlockSums::Slot, 4>& slot,
+                    Quad* sums) {
+  PackVector force[4];
+  for (int k = 0; k < 3; ++k) force[k + 1] = {H[0][k], H[1][k], H[2][k]};
+  force[0] = {-(force[1].x + force[2].x + force[3].x), -(force[1].y + force[2].y + force[3].y),
+              -(force[1].z + force[2].z + force[3].z)};
+  for (std::size_t i = 0; i < slot.size(); ++i) BlockSums::spread(slot[i], force[i], fourth, sums);
 }
 
 // Adds factor v v^T to the upper half of `sum`.
@@ -132,6 +142,11 @@ void FiniteElements::finalize(const std::vector<double>& mass) {
   compression_damping_.resize(batches_.size());
   is_damped_.resize(batches_.size());
   sums_.build(batches_, mass.size());
+  single_.resize(batches_.size());
+  for (std::size_t b = 0; b < batches_.size(); ++b) {
+    single_[b].slot = batches_[b].slot;
+    single_[b].inverse_rest = to_single(batches_[b].inverse_rest);
+  }
 
   // Elements may also become stiffer by what the particles around them leave room for.
   allowed_squared_frequency_.resize(batches_.size());
@@ -197,16 +212,17 @@ Matrix3<Pack> FiniteElements::gradient(const Batch& batch, const Quad* rows) con
                      [&](std::size_t i) { return BlockSums::gather(rows, batch.slot[i]); });
 }
 
+void FiniteElements::keep_deformation(std::size_t b, const Matrix3<Pack>& F) {
+  deformation_[b] = F;
+  single_[b].F = to_single(F);
+  single_[b].share = to_single(batches_[b].volume / excess_damping(F));
+}
+
 // H = -V P D_m^-T holds the forces on particles 1 to 3 in its columns; particle 0 gets the opposite of their
 // sum. `fourth` goes along with each of them.
 void FiniteElements::spread_forces(const Batch& batch, const Matrix3<Pack>& stress, const Pack& fourth,
                                    Quad* sums) const {
-  const Matrix3<Pack> H = -batch.volume * times_transposed(stress, batch.inverse_rest);
-  PackVector force[corners];
-  for (int k = 0; k < 3; ++k) force[k + 1] = {H[0][k], H[1][k], H[2][k]};
-  force[0] = {-(force[1].x + force[2].x + force[3].x), -(force[1].y + force[2].y + force[3].y),
-              -(force[1].z + force[2].z + force[3].z)};
-  for (std::size_t i = 0; i < corners; ++i) BlockSums::spread(batch.slot[i], force[i], fourth, sums);
+  spread_columns(-batch.volume * times_transposed(stress, batch.inverse_rest), fourth, batch.slot, sums);
 }
 
 // Of the elements of a batch, as far as they are to bound the step; chooses what damps the others.
@@ -242,7 +258,8 @@ void FiniteElements::add_elastic_forces(const std::vector<Vec3>& x, std::vector<
   if (tets_.empty()) return;
   sums_.fill_from(x, [&](std::size_t b, const Quad* rows, Quad* sums) {
     const Batch& batch = batches_[b];
-    const Matrix3<Pack> F = deformation_[b] = gradient(batch, rows);
+    const Matrix3<Pack> F = gradient(batch, rows);
+    keep_deformation(b, F);
     const Moduli here = moduli(b);
     const Pack &mu = here.mu, &lambda = here.lambda;
     with_model(model(b), [&]<class Model>(Model) {
@@ -274,6 +291,27 @@ void FiniteElements::add_damping_forces(const std::vector<Vec3>& v, std::vector<
     spread_forces(batches_[b], damping_stress(b, gradient(batches_[b], rows)), Pack{}, sums);
   });
   sums_.add_to(force);
+  add_drag(v, force);
+}
+
+void FiniteElements::add_damping_forces_single(const std::vector<Vec3>& v, std::vector<Vec3>& force) {
+  sums_.fill_from<QuadF>(v, [&](std::size_t b, const QuadF* rows, Quad* sums) {
+    const SingleBatch& batch = single_[b];
+    const Matrix3<PackF> Fdot = gradient_of(
+        batch.inverse_rest, [&](std::size_t i) { return BlockSums::gather(rows, batch.slot[i]); });
+    if (is_damped_[b]) return spread_forces(batches_[b], damping_stress(b, to_double(Fdot)), Pack{}, sums);
+    const LameParameters& moduli = material_of_batch(b).moduli;
+    const PackF stress_share = -static_cast<float>(moduli.damping) * batch.share;
+    const PackF mu = PackF{} + static_cast<float>(moduli.mu),
+                lambda = PackF{} + static_cast<float>(moduli.lambda);
+    const Matrix3<PackF> stress = viscous_stress(mu, lambda, stress_share, batch.F, Fdot);
+    spread_columns(to_double(times_transposed(stress, batch.inverse_rest)), Pack{}, batch.slot, sums);
+  });
+  sums_.add_to(force);
+  add_drag(v, force);
+}
+
+void FiniteElements::add_drag(const std::vector<Vec3>& v, std::vector<Vec3>& force) const {
   parallel_for(drag_.size(), particle_grain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t p = begin; p < end; ++p) force[p] -= drag_[p] * v[p];
   });

@@ -37,6 +37,8 @@ class InternalForces {
   // Adds the viscous forces for the velocities `v` in the state of the last add_elastic_forces: linear in v,
   // symmetric and negative semi-definite.
   void add_damping_forces(const std::vector<Vec3>& v, std::vector<Vec3>& force);
+  // The same with the finite elements in single precision.
+  void add_damping_forces_single(const std::vector<Vec3>& v, std::vector<Vec3>& force);
   // Adds every particle's own block of minus that operator, kg/s, of all but membranes and tethers.
   void add_damping_blocks(std::vector<SymmetricBlock>& blocks);
   // See FiniteElements.

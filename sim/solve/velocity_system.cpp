@@ -9,6 +9,9 @@ namespace duet {
 namespace {
 
 constexpr std::size_t grain = 1024;
+// The tolerance that single precision is enough for, over the largest velocity that masses and damping could
+// make of the start: products are off by 1e-7 of it at most.
+constexpr double least_tolerance_in_single = 1e-6;
 
 template <class Operation>
 void for_each_entry(const GeneralizedVelocity& x, GeneralizedVelocity& y, Operation&& operation) {
@@ -78,6 +81,18 @@ void VelocitySystem::weigh(GeneralizedVelocity& right_side) const {
       right_side.particle[p] = masses_->inverse[p] * Vec3(particles.mass[p] * right_side.particle[p]);
 }
 
+void VelocitySystem::collect_forces(const GeneralizedVelocity& start, double tolerance,
+                                    std::vector<Vec3>& force) {
+  collected_ = &force;
+  in_single_ =
+      masses_ && !implicit_elasticity_ && tolerance >= least_tolerance_in_single * measure(start).norm;
+}
+
+// What products in single precision would add up to has a moment.
+void VelocitySystem::finish(const GeneralizedVelocity& solution) {
+  if (collected_ && in_single_) bodies_.forces.add_damping_forces(solution.particle, *collected_);
+}
+
 void VelocitySystem::apply(const GeneralizedVelocity& v, GeneralizedVelocity& out) {
   resize_like(v, out);
   force_.resize(v.particle.size());
@@ -86,7 +101,10 @@ void VelocitySystem::apply(const GeneralizedVelocity& v, GeneralizedVelocity& ou
     bodies_.forces.add_force_differentials(v.particle, force_);
     for_each_particle(force_, [this](Vec3& force) { force *= dt_; });
   }
-  bodies_.forces.add_damping_forces(v.particle, force_);
+  if (in_single_)
+    bodies_.forces.add_damping_forces_single(v.particle, force_);
+  else
+    bodies_.forces.add_damping_forces(v.particle, force_);
   const Particles& particles = bodies_.particles;
   parallel_for(v.particle.size(), grain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t p = begin; p < end; ++p) {
@@ -104,7 +122,7 @@ void VelocitySystem::apply(const GeneralizedVelocity& v, GeneralizedVelocity& ou
 }
 
 void VelocitySystem::accumulate(double share) {
-  if (!collected_) return;
+  if (!collected_ || in_single_) return;
   parallel_for(force_.size(), grain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t p = begin; p < end; ++p) (*collected_)[p] += share * force_[p];
   });

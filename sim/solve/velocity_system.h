@@ -22,18 +22,20 @@ class VelocitySystem {
   // deformation, dF those of the last linearization.
   VelocitySystem(Bodies& bodies, double dt, bool implicit_elasticity, const ContactProjection* projection,
                  std::vector<Vec3>& force_scratch, std::vector<Mat3>& inertia_scratch);
-  // Adds the forces of all vectors that conjugate gradients make up their solution from to `force` (N), which
-  // so gets the damping forces of the solution without another product.
-  void collect_forces(std::vector<Vec3>& force) { collected_ = &force; }
-
   // Works in the inner product of `masses`, as the projection must from here on, too: those of the last
   // elastic evaluation's deformation if `anew`, else as they were left. To be followed by weigh() of the
   // right side.
   void use(DampedMasses& masses, bool anew);
   void weigh(GeneralizedVelocity& right_side) const;
 
+  // To be called before conjugate gradients that begin at `start`: adds the damping forces of the solution to
+  // `force` (N) by finish() at the latest. Where single precision is enough for `tolerance` (m/s), products
+  // take it; the forces are those in double precision.
+  void collect_forces(const GeneralizedVelocity& start, double tolerance, std::vector<Vec3>& force);
+  void finish(const GeneralizedVelocity& solution);
+
   void apply(const GeneralizedVelocity& v, GeneralizedVelocity& out);
-  void accumulate(double share);
+  void accumulate(double share);  // of the last product's forces, to what is collected
   void project(GeneralizedVelocity& v) const;
   double inner(const GeneralizedVelocity& u, const GeneralizedVelocity& v) const;
   struct Measure {
@@ -53,6 +55,7 @@ class VelocitySystem {
   Bodies& bodies_;
   double dt_;
   bool implicit_elasticity_;
+  bool in_single_ = false;  // precision
   const ContactProjection* projection_;
   std::vector<Vec3>& force_;
   std::vector<Vec3>* collected_ = nullptr;

@@ -106,8 +106,9 @@ TEST_F(ConstrainedSystem, ConjugateGradientsCollectTheForcesOfTheirSolution) {
   GeneralizedVelocity x = b, r, s, q;
   A.project(x);
   std::vector<Vec3> collected(x.particle.size(), Vec3(1, 2, 3)), expected = collected;  // something is there
-  A.collect_forces(collected);
+  A.collect_forces(x, 1e-6, collected);
   const CgResult result = conjugate_gradient(A, b, 1e-6, 400, x, r, s, q);
+  A.finish(x);
   EXPECT_GT(result.iterations, 3);
   world().bodies.forces.add_damping_forces(x.particle, expected);
   double largest = 0, difference = 0;
@@ -116,6 +117,43 @@ TEST_F(ConstrainedSystem, ConjugateGradientsCollectTheForcesOfTheirSolution) {
     difference = std::max(difference, (collected[p] - expected[p]).norm());
   }
   EXPECT_LT(difference, 1e-12 * largest);
+}
+
+// A loose tolerance takes its products in single precision, and the residual is what it says all the same,
+// and the forces those of the solution; a tight one does not.
+TEST_F(ConstrainedSystem, SinglePrecisionIsTakenWhereItIsEnough) {
+  projection_.build(world().bodies, world().context.contacts, world().context.graph, 200);  // P P = P
+  VelocitySystem A = system(&projection_), exact = system(&projection_);
+  DampedMasses masses;
+  A.use(masses, true);
+  exact.use(masses, false);
+  projection_.use_inverse_masses(&masses.inverse);
+  GeneralizedVelocity b = random_velocity(world().bodies, 9), start = b, r, s, q, residual;
+  A.weigh(b);
+  A.project(start);
+  const double scale = A.norm(start);
+  for (const double tolerance : {1e-5 * scale, 1e-9 * scale}) {
+    GeneralizedVelocity x = start;
+    std::vector<Vec3> collected(x.particle.size(), Vec3::Zero()), expected = collected;
+    A.collect_forces(start, tolerance, collected);
+    EXPECT_TRUE(conjugate_gradient(A, b, tolerance, 1000, x, r, s, q).converged);
+    A.finish(x);
+    A.apply(x, r);
+    exact.apply(x, q);
+    VelocitySystem::subtract(q, r, residual);
+    EXPECT_EQ(exact.norm(residual) > 0, tolerance > 1e-6 * scale);
+    EXPECT_LT(exact.norm(residual), 1e-7 * scale);
+    VelocitySystem::subtract(b, q, residual);
+    exact.project(residual);
+    EXPECT_LT(exact.norm(residual), 1.02 * tolerance);
+    world().bodies.forces.add_damping_forces(x.particle, expected);
+    double largest = 0, difference = 0;
+    for (std::size_t p = 0; p < expected.size(); ++p) {
+      largest = std::max(largest, expected[p].norm());
+      difference = std::max(difference, (collected[p] - expected[p]).norm());
+    }
+    EXPECT_LT(difference, 1e-12 * largest);
+  }
 }
 
 // In the inner product of masses that are damped, operator and projection are self-adjoint again, and the
