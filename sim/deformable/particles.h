@@ -48,6 +48,12 @@ struct DeformableBody {
   double air_drag = 0;                         // 1/m, deceleration over the square of the speed
 };
 
+template <class Work>
+void for_each_particle(const DeformableBody& body, Work&& work) {
+  const auto first = static_cast<std::size_t>(body.first_particle);
+  for (std::size_t p = first; p < first + static_cast<std::size_t>(body.particle_count); ++p) work(p);
+}
+
 inline Vec3 weighted(const SurfacePoint& point, const std::vector<Vec3>& values) {
   Vec3 sum = point.weight[0] * values[static_cast<std::size_t>(point.particle[0])];
   for (std::size_t i = 1; i < static_cast<std::size_t>(point.count); ++i)

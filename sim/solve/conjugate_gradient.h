@@ -16,6 +16,8 @@ struct CgResult {
 //   apply(v, out)   out = A v           project(v)      v = P v
 //   inner(u, v)     the inner product   measure(v)      inner(v, v), and in `norm` what the tolerance bounds
 //   accumulate(a)   takes note that x holds a times the last vector that A was applied to
+// and, if it likes, expect_reduction(factor): is told by what the first residual is to fall. What follows are
+// products with search directions, which need to be just exact enough for that.
 // `r`, `s`, `q` are scratch of x's size. Every residual is projected again, as rounding would otherwise leave
 // the constrained space (Baraff, Witkin 1998). The first one is projected several times: where P is sweeps
 // that have not converged, what is left of the forces that the constraints bear may be more than all the rest
@@ -31,6 +33,7 @@ CgResult conjugate_gradient(System& system, const Vector& b, double tolerance, i
   for (int i = 0; i < first_projections; ++i) system.project(r);
   auto left = system.measure(r);
   system.copy(r, s);
+  if constexpr (requires { system.expect_reduction(1.0); }) system.expect_reduction(left.norm / tolerance);
   for (;; ++result.iterations) {
     result.residual = left.norm;
     result.converged = result.residual <= tolerance;

@@ -4,14 +4,15 @@
 #include <cmath>
 
 #include "sim/base/parallel.h"
+#include "sim/deformable/spin.h"
 
 namespace duet {
 namespace {
 
 constexpr std::size_t grain = 1024;
-// The tolerance that single precision is enough for, over the largest velocity that masses and damping could
-// make of the start: products are off by 1e-7 of it at most.
-constexpr double least_tolerance_in_single = 1e-6;
+// By which single precision lets the residual of a solve fall with a hundred times as much to spare: a
+// product with a search direction is off by 1e-7 of itself, and damped masses keep the operator near to one.
+constexpr double reduction_in_single = 1e4;
 
 template <class Operation>
 void for_each_entry(const GeneralizedVelocity& x, GeneralizedVelocity& y, Operation&& operation) {
@@ -25,7 +26,7 @@ void for_each_entry(const GeneralizedVelocity& x, GeneralizedVelocity& y, Operat
 }
 
 template <class Operation>
-void for_each_particle(std::vector<Vec3>& values, Operation&& operation) {
+void for_each_entry(std::vector<Vec3>& values, Operation&& operation) {
   parallel_for(values.size(), grain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t p = begin; p < end; ++p) operation(values[p]);
   });
@@ -81,25 +82,19 @@ void VelocitySystem::weigh(GeneralizedVelocity& right_side) const {
       right_side.particle[p] = masses_->inverse[p] * Vec3(particles.mass[p] * right_side.particle[p]);
 }
 
-void VelocitySystem::collect_forces(const GeneralizedVelocity& start, double tolerance,
-                                    std::vector<Vec3>& force) {
-  collected_ = &force;
-  in_single_ =
-      masses_ && !implicit_elasticity_ && tolerance >= least_tolerance_in_single * measure(start).norm;
-}
-
-// What products in single precision would add up to has a moment.
-void VelocitySystem::finish(const GeneralizedVelocity& solution) {
-  if (collected_ && in_single_) bodies_.forces.add_damping_forces(solution.particle, *collected_);
+void VelocitySystem::expect_reduction(double factor) {
+  const bool has_moments = bodies_.forces.tethers.size() > 0;  // on a body, which finish() must not take away
+  in_single_ = masses_ && !implicit_elasticity_ && !has_moments && factor <= reduction_in_single;
+  if (in_single_ && collected_) collected_in_single_->assign(force_.size(), Vec3::Zero());
 }
 
 void VelocitySystem::apply(const GeneralizedVelocity& v, GeneralizedVelocity& out) {
   resize_like(v, out);
   force_.resize(v.particle.size());
-  for_each_particle(force_, [](Vec3& force) { force.setZero(); });
+  for_each_entry(force_, [](Vec3& force) { force.setZero(); });
   if (implicit_elasticity_) {
     bodies_.forces.add_force_differentials(v.particle, force_);
-    for_each_particle(force_, [this](Vec3& force) { force *= dt_; });
+    for_each_entry(force_, [this](Vec3& force) { force *= dt_; });
   }
   if (in_single_)
     bodies_.forces.add_damping_forces_single(v.particle, force_);
@@ -122,9 +117,20 @@ void VelocitySystem::apply(const GeneralizedVelocity& v, GeneralizedVelocity& ou
 }
 
 void VelocitySystem::accumulate(double share) {
-  if (!collected_ || in_single_) return;
+  if (!collected_) return;
+  std::vector<Vec3>& sum = in_single_ ? *collected_in_single_ : *collected_;
   parallel_for(force_.size(), grain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t p = begin; p < end; ++p) (*collected_)[p] += share * force_[p];
+    for (std::size_t p = begin; p < end; ++p) sum[p] += share * force_[p];
+  });
+}
+
+// Damping has no moment on a body that nothing is tethered to, but for the rounding of single precision.
+void VelocitySystem::finish() {
+  if (!collected_ || !in_single_) return;
+  for (const DeformableBody& body : bodies_.deformable)
+    remove_moment(body, bodies_.particles, *collected_in_single_);
+  parallel_for(force_.size(), grain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t p = begin; p < end; ++p) (*collected_)[p] += (*collected_in_single_)[p];
   });
 }
 

@@ -22,20 +22,25 @@ class VelocitySystem {
   // deformation, dF those of the last linearization.
   VelocitySystem(Bodies& bodies, double dt, bool implicit_elasticity, const ContactProjection* projection,
                  std::vector<Vec3>& force_scratch, std::vector<Mat3>& inertia_scratch);
+  // Before conjugate gradients: the damping forces of the solution shall be added to `force` (N), without
+  // another product, from all vectors that it is made up of; as far as these took single precision they come
+  // by way of `scratch`, and with finish().
+  void collect_forces(std::vector<Vec3>& force, std::vector<Vec3>& scratch) {
+    collected_ = &force;
+    collected_in_single_ = &scratch;
+  }
+  void finish();
+
   // Works in the inner product of `masses`, as the projection must from here on, too: those of the last
   // elastic evaluation's deformation if `anew`, else as they were left. To be followed by weigh() of the
   // right side.
   void use(DampedMasses& masses, bool anew);
   void weigh(GeneralizedVelocity& right_side) const;
 
-  // To be called before conjugate gradients that begin at `start`: adds the damping forces of the solution to
-  // `force` (N) by finish() at the latest. Where single precision is enough for `tolerance` (m/s), products
-  // take it; the forces are those in double precision.
-  void collect_forces(const GeneralizedVelocity& start, double tolerance, std::vector<Vec3>& force);
-  void finish(const GeneralizedVelocity& solution);
-
   void apply(const GeneralizedVelocity& v, GeneralizedVelocity& out);
-  void accumulate(double share);  // of the last product's forces, to what is collected
+  void accumulate(double share);
+  // Says whether products may take single precision from here on.
+  void expect_reduction(double factor);
   void project(GeneralizedVelocity& v) const;
   double inner(const GeneralizedVelocity& u, const GeneralizedVelocity& v) const;
   struct Measure {
@@ -58,7 +63,7 @@ class VelocitySystem {
   bool in_single_ = false;  // precision
   const ContactProjection* projection_;
   std::vector<Vec3>& force_;
-  std::vector<Vec3>* collected_ = nullptr;
+  std::vector<Vec3>*collected_ = nullptr, *collected_in_single_ = nullptr;
   const DampedMasses* masses_ = nullptr;
   std::vector<Mat3>& inertia_;  // world axes
 };

@@ -1,52 +1,25 @@
 // Step V: the spin of deformable bodies that nothing touches, which moving their positions would change.
-#include <Eigen/Eigenvalues>
-
 #include "sim/coupling/surface_intersections.h"
+#include "sim/deformable/spin.h"
 #include "sim/step/step.h"
 
 namespace duet {
 namespace {
-
-template <class Work>
-void for_each_particle(const DeformableBody& body, Work&& work) {
-  const auto first = static_cast<std::size_t>(body.first_particle);
-  for (std::size_t p = first; p < first + static_cast<std::size_t>(body.particle_count); ++p) work(p);
-}
-
-// What turns with angular momentum L, if anything: a body on a line does not about that line.
-Vec3 rate_of_turn(const Mat3& inertia, const Vec3& L) {
-  const Eigen::SelfAdjointEigenSolver<Mat3> axes(inertia);
-  Vec3 rate = Vec3::Zero();
-  for (int i = 0; i < 3; ++i)
-    if (axes.eigenvalues()[i] > 1e-9 * axes.eigenvalues()[2])
-      rate += axes.eigenvectors().col(i) * (axes.eigenvectors().col(i).dot(L) / axes.eigenvalues()[i]);
-  return rate;
-}
 
 // The particles' x^{n+1} - x^n is dt v~ with the velocity that I.1 predicts, v~, and V.2's forces act at
 // x^{n+1/2}: m (x^{n+1} x v^{n+1} - x^n x v^n) = m (x^{n+1} - x^n) x (v^n + v^{n+1})/2 summed over the body,
 // less what the whole of it moves, is gained from nothing. It is of third order in dt.
 void keep_spin(const DeformableBody& body, const StepContext& context, Particles& particles) {
   const auto moved = [&](std::size_t p) -> Vec3 { return particles.x[p] - context.x_n[p]; };
-  double mass = 0;
-  Vec3 centre = Vec3::Zero(), way = Vec3::Zero();
+  const MassMoments moments = mass_moments(body, particles);
+  Vec3 way = Vec3::Zero(), gained = Vec3::Zero();
+  for_each_particle(body, [&](std::size_t p) { way += particles.mass[p] / moments.mass * moved(p); });
   for_each_particle(body, [&](std::size_t p) {
-    mass += particles.mass[p];
-    centre += particles.mass[p] * particles.x[p];
-    way += particles.mass[p] * moved(p);
+    gained += particles.mass[p] / 2 * (moved(p) - way).cross(context.v_n.particle[p] + particles.v[p]);
   });
-  centre /= mass;
-  way /= mass;
-  Vec3 gained = Vec3::Zero();
-  Mat3 inertia = Mat3::Zero();
-  for_each_particle(body, [&](std::size_t p) {
-    const double m = particles.mass[p];
-    const Vec3 r = particles.x[p] - centre;
-    gained += m / 2 * (moved(p) - way).cross(context.v_n.particle[p] + particles.v[p]);
-    inertia += m * (r.squaredNorm() * Mat3::Identity() - r * r.transpose());
-  });
-  const Vec3 rate = rate_of_turn(inertia, gained);
-  for_each_particle(body, [&](std::size_t p) { particles.v[p] -= rate.cross(particles.x[p] - centre); });
+  const Vec3 rate = rate_of_turn(moments, gained);
+  for_each_particle(body,
+                    [&](std::size_t p) { particles.v[p] -= rate.cross(particles.x[p] - moments.centre); });
 }
 
 }  // namespace

@@ -89,7 +89,7 @@ struct StepContext {
   SelfRepulsion self_repulsion;
   SelfCollision self_collision;
 
-  std::vector<Vec3> force, damping_force;  // N
+  std::vector<Vec3> force, damping_force, force_in_single;  // N; the last as VelocitySystem collects it
   // m/s^2, (V - v)/dt of the last semi-implicit solve, I.1's or V.2's: the next one begins at v + dt a. Part
   // of the state.
   GeneralizedVelocity acceleration;
