@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstddef>
 
-#if defined(__AVX512F__)
+#if defined(__AVX__)
 #include <immintrin.h>
 #endif
 
@@ -74,6 +74,16 @@ inline double log_of(double x) { return log_of(Pack{} + x)[0]; }  // the same bi
 // Rows of four doubles, as records lie in memory, and packs of their members.
 using Quad = double __attribute__((vector_size(32)));
 
+using QuadMask = decltype(Quad{} < Quad{});
+inline unsigned lanes_of(const QuadMask& mask) {  // a bit for each lane where it holds
+#if defined(__AVX__)
+  return static_cast<unsigned>(_mm256_movemask_pd(reinterpret_cast<__m256d>(mask)));
+#else
+  unsigned bits = 0;
+  for (unsigned lane = 0; lane < 4; ++lane) bits |= mask[lane] != 0 ? 1u << lane : 0u;
+  return bits;
+#endif
+}
 using QuadF = float __attribute__((vector_size(16)));
 
 template <class P>

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "sim/base/parallel.h"
 
@@ -18,6 +19,10 @@ constexpr double rounding = 1e-9;
 // the thickness of its body and the mean length of its edges. More makes searches rarer, and the pairs that
 // they find more numerous.
 constexpr double updates_ahead = 12, least_room = 0.5, most_room = 1;
+// Searches until a tree is split anew.
+constexpr std::int64_t searches_of_tree = 8;
+// So many times the number of elements that are sought anew is fewer than all: they get a tree of their own.
+constexpr std::size_t few = 8;
 // Parts of a body that were nearer than this, times h, at time 0 do not repel each other.
 constexpr double initial_proximity = 1.5;
 
@@ -170,10 +175,8 @@ void CollisionCandidates::search(const CollisionSurface& surface, const std::vec
   find_active(surface.point_body, surface, points_);
   find_active(surface.edge_body, surface, edges_);
   find_active(surface.triangle_body, surface, triangles_);
-  for (Elements* elements : {&edges_, &triangles_}) {
-    elements->tree.build(elements->box, elements->active);
-    elements->tree_anew.build(elements->box, elements->anew);
-  }
+  split(edges_);
+  split(triangles_);
   next_.clear();
   next_rows_.assign(rows_.size(), {});
   find_rows(surface.points, surface.point_body, points_, surface.triangles, surface.triangle_body, triangles_,
@@ -181,6 +184,22 @@ void CollisionCandidates::search(const CollisionSurface& surface, const std::vec
   find_rows(surface.edges, surface.edge_body, edges_, surface.edges, surface.edge_body, edges_, surface);
   kept_.swap(next_);
   rows_.swap(next_rows_);
+}
+
+// The trees over the elements.
+void CollisionCandidates::split(Elements& elements) const {
+  const std::size_t count = elements.box.size();
+  if (elements.tree.items().size() != count) {
+    std::vector<int> all(count);
+    std::iota(all.begin(), all.end(), 0);
+    elements.tree.build(elements.box, all);
+  } else if (searches_ % searches_of_tree == 0) {
+    elements.tree.build(elements.box, elements.tree.items());
+  } else {
+    elements.tree.refit(elements.box);
+  }
+  elements.few_anew = few * elements.anew.size() < count;
+  if (elements.few_anew) elements.tree_anew.build(elements.box, elements.anew);
 }
 
 // Of the particles that leave theirs, or soon will.
@@ -269,8 +288,11 @@ void CollisionCandidates::find_rows(const std::vector<std::array<int, N>>& first
       const auto i = as_index(asking.active[a]);
       const bool is_anew = asking.is_anew[i] != 0;
       chunk.found.clear();
-      (is_anew ? asked.tree : asked.tree_anew).query(asking.box[i], [&](int k) {
-        if (may_touch(i, as_index(k))) chunk.found.push_back(k);
+      const bool asks_all = is_anew || !asked.few_anew;
+      (asks_all ? asked.tree : asked.tree_anew).query(asking.box[i], [&](int k) {
+        const bool is_asked =
+            asked.is_active[as_index(k)] != 0 && (is_anew || asked.is_anew[as_index(k)] != 0);
+        if (is_asked && may_touch(i, as_index(k))) chunk.found.push_back(k);
       });
       std::sort(chunk.found.begin(), chunk.found.end());
       Row& row = next_rows_[asking.first + i];  // within the chunk, until all are joined

@@ -59,7 +59,8 @@ class CollisionCandidates {
     // Another body's element, or one of their own body's, may be near; and it was not sought with this box.
     std::vector<char> is_active, is_anew;
     std::vector<int> active, anew;  // those, of the active ones
-    BoxTree tree, tree_anew;        // over them
+    bool few_anew = false;
+    BoxTree tree, tree_anew;  // over all, and if they are few, over those
   };
   // What an element may meet, one of a larger number, and up to which sum of their travels (m) it cannot.
   struct Kept {
@@ -89,6 +90,7 @@ class CollisionCandidates {
   template <std::size_t N>
   void renew(const std::vector<std::array<int, N>>& corners, const std::vector<int>& body_of,
              const CollisionSurface& surface, Elements& elements) const;
+  void split(Elements& elements) const;
   void find_neighbours();
   void find_active(const std::vector<int>& body_of, const CollisionSurface& surface,
                    Elements& elements) const;

@@ -2,12 +2,15 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <vector>
 
+#include "sim/base/simd.h"
 #include "sim/base/types.h"
 
 namespace duet {
 
+// Every node has up to four children, whose boxes are looked at together.
 class BoxTree {
  public:
   // Over the boxes of `items`, indices into `boxes`. Storage is kept, and so is the last order as long as the
@@ -16,44 +19,60 @@ class BoxTree {
   // Takes the boxes of the same items anew and keeps the tree as it is split: much cheaper than build(), but
   // queries become slower the farther items have moved since.
   void refit(const std::vector<Eigen::AlignedBox3d>& boxes);
+  const std::vector<int>& items() const { return items_; }  // of the last build
 
   // Calls visit(item) for every item whose box meets `box`, touching included, in no particular order.
   template <class Visit>
   void query(const Eigen::AlignedBox3d& box, Visit&& visit) const {
     if (nodes_.empty()) return;
-    std::array<int, most_levels> pending;
+    std::array<int, most_pending> pending;
     std::size_t size = 0;
     pending[size++] = 0;
     while (size > 0) {
-      const int index = pending[--size];
-      const Node& node = nodes_[static_cast<std::size_t>(index)];
-      if (!node.box.intersects(box)) continue;
-      for (int i = node.begin; i < node.end; ++i)
-        if (leaves_[static_cast<std::size_t>(i)].box.intersects(box))
-          visit(leaves_[static_cast<std::size_t>(i)].item);
-      if (node.begin != node.end) continue;
-      pending[size++] = node.second;
-      pending[size++] = index + 1;
+      const Node& node = nodes_[static_cast<std::size_t>(pending[--size])];
+      for (unsigned lanes = node.meeting(box); lanes != 0; lanes &= lanes - 1) {
+        const int child = node.child[static_cast<std::size_t>(__builtin_ctz(lanes))];
+        if (child < 0)
+          visit(~child);
+        else
+          pending[size++] = child;
+      }
     }
   }
 
  private:
-  static constexpr std::size_t most_levels = 64;  // splits halve the number of items
+  static constexpr int width = 4;
+  static constexpr std::size_t most_pending = 3 * 16 + 1;  // nodes that wait: 4^16 items have so many levels
   struct Leaf {
     Eigen::AlignedBox3d box;
     int item = 0;
   };
   struct Node {
-    Eigen::AlignedBox3d box;
-    int begin = 0, end = 0;  // leaves: range of leaves_
-    int second = 0;          // inner nodes (begin == end): the second child; the first one follows its parent
+    std::array<Quad, 3> lower, upper;  // of the children's boxes; empty where there is no child
+    std::array<int, width> child;      // nodes, which come after their parent, or ~item
+    Node() {
+      lower.fill(Quad{} + std::numeric_limits<double>::infinity());
+      upper.fill(Quad{} - std::numeric_limits<double>::infinity());
+      child.fill(-1);
+    }
+    void set(int lane, const Eigen::AlignedBox3d& box);
+    Eigen::AlignedBox3d hull() const;
+    unsigned meeting(const Eigen::AlignedBox3d& box) const {  // bits of the children whose boxes do
+      const auto on = [&](std::size_t axis, double least, double most) -> QuadMask {
+        return (lower[axis] <= most) & (upper[axis] >= least);
+      };
+      const Vec3 &least = box.min(), &most = box.max();
+      const QuadMask meets =
+          on(0, least.x(), most.x()) & on(1, least.y(), most.y()) & on(2, least.z(), most.z());
+      return lanes_of(meets);
+    }
   };
-  void split(int begin, int end);
-  Eigen::AlignedBox3d box_of_leaves(int begin, int end) const;
+  Eigen::AlignedBox3d split(int begin, int end);
+  void halve(int begin, int middle, int end);
 
   std::vector<Leaf> leaves_;
   std::vector<Node> nodes_;
-  std::vector<int> items_;  // of the last build
+  std::vector<int> items_;
 };
 
 }  // namespace duet
