@@ -46,6 +46,27 @@ TEST(BoxTree, FindsExactlyTheBoxesThatMeet) {
   }
 }
 
+TEST(BoxTree, FindsThemWhereTheyHaveMovedTo) {
+  std::mt19937 random(6);
+  for (const int count : {3, 17, 1000}) {
+    std::vector<Eigen::AlignedBox3d> boxes = random_boxes(random, count);
+    std::vector<int> items;
+    for (int i = 0; i < count; ++i)
+      if (i % 5 != 1) items.push_back(i);
+    BoxTree tree;
+    tree.build(boxes, items);
+    EXPECT_EQ(tree.items(), items);
+    boxes = random_boxes(random, count);
+    tree.refit(boxes);
+    for (const Eigen::AlignedBox3d& box : random_boxes(random, 100)) {
+      std::vector<int> expected;
+      for (int i : items)
+        if (boxes[static_cast<std::size_t>(i)].intersects(box)) expected.push_back(i);
+      EXPECT_EQ(found(tree, box), expected);
+    }
+  }
+}
+
 TEST(BoxTree, CopesWithEqualBoxes) {
   const Eigen::AlignedBox3d box(Vec3::Zero(), Vec3::Ones());
   const std::vector<Eigen::AlignedBox3d> boxes(100, box);
