@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <cstddef>
+#include <type_traits>
 
 #if defined(__AVX__)
 #include <immintrin.h>
@@ -17,8 +18,6 @@ using PackMask = decltype(Pack{} < Pack{});  // eight 64-bit integers: all bits 
 
 // Eight floats at once, where single precision is enough: half the memory to stream.
 using PackF = float __attribute__((vector_size(4 * pack_width)));
-inline Pack to_double(const PackF& x) { return __builtin_convertvector(x, Pack); }
-inline PackF to_single(const Pack& x) { return __builtin_convertvector(x, PackF); }
 
 // The generic formulas below are written once for T = double, T = Pack and, as far as it needs them, T =
 // PackF.
@@ -71,8 +70,9 @@ inline Pack log_of(const Pack& x) {
 }
 inline double log_of(double x) { return log_of(Pack{} + x)[0]; }  // the same bits
 
-// Rows of four doubles, as records lie in memory, and packs of their members.
+// Rows of four doubles or floats, as records lie in memory, and packs of their members.
 using Quad = double __attribute__((vector_size(32)));
+using QuadF = float __attribute__((vector_size(16)));
 
 using QuadMask = decltype(Quad{} < Quad{});
 inline unsigned lanes_of(const QuadMask& mask) {  // a bit for each lane where it holds
@@ -84,7 +84,6 @@ inline unsigned lanes_of(const QuadMask& mask) {  // a bit for each lane where i
   return bits;
 #endif
 }
-using QuadF = float __attribute__((vector_size(16)));
 
 template <class P>
 struct VectorOf {
@@ -93,35 +92,21 @@ struct VectorOf {
 using PackVector = VectorOf<Pack>;
 using PackVectorF = VectorOf<PackF>;
 
-// The first three members of the rows row(0), ..., row(7).
+// The first three members of the rows row(0), ..., row(7): Quads or QuadFs.
 template <class Row>
-PackVector load_rows(Row&& row) {
-  const auto pair = [&](std::size_t i) {
-    return __builtin_shufflevector(row(i), row(i + 1), 0, 1, 2, 3, 4, 5, 6, 7);
-  };
-  const Pack a = pair(0), b = pair(2), c = pair(4), d = pair(6);
-  const Pack xy_low = __builtin_shufflevector(a, b, 0, 4, 8, 12, 1, 5, 9, 13);
-  const Pack xy_high = __builtin_shufflevector(c, d, 0, 4, 8, 12, 1, 5, 9, 13);
-  const Pack z_low = __builtin_shufflevector(a, b, 2, 6, 10, 14, 3, 7, 11, 15);
-  const Pack z_high = __builtin_shufflevector(c, d, 2, 6, 10, 14, 3, 7, 11, 15);
-  return {__builtin_shufflevector(xy_low, xy_high, 0, 1, 2, 3, 8, 9, 10, 11),
-          __builtin_shufflevector(xy_low, xy_high, 4, 5, 6, 7, 12, 13, 14, 15),
-          __builtin_shufflevector(z_low, z_high, 0, 1, 2, 3, 8, 9, 10, 11)};
-}
-
-template <class Row>
-PackVectorF load_single_rows(Row&& row) {
+auto load_rows(Row&& row) {
   const auto pair = [&](std::size_t i) {
     return __builtin_shufflevector(row(i), row(i + 4), 0, 1, 2, 3, 4, 5, 6, 7);
   };
-  const PackF a = pair(0), b = pair(1), c = pair(2), d = pair(3);
-  const PackF xy_even = __builtin_shufflevector(a, b, 0, 8, 1, 9, 4, 12, 5, 13);
-  const PackF xy_odd = __builtin_shufflevector(c, d, 0, 8, 1, 9, 4, 12, 5, 13);
-  const PackF z_even = __builtin_shufflevector(a, b, 2, 10, 3, 11, 6, 14, 7, 15);
-  const PackF z_odd = __builtin_shufflevector(c, d, 2, 10, 3, 11, 6, 14, 7, 15);
-  return {__builtin_shufflevector(xy_even, xy_odd, 0, 1, 8, 9, 4, 5, 12, 13),
-          __builtin_shufflevector(xy_even, xy_odd, 2, 3, 10, 11, 6, 7, 14, 15),
-          __builtin_shufflevector(z_even, z_odd, 0, 1, 8, 9, 4, 5, 12, 13)};
+  const auto a = pair(0), b = pair(1), c = pair(2), d = pair(3);
+  const auto xy_even = __builtin_shufflevector(a, b, 0, 8, 1, 9, 4, 12, 5, 13);
+  const auto xy_odd = __builtin_shufflevector(c, d, 0, 8, 1, 9, 4, 12, 5, 13);
+  const auto z_even = __builtin_shufflevector(a, b, 2, 10, 3, 11, 6, 14, 7, 15);
+  const auto z_odd = __builtin_shufflevector(c, d, 2, 10, 3, 11, 6, 14, 7, 15);
+  return VectorOf<std::remove_cvref_t<decltype(pair(0))>>{
+      __builtin_shufflevector(xy_even, xy_odd, 0, 1, 8, 9, 4, 5, 12, 13),
+      __builtin_shufflevector(xy_even, xy_odd, 2, 3, 10, 11, 6, 7, 14, 15),
+      __builtin_shufflevector(z_even, z_odd, 0, 1, 8, 9, 4, 5, 12, 13)};
 }
 
 // The opposite of load_rows: eight rows (x, y, z, w).
@@ -207,16 +192,11 @@ T determinant(const Matrix3<T>& a, const Matrix3<T>& cof) {
   return a[0][0] * cof[0][0] + a[0][1] * cof[0][1] + a[0][2] * cof[0][2];
 }
 
-inline Matrix3<PackF> to_single(const Matrix3<Pack>& a) {
-  Matrix3<PackF> b;
+template <class To, class From>
+Matrix3<To> converted(const Matrix3<From>& a) {
+  Matrix3<To> b;
   for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) b[i][j] = to_single(a[i][j]);
-  return b;
-}
-inline Matrix3<Pack> to_double(const Matrix3<PackF>& a) {
-  Matrix3<Pack> b;
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) b[i][j] = to_double(a[i][j]);
+    for (int j = 0; j < 3; ++j) b[i][j] = __builtin_convertvector(a[i][j], To);
   return b;
 }
 

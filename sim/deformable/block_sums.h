@@ -54,7 +54,7 @@ class BlockSums {
     return load_rows([&](std::size_t lane) { return rows[slot[lane]]; });
   }
   static PackVectorF gather(const QuadF* rows, const Slot& slot) {
-    return load_single_rows([&](std::size_t lane) { return rows[slot[lane]]; });
+    return load_rows([&](std::size_t lane) { return rows[slot[lane]]; });
   }
 
   // Calls work(particle, its sums over all blocks: an array of `rows` Quads) in parallel, for the particles

@@ -145,7 +145,7 @@ void FiniteElements::finalize(const std::vector<double>& mass) {
   single_.resize(batches_.size());
   for (std::size_t b = 0; b < batches_.size(); ++b) {
     single_[b].slot = batches_[b].slot;
-    single_[b].inverse_rest = to_single(batches_[b].inverse_rest);
+    single_[b].inverse_rest = converted<PackF>(batches_[b].inverse_rest);
   }
 
   // Elements may also become stiffer by what the particles around them leave room for.
@@ -214,8 +214,8 @@ Matrix3<Pack> FiniteElements::gradient(const Batch& batch, const Quad* rows) con
 
 void FiniteElements::keep_deformation(std::size_t b, const Matrix3<Pack>& F) {
   deformation_[b] = F;
-  single_[b].F = to_single(F);
-  single_[b].share = to_single(batches_[b].volume / excess_damping(F));
+  single_[b].F = converted<PackF>(F);
+  single_[b].share = __builtin_convertvector(batches_[b].volume / excess_damping(F), PackF);
 }
 
 // H = -V P D_m^-T holds the forces on particles 1 to 3 in its columns; particle 0 gets the opposite of their
@@ -299,13 +299,14 @@ void FiniteElements::add_damping_forces_single(const std::vector<Vec3>& v, std::
     const SingleBatch& batch = single_[b];
     const Matrix3<PackF> Fdot = gradient_of(
         batch.inverse_rest, [&](std::size_t i) { return BlockSums::gather(rows, batch.slot[i]); });
-    if (is_damped_[b]) return spread_forces(batches_[b], damping_stress(b, to_double(Fdot)), Pack{}, sums);
+    if (is_damped_[b])
+      return spread_forces(batches_[b], damping_stress(b, converted<Pack>(Fdot)), Pack{}, sums);
     const LameParameters& moduli = material_of_batch(b).moduli;
     const PackF stress_share = -static_cast<float>(moduli.damping) * batch.share;
     const PackF mu = PackF{} + static_cast<float>(moduli.mu),
                 lambda = PackF{} + static_cast<float>(moduli.lambda);
     const Matrix3<PackF> stress = viscous_stress(mu, lambda, stress_share, batch.F, Fdot);
-    spread_columns(to_double(times_transposed(stress, batch.inverse_rest)), Pack{}, batch.slot, sums);
+    spread_columns(converted<Pack>(times_transposed(stress, batch.inverse_rest)), Pack{}, batch.slot, sums);
   });
   sums_.add_to(force);
   add_drag(v, force);

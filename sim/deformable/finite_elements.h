@@ -90,6 +90,7 @@ class FiniteElements {
   // For a resumed run: the next step's size depends on it.
   void set_max_squared_frequency(double value) { max_squared_frequency_ = value; }
 
+  bool brakes() const { return !drag_.empty(); }  // whether any damping is in proportion to mass
   // kg/s, of mass-proportional damping on a particle.
   double drag(std::size_t particle) const { return drag_.empty() ? 0 : drag_[particle]; }
 

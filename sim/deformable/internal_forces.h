@@ -39,6 +39,9 @@ class InternalForces {
   void add_damping_forces(const std::vector<Vec3>& v, std::vector<Vec3>& force);
   // The same with the finite elements in single precision.
   void add_damping_forces_single(const std::vector<Vec3>& v, std::vector<Vec3>& force);
+  // Whether they may have a moment on a body, from bones or from a medium; else they have neither moment nor
+  // sum.
+  bool turn_bodies() const { return tethers.size() > 0 || elements.brakes(); }
   // Adds every particle's own block of minus that operator, kg/s, of all but membranes and tethers.
   void add_damping_blocks(std::vector<SymmetricBlock>& blocks);
   // See FiniteElements.

@@ -83,7 +83,8 @@ void VelocitySystem::weigh(GeneralizedVelocity& right_side) const {
 }
 
 void VelocitySystem::expect_reduction(double factor) {
-  const bool has_moments = bodies_.forces.tethers.size() > 0;  // on a body, which finish() must not take away
+  // finish() must not take away what is more than rounding.
+  const bool has_moments = bodies_.forces.turn_bodies();
   in_single_ = masses_ && !implicit_elasticity_ && !has_moments && factor <= reduction_in_single;
   if (in_single_ && collected_) collected_in_single_->assign(force_.size(), Vec3::Zero());
 }
@@ -124,7 +125,7 @@ void VelocitySystem::accumulate(double share) {
   });
 }
 
-// Damping has no moment on a body that nothing is tethered to, but for the rounding of single precision.
+// Where single precision is taken, damping has no moment on a body but for its rounding.
 void VelocitySystem::finish() {
   if (!collected_ || !in_single_) return;
   for (const DeformableBody& body : bodies_.deformable)

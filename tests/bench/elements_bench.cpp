@@ -3,8 +3,7 @@
 //
 //   tets/s           elements whose forces (or products) are evaluated in a second
 //   over_stream      time over that which the same bytes take to be read once, measured in the same run:
-//   those
-//                    of the elements, of their forces on the way to the particles, and of the vectors
+//                    those of the elements, of their forces on the way to the particles, and of the vectors
 //   two_threads      wall seconds on one thread over those on two, the least of rounds that take turns
 #include <algorithm>
 #include <array>
