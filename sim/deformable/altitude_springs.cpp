@@ -17,7 +17,7 @@ std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
 constexpr std::array<std::array<std::size_t, 4>, 7> corners = {
     {{0, 1, 3, 2}, {1, 0, 2, 3}, {2, 0, 3, 1}, {3, 0, 1, 2}, {0, 1, 2, 3}, {0, 2, 3, 1}, {0, 3, 1, 2}}};
 
-// Twice the area of the face, or the cross product of the edges: six volumes over it are the altitude.
+// Twice the area of the face, or the cross product of the edges.
 PackVector base(std::size_t altitude, const std::array<PackVector, 4>& x) {
   const auto& c = corners[altitude];
   return altitude < first_between_edges ? cross(x[c[2]] - x[c[1]], x[c[3]] - x[c[1]])
@@ -76,12 +76,11 @@ void AltitudeSprings::finalize(const std::vector<double>& inverse_mass) {
     }
   }
   chosen_.resize(batches_.size());
+  dashpots_.resize(batches_.size());
   sums_.build(batches_, inverse_mass.size());
 }
 
-void AltitudeSprings::choose(const Batch& batch, const std::vector<Vec3>& x, Chosen& chosen) {
-  std::array<PackVector, 4> corner;
-  for (std::size_t i = 0; i < 4; ++i) corner[i] = gather(x, batch.particle[i]);
+Pack AltitudeSprings::choose(const Batch& batch, const std::array<PackVector, 4>& corner, Chosen& chosen) {
   Pack largest{};
   PackMask best{};
   chosen.rest_length = batch.rest_length[0];
@@ -99,23 +98,23 @@ void AltitudeSprings::choose(const Batch& batch, const std::vector<Vec3>& x, Cho
   chosen.stiffness = batch.modulus / chosen.rest_length;
   for (std::size_t lane = 0; lane < pack_width; ++lane) {
     const auto& order = corners[static_cast<std::size_t>(best[lane])];
-    for (std::size_t i = 0; i < 4; ++i) {
-      chosen.particle[i][lane] = batch.particle[order[i]][lane];
-      chosen.slot[i][lane] = batch.slot[order[i]][lane];
-    }
+    for (std::size_t i = 0; i < 4; ++i) chosen.slot[i][lane] = batch.slot[order[i]][lane];
   }
+  return largest;
 }
 
 void AltitudeSprings::choose(const std::vector<Vec3>& x) {
-  parallel_for(batches_.size(), batch_grain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t b = begin; b < end; ++b) choose(batches_[b], x, chosen_[b]);
+  sums_.visit(x, [&](std::size_t b, const Quad* rows) {
+    std::array<PackVector, 4> corner;
+    for (std::size_t i = 0; i < 4; ++i) corner[i] = BlockSums::gather(rows, batches_[b].slot[i]);
+    choose(batches_[b], corner, chosen_[b]);
   });
 }
 
 // The foot divides the face by the barycentric coordinates (1 - a - b, a, b), or the edges by -a and b.
-AltitudeSprings::Altitude AltitudeSprings::altitude(const Chosen& chosen, const std::vector<Vec3>& x) {
+AltitudeSprings::Altitude AltitudeSprings::altitude(const Chosen& chosen, const Quad* rows) {
   std::array<PackVector, 4> corner;
-  for (std::size_t i = 0; i < 4; ++i) corner[i] = gather(x, chosen.particle[i]);
+  for (std::size_t i = 0; i < 4; ++i) corner[i] = BlockSums::gather(rows, chosen.slot[i]);
   const PackMask& edges = chosen.between_edges;
   const PackVector e = select(edges, corner[1] - corner[0], corner[2] - corner[1]);
   const PackVector f = corner[3] - select(edges, corner[2], corner[1]);
@@ -133,18 +132,19 @@ AltitudeSprings::Altitude AltitudeSprings::altitude(const Chosen& chosen, const 
   return result;
 }
 
-PackVector AltitudeSprings::difference(const Chosen& chosen, const std::vector<Vec3>& values) {
-  PackVector sum = chosen.weight[0] * gather(values, chosen.particle[0]);
-  for (std::size_t i = 1; i < 4; ++i) sum = sum + chosen.weight[i] * gather(values, chosen.particle[i]);
+PackVector AltitudeSprings::difference(const Chosen& chosen, const Quad* rows) {
+  PackVector sum = chosen.weight[0] * BlockSums::gather(rows, chosen.slot[0]);
+  for (std::size_t i = 1; i < 4; ++i) sum = sum + chosen.weight[i] * BlockSums::gather(rows, chosen.slot[i]);
   return sum;
 }
 
-// `force_of(chosen)` is the force along the normal, to be spread by the weights.
+// `force_of(batch's number, rows of `values`)` is the force along the normal, to be spread by the weights.
 template <class Force>
-void AltitudeSprings::add_forces(std::vector<Vec3>& totals, Force&& force_of) {
-  sums_.fill([&](std::size_t b, Quad* sums) {
-    Chosen& chosen = chosen_[b];
-    const Pack force = force_of(chosen);
+void AltitudeSprings::add_forces(const std::vector<Vec3>& values, std::vector<Vec3>& totals,
+                                 Force&& force_of) {
+  sums_.fill_from(values, [&](std::size_t b, const Quad* rows, Quad* sums) {
+    const Chosen& chosen = chosen_[b];
+    const Pack force = force_of(b, rows);
     for (std::size_t i = 0; i < 4; ++i)
       BlockSums::spread(chosen.slot[i], (force * chosen.weight[i]) * chosen.normal, Pack{}, sums);
   });
@@ -152,17 +152,20 @@ void AltitudeSprings::add_forces(std::vector<Vec3>& totals, Force&& force_of) {
 }
 
 void AltitudeSprings::add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>& force) {
-  add_forces(force, [&](Chosen& chosen) {
-    const Altitude now = altitude(chosen, x);
+  add_forces(x, force, [&](std::size_t b, const Quad* rows) {
+    Chosen& chosen = chosen_[b];
+    const Altitude now = altitude(chosen, rows);
     chosen.weight = now.weight;
     chosen.normal = now.normal;
+    dashpots_[b].set(chosen.slot, chosen.weight, chosen.viscosity, chosen.normal);
     return chosen.stiffness * (chosen.rest_length - now.length);
   });
 }
 
 void AltitudeSprings::add_damping_forces(const std::vector<Vec3>& v, std::vector<Vec3>& force) {
-  add_forces(force, [&](const Chosen& chosen) {
-    return -chosen.viscosity * dot(chosen.normal, difference(chosen, v));
+  add_forces(v, force, [&](std::size_t b, const Quad* rows) {
+    const Chosen& chosen = chosen_[b];
+    return -chosen.viscosity * dot(chosen.normal, difference(chosen, rows));
   });
 }
 
@@ -177,8 +180,9 @@ void AltitudeSprings::add_damping_blocks(std::vector<SymmetricBlock>& blocks) {
 }
 
 void AltitudeSprings::add_force_differentials(const std::vector<Vec3>& dx, std::vector<Vec3>& force) {
-  add_forces(force, [&](const Chosen& chosen) {
-    return -chosen.stiffness * dot(chosen.normal, difference(chosen, dx));
+  add_forces(dx, force, [&](std::size_t b, const Quad* rows) {
+    const Chosen& chosen = chosen_[b];
+    return -chosen.stiffness * dot(chosen.normal, difference(chosen, rows));
   });
 }
 
@@ -188,9 +192,15 @@ double AltitudeSprings::energy(const std::vector<Vec3>& x) const {
       [&](std::size_t begin, std::size_t end) {
         double sum = 0;
         for (std::size_t b = begin; b < end; ++b) {
+          std::array<PackVector, 4> corner;
+          for (std::size_t i = 0; i < 4; ++i) corner[i] = gather(x, batches_[b].particle[i]);
           Chosen chosen;
-          choose(batches_[b], x, chosen);
-          const Pack stretch = altitude(chosen, x).length - chosen.rest_length;
+          const Pack largest = sqrt_of(choose(batches_[b], corner, chosen));
+          const Pack six_volumes =
+              dot(corner[1] - corner[0], cross(corner[2] - corner[0], corner[3] - corner[0]));
+          const PackMask exists = largest > Pack{};
+          const Pack length = select(exists, six_volumes / select(exists, largest, Pack{} + 1.0), Pack{});
+          const Pack stretch = length - chosen.rest_length;
           sum += sum_of_lanes(0.5 * chosen.stiffness * stretch * stretch);
         }
         return sum;

@@ -14,6 +14,7 @@
 
 #include "sim/base/pack_vector.h"
 #include "sim/deformable/block_sums.h"
+#include "sim/deformable/dashpots.h"
 #include "sim/deformable/symmetric_block.h"
 #include "sim/geometry/tet_mesh.h"
 
@@ -34,6 +35,9 @@ class AltitudeSprings {
   void choose(const std::vector<Vec3>& x);
   void add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>& force);
   void add_damping_forces(const std::vector<Vec3>& v, std::vector<Vec3>& force);
+  void add_damping_forces_single(const std::vector<Vec3>& v, std::vector<Vec3>& force) {
+    add_dashpot_forces(dashpots_, sums_, v, force);
+  }
   void add_damping_blocks(std::vector<SymmetricBlock>& blocks);  // see InternalForces
   void add_force_differentials(const std::vector<Vec3>& dx, std::vector<Vec3>& force);
   double energy(const std::vector<Vec3>& x) const;  // J, with the springs that choose(x) chooses
@@ -58,7 +62,6 @@ class AltitudeSprings {
   };
   // The springs of a batch that choose() has chosen, with the tets' corners as altitude() takes them.
   struct Chosen {
-    std::array<PackIndex, 4> particle;
     std::array<BlockSums::Slot, 4> slot;
     PackMask between_edges;  // or else from the first corner to the face of the others
     Pack rest_length, stiffness, viscosity;
@@ -70,16 +73,18 @@ class AltitudeSprings {
     PackVector normal;
     Pack length;
   };
-  static void choose(const Batch& batch, const std::vector<Vec3>& x, Chosen& chosen);
-  static Altitude altitude(const Chosen& chosen, const std::vector<Vec3>& x);
-  static PackVector difference(const Chosen& chosen, const std::vector<Vec3>& values);
+  // Returns the square of the largest base: six volumes over it are the altitude.
+  static Pack choose(const Batch& batch, const std::array<PackVector, 4>& corner, Chosen& chosen);
+  static Altitude altitude(const Chosen& chosen, const Quad* rows);
+  static PackVector difference(const Chosen& chosen, const Quad* rows);
   template <class Force>
-  void add_forces(std::vector<Vec3>& totals, Force&& force_of);
+  void add_forces(const std::vector<Vec3>& values, std::vector<Vec3>& totals, Force&& force_of);
 
   std::vector<Tet> tets_;
   std::vector<RestTet> rest_;
   std::vector<Batch> batches_;
-  std::vector<Chosen> chosen_;  // of each batch
+  std::vector<Chosen> chosen_;         // of each batch
+  std::vector<Dashpots<4>> dashpots_;  // of each batch
   BlockSums sums_;
 };
 

@@ -50,6 +50,9 @@ class BlockSums {
   // Row is Quad, or QuadF for single precision: rows then have the values relative to one of their block.
   template <class Row = Quad, class Add>
   void fill_from(const std::vector<Vec3>& values, Add&& add);
+  // The same without sums: calls work(index of a batch, rows).
+  template <class Row = Quad, class Work>
+  void visit(const std::vector<Vec3>& values, Work&& work) const;
   static PackVector gather(const Quad* rows, const Slot& slot) {
     return load_rows([&](std::size_t lane) { return rows[slot[lane]]; });
   }
@@ -119,12 +122,10 @@ void BlockSums::fill(Add&& add) {
   });
 }
 
-template <class Row, class Add>
-void BlockSums::fill_from(const std::vector<Vec3>& values, Add&& add) {
+template <class Row, class Work>
+void BlockSums::visit(const std::vector<Vec3>& values, Work&& work) const {
   parallel_for(batches_, batches_of_block, [&](std::size_t begin, std::size_t end) {
     const std::size_t first = first_[begin / batches_of_block], last = first_[begin / batches_of_block + 1];
-    Quad* sums = values_.data() + first;
-    std::fill(sums, values_.data() + last, Quad{});
     Row rows[most_corners * batches_of_block * pack_width];
     using Scalar = std::remove_cvref_t<decltype(rows[0][0])>;
     const Vec3 origin = std::is_same_v<Row, Quad> ? Vec3(Vec3::Zero()) : values[particle_[first]];
@@ -133,7 +134,17 @@ void BlockSums::fill_from(const std::vector<Vec3>& values, Add&& add) {
       rows[k - first] =
           Row{static_cast<Scalar>(value[0]), static_cast<Scalar>(value[1]), static_cast<Scalar>(value[2]), 0};
     }
-    for (std::size_t b = begin; b < end; ++b) add(b, rows, sums);
+    for (std::size_t b = begin; b < end; ++b) work(b, rows);
+  });
+}
+
+template <class Row, class Add>
+void BlockSums::fill_from(const std::vector<Vec3>& values, Add&& add) {
+  visit<Row>(values, [&](std::size_t b, const Row* rows) {
+    const std::size_t block = b / batches_of_block;
+    Quad* sums = values_.data() + first_[block];
+    if (b % batches_of_block == 0) std::fill(sums, values_.data() + first_[block + 1], Quad{});
+    add(b, rows, sums);
   });
 }
 

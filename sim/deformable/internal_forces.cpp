@@ -64,7 +64,12 @@ void InternalForces::add_damping_forces(const std::vector<Vec3>& v, std::vector<
 
 void InternalForces::add_damping_forces_single(const std::vector<Vec3>& v, std::vector<Vec3>& force) {
   elements.add_damping_forces_single(v, force);
-  for_each_other(*this, [&](auto& other) { other.add_damping_forces(v, force); });
+  for_each_other(*this, [&](auto& other) {
+    if constexpr (requires { other.add_damping_forces_single(v, force); })
+      other.add_damping_forces_single(v, force);
+    else
+      other.add_damping_forces(v, force);
+  });
 }
 
 void InternalForces::add_damping_blocks(std::vector<SymmetricBlock>& blocks) {

@@ -37,7 +37,7 @@ class InternalForces {
   // Adds the viscous forces for the velocities `v` in the state of the last add_elastic_forces: linear in v,
   // symmetric and negative semi-definite.
   void add_damping_forces(const std::vector<Vec3>& v, std::vector<Vec3>& force);
-  // The same with the finite elements in single precision.
+  // The same in single precision, but for membranes and tethers.
   void add_damping_forces_single(const std::vector<Vec3>& v, std::vector<Vec3>& force);
   // Whether they may have a moment on a body, from bones or from a medium; else they have neither moment nor
   // sum.

@@ -40,6 +40,7 @@ void Springs<N>::finalize(std::size_t particle_count) {
     batch.sideways[lane] = 0;
   }
   sums_.build(batches_, particle_count);
+  dashpots_.resize(batches_.size());
 }
 
 template <std::size_t N>
@@ -49,13 +50,21 @@ PackVector Springs<N>::difference(const Batch& batch, const std::vector<Vec3>& v
   return sum;
 }
 
-// `force_of(batch)` is the force that the spring exerts along d, to be spread by the weights.
+template <std::size_t N>
+PackVector Springs<N>::difference(const Batch& batch, const Quad* rows) {
+  PackVector sum = batch.weight[0] * BlockSums::gather(rows, batch.slot[0]);
+  for (std::size_t i = 1; i < N; ++i) sum = sum + batch.weight[i] * BlockSums::gather(rows, batch.slot[i]);
+  return sum;
+}
+
+// `force_of(batch's number, sum w_i of `values`)` is the force that the spring exerts along d, to be spread
+// by the weights.
 template <std::size_t N>
 template <class Force>
-void Springs<N>::add_forces(std::vector<Vec3>& totals, Force&& force_of) {
-  sums_.fill([&](std::size_t b, Quad* sums) {
-    Batch& batch = batches_[b];
-    const PackVector force = force_of(batch);
+void Springs<N>::add_forces(const std::vector<Vec3>& values, std::vector<Vec3>& totals, Force&& force_of) {
+  sums_.fill_from(values, [&](std::size_t b, const Quad* rows, Quad* sums) {
+    const Batch& batch = batches_[b];
+    const PackVector force = force_of(b, difference(batch, rows));
     for (std::size_t i = 0; i < N; ++i)
       BlockSums::spread(batch.slot[i], batch.weight[i] * force, Pack{}, sums);
   });
@@ -64,8 +73,8 @@ void Springs<N>::add_forces(std::vector<Vec3>& totals, Force&& force_of) {
 
 template <std::size_t N>
 void Springs<N>::add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>& force) {
-  add_forces(force, [&](Batch& batch) {
-    const PackVector d = difference(batch, x);
+  add_forces(x, force, [&](std::size_t b, const PackVector& d) {
+    Batch& batch = batches_[b];
     const Pack length = sqrt_of(dot(d, d));
     const Pack shortest = crushed * batch.rest_length;
     const Pack divisor = select(length > shortest, length, shortest);
@@ -74,14 +83,16 @@ void Springs<N>::add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3
     batch.direction = inverse * d;
     const Pack side = batch.stiffness * (1.0 - batch.rest_length * inverse);
     batch.sideways = select(side > Pack{}, side, Pack{});
+    dashpots_[b].set(batch.slot, batch.weight, batch.viscosity, batch.direction);
     return (batch.stiffness * (batch.rest_length - length)) * batch.direction;
   });
 }
 
 template <std::size_t N>
 void Springs<N>::add_damping_forces(const std::vector<Vec3>& v, std::vector<Vec3>& force) {
-  add_forces(force, [&](const Batch& batch) {
-    return (-batch.viscosity * dot(batch.direction, difference(batch, v))) * batch.direction;
+  add_forces(v, force, [&](std::size_t b, const PackVector& difference) {
+    const Batch& batch = batches_[b];
+    return (-batch.viscosity * dot(batch.direction, difference)) * batch.direction;
   });
 }
 
@@ -98,8 +109,8 @@ void Springs<N>::add_damping_blocks(std::vector<SymmetricBlock>& blocks) {
 
 template <std::size_t N>
 void Springs<N>::add_force_differentials(const std::vector<Vec3>& dx, std::vector<Vec3>& force) {
-  add_forces(force, [&](const Batch& batch) {
-    const PackVector d = difference(batch, dx);
+  add_forces(dx, force, [&](std::size_t b, const PackVector& d) {
+    const Batch& batch = batches_[b];
     const Pack along = (batch.sideways - batch.stiffness) * dot(batch.direction, d);
     return along * batch.direction - batch.sideways * d;
   });

@@ -12,6 +12,7 @@
 
 #include "sim/base/pack_vector.h"
 #include "sim/deformable/block_sums.h"
+#include "sim/deformable/dashpots.h"
 #include "sim/deformable/symmetric_block.h"
 
 namespace duet {
@@ -40,6 +41,10 @@ class Springs {
   void add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>& force);
   // Linear in v, symmetric and negative semi-definite.
   void add_damping_forces(const std::vector<Vec3>& v, std::vector<Vec3>& force);
+  // The same in single precision.
+  void add_damping_forces_single(const std::vector<Vec3>& v, std::vector<Vec3>& force) {
+    add_dashpot_forces(dashpots_, sums_, v, force);
+  }
   // See InternalForces.
   void add_damping_blocks(std::vector<SymmetricBlock>& blocks);
   // Adds the change of the elastic forces with a displacement `dx` (m), less what of it would destabilize:
@@ -60,12 +65,15 @@ class Springs {
     PackVector direction;                    // u of the last add_elastic_forces
     Pack sideways;                           // its stiffness across u, k (1 - L / |d|), if not negative
   };
+  // sum w_i of the values of all particles, or of those at the batch's slots.
   static PackVector difference(const Batch& batch, const std::vector<Vec3>& values);
+  static PackVector difference(const Batch& batch, const Quad* rows);
   template <class Force>
-  void add_forces(std::vector<Vec3>& totals, Force&& force_of);
+  void add_forces(const std::vector<Vec3>& values, std::vector<Vec3>& totals, Force&& force_of);
 
   std::vector<Spring<N>> springs_;
   std::vector<Batch> batches_;
+  std::vector<Dashpots<N>> dashpots_;  // of each batch
   BlockSums sums_;
 };
 
