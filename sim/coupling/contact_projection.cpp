@@ -96,7 +96,7 @@ void ContactProjection::factor(Block& block) const {
     block.weight += row.mass * wrench * wrench.transpose();
   }
   if (is_linked(block.host)) {  // joints may hold it as if it had no end of mass
-    const Mat6 response = linked_->response_of(block.host);
+    const Mat6 response = linked_->response_of(block.host, block.host);
     block.inverse = (Mat6::Identity() + response * block.weight).partialPivLu().solve(response);
     return;
   }

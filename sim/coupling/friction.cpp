@@ -6,13 +6,17 @@
 
 namespace duet {
 
-// S = K^-1 - (K^-1 n)(K^-1 n)^T / (n.K^-1 n) has no normal part, and for tangential velocities K S is the
-// identity up to one.
-ContactResponse::ContactResponse(const Mat3& factor, const Vec3& normal)
-    : K(factor), normal_mass(1 / normal.dot(factor * normal)) {
-  const Mat3 inverse = factor.inverse();
-  const Vec3 along = inverse * normal;
-  sticking = inverse - along * along.transpose() / along.dot(normal);
+// With the tangents T of the contact, sticking is T (T^T K T)^-1 T^T: for tangential velocities K times it is
+// the identity up to a normal part. Of a symmetric matrix of two rows the inverse is the matrix itself,
+// turned by a quarter about the normal n, over its determinant, which is n . cof(K) n.
+ContactResponse::ContactResponse(const Mat3& factor, const Vec3& n)
+    : K(factor), normal_mass(1 / n.dot(factor * n)) {
+  const Vec3 a = K.col(0), b = K.col(1), c = K.col(2);
+  const double determinant = n.dot(n[0] * b.cross(c) + n[1] * c.cross(a) + n[2] * a.cross(b));
+  Mat3 turned;  // n x K
+  turned << n.cross(a), n.cross(b), n.cross(c);
+  const Mat3 back = turned.transpose() / determinant;
+  sticking << n.cross(back.col(0)), n.cross(back.col(1)), n.cross(back.col(2));
 }
 
 Vec3 friction_impulse(const FrictionContact& contact, const Vec3& velocity, double target) {

@@ -31,26 +31,22 @@ std::vector<int> linked_bodies(const Bodies& bodies, std::size_t largest) {
     const auto [a, b] = std::minmax({root(joint.parent), root(joint.child)});
     first[b] = static_cast<int>(a);
   }
-  struct Count {
-    std::size_t bodies = 0, inner = 0, outer = 0;  // joints between them, and to bodies that are not dynamic
-  };
-  std::vector<Count> count(first.size());
-  for (int body = 0; body < static_cast<int>(first.size()); ++body) ++count[root(body)].bodies;
-  for (const Joint& joint : bodies.articulation.joints) {
-    const bool has_parent = is_dynamic(joint.parent), has_child = is_dynamic(joint.child);
-    if (has_parent && has_child)
-      ++count[root(joint.parent)].inner;
-    else if (has_parent || has_child)
-      ++count[root(has_parent ? joint.parent : joint.child)].outer;
-  }
+  std::vector<std::size_t> members(first.size(), 0);
+  std::vector<char> jointed(first.size(), 0);
+  for (int body = 0; body < static_cast<int>(first.size()); ++body) ++members[root(body)];
+  for (const Joint& joint : bodies.articulation.joints)
+    for (const int body : {joint.parent, joint.child})
+      if (is_dynamic(body)) jointed[as_index(body)] = 1;
   std::vector<int> linked(first.size(), -1);
-  for (int body = 0; body < static_cast<int>(first.size()); ++body) {
-    const std::size_t group = root(body);
-    const auto& [members, inner, outer] = count[group];
-    const bool is_tree = inner + outer > 0 && inner < members && outer <= 1;
-    if (is_tree && members <= largest) linked[as_index(body)] = static_cast<int>(group);
-  }
+  for (int body = 0; body < static_cast<int>(first.size()); ++body)
+    if (jointed[as_index(body)] != 0 && members[root(body)] <= largest)
+      linked[as_index(body)] = static_cast<int>(root(body));
   return linked;
+}
+
+bool LinkedBodies::is_complete() const {
+  return others_.empty() &&
+         std::none_of(groups_.begin(), groups_.end(), [](const Group& group) { return !group.answers(); });
 }
 
 void LinkedBodies::find_groups(const Bodies& bodies) {
@@ -70,6 +66,7 @@ void LinkedBodies::find_groups(const Bodies& bodies) {
     }
     Group& group = groups_[as_index(group_of_[body])];
     member_[body].place = group.members.size();
+    group.mass += bodies.rigid.properties[body].mass;
     group.members.push_back(body);
   }
   for (const Joint& joint : bodies.articulation.joints)
@@ -121,10 +118,12 @@ void LinkedBodies::for_each_change(int body, const Vec6& wrench, Work&& work) co
          Vec6(group.response.block<6, 6>(6 * static_cast<Eigen::Index>(i), column) * wrench));
 }
 
-Mat6 LinkedBodies::response_of(int body) const {
-  const Group& group = groups_[as_index(group_of_[as_index(body)])];
-  const Eigen::Index k = 6 * static_cast<Eigen::Index>(member_[as_index(body)].place);
-  return group.response.block<6, 6>(k, k);
+Mat6 LinkedBodies::response_of(int body, int struck) const {
+  const int group = group_of_[as_index(body)];
+  if (group_of_[as_index(struck)] != group) return Mat6::Zero();
+  return groups_[as_index(group)].response.block<6, 6>(
+      6 * static_cast<Eigen::Index>(member_[as_index(body)].place),
+      6 * static_cast<Eigen::Index>(member_[as_index(struck)].place));
 }
 
 Mat3 LinkedBodies::factor(const ContactPoint& contact, const Bodies& bodies) const {
@@ -133,7 +132,7 @@ Mat3 LinkedBodies::factor(const ContactPoint& contact, const Bodies& bodies) con
     if (!contains(body))
       return impulse_factor(rigid.state[as_index(body)], rigid.properties[as_index(body)].inverse_mass, arm);
     const auto map = velocity_at(arm);
-    return map * response_of(body) * map.transpose();
+    return map * response_of(body, body) * map.transpose();
   };
   Mat3 K = Mat3::Zero();
   if (moves_host(bodies, contact)) K = of_body(contact.host, contact.host_arm);
@@ -142,19 +141,12 @@ Mat3 LinkedBodies::factor(const ContactPoint& contact, const Bodies& bodies) con
     return K;
   }
   K += of_body(contact.guest_rigid, contact.guest_arm);
-  return K;
-}
-
-void LinkedBodies::find_what_touches_itself(const ContactSet& contacts) {
-  is_complete_ = others_.empty();
-  for (Group& group : groups_) group.touches_itself = false;
-  for (const ContactPoint& contact : contacts.points) {
-    if (!contact.is_rigid_pair()) continue;
-    const int group = group_of_[as_index(contact.host)];
-    if (group < 0 || group != group_of_[as_index(contact.guest_rigid)]) continue;
-    groups_[as_index(group)].touches_itself = true;
-    is_complete_ = false;
+  if (contains(contact.host) && contains(contact.guest_rigid)) {
+    const Mat3 across = velocity_at(contact.host_arm) * response_of(contact.host, contact.guest_rigid) *
+                        velocity_at(contact.guest_arm).transpose();
+    K -= across + across.transpose();
   }
+  return K;
 }
 
 ContactResponse LinkedBodies::response(const ContactPoint& contact, const Bodies& bodies) const {
@@ -164,6 +156,29 @@ ContactResponse LinkedBodies::response(const ContactPoint& contact, const Bodies
   const Vec3& n = contact.normal;
   if (!(n.dot(K * n) > least_share * n.dot(contact.response.K * n))) return {};
   return {K + softness * contact.response.K, n};
+}
+
+// Close to a joint, or where the group is folded flat, the smallest velocities of a contact are great ones of
+// its bodies: it answers like something far heavier than all that moves.
+void LinkedBodies::find_cramped(const ContactPoint& contact, const ContactResponse& answer,
+                                const Bodies& bodies) {
+  constexpr double most_masses = 50;
+  double mass = 0;
+  const auto count = [&](int body) {
+    const auto b = as_index(body);
+    if (contains(body))
+      mass += groups_[as_index(group_of_[b])].mass;
+    else if (bodies.rigid.properties[b].is_dynamic())
+      mass += bodies.rigid.properties[b].mass;
+  };
+  if (moves_host(bodies, contact)) count(contact.host);
+  if (contact.is_rigid_pair())
+    count(contact.guest_rigid);
+  else
+    mass += 1 / surface_point(bodies, contact).inverse_mass;
+  if (answer.normal_mass <= most_masses * mass) return;
+  for (const int body : {contact.host, contact.guest_rigid})
+    if (body >= 0 && contains(body)) groups_[as_index(group_of_[as_index(body)])].is_cramped = true;
 }
 
 void LinkedBodies::update(const Bodies& bodies, JointSolver& joints) {
@@ -182,25 +197,46 @@ void LinkedBodies::update(const Bodies& bodies, JointSolver& joints) {
 LinkedBodies* LinkedBodies::prepare(const Bodies& bodies, JointSolver& joints, ContactSet& contacts) {
   if (bodies.linked.empty()) return nullptr;
   if (group_of_.empty()) find_groups(bodies);
-  find_what_touches_itself(contacts);
+  for (Group& group : groups_) group.is_cramped = group.is_misled = false;
   const auto takes = [&](const ContactPoint& contact) { return takes_part(contact); };
   if (std::none_of(contacts.points.begin(), contacts.points.end(), takes)) return nullptr;
   update(bodies, joints);
-  for (ContactPoint& contact : contacts.points)
-    if (takes_part(contact)) contact.response = response(contact, bodies);
+  own_.resize(contacts.points.size());
+  for (std::size_t i = 0; i < own_.size(); ++i) own_[i] = contacts.points[i].response;
+  answer(bodies, contacts);
+  for (const ContactPoint& contact : contacts.points)
+    if (takes_part(contact)) find_cramped(contact, contact.response, bodies);
+  if (!is_complete()) answer(bodies, contacts);
   return this;
+}
+
+void LinkedBodies::answer(const Bodies& bodies, ContactSet& contacts) const {
+  for (std::size_t i = 0; i < own_.size(); ++i) {
+    ContactPoint& contact = contacts.points[i];
+    contact.response = own_[i];
+    if (takes_part(contact)) contact.response = response(contact, bodies);
+  }
 }
 
 const LinkedBodies* LinkedBodies::prepare(const Bodies& bodies, JointSolver& joints,
                                           const ContactMemory& memory) {
   if (bodies.linked.empty()) return nullptr;
   if (group_of_.empty()) find_groups(bodies);
-  find_what_touches_itself({});
+  for (Group& group : groups_) group.is_cramped = group.is_misled = false;
   const auto takes = [&](const RememberedContact& contact) {
     return contains(contact.host) || (contact.guest_rigid >= 0 && contains(contact.guest_rigid));
   };
   if (std::none_of(memory.begin(), memory.end(), takes)) return nullptr;
   update(bodies, joints);
+  ContactPoint contact;
+  for (const RememberedContact& remembered : memory) {
+    if (!takes(remembered)) continue;
+    contact.host = remembered.host;
+    contact.guest_rigid = remembered.guest_rigid;
+    contact.guest_point = remembered.guest_point;
+    update_geometry(bodies, contact);
+    find_cramped(contact, response(contact, bodies), bodies);
+  }
   return this;
 }
 
@@ -254,12 +290,35 @@ void LinkedBodies::finish(RigidBodies& rigid) {
       Member& member = member_[body];
       RigidState& state = rigid.state[body];
       member.end = state;
-      if (group.touches_itself) continue;  // impulses have moved its members by themselves
+      if (!group.answers()) continue;  // impulses have moved its members by themselves
       state.velocity = member.start.velocity + rigid.properties[body].inverse_mass * member.linear;
       state.angular_momentum = member.start.angular_momentum + member.angular;
       state.angular_velocity = member.start.angular_velocity + state.inverse_inertia * member.angular;
     }
   for (const std::size_t body : others_) member_[body].end = rigid.state[body];
+}
+
+void LinkedBodies::release_misled(const Bodies& bodies, ContactSet& contacts) {
+  constexpr double largest_error = 0.25;  // of the energy of what was predicted: half the velocities
+  bool releases = false;
+  for (Group& group : groups_) {
+    if (!group.answers()) continue;
+    double predicted = 0, error = 0;
+    for (const std::size_t body : group.members) {
+      const Member& member = member_[body];
+      const RigidState& state = bodies.rigid.state[body];
+      const auto energy = [&](const RigidState& a, const RigidState& b) {
+        const Vec3 turn = a.angular_velocity - b.angular_velocity;
+        return bodies.rigid.properties[body].mass * (a.velocity - b.velocity).squaredNorm() +
+               turn.dot(member.inertia * turn);
+      };
+      predicted += energy(member.end, member.start);
+      error += energy(member.end, state);
+    }
+    group.is_misled = error > largest_error * predicted;
+    releases |= group.is_misled;
+  }
+  if (releases) answer(bodies, contacts);
 }
 
 double LinkedBodies::difference(const RigidBodies& rigid) const {

@@ -11,9 +11,7 @@
 namespace duet {
 
 // Of each rigid body the first of the dynamic ones that joints connect with it, itself included; -1 of bodies
-// without a joint, of more than `largest` bodies together, and of those whose joints make loops, by
-// themselves or with the bodies that are not dynamic: where a loop lies flat, its rows at the poses now say
-// little about how it may move.
+// without a joint, and of more than `largest` bodies together.
 std::vector<int> linked_bodies(const Bodies& bodies, std::size_t largest = 16);
 
 // A wrench of an impulse (N s) at `arm` (m) from the centre of mass.
@@ -40,10 +38,10 @@ class LinkedBodies {
 
   bool contains(int body) const {
     const int group = group_of_[static_cast<std::size_t>(body)];
-    return group >= 0 && !groups_[static_cast<std::size_t>(group)].touches_itself;
+    return group >= 0 && groups_[static_cast<std::size_t>(group)].answers();
   }
   // Whether it contains all bodies with joints.
-  bool is_complete() const { return is_complete_; }
+  bool is_complete() const;
   bool takes_part(const ContactPoint& contact) const {
     return contains(contact.host) || (contact.is_rigid_pair() && contains(contact.guest_rigid));
   }
@@ -51,8 +49,8 @@ class LinkedBodies {
   void push(RigidBodies& rigid, int body, const Vec6& wrench);
   // The same to velocities of all rigid bodies, m/s and rad/s.
   void push(int body, const Vec6& wrench, std::vector<Vec3>& linear, std::vector<Vec3>& angular) const;
-  // Of a linked body's twist for wrenches on it.
-  Mat6 response_of(int body) const;
+  // Of a linked body's twist for wrenches on `struck`, another one or itself.
+  Mat6 response_of(int body, int struck) const;
   // Of a contact that takes part and holds the response of the bodies by themselves. Zero where the joints
   // leave no motion along the normal.
   ContactResponse response(const ContactPoint& contact, const Bodies& bodies) const;
@@ -63,14 +61,20 @@ class LinkedBodies {
   // difference() is the largest change (m/s) against what the velocities of bodies with joints were before.
   void finish(RigidBodies& rigid);
   double difference(const RigidBodies& rigid) const;
+  // After the joint solver has done it: contacts of groups that it has moved otherwise than they answered go
+  // on as those of bodies by themselves.
+  void release_misled(const Bodies& bodies, ContactSet& contacts);
 
  private:
   struct Group {
     std::vector<std::size_t> members;
+    double mass = 0;           // kg
     Eigen::MatrixXd response;  // twists of all members for wrenches on all: 1/kg, 1/(kg m), 1/(kg m^2)
-    // Its members then count as not linked: contact and joints together may leave them no room, and have to
-    // come to terms in turn.
-    bool touches_itself = false;
+    // Its members then count as not linked, and contact and joints have to come to terms in turn: where these
+    // leave them hardly any room together, and where the joints' rows at the poses now have said little about
+    // how they may move.
+    bool is_cramped = false, is_misled = false;
+    bool answers() const { return !is_cramped && !is_misled; }
   };
   struct Member {
     std::size_t place = 0;                               // in its group
@@ -85,13 +89,16 @@ class LinkedBodies {
   template <class Work>
   void for_each_change(int body, const Vec6& wrench, Work&& work) const;
   Mat3 factor(const ContactPoint& contact, const Bodies& bodies) const;
-  void find_what_touches_itself(const ContactSet& contacts);
+  // Of all contacts that take part, as their groups let them; of the others, as bodies by themselves.
+  void answer(const Bodies& bodies, ContactSet& contacts) const;
+  void find_cramped(const ContactPoint& contact, const ContactResponse& answer, const Bodies& bodies);
 
-  bool is_current_ = false, is_complete_ = true;
+  bool is_current_ = false;
   std::vector<std::size_t> others_;  // with joints, but not linked
   std::vector<int> group_of_;        // of every rigid body
   std::vector<Group> groups_;
   std::vector<Member> member_;          // of every rigid body
+  std::vector<ContactResponse> own_;    // of every contact, by the bodies themselves
   std::vector<Vec3> linear_, angular_;  // scratch
 };
 

@@ -33,10 +33,11 @@ void adapt_to_contact(World& world, StepContext& context) {
   }
 }
 
-void sweep_contacts(World& world, StepContext& context, bool is_cold, LinkedBodies* linked) {
+void sweep_contacts(World& world, StepContext& context, int round, LinkedBodies* linked) {
   ContactSolveSettings settings = world.settings.contact;
-  if (is_cold) settings.iterations *= cold_start;
-  if (world.has(Effect::articulation) && !(linked && linked->is_complete()))
+  if (round == 0 && context.memory.empty()) settings.iterations *= cold_start;
+  const bool knows_joints = linked && linked->is_complete();
+  if (world.has(Effect::articulation) && !(round == 0 && knows_joints))
     settings.iterations = (settings.iterations + joint_share - 1) / joint_share;
   world.counters.contact_sweeps +=
       solve_contact(world.bodies, context.graph, settings, context.contacts, linked);
@@ -73,13 +74,20 @@ void solve_contacts(World& world, StepContext& context, bool final) {
   if (!world.touches()) return;
   for (int round = 0; round < joint_rounds; ++round) {
     if (linked) linked->begin(world.bodies.rigid);
-    sweep_contacts(world, context, round == 0 && context.memory.empty(), linked);
+    sweep_contacts(world, context, round, linked);
     if (!joints) break;
     if (linked) linked->finish(world.bodies.rigid);
     double off = solve_joints(world, context, final);
     if (linked) off = linked->difference(world.bodies.rigid);
     if (off < world.settings.contact.tolerance) break;
+    if (linked && round == 0) linked->release_misled(world.bodies, context.contacts);
   }
+}
+
+const LinkedBodies* link_active_contacts(World& world, StepContext& context) {
+  for (ContactPoint& contact : context.contacts.points)
+    if (!contact.impulse.isZero(0)) update_geometry(world.bodies, contact);
+  return context.linked.prepare(world.bodies, context.joints, context.contacts);
 }
 
 namespace {

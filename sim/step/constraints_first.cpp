@@ -75,7 +75,7 @@ void solve_damping(World& world, StepContext& context) {
   Particles& particles = bodies.particles;
   SelfRepulsion* repulsions = world.has(Effect::self_repulsion) ? &context.self_repulsion : nullptr;
   context.projection.build(bodies, context.contacts, context.graph, world.settings.projection_sweeps,
-                           repulsions);
+                           repulsions, link_active_contacts(world, context));
   if (repulsions) repulsions->choose_rows(particles.v, particles.v);
   if (world.has(Effect::articulation)) {
     context.joints.prepare_projection(bodies.rigid);

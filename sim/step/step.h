@@ -43,6 +43,8 @@ void find_contacts(World& world, StepContext& context);  //       v~^{n+1/2} - v
 void collide(World& world, StepContext& context);        // II    v^n -> v^^n, v~^{n+1/2} -> v^^{n+1/2}
 void apply_contact(World& world, StepContext& context);  // III   v^^{n+1/2} -> v^{n+1/2}
 void solve_contacts(World& world, StepContext& context, bool final);  // the solve that III.3 and V.4 share
+// Brings the contacts that have impulses to the poses now, for a projection: as LinkedBodies::prepare.
+const LinkedBodies* link_active_contacts(World& world, StepContext& context);
 // Flesh on bones in step V: takes the places where forces act on bound particles to x^{n+1/2}, where the
 // particles stand, and gives their bodies those forces over the step.
 void bring_bound_to_middle(World& world, StepContext& context);

@@ -12,11 +12,9 @@ void constrained_solve(World& world, StepContext& context) {
   ContactProjection* projection = nullptr;
   // Without elasticity there is nothing to solve, and rigid bodies take their velocities from V.3.
   if (world.has_internal_forces() || world.has(Effect::incompressibility)) {
-    for (ContactPoint& contact : context.contacts.points)
-      if (!contact.impulse.isZero(0)) update_geometry(bodies, contact);
-    const LinkedBodies* linked = context.linked.prepare(bodies, context.joints, context.contacts);
     context.projection.build(bodies, context.contacts, context.graph, world.settings.projection_sweeps,
-                             world.has(Effect::self_repulsion) ? &context.self_repulsion : nullptr, linked);
+                             world.has(Effect::self_repulsion) ? &context.self_repulsion : nullptr,
+                             link_active_contacts(world, context));
     if (world.has(Effect::articulation)) {
       context.joints.prepare_projection(bodies.rigid);
       context.projection.add_joints(context.joints);

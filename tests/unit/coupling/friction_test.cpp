@@ -2,6 +2,7 @@
 
 #include <random>
 
+#include "tests/support/meshes.h"
 #include <gtest/gtest.h>
 
 namespace duet {
@@ -9,6 +10,23 @@ namespace {
 
 FrictionContact contact_with(const Mat3& K, double friction) {
   return {Vec3::UnitY(), ContactResponse(K, Vec3::UnitY()), friction};
+}
+
+// A tangential impulse of it stops a tangential velocity, and is none for a normal one; at eccentric contacts
+// of bodies whose masses differ by much, too.
+TEST(ContactResponse, StickingStopsTangentialVelocities) {
+  std::mt19937 random(3);
+  for (const double ratio : {1.0, 1e6}) {
+    const Mat3 A = Mat3::NullaryExpr([&] { return test::random_vector(random).x(); });
+    const Mat3 K = A * A.transpose() + (0.1 * Vec3(1, ratio, 1)).asDiagonal().toDenseMatrix();
+    const Vec3 n = test::random_vector(random).normalized();
+    const ContactResponse response(K, n);
+    const Vec3 tangential = n.cross(test::random_vector(random));
+    const Vec3 impulse = response.sticking * tangential;
+    EXPECT_LT(std::abs(impulse.dot(n)), 1e-13 * impulse.norm());
+    EXPECT_LT(n.cross(tangential - K * impulse).norm(), 1e-12 * (K * impulse).norm());
+    EXPECT_LT((response.sticking * n).norm(), 1e-13 * response.sticking.norm());
+  }
 }
 
 TEST(Friction, SeparatingContactGetsNothing) {
