@@ -381,6 +381,14 @@ void JointSolver::prepare_projection(const RigidBodies& rigid) {
   factor(rigid);
 }
 
+void JointSolver::prepare_controlled_projection(const Articulation& articulation, const RigidBodies& rigid) {
+  free_structure_only();
+  for_each_row([&](std::size_t j, std::size_t r) {
+    if (rows_[r].role == RowRole::control) free_[r] = std::isinf(articulation.joints[j].control.most);
+  });
+  factor(rigid);
+}
+
 void JointSolver::project(const RigidBodies& rigid, std::vector<Vec3>& linear,
                           std::vector<Vec3>& angular) const {
   for_each_row([&](std::size_t j, std::size_t r) {

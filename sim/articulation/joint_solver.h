@@ -54,6 +54,8 @@ class JointSolver {
   // Projects velocities of all rigid bodies, m/s and rad/s, onto those that keep the joints together:
   // self-adjoint in the mass inner product.
   void prepare_projection(const RigidBodies& rigid);
+  // The same where controlled joints also keep their rates, as far as nothing bounds what control may do.
+  void prepare_controlled_projection(const Articulation& articulation, const RigidBodies& rigid);
   void project(const RigidBodies& rigid, std::vector<Vec3>& linear, std::vector<Vec3>& angular) const;
 
   // Moves bodies so that the joints fit again, each by as little as can be in the mass metric: the centre of

@@ -181,10 +181,17 @@ void LinkedBodies::find_cramped(const ContactPoint& contact, const ContactRespon
     if (body >= 0 && contains(body)) groups_[as_index(group_of_[as_index(body)])].is_cramped = true;
 }
 
-void LinkedBodies::update(const Bodies& bodies, JointSolver& joints) {
-  if (is_current_) return;
+void LinkedBodies::update(const Bodies& bodies, JointSolver& joints, bool with_control) {
+  const std::vector<Joint>& all = bodies.articulation.joints;
+  const bool control = with_control && std::any_of(all.begin(), all.end(),
+                                                   [](const Joint& joint) { return joint.control.on; });
+  if (is_current_ && control == has_control_) return;
   is_current_ = true;
-  joints.prepare_projection(bodies.rigid);
+  has_control_ = control;
+  if (control)
+    joints.prepare_controlled_projection(bodies.articulation, bodies.rigid);
+  else
+    joints.prepare_projection(bodies.rigid);
   respond(bodies.rigid, joints);
   for (const Group& group : groups_)
     for (const std::size_t body : group.members) {
@@ -194,13 +201,14 @@ void LinkedBodies::update(const Bodies& bodies, JointSolver& joints) {
     }
 }
 
-LinkedBodies* LinkedBodies::prepare(const Bodies& bodies, JointSolver& joints, ContactSet& contacts) {
+LinkedBodies* LinkedBodies::prepare(const Bodies& bodies, JointSolver& joints, bool with_control,
+                                    ContactSet& contacts) {
   if (bodies.linked.empty()) return nullptr;
   if (group_of_.empty()) find_groups(bodies);
   for (Group& group : groups_) group.is_cramped = group.is_misled = false;
   const auto takes = [&](const ContactPoint& contact) { return takes_part(contact); };
   if (std::none_of(contacts.points.begin(), contacts.points.end(), takes)) return nullptr;
-  update(bodies, joints);
+  update(bodies, joints, with_control);
   own_.resize(contacts.points.size());
   for (std::size_t i = 0; i < own_.size(); ++i) own_[i] = contacts.points[i].response;
   answer(bodies, contacts);
@@ -227,7 +235,7 @@ const LinkedBodies* LinkedBodies::prepare(const Bodies& bodies, JointSolver& joi
     return contains(contact.host) || (contact.guest_rigid >= 0 && contains(contact.guest_rigid));
   };
   if (std::none_of(memory.begin(), memory.end(), takes)) return nullptr;
-  update(bodies, joints);
+  update(bodies, joints, false);
   ContactPoint contact;
   for (const RememberedContact& remembered : memory) {
     if (!takes(remembered)) continue;

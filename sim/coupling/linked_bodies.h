@@ -30,7 +30,8 @@ class LinkedBodies {
   void outdate() { is_current_ = false; }
   // Has contacts of linked bodies answer as their joints' rows let them now; impulses of the joints begin
   // anew. Returns itself, or null where there are no such contacts: then it must not be used.
-  LinkedBodies* prepare(const Bodies& bodies, JointSolver& joints, ContactSet& contacts);
+  // Control is part of the joints where contact is solved for, not where damping is.
+  LinkedBodies* prepare(const Bodies& bodies, JointSolver& joints, bool with_control, ContactSet& contacts);
   // The same for contacts of the last step.
   const LinkedBodies* prepare(const Bodies& bodies, JointSolver& joints, const ContactMemory& memory);
   // Keeps the velocities, which satisfy the joints, for finish().
@@ -84,7 +85,7 @@ class LinkedBodies {
     RigidState start, end;
   };
   void find_groups(const Bodies& bodies);
-  void update(const Bodies& bodies, JointSolver& joints);
+  void update(const Bodies& bodies, JointSolver& joints, bool with_control);
   void respond(const RigidBodies& rigid, const JointSolver& joints);
   template <class Work>
   void for_each_change(int body, const Vec6& wrench, Work&& work) const;
@@ -93,7 +94,7 @@ class LinkedBodies {
   void answer(const Bodies& bodies, ContactSet& contacts) const;
   void find_cramped(const ContactPoint& contact, const ContactResponse& answer, const Bodies& bodies);
 
-  bool is_current_ = false;
+  bool is_current_ = false, has_control_ = false;
   std::vector<std::size_t> others_;  // with joints, but not linked
   std::vector<int> group_of_;        // of every rigid body
   std::vector<Group> groups_;

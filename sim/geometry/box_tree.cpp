@@ -10,6 +10,10 @@ std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
 }  // namespace
 
 void BoxTree::build(const std::vector<Eigen::AlignedBox3d>& boxes, const std::vector<int>& items) {
+  // For as many items as there may ever be: lists of them grow where bodies come near each other.
+  items_.reserve(boxes.size());
+  leaves_.reserve(boxes.size());
+  nodes_.reserve(boxes.size() / (width - 1) + most_pending);  // one node a level may not be full
   if (items != items_) {
     items_ = items;
     leaves_.resize(items.size());

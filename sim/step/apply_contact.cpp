@@ -67,7 +67,8 @@ void solve_contacts(World& world, StepContext& context, bool final) {
   const bool joints = world.has(Effect::articulation);
   LinkedBodies* linked = nullptr;
   if (joints) {
-    if (world.touches()) linked = context.linked.prepare(world.bodies, context.joints, context.contacts);
+    if (world.touches())
+      linked = context.linked.prepare(world.bodies, context.joints, true, context.contacts);
     context.joints.begin_impulses(world.bodies.articulation, final ? context.dt : context.dt / 2);
     solve_joints(world, context, final);
   }
@@ -87,7 +88,7 @@ void solve_contacts(World& world, StepContext& context, bool final) {
 const LinkedBodies* link_active_contacts(World& world, StepContext& context) {
   for (ContactPoint& contact : context.contacts.points)
     if (!contact.impulse.isZero(0)) update_geometry(world.bodies, contact);
-  return context.linked.prepare(world.bodies, context.joints, context.contacts);
+  return context.linked.prepare(world.bodies, context.joints, false, context.contacts);
 }
 
 namespace {

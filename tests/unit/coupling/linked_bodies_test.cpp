@@ -14,8 +14,8 @@ namespace {
 // joint.
 class Links : public ::testing::Test {
  protected:
-  Links() : scene_(test::free_space()), simulation_(build()) {}
-  Simulation build() {
+  explicit Links(bool controls = false) : scene_(test::free_space()), simulation_(build(controls)) {}
+  Simulation build(bool controls) {
     for (int i = 0; i < 4; ++i) {
       scene::RigidBody& box =
           test::add_box(scene_, "box" + std::to_string(i), Vec3(i, 0, 0), Vec3(0.9, 0.4, 0.5), 1 + 10 * i);
@@ -30,6 +30,8 @@ class Links : public ::testing::Test {
       joint.parent = "box" + std::to_string(i);
       joint.child = "box" + std::to_string(i + 1);
       joint.world.position = Vec3(i + 0.5, 0.1, 0.05);
+      joint.has_control = controls && i == 0;
+      joint.control.gain = 100;
       scene_.joints.push_back(joint);
     }
     return Simulation(scene_, test::plan(scene_));
@@ -54,7 +56,7 @@ TEST_F(Links, AnswerAsTheirJointsLetThem) {
   context.joints.update(bodies.articulation, bodies.rigid);
   context.joints.stabilize(bodies.rigid);
   LinkedBodies linked;
-  ASSERT_TRUE(linked.prepare(bodies, context.joints, context.contacts));
+  ASSERT_TRUE(linked.prepare(bodies, context.joints, false, context.contacts));
   EXPECT_TRUE(linked.is_complete());
   linked.begin(bodies.rigid);
   const Vec3 before = bodies.rigid.state[2].velocity;
@@ -66,6 +68,38 @@ TEST_F(Links, AnswerAsTheirJointsLetThem) {
   test::expect_below(linked.difference(bodies.rigid), 1e-12, "difference, m/s");
 }
 
+class ControlledLinks : public Links {
+ protected:
+  ControlledLinks() : Links(true) {}
+};
+
+// The same where a joint is controlled: it holds its rate against impulses.
+TEST_F(ControlledLinks, AnswerAsTheirControlLetsThem) {
+  simulation_.advance_frame();
+  Bodies& bodies = world().bodies;
+  StepContext& context = world().context;
+  context.joints.update(bodies.articulation, bodies.rigid);
+  const auto settle = [&] {
+    context.joints.begin_impulses(bodies.articulation, 0.01);
+    return context.joints.stabilize_and_control(bodies.articulation, bodies.rigid);
+  };
+  settle();
+  LinkedBodies linked;
+  ASSERT_TRUE(linked.prepare(bodies, context.joints, true, context.contacts));
+  linked.begin(bodies.rigid);
+  linked.push(bodies.rigid, 0, wrench_of(Vec3(0.1, 0.2, -0.1), Vec3(3, -2, 5)));
+  linked.finish(bodies.rigid);
+  EXPECT_GT(settle(), 0.1);
+  test::expect_below(linked.difference(bodies.rigid), 1e-12, "difference, m/s");
+  linked.outdate();
+  ASSERT_TRUE(linked.prepare(bodies, context.joints, false, context.contacts));
+  linked.begin(bodies.rigid);
+  linked.push(bodies.rigid, 0, wrench_of(Vec3(0.1, 0.2, -0.1), Vec3(3, -2, 5)));
+  linked.finish(bodies.rigid);
+  settle();
+  test::expect_above(linked.difference(bodies.rigid), 0.01, "difference without control, m/s");
+}
+
 // The change of the relative velocity is that of the contact's response.
 TEST_F(Links, MakeTheResponseOfTheirContacts) {
   simulation_.advance_frame();
@@ -73,7 +107,7 @@ TEST_F(Links, MakeTheResponseOfTheirContacts) {
   StepContext& context = world().context;
   context.joints.update(bodies.articulation, bodies.rigid);
   LinkedBodies linked;
-  ASSERT_TRUE(linked.prepare(bodies, context.joints, context.contacts));
+  ASSERT_TRUE(linked.prepare(bodies, context.joints, false, context.contacts));
   linked.begin(bodies.rigid);
   double off = 0;
   for (const ContactPoint& contact : context.contacts.points) {
@@ -93,7 +127,7 @@ TEST_F(Links, MakeTheResponseOfContactsBetweenThem) {
   StepContext& context = world().context;
   context.joints.update(bodies.articulation, bodies.rigid);
   LinkedBodies linked;
-  ASSERT_TRUE(linked.prepare(bodies, context.joints, context.contacts));
+  ASSERT_TRUE(linked.prepare(bodies, context.joints, false, context.contacts));
   linked.begin(bodies.rigid);
   ContactPoint contact;
   contact.host = 0;
