@@ -46,7 +46,7 @@ std::vector<int> linked_bodies(const Bodies& bodies, std::size_t largest) {
 
 bool LinkedBodies::is_complete() const {
   return others_.empty() &&
-         std::none_of(groups_.begin(), groups_.end(), [](const Group& group) { return !group.answers(); });
+         std::none_of(groups_.begin(), groups_.end(), [](const Group& group) { return group.is_cramped; });
 }
 
 void LinkedBodies::find_groups(const Bodies& bodies) {
@@ -205,7 +205,7 @@ LinkedBodies* LinkedBodies::prepare(const Bodies& bodies, JointSolver& joints, b
                                     ContactSet& contacts) {
   if (bodies.linked.empty()) return nullptr;
   if (group_of_.empty()) find_groups(bodies);
-  for (Group& group : groups_) group.is_cramped = group.is_misled = false;
+  for (Group& group : groups_) group.is_cramped = false;
   const auto takes = [&](const ContactPoint& contact) { return takes_part(contact); };
   if (std::none_of(contacts.points.begin(), contacts.points.end(), takes)) return nullptr;
   update(bodies, joints, with_control);
@@ -230,7 +230,7 @@ const LinkedBodies* LinkedBodies::prepare(const Bodies& bodies, JointSolver& joi
                                           const ContactMemory& memory) {
   if (bodies.linked.empty()) return nullptr;
   if (group_of_.empty()) find_groups(bodies);
-  for (Group& group : groups_) group.is_cramped = group.is_misled = false;
+  for (Group& group : groups_) group.is_cramped = false;
   const auto takes = [&](const RememberedContact& contact) {
     return contains(contact.host) || (contact.guest_rigid >= 0 && contains(contact.guest_rigid));
   };
@@ -298,35 +298,12 @@ void LinkedBodies::finish(RigidBodies& rigid) {
       Member& member = member_[body];
       RigidState& state = rigid.state[body];
       member.end = state;
-      if (!group.answers()) continue;  // impulses have moved its members by themselves
+      if (group.is_cramped) continue;  // impulses have moved its members by themselves
       state.velocity = member.start.velocity + rigid.properties[body].inverse_mass * member.linear;
       state.angular_momentum = member.start.angular_momentum + member.angular;
       state.angular_velocity = member.start.angular_velocity + state.inverse_inertia * member.angular;
     }
   for (const std::size_t body : others_) member_[body].end = rigid.state[body];
-}
-
-void LinkedBodies::release_misled(const Bodies& bodies, ContactSet& contacts) {
-  constexpr double largest_error = 0.25;  // of the energy of what was predicted: half the velocities
-  bool releases = false;
-  for (Group& group : groups_) {
-    if (!group.answers()) continue;
-    double predicted = 0, error = 0;
-    for (const std::size_t body : group.members) {
-      const Member& member = member_[body];
-      const RigidState& state = bodies.rigid.state[body];
-      const auto energy = [&](const RigidState& a, const RigidState& b) {
-        const Vec3 turn = a.angular_velocity - b.angular_velocity;
-        return bodies.rigid.properties[body].mass * (a.velocity - b.velocity).squaredNorm() +
-               turn.dot(member.inertia * turn);
-      };
-      predicted += energy(member.end, member.start);
-      error += energy(member.end, state);
-    }
-    group.is_misled = error > largest_error * predicted;
-    releases |= group.is_misled;
-  }
-  if (releases) answer(bodies, contacts);
 }
 
 double LinkedBodies::difference(const RigidBodies& rigid) const {

@@ -39,7 +39,7 @@ class LinkedBodies {
 
   bool contains(int body) const {
     const int group = group_of_[static_cast<std::size_t>(body)];
-    return group >= 0 && groups_[static_cast<std::size_t>(group)].answers();
+    return group >= 0 && !groups_[static_cast<std::size_t>(group)].is_cramped;
   }
   // Whether it contains all bodies with joints.
   bool is_complete() const;
@@ -62,20 +62,15 @@ class LinkedBodies {
   // difference() is the largest change (m/s) against what the velocities of bodies with joints were before.
   void finish(RigidBodies& rigid);
   double difference(const RigidBodies& rigid) const;
-  // After the joint solver has done it: contacts of groups that it has moved otherwise than they answered go
-  // on as those of bodies by themselves.
-  void release_misled(const Bodies& bodies, ContactSet& contacts);
 
  private:
   struct Group {
     std::vector<std::size_t> members;
     double mass = 0;           // kg
     Eigen::MatrixXd response;  // twists of all members for wrenches on all: 1/kg, 1/(kg m), 1/(kg m^2)
-    // Its members then count as not linked, and contact and joints have to come to terms in turn: where these
-    // leave them hardly any room together, and where the joints' rows at the poses now have said little about
-    // how they may move.
-    bool is_cramped = false, is_misled = false;
-    bool answers() const { return !is_cramped && !is_misled; }
+    // Contact and joints leave its members hardly any room together, as in a loop that lies flat: they then
+    // count as not linked, and contact and joints have to come to terms in turn.
+    bool is_cramped = false;
   };
   struct Member {
     std::size_t place = 0;                               // in its group

@@ -81,7 +81,6 @@ void solve_contacts(World& world, StepContext& context, bool final) {
     double off = solve_joints(world, context, final);
     if (linked) off = linked->difference(world.bodies.rigid);
     if (off < world.settings.contact.tolerance) break;
-    if (linked && round == 0) linked->release_misled(world.bodies, context.contacts);
   }
 }
 
