@@ -167,6 +167,39 @@ TEST_F(ConstrainedSystem, SinglePrecisionIsTakenWhereItIsEnough) {
   }
 }
 
+// What brakes particles in proportion to their mass has a moment, which is not taken for rounding.
+TEST(VelocitySystem, DampingOfMassKeepsItsMoment) {
+  scene::Scene scene = test::free_space();
+  test::add_soft_box(scene, "box", Vec3::Zero(), Vec3(1, 1, 1), 3, 1e5);
+  scene.materials[0].mass_damping = 2;
+  Simulation simulation(scene, test::plan(scene));
+  Bodies& bodies = simulation.world().bodies;
+  std::vector<Vec3> force(bodies.particles.size(), Vec3::Zero()), scratch;
+  bodies.forces.add_elastic_forces(bodies.particles.x, force);
+  std::vector<Mat3> inertia;
+  VelocitySystem A(bodies, 1e-3, false, nullptr, force, inertia);
+  DampedMasses masses;
+  A.use(masses, true);
+  GeneralizedVelocity b, x, r, s, q;
+  to_generalized(bodies, b);
+  x = b;
+  for (std::size_t p = 0; p < b.particle.size(); ++p)
+    b.particle[p] = Vec3(1, 5, 2).cross(bodies.particles.x[p]);
+  A.weigh(b);
+  std::vector<Vec3> collected(b.particle.size(), Vec3::Zero()), expected = collected;
+  A.collect_forces(collected, scratch);
+  EXPECT_TRUE(conjugate_gradient(A, b, 1e-3, 100, x, r, s, q).converged);
+  A.finish();
+  bodies.forces.add_damping_forces(x.particle, expected);
+  const auto moment = [&](const std::vector<Vec3>& forces) {
+    Vec3 sum = Vec3::Zero();
+    for (std::size_t p = 0; p < forces.size(); ++p) sum += bodies.particles.x[p].cross(forces[p]);
+    return sum;
+  };
+  EXPECT_GT(moment(expected).norm(), 1);
+  EXPECT_LT((moment(collected) - moment(expected)).norm(), 1e-12 * moment(expected).norm());
+}
+
 // In the inner product of masses that are damped, operator and projection are self-adjoint again, and the
 // solution under constraints is the same: stationarity does not know of inner products.
 TEST_F(ConstrainedSystem, DampedMassesPreconditionWithoutChangingTheSolution) {
