@@ -37,6 +37,16 @@ class Links : public ::testing::Test {
     return Simulation(scene_, test::plan(scene_));
   }
   World& world() { return simulation_.world(); }
+  // Where the load touches; false without contacts.
+  bool begin(LinkedBodies& linked) {
+    simulation_.advance_frame();
+    Bodies& bodies = world().bodies;
+    StepContext& context = world().context;
+    context.joints.update(bodies.articulation, bodies.rigid);
+    if (!linked.prepare(bodies, context.joints, false, context.contacts)) return false;
+    linked.begin(bodies.rigid);
+    return true;
+  }
 
   scene::Scene scene_;
   Simulation simulation_;
@@ -102,15 +112,11 @@ TEST_F(ControlledLinks, AnswerAsTheirControlLetsThem) {
 
 // The change of the relative velocity is that of the contact's response.
 TEST_F(Links, MakeTheResponseOfTheirContacts) {
-  simulation_.advance_frame();
   Bodies& bodies = world().bodies;
-  StepContext& context = world().context;
-  context.joints.update(bodies.articulation, bodies.rigid);
   LinkedBodies linked;
-  ASSERT_TRUE(linked.prepare(bodies, context.joints, false, context.contacts));
-  linked.begin(bodies.rigid);
+  ASSERT_TRUE(begin(linked));
   double off = 0;
-  for (const ContactPoint& contact : context.contacts.points) {
+  for (const ContactPoint& contact : world().context.contacts.points) {
     ASSERT_TRUE(linked.takes_part(contact));
     const Vec3 before = relative_velocity(bodies, contact), impulse(0.3, 2, -0.7);
     linked.apply_impulse(bodies, contact, impulse);
@@ -122,13 +128,9 @@ TEST_F(Links, MakeTheResponseOfTheirContacts) {
 
 // The same of a contact between two of them: each moves the other through the joints.
 TEST_F(Links, MakeTheResponseOfContactsBetweenThem) {
-  simulation_.advance_frame();
   Bodies& bodies = world().bodies;
-  StepContext& context = world().context;
-  context.joints.update(bodies.articulation, bodies.rigid);
   LinkedBodies linked;
-  ASSERT_TRUE(linked.prepare(bodies, context.joints, false, context.contacts));
-  linked.begin(bodies.rigid);
+  ASSERT_TRUE(begin(linked));
   ContactPoint contact;
   contact.host = 0;
   contact.guest_rigid = 2;
