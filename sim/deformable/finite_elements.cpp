@@ -29,6 +29,12 @@ constexpr std::size_t particle_grain = 512;
 
 std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
 
+// Whether a model tells the stiffness that damping can hold from the rest.
+template <class Model>
+constexpr bool can_rely_on_damping = requires(Pack modulus, Matrix3<Pack> F) {
+  Model::compression_stiffness(modulus, modulus, F);
+};
+
 Mat3 edge_matrix(const Tet& tet, const std::vector<Vec3>& x) {
   Mat3 edges;
   for (int k = 0; k < 3; ++k) edges.col(k) = x[as_index(tet[as_index(k + 1)])] - x[as_index(tet[0])];
@@ -125,19 +131,10 @@ void FiniteElements::finalize(const std::vector<double>& mass) {
   std::size_t lanes = 0;
   for (std::size_t begin = 0, end = 0; begin < tets_.size(); begin = end) {  // the tets of a material
     for (; end < tets_.size() && material_of_[end] == material_of_[begin]; ++end) {
-      const GradientScatter<double> here = scatter(end, mass);
-      const LameParameters& moduli = material_[as_index(material_of_[end])].moduli;
-      const double frequency = volume_[end] * here.at_rest(moduli.mu, moduli.lambda);
-      for (int p : tets_[end])
-        particle_frequency_[as_index(p)] += volume_[end] / particle_volume_[as_index(p)] * frequency;
-      fill_lane(lanes++, end, false, here);
+      fill_lane(lanes++, end, false, scatter(end, mass));
     }
     for (; lanes % pack_width > 0; ++lanes) fill_lane(lanes, end - 1, true, scatter(end - 1, mass));
   }
-  if (!mass.empty())
-    rest_squared_frequency_ = *std::max_element(particle_frequency_.begin(), particle_frequency_.end());
-  max_squared_frequency_ = rest_squared_frequency_;
-
   deformation_.resize(batches_.size());
   compression_damping_.resize(batches_.size());
   is_damped_.resize(batches_.size());
@@ -148,18 +145,8 @@ void FiniteElements::finalize(const std::vector<double>& mass) {
     single_[b].inverse_rest = converted<PackF>(batches_[b].inverse_rest);
   }
 
-  // Elements may also become stiffer by what the particles around them leave room for.
-  allowed_squared_frequency_.resize(batches_.size());
-  for (std::size_t b = 0; b < batches_.size(); ++b) {
-    const Moduli here = moduli(b);
-    const Pack &mu = here.mu, &lambda = here.lambda;
-    Pack mean{};
-    for (const auto& particle : batches_[b].particle)
-      for (std::size_t lane = 0; lane < pack_width; ++lane)
-        mean[lane] = std::max<double>(mean[lane], particle_frequency_[as_index(particle[lane])]);
-    allowed_squared_frequency_[b] = followed_stiffening * batches_[b].volume *
-                                    scatter_[b].at_rest(mu, lambda) * rest_squared_frequency_ / mean;
-  }
+  elastic_squared_frequency_ = bound_at_rest();
+  rely_on_damping(cfl_, relaxation_);
 
   for (std::size_t t = 0; t < tets_.size(); ++t) {
     const double rate = material_[as_index(material_of_[t])].mass_damping;
@@ -167,6 +154,61 @@ void FiniteElements::finalize(const std::vector<double>& mass) {
     if (rate > 0)
       for (int p : tets_[t]) drag_[as_index(p)] = rate * mass[as_index(p)];
   }
+}
+
+void FiniteElements::rely_on_damping(double cfl, double relaxation) {
+  cfl_ = cfl;
+  relaxation_ = relaxation;
+  max_squared_frequency_ = rest_squared_frequency_ = bound_at_rest();
+  // Elements may become stiffer by what the particles around them leave room for, too.
+  allowed_squared_frequency_.resize(batches_.size());
+  for (std::size_t b = 0; b < batches_.size(); ++b)
+    for (std::size_t lane = 0; lane < pack_width; ++lane) {
+      double mean = std::numeric_limits<double>::min();
+      for (const PackIndex& particle : batches_[b].particle)
+        mean = std::max(mean, particle_frequency_[as_index(particle[lane])]);
+      const double room = std::max(rest_squared_frequency_ / mean, 1.0);
+      allowed_squared_frequency_[b][lane] = followed_stiffening * room * elastic_at_rest(b)[lane];
+    }
+}
+
+// Of each element at rest, by its stiffness alone.
+Pack FiniteElements::elastic_at_rest(std::size_t b) const {
+  const Moduli here = moduli(b);
+  return batches_[b].volume * scatter_[b].at_rest(here.mu, here.lambda);
+}
+
+// The largest mean around a particle at rest, with what damping holds left out.
+double FiniteElements::bound_at_rest() {
+  std::fill(particle_frequency_.begin(), particle_frequency_.end(), 0);
+  for (std::size_t b = 0; b < batches_.size(); ++b) {
+    const Batch& batch = batches_[b];
+    const Moduli here = moduli(b);
+    Pack squared = elastic_at_rest(b);
+    with_model(model(b), [&]<class Model>(Model) {
+      if constexpr (can_rely_on_damping<Model>) {
+        Matrix3<Pack> rest{};
+        for (int i = 0; i < 3; ++i) rest[i][i] = Pack{} + 1.0;
+        const Pack soft = Model::soft_squared_frequency(here.mu, here.lambda, rest, scatter_[b]);
+        squared = min_of(squared, max_of(batch.volume * soft, Pack{} + relaxed_squared_frequency(b)));
+      }
+    });
+    for (std::size_t lane = 0; lane < pack_width; ++lane)
+      for (const PackIndex& particle : batch.particle) {
+        const std::size_t p = as_index(particle[lane]);
+        particle_frequency_[p] += batch.volume[lane] / particle_volume_[p] * squared[lane];
+      }
+  }
+  const auto largest = std::max_element(particle_frequency_.begin(), particle_frequency_.end());
+  return largest == particle_frequency_.end() ? 0 : *largest;
+}
+
+// That of steps of `relaxation_` of the damping time of a batch's material, which bound its elements where
+// they would not reach as far by themselves.
+double FiniteElements::relaxed_squared_frequency(std::size_t b) const {
+  const double reach = relaxation_ * material_of_batch(b).moduli.damping;
+  if (reach <= 0) return std::numeric_limits<double>::infinity();
+  return 4 * cfl_ * cfl_ / (reach * reach);
 }
 
 // Every node has the element's share, by volume, of its particle's mass.
@@ -228,7 +270,9 @@ void FiniteElements::spread_forces(const Batch& batch, const Matrix3<Pack>& stre
 // Of the elements of a batch, as far as they are to bound the step; chooses what damps the others.
 //
 // In the scheme of steps I and V (elasticity explicit, damping implicit) a mode of frequency w with tau
-// seconds of stiffness-proportional damping is stable in every step of dt <= 2 tau, however large w dt is.
+// seconds of stiffness-proportional damping is stable in every step of dt <= 2 tau, however large w dt is;
+// steps much shorter than tau resolve its relaxation, too. Damping resists changes of strain only: what
+// stress does to an element by itself, and what stretching makes stiffer, always bounds the step.
 template <class Model>
 Pack FiniteElements::squared_frequency(Model, std::size_t b, const Matrix3<Pack>& F) {
   const Batch& batch = batches_[b];
@@ -236,20 +280,20 @@ Pack FiniteElements::squared_frequency(Model, std::size_t b, const Matrix3<Pack>
   const Pack &mu = here.mu, &lambda = here.lambda;
   const Pack squared = batch.volume * Model::squared_frequency(mu, lambda, F, scatter_[b]);
   is_damped_[b] = false;
-  if constexpr (requires { Model::compression_stiffness(mu, lambda, F); }) {
+  if constexpr (can_rely_on_damping<Model>) {
     const double own = material_of_batch(b).moduli.damping;
-    if (compression_cfl_ == 0 || own < 2 * compression_cfl_ / std::sqrt(rest_squared_frequency_))
-      return squared;
+    if (cfl_ == 0 || own < 2 * cfl_ / std::sqrt(rest_squared_frequency_)) return squared;
     const Pack soft = batch.volume * Model::soft_squared_frequency(mu, lambda, F, scatter_[b]);
+    const Pack relaxed = max_of(Pack{} + relaxed_squared_frequency(b), soft);
     const Pack bound = max_of(allowed_squared_frequency_[b], soft);
-    if (!any_of(bound < squared)) return squared;
+    if (!any_of(bound < squared)) return min_of(squared, relaxed);
     is_damped_[b] = true;
     // Some other bound may have made this step a shorter one.
-    const double within_reach = 4 * compression_cfl_ * compression_cfl_ / (dt_ * dt_);
-    const double more = std::max(within_reach / (followed_stiffening * rest_squared_frequency_), 1.0);
+    const double within_reach = 4 * cfl_ * cfl_ / (dt_ * dt_);
+    const double more = std::max(within_reach / (followed_stiffening * elastic_squared_frequency_), 1.0);
     const Pack share = 1.0 - more * bound / max_of(squared, Pack{} + std::numeric_limits<double>::min());
     compression_damping_[b] = compression_steps * std::min(dt_, own) * max_of(share, Pack{});
-    return min_of(bound, squared);
+    return min_of(min_of(bound, squared), relaxed);
   }
   return squared;
 }

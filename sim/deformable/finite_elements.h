@@ -49,11 +49,13 @@ class FiniteElements {
   void add_damping_forces_single(const std::vector<Vec3>& v, std::vector<Vec3>& force);
   // Adds every particle's own block of minus the operator of add_damping_forces, kg/s.
   void add_damping_blocks(std::vector<SymmetricBlock>& blocks);
-  // From now on elements that compression makes stiffer than any at rest bound the step no more: they are
-  // damped instead, for as many seconds as the step takes (see set_time_step), in proportion to what they are
-  // too stiff by, if their model can and their material's own damping is no less. `cfl` is the part of the
-  // stability limit that steps take.
-  void damp_compression(double cfl) { compression_cfl_ = cfl; }
+  // From now on damping holds what steps no longer follow, in materials that have it and whose model can tell
+  // the two apart: elements that compression makes stiffer than any at rest bound the step no more, but are
+  // damped, for as many seconds as the step takes (see set_time_step), in proportion to what they are too
+  // stiff by, if their material's own damping is no less; and where it damps for tau seconds, steps of up to
+  // `relaxation` tau may go beyond the elastic limit of what it damps. `cfl` is the part of the stability
+  // limit that steps take.
+  void rely_on_damping(double cfl, double relaxation);
   // The step, s, of the evaluations to come.
   void set_time_step(double dt) { dt_ = dt; }
   // Added to the damping of every material, s, as implicit integration does.
@@ -87,6 +89,8 @@ class FiniteElements {
   // element by itself (Irons' theorem) would bound the step several times more.
   double max_squared_frequency() const { return max_squared_frequency_; }
   double rest_squared_frequency() const { return rest_squared_frequency_; }
+  // The latter if damping held nothing.
+  double elastic_squared_frequency() const { return elastic_squared_frequency_; }
   // For a resumed run: the next step's size depends on it.
   void set_max_squared_frequency(double value) { max_squared_frequency_ = value; }
 
@@ -126,6 +130,9 @@ class FiniteElements {
   void keep_deformation(std::size_t batch, const Matrix3<Pack>& F);
   void spread_damping(std::size_t batch, Quad* sums) const;
   void spread_forces(const Batch& batch, const Matrix3<Pack>& stress, const Pack& fourth, Quad* sums) const;
+  Pack elastic_at_rest(std::size_t batch) const;
+  double relaxed_squared_frequency(std::size_t batch) const;
+  double bound_at_rest();
   template <class Model>
   Pack squared_frequency(Model, std::size_t batch, const Matrix3<Pack>& F);
   Matrix3<Pack> damping_stress(std::size_t batch, const Matrix3<Pack>& Fdot) const;
@@ -150,10 +157,11 @@ class FiniteElements {
   std::vector<Pack> allowed_squared_frequency_;  // rad^2/s^2, of each batch: what leaves the bound at rest
   std::vector<Pack> compression_damping_;        // s, of each batch
   std::vector<char> is_damped_;                  // whether any lane of a batch has some
-  double compression_cfl_ = 0;                   // 0: compressed elements bound the step
+  double cfl_ = 0;                               // 0: damping holds nothing, all elements bound the step
+  double relaxation_ = 0;                        // part of their damping times that steps may take
   double dt_ = 0;
   double added_damping_ = 0;
-  double max_squared_frequency_ = 0, rest_squared_frequency_ = 0;
+  double max_squared_frequency_ = 0, rest_squared_frequency_ = 0, elastic_squared_frequency_ = 0;
 };
 
 }  // namespace duet

@@ -40,8 +40,21 @@ void InternalForces::finalize(const std::vector<double>& mass, const std::vector
     lattice_squared_frequency_ =
         std::max(lattice_squared_frequency_, force.max_squared_frequency(squared_rate));
   });
+  bound_at_rest();
+}
+
+void InternalForces::bound_at_rest() {
   rest_squared_frequency_ = std::max(elements.rest_squared_frequency(), lattice_squared_frequency_);
   max_squared_frequency_ = rest_squared_frequency_;
+}
+
+void InternalForces::rely_on_damping(double cfl, double relaxation) {
+  elements.rely_on_damping(cfl, relaxation);
+  bound_at_rest();
+}
+
+double InternalForces::elastic_squared_frequency() const {
+  return std::max(elements.elastic_squared_frequency(), lattice_squared_frequency_);
 }
 
 bool InternalForces::empty() const {

@@ -45,7 +45,7 @@ class InternalForces {
   // Adds every particle's own block of minus that operator, kg/s, of all but membranes and tethers.
   void add_damping_blocks(std::vector<SymmetricBlock>& blocks);
   // See FiniteElements.
-  void damp_compression(double cfl) { elements.damp_compression(cfl); }
+  void rely_on_damping(double cfl, double relaxation);
   void set_time_step(double dt) { elements.set_time_step(dt); }
   // Added to the damping times of the finite elements, s.
   void set_added_damping(double seconds) { elements.set_added_damping(seconds); }
@@ -60,10 +60,14 @@ class InternalForces {
   // rest before the first), and at rest.
   double max_squared_frequency() const { return max_squared_frequency_; }
   double rest_squared_frequency() const { return rest_squared_frequency_; }
+  // The latter if damping held nothing.
+  double elastic_squared_frequency() const;
   // For a resumed run: the next step's size depends on it.
   void set_max_squared_frequency(double value) { max_squared_frequency_ = value; }
 
  private:
+  void bound_at_rest();
+
   double lattice_squared_frequency_ = 0;  // of all but the finite elements, at rest
   double max_squared_frequency_ = 0, rest_squared_frequency_ = 0;
 };

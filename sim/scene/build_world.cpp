@@ -358,7 +358,7 @@ BuiltWorld build_world(const Scene& scene, const EffectSet& plan) {
   world.gravity = scene.gravity;
   world.settings = step_settings(scene.solver);
   if (scene.solver.compression == Compression::damped && !world.settings.implicit_elasticity)
-    bodies.forces.damp_compression(scene.solver.cfl);
+    bodies.forces.rely_on_damping(scene.solver.cfl, scene.solver.relaxation);
   world.settings.collision.rigid_pairs = world.has(Effect::rigid_collision);
   world.settings.contact.angular_friction = world.has(Effect::rolling_friction);
   if (world.has_internal_forces() && !world.settings.implicit_elasticity)

@@ -330,6 +330,9 @@ std::vector<Key> keys(Solver& solver) {
       {"cfl", &solver.cfl, "", above_up_to(0, 1), "time step as a fraction of the elastic stability limit"},
       {"compression", choice(solver.compression, {"damped", "followed"}), "", any,
        "whether elements that compression stiffens are damped more or shorten the steps"},
+      {"relaxation", &solver.relaxation, "", between(0, 0.25),
+       "steps may pass the elastic limit up to this part of a material's damping time; 0: never, nor with "
+       "compression \"followed\""},
       {"max_travel", &solver.max_travel, "", above_up_to(0, 1),
        "how far two bodies that meet may enter each other in a step, as a fraction of the smaller one's "
        "size"},
@@ -456,6 +459,7 @@ Solver preset(Accuracy accuracy) {
   } else if (accuracy == Accuracy::fine) {
     solver.cfl = 0.175;
     solver.compression = Compression::followed;
+    solver.relaxation = 0;
     solver.max_travel = 0.025;
     solver.cg_tolerance = 1e-4;
     solver.volume_tolerance = 1e-6;

@@ -234,7 +234,7 @@ TEST(FiniteElements, FrequencyBoundHoldsAndIsNotWasteful) {
 TEST(FiniteElements, CrushedElementsAreDampedInsteadOfBoundingTheStep) {
   Block block, follower;
   constexpr double cfl = 0.7;
-  block.elements.damp_compression(cfl);
+  block.elements.rely_on_damping(cfl, 0);
   const std::vector<Vec3> v = block.random_field(6, 1);
   const auto dissipation = [&](Block& of, double squeeze, double dt) {
     std::vector<Vec3> x = of.x, force = zeros(v.size());
@@ -268,7 +268,7 @@ TEST(FiniteElements, CrushedElementsAreDampedInsteadOfBoundingTheStep) {
 // Every particle's own block is what the operator does to its velocity alone, crushed elements included.
 TEST(FiniteElements, DampingBlocksAreThoseOfTheOperator) {
   Block block(3, MaterialModel::neo_hookean, 3.0), follower(3, MaterialModel::neo_hookean, 3.0);
-  block.elements.damp_compression(0.7);
+  block.elements.rely_on_damping(0.7, 0);
   block.elements.set_time_step(2 * 0.7 / std::sqrt(block.elements.rest_squared_frequency()));
   std::vector<Vec3> x = block.moved(block.random_field(7, 0.05)), unused = zeros(x.size());
   for (Vec3& place : x) place.y() *= 0.4;
@@ -296,7 +296,7 @@ TEST(FiniteElements, DampingBlocksAreThoseOfTheOperator) {
 TEST(FiniteElements, DampingInSinglePrecisionIsOffByItsRounding) {
   for (const double squeeze : {1.0, 0.4}) {
     Block block(3, MaterialModel::neo_hookean, 3.0);
-    block.elements.damp_compression(0.7);
+    block.elements.rely_on_damping(0.7, 0);
     block.elements.set_time_step(2 * 0.7 / std::sqrt(block.elements.rest_squared_frequency()));
     std::vector<Vec3> x = block.moved(block.random_field(7, 0.05)), exact = zeros(x.size()), single = exact;
     for (Vec3& place : x) place.y() *= squeeze;
