@@ -203,12 +203,12 @@ double FiniteElements::bound_at_rest() {
   return largest == particle_frequency_.end() ? 0 : *largest;
 }
 
-// That of steps of `relaxation_` of the damping time of a batch's material, which bound its elements where
+// That of limits of `relaxation_` of the damping time of a batch's material, which bound its elements where
 // they would not reach as far by themselves.
 double FiniteElements::relaxed_squared_frequency(std::size_t b) const {
   const double reach = relaxation_ * material_of_batch(b).moduli.damping;
   if (reach <= 0) return std::numeric_limits<double>::infinity();
-  return 4 * cfl_ * cfl_ / (reach * reach);
+  return 4 / (reach * reach);
 }
 
 // Every node has the element's share, by volume, of its particle's mass.
@@ -270,9 +270,7 @@ void FiniteElements::spread_forces(const Batch& batch, const Matrix3<Pack>& stre
 // Of the elements of a batch, as far as they are to bound the step; chooses what damps the others.
 //
 // In the scheme of steps I and V (elasticity explicit, damping implicit) a mode of frequency w with tau
-// seconds of stiffness-proportional damping is stable in every step of dt <= 2 tau, however large w dt is;
-// steps much shorter than tau resolve its relaxation, too. Damping resists changes of strain only: what
-// stress does to an element by itself, and what stretching makes stiffer, always bounds the step.
+// seconds of stiffness-proportional damping is stable in every step of dt <= 2 tau, however large w dt is.
 template <class Model>
 Pack FiniteElements::squared_frequency(Model, std::size_t b, const Matrix3<Pack>& F) {
   const Batch& batch = batches_[b];
@@ -284,18 +282,41 @@ Pack FiniteElements::squared_frequency(Model, std::size_t b, const Matrix3<Pack>
     const double own = material_of_batch(b).moduli.damping;
     if (cfl_ == 0 || own < 2 * cfl_ / std::sqrt(rest_squared_frequency_)) return squared;
     const Pack soft = batch.volume * Model::soft_squared_frequency(mu, lambda, F, scatter_[b]);
-    const Pack relaxed = max_of(Pack{} + relaxed_squared_frequency(b), soft);
     const Pack bound = max_of(allowed_squared_frequency_[b], soft);
-    if (!any_of(bound < squared)) return min_of(squared, relaxed);
+    if (relaxed_squared_frequency(b) < elastic_squared_frequency_)
+      return lifted_squared_frequency(Model{}, b, F, squared, soft, bound);
+    if (!any_of(bound < squared)) return squared;
     is_damped_[b] = true;
     // Some other bound may have made this step a shorter one.
     const double within_reach = 4 * cfl_ * cfl_ / (dt_ * dt_);
-    const double more = std::max(within_reach / (followed_stiffening * elastic_squared_frequency_), 1.0);
+    const double more = std::max(within_reach / (followed_stiffening * rest_squared_frequency_), 1.0);
     const Pack share = 1.0 - more * bound / max_of(squared, Pack{} + std::numeric_limits<double>::min());
     compression_damping_[b] = compression_steps * std::min(dt_, own) * max_of(share, Pack{});
-    return min_of(min_of(bound, squared), relaxed);
+    return min_of(bound, squared);
   }
   return squared;
+}
+
+// The same where steps go beyond the elastic limit: of what they do not follow, the material's own damping
+// holds what it can, and the rest is damped more. Damping resists changes of strain only: the shears that
+// stress alone resists, and what stretching makes stiffer, bound the step (`soft`). So does what is crushed
+// beyond the start of extrapolation (as far as `bound`): tangles come apart only in steps that follow them.
+template <class Model>
+Pack FiniteElements::lifted_squared_frequency(Model, std::size_t b, const Matrix3<Pack>& F,
+                                              const Pack& squared, const Pack& soft, const Pack& bound) {
+  const PackMask is_crushed = determinant(F, cofactor(F)) < Pack{} + Model::extrapolation_start;
+  const Pack within_reach = Pack{} + 4 * cfl_ * cfl_ / (dt_ * dt_);
+  if (any_of(within_reach < squared)) {
+    const Moduli here = moduli(b);
+    const double own = material_of_batch(b).moduli.damping;
+    const Pack needed = (0.5 * dt_ / own) * Model::compression_over_viscosity(here.mu, here.lambda, F);
+    const Pack held = within_reach / max_of(squared, Pack{} + std::numeric_limits<double>::min()) +
+                      select(is_crushed, Pack{}, 1.0 / needed);
+    is_damped_[b] = any_of(held < Pack{} + 1.0);
+    compression_damping_[b] = compression_steps * std::min(dt_, own) * max_of(1.0 - held, Pack{});
+  }
+  const Pack relaxed = max_of(Pack{} + relaxed_squared_frequency(b), soft);
+  return min_of(squared, select(is_crushed, bound, relaxed));
 }
 
 void FiniteElements::add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>& force) {

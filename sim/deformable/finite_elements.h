@@ -52,9 +52,8 @@ class FiniteElements {
   // From now on damping holds what steps no longer follow, in materials that have it and whose model can tell
   // the two apart: elements that compression makes stiffer than any at rest bound the step no more, but are
   // damped, for as many seconds as the step takes (see set_time_step), in proportion to what they are too
-  // stiff by, if their material's own damping is no less; and where it damps for tau seconds, steps of up to
-  // `relaxation` tau may go beyond the elastic limit of what it damps. `cfl` is the part of the stability
-  // limit that steps take.
+  // stiff by, if their material's own damping is no less; and where that is tau seconds, what it damps does
+  // not make the stability limit less than `relaxation` tau. `cfl` is the part of the limit that steps take.
   void rely_on_damping(double cfl, double relaxation);
   // The step, s, of the evaluations to come.
   void set_time_step(double dt) { dt_ = dt; }
@@ -135,6 +134,9 @@ class FiniteElements {
   double bound_at_rest();
   template <class Model>
   Pack squared_frequency(Model, std::size_t batch, const Matrix3<Pack>& F);
+  template <class Model>
+  Pack lifted_squared_frequency(Model, std::size_t batch, const Matrix3<Pack>& F, const Pack& squared,
+                                const Pack& soft, const Pack& bound);
   Matrix3<Pack> damping_stress(std::size_t batch, const Matrix3<Pack>& Fdot) const;
   void add_drag(const std::vector<Vec3>& v, std::vector<Vec3>& force) const;
 
@@ -158,7 +160,7 @@ class FiniteElements {
   std::vector<Pack> compression_damping_;        // s, of each batch
   std::vector<char> is_damped_;                  // whether any lane of a batch has some
   double cfl_ = 0;                               // 0: damping holds nothing, all elements bound the step
-  double relaxation_ = 0;                        // part of their damping times that steps may take
+  double relaxation_ = 0;                        // least limit of what damping holds, over its time
   double dt_ = 0;
   double added_damping_ = 0;
   double max_squared_frequency_ = 0, rest_squared_frequency_ = 0, elastic_squared_frequency_ = 0;

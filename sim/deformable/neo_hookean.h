@@ -11,6 +11,7 @@
 #include "sim/deformable/compression_stiffness.h"
 #include "sim/deformable/gradient_scatter.h"
 #include "sim/deformable/principal_stretches.h"
+#include "sim/deformable/viscous_stress.h"
 
 namespace duet {
 
@@ -92,6 +93,23 @@ struct NeoHookean {
     const T J = determinant(F, cofactor(F)), slope = volumetric(mu, lambda, J).first;
     const T rest = select(J < T{} + extrapolation_start, abs_of(slope), max_of(slope, T{}));
     return (mu + rest * sqrt_of(squared_spectral_norm(F))) * scatter.largest;
+  }
+
+  // How many seconds of viscosity (viscous_stress.h) hold compression_stiffness for a second each, at most;
+  // from J = 1/4 on. With the rate E = F^T sym(l) F of the Green strain, and G = (F^T F)^-1 = a 1 + D with
+  // the trace-free part D, tr(l) = a tr(E) + D : E, and |sym l| is at most |E| times the largest eigenvalue
+  // of G.
+  template <class T>
+  static T compression_over_viscosity(const T& mu, const T& lambda, const Matrix3<T>& F) {
+    const Matrix3<T> cof = cofactor(F);
+    const T J = max_of(determinant(F, cof), T{} + extrapolation_start);
+    const Matrix3<T> JJG = transposed_times(cof, cof);
+    const T scale = 1.0 / (J * J), a = (1.0 / 3) * scale * squared_norm(cof);
+    const T off = max_of(scale * scale * squared_norm(JJG) - 3.0 * a * a, T{});  // |D|^2
+    const T largest = a + sqrt_of((2.0 / 3) * off);
+    const T shear = max_of(-J * volumetric(mu, lambda, J).first, T{});
+    const T held_by_shear = (shear * largest * largest + 2.0 * lambda * off) / (2.0 * mu);
+    return excess_damping(F) * max_of(2.0 * a * a, held_by_shear);
   }
 
   // What compression adds to the Hessian, J^2 (g'' + g'/J) tr(l)^2 - J g' tr(l^2) with l = dF F^-1, but for

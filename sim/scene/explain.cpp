@@ -64,6 +64,9 @@ void write_time(std::string& out, const Scene& scene, const WorldSizes& sizes,
   if (estimate.elastic_bound > 0)
     out += fmt::format("  elastic bound on the time step {:.4g} s, of which solver.cfl = {:.4g} is used\n",
                        estimate.elastic_bound, scene.solver.cfl);
+  if (estimate.elastic_bound > sizes.undamped_elastic_dt)
+    out += fmt::format("  (that of undamped materials would be {:.4g} s: solver.relaxation = {:.4g})\n",
+                       sizes.undamped_elastic_dt, scene.solver.relaxation);
   out += fmt::format("  at least {} substeps a frame of at most {:.4g} s; fast bodies that meet take more\n",
                      estimate.substeps_per_frame, estimate.time_step);
   out += fmt::format("  the first step is bounded by {}: {:.4g} s\n", sizes.time_step_bound, sizes.time_step);

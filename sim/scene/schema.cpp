@@ -327,12 +327,13 @@ std::vector<Key> keys(Solver& solver) {
        "whether only damping is solved for, so that stiffness bounds the time step, or elasticity too"},
       {"newton_iterations", &solver.newton_iterations, "", between(1, 1e4),
        "bound on the iterations of an implicit solve"},
-      {"cfl", &solver.cfl, "", above_up_to(0, 1), "time step as a fraction of the elastic stability limit"},
+      {"cfl", &solver.cfl, "", above_up_to(0, 1),
+       "time step as a fraction of the limit that elasticity sets: that of its stability, or `relaxation`"},
       {"compression", choice(solver.compression, {"damped", "followed"}), "", any,
        "whether elements that compression stiffens are damped more or shorten the steps"},
       {"relaxation", &solver.relaxation, "", between(0, 0.25),
-       "steps may pass the elastic limit up to this part of a material's damping time; 0: never, nor with "
-       "compression \"followed\""},
+       "where a material is damped for tau seconds, the limit is this times tau at least; 0, or compression "
+       "\"followed\": damping lifts no limit"},
       {"max_travel", &solver.max_travel, "", above_up_to(0, 1),
        "how far two bodies that meet may enter each other in a step, as a fraction of the smaller one's "
        "size"},

@@ -357,8 +357,10 @@ WorldSizes Simulation::sizes() const {
   sizes.tet_meshes = impl_->built.tet_meshes;
   sizes.particles = static_cast<int>(bodies.particles.size());
   sizes.tets = static_cast<int>(bodies.forces.elements.size());
-  if (bodies.forces.rest_squared_frequency() > 0)
+  if (bodies.forces.rest_squared_frequency() > 0) {
     sizes.elastic_dt = 2 / std::sqrt(bodies.forces.rest_squared_frequency());
+    sizes.undamped_elastic_dt = 2 / std::sqrt(bodies.forces.elastic_squared_frequency());
+  }
   if (!std::isfinite(sizes.lightest)) sizes.lightest = 0;
   return sizes;
 }

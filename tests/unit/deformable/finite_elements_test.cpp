@@ -265,6 +265,42 @@ TEST(FiniteElements, CrushedElementsAreDampedInsteadOfBoundingTheStep) {
   EXPECT_DOUBLE_EQ(dissipation(block, 0.4, 2 * cfl / std::sqrt(100 * at_rest)), plain);
 }
 
+// Damping of tau seconds lifts the bound of what it holds to the part of tau that steps may take, and leaves
+// that of the shear that stress alone resists.
+TEST(FiniteElements, StrongDampingLiftsTheElasticBound) {
+  Block block;
+  constexpr double cfl = 0.7, tau = 0.01;
+  const double elastic = block.elements.rest_squared_frequency();
+  const auto at_rest = [&](double step) {
+    block.elements.rely_on_damping(cfl, step / (cfl * tau));
+    return block.elements.rest_squared_frequency();
+  };
+  const double own_step = 2 * cfl / std::sqrt(elastic);
+  EXPECT_DOUBLE_EQ(at_rest(0), elastic);
+  EXPECT_DOUBLE_EQ(at_rest(0.1 * own_step), elastic) << "not beyond what the elements allow by themselves";
+  EXPECT_NEAR(at_rest(1.2 * own_step), elastic / 1.44, 1e-12 * elastic);
+  const double soft = at_rest(1e6 * own_step);  // mu of lambda + 2 mu, about, for Poisson's ratio of 0.45
+  EXPECT_GT(soft, elastic / 25);
+  EXPECT_LT(soft, elastic / 10);
+  EXPECT_DOUBLE_EQ(block.elements.elastic_squared_frequency(), elastic);
+
+  std::vector<Vec3> x = block.x, unused = zeros(x.size());
+  at_rest(1.2 * own_step);
+  block.elements.set_time_step(1.2 * own_step);
+  block.elements.add_elastic_forces(x, unused);
+  EXPECT_NEAR(block.elements.max_squared_frequency(), elastic / 1.44, 1e-12 * elastic);
+  for (Vec3& place : x) place.y() *= 8;  // drawn out, by what damping does not resist
+  block.elements.add_elastic_forces(x, unused);
+  EXPECT_GT(block.elements.max_squared_frequency(), 1.5 * elastic / 1.44);
+  for (Vec3& place : x) place.y() *= 0.02;  // crushed beyond where its law is extrapolated
+  block.elements.add_elastic_forces(x, unused);
+  EXPECT_GT(block.elements.max_squared_frequency(), 1.9 * elastic);
+  block.elements.set_time_step(tau / 2);
+  at_rest(1e6 * own_step);  // steps longer than tau are not held by it
+  block.elements.add_elastic_forces(block.x, unused);
+  EXPECT_DOUBLE_EQ(block.elements.max_squared_frequency(), elastic);
+}
+
 // Every particle's own block is what the operator does to its velocity alone, crushed elements included.
 TEST(FiniteElements, DampingBlocksAreThoseOfTheOperator) {
   Block block(3, MaterialModel::neo_hookean, 3.0), follower(3, MaterialModel::neo_hookean, 3.0);

@@ -262,6 +262,7 @@ look = "NAME"
 accuracy = "fine"
 cfl = 0.8
 compression = "damped"
+relaxation = 0.05
 max_travel = 0.2
 max_rotation = 0.5
 max_time_step = 0.01

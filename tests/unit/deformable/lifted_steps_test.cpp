@@ -1,0 +1,101 @@
+// The scheme of steps I and V is stable as long as dt^2 K - 2 dt D <= 4 M, with the stiffness K, the damping
+// D and the masses M: the largest eigenvalue of M^-1 (dt^2 K - 2 dt D) of blocks in hard states, dense.
+#include <random>
+
+#include "tests/support/margin.h"
+#include <Eigen/Eigenvalues>
+#include <gtest/gtest.h>
+
+#include "sim/deformable/finite_elements.h"
+
+namespace duet {
+namespace {
+
+constexpr double tau = 0.01, cfl = 0.7, relaxation = 0.1;
+
+struct Block {
+  FiniteElements elements;
+  std::vector<Vec3> x;
+  std::vector<double> mass;
+
+  Block(const Vec3& size, double youngs_modulus) {
+    const TetMesh mesh = box_lattice(size, Vec3i(3, 3, 3));
+    x = mesh.nodes;
+    elements.add(mesh.tets, x, {lame_parameters(youngs_modulus, 0.45, tau)});
+    mass.assign(x.size(), 0);
+    for (std::size_t t = 0; t < mesh.tets.size(); ++t)
+      for (int i : mesh.tets[t]) mass[static_cast<std::size_t>(i)] += 250 * elements.volume(t);
+    elements.finalize(mass);
+    elements.rely_on_damping(cfl, relaxation);
+  }
+
+  template <class Forces>  // forces(displacements or velocities, N out)
+  Eigen::MatrixXd matrix(Forces&& forces) const {
+    const auto n = static_cast<Eigen::Index>(3 * x.size());
+    Eigen::MatrixXd A(n, n);
+    for (Eigen::Index j = 0; j < n; ++j) {
+      std::vector<Vec3> unit(x.size(), Vec3::Zero()), force = unit;
+      unit[static_cast<std::size_t>(j / 3)][j % 3] = 1;
+      forces(unit, force);
+      for (Eigen::Index i = 0; i < n; ++i)
+        A(i, j) = -force[static_cast<std::size_t>(i / 3)][i % 3] /
+                  std::sqrt(mass[static_cast<std::size_t>(i / 3)] * mass[static_cast<std::size_t>(j / 3)]);
+    }
+    return 0.5 * (A + A.transpose());
+  }
+
+  // The largest eigenvalue with the step that the rule chooses in this state; over 4 it is unstable.
+  double growth() {
+    std::vector<Vec3> force(x.size(), Vec3::Zero());
+    elements.add_elastic_forces(x, force);
+    const double dt = 2 * cfl / std::sqrt(elements.max_squared_frequency());
+    elements.set_time_step(dt);
+    elements.add_elastic_forces(x, force);
+    const Eigen::MatrixXd D = matrix(
+        [&](const std::vector<Vec3>& v, std::vector<Vec3>& out) { elements.add_damping_forces(v, out); });
+    const Eigen::MatrixXd K = matrix([&](const std::vector<Vec3>& dx, std::vector<Vec3>& out) {
+      constexpr double h = 1e-6;
+      std::vector<Vec3> up = x, down = x, opposite = out;
+      for (std::size_t p = 0; p < x.size(); ++p) {
+        up[p] += h * dx[p];
+        down[p] -= h * dx[p];
+      }
+      elements.add_elastic_forces(up, out);
+      elements.add_elastic_forces(down, opposite);
+      for (std::size_t p = 0; p < x.size(); ++p) out[p] = (out[p] - opposite[p]) / (2 * h);
+    });
+    return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(dt * dt * K - 2 * dt * D, Eigen::EigenvaluesOnly)
+        .eigenvalues()
+        .maxCoeff();
+  }
+};
+
+TEST(LiftedSteps, AreStableInHardStates) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  double worst = 0, longest = 0;
+  for (const Vec3& size :
+       {Vec3(1, 1, 1), Vec3(1, 1, 0.15), Vec3(1, 0.2, 0.2)})  // flat and long elements, too
+    for (const Vec3& stretch : {Vec3(1, 1, 1), Vec3(0.5, 1, 1), Vec3(1, 1, 0.4), Vec3(0.4, 1.4, 1.4),
+                                Vec3(1.4, 1.4, 0.4), Vec3(0.6, 0.6, 0.9), Vec3(2, 0.8, 0.8), Vec3(3, 0.5, 1)})
+      for (const double jitter : {0.0, 0.04, 0.1})
+        for (const double youngs_modulus : {1e7, 2e8}) {
+          Block block(size, youngs_modulus);
+          const double elastic_limit = 2 / std::sqrt(block.elements.elastic_squared_frequency());
+          const double limit = 2 / std::sqrt(block.elements.rest_squared_frequency());
+          longest = std::max(longest, limit / elastic_limit);
+          for (Vec3& place : block.x) {
+            place = place.cwiseProduct(stretch);
+            for (int k = 0; k < 3; ++k) place[k] += jitter * size[k] * stretch[k] * uniform(random);
+          }
+          const double growth = block.growth();
+          EXPECT_LT(growth, 4) << "size " << size.transpose() << ", stretch " << stretch.transpose()
+                               << ", jitter " << jitter << ", E " << youngs_modulus;
+          worst = std::max(worst, growth);
+        }
+  EXPECT_GT(longest, 3.5);  // times the elastic limit
+  test::expect_below(worst, 4 * cfl * cfl * 1.001, "largest eigenvalue");
+}
+
+}  // namespace
+}  // namespace duet
