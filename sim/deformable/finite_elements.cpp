@@ -206,8 +206,9 @@ double FiniteElements::bound_at_rest() {
 // That of limits of `relaxation_` of the damping time of a batch's material, which bound its elements where
 // they would not reach as far by themselves.
 double FiniteElements::relaxed_squared_frequency(std::size_t b) const {
-  const double reach = relaxation_ * material_of_batch(b).moduli.damping;
-  if (reach <= 0) return std::numeric_limits<double>::infinity();
+  const ElasticMaterial& material = material_of_batch(b);
+  const double reach = relaxation_ * material.moduli.damping;
+  if (reach <= 0 || material.is_pressurized) return std::numeric_limits<double>::infinity();
   return 4 / (reach * reach);
 }
 
@@ -298,9 +299,11 @@ Pack FiniteElements::squared_frequency(Model, std::size_t b, const Matrix3<Pack>
 }
 
 // The same where steps go beyond the elastic limit: of what they do not follow, the material's own damping
-// holds what it can, and the rest is damped more. Damping resists changes of strain only: the shears that
-// stress alone resists, and what stretching makes stiffer, bound the step (`soft`). So does what is crushed
-// beyond the start of extrapolation (as far as `bound`): tangles come apart only in steps that follow them.
+// holds what it can, and the rest is damped more, until a step of relaxation does not overshoot (K dt <= D,
+// twice what stability takes: what is squeezed becomes stiffer yet within a step). Damping resists changes of
+// strain only: the shears that stress alone resists, and what stretching makes stiffer, bound the step
+// (`soft`). So does what is crushed beyond the start of extrapolation (as far as `bound`): tangles come apart
+// only in steps that follow them.
 template <class Model>
 Pack FiniteElements::lifted_squared_frequency(Model, std::size_t b, const Matrix3<Pack>& F,
                                               const Pack& squared, const Pack& soft, const Pack& bound) {
@@ -309,11 +312,11 @@ Pack FiniteElements::lifted_squared_frequency(Model, std::size_t b, const Matrix
   if (any_of(within_reach < squared)) {
     const Moduli here = moduli(b);
     const double own = material_of_batch(b).moduli.damping;
-    const Pack needed = (0.5 * dt_ / own) * Model::compression_over_viscosity(here.mu, here.lambda, F);
+    const Pack needed = (dt_ / own) * Model::compression_over_viscosity(here.mu, here.lambda, F);
     const Pack held = within_reach / max_of(squared, Pack{} + std::numeric_limits<double>::min()) +
                       select(is_crushed, Pack{}, 1.0 / needed);
     is_damped_[b] = any_of(held < Pack{} + 1.0);
-    compression_damping_[b] = compression_steps * std::min(dt_, own) * max_of(1.0 - held, Pack{});
+    compression_damping_[b] = std::min(dt_, own) * max_of(1.0 - held, Pack{});
   }
   const Pack relaxed = max_of(Pack{} + relaxed_squared_frequency(b), soft);
   return min_of(squared, select(is_crushed, bound, relaxed));

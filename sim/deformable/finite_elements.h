@@ -25,7 +25,8 @@ LameParameters lame_parameters(double youngs_modulus, double poisson_ratio, doub
 struct ElasticMaterial {
   LameParameters moduli;
   MaterialModel model = MaterialModel::neo_hookean;
-  double mass_damping = 0;  // 1/s, braking force over mass and velocity
+  double mass_damping = 0;      // 1/s, braking force over mass and velocity
+  bool is_pressurized = false;  // pressures keep its volumes: steps stay within its elastic limit
 };
 
 class FiniteElements {

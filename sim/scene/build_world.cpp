@@ -154,7 +154,7 @@ BodyShape add_volume(const Scene& scene, const EffectSet& plan, const scene::Def
     bodies.forces.elements.add(
         tets, bodies.particles.x,
         {lame_parameters(material.youngs_modulus, material.poisson_ratio, material.damping), material.model,
-         material.mass_damping});
+         material.mass_damping, description.incompressible});
   if (resists.springs && plan[index(Effect::springs)]) add_volume_springs(tets, material.springs, bodies);
   if (description.incompressible) bodies.one_rings.add(tets, bodies.particles.x);
   body.tet_count = static_cast<int>(bodies.forces.elements.size()) - body.first_tet;

@@ -300,7 +300,7 @@ struct Solver {
   int newton_iterations = 20;                            // bound on those of an implicit solve
   double cfl = 0.7;                               // time step as a fraction of the elastic stability limit
   Compression compression = Compression::damped;  // elements that it makes stiffer than any at rest
-  double relaxation = 0.1;  // least limit of elasticity, over the damping time of what damping holds
+  double relaxation = 0;  // least limit of elasticity, over the damping time of what damping holds
   double max_travel =
       0.1;  // how far another body may enter a moving one in a step, as a fraction of its size
   double max_rotation = 0.314159;   // rad, largest rotation of a rigid body a step

@@ -332,8 +332,7 @@ std::vector<Key> keys(Solver& solver) {
       {"compression", choice(solver.compression, {"damped", "followed"}), "", any,
        "whether elements that compression stiffens are damped more or shorten the steps"},
       {"relaxation", &solver.relaxation, "", between(0, 0.25),
-       "where a material is damped for tau seconds, the limit is this times tau at least; 0, or compression "
-       "\"followed\": damping lifts no limit"},
+       "for strong damping: where it is tau seconds, the limit is no less than this times tau"},
       {"max_travel", &solver.max_travel, "", above_up_to(0, 1),
        "how far two bodies that meet may enter each other in a step, as a fraction of the smaller one's "
        "size"},
@@ -460,7 +459,6 @@ Solver preset(Accuracy accuracy) {
   } else if (accuracy == Accuracy::fine) {
     solver.cfl = 0.175;
     solver.compression = Compression::followed;
-    solver.relaxation = 0;
     solver.max_travel = 0.025;
     solver.cg_tolerance = 1e-4;
     solver.volume_tolerance = 1e-6;
