@@ -2,6 +2,7 @@
 #include <cmath>
 #include <random>
 
+#include "tests/support/elastic_state.h"
 #include "tests/support/margin.h"
 #include "tests/support/scenes.h"
 #include <gtest/gtest.h>
@@ -23,14 +24,6 @@ scene::Scene undamped_box(const Vec3& size, const Vec3i& cells, double youngs_mo
   return scene;
 }
 
-double energy(World& world) {
-  return kinetic_energy(world.bodies) + world.bodies.forces.energy(world.bodies.particles.x);
-}
-
-double rule_step(const World& world) {
-  return world.settings.cfl * 2 / std::sqrt(world.bodies.forces.rest_squared_frequency());
-}
-
 // A cube of 1 m that is set spinning at 5 rad/s without its centrifugal stretch, and so rings.
 struct SpinErrors {
   double momentum = 0, energy = 0;  // relative, the largest on the way
@@ -42,13 +35,13 @@ SpinErrors spin(Integration integration, double youngs_modulus, double step_over
   scene.solver.keep_spin = keep_spin;
   Simulation simulation(scene, test::plan(scene));
   World& world = simulation.world();
-  const double dt = step_over_rule * rule_step(world);
-  const double L = momentum(world.bodies).angular.norm(), E = energy(world);
+  const double dt = step_over_rule * test::rule_step(world);
+  const double L = momentum(world.bodies).angular.norm(), E = test::mechanical_energy(world);
   SpinErrors errors;
   for (int i = 0; i * dt < 10; ++i) {
     step(world, 0, dt);
     errors.momentum = std::max(errors.momentum, std::abs(momentum(world.bodies).angular.norm() / L - 1));
-    errors.energy = std::max(errors.energy, std::abs(energy(world) / E - 1));
+    errors.energy = std::max(errors.energy, std::abs(test::mechanical_energy(world) / E - 1));
   }
   return errors;
 }
@@ -85,7 +78,7 @@ TEST(ElasticMotion, StretchedBarRingsAtItsFrequency) {
     World& world = simulation.world();
     std::vector<Vec3>& x = world.bodies.particles.x;
     for (Vec3& p : x) p.x() += 1e-3 * std::sin(EIGEN_PI * p.x());
-    const double dt = rule_step(world) / 4, expected = std::sqrt(1e6 / 1000) / 2;
+    const double dt = test::rule_step(world) / 4, expected = std::sqrt(1e6 / 1000) / 2;
     const auto length = [&] { return x.back().x() - x.front().x(); };
     // Times at which the bar passes through its length at rest.
     std::vector<double> crossings;

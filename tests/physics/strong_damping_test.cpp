@@ -2,6 +2,7 @@
 #include <cmath>
 #include <random>
 
+#include "tests/support/elastic_state.h"
 #include "tests/support/margin.h"
 #include "tests/support/scenes.h"
 #include <gtest/gtest.h>
@@ -22,14 +23,6 @@ scene::Scene free_block(int cells, double youngs_modulus, double poisson_ratio, 
   return scene;
 }
 
-double energy(World& world) {
-  return kinetic_energy(world.bodies) + world.bodies.forces.energy(world.bodies.particles.x);
-}
-
-double rule_step(const World& world) {
-  return world.settings.cfl * 2 / std::sqrt(world.bodies.forces.rest_squared_frequency());
-}
-
 // Of a block let go at 1.01 times its size, the strain left after tau: exp(-1) where all modes are slow,
 // against a mass that hardly matters: the slowest of them, of w = 1000 rad/s, is late by 1/(w tau)^2 = 1 %.
 double strain_left(double relaxation) {
@@ -38,7 +31,7 @@ double strain_left(double relaxation) {
   Simulation simulation(scene, test::plan(scene));
   World& world = simulation.world();
   for (Vec3& x : world.bodies.particles.x) x *= 1.01;
-  const double start = energy(world), limit = rule_step(world);
+  const double start = test::mechanical_energy(world), limit = test::rule_step(world);
   if (relaxation > 0) {
     EXPECT_GT(limit, 3 * world.settings.cfl * 2 / std::sqrt(world.bodies.forces.elastic_squared_frequency()));
   }
@@ -76,11 +69,11 @@ TEST(StrongDamping, EnergyOnlyFalls) {
         x = x.cwiseProduct(start.stretch);
         for (int k = 0; k < 3; ++k) x[k] += jitter(random);
       }
-      const double at_start = energy(world);
+      const double at_start = test::mechanical_energy(world);
       double before = at_start;
       for (int frame = 0; frame < 120; ++frame) {
         simulation.advance_frame();
-        const double now = energy(world);
+        const double now = test::mechanical_energy(world);
         ASSERT_LE(now, before + 1e-7 * at_start) << frame;  // what the tolerance of the solves leaves
         before = now;
       }
