@@ -130,9 +130,8 @@ void FiniteElements::finalize(const std::vector<double>& mass) {
     for (int p : tets_[t]) particle_volume_[as_index(p)] += volume_[t];
   std::size_t lanes = 0;
   for (std::size_t begin = 0, end = 0; begin < tets_.size(); begin = end) {  // the tets of a material
-    for (; end < tets_.size() && material_of_[end] == material_of_[begin]; ++end) {
+    for (; end < tets_.size() && material_of_[end] == material_of_[begin]; ++end)
       fill_lane(lanes++, end, false, scatter(end, mass));
-    }
     for (; lanes % pack_width > 0; ++lanes) fill_lane(lanes, end - 1, true, scatter(end - 1, mass));
   }
   deformation_.resize(batches_.size());
@@ -146,7 +145,7 @@ void FiniteElements::finalize(const std::vector<double>& mass) {
   }
 
   elastic_squared_frequency_ = bound_at_rest();
-  rely_on_damping(cfl_, relaxation_);
+  rely_on_damping(0, 0);
 
   for (std::size_t t = 0; t < tets_.size(); ++t) {
     const double rate = material_[as_index(material_of_[t])].mass_damping;

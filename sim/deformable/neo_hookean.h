@@ -108,7 +108,9 @@ struct NeoHookean {
     const T off = max_of(scale * scale * squared_norm(JJG) - 3.0 * a * a, T{});  // |D|^2
     const T largest = a + sqrt_of((2.0 / 3) * off);
     const T shear = max_of(-J * volumetric(mu, lambda, J).first, T{});
-    const T held_by_shear = (shear * largest * largest + 2.0 * lambda * off) / (2.0 * mu);
+    // A negative lambda takes from the viscosity, |tr E|^2 <= 3 |E|^2, and is not counted in the stiffness.
+    const T more = max_of(lambda, T{}), viscous_shear = 2.0 * mu + 3.0 * min_of(lambda, T{});
+    const T held_by_shear = (shear * largest * largest + 2.0 * more * off) / viscous_shear;
     return excess_damping(F) * max_of(2.0 * a * a, held_by_shear);
   }
 

@@ -332,7 +332,7 @@ std::vector<Key> keys(Solver& solver) {
       {"compression", choice(solver.compression, {"damped", "followed"}), "", any,
        "whether elements that compression stiffens are damped more or shorten the steps"},
       {"relaxation", &solver.relaxation, "", between(0, 0.25),
-       "for strong damping: where it is tau seconds, the limit is no less than this times tau"},
+       "damping of tau seconds makes that limit this times tau at least; not with compression \"followed\""},
       {"max_travel", &solver.max_travel, "", above_up_to(0, 1),
        "how far two bodies that meet may enter each other in a step, as a fraction of the smaller one's "
        "size"},

@@ -16,12 +16,17 @@ namespace {
 // is bounded (neo_hookean.h) and the implicit damping holds them.
 constexpr double least_elastic_share = 1.0 / 32;
 
+// That which damping has not lifted.
+double elastic_limit_at_rest(const InternalForces& forces) {
+  return 2 / std::sqrt(forces.elastic_squared_frequency());
+}
+
 // 2/omega_max is the stability limit of the scheme for undamped elasticity (its amplification matrix is that
 // of leapfrog).
 double elastic_limit(const InternalForces& forces) {
   const double now = 2 / std::sqrt(forces.max_squared_frequency());
   const double at_rest = 2 / std::sqrt(forces.rest_squared_frequency());
-  return std::clamp(now, least_elastic_share * at_rest, at_rest);
+  return std::clamp(now, least_elastic_share * elastic_limit_at_rest(forces), at_rest);
 }
 
 // How much of its size at rest, or twice as much of its volume, an element may be deformed by within a step:
@@ -33,9 +38,8 @@ constexpr double most_stretching = 0.25;
 constexpr double least_stretching_share = 1.0 / 1024;
 
 double stretching_limit(const InternalForces& forces, const Particles& particles) {
-  const double at_rest = 2 / std::sqrt(forces.rest_squared_frequency());
   return std::max(most_stretching / forces.elements.max_deformation_rate(particles.x, particles.v),
-                  least_stretching_share * at_rest);
+                  least_stretching_share * elastic_limit_at_rest(forces));
 }
 
 void bound_by_elasticity(const World& world, TimeStepChoice& choice) {

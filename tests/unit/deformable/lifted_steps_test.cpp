@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "sim/deformable/finite_elements.h"
+#include "sim/deformable/neo_hookean.h"
 
 namespace duet {
 namespace {
@@ -69,6 +70,45 @@ struct Block {
         .maxCoeff();
   }
 };
+
+// What the seconds of viscosity that the rule asks for are worth, in all directions: C <= q V.
+TEST(LiftedSteps, ViscosityHoldsTheStiffnessOfCompression) {
+  using Mat9 = Eigen::Matrix<double, 9, 9>;
+  const auto of = [](auto&& stress) {
+    Mat9 A;
+    for (int j = 0; j < 9; ++j) {
+      Matrix3<double> unit{};
+      unit[j / 3][j % 3] = 1;
+      const Matrix3<double> P = stress(unit);
+      for (int i = 0; i < 9; ++i) A(i, j) = P[i / 3][i % 3];
+    }
+    return Mat9(0.5 * (A + A.transpose()));
+  };
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  double tightest = 1e9;
+  for (const double poisson_ratio : {-0.4, 0.0, 0.3, 0.45}) {
+    const LameParameters moduli = lame_parameters(1, poisson_ratio, 1);
+    for (int i = 0; i < 3000; ++i) {
+      Matrix3<double> F{};
+      for (int k = 0; k < 9; ++k)
+        F[k / 3][k % 3] = (k % 4 == 0 ? 1 : 0) + (i == 0 ? 0 : 0.6 * uniform(random));
+      if (determinant(F, cofactor(F)) < NeoHookean::extrapolation_start) continue;
+      const double q = NeoHookean::compression_over_viscosity(moduli.mu, moduli.lambda, F);
+      const auto stiffness = NeoHookean::compression_stiffness(moduli.mu, moduli.lambda, F);
+      const Mat9 C = of([&](const Matrix3<double>& dF) { return stiffness * dF; });
+      const Mat9 V = of([&](const Matrix3<double>& dF) {
+        return viscous_stress(moduli.mu, moduli.lambda, 1 / excess_damping(F), F, dF);
+      });
+      const auto largest = [](const Mat9& A) {
+        return Eigen::SelfAdjointEigenSolver<Mat9>(A, Eigen::EigenvaluesOnly).eigenvalues().maxCoeff();
+      };
+      EXPECT_LT(largest(C - q * V), 1e-10 * largest(C)) << poisson_ratio << ", " << i;
+      if (i == 0) tightest = std::min(tightest, q);
+    }
+  }
+  EXPECT_LE(tightest, 2 * (1 + 1e-12));  // at rest, where one second would do
+}
 
 TEST(LiftedSteps, AreStableInHardStates) {
   std::mt19937 random(5);
