@@ -1,5 +1,6 @@
 // The positive part of what compression adds to the stiffness of an element, by itself: what such elements
-// are damped in proportion to. Written once for T = double and T = Pack.
+// are damped in proportion to. Written once for T = double, T = Pack and
+// T = PackF.
 #pragma once
 
 #include "sim/base/simd.h"

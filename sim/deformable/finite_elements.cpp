@@ -135,7 +135,8 @@ void FiniteElements::finalize(const std::vector<double>& mass) {
     for (; lanes % pack_width > 0; ++lanes) fill_lane(lanes, end - 1, true, scatter(end - 1, mass));
   }
   deformation_.resize(batches_.size());
-  compression_damping_.resize(batches_.size());
+  compression_viscosity_.resize(batches_.size());
+  single_compression_.resize(batches_.size());
   is_damped_.resize(batches_.size());
   sums_.build(batches_, mass.size());
   single_.resize(batches_.size());
@@ -286,15 +287,30 @@ Pack FiniteElements::squared_frequency(Model, std::size_t b, const Matrix3<Pack>
     if (relaxed_squared_frequency(b) < elastic_squared_frequency_)
       return lifted_squared_frequency(Model{}, b, F, squared, soft, bound);
     if (!any_of(bound < squared)) return squared;
-    is_damped_[b] = true;
     // Some other bound may have made this step a shorter one.
     const double within_reach = 4 * cfl_ * cfl_ / (dt_ * dt_);
     const double more = std::max(within_reach / (followed_stiffening * rest_squared_frequency_), 1.0);
     const Pack share = 1.0 - more * bound / max_of(squared, Pack{} + std::numeric_limits<double>::min());
-    compression_damping_[b] = compression_steps * std::min(dt_, own) * max_of(share, Pack{});
+    damp_compression(Model{}, b, F, compression_steps * std::min(dt_, own) * max_of(share, Pack{}));
     return min_of(bound, squared);
   }
   return squared;
+}
+
+// Damps what compression adds to the stiffness of a batch for `seconds`. Kept for all products of the step.
+template <class Model>
+void FiniteElements::damp_compression(Model, std::size_t b, const Matrix3<Pack>& F, const Pack& seconds) {
+  is_damped_[b] = any_of(Pack{} < seconds);
+  if (!is_damped_[b]) return;
+  const Moduli here = moduli(b);
+  CompressionStiffness<Pack>& viscosity = compression_viscosity_[b];
+  viscosity = Model::compression_stiffness(here.mu, here.lambda, F);
+  viscosity.shear *= seconds;
+  viscosity.bulk *= seconds;
+  const Pack& volume = batches_[b].volume;
+  single_compression_[b] = {converted<PackF>(viscosity.inverse),
+                            __builtin_convertvector(-volume * viscosity.shear, PackF),
+                            __builtin_convertvector(-volume * viscosity.bulk, PackF)};
 }
 
 // The same where steps go beyond the elastic limit: of what they do not follow, the material's own damping
@@ -314,8 +330,7 @@ Pack FiniteElements::lifted_squared_frequency(Model, std::size_t b, const Matrix
     const Pack needed = (dt_ / own) * Model::compression_over_viscosity(here.mu, here.lambda, F);
     const Pack held = within_reach / max_of(squared, Pack{} + std::numeric_limits<double>::min()) +
                       select(is_crushed, Pack{}, 1.0 / needed);
-    is_damped_[b] = any_of(held < Pack{} + 1.0);
-    compression_damping_[b] = std::min(dt_, own) * max_of(1.0 - held, Pack{});
+    damp_compression(Model{}, b, F, std::min(dt_, own) * max_of(1.0 - held, Pack{}));
   }
   const Pack relaxed = max_of(Pack{} + relaxed_squared_frequency(b), soft);
   return min_of(squared, select(is_crushed, bound, relaxed));
@@ -350,7 +365,7 @@ Matrix3<Pack> FiniteElements::damping_stress(std::size_t b, const Matrix3<Pack>&
   if (added_damping_ > 0) return viscous_stress<Pack>(mu, volume_share(F) * lambda, damping, F, Fdot);
   const Matrix3<Pack> stress = viscous_stress<Pack>(mu, lambda, damping / excess_damping(F), F, Fdot);
   if (!is_damped_[b]) return stress;
-  return stress + compression_damping_[b] * (NeoHookean::compression_stiffness(mu, lambda, F) * Fdot);
+  return stress + compression_viscosity_[b] * Fdot;
 }
 
 void FiniteElements::add_damping_forces(const std::vector<Vec3>& v, std::vector<Vec3>& force) {
@@ -366,13 +381,12 @@ void FiniteElements::add_damping_forces_single(const std::vector<Vec3>& v, std::
     const SingleBatch& batch = single_[b];
     const Matrix3<PackF> Fdot = gradient_of(
         batch.inverse_rest, [&](std::size_t i) { return BlockSums::gather(rows, batch.slot[i]); });
-    if (is_damped_[b])
-      return spread_forces(batches_[b], damping_stress(b, converted<Pack>(Fdot)), Pack{}, sums);
     const LameParameters& moduli = material_of_batch(b).moduli;
     const PackF stress_share = -static_cast<float>(moduli.damping) * batch.share;
     const PackF mu = PackF{} + static_cast<float>(moduli.mu),
                 lambda = PackF{} + static_cast<float>(moduli.lambda);
-    const Matrix3<PackF> stress = viscous_stress(mu, lambda, stress_share, batch.F, Fdot);
+    Matrix3<PackF> stress = viscous_stress(mu, lambda, stress_share, batch.F, Fdot);
+    if (is_damped_[b]) stress = stress + single_compression_[b] * Fdot;
     spread_columns(converted<Pack>(times_transposed(stress, batch.inverse_rest)), Pack{}, batch.slot, sums);
   });
   sums_.add_to(force);
@@ -402,10 +416,8 @@ void FiniteElements::spread_damping(std::size_t b, Quad* sums) const {
   const Pack damping = batch.volume * seconds / excess_damping(F);
   const Matrix3<Pack> of_gradient = (damping * mu) * times_transposed(F, F);
   const Pack of_image = damping * (lambda + mu);
-  CompressionStiffness<Pack> compression{};
-  if (is_damped_[b]) compression = NeoHookean::compression_stiffness(mu, lambda, F);
-  const Pack share = batch.volume * compression_damping_[b], shear = 0.5 * share * compression.shear;
-  const Pack bulk = share * compression.bulk + shear;
+  const CompressionStiffness<Pack>& compression = compression_viscosity_[b];
+  const Pack shear = 0.5 * batch.volume * compression.shear, bulk = batch.volume * compression.bulk + shear;
   for (std::size_t i = 0; i < corners; ++i) {
     PackVector G{-(D[0][0] + D[1][0] + D[2][0]), -(D[0][1] + D[1][1] + D[2][1]),
                  -(D[0][2] + D[1][2] + D[2][2])};

@@ -8,6 +8,7 @@
 #include "sim/base/simd.h"
 #include "sim/base/types.h"
 #include "sim/deformable/block_sums.h"
+#include "sim/deformable/compression_stiffness.h"
 #include "sim/deformable/gradient_scatter.h"
 #include "sim/deformable/material_model.h"
 #include "sim/deformable/stress_differential.h"
@@ -136,6 +137,8 @@ class FiniteElements {
   template <class Model>
   Pack squared_frequency(Model, std::size_t batch, const Matrix3<Pack>& F);
   template <class Model>
+  void damp_compression(Model, std::size_t batch, const Matrix3<Pack>& F, const Pack& seconds);
+  template <class Model>
   Pack lifted_squared_frequency(Model, std::size_t batch, const Matrix3<Pack>& F, const Pack& squared,
                                 const Pack& soft, const Pack& bound);
   Matrix3<Pack> damping_stress(std::size_t batch, const Matrix3<Pack>& Fdot) const;
@@ -158,10 +161,12 @@ class FiniteElements {
   std::vector<double> particle_volume_;          // m^3, of the elements around each
   std::vector<double> particle_frequency_;       // rad^2/s^2, the mean around each
   std::vector<Pack> allowed_squared_frequency_;  // rad^2/s^2, of each batch: what leaves the bound at rest
-  std::vector<Pack> compression_damping_;        // s, of each batch
-  std::vector<char> is_damped_;                  // whether any lane of a batch has some
-  double cfl_ = 0;                               // 0: damping holds nothing, all elements bound the step
-  double relaxation_ = 0;                        // least limit of what damping holds, over its time
+  // Of each batch that is damped in compression: its viscosity, Pa s, and minus its volume times that, N m s.
+  std::vector<CompressionStiffness<Pack>> compression_viscosity_;
+  std::vector<CompressionStiffness<PackF>> single_compression_;
+  std::vector<char> is_damped_;  // whether any lane of a batch is, in compression
+  double cfl_ = 0;               // 0: damping holds nothing, all elements bound the step
+  double relaxation_ = 0;        // least limit of what damping holds, over its time
   double dt_ = 0;
   double added_damping_ = 0;
   double max_squared_frequency_ = 0, rest_squared_frequency_ = 0, elastic_squared_frequency_ = 0;
