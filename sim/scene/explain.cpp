@@ -57,6 +57,12 @@ void write_sizes(std::string& out, const WorldSizes& sizes) {
                        mass_ratio(sizes));
 }
 
+const char* why_not_lifted(const Solver& solver) {
+  if (solver.integration == Integration::implicit) return "elasticity is implicit";
+  if (solver.compression == Compression::followed) return "compression is \"followed\"";
+  return "that times the damping of any material is less than the bound";
+}
+
 void write_time(std::string& out, const Scene& scene, const WorldSizes& sizes,
                 const TimeStepEstimate& estimate) {
   out += fmt::format("time\n  {} frames at {:.6g} 1/s: {:.6g} s\n", scene.frames, scene.fps,
@@ -67,6 +73,9 @@ void write_time(std::string& out, const Scene& scene, const WorldSizes& sizes,
   if (estimate.elastic_bound > sizes.undamped_elastic_dt)
     out += fmt::format("  (that of undamped materials would be {:.4g} s: solver.relaxation = {:.4g})\n",
                        sizes.undamped_elastic_dt, scene.solver.relaxation);
+  else if (scene.solver.relaxation > 0)
+    out += fmt::format("  (solver.relaxation = {:.4g} lifts nothing: {})\n", scene.solver.relaxation,
+                       why_not_lifted(scene.solver));
   out += fmt::format("  at least {} substeps a frame of at most {:.4g} s; fast bodies that meet take more\n",
                      estimate.substeps_per_frame, estimate.time_step);
   out += fmt::format("  the first step is bounded by {}: {:.4g} s\n", sizes.time_step_bound, sizes.time_step);

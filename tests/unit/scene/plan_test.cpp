@@ -223,6 +223,24 @@ TEST(Explain, WarnsOfWhatTheUserShouldKnow) {
   EXPECT_TRUE(warnings(scene_with(0, 0, 0, false, 1), {}, driven).empty());
 }
 
+TEST(Explain, SaysWhatRelaxationDoesAndWhyNot) {
+  Scene scene = scene_with(0, 0, 1, true);
+  WorldSizes sizes = sizes_of_two();
+  sizes.undamped_elastic_dt = sizes.elastic_dt;
+  const auto says = [&](const std::string& what) {
+    return explain(scene, plan_effects(scene), sizes).find(what) != std::string::npos;
+  };
+  EXPECT_FALSE(says("relaxation"));
+  scene.solver.relaxation = 0.1;
+  EXPECT_TRUE(says("solver.relaxation = 0.1 lifts nothing: that times the damping"));
+  scene.solver.compression = Compression::followed;
+  EXPECT_TRUE(says("lifts nothing: compression is \"followed\""));
+  scene.solver.integration = Integration::implicit;
+  EXPECT_TRUE(says("lifts nothing: elasticity is implicit"));
+  sizes.elastic_dt = 2 * sizes.undamped_elastic_dt;
+  EXPECT_TRUE(says("that of undamped materials would be 0.01 s: solver.relaxation = 0.1"));
+}
+
 TEST(Explain, TextAndJsonSayTheSame) {
   Scene scene = scene_with(2, 0, 1, true);
   scene.title = "Stack";
