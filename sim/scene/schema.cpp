@@ -367,7 +367,8 @@ std::vector<Key> keys(Solver& solver) {
       {"velocity_constraints", choice(solver.velocity_constraints, {"after_solve", "before_solve"}), "", any,
        "contact and friction of step V after the implicit solve, or before it: for very large piles"},
       {"projection_iterations", &solver.projection_iterations, "", between(1, 1e3),
-       "forward and backward sweeps of the contact projection inside the conjugate gradients (step V.2)"},
+       "forward and backward sweeps of the contact projection in the conjugate gradients; implicit: 10 at "
+       "least"},
       {"face_samples", &solver.face_samples, "", between(0, 32),
        "lattice order of contact points on deformable faces, higher for thin rigid bodies; 0: vertices only"},
       {"contact_reduction", &solver.contact_reduction, "", any,

@@ -1,0 +1,51 @@
+// Implicit elasticity and contact with face samples, which share particles.
+#include <gtest/gtest.h>
+
+#include "sim/scene/plan.h"
+#include "sim/scene/reader.h"
+#include "sim/scene/simulation.h"
+
+namespace duet {
+namespace {
+
+struct Course {
+  double lowest = 0;   // J, least potential energy at a frame's end
+  double elastic = 0;  // J, most elastic energy
+  double gained = 0;   // J, by which the total energy is over that of the start, at most
+};
+
+// Soft and rigid boxes in turn, which sink into each other by a twentieth and come up again.
+Course settling(scene::Integration integration, double longest_step) {
+  scene::Scene scene = scene::read(DUET_SOURCE_DIR "/scenes/study/stack_at_rest.toml").scene;
+  scene.solver.integration = integration;
+  scene.solver.max_time_step = longest_step;
+  Simulation simulation(scene, scene::plan_effects(scene).active());
+  const FrameStats start = simulation.stats();
+  Course course{.lowest = start.potential};
+  for (int frame = 1; frame <= 8; ++frame) {
+    simulation.advance_frame();
+    const FrameStats now = simulation.stats();
+    course.lowest = std::min(course.lowest, now.potential);
+    course.elastic = std::max(course.elastic, now.elastic);
+    course.gained = std::max(course.gained, now.kinetic + now.elastic + now.potential - start.potential);
+  }
+  course.lowest -= start.potential;
+  return course;
+}
+
+// Contact is of first order: a step of 1/800 s is off by 5.5 % of what the boxes fall through, one of 1/1600
+// s by 2 %. With projections of two sweeps they fell through half as much again in all steps longer than 0.3
+// ms, and gained half of the energy that is exchanged.
+TEST(ImplicitStack, SinksAndComesUpAsSemiImplicitly) {
+  const Course exact = settling(scene::Integration::semi_implicit, 1);
+  EXPECT_LT(exact.elastic, -exact.lowest);
+  for (const double step : {1.0 / 800, 1.0 / 1600}) {
+    const Course course = settling(scene::Integration::implicit, step);
+    EXPECT_NEAR(course.lowest, exact.lowest, 64 * step * -exact.lowest);
+    EXPECT_NEAR(course.elastic, exact.elastic, 96 * step * exact.elastic);
+    EXPECT_LE(course.gained, 0);
+  }
+}
+
+}  // namespace
+}  // namespace duet
