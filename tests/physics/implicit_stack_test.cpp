@@ -1,4 +1,6 @@
 // Implicit elasticity and contact with face samples, which share particles.
+#include <algorithm>
+
 #include <gtest/gtest.h>
 
 #include "sim/scene/plan.h"
