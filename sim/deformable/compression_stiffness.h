@@ -1,6 +1,5 @@
 // The positive part of what compression adds to the stiffness of an element, by itself: what such elements
-// are damped in proportion to. Written once for T = double, T = Pack and
-// T = PackF.
+// are damped in proportion to. Written once for T = double, Pack and PackF.
 #pragma once
 
 #include "sim/base/simd.h"

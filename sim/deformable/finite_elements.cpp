@@ -268,6 +268,22 @@ void FiniteElements::spread_forces(const Batch& batch, const Matrix3<Pack>& stre
   spread_columns(-batch.volume * times_transposed(stress, batch.inverse_rest), fourth, batch.slot, sums);
 }
 
+// Damps what compression adds to the stiffness of a batch for `seconds`. Kept for all products of the step.
+template <class Model>
+void FiniteElements::damp_compression(Model, std::size_t b, const Matrix3<Pack>& F, const Pack& seconds) {
+  is_damped_[b] = any_of(Pack{} < seconds);
+  if (!is_damped_[b]) return;
+  const Moduli here = moduli(b);
+  CompressionStiffness<Pack>& viscosity = compression_viscosity_[b];
+  viscosity = Model::compression_stiffness(here.mu, here.lambda, F);
+  viscosity.shear *= seconds;
+  viscosity.bulk *= seconds;
+  const Pack& volume = batches_[b].volume;
+  single_compression_[b] = {converted<PackF>(viscosity.inverse),
+                            __builtin_convertvector(-volume * viscosity.shear, PackF),
+                            __builtin_convertvector(-volume * viscosity.bulk, PackF)};
+}
+
 // Of the elements of a batch, as far as they are to bound the step; chooses what damps the others.
 //
 // In the scheme of steps I and V (elasticity explicit, damping implicit) a mode of frequency w with tau
@@ -295,22 +311,6 @@ Pack FiniteElements::squared_frequency(Model, std::size_t b, const Matrix3<Pack>
     return min_of(bound, squared);
   }
   return squared;
-}
-
-// Damps what compression adds to the stiffness of a batch for `seconds`. Kept for all products of the step.
-template <class Model>
-void FiniteElements::damp_compression(Model, std::size_t b, const Matrix3<Pack>& F, const Pack& seconds) {
-  is_damped_[b] = any_of(Pack{} < seconds);
-  if (!is_damped_[b]) return;
-  const Moduli here = moduli(b);
-  CompressionStiffness<Pack>& viscosity = compression_viscosity_[b];
-  viscosity = Model::compression_stiffness(here.mu, here.lambda, F);
-  viscosity.shear *= seconds;
-  viscosity.bulk *= seconds;
-  const Pack& volume = batches_[b].volume;
-  single_compression_[b] = {converted<PackF>(viscosity.inverse),
-                            __builtin_convertvector(-volume * viscosity.shear, PackF),
-                            __builtin_convertvector(-volume * viscosity.bulk, PackF)};
 }
 
 // The same where steps go beyond the elastic limit: of what they do not follow, the material's own damping

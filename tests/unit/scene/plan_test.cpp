@@ -232,7 +232,7 @@ TEST(Explain, SaysWhatRelaxationDoesAndWhyNot) {
   };
   EXPECT_FALSE(says("relaxation"));
   scene.solver.relaxation = 0.1;
-  EXPECT_TRUE(says("solver.relaxation = 0.1 lifts nothing: that times the damping"));
+  EXPECT_TRUE(says("solver.relaxation = 0.1 lifts nothing: no neo-Hookean material"));
   scene.solver.compression = Compression::followed;
   EXPECT_TRUE(says("lifts nothing: compression is \"followed\""));
   scene.solver.integration = Integration::implicit;
