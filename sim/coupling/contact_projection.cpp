@@ -16,6 +16,7 @@ void ContactProjection::begin(const Bodies& bodies, int sweeps, const LinkedBodi
   inverse_mass_ = nullptr;
   repulsions_ = nullptr;
   joints_ = nullptr;
+  islands_ = nullptr;
   sweeps_ = sweeps;
   used_ = bodies.rigid.size();
   block_rows_ = 0;
@@ -120,13 +121,43 @@ double ContactProjection::inverse_mass_of_guest(const Row& row) const {
 void ContactProjection::use_inverse_masses(const std::vector<SymmetricBlock>* inverse_mass) {
   inverse_mass_ = inverse_mass;
   const auto weigh = [&](Row& row) {
-    if (row.guest_rigid < 0) row.mass = 1 / (row.of_host + inverse_mass_of_guest(row));
+    if (row.guest_rigid < 0 && (!inverse_mass || takes(row)))
+      row.mass = 1 / (row.of_host + inverse_mass_of_guest(row));
   };
   for (std::size_t b = 0; b < used_; ++b)
     for (Row& row : blocks_[b].rows) weigh(row);
   for (Row& row : rows_) weigh(row);
   factor_blocks();
   if (repulsions_) repulsions_->use_inverse_masses(inverse_mass);
+}
+
+void ContactProjection::join(Islands& islands) const {
+  const auto join = [&](const Row& row) {
+    if (row.guest_rigid >= 0)
+      islands.join_rigid(row.host, row.guest_rigid);
+    else
+      islands.join_particle(row.host, row.point.particle[0]);
+  };
+  for (std::size_t b = 0; b < used_; ++b)
+    for (const Row& row : blocks_[b].rows) join(row);
+  for (const Row& row : rows_) join(row);
+  if (!repulsions_) return;
+  for (const RepulsionPair& pair : repulsions_->pairs())
+    if (pair.active) islands.join_particles(pair.particle.front(), pair.particle.back());
+}
+
+void ContactProjection::limit_to(const Islands* islands) {
+  islands_ = islands;
+  if (repulsions_) repulsions_->limit_to(islands ? &islands->mask() : nullptr);
+  if (!islands) return;
+  const auto find = [&](Row& row) {
+    row.island = row.guest_rigid < 0 ? islands->of_particle(row.point.particle[0])
+                                     : islands->of_rigid(static_cast<std::size_t>(row.guest_rigid));
+    if (row.island < 0) row.island = islands->of_rigid(as_index(row.host));
+  };
+  for (std::size_t b = 0; b < used_; ++b)
+    for (Row& row : blocks_[b].rows) find(row);
+  for (Row& row : rows_) find(row);
 }
 
 double ContactProjection::normal_velocity(const Row& row, const GeneralizedVelocity& v) const {
@@ -180,7 +211,7 @@ void ContactProjection::project_block(const Block& block, bool with_target, Gene
   Vec6 change = Vec6::Zero();
   if (moves) {
     for (const Row& row : block.rows) {
-      if (!row.active) continue;
+      if (!takes(row)) continue;
       const double excess = row.mass * (normal_velocity(row, v) - (with_target ? row.target : 0));
       right.head<3>() += excess * row.normal;
       right.tail<3>() += excess * row.host_arm.cross(row.normal);
@@ -194,7 +225,7 @@ void ContactProjection::project_block(const Block& block, bool with_target, Gene
     }
   }
   for (const Row& row : block.rows) {
-    if (!row.active) continue;
+    if (!takes(row)) continue;
     push(row, -row.mass * (normal_velocity(row, v) - (with_target ? row.target : 0)) * row.normal, v);
   }
 }
@@ -217,10 +248,10 @@ void ContactProjection::sweep(bool with_target, bool with_joints, GeneralizedVel
   for (std::size_t b = 0; b < used_; ++b)
     if (!blocks_[b].rows.empty()) project_block(blocks_[b], with_target, v);
   for (const Row& row : rows_)
-    if (row.active) project_row(row, with_target, v);
+    if (takes(row)) project_row(row, with_target, v);
   if (repulsions_) repulsions_->sweep(with_target, bodies_->particles.inverse_mass, v.particle);
   for (std::size_t i = rows_.size(); i-- > 0;)
-    if (rows_[i].active) project_row(rows_[i], with_target, v);
+    if (takes(rows_[i])) project_row(rows_[i], with_target, v);
   for (std::size_t b = used_; b-- > 0;)
     if (!blocks_[b].rows.empty()) project_block(blocks_[b], with_target, v);
   if (with_joints) joints_->project(bodies_->rigid, v.linear, v.angular);

@@ -5,6 +5,7 @@
 
 #include "sim/articulation/joint_solver.h"
 #include "sim/coupling/contact_graph.h"
+#include "sim/coupling/islands.h"
 #include "sim/coupling/linked_bodies.h"
 #include "sim/coupling/warm_start.h"
 #include "sim/deformable/self_repulsion.h"
@@ -42,6 +43,11 @@ class ContactProjection {
   // 1/kg, or null for their own.
   void use_inverse_masses(const std::vector<SymmetricBlock>* inverse_mass);
   bool empty() const { return rows_.empty() && block_rows_ == 0 && !repulsions_ && !joints_; }
+  // Joins the bodies that it lets move each other, but for those with joints, which are joined anyway.
+  void join(Islands& islands) const;
+  // Only what acts on islands that are searched takes part in project() and use_inverse_masses(), until the
+  // next call; null for all.
+  void limit_to(const Islands* islands);
   // Whether a body of infinite mass takes part.
   bool is_held() const { return held_; }
 
@@ -70,6 +76,7 @@ class ContactProjection {
     double mass = 0;     // kg, 1/(n.K n) of the guest alone in a block, of the pair in a single row
     double target = 0;   // m/s
     bool active = true;
+    int island = -1;  // of limit_to
   };
   struct Block {  // one rigid body against all particles it touches: equation 4
     int host = -1;
@@ -85,6 +92,9 @@ class ContactProjection {
   void project_row(const Row& row, bool with_target, GeneralizedVelocity& v) const;
   void sweep(bool with_target, bool with_joints, GeneralizedVelocity& v) const;
   void sweep_all(bool with_target, GeneralizedVelocity& v) const;
+  bool takes(const Row& row) const {
+    return row.active && (!islands_ || islands_->is_searched(static_cast<std::size_t>(row.island)));
+  }
   bool is_linked(int body) const { return linked_ && linked_->contains(body); }
   void push_rigid(int body, const Vec3& arm, const Vec3& impulse, GeneralizedVelocity& v) const;
   // 1/kg, of the particles of a deformable guest along the normal.
@@ -102,6 +112,7 @@ class ContactProjection {
   SelfRepulsion* repulsions_ = nullptr;
   const JointSolver* joints_ = nullptr;
   const LinkedBodies* linked_ = nullptr;
+  const Islands* islands_ = nullptr;
   int sweeps_ = 1;
 };
 

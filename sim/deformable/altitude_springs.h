@@ -29,6 +29,8 @@ class AltitudeSprings {
   void finalize(const std::vector<double>& inverse_mass);
 
   std::size_t size() const { return tets_.size(); }
+  // See BlockSums.
+  void limit_to(const ParticleMask* mask) { sums_.limit_to(mask); }
 
   // Gives every tet the spring of its shortest altitude at `x`: the one across its largest face or pair of
   // edges. Between two choices the forces have an energy.

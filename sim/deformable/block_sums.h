@@ -13,6 +13,7 @@
 
 #include "sim/base/pack_vector.h"
 #include "sim/base/parallel.h"
+#include "sim/deformable/particle_mask.h"
 
 namespace duet {
 
@@ -32,6 +33,11 @@ class BlockSums {
   // Sets the `slot`s of all batches from their `particle`s: arrays of one entry a corner.
   template <class Batch>
   void build(std::vector<Batch>& batches, std::size_t particle_count);
+
+  // The functions below leave out the particles that `mask` does not have, and the blocks that touch none of
+  // its chunks, until the next call; null for none.
+  void limit_to(const ParticleMask* mask) { mask_ = mask; }
+  bool takes(std::size_t particle) const { return !mask_ || mask_->has(particle); }
 
   // Calls add(index of a batch, sums of its block), which is to spread() what the batch has for its corners.
   // A particle has as many sums as there are `rows`.
@@ -72,9 +78,14 @@ class BlockSums {
   }
 
  private:
+  bool is_idle(std::size_t block) const {
+    return mask_ && !mask_->meets(particle_[first_[block]], particle_[first_[block + 1] - 1]);
+  }
+
+  const ParticleMask* mask_ = nullptr;
   std::size_t batches_ = 0;
   std::vector<std::size_t> first_;       // sum of every block, and one past the last
-  std::vector<std::uint32_t> particle_;  // of every sum of the blocks
+  std::vector<std::uint32_t> particle_;  // of every sum of the blocks, ascending in each
   std::vector<std::uint32_t> start_;     // of every particle's entries in the next, and one past the last
   std::vector<std::uint32_t> sum_;       // the blocks' sums by particle
   std::vector<Quad> values_;
@@ -116,6 +127,7 @@ void BlockSums::fill(Add&& add) {
   values_.resize(std::max(values_.size(), rows * sum_.size()));
   parallel_for(batches_, batches_of_block, [&](std::size_t begin, std::size_t end) {
     const std::size_t block = begin / batches_of_block;
+    if (is_idle(block)) return;
     Quad* sums = values_.data() + rows * first_[block];
     std::fill(sums, values_.data() + rows * first_[block + 1], Quad{});
     for (std::size_t b = begin; b < end; ++b) add(b, sums);
@@ -125,6 +137,7 @@ void BlockSums::fill(Add&& add) {
 template <class Row, class Work>
 void BlockSums::visit(const std::vector<Vec3>& values, Work&& work) const {
   parallel_for(batches_, batches_of_block, [&](std::size_t begin, std::size_t end) {
+    if (is_idle(begin / batches_of_block)) return;
     const std::size_t first = first_[begin / batches_of_block], last = first_[begin / batches_of_block + 1];
     Row rows[most_corners * batches_of_block * pack_width];
     using Scalar = std::remove_cvref_t<decltype(rows[0][0])>;
@@ -151,8 +164,9 @@ void BlockSums::fill_from(const std::vector<Vec3>& values, Add&& add) {
 template <std::size_t rows, class Work>
 void BlockSums::for_each(Work&& work) const {
   if (batches_ == 0) return;
-  constexpr std::size_t grain = 512;
+  constexpr std::size_t grain = ParticleMask::chunk;
   parallel_for(start_.size() - 1, grain, [&](std::size_t begin, std::size_t end) {
+    if (mask_ && !mask_->has_chunk(begin / grain)) return;
     for (std::size_t p = begin; p < end; ++p) {
       if (start_[p] == start_[p + 1]) continue;
       std::array<Quad, rows> sum{};

@@ -401,7 +401,8 @@ void FiniteElements::add_drag(const std::vector<Vec3>& v, std::vector<Vec3>& for
 
 void FiniteElements::add_damping_blocks(std::vector<SymmetricBlock>& blocks) {
   add_blocks(sums_, blocks, [&](std::size_t b, Quad* sums) { spread_damping(b, sums); });
-  for (std::size_t p = 0; p < drag_.size(); ++p) blocks[p].diagonal += Vec3::Constant(drag_[p]);
+  for (std::size_t p = 0; p < drag_.size(); ++p)
+    if (sums_.takes(p)) blocks[p].diagonal += Vec3::Constant(drag_[p]);
 }
 
 // With w = F G, for the gradient G (1/m) of a node's linear function, the viscous stress makes a block

@@ -38,6 +38,8 @@ class FiniteElements {
   void finalize(const std::vector<double>& mass);
 
   std::size_t size() const { return tets_.size(); }
+  // See BlockSums.
+  void limit_to(const ParticleMask* mask) { sums_.limit_to(mask); }
   const std::vector<Tet>& tets() const { return tets_; }
   double volume(std::size_t tet) const { return volume_[tet]; }
 

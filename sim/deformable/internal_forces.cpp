@@ -48,6 +48,15 @@ void InternalForces::bound_at_rest() {
   max_squared_frequency_ = rest_squared_frequency_;
 }
 
+void InternalForces::limit_to(const ParticleMask* mask) {
+  elements.limit_to(mask);
+  membranes.limit_to(mask);
+  edge_springs.limit_to(mask);
+  altitude_springs.limit_to(mask);
+  bending_springs.limit_to(mask);
+  bending_elements.limit_to(mask);
+}
+
 void InternalForces::rely_on_damping(double cfl, double relaxation) {
   elements.rely_on_damping(cfl, relaxation);
   bound_at_rest();

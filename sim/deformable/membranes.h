@@ -33,6 +33,8 @@ class Membranes {
   void finalize(std::size_t particle_count);
 
   std::size_t size() const { return triangles_.size(); }
+  // See BlockSums.
+  void limit_to(const ParticleMask* mask) { sums_.limit_to(mask); }
 
   // As of FiniteElements.
   void add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>& force);

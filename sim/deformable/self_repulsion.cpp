@@ -158,7 +158,7 @@ void SelfRepulsion::use_inverse_masses(const std::vector<SymmetricBlock>* invers
   row_inverse_mass_ = inverse_mass;
   for (RepulsionPair& pair : pairs_) {
     pair.row_mass = pair.mass;
-    if (!inverse_mass) continue;
+    if (!inverse_mass || !takes(pair)) continue;
     double sum = 0;
     for (std::size_t i = 0; i < 4; ++i) {
       const SymmetricBlock& inverse = (*inverse_mass)[as_index(pair.particle[i])];
@@ -171,7 +171,7 @@ void SelfRepulsion::use_inverse_masses(const std::vector<SymmetricBlock>* invers
 void SelfRepulsion::sweep(bool with_target, const std::vector<double>& inverse_mass,
                           std::vector<Vec3>& v) const {
   const auto project = [&](const RepulsionPair& pair) {
-    if (!pair.active) return;
+    if (!takes(pair)) return;
     const double speed = relative_velocity(pair, v).dot(pair.normal);
     const Vec3 impulse = pair.row_mass * ((with_target ? pair.target : 0) - speed) * pair.normal;
     if (!row_inverse_mass_) {

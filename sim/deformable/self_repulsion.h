@@ -3,6 +3,7 @@
 #pragma once
 
 #include "sim/deformable/collision_candidates.h"
+#include "sim/deformable/particle_mask.h"
 #include "sim/deformable/particles.h"
 #include "sim/deformable/symmetric_block.h"
 
@@ -49,6 +50,9 @@ class SelfRepulsion {
   bool release_rows(const std::vector<Vec3>& change, double tolerance);
   // Has sweep() work in the inner product of other masses than the particles' own, which null stands for.
   void use_inverse_masses(const std::vector<SymmetricBlock>* inverse_mass);
+  // Only pairs of the chunks of `mask` take part in sweep() and use_inverse_masses(), until the next call;
+  // null for all.
+  void limit_to(const ParticleMask* mask) { mask_ = mask; }
   // One sweep over the rows to and fro, which is self-adjoint in the mass inner product. Without targets,
   // onto n.v_rel = 0.
   void sweep(bool with_target, const std::vector<double>& inverse_mass, std::vector<Vec3>& v) const;
@@ -61,6 +65,11 @@ class SelfRepulsion {
   };
   std::vector<Chunk> chunks_;
   std::vector<RepulsionPair> pairs_;
+  bool takes(const RepulsionPair& pair) const {
+    return pair.active && (!mask_ || mask_->has(static_cast<std::size_t>(pair.particle[0])));
+  }
+
+  const ParticleMask* mask_ = nullptr;
   const std::vector<SymmetricBlock>* row_inverse_mass_ = nullptr;
 };
 

@@ -35,6 +35,8 @@ class Springs {
   void finalize(std::size_t particle_count);
 
   std::size_t size() const { return springs_.size(); }
+  // See BlockSums.
+  void limit_to(const ParticleMask* mask) { sums_.limit_to(mask); }
 
   // Adds the elastic forces at `x` to `force` (N) and keeps the directions for the other two. Where a spring
   // is crushed below a thousandth of its rest length its direction, and with it the force, fades out.

@@ -56,30 +56,62 @@ VelocitySystem::VelocitySystem(Bodies& bodies, double dt, bool implicit_elastici
   }
 }
 
+template <class Work>
+void VelocitySystem::for_each_range(std::size_t particles, Work&& work) const {
+  if (!islands_) {
+    parallel_for(particles, grain, work);
+    return;
+  }
+  const std::vector<Islands::Range>& ranges = islands_->ranges();
+  parallel_for(ranges.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) work(ranges[i].begin, ranges[i].end);
+  });
+}
+
+void VelocitySystem::limit_to(const Islands* islands) {
+  islands_ = islands;
+  bodies_.forces.limit_to(islands ? &islands->mask() : nullptr);
+}
+
 void VelocitySystem::use(DampedMasses& masses, bool anew) {
   masses_ = &masses;
-  if (!anew) return;
   const Particles& particles = bodies_.particles;
-  masses.mass.assign(particles.size(), SymmetricBlock{});
-  masses.inverse.assign(particles.size(), SymmetricBlock{});
+  masses.mass.resize(particles.size());
+  masses.inverse.resize(particles.size());
+  if (anew) forget(masses);
+  if (islands_)
+    masses.wanted = islands_->mask();
+  else
+    masses.wanted.assign(particles.size(), true);
+  masses.wanted.take_new(masses.known);
+  const auto for_each_wanted = [&](auto&& work) {
+    constexpr std::size_t chunk = ParticleMask::chunk;
+    parallel_for(particles.size(), chunk, [&](std::size_t begin, std::size_t end) {
+      if (masses.wanted.has_chunk(begin / chunk))
+        for (std::size_t p = begin; p < end; ++p) work(p);
+    });
+  };
+  for_each_wanted([&](std::size_t p) { masses.mass[p] = masses.inverse[p] = SymmetricBlock{}; });
+  bodies_.forces.limit_to(&masses.wanted);
   bodies_.forces.add_damping_blocks(masses.mass);
-  parallel_for(particles.size(), grain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t p = begin; p < end; ++p) {
-      SymmetricBlock& block = masses.mass[p];
-      const bool moves = particles.inverse_mass[p] > 0;
-      block.diagonal = Vec3::Constant(particles.mass[p]) + (moves ? dt_ : 0) * block.diagonal;
-      block.other *= moves ? dt_ : 0;
-      if (moves) masses.inverse[p] = block.inverse();
-    }
+  bodies_.forces.limit_to(islands_ ? &islands_->mask() : nullptr);
+  for_each_wanted([&](std::size_t p) {
+    SymmetricBlock& block = masses.mass[p];
+    const bool moves = particles.inverse_mass[p] > 0;
+    block.diagonal = Vec3::Constant(particles.mass[p]) + (moves ? dt_ : 0) * block.diagonal;
+    block.other *= moves ? dt_ : 0;
+    if (moves) masses.inverse[p] = block.inverse();
   });
 }
 
 void VelocitySystem::weigh(GeneralizedVelocity& right_side) const {
   if (!masses_) return;
   const Particles& particles = bodies_.particles;
-  for (std::size_t p = 0; p < right_side.particle.size(); ++p)
-    if (particles.inverse_mass[p] > 0)
-      right_side.particle[p] = masses_->inverse[p] * Vec3(particles.mass[p] * right_side.particle[p]);
+  for_each_range(right_side.particle.size(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t p = begin; p < end; ++p)
+      if (particles.inverse_mass[p] > 0)
+        right_side.particle[p] = masses_->inverse[p] * Vec3(particles.mass[p] * right_side.particle[p]);
+  });
 }
 
 void VelocitySystem::expect_reduction(double factor) {
@@ -92,7 +124,9 @@ void VelocitySystem::expect_reduction(double factor) {
 void VelocitySystem::apply(const GeneralizedVelocity& v, GeneralizedVelocity& out) {
   resize_like(v, out);
   force_.resize(v.particle.size());
-  for_each_entry(force_, [](Vec3& force) { force.setZero(); });
+  for_each_range(force_.size(), [&](std::size_t begin, std::size_t end) {
+    for (std::size_t p = begin; p < end; ++p) force_[p].setZero();
+  });
   if (implicit_elasticity_) {
     bodies_.forces.add_force_differentials(v.particle, force_);
     for_each_entry(force_, [this](Vec3& force) { force *= dt_; });
@@ -102,7 +136,7 @@ void VelocitySystem::apply(const GeneralizedVelocity& v, GeneralizedVelocity& ou
   else
     bodies_.forces.add_damping_forces(v.particle, force_);
   const Particles& particles = bodies_.particles;
-  parallel_for(v.particle.size(), grain, [&](std::size_t begin, std::size_t end) {
+  for_each_range(v.particle.size(), [&](std::size_t begin, std::size_t end) {
     for (std::size_t p = begin; p < end; ++p) {
       if (masses_ && particles.inverse_mass[p] > 0)
         out.particle[p] = masses_->inverse[p] * Vec3(particles.mass[p] * v.particle[p] - dt_ * force_[p]);
@@ -142,59 +176,42 @@ void VelocitySystem::project(GeneralizedVelocity& v) const {
 }
 
 double VelocitySystem::inner(const GeneralizedVelocity& u, const GeneralizedVelocity& v) const {
-  const std::vector<double>& mass = bodies_.particles.mass;
   double sum = parallel_reduce(
       u.particle.size(), grain, 0.0,
       [&](std::size_t begin, std::size_t end) {
         double part = 0;
-        for (std::size_t p = begin; p < end; ++p)
-          part += masses_ ? u.particle[p].dot(masses_->mass[p] * v.particle[p])
-                          : mass[p] * u.particle[p].dot(v.particle[p]);
+        for (std::size_t p = begin; p < end; ++p) part += particle_inner(p, u.particle[p], v.particle[p]);
         return part;
       },
       [](double a, double b) { return a + b; });
-  for (std::size_t i = 0; i < u.linear.size(); ++i)
-    sum += bodies_.rigid.properties[i].mass * u.linear[i].dot(v.linear[i]) +
-           u.angular[i].dot(inertia_[i] * v.angular[i]);
+  for (std::size_t i = 0; i < u.linear.size(); ++i) sum += rigid_inner(i, u, v);
   return sum;
 }
 
 // One pass over the particles, which is what both take.
 VelocitySystem::Measure VelocitySystem::measure(const GeneralizedVelocity& v) const {
-  // A NaN stays, and ends the solve.
-  const auto larger = [](double a, double b) { return b <= a || std::isnan(a) ? a : b; };
-  const Particles& particles = bodies_.particles;
   Measure result = parallel_reduce(
       v.particle.size(), grain, Measure{},
       [&](std::size_t begin, std::size_t end) {
-        Measure part;  // its norm is a square
-        for (std::size_t p = begin; p < end; ++p) {
-          const Vec3& here = v.particle[p];
-          const Vec3 momentum = masses_ ? Vec3(masses_->mass[p] * here) : Vec3(particles.mass[p] * here);
-          part.inner += here.dot(momentum);
-          // With damped masses, what is left of the forces over the particle's own mass.
-          const double inverse = masses_ ? particles.inverse_mass[p] : 0;
-          part.norm = larger(part.norm, (inverse > 0 ? Vec3(inverse * momentum) : here).squaredNorm());
-        }
+        Measure part;
+        for (std::size_t p = begin; p < end; ++p) part.add(particle_measure(p, v));
         return part;
       },
-      [&](const Measure& a, const Measure& b) {
-        return Measure{a.inner + b.inner, larger(a.norm, b.norm)};
-      });
-  for (std::size_t i = 0; i < v.linear.size(); ++i) {
-    const RigidProperties& properties = bodies_.rigid.properties[i];
-    const double turning = v.angular[i].dot(inertia_[i] * v.angular[i]), squared = v.linear[i].squaredNorm();
-    result.inner += properties.mass * squared + turning;
-    if (properties.is_dynamic()) result.norm = std::max(result.norm, squared + turning / properties.mass);
-  }
+      [&](Measure a, const Measure& b) { return a.add(b); });
+  for (std::size_t i = 0; i < v.linear.size(); ++i) result.add(rigid_measure(i, v));
   result.norm = std::sqrt(result.norm);
   return result;
 }
 
 void VelocitySystem::subtract(const GeneralizedVelocity& a, const GeneralizedVelocity& b,
                               GeneralizedVelocity& out) {
-  out = a;
+  copy(a, out);
   axpy(-1, b, out);
+}
+
+void VelocitySystem::copy(const GeneralizedVelocity& from, GeneralizedVelocity& to) {
+  resize_like(from, to);
+  for_each_entry(from, to, [](const Vec3& a, Vec3& b) { b = a; });
 }
 
 void VelocitySystem::axpy(double alpha, const GeneralizedVelocity& x, GeneralizedVelocity& y) {

@@ -3,6 +3,8 @@
 // elastic forces for displacements v.
 #pragma once
 
+#include <cmath>
+
 #include "sim/coupling/contact_projection.h"
 
 namespace duet {
@@ -12,6 +14,7 @@ namespace duet {
 // in it, too, so that it is self-adjoint there even where it is sweeps that have not converged.
 struct DampedMasses {
   std::vector<SymmetricBlock> mass, inverse;  // kg, 1/kg; zero for particles that have no mass of their own
+  ParticleMask known, wanted;                 // the particles whose blocks have been found; scratch
 };
 
 // Self-adjoint and positive definite in the mass inner product <u, v> = sum m u.v + sum (M u_lin.v_lin +
@@ -32,10 +35,15 @@ class VelocitySystem {
   void finish();
 
   // Works in the inner product of `masses`, as the projection must from here on, too: those of the last
-  // elastic evaluation's deformation if `anew`, else as they were left. To be followed by weigh() of the
-  // right side.
+  // elastic evaluation's deformation if `anew`, else as they were left as far as they were found then. To be
+  // followed by weigh() of the right side, or of a residual.
   void use(DampedMasses& masses, bool anew);
+  static void forget(DampedMasses& masses) { masses.known.clear(); }
   void weigh(GeneralizedVelocity& right_side) const;
+  // Works on the particles of islands that are searched, from here on until null. apply() then leaves those
+  // of all others as they are in what it returns, and needs them to be zero in what it gets; use() finds what
+  // blocks it needs.
+  void limit_to(const Islands* islands);
 
   void apply(const GeneralizedVelocity& v, GeneralizedVelocity& out);
   void accumulate(double share);
@@ -46,22 +54,58 @@ class VelocitySystem {
   struct Measure {
     double inner = 0;  // of v with itself
     double norm = 0;   // m/s: the largest particle's, or body's, inertia-weighted velocity
+    Measure& add(const Measure& other) {
+      inner += other.inner;
+      if (!(other.norm <= norm || std::isnan(norm))) norm = other.norm;  // a NaN stays, and ends the solve
+      return *this;
+    }
   };
   Measure measure(const GeneralizedVelocity& v) const;
   double norm(const GeneralizedVelocity& v) const { return measure(v).norm; }
 
+  // What these sum up, of one particle and of one rigid body; their norms are squares.
+  double particle_inner(std::size_t p, const Vec3& u, const Vec3& v) const {
+    return masses_ ? u.dot(masses_->mass[p] * v) : bodies_.particles.mass[p] * u.dot(v);
+  }
+  double rigid_inner(std::size_t i, const GeneralizedVelocity& u, const GeneralizedVelocity& v) const {
+    return bodies_.rigid.properties[i].mass * u.linear[i].dot(v.linear[i]) +
+           u.angular[i].dot(inertia_[i] * v.angular[i]);
+  }
+  Measure particle_measure(std::size_t p, const GeneralizedVelocity& v) const {
+    const Vec3& here = v.particle[p];
+    const Vec3 momentum = masses_ ? Vec3(masses_->mass[p] * here) : Vec3(bodies_.particles.mass[p] * here);
+    // With damped masses, what is left of the forces over the particle's own mass.
+    const double inverse = masses_ ? bodies_.particles.inverse_mass[p] : 0;
+    return {here.dot(momentum), (inverse > 0 ? Vec3(inverse * momentum) : here).squaredNorm()};
+  }
+  Measure rigid_measure(std::size_t i, const GeneralizedVelocity& v) const {
+    const RigidProperties& properties = bodies_.rigid.properties[i];
+    const double turning = v.angular[i].dot(inertia_[i] * v.angular[i]), squared = v.linear[i].squaredNorm();
+    return {properties.mass * squared + turning,
+            properties.is_dynamic() ? squared + turning / properties.mass : 0};
+  }
+  std::size_t rigid_count() const { return inertia_.size(); }
+  // The damping forces of the last product, and where their sum is collected; null if it is not.
+  std::vector<Vec3>& forces() { return force_; }
+  std::vector<Vec3>* collected() { return in_single_ ? collected_in_single_ : collected_; }
+
   static void subtract(const GeneralizedVelocity& a, const GeneralizedVelocity& b,
                        GeneralizedVelocity& out);  // a - b
-  static void copy(const GeneralizedVelocity& from, GeneralizedVelocity& to) { to = from; }
+  static void copy(const GeneralizedVelocity& from, GeneralizedVelocity& to);
   static void axpy(double alpha, const GeneralizedVelocity& x, GeneralizedVelocity& y);  // y += alpha x
   static void xpay(const GeneralizedVelocity& x, double beta, GeneralizedVelocity& y);   // y = x + beta y
 
  private:
+  // Calls work(begin, end) in parallel for all of `particles` that are worked on.
+  template <class Work>
+  void for_each_range(std::size_t particles, Work&& work) const;
+
   Bodies& bodies_;
   double dt_;
   bool implicit_elasticity_;
   bool in_single_ = false;  // precision
   const ContactProjection* projection_;
+  const Islands* islands_ = nullptr;
   std::vector<Vec3>& force_;
   std::vector<Vec3>*collected_ = nullptr, *collected_in_single_ = nullptr;
   const DampedMasses* masses_ = nullptr;

@@ -117,16 +117,15 @@ void move_as_wholes(const Bodies& bodies, const Vec3& change, std::vector<Vec3>&
 
 bool solve_with_damping(World& world, StepContext& context, double dt, ContactProjection* projection,
                         bool anew) {
+  context.islands.begin(world.bodies);
+  if (projection) projection->join(context.islands);
+  context.islands.finish();
   VelocitySystem system(world.bodies, dt, false, projection, context.damping_force, context.inertia);
   system.collect_forces(context.force, context.force_in_single);
-  system.use(context.damped_masses, anew);
-  system.weigh(context.right_side);
-  if (projection) projection->use_inverse_masses(&context.damped_masses.inverse);
-  const CgResult result = conjugate_gradient(system, context.right_side, world.settings.cg_tolerance,
-                                             world.settings.cg_iterations, context.solution, context.residual,
-                                             context.direction, context.image);
+  const CgResult result = solve_islands(
+      system, projection, context.damped_masses, anew, context.islands, context.right_side,
+      world.settings.cg_tolerance, world.settings.cg_iterations, context.solution, context.island_search);
   system.finish();
-  if (projection) projection->use_inverse_masses(nullptr);
   world.counters.cg_iterations += result.iterations;
   return std::isfinite(result.residual);
 }

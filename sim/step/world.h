@@ -14,6 +14,7 @@
 #include "sim/deformable/self_collision.h"
 #include "sim/deformable/self_repulsion.h"
 #include "sim/solve/conjugate_gradient.h"
+#include "sim/solve/island_gradients.h"
 #include "sim/solve/pressure_system.h"
 #include "sim/solve/velocity_system.h"
 #include "sim/step/effects.h"
@@ -94,6 +95,8 @@ struct StepContext {
   // of the state.
   GeneralizedVelocity acceleration;
   DampedMasses damped_masses;  // of the velocity solves
+  Islands islands;             // of the last of them
+  IslandSearch island_search;
   GeneralizedVelocity right_side, solution, residual, direction, image;
   GeneralizedVelocity imbalance, unconstrained, correction;  // of Newton's method
   std::vector<Vec3> elastic_change;                          // m/s, of an implicit I.1

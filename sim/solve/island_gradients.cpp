@@ -1,0 +1,223 @@
+#include "sim/solve/island_gradients.h"
+
+#include <cmath>
+
+#include "sim/base/parallel.h"
+
+namespace duet {
+namespace {
+
+constexpr int first_projections = 4;  // see conjugate_gradient()
+
+// A NaN stays.
+double larger(double a, double b) { return b <= a || std::isnan(a) ? a : b; }
+
+// Has the system and the projection work on what is searched, and on everything again at the end.
+class Limits {
+ public:
+  Limits(VelocitySystem& system, ContactProjection* projection, const Islands& islands)
+      : system_(system), projection_(projection) {
+    system.limit_to(&islands);
+    if (projection) projection->limit_to(&islands);
+  }
+  ~Limits() {
+    system_.limit_to(nullptr);
+    if (!projection_) return;
+    projection_->limit_to(nullptr);
+    projection_->use_inverse_masses(nullptr);
+  }
+  Limits(const Limits&) = delete;
+  Limits& operator=(const Limits&) = delete;
+
+ private:
+  VelocitySystem& system_;
+  ContactProjection* projection_;
+};
+
+// One solve's.
+class Search {
+ public:
+  Search(VelocitySystem& system, Islands& islands, IslandSearch& scratch)
+      : system_(system), islands_(islands), state_(scratch.state), partial_(scratch.partial) {
+    state_.assign(islands.size(), {});
+    partial_.resize(islands.ranges().size());
+  }
+
+  // The norms of `r`, and the shares by which directions are turned if it is not the first.
+  void measure(const GeneralizedVelocity& r) {
+    sum_up([&](std::size_t p) { return system_.particle_measure(p, r); },
+           [&](std::size_t i) { return system_.rigid_measure(i, r); });
+    for_each_searched([](State& state) {
+      state.norm = std::sqrt(state.sum.norm);
+      state.share = state.sum.inner / state.left;
+      state.left = state.sum.inner;
+    });
+  }
+  // The length of the step along `s`, whose product is `q`. Islands of which only rounding is left have none,
+  // and are left.
+  void find_step(const GeneralizedVelocity& s, const GeneralizedVelocity& q) {
+    using Measure = VelocitySystem::Measure;
+    sum_up(
+        [&](std::size_t p) {
+          return Measure{system_.particle_inner(p, s.particle[p], q.particle[p]), 0};
+        },
+        [&](std::size_t i) {
+          return Measure{system_.rigid_inner(i, s, q), 0};
+        });
+    for (std::size_t i = 0; i < state_.size(); ++i) {
+      if (!islands_.is_searched(i)) continue;
+      State& state = state_[i];
+      state.share = state.left / state.sum.inner;
+      if (!(state.sum.inner > 0)) islands_.leave(i);
+    }
+  }
+  // x += share s, r -= share q, and the forces of x.
+  void advance(const GeneralizedVelocity& s, const GeneralizedVelocity& q, GeneralizedVelocity& x,
+               GeneralizedVelocity& r) {
+    const std::vector<Vec3>& force = system_.forces();
+    std::vector<Vec3>* collected = system_.collected();
+    for_each_range([&](std::size_t p, double share) {
+      x.particle[p] += share * s.particle[p];
+      r.particle[p] -= share * q.particle[p];
+      if (collected) (*collected)[p] += share * force[p];
+    });
+    for_each_body([&](std::size_t i, double share) {
+      x.linear[i] += share * s.linear[i];
+      x.angular[i] += share * s.angular[i];
+      r.linear[i] -= share * q.linear[i];
+      r.angular[i] -= share * q.angular[i];
+    });
+  }
+  // s = r + share s
+  void turn(const GeneralizedVelocity& r, GeneralizedVelocity& s) {
+    for_each_range(
+        [&](std::size_t p, double share) { s.particle[p] = r.particle[p] + share * s.particle[p]; });
+    for_each_body([&](std::size_t i, double share) {
+      s.linear[i] = r.linear[i] + share * s.linear[i];
+      s.angular[i] = r.angular[i] + share * s.angular[i];
+    });
+  }
+
+  void leave_converged(double tolerance) {
+    for (std::size_t i = 0; i < state_.size(); ++i)
+      if (islands_.is_searched(i) && state_[i].norm <= tolerance) islands_.leave(i);
+  }
+  // Zero in these is what the system asks of islands that are no longer searched.
+  void clear_left(GeneralizedVelocity& r, GeneralizedVelocity& s, GeneralizedVelocity& q) {
+    if (islands_.searched() == searched_) return;
+    searched_ = islands_.searched();
+    islands_.update();
+    for (const Islands::Range& range : islands_.left_ranges())
+      for (std::size_t p = range.begin; p < range.end; ++p) {
+        r.particle[p] = s.particle[p] = q.particle[p] = Vec3::Zero();
+        system_.forces()[p].setZero();
+      }
+    for (std::size_t i = 0; i < r.linear.size(); ++i) {
+      if (islands_.is_searched_rigid(i)) continue;
+      r.linear[i] = s.linear[i] = q.linear[i] = Vec3::Zero();
+      r.angular[i] = s.angular[i] = q.angular[i] = Vec3::Zero();
+    }
+  }
+  double largest_norm() const {
+    double largest = 0;
+    for (const State& state : state_) largest = larger(largest, state.norm);
+    return largest;
+  }
+
+ private:
+  using State = IslandSearch::State;
+
+  template <class Work>
+  void for_each_searched(Work&& work) {
+    for (std::size_t i = 0; i < state_.size(); ++i)
+      if (islands_.is_searched(i)) work(state_[i]);
+  }
+  template <class Work>
+  void for_each_range(Work&& work) const {
+    const std::vector<Islands::Range>& ranges = islands_.ranges();
+    parallel_for(ranges.size(), 1, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t k = begin; k < end; ++k)
+        for (std::size_t p = ranges[k].begin; p < ranges[k].end; ++p) work(p, state_[ranges[k].island].share);
+    });
+  }
+  template <class Work>
+  void for_each_body(Work&& work) const {
+    for (std::size_t i = 0; i < system_.rigid_count(); ++i)
+      if (islands_.is_searched_rigid(i))
+        work(i, state_[static_cast<std::size_t>(islands_.of_rigid(i))].share);
+  }
+  template <class OfParticle, class OfBody>
+  void sum_up(OfParticle&& of_particle, OfBody&& of_body) {
+    const std::vector<Islands::Range>& ranges = islands_.ranges();
+    parallel_for(ranges.size(), 1, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t k = begin; k < end; ++k) {
+        VelocitySystem::Measure sum;
+        for (std::size_t p = ranges[k].begin; p < ranges[k].end; ++p) sum.add(of_particle(p));
+        partial_[k] = sum;
+      }
+    });
+    for_each_searched([](State& state) { state.sum = {}; });
+    for (std::size_t k = 0; k < ranges.size(); ++k) state_[ranges[k].island].sum.add(partial_[k]);
+    for (std::size_t i = 0; i < system_.rigid_count(); ++i)
+      if (islands_.is_searched_rigid(i))
+        state_[static_cast<std::size_t>(islands_.of_rigid(i))].sum.add(of_body(i));
+  }
+
+  VelocitySystem& system_;
+  Islands& islands_;
+  std::size_t searched_ = islands_.size();
+  std::vector<State>& state_;
+  std::vector<VelocitySystem::Measure>& partial_;
+};
+
+}  // namespace
+
+CgResult solve_islands(VelocitySystem& system, ContactProjection* projection, DampedMasses& masses, bool anew,
+                       Islands& islands, const GeneralizedVelocity& b, double tolerance, int max_iterations,
+                       GeneralizedVelocity& x, IslandSearch& scratch) {
+  GeneralizedVelocity &r = scratch.residual, &s = scratch.direction, &q = scratch.image;
+  Search search(system, islands, scratch);
+  CgResult result;
+  const auto finish = [&] {
+    result.residual = search.largest_norm();
+    result.converged = result.residual <= tolerance;
+    return result;
+  };
+  if (anew) VelocitySystem::forget(masses);  // also if none are found now
+  system.apply(x, q);
+  system.accumulate(1);
+  VelocitySystem::subtract(b, q, r);
+  VelocitySystem::copy(r, s);
+  system.project(s);
+  search.measure(s);
+  search.leave_converged(tolerance);
+  if (islands.searched() == 0) return finish();
+
+  search.clear_left(r, s, q);
+  const Limits limits(system, projection, islands);
+  system.use(masses, false);
+  system.weigh(r);
+  if (projection) projection->use_inverse_masses(&masses.inverse);
+  for (int i = 0; i < first_projections; ++i) system.project(r);
+  search.measure(r);
+  search.leave_converged(tolerance);
+  VelocitySystem::copy(r, s);
+  search.clear_left(r, s, q);
+  system.expect_reduction(search.largest_norm() / tolerance);
+  for (; islands.searched() > 0 && result.iterations < max_iterations; ++result.iterations) {
+    if (!std::isfinite(search.largest_norm())) break;
+    system.apply(s, q);
+    system.project(q);
+    search.find_step(s, q);
+    search.clear_left(r, s, q);
+    search.advance(s, q, x, r);
+    system.project(r);
+    search.measure(r);
+    search.leave_converged(tolerance);
+    search.clear_left(r, s, q);
+    search.turn(r, s);
+  }
+  return finish();
+}
+
+}  // namespace duet

@@ -1,0 +1,152 @@
+// Velocity solves island by island: a stack in contact, and a soft box far away from it.
+#include "sim/solve/island_gradients.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "tests/support/random_state.h"
+#include <gtest/gtest.h>
+
+namespace duet {
+namespace {
+
+using test::random_velocity;
+
+class IslandSolve : public ::testing::Test {
+ protected:
+  static scene::Scene build() {
+    scene::Scene scene = test::small_stack();
+    test::add_soft_box(scene, "far", Vec3(20, 10, 0), Vec3(1, 1, 1), 10);  // more than a chunk of particles
+    return scene;
+  }
+  IslandSolve() : scene_(build()), simulation_(scene_, test::plan(scene_)) {
+    for (int i = 0; i < 3; ++i) step(world(), 0, 1e-3);  // contacts carry weight, elements are strained
+    projection_.build(bodies(), world().context.contacts, world().context.graph, 200);  // P P = P
+    std::vector<Vec3> unused(bodies().particles.size());
+    bodies().forces.add_elastic_forces(bodies().particles.x, unused);
+    b_ = random_velocity(bodies(), 9);
+  }
+  World& world() { return simulation_.world(); }
+  Bodies& bodies() { return world().bodies; }
+  VelocitySystem system() { return VelocitySystem(bodies(), 1e-3, false, &projection_, force_, inertia_); }
+  CgResult solve(VelocitySystem& system, double tolerance, int most, GeneralizedVelocity& x) {
+    islands_.begin(bodies());
+    projection_.join(islands_);
+    islands_.finish();
+    return solve_islands(system, &projection_, masses_, true, islands_, b_, tolerance, most, x, search_);
+  }
+  // P (b - A x), m/s, by the particles' own masses.
+  double residual(const GeneralizedVelocity& x) {
+    VelocitySystem plain = system();
+    GeneralizedVelocity Ax, r;
+    plain.apply(x, Ax);
+    VelocitySystem::subtract(b_, Ax, r);
+    plain.project(r);
+    return plain.norm(r);
+  }
+  // From where a solve may begin.
+  GeneralizedVelocity start() {
+    GeneralizedVelocity x = b_;
+    projection_.project(x);
+    return x;
+  }
+  const DeformableBody& far() { return bodies().deformable.back(); }
+
+  scene::Scene scene_;
+  Simulation simulation_;
+  ContactProjection projection_;
+  Islands islands_;
+  IslandSearch search_;
+  DampedMasses masses_;
+  std::vector<Vec3> force_;
+  std::vector<Mat3> inertia_;
+  GeneralizedVelocity b_;
+};
+
+TEST_F(IslandSolve, FindsTheSolutionOfTheWholeSystem) {
+  VelocitySystem A = system(), whole = system();
+  GeneralizedVelocity x = start(), expected = x, r, s, q;
+  EXPECT_TRUE(solve(A, 1e-10, 400, x).converged);
+  EXPECT_EQ(islands_.size(), 2u);
+  EXPECT_EQ(islands_.searched(), 0u);
+  EXPECT_LT(residual(x), 1e-9);
+  EXPECT_TRUE(conjugate_gradient(whole, b_, 1e-10, 1000, expected, r, s, q).converged);
+  VelocitySystem::subtract(x, expected, r);
+  EXPECT_LT(whole.norm(r), 1e-9);
+}
+
+// In either precision: of what is solved for, of what has converged before the other, and of what no step was
+// taken for.
+TEST_F(IslandSolve, CollectsTheForcesOfItsSolution) {
+  for (const bool far_moves : {true, false})
+    for (const double tolerance : {1e-2, 1e-8}) {
+      if (!far_moves) for_each_particle(far(), [&](std::size_t p) { b_.particle[p] = Vec3(1, 2, 3); });
+      VelocitySystem A = system();
+      GeneralizedVelocity x = start();
+      std::vector<Vec3> collected(x.particle.size(), Vec3::Zero()), expected = collected, scratch;
+      A.collect_forces(collected, scratch);
+      EXPECT_GT(solve(A, tolerance, 400, x).iterations, 3);
+      A.finish();
+      bodies().forces.add_damping_forces(x.particle, expected);
+      double largest = 0, difference = 0;
+      for (std::size_t p = 0; p < expected.size(); ++p) {
+        largest = std::max(largest, expected[p].norm());
+        difference = std::max(difference, (collected[p] - expected[p]).norm());
+      }
+      EXPECT_LT(difference, (tolerance > 1e-4 ? 1e-6 : 1e-12) * largest);
+    }
+}
+
+// What moves as a whole is damped by nothing: its start is its solution. No block of its masses is found, and
+// not a bit of it changes, while the stack is solved for.
+TEST_F(IslandSolve, LeavesAloneWhatBeginsAtItsSolution) {
+  for_each_particle(far(), [&](std::size_t p) { b_.particle[p] = Vec3(1, 2, 3); });
+  VelocitySystem A = system();
+  GeneralizedVelocity x = start();
+  const GeneralizedVelocity before = x;
+  EXPECT_TRUE(solve(A, 1e-6, 400, x).converged);
+  for_each_particle(far(), [&](std::size_t p) { EXPECT_EQ(x.particle[p], before.particle[p]); });
+  EXPECT_NE(x.particle[0], before.particle[0]);
+  EXPECT_TRUE(masses_.known.has(0));
+  EXPECT_FALSE(masses_.known.has(x.particle.size() - 1));
+  EXPECT_LT(residual(x), 1e-5);
+
+  b_.particle.back() +=
+      Vec3(1, 0, 0);  // now it does not, and its masses are found with the others' as they are
+  const SymmetricBlock known = masses_.mass[0];
+  A.use(masses_, false);
+  EXPECT_TRUE(masses_.known.has(x.particle.size() - 1));
+  EXPECT_GT(masses_.mass.back().diagonal.minCoeff(), 0);
+  EXPECT_EQ(masses_.mass[0].diagonal, known.diagonal);
+}
+
+TEST_F(IslandSolve, LeavesNoLimitsBehind) {
+  VelocitySystem A = system();
+  const GeneralizedVelocity u = random_velocity(bodies(), 4);
+  GeneralizedVelocity before, after, Pu = u, Pv = u, difference;
+  A.apply(u, before);
+  A.project(Pu);
+  GeneralizedVelocity x = start();
+  for_each_particle(far(), [&](std::size_t p) { b_.particle[p] = x.particle[p] = Vec3(1, 2, 3); });
+  const CgResult result = solve(A, 1e-10, 2, x);  // given up
+  EXPECT_EQ(result.iterations, 2);
+  EXPECT_FALSE(result.converged);
+  EXPECT_GT(result.residual, 1e-10);
+  VelocitySystem plain = system();
+  plain.apply(u, after);
+  plain.project(Pv);
+  VelocitySystem::subtract(after, before, difference);
+  EXPECT_EQ(plain.norm(difference), 0);
+  VelocitySystem::subtract(Pu, Pv, difference);
+  EXPECT_LT(plain.norm(difference), 1e-13);  // rows have had other masses in between
+}
+
+TEST_F(IslandSolve, SaysSoWhereThereIsNoSolution) {
+  VelocitySystem A = system();
+  GeneralizedVelocity x = start();
+  b_.particle.back().x() = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_FALSE(std::isfinite(solve(A, 1e-10, 400, x).residual));
+}
+
+}  // namespace
+}  // namespace duet
