@@ -65,22 +65,16 @@ void Islands::finish() {
   searched_.assign(left_, true);
   ranges_ = bodies_;
   for (Range& range : ranges_) range.island = as_index(island_[range.island]);
-  update();
+  in_ranges_ = left_;
+  mask_.assign(node_of_.size(), true);
 }
 
 void Islands::update() {
-  left_ranges_.clear();
+  if (in_ranges_ == left_) return;
+  in_ranges_ = left_;
+  std::erase_if(ranges_, [&](const Range& range) { return !searched_[range.island]; });
   mask_.assign(node_of_.size(), false);
-  std::size_t kept = 0;
-  for (const Range& range : ranges_) {
-    if (!searched_[range.island]) {
-      left_ranges_.push_back(range);
-      continue;
-    }
-    mask_.add(range.begin, range.end);
-    ranges_[kept++] = range;
-  }
-  ranges_.resize(kept);
+  for (const Range& range : ranges_) mask_.add(range.begin, range.end);
 }
 
 }  // namespace duet

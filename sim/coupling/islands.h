@@ -37,15 +37,13 @@ class Islands {
     return island_[body] >= 0 && searched_[static_cast<std::size_t>(island_[body])];
   }
   std::size_t searched() const { return left_; }
-  // Leaves an island out, once; to be followed by update().
+  // Leaves an island out, once; to be followed by update(), before what is said below is so.
   void leave(std::size_t island) {
     searched_[island] = false;
     --left_;
   }
   void update();
-  // Of those that are searched, and since the last update() no longer.
-  const std::vector<Range>& ranges() const { return ranges_; }
-  const std::vector<Range>& left_ranges() const { return left_ranges_; }
+  const std::vector<Range>& ranges() const { return ranges_; }  // of those that are searched
   const ParticleMask& mask() const { return mask_; }
 
  private:
@@ -63,7 +61,8 @@ class Islands {
   std::vector<int> node_of_;         // of every particle: its body, or that of the flesh it is tethered to
   std::vector<Range> bodies_;        // the particles of every body, whose number is in place of its island
   std::vector<char> searched_;       // of every island
-  std::vector<Range> ranges_, left_ranges_;
+  std::size_t in_ranges_ = 0;        // islands that are in ranges_
+  std::vector<Range> ranges_;
   ParticleMask mask_;
 };
 

@@ -29,8 +29,7 @@ class InternalForces {
   // which are 0 for those that never move.
   void finalize(const std::vector<double>& mass, const std::vector<double>& inverse_mass);
   bool empty() const;
-  // Damping forces and blocks are needed of the particles of `mask` only, until the next call, and the
-  // velocities of all others are zero; null for all.
+  // Damping forces and blocks are needed of the particles of `mask` only, until the next call; null for all.
   void limit_to(const ParticleMask* mask);
 
   // To be called once a step at x^n: what is chosen anew in position updates only.

@@ -70,6 +70,7 @@ class Search {
       state.share = state.left / state.sum.inner;
       if (!(state.sum.inner > 0)) islands_.leave(i);
     }
+    islands_.update();
   }
   // x += share s, r -= share q, and the forces of x.
   void advance(const GeneralizedVelocity& s, const GeneralizedVelocity& q, GeneralizedVelocity& x,
@@ -101,22 +102,7 @@ class Search {
   void leave_converged(double tolerance) {
     for (std::size_t i = 0; i < state_.size(); ++i)
       if (islands_.is_searched(i) && state_[i].norm <= tolerance) islands_.leave(i);
-  }
-  // Zero in these is what the system asks of islands that are no longer searched.
-  void clear_left(GeneralizedVelocity& r, GeneralizedVelocity& s, GeneralizedVelocity& q) {
-    if (islands_.searched() == searched_) return;
-    searched_ = islands_.searched();
     islands_.update();
-    for (const Islands::Range& range : islands_.left_ranges())
-      for (std::size_t p = range.begin; p < range.end; ++p) {
-        r.particle[p] = s.particle[p] = q.particle[p] = Vec3::Zero();
-        system_.forces()[p].setZero();
-      }
-    for (std::size_t i = 0; i < r.linear.size(); ++i) {
-      if (islands_.is_searched_rigid(i)) continue;
-      r.linear[i] = s.linear[i] = q.linear[i] = Vec3::Zero();
-      r.angular[i] = s.angular[i] = q.angular[i] = Vec3::Zero();
-    }
   }
   double largest_norm() const {
     double largest = 0;
@@ -165,7 +151,6 @@ class Search {
 
   VelocitySystem& system_;
   Islands& islands_;
-  std::size_t searched_ = islands_.size();
   std::vector<State>& state_;
   std::vector<VelocitySystem::Measure>& partial_;
 };
@@ -193,7 +178,6 @@ CgResult solve_islands(VelocitySystem& system, ContactProjection* projection, Da
   search.leave_converged(tolerance);
   if (islands.searched() == 0) return finish();
 
-  search.clear_left(r, s, q);
   const Limits limits(system, projection, islands);
   system.use(masses, false);
   system.weigh(r);
@@ -202,19 +186,16 @@ CgResult solve_islands(VelocitySystem& system, ContactProjection* projection, Da
   search.measure(r);
   search.leave_converged(tolerance);
   VelocitySystem::copy(r, s);
-  search.clear_left(r, s, q);
   system.expect_reduction(search.largest_norm() / tolerance);
   for (; islands.searched() > 0 && result.iterations < max_iterations; ++result.iterations) {
     if (!std::isfinite(search.largest_norm())) break;
     system.apply(s, q);
     system.project(q);
     search.find_step(s, q);
-    search.clear_left(r, s, q);
     search.advance(s, q, x, r);
     system.project(r);
     search.measure(r);
     search.leave_converged(tolerance);
-    search.clear_left(r, s, q);
     search.turn(r, s);
   }
   return finish();

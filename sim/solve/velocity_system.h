@@ -40,9 +40,8 @@ class VelocitySystem {
   void use(DampedMasses& masses, bool anew);
   static void forget(DampedMasses& masses) { masses.known.clear(); }
   void weigh(GeneralizedVelocity& right_side) const;
-  // Works on the particles of islands that are searched, from here on until null. apply() then leaves those
-  // of all others as they are in what it returns, and needs them to be zero in what it gets; use() finds what
-  // blocks it needs.
+  // Works on the particles of islands that are searched, from here on until null: what functions make of all
+  // others is of no use. use() finds what blocks it needs.
   void limit_to(const Islands* islands);
 
   void apply(const GeneralizedVelocity& v, GeneralizedVelocity& out);

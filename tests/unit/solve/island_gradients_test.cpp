@@ -109,6 +109,7 @@ TEST_F(IslandSolve, LeavesAloneWhatBeginsAtItsSolution) {
   EXPECT_NE(x.particle[0], before.particle[0]);
   EXPECT_TRUE(masses_.known.has(0));
   EXPECT_FALSE(masses_.known.has(x.particle.size() - 1));
+  EXPECT_EQ(masses_.mass.back().diagonal, Vec3::Zero());
   EXPECT_LT(residual(x), 1e-5);
 
   b_.particle.back() +=
