@@ -96,8 +96,8 @@ void ContactProjection::factor(Block& block) const {
     const Vec6 wrench = wrench_of(row.host_arm, row.normal);
     block.weight += row.mass * wrench * wrench.transpose();
   }
-  if (is_linked(block.host)) {  // joints may hold it as if it had no end of mass
-    const Mat6 response = linked_->response_of(block.host, block.host);
+  if (const LinkedBodies* links = links_of(block.host)) {  // joints may hold it as if it had no end of mass
+    const Mat6 response = links->response_of(block.host, block.host);
     block.inverse = (Mat6::Identity() + response * block.weight).partialPivLu().solve(response);
     return;
   }
@@ -189,8 +189,8 @@ void ContactProjection::push(const Row& row, const Vec3& j, GeneralizedVelocity&
 void ContactProjection::push_rigid(int body, const Vec3& arm, const Vec3& impulse,
                                    GeneralizedVelocity& v) const {
   const auto b = as_index(body);
-  if (is_linked(body)) {
-    linked_->push(body, wrench_of(arm, impulse), v.linear, v.angular);
+  if (const LinkedBodies* links = links_of(body)) {
+    links->push(body, wrench_of(arm, impulse), v.linear, v.angular);
     return;
   }
   v.linear[b] += bodies_->rigid.properties[b].inverse_mass * impulse;
@@ -217,8 +217,8 @@ void ContactProjection::project_block(const Block& block, bool with_target, Gene
       right.tail<3>() += excess * row.host_arm.cross(row.normal);
     }
     change = block.inverse * right;
-    if (is_linked(block.host)) {
-      linked_->push(block.host, right - block.weight * change, v.linear, v.angular);
+    if (const LinkedBodies* links = links_of(block.host)) {
+      links->push(block.host, right - block.weight * change, v.linear, v.angular);
     } else {
       v.linear[host] += change.head<3>();
       v.angular[host] += change.tail<3>();

@@ -95,7 +95,10 @@ class ContactProjection {
   bool takes(const Row& row) const {
     return row.active && (!islands_ || islands_->is_searched(static_cast<std::size_t>(row.island)));
   }
-  bool is_linked(int body) const { return linked_ && linked_->contains(body); }
+  // Those that the body is linked with, or null.
+  const LinkedBodies* links_of(int body) const {
+    return linked_ && linked_->contains(body) ? linked_ : nullptr;
+  }
   void push_rigid(int body, const Vec3& arm, const Vec3& impulse, GeneralizedVelocity& v) const;
   // 1/kg, of the particles of a deformable guest along the normal.
   double inverse_mass_of_guest(const Row& row) const;

@@ -197,8 +197,8 @@ TEST(ElasticMotion, UndampedBallReboundsToAHeightThatConverges) {
 
 enum class Damage { random, flat, inside_out, compressed };
 
-void damage(Damage kind, std::vector<Vec3>& x) {
-  std::mt19937 random(1);
+void damage(Damage kind, unsigned seed, std::vector<Vec3>& x) {
+  std::mt19937 random(seed);
   std::uniform_real_distribution<double> uniform(-0.1, 0.1);
   for (Vec3& p : x) {
     if (kind == Damage::random) p = Vec3(uniform(random), uniform(random), uniform(random));
@@ -210,7 +210,7 @@ void damage(Damage kind, std::vector<Vec3>& x) {
 
 // A cube of 0.2 m, implicitly with steps as long as frames.
 void expect_recovery(Damage kind, MaterialModel model, double youngs_modulus, double poisson_ratio,
-                     int frames, Integration integration = Integration::implicit) {
+                     int frames, Integration integration = Integration::implicit, unsigned seed = 1) {
   scene::Scene scene =
       undamped_box(Vec3(0.2, 0.2, 0.2), Vec3i(3, 3, 3), youngs_modulus, poisson_ratio, integration);
   scene.materials[0].damping = 0.01;
@@ -218,7 +218,7 @@ void expect_recovery(Damage kind, MaterialModel model, double youngs_modulus, do
   scene.solver.max_time_step = 1.0 / 24;
   Simulation simulation(scene, test::plan(scene));
   Bodies& bodies = simulation.world().bodies;
-  damage(kind, bodies.particles.x);
+  damage(kind, seed, bodies.particles.x);
   // The rule for the step takes the state of the last evaluation, which is not to be the one before the
   // damage.
   std::vector<Vec3> force(bodies.particles.size(), Vec3::Zero());
@@ -237,11 +237,16 @@ TEST(Recovery, FromAnyDamageImplicitly) {
   expect_recovery(Damage::inside_out, MaterialModel::st_venant_kirchhoff, 1e3, 0.3, 48);
 }
 
-// Not of St. Venant-Kirchhoff from a random start: its energy knows F^T F alone, so that an element that has
+// From random starts it takes half a second at most; a quarter is enough for most of them, but which ones
+// depends on rounding. Not of St. Venant-Kirchhoff: its energy knows F^T F alone, so that an element that has
 // been reflected is at rest.
 TEST(Recovery, OfStiffAndOfNearlyIncompressibleMaterialsImplicitly) {
-  expect_recovery(Damage::random, MaterialModel::neo_hookean, 1e8, 0.3, 12);
-  expect_recovery(Damage::random, MaterialModel::neo_hookean, 1e8, 0.499, 6);
+  for (unsigned seed = 1; seed <= 12; ++seed) {
+    SCOPED_TRACE(seed);
+    for (const double poisson_ratio : {0.3, 0.499})
+      expect_recovery(Damage::random, MaterialModel::neo_hookean, 1e8, poisson_ratio, 12,
+                      Integration::implicit, seed);
+  }
   expect_recovery(Damage::flat, MaterialModel::neo_hookean, 1e8, 0.499, 6);
   expect_recovery(Damage::flat, MaterialModel::corotated, 1e8, 0.499, 6);
   expect_recovery(Damage::inside_out, MaterialModel::st_venant_kirchhoff, 1e3, 0.45, 48);
