@@ -11,6 +11,7 @@
 #include "sim/deformable/corotated.h"
 #include "sim/deformable/neo_hookean.h"
 #include "sim/deformable/st_venant_kirchhoff.h"
+#include "sim/deformable/tet_strain.h"
 #include "sim/deformable/viscous_stress.h"
 
 namespace duet {
@@ -34,12 +35,6 @@ template <class Model>
 constexpr bool can_rely_on_damping = requires(Pack modulus, Matrix3<Pack> F) {
   Model::compression_stiffness(modulus, modulus, F);
 };
-
-Mat3 edge_matrix(const Tet& tet, const std::vector<Vec3>& x) {
-  Mat3 edges;
-  for (int k = 0; k < 3; ++k) edges.col(k) = x[as_index(tet[as_index(k + 1)])] - x[as_index(tet[0])];
-  return edges;
-}
 
 // Calls work(Model{}) for the class that has the formulas of `model`.
 template <class Work>
@@ -498,41 +493,12 @@ double FiniteElements::max_deformation_rate(const std::vector<Vec3>& x, const st
 
 FiniteElements::Strain FiniteElements::strain(const std::vector<Vec3>& x) const {
   Strain result;
-  for (std::size_t t = 0; t < tets_.size(); ++t) {
-    const Mat3 F = edge_matrix(tets_[t], x) * inverse_rest_[t];
-    const double det = F.determinant();
-    if (det <= 0) ++result.inverted;
-    if (result.worst_tet < 0 || det < result.min_det) {
-      result.min_det = det;
-      result.worst_tet = static_cast<int>(t);
-    }
-    if (F.squaredNorm() <= result.max_stretch * result.max_stretch) continue;  // no larger one in it
-    Eigen::SelfAdjointEigenSolver<Mat3> squares;
-    squares.computeDirect(F.transpose() * F, Eigen::EigenvaluesOnly);
-    result.max_stretch = std::max(result.max_stretch, std::sqrt(squares.eigenvalues()[2]));
-  }
+  take_strain(tets_, inverse_rest_, x, result);
   return result;
 }
 
 void FiniteElements::add_strain(const std::vector<Vec3>& x, std::vector<float>& strain) const {
-  for (std::size_t t = 0; t < tets_.size(); ++t) {
-    const Mat3 F = edge_matrix(tets_[t], x) * inverse_rest_[t];
-    const bool is_inverted = F.determinant() <= 0;
-    double largest = 0;
-    if (!is_inverted) {
-      Eigen::SelfAdjointEigenSolver<Mat3> squares;
-      squares.computeDirect(F.transpose() * F, Eigen::EigenvaluesOnly);
-      for (int i : {0, 2})
-        largest = std::max(largest, std::abs(std::sqrt(std::max(squares.eigenvalues()[i], 0.0)) - 1));
-    }
-    for (int p : tets_[t]) {
-      float& here = strain[as_index(p)];
-      if (is_inverted)
-        here = inverted;
-      else if (here != inverted)
-        here = std::max(here, static_cast<float>(largest));
-    }
-  }
+  raise_strain(tets_, inverse_rest_, x, strain);
 }
 
 }  // namespace duet

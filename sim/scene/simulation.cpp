@@ -4,16 +4,20 @@
 #include <chrono>
 #include <cmath>
 #include <cstring>
+#include <iterator>
 #include <limits>
 #include <span>
 
+#include <Eigen/LU>
 #include <time.h>
 
 #include "sim/base/error.h"
 #include "sim/base/hash.h"
 #include "sim/coupling/surface_intersections.h"
+#include "sim/deformable/tet_strain.h"
 #include "sim/geometry/grid_level_set.h"
 #include "sim/scene/build_world.h"
+#include "sim/scene/deformables.h"
 #include "sim/step/step.h"
 
 namespace duet {
@@ -66,6 +70,9 @@ struct Simulation::Impl {
   FrameStats stats;
   std::vector<unsigned char> frame_start;  // the last good frame
   std::vector<float> particle_strain;      // of the particles, as it is drawn
+  // Of volumes that springs hold together: their tets, and 1/m, of their edge matrices at rest.
+  std::vector<Tet> spring_tets;
+  std::vector<Mat3> spring_inverse_rest;
 
   World& world() { return built.world; }
 
@@ -139,13 +146,28 @@ struct Simulation::Impl {
     ++frame;
   }
 
+  // Before anything has moved.
+  void take_spring_tets() {
+    const Bodies& bodies = world().bodies;
+    for (std::size_t d = 0; d < scene.deformable.size(); ++d) {
+      if (!scene::material_of(scene, scene.deformable[d]).has_springs) continue;
+      const int first = bodies.deformable[d].first_particle,
+                end = first + bodies.deformable[d].particle_count;
+      std::copy_if(bodies.tets.begin(), bodies.tets.end(), std::back_inserter(spring_tets),
+                   [&](const Tet& tet) { return tet[0] >= first && tet[0] < end; });
+    }
+    for (const Tet& tet : spring_tets)
+      spring_inverse_rest.push_back(edge_matrix(tet, bodies.particles.x).inverse());
+  }
+
   // What can be read from the state itself.
   void measure_state() {
     Bodies& bodies = world().bodies;
     stats.frame = static_cast<int>(frame);
     stats.time = static_cast<double>(frame) / scene.fps;
     stats.max_penetration = max_penetration(bodies, world().contact_filter());
-    const FiniteElements::Strain strain = bodies.forces.elements.strain(bodies.particles.x);
+    FiniteElements::Strain strain = bodies.forces.elements.strain(bodies.particles.x);
+    take_strain(spring_tets, spring_inverse_rest, bodies.particles.x, strain);
     stats.min_det_F = strain.min_det;
     stats.inverted = strain.inverted;
     stats.max_stretch = strain.max_stretch;
@@ -196,6 +218,7 @@ struct Simulation::Impl {
 Simulation::Simulation(const scene::Scene& scene, const EffectSet& plan) : impl_(std::make_unique<Impl>()) {
   impl_->built = scene::build_world(scene, plan);
   impl_->scene = scene;
+  impl_->take_spring_tets();
   check_finite(impl_->world(), "0 initial state");
   if (plan[index(Effect::self_collision)]) check_surfaces_apart(impl_->world().bodies);
   impl_->measure_state();
@@ -248,6 +271,7 @@ void Simulation::surfaces(std::vector<BodySurface>& out) const {
   out.resize(shapes.size());
   impl_->particle_strain.assign(bodies.particles.size(), 0);
   bodies.forces.elements.add_strain(bodies.particles.x, impl_->particle_strain);
+  raise_strain(impl_->spring_tets, impl_->spring_inverse_rest, bodies.particles.x, impl_->particle_strain);
   for (std::size_t i = 0; i < shapes.size(); ++i) {
     const BoundarySurface& rest = shapes[i].surface;
     Surface& surface = out[i].surface;
