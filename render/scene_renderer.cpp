@@ -98,7 +98,9 @@ SceneRenderer::SceneRenderer(const Gl& gl, const scene::Scene& scene, const Look
     : gl_(gl),
       scene_(checked(gl, scene)),
       looks_(with_readable_ground(looks)),
-      view_(make_view(scene.camera, scene.render.width, scene.render.height)),
+      camera_path_(scene.camera),
+      camera_(camera_path_.at(0)),
+      view_(make_view(camera_, scene.render.width, scene.render.height)),
       samples_(make_shadow_samples(scene)),
       tile_width_(ninth(scene.render.width)),
       tile_height_(ninth(scene.render.height)),
@@ -187,7 +189,9 @@ void SceneRenderer::fill_constant_blocks() {
 }
 
 std::vector<unsigned char> SceneRenderer::draw(const std::vector<BodySurface>& bodies,
-                                               const std::vector<int>& looks_of_bodies) {
+                                               const std::vector<int>& looks_of_bodies, double time) {
+  camera_ = camera_path_.at(time);
+  view_ = make_view(camera_, scene_.render.width, scene_.render.height);
   meshes_.upload(bodies);
   const Vec2 range = depth_range();
   draw_shadow_maps();
@@ -312,12 +316,12 @@ void SceneRenderer::set_environment(const Program& program) const {
   program.set("ground_height", static_cast<float>(scene_.ground ? scene_.ground->height : 0));
   program.set("light_samples", samples_.lights);
   program.set("light_count", static_cast<int>(scene_.lights.size()));
-  program.set("target", scene_.camera.target);
+  program.set("target", camera_.target);
   program.set("zenith", scene_.sky.zenith);
   program.set("horizon", scene_.sky.horizon);
   program.set("sky_intensity", static_cast<float>(scene_.sky.intensity));
   program.set("fade_distance",
-              static_cast<float>(fade_in_views * (scene_.camera.target - scene_.camera.position).norm()));
+              static_cast<float>(fade_in_views * (camera_.target - camera_.position).norm()));
 }
 
 void SceneRenderer::draw_mirrors(const std::vector<int>& looks_of_bodies) {

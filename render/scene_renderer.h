@@ -8,7 +8,9 @@
 #include "render/gl_objects.h"
 #include "render/looks.h"
 #include "render/mirrors.h"
+#include "render/projection.h"
 #include "render/shadow_samples.h"
+#include "sim/scene/camera_path.h"
 
 namespace duet::render {
 
@@ -19,9 +21,10 @@ class SceneRenderer {
   // old.
   SceneRenderer(const Gl& gl, const scene::Scene& scene, const LookTable& looks);
 
-  // 8-bit sRGB RGB, top row first. `looks_of_bodies`: places in the look table.
+  // 8-bit sRGB RGB, top row first. `looks_of_bodies`: places in the look table. `time`: seconds, of the
+  // camera.
   std::vector<unsigned char> draw(const std::vector<BodySurface>& bodies,
-                                  const std::vector<int>& looks_of_bodies);
+                                  const std::vector<int>& looks_of_bodies, double time);
 
  private:
   void allocate_targets();
@@ -39,7 +42,9 @@ class SceneRenderer {
   const Gl& gl_;
   const scene::Scene scene_;
   const LookTable looks_;
-  const View view_;
+  const scene::CameraPath camera_path_;
+  scene::Camera camera_;  // of the frame that is being drawn, as is the view
+  View view_;
   const ShadowSampleSet samples_;
   const int tile_width_, tile_height_;  // of a ninth of the picture
 

@@ -39,6 +39,7 @@ struct SequenceRenderer::Impl {
       : bodies(manifest.bodies),
         looks(assign_looks(scene, manifest)),
         render(scene.render),
+        fps(scene.fps),
         context(create_context(backend)),
         gl(load_gl(*context)),
         renderer(gl, scene, looks) {
@@ -51,6 +52,7 @@ struct SequenceRenderer::Impl {
   const std::vector<io::ManifestBody> bodies;
   const LookTable looks;
   const scene::Render render;
+  const double fps;
   std::vector<int> looks_of_bodies;
   std::unique_ptr<Context> context;
   const Gl gl;
@@ -63,7 +65,7 @@ SequenceRenderer::~SequenceRenderer() = default;
 
 std::string SequenceRenderer::backend_name() const { return impl_->context->name(); }
 
-std::vector<unsigned char> SequenceRenderer::draw(const std::vector<BodySurface>& bodies) {
+std::vector<unsigned char> SequenceRenderer::draw(const std::vector<BodySurface>& bodies, double time) {
   const std::string problem = difference(impl_->bodies, bodies);
   if (!problem.empty()) throw FileError("frame", problem, mixed_runs);
   for (std::size_t i = 0; i < bodies.size(); ++i)
@@ -71,7 +73,7 @@ std::vector<unsigned char> SequenceRenderer::draw(const std::vector<BodySurface>
       throw FileError("frame", fmt::format("holds no strain of body `{}`", bodies[i].name),
                       "the run is from an earlier version: simulate it anew, or leave out render.color");
   impl_->context->make_current();
-  std::vector<unsigned char> picture = impl_->renderer.draw(bodies, impl_->looks_of_bodies);
+  std::vector<unsigned char> picture = impl_->renderer.draw(bodies, impl_->looks_of_bodies, time);
   if (impl_->looks.strain >= 0) draw_strain_legend(picture, impl_->render.width, impl_->render.height);
   return picture;
 }
@@ -81,7 +83,8 @@ void SequenceRenderer::render_frame(const io::RunDirectory& run, int frame) {
   const std::string problem = difference(impl_->bodies, bodies);
   if (!problem.empty()) throw FileError(run.mesh(frame).string(), problem, mixed_runs);
   io::create_folder(run.image(frame).parent_path());
-  write_png(run.image(frame).string(), impl_->render.width, impl_->render.height, draw(bodies));
+  write_png(run.image(frame).string(), impl_->render.width, impl_->render.height,
+            draw(bodies, frame / impl_->fps));
 }
 
 }  // namespace duet::render

@@ -26,9 +26,9 @@ class SequenceRenderer {
   SequenceRenderer& operator=(const SequenceRenderer&) = delete;
 
   // Draws the bodies of one frame; returns 8-bit sRGB RGB rows, top row first, scene.render.width x height.
-  // The bodies must be those of the manifest, in its order. The same bodies give the same bytes on the same
-  // machine.
-  std::vector<unsigned char> draw(const std::vector<BodySurface>& bodies);
+  // The bodies must be those of the manifest, in its order. `time`: seconds, where the camera is. The same
+  // bodies give the same bytes on the same machine.
+  std::vector<unsigned char> draw(const std::vector<BodySurface>& bodies, double time = 0);
 
   // Reads mesh/NNNN.obj, draws it and writes image/NNNN.png atomically. Throws FileError when the mesh is
   // missing or does not fit the manifest, or when the picture cannot be written.

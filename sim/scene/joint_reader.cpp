@@ -153,18 +153,12 @@ class JointChecker {
     };
     const std::string at = join_path(path, "target");
     check_words(*target, at);
-    double before = -1e300;
     for (const std::string_view key : {"sinusoid", "keyframes"})
-      if (const toml::node* node = target->get(key))
-        for (const ListedTable& listed : listed_tables(*node, join_path(at, key))) {
-          check_words(*listed.table, listed.path);
-          const auto time = (*listed.table)["time"].value<double>();
-          if (time && *time <= before)
-            problems_.add(place_of(*listed.table, "time"), join_path(listed.path, "time"),
-                          fmt::format("must be later than {:.6g} s, the one before it", before),
-                          "put keyframes in the order of time");
-          if (time) before = *time;
-        }
+      if (const toml::node* node = target->get(key)) {
+        const std::vector<ListedTable> tables = listed_tables(*node, join_path(at, key));
+        for (const ListedTable& listed : tables) check_words(*listed.table, listed.path);
+        if (key == "keyframes") check_times(tables, problems_);
+      }
     if (slides && target->contains("wave"))
       problems_.add(place_of(*target, "wave"), join_path(at, "wave"), "has no effect on a prismatic joint",
                     "a wave turns point joints");

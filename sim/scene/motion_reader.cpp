@@ -24,10 +24,14 @@ class MotionChecker {
         problems_(problems) {}
 
   void check(const toml::table& table) {
-    if (!table.contains("keyframes") && !table.contains("spin") && !table.contains("sinusoid"))
+    const auto lacks = [&](const char* key) {
+      const toml::node* node = table.get(key);
+      return !node || is_empty_array(*node);
+    };
+    if (lacks("keyframes") && lacks("spin") && lacks("sinusoid"))
       problems_.add(table.source(), path_, "says no motion",
                     "give at least one of keyframes, spin, sinusoid");
-    if (!table.contains("keyframes"))
+    if (lacks("keyframes"))
       for (const char* key : {"interpolation", "loop"})
         if (const toml::node* node = table.get(key))
           problems_.add(node->source(), join_path(path_, key), "has no effect without keyframes",
@@ -55,19 +59,12 @@ class MotionChecker {
   }
 
   void check_keyframes(const std::vector<ListedTable>& tables) {
-    const std::vector<Keyframe>& keys = motion_.keyframes;
     if (tables.empty()) return;
     if (tables.size() == 1)
       problems_.add(tables[0].table->source(), tables[0].path, "is the only keyframe, must be at least 2",
                     "a body that never moves is `static = true`");
-    for (std::size_t i = 0; i < tables.size(); ++i) {
-      check_keyframe(tables[i], keys[i]);
-      const bool timed = i > 0 && tables[i].table->contains("time") && tables[i - 1].table->contains("time");
-      if (timed && keys[i].time <= keys[i - 1].time)
-        add(tables[i], "time",
-            fmt::format("must be > {:.6g} s, the time before it, is {:.6g}", keys[i - 1].time, keys[i].time),
-            "keyframes follow each other in time");
-    }
+    for (std::size_t i = 0; i < tables.size(); ++i) check_keyframe(tables[i], motion_.keyframes[i]);
+    check_times(tables, problems_);
     check_placement("position", tables);
     if (motion_.loop) check_loop(tables);
   }

@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "sim/base/near_miss.h"
+#include "sim/scene/camera_reader.h"
 #include "sim/scene/deformable_reader.h"
 #include "sim/scene/joint_reader.h"
 #include "sim/scene/motion_reader.h"
@@ -249,17 +250,12 @@ void SceneReader::read_solver() {
 void SceneReader::read_camera() {
   const toml::table* camera = table("camera");
   if (!camera) return;
+  const std::size_t before = problems_.count();
   reader_.read(*camera, keys(scene_.camera), "camera");
-  const Vec3 view = scene_.camera.target - scene_.camera.position, up = scene_.camera.up;
-  if (view.norm() == 0)
-    problems_.add(place_of(*camera, "target"), "camera.target",
-                  "is the camera's own position, the view has no direction");
-  else if (up.norm() == 0)
-    problems_.add(place_of(*camera, "up"), "camera.up", "has zero length",
-                  "[0, 1, 0] for an upright picture");
-  else if (view.normalized().cross(up.normalized()).norm() < 1e-6)
-    problems_.add(place_of(*camera, "up"), "camera.up", "is parallel to the view from position to target",
-                  "choose a direction across the view");
+  if (scene_.camera.keyframes.empty())
+    check_view(scene_.camera, *camera, problems_);
+  else if (problems_.count() == before)
+    check_moving_camera(scene_, *camera, problems_);
 }
 
 void SceneReader::read_render() {

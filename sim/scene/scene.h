@@ -326,11 +326,18 @@ struct Solver {
   bool keep_spin = true;  // of deformable bodies that nothing touches
 };
 
+struct CameraKey {                     // what it leaves out is as the camera's own keys say
+  double time = 0;                     // s
+  std::optional<Vec3> position;        // m
+  std::optional<Vec3> target;          // m
+  std::optional<double> vertical_fov;  // degrees
+};
 struct Camera {
   Vec3 position = Vec3(0, 2, 10);
   Vec3 target = Vec3::Zero();
   Vec3 up = Vec3::UnitY();
-  double vertical_fov = 30;  // degrees
+  double vertical_fov = 30;               // degrees
+  std::vector<CameraKey> keyframes = {};  // it moves between them: CameraPath
 };
 
 enum class LightKind { area, point };

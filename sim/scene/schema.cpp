@@ -387,6 +387,18 @@ std::vector<Key> keys(Camera& camera) {
       {"up", &camera.up, "", any, "direction that points up in the picture; not along the view"},
       {"vertical_fov", &camera.vertical_fov, "degrees", between(0.1, 170),
        "angle from the lower to the upper edge"},
+      {"keyframes", list(camera.keyframes), "", any,
+       "views at times, smooth between them; at rest before and after them"},
+  };
+}
+
+std::vector<Key> keys(CameraKey& keyframe) {
+  return {
+      {"time", &keyframe.time, "s", any, "of the keyframe; later than that of the one before it", required},
+      {"position", &keyframe.position, "m", any, "at that time; without it, the camera's own"},
+      {"target", &keyframe.target, "m", any, "at that time; without it, the camera's own"},
+      {"vertical_fov", &keyframe.vertical_fov, "degrees", between(0.1, 170),
+       "at that time; without it, the camera's own"},
   };
 }
 

@@ -120,6 +120,7 @@ std::vector<Key> keys(Scene& scene);  // the keys outside of all tables
 std::vector<Key> keys(Material& material);
 std::vector<Key> keys(Pin& pin);
 std::vector<Key> keys(Keyframe& keyframe);
+std::vector<Key> keys(CameraKey& keyframe);
 std::vector<Key> keys(Spin& spin);
 std::vector<Key> keys(Sinusoid& sinusoid);
 std::vector<Key> keys(RigidEntry& entry);

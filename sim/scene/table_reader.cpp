@@ -42,6 +42,22 @@ std::string join_path(const std::string& path, std::string_view name) {
   return path.empty() ? std::string(name) : fmt::format("{}.{}", path, name);
 }
 
+bool is_empty_array(const toml::node& node) {
+  const toml::array* array = node.as_array();
+  return array && array->empty();
+}
+
+void check_times(const std::vector<ListedTable>& keyframes, Problems& problems) {
+  for (std::size_t i = 1; i < keyframes.size(); ++i) {
+    const auto before = (*keyframes[i - 1].table)["time"].value<double>();
+    const auto time = (*keyframes[i].table)["time"].value<double>();
+    if (before && time && *time <= *before)
+      problems.add(place_of(*keyframes[i].table, "time"), join_path(keyframes[i].path, "time"),
+                   fmt::format("must be > {:.6g} s, the time before it, is {:.6g}", *before, *time),
+                   "keyframes follow each other in time");
+  }
+}
+
 toml::source_region place_of(const toml::table& table, std::string_view key) {
   const toml::node* node = table.get(key);
   return node ? node->source() : table.source();
@@ -263,7 +279,8 @@ bool TableReader::read_string(const toml::node& node, const Key& key, const std:
 void TableReader::read_list(const toml::node& node, const Key& key, const std::string& path,
                             const List& list) {
   const std::vector<ListedTable> tables = listed_tables(node, path);
-  if (tables.empty()) wrong_type(node, path, "a table or an array of tables", key.meaning);
+  if (tables.empty() && !is_empty_array(node))
+    wrong_type(node, path, "a table or an array of tables", key.meaning);
   for (std::size_t i = 0; i < tables.size(); ++i) read(*tables[i].table, list.element(i), tables[i].path);
 }
 

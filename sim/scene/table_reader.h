@@ -64,6 +64,10 @@ struct ListedTable {
   std::string path;
 };
 std::vector<ListedTable> listed_tables(const toml::node& node, const std::string& path);
+bool is_empty_array(const toml::node& node);  // a List of nothing
+
+// Reports keyframes whose `time` is not later than that of the one before.
+void check_times(const std::vector<ListedTable>& keyframes, Problems& problems);
 
 // Where to point for a key that may be absent: at its value, else at its table.
 toml::source_region place_of(const toml::table& table, std::string_view key);

@@ -54,6 +54,28 @@ TEST_F(Sequence, AFrameBecomesThePictureOfItsMesh) {
   EXPECT_EQ(bytes_of(run_.image(0)), bytes_of(run_.root / "expected.png"));
 }
 
+TEST_F(Sequence, AMovingCameraIsWhereItIsAtTheFramesTime) {
+  scene::Scene moving = small_scene(), still = small_scene();
+  const Vec3 eye = moving.camera.position + Vec3(1, 0.5, 0);
+  moving.camera.keyframes = {{.time = 0, .position = {}, .target = {}, .vertical_fov = {}},
+                             {.time = 3 / moving.fps, .position = eye, .target = {}, .vertical_fov = 25}};
+  still.camera.position = eye;
+  still.camera.vertical_fov = 25;
+  io::write_obj(run_.mesh(3), small_bodies());
+  render::SequenceRenderer renderer(moving, small_manifest());
+  renderer.render_frame(run_, 3);
+  renderer.render_frame(run_, 0);  // back again
+  const std::vector<unsigned char> at_start =
+      render::SequenceRenderer(small_scene(), small_manifest()).draw(small_bodies());
+  const std::vector<unsigned char> at_end =
+      render::SequenceRenderer(still, small_manifest()).draw(small_bodies());
+  render::write_png((run_.root / "start.png").string(), 320, 180, at_start);
+  render::write_png((run_.root / "end.png").string(), 320, 180, at_end);
+  EXPECT_EQ(bytes_of(run_.image(0)), bytes_of(run_.root / "start.png"));
+  EXPECT_EQ(bytes_of(run_.image(3)), bytes_of(run_.root / "end.png"));
+  EXPECT_NE(bytes_of(run_.image(0)), bytes_of(run_.image(3)));
+}
+
 TEST_F(Sequence, AMissingMeshIsNamed) {
   const std::string message = failure(small_manifest(), 7);
   EXPECT_TRUE(contains(message, "0007.obj")) << message;

@@ -293,6 +293,7 @@ position = [5, 5, 5]
 target = [0, 1, 0]
 up = [0, 1, 0.1]
 vertical_fov = 50
+keyframes = [{ time = 1 }, { time = 2, position = [4, 5, 5], target = [0, 2, 0], vertical_fov = 40 }]
 
 [[lights]]
 name = "lamp"
