@@ -56,10 +56,11 @@ TEST_F(Sequence, AFrameBecomesThePictureOfItsMesh) {
 
 TEST_F(Sequence, AMovingCameraIsWhereItIsAtTheFramesTime) {
   scene::Scene moving = small_scene(), still = small_scene();
-  const Vec3 eye = moving.camera.position + Vec3(1, 0.5, 0);
+  const Vec3 eye = moving.camera.position + Vec3(1, 0.5, 0), target = moving.camera.target + Vec3(0.3, 0, 0);
   moving.camera.keyframes = {{.time = 0, .position = {}, .target = {}, .vertical_fov = {}},
-                             {.time = 3 / moving.fps, .position = eye, .target = {}, .vertical_fov = 25}};
+                             {.time = 3 / moving.fps, .position = eye, .target = target, .vertical_fov = 25}};
   still.camera.position = eye;
+  still.camera.target = target;
   still.camera.vertical_fov = 25;
   io::write_obj(run_.mesh(3), small_bodies());
   render::SequenceRenderer renderer(moving, small_manifest());
