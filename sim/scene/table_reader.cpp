@@ -16,6 +16,8 @@ template <class... Cases>
 struct Overloaded : Cases... {
   using Cases::operator()...;
 };
+template <class... Cases>
+Overloaded(Cases...) -> Overloaded<Cases...>;  // clang before 17 deduces none for aggregates
 
 std::string number_text(const toml::node& node) {
   if (const auto* integer = node.as_integer()) return std::to_string(integer->get());
@@ -93,6 +95,7 @@ std::vector<ListedTable> listed_tables(const toml::node& node, const std::string
   const toml::array* array = node.as_array();
   if (!array || !array->is_homogeneous(toml::node_type::table)) return {};
   std::vector<ListedTable> tables;
+  tables.reserve(array->size());
   for (std::size_t i = 0; i < array->size(); ++i)
     tables.push_back({(*array)[i].as_table(), fmt::format("{}[{}]", path, i)});
   return tables;
@@ -102,13 +105,13 @@ void TableReader::read(const toml::table& table, const std::vector<Key>& keys, c
                        const std::vector<std::string>& elsewhere) {
   std::vector<std::string> known = elsewhere;
   for (const Key& key : keys) known.emplace_back(key.name);
-  for (const auto& [name, node] : table) {
-    const auto key =
-        std::find_if(keys.begin(), keys.end(), [&](const Key& k) { return k.name == name.str(); });
+  for (const auto& [toml_key, node] : table) {
+    const std::string_view name = toml_key.str();
+    const auto key = std::find_if(keys.begin(), keys.end(), [&](const Key& k) { return k.name == name; });
     if (key != keys.end())
       read_value(node, *key, join_path(path, name));
-    else if (std::find(elsewhere.begin(), elsewhere.end(), name.str()) == elsewhere.end())
-      unknown_key(name, known, path);
+    else if (std::find(elsewhere.begin(), elsewhere.end(), name) == elsewhere.end())
+      unknown_key(toml_key, known, path);
   }
   for (const Key& key : keys)
     if (key.presence == Presence::required && !table.contains(key.name))

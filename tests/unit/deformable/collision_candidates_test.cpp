@@ -116,6 +116,42 @@ TEST(CollisionCandidates, NoPairSleepsThroughAMeetingOfWavingSheets) {
   EXPECT_LT(watched.near, watched.pairs / 4) << "most pairs sleep";
 }
 
+// A sheet folds, a half onto the other, as it falls past another one, which stays: its own pairs meet in its
+// own frame, whatever it is doing in that of the others.
+TEST(CollisionCandidates, NoPairSleepsThroughTheFoldingOfASheetThatFalls) {
+  Sheets sheets;
+  sheets.add(5, 0.1, Vec3(0, 0, 0), thickness);
+  sheets.add(4, 0.1, Vec3(0.52, 0.1, 0.05), thickness);
+  const std::size_t first = 36;  // of the second sheet, 25 particles
+  const auto at = [&](double time) {
+    std::vector<Vec3> x = sheets.x;
+    for (std::size_t p = first; p < x.size(); ++p) {
+      const double beyond = x[p].x() - 0.72 - 1e-9, angle = 2.9 * std::min(time, 1.0);
+      if (beyond > 0) x[p] += beyond * Vec3(std::cos(angle) - 1, std::sin(angle), 0);
+      x[p].y() -= 0.3 * time;
+    }
+    return x;
+  };
+  CollisionCandidates candidates;
+  Watched watched;
+  const double dt = 0.02;
+  for (int step = 0; step < 60; ++step) {
+    watch(sheets.surface, at(step * dt), at((step + 1) * dt), candidates, watched);
+    watch(sheets.surface, at(step * dt), at(step * dt), candidates, watched);
+  }
+  // Of all pairs that are near at a time, those within the second sheet, and the others.
+  const auto meetings = [&](double time) {
+    const std::set<Name> near = all_near(sheets.surface, at(time), at(time));
+    const auto within = std::count_if(near.begin(), near.end(), [&](const Name& n) {
+      return *std::min_element(n.begin() + 1, n.end()) >= static_cast<int>(first);
+    });
+    return std::pair(within, static_cast<std::ptrdiff_t>(near.size()) - within);
+  };
+  EXPECT_GT(meetings(60 * dt).first, 50) << "folded";
+  EXPECT_GT(meetings(1 / 3.0).second, 10) << "as it falls past";
+  EXPECT_LT(watched.near, watched.pairs / 2) << "most pairs sleep";
+}
+
 // Straight at each other: travels and distances add up exactly, nothing wakes a pair too early.
 TEST(CollisionCandidates, PairsThatCloseStraightWakeWhenTheyMeet) {
   const double gap = 0.08, speed = 1, dt = 0.0013;
