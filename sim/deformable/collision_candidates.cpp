@@ -32,6 +32,12 @@ Box grown(const Box& box, double margin) {
   return {box.min() - Vec3::Constant(margin), box.max() + Vec3::Constant(margin)};
 }
 
+Vec3 mean_position(const CollisionSurface& surface, const std::vector<Vec3>& x) {
+  Vec3 sum = Vec3::Zero();
+  for (const auto& [p] : surface.points) sum += x[as_index(p)];
+  return sum / static_cast<double>(surface.points.size());
+}
+
 std::vector<double> mean_edges(const CollisionSurface& surface) {
   std::vector<double> length(surface.bodies.size(), 0), count(surface.bodies.size(), 0);
   for (std::size_t i = 0; i < surface.edges.size(); ++i) {
@@ -113,18 +119,22 @@ double least_distance(const CandidatePair& pair, const std::vector<Vec3>& x, dou
 void CollisionCandidates::update(const CollisionSurface& surface, const std::vector<Vec3>& start,
                                  const std::vector<Vec3>& end) {
   if (particle_box_.size() != start.size()) begin(surface, start);
-  travel_.add(surface, start, end);
   if (!hold(surface, start, end)) search(surface, start, end);
+  add_travels(surface, start, end);
   wake_pairs(surface, start);
 }
 
 // With boxes that hold nothing.
 void CollisionCandidates::begin(const CollisionSurface& surface, const std::vector<Vec3>& start) {
-  travel_.begin(surface, start);
+  mean_ = mean_position(surface, start);
   edge_length_ = mean_edges(surface);
   particle_box_.assign(start.size(), Box());
   room_.assign(start.size(), 0);
   is_renewed_.assign(start.size(), 0);
+  stretch_.resize(start.size());
+  further_.resize(start.size());
+  last_.resize(start.size());
+  for (const auto& [p] : surface.points) last_[as_index(p)] = start[as_index(p)] - mean_;
   std::size_t first = 0;
   const auto number = [&first](Elements& elements, std::size_t count) {
     elements.first = first;
@@ -137,15 +147,17 @@ void CollisionCandidates::begin(const CollisionSurface& surface, const std::vect
   number(edges_, surface.edges.size());
   rows_.assign(first, {});
   number(triangles_, surface.triangles.size());
+  travel_.assign(first, {});
   kept_.clear();
 }
 
 bool CollisionCandidates::hold(const CollisionSurface& surface, const std::vector<Vec3>& start,
                                const std::vector<Vec3>& end) const {
-  const Vec3 &from = travel_.frame_start(), &to = travel_.frame_end();
+  const Vec3 start_shift = mean_position(surface, start) - mean_,
+             end_shift = mean_position(surface, end) - mean_;
   return std::all_of(surface.points.begin(), surface.points.end(), [&](const std::array<int, 1>& point) {
     const auto p = as_index(point[0]);
-    return particle_box_[p].contains(start[p] - from) && particle_box_[p].contains(end[p] - to);
+    return particle_box_[p].contains(start[p] - start_shift) && particle_box_[p].contains(end[p] - end_shift);
   });
 }
 
@@ -193,14 +205,15 @@ void CollisionCandidates::split(Elements& elements) const {
 // Of the particles that leave theirs, or soon will.
 void CollisionCandidates::renew_boxes(const CollisionSurface& surface, const std::vector<Vec3>& start,
                                       const std::vector<Vec3>& end) {
-  const Vec3 &from = travel_.frame_start(), &to = travel_.frame_end();
+  const Vec3 start_mean = mean_position(surface, start), start_shift = start_mean - mean_,
+             end_shift = mean_position(surface, end) - mean_;
   for (std::size_t i = 0; i < surface.points.size(); ++i) {
     const auto p = as_index(surface.points[i][0]);
-    const Box way = Box(Vec3(start[p] - from)).extend(end[p] - to);
+    const Box way = Box(Vec3(start[p] - start_shift)).extend(end[p] - end_shift);
     is_renewed_[p] = !particle_box_[p].contains(grown(way, room_[p] / 2));
     if (is_renewed_[p] == 0) continue;
     const auto body = as_index(surface.point_body[i]);
-    const double pace = std::max(travel_.pace(p, body), way.diagonal().norm());
+    const double pace = std::max((start[p] - start_mean - last_[p]).norm(), way.diagonal().norm());
     const double least = least_room * surface.bodies[body].thickness;
     room_[p] = std::clamp(updates_ahead * pace, least, std::max(least, most_room * edge_length_[body]));
     particle_box_[p] = grown(way, room_[p]);
@@ -284,8 +297,7 @@ void CollisionCandidates::find_rows(const std::vector<std::array<int, N>>& first
       std::sort(chunk.found.begin(), chunk.found.end());
       Row& row = next_rows_[asking.first + i];  // within the chunk, until all are joined
       row.begin = chunk.kept.size();
-      const auto is_within = [&](int k) { return first_body[i] == second_body[as_index(k)]; };
-      merge_row(rows_[asking.first + i], is_anew, asked, is_within, chunk);
+      merge_row(rows_[asking.first + i], is_anew, asked, chunk);
       row.end = chunk.kept.size();
     }
   });
@@ -301,9 +313,7 @@ void CollisionCandidates::find_rows(const std::vector<std::array<int, N>>& first
 
 // What was found, and what of the old row was not sought: two elements that have kept their boxes. What was
 // known of a pair stays so.
-template <class IsWithin>
-void CollisionCandidates::merge_row(const Row& old, bool is_anew, const Elements& asked, IsWithin&& is_within,
-                                    Chunk& chunk) const {
+void CollisionCandidates::merge_row(const Row& old, bool is_anew, const Elements& asked, Chunk& chunk) const {
   std::size_t known = old.begin;
   const auto pass = [&](int second) {  // those before it
     for (; known < old.end && kept_[known].second < second; ++known) {
@@ -317,47 +327,63 @@ void CollisionCandidates::merge_row(const Row& old, bool is_anew, const Elements
     if (known < old.end && kept_[known].second == second)
       chunk.kept.push_back(kept_[known++]);
     else
-      chunk.kept.push_back({.second = second, .is_within = is_within(k)});
+      chunk.kept.push_back({.second = second});
   }
   pass(std::numeric_limits<int>::max());
 }
 
-// Appends the pair of element `i` to `near`, or sends it to sleep again.
-void CollisionCandidates::wake(const CollisionSurface& surface, const std::vector<Vec3>& start, std::size_t i,
-                               Kept& kept, std::vector<CandidatePair>& near) const {
-  const SurfaceTravel::Way &a = way_of(i, kept), &b = way_of(as_index(kept.second), kept);
-  CandidatePair pair = candidate(surface, i, as_index(kept.second));
-  const double range = repulsion_range * pair.thickness, way = a.before + b.before;
-  kept.until = way + least_distance(pair, start, range) - range - rounding * (range + way);
-  if (a.including + b.including < kept.until) return;
-  if (!kept.is_examined) kept.repels = repels(pair, bodies_of(surface, i, as_index(kept.second)), surface);
-  kept.is_examined = true;
-  pair.repels = kept.repels;
-  near.push_back(pair);
+void CollisionCandidates::add_travels(const CollisionSurface& surface, const std::vector<Vec3>& start,
+                                      const std::vector<Vec3>& end) {
+  const Vec3 start_mean = mean_position(surface, start), end_mean = mean_position(surface, end);
+  parallel_for(surface.points.size(), element_grain, [&](std::size_t begin, std::size_t stop) {
+    for (std::size_t i = begin; i < stop; ++i) {
+      const auto p = as_index(surface.points[i][0]);
+      const Vec3 from = start[p] - start_mean;
+      stretch_[p] = (from - last_[p]).norm();
+      further_[p] = (end[p] - end_mean - from).norm();
+      last_[p] = from;
+    }
+  });
+  const auto add = [&](const auto& corners, std::size_t first) {
+    parallel_for(corners.size(), element_grain, [&](std::size_t begin, std::size_t stop) {
+      for (std::size_t i = begin; i < stop; ++i) {
+        double stretch = 0, further = 0;
+        for (const int p : corners[i]) {
+          stretch = std::max(stretch, stretch_[as_index(p)]);
+          further = std::max(further, further_[as_index(p)]);
+        }
+        Travel& travel = travel_[first + i];
+        travel.before += stretch;
+        travel.including = travel.before + further;
+      }
+    });
+  };
+  add(surface.points, points_.first);
+  add(surface.edges, edges_.first);
+  add(surface.triangles, triangles_.first);
 }
 
 void CollisionCandidates::wake_pairs(const CollisionSurface& surface, const std::vector<Vec3>& start) {
-  const std::size_t chunks = (rows_.size() + row_grain - 1) / row_grain, points = surface.points.size();
+  const std::size_t chunks = (rows_.size() + row_grain - 1) / row_grain;
   if (chunks_.size() < chunks) chunks_.resize(chunks);
   parallel_for(rows_.size(), row_grain, [&](std::size_t begin, std::size_t stop) {
     std::vector<CandidatePair>& near = chunks_[begin / row_grain].near;
     near.clear();
     for (std::size_t i = begin; i < stop; ++i) {
-      Row& row = rows_[i];
-      const auto body = as_index(i < points ? surface.point_body[i] : surface.edge_body[i - points]);
-      if (travel_.within_body(i).including + travel_.longest_within(body).including < row.until_within &&
-          travel_.shared(i).including + travel_.longest().including < row.until_shared)
-        continue;
-      row.until_within = row.until_shared = std::numeric_limits<double>::infinity();
-      for (std::size_t k = row.begin; k < row.end; ++k) {
+      const Travel& a = travel_[i];
+      for (std::size_t k = rows_[i].begin; k < rows_[i].end; ++k) {
         Kept& kept = kept_[k];
-        const SurfaceTravel::Way &a = way_of(i, kept), &b = way_of(as_index(kept.second), kept);
-        if (a.including + b.including >= kept.until) wake(surface, start, i, kept, near);
-        const double alone = kept.until - b.before;  // of the element's own way
-        if (kept.is_within)
-          row.until_within = std::min(row.until_within, alone + travel_.longest_within(body).before);
-        else
-          row.until_shared = std::min(row.until_shared, alone + travel_.longest().before);
+        const Travel& b = travel_[as_index(kept.second)];
+        if (a.including + b.including < kept.until) continue;
+        CandidatePair pair = candidate(surface, i, as_index(kept.second));
+        const double range = repulsion_range * pair.thickness, way = a.before + b.before;
+        kept.until = way + least_distance(pair, start, range) - range - rounding * (range + way);
+        if (a.including + b.including < kept.until) continue;
+        if (!kept.is_examined)
+          kept.repels = repels(pair, bodies_of(surface, i, as_index(kept.second)), surface);
+        kept.is_examined = true;
+        pair.repels = kept.repels;
+        near.push_back(pair);
       }
     }
   });

@@ -5,7 +5,7 @@
 #include <array>
 #include <vector>
 
-#include "sim/deformable/surface_travel.h"
+#include "sim/deformable/collision_surface.h"
 #include "sim/geometry/box_tree.h"
 #include "sim/geometry/continuous_collision.h"
 
@@ -30,13 +30,14 @@ inline FourPoints corners(const std::array<int, 4>& particle, const std::vector<
 inline constexpr double repulsion_range = 1.1;  // times h: pairs farther apart are no concern of repulsions
 
 // Every particle has a box, larger than where it is and is going by as far as it goes in some steps, in a
-// frame that moves with most of them, so that what falls as a whole stays where it is. As long as all stay in
-// theirs, the pairs whose boxes come within repulsion_range h of each other are all that can meet. When one
-// leaves its box, it and those that are about to get new ones, and only the pairs of their elements are
+// frame that moves with the mean of all, so that what falls as a whole stays where it is. As long as all stay
+// in theirs, the pairs whose boxes come within repulsion_range h of each other are all that can meet. When
+// one leaves its box, it and those that are about to get new ones, and only the pairs of their elements are
 // sought again.
 //
-// Most pairs do not meet soon: one that was farther apart than repulsion_range h by some distance sleeps
-// until its two elements have travelled that distance together.
+// Most pairs do not meet soon. How far an element's corners have moved in that frame is added up, and a pair
+// that was farther apart than repulsion_range h by some distance sleeps until its two elements have travelled
+// that distance together.
 //
 // There are more pairs than those that do come near, and which ones depends on when they were sought; what is
 // near is decided by distances, and the order of the pairs is always the same: so no result depends on it.
@@ -65,19 +66,19 @@ class CollisionCandidates {
   struct Kept {
     double until = 0;
     int second = 0;
-    bool is_within = false;                   // both of one body
     bool is_examined = false, repels = true;  // see CandidatePair; known once they have been near
   };
   struct Row {  // of `kept_`, an element's; ascending
     std::size_t begin = 0, end = 0;
-    // Up to which sums of its own travel and the longest (m) all its pairs sleep, those within its body and
-    // the others.
-    double until_within = 0, until_shared = 0;
   };
   struct Chunk {  // of the elements that ask
     std::vector<int> found;
     std::vector<Kept> kept;
     std::vector<CandidatePair> near;
+  };
+  struct Travel {          // m, since the first search
+    double before = 0;     // to the start of the motion that is looked at
+    double including = 0;  // the farthest that it leads
   };
 
   bool hold(const CollisionSurface& surface, const std::vector<Vec3>& start,
@@ -97,17 +98,13 @@ class CollisionCandidates {
   void find_rows(const std::vector<std::array<int, N>>& first, const std::vector<int>& first_body,
                  const Elements& asking, const std::vector<std::array<int, M>>& second,
                  const std::vector<int>& second_body, const Elements& asked, const CollisionSurface& surface);
-  template <class IsWithin>
-  void merge_row(const Row& old, bool is_anew, const Elements& asked, IsWithin&& is_within,
-                 Chunk& chunk) const;
-  const SurfaceTravel::Way& way_of(std::size_t element, const Kept& kept) const {
-    return kept.is_within ? travel_.within_body(element) : travel_.shared(element);
-  }
-  void wake(const CollisionSurface& surface, const std::vector<Vec3>& start, std::size_t i, Kept& kept,
-            std::vector<CandidatePair>& near) const;
+  void merge_row(const Row& old, bool is_anew, const Elements& asked, Chunk& chunk) const;
+  void add_travels(const CollisionSurface& surface, const std::vector<Vec3>& start,
+                   const std::vector<Vec3>& end);
   void wake_pairs(const CollisionSurface& surface, const std::vector<Vec3>& start);
 
-  std::vector<Box> particle_box_;  // m, in the shared frame of travel_
+  Vec3 mean_ = Vec3::Zero();       // m, of the particles' positions when the frame was where their boxes are
+  std::vector<Box> particle_box_;  // m
   std::vector<double> room_;       // m, that it leaves a particle on all sides
   std::vector<char> is_renewed_;   // in this search
   std::vector<Box> body_box_;
@@ -117,8 +114,10 @@ class CollisionCandidates {
   std::vector<Kept> kept_, next_;
   std::vector<Row> rows_, next_rows_;  // of points and edges, by their numbers
   std::vector<CandidatePair> near_;
-  SurfaceTravel travel_;
-  std::vector<double> edge_length_;  // m, of the bodies, the mean
+  std::vector<Travel> travel_;             // of all elements
+  std::vector<Vec3> last_;                 // m, of the particles, where the travels have been added up to
+  std::vector<double> stretch_, further_;  // m, of the particles, to the start and on to the end
+  std::vector<double> edge_length_;        // m, of the bodies, the mean
   std::int64_t searches_ = 0;
 };
 
