@@ -82,6 +82,7 @@ std::optional<std::size_t> only_kind(const toml::table& table, std::span<const s
   if (given.size() == 1) return given.front();
   const std::string hint = fmt::format("exactly one of {}", fmt::join(kinds, ", "));
   std::vector<std::string_view> names;
+  names.reserve(given.size());
   for (const std::size_t i : given) names.push_back(kinds[i]);
   if (given.empty())
     problems.add(table.source(), path, "says no shape", hint);
@@ -95,7 +96,6 @@ std::vector<ListedTable> listed_tables(const toml::node& node, const std::string
   const toml::array* array = node.as_array();
   if (!array || !array->is_homogeneous(toml::node_type::table)) return {};
   std::vector<ListedTable> tables;
-  tables.reserve(array->size());
   for (std::size_t i = 0; i < array->size(); ++i)
     tables.push_back({(*array)[i].as_table(), fmt::format("{}[{}]", path, i)});
   return tables;

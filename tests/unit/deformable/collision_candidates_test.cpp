@@ -116,8 +116,8 @@ TEST(CollisionCandidates, NoPairSleepsThroughAMeetingOfWavingSheets) {
   EXPECT_LT(watched.near, watched.pairs / 4) << "most pairs sleep";
 }
 
-// A sheet folds, a half onto the other, as it falls past another one, which stays: its own pairs meet in its
-// own frame, whatever it is doing in that of the others.
+// A sheet folds, a half onto the other, as it falls past another one, which stays: pairs of one body meet,
+// and pairs of two bodies of which only one moves.
 TEST(CollisionCandidates, NoPairSleepsThroughTheFoldingOfASheetThatFalls) {
   Sheets sheets;
   sheets.add(5, 0.1, Vec3(0, 0, 0), thickness);
