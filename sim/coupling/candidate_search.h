@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "sim/coupling/broad_phase.h"
+#include "sim/coupling/lowest_places.h"
 
 namespace duet {
 
@@ -14,6 +15,7 @@ struct NearPoint {
   Vec3 position = Vec3::Zero();  // m, in the host's body space
   Vec3 normal = Vec3::Zero();    // of the host's surface that a rigid guest's point rests against
   double gap = 0;                // m
+  int ridge = -1;                // in the places found, of a point on a ridge
 };
 
 // Scratch of reduce_contacts.
@@ -48,6 +50,7 @@ struct CandidateSearch {
   struct Chunk {  // what the pairs of one range found
     std::vector<PairTouches> pairs;
     std::vector<NearPoint> touches;
+    std::vector<NearRidge> ridges;  // of the pair that is looked at
     ReductionScratch reduction;
     std::size_t first_pair = 0, first_point = 0;  // where they go
   };

@@ -73,7 +73,7 @@ class Collider {
   // Of a rigid pair at the predicted positions.
   Touch predicted_touch(const ContactPoint& contact) {
     return touch(bodies_, contact.host, predicted_pose(contact.host), contact.guest_rigid,
-                 predicted_pose(contact.guest_rigid), contact.guest_point);
+                 predicted_pose(contact.guest_rigid), contact.guest_point, contact.lowest);
   }
 
   // Signed distance of a deformable guest's point at the predicted positions, m.

@@ -50,10 +50,36 @@ struct Host {
     const Vec3 half = rotation.transpose().cwiseAbs() * ((upper - lower) / 2);
     return {middle - half, middle + half};
   }
+  Eigen::AlignedBox3d box() const { return {lower, upper}; }
   bool is_near(const Vec3& y) const {
     return (y.array() >= lower.array()).all() && (y.array() <= upper.array()).all();
   }
 };
+
+Pose in_host_of(const RigidBodies& rigid, const BodyPair& pair) {
+  const Pose& host = rigid.state[as_index(pair.host)].pose;
+  const Pose& guest = rigid.state[as_index(pair.guest_rigid)].pose;
+  return {host.to_body(guest.position), host.orientation.conjugate() * guest.orientation};
+}
+
+// Appends the places on ridges of a rigid guest whose distance from the host is less than `margin`.
+void find_ridges(const Bodies& bodies, const BodyPair& pair, bool is_reversed, double margin,
+                 std::vector<NearRidge>& found) {
+  const RigidBodies& rigid = bodies.rigid;
+  const auto h = as_index(pair.host);
+  const RigidProperties& guest = rigid.properties[as_index(pair.guest_rigid)];
+  if (guest.ridges.lines.empty() || !ridges_count(guest.shape, rigid.properties[h].shape, is_reversed))
+    return;
+  const Host host(rigid.state[h], rigid.properties[h], margin);
+  const auto first = static_cast<std::ptrdiff_t>(found.size());
+  find_lowest_places(guest.ridges, in_host_of(rigid, pair), host.shape, host.box(), margin, found);
+  found.erase(std::remove_if(found.begin() + first, found.end(),
+                             [&](const NearRidge& near) {
+                               return is_at_seam(bodies, pair.host,
+                                                 rigid.state[h].pose.to_world(near.lowest.foot));
+                             }),
+              found.end());
+}
 
 // Calls visit(near) for the deepest points and the samples of a rigid guest whose distance from the host is
 // less than `margin`.
@@ -63,8 +89,7 @@ void visit_near(const RigidBodies& rigid, const BodyPair& pair, double margin, V
   const Pose& pose = rigid.state[as_index(pair.guest_rigid)].pose;
   const RigidProperties& guest = rigid.properties[as_index(pair.guest_rigid)];
   const Vec3 offset = host.to_body * (pose.position - host.center);
-  const Pose in_host{offset,
-                     rigid.state[as_index(pair.host)].pose.orientation.conjugate() * pose.orientation};
+  const Pose in_host = in_host_of(rigid, pair);
   for (int k = 0; k < deepest_point_count(guest.shape); ++k) {
     const DeepestPoint deepest = deepest_point(guest.shape, k, in_host, host.shape);
     const double gap = host.shape.distance(deepest.position);
@@ -162,6 +187,7 @@ class Finder {
       CandidateSearch::Chunk& chunk = search_.chunks[begin / pairs_at_once];
       chunk.pairs.clear();
       chunk.touches.clear();
+      chunk.ridges.clear();
       for (std::size_t i = begin; i < end; ++i) find_touches(pairs[i], chunk);
       // Room for twice as many, so that storage stops growing once a scene has warmed up.
       if (chunk.touches.capacity() < 2 * chunk.touches.size())
@@ -241,6 +267,23 @@ class Finder {
     });
     while (begin < chunk.touches.size() && chunk.touches[begin].point < 0) ++begin;  // deepest points stay
     if (filter_.reduce_contacts) reduce_contacts(guest.arm, begin, chunk.touches, chunk.reduction);
+    find_places(pair, is_reversed, margin, chunk);
+  }
+
+  void find_places(const BodyPair& pair, bool is_reversed, double margin,
+                   CandidateSearch::Chunk& chunk) const {
+    const std::size_t first = chunk.ridges.size();
+    find_ridges(bodies_, pair, is_reversed, margin, chunk.ridges);
+    const RigidProperties& guest = bodies_.rigid.properties[as_index(pair.guest_rigid)];
+    for (std::size_t i = first; i < chunk.ridges.size(); ++i) {
+      const NearRidge& near = chunk.ridges[i];
+      chunk.touches.push_back({.point = static_cast<int>(guest.samples.size()) + near.node,
+                               .reversed = is_reversed,
+                               .position = near.lowest.foot,
+                               .normal = near.lowest.normal,
+                               .gap = near.distance,
+                               .ridge = static_cast<int>(i)});
+    }
   }
 
   void find_deformable(const BodyPair& pair, CandidateSearch::Chunk& chunk) const {
@@ -288,16 +331,18 @@ class Finder {
       target.end = first + end;
       for (int i = begin; i < end; ++i)
         contacts_.points[as_index(first + i)] = make_contact(
-            chunk.touches[as_index(i)].reversed ? reversed(pair) : pair, chunk.touches[as_index(i)].point);
+            chunk.touches[as_index(i)].reversed ? reversed(pair) : pair, chunk.touches[as_index(i)], chunk);
     }
   }
 
-  ContactPoint make_contact(const BodyPair& pair, int point) const {
+  ContactPoint make_contact(const BodyPair& pair, const NearPoint& near,
+                            const CandidateSearch::Chunk& chunk) const {
     const RigidProperties& host = bodies_.rigid.properties[as_index(pair.host)];
     ContactPoint contact;
     contact.host = pair.host;
     contact.guest_rigid = pair.guest_rigid;
-    contact.guest_point = point;
+    contact.guest_point = near.point;
+    if (near.ridge >= 0) contact.lowest = chunk.ridges[as_index(near.ridge)].lowest;
     contact.friction = host.friction;
     contact.restitution = 0;  // deformable bodies store and return energy by themselves (paper section 4)
     if (pair.guest_rigid >= 0) {
@@ -307,7 +352,7 @@ class Finder {
     }
     update_geometry(bodies_, contact);
     if (pair.guest_rigid < 0)
-      contact.friction *= lying_share(bodies_, bodies_.points[as_index(point)], contact.normal);
+      contact.friction *= lying_share(bodies_, bodies_.points[as_index(near.point)], contact.normal);
     return contact;
   }
 
@@ -350,9 +395,14 @@ double max_penetration(const Bodies& bodies, const CandidateFilter& filter) {
             continue;
           }
           if (never_touch(bodies, pairs[i].host, pairs[i].guest_rigid)) continue;
-          visit_near(bodies.rigid, pairs[i], 0, look);
-          if (!search.broad_phase.bounds[as_index(pairs[i].host)].is_half_space)
-            visit_near(bodies.rigid, reversed(pairs[i]), 0, look);
+          for (const bool is_reversed : {false, true}) {
+            const BodyPair pair = is_reversed ? reversed(pairs[i]) : pairs[i];
+            if (search.broad_phase.bounds[as_index(pair.guest_rigid)].is_half_space) continue;
+            visit_near(bodies.rigid, pair, 0, look);
+            std::vector<NearRidge> ridges;
+            find_ridges(bodies, pair, is_reversed, 0, ridges);
+            for (const NearRidge& near : ridges) deepest = std::min(deepest, near.distance);
+          }
         }
         return deepest;
       },

@@ -20,14 +20,28 @@ Mat3 impulse_factor(const RigidState& state, double inverse_mass, const Vec3& ar
 
 namespace {
 
-// A sample of a rigid guest, or its deepest point k (sample -1 - k), in the space of the host.
+Pose in_space_of(const Pose& host, const Pose& guest) {
+  return {host.to_body(guest.position), host.orientation.conjugate() * guest.orientation};
+}
+
+bool is_on_ridge(const RigidProperties& guest, int point) {
+  return point >= static_cast<int>(guest.samples.size());
+}
+
+// A rigid guest's sample or its deepest point k (point -1 - k), in the space of the host.
 DeepestPoint in_space_of(const RigidProperties& host, const Pose& host_pose, const RigidProperties& guest,
-                         const Pose& guest_pose, int sample) {
-  const Pose in_host{host_pose.to_body(guest_pose.position),
-                     host_pose.orientation.conjugate() * guest_pose.orientation};
-  if (sample < 0) return deepest_point(guest.shape, -1 - sample, in_host, host.shape);
-  return {in_host.to_world(guest.samples[as_index(sample)]),
-          in_host.to_world(guest.inside[as_index(sample)])};
+                         const Pose& guest_pose, int point) {
+  const Pose in_host = in_space_of(host_pose, guest_pose);
+  if (point < 0) return deepest_point(guest.shape, -1 - point, in_host, host.shape);
+  return {in_host.to_world(guest.samples[as_index(point)]), in_host.to_world(guest.inside[as_index(point)])};
+}
+
+// The plane stays where it was found on the host. As neither edge of two that cross leads through it, sliding
+// along each other changes nothing; only what they turn by in a step does, in the second order.
+Touch touch_at(const LowestPlace& lowest, const Pose& host_pose, const Pose& guest_pose) {
+  const Vec3 normal = host_pose.orientation * lowest.normal, x = guest_pose.to_world(lowest.place);
+  return {x - lowest.radius * normal, normal,
+          normal.dot(x - host_pose.to_world(lowest.foot)) - lowest.radius};
 }
 
 Touch in_world(const Vec3& x, const ContactPlane& plane, const Pose& host_pose) {
@@ -38,14 +52,16 @@ Touch in_world(const Vec3& x, const ContactPlane& plane, const Pose& host_pose) 
 }  // namespace
 
 Touch touch(const RigidProperties& host, const Pose& host_pose, const RigidProperties& guest,
-            const Pose& guest_pose, int sample) {
+            const Pose& guest_pose, int sample, const LowestPlace& lowest) {
+  if (is_on_ridge(guest, sample)) return touch_at(lowest, host_pose, guest_pose);
   const DeepestPoint point = in_space_of(host, host_pose, guest, guest_pose, sample);
   return in_world(point.position, contact_plane(host.shape, point.position, point.inside), host_pose);
 }
 
 Touch touch(const Bodies& bodies, int host, const Pose& host_pose, int guest, const Pose& guest_pose,
-            int sample) {
+            int sample, const LowestPlace& lowest) {
   const std::vector<RigidProperties>& properties = bodies.rigid.properties;
+  if (is_on_ridge(properties[as_index(guest)], sample)) return touch_at(lowest, host_pose, guest_pose);
   const DeepestPoint point =
       in_space_of(properties[as_index(host)], host_pose, properties[as_index(guest)], guest_pose, sample);
   return in_world(point.position, exposed_plane(bodies, host, host_pose, point.position, point.inside),
@@ -70,7 +86,7 @@ Touch touch(const Bodies& bodies, const ContactPoint& contact) {
   const Pose& pose = bodies.rigid.state[as_index(contact.host)].pose;
   if (contact.is_rigid_pair())
     return touch(bodies, contact.host, pose, contact.guest_rigid,
-                 bodies.rigid.state[as_index(contact.guest_rigid)].pose, contact.guest_point);
+                 bodies.rigid.state[as_index(contact.guest_rigid)].pose, contact.guest_point, contact.lowest);
   const SurfacePoint& point = surface_point(bodies, contact);
   return touch(bodies, contact.host, pose, point, weighted(point, bodies.particles.x));
 }
@@ -80,7 +96,7 @@ Touch predicted_touch(const Bodies& bodies, const std::vector<Pose>& predicted, 
   const Pose& pose = predicted[as_index(contact.host)];
   if (contact.is_rigid_pair())
     return touch(bodies, contact.host, pose, contact.guest_rigid, predicted[as_index(contact.guest_rigid)],
-                 contact.guest_point);
+                 contact.guest_point, contact.lowest);
   const SurfacePoint& point = surface_point(bodies, contact);
   const Vec3 x = weighted(point, bodies.particles.x) + dt * weighted(point, bodies.particles.v);
   return touch(bodies, contact.host, pose, point, x);

@@ -17,8 +17,9 @@ namespace duet {
 struct ContactPoint {
   int host = -1;         // rigid body with the level set
   int guest_rigid = -1;  // rigid body that touches it, or -1
-  int guest_point = -1;  // index of the deformable's surface point; of a rigid guest: of its sample, or -1 -
-                         // k for deepest point k
+  // Index of the deformable's surface point; of a rigid guest: of its sample, or the number of these + i for
+  // a place on a ridge next to node i, or -1 - k for deepest point k.
+  int guest_point = -1;
   Vec3 normal = Vec3::UnitY();    // unit, outward of the host
   Vec3 host_arm = Vec3::Zero();   // m, from the host's centre of mass to the contact
   Vec3 guest_arm = Vec3::Zero();  // m, from a rigid guest's centre of mass to the contact
@@ -30,8 +31,10 @@ struct ContactPoint {
   // m/s, of the guest relative to the host: what the curved paths of a kinematic body's points add over this
   // step to the velocities of the two bodies (sim/step/kinematic_motion.h); zero at one moment in time
   Vec3 path_velocity = Vec3::Zero();
+  LowestPlace lowest;  // of a place on a ridge, as found at the beginning of the step
   bool is_rigid_pair() const { return guest_rigid >= 0; }
-  bool is_sample() const { return guest_point >= 0; }
+  bool is_on_ridge() const { return !lowest.normal.isZero(0); }
+  bool is_sample() const { return guest_point >= 0 && !is_on_ridge(); }
 };
 
 // Contacts of the same two bodies follow each other; a pair is such a range.
@@ -110,12 +113,12 @@ struct Touch {
                    // above what is hidden, see hidden_foot()
 };
 
-// Of a rigid guest's sample, or of deepest point k (sample -1 - k), at the given poses.
+// Of a rigid guest's point, numbered as in ContactPoint, at the given poses.
 Touch touch(const RigidProperties& host, const Pose& host_pose, const RigidProperties& guest,
-            const Pose& guest_pose, int sample);
+            const Pose& guest_pose, int sample, const LowestPlace& lowest = {});
 // The same of two of the bodies, and what adjoins them.
 Touch touch(const Bodies& bodies, int host, const Pose& host_pose, int guest, const Pose& guest_pose,
-            int sample);
+            int sample, const LowestPlace& lowest);
 // At the positions now.
 Touch touch(const Bodies& bodies, const ContactPoint& contact);
 // With rigid bodies at the `predicted` poses, particles after `dt` (s) at their velocities now.

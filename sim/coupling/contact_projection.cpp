@@ -77,6 +77,7 @@ void ContactProjection::build(const Bodies& bodies, const ContactMemory& memory,
     contact.host = remembered.host;
     contact.guest_rigid = remembered.guest_rigid;
     contact.guest_point = remembered.guest_point;
+    contact.lowest = remembered.lowest;
     update_geometry(bodies, contact);
     if (linked && linked->takes_part(contact)) contact.response = linked->response(contact, bodies);
     contact.impulse = duration / remembered.duration * remembered.impulse;

@@ -10,19 +10,21 @@ namespace duet {
 // A wheel touches where it is lowest. Its samples lie a bit higher there and would take a part of the load
 // when their motion is linearized: impulses at where they are now, not below the wheel's axis, and so a
 // moment against rolling. So samples count only away from the deepest points and in their tangent plane, or
-// nearly so: on a coin that lies flat, not on one that rolls.
+// nearly so: on a coin that lies flat, not on one that rolls. Lowest places on ridges are as good as deepest
+// points, but where they are one and the same.
 class DeepestTouches {
  public:
   // Whether `contact`, with the touch that is predicted for it, need not be looked at. The contacts of a pair
   // are to be asked about in their order: deepest points precede the samples of their body.
   bool carry_for(const ContactPoint& contact, const Touch& predicted) {
     if (!contact.is_rigid_pair()) return false;
-    if (!contact.is_sample()) {
+    if (contact.guest_point < 0) {
       if (count_ < deepest_.size()) deepest_[count_++] = {contact.host, predicted};
       return false;
     }
     for (std::size_t i = 0; i < count_; ++i)
-      if (deepest_[i].host == contact.host && carries(deepest_[i].touch, predicted, contact.guest_arm.norm()))
+      if (deepest_[i].host == contact.host &&
+          carries(deepest_[i].touch, contact.is_on_ridge(), predicted, contact.guest_arm.norm()))
         return true;
     return false;
   }
@@ -33,13 +35,14 @@ class DeepestTouches {
     Touch touch;
   };
 
-  static bool carries(const Touch& deepest, const Touch& sample, double size) {
+  static bool carries(const Touch& deepest, bool is_on_ridge, const Touch& sample, double size) {
     constexpr double flat = 0.02;       // slope from a deepest point to samples that count
     constexpr double near = 0.1;        // of the guest's size: samples this near the deepest point do not
     constexpr double same_side = 0.98;  // cosine of the angle between normals
     const double distance = (sample.position - deepest.position).norm();
-    return deepest.normal.dot(sample.normal) > same_side &&
-           (distance < near * size || sample.gap - deepest.gap > flat * distance);
+    if (deepest.normal.dot(sample.normal) <= same_side) return false;
+    if (is_on_ridge) return distance < near * size && deepest.gap <= sample.gap;
+    return distance < near * size || sample.gap - deepest.gap > flat * distance;
   }
 
   std::array<Deepest, 4> deepest_;  // two of each body

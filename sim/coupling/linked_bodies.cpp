@@ -242,6 +242,7 @@ const LinkedBodies* LinkedBodies::prepare(const Bodies& bodies, JointSolver& joi
     contact.host = remembered.host;
     contact.guest_rigid = remembered.guest_rigid;
     contact.guest_point = remembered.guest_point;
+    contact.lowest = remembered.lowest;
     update_geometry(bodies, contact);
     find_cramped(contact, response(contact, bodies), bodies);
   }

@@ -108,6 +108,9 @@ void remove_hidden_samples(Bodies& bodies) {
     }
     properties.samples.resize(kept);
     properties.inside.resize(kept);
+    std::vector<char> ridge_stays;
+    for (const Vec3& node : properties.ridges.nodes) ridge_stays.push_back(stays(pose.to_world(node)));
+    keep_nodes(ridge_stays, properties.ridges);
   }
 }
 
@@ -128,6 +131,16 @@ std::optional<HiddenFoot> hidden_foot(const Bodies& bodies, int host, const Vec3
       return HiddenFoot{foot, others_normal};
   }
   return {};
+}
+
+bool is_at_seam(const Bodies& bodies, int host, const Vec3& foot) {
+  if (bodies.adjoining.first.empty()) return false;
+  for (const int other : bodies.adjoining.of(host))
+    if (distance_to(bodies.rigid, other, foot) <=
+        tolerance * std::min(bodies.rigid.properties[as_index(host)].shape.smallest_size(),
+                             bodies.rigid.properties[as_index(other)].shape.smallest_size()))
+      return true;
+  return false;
 }
 
 WayOut way_out_of_seam(const Bodies& bodies, int host, const Vec3& x, const Vec3& inward, const WayOut& way,

@@ -12,8 +12,8 @@ namespace duet {
 // The static bodies that touch or overlap each static body; none for all others.
 ElementLists adjoining_bodies(const Bodies& bodies);
 
-// Takes away the samples of static bodies that no convex edge or corner is left at, such as those along the
-// planks of a floor: rigid bodies that slide over them would run into them.
+// Takes away the samples and ridges of static bodies that no convex edge or corner is left at, such as those
+// along the planks of a floor: rigid bodies that slide over them would run into them.
 void remove_hidden_samples(Bodies& bodies);
 
 // How a point would leave a host.
@@ -34,6 +34,9 @@ std::optional<HiddenFoot> hidden_foot(const Bodies& bodies, int host, const Vec3
 // direction `inward`.
 WayOut way_out_of_seam(const Bodies& bodies, int host, const Vec3& x, const Vec3& inward, const WayOut& way,
                        const HiddenFoot& hidden);
+
+// Whether another body adjoins the host at `foot` (m).
+bool is_at_seam(const Bodies& bodies, int host, const Vec3& foot);
 
 // contact_plane() of a host at `pose`, but for what is hidden.
 ContactPlane exposed_plane(const Bodies& bodies, int host, const Pose& pose, const Vec3& x,

@@ -169,8 +169,8 @@ void remember(const ContactSet& contacts, const ContactGraph& graph, double dura
     for (int i = pair.begin; i < pair.end; ++i) {
       const ContactPoint& contact = contacts.points[as_index(i)];
       if (!contact.impulse.isZero(0))
-        memory.push_back(
-            {contact.host, contact.guest_rigid, contact.guest_point, 0, contact.impulse, duration});
+        memory.push_back({contact.host, contact.guest_rigid, contact.guest_point, 0, contact.impulse,
+                          duration, contact.lowest});
     }
   }
   std::sort(memory.begin(), memory.end(),

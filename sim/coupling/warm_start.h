@@ -13,6 +13,7 @@ struct RememberedContact {
   int unused = 0;               // written with the rest, so that saved states have no undefined bytes
   Vec3 impulse = Vec3::Zero();  // N s, on the guest
   double duration = 0;          // s, over which it acted
+  LowestPlace lowest = {};      // as in ContactPoint
 };
 
 // The contacts that held a force at the end of the last step, sorted by their names. Part of the state.

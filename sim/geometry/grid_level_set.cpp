@@ -44,13 +44,13 @@ struct Cell {
 
 }  // namespace
 
-GridLevelSet::GridLevelSet(const TriangleMesh& mesh, int cells) : tree_(mesh) {
+GridLevelSet::GridLevelSet(const TriangleMesh& mesh, int cells) : exact_(mesh) {
   for (const Vec3& x : mesh.positions) {
     bounds_.extend(x);
     bounding_radius_ = std::max(bounding_radius_, x.norm());
   }
   const int margin = std::max(4, cells / 8);
-  grid_ = signed_distances(mesh, tree_, bounds_.sizes().maxCoeff() / cells, margin);
+  grid_ = signed_distances(mesh, exact_.tree(), bounds_.sizes().maxCoeff() / cells, margin);
   inverse_spacing_ = 1 / grid_.spacing;
   last_ = (grid_.count - Vec3i::Ones()).cast<double>();
   const float deepest = *std::min_element(grid_.values.begin(), grid_.values.end());
@@ -63,13 +63,13 @@ bool GridLevelSet::inside_grid(const Vec3& local) const {  // false for what is 
 
 double GridLevelSet::distance(const Vec3& x) const {
   const Vec3 local = (x - grid_.origin) * inverse_spacing_;
-  return inside_grid(local) ? Cell(grid_, local).value() : tree_.nearest(x).distance;
+  return inside_grid(local) ? Cell(grid_, local).value() : exact_.tree().nearest(x).distance;
 }
 
 Vec3 GridLevelSet::normal(const Vec3& x) const {
   const Vec3 local = (x - grid_.origin) * inverse_spacing_;
   const Vec3 direction =
-      inside_grid(local) ? Cell(grid_, local).gradient() : Vec3(x - tree_.nearest(x).point);
+      inside_grid(local) ? Cell(grid_, local).gradient() : Vec3(x - exact_.tree().nearest(x).point);
   const double length = direction.norm();
   return length > 0 ? Vec3(direction / length) : Vec3(Vec3::UnitY());
 }

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "sim/geometry/dense_grid.h"
+#include "sim/geometry/mesh_distance.h"
 
 namespace duet {
 
@@ -19,11 +20,12 @@ class GridLevelSet {
   const Vec3& lower() const { return bounds_.min(); }          // m, of the mesh
   const Vec3& upper() const { return bounds_.max(); }
   double thickness() const { return thickness_; }  // m, diameter of the largest ball inside, at least a cell
+  const MeshDistance& exact() const { return exact_; }
   const DenseGrid& grid() const { return grid_; }
 
  private:
   bool inside_grid(const Vec3& local) const;
-  TriangleTree tree_;
+  MeshDistance exact_;
   DenseGrid grid_;
   double inverse_spacing_ = 0;
   Vec3 last_ = Vec3::Zero();  // the last node along each axis

@@ -119,6 +119,12 @@ Vec3 LevelSet::normal(const Vec3& x) const {
   return Vec3::UnitY();
 }
 
+SignedDistance LevelSet::exact(const Vec3& x) const {
+  return kind == Kind::grid ? grid->exact().at(x) : SignedDistance{distance(x), normal(x)};
+}
+
+double LevelSet::tolerance() const { return kind == Kind::grid ? grid->grid().spacing : 0; }
+
 double LevelSet::bounding_radius() const {
   switch (kind) {
     case Kind::sphere:

@@ -11,6 +11,11 @@ namespace duet {
 
 class GridLevelSet;
 
+struct SignedDistance {
+  double distance = 0;          // m, negative inside
+  Vec3 normal = Vec3::UnitY();  // unit, its gradient
+};
+
 // Plain data; `kind` says which members count. All shapes but grids lie about the origin; capsules, cylinders
 // and tori have the axis y.
 struct LevelSet {
@@ -43,6 +48,9 @@ struct LevelSet {
   double distance(const Vec3& x) const;  // m
   // Gradient of distance, unit length; any of the nearest ones where it is not unique.
   Vec3 normal(const Vec3& x) const;
+  // Both, and those of meshes from their triangles: some ten times the time of a look at the grid.
+  SignedDistance exact(const Vec3& x) const;
+  double tolerance() const;        // m, of the distance: a cell of a grid, as at sharp edges; else zero
   double bounding_radius() const;  // m, about the origin; infinite for the half space
   Vec3 lower() const;              // m, bounds of the surface; not for the half space
   Vec3 upper() const;

@@ -11,8 +11,10 @@ Solid make_solid(const LevelSet& shape, std::optional<double> sample_spacing, do
   solid.level_set = shape;
   solid.volume = volume(shape);
   solid.unit_inertia = unit_inertia(shape);
-  solid.samples = surface_samples(shape, sample_spacing.value_or(default_sample_spacing(solid.volume)));
+  const double spacing = sample_spacing.value_or(default_sample_spacing(solid.volume));
+  solid.samples = surface_samples(shape, spacing);
   solid.inside = points_inside(solid.level_set, solid.samples);
+  solid.ridges = find_ridges(shape, spacing);
   solid.surface = shape_surface(shape, detail);
   return solid;
 }
@@ -25,8 +27,10 @@ Solid make_solid(const TriangleMesh& mesh, double scale, int cells, std::optiona
   solid.volume = mass.volume;
   solid.unit_inertia = mass.unit_inertia;
   solid.frame = mass.frame;
-  solid.samples = surface_samples(body, sample_spacing.value_or(default_sample_spacing(mass.volume)));
+  const double spacing = sample_spacing.value_or(default_sample_spacing(mass.volume));
+  solid.samples = surface_samples(body, spacing);
   solid.inside = points_inside(solid.level_set, solid.samples);
+  solid.ridges = find_ridges(body, solid.level_set, spacing);
   solid.surface = mesh_surface(body);
   return solid;
 }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "sim/geometry/level_set.h"
+#include "sim/geometry/ridges.h"
 #include "sim/geometry/surface.h"
 #include "sim/geometry/triangle_mesh.h"
 
@@ -18,7 +19,8 @@ struct Solid {
   Pose frame;                 // body space in the shape's own coordinates; other than identity for meshes
   std::vector<Vec3> samples;  // m, tested against other bodies' level sets
   std::vector<Vec3> inside;   // m, see points_inside
-  Surface surface;            // as it is drawn
+  Ridges ridges;
+  Surface surface;  // as it is drawn
 };
 
 // `sample_spacing` in m; without one, default_sample_spacing. `detail` of the drawn surface: see

@@ -6,6 +6,7 @@
 
 #include "sim/base/types.h"
 #include "sim/geometry/level_set.h"
+#include "sim/geometry/ridges.h"
 #include "sim/rigid/kinematic_motion.h"
 
 namespace duet {
@@ -28,6 +29,7 @@ struct RigidProperties {
   LevelSet shape;
   std::vector<Vec3> samples;          // m, body space, tested against other bodies' level sets
   std::vector<Vec3> inside;           // m, body space, a point of the body some way in from every sample
+  Ridges ridges;                      // the lines along which it can touch between its samples
   double mass = 0, inverse_mass = 0;  // kg, 1/kg
   Vec3 inertia = Vec3::Zero();        // kg m^2, principal moments
   double friction = 0, restitution = 0;

@@ -1,0 +1,36 @@
+// Where the ridges of a rigid body come nearest to another one: where edges cross, and where rings, rods and
+// rims touch beside their samples.
+#pragma once
+
+#include <vector>
+
+#include "sim/geometry/ridges.h"
+
+namespace duet {
+
+// A place on a ridge of a guest, and the plane at which it touches the host: for crossing edges the one that
+// both edges lie in.
+struct LowestPlace {
+  Vec3 place = Vec3::Zero();   // m, guest's body space
+  Vec3 normal = Vec3::Zero();  // unit, outward of the host, in its body space
+  Vec3 foot = Vec3::Zero();    // m, of the plane, in the host's body space
+  double radius = 0;           // m, of the ball about the place that touches
+};
+
+struct NearRidge {
+  LowestPlace lowest;
+  int node = -1;        // of the guest's ridges, next to the place
+  double distance = 0;  // m, from the ball about the place to the host
+};
+
+// Whether the ridges of a guest of shape `guest` can touch a `host` where neither its own samples and deepest
+// points nor those of the host would show it; `is_reversed` for one of the two ways round of a pair.
+bool ridges_count(const LevelSet& guest, const LevelSet& host, bool is_reversed);
+
+// Appends the local minima of the distance to `host` along the ridges that are less than `margin` (m). They
+// are minima by a margin: edges along flat faces, which samples hold up, have none. `pose` is that of the
+// ridges' body in the host's space, `near` a box of it out of which everything is farther than the margin.
+void find_lowest_places(const Ridges& ridges, const Pose& pose, const LevelSet& host,
+                        const Eigen::AlignedBox3d& near, double margin, std::vector<NearRidge>& found);
+
+}  // namespace duet

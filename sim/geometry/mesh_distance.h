@@ -1,0 +1,29 @@
+// Exact signed distance from a closed mesh.
+#pragma once
+
+#include "sim/geometry/level_set.h"
+#include "sim/geometry/triangle_tree.h"
+
+namespace duet {
+
+class MeshDistance {
+ public:
+  explicit MeshDistance(const TriangleMesh& mesh);  // triangles that face outward
+
+  // The side of the surface is that of the pseudonormal at the nearest point: of the face, the two faces at
+  // an edge, or those around a vertex weighted by their angles there (Baerentzen and Aanaes 2005).
+  SignedDistance at(const Vec3& x) const;
+  const TriangleTree& tree() const { return tree_; }
+
+ private:
+  struct Face {
+    Vec3 corner[3];   // m
+    Vec3 normal;      // unit; zero where the face has no area
+    Vec3 at_edge[3];  // pseudonormals, not of unit length; edge k is opposite corner k
+    Vec3 at_corner[3];
+  };
+  TriangleTree tree_;
+  std::vector<Face> faces_;
+};
+
+}  // namespace duet

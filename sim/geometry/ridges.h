@@ -1,0 +1,42 @@
+// Lines of a body along which it can touch another one between any two of its samples: sharp edges, and the
+// middle lines of what a ball sweeps out.
+#pragma once
+
+#include <vector>
+
+#include "sim/geometry/level_set.h"
+#include "sim/geometry/triangle_mesh.h"
+
+namespace duet {
+
+// All in body space.
+struct Ridges {
+  struct Line {  // consecutive nodes
+    int begin = 0, end = 0;
+    bool is_closed = false;  // from the last node back to the first one
+    double radius = 0;       // m, of the ball that sweeps along; zero on edges
+    double around = 0;       // m, radius of a circle about the axis y; zero where the line is straight
+                             // from node to node
+    double longest = 0;      // m, way from a node to the next
+  };
+  std::vector<Line> lines;
+  std::vector<Vec3> nodes;   // m
+  std::vector<Vec3> inward;  // unit, into the body from an edge, on its bisector; zero on middle lines
+
+  bool operator==(const Ridges&) const = default;
+};
+
+// Of nodes no farther apart than `spacing` (m): the edges of boxes, the rims and the axis of a cylinder, the
+// axis of a capsule, the middle line of a torus.
+Ridges find_ridges(const LevelSet& shape, double spacing);
+// The edges of a closed mesh at which its faces turn by 30 degrees or more outwards; `shape` is its level
+// set.
+Ridges find_ridges(const TriangleMesh& mesh, const LevelSet& shape, double spacing);
+
+// Leaves of every line what lies between nodes for which `stays` holds.
+void keep_nodes(const std::vector<char>& stays, Ridges& ridges);
+
+// The place between two nodes of `line`, t = 0 at the first one and 1 at the second.
+Vec3 place_between(const Ridges::Line& line, const Vec3& first, const Vec3& second, double t);
+
+}  // namespace duet
