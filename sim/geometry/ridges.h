@@ -21,9 +21,7 @@ struct Ridges {
   };
   std::vector<Line> lines;
   std::vector<Vec3> nodes;   // m
-  std::vector<Vec3> inward;  // unit, into the body from an edge, on its bisector; zero on middle lines
-
-  bool operator==(const Ridges&) const = default;
+  std::vector<Vec3> inward;  // unit, into the body from an edge, near its bisector; zero on middle lines
 };
 
 // Of nodes no farther apart than `spacing` (m): the edges of boxes, the rims and the axis of a cylinder, the

@@ -1,7 +1,9 @@
 // Static boxes side by side, with coordinates that are exact.
 #include "sim/coupling/seams.h"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "tests/support/scenes.h"
 #include <gtest/gtest.h>
@@ -65,6 +67,39 @@ TEST_F(Planks, KeepTheSamplesOfEdgesThatAreLeft) {
   EXPECT_FALSE(has_sample(2, Vec3(1, 0, 0)));  // the corner that it makes with the floor
   for (const RigidProperties& properties : bodies().rigid.properties)
     EXPECT_EQ(properties.samples.size(), properties.inside.size());
+}
+
+// So are the ridges; the corners that lines end in stay.
+TEST_F(Planks, KeepTheRidgesThatAreLeft) {
+  const auto ridge = [&](std::size_t body, const Vec3& x) {  // m, from the nearest line
+    const RigidProperties& properties = bodies().rigid.properties[body];
+    const Vec3 in_body = bodies().rigid.state[body].pose.to_body(x);
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const Ridges::Line& line : properties.ridges.lines)
+      for (auto i = static_cast<std::size_t>(line.begin); i + 1 < static_cast<std::size_t>(line.end); ++i) {
+        const Vec3 from = properties.ridges.nodes[i], along = properties.ridges.nodes[i + 1] - from;
+        const double t = std::clamp((in_body - from).dot(along) / along.squaredNorm(), 0.0, 1.0);
+        nearest = std::min(nearest, (from + t * along - in_body).norm());
+      }
+    return nearest;
+  };
+  EXPECT_GT(ridge(0, Vec3(0, 0, 0.1)), 0.5);
+  EXPECT_GT(ridge(1, Vec3(0, 0, 0.1)), 0.5);
+  EXPECT_LT(ridge(0, Vec3(-0.03, 0, 2)), 1e-12);
+  EXPECT_LT(ridge(0, Vec3(-4, 0, 0.1)), 1e-12);
+  EXPECT_LT(ridge(2, Vec3(1, 1, 0.1)), 1e-12);
+  EXPECT_GT(ridge(2, Vec3(1, 0, 0.1)), 0.5);
+  EXPECT_EQ(bodies().rigid.properties[3].ridges.lines.size(), 12U);
+  for (const RigidProperties& properties : bodies().rigid.properties)
+    EXPECT_EQ(properties.ridges.nodes.size(), properties.ridges.inward.size());
+}
+
+TEST_F(Planks, KnowTheirSeams) {
+  EXPECT_TRUE(is_at_seam(bodies(), 0, Vec3(0, 0, 0.3)));
+  EXPECT_TRUE(is_at_seam(bodies(), 1, Vec3(0, 0, 0.3)));
+  EXPECT_TRUE(is_at_seam(bodies(), 1, Vec3(1.5, 0, 0.3)));  // under the step
+  EXPECT_FALSE(is_at_seam(bodies(), 0, Vec3(-0.1, 0, 0.3)));
+  EXPECT_FALSE(is_at_seam(bodies(), 3, Vec3(0, 3.5, 0)));
 }
 
 TEST_F(Planks, HideTheirSidesFromEachOther) {

@@ -1,0 +1,280 @@
+#include "sim/coupling/lowest_places.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <optional>
+
+#include "tests/support/meshes.h"
+#include <gtest/gtest.h>
+
+#include "sim/coupling/contact_point.h"
+#include "sim/geometry/grid_level_set.h"
+
+namespace duet {
+namespace {
+
+using test::random_rotation;
+using test::random_vector;
+
+const Eigen::AlignedBox3d everywhere(Vec3::Constant(-100), Vec3::Constant(100));
+
+std::vector<NearRidge> lowest_places(const Ridges& ridges, const Pose& pose, const LevelSet& host,
+                                     double margin, const Eigen::AlignedBox3d& near = everywhere) {
+  std::vector<NearRidge> found;
+  find_lowest_places(ridges, pose, host, near, margin, found);
+  return found;
+}
+
+double gap_of(const NearRidge& near, const Pose& pose) {
+  return near.lowest.normal.dot(pose.to_world(near.lowest.place) - near.lowest.foot) - near.lowest.radius;
+}
+
+Quat turned(double angle, const Vec3& axis) { return Quat(Eigen::AngleAxisd(angle, axis)); }
+
+// A cube whose edge through y = z = -1/2 runs along the unit vector `along`, with the cube on the side of the
+// unit normal `normal` of it, in the middle between its two faces; the edge's point x = `beyond` is at
+// `place`.
+Pose cube_on_edge(const Vec3& along, const Vec3& normal, const Vec3& place, double beyond) {
+  Mat3 from, to;
+  from << Vec3::UnitX(), Vec3(0, 1, 1).normalized(), Vec3(0, -1, 1).normalized();
+  to << along, normal, along.cross(normal);
+  const Quat orientation(Mat3(to * from.transpose()));
+  return {place - orientation * Vec3(beyond, -0.5, -0.5), orientation};
+}
+
+const LevelSet cube = LevelSet::box(Vec3(1, 1, 1));
+
+// The edge of one cube crosses the upright edge at x = y = 1/2 of the other at any angles: both lie in the
+// planes of contact, so the normal is that to both edges, and the gap is along it, before they touch and
+// after. The places and the planes' feet are not at nodes. Rounding only, over the hundredth of the way
+// between nodes on which normals are told apart.
+TEST(LowestPlaces, OfCrossingEdgesLieInThePlaneOfBoth) {
+  const Ridges ridges = find_ridges(cube, 0.125);
+  std::mt19937 random(1);
+  int told = 0;
+  for (int i = 0; i < 2000; ++i) {
+    const Vec3 along = random_vector(random).normalized();
+    Vec3 normal = along.cross(Vec3::UnitZ());
+    if (normal.norm() < 0.3) continue;
+    normal.normalize();
+    if (normal.x() < 0) normal = -normal;
+    if (normal.y() < 0.1 * normal.x() || normal.x() < 0.1 * normal.y()) continue;  // to a face, or nearly
+    const double height = 0.3 * random_vector(random).x(), beyond = 0.2 * random_vector(random).x();
+    for (const double gap : {1e-3, -1e-3}) {
+      const Pose pose = cube_on_edge(along, normal, Vec3(0.5, 0.5, height) + gap * normal, beyond);
+      const auto found = lowest_places(ridges, pose, cube, 0.01);
+      ASSERT_EQ(found.size(), 1U);
+      const LowestPlace& lowest = found[0].lowest;
+      EXPECT_LT((lowest.normal - normal).norm(), 1e-10);
+      EXPECT_NEAR(gap_of(found[0], pose), gap, 1e-11);
+      EXPECT_LT((lowest.place - Vec3(beyond, -0.5, -0.5)).norm(), 0.01);
+      EXPECT_EQ(found[0].distance < 0, gap < 0);
+      // Along either edge, or both, the plane stays right; a gap opens along the normal.
+      RigidProperties host, guest;
+      host.shape = guest.shape = cube;
+      guest.ridges = ridges;
+      const Pose moved{pose.position + 0.1 * along - 0.2 * Vec3::UnitZ() + 0.5 * normal, pose.orientation};
+      const Touch touches = touch(host, Pose(), guest, moved, found[0].node, lowest);
+      EXPECT_NEAR(touches.gap, gap + 0.5, 1e-10);
+      EXPECT_EQ(touches.normal, lowest.normal);
+      ++told;
+    }
+  }
+  EXPECT_GT(told, 500);
+}
+
+// Two rings, one upright through the other's tube: their middle lines, circles of radius 1, come nearest in
+// the upper one's lowest point, over a place of the lower one's circle.
+TEST(LowestPlaces, OfRingsAreThoseOfTheirMiddleLines) {
+  const LevelSet ring = LevelSet::torus(1, 0.2);
+  const Ridges ridges = find_ridges(ring, 0.11);
+  const double step =
+      6.283185307179586 / 200;  // a fraction of that between nodes: the place is between any two
+  for (int i = 0; i < 200; ++i)
+    for (const double gap : {2e-3, -2e-3}) {
+      const double turn = i * step;
+      // Its axis lies level, across the lower circle.
+      const Vec3 place(std::sin(0.7), 0, std::cos(0.7));
+      const Quat upright = turned(0.7 + 1.5707963267948966, Vec3::UnitY()) *
+                           turned(1.5707963267948966, Vec3::UnitX()) * turned(turn, Vec3::UnitY());
+      const Pose pose{place + Vec3(0, 1.4 + gap, 0), upright};
+      const auto found = lowest_places(ridges, pose, ring, 0.01);
+      ASSERT_EQ(found.size(), 1U);
+      EXPECT_NEAR(found[0].distance, gap, 1e-6);  // a hundredth of 0.11 m off the lowest point of a circle
+      EXPECT_NEAR(gap_of(found[0], pose), gap, 1e-5);
+      EXPECT_LT((found[0].lowest.normal - Vec3::UnitY()).norm(), 2e-3);
+    }
+}
+
+// What lies flat is held up by samples, and tilted by a tenth of a degree it still is. Tilted by three
+// degrees and lifted, so that its edges cross those of the plate, it touches these: their planes.
+TEST(LowestPlaces, OfEdgesAlongAFaceAreNone) {
+  const LevelSet plate = LevelSet::box(Vec3(0.7, 0.2, 3));
+  const Ridges ridges = find_ridges(cube, 0.125);
+  for (const double height : {-1e-4, 0.0, 1e-4})
+    for (const double tilt : {0.0, 0.002}) {
+      const Pose pose{Vec3(0.03, 0.6 + height, 0.1),
+                      turned(tilt, Vec3::UnitZ()) * turned(0.3, Vec3::UnitY())};
+      EXPECT_TRUE(lowest_places(ridges, pose, plate, 0.01).empty()) << height << ' ' << tilt;
+    }
+  const Pose pose{Vec3(0.03, 0.6, 0.1), turned(0.05, Vec3::UnitZ()) * turned(0.3, Vec3::UnitY())};
+  const auto found = lowest_places(ridges, pose, plate, 0.05);
+  EXPECT_GE(found.size(), 2U);
+  for (const NearRidge& near : found) {
+    const double gap = gap_of(near, pose);
+    EXPECT_LT(std::abs(near.lowest.normal.z()), 1e-9);  // the plate's edge lies in the plane
+    EXPECT_NEAR(std::asin(std::abs(near.lowest.normal.x())), 0.05, 0.03);
+    EXPECT_LT(std::abs(gap), 0.05);
+  }
+}
+
+// A rod through a plate: the nearest way out of its edges is along the plate's faces, on either side.
+TEST(LowestPlaces, OfWhatHasGoneThroughAreNone) {
+  const LevelSet plate = LevelSet::box(Vec3(2, 0.1, 2));
+  const Ridges rod = find_ridges(LevelSet::box(Vec3(0.2, 3, 0.2)), 0.1);
+  EXPECT_TRUE(lowest_places(rod, {Vec3(0.1, 0.2, 0), turned(0.1, Vec3::UnitX())}, plate, 0.01).empty());
+  const Ridges capsule = find_ridges(LevelSet::capsule(0.05, 3), 0.1);
+  std::mt19937 random(5);
+  for (int i = 0; i < 1000; ++i) {
+    const Quat slanted = turned(0.7 * random_vector(random).x(), Vec3::UnitX()) *
+                         turned(0.7 * random_vector(random).x(), Vec3::UnitZ());
+    const Pose pose{Vec3(0.5, 0.5, 0.5).cwiseProduct(random_vector(random)), slanted};
+    EXPECT_TRUE(lowest_places(capsule, pose, plate, 0.01).empty()) << i;
+  }
+}
+
+// Nodes are skipped by how far off the last one was. With a margin that lets none be skipped the same places
+// come out.
+TEST(LowestPlaces, AreTheSameWithNothingSkipped) {
+  std::mt19937 random(3);
+  const LevelSet shapes[] = {LevelSet::box(Vec3(1, 0.6, 0.4)), LevelSet::cylinder(0.4, 0.9),
+                             LevelSet::torus(0.6, 0.2), LevelSet::capsule(0.2, 0.8)};
+  int told = 0;
+  for (int i = 0; i < 3000; ++i) {
+    const LevelSet &guest = shapes[i % 4], &host = shapes[i / 4 % 4];
+    const Ridges ridges = find_ridges(guest, 0.1);
+    const Pose pose{0.8 * random_vector(random), random_rotation(random)};
+    const double margin = 0.02;
+    const Eigen::AlignedBox3d near(host.lower() - Vec3::Constant(margin),
+                                   host.upper() + Vec3::Constant(margin));
+    const auto found = lowest_places(ridges, pose, host, margin, near);
+    auto all = lowest_places(ridges, pose, host, 10);
+    all.erase(
+        std::remove_if(all.begin(), all.end(), [&](const NearRidge& a) { return a.distance >= margin; }),
+        all.end());
+    ASSERT_EQ(found.size(), all.size());
+    for (std::size_t k = 0; k < found.size(); ++k) {
+      EXPECT_EQ(found[k].node, all[k].node);
+      EXPECT_EQ(found[k].lowest.place, all[k].lowest.place);
+      ++told;
+    }
+  }
+  EXPECT_GT(told, 300);
+}
+
+// Of a dense look along the lines of one body or both: m, the nearest or deepest of all places, and that of
+// nodes and the places found.
+struct DenseLook {
+  double least = std::numeric_limits<double>::infinity(), known = least;
+};
+
+void look_densely(const Ridges& ridges, const Pose& pose, const LevelSet& host, bool is_reversed,
+                  const LevelSet& guest, DenseLook& look) {
+  if (ridges_count(guest, host, is_reversed))
+    for (const NearRidge& near : lowest_places(ridges, pose, host, 0.02))
+      look.known = std::min(look.known, near.distance);
+  for (const Ridges::Line& line : ridges.lines) {
+    const int count = line.end - line.begin;
+    const auto node = [&](int i) { return ridges.nodes[static_cast<std::size_t>(line.begin + i % count)]; };
+    for (int i = 0; i < (line.is_closed ? count : count - 1); ++i)
+      for (int k = 0; k <= 20; ++k) {
+        const Vec3 x = place_between(line, node(i), node(i + 1), k / 20.0);
+        const double distance = host.distance(pose.to_world(x)) - line.radius;
+        look.least = std::min(look.least, distance);
+        if (k % 20 == 0) look.known = std::min(look.known, distance);
+      }
+  }
+}
+
+// Bodies that come into each other by up to 1 cm from somewhere: nothing on the lines of either is deeper
+// than nodes and places found by more than the fall that counts as flat, a two-hundredth of the way of up to
+// 0.1 m between nodes.
+TEST(LowestPlaces, MissNothingOfAFirstTouch) {
+  std::mt19937 random(4);
+  const LevelSet shapes[] = {LevelSet::box(Vec3(1, 0.6, 0.4)), LevelSet::cylinder(0.4, 0.9),
+                             LevelSet::torus(0.6, 0.2), LevelSet::capsule(0.2, 0.8)};
+  int told = 0;
+  for (int i = 0; i < 640; ++i) {
+    const LevelSet &guest = shapes[i % 4], &host = shapes[i / 4 % 4];
+    const Ridges ridges = find_ridges(guest, 0.1), others = find_ridges(host, 0.1);
+    const Vec3 from = random_vector(random).normalized(), beside = 0.3 * random_vector(random);
+    const Quat orientation = random_rotation(random);
+    DenseLook look;
+    for (double way = 3; way > 0 && !(look.least <= 0); way -= std::max(look.least, 0.01)) {
+      const Pose pose{beside + way * from, orientation};
+      const Pose inverse{-(orientation.conjugate() * pose.position), orientation.conjugate()};
+      look = {};
+      look_densely(ridges, pose, host, false, guest, look);
+      look_densely(others, inverse, guest, true, host, look);
+    }
+    if (look.least > 0) continue;  // past it, or through a ring
+    ++told;
+    EXPECT_GT(look.least, -0.01);
+    EXPECT_LT(look.known - look.least, 0.005 * 0.1) << i;
+  }
+  EXPECT_GT(told, 300);
+}
+
+// The grid of a mesh rounds its edges off by a third of a cell, here 2 cm; the places know the mesh.
+TEST(LowestPlaces, OnAMeshAreThoseOfItsExactSurface) {
+  const LevelSet mesh = LevelSet::mesh(
+      std::make_shared<GridLevelSet>(test::box_mesh(Vec3::Constant(-0.5), Vec3::Constant(0.5)), 16));
+  ASSERT_GT(mesh.tolerance(), 0.06);
+  const Ridges ridges = find_ridges(cube, 0.125);
+  std::mt19937 random(6);
+  for (int i = 0; i < 200; ++i) {
+    const Vec3 normal = Vec3(1, 1 + 0.5 * random_vector(random).x(), 0).normalized(),
+               along = (normal.cross(Vec3::UnitZ()) + 0.7 * random_vector(random).x() * Vec3::UnitZ())
+                           .normalized();
+    const double height = 0.3 * random_vector(random).x(), beyond = 0.2 * random_vector(random).x();
+    for (const double gap : {9e-3, 1e-3, -1e-3}) {
+      const Pose pose = cube_on_edge(along, normal, Vec3(0.5, 0.5, height) + gap * normal, beyond);
+      const auto found = lowest_places(ridges, pose, mesh, 0.01);
+      ASSERT_EQ(found.size(), 1U);
+      EXPECT_LT((found[0].lowest.normal - normal).norm(), 1e-10);
+      EXPECT_NEAR(gap_of(found[0], pose), gap, 1e-11);
+      EXPECT_NEAR(found[0].lowest.place.x(), beyond, 0.01 * 0.125);
+    }
+  }
+}
+
+// A thin plate leans on the upright edge of a box, across it. Its rims on that side touch; those on the other
+// side are as near but for 1 cm.
+TEST(LowestPlaces, OfRimsThatFaceAwayAreNone) {
+  const LevelSet post = LevelSet::box(Vec3(1, 1, 3));
+  const Ridges plate = find_ridges(LevelSet::box(Vec3(1, 1, 0.01)), 0.125);
+  const Quat leaning = turned(0.7853981633974483, Vec3::UnitZ()) * turned(1.5707963267948966, Vec3::UnitY());
+  const Pose pose{Vec3(0.5, 0.5, 0) + leaning * Vec3(0, 0, 0.006), leaning};
+  const auto found = lowest_places(plate, pose, post, 0.05);
+  EXPECT_EQ(found.size(), 2U);
+  for (const NearRidge& near : found) {
+    EXPECT_NEAR(near.distance, 0.001, 1e-3);
+    EXPECT_LT(near.lowest.place.z(), 0);
+  }
+}
+
+TEST(LowestPlaces, AreLookedForOneWayRoundBetweenRoundBodies) {
+  const LevelSet ring = LevelSet::torus(1, 0.2), ball = LevelSet::sphere(1);
+  EXPECT_TRUE(ridges_count(ring, ring, false));
+  EXPECT_FALSE(ridges_count(ring, ring, true));
+  EXPECT_TRUE(ridges_count(ring, cube, true));   // its middle line over the cube's edges
+  EXPECT_FALSE(ridges_count(cube, ring, true));  // which are no nearer by themselves
+  EXPECT_TRUE(ridges_count(cube, cube, true));
+  EXPECT_FALSE(ridges_count(ring, ball, false));  // a ball's deepest point knows
+  EXPECT_FALSE(ridges_count(cube, LevelSet::half_space(), false));
+}
+
+}  // namespace
+}  // namespace duet

@@ -1,0 +1,144 @@
+#include "sim/geometry/ridges.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <numbers>
+
+#include "tests/support/meshes.h"
+#include <gtest/gtest.h>
+
+#include "sim/geometry/grid_level_set.h"
+
+namespace duet {
+namespace {
+
+constexpr double pi = std::numbers::pi;
+
+const Vec3& node(const Ridges& ridges, int i) { return ridges.nodes[static_cast<std::size_t>(i)]; }
+
+// Along the chords between nodes; m.
+double length_of(const Ridges& ridges) {
+  double length = 0;
+  for (const Ridges::Line& line : ridges.lines) {
+    for (int i = line.begin; i + 1 < line.end; ++i) length += (node(ridges, i + 1) - node(ridges, i)).norm();
+    if (line.is_closed) length += (node(ridges, line.begin) - node(ridges, line.end - 1)).norm();
+  }
+  return length;
+}
+
+// No two neighbours are farther apart than `longest` says, and that is no more than `spacing`.
+void expect_spacing(const Ridges& ridges, double spacing) {
+  for (const Ridges::Line& line : ridges.lines) {
+    EXPECT_LE(line.longest, spacing * (1 + 1e-12));
+    for (int i = line.begin; i + 1 < line.end; ++i)
+      EXPECT_LE((node(ridges, i + 1) - node(ridges, i)).norm(), line.longest * (1 + 1e-12));
+  }
+}
+
+Ridges ridges_of(const TriangleMesh& mesh, double spacing) {
+  return find_ridges(mesh, LevelSet::mesh(std::make_shared<GridLevelSet>(mesh, 32)), spacing);
+}
+
+// About the axis y, from its foot at y = 0 to `height`; faces outward.
+TriangleMesh prism(int corners, double radius, double height) {
+  TriangleMesh mesh;
+  std::vector<int> bottom, top;
+  for (int i = 0; i < corners; ++i) {
+    const double a = 2 * pi * i / corners;
+    for (const double y : {0.0, height})
+      mesh.positions.emplace_back(radius * std::sin(a), y, radius * std::cos(a));
+    bottom.insert(bottom.begin(), 2 * i);
+    top.push_back(2 * i + 1);
+  }
+  test::add_face(mesh, bottom);
+  test::add_face(mesh, top);
+  for (int i = 0; i < corners; ++i) {
+    const int j = (i + 1) % corners;
+    test::add_face(mesh, {2 * i, 2 * j, 2 * j + 1, 2 * i + 1});
+  }
+  return mesh;
+}
+
+TEST(Ridges, OfABoxAreItsEdges) {
+  const Ridges ridges = find_ridges(LevelSet::box(Vec3(2, 1, 0.5)), 0.3);
+  EXPECT_EQ(ridges.lines.size(), 12U);
+  EXPECT_NEAR(length_of(ridges), 4 * (2 + 1 + 0.5), 1e-14);
+  expect_spacing(ridges, 0.3);
+  for (std::size_t i = 0; i < ridges.nodes.size(); ++i) {
+    const Vec3 share = ridges.nodes[i].cwiseQuotient(Vec3(1, 0.5, 0.25)).cwiseAbs();
+    EXPECT_GE((share.array() > 1 - 1e-12).count(), 2) << "on no edge";
+    EXPECT_LT(ridges.inward[i].dot(ridges.nodes[i]), 0);
+    EXPECT_NEAR(ridges.inward[i].norm(), 1, 1e-14);
+  }
+}
+
+TEST(Ridges, OfRoundBodiesAreMiddleLinesAndRims) {
+  const Ridges torus = find_ridges(LevelSet::torus(2, 0.5), 0.25);
+  ASSERT_EQ(torus.lines.size(), 1U);
+  EXPECT_TRUE(torus.lines[0].is_closed);
+  EXPECT_EQ(torus.lines[0].radius, 0.5);
+  EXPECT_EQ(torus.nodes.size(), 51U);  // 2 pi 2 / 0.25 = 50.3
+  EXPECT_NEAR(torus.lines[0].longest, 4 * pi / 51, 1e-14);
+  // Half way between two nodes, on the circle and not on its chord.
+  const Vec3 middle = place_between(torus.lines[0], torus.nodes[0], torus.nodes[1], 0.5);
+  EXPECT_LT((middle - 2 * Vec3(std::sin(pi / 51), 0, std::cos(pi / 51))).norm(), 1e-14);
+
+  const Ridges cylinder = find_ridges(LevelSet::cylinder(1, 3), 0.4);
+  ASSERT_EQ(cylinder.lines.size(), 3U);
+  EXPECT_EQ(cylinder.lines[0].radius, 0);
+  EXPECT_EQ(cylinder.lines[2].radius, 1);
+  EXPECT_FALSE(cylinder.lines[2].is_closed);
+  const Vec3 on_rim = cylinder.nodes[0];
+  EXPECT_EQ(std::abs(on_rim.y()), 1.5);
+  // Near the bisector of the side and the end: points_inside() takes the mean of a few normals.
+  EXPECT_LT((cylinder.inward[0] - Vec3(-on_rim.x(), -on_rim.y() / 1.5, -on_rim.z()).normalized()).norm(),
+            0.1);
+
+  EXPECT_EQ(find_ridges(LevelSet::capsule(0.5, 1), 0.25).nodes.size(), 5U);
+  EXPECT_TRUE(find_ridges(LevelSet::sphere(1), 0.25).lines.empty());
+  EXPECT_TRUE(find_ridges(LevelSet::half_space(), 0.25).lines.empty());
+}
+
+TEST(Ridges, OfMeshesAreTheirSharpConvexEdges) {
+  const Ridges box = ridges_of(test::box_mesh(Vec3(-1, -1, -1), Vec3(1, 1, 1)), 0.3);
+  EXPECT_EQ(box.lines.size(), 12U);  // corners end them; the diagonals of faces are none
+  EXPECT_NEAR(length_of(box), 24, 1e-13);
+  expect_spacing(box, 0.3);
+  // 18 edges of an L, but for the concave one of length 1.
+  EXPECT_NEAR(length_of(ridges_of(test::l_mesh(), 0.3)), 2 * 8 + 6 - 1, 1e-13);
+  // A prism of 64 sides turns by 5.6 degrees from side to side: two rims. One of six turns by 60.
+  const Ridges round = ridges_of(prism(64, 1, 0.5), 10);
+  ASSERT_EQ(round.lines.size(), 2U);
+  EXPECT_TRUE(round.lines[0].is_closed && round.lines[1].is_closed);
+  EXPECT_NEAR(length_of(round), 2 * 64 * 2 * std::sin(pi / 64), 1e-13);
+  EXPECT_NEAR(length_of(ridges_of(prism(6, 1, 0.5), 10)), 12 * 1 + 6 * 0.5, 1e-13);
+  EXPECT_TRUE(ridges_of(test::torus_mesh(1, 0.4, 48, 24), 10).lines.empty());
+}
+
+TEST(Ridges, KeepWhatLiesBetweenNodesThatStay) {
+  Ridges torus = find_ridges(LevelSet::torus(2, 0.5), 0.25);
+  const Ridges whole = torus;
+  std::vector<char> stays(51, 1);
+  keep_nodes(stays, torus);
+  EXPECT_EQ(torus.nodes, whole.nodes);
+  EXPECT_TRUE(torus.lines[0].is_closed);
+  stays[10] = stays[12] = stays[20] = 0;  // 11 is left alone; the line goes on past the last node
+  keep_nodes(stays, torus);
+  ASSERT_EQ(torus.lines.size(), 2U);
+  std::vector<Vec3> expected(whole.nodes.begin() + 13, whole.nodes.begin() + 20);
+  const auto first = torus.nodes.begin();
+  EXPECT_EQ(std::vector<Vec3>(first + torus.lines[0].begin, first + torus.lines[0].end), expected);
+  expected.assign(whole.nodes.begin() + 21, whole.nodes.end());
+  expected.insert(expected.end(), whole.nodes.begin(), whole.nodes.begin() + 10);
+  EXPECT_EQ(std::vector<Vec3>(first + torus.lines[1].begin, first + torus.lines[1].end), expected);
+  for (const Ridges::Line& line : torus.lines) {
+    EXPECT_FALSE(line.is_closed);
+    EXPECT_EQ(line.radius, 0.5);
+    EXPECT_EQ(line.around, 2);
+  }
+  EXPECT_EQ(torus.inward.size(), torus.nodes.size());
+}
+
+}  // namespace
+}  // namespace duet
