@@ -2,41 +2,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tests/support/film.h"
 #include "tests/support/margin.h"
-#include "tests/support/scenes.h"
 
 #include "sim/rigid/rotation.h"
-#include "sim/scene/reader.h"
-#include "sim/step/world.h"
 
 namespace duet {
 namespace {
 
-struct Film {
-  scene::Scene scene;
-  Simulation simulation;
-  double gap = 0, penetration = 0;
-  double least_det = 1;
-
-  explicit Film(const std::string& name, const std::vector<std::string>& overrides = {})
-      : scene(scene::read(std::string(DUET_SOURCE_DIR) + "/scenes/" + name + ".toml", overrides).scene),
-        simulation(scene, test::plan(scene)) {}
-
-  const Bodies& bodies() { return simulation.world().bodies; }
-  const RigidState& body(const std::string& name) {
-    const std::vector<std::string>& names = bodies().rigid.name;
-    return bodies()
-        .rigid.state[static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin())];
-  }
-  void advance(int frames) {
-    for (int i = 0; i < frames; ++i) {
-      simulation.advance_frame();
-      gap = std::max(gap, JointSolver::drift(bodies().articulation, bodies().rigid).gap);
-      penetration = std::max(penetration, simulation.stats().max_penetration);
-      least_det = std::min(least_det, simulation.stats().min_det_F);
-    }
-  }
-};
+using test::Film;
 
 double turn_about_x(const RigidState& state) {  // rad
   return 2 * std::atan2(state.pose.orientation.x(), state.pose.orientation.w());

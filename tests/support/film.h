@@ -1,0 +1,54 @@
+// A scene of scenes/ that a test watches frame by frame.
+#pragma once
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "tests/support/scenes.h"
+
+#include "sim/scene/reader.h"
+#include "sim/step/world.h"
+
+namespace duet::test {
+
+struct Film {
+  scene::Scene scene;
+  Simulation simulation;
+  double gap = 0, penetration = 0;  // m, the worst of all frames
+  double least_det = 1;             // of the deformation gradients
+  std::vector<BodySurface> surfaces;
+
+  explicit Film(const std::string& name, const std::vector<std::string>& overrides = {})
+      : scene(scene::read(std::string(DUET_SOURCE_DIR) + "/scenes/" + name + ".toml", overrides).scene),
+        simulation(scene, plan(scene)) {}
+
+  const Bodies& bodies() { return simulation.world().bodies; }
+  const RigidState& body(const std::string& name) {
+    const std::vector<std::string>& names = bodies().rigid.name;
+    return bodies()
+        .rigid.state[static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin())];
+  }
+  // m, mean of the vertices of all bodies whose names begin so, in their order.
+  std::vector<Vec3> centres(const std::string& beginning) {
+    simulation.surfaces(surfaces);
+    std::vector<Vec3> found;
+    for (const BodySurface& body : surfaces) {
+      if (!body.name.starts_with(beginning)) continue;
+      Vec3f sum = Vec3f::Zero();
+      for (const Vec3f& x : body.surface.positions) sum += x;
+      found.push_back((sum / static_cast<float>(body.surface.positions.size())).cast<double>());
+    }
+    return found;
+  }
+  void advance(int frames) {
+    for (int i = 0; i < frames; ++i) {
+      simulation.advance_frame();
+      gap = std::max(gap, JointSolver::drift(bodies().articulation, bodies().rigid).gap);
+      penetration = std::max(penetration, simulation.stats().max_penetration);
+      least_det = std::min(least_det, simulation.stats().min_det_F);
+    }
+  }
+};
+
+}  // namespace duet::test
