@@ -6,12 +6,12 @@
 #include <Eigen/OrderingMethods>
 #include <Eigen/SparseCore>
 
+#include "sim/base/index.h"
+
 namespace duet {
 namespace {
 
 constexpr double dependence = 1e-10;  // pivot over diagonal of a row that depends on others
-
-std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
 
 // The inverse of a symmetric positive semi-definite block on the rows that do not depend on those before, and
 // zero on the rest. `scale` holds the entries of the diagonal before anything was eliminated.

@@ -7,6 +7,8 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include "sim/base/index.h"
+
 namespace duet {
 
 using Vec2 = Eigen::Vector2d;

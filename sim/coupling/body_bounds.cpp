@@ -12,8 +12,6 @@ namespace {
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr std::size_t bodies_at_once = 64;
 
-std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
-
 bool is_round_about_y(LevelSet::Kind kind) {
   return kind == LevelSet::Kind::capsule || kind == LevelSet::Kind::cylinder || kind == LevelSet::Kind::torus;
 }

@@ -16,8 +16,6 @@ constexpr std::size_t bodies_at_once = 64, queries_at_once = 32, pairs_at_once =
 constexpr double room_share = 0.1, steps_of_room = 4;
 constexpr double too_roomy = 4;  // times the room it should have: what has come to rest gets a smaller box
 
-std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
-
 char kind_of(const BodyBounds& body) {
   return static_cast<char>((body.is_half_space ? 1 : 0) | (body.is_dynamic ? 2 : 0) |
                            (body.is_deformable ? 4 : 0));

@@ -9,8 +9,6 @@
 namespace duet {
 namespace {
 
-std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
-
 constexpr double inside_tolerance = 1e-6;    // m; particles this near count as inside
 constexpr double approach_tolerance = 1e-9;  // m/s; slower approaches are rounding
 

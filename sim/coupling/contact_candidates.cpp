@@ -15,8 +15,6 @@ namespace {
 
 constexpr std::size_t pairs_at_once = 16, points_at_once = 32;
 
-std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
-
 // How far off a point may be and still be reached, for a bound on its relative speed (m/s): its motion over
 // the step with a margin for what other contacts add to it.
 double reach(double relative_speed, double dt) { return dt * (1.5 * relative_speed + 0.05); }

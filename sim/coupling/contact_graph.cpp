@@ -6,8 +6,6 @@
 namespace duet {
 namespace {
 
-std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
-
 // Sine of the slope from which on a contact counts as support; side by side, bodies do not carry each other.
 constexpr double least_slope = 0.1;
 

@@ -7,12 +7,6 @@
 #include "sim/coupling/seams.h"
 
 namespace duet {
-namespace {
-
-std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
-
-}  // namespace
-
 Mat3 impulse_factor(const RigidState& state, double inverse_mass, const Vec3& arm) {
   const Mat3 cross = skew(arm);
   return inverse_mass * Mat3::Identity() - cross * state.inverse_inertia * cross;

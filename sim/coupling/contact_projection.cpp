@@ -4,12 +4,6 @@
 #include <Eigen/LU>
 
 namespace duet {
-namespace {
-
-std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
-
-}  // namespace
-
 void ContactProjection::begin(const Bodies& bodies, int sweeps, const LinkedBodies* linked) {
   bodies_ = &bodies;
   linked_ = linked;

@@ -15,8 +15,6 @@ constexpr std::size_t least_touches = 5;  // fewer are not worth the search
 constexpr double carrier_place = 0.6;
 constexpr int most_faces = 8;  // of the host; more are a curved surface's
 
-std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
-
 constexpr char untouched = 0, kept_first = 1, dropped = 2;  // ReductionScratch::state
 
 using FlatPoint = ReductionScratch::FlatPoint;

@@ -9,8 +9,6 @@
 namespace duet {
 namespace {
 
-std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
-
 constexpr int shock_iterations = 10;  // Gauss-Seidel sweeps over a group of a level
 // In a sweep, of a deformable body on something that no impulse moves: its contacts hardly know of each
 // other.

@@ -7,8 +7,6 @@ namespace {
 
 constexpr std::size_t most_particles = 1024;  // of a range
 
-std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
-
 }  // namespace
 
 // What bodies are made of, which stays as it is. Anchors of tethers lie in no body's range.

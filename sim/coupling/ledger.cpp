@@ -7,8 +7,6 @@
 namespace duet {
 namespace {
 
-std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
-
 void add_at(Momentum& total, const Vec3& x, const Vec3& linear) {
   total.linear += linear;
   total.angular += x.cross(linear);

@@ -7,8 +7,6 @@
 namespace duet {
 namespace {
 
-std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
-
 int first_of_group(std::vector<int>& group, int body) {
   while (group[as_index(body)] != body) {
     int& next = group[as_index(body)];

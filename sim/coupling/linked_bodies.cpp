@@ -7,8 +7,6 @@
 namespace duet {
 namespace {
 
-std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
-
 // Of the velocity at `arm` for a twist.
 Eigen::Matrix<double, 3, 6> velocity_at(const Vec3& arm) {
   Eigen::Matrix<double, 3, 6> map;

@@ -17,8 +17,6 @@ constexpr double least_mean = 0.3;
 // Cosine of the angle between the way inwards and the normal of a surface that an edge faces, at least.
 constexpr double least_facing = 0.2;
 
-std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
-
 bool is_swept_by_ball(const LevelSet& shape) {
   return shape.kind == LevelSet::Kind::sphere || shape.kind == LevelSet::Kind::capsule ||
          shape.kind == LevelSet::Kind::torus;

@@ -8,8 +8,6 @@ namespace {
 // Sines of the angles at which friction begins to end and is gone.
 constexpr double lies = 0.5, crosses = 0.7;
 
-std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
-
 }  // namespace
 
 Vec3 inward_direction(const Bodies& bodies, const SurfacePoint& point) {

@@ -7,8 +7,6 @@
 namespace duet {
 namespace {
 
-std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
-
 // sorted = items in the order of their keys in [0, most]; items of one key stay in their order. `begin`
 // becomes the first position of every key, and one past the last.
 void counting_sort(std::span<const int> items, const std::vector<int>& key, int most, std::vector<int>& begin,

@@ -7,8 +7,6 @@
 namespace duet {
 namespace {
 
-std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
-
 constexpr int all_levels = -1;
 
 class PushOut {

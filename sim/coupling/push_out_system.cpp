@@ -11,8 +11,6 @@
 namespace duet {
 namespace {
 
-std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
-
 // An outer body that is held acts as one this many times as heavy as the central body: the limit of equation
 // 1 for K_o -> 0.
 constexpr double held_weight = 1e8;

@@ -28,8 +28,6 @@ Vec3 direction(int i) {
   return {std::sqrt(1 - z * z) * std::cos(angle), std::sqrt(1 - z * z) * std::sin(angle), z};
 }
 
-std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
-
 struct Nearest {
   int body = -1;
   double distance = std::numeric_limits<double>::infinity();  // m

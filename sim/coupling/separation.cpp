@@ -7,8 +7,6 @@
 namespace duet {
 namespace {
 
-std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
-
 constexpr int sweeps = 50;          // Gauss-Seidel sweeps at one geometry
 constexpr int level_sweeps = 10;    // over a group of a level that is lifted off those below
 constexpr double tolerance = 1e-8;  // m, where sweeps stop

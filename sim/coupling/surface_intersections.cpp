@@ -13,8 +13,6 @@ namespace {
 
 constexpr double least_gap = 1e-6;  // of the thickness
 
-std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
-
 [[noreturn]] void fail(const Bodies& bodies, int first, int second, double value, const char* how) {
   SimulationFault fault;
   fault.stage = "0 initial state";

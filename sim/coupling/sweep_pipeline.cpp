@@ -7,8 +7,6 @@
 namespace duet {
 namespace {
 
-std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
-
 std::uint64_t turn(int sweep, int step) {
   return static_cast<std::uint64_t>(sweep) << 32 | static_cast<std::uint64_t>(step);
 }

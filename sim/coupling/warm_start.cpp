@@ -10,8 +10,6 @@
 namespace duet {
 namespace {
 
-std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
-
 template <class Contact>
 auto name_of(const Contact& contact) {
   return std::tie(contact.host, contact.guest_rigid, contact.guest_point);

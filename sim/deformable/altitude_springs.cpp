@@ -10,8 +10,6 @@ namespace {
 constexpr std::size_t batch_grain = BlockSums::batches_of_block;
 constexpr std::size_t first_between_edges = 4;
 
-std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
-
 // The corners in the order in which altitude() takes them: a vertex and its opposite face, which it sees
 // counter-clockwise, or two opposite edges. All altitudes of a tet of positive volume are positive.
 constexpr std::array<std::array<std::size_t, 4>, 7> corners = {

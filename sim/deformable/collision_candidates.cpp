@@ -26,8 +26,6 @@ constexpr std::size_t few = 8;
 // Parts of a body that were nearer than this, times h, at time 0 do not repel each other.
 constexpr double initial_proximity = 1.5;
 
-std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
-
 Box grown(const Box& box, double margin) {
   return {box.min() - Vec3::Constant(margin), box.max() + Vec3::Constant(margin)};
 }

@@ -28,8 +28,6 @@ constexpr double compression_steps = 0.75;
 constexpr double followed_stiffening = 2;
 constexpr std::size_t particle_grain = 512;
 
-std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
-
 // Whether a model tells the stiffness that damping can hold from the rest.
 template <class Model>
 constexpr bool can_rely_on_damping = requires(Pack modulus, Matrix3<Pack> F) {

@@ -8,8 +8,6 @@
 namespace duet {
 namespace {
 
-std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
-
 // v and w of a zone whose reference point is `center`.
 struct RigidDisplacement {
   Vec3 center = Vec3::Zero(), linear = Vec3::Zero(), angular = Vec3::Zero();

@@ -11,8 +11,6 @@ namespace {
 constexpr std::size_t tet_grain = 1024;
 constexpr std::size_t ring_grain = 256;
 
-std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
-
 double volume_of(const Tet& tet, const std::vector<Vec3>& x) {
   return tet_volume(x[as_index(tet[0])], x[as_index(tet[1])], x[as_index(tet[2])], x[as_index(tet[3])]);
 }

@@ -10,8 +10,6 @@ namespace {
 
 constexpr std::size_t batch_grain = BlockSums::batches_of_block;
 
-std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
-
 Pack positive(const Pack& x) { return select(x > Pack{}, x, Pack{}); }
 
 }  // namespace

@@ -14,8 +14,6 @@ constexpr double restored = 0.1;
 // Of the distance to be restored, what a pair must keep on its way.
 constexpr double kept = 0.5;
 
-std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
-
 // Whether the boxes that the two elements sweep are farther apart than `gap`.
 bool pass_each_other(ElementPair kind, const FourPoints& start, const FourPoints& end, double gap) {
   const std::size_t first = kind == ElementPair::point_triangle ? 1 : 2;

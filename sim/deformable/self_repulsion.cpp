@@ -15,8 +15,6 @@ constexpr int rounds = 3;
 // 7.2).
 constexpr double share = 0.1;
 
-std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
-
 // Bounds of the two elements along the axes: cheaper than their closest points.
 bool farther_than(double range, ElementPair kind, const FourPoints& x) {
   const std::size_t first = kind == ElementPair::point_triangle ? 1 : 2;

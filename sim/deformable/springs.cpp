@@ -9,8 +9,6 @@ namespace {
 constexpr std::size_t batch_grain = BlockSums::batches_of_block;
 constexpr double crushed = 1e-3;  // of the rest length, below which a spring loses its direction and force
 
-std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
-
 // 1 for the spring between two particles.
 template <std::size_t N>
 double half_of_weights(const Spring<N>& spring) {

@@ -9,8 +9,6 @@ namespace {
 
 constexpr std::size_t grain = 256;
 
-std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
-
 Vec3 difference(const Tether& tether, const std::vector<Vec3>& values) {
   return values[as_index(tether.a)] - values[as_index(tether.b)];
 }

@@ -11,8 +11,6 @@ namespace {
 
 constexpr std::size_t grain = 256;
 
-std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
-
 Eigen::AlignedBox3d box_of(const TetMesh& mesh, const Tet& tet) {
   Eigen::AlignedBox3d box;
   for (const int i : tet) box.extend(mesh.nodes[as_index(i)]);

@@ -14,8 +14,6 @@ constexpr int bits = 21;           // of a coordinate in a key
 constexpr double lipschitz = 1.1;  // of level sets: 1, with a margin for what interpolation adds
 constexpr double reach = 0.35;     // in spacings, of the surface: it moves no node that is farther away
 
-std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
-
 std::uint64_t key_of(const Vec3i& p) {  // coordinates in [0, 2^21)
   const auto part = [&](int axis) { return static_cast<std::uint64_t>(p[axis]); };
   return (part(2) << (2 * bits)) | (part(1) << bits) | part(0);

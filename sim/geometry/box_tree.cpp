@@ -3,12 +3,6 @@
 #include <algorithm>
 
 namespace duet {
-namespace {
-
-std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
-
-}  // namespace
-
 void BoxTree::build(const std::vector<Eigen::AlignedBox3d>& boxes, const std::vector<int>& items) {
   // For as many items as there may ever be: lists of them grow where bodies come near each other.
   items_.reserve(boxes.size());

@@ -14,8 +14,6 @@ namespace {
 
 constexpr std::size_t grain = 512;
 
-std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
-
 bool differ(Side a, Side b) { return a != b && a != Side::surface && b != Side::surface; }
 
 // Where the level set vanishes between a point inside and one outside, as a fraction of the way: regula falsi

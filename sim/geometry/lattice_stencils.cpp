@@ -8,8 +8,6 @@
 namespace duet {
 namespace {
 
-std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
-
 // Nodes of the result are those of the lattice, then the cuts.
 class Stuffing {
  public:

@@ -13,8 +13,6 @@ namespace {
 // Of the size of a triangle: nearer to its surface, the way to it has no direction to speak of.
 constexpr double on_surface = 1e-9;
 
-std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
-
 double angle_between(const Vec3& a, const Vec3& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
 
 }  // namespace

@@ -16,8 +16,6 @@ constexpr double pi = std::numbers::pi;
 constexpr int least_around = 24;  // nodes of a circle
 constexpr double sharp = 0.866;   // cosine of the angle by which faces turn at an edge, at most
 
-std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
-
 int pieces_of(double length, double spacing) {
   return std::max(1, static_cast<int>(std::ceil(length / spacing - 1e-9)));
 }

@@ -12,8 +12,6 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
-
 // A face of the cube [-1, 1]^3: outward axis and two tangents with axis = tangent_u x tangent_v.
 struct CubeFace {
   Vec3 axis, u, v;

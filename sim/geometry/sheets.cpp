@@ -12,8 +12,6 @@ namespace {
 constexpr double full_turn = 2 * std::numbers::pi;
 constexpr int fine_pieces = 64;  // a segment, of which arc lengths are summed
 
-std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
-
 // Nodes at equal arc lengths on the curve at(u), u in [0, 1].
 Curve evenly(const std::function<Vec3(double)>& at, int segments, bool is_closed) {
   const int fine = fine_pieces * segments;

@@ -10,8 +10,6 @@ namespace {
 
 constexpr double least_volume = 1e-9;  // of the cube of the tet's longest edge
 
-std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
-
 std::string place(const Vec3& x) { return fmt::format("[{:.6g}, {:.6g}, {:.6g}]", x.x(), x.y(), x.z()); }
 
 std::string counted(std::size_t count, std::string_view singular, std::string_view plural) {

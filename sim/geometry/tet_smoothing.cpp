@@ -21,8 +21,6 @@ constexpr double off_surface = 1e-3;                    // part of the spacing
 constexpr double least_gain = 1.001;
 constexpr double wanted_facing = 0.5;  // cosine
 
-std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
-
 // The 26 directions to the neighbours in a cubic lattice.
 const std::vector<Vec3>& directions() {
   static const std::vector<Vec3> all = [] {

@@ -10,8 +10,6 @@
 namespace duet {
 namespace {
 
-std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
-
 // The texture of one of a mesh's triangles, in all of its plane.
 struct PlaneTexture {
   Vec3 origin;

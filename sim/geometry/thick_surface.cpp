@@ -12,7 +12,6 @@ namespace {
 constexpr std::size_t sides = 12;    // of a tube's rings
 constexpr double bead_detail = 0.5;  // of a particle's ball
 
-std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
 int as_int(std::size_t i) { return static_cast<int>(i); }
 
 Corner corner(int position, int normal) { return {position, position, normal}; }

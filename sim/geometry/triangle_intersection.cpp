@@ -12,8 +12,6 @@ namespace {
 
 constexpr std::size_t triangle_grain = 256;
 
-std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
-
 bool on_segment(const Vec2& p, const Vec2& q, const Vec2& x) {  // x on the line pq
   return (x.array() >= p.array().min(q.array())).all() && (x.array() <= p.array().max(q.array())).all();
 }

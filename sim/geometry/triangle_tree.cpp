@@ -11,8 +11,6 @@ namespace {
 constexpr int leaf_size = 4;
 constexpr std::size_t most_levels = 64;  // splits halve the number of triangles
 
-std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
-
 }  // namespace
 
 Vec3 nearest_point(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& x) {

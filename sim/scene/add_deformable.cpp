@@ -18,8 +18,6 @@ namespace {
 // vertices alone.
 constexpr double sample_allowance = 1e-3;
 
-std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
-
 duet::DeformableBody begin_body(const DeformableBody& description, std::size_t node_count,
                                 const Bodies& bodies) {
   duet::DeformableBody body;

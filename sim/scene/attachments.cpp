@@ -10,8 +10,6 @@
 namespace duet::scene {
 namespace {
 
-std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
-
 struct Holder {
   std::size_t place = 0;  // in the list of names; their number if nothing holds the point
   std::size_t body = 0;

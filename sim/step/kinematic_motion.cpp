@@ -5,8 +5,6 @@
 namespace duet {
 namespace {
 
-std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
-
 void set_path_velocities(const Bodies& bodies, const KinematicStep& step, const ContactPair& pair,
                          ContactSet& contacts) {
   const Vec3& center = bodies.rigid.state[step.body].pose.position;

@@ -11,8 +11,6 @@
 
 namespace duet::test {
 
-inline std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
-
 inline VelocityState no_change(const Bodies& bodies) {
   VelocityState now, change;
   store_velocities(bodies, now);

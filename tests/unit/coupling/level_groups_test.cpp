@@ -77,8 +77,7 @@ TEST(LevelGroups, AreSolvedLevelAfterLevelOnAnyNumberOfThreads) {
     std::vector<int> levels;
     groups.for_each([&](std::span<const int> group) {
       const std::lock_guard lock(mutex);
-      for (const int p : group)
-        levels.push_back(level[test::as_index(contacts.pairs[test::as_index(p)].guest_rigid)]);
+      for (const int p : group) levels.push_back(level[as_index(contacts.pairs[as_index(p)].guest_rigid)]);
     });
     EXPECT_EQ(levels.size(), pairs.size());
     EXPECT_TRUE(std::is_sorted(levels.begin(), levels.end()));

@@ -187,7 +187,7 @@ void look_densely(const Ridges& ridges, const Pose& pose, const LevelSet& host, 
       look.known = std::min(look.known, near.distance);
   for (const Ridges::Line& line : ridges.lines) {
     const int count = line.end - line.begin;
-    const auto node = [&](int i) { return ridges.nodes[static_cast<std::size_t>(line.begin + i % count)]; };
+    const auto node = [&](int i) { return ridges.nodes[as_index(line.begin + i % count)]; };
     for (int i = 0; i < (line.is_closed ? count : count - 1); ++i)
       for (int k = 0; k <= 20; ++k) {
         const Vec3 x = place_between(line, node(i), node(i + 1), k / 20.0);

@@ -10,7 +10,6 @@
 namespace duet {
 namespace {
 
-using test::as_index;
 using test::Crowd;
 using test::random_crowd;
 

@@ -72,9 +72,8 @@ TEST_F(SweepPipelines, StopAtTheToleranceOfTheLastSweep) {
     set_thread_count(threads);
     const Sweeps sweeps(random_crowd(23, 100, pairs));
     const auto after = [&](double tolerance) {
-      std::vector<double> left(test::as_index(pairs), 1);
-      return sweeps.pipeline.repeat(to_the_end, tolerance,
-                                    [&](int p) { return left[test::as_index(p)] /= 2; });
+      std::vector<double> left(as_index(pairs), 1);
+      return sweeps.pipeline.repeat(to_the_end, tolerance, [&](int p) { return left[as_index(p)] /= 2; });
     };
     EXPECT_EQ(after(0.51), 1);
     EXPECT_EQ(after(0.26), pairs < 64 ? 2 : 3) << "one by one where there are few pairs";

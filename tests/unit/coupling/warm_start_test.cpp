@@ -120,8 +120,7 @@ TEST(WarmStart, ABlowIsCutToWhatHelpsAndOtherIslandsKeepTheirs) {
   ContactMemory memory;
   for (const ContactPoint& contact : balls.contacts.points) {
     const double factor[] = {10, 1, 1};
-    memory.push_back(
-        remembered(contact, Vec3(0, 2 * fall * factor[test::as_index(contact.guest_rigid)], 0), dt));
+    memory.push_back(remembered(contact, Vec3(0, 2 * fall * factor[as_index(contact.guest_rigid)], 0), dt));
   }
   sort_by_name(memory);
   warm_start(memory, dt, balls.graph, balls.bodies, balls.contacts);

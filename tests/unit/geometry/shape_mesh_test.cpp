@@ -9,8 +9,6 @@
 namespace duet {
 namespace {
 
-std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
-
 // Every edge of a closed, consistently oriented surface is run through once each way; normals are unit and
 // go with the triangles; all indices are of something.
 void expect_closed(const Surface& surface, double volume_expected, double tolerance) {

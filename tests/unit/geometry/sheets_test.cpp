@@ -12,8 +12,6 @@
 namespace duet {
 namespace {
 
-std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
-
 Vec3 area_vector_of(const Sheet& sheet) {
   Vec3 sum = Vec3::Zero();
   for (const Triangle& t : sheet.triangles) {
