@@ -11,10 +11,7 @@ namespace duet {
 namespace {
 
 using test::Film;
-
-double turn_about_x(const RigidState& state) {  // rad
-  return 2 * std::atan2(state.pose.orientation.x(), state.pose.orientation.w());
-}
+using test::turn_about_x;
 
 // The crank has turned by 135 degrees; the bar has passed on some of it, and the box on top has tipped.
 TEST(Creatures, TheBarTurnsTheHingedBox) {

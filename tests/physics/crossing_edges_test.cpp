@@ -114,7 +114,7 @@ TEST(CrossingEdges, OfRingsInAHeapStayOutOfEachOther) {
     touching += simulation.stats().contacts;
   }
   EXPECT_GT(touching, 100);
-  // 14.7 mm without ridges. Samples look up a grid with cells of 11 mm that rounds edges off.
+  // 13.4 mm without ridges. Samples look up a grid with cells of 11 mm that rounds edges off.
   test::expect_below(deepest, 2e-3, "overlap_m");
 }
 

@@ -9,15 +9,12 @@ namespace duet {
 namespace {
 
 using test::Film;
+using test::turn_about_x;
 
 std::vector<std::string> coarse(std::vector<std::string> overrides) {
   overrides.insert(overrides.end(),
                    {"solver.cg_tolerance=1e-3", "solver.contact_iterations=10", "solver.face_samples=2"});
   return overrides;
-}
-
-double turn_about_x(const RigidState& state) {  // rad, in [-pi, pi]
-  return 2 * std::atan2(state.pose.orientation.x(), state.pose.orientation.w());
 }
 
 // Figure 1. The last ring makes a turn within 1.5 s, and the chain passes it on from member to member. None

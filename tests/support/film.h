@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -50,5 +51,9 @@ struct Film {
     }
   }
 };
+
+inline double turn_about_x(const RigidState& state) {  // rad
+  return 2 * std::atan2(state.pose.orientation.x(), state.pose.orientation.w());
+}
 
 }  // namespace duet::test

@@ -45,6 +45,8 @@ Pose cube_on_edge(const Vec3& along, const Vec3& normal, const Vec3& place, doub
 }
 
 const LevelSet cube = LevelSet::box(Vec3(1, 1, 1));
+const LevelSet shapes[] = {LevelSet::box(Vec3(1, 0.6, 0.4)), LevelSet::cylinder(0.4, 0.9),
+                           LevelSet::torus(0.6, 0.2), LevelSet::capsule(0.2, 0.8)};
 
 // The edge of one cube crosses the upright edge at x = y = 1/2 of the other at any angles: both lie in the
 // planes of contact, so the normal is that to both edges, and the gap is along it, before they touch and
@@ -149,8 +151,6 @@ TEST(LowestPlaces, OfWhatHasGoneThroughAreNone) {
 // come out.
 TEST(LowestPlaces, AreTheSameWithNothingSkipped) {
   std::mt19937 random(3);
-  const LevelSet shapes[] = {LevelSet::box(Vec3(1, 0.6, 0.4)), LevelSet::cylinder(0.4, 0.9),
-                             LevelSet::torus(0.6, 0.2), LevelSet::capsule(0.2, 0.8)};
   int told = 0;
   for (int i = 0; i < 3000; ++i) {
     const LevelSet &guest = shapes[i % 4], &host = shapes[i / 4 % 4];
@@ -203,8 +203,6 @@ void look_densely(const Ridges& ridges, const Pose& pose, const LevelSet& host, 
 // 0.1 m between nodes.
 TEST(LowestPlaces, MissNothingOfAFirstTouch) {
   std::mt19937 random(4);
-  const LevelSet shapes[] = {LevelSet::box(Vec3(1, 0.6, 0.4)), LevelSet::cylinder(0.4, 0.9),
-                             LevelSet::torus(0.6, 0.2), LevelSet::capsule(0.2, 0.8)};
   int told = 0;
   for (int i = 0; i < 640; ++i) {
     const LevelSet &guest = shapes[i % 4], &host = shapes[i / 4 % 4];
