@@ -18,8 +18,9 @@ std::vector<std::string> coarse(std::vector<std::string> overrides) {
 }
 
 // Figure 1. The last ring makes a turn within 1.5 s, and the chain passes it on from member to member. None
-// leaves its neighbours: rings of 1 m whose tubes go through each other are less than 2 m apart, and a loop
-// of six links of 1.2 m, pulled straight between two of them, adds its 3.6 m to the radii of their holes.
+// leaves its neighbours: rings of 1 m with tubes of 0.25 m do not even touch 2.5 m apart (soft ones stretch,
+// so that 2 m, the most for round ones that go through each other, is no bound), and a loop of six links
+// of 1.2 m, pulled straight between two of them, adds its 3.6 m to the radii of their holes.
 TEST(Figures, TheChainHoldsTogetherAndPassesTheTwistOn) {
   Film film("chain", coarse({"parameters.spacing=0.23",
                              "rigid.ring10.motion.keyframes=["
@@ -39,7 +40,7 @@ TEST(Figures, TheChainHoldsTogetherAndPassesTheTwistOn) {
     }
   }
   test::expect_below(longest_loop, 3.6 + 2 * 0.75, "over_a_loop_m");
-  test::expect_below(farthest, 2, "from_ring_to_ring_m");
+  test::expect_below(farthest, 2.5, "from_ring_to_ring_m");
   const double turn4 = turn_about_x(film.body("ring4")) - start4,
                turn7 = turn_about_x(film.body("ring7")) - start7;
   test::expect_above(turn7, 1, "turn_of_ring_7_rad");
