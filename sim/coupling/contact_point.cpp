@@ -86,13 +86,13 @@ Touch touch(const Bodies& bodies, const ContactPoint& contact) {
 }
 
 Touch predicted_touch(const Bodies& bodies, const std::vector<Pose>& predicted, double dt,
-                      const ContactPoint& contact) {
+                      const ContactPoint& contact, const Vec3& shift) {
   const Pose& pose = predicted[as_index(contact.host)];
   if (contact.is_rigid_pair())
     return touch(bodies, contact.host, pose, contact.guest_rigid, predicted[as_index(contact.guest_rigid)],
                  contact.guest_point, contact.lowest);
   const SurfacePoint& point = surface_point(bodies, contact);
-  const Vec3 x = weighted(point, bodies.particles.x) + dt * weighted(point, bodies.particles.v);
+  const Vec3 x = weighted(point, bodies.particles.x) + dt * weighted(point, bodies.particles.v) + shift;
   return touch(bodies, contact.host, pose, point, x);
 }
 

@@ -121,9 +121,10 @@ Touch touch(const Bodies& bodies, int host, const Pose& host_pose, int guest, co
             int sample, const LowestPlace& lowest);
 // At the positions now.
 Touch touch(const Bodies& bodies, const ContactPoint& contact);
-// With rigid bodies at the `predicted` poses, particles after `dt` (s) at their velocities now.
+// With rigid bodies at the `predicted` poses, particles after `dt` (s) at their velocities now, and a
+// deformable guest's point moved on by `shift` (m).
 Touch predicted_touch(const Bodies& bodies, const std::vector<Pose>& predicted, double dt,
-                      const ContactPoint& contact);
+                      const ContactPoint& contact, const Vec3& shift);
 // Recomputes normal, arms, gap and response from the positions now, and forgets the path velocity.
 void update_geometry(const Bodies& bodies, ContactPoint& contact);
 // The gap at the positions now, m.

@@ -23,6 +23,14 @@ Vec3 remembered_impulse(const ContactMemory& memory, const ContactPoint& contact
   return std::min(1.0, duration / found->duration) * found->impulse;
 }
 
+// See predict_contacts: `velocity`, or what of it touching without an overlap allows a deformable guest's
+// point.
+Vec3 expected_velocity(const ContactPoint& contact, const Vec3& velocity, double dt) {
+  if (contact.is_rigid_pair()) return velocity;
+  const double closing = velocity.dot(contact.normal), allowed = -std::max(contact.gap, 0.0) / dt;
+  return closing < allowed ? Vec3(velocity + (allowed - closing) * contact.normal) : velocity;
+}
+
 // See predict_contacts. Where the normal has turned far, another side of the host is nearest then: the gap
 // there says nothing about this normal.
 double target_velocity(const ContactPoint& contact, const Vec3& velocity, const Touch& predicted, double dt) {
@@ -127,10 +135,13 @@ void predict_contacts(double dt, bool second_order, const ContactGraph& graph, c
       DeepestTouches deepest;
       for (int i = pair.begin; i < pair.end; ++i) {
         ContactPoint& contact = contacts.points[as_index(i)];
-        const Touch predicted = predicted_touch(bodies, contacts.predicted, dt, contact);
+        const Vec3 velocity = relative_velocity(bodies, contact),
+                   expected = expected_velocity(contact, velocity, dt);
+        const Touch predicted =
+            predicted_touch(bodies, contacts.predicted, dt, contact, dt * (expected - velocity));
         contact.target = deepest.carry_for(contact, predicted)
                              ? -std::numeric_limits<double>::infinity()
-                             : target_velocity(contact, relative_velocity(bodies, contact), predicted, dt);
+                             : target_velocity(contact, expected, predicted, dt);
       }
     }
   });

@@ -27,7 +27,9 @@ void update_contacts(const ContactGraph& graph, const Bodies& bodies, ContactSet
 // what leaves it a gap of zero, to first order about this motion:
 //   target = v_rel.n - (gap' - min(gap, 0)) / dt
 // So nothing closes by more than its gap, on curved surfaces and with turning bodies too, and overlaps are
-// left to push-out.
+// left to push-out. Forces within a deformable body move its particles far in a step, and beside an edge the
+// gap does not change in proportion: there it is looked for where the point will be, with no more of v_rel.n
+// than closes the gap.
 void predict_contacts(double dt, bool second_order, const ContactGraph& graph, const Bodies& bodies,
                       ContactSet& contacts);
 

@@ -14,13 +14,14 @@ struct StepContext;
 
 class StepLedger {
  public:
-  static constexpr std::array stages = {Stage::advance_velocity,    Stage::volume_correction,
-                                        Stage::self_repulsion,      Stage::collide,
-                                        Stage::apply_contact,       Stage::advance_position,
-                                        Stage::self_collision,      Stage::constrained_solve,
-                                        Stage::make_incompressible, Stage::velocity_contact,
-                                        Stage::velocity_repulsion,  Stage::explicit_forces,
-                                        Stage::air_drag_halfway,    Stage::air_drag};
+  static constexpr std::array stages = {Stage::advance_velocity,  Stage::volume_correction,
+                                        Stage::self_repulsion,    Stage::collide,
+                                        Stage::apply_contact,     Stage::advance_position,
+                                        Stage::push_out,          Stage::self_collision,
+                                        Stage::constrained_solve, Stage::make_incompressible,
+                                        Stage::velocity_contact,  Stage::velocity_repulsion,
+                                        Stage::explicit_forces,   Stage::air_drag_halfway,
+                                        Stage::air_drag};
 
   bool is_on() const { return on_; }
   void turn_on() { on_ = true; }
@@ -33,7 +34,8 @@ class StepLedger {
   void end_step(const World& world);
 
   // Of advance_position: the moment that is left when positions move by v^{n+1/2} and velocities are changed
-  // at x^{n+1/2} and x^{n+1}; of second order in the step.
+  // at x^{n+1/2} and x^{n+1}; of second order in the step. Of push_out the energy alone: for what it moves
+  // see below.
   const LedgerEntry& operator[](Stage stage) const { return totals_.stage[static_cast<std::size_t>(stage)]; }
   const LedgerEntry& whole_step() const { return totals_.step; }
   const DisplacementEntry& push_out() const { return totals_.push_out; }

@@ -285,6 +285,31 @@ TEST(PredictContacts, OnACurvedHostTheGapOpensByItself) {
     EXPECT_NEAR(contact.target, -(std::sqrt(4 + dt * dt) - 2) / dt, 1e-13);
 }
 
+// A particle of a soft body moves far in a step if nothing stops it: as much of its velocity as closes the
+// gap is all that counts of it. On a ball it follows the tangent by s = 5/64 m.
+TEST(PredictContacts, OfASoftBodyAreAboutTheMotionThatContactAllows) {
+  const double sideways = 5, radius = 2;
+  for (const double gap : {0.0, 0.01})
+    for (const double inward : {1.0, 10.0, 100.0}) {
+      scene::Scene scene = test::free_space();
+      test::add_ball(scene, "host", Vec3(0, 0, 0), radius, 2).is_static = true;
+      auto& guest = test::add_soft_box(scene, "guest", Vec3(0, 2.5 + gap, 0), Vec3(1, 1, 1), 2);
+      guest.placement.velocity = Vec3(sideways, -inward, 0);
+      ContactScene touching(scene, dt);
+      predict_contacts(dt, true, touching.graph, touching.bodies, touching.contacts);
+      const auto& points = touching.contacts.points;
+      const auto first = std::find_if(points.begin(), points.end(), [&](const ContactPoint& contact) {
+        return (weighted(surface_point(touching.bodies, contact), touching.bodies.particles.x) -
+                Vec3(0, radius + gap, 0))
+                   .norm() < 1e-12;
+      });
+      ASSERT_NE(first, points.end());
+      const double closed = inward * dt > gap ? gap : inward * dt;
+      const double later = std::hypot(radius + gap - closed, sideways * dt) - radius;
+      EXPECT_NEAR(first->target, -closed / dt - later / dt, 1e-12) << gap << ", " << inward;
+    }
+}
+
 // One that would pass through the middle of the other: the gap on its far side tells nothing.
 TEST(PredictContacts, BeyondTheMiddleOfABodyTheGapNowCounts) {
   scene::Scene scene = test::free_space();
