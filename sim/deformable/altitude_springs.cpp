@@ -149,15 +149,21 @@ void AltitudeSprings::add_forces(const std::vector<Vec3>& values, std::vector<Ve
   sums_.add_to(totals);
 }
 
-void AltitudeSprings::add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>& force) {
-  add_forces(x, force, [&](std::size_t b, const Quad* rows) {
+void AltitudeSprings::add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>& force,
+                                         std::vector<double>& sideways) {
+  sums_.fill_from(x, [&](std::size_t b, const Quad* rows, Quad* sums) {
     Chosen& chosen = chosen_[b];
     const Altitude now = altitude(chosen, rows);
     chosen.weight = now.weight;
     chosen.normal = now.normal;
     dashpots_[b].set(chosen.slot, chosen.weight, chosen.viscosity, chosen.normal);
-    return chosen.stiffness * (chosen.rest_length - now.length);
+    const Pack along = chosen.stiffness * (chosen.rest_length - now.length);
+    const Pack side = abs_of(along) / max_of(abs_of(now.length), chosen.rest_length);
+    for (std::size_t i = 0; i < 4; ++i)
+      BlockSums::spread(chosen.slot[i], (along * chosen.weight[i]) * chosen.normal,
+                        abs_of(chosen.weight[i]) * side, sums);
   });
+  sums_.add_to(force, sideways);
 }
 
 void AltitudeSprings::add_damping_forces(const std::vector<Vec3>& v, std::vector<Vec3>& force) {
@@ -207,21 +213,46 @@ double AltitudeSprings::energy(const std::vector<Vec3>& x) const {
 }
 
 // No weight of a shortest altitude exceeds 1: its foot lies where the base is the largest of its kind.
+void AltitudeSprings::add_stiffness_of(std::size_t t, std::vector<double>& stiffness) const {
+  const double shortest = *std::min_element(rest_[t].length.begin(), rest_[t].length.end());
+  for (const int p : tets_[t]) stiffness[as_index(p)] += rest_[t].modulus / shortest;
+}
+
 void AltitudeSprings::add_stiffness(std::vector<double>& stiffness) const {
-  for (std::size_t t = 0; t < tets_.size(); ++t)
-    for (const int p : tets_[t])
-      stiffness[as_index(p)] +=
-          rest_[t].modulus / *std::min_element(rest_[t].length.begin(), rest_[t].length.end());
+  for (std::size_t t = 0; t < tets_.size(); ++t) add_stiffness_of(t, stiffness);
+}
+
+double AltitudeSprings::squared_frequency(std::size_t t, const std::vector<double>& squared_rate) const {
+  std::array<double, 4> rate;
+  for (std::size_t i = 0; i < 4; ++i) rate[i] = squared_rate[as_index(tets_[t][i])];
+  std::sort(rate.begin(), rate.end());
+  return rate[2] + rate[3];
 }
 
 double AltitudeSprings::max_squared_frequency(const std::vector<double>& squared_rate) const {
   double highest = 0;
-  for (const Tet& tet : tets_) {
-    std::array<double, 4> rate;
-    for (std::size_t i = 0; i < 4; ++i) rate[i] = squared_rate[as_index(tet[i])];
-    std::sort(rate.begin(), rate.end());
-    highest = std::max(highest, rate[2] + rate[3]);
-  }
+  for (std::size_t t = 0; t < tets_.size(); ++t)
+    highest = std::max(highest, squared_frequency(t, squared_rate));
+  return highest;
+}
+
+// Whichever altitude a tet has its spring at.
+double AltitudeSprings::rely_on_damping(double relaxation, const std::vector<double>& squared_rate,
+                                        std::vector<double>& kept) const {
+  double highest = 0;
+  for (std::size_t b = 0; b < batches_.size(); ++b)
+    for (std::size_t lane = 0; lane < pack_width; ++lane) {
+      const std::size_t t = BlockSums::element_of(b, lane, batches_.size());
+      if (t >= tets_.size()) continue;
+      double shortest = std::numeric_limits<double>::infinity();  // damping time
+      for (std::size_t a = 0; a < altitudes; ++a)
+        shortest = std::min(shortest, batches_[b].viscosity[a][lane] * rest_[t].length[a] / rest_[t].modulus);
+      const double relaxed = relaxed_squared_frequency(relaxation * shortest);
+      if (relaxed < squared_frequency(t, squared_rate))
+        highest = std::max(highest, relaxed);
+      else
+        add_stiffness_of(t, kept);
+    }
   return highest;
 }
 

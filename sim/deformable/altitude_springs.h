@@ -35,7 +35,9 @@ class AltitudeSprings {
   // Gives every tet the spring of its shortest altitude at `x`: the one across its largest face or pair of
   // edges. Between two choices the forces have an energy.
   void choose(const std::vector<Vec3>& x);
-  void add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>& force);
+  // `sideways` as of Springs, for altitudes that are longer or shorter than at rest: k |h - H| / max(|h|, H).
+  void add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>& force,
+                          std::vector<double>& sideways);
   void add_damping_forces(const std::vector<Vec3>& v, std::vector<Vec3>& force);
   void add_damping_forces_single(const std::vector<Vec3>& v, std::vector<Vec3>& force) {
     add_dashpot_forces(dashpots_, sums_, v, force);
@@ -47,10 +49,15 @@ class AltitudeSprings {
   // See InternalForces::finalize: the weights of a foot add up to 1 on its own side and on the other.
   void add_stiffness(std::vector<double>& stiffness) const;
   double max_squared_frequency(const std::vector<double>& squared_rate) const;
+  double rely_on_damping(double relaxation, const std::vector<double>& squared_rate,
+                         std::vector<double>& kept) const;
 
  private:
   static constexpr std::size_t altitudes =
       7;  // of the vertices 0 to 3, of the edges at 0 to the opposite one
+
+  void add_stiffness_of(std::size_t t, std::vector<double>& stiffness) const;
+  double squared_frequency(std::size_t t, const std::vector<double>& squared_rate) const;
 
   struct RestTet {
     std::array<double, altitudes> length;  // m

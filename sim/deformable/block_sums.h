@@ -76,6 +76,14 @@ class BlockSums {
       totals[p] += Vec3(sum[0][0], sum[0][1], sum[0][2]);
     });
   }
+  // And the fourth, unless `fourth` is empty.
+  void add_to(std::vector<Vec3>& totals, std::vector<double>& fourth) const {
+    if (fourth.empty()) return add_to(totals);
+    for_each([&](std::size_t p, const std::array<Quad, 1>& sum) {
+      totals[p] += Vec3(sum[0][0], sum[0][1], sum[0][2]);
+      fourth[p] += sum[0][3];
+    });
+  }
 
  private:
   bool is_idle(std::size_t block) const {

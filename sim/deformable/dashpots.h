@@ -16,6 +16,9 @@
 
 namespace duet {
 
+// The squared frequency that makes a limit of 2 / omega of `reach` seconds; infinite for none.
+double relaxed_squared_frequency(double reach);
+
 template <std::size_t N>
 class Dashpots {  // of one batch
  public:

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "sim/base/parallel.h"
+
 namespace duet {
 namespace {
 
@@ -33,18 +35,39 @@ void InternalForces::finalize(const std::vector<double>& mass, const std::vector
   bending_elements.finalize(mass.size());
   tethers.finalize(mass.size());
 
-  std::vector<double> squared_rate(mass.size(), 0);  // C_i / m_i
-  for_each_other(*this, [&](const auto& force) { force.add_stiffness(squared_rate); });
-  for (std::size_t p = 0; p < mass.size(); ++p) squared_rate[p] *= inverse_mass[p];
-  for_each_other(*this, [&](const auto& force) {
-    lattice_squared_frequency_ =
-        std::max(lattice_squared_frequency_, force.max_squared_frequency(squared_rate));
-  });
+  inverse_mass_ = inverse_mass;
+  squared_rate_.assign(mass.size(), 0);
+  for_each_other(*this, [&](const auto& force) { force.add_stiffness(squared_rate_); });
+  lattice_squared_frequency_ = lattice_bound(squared_rate_);
   bound_at_rest();
 }
 
+// Of all but the finite elements. `rate`: C_i of the particles, which become C_i / m_i.
+double InternalForces::lattice_bound(std::vector<double>& rate) const {
+  for (std::size_t p = 0; p < rate.size(); ++p) rate[p] *= inverse_mass_[p];
+  double highest = 0;
+  for_each_other(*this,
+                 [&](const auto& force) { highest = std::max(highest, force.max_squared_frequency(rate)); });
+  return highest;
+}
+
+// The same as far as damping does not hold it, with the `sideways_` of the last add_elastic_forces.
+double InternalForces::lifted_bound() const {
+  if (kept_.empty()) return lattice_squared_frequency_;
+  const double unheld = parallel_reduce(
+      kept_.size(), 4096, 0.0,
+      [&](std::size_t begin, std::size_t end) {
+        double highest = 0;
+        for (std::size_t p = begin; p < end; ++p)
+          highest = std::max(highest, 2 * inverse_mass_[p] * (kept_[p] + sideways_[p]));
+        return highest;
+      },
+      [](double a, double b) { return std::max(a, b); });
+  return std::min(lattice_squared_frequency_, std::max(relaxed_squared_frequency_, unheld));
+}
+
 void InternalForces::bound_at_rest() {
-  rest_squared_frequency_ = std::max(elements.rest_squared_frequency(), lattice_squared_frequency_);
+  rest_squared_frequency_ = std::max(elements.rest_squared_frequency(), lifted_bound());
   max_squared_frequency_ = rest_squared_frequency_;
 }
 
@@ -59,6 +82,19 @@ void InternalForces::limit_to(const ParticleMask* mask) {
 
 void InternalForces::rely_on_damping(double cfl, double relaxation) {
   elements.rely_on_damping(cfl, relaxation);
+  relaxed_squared_frequency_ = 0;
+  kept_.clear();
+  if (relaxation > 0) {
+    kept_.assign(squared_rate_.size(), 0);
+    membranes.add_stiffness(kept_);
+    bending_springs.add_stiffness(kept_);
+    bending_elements.add_stiffness(kept_);
+    tethers.add_stiffness(kept_);
+    relaxed_squared_frequency_ = std::max(edge_springs.rely_on_damping(relaxation, squared_rate_, kept_),
+                                          altitude_springs.rely_on_damping(relaxation, squared_rate_, kept_));
+  }
+  if (relaxed_squared_frequency_ == 0) kept_.clear();
+  sideways_.assign(kept_.size(), 0);
   bound_at_rest();
 }
 
@@ -74,9 +110,15 @@ bool InternalForces::empty() const {
 
 void InternalForces::add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>& force) {
   elements.add_elastic_forces(x, force);
-  for_each_other(*this, [&](auto& other) { other.add_elastic_forces(x, force); });
+  std::fill(sideways_.begin(), sideways_.end(), 0);
+  membranes.add_elastic_forces(x, force);
+  edge_springs.add_elastic_forces(x, force, sideways_);
+  altitude_springs.add_elastic_forces(x, force, sideways_);
+  bending_springs.add_elastic_forces(x, force);
+  bending_elements.add_elastic_forces(x, force);
+  tethers.add_elastic_forces(x, force);
   max_squared_frequency_ =
-      std::max(elements.max_squared_frequency(), membranes.stiffening() * lattice_squared_frequency_);
+      std::max(elements.max_squared_frequency(), membranes.stiffening() * lifted_bound());
 }
 
 void InternalForces::add_damping_forces(const std::vector<Vec3>& v, std::vector<Vec3>& force) {

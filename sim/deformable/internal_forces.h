@@ -46,7 +46,8 @@ class InternalForces {
   bool turn_bodies() const { return tethers.size() > 0 || elements.brakes(); }
   // Adds every particle's own block of minus that operator, kg/s, of all but membranes and tethers.
   void add_damping_blocks(std::vector<SymmetricBlock>& blocks);
-  // See FiniteElements.
+  // See FiniteElements. Springs on edges and altitudes are lifted as elements are: of those whose viscosity
+  // is tau times their stiffness, limits of `relaxation` tau do.
   void rely_on_damping(double cfl, double relaxation);
   void set_time_step(double dt) { elements.set_time_step(dt); }
   // Added to the damping times of the finite elements, s.
@@ -68,9 +69,16 @@ class InternalForces {
   void set_max_squared_frequency(double value) { max_squared_frequency_ = value; }
 
  private:
+  double lattice_bound(std::vector<double>& rate) const;
+  double lifted_bound() const;
   void bound_at_rest();
 
   double lattice_squared_frequency_ = 0;  // of all but the finite elements, at rest
+  double relaxed_squared_frequency_ = 0;  // of what it holds
+  std::vector<double> inverse_mass_;      // 1/kg
+  std::vector<double> kept_;  // N/m, sums around the particles of the stiffness that it does not; empty: all
+  std::vector<double> sideways_;      // N/m, the same of what it holds, in other directions
+  std::vector<double> squared_rate_;  // rad^2/s^2, see finalize()
   double max_squared_frequency_ = 0, rest_squared_frequency_ = 0;
 };
 

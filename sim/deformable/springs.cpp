@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace duet {
 namespace {
@@ -17,7 +18,18 @@ double half_of_weights(const Spring<N>& spring) {
   return sum / 2;
 }
 
+template <std::size_t N>
+void add_stiffness_of(const Spring<N>& spring, std::vector<double>& stiffness) {
+  const double half = half_of_weights(spring);
+  for (std::size_t i = 0; i < N; ++i)
+    stiffness[as_index(spring.particle[i])] += spring.stiffness * half * std::abs(spring.weight[i]);
+}
+
 }  // namespace
+
+double relaxed_squared_frequency(double reach) {
+  return reach > 0 ? 4 / (reach * reach) : std::numeric_limits<double>::infinity();
+}
 
 template <std::size_t N>
 void Springs<N>::finalize(std::size_t particle_count) {
@@ -70,9 +82,11 @@ void Springs<N>::add_forces(const std::vector<Vec3>& values, std::vector<Vec3>& 
 }
 
 template <std::size_t N>
-void Springs<N>::add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>& force) {
-  add_forces(x, force, [&](std::size_t b, const PackVector& d) {
+void Springs<N>::add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>& force,
+                                    std::vector<double>& sideways) {
+  sums_.fill_from(x, [&](std::size_t b, const Quad* rows, Quad* sums) {
     Batch& batch = batches_[b];
+    const PackVector d = difference(batch, rows);
     const Pack length = sqrt_of(dot(d, d));
     const Pack shortest = crushed * batch.rest_length;
     const Pack divisor = select(length > shortest, length, shortest);
@@ -82,8 +96,14 @@ void Springs<N>::add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3
     const Pack side = batch.stiffness * (1.0 - batch.rest_length * inverse);
     batch.sideways = select(side > Pack{}, side, Pack{});
     dashpots_[b].set(batch.slot, batch.weight, batch.viscosity, batch.direction);
-    return (batch.stiffness * (batch.rest_length - length)) * batch.direction;
+    const PackVector along = (batch.stiffness * (batch.rest_length - length)) * batch.direction;
+    Pack half{};
+    for (const Pack& weight : batch.weight) half += 0.5 * abs_of(weight);
+    for (std::size_t i = 0; i < N; ++i)
+      BlockSums::spread(batch.slot[i], batch.weight[i] * along,
+                        half * abs_of(batch.weight[i]) * batch.sideways, sums);
   });
+  sums_.add_to(force, sideways);
 }
 
 template <std::size_t N>
@@ -133,21 +153,35 @@ double Springs<N>::energy(const std::vector<Vec3>& x) const {
 
 template <std::size_t N>
 void Springs<N>::add_stiffness(std::vector<double>& stiffness) const {
-  for (const Spring<N>& spring : springs_) {
-    const double half = half_of_weights(spring);
-    for (std::size_t i = 0; i < N; ++i)
-      stiffness[as_index(spring.particle[i])] += spring.stiffness * half * std::abs(spring.weight[i]);
-  }
+  for (const Spring<N>& spring : springs_) add_stiffness_of(spring, stiffness);
+}
+
+template <std::size_t N>
+double Springs<N>::squared_frequency(const Spring<N>& spring, const std::vector<double>& squared_rate) const {
+  double sum = 0;
+  for (std::size_t i = 0; i < N; ++i)
+    sum += std::abs(spring.weight[i]) * squared_rate[as_index(spring.particle[i])];
+  return sum / half_of_weights(spring);
 }
 
 template <std::size_t N>
 double Springs<N>::max_squared_frequency(const std::vector<double>& squared_rate) const {
   double highest = 0;
+  for (const Spring<N>& spring : springs_)
+    highest = std::max(highest, squared_frequency(spring, squared_rate));
+  return highest;
+}
+
+template <std::size_t N>
+double Springs<N>::rely_on_damping(double relaxation, const std::vector<double>& squared_rate,
+                                   std::vector<double>& kept) const {
+  double highest = 0;
   for (const Spring<N>& spring : springs_) {
-    double sum = 0;
-    for (std::size_t i = 0; i < N; ++i)
-      sum += std::abs(spring.weight[i]) * squared_rate[as_index(spring.particle[i])];
-    highest = std::max(highest, sum / half_of_weights(spring));
+    const double relaxed = relaxed_squared_frequency(relaxation * spring.viscosity / spring.stiffness);
+    if (relaxed < squared_frequency(spring, squared_rate))
+      highest = std::max(highest, relaxed);
+    else
+      add_stiffness_of(spring, kept);
   }
   return highest;
 }

@@ -40,7 +40,15 @@ class Springs {
 
   // Adds the elastic forces at `x` to `force` (N) and keeps the directions for the other two. Where a spring
   // is crushed below a thousandth of its rest length its direction, and with it the force, fades out.
-  void add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>& force);
+  // Adds to every particle's entry of `sideways`, unless that is empty, its part (see
+  // InternalForces::finalize) of the stiffness of stretched springs across their direction, k (1 - L / |d|),
+  // which their viscosity does not hold, N/m.
+  void add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>& force,
+                          std::vector<double>& sideways);
+  void add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>& force) {
+    std::vector<double> none;
+    add_elastic_forces(x, force, none);
+  }
   // Linear in v, symmetric and negative semi-definite.
   void add_damping_forces(const std::vector<Vec3>& v, std::vector<Vec3>& force);
   // The same in single precision.
@@ -57,8 +65,12 @@ class Springs {
   // See InternalForces::finalize.
   void add_stiffness(std::vector<double>& stiffness) const;
   double max_squared_frequency(const std::vector<double>& squared_rate) const;
+  double rely_on_damping(double relaxation, const std::vector<double>& squared_rate,
+                         std::vector<double>& kept) const;
 
  private:
+  double squared_frequency(const Spring<N>& spring, const std::vector<double>& squared_rate) const;
+
   struct Batch {
     std::array<PackIndex, N> particle;
     std::array<BlockSums::Slot, N> slot;
