@@ -60,7 +60,7 @@ void write_sizes(std::string& out, const WorldSizes& sizes) {
 const char* why_not_lifted(const Solver& solver) {
   if (solver.integration == Integration::implicit) return "elasticity is implicit";
   if (solver.compression == Compression::followed) return "compression is \"followed\"";
-  return "no neo-Hookean material that is not incompressible is damped for so long";
+  return "no neo-Hookean material that is not incompressible, nor springs, are damped for so long";
 }
 
 void write_time(std::string& out, const Scene& scene, const WorldSizes& sizes,
