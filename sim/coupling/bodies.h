@@ -36,6 +36,7 @@ struct Bodies {
   OneRings one_rings;       // of incompressible bodies
   std::vector<DeformableBody> deformable;
   std::vector<SurfacePoint> points;          // of all deformable bodies, body after body
+  std::vector<BoundaryEdge> edges;           // the same, of what touches with more than its particles
   std::vector<Triangle> triangles;           // their boundaries, global particle indices
   std::vector<std::array<int, 2>> segments;  // of rods, the same
   Articulation articulation;                 // joints between the rigid bodies

@@ -50,7 +50,8 @@ struct CandidateSearch {
   struct Chunk {  // what the pairs of one range found
     std::vector<PairTouches> pairs;
     std::vector<NearPoint> touches;
-    std::vector<NearRidge> ridges;  // of the pair that is looked at
+    std::vector<NearRidge> ridges;
+    EdgeScratch edge;
     ReductionScratch reduction;
     std::size_t first_pair = 0, first_point = 0;  // where they go
   };

@@ -80,6 +80,11 @@ class Collider {
     const SurfacePoint& point = surface_point(bodies_, contact);
     const Vec3 x = weighted(point, bodies_.particles.x) +
                    dt_ * (weighted(point, bodies_.particles.v) + weighted(point, difference_.particle));
+    if (contact.is_on_ridge()) {
+      const Pose& pose = predicted_pose(contact.host);
+      return (pose.orientation * contact.lowest.normal).dot(x - pose.to_world(contact.lowest.foot)) +
+             point.allowance;
+    }
     return host.shape.distance(predicted_pose(contact.host).to_body(x)) + point.allowance;
   }
 

@@ -13,6 +13,8 @@
 namespace duet {
 namespace {
 
+// Cosine of the angle between the way inwards and the normal of a surface that a soft edge faces, at least.
+constexpr double least_inward = 0.2;
 constexpr std::size_t pairs_at_once = 16, points_at_once = 32;
 
 // How far off a point may be and still be reached, for a bound on its relative speed (m/s): its motion over
@@ -131,6 +133,30 @@ void visit_near(const Bodies& bodies, const CandidateSearch& search, const BodyP
       const double gap = host.shape.distance(y);
       if (gap < margin) visit(NearPoint{.point = i, .position = y, .gap = gap});
     }
+  }
+}
+
+// Calls visit(edge, lowest) for the lowest place of every boundary edge of a deformable guest that crosses an
+// edge of the host, where that is less than `margin` away; allowances are not part of its distance.
+template <class Visit>
+void visit_edges(const Bodies& bodies, const BodyBounds& bounds, const BodyPair& pair, double margin,
+                 EdgeScratch& scratch, Visit&& visit) {
+  const auto h = as_index(pair.host);
+  const RigidProperties& properties = bodies.rigid.properties[h];
+  const DeformableBody& body = bodies.deformable[as_index(pair.guest_deformable)];
+  if (body.edge_count == 0 || !edges_count(properties.shape, properties.ridges)) return;
+  const Host host(bodies.rigid.state[h], properties, margin);
+  const Eigen::AlignedBox3d box = world_box(bounds, margin);
+  const std::vector<Vec3>& x = bodies.particles.x;
+  for (int e = body.first_edge; e < body.first_edge + body.edge_count; ++e) {
+    const auto [a, b] = bodies.edges[as_index(e)].particle;
+    const Vec3 &first = x[as_index(a)], &second = x[as_index(b)];
+    if (!box.intersects(Eigen::AlignedBox3d(first.cwiseMin(second), first.cwiseMax(second)))) continue;
+    const std::optional<NearRidge> near =
+        lowest_place_on_edge(host.to_body * (first - host.center), host.to_body * (second - host.center),
+                             body.parts_per_edge, host.shape, host.box(), margin, scratch);
+    if (near && !is_at_seam(bodies, pair.host, bodies.rigid.state[h].pose.to_world(near->lowest.foot)))
+      visit(e, *near);
   }
 }
 
@@ -296,13 +322,39 @@ class Finder {
     const double around = bodies_.deformable[as_index(pair.guest_deformable)].thickness / 2;
     visit_near(bodies_, search_, pair, margin + around, [&](NearPoint touch) {
       const SurfacePoint& point = bodies_.points[as_index(touch.point)];
-      const RigidState& state = bodies_.rigid.state[h];
-      const Vec3 arm = search_.point[as_index(touch.point)] - state.pose.position;
-      const Vec3 v = weighted(point, bodies_.particles.v) - point_velocity(state, arm);
-      const Vec3 change = weighted(point, difference_.particle) - difference_.rigid[h];
       touch.gap += point.allowance;
-      if (touch.gap < reach(v.norm() + change.norm(), dt_)) chunk.touches.push_back(touch);
+      if (touch.gap < reach_of(point, search_.point[as_index(touch.point)], h))
+        chunk.touches.push_back(touch);
     });
+    ContactPoint contact;
+    visit_edges(bodies_, host, pair, margin + around, chunk.edge, [&](int edge, const NearRidge& near) {
+      contact.guest_point = static_cast<int>(bodies_.points.size()) + edge;
+      contact.lowest = near.lowest;
+      put_on_edge(bodies_, contact);
+      const SurfacePoint& point = contact.on_edge;
+      const Vec3 inward = host_rotation(h).transpose() * inward_direction(bodies_, point);
+      if (!inward.isZero(0) && near.lowest.normal.dot(inward) < least_inward) return;
+      const double gap = near.distance + point.allowance;
+      if (!(gap < reach_of(point, weighted(point, bodies_.particles.x), h))) return;
+      chunk.touches.push_back({.point = contact.guest_point,
+                               .position = near.lowest.foot,
+                               .normal = near.lowest.normal,
+                               .gap = gap,
+                               .ridge = static_cast<int>(chunk.ridges.size())});
+      chunk.ridges.push_back(near);
+    });
+  }
+
+  Mat3 host_rotation(std::size_t host) const {
+    return bodies_.rigid.state[host].pose.orientation.toRotationMatrix();
+  }
+
+  // How far a deformable guest's point at `x` (m) can be from the host and still reach it, m.
+  double reach_of(const SurfacePoint& point, const Vec3& x, std::size_t host) const {
+    const RigidState& state = bodies_.rigid.state[host];
+    const Vec3 v = weighted(point, bodies_.particles.v) - point_velocity(state, x - state.pose.position);
+    const Vec3 change = weighted(point, difference_.particle) - difference_.rigid[host];
+    return reach(v.norm() + change.norm(), dt_);
   }
 
   void make_room(std::size_t chunks) {
@@ -348,9 +400,10 @@ class Finder {
       contact.friction = std::min(host.friction, guest.friction);
       contact.restitution = std::min(host.restitution, guest.restitution);
     }
+    if (pair.guest_rigid < 0 && contact.is_on_ridge()) put_on_edge(bodies_, contact);
     update_geometry(bodies_, contact);
     if (pair.guest_rigid < 0)
-      contact.friction *= lying_share(bodies_, bodies_.points[as_index(near.point)], contact.normal);
+      contact.friction *= lying_share(bodies_, surface_point(bodies_, contact), contact.normal);
     return contact;
   }
 
@@ -390,6 +443,10 @@ double max_penetration(const Bodies& bodies, const CandidateFilter& filter) {
               near.gap -= around;
               look(near);
             });
+            EdgeScratch scratch;
+            visit_edges(
+                bodies, search.broad_phase.bounds[as_index(pairs[i].host)], pairs[i], around, scratch,
+                [&](int, const NearRidge& near) { deepest = std::min(deepest, near.distance - around); });
             continue;
           }
           if (never_touch(bodies, pairs[i].host, pairs[i].guest_rigid)) continue;

@@ -74,15 +74,35 @@ Touch touch(const Bodies& bodies, int host, const Pose& host_pose, const Surface
   return {x, way.normal, point.allowance - way.depth};
 }
 
+Touch touch(const Bodies& bodies, const ContactPoint& contact, const Pose& host_pose, const Vec3& x) {
+  const SurfacePoint& point = surface_point(bodies, contact);
+  if (!contact.is_on_ridge()) return touch(bodies, contact.host, host_pose, point, x);
+  const Vec3 normal = host_pose.orientation * contact.lowest.normal;
+  return {x, normal, normal.dot(x - host_pose.to_world(contact.lowest.foot)) + point.allowance};
+}
+
 }  // namespace
+
+void put_on_edge(const Bodies& bodies, ContactPoint& contact) {
+  const BoundaryEdge& edge = bodies.edges[as_index(contact.guest_point) - bodies.points.size()];
+  SurfacePoint point;
+  point.count = 2;
+  point.allowance = edge.allowance;
+  point.weight = {1 - contact.lowest.share, contact.lowest.share, 0, 0};
+  for (std::size_t i = 0; i < 2; ++i) {
+    point.particle[i] = edge.particle[i];
+    point.inverse_mass +=
+        point.weight[i] * point.weight[i] * bodies.particles.inverse_mass[as_index(edge.particle[i])];
+  }
+  contact.on_edge = point;
+}
 
 Touch touch(const Bodies& bodies, const ContactPoint& contact) {
   const Pose& pose = bodies.rigid.state[as_index(contact.host)].pose;
   if (contact.is_rigid_pair())
     return touch(bodies, contact.host, pose, contact.guest_rigid,
                  bodies.rigid.state[as_index(contact.guest_rigid)].pose, contact.guest_point, contact.lowest);
-  const SurfacePoint& point = surface_point(bodies, contact);
-  return touch(bodies, contact.host, pose, point, weighted(point, bodies.particles.x));
+  return touch(bodies, contact, pose, weighted(surface_point(bodies, contact), bodies.particles.x));
 }
 
 Touch predicted_touch(const Bodies& bodies, const std::vector<Pose>& predicted, double dt,
@@ -93,7 +113,7 @@ Touch predicted_touch(const Bodies& bodies, const std::vector<Pose>& predicted, 
                  contact.guest_point, contact.lowest);
   const SurfacePoint& point = surface_point(bodies, contact);
   const Vec3 x = weighted(point, bodies.particles.x) + dt * weighted(point, bodies.particles.v) + shift;
-  return touch(bodies, contact.host, pose, point, x);
+  return touch(bodies, contact, pose, x);
 }
 
 double gap_now(const Bodies& bodies, const ContactPoint& contact) { return touch(bodies, contact).gap; }

@@ -10,6 +10,9 @@ namespace {
 constexpr double far = std::numeric_limits<double>::infinity();
 // By how much of the way between two nodes the distance falls towards a minimum, at least.
 constexpr double least_fall = 0.005;
+// By how much the slope of the distance changes from one part of an edge to the next where an edge of a host
+// may lie between them, at least: less than half of what one of 30 degrees does that the edge crosses askew.
+constexpr double least_bend = 0.1;
 constexpr double precision = 0.01;  // of the place, of the way between two nodes
 constexpr double golden = 0.6180339887498949;
 // Of the mean of the normals on the two sides of a minimum: shorter where an edge has gone through the host.
@@ -115,7 +118,7 @@ class Walk {
     const double length = mean.norm();
     if (!(length > least_mean)) return;
     const Vec3 normal = mean / length, inward = pose_.orientation * ridges_.inward[as_index(line_.begin + i)];
-    if (line_.radius == 0 && normal.dot(inward) < least_facing) return;
+    if (!inward.isZero(0) && normal.dot(inward) < least_facing) return;
     const double height =
         ((1 - share) * (n1.dot(x1) - distance1) + share * (n2.dot(x2) - distance2)) / length;
     const Vec3 place_in_guest = place(i, t), x = pose_.to_world(place_in_guest);
@@ -146,6 +149,45 @@ bool ridges_count(const LevelSet& guest, const LevelSet& host, bool is_reversed)
 void find_lowest_places(const Ridges& ridges, const Pose& pose, const LevelSet& host,
                         const Eigen::AlignedBox3d& near, double margin, std::vector<NearRidge>& found) {
   for (const Ridges::Line& line : ridges.lines) Walk(ridges, line, pose, host, near, margin, found).find();
+}
+
+bool edges_count(const LevelSet& host, const Ridges& ridges) {
+  return !ridges.lines.empty() && !is_swept_by_ball(host);
+}
+
+std::optional<NearRidge> lowest_place_on_edge(const Vec3& first, const Vec3& second, int parts,
+                                              const LevelSet& host, const Eigen::AlignedBox3d& near,
+                                              double margin, EdgeScratch& scratch) {
+  const double length = (second - first).norm(), part = length / parts;
+  const double reach = margin + host.tolerance();
+  if (host.distance((first + second) / 2) - length / 2 > reach) return std::nullopt;
+  std::vector<double>& distance = scratch.distance;
+  distance.clear();
+  double least = far, bend = 0;
+  for (int i = 0; i <= parts; ++i) {
+    const double share = static_cast<double>(i) / parts;
+    distance.push_back(host.distance((1 - share) * first + share * second));
+    least = std::min(least, distance.back());
+    if (i > 1)
+      bend =
+          std::max(bend, distance[as_index(i)] - 2 * distance[as_index(i - 1)] + distance[as_index(i - 2)]);
+  }
+  if (!(bend > least_bend * part) || least - part / 2 > reach) return std::nullopt;
+
+  Ridges& line = scratch.line;
+  line.lines.assign(1, {.begin = 0, .end = parts + 1, .longest = part});
+  line.inward.assign(as_index(parts + 1), Vec3::Zero());
+  line.nodes.clear();
+  for (int i = 0; i <= parts; ++i)
+    line.nodes.push_back(first + static_cast<double>(i) / parts * (second - first));
+  scratch.found.clear();
+  find_lowest_places(line, Pose{}, host, near, margin, scratch.found);
+  if (scratch.found.empty()) return std::nullopt;
+  NearRidge lowest =
+      *std::min_element(scratch.found.begin(), scratch.found.end(),
+                        [](const NearRidge& a, const NearRidge& b) { return a.distance < b.distance; });
+  lowest.lowest.share = (lowest.lowest.place - first).norm() / length;
+  return lowest;
 }
 
 }  // namespace duet

@@ -1,7 +1,8 @@
-// Where the ridges of a rigid body come nearest to another one: where edges cross, and where rings, rods and
-// rims touch beside their samples.
+// Where the ridges of a rigid body and the boundary edges of a deformable one come nearest to another rigid
+// body: where edges cross, and where rings, rods and rims touch beside their samples.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "sim/geometry/ridges.h"
@@ -11,10 +12,11 @@ namespace duet {
 // A place on a ridge of a guest, and the plane at which it touches the host: for crossing edges the one that
 // both edges lie in.
 struct LowestPlace {
-  Vec3 place = Vec3::Zero();   // m, guest's body space
+  Vec3 place = Vec3::Zero();   // m, guest's body space; of a deformable guest, the host's
   Vec3 normal = Vec3::Zero();  // unit, outward of the host, in its body space
   Vec3 foot = Vec3::Zero();    // m, of the plane, in the host's body space
   double radius = 0;           // m, of the ball about the place that touches
+  double share = 0;            // of the way along a deformable guest's edge, from its first particle
 };
 
 struct NearRidge {
@@ -32,5 +34,20 @@ bool ridges_count(const LevelSet& guest, const LevelSet& host, bool is_reversed)
 // ridges' body in the host's space, `near` a box of it out of which everything is farther than the margin.
 void find_lowest_places(const Ridges& ridges, const Pose& pose, const LevelSet& host,
                         const Eigen::AlignedBox3d& near, double margin, std::vector<NearRidge>& found);
+
+// Whether edges of deformable bodies can cross those of a host with these ridges.
+bool edges_count(const LevelSet& host, const Ridges& ridges);
+
+// The same along the straight edge from `first` to `second` (m, in the host's space) of a deformable body:
+// the lowest of its places, where it crosses an edge of the host. Its surface points divide it into `parts`,
+// 2 at least, which are as far apart as what the search looks at; `scratch` keeps its storage.
+struct EdgeScratch {
+  Ridges line;
+  std::vector<double> distance;
+  std::vector<NearRidge> found;
+};
+std::optional<NearRidge> lowest_place_on_edge(const Vec3& first, const Vec3& second, int parts,
+                                              const LevelSet& host, const Eigen::AlignedBox3d& near,
+                                              double margin, EdgeScratch& scratch);
 
 }  // namespace duet

@@ -77,7 +77,10 @@ void PushOutSystem::add(const ContactPoint& contact, std::size_t guest, const Ve
     }
   } else if (!is_held(guest)) {
     const SurfacePoint& point = surface_point(*bodies_, contact);
-    row.point = contact.guest_point;
+    // Places on one edge are different points for different hosts.
+    row.point = contact.is_on_ridge()
+                    ? static_cast<int>(bodies_->points.size() + bodies_->edges.size() + rows_.size())
+                    : contact.guest_point;
     row.inverse_mass = point.inverse_mass;
     guest_inertia = 1 / point.inverse_mass;
     row.guest_mass = guest_inertia * Mat3::Identity();

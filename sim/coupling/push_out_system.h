@@ -38,7 +38,7 @@ class PushOutSystem {
 
   struct Row {                            // one overlap
     int host = -1, guest = -1;            // slots of rigid bodies; -1: held, or no rigid body
-    int point = -1;                       // of a deformable guest, index in Bodies::points
+    int point = -1;                       // of a deformable guest, a number of its own; else -1
     std::array<int, 4> particle{};        // slots
     std::array<double, 4> weight{};       // of the particles in the point; 0: none
     std::array<double, 4> per_impulse{};  // 1/kg, displacement of a particle per impulse on the point

@@ -34,6 +34,12 @@ struct SurfacePoint {
   double allowance = 0;
 };
 
+// An edge of the boundary, which sharp edges of rigid bodies can cross anywhere between its surface points.
+struct BoundaryEdge {
+  std::array<int, 2> particle{0, 0};
+  double allowance = 0;  // m, as of a SurfacePoint
+};
+
 // One deformable body: ranges of the shared arrays.
 struct DeformableBody {
   std::string name;
@@ -46,6 +52,8 @@ struct DeformableBody {
   int first_segment = 0, segment_count = 0;    // of a rod
   double thickness = 0;                        // m, of shells and rods: contact is half of it away
   double air_drag = 0;                         // 1/m, deceleration over the square of the speed
+  int first_edge = 0, edge_count = 0;          // of the boundary edges
+  int parts_per_edge = 0;                      // that surface points divide each of them into
 };
 
 template <class Work>

@@ -83,6 +83,26 @@ void add_points(const std::vector<int>& nodes, const std::vector<BoundarySample>
   body.sample_count = body.first_point + body.point_count - vertices_end;
 }
 
+// The edges between those triangles that have `parts` - 1 surface points on each.
+void add_edges(const std::vector<Triangle>& triangles, int parts, double reach, duet::DeformableBody& body,
+               Bodies& bodies) {
+  if (parts < 2) return;
+  std::set<std::pair<int, int>> edges;
+  for (const Triangle& t : triangles)
+    for (std::size_t i = 0; i < 3; ++i) edges.insert(std::minmax(t[i], t[(i + 1) % 3]));
+  const Particles& particles = bodies.particles;
+  body.first_edge = static_cast<int>(bodies.edges.size());
+  for (const auto& [a, b] : edges) {
+    const BoundaryEdge edge{{body.first_particle + a, body.first_particle + b}, -reach};
+    const auto is_left_out = [&](int p) { return particles.mass[as_index(p)] == 0; };
+    const auto moves = [&](int p) { return particles.inverse_mass[as_index(p)] > 0; };
+    if (std::any_of(edge.particle.begin(), edge.particle.end(), is_left_out)) continue;
+    if (std::any_of(edge.particle.begin(), edge.particle.end(), moves)) bodies.edges.push_back(edge);
+  }
+  body.edge_count = static_cast<int>(bodies.edges.size()) - body.first_edge;
+  body.parts_per_edge = parts;
+}
+
 void add_shell_forces(const std::vector<Triangle>& triangles, const std::vector<SheetEdge>& edges,
                       const Material& material, double thickness, const EffectSet& plan, Bodies& bodies) {
   const std::vector<Vec3>& x = bodies.particles.x;
@@ -214,6 +234,7 @@ void add_surface_points(const TetMesh& mesh, const std::vector<Triangle>& triang
   add_points({nodes.begin(), nodes.end()},
              order > 1 ? boundary_samples(mesh, triangles, order) : std::vector<BoundarySample>(), reach,
              body, bodies);
+  add_edges(triangles, order, reach, body, bodies);
 }
 
 void add_surface_points(const CarriedSurface& skin, duet::DeformableBody& body, Bodies& bodies) {
