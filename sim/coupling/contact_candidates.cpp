@@ -13,8 +13,6 @@
 namespace duet {
 namespace {
 
-// Cosine of the angle between the way inwards and the normal of a surface that a soft edge faces, at least.
-constexpr double least_inward = 0.2;
 constexpr std::size_t pairs_at_once = 16, points_at_once = 32;
 
 // How far off a point may be and still be reached, for a bound on its relative speed (m/s): its motion over
@@ -332,8 +330,6 @@ class Finder {
       contact.lowest = near.lowest;
       put_on_edge(bodies_, contact);
       const SurfacePoint& point = contact.on_edge;
-      const Vec3 inward = host_rotation(h).transpose() * inward_direction(bodies_, point);
-      if (!inward.isZero(0) && near.lowest.normal.dot(inward) < least_inward) return;
       const double gap = near.distance + point.allowance;
       if (!(gap < reach_of(point, weighted(point, bodies_.particles.x), h))) return;
       chunk.touches.push_back({.point = contact.guest_point,
@@ -343,10 +339,6 @@ class Finder {
                                .ridge = static_cast<int>(chunk.ridges.size())});
       chunk.ridges.push_back(near);
     });
-  }
-
-  Mat3 host_rotation(std::size_t host) const {
-    return bodies_.rigid.state[host].pose.orientation.toRotationMatrix();
   }
 
   // How far a deformable guest's point at `x` (m) can be from the host and still reach it, m.

@@ -10,9 +10,9 @@ namespace {
 constexpr double far = std::numeric_limits<double>::infinity();
 // By how much of the way between two nodes the distance falls towards a minimum, at least.
 constexpr double least_fall = 0.005;
-// By how much the slope of the distance changes from one part of an edge to the next where an edge of a host
-// may lie between them, at least: less than half of what one of 30 degrees does that the edge crosses askew.
-constexpr double least_bend = 0.1;
+// By how much the slope of the distance changes from one part of a soft edge to the next where an edge of the
+// host may lie between them, at least: what it overlooks is no deeper than a quarter of this, of a part.
+constexpr double least_bend = 0.03;
 constexpr double precision = 0.01;  // of the place, of the way between two nodes
 constexpr double golden = 0.6180339887498949;
 // Of the mean of the normals on the two sides of a minimum: shorter where an edge has gone through the host.

@@ -83,13 +83,18 @@ void add_points(const std::vector<int>& nodes, const std::vector<BoundarySample>
   body.sample_count = body.first_point + body.point_count - vertices_end;
 }
 
-// The edges between those triangles that have `parts` - 1 surface points on each.
-void add_edges(const std::vector<Triangle>& triangles, int parts, double reach, duet::DeformableBody& body,
-               Bodies& bodies) {
-  if (parts < 2) return;
+std::set<std::pair<int, int>> edges_of(const std::vector<Triangle>& triangles) {
   std::set<std::pair<int, int>> edges;
   for (const Triangle& t : triangles)
     for (std::size_t i = 0; i < 3; ++i) edges.insert(std::minmax(t[i], t[(i + 1) % 3]));
+  return edges;
+}
+
+// Between nodes of the body; surface points divide each of them into `parts`. Like points, those on particles
+// that move with a body are left to the body.
+void add_edges(const std::set<std::pair<int, int>>& edges, int parts, double reach,
+               duet::DeformableBody& body, Bodies& bodies) {
+  if (parts < 2) return;
   const Particles& particles = bodies.particles;
   body.first_edge = static_cast<int>(bodies.edges.size());
   for (const auto& [a, b] : edges) {
@@ -234,7 +239,7 @@ void add_surface_points(const TetMesh& mesh, const std::vector<Triangle>& triang
   add_points({nodes.begin(), nodes.end()},
              order > 1 ? boundary_samples(mesh, triangles, order) : std::vector<BoundarySample>(), reach,
              body, bodies);
-  add_edges(triangles, order, reach, body, bodies);
+  add_edges(edges_of(triangles), order, reach, body, bodies);
 }
 
 void add_surface_points(const CarriedSurface& skin, duet::DeformableBody& body, Bodies& bodies) {
@@ -291,9 +296,11 @@ BodyShape add_rod(const Scene& scene, const EffectSet& plan, const DeformableBod
   const int count = static_cast<int>(curve.nodes.size()), segments = curve.is_closed ? count : count - 1;
   std::vector<double> volumes(curve.nodes.size(), 0);
   std::vector<BoundarySample> samples;
+  std::set<std::pair<int, int>> edges;
   const int order = scene.solver.face_samples;
   for (int i = 0; i < segments; ++i) {
     const int next = (i + 1) % count;
+    edges.insert(std::minmax(i, next));
     const double length = (curve.nodes[as_index(next)] - curve.nodes[as_index(i)]).norm();
     for (const int node : {i, next})
       volumes[as_index(node)] += length / 2 * std::numbers::pi / 4 * diameter * diameter;
@@ -312,6 +319,7 @@ BodyShape add_rod(const Scene& scene, const EffectSet& plan, const DeformableBod
   std::vector<int> nodes(curve.nodes.size());
   std::iota(nodes.begin(), nodes.end(), 0);
   add_points(nodes, samples, diameter / 2, body, bodies);
+  add_edges(edges, order, diameter / 2, body, bodies);
   bodies.deformable.push_back(body);
   const Tube tube(curve, diameter / 2);
   return {description.name,
