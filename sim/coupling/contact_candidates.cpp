@@ -74,7 +74,8 @@ void find_ridges(const Bodies& bodies, const BodyPair& pair, bool is_reversed, d
   found.erase(std::remove_if(found.begin() + first, found.end(),
                              [&](const NearRidge& near) {
                                return is_at_seam(bodies, pair.host,
-                                                 rigid.state[h].pose.to_world(near.lowest.foot));
+                                                 rigid.state[h].pose.to_world(near.lowest.foot),
+                                                 near.precision);
                              }),
               found.end());
 }
@@ -153,7 +154,8 @@ void visit_edges(const Bodies& bodies, const BodyBounds& bounds, const BodyPair&
     const std::optional<NearRidge> near =
         lowest_place_on_edge(host.to_body * (first - host.center), host.to_body * (second - host.center),
                              body.parts_per_edge, host.shape, host.box(), margin, scratch);
-    if (near && !is_at_seam(bodies, pair.host, bodies.rigid.state[h].pose.to_world(near->lowest.foot)))
+    if (near && !is_at_seam(bodies, pair.host, bodies.rigid.state[h].pose.to_world(near->lowest.foot),
+                            near->precision))
       visit(e, *near);
   }
 }

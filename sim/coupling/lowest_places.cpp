@@ -126,6 +126,7 @@ class Walk {
     found.lowest = {place_in_guest, normal, x - (normal.dot(x) - height) * normal, line_.radius};
     found.node = line_.begin + i;
     found.distance = least - line_.radius;
+    found.precision = precision * line_.longest;
     found_.push_back(found);
   }
 

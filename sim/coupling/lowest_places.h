@@ -21,8 +21,9 @@ struct LowestPlace {
 
 struct NearRidge {
   LowestPlace lowest;
-  int node = -1;        // of the guest's ridges, next to the place
-  double distance = 0;  // m, from the ball about the place to the host
+  int node = -1;         // of the guest's ridges, next to the place
+  double distance = 0;   // m, from the ball about the place to the host
+  double precision = 0;  // m, of the place along its line
 };
 
 // Whether the ridges of a guest of shape `guest` can touch a `host` where neither its own samples and deepest

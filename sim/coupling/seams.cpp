@@ -131,10 +131,10 @@ std::optional<HiddenFoot> hidden_foot(const Bodies& bodies, int host, const Vec3
   return {};
 }
 
-bool is_at_seam(const Bodies& bodies, int host, const Vec3& foot) {
+bool is_at_seam(const Bodies& bodies, int host, const Vec3& foot, double precision) {
   if (bodies.adjoining.first.empty()) return false;
   for (const int other : bodies.adjoining.of(host))
-    if (distance_to(bodies.rigid, other, foot) <=
+    if (distance_to(bodies.rigid, other, foot) - precision <=
         tolerance * std::min(bodies.rigid.properties[as_index(host)].shape.smallest_size(),
                              bodies.rigid.properties[as_index(other)].shape.smallest_size()))
       return true;

@@ -35,8 +35,8 @@ std::optional<HiddenFoot> hidden_foot(const Bodies& bodies, int host, const Vec3
 WayOut way_out_of_seam(const Bodies& bodies, int host, const Vec3& x, const Vec3& inward, const WayOut& way,
                        const HiddenFoot& hidden);
 
-// Whether another body adjoins the host at `foot` (m).
-bool is_at_seam(const Bodies& bodies, int host, const Vec3& foot);
+// Whether another body adjoins the host at `foot`, which is known up to `precision` (m).
+bool is_at_seam(const Bodies& bodies, int host, const Vec3& foot, double precision);
 
 // contact_plane() of a host at `pose`, but for what is hidden.
 ContactPlane exposed_plane(const Bodies& bodies, int host, const Pose& pose, const Vec3& x,

@@ -370,8 +370,7 @@ std::vector<Key> keys(Solver& solver) {
        "forward and backward sweeps of the contact projection in the conjugate gradients; implicit: 10 at "
        "least"},
       {"face_samples", &solver.face_samples, "", between(0, 32),
-       "lattice order of contact points on deformable faces, higher for thin rigid bodies; from 2 on, edges "
-       "cross those of rigid bodies anywhere; 0: vertices only"},
+       "lattice order of contact points on deformable faces, from 2 on with their edges; 0: vertices only"},
       {"contact_reduction", &solver.contact_reduction, "", any,
        "flat faces of rigid bodies touch with the points that carry them instead of all their samples"},
       {"orientation", choice(solver.orientation, {"first_order", "second_order"}), "", any,

@@ -274,5 +274,57 @@ TEST(LowestPlaces, AreLookedForOneWayRoundBetweenRoundBodies) {
   EXPECT_FALSE(ridges_count(cube, LevelSet::half_space(), false));
 }
 
+// A soft edge across the upright edge at x = y = 1/2 of a cube: the plane of both, like that of two rigid
+// ones, wherever between its points it crosses. Rounding only, as there.
+TEST(LowestPlaces, OfSoftEdgesLieInThePlaneOfBoth) {
+  const Ridges ridges = find_ridges(cube, 0.125);
+  EXPECT_TRUE(edges_count(cube, ridges));
+  std::mt19937 random(2);
+  EdgeScratch scratch;
+  int told = 0;
+  for (int i = 0; i < 2000; ++i) {
+    const Vec3 along = random_vector(random).normalized();
+    Vec3 normal = along.cross(Vec3::UnitZ());
+    if (normal.norm() < 0.3) continue;
+    normal.normalize();
+    if (normal.x() < 0) normal = -normal;
+    if (normal.y() < 0.3 * normal.x() || normal.x() < 0.3 * normal.y()) continue;  // to a face, or nearly
+    const double height = 0.2 * random_vector(random).x(), share = 0.5 + 0.3 * random_vector(random).x();
+    for (const double gap : {2e-3, -2e-3, -2e-2}) {
+      const Vec3 place = Vec3(0.5, 0.5, height) + gap * normal;
+      const Vec3 first = place - 0.4 * share * along, second = first + 0.4 * along;
+      const auto near = lowest_place_on_edge(first, second, 4, cube, everywhere, 0.01, scratch);
+      ASSERT_TRUE(near);
+      const LowestPlace& lowest = near->lowest;
+      EXPECT_LT((lowest.normal - normal).norm(), 1e-10);
+      // A hundredth of a quarter of the way, and what the bisector of the faces leans over from the normal.
+      EXPECT_NEAR(lowest.share, share, 0.005 + 1.5 * std::abs(gap) / 0.4);
+      EXPECT_NEAR(normal.dot(first + lowest.share * (second - first) - lowest.foot), gap, 1e-11);
+      EXPECT_EQ(near->distance < 0, gap < 0);
+      ++told;
+    }
+  }
+  EXPECT_GT(told, 500);
+}
+
+// Points carry edges that lie on a face, cross it or end above it; and what is out of reach counts no more
+// than an edge that has gone through the body.
+TEST(LowestPlaces, OfSoftEdgesAreNoneBesideTheEdgesOfTheHost) {
+  EdgeScratch scratch;
+  const auto is_none = [&](const Vec3& first, const Vec3& second, double margin) {
+    return !lowest_place_on_edge(first, second, 4, cube, everywhere, margin, scratch);
+  };
+  EXPECT_TRUE(is_none(Vec3(-0.2, 0.5, 0), Vec3(0.2, 0.4999, 0), 0.01));
+  EXPECT_TRUE(is_none(Vec3(-0.1, 0.6, 0), Vec3(0.1, 0.45, 0), 0.01));
+  EXPECT_TRUE(is_none(Vec3(0.4, 0.5001, 0), Vec3(0.8, 0.5001, 0), 0.01));  // over the edge, level
+  EXPECT_TRUE(is_none(Vec3(0.3, 0.72, 0), Vec3(0.72, 0.3, 0), 0.01));
+  EXPECT_FALSE(is_none(Vec3(0.3, 0.72, 0), Vec3(0.72, 0.3, 0), 0.02));
+  const LevelSet plate = LevelSet::box(Vec3(2, 0.2, 2));
+  EXPECT_FALSE(
+      lowest_place_on_edge(Vec3(0.1, -0.6, 0), Vec3(0.2, 0.6, 0), 4, plate, everywhere, 0.01, scratch));
+  for (const LevelSet& round : {LevelSet::sphere(0.5), LevelSet::torus(0.6, 0.2), LevelSet::half_space()})
+    EXPECT_FALSE(edges_count(round, find_ridges(round, 0.1)));
+}
+
 }  // namespace
 }  // namespace duet

@@ -95,11 +95,12 @@ TEST_F(Planks, KeepTheRidgesThatAreLeft) {
 }
 
 TEST_F(Planks, KnowTheirSeams) {
-  EXPECT_TRUE(is_at_seam(bodies(), 0, Vec3(0, 0, 0.3)));
-  EXPECT_TRUE(is_at_seam(bodies(), 1, Vec3(0, 0, 0.3)));
-  EXPECT_TRUE(is_at_seam(bodies(), 1, Vec3(1.5, 0, 0.3)));  // under the step
-  EXPECT_FALSE(is_at_seam(bodies(), 0, Vec3(-0.1, 0, 0.3)));
-  EXPECT_FALSE(is_at_seam(bodies(), 3, Vec3(0, 3.5, 0)));
+  EXPECT_TRUE(is_at_seam(bodies(), 0, Vec3(0, 0, 0.3), 0));
+  EXPECT_TRUE(is_at_seam(bodies(), 1, Vec3(0, 0, 0.3), 0));
+  EXPECT_TRUE(is_at_seam(bodies(), 1, Vec3(1.5, 0, 0.3), 0));  // under the step
+  EXPECT_FALSE(is_at_seam(bodies(), 0, Vec3(-0.1, 0, 0.3), 0));
+  EXPECT_TRUE(is_at_seam(bodies(), 0, Vec3(-0.1, 0, 0.3), 0.11));  // up to what it is known
+  EXPECT_FALSE(is_at_seam(bodies(), 3, Vec3(0, 3.5, 0), 0));
 }
 
 TEST_F(Planks, HideTheirSidesFromEachOther) {
