@@ -51,7 +51,7 @@ struct CandidateSearch {
     std::vector<PairTouches> pairs;
     std::vector<NearPoint> touches;
     std::vector<NearRidge> ridges;
-    EdgeScratch edge;
+    std::vector<double> edge;  // m, distances along one
     ReductionScratch reduction;
     std::size_t first_pair = 0, first_point = 0;  // where they go
   };

@@ -139,7 +139,7 @@ void visit_near(const Bodies& bodies, const CandidateSearch& search, const BodyP
 // edge of the host, where that is less than `margin` away; allowances are not part of its distance.
 template <class Visit>
 void visit_edges(const Bodies& bodies, const BodyBounds& bounds, const BodyPair& pair, double margin,
-                 EdgeScratch& scratch, Visit&& visit) {
+                 std::vector<double>& scratch, Visit&& visit) {
   const auto h = as_index(pair.host);
   const RigidProperties& properties = bodies.rigid.properties[h];
   const DeformableBody& body = bodies.deformable[as_index(pair.guest_deformable)];
@@ -153,7 +153,7 @@ void visit_edges(const Bodies& bodies, const BodyBounds& bounds, const BodyPair&
     if (!box.intersects(Eigen::AlignedBox3d(first.cwiseMin(second), first.cwiseMax(second)))) continue;
     const std::optional<NearRidge> near =
         lowest_place_on_edge(host.to_body * (first - host.center), host.to_body * (second - host.center),
-                             body.parts_per_edge, host.shape, host.box(), margin, scratch);
+                             body.parts_per_edge, host.shape, margin, scratch);
     if (near && !is_at_seam(bodies, pair.host, bodies.rigid.state[h].pose.to_world(near->lowest.foot),
                             near->precision))
       visit(e, *near);
@@ -437,7 +437,7 @@ double max_penetration(const Bodies& bodies, const CandidateFilter& filter) {
               near.gap -= around;
               look(near);
             });
-            EdgeScratch scratch;
+            std::vector<double> scratch;
             visit_edges(
                 bodies, search.broad_phase.bounds[as_index(pairs[i].host)], pairs[i], around, scratch,
                 [&](int, const NearRidge& near) { deepest = std::min(deepest, near.distance - around); });

@@ -11,9 +11,11 @@ constexpr double far = std::numeric_limits<double>::infinity();
 // By how much of the way between two nodes the distance falls towards a minimum, at least.
 constexpr double least_fall = 0.005;
 // By how much the slope of the distance changes from one part of a soft edge to the next where an edge of the
-// host may lie between them, at least: what it overlooks is no deeper than a quarter of this, of a part.
-constexpr double least_bend = 0.03;
-constexpr double precision = 0.01;  // of the place, of the way between two nodes
+// host may lie between them, at least: what it overlooks is no deeper than a quarter of this, of a part. Nor
+// is the jolt when the end of an edge passes the host's and what it overlooked begins to count.
+constexpr double least_bend = 0.001;
+constexpr double precision = 0.01;     // of the place, of the way between two nodes
+constexpr double edge_of_bend = 1e-3;  // of the change of slope: the least slope away from a bend
 constexpr double golden = 0.6180339887498949;
 // Of the mean of the normals on the two sides of a minimum: shorter where an edge has gone through the host.
 constexpr double least_mean = 0.3;
@@ -23,6 +25,52 @@ constexpr double least_facing = 0.2;
 bool is_swept_by_ball(const LevelSet& shape) {
   return shape.kind == LevelSet::Kind::sphere || shape.kind == LevelSet::Kind::capsule ||
          shape.kind == LevelSet::Kind::torus;
+}
+
+// In the host's space.
+struct Plane {
+  Vec3 normal = Vec3::Zero();
+  double height = 0;  // m, above the origin along the normal
+};
+
+// The distance just before a place, at x1, and just after it, at x2, are those from two tangent planes. The
+// edge of a host with flat faces lies in both of them, and so does a plane with a mean of their normals; the
+// one across which the distance does not change along the line is that of the two crossing edges, and where
+// it only rises or falls it is the one at its lower side. On smooth hosts it is the tangent plane. None where
+// the line has gone through the host.
+std::optional<Plane> plane_of_both(const LevelSet& host, const Vec3& x1, const Vec3& x2) {
+  const auto [distance1, n1] = host.exact(x1);
+  const auto [distance2, n2] = host.exact(x2);
+  const Vec3 along = (x2 - x1).normalized();
+  const double slope1 = n1.dot(along), slope2 = n2.dot(along);
+  const double share = slope2 > slope1 ? std::clamp(-slope1 / (slope2 - slope1), 0.0, 1.0) : 0.5;
+  const Vec3 mean = (1 - share) * n1 + share * n2;
+  const double length = mean.norm();
+  if (!(length > least_mean)) return std::nullopt;
+  const double height = ((1 - share) * (n1.dot(x1) - distance1) + share * (n2.dot(x2) - distance2)) / length;
+  return Plane{mean / length, height};
+}
+
+// Where `at` is least between `low` and `high`, to `precision`.
+template <class Function>
+double golden_section(double low, double high, const Function& at) {
+  double a = high - golden * (high - low), b = low + golden * (high - low), at_a = at(a), at_b = at(b);
+  while (high - low > precision) {
+    if (at_a < at_b) {
+      high = b;
+      b = a;
+      at_b = at_a;
+      a = high - golden * (high - low);
+      at_a = at(a);
+    } else {
+      low = a;
+      a = b;
+      at_a = at_b;
+      b = low + golden * (high - low);
+      at_b = at(b);
+    }
+  }
+  return (low + high) / 2;
 }
 
 // Of one line.
@@ -80,50 +128,22 @@ class Walk {
     const double first = begins ? 0 : -1, last = ends ? 0 : 1;
     const auto at = [&](double t) { return host_.exact(pose_.to_world(place(i, t))).distance; };
     if (at(0) - line_.longest - line_.radius >= margin_) return;
-    double low = first, high = last;
-    double a = high - golden * (high - low), b = low + golden * (high - low), at_a = at(a), at_b = at(b);
-    while (high - low > precision) {
-      if (at_a < at_b) {
-        high = b;
-        b = a;
-        at_b = at_a;
-        a = high - golden * (high - low);
-        at_a = at(a);
-      } else {
-        low = a;
-        a = b;
-        at_a = at_b;
-        b = low + golden * (high - low);
-        at_b = at(b);
-      }
-    }
-    const double t = (low + high) / 2, least = at(t);
+    const double t = golden_section(first, last, at), least = at(t);
     if (least - line_.radius >= margin_) return;
     if (std::min(at(first), at(last)) - least < least_fall * line_.longest) return;
     take(i, std::clamp(t, first + precision, last - precision), least);
   }
 
-  // The distance just before the place and just after it are those from two tangent planes. The edge of a
-  // host with flat faces lies in both of them, and so does a plane with a mean of their normals; the one
-  // across which the distance does not change along the line is that of the two crossing edges. On smooth
-  // hosts it is the tangent plane.
   void take(int i, double t, double least) {
-    const Vec3 x1 = pose_.to_world(place(i, t - precision)), x2 = pose_.to_world(place(i, t + precision));
-    const auto [distance1, n1] = host_.exact(x1);
-    const auto [distance2, n2] = host_.exact(x2);
-    const Vec3 along = (x2 - x1).normalized();
-    const double slope1 = n1.dot(along), slope2 = n2.dot(along);
-    const double share = slope2 > slope1 ? std::clamp(-slope1 / (slope2 - slope1), 0.0, 1.0) : 0.5;
-    const Vec3 mean = (1 - share) * n1 + share * n2;
-    const double length = mean.norm();
-    if (!(length > least_mean)) return;
-    const Vec3 normal = mean / length, inward = pose_.orientation * ridges_.inward[as_index(line_.begin + i)];
+    const std::optional<Plane> plane = plane_of_both(host_, pose_.to_world(place(i, t - precision)),
+                                                     pose_.to_world(place(i, t + precision)));
+    if (!plane) return;
+    const Vec3& normal = plane->normal;
+    const Vec3 inward = pose_.orientation * ridges_.inward[as_index(line_.begin + i)];
     if (!inward.isZero(0) && normal.dot(inward) < least_facing) return;
-    const double height =
-        ((1 - share) * (n1.dot(x1) - distance1) + share * (n2.dot(x2) - distance2)) / length;
     const Vec3 place_in_guest = place(i, t), x = pose_.to_world(place_in_guest);
     NearRidge found;
-    found.lowest = {place_in_guest, normal, x - (normal.dot(x) - height) * normal, line_.radius};
+    found.lowest = {place_in_guest, normal, x - (normal.dot(x) - plane->height) * normal, line_.radius};
     found.node = line_.begin + i;
     found.distance = least - line_.radius;
     found.precision = precision * line_.longest;
@@ -156,38 +176,45 @@ bool edges_count(const LevelSet& host, const Ridges& ridges) {
   return !ridges.lines.empty() && !is_swept_by_ball(host);
 }
 
+// Where the distance bends, and not where it is least: an edge that has been pushed out of the host lies
+// along one of its faces, and has no minimum until it comes back.
 std::optional<NearRidge> lowest_place_on_edge(const Vec3& first, const Vec3& second, int parts,
-                                              const LevelSet& host, const Eigen::AlignedBox3d& near,
-                                              double margin, EdgeScratch& scratch) {
+                                              const LevelSet& host, double margin,
+                                              std::vector<double>& distance) {
   const double length = (second - first).norm(), part = length / parts;
   const double reach = margin + host.tolerance();
   if (host.distance((first + second) / 2) - length / 2 > reach) return std::nullopt;
-  std::vector<double>& distance = scratch.distance;
+  const auto place = [&](double at) { return first + at / parts * (second - first); };
   distance.clear();
-  double least = far, bend = 0;
-  for (int i = 0; i <= parts; ++i) {
-    const double share = static_cast<double>(i) / parts;
-    distance.push_back(host.distance((1 - share) * first + share * second));
-    least = std::min(least, distance.back());
-    if (i > 1)
-      bend =
-          std::max(bend, distance[as_index(i)] - 2 * distance[as_index(i - 1)] + distance[as_index(i - 2)]);
+  for (int i = 0; i <= parts; ++i) distance.push_back(host.distance(place(i)));
+  const auto bend = [&](int i) {
+    if (i == 0 || i == parts) return 0.0;
+    return distance[as_index(i + 1)] - 2 * distance[as_index(i)] + distance[as_index(i - 1)];
+  };
+  std::optional<NearRidge> lowest;
+  for (int i = 1; i < parts; ++i) {
+    const double here = bend(i);
+    if (!(here > least_bend * part && here > bend(i - 1) && here >= bend(i + 1))) continue;
+    if (distance[as_index(i)] - part > reach) continue;
+    // Where it only rises or falls, the bend is where the distance from a slope in between is least.
+    const auto at_part = [&](double t) { return host.exact(place(t)).distance; };
+    const double first_slope = (at_part(i - 1 + precision) - at_part(i - 1)) / precision;
+    const double last_slope = (at_part(i + 1) - at_part(i + 1 - precision)) / precision;
+    const double least_away = edge_of_bend * std::max(0.0, last_slope - first_slope);
+    const double slope =
+        std::clamp(0.0, first_slope + least_away, std::max(first_slope, last_slope) - least_away);
+    const double at =
+        std::clamp(golden_section(i - 1, i + 1, [&](double t) { return at_part(t) - slope * t; }),
+                   i - 1 + precision, i + 1 - precision);
+    const Vec3 x = place(at);
+    const double least = at_part(at);
+    if (!(least < margin) || (lowest && lowest->distance <= least)) continue;
+    const std::optional<Plane> plane = plane_of_both(host, place(at - precision), place(at + precision));
+    if (!plane) continue;
+    const Vec3 foot = x - (plane->normal.dot(x) - plane->height) * plane->normal;
+    lowest = NearRidge{
+        .lowest = {x, plane->normal, foot, 0, at / parts}, .distance = least, .precision = precision * part};
   }
-  if (!(bend > least_bend * part) || least - part / 2 > reach) return std::nullopt;
-
-  Ridges& line = scratch.line;
-  line.lines.assign(1, {.begin = 0, .end = parts + 1, .longest = part});
-  line.inward.assign(as_index(parts + 1), Vec3::Zero());
-  line.nodes.clear();
-  for (int i = 0; i <= parts; ++i)
-    line.nodes.push_back(first + static_cast<double>(i) / parts * (second - first));
-  scratch.found.clear();
-  find_lowest_places(line, Pose{}, host, near, margin, scratch.found);
-  if (scratch.found.empty()) return std::nullopt;
-  NearRidge lowest =
-      *std::min_element(scratch.found.begin(), scratch.found.end(),
-                        [](const NearRidge& a, const NearRidge& b) { return a.distance < b.distance; });
-  lowest.lowest.share = (lowest.lowest.place - first).norm() / length;
   return lowest;
 }
 

@@ -40,15 +40,11 @@ void find_lowest_places(const Ridges& ridges, const Pose& pose, const LevelSet& 
 bool edges_count(const LevelSet& host, const Ridges& ridges);
 
 // The same along the straight edge from `first` to `second` (m, in the host's space) of a deformable body:
-// the lowest of its places, where it crosses an edge of the host. Its surface points divide it into `parts`,
-// 2 at least, which are as far apart as what the search looks at; `scratch` keeps its storage.
-struct EdgeScratch {
-  Ridges line;
-  std::vector<double> distance;
-  std::vector<NearRidge> found;
-};
+// the lowest of its places where it crosses an edge of the host, less than `margin` (m) away. Its surface
+// points divide it into `parts`, 2 at least, which are as far apart as what the search looks at; `distance`
+// is scratch that keeps its storage.
 std::optional<NearRidge> lowest_place_on_edge(const Vec3& first, const Vec3& second, int parts,
-                                              const LevelSet& host, const Eigen::AlignedBox3d& near,
-                                              double margin, EdgeScratch& scratch);
+                                              const LevelSet& host, double margin,
+                                              std::vector<double>& distance);
 
 }  // namespace duet

@@ -280,7 +280,7 @@ TEST(LowestPlaces, OfSoftEdgesLieInThePlaneOfBoth) {
   const Ridges ridges = find_ridges(cube, 0.125);
   EXPECT_TRUE(edges_count(cube, ridges));
   std::mt19937 random(2);
-  EdgeScratch scratch;
+  std::vector<double> scratch;
   int told = 0;
   for (int i = 0; i < 2000; ++i) {
     const Vec3 along = random_vector(random).normalized();
@@ -293,7 +293,7 @@ TEST(LowestPlaces, OfSoftEdgesLieInThePlaneOfBoth) {
     for (const double gap : {2e-3, -2e-3, -2e-2}) {
       const Vec3 place = Vec3(0.5, 0.5, height) + gap * normal;
       const Vec3 first = place - 0.4 * share * along, second = first + 0.4 * along;
-      const auto near = lowest_place_on_edge(first, second, 4, cube, everywhere, 0.01, scratch);
+      const auto near = lowest_place_on_edge(first, second, 4, cube, 0.01, scratch);
       ASSERT_TRUE(near);
       const LowestPlace& lowest = near->lowest;
       EXPECT_LT((lowest.normal - normal).norm(), 1e-10);
@@ -307,21 +307,37 @@ TEST(LowestPlaces, OfSoftEdgesLieInThePlaneOfBoth) {
   EXPECT_GT(told, 500);
 }
 
+// Lying on the face, an edge has no lowest place, and rising from it it has that of its end: it touches at
+// the plane of the face, as it does before and after. Where it comes down on the face from beyond as well.
+TEST(LowestPlaces, OfSoftEdgesAreKeptWhereTheyOnlyRise) {
+  std::vector<double> scratch;
+  for (const double rise : {0.0, 0.02, -0.02}) {
+    const Vec3 first(0.4, 0.5001 + 0.1 * rise, 0), second(0.8, 0.5001 + 0.5 * rise, 0);
+    for (const bool is_reversed : {false, true}) {
+      const auto near = lowest_place_on_edge(is_reversed ? second : first, is_reversed ? first : second, 4,
+                                             cube, 0.01, scratch);
+      ASSERT_TRUE(near);
+      if (rise < 0) continue;
+      EXPECT_LT((near->lowest.normal - Vec3::UnitY()).norm(), 1e-12);
+      EXPECT_NEAR(near->lowest.foot.x(), 0.5, 0.002);
+      EXPECT_NEAR(near->distance, 1e-4 + rise * (near->lowest.place.x() - 0.3), 1e-6);
+    }
+  }
+}
+
 // Points carry edges that lie on a face, cross it or end above it; and what is out of reach counts no more
 // than an edge that has gone through the body.
 TEST(LowestPlaces, OfSoftEdgesAreNoneBesideTheEdgesOfTheHost) {
-  EdgeScratch scratch;
+  std::vector<double> scratch;
   const auto is_none = [&](const Vec3& first, const Vec3& second, double margin) {
-    return !lowest_place_on_edge(first, second, 4, cube, everywhere, margin, scratch);
+    return !lowest_place_on_edge(first, second, 4, cube, margin, scratch);
   };
   EXPECT_TRUE(is_none(Vec3(-0.2, 0.5, 0), Vec3(0.2, 0.4999, 0), 0.01));
   EXPECT_TRUE(is_none(Vec3(-0.1, 0.6, 0), Vec3(0.1, 0.45, 0), 0.01));
-  EXPECT_TRUE(is_none(Vec3(0.4, 0.5001, 0), Vec3(0.8, 0.5001, 0), 0.01));  // over the edge, level
   EXPECT_TRUE(is_none(Vec3(0.3, 0.72, 0), Vec3(0.72, 0.3, 0), 0.01));
   EXPECT_FALSE(is_none(Vec3(0.3, 0.72, 0), Vec3(0.72, 0.3, 0), 0.02));
   const LevelSet plate = LevelSet::box(Vec3(2, 0.2, 2));
-  EXPECT_FALSE(
-      lowest_place_on_edge(Vec3(0.1, -0.6, 0), Vec3(0.2, 0.6, 0), 4, plate, everywhere, 0.01, scratch));
+  EXPECT_FALSE(lowest_place_on_edge(Vec3(0.1, -0.6, 0), Vec3(0.2, 0.6, 0), 4, plate, 0.01, scratch));
   for (const LevelSet& round : {LevelSet::sphere(0.5), LevelSet::torus(0.6, 0.2), LevelSet::half_space()})
     EXPECT_FALSE(edges_count(round, find_ridges(round, 0.1)));
 }
