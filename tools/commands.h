@@ -77,6 +77,13 @@ struct ReportOptions {
   std::string run;  // folder of a run, or the name of a run in out/
 };
 
+struct OverlapOptions {
+  SceneChoice scene;
+  std::string out;        // folder of its run; empty: out/<scene>
+  double spacing = 0.02;  // m
+  bool json = false;
+};
+
 struct CompareOptions {
   std::string a, b;              // two pictures, or two folders of pictures or runs
   std::optional<Frames> frames;  // of folders; none: all pictures
@@ -92,6 +99,7 @@ Outcome explain(const ExplainOptions& options);
 Outcome tetrahedralize(const TetrahedralizeOptions& options, Report& report);
 Outcome study(const StudyOptions& options, Report& report);
 Outcome report_run(const ReportOptions& options);
+Outcome overlaps(const OverlapOptions& options);
 Outcome compare(const CompareOptions& options);
 Outcome list();
 

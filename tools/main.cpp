@@ -28,6 +28,7 @@ struct CommandLine {
   TetrahedralizeOptions tetrahedralize;
   StudyOptions study;
   ReportOptions report;
+  OverlapOptions overlaps;
   CompareOptions compare;
   std::string frames;
   bool quiet = false, json = false;
@@ -167,6 +168,19 @@ void add_report_run(CLI::App& app, CommandLine& line) {
   app.callback([&line] { line.command = [&line](Report&) { return report_run(line.report); }; });
 }
 
+void add_overlaps(CLI::App& app, CommandLine& line) {
+  OverlapOptions& options = line.overlaps;
+  add_scene(app, options.scene)->required();
+  app.add_option("--out", options.out, "Folder of the run; default out/<scene>")->type_name("DIR");
+  add_without(app, options.scene);
+  app.add_option("--spacing", options.spacing, "How far apart the places are that are looked at, m")
+      ->check(CLI::Range(1e-6, 1e6))
+      ->type_name("M")
+      ->capture_default_str();
+  app.add_flag("--json", options.json, "The same as JSON");
+  app.callback([&line] { line.command = [&line](Report&) { return overlaps(line.overlaps); }; });
+}
+
 void add_bounds(CLI::App& app, render::Bounds& bounds) {
   app.add_option("--tolerance", bounds.tolerance,
                  "A pixel is different when a channel is off by more than N/255")
@@ -251,6 +265,8 @@ void add_commands(CLI::App& app, CommandLine& line) {
             line);
   add_report_run(*app.add_subcommand("report", "One run as a page: pictures, energy, contact, work, effects"),
                  line);
+  add_overlaps(*app.add_subcommand("overlaps", "How deep bodies lie in each other at the end of a run"),
+               line);
   add_compare(*app.add_subcommand("compare", "How much pictures differ, and whether by more than bounds"),
               line);
 

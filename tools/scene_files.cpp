@@ -52,6 +52,10 @@ scene::ReadResult read_scene(const SceneChoice& choice) {
   return scene::read(find_scene(choice.name).string(), overrides);
 }
 
+std::filesystem::path run_folder(const SceneChoice& choice, const std::string& out) {
+  return out.empty() ? fs::path("out") / fs::path(choice.name).stem() : fs::path(out);
+}
+
 io::RunDirectory find_run(const std::string& name) {
   for (const fs::path& folder : {fs::path(name), fs::path("out") / name}) {
     io::RunDirectory run{folder};

@@ -99,17 +99,13 @@ class Run {
   std::unique_ptr<FrameDrawer> drawer_;
 };
 
-fs::path folder_of(const SimulateOptions& options) {
-  return options.out.empty() ? fs::path("out") / fs::path(options.scene.name).stem() : fs::path(options.out);
-}
-
 Run::Run(const SimulateOptions& options, Report& report)
     : options_(options),
       report_(report),
       read_(read_scene(options.scene)),
       effects_(scene::plan_effects(read_.scene, options.scene.without).active()),
       identity_(io::scene_identity(read_.source, effects_) ^ read_.meshes),
-      directory_{folder_of(options)},
+      directory_{run_folder(options.scene, options.out)},
       last_(options.frames ? options.frames->last : read_.scene.frames),
       first_(options.frames ? options.frames->first.value_or(0) : 0),
       simulation_(read_.scene, effects_) {

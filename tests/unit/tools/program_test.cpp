@@ -29,8 +29,8 @@ TEST(Program, HelpAndVersionSucceed) {
   EXPECT_EQ(version.status, 0);
   EXPECT_TRUE(version.last_line().starts_with("duet 0.")) << version.last_line();
   EXPECT_EQ(run_duet({"--help"}).status, 0);
-  for (const char* command :
-       {"run", "sim", "render", "check", "explain", "tetrahedralize", "compare", "study", "report", "list"})
+  for (const char* command : {"run", "sim", "render", "check", "explain", "tetrahedralize", "compare",
+                              "study", "report", "overlaps", "list"})
     EXPECT_EQ(run_duet({command, "--help"}).status, 0) << command;
 }
 
@@ -141,6 +141,27 @@ TEST(Program, ReferenceAndExplainPrintText) {
   text.clear();
   for (const std::string& line : json.output) text += line + '\n';
   EXPECT_TRUE(nlohmann::json::parse(text).is_object());
+}
+
+TEST(Program, OverlapsAreThoseOfTheScenesRun) {
+  const ScratchFolder scratch;
+  const std::string out = (scratch / "run").string();
+  ASSERT_EQ(run_duet({"sim", tiny, "--out", out, "--frames", "12", "--quiet"}).status, 0);
+  const Finished text = run_duet({"overlaps", tiny, "--out", out});
+  EXPECT_EQ(text.status, 0) << text.errors;
+  ASSERT_EQ(text.output.size(), 3U);
+  EXPECT_EQ(text.output[0], "frame 12, surfaces looked at every 20 mm");
+  EXPECT_EQ(text.output[1], "rigid bodies: none overlaps");
+  const Finished json = run_duet({"overlaps", tiny, "--out", out, "--json", "--spacing", "0.005"});
+  ASSERT_EQ(json.output.size(), 1U) << json.errors;
+  const auto found = nlohmann::json::parse(json.output[0]);
+  // Between the corners of the draft's cells of 25 cm the ball sinks into the cube.
+  EXPECT_EQ(found["deformable"]["guest"], "cube");
+  EXPECT_EQ(found["deformable"]["host"], "ball");
+  EXPECT_GT(found["deformable"]["depth"], 1e-3);
+  const Finished other = run_duet({"overlaps", tiny, "--out", out, "--set", "rigid.ball.mass=3"});
+  EXPECT_EQ(other.status, 2);
+  EXPECT_TRUE(contains(other.errors, "no whole checkpoint of this scene")) << other.errors;
 }
 
 TEST(Program, FilesThatCannotBeWrittenHaveStatusFour) {

@@ -1,0 +1,59 @@
+// `duet overlaps`: how deep the bodies of a run lie in each other, between the points at which they touch.
+#include "sim/scene/overlaps.h"
+
+#include "tools/commands.h"
+#include "tools/scene_files.h"
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "sim/io/checkpoint.h"
+#include "sim/scene/plan.h"
+
+namespace duet::tools {
+namespace {
+
+nlohmann::ordered_json object(const DeepestOverlap& overlap) {
+  return {{"depth", overlap.depth},
+          {"guest", overlap.guest},
+          {"host", overlap.host},
+          {"place", {overlap.place.x(), overlap.place.y(), overlap.place.z()}}};
+}
+
+std::string line(const char* kind, const DeepestOverlap& overlap) {
+  if (overlap.depth == 0) return fmt::format("{}: none overlaps\n", kind);
+  return fmt::format("{}: at most {:.3g} mm, {} in {} at ({:.4g}, {:.4g}, {:.4g})\n", kind,
+                     1000 * overlap.depth, overlap.guest, overlap.host, overlap.place.x(), overlap.place.y(),
+                     overlap.place.z());
+}
+
+}  // namespace
+
+Outcome overlaps(const OverlapOptions& options) {
+  const scene::ReadResult read = read_scene(options.scene);
+  const EffectSet effects = scene::plan_effects(read.scene, options.scene.without).active();
+  const io::RunDirectory run = find_run(run_folder(options.scene, options.out).string());
+  const io::CheckpointSearch search =
+      io::find_checkpoint(run, io::scene_identity(read.source, effects) ^ read.meshes);
+  if (!search.found)
+    throw Error(ExitStatus::usage,
+                fmt::format("{}: no whole checkpoint of this scene (give the scene, --set and --without that "
+                            "the run was simulated with)",
+                            run.root.string()));
+  Simulation simulation(read.scene, effects);
+  simulation.load_state(search.found->state);
+  const Overlaps found = find_overlaps(simulation, options.spacing);
+  if (options.json) {
+    const nlohmann::ordered_json result = {{"frame", search.found->frame},
+                                           {"spacing", options.spacing},
+                                           {"rigid", object(found.rigid)},
+                                           {"deformable", object(found.deformable)}};
+    print(result.dump() + '\n');
+  } else {
+    print(fmt::format("frame {}, surfaces looked at every {:g} mm\n", search.found->frame,
+                      1000 * options.spacing) +
+          line("rigid bodies", found.rigid) + line("deformable bodies", found.deformable));
+  }
+  return {};
+}
+
+}  // namespace duet::tools
