@@ -20,7 +20,7 @@ TEST(Overlaps, OfRigidBodiesAreTheDeepestOfAllPairs) {
   test::add_box(scene, "block", Vec3(0, -1, 0), Vec3(4, 2, 4), 1);
   test::add_ball(scene, "ball", Vec3(0.123, 0.997, 0.2), 1, 1);
   test::add_box(scene, "other", Vec3(3.005, -1, 0.3), Vec3(2, 1, 1), 1);
-  expect_overlap(find_overlaps(Simulation(scene, test::plan(scene)), 0.01).rigid, "block", "ball", 0.003,
+  expect_overlap(find_overlaps(Simulation(scene, test::plan(scene)), 0.01).rigid, "ball", "block", 0.003,
                  2e-5);
   scene.rigid.back().placement.position.x() = 2.995;
   const Overlaps found = find_overlaps(Simulation(scene, test::plan(scene)), 0.01);
