@@ -16,7 +16,7 @@ struct Deepest {
   Vec3 place = Vec3::Zero();
 };
 
-// A host, and the lattice on its guests' triangles.
+// At one host.
 class Look {
  public:
   Look(const RigidBodies& rigid, const BodyBounds& bounds, int host, double spacing)
@@ -25,26 +25,34 @@ class Look {
         bounds_(bounds),
         spacing_(spacing) {}
 
+  // Halves what may reach deeper than what is known until it is no longer than the spacing: the distance
+  // changes by no more than the way.
   void at_triangle(const Vec3& a, const Vec3& b, const Vec3& c, double around, Deepest& deepest) const {
     const Vec3 middle = (a + b + c) / 3;
     const double radius = std::max({(a - middle).norm(), (b - middle).norm(), (c - middle).norm()});
-    if (is_far(middle, radius + around)) return;
-    const double longest = std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()});
-    const int parts = std::max(1, static_cast<int>(std::ceil(longest / spacing_)));
-    for (int i = 0; i <= parts; ++i)
-      for (int j = 0; i + j <= parts; ++j) {
-        const Vec3 x = (i * a + j * b + (parts - i - j) * c) / parts;
-        const Vec3 in_host = pose_.to_body(x);
-        if (shape_.distance(in_host) - shape_.tolerance() - around >= deepest.distance) continue;
-        const double distance = shape_.exact(in_host).distance - around;
-        if (distance < deepest.distance) deepest = {distance, x};
-      }
+    if (least_distance(middle) - radius - around >= deepest.distance) return;
+    const double ab = (b - a).norm(), bc = (c - b).norm(), ca = (a - c).norm();
+    if (std::max({ab, bc, ca}) <= spacing_) {
+      for (const Vec3& x : {middle, a, b, c}) at(x, around, deepest);
+    } else if (ab >= bc && ab >= ca) {
+      at_triangle(a, (a + b) / 2, c, around, deepest);
+      at_triangle((a + b) / 2, b, c, around, deepest);
+    } else {
+      at_triangle(b, c, a, around, deepest);
+    }
   }
 
  private:
-  bool is_far(const Vec3& middle, double radius) const {
-    if (bounds_.is_half_space) return bounds_.axes.col(1).dot(middle - bounds_.center) > radius;
-    return world_box(bounds_, 0).exteriorDistance(middle) > radius;
+  // At most the distance.
+  double least_distance(const Vec3& x) const {
+    const double outside = bounds_.is_half_space ? 0 : world_box(bounds_, 0).exteriorDistance(x);
+    return outside > 0 ? outside : shape_.distance(pose_.to_body(x)) - shape_.tolerance();
+  }
+
+  void at(const Vec3& x, double around, Deepest& deepest) const {
+    if (least_distance(x) - around >= deepest.distance) return;
+    const double distance = shape_.exact(pose_.to_body(x)).distance - around;
+    if (distance < deepest.distance) deepest = {distance, x};
   }
 
   const LevelSet& shape_;
