@@ -29,6 +29,17 @@ ContactSet candidates(const Bodies& bodies, double dt) {
   return contacts;
 }
 
+// Of an impulse at the contact; K is what it does to the relative velocity.
+void expect_equal_and_opposite(Bodies& bodies, const ContactPoint& contact) {
+  const Momentum before = momentum(bodies);
+  const Vec3 velocity = relative_velocity(bodies, contact), impulse(3, -5, 7);
+  apply_impulse(bodies, contact, impulse);
+  const Momentum after = momentum(bodies);
+  EXPECT_LT((after.linear - before.linear).norm(), 1e-11);
+  EXPECT_LT((after.angular - before.angular).norm(), 1e-11);
+  EXPECT_LT((relative_velocity(bodies, contact) - velocity - contact.response.K * impulse).norm(), 1e-12);
+}
+
 TEST(ContactPoint, ImpulsesAreEqualAndOppositeAtOnePlace) {
   const scene::Scene scene = test::small_stack();
   Simulation simulation(scene, test::plan(scene));
@@ -37,14 +48,7 @@ TEST(ContactPoint, ImpulsesAreEqualAndOppositeAtOnePlace) {
   ASSERT_GT(contacts.points.size(), 50u);
   for (const ContactPoint& contact : contacts.points) {
     if (!bodies.rigid.properties[static_cast<std::size_t>(contact.host)].is_dynamic()) continue;
-    const Momentum before = momentum(bodies);
-    const Vec3 velocity = relative_velocity(bodies, contact), impulse(3, -5, 7);
-    apply_impulse(bodies, contact, impulse);
-    const Momentum after = momentum(bodies);
-    EXPECT_LT((after.linear - before.linear).norm(), 1e-11);
-    EXPECT_LT((after.angular - before.angular).norm(), 1e-11);
-    // K is what the impulse does to the relative velocity.
-    EXPECT_LT((relative_velocity(bodies, contact) - velocity - contact.response.K * impulse).norm(), 1e-12);
+    expect_equal_and_opposite(bodies, contact);
   }
 }
 
@@ -64,13 +68,7 @@ TEST(ContactPoint, OfSoftEdgesActWhereTheyCross) {
     ASSERT_FALSE(contact.is_rigid_pair());
     EXPECT_NEAR(contact.gap, -0.005, 1e-12);
     EXPECT_LT((contact.normal - Vec3::UnitY()).norm(), 1e-12);
-    const Momentum before = momentum(bodies);
-    const Vec3 velocity = relative_velocity(bodies, contact), impulse(3, -5, 7);
-    apply_impulse(bodies, contact, impulse);
-    const Momentum after = momentum(bodies);
-    EXPECT_LT((after.linear - before.linear).norm(), 1e-11);
-    EXPECT_LT((after.angular - before.angular).norm(), 1e-11);
-    EXPECT_LT((relative_velocity(bodies, contact) - velocity - contact.response.K * impulse).norm(), 1e-12);
+    expect_equal_and_opposite(bodies, contact);
     ContactPoint again;
     again.host = contact.host;
     again.guest_point = contact.guest_point;

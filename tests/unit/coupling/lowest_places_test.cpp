@@ -44,6 +44,18 @@ Pose cube_on_edge(const Vec3& along, const Vec3& normal, const Vec3& place, doub
   return {place - orientation * Vec3(beyond, -0.5, -0.5), orientation};
 }
 
+// The unit normal to an edge along `along` and the upright edge at x = y = 1/2 of a cube, outward; none where
+// they are almost parallel, or it is almost that of a face: the smaller of its parts below `least` of the
+// other.
+std::optional<Vec3> normal_of_crossing(const Vec3& along, double least) {
+  Vec3 normal = along.cross(Vec3::UnitZ());
+  if (normal.norm() < 0.3) return std::nullopt;
+  normal.normalize();
+  if (normal.x() < 0) normal = -normal;
+  if (normal.y() < least * normal.x() || normal.x() < least * normal.y()) return std::nullopt;
+  return normal;
+}
+
 const LevelSet cube = LevelSet::box(Vec3(1, 1, 1));
 const LevelSet shapes[] = {LevelSet::box(Vec3(1, 0.6, 0.4)), LevelSet::cylinder(0.4, 0.9),
                            LevelSet::torus(0.6, 0.2), LevelSet::capsule(0.2, 0.8)};
@@ -58,11 +70,9 @@ TEST(LowestPlaces, OfCrossingEdgesLieInThePlaneOfBoth) {
   int told = 0;
   for (int i = 0; i < 2000; ++i) {
     const Vec3 along = random_vector(random).normalized();
-    Vec3 normal = along.cross(Vec3::UnitZ());
-    if (normal.norm() < 0.3) continue;
-    normal.normalize();
-    if (normal.x() < 0) normal = -normal;
-    if (normal.y() < 0.1 * normal.x() || normal.x() < 0.1 * normal.y()) continue;  // to a face, or nearly
+    const std::optional<Vec3> out = normal_of_crossing(along, 0.1);
+    if (!out) continue;
+    const Vec3& normal = *out;
     const double height = 0.3 * random_vector(random).x(), beyond = 0.2 * random_vector(random).x();
     for (const double gap : {1e-3, -1e-3}) {
       const Pose pose = cube_on_edge(along, normal, Vec3(0.5, 0.5, height) + gap * normal, beyond);
@@ -284,11 +294,9 @@ TEST(LowestPlaces, OfSoftEdgesLieInThePlaneOfBoth) {
   int told = 0;
   for (int i = 0; i < 2000; ++i) {
     const Vec3 along = random_vector(random).normalized();
-    Vec3 normal = along.cross(Vec3::UnitZ());
-    if (normal.norm() < 0.3) continue;
-    normal.normalize();
-    if (normal.x() < 0) normal = -normal;
-    if (normal.y() < 0.3 * normal.x() || normal.x() < 0.3 * normal.y()) continue;  // to a face, or nearly
+    const std::optional<Vec3> out = normal_of_crossing(along, 0.3);
+    if (!out) continue;
+    const Vec3& normal = *out;
     const double height = 0.2 * random_vector(random).x(), share = 0.5 + 0.3 * random_vector(random).x();
     for (const double gap : {2e-3, -2e-3, -2e-2}) {
       const Vec3 place = Vec3(0.5, 0.5, height) + gap * normal;
