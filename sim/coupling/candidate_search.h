@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "sim/coupling/broad_phase.h"
+#include "sim/coupling/corners_in_faces.h"
 #include "sim/coupling/lowest_places.h"
 
 namespace duet {
@@ -52,6 +53,8 @@ struct CandidateSearch {
     std::vector<NearPoint> touches;
     std::vector<NearRidge> ridges;
     std::vector<double> edge;  // m, distances along one
+    std::vector<CornerSearch> corners;
+    std::vector<NearRidge> at_corners;
     ReductionScratch reduction;
     std::size_t first_pair = 0, first_point = 0;  // where they go
   };

@@ -135,8 +135,9 @@ void visit_near(const Bodies& bodies, const CandidateSearch& search, const BodyP
   }
 }
 
-// Calls visit(edge, lowest) for the lowest place of every boundary edge of a deformable guest that crosses an
-// edge of the host, where that is less than `margin` away; allowances are not part of its distance.
+// Calls visit(number as ContactPoint::guest_point, lowest) for the lowest place of every boundary edge of a
+// deformable guest that crosses an edge of the host, where that is less than `margin` away; allowances are
+// not part of its distance.
 template <class Visit>
 void visit_edges(const Bodies& bodies, const BodyBounds& bounds, const BodyPair& pair, double margin,
                  std::vector<double>& scratch, Visit&& visit) {
@@ -156,8 +157,23 @@ void visit_edges(const Bodies& bodies, const BodyBounds& bounds, const BodyPair&
                              body.parts_per_edge, host.shape, margin, scratch);
     if (near && !is_at_seam(bodies, pair.host, bodies.rigid.state[h].pose.to_world(near->lowest.foot),
                             near->precision))
-      visit(e, *near);
+      visit(static_cast<int>(bodies.points.size()) + e, *near);
   }
+}
+
+// The same, and the places on the guest's faces where corners of the host touch them.
+template <class Visit>
+void visit_places(const Bodies& bodies, const BroadPhase& broad_phase, const BodyPair& pair, double margin,
+                  CandidateSearch::Chunk& chunk, Visit&& visit) {
+  visit_edges(bodies, broad_phase.bounds[as_index(pair.host)], pair, margin, chunk.edge, visit);
+  const DeformableBody& guest = bodies.deformable[as_index(pair.guest_deformable)];
+  if (!corners_count(guest, bodies.rigid.properties[as_index(pair.host)].ridges)) return;
+  chunk.at_corners.clear();
+  find_places_at_corners(bodies, guest,
+                         broad_phase.bounds[bodies.rigid.size() + as_index(pair.guest_deformable)], pair.host,
+                         margin, chunk.corners, chunk.at_corners);
+  for (const NearRidge& near : chunk.at_corners)
+    visit(at_corner(bodies, pair.guest_deformable, near.node), near);
 }
 
 // Places the surface points of the deformable bodies that occur in the pairs.
@@ -327,11 +343,11 @@ class Finder {
         chunk.touches.push_back(touch);
     });
     ContactPoint contact;
-    visit_edges(bodies_, host, pair, margin + around, chunk.edge, [&](int edge, const NearRidge& near) {
-      contact.guest_point = static_cast<int>(bodies_.points.size()) + edge;
+    const auto take = [&](int place, const NearRidge& near) {
+      contact.guest_point = place;
       contact.lowest = near.lowest;
-      put_on_edge(bodies_, contact);
-      const SurfacePoint& point = contact.on_edge;
+      put_on_surface(bodies_, contact);
+      const SurfacePoint& point = contact.on_surface;
       const double gap = near.distance + point.allowance;
       if (!(gap < reach_of(point, weighted(point, bodies_.particles.x), h))) return;
       chunk.touches.push_back({.point = contact.guest_point,
@@ -340,7 +356,8 @@ class Finder {
                                .gap = gap,
                                .ridge = static_cast<int>(chunk.ridges.size())});
       chunk.ridges.push_back(near);
-    });
+    };
+    visit_places(bodies_, search_.broad_phase, pair, margin + around, chunk, take);
   }
 
   // How far a deformable guest's point at `x` (m) can be from the host and still reach it, m.
@@ -394,7 +411,7 @@ class Finder {
       contact.friction = std::min(host.friction, guest.friction);
       contact.restitution = std::min(host.restitution, guest.restitution);
     }
-    if (pair.guest_rigid < 0 && contact.is_on_ridge()) put_on_edge(bodies_, contact);
+    if (pair.guest_rigid < 0 && contact.is_on_ridge()) put_on_surface(bodies_, contact);
     update_geometry(bodies_, contact);
     if (pair.guest_rigid < 0)
       contact.friction *= lying_share(bodies_, surface_point(bodies_, contact), contact.normal);
@@ -437,9 +454,9 @@ double max_penetration(const Bodies& bodies, const CandidateFilter& filter) {
               near.gap -= around;
               look(near);
             });
-            std::vector<double> scratch;
-            visit_edges(
-                bodies, search.broad_phase.bounds[as_index(pairs[i].host)], pairs[i], around, scratch,
+            CandidateSearch::Chunk scratch;
+            visit_places(
+                bodies, search.broad_phase, pairs[i], around, scratch,
                 [&](int, const NearRidge& near) { deepest = std::min(deepest, near.distance - around); });
             continue;
           }

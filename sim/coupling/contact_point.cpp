@@ -83,18 +83,30 @@ Touch touch(const Bodies& bodies, const ContactPoint& contact, const Pose& host_
 
 }  // namespace
 
-void put_on_edge(const Bodies& bodies, ContactPoint& contact) {
-  const BoundaryEdge& edge = bodies.edges[as_index(contact.guest_point) - bodies.points.size()];
-  SurfacePoint point;
-  point.count = 2;
-  point.allowance = edge.allowance;
-  point.weight = {1 - contact.lowest.share, contact.lowest.share, 0, 0};
-  for (std::size_t i = 0; i < 2; ++i) {
-    point.particle[i] = edge.particle[i];
+int at_corner(const Bodies& bodies, int guest_deformable, int corner) {
+  const std::size_t first = bodies.points.size() + bodies.edges.size();
+  return static_cast<int>(first + bodies.deformable.size() * as_index(corner)) + guest_deformable;
+}
+
+void put_on_surface(const Bodies& bodies, ContactPoint& contact) {
+  SurfacePoint& point = contact.on_surface = SurfacePoint();
+  point.count = 0;
+  const auto add = [&](int particle) {
+    const auto i = as_index(point.count++);
+    point.particle[i] = particle;
+    point.weight[i] = contact.lowest.weight[i];
     point.inverse_mass +=
-        point.weight[i] * point.weight[i] * bodies.particles.inverse_mass[as_index(edge.particle[i])];
+        point.weight[i] * point.weight[i] * bodies.particles.inverse_mass[as_index(particle)];
+  };
+  const std::size_t number = as_index(contact.guest_point) - bodies.points.size();
+  if (number < bodies.edges.size()) {
+    for (const int particle : bodies.edges[number].particle) add(particle);
+    point.allowance = bodies.edges[number].allowance;
+  } else {
+    for (const int particle : bodies.triangles[static_cast<std::size_t>(contact.lowest.face)]) add(particle);
+    const std::size_t guest = (number - bodies.edges.size()) % bodies.deformable.size();
+    point.allowance = -bodies.deformable[guest].thickness / 2;
   }
-  contact.on_edge = point;
 }
 
 Touch touch(const Bodies& bodies, const ContactPoint& contact) {

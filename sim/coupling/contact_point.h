@@ -17,9 +17,9 @@ namespace duet {
 struct ContactPoint {
   int host = -1;         // rigid body with the level set
   int guest_rigid = -1;  // rigid body that touches it, or -1
-  // Index of the deformable's surface point, or the number of all these + i for a place on edge i; of a rigid
-  // guest: of its sample, or the number of these + i for a place on a ridge next to node i, or -1 - k for
-  // deepest point k.
+  // Index of the deformable's surface point, or the number of all these + i for a place on edge i, or,
+  // further on, see at_corner(); of a rigid guest: of its sample, or the number of these + i for a place on a
+  // ridge next to node i, or -1 - k for deepest point k.
   int guest_point = -1;
   Vec3 normal = Vec3::UnitY();    // unit, outward of the host
   Vec3 host_arm = Vec3::Zero();   // m, from the host's centre of mass to the contact
@@ -32,8 +32,8 @@ struct ContactPoint {
   // m/s, of the guest relative to the host: what the curved paths of a kinematic body's points add over this
   // step to the velocities of the two bodies (sim/step/kinematic_motion.h); zero at one moment in time
   Vec3 path_velocity = Vec3::Zero();
-  LowestPlace lowest;    // of a place on a ridge or an edge, as found at the beginning of the step
-  SurfacePoint on_edge;  // the place on a deformable guest's edge
+  LowestPlace lowest;       // of a place on a ridge, an edge or a face, as found at the beginning of the step
+  SurfacePoint on_surface;  // the place on a deformable guest's edge or face
   bool is_rigid_pair() const { return guest_rigid >= 0; }
   bool is_on_ridge() const { return !lowest.normal.isZero(0); }
   bool is_sample() const { return guest_point >= 0 && !is_on_ridge(); }
@@ -66,11 +66,14 @@ inline bool moves_host(const Bodies& bodies, const ContactPoint& contact) {
 
 // Of a deformable guest.
 inline const SurfacePoint& surface_point(const Bodies& bodies, const ContactPoint& contact) {
-  return contact.is_on_ridge() ? contact.on_edge
+  return contact.is_on_ridge() ? contact.on_surface
                                : bodies.points[static_cast<std::size_t>(contact.guest_point)];
 }
-// Sets the surface point of a contact on a deformable guest's edge by its `guest_point` and `lowest`.
-void put_on_edge(const Bodies& bodies, ContactPoint& contact);
+// Number of the contact of a host's corner with the faces of a deformable guest, as
+// ContactPoint::guest_point: wherever on them it is.
+int at_corner(const Bodies& bodies, int guest_deformable, int corner);
+// Sets the surface point of a contact on a deformable guest's edge or face by its `guest_point` and `lowest`.
+void put_on_surface(const Bodies& bodies, ContactPoint& contact);
 
 // An impulse (N s) on one rigid body, at `arm` (m) from its centre of mass, and one that only turns it (N m
 // s). Static bodies stay as they are. These are what contact sweeps spend their time with, so they are

@@ -72,7 +72,7 @@ void ContactProjection::build(const Bodies& bodies, const ContactMemory& memory,
     contact.guest_rigid = remembered.guest_rigid;
     contact.guest_point = remembered.guest_point;
     contact.lowest = remembered.lowest;
-    if (contact.is_on_ridge() && !contact.is_rigid_pair()) put_on_edge(bodies, contact);
+    if (contact.is_on_ridge() && !contact.is_rigid_pair()) put_on_surface(bodies, contact);
     update_geometry(bodies, contact);
     if (linked && linked->takes_part(contact)) contact.response = linked->response(contact, bodies);
     contact.impulse = duration / remembered.duration * remembered.impulse;

@@ -241,7 +241,7 @@ const LinkedBodies* LinkedBodies::prepare(const Bodies& bodies, JointSolver& joi
     contact.guest_rigid = remembered.guest_rigid;
     contact.guest_point = remembered.guest_point;
     contact.lowest = remembered.lowest;
-    if (contact.is_on_ridge() && !contact.is_rigid_pair()) put_on_edge(bodies, contact);
+    if (contact.is_on_ridge() && !contact.is_rigid_pair()) put_on_surface(bodies, contact);
     update_geometry(bodies, contact);
     find_cramped(contact, response(contact, bodies), bodies);
   }

@@ -212,8 +212,9 @@ std::optional<NearRidge> lowest_place_on_edge(const Vec3& first, const Vec3& sec
     const std::optional<Plane> plane = plane_of_both(host, place(at - precision), place(at + precision));
     if (!plane) continue;
     const Vec3 foot = x - (plane->normal.dot(x) - plane->height) * plane->normal;
-    lowest = NearRidge{
-        .lowest = {x, plane->normal, foot, 0, at / parts}, .distance = least, .precision = precision * part};
+    lowest = NearRidge{.lowest = {x, plane->normal, foot, 0, {1 - at / parts, at / parts}},
+                       .distance = least,
+                       .precision = precision * part};
   }
   return lowest;
 }

@@ -2,6 +2,8 @@
 // body: where edges cross, and where rings, rods and rims touch beside their samples.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <optional>
 #include <vector>
 
@@ -16,7 +18,10 @@ struct LowestPlace {
   Vec3 normal = Vec3::Zero();  // unit, outward of the host, in its body space
   Vec3 foot = Vec3::Zero();    // m, of the plane, in the host's body space
   double radius = 0;           // m, of the ball about the place that touches
-  double share = 0;            // of the way along a deformable guest's edge, from its first particle
+  // Of a deformable guest: of the particles of its edge or face, of which the number among the boundaries'
+  // triangles is told.
+  std::array<double, 3> weight{};
+  std::ptrdiff_t face = -1;
 };
 
 struct NearRidge {

@@ -77,7 +77,7 @@ void PushOutSystem::add(const ContactPoint& contact, std::size_t guest, const Ve
     }
   } else if (!is_held(guest)) {
     const SurfacePoint& point = surface_point(*bodies_, contact);
-    // Places on one edge are different points for different hosts.
+    // Places on one edge or face are different points for different hosts.
     row.point = contact.is_on_ridge()
                     ? static_cast<int>(bodies_->points.size() + bodies_->edges.size() + rows_.size())
                     : contact.guest_point;

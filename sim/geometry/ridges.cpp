@@ -76,6 +76,20 @@ void find_inward(const LevelSet& shape, Ridges& ridges) {
       ridges.inward[i] = (inside[i] - ridges.nodes[i]).normalized();
 }
 
+// Ends of edges that meet are exactly at one place.
+void find_corners(Ridges& ridges) {
+  std::map<std::array<double, 3>, std::vector<int>> ends;
+  for (const Ridges::Line& line : ridges.lines) {
+    if (line.is_closed || line.radius > 0) continue;
+    for (const int i : {line.begin, line.end - 1}) {
+      const Vec3& x = ridges.nodes[as_index(i)];
+      ends[{x.x(), x.y(), x.z()}].push_back(i);
+    }
+  }
+  for (const auto& [place, nodes] : ends)
+    if (nodes.size() >= 3) ridges.corners.push_back(nodes.front());
+}
+
 struct SharpEdge {
   int begin = 0, end = 0;  // vertices
 };
@@ -163,6 +177,7 @@ Ridges find_ridges(const LevelSet& shape, double spacing) {
       break;
   }
   find_inward(shape, ridges);
+  find_corners(ridges);
   return ridges;
 }
 
@@ -177,12 +192,14 @@ Ridges find_ridges(const TriangleMesh& mesh, const LevelSet& shape, double spaci
     end_line(begin, is_closed, 0, 0, ridges);
   }
   find_inward(shape, ridges);
+  find_corners(ridges);
   return ridges;
 }
 
 void keep_nodes(const std::vector<char>& stays, Ridges& ridges) {
   if (std::find(stays.begin(), stays.end(), 0) == stays.end()) return;
   Ridges kept;
+  std::vector<int> number(stays.size(), -1);  // of the nodes that are kept
   for (const Ridges::Line& line : ridges.lines) {
     const int count = line.end - line.begin;
     const auto node = [&](int i) { return as_index(line.begin + i % count); };
@@ -200,11 +217,14 @@ void keep_nodes(const std::vector<char>& stays, Ridges& ridges) {
         end();
         continue;
       }
+      number[node(i)] = static_cast<int>(kept.nodes.size());
       kept.nodes.push_back(ridges.nodes[node(i)]);
       kept.inward.push_back(ridges.inward[node(i)]);
     }
     end();
   }
+  for (const int corner : ridges.corners)
+    if (stays[as_index(corner)] != 0) kept.corners.push_back(number[as_index(corner)]);
   ridges = std::move(kept);
 }
 

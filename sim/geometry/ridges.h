@@ -22,6 +22,7 @@ struct Ridges {
   std::vector<Line> lines;
   std::vector<Vec3> nodes;   // m
   std::vector<Vec3> inward;  // unit, into the body from an edge, near its bisector; zero on middle lines
+  std::vector<int> corners;  // a node at every place where three edges or more end
 };
 
 // Of nodes no farther apart than `spacing` (m): the edges of boxes, the rims and the axis of a cylinder, the

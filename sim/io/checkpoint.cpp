@@ -16,7 +16,7 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "checkpoints are little-endian");
 
 constexpr char magic[8] = {'D', 'U', 'E', 'T', 'C', 'K', 'P', 'T'};
-constexpr std::uint32_t format_version = 4;
+constexpr std::uint32_t format_version = 5;
 
 struct Header {
   char magic[8];

@@ -1,12 +1,16 @@
 // What sharp edges press into soft bodies: contact bears the load, not push-out.
 #include <algorithm>
+#include <cmath>
 #include <memory>
 
 #include "tests/support/margin.h"
 #include "tests/support/meshes.h"
 #include "tests/support/scenes.h"
+#include <Eigen/LU>
 #include <gtest/gtest.h>
 
+#include "sim/deformable/tet_strain.h"
+#include "sim/geometry/closest_points.h"
 #include "sim/geometry/mesh_check.h"
 #include "sim/geometry/mesh_file.h"
 #include "sim/step/world.h"
@@ -91,6 +95,49 @@ TEST(EdgesInSoftBodies, EnterNowhereBetweenPoints) {
   }
   EXPECT_GT(simulation.stats().contacts, 4);
   test::expect_below(deepest, 1e-3, "deepest place of the block's boundary, m");
+}
+
+// m, how far the corners of rigid body 0, a box, are inside of the deformable bodies.
+double deepest_corner(const Bodies& bodies) {
+  const RigidProperties& box = bodies.rigid.properties[0];
+  double deepest = 0;
+  for (int k = 0; k < 8; ++k) {
+    const Vec3 sign(k & 1 ? 1 : -1, k & 2 ? 1 : -1, k & 4 ? 1 : -1);
+    const Vec3 corner = bodies.rigid.state[0].pose.to_world(sign.cwiseProduct(box.shape.half));
+    const auto x = [&](int p) { return bodies.particles.x[static_cast<std::size_t>(p)]; };
+    if (std::none_of(bodies.tets.begin(), bodies.tets.end(), [&](const Tet& tet) {
+          const Vec3 weight = edge_matrix(tet, bodies.particles.x).inverse() * (corner - x(tet[0]));
+          return weight.minCoeff() >= 0 && weight.sum() <= 1;
+        }))
+      continue;
+    double least = 1;
+    for (const Triangle& t : bodies.triangles)
+      least = std::min(least, closest_point_triangle({corner, x(t[0]), x(t[1]), x(t[2])}).difference.norm());
+    deepest = std::max(deepest, least);
+  }
+  return deepest;
+}
+
+// The same on the upright corner of a cube, below the middle of a face. Held by its points alone it lets the
+// corner in by 77 mm.
+TEST(EdgesInSoftBodies, EnterAtCornersNeither) {
+  scene::Scene scene = test::free_space();
+  scene.gravity = Vec3(0, -9.8, 0);
+  auto& cube = test::add_box(scene, "cube", Vec3(0, -std::sqrt(0.75), 0), Vec3(1, 1, 1), 1);
+  cube.is_static = true;
+  cube.mass.reset();
+  cube.placement.orientation = Quat::FromTwoVectors(Vec3(1, 1, 1), Vec3::UnitY());
+  test::add_soft_box(scene, "block", Vec3(0.17, 0.52, 0.29), Vec3(2, 1, 2), 4, 2e5).shape.cells =
+      Vec3i(4, 2, 4);
+  Simulation simulation(scene, test::plan(scene));
+  double deepest = 0, corner = 0;
+  for (int frame = 1; frame <= 12; ++frame) {  // then it has fallen off
+    simulation.advance_frame();
+    deepest = std::max(deepest, deepest_place(simulation.world().bodies));
+    corner = std::max(corner, deepest_corner(simulation.world().bodies));
+  }
+  test::expect_below(deepest, 1e-3, "deepest place of the block's boundary, m");
+  test::expect_below(corner, 1e-3, "deepest corner of the cube, m");
 }
 
 // A rigid box lies on a wider soft one, whose edges stick out under its rims: they touch there in every step,

@@ -1,4 +1,6 @@
 // Contact candidates, the contact graph, the contact solve and push-out.
+#include <set>
+
 #include "tests/support/random_state.h"
 #include <gtest/gtest.h>
 
@@ -73,7 +75,7 @@ TEST(ContactPoint, OfSoftEdgesActWhereTheyCross) {
     again.host = contact.host;
     again.guest_point = contact.guest_point;
     again.lowest = contact.lowest;
-    put_on_edge(bodies, again);
+    put_on_surface(bodies, again);
     update_geometry(bodies, again);
     EXPECT_EQ(again.gap, contact.gap);
     EXPECT_EQ(again.response.K, contact.response.K);
@@ -82,6 +84,41 @@ TEST(ContactPoint, OfSoftEdgesActWhereTheyCross) {
   // The overlap that is told is that of the edges: their points, 25 cm apart, are above. A place is found to
   // half a hundredth of that way, on a slope of one half.
   EXPECT_NEAR(max_penetration(bodies, {}), 0.005 / std::sqrt(2), 0.25 * 0.005 / 2);
+}
+
+// A cube stands on a corner that has pressed in a face of two blocks at once, one above and one below:
+// contact acts there on the face's particles, as the overlap that is told, and from step to step it has the
+// same name.
+TEST(ContactPoint, OfCornersActOnTheFacesThatTheyPressIn) {
+  scene::Scene scene = test::free_space();
+  const double half = std::sqrt(0.75);
+  add_box(scene, "cube", Vec3::Zero(), Vec3(1, 1, 1), 10).placement.orientation =
+      Quat::FromTwoVectors(Vec3(1, 1, 1), Vec3::UnitY());
+  add_soft_box(scene, "upper", Vec3(0.17, half + 0.495, 0.29), Vec3(2, 1, 2), 2);
+  add_soft_box(scene, "lower", Vec3(0.17, -half - 0.495, 0.29), Vec3(2, 1, 2), 2);
+  Simulation simulation(scene, test::plan(scene));
+  Bodies& bodies = simulation.world().bodies;
+  std::set<int> names;
+  for (const ContactPoint& contact : candidates(bodies, 1e-3).points) {
+    ASSERT_TRUE(contact.is_on_ridge());  // no point is near
+    const double side = contact.on_surface.particle[0] < bodies.deformable[1].first_particle ? 1 : -1;
+    EXPECT_EQ(contact.on_surface.count, 3);
+    EXPECT_NEAR(contact.gap, -0.005, 1e-12);
+    EXPECT_LT((contact.normal - side * Vec3::UnitY()).norm(), 1e-12);
+    EXPECT_LT((touch(bodies, contact).position - side * Vec3(0, half - 0.005, 0)).norm(), 1e-12);
+    expect_equal_and_opposite(bodies, contact);
+    names.insert(contact.guest_point);
+    ContactPoint again;
+    again.host = contact.host;
+    again.guest_point = contact.guest_point;
+    again.lowest = contact.lowest;
+    put_on_surface(bodies, again);
+    update_geometry(bodies, again);
+    EXPECT_EQ(again.gap, contact.gap);
+    EXPECT_EQ(again.response.K, contact.response.K);
+  }
+  EXPECT_EQ(names.size(), 2U);
+  EXPECT_NEAR(max_penetration(bodies, {}), 0.005, 1e-12);
 }
 
 TEST(ContactCandidates, FindWhatCanTouchWithinTheStepAndNothingElse) {

@@ -306,8 +306,8 @@ TEST(LowestPlaces, OfSoftEdgesLieInThePlaneOfBoth) {
       const LowestPlace& lowest = near->lowest;
       EXPECT_LT((lowest.normal - normal).norm(), 1e-10);
       // A hundredth of a quarter of the way, and what the bisector of the faces leans over from the normal.
-      EXPECT_NEAR(lowest.share, share, 0.005 + 1.5 * std::abs(gap) / 0.4);
-      EXPECT_NEAR(normal.dot(first + lowest.share * (second - first) - lowest.foot), gap, 1e-11);
+      EXPECT_NEAR(lowest.weight[1], share, 0.005 + 1.5 * std::abs(gap) / 0.4);
+      EXPECT_NEAR(normal.dot(first + lowest.weight[1] * (second - first) - lowest.foot), gap, 1e-11);
       EXPECT_EQ(near->distance < 0, gap < 0);
       ++told;
     }

@@ -71,6 +71,8 @@ TEST(Ridges, OfABoxAreItsEdges) {
     EXPECT_LT(ridges.inward[i].dot(ridges.nodes[i]), 0);
     EXPECT_NEAR(ridges.inward[i].norm(), 1, 1e-14);
   }
+  EXPECT_EQ(ridges.corners.size(), 8U);
+  for (const int corner : ridges.corners) EXPECT_EQ(node(ridges, corner).cwiseAbs(), Vec3(1, 0.5, 0.25));
 }
 
 TEST(Ridges, OfRoundBodiesAreMiddleLinesAndRims) {
@@ -95,6 +97,8 @@ TEST(Ridges, OfRoundBodiesAreMiddleLinesAndRims) {
   EXPECT_LT((cylinder.inward[0] - Vec3(-on_rim.x(), -on_rim.y() / 1.5, -on_rim.z()).normalized()).norm(),
             0.1);
 
+  EXPECT_TRUE(cylinder.corners.empty());  // the axis ends inside of the ends
+
   EXPECT_EQ(find_ridges(LevelSet::capsule(0.5, 1), 0.25).nodes.size(), 5U);
   EXPECT_TRUE(find_ridges(LevelSet::sphere(1), 0.25).lines.empty());
   EXPECT_TRUE(find_ridges(LevelSet::half_space(), 0.25).lines.empty());
@@ -103,6 +107,7 @@ TEST(Ridges, OfRoundBodiesAreMiddleLinesAndRims) {
 TEST(Ridges, OfMeshesAreTheirSharpConvexEdges) {
   const Ridges box = ridges_of(test::box_mesh(Vec3(-1, -1, -1), Vec3(1, 1, 1)), 0.3);
   EXPECT_EQ(box.lines.size(), 12U);  // corners end them; the diagonals of faces are none
+  EXPECT_EQ(box.corners.size(), 8U);
   EXPECT_NEAR(length_of(box), 24, 1e-13);
   expect_spacing(box, 0.3);
   // 18 edges of an L, but for the concave one of length 1.
@@ -111,6 +116,7 @@ TEST(Ridges, OfMeshesAreTheirSharpConvexEdges) {
   const Ridges round = ridges_of(prism(64, 1, 0.5), 10);
   ASSERT_EQ(round.lines.size(), 2U);
   EXPECT_TRUE(round.lines[0].is_closed && round.lines[1].is_closed);
+  EXPECT_TRUE(round.corners.empty());
   EXPECT_NEAR(length_of(round), 2 * 64 * 2 * std::sin(pi / 64), 1e-13);
   EXPECT_NEAR(length_of(ridges_of(prism(6, 1, 0.5), 10)), 12 * 1 + 6 * 0.5, 1e-13);
   EXPECT_TRUE(ridges_of(test::torus_mesh(1, 0.4, 48, 24), 10).lines.empty());
@@ -138,6 +144,16 @@ TEST(Ridges, KeepWhatLiesBetweenNodesThatStay) {
     EXPECT_EQ(line.around, 2);
   }
   EXPECT_EQ(torus.inward.size(), torus.nodes.size());
+
+  Ridges box = find_ridges(LevelSet::box(Vec3(2, 1, 0.5)), 0.3);
+  std::vector<char> stays_of_box;
+  for (const Vec3& place : box.nodes) stays_of_box.push_back(place.x() > -0.9);
+  keep_nodes(stays_of_box, box);
+  ASSERT_EQ(box.corners.size(), 4U);
+  for (const int corner : box.corners) {
+    EXPECT_EQ(node(box, corner).x(), 1);
+    EXPECT_EQ(node(box, corner).cwiseAbs(), Vec3(1, 0.5, 0.25));
+  }
 }
 
 }  // namespace

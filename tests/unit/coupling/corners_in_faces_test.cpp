@@ -1,0 +1,150 @@
+#include "sim/coupling/corners_in_faces.h"
+
+#include <algorithm>
+#include <limits>
+#include <random>
+
+#include "tests/support/contacts.h"
+#include "tests/support/thin_bodies.h"
+#include <gtest/gtest.h>
+
+#include "sim/coupling/body_bounds.h"
+#include "sim/geometry/closest_points.h"
+
+namespace duet {
+namespace {
+
+// A cube and a soft box of cells of 1 m about the origin, 2 m wide.
+scene::Scene cube_and_block() {
+  scene::Scene scene = test::free_space();
+  test::add_box(scene, "cube", Vec3(0, 9, 0), Vec3::Constant(0.4), 10);
+  test::add_soft_box(scene, "block", Vec3::Zero(), Vec3(2, 2, 2), 2);
+  return scene;
+}
+
+class Corners {
+ public:
+  explicit Corners(const scene::Scene& scene) : simulation_(scene, test::plan(scene)) {}
+  Bodies& bodies() { return simulation_.world().bodies; }
+  // Has the first corner of body 0 be at x, and the body lie in the direction `inward` from there.
+  void put(const Vec3& x, const Vec3& inward) {
+    const Ridges& ridges = bodies().rigid.properties[0].ridges;
+    const auto node = static_cast<std::size_t>(ridges.corners[0]);
+    Pose& pose = bodies().rigid.state[0].pose;
+    pose.orientation = Quat::FromTwoVectors(ridges.inward[node], inward);
+    pose.position = x - pose.orientation * ridges.nodes[node];
+  }
+  std::vector<NearRidge> find(double margin) {
+    std::vector<BodyBounds> bounds;
+    bound_bodies(bodies(), bounds);
+    std::vector<NearRidge> found;
+    find_places_at_corners(bodies(), bodies().deformable[0], bounds[bodies().rigid.size()], 0, margin,
+                           scratch_, found);
+    return found;
+  }
+  // Of a place, in the world.
+  Vec3 normal(const NearRidge& near) { return bodies().rigid.state[0].pose.orientation * near.lowest.normal; }
+  Vec3 surface_point(const NearRidge& near) {
+    const Triangle& face = bodies().triangles[static_cast<std::size_t>(near.lowest.face)];
+    Vec3 x = Vec3::Zero();
+    for (std::size_t i = 0; i < 3; ++i)
+      x += near.lowest.weight[i] * bodies().particles.x[static_cast<std::size_t>(face[i])];
+    return x;
+  }
+
+ private:
+  Simulation simulation_;
+  std::vector<CornerSearch> scratch_;
+};
+
+TEST(CornersInFaces, TouchTheFaceBelowThem) {
+  Corners corners(cube_and_block());
+  EXPECT_TRUE(corners_count(corners.bodies().deformable[0], corners.bodies().rigid.properties[0].ridges));
+  for (const double height : {0.009, 0.0, -0.03}) {
+    const Vec3 x(0.31, 1 + height, -0.17);
+    corners.put(x, Vec3(0.2, 1, 0.1).normalized());
+    const auto found = corners.find(0.01);
+    ASSERT_EQ(found.size(), 1U);
+    EXPECT_EQ(found[0].node, 0);
+    EXPECT_NEAR(found[0].distance, height, 1e-14);
+    EXPECT_LT((corners.normal(found[0]) + Vec3::UnitY()).norm(), 1e-12);  // out of the cube
+    EXPECT_LT((corners.surface_point(found[0]) - Vec3(0.31, 1, -0.17)).norm(), 1e-14);
+    const Pose& pose = corners.bodies().rigid.state[0].pose;
+    EXPECT_LT((pose.to_world(found[0].lowest.foot) - x).norm(), 1e-14);
+    EXPECT_LT((pose.to_world(found[0].lowest.place) - Vec3(0.31, 1, -0.17)).norm(), 1e-14);
+  }
+}
+
+TEST(CornersInFaces, DoNotTouchWhatTheyPointAwayFromOrAreBeside) {
+  Corners corners(cube_and_block());
+  const auto is_none = [&](const Vec3& x, const Vec3& inward) {
+    corners.put(x, inward);
+    return corners.find(0.01).empty();
+  };
+  EXPECT_TRUE(is_none(Vec3(0.31, 1.011, 0), Vec3::UnitY()));               // out of reach
+  EXPECT_TRUE(is_none(Vec3(0.31, 0.6, 0), Vec3::UnitY()));                 // deeper than points are apart
+  EXPECT_TRUE(is_none(Vec3(0.31, 0.99, 0), -Vec3::UnitY()));               // the cube is inside of the block
+  EXPECT_TRUE(is_none(Vec3(1.005, 1.0, 0), Vec3::UnitY()));                // beside the block
+  EXPECT_FALSE(is_none(Vec3(1.005, 1.0, 0), Vec3(1, 1, 0).normalized()));  // at its edge, askew
+}
+
+// The block is crumpled; the corner lies anywhere near its boundary, above faces, edges and particles. On
+// which side it is, tetrahedra tell.
+TEST(CornersInFaces, KnowHowFarTheyAreFromABoundaryOfAnyShape) {
+  Corners corners(cube_and_block());
+  Bodies& bodies = corners.bodies();
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  const auto random_vector = [&] { return Vec3(uniform(random), uniform(random), uniform(random)); };
+  int inside = 0, outside = 0;
+  for (int shape = 0; shape < 20; ++shape) {
+    const std::vector<Vec3> rest = bodies.particles.x;
+    for (Vec3& x : bodies.particles.x) x += 0.15 * random_vector();
+    for (int i = 0; i < 400; ++i) {
+      const Vec3 x = 1.1 * random_vector();
+      corners.put(x, random_vector().normalized());
+      double least = std::numeric_limits<double>::infinity();
+      for (const Triangle& t : bodies.triangles) {
+        const auto at = [&](std::size_t k) { return bodies.particles.x[static_cast<std::size_t>(t[k])]; };
+        least = std::min(least, closest_point_triangle({x, at(0), at(1), at(2)}).difference.norm());
+      }
+      const bool is_inside = std::any_of(bodies.tets.begin(), bodies.tets.end(), [&](const Tet& tet) {
+        Mat3 edges;
+        const auto at = [&](std::size_t k) { return bodies.particles.x[static_cast<std::size_t>(tet[k])]; };
+        for (int k = 0; k < 3; ++k) edges.col(k) = at(static_cast<std::size_t>(k) + 1) - at(0);
+        const Vec3 weight = edges.inverse() * (x - at(0));
+        return weight.minCoeff() >= 0 && weight.sum() <= 1;
+      });
+      for (const NearRidge& near : corners.find(0.2)) {
+        if (near.node != 0) continue;
+        EXPECT_NEAR(near.distance, is_inside ? -least : least, 1e-12);
+        EXPECT_NEAR((corners.surface_point(near) - x).norm(), least, 1e-12);
+        ++(is_inside ? inside : outside);
+      }
+    }
+    bodies.particles.x = rest;
+  }
+  EXPECT_GT(inside, 100);
+  EXPECT_GT(outside, 100);
+}
+
+TEST(CornersInFaces, TouchEitherSideOfASheetAndNothingBesideIt) {
+  scene::Scene scene = test::free_space();
+  test::add_box(scene, "cube", Vec3(0, 9, 0), Vec3::Constant(0.4), 10);
+  test::add_material(scene, "canvas");
+  test::add_panel(scene, "sheet", Vec3::Zero(), Vec2(2, 2), 2, 0.02);
+  Corners corners(scene);
+  for (const double side : {1.0, -1.0})
+    for (const double height : {0.015, -0.015}) {
+      corners.put(Vec3(0.3, side * height, 0.1), side * Vec3::UnitY());
+      const auto found = corners.find(0.02);
+      ASSERT_EQ(found.size(), 1U);
+      EXPECT_NEAR(found[0].distance, height, 1e-14);
+      EXPECT_LT((corners.normal(found[0]) + side * Vec3::UnitY()).norm(), 1e-12);
+    }
+  corners.put(Vec3(1.01, 0.001, 0), Vec3::UnitY());
+  EXPECT_TRUE(corners.find(0.02).empty());
+}
+
+}  // namespace
+}  // namespace duet
