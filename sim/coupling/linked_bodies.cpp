@@ -106,22 +106,11 @@ void LinkedBodies::respond(const RigidBodies& rigid, const JointSolver& joints) 
     }
 }
 
-// Calls work(body, change of its twist) for all that are linked with `body`.
-template <class Work>
-void LinkedBodies::for_each_change(int body, const Vec6& wrench, Work&& work) const {
-  const Group& group = groups_[as_index(group_of_[as_index(body)])];
-  const Eigen::Index column = 6 * static_cast<Eigen::Index>(member_[as_index(body)].place);
-  for (std::size_t i = 0; i < group.members.size(); ++i)
-    work(group.members[i],
-         Vec6(group.response.block<6, 6>(6 * static_cast<Eigen::Index>(i), column) * wrench));
-}
-
 Mat6 LinkedBodies::response_of(int body, int struck) const {
   const int group = group_of_[as_index(body)];
   if (group_of_[as_index(struck)] != group) return Mat6::Zero();
-  return groups_[as_index(group)].response.block<6, 6>(
-      6 * static_cast<Eigen::Index>(member_[as_index(body)].place),
-      6 * static_cast<Eigen::Index>(member_[as_index(struck)].place));
+  return groups_[as_index(group)].response.block<6, 6>(first_row(as_index(body)),
+                                                       first_row(as_index(struck)));
 }
 
 Mat3 LinkedBodies::factor(const ContactPoint& contact, const Bodies& bodies) const {
@@ -201,6 +190,7 @@ void LinkedBodies::update(const Bodies& bodies, JointSolver& joints, bool with_c
 
 LinkedBodies* LinkedBodies::prepare(const Bodies& bodies, JointSolver& joints, bool with_control,
                                     ContactSet& contacts) {
+  is_used_ = false;
   if (bodies.linked.empty()) return nullptr;
   if (group_of_.empty()) find_groups(bodies);
   for (Group& group : groups_) group.is_cramped = false;
@@ -213,6 +203,7 @@ LinkedBodies* LinkedBodies::prepare(const Bodies& bodies, JointSolver& joints, b
   for (const ContactPoint& contact : contacts.points)
     if (takes_part(contact)) find_cramped(contact, contact.response, bodies);
   if (!is_complete()) answer(bodies, contacts);
+  is_used_ = true;
   return this;
 }
 
@@ -226,6 +217,7 @@ void LinkedBodies::answer(const Bodies& bodies, ContactSet& contacts) const {
 
 const LinkedBodies* LinkedBodies::prepare(const Bodies& bodies, JointSolver& joints,
                                           const ContactMemory& memory) {
+  is_used_ = false;
   if (bodies.linked.empty()) return nullptr;
   if (group_of_.empty()) find_groups(bodies);
   for (Group& group : groups_) group.is_cramped = false;
@@ -245,6 +237,7 @@ const LinkedBodies* LinkedBodies::prepare(const Bodies& bodies, JointSolver& joi
     update_geometry(bodies, contact);
     find_cramped(contact, response(contact, bodies), bodies);
   }
+  is_used_ = true;
   return this;
 }
 

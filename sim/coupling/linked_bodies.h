@@ -34,6 +34,8 @@ class LinkedBodies {
   LinkedBodies* prepare(const Bodies& bodies, JointSolver& joints, bool with_control, ContactSet& contacts);
   // The same for contacts of the last step.
   const LinkedBodies* prepare(const Bodies& bodies, JointSolver& joints, const ContactMemory& memory);
+  // What the last call of prepare() returned.
+  const LinkedBodies* prepared() const { return is_used_ ? this : nullptr; }
   // Keeps the velocities, which satisfy the joints, for finish().
   void begin(const RigidBodies& rigid);
 
@@ -50,6 +52,14 @@ class LinkedBodies {
   void push(RigidBodies& rigid, int body, const Vec6& wrench);
   // The same to velocities of all rigid bodies, m/s and rad/s.
   void push(int body, const Vec6& wrench, std::vector<Vec3>& linear, std::vector<Vec3>& angular) const;
+  // Calls work(body, change of its twist) for all that are linked with `body`.
+  template <class Work>
+  void for_each_change(int body, const Vec6& wrench, Work&& work) const {
+    const Group& group = groups_[static_cast<std::size_t>(group_of_[static_cast<std::size_t>(body)])];
+    const auto column = first_row(static_cast<std::size_t>(body));
+    for (const std::size_t moved : group.members)
+      work(moved, Vec6(group.response.block<6, 6>(first_row(moved), column) * wrench));
+  }
   // Of a linked body's twist for wrenches on `struck`, another one or itself.
   Mat6 response_of(int body, int struck) const;
   // Of a contact that takes part and holds the response of the bodies by themselves. Zero where the joints
@@ -82,14 +92,15 @@ class LinkedBodies {
   void find_groups(const Bodies& bodies);
   void update(const Bodies& bodies, JointSolver& joints, bool with_control);
   void respond(const RigidBodies& rigid, const JointSolver& joints);
-  template <class Work>
-  void for_each_change(int body, const Vec6& wrench, Work&& work) const;
+  Eigen::Index first_row(std::size_t body) const {  // of a group's response
+    return 6 * static_cast<Eigen::Index>(member_[body].place);
+  }
   Mat3 factor(const ContactPoint& contact, const Bodies& bodies) const;
   // Of all contacts that take part, as their groups let them; of the others, as bodies by themselves.
   void answer(const Bodies& bodies, ContactSet& contacts) const;
   void find_cramped(const ContactPoint& contact, const ContactResponse& answer, const Bodies& bodies);
 
-  bool is_current_ = false, has_control_ = false;
+  bool is_current_ = false, has_control_ = false, is_used_ = false;
   std::vector<std::size_t> others_;  // with joints, but not linked
   std::vector<int> group_of_;        // of every rigid body
   std::vector<Group> groups_;

@@ -15,8 +15,9 @@ using Displacement = SeparationScratch::Displacement;
 
 class Separator {
  public:
-  Separator(Bodies& bodies, ContactGraph& graph, ContactSet& contacts, SeparationScratch& scratch)
-      : bodies_(bodies), graph_(graph), contacts_(contacts), scratch_(scratch) {}
+  Separator(Bodies& bodies, const LinkedBodies* linked, ContactGraph& graph, ContactSet& contacts,
+            SeparationScratch& scratch)
+      : bodies_(bodies), linked_(linked), graph_(graph), contacts_(contacts), scratch_(scratch) {}
 
   // Looks at all contacts where they are now; returns how many pairs overlap.
   int measure() {
@@ -85,13 +86,27 @@ class Separator {
         is_zero(scratch_.body[as_index(pair.guest_rigid)]))
       return false;
     if (!scratch_.measured[as_index(p)]) {  // written once: other threads read what lies beside it
-      for (int i = pair.begin; i < pair.end; ++i) update_geometry(bodies_, contacts_.points[as_index(i)]);
+      for (int i = pair.begin; i < pair.end; ++i) measure(contacts_.points[as_index(i)]);
       scratch_.measured[as_index(p)] = 1;
     }
     return true;
   }
 
+  void measure(ContactPoint& contact) const {
+    update_geometry(bodies_, contact);
+    if (linked_ && linked_->takes_part(contact)) contact.response = linked_->response(contact, bodies_);
+  }
+
+  bool is_linked(int body) const { return linked_ && linked_->contains(body); }
+
   void move(int body, const Vec3& arm, const Vec3& push) {
+    if (is_linked(body)) {
+      linked_->for_each_change(body, wrench_of(arm, push), [&](std::size_t moved, const Vec6& change) {
+        scratch_.body[moved].shift += change.head<3>();
+        scratch_.body[moved].turn += change.tail<3>();
+      });
+      return;
+    }
     const auto b = as_index(body);
     scratch_.body[b].shift += bodies_.rigid.properties[b].inverse_mass * push;
     scratch_.body[b].turn += bodies_.rigid.state[b].inverse_inertia * arm.cross(push);
@@ -141,12 +156,14 @@ class Separator {
     return largest;
   }
 
-  // The same with the lower body held. Bodies of one level carry each other.
+  // The same with the lower body held. Bodies of one level carry each other. Linked ones move others, which
+  // may be of any level: they stay.
   double update_upper(int p) {
     const ContactPair& pair = contacts_.pairs[as_index(p)];
     const int host_level = graph_.level[as_index(pair.host)],
               guest_level = graph_.level[as_index(pair.guest_rigid)];
     const int upper = host_level > guest_level ? pair.host : pair.guest_rigid;
+    if (is_linked(upper) || (host_level == guest_level && is_linked(pair.host))) return 0;
     if (host_level == guest_level) return update(p);
     if (!takes_part(p)) return 0;
     const RigidState& state = bodies_.rigid.state[as_index(upper)];
@@ -167,6 +184,7 @@ class Separator {
   }
 
   Bodies& bodies_;
+  const LinkedBodies* linked_;
   ContactGraph& graph_;
   ContactSet& contacts_;
   SeparationScratch& scratch_;
@@ -174,9 +192,9 @@ class Separator {
 
 }  // namespace
 
-int separate_rigid_bodies(Bodies& bodies, ContactGraph& graph, int iterations, ContactSet& contacts,
-                          SeparationScratch& scratch) {
-  Separator separator(bodies, graph, contacts, scratch);
+int separate_rigid_bodies(Bodies& bodies, const LinkedBodies* linked, ContactGraph& graph, int iterations,
+                          ContactSet& contacts, SeparationScratch& scratch) {
+  Separator separator(bodies, linked, graph, contacts, scratch);
   int first = 0;
   for (int i = 0; i < iterations; ++i) {
     const int overlapping = separator.measure();

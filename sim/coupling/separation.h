@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "sim/coupling/contact_graph.h"
+#include "sim/coupling/linked_bodies.h"
 
 namespace duet {
 
@@ -25,7 +26,10 @@ struct SeparationScratch {
 // bodies rest on light ones: what they leave is taken up level by level by the upper bodies alone, as if the
 // lower ones were fixed. Each of `iterations` takes the geometry anew. Positions and orientations change,
 // momenta do not. Returns the number of overlapping pairs at the start.
-int separate_rigid_bodies(Bodies& bodies, ContactGraph& graph, int iterations, ContactSet& contacts,
-                          SeparationScratch& scratch);
+//
+// `linked` (or null) moves bodies as their joints let them: what each of them gave way by itself, joints
+// would take back, and of wedged links more than that.
+int separate_rigid_bodies(Bodies& bodies, const LinkedBodies* linked, ContactGraph& graph, int iterations,
+                          ContactSet& contacts, SeparationScratch& scratch);
 
 }  // namespace duet

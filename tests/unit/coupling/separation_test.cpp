@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "tests/support/articulated.h"
 #include "tests/support/contacts.h"
 #include <gtest/gtest.h>
 
@@ -15,9 +16,9 @@ using test::ContactScene;
 constexpr double sweep_tolerance = 1e-8;  // m, where the sweeps at one geometry end
 constexpr int iterations = 4;
 
-int separate(ContactScene& scene, int geometries = iterations) {
+int separate(ContactScene& scene, int geometries = iterations, const LinkedBodies* linked = nullptr) {
   SeparationScratch scratch;
-  return separate_rigid_bodies(scene.bodies, scene.graph, geometries, scene.contacts, scratch);
+  return separate_rigid_bodies(scene.bodies, linked, scene.graph, geometries, scene.contacts, scratch);
 }
 
 // The overlap is parted in the inverse ratio of the masses, and the boxes stay as they are turned.
@@ -167,6 +168,32 @@ TEST(Separation, SeesAtOnceWhatABodyIsPushedInto) {
     ContactScene tower(scene, 0.01);
     EXPECT_EQ(separate(tower, 1), 1);
     EXPECT_LT(max_penetration(tower.bodies, {}), 2 * sweep_tolerance);
+  }
+}
+
+// A box a millimetre in the second link of a chain. The chain gives way as its joints let it, to first order:
+// what they are off by then is of the order of the overlap's square over a link's length. By itself the link
+// leaves them behind by a good part of the overlap.
+TEST(Separation, MovesLinkedBodiesAsTheirJointsLetThem) {
+  const double overlap = 1e-3;
+  scene::Scene scene = test::free_space();
+  test::add_chain(scene, 3, scene::JointType::point, true);
+  test::add_box(scene, "load", Vec3(1.7, 0.15 - overlap, 0), Vec3(0.2, 0.2, 0.2), 500);
+  for (const bool knows : {true, false}) {
+    ContactScene chain(scene, 0.01);
+    JointSolver joints;
+    joints.analyze(chain.bodies.articulation, chain.bodies.rigid);
+    joints.update(chain.bodies.articulation, chain.bodies.rigid);
+    LinkedBodies linked;
+    ASSERT_TRUE(linked.prepare(chain.bodies, joints, false, chain.contacts));
+    EXPECT_EQ(linked.prepared(), &linked);
+    EXPECT_EQ(separate(chain, iterations, knows ? &linked : nullptr), 1);
+    EXPECT_LT(max_penetration(chain.bodies, {}), 2 * sweep_tolerance + overlap_tolerance);
+    const double off = JointSolver::drift(chain.bodies.articulation, chain.bodies.rigid).gap;
+    if (knows)
+      EXPECT_LT(off, 4 * overlap * overlap);
+    else
+      EXPECT_GT(off, overlap / 4);
   }
 }
 
