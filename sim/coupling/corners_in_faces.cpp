@@ -9,13 +9,19 @@
 namespace duet {
 namespace {
 
-// Cosine of the angle between the way off the face and that into the host, at least: from a cube's corner it
+// Cosine of the angle between the face's normal and the way into the host, at least: from a cube's corner it
 // is 0.58 to its faces.
 constexpr double least_facing = 0.2;
-// The same of the way to the corner and the face's normal: beside the rim of a sheet it is less.
-constexpr double least_upright = 0.5;
+// The same of the way to the corner and the face's normal: between faces that turn by up to 50 degrees it is
+// more, beside rims of blocks and of sheets less. What touches there are other points, and the corner would
+// only say what they say, a little askew.
+constexpr double least_upright = 0.9;
 // Squared distances that are the same but for rounding: of the faces around an edge or a particle.
 constexpr double rounding = 1e-9;
+// Cosine of the angle between two faces that lie on each other, at least.
+constexpr double lies_flat = 0.94;
+// Of the smallest size of a host: how far in from a corner its faces are told apart.
+constexpr double way_in = 0.05;
 // Of the size of a face: from nearer than that the way to the corner has no direction.
 constexpr double at_face = 1e-9;
 // How much smaller than their neighbours faces may be for the nearest of them to be found where a corner is
@@ -45,25 +51,33 @@ bool counts(const Particles& particles, const Triangle& face) {
   return std::none_of(face.begin(), face.end(), is_left_out) && std::any_of(face.begin(), face.end(), moves);
 }
 
+// The host's own face at a corner if it lies flat on one with the unit normal `-toward`: what else touches
+// there acts along the normals of the host, and others that are nearly the same would be one constraint twice
+// over, badly conditioned. In the host's space.
+Vec3 normal_at(const LevelSet& host, const Vec3& corner, const Vec3& inward, const Vec3& toward) {
+  const Vec3 way = inward - 0.5 * inward.dot(toward) * toward;  // nearest to the face on that side
+  const Vec3 own = host.exact(corner + way_in * host.smallest_size() * way).normal;
+  return own.dot(toward) > lies_flat ? own : toward;
+}
+
 std::optional<NearRidge> place_at(const CornerSearch& nearest, bool is_sheet, double size, double depth,
-                                  double margin, const Pose& host) {
+                                  double margin, const LevelSet& shape, const Pose& host) {
   const bool is_back = is_sheet && nearest.normal.dot(nearest.inward) < 0;
   const Vec3 outward = is_back ? Vec3(-nearest.normal) : nearest.normal;
   const double height = nearest.way.dot(outward), length = nearest.way.norm();
-  const bool is_at_face = length <= at_face * size;
-  if (!is_at_face && !(std::abs(height) >= least_upright * length)) return std::nullopt;
-  const double distance = height < 0 ? -length : length;
-  if (!(distance < margin && distance >= -depth)) return std::nullopt;
-  const Vec3 away = is_at_face ? outward : Vec3(nearest.way / distance);
-  if (!(away.dot(nearest.inward) > least_facing)) return std::nullopt;
+  if (length > at_face * size && !(std::abs(height) >= least_upright * length)) return std::nullopt;
+  if (!(height < margin && height >= -depth)) return std::nullopt;
+  if (!(outward.dot(nearest.inward) > least_facing)) return std::nullopt;
   NearRidge found;
-  found.lowest.place = host.to_body(nearest.x - nearest.way);
-  found.lowest.normal = host.orientation.conjugate() * -away;
-  found.lowest.foot = host.to_body(nearest.x);
-  found.lowest.weight = {nearest.weight[0], nearest.weight[1], nearest.weight[2]};
-  found.lowest.face = nearest.face;
+  LowestPlace& lowest = found.lowest;
+  lowest.place = host.to_body(nearest.x - nearest.way);
+  lowest.foot = host.to_body(nearest.x);
+  const Quat to_body = host.orientation.conjugate();
+  lowest.normal = normal_at(shape, lowest.foot, to_body * nearest.inward, to_body * -outward);
+  lowest.weight = {nearest.weight[0], nearest.weight[1], nearest.weight[2]};
+  lowest.face = nearest.face;
   found.node = nearest.corner;
-  found.distance = distance;
+  found.distance = lowest.normal.dot(lowest.place - lowest.foot);
   return found;
 }
 
@@ -95,8 +109,8 @@ void find_places_at_corners(const Bodies& bodies, const DeformableBody& guest, c
                             int host, double margin, std::vector<CornerSearch>& scratch,
                             std::vector<NearRidge>& found) {
   const RigidState& state = bodies.rigid.state[as_index(host)];
-  const Eigen::AlignedBox3d box =
-      begin(state, bodies.rigid.properties[as_index(host)].ridges, world_box(bounds, margin), scratch);
+  const RigidProperties& properties = bodies.rigid.properties[as_index(host)];
+  const Eigen::AlignedBox3d box = begin(state, properties.ridges, world_box(bounds, margin), scratch);
   if (scratch.empty()) return;
   const std::vector<Vec3>& x = bodies.particles.x;
   const auto box_of = [&](const Triangle& face) {
@@ -117,7 +131,8 @@ void find_places_at_corners(const Bodies& bodies, const DeformableBody& guest, c
     if (corner.face < 0 || is_at_seam(bodies, host, corner.x, 0)) continue;
     const double size = box_of(bodies.triangles[as_index(corner.face)]).diagonal().norm();
     const double depth = size / guest.parts_per_edge;
-    if (const auto near = place_at(corner, guest.thickness > 0, size, depth, margin, state.pose))
+    if (const auto near =
+            place_at(corner, guest.thickness > 0, size, depth, margin, properties.shape, state.pose))
       found.push_back(*near);
   }
 }

@@ -25,8 +25,8 @@ bool corners_count(const DeformableBody& guest, const Ridges& ridges);
 
 // Appends, for each corner of `host`, the nearest place on the boundary of `guest` if the corner is less than
 // `margin` (m) outside of it, or no deeper inside than the points of the face are apart, and the rest of the
-// host lies on the outer side; on either side of a sheet. Its plane is the face's at the corner, `node` the
-// number of the corner. `bounds` are those of the guest.
+// host lies on the outer side; on either side of a sheet. Its plane is the face's, or the host's own where
+// that lies flat on it, at the corner; `node` is the number of the corner. `bounds` are those of the guest.
 void find_places_at_corners(const Bodies& bodies, const DeformableBody& guest, const BodyBounds& bounds,
                             int host, double margin, std::vector<CornerSearch>& scratch,
                             std::vector<NearRidge>& found);

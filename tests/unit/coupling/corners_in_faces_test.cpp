@@ -75,17 +75,32 @@ TEST(CornersInFaces, TouchTheFaceBelowThem) {
   }
 }
 
+// Where the cube stands on a face that leans by 3 degrees, all corners touch along the cube's own normal.
+TEST(CornersInFaces, TouchAlongTheNormalOfAFaceThatLiesFlat) {
+  Corners corners(cube_and_block());
+  for (Vec3& x : corners.bodies().particles.x) x.y() += 0.05 * x.x();
+  Pose& pose = corners.bodies().rigid.state[0].pose;
+  pose.orientation = Quat::Identity();
+  pose.position = Vec3(0.31, 1.2 + 0.05 * 0.31, -0.17);
+  const auto found = corners.find(0.05);
+  ASSERT_EQ(found.size(), 4U);
+  for (const NearRidge& near : found) {
+    EXPECT_LT((corners.normal(near) + Vec3::UnitY()).norm(), 1e-14);
+    EXPECT_NEAR(std::abs(near.distance), 0.05 * 0.2, 1e-4);  // two above, two below
+  }
+}
+
 TEST(CornersInFaces, DoNotTouchWhatTheyPointAwayFromOrAreBeside) {
   Corners corners(cube_and_block());
   const auto is_none = [&](const Vec3& x, const Vec3& inward) {
     corners.put(x, inward);
     return corners.find(0.01).empty();
   };
-  EXPECT_TRUE(is_none(Vec3(0.31, 1.011, 0), Vec3::UnitY()));               // out of reach
-  EXPECT_TRUE(is_none(Vec3(0.31, 0.6, 0), Vec3::UnitY()));                 // deeper than points are apart
-  EXPECT_TRUE(is_none(Vec3(0.31, 0.99, 0), -Vec3::UnitY()));               // the cube is inside of the block
-  EXPECT_TRUE(is_none(Vec3(1.005, 1.0, 0), Vec3::UnitY()));                // beside the block
-  EXPECT_FALSE(is_none(Vec3(1.005, 1.0, 0), Vec3(1, 1, 0).normalized()));  // at its edge, askew
+  EXPECT_TRUE(is_none(Vec3(0.31, 1.011, 0), Vec3::UnitY()));                // out of reach
+  EXPECT_TRUE(is_none(Vec3(0.31, 0.6, 0), Vec3::UnitY()));                  // deeper than points are apart
+  EXPECT_TRUE(is_none(Vec3(0.31, 0.99, 0), -Vec3::UnitY()));                // the cube is inside of the block
+  EXPECT_TRUE(is_none(Vec3(1.005, 1.0, 0), Vec3::UnitY()));                 // beside the block
+  EXPECT_TRUE(is_none(Vec3(1.005, 1.004, 0), Vec3(1, 1, 0).normalized()));  // at its rim, askew
 }
 
 // The block is crumpled; the corner lies anywhere near its boundary, above faces, edges and particles. On
@@ -117,7 +132,9 @@ TEST(CornersInFaces, KnowHowFarTheyAreFromABoundaryOfAnyShape) {
       });
       for (const NearRidge& near : corners.find(0.2)) {
         if (near.node != 0) continue;
-        EXPECT_NEAR(near.distance, is_inside ? -least : least, 1e-12);
+        EXPECT_EQ(near.distance < 0, is_inside);
+        EXPECT_LE(std::abs(near.distance), least + 1e-12);  // above a face it is the distance
+        EXPECT_GE(std::abs(near.distance), 0.9 * 0.94 * least);
         EXPECT_NEAR((corners.surface_point(near) - x).norm(), least, 1e-12);
         ++(is_inside ? inside : outside);
       }
