@@ -143,7 +143,8 @@ TEST(LinkedContact, AHeapHasTheSameBitsForAnyNumberOfThreads) {
     set_thread_count(threads);
     scene::Scene scene = test::on_ground(0.4);
     for (int n = 0; n < 24; ++n) {
-      const Vec3 place(n / 4 % 2 * 0.4, 0.11 + n / 4 * 0.25, n % 4 * 0.21);
+      const int row = n / 4;
+      const Vec3 place(row % 2 * 0.4, 0.11 + row * 0.25, n % 4 * 0.21);
       for (int i = 0; i < 3; ++i)
         test::add_box(scene, "part" + std::to_string(3 * n + i), place + Vec3(i, 0, 0), Vec3(0.95, 0.2, 0.2),
                       i == 1 ? 1 : 20);
