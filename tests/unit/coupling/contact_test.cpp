@@ -54,6 +54,18 @@ TEST(ContactPoint, ImpulsesAreEqualAndOppositeAtOnePlace) {
   }
 }
 
+// As a step later, from what is remembered of a place on a deformable guest's edge or face.
+void expect_the_same_anew(const Bodies& bodies, const ContactPoint& contact) {
+  ContactPoint again;
+  again.host = contact.host;
+  again.guest_point = contact.guest_point;
+  again.lowest = contact.lowest;
+  put_on_surface(bodies, again);
+  update_geometry(bodies, again);
+  EXPECT_EQ(again.gap, contact.gap);
+  EXPECT_EQ(again.response.K, contact.response.K);
+}
+
 // A block over the edge of a beam: what its own edges touch there acts between their particles, in the plane
 // of both edges, and stays the same when a step later it is built anew from what is remembered.
 TEST(ContactPoint, OfSoftEdgesActWhereTheyCross) {
@@ -71,14 +83,7 @@ TEST(ContactPoint, OfSoftEdgesActWhereTheyCross) {
     EXPECT_NEAR(contact.gap, -0.005, 1e-12);
     EXPECT_LT((contact.normal - Vec3::UnitY()).norm(), 1e-12);
     expect_equal_and_opposite(bodies, contact);
-    ContactPoint again;
-    again.host = contact.host;
-    again.guest_point = contact.guest_point;
-    again.lowest = contact.lowest;
-    put_on_surface(bodies, again);
-    update_geometry(bodies, again);
-    EXPECT_EQ(again.gap, contact.gap);
-    EXPECT_EQ(again.response.K, contact.response.K);
+    expect_the_same_anew(bodies, contact);
   }
   EXPECT_GE(told, 4);  // of edges 1 m apart, and across their squares
   // The overlap that is told is that of the edges: their points, 25 cm apart, are above. A place is found to
@@ -108,14 +113,7 @@ TEST(ContactPoint, OfCornersActOnTheFacesThatTheyPressIn) {
     EXPECT_LT((touch(bodies, contact).position - side * Vec3(0, half - 0.005, 0)).norm(), 1e-12);
     expect_equal_and_opposite(bodies, contact);
     names.insert(contact.guest_point);
-    ContactPoint again;
-    again.host = contact.host;
-    again.guest_point = contact.guest_point;
-    again.lowest = contact.lowest;
-    put_on_surface(bodies, again);
-    update_geometry(bodies, again);
-    EXPECT_EQ(again.gap, contact.gap);
-    EXPECT_EQ(again.response.K, contact.response.K);
+    expect_the_same_anew(bodies, contact);
   }
   EXPECT_EQ(names.size(), 2U);
   EXPECT_NEAR(max_penetration(bodies, {}), 0.005, 1e-12);
