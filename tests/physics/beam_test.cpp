@@ -97,8 +97,8 @@ double static_deflection(int cells) {
     weight[p] = is_held(particles, p) ? Vec3(Vec3::Zero()) : Vec3(particles.mass[p] * world.gravity);
   StaticSystem system{world};
   std::vector<Vec3> u(particles.size(), Vec3::Zero()), residual, direction, image;
-  const CgResult result =
-      conjugate_gradient(system, weight, 1e-6 * system.measure(weight).norm, 20000, u, residual, direction, image);
+  const CgResult result = conjugate_gradient(system, weight, 1e-6 * system.measure(weight).norm, 20000, u,
+                                             residual, direction, image);
   EXPECT_TRUE(result.converged);
   StaticSystem::axpy(1, u, moved);
   return sag(particles.x, moved);
