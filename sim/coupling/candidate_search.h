@@ -53,7 +53,7 @@ struct CandidateSearch {
     std::vector<NearPoint> touches;
     std::vector<NearRidge> ridges;
     std::vector<double> edge;           // m, distances along one
-    std::vector<CornerSearch> corners;  // scratch of find_places_at_corners
+    CornerSearches corners;             // scratch of find_places_at_corners
     std::vector<NearRidge> at_corners;  // what it found for one pair
     ReductionScratch reduction;
     std::size_t first_pair = 0, first_point = 0;  // where they go

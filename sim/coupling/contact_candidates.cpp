@@ -169,9 +169,8 @@ void visit_places(const Bodies& bodies, const BroadPhase& broad_phase, const Bod
   const DeformableBody& guest = bodies.deformable[as_index(pair.guest_deformable)];
   if (!corners_count(guest, bodies.rigid.properties[as_index(pair.host)].ridges)) return;
   chunk.at_corners.clear();
-  find_places_at_corners(bodies, guest,
-                         broad_phase.bounds[bodies.rigid.size() + as_index(pair.guest_deformable)], pair.host,
-                         margin, chunk.corners, chunk.at_corners);
+  find_places_at_corners(bodies, guest, broad_phase.bounds[as_index(pair.host)], pair.host, margin,
+                         chunk.corners, chunk.at_corners);
   for (const NearRidge& near : chunk.at_corners)
     visit(at_corner(bodies, pair.guest_deformable, near.node), near);
 }

@@ -1,6 +1,7 @@
 #include "sim/coupling/corners_in_faces.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "sim/coupling/seams.h"
@@ -24,24 +25,38 @@ constexpr double lies_flat = 0.94;
 constexpr double way_in = 0.05;
 // Of the size of a face: from nearer than that the way to the corner has no direction.
 constexpr double at_face = 1e-9;
+// How deep a corner may be, of the way between the points of a face: what moves is found before it is inside.
+constexpr double deepest = 0.5;
 // How much smaller than their neighbours faces may be for the nearest of them to be found where a corner is
-// as deep as the points of these are apart.
+// as deep as may be below these.
 constexpr double grading = 2;
 
-void look_at(const FourPoints& at, int face, CornerSearch& nearest) {
-  const Vec3 weight = nearest_weights(at[1], at[2], at[3], at[0]);
-  const Vec3 way = at[0] - (weight[0] * at[1] + weight[1] * at[2] + weight[2] * at[3]);
+// A face of the guest in the space of the host.
+struct Face {
+  int number = 0;
+  std::array<Vec3, 3> x;  // m
+  Vec3 normal;            // unit, outward
+  Eigen::AlignedBox3d box;
+  double size = 0, reach = 0;  // m; reach: how far off a corner may be
+};
+
+void look_at(const Face& face, const Vec3& corner, CornerSearch& nearest) {
+  const double most = std::min(face.reach * face.reach, (1 + rounding) * nearest.squared);
+  const double height = face.normal.dot(corner - face.x[0]);
+  if (height * height > most || face.box.squaredExteriorDistance(corner) > most) return;
+  const Vec3 weight = nearest_weights(face.x[0], face.x[1], face.x[2], corner);
+  const Vec3 way = corner - (weight[0] * face.x[0] + weight[1] * face.x[1] + weight[2] * face.x[2]);
   const double squared = way.squaredNorm();
   if (!(squared <= (1 + rounding) * nearest.squared)) return;
-  const Vec3 normal = (at[2] - at[1]).cross(at[3] - at[1]).normalized();
   // On which side of an edge or a particle the corner is, that face tells which it is the least beside.
   const bool is_nearer = squared < (1 - rounding) * nearest.squared;
-  if (!is_nearer && std::abs(way.dot(normal)) <= std::abs(nearest.way.dot(nearest.normal))) return;
+  if (!is_nearer && std::abs(way.dot(face.normal)) <= std::abs(nearest.way.dot(nearest.normal))) return;
   nearest.squared = squared;
   nearest.way = way;
-  nearest.normal = normal;
+  nearest.normal = face.normal;
   nearest.weight = weight;
-  nearest.face = face;
+  nearest.face = face.number;
+  nearest.size = face.size;
 }
 
 // Faces of particles that move with a body are left to the body, and those that are held to none.
@@ -56,84 +71,112 @@ bool counts(const Particles& particles, const Triangle& face) {
 // over, badly conditioned. In the host's space.
 Vec3 normal_at(const LevelSet& host, const Vec3& corner, const Vec3& inward, const Vec3& toward) {
   const Vec3 way = inward - 0.5 * inward.dot(toward) * toward;  // nearest to the face on that side
-  const Vec3 own = host.exact(corner + way_in * host.smallest_size() * way).normal;
+  const Vec3 own = host.normal(corner + way_in * host.smallest_size() * way);
   return own.dot(toward) > lies_flat ? own : toward;
 }
 
-std::optional<NearRidge> place_at(const CornerSearch& nearest, bool is_sheet, double size, double depth,
-                                  double margin, const LevelSet& shape, const Pose& host) {
-  const bool is_back = is_sheet && nearest.normal.dot(nearest.inward) < 0;
-  const Vec3 outward = is_back ? Vec3(-nearest.normal) : nearest.normal;
-  const double height = nearest.way.dot(outward), length = nearest.way.norm();
-  if (length > at_face * size && !(std::abs(height) >= least_upright * length)) return std::nullopt;
-  if (!(height < margin && height >= -depth)) return std::nullopt;
-  if (!(outward.dot(nearest.inward) > least_facing)) return std::nullopt;
-  NearRidge found;
-  LowestPlace& lowest = found.lowest;
-  lowest.place = host.to_body(nearest.x - nearest.way);
-  lowest.foot = host.to_body(nearest.x);
-  const Quat to_body = host.orientation.conjugate();
-  lowest.normal = normal_at(shape, lowest.foot, to_body * nearest.inward, to_body * -outward);
-  lowest.weight = {nearest.weight[0], nearest.weight[1], nearest.weight[2]};
-  lowest.face = nearest.face;
-  found.node = nearest.corner;
-  found.distance = lowest.normal.dot(lowest.place - lowest.foot);
-  return found;
-}
-
-// The corners that may be near, and a box around them.
-Eigen::AlignedBox3d begin(const RigidState& state, const Ridges& ridges, const Eigen::AlignedBox3d& guest,
-                          std::vector<CornerSearch>& corners) {
-  Eigen::AlignedBox3d box;
-  corners.clear();
-  for (std::size_t k = 0; k < ridges.corners.size(); ++k) {
-    const auto node = as_index(ridges.corners[k]);
-    CornerSearch corner;
-    corner.corner = static_cast<int>(k);
-    corner.x = state.pose.to_world(ridges.nodes[node]);
-    if (!guest.contains(corner.x)) continue;
-    corner.inward = state.pose.orientation * ridges.inward[node];
-    corners.push_back(corner);
-    box.extend(corner.x);
+// Of a deformable guest's faces in the space of a host.
+class Search {
+ public:
+  Search(const Bodies& bodies, const DeformableBody& guest, int host, double margin, CornerSearches& scratch)
+      : bodies_(bodies),
+        guest_(guest),
+        pose_(bodies.rigid.state[as_index(host)].pose),
+        properties_(bodies.rigid.properties[as_index(host)]),
+        margin_(margin),
+        scratch_(scratch) {
+    scratch.corners.clear();
+    scratch.slot.assign(properties_.ridges.corner_count(), -1);
   }
-  return box;
-}
+
+  // Only at those that meet the box `near` (m, in the world).
+  void look_at_faces(const Eigen::AlignedBox3d& near) {
+    const std::vector<Vec3>& x = bodies_.particles.x;
+    const Mat3 to_body = pose_.orientation.toRotationMatrix().transpose();
+    for (int t = guest_.first_triangle; t < guest_.first_triangle + guest_.triangle_count; ++t) {
+      const Triangle& face = bodies_.triangles[as_index(t)];
+      const Vec3 &a = x[as_index(face[0])], &b = x[as_index(face[1])], &c = x[as_index(face[2])];
+      if (!near.intersects(Eigen::AlignedBox3d(a).extend(b).extend(c))) continue;
+      if (!counts(bodies_.particles, face)) continue;
+      Face in_host;
+      in_host.number = t;
+      for (std::size_t i = 0; i < 3; ++i) in_host.x[i] = to_body * (x[as_index(face[i])] - pose_.position);
+      look_at_face(in_host);
+    }
+  }
+
+  std::optional<NearRidge> place_at(const CornerSearch& nearest) const {
+    const Ridges& ridges = properties_.ridges;
+    const Vec3 &corner = ridges.corner(nearest.corner), &inward = ridges.inward_of(nearest.corner);
+    const bool is_back = guest_.thickness > 0 && nearest.normal.dot(inward) < 0;
+    const Vec3 outward = is_back ? Vec3(-nearest.normal) : nearest.normal;
+    const double height = nearest.way.dot(outward), length = nearest.way.norm();
+    if (length > at_face * nearest.size && !(std::abs(height) >= least_upright * length)) return std::nullopt;
+    if (!(height < margin_ && height >= -depth(nearest.size))) return std::nullopt;
+    if (!(outward.dot(inward) > least_facing)) return std::nullopt;
+    NearRidge found;
+    LowestPlace& lowest = found.lowest;
+    lowest.place = corner - nearest.way;
+    lowest.foot = corner;
+    lowest.normal = normal_at(properties_.shape, corner, inward, -outward);
+    lowest.weight = {nearest.weight[0], nearest.weight[1], nearest.weight[2]};
+    lowest.face = nearest.face;
+    found.node = nearest.corner;
+    found.distance = lowest.normal.dot(lowest.place - lowest.foot);
+    return found;
+  }
+
+ private:
+  // m, below a face: how far a corner may be.
+  double depth(double size) const { return deepest * size / guest_.parts_per_edge; }
+
+  void look_at_face(Face& face) {
+    face.box = Eigen::AlignedBox3d(face.x[0]).extend(face.x[1]).extend(face.x[2]);
+    face.size = face.box.diagonal().norm();
+    face.reach = margin_ + grading * depth(face.size);
+    // What a corner touches is nearer to the host than the margin, or inside of it.
+    const LevelSet& shape = properties_.shape;
+    if (shape.distance(face.box.center()) > face.size / 2 + margin_ + shape.tolerance()) return;
+    face.normal = (face.x[1] - face.x[0]).cross(face.x[2] - face.x[0]).normalized();
+    const Vec3 beside = Vec3::Constant(face.reach);
+    properties_.ridges.corner_tree->query(
+        {face.box.min() - beside, face.box.max() + beside}, [&](int number) {
+          int& slot = scratch_.slot[as_index(number)];
+          if (slot < 0) {
+            slot = static_cast<int>(scratch_.corners.size());
+            scratch_.corners.emplace_back().corner = number;
+          }
+          look_at(face, properties_.ridges.corner(number), scratch_.corners[as_index(slot)]);
+        });
+  }
+
+  const Bodies& bodies_;
+  const DeformableBody& guest_;
+  const Pose& pose_;
+  const RigidProperties& properties_;
+  double margin_;
+  CornerSearches& scratch_;
+};
 
 }  // namespace
 
 bool corners_count(const DeformableBody& guest, const Ridges& ridges) {
-  return guest.triangle_count > 0 && guest.edge_count > 0 && !ridges.corners.empty();
+  return guest.triangle_count > 0 && guest.edge_count > 0 && ridges.corner_count() > 0;
 }
 
-void find_places_at_corners(const Bodies& bodies, const DeformableBody& guest, const BodyBounds& bounds,
-                            int host, double margin, std::vector<CornerSearch>& scratch,
-                            std::vector<NearRidge>& found) {
-  const RigidState& state = bodies.rigid.state[as_index(host)];
+void find_places_at_corners(const Bodies& bodies, const DeformableBody& guest, const BodyBounds& host_bounds,
+                            int host, double margin, CornerSearches& scratch, std::vector<NearRidge>& found) {
   const RigidProperties& properties = bodies.rigid.properties[as_index(host)];
-  const Eigen::AlignedBox3d box = begin(state, properties.ridges, world_box(bounds, margin), scratch);
-  if (scratch.empty()) return;
-  const std::vector<Vec3>& x = bodies.particles.x;
-  const auto box_of = [&](const Triangle& face) {
-    return Eigen::AlignedBox3d(x[as_index(face[0])])
-        .extend(x[as_index(face[1])])
-        .extend(x[as_index(face[2])]);
-  };
-  for (int t = guest.first_triangle; t < guest.first_triangle + guest.triangle_count; ++t) {
-    const Triangle& face = bodies.triangles[as_index(t)];
-    const Eigen::AlignedBox3d around = box_of(face);
-    const double reach = margin + grading * around.diagonal().norm() / guest.parts_per_edge;
-    if (around.squaredExteriorDistance(box) > reach * reach || !counts(bodies.particles, face)) continue;
-    for (CornerSearch& corner : scratch)
-      if (around.squaredExteriorDistance(corner.x) <= reach * reach)
-        look_at({corner.x, x[as_index(face[0])], x[as_index(face[1])], x[as_index(face[2])]}, t, corner);
-  }
-  for (const CornerSearch& corner : scratch) {
-    if (corner.face < 0 || is_at_seam(bodies, host, corner.x, 0)) continue;
-    const double size = box_of(bodies.triangles[as_index(corner.face)]).diagonal().norm();
-    const double depth = size / guest.parts_per_edge;
-    if (const auto near =
-            place_at(corner, guest.thickness > 0, size, depth, margin, properties.shape, state.pose))
-      found.push_back(*near);
+  const Pose& pose = bodies.rigid.state[as_index(host)].pose;
+  Search search(bodies, guest, host, margin, scratch);
+  search.look_at_faces(world_box(host_bounds, margin));
+  std::sort(scratch.corners.begin(), scratch.corners.end(),
+            [](const CornerSearch& a, const CornerSearch& b) { return a.corner < b.corner; });
+  for (const CornerSearch& nearest : scratch.corners) {
+    if (nearest.face < 0) continue;
+    const Vec3& corner = properties.ridges.corner(nearest.corner);
+    const auto place = search.place_at(nearest);
+    if (place && !is_at_seam(bodies, host, pose.to_world(corner), 0)) found.push_back(*place);
   }
 }
 

@@ -15,6 +15,8 @@ namespace {
 constexpr double pi = std::numbers::pi;
 constexpr int least_around = 24;  // nodes of a circle
 constexpr double sharp = 0.866;   // cosine of the angle by which faces turn at an edge, at most
+// Of the way along a bulge's surface: how far that falls off, on a radius of ten times the way.
+constexpr double least_bend = 0.05;
 
 int pieces_of(double length, double spacing) {
   return std::max(1, static_cast<int>(std::ceil(length / spacing - 1e-9)));
@@ -74,6 +76,8 @@ void find_inward(const LevelSet& shape, Ridges& ridges) {
   for (const Ridges::Line& line : ridges.lines)
     for (auto i = as_index(line.begin); line.radius == 0 && i < as_index(line.end); ++i)
       ridges.inward[i] = (inside[i] - ridges.nodes[i]).normalized();
+  for (const int bulge : ridges.bulges)
+    ridges.inward[as_index(bulge)] = (inside[as_index(bulge)] - ridges.nodes[as_index(bulge)]).normalized();
 }
 
 // Ends of edges that meet are exactly at one place.
@@ -88,6 +92,40 @@ void find_corners(Ridges& ridges) {
   }
   for (const auto& [place, nodes] : ends)
     if (nodes.size() >= 3) ridges.corners.push_back(nodes.front());
+}
+
+void plant_tree(Ridges& ridges) {
+  std::vector<Eigen::AlignedBox3d> boxes;
+  std::vector<int> items;
+  for (std::size_t i = 0; i < ridges.corner_count(); ++i) {
+    items.push_back(static_cast<int>(i));
+    boxes.emplace_back(ridges.corner(items.back()));
+  }
+  const auto tree = std::make_shared<BoxTree>();
+  tree->build(boxes, items);
+  ridges.corner_tree = tree;
+}
+
+// Whether the surface falls off on both sides of x, in some direction along it.
+bool bends_outwards(const LevelSet& shape, const Vec3& x, const Vec3& inward, double spacing) {
+  constexpr int directions = 8;  // of half a turn
+  const Mat3 axes = Quat::FromTwoVectors(Vec3::UnitZ(), inward).toRotationMatrix();
+  for (int k = 0; k < directions; ++k) {
+    const double angle = pi * k / directions;
+    const Vec3 way = spacing * (std::cos(angle) * axes.col(0) + std::sin(angle) * axes.col(1));
+    if (std::min(shape.distance(x + way), shape.distance(x - way)) > least_bend * spacing) return true;
+  }
+  return false;
+}
+
+void add_bulges(const TriangleMesh& mesh, const LevelSet& shape, double spacing, Ridges& ridges) {
+  const std::vector<Vec3> samples = surface_samples(mesh, spacing);
+  const std::vector<Vec3> inside = points_inside(shape, samples);
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    if (!bends_outwards(shape, samples[i], (inside[i] - samples[i]).normalized(), spacing)) continue;
+    ridges.bulges.push_back(static_cast<int>(ridges.nodes.size()));
+    ridges.nodes.push_back(samples[i]);
+  }
 }
 
 struct SharpEdge {
@@ -178,6 +216,7 @@ Ridges find_ridges(const LevelSet& shape, double spacing) {
   }
   find_inward(shape, ridges);
   find_corners(ridges);
+  plant_tree(ridges);
   return ridges;
 }
 
@@ -191,8 +230,10 @@ Ridges find_ridges(const TriangleMesh& mesh, const LevelSet& shape, double spaci
     if (!is_closed) ridges.nodes.push_back(vertex(line.size() - 1));
     end_line(begin, is_closed, 0, 0, ridges);
   }
+  add_bulges(mesh, shape, spacing, ridges);
   find_inward(shape, ridges);
   find_corners(ridges);
+  plant_tree(ridges);
   return ridges;
 }
 
@@ -225,6 +266,13 @@ void keep_nodes(const std::vector<char>& stays, Ridges& ridges) {
   }
   for (const int corner : ridges.corners)
     if (stays[as_index(corner)] != 0) kept.corners.push_back(number[as_index(corner)]);
+  for (const int bulge : ridges.bulges) {
+    if (stays[as_index(bulge)] == 0) continue;
+    kept.bulges.push_back(static_cast<int>(kept.nodes.size()));
+    kept.nodes.push_back(ridges.nodes[as_index(bulge)]);
+    kept.inward.push_back(ridges.inward[as_index(bulge)]);
+  }
+  plant_tree(kept);
   ridges = std::move(kept);
 }
 

@@ -1,9 +1,11 @@
 // Lines of a body along which it can touch another one between any two of its samples: sharp edges, and the
-// middle lines of what a ball sweeps out.
+// middle lines of what a ball sweeps out. And where it can touch a soft one between the points of that.
 #pragma once
 
+#include <memory>
 #include <vector>
 
+#include "sim/geometry/box_tree.h"
 #include "sim/geometry/level_set.h"
 #include "sim/geometry/triangle_mesh.h"
 
@@ -23,13 +25,25 @@ struct Ridges {
   std::vector<Vec3> nodes;   // m
   std::vector<Vec3> inward;  // unit, into the body from an edge, near its bisector; zero on middle lines
   std::vector<int> corners;  // a node at every place where three edges or more end
+  std::vector<int> bulges;   // nodes on no line: samples of a mesh where it bends outwards, the last nodes
+  // Over the corners and then the bulges, numbered on.
+  std::shared_ptr<const BoxTree> corner_tree;
+  const Vec3& corner(int number) const { return nodes[node_of(number)]; }
+  const Vec3& inward_of(int number) const { return inward[node_of(number)]; }
+  std::size_t corner_count() const { return corners.size() + bulges.size(); }
+
+ private:
+  std::size_t node_of(int number) const {
+    const auto n = static_cast<std::size_t>(number);
+    return static_cast<std::size_t>(n < corners.size() ? corners[n] : bulges[n - corners.size()]);
+  }
 };
 
 // Of nodes no farther apart than `spacing` (m): the edges of boxes, the rims and the axis of a cylinder, the
 // axis of a capsule, the middle line of a torus.
 Ridges find_ridges(const LevelSet& shape, double spacing);
-// The edges of a closed mesh at which its faces turn by 30 degrees or more outwards; `shape` is its level
-// set.
+// The edges of a closed mesh at which its faces turn by 30 degrees or more outwards, and its bulges: where
+// the radius of its outward bend is less than ten spacings in some direction. `shape` is its level set.
 Ridges find_ridges(const TriangleMesh& mesh, const LevelSet& shape, double spacing);
 
 // Leaves of every line what lies between nodes for which `stays` holds.

@@ -140,6 +140,36 @@ TEST(EdgesInSoftBodies, EnterAtCornersNeither) {
   test::expect_below(corner, 1e-3, "deepest corner of the cube, m");
 }
 
+// The same on the round end of an upright spindle, 16 cm in radius: its points alone let it in by 25 mm.
+TEST(EdgesInSoftBodies, EnterNowhereOnRoundEnds) {
+  scene::Scene scene = test::free_space();
+  scene.fps = 24;
+  scene.gravity = Vec3(0, -9.8, 0);
+  const auto mesh = std::make_shared<TriangleMesh>(read_mesh(DUET_SOURCE_DIR "/assets/lathe_link.obj"));
+  ASSERT_TRUE(repair(*mesh).flaws.empty());
+  scene::RigidBody link;
+  link.name = "link";
+  link.shape.kind = scene::ShapeKind::mesh;
+  link.shape.mesh = mesh;
+  link.shape.scale = 0.65;
+  link.sample_spacing = 0.06;
+  link.is_static = true;
+  link.placement.position = Vec3(0, -1.3, 0);
+  link.placement.orientation = Quat(Eigen::AngleAxisd(EIGEN_PI / 2, Vec3::UnitZ()));
+  scene.rigid.push_back(link);
+  test::add_soft_box(scene, "block", Vec3(0.17, 0.72, 0.29), Vec3(2, 1, 2), 4, 2e5).shape.cells =
+      Vec3i(4, 2, 4);
+  scene.materials[0].damping = 0.01;
+  Simulation simulation(scene, test::plan(scene));
+  double deepest = 0;
+  for (int frame = 1; frame <= 10; ++frame) {
+    simulation.advance_frame();
+    deepest = std::max(deepest, deepest_place(simulation.world().bodies));
+  }
+  EXPECT_GT(simulation.stats().contacts, 0);
+  test::expect_below(deepest, 3e-3, "deepest place of the block's boundary, m");  // what 6 cm are deep there
+}
+
 // A rigid box lies on a wider soft one, whose edges stick out under its rims: they touch there in every step,
 // lying along its bottom as well as bent up. With contacts that come and go it kept trembling, by 16 mm/s.
 TEST(EdgesInSoftBodies, LieStillUnderRims) {

@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <limits>
+#include <memory>
 #include <random>
 
 #include "tests/support/contacts.h"
+#include "tests/support/meshes.h"
 #include "tests/support/thin_bodies.h"
 #include <gtest/gtest.h>
 
@@ -38,8 +40,7 @@ class Corners {
     std::vector<BodyBounds> bounds;
     bound_bodies(bodies(), bounds);
     std::vector<NearRidge> found;
-    find_places_at_corners(bodies(), bodies().deformable[0], bounds[bodies().rigid.size()], 0, margin,
-                           scratch_, found);
+    find_places_at_corners(bodies(), bodies().deformable[0], bounds[0], 0, margin, scratch_, found);
     return found;
   }
   // Of a place, in the world.
@@ -54,7 +55,7 @@ class Corners {
 
  private:
   Simulation simulation_;
-  std::vector<CornerSearch> scratch_;
+  CornerSearches scratch_;
 };
 
 TEST(CornersInFaces, TouchTheFaceBelowThem) {
@@ -97,10 +98,45 @@ TEST(CornersInFaces, DoNotTouchWhatTheyPointAwayFromOrAreBeside) {
     return corners.find(0.01).empty();
   };
   EXPECT_TRUE(is_none(Vec3(0.31, 1.011, 0), Vec3::UnitY()));                // out of reach
-  EXPECT_TRUE(is_none(Vec3(0.31, 0.6, 0), Vec3::UnitY()));                  // deeper than points are apart
+  EXPECT_TRUE(is_none(Vec3(0.31, 0.6, 0), Vec3::UnitY()));                  // too deep
   EXPECT_TRUE(is_none(Vec3(0.31, 0.99, 0), -Vec3::UnitY()));                // the cube is inside of the block
   EXPECT_TRUE(is_none(Vec3(1.005, 1.0, 0), Vec3::UnitY()));                 // beside the block
   EXPECT_TRUE(is_none(Vec3(1.005, 1.004, 0), Vec3(1, 1, 0).normalized()));  // at its rim, askew
+}
+
+// The tube of a ring lies on the block's top: its samples touch, along its own normals.
+TEST(CornersInFaces, SoDoBulges) {
+  const double tube = 0.2, depth = 0.01,
+               margin = 0.004;  // its next rows are 11 degrees up, those after them above the margin
+  scene::Scene scene = cube_and_block();
+  scene::RigidBody ring;
+  ring.name = "ring";
+  ring.shape.kind = scene::ShapeKind::mesh;
+  ring.shape.mesh = std::make_shared<TriangleMesh>(test::torus_mesh(0.5, tube, 64, 32));
+  ring.mass = 1;
+  scene.rigid = {ring};
+  Corners corners(scene);
+  const RigidProperties& properties = corners.bodies().rigid.properties[0];
+  Pose& pose = corners.bodies().rigid.state[0].pose;
+  const Vec3 thin = Vec3::Unit(std::distance(
+      properties.inertia.data(), std::max_element(properties.inertia.data(), properties.inertia.data() + 3)));
+  pose.orientation = Quat::FromTwoVectors(thin, Vec3::UnitY());
+  pose.position = Vec3(0.1, 1 + tube - depth, 0.07);
+  std::vector<int> expected, found;
+  for (int i = 0; i < static_cast<int>(properties.ridges.corner_count()); ++i)
+    if (pose.to_world(properties.ridges.corner(i)).y() < 1 + margin) expected.push_back(i);
+  for (const NearRidge& near : corners.find(margin)) {
+    found.push_back(near.node);
+    const Vec3 x = pose.to_world(near.lowest.foot);
+    EXPECT_LT((x - pose.to_world(properties.ridges.corner(near.node))).norm(), 1e-12);
+    EXPECT_LT((corners.surface_point(near) - Vec3(x.x(), 1, x.z())).norm(), 1e-12);
+    const Vec3 from_axis = x - pose.position, flat(from_axis.x(), 0, from_axis.z());
+    const Vec3 normal = (from_axis - 0.5 * flat.normalized()).normalized();
+    EXPECT_LT((corners.normal(near) - normal).norm(), 0.1);  // to what the facets of the mesh turn by
+    EXPECT_LT(near.distance, margin);
+  }
+  EXPECT_GT(found.size(), 10U);
+  EXPECT_EQ(found, expected);
 }
 
 // The block is crumpled; the corner lies anywhere near its boundary, above faces, edges and particles. On

@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "sim/geometry/grid_level_set.h"
+#include "sim/geometry/shape_samples.h"
 
 namespace duet {
 namespace {
@@ -36,8 +37,8 @@ void expect_spacing(const Ridges& ridges, double spacing) {
   }
 }
 
-Ridges ridges_of(const TriangleMesh& mesh, double spacing) {
-  return find_ridges(mesh, LevelSet::mesh(std::make_shared<GridLevelSet>(mesh, 32)), spacing);
+Ridges ridges_of(const TriangleMesh& mesh, double spacing, int cells = 32) {
+  return find_ridges(mesh, LevelSet::mesh(std::make_shared<GridLevelSet>(mesh, cells)), spacing);
 }
 
 // About the axis y, from its foot at y = 0 to `height`; faces outward.
@@ -120,6 +121,61 @@ TEST(Ridges, OfMeshesAreTheirSharpConvexEdges) {
   EXPECT_NEAR(length_of(round), 2 * 64 * 2 * std::sin(pi / 64), 1e-13);
   EXPECT_NEAR(length_of(ridges_of(prism(6, 1, 0.5), 10)), 12 * 1 + 6 * 0.5, 1e-13);
   EXPECT_TRUE(ridges_of(test::torus_mesh(1, 0.4, 48, 24), 10).lines.empty());
+}
+
+// Their surface falls off on both sides: at edges and on all of a tube, on a drum's side and rims but not on
+// its ends, and on its side only where samples lie so far apart that it counts.
+TEST(Ridges, BulgesOfMeshesAreWhereTheyBendOutwards) {
+  const auto for_bulges = [](const Ridges& ridges, auto&& visit) {
+    for (const int bulge : ridges.bulges) {
+      visit(node(ridges, bulge));
+      EXPECT_NEAR(ridges.inward[static_cast<std::size_t>(bulge)].norm(), 1, 1e-14);
+    }
+    return ridges.bulges.size();
+  };
+  const Ridges box = ridges_of(test::box_mesh(Vec3(-1, -1, -1), Vec3(1, 1, 1)), 0.3);
+  EXPECT_GE(for_bulges(box, [](const Vec3& x) { EXPECT_GE((x.array().abs() > 1 - 1e-12).count(), 2); }),
+            12U * 6U + 8U);
+  const TriangleMesh torus = test::torus_mesh(1, 0.4, 48, 24);
+  EXPECT_EQ(ridges_of(torus, 0.25).bulges.size(), surface_samples(torus, 0.25).size());
+  const TriangleMesh drum = prism(128, 1, 0.5);
+  constexpr int cells = 128;
+  constexpr double beside = 0.051;  // m, of the rims: as far as they count in the directions into the drum
+  int on_side = 0;
+  const auto is_around = [&](const Vec3& x) {
+    EXPECT_GT(std::hypot(x.x(), x.z()), 1 - beside);
+    on_side += x.y() > beside && x.y() < 0.5 - beside;
+  };
+  EXPECT_GT(for_bulges(ridges_of(drum, 0.2, cells), is_around), 0U);
+  EXPECT_GT(on_side, 2 * pi / 0.2);
+  on_side = 0;
+  EXPECT_GT(for_bulges(ridges_of(drum, 0.05, cells), is_around), 0U);
+  EXPECT_EQ(on_side, 0);
+}
+
+TEST(Ridges, FindTheirCornersAndBulgesInABox) {
+  Ridges ridges = ridges_of(test::box_mesh(Vec3(-1, -1, -1), Vec3(1, 1, 1)), 0.3);
+  const auto expect_found = [&] {
+    const Eigen::AlignedBox3d box(Vec3(-2, -0.7, -2), Vec3(-0.5, 2, 1));
+    std::vector<int> found, expected;
+    ridges.corner_tree->query(box, [&](int number) { found.push_back(number); });
+    std::sort(found.begin(), found.end());
+    for (int i = 0; i < static_cast<int>(ridges.corner_count()); ++i)
+      if (box.contains(ridges.corner(i))) expected.push_back(i);
+    EXPECT_EQ(found, expected);
+    EXPECT_GE(found.size(), 8U);
+    EXPECT_LT(found.size(), ridges.corner_count());
+  };
+  expect_found();
+  const std::size_t all = ridges.bulges.size();
+  std::vector<char> stays;
+  for (const Vec3& x : ridges.nodes) stays.push_back(x.y() < 0.5);
+  keep_nodes(stays, ridges);
+  EXPECT_LT(ridges.bulges.size(), all);
+  EXPECT_EQ(ridges.corners.size(), 4U);
+  for (std::size_t i = 0; i < ridges.corner_count(); ++i)
+    EXPECT_LT(ridges.corner(static_cast<int>(i)).y(), 0.5);
+  expect_found();
 }
 
 TEST(Ridges, KeepWhatLiesBetweenNodesThatStay) {
