@@ -40,17 +40,26 @@ struct Face {
   double size = 0, reach = 0;  // m; reach: how far off a corner may be
 };
 
-void look_at(const Face& face, const Vec3& corner, CornerSearch& nearest) {
-  const double most = std::min(face.reach * face.reach, (1 + rounding) * nearest.squared);
+// Of two faces that a corner is equally far from, across an edge or a particle: whether it is on the side of
+// the first one. That is the one that it is the least beside; if it lies on them, the one that the host
+// faces.
+bool tells_more(const Face& face, const Vec3& way, const Vec3& inward, const CornerSearch& nearest) {
+  const double height = std::abs(way.dot(face.normal)), other = std::abs(nearest.way.dot(nearest.normal));
+  if (std::max(height, other) > at_face * face.size) return height > other;
+  return face.normal.dot(inward) > nearest.normal.dot(inward);
+}
+
+void look_at(const Face& face, const Vec3& corner, const Vec3& inward, CornerSearch& nearest) {
+  const double on_face = at_face * face.size, slack = rounding * nearest.squared + on_face * on_face;
+  const double most = std::min(face.reach * face.reach, nearest.squared + slack);
   const double height = face.normal.dot(corner - face.x[0]);
   if (height * height > most || face.box.squaredExteriorDistance(corner) > most) return;
   const Vec3 weight = nearest_weights(face.x[0], face.x[1], face.x[2], corner);
   const Vec3 way = corner - (weight[0] * face.x[0] + weight[1] * face.x[1] + weight[2] * face.x[2]);
   const double squared = way.squaredNorm();
-  if (!(squared <= (1 + rounding) * nearest.squared)) return;
-  // On which side of an edge or a particle the corner is, that face tells which it is the least beside.
-  const bool is_nearer = squared < (1 - rounding) * nearest.squared;
-  if (!is_nearer && std::abs(way.dot(face.normal)) <= std::abs(nearest.way.dot(nearest.normal))) return;
+  if (squared > most) return;
+  if (nearest.face >= 0 && squared >= nearest.squared - slack && !tells_more(face, way, inward, nearest))
+    return;
   nearest.squared = squared;
   nearest.way = way;
   nearest.normal = face.normal;
@@ -146,7 +155,8 @@ class Search {
             slot = static_cast<int>(scratch_.corners.size());
             scratch_.corners.emplace_back().corner = number;
           }
-          look_at(face, properties_.ridges.corner(number), scratch_.corners[as_index(slot)]);
+          look_at(face, properties_.ridges.corner(number), properties_.ridges.inward_of(number),
+                  scratch_.corners[as_index(slot)]);
         });
   }
 

@@ -104,6 +104,20 @@ TEST(CornersInFaces, DoNotTouchWhatTheyPointAwayFromOrAreBeside) {
   EXPECT_TRUE(is_none(Vec3(1.005, 1.004, 0), Vec3(1, 1, 0).normalized()));  // at its rim, askew
 }
 
+// Rounding decides which face is nearest where corners lie on corners, as between boxes that are stacked;
+// which of them touches it must not.
+TEST(CornersInFaces, OnACornerTouchTheFaceThatTheirBodyIsAbove) {
+  Corners corners(cube_and_block());
+  const Vec3 corner(1, 1, 1), inward = Vec3(-1, 1, -1).normalized();
+  std::mt19937 random(7);
+  for (int i = 0; i < 32; ++i) {
+    corners.put(corner + 1e-15 * test::random_vector(random), inward);
+    const auto found = corners.find(0.01);
+    ASSERT_EQ(found.size(), 1U);
+    EXPECT_LT((corners.normal(found[0]) + Vec3::UnitY()).norm(), 1e-12);
+  }
+}
+
 // The tube of a ring lies on the block's top: its samples touch, along its own normals.
 TEST(CornersInFaces, SoDoBulges) {
   const double tube = 0.2, depth = 0.01,
