@@ -76,8 +76,6 @@ void find_inward(const LevelSet& shape, Ridges& ridges) {
   for (const Ridges::Line& line : ridges.lines)
     for (auto i = as_index(line.begin); line.radius == 0 && i < as_index(line.end); ++i)
       ridges.inward[i] = (inside[i] - ridges.nodes[i]).normalized();
-  for (const int bulge : ridges.bulges)
-    ridges.inward[as_index(bulge)] = (inside[as_index(bulge)] - ridges.nodes[as_index(bulge)]).normalized();
 }
 
 // Ends of edges that meet are exactly at one place.
@@ -118,13 +116,14 @@ bool bends_outwards(const LevelSet& shape, const Vec3& x, const Vec3& inward, do
   return false;
 }
 
-void add_bulges(const TriangleMesh& mesh, const LevelSet& shape, double spacing, Ridges& ridges) {
-  const std::vector<Vec3> samples = surface_samples(mesh, spacing);
-  const std::vector<Vec3> inside = points_inside(shape, samples);
+void add_bulges(const LevelSet& shape, const std::vector<Vec3>& samples, const std::vector<Vec3>& inside,
+                double spacing, Ridges& ridges) {
   for (std::size_t i = 0; i < samples.size(); ++i) {
-    if (!bends_outwards(shape, samples[i], (inside[i] - samples[i]).normalized(), spacing)) continue;
+    const Vec3 inward = (inside[i] - samples[i]).normalized();
+    if (!bends_outwards(shape, samples[i], inward, spacing)) continue;
     ridges.bulges.push_back(static_cast<int>(ridges.nodes.size()));
     ridges.nodes.push_back(samples[i]);
+    ridges.inward.push_back(inward);
   }
 }
 
@@ -220,7 +219,8 @@ Ridges find_ridges(const LevelSet& shape, double spacing) {
   return ridges;
 }
 
-Ridges find_ridges(const TriangleMesh& mesh, const LevelSet& shape, double spacing) {
+Ridges find_ridges(const TriangleMesh& mesh, const LevelSet& shape, const std::vector<Vec3>& samples,
+                   const std::vector<Vec3>& inside, double spacing) {
   Ridges ridges;
   for (const std::vector<int>& line : lines_of(sharp_edges(mesh))) {
     const int begin = static_cast<int>(ridges.nodes.size());
@@ -230,8 +230,8 @@ Ridges find_ridges(const TriangleMesh& mesh, const LevelSet& shape, double spaci
     if (!is_closed) ridges.nodes.push_back(vertex(line.size() - 1));
     end_line(begin, is_closed, 0, 0, ridges);
   }
-  add_bulges(mesh, shape, spacing, ridges);
   find_inward(shape, ridges);
+  add_bulges(shape, samples, inside, spacing, ridges);
   find_corners(ridges);
   plant_tree(ridges);
   return ridges;

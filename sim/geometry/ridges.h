@@ -43,8 +43,10 @@ struct Ridges {
 // axis of a capsule, the middle line of a torus.
 Ridges find_ridges(const LevelSet& shape, double spacing);
 // The edges of a closed mesh at which its faces turn by 30 degrees or more outwards, and its bulges: where
-// the radius of its outward bend is less than ten spacings in some direction. `shape` is its level set.
-Ridges find_ridges(const TriangleMesh& mesh, const LevelSet& shape, double spacing);
+// the radius of its outward bend is less than ten spacings in some direction. `shape` is its level set,
+// `samples` and `inside` are its surface_samples and points_inside.
+Ridges find_ridges(const TriangleMesh& mesh, const LevelSet& shape, const std::vector<Vec3>& samples,
+                   const std::vector<Vec3>& inside, double spacing);
 
 // Leaves of every line what lies between nodes for which `stays` holds.
 void keep_nodes(const std::vector<char>& stays, Ridges& ridges);

@@ -30,7 +30,7 @@ Solid make_solid(const TriangleMesh& mesh, double scale, int cells, std::optiona
   const double spacing = sample_spacing.value_or(default_sample_spacing(mass.volume));
   solid.samples = surface_samples(body, spacing);
   solid.inside = points_inside(solid.level_set, solid.samples);
-  solid.ridges = find_ridges(body, solid.level_set, spacing);
+  solid.ridges = find_ridges(body, solid.level_set, solid.samples, solid.inside, spacing);
   solid.surface = mesh_surface(body);
   return solid;
 }

@@ -11,7 +11,6 @@
 
 #include "sim/geometry/mesh_check.h"
 #include "sim/geometry/mesh_distance.h"
-#include "sim/geometry/mesh_file.h"
 #include "sim/step/world.h"
 
 namespace duet {
@@ -73,20 +72,13 @@ double depth(const TriangleMesh& edges, const MeshDistance& other, const Eigen::
 TEST(CrossingEdges, OfRingsInAHeapStayOutOfEachOther) {
   const int count = 6;
   scene::Scene scene = test::on_ground(0.3);
-  const auto mesh = std::make_shared<TriangleMesh>(read_mesh(DUET_SOURCE_DIR "/assets/ring.obj"));
-  ASSERT_TRUE(repair(*mesh).flaws.empty());
+  const auto mesh = test::asset("ring.obj");
   std::mt19937 random(7);
   for (int i = 0; i < count; ++i) {
-    scene::RigidBody ring;
-    ring.name = fmt::format("ring{}", i);
-    ring.shape.kind = scene::ShapeKind::mesh;
-    ring.shape.mesh = mesh;
-    ring.shape.scale = 0.3;
+    scene::RigidBody& ring = test::add_mesh(scene, fmt::format("ring{}", i), mesh, 0.3, 100);
     ring.placement.position = Vec3(0, 1.2 + 2.3 * i, 0) + 0.2 * test::random_vector(random);
     ring.placement.orientation = test::random_rotation(random);
-    ring.mass = 100;
     ring.restitution = 0.5;
-    scene.rigid.push_back(ring);
   }
   Simulation simulation(scene, test::plan(scene));
   std::vector<BodySurface> surfaces;

@@ -1,7 +1,6 @@
 // What sharp edges press into soft bodies: contact bears the load, not push-out.
 #include <algorithm>
 #include <cmath>
-#include <memory>
 
 #include "tests/support/margin.h"
 #include "tests/support/meshes.h"
@@ -11,8 +10,6 @@
 
 #include "sim/deformable/tet_strain.h"
 #include "sim/geometry/closest_points.h"
-#include "sim/geometry/mesh_check.h"
-#include "sim/geometry/mesh_file.h"
 #include "sim/step/world.h"
 
 namespace duet {
@@ -28,17 +25,9 @@ TEST(EdgesInSoftBodies, AreBorneByContact) {
   test::add_soft_box(scene, "box", Vec3(0, 0.5, 0), Vec3(2, 1, 2), 4, 2e5).shape.cells = Vec3i(8, 4, 8);
   scene.materials[0].poisson_ratio = 0.3;
   scene.materials[0].damping = 0.05;
-  const auto mesh = std::make_shared<TriangleMesh>(read_mesh(DUET_SOURCE_DIR "/assets/ring.obj"));
-  ASSERT_TRUE(repair(*mesh).flaws.empty());
-  scene::RigidBody ring;
-  ring.name = "ring";
-  ring.shape.kind = scene::ShapeKind::mesh;
-  ring.shape.mesh = mesh;
-  ring.shape.scale = 0.3;
-  ring.mass = mass;
+  scene::RigidBody& ring = test::add_mesh(scene, "ring", test::asset("ring.obj"), 0.3, mass);
   ring.friction = 0.6;
   ring.placement.position = Vec3(0, 1.17, 0);
-  scene.rigid.push_back(ring);
   Simulation simulation(scene, test::plan(scene));
   simulation.keep_ledger();
   double most = 0;
@@ -145,18 +134,12 @@ TEST(EdgesInSoftBodies, EnterNowhereOnRoundEnds) {
   scene::Scene scene = test::free_space();
   scene.fps = 24;
   scene.gravity = Vec3(0, -9.8, 0);
-  const auto mesh = std::make_shared<TriangleMesh>(read_mesh(DUET_SOURCE_DIR "/assets/lathe_link.obj"));
-  ASSERT_TRUE(repair(*mesh).flaws.empty());
-  scene::RigidBody link;
-  link.name = "link";
-  link.shape.kind = scene::ShapeKind::mesh;
-  link.shape.mesh = mesh;
-  link.shape.scale = 0.65;
-  link.sample_spacing = 0.06;
+  scene::RigidBody& link = test::add_mesh(scene, "link", test::asset("lathe_link.obj"), 0.65, 1);
   link.is_static = true;
+  link.mass.reset();
+  link.sample_spacing = 0.06;
   link.placement.position = Vec3(0, -1.3, 0);
   link.placement.orientation = Quat(Eigen::AngleAxisd(EIGEN_PI / 2, Vec3::UnitZ()));
-  scene.rigid.push_back(link);
   test::add_soft_box(scene, "block", Vec3(0.17, 0.72, 0.29), Vec3(2, 1, 2), 4, 2e5).shape.cells =
       Vec3i(4, 2, 4);
   scene.materials[0].damping = 0.01;

@@ -1,9 +1,15 @@
 // Small closed meshes built in code.
 #pragma once
 
+#include <memory>
 #include <random>
+#include <string>
 #include <vector>
 
+#include <gtest/gtest.h>
+
+#include "sim/geometry/mesh_check.h"
+#include "sim/geometry/mesh_file.h"
 #include "sim/geometry/surface.h"
 #include "sim/geometry/triangle_mesh.h"
 
@@ -17,6 +23,13 @@ inline Vec3 random_vector(std::mt19937& random) {  // in [-1, 1]^3
 
 inline Quat random_rotation(std::mt19937& random) {
   return Quat(Eigen::AngleAxisd(3 * random_vector(random).x(), random_vector(random).normalized()));
+}
+
+// One of assets/, which has no flaws.
+inline std::shared_ptr<TriangleMesh> asset(const std::string& file) {
+  auto mesh = std::make_shared<TriangleMesh>(read_mesh(DUET_SOURCE_DIR "/assets/" + file));
+  EXPECT_TRUE(repair(*mesh).flaws.empty()) << file;
+  return mesh;
 }
 
 // Triangles of a polygon, as a fan.

@@ -1,7 +1,9 @@
 // Small scenes built in code, so that a test reads in a few lines.
 #pragma once
 
+#include <memory>
 #include <string>
+#include <utility>
 
 #include "sim/scene/plan.h"
 #include "sim/scene/scene.h"
@@ -31,6 +33,18 @@ inline scene::RigidBody& add_box(scene::Scene& scene, const std::string& name, c
   body.shape.kind = scene::ShapeKind::box;
   body.shape.size = size;
   body.placement.position = position;
+  body.mass = mass;
+  scene.rigid.push_back(body);
+  return scene.rigid.back();
+}
+
+inline scene::RigidBody& add_mesh(scene::Scene& scene, const std::string& name,
+                                  std::shared_ptr<TriangleMesh> mesh, double scale, double mass) {
+  scene::RigidBody body;
+  body.name = name;
+  body.shape.kind = scene::ShapeKind::mesh;
+  body.shape.mesh = std::move(mesh);
+  body.shape.scale = scale;
   body.mass = mass;
   scene.rigid.push_back(body);
   return scene.rigid.back();

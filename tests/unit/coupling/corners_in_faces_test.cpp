@@ -123,12 +123,8 @@ TEST(CornersInFaces, SoDoBulges) {
   const double tube = 0.2, depth = 0.01,
                margin = 0.004;  // its next rows are 11 degrees up, those after them above the margin
   scene::Scene scene = cube_and_block();
-  scene::RigidBody ring;
-  ring.name = "ring";
-  ring.shape.kind = scene::ShapeKind::mesh;
-  ring.shape.mesh = std::make_shared<TriangleMesh>(test::torus_mesh(0.5, tube, 64, 32));
-  ring.mass = 1;
-  scene.rigid = {ring};
+  scene.rigid.clear();
+  test::add_mesh(scene, "ring", std::make_shared<TriangleMesh>(test::torus_mesh(0.5, tube, 64, 32)), 1, 1);
   Corners corners(scene);
   const RigidProperties& properties = corners.bodies().rigid.properties[0];
   Pose& pose = corners.bodies().rigid.state[0].pose;

@@ -38,7 +38,9 @@ void expect_spacing(const Ridges& ridges, double spacing) {
 }
 
 Ridges ridges_of(const TriangleMesh& mesh, double spacing, int cells = 32) {
-  return find_ridges(mesh, LevelSet::mesh(std::make_shared<GridLevelSet>(mesh, cells)), spacing);
+  const LevelSet shape = LevelSet::mesh(std::make_shared<GridLevelSet>(mesh, cells));
+  const std::vector<Vec3> samples = surface_samples(mesh, spacing);
+  return find_ridges(mesh, shape, samples, points_inside(shape, samples), spacing);
 }
 
 // About the axis y, from its foot at y = 0 to `height`; faces outward.
