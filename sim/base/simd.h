@@ -85,6 +85,16 @@ inline unsigned lanes_of(const QuadMask& mask) {  // a bit for each lane where i
 #endif
 }
 
+inline unsigned lanes_of(const PackMask& mask) {
+#if defined(__AVX512DQ__)
+  return _mm512_movepi64_mask(reinterpret_cast<__m512i>(mask));
+#else
+  unsigned bits = 0;
+  for (unsigned lane = 0; lane < pack_width; ++lane) bits |= mask[lane] != 0 ? 1u << lane : 0u;
+  return bits;
+#endif
+}
+
 template <class P>
 struct VectorOf {
   P x{}, y{}, z{};

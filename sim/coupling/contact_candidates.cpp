@@ -136,25 +136,29 @@ void visit_near(const Bodies& bodies, const CandidateSearch& search, const BodyP
 }
 
 // Calls visit(number as ContactPoint::guest_point, lowest) for the lowest place of every boundary edge of a
-// deformable guest that crosses an edge of the host, where that is less than `margin` away; allowances are
-// not part of its distance.
-template <class Visit>
+// deformable guest that crosses an edge of the host, where that is less than `margin` and margin_of(edge)
+// away; allowances are not part of its distance.
+template <class MarginOf, class Visit>
 void visit_edges(const Bodies& bodies, const BodyBounds& bounds, const BodyPair& pair, double margin,
-                 std::vector<double>& scratch, Visit&& visit) {
+                 const MarginOf& margin_of, std::vector<double>& scratch, Visit&& visit) {
   const auto h = as_index(pair.host);
   const RigidProperties& properties = bodies.rigid.properties[h];
   const DeformableBody& body = bodies.deformable[as_index(pair.guest_deformable)];
   if (body.edge_count == 0 || !edges_count(properties.shape, properties.ridges)) return;
   const Host host(bodies.rigid.state[h], properties, margin);
   const Eigen::AlignedBox3d box = world_box(bounds, margin);
+  const auto hull = [](const Vec3& a, const Vec3& b) {
+    return Eigen::AlignedBox3d(a.cwiseMin(b), a.cwiseMax(b));
+  };
   const std::vector<Vec3>& x = bodies.particles.x;
   for (int e = body.first_edge; e < body.first_edge + body.edge_count; ++e) {
-    const auto [a, b] = bodies.edges[as_index(e)].particle;
-    const Vec3 &first = x[as_index(a)], &second = x[as_index(b)];
-    if (!box.intersects(Eigen::AlignedBox3d(first.cwiseMin(second), first.cwiseMax(second)))) continue;
-    const std::optional<NearRidge> near =
-        lowest_place_on_edge(host.to_body * (first - host.center), host.to_body * (second - host.center),
-                             body.parts_per_edge, host.shape, margin, scratch);
+    const BoundaryEdge& edge = bodies.edges[as_index(e)];
+    const Vec3 &a = x[as_index(edge.particle[0])], &b = x[as_index(edge.particle[1])];
+    if (!box.intersects(hull(a, b))) continue;
+    const Vec3 first = host.to_body * (a - host.center), second = host.to_body * (b - host.center);
+    if (!host.box().intersects(hull(first, second))) continue;
+    const std::optional<NearRidge> near = lowest_place_on_edge(first, second, body.parts_per_edge, host.shape,
+                                                               std::min(margin, margin_of(edge)), scratch);
     if (near && !is_at_seam(bodies, pair.host, bodies.rigid.state[h].pose.to_world(near->lowest.foot),
                             near->precision))
       visit(static_cast<int>(bodies.points.size()) + e, *near);
@@ -162,10 +166,10 @@ void visit_edges(const Bodies& bodies, const BodyBounds& bounds, const BodyPair&
 }
 
 // The same, and the places on the guest's faces where corners of the host touch them.
-template <class Visit>
+template <class MarginOf, class Visit>
 void visit_places(const Bodies& bodies, const BroadPhase& broad_phase, const BodyPair& pair, double margin,
-                  CandidateSearch::Chunk& chunk, Visit&& visit) {
-  visit_edges(bodies, broad_phase.bounds[as_index(pair.host)], pair, margin, chunk.edge, visit);
+                  const MarginOf& margin_of, CandidateSearch::Chunk& chunk, Visit&& visit) {
+  visit_edges(bodies, broad_phase.bounds[as_index(pair.host)], pair, margin, margin_of, chunk.edge, visit);
   const DeformableBody& guest = bodies.deformable[as_index(pair.guest_deformable)];
   if (!corners_count(guest, bodies.rigid.properties[as_index(pair.host)].ridges)) return;
   chunk.at_corners.clear();
@@ -356,15 +360,30 @@ class Finder {
                                .ridge = static_cast<int>(chunk.ridges.size())});
       chunk.ridges.push_back(near);
     };
-    visit_places(bodies_, search_.broad_phase, pair, margin + around, chunk, take);
+    const auto margin_of = [&](const BoundaryEdge& edge) { return reach_of(edge, h) - edge.allowance; };
+    visit_places(bodies_, search_.broad_phase, pair, margin + around, margin_of, chunk, take);
   }
 
   // How far a deformable guest's point at `x` (m) can be from the host and still reach it, m.
   double reach_of(const SurfacePoint& point, const Vec3& x, std::size_t host) const {
+    return reach_of(x, weighted(point, bodies_.particles.v), weighted(point, difference_.particle), host);
+  }
+  double reach_of(const Vec3& x, const Vec3& velocity, const Vec3& difference, std::size_t host) const {
     const RigidState& state = bodies_.rigid.state[host];
-    const Vec3 v = weighted(point, bodies_.particles.v) - point_velocity(state, x - state.pose.position);
-    const Vec3 change = weighted(point, difference_.particle) - difference_.rigid[host];
+    const Vec3 v = velocity - point_velocity(state, x - state.pose.position);
+    const Vec3 change = difference - difference_.rigid[host];
     return reach(v.norm() + change.norm(), dt_);
+  }
+  // No point of an edge reaches farther than the farther one of its ends: velocities are linear along it.
+  double reach_of(const BoundaryEdge& edge, std::size_t host) const {
+    constexpr double slack = 1 + 1e-9;  // for rounding
+    double farthest = 0;
+    for (const int particle : edge.particle) {
+      const auto p = as_index(particle);
+      farthest = std::max(
+          farthest, reach_of(bodies_.particles.x[p], bodies_.particles.v[p], difference_.particle[p], host));
+    }
+    return slack * farthest;
   }
 
   void make_room(std::size_t chunks) {
@@ -455,7 +474,8 @@ double max_penetration(const Bodies& bodies, const CandidateFilter& filter) {
             });
             CandidateSearch::Chunk scratch;
             visit_places(
-                bodies, search.broad_phase, pairs[i], around, scratch,
+                bodies, search.broad_phase, pairs[i], around, [&](const BoundaryEdge&) { return around; },
+                scratch,
                 [&](int, const NearRidge& near) { deepest = std::min(deepest, near.distance - around); });
             continue;
           }

@@ -92,6 +92,7 @@ class Search {
         guest_(guest),
         pose_(bodies.rigid.state[as_index(host)].pose),
         properties_(bodies.rigid.properties[as_index(host)]),
+        bounds_(properties_.shape.lower(), properties_.shape.upper()),
         margin_(margin),
         scratch_(scratch) {
     scratch.corners.clear();
@@ -145,7 +146,9 @@ class Search {
     face.reach = margin_ + grading * depth(face.size);
     // What a corner touches is nearer to the host than the margin, or inside of it.
     const LevelSet& shape = properties_.shape;
-    if (shape.distance(face.box.center()) > face.size / 2 + margin_ + shape.tolerance()) return;
+    const double far = face.size / 2 + margin_ + shape.tolerance();
+    const Vec3 middle = face.box.center();
+    if (bounds_.squaredExteriorDistance(middle) > far * far || shape.distance(middle) > far) return;
     face.normal = (face.x[1] - face.x[0]).cross(face.x[2] - face.x[0]).normalized();
     const Vec3 beside = Vec3::Constant(face.reach);
     properties_.ridges.corner_tree->query(
@@ -164,6 +167,7 @@ class Search {
   const DeformableBody& guest_;
   const Pose& pose_;
   const RigidProperties& properties_;
+  Eigen::AlignedBox3d bounds_;  // m, of the host
   double margin_;
   CornerSearches& scratch_;
 };

@@ -27,6 +27,23 @@ bool is_swept_by_ball(const LevelSet& shape) {
          shape.kind == LevelSet::Kind::torus;
 }
 
+// Exact distances from a host of places one after the other: none changes by more than the way from the last
+// one, which makes the search for it short.
+class Distances {
+ public:
+  explicit Distances(const LevelSet& host) : host_(host) {}
+  double at(const Vec3& x) {
+    distance_ = host_.exact_distance(x, std::abs(distance_) + (x - last_).norm());
+    last_ = x;
+    return distance_;
+  }
+
+ private:
+  const LevelSet& host_;
+  Vec3 last_ = Vec3::Zero();  // m
+  double distance_ = far;     // m, of it
+};
+
 // In the host's space.
 struct Plane {
   Vec3 normal = Vec3::Zero();
@@ -126,7 +143,8 @@ class Walk {
     const bool begins = i == 0 && !line_.is_closed;
     const bool ends = i + 1 == line_.end - line_.begin && !line_.is_closed;
     const double first = begins ? 0 : -1, last = ends ? 0 : 1;
-    const auto at = [&](double t) { return host_.exact(pose_.to_world(place(i, t))).distance; };
+    Distances distances(host_);
+    const auto at = [&](double t) { return distances.at(pose_.to_world(place(i, t))); };
     if (at(0) - line_.longest - line_.radius >= margin_) return;
     const double t = golden_section(first, last, at), least = at(t);
     if (least - line_.radius >= margin_) return;
@@ -196,8 +214,13 @@ std::optional<NearRidge> lowest_place_on_edge(const Vec3& first, const Vec3& sec
     const double here = bend(i);
     if (!(here > least_bend * part && here > bend(i - 1) && here >= bend(i + 1))) continue;
     if (distance[as_index(i)] - part > reach) continue;
+    Distances distances(host);
+    const auto at_part = [&](double t) { return distances.at(place(t)); };
+    // No place on a way is nearer than the mean of its ends' distances less half the way.
+    const double middle = at_part(i);
+    if (middle - part >= margin) continue;
+    if ((middle + std::min(at_part(i - 1), at_part(i + 1)) - part) / 2 >= margin) continue;
     // Where it only rises or falls, the bend is where the distance from a slope in between is least.
-    const auto at_part = [&](double t) { return host.exact(place(t)).distance; };
     const double first_slope = (at_part(i - 1 + precision) - at_part(i - 1)) / precision;
     const double last_slope = (at_part(i + 1) - at_part(i + 1 - precision)) / precision;
     const double least_away = edge_of_bend * std::max(0.0, last_slope - first_slope);

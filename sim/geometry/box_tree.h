@@ -40,6 +40,37 @@ class BoxTree {
     }
   }
 
+  // Calls visit(item) for every item whose box is nearer to `x` than the square root of `squared` (m^2),
+  // which visit may lessen: nearer boxes come first, as far as the tree tells.
+  template <class Visit>
+  void query_near(const Vec3& x, const double& squared, Visit&& visit) const {
+    if (nodes_.empty()) return;
+    struct Pending {
+      int child;
+      double squared;
+    };
+    std::array<Pending, most_pending> pending;
+    std::size_t size = 0;
+    pending[size++] = {0, 0};
+    while (size > 0) {
+      const Pending next = pending[--size];
+      if (!(next.squared < squared)) continue;
+      if (next.child < 0) {
+        visit(~next.child);
+        continue;
+      }
+      const Node& node = nodes_[static_cast<std::size_t>(next.child)];
+      const Quad away = node.squared_distances(x);
+      const std::size_t first = size;
+      for (unsigned lanes = lanes_of(away < squared); lanes != 0; lanes &= lanes - 1) {
+        const int lane = __builtin_ctz(lanes);
+        std::size_t at = size++;
+        for (; at > first && pending[at - 1].squared < away[lane]; --at) pending[at] = pending[at - 1];
+        pending[at] = {node.child[static_cast<std::size_t>(lane)], away[lane]};
+      }
+    }
+  }
+
  private:
   static constexpr int width = 4;
   static constexpr std::size_t most_pending = 3 * 16 + 1;  // nodes that wait: 4^16 items have so many levels
@@ -65,6 +96,15 @@ class BoxTree {
       const QuadMask meets =
           on(0, least.x(), most.x()) & on(1, least.y(), most.y()) & on(2, least.z(), most.z());
       return lanes_of(meets);
+    }
+    Quad squared_distances(const Vec3& x) const {  // m^2, of the children's boxes; infinite without a child
+      Quad squared{};
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const double at = x[static_cast<Eigen::Index>(axis)];
+        const Quad below = lower[axis] - at, above = at - upper[axis], beside = below > above ? below : above;
+        squared += beside > 0 ? beside * beside : Quad{};
+      }
+      return squared;
     }
   };
   Eigen::AlignedBox3d split(int begin, int end);

@@ -19,12 +19,17 @@ Vec2 nearest_weights(const Vec3& a, const Vec3& b, const Vec3& x) {
   return {1 - t, t};
 }
 
+bool is_degenerate(const Vec3& a, const Vec3& b, const Vec3& c) {
+  const Vec3 ab = b - a, ac = c - a;
+  const double product = ab.squaredNorm() * ac.squaredNorm(), cosine = ab.dot(ac);
+  return product - cosine * cosine <= flat * product;
+}
+
 // The nearest feature is found from the signs of the projections on edges (the Voronoi regions of corners,
 // then of edges), else it is the face.
 Vec3 nearest_weights(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& x) {
   const Vec3 ab = b - a, ac = c - a;
-  const double product = ab.squaredNorm() * ac.squaredNorm(), cosine = ab.dot(ac);
-  if (product - cosine * cosine <= flat * product) {
+  if (is_degenerate(a, b, c)) {
     const Vec2 on_ab = nearest_weights(a, b, x), on_bc = nearest_weights(b, c, x),
                on_ca = nearest_weights(c, a, x);
     const std::array<Vec3, 3> candidates = {Vec3(on_ab[0], on_ab[1], 0), Vec3(0, on_bc[0], on_bc[1]),

@@ -24,6 +24,8 @@ ClosestPoints closest_edge_edge(const FourPoints& x);       // of the edges x0 x
 // and edges may be degenerate.
 Vec3 nearest_weights(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& x);
 Vec2 nearest_weights(const Vec3& a, const Vec3& b, const Vec3& x);
+// Whether the triangle abc is no more than an edge.
+bool is_degenerate(const Vec3& a, const Vec3& b, const Vec3& c);
 
 inline Vec3 weighted(const std::array<double, 4>& weight, const FourPoints& values) {
   return weight[0] * values[0] + weight[1] * values[1] + weight[2] * values[2] + weight[3] * values[3];

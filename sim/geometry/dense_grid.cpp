@@ -2,6 +2,7 @@
 #include "sim/geometry/dense_grid.h"
 
 #include <cmath>
+#include <limits>
 
 #include <openvdb/openvdb.h>
 #include <openvdb/tools/MeshToVolume.h>
@@ -53,12 +54,14 @@ DenseGrid signed_distances(const TriangleMesh& mesh, const TriangleTree& tree, d
   parallel_for(static_cast<std::size_t>(grid.count.z()), 1, [&](std::size_t begin, std::size_t) {
     const auto voxels = band->getConstAccessor();
     const int k = static_cast<int>(begin);
-    for (int j = 0; j < grid.count.y(); ++j)
-      for (int i = 0; i < grid.count.x(); ++i) {
-        const double distance = tree.nearest(grid.origin + spacing * Vec3(i, j, k)).distance;
+    for (int j = 0; j < grid.count.y(); ++j) {
+      double distance = std::numeric_limits<double>::infinity();
+      for (int i = 0; i < grid.count.x(); ++i) {  // from one node to the next, by no more than the way
+        distance = tree.nearest(grid.origin + spacing * Vec3(i, j, k), distance + spacing).distance;
         const bool inside = voxels.getValue(openvdb::Coord(i, j, k)) < 0;
         grid.values[grid.index(i, j, k)] = static_cast<float>(inside ? -distance : distance);
       }
+    }
   });
   return grid;
 }

@@ -63,7 +63,8 @@ bool GridLevelSet::inside_grid(const Vec3& local) const {  // false for what is 
 
 double GridLevelSet::distance(const Vec3& x) const {
   const Vec3 local = (x - grid_.origin) * inverse_spacing_;
-  return inside_grid(local) ? Cell(grid_, local).value() : exact_.tree().nearest(x).distance;
+  if (inside_grid(local)) return Cell(grid_, local).value();
+  return exact_.tree().nearest(x, std::numeric_limits<double>::infinity()).distance;
 }
 
 Vec3 GridLevelSet::normal(const Vec3& x) const {

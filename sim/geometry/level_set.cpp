@@ -123,6 +123,10 @@ SignedDistance LevelSet::exact(const Vec3& x) const {
   return kind == Kind::grid ? grid->exact().at(x) : SignedDistance{distance(x), normal(x)};
 }
 
+double LevelSet::exact_distance(const Vec3& x, double at_most) const {
+  return kind == Kind::grid ? grid->exact().distance(x, at_most) : distance(x);
+}
+
 double LevelSet::tolerance() const { return kind == Kind::grid ? grid->grid().spacing : 0; }
 
 double LevelSet::bounding_radius() const {

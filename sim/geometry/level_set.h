@@ -50,6 +50,9 @@ struct LevelSet {
   Vec3 normal(const Vec3& x) const;
   // Both, and those of meshes from their triangles: some ten times the time of a look at the grid.
   SignedDistance exact(const Vec3& x) const;
+  // The distance of exact(), where it is known to be `at_most` (m) at most, on either side: the faster, the
+  // nearer that is to the truth.
+  double exact_distance(const Vec3& x, double at_most) const;
   double tolerance() const;        // m, of the distance: a cell of a grid, as at sharp edges; else zero
   double bounding_radius() const;  // m, about the origin; infinite for the half space
   Vec3 lower() const;              // m, bounds of the surface; not for the half space

@@ -43,8 +43,7 @@ MeshDistance::MeshDistance(const TriangleMesh& mesh) : tree_(mesh), faces_(mesh.
     }
 }
 
-SignedDistance MeshDistance::at(const Vec3& x) const {
-  const TriangleTree::Nearest nearest = tree_.nearest(x);
+SignedDistance MeshDistance::from(const TriangleTree::Nearest& nearest, const Vec3& x) const {
   const Face& face = faces_[as_index(nearest.triangle)];
   const Vec3 weight = nearest_weights(face.corner[0], face.corner[1], face.corner[2], x);
   Vec3 pseudonormal = face.normal;

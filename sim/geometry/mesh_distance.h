@@ -12,10 +12,14 @@ class MeshDistance {
 
   // The side of the surface is that of the pseudonormal at the nearest point: of the face, the two faces at
   // an edge, or those around a vertex weighted by their angles there (Baerentzen and Aanaes 2005).
-  SignedDistance at(const Vec3& x) const;
+  SignedDistance at(const Vec3& x) const { return from(tree_.nearest(x), x); }
+  // The same distance of a point that is surely no farther from the surface than `at_most` (m): the faster,
+  // the nearer that is to the truth.
+  double distance(const Vec3& x, double at_most) const { return from(tree_.nearest(x, at_most), x).distance; }
   const TriangleTree& tree() const { return tree_; }
 
  private:
+  SignedDistance from(const TriangleTree::Nearest& nearest, const Vec3& x) const;
   struct Face {
     Vec3 corner[3];   // m
     Vec3 normal;      // unit; zero where the face has no area

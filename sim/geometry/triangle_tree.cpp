@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <numeric>
 
 #include "sim/geometry/closest_points.h"
 
@@ -22,6 +24,19 @@ TriangleTree::TriangleTree(const TriangleMesh& mesh) {
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
     triangles_.push_back({mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2), static_cast<int>(t)});
   build(0, static_cast<int>(triangles_.size()));
+  std::vector<Eigen::AlignedBox3d> boxes;
+  for (std::size_t first = 0; first < triangles_.size(); first += pack_width) {
+    TrianglePack& pack = packs_.emplace_back();
+    Eigen::AlignedBox3d& box = boxes.emplace_back();
+    for (std::size_t lane = 0; lane < pack_width; ++lane) {  // the last one again where there are no more
+      const Corners& t = triangles_[std::min(first + lane, triangles_.size() - 1)];
+      pack.set(lane, t.a, t.b, t.c);
+      box.extend(t.a).extend(t.b).extend(t.c);
+    }
+  }
+  std::vector<int> all(packs_.size());
+  std::iota(all.begin(), all.end(), 0);
+  pack_tree_.build(boxes, all);
 }
 
 void TriangleTree::build(int begin, int end) {
@@ -83,6 +98,24 @@ TriangleTree::Nearest TriangleTree::nearest(const Vec3& x) const {
     stack[size++] = near;
   }
   return {point, std::sqrt(least), triangle};
+}
+
+TriangleTree::Nearest TriangleTree::nearest(const Vec3& x, double at_most) const {
+  constexpr double slack = 1 + 1e-9;  // for rounding
+  double least = at_most * at_most * slack;
+  std::size_t nearest = triangles_.size();
+  pack_tree_.query_near(x, least, [&](int number) {
+    const Pack squared = packs_[as_index(number)].squared_distances(x);
+    for (unsigned lanes = lanes_of(squared < least); lanes != 0; lanes &= lanes - 1) {
+      const auto lane = static_cast<std::size_t>(__builtin_ctz(lanes));
+      if (!(squared[lane] < least)) continue;
+      least = squared[lane];
+      nearest = as_index(number) * pack_width + lane;
+    }
+  });
+  if (nearest >= triangles_.size()) return this->nearest(x);  // it was farther off
+  const Corners& t = triangles_[nearest];
+  return {nearest_point(t.a, t.b, t.c, x), std::sqrt(least), t.number};
 }
 
 }  // namespace duet

@@ -4,7 +4,9 @@
 #include <limits>
 #include <vector>
 
+#include "sim/geometry/box_tree.h"
 #include "sim/geometry/triangle_mesh.h"
+#include "sim/geometry/triangle_pack.h"
 
 namespace duet {
 
@@ -22,6 +24,10 @@ class TriangleTree {
     int triangle;     // of the mesh
   };
   Nearest nearest(const Vec3& x) const;
+  // The same distance, to the last bit, of a point that is surely no farther from the mesh than `at_most`
+  // (m): the faster, the nearer that is to the truth. Of triangles that are equally near it is any one that
+  // is told.
+  Nearest nearest(const Vec3& x, double at_most) const;
 
  private:
   struct Corners {
@@ -35,8 +41,10 @@ class TriangleTree {
   };
   void build(int begin, int end);
 
-  std::vector<Corners> triangles_;
+  std::vector<Corners> triangles_;  // in the order of the leaves
   std::vector<Node> nodes_;
+  std::vector<TrianglePack> packs_;  // of `triangles_`
+  BoxTree pack_tree_;
 };
 
 }  // namespace duet

@@ -315,6 +315,33 @@ TEST(LowestPlaces, OfSoftEdgesLieInThePlaneOfBoth) {
   EXPECT_GT(told, 500);
 }
 
+// What is out of reach is left out early; what is not is the same as if all had been looked at.
+TEST(LowestPlaces, OfSoftEdgesAreTheSameWithNothingSkipped) {
+  const LevelSet mesh = LevelSet::mesh(
+      std::make_shared<GridLevelSet>(test::box_mesh(Vec3::Constant(-0.5), Vec3::Constant(0.5)), 16));
+  std::mt19937 random(8);
+  std::vector<double> scratch;
+  int found = 0, left_out = 0;
+  for (int i = 0; i < 6000; ++i) {
+    const LevelSet& host = i % 2 == 0 ? mesh : cube;
+    const Vec3 first = 0.8 * random_vector(random), second = first + 0.5 * random_vector(random);
+    const int parts = 2 + i % 3;
+    const auto all = lowest_place_on_edge(first, second, parts, host, 10, scratch);
+    for (const double margin : {0.02, 0.1}) {
+      const auto near = lowest_place_on_edge(first, second, parts, host, margin, scratch);
+      ASSERT_EQ(near.has_value(), all && all->distance < margin);
+      ++(near ? found : left_out);
+      if (near) {
+        EXPECT_EQ(near->distance, all->distance);
+        EXPECT_EQ(near->lowest.place, all->lowest.place);
+        EXPECT_EQ(near->lowest.normal, all->lowest.normal);
+      }
+    }
+  }
+  EXPECT_GT(found, 1000);
+  EXPECT_GT(left_out, 1000);
+}
+
 // Lying on the face, an edge has no lowest place, and rising from it it has that of its end: it touches at
 // the plane of the face, as it does before and after. Where it comes down on the face from beyond as well.
 TEST(LowestPlaces, OfSoftEdgesAreKeptWhereTheyOnlyRise) {

@@ -1,6 +1,7 @@
 #include "sim/geometry/box_tree.h"
 
 #include <algorithm>
+#include <limits>
 #include <numeric>
 
 #include "tests/support/meshes.h"
@@ -64,6 +65,33 @@ TEST(BoxTree, FindsThemWhereTheyHaveMovedTo) {
         if (boxes[static_cast<std::size_t>(i)].intersects(box)) expected.push_back(i);
       EXPECT_EQ(found(tree, box), expected);
     }
+  }
+}
+
+// It is found, and what is farther off than what visit knows is not looked at.
+TEST(BoxTree, FindsTheNearestBox) {
+  std::mt19937 random(7);
+  for (const int count : {0, 1, 5, 300}) {
+    const std::vector<Eigen::AlignedBox3d> boxes = random_boxes(random, count);
+    std::vector<int> items(static_cast<std::size_t>(count));
+    std::iota(items.begin(), items.end(), 0);
+    BoxTree tree;
+    tree.build(boxes, items);
+    std::size_t looks = 0;
+    for (int i = 0; i < 200; ++i) {
+      const Vec3 x = 12 * test::random_vector(random);
+      double expected = std::numeric_limits<double>::infinity(), least = expected;
+      for (const auto& box : boxes) expected = std::min(expected, box.squaredExteriorDistance(x));
+      tree.query_near(x, least, [&](int item) {
+        const double squared = boxes[static_cast<std::size_t>(item)].squaredExteriorDistance(x);
+        EXPECT_LT(squared, least * (1 + 1e-12) + 1e-12);
+        least = std::min(least, squared);
+        ++looks;
+      });
+      EXPECT_EQ(least, expected);
+      tree.query_near(x, expected, [&](int) { FAIL() << "nothing is nearer than that"; });
+    }
+    EXPECT_LT(looks, 200U * 10);
   }
 }
 

@@ -63,5 +63,20 @@ TEST(MeshDistance, OnTheSurfaceHasTheNormalsOfItsFeatures) {
   EXPECT_LT((corner.normal - Vec3(1, 1, 1).normalized()).norm(), 1e-15);
 }
 
+// On both sides, to the last bit.
+TEST(MeshDistance, IsTheSameWithinABound) {
+  const MeshDistance mesh(test::torus_mesh(1, 0.4, 16, 9));
+  std::mt19937 random(3);
+  int inside = 0;
+  for (int i = 0; i < 5000; ++i) {
+    const Vec3 x = 1.5 * random_vector(random).cwiseProduct(Vec3(1, 0.4, 1));
+    const double distance = mesh.at(x).distance;
+    inside += distance < 0;
+    EXPECT_EQ(mesh.distance(x, std::abs(distance)), distance);
+    EXPECT_EQ(mesh.distance(x, std::abs(distance) + 0.3), distance);
+  }
+  EXPECT_GT(inside, 500);
+}
+
 }  // namespace
 }  // namespace duet

@@ -1,6 +1,7 @@
 #include "sim/geometry/triangle_mesh.h"
 
 #include <algorithm>
+#include <limits>
 #include <numbers>
 #include <random>
 
@@ -100,6 +101,24 @@ TEST(TriangleTree, FindsTheNearestPoint) {
     EXPECT_EQ((x - nearest.point).norm(), least);
     const auto t = static_cast<std::size_t>(nearest.triangle);
     EXPECT_EQ(nearest_point(mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2), x), nearest.point);
+  }
+}
+
+// The same to the last bit, whatever the bound: the truth, more, none, or less by mistake.
+TEST(TriangleTree, FindsTheSameDistanceWithinABound) {
+  const TriangleTree trees[] = {TriangleTree(test::torus_mesh(1, 0.4, 16, 9)),
+                                TriangleTree(test::box_mesh(Vec3::Zero(), Vec3(1, 2, 3)))};
+  std::mt19937 random(19);
+  for (int i = 0; i < 3000; ++i) {
+    const TriangleTree& tree = trees[i % 2];
+    const Vec3 x = 2 * test::random_vector(random);
+    const double distance = tree.nearest(x).distance;
+    for (const double at_most :
+         {distance, 1.5 * distance, std::numeric_limits<double>::infinity(), 0.5 * distance}) {
+      const TriangleTree::Nearest nearest = tree.nearest(x, at_most);
+      EXPECT_EQ(nearest.distance, distance);
+      EXPECT_EQ((x - nearest.point).norm(), distance);
+    }
   }
 }
 
