@@ -1,11 +1,15 @@
 // Contact candidates, the contact graph, the contact solve and push-out.
+#include <algorithm>
 #include <set>
+#include <vector>
 
+#include "tests/support/meshes.h"
 #include "tests/support/random_state.h"
 #include <gtest/gtest.h>
 
 #include "sim/coupling/contact_candidates.h"
 #include "sim/coupling/contact_solver.h"
+#include "sim/coupling/lowest_places.h"
 #include "sim/coupling/push_out.h"
 #include "sim/coupling/warm_start.h"
 
@@ -132,6 +136,50 @@ TEST(ContactCandidates, FindWhatCanTouchWithinTheStepAndNothingElse) {
     EXPECT_NEAR(touch(bodies, contact).position.y(), 1, 1e-14);  // the face below the ball, not the far ones
     EXPECT_LT(contact.gap, 0.06 * (1.5 * 10 + 0.1));             // the margin is half the motion
   }
+}
+
+// A soft box hangs over the edge of a beam, and turns and stretches: the ends of its edges move at different
+// speeds. What reaches the beam within the step is found, also where one end of its edge would not.
+TEST(ContactCandidates, FindSoftEdgesOfWhichOnlyOneEndIsFast) {
+  scene::Scene scene = test::free_space();
+  auto& beam = add_box(scene, "beam", Vec3::Zero(), Vec3(1, 1, 5), 1);
+  beam.is_static = true;
+  beam.mass.reset();
+  beam.placement.orientation =
+      Quat(Eigen::AngleAxisd(0.4, Vec3::UnitY())) * Quat(Eigen::AngleAxisd(EIGEN_PI / 4, Vec3::UnitZ()));
+  add_soft_box(scene, "block", Vec3(0.13, 1.27, 0.21), Vec3(2, 1, 2), 4).shape.cells = Vec3i(4, 2, 4);
+  Simulation simulation(scene, test::plan(scene));
+  Bodies& bodies = simulation.world().bodies;
+  const Pose& pose = bodies.rigid.state[0].pose;
+  const DeformableBody& block = bodies.deformable[0];
+  const std::vector<Vec3>& x = bodies.particles.x;
+  std::vector<Vec3>& v = bodies.particles.v;
+  constexpr double dt = 0.01;
+  std::mt19937 random(31);
+  std::vector<double> scratch;
+  int expected = 0, of_one_end = 0;
+  for (int i = 0; i < 200; ++i) {
+    Mat3 gradient;  // 1/s
+    for (int k = 0; k < 3; ++k) gradient.col(k) = 10 * test::random_vector(random);
+    for (std::size_t p = 0; p < v.size(); ++p) v[p] = gradient * (x[p] - x[as_index(i) % x.size()]);
+    std::set<int> found;
+    for (const ContactPoint& contact : candidates(bodies, dt).points) found.insert(contact.guest_point);
+    for (int e = block.first_edge; e < block.first_edge + block.edge_count; ++e) {
+      const auto [a, b] = bodies.edges[as_index(e)].particle;
+      const auto near =
+          lowest_place_on_edge(pose.to_body(x[as_index(a)]), pose.to_body(x[as_index(b)]),
+                               block.parts_per_edge, bodies.rigid.properties[0].shape, 1, scratch);
+      if (!near) continue;
+      const Vec3 at_a = v[as_index(a)], at_b = v[as_index(b)];
+      const Vec3 velocity = near->lowest.weight[0] * at_a + near->lowest.weight[1] * at_b;
+      if (!(near->distance < dt * velocity.norm())) continue;
+      ++expected;
+      of_one_end += !(near->distance < dt * std::min(at_a.norm(), at_b.norm()) / 2);
+      EXPECT_TRUE(found.contains(static_cast<int>(bodies.points.size()) + e)) << i << ' ' << e;
+    }
+  }
+  EXPECT_GT(expected, 200);
+  EXPECT_GT(of_one_end, 50);
 }
 
 TEST(ContactCandidates, ABallTouchesAPlaneWithItsLowestPoint) {
