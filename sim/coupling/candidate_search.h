@@ -52,9 +52,9 @@ struct CandidateSearch {
     std::vector<PairTouches> pairs;
     std::vector<NearPoint> touches;
     std::vector<NearRidge> ridges;
-    std::vector<double> edge;           // m, distances along one
-    CornerSearches corners;             // scratch of find_places_at_corners
-    std::vector<NearRidge> at_corners;  // what it found for one pair
+    std::vector<double> edge;         // m, distances along one
+    CornerSearches corners;           // scratch of find_places_at_corners
+    std::vector<NearRidge> in_faces;  // of one pair
     ReductionScratch reduction;
     std::size_t first_pair = 0, first_point = 0;  // where they go
   };

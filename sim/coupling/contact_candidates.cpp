@@ -6,6 +6,7 @@
 
 #include "sim/base/parallel.h"
 #include "sim/coupling/contact_reduction.h"
+#include "sim/coupling/deepest_in_faces.h"
 #include "sim/coupling/deepest_point.h"
 #include "sim/coupling/lying.h"
 #include "sim/coupling/seams.h"
@@ -145,6 +146,7 @@ void visit_edges(const Bodies& bodies, const BodyBounds& bounds, const BodyPair&
   const RigidProperties& properties = bodies.rigid.properties[h];
   const DeformableBody& body = bodies.deformable[as_index(pair.guest_deformable)];
   if (body.edge_count == 0 || !edges_count(properties.shape, properties.ridges)) return;
+  const bool is_round = is_swept_by_ball(properties.shape);
   const Host host(bodies.rigid.state[h], properties, margin);
   const Eigen::AlignedBox3d box = world_box(bounds, margin);
   const auto hull = [](const Vec3& a, const Vec3& b) {
@@ -157,6 +159,7 @@ void visit_edges(const Bodies& bodies, const BodyBounds& bounds, const BodyPair&
     if (!box.intersects(hull(a, b))) continue;
     const Vec3 first = host.to_body * (a - host.center), second = host.to_body * (b - host.center);
     if (!host.box().intersects(hull(first, second))) continue;
+    if (is_round && !is_coarse_for(properties.shape, (second - first).norm() / body.parts_per_edge)) continue;
     const std::optional<NearRidge> near = lowest_place_on_edge(first, second, body.parts_per_edge, host.shape,
                                                                std::min(margin, margin_of(edge)), scratch);
     if (near && !is_at_seam(bodies, pair.host, bodies.rigid.state[h].pose.to_world(near->lowest.foot),
@@ -165,17 +168,20 @@ void visit_edges(const Bodies& bodies, const BodyBounds& bounds, const BodyPair&
   }
 }
 
-// The same, and the places on the guest's faces where corners of the host touch them.
+// The same, and the places on the guest's faces where corners or deepest points of the host touch them.
 template <class MarginOf, class Visit>
 void visit_places(const Bodies& bodies, const BroadPhase& broad_phase, const BodyPair& pair, double margin,
                   const MarginOf& margin_of, CandidateSearch::Chunk& chunk, Visit&& visit) {
   visit_edges(bodies, broad_phase.bounds[as_index(pair.host)], pair, margin, margin_of, chunk.edge, visit);
   const DeformableBody& guest = bodies.deformable[as_index(pair.guest_deformable)];
-  if (!corners_count(guest, bodies.rigid.properties[as_index(pair.host)].ridges)) return;
-  chunk.at_corners.clear();
-  find_places_at_corners(bodies, guest, broad_phase.bounds[as_index(pair.host)], pair.host, margin,
-                         chunk.corners, chunk.at_corners);
-  for (const NearRidge& near : chunk.at_corners)
+  const RigidProperties& host = bodies.rigid.properties[as_index(pair.host)];
+  const BodyBounds& bounds = broad_phase.bounds[as_index(pair.host)];
+  chunk.in_faces.clear();
+  if (corners_count(guest, host.ridges))
+    find_places_at_corners(bodies, guest, bounds, pair.host, margin, chunk.corners, chunk.in_faces);
+  if (deepest_points_count(guest, host.shape))
+    find_places_at_deepest_points(bodies, guest, bounds, pair.host, margin, chunk.in_faces);
+  for (const NearRidge& near : chunk.in_faces)
     visit(at_corner(bodies, pair.guest_deformable, near.node), near);
 }
 

@@ -69,8 +69,8 @@ inline const SurfacePoint& surface_point(const Bodies& bodies, const ContactPoin
   return contact.is_on_ridge() ? contact.on_surface
                                : bodies.points[static_cast<std::size_t>(contact.guest_point)];
 }
-// Number of the contact of a corner or bulge of a host with the faces of a deformable guest, as
-// ContactPoint::guest_point: wherever on them it is.
+// Number of the contact of a corner, a bulge or a deepest point of a host with the faces of a deformable
+// guest, as ContactPoint::guest_point: of corners and bulges wherever on them it is.
 int at_corner(const Bodies& bodies, int guest_deformable, int corner);
 // Sets the surface point of a contact on a deformable guest's edge or face by its `guest_point` and `lowest`.
 void put_on_surface(const Bodies& bodies, ContactPoint& contact);

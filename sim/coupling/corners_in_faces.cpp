@@ -1,9 +1,9 @@
 #include "sim/coupling/corners_in_faces.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
+#include "sim/coupling/near_faces.h"
 #include "sim/coupling/seams.h"
 #include "sim/geometry/closest_points.h"
 
@@ -31,27 +31,20 @@ constexpr double deepest = 0.5;
 // as deep as may be below these.
 constexpr double grading = 2;
 
-// A face of the guest in the space of the host.
-struct Face {
-  int number = 0;
-  std::array<Vec3, 3> x;  // m
-  Vec3 normal;            // unit, outward
-  Eigen::AlignedBox3d box;
-  double size = 0, reach = 0;  // m; reach: how far off a corner may be
-};
-
 // Of two faces that a corner is equally far from, across an edge or a particle: whether it is on the side of
 // the first one. That is the one that it is the least beside; if it lies on them, the one that the host
 // faces.
-bool tells_more(const Face& face, const Vec3& way, const Vec3& inward, const CornerSearch& nearest) {
+bool tells_more(const NearFace& face, const Vec3& way, const Vec3& inward, const CornerSearch& nearest) {
   const double height = std::abs(way.dot(face.normal)), other = std::abs(nearest.way.dot(nearest.normal));
   if (std::max(height, other) > at_face * face.size) return height > other;
   return face.normal.dot(inward) > nearest.normal.dot(inward);
 }
 
-void look_at(const Face& face, const Vec3& corner, const Vec3& inward, CornerSearch& nearest) {
+// `reach` (m): how far off a corner may be.
+void look_at(const NearFace& face, double reach, const Vec3& corner, const Vec3& inward,
+             CornerSearch& nearest) {
   const double on_face = at_face * face.size, slack = rounding * nearest.squared + on_face * on_face;
-  const double most = std::min(face.reach * face.reach, nearest.squared + slack);
+  const double most = std::min(reach * reach, nearest.squared + slack);
   const double height = face.normal.dot(corner - face.x[0]);
   if (height * height > most || face.box.squaredExteriorDistance(corner) > most) return;
   const Vec3 weight = nearest_weights(face.x[0], face.x[1], face.x[2], corner);
@@ -68,51 +61,31 @@ void look_at(const Face& face, const Vec3& corner, const Vec3& inward, CornerSea
   nearest.size = face.size;
 }
 
-// Faces of particles that move with a body are left to the body, and those that are held to none.
-bool counts(const Particles& particles, const Triangle& face) {
-  const auto is_left_out = [&](int p) { return particles.mass[as_index(p)] == 0; };
-  const auto moves = [&](int p) { return particles.inverse_mass[as_index(p)] > 0; };
-  return std::none_of(face.begin(), face.end(), is_left_out) && std::any_of(face.begin(), face.end(), moves);
-}
-
-// The host's own face at a corner if it lies flat on one with the unit normal `-toward`: what else touches
-// there acts along the normals of the host, and others that are nearly the same would be one constraint twice
-// over, badly conditioned. In the host's space.
-Vec3 normal_at(const LevelSet& host, const Vec3& corner, const Vec3& inward, const Vec3& toward) {
-  const Vec3 way = inward - 0.5 * inward.dot(toward) * toward;  // nearest to the face on that side
-  const Vec3 own = host.normal(corner + way_in * host.smallest_size() * way);
-  return own.dot(toward) > lies_flat ? own : toward;
-}
-
 // Of a deformable guest's faces in the space of a host.
 class Search {
  public:
   Search(const Bodies& bodies, const DeformableBody& guest, int host, double margin, CornerSearches& scratch)
-      : bodies_(bodies),
-        guest_(guest),
-        pose_(bodies.rigid.state[as_index(host)].pose),
+      : guest_(guest),
         properties_(bodies.rigid.properties[as_index(host)]),
-        bounds_(properties_.shape.lower(), properties_.shape.upper()),
         margin_(margin),
         scratch_(scratch) {
     scratch.corners.clear();
     scratch.slot.assign(properties_.ridges.corner_count(), -1);
   }
 
-  // Only at those that meet the box `near` (m, in the world).
-  void look_at_faces(const Eigen::AlignedBox3d& near) {
-    const std::vector<Vec3>& x = bodies_.particles.x;
-    const Mat3 to_body = pose_.orientation.toRotationMatrix().transpose();
-    for (int t = guest_.first_triangle; t < guest_.first_triangle + guest_.triangle_count; ++t) {
-      const Triangle& face = bodies_.triangles[as_index(t)];
-      const Vec3 &a = x[as_index(face[0])], &b = x[as_index(face[1])], &c = x[as_index(face[2])];
-      if (!near.intersects(Eigen::AlignedBox3d(a).extend(b).extend(c))) continue;
-      if (!counts(bodies_.particles, face)) continue;
-      Face in_host;
-      in_host.number = t;
-      for (std::size_t i = 0; i < 3; ++i) in_host.x[i] = to_body * (x[as_index(face[i])] - pose_.position);
-      look_at_face(in_host);
-    }
+  void look_at_face(const NearFace& face) {
+    const double reach = margin_ + grading * depth(face.size);
+    const Vec3 beside = Vec3::Constant(reach);
+    properties_.ridges.corner_tree->query(
+        {face.box.min() - beside, face.box.max() + beside}, [&](int number) {
+          int& slot = scratch_.slot[as_index(number)];
+          if (slot < 0) {
+            slot = static_cast<int>(scratch_.corners.size());
+            scratch_.corners.emplace_back().corner = number;
+          }
+          look_at(face, reach, properties_.ridges.corner(number), properties_.ridges.inward_of(number),
+                  scratch_.corners[as_index(slot)]);
+        });
   }
 
   std::optional<NearRidge> place_at(const CornerSearch& nearest) const {
@@ -128,7 +101,7 @@ class Search {
     LowestPlace& lowest = found.lowest;
     lowest.place = corner - nearest.way;
     lowest.foot = corner;
-    lowest.normal = normal_at(properties_.shape, corner, inward, -outward);
+    lowest.normal = normal_at_corner(properties_.shape, corner, inward, -outward);
     lowest.weight = {nearest.weight[0], nearest.weight[1], nearest.weight[2]};
     lowest.face = nearest.face;
     found.node = nearest.corner;
@@ -140,39 +113,19 @@ class Search {
   // m, below a face: how far a corner may be.
   double depth(double size) const { return deepest * size / guest_.parts_per_edge; }
 
-  void look_at_face(Face& face) {
-    face.box = Eigen::AlignedBox3d(face.x[0]).extend(face.x[1]).extend(face.x[2]);
-    face.size = face.box.diagonal().norm();
-    face.reach = margin_ + grading * depth(face.size);
-    // What a corner touches is nearer to the host than the margin, or inside of it.
-    const LevelSet& shape = properties_.shape;
-    const double far = face.size / 2 + margin_ + shape.tolerance();
-    const Vec3 middle = face.box.center();
-    if (bounds_.squaredExteriorDistance(middle) > far * far || shape.distance(middle) > far) return;
-    face.normal = (face.x[1] - face.x[0]).cross(face.x[2] - face.x[0]).normalized();
-    const Vec3 beside = Vec3::Constant(face.reach);
-    properties_.ridges.corner_tree->query(
-        {face.box.min() - beside, face.box.max() + beside}, [&](int number) {
-          int& slot = scratch_.slot[as_index(number)];
-          if (slot < 0) {
-            slot = static_cast<int>(scratch_.corners.size());
-            scratch_.corners.emplace_back().corner = number;
-          }
-          look_at(face, properties_.ridges.corner(number), properties_.ridges.inward_of(number),
-                  scratch_.corners[as_index(slot)]);
-        });
-  }
-
-  const Bodies& bodies_;
   const DeformableBody& guest_;
-  const Pose& pose_;
   const RigidProperties& properties_;
-  Eigen::AlignedBox3d bounds_;  // m, of the host
   double margin_;
   CornerSearches& scratch_;
 };
 
 }  // namespace
+
+Vec3 normal_at_corner(const LevelSet& host, const Vec3& corner, const Vec3& inward, const Vec3& toward) {
+  const Vec3 way = inward - 0.5 * inward.dot(toward) * toward;  // nearest to the face on that side
+  const Vec3 own = host.normal(corner + way_in * host.smallest_size() * way);
+  return own.dot(toward) > lies_flat ? own : toward;
+}
 
 bool corners_count(const DeformableBody& guest, const Ridges& ridges) {
   return guest.triangle_count > 0 && guest.edge_count > 0 && ridges.corner_count() > 0;
@@ -183,7 +136,8 @@ void find_places_at_corners(const Bodies& bodies, const DeformableBody& guest, c
   const RigidProperties& properties = bodies.rigid.properties[as_index(host)];
   const Pose& pose = bodies.rigid.state[as_index(host)].pose;
   Search search(bodies, guest, host, margin, scratch);
-  search.look_at_faces(world_box(host_bounds, margin));
+  visit_near_faces(bodies, guest, host, world_box(host_bounds, margin), margin,
+                   [&](const NearFace& face) { search.look_at_face(face); });
   std::sort(scratch.corners.begin(), scratch.corners.end(),
             [](const CornerSearch& a, const CornerSearch& b) { return a.corner < b.corner; });
   for (const CornerSearch& nearest : scratch.corners) {

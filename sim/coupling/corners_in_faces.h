@@ -36,4 +36,10 @@ bool corners_count(const DeformableBody& guest, const Ridges& ridges);
 void find_places_at_corners(const Bodies& bodies, const DeformableBody& guest, const BodyBounds& host_bounds,
                             int host, double margin, CornerSearches& scratch, std::vector<NearRidge>& found);
 
+// The normal at which `corner` of a host touches a plane with the unit normal `-toward`, the host being in
+// the direction `inward` from there: `toward`, or the host's own where it lies flat on that plane. What else
+// touches there acts along the normals of the host, and others that are nearly the same would be one
+// constraint twice over, badly conditioned. In the host's space.
+Vec3 normal_at_corner(const LevelSet& host, const Vec3& corner, const Vec3& inward, const Vec3& toward);
+
 }  // namespace duet

@@ -8,9 +8,15 @@ namespace {
 
 constexpr int steps = 4;  // of the fixed-point iteration
 
-DeepestPoint of_ball(const Vec3& center, double radius, const LevelSet& host) {
-  return {center - radius * host.normal(center), center};
+DeepestPoint of_ball(const Vec3& center, double radius, const Vec3& n) {
+  return {center - radius * n, center};
 }
+DeepestPoint of_ball(const Vec3& center, double radius, const LevelSet& host) {
+  return of_ball(center, radius, host.normal(center));
+}
+
+// How far in from a rim its inner point is along the two ways, m.
+double way_in_from_rim(const LevelSet& shape) { return shape.smallest_size() / 4 * std::sqrt(0.5); }
 
 // The direction in the plane of a ring (the shape's x and z) in which a point of it lies deepest, for the
 // host's normal `n` at the ring.
@@ -60,7 +66,7 @@ DeepestPoint of_torus(const LevelSet& shape, const Pose& pose, const LevelSet& h
 DeepestPoint of_rim(const LevelSet& shape, double side, const Pose& pose, const LevelSet& host) {
   const Vec3 axis = pose.orientation * Vec3(0, side, 0);
   const Vec3 center = pose.position + shape.half_length * axis;
-  const double way = shape.smallest_size() / 4 * std::sqrt(0.5);
+  const double way = way_in_from_rim(shape);
   DeepestPoint point{center, center};
   Nearest nearest(host);
   for (int i = 0; i < steps; ++i) {
@@ -101,6 +107,23 @@ DeepestPoint deepest_point(const LevelSet& shape, int k, const Pose& pose, const
       return of_rim(shape, side, pose, host);
     default:
       return of_ball(pose.position, shape.radius, host);
+  }
+}
+
+DeepestPoint deepest_point(const LevelSet& shape, int k, const Vec3& n) {
+  const double side = k == 0 ? 1 : -1;
+  switch (shape.kind) {
+    case LevelSet::Kind::torus:
+      return of_ball(shape.radius * deepest_direction(n, Quat::Identity()), shape.tube, n);
+    case LevelSet::Kind::capsule:
+      return of_ball(Vec3(0, side * shape.half_length, 0), shape.radius, n);
+    case LevelSet::Kind::cylinder: {
+      const Vec3 axis(0, side, 0), direction = deepest_direction(n, Quat::Identity());
+      const Vec3 position = shape.half_length * axis + shape.radius * direction;
+      return {position, position - way_in_from_rim(shape) * (direction + axis)};
+    }
+    default:
+      return of_ball(Vec3::Zero(), shape.radius, n);
   }
 }
 

@@ -19,5 +19,8 @@ int deepest_point_count(const LevelSet& shape);
 // and on rims it is the best of a few fixed-point steps, the first of which is exact for flat hosts and
 // balls.
 DeepestPoint deepest_point(const LevelSet& shape, int k, const Pose& pose, const LevelSet& host);
+// The same towards a plane with the unit normal `n`, on the shape's side of which it points, in the shape's
+// own space; exact.
+DeepestPoint deepest_point(const LevelSet& shape, int k, const Vec3& n);
 
 }  // namespace duet

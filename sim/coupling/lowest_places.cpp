@@ -22,11 +22,6 @@ constexpr double least_mean = 0.3;
 // Cosine of the angle between the way inwards and the normal of a surface that an edge faces, at least.
 constexpr double least_facing = 0.2;
 
-bool is_swept_by_ball(const LevelSet& shape) {
-  return shape.kind == LevelSet::Kind::sphere || shape.kind == LevelSet::Kind::capsule ||
-         shape.kind == LevelSet::Kind::torus;
-}
-
 // Exact distances from a host of places one after the other: none changes by more than the way from the last
 // one, which makes the search for it short.
 class Distances {
@@ -177,7 +172,43 @@ class Walk {
   std::vector<NearRidge>& found_;
 };
 
+// The place at `at` parts of an edge, in the host's space, `least` (m) away from it.
+std::optional<NearRidge> place_on_edge(const Vec3& first, const Vec3& second, int parts, double at,
+                                       double least, const LevelSet& host) {
+  const auto place = [&](double t) { return first + t / parts * (second - first); };
+  const std::optional<Plane> plane = plane_of_both(host, place(at - precision), place(at + precision));
+  if (!plane) return std::nullopt;
+  const Vec3 x = place(at), foot = x - (plane->normal.dot(x) - plane->height) * plane->normal;
+  return NearRidge{.lowest = {x, plane->normal, foot, 0, {1 - at / parts, at / parts}},
+                   .distance = least,
+                   .precision = precision * (second - first).norm() / parts};
+}
+
+// Where a round host is nearest, if that is at no end of the edge: a particle is there.
+std::optional<NearRidge> nearest_place_on_edge(const Vec3& first, const Vec3& second, int parts,
+                                               const LevelSet& host, double margin) {
+  const auto distance_at = [&](double t) { return host.distance(first + t / parts * (second - first)); };
+  int nearest = 0;
+  double least = far;
+  for (int i = 0; i <= parts; ++i)
+    if (const double distance = distance_at(i); distance < least) {
+      nearest = i;
+      least = distance;
+    }
+  if (least - (second - first).norm() / parts >= margin) return std::nullopt;
+  const double at = golden_section(std::max(0, nearest - 1), std::min(parts, nearest + 1), distance_at);
+  if (at < precision || at > parts - precision) return std::nullopt;
+  least = distance_at(at);
+  if (!(least < margin)) return std::nullopt;
+  return place_on_edge(first, second, parts, at, least, host);
+}
+
 }  // namespace
+
+bool is_swept_by_ball(const LevelSet& shape) {
+  return shape.kind == LevelSet::Kind::sphere || shape.kind == LevelSet::Kind::capsule ||
+         shape.kind == LevelSet::Kind::torus;
+}
 
 bool ridges_count(const LevelSet& guest, const LevelSet& host, bool is_reversed) {
   if (host.kind == LevelSet::Kind::half_space) return false;  // lowest at the ends of lines, or all along
@@ -191,17 +222,18 @@ void find_lowest_places(const Ridges& ridges, const Pose& pose, const LevelSet& 
 }
 
 bool edges_count(const LevelSet& host, const Ridges& ridges) {
-  return !ridges.lines.empty() && !is_swept_by_ball(host);
+  return !ridges.lines.empty() || is_swept_by_ball(host);
 }
 
-// Where the distance bends, and not where it is least: an edge that has been pushed out of the host lies
-// along one of its faces, and has no minimum until it comes back.
+// On hosts with edges, where the distance bends, and not where it is least: an edge that has been pushed out
+// of the host lies along one of its faces, and has no minimum until it comes back.
 std::optional<NearRidge> lowest_place_on_edge(const Vec3& first, const Vec3& second, int parts,
                                               const LevelSet& host, double margin,
                                               std::vector<double>& distance) {
   const double length = (second - first).norm(), part = length / parts;
   const double reach = margin + host.tolerance();
   if (host.distance((first + second) / 2) - length / 2 > reach) return std::nullopt;
+  if (is_swept_by_ball(host)) return nearest_place_on_edge(first, second, parts, host, margin);
   const auto place = [&](double at) { return first + at / parts * (second - first); };
   distance.clear();
   for (int i = 0; i <= parts; ++i) distance.push_back(host.distance(place(i)));
@@ -229,15 +261,9 @@ std::optional<NearRidge> lowest_place_on_edge(const Vec3& first, const Vec3& sec
     const double at =
         std::clamp(golden_section(i - 1, i + 1, [&](double t) { return at_part(t) - slope * t; }),
                    i - 1 + precision, i + 1 - precision);
-    const Vec3 x = place(at);
     const double least = at_part(at);
     if (!(least < margin) || (lowest && lowest->distance <= least)) continue;
-    const std::optional<Plane> plane = plane_of_both(host, place(at - precision), place(at + precision));
-    if (!plane) continue;
-    const Vec3 foot = x - (plane->normal.dot(x) - plane->height) * plane->normal;
-    lowest = NearRidge{.lowest = {x, plane->normal, foot, 0, {1 - at / parts, at / parts}},
-                       .distance = least,
-                       .precision = precision * part};
+    if (const auto found = place_on_edge(first, second, parts, at, least, host)) lowest = found;
   }
   return lowest;
 }

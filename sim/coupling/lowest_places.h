@@ -31,6 +31,9 @@ struct NearRidge {
   double precision = 0;  // m, of the place along its line
 };
 
+// Whether a ball sweeps out the shape, or it is one.
+bool is_swept_by_ball(const LevelSet& shape);
+
 // Whether the ridges of a guest of shape `guest` can touch a `host` where neither its own samples and deepest
 // points nor those of the host would show it; `is_reversed` for one of the two ways round of a pair.
 bool ridges_count(const LevelSet& guest, const LevelSet& host, bool is_reversed);
@@ -41,13 +44,14 @@ bool ridges_count(const LevelSet& guest, const LevelSet& host, bool is_reversed)
 void find_lowest_places(const Ridges& ridges, const Pose& pose, const LevelSet& host,
                         const Eigen::AlignedBox3d& near, double margin, std::vector<NearRidge>& found);
 
-// Whether edges of deformable bodies can cross those of a host with these ridges.
+// Whether edges of deformable bodies can touch such a host beside their points: cross its edges, or be
+// nearest to a round one.
 bool edges_count(const LevelSet& host, const Ridges& ridges);
 
 // The same along the straight edge from `first` to `second` (m, in the host's space) of a deformable body:
-// the lowest of its places where it crosses an edge of the host, less than `margin` (m) away. Its surface
-// points divide it into `parts`, 2 at least, which are as far apart as what the search looks at; `distance`
-// is scratch that keeps its storage.
+// the lowest of its places where it crosses an edge of the host, or the one nearest to a round host, less
+// than `margin` (m) away. Its surface points divide it into `parts`, 2 at least, which are as far apart as
+// what the search looks at; `distance` is scratch that keeps its storage.
 std::optional<NearRidge> lowest_place_on_edge(const Vec3& first, const Vec3& second, int parts,
                                               const LevelSet& host, double margin,
                                               std::vector<double>& distance);

@@ -52,6 +52,9 @@ TEST(DeepestPoint, OverAPlaneIsTheLowestPointAtAnyOrientation) {
         EXPECT_LT((lowest.position - *expected).norm(), 1e-13);
         EXPECT_LT((lowest.normal - up).norm(), 1e-15);
         EXPECT_NEAR(lowest.gap, up.dot(*expected - plane.position), 1e-14);
+        const DeepestPoint same = deepest_point(shape, k, pose.orientation.conjugate() * up);
+        EXPECT_LT((pose.to_world(same.position) - *expected).norm(), 1e-13);
+        EXPECT_LT(shape.distance(same.inside), -0.17 * shape.smallest_size());
       }
     }
   }

@@ -373,8 +373,37 @@ TEST(LowestPlaces, OfSoftEdgesAreNoneBesideTheEdgesOfTheHost) {
   EXPECT_FALSE(is_none(Vec3(0.3, 0.72, 0), Vec3(0.72, 0.3, 0), 0.02));
   const LevelSet plate = LevelSet::box(Vec3(2, 0.2, 2));
   EXPECT_FALSE(lowest_place_on_edge(Vec3(0.1, -0.6, 0), Vec3(0.2, 0.6, 0), 4, plate, 0.01, scratch));
-  for (const LevelSet& round : {LevelSet::sphere(0.5), LevelSet::torus(0.6, 0.2), LevelSet::half_space()})
-    EXPECT_FALSE(edges_count(round, find_ridges(round, 0.1)));
+  EXPECT_FALSE(edges_count(LevelSet::half_space(), find_ridges(LevelSet::half_space(), 0.1)));
+}
+
+// Halfway between the nearest points to which a ball, a tube or a rod comes; none where that is an end.
+TEST(LowestPlaces, OfSoftEdgesAreTheNearestToRoundBodies) {
+  std::vector<double> scratch;
+  const LevelSet ball = LevelSet::sphere(0.5), ring = LevelSet::torus(0.6, 0.2),
+                 rod = LevelSet::capsule(0.2, 2);
+  const double height = 0.01;
+  const auto expect_place = [&](const LevelSet& host, const Vec3& x, const Vec3& normal, const Vec3& along) {
+    for (const double at : {0.03, 0.5, 0.6, 0.97}) {
+      const Vec3 place = x + height * normal;
+      const auto near =
+          lowest_place_on_edge(place - at * along, place + (1 - at) * along, 4, host, 0.02, scratch);
+      ASSERT_TRUE(near.has_value()) << at;
+      EXPECT_NEAR(near->distance, height,
+                  3e-5);  // the square of the precision, 1/100 of 1/4 m, over a diameter
+      EXPECT_LT((near->lowest.place - place).norm(), 0.01 * along.norm() / 4);
+      EXPECT_GT(near->lowest.normal.dot(normal), 1 - 1e-4);
+      EXPECT_NEAR(near->lowest.weight[1], at, 0.0025);
+    }
+  };
+  expect_place(ball, Vec3(0, 0.5, 0), Vec3::UnitY(), Vec3(1, 0, 0));
+  expect_place(ring, Vec3(0.6, 0.2, 0), Vec3::UnitY(), Vec3(1, 0, 0));
+  expect_place(rod, Vec3(0.2, 0.3, 0), Vec3::UnitX(), Vec3(0, 0, 1));
+  const auto is_none = [&](const Vec3& first, const Vec3& second, double margin) {
+    return !lowest_place_on_edge(first, second, 4, ball, margin, scratch);
+  };
+  EXPECT_TRUE(is_none(Vec3(0, 0.501, 0), Vec3(0, 1.501, 0), 0.01));       // its end
+  EXPECT_TRUE(is_none(Vec3(0.4, 0.501, 0), Vec3(1, 0.501, 0), 0.5));      // the same
+  EXPECT_TRUE(is_none(Vec3(-0.4, 0.511, 0), Vec3(0.6, 0.511, 0), 0.01));  // out of reach
 }
 
 }  // namespace
