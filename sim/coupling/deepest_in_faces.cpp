@@ -11,9 +11,9 @@
 namespace duet {
 namespace {
 
-// Of the radius of a ball: how far apart points are between which it counts. It is an eightieth of that deep
-// there at most, less than a thousandth of its size.
-constexpr double coarse = 0.1;
+// Of the radius of a ball: how far apart points are between which it counts. It is less than a two-hundredth of
+// that deep between nearer ones, an eighth of what contact may leave (2 % of a body).
+constexpr double coarse = 0.2;
 // Cosine of the angle between the face's normal and the way into a rim, at least, as at corners.
 constexpr double least_facing = 0.2;
 // How deep a point may be, of the way between the points of a face: what moves is found before it is inside.
