@@ -116,6 +116,42 @@ TEST(DeepestInFaces, AndEdgesAndPointsShowAllThatOverlaps) {
   EXPECT_GT(between_points, 30);
 }
 
+// Right below the face, on the surface of the body, at its normal there, and each with a number of its own.
+TEST(DeepestInFaces, AreOnTheSurfaceOfTheirBody) {
+  Places places(ball_and_block(0.1));
+  std::mt19937 random(11);
+  for (Vec3& x : places.bodies().particles.x) x += 0.05 * test::random_vector(random);
+  const int corners = static_cast<int>(places.host().ridges.corner_count());
+  int told = 0;
+  for (const LevelSet& shape : {LevelSet::sphere(0.1), LevelSet::capsule(0.08, 0.3),
+                                LevelSet::torus(0.2, 0.06), LevelSet::cylinder(0.15, 0.2)}) {
+    places.host().shape = shape;
+    for (int i = 0; i < 300; ++i) {
+      places.pose().orientation = test::random_rotation(random);
+      places.pose().position = Vec3(0, 1.15, 0) + 0.2 * test::random_vector(random);
+      std::set<int> numbers;
+      for (const NearRidge& near : places.find(0.05)) {
+        ++told;
+        const auto& [place, normal, foot, radius, weight, face] = near.lowest;
+        EXPECT_NEAR(shape.distance(foot), 0, 1e-15);
+        const auto [a, b, c] = places.corners(face);
+        EXPECT_LT((weight[0] * a + weight[1] * b + weight[2] * c - places.pose().to_world(place)).norm(),
+                  1e-14);
+        const Vec3 outward = places.pose().orientation.conjugate() * places.normal(face);
+        EXPECT_LT((foot - place).cross(outward).norm(), 1e-8);
+        EXPECT_NEAR(near.distance, normal.dot(place - foot), 1e-15);
+        if (shape.kind == LevelSet::Kind::cylinder)
+          EXPECT_GT(normal.dot(-outward), 0.94);
+        else
+          EXPECT_LT((normal - shape.normal(foot + 1e-6 * normal)).norm(), 1e-9);
+        EXPECT_TRUE(numbers.insert(near.node).second);
+        EXPECT_GE(near.node, corners);
+      }
+    }
+  }
+  EXPECT_GT(told, 250);
+}
+
 TEST(DeepestInFaces, TouchAtOnePlaceAboveEdgesOfAPlane) {
   const double radius = 0.1, depth = 0.002;
   Places places(ball_and_block(radius));
