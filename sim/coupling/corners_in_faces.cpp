@@ -10,9 +10,6 @@
 namespace duet {
 namespace {
 
-// Cosine of the angle between the face's normal and the way into the host, at least: from a cube's corner it
-// is 0.58 to its faces.
-constexpr double least_facing = 0.2;
 // The same of the way to the corner and the face's normal: between faces that turn by up to 50 degrees it is
 // more, beside rims of blocks and of sheets less. What touches there are other points, and the corner would
 // only say what they say, a little askew.
@@ -25,8 +22,6 @@ constexpr double lies_flat = 0.94;
 constexpr double way_in = 0.05;
 // Of the size of a face: from nearer than that the way to the corner has no direction.
 constexpr double at_face = 1e-9;
-// How deep a corner may be, of the way between the points of a face: what moves is found before it is inside.
-constexpr double deepest = 0.5;
 // How much smaller than their neighbours faces may be for the nearest of them to be found where a corner is
 // as deep as may be below these.
 constexpr double grading = 2;
@@ -74,7 +69,7 @@ class Search {
   }
 
   void look_at_face(const NearFace& face) {
-    const double reach = margin_ + grading * depth(face.size);
+    const double reach = margin_ + grading * most_below(guest_, face.size);
     const Vec3 beside = Vec3::Constant(reach);
     properties_.ridges.corner_tree->query(
         {face.box.min() - beside, face.box.max() + beside}, [&](int number) {
@@ -95,7 +90,7 @@ class Search {
     const Vec3 outward = is_back ? Vec3(-nearest.normal) : nearest.normal;
     const double height = nearest.way.dot(outward), length = nearest.way.norm();
     if (length > at_face * nearest.size && !(std::abs(height) >= least_upright * length)) return std::nullopt;
-    if (!(height < margin_ && height >= -depth(nearest.size))) return std::nullopt;
+    if (!(height < margin_ && height >= -most_below(guest_, nearest.size))) return std::nullopt;
     if (!(outward.dot(inward) > least_facing)) return std::nullopt;
     NearRidge found;
     LowestPlace& lowest = found.lowest;
@@ -110,9 +105,6 @@ class Search {
   }
 
  private:
-  // m, below a face: how far a corner may be.
-  double depth(double size) const { return deepest * size / guest_.parts_per_edge; }
-
   const DeformableBody& guest_;
   const RigidProperties& properties_;
   double margin_;

@@ -11,13 +11,9 @@
 namespace duet {
 namespace {
 
-// Of the radius of a ball: how far apart points are between which it counts. It is less than a two-hundredth of
-// that deep between nearer ones, an eighth of what contact may leave (2 % of a body).
+// Of the radius of a ball: how far apart points are between which it counts. It is less than a two-hundredth
+// of that deep between nearer ones, an eighth of what contact may leave (2 % of a body).
 constexpr double coarse = 0.2;
-// Cosine of the angle between the face's normal and the way into a rim, at least, as at corners.
-constexpr double least_facing = 0.2;
-// How deep a point may be, of the way between the points of a face: what moves is found before it is inside.
-constexpr double deepest = 0.5;
 constexpr double rounding = 1e-9;     // of the size of a face: how far beside it a point may be
 constexpr int numbers_of_a_face = 4;  // two points for either side
 
@@ -61,7 +57,7 @@ class Search {
     const DeepestPoint point = deepest_point(shape_, k, outward);
     const Vec3& x = point.position;
     const double height = outward.dot(x - face.x[0]);
-    if (!(height < margin_ && height >= -deepest * face.size / guest_.parts_per_edge)) return;
+    if (!(height < margin_ && height >= -most_below(guest_, face.size))) return;
     const Vec3 weight = nearest_weights(face.x[0], face.x[1], face.x[2], x);
     const Vec3 place = weight[0] * face.x[0] + weight[1] * face.x[1] + weight[2] * face.x[2];
     if (!((x - height * outward - place).norm() <= rounding * face.size)) return;

@@ -18,6 +18,16 @@ struct NearFace {
   double size = 0;  // m
 };
 
+// Cosine of the angle between a face's outward normal and the way into a host that touches it, at least: from
+// a cube's corner it is 0.58 to its faces.
+constexpr double least_facing = 0.2;
+
+// How deep below a face of `size` (m) what touches it may be, half the way between its points, m: what moves
+// is found before it is inside.
+inline double most_below(const DeformableBody& guest, double size) {
+  return 0.5 * size / guest.parts_per_edge;
+}
+
 // Faces of particles that move with a body are left to the body, and those that are held to none.
 inline bool touches_by_itself(const Particles& particles, const Triangle& face) {
   const auto is_left_out = [&](int p) { return particles.mass[as_index(p)] == 0; };
