@@ -146,7 +146,6 @@ void visit_edges(const Bodies& bodies, const BodyBounds& bounds, const BodyPair&
   const RigidProperties& properties = bodies.rigid.properties[h];
   const DeformableBody& body = bodies.deformable[as_index(pair.guest_deformable)];
   if (body.edge_count == 0 || !edges_count(properties.shape, properties.ridges)) return;
-  const bool is_round = is_swept_by_ball(properties.shape);
   const Host host(bodies.rigid.state[h], properties, margin);
   const Eigen::AlignedBox3d box = world_box(bounds, margin);
   const auto hull = [](const Vec3& a, const Vec3& b) {
@@ -159,7 +158,7 @@ void visit_edges(const Bodies& bodies, const BodyBounds& bounds, const BodyPair&
     if (!box.intersects(hull(a, b))) continue;
     const Vec3 first = host.to_body * (a - host.center), second = host.to_body * (b - host.center);
     if (!host.box().intersects(hull(first, second))) continue;
-    if (is_round && !is_coarse_for(properties.shape, (second - first).norm() / body.parts_per_edge)) continue;
+    if (!is_coarse_for(properties.shape, (second - first).norm() / body.parts_per_edge)) continue;
     const std::optional<NearRidge> near = lowest_place_on_edge(first, second, body.parts_per_edge, host.shape,
                                                                std::min(margin, margin_of(edge)), scratch);
     if (near && !is_at_seam(bodies, pair.host, bodies.rigid.state[h].pose.to_world(near->lowest.foot),

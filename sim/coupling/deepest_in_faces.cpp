@@ -43,7 +43,7 @@ class Search {
         found_(found) {}
 
   void look_at_face(const NearFace& face) {
-    if (!is_rim(shape_) && !is_coarse_for(shape_, face.size / guest_.parts_per_edge)) return;
+    if (!is_coarse_for(shape_, face.size / guest_.parts_per_edge)) return;
     const int number = first_number_ + numbers_of_a_face * (face.number - guest_.first_triangle);
     for (int k = 0; k < deepest_point_count(shape_); ++k) {
       look_at_side(face, face.normal, k, number + k);
@@ -102,7 +102,9 @@ bool deepest_points_count(const DeformableBody& guest, const LevelSet& host) {
   return guest.triangle_count > 0 && guest.edge_count > 0 && deepest_point_count(host) > 0;
 }
 
-bool is_coarse_for(const LevelSet& host, double apart) { return apart > coarse * radius_of_ball(host); }
+bool is_coarse_for(const LevelSet& host, double apart) {
+  return !is_swept_by_ball(host) || apart > coarse * radius_of_ball(host);
+}
 
 void find_places_at_deepest_points(const Bodies& bodies, const DeformableBody& guest,
                                    const BodyBounds& host_bounds, int host, double margin,

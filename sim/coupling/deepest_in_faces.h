@@ -12,8 +12,8 @@ namespace duet {
 // Whether a host of shape `host` can touch the faces of `guest` there.
 bool deepest_points_count(const DeformableBody& guest, const LevelSet& host);
 
-// Whether on a way of `apart` (m) between two points of a flat face or a straight edge a host that a ball
-// sweeps out, or a ball, may be so deep that it counts.
+// Whether between two points of a flat face or a straight edge, `apart` (m), a host may be so deep that it
+// counts: one with edges always, a round one if it bends enough.
 bool is_coarse_for(const LevelSet& host, double apart);
 
 // Appends, for each face of `guest`, the place on it that a deepest point of `host` towards it is above, if

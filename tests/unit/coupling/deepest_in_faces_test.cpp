@@ -184,6 +184,7 @@ TEST(DeepestInFaces, AreLeftOutWherePointsLieDense) {
   EXPECT_LT(apart * apart / (8 * radius), 2 * radius / 400);
   EXPECT_FALSE(is_coarse_for(places.host().shape, apart));
   EXPECT_TRUE(is_coarse_for(places.host().shape, 0.21 * radius));
+  EXPECT_TRUE(is_coarse_for(LevelSet::cylinder(radius, radius), apart));
 }
 
 // A cylinder lies on its side on the block: each rim touches, at the side's normal, and with a number of its
@@ -201,6 +202,7 @@ TEST(DeepestInFaces, TouchWithTheRimsOfACylinder) {
     numbers.insert(near.node);
     EXPECT_NEAR(near.distance, 0.001, 1e-15);
     EXPECT_NEAR(std::abs(near.lowest.foot.y()), 0.15, 1e-15);
+    EXPECT_LT((places.pose().orientation * near.lowest.normal + Vec3::UnitY()).norm(), 1e-14);
     EXPECT_GE(near.node, static_cast<int>(places.host().ridges.corner_count()));
   }
   EXPECT_EQ(numbers.size(), 2U);
