@@ -1,33 +1,49 @@
-// Eight doubles at once. A compiler vector type: it becomes AVX-512, AVX or SSE instructions, or scalar code,
-// as the target has them, with the same results everywhere (every operation is a correctly rounded IEEE one).
+// Eight doubles at once, with the same results on every machine (every operation is a correctly rounded IEEE
+// one): an AVX-512 register, or two vectors of four.
 #pragma once
 
 #include <cmath>
 #include <cstddef>
 #include <type_traits>
 
-#if defined(__AVX__)
-#include <immintrin.h>
-#endif
+#include "sim/base/two_quads.h"
 
 namespace duet {
 
 inline constexpr std::size_t pack_width = 8;
+#if defined(__AVX512F__)
 using Pack = double __attribute__((vector_size(8 * pack_width)));
-using PackMask = decltype(Pack{} < Pack{});  // eight 64-bit integers: all bits where it holds, else none
+#else
+using Pack = TwoQuads;
+#endif
+using PackMask = decltype(Pack{} < Pack{});  // all bits of the lanes where it holds, else none
 
 // Eight floats at once, where single precision is enough: half the memory to stream.
 using PackF = float __attribute__((vector_size(4 * pack_width)));
 
+#if defined(__AVX512F__)
+inline Pack select(const PackMask& condition, const Pack& a, const Pack& b) { return condition ? a : b; }
+inline Pack sqrt_of(const Pack& x) { return _mm512_maskz_sqrt_pd(0xff, x); }
+inline unsigned lanes_of(const PackMask& mask) {
+  return _mm512_cmp_epi64_mask(reinterpret_cast<__m512i>(mask), __m512i{}, _MM_CMPINT_NE);
+}
+inline PackF to_single(const Pack& x) { return __builtin_convertvector(x, PackF); }
+inline Pack to_double(const PackF& x) { return __builtin_convertvector(x, Pack); }
+#else
+inline PackF to_single(const Pack& x) {
+  return __builtin_shufflevector(__builtin_convertvector(x.low, QuadF),
+                                 __builtin_convertvector(x.high, QuadF), 0, 1, 2, 3, 4, 5, 6, 7);
+}
+inline Pack to_double(const PackF& x) {
+  return {__builtin_convertvector(__builtin_shufflevector(x, x, 0, 1, 2, 3), Quad),
+          __builtin_convertvector(__builtin_shufflevector(x, x, 4, 5, 6, 7), Quad)};
+}
+#endif
+inline bool any_of(const PackMask& condition) { return lanes_of(condition) != 0; }
+
 // The generic formulas below are written once for T = double, T = Pack and, as far as it needs them, T =
 // PackF.
 inline double select(bool condition, double a, double b) { return condition ? a : b; }
-inline Pack select(const PackMask& condition, const Pack& a, const Pack& b) { return condition ? a : b; }
-inline bool any_of(const PackMask& condition) {
-  long any = 0;
-  for (std::size_t lane = 0; lane < pack_width; ++lane) any |= condition[lane];
-  return any != 0;
-}
 template <class T>
 T max_of(const T& a, const T& b) {
   return select(a > b, a, b);
@@ -41,59 +57,33 @@ T abs_of(const T& a) {
   return select(a < T{}, -a, a);
 }
 inline double sqrt_of(double x) { return std::sqrt(x); }
-inline Pack sqrt_of(const Pack& x) {
-#if defined(__AVX512F__)
-  return _mm512_maskz_sqrt_pd(0xff, x);
-#else
-  Pack result{};
-  for (std::size_t i = 0; i < pack_width; ++i) result[i] = std::sqrt(x[i]);
-  return result;
-#endif
-}
 
 // Natural logarithm of positive normal numbers to 2 units in the last place: x = 2^k m with m in [sqrt 1/2,
-// sqrt 2], ln m = 2 artanh s with s = (m - 1)/(m + 1), whose series needs 11 terms for |s| < 0.172.
-inline Pack log_of(const Pack& x) {
-  const PackMask bits = reinterpret_cast<PackMask>(x);
+// sqrt 2], ln m = 2 artanh s with s = (m - 1)/(m + 1), whose series needs 11 terms for |s| < 0.172. Of a
+// compiler vector type.
+template <class V>
+V log_of_lanes(const V& x) {
+  using Bits = decltype(V{} < V{});
+  const Bits bits = reinterpret_cast<Bits>(x);
   constexpr long one = 0x3ff0000000000000, mantissa_bits = 0x000fffffffffffff;
-  Pack m = reinterpret_cast<Pack>((bits & mantissa_bits) | one);
-  Pack k = __builtin_convertvector((bits >> 52) - 1023, Pack);
-  const PackMask upper = m > 0x1.6a09e667f3bcdp+0;  // sqrt 2
+  V m = reinterpret_cast<V>((bits & mantissa_bits) | one);
+  V k = __builtin_convertvector((bits >> 52) - 1023, V);
+  const Bits upper = m > 0x1.6a09e667f3bcdp+0;  // sqrt 2
   m = select(upper, 0.5 * m, m);
   k = select(upper, k + 1.0, k);
-  const Pack s = (m - 1.0) / (m + 1.0), z = s * s;
-  Pack series = Pack{} + 1.0 / 21;
+  const V s = (m - 1.0) / (m + 1.0), z = s * s;
+  V series = V{} + 1.0 / 21;
   for (int n = 19; n >= 3; n -= 2) series = 1.0 / n + z * series;
   constexpr double ln2_high = 0x1.62e42fefa38p-1,
                    ln2_low = 0x1.ef35793c7673p-45;  // k times the first is exact
   return k * ln2_high + (2.0 * s + (2.0 * s * z * series + k * ln2_low));
 }
-inline double log_of(double x) { return log_of(Pack{} + x)[0]; }  // the same bits
-
-// Rows of four doubles or floats, as records lie in memory, and packs of their members.
-using Quad = double __attribute__((vector_size(32)));
-using QuadF = float __attribute__((vector_size(16)));
-
-using QuadMask = decltype(Quad{} < Quad{});
-inline unsigned lanes_of(const QuadMask& mask) {  // a bit for each lane where it holds
-#if defined(__AVX__)
-  return static_cast<unsigned>(_mm256_movemask_pd(reinterpret_cast<__m256d>(mask)));
+#if defined(__AVX512F__)
+inline Pack log_of(const Pack& x) { return log_of_lanes(x); }
 #else
-  unsigned bits = 0;
-  for (unsigned lane = 0; lane < 4; ++lane) bits |= mask[lane] != 0 ? 1u << lane : 0u;
-  return bits;
+inline Pack log_of(const Pack& x) { return {log_of_lanes(x.low), log_of_lanes(x.high)}; }
 #endif
-}
-
-inline unsigned lanes_of(const PackMask& mask) {
-#if defined(__AVX512DQ__)
-  return _mm512_movepi64_mask(reinterpret_cast<__m512i>(mask));
-#else
-  unsigned bits = 0;
-  for (unsigned lane = 0; lane < pack_width; ++lane) bits |= mask[lane] != 0 ? 1u << lane : 0u;
-  return bits;
-#endif
-}
+inline double log_of(double x) { return log_of_lanes(Quad{} + x)[0]; }  // the same bits
 
 template <class P>
 struct VectorOf {
@@ -105,22 +95,30 @@ using PackVectorF = VectorOf<PackF>;
 // The first three members of the rows row(0), ..., row(7): Quads or QuadFs.
 template <class Row>
 auto load_rows(Row&& row) {
-  const auto pair = [&](std::size_t i) {
-    return __builtin_shufflevector(row(i), row(i + 4), 0, 1, 2, 3, 4, 5, 6, 7);
-  };
-  const auto a = pair(0), b = pair(1), c = pair(2), d = pair(3);
-  const auto xy_even = __builtin_shufflevector(a, b, 0, 8, 1, 9, 4, 12, 5, 13);
-  const auto xy_odd = __builtin_shufflevector(c, d, 0, 8, 1, 9, 4, 12, 5, 13);
-  const auto z_even = __builtin_shufflevector(a, b, 2, 10, 3, 11, 6, 14, 7, 15);
-  const auto z_odd = __builtin_shufflevector(c, d, 2, 10, 3, 11, 6, 14, 7, 15);
-  return VectorOf<std::remove_cvref_t<decltype(pair(0))>>{
-      __builtin_shufflevector(xy_even, xy_odd, 0, 1, 8, 9, 4, 5, 12, 13),
-      __builtin_shufflevector(xy_even, xy_odd, 2, 3, 10, 11, 6, 7, 14, 15),
-      __builtin_shufflevector(z_even, z_odd, 0, 1, 8, 9, 4, 5, 12, 13)};
+  if constexpr (std::is_same_v<std::remove_cvref_t<decltype(row(0))>, Quad> &&
+                std::is_same_v<Pack, TwoQuads>) {
+    const FirstThree low = load_four(row(0), row(1), row(2), row(3));
+    const FirstThree high = load_four(row(4), row(5), row(6), row(7));
+    return PackVector{{low.x, high.x}, {low.y, high.y}, {low.z, high.z}};
+  } else {
+    const auto pair = [&](std::size_t i) {
+      return __builtin_shufflevector(row(i), row(i + 4), 0, 1, 2, 3, 4, 5, 6, 7);
+    };
+    const auto a = pair(0), b = pair(1), c = pair(2), d = pair(3);
+    const auto xy_even = __builtin_shufflevector(a, b, 0, 8, 1, 9, 4, 12, 5, 13);
+    const auto xy_odd = __builtin_shufflevector(c, d, 0, 8, 1, 9, 4, 12, 5, 13);
+    const auto z_even = __builtin_shufflevector(a, b, 2, 10, 3, 11, 6, 14, 7, 15);
+    const auto z_odd = __builtin_shufflevector(c, d, 2, 10, 3, 11, 6, 14, 7, 15);
+    return VectorOf<std::remove_cvref_t<decltype(pair(0))>>{
+        __builtin_shufflevector(xy_even, xy_odd, 0, 1, 8, 9, 4, 5, 12, 13),
+        __builtin_shufflevector(xy_even, xy_odd, 2, 3, 10, 11, 6, 7, 14, 15),
+        __builtin_shufflevector(z_even, z_odd, 0, 1, 8, 9, 4, 5, 12, 13)};
+  }
 }
 
 // The opposite of load_rows: eight rows (x, y, z, w).
 inline void store_rows(const PackVector& v, const Pack& w, Quad* out) {
+#if defined(__AVX512F__)
   const Pack xy_low = __builtin_shufflevector(v.x, v.y, 0, 8, 1, 9, 2, 10, 3, 11);
   const Pack xy_high = __builtin_shufflevector(v.x, v.y, 4, 12, 5, 13, 6, 14, 7, 15);
   const Pack z_low = __builtin_shufflevector(v.z, w, 0, 8, 1, 9, 2, 10, 3, 11);
@@ -133,6 +131,10 @@ inline void store_rows(const PackVector& v, const Pack& w, Quad* out) {
   out[5] = __builtin_shufflevector(xy_high, z_high, 2, 3, 10, 11);
   out[6] = __builtin_shufflevector(xy_high, z_high, 4, 5, 12, 13);
   out[7] = __builtin_shufflevector(xy_high, z_high, 6, 7, 14, 15);
+#else
+  store_four(v.x.low, v.y.low, v.z.low, w.low, out);
+  store_four(v.x.high, v.y.high, v.z.high, w.high, out + 4);
+#endif
 }
 
 // 3x3 matrix of T, row-major; enough algebra for finite elements.
@@ -202,11 +204,17 @@ T determinant(const Matrix3<T>& a, const Matrix3<T>& cof) {
   return a[0][0] * cof[0][0] + a[0][1] * cof[0][1] + a[0][2] * cof[0][2];
 }
 
-template <class To, class From>
-Matrix3<To> converted(const Matrix3<From>& a) {
-  Matrix3<To> b;
+inline Matrix3<PackF> to_single(const Matrix3<Pack>& a) {
+  Matrix3<PackF> b;
   for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) b[i][j] = __builtin_convertvector(a[i][j], To);
+    for (int j = 0; j < 3; ++j) b[i][j] = to_single(a[i][j]);
+  return b;
+}
+
+inline Matrix3<Pack> to_double(const Matrix3<PackF>& a) {
+  Matrix3<Pack> b;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) b[i][j] = to_double(a[i][j]);
   return b;
 }
 

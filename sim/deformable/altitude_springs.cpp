@@ -80,7 +80,7 @@ void AltitudeSprings::finalize(const std::vector<double>& inverse_mass) {
 
 Pack AltitudeSprings::choose(const Batch& batch, const std::array<PackVector, 4>& corner, Chosen& chosen) {
   Pack largest{};
-  PackMask best{};
+  Pack best{};  // its number
   chosen.rest_length = batch.rest_length[0];
   chosen.viscosity = batch.viscosity[0];
   for (std::size_t a = 0; a < altitudes; ++a) {
@@ -88,11 +88,11 @@ Pack AltitudeSprings::choose(const Batch& batch, const std::array<PackVector, 4>
     const Pack squared = dot(here, here);
     const PackMask larger = squared > largest;
     largest = select(larger, squared, largest);
-    best = larger ? PackMask{} + static_cast<long>(a) : best;
+    best = select(larger, Pack{} + static_cast<double>(a), best);
     chosen.rest_length = select(larger, batch.rest_length[a], chosen.rest_length);
     chosen.viscosity = select(larger, batch.viscosity[a], chosen.viscosity);
   }
-  chosen.between_edges = best >= static_cast<long>(first_between_edges);
+  chosen.between_edges = best >= static_cast<double>(first_between_edges);
   chosen.stiffness = batch.modulus / chosen.rest_length;
   for (std::size_t lane = 0; lane < pack_width; ++lane) {
     const auto& order = corners[static_cast<std::size_t>(best[lane])];

@@ -26,10 +26,8 @@ class Dashpots {  // of one batch
            const Pack& viscosity, const PackVector& direction) {
     slot_ = slot;
     const Pack root = sqrt_of(viscosity);
-    s_ = {__builtin_convertvector(root * direction.x, PackF),
-          __builtin_convertvector(root * direction.y, PackF),
-          __builtin_convertvector(root * direction.z, PackF)};
-    for (std::size_t i = 1; i < N; ++i) weight_[i - 1] = __builtin_convertvector(weight[i], PackF);
+    s_ = {to_single(root * direction.x), to_single(root * direction.y), to_single(root * direction.z)};
+    for (std::size_t i = 1; i < N; ++i) weight_[i - 1] = to_single(weight[i]);
   }
 
   // See BlockSums::fill_from.
@@ -43,9 +41,7 @@ class Dashpots {  // of one batch
     PackVector rest{};
     for (std::size_t i = 1; i < N; ++i) {
       const PackF share = -weight_[i - 1] * along;
-      const PackVector force{__builtin_convertvector(share * s_.x, Pack),
-                             __builtin_convertvector(share * s_.y, Pack),
-                             __builtin_convertvector(share * s_.z, Pack)};
+      const PackVector force{to_double(share * s_.x), to_double(share * s_.y), to_double(share * s_.z)};
       BlockSums::spread(slot_[i], force, Pack{}, sums);
       rest = rest - force;
     }

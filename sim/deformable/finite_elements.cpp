@@ -135,7 +135,7 @@ void FiniteElements::finalize(const std::vector<double>& mass) {
   single_.resize(batches_.size());
   for (std::size_t b = 0; b < batches_.size(); ++b) {
     single_[b].slot = batches_[b].slot;
-    single_[b].inverse_rest = converted<PackF>(batches_[b].inverse_rest);
+    single_[b].inverse_rest = to_single(batches_[b].inverse_rest);
   }
 
   elastic_squared_frequency_ = bound_at_rest();
@@ -250,8 +250,8 @@ Matrix3<Pack> FiniteElements::gradient(const Batch& batch, const Quad* rows) con
 
 void FiniteElements::keep_deformation(std::size_t b, const Matrix3<Pack>& F) {
   deformation_[b] = F;
-  single_[b].F = converted<PackF>(F);
-  single_[b].share = __builtin_convertvector(batches_[b].volume / excess_damping(F), PackF);
+  single_[b].F = to_single(F);
+  single_[b].share = to_single(batches_[b].volume / excess_damping(F));
 }
 
 // H = -V P D_m^-T holds the forces on particles 1 to 3 in its columns; particle 0 gets the opposite of their
@@ -272,9 +272,8 @@ void FiniteElements::damp_compression(Model, std::size_t b, const Matrix3<Pack>&
   viscosity.shear *= seconds;
   viscosity.bulk *= seconds;
   const Pack& volume = batches_[b].volume;
-  single_compression_[b] = {converted<PackF>(viscosity.inverse),
-                            __builtin_convertvector(-volume * viscosity.shear, PackF),
-                            __builtin_convertvector(-volume * viscosity.bulk, PackF)};
+  single_compression_[b] = {to_single(viscosity.inverse), to_single(-volume * viscosity.shear),
+                            to_single(-volume * viscosity.bulk)};
 }
 
 // Of the elements of a batch, as far as they are to bound the step; chooses what damps the others.
@@ -380,7 +379,7 @@ void FiniteElements::add_damping_forces_single(const std::vector<Vec3>& v, std::
                 lambda = PackF{} + static_cast<float>(moduli.lambda);
     Matrix3<PackF> stress = viscous_stress(mu, lambda, stress_share, batch.F, Fdot);
     if (is_damped_[b]) stress = stress + single_compression_[b] * Fdot;
-    spread_columns(converted<Pack>(times_transposed(stress, batch.inverse_rest)), Pack{}, batch.slot, sums);
+    spread_columns(to_double(times_transposed(stress, batch.inverse_rest)), Pack{}, batch.slot, sums);
   });
   sums_.add_to(force);
   add_drag(v, force);

@@ -1,5 +1,7 @@
 #include "sim/base/simd.h"
 
+#include <cmath>
+#include <functional>
 #include <limits>
 #include <random>
 
@@ -17,6 +19,78 @@ TEST(Simd, LogarithmIsGoodToTwoUnitsInTheLastPlace) {
     EXPECT_NEAR(log_of(x), exact, 2 * std::numeric_limits<double>::epsilon() * std::abs(exact)) << x;
   }
   EXPECT_EQ(log_of(1.0), 0);
+}
+
+// TwoQuads is in use where vectors have no eight doubles, and is to have the same bits as they do everywhere.
+class TwoQuadsTest : public testing::Test {
+ protected:
+  TwoQuadsTest() {
+    std::mt19937 random(2);
+    std::uniform_real_distribution<double> number(0.5, 2);
+    for (std::size_t lane = 0; lane < 8; ++lane) {
+      a[lane] = number(random);
+      b[lane] = lane == 2 ? a[lane] : number(random);  // equal in one
+    }
+  }
+  template <class Work>
+  void expect_lanes_of(Work work) {
+    const TwoQuads both = work(a, b), first = work(a, 0.75), second = work(0.75, b);
+    for (std::size_t lane = 0; lane < 8; ++lane) {
+      EXPECT_EQ(both[lane], work(a[lane], b[lane])) << lane;
+      EXPECT_EQ(first[lane], work(a[lane], 0.75)) << lane;
+      EXPECT_EQ(second[lane], work(0.75, b[lane])) << lane;
+    }
+  }
+  template <class Compare>
+  void expect_lanes_where(Compare compare) {
+    unsigned both = 0, with_one = 0;
+    for (unsigned lane = 0; lane < 8; ++lane) {
+      both |= compare(a[lane], b[lane]) ? 1u << lane : 0u;
+      with_one |= compare(a[lane], a[5]) ? 1u << lane : 0u;
+    }
+    EXPECT_EQ(lanes_of(compare(a, b)), both);
+    EXPECT_EQ(lanes_of(compare(a, a[5])), with_one);
+    EXPECT_EQ(lanes_of(compare(a, b) & compare(a, a[5])), both & with_one);
+    const TwoQuads chosen = select(compare(a, b), a, b);
+    for (unsigned lane = 0; lane < 8; ++lane)
+      EXPECT_EQ(chosen[lane], compare(a[lane], b[lane]) ? a[lane] : b[lane]) << lane;
+  }
+
+  TwoQuads a, b;
+};
+
+TEST_F(TwoQuadsTest, ComputesEveryLaneByItself) {
+  expect_lanes_of(std::plus<>{});
+  expect_lanes_of(std::minus<>{});
+  expect_lanes_of(std::multiplies<>{});
+  expect_lanes_of(std::divides<>{});
+  TwoQuads sum = a, product = a;
+  sum += b;
+  product *= b;
+  for (std::size_t lane = 0; lane < 8; ++lane) {
+    EXPECT_EQ(sum[lane], a[lane] + b[lane]) << lane;
+    EXPECT_EQ(product[lane], a[lane] * b[lane]) << lane;
+    EXPECT_EQ((-a)[lane], -a[lane]) << lane;
+    EXPECT_EQ(sqrt_of(a)[lane], std::sqrt(a[lane])) << lane;
+  }
+}
+
+TEST_F(TwoQuadsTest, ComparesEveryLaneByItself) {
+  expect_lanes_where(std::less<>{});
+  expect_lanes_where(std::greater<>{});
+  expect_lanes_where(std::less_equal<>{});
+  expect_lanes_where(std::greater_equal<>{});
+}
+
+TEST(Simd, SingleAndDoublePrecisionKeepTheirLanes) {
+  Pack x;
+  for (std::size_t lane = 0; lane < pack_width; ++lane) x[lane] = 1.0 / static_cast<double>(lane + 3);
+  const PackF single = to_single(x);
+  const Pack back = to_double(single);
+  for (std::size_t lane = 0; lane < pack_width; ++lane) {
+    EXPECT_EQ(single[lane], static_cast<float>(x[lane])) << lane;
+    EXPECT_EQ(back[lane], static_cast<double>(single[lane])) << lane;
+  }
 }
 
 TEST(Simd, RowsComeBackFromPacks) {
