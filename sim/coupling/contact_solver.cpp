@@ -86,8 +86,8 @@ double update_rotation(Bodies& bodies, LinkedBodies* linked, const ContactSet& c
     const auto i = as_index(body);
     if (!linked || !linked->contains(body))
       return apply_angular_impulse(bodies.rigid.state[i], bodies.rigid.properties[i], moment);
-    Vec6 wrench;
-    wrench << Vec3::Zero(), moment;
+    Vec6 wrench = Vec6::Zero();
+    wrench.tail<3>() = moment;
     linked->push(bodies.rigid, body, wrench);
   };
   turn(pair.guest_rigid, change);

@@ -16,8 +16,9 @@ std::vector<int> linked_bodies(const Bodies& bodies, std::size_t largest = 16);
 
 // A wrench of an impulse (N s) at `arm` (m) from the centre of mass.
 inline Vec6 wrench_of(const Vec3& arm, const Vec3& impulse) {
-  Vec6 wrench;
-  wrench << impulse, arm.cross(impulse);
+  Vec6 wrench;  // not by <<: where vectors are of four doubles g++ warns that it reads past the end of these
+  wrench.head<3>() = impulse;
+  wrench.tail<3>() = arm.cross(impulse);
   return wrench;
 }
 
