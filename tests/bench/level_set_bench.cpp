@@ -3,6 +3,7 @@
 #include <random>
 #include <string>
 
+#include "tests/support/places.h"
 #include <benchmark/benchmark.h>
 
 #include "sim/geometry/mesh_check.h"
@@ -13,7 +14,7 @@ namespace duet {
 namespace {
 
 Solid knot() {
-  TriangleMesh mesh = read_mesh(DUET_SOURCE_DIR "/assets/knot.obj");
+  TriangleMesh mesh = read_mesh(test::source_folder() + "/assets/knot.obj");
   repair(mesh);
   return make_solid(mesh, 1, 64);
 }

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <string>
 
+#include "tests/support/places.h"
 #include <benchmark/benchmark.h>
 
 #include "sim/geometry/mesh_check.h"
@@ -27,7 +28,7 @@ void torus(benchmark::State& state, bool graded) {
 }
 
 void knot(benchmark::State& state) {
-  TriangleMesh mesh = read_mesh(DUET_SOURCE_DIR "/assets/knot.obj");
+  TriangleMesh mesh = read_mesh(test::source_folder() + "/assets/knot.obj");
   repair(mesh);
   std::size_t tets = 0;
   for (auto _ : state) {

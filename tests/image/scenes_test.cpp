@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "tests/support/margin.h"
+#include "tests/support/places.h"
 #include <gtest/gtest.h>
 #include <toml++/toml.h>
 
@@ -21,7 +22,7 @@ namespace duet::image_tests {
 namespace {
 namespace fs = std::filesystem;
 
-const fs::path source = DUET_SOURCE_DIR;
+const fs::path source = test::source_folder();
 
 struct Variant {
   std::string scene;
@@ -31,7 +32,7 @@ struct Variant {
   // Where the picture and its difference from the reference are left, for a person and for
   // tools/update-references.
   fs::path drawn(const std::string& what = {}) const {
-    return fs::path(DUET_PROGRAM).parent_path() / "image_tests" / (scene + what + ".png");
+    return fs::path(test::duet_program()).parent_path() / "image_tests" / (scene + what + ".png");
   }
 };
 

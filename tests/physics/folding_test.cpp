@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "tests/support/margin.h"
+#include "tests/support/places.h"
 #include "tests/support/scenes.h"
 #include <gtest/gtest.h>
 
@@ -14,7 +15,7 @@ namespace duet {
 namespace {
 
 scene::Scene hard_scene(const std::string& name) {
-  return scene::read(std::string(DUET_SOURCE_DIR) + "/scenes/hard/" + name + ".toml").scene;
+  return scene::read(test::source_folder() + "/scenes/hard/" + name + ".toml").scene;
 }
 
 // m, the least distance between two segments of a rod that are `apart` segments apart or more.

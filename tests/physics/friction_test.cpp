@@ -3,6 +3,7 @@
 #include <numbers>
 
 #include "tests/support/margin.h"
+#include "tests/support/places.h"
 #include "tests/support/scenes.h"
 #include <gtest/gtest.h>
 
@@ -71,7 +72,7 @@ void expect_near(double measured, double expected, double scale, double bound, c
 }
 
 scene::Scene figure(const std::string& name) {
-  return scene::read(DUET_SOURCE_DIR "/scenes/" + name + ".toml").scene;
+  return scene::read(test::source_folder() + "/scenes/" + name + ".toml").scene;
 }
 
 // The scene with all lengths of the bodies times `factor`; the material's stiffness with it, so that it is

@@ -1,6 +1,7 @@
 // Implicit elasticity and contact with face samples, which share particles.
 #include <algorithm>
 
+#include "tests/support/places.h"
 #include <gtest/gtest.h>
 
 #include "sim/scene/plan.h"
@@ -18,7 +19,7 @@ struct Course {
 
 // Soft and rigid boxes in turn, which sink into each other by a twentieth and come up again.
 Course settling(scene::Integration integration, double longest_step) {
-  scene::Scene scene = scene::read(DUET_SOURCE_DIR "/scenes/study/stack_at_rest.toml").scene;
+  scene::Scene scene = scene::read(test::source_folder() + "/scenes/study/stack_at_rest.toml").scene;
   scene.solver.integration = integration;
   scene.solver.max_time_step = longest_step;
   Simulation simulation(scene, scene::plan_effects(scene).active());

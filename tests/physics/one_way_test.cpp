@@ -1,5 +1,6 @@
 // What is lost where deformable bodies do not push back (--without two_way), against the two-way coupling.
 #include "tests/support/margin.h"
+#include "tests/support/places.h"
 #include "tests/support/scenes.h"
 #include <gtest/gtest.h>
 
@@ -16,7 +17,7 @@ struct Outcome {
 };
 
 Outcome strike(const std::vector<std::string>& without) {
-  scene::Scene scene = scene::read(DUET_SOURCE_DIR "/scenes/study/one_way.toml").scene;
+  scene::Scene scene = scene::read(test::source_folder() + "/scenes/study/one_way.toml").scene;
   Simulation simulation(scene, scene::plan_effects(scene, without).active());
   const RigidState& ball = simulation.world().bodies.rigid.state[0];
   const FrameStats first = simulation.stats();

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "tests/support/margin.h"
+#include "tests/support/places.h"
 #include "tests/support/scenes.h"
 
 #include "sim/scene/reader.h"
@@ -18,7 +19,7 @@ constexpr double inner_half = 3.6;  // m, of the tray
 constexpr double thinnest = 0.32;   // m, the diameter of the capsules, of which nothing may enter 1 %
 
 TEST(Pile, ComesToRestInTheTrayWithoutOverlap) {
-  scene::Scene scene = scene::read(DUET_SOURCE_DIR "/scenes/hard/pile.toml").scene;
+  scene::Scene scene = scene::read(test::source_folder() + "/scenes/hard/pile.toml").scene;
   scene.rigid.resize(fixed + bodies);
   Simulation simulation(scene, test::plan(scene));
   const auto& state = simulation.world().bodies.rigid.state;

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "tests/support/margin.h"
+#include "tests/support/places.h"
 #include "tests/support/scenes.h"
 
 #include "sim/scene/reader.h"
@@ -18,7 +19,7 @@ struct Drift {
 };
 
 Drift drift_of(const char* file, double seconds) {
-  const scene::Scene scene = scene::read(std::string(DUET_SOURCE_DIR "/scenes/hard/") + file).scene;
+  const scene::Scene scene = scene::read(test::source_folder() + "/scenes/hard/" + file).scene;
   Simulation simulation(scene, test::plan(scene));
   const std::vector<RigidState> start = simulation.world().bodies.rigid.state;
   Drift drift;
@@ -59,7 +60,7 @@ INSTANTIATE_TEST_SUITE_P(Hard, Standing, testing::ValuesIn(structures),
 
 // Every heavy box falls 25 cm on a light one, 10 to 1000 times lighter, and rests on it.
 TEST(HeavyOnLight, SettlesWithoutSinkingIn) {
-  const scene::Scene scene = scene::read(DUET_SOURCE_DIR "/scenes/hard/heavy_on_light.toml").scene;
+  const scene::Scene scene = scene::read(test::source_folder() + "/scenes/hard/heavy_on_light.toml").scene;
   Simulation simulation(scene, test::plan(scene));
   const std::vector<RigidState>& state = simulation.world().bodies.rigid.state;
   double penetration = 0;

@@ -3,6 +3,7 @@
 #include <array>
 
 #include "tests/support/margin.h"
+#include "tests/support/places.h"
 #include "tests/support/scenes.h"
 #include <gtest/gtest.h>
 
@@ -15,7 +16,7 @@ namespace {
 // The scene with the ball a quarter of a metre before the row: what comes before the blow is free rolling.
 // Its soft balls are coarser, for the sake of time.
 scene::Scene row() {
-  scene::Scene scene = scene::read(DUET_SOURCE_DIR "/scenes/row.toml").scene;
+  scene::Scene scene = scene::read(test::source_folder() + "/scenes/row.toml").scene;
   scene.rigid[0].placement.position = Vec3(-2.25, 0, 0);
   for (scene::DeformableBody& body : scene.deformable) body.shape.spacing = 0.25;
   return scene;

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <string>
 
+#include "tests/support/places.h"
 #include <gtest/gtest.h>
 
 #include "sim/scene/plan.h"
@@ -35,7 +36,7 @@ TEST_P(RestingShape, StaysOnTheGround) {
           "gravity = [0, -9.8, 0]\n[ground]\nfriction = 0.5\nrestitution = 0\n[[rigid]]\n"
           "name = \"body\"\ndensity = 1000\nrestitution = 0\nposition = [0, 0.6, 0]\nshape = ") +
       GetParam().shape;
-  const scene::Scene scene = scene::read_text(text, DUET_SOURCE_DIR "/assets/scene.toml").scene;
+  const scene::Scene scene = scene::read_text(text, test::source_folder() + "/assets/scene.toml").scene;
   Simulation simulation(scene, scene::plan_effects(scene).active());
   double deepest = 0, energy = simulation.stats().kinetic + simulation.stats().potential;
   const double scale = simulation.sizes().heaviest * 9.8;  // J per metre of height
@@ -71,7 +72,7 @@ shape = { sphere = 0.15 }
 position = [0.2, 0.7, 0]
 density = 500
 )",
-                                              DUET_SOURCE_DIR "/assets/scene.toml")
+                                              test::source_folder() + "/assets/scene.toml")
                                  .scene;
   Simulation simulation(scene, scene::plan_effects(scene).active());
   std::vector<BodySurface> surfaces;

@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "tests/support/margin.h"
+#include "tests/support/places.h"
 #include "tests/support/scenes.h"
 #include <gtest/gtest.h>
 
@@ -54,7 +55,7 @@ Snapshot look(const World& world) {
 }
 
 TEST(Stack, StandsIsKnockedDownAndComesToRest) {
-  const scene::Scene scene = scene::read(DUET_SOURCE_DIR "/scenes/stack.toml").scene;
+  const scene::Scene scene = scene::read(test::source_folder() + "/scenes/stack.toml").scene;
   Simulation simulation(scene, test::plan(scene));
   const Snapshot start = look(simulation.world());
   std::vector<Snapshot> standing, lying;
@@ -111,7 +112,8 @@ TEST(Stack, StandsForAMinuteWhereItDoesNotBuckle) {
   std::vector<std::string> coarser;
   for (const char* body : {"soft1", "soft3", "soft5"})
     coarser.push_back(std::string("deformable.") + body + ".shape.cells=[2,2,2]");
-  const scene::Scene scene = scene::read(DUET_SOURCE_DIR "/scenes/study/standing_stack.toml", coarser).scene;
+  const scene::Scene scene =
+      scene::read(test::source_folder() + "/scenes/study/standing_stack.toml", coarser).scene;
   Simulation simulation(scene, test::plan(scene));
   const auto places = [&] {
     std::vector<Vec3> result;

@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "tests/support/places.h"
 #include "tests/support/scratch_folder.h"
 #include <fcntl.h>
 #include <sys/wait.h>
@@ -26,12 +27,12 @@ class Program {
   // Starts `duet` with the arguments in the folder. Its standard output is a pipe of one page: a program that
   // prints a line a frame cannot run ahead of a test that does not read, so that a signal always meets it at
   // work.
-  explicit Program(const std::vector<std::string>& arguments, const fs::path& folder = DUET_SOURCE_DIR) {
+  explicit Program(const std::vector<std::string>& arguments, const fs::path& folder = source_folder()) {
     std::array<int, 2> pipe_ends{};
     errors_ = std::tmpfile();
     if (errors_ == nullptr || ::pipe2(pipe_ends.data(), O_CLOEXEC) != 0) throw std::runtime_error("no pipe");
     ::fcntl(pipe_ends[1], F_SETPIPE_SZ, 4096);
-    std::vector<std::string> words = {DUET_PROGRAM};
+    std::vector<std::string> words = {duet_program()};
     words.insert(words.end(), arguments.begin(), arguments.end());
     std::vector<char*> argv;
     argv.reserve(words.size() + 1);
@@ -41,7 +42,7 @@ class Program {
     if (child_ == 0) {
       ::dup2(pipe_ends[1], STDOUT_FILENO);
       ::dup2(::fileno(errors_), STDERR_FILENO);
-      if (::chdir(folder.c_str()) == 0) ::execv(DUET_PROGRAM, argv.data());
+      if (::chdir(folder.c_str()) == 0) ::execv(argv[0], argv.data());
       ::_exit(127);
     }
     ::close(pipe_ends[1]);
@@ -113,7 +114,7 @@ inline Finished finish(Program& program) {
 }
 
 inline Finished run_duet(const std::vector<std::string>& arguments,
-                         const fs::path& folder = DUET_SOURCE_DIR) {
+                         const fs::path& folder = source_folder()) {
   Program program(arguments, folder);
   return finish(program);
 }

@@ -2,6 +2,7 @@
 #include <map>
 
 #include "tests/restart/program.h"
+#include "tests/support/places.h"
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
@@ -11,7 +12,7 @@
 namespace duet::test {
 namespace {
 
-const std::string tiny = std::string(DUET_SOURCE_DIR) + "/tests/restart/tiny.toml";
+const std::string tiny = source_folder() + "/tests/restart/tiny.toml";
 
 std::vector<nlohmann::json> statistics(const io::RunDirectory& run) {
   std::vector<nlohmann::json> lines;
@@ -157,7 +158,7 @@ TEST_F(Restart, DamagedCheckpointFallsBackToThePreviousOne) {
 }
 
 TEST_F(Restart, PrescribedMotionGoesOnWhereItWas) {
-  const std::string scene = std::string(DUET_SOURCE_DIR) + "/tests/restart/kinematic.toml";
+  const std::string scene = source_folder() + "/tests/restart/kinematic.toml";
   for (const auto& [out, frames] : {std::pair(run, "4"), {run, "10"}, {reference, "10"}}) {
     std::vector<std::string> arguments = {"sim",      scene,  "--out",  out.root.string(),
                                           "--frames", frames, "--quiet"};

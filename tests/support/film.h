@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/places.h"
 #include "tests/support/scenes.h"
 
 #include "sim/scene/reader.h"
@@ -21,7 +22,7 @@ struct Film {
   std::vector<BodySurface> surfaces;
 
   explicit Film(const std::string& name, const std::vector<std::string>& overrides = {})
-      : scene(scene::read(std::string(DUET_SOURCE_DIR) + "/scenes/" + name + ".toml", overrides).scene),
+      : scene(scene::read(source_folder() + "/scenes/" + name + ".toml", overrides).scene),
         simulation(scene, plan(scene)) {}
 
   const Bodies& bodies() { return simulation.world().bodies; }

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/places.h"
 #include <gtest/gtest.h>
 
 #include "sim/geometry/mesh_check.h"
@@ -27,7 +28,7 @@ inline Quat random_rotation(std::mt19937& random) {
 
 // One of assets/, which has no flaws.
 inline std::shared_ptr<TriangleMesh> asset(const std::string& file) {
-  auto mesh = std::make_shared<TriangleMesh>(read_mesh(DUET_SOURCE_DIR "/assets/" + file));
+  auto mesh = std::make_shared<TriangleMesh>(read_mesh(source_folder() + "/assets/" + file));
   EXPECT_TRUE(repair(*mesh).flaws.empty()) << file;
   return mesh;
 }

@@ -1,6 +1,7 @@
 // Which bodies move each other in a velocity solve.
 #include "sim/coupling/islands.h"
 
+#include "tests/support/places.h"
 #include "tests/support/scenes.h"
 #include <gtest/gtest.h>
 
@@ -60,7 +61,7 @@ TEST(Islands, ContactJoinsButTheGroundDoesNot) {
 }
 
 TEST(Islands, BonesAndTheirJointsJoinTheFlesh) {
-  const scene::Scene scene = scene::read(DUET_SOURCE_DIR "/scenes/maggot.toml").scene;
+  const scene::Scene scene = scene::read(test::source_folder() + "/scenes/maggot.toml").scene;
   Simulation simulation(scene, test::plan(scene));
   EXPECT_GE(simulation.world().bodies.rigid.size(), 3u);
   EXPECT_EQ(find(simulation.world(), false).size(), 1u);

@@ -5,6 +5,7 @@
 
 #include "tests/support/closed_surface.h"
 #include "tests/support/meshes.h"
+#include "tests/support/places.h"
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -194,7 +195,7 @@ TEST(Tetrahedralizer, GradingKeepsTheSurfaceAndSavesTetsInside) {
 // Walls and gaps of about a cell have no room for the surface on both sides of a node; what is left of them
 // must still be a body.
 TEST(Tetrahedralizer, StaysManifoldWhereItCannotResolve) {
-  TriangleMesh knot = read_mesh(DUET_SOURCE_DIR "/assets/knot.obj");
+  TriangleMesh knot = read_mesh(test::source_folder() + "/assets/knot.obj");
   ASSERT_TRUE(repair(knot).flaws.empty());
   const LevelSet knotted = fine_level_set(knot, {});
   const double thickness = knotted.smallest_size();

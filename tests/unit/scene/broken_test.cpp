@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/places.h"
 #include <gtest/gtest.h>
 
 #include "sim/base/error.h"
@@ -16,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const fs::path folder = fs::path(DUET_SOURCE_DIR) / "tests" / "broken";
+const fs::path folder = fs::path(test::source_folder()) / "tests" / "broken";
 
 struct Expectation {
   int line;

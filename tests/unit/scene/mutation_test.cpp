@@ -5,6 +5,7 @@
 #include <string>
 
 #include "same_scene.h"
+#include "tests/support/places.h"
 #include <gtest/gtest.h>
 
 #include "sim/base/error.h"
@@ -14,7 +15,7 @@ namespace duet::scene {
 namespace {
 
 std::string stack_text() {
-  std::ifstream file(std::string(DUET_SOURCE_DIR) + "/scenes/stack.toml", std::ios::binary);
+  std::ifstream file(test::source_folder() + "/scenes/stack.toml", std::ios::binary);
   return {std::istreambuf_iterator<char>(file), {}};
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "same_scene.h"
+#include "tests/support/places.h"
 #include <gtest/gtest.h>
 
 #include "sim/base/error.h"
@@ -13,7 +14,7 @@
 namespace duet::scene {
 namespace {
 
-const std::string stack_path = std::string(DUET_SOURCE_DIR) + "/scenes/stack.toml";
+const std::string stack_path = test::source_folder() + "/scenes/stack.toml";
 const std::string ball = "[[rigid]]\nname = \"ball\"\nshape = { sphere = 1 }\nmass = 5\n";
 
 std::vector<SceneProblem> problems_of(const std::string& text,
@@ -153,13 +154,13 @@ TEST(SceneReader, HintsNameTheNearestKeyTheRightTableOrAllKnownKeys) {
 
 TEST(SceneReader, MissingFileNamesTheNearestScene) {
   try {
-    read(std::string(DUET_SOURCE_DIR) + "/scenes/stakc.toml");
+    read(test::source_folder() + "/scenes/stakc.toml");
     FAIL();
   } catch (const FileError& error) {
     EXPECT_EQ(error.status(), ExitStatus::files);
     EXPECT_NE(std::string(error.what()).find("scenes/stack.toml`?"), std::string::npos) << error.what();
   }
-  EXPECT_THROW(read(std::string(DUET_SOURCE_DIR) + "/scenes"), FileError) << "a folder";
+  EXPECT_THROW(read(test::source_folder() + "/scenes"), FileError) << "a folder";
 }
 
 TEST(SceneOverrides, ReplaceAndAddKeys) {

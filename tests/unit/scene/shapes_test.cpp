@@ -1,6 +1,7 @@
 // Rigid shapes from the scene file to the world.
 #include <cmath>
 
+#include "tests/support/places.h"
 #include "tests/support/scratch_folder.h"
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -17,7 +18,7 @@
 namespace duet::scene {
 namespace {
 
-const std::string assets = std::string(DUET_SOURCE_DIR) + "/assets/";
+const std::string assets = test::source_folder() + "/assets/";
 
 Scene scene_of(const std::string& text) { return read_text(text, assets + "scene.toml").scene; }
 

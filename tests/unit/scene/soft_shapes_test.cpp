@@ -1,6 +1,7 @@
 // Deformable shapes from the scene file to the world.
 #include <cmath>
 
+#include "tests/support/places.h"
 #include "tests/support/scratch_folder.h"
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -20,7 +21,7 @@
 namespace duet::scene {
 namespace {
 
-const std::string assets = std::string(DUET_SOURCE_DIR) + "/assets/";
+const std::string assets = test::source_folder() + "/assets/";
 
 Scene scene_of(const std::vector<std::string>& shapes, const std::string& path = assets + "scene.toml") {
   std::string text = "[materials.rubber]\ndensity = 1000\n";

@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <optional>
 
+#include "tests/support/places.h"
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -18,7 +19,7 @@
 namespace duet::test {
 namespace {
 
-const std::string tiny = std::string(DUET_SOURCE_DIR) + "/tests/restart/tiny.toml";
+const std::string tiny = source_folder() + "/tests/restart/tiny.toml";
 
 bool contains(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;

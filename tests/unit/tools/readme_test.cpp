@@ -2,6 +2,7 @@
 #include <regex>
 
 #include "tests/restart/program.h"
+#include "tests/support/places.h"
 #include <gtest/gtest.h>
 
 #include "sim/io/files.h"
@@ -10,7 +11,7 @@
 namespace duet::test {
 namespace {
 
-std::string readme() { return io::read_file(std::string(DUET_SOURCE_DIR) + "/README.md"); }
+std::string readme() { return io::read_file(source_folder() + "/README.md"); }
 
 TEST(Readme, ItsSceneRuns) {
   const std::string text = readme(), opening = "```toml\n";
@@ -32,7 +33,7 @@ TEST(Readme, ItsLinksLeadToFiles) {
   const std::regex link(R"(\]\(([^)#:]+)\))");
   int links = 0;
   for (std::sregex_iterator match(text.begin(), text.end(), link), none; match != none; ++match, ++links)
-    EXPECT_TRUE(fs::exists(fs::path(DUET_SOURCE_DIR) / (*match)[1].str())) << (*match)[1];
+    EXPECT_TRUE(fs::exists(fs::path(source_folder()) / (*match)[1].str())) << (*match)[1];
   EXPECT_GE(links, 2);
 }
 

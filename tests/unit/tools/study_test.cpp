@@ -6,6 +6,7 @@
 
 #include "tests/restart/program.h"
 #include "tests/support/margin.h"
+#include "tests/support/places.h"
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
@@ -376,8 +377,8 @@ TEST(Study, EffectsThatAreNotCalledForCostNothing) {
 TEST(Report, OfARunStandsAlone) {
   const ScratchFolder folder;
   const std::string run = (folder / "tiny").string();
-  ASSERT_EQ(run_duet({"run", std::string(DUET_SOURCE_DIR) + "/tests/restart/tiny.toml", "--frames", "3",
-                      "--out", run, "--quiet", "--set", "render.width=64", "--set", "render.height=48"})
+  ASSERT_EQ(run_duet({"run", source_folder() + "/tests/restart/tiny.toml", "--frames", "3", "--out", run,
+                      "--quiet", "--set", "render.width=64", "--set", "render.height=48"})
                 .status,
             0);
   const Finished finished = run_duet({"report", run});

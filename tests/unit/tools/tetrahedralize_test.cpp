@@ -1,5 +1,6 @@
 // `duet tetrahedralize`: what it writes can be simulated, what it reports is true, and bad meshes are named.
 #include "tests/restart/program.h"
+#include "tests/support/places.h"
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
@@ -11,7 +12,7 @@
 namespace duet::test {
 namespace {
 
-const std::string bracket = std::string(DUET_SOURCE_DIR) + "/assets/bracket.obj";
+const std::string bracket = source_folder() + "/assets/bracket.obj";
 
 TEST(Tetrahedralize, ReportsTheMeshThatItWrites) {
   const ScratchFolder scratch;
@@ -41,7 +42,7 @@ TEST(Tetrahedralize, WhatItWritesIsABodyOfAScene) {
 
 TEST(Tetrahedralize, NamesWhatIsWrong) {
   const ScratchFolder scratch;
-  const std::string open = std::string(DUET_SOURCE_DIR) + "/tests/broken/open_box.obj";
+  const std::string open = source_folder() + "/tests/broken/open_box.obj";
   const Finished flawed = run_duet({"tetrahedralize", open, "open.mesh"}, scratch.path());
   EXPECT_EQ(flawed.status, 2);
   EXPECT_NE(flawed.errors.find("4 open edges"), std::string::npos) << flawed.errors;

@@ -1,0 +1,8 @@
+#include "tests/support/places.h"
+
+namespace duet::test {
+
+std::string source_folder() { return DUET_SOURCE_DIR; }
+std::string duet_program() { return DUET_PROGRAM; }
+
+}  // namespace duet::test
