@@ -13,6 +13,20 @@ namespace {
 
 constexpr double dependence = 1e-10;  // pivot over diagonal of a row that depends on others
 
+// sum = A b for the vector of the values b(k), of as many entries as A has rows. By plain loops: Eigen's
+// product of matrices of any size fuses multiplications and additions in those rows that lie so in memory
+// that a vector takes them, and results would depend on where the blocks happen to be.
+template <class Value>
+void multiply(const BlockFactor::Block& A, double* sum, Value&& b) {
+  const Eigen::Index n = A.rows();
+  std::fill(sum, sum + n, 0);
+  for (Eigen::Index k = 0; k < A.cols(); ++k) {
+    const double* column = A.data() + k * n;
+    const double factor = b(k);
+    for (Eigen::Index i = 0; i < n; ++i) sum[i] += column[i] * factor;
+  }
+}
+
 // The inverse of a symmetric positive semi-definite block on the rows that do not depend on those before, and
 // zero on the rest. `scale` holds the entries of the diagonal before anything was eliminated.
 void invert(BlockFactor::Block& A, const BlockFactor::Segment& scale) {
@@ -112,15 +126,23 @@ void BlockFactor::factor(double softness) {
     work_[c] = pivot_[c].diagonal();
   }
   Block product;
+  double sum[max_rows];
   for (std::size_t c = 0; c < pivot_.size(); ++c) {
     invert(pivot_[c], work_[c]);
     for (int a = first_[c]; a < first_[c + 1]; ++a) {
       const Entry& low = entry_[as_index(a)];
-      product.noalias() = lower_[as_index(low.block)].lazyProduct(pivot_[c]);
+      const Block& eliminated = lower_[as_index(low.block)];
+      product.resize(eliminated.rows(), eliminated.cols());
+      for (Eigen::Index j = 0; j < product.cols(); ++j)
+        multiply(eliminated, &product(0, j), [&](Eigen::Index k) { return pivot_[c](k, j); });
       for (int b = first_[c]; b <= a; ++b) {
         const Entry& high = entry_[as_index(b)];
         Block& target = a == b ? pivot_[as_index(low.row)] : lower_[as_index(find(low.row, high.row))];
-        target.noalias() -= product.lazyProduct(lower_[as_index(high.block)].transpose());
+        const Block& other = lower_[as_index(high.block)];
+        for (Eigen::Index j = 0; j < target.cols(); ++j) {
+          multiply(product, sum, [&](Eigen::Index k) { return other(j, k); });
+          for (Eigen::Index i = 0; i < target.rows(); ++i) target(i, j) -= sum[i];
+        }
       }
     }
   }
@@ -128,21 +150,30 @@ void BlockFactor::factor(double softness) {
 
 void BlockFactor::solve(std::vector<Segment>& x) const {
   for (std::size_t i = 0; i < place_.size(); ++i) work_[as_index(place_[i])] = x[i];
-  Segment scaled;
+  double scaled[max_rows], sum[max_rows];
   for (std::size_t c = 0; c < pivot_.size(); ++c) {
-    scaled.noalias() = pivot_[c].lazyProduct(work_[c]);
+    multiply(pivot_[c], scaled, [&](Eigen::Index k) { return work_[c](k); });
     for (int a = first_[c]; a < first_[c + 1]; ++a) {
       const Entry& entry = entry_[as_index(a)];
-      work_[as_index(entry.row)].noalias() -= lower_[as_index(entry.block)].lazyProduct(scaled);
+      Segment& below = work_[as_index(entry.row)];
+      multiply(lower_[as_index(entry.block)], sum, [&](Eigen::Index k) { return scaled[k]; });
+      for (Eigen::Index i = 0; i < below.size(); ++i) below(i) -= sum[i];
     }
   }
   for (std::size_t c = pivot_.size(); c-- > 0;) {
+    Segment& here = work_[c];
     for (int a = first_[c]; a < first_[c + 1]; ++a) {
       const Entry& entry = entry_[as_index(a)];
-      work_[c].noalias() -= lower_[as_index(entry.block)].transpose().lazyProduct(work_[as_index(entry.row)]);
+      const Segment& below = work_[as_index(entry.row)];
+      const Block& L = lower_[as_index(entry.block)];
+      for (Eigen::Index j = 0; j < here.size(); ++j) {
+        double along = 0;
+        for (Eigen::Index i = 0; i < below.size(); ++i) along += L(i, j) * below(i);
+        here(j) -= along;
+      }
     }
-    scaled.noalias() = pivot_[c].lazyProduct(work_[c]);
-    work_[c] = scaled;
+    multiply(pivot_[c], scaled, [&](Eigen::Index k) { return here(k); });
+    std::copy(scaled, scaled + here.size(), here.data());
   }
   for (std::size_t i = 0; i < place_.size(); ++i) x[i] = work_[as_index(place_[i])];
 }

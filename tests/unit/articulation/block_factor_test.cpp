@@ -103,5 +103,17 @@ TEST(BlockFactor, DependentRowsTakeNoPart) {
   EXPECT_LT(x.norm(), 10 * wanted.norm());
 }
 
+// Memory comes in steps of 16 bytes, vectors take up to 64: every gap moves the blocks on by 48.
+TEST(BlockFactor, SolvesTheSameWhereverItsBlocksAre) {
+  const System system = ring(12, 7);
+  const Eigen::VectorXd right = Eigen::VectorXd::LinSpaced(system.dense.rows(), -1, 1);
+  const Eigen::VectorXd expected = joined(solve(system, right));
+  std::vector<std::vector<char>> gaps;
+  for (int i = 0; i < 8; ++i) {
+    gaps.emplace_back(40);
+    EXPECT_EQ(joined(solve(system, right)), expected) << i;
+  }
+}
+
 }  // namespace
 }  // namespace duet
