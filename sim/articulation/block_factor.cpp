@@ -61,6 +61,7 @@ void BlockFactor::analyze(const std::vector<int>& rows, const std::vector<std::p
   const int n = static_cast<int>(rows.size());
   Eigen::SparseMatrix<double> pattern(n, n);
   std::vector<Eigen::Triplet<double>> ones;
+  ones.reserve(rows.size() + 2 * couplings.size());
   for (int i = 0; i < n; ++i) ones.emplace_back(i, i, 1);
   for (const auto& [i, j] : couplings) {
     ones.emplace_back(i, j, 1);
