@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "sim/rigid/rotation.h"
+#include "sim/base/rotation.h"
 
 namespace duet {
 namespace {

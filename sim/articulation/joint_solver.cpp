@@ -5,7 +5,7 @@
 #include <limits>
 #include <set>
 
-#include "sim/rigid/rotation.h"
+#include "sim/base/rotation.h"
 
 namespace duet {
 namespace {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "sim/rigid/rotation.h"
+#include "sim/base/rotation.h"
 
 namespace duet {
 namespace {

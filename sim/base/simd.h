@@ -21,15 +21,82 @@ using PackMask = decltype(Pack{} < Pack{});  // all bits of the lanes where it h
 // Eight floats at once, where single precision is enough: half the memory to stream.
 using PackF = float __attribute__((vector_size(4 * pack_width)));
 
+template <class P>
+struct VectorOf {
+  P x{}, y{}, z{};
+};
+using PackVector = VectorOf<Pack>;
+using PackVectorF = VectorOf<PackF>;
+
+// Natural logarithm of positive normal numbers to 2 units in the last place: x = 2^k m with m in [sqrt 1/2,
+// sqrt 2], ln m = 2 artanh s with s = (m - 1)/(m + 1), whose series needs 11 terms for |s| < 0.172. Of a
+// compiler vector type.
+template <class V>
+V log_of_lanes(const V& x) {
+  using Bits = decltype(V{} < V{});
+  const Bits bits = reinterpret_cast<Bits>(x);
+  constexpr long one = 0x3ff0000000000000, mantissa_bits = 0x000fffffffffffff;
+  V m = reinterpret_cast<V>((bits & mantissa_bits) | one);
+  V k = __builtin_convertvector((bits >> 52) - 1023, V);
+  const Bits upper = m > 0x1.6a09e667f3bcdp+0;  // sqrt 2
+  m = upper ? 0.5 * m : m;
+  k = upper ? k + 1.0 : k;
+  const V s = (m - 1.0) / (m + 1.0), z = s * s;
+  V series = V{} + 1.0 / 21;
+  for (int n = 19; n >= 3; n -= 2) series = 1.0 / n + z * series;
+  constexpr double ln2_high = 0x1.62e42fefa38p-1,
+                   ln2_low = 0x1.ef35793c7673p-45;  // k times the first is exact
+  return k * ln2_high + (2.0 * s + (2.0 * s * z * series + k * ln2_low));
+}
+
+// The first three members of the rows row(0), ..., row(7), as compiler vectors of eight.
+template <class Row>
+auto load_eight(Row&& row) {
+  const auto pair = [&](std::size_t i) {
+    return __builtin_shufflevector(row(i), row(i + 4), 0, 1, 2, 3, 4, 5, 6, 7);
+  };
+  const auto a = pair(0), b = pair(1), c = pair(2), d = pair(3);
+  const auto xy_even = __builtin_shufflevector(a, b, 0, 8, 1, 9, 4, 12, 5, 13);
+  const auto xy_odd = __builtin_shufflevector(c, d, 0, 8, 1, 9, 4, 12, 5, 13);
+  const auto z_even = __builtin_shufflevector(a, b, 2, 10, 3, 11, 6, 14, 7, 15);
+  const auto z_odd = __builtin_shufflevector(c, d, 2, 10, 3, 11, 6, 14, 7, 15);
+  return VectorOf<std::remove_cvref_t<decltype(pair(0))>>{
+      __builtin_shufflevector(xy_even, xy_odd, 0, 1, 8, 9, 4, 5, 12, 13),
+      __builtin_shufflevector(xy_even, xy_odd, 2, 3, 10, 11, 6, 7, 14, 15),
+      __builtin_shufflevector(z_even, z_odd, 0, 1, 8, 9, 4, 5, 12, 13)};
+}
+
+// What the two kinds of Pack do each in their own way. load_rows takes the first three members of Quads or
+// QuadFs; the rows that store_rows makes are (x, y, z, w).
 #if defined(__AVX512F__)
 inline Pack select(const PackMask& condition, const Pack& a, const Pack& b) { return condition ? a : b; }
 inline Pack sqrt_of(const Pack& x) { return _mm512_maskz_sqrt_pd(0xff, x); }
+inline Pack log_of(const Pack& x) { return log_of_lanes(x); }
 inline unsigned lanes_of(const PackMask& mask) {
   return _mm512_cmp_epi64_mask(reinterpret_cast<__m512i>(mask), __m512i{}, _MM_CMPINT_NE);
 }
 inline PackF to_single(const Pack& x) { return __builtin_convertvector(x, PackF); }
 inline Pack to_double(const PackF& x) { return __builtin_convertvector(x, Pack); }
+template <class Row>
+auto load_rows(Row&& row) {
+  return load_eight(row);
+}
+inline void store_rows(const PackVector& v, const Pack& w, Quad* out) {
+  const Pack xy_low = __builtin_shufflevector(v.x, v.y, 0, 8, 1, 9, 2, 10, 3, 11);
+  const Pack xy_high = __builtin_shufflevector(v.x, v.y, 4, 12, 5, 13, 6, 14, 7, 15);
+  const Pack z_low = __builtin_shufflevector(v.z, w, 0, 8, 1, 9, 2, 10, 3, 11);
+  const Pack z_high = __builtin_shufflevector(v.z, w, 4, 12, 5, 13, 6, 14, 7, 15);
+  out[0] = __builtin_shufflevector(xy_low, z_low, 0, 1, 8, 9);
+  out[1] = __builtin_shufflevector(xy_low, z_low, 2, 3, 10, 11);
+  out[2] = __builtin_shufflevector(xy_low, z_low, 4, 5, 12, 13);
+  out[3] = __builtin_shufflevector(xy_low, z_low, 6, 7, 14, 15);
+  out[4] = __builtin_shufflevector(xy_high, z_high, 0, 1, 8, 9);
+  out[5] = __builtin_shufflevector(xy_high, z_high, 2, 3, 10, 11);
+  out[6] = __builtin_shufflevector(xy_high, z_high, 4, 5, 12, 13);
+  out[7] = __builtin_shufflevector(xy_high, z_high, 6, 7, 14, 15);
+}
 #else
+inline Pack log_of(const Pack& x) { return {log_of_lanes(x.low), log_of_lanes(x.high)}; }
 inline PackF to_single(const Pack& x) {
   return __builtin_shufflevector(__builtin_convertvector(x.low, QuadF),
                                  __builtin_convertvector(x.high, QuadF), 0, 1, 2, 3, 4, 5, 6, 7);
@@ -37,6 +104,20 @@ inline PackF to_single(const Pack& x) {
 inline Pack to_double(const PackF& x) {
   return {__builtin_convertvector(__builtin_shufflevector(x, x, 0, 1, 2, 3), Quad),
           __builtin_convertvector(__builtin_shufflevector(x, x, 4, 5, 6, 7), Quad)};
+}
+template <class Row>
+auto load_rows(Row&& row) {
+  if constexpr (std::is_same_v<std::remove_cvref_t<decltype(row(0))>, QuadF>) {
+    return load_eight(row);
+  } else {
+    const FirstThree low = load_four(row(0), row(1), row(2), row(3));
+    const FirstThree high = load_four(row(4), row(5), row(6), row(7));
+    return PackVector{{low.x, high.x}, {low.y, high.y}, {low.z, high.z}};
+  }
+}
+inline void store_rows(const PackVector& v, const Pack& w, Quad* out) {
+  store_four(v.x.low, v.y.low, v.z.low, w.low, out);
+  store_four(v.x.high, v.y.high, v.z.high, w.high, out + 4);
 }
 #endif
 inline bool any_of(const PackMask& condition) { return lanes_of(condition) != 0; }
@@ -57,178 +138,6 @@ T abs_of(const T& a) {
   return select(a < T{}, -a, a);
 }
 inline double sqrt_of(double x) { return std::sqrt(x); }
-
-// Natural logarithm of positive normal numbers to 2 units in the last place: x = 2^k m with m in [sqrt 1/2,
-// sqrt 2], ln m = 2 artanh s with s = (m - 1)/(m + 1), whose series needs 11 terms for |s| < 0.172. Of a
-// compiler vector type.
-template <class V>
-V log_of_lanes(const V& x) {
-  using Bits = decltype(V{} < V{});
-  const Bits bits = reinterpret_cast<Bits>(x);
-  constexpr long one = 0x3ff0000000000000, mantissa_bits = 0x000fffffffffffff;
-  V m = reinterpret_cast<V>((bits & mantissa_bits) | one);
-  V k = __builtin_convertvector((bits >> 52) - 1023, V);
-  const Bits upper = m > 0x1.6a09e667f3bcdp+0;  // sqrt 2
-  m = select(upper, 0.5 * m, m);
-  k = select(upper, k + 1.0, k);
-  const V s = (m - 1.0) / (m + 1.0), z = s * s;
-  V series = V{} + 1.0 / 21;
-  for (int n = 19; n >= 3; n -= 2) series = 1.0 / n + z * series;
-  constexpr double ln2_high = 0x1.62e42fefa38p-1,
-                   ln2_low = 0x1.ef35793c7673p-45;  // k times the first is exact
-  return k * ln2_high + (2.0 * s + (2.0 * s * z * series + k * ln2_low));
-}
-#if defined(__AVX512F__)
-inline Pack log_of(const Pack& x) { return log_of_lanes(x); }
-#else
-inline Pack log_of(const Pack& x) { return {log_of_lanes(x.low), log_of_lanes(x.high)}; }
-#endif
-inline double log_of(double x) { return log_of_lanes(Quad{} + x)[0]; }  // the same bits
-
-template <class P>
-struct VectorOf {
-  P x{}, y{}, z{};
-};
-using PackVector = VectorOf<Pack>;
-using PackVectorF = VectorOf<PackF>;
-
-// The first three members of the rows row(0), ..., row(7): Quads or QuadFs.
-template <class Row>
-auto load_rows(Row&& row) {
-  if constexpr (std::is_same_v<std::remove_cvref_t<decltype(row(0))>, Quad> &&
-                std::is_same_v<Pack, TwoQuads>) {
-    const FirstThree low = load_four(row(0), row(1), row(2), row(3));
-    const FirstThree high = load_four(row(4), row(5), row(6), row(7));
-    return PackVector{{low.x, high.x}, {low.y, high.y}, {low.z, high.z}};
-  } else {
-    const auto pair = [&](std::size_t i) {
-      return __builtin_shufflevector(row(i), row(i + 4), 0, 1, 2, 3, 4, 5, 6, 7);
-    };
-    const auto a = pair(0), b = pair(1), c = pair(2), d = pair(3);
-    const auto xy_even = __builtin_shufflevector(a, b, 0, 8, 1, 9, 4, 12, 5, 13);
-    const auto xy_odd = __builtin_shufflevector(c, d, 0, 8, 1, 9, 4, 12, 5, 13);
-    const auto z_even = __builtin_shufflevector(a, b, 2, 10, 3, 11, 6, 14, 7, 15);
-    const auto z_odd = __builtin_shufflevector(c, d, 2, 10, 3, 11, 6, 14, 7, 15);
-    return VectorOf<std::remove_cvref_t<decltype(pair(0))>>{
-        __builtin_shufflevector(xy_even, xy_odd, 0, 1, 8, 9, 4, 5, 12, 13),
-        __builtin_shufflevector(xy_even, xy_odd, 2, 3, 10, 11, 6, 7, 14, 15),
-        __builtin_shufflevector(z_even, z_odd, 0, 1, 8, 9, 4, 5, 12, 13)};
-  }
-}
-
-// The opposite of load_rows: eight rows (x, y, z, w).
-inline void store_rows(const PackVector& v, const Pack& w, Quad* out) {
-#if defined(__AVX512F__)
-  const Pack xy_low = __builtin_shufflevector(v.x, v.y, 0, 8, 1, 9, 2, 10, 3, 11);
-  const Pack xy_high = __builtin_shufflevector(v.x, v.y, 4, 12, 5, 13, 6, 14, 7, 15);
-  const Pack z_low = __builtin_shufflevector(v.z, w, 0, 8, 1, 9, 2, 10, 3, 11);
-  const Pack z_high = __builtin_shufflevector(v.z, w, 4, 12, 5, 13, 6, 14, 7, 15);
-  out[0] = __builtin_shufflevector(xy_low, z_low, 0, 1, 8, 9);
-  out[1] = __builtin_shufflevector(xy_low, z_low, 2, 3, 10, 11);
-  out[2] = __builtin_shufflevector(xy_low, z_low, 4, 5, 12, 13);
-  out[3] = __builtin_shufflevector(xy_low, z_low, 6, 7, 14, 15);
-  out[4] = __builtin_shufflevector(xy_high, z_high, 0, 1, 8, 9);
-  out[5] = __builtin_shufflevector(xy_high, z_high, 2, 3, 10, 11);
-  out[6] = __builtin_shufflevector(xy_high, z_high, 4, 5, 12, 13);
-  out[7] = __builtin_shufflevector(xy_high, z_high, 6, 7, 14, 15);
-#else
-  store_four(v.x.low, v.y.low, v.z.low, w.low, out);
-  store_four(v.x.high, v.y.high, v.z.high, w.high, out + 4);
-#endif
-}
-
-// 3x3 matrix of T, row-major; enough algebra for finite elements.
-template <class T>
-struct Matrix3 {
-  T m[3][3];
-  T* operator[](int row) { return m[row]; }
-  const T* operator[](int row) const { return m[row]; }
-};
-
-template <class T>
-Matrix3<T> operator*(const Matrix3<T>& a, const Matrix3<T>& b) {
-  Matrix3<T> c;
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) c[i][j] = a[i][0] * b[0][j] + a[i][1] * b[1][j] + a[i][2] * b[2][j];
-  return c;
-}
-
-template <class T>
-Matrix3<T> operator+(const Matrix3<T>& a, const Matrix3<T>& b) {
-  Matrix3<T> c;
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) c[i][j] = a[i][j] + b[i][j];
-  return c;
-}
-
-template <class T>
-Matrix3<T> operator*(const T& scale, const Matrix3<T>& a) {
-  Matrix3<T> c;
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) c[i][j] = scale * a[i][j];
-  return c;
-}
-
-// a * b^T
-template <class T>
-Matrix3<T> times_transposed(const Matrix3<T>& a, const Matrix3<T>& b) {
-  Matrix3<T> c;
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) c[i][j] = a[i][0] * b[j][0] + a[i][1] * b[j][1] + a[i][2] * b[j][2];
-  return c;
-}
-
-// a^T * b
-template <class T>
-Matrix3<T> transposed_times(const Matrix3<T>& a, const Matrix3<T>& b) {
-  Matrix3<T> c;
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) c[i][j] = a[0][i] * b[0][j] + a[1][i] * b[1][j] + a[2][i] * b[2][j];
-  return c;
-}
-
-template <class T>
-Matrix3<T> cofactor(const Matrix3<T>& a) {
-  Matrix3<T> c;
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) {
-      const int i1 = (i + 1) % 3, i2 = (i + 2) % 3, j1 = (j + 1) % 3, j2 = (j + 2) % 3;
-      c[i][j] = a[i1][j1] * a[i2][j2] - a[i1][j2] * a[i2][j1];
-    }
-  return c;
-}
-
-// det a, given its cofactor matrix.
-template <class T>
-T determinant(const Matrix3<T>& a, const Matrix3<T>& cof) {
-  return a[0][0] * cof[0][0] + a[0][1] * cof[0][1] + a[0][2] * cof[0][2];
-}
-
-inline Matrix3<PackF> to_single(const Matrix3<Pack>& a) {
-  Matrix3<PackF> b;
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) b[i][j] = to_single(a[i][j]);
-  return b;
-}
-
-inline Matrix3<Pack> to_double(const Matrix3<PackF>& a) {
-  Matrix3<Pack> b;
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) b[i][j] = to_double(a[i][j]);
-  return b;
-}
-
-// a : b
-template <class T>
-T contraction(const Matrix3<T>& a, const Matrix3<T>& b) {
-  T sum = a[0][0] * b[0][0];
-  for (int k = 1; k < 9; ++k) sum = sum + a[k / 3][k % 3] * b[k / 3][k % 3];
-  return sum;
-}
-
-template <class T>
-T squared_norm(const Matrix3<T>& a) {
-  return contraction(a, a);
-}
+inline double log_of(double x) { return log_of_lanes(Quad{} + x)[0]; }  // the bits of packs
 
 }  // namespace duet

@@ -53,9 +53,10 @@ class PushOutSystem {
     int row = 0;
     bool reversed = false;  // the guest is central
   };
-  struct Block {                                 // one central body
-    int begin = 0, end = 0;                      // range of outers
-    Eigen::LDLT<Mat6> system{Mat6::Identity()};  // as a default one has no state that could be copied
+  struct Block {  // one central body
+    Block(int first, int last);
+    int begin, end;  // range of outers
+    Eigen::LDLT<Mat6> system;
   };
 
   int body_slot(int body);

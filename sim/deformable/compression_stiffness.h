@@ -2,7 +2,7 @@
 // are damped in proportion to. Written once for T = double, Pack and PackF.
 #pragma once
 
-#include "sim/base/simd.h"
+#include "sim/base/matrix3.h"
 
 namespace duet {
 

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "sim/base/simd.h"
+#include "sim/base/matrix3.h"
 #include "sim/base/types.h"
 #include "sim/deformable/block_sums.h"
 #include "sim/deformable/compression_stiffness.h"

@@ -2,7 +2,7 @@
 // written once for T = double and T = Pack.
 #pragma once
 
-#include "sim/base/simd.h"
+#include "sim/base/matrix3.h"
 
 namespace duet {
 

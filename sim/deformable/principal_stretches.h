@@ -4,7 +4,7 @@
 // eigensystems for isotropic distortion energies").
 #pragma once
 
-#include "sim/base/simd.h"
+#include "sim/base/matrix3.h"
 
 namespace duet {
 

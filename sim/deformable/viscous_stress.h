@@ -1,7 +1,7 @@
 // Viscosity of all materials, written once for T = double and T = Pack.
 #pragma once
 
-#include "sim/base/simd.h"
+#include "sim/base/matrix3.h"
 
 namespace duet {
 

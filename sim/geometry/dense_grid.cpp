@@ -14,23 +14,21 @@ namespace {
 
 constexpr float half_band = 1;  // voxels; enough for OpenVDB to know the inside
 
-// The mesh as OpenVDB asks for it: in units of voxels, whose node (0, 0, 0) is the grid's first one.
-class VoxelMesh {
- public:
-  VoxelMesh(const TriangleMesh& mesh, const Vec3& origin, double spacing)
-      : mesh_(mesh), origin_(origin), spacing_(spacing) {}
-  std::size_t polygonCount() const { return mesh_.triangles.size(); }
-  std::size_t pointCount() const { return mesh_.positions.size(); }
-  std::size_t vertexCount(std::size_t) const { return 3; }
-  void getIndexSpacePoint(std::size_t triangle, std::size_t corner, openvdb::Vec3d& position) const {
-    const Vec3 x = (mesh_.corner(triangle, corner) - origin_) / spacing_;
-    position = openvdb::Vec3d(x.x(), x.y(), x.z());
-  }
+// The mesh in units of voxels, whose node (0, 0, 0) is the grid's first one: all that OpenVDB's library
+// offers ready-made, and enough for it to know the inside.
+struct VoxelMesh {
+  std::vector<openvdb::Vec3s> points;
+  std::vector<openvdb::Vec3I> triangles;
 
- private:
-  const TriangleMesh& mesh_;
-  Vec3 origin_;
-  double spacing_;
+  VoxelMesh(const TriangleMesh& mesh, const Vec3& origin, double spacing) {
+    points.reserve(mesh.positions.size());
+    for (const Vec3& position : mesh.positions) {
+      const Vec3f x = ((position - origin) / spacing).cast<float>();
+      points.emplace_back(x.x(), x.y(), x.z());
+    }
+    triangles.reserve(mesh.triangles.size());
+    for (const auto& triangle : mesh.triangles) triangles.emplace_back(triangle[0], triangle[1], triangle[2]);
+  }
 };
 
 }  // namespace
@@ -49,8 +47,10 @@ DenseGrid signed_distances(const TriangleMesh& mesh, const TriangleTree& tree, d
 
   openvdb::initialize();
   const auto transform = openvdb::math::Transform::createLinearTransform(spacing);
+  const VoxelMesh voxel_mesh(mesh, grid.origin, spacing);
   const openvdb::FloatGrid::ConstPtr band = openvdb::tools::meshToVolume<openvdb::FloatGrid>(
-      VoxelMesh(mesh, grid.origin, spacing), *transform, half_band, half_band);
+      openvdb::tools::QuadAndTriangleDataAdapter(voxel_mesh.points, voxel_mesh.triangles), *transform,
+      half_band, half_band);
   parallel_for(static_cast<std::size_t>(grid.count.z()), 1, [&](std::size_t begin, std::size_t) {
     const auto voxels = band->getConstAccessor();
     const int k = static_cast<int>(begin);

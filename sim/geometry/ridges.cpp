@@ -7,6 +7,7 @@
 #include <numbers>
 #include <utility>
 
+#include "sim/base/rotation.h"
 #include "sim/geometry/shape_samples.h"
 
 namespace duet {
@@ -107,7 +108,7 @@ void plant_tree(Ridges& ridges) {
 // Whether the surface falls off on both sides of x, in some direction along it.
 bool bends_outwards(const LevelSet& shape, const Vec3& x, const Vec3& inward, double spacing) {
   constexpr int directions = 8;  // of half a turn
-  const Mat3 axes = Quat::FromTwoVectors(Vec3::UnitZ(), inward).toRotationMatrix();
+  const Mat3 axes = shortest_turn(Vec3::UnitZ(), inward).toRotationMatrix();
   for (int k = 0; k < directions; ++k) {
     const double angle = pi * k / directions;
     const Vec3 way = spacing * (std::cos(angle) * axes.col(0) + std::sin(angle) * axes.col(1));

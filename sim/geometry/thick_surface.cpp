@@ -4,6 +4,7 @@
 #include <map>
 #include <numbers>
 
+#include "sim/base/rotation.h"
 #include "sim/geometry/shape_mesh.h"
 
 namespace duet {
@@ -15,8 +16,6 @@ constexpr double bead_detail = 0.5;  // of a particle's ball
 int as_int(std::size_t i) { return static_cast<int>(i); }
 
 Corner corner(int position, int normal) { return {position, position, normal}; }
-
-Quat shortest_turn(const Vec3& from, const Vec3& to) { return Quat::FromTwoVectors(from, to); }
 
 }  // namespace
 

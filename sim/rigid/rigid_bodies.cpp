@@ -1,6 +1,6 @@
 #include "sim/rigid/rigid_bodies.h"
 
-#include "sim/rigid/rotation.h"
+#include "sim/base/rotation.h"
 
 namespace duet {
 

@@ -5,7 +5,7 @@
 
 #include <fmt/format.h>
 
-#include "sim/rigid/rotation.h"
+#include "sim/base/rotation.h"
 #include "sim/scene/table_reader.h"
 
 namespace duet::scene {

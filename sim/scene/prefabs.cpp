@@ -11,7 +11,7 @@
 #include <fmt/format.h>
 
 #include "sim/base/near_miss.h"
-#include "sim/rigid/rotation.h"
+#include "sim/base/rotation.h"
 #include "sim/scene/joints.h"
 #include "sim/scene/lengths.h"
 #include "sim/scene/random_placement.h"

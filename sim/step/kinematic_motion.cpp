@@ -1,6 +1,6 @@
 #include "sim/step/kinematic_motion.h"
 
-#include "sim/rigid/rotation.h"
+#include "sim/base/rotation.h"
 
 namespace duet {
 namespace {

@@ -5,7 +5,7 @@
 #include "tests/support/film.h"
 #include "tests/support/margin.h"
 
-#include "sim/rigid/rotation.h"
+#include "sim/base/rotation.h"
 
 namespace duet {
 namespace {

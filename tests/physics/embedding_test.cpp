@@ -6,7 +6,7 @@
 #include "tests/support/margin.h"
 
 #include "sim/base/error.h"
-#include "sim/rigid/rotation.h"
+#include "sim/base/rotation.h"
 #include "sim/step/step.h"
 
 namespace duet {

@@ -4,7 +4,7 @@
 #include <random>
 #include <vector>
 
-#include "sim/base/simd.h"
+#include "sim/base/matrix3.h"
 #include "sim/base/types.h"
 
 namespace duet::test {

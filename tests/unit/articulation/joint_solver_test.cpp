@@ -5,7 +5,7 @@
 #include "tests/support/articulated.h"
 #include <gtest/gtest.h>
 
-#include "sim/rigid/rotation.h"
+#include "sim/base/rotation.h"
 #include "sim/step/world.h"
 
 namespace duet {

@@ -7,6 +7,7 @@
 #include "tests/support/random_state.h"
 #include <gtest/gtest.h>
 
+#include "sim/base/rotation.h"
 #include "sim/coupling/contact_candidates.h"
 #include "sim/coupling/contact_solver.h"
 #include "sim/coupling/lowest_places.h"
@@ -102,7 +103,7 @@ TEST(ContactPoint, OfCornersActOnTheFacesThatTheyPressIn) {
   scene::Scene scene = test::free_space();
   const double half = std::sqrt(0.75);
   add_box(scene, "cube", Vec3::Zero(), Vec3(1, 1, 1), 10).placement.orientation =
-      Quat::FromTwoVectors(Vec3(1, 1, 1), Vec3::UnitY());
+      shortest_turn(Vec3(1, 1, 1), Vec3::UnitY());
   add_soft_box(scene, "upper", Vec3(0.17, half + 0.495, 0.29), Vec3(2, 1, 2), 2);
   add_soft_box(scene, "lower", Vec3(0.17, -half - 0.495, 0.29), Vec3(2, 1, 2), 2);
   Simulation simulation(scene, test::plan(scene));

@@ -10,6 +10,7 @@
 #include "tests/support/thin_bodies.h"
 #include <gtest/gtest.h>
 
+#include "sim/base/rotation.h"
 #include "sim/coupling/body_bounds.h"
 #include "sim/geometry/closest_points.h"
 
@@ -33,7 +34,7 @@ class Corners {
     const Ridges& ridges = bodies().rigid.properties[0].ridges;
     const auto node = static_cast<std::size_t>(ridges.corners[0]);
     Pose& pose = bodies().rigid.state[0].pose;
-    pose.orientation = Quat::FromTwoVectors(ridges.inward[node], inward);
+    pose.orientation = shortest_turn(ridges.inward[node], inward);
     pose.position = x - pose.orientation * ridges.nodes[node];
   }
   std::vector<NearRidge> find(double margin) {
@@ -130,7 +131,7 @@ TEST(CornersInFaces, SoDoBulges) {
   Pose& pose = corners.bodies().rigid.state[0].pose;
   const Vec3 thin = Vec3::Unit(std::distance(
       properties.inertia.data(), std::max_element(properties.inertia.data(), properties.inertia.data() + 3)));
-  pose.orientation = Quat::FromTwoVectors(thin, Vec3::UnitY());
+  pose.orientation = shortest_turn(thin, Vec3::UnitY());
   pose.position = Vec3(0.1, 1 + tube - depth, 0.07);
   std::vector<int> expected, found;
   for (int i = 0; i < static_cast<int>(properties.ridges.corner_count()); ++i)

@@ -2,8 +2,8 @@
 // stiffness of its moduli at rest and drives crushed elements open; its differential is the exact projection
 // of the energy's Hessian.
 #include "tests/support/deformations.h"
+#include "tests/support/eigenvalues.h"
 #include "tests/support/margin.h"
-#include <Eigen/Eigenvalues>
 #include <gtest/gtest.h>
 
 #include "sim/deformable/corotated.h"
@@ -16,6 +16,7 @@ namespace {
 
 using test::deformations;
 using test::eigen_of;
+using test::eigenvalues;
 using test::matrix_of;
 
 constexpr double mu = 0.7, lambda = 3.1;
@@ -46,7 +47,7 @@ struct Element {
     Mat3 S = Mat3::Zero();
     for (int i = 0; i < 4; ++i)
       S += gradient(i) * gradient(i).transpose() / mass[static_cast<std::size_t>(i)];
-    return {matrix_of(S), Eigen::SelfAdjointEigenSolver<Mat3>(S).eigenvalues()[2]};
+    return {matrix_of(S), eigenvalues(S)[2]};
   }
   // The largest eigenvalue of M^-1 K over the volume, where `hessian` takes dF, row by row, to dP.
   double squared_frequency(const Eigen::Matrix<double, 9, 9>& hessian) const {
@@ -56,7 +57,7 @@ struct Element {
         for (int c = 0; c < 3; ++c)
           B(3 * r + c, 3 * i + r) = gradient(i)[c] / std::sqrt(mass[static_cast<std::size_t>(i)]);
     const Eigen::MatrixXd K = B.transpose() * hessian * B;
-    return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(0.5 * (K + K.transpose())).eigenvalues()[11];
+    return eigenvalues(0.5 * (K + K.transpose()))[11];
   }
 };
 
@@ -138,12 +139,9 @@ TYPED_TEST(Material, DifferentialIsTheHessianProjectedToPositiveSemiDefinite) {
     }
     EXPECT_LT((hessian - hessian.transpose()).norm(), 1e-6 * hessian.norm()) << F;
     EXPECT_LT((projected - projected.transpose()).norm(), 1e-13 * projected.norm()) << F;
-    const Eigen::SelfAdjointEigenSolver<Mat9> eigen(0.5 * (hessian + hessian.transpose()));
-    const Mat9 expected = eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0).asDiagonal() *
-                          eigen.eigenvectors().transpose();
+    const Mat9 expected = test::positive_part(0.5 * (hessian + hessian.transpose()));
     EXPECT_LT((projected - expected).norm(), 1e-6 * hessian.norm()) << F;
-    const double least = Eigen::SelfAdjointEigenSolver<Mat9>(projected).eigenvalues()[0];
-    EXPECT_GT(least, -1e-13 * projected.norm());
+    EXPECT_GT(eigenvalues(projected)[0], -1e-13 * projected.norm());
   }
 }
 
@@ -197,10 +195,10 @@ TEST(CompressionStiffness, IsWhatCompressionAddsAndLeavesASoftElement) {
       EXPECT_LT(eigen_of(C * matrix_of(Mat3(spin * F))).norm(), 1e-13 * damped.norm()) << F;
     }
     EXPECT_LT((damped - damped.transpose()).norm(), 1e-13 * damped.norm()) << F;
-    EXPECT_GT(Eigen::SelfAdjointEigenSolver<Mat9>(damped).eigenvalues()[0], -1e-13 * damped.norm()) << F;
+    EXPECT_GT(eigenvalues(damped)[0], -1e-13 * damped.norm()) << F;
     const Mat9 left = 0.5 * (added + added.transpose()) - damped;
     if (J > 1.1 * NeoHookean::extrapolation_start && J < 1) {  // differences stay on one side
-      EXPECT_LT(Eigen::SelfAdjointEigenSolver<Mat9>(left).eigenvalues()[8], 1e-6 * damped.norm()) << F;
+      EXPECT_LT(eigenvalues(left)[8], 1e-6 * damped.norm()) << F;
       for (const Mat3& pure : {Mat3(Mat3::Identity()), Mat3(Vec3(1, -2, 0.5).asDiagonal())}) {
         const Mat3 row_by_row = Mat3(pure * F).transpose();
         const auto dF = Eigen::Map<const Eigen::Matrix<double, 9, 1>>(row_by_row.data());

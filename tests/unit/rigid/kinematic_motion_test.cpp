@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "sim/rigid/rotation.h"
+#include "sim/base/rotation.h"
 
 namespace duet {
 namespace {

@@ -1,4 +1,4 @@
-// Rotations as vectors: the axis times the angle in radians.
+// Rotations as vectors, the axis times the angle in radians, and between directions.
 #pragma once
 
 #include <cmath>
@@ -21,5 +21,10 @@ inline Vec3 logarithm(const Quat& q) {
   const double sine = v.norm();
   return sine > 0 ? Vec3(2 * std::atan2(sine, std::abs(q.w())) / sine * v) : Vec3(2 * v);
 }
+
+// The unit quaternion that turns the direction of `from` to that of `to` the shortest way, about any axis
+// across if they are opposite. Apart from its callers: of opposite directions Eigen asks a singular value
+// decomposition, whose templates took the compiler as long as all the rest of a file.
+Quat shortest_turn(const Vec3& from, const Vec3& to);
 
 }  // namespace duet

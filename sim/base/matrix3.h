@@ -1,0 +1,102 @@
+// 3x3 matrices of doubles or packs; enough algebra for finite elements.
+#pragma once
+
+#include "sim/base/simd.h"
+
+namespace duet {
+
+// Row-major.
+template <class T>
+struct Matrix3 {
+  T m[3][3];
+  T* operator[](int row) { return m[row]; }
+  const T* operator[](int row) const { return m[row]; }
+};
+
+template <class T>
+Matrix3<T> operator*(const Matrix3<T>& a, const Matrix3<T>& b) {
+  Matrix3<T> c;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) c[i][j] = a[i][0] * b[0][j] + a[i][1] * b[1][j] + a[i][2] * b[2][j];
+  return c;
+}
+
+template <class T>
+Matrix3<T> operator+(const Matrix3<T>& a, const Matrix3<T>& b) {
+  Matrix3<T> c;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) c[i][j] = a[i][j] + b[i][j];
+  return c;
+}
+
+template <class T>
+Matrix3<T> operator*(const T& scale, const Matrix3<T>& a) {
+  Matrix3<T> c;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) c[i][j] = scale * a[i][j];
+  return c;
+}
+
+// a * b^T
+template <class T>
+Matrix3<T> times_transposed(const Matrix3<T>& a, const Matrix3<T>& b) {
+  Matrix3<T> c;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) c[i][j] = a[i][0] * b[j][0] + a[i][1] * b[j][1] + a[i][2] * b[j][2];
+  return c;
+}
+
+// a^T * b
+template <class T>
+Matrix3<T> transposed_times(const Matrix3<T>& a, const Matrix3<T>& b) {
+  Matrix3<T> c;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) c[i][j] = a[0][i] * b[0][j] + a[1][i] * b[1][j] + a[2][i] * b[2][j];
+  return c;
+}
+
+template <class T>
+Matrix3<T> cofactor(const Matrix3<T>& a) {
+  Matrix3<T> c;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) {
+      const int i1 = (i + 1) % 3, i2 = (i + 2) % 3, j1 = (j + 1) % 3, j2 = (j + 2) % 3;
+      c[i][j] = a[i1][j1] * a[i2][j2] - a[i1][j2] * a[i2][j1];
+    }
+  return c;
+}
+
+// det a, given its cofactor matrix.
+template <class T>
+T determinant(const Matrix3<T>& a, const Matrix3<T>& cof) {
+  return a[0][0] * cof[0][0] + a[0][1] * cof[0][1] + a[0][2] * cof[0][2];
+}
+
+inline Matrix3<PackF> to_single(const Matrix3<Pack>& a) {
+  Matrix3<PackF> b;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) b[i][j] = to_single(a[i][j]);
+  return b;
+}
+
+inline Matrix3<Pack> to_double(const Matrix3<PackF>& a) {
+  Matrix3<Pack> b;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) b[i][j] = to_double(a[i][j]);
+  return b;
+}
+
+// a : b
+template <class T>
+T contraction(const Matrix3<T>& a, const Matrix3<T>& b) {
+  T sum = a[0][0] * b[0][0];
+  for (int k = 1; k < 9; ++k) sum = sum + a[k / 3][k % 3] * b[k / 3][k % 3];
+  return sum;
+}
+
+template <class T>
+T squared_norm(const Matrix3<T>& a) {
+  return contraction(a, a);
+}
+
+}  // namespace duet
