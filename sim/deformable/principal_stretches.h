@@ -4,6 +4,8 @@
 // eigensystems for isotropic distortion energies").
 #pragma once
 
+#include <initializer_list>
+
 #include "sim/base/matrix3.h"
 
 namespace duet {
