@@ -21,7 +21,10 @@ Overloaded(Cases...) -> Overloaded<Cases...>;  // clang before 17 deduces none f
 
 std::string number_text(const toml::node& node) {
   if (const auto* integer = node.as_integer()) return std::to_string(integer->get());
-  return fmt::format("{:#}", node.as_floating_point()->get());  // 30.0, not 30
+  std::string text = fmt::format("{}", node.as_floating_point()->get());
+  // A whole number gets a fraction, 30.0, so that it reads as what it is. inf and nan stay.
+  if (text.find_first_of(".en") == std::string::npos) text += ".0";
+  return text;
 }
 
 // Tables where a key that is unknown here would be at home: "[ground] and [[rigid]]".

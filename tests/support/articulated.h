@@ -8,15 +8,15 @@
 
 namespace duet::test {
 
-inline scene::RigidBody& add_peg(scene::Scene& scene, const std::string& name, const Vec3& position) {
+inline scene::RigidBody& add_peg(scene::Scene& scene, std::string_view name, const Vec3& position) {
   scene::RigidBody& peg = add_box(scene, name, position, Vec3::Constant(0.1), 1);
   peg.is_static = true;
   peg.mass.reset();
   return peg;
 }
 
-inline scene::Joint& add_joint(scene::Scene& scene, scene::JointType type, const std::string& parent,
-                               const std::string& child, const Vec3& position,
+inline scene::Joint& add_joint(scene::Scene& scene, scene::JointType type, std::string_view parent,
+                               std::string_view child, const Vec3& position,
                                const Vec3& axis = Vec3::UnitX()) {
   scene::Joint joint;
   joint.name = fmt::format("{}-{}", parent, child);

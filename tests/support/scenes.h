@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "sim/scene/plan.h"
@@ -26,7 +27,7 @@ inline scene::Scene on_ground(double friction = 0.5, double restitution = 0) {
   return scene;
 }
 
-inline scene::RigidBody& add_box(scene::Scene& scene, const std::string& name, const Vec3& position,
+inline scene::RigidBody& add_box(scene::Scene& scene, std::string_view name, const Vec3& position,
                                  const Vec3& size, double mass) {
   scene::RigidBody body;
   body.name = name;
@@ -38,7 +39,7 @@ inline scene::RigidBody& add_box(scene::Scene& scene, const std::string& name, c
   return scene.rigid.back();
 }
 
-inline scene::RigidBody& add_mesh(scene::Scene& scene, const std::string& name,
+inline scene::RigidBody& add_mesh(scene::Scene& scene, std::string_view name,
                                   std::shared_ptr<TriangleMesh> mesh, double scale, double mass) {
   scene::RigidBody body;
   body.name = name;
@@ -50,7 +51,7 @@ inline scene::RigidBody& add_mesh(scene::Scene& scene, const std::string& name,
   return scene.rigid.back();
 }
 
-inline scene::RigidBody& add_ball(scene::Scene& scene, const std::string& name, const Vec3& position,
+inline scene::RigidBody& add_ball(scene::Scene& scene, std::string_view name, const Vec3& position,
                                   double radius, double mass) {
   scene::RigidBody body;
   body.name = name;
@@ -62,10 +63,10 @@ inline scene::RigidBody& add_ball(scene::Scene& scene, const std::string& name, 
   return scene.rigid.back();
 }
 
-inline scene::DeformableBody& add_soft_box(scene::Scene& scene, const std::string& name, const Vec3& position,
+inline scene::DeformableBody& add_soft_box(scene::Scene& scene, std::string_view name, const Vec3& position,
                                            const Vec3& size, int cells, double youngs_modulus = 2e6) {
   scene::Material material;
-  material.name = "material of " + name;
+  material.name = std::string("material of ").append(name);
   material.youngs_modulus = youngs_modulus;
   scene.materials.push_back(material);
   scene::DeformableBody body;

@@ -5,13 +5,13 @@
 
 namespace duet::test {
 
-inline scene::Material& add_material(scene::Scene& scene, const std::string& name) {
+inline scene::Material& add_material(scene::Scene& scene, std::string_view name) {
   scene.materials.emplace_back().name = name;
   return scene.materials.back();
 }
 
 // A panel in the plane y = 0 of its own, made of the material added last.
-inline scene::DeformableBody& add_panel(scene::Scene& scene, const std::string& name, const Vec3& position,
+inline scene::DeformableBody& add_panel(scene::Scene& scene, std::string_view name, const Vec3& position,
                                         const Vec2& size, int cells, double thickness) {
   scene::DeformableBody& body = scene.deformable.emplace_back();
   body.name = name;
@@ -24,7 +24,7 @@ inline scene::DeformableBody& add_panel(scene::Scene& scene, const std::string& 
   return body;
 }
 
-inline scene::DeformableBody& add_rope(scene::Scene& scene, const std::string& name,
+inline scene::DeformableBody& add_rope(scene::Scene& scene, std::string_view name,
                                        const std::vector<Vec3>& points, int segments, double thickness) {
   scene::DeformableBody& body = scene.deformable.emplace_back();
   body.name = name;

@@ -3,10 +3,12 @@
 #include <fstream>
 #include <iterator>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "same_scene.h"
 #include "tests/support/places.h"
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "sim/base/error.h"
@@ -43,10 +45,10 @@ Scene scene_of(const std::string& text, const std::vector<std::string>& override
   }
 }
 
-const RigidBody& rigid(const Scene& scene, const std::string& name) {
+const RigidBody& rigid(const Scene& scene, std::string_view name) {
   for (const RigidBody& body : scene.rigid)
     if (body.name == name) return body;
-  throw std::runtime_error("no rigid body " + name);
+  throw std::runtime_error(fmt::format("no rigid body {}", name));
 }
 
 TEST(SceneReader, ReadsTheStack) {
