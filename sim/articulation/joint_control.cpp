@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sim/base/elementary.h"
 #include "sim/base/rotation.h"
 
 namespace duet {
@@ -18,7 +19,7 @@ ControlRates rates_along(const Vec3& way, const Vec3& next_way, const Vec3& targ
   const double next = next_way.dot(axis);
   const Vec3 target_across = target_rate - target_rate.dot(axis) * axis,
              across = rate - rate.dot(axis) * axis - target_across;
-  const double fading = std::exp(-control.damping * dt);
+  const double fading = math::exp(-control.damping * dt);
   const double mean_fading = control.damping * dt > 1e-8 ? (1 - fading) / (control.damping * dt) : 1;
   return {(next - after.value) / dt * axis + target_across + mean_fading * across,
           (target_rate.dot(axis) - after.rate) * axis + target_across + fading * across};
@@ -43,17 +44,17 @@ Vec3 on_axes(const Joint& joint, Vec3 v) {
 }  // namespace
 
 ControlError controlled_error(ControlError start, double gain, double damping, double dt) {
-  const double half = damping / 2, square = half * half - gain, decay = std::exp(-half * dt);
+  const double half = damping / 2, square = half * half - gain, decay = math::exp(-half * dt);
   double even = decay, odd = dt * decay;  // exp(-half t) times cosh(a t) and sinh(a t) / a, a^2 = square
   if (square * dt * dt > 1e-10) {
     const double a = std::sqrt(square);
-    const double slow = std::exp((a - half) * dt), fast = std::exp((-a - half) * dt);
+    const double slow = math::exp((a - half) * dt), fast = math::exp((-a - half) * dt);
     even = (slow + fast) / 2;
     odd = (slow - fast) / (2 * a);
   } else if (square * dt * dt < -1e-10) {
     const double a = std::sqrt(-square);
-    even = decay * std::cos(a * dt);
-    odd = decay * std::sin(a * dt) / a;
+    even = decay * math::cos(a * dt);
+    odd = decay * math::sin(a * dt) / a;
   }
   return {start.value * even + (start.rate + half * start.value) * odd,
           start.rate * even - (gain * start.value + half * start.rate) * odd};

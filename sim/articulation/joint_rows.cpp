@@ -3,6 +3,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "sim/base/elementary.h"
+
 namespace duet {
 namespace {
 
@@ -115,13 +117,13 @@ double travel_of(const JointFrames& frames) { return frames.gap().dot(frames.par
 
 double angle_of(const JointFrames& frames) {
   const Quat relative = frames.relative();
-  const double angle = 2 * std::atan2(relative.x(), relative.w());
+  const double angle = 2 * math::atan2(relative.x(), relative.w());
   return std::remainder(angle, 2 * std::numbers::pi);
 }
 
 double swing_of(const JointFrames& frames) {
   const Vec3 from = frames.parent_axes * unit(0), to = frames.child_axes * unit(0);
-  return std::atan2(from.cross(to).norm(), from.dot(to));
+  return math::atan2(from.cross(to).norm(), from.dot(to));
 }
 
 void update_rows(const Joint& joint, const Pose& parent, const Pose& child, JointRow* row, std::size_t count,

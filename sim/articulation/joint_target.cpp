@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "sim/base/elementary.h"
 #include "sim/base/rotation.h"
 
 namespace duet {
@@ -25,7 +26,7 @@ Mat3 spine_axes(const Vec3& from, const Vec3& to) {
 Vec3 BodyWave::rotation(double time) const {
   const auto at = [&](double s) {
     const double f = two_pi * (s / wavelength + time / period);
-    return Vec3(bend * std::sin(f), height * std::cos(f), s);
+    return Vec3(bend * math::sin(f), height * math::cos(f), s);
   };
   const Vec3 before = at(place - spacing), here = at(place), after = at(place + spacing);
   return logarithm(Quat(Mat3(spine_axes(before, here).transpose() * spine_axes(here, after))));
@@ -35,7 +36,7 @@ Vec3 JointTarget::value(double time) const {
   const double since = std::max(0.0, time - start);
   const double grown = time < start ? std::max(0.0, time / start) : 1;
   Vec3 value = constant;
-  for (const Sinusoid& s : sinusoids) value += std::sin(two_pi * since / s.period + s.phase) * s.amplitude;
+  for (const Sinusoid& s : sinusoids) value += math::sin(two_pi * since / s.period + s.phase) * s.amplitude;
   if (!keys.time.empty()) value += position_at(keys, since);
   if (wave) value += wave->rotation(since);
   return grown * value;

@@ -1,9 +1,9 @@
 #include "sim/coupling/contact_projection.h"
 
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
+#include "sim/base/dense_solvers.h"
 
 namespace duet {
+
 void ContactProjection::begin(const Bodies& bodies, int sweeps, const LinkedBodies* linked) {
   bodies_ = &bodies;
   linked_ = linked;
@@ -94,14 +94,14 @@ void ContactProjection::factor(Block& block) const {
   }
   if (const LinkedBodies* links = links_of(block.host)) {  // joints may hold it as if it had no end of mass
     const Mat6 response = links->response_of(block.host, block.host);
-    block.inverse = (Mat6::Identity() + response * block.weight).partialPivLu().solve(response);
+    block.inverse = solve_general<6>(Mat6::Identity() + response * block.weight, response);
     return;
   }
   const Mat3 rotation = bodies_->rigid.state[as_index(block.host)].pose.orientation.toRotationMatrix();
   Mat6 system = block.weight;
   system.topLeftCorner<3, 3>().diagonal().array() += properties.mass;
   system.bottomRightCorner<3, 3>() += rotation * properties.inertia.asDiagonal() * rotation.transpose();
-  block.inverse = system.ldlt().solve(Mat6::Identity());
+  block.inverse = SymmetricFactor<6>(system).inverse();
 }
 
 double ContactProjection::inverse_mass_of_guest(const Row& row) const {

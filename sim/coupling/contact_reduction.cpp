@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <tuple>
 
 namespace duet {
 namespace {
@@ -161,8 +162,9 @@ class Reduction {
   // more than the tolerance are none.
   void find_hull() {
     std::vector<FlatPoint>& facet = scratch_.facet;
-    std::sort(facet.begin(), facet.end(),
-              [](const FlatPoint& a, const FlatPoint& b) { return a.u != b.u ? a.u < b.u : a.w < b.w; });
+    std::sort(facet.begin(), facet.end(), [](const FlatPoint& a, const FlatPoint& b) {
+      return std::tie(a.u, a.w, a.touch) < std::tie(b.u, b.w, b.touch);
+    });
     std::vector<int>& hull = scratch_.hull;
     hull.clear();
     const auto add = [&](int next, std::size_t least) {

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <limits>
 
+#include "sim/base/elementary.h"
+
 namespace duet {
 namespace {
 
@@ -22,7 +24,7 @@ double way_in_from_rim(const LevelSet& shape) { return shape.smallest_size() / 4
 // host's normal `n` at the ring.
 Vec3 deepest_direction(const Vec3& n, const Quat& orientation) {
   const Vec3 local = orientation.conjugate() * n;
-  const double length = std::hypot(local.x(), local.z());
+  const double length = math::hypot(local.x(), local.z());
   const Vec3 direction = length > 1e-9 ? Vec3(-local.x() / length, 0, -local.z() / length) : Vec3::UnitX();
   return orientation * direction;
 }

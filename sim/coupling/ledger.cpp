@@ -4,6 +4,8 @@
 
 #include <Eigen/Geometry>
 
+#include "sim/base/rotation.h"
+
 namespace duet {
 namespace {
 
@@ -108,10 +110,9 @@ Momentum displacement(const Bodies& bodies, const std::vector<Vec3>& x,
     if (!properties.is_dynamic()) continue;
     const Pose &before = rigid[i].pose, &now = bodies.rigid.state[i].pose;
     add_at(total, before.position, properties.mass * (now.position - before.position));
-    const Eigen::AngleAxisd turn(now.orientation * before.orientation.conjugate());
+    const Vec3 turn = logarithm(now.orientation * before.orientation.conjugate());
     const Mat3 rotation = before.orientation.toRotationMatrix();
-    total.angular +=
-        rotation * properties.inertia.asDiagonal() * rotation.transpose() * (turn.angle() * turn.axis());
+    total.angular += rotation * properties.inertia.asDiagonal() * rotation.transpose() * turn;
   }
   return total;
 }

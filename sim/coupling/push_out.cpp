@@ -4,6 +4,8 @@
 #include <span>
 #include <tuple>
 
+#include "sim/base/rotation.h"
+
 namespace duet {
 namespace {
 
@@ -176,10 +178,7 @@ class PushOut {
 
 void displace(RigidState& state, const RigidProperties& properties, const Vec3& shift, const Vec3& turn) {
   state.pose.position += shift;
-  const double angle = turn.norm();
-  if (angle > 0)
-    state.pose.orientation =
-        (Quat(Eigen::AngleAxisd(angle, turn / angle)) * state.pose.orientation).normalized();
+  if (!turn.isZero(0)) state.pose.orientation = (exponential(turn) * state.pose.orientation).normalized();
   update_orientation_dependents(state, properties);
 }
 

@@ -129,14 +129,11 @@ void PushOutSystem::factor(const std::vector<int>& rank, bool points) {
       ++end;
     const Row& first = rows_[as_index(outers_[begin].row)];
     if (outers_[begin].kind == 1 || end > begin + 1 || first.host < 0) {
-      factor(blocks_.emplace_back(static_cast<int>(begin), static_cast<int>(end)));
+      factor(blocks_.emplace_back(Block{static_cast<int>(begin), static_cast<int>(end), {}}));
     }
     begin = end;
   }
 }
-
-// A default LDLT has no state that could be copied.
-PushOutSystem::Block::Block(int first, int last) : begin(first), end(last), system(Mat6::Identity()) {}
 
 const Vec3& PushOutSystem::central_arm(const Outer& outer) const {
   const Row& row = rows_[as_index(outer.row)];

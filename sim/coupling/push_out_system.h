@@ -3,8 +3,7 @@
 
 #include <vector>
 
-#include <Eigen/Cholesky>
-
+#include "sim/base/dense_solvers.h"
 #include "sim/coupling/contact_point.h"
 
 namespace duet {
@@ -53,10 +52,9 @@ class PushOutSystem {
     int row = 0;
     bool reversed = false;  // the guest is central
   };
-  struct Block {  // one central body
-    Block(int first, int last);
-    int begin, end;  // range of outers
-    Eigen::LDLT<Mat6> system;
+  struct Block {             // one central body
+    int begin = 0, end = 0;  // range of outers
+    SymmetricFactor<6> system;
   };
 
   int body_slot(int body);

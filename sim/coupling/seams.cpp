@@ -5,6 +5,7 @@
 #include <limits>
 #include <numbers>
 
+#include "sim/base/elementary.h"
 #include "sim/coupling/body_bounds.h"
 #include "sim/coupling/lying.h"
 
@@ -25,7 +26,7 @@ constexpr int directions = 400;
 constexpr double flat = 0.47;
 Vec3 direction(int i) {
   const double z = 1 - (2 * i + 1.0) / directions, angle = i * std::numbers::pi * (3 - std::sqrt(5.0));
-  return {std::sqrt(1 - z * z) * std::cos(angle), std::sqrt(1 - z * z) * std::sin(angle), z};
+  return {std::sqrt(1 - z * z) * math::cos(angle), std::sqrt(1 - z * z) * math::sin(angle), z};
 }
 
 struct Nearest {

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <limits>
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
+#include "sim/base/dense_solvers.h"
 #include "sim/base/parallel.h"
 #include "sim/deformable/corotated.h"
 #include "sim/deformable/neo_hookean.h"
@@ -217,7 +217,7 @@ GradientScatter<double> FiniteElements::scatter(std::size_t t, const std::vector
   GradientScatter<double> scatter;
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) scatter.S[i][j] = sum(i, j);
-  scatter.largest = Eigen::SelfAdjointEigenSolver<Mat3>(sum, Eigen::EigenvaluesOnly).eigenvalues()[2];
+  scatter.largest = symmetric_eigen<3>(sum).values[2];
   return scatter;
 }
 

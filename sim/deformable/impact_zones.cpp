@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <numeric>
 
-#include <Eigen/Eigenvalues>
+#include "sim/base/dense_solvers.h"
 
 namespace duet {
 namespace {
@@ -38,11 +38,11 @@ RigidDisplacement best_rigid(std::span<const int> particles, Weight&& weight, co
     momentum += weight(p) * arm.cross(end[p] - start[p] - result.linear);
     inertia += weight(p) * (arm.squaredNorm() * Mat3::Identity() - arm * arm.transpose());
   }
-  const Eigen::SelfAdjointEigenSolver<Mat3> eigen(inertia);
-  const Vec3& moment = eigen.eigenvalues();
+  const SymmetricEigen<3> eigen = symmetric_eigen<3>(inertia);
+  const Vec3& moment = eigen.values;
   for (int k = 0; k < 3; ++k) {
     if (moment[k] <= no_inertia * moment[2]) continue;
-    const Vec3 axis = eigen.eigenvectors().col(k);
+    const Vec3 axis = eigen.vectors.col(k);
     result.angular += axis.dot(momentum) / moment[k] * axis;
   }
   return result;

@@ -1,6 +1,6 @@
 #include "sim/deformable/spin.h"
 
-#include <Eigen/Eigenvalues>
+#include "sim/base/dense_solvers.h"
 
 namespace duet {
 
@@ -25,11 +25,11 @@ MassMoments mass_moments(const DeformableBody& body, const Particles& particles)
 
 Vec3 rate_of_turn(const MassMoments& moments, const Vec3& L) {
   constexpr double least_share = 1e-9;  // of the largest moment of inertia
-  const Eigen::SelfAdjointEigenSolver<Mat3> axes(moments.inertia);
+  const SymmetricEigen<3> axes = symmetric_eigen<3>(moments.inertia);
   Vec3 rate = Vec3::Zero();
   for (int i = 0; i < 3; ++i)
-    if (axes.eigenvalues()[i] > least_share * axes.eigenvalues()[2])
-      rate += axes.eigenvectors().col(i) * (axes.eigenvectors().col(i).dot(L) / axes.eigenvalues()[i]);
+    if (axes.values[i] > least_share * axes.values[2])
+      rate += axes.vectors.col(i) * (axes.vectors.col(i).dot(L) / axes.values[i]);
   return rate;
 }
 

@@ -3,8 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
+
+#include "sim/base/dense_solvers.h"
 
 namespace duet {
 
@@ -27,9 +28,8 @@ void take_strain(const std::vector<Tet>& tets, const std::vector<Mat3>& inverse_
       strain.worst_tet = static_cast<int>(t);
     }
     if (F.squaredNorm() <= strain.max_stretch * strain.max_stretch) continue;  // no larger one in it
-    Eigen::SelfAdjointEigenSolver<Mat3> squares;
-    squares.computeDirect(F.transpose() * F, Eigen::EigenvaluesOnly);
-    strain.max_stretch = std::max(strain.max_stretch, std::sqrt(squares.eigenvalues()[2]));
+    const Vec3 squares = symmetric_eigen<3>(F.transpose() * F).values;
+    strain.max_stretch = std::max(strain.max_stretch, std::sqrt(squares[2]));
   }
 }
 
@@ -41,10 +41,8 @@ void raise_strain(const std::vector<Tet>& tets, const std::vector<Mat3>& inverse
     const bool is_inverted = F.determinant() <= 0;
     double largest = 0;
     if (!is_inverted) {
-      Eigen::SelfAdjointEigenSolver<Mat3> squares;
-      squares.computeDirect(F.transpose() * F, Eigen::EigenvaluesOnly);
-      for (int i : {0, 2})
-        largest = std::max(largest, std::abs(std::sqrt(std::max(squares.eigenvalues()[i], 0.0)) - 1));
+      const Vec3 squares = symmetric_eigen<3>(F.transpose() * F).values;
+      for (int i : {0, 2}) largest = std::max(largest, std::abs(std::sqrt(std::max(squares[i], 0.0)) - 1));
     }
     for (int p : tets[t]) {
       float& here = strain[static_cast<std::size_t>(p)];

@@ -1,6 +1,6 @@
 #include "sim/embedding/bound_particles.h"
 
-#include <Eigen/Eigenvalues>
+#include "sim/base/dense_solvers.h"
 
 namespace duet {
 
@@ -43,18 +43,18 @@ void add_force_twists(const RigidBodies& rigid, const std::vector<BoundParticle>
 
 double equivalent_mass(const RigidProperties& body, const std::vector<BoundParticle>& bound,
                        std::size_t number) {
-  // The least c with M >= c sum J^T J, where J takes the body's twist to the velocity of a particle.
-  Mat6 mass = Mat6::Zero(), unit = Mat6::Zero();
-  mass.topLeftCorner<3, 3>().diagonal().setConstant(body.mass);
-  mass.bottomRightCorner<3, 3>() = body.inertia.asDiagonal();
+  // The least c with M >= c sum J^T J, where J takes the body's twist to the velocity of a particle: the
+  // inverse of the largest eigenvalue of M^-1/2 (sum J^T J) M^-1/2, M being diagonal in the body's axes.
+  Vec6 root;  // of the diagonal of M^-1
+  root << Vec3::Constant(1 / std::sqrt(body.mass)), body.inertia.cwiseSqrt().cwiseInverse();
+  Mat6 unit = Mat6::Zero();
   for (const BoundParticle& b : bound) {
     if (b.body != number) continue;
     Eigen::Matrix<double, 3, 6> jacobian;
     jacobian << Mat3::Identity(), -skew(b.arm);
     unit += jacobian.transpose() * jacobian;
   }
-  const Eigen::GeneralizedSelfAdjointEigenSolver<Mat6> solver(unit, mass, Eigen::EigenvaluesOnly);
-  return 1 / solver.eigenvalues().maxCoeff();
+  return 1 / symmetric_eigen<6>(root.asDiagonal() * unit * root.asDiagonal()).values[5];
 }
 
 }  // namespace duet

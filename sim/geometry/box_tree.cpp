@@ -65,6 +65,9 @@ Eigen::AlignedBox3d BoxTree::split(int begin, int end) {
   const std::size_t node = nodes_.size();
   nodes_.emplace_back();
   if (end - begin <= width) {
+    // What std::nth_element leaves in its halves is not laid down.
+    std::sort(leaves_.begin() + begin, leaves_.begin() + end,
+              [](const Leaf& a, const Leaf& b) { return a.item < b.item; });
     for (int i = begin; i < end; ++i) {
       nodes_[node].set(i - begin, leaves_[as_index(i)].box);
       nodes_[node].child[as_index(i - begin)] = ~leaves_[as_index(i)].item;

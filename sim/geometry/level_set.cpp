@@ -5,6 +5,7 @@
 #include <limits>
 #include <numbers>
 
+#include "sim/base/elementary.h"
 #include "sim/geometry/grid_level_set.h"
 
 namespace duet {
@@ -138,7 +139,7 @@ double LevelSet::bounding_radius() const {
     case Kind::capsule:
       return half_length + radius;
     case Kind::cylinder:
-      return std::hypot(radius, half_length);
+      return math::hypot(radius, half_length);
     case Kind::torus:
       return radius + tube;
     case Kind::grid:

@@ -69,7 +69,8 @@ void merge_equal(TriangleMesh& mesh) {
   };
   std::vector<int> order(mesh.positions.size());
   std::iota(order.begin(), order.end(), 0);
-  std::sort(order.begin(), order.end(), [&](int a, int b) { return key(a) < key(b); });
+  std::sort(order.begin(), order.end(),
+            [&](int a, int b) { return std::pair(key(a), a) < std::pair(key(b), b); });
   Sets sets(order.size());
   for (std::size_t i = 1; i < order.size(); ++i)
     if (key(order[i - 1]) == key(order[i])) sets.join(order[i - 1], order[i]);

@@ -5,6 +5,7 @@
 #include <map>
 #include <utility>
 
+#include "sim/base/elementary.h"
 #include "sim/geometry/closest_points.h"
 
 namespace duet {
@@ -13,7 +14,7 @@ namespace {
 // Of the size of a triangle: nearer to its surface, the way to it has no direction to speak of.
 constexpr double on_surface = 1e-9;
 
-double angle_between(const Vec3& a, const Vec3& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
+double angle_between(const Vec3& a, const Vec3& b) { return math::atan2(a.cross(b).norm(), a.dot(b)); }
 
 }  // namespace
 

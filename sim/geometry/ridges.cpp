@@ -7,6 +7,7 @@
 #include <numbers>
 #include <utility>
 
+#include "sim/base/elementary.h"
 #include "sim/base/rotation.h"
 #include "sim/geometry/shape_samples.h"
 
@@ -30,7 +31,10 @@ void end_line(int begin, bool is_closed, double radius, double around, Ridges& r
     if (i + 1 == line.end && !is_closed) break;
     const int next = i + 1 < line.end ? i + 1 : line.begin;
     const double chord = (ridges.nodes[as_index(next)] - ridges.nodes[as_index(i)]).norm();
-    const double way = around > 0 ? 2 * around * std::asin(std::min(1.0, chord / (2 * around))) : chord;
+    const double way =
+        around > 0
+            ? 2 * around * math::atan2(chord, std::sqrt(std::max(0.0, 4 * around * around - chord * chord)))
+            : chord;
     line.longest = std::max(line.longest, way);
   }
   ridges.lines.push_back(line);
@@ -54,7 +58,7 @@ void add_circle(double around, double y, double radius, double spacing, Ridges& 
   const int n = std::max(least_around, pieces_of(2 * pi * around, spacing));
   const int begin = static_cast<int>(ridges.nodes.size());
   for (int i = 0; i < n; ++i)
-    ridges.nodes.emplace_back(around * std::sin(2 * pi * i / n), y, around * std::cos(2 * pi * i / n));
+    ridges.nodes.emplace_back(around * math::sin(2 * pi * i / n), y, around * math::cos(2 * pi * i / n));
   end_line(begin, true, radius, around, ridges);
 }
 
@@ -111,7 +115,7 @@ bool bends_outwards(const LevelSet& shape, const Vec3& x, const Vec3& inward, do
   const Mat3 axes = shortest_turn(Vec3::UnitZ(), inward).toRotationMatrix();
   for (int k = 0; k < directions; ++k) {
     const double angle = pi * k / directions;
-    const Vec3 way = spacing * (std::cos(angle) * axes.col(0) + std::sin(angle) * axes.col(1));
+    const Vec3 way = spacing * (math::cos(angle) * axes.col(0) + math::sin(angle) * axes.col(1));
     if (std::min(shape.distance(x + way), shape.distance(x - way)) > least_bend * spacing) return true;
   }
   return false;
@@ -280,7 +284,7 @@ void keep_nodes(const std::vector<char>& stays, Ridges& ridges) {
 Vec3 place_between(const Ridges::Line& line, const Vec3& first, const Vec3& second, double t) {
   Vec3 place = first + t * (second - first);
   if (line.around > 0) {
-    const double scale = line.around / std::hypot(place.x(), place.z());
+    const double scale = line.around / math::hypot(place.x(), place.z());
     place.x() *= scale;
     place.z() *= scale;
   }

@@ -5,6 +5,7 @@
 #include <numbers>
 #include <span>
 
+#include "sim/base/elementary.h"
 #include "sim/geometry/texture.h"
 
 namespace duet {
@@ -68,7 +69,7 @@ void add_arc(std::vector<ProfilePoint>& profile, const Vec2& center, double radi
     const double angle = begin + (end - begin) * (static_cast<double>(row) / rows);
     // On the axis exactly, where rounding would leave a tiny hole instead of a pole.
     const bool pole = center.x() == 0 && (angle == 0 || angle == pi);
-    const Vec2 direction(pole ? 0 : std::sin(angle), std::cos(angle));
+    const Vec2 direction(pole ? 0 : math::sin(angle), math::cos(angle));
     profile.push_back({center + radius * direction, direction});
   }
 }
@@ -110,7 +111,7 @@ class Revolution {
       first_normal_.push_back(static_cast<int>(surface_.normals.size()));
       for (int column = 0; column < points; ++column) {
         const double azimuth = 2 * pi * column / columns_;
-        const Vec3 out(std::sin(azimuth), 0, std::cos(azimuth));
+        const Vec3 out(math::sin(azimuth), 0, math::cos(azimuth));
         const auto turned = [&](const Vec2& v) {
           return Vec3f((v.x() * out + Vec3(0, v.y(), 0)).cast<float>());
         };
@@ -201,7 +202,7 @@ class CreaseNormals {
     }
   }
   Vec3f at(std::size_t triangle, std::size_t k) const {
-    const double crease = std::cos(40 * pi / 180);
+    const double crease = math::cos(40 * pi / 180);
     const Vec3& own = areas_[triangle];
     Vec3 sum = Vec3::Zero();
     for (const std::size_t t : around_[as_index(mesh_.triangles[triangle][k])])

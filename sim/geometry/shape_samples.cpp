@@ -5,6 +5,8 @@
 #include <map>
 #include <numbers>
 
+#include "sim/base/elementary.h"
+
 namespace duet {
 namespace {
 
@@ -64,7 +66,7 @@ class Rings {
     }
     const int n = std::max(3, intervals(2 * pi * radius, spacing_));
     for (int i = 0; i < n; ++i)
-      samples_.emplace_back(radius * std::sin(2 * pi * i / n), y, radius * std::cos(2 * pi * i / n));
+      samples_.emplace_back(radius * math::sin(2 * pi * i / n), y, radius * math::cos(2 * pi * i / n));
   }
   std::vector<Vec3> take() { return std::move(samples_); }
 
@@ -79,7 +81,7 @@ std::vector<Vec3> capsule_samples(double radius, double half_length, double spac
   for (const double end : {-1.0, 1.0})
     for (int row = 0; row <= rows; ++row) {
       const double polar = pi / 2 * row / rows;
-      rings.add(radius * std::sin(polar), end * (half_length + radius * std::cos(polar)));
+      rings.add(radius * math::sin(polar), end * (half_length + radius * math::cos(polar)));
     }
   const int n = intervals(2 * half_length, spacing);
   for (int i = 1; i < n; ++i) rings.add(radius, half_length * (2.0 * i / n - 1));
@@ -101,7 +103,7 @@ std::vector<Vec3> torus_samples(double radius, double tube, double spacing) {
   const int n = std::max(8, 4 * intervals(pi / 2 * tube, spacing));  // with the rings that it lies on
   for (int i = 0; i < n; ++i) {
     const double angle = 2 * pi * i / n;
-    rings.add(radius + tube * std::cos(angle), tube * std::sin(angle));
+    rings.add(radius + tube * math::cos(angle), tube * math::sin(angle));
   }
   return rings.take();
 }
@@ -178,7 +180,7 @@ void add_face_points(const TriangleMesh& mesh, std::size_t t, const Vec3& normal
 
 }  // namespace
 
-double default_sample_spacing(double volume) { return std::cbrt(volume) / 8; }
+double default_sample_spacing(double volume) { return math::cbrt(volume) / 8; }
 
 std::vector<Vec3> surface_samples(const LevelSet& shape, double spacing) {
   switch (shape.kind) {

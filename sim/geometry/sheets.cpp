@@ -6,6 +6,8 @@
 #include <map>
 #include <numbers>
 
+#include "sim/base/elementary.h"
+
 namespace duet {
 namespace {
 
@@ -65,7 +67,7 @@ Sheet disc(double radius, int rings) {
   for (int k = 1; k <= rings; ++k)
     for (int i = 0; i < 6 * k; ++i) {
       const double angle = full_turn * i / (6 * k), r = radius * k / rings;
-      sheet.nodes.emplace_back(r * std::sin(angle), 0, r * std::cos(angle));
+      sheet.nodes.emplace_back(r * math::sin(angle), 0, r * math::cos(angle));
     }
   for (int k = 1; k <= rings; ++k)
     for (int sector = 0; sector < 6; ++sector)
@@ -115,7 +117,7 @@ Curve helix(double radius, double pitch, double turns, int segments) {
   return evenly(
       [&](double u) {
         const double angle = full_turn * turns * u;
-        return Vec3(radius * std::cos(angle), pitch * turns * (u - 0.5), -radius * std::sin(angle));
+        return Vec3(radius * math::cos(angle), pitch * turns * (u - 0.5), -radius * math::sin(angle));
       },
       segments, false);
 }
@@ -124,8 +126,8 @@ Curve torus_knot(double radius, double tube, int p, int q, int segments) {
   return evenly(
       [&](double u) {
         const double about = full_turn * p * u, around = full_turn * q * u;
-        const double r = radius + tube * std::cos(around);
-        return Vec3(r * std::cos(about), tube * std::sin(around), r * std::sin(about));
+        const double r = radius + tube * math::cos(around);
+        return Vec3(r * math::cos(about), tube * math::sin(around), r * math::sin(about));
       },
       segments, true);
 }

@@ -6,6 +6,7 @@
 #include <set>
 #include <tuple>
 
+#include "sim/base/elementary.h"
 #include "sim/geometry/texture.h"
 
 namespace duet {
@@ -205,7 +206,7 @@ std::vector<BoundarySample> boundary_samples(const TetMesh& mesh, const std::vec
 }
 
 BoundarySurface boundary_surface(const TetMesh& mesh, const std::vector<Triangle>& triangles, double crease) {
-  const double least_cosine = std::cos(crease * EIGEN_PI / 180);
+  const double least_cosine = math::cos(crease * EIGEN_PI / 180);
   BoundarySurface result;
   Surface& surface = result.surface;
   std::map<int, int> vertex_of_node;

@@ -5,6 +5,7 @@
 #include <limits>
 #include <numbers>
 
+#include "sim/base/elementary.h"
 #include "sim/base/parallel.h"
 
 namespace duet {
@@ -65,15 +66,15 @@ std::array<double, 6> dihedral_angles(const TetMesh& mesh, const Tet& tet) {
     for (std::size_t j = 0; j < i; ++j) {
       // The angle between the outward normals is what the faces' own lacks to 180 degrees. atan2 keeps its
       // accuracy for flat tets, where the arc cosine loses half of the digits.
-      const double between = std::atan2(normals[i].cross(normals[j]).norm(), normals[i].dot(normals[j]));
+      const double between = math::atan2(normals[i].cross(normals[j]).norm(), normals[i].dot(normals[j]));
       angles[next++] = 180 - between * 180 / std::numbers::pi;
     }
   return angles;
 }
 
 bool has_dihedral_angles_within(const TetMesh& mesh, const Tet& tet, double least, double largest) {
-  const double above = std::cos(least * std::numbers::pi / 180),
-               below = std::cos(largest * std::numbers::pi / 180);
+  const double above = math::cos(least * std::numbers::pi / 180),
+               below = math::cos(largest * std::numbers::pi / 180);
   const std::array<Vec3, 4> normals = Corners(mesh, tet).face_normals();
   std::array<double, 4> lengths{};
   for (std::size_t i = 0; i < 4; ++i) lengths[i] = normals[i].norm();

@@ -4,6 +4,7 @@
 #include <map>
 #include <numbers>
 
+#include "sim/base/elementary.h"
 #include "sim/base/rotation.h"
 #include "sim/geometry/shape_mesh.h"
 
@@ -122,7 +123,7 @@ void Tube::update(std::span<const Vec3> x, Surface& surface) const {
       normal = shortest_turn(previous, next) * normal;
       previous = next;
     }
-    mismatch = std::atan2(start.cross(normal).dot(along), start.dot(normal));
+    mismatch = math::atan2(start.cross(normal).dot(along), start.dot(normal));
   }
   Vec3 normal = start;
   for (std::size_t ring = 0; ring < x.size(); ++ring) {
@@ -132,7 +133,7 @@ void Tube::update(std::span<const Vec3> x, Surface& surface) const {
     const double twist = mismatch * static_cast<double>(ring) / static_cast<double>(x.size());
     for (std::size_t k = 0; k < sides; ++k) {
       const double angle = 2 * std::numbers::pi * static_cast<double>(k) / sides - twist;
-      const Vec3 out = std::cos(angle) * normal + std::sin(angle) * along.cross(normal);
+      const Vec3 out = math::cos(angle) * normal + math::sin(angle) * along.cross(normal);
       surface.positions[ring * sides + k] = (x[ring] + radius_ * out).cast<float>();
     }
   }

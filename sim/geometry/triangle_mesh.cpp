@@ -1,6 +1,6 @@
 #include "sim/geometry/triangle_mesh.h"
 
-#include <Eigen/Eigenvalues>
+#include "sim/base/dense_solvers.h"
 
 namespace duet {
 
@@ -25,7 +25,7 @@ namespace {
 Mat3 principal_axes(const Mat3& tensor) {
   const double off_diagonal = std::abs(tensor(0, 1)) + std::abs(tensor(1, 2)) + std::abs(tensor(2, 0));
   if (off_diagonal <= 1e-12 * tensor.trace()) return Mat3::Identity();
-  Mat3 axes = Eigen::SelfAdjointEigenSolver<Mat3>(tensor).eigenvectors();
+  Mat3 axes = symmetric_eigen<3>(tensor).vectors;
   if (axes.determinant() < 0) axes.col(0) = -axes.col(0);
   return axes;
 }

@@ -50,6 +50,9 @@ void TriangleTree::build(int begin, int end) {
   }
   nodes_[node].box = box;
   if (end - begin <= leaf_size) {
+    // What std::nth_element leaves in its halves is not laid down.
+    std::sort(triangles_.begin() + begin, triangles_.begin() + end,
+              [](const Corners& s, const Corners& t) { return s.number < t.number; });
     nodes_[node].begin = begin;
     nodes_[node].end = end;
     return;
@@ -59,7 +62,9 @@ void TriangleTree::build(int begin, int end) {
   const int middle = begin + (end - begin) / 2;
   std::nth_element(triangles_.begin() + begin, triangles_.begin() + middle, triangles_.begin() + end,
                    [axis](const Corners& s, const Corners& t) {
-                     return s.a[axis] + s.b[axis] + s.c[axis] < t.a[axis] + t.b[axis] + t.c[axis];
+                     const double at_s = s.a[axis] + s.b[axis] + s.c[axis],
+                                  at_t = t.a[axis] + t.b[axis] + t.c[axis];
+                     return at_s != at_t ? at_s < at_t : s.number < t.number;
                    });
   build(begin, middle);
   nodes_[node].second = static_cast<int>(nodes_.size());

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "sim/base/elementary.h"
 #include "sim/base/rotation.h"
 
 namespace duet {
@@ -102,9 +103,9 @@ void follow(const Sinusoid& sinusoid, double time, MotionState& state) {
   const double omega = two_pi * sinusoid.frequency;
   const double angle =
       omega * (std::clamp(time, sinusoid.start, sinusoid.stop) - sinusoid.start) + sinusoid.phase;
-  const double f = std::sin(angle) - std::sin(sinusoid.phase);
+  const double f = math::sin(angle) - math::sin(sinusoid.phase);
   const bool moves = time >= sinusoid.start && time < sinusoid.stop;
-  const double rate = moves ? omega * std::cos(angle) : 0;
+  const double rate = moves ? omega * math::cos(angle) : 0;
   state.pose.position += f * sinusoid.amplitude;
   state.velocity += rate * sinusoid.amplitude;
   rotate(state, f * sinusoid.turn, rate * sinusoid.turn);

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "sim/articulation/joint_rows.h"
+#include "sim/base/elementary.h"
 #include "sim/base/near_miss.h"
 #include "sim/scene/joints.h"
 #include "sim/scene/table_reader.h"
@@ -179,7 +180,7 @@ class JointChecker {
       if (row.role != RowRole::structure) continue;
       const double error = structure_error(made, row, frames, reference);
       double& worst = row.motion == RowMotion::travel ? gap : angle;
-      worst = std::hypot(worst, error);
+      worst = math::hypot(worst, error);
     }
     if (gap > apart)
       problems_.add(

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "sim/base/elementary.h"
+
 namespace duet::scene {
 namespace {
 
@@ -19,7 +21,7 @@ double Random::uniform(double least, double most) {
 Quat Random::rotation() {  // Shoemake 1992
   const double u = uniform(0, 1), a = uniform(0, 2 * std::numbers::pi), b = uniform(0, 2 * std::numbers::pi);
   const double r = std::sqrt(1 - u), s = std::sqrt(u);
-  return {r * std::sin(a), r * std::cos(a), s * std::sin(b), s * std::cos(b)};
+  return {r * math::sin(a), r * math::cos(a), s * math::sin(b), s * math::cos(b)};
 }
 
 // By the axes that can separate two boxes: the edges of both and their cross products.

@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "sim/base/near_miss.h"
+#include "sim/base/rotation.h"
 #include "sim/scene/camera_reader.h"
 #include "sim/scene/deformable_reader.h"
 #include "sim/scene/joint_reader.h"
@@ -25,7 +26,7 @@ namespace {
 constexpr int max_picture_edge = 16384;  // samples; the largest texture that software rasterisers offer
 
 Quat orientation_of(const Rotation& rotation) {
-  return Quat(Eigen::AngleAxisd(rotation.degrees * EIGEN_PI / 180, rotation.axis.normalized()));
+  return exponential(rotation.degrees * EIGEN_PI / 180 * rotation.axis.normalized());
 }
 
 // Builds a Scene from a document: one function a table, each of which reads by the schema and then checks the

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sim/base/elementary.h"
 #include "sim/base/parallel.h"
 #include "sim/solve/velocity_system.h"
 #include "sim/step/step.h"
@@ -36,7 +37,7 @@ double bounded_share(const OneRings& rings, const std::vector<Vec3>& change, dou
         double share = 1;
         for (std::size_t i = begin; i < end; ++i) {
           const double way = dt * change[static_cast<std::size_t>(rings.particle(i))].norm();
-          const double most = most_travel * std::cbrt(rings.rest_volume(i));
+          const double most = most_travel * math::cbrt(rings.rest_volume(i));
           if (way > most) share = std::min(share, most / way);
         }
         return share;
