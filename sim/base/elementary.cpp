@@ -183,7 +183,10 @@ double cbrt(double x) {
 
 double hypot(double x, double y) {
   const DoubleDouble a = two_product(x, x), b = two_product(y, y), sum = two_sum(a.high, b.high);
-  return std::sqrt(sum.high + (sum.low + (a.low + b.low)));
+  if (sum.high == 0) return 0;
+  const double root = std::sqrt(sum.high);
+  const DoubleDouble square = two_product(root, root);
+  return root + ((sum.high - square.high) + (sum.low + (a.low + b.low) - square.low)) / (2 * root);
 }
 
 }  // namespace duet::math

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "sim/base/dot_in_order.h"
+
 namespace duet {
 namespace {
 
@@ -14,14 +16,14 @@ constexpr double flat = 1e-14;
 
 Vec2 nearest_weights(const Vec3& a, const Vec3& b, const Vec3& x) {
   const Vec3 ab = b - a;
-  const double length = ab.squaredNorm();
-  const double t = length > 0 ? std::clamp(ab.dot(x - a) / length, 0.0, 1.0) : 0;
+  const double length = square_in_order(ab);
+  const double t = length > 0 ? std::clamp(dot_in_order(ab, x - a) / length, 0.0, 1.0) : 0;
   return {1 - t, t};
 }
 
 bool is_degenerate(const Vec3& a, const Vec3& b, const Vec3& c) {
   const Vec3 ab = b - a, ac = c - a;
-  const double product = ab.squaredNorm() * ac.squaredNorm(), cosine = ab.dot(ac);
+  const double product = square_in_order(ab) * square_in_order(ac), cosine = dot_in_order(ab, ac);
   return product - cosine * cosine <= flat * product;
 }
 
@@ -34,15 +36,15 @@ Vec3 nearest_weights(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& x)
                on_ca = nearest_weights(c, a, x);
     const std::array<Vec3, 3> candidates = {Vec3(on_ab[0], on_ab[1], 0), Vec3(0, on_bc[0], on_bc[1]),
                                             Vec3(on_ca[1], 0, on_ca[0])};
-    const auto distance = [&](const Vec3& w) { return (w[0] * a + w[1] * b + w[2] * c - x).squaredNorm(); };
+    const auto distance = [&](const Vec3& w) { return square_in_order(w[0] * a + w[1] * b + w[2] * c - x); };
     return *std::min_element(candidates.begin(), candidates.end(),
                              [&](const Vec3& v, const Vec3& w) { return distance(v) < distance(w); });
   }
-  const double d1 = ab.dot(x - a), d2 = ac.dot(x - a);
+  const double d1 = dot_in_order(ab, x - a), d2 = dot_in_order(ac, x - a);
   if (d1 <= 0 && d2 <= 0) return Vec3::UnitX();
-  const double d3 = ab.dot(x - b), d4 = ac.dot(x - b);
+  const double d3 = dot_in_order(ab, x - b), d4 = dot_in_order(ac, x - b);
   if (d3 >= 0 && d4 <= d3) return Vec3::UnitY();
-  const double d5 = ab.dot(x - c), d6 = ac.dot(x - c);
+  const double d5 = dot_in_order(ab, x - c), d6 = dot_in_order(ac, x - c);
   if (d6 >= 0 && d5 <= d6) return Vec3::UnitZ();
   const double on_c = d1 * d4 - d3 * d2;  // barycentric weights times twice the squared area
   if (on_c <= 0 && d1 >= 0 && d3 <= 0) {

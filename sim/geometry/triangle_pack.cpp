@@ -1,12 +1,13 @@
 #include "sim/geometry/triangle_pack.h"
 
+#include "sim/base/dot_in_order.h"
 #include "sim/geometry/closest_points.h"
 
 namespace duet {
 namespace {
 
 PackVector operator-(const PackVector& a, const PackVector& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-// In the order in which Eigen adds them up.
+// As dot_in_order().
 Pack dot(const PackVector& a, const PackVector& b) { return (a.x * b.x + a.y * b.y) + a.z * b.z; }
 
 }  // namespace
@@ -55,7 +56,7 @@ Pack TrianglePack::squared_distances(const Vec3& x) const {
     const auto lane = static_cast<std::size_t>(__builtin_ctz(lanes));
     const Vec3 p = corner(0, lane), q = corner(1, lane), r = corner(2, lane),
                weight = nearest_weights(p, q, r, x);
-    squared[lane] = (weight[0] * p + weight[1] * q + weight[2] * r - x).squaredNorm();
+    squared[lane] = square_in_order(weight[0] * p + weight[1] * q + weight[2] * r - x);
   }
   return squared;
 }

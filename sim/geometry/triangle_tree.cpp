@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "sim/base/dot_in_order.h"
 #include "sim/geometry/closest_points.h"
 
 namespace duet {
@@ -89,7 +90,7 @@ TriangleTree::Nearest TriangleTree::nearest(const Vec3& x) const {
     for (int i = node.begin; i < node.end; ++i) {
       const Corners& t = triangles_[as_index(i)];
       const Vec3 candidate = nearest_point(t.a, t.b, t.c, x);
-      if (const double squared = (candidate - x).squaredNorm(); squared < least) {
+      if (const double squared = square_in_order(candidate - x); squared < least) {
         least = squared;
         point = candidate;
         triangle = t.number;

@@ -105,8 +105,8 @@ class MotionChecker {
     if (first.position && last.position && (*first.position - *last.position).norm() > same_place)
       add(tables.back(), "position", "is not that of the first keyframe", hint);
     if (first.has_rotation && last.has_rotation &&
-        exponential(first.rotation.vector()).angularDistance(exponential(last.rotation.vector())) >
-            same_place)
+        logarithm(exponential(first.rotation.vector()).conjugate() * exponential(last.rotation.vector()))
+                .norm() > same_place)
       add(tables.back(), "rotation", "is not that of the first keyframe", hint);
   }
 

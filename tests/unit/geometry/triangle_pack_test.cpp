@@ -6,6 +6,7 @@
 #include "tests/support/meshes.h"
 #include <gtest/gtest.h>
 
+#include "sim/base/dot_in_order.h"
 #include "sim/geometry/closest_points.h"
 #include "sim/geometry/triangle_tree.h"
 
@@ -35,7 +36,7 @@ TEST(TrianglePack, HasTheDistancesOfItsTriangles) {
       const Pack squared = pack.squared_distances(x);
       for (std::size_t lane = 0; lane < pack_width; ++lane) {
         const auto& [a, b, c] = triangles[lane];
-        EXPECT_EQ(squared[lane], (nearest_point(a, b, c, x) - x).squaredNorm()) << i << ' ' << lane;
+        EXPECT_EQ(squared[lane], square_in_order(nearest_point(a, b, c, x) - x)) << i << ' ' << lane;
         const Vec3 weight = nearest_weights(a, b, c, x);
         ++regions[(weight.array() == 0).count()];
       }
