@@ -24,7 +24,11 @@ inline scene::Scene small_stack() {
 inline GeneralizedVelocity random_velocity(const Bodies& bodies, unsigned seed) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> uniform(-1, 1);
-  const auto vector = [&] { return Vec3(uniform(random), uniform(random), uniform(random)); };
+  const auto vector = [&] {
+    Vec3 v;
+    for (double& coordinate : v) coordinate = uniform(random);
+    return v;
+  };
   GeneralizedVelocity v;
   for (std::size_t i = 0; i < bodies.particles.size(); ++i) v.particle.push_back(vector());
   for (std::size_t i = 0; i < bodies.rigid.size(); ++i) {

@@ -157,7 +157,11 @@ TEST(CornersInFaces, KnowHowFarTheyAreFromABoundaryOfAnyShape) {
   Bodies& bodies = corners.bodies();
   std::mt19937 random(5);
   std::uniform_real_distribution<double> uniform(-1, 1);
-  const auto random_vector = [&] { return Vec3(uniform(random), uniform(random), uniform(random)); };
+  const auto random_vector = [&] {
+    Vec3 v;
+    for (double& coordinate : v) coordinate = uniform(random);
+    return v;
+  };
   int inside = 0, outside = 0;
   for (int shape = 0; shape < 20; ++shape) {
     const std::vector<Vec3> rest = bodies.particles.x;

@@ -166,7 +166,11 @@ TEST(WarmStart, TheShareOfAnIslandIsTheBestOne) {
   ASSERT_GT(tower.contacts.points.size(), 8u);
   std::mt19937 random(1);
   std::uniform_real_distribution<double> uniform(-1, 1);
-  const auto vector = [&] { return Vec3(uniform(random), uniform(random), uniform(random)); };
+  const auto vector = [&] {
+    Vec3 v;
+    for (double& coordinate : v) coordinate = uniform(random);
+    return v;
+  };
   int all = 0, some = 0, none = 0;
   for (int i = 0; i < 200; ++i) {
     for (std::size_t body = 0; body < 2; ++body) {

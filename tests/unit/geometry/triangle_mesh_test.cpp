@@ -96,11 +96,12 @@ TEST(TriangleTree, FindsTheNearestPoint) {
     const Vec3 x = 2 * test::random_vector(random);
     double least = 1e9;
     for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
-      least = std::min(
-          least, (x - nearest_point(mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2), x)).norm());
+      least =
+          std::min(least, std::sqrt(square_in_order(x - nearest_point(mesh.corner(t, 0), mesh.corner(t, 1),
+                                                                      mesh.corner(t, 2), x))));
     const TriangleTree::Nearest nearest = tree.nearest(x);
     EXPECT_EQ(nearest.distance, least);
-    EXPECT_EQ((x - nearest.point).norm(), least);
+    EXPECT_EQ(std::sqrt(square_in_order(x - nearest.point)), least);
     const auto t = static_cast<std::size_t>(nearest.triangle);
     EXPECT_EQ(nearest_point(mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2), x), nearest.point);
   }
