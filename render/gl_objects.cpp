@@ -10,7 +10,8 @@
 namespace duet::render {
 namespace {
 
-constexpr const char* update_mesa = "OpenGL 3.3 is needed: install a current Mesa (apt install libosmesa6)";
+constexpr const char* update_mesa =
+    "OpenGL 3.3 is needed: install a current Mesa (apt install libgl1-mesa-dri)";
 
 GLenum color_attachment(std::size_t i) { return GL_COLOR_ATTACHMENT0 + static_cast<GLenum>(i); }
 

@@ -47,7 +47,8 @@ std::unique_ptr<Context> create_context(Backend backend, const LibraryNames& lib
     throw FileError(
         "off-screen rendering",
         fmt::format("no OpenGL library can be used. OSMesa: {}. EGL: {}", osmesa_problem, error.what()),
-        "one of them is enough: apt install libosmesa6, or apt install libegl1 libgl1-mesa-dri");
+        "one of them is enough: apt install libegl1 libgl1-mesa-dri, or, up to Debian 13, apt install "
+        "libosmesa6");
   }
 }
 

@@ -12,7 +12,7 @@ void load(const Context& context, const char* name, F& function) {
   function = reinterpret_cast<F>(context.get_proc_address(name));
   if (!function)
     throw FileError(context.name(), fmt::format("the OpenGL library lacks {}", name),
-                    "OpenGL 3.3 is needed: install a current Mesa (apt install libosmesa6)");
+                    "OpenGL 3.3 is needed: install a current Mesa (apt install libgl1-mesa-dri)");
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 // when it should.
 #include "tests/image/small_scene.h"
 
+#include "tests/support/osmesa.h"
 #include <gtest/gtest.h>
 
 #include "sim/base/error.h"
@@ -239,11 +240,17 @@ TEST(SmallScene, TwoDrawsAreIdentical) {
   EXPECT_EQ(draw(scene).rgb, first);  // a context of its own
 }
 
-TEST(SmallScene, OsmesaAndEglDrawTheSameBits) {
+TEST(SmallScene, EveryLibraryOfTheSystemDrawsTheSameBits) {
   const scene::Scene scene = small_scene();
-  const Picture osmesa = draw(scene, small_manifest(), small_bodies(), render::Backend::osmesa);
-  const Picture egl = draw(scene, small_manifest(), small_bodies(), render::Backend::egl);
-  EXPECT_TRUE(osmesa == egl);
+  const auto by = [&](render::Backend backend) {
+    return draw(scene, small_manifest(), small_bodies(), backend);
+  };
+  const Picture egl = by(render::Backend::egl);
+  EXPECT_TRUE(by(render::Backend::automatic) == egl);
+  if (test::has_osmesa())
+    EXPECT_TRUE(by(render::Backend::osmesa) == egl);
+  else
+    EXPECT_THROW(by(render::Backend::osmesa), FileError);
 }
 
 TEST(SmallScene, MoreThanTheRendererHoldsIsRefused) {

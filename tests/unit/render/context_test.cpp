@@ -1,5 +1,6 @@
 #include "render/context/context.h"
 
+#include "tests/support/osmesa.h"
 #include <gtest/gtest.h>
 
 #include "render/context/gl.h"
@@ -51,11 +52,25 @@ TEST(Context, AutomaticFallsBackToTheOtherLibrary) {
   const std::unique_ptr<Context> context =
       create_context(Backend::automatic, {.osmesa = no_library.osmesa, .egl = LibraryNames{}.egl});
   EXPECT_EQ(context->name(), "EGL");
-  EXPECT_EQ(create_context(Backend::automatic)->name(), "OSMesa");
+}
+
+TEST(Context, AutomaticPrefersOsmesaWhereTheSystemHasIt) {
+  EXPECT_EQ(create_context(Backend::automatic)->name(), test::has_osmesa() ? "OSMesa" : "EGL");
+}
+
+TEST(Context, OsmesaIsGivenOrNamedAsMissing) {
+  if (test::has_osmesa()) {
+    EXPECT_EQ(create_context(Backend::osmesa)->name(), "OSMesa");
+  } else {
+    const std::string message = failure(Backend::osmesa, {});
+    EXPECT_TRUE(contains(message, "libOSMesa.so.8")) << message;
+  }
 }
 
 TEST(Context, GivesOpenGl33) {
-  for (const Backend backend : {Backend::osmesa, Backend::egl}) {
+  std::vector<Backend> backends = {Backend::egl};
+  if (test::has_osmesa()) backends.push_back(Backend::osmesa);
+  for (const Backend backend : backends) {
     const std::unique_ptr<Context> context = create_context(backend);
     const Gl gl = load_gl(*context);
     GLint major = 0, minor = 0;
