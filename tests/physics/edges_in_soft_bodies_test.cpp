@@ -186,7 +186,7 @@ TEST(EdgesInSoftBodies, EnterNowhereOnRims) {
 TEST(EdgesInSoftBodies, EnterNowhereOnMarbles) {
   for (const Vec3& beside : {Vec3(0.17, 0, 0.29), Vec3(0.25, 0, 0), Vec3(0.25, 0, 0.25), Vec3(0.1, 0, 0.1)}) {
     scene::Scene scene;
-    const scene::RigidBody& marble = test::add_ball(scene, "marble", Vec3(0, -0.05, 0), 0.05, 1);
+    scene::RigidBody& marble = test::add_ball(scene, "marble", Vec3(0, -0.05, 0), 0.05, 1);
     test::expect_below(deepest_under_block(marble, beside), 1e-3, "deepest place of the block's boundary, m");
   }
 }
