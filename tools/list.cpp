@@ -8,8 +8,10 @@ namespace duet::tools {
 Outcome list() {
   const std::vector<ShippedScene> shipped = shipped_scenes();
   if (shipped.empty())
-    throw Error(ExitStatus::files,
-                "no folder scenes/ here or beside the program's folder (run it in the source tree)");
+    throw Error(
+        ExitStatus::files,
+        "no folder scenes/ here, beside the program's folder or where it was installed (run it in the source "
+        "tree, or install it with cmake --install)");
   std::string text = fmt::format("{:<20} {:<8} {:>6}  {}\n", "scene", "figure", "frames", "title");
   for (const ShippedScene& entry : shipped) {
     const scene::Scene scene = scene::read(entry.path.string()).scene;

@@ -11,6 +11,13 @@ namespace duet::tools {
 namespace fs = std::filesystem;
 namespace {
 
+// Folders that may hold the scenes, relative to the program's.
+constexpr const char* places_of_scenes[] = {
+    "../scenes",                // build/duet
+    "../share/duet/scenes",     // installed: bin/duet
+    "../../share/duet/scenes",  // installed and portable: libexec/duet/duet-x86-64
+    "../../../scenes"};         // build/libexec/duet/duet-x86-64
+
 std::vector<ShippedScene> scenes_below(const fs::path& folder) {
   std::vector<ShippedScene> scenes;
   std::error_code missing;
@@ -29,8 +36,12 @@ std::vector<ShippedScene> shipped_scenes() {
   std::vector<ShippedScene> scenes = scenes_below("scenes");
   if (!scenes.empty()) return scenes;
   std::error_code unknown;
-  const fs::path program = fs::read_symlink("/proc/self/exe", unknown);
-  return scenes_below(program.parent_path().parent_path() / "scenes");
+  const fs::path folder = fs::read_symlink("/proc/self/exe", unknown).parent_path();
+  for (const char* place : places_of_scenes) {
+    scenes = scenes_below((folder / place).lexically_normal());
+    if (!scenes.empty()) break;
+  }
+  return scenes;
 }
 
 fs::path find_scene(const std::string& name) {

@@ -17,7 +17,8 @@ struct ShippedScene {
   std::filesystem::path path;  // of the file
 };
 
-// Sorted by name. Looked for in scenes/ of the current folder and beside the program's folder.
+// Sorted by name. Looked for in scenes/ of the current folder, then in the source tree whose build the
+// program is, and where `cmake --install` puts them.
 std::vector<ShippedScene> shipped_scenes();
 
 // The file of a scene given as a path or by its shipped name. Throws Error (usage) with a near miss.

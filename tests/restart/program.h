@@ -24,15 +24,16 @@ namespace fs = std::filesystem;
 
 class Program {
  public:
-  // Starts `duet` with the arguments in the folder. Its standard output is a pipe of one page: a program that
-  // prints a line a frame cannot run ahead of a test that does not read, so that a signal always meets it at
-  // work.
-  explicit Program(const std::vector<std::string>& arguments, const fs::path& folder = source_folder()) {
+  // Starts the program, `duet` unless another one is given, with the arguments in the folder. Its standard
+  // output is a pipe of one page: a program that prints a line a frame cannot run ahead of a test that does
+  // not read, so that a signal always meets it at work.
+  explicit Program(const std::vector<std::string>& arguments, const fs::path& folder = source_folder(),
+                   const std::string& program = duet_program()) {
     std::array<int, 2> pipe_ends{};
     errors_ = std::tmpfile();
     if (errors_ == nullptr || ::pipe2(pipe_ends.data(), O_CLOEXEC) != 0) throw std::runtime_error("no pipe");
     ::fcntl(pipe_ends[1], F_SETPIPE_SZ, 4096);
-    std::vector<std::string> words = {duet_program()};
+    std::vector<std::string> words = {program};
     words.insert(words.end(), arguments.begin(), arguments.end());
     std::vector<char*> argv;
     argv.reserve(words.size() + 1);

@@ -4,6 +4,7 @@
 #include <cerrno>
 #include <chrono>
 #include <csignal>
+#include <cstdlib>
 #include <cstring>
 
 #include "tools/interrupt.h"
@@ -64,6 +65,25 @@ class Pinned {
 fs::path outcome_file(const Run& run) { return run.folder.string() + ".outcome.json"; }
 fs::path log_file(const Run& run) { return run.folder.string() + ".log"; }
 
+// Identifies what the program computes. A portable one is a launcher of programs in a folder beside it, of
+// which DUET_ISA may name one.
+std::uint64_t hash_of_program(const fs::path& program) {
+  std::vector<fs::path> files = {program};
+  std::error_code missing;
+  const fs::path folder = fs::canonical(program, missing).parent_path();
+  for (const fs::path& place : {folder / "libexec/duet", folder.parent_path() / "libexec/duet"})
+    for (const fs::directory_entry& entry : fs::directory_iterator(place, missing))
+      files.push_back(entry.path());
+  std::sort(files.begin() + 1, files.end());
+  const char* isa = std::getenv("DUET_ISA");
+  std::uint64_t hash = isa != nullptr ? hash_bytes(isa, std::strlen(isa)) : hash_seed;
+  for (const fs::path& file : files) {
+    const std::string bytes = io::read_file(file);
+    hash = hash_bytes(bytes.data(), bytes.size(), hash);
+  }
+  return hash;
+}
+
 // What `duet sim --json` said last.
 std::string error_in_log(const fs::path& log) {
   const std::string text = io::read_file(log);
@@ -92,8 +112,7 @@ Runner::Runner(fs::path folder, fs::path program, int jobs, tools::Report& repor
       jobs_(jobs),
       processor_(last_processor()),
       report_(report) {
-  const std::string bytes = io::read_file(program_);
-  program_hash_ = hash_bytes(bytes.data(), bytes.size());
+  program_hash_ = hash_of_program(program_);
 }
 
 void Runner::identify(Run& run) const {
