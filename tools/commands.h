@@ -34,10 +34,11 @@ struct SimulateOptions {
   std::optional<Frames> frames;  // none: all of the scene
   int threads = 0;               // 0: all cores
   bool resume = false;
-  bool ledger = false;      // momentum and energy of every stage
-  bool draw = false;        // `duet run`: also pictures and a video
-  bool stats_only = false;  // no meshes and level sets
-  std::string command;      // as typed, to be typed again
+  bool allow_other_build = false;  // resume frames of other numerics, too
+  bool ledger = false;             // momentum and energy of every stage
+  bool draw = false;               // `duet run`: also pictures and a video
+  bool stats_only = false;         // no meshes and level sets
+  std::string command;             // as typed, to be typed again
 };
 
 struct RenderOptions {

@@ -2,9 +2,9 @@
 #include <csignal>
 #include <functional>
 
+#include "tools/build_info.h"
 #include "tools/commands.h"
 #include "tools/interrupt.h"
-#include "tools/version.h"
 #include <CLI/CLI.hpp>
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -84,7 +84,11 @@ void add_simulate(CLI::App& app, CommandLine& line, bool draw) {
   if (!draw)
     app.add_flag("--stats-only", options.stats_only,
                  "Write stats.jsonl and checkpoints, no meshes and level sets");
-  app.add_flag("--resume", options.resume, "Continue the run in the folder after its last whole frame");
+  CLI::Option* resume =
+      app.add_flag("--resume", options.resume, "Continue the run in the folder after its last whole frame");
+  app.add_flag("--allow-other-build", options.allow_other_build,
+               "Continue also a run whose frames another version of the numerics computed")
+      ->needs(resume);
   add_report(app, line);
   app.callback([&line, draw] {
     line.command = [&line, draw](Report& report) {
@@ -330,7 +334,7 @@ int run_program(int argc, char** argv) {
   CLI::App app("Duet simulates rigid and deformable bodies that are coupled both ways, and draws them.",
                "duet");
   app.require_subcommand(1);
-  app.set_version_flag("--version", fmt::format("duet {} ({})", version, git_commit));
+  app.set_version_flag("--version", version_text());
   app.footer(exit_statuses);
   add_commands(app, line);
   try {

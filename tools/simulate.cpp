@@ -6,6 +6,7 @@
 #include <memory>
 #include <thread>
 
+#include "tools/build_info.h"
 #include "tools/commands.h"
 #include "tools/frame_drawer.h"
 #include "tools/interrupt.h"
@@ -14,6 +15,7 @@
 #include <fmt/format.h>
 #include <sys/utsname.h>
 
+#include "sim/base/numerics.h"
 #include "sim/base/parallel.h"
 #include "sim/io/checkpoint.h"
 #include "sim/io/files.h"
@@ -75,6 +77,7 @@ class Run {
  private:
   io::Manifest describe() const;
   int restore();
+  void require_same_numerics(const io::Checkpoint& checkpoint, const io::Origin& earlier);
   void record();
   bool wanted(int frame) const { return !options_.stats_only && frame >= first_ && frame <= last_; }
   bool written(int frame) const { return fs::exists(directory_.mesh(frame)); }
@@ -117,9 +120,7 @@ io::Manifest Run::describe() const {
   manifest.title = read_.scene.title;
   manifest.scene = read_.scene.path;
   manifest.command = options_.command;
-  manifest.version = version;
-  manifest.git_commit = git_commit;
-  manifest.machine = machine_text();
+  manifest.origin = {version, git_commit, compiler_text(), variant_text(), numerics_version, machine_text()};
   manifest.fps = read_.scene.fps;
   manifest.bodies = io::manifest_bodies(read_.scene, surfaces_);
   return manifest;
@@ -153,6 +154,9 @@ int Run::restore() {
   const io::CheckpointSearch search = io::find_checkpoint(directory_, identity_);
   for (const std::string& note : search.notes) report_.note(note);
   if (search.found) {
+    const io::Manifest before = io::read_manifest(directory_);
+    require_same_numerics(*search.found, before.origin);
+    manifest_.earlier = io::earlier_frames(before, search.found->frame, manifest_.origin);
     simulation_.load_state(search.found->state);
     report_.note(fmt::format("continuing after frame {}", search.found->frame));
     return search.found->frame;
@@ -164,8 +168,28 @@ int Run::restore() {
             "{}: nothing to resume for this scene (give the scene, --set and --without of the earlier "
             "run, or leave out --resume to start anew)",
             directory_.root.string()));
+  if (search.other_format)
+    throw Error(ExitStatus::usage,
+                fmt::format("{}: its checkpoints are of {}, and this program cannot read them (continue with "
+                            "that program, or leave out --resume to start anew)",
+                            directory_.root.string(), program_text(io::read_manifest(directory_).origin)));
   report_.note(fmt::format("no checkpoint in {}: starting at frame 0", directory_.checkpoint().string()));
   return -1;
+}
+
+// Another version of the numerics would continue another motion. `earlier` computed the checkpoint.
+void Run::require_same_numerics(const io::Checkpoint& checkpoint, const io::Origin& earlier) {
+  if (checkpoint.numerics == numerics_version) return;
+  const std::string difference = fmt::format(
+      "its frames up to {} are of numerics {} ({}), this program has numerics {} ({})", checkpoint.frame,
+      checkpoint.numerics, program_text(earlier), numerics_version, program_text(manifest_.origin));
+  if (!options_.allow_other_build)
+    throw Error(
+        ExitStatus::usage,
+        fmt::format("{}: {}: it would go on, but not to the same bits (continue with that program, give "
+                    "--allow-other-build to go on all the same, or leave out --resume to start anew)",
+                    directory_.root.string(), difference));
+  report_.note(fmt::format("{}: going on, not to the same bits (--allow-other-build)", difference));
 }
 
 // Frames that an earlier run simulated: what it did not draw is drawn, what it did not write is named.

@@ -16,17 +16,18 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "checkpoints are little-endian");
 
 constexpr char magic[8] = {'D', 'U', 'E', 'T', 'C', 'K', 'P', 'T'};
-constexpr std::uint32_t format_version = 5;
+constexpr std::uint32_t format_version = 6;
 
 struct Header {
   char magic[8];
   std::uint32_t version;
   std::int32_t frame;
-  std::uint64_t scene;  // scene_identity
-  std::uint64_t size;   // bytes of the state after the header
-  std::uint64_t hash;   // of all fields above and the state
+  std::uint64_t numerics;  // numerics_version of the program that computed the state
+  std::uint64_t scene;     // scene_identity
+  std::uint64_t size;      // bytes of the state after the header
+  std::uint64_t hash;      // of all fields above and the state
 };
-static_assert(sizeof(Header) == 40, "written as it lies in memory: no padding");
+static_assert(sizeof(Header) == 48, "written as it lies in memory: no padding");
 
 std::uint64_t hash_of(const Header& header, const unsigned char* state) {
   return hash_bytes(state, header.size, hash_bytes(&header, offsetof(Header, hash)));
@@ -42,26 +43,32 @@ std::vector<int> frames_present(const RunDirectory& run) {
   return frames;
 }
 
+// A file's checkpoint, or why it is passed over.
 struct Examined {
   std::optional<Checkpoint> checkpoint;
-  bool foreign = false;
+  enum class Fault { damaged, other_scene, other_format } kind = Fault::damaged;
   std::string fault;
 };
 
 Examined examine(const std::string& bytes, int frame, std::uint64_t scene) {
-  Header header;
-  if (bytes.size() < sizeof header) return {{}, false, "too short"};
-  std::memcpy(&header, bytes.data(), sizeof header);
-  const auto* state = reinterpret_cast<const unsigned char*>(bytes.data()) + sizeof header;
-  if (std::memcmp(header.magic, magic, sizeof magic) != 0) return {{}, false, "is no checkpoint"};
+  using enum Examined::Fault;
+  Header header{};
+  // Headers of other formats have another size, but all begin with the mark and the number of the format.
+  std::memcpy(&header, bytes.data(), std::min(bytes.size(), sizeof header));
+  if (bytes.size() < offsetof(Header, frame)) return {{}, damaged, "is too short"};
+  if (std::memcmp(header.magic, magic, sizeof magic) != 0) return {{}, damaged, "is no checkpoint"};
   if (header.version != format_version)
-    return {
-        {}, true, fmt::format("has format {}, this program reads format {}", header.version, format_version)};
+    return {{},
+            other_format,
+            fmt::format("has format {}, this program reads format {}", header.version, format_version)};
+  if (bytes.size() < sizeof header) return {{}, damaged, "is too short"};
+  const auto* state = reinterpret_cast<const unsigned char*>(bytes.data()) + sizeof header;
   if (header.size != bytes.size() - sizeof header || header.hash != hash_of(header, state))
-    return {{}, false, "is damaged"};
-  if (header.frame != frame) return {{}, false, fmt::format("holds frame {}", header.frame)};
-  if (header.scene != scene) return {{}, true, "belongs to another scene or other settings"};
-  return {Checkpoint{frame, {state, state + header.size}}, false, {}};
+    return {{}, damaged, "is damaged"};
+  if (header.frame != frame) return {{}, damaged, fmt::format("holds frame {}", header.frame)};
+  if (header.scene != scene) return {{}, other_scene, "belongs to another scene or other settings"};
+  return {
+      Checkpoint{frame, {state, state + header.size}, static_cast<std::uint32_t>(header.numerics)}, {}, {}};
 }
 
 }  // namespace
@@ -80,6 +87,7 @@ void write_checkpoint(const RunDirectory& run, std::uint64_t scene, const Checkp
   std::memcpy(header.magic, magic, sizeof magic);
   header.version = format_version;
   header.frame = checkpoint.frame;
+  header.numerics = checkpoint.numerics;
   header.scene = scene;
   header.size = checkpoint.state.size();
   header.hash = hash_of(header, checkpoint.state.data());
@@ -98,11 +106,12 @@ CheckpointSearch find_checkpoint(const RunDirectory& run, std::uint64_t scene) {
     const fs::path path = checkpoint_path(run, frame);
     try {
       Examined examined = examine(read_file(path), frame, scene);
-      search.foreign |= examined.foreign;
       if (examined.checkpoint) {
         search.found = std::move(examined.checkpoint);
         return search;
       }
+      search.foreign |= examined.kind == Examined::Fault::other_scene;
+      search.other_format |= examined.kind == Examined::Fault::other_format;
       search.notes.push_back(fmt::format("{} {}: passed over", path.string(), examined.fault));
     } catch (const FileError& error) {
       search.notes.push_back(fmt::format("{}: passed over", error.what()));

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "sim/base/numerics.h"
 #include "sim/io/run_directory.h"
 #include "sim/step/effects.h"
 
@@ -14,12 +15,14 @@ namespace duet::io {
 
 struct Checkpoint {
   int frame = 0;
-  std::vector<unsigned char> state;  // of Simulation::save_state
+  std::vector<unsigned char> state;           // of Simulation::save_state
+  std::uint32_t numerics = numerics_version;  // of the program that computed the state
 };
 
 struct CheckpointSearch {
   std::optional<Checkpoint> found;  // the newest valid one of this scene
   bool foreign = false;             // a whole checkpoint of another scene or other effects is there
+  bool other_format = false;        // a checkpoint is there that another version of the program wrote
   std::vector<std::string> notes;   // one for each checkpoint that was passed over, and why
 };
 
@@ -31,8 +34,8 @@ std::uint64_t scene_identity(const std::string& source, const EffectSet& effects
 // Writes checkpoint/NNNN.bin atomically and keeps the newest two. Throws FileError.
 void write_checkpoint(const RunDirectory& run, std::uint64_t scene, const Checkpoint& checkpoint);
 
-// The newest checkpoint that is whole and of this scene; older ones are tried when it is not. Throws nothing
-// for a damaged or missing checkpoint.
+// The newest checkpoint that is whole and of this scene, whatever numerics computed it; older ones are tried
+// when it is not. Throws nothing for a damaged or missing checkpoint.
 CheckpointSearch find_checkpoint(const RunDirectory& run, std::uint64_t scene);
 
 }  // namespace duet::io

@@ -1,11 +1,30 @@
 #include "sim/io/run_directory.h"
 
+#include <algorithm>
+
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "sim/io/files.h"
 
 namespace duet::io {
+namespace {
+
+void write_origin(nlohmann::ordered_json& object, const Origin& origin) {
+  object["version"] = origin.version;
+  object["git_commit"] = origin.git_commit;
+  object["compiler"] = origin.compiler;
+  object["variant"] = origin.variant;
+  object["numerics"] = origin.numerics;
+  object["machine"] = origin.machine;
+}
+
+Origin read_origin(const nlohmann::json& object) {
+  return {object.at("version"),        object.at("git_commit"),      object.value("compiler", ""),
+          object.value("variant", ""), object.value("numerics", 0U), object.at("machine")};
+}
+
+}  // namespace
 
 fs::path RunDirectory::mesh(int frame) const { return root / "mesh" / fmt::format("{:04}.obj", frame); }
 fs::path RunDirectory::level_set(int frame) const {
@@ -27,6 +46,26 @@ std::vector<ManifestBody> manifest_bodies(const scene::Scene& scene,
   return bodies;
 }
 
+std::string program_text(const Origin& origin) {
+  std::string text = fmt::format("duet {} ({})", origin.version, origin.git_commit);
+  for (const std::string& part : {origin.compiler, origin.variant})
+    if (!part.empty()) text += ", " + part;
+  return text;
+}
+
+std::vector<EarlierFrames> earlier_frames(const Manifest& before, int last_frame, const Origin& now) {
+  std::vector<EarlierFrames> earlier = before.earlier;
+  earlier.push_back({last_frame, before.origin});
+  // The frames after `last_frame` are computed anew where the newest checkpoints were lost.
+  const auto last = std::find_if(earlier.begin(), earlier.end(), [&](const EarlierFrames& frames) {
+    return frames.last_frame >= last_frame;
+  });
+  last->last_frame = last_frame;
+  earlier.erase(last + 1, earlier.end());
+  if (earlier.back().origin == now) earlier.pop_back();
+  return earlier;
+}
+
 void write_manifest(const RunDirectory& run, const Manifest& manifest) {
   nlohmann::ordered_json bodies = nlohmann::ordered_json::array();
   for (const ManifestBody& body : manifest.bodies) {
@@ -36,12 +75,18 @@ void write_manifest(const RunDirectory& run, const Manifest& manifest) {
     entry["triangles"] = body.triangles;
     bodies.push_back(std::move(entry));
   }
-  const nlohmann::ordered_json document = {
-      {"title", manifest.title},     {"scene", manifest.scene},           {"command", manifest.command},
-      {"version", manifest.version}, {"git_commit", manifest.git_commit}, {"machine", manifest.machine},
-      {"fps", manifest.fps},         {"frames", manifest.frames},         {"units", manifest.units},
-      {"bodies", std::move(bodies)}};
   using Json = nlohmann::ordered_json;
+  Json document = {{"title", manifest.title}, {"scene", manifest.scene}, {"command", manifest.command}};
+  write_origin(document, manifest.origin);
+  for (const EarlierFrames& frames : manifest.earlier) {
+    Json entry = {{"last_frame", frames.last_frame}};
+    write_origin(entry, frames.origin);
+    document["earlier"].push_back(std::move(entry));
+  }
+  document["fps"] = manifest.fps;
+  document["frames"] = manifest.frames;
+  document["units"] = manifest.units;
+  document["bodies"] = std::move(bodies);
   write_atomically(run.manifest(), document.dump(2, ' ', false, Json::error_handler_t::replace) + '\n');
 }
 
@@ -53,9 +98,9 @@ Manifest read_manifest(const RunDirectory& run) {
     document.at("title").get_to(manifest.title);
     document.at("scene").get_to(manifest.scene);
     document.at("command").get_to(manifest.command);
-    document.at("version").get_to(manifest.version);
-    document.at("git_commit").get_to(manifest.git_commit);
-    document.at("machine").get_to(manifest.machine);
+    manifest.origin = read_origin(document);
+    for (const nlohmann::json& entry : document.value("earlier", nlohmann::json::array()))
+      manifest.earlier.push_back({entry.at("last_frame"), read_origin(entry)});
     document.at("fps").get_to(manifest.fps);
     document.at("frames").get_to(manifest.frames);
     document.at("units").get_to(manifest.units);

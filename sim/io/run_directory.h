@@ -1,6 +1,7 @@
 // The run directory: the only thing that the simulator's output and the renderer share.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -20,8 +21,28 @@ struct ManifestBody {
   int vertices = 0, triangles = 0;
 };
 
+// The program that computed frames, and the machine.
+struct Origin {
+  std::string version;         // of the program: "0.1.0"
+  std::string git_commit;      // with "-changed" when it was not built of the commit alone
+  std::string compiler;        // "g++ 12.2.0"; empty in runs of programs that did not write it
+  std::string variant;         // instructions it was compiled for: "x86-64-v3"; empty as `compiler` is
+  std::uint32_t numerics = 0;  // numerics_version; 0 as `compiler` is empty
+  std::string machine;
+  bool operator==(const Origin&) const = default;
+};
+
+// Frames of a resumed run that were computed elsewhere.
+struct EarlierFrames {
+  int last_frame = 0;  // from the frame after that of the entry before, or from frame 0
+  Origin origin;
+  bool operator==(const EarlierFrames&) const = default;
+};
+
 struct Manifest {
-  std::string title, scene, command, version, git_commit, machine;
+  std::string title, scene, command;
+  Origin origin;                       // of the newest frames
+  std::vector<EarlierFrames> earlier;  // of the frames before, in their order; none: all are of `origin`
   double fps = 24;
   int frames = 0;  // last frame of the scene
   std::string units = "metres, seconds, kilograms; y up, right-handed";
@@ -31,6 +52,13 @@ struct Manifest {
 // The scene's bodies with the sizes of their surfaces, which Simulation::surfaces gives in the same order.
 std::vector<ManifestBody> manifest_bodies(const scene::Scene& scene,
                                           const std::vector<BodySurface>& surfaces);
+
+// Names the program: "duet 0.1.0 (0123456789ab), g++ 12.2.0, x86-64-v3".
+std::string program_text(const Origin& origin);
+
+// Returns Manifest::earlier for a run that keeps its frames up to `last_frame` and that `now` continues.
+// `before` is the manifest that the run has so far.
+std::vector<EarlierFrames> earlier_frames(const Manifest& before, int last_frame, const Origin& now);
 
 struct RunDirectory {
   fs::path root;

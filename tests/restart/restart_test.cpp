@@ -3,11 +3,16 @@
 
 #include "tests/restart/program.h"
 #include "tests/support/places.h"
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "sim/base/numerics.h"
+#include "sim/io/checkpoint.h"
 #include "sim/io/files.h"
 #include "sim/io/run_directory.h"
+#include "sim/scene/plan.h"
+#include "sim/scene/reader.h"
 
 namespace duet::test {
 namespace {
@@ -84,6 +89,27 @@ class Restart : public testing::Test {
   void simulate_reference() {
     const Finished whole = run_duet({"sim", tiny, "--out", reference.root.string(), "--quiet"});
     ASSERT_EQ(whole.status, 0) << whole.errors;
+  }
+  // Makes the run look as if a program with the next version of the numerics had computed it up to the frame.
+  void computed_by_other_numerics(int frame) {
+    const scene::ReadResult read = scene::read(tiny);
+    const std::uint64_t identity =
+        io::scene_identity(read.source, scene::plan_effects(read.scene).active()) ^ read.meshes;
+    io::CheckpointSearch search = io::find_checkpoint(run, identity);
+    ASSERT_TRUE(search.found);
+    ASSERT_EQ(search.found->frame, frame);
+    search.found->numerics = numerics_version + 1;
+    io::write_checkpoint(run, identity, *search.found);
+    io::Manifest manifest = io::read_manifest(run);
+    manifest.origin.numerics = numerics_version + 1;
+    io::write_manifest(run, manifest);
+  }
+  // The path and content of everything in the run directory.
+  std::map<fs::path, std::string> all_files() const {
+    std::map<fs::path, std::string> files;
+    for (const auto& entry : fs::recursive_directory_iterator(run.root))
+      if (entry.is_regular_file()) files[entry.path()] = io::read_file(entry.path());
+    return files;
   }
   Finished resume() { return run_duet({"sim", tiny, "--out", run.root.string(), "--quiet", "--resume"}); }
 };
@@ -182,6 +208,66 @@ TEST_F(Restart, ResumeRefusesAnotherScene) {
         << refused.errors;
   }
   EXPECT_EQ(fs::last_write_time(run.mesh(2)), mesh_time);
+}
+
+// The same bits go on, so there is nothing to say; the manifest alone tells who computed which frames.
+TEST_F(Restart, AnotherVariantOfTheSameNumericsContinues) {
+  simulate_reference();
+  ASSERT_EQ(run_duet({"sim", tiny, "--out", run.root.string(), "--frames", "3", "--quiet"}).status, 0);
+  io::Manifest manifest = io::read_manifest(run);
+  EXPECT_EQ(manifest.origin.numerics, numerics_version);
+  EXPECT_NE(manifest.origin.compiler, "");
+  EXPECT_NE(manifest.origin.variant, "");
+  const io::Origin here = manifest.origin;
+  manifest.origin.variant = "another variant";
+  manifest.origin.machine = "another machine";
+  io::write_manifest(run, manifest);
+  const Finished resumed = run_duet({"sim", tiny, "--out", run.root.string(), "--resume", "--json"});
+  ASSERT_EQ(resumed.status, 0) << resumed.errors;
+  EXPECT_NE(resumed.output.at(0).find("continuing after frame 3"), std::string::npos) << resumed.output[0];
+  expect_same_run(run, reference, 40);
+  EXPECT_EQ(io::read_manifest(run).earlier, (std::vector<io::EarlierFrames>{{3, manifest.origin}}));
+  EXPECT_EQ(io::read_manifest(run).origin, here);
+}
+
+TEST_F(Restart, OtherNumericsContinueOnlyWhenAllowed) {
+  ASSERT_EQ(run_duet({"sim", tiny, "--out", run.root.string(), "--frames", "3", "--quiet"}).status, 0);
+  computed_by_other_numerics(3);
+  const auto files = all_files();
+  const Finished refused = resume();
+  EXPECT_EQ(refused.status, 2);
+  for (const std::string& part :
+       {fmt::format("numerics {} (duet ", numerics_version + 1),
+        fmt::format("numerics {} (duet ", numerics_version), std::string("--allow-other-build")})
+    EXPECT_NE(refused.errors.find(part), std::string::npos) << refused.errors;
+  EXPECT_EQ(all_files(), files) << "a refused run stays as it is";
+
+  const Finished allowed = run_duet({"sim", tiny, "--out", run.root.string(), "--frames", "5", "--json",
+                                     "--resume", "--allow-other-build"});
+  ASSERT_EQ(allowed.status, 0) << allowed.errors;
+  EXPECT_NE(allowed.output.at(0).find("not to the same bits"), std::string::npos) << allowed.output[0];
+  EXPECT_TRUE(fs::exists(run.mesh(5)));
+  EXPECT_EQ(io::read_manifest(run).earlier.at(0).last_frame, 3);
+  EXPECT_EQ(io::read_manifest(run).earlier.at(0).origin.numerics, numerics_version + 1);
+  EXPECT_EQ(resume().status, 0) << "the newest frames are of this program now";
+}
+
+TEST_F(Restart, CheckpointsOfAnotherFormatAreRefusedAndKept) {
+  ASSERT_EQ(run_duet({"sim", tiny, "--out", run.root.string(), "--frames", "3", "--quiet"}).status, 0);
+  for (const char* name : {"0002.bin", "0003.bin"}) {
+    std::string bytes = io::read_file(run.checkpoint() / name);
+    bytes[8] = 5;  // the number of the format follows the mark of eight bytes
+    io::write_atomically(run.checkpoint() / name, bytes);
+  }
+  const auto files = all_files();
+  for (const bool allow : {false, true}) {
+    std::vector<std::string> arguments = {"sim", tiny, "--out", run.root.string(), "--resume"};
+    if (allow) arguments.emplace_back("--allow-other-build");
+    const Finished refused = run_duet(arguments);
+    EXPECT_EQ(refused.status, 2);
+    EXPECT_NE(refused.errors.find("its checkpoints are of duet "), std::string::npos) << refused.errors;
+    EXPECT_EQ(all_files(), files);
+  }
 }
 
 TEST_F(Restart, FrameWindowWritesOnlyItsFrames) {

@@ -93,8 +93,8 @@ class RunPage {
       penetration = std::max(penetration, number(frame, "max_penetration"));
     }
     const double time = number(frames_.back(), "time");
-    page_.text(fmt::format("{}; {} duet {} ({}).", manifest_.command, manifest_.machine + ";",
-                           manifest_.version, manifest_.git_commit));
+    page_.text(fmt::format("{}; {}; {}.", manifest_.command, manifest_.origin.machine,
+                           io::program_text(manifest_.origin)));
     page_.table({{"frames", "simulated (s)", "substeps", "seconds of simulation",
                   "seconds per simulated second", "deepest penetration (m)"},
                  {std::to_string(frames_.size() - 1), number_text(time), fmt::format("{:.0f}", substeps),

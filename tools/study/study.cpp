@@ -205,8 +205,8 @@ Results measure(const Study& study, int processor) {
     results.effects.push_back(std::move(row));
   }
   const io::Manifest manifest = io::read_manifest({study.shipped.runs.front().folder});
-  results.version = fmt::format("{} ({})", manifest.version, manifest.git_commit);
-  results.machine = manifest.machine;
+  results.version = fmt::format("{} ({})", manifest.origin.version, manifest.origin.git_commit);
+  results.machine = manifest.origin.machine;
   results.simulated = study.spec.frames / manifest.fps;
   conclude(results);
   return results;

@@ -73,6 +73,31 @@ TEST_F(CheckpointTest, AnotherScenesCheckpointIsForeign) {
   EXPECT_EQ(search.notes.size(), 2U);
 }
 
+TEST_F(CheckpointTest, TheNumericsThatComputedItAreKept) {
+  EXPECT_EQ(find_checkpoint(run, scene).found->numerics, numerics_version);
+  write_checkpoint(run, scene, {5, state_of(5), numerics_version + 1});
+  const CheckpointSearch search = find_checkpoint(run, scene);
+  ASSERT_TRUE(search.found);
+  EXPECT_EQ(search.found->frame, 5);
+  EXPECT_EQ(search.found->numerics, numerics_version + 1);
+  EXPECT_TRUE(search.notes.empty());
+}
+
+// Files of other versions may be shorter than this version's header.
+TEST_F(CheckpointTest, AnotherFormatIsNoDamage) {
+  for (const int frame : {3, 4}) {
+    std::string bytes = read_file(checkpoint_path(run, frame)).substr(0, frame == 3 ? 1000 : 20);
+    bytes[8] = 5;  // the number of the format follows the mark of eight bytes
+    write_atomically(checkpoint_path(run, frame), bytes);
+  }
+  const CheckpointSearch search = find_checkpoint(run, scene);
+  EXPECT_FALSE(search.found);
+  EXPECT_FALSE(search.foreign);
+  EXPECT_TRUE(search.other_format);
+  ASSERT_EQ(search.notes.size(), 2U);
+  EXPECT_NE(search.notes[0].find("has format 5"), std::string::npos) << search.notes[0];
+}
+
 TEST_F(CheckpointTest, NothingIsFoundWhereNothingIs) {
   const CheckpointSearch search = find_checkpoint({scratch / "none"}, scene);
   EXPECT_FALSE(search.found);

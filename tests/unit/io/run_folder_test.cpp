@@ -15,9 +15,8 @@ Manifest manifest() {
   result.title = "Stack \"2\"";
   result.scene = "scenes/stack.toml";
   result.command = "duet run stack --set 'looks.silver.color=[1, 1, 1]'";
-  result.version = "0.1.0";
-  result.git_commit = "abc";
-  result.machine = "a machine";
+  result.origin = {"0.1.0", "abc", "g++ 12.2.0", "x86-64-v3", 7, "a machine"};
+  result.earlier = {{2, {"0.0.9", "def", "clang++ 14.0.6", "x86-64", 6, "another machine"}}};
   result.fps = 23.976;
   result.frames = 7;
   result.bodies = {{"ball", "rigid", "silver", "", 100, 196},
@@ -33,9 +32,8 @@ TEST(RunFolder, ManifestRoundTrip) {
   EXPECT_EQ(read.title, expected.title);
   EXPECT_EQ(read.scene, expected.scene);
   EXPECT_EQ(read.command, expected.command);
-  EXPECT_EQ(read.version, expected.version);
-  EXPECT_EQ(read.git_commit, expected.git_commit);
-  EXPECT_EQ(read.machine, expected.machine);
+  EXPECT_EQ(read.origin, expected.origin);
+  EXPECT_EQ(read.earlier, expected.earlier);
   EXPECT_EQ(read.fps, expected.fps);
   EXPECT_EQ(read.frames, expected.frames);
   EXPECT_EQ(read.units, expected.units);
@@ -45,6 +43,35 @@ TEST(RunFolder, ManifestRoundTrip) {
   EXPECT_EQ(read.bodies[1].material, "rubber");
   EXPECT_EQ(read.bodies[0].vertices, 100);
   EXPECT_EQ(read.bodies[0].triangles, 196);
+}
+
+// Runs of programs that did not write compiler, variant and numerics can still be drawn, resumed and
+// replaced.
+TEST(RunFolder, AManifestWithoutVariantIsRead) {
+  const ScratchFolder scratch;
+  const RunDirectory run{scratch.path()};
+  write_atomically(run.manifest(), R"({"title": "t", "scene": "s", "command": "c", "version": "0.1.0",
+      "git_commit": "abc", "machine": "m", "fps": 24, "frames": 3, "units": "u", "bodies": []})");
+  const Manifest read = read_manifest(run);
+  EXPECT_EQ(read.origin, (Origin{"0.1.0", "abc", "", "", 0, "m"}));
+  EXPECT_TRUE(read.earlier.empty());
+  EXPECT_EQ(program_text(read.origin), "duet 0.1.0 (abc)");
+  EXPECT_EQ(program_text(manifest().origin), "duet 0.1.0 (abc), g++ 12.2.0, x86-64-v3");
+}
+
+TEST(RunFolder, EarlierFramesKeepTheirOrigin) {
+  const Origin a{"1", "a", "g++", "v4", 1, "m"}, b{"1", "a", "g++", "v3", 1, "n"};
+  Manifest run;
+  run.origin = a;
+  EXPECT_TRUE(earlier_frames(run, 9, a).empty()) << "one program and machine";
+  run.earlier = earlier_frames(run, 9, b);
+  EXPECT_EQ(run.earlier, (std::vector<EarlierFrames>{{9, a}}));
+  run.origin = b;
+  EXPECT_EQ(earlier_frames(run, 12, b), run.earlier);
+  EXPECT_EQ(earlier_frames(run, 12, a), (std::vector<EarlierFrames>{{9, a}, {12, b}}));
+  // Checkpoints were lost: frames of b, and some of a, are computed anew.
+  EXPECT_EQ(earlier_frames(run, 8, b), (std::vector<EarlierFrames>{{8, a}}));
+  EXPECT_TRUE(earlier_frames(run, 8, a).empty());
 }
 
 TEST(RunFolder, AManifestThatIsNoneIsAFileError) {

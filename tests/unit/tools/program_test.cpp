@@ -4,15 +4,15 @@
 #include <algorithm>
 #include <array>
 #include <csignal>
-#include <cstdlib>
-#include <optional>
 
+#include "tests/support/environment.h"
 #include "tests/support/places.h"
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 #include <sys/resource.h>
 
+#include "sim/base/numerics.h"
 #include "sim/io/files.h"
 #include "sim/io/run_directory.h"
 
@@ -28,7 +28,11 @@ bool contains(const std::string& text, const std::string& part) {
 TEST(Program, HelpAndVersionSucceed) {
   const Finished version = run_duet({"--version"});
   EXPECT_EQ(version.status, 0);
+  // Such as: duet 0.1.0 (0123456789ab), g++ 12.2.0, native (x86-64-v4), numerics 1
   EXPECT_TRUE(version.last_line().starts_with("duet 0.")) << version.last_line();
+  EXPECT_TRUE(contains(version.last_line(), "++ ")) << version.last_line();
+  EXPECT_TRUE(version.last_line().ends_with(fmt::format(", numerics {}", numerics_version)))
+      << version.last_line();
   EXPECT_EQ(run_duet({"--help"}).status, 0);
   for (const char* command : {"run", "sim", "render", "check", "explain", "tetrahedralize", "compare",
                               "study", "report", "overlaps", "list"})
@@ -53,6 +57,7 @@ TEST(Program, BadUsageHasStatusTwoAndSaysWhy) {
         {{"sim", tiny, "--without", "push_oot"}, "push_out"},
         {{"sim", tiny, "--set", "rigid.ball.mas=3"}, "mass"},
         {{"sim", tiny, "--quiet", "--json"}, "--quiet"},
+        {{"sim", tiny, "--allow-other-build"}, "--resume"},
         {{"render", "somewhere", "--set", "solver.cfl=0.5"}, "solver.cfl"},
         {{"check"}, "SCENE"},
         {{"tetrahedralize", "a.obj", "a.msh"}, ".mesh (Medit"},
@@ -181,27 +186,6 @@ TEST(Program, FilesThatCannotBeWrittenHaveStatusFour) {
   EXPECT_EQ(io::read_file(scratch / "file"), "precious");
   EXPECT_EQ(run_duet({"render", scratch.path().string()}).status, 4);
 }
-
-// Sets an environment variable for the programs that a test starts.
-class Environment {
- public:
-  Environment(const char* name, const std::string& value) : name_(name) {
-    if (const char* before = std::getenv(name)) before_ = before;
-    ::setenv(name, value.c_str(), 1);
-  }
-  ~Environment() {
-    if (before_)
-      ::setenv(name_, before_->c_str(), 1);
-    else
-      ::unsetenv(name_);
-  }
-  Environment(const Environment&) = delete;
-  Environment& operator=(const Environment&) = delete;
-
- private:
-  const char* name_;
-  std::optional<std::string> before_;
-};
 
 // Files that are no libraries stand before the real ones: as on a machine where these are missing or broken.
 TEST(Program, WithoutOpenGlItSaysWhatToInstallAndStillSimulates) {
