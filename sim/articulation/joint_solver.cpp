@@ -264,7 +264,8 @@ double JointSolver::wanted(const JointRow& row, const Vec3& rate, const Quat& pa
 }
 
 double JointSolver::pre_stabilize(const Articulation& articulation, RigidBodies& rigid,
-                                  const std::vector<Pose>& end_pose, double dt, bool second_order) {
+                                  const std::vector<Pose>& end_pose, double dt,
+                                  OrientationUpdate orientation) {
   const auto axes = [&](std::size_t j) {
     return rigid.state[ends_[j].parent].pose.orientation * articulation.joints[j].parent_frame.orientation;
   };
@@ -272,7 +273,7 @@ double JointSolver::pre_stabilize(const Articulation& articulation, RigidBodies&
     for (const Ends& ends : ends_)
       for (const std::size_t body : {ends.parent, ends.child})
         predicted_[body] = rigid.properties[body].is_dynamic()
-                               ? evolved_pose(rigid.state[body], dt, second_order)
+                               ? evolved_pose(rigid.state[body], dt, orientation)
                                : end_pose[body];
   };
   const auto lacking = [&](std::size_t j, std::size_t r) {

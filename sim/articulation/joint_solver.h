@@ -37,7 +37,7 @@ class JointSolver {
   // is too long for that, as when a chain cracks like a whip, only the velocities at x^n fit, and fits() says
   // so: then the positions need assemble().
   double pre_stabilize(const Articulation& articulation, RigidBodies& rigid,
-                       const std::vector<Pose>& end_pose, double dt, bool second_order);
+                       const std::vector<Pose>& end_pose, double dt, OrientationUpdate orientation);
   bool fits() const { return fits_; }
   // Post-stabilization with control, at its rates for the step's end, friction and limits.
   double stabilize_and_control(const Articulation& articulation, RigidBodies& rigid);

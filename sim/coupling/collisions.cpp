@@ -62,7 +62,7 @@ class Collider {
       rotation_variable(state, properties) += difference_.rotation[b];
       if (properties.is_dynamic()) state.angular_velocity = state.inverse_inertia * state.angular_momentum;
       scratch_.predicted[b] =
-          properties.moves() ? evolved_pose(state, dt_, settings_.second_order) : state.pose;
+          properties.moves() ? evolved_pose(state, dt_, settings_.orientation) : state.pose;
       scratch_.stale[b] = 0;
     }
     return scratch_.predicted[b];

@@ -10,10 +10,10 @@
 namespace duet {
 
 struct CollisionSettings {
-  int iterations = 5;        // Gauss-Seidel sweeps over all pairs
-  int repeats = 20;          // impulses per rigid pair and sweep
-  bool second_order = true;  // orientation update
-  bool rigid_pairs = true;   // effect rigid_collision; without it rigid pairs go straight to contact
+  int iterations = 5;  // Gauss-Seidel sweeps over all pairs
+  int repeats = 20;    // impulses per rigid pair and sweep
+  OrientationUpdate orientation = OrientationUpdate::exact;
+  bool rigid_pairs = true;  // effect rigid_collision; without it rigid pairs go straight to contact
 };
 
 // Predicted poses x* = x^n + dt (v_*^n + D), kept up to date while impulses change v_*^n.

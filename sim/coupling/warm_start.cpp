@@ -120,14 +120,14 @@ void update_contacts(const ContactGraph& graph, const Bodies& bodies, ContactSet
   });
 }
 
-void predict_contacts(double dt, bool second_order, const ContactGraph& graph, const Bodies& bodies,
-                      ContactSet& contacts) {
+void predict_contacts(double dt, OrientationUpdate orientation, const ContactGraph& graph,
+                      const Bodies& bodies, ContactSet& contacts) {
   const RigidBodies& rigid = bodies.rigid;
   contacts.predicted.resize(rigid.size());
   parallel_for(rigid.size(), 64, [&](std::size_t begin, std::size_t end) {
     for (std::size_t b = begin; b < end; ++b)
       contacts.predicted[b] =
-          rigid.properties[b].moves() ? evolved_pose(rigid.state[b], dt, second_order) : rigid.state[b].pose;
+          rigid.properties[b].moves() ? evolved_pose(rigid.state[b], dt, orientation) : rigid.state[b].pose;
   });
   parallel_for(graph.pairs.size(), 16, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {

@@ -30,8 +30,8 @@ void update_contacts(const ContactGraph& graph, const Bodies& bodies, ContactSet
 // left to push-out. Forces within a deformable body move its particles far in a step, and beside an edge the
 // gap does not change in proportion: there it is looked for where the point will be, with no more of v_rel.n
 // than closes the gap.
-void predict_contacts(double dt, bool second_order, const ContactGraph& graph, const Bodies& bodies,
-                      ContactSet& contacts);
+void predict_contacts(double dt, OrientationUpdate orientation, const ContactGraph& graph,
+                      const Bodies& bodies, ContactSet& contacts);
 
 // Gives the contacts of `graph` the impulse that their remembered forces make in `duration` (s), and the
 // others none. Never more than they had, and never so much that an island of bodies in contact is farther

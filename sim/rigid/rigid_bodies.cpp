@@ -19,13 +19,22 @@ void set_angular_velocity(RigidState& state, const RigidProperties& properties,
   update_orientation_dependents(state, properties);
 }
 
-Pose evolved_pose(const RigidState& state, double dt, bool second_order) {
+namespace {
+
+Quat rotation_over(const RigidState& state, double dt, OrientationUpdate update) {
   const Vec3& w = state.angular_velocity;
-  Vec3 rotation = dt * w;
-  if (second_order) rotation += dt * dt / 2 * (state.inverse_inertia * state.angular_momentum.cross(w));
+  if (update == OrientationUpdate::first_order || state.inverse_inertia.isZero(0)) return exponential(dt * w);
+  if (update == OrientationUpdate::exact)
+    return free_rotation(state.inverse_inertia, state.angular_momentum, dt);
+  return exponential(dt * w + dt * dt / 2 * (state.inverse_inertia * state.angular_momentum.cross(w)));
+}
+
+}  // namespace
+
+Pose evolved_pose(const RigidState& state, double dt, OrientationUpdate update) {
   Pose pose;
   pose.position = state.pose.position + dt * state.velocity;
-  pose.orientation = (exponential(rotation) * state.pose.orientation).normalized();
+  pose.orientation = (rotation_over(state, dt, update) * state.pose.orientation).normalized();
   return pose;
 }
 

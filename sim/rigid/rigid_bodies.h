@@ -8,6 +8,7 @@
 #include "sim/geometry/level_set.h"
 #include "sim/geometry/ridges.h"
 #include "sim/rigid/kinematic_motion.h"
+#include "sim/rigid/orientation_update.h"
 
 namespace duet {
 
@@ -68,9 +69,8 @@ void update_orientation_dependents(RigidState& state, const RigidProperties& pro
 // L from w, for initial states.
 void set_angular_velocity(RigidState& state, const RigidProperties& properties, const Vec3& angular_velocity);
 
-// The pose after `dt` with the velocities of `state` (section 4.1). Second order: q' = exp(dt w + dt^2/2 I^-1
-// (L x w)) q.
-Pose evolved_pose(const RigidState& state, double dt, bool second_order);
+// The pose after `dt` (s) with the velocities of `state`. Bodies that are not dynamic turn at their rate.
+Pose evolved_pose(const RigidState& state, double dt, OrientationUpdate update);
 
 inline Vec3 point_velocity(const RigidState& state, const Vec3& offset) {
   return state.velocity + state.angular_velocity.cross(offset);

@@ -233,10 +233,10 @@ StepSettings step_settings(const Solver& solver) {
   settings.projection_sweeps =
       std::max(solver.projection_iterations, settings.implicit_elasticity ? implicit_projection_sweeps : 1);
   settings.contact_reduction = solver.contact_reduction;
-  settings.second_order_orientation = solver.orientation == OrientationUpdate::second_order;
+  settings.orientation = solver.orientation;
   settings.keep_spin = solver.keep_spin;
   settings.collision.iterations = solver.collision_iterations;
-  settings.collision.second_order = settings.second_order_orientation;
+  settings.collision.orientation = solver.orientation;
   settings.contact.iterations = solver.contact_iterations;
   return settings;
 }

@@ -291,7 +291,7 @@ enum class Switch { automatic, on, off };
 enum class Integration { semi_implicit, implicit };
 enum class Compression { damped, followed };
 enum class VelocityConstraints { after_solve, before_solve };
-enum class OrientationUpdate { first_order, second_order };
+using duet::OrientationUpdate;
 
 // Defaults come from the accuracy preset; a key in the file wins over the preset.
 struct Solver {
@@ -322,7 +322,7 @@ struct Solver {
   int projection_iterations = 2;  // forward and backward sweeps of the projection in the conjugate gradients
   int face_samples = 4;  // lattice order of extra contact points on deformable faces; 0: vertices only
   bool contact_reduction = true;  // of rigid flat faces, to the points that carry them
-  OrientationUpdate orientation = OrientationUpdate::second_order;
+  OrientationUpdate orientation = OrientationUpdate::exact;
   bool keep_spin = true;  // of deformable bodies that nothing touches
 };
 

@@ -373,8 +373,8 @@ std::vector<Key> keys(Solver& solver) {
        "lattice order of contact points on deformable faces, from 2 on with their edges; 0: vertices only"},
       {"contact_reduction", &solver.contact_reduction, "", any,
        "flat faces of rigid bodies touch with the points that carry them instead of all their samples"},
-      {"orientation", choice(solver.orientation, {"first_order", "second_order"}), "", any,
-       "how rigid orientations are advanced"},
+      {"orientation", choice(solver.orientation, {"first_order", "second_order", "exact"}), "", any,
+       "how rigid orientations are advanced: as the free body moves, or as the paper's section 4.1 does"},
       {"keep_spin", &solver.keep_spin, "", any,
        "whether deformable bodies that nothing touches are kept from losing spin as their particles move"},
   };

@@ -9,7 +9,7 @@ void advance_position(World& world, StepContext& context) {
   RigidBodies& rigid = world.bodies.rigid;
   for (std::size_t i = 0; i < rigid.size(); ++i) {
     if (!rigid.properties[i].is_dynamic()) continue;
-    rigid.state[i].pose = evolved_pose(rigid.state[i], context.dt, world.settings.second_order_orientation);
+    rigid.state[i].pose = evolved_pose(rigid.state[i], context.dt, world.settings.orientation);
     update_orientation_dependents(rigid.state[i], rigid.properties[i]);
   }
   for (const KinematicStep& step : context.kinematic) rigid.state[step.body].pose = step.end.pose;

@@ -54,7 +54,7 @@ double solve_joints(World& world, StepContext& context, bool final) {
   world.clock.time(Stage::joints, [&] {
     off = final ? context.joints.stabilize_and_control(articulation, world.bodies.rigid)
                 : context.joints.pre_stabilize(articulation, world.bodies.rigid, context.end_pose, context.dt,
-                                               world.settings.second_order_orientation);
+                                               world.settings.orientation);
   });
   return off;
 }
@@ -100,8 +100,7 @@ void prepare_contacts(World& world, StepContext& context) {
                       context.graph);
   if (world.has(Effect::shock_propagation)) separate_levels(context.contacts, context.graph);
   set_path_velocities(bodies, context.kinematic, context.graph, context.contacts);
-  predict_contacts(context.dt, world.settings.second_order_orientation, context.graph, bodies,
-                   context.contacts);
+  predict_contacts(context.dt, world.settings.orientation, context.graph, bodies, context.contacts);
   // III.3, from the forces that the last step ended with
   warm_start(context.memory, context.dt / 2, context.graph, bodies, context.contacts);
 }

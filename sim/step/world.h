@@ -34,7 +34,7 @@ struct StepSettings {
   int cg_iterations = 200;
   int projection_sweeps = 2;
   bool constraints_first = false;  // in step V, before the solve instead of after it
-  bool second_order_orientation = true;
+  OrientationUpdate orientation = OrientationUpdate::exact;
   bool keep_spin = true;  // of deformable bodies that nothing touches, as positions move
   bool contact_reduction = true;
   PushOutSettings push_out;  // without rigid_pairs, these are separated at all their contacts

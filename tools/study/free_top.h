@@ -3,6 +3,7 @@
 // momentum by a quadrature of them.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 
 #include <boost/math/quadrature/gauss.hpp>
@@ -54,7 +55,8 @@ class FreeTop {
       const double x = m.x() * m.x(), y = m.y() * m.y();
       return momentum_.norm() * (x / inertia_[0] + y / inertia_[1]) / (x + y);
     };
-    constexpr int pieces = 100;
+    // Twenty points of Gauss a radian of the functions' argument are more than enough.
+    const int pieces = std::max(100, static_cast<int>(std::ceil(rate_ * t)));
     double angle = 0;
     for (int i = 0; i < pieces; ++i)
       angle +=
