@@ -1,6 +1,7 @@
 // The level set of a mesh: a grid of exact distances, interpolated between its nodes. Far from the mesh,
 // where there is no grid, the nearest triangle is searched for, so that distances are exact there as well and
-// no bound that is drawn from them misses a contact.
+// no bound that is drawn from them misses a contact. So it is around walls that are thinner than one and a
+// half cells, which have no node in their middle: interpolated, they would not be there.
 #pragma once
 
 #include "sim/geometry/dense_grid.h"
@@ -19,18 +20,26 @@ class GridLevelSet {
   double bounding_radius() const { return bounding_radius_; }  // m, about the origin
   const Vec3& lower() const { return bounds_.min(); }          // m, of the mesh
   const Vec3& upper() const { return bounds_.max(); }
-  double thickness() const { return thickness_; }  // m, diameter of the largest ball inside, at least a cell
+  // m, of the thinnest wall if any is thinner than one and a half cells, else the diameter of the largest
+  // ball inside
+  double thickness() const { return thickness_; }
+  bool has_thin_walls() const { return !is_thin_.empty(); }
   const MeshDistance& exact() const { return exact_; }
   const DenseGrid& grid() const { return grid_; }
 
  private:
   bool inside_grid(const Vec3& local) const;
+  // Whether the cell around a place in the grid, in units of cells, is near a thin wall.
+  bool is_thin(const Vec3& local) const;
+  void find_thin_walls(const TriangleMesh& mesh);
+  void mark_around(const Vec3& x);
   MeshDistance exact_;
   DenseGrid grid_;
   double inverse_spacing_ = 0;
   Vec3 last_ = Vec3::Zero();  // the last node along each axis
   Eigen::AlignedBox3d bounds_;
   double bounding_radius_ = 0, thickness_ = 0;
+  std::vector<char> is_thin_;  // of every cell, by the number of its first node; empty where no wall is thin
 };
 
 }  // namespace duet

@@ -13,8 +13,9 @@ class MeshDistance {
   // The side of the surface is that of the pseudonormal at the nearest point: of the face, the two faces at
   // an edge, or those around a vertex weighted by their angles there (Baerentzen and Aanaes 2005).
   SignedDistance at(const Vec3& x) const { return from(tree_.nearest(x), x); }
-  // The same distance of a point that is surely no farther from the surface than `at_most` (m): the faster,
-  // the nearer that is to the truth.
+  // The same of a point that is surely no farther from the surface than `at_most` (m): the faster, the nearer
+  // that is to the truth.
+  SignedDistance at(const Vec3& x, double at_most) const { return from(tree_.nearest(x, at_most), x); }
   double distance(const Vec3& x, double at_most) const { return from(tree_.nearest(x, at_most), x).distance; }
   const TriangleTree& tree() const { return tree_; }
 

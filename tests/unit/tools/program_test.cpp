@@ -91,13 +91,15 @@ TEST(Program, ListShowsTheShippedScenesAndTheyAreValid) {
 }
 
 // Two boxes of 1 m with a bar of 3 m and 2 cm between them, from square ring to square ring along the axis x.
+// The bar lies beside the axis, between the nodes of the lattice.
 std::string dumbbell() {
   const std::array<std::pair<int, double>, 6> rings{
       {{0, 0.5}, {1, 0.5}, {1, 0.01}, {4, 0.01}, {4, 0.5}, {5, 0.5}}};
   std::string text;
   for (const auto& [x, half] : rings)
     for (const auto& [y, z] : {std::pair{-1, -1}, {1, -1}, {1, 1}, {-1, 1}})
-      text += fmt::format("v {} {} {}\n", x, half * y, half * z);
+      text += fmt::format("v {} {} {}\n", x, half * y + (half < 0.1 ? 0.11 : 0),
+                          half * z + (half < 0.1 ? 0.07 : 0));
   for (int ring = 0; ring < 5; ++ring)
     for (int side = 0; side < 4; ++side) {
       const int a = 4 * ring + side + 1, b = 4 * ring + (side + 1) % 4 + 1;
