@@ -1,8 +1,12 @@
 #include "sim/coupling/collisions.h"
 
+#include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <numeric>
 
+#include "sim/base/parallel.h"
+#include "sim/coupling/contact_update.h"
 #include "sim/coupling/deepest_touches.h"
 #include "sim/coupling/friction.h"
 
@@ -11,6 +15,16 @@ namespace {
 
 constexpr double inside_tolerance = 1e-6;    // m; particles this near count as inside
 constexpr double approach_tolerance = 1e-9;  // m/s; slower approaches are rounding
+// Points that come so near to an overlap, as a fraction of their way in the step, take part in a blow beside
+// others of their pair that overlap: which corner of a level face is the first is left to rounding.
+constexpr double same_time = 1e-3;
+// Of what forces change of a body's velocity in the step: slower approaches are what a contact solve left
+// over.
+constexpr double least_blow = 1e-3;
+constexpr int rounds_per_iteration = 4;
+constexpr int most_blow_sweeps = 200;     // over the pairs of a blow
+constexpr int pair_sweeps = 8;            // over the points of a pair at each visit, to and fro
+constexpr double blow_precision = 1e-10;  // of the fastest approach: the largest change of a last sweep
 
 class Collider {
  public:
@@ -26,33 +40,29 @@ class Collider {
     scratch_.stale.assign(bodies.rigid.size(), 1);
     scratch_.version.assign(bodies.rigid.size() + bodies.deformable.size(), 0);
     scratch_.seen.assign(contacts.pairs.size(), {});
+    scratch_.takes_part.assign(contacts.points.size(), 0);
+    scratch_.velocity_before.resize(contacts.points.size());
+    scratch_.impulse_before.resize(contacts.points.size());
+    scratch_.struck.assign(contacts.pairs.size(), 0);
     scratch_.pairs.resize(contacts.pairs.size());
     std::iota(scratch_.pairs.begin(), scratch_.pairs.end(), 0);
     scratch_.schedule.build(bodies, contacts, scratch_.pairs);
     scratch_.sweeps.build(bodies, contacts, scratch_.schedule.order());
-    // Pairs that are processed at the same time may share these; no impulse makes them stale again.
-    for (std::size_t b = 0; b < bodies.rigid.size(); ++b)
-      if (!bodies.rigid.properties[b].is_dynamic()) predicted_pose(static_cast<int>(b));
   }
 
-  // Until a sweep changes nothing.
-  void sweep() {
-    scratch_.sweeps.repeat(settings_.iterations, 0.5, [&](int p) { return visit(as_index(p)) ? 1.0 : 0.0; });
+  void run() {
+    const bool deformable = !bodies_.deformable.empty();
+    if (!settings_.rigid_pairs) note_overlaps();
+    for (int round = 0; round < rounds_per_iteration * settings_.iterations; ++round) {
+      predict();
+      const bool blow = settings_.rigid_pairs && find_blow();
+      if (blow) strike();
+      const bool changed = deformable && round < settings_.iterations && collide_deformables();
+      if (!blow && !changed) break;
+    }
   }
 
  private:
-  // A pair whose bodies are as they were when a visit changed nothing has nothing to add.
-  bool visit(std::size_t p) {
-    ContactPair& pair = contacts_.pairs[p];
-    const int &host = scratch_.version[as_index(pair.host)],
-              &guest = scratch_.version[guest_node(bodies_, pair)];
-    CollisionScratch::Seen& seen = scratch_.seen[p];
-    if (seen.host == host && seen.guest == guest) return false;
-    const bool changed = pair.guest_rigid >= 0 ? collide_rigid(pair) : collide_deformable(pair);
-    if (!changed) seen = {host, guest};
-    return changed;
-  }
-
   const Pose& predicted_pose(int body) {
     const auto b = as_index(body);
     if (scratch_.stale[b]) {
@@ -130,6 +140,170 @@ class Collider {
     ++scratch_.version[as_index(body)];
   }
 
+  // All poses that impulses have made stale.
+  void predict() {
+    parallel_for(bodies_.rigid.size(), 64, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t b = begin; b < end; ++b) predicted_pose(static_cast<int>(b));
+    });
+  }
+
+  // Whether a look at the pair would find what the last one found.
+  bool is_as_seen(std::size_t p) {
+    const ContactPair& pair = contacts_.pairs[p];
+    const int host = scratch_.version[as_index(pair.host)],
+              guest = scratch_.version[guest_node(bodies_, pair)];
+    CollisionScratch::Seen& seen = scratch_.seen[p];
+    if (seen.host == host && seen.guest == guest) return true;
+    seen = {host, guest};
+    return false;
+  }
+
+  // Whether bodies close no faster than forces make them in this step, or by next to nothing of what forces
+  // change: they rest, slide or roll, and are left to the contact solve. A rebound would be lower than what a
+  // step falls.
+  bool persists(const ContactPoint& contact, double normal_velocity) const {
+    const auto change = [&](int body) { return difference_.rigid[as_index(body)].squaredNorm(); };
+    const double forces = std::sqrt(std::max(change(contact.host), change(contact.guest_rigid)));
+    return -normal_velocity < std::max(dt_ * approach_acceleration(contact), least_blow * forces);
+  }
+
+  // Marks the points of rigid pairs that meet now. Returns whether there are any.
+  bool find_blow() {
+    parallel_for(contacts_.pairs.size(), 16, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t p = begin; p < end; ++p)
+        scratch_.struck[p] =
+            contacts_.pairs[p].guest_rigid >= 0 && !is_as_seen(p) && find_points(contacts_.pairs[p]);
+    });
+    scratch_.blow.clear();
+    for (const int p : scratch_.schedule.order())
+      if (scratch_.struck[as_index(p)] != 0) scratch_.blow.push_back(p);
+    return !scratch_.blow.empty();
+  }
+
+  // Those of one pair; their impulses are set to zero and their targets to what the blow is to leave at
+  // least.
+  bool find_points(ContactPair& pair) {
+    bool meets = false;
+    DeepestTouches touches;
+    for (int i = pair.begin; i < pair.end; ++i) {
+      ContactPoint& contact = contacts_.points[as_index(i)];
+      char& part = scratch_.takes_part[as_index(i)];
+      part = 0;
+      const Touch predicted = predicted_touch(contact);
+      if (touches.carry_for(contact, predicted)) continue;
+      const Vec3 velocity = relative_velocity(bodies_, contact);
+      const double normal_velocity = velocity.dot(contact.normal);
+      if (predicted.gap >= same_time * dt_ * -normal_velocity) continue;
+      if (predicted.gap < 0) pair.collided = true;
+      if (!collides(contact, velocity) || persists(contact, normal_velocity)) continue;
+      part = 1;
+      meets |= predicted.gap < 0;
+      contact.target = rebound_velocity(contact, normal_velocity);
+      scratch_.velocity_before[as_index(i)] = velocity;
+    }
+    return meets;
+  }
+
+  // Without rigid collisions: pairs that overlap go straight to contact.
+  void note_overlaps() {
+    for (ContactPair& pair : contacts_.pairs) pair.collided |= pair.guest_rigid >= 0;
+  }
+
+  template <class Visit>
+  void for_each_point(const ContactPair& pair, Visit&& visit) {
+    for (int i = pair.begin; i < pair.end; ++i)
+      if (scratch_.takes_part[as_index(i)] != 0) visit(as_index(i));
+  }
+
+  // The impulses of all points of the blow together.
+  void strike() {
+    double fastest = 0;
+    for (const int p : scratch_.blow)
+      for_each_point(contacts_.pairs[as_index(p)], [&](std::size_t i) {
+        fastest = std::max(fastest, -scratch_.velocity_before[i].dot(contacts_.points[i].normal));
+        scratch_.impulse_before[i] = contacts_.points[i].impulse;
+        contacts_.points[i].impulse.setZero();
+      });
+    scratch_.blow_sweeps.build(bodies_, contacts_, scratch_.blow);
+    scratch_.blow_sweeps.repeat(most_blow_sweeps, blow_precision * fastest,
+                                [&](int p) { return update_pair(contacts_.pairs[as_index(p)]); });
+    keep_energy();
+    for (const int p : scratch_.blow) {
+      const ContactPair& pair = contacts_.pairs[as_index(p)];
+      for_each_point(pair, [&](std::size_t i) { contacts_.points[i].impulse += scratch_.impulse_before[i]; });
+      mark_changed(pair.host);
+      mark_changed(pair.guest_rigid);
+    }
+  }
+
+  double update_pair(const ContactPair& pair) {
+    double first = 0;
+    for (int sweep = 0; sweep < pair_sweeps; ++sweep) {
+      double largest = 0;
+      for (int k = pair.begin; k < pair.end; ++k) {
+        const auto i = as_index(sweep % 2 == 0 ? k : pair.end - 1 - (k - pair.begin));
+        if (scratch_.takes_part[i] == 0) continue;
+        ContactPoint& contact = contacts_.points[i];
+        const Vec3 total = updated_impulse(contact, contact.response, relative_velocity(bodies_, contact));
+        const Vec3 change = total - contact.impulse;
+        apply_impulse(bodies_, contact, change);
+        contact.impulse = total;
+        largest = std::max(largest, (contact.response.K * change).norm());
+      }
+      if (sweep == 0) first = largest;
+      if (largest == 0) break;
+    }
+    return first;
+  }
+
+  // With friction, or with different coefficients at once, Moreau's law can give energy. Where the impulses j
+  // of the bodies that a blow connects would, s j is taken with the largest s in [0, 1] that does not: their
+  // energy changes by
+  //   s a + s^2 b,  a = sum j . u-,  b = sum j . (u+ - u-) / 2.
+  void keep_energy() {
+    std::vector<int>& parent = scratch_.parent;
+    parent.resize(bodies_.rigid.size());
+    std::iota(parent.begin(), parent.end(), 0);
+    const auto root = [&](int body) {
+      while (parent[as_index(body)] != body)
+        body = parent[as_index(body)] = parent[as_index(parent[as_index(body)])];
+      return as_index(body);
+    };
+    const auto island_of = [&](const ContactPair& pair) {
+      return root(bodies_.rigid.properties[as_index(pair.host)].is_dynamic() ? pair.host : pair.guest_rigid);
+    };
+    for (const int p : scratch_.blow) {
+      const ContactPair& pair = contacts_.pairs[as_index(p)];
+      if (!bodies_.rigid.properties[as_index(pair.host)].is_dynamic() ||
+          !bodies_.rigid.properties[as_index(pair.guest_rigid)].is_dynamic())
+        continue;
+      const auto [low, high] = std::minmax({root(pair.host), root(pair.guest_rigid)});
+      parent[high] = static_cast<int>(low);
+    }
+    scratch_.work.assign(bodies_.rigid.size(), {});
+    for (const int p : scratch_.blow) {
+      const ContactPair& pair = contacts_.pairs[as_index(p)];
+      CollisionScratch::Work& work = scratch_.work[island_of(pair)];
+      for_each_point(pair, [&](std::size_t i) {
+        const ContactPoint& contact = contacts_.points[i];
+        const Vec3& before = scratch_.velocity_before[i];
+        work.linear += contact.impulse.dot(before);
+        work.quadratic += contact.impulse.dot(relative_velocity(bodies_, contact) - before) / 2;
+      });
+    }
+    for (const int p : scratch_.blow) {
+      const ContactPair& pair = contacts_.pairs[as_index(p)];
+      const CollisionScratch::Work& work = scratch_.work[island_of(pair)];
+      if (work.linear + work.quadratic <= 0) continue;
+      const double most = std::clamp(-work.linear / work.quadratic, 0.0, 1.0);
+      for_each_point(pair, [&](std::size_t i) {
+        ContactPoint& contact = contacts_.points[i];
+        apply_impulse(bodies_, contact, (most - 1) * contact.impulse);
+        contact.impulse *= most;
+      });
+    }
+  }
+
   void collide(const ContactPair& pair, ContactPoint& contact, const Vec3& velocity) {
     const double target = rebound_velocity(contact, velocity.dot(contact.normal));
     const Vec3 wanted =
@@ -138,37 +312,19 @@ class Collider {
     apply_impulse(bodies_, contact, impulse);
     contact.impulse += impulse;
     mark_changed(contact.host);
-    if (contact.is_rigid_pair())
-      mark_changed(contact.guest_rigid);
-    else
-      ++scratch_.version[guest_node(bodies_, pair)];
+    ++scratch_.version[guest_node(bodies_, pair)];
   }
 
-  // The deepest approaching point first, again and again until none approaches.
-  bool collide_rigid(ContactPair& pair) {
-    bool changed = false;
-    if (!settings_.rigid_pairs) {
-      pair.collided = true;
-      return changed;
-    }
-    for (int repeat = 0; repeat < settings_.repeats; ++repeat) {
-      ContactPoint* deepest = nullptr;
-      double least = 0;
-      DeepestTouches touches;
-      for (int i = pair.begin; i < pair.end; ++i) {
-        ContactPoint& contact = contacts_.points[as_index(i)];
-        const Touch predicted = predicted_touch(contact);
-        if (touches.carry_for(contact, predicted) || predicted.gap >= 0) continue;
-        pair.collided = true;
-        if (predicted.gap < least && collides(contact, relative_velocity(bodies_, contact))) {
-          deepest = &contact;
-          least = predicted.gap;
-        }
-      }
-      if (!deepest) break;
-      collide(pair, *deepest, relative_velocity(bodies_, *deepest));
+  // One sweep over the pairs with deformable bodies; whether it changed anything.
+  bool collide_deformables() {
+    std::atomic<bool> changed = false;
+    scratch_.sweeps.once([&](int p) {
+      ContactPair& pair = contacts_.pairs[as_index(p)];
+      if (pair.guest_rigid >= 0 || is_as_seen(as_index(p))) return;
+      if (!collide_deformable(pair)) return;
+      scratch_.seen[as_index(p)] = {};
       changed = true;
-    }
+    });
     return changed;
   }
 
@@ -198,7 +354,7 @@ class Collider {
 
 void process_collisions(Bodies& bodies, const VelocityState& difference, double dt,
                         const CollisionSettings& settings, ContactSet& contacts, CollisionScratch& scratch) {
-  Collider(bodies, difference, dt, settings, contacts, scratch).sweep();
+  Collider(bodies, difference, dt, settings, contacts, scratch).run();
 }
 
 }  // namespace duet

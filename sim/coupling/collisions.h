@@ -1,17 +1,17 @@
 // Step II.1: collisions, on time-n velocities with re-predicted positions (paper section 4; Guendelman et al.
-// 2003).
+// 2003). Unlike there, the impulses of all points that meet at once are found together.
 #pragma once
 
 #include <vector>
 
 #include "sim/coupling/pair_schedule.h"
 #include "sim/coupling/sweep_pipeline.h"
+#include "sim/rigid/orientation_update.h"
 
 namespace duet {
 
 struct CollisionSettings {
-  int iterations = 5;  // Gauss-Seidel sweeps over all pairs
-  int repeats = 20;    // impulses per rigid pair and sweep
+  int iterations = 5;  // rounds of blows are at most four times as many
   OrientationUpdate orientation = OrientationUpdate::exact;
   bool rigid_pairs = true;  // effect rigid_collision; without it rigid pairs go straight to contact
 };
@@ -21,12 +21,24 @@ struct CollisionScratch {
   std::vector<Pose> predicted;
   std::vector<char> stale;
   // How often impulses have changed a body (numbered as in guest_node), and what that count was for both
-  // bodies of a pair when a visit of the pair changed nothing.
+  // bodies of a pair when a look at the pair found nothing to do.
   std::vector<int> version;
   struct Seen {
     int host = -1, guest = -1;
   };
   std::vector<Seen> seen;
+  // Of every contact point: whether it takes part in the blow of this round, its relative velocity (m/s)
+  // before the blow, and its impulse (N s) of the rounds before.
+  std::vector<char> takes_part;
+  std::vector<Vec3> velocity_before, impulse_before;
+  std::vector<char> struck;  // whether a pair takes part in the blow
+  std::vector<int> blow;     // these pairs
+  SweepPipeline blow_sweeps;
+  std::vector<int> parent;  // of every rigid body, in a tree of those that the blow connects
+  struct Work {             // J, what the blow does to an island's kinetic energy, see Collider::keep_energy
+    double linear = 0, quadratic = 0;
+  };
+  std::vector<Work> work;  // of every island, at its root
   std::vector<int> pairs;
   PairSchedule schedule;
   SweepPipeline sweeps;
@@ -34,7 +46,16 @@ struct CollisionScratch {
 
 // `bodies` holds positions and velocities of time n, `difference` is D = v~^{n+1/2} - v^n. Changes the
 // velocities to v_*^n and marks the pairs that were found overlapping, approaching or not, as collided:
-// contact later looks at no other rigid pairs, so that elastic bodies bounce before contact stops them.
+// contact later looks at no other rigid pairs, so that elastic bodies bounce before contact stops them. What
+// closes no faster than forces make it in a step is left to contact.
+//
+// Rigid bodies meet in rounds. In a round, all points that would overlap at the predicted positions and
+// approach form one blow: impulses j >= 0 along the normals after which
+//   v_n+ >= -e v_n-,  complementary to j,
+// with friction on Coulomb's cone (Moreau's law; without friction it takes (1 - e^2) of the energy that a
+// blow with e = 0 takes, so it never gives any). Bodies that this brings together are the next round's: a row
+// of balls passes a blow on from one to the next, and a face that lands level leaves level (Smith, Kaufman,
+// Vouga, Tamstorf, Grinspun 2012, "Reflections on simultaneous impact").
 void process_collisions(Bodies& bodies, const VelocityState& difference, double dt,
                         const CollisionSettings& settings, ContactSet& contacts, CollisionScratch& scratch);
 

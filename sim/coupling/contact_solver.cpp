@@ -4,7 +4,7 @@
 
 #include <Eigen/LU>
 
-#include "sim/coupling/friction.h"
+#include "sim/coupling/contact_update.h"
 
 namespace duet {
 namespace {
@@ -13,31 +13,6 @@ constexpr int shock_iterations = 10;  // Gauss-Seidel sweeps over a group of a l
 // In a sweep, of a deformable body on something that no impulse moves: its contacts hardly know of each
 // other.
 constexpr int soft_repeats = 2;
-
-// Tangential impulse that removes the tangential part of `velocity`, or as much of it as an impulse within
-// the friction cone can.
-Vec3 friction(const ContactPoint& contact, const ContactResponse& response, const Vec3& tangential_impulse,
-              const Vec3& velocity, double normal_impulse) {
-  const double most = contact.friction * normal_impulse;
-  const Vec3 sticking = tangential_impulse - response.sticking * velocity;
-  if (sticking.squaredNorm() <= most * most) return sticking;
-  if (most == 0) return Vec3::Zero();
-  // Sliding: a step down the dissipation, short enough for any direction, and back onto the cone.
-  const double step = 1 / (response.K.trace() - 1 / response.normal_mass);
-  const Vec3 sliding = tangential_impulse - step * (velocity - velocity.dot(contact.normal) * contact.normal);
-  const double length = sliding.norm();
-  return length > most ? Vec3(most / length * sliding) : sliding;
-}
-
-// The impulse that the contact should have, for its relative velocity under the one it has: first along the
-// normal, then friction on what that now is.
-Vec3 updated_impulse(const ContactPoint& contact, const ContactResponse& response, const Vec3& velocity) {
-  const Vec3& n = contact.normal;
-  const double before = contact.impulse.dot(n);
-  const double now = std::max(0.0, before + response.normal_mass * (contact.target - velocity.dot(n)));
-  const Vec3 tangential = contact.impulse - before * n;
-  return now * n + friction(contact, response, tangential, velocity + (now - before) * (response.K * n), now);
-}
 
 // One Gauss-Seidel update of a contact; returns how much it changed the relative velocity.
 double update_contact(Bodies& bodies, LinkedBodies* linked, ContactPoint& contact) {

@@ -15,12 +15,16 @@ auto name_of(const Contact& contact) {
   return std::tie(contact.host, contact.guest_rigid, contact.guest_point);
 }
 
-Vec3 remembered_impulse(const ContactMemory& memory, const ContactPoint& contact, double duration) {
+const RememberedContact* find(const ContactMemory& memory, const ContactPoint& contact) {
   const auto found = std::lower_bound(
       memory.begin(), memory.end(), contact,
       [](const RememberedContact& a, const ContactPoint& b) { return name_of(a) < name_of(b); });
-  if (found == memory.end() || name_of(*found) != name_of(contact)) return Vec3::Zero();
-  return std::min(1.0, duration / found->duration) * found->impulse;
+  return found == memory.end() || name_of(*found) != name_of(contact) ? nullptr : &*found;
+}
+
+Vec3 remembered_impulse(const ContactMemory& memory, const ContactPoint& contact, double duration) {
+  const RememberedContact* found = find(memory, contact);
+  return found ? Vec3(std::min(1.0, duration / found->duration) * found->impulse) : Vec3::Zero();
 }
 
 // See predict_contacts: `velocity`, or what of it touching without an overlap allows a deformable guest's
