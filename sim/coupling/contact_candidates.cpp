@@ -96,10 +96,12 @@ void visit_near(const RigidBodies& rigid, const BodyPair& pair, double margin, V
     if (gap < margin)
       visit(NearPoint{.point = -1 - k, .position = deepest.position, .gap = gap}, deepest.inside);
   }
+  if (touches_with_deepest_point(host.shape, guest.shape)) return;
+  const bool rolls = rolls_over_samples(host.shape);
   const Mat3 rotation = host.to_body * pose.orientation.toRotationMatrix();
   const Eigen::AlignedBox3d region = host.region(rotation, offset);
   for (std::size_t i = 0; i < guest.samples.size(); ++i) {
-    if (!region.contains(guest.samples[i])) continue;
+    if (!region.contains(guest.samples[i]) || (rolls && guest.on_flat[i] != 0)) continue;
     const Vec3 y = rotation * guest.samples[i] + offset;
     if (!host.is_near(y)) continue;
     const double gap = host.shape.distance(y);
@@ -306,8 +308,11 @@ class Finder {
     auto begin = chunk.touches.size();
     visit_near(bodies_.rigid, pair, margin, [&](NearPoint near, const Vec3& inside) {
       const ContactPlane plane =
-          exposed_plane(bodies_, pair.host, bodies_.rigid.state[h].pose, near.position, inside);
-      if (!(plane.faces && std::isfinite(plane.gap)) && plane.gap >= 0) return;
+          exposed_plane(bodies_, pair.host, bodies_.rigid.state[h].pose, near.position, inside,
+                        near.point < 0 ? PointKind::deepest : PointKind::fixed);
+      // A deepest point over a hidden foot may come to be over the host within the step.
+      const bool faces = plane.faces && (near.point < 0 || std::isfinite(plane.gap));
+      if (!faces && plane.gap >= 0) return;
       near.reversed = is_reversed;
       near.normal = plane.normal;
       near.gap = plane.gap;

@@ -12,6 +12,7 @@ struct ContactPlane {
   // Whether the other body lies on the outer side. Where it does not, the point is beside an edge over which
   // the body reaches, and touches nothing.
   bool faces = true;
+  int continued_by = -1;  // the body whose surface goes on from a hidden foot, see exposed_plane(); or -1
 };
 
 // The nearest surface of a level set tells little about a point near an edge: a corner that stands a

@@ -1,5 +1,6 @@
 #include "sim/coupling/contact_point.h"
 
+#include <cmath>
 #include <limits>
 
 #include "sim/coupling/deepest_point.h"
@@ -43,6 +44,20 @@ Touch in_world(const Vec3& x, const ContactPlane& plane, const Pose& host_pose) 
           plane.faces || plane.gap < 0 ? plane.gap : std::numeric_limits<double>::infinity()};
 }
 
+// Deepest point k of a guest towards the plane through `foot` (m) that goes on from its host as the surface
+// of the body `other`; far away where it is beside that surface.
+Touch touch_of_continued(const Bodies& bodies, const Vec3& normal, const Vec3& foot, int other,
+                         const Pose& guest_pose, const LevelSet& guest, int k) {
+  constexpr double near = 1e-3;  // of the smallest size of the other body
+  const DeepestPoint deepest = deepest_point(guest, k, guest_pose.orientation.conjugate() * normal);
+  const Vec3 x = guest_pose.to_world(deepest.position);
+  const double gap = normal.dot(x - foot);
+  const LevelSet& shape = bodies.rigid.properties[as_index(other)].shape;
+  const double beside = shape.distance(bodies.rigid.state[as_index(other)].pose.to_body(x - gap * normal));
+  if (beside > near * shape.smallest_size()) return {x, normal, std::numeric_limits<double>::infinity()};
+  return {x, normal, gap};
+}
+
 }  // namespace
 
 Touch touch(const RigidProperties& host, const Pose& host_pose, const RigidProperties& guest,
@@ -58,8 +73,12 @@ Touch touch(const Bodies& bodies, int host, const Pose& host_pose, int guest, co
   if (is_on_ridge(properties[as_index(guest)], sample)) return touch_at(lowest, host_pose, guest_pose);
   const DeepestPoint point =
       in_space_of(properties[as_index(host)], host_pose, properties[as_index(guest)], guest_pose, sample);
-  return in_world(point.position, exposed_plane(bodies, host, host_pose, point.position, point.inside),
-                  host_pose);
+  const ContactPlane plane = exposed_plane(bodies, host, host_pose, point.position, point.inside,
+                                           sample < 0 ? PointKind::deepest : PointKind::fixed);
+  const Touch found = in_world(point.position, plane, host_pose);
+  if (plane.continued_by < 0) return found;
+  return touch_of_continued(bodies, found.normal, host_pose.to_world(plane.foot), plane.continued_by,
+                            guest_pose, properties[as_index(guest)].shape, -1 - sample);
 }
 
 namespace {

@@ -82,6 +82,12 @@ DeepestPoint of_rim(const LevelSet& shape, double side, const Pose& pose, const 
 
 }  // namespace
 
+bool rolls_over_samples(const LevelSet& host) { return deepest_point_count(host) > 0; }
+
+bool touches_with_deepest_point(const LevelSet& host, const LevelSet& guest) {
+  return host.kind == LevelSet::Kind::sphere && guest.kind != LevelSet::Kind::grid;
+}
+
 int deepest_point_count(const LevelSet& shape) {
   switch (shape.kind) {
     case LevelSet::Kind::sphere:

@@ -23,4 +23,11 @@ DeepestPoint deepest_point(const LevelSet& shape, int k, const Pose& pose, const
 // own space; exact.
 DeepestPoint deepest_point(const LevelSet& shape, int k, const Vec3& n);
 
+// Whether a host touches the flat faces of others with its deepest points alone, because it is round: samples
+// of these faces would be bumps on which it loses speed.
+bool rolls_over_samples(const LevelSet& host);
+// Whether the deepest point of `host` towards the guest is all that they can touch with: a ball's, where the
+// guest's distance is exact.
+bool touches_with_deepest_point(const LevelSet& host, const LevelSet& guest);
+
 }  // namespace duet

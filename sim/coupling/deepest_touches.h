@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 
 #include "sim/coupling/contact_point.h"
 
@@ -41,8 +42,11 @@ class DeepestTouches {
     constexpr double same_side = 0.98;  // cosine of the angle between normals
     const double distance = (sample.position - deepest.position).norm();
     if (deepest.normal.dot(sample.normal) <= same_side) return false;
-    if (is_on_ridge) return distance < near * size && deepest.gap <= sample.gap;
-    return distance < near * size || sample.gap - deepest.gap > flat * distance;
+    const bool is_hidden = !std::isfinite(deepest.gap);  // another body has it, see exposed_plane()
+    if (is_on_ridge) return distance < near * size && (is_hidden || deepest.gap <= sample.gap);
+    const double above =
+        is_hidden ? sample.normal.dot(sample.position - deepest.position) : sample.gap - deepest.gap;
+    return distance < near * size || above > flat * distance;
   }
 
   std::array<Deepest, 4> deepest_;  // two of each body

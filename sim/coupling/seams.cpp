@@ -103,10 +103,12 @@ void remove_hidden_samples(Bodies& bodies) {
     for (std::size_t i = 0; i < properties.samples.size(); ++i) {
       if (!stays(pose.to_world(properties.samples[i]))) continue;
       properties.samples[kept] = properties.samples[i];
+      properties.on_flat[kept] = properties.on_flat[i];
       properties.inside[kept++] = properties.inside[i];
     }
     properties.samples.resize(kept);
     properties.inside.resize(kept);
+    properties.on_flat.resize(kept);
     std::vector<char> ridge_stays;
     for (const Vec3& node : properties.ridges.nodes) ridge_stays.push_back(stays(pose.to_world(node)));
     keep_nodes(ridge_stays, properties.ridges);
@@ -120,14 +122,14 @@ std::optional<HiddenFoot> hidden_foot(const Bodies& bodies, int host, const Vec3
                                              bodies.rigid.properties[as_index(other)].shape.smallest_size());
     const double distance = distance_to(bodies.rigid, other, foot);
     if (distance > near) continue;
-    if (distance < -near) return HiddenFoot{foot, Vec3::Zero()};
+    if (distance < -near) return HiddenFoot{foot, Vec3::Zero(), other};
     // On the surface of both. A host that rises from the other's surface, as a riser does, is not hidden.
     const Vec3 others_normal = normal_of(bodies.rigid, other, foot + near * normal);
     const double cosine = others_normal.dot(normal);
-    if (cosine < face_each_other) return HiddenFoot{foot, Vec3::Zero()};
+    if (cosine < face_each_other) return HiddenFoot{foot, Vec3::Zero(), other};
     if (cosine < same_face &&
         distance_to(bodies.rigid, host, foot + 2 * near * others_normal) > leads_off * 2 * near)
-      return HiddenFoot{foot, others_normal};
+      return HiddenFoot{foot, others_normal, other};
   }
   return {};
 }
@@ -169,11 +171,17 @@ WayOut way_out_of_seam(const Bodies& bodies, int host, const Vec3& x, const Vec3
 }
 
 ContactPlane exposed_plane(const Bodies& bodies, int host, const Pose& pose, const Vec3& x,
-                           const Vec3& inside) {
+                           const Vec3& inside, PointKind kind) {
   ContactPlane plane = contact_plane(bodies.rigid.properties[as_index(host)].shape, x, inside);
   const Vec3 normal = pose.orientation * plane.normal, position = pose.to_world(x);
   const std::optional<HiddenFoot> hidden = hidden_foot(bodies, host, pose.to_world(plane.foot), normal);
   if (!hidden) return plane;
+  if (kind == PointKind::deepest && !hidden->others_normal.isZero(0)) {
+    plane.normal = pose.orientation.conjugate() * hidden->others_normal;
+    plane.gap = std::numeric_limits<double>::infinity();
+    plane.continued_by = hidden->body;
+    return plane;
+  }
   const Vec3 inward = pose.orientation * (inside - x).normalized();
   const WayOut way = way_out_of_seam(bodies, host, position, inward, {normal, -plane.gap}, *hidden);
   plane.normal = pose.orientation.conjugate() * way.normal;

@@ -28,6 +28,7 @@ struct HiddenFoot {
   Vec3 foot;
   Vec3 others_normal;  // of the surface of the other body that goes on from there; zero if they face each
                        // other
+  int body = -1;       // the other body
 };
 std::optional<HiddenFoot> hidden_foot(const Bodies& bodies, int host, const Vec3& foot, const Vec3& normal);
 // The way out of all of them instead of `way`, for a point at `x` (m) the rest of whose body lies in the unit
@@ -38,8 +39,14 @@ WayOut way_out_of_seam(const Bodies& bodies, int host, const Vec3& x, const Vec3
 // Whether another body adjoins the host at `foot`, which is known up to `precision` (m).
 bool is_at_seam(const Bodies& bodies, int host, const Vec3& foot, double precision);
 
-// contact_plane() of a host at `pose`, but for what is hidden.
+// What a guest's point is: the deepest one towards this host, so that a body that adjoins it has one of its
+// own, or a point that stays where it is on the guest whatever it touches.
+enum class PointKind { deepest, fixed };
+
+// contact_plane() of a host at `pose`, but for what is hidden. Of a deepest point over a hidden foot it is
+// the plane of the surface that goes on from there, through the foot, with an infinite gap: what is deepest
+// towards the hidden edge is not what is deepest towards that plane.
 ContactPlane exposed_plane(const Bodies& bodies, int host, const Pose& pose, const Vec3& x,
-                           const Vec3& inside);
+                           const Vec3& inside, PointKind kind);
 
 }  // namespace duet

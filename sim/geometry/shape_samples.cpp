@@ -75,26 +75,11 @@ class Rings {
   std::vector<Vec3> samples_;
 };
 
-std::vector<Vec3> capsule_samples(double radius, double half_length, double spacing) {
-  Rings rings(spacing);
-  const int rows = intervals(pi / 2 * radius, spacing);
-  for (const double end : {-1.0, 1.0})
-    for (int row = 0; row <= rows; ++row) {
-      const double polar = pi / 2 * row / rows;
-      rings.add(radius * math::sin(polar), end * (half_length + radius * math::cos(polar)));
-    }
-  const int n = intervals(2 * half_length, spacing);
-  for (int i = 1; i < n; ++i) rings.add(radius, half_length * (2.0 * i / n - 1));
-  return rings.take();
-}
-
 std::vector<Vec3> cylinder_samples(double radius, double half_length, double spacing) {
   Rings rings(spacing);
   const int rows = intervals(radius, spacing);
   for (const double end : {-half_length, half_length})
     for (int row = 0; row <= rows; ++row) rings.add(radius * row / rows, end);
-  const int n = intervals(2 * half_length, spacing);
-  for (int i = 1; i < n; ++i) rings.add(radius, half_length * (2.0 * i / n - 1));
   return rings.take();
 }
 
@@ -186,13 +171,12 @@ std::vector<Vec3> surface_samples(const LevelSet& shape, double spacing) {
   switch (shape.kind) {
     case LevelSet::Kind::box:
       return box_samples(shape.half, spacing);
-    case LevelSet::Kind::capsule:
-      return capsule_samples(shape.radius, shape.half_length, round_spacing(shape.radius, spacing));
     case LevelSet::Kind::cylinder:
       return cylinder_samples(shape.radius, shape.half_length, round_spacing(shape.radius, spacing));
     case LevelSet::Kind::torus:
       return torus_samples(shape.radius, shape.tube, round_spacing(shape.radius + shape.tube, spacing));
     case LevelSet::Kind::sphere:
+    case LevelSet::Kind::capsule:
     case LevelSet::Kind::grid:
     case LevelSet::Kind::half_space:
       break;
@@ -232,6 +216,27 @@ std::vector<Vec3> surface_samples(const TriangleMesh& mesh, double spacing) {
   // points 0.7 spacings away from its nodes.
   const double gap = std::min(spacing, longest_edge) / std::numbers::sqrt3;
   return thinned(candidates, std::min(0.7 * spacing, spacing - gap));
+}
+
+std::vector<char> on_flat_faces(const LevelSet& shape, const std::vector<Vec3>& samples) {
+  constexpr int directions = 8;
+  constexpr double way = 1e-3;       // of the smallest size: edges nearer than that count
+  constexpr double flatness = 1e-5;  // of the way; a radius of the size falls off by half of 1e-3
+  const double size = shape.smallest_size(), step = way * size;
+  std::vector<char> flat;
+  flat.reserve(samples.size());
+  for (const Vec3& x : samples) {
+    const SignedDistance here = shape.exact(x);
+    const Vec3 u = here.normal.unitOrthogonal(), w = here.normal.cross(u);
+    bool is_flat = true;
+    for (int i = 0; i < directions && is_flat; ++i) {
+      const double angle = 2 * pi * i / directions;
+      const Vec3 beside = x + step * (math::cos(angle) * u + math::sin(angle) * w);
+      is_flat = std::abs(shape.exact(beside).distance - here.distance) < flatness * step;
+    }
+    flat.push_back(is_flat ? 1 : 0);
+  }
+  return flat;
 }
 
 std::vector<Vec3> points_inside(const LevelSet& shape, const std::vector<Vec3>& samples) {

@@ -14,6 +14,7 @@ Solid make_solid(const LevelSet& shape, std::optional<double> sample_spacing, do
   const double spacing = sample_spacing.value_or(default_sample_spacing(solid.volume));
   solid.samples = surface_samples(shape, spacing);
   solid.inside = points_inside(solid.level_set, solid.samples);
+  solid.on_flat = on_flat_faces(solid.level_set, solid.samples);
   solid.ridges = find_ridges(shape, spacing);
   solid.surface = shape_surface(shape, detail);
   return solid;
@@ -30,6 +31,7 @@ Solid make_solid(const TriangleMesh& mesh, double scale, int cells, std::optiona
   const double spacing = sample_spacing.value_or(default_sample_spacing(mass.volume));
   solid.samples = surface_samples(body, spacing);
   solid.inside = points_inside(solid.level_set, solid.samples);
+  solid.on_flat = on_flat_faces(solid.level_set, solid.samples);
   solid.ridges = find_ridges(body, solid.level_set, solid.samples, solid.inside, spacing);
   solid.surface = mesh_surface(body);
   return solid;

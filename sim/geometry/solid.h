@@ -19,6 +19,7 @@ struct Solid {
   Pose frame;                 // body space in the shape's own coordinates; other than identity for meshes
   std::vector<Vec3> samples;  // m, tested against other bodies' level sets
   std::vector<Vec3> inside;   // m, see points_inside
+  std::vector<char> on_flat;  // see on_flat_faces
   Ridges ridges;
   Surface surface;  // as it is drawn
 };

@@ -30,6 +30,7 @@ struct RigidProperties {
   LevelSet shape;
   std::vector<Vec3> samples;          // m, body space, tested against other bodies' level sets
   std::vector<Vec3> inside;           // m, body space, a point of the body some way in from every sample
+  std::vector<char> on_flat;          // whether a sample lies in a flat face
   Ridges ridges;                      // the lines along which it can touch between its samples
   double mass = 0, inverse_mass = 0;  // kg, 1/kg
   Vec3 inertia = Vec3::Zero();        // kg m^2, principal moments

@@ -38,6 +38,7 @@ void add_rigid(RigidBodies& rigid, const std::string& name, const Solid& solid, 
   properties.shape = solid.level_set;
   properties.samples = solid.samples;
   properties.inside = solid.inside;
+  properties.on_flat = solid.on_flat;
   properties.ridges = solid.ridges;
   properties.friction = surface.friction;
   properties.restitution = surface.restitution;

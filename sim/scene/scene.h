@@ -13,6 +13,7 @@
 #include "sim/deformable/material_model.h"
 #include "sim/geometry/triangle_mesh.h"
 #include "sim/rigid/kinematic_motion.h"
+#include "sim/rigid/orientation_update.h"
 
 namespace duet::scene {
 

@@ -26,7 +26,7 @@ inline GeneralizedVelocity random_velocity(const Bodies& bodies, unsigned seed) 
   std::uniform_real_distribution<double> uniform(-1, 1);
   const auto vector = [&] {
     Vec3 v;
-    for (double& coordinate : v) coordinate = uniform(random);
+    for (int axis = 2; axis >= 0; --axis) v[axis] = uniform(random);
     return v;
   };
   GeneralizedVelocity v;

@@ -280,11 +280,13 @@ VelocityState no_change(const Bodies& bodies) {
 using PointName = std::tuple<int, int, int>;  // host, rigid guest, point
 
 // Contact starts from every point that would lie inside a body at the end of the step if nothing pushed; not
-// from those on the far side of a body that goes in as a whole, and those beside an edge.
+// from those on the far side of a body that goes in as a whole, and those beside an edge, nor from those for
+// which a round host's own deepest points stand.
 std::set<PointName> points_inside_after(const Bodies& bodies, double dt) {
   const std::vector<RigidState>& state = bodies.rigid.state;
   std::vector<Pose> later;
-  for (const RigidState& body : state) later.push_back(evolved_pose(body, dt, false));
+  for (const RigidState& body : state)
+    later.push_back(evolved_pose(body, dt, OrientationUpdate::first_order));
   std::set<PointName> inside;
   for (std::size_t h = 0; h < later.size(); ++h) {
     const RigidProperties& host = bodies.rigid.properties[h];
@@ -293,6 +295,9 @@ std::set<PointName> points_inside_after(const Bodies& bodies, double dt) {
       if (g == h || (!host.is_dynamic() && !guest.is_dynamic())) continue;
       const int samples = static_cast<int>(guest.samples.size());
       for (int i = -deepest_point_count(guest.shape); i < samples; ++i) {
+        if (i >= 0 && (touches_with_deepest_point(host.shape, guest.shape) ||
+                       (rolls_over_samples(host.shape) && guest.on_flat[static_cast<std::size_t>(i)] != 0)))
+          continue;
         const double now = touch(host, state[h].pose, guest, state[g].pose, i).gap;
         const Vec3 x = later[h].to_body(touch(host, later[h], guest, later[g], i).position);
         if (std::isfinite(now) && host.shape.distance(x) < 0)

@@ -33,7 +33,7 @@ void set_motion(ContactScene& ball, const Vec3& velocity, const Vec3& spin) {
 constexpr ContactSolveSettings exact = {.iterations = 5000, .tolerance = 1e-15, .angular_friction = true};
 
 void solve(ContactScene& scene, const ContactSolveSettings& settings) {
-  predict_contacts(dt, true, scene.graph, scene.bodies, scene.contacts);
+  predict_contacts(dt, OrientationUpdate::exact, scene.graph, scene.bodies, scene.contacts);
   warm_start({}, dt, scene.graph, scene.bodies, scene.contacts);
   solve_contact(scene.bodies, scene.graph, settings, scene.contacts);
 }
@@ -201,7 +201,7 @@ TEST(ContactSolve, TakesBackWhatWasGivenTooMuchAndNoMore) {
     ContactScene ball = ball_on_ground(0, 0);
     separate_levels(ball.contacts, ball.graph);
     set_motion(ball, Vec3(0, 1, 0), Vec3::Zero());
-    predict_contacts(dt, true, ball.graph, ball.bodies, ball.contacts);
+    predict_contacts(dt, OrientationUpdate::exact, ball.graph, ball.bodies, ball.contacts);
     ContactPoint& contact = ball.contacts.points[0];
     contact.impulse = Vec3(0, 4, 0);
     apply_impulse(ball.bodies, contact, contact.impulse);

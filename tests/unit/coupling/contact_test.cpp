@@ -225,7 +225,7 @@ TEST(WarmStart, LeavesRigidPairsThatNeitherCollidedNorTouchInactive) {
   build_contact_graph(bodies, simulation.world().gravity, true, contacts, graph);
   EXPECT_EQ(graph.schedule.order().size(), 2u);
   bodies.rigid.state[1].velocity = Vec3(0, -1e-3, 0);
-  predict_contacts(0.1, true, graph, bodies, contacts);
+  predict_contacts(0.1, OrientationUpdate::exact, graph, bodies, contacts);
   solve_contact(bodies, graph, {}, contacts);
   warm_start_again(2, graph, bodies, contacts);
   for (const ContactPair& pair : contacts.pairs) EXPECT_EQ(pair.active, pair.guest_rigid == 1);
@@ -246,7 +246,7 @@ TEST(ContactSolve, ConvergesToTheConditionsOfContact) {
   ContactSet contacts = candidates(bodies, dt);
   ContactGraph graph;
   build_contact_graph(bodies, simulation.world().gravity, true, contacts, graph);
-  predict_contacts(dt, true, graph, bodies, contacts);
+  predict_contacts(dt, OrientationUpdate::exact, graph, bodies, contacts);
   const int sweeps = solve_contact(bodies, graph, {.iterations = 2000, .tolerance = 1e-12}, contacts);
   EXPECT_LT(sweeps, 2000);
   EXPECT_GT(count_active(contacts, graph), 20);

@@ -159,7 +159,7 @@ TEST(CornersInFaces, KnowHowFarTheyAreFromABoundaryOfAnyShape) {
   std::uniform_real_distribution<double> uniform(-1, 1);
   const auto random_vector = [&] {
     Vec3 v;
-    for (double& coordinate : v) coordinate = uniform(random);
+    for (int axis = 2; axis >= 0; --axis) v[axis] = uniform(random);
     return v;
   };
   int inside = 0, outside = 0;

@@ -93,27 +93,6 @@ TEST(DeepestTouches, OfATorusThatLiesFlatCarryOnlyTheSamplesBesideThem) {
   EXPECT_GT(away, 50);
 }
 
-// Two deepest points, one of each end; the samples between them are in their common tangent.
-TEST(DeepestTouches, OfACapsuleThatLiesDoNotCarryForItsMiddle) {
-  const Guest pill(LevelSet::capsule(0.25, 2), Vec3(0, 0.25, 0), upright);
-  DeepestTouches deepest = told(pill);
-  int between = 0, on_ends = 0;
-  for (int sample = 0; sample < static_cast<int>(pill.properties.samples.size()); ++sample) {
-    const Asked asked = on_ground(pill, sample);
-    const double along = std::abs(asked.touch.position.z());
-    const bool low = asked.touch.gap < 1e-12;
-    if (low && along < 0.8) {
-      ++between;
-      EXPECT_FALSE(deepest.carry_for(asked.contact, asked.touch)) << along;
-    } else if (!low && asked.touch.gap < 0.1 && along > 1) {
-      ++on_ends;
-      EXPECT_TRUE(deepest.carry_for(asked.contact, asked.touch)) << along;
-    }
-  }
-  EXPECT_GT(between, 10);
-  EXPECT_GT(on_ends, 3);
-}
-
 TEST(DeepestTouches, CarryOnlyForTheirHostAndNormal) {
   const Guest wheel(torus, Vec3(0, 0.6, 0), upright);
   DeepestTouches deepest = told(wheel);

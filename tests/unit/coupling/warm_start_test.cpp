@@ -168,7 +168,7 @@ TEST(WarmStart, TheShareOfAnIslandIsTheBestOne) {
   std::uniform_real_distribution<double> uniform(-1, 1);
   const auto vector = [&] {
     Vec3 v;
-    for (double& coordinate : v) coordinate = uniform(random);
+    for (int axis = 2; axis >= 0; --axis) v[axis] = uniform(random);
     return v;
   };
   int all = 0, some = 0, none = 0;

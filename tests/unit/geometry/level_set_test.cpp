@@ -103,14 +103,51 @@ TEST(LevelSet, NormalsAreUnitWhereTheNearestPointIsNotUnique) {
     }
 }
 
+// Points all over the surface, no place of which is farther than `spacing` from one. Round shapes are turned
+// from their outlines in the plane of x and y.
+std::vector<Vec3> dense_points(const LevelSet& shape, double spacing) {
+  if (shape.kind == LevelSet::Kind::box) return surface_samples(shape, spacing);
+  std::vector<Vec2> outline;
+  const auto add_line = [&](const Vec2& a, const Vec2& b) {
+    const int n = static_cast<int>(std::ceil((b - a).norm() / spacing)) + 1;
+    for (int i = 0; i <= n; ++i) outline.push_back(a + (b - a) * i / n);
+  };
+  const auto add_arc = [&](const Vec2& center, double radius, double from, double to) {
+    const int n = static_cast<int>(std::ceil(radius * (to - from) / spacing)) + 1;
+    for (int i = 0; i <= n; ++i) {
+      const double angle = from + (to - from) * i / n;
+      outline.push_back(center + radius * Vec2(std::cos(angle), std::sin(angle)));
+    }
+  };
+  const double r = shape.radius, h = shape.half_length, right = std::numbers::pi / 2;
+  if (shape.kind == LevelSet::Kind::cylinder) {
+    for (const double end : {-h, h}) add_line(Vec2(0, end), Vec2(r, end));
+    add_line(Vec2(r, -h), Vec2(r, h));
+  } else if (shape.kind == LevelSet::Kind::torus) {
+    add_arc(Vec2(r, 0), shape.tube, 0, 4 * right);
+  } else {
+    add_line(Vec2(r, -h), Vec2(r, h));
+    add_arc(Vec2(0, h), r, 0, right);
+    add_arc(Vec2(0, -h), r, -right, 0);
+  }
+  std::vector<Vec3> points;
+  for (const Vec2& p : outline) {
+    const int n = static_cast<int>(std::ceil(4 * right * p.x() / spacing)) + 1;
+    for (int i = 0; i < n; ++i) {
+      const double angle = 4 * right * i / n;
+      points.emplace_back(p.x() * std::cos(angle), p.y(), p.x() * std::sin(angle));
+    }
+  }
+  return points;
+}
+
 // Points on the surface tell the distance of any point to within their own spacing.
 TEST(LevelSet, DistancesAreExactOnBothSides) {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> uniform(-2.2, 2.2);
   constexpr double spacing = 0.05;
   for (const LevelSet& shape : finite_shapes()) {
-    if (shape.kind == LevelSet::Kind::sphere) continue;
-    const std::vector<Vec3> samples = surface_samples(shape, spacing);
+    const std::vector<Vec3> samples = dense_points(shape, spacing);
     for (int i = 0; i < 100; ++i) {
       const Vec3 x(uniform(random), uniform(random), uniform(random));
       double nearest = 10;

@@ -68,8 +68,8 @@ TEST(ShapeSamples, EdgesOfThinBoxesDoNotSlipPastEachOther) {
 
 TEST(ShapeSamples, LieOnTheSurfaceWithoutGaps) {
   constexpr double spacing = 0.2;
-  for (const LevelSet& shape : {LevelSet::box(Vec3(1, 2, 3)), LevelSet::capsule(0.5, 1),
-                                LevelSet::cylinder(0.8, 1.1), LevelSet::torus(1, 0.3)}) {
+  for (const LevelSet& shape :
+       {LevelSet::box(Vec3(1, 2, 3)), LevelSet::cylinder(0.8, 1.1), LevelSet::torus(1, 0.3)}) {
     const std::vector<Vec3> samples = surface_samples(shape, spacing);
     for (const Vec3& x : samples) EXPECT_NEAR(shape.distance(x), 0, 1e-15);
     // The nearest other sample of every sample.
@@ -83,18 +83,30 @@ TEST(ShapeSamples, LieOnTheSurfaceWithoutGaps) {
 }
 
 TEST(ShapeSamples, TouchWhereShapesTouchFirst) {
-  const std::vector<Vec3> capsule = surface_samples(LevelSet::capsule(0.5, 1), 0.2);
-  EXPECT_TRUE(contains(capsule, Vec3(0, 1, 0)));  // poles
-  EXPECT_TRUE(contains(capsule, Vec3(0, -1, 0)));
   const std::vector<Vec3> cylinder = surface_samples(LevelSet::cylinder(0.5, 1), 0.2);
   int on_rim = 0;
   for (const Vec3& x : cylinder)
     on_rim += std::abs(x.y() - 0.5) < 1e-12 && std::abs(std::hypot(x.x(), x.z()) - 0.5) < 1e-12 ? 1 : 0;
   EXPECT_GE(on_rim, 24) << "rims are fine enough to roll on";
+  for (const Vec3& x : cylinder) EXPECT_EQ(std::abs(x.y()), 0.5) << "nothing between the rims";
   const std::vector<Vec3> torus = surface_samples(LevelSet::torus(1, 0.25), 0.1);
   EXPECT_TRUE(contains(torus, Vec3(0, 0.25, 1)));  // top and bottom, on which it lies
   EXPECT_TRUE(contains(torus, Vec3(0, -0.25, 1)));
   EXPECT_TRUE(surface_samples(LevelSet::sphere(1), 0.2).empty());
+  EXPECT_TRUE(surface_samples(LevelSet::capsule(0.5, 1), 0.2).empty());
+}
+
+// Inside the faces of a box and the caps of a cylinder, and nowhere on edges, rims and what is round.
+TEST(ShapeSamples, FlatFacesAreTold) {
+  const LevelSet box = LevelSet::box(Vec3(1, 2, 3)), cylinder = LevelSet::cylinder(0.8, 1.1),
+                 torus = LevelSet::torus(1, 0.3);
+  const auto flags = [](const LevelSet& shape) { return on_flat_faces(shape, surface_samples(shape, 0.2)); };
+  const std::vector<Vec3> on_box = surface_samples(box, 0.2), on_cylinder = surface_samples(cylinder, 0.2);
+  for (std::size_t i = 0; i < on_box.size(); ++i)
+    EXPECT_EQ(flags(box)[i] != 0, ((on_box[i].cwiseAbs() - box.half).array() == 0).count() == 1);
+  for (std::size_t i = 0; i < on_cylinder.size(); ++i)
+    EXPECT_EQ(flags(cylinder)[i] != 0, std::hypot(on_cylinder[i].x(), on_cylinder[i].z()) < 0.79);
+  for (const char flat : flags(torus)) EXPECT_EQ(flat, 0);
 }
 
 TEST(ShapeSamples, MeshesHaveNoGaps) {

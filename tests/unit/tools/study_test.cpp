@@ -75,6 +75,7 @@ frames = 12
 )") + measure_of_top + R"(
 [[knobs]]
 name = "second"
+set = ["solver.orientation=second_order"]
 key = "solver.max_time_step"
 values = [0.0052, 0.0026, 0.0013]
 order = "steps"

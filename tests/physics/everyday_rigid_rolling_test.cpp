@@ -1,0 +1,123 @@
+// What rolls keeps its speed, its height and its line: every round shape, on anything, at any speed, with any
+// step; and down a slope it has the textbook acceleration.
+#include <algorithm>
+#include <cmath>
+
+#include "tests/support/everyday.h"
+#include "tests/support/margin.h"
+
+#include "sim/step/world.h"
+
+namespace duet {
+namespace {
+
+using test::Support;
+
+constexpr double seconds = 2;
+
+struct Rolled {
+  double speed = 0;  // largest deviations: of the speed, over it
+  double hop = 0;    // of the height, over the radius
+  double drift = 0;  // across, over the radius
+};
+
+// At `speed` sizes a second, without slipping.
+Rolled roll(const test::EverydayShape& shape, Support support, double size, double speed,
+            double longest_step) {
+  scene::Scene scene;
+  test::add_support(scene, support, size);
+  scene::RigidBody& body = test::add_shape(scene, shape, size, 0);
+  const double v = speed * size, radius = shape.height * size;
+  body.placement.velocity = Vec3(v, 0, 0);
+  body.placement.angular_velocity = Vec3(0, 0, -v / radius);
+  scene.gravity = Vec3(0, -9.8 * size, 0);
+  scene.solver.max_time_step = longest_step;
+  Simulation simulation(scene, test::plan(scene));
+  const RigidState& state =
+      simulation.world().bodies.rigid.state[test::index_of_shape(simulation.world().bodies)];
+  Rolled rolled;
+  for (int frame = 1; frame <= seconds * scene.fps; ++frame) {
+    simulation.advance_frame();
+    rolled.speed = std::max(rolled.speed, std::abs(state.velocity.x() / v - 1));
+    rolled.hop = std::max(rolled.hop, std::abs(state.pose.position.y() / radius - 1));
+    rolled.drift = std::max(rolled.drift, std::abs(state.pose.position.z()) / radius);
+  }
+  return rolled;
+}
+
+void expect_steady(const test::EverydayShape& shape, Support support, double size, double speed,
+                   double longest_step = 1.0 / 48) {
+  const Rolled rolled = roll(shape, support, size, speed, longest_step);
+  const std::string name = fmt::format("{} on {}, size {}, speed {}, step {}", shape.name, name_of(support),
+                                       size, speed, longest_step);
+  EXPECT_LT(rolled.speed, 1e-4) << name;
+  EXPECT_LT(rolled.hop, 1e-4) << name;
+  EXPECT_LT(rolled.drift, 1e-3) << name;
+}
+
+TEST(EverydayRigidRolling, KeepsItsSpeedOnAnything) {
+  for (const test::EverydayShape& shape : test::shapes_that_roll())
+    for (const Support support : {Support::ground, Support::static_box, Support::tiles, Support::mesh,
+                                  Support::kinematic_box, Support::dynamic_box})
+      for (const double speed : {1.0, 6.0}) expect_steady(shape, support, 1, speed);
+}
+
+TEST(EverydayRigidRolling, AtAnySpeedSizeAndStep) {
+  for (const test::EverydayShape& shape : test::shapes_that_roll()) {
+    for (const double speed : {0.3, 3.0, 12.0, 25.0}) expect_steady(shape, Support::tiles, 1, speed);
+    for (const double size : {0.01, 20.0}) expect_steady(shape, Support::static_box, size, 3);
+    expect_steady(shape, Support::static_box, 1, 6, 1e-3);
+  }
+}
+
+// a = g sin(angle) / (1 + I / (m r^2)), on a box that is turned, from rest.
+TEST(EverydayRigidRolling, DownASlopeItHasTheTextbookAcceleration) {
+  constexpr double angle = 30 * EIGEN_PI / 180, gravity = 9.8;
+  for (const test::EverydayShape& shape : test::shapes_that_roll()) {
+    scene::Scene scene;
+    test::add_support(scene, Support::static_box, 1);
+    test::add_shape(scene, shape, 1, 0);
+    const Quat turn = exponential(Vec3(0, 0, -angle));
+    for (scene::RigidBody& body : scene.rigid) {
+      body.placement.position = turn * body.placement.position;
+      body.placement.orientation = turn * body.placement.orientation;
+      body.friction = 0.8;
+    }
+    scene.gravity = Vec3(0, -gravity, 0);
+    Simulation simulation(scene, test::plan(scene));
+    for (int frame = 1; frame <= seconds * scene.fps; ++frame) simulation.advance_frame();
+    const auto& properties =
+        simulation.world().bodies.rigid.properties[test::index_of_shape(simulation.world().bodies)];
+    // All of them turn about y of their own but the ball, whose moments are the same.
+    const double ratio = properties.inertia.y() / (properties.mass * shape.height * shape.height);
+    const double theory = gravity * std::sin(angle) / (1 + ratio) * seconds;
+    const double speed = simulation.world()
+                             .bodies.rigid.state[test::index_of_shape(simulation.world().bodies)]
+                             .velocity.norm();
+    test::expect_below(std::abs(speed / theory - 1), 1e-3, "speed_" + shape.name);
+  }
+}
+
+// Let go while it slides and does not turn, a body rolls once friction has taken 1 / (1 + m r^2 / I) of its
+// speed.
+TEST(EverydayRigidRolling, SlidingTurnsIntoRolling) {
+  for (const test::EverydayShape& shape : test::shapes_that_roll())
+    for (const Support support : {Support::ground, Support::static_box, Support::tiles}) {
+      scene::Scene scene;
+      test::add_support(scene, support, 1);
+      test::add_shape(scene, shape, 1, 0).placement.velocity = Vec3(4, 0, 0);
+      scene.gravity = Vec3(0, -9.8, 0);
+      Simulation simulation(scene, test::plan(scene));
+      for (int frame = 1; frame <= seconds * scene.fps; ++frame) simulation.advance_frame();
+      const auto& properties =
+          simulation.world().bodies.rigid.properties[test::index_of_shape(simulation.world().bodies)];
+      const double ratio = properties.inertia.y() / (properties.mass * shape.height * shape.height);
+      const double speed =
+          simulation.world().bodies.rigid.state[test::index_of_shape(simulation.world().bodies)].velocity.x();
+      test::expect_below(std::abs(speed * (1 + ratio) / 4 - 1), 1e-3,
+                         "speed_" + shape.name + "_" + name_of(support));
+    }
+}
+
+}  // namespace
+}  // namespace duet
