@@ -36,6 +36,7 @@ struct SimulateOptions {
   bool resume = false;
   bool allow_other_build = false;  // resume frames of other numerics, too
   bool ledger = false;             // momentum and energy of every stage
+  bool hash_stages = false;        // the state after every stage, as hashes
   bool draw = false;               // `duet run`: also pictures and a video
   bool stats_only = false;         // no meshes and level sets
   std::string command;             // as typed, to be typed again
@@ -85,6 +86,17 @@ struct OverlapOptions {
   bool json = false;
 };
 
+struct HashesOptions {
+  std::vector<std::string> scenes;  // entries of tests/hashes/frames.toml; empty: all
+  std::string folder;               // of the expected hashes; empty: tests/hashes
+  std::vector<std::string> stages;  // two runs with hashes.jsonl, instead of scenes
+  int threads = 0;                  // 0: all cores
+  double seconds = 0;               // of processor time, after which a scene ends at its next frame; 0: never
+  bool full = false;                // also the later frames
+  bool write = false;
+  bool json = false;
+};
+
 struct CompareOptions {
   std::string a, b;              // two pictures, or two folders of pictures or runs
   std::optional<Frames> frames;  // of folders; none: all pictures
@@ -102,6 +114,7 @@ Outcome study(const StudyOptions& options, Report& report);
 Outcome report_run(const ReportOptions& options);
 Outcome overlaps(const OverlapOptions& options);
 Outcome compare(const CompareOptions& options);
+Outcome hashes(const HashesOptions& options);
 Outcome list();
 
 }  // namespace duet::tools

@@ -16,7 +16,8 @@ namespace duet::tools {
 namespace {
 
 constexpr const char* exit_statuses =
-    "Exit status: 0 done; 1 pictures differ; 2 bad usage or scene; 3 the simulation failed; 4 a file or "
+    "Exit status: 0 done; 1 pictures or hashes differ; 2 bad usage or scene; 3 the simulation failed; 4 a "
+    "file or "
     "library; 130 interrupted.";
 
 // What is given on the command line, of whichever command.
@@ -30,6 +31,7 @@ struct CommandLine {
   ReportOptions report;
   OverlapOptions overlaps;
   CompareOptions compare;
+  HashesOptions hashes;
   std::string frames;
   bool quiet = false, json = false;
   std::function<Outcome(Report&)> command;
@@ -80,6 +82,10 @@ void add_simulate(CLI::App& app, CommandLine& line, bool draw) {
   add_without(app, options.scene);
   app.add_flag("--ledger", options.ledger,
                "What every stage does to momentum and energy, in stats.jsonl (tools/plot-ledger draws it); "
+               "slower, the same results");
+  app.add_flag("--hash-stages", options.hash_stages,
+               "Hashes of the state after every stage, in hashes.jsonl (`duet hashes --stages A B` compares "
+               "two runs); "
                "slower, the same results");
   if (!draw)
     app.add_flag("--stats-only", options.stats_only,
@@ -237,6 +243,41 @@ void add_compare(CLI::App& app, CommandLine& line) {
   });
 }
 
+void add_hashes(CLI::App& app, CommandLine& line) {
+  HashesOptions& options = line.hashes;
+  CLI::Option* scenes =
+      app.add_option("scenes", options.scenes,
+                     "Entries of frames.toml in the folder of the expected hashes; default: all")
+          ->type_name("SCENE");
+  CLI::Option* write = app.add_flag("--write", options.write, "Renew the expected hashes");
+  CLI::Option* full = app.add_flag("--full", options.full, "Also the later frame of each scene: minutes");
+  CLI::Option* seconds =
+      app.add_option(
+             "--seconds", options.seconds,
+             "End a scene with the frame in which it has taken so much processor time; for slow builds")
+          ->check(CLI::PositiveNumber)
+          ->excludes(write)
+          ->type_name("S");
+  CLI::Option* stages = app.add_option("--stages", options.stages,
+                                       "Find the first stage in which two runs with --hash-stages differ")
+                            ->expected(2)
+                            ->type_name("RUN");
+  for (CLI::Option* other : {scenes, write, full, seconds}) stages->excludes(other);
+  app.add_option("--expected", options.folder, "Folder of the expected hashes; default tests/hashes")
+      ->type_name("DIR");
+  app.add_option("--threads", options.threads, "Threads of the simulation; default all cores")
+      ->check(CLI::Range(1, 1024))
+      ->type_name("N");
+  app.add_flag("--json", line.json, "One JSON object a line");
+  app.footer(
+      "Exit status: 0 equal, or written; 1 different; 2 bad usage; 3 a simulation failed; 4 hashes are "
+      "missing.");
+  app.callback([&line] {
+    line.hashes.json = line.json;
+    line.command = [&line](Report&) { return hashes(line.hashes); };
+  });
+}
+
 void add_commands(CLI::App& app, CommandLine& line) {
   add_simulate(
       *app.add_subcommand("run", "Simulate and draw a scene, and encode a video when ffmpeg is there"), line,
@@ -273,6 +314,10 @@ void add_commands(CLI::App& app, CommandLine& line) {
                line);
   add_compare(*app.add_subcommand("compare", "How much pictures differ, and whether by more than bounds"),
               line);
+
+  add_hashes(*app.add_subcommand("hashes",
+                                 "Compare the state's hashes, frame by frame, with those that are committed"),
+             line);
 
   app.add_subcommand("list", "The scenes that ship")->callback([&line] {
     line.command = [](Report&) { return list(); };

@@ -21,6 +21,7 @@
 #include "sim/io/files.h"
 #include "sim/io/level_set_writer.h"
 #include "sim/io/run_folder.h"
+#include "sim/io/stage_log.h"
 #include "sim/io/stats_log.h"
 #include "sim/scene/plan.h"
 #include "sim/scene/simulation.h"
@@ -97,6 +98,7 @@ class Run {
   std::unique_ptr<io::RunLock> lock_;
   std::unique_ptr<io::LevelSetWriter> level_sets_;
   std::unique_ptr<io::StatsLog> stats_;
+  std::unique_ptr<io::StageLog> stages_;
   int recorded_ = -1;  // the last frame that is whole in the folder
   Totals totals_;
   std::unique_ptr<FrameDrawer> drawer_;
@@ -145,6 +147,10 @@ void Run::prepare() {
   }
   recorded_ = resumed;
   stats_ = std::make_unique<io::StatsLog>(directory_, resumed);
+  if (options_.hash_stages) {
+    stages_ = std::make_unique<io::StageLog>(directory_, simulation_.state_hashes(), resumed);
+    simulation_.hash_stages([this](const StageRecord& record) { stages_->append(record); });
+  }
   if (!options_.stats_only) level_sets_ = std::make_unique<io::LevelSetWriter>(simulation_.level_sets());
   redraw_missing(resumed);
 }

@@ -68,6 +68,7 @@ struct RunDirectory {
   fs::path level_set(int frame) const;  // levelset/0000.vdb
   fs::path image(int frame) const;      // image/0000.png
   fs::path stats() const { return root / "stats.jsonl"; }
+  fs::path stage_hashes() const { return root / "hashes.jsonl"; }
   fs::path checkpoint() const { return root / "checkpoint"; }
 };
 

@@ -1,10 +1,9 @@
 // stats.jsonl: one JSON object a frame, one line each.
 #pragma once
 
-#include <cstddef>
 #include <string>
 
-#include "sim/io/run_directory.h"
+#include "sim/io/line_log.h"
 
 namespace duet::io {
 
@@ -19,15 +18,11 @@ class StatsLog {
   // Keeps the lines of frames up to `last_kept` that are there (-1: none), drops all others. Throws
   // FileError.
   explicit StatsLog(const RunDirectory& run, int last_kept = -1);
-  ~StatsLog();
-  StatsLog(const StatsLog&) = delete;
-  StatsLog& operator=(const StatsLog&) = delete;
 
   void append(const FrameStats& stats);  // throws FileError
 
  private:
-  fs::path path_;
-  int file_ = -1;
+  LineLog lines_;
 };
 
 }  // namespace duet::io

@@ -7,6 +7,7 @@
 #include <iterator>
 #include <limits>
 #include <span>
+#include <utility>
 
 #include <Eigen/LU>
 #include <time.h>
@@ -237,8 +238,13 @@ void Simulation::keep_ledger() {
   impl_->measure_work();
 }
 
+void Simulation::hash_stages(StageHashes::Sink sink) { impl_->world().stage_hashes.turn_on(std::move(sink)); }
+
+std::vector<BodyHashes> Simulation::state_hashes() const { return duet::state_hashes(impl_->world()); }
+
 void Simulation::advance_frame() {
   Impl& impl = *impl_;
+  impl.world().stage_hashes.begin_frame(frame() + 1);
   impl.world().ledger.reset();
   impl.world().clock.reset();
   impl.world().counters = {};

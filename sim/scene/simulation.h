@@ -9,6 +9,7 @@
 #include "sim/scene/frame.h"
 #include "sim/scene/scene.h"
 #include "sim/step/effects.h"
+#include "sim/step/stage_hashes.h"
 
 namespace duet {
 
@@ -55,8 +56,15 @@ class Simulation {
   // Keeps the ledger of momentum and energy from now on: stats().ledger. Costs time, changes no result.
   void keep_ledger();
 
+  /// Hands hashes of the state after every stage of every step to `sink` from now on
+  /// (sim/step/stage_hashes.h). Costs time, changes no result.
+  void hash_stages(StageHashes::Sink sink);
+
   int frame() const;         // of the state now held; 0 at first
   FrameStats stats() const;  // of the frame now held (frame 0: no substeps)
+
+  /// Hashes of the state now held, for each body and quantity; stats().hash is that of the whole state.
+  std::vector<BodyHashes> state_hashes() const;
 
   // Advances to the next frame. On SimulationError the state of the last good frame is restored.
   // A time step that fails is retried with half its size down to a floor before that.

@@ -14,10 +14,12 @@ void step(World& world, double time, double dt) {
     world.ledger.begin_stage(world, stage);
     world.clock.time(stage, [&] { work(world, context); });
     world.ledger.end_stage(world, stage);
+    world.stage_hashes.end_stage(world, stage);
   };
 
   begin_step(world, context);
   world.ledger.begin_step(world);
+  world.stage_hashes.begin_step(world);
   if (world.has(Effect::kinematic_motion)) run(Stage::kinematic_motion, plan_motion);
   if (joints) run(Stage::joints, begin_joints);
   // I    v^n -> v~^{n+1/2}
@@ -60,6 +62,7 @@ void step(World& world, double time, double dt) {
   end_step(world);
   world.ledger.end_step(world);
   if (contact) remember(context.contacts, context.graph, dt, context.memory);
+  world.stage_hashes.end_step(world);
 }
 
 }  // namespace duet

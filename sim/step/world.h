@@ -19,6 +19,7 @@
 #include "sim/solve/velocity_system.h"
 #include "sim/step/effects.h"
 #include "sim/step/kinematic_motion.h"
+#include "sim/step/stage_hashes.h"
 #include "sim/step/step_ledger.h"
 
 namespace duet {
@@ -114,6 +115,7 @@ struct World {
   StageClock clock;
   StepCounters counters;
   StepLedger ledger;
+  StageHashes stage_hashes;
 
   bool has(Effect effect) const { return plan[index(effect)]; }
   // Whether bodies can run into each other.

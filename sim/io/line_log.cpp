@@ -1,0 +1,64 @@
+#include "sim/io/line_log.h"
+
+#include <cerrno>
+#include <string_view>
+
+#include <fcntl.h>
+#include <nlohmann/json.hpp>
+#include <unistd.h>
+
+#include "sim/io/files.h"
+
+namespace duet::io {
+namespace {
+
+// The frame of a line, or -1 for a line that is torn or no object of ours.
+int frame_of_line(std::string_view line) {
+  const nlohmann::json object = nlohmann::json::parse(line, nullptr, false);
+  if (!object.is_object()) return -1;
+  const auto frame = object.find("frame");
+  return frame != object.end() && frame->is_number_integer() ? frame->get<int>() : -1;
+}
+
+std::string lines_up_to(std::string_view text, int last_kept) {
+  std::string kept;
+  while (true) {
+    const std::size_t end = text.find('\n');
+    if (end == std::string_view::npos) return kept;
+    const std::string_view line = text.substr(0, end + 1);
+    text.remove_prefix(end + 1);
+    const int frame = frame_of_line(line);
+    if (frame >= 0 && frame <= last_kept) kept += line;
+  }
+}
+
+}  // namespace
+
+LineLog::LineLog(const fs::path& path, int last_kept) : path_(path) {
+  const bool keep = last_kept >= 0 && fs::exists(path_);
+  write_atomically(path_, keep ? lines_up_to(read_file(path_), last_kept) : std::string());
+  file_ = ::open(path_.c_str(), O_WRONLY | O_APPEND | O_CLOEXEC);
+  if (file_ < 0) throw system_error(path_, "cannot write", errno);
+}
+
+LineLog::~LineLog() { ::close(file_); }
+
+bool LineLog::is_empty() const { return ::lseek(file_, 0, SEEK_END) == 0; }
+
+void LineLog::append(std::string line) {
+  line += '\n';
+  const off_t before = ::lseek(file_, 0, SEEK_END);
+  // One call for the whole line, so that a reader or a kill between two calls never meets half of it.
+  const ssize_t written = ::write(file_, line.data(), line.size());
+  if (written == static_cast<ssize_t>(line.size())) return;
+  // A short write means that the file cannot grow: the second attempt gets the reason from the system.
+  int reason = errno;
+  if (written >= 0) {
+    const auto done = static_cast<std::size_t>(written);
+    reason = ::write(file_, line.data() + done, line.size() - done) < 0 ? errno : EIO;
+  }
+  if (::ftruncate(file_, before) != 0) reason = errno;
+  throw system_error(path_, "cannot write", reason);
+}
+
+}  // namespace duet::io

@@ -1,0 +1,28 @@
+// A file of JSON objects, one a line, that grows with a run: stats.jsonl, hashes.jsonl.
+#pragma once
+
+#include <string>
+
+#include "sim/io/run_directory.h"
+
+namespace duet::io {
+
+/// Appends lines; each is written whole or not at all.
+class LineLog {
+ public:
+  /// Keeps the lines whose objects have a `frame` from 0 to `last_kept` (-1: none), drops all others. Throws
+  /// FileError.
+  LineLog(const fs::path& path, int last_kept);
+  ~LineLog();
+  LineLog(const LineLog&) = delete;
+  LineLog& operator=(const LineLog&) = delete;
+
+  bool is_empty() const;
+  void append(std::string line);  ///< without the line's end; throws FileError
+
+ private:
+  fs::path path_;
+  int file_ = -1;
+};
+
+}  // namespace duet::io

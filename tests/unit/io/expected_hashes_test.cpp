@@ -1,0 +1,145 @@
+#include "sim/io/expected_hashes.h"
+
+#include "tests/support/scratch_folder.h"
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include "sim/base/error.h"
+#include "sim/io/files.h"
+
+namespace duet::io {
+namespace {
+
+using test::ScratchFolder;
+
+BodyHashes rigid(const std::string& name, std::uint64_t hash) {
+  return {Owner::rigid, name, {{"position", hash}, {"velocity", hash + 1}}};
+}
+
+std::vector<BodyHashes> few() {
+  return {rigid("box", 10),
+          rigid("ball", 20),
+          {Owner::deformable, "scene", {{"positions", 30}}},
+          {Owner::scene, {}, {{"contact cache", 40}}}};
+}
+
+// Pairs of jointed links, a floor, and the scene.
+std::vector<BodyHashes> many() {
+  std::vector<BodyHashes> bodies;
+  for (std::uint64_t i = 1; i <= 30; ++i) {
+    bodies.push_back(rigid(fmt::format("loop{}-link1", i), 1000 * i));
+    bodies.push_back(rigid(fmt::format("loop{}-link2", i), 1000 * i + 500));
+  }
+  bodies.push_back(rigid("floor", 7));
+  bodies.push_back({Owner::scene, {}, {{"contact cache", 40}}});
+  return bodies;
+}
+
+FrameHashes frame(int number, std::uint64_t whole, const std::vector<BodyHashes>& bodies,
+                  std::size_t most_lines = 100) {
+  return {number, whole_hash(whole), hash_lines(bodies, most_lines)};
+}
+
+// As it is read from a file.
+FrameHashes committed(const FrameHashes& frame) {
+  const ScratchFolder scratch;
+  write_atomically(scratch / "a.txt", expected_text("about", {frame}));
+  return read_expected(scratch / "a.txt").at(0);
+}
+
+TEST(ExpectedHashes, AreReadAsTheyWereWritten) {
+  const FrameHashes first{0, whole_hash(1), {}}, second = frame(3, 0xabc, few());
+  const ScratchFolder scratch;
+  write_atomically(scratch / "a.txt", expected_text("two\nlines", {first, second}));
+  EXPECT_TRUE(read_file(scratch / "a.txt")
+                  .starts_with("# two\n# lines\nframe 0 0000000000000001\nframe 3 0000000000000abc\n  rigid "
+                               "box 0000000a 0000000b\n"))
+      << read_file(scratch / "a.txt");
+  const std::vector<FrameHashes> read = read_expected(scratch / "a.txt");
+  ASSERT_EQ(read.size(), 2U);
+  EXPECT_EQ(read[0].whole, first.whole);
+  EXPECT_TRUE(read[0].lines.empty());
+  EXPECT_EQ(read[1].frame, 3);
+  ASSERT_EQ(read[1].lines.size(), 4U);
+  for (std::size_t i = 0; i < 4; ++i) {
+    EXPECT_EQ(read[1].lines[i].label, second.lines[i].label);
+    EXPECT_EQ(read[1].lines[i].hashes, second.lines[i].hashes);
+  }
+  EXPECT_FALSE(compare_hashes(read[1], second));
+}
+
+TEST(ExpectedHashes, NameTheBodyAndItsFirstQuantityThatDiffer) {
+  const FrameHashes expected = committed(frame(3, 1, few()));
+  std::vector<BodyHashes> bodies = few();
+  bodies[1].quantities[1].hash = 99;
+  bodies[2].quantities[0].hash = 99;
+  bodies[3].quantities[0].hash = 99;
+  const auto difference = compare_hashes(expected, frame(3, 2, bodies));
+  ASSERT_TRUE(difference);
+  EXPECT_EQ(difference->body, "ball");
+  EXPECT_EQ(difference->quantity, "velocity");
+  EXPECT_EQ(difference->bodies, 2);
+  EXPECT_EQ(difference->text(), "frame 3: velocity of `ball` (and 1 more bodies)");
+}
+
+TEST(ExpectedHashes, TellTheSceneFromABodyOfThatName) {
+  const FrameHashes expected = committed(frame(3, 1, few()));
+  std::vector<BodyHashes> bodies = few();
+  bodies[3].quantities[0].hash = 99;
+  EXPECT_EQ(compare_hashes(expected, frame(3, 2, bodies))->text(), "frame 3: contact cache");
+  bodies = few();
+  bodies[2].quantities[0].hash = 99;
+  EXPECT_EQ(compare_hashes(expected, frame(3, 2, bodies))->text(), "frame 3: positions of `scene`");
+}
+
+TEST(ExpectedHashes, DifferWithTheWholeStateAlone) {
+  const FrameHashes expected{3, whole_hash(1), {}}, found{3, whole_hash(2), {}};
+  EXPECT_FALSE(compare_hashes(expected, expected));
+  EXPECT_EQ(compare_hashes(expected, found)->text(), "frame 3: the state");
+}
+
+TEST(ExpectedHashes, OfManyBodiesAreGroupedAndStillNameOne) {
+  const std::vector<HashLine> lines = hash_lines(many(), 20);
+  EXPECT_EQ(lines.size(), 8U) << "a group, its five rows of bodies, floor, scene";
+  EXPECT_EQ(lines[0].label, "group rigid loop*-link* 60");
+  const FrameHashes expected = committed(frame(1, 1, many(), 20));
+  EXPECT_FALSE(compare_hashes(expected, frame(1, 1, many(), 20)));
+  std::vector<BodyHashes> bodies = many();
+  bodies[25].quantities[1].hash = 99;
+  const auto difference = compare_hashes(expected, frame(1, 2, bodies, 20));
+  ASSERT_TRUE(difference);
+  EXPECT_EQ(difference->body, "loop13-link2");
+  EXPECT_EQ(difference->quantity, "velocity");
+  EXPECT_EQ(difference->bodies, 1);
+}
+
+TEST(ExpectedHashes, OfFortyHundredBodiesFitIntoHundredKilobytes) {
+  std::vector<BodyHashes> bodies;
+  for (std::uint64_t i = 0; i < 4000; ++i) bodies.push_back(rigid(fmt::format("ball{}", i), i));
+  EXPECT_LT(expected_text("about", {frame(1, 1, bodies), frame(9, 1, bodies)}).size(), 100000U);
+}
+
+TEST(ExpectedHashes, DifferWhereBodiesCameOrWent) {
+  const FrameHashes expected = committed(frame(3, 1, few()));
+  std::vector<BodyHashes> bodies = few();
+  bodies.erase(bodies.begin() + 1);
+  const auto difference = compare_hashes(expected, frame(3, 1, bodies));
+  ASSERT_TRUE(difference);
+  EXPECT_EQ(difference->text(), "frame 3: the list of bodies (`deformable scene` where `rigid ball` was)");
+  EXPECT_TRUE(compare_hashes(committed(frame(3, 1, bodies)), frame(3, 1, few())));
+}
+
+TEST(ExpectedHashes, OfADamagedFileAreErrors) {
+  const ScratchFolder scratch;
+  EXPECT_THROW(read_expected(scratch / "missing.txt"), FileError);
+  for (const char* text :
+       {"", "# nothing\n", "frame 1\n", "frame x 0000000000000001\n", "frame 1 12\n",
+        "  rigid box 0000000a\n", "frame 1 0000000000000001\n  rigid box\n",
+        "frame 1 0000000000000001\n  rigid box 0000\n", "frame 1 0000000000000001\n  group\n"}) {
+    write_atomically(scratch / "a.txt", text);
+    EXPECT_THROW(read_expected(scratch / "a.txt"), FileError) << text;
+  }
+}
+
+}  // namespace
+}  // namespace duet::io

@@ -1,0 +1,138 @@
+// `duet hashes` as a user meets it, and `duet sim --hash-stages`.
+#include "tests/restart/program.h"
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "sim/io/files.h"
+
+namespace duet::test {
+namespace {
+
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+class HashesCommand : public testing::Test {
+ protected:
+  HashesCommand() {
+    write_scene("20");
+    table("[tiny]\nscene = \"tiny.toml\"\nshort = 2\nlater = 4\n");
+  }
+  void write_scene(const std::string& mass) const {
+    std::string text = io::read_file(source_folder() + "/tests/restart/tiny.toml");
+    text.replace(text.find("mass = 20"), 9, "mass = " + mass);
+    io::write_atomically(scratch_ / "tiny.toml", text);
+  }
+  void table(const std::string& text) const {
+    io::create_folder(scratch_ / "expected");
+    io::write_atomically(scratch_ / "expected/frames.toml", text);
+  }
+  Finished hashes(std::vector<std::string> arguments) const {
+    arguments.insert(arguments.begin(), {"hashes", "--expected", "expected"});
+    return run_duet(arguments, scratch_.path());
+  }
+  std::string file() const { return io::read_file(scratch_ / "expected/tiny.txt"); }
+
+  const ScratchFolder scratch_;
+};
+
+TEST_F(HashesCommand, WhatIsWrittenIsFoundAgain) {
+  const Finished written = hashes({"--write", "--full"});
+  EXPECT_EQ(written.status, 0) << written.errors;
+  EXPECT_TRUE(written.output.at(0).starts_with("new      tiny")) << written.output[0];
+  for (const char* part :
+       {"frame 0 ", "frame 2 ", "frame 4 ", "\n  rigid ball ", "\n  deformable cube ", "\n  scene "})
+    EXPECT_TRUE(contains(file(), part)) << part;
+  EXPECT_FALSE(contains(file(), "frame 3 "));
+  for (const std::vector<std::string>& options :
+       {std::vector<std::string>{"tiny"}, {"--full", "--threads", "1"}, {"--seconds", "100"}}) {
+    const Finished equal = hashes(options);
+    EXPECT_EQ(equal.status, 0) << equal.errors;
+    EXPECT_TRUE(equal.output.at(0).starts_with("equal    tiny")) << equal.output[0];
+    EXPECT_EQ(equal.last_line(), "done: 1 of 1 scenes have the expected hashes");
+  }
+  EXPECT_TRUE(hashes({"--write", "--full"}).output.at(0).starts_with("same     tiny"));
+}
+
+TEST_F(HashesCommand, MissingHashesAreNoSuccess) {
+  const Finished nothing = hashes({});
+  EXPECT_EQ(nothing.status, 4);
+  EXPECT_TRUE(contains(nothing.output.at(0), "is missing")) << nothing.output[0];
+  ASSERT_EQ(hashes({"--write"}).status, 0);
+  EXPECT_EQ(hashes({}).status, 0);
+  const Finished later = hashes({"--full"});
+  EXPECT_EQ(later.status, 4);
+  EXPECT_TRUE(contains(later.output.at(0), "has no hash of frame 4")) << later.output[0];
+  table("[tiny]\nscene = \"tiny.toml\"\nshort = 3\n");
+  EXPECT_EQ(hashes({}).status, 4) << "of a frame more than the file has";
+  table("");
+  EXPECT_EQ(hashes({}).status, 4);
+  fs::remove_all(scratch_ / "expected");
+  EXPECT_EQ(hashes({}).status, 4);
+}
+
+TEST_F(HashesCommand, ADifferenceHasFrameBodyAndQuantity) {
+  ASSERT_EQ(hashes({"--write"}).status, 0);
+  write_scene("21");
+  const Finished differs = hashes({"--json"});
+  EXPECT_EQ(differs.status, 1);
+  const nlohmann::json object = nlohmann::json::parse(differs.output.at(0));
+  EXPECT_EQ(object["status"], "differs");
+  EXPECT_GE(object["frame"].get<int>(), 0);
+  EXPECT_NE(object["quantity"], "");
+  EXPECT_TRUE(contains(object["message"], "--hash-stages")) << object["message"];
+  EXPECT_TRUE(hashes({"--write"}).output.at(0).starts_with("changed  tiny"));
+  EXPECT_EQ(hashes({}).status, 0);
+}
+
+TEST_F(HashesCommand, RenewingTheFirstFramesLeavesTheLaterOneAlone) {
+  ASSERT_EQ(hashes({"--write", "--full"}).status, 0);
+  const std::string before = file();
+  EXPECT_TRUE(hashes({"--write"}).output.at(0).starts_with("same     tiny"));
+  EXPECT_EQ(file(), before);
+}
+
+TEST_F(HashesCommand, SaysWhatIsWrongWithATable) {
+  for (const auto& [text, message] :
+       std::vector<std::pair<std::string, std::string>>{{"[tiny]\n", "short"},
+                                                        {"[tiny]\nshort = -1\n", "number of a frame"},
+                                                        {"[tiny]\nshort = 1\nlonger = 2\n", "longer"},
+                                                        {"[tiny]\nshort = 2\nlater = 2\n", "later"},
+                                                        {"[tiny\n", "line 1"},
+                                                        {"tiny = 1\n", "no table"}}) {
+    table(text);
+    const Finished bad = hashes({});
+    EXPECT_EQ(bad.status, 4) << text;
+    EXPECT_TRUE(contains(bad.errors, message)) << bad.errors;
+  }
+  table("[tiny]\nshort = 1\n");
+  const Finished unknown = hashes({"tinny"});
+  EXPECT_EQ(unknown.status, 2);
+  EXPECT_TRUE(contains(unknown.errors, "did you mean `tiny`?")) << unknown.errors;
+  EXPECT_EQ(hashes({"--write", "--seconds", "1"}).status, 2);
+}
+
+TEST_F(HashesCommand, StagesOfTwoRunsAreCompared) {
+  const auto simulate = [&](const std::string& out) {
+    return run_duet({"sim", "tiny.toml", "--frames", "2", "--stats-only", "--hash-stages", "--out", out},
+                    scratch_.path())
+        .status;
+  };
+  ASSERT_EQ(simulate("a"), 0);
+  ASSERT_EQ(simulate("b"), 0);
+  EXPECT_EQ(run_duet({"hashes", "--stages", "a", "b"}, scratch_.path()).status, 0);
+  write_scene("21");
+  ASSERT_EQ(simulate("b"), 0);
+  const Finished differs = run_duet({"hashes", "--stages", "a", "b"}, scratch_.path());
+  EXPECT_EQ(differs.status, 1);
+  EXPECT_TRUE(differs.last_line().starts_with("differs: frame ")) << differs.last_line();
+  ASSERT_EQ(
+      run_duet({"sim", "tiny.toml", "--frames", "1", "--stats-only", "--out", "b"}, scratch_.path()).status,
+      0);
+  EXPECT_EQ(run_duet({"hashes", "--stages", "a", "b"}, scratch_.path()).status, 4)
+      << "a new run has its own stages";
+  EXPECT_EQ(run_duet({"hashes", "--stages", "a", "b", "--full"}, scratch_.path()).status, 2);
+}
+
+}  // namespace
+}  // namespace duet::test
