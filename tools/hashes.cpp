@@ -213,13 +213,18 @@ void print_result(const HashesOptions& options, const Result& result) {
   print(text + "\n");
 }
 
-// tests/hashes of the current folder, or beside the program's folder.
+// tests/hashes of the current folder, or of the source tree whose build the program is: build/duet, or of a
+// portable build build/libexec/duet/duet-x86-64.
 fs::path expected_folder(const std::string& given) {
   if (!given.empty()) return given;
   const fs::path name = fs::path("tests") / "hashes";
   if (fs::exists(name)) return name;
   std::error_code unknown;
-  return fs::read_symlink("/proc/self/exe", unknown).parent_path().parent_path() / name;
+  const fs::path program = fs::read_symlink("/proc/self/exe", unknown).parent_path();
+  for (const char* top : {"..", "../../.."})
+    if (const fs::path folder = (program / top / name).lexically_normal(); fs::exists(folder)) return folder;
+  throw FileError(name.string(), "is neither here nor in the source tree of the program",
+                  "run it in the source tree, or give the folder with --expected");
 }
 
 std::vector<HashEntry> chosen_entries(const HashesOptions& options, const fs::path& folder) {
