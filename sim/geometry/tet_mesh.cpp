@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numbers>
 #include <set>
 #include <tuple>
 
@@ -206,7 +207,7 @@ std::vector<BoundarySample> boundary_samples(const TetMesh& mesh, const std::vec
 }
 
 BoundarySurface boundary_surface(const TetMesh& mesh, const std::vector<Triangle>& triangles, double crease) {
-  const double least_cosine = math::cos(crease * EIGEN_PI / 180);
+  const double least_cosine = math::cos(crease * std::numbers::pi / 180);
   BoundarySurface result;
   Surface& surface = result.surface;
   std::map<int, int> vertex_of_node;

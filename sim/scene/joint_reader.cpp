@@ -1,6 +1,7 @@
 #include "sim/scene/joint_reader.h"
 
 #include <algorithm>
+#include <numbers>
 #include <optional>
 
 #include <fmt/format.h>
@@ -193,7 +194,7 @@ class JointChecker {
     if (angle > askew)
       problems_.add(table_.source(), path_,
                     fmt::format("its two frames are turned by {:.4g} degrees against what its type allows",
-                                angle * 180 / EIGEN_PI),
+                                angle * 180 / std::numbers::pi),
                     "turn a body or a frame, or choose a type that leaves this rotation free");
     for (const JointRow& row : rows_of(made))
       if (row.role == RowRole::limit && limit_slack(made, row, frames) < -askew)

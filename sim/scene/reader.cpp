@@ -6,6 +6,7 @@
 #include <fstream>
 #include <iterator>
 #include <map>
+#include <numbers>
 #include <sstream>
 
 #include <fmt/format.h>
@@ -26,7 +27,7 @@ namespace {
 constexpr int max_picture_edge = 16384;  // samples; the largest texture that software rasterisers offer
 
 Quat orientation_of(const Rotation& rotation) {
-  return exponential(rotation.degrees * EIGEN_PI / 180 * rotation.axis.normalized());
+  return exponential(rotation.degrees * std::numbers::pi / 180 * rotation.axis.normalized());
 }
 
 // Builds a Scene from a document: one function a table, each of which reads by the schema and then checks the

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <memory>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
@@ -25,7 +26,7 @@ struct Location {  // of the table or key in the file; 1-based
 struct Rotation {
   Vec3 axis = Vec3::UnitY();  // world axes, any length but 0
   double degrees = 0;
-  Vec3 vector() const { return degrees * EIGEN_PI / 180 * axis.normalized(); }  // rad
+  Vec3 vector() const { return degrees * std::numbers::pi / 180 * axis.normalized(); }  // rad
 };
 
 struct Placement {
