@@ -16,10 +16,10 @@ static_assert(sizeof(ShadedCorner) == 10 * sizeof(float));
 
 std::size_t at(int index) { return static_cast<std::size_t>(index); }
 
-Bounds bounds_of(const Surface& surface) {
-  if (surface.positions.empty()) return {};
-  Vec3f low = surface.positions.front(), high = low;
-  for (const Vec3f& x : surface.positions) {
+Bounds bounds_of(const std::vector<Vec3f>& positions) {
+  if (positions.empty()) return {};
+  Vec3f low = positions.front(), high = low;
+  for (const Vec3f& x : positions) {
     low = low.cwiseMin(x);
     high = high.cwiseMax(x);
   }
@@ -34,8 +34,7 @@ Vec2 texture_scale_of(const Surface& surface) {
     Eigen::Matrix<double, 3, 2> edges;
     Eigen::Matrix2d uv_edges;
     for (int k = 0; k < 2; ++k) {
-      edges.col(k) = (surface.positions[at(t[at(k + 1)].position)] - surface.positions[at(t[0].position)])
-                         .cast<double>();
+      edges.col(k) = surface.positions[at(t[at(k + 1)].position)] - surface.positions[at(t[0].position)];
       uv_edges.col(k) = (surface.uvs[at(t[at(k + 1)].uv)] - surface.uvs[at(t[0].uv)]).cast<double>();
     }
     if (std::abs(uv_edges.determinant()) < 1e-12) continue;
@@ -59,9 +58,9 @@ BodyMeshes::BodyMeshes(const Gl& gl)
   gl_.BindBuffer(GL_ELEMENT_ARRAY_BUFFER, indices_.id());
 }
 
-void BodyMeshes::upload(const std::vector<BodySurface>& bodies) {
+void BodyMeshes::upload(const std::vector<BodySurface>& bodies, const Vec3& origin) {
   std::vector<ShadedCorner> corners;
-  std::vector<Vec3f> positions;
+  std::vector<Vec3f> positions, place;
   std::vector<std::uint32_t> indices;
   ranges_.clear();
   for (const BodySurface& body : bodies) {
@@ -69,7 +68,9 @@ void BodyMeshes::upload(const std::vector<BodySurface>& bodies) {
     Range range;
     range.first_corner = static_cast<int>(corners.size());
     range.corners = 3 * static_cast<int>(surface.triangles.size());
-    range.bounds = bounds_of(surface);
+    place.clear();
+    for (const Vec3& x : surface.positions) place.push_back((x - origin).cast<float>());
+    range.bounds = bounds_of(place);
     auto scale = texture_scales_.find(body.name);
     if (scale == texture_scales_.end())
       scale = texture_scales_.emplace(body.name, texture_scale_of(surface)).first;
@@ -84,12 +85,12 @@ void BodyMeshes::upload(const std::vector<BodySurface>& bodies) {
       const bool inverted =
           std::any_of(triangle.begin(), triangle.end(), [&](const Corner& c) { return strain(c) < 0; });
       for (const Corner& c : triangle) {
-        corners.push_back({surface.positions[at(c.position)], surface.normals[at(c.normal)],
-                           surface.uvs[at(c.uv)], strain(c), inverted ? 1.0F : 0.0F});
+        corners.push_back({place[at(c.position)], surface.normals[at(c.normal)], surface.uvs[at(c.uv)],
+                           strain(c), inverted ? 1.0F : 0.0F});
         indices.push_back(base + static_cast<std::uint32_t>(c.position));
       }
     }
-    positions.insert(positions.end(), surface.positions.begin(), surface.positions.end());
+    positions.insert(positions.end(), place.begin(), place.end());
   }
   corners_.fill(GL_ARRAY_BUFFER, std::span<const ShadedCorner>(corners));
   positions_.fill(GL_ARRAY_BUFFER, std::span<const Vec3f>(positions));

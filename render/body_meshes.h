@@ -16,7 +16,8 @@ class BodyMeshes {
  public:
   explicit BodyMeshes(const Gl& gl);
 
-  void upload(const std::vector<BodySurface>& bodies);
+  // Positions and bounds are relative to `origin` (m) from here on: as floats, they are exact near it only.
+  void upload(const std::vector<BodySurface>& bodies, const Vec3& origin);
   int count() const { return static_cast<int>(ranges_.size()); }
   const Bounds& bounds(int body) const { return ranges_[static_cast<std::size_t>(body)].bounds; }
 

@@ -14,7 +14,7 @@ constexpr int side = 128;  // texels
 // Of a view at distance 1: 90 degrees and four texels more on either side, which blurred look-ups at the
 // border need.
 constexpr double half_width = 1 + 8.0 / side;
-constexpr float nothing = 1e4f;  // m, distance where there is no body
+constexpr float nothing = 1e30f;  // m, distance where there is no body
 
 Vec3 middle(const Bounds& bounds) { return 0.5 * (bounds.low + bounds.high); }
 

@@ -126,7 +126,7 @@ SceneRenderer::SceneRenderer(const Gl& gl, const scene::Scene& scene, const Look
       meshes_(gl),
       mirrors_(gl) {
   allocate_targets();
-  fill_constant_blocks();
+  fill_looks();
 }
 
 void SceneRenderer::allocate_targets() {
@@ -160,7 +160,7 @@ void SceneRenderer::allocate_targets() {
   pixels_.resize(4 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
 }
 
-void SceneRenderer::fill_constant_blocks() {
+void SceneRenderer::fill_looks() {
   std::vector<LookEntry> looks(static_cast<std::size_t>(max_looks));
   for (std::size_t i = 0; i < looks_.looks.size(); ++i) {
     const scene::Look& look = looks_.looks[i];
@@ -168,15 +168,6 @@ void SceneRenderer::fill_constant_blocks() {
                 join(look.pattern.empty() && look.spots.empty() ? look.color : look.color2, look.roughness)};
   }
   look_block_.fill(GL_UNIFORM_BUFFER, std::span<const LookEntry>(looks));
-
-  std::vector<LightEntry> lights(static_cast<std::size_t>(shaders::max_lights));
-  for (std::size_t i = 0; i < scene_.lights.size(); ++i) {
-    const scene::Light& light = scene_.lights[i];
-    const bool area = light.kind == scene::LightKind::area;
-    lights[i] = {join(light.position, area ? light.radius : 0),
-                 join(light.color * light.power / (4 * std::numbers::pi), area && light.shadow ? 1 : 0)};
-  }
-  light_block_.fill(GL_UNIFORM_BUFFER, std::span<const LightEntry>(lights));
 
   gl_.BindBufferBase(GL_UNIFORM_BUFFER, binding(Block::looks), look_block_.id());
   gl_.BindBufferBase(GL_UNIFORM_BUFFER, binding(Block::lights), light_block_.id());
@@ -188,11 +179,35 @@ void SceneRenderer::fill_constant_blocks() {
   }
 }
 
-std::vector<unsigned char> SceneRenderer::draw(const std::vector<BodySurface>& bodies,
-                                               const std::vector<int>& looks_of_bodies, double time) {
+// The camera at that time becomes the origin of all that is drawn.
+void SceneRenderer::take_view(double time) {
   camera_ = camera_path_.at(time);
   view_ = make_view(camera_, scene_.render.width, scene_.render.height);
-  meshes_.upload(bodies);
+  origin_ = view_.eye;
+  camera_.position.setZero();
+  camera_.target -= origin_;
+  view_.eye.setZero();
+  samples_ = make_shadow_samples(scene_);
+  for (ShadowSample& sample : samples_.samples)
+    if (!sample.is_sky) sample.place -= origin_;
+  fill_lights();
+}
+
+void SceneRenderer::fill_lights() {
+  std::vector<LightEntry> lights(static_cast<std::size_t>(shaders::max_lights));
+  for (std::size_t i = 0; i < scene_.lights.size(); ++i) {
+    const scene::Light& light = scene_.lights[i];
+    const bool area = light.kind == scene::LightKind::area;
+    lights[i] = {join(light.position - origin_, area ? light.radius : 0),
+                 join(light.color * light.power / (4 * std::numbers::pi), area && light.shadow ? 1 : 0)};
+  }
+  light_block_.fill(GL_UNIFORM_BUFFER, std::span<const LightEntry>(lights));
+}
+
+std::vector<unsigned char> SceneRenderer::draw(const std::vector<BodySurface>& bodies,
+                                               const std::vector<int>& looks_of_bodies, double time) {
+  take_view(time);
+  meshes_.upload(bodies, origin_);
   const Vec2 range = depth_range();
   draw_shadow_maps();
   draw_mirrors(looks_of_bodies);
@@ -211,7 +226,7 @@ Vec2 SceneRenderer::depth_range() const {
       near = std::min(near, z);
       far = std::max(far, z);
     }
-  far = 1.01 * std::max(far, 1.0);
+  far = far > 0 ? 1.01 * far : 1;
   return {std::clamp(0.99 * near, 1e-3 * far, 0.5 * far), far};
 }
 
@@ -224,7 +239,7 @@ void SceneRenderer::draw_shadow_maps() {
     all.high = body == 0 ? bounds.back().high : Vec3(all.high.cwiseMax(bounds.back().high));
   }
   const double reach = 2 * (all.high - all.low).norm() + (view_.eye - 0.5 * (all.low + all.high)).norm();
-  const std::optional<double> ground = scene_.ground ? std::optional(scene_.ground->height) : std::nullopt;
+  const std::optional<double> ground = scene_.ground ? std::optional(ground_height()) : std::nullopt;
 
   shadow_target_.bind();
   gl_.Viewport(0, 0, shadow_map_side, shadow_map_side);
@@ -313,15 +328,14 @@ void SceneRenderer::set_environment(const Program& program) const {
   program.set("shadow_maps", 2);
   shadow_maps_.bind(2);
   program.set("has_ground", scene_.ground ? 1 : 0);
-  program.set("ground_height", static_cast<float>(scene_.ground ? scene_.ground->height : 0));
+  program.set("ground_height", static_cast<float>(ground_height()));
   program.set("light_samples", samples_.lights);
   program.set("light_count", static_cast<int>(scene_.lights.size()));
   program.set("target", camera_.target);
   program.set("zenith", scene_.sky.zenith);
   program.set("horizon", scene_.sky.horizon);
   program.set("sky_intensity", static_cast<float>(scene_.sky.intensity));
-  program.set("fade_distance",
-              static_cast<float>(fade_in_views * (camera_.target - camera_.position).norm()));
+  program.set("fade_distance", static_cast<float>(fade_in_views * camera_.target.norm()));
 }
 
 void SceneRenderer::draw_mirrors(const std::vector<int>& looks_of_bodies) {
@@ -366,6 +380,8 @@ void SceneRenderer::draw_shading(const Vec2& range) {
   p.set("tile_size", tile_width_, tile_height_);
   p.set("ground_pattern", pattern_number(ground.pattern));
   p.set("ground_pattern_size", static_cast<float>(ground.pattern_size));
+  const auto phase = [&](double x) { return static_cast<float>(std::fmod(x / ground.pattern_size, 2.0)); };
+  p.set("ground_pattern_origin", phase(origin_.x()), phase(origin_.z()));
   p.set("exposure", static_cast<float>(scene_.render.exposure));
   p.set("pixel_size", static_cast<float>(2 * view_.half_height / scene_.render.height));
   gl_.DrawArrays(GL_TRIANGLES, 0, 3);

@@ -28,7 +28,10 @@ class SceneRenderer {
 
  private:
   void allocate_targets();
-  void fill_constant_blocks();
+  void fill_looks();
+  void fill_lights();
+  void take_view(double time);
+  double ground_height() const { return scene_.ground ? scene_.ground->height - origin_.y() : 0; }
   void set_view(const Program& program, const Vec2& range) const;
   void set_environment(const Program& program) const;
   Vec2 depth_range() const;
@@ -43,9 +46,12 @@ class SceneRenderer {
   const scene::Scene scene_;
   const LookTable looks_;
   const scene::CameraPath camera_path_;
-  scene::Camera camera_;  // of the frame that is being drawn, as is the view
+  // Of the frame that is being drawn. All that goes to OpenGL, and the members below, is relative to the
+  // place of the camera: floats are exact near the origin only.
+  Vec3 origin_ = Vec3::Zero();  // m, where the camera is
+  scene::Camera camera_;
   View view_;
-  const ShadowSampleSet samples_;
+  ShadowSampleSet samples_;
   const int tile_width_, tile_height_;  // of a ninth of the picture
 
   Program shadow_program_, geometry_program_, mirror_program_, visibility_program_, shading_program_;

@@ -237,7 +237,7 @@ float behind(int mirror, vec3 p) {
 // sees, then halves the last step.
 vec4 mirrored_bodies(int mirror, vec3 position, vec3 d, float alpha) {
   const int steps = 40, halvings = 5;
-  float reach = has_ground == 1 && d.y < 0.0 ? (position.y - ground_height) / -d.y : 1e4;
+  float reach = has_ground == 1 && d.y < 0.0 ? (position.y - ground_height) / -d.y : 1e30;
   vec3 start = position - mirror_centers[max(mirror, 0)];
   float before = 0.0, after = 0.0, size = length(start);
   bool met = false;
@@ -300,6 +300,7 @@ uniform ivec2 tile_size;
 uniform int light_samples;
 uniform int ground_pattern;
 uniform float ground_pattern_size;
+uniform vec2 ground_pattern_origin;  // where the pattern is at the eye, in bands
 uniform float exposure;
 uniform float pixel_size;  // m at distance 1 m
 layout(location = 0) out vec4 color;
@@ -417,7 +418,8 @@ void main() {
     Surface s = surface_at(place);
     vec3 background = sky(target, normalize(s.position - eye));
     if (s.look == ground_look)
-      s.blend = pattern_blend(ground_pattern, s.position.xz / ground_pattern_size, width / ground_pattern_size);
+      s.blend = pattern_blend(ground_pattern, ground_pattern_origin + s.position.xz / ground_pattern_size,
+                              width / ground_pattern_size);
     vec3 radiance = shade(pixel, s, visibility(pixel, s));
     if (s.look == ground_look) radiance = mix(radiance, sky(target, normalize(vec3(ray.x, 0.0, ray.z))), faded(s.z));
     radiance = s.hit ? radiance : background;

@@ -46,7 +46,7 @@ CarriedSurface::CarriedSurface(const Surface& surface, const TetMesh& mesh) {
   carriers_.resize(surface.positions.size());
   parallel_for(carriers_.size(), grain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      const Vec3 x = surface.positions[i].cast<double>();
+      const Vec3& x = surface.positions[i];
       double best = -std::numeric_limits<double>::infinity();
       int best_tet = -1;
       // The farther out a point lies, the farther tets are looked for.
@@ -72,7 +72,7 @@ void CarriedSurface::update(const Vec3* nodes, Surface& surface) const {
       const Carrier& carrier = carriers_[i];
       Vec3 x = Vec3::Zero();
       for (std::size_t k = 0; k < 4; ++k) x += carrier.weights[k] * nodes[carrier.nodes[k]];
-      surface.positions[i] = x.cast<float>();
+      surface.positions[i] = x;
     }
   });
   update_normals(surface);

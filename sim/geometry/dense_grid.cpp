@@ -46,7 +46,8 @@ DenseGrid signed_distances(const TriangleMesh& mesh, const TriangleTree& tree, d
   grid.values.resize(grid.index(0, 0, grid.count.z()));
 
   openvdb::initialize();
-  const auto transform = openvdb::math::Transform::createLinearTransform(spacing);
+  // Only signs are read, so that distances may be in units of voxels: OpenVDB refuses voxels below 1.44e-5 m.
+  const auto transform = openvdb::math::Transform::createLinearTransform(1.0);
   const VoxelMesh voxel_mesh(mesh, grid.origin, spacing);
   const openvdb::FloatGrid::ConstPtr band = openvdb::tools::meshToVolume<openvdb::FloatGrid>(
       openvdb::tools::QuadAndTriangleDataAdapter(voxel_mesh.points, voxel_mesh.triangles), *transform,

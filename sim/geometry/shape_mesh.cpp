@@ -38,7 +38,7 @@ Surface box_surface(const Vec3& half) {
   Surface surface;
   for (int i = 0; i < 8; ++i) {
     const Vec3 sign((i & 1) ? 1 : -1, (i & 2) ? 1 : -1, (i & 4) ? 1 : -1);
-    surface.positions.push_back(half.cwiseProduct(sign).cast<float>());
+    surface.positions.push_back(half.cwiseProduct(sign));
   }
   surface.uvs = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
   for (const CubeFace& face : cube_faces()) {
@@ -112,11 +112,9 @@ class Revolution {
       for (int column = 0; column < points; ++column) {
         const double azimuth = 2 * pi * column / columns_;
         const Vec3 out(math::sin(azimuth), 0, math::cos(azimuth));
-        const auto turned = [&](const Vec2& v) {
-          return Vec3f((v.x() * out + Vec3(0, v.y(), 0)).cast<float>());
-        };
+        const auto turned = [&](const Vec2& v) { return Vec3(v.x() * out + Vec3(0, v.y(), 0)); };
         if (!at_last) surface_.positions.push_back(turned(at(row).place));
-        surface_.normals.push_back(turned(at(row).normal));
+        surface_.normals.push_back(turned(at(row).normal).cast<float>());
       }
     }
     for (int column = 0; column <= columns_; ++column)
@@ -225,7 +223,7 @@ Surface shape_surface(const LevelSet& shape, double detail) {
 
 Surface mesh_surface(const TriangleMesh& mesh) {
   Surface surface;
-  for (const Vec3& x : mesh.positions) surface.positions.push_back(x.cast<float>());
+  surface.positions = mesh.positions;
   Pool<Vec3f> normals(surface.normals, mesh.positions.size());
   Pool<Vec2f> uvs(surface.uvs, mesh.positions.size());
   const CreaseNormals creased(mesh);

@@ -16,8 +16,8 @@ struct Corner {  // indices into positions, uvs and normals
 };
 
 struct Surface {
-  std::vector<Vec3f> positions;  // m
-  std::vector<Vec3f> normals;    // unit, outward
+  std::vector<Vec3> positions;  // m; doubles, because far from the origin floats are too coarse
+  std::vector<Vec3f> normals;   // unit, outward
   std::vector<Vec2f> uvs;
   std::vector<std::array<Corner, 3>> triangles;  // counter-clockwise seen from outside
   std::vector<float>

@@ -222,7 +222,7 @@ BoundarySurface boundary_surface(const TetMesh& mesh, const std::vector<Triangle
           vertex_of_node.try_emplace(t[k], static_cast<int>(result.vertex_nodes.size()));
       if (is_new) {
         result.vertex_nodes.push_back(t[k]);
-        surface.positions.push_back(x.cast<float>());
+        surface.positions.push_back(x);
       }
       auto& fan = groups[entry->second];
       auto group = std::find_if(fan.begin(), fan.end(),
@@ -244,10 +244,10 @@ BoundarySurface boundary_surface(const TetMesh& mesh, const std::vector<Triangle
 void update_normals(Surface& surface) {
   std::fill(surface.normals.begin(), surface.normals.end(), Vec3f::Zero());
   for (const auto& t : surface.triangles) {
-    const auto at = [&](std::size_t k) -> const Vec3f& {
+    const auto at = [&](std::size_t k) -> const Vec3& {
       return surface.positions[static_cast<std::size_t>(t[k].position)];
     };
-    const Vec3f area = (at(1) - at(0)).cross(at(2) - at(0));
+    const Vec3f area = (at(1) - at(0)).cross(at(2) - at(0)).cast<float>();
     for (const Corner& corner : t) surface.normals[static_cast<std::size_t>(corner.normal)] += area;
   }
   for (Vec3f& n : surface.normals) {

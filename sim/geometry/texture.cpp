@@ -45,15 +45,13 @@ void transfer_texture(const TriangleMesh& mesh, Surface& surface) {
     return PlaneTexture(mesh, as_index(tree.nearest(x).triangle));
   };
   std::vector<Vec2> nearest;  // of the positions
-  for (const Vec3f& x : surface.positions)
-    nearest.push_back(texture_at(x.cast<double>()).at(x.cast<double>()));
+  for (const Vec3& x : surface.positions) nearest.push_back(texture_at(x).at(x));
 
   surface.uvs.clear();
   std::vector<std::vector<int>> uvs_of(surface.positions.size());
   for (std::array<Corner, 3>& triangle : surface.triangles) {
     std::array<Vec3, 3> x;
-    for (std::size_t k = 0; k < 3; ++k)
-      x[k] = surface.positions[as_index(triangle[k].position)].cast<double>();
+    for (std::size_t k = 0; k < 3; ++k) x[k] = surface.positions[as_index(triangle[k].position)];
     const Vec3 middle = (x[0] + x[1] + x[2]) / 3;
     const PlaneTexture below = texture_at(middle);
     double change = 0;

@@ -51,15 +51,15 @@ void ThickSheet::update(std::span<const Vec3> x, Surface& surface) const {
   for (std::size_t i = 0; i < x.size(); ++i) surface.positions[i].setZero();
   for (const Triangle& t : triangles_) {
     const Vec3& a = x[as_index(t[0])];
-    const Vec3f area = (x[as_index(t[1])] - a).cross(x[as_index(t[2])] - a).cast<float>();
+    const Vec3 area = (x[as_index(t[1])] - a).cross(x[as_index(t[2])] - a);
     for (const int i : t) surface.positions[as_index(i)] += area;
   }
   for (std::size_t i = 0; i < x.size(); ++i) {
-    const Vec3f sum = surface.positions[i];
-    const float length = sum.norm(), reach = static_cast<float>(half_thickness_);
-    const Vec3f offset = length > 0 ? Vec3f(reach / length * sum) : Vec3f(Vec3f::Zero());
-    surface.positions[i] = x[i].cast<float>() + offset;
-    surface.positions[x.size() + i] = x[i].cast<float>() - offset;
+    const Vec3 sum = surface.positions[i];
+    const double length = sum.norm();
+    const Vec3 offset = length > 0 ? Vec3(half_thickness_ / length * sum) : Vec3(Vec3::Zero());
+    surface.positions[i] = x[i] + offset;
+    surface.positions[x.size() + i] = x[i] - offset;
   }
   update_normals(surface);
 }
@@ -134,7 +134,7 @@ void Tube::update(std::span<const Vec3> x, Surface& surface) const {
     for (std::size_t k = 0; k < sides; ++k) {
       const double angle = 2 * std::numbers::pi * static_cast<double>(k) / sides - twist;
       const Vec3 out = math::cos(angle) * normal + math::sin(angle) * along.cross(normal);
-      surface.positions[ring * sides + k] = (x[ring] + radius_ * out).cast<float>();
+      surface.positions[ring * sides + k] = x[ring] + radius_ * out;
     }
   }
   update_normals(surface);
@@ -144,7 +144,7 @@ Bead::Bead(double radius) : rest_(shape_surface(LevelSet::sphere(radius), bead_d
 
 void Bead::update(std::span<const Vec3> x, Surface& surface) const {
   for (std::size_t k = 0; k < surface.positions.size(); ++k)
-    surface.positions[k] = (x.front() + rest_.positions[k].cast<double>()).cast<float>();
+    surface.positions[k] = x.front() + rest_.positions[k];
 }
 
 }  // namespace duet

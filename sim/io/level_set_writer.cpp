@@ -7,6 +7,8 @@
 #include <openvdb/openvdb.h>
 #include <openvdb/tools/SignedFloodFill.h>
 
+#include "sim/io/files.h"
+
 namespace duet::io {
 namespace {
 
@@ -78,10 +80,26 @@ openvdb::math::Transform::Ptr placement(const Pose& pose, double voxel_size) {
   return openvdb::math::Transform::createLinearTransform(matrix);
 }
 
+// A file without grids is not written; one that an earlier run left would be of other bodies.
+void write_or_remove(const fs::path& path, const openvdb::GridCPtrVec& grids) {
+  if (grids.empty()) {
+    remove_file(path);
+  } else {
+    write_atomically(path, MemoryArchive().bytes(grids));
+  }
+}
+
 }  // namespace
 
 struct LevelSetWriter::Impl {
-  std::vector<openvdb::FloatGrid::Ptr> grids;
+  std::vector<openvdb::FloatGrid::Ptr> grids;  // of the bodies
+  bool static_written = false;
+
+  openvdb::FloatGrid::Ptr placed(std::size_t body, const BodyLevelSet& at) const {
+    openvdb::FloatGrid::Ptr grid = grids[body]->copy();  // shares the voxels
+    grid->setTransform(placement(at.pose, at.voxel_size));
+    return grid;
+  }
 };
 
 LevelSetWriter::LevelSetWriter(const std::vector<BodyLevelSet>& bodies) : impl_(std::make_unique<Impl>()) {
@@ -99,16 +117,23 @@ LevelSetWriter::LevelSetWriter(const std::vector<BodyLevelSet>& bodies) : impl_(
 LevelSetWriter::~LevelSetWriter() = default;
 
 void LevelSetWriter::write(const RunDirectory& run, int frame, double time,
-                           const std::vector<BodyLevelSet>& bodies) const {
-  openvdb::GridCPtrVec placed;
+                           const std::vector<BodyLevelSet>& bodies) {
+  openvdb::GridCPtrVec moving, fixed;
   for (std::size_t i = 0; i < bodies.size(); ++i) {
-    const openvdb::FloatGrid::Ptr grid = impl_->grids[i]->copy();  // shares the voxels
-    grid->setTransform(placement(bodies[i].pose, bodies[i].voxel_size));
+    if (bodies[i].is_static) {
+      if (!impl_->static_written) fixed.push_back(impl_->placed(i, bodies[i]));
+      continue;
+    }
+    const openvdb::FloatGrid::Ptr grid = impl_->placed(i, bodies[i]);
     grid->insertMeta("frame", openvdb::Int32Metadata(frame));
     grid->insertMeta("time", openvdb::DoubleMetadata(time));
-    placed.push_back(grid);
+    moving.push_back(grid);
   }
-  write_atomically(run.level_set(frame), MemoryArchive().bytes(placed));
+  if (!impl_->static_written) {
+    write_or_remove(run.static_level_sets(), fixed);
+    impl_->static_written = true;
+  }
+  write_or_remove(run.level_set(frame), moving);
 }
 
 }  // namespace duet::io

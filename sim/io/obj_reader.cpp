@@ -2,6 +2,7 @@
 // would be worse than none.
 #include <charconv>
 #include <cmath>
+#include <limits>
 #include <string_view>
 
 #include <fmt/format.h>
@@ -39,11 +40,11 @@ class ObjReader {
     if (bodies_.empty()) fail("no object yet: expected `o NAME`");
     Surface& surface = bodies_.back().surface;
     if (keyword == "v") {
-      surface.positions.push_back(floats<3>());
+      surface.positions.push_back(numbers<double, 3>());
     } else if (keyword == "vt") {
-      surface.uvs.push_back(floats<2>());
+      surface.uvs.push_back(numbers<float, 2>());
     } else if (keyword == "vn") {
-      surface.normals.push_back(floats<3>());
+      surface.normals.push_back(numbers<float, 3>());
     } else if (keyword == "f") {
       surface.triangles.push_back({corner(surface), corner(surface), corner(surface)});
     } else {
@@ -59,7 +60,8 @@ class ObjReader {
     if (bodies_.empty()) fail("no object yet: expected `o NAME`");
     Surface& surface = bodies_.back().surface;
     surface.strain.clear();
-    for (std::size_t i = 0; i < surface.positions.size(); ++i) surface.strain.push_back(floats<1>()[0]);
+    for (std::size_t i = 0; i < surface.positions.size(); ++i)
+      surface.strain.push_back(numbers<float, 1>()[0]);
     skip_spaces();
     if (!line_.empty()) fail(fmt::format("unexpected `{}`", line_));
   }
@@ -81,13 +83,15 @@ class ObjReader {
     base_.normal += static_cast<int>(surface.normals.size());
   }
 
-  template <int n>
-  Eigen::Matrix<float, n, 1> floats() {
-    Eigen::Matrix<float, n, 1> values;
-    for (float& value : values) {
+  // Finite numbers within the range of floats, which pictures are made of.
+  template <class Number, int n>
+  Eigen::Matrix<Number, n, 1> numbers() {
+    constexpr auto largest = static_cast<Number>(std::numeric_limits<float>::max());
+    Eigen::Matrix<Number, n, 1> values;
+    for (Number& value : values) {
       skip_spaces();
-      value = number<float>("a number");
-      if (!std::isfinite(value)) fail("a coordinate is not finite");
+      value = number<Number>("a number");
+      if (!(std::abs(value) <= largest)) fail("a coordinate is not finite");
     }
     return values;
   }

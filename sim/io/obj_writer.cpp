@@ -1,6 +1,7 @@
 // One OBJ file a frame. Written by hand because std::to_chars is an order of magnitude faster than the
 // general exporters, and a long run writes hundreds of these.
 #include <charconv>
+#include <cmath>
 #include <string_view>
 
 #include "sim/io/run_directory.h"
@@ -8,8 +9,7 @@
 namespace duet::io {
 namespace {
 
-// A growing text whose numbers are written in place. Floats get the fewest digits that read back to the same
-// bits.
+// A growing text whose numbers are written in place, with the fewest digits that read back to the same bits.
 class Text {
  public:
   explicit Text(std::size_t expected) { text_.resize(expected + 1024); }
@@ -20,10 +20,10 @@ class Text {
     size_ += part.size();
   }
   template <class Vector>
-  void floats(std::string_view keyword, const Vector& values) {
+  void numbers(std::string_view keyword, const Vector& values) {
     add(keyword);
     reserve(static_cast<std::size_t>(values.size()) * max_number);
-    for (const float value : values) {
+    for (const auto value : values) {
       text_[size_++] = ' ';
       number(value);
     }
@@ -45,7 +45,7 @@ class Text {
   }
 
  private:
-  static constexpr std::size_t max_number = 24;  // characters: a float's shortest form needs 15, an int 11
+  static constexpr std::size_t max_number = 25;  // characters: a double's shortest form needs 24, and a space
 
   void reserve(std::size_t more) {
     if (size_ + more + 1 > text_.size()) text_.resize(2 * (size_ + more + 1));
@@ -64,10 +64,35 @@ std::size_t expected_size(const std::vector<BodySurface>& bodies) {
   std::size_t size = 0;
   for (const auto& [name, surface] : bodies)
     size += name.size() + 12 * surface.strain.size() +
-            36 * (surface.positions.size() + surface.normals.size()) + 24 * surface.uvs.size() +
+            40 * (surface.positions.size() + surface.normals.size()) + 24 * surface.uvs.size() +
             48 * surface.triangles.size();
   return size;
 }
+
+// Rounds positions to decimal places, so that few digits say them: to a part of the surface's extent as small
+// as the last bit of a float is of its value (2^-24), and to 1e-6 m at most.
+class Rounding {
+ public:
+  explicit Rounding(const Surface& surface) {
+    Eigen::AlignedBox3d box;
+    for (const Vec3& x : surface.positions) box.extend(x);
+    const double extent = box.isEmpty() ? 0 : box.sizes().maxCoeff();
+    while (extent > 0 && extent * places_ < 0x1p24 && places_ < largest_exact) places_ *= 10;
+  }
+
+  Vec3 operator()(const Vec3& x) const { return {rounded(x.x()), rounded(x.y()), rounded(x.z())}; }
+
+ private:
+  static constexpr double largest_exact = 1e22;  // of the powers of ten among the doubles
+
+  double rounded(double x) const {
+    const double count = x * places_;
+    // The quotient of two exact numbers is the double nearest to the decimal number: its shortest form.
+    return std::abs(count) < 0x1p53 ? std::nearbyint(count) / places_ + 0.0 : x;  // + 0.0: no negative zero
+  }
+
+  double places_ = 1e6;  // 1/m
+};
 
 }  // namespace
 
@@ -79,13 +104,12 @@ void write_obj(const fs::path& path, const std::vector<BodySurface>& bodies) {
     text.add("o ");
     text.add(name);
     text.add("\n");
-    for (const Vec3f& position : surface.positions) text.floats("v", position);
+    const Rounding round(surface);
+    for (const Vec3& position : surface.positions) text.numbers("v", round(position));
     // OBJ has no word for it: other programs pass over comments.
-    if (!surface.strain.empty())
-      text.floats("# strain", Eigen::Map<const Eigen::VectorXf>(
-                                  surface.strain.data(), static_cast<Eigen::Index>(surface.strain.size())));
-    for (const Vec2f& uv : surface.uvs) text.floats("vt", uv);
-    for (const Vec3f& normal : surface.normals) text.floats("vn", normal);
+    if (!surface.strain.empty()) text.numbers("# strain", surface.strain);
+    for (const Vec2f& uv : surface.uvs) text.numbers("vt", uv);
+    for (const Vec3f& normal : surface.normals) text.numbers("vn", normal);
     for (const auto& triangle : surface.triangles) {
       text.add("f");
       for (const Corner& corner : triangle)

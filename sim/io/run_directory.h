@@ -65,8 +65,9 @@ struct RunDirectory {
   fs::path manifest() const { return root / "manifest.json"; }
   fs::path scene() const { return root / "scene.toml"; }
   fs::path mesh(int frame) const;       // mesh/0000.obj
-  fs::path level_set(int frame) const;  // levelset/0000.vdb
-  fs::path image(int frame) const;      // image/0000.png
+  fs::path level_set(int frame) const;  // levelset/0000.vdb, of the bodies that move
+  fs::path static_level_sets() const { return root / "levelset" / "static.vdb"; }  // of all frames
+  fs::path image(int frame) const;                                                 // image/0000.png
   fs::path stats() const { return root / "stats.jsonl"; }
   fs::path stage_hashes() const { return root / "hashes.jsonl"; }
   fs::path checkpoint() const { return root / "checkpoint"; }

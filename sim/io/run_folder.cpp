@@ -75,6 +75,7 @@ RunLock::~RunLock() {
 void begin_run(const RunDirectory& run, const Manifest& manifest, const std::string& scene_source) {
   if (fs::exists(run.manifest())) remove_file(video_path(run, read_manifest(run)));
   for (const auto& [folder, extension] : numbered_files(run)) remove_frames(folder, extension);
+  remove_file(run.static_level_sets());
   remove_file(run.stats());
   remove_file(run.stage_hashes());
   continue_run(run, manifest, scene_source);

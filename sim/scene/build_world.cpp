@@ -103,7 +103,7 @@ void add_skin_mass(const scene::DeformableBody& description, const BodyShape& sk
   for (const std::array<Corner, 3>& triangle : surface.triangles) {
     std::array<Vec3, 3> x;
     for (std::size_t k = 0; k < 3; ++k)
-      x[k] = surface.positions[static_cast<std::size_t>(triangle[k].position)].cast<double>();
+      x[k] = surface.positions[static_cast<std::size_t>(triangle[k].position)];
     const double its_area = (x[1] - x[0]).cross(x[2] - x[0]).norm() / 2;
     for (const Corner& corner : triangle) area[static_cast<std::size_t>(corner.position)] += its_area / 3;
     total += its_area;

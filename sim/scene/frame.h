@@ -26,6 +26,7 @@ struct BodyLevelSet {
   double voxel_size = 0.05;                     // m
   Pose pose;
   int same_as = -1;  // index of an earlier body with the same distance and voxels, which are then shared
+  bool is_static = false;  // the pose never changes
 };
 
 struct StageStats {

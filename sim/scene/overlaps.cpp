@@ -114,7 +114,7 @@ class Finder {
     if (search_.bounds[as_index(guest)].is_half_space) return deepest;
     const Look look = host(body);
     const Surface& surface = surfaces_[as_index(guest)].surface;
-    const auto x = [&](int vertex) { return Vec3(surface.positions[as_index(vertex)].cast<double>()); };
+    const auto x = [&](int vertex) { return surface.positions[as_index(vertex)]; };
     for (const auto& triangle : surface.triangles)
       look.at_triangle(x(triangle[0].position), x(triangle[1].position), x(triangle[2].position), 0, deepest);
     return deepest;

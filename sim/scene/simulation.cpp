@@ -19,20 +19,13 @@
 #include "sim/geometry/grid_level_set.h"
 #include "sim/scene/build_world.h"
 #include "sim/scene/deformables.h"
+#include "sim/scene/level_set_export.h"
 #include "sim/step/step.h"
 
 namespace duet {
 namespace {
 
 constexpr double smallest_retry = 1.0 / 64;  // of the rule's step, before a simulation is given up
-
-// The voxels of a body's exported level set: 40 along its smallest extent, fewer where a thin, wide body
-// would take millions of them, but never less than 8. A mesh has its grid's.
-double voxel_size(const LevelSet& shape) {
-  if (shape.kind == LevelSet::Kind::grid) return shape.grid->grid().spacing;
-  const double least = shape.smallest_size(), longest = (shape.upper() - shape.lower()).maxCoeff();
-  return std::max(least / 40, std::min(least / 8, longest / 100));
-}
 
 // s, that the processors have spent on this program.
 double processor_seconds() {
@@ -292,13 +285,12 @@ void Simulation::surfaces(std::vector<BodySurface>& out) const {
     } else if (rest.vertex_nodes.empty()) {
       const Pose& pose = bodies.rigid.state[i].pose;
       for (std::size_t k = 0; k < surface.positions.size(); ++k)
-        surface.positions[k] = pose.to_world(rest.surface.positions[k].cast<double>()).cast<float>();
+        surface.positions[k] = pose.to_world(rest.surface.positions[k]);
       for (std::size_t k = 0; k < surface.normals.size(); ++k)
         surface.normals[k] = (pose.orientation * rest.surface.normals[k].cast<double>()).cast<float>();
     } else {
       for (std::size_t k = 0; k < surface.positions.size(); ++k)
-        surface.positions[k] =
-            bodies.particles.x[static_cast<std::size_t>(rest.vertex_nodes[k])].cast<float>();
+        surface.positions[k] = bodies.particles.x[static_cast<std::size_t>(rest.vertex_nodes[k])];
       update_normals(surface);
       surface.strain.resize(surface.positions.size());
       for (std::size_t k = 0; k < surface.strain.size(); ++k)
@@ -315,11 +307,12 @@ std::vector<BodyLevelSet> Simulation::level_sets() const {
     const LevelSet shape = rigid.properties[i].shape;
     BodyLevelSet set;
     set.name = rigid.name[i];
-    set.distance = [shape](const Vec3& x) { return shape.distance(x); };
+    set.distance = [shape](const Vec3& x) { return exported_distance(shape, x); };
     set.lower = shape.lower();
     set.upper = shape.upper();
-    set.voxel_size = voxel_size(shape);
+    set.voxel_size = exported_voxel_size(shape);
     set.pose = rigid.state[i].pose;
+    set.is_static = !rigid.properties[i].moves();
     const auto same = std::find_if(distinct.begin(), distinct.end(), [&](int k) {
       return rigid.properties[static_cast<std::size_t>(k)].shape == shape;
     });

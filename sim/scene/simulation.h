@@ -73,7 +73,9 @@ class Simulation {
   // The bodies' render surfaces in world space, in the order rigid bodies, deformable bodies of the scene
   // (the ground has none). `out` keeps its storage from call to call; topology is constant.
   void surfaces(std::vector<BodySurface>& out) const;
-  std::vector<BodyLevelSet> level_sets() const;  // of the rigid bodies, with their poses now
+  // The signed distances of the rigid bodies, with their poses now. The size of the voxels follows the
+  // thickness of a body, and is bounded from below by the area of its surface.
+  std::vector<BodyLevelSet> level_sets() const;
 
   // Everything the next step reads, as bytes; a simulation of the same scene that loads them continues
   // bit-identically. load_state throws Error when the bytes do not fit this scene.

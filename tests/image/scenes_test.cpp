@@ -62,9 +62,9 @@ std::vector<Variant> variants() {
 struct Bounding {
   Vec3 low = Vec3::Constant(1e30), high = Vec3::Constant(-1e30);  // m
   void extend(const Surface& surface) {
-    for (const Vec3f& x : surface.positions) {
-      low = low.cwiseMin(x.cast<double>());
-      high = high.cwiseMax(x.cast<double>());
+    for (const Vec3& x : surface.positions) {
+      low = low.cwiseMin(x);
+      high = high.cwiseMax(x);
     }
   }
   // The middle one of its sides: of a ring its width, of cloth one of its edges.
@@ -108,7 +108,7 @@ class Film {
     Bounding now;
     for (std::size_t i = 0; i < surfaces.size(); ++i) {
       if (is_dynamic(i)) now.extend(surfaces[i].surface);
-      for (const Vec3f& x : surfaces[i].surface.positions) ASSERT_TRUE(x.allFinite()) << surfaces[i].name;
+      for (const Vec3& x : surfaces[i].surface.positions) ASSERT_TRUE(x.allFinite()) << surfaces[i].name;
     }
     const double reach = (start_.high - start_.low).norm();
     EXPECT_TRUE((now.low.array() > start_.low.array() - reach).all()) << now.low.transpose();
@@ -199,7 +199,7 @@ void expect_changes_to_fail(const Variant& variant, const Film& film) {
   std::vector<BodySurface> moved = film.surfaces;
   Bounding box;
   box.extend(moved[body].surface);
-  for (Vec3f& x : moved[body].surface.positions) x.array() += static_cast<float>(0.05 * box.size());
+  for (Vec3& x : moved[body].surface.positions) x.array() += 0.05 * box.size();
   EXPECT_FALSE(passes(variant, film.draw(film.scene, moved))) << film.surfaces[body].name << " is moved";
 
   scene::Scene darker = film.scene;

@@ -89,7 +89,7 @@ inline io::Manifest small_manifest() {
 }
 
 inline BodySurface placed(const std::string& name, Surface surface, const Pose& pose) {
-  for (Vec3f& x : surface.positions) x = pose.to_world(x.cast<double>()).cast<float>();
+  for (Vec3& x : surface.positions) x = pose.to_world(x);
   for (Vec3f& n : surface.normals) n = (pose.orientation * n.cast<double>()).cast<float>();
   return {name, std::move(surface)};
 }

@@ -6,6 +6,7 @@
 #include "tests/support/osmesa.h"
 #include <gtest/gtest.h>
 
+#include "render/compare.h"
 #include "sim/base/error.h"
 #include "sim/geometry/tet_mesh.h"
 
@@ -33,7 +34,7 @@ TEST(SmallScene, BackgroundWhereNothingProjects) {
   const scene::Scene scene = small_scene();
   std::vector<BodySurface> away = small_bodies();
   for (BodySurface& body : away)
-    for (Vec3f& x : body.surface.positions) x.z() += 100;  // behind the camera
+    for (Vec3& x : body.surface.positions) x.z() += 100;  // behind the camera
   const Picture full = draw(scene), empty = draw(scene, small_manifest(), away);
   for (const int x : {0, 100, 319}) {
     EXPECT_TRUE(is_gray(full.at(x, 0)));
@@ -234,10 +235,59 @@ TEST(SmallScene, TwoDrawsAreIdentical) {
   render::SequenceRenderer renderer(scene, small_manifest());
   const std::vector<unsigned char> first = renderer.draw(small_bodies());
   std::vector<BodySurface> moved = small_bodies();
-  for (Vec3f& x : moved[0].surface.positions) x.x() -= 0.01f;  // half a pixel: the comparison must see it
+  for (Vec3& x : moved[0].surface.positions) x.x() -= 0.01;  // half a pixel: the comparison must see it
   EXPECT_NE(renderer.draw(moved), first);
   EXPECT_EQ(renderer.draw(small_bodies()), first);
   EXPECT_EQ(draw(scene).rgb, first);  // a context of its own
+}
+
+render::Difference difference(const Picture& a, const Picture& b) {
+  return render::compare({a.width, a.height, a.rgb}, {b.width, b.height, b.rgb});
+}
+
+// Ten kilometres away floats are 1 mm apart: the picture is drawn from the camera on, not from the origin.
+TEST(SmallScene, FarFromTheOriginThePictureIsTheSame) {
+  const Vec3 away(12000, 40, -8000);  // whole periods of the ground's pattern, 4 m
+  const scene::Scene scene = small_scene();
+  scene::Scene moved = scene;
+  moved.camera.position += away;
+  moved.camera.target += away;
+  moved.ground->height = away.y();
+  for (scene::Light& light : moved.lights) {
+    light.position += away;
+    light.target += away;
+  }
+  std::vector<BodySurface> bodies = small_bodies();
+  for (BodySurface& body : bodies)
+    for (Vec3& x : body.surface.positions) x += away;
+  const Picture here = draw(scene);
+  const double allowed = 3.0 / 255;
+  EXPECT_LE(difference(here, draw(moved, small_manifest(), bodies)).maximum, allowed);
+  for (Vec3& x : bodies[1].surface.positions) x.x() += 0.01;  // half a pixel
+  EXPECT_GT(difference(here, draw(moved, small_manifest(), bodies)).maximum, allowed);
+}
+
+// A grain seen from a centimetre away, and a mountain from 30 km: like the same scene in metres.
+TEST(SmallScene, ThePictureDoesNotDependOnTheUnit) {
+  scene::Scene scene = small_scene();
+  scene.looks[0].pattern = "checker";  // of one color
+  scene.looks[0].color2 = scene.looks[0].color;
+  const Picture here = draw(scene);
+  for (const double scale : {1e-3, 3e3}) {
+    scene::Scene scaled = scene;
+    scaled.camera.position *= scale;
+    scaled.camera.target *= scale;
+    for (scene::Light& light : scaled.lights) {
+      light.position *= scale;
+      light.target *= scale;
+      light.radius *= scale;
+      light.power *= scale * scale;
+    }
+    std::vector<BodySurface> bodies = small_bodies();
+    for (BodySurface& body : bodies)
+      for (Vec3& x : body.surface.positions) x *= scale;
+    EXPECT_LT(difference(here, draw(scaled, small_manifest(), bodies)).rmse, 0.01) << scale;
+  }
 }
 
 TEST(SmallScene, EveryLibraryOfTheSystemDrawsTheSameBits) {

@@ -81,11 +81,11 @@ density = 500
     EXPECT_LT(simulation.stats().max_penetration, 0.01) << "of a wall of 0.08 m";
   }
   simulation.surfaces(surfaces);
-  Eigen::AlignedBox3f bowl, ball;
-  for (const Vec3f& x : surfaces[0].surface.positions) bowl.extend(x);
-  for (const Vec3f& x : surfaces[1].surface.positions) ball.extend(x);
-  EXPECT_TRUE((ball.center() - bowl.center()).norm() < 0.35F) << ball.center().transpose();
-  EXPECT_GT(ball.min().y(), 0.05F) << "the wall is below it";
+  Eigen::AlignedBox3d bowl, ball;
+  for (const Vec3& x : surfaces[0].surface.positions) bowl.extend(x);
+  for (const Vec3& x : surfaces[1].surface.positions) ball.extend(x);
+  EXPECT_TRUE((ball.center() - bowl.center()).norm() < 0.35) << ball.center().transpose();
+  EXPECT_GT(ball.min().y(), 0.05) << "the wall is below it";
 }
 
 }  // namespace

@@ -48,9 +48,9 @@ scene::DeformableBody& add_ball_in_box(scene::Scene& scene, const Vec3& position
   return body;
 }
 
-double lowest(const std::vector<Vec3f>& positions) {
+double lowest(const std::vector<Vec3>& positions) {
   double y = 1e9;
-  for (const Vec3f& x : positions) y = std::min(y, static_cast<double>(x.y()));
+  for (const Vec3& x : positions) y = std::min(y, x.y());
   return y;
 }
 

@@ -281,6 +281,60 @@ TEST_F(Restart, FrameWindowWritesOnlyItsFrames) {
   }
 }
 
+// The file of the bodies that never move: one for all frames, written with the first of them.
+class StaticLevelSets : public Restart {
+ protected:
+  void simulate(const std::vector<std::string>& more) {
+    std::vector<std::string> arguments = {"sim", source_folder() + "/tests/restart/static.toml", "--out",
+                                          run.root.string(), "--quiet"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const Finished finished = run_duet(arguments);
+    ASSERT_EQ(finished.status, 0) << finished.errors;
+  }
+  bool exists() const { return fs::exists(run.static_level_sets()); }
+};
+
+TEST_F(StaticLevelSets, AResumedRunHasThem) {
+  simulate({"--frames", "2"});
+  EXPECT_TRUE(exists());
+  const auto whole = fs::file_size(run.static_level_sets());
+  io::write_atomically(run.static_level_sets(), "damaged");
+  simulate({"--resume"});
+  EXPECT_EQ(fs::file_size(run.static_level_sets()), whole);
+  for (int frame = 0; frame <= 6; ++frame) {
+    EXPECT_TRUE(fs::exists(run.level_set(frame)));
+    EXPECT_LT(fs::file_size(run.level_set(frame)), whole) << "a ball of fewer voxels than the plate";
+  }
+}
+
+TEST_F(StaticLevelSets, AreWrittenWithTheFirstFrameOfAWindow) {
+  simulate({"--stats-only", "--frames", "1"});
+  EXPECT_FALSE(exists());
+  simulate({"--resume", "--frames", "3:4"});
+  EXPECT_TRUE(exists());
+  EXPECT_FALSE(fs::exists(run.level_set(2)));
+  EXPECT_TRUE(fs::exists(run.level_set(3)));
+}
+
+TEST_F(StaticLevelSets, OfAnEarlierRunGoAway) {
+  simulate({"--frames", "1"});
+  simulate({"--stats-only", "--frames", "1"});
+  EXPECT_FALSE(exists());
+  simulate({"--frames", "1"});
+  simulate({"--frames", "1", "--set", "rigid.plate.static=false", "--set", "rigid.plate.mass=1"});
+  EXPECT_FALSE(exists());
+}
+
+TEST_F(StaticLevelSets, WhereNothingMovesAreAllThereAre) {
+  simulate({"--frames", "2"});
+  simulate({"--frames", "2", "--set", "rigid.ball.static=true"});
+  EXPECT_TRUE(exists());
+  for (int frame = 0; frame <= 2; ++frame) {
+    EXPECT_TRUE(fs::exists(run.mesh(frame)));
+    EXPECT_FALSE(fs::exists(run.level_set(frame)));
+  }
+}
+
 TEST_F(Restart, FreshRunRemovesTheFramesOfTheEarlierOne) {
   ASSERT_EQ(run_duet({"sim", tiny, "--out", run.root.string(), "--frames", "6", "--quiet"}).status, 0);
   ASSERT_EQ(run_duet({"sim", tiny, "--out", run.root.string(), "--frames", "2", "--quiet"}).status, 0);

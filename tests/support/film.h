@@ -37,9 +37,9 @@ struct Film {
     std::vector<Vec3> found;
     for (const BodySurface& body : surfaces) {
       if (!body.name.starts_with(beginning)) continue;
-      Vec3f sum = Vec3f::Zero();
-      for (const Vec3f& x : body.surface.positions) sum += x;
-      found.push_back((sum / static_cast<float>(body.surface.positions.size())).cast<double>());
+      Vec3 sum = Vec3::Zero();
+      for (const Vec3& x : body.surface.positions) sum += x;
+      found.push_back(sum / static_cast<double>(body.surface.positions.size()));
     }
     return found;
   }

@@ -88,7 +88,7 @@ inline TriangleMesh torus_mesh(double radius, double tube, int columns, int rows
 
 inline TriangleMesh mesh_of(const Surface& surface) {
   TriangleMesh mesh;
-  for (const Vec3f& x : surface.positions) mesh.positions.push_back(x.cast<double>());
+  mesh.positions = surface.positions;
   for (const auto& t : surface.triangles)
     mesh.triangles.push_back({t[0].position, t[1].position, t[2].position});
   return mesh;

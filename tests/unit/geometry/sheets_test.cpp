@@ -103,7 +103,7 @@ void expect_closed(const Surface& surface) {
 
 double volume_of(const Surface& surface) {
   TriangleMesh mesh;
-  for (const Vec3f& x : surface.positions) mesh.positions.push_back(x.cast<double>());
+  mesh.positions = surface.positions;
   for (const auto& t : surface.triangles)
     mesh.triangles.push_back({t[0].position, t[1].position, t[2].position});
   return mass_properties(mesh).volume;
@@ -113,13 +113,13 @@ TEST(ThickSurface, OfASheetIsClosedAndFollowsIt) {
   const Sheet sheet = panel(Vec2(3, 2), 6, 4);
   const ThickSheet thick(sheet, 0.02);
   expect_closed(thick.rest());
-  EXPECT_NEAR(volume_of(thick.rest()), 3 * 2 * 0.02, 1e-6);  // positions are floats
+  EXPECT_NEAR(volume_of(thick.rest()), 3 * 2 * 0.02, 1e-12);
   const Quat turn(Eigen::AngleAxisd(1.1, Vec3(1, 2, 3).normalized()));
   std::vector<Vec3> moved;
   for (const Vec3& x : sheet.nodes) moved.push_back(turn * x + Vec3(1, 0, 0));
   Surface surface = thick.rest();
   thick.update(moved, surface);
-  EXPECT_NEAR(volume_of(surface), 3 * 2 * 0.02, 1e-5);
+  EXPECT_NEAR(volume_of(surface), 3 * 2 * 0.02, 1e-12);
   EXPECT_LT((surface.normals[0] - (turn * Vec3::UnitY()).cast<float>()).norm(), 1e-5F);
 }
 

@@ -91,7 +91,7 @@ TEST(TetMesh, RenderSurfaceKeepsSharpEdgesAndFollowsThePositions) {
   EXPECT_EQ(result.surface.positions.size(), 26u);
   EXPECT_EQ(result.surface.normals.size(), 6u * 9);  // every face has its own
   for (const Vec3f& n : result.surface.normals) EXPECT_NEAR(n.cwiseAbs().maxCoeff(), 1, 1e-6);
-  for (Vec3f& x : result.surface.positions) x = Vec3f(-x.y(), x.x(), x.z());  // a quarter turn about z
+  for (Vec3& x : result.surface.positions) x = Vec3(-x.y(), x.x(), x.z());  // a quarter turn about z
   const std::vector<Vec3f> before = result.surface.normals;
   update_normals(result.surface);
   for (std::size_t i = 0; i < before.size(); ++i)

@@ -42,8 +42,7 @@ Surface coarse_tube(double radius, int rows, int columns, double turn) {
   Surface surface;
   for (const Vec3& x : mesh.positions) {
     const double angle = std::atan2(x.z(), x.y()) + turn;
-    surface.positions.push_back(
-        Vec3(x.x(), radius * std::cos(angle), radius * std::sin(angle)).cast<float>());
+    surface.positions.emplace_back(x.x(), radius * std::cos(angle), radius * std::sin(angle));
   }
   surface.normals = {Vec3f::UnitY()};
   surface.uvs = {Vec2f::Zero()};
@@ -61,11 +60,11 @@ TEST(Texture, PassesToASurfaceNearbyAndGoesOnAcrossTheSeam) {
   for (const auto& triangle : surface.triangles) {
     double least = 1e9, most = -1e9;
     for (const Corner& corner : triangle) {
-      const Vec3f& x = surface.positions[static_cast<std::size_t>(corner.position)];
+      const Vec3& x = surface.positions[static_cast<std::size_t>(corner.position)];
       const Vec2f& uv = surface.uvs[static_cast<std::size_t>(corner.uv)];
       EXPECT_NEAR(uv.x(), x.x(), 1e-5);
       // Up to a whole turn; planes of triangles stand off from the circle.
-      const double angle = std::atan2(static_cast<double>(x.z()), static_cast<double>(x.y()));
+      const double angle = std::atan2(x.z(), x.y());
       const double turns = (static_cast<double>(uv.y()) - radius * angle) / around;
       EXPECT_NEAR(turns, std::round(turns), 0.02);
       least = std::min<double>(least, uv.y());
@@ -89,7 +88,7 @@ TEST(Texture, IsExactOnAPlane) {
   for (std::size_t t = 0; t < 2; ++t)
     mesh.uvs.push_back({uv(mesh.corner(t, 0)), uv(mesh.corner(t, 1)), uv(mesh.corner(t, 2))});
   Surface surface;
-  surface.positions = {{0.2F, 0.1F, 0.3F}, {1.7F, 0.4F, -0.2F}, {0.5F, 0.9F, 0.1F}, {1.9F, 0.9F, 0}};
+  surface.positions = {{0.2, 0.1, 0.3}, {1.7, 0.4, -0.2}, {0.5, 0.9, 0.1}, {1.9, 0.9, 0}};
   surface.triangles = {{Corner{0, 0, 0}, Corner{1, 0, 0}, Corner{2, 0, 0}},
                        {Corner{1, 0, 0}, Corner{3, 0, 0}, Corner{2, 0, 0}}};
   transfer_texture(mesh, surface);
@@ -97,7 +96,7 @@ TEST(Texture, IsExactOnAPlane) {
   for (const auto& triangle : surface.triangles)
     for (const Corner& c : triangle)
       EXPECT_LT((surface.uvs[static_cast<std::size_t>(c.uv)] -
-                 uv(surface.positions[static_cast<std::size_t>(c.position)].cast<double>()))
+                 uv(surface.positions[static_cast<std::size_t>(c.position)]))
                     .norm(),
                 1e-5);
 }

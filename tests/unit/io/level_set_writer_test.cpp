@@ -10,6 +10,8 @@
 
 #include "sim/base/error.h"
 #include "sim/geometry/level_set.h"
+#include "sim/io/files.h"
+#include "sim/scene/level_set_export.h"
 
 namespace duet::io {
 namespace {
@@ -29,7 +31,6 @@ std::map<std::string, openvdb::FloatGrid::Ptr> read_grids(const fs::path& path) 
   openvdb::initialize();
   openvdb::io::File file(path.string());
   file.open(/*delayLoad=*/false);
-  EXPECT_TRUE(file.hasGrid("box")) << "names can be looked up without reading the grids";
   std::map<std::string, openvdb::FloatGrid::Ptr> grids;
   const openvdb::GridPtrVecPtr all = file.getGrids();
   for (const auto& grid : *all) grids[grid->getName()] = openvdb::gridPtrCast<openvdb::FloatGrid>(grid);
@@ -113,7 +114,7 @@ TEST_F(LevelSetFile, VoxelsAreExact) {
 }
 
 TEST_F(LevelSetFile, GridsCarryNamesMetadataAndThePose) {
-  const LevelSetWriter writer(bodies);
+  LevelSetWriter writer(bodies);
   writer.write(run, 0, 0, bodies);
   bodies[0].pose.position += Vec3(0, 10, 0);
   writer.write(run, 12, 0.5, bodies);
@@ -134,6 +135,62 @@ TEST_F(LevelSetFile, GridsCarryNamesMetadataAndThePose) {
   EXPECT_TRUE(first["box"]->tree().hasSameTopology(later["box"]->tree()));
   for (auto a = first["box"]->cbeginValueOn(), b = later["box"]->cbeginValueOn(); a; ++a, ++b)
     ASSERT_EQ(*a, *b);
+}
+
+TEST_F(LevelSetFile, NamesCanBeLookedUpWithoutReadingTheGrids) {
+  LevelSetWriter(bodies).write(run, 0, 0, bodies);
+  openvdb::initialize();
+  openvdb::io::File file(run.level_set(0).string());
+  file.open(/*delayLoad=*/false);
+  EXPECT_TRUE(file.hasGrid("box"));
+}
+
+// The middle plane lies on nodes: a plate has an inside, however thin.
+TEST_F(LevelSetFile, APlateThinnerThanAVoxelHasAnInside) {
+  bodies = {body("box", LevelSet::box(Vec3(1, 0.004, 1)), voxel, pose)};
+  LevelSetWriter(bodies).write(run, 0, 0, bodies);
+  const openvdb::FloatGrid::Ptr grid = read_grids(run.level_set(0)).at("box");
+  for (int i = -9; i <= 9; ++i)
+    for (int k = -9; k <= 9; ++k) {
+      EXPECT_NEAR(grid->tree().getValue({i, 0, k}), -0.002F, 1e-6F);
+      EXPECT_GT(grid->tree().getValue({i, 1, k}), 0);
+      EXPECT_GT(grid->tree().getValue({i, 12, k}), 0);
+    }
+}
+
+TEST_F(LevelSetFile, TheSmallestGrainsAreWritten) {
+  const LevelSet grain = LevelSet::sphere(5e-5);
+  bodies = {body("box", grain, exported_voxel_size(grain), pose)};
+  LevelSetWriter(bodies).write(run, 0, 0, bodies);
+  EXPECT_NEAR(read_grids(run.level_set(0)).at("box")->tree().getValue({0, 0, 0}), -5e-5F, 1e-9F);
+}
+
+TEST_F(LevelSetFile, BodiesThatNeverMoveAreWrittenOnce) {
+  bodies.push_back(body("second box", box, voxel, Pose{}));
+  bodies[2].same_as = 0;
+  bodies[2].is_static = true;
+  LevelSetWriter writer(bodies);
+  writer.write(run, 3, 0.1, bodies);
+  const auto moving = read_grids(run.level_set(3)), fixed = read_grids(run.static_level_sets());
+  EXPECT_EQ(moving.size(), 2U);
+  EXPECT_TRUE(moving.contains("box") && moving.contains("ball"));
+  ASSERT_EQ(fixed.size(), 1U);
+  const openvdb::FloatGrid& grid = *fixed.at("second box");
+  EXPECT_FALSE(grid["frame"]) << "it is of all frames";
+  EXPECT_EQ(grid.activeVoxelCount(), moving.at("box")->activeVoxelCount());
+  write_atomically(run.static_level_sets(), "mark");
+  writer.write(run, 4, 0.2, bodies);
+  EXPECT_EQ(read_file(run.static_level_sets()), "mark");
+}
+
+TEST_F(LevelSetFile, WithoutBodiesThatMoveOrRestThereIsNoFile) {
+  write_atomically(run.static_level_sets(), "of another run");
+  LevelSetWriter(bodies).write(run, 0, 0, bodies);
+  EXPECT_FALSE(fs::exists(run.static_level_sets()));
+  for (BodyLevelSet& each : bodies) each.is_static = true;
+  LevelSetWriter(bodies).write(run, 0, 0, bodies);
+  EXPECT_TRUE(fs::exists(run.static_level_sets()));
+  EXPECT_FALSE(fs::exists(run.level_set(0)));
 }
 
 TEST_F(LevelSetFile, AWriteThatFailsIsAFileError) {

@@ -117,14 +117,16 @@ TEST(RunFolder, AFreshRunRemovesTheOldFramesAndNothingElse) {
   const ScratchFolder scratch;
   const RunDirectory run{scratch.path()};
   begin_run(run, manifest(), "frames = 1\n");
-  for (const fs::path& path : {run.mesh(0), run.level_set(1), run.image(2), run.checkpoint() / "0003.bin",
-                               run.stats(), run.root / "stack.mp4", run.mesh(4).concat(".tmp77-0")})
+  for (const fs::path& path :
+       {run.mesh(0), run.level_set(1), run.static_level_sets(), run.image(2), run.checkpoint() / "0003.bin",
+        run.stats(), run.root / "stack.mp4", run.mesh(4).concat(".tmp77-0")})
     write_atomically(path, "old");
   for (const fs::path& path : {run.root / "notes.txt", run.root / "best.mp4", run.root / "image/best.png"})
     write_atomically(path, "the user's");
   begin_run(run, manifest(), "frames = 2\n");
-  for (const fs::path& path : {run.mesh(0), run.level_set(1), run.image(2), run.checkpoint() / "0003.bin",
-                               run.stats(), run.root / "stack.mp4", run.mesh(4).concat(".tmp77-0")})
+  for (const fs::path& path :
+       {run.mesh(0), run.level_set(1), run.static_level_sets(), run.image(2), run.checkpoint() / "0003.bin",
+        run.stats(), run.root / "stack.mp4", run.mesh(4).concat(".tmp77-0")})
     EXPECT_FALSE(fs::exists(path)) << path;
   for (const fs::path& path : {run.root / "notes.txt", run.root / "best.mp4", run.root / "image/best.png"})
     EXPECT_TRUE(fs::exists(path)) << path;
@@ -136,9 +138,11 @@ TEST(RunFolder, AContinuedRunKeepsItsFrames) {
   const RunDirectory run{scratch.path()};
   begin_run(run, manifest(), "frames = 1\n");
   write_atomically(run.mesh(0), "frame");
+  write_atomically(run.static_level_sets(), "what never moves");
   write_atomically(run.mesh(1).concat(".tmp77-0"), "half a fr");
   continue_run(run, manifest(), "frames = 1\n");
   EXPECT_TRUE(fs::exists(run.mesh(0)));
+  EXPECT_TRUE(fs::exists(run.static_level_sets()));
   EXPECT_FALSE(fs::exists(run.mesh(1).concat(".tmp77-0")));
 }
 

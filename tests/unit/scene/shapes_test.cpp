@@ -59,7 +59,7 @@ density = 100
   ASSERT_EQ(surfaces[0].surface.positions.size(), file.size());
   for (std::size_t i = 0; i < file.size(); ++i) {
     const Vec3 expected = Vec3(10, 20, 30) + 2 * Vec3(-file[i].y(), file[i].x(), file[i].z());
-    EXPECT_LT((surfaces[0].surface.positions[i].cast<double>() - expected).norm(), 1e-5);  // floats near 30
+    EXPECT_LT((surfaces[0].surface.positions[i] - expected).norm(), 1e-12);
   }
   // Legs 2 long, 0.5 thick, 1 wide: volume 1.75; 1 of it is centred at 1 along the leg and 0.25 across.
   const RigidBodies& rigid = simulation.world().bodies.rigid;
