@@ -42,7 +42,7 @@ shape = {1}
 position = [{2}, {3}, {2}]
 density = 1000
 [[rigid]]
-name = "static body"
+name = "static_body"
 shape = {1}
 position = [{4}, {3}, {2}]
 static = true
