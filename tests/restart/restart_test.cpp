@@ -327,7 +327,10 @@ TEST_F(StaticLevelSets, OfAnEarlierRunGoAway) {
 
 TEST_F(StaticLevelSets, WhereNothingMovesAreAllThereAre) {
   simulate({"--frames", "2"});
-  simulate({"--frames", "2", "--set", "rigid.ball.static=true"});
+  const std::string scene = (run.root.parent_path() / "plate.toml").string();
+  io::write_atomically(scene, "[[rigid]]\nname = \"plate\"\nshape = { box = [2, 0.2, 2] }\nstatic = true\n");
+  const Finished finished = run_duet({"sim", scene, "--out", run.root.string(), "--frames", "2", "--quiet"});
+  ASSERT_EQ(finished.status, 0) << finished.errors;
   EXPECT_TRUE(exists());
   for (int frame = 0; frame <= 2; ++frame) {
     EXPECT_TRUE(fs::exists(run.mesh(frame)));
