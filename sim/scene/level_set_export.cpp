@@ -41,18 +41,10 @@ double fine_enough(const LevelSet& shape, double longest) {
 
 }  // namespace
 
-double exported_distance(const LevelSet& shape, const Vec3& x) {
-  const double distance = shape.distance(x);
-  if (shape.kind != LevelSet::Kind::grid) return distance;
-  // The interpolated distance is off by less than the diagonal of a cell, sqrt(3) of them; near thin walls,
-  // where the signs of its nodes may be wrong, by less than two diagonals.
-  return shape.exact_distance(x, std::abs(distance) + 4 * shape.tolerance());
-}
-
-//   size >= sqrt(area / most_squares)   bounds the voxels of plates: the band is six voxels deep, 6e6 voxels
-//   in all size >= longest / most_along        bounds those of wires, whose band is wider than they are: 40
-//   across, 8e5 size >= least                       OpenVDB refuses transforms of a determinant below 3e-15
-//   (1.44e-5 cubed)
+// size >= sqrt(area / most_squares): bounds the voxels of plates. The band is six voxels deep: 6e6 in all.
+// size >= longest / most_along: bounds those of wires, whose band is wider than they are. Some 40 voxels lie
+//   across it: 8e5 in all.
+// size >= least: OpenVDB refuses transforms of a determinant below 3e-15, which is 1.44e-5 cubed.
 // Files and memory of thin plates are proportional to most_squares, those of thin wires to most_along.
 double exported_voxel_size(const LevelSet& shape) {
   constexpr double most_squares = 1e6, most_along = 2e4, least = 2.2e-5;

@@ -307,7 +307,7 @@ std::vector<BodyLevelSet> Simulation::level_sets() const {
     const LevelSet shape = rigid.properties[i].shape;
     BodyLevelSet set;
     set.name = rigid.name[i];
-    set.distance = [shape](const Vec3& x) { return exported_distance(shape, x); };
+    set.distance = [shape](const Vec3& x) { return shape.distance(x); };
     set.lower = shape.lower();
     set.upper = shape.upper();
     set.voxel_size = exported_voxel_size(shape);

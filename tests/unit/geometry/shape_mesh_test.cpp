@@ -15,9 +15,7 @@ void expect_closed(const Surface& surface, double volume_expected, double tolera
   std::map<std::pair<int, int>, int> edges;
   for (const auto& t : surface.triangles) {
     for (std::size_t k = 0; k < 3; ++k) ++edges[{t[k].position, t[(k + 1) % 3].position}];
-    const auto at = [&](std::size_t k) {
-      return surface.positions[as_index(t[k].position)];
-    };
+    const auto at = [&](std::size_t k) { return surface.positions[as_index(t[k].position)]; };
     const Vec3 normal = (at(1) - at(0)).cross(at(2) - at(0)).normalized();
     for (const Corner& c : t) {
       ASSERT_LT(as_index(c.uv), surface.uvs.size());

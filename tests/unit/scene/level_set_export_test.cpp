@@ -48,14 +48,8 @@ TEST(LevelSetExport, APlateHasAnInsideInItsMiddle) {
     EXPECT_GT(voxel, size.y());
     for (double x = 0; x < 0.99; x += voxel)
       for (double z = 0; z < 0.99; z += voxel)
-        ASSERT_NEAR(exported_distance(plate, Vec3(x, 0, z)), -0.001, 1e-12) << x << ' ' << z;
+        ASSERT_NEAR(plate.distance(Vec3(x, 0, z)), -0.001, 1e-12) << x << ' ' << z;
   }
-}
-
-TEST(LevelSetExport, DistancesOfMeshesAreThoseOfTheirTriangles) {
-  const LevelSet box = LevelSet::box(Vec3(2, 0.1, 1)), mesh = mesh_plate(Vec3(2, 0.1, 1));
-  for (const Vec3& x : {Vec3(0.3, 0.02, -0.1), Vec3(1.1, 0.2, 0.6), Vec3(-3, 1, 2), Vec3(-0.99, -0.03, 0)})
-    EXPECT_NEAR(exported_distance(mesh, x), exported_distance(box, x), 1e-12) << x.transpose();
 }
 
 }  // namespace
