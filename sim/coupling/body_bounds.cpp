@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 
 #include "sim/base/parallel.h"
@@ -88,6 +89,13 @@ double gap_along(const BodyBounds& a, const BodyBounds& b, const Vec3& e) {
          (b.is_half_space ? 0 : extent(b, e));
 }
 
+// The time t with speed t + acceleration t^2 = way (way > 0, acceleration >= 0), s.
+double time_for(double way, double speed, double acceleration) {
+  const double root = std::sqrt(speed * speed + 4 * acceleration * way);
+  if (speed > 0) return 2 * way / (speed + root);
+  return acceleration > 0 ? (root - speed) / (2 * acceleration) : infinity;
+}
+
 }  // namespace
 
 void bound_bodies(const Bodies& bodies, std::vector<BodyBounds>& bounds) {
@@ -118,17 +126,18 @@ double separation(const BodyBounds& a, const BodyBounds& b) {
   return largest;
 }
 
-double time_apart(const BodyBounds& a, const BodyBounds& b, double depth, double acceleration) {
+double time_apart(const BodyBounds& a, const BodyBounds& b, double depth, const Vec3& gravity) {
   const Vec3 relative = b.velocity - a.velocity;
   // Nothing is known of bodies that interlock but that no point moves farther than the depth.
   const double all_ways = relative.norm() + a.velocity_half.norm() + b.velocity_half.norm() +
-                          a.spin.norm() * a.arm + b.spin.norm() * b.arm + acceleration;
-  double longest = all_ways > 0 ? depth / all_ways : infinity;
+                          a.spin.norm() * a.arm + b.spin.norm() * b.arm;
+  double longest = time_for(depth, all_ways, gravity.norm());
   for_each_direction(a, b, [&](const Vec3& e) {
     const double gap = gap_along(a, b, e);
     if (gap < -depth) return;
-    const double approach = -relative.dot(e) + excess_speed(a, e) + excess_speed(b, e) + acceleration;
-    longest = std::max(longest, approach > 0 ? std::max(gap - depth / 2, depth) / approach : infinity);
+    const double approach = -relative.dot(e) + excess_speed(a, e) + excess_speed(b, e);
+    longest =
+        std::max(longest, time_for(std::max(gap - depth / 2, depth), approach, std::abs(gravity.dot(e))));
   });
   return longest;
 }

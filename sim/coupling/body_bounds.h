@@ -42,7 +42,8 @@ double separation(const BodyBounds& a, const BodyBounds& b);
 
 // How long two bodies surely do not overlap by more than `depth` (m), s: as long as a plane along which they
 // are apart, or overlap by no more, finds them so. While they are farther apart than `depth` that time ends
-// before they touch. `acceleration` (m/s) is added to the speed of their approach.
-double time_apart(const BodyBounds& a, const BodyBounds& b, double depth, double acceleration);
+// before they touch. Within it either may fall while something holds the other: a step of t takes them up to
+// |e . gravity| t^2 farther along e.
+double time_apart(const BodyBounds& a, const BodyBounds& b, double depth, const Vec3& gravity);
 
 }  // namespace duet

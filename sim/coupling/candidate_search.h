@@ -17,6 +17,18 @@ struct NearPoint {
   Vec3 normal = Vec3::Zero();    // of the host's surface that a rigid guest's point rests against
   double gap = 0;                // m
   int ridge = -1;                // in the places found, of a point on a ridge
+  int patch = -1;                // as ContactPoint::patch
+  double share = 0;              // as ContactPoint::share
+};
+
+// A flat face of one body that lies on one of another: the convex hull of the points that touch.
+struct ContactPatch {
+  int number = -1;                            // ContactPoint::patch of its points
+  bool reversed = false;                      // as NearPoint::reversed of its points
+  Vec3 normal = Vec3::Zero();                 // unit, outward of the host, in its body space
+  Vec3 foot = Vec3::Zero();                   // m, of the host's face, in its body space
+  double area = 0;                            // m^2
+  std::size_t first_corner = 0, corners = 0;  // of ReductionScratch::hull_corners
 };
 
 // Scratch of reduce_contacts.
@@ -27,10 +39,17 @@ struct ReductionScratch {
     double height = 0;    // m, above the plane
   };
   std::vector<Vec3> normals;
-  std::vector<FlatPoint> face, facet;
+  std::vector<FlatPoint> face, facet, carriers;
   std::vector<int> hull;
   std::vector<char> state;  // of every touch
-  std::vector<NearPoint> kept;
+  std::vector<int> kept;    // touches, in the order in which they shall come
+  std::vector<NearPoint> arranged;
+  // Of one facet: its corners, all points that carry it, and their shares of the load.
+  std::vector<Eigen::Vector2d> corners, places;  // m, along the plane
+  std::vector<double> shares;
+  // Of all touches of a pair:
+  std::vector<ContactPatch> patches;
+  std::vector<Vec3> hull_corners;  // m, in the host's body space, counter-clockwise about the normal
 };
 
 struct CandidateSearch {

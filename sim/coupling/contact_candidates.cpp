@@ -8,6 +8,7 @@
 #include "sim/coupling/contact_reduction.h"
 #include "sim/coupling/deepest_in_faces.h"
 #include "sim/coupling/deepest_point.h"
+#include "sim/coupling/faces_around.h"
 #include "sim/coupling/lying.h"
 #include "sim/coupling/seams.h"
 
@@ -291,9 +292,16 @@ class Finder {
 
   // Both ways, unless the host is a half space, which has no points of its own.
   void find_rigid(const BodyPair& pair, CandidateSearch::Chunk& chunk) const {
+    const std::size_t begin = chunk.touches.size();
+    chunk.reduction.patches.clear();
+    chunk.reduction.hull_corners.clear();
     find_points(pair, false, chunk);
-    if (!search_.broad_phase.bounds[as_index(pair.host)].is_half_space)
-      find_points(reversed(pair), true, chunk);
+    const BodyBounds& host = search_.broad_phase.bounds[as_index(pair.host)];
+    if (host.is_half_space) return;
+    find_points(reversed(pair), true, chunk);
+    if (chunk.reduction.patches.empty()) return;
+    join_patches(host.arm + search_.broad_phase.bounds[as_index(pair.guest_rigid)].arm,
+                 in_host_of(bodies_.rigid, pair), begin, chunk.touches, chunk.reduction);
   }
 
   void find_points(const BodyPair& pair, bool is_reversed, CandidateSearch::Chunk& chunk) const {
@@ -305,22 +313,55 @@ class Finder {
         (guest.spin.norm() + spin_change(g)) * guest.arm + (host.spin.norm() + spin_change(h)) * host.arm;
     const double margin = reach(speed, dt_);
     if (separation(host, guest) > margin) return;
-    auto begin = chunk.touches.size();
+    const std::size_t begin = chunk.touches.size();
+    find_faces(pair, is_reversed, margin, chunk);
+    const LevelSet& shape = bodies_.rigid.properties[g].shape;
+    const std::size_t faces = chunk.touches.size();
+    const auto has_faces = [&](int k) {
+      return std::any_of(chunk.touches.begin() + static_cast<std::ptrdiff_t>(begin),
+                         chunk.touches.begin() + static_cast<std::ptrdiff_t>(faces),
+                         [&](const NearPoint& face) { return deepest_number(shape, face.point) == k; });
+    };
     visit_near(bodies_.rigid, pair, margin, [&](NearPoint near, const Vec3& inside) {
+      if (near.point < 0 && has_faces(-1 - near.point)) return;
       const ContactPlane plane =
           exposed_plane(bodies_, pair.host, bodies_.rigid.state[h].pose, near.position, inside,
                         near.point < 0 ? PointKind::deepest : PointKind::fixed);
       // A deepest point over a hidden foot may come to be over the host within the step.
-      const bool faces = plane.faces && (near.point < 0 || std::isfinite(plane.gap));
-      if (!faces && plane.gap >= 0) return;
+      const bool is_faced = plane.faces && (near.point < 0 || std::isfinite(plane.gap));
+      if (!is_faced && plane.gap >= 0) return;
       near.reversed = is_reversed;
       near.normal = plane.normal;
       near.gap = plane.gap;
       chunk.touches.push_back(near);
     });
-    while (begin < chunk.touches.size() && chunk.touches[begin].point < 0) ++begin;  // deepest points stay
-    if (filter_.reduce_contacts) reduce_contacts(guest.arm, begin, chunk.touches, chunk.reduction);
+    std::size_t samples = begin;  // deepest points stay
+    while (samples < chunk.touches.size() && chunk.touches[samples].point < 0) ++samples;
+    if (filter_.reduce_contacts) {
+      reduce_contacts(guest.arm, samples, chunk.touches, chunk.reduction);
+      adopt_deepest(guest.arm, begin, chunk.touches, chunk.reduction);
+    }
     find_places(pair, is_reversed, margin, chunk);
+  }
+
+  // What other bodies adjoin there is left out.
+  void find_faces(const BodyPair& pair, bool is_reversed, double margin,
+                  CandidateSearch::Chunk& chunk) const {
+    const auto h = as_index(pair.host);
+    const std::size_t first = chunk.touches.size();
+    find_faces_around(bodies_.rigid.properties[h].shape,
+                      bodies_.rigid.properties[as_index(pair.guest_rigid)].shape,
+                      in_host_of(bodies_.rigid, pair), margin, chunk.touches, chunk.ridges);
+    for (std::size_t i = first; i < chunk.touches.size(); ++i) chunk.touches[i].reversed = is_reversed;
+    const Pose& pose = bodies_.rigid.state[h].pose;
+    const auto is_hidden = [&](const NearPoint& touch) {
+      const LowestPlace& place = chunk.ridges[as_index(touch.ridge)].lowest;
+      return hidden_foot(bodies_, pair.host, pose.to_world(place.foot), pose.orientation * place.normal)
+          .has_value();
+    };
+    chunk.touches.erase(std::remove_if(chunk.touches.begin() + static_cast<std::ptrdiff_t>(first),
+                                       chunk.touches.end(), is_hidden),
+                        chunk.touches.end());
   }
 
   void find_places(const BodyPair& pair, bool is_reversed, double margin,
@@ -418,9 +459,12 @@ class Finder {
       target.guest_deformable = pair.guest_deformable;
       target.begin = first + begin;
       target.end = first + end;
-      for (int i = begin; i < end; ++i)
-        contacts_.points[as_index(first + i)] = make_contact(
-            chunk.touches[as_index(i)].reversed ? reversed(pair) : pair, chunk.touches[as_index(i)], chunk);
+      for (int i = begin; i < end; ++i) {
+        const NearPoint& touch = chunk.touches[as_index(i)];
+        contacts_.points[as_index(first + i)] =
+            make_contact(touch.reversed ? reversed(pair) : pair, touch, chunk);
+        target.patches = std::max(target.patches, touch.patch + 1);
+      }
     }
   }
 
@@ -431,6 +475,8 @@ class Finder {
     contact.host = pair.host;
     contact.guest_rigid = pair.guest_rigid;
     contact.guest_point = near.point;
+    contact.patch = near.patch;
+    contact.share = near.share;
     if (near.ridge >= 0) contact.lowest = chunk.ridges[as_index(near.ridge)].lowest;
     contact.friction = host.friction;
     contact.restitution = 0;  // deformable bodies store and return energy by themselves (paper section 4)

@@ -27,7 +27,7 @@ bool is_on_ridge(const RigidProperties& guest, int point) {
 DeepestPoint in_space_of(const RigidProperties& host, const Pose& host_pose, const RigidProperties& guest,
                          const Pose& guest_pose, int point) {
   const Pose in_host = in_space_of(host_pose, guest_pose);
-  if (point < 0) return deepest_point(guest.shape, -1 - point, in_host, host.shape);
+  if (point < 0) return deepest_point(guest.shape, deepest_number(guest.shape, point), in_host, host.shape);
   return {in_host.to_world(guest.samples[as_index(point)]), in_host.to_world(guest.inside[as_index(point)])};
 }
 
@@ -37,6 +37,15 @@ Touch touch_at(const LowestPlace& lowest, const Pose& host_pose, const Pose& gue
   const Vec3 normal = host_pose.orientation * lowest.normal, x = guest_pose.to_world(lowest.place);
   return {x - lowest.radius * normal, normal,
           normal.dot(x - host_pose.to_world(lowest.foot)) - lowest.radius};
+}
+
+// Deepest point k of a guest against the face of the host that `lowest` tells of.
+Touch touch_of_face(const LowestPlace& lowest, const Pose& host_pose, const LevelSet& guest,
+                    const Pose& guest_pose, int k) {
+  const Vec3 normal = host_pose.orientation * lowest.normal;
+  const DeepestPoint deepest = deepest_point(guest, k, guest_pose.orientation.conjugate() * normal);
+  const Vec3 x = guest_pose.to_world(deepest.position);
+  return {x, normal, normal.dot(x - host_pose.to_world(lowest.foot))};
 }
 
 Touch in_world(const Vec3& x, const ContactPlane& plane, const Pose& host_pose) {
@@ -63,6 +72,8 @@ Touch touch_of_continued(const Bodies& bodies, const Vec3& normal, const Vec3& f
 Touch touch(const RigidProperties& host, const Pose& host_pose, const RigidProperties& guest,
             const Pose& guest_pose, int sample, const LowestPlace& lowest) {
   if (is_on_ridge(guest, sample)) return touch_at(lowest, host_pose, guest_pose);
+  if (sample < 0 && !lowest.normal.isZero(0))
+    return touch_of_face(lowest, host_pose, guest.shape, guest_pose, deepest_number(guest.shape, sample));
   const DeepestPoint point = in_space_of(host, host_pose, guest, guest_pose, sample);
   return in_world(point.position, contact_plane(host.shape, point.position, point.inside), host_pose);
 }
@@ -70,7 +81,9 @@ Touch touch(const RigidProperties& host, const Pose& host_pose, const RigidPrope
 Touch touch(const Bodies& bodies, int host, const Pose& host_pose, int guest, const Pose& guest_pose,
             int sample, const LowestPlace& lowest) {
   const std::vector<RigidProperties>& properties = bodies.rigid.properties;
-  if (is_on_ridge(properties[as_index(guest)], sample)) return touch_at(lowest, host_pose, guest_pose);
+  if (is_on_ridge(properties[as_index(guest)], sample) || (sample < 0 && !lowest.normal.isZero(0)))
+    return touch(properties[as_index(host)], host_pose, properties[as_index(guest)], guest_pose, sample,
+                 lowest);
   const DeepestPoint point =
       in_space_of(properties[as_index(host)], host_pose, properties[as_index(guest)], guest_pose, sample);
   const ContactPlane plane = exposed_plane(bodies, host, host_pose, point.position, point.inside,
@@ -78,7 +91,8 @@ Touch touch(const Bodies& bodies, int host, const Pose& host_pose, int guest, co
   const Touch found = in_world(point.position, plane, host_pose);
   if (plane.continued_by < 0) return found;
   return touch_of_continued(bodies, found.normal, host_pose.to_world(plane.foot), plane.continued_by,
-                            guest_pose, properties[as_index(guest)].shape, -1 - sample);
+                            guest_pose, properties[as_index(guest)].shape,
+                            deepest_number(properties[as_index(guest)].shape, sample));
 }
 
 namespace {

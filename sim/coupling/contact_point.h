@@ -19,7 +19,7 @@ struct ContactPoint {
   int guest_rigid = -1;  // rigid body that touches it, or -1
   // Index of the deformable's surface point, or the number of all these + i for a place on edge i, or,
   // further on, see at_corner(); of a rigid guest: of its sample, or the number of these + i for a place on a
-  // ridge next to node i, or -1 - k for deepest point k.
+  // ridge next to node i, or -1 - k for deepest point k, or against_face().
   int guest_point = -1;
   Vec3 normal = Vec3::UnitY();    // unit, outward of the host
   Vec3 host_arm = Vec3::Zero();   // m, from the host's centre of mass to the contact
@@ -32,6 +32,12 @@ struct ContactPoint {
   // m/s, of the guest relative to the host: what the curved paths of a kinematic body's points add over this
   // step to the velocities of the two bodies (sim/step/kinematic_motion.h); zero at one moment in time
   Vec3 path_velocity = Vec3::Zero();
+  // Of a point of a flat face that lies on another: which of the pair's faces it is, and the part of the load
+  // that the point stands for where pressure is even. Else -1 and 0.
+  int patch = -1;
+  double share = 0;
+  double spread = 0;        // N s, scratch of spread_evenly
+  bool takes_part = false;  // scratch of spread_evenly
   LowestPlace lowest;       // of a place on a ridge, an edge or a face, as found at the beginning of the step
   SurfacePoint on_surface;  // the place on a deformable guest's edge or face
   bool is_rigid_pair() const { return guest_rigid >= 0; }
@@ -48,6 +54,7 @@ struct ContactPair {
   int level = 0;                        // of the contact graph
   bool collided = false;                // found overlapping by step II
   bool active = false;                  // takes part in the contact solve
+  int patches = 0;                      // faces that lie on each other: their numbers are 0 ... patches - 1
   double power = 0;                     // N m, scratch of the warm start
   Vec3 angular_impulse = Vec3::Zero();  // N m s, of rolling and spinning friction on a rigid guest
 };

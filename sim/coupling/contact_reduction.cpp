@@ -4,17 +4,23 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <span>
 #include <tuple>
+
+#include "sim/coupling/load_shares.h"
 
 namespace duet {
 namespace {
 
 constexpr double flatness = 1e-6;         // of the guest's size, and of a normal's length
 constexpr std::size_t least_touches = 5;  // fewer are not worth the search
-// Where the carriers lie between the middle of a facet and its corners: the lever arm of friction under even
-// pressure is 0.54 of the corners' distance for a square, 0.67 for a disc.
-constexpr double carrier_place = 0.6;
-constexpr int most_faces = 8;  // of the host; more are a curved surface's
+// Where the carriers lie between the middle of a facet and its corners, if a point is there. Even pressure
+// has its mean distance from the middle farther out, at 0.54 of the corners' for a square and 0.67 for a
+// disc.
+constexpr double carrier_place = 0.5;
+constexpr double least_share = 1e-3;  // of the load, for what carries it only when the body is about to tip
+constexpr double level = 0.99;  // cosine of the angle of two faces that lie on each other, at most 8 degrees
+constexpr int most_faces = 8;   // of the host; more are a curved surface's
 
 constexpr char untouched = 0, kept_first = 1, dropped = 2;  // ReductionScratch::state
 
@@ -117,8 +123,55 @@ class Reduction {
     if (scratch_.hull.size() < 3) return;
     for (const FlatPoint& p : scratch_.face)
       if (state(p) == untouched && is_covered(p, support)) state(p) = dropped;
+    measure();
     keep_carriers();
     for (std::size_t i = 0; i < scratch_.hull.size(); ++i) keep(corner(i));
+    share_load();
+  }
+
+  void measure() {
+    scratch_.corners.clear();
+    for (std::size_t i = 0; i < scratch_.hull.size(); ++i)
+      scratch_.corners.emplace_back(corner(i).u, corner(i).w);
+    load_ = even_load(scratch_.corners);
+  }
+
+  // Tells carriers and corners which parts of the load they stand for, half of it on either to begin with.
+  void share_load() {
+    const std::size_t corners = scratch_.hull.size(), carriers = scratch_.carriers.size();
+    scratch_.places = scratch_.corners;
+    scratch_.shares.assign(corners, 0.5 / static_cast<double>(corners));
+    for (const FlatPoint& p : scratch_.carriers) {
+      scratch_.places.emplace_back(p.u, p.w);
+      scratch_.shares.push_back(0.5 / static_cast<double>(carriers));
+    }
+    duet::share_load(load_, scratch_.places, scratch_.shares);
+    ContactPatch patch;
+    patch.number = static_cast<int>(scratch_.patches.size());
+    const NearPoint& first = touch_of(corner(0));
+    patch.reversed = first.reversed;
+    patch.normal = first.normal;
+    patch.foot = first.position - first.gap * first.normal;
+    patch.area = load_.area;
+    patch.first_corner = scratch_.hull_corners.size();
+    patch.corners = corners;
+    for (std::size_t i = 0; i < corners; ++i) {
+      scratch_.hull_corners.push_back(touch_of(corner(i)).position);
+      take(corner(i), patch.number, scratch_.shares[i]);
+    }
+    for (std::size_t i = 0; i < carriers; ++i)
+      take(scratch_.carriers[i], patch.number, scratch_.shares[corners + i]);
+    scratch_.patches.push_back(patch);
+  }
+
+  NearPoint& touch_of(const FlatPoint& p) { return touches_[begin_ + as_index(p.touch)]; }
+
+  // The least share is for corners that carry something only when the body is about to tip.
+  void take(const FlatPoint& p, int patch, double share) {
+    NearPoint& touch = touch_of(p);
+    if (touch.patch >= 0 && touch.patch != patch) return;
+    touch.patch = patch;
+    touch.share += std::max(share, least_share);
   }
 
   char& state(const FlatPoint& p) { return scratch_.state[as_index(p.touch)]; }
@@ -129,28 +182,46 @@ class Reduction {
   // does. Opposite ones follow each other, so that the contact solve is less lopsided.
   void keep_carriers() {
     const std::size_t count = scratch_.hull.size(), four = std::min<std::size_t>(count, 4);
-    FlatPoint middle;
-    for (std::size_t i = 0; i < count; ++i) {
-      middle.u += corner(i).u / static_cast<double>(count);
-      middle.w += corner(i).w / static_cast<double>(count);
-    }
+    scratch_.carriers.clear();
     for (const std::size_t i : {0, 2, 1, 3}) {
       if (i >= four) continue;
       const FlatPoint& c = corner(i * count / four);
       FlatPoint target;
-      target.u = middle.u + carrier_place * (c.u - middle.u);
-      target.w = middle.w + carrier_place * (c.w - middle.w);
-      keep(*std::min_element(
-          scratch_.facet.begin(), scratch_.facet.end(),
-          [&](const FlatPoint& a, const FlatPoint& b) { return distance(a, target) < distance(b, target); }));
+      target.u = load_.middle.x() + carrier_place * (c.u - load_.middle.x());
+      target.w = load_.middle.y() + carrier_place * (c.w - load_.middle.y());
+      const FlatPoint carrier = nearest_to(target);
+      scratch_.carriers.push_back(carrier);
+      keep(carrier);
     }
+  }
+
+  // The point of the facet nearest to `target`. Of several that are, but for rounding, the one nearest to the
+  // middle, and of these the one to the left of the way from there: the carriers shall lie evenly about it.
+  FlatPoint nearest_to(const FlatPoint& target) const {
+    const auto is_better = [&](const FlatPoint& a, const FlatPoint& b) {
+      const double nearer = distance(b, target) - distance(a, target);
+      if (std::abs(nearer) > tolerance_) return nearer > 0;
+      const double farther_in = distance(b, middle()) - distance(a, middle());
+      if (std::abs(farther_in) > tolerance_) return farther_in > 0;
+      return turn(middle(), target, a) > turn(middle(), target, b);
+    };
+    FlatPoint best = scratch_.facet.front();
+    for (const FlatPoint& p : scratch_.facet)
+      if (is_better(p, best)) best = p;
+    return best;
+  }
+  FlatPoint middle() const {
+    FlatPoint point;
+    point.u = load_.middle.x();
+    point.w = load_.middle.y();
+    return point;
   }
 
   void keep(const FlatPoint& p) {
     const auto i = as_index(p.touch);
     if (scratch_.state[i] == kept_first) return;
     scratch_.state[i] = kept_first;
-    scratch_.kept.push_back(touches_[begin_ + i]);
+    scratch_.kept.push_back(p.touch);
   }
 
   // Twice the area of the triangle abc, positive if it turns left.
@@ -216,9 +287,11 @@ class Reduction {
   // Carriers and corners come first: what the contact solve meets first carries most.
   void arrange() {
     for (std::size_t i = 0; i < scratch_.state.size(); ++i)
-      if (scratch_.state[i] == untouched) scratch_.kept.push_back(touches_[begin_ + i]);
+      if (scratch_.state[i] == untouched) scratch_.kept.push_back(static_cast<int>(i));
+    scratch_.arranged.clear();
+    for (const int i : scratch_.kept) scratch_.arranged.push_back(touches_[begin_ + as_index(i)]);
     touches_.resize(begin_ + scratch_.kept.size());
-    std::copy(scratch_.kept.begin(), scratch_.kept.end(),
+    std::copy(scratch_.arranged.begin(), scratch_.arranged.end(),
               touches_.begin() + static_cast<std::ptrdiff_t>(begin_));
   }
 
@@ -227,6 +300,7 @@ class Reduction {
   std::vector<NearPoint>& touches_;
   ReductionScratch& scratch_;
   std::size_t taken_ = 0;
+  EvenLoad load_;  // of the facet looked at
 };
 
 }  // namespace
@@ -234,6 +308,66 @@ class Reduction {
 void reduce_contacts(double size, std::size_t begin, std::vector<NearPoint>& touches,
                      ReductionScratch& scratch) {
   if (touches.size() - begin >= least_touches) Reduction(size, begin, touches, scratch).run();
+}
+
+void adopt_deepest(double size, std::size_t begin, std::vector<NearPoint>& touches,
+                   const ReductionScratch& scratch) {
+  for (const ContactPatch& patch : scratch.patches) {
+    const Vec3* corner = scratch.hull_corners.data() + patch.first_corner;
+    const Vec3 across = (corner[1] - corner[0]).cross(corner[2] - corner[0]).normalized();
+    for (std::size_t i = begin; i < touches.size(); ++i) {
+      NearPoint& touch = touches[i];
+      if (touch.point >= 0 || touch.patch >= 0 || touch.reversed != patch.reversed) continue;
+      if ((touch.normal - patch.normal).norm() > flatness ||
+          std::abs(across.dot(touch.position - corner[0])) > flatness * size)
+        continue;
+      touch.patch = patch.number;
+      touch.share = least_share;
+    }
+  }
+}
+
+// Whether x lies above the convex polygon, seen along the normal, within `tolerance` (m).
+bool is_above(std::span<const Vec3> corners, const Vec3& normal, const Vec3& x, double tolerance) {
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    const Vec3 edge = corners[(i + 1) % corners.size()] - corners[i];
+    if (normal.dot(edge.cross(x - corners[i])) < -tolerance * edge.norm()) return false;
+  }
+  return true;
+}
+
+void join_patches(double size, const Pose& guest_in_host, std::size_t begin, std::vector<NearPoint>& touches,
+                  ReductionScratch& scratch) {
+  // Where both are as wide but for rounding it has to be the same one in every step.
+  const auto width = [](const ContactPatch& patch) { return patch.reversed ? 0.9 * patch.area : patch.area; };
+  std::sort(scratch.patches.begin(), scratch.patches.end(),
+            [&](const ContactPatch& a, const ContactPatch& b) {
+              return std::make_tuple(-width(a), a.number) < std::make_tuple(-width(b), b.number);
+            });
+  for (ContactPatch& patch : scratch.patches) {
+    const std::span<const Vec3> corners(scratch.hull_corners.data() + patch.first_corner, patch.corners);
+    bool is_left = false;
+    for (std::size_t i = begin; i < touches.size(); ++i) is_left |= touches[i].patch == patch.number;
+    if (!is_left) continue;
+    const auto is_beneath = [&](NearPoint& touch) {
+      if (touch.reversed == patch.reversed || touch.point < 0) return false;
+      const Quat& turn = guest_in_host.orientation;
+      const Vec3 x =
+          patch.reversed ? guest_in_host.to_body(touch.position) : guest_in_host.to_world(touch.position);
+      const Vec3 opposite =
+          patch.reversed ? Vec3(turn.conjugate() * touch.normal) : Vec3(turn * touch.normal);
+      if (std::abs(patch.normal.dot(x - patch.foot)) > flatness * size || opposite.dot(patch.normal) > -level)
+        return false;
+      if (is_above(corners, patch.normal, x, flatness * size)) return true;
+      const bool is_parallel = (opposite + patch.normal).norm() <= flatness;
+      touch.patch = is_parallel ? patch.number : -1;
+      touch.share = is_parallel ? least_share : 0;
+      return false;
+    };
+    touches.erase(
+        std::remove_if(touches.begin() + static_cast<std::ptrdiff_t>(begin), touches.end(), is_beneath),
+        touches.end());
+  }
 }
 
 }  // namespace duet

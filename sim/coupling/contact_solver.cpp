@@ -5,6 +5,7 @@
 #include <Eigen/LU>
 
 #include "sim/coupling/contact_update.h"
+#include "sim/coupling/even_pressure.h"
 
 namespace duet {
 namespace {
@@ -76,6 +77,8 @@ double update_rotation(Bodies& bodies, LinkedBodies* linked, const ContactSet& c
 double update_pair(Bodies& bodies, LinkedBodies* linked, const ContactSolveSettings& settings,
                    ContactSet& contacts, ContactPair& pair) {
   double first = 0;
+  if (pair.patches > 0 && contacts.points[as_index(pair.begin)].friction > 0)
+    spread_evenly(bodies, settings.tolerance, pair, contacts);
   const bool apart = pair.guest_rigid < 0 && !bodies.rigid.properties[as_index(pair.host)].is_dynamic();
   const int repeats = apart ? std::min(settings.repeats, soft_repeats) : settings.repeats;
   for (int repeat = 0; repeat < repeats; ++repeat) {

@@ -13,8 +13,20 @@ constexpr int steps = 4;  // of the fixed-point iteration
 DeepestPoint of_ball(const Vec3& center, double radius, const Vec3& n) {
   return {center - radius * n, center};
 }
+
+// The grid of a mesh turns its normals gradually where those of the surface jump: in the middle of a groove
+// it has one towards the bottom, where there is no surface. So the foot along the normal has to be there.
+Vec3 normal_to_surface(const LevelSet& host, const Vec3& x) {
+  constexpr double tolerance = 0.002;  // of the distance
+  const Vec3 normal = host.normal(x);
+  if (host.kind != LevelSet::Kind::grid) return normal;
+  const double distance = host.distance(x);
+  const bool leads_there = std::abs(host.distance(x - distance * normal)) <= tolerance * std::abs(distance);
+  return leads_there ? normal : host.exact(x).normal;
+}
+
 DeepestPoint of_ball(const Vec3& center, double radius, const LevelSet& host) {
-  return of_ball(center, radius, host.normal(center));
+  return of_ball(center, radius, normal_to_surface(host, center));
 }
 
 // How far in from a rim its inner point is along the two ways, m.
@@ -116,6 +128,14 @@ DeepestPoint deepest_point(const LevelSet& shape, int k, const Pose& pose, const
     default:
       return of_ball(pose.position, shape.radius, host);
   }
+}
+
+int deepest_number(const LevelSet& shape, int guest_point) {
+  return (-1 - guest_point) % deepest_point_count(shape);
+}
+
+int against_face(const LevelSet& shape, int k, int face) {
+  return -1 - (k + deepest_point_count(shape) * (1 + face));
 }
 
 DeepestPoint deepest_point(const LevelSet& shape, int k, const Vec3& n) {

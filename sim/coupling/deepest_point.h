@@ -19,6 +19,12 @@ int deepest_point_count(const LevelSet& shape);
 // and on rims it is the best of a few fixed-point steps, the first of which is exact for flat hosts and
 // balls.
 DeepestPoint deepest_point(const LevelSet& shape, int k, const Pose& pose, const LevelSet& host);
+// The number k of a deepest point, as ContactPoint::guest_point has it: -1 - k, or further down the same
+// deepest point against another face of the host.
+int deepest_number(const LevelSet& shape, int guest_point);
+// Guest point of deepest point k of a shape against the `face`-th of the faces of its host.
+int against_face(const LevelSet& shape, int k, int face);
+
 // The same towards a plane with the unit normal `n`, on the shape's side of which it points, in the shape's
 // own space; exact.
 DeepestPoint deepest_point(const LevelSet& shape, int k, const Vec3& n);

@@ -49,7 +49,7 @@ class DeepestTouches {
     return distance < near * size || above > flat * distance;
   }
 
-  std::array<Deepest, 4> deepest_;  // two of each body
+  std::array<Deepest, 8> deepest_;  // two of each body, and their further faces
   std::size_t count_ = 0;
 };
 

@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <map>
+#include <utility>
 
 #include "sim/base/parallel.h"
 
@@ -60,13 +62,15 @@ GridLevelSet::GridLevelSet(const TriangleMesh& mesh, int cells) : exact_(mesh) {
   const float deepest = *std::min_element(grid_.values.begin(), grid_.values.end());
   thickness_ = std::max(-2.0 * static_cast<double>(deepest), grid_.spacing);
   find_thin_walls(mesh);
+  find_creases(mesh);
 }
 
 namespace {
 
-// Cells: no place in a cell that is near a thin wall is farther from the surface.
-constexpr double reach_of_thin = 6;
-constexpr double thin = 1.5;  // cells; thicker walls have a node in their middle wherever they lie
+// Cells: no place in a cell that is near a thin wall or a crease is farther from the surface.
+constexpr double reach_of_exact = 6;
+constexpr double creased = 0.866;  // cosine of the angle by which faces turn at a crease, at most: 30 degrees
+constexpr double thin = 1.5;       // cells; thicker walls have a node in their middle wherever they lie
 // Of a wall, whose sides face away from each other: the cosine between them, at least 18 degrees less than
 // half a turn. Wedges are none: they are as thin as one likes at their edge.
 constexpr double faces_away = -0.95;
@@ -109,25 +113,43 @@ void GridLevelSet::find_thin_walls(const TriangleMesh& mesh) {
   const double least = *std::min_element(thinnest.begin(), thinnest.end());
   if (!std::isfinite(least)) return;
   thickness_ = std::min(thickness_, std::max(least, 1e-6 * h));
-  is_thin_.assign(grid_.values.size(), 0);
   for (const std::vector<Vec3>& of_triangle : places)
     for (const Vec3& x : of_triangle) mark_around(x);
 }
 
+// At places of every sharp edge half a cell apart: distances turn there, which interpolation would round.
+void GridLevelSet::find_creases(const TriangleMesh& mesh) {
+  std::map<std::pair<int, int>, Vec3> edges;  // the normal of the face that came first
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const Vec3 area = area_vector(mesh, t);
+    if (!(area.squaredNorm() > 0)) continue;
+    const Vec3 normal = area.normalized();
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::pair<int, int> edge = std::minmax(mesh.triangles[t][k], mesh.triangles[t][(k + 1) % 3]);
+      const auto [found, is_first] = edges.try_emplace(edge, normal);
+      if (is_first || found->second.dot(normal) >= creased) continue;
+      const Vec3 &a = mesh.positions[as_index(edge.first)], &b = mesh.positions[as_index(edge.second)];
+      const int parts = std::max(1, static_cast<int>(std::ceil(2 * (b - a).norm() * inverse_spacing_)));
+      for (int i = 0; i <= parts; ++i) mark_around(a + static_cast<double>(i) / parts * (b - a));
+    }
+  }
+}
+
 // All cells within a cell and a half.
 void GridLevelSet::mark_around(const Vec3& x) {
+  if (is_exact_.empty()) is_exact_.assign(grid_.values.size(), 0);
   const Vec3 local = (x - grid_.origin) * inverse_spacing_;
   const Vec3i first = (local.array() - 1.5).floor().cast<int>().max(0),
               last = (local.array() + 1.5).floor().cast<int>().min(grid_.count.array() - 2);
   for (int k = first.z(); k <= last.z(); ++k)
     for (int j = first.y(); j <= last.y(); ++j)
-      for (int i = first.x(); i <= last.x(); ++i) is_thin_[grid_.index(i, j, k)] = 1;
+      for (int i = first.x(); i <= last.x(); ++i) is_exact_[grid_.index(i, j, k)] = 1;
 }
 
-bool GridLevelSet::is_thin(const Vec3& local) const {
-  if (is_thin_.empty()) return false;
+bool GridLevelSet::is_exact_at(const Vec3& local) const {
+  if (is_exact_.empty()) return false;
   const Vec3i node = local.cast<int>().cwiseMin(grid_.count - Vec3i::Constant(2));
-  return is_thin_[grid_.index(node.x(), node.y(), node.z())] != 0;
+  return is_exact_[grid_.index(node.x(), node.y(), node.z())] != 0;
 }
 
 bool GridLevelSet::inside_grid(const Vec3& local) const {  // false for what is not a number
@@ -137,13 +159,14 @@ bool GridLevelSet::inside_grid(const Vec3& local) const {  // false for what is 
 double GridLevelSet::distance(const Vec3& x) const {
   const Vec3 local = (x - grid_.origin) * inverse_spacing_;
   if (inside_grid(local))
-    return is_thin(local) ? exact_.distance(x, reach_of_thin * grid_.spacing) : Cell(grid_, local).value();
+    return is_exact_at(local) ? exact_.distance(x, reach_of_exact * grid_.spacing)
+                              : Cell(grid_, local).value();
   return exact_.tree().nearest(x, std::numeric_limits<double>::infinity()).distance;
 }
 
 Vec3 GridLevelSet::normal(const Vec3& x) const {
   const Vec3 local = (x - grid_.origin) * inverse_spacing_;
-  if (inside_grid(local) && is_thin(local)) return exact_.at(x, reach_of_thin * grid_.spacing).normal;
+  if (inside_grid(local) && is_exact_at(local)) return exact_.at(x, reach_of_exact * grid_.spacing).normal;
   const Vec3 direction =
       inside_grid(local) ? Cell(grid_, local).gradient() : Vec3(x - exact_.tree().nearest(x).point);
   const double length = direction.norm();

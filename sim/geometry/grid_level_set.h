@@ -1,7 +1,8 @@
 // The level set of a mesh: a grid of exact distances, interpolated between its nodes. Far from the mesh,
 // where there is no grid, the nearest triangle is searched for, so that distances are exact there as well and
 // no bound that is drawn from them misses a contact. So it is around walls that are thinner than one and a
-// half cells, which have no node in their middle: interpolated, they would not be there.
+// half cells, which have no node in their middle: interpolated, they would not be there; and near sharp
+// edges, along which interpolation is off by a part of a cell.
 #pragma once
 
 #include "sim/geometry/dense_grid.h"
@@ -23,15 +24,15 @@ class GridLevelSet {
   // m, of the thinnest wall if any is thinner than one and a half cells, else the diameter of the largest
   // ball inside
   double thickness() const { return thickness_; }
-  bool has_thin_walls() const { return !is_thin_.empty(); }
   const MeshDistance& exact() const { return exact_; }
   const DenseGrid& grid() const { return grid_; }
 
  private:
   bool inside_grid(const Vec3& local) const;
-  // Whether the cell around a place in the grid, in units of cells, is near a thin wall.
-  bool is_thin(const Vec3& local) const;
+  // Whether distances in the cell around a place in the grid, in units of cells, are not interpolated.
+  bool is_exact_at(const Vec3& local) const;
   void find_thin_walls(const TriangleMesh& mesh);
+  void find_creases(const TriangleMesh& mesh);
   void mark_around(const Vec3& x);
   MeshDistance exact_;
   DenseGrid grid_;
@@ -39,7 +40,8 @@ class GridLevelSet {
   Vec3 last_ = Vec3::Zero();  // the last node along each axis
   Eigen::AlignedBox3d bounds_;
   double bounding_radius_ = 0, thickness_ = 0;
-  std::vector<char> is_thin_;  // of every cell, by the number of its first node; empty where no wall is thin
+  std::vector<char>
+      is_exact_;  // of every cell, by the number of its first node; empty where all are interpolated
 };
 
 }  // namespace duet

@@ -19,14 +19,20 @@ class MeshDistance {
   double distance(const Vec3& x, double at_most) const { return from(tree_.nearest(x, at_most), x).distance; }
   const TriangleTree& tree() const { return tree_; }
 
- private:
-  SignedDistance from(const TriangleTree::Nearest& nearest, const Vec3& x) const;
   struct Face {
     Vec3 corner[3];   // m
     Vec3 normal;      // unit; zero where the face has no area
     Vec3 at_edge[3];  // pseudonormals, not of unit length; edge k is opposite corner k
     Vec3 at_corner[3];
   };
+  // Calls visit(number, face) for the faces whose boxes meet `box` (m), and some others.
+  template <class Visit>
+  void for_each_face(const Eigen::AlignedBox3d& box, Visit&& visit) const {
+    tree_.query(box, [&](int number) { visit(number, faces_[static_cast<std::size_t>(number)]); });
+  }
+
+ private:
+  SignedDistance from(const TriangleTree::Nearest& nearest, const Vec3& x) const;
   TriangleTree tree_;
   std::vector<Face> faces_;
 };

@@ -1,6 +1,7 @@
 // A tree of bounding boxes over the triangles of a mesh, for the point of it that is nearest to a given one.
 #pragma once
 
+#include <algorithm>
 #include <limits>
 #include <vector>
 
@@ -28,6 +29,15 @@ class TriangleTree {
   // (m): the faster, the nearer that is to the truth. Of triangles that are equally near it is any one that
   // is told.
   Nearest nearest(const Vec3& x, double at_most) const;
+  // Calls visit(triangle of the mesh) for those whose boxes meet `box` (m), and some others.
+  template <class Visit>
+  void query(const Eigen::AlignedBox3d& box, Visit&& visit) const {
+    pack_tree_.query(box, [&](int pack) {
+      const std::size_t first = static_cast<std::size_t>(pack) * pack_width;
+      for (std::size_t i = first; i < std::min(first + pack_width, triangles_.size()); ++i)
+        visit(triangles_[i].number);
+    });
+  }
 
  private:
   struct Corners {

@@ -131,7 +131,7 @@ void bound_by_approach(World& world, double time, TimeStepChoice& choice) {
     const BodyBounds& a = broad_phase.bounds[static_cast<std::size_t>(pair.host)];
     const BodyBounds& b = broad_phase.bounds[static_cast<std::size_t>(guest)];
     const double depth = std::min(entry(a, world.settings), entry(b, world.settings));
-    return TimeStepChoice{time_apart(a, b, depth, acceleration), TimeStepBound::approach, pair.host, guest};
+    return TimeStepChoice{time_apart(a, b, depth, world.gravity), TimeStepBound::approach, pair.host, guest};
   };
   const auto shorter = [](const TimeStepChoice& a, const TimeStepChoice& b) {
     return b.seconds < a.seconds ? b : a;

@@ -1,0 +1,161 @@
+// Friction of a flat face: against spinning it has the lever arm of even pressure, sliding it is the same
+// from every direction, and nowhere is it more than the coefficient allows.
+#include <algorithm>
+#include <cmath>
+
+#include "tests/support/everyday.h"
+#include "tests/support/margin.h"
+
+#include "sim/step/world.h"
+
+namespace duet {
+namespace {
+
+using test::Support;
+
+constexpr double friction = 0.3, gravity = 9.8;
+
+struct Face {
+  test::EverydayShape shape;
+  double lever;         // of its size 1, m: mean distance of the points of the face from its middle
+  double unit_inertia;  // m^2, about the normal
+  double tolerance;
+};
+
+// Means over the square (side/6)(sqrt2 + ln(1 + sqrt2)), the disc 2/3 of the radius, the circle the radius. A
+// disc has the lever of the polygon of its samples.
+std::vector<Face> faces() {
+  using scene::ShapeKind;
+  const double square = (std::sqrt(2.0) + std::log(1 + std::sqrt(2.0))) / 6;
+  const auto cube = std::make_shared<TriangleMesh>(test::box_mesh(-Vec3(0.5, 0.5, 0.5), Vec3(0.5, 0.5, 0.5)));
+  return {
+      {{"cube", {.kind = ShapeKind::box, .size = Vec3(1, 1, 1)}, Quat::Identity(), 0.5},
+       square,
+       1.0 / 6,
+       0.01},
+      {{"slab", {.kind = ShapeKind::box, .size = Vec3(1, 0.1, 1)}, Quat::Identity(), 0.05},
+       square,
+       1.0 / 6,
+       0.01},
+      {{"disc", {.kind = ShapeKind::cylinder, .radius = 0.5, .length = 0.1}, Quat::Identity(), 0.05},
+       1.0 / 3,
+       0.125,
+       0.015},
+      {{"can", {.kind = ShapeKind::cylinder, .radius = 0.5, .length = 1}, Quat::Identity(), 0.5},
+       1.0 / 3,
+       0.125,
+       0.015},
+      {{"ring", {.kind = ShapeKind::torus, .radius = 0.4, .tube = 0.1}, Quat::Identity(), 0.1},
+       0.4,
+       0.16 + 0.0075,
+       0.01},
+      {{"mesh", {.kind = ShapeKind::mesh}, Quat::Identity(), 0.5, cube}, square, 1.0 / 6, 0.01},
+  };
+}
+
+scene::Scene on(Support support, double size) {
+  scene::Scene scene;
+  test::add_support(scene, support, size);
+  scene.gravity = Vec3(0, -gravity * size, 0);
+  if (scene.ground) scene.ground->friction = friction;
+  for (scene::RigidBody& body : scene.rigid) body.friction = friction;
+  return scene;
+}
+
+void expect_even_pressure(const Face& face, Support support, double size, double longest_step) {
+  scene::Scene scene = on(support, size);
+  scene::RigidBody& body = test::add_shape(scene, face.shape, size, 0);
+  body.friction = friction;
+  body.restitution = 0;
+  // Off the middle, and turned, so that its points lie anyhow over those of the support.
+  body.placement.position += size * Vec3(0.31, 0, 0.17);
+  body.placement.orientation = exponential(Vec3(0, 0.4, 0)) * body.placement.orientation;
+  const Vec3 start = body.placement.position;
+  const double deceleration = friction * gravity * face.lever / face.unit_inertia, spin = 0.5 * deceleration;
+  body.placement.angular_velocity = Vec3(0, spin, 0);
+  scene.solver.max_time_step = longest_step;
+  Simulation simulation(scene, test::plan(scene));
+  const RigidState& state =
+      simulation.world().bodies.rigid.state[test::index_of_shape(simulation.world().bodies)];
+  for (int frame = 0; frame < 9; ++frame) simulation.advance_frame();
+  const double expected = spin - deceleration * 9 / scene.fps;
+  const std::string name =
+      fmt::format("{} on {}, size {}, step {}", face.shape.name, name_of(support), size, longest_step);
+  EXPECT_NEAR((spin - state.angular_velocity.y()) / (spin - expected), 1, face.tolerance) << name;
+  for (int frame = 0; frame < 9; ++frame) simulation.advance_frame();
+  EXPECT_LT(state.angular_velocity.norm(), 1e-3 * spin) << name;
+  EXPECT_LT((state.pose.position - start).norm(), 0.01 * size) << name;
+}
+
+TEST(EverydayRigidFriction, ASpinningFaceStopsAsEvenPressureStopsIt) {
+  for (const Face& face : faces())
+    for (const Support support :
+         {Support::ground, Support::static_box, Support::mesh, Support::kinematic_box, Support::dynamic_box})
+      expect_even_pressure(face, support, 1, 1.0 / 48);
+}
+
+TEST(EverydayRigidFriction, AtAnySizeAndStep) {
+  for (const Face& face : faces()) {
+    for (const double size : {0.01, 20.0}) expect_even_pressure(face, Support::static_box, size, 1.0 / 48);
+    expect_even_pressure(face, Support::static_box, 1, 2e-3);
+  }
+}
+
+// It comes as far as v^2 / (2 mu g), but for the share of a step in which it stops.
+TEST(EverydayRigidFriction, SlidingIsTheSameFromEveryDirection) {
+  for (const Face& face : faces())
+    for (const Support support : {Support::ground, Support::static_box, Support::mesh}) {
+      double least = 1e9, most = 0;
+      for (const double angle : {0.0, 0.2, 0.7, 1.3, 2.0, 3.0}) {
+        scene::Scene scene = on(support, 1);
+        scene::RigidBody& body = test::add_shape(scene, face.shape, 1, 0);
+        body.friction = friction;
+        body.placement.position.x() += 3;
+        const Vec3 start = body.placement.position, way(std::cos(angle), 0, std::sin(angle));
+        body.placement.velocity = 2 * way;
+        Simulation simulation(scene, test::plan(scene));
+        for (int frame = 0; frame < 24; ++frame) simulation.advance_frame();
+        const auto b = test::index_of_shape(simulation.world().bodies);
+        const Vec3 moved = simulation.world().bodies.rigid.state[b].pose.position - start;
+        least = std::min(least, moved.dot(way));
+        most = std::max(most, moved.dot(way));
+        EXPECT_LT((moved - moved.dot(way) * way).norm(), 1e-4) << face.shape.name << ", " << angle;
+      }
+      const double expected = 4 / (2 * friction * gravity);
+      EXPECT_LT(most - least, 1e-4 * expected) << face.shape.name << " on " << name_of(support);
+      EXPECT_NEAR(most, expected, 2e-3 * expected) << face.shape.name << " on " << name_of(support);
+    }
+}
+
+// Tangential over normal impulses of all contacts of a heap while it falls, slides and comes to rest.
+TEST(EverydayRigidFriction, NoContactLeavesItsCone) {
+  scene::Scene scene = test::on_ground(friction);
+  int i = 0;
+  for (const test::EverydayShape& shape : test::shapes_that_lie_flat())
+    for (const double above : {0.1, 1.5}) {
+      scene::RigidBody& body = test::add_shape(scene, shape, 0.5, above);
+      body.name += std::to_string(i);
+      body.friction = 0.1 * (i % 5);
+      body.placement.position += Vec3(0.7 * (i % 4), 0, 0.7 * (i / 4));
+      body.placement.velocity = Vec3(0.5 * (i % 3), 0, 1 - 0.4 * (i % 6));
+      ++i;
+    }
+  Simulation simulation(scene, test::plan(scene));
+  std::size_t seen = 0;
+  double most = 0;
+  for (int frame = 0; frame < 36; ++frame) {
+    simulation.advance_frame();
+    for (const ContactPoint& contact : simulation.world().context.contacts.points) {
+      const double normal = contact.impulse.dot(contact.normal);
+      const double tangential = (contact.impulse - normal * contact.normal).norm();
+      if (contact.impulse.isZero(0)) continue;
+      ++seen;
+      most = std::max(most, tangential - contact.friction * normal - 1e-6 * normal);
+    }
+  }
+  EXPECT_LE(most, 0);
+  EXPECT_GT(seen, 300u);
+}
+
+}  // namespace
+}  // namespace duet

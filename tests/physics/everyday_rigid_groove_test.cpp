@@ -1,0 +1,156 @@
+// What lies in a groove of a mesh touches both of its sides: it rests, rolls along, and comes to rest there
+// when it is dropped, whatever its shape, the angle of the groove, the size and the step.
+#include <algorithm>
+#include <cmath>
+
+#include "tests/support/everyday.h"
+#include "tests/support/margin.h"
+
+#include "sim/step/world.h"
+
+namespace duet {
+namespace {
+
+// Along x, with the bottom of the groove at the origin; its sides rise at `angle` (rad).
+TriangleMesh groove(double angle) {
+  const double length = 20, half = 1, rise = half * std::tan(angle), below = -0.5;
+  TriangleMesh mesh;
+  for (const double x : {-length / 2, length / 2})
+    for (const auto& [y, z] : {std::pair(rise, -half), std::pair(0.0, 0.0), std::pair(rise, half),
+                               std::pair(below, half), std::pair(below, 0.0), std::pair(below, -half)})
+      mesh.positions.emplace_back(x, y, z);
+  for (int i = 0; i < 6; ++i) {
+    const int next = (i + 1) % 6;
+    test::add_face(mesh, {i, next, next + 6, i + 6});
+  }
+  for (const int end : {0, 6})
+    for (const std::vector<int>& cap : {std::vector<int>{0, 5, 4, 1}, std::vector<int>{1, 4, 3, 2}}) {
+      std::vector<int> face;
+      for (const int i : cap) face.push_back(i + end);
+      if (end == 6) std::reverse(face.begin(), face.end());
+      test::add_face(mesh, face);
+    }
+  return mesh;
+}
+
+struct InGroove {
+  std::string name;
+  scene::Shape shape;  // of the size 1
+  Quat orientation = Quat::Identity();
+  double radius = 0;  // from its middle to both sides
+};
+
+// With their axis across the groove, the ring stands upright in it: all roll along.
+std::vector<InGroove> round_shapes() {
+  using scene::ShapeKind;
+  const Quat along = exponential(Vec3(0, 0, EIGEN_PI / 2));
+  return {{"ball", {.kind = ShapeKind::sphere, .radius = 0.3}, Quat::Identity(), 0.3},
+          {"capsule", {.kind = ShapeKind::capsule, .radius = 0.3, .length = 0.8}, along, 0.3},
+          {"cylinder", {.kind = ShapeKind::cylinder, .radius = 0.3, .length = 0.8}, along, 0.3}};
+}
+
+scene::Scene scene_of(const InGroove& body, double angle, double size, double above) {
+  scene::Scene scene;
+  auto mesh = std::make_shared<TriangleMesh>(groove(angle));
+  for (Vec3& x : mesh->positions) x *= size;
+  scene::RigidBody& host = test::add_mesh(scene, "groove", mesh, 1, 1);
+  host.is_static = true;
+  host.mass.reset();
+  host.friction = 0.5;
+  scene::RigidBody guest;
+  guest.name = "body";
+  guest.shape = body.shape;
+  guest.shape.radius *= size;
+  guest.shape.size *= size;
+  guest.shape.length *= size;
+  guest.density = 1000;
+  guest.friction = 0.5;
+  guest.restitution = 0;
+  guest.placement.orientation = body.orientation;
+  guest.placement.position = Vec3(0, size * (above + body.radius / std::cos(angle)), 0);
+  scene.rigid.push_back(guest);
+  scene.gravity = Vec3(0, -9.8 * size, 0);
+  return scene;
+}
+
+TEST(EverydayRigidGroove, WhatLiesInItRests) {
+  for (const double angle : {0.35, 0.785, 1.1})
+    for (const double size : {0.02, 1.0, 15.0})
+      for (InGroove body : round_shapes()) {
+        scene::Scene scene = scene_of(body, angle, size, 0);
+        if (size == 1) scene.solver.max_time_step = 2e-3;
+        const Vec3 start = scene.rigid.back().placement.position;
+        Simulation simulation(scene, test::plan(scene));
+        for (int frame = 0; frame < 24; ++frame) simulation.advance_frame();
+        const auto b = test::index_of_shape(simulation.world().bodies);
+        const RigidState& state = simulation.world().bodies.rigid.state[b];
+        // The contact solve's 1e-6 m/s, for a second, are the most.
+        EXPECT_LT((state.pose.position - start).norm(), 1e-6 * size + 1e-6)
+            << body.name << ", " << angle << ", " << size;
+        EXPECT_LT(state.velocity.norm(), 1e-6 * size + 2e-6) << body.name << ", " << angle << ", " << size;
+      }
+}
+
+TEST(EverydayRigidGroove, WhatFallsIntoItComesToRestAtItsBottom) {
+  for (const double angle : {0.5, 0.785})
+    for (InGroove body : round_shapes()) {
+      scene::Scene scene = scene_of(body, angle, 1, 0.2);
+      scene.rigid.back().placement.position.z() = 0.05;
+      Simulation simulation(scene, test::plan(scene));
+      for (int frame = 0; frame < 72; ++frame) simulation.advance_frame();
+      const auto b = test::index_of_shape(simulation.world().bodies);
+      const RigidState& state = simulation.world().bodies.rigid.state[b];
+      EXPECT_NEAR(state.pose.position.y(), body.radius / std::cos(angle), 1e-5) << body.name << ", " << angle;
+      EXPECT_NEAR(state.pose.position.z(), 0, 1e-5) << body.name << ", " << angle;
+      EXPECT_LT(state.velocity.norm(), 1e-4) << body.name << ", " << angle;
+    }
+}
+
+TEST(EverydayRigidGroove, ABallRollsAlongIt) {
+  for (const double angle : {0.35, 0.785, 1.1})
+    for (const double speed : {0.5, 3.0}) {
+      const InGroove ball = round_shapes()[0];
+      scene::Scene scene = scene_of(ball, angle, 1, 0);
+      scene::RigidBody& body = scene.rigid.back();
+      body.placement.velocity = Vec3(speed, 0, 0);
+      // Without slipping: the points that touch are radius cos(angle) below the axis.
+      body.placement.angular_velocity = Vec3(0, 0, -speed / (ball.radius * std::cos(angle)));
+      const double height = body.placement.position.y();
+      Simulation simulation(scene, test::plan(scene));
+      const auto b = test::index_of_shape(simulation.world().bodies);
+      const RigidState& state = simulation.world().bodies.rigid.state[b];
+      for (int frame = 0; frame < 48; ++frame) {
+        simulation.advance_frame();
+        EXPECT_NEAR(state.velocity.x(), speed, 1e-4 * speed) << angle << ", " << speed << ", frame " << frame;
+        EXPECT_NEAR(state.pose.position.y(), height, 1e-4 * ball.radius) << angle << ", " << speed;
+        EXPECT_NEAR(state.pose.position.z(), 0, 1e-4 * ball.radius) << angle << ", " << speed;
+      }
+    }
+}
+
+// A cube on its edge, and one made of triangles, fit into a groove of a right angle.
+TEST(EverydayRigidGroove, ACubeFitsIntoARightAngle) {
+  const auto cube = std::make_shared<TriangleMesh>(test::box_mesh(-Vec3(0.4, 0.3, 0.3), Vec3(0.4, 0.3, 0.3)));
+  for (const bool is_mesh : {false, true})
+    for (const double above : {0.0, 0.2}) {
+      InGroove body{"cube",
+                    {.kind = scene::ShapeKind::box, .size = Vec3(0.8, 0.6, 0.6)},
+                    exponential(Vec3(EIGEN_PI / 4, 0, 0)),
+                    0.3};
+      if (is_mesh) {
+        body.shape = {.kind = scene::ShapeKind::mesh};
+        body.shape.mesh = cube;
+      }
+      scene::Scene scene = scene_of(body, EIGEN_PI / 4, 1, above);
+      Simulation simulation(scene, test::plan(scene));
+      for (int frame = 0; frame < 60; ++frame) simulation.advance_frame();
+      const auto b = test::index_of_shape(simulation.world().bodies);
+      const RigidState& state = simulation.world().bodies.rigid.state[b];
+      const Vec3 rest(0, 0.3 * std::sqrt(2.0), 0);
+      EXPECT_LT((state.pose.position - rest).norm(), 1e-5) << is_mesh << ", from " << above;
+      EXPECT_LT(state.velocity.norm(), 1e-4) << is_mesh << ", from " << above;
+    }
+}
+
+}  // namespace
+}  // namespace duet
