@@ -15,6 +15,7 @@
 namespace duet {
 namespace {
 
+constexpr double least_size = 0.05;  // m, of bodies whose contacts have the full tolerances
 constexpr std::size_t pairs_at_once = 16, points_at_once = 32;
 
 // How far off a point may be and still be reached, for a bound on its relative speed (m/s): its motion over
@@ -484,6 +485,8 @@ class Finder {
       const RigidProperties& guest = bodies_.rigid.properties[as_index(pair.guest_rigid)];
       contact.friction = std::min(host.friction, guest.friction);
       contact.restitution = std::min(host.restitution, guest.restitution);
+      contact.precision =
+          std::min(1.0, std::min(host.shape.smallest_size(), guest.shape.smallest_size()) / least_size);
     }
     if (pair.guest_rigid < 0 && contact.is_on_ridge()) put_on_surface(bodies_, contact);
     update_geometry(bodies_, contact);

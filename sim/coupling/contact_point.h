@@ -26,6 +26,8 @@ struct ContactPoint {
   Vec3 guest_arm = Vec3::Zero();  // m, from a rigid guest's centre of mass to the contact
   double gap = 0;                 // m, signed distance less the allowance
   double friction = 0, restitution = 0;
+  // Of the tolerances of the solvers: 1 for bodies of 5 cm and more, in proportion to the smaller body below.
+  double precision = 1;
   ContactResponse response;
   double target = 0;  // m/s, least normal velocity of the guest relative to the host; or minus infinity
   Vec3 impulse = Vec3::Zero();  // N s, accumulated on the guest by the collisions; then by the contact solve

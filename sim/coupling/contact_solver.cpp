@@ -15,7 +15,8 @@ constexpr int shock_iterations = 10;  // Gauss-Seidel sweeps over a group of a l
 // other.
 constexpr int soft_repeats = 2;
 
-// One Gauss-Seidel update of a contact; returns how much it changed the relative velocity.
+// One Gauss-Seidel update of a contact; returns how much it changed the relative velocity, over its
+// precision.
 double update_contact(Bodies& bodies, LinkedBodies* linked, ContactPoint& contact) {
   const Vec3 velocity = relative_velocity(bodies, contact);
   if (contact.impulse.isZero(0) && velocity.dot(contact.normal) >= contact.target) return 0;
@@ -26,7 +27,7 @@ double update_contact(Bodies& bodies, LinkedBodies* linked, ContactPoint& contac
   else
     apply_impulse(bodies, contact, change);
   contact.impulse = total;
-  return (contact.response.K * change).norm();
+  return (contact.response.K * change).norm() / contact.precision;
 }
 
 // Rolling and spinning friction of a rigid pair: an angular impulse along the axis of spin (the mean normal)
@@ -110,7 +111,8 @@ class UpperUpdate {
   double operator()(ContactPoint& contact) {
     const Vec3 velocity = relative_velocity(bodies_, contact);
     const double error = contact.target - velocity.dot(contact.normal);
-    if (std::abs(error) < tolerance_ || (contact.impulse.isZero(0) && error < 0)) return 0;
+    if (std::abs(error) < tolerance_ * contact.precision || (contact.impulse.isZero(0) && error < 0))
+      return 0;
     const bool upper_is_guest = contact.guest_rigid == upper_;
     const Vec3& arm = upper_is_guest ? contact.guest_arm : contact.host_arm;
     const ContactResponse response(impulse_factor(state_, properties_.inverse_mass, arm), contact.normal);
@@ -118,7 +120,7 @@ class UpperUpdate {
     const Vec3 change = total - contact.impulse;
     apply_impulse(state_, properties_, arm, upper_is_guest ? change : Vec3(-change));
     contact.impulse = total;
-    return (response.K * change).norm();
+    return (response.K * change).norm() / contact.precision;
   }
 
  private:

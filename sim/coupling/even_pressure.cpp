@@ -49,7 +49,7 @@ class Patch {
       if (point.patch != number_) continue;
       point.takes_part = false;
       if (point.impulse.isZero(0) &&
-          relative_velocity(bodies_, point).dot(point.normal) > point.target + tolerance)
+          relative_velocity(bodies_, point).dot(point.normal) > point.target + tolerance * point.precision)
         continue;
       if (!first) {
         first = &point;

@@ -113,9 +113,10 @@ class PushOut {
     return overlapping;
   }
 
-  bool overlaps(int i) const { return scratch_.gap[as_index(i)] < -overlap_tolerance; }
+  double tolerance(int i) const { return overlap_tolerance * contacts_.points[as_index(i)].precision; }
+  bool overlaps(int i) const { return scratch_.gap[as_index(i)] < -tolerance(i); }
   bool touches(int i) const {
-    return scratch_.opened[as_index(i)] && scratch_.gap[as_index(i)] < overlap_tolerance;
+    return scratch_.opened[as_index(i)] && scratch_.gap[as_index(i)] < tolerance(i);
   }
 
   // All overlapping points of a deformable body, the deepest first, but no two that move the same particle:

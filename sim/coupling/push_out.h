@@ -9,7 +9,8 @@
 
 namespace duet {
 
-inline constexpr double overlap_tolerance = 1e-6;  // m; shallower overlaps are left to contact
+inline constexpr double overlap_tolerance = 1e-6;  // m, times ContactPoint::precision; shallower
+                                                   // overlaps are left to contact
 
 // Translates a rigid body by `shift` (m) and turns it by the rotation vector `turn` (rad), keeping its
 // momenta.

@@ -32,7 +32,7 @@ class Separator {
     return static_cast<int>(std::count(scratch_.overlaps.begin(), scratch_.overlaps.end(), 1));
   }
 
-  // Returns the deepest overlap that is left, m.
+  // Returns the deepest overlap that is left, m over its precision.
   double solve() {
     graph_.sweeps.repeat(sweeps, tolerance, [&](int p) { return update(p); });
     const auto deeper = [](double a, double b) { return std::max(a, b); };
@@ -73,7 +73,7 @@ class Separator {
     if (pair.guest_rigid < 0) return false;
     const auto first = contacts_.points.begin() + pair.begin, last = contacts_.points.begin() + pair.end;
     return std::any_of(first, last, [&](const ContactPoint& contact) {
-      return gap_now(bodies_, contact) < -overlap_tolerance;
+      return gap_now(bodies_, contact) < -overlap_tolerance * contact.precision;
     });
   }
 
@@ -128,7 +128,8 @@ class Separator {
     if (!scratch_.measured[as_index(p)]) return deepest;  // nothing has moved there
     const ContactPair& pair = contacts_.pairs[as_index(p)];
     for (int i = pair.begin; i < pair.end; ++i)
-      deepest = std::max(deepest, closing(contacts_.points[as_index(i)]));
+      deepest =
+          std::max(deepest, closing(contacts_.points[as_index(i)]) / contacts_.points[as_index(i)].precision);
     return deepest;
   }
 
@@ -140,7 +141,7 @@ class Separator {
     return change;
   }
 
-  // One Gauss-Seidel update of a pair; returns by how much it moved its points.
+  // One Gauss-Seidel update of a pair; returns by how much it moved its points, over their precision.
   double update(int p) {
     if (!takes_part(p)) return 0;
     const ContactPair& pair = contacts_.pairs[as_index(p)];
@@ -151,7 +152,7 @@ class Separator {
       if (push == 0) continue;
       move(contact.guest_rigid, contact.guest_arm, push * contact.normal);
       move(contact.host, contact.host_arm, -push * contact.normal);
-      largest = std::max(largest, std::abs(push) / contact.response.normal_mass);
+      largest = std::max(largest, std::abs(push) / (contact.response.normal_mass * contact.precision));
     }
     return largest;
   }
@@ -178,7 +179,7 @@ class Separator {
       const double push = change(i, normal_mass);
       if (push == 0) continue;
       move(upper, arm, push * normal);
-      largest = std::max(largest, std::abs(push) / normal_mass);
+      largest = std::max(largest, std::abs(push) / (normal_mass * contact.precision));
     }
     return largest;
   }
