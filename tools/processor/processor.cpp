@@ -26,6 +26,23 @@ constexpr Feature features[] = {DUET_PROCESSOR_FEATURES(DUET_FEATURE)};
 constexpr int feature_count = sizeof features / sizeof features[0];
 static_assert(feature_count <= 64, "a FeatureSet has 64 bits");
 
+// The leaves of cpuid that features.h names. In a virtual machine every cpuid is a call of the host, which
+// takes microseconds: each leaf is read once, and not once a feature.
+struct Leaf {
+  std::uint32_t leaf, subleaf;
+};
+constexpr Leaf leaves[] = {{1, 0}, {7, 0}, {7, 1}, {0x80000001, 0}};
+
+constexpr bool every_feature_has_its_leaf() {
+  for (const Feature& feature : features) {
+    bool found = false;
+    for (const Leaf& leaf : leaves) found |= leaf.leaf == feature.leaf && leaf.subleaf == feature.subleaf;
+    if (!found) return false;
+  }
+  return true;
+}
+static_assert(every_feature_has_its_leaf());
+
 constexpr const char* level_names[] = {"x86-64", "x86-64-v2", "x86-64-v3", "x86-64-v4"};
 
 constexpr FeatureSet bit_of(int feature) { return FeatureSet{1} << feature; }
@@ -111,14 +128,17 @@ FeatureSet present_features() {
 #if defined(__x86_64__)
   FeatureSet present = 0;
   const std::uint32_t kept = kept_registers();
-  for (int i = 0; i < feature_count; ++i) {
-    const Feature& feature = features[i];
+  for (const Leaf& leaf : leaves) {
     std::uint32_t registers[4] = {};
-    const bool known = __get_cpuid_count(feature.leaf, feature.subleaf, &registers[eax], &registers[ebx],
-                                         &registers[ecx], &registers[edx]) != 0;
-    if (known && (registers[feature.place] >> feature.bit & 1) != 0 &&
-        (kept & feature.state) == feature.state)
-      present |= bit_of(i);
+    if (__get_cpuid_count(leaf.leaf, leaf.subleaf, &registers[eax], &registers[ebx], &registers[ecx],
+                          &registers[edx]) == 0)
+      continue;
+    for (int i = 0; i < feature_count; ++i) {
+      const Feature& feature = features[i];
+      if (feature.leaf == leaf.leaf && feature.subleaf == leaf.subleaf &&
+          (registers[feature.place] >> feature.bit & 1) != 0 && (kept & feature.state) == feature.state)
+        present |= bit_of(i);
+    }
   }
   return present;
 #else
