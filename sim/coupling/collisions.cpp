@@ -22,9 +22,9 @@ constexpr double same_time = 1e-3;
 // over.
 constexpr double least_blow = 1e-3;
 constexpr int rounds_per_iteration = 4;
-constexpr int most_blow_sweeps = 200;     // over the pairs of a blow
-constexpr int pair_sweeps = 8;            // over the points of a pair at each visit, to and fro
-constexpr double blow_precision = 1e-10;  // of the fastest approach: the largest change of a last sweep
+constexpr int most_blow_sweeps = 200;    // over the pairs of a blow
+constexpr int pair_sweeps = 8;           // over the points of a pair at each visit, to and fro
+constexpr double blow_precision = 1e-9;  // of the fastest approach: the largest change of a last sweep
 
 class Collider {
  public:
@@ -215,18 +215,27 @@ class Collider {
       if (scratch_.takes_part[as_index(i)] != 0) visit(as_index(i));
   }
 
-  // The impulses of all points of the blow together.
+  // The impulses of all points of the blow together, to a part of the fastest approach among the bodies that
+  // it connects.
   void strike() {
-    double fastest = 0;
-    for (const int p : scratch_.blow)
+    find_islands();
+    for (const int p : scratch_.blow) {
+      CollisionScratch::Island& island = scratch_.islands[island_of(contacts_.pairs[as_index(p)])];
       for_each_point(contacts_.pairs[as_index(p)], [&](std::size_t i) {
-        fastest = std::max(fastest, -scratch_.velocity_before[i].dot(contacts_.points[i].normal));
+        const double speed = -scratch_.velocity_before[i].dot(contacts_.points[i].normal);
+        island.tolerance = std::max(island.tolerance, blow_precision * speed);
         scratch_.impulse_before[i] = contacts_.points[i].impulse;
         contacts_.points[i].impulse.setZero();
       });
+    }
     scratch_.blow_sweeps.build(bodies_, contacts_, scratch_.blow);
-    scratch_.blow_sweeps.repeat(most_blow_sweeps, blow_precision * fastest,
-                                [&](int p) { return update_pair(contacts_.pairs[as_index(p)]); });
+    const auto visit = [&](int p) {
+      const CollisionScratch::Island& island = scratch_.islands[scratch_.island[as_index(p)]];
+      if (island.is_settled) return 0.0;
+      const double change = update_pair(contacts_.pairs[as_index(p)], island.tolerance);
+      return scratch_.change[as_index(p)] = change / island.tolerance;
+    };
+    scratch_.blow_sweeps.repeat(most_blow_sweeps, 1, visit, [&] { settle_islands(); });
     keep_energy();
     for (const int p : scratch_.blow) {
       const ContactPair& pair = contacts_.pairs[as_index(p)];
@@ -236,7 +245,47 @@ class Collider {
     }
   }
 
-  double update_pair(const ContactPair& pair) {
+  std::size_t root(int body) {
+    std::vector<int>& parent = scratch_.parent;
+    while (parent[as_index(body)] != body)
+      body = parent[as_index(body)] = parent[as_index(parent[as_index(body)])];
+    return as_index(body);
+  }
+  std::size_t island_of(const ContactPair& pair) {
+    return root(bodies_.rigid.properties[as_index(pair.host)].is_dynamic() ? pair.host : pair.guest_rigid);
+  }
+
+  // The dynamic bodies that the blow connects.
+  void find_islands() {
+    scratch_.parent.resize(bodies_.rigid.size());
+    std::iota(scratch_.parent.begin(), scratch_.parent.end(), 0);
+    for (const int p : scratch_.blow) {
+      const ContactPair& pair = contacts_.pairs[as_index(p)];
+      if (!bodies_.rigid.properties[as_index(pair.host)].is_dynamic() ||
+          !bodies_.rigid.properties[as_index(pair.guest_rigid)].is_dynamic())
+        continue;
+      const auto [low, high] = std::minmax({root(pair.host), root(pair.guest_rigid)});
+      scratch_.parent[high] = static_cast<int>(low);
+    }
+    scratch_.islands.assign(bodies_.rigid.size(), {});
+    scratch_.island.resize(contacts_.pairs.size());
+    scratch_.change.resize(contacts_.pairs.size());
+    for (const int p : scratch_.blow) scratch_.island[as_index(p)] = island_of(contacts_.pairs[as_index(p)]);
+  }
+
+  void settle_islands() {
+    for (const int p : scratch_.blow) scratch_.islands[scratch_.island[as_index(p)]].largest = 0;
+    for (const int p : scratch_.blow) {
+      double& largest = scratch_.islands[scratch_.island[as_index(p)]].largest;
+      largest = std::max(largest, scratch_.change[as_index(p)]);
+    }
+    for (const int p : scratch_.blow) {
+      CollisionScratch::Island& island = scratch_.islands[scratch_.island[as_index(p)]];
+      island.is_settled = island.largest < 1;
+    }
+  }
+
+  double update_pair(const ContactPair& pair, double tolerance) {
     double first = 0;
     for (int sweep = 0; sweep < pair_sweeps; ++sweep) {
       double largest = 0;
@@ -251,7 +300,7 @@ class Collider {
         largest = std::max(largest, (contact.response.K * change).norm());
       }
       if (sweep == 0) first = largest;
-      if (largest == 0) break;
+      if (largest < tolerance) break;
     }
     return first;
   }
@@ -261,29 +310,9 @@ class Collider {
   // energy changes by
   //   s a + s^2 b,  a = sum j . u-,  b = sum j . (u+ - u-) / 2.
   void keep_energy() {
-    std::vector<int>& parent = scratch_.parent;
-    parent.resize(bodies_.rigid.size());
-    std::iota(parent.begin(), parent.end(), 0);
-    const auto root = [&](int body) {
-      while (parent[as_index(body)] != body)
-        body = parent[as_index(body)] = parent[as_index(parent[as_index(body)])];
-      return as_index(body);
-    };
-    const auto island_of = [&](const ContactPair& pair) {
-      return root(bodies_.rigid.properties[as_index(pair.host)].is_dynamic() ? pair.host : pair.guest_rigid);
-    };
     for (const int p : scratch_.blow) {
       const ContactPair& pair = contacts_.pairs[as_index(p)];
-      if (!bodies_.rigid.properties[as_index(pair.host)].is_dynamic() ||
-          !bodies_.rigid.properties[as_index(pair.guest_rigid)].is_dynamic())
-        continue;
-      const auto [low, high] = std::minmax({root(pair.host), root(pair.guest_rigid)});
-      parent[high] = static_cast<int>(low);
-    }
-    scratch_.work.assign(bodies_.rigid.size(), {});
-    for (const int p : scratch_.blow) {
-      const ContactPair& pair = contacts_.pairs[as_index(p)];
-      CollisionScratch::Work& work = scratch_.work[island_of(pair)];
+      CollisionScratch::Island& work = scratch_.islands[scratch_.island[as_index(p)]];
       for_each_point(pair, [&](std::size_t i) {
         const ContactPoint& contact = contacts_.points[i];
         const Vec3& before = scratch_.velocity_before[i];
@@ -293,7 +322,7 @@ class Collider {
     }
     for (const int p : scratch_.blow) {
       const ContactPair& pair = contacts_.pairs[as_index(p)];
-      const CollisionScratch::Work& work = scratch_.work[island_of(pair)];
+      const CollisionScratch::Island& work = scratch_.islands[scratch_.island[as_index(p)]];
       if (work.linear + work.quadratic <= 0) continue;
       const double most = std::clamp(-work.linear / work.quadratic, 0.0, 1.0);
       for_each_point(pair, [&](std::size_t i) {

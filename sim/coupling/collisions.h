@@ -35,10 +35,15 @@ struct CollisionScratch {
   std::vector<int> blow;     // these pairs
   SweepPipeline blow_sweeps;
   std::vector<int> parent;  // of every rigid body, in a tree of those that the blow connects
-  struct Work {             // J, what the blow does to an island's kinetic energy, see Collider::keep_energy
-    double linear = 0, quadratic = 0;
+  struct Island {           // of bodies that the blow connects, at its root
+    double tolerance = 0;   // m/s, for the change of a relative velocity in the last sweep
+    double largest = 0;     // of the last sweep, over the tolerance
+    bool is_settled = false;
+    double linear = 0, quadratic = 0;  // J, what the blow does to its kinetic energy: Collider::keep_energy
   };
-  std::vector<Work> work;  // of every island, at its root
+  std::vector<Island> islands;
+  std::vector<std::size_t> island;  // of every pair of the blow
+  std::vector<double> change;       // of the last visit of every such pair, over the tolerance
   std::vector<int> pairs;
   PairSchedule schedule;
   SweepPipeline sweeps;

@@ -166,6 +166,17 @@ void find_islands(const Bodies& bodies, const ContactSet& contacts, ContactGraph
     island[as_index(body)] = first_of_island(island, body);
 }
 
+void find_where_shocks_pass(const Bodies& bodies, ContactGraph& graph) {
+  graph.carries_shocks.assign(graph.island.size(), 1);
+  const auto bar = [&](std::size_t body) { graph.carries_shocks[as_index(graph.island[body])] = 0; };
+  for (std::size_t d = 0; d < bodies.deformable.size(); ++d) bar(bodies.rigid.size() + d);
+  for (const BoundParticle& bound : bodies.bound) bar(bound.body);
+  for (const Joint& joint : bodies.articulation.joints) {
+    bar(as_index(joint.parent));
+    bar(as_index(joint.child));
+  }
+}
+
 }  // namespace
 
 int ContactGraph::island_of(const Bodies& bodies, const ContactPair& pair) const {
@@ -196,6 +207,7 @@ void build_contact_graph(const Bodies& bodies, const Vec3& gravity, bool rigid_p
     pair.level = std::max(graph.level[as_index(pair.host)], graph.level[guest_node(bodies, pair)]);
   }
   find_islands(bodies, contacts, graph);
+  find_where_shocks_pass(bodies, graph);
   graph.schedule.build(bodies, contacts, graph.pairs);
   graph.sweeps.build(bodies, contacts, graph.schedule.order());
   graph.levels_apart = false;

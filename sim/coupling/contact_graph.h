@@ -17,10 +17,13 @@ struct ContactGraph {
   std::vector<int> level;       // of every body
   std::vector<char> supported;  // whether its supports lead down to a static or kinematic body
   std::vector<int> island;      // of every movable body: the first body of those it is connected with
-  PairSchedule schedule;        // the pairs that contact processes, up the graph
-  SweepPipeline sweeps;         // over the pairs in the order of `schedule`
-  LevelGroups by_level;         // those that rest on something, level by level; see separate_levels
-  bool levels_apart = false;    // by_level is up to date
+  // Of every island, by its first body: whether all that it is made of are rigid bodies by themselves. Shocks
+  // would take apart what joints or flesh hold together, and do not pass through soft bodies.
+  std::vector<char> carries_shocks;
+  PairSchedule schedule;      // the pairs that contact processes, up the graph
+  SweepPipeline sweeps;       // over the pairs in the order of `schedule`
+  LevelGroups by_level;       // those that rest on something, level by level; see separate_levels
+  bool levels_apart = false;  // by_level is up to date
 
   std::vector<int> pairs;       // indices of the pairs that take part
   std::vector<int> first_pair;  // pairs of rigid body b: pair_of_body[first_pair[b], first_pair[b + 1])

@@ -65,7 +65,12 @@ struct ContactSet {
   std::vector<ContactPoint> points;
   std::vector<ContactPair> pairs;
   std::vector<Pose> predicted;  // of the rigid bodies; scratch of predict_contacts
-  CandidateSearch search;       // scratch of find_candidates
+  // Scratch of solve_contact: what the last visit of a pair changed, the same of islands, and whether these
+  // are done.
+  std::vector<double> change, island_change;
+  std::vector<char> is_settled;
+  std::vector<char> is_cold;  // of every island: nothing is remembered of its contacts, see warm_start()
+  CandidateSearch search;     // scratch of find_candidates
 };
 
 // Whether an impulse of the contact changes its host's velocity, if that can change at all.

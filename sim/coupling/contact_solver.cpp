@@ -133,17 +133,45 @@ class UpperUpdate {
 
 }  // namespace
 
+// Bodies that do not touch do not matter to each other: every island is swept until it has settled.
 int solve_contact(Bodies& bodies, const ContactGraph& graph, const ContactSolveSettings& settings,
                   ContactSet& contacts, LinkedBodies* linked) {
+  contacts.change.assign(contacts.pairs.size(), 0);
+  contacts.is_settled.assign(graph.island.size(), 0);
+  const auto island_of = [&](const ContactPair& pair) { return as_index(graph.island_of(bodies, pair)); };
   const auto update = [&](int p) {
     ContactPair& pair = contacts.pairs[as_index(p)];
-    return pair.active ? update_pair(bodies, linked, settings, contacts, pair) : 0.0;
+    if (!pair.active || contacts.is_settled[island_of(pair)] != 0) return 0.0;
+    return contacts.change[as_index(p)] = update_pair(bodies, linked, settings, contacts, pair);
   };
-  return graph.sweeps.repeat(settings.iterations, settings.tolerance, update);
+  // Joints connect islands: with them all go on together.
+  const auto settle_islands = [&] {
+    if (linked) return;
+    contacts.island_change.assign(graph.island.size(), 0);
+    for (const int p : graph.pairs) {
+      double& largest = contacts.island_change[island_of(contacts.pairs[as_index(p)])];
+      largest = std::max(largest, contacts.change[as_index(p)]);
+    }
+    for (std::size_t i = 0; i < contacts.island_change.size(); ++i)
+      contacts.is_settled[i] = contacts.island_change[i] < settings.tolerance;
+  };
+  const int sweeps = graph.sweeps.repeat(settings.iterations, settings.tolerance, update, settle_islands);
+  if (settings.cold_iterations == 0 || sweeps < settings.iterations) return sweeps;
+  for (std::size_t i = 0; i < contacts.is_settled.size(); ++i)
+    if (contacts.is_cold[i] == 0) contacts.is_settled[i] = 1;
+  return sweeps + graph.sweeps.repeat(settings.cold_iterations, settings.tolerance, update, [&] {
+    settle_islands();
+    for (std::size_t i = 0; i < contacts.is_settled.size(); ++i)
+      if (contacts.is_cold[i] == 0) contacts.is_settled[i] = 1;
+  });
 }
 
 void propagate_shocks(Bodies& bodies, const ContactGraph& graph, const ContactSolveSettings& settings,
                       ContactSet& contacts) {
+  const auto is_reached = [&](const ContactPair& pair) {
+    return pair.active &&
+           (settings.shocks_everywhere || graph.carries_shocks[as_index(graph.island_of(bodies, pair))] != 0);
+  };
   const auto update = [&](const ContactPair& pair) {
     const int host_level = graph.level[as_index(pair.host)],
               guest_level = graph.level[as_index(pair.guest_rigid)];
@@ -163,7 +191,7 @@ void propagate_shocks(Bodies& bodies, const ContactGraph& graph, const ContactSo
     for (int iteration = 0; iteration < shock_iterations; ++iteration) {
       double largest = 0;
       for (const int p : pairs)
-        if (contacts.pairs[as_index(p)].active)
+        if (is_reached(contacts.pairs[as_index(p)]))
           largest = std::max(largest, update(contacts.pairs[as_index(p)]));
       if (largest < settings.tolerance) break;
     }

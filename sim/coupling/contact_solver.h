@@ -9,10 +9,12 @@
 namespace duet {
 
 struct ContactSolveSettings {
-  int iterations = 20;            // Gauss-Seidel sweeps, up the graph
-  int repeats = 8;                // of every pair in a sweep
-  double tolerance = 1e-6;        // m/s, stop when no sweep changes a relative velocity by more
-  bool angular_friction = false;  // effect rolling_friction
+  int iterations = 20;             // Gauss-Seidel sweeps, up the graph
+  int cold_iterations = 0;         // further ones of islands of which no impulse is known to begin with
+  int repeats = 8;                 // of every pair in a sweep
+  double tolerance = 1e-6;         // m/s, stop when no sweep changes a relative velocity by more
+  bool angular_friction = false;   // effect rolling_friction
+  bool shocks_everywhere = false;  // and not only in islands that carry them
 };
 
 // Changes the velocities so that no contact closes faster than its target: v_rel.n >= target, complementary
@@ -26,7 +28,7 @@ int solve_contact(Bodies& bodies, const ContactGraph& graph, const ContactSolveS
 
 // Shock propagation (Guendelman et al. 2003): level by level, what the sweeps left is taken up by the upper
 // bodies alone, as if the lower ones were fixed. Only rigid pairs whose lower body is supported take part, so
-// that bodies in free flight keep their momentum.
+// that bodies in free flight keep their momentum, and only those of islands that carry shocks.
 void propagate_shocks(Bodies& bodies, const ContactGraph& graph, const ContactSolveSettings& settings,
                       ContactSet& contacts);
 

@@ -26,10 +26,10 @@ class SweepPipeline {
 
   // Sweeps until no visit(pair index) of a sweep returned `tolerance` or more, but at most `most` times.
   // Looks at what the visits of a sweep returned after 1, 3, 7, 15, 23 ... sweeps, as threads would have to
-  // wait for each other at the end of every one, and where there are few pairs after every one. Returns the
-  // number of sweeps.
-  template <class Visit>
-  int repeat(int most, double tolerance, Visit&& visit) const {
+  // wait for each other at the end of every one, and where there are few pairs after every one; then it calls
+  // look(). Returns the number of sweeps.
+  template <class Visit, class Look>
+  int repeat(int most, double tolerance, Visit&& visit, Look&& look) const {
     constexpr int most_at_once = 8;
     const bool overlaps = steps_.size() >= least_pairs;
     int done = 0;
@@ -37,8 +37,13 @@ class SweepPipeline {
       if (overlaps && most - done < 2 * count) count = most - done;  // no short rest
       done += count;
       if (sweep(count, visit) < tolerance) break;
+      look();
     }
     return done;
+  }
+  template <class Visit>
+  int repeat(int most, double tolerance, Visit&& visit) const {
+    return repeat(most, tolerance, visit, [] {});
   }
 
   // Calls visit(pair index) once for all pairs.

@@ -158,6 +158,13 @@ void warm_start(const ContactMemory& memory, double duration, ContactGraph& grap
     for (std::size_t i = begin; i < end; ++i)
       contacts.points[i].impulse = remembered_impulse(memory, contacts.points[i], duration);
   });
+  contacts.is_cold.assign(graph.island.size(), 1);
+  for (const int p : graph.pairs) {
+    const ContactPair& pair = contacts.pairs[as_index(p)];
+    for (int i = pair.begin; i < pair.end; ++i)
+      if (!contacts.points[as_index(i)].impulse.isZero(0))
+        contacts.is_cold[as_index(graph.island_of(bodies, pair))] = 0;
+  }
   apply_best_share(graph, bodies, contacts);
 }
 

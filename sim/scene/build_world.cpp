@@ -239,6 +239,7 @@ StepSettings step_settings(const Solver& solver) {
   settings.collision.iterations = solver.collision_iterations;
   settings.collision.orientation = solver.orientation;
   settings.contact.iterations = solver.contact_iterations;
+  settings.contact.shocks_everywhere = solver.shock_propagation == Switch::on;
   return settings;
 }
 

@@ -1,6 +1,7 @@
 #include "sim/scene/plan.h"
 
 #include <algorithm>
+#include <set>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -152,6 +153,18 @@ PlannedEffect push_out(const std::vector<PlannedEffect>& effects) {
                       contacts.size() == 1 ? "s" : "")};
 }
 
+// The dynamic rigid bodies that nothing holds to others.
+std::vector<std::string> loose_bodies(const Scene& scene) {
+  std::set<std::string> held;
+  for (const Joint& joint : scene.joints) held.insert({joint.parent, joint.child});
+  for (const DeformableBody& body : scene.deformable)
+    for (const std::string& bone : body.attach) held.insert(bone);
+  std::vector<std::string> loose;
+  for (const RigidBody& body : scene.rigid)
+    if (!body.is_static && !body.is_kinematic && held.count(body.name) == 0) loose.push_back(body.name);
+  return loose;
+}
+
 PlannedEffect shock_propagation(const Scene& scene, const Bodies& bodies, bool contact) {
   const Effect effect = Effect::shock_propagation;
   const Switch wish = scene.solver.shock_propagation;
@@ -159,12 +172,14 @@ PlannedEffect shock_propagation(const Scene& scene, const Bodies& bodies, bool c
   if (!contact) return {effect, false, "no contact between rigid bodies"};
   if (bodies.dynamic.size() < 2) return {effect, false, "no two dynamic rigid bodies can rest on each other"};
   if (bodies.immovable() == 0) return {effect, false, "no static or kinematic body to rest on"};
-  if (wish == Switch::automatic && !scene.joints.empty())
-    return {effect, false, "joints hold bodies together that shocks would take apart"};
-  if (wish == Switch::automatic && !bodies.deformable.empty())
-    return {effect, false,
-            fmt::format("{} may carry the rigid ones, which shocks cannot pass", deformable_text(bodies))};
-  return {effect, true, fmt::format("{} can pile up", rigid_text(bodies))};
+  if (wish == Switch::on) return {effect, true, "solver.shock_propagation is on"};
+  const std::vector<std::string> loose = loose_bodies(scene);
+  if (loose.size() < 2)
+    return {effect, false, "joints and flesh hold the rigid bodies together, which shocks would take apart"};
+  if (scene.joints.empty() && bodies.deformable.empty())
+    return {effect, true, fmt::format("{} can pile up", rigid_text(bodies))};
+  return {effect, true,
+          fmt::format("{} can pile up, where joints or deformable bodies do not hold them", listed(loose))};
 }
 
 PlannedEffect rolling_friction(const Scene& scene, bool contact) {

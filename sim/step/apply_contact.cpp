@@ -35,7 +35,7 @@ void adapt_to_contact(World& world, StepContext& context) {
 
 void sweep_contacts(World& world, StepContext& context, int round, LinkedBodies* linked) {
   ContactSolveSettings settings = world.settings.contact;
-  if (round == 0 && context.memory.empty()) settings.iterations *= cold_start;
+  if (round == 0) settings.cold_iterations = (cold_start - 1) * settings.iterations;
   const bool knows_joints = linked && linked->is_complete();
   if (world.has(Effect::articulation) && !(round == 0 && knows_joints))
     settings.iterations = (settings.iterations + joint_share - 1) / joint_share;

@@ -1,0 +1,98 @@
+// What does not touch does not matter: a body far away changes no bit of a stack, as long as both take the
+// same steps, and a heavy body stays on a light one whatever else is in the scene.
+#include <cstring>
+
+#include "tests/support/scenes.h"
+#include <gtest/gtest.h>
+
+#include "sim/scene/simulation.h"
+#include "sim/step/world.h"
+
+namespace duet {
+namespace {
+
+enum class Far { nothing, soft_box, ball, falling_box, jointed_boxes };
+
+void add_far(scene::Scene& scene, Far kind) {
+  const Vec3 place(20, 0.5, 0);
+  switch (kind) {
+    case Far::nothing:
+      return;
+    case Far::soft_box:
+      test::add_soft_box(scene, "far", place, Vec3(1, 1, 1), 2, 3e5);
+      return;
+    case Far::ball:
+      test::add_ball(scene, "far", place, 0.5, 3);
+      return;
+    case Far::falling_box:
+      test::add_box(scene, "far", place + Vec3(0, 0.3, 0), Vec3(1, 1, 1), 5);
+      return;
+    case Far::jointed_boxes: {
+      test::add_box(scene, "far", place, Vec3(1, 1, 1), 5);
+      test::add_box(scene, "farther", place + Vec3(2, 0, 0), Vec3(1, 1, 1), 5);
+      scene::Joint joint;
+      joint.name = "joint";
+      joint.parent = "far";
+      joint.child = "farther";
+      joint.world.position = place + Vec3(1, 0, 0);
+      scene.joints.push_back(joint);
+      return;
+    }
+  }
+}
+
+// A box of 10 kg on one that weighs less by `ratio`, 10 cm off its middle.
+scene::Scene uneven_stack(double ratio) {
+  scene::Scene scene = test::on_ground(0.5);
+  test::add_box(scene, "light", Vec3(0, 0.25, 0), Vec3(0.5, 0.5, 0.5), 10 / ratio);
+  test::add_box(scene, "heavy", Vec3(0.1, 0.75, 0), Vec3(0.5, 0.5, 0.5), 10);
+  return scene;
+}
+
+scene::Scene tower() {
+  scene::Scene scene = test::on_ground(0.5);
+  for (int i = 0; i < 6; ++i)
+    test::add_box(scene, "box" + std::to_string(i), Vec3(0.02 * (i % 3), 0.2 + 0.4 * i + 0.02, 0),
+                  Vec3(0.4, 0.4, 0.4), 1 + i);
+  return scene;
+}
+
+// The stack's bodies after `frames`.
+std::vector<RigidState> run(scene::Scene scene, Far kind, double longest_step, int frames) {
+  const std::size_t count = scene.rigid.size();
+  add_far(scene, kind);
+  scene.solver.max_time_step = longest_step;
+  Simulation simulation(scene, test::plan(scene));
+  for (int frame = 0; frame < frames; ++frame) simulation.advance_frame();
+  const std::vector<RigidState>& state = simulation.world().bodies.rigid.state;
+  return {state.begin(), state.begin() + static_cast<std::ptrdiff_t>(count)};
+}
+
+TEST(EverydayIslands, AFarBodyChangesNoBitOfAStack) {
+  for (const scene::Scene& scene : {uneven_stack(100), tower()}) {
+    const std::vector<RigidState> alone = run(scene, Far::nothing, 1e-3, 6);
+    for (const Far kind : {Far::soft_box, Far::ball, Far::falling_box, Far::jointed_boxes}) {
+      const std::vector<RigidState> beside = run(scene, kind, 1e-3, 6);
+      for (std::size_t i = 0; i < alone.size(); ++i)
+        for (int k = 0; k < 3; ++k) {
+          EXPECT_EQ(alone[i].pose.position[k], beside[i].pose.position[k]) << static_cast<int>(kind);
+          EXPECT_EQ(alone[i].angular_momentum[k], beside[i].angular_momentum[k]) << static_cast<int>(kind);
+        }
+    }
+  }
+}
+
+// With the steps of the rule, which the soft box shortens.
+TEST(EverydayIslands, AHeavyBoxStaysOnALightOneBesideAFarSoftBox) {
+  for (const double ratio : {100.0, 1e4})
+    for (const Far kind : {Far::nothing, Far::soft_box}) {
+      const scene::Scene scene = uneven_stack(ratio);
+      const std::vector<RigidState> state = run(scene, kind, 1.0 / 48, 48);
+      for (std::size_t i = 0; i < state.size(); ++i)
+        EXPECT_LT((state[i].pose.position - scene.rigid[i].placement.position).norm(), 1e-3)
+            << ratio << ", " << static_cast<int>(kind);
+    }
+}
+
+}  // namespace
+}  // namespace duet
