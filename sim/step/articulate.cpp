@@ -9,6 +9,9 @@ namespace duet {
 namespace {
 
 constexpr double joined = 1e-6;  // m or rad, that a step may leave joints apart by
+// How much farther than solver.max_rotation a jointed body may turn in a step: the rule for the step knows
+// the rate at its start alone.
+constexpr double turns_on = 1.5;
 
 [[noreturn]] void fail(const World& world, double gap) {
   const Articulation& articulation = world.bodies.articulation;
@@ -43,6 +46,14 @@ void begin_joints(World& world, StepContext& context) {
   for (const KinematicStep& step : context.kinematic) context.end_pose[step.body] = step.end.pose;
 }
 
+bool joints_turn_too_far(const World& world, const StepContext& context) {
+  if (!context.joints.fits()) return true;
+  const double most = turns_on * world.settings.max_rotation / context.dt;
+  for (const std::size_t body : context.joints.bodies())
+    if (world.bodies.rigid.state[body].angular_velocity.norm() > most) return true;
+  return false;
+}
+
 // Push-out has moved bodies one by one; here they come together again. The velocities are v^^n and what the
 // joints gave to make x^{n+1} fit: as in RATTLE (Andersen 1983) it belongs to v^{n+1} as well, and without it
 // a pendulum loses energy in proportion to the step.
@@ -71,6 +82,11 @@ void finish_positions(World& world, StepContext& context) {
   context.joints_from_outside = from_outside;
   context.joints_from_outside +=
       {context.joints.from_outside().linear, context.joints.from_outside().angular};
+  context.joints_excess = 0;
+  if (world.settings.orientation != OrientationUpdate::exact) return;
+  const FreeMotion::Outcome outcome = context.free_motion.finish(context.joints, rigid);
+  context.joints_excess = outcome.excess;
+  context.joints_from_outside += {outcome.outside.linear, outcome.outside.angular};
 }
 
 }  // namespace duet
