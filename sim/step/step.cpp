@@ -3,10 +3,6 @@
 namespace duet {
 namespace {
 
-// Bounds by how much the joints may miss the energy of the motion between them, as a fraction of it. Where
-// joints whip a body about, steps of a few percent are needed to follow it; elsewhere steps miss 1e-5 of it.
-constexpr double largest_excess = 0.02;
-
 bool refuse(World& world) {
   restore_step_start(world);
   return false;
@@ -51,7 +47,7 @@ bool step(World& world, double time, double dt, Refusal refusal) {
   if (world.has(Effect::push_out)) run(Stage::push_out, push_out);
   restore_collided_velocity(world, context);
   if (joints) run(Stage::joints, finish_positions);
-  if (may_refuse && context.joints_excess > largest_excess) return refuse(world);
+  if (may_refuse && joints_miss_energy(world, context)) return refuse(world);
   if (world.has(Effect::air_drag)) run(Stage::air_drag, slow_in_air);
   follow_bodies(world.bodies.rigid, world.bodies.bound, world.bodies.particles);
   if (world.has(Effect::self_collision)) run(Stage::self_collision, collide_surfaces);

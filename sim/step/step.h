@@ -56,6 +56,7 @@ void bring_bound_to_middle(World& world, StepContext& context);
 void apply_bound_forces(World& world, StepContext& context);
 void begin_joints(World& world, StepContext& context);  // rows of joints at x^n, rates of control
 bool joints_turn_too_far(const World& world, const StepContext& context);  // with v^{n+1/2}
+bool joints_miss_energy(const World& world, const StepContext& context);   // after finish_positions
 void finish_positions(World& world, StepContext& context);           // IV.3  joints at x^{n+1}, v^^n -> v-^n
 void advance_position(World& world, StepContext& context);           // IV.1  x^n -> x^^{n+1}
 void push_out(World& world, StepContext& context);                   // IV.2  x^^{n+1} -> x^{n+1}
