@@ -1,6 +1,7 @@
 // All joints of a scene solved for at once (paper sections 5.1 and 7.3; Weinstein, Teran, Fedkiw 2006, 2008).
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "sim/articulation/block_factor.h"
@@ -19,6 +20,14 @@ class JointSolver {
   // reference to.
   void analyze(const Articulation& articulation, const RigidBodies& rigid);
   bool empty() const { return ends_.empty(); }
+  /// The rows of a joint, as of the last call of update().
+  std::span<const JointRow> rows(std::size_t joint) const {
+    return {rows_.data() + first_[joint], first_[joint + 1] - first_[joint]};
+  }
+  std::size_t parent(std::size_t joint) const { return ends_[joint].parent; }
+  std::size_t child(std::size_t joint) const { return ends_[joint].child; }
+  /// The dynamic bodies that have a joint.
+  const std::vector<std::size_t>& bodies() const { return jointed_; }
 
   // Takes the rows of `articulation` at the poses now. Every function below acts on those rows.
   void update(const Articulation& articulation, const RigidBodies& rigid);

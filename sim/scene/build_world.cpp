@@ -361,6 +361,7 @@ BuiltWorld build_world(const Scene& scene, const EffectSet& plan) {
     add_joints(scene, plan, frames, bodies);
     bodies.linked = linked_bodies(bodies);
     world.context.joints.analyze(bodies.articulation, bodies.rigid);
+    world.context.free_motion.analyze(bodies.articulation, bodies.rigid);
   }
   built.tet_meshes = meshes.sizes();
   world.plan = plan;

@@ -26,6 +26,7 @@ namespace duet {
 namespace {
 
 constexpr double smallest_retry = 1.0 / 64;  // of the rule's step, before a simulation is given up
+constexpr double least_refused = 1.0 / 32;   // of the rule's step; shorter ones are taken as they come out
 
 // s, that the processors have spent on this program.
 double processor_seconds() {
@@ -110,7 +111,7 @@ struct Simulation::Impl {
   }
 
   // Divides the rest of the frame into equal steps no longer than the rule allows; a step that fails is tried
-  // again with half its size.
+  // again with half its size, and so is one that proves too long for the joints.
   void advance() {
     const double end = static_cast<double>(frame + 1) / scene.fps;
     double time = static_cast<double>(frame) / scene.fps;
@@ -121,7 +122,10 @@ struct Simulation::Impl {
       const double steps = std::max(1.0, std::ceil((end - time) / (share * rule) - 1e-9));
       const double dt = (end - time) / steps;
       try {
-        step(world(), time, dt);
+        if (!step(world(), time, dt, share > least_refused ? Refusal::allowed : Refusal::never)) {
+          share /= 2;
+          continue;
+        }
       } catch (SimulationError& error) {
         restore_step_start(world());
         share /= 2;

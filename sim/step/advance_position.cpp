@@ -7,6 +7,8 @@ void advance_position(World& world, StepContext& context) {
   Particles& particles = world.bodies.particles;
   for (std::size_t p = 0; p < particles.size(); ++p) particles.x[p] += context.dt * particles.v[p];
   RigidBodies& rigid = world.bodies.rigid;
+  if (world.has(Effect::articulation) && world.settings.orientation == OrientationUpdate::exact)
+    context.free_motion.begin(context.joints, rigid, world.gravity, context.dt);
   for (std::size_t i = 0; i < rigid.size(); ++i) {
     if (!rigid.properties[i].is_dynamic()) continue;
     rigid.state[i].pose = evolved_pose(rigid.state[i], context.dt, world.settings.orientation);

@@ -1,9 +1,17 @@
 #include "sim/step/step.h"
 
 namespace duet {
+namespace {
+
+bool refuse(World& world) {
+  restore_step_start(world);
+  return false;
+}
+
+}  // namespace
 
 // The paper's section 2. Between its lines the bodies' velocities are those named on the right.
-void step(World& world, double time, double dt) {
+bool step(World& world, double time, double dt, Refusal refusal) {
   StepContext& context = world.context;
   context.time = time;
   context.dt = dt;
@@ -32,11 +40,14 @@ void step(World& world, double time, double dt) {
   if (collision || joints) run(Stage::collide, collide);
   // III  v^^{n+1/2} -> v^{n+1/2}
   if (contact || joints) run(Stage::apply_contact, apply_contact);
+  const bool may_refuse = joints && refusal == Refusal::allowed;
+  if (may_refuse && joints_turn_too_far(world, context)) return refuse(world);
   // IV   x^n -> x^{n+1}
   run(Stage::advance_position, advance_position);
   if (world.has(Effect::push_out)) run(Stage::push_out, push_out);
   restore_collided_velocity(world, context);
   if (joints) run(Stage::joints, finish_positions);
+  if (may_refuse && joints_miss_energy(world, context)) return refuse(world);
   if (world.has(Effect::air_drag)) run(Stage::air_drag, slow_in_air);
   follow_bodies(world.bodies.rigid, world.bodies.bound, world.bodies.particles);
   if (world.has(Effect::self_collision)) run(Stage::self_collision, collide_surfaces);
@@ -63,6 +74,7 @@ void step(World& world, double time, double dt) {
   world.ledger.end_step(world);
   if (contact) remember(context.contacts, context.graph, dt, context.memory);
   world.stage_hashes.end_step(world);
+  return true;
 }
 
 }  // namespace duet

@@ -8,7 +8,12 @@ namespace duet {
 // Advances the world by `dt` (s) from `time` (s). Throws SimulationError, naming stage and body, when a value
 // stops being finite; the positions and velocities of time n are then in world.context (restore_step_start
 // puts them back).
-void step(World& world, double time, double dt);
+//
+// A step that proves too long for the joints, as the bodies turn farther than the rule foresaw or a joint
+// would have to do more work than is between the bodies, can be refused: the state is then that of time n,
+// the result is false, and a shorter step is to be tried.
+enum class Refusal { never, allowed };
+bool step(World& world, double time, double dt, Refusal refusal = Refusal::never);
 void restore_step_start(World& world);
 void end_step(World& world);  // w = I^-1 L without the rounding of its increments, so that a state is x, q, v
                               // and L alone
@@ -49,10 +54,12 @@ const LinkedBodies* link_active_contacts(World& world, StepContext& context);
 // particles stand, and gives their bodies those forces over the step.
 void bring_bound_to_middle(World& world, StepContext& context);
 void apply_bound_forces(World& world, StepContext& context);
-void begin_joints(World& world, StepContext& context);      // rows of joints at x^n, rates of control
-void finish_positions(World& world, StepContext& context);  // IV.3  joints at x^{n+1}, v^^n -> v-^n
-void advance_position(World& world, StepContext& context);  // IV.1  x^n -> x^^{n+1}
-void push_out(World& world, StepContext& context);          // IV.2  x^^{n+1} -> x^{n+1}
+void begin_joints(World& world, StepContext& context);  // rows of joints at x^n, rates of control
+bool joints_turn_too_far(const World& world, const StepContext& context);  // with v^{n+1/2}
+bool joints_miss_energy(const World& world, const StepContext& context);   // after finish_positions
+void finish_positions(World& world, StepContext& context);           // IV.3  joints at x^{n+1}, v^^n -> v-^n
+void advance_position(World& world, StepContext& context);           // IV.1  x^n -> x^^{n+1}
+void push_out(World& world, StepContext& context);                   // IV.2  x^^{n+1} -> x^{n+1}
 void restore_collided_velocity(World& world, StepContext& context);  //       v^{n+1/2} -> v^^n, at x^{n+1}
 void slow_in_air(World& world, StepContext& context);                //       v^^n
 void collide_surfaces(World& world, StepContext& context);   //       x^{n+1} without crossings, v^^n with it

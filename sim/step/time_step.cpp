@@ -65,7 +65,9 @@ void bound_by_turn(const World& world, double time, TimeStepChoice& choice) {
   };
   for (std::size_t i = 0; i < rigid.size(); ++i)
     if (rigid.properties[i].is_dynamic() && rigid.properties[i].shape.kind != LevelSet::Kind::sphere)
-      bound(i, rigid.state[i].angular_velocity.norm());  // balls turn without error
+      bound(i, rigid.state[i].angular_velocity.norm());  // free balls turn without error
+  for (const std::size_t body : world.context.joints.bodies())
+    bound(body, rigid.state[body].angular_velocity.norm());
   for (const KinematicBody& kinematic : rigid.kinematic) {
     const MotionBounds ahead = motion_bounds(kinematic.motion, time, time + choice.seconds);
     bound(kinematic.body, std::max(ahead.spin, ahead.phase));

@@ -1,6 +1,7 @@
 // Everything a time step reads and writes.
 #pragma once
 
+#include "sim/articulation/free_motion.h"
 #include "sim/articulation/joint_solver.h"
 #include "sim/base/stage_clock.h"
 #include "sim/coupling/collisions.h"
@@ -73,6 +74,8 @@ struct StepContext {
   std::vector<KinematicStep> kinematic;  // motions over this step
 
   JointSolver joints;
+  FreeMotion free_motion;
+  double joints_excess = 0;  // of FreeMotion
   LinkedBodies linked;
   std::vector<Pose> end_pose;                // of rigid bodies that are not dynamic, at x^{n+1}
   Momentum joints_from_outside;              // of finish_positions, for the ledger
