@@ -18,7 +18,7 @@ struct Difference {
 };
 
 // What still counts as the same picture. The defaults lie between what another processor's rounding makes of
-// a picture (RMSE 3e-5, 0.001 % of the pixels, the largest difference 2/255) and the smallest real change
+// a picture (RMSE 9e-5, single pixels off by up to 17/255; tests/PROTOCOL.md) and the smallest real change
 // measured (a mesh of 21 instead of 20 thousand triangles: RMSE 0.0076, 7 % of the pixels).
 struct Bounds {
   int tolerance = 4;       // of a channel, in steps of 1/255: pixels beyond it count as different
