@@ -104,6 +104,7 @@ constexpr int frames = 20;
 struct Outcome {
   std::uint64_t hash = 0;
   std::string violation;  // the first one
+  double gain = 0;        // of energy, the most over any earlier frame, of what there was at first
 };
 
 Outcome simulate(const scene::Scene& scene, double size) {
@@ -111,9 +112,10 @@ Outcome simulate(const scene::Scene& scene, double size) {
   const RigidBodies& rigid = simulation.world().bodies.rigid;
   double least = simulation.stats().kinetic + simulation.stats().potential;
   const double scale = least;  // J, above the ground: of what moves
-  // In free flight energy is kept to rounding, joints or not. What is left is contact's, of first order in the
-  // step: of 3000 scenes 22 gained more than a thousandth, 9 of them without joints.
-  constexpr double most_gain = 2e-3;
+  // In free flight energy is kept to rounding, joints or not. What is left is contact's, of first order in
+  // the step: of 3000 scenes 22 gained more than a thousandth, 9 of them without joints, the worst 0.8 %.
+  constexpr double most_gain = 1e-2;
+  double gain = 0;
   for (int frame = 1; frame <= frames; ++frame) {
     simulation.advance_frame();
     const FrameStats stats = simulation.stats();
@@ -121,6 +123,7 @@ Outcome simulate(const scene::Scene& scene, double size) {
     if (!(energy - least < most_gain * scale))
       return {0, fmt::format("frame {}: energy rose by {:.2g} of what there was at first", frame,
                              (energy - least) / scale)};
+    gain = std::max(gain, (energy - least) / scale);
     least = std::min(least, energy);
     if (!(stats.max_penetration < 0.02 * size))
       return {0, fmt::format("frame {}: bodies overlap by {:.2g} of their size", frame,
@@ -129,19 +132,20 @@ Outcome simulate(const scene::Scene& scene, double size) {
       if (rigid.properties[i].is_dynamic() && !(rigid.state[i].pose.position.y() > 0))
         return {0, fmt::format("frame {}: {} fell through the ground", frame, rigid.name[i])};
   }
-  return {simulation.stats().hash, {}};
+  return {simulation.stats().hash, {}, gain};
 }
 
 // DUET_RANDOM_SCENES sets their number, tools/test --full to 10,000.
 TEST(EverydayRigidRandom, ScenesKeepTheirPromises) {
   const char* wanted = std::getenv("DUET_RANDOM_SCENES");
   const int count = wanted ? std::atoi(wanted) : 200;
-  int violations = 0;
+  int violations = 0, gaining = 0;
   for (int seed = 1; seed <= count; ++seed) {
     double size = 1;
     const scene::Scene scene = random_scene(static_cast<std::uint64_t>(seed), size);
     set_thread_count(1);
     Outcome outcome = simulate(scene, size);
+    gaining += outcome.gain > 1e-3;
     if (outcome.violation.empty() && seed % 10 == 0) {
       set_thread_count(2);
       if (simulate(scene, size).hash != outcome.hash) outcome.violation = "two threads give other bits";
@@ -153,6 +157,8 @@ TEST(EverydayRigidRandom, ScenesKeepTheirPromises) {
   }
   set_thread_count(0);
   test::expect_below(violations, 1, fmt::format("violations_of_{}", count));
+  // More than a thousandth of the energy.
+  test::expect_below(gaining, 2 + 0.015 * count, fmt::format("gaining_of_{}", count));
 }
 
 }  // namespace

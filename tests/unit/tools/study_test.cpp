@@ -90,6 +90,7 @@ order = "steps"
   expect_order(results, "first", "orientation", 1, 0.05);
 }
 
+// The angle; its energy is kept to rounding at any step.
 TEST(Study, PendulumIsOfSecondOrder) {
   const json results = study(R"(title = "pendulum"
 scene = "study/pendulum"
@@ -111,8 +112,10 @@ values = [0.0052, 0.0026, 0.0013]
 order = "steps"
 )");
   expect_order(results, "step", "angle", 2, 0.05);
-  expect_order(results, "step", "energy", 2, 0.05);
-  expect_below(results.at("rows").at(0).at("errors").at("gap"), 1e-12, "gap, m");
+  for (const json& row : results.at("rows")) {
+    expect_below(row.at("errors").at("energy"), 1e-9, "energy, J");
+    expect_below(row.at("errors").at("gap"), 1e-12, "gap, m");
+  }
 }
 
 // Central differences and the trapezoidal rule of step V are of second order; the half step of the implicit
