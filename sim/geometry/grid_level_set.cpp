@@ -50,7 +50,7 @@ struct Cell {
 
 }  // namespace
 
-GridLevelSet::GridLevelSet(const TriangleMesh& mesh, int cells) : exact_(mesh) {
+GridLevelSet::GridLevelSet(const TriangleMesh& mesh, int cells, SharpEdges sharp_edges) : exact_(mesh) {
   for (const Vec3& x : mesh.positions) {
     bounds_.extend(x);
     bounding_radius_ = std::max(bounding_radius_, x.norm());
@@ -62,7 +62,7 @@ GridLevelSet::GridLevelSet(const TriangleMesh& mesh, int cells) : exact_(mesh) {
   const float deepest = *std::min_element(grid_.values.begin(), grid_.values.end());
   thickness_ = std::max(-2.0 * static_cast<double>(deepest), grid_.spacing);
   find_thin_walls(mesh);
-  find_creases(mesh);
+  if (sharp_edges == SharpEdges::exact) find_creases(mesh);
 }
 
 namespace {

@@ -12,8 +12,10 @@ namespace duet {
 
 class GridLevelSet {
  public:
-  // Of a closed mesh with triangles facing outward, in body space; `cells` along its longest extent.
-  GridLevelSet(const TriangleMesh& mesh, int cells);
+  // Of a closed mesh with triangles facing outward, in body space; `cells` along its longest extent. What is
+  // filled with elements takes its sharp edges rounded, as they are interpolated: these cut no slivers.
+  enum class SharpEdges { exact, rounded };
+  GridLevelSet(const TriangleMesh& mesh, int cells, SharpEdges sharp_edges = SharpEdges::exact);
 
   double distance(const Vec3& x) const;  // m, trilinear
   Vec3 normal(const Vec3& x) const;      // unit, along the gradient of the trilinear interpolant

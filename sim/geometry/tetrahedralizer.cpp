@@ -26,7 +26,7 @@ LevelSet fine_level_set(const TriangleMesh& mesh, std::optional<double> spacing)
   for (const Vec3& x : mesh.positions) box.extend(x);
   const double wanted = spacing ? 2 * box.sizes().maxCoeff() / *spacing : 0;
   const int cells = static_cast<int>(std::clamp(std::ceil(wanted), least_cells, most_cells));
-  return LevelSet::mesh(std::make_shared<const GridLevelSet>(mesh, cells));
+  return LevelSet::mesh(std::make_shared<const GridLevelSet>(mesh, cells, GridLevelSet::SharpEdges::rounded));
 }
 
 }  // namespace duet
