@@ -112,7 +112,8 @@ Outcome simulate(const scene::Scene& scene, double size) {
   double least = simulation.stats().kinetic + simulation.stats().potential;
   const double scale = least;  // J, above the ground: of what moves
   // In free flight energy is kept to rounding, joints or not. What is left is contact's, of first order in
-  // the step: of 3000 scenes 20 gained more than a thousandth, 7 of them without joints, and 9 more than this.
+  // the step: of 3000 scenes 20 gained more than a thousandth, 7 of them without joints; 9 gained more
+  // than this.
   constexpr double most_gain = 2e-3;
   for (int frame = 1; frame <= frames; ++frame) {
     simulation.advance_frame();
