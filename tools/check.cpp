@@ -1,13 +1,12 @@
 // `duet check`: every problem of a scene, or the reference of all keys.
-#include <algorithm>
-
 #include "tools/commands.h"
 #include "tools/scene_files.h"
 #include <fmt/format.h>
 
-#include "sim/scene/build_world.h"
+#include "sim/scene/initial_overlaps.h"
 #include "sim/scene/plan.h"
 #include "sim/scene/reader.h"
+#include "sim/scene/simulation.h"
 #include "sim/scene/tet_meshes.h"
 
 namespace duet::tools {
@@ -30,14 +29,16 @@ std::size_t check_filling(const scene::Scene& scene) {
   return count;
 }
 
-// Prints what is seen only by building the scene: bodies that hold none of the particles attached to them.
-std::size_t check_attachments(const scene::Scene& scene) {
-  if (std::none_of(scene.deformable.begin(), scene.deformable.end(),
-                   [](const scene::DeformableBody& body) { return !body.attach.empty(); }))
-    return 0;
+// Prints what is seen only by building the scene: bodies that hold none of the particles attached to them,
+// and those that overlap. Returns how many problems that are.
+std::size_t check_start(const scene::Scene& scene) {
   try {
-    scene::build_world(scene, scene::plan_effects(scene).active());
+    const Simulation simulation(scene, scene::plan_effects(scene).active());
+    for (const InitialOverlap& overlap : simulation.initial_overlaps())
+      print(fmt::format("{}: {}\n", scene.path, describe_parting(overlap)));
     return 0;
+  } catch (const SceneError&) {
+    throw;
   } catch (const Error& error) {
     print(fmt::format("{}: {}\n", scene.path, error.what()));
     return 1;
@@ -59,7 +60,7 @@ Outcome check(const CheckOptions& options) {
     const scene::ReadResult read = read_scene(options.scene);
     for (const std::string& note : read.notes) print(note + '\n');
     if (const std::size_t count = check_filling(read.scene); count > 0) return problems_found(count);
-    if (const std::size_t count = check_attachments(read.scene); count > 0) return problems_found(count);
+    if (const std::size_t count = check_start(read.scene); count > 0) return problems_found(count);
     print(fmt::format("{}: ok\n", read.scene.path));
     return {};
   } catch (const SceneError& error) {

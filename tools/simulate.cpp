@@ -44,15 +44,17 @@ std::string machine_text() {
                      system.sysname, system.machine);
 }
 
-// What the frames cost that this run simulated, and the worst of them.
+// What the frames cost that this run simulated, and the worst of them and of the one that they follow.
 class Totals {
  public:
   void add(const FrameStats& stats) {
     ++frames_;
     substeps_ += stats.substeps;
     seconds_ += stats.seconds;
-    penetration_ = std::max(penetration_, stats.max_penetration);
+    start_with(stats);
   }
+  // A frame that cost nothing, but is part of the run: frame 0, or the one that a run continues after.
+  void start_with(const FrameStats& stats) { penetration_ = std::max(penetration_, stats.max_penetration); }
   std::string text() const {
     if (frames_ == 0) return {};
     return fmt::format("; {:.1f} substeps and {:.3g} s of simulation a frame, penetration at most {:.2g} m",
@@ -63,7 +65,7 @@ class Totals {
   int frames_ = 0;
   std::int64_t substeps_ = 0;
   double seconds_ = 0;      // wall time
-  double penetration_ = 0;  // m, at frame ends
+  double penetration_ = 0;  // m, at frame ends and at the start
 };
 
 // One simulation and the folder it is written to.
@@ -83,6 +85,8 @@ class Run {
   bool wanted(int frame) const { return !options_.stats_only && frame >= first_ && frame <= last_; }
   bool written(int frame) const { return fs::exists(directory_.mesh(frame)); }
   void redraw_missing(int resumed);
+  void note_overlaps();
+  void note_pinches(const FrameStats& stats);
   std::string resume_command() const;
 
   const SimulateOptions& options_;
@@ -101,6 +105,7 @@ class Run {
   std::unique_ptr<io::StageLog> stages_;
   int recorded_ = -1;  // the last frame that is whole in the folder
   Totals totals_;
+  std::vector<PinchStats> pinched_;  // with the least room of the run
   std::unique_ptr<FrameDrawer> drawer_;
 };
 
@@ -216,6 +221,36 @@ void Run::redraw_missing(int resumed) {
     if (written(frame) && !fs::exists(directory_.image(frame))) drawer_->add(frame);
 }
 
+// A pile may have hundreds of them, which `duet check` names.
+void Run::note_overlaps() {
+  constexpr std::size_t most = 10;
+  const std::vector<InitialOverlap>& overlaps = simulation_.initial_overlaps();
+  for (std::size_t i = 0; i < std::min(most, overlaps.size()); ++i)
+    report_.note(describe_parting(overlaps[i]));
+  if (overlaps.size() > most)
+    report_.note(fmt::format("{} more pairs of bodies overlap: `duet check {}` names them all",
+                             overlaps.size() - most, options_.scene.name));
+}
+
+// Each body and the two that pinch it once; the outcome tells the least room that they left.
+void Run::note_pinches(const FrameStats& stats) {
+  for (const PinchStats& pinch : stats.pinched) {
+    const auto known = std::find_if(pinched_.begin(), pinched_.end(), [&](const PinchStats& one) {
+      return one.body == pinch.body && one.first == pinch.first && one.second == pinch.second;
+    });
+    if (known == pinched_.end()) {
+      pinched_.push_back(pinch);
+      report_.note(fmt::format(
+          "`{}`, {:.3g} m thick, is pinched between `{}` and `{}` from {:.4g} s on (frame {}): they leave it "
+          "{:.3g} m, which no contact can; it yields and stays halfway between them",
+          pinch.body, pinch.thickness, pinch.first, pinch.second, pinch.time, stats.frame, pinch.room));
+    } else if (pinch.room < known->room) {
+      known->room = pinch.room;
+      known->time = stats.time;
+    }
+  }
+}
+
 // Writes everything of the frame that the simulation holds. The checkpoint comes last: a frame that has one
 // is whole.
 void Run::record() {
@@ -227,6 +262,7 @@ void Run::record() {
     if (const auto bodies = simulation_.level_sets(); !bodies.empty())
       level_sets_->write(directory_, frame, stats.time, bodies);
   }
+  note_pinches(stats);
   stats_->append(stats);
   io::write_checkpoint(directory_, identity_, {frame, simulation_.save_state()});
   recorded_ = frame;
@@ -236,7 +272,11 @@ void Run::record() {
 
 Outcome Run::work() {
   const auto begin = std::chrono::steady_clock::now();
-  if (recorded_ < 0) record();
+  totals_.start_with(simulation_.stats());
+  if (recorded_ < 0) {
+    note_overlaps();
+    record();
+  }
   while (recorded_ < last_) {
     if (interrupted()) return stopped(ExitStatus::interrupted);
     simulation_.advance_frame();
@@ -251,9 +291,13 @@ Outcome Run::work() {
     video = "; " + render::encode_video(directory_, name, manifest_.fps);
     if (interrupted()) return stopped(ExitStatus::interrupted);
   }
+  std::string pinched;
+  for (const PinchStats& pinch : pinched_)
+    pinched += fmt::format("; `{}` ({:.3g} m) pinched between `{}` and `{}`, at least {:.3g} m apart",
+                           pinch.body, pinch.thickness, pinch.first, pinch.second, pinch.room);
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  return {ExitStatus::done, fmt::format("frames {} to {} in {}, {:.1f} s{}{}", first_, last_,
-                                        directory_.root.string(), seconds, totals_.text(), video)};
+  return {ExitStatus::done, fmt::format("frames {} to {} in {}, {:.1f} s{}{}{}", first_, last_,
+                                        directory_.root.string(), seconds, totals_.text(), pinched, video)};
 }
 
 Outcome Run::stopped(ExitStatus status) const {

@@ -93,9 +93,9 @@ class Collider {
     if (contact.is_on_ridge()) {
       const Pose& pose = predicted_pose(contact.host);
       return (pose.orientation * contact.lowest.normal).dot(x - pose.to_world(contact.lowest.foot)) +
-             point.allowance;
+             point.allowance + contact.yielded;
     }
-    return host.shape.distance(predicted_pose(contact.host).to_body(x)) + point.allowance;
+    return host.shape.distance(predicted_pose(contact.host).to_body(x)) + point.allowance + contact.yielded;
   }
 
   // Acceleration of guest towards host by the forces and motions of the step, m/s^2.

@@ -188,6 +188,12 @@ void visit_places(const Bodies& bodies, const BroadPhase& broad_phase, const Bod
     visit(at_corner(bodies, pair.guest_deformable, near.node), near);
 }
 
+// Whether forces move neither the point of a deformable body, all of whose particles are held, nor the host:
+// there is nothing that their contact could do.
+bool neither_moves(const Bodies& bodies, const SurfacePoint& point, std::size_t host) {
+  return point.inverse_mass == 0 && !(bodies.rigid.properties[host].is_dynamic() && bodies.push_back);
+}
+
 // Places the surface points of the deformable bodies that occur in the pairs.
 void place_points(const Bodies& bodies, const std::vector<BodyPair>& pairs, CandidateSearch& search) {
   search.blocks.clear();
@@ -394,6 +400,7 @@ class Finder {
     visit_near(bodies_, search_, pair, margin + around, [&](NearPoint touch) {
       const SurfacePoint& point = bodies_.points[as_index(touch.point)];
       touch.gap += point.allowance;
+      if (neither_moves(bodies_, point, h)) return;
       if (touch.gap < reach_of(point, search_.point[as_index(touch.point)], h))
         chunk.touches.push_back(touch);
     });
@@ -403,6 +410,7 @@ class Finder {
       contact.lowest = near.lowest;
       put_on_surface(bodies_, contact);
       const SurfacePoint& point = contact.on_surface;
+      if (neither_moves(bodies_, point, h)) return;
       const double gap = near.distance + point.allowance;
       if (!(gap < reach_of(point, weighted(point, bodies_.particles.x), h))) return;
       chunk.touches.push_back({.point = contact.guest_point,
@@ -527,15 +535,24 @@ double max_penetration(const Bodies& bodies, const CandidateFilter& filter) {
           if (pairs[i].guest_rigid < 0) {
             if (never_touch_deformable(bodies, pairs[i].host, pairs[i].guest_deformable)) continue;
             const double around = bodies.deformable[as_index(pairs[i].guest_deformable)].thickness / 2;
+            const auto h = as_index(pairs[i].host);
             visit_near(bodies, search, pairs[i], around, [&](NearPoint near) {
+              if (neither_moves(bodies, bodies.points[as_index(near.point)], h)) return;
               near.gap -= around;
               look(near);
             });
             CandidateSearch::Chunk scratch;
+            ContactPoint contact;
             visit_places(
                 bodies, search.broad_phase, pairs[i], around, [&](const BoundaryEdge&) { return around; },
                 scratch,
-                [&](int, const NearRidge& near) { deepest = std::min(deepest, near.distance - around); });
+                [&](int place, const NearRidge& near) {
+                  contact.guest_point = place;
+                  contact.lowest = near.lowest;
+                  put_on_surface(bodies, contact);
+                  if (!neither_moves(bodies, contact.on_surface, h))
+                    deepest = std::min(deepest, near.distance - around);
+                });
             continue;
           }
           if (never_touch(bodies, pairs[i].host, pairs[i].guest_rigid)) continue;

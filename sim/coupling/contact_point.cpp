@@ -109,9 +109,14 @@ Touch touch(const Bodies& bodies, int host, const Pose& host_pose, const Surface
 
 Touch touch(const Bodies& bodies, const ContactPoint& contact, const Pose& host_pose, const Vec3& x) {
   const SurfacePoint& point = surface_point(bodies, contact);
-  if (!contact.is_on_ridge()) return touch(bodies, contact.host, host_pose, point, x);
+  if (!contact.is_on_ridge()) {
+    Touch found = touch(bodies, contact.host, host_pose, point, x);
+    found.gap += contact.yielded;
+    return found;
+  }
   const Vec3 normal = host_pose.orientation * contact.lowest.normal;
-  return {x, normal, normal.dot(x - host_pose.to_world(contact.lowest.foot)) + point.allowance};
+  return {x, normal,
+          normal.dot(x - host_pose.to_world(contact.lowest.foot)) + point.allowance + contact.yielded};
 }
 
 }  // namespace

@@ -42,6 +42,9 @@ struct ContactPoint {
   bool takes_part = false;  // scratch of spread_evenly
   LowestPlace lowest;       // of a place on a ridge, an edge or a face, as found at the beginning of the step
   SurfacePoint on_surface;  // the place on a deformable guest's edge or face
+  // m, by how much a pinched guest is thinner there, see pinching.h; what is pinched sticks, if there is
+  // friction
+  double yielded = 0;
   bool is_rigid_pair() const { return guest_rigid >= 0; }
   bool is_on_ridge() const { return !lowest.normal.isZero(0); }
   bool is_sample() const { return guest_point >= 0 && !is_on_ridge(); }
@@ -61,6 +64,13 @@ struct ContactPair {
   Vec3 angular_impulse = Vec3::Zero();  // N m s, of rolling and spinning friction on a rigid guest
 };
 
+// A thin deformable body between two bodies that no force moves, where there is less room than it is thick.
+struct Pinch {
+  int guest_deformable = -1;
+  int first = -1, second = -1;  // rigid bodies, the lesser first
+  double room = 0;              // m, between them; negative where they overlap
+};
+
 struct ContactSet {
   std::vector<ContactPoint> points;
   std::vector<ContactPair> pairs;
@@ -69,8 +79,10 @@ struct ContactSet {
   // are done.
   std::vector<double> change, island_change;
   std::vector<char> is_settled;
-  std::vector<char> is_cold;  // of every island: nothing is remembered of its contacts, see warm_start()
-  CandidateSearch search;     // scratch of find_candidates
+  std::vector<char> is_cold;   // of every island: nothing is remembered of its contacts, see warm_start()
+  CandidateSearch search;      // scratch of find_candidates
+  std::vector<Pinch> pinches;  // of the step, see pinching.h
+  std::vector<Vec3> sheet_normals;  // scratch of yield_where_pinched
 };
 
 // Whether an impulse of the contact changes its host's velocity, if that can change at all.

@@ -31,9 +31,11 @@ void ContactProjection::add(const ContactPoint& contact) {
   if (!contact.is_rigid_pair()) row.point = surface_point(*bodies_, contact);
   held_ = held_ || !bodies_->rigid.properties[as_index(contact.host)].is_dynamic() ||
           (contact.is_rigid_pair() && !bodies_->rigid.properties[as_index(contact.guest_rigid)].is_dynamic());
+  const bool is_held = !contact.is_rigid_pair() && row.point.inverse_mass == 0;
+  held_ = held_ || is_held;
   // A block treats its guests as independent: right for particles, not for face samples that share
-  // particles.
-  if (!contact.is_rigid_pair() && row.point.count == 1) {
+  // particles. Those that are held have no mass to divide by.
+  if (!contact.is_rigid_pair() && row.point.count == 1 && !is_held) {
     row.mass = 1 / row.point.inverse_mass;
     Block& block = blocks_[as_index(contact.host)];
     block.host = contact.host;

@@ -19,7 +19,9 @@ constexpr int soft_repeats = 2;
 // precision.
 double update_contact(Bodies& bodies, LinkedBodies* linked, ContactPoint& contact) {
   const Vec3 velocity = relative_velocity(bodies, contact);
-  if (contact.impulse.isZero(0) && velocity.dot(contact.normal) >= contact.target) return 0;
+  if (contact.impulse.isZero(0) && !is_pinched_fast(contact) &&
+      velocity.dot(contact.normal) >= contact.target)
+    return 0;
   const Vec3 total = updated_impulse(contact, contact.response, velocity);
   const Vec3 change = total - contact.impulse;
   if (linked && linked->takes_part(contact))

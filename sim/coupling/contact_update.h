@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <limits>
 
 #include "sim/coupling/contact_point.h"
 
@@ -23,6 +24,11 @@ inline Vec3 updated_friction(const ContactPoint& contact, const ContactResponse&
   return length > most ? Vec3(most / length * sliding) : sliding;
 }
 
+// Whether two bodies hold the guest between them by friction, see pinching.h.
+inline bool is_pinched_fast(const ContactPoint& contact) {
+  return contact.yielded > 0 && contact.friction > 0;
+}
+
 // The impulse (N s) that the contact should have, for its relative velocity (m/s) under the one it has: first
 // along the normal, so that the normal velocity reaches contact.target unless that would need a pull, then
 // friction on what the normal impulse now is.
@@ -32,8 +38,9 @@ inline Vec3 updated_impulse(const ContactPoint& contact, const ContactResponse& 
   const double before = contact.impulse.dot(n);
   const double now = std::max(0.0, before + response.normal_mass * (contact.target - velocity.dot(n)));
   const Vec3 tangential = contact.impulse - before * n;
-  return now * n +
-         updated_friction(contact, response, tangential, velocity + (now - before) * (response.K * n), now);
+  const double pressed = is_pinched_fast(contact) ? std::numeric_limits<double>::infinity() : now;
+  return now * n + updated_friction(contact, response, tangential,
+                                    velocity + (now - before) * (response.K * n), pressed);
 }
 
 }  // namespace duet

@@ -161,8 +161,8 @@ void LinkedBodies::find_cramped(const ContactPoint& contact, const ContactRespon
   if (moves_host(bodies, contact)) count(contact.host);
   if (contact.is_rigid_pair())
     count(contact.guest_rigid);
-  else
-    mass += 1 / surface_point(bodies, contact).inverse_mass;
+  else if (const double inverse = surface_point(bodies, contact).inverse_mass; inverse > 0)
+    mass += 1 / inverse;
   if (answer.normal_mass <= most_masses * mass) return;
   for (const int body : {contact.host, contact.guest_rigid})
     if (body >= 0 && contains(body)) groups_[as_index(group_of_[as_index(body)])].is_cramped = true;

@@ -28,11 +28,10 @@ inline double most_below(const DeformableBody& guest, double size) {
   return 0.5 * size / guest.parts_per_edge;
 }
 
-// Faces of particles that move with a body are left to the body, and those that are held to none.
+// Faces of particles that move with a dynamic body are left to the body.
 inline bool touches_by_itself(const Particles& particles, const Triangle& face) {
   const auto is_left_out = [&](int p) { return particles.mass[as_index(p)] == 0; };
-  const auto moves = [&](int p) { return particles.inverse_mass[as_index(p)] > 0; };
-  return std::none_of(face.begin(), face.end(), is_left_out) && std::any_of(face.begin(), face.end(), moves);
+  return std::none_of(face.begin(), face.end(), is_left_out);
 }
 
 // Calls visit(face) for those faces of `guest` that meet the box `near` (m, in the world) and come nearer to

@@ -18,6 +18,7 @@ class PushOut {
       : bodies_(bodies), contacts_(contacts), graph_(graph), settings_(settings), scratch_(scratch) {
     const std::size_t nodes = bodies.rigid.size() + bodies.deformable.size();
     scratch_.gap.resize(contacts.points.size());
+    find_kept();
     scratch_.order.reserve(contacts.points.size());
     scratch_.moved.assign(nodes, 1);
     scratch_.opened.assign(contacts.points.size(), 0);
@@ -81,6 +82,22 @@ class PushOut {
     }
   }
 
+  // The contacts still have the gaps of the start of the step.
+  void find_kept() {
+    scratch_.kept.assign(contacts_.points.size(), 0);
+    if (settings_.overlapping.empty()) return;
+    for (const int p : graph_.pairs) {
+      const ContactPair& pair = contacts_.pairs[as_index(p)];
+      if (pair.guest_rigid >= 0 ||
+          !std::binary_search(settings_.overlapping.begin(), settings_.overlapping.end(),
+                              std::pair(pair.host, pair.guest_deformable)))
+        continue;
+      const double size = bodies_.deformable[as_index(pair.guest_deformable)].element_size;
+      for (int i = pair.begin; i < pair.end; ++i)
+        scratch_.kept[as_index(i)] = overlap_kept(-contacts_.points[as_index(i)].gap, size);
+    }
+  }
+
   bool takes_part(const ContactPair& pair) const { return settings_.rigid_pairs || pair.guest_rigid < 0; }
 
   // Looks at the gaps of the pairs that have moved.
@@ -91,7 +108,8 @@ class PushOut {
         if (!takes_part(pair)) continue;
         if (!scratch_.moved[as_index(pair.host)] && !scratch_.moved[guest_node(bodies_, pair)]) continue;
         for (int k = pair.begin; k < pair.end; ++k)
-          scratch_.gap[as_index(k)] = gap_now(bodies_, contacts_.points[as_index(k)]);
+          scratch_.gap[as_index(k)] =
+              gap_now(bodies_, contacts_.points[as_index(k)]) + scratch_.kept[as_index(k)];
       }
     });
     std::fill(scratch_.moved.begin(), scratch_.moved.end(), 0);
@@ -162,7 +180,8 @@ class PushOut {
     ContactPoint& contact = contacts_.points[as_index(i)];
     update_geometry(bodies_, contact);
     scratch_.opening[as_index(i)] = 1;
-    scratch_.system.add(contact, guest_node(bodies_, pair), -fraction * contact.gap * contact.normal);
+    const double gap = contact.gap + scratch_.kept[as_index(i)];
+    scratch_.system.add(contact, guest_node(bodies_, pair), -fraction * gap * contact.normal);
   }
 
   static constexpr double solve_tolerance = 0.1 * overlap_tolerance;
@@ -176,6 +195,13 @@ class PushOut {
 };
 
 }  // namespace
+
+double overlap_kept(double depth, double size) {
+  constexpr double at_once = 1e-3, most = 0.01;  // of the size of an element
+  constexpr double part = 1.0 / 32;              // of the depth
+  if (!(depth > at_once * size)) return 0;
+  return depth - std::min(part * depth, most * size);
+}
 
 void displace(RigidState& state, const RigidProperties& properties, const Vec3& shift, const Vec3& turn) {
   state.pose.position += shift;

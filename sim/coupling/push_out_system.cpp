@@ -75,8 +75,8 @@ void PushOutSystem::add(const ContactPoint& contact, std::size_t guest, const Ve
       row.guest_mass = effective_mass(row.guest, row.guest_arm);
       guest_inertia = bodies_->rigid.properties[as_index(contact.guest_rigid)].mass;
     }
-  } else if (!is_held(guest)) {
-    const SurfacePoint& point = surface_point(*bodies_, contact);
+  } else if (const SurfacePoint& point = surface_point(*bodies_, contact);
+             !is_held(guest) && point.inverse_mass > 0) {
     // Places on one edge or face are different points for different hosts.
     row.point = contact.is_on_ridge()
                     ? static_cast<int>(bodies_->points.size() + bodies_->edges.size() + rows_.size())

@@ -13,7 +13,7 @@ namespace {
 
 constexpr double least_gap = 1e-6;  // of the thickness
 
-[[noreturn]] void fail(const Bodies& bodies, int first, int second, double value, const char* how) {
+[[noreturn]] void fail(const Bodies& bodies, int first, int second, double value, const std::string& how) {
   SimulationFault fault;
   fault.stage = "0 initial state";
   fault.body = body_name(bodies, first);
@@ -23,6 +23,23 @@ constexpr double least_gap = 1e-6;  // of the thickness
   fault.cause = fmt::format("the surfaces of `{}` and `{}` {}", fault.body, body_name(bodies, second), how);
   fault.remedy = "leave a gap between them, or let them pass with --without self_collision";
   throw SimulationError(fault);
+}
+
+// "; so do those of `a` and `b`, of `c` and `d`": the other pairs of bodies that meet.
+std::string others_that_meet(const Bodies& bodies, const std::vector<std::array<int, 2>>& meeting) {
+  const CollisionSurface& surface = bodies.collision_surface;
+  std::vector<std::array<int, 2>> pairs;
+  for (const std::array<int, 2>& triangles : meeting) {
+    const auto [a, b] = std::minmax(surface.triangle_body[as_index(triangles[0])],
+                                    surface.triangle_body[as_index(triangles[1])]);
+    if (std::find(pairs.begin(), pairs.end(), std::array{a, b}) == pairs.end()) pairs.push_back({a, b});
+  }
+  std::string text;
+  for (std::size_t i = 1; i < pairs.size(); ++i)
+    text += fmt::format("{} of `{}` and `{}`", i == 1 ? "; so do those" : ",",
+                        bodies.deformable[as_index(pairs[i][0])].name,
+                        bodies.deformable[as_index(pairs[i][1])].name);
+  return text;
 }
 
 }  // namespace
@@ -44,7 +61,7 @@ void check_surfaces_apart(const Bodies& bodies) {
   if (!meeting.empty())
     fail(bodies, surface.triangles[as_index(meeting.front()[0])][0],
          surface.triangles[as_index(meeting.front()[1])][0], static_cast<double>(meeting.size()),
-         "touch or intersect, in so many pairs of triangles");
+         "touch or intersect, in so many pairs of triangles" + others_that_meet(bodies, meeting));
   CollisionCandidates candidates;
   candidates.update(surface, x, x);
   for (const CandidatePair& pair : candidates.near()) {

@@ -54,6 +54,7 @@ struct DeformableBody {
   double air_drag = 0;                         // 1/m, deceleration over the square of the speed
   int first_edge = 0, edge_count = 0;          // of the boundary edges
   int parts_per_edge = 0;                      // that surface points divide each of them into
+  double element_size = 0;  // m, mean length of the edges of its boundary or of its segments, at rest
 };
 
 template <class Work>

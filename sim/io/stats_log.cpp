@@ -50,6 +50,12 @@ std::string stats_json(const FrameStats& stats) {
     object["pushed_mass"] = stats.pushed_mass;
     object["pushed_moment"] = stats.pushed_moment;
   }
+  for (const PinchStats& pinch : stats.pinched)
+    object["pinched"].push_back({{"body", pinch.body},
+                                 {"between", {pinch.first, pinch.second}},
+                                 {"thickness", pinch.thickness},
+                                 {"room", pinch.room},
+                                 {"time", pinch.time}});
   if (stats.self_intersections) object["self_intersections"] = *stats.self_intersections;
   return object.dump();
 }

@@ -42,7 +42,8 @@ std::vector<double> masses_of(const DeformableBody& description, const Material&
   return volumes;
 }
 
-// Points on particles that move with a body are left to the body.
+// Points on particles that move with a dynamic body are left to the body. Those on particles that are held,
+// or that a kinematic body carries, are obstacles to rigid bodies.
 void add_point(SurfacePoint point, Bodies& bodies) {
   const Particles& particles = bodies.particles;
   for (std::size_t i = 0; i < as_index(point.count); ++i)
@@ -50,7 +51,7 @@ void add_point(SurfacePoint point, Bodies& bodies) {
   for (std::size_t i = 0; i < as_index(point.count); ++i)
     point.inverse_mass +=
         point.weight[i] * point.weight[i] * particles.inverse_mass[as_index(point.particle[i])];
-  if (point.inverse_mass > 0) bodies.points.push_back(point);
+  bodies.points.push_back(point);
 }
 
 SurfacePoint vertex_point(int particle, double reach) {
@@ -100,9 +101,7 @@ void add_edges(const std::set<std::pair<int, int>>& edges, int parts, double rea
   for (const auto& [a, b] : edges) {
     const BoundaryEdge edge{{body.first_particle + a, body.first_particle + b}, -reach};
     const auto is_left_out = [&](int p) { return particles.mass[as_index(p)] == 0; };
-    const auto moves = [&](int p) { return particles.inverse_mass[as_index(p)] > 0; };
-    if (std::any_of(edge.particle.begin(), edge.particle.end(), is_left_out)) continue;
-    if (std::any_of(edge.particle.begin(), edge.particle.end(), moves)) bodies.edges.push_back(edge);
+    if (std::none_of(edge.particle.begin(), edge.particle.end(), is_left_out)) bodies.edges.push_back(edge);
   }
   body.edge_count = static_cast<int>(bodies.edges.size()) - body.first_edge;
   body.parts_per_edge = parts;

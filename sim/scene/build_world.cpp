@@ -178,6 +178,24 @@ BodyShape add_volume(const Scene& scene, const EffectSet& plan, const scene::Def
   return shape;
 }
 
+// The mean length of the edges of the boundary, those of inner edges counted twice, or of a rod's segments; a
+// particle's diameter.
+double element_size(const duet::DeformableBody& body, const Bodies& bodies) {
+  const std::vector<Vec3>& x = bodies.particles.x;
+  double sum = 0;
+  int count = 0;
+  const auto add = [&](int a, int b) {
+    sum += (x[as_index(a)] - x[as_index(b)]).norm();
+    ++count;
+  };
+  for (int t = body.first_triangle; t < body.first_triangle + body.triangle_count; ++t)
+    for (std::size_t k = 0; k < 3; ++k)
+      add(bodies.triangles[as_index(t)][k], bodies.triangles[as_index(t)][(k + 1) % 3]);
+  for (int s = body.first_segment; s < body.first_segment + body.segment_count; ++s)
+    add(bodies.segments[as_index(s)][0], bodies.segments[as_index(s)][1]);
+  return count > 0 ? sum / count : body.thickness;
+}
+
 // What the bodies touch themselves and each other with.
 CollisionSurface collision_surface(const Scene& scene, const Bodies& bodies) {
   CollisionSurface surface;
@@ -338,6 +356,7 @@ BuiltWorld build_world(const Scene& scene, const EffectSet& plan) {
                            : body.shape.is_shell()    ? add_shell(scene, plan, body, bodies)
                            : body.shape.is_particle() ? add_particle(scene, body, bodies)
                                                       : add_rod(scene, plan, body, bodies));
+  for (duet::DeformableBody& body : bodies.deformable) body.element_size = element_size(body, bodies);
   if (plan[index(Effect::soft_bindings)]) attach_softly(scene, bodies);
   bodies.push_back = plan[index(Effect::two_way)];
   if (plan[index(Effect::air_drag)]) add_air_drag(scene, bodies);

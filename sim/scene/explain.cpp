@@ -130,6 +130,7 @@ std::vector<std::string> warnings(const Scene& scene, const EffectPlan& plan, co
         fmt::format("the mass ratio {:.4g}:1 is above {:.0f}:1: raise solver.contact_iterations (now {}) "
                     "if heavy bodies sink into light ones",
                     mass_ratio(sizes), large_mass_ratio, scene.solver.contact_iterations));
+  for (const InitialOverlap& overlap : sizes.initial_overlaps) found.push_back(describe_parting(overlap));
   for (const GridSize& grid : sizes.grids)
     if (grid.thickness < least_cells * grid.spacing)
       found.push_back(fmt::format(
@@ -181,6 +182,12 @@ nlohmann::json explain_json(const Scene& scene, const EffectPlan& plan, const Wo
                           {"tets", mesh.tets},
                           {"smallest_altitude", mesh.smallest_altitude},
                           {"dihedral_angles", {mesh.least_angle, mesh.largest_angle}}});
+  json overlaps = json::array();
+  for (const InitialOverlap& overlap : sizes.initial_overlaps)
+    overlaps.push_back({{"bodies", {overlap.first, overlap.second}},
+                        {"depth", overlap.depth},
+                        {"place", {overlap.place.x(), overlap.place.y(), overlap.place.z()}},
+                        {"left", overlap.left}});
   json studies = json::array();
   for (const PresetStudy& study : preset_studies())
     studies.push_back({{"study", study.study},
@@ -217,6 +224,7 @@ nlohmann::json explain_json(const Scene& scene, const EffectPlan& plan, const Wo
         {"first_step_bound", sizes.time_step_bound}}},
       {"accuracy",
        {{"preset", accuracy_names[static_cast<std::size_t>(scene.solver.accuracy)]}, {"studies", studies}}},
+      {"initial_overlaps", overlaps},
       {"warnings", warnings(scene, plan, sizes)}};
 }
 

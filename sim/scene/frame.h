@@ -45,6 +45,14 @@ struct LedgerStats {
   double kinetic = 0, stored = 0;                                                  // J
 };
 
+// A thin deformable body that was pinched in a frame, see sim/coupling/pinching.h.
+struct PinchStats {
+  std::string body, first, second;  // it, and the two that leave less room than it is thick
+  double thickness = 0;             // m
+  double room = 0;                  // m, the least in the frame; negative where the two overlap
+  double time = 0;                  // s, of the first step with too little
+};
+
 // One line of stats.jsonl.
 struct FrameStats {
   int frame = 0;
@@ -72,6 +80,7 @@ struct FrameStats {
   Vec3 angular_momentum = Vec3::Zero();            // kg m^2/s, about the origin
   std::uint64_t hash = 0;                          // of the whole state
   std::vector<LedgerStats> ledger;                 // empty unless asked for
+  std::vector<PinchStats> pinched;                 // empty unless a body was
   double pushed_mass = 0, pushed_moment = 0;       // kg m, kg m^2: the largest net displacement of push-out
 };
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <set>
+#include <utility>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -46,6 +47,55 @@ Bodies sort_bodies(const Scene& scene) {
   return bodies;
 }
 
+// The pairs that contact passes over: bodies that a joint holds together, unless it lets them collide, and
+// deformable bodies with the rigid ones that they are attached to; as far as --without leaves joints and
+// bindings.
+class Exclusions {
+ public:
+  Exclusions(const Scene& scene, const EffectSet& removed) {
+    if (!removed[index(Effect::articulation)])
+      for (const Joint& joint : scene.joints)
+        if (!joint.collide) pairs_.insert(std::minmax(joint.parent, joint.child));
+    for (const DeformableBody& body : scene.deformable) {
+      if (removed[index(body.attach_springs ? Effect::soft_bindings : Effect::hard_bindings)]) continue;
+      for (const std::string& name : body.attach) pairs_.insert(std::minmax(name, body.name));
+    }
+  }
+  bool may_touch(const std::string& a, const std::string& b) const {
+    return a != b && (pairs_.empty() || !pairs_.contains(std::minmax(a, b)));
+  }
+  bool may_touch(const std::string& a, const std::vector<std::string>& others) const {
+    return std::any_of(others.begin(), others.end(), [&](const std::string& b) { return may_touch(a, b); });
+  }
+  bool may_touch(const std::vector<std::string>& some, const std::vector<std::string>& others) const {
+    return std::any_of(some.begin(), some.end(), [&](const std::string& a) { return may_touch(a, others); });
+  }
+
+  // Those of the rigid bodies that may touch another one, of which one is dynamic.
+  Bodies that_meet(const Bodies& bodies) const {
+    Bodies met = bodies;
+    std::erase_if(met.dynamic, [&](const std::string& a) {
+      return !may_touch(a, bodies.dynamic) && !may_touch(a, bodies.kinematic) && !may_touch(a, bodies.fixed);
+    });
+    for (std::vector<std::string>* others : {&met.kinematic, &met.fixed})
+      std::erase_if(*others, [&](const std::string& a) { return !may_touch(a, bodies.dynamic); });
+    return met;
+  }
+  // Those of the rigid and the deformable bodies that may touch one of the other kind.
+  Bodies that_meet_deformable(const Bodies& bodies) const {
+    Bodies met = bodies;
+    for (std::vector<std::string>* rigid : {&met.dynamic, &met.kinematic, &met.fixed})
+      std::erase_if(*rigid, [&](const std::string& a) { return !may_touch(a, bodies.deformable); });
+    std::erase_if(met.deformable, [&](const std::string& a) {
+      return !may_touch(a, bodies.dynamic) && !may_touch(a, bodies.kinematic) && !may_touch(a, bodies.fixed);
+    });
+    return met;
+  }
+
+ private:
+  std::set<std::pair<std::string, std::string>> pairs_;
+};
+
 // "3 dynamic rigid bodies (`a`, `b`, `c`), 1 kinematic one (`wheel`) and 1 static one (`ground`)"
 std::string rigid_text(const Bodies& bodies) {
   std::vector<std::string> parts;
@@ -68,19 +118,30 @@ std::string deformable_text(const Bodies& bodies) {
                      listed(bodies.deformable));
 }
 
-PlannedEffect rigid_pairs(Effect effect, const Bodies& bodies, std::string_view verb) {
+PlannedEffect rigid_pairs(Effect effect, const Bodies& bodies, const Exclusions& exclusions,
+                          std::string_view verb) {
   if (bodies.dynamic.empty()) return {effect, false, "no dynamic rigid body"};
   if (bodies.dynamic.size() + bodies.immovable() < 2)
     return {effect, false, fmt::format("`{}` is the only rigid body", bodies.dynamic.front())};
-  return {effect, true, fmt::format("{} {}", rigid_text(bodies), verb)};
+  const Bodies met = exclusions.that_meet(bodies);
+  if (met.dynamic.empty())
+    return {effect, false, fmt::format("joints hold together all of {}", rigid_text(bodies))};
+  return {effect, true, fmt::format("{} {}", rigid_text(met), verb)};
 }
 
-PlannedEffect rigid_deformable_pairs(const Bodies& bodies) {
+PlannedEffect rigid_deformable_pairs(const Bodies& bodies, const Exclusions& exclusions) {
   const Effect effect = Effect::rigid_deformable_contact;
   if (bodies.deformable.empty()) return {effect, false, "no deformable body"};
   if (bodies.dynamic.empty() && bodies.immovable() == 0)
     return {effect, false, "no rigid body and no ground"};
-  return {effect, true, fmt::format("{} can touch {}", deformable_text(bodies), rigid_text(bodies))};
+  const Bodies met = exclusions.that_meet_deformable(bodies);
+  if (met.deformable.empty())
+    return {
+        effect, false,
+        fmt::format("{} attached to all of {}",
+                    bodies.deformable.size() == 1 ? "the deformable body is" : "all deformable bodies are",
+                    rigid_text(bodies))};
+  return {effect, true, fmt::format("{} can touch {}", deformable_text(met), rigid_text(met))};
 }
 
 // The deformable bodies that one kind of force holds together, with their materials.
@@ -165,12 +226,14 @@ std::vector<std::string> loose_bodies(const Scene& scene) {
   return loose;
 }
 
-PlannedEffect shock_propagation(const Scene& scene, const Bodies& bodies, bool contact) {
+PlannedEffect shock_propagation(const Scene& scene, const Bodies& bodies, const Exclusions& exclusions,
+                                bool contact) {
   const Effect effect = Effect::shock_propagation;
   const Switch wish = scene.solver.shock_propagation;
   if (wish == Switch::off) return {effect, false, "solver.shock_propagation is off"};
   if (!contact) return {effect, false, "no contact between rigid bodies"};
-  if (bodies.dynamic.size() < 2) return {effect, false, "no two dynamic rigid bodies can rest on each other"};
+  if (!exclusions.may_touch(bodies.dynamic, bodies.dynamic))
+    return {effect, false, "no two dynamic rigid bodies can rest on each other"};
   if (bodies.immovable() == 0) return {effect, false, "no static or kinematic body to rest on"};
   if (wish == Switch::on) return {effect, true, "solver.shock_propagation is on"};
   const std::vector<std::string> loose = loose_bodies(scene);
@@ -236,11 +299,16 @@ PlannedEffect between_surfaces(Effect effect, const Scene& scene, const Bodies& 
   return {effect, true, fmt::format("{}", fmt::join(reasons, "; "))};
 }
 
-PlannedEffect two_way(const Bodies& bodies, bool contact) {
+PlannedEffect two_way(const Bodies& bodies, const Exclusions& exclusions, bool contact) {
   const Effect effect = Effect::two_way;
   if (!contact) return {effect, false, "no contact between rigid and deformable bodies"};
-  if (bodies.dynamic.empty()) return {effect, false, "no rigid body that deformable ones could push"};
-  return {effect, true, fmt::format("{} push back on {}", deformable_text(bodies), listed(bodies.dynamic))};
+  Bodies met = bodies;
+  met.kinematic.clear();
+  met.fixed.clear();
+  met = exclusions.that_meet_deformable(met);
+  if (met.dynamic.empty())
+    return {effect, false, "no rigid body that deformable ones could push by touching it"};
+  return {effect, true, fmt::format("{} push back on {}", deformable_text(met), listed(met.dynamic))};
 }
 
 PlannedEffect articulation(const Scene& scene) {
@@ -306,19 +374,20 @@ EffectSet EffectPlan::active() const {
 EffectPlan plan_effects(const Scene& scene, const std::vector<std::string>& without) {
   const EffectSet removed = removed_effects(without);
   const Bodies bodies = sort_bodies(scene);
+  const Exclusions exclusions(scene, removed);
   EffectPlan plan;
   const auto add = [&](PlannedEffect planned) {  // in the order of the enum
     if (planned.active && removed[index(planned.effect)])
       planned = {planned.effect, false, std::string(removed_by_user)};
     plan.effects.push_back(std::move(planned));
   };
-  add(rigid_pairs(Effect::rigid_collision, bodies, "can collide"));
-  add(rigid_pairs(Effect::rigid_contact, bodies, "can rest on each other"));
-  add(rigid_deformable_pairs(bodies));
+  add(rigid_pairs(Effect::rigid_collision, bodies, exclusions, "can collide"));
+  add(rigid_pairs(Effect::rigid_contact, bodies, exclusions, "can rest on each other"));
+  add(rigid_deformable_pairs(bodies, exclusions));
   add(elasticity(scene));
   add(push_out(plan.effects));  // what has no contact left has nothing to push out
   const bool contact = plan.effects[index(Effect::rigid_contact)].active;
-  add(shock_propagation(scene, bodies, contact));
+  add(shock_propagation(scene, bodies, exclusions, contact));
   add(rolling_friction(scene, contact));
   add(kinematic_motion(bodies));
   add(incompressibility(scene));
@@ -326,7 +395,7 @@ EffectPlan plan_effects(const Scene& scene, const std::vector<std::string>& with
   add(between_surfaces(Effect::self_collision, scene, bodies));
   add(springs(scene));
   add(bending(scene));
-  add(two_way(bodies, plan.effects[index(Effect::rigid_deformable_contact)].active));
+  add(two_way(bodies, exclusions, plan.effects[index(Effect::rigid_deformable_contact)].active));
   add(articulation(scene));
   const bool articulated = plan.effects.back().active;
   add(joint_effect(

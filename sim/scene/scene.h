@@ -296,6 +296,8 @@ enum class VelocityConstraints { after_solve, before_solve };
 using duet::OrientationUpdate;
 
 // Defaults come from the accuracy preset; a key in the file wins over the preset.
+enum class OverlapPolicy { part, refuse };
+
 struct Solver {
   Accuracy accuracy = Accuracy::standard;
   Integration integration = Integration::semi_implicit;  // of elastic forces; damping is always implicit
@@ -325,7 +327,8 @@ struct Solver {
   int face_samples = 4;  // lattice order of extra contact points on deformable faces; 0: vertices only
   bool contact_reduction = true;  // of rigid flat faces, to the points that carry them
   OrientationUpdate orientation = OrientationUpdate::exact;
-  bool keep_spin = true;  // of deformable bodies that nothing touches
+  bool keep_spin = true;                                // of deformable bodies that nothing touches
+  OverlapPolicy initial_overlap = OverlapPolicy::part;  // of bodies at frame 0
 };
 
 struct CameraKey {                     // what it leaves out is as the camera's own keys say

@@ -377,6 +377,9 @@ std::vector<Key> keys(Solver& solver) {
        "how rigid orientations are advanced: as the free body moves, or as the paper's section 4.1 does"},
       {"keep_spin", &solver.keep_spin, "", any,
        "whether deformable bodies that nothing touches are kept from losing spin as their particles move"},
+      {"initial_overlap", choice(solver.initial_overlap, {"part", "refuse"}), "", any,
+       "bodies that overlap at frame 0 are parted, moved as wholes before they deform, or the scene is "
+       "refused"},
   };
 }
 

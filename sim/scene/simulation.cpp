@@ -7,6 +7,7 @@
 #include <iterator>
 #include <limits>
 #include <span>
+#include <tuple>
 #include <utility>
 
 #include <Eigen/LU>
@@ -68,6 +69,7 @@ struct Simulation::Impl {
   // Of volumes that springs hold together: their tets, and 1/m, of their edge matrices at rest.
   std::vector<Tet> spring_tets;
   std::vector<Mat3> spring_inverse_rest;
+  Parting parting;  // of what overlaps at frame 0
 
   World& world() { return built.world; }
 
@@ -110,6 +112,23 @@ struct Simulation::Impl {
       update_orientation_dependents(rigid.state[i], rigid.properties[i]);
   }
 
+  // Of the step from `time` (s) on.
+  void add_pinches(double time) {
+    const Bodies& bodies = world().bodies;
+    for (const Pinch& pinch : world().context.contacts.pinches) {
+      const duet::DeformableBody& guest = bodies.deformable[as_index(pinch.guest_deformable)];
+      const std::string &first = bodies.rigid.name[as_index(pinch.first)],
+                        &second = bodies.rigid.name[as_index(pinch.second)];
+      const auto known = std::find_if(stats.pinched.begin(), stats.pinched.end(), [&](const PinchStats& one) {
+        return one.body == guest.name && one.first == first && one.second == second;
+      });
+      if (known == stats.pinched.end())
+        stats.pinched.push_back({guest.name, first, second, guest.thickness, pinch.room, time});
+      else
+        known->room = std::min(known->room, pinch.room);
+    }
+  }
+
   // Divides the rest of the frame into equal steps no longer than the rule allows; a step that fails is tried
   // again with half its size, and so is one that proves too long for the joints.
   void advance() {
@@ -136,6 +155,7 @@ struct Simulation::Impl {
         throw SimulationError(error.fault());
       }
       share = std::min(1.0, 2 * share);
+      add_pinches(time);
       time = steps > 1 ? time + dt : end;
       ++stats.substeps;
       stats.dt_min = stats.substeps == 1 ? dt : std::min(stats.dt_min, dt);
@@ -158,12 +178,54 @@ struct Simulation::Impl {
       spring_inverse_rest.push_back(edge_matrix(tet, bodies.particles.x).inverse());
   }
 
+  std::vector<const Surface*> rigid_surfaces() const {
+    std::vector<const Surface*> found;
+    for (std::size_t i = 0; i < scene.rigid.size(); ++i) found.push_back(&built.shapes[i].surface.surface);
+    return found;
+  }
+
+  // One problem for each pair that overlaps.
+  [[noreturn]] void refuse_overlaps() const {
+    std::vector<SceneProblem> problems;
+    for (const InitialOverlap& overlap : parting.overlaps) {
+      SceneProblem problem;
+      problem.file = scene.path;
+      const auto locate = [&](const auto& bodies) {
+        for (const auto& body : bodies)
+          if (body.name == overlap.second)
+            std::tie(problem.line, problem.column) = std::tuple(body.at.line, body.at.column);
+      };
+      locate(scene.rigid);
+      locate(scene.deformable);
+      problem.key = "solver.initial_overlap";
+      problem.message = describe(overlap) + " at frame 0";
+      problem.hint = "move them apart, or have them parted with solver.initial_overlap = \"part\"";
+      problems.push_back(std::move(problem));
+    }
+    throw SceneError(std::move(problems));
+  }
+
+  // Looks whether the surfaces of deformable bodies are free of crossings, once those that overlap are
+  // parted.
+  void check_surfaces() {
+    Bodies& bodies = world().bodies;
+    const std::vector<Vec3> x = bodies.particles.x;
+    const std::vector<RigidState> states = bodies.rigid.state;
+    if (parting.moves()) apply(parting, world());
+    check_surfaces_apart(bodies);
+    bodies.particles.x = x;
+    bodies.rigid.state = states;
+  }
+
   // What can be read from the state itself.
   void measure_state() {
     Bodies& bodies = world().bodies;
     stats.frame = static_cast<int>(frame);
     stats.time = static_cast<double>(frame) / scene.fps;
     stats.max_penetration = max_penetration(bodies, world().contact_filter());
+    if (frame == 0)
+      for (const InitialOverlap& overlap : parting.overlaps)
+        stats.max_penetration = std::max(stats.max_penetration, overlap.depth);
     FiniteElements::Strain strain = bodies.forces.elements.strain(bodies.particles.x);
     take_strain(spring_tets, spring_inverse_rest, bodies.particles.x, strain);
     stats.min_det_F = strain.min_det;
@@ -218,7 +280,11 @@ Simulation::Simulation(const scene::Scene& scene, const EffectSet& plan) : impl_
   impl_->scene = scene;
   impl_->take_spring_tets();
   check_finite(impl_->world(), "0 initial state");
-  if (plan[index(Effect::self_collision)]) check_surfaces_apart(impl_->world().bodies);
+  impl_->parting = part_bodies(impl_->world(), impl_->rigid_surfaces());
+  if (scene.solver.initial_overlap == scene::OverlapPolicy::refuse && !impl_->parting.overlaps.empty())
+    impl_->refuse_overlaps();
+  impl_->world().settings.push_out.overlapping = impl_->parting.left;
+  if (plan[index(Effect::self_collision)]) impl_->check_surfaces();
   impl_->measure_state();
   impl_->measure_work();
 }
@@ -227,6 +293,7 @@ Simulation::~Simulation() = default;
 
 int Simulation::frame() const { return static_cast<int>(impl_->frame); }
 FrameStats Simulation::stats() const { return impl_->stats; }
+const std::vector<InitialOverlap>& Simulation::initial_overlaps() const { return impl_->parting.overlaps; }
 World& Simulation::world() { return impl_->world(); }
 const World& Simulation::world() const { return impl_->world(); }
 
@@ -246,10 +313,12 @@ void Simulation::advance_frame() {
   impl.world().clock.reset();
   impl.world().counters = {};
   impl.stats.substeps = 0;
+  impl.stats.pinched.clear();
   impl.stats.dt_min = impl.stats.dt_max = 0;
   const auto start = std::chrono::steady_clock::now();
   const double processor_start = processor_seconds();
   try {
+    if (impl.frame == 0 && impl.parting.moves()) apply(impl.parting, impl.world());
     impl.advance();
   } catch (const SimulationError&) {
     impl.load(impl.frame_start);
@@ -354,6 +423,7 @@ WorldSizes Simulation::sizes() const {
   World& world = impl_->world();
   const Bodies& bodies = world.bodies;
   WorldSizes sizes;
+  sizes.initial_overlaps = impl_->parting.overlaps;
   const TimeStepChoice choice =
       bounded_time_step(world, static_cast<double>(impl_->frame) / impl_->scene.fps);
   sizes.time_step = choice.seconds;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "sim/scene/frame.h"
+#include "sim/scene/initial_overlaps.h"
 #include "sim/scene/scene.h"
 #include "sim/step/effects.h"
 #include "sim/step/stage_hashes.h"
@@ -42,12 +43,13 @@ struct WorldSizes {
   double undamped_elastic_dt = 0;  // s, the same if damping did not lift it (solver.relaxation)
   double time_step = 0;            // s, the longest that the rule allows now
   std::string time_step_bound;     // what bounds it, in words
+  std::vector<InitialOverlap> initial_overlaps;
 };
 
 class Simulation {
  public:
   // Effects in `plan` are simulated, no others. Throws SimulationError if the initial state cannot be
-  // simulated.
+  // simulated, and SceneError where bodies overlap that solver.initial_overlap refuses.
   Simulation(const scene::Scene& scene, const EffectSet& plan);
   ~Simulation();
   Simulation(const Simulation&) = delete;
@@ -62,6 +64,9 @@ class Simulation {
 
   int frame() const;         // of the state now held; 0 at first
   FrameStats stats() const;  // of the frame now held (frame 0: no substeps)
+
+  /// The pairs of bodies that overlap at frame 0. Advancing from there begins with parting them.
+  const std::vector<InitialOverlap>& initial_overlaps() const;
 
   /// Hashes of the state now held, for each body and quantity; stats().hash is that of the whole state.
   std::vector<BodyHashes> state_hashes() const;

@@ -1,4 +1,5 @@
 // Step II: collisions (paper section 4).
+#include "sim/coupling/pinching.h"
 #include "sim/step/step.h"
 
 namespace duet {
@@ -6,6 +7,8 @@ namespace duet {
 void find_contacts(World& world, StepContext& context) {
   velocity_difference(world.bodies, context.v_n, context.difference);
   find_candidates(world.bodies, world.contact_filter(), context.dt, context.difference, context.contacts);
+  context.contacts.pinches.clear();
+  yield_where_pinched(world.bodies, context.dt, context.contacts, &context.contacts.pinches);
 }
 
 void collide(World& world, StepContext& context) {

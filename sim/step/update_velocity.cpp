@@ -1,4 +1,5 @@
 // Step V: velocities (paper section 7).
+#include "sim/coupling/pinching.h"
 #include "sim/step/step.h"
 
 namespace duet {
@@ -57,6 +58,7 @@ namespace {
 // The contacts that step III looked at, at x^{n+1}.
 void prepare_again(World& world, StepContext& context) {
   update_contacts(context.graph, world.bodies, context.contacts);
+  yield_where_pinched(world.bodies, context.dt, context.contacts, nullptr);
   predict_contacts(context.dt, world.settings.orientation, context.graph, world.bodies, context.contacts);
   // Step III dealt with the forces of half a step: twice its impulses is where the solve begins.
   warm_start_again(2, context.graph, world.bodies, context.contacts);

@@ -225,5 +225,24 @@ TEST(PushOut, GradualIterationsRemoveGrowingParts) {
   }
 }
 
+// An overlap from before the step lessens by a part of itself, and by no more than a part of an element; one
+// that is next to nothing for an element goes at once.
+TEST(PushOut, OverlapsFromBeforeTheStepOpenGradually) {
+  for (const double size : {1e-3, 1.0, 1e3}) {
+    EXPECT_EQ(overlap_kept(-0.1 * size, size), 0);
+    EXPECT_EQ(overlap_kept(1e-3 * size, size), 0);
+    double depth = size;
+    int steps = 0;
+    for (; depth > 1e-3 * size; ++steps) {
+      const double kept = overlap_kept(depth, size);
+      EXPECT_LT(kept, depth);
+      EXPECT_LE(depth - kept, 0.01001 * size);
+      EXPECT_LE(depth - kept, depth / 31);
+      depth = kept;
+    }
+    EXPECT_LE(steps, 250) << "68 steps of a hundredth down to 0.32, and ln 320 / ln(32 / 31) from there";
+  }
+}
+
 }  // namespace
 }  // namespace duet

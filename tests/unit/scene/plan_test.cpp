@@ -39,7 +39,8 @@ std::string active(const EffectPlan& plan) {
   for (std::size_t i = 0; i < plan.effects.size(); ++i) {
     EXPECT_EQ(index(plan.effects[i].effect), i);
     EXPECT_FALSE(plan.effects[i].reason.empty());
-    if (plan.active()[i]) text += "CRDEPSLKINXMBT"[i];
+    constexpr std::string_view letters = "CRDEPSLKINXMBT";
+    if (plan.active()[i] && i < letters.size()) text += letters[i];
   }
   return text;
 }
@@ -78,6 +79,61 @@ TEST(EffectPlan, KinematicBodiesCarryOthersButNotEachOther) {
       "1 dynamic rigid body (`rigid0`), 1 kinematic one (`driven0`) and 1 static one (`ground`) can collide");
   EXPECT_EQ(plan.effects[index(Effect::kinematic_motion)].reason,
             "the scene prescribes the motion of 1 rigid body (`driven0`)");
+}
+
+Joint joint_between(const std::string& parent, const std::string& child) {
+  Joint joint;
+  joint.name = parent + child;
+  joint.parent = parent;
+  joint.child = child;
+  return joint;
+}
+
+// Bones that a joint and their flesh hold together touch neither each other nor the flesh: no contact is
+// called for, until there is something else to touch.
+TEST(EffectPlan, JointsAndAttachmentsKeepPairsFromTouching) {
+  const auto contacts = [](const Scene& scene, const std::vector<std::string>& without = {}) {
+    std::string text;
+    for (const char effect : active(plan_effects(scene, without)))
+      if (std::string("CRDPSLT").find(effect) != std::string::npos) text += effect;
+    return text;
+  };
+  Scene scene = scene_with(2, 0, 1, false);
+  scene.joints = {joint_between("rigid0", "rigid1")};
+  scene.deformable[0].attach = {"rigid0", "rigid1"};
+  EXPECT_EQ(contacts(scene), "");
+  const EffectPlan plan = plan_effects(scene);
+  EXPECT_EQ(plan.effects[index(Effect::rigid_contact)].reason,
+            "joints hold together all of 2 dynamic rigid bodies (`rigid0`, `rigid1`)");
+  EXPECT_EQ(plan.effects[index(Effect::rigid_deformable_contact)].reason,
+            "the deformable body is attached to all of 2 dynamic rigid bodies (`rigid0`, `rigid1`)");
+
+  EXPECT_EQ(contacts(scene, {"articulation"}), "CRP");
+  EXPECT_EQ(contacts(scene, {"hard_bindings"}), "DPT");
+  scene.deformable[0].attach_springs = AttachSprings();
+  EXPECT_EQ(contacts(scene, {"hard_bindings"}), "");
+  EXPECT_EQ(contacts(scene, {"soft_bindings"}), "DPT");
+  scene.joints[0].collide = true;
+  EXPECT_EQ(contacts(scene), "CRP");
+  scene.joints[0].collide = false;
+  scene.deformable[0].attach = {"rigid0"};
+  EXPECT_EQ(contacts(scene), "DPT");
+  EXPECT_EQ(plan_effects(scene).effects[index(Effect::rigid_deformable_contact)].reason,
+            "1 deformable body (`soft0`) can touch 1 dynamic rigid body (`rigid1`)");
+  scene.deformable[0].attach = {"rigid0", "rigid1"};
+  scene.ground.emplace();  // carries the bones and the flesh, which push on nothing that moves
+  EXPECT_EQ(contacts(scene), "CRDP");
+  scene.joints.push_back(joint_between("ground", "rigid0"));
+  EXPECT_EQ(plan_effects(scene).effects[index(Effect::rigid_contact)].reason,
+            "1 dynamic rigid body (`rigid1`) and 1 static one (`ground`) can rest on each other");
+}
+
+TEST(EffectPlan, ShocksNeedTwoBodiesThatMayRestOnEachOther) {
+  Scene scene = scene_with(2, 0, 0, true);
+  scene.solver.shock_propagation = Switch::on;
+  EXPECT_EQ(active(plan_effects(scene)), "CRPS");
+  scene.joints = {joint_between("rigid0", "rigid1")};
+  EXPECT_EQ(active(plan_effects(scene)), "CRP");
 }
 
 TEST(EffectPlan, SurfacesMeetWhereBodiesCanOrAreAskedTo) {

@@ -1,0 +1,138 @@
+// Cloth, ropes and balls between plates that leave less room than they are thick: it is said, and nothing is
+// thrown.
+#include <cmath>
+
+#include "tests/support/margin.h"
+#include "tests/support/thin_bodies.h"
+
+#include "sim/step/world.h"
+
+namespace duet {
+namespace {
+
+enum class Thin { cloth, rope, particle };
+
+struct Press {
+  Thin thin = Thin::cloth;
+  double size = 1;       // times half a meter
+  double least = 0.004;  // sizes, the gap that the plates close to; the thickness is 0.005
+  double friction = 0.8;
+  double youngs_modulus = 1e6;  // Pa
+  bool both_move = true;        // else the lower plate is static
+};
+
+// The time that a wave takes through it, in terms of that of a meter at 1e6 Pa.
+double pace(const Press& press) { return press.size * std::sqrt(1e6 / press.youngs_modulus); }
+
+// The plates close within 0.1 s at this pace, hold for as long, and open within as long again.
+void add_plate(scene::Scene& scene, const Press& press, double side) {
+  const double size = press.size, open = 0.02;
+  scene::RigidBody& plate =
+      test::add_box(scene, side > 0 ? "upper" : "lower", Vec3::Zero(), size * Vec3(0.3, 0.1, 0.3), 1);
+  plate.mass.reset();
+  plate.friction = press.friction;
+  const bool moves = side > 0 || press.both_move;
+  const double closed = press.least / 2;
+  const auto at = [&](double gap) { return Vec3(0, side * size * (0.05 + gap), 0); };
+  if (!moves) {
+    plate.is_static = true;
+    plate.placement.position = at(closed);
+    return;
+  }
+  plate.is_kinematic = true;
+  const std::pair<double, double> keys[] = {{0, open / 2}, {0.1, closed}, {0.2, closed}, {0.3, open / 2}};
+  for (const auto& [time, gap] : keys) {
+    scene::Keyframe& key = plate.motion.keyframes.emplace_back();
+    key.time = time * pace(press);
+    key.position = at(gap);
+  }
+}
+
+scene::Scene scene_of(const Press& press) {
+  scene::Scene scene = test::free_space();
+  const double size = press.size, thickness = 0.005 * size;
+  scene.fps = 24 / pace(press);
+  scene.solver.max_time_step = 1 / scene.fps;
+  for (const double side : {-1.0, 1.0}) add_plate(scene, press, side);
+  scene::Material& material = test::add_material(scene, "thin");
+  material.density = 300;
+  material.youngs_modulus = press.youngs_modulus;
+  material.damping = 0.01;
+  // On a static lower plate it lies from the start.
+  const Vec3 middle(0, press.both_move ? 0 : size * (0.0025 - press.least / 2), 0);
+  if (press.thin == Thin::cloth) {
+    test::add_panel(scene, "thin", middle, size * Vec2(0.5, 0.5), 8, thickness);
+  } else if (press.thin == Thin::rope) {
+    test::add_rope(scene, "thin", {Vec3(-0.25 * size, 0, 0), Vec3(0.25 * size, 0, 0)}, 10, thickness)
+        .placement.position = middle;
+  } else {
+    scene::DeformableBody& body = scene.deformable.emplace_back();
+    body.name = "thin";
+    body.material = "thin";
+    body.shape.kind = scene::DeformableKind::particle;
+    body.shape.radius = thickness / 2;
+    body.placement.position = middle;
+  }
+  return scene;
+}
+
+void expect_stays(const Press& press) {
+  SCOPED_TRACE(fmt::format("thin {}, size {}, gap {}, friction {}, {} Pa, both {}",
+                           static_cast<int>(press.thin), press.size, press.least, press.friction,
+                           press.youngs_modulus, press.both_move));
+  Press open = press;
+  open.least = 0.008;
+  const scene::Scene scene = scene_of(press), open_scene = scene_of(open);
+  Simulation simulation(scene, test::plan(scene)), wide(open_scene, test::plan(open_scene));
+  const std::vector<Vec3> start = simulation.world().bodies.particles.x;
+  double energy = 0, room = 1e9;
+  bool is_said = false;
+  for (int frame = 1; frame <= 8; ++frame) {
+    simulation.advance_frame();
+    wide.advance_frame();
+    const FrameStats stats = simulation.stats();
+    ASSERT_LE(stats.substeps, 3 * wide.stats().substeps + 3) << frame;
+    EXPECT_TRUE(wide.stats().pinched.empty());
+    energy = std::max(energy, stats.kinetic + stats.elastic);
+    for (const PinchStats& pinch : stats.pinched) {
+      is_said = true;
+      room = std::min(room, pinch.room);
+      EXPECT_EQ(pinch.body, "thin");
+      EXPECT_EQ(pinch.first + pinch.second, "lowerupper");
+      EXPECT_NEAR(pinch.thickness, 0.005 * press.size, 1e-12);
+      EXPECT_GT(pinch.time, press.both_move ? 0.04 * pace(press) : -1);
+      EXPECT_LT(pinch.time, 0.3 * pace(press));
+    }
+  }
+  EXPECT_TRUE(is_said);
+  EXPECT_NEAR(room / press.size, press.least, 1e-6);
+  const double scale = press.size * press.size * press.size;
+  test::expect_below(energy / scale, 1, "most energy over size^3, J/m^3");
+  double off = 0;
+  for (std::size_t p = 0; p < start.size(); ++p)
+    off = std::max(off, (simulation.world().bodies.particles.x[p] - start[p]).norm());
+  test::expect_below(off / press.size, press.both_move ? 0.001 : 0.003, "moved, sizes");
+}
+
+TEST(EverydaySoftPinched, ClothStaysWhereItIs) {
+  for (const double least : {0.0049, 0.004, 0.002, 0.0, -0.01}) expect_stays({.least = least});
+}
+
+TEST(EverydaySoftPinched, OfAnySizeStiffnessAndFriction) {
+  for (const double size : {0.05, 20.0}) expect_stays({.size = size});
+  for (const double youngs_modulus : {1e4, 1e8})
+    expect_stays({.least = 0.002, .youngs_modulus = youngs_modulus});
+  for (const double friction : {0.0, 0.2}) expect_stays({.friction = friction});
+}
+
+TEST(EverydaySoftPinched, SoDoRopesAndParticles) {
+  for (const Thin thin : {Thin::rope, Thin::particle})
+    for (const double least : {0.004, 0.001}) expect_stays({.thin = thin, .least = least});
+}
+
+TEST(EverydaySoftPinched, AndOnePlateMayBeStatic) {
+  for (const double least : {0.004, 0.0}) expect_stays({.least = least, .both_move = false});
+}
+
+}  // namespace
+}  // namespace duet

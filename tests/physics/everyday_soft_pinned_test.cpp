@@ -1,0 +1,128 @@
+// What is pinned, or carried by a kinematic body, is an obstacle to rigid bodies like any kinematic body.
+#include <cmath>
+
+#include "tests/support/margin.h"
+#include "tests/support/thin_bodies.h"
+
+#include "sim/step/world.h"
+
+namespace duet {
+namespace {
+
+constexpr double gravity = 9.8;  // m/s^2
+
+struct Case {
+  bool is_cloth = true;
+  bool is_ball = true;
+  double size = 1;           // m
+  double drop = 0.3;         // sizes
+  bool carried = false;      // by a kinematic body that rises and moves sideways
+  double spacing = 1.0 / 6;  // of the mesh, sizes
+};
+
+// A sheet or a block of the given size, all of it held, with its top at y = 0, and a body a fifth as large
+// above a place that is no particle's.
+scene::Scene scene_of(const Case& c) {
+  scene::Scene scene = test::free_space();
+  scene.gravity = Vec3(0, -gravity, 0);
+  const double thickness = 0.01 * c.size;
+  const int cells = static_cast<int>(std::lround(1 / c.spacing));
+  scene::DeformableBody* held = nullptr;
+  if (c.is_cloth) {
+    test::add_material(scene, "cloth");
+    held =
+        &test::add_panel(scene, "held", Vec3(0, -thickness / 2, 0), Vec2(c.size, c.size), cells, thickness);
+  } else {
+    held = &test::add_soft_box(scene, "held", Vec3(0, -c.size / 2, 0), Vec3::Constant(c.size), cells);
+  }
+  held->pins = {{.from = Vec3::Zero(), .to = {}, .radius = 2 * c.size, .body = c.carried ? "carrier" : ""}};
+  if (c.carried) {
+    scene::RigidBody& carrier = test::add_ball(scene, "carrier", Vec3(0, -3 * c.size, 0), 0.1 * c.size, 1);
+    carrier.mass.reset();
+    carrier.is_kinematic = true;
+    for (const auto& [time, place] : {std::pair(0.0, Vec3(0, -3, 0)), std::pair(2.0, Vec3(0.3, -2.5, 0))}) {
+      scene::Keyframe& key = carrier.motion.keyframes.emplace_back();
+      key.time = time * std::sqrt(c.size);
+      key.position = c.size * place;
+    }
+  }
+  const Vec3 place = c.size * Vec3(0.045, 0.1 + c.drop, 0.031);
+  const double mass = 500 * std::pow(0.2 * c.size, 3);
+  scene::RigidBody& body = c.is_ball
+                               ? test::add_ball(scene, "body", place, 0.1 * c.size, mass)
+                               : test::add_box(scene, "body", place, Vec3::Constant(0.2 * c.size), mass);
+  body.friction = 1;
+  return scene;
+}
+
+void expect_rests(const Case& c) {
+  SCOPED_TRACE(fmt::format("cloth {}, ball {}, size {}, carried {}, spacing {}", c.is_cloth, c.is_ball,
+                           c.size, c.carried, c.spacing));
+  scene::Scene scene = scene_of(c);
+  scene.fps = 24 / std::sqrt(c.size);
+  Simulation simulation(scene, test::plan(scene));
+  const Bodies& bodies = simulation.world().bodies;
+  const std::size_t body = c.carried ? 1 : 0;
+  const Vec3 top = bodies.particles.x[0];
+  double deepest = 0;
+  for (int frame = 0; frame < 48; ++frame) {
+    simulation.advance_frame();
+    deepest = std::max(deepest, simulation.stats().max_penetration);
+  }
+  const Vec3 moved = bodies.particles.x[0] - top;
+  const Vec3 led = c.carried ? Vec3(0.3, 0.5, 0) : Vec3(Vec3::Zero());
+  EXPECT_LT((moved - c.size * led).norm(), 1e-9 * c.size);
+  const RigidState& state = bodies.rigid.state[body];
+  test::expect_below(std::abs(state.pose.position.y() - moved.y() - 0.1 * c.size) / c.size, 1e-4,
+                     "height, sizes");
+  // A ball that the carrier has left rolling crosses lines of the mesh.
+  const double rolls = c.carried && c.is_ball ? 5e-3 : 1e-3;
+  test::expect_below(std::abs(state.velocity.y()) / std::sqrt(gravity * c.size), rolls, "speed");
+  test::expect_below(deepest / c.size, 2e-3, "penetration, sizes");
+}
+
+TEST(EverydaySoftPinned, PinnedFacesCarryBodies) {
+  for (const bool is_cloth : {true, false})
+    for (const bool is_ball : {true, false})
+      for (const double spacing : {1.0, 1.0 / 6}) expect_rests({is_cloth, is_ball, 1, 0.3, false, spacing});
+}
+
+TEST(EverydaySoftPinned, SoDoCarriedOnes) {
+  for (const bool is_cloth : {true, false})
+    for (const bool is_ball : {true, false})
+      expect_rests({.is_cloth = is_cloth, .is_ball = is_ball, .carried = true});
+}
+
+TEST(EverydaySoftPinned, OfAnySize) {
+  for (const double size : {0.01, 100.0})
+    for (const bool is_cloth : {true, false}) expect_rests({.is_cloth = is_cloth, .size = size});
+}
+
+// Neither of them moves: there is no contact between what is held and what stands.
+TEST(EverydaySoftPinned, HeldPartsDoNotTouchWhatNoForceMoves) {
+  scene::Scene scene = scene_of({});
+  scene.rigid.clear();
+  scene::RigidBody& box = test::add_box(scene, "box", Vec3::Zero(), Vec3(0.5, 0.5, 0.5), 1);
+  box.is_static = true;
+  box.mass.reset();
+  Simulation simulation(scene, test::plan(scene));
+  EXPECT_TRUE(simulation.initial_overlaps().empty());
+  EXPECT_EQ(simulation.stats().max_penetration, 0);
+  simulation.advance_frame();
+  EXPECT_EQ(simulation.stats().contacts, 0);
+}
+
+// What the pins give is from outside: the ledger has no defect.
+TEST(EverydaySoftPinned, TheLedgerCountsWhatTheyGive) {
+  const scene::Scene scene = scene_of({.drop = 0.01});
+  Simulation simulation(scene, test::plan(scene));
+  simulation.keep_ledger();
+  for (int frame = 0; frame < 6; ++frame) {
+    simulation.advance_frame();
+    for (const LedgerStats& stage : simulation.stats().ledger)
+      EXPECT_LT(stage.momentum_defect, 1e-9) << stage.name;
+  }
+}
+
+}  // namespace
+}  // namespace duet
