@@ -38,6 +38,7 @@ struct Bodies {
   std::vector<SurfacePoint> points;          // of all deformable bodies, body after body
   std::vector<BoundaryEdge> edges;           // the same, of what touches with more than its particles
   std::vector<Triangle> triangles;           // their boundaries, global particle indices
+  ElementLists faces_around;                 // of each particle, those of the boundaries of volumes
   std::vector<std::array<int, 2>> segments;  // of rods, the same
   Articulation articulation;                 // joints between the rigid bodies
   std::vector<int> linked;                   // of each rigid body, see linked_bodies(); empty without joints

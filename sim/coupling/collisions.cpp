@@ -86,16 +86,15 @@ class Collider {
 
   // Signed distance of a deformable guest's point at the predicted positions, m.
   double predicted_distance(const ContactPoint& contact) {
-    const RigidProperties& host = bodies_.rigid.properties[as_index(contact.host)];
     const SurfacePoint& point = surface_point(bodies_, contact);
     const Vec3 x = weighted(point, bodies_.particles.x) +
                    dt_ * (weighted(point, bodies_.particles.v) + weighted(point, difference_.particle));
-    if (contact.is_on_ridge()) {
-      const Pose& pose = predicted_pose(contact.host);
-      return (pose.orientation * contact.lowest.normal).dot(x - pose.to_world(contact.lowest.foot)) +
-             point.allowance + contact.yielded;
+    if (!contact.is_on_ridge()) {  // what is outside needs no closer look
+      const LevelSet& shape = bodies_.rigid.properties[as_index(contact.host)].shape;
+      const double distance = shape.distance(predicted_pose(contact.host).to_body(x)) + point.allowance;
+      if (distance + contact.yielded >= inside_tolerance) return distance + contact.yielded;
     }
-    return host.shape.distance(predicted_pose(contact.host).to_body(x)) + point.allowance + contact.yielded;
+    return touch(bodies_, contact, predicted_pose(contact.host), x).gap;
   }
 
   // Acceleration of guest towards host by the forces and motions of the step, m/s^2.

@@ -9,6 +9,7 @@
 #include "sim/coupling/deepest_in_faces.h"
 #include "sim/coupling/deepest_point.h"
 #include "sim/coupling/faces_around.h"
+#include "sim/coupling/facing.h"
 #include "sim/coupling/lying.h"
 #include "sim/coupling/seams.h"
 
@@ -165,8 +166,15 @@ void visit_edges(const Bodies& bodies, const BodyBounds& bounds, const BodyPair&
     if (!is_coarse_for(properties.shape, (second - first).norm() / body.parts_per_edge)) continue;
     const std::optional<NearRidge> near = lowest_place_on_edge(first, second, body.parts_per_edge, host.shape,
                                                                std::min(margin, margin_of(edge)), scratch);
-    if (near && !is_at_seam(bodies, pair.host, bodies.rigid.state[h].pose.to_world(near->lowest.foot),
-                            near->precision))
+    if (!near) continue;
+    const Pose& pose = bodies.rigid.state[h].pose;
+    SurfacePoint point;
+    point.count = 2;
+    std::copy(edge.particle.begin(), edge.particle.end(), point.particle.begin());
+    std::copy_n(near->lowest.weight.begin(), 2, point.weight.begin());
+    if (is_support_point(bodies, point, pose.to_world(near->lowest.place),
+                         pose.orientation * near->lowest.normal) &&
+        !is_at_seam(bodies, pair.host, pose.to_world(near->lowest.foot), near->precision))
       visit(static_cast<int>(bodies.points.size()) + e, *near);
   }
 }
@@ -486,7 +494,10 @@ class Finder {
     contact.guest_point = near.point;
     contact.patch = near.patch;
     contact.share = near.share;
-    if (near.ridge >= 0) contact.lowest = chunk.ridges[as_index(near.ridge)].lowest;
+    if (near.ridge >= 0) {
+      contact.lowest = chunk.ridges[as_index(near.ridge)].lowest;
+      contact.keeper = chunk.ridges[as_index(near.ridge)].keeper;
+    }
     contact.friction = host.friction;
     contact.restitution = 0;  // deformable bodies store and return energy by themselves (paper section 4)
     if (pair.guest_rigid >= 0) {
@@ -498,6 +509,7 @@ class Finder {
     }
     if (pair.guest_rigid < 0 && contact.is_on_ridge()) put_on_surface(bodies_, contact);
     update_geometry(bodies_, contact);
+    contact.first_normal = contact.normal;
     if (pair.guest_rigid < 0)
       contact.friction *= lying_share(bodies_, surface_point(bodies_, contact), contact.normal);
     return contact;

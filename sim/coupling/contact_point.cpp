@@ -1,9 +1,12 @@
 #include "sim/coupling/contact_point.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "sim/coupling/deepest_point.h"
+#include "sim/coupling/facing.h"
+#include "sim/coupling/lowest_places.h"
 #include "sim/coupling/lying.h"
 #include "sim/coupling/seams.h"
 
@@ -104,22 +107,66 @@ Touch touch(const Bodies& bodies, int host, const Pose& host_pose, const Surface
   WayOut way{host_pose.orientation * shape.normal(in_host), -shape.distance(in_host)};
   if (const auto hidden = hidden_foot(bodies, host, x + way.depth * way.normal, way.normal))
     way = way_out_of_seam(bodies, host, x, inward_direction(bodies, point), way, *hidden);
+  else
+    way = way_out_faced(bodies, host, host_pose, point, x, way);
   return {x, way.normal, point.allowance - way.depth};
 }
 
-Touch touch(const Bodies& bodies, const ContactPoint& contact, const Pose& host_pose, const Vec3& x) {
-  const SurfacePoint& point = surface_point(bodies, contact);
-  if (!contact.is_on_ridge()) {
-    Touch found = touch(bodies, contact.host, host_pose, point, x);
-    found.gap += contact.yielded;
-    return found;
-  }
+// The plane of a deformable guest's face, with the normal that is nearer to `outward`; the host touches it
+// with what of it is deepest now.
+Touch touch_on_face(const Bodies& bodies, const ContactPoint& contact, const Pose& host_pose,
+                    const Vec3& outward, const Vec3& x) {
+  const std::array<int, 4>& p = contact.on_surface.particle;
+  const auto at = [&](std::size_t i) -> const Vec3& { return bodies.particles.x[as_index(p[i])]; };
+  const Vec3 area = (at(1) - at(0)).cross(at(2) - at(0));
+  const double length = area.norm();
+  Vec3 normal = length > 0 ? Vec3(area / length) : outward;
+  if (normal.dot(outward) < 0) normal = -normal;
+  Vec3 foot = contact.lowest.foot;
+  if (contact.keeper.deepest >= 0)
+    foot = deepest_point(bodies.rigid.properties[as_index(contact.host)].shape, contact.keeper.deepest,
+                         host_pose.orientation.conjugate() * -normal)
+               .position;
+  foot = host_pose.to_world(foot);
+  return {x, normal, normal.dot(x - foot), foot};
+}
+
+// A place on a deformable guest's edge and a round host: the normal is at right angles to the edge.
+Touch touch_on_edge(const Bodies& bodies, const ContactPoint& contact, const Pose& host_pose, const Vec3& x) {
+  const LevelSet& shape = bodies.rigid.properties[as_index(contact.host)].shape;
+  const std::array<int, 4>& p = contact.on_surface.particle;
+  const Vec3 along = (bodies.particles.x[as_index(p[1])] - bodies.particles.x[as_index(p[0])]).normalized();
+  const Vec3 in_host = host_pose.to_body(x), nearest = host_pose.orientation * shape.normal(in_host);
+  const Vec3 across = nearest - nearest.dot(along) * along;
+  const double length = across.norm();
+  const double distance = shape.distance(in_host);
+  return {x, length > 0 ? Vec3(across / length) : nearest, distance,
+          x - (distance + radius_of_ball(shape)) * nearest};
+}
+
+Touch touch_on_ridge(const Bodies& bodies, const ContactPoint& contact, const Pose& host_pose,
+                     const Vec3& x) {
   const Vec3 normal = host_pose.orientation * contact.lowest.normal;
-  return {x, normal,
-          normal.dot(x - host_pose.to_world(contact.lowest.foot)) + point.allowance + contact.yielded};
+  switch (contact.keeper.kind) {
+    case PlaneKeeper::Kind::face:
+      return touch_on_face(bodies, contact, host_pose, normal, x);
+    case PlaneKeeper::Kind::edge:
+      return touch_on_edge(bodies, contact, host_pose, x);
+    case PlaneKeeper::Kind::host:
+      break;
+  }
+  return {x, normal, normal.dot(x - host_pose.to_world(contact.lowest.foot))};
 }
 
 }  // namespace
+
+Touch touch(const Bodies& bodies, const ContactPoint& contact, const Pose& host_pose, const Vec3& x) {
+  const SurfacePoint& point = surface_point(bodies, contact);
+  Touch found = contact.is_on_ridge() ? touch_on_ridge(bodies, contact, host_pose, x)
+                                      : touch(bodies, contact.host, host_pose, point, x);
+  found.gap += contact.is_on_ridge() ? point.allowance + contact.yielded : contact.yielded;
+  return found;
+}
 
 int at_corner(const Bodies& bodies, int guest_deformable, int corner) {
   const std::size_t first = bodies.points.size() + bodies.edges.size();
@@ -168,7 +215,54 @@ Touch predicted_touch(const Bodies& bodies, const std::vector<Pose>& predicted, 
 
 double gap_now(const Bodies& bodies, const ContactPoint& contact) { return touch(bodies, contact).gap; }
 
+namespace {
+
+// The place on a face that is nearest to `x` (m), also beyond the rim of the face.
+void move_on_face(const Bodies& bodies, const Vec3& x, SurfacePoint& point) {
+  const auto at = [&](std::size_t i) -> const Vec3& {
+    return bodies.particles.x[as_index(point.particle[i])];
+  };
+  const Vec3 area = (at(1) - at(0)).cross(at(2) - at(0));
+  const double squared = area.squaredNorm();
+  if (!(squared > 0)) return;
+  point.weight[0] = area.dot((at(1) - x).cross(at(2) - x)) / squared;
+  point.weight[1] = area.dot((at(2) - x).cross(at(0) - x)) / squared;
+  point.weight[2] = 1 - point.weight[0] - point.weight[1];
+}
+
+// Contacts of a host with the faces and edges of a soft body go along with the host: at a place that stays
+// behind they would turn it.
+void follow_host(const Bodies& bodies, ContactPoint& contact) {
+  if (contact.keeper.kind == PlaneKeeper::Kind::host) return;
+  SurfacePoint& point = contact.on_surface;
+  const Pose& pose = bodies.rigid.state[as_index(contact.host)].pose;
+  const Touch now = touch(bodies, contact, pose, weighted(point, bodies.particles.x));
+  if (contact.keeper.kind == PlaneKeeper::Kind::face) {
+    move_on_face(bodies, now.foot, point);
+  } else {
+    const Vec3 &first = bodies.particles.x[as_index(point.particle[0])],
+               &second = bodies.particles.x[as_index(point.particle[1])];
+    const Vec3 edge = second - first;
+    if (!(edge.squaredNorm() > 0)) return;
+    point.weight[1] = edge.dot(now.foot - first) / edge.squaredNorm();
+    point.weight[0] = 1 - point.weight[1];
+  }
+  // What the step leaves for the next one to begin with.
+  contact.lowest.normal = pose.orientation.conjugate() * now.normal;
+  const LevelSet& shape = bodies.rigid.properties[as_index(contact.host)].shape;
+  const double to_surface = contact.keeper.kind == PlaneKeeper::Kind::edge ? radius_of_ball(shape) : 0;
+  contact.lowest.foot = pose.to_body(now.foot + to_surface * now.normal);
+  std::copy_n(point.weight.begin(), 3, contact.lowest.weight.begin());
+  point.inverse_mass = 0;
+  for (std::size_t i = 0; i < as_index(point.count); ++i)
+    point.inverse_mass +=
+        point.weight[i] * point.weight[i] * bodies.particles.inverse_mass[as_index(point.particle[i])];
+}
+
+}  // namespace
+
 void update_geometry(const Bodies& bodies, ContactPoint& contact) {
+  follow_host(bodies, contact);
   const auto host = as_index(contact.host);
   const RigidState& host_state = bodies.rigid.state[host];
   const RigidProperties& host_properties = bodies.rigid.properties[host];

@@ -21,10 +21,11 @@ struct ContactPoint {
   // further on, see at_corner(); of a rigid guest: of its sample, or the number of these + i for a place on a
   // ridge next to node i, or -1 - k for deepest point k, or against_face().
   int guest_point = -1;
-  Vec3 normal = Vec3::UnitY();    // unit, outward of the host
-  Vec3 host_arm = Vec3::Zero();   // m, from the host's centre of mass to the contact
-  Vec3 guest_arm = Vec3::Zero();  // m, from a rigid guest's centre of mass to the contact
-  double gap = 0;                 // m, signed distance less the allowance
+  Vec3 normal = Vec3::UnitY();        // unit, outward of the host
+  Vec3 first_normal = Vec3::UnitY();  // the same where it was found, at the beginning of the step
+  Vec3 host_arm = Vec3::Zero();       // m, from the host's centre of mass to the contact
+  Vec3 guest_arm = Vec3::Zero();      // m, from a rigid guest's centre of mass to the contact
+  double gap = 0;                     // m, signed distance less the allowance
   double friction = 0, restitution = 0;
   // Of the tolerances of the solvers: 1 for bodies of 5 cm and more, in proportion to the smaller body below.
   double precision = 1;
@@ -41,6 +42,7 @@ struct ContactPoint {
   double spread = 0;        // N s, scratch of spread_evenly
   bool takes_part = false;  // scratch of spread_evenly
   LowestPlace lowest;       // of a place on a ridge, an edge or a face, as found at the beginning of the step
+  PlaneKeeper keeper;       // what its plane goes with
   SurfacePoint on_surface;  // the place on a deformable guest's edge or face
   // m, by how much a pinched guest is thinner there, see pinching.h; what is pinched sticks, if there is
   // friction
@@ -146,6 +148,8 @@ struct Touch {
   Vec3 normal;     // unit, outward of the host
   double gap = 0;  // m, signed distance less the allowance; infinite beside an edge, see ContactPlane, and
                    // above what is hidden, see hidden_foot()
+  Vec3 foot = Vec3::Zero();  // m, of a host that a deformable guest's face or edge keeps the plane of: what
+                             // of it touches, or the centre of the ball that does
 };
 
 // Of a rigid guest's point, numbered as in ContactPoint, at the given poses.
@@ -154,6 +158,8 @@ Touch touch(const RigidProperties& host, const Pose& host_pose, const RigidPrope
 // The same of two of the bodies, and what adjoins them.
 Touch touch(const Bodies& bodies, int host, const Pose& host_pose, int guest, const Pose& guest_pose,
             int sample, const LowestPlace& lowest);
+// Of a deformable guest's point at `x` (m), with the host at `host_pose`.
+Touch touch(const Bodies& bodies, const ContactPoint& contact, const Pose& host_pose, const Vec3& x);
 // At the positions now.
 Touch touch(const Bodies& bodies, const ContactPoint& contact);
 // With rigid bodies at the `predicted` poses, particles after `dt` (s) at their velocities now, and a

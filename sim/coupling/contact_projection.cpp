@@ -1,8 +1,21 @@
 #include "sim/coupling/contact_projection.h"
 
+#include <algorithm>
+
 #include "sim/base/dense_solvers.h"
 
 namespace duet {
+
+namespace {
+
+std::size_t body_of(const Bodies& bodies, int particle) {
+  const auto after =
+      std::upper_bound(bodies.deformable.begin(), bodies.deformable.end(), particle,
+                       [](int p, const DeformableBody& body) { return p < body.first_particle; });
+  return static_cast<std::size_t>(after - bodies.deformable.begin()) - 1;
+}
+
+}  // namespace
 
 void ContactProjection::begin(const Bodies& bodies, int sweeps, const LinkedBodies* linked) {
   bodies_ = &bodies;
@@ -66,7 +79,7 @@ void ContactProjection::build(const Bodies& bodies, const ContactSet& contacts, 
 }
 
 void ContactProjection::build(const Bodies& bodies, const ContactMemory& memory, double duration, int sweeps,
-                              const LinkedBodies* linked) {
+                              const LinkedBodies* linked, const std::vector<char>& left_out) {
   begin(bodies, sweeps, linked);
   ContactPoint contact;
   for (const RememberedContact& remembered : memory) {
@@ -75,6 +88,9 @@ void ContactProjection::build(const Bodies& bodies, const ContactMemory& memory,
     contact.guest_point = remembered.guest_point;
     contact.lowest = remembered.lowest;
     if (contact.is_on_ridge() && !contact.is_rigid_pair()) put_on_surface(bodies, contact);
+    if (!left_out.empty() && !contact.is_rigid_pair() &&
+        left_out[body_of(bodies, surface_point(bodies, contact).particle[0])])
+      continue;
     update_geometry(bodies, contact);
     if (linked && linked->takes_part(contact)) contact.response = linked->response(contact, bodies);
     contact.impulse = duration / remembered.duration * remembered.impulse;

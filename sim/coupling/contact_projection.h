@@ -29,9 +29,10 @@ class ContactProjection {
   void build(const Bodies& bodies, const ContactSet& contacts, const ContactGraph& graph, int sweeps,
              SelfRepulsion* repulsions = nullptr, const LinkedBodies* linked = nullptr);
   // Takes the contacts that held one at the end of the last step, at the positions now.
-  // Their impulses count as those of `duration` (s).
+  // Their impulses count as those of `duration` (s). Contacts of the deformable bodies that `left_out` names,
+  // if there are any, are left out.
   void build(const Bodies& bodies, const ContactMemory& memory, double duration, int sweeps,
-             const LinkedBodies* linked = nullptr);
+             const LinkedBodies* linked = nullptr, const std::vector<char>& left_out = {});
   // Takes no contact.
   void build(const Bodies& bodies);
   // Keeps joints together, too, exactly, until the next build. The solver has been prepared for projection.

@@ -96,9 +96,13 @@ class Search {
     LowestPlace& lowest = found.lowest;
     lowest.place = corner - nearest.way;
     lowest.foot = corner;
-    lowest.normal = normal_at_corner(properties_.shape, corner, inward, -outward);
+    const CornerNormal at_corner = normal_at_corner(properties_.shape, corner, inward, -outward);
+    lowest.normal = at_corner.normal;
     lowest.weight = {nearest.weight[0], nearest.weight[1], nearest.weight[2]};
     lowest.face = nearest.face;
+    // A corner beside the rim of the boundary is above no face that it could slide over.
+    const bool is_above = (nearest.way - height * outward).norm() <= at_face * nearest.size;
+    if (is_above && !at_corner.is_hosts_own) found.keeper.kind = PlaneKeeper::Kind::face;
     found.node = nearest.corner;
     found.distance = lowest.normal.dot(lowest.place - lowest.foot);
     return found;
@@ -113,10 +117,12 @@ class Search {
 
 }  // namespace
 
-Vec3 normal_at_corner(const LevelSet& host, const Vec3& corner, const Vec3& inward, const Vec3& toward) {
+CornerNormal normal_at_corner(const LevelSet& host, const Vec3& corner, const Vec3& inward,
+                              const Vec3& toward) {
   const Vec3 way = inward - 0.5 * inward.dot(toward) * toward;  // nearest to the face on that side
   const Vec3 own = host.normal(corner + way_in * host.smallest_size() * way);
-  return own.dot(toward) > lies_flat ? own : toward;
+  if (own.dot(toward) > lies_flat) return {own, true};
+  return {toward, false};
 }
 
 bool corners_count(const DeformableBody& guest, const Ridges& ridges) {

@@ -40,6 +40,11 @@ void find_places_at_corners(const Bodies& bodies, const DeformableBody& guest, c
 // the direction `inward` from there: `toward`, or the host's own where it lies flat on that plane. What else
 // touches there acts along the normals of the host, and others that are nearly the same would be one
 // constraint twice over, badly conditioned. In the host's space.
-Vec3 normal_at_corner(const LevelSet& host, const Vec3& corner, const Vec3& inward, const Vec3& toward);
+struct CornerNormal {
+  Vec3 normal;  // unit
+  bool is_hosts_own = false;
+};
+CornerNormal normal_at_corner(const LevelSet& host, const Vec3& corner, const Vec3& inward,
+                              const Vec3& toward);
 
 }  // namespace duet

@@ -1,6 +1,7 @@
 #include "sim/coupling/deepest_in_faces.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "sim/coupling/corners_in_faces.h"
 #include "sim/coupling/deepest_point.h"
@@ -15,13 +16,10 @@ namespace {
 // of that deep between nearer ones, an eighth of what contact may leave (2 % of a body).
 constexpr double coarse = 0.2;
 constexpr double rounding = 1e-9;     // of the size of a face: how far beside it a point may be
+constexpr double cap = 0.9;           // cosine between the axis of a cylinder and a normal of its cap
 constexpr int numbers_of_a_face = 4;  // two points for either side
 
 bool is_rim(const LevelSet& shape) { return shape.kind == LevelSet::Kind::cylinder; }
-
-double radius_of_ball(const LevelSet& shape) {
-  return shape.kind == LevelSet::Kind::torus ? shape.tube : shape.radius;
-}
 
 // A cap of a capsule is lowest at an end of it only where that is the lower one.
 bool has_deepest_point(const LevelSet& shape, int k, const Vec3& n) {
@@ -67,9 +65,16 @@ class Search {
     LowestPlace& lowest = near.lowest;
     lowest.place = place;
     lowest.foot = x;
-    lowest.normal = is_rim(shape_) ? normal_at_corner(shape_, x, inward, -outward) : Vec3(-outward);
+    // A rim touches as a corner does. A cylinder that stands on the face has its cap there; of one that rolls
+    // the face is what stays.
+    CornerNormal normal{-outward, false};
+    if (is_rim(shape_)) normal = normal_at_corner(shape_, x, inward, -outward);
+    const bool stands = normal.is_hosts_own && std::abs(normal.normal.y()) > cap;
+    lowest.normal = stands || !normal.is_hosts_own ? normal.normal : Vec3(-outward);
+    if (!stands) near.keeper.kind = PlaneKeeper::Kind::face;
     lowest.weight = {weight[0], weight[1], weight[2]};
     lowest.face = face.number;
+    near.keeper.deepest = k;
     near.node = number;
     near.distance = lowest.normal.dot(place - x);
     if (!is_found(near, face.size) &&

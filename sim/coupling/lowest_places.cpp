@@ -21,6 +21,10 @@ constexpr double golden = 0.6180339887498949;
 constexpr double least_mean = 0.3;
 // Cosine of the angle between the way inwards and the normal of a surface that an edge faces, at least.
 constexpr double least_facing = 0.2;
+// Cosine of the angle between a face of the host and a soft edge's plane that lies on it, at least: points
+// touch there along the face's own normal, and others that are nearly the same would be one constraint twice
+// over, badly conditioned.
+constexpr double lies_flat = 1 - 1e-6;
 
 // Exact distances from a host of places one after the other: none changes by more than the way from the last
 // one, which makes the search for it short.
@@ -176,10 +180,17 @@ class Walk {
 std::optional<NearRidge> place_on_edge(const Vec3& first, const Vec3& second, int parts, double at,
                                        double least, const LevelSet& host) {
   const auto place = [&](double t) { return first + t / parts * (second - first); };
-  const std::optional<Plane> plane = plane_of_both(host, place(at - precision), place(at + precision));
+  std::optional<Plane> plane = plane_of_both(host, place(at - precision), place(at + precision));
   if (!plane) return std::nullopt;
+  for (const double side : {at - precision, at + precision}) {
+    const auto [distance, n] = host.exact(place(side));
+    if (!(plane->normal.dot(n) > lies_flat)) continue;
+    plane = Plane{n, n.dot(place(side)) - distance};
+    break;
+  }
   const Vec3 x = place(at), foot = x - (plane->normal.dot(x) - plane->height) * plane->normal;
   return NearRidge{.lowest = {x, plane->normal, foot, 0, {1 - at / parts, at / parts}},
+                   .keeper = {},
                    .distance = least,
                    .precision = precision * (second - first).norm() / parts};
 }
@@ -200,7 +211,9 @@ std::optional<NearRidge> nearest_place_on_edge(const Vec3& first, const Vec3& se
   if (at < precision || at > parts - precision) return std::nullopt;
   least = distance_at(at);
   if (!(least < margin)) return std::nullopt;
-  return place_on_edge(first, second, parts, at, least, host);
+  std::optional<NearRidge> found = place_on_edge(first, second, parts, at, least, host);
+  if (found) found->keeper.kind = PlaneKeeper::Kind::edge;
+  return found;
 }
 
 }  // namespace
@@ -208,6 +221,10 @@ std::optional<NearRidge> nearest_place_on_edge(const Vec3& first, const Vec3& se
 bool is_swept_by_ball(const LevelSet& shape) {
   return shape.kind == LevelSet::Kind::sphere || shape.kind == LevelSet::Kind::capsule ||
          shape.kind == LevelSet::Kind::torus;
+}
+
+double radius_of_ball(const LevelSet& shape) {
+  return shape.kind == LevelSet::Kind::torus ? shape.tube : shape.radius;
 }
 
 bool ridges_count(const LevelSet& guest, const LevelSet& host, bool is_reversed) {

@@ -24,8 +24,18 @@ struct LowestPlace {
   std::ptrdiff_t face = -1;
 };
 
+// What the plane at such a place goes with: the host, on which it stays where it was found, or a deformable
+// guest's face or edge, around which the host may turn. Of a face, which of the host's deepest points touches
+// it, or -1 for the foot.
+struct PlaneKeeper {
+  enum class Kind : int { host, face, edge };
+  Kind kind = Kind::host;
+  int deepest = -1;
+};
+
 struct NearRidge {
   LowestPlace lowest;
+  PlaneKeeper keeper;
   int node = -1;         // of the guest's ridges, next to the place
   double distance = 0;   // m, from the ball about the place to the host
   double precision = 0;  // m, of the place along its line
@@ -33,6 +43,8 @@ struct NearRidge {
 
 // Whether a ball sweeps out the shape, or it is one.
 bool is_swept_by_ball(const LevelSet& shape);
+// Of that ball, m.
+double radius_of_ball(const LevelSet& shape);
 
 // Whether the ridges of a guest of shape `guest` can touch a `host` where neither its own samples and deepest
 // points nor those of the host would show it; `is_reversed` for one of the two ways round of a pair.

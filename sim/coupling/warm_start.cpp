@@ -51,7 +51,7 @@ template <class Factor>
 void apply_impulses(const ContactGraph& graph, Bodies& bodies, ContactSet& contacts, Factor&& factor) {
   graph.sweeps.once([&](int p) {
     const ContactPair& pair = contacts.pairs[as_index(p)];
-    const double share = factor(graph.island_of(bodies, pair));
+    const double share = pair.active ? factor(graph.island_of(bodies, pair)) : 0;
     if (share == 0) return;
     for (int i = pair.begin; i < pair.end; ++i) {
       const ContactPoint& contact = contacts.points[as_index(i)];
@@ -73,7 +73,7 @@ void add_power(const ContactGraph& graph, const Bodies& bodies, ContactSet& cont
     for (std::size_t k = begin; k < end; ++k) {
       ContactPair& pair = contacts.pairs[as_index(graph.pairs[k])];
       pair.power = 0;
-      for (int i = pair.begin; i < pair.end; ++i) {
+      for (int i = pair.begin; pair.active && i < pair.end; ++i) {
         const ContactPoint& contact = contacts.points[as_index(i)];
         if (!contact.impulse.isZero(0))
           pair.power +=
@@ -106,11 +106,22 @@ void apply_best_share(ContactGraph& graph, Bodies& bodies, ContactSet& contacts)
     for (std::size_t k = begin; k < end; ++k) {
       ContactPair& pair = contacts.pairs[as_index(graph.pairs[k])];
       const double share = 1 + after[as_index(graph.island_of(bodies, pair))];
-      if (share == 1) continue;
+      if (share == 1 || !pair.active) continue;
       pair.angular_impulse *= share;
       for (int i = pair.begin; i < pair.end; ++i) contacts.points[as_index(i)].impulse *= share;
     }
   });
+}
+
+// A round host turns the normal of a point that it passes over: its mean over the step is that of the middle.
+// At the end of the step it would lean in the direction of the motion and speed it up. Where it turns far, it
+// is that of another side.
+void turn_to_middle(ContactPoint& contact) {
+  constexpr double least_agreement = 0.9;  // cosine
+  if (contact.first_normal == contact.normal || contact.first_normal.dot(contact.normal) < least_agreement)
+    return;
+  contact.normal = (contact.first_normal + contact.normal).normalized();
+  contact.response = ContactResponse(contact.response.K, contact.normal);
 }
 
 }  // namespace
@@ -119,7 +130,11 @@ void update_contacts(const ContactGraph& graph, const Bodies& bodies, ContactSet
   parallel_for(graph.pairs.size(), 16, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
       const ContactPair& pair = contacts.pairs[as_index(graph.pairs[k])];
-      for (int i = pair.begin; i < pair.end; ++i) update_geometry(bodies, contacts.points[as_index(i)]);
+      for (int i = pair.begin; i < pair.end; ++i) {
+        ContactPoint& contact = contacts.points[as_index(i)];
+        update_geometry(bodies, contact);
+        if (!contact.is_rigid_pair()) turn_to_middle(contact);
+      }
     }
   });
 }

@@ -19,7 +19,8 @@ struct RememberedContact {
 // The contacts that held a force at the end of the last step, sorted by their names. Part of the state.
 using ContactMemory = std::vector<RememberedContact>;
 
-// Brings the contacts of `graph` to the positions now.
+// Brings the contacts of `graph` to the positions now; the normals of those of deformable bodies to halfway
+// from where they were found.
 void update_contacts(const ContactGraph& graph, const Bodies& bodies, ContactSet& contacts);
 
 // Sets the targets of the contacts from where the bodies would be after `dt` (s) with the velocities now,

@@ -57,6 +57,14 @@ Pack volume_share(const Matrix3<Pack>& F) {
   return select(share < Pack{} + 1.0, share, Pack{} + 1.0);
 }
 
+// A material's damping time, s, for a rate of steps times squared frequencies, 1/s: all of it, as far as
+// double precision tells the velocities of a body that is all but rigid within a step from rounding. So long
+// a time is that of hours, but for the stiffest and smallest elements.
+double bounded_damping(double seconds, double rate) {
+  constexpr double most = 1e9;  // by which damping may slow a particle by itself in a step
+  return seconds * rate > most ? most / rate : seconds;
+}
+
 // F for positions, its rate for velocities: D_s D_m^-1, of value(corner).
 template <class P, class Value>
 Matrix3<P> gradient_of(const Matrix3<P>& inverse_rest, Value&& value) {
@@ -352,7 +360,9 @@ Matrix3<Pack> FiniteElements::damping_stress(std::size_t b, const Matrix3<Pack>&
   const Matrix3<Pack>& F = deformation_[b];
   const Moduli here = moduli(b);
   const Pack &mu = here.mu, &lambda = here.lambda;
-  const Pack damping = Pack{} + (material_of_batch(b).moduli.damping + added_damping_);
+  const Pack damping =
+      Pack{} + (bounded_damping(material_of_batch(b).moduli.damping, dt_ * elastic_squared_frequency_) +
+                added_damping_);
   // Steps as long as frames: what damps stretched elements more smooths the way out of a tangle.
   if (added_damping_ > 0) return viscous_stress<Pack>(mu, volume_share(F) * lambda, damping, F, Fdot);
   const Matrix3<Pack> stress = viscous_stress<Pack>(mu, lambda, damping / excess_damping(F), F, Fdot);
@@ -374,7 +384,8 @@ void FiniteElements::add_damping_forces_single(const std::vector<Vec3>& v, std::
     const Matrix3<PackF> Fdot = gradient_of(
         batch.inverse_rest, [&](std::size_t i) { return BlockSums::gather(rows, batch.slot[i]); });
     const LameParameters& moduli = material_of_batch(b).moduli;
-    const PackF stress_share = -static_cast<float>(moduli.damping) * batch.share;
+    const PackF stress_share =
+        -static_cast<float>(bounded_damping(moduli.damping, dt_ * elastic_squared_frequency_)) * batch.share;
     const PackF mu = PackF{} + static_cast<float>(moduli.mu),
                 lambda = PackF{} + static_cast<float>(moduli.lambda);
     Matrix3<PackF> stress = viscous_stress(mu, lambda, stress_share, batch.F, Fdot);
@@ -404,9 +415,11 @@ void FiniteElements::spread_damping(std::size_t b, Quad* sums) const {
   const Batch& batch = batches_[b];
   const Matrix3<Pack>&F = deformation_[b], &D = batch.inverse_rest;
   const Moduli here = moduli(b);
-  const Pack &mu = here.mu, &lambda = here.lambda;
-  const double seconds = material_of_batch(b).moduli.damping;
-  const Pack damping = batch.volume * seconds / excess_damping(F);
+  const bool is_added_to = added_damping_ > 0;  // see damping_stress
+  const Pack &mu = here.mu, lambda = is_added_to ? volume_share(F) * here.lambda : here.lambda;
+  const double seconds =
+      bounded_damping(material_of_batch(b).moduli.damping, dt_ * elastic_squared_frequency_) + added_damping_;
+  const Pack damping = is_added_to ? batch.volume * seconds : batch.volume * seconds / excess_damping(F);
   const Matrix3<Pack> of_gradient = (damping * mu) * times_transposed(F, F);
   const Pack of_image = damping * (lambda + mu);
   const CompressionStiffness<Pack>& compression = compression_viscosity_[b];

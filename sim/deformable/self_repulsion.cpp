@@ -1,6 +1,7 @@
 #include "sim/deformable/self_repulsion.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include <Eigen/LU>
 
@@ -15,12 +16,24 @@ constexpr int rounds = 3;
 // 7.2).
 constexpr double share = 0.1;
 
+constexpr double least_weight = 1e-9;  // of a particle that a place on an element belongs to
+
 // Bounds of the two elements along the axes: cheaper than their closest points.
 bool farther_than(double range, ElementPair kind, const FourPoints& x) {
   const std::size_t first = kind == ElementPair::point_triangle ? 1 : 2;
   Eigen::AlignedBox3d a, b;
   for (std::size_t i = 0; i < 4; ++i) (i < first ? a : b).extend(x[i]);
   return a.squaredExteriorDistance(b) > range * range;
+}
+
+// m/s, faster than which no point of one element comes nearer to one of the other.
+double fastest_approach(ElementPair kind, const FourPoints& velocity) {
+  const std::size_t first = kind == ElementPair::point_triangle ? 1 : 2;
+  double squared = 0;
+  for (std::size_t i = 0; i < first; ++i)
+    for (std::size_t k = first; k < 4; ++k)
+      squared = std::max(squared, (velocity[i] - velocity[k]).squaredNorm());
+  return std::sqrt(squared);
 }
 
 double effective_mass(const std::array<int, 4>& particle, const std::array<double, 4>& weight,
@@ -61,6 +74,38 @@ void take_back_turn(const RepulsionPair& pair, const Vec3& angular_momentum, con
   for (const int p : pair.particle) v[as_index(p)] -= turn.cross(x[as_index(p)] - center);
 }
 
+// The place of a pair's first or second element: of its particles, those that have a weight.
+SurfacePoint place_of(const RepulsionPair& pair, std::size_t begin, std::size_t end) {
+  SurfacePoint place;
+  place.count = 0;
+  for (std::size_t i = begin; i < end; ++i) {
+    const double weight = std::abs(pair.weight[i]);
+    if (!(weight > least_weight)) continue;
+    place.particle[as_index(place.count)] = pair.particle[i];
+    place.weight[as_index(place.count++)] = weight;
+  }
+  return place;
+}
+
+// Whether a place on a surface is a support point in the direction `toward`, or lies in a dent, where there
+// is no better direction for it.
+bool supports(const ElementLists& around, const std::vector<Triangle>& triangles, const std::vector<Vec3>& x,
+              const SurfacePoint& place, const Vec3& toward) {
+  constexpr double flat = 0.1;  // sine of the angle by which what is pressed flat may rise
+  const Vec3 at = weighted(place, x);
+  const FacesAround faces = look_around(around, triangles, x, place, at, toward);
+  if (faces.rise <= flat) return true;
+  if (faces.rise > most_rise) return false;
+  return look_around(around, triangles, x, place, at, faces.steepest).rise > faces.rise / 2;
+}
+
+bool can_touch(const RepulsionPair& pair, ElementPair kind, const std::vector<Vec3>& x,
+               const ElementLists& around, const std::vector<Triangle>& triangles) {
+  const std::size_t first = kind == ElementPair::point_triangle ? 1 : 2;
+  return supports(around, triangles, x, place_of(pair, 0, first), -pair.normal) &&
+         supports(around, triangles, x, place_of(pair, first, 4), pair.normal);
+}
+
 }  // namespace
 
 Vec3 relative_velocity(const RepulsionPair& pair, const std::vector<Vec3>& v) {
@@ -76,7 +121,8 @@ void apply_impulse(const RepulsionPair& pair, const Vec3& impulse, const std::ve
 }
 
 void SelfRepulsion::find(const CollisionCandidates& candidates, const std::vector<Vec3>& x,
-                         const std::vector<double>& inverse_mass) {
+                         const std::vector<double>& inverse_mass, const ElementLists& around,
+                         const std::vector<Triangle>& triangles) {
   const std::vector<CandidatePair>& near = candidates.near();
   const std::size_t chunks = (near.size() + grain - 1) / grain;
   if (chunks_.size() < chunks) chunks_.resize(chunks);
@@ -93,8 +139,49 @@ void SelfRepulsion::find(const CollisionCandidates& candidates, const std::vecto
       if (distance >= range || !(distance > 0)) continue;
       RepulsionPair pair{candidate.particle, closest.weight,      closest.difference / distance,
                          distance,           candidate.thickness, candidate.friction};
+      if (!around.first.empty() && !can_touch(pair, candidate.kind, x, around, triangles)) continue;
       pair.mass = pair.row_mass = effective_mass(pair.particle, pair.weight, inverse_mass);
       found.push_back(pair);
+    }
+  });
+  pairs_.clear();
+  for (std::size_t c = 0; c < chunks; ++c)
+    pairs_.insert(pairs_.end(), chunks_[c].pairs.begin(), chunks_[c].pairs.end());
+}
+
+void SelfRepulsion::find_meeting(const CollisionCandidates& candidates, const std::vector<Vec3>& x,
+                                 const std::vector<Vec3>& v, double dt) {
+  constexpr int most_advances = 12;
+  const std::vector<CandidatePair>& near = candidates.near();
+  const std::size_t chunks = (near.size() + grain - 1) / grain;
+  if (chunks_.size() < chunks) chunks_.resize(chunks);
+  parallel_for(near.size(), grain, [&](std::size_t begin, std::size_t end) {
+    std::vector<RepulsionPair>& found = chunks_[begin / grain].pairs;
+    found.clear();
+    for (std::size_t c = begin; c < end; ++c) {
+      const CandidatePair& candidate = near[c];
+      if (!candidate.repels) continue;
+      const FourPoints start = corners(candidate.particle, x), velocity = corners(candidate.particle, v);
+      const double speed = fastest_approach(candidate.kind, velocity),
+                   range = repulsion_range * candidate.thickness;
+      if (farther_than(range + dt * speed, candidate.kind, start)) continue;
+      double time = 0;
+      for (int advance = 0; advance < most_advances && time < dt; ++advance) {
+        FourPoints at = start;
+        for (std::size_t i = 0; i < 4; ++i) at[i] += time * velocity[i];
+        const ClosestPoints closest = closest_points(candidate.kind, at);
+        const double distance = closest.difference.norm();
+        if (!(distance > 0)) break;
+        if (distance < range) {
+          const Vec3 normal = closest.difference / distance;
+          found.push_back({candidate.particle, closest.weight, normal,
+                           normal.dot(weighted(closest.weight, start)), candidate.thickness,
+                           candidate.friction});
+          break;
+        }
+        if (!(speed > 0)) break;
+        time += (distance - candidate.thickness) / speed;
+      }
     }
   });
   pairs_.clear();

@@ -5,6 +5,7 @@
 #include "sim/deformable/collision_candidates.h"
 #include "sim/deformable/particle_mask.h"
 #include "sim/deformable/particles.h"
+#include "sim/deformable/support_point.h"
 #include "sim/deformable/symmetric_block.h"
 
 namespace duet {
@@ -31,9 +32,19 @@ void apply_impulse(const RepulsionPair& pair, const Vec3& impulse, const std::ve
 
 class SelfRepulsion {
  public:
-  // Finds the pairs nearer than repulsion_range h at `x`, where the candidates have been updated from.
+  // Finds the pairs nearer than repulsion_range h at `x`, where the candidates have been updated from. Their
+  // nearest points are support points of the surfaces around them, towards each other, where these are
+  // boundaries of volumes, whose triangles `around` lists for each particle: the rim of a box that slides
+  // over another one is near the surface ahead of it, too, but would only push it along.
   void find(const CollisionCandidates& candidates, const std::vector<Vec3>& x,
-            const std::vector<double>& inverse_mass);
+            const std::vector<double>& inverse_mass, const ElementLists& around,
+            const std::vector<Triangle>& triangles);
+
+  // Finds the pairs that are nearer than repulsion_range h at `x` or come so near within `dt` (s) as `v`
+  // moves the particles: with the weights and the normal of that moment, found by conservative advancement
+  // (Mirtich 1996), and the distance along that normal at `x`.
+  void find_meeting(const CollisionCandidates& candidates, const std::vector<Vec3>& x,
+                    const std::vector<Vec3>& v, double dt);
 
   // Inelastic impulses and friction at positions `x`: pairs do not approach within h, and outside of it no
   // faster than by a tenth of what they are farther apart in the step. Linear and angular momentum are kept.

@@ -4,10 +4,13 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <numbers>
 
 #include <fmt/format.h>
 
+#include "sim/base/elementary.h"
 #include "sim/base/error.h"
+#include "sim/coupling/facing.h"
 #include "sim/coupling/linked_bodies.h"
 #include "sim/coupling/lying.h"
 #include "sim/coupling/seams.h"
@@ -122,6 +125,34 @@ void add_skin_mass(const scene::DeformableBody& description, const BodyShape& sk
                     description.name, *description.skin->mass, skin.skin.farthest_outside()));
 }
 
+// Whether the slowest deformation of the last body, with the frequency w of a bar as long as it is, does not
+// ring but creeps by far: damped for more than 10 times the critical 2/w. Up to three times that, contact
+// that is no part of the velocity solves does no harm.
+void add_damping(const scene::DeformableBody& description, const Material& material, World& world) {
+  constexpr double least = 20;
+  const duet::DeformableBody& body = world.bodies.deformable.back();
+  Eigen::AlignedBox3d box;
+  for_each_particle(body, [&](std::size_t p) { box.extend(world.bodies.particles.x[p]); });
+  const double length = box.sizes().maxCoeff();
+  const double frequency = std::numbers::pi / length * std::sqrt(material.youngs_modulus / material.density);
+  double damping = material.damping * frequency, time = material.damping;
+  if (material.has_springs) {  // w over that of a spring on its particles is that of their distance
+    const double count = body.particle_count;
+    const double along = description.shape.is_volume()  ? math::cbrt(count)
+                         : description.shape.is_shell() ? std::sqrt(count)
+                                                        : count;
+    damping = std::numbers::pi * material.springs.damping / along;
+    // 2 sqrt(k m) of critical damping over k, with the stiffness k of a spring as long as particles are
+    // apart.
+    double mass = 0;
+    for_each_particle(body, [&](std::size_t p) { mass += world.bodies.particles.mass[p]; });
+    time = 2 * material.springs.damping *
+           std::sqrt(mass / count * length / (along * material.springs.stiffness));
+  }
+  world.strongly_damped.push_back(length > 0 && damping > least);
+  world.damping_time.push_back(time);
+}
+
 BodyShape add_volume(const Scene& scene, const EffectSet& plan, const scene::DeformableBody& description,
                      const TetMesh& mesh, Bodies& bodies) {
   const Material& material = material_of(scene, description);
@@ -228,8 +259,7 @@ double surface_detail(const Scene& scene) {
 }
 
 // What the projection leaves of approach only touches the damping in a semi-implicit solve. In an implicit
-// one it takes part in the elastic forces: with two sweeps a box on face samples, which share particles,
-// sinks into a soft one half as deep again as it may, and comes back with more energy than it had.
+// one, where repulsions between surfaces are projected, it takes part in the elastic forces.
 constexpr int implicit_projection_sweeps = 10;
 
 StepSettings step_settings(const Solver& solver) {
@@ -351,11 +381,13 @@ BuiltWorld build_world(const Scene& scene, const EffectSet& plan) {
       make_kinematic(bodies.rigid, kinematic_motion(body, solid.frame));
     built.shapes.push_back({body.name, {solid.surface, {}}});
   }
-  for (const scene::DeformableBody& body : scene.deformable)
+  for (const scene::DeformableBody& body : scene.deformable) {
     built.shapes.push_back(body.shape.is_volume()     ? add_volume(scene, plan, body, meshes.of(body), bodies)
                            : body.shape.is_shell()    ? add_shell(scene, plan, body, bodies)
                            : body.shape.is_particle() ? add_particle(scene, body, bodies)
                                                       : add_rod(scene, plan, body, bodies));
+    add_damping(body, material_of(scene, body), world);
+  }
   for (duet::DeformableBody& body : bodies.deformable) body.element_size = element_size(body, bodies);
   if (plan[index(Effect::soft_bindings)]) attach_softly(scene, bodies);
   bodies.push_back = plan[index(Effect::two_way)];
@@ -363,6 +395,7 @@ BuiltWorld build_world(const Scene& scene, const EffectSet& plan) {
   finalize_forces(bodies);
   keep_apart(scene, plan, bodies);
   bodies.neighbours = neighbours(bodies.particles.size(), bodies.tets);
+  bodies.faces_around = faces_around(bodies);
   bodies.one_rings.finalize(bodies.particles.inverse_mass, bodies.particles.x);
   if (plan[index(Effect::self_repulsion)] || plan[index(Effect::self_collision)])
     bodies.collision_surface = collision_surface(scene, bodies);

@@ -1,4 +1,5 @@
-// Step I: v^n -> v~^{n+1/2} (paper section 3), and the implicit solve that it shares with step V.
+// Step I: v^n -> v~^{n+1/2} (paper section 3), and the solve that it shares with step V.
+#include <algorithm>
 #include <cmath>
 
 #include "sim/solve/velocity_system.h"
@@ -81,6 +82,7 @@ void solve_semi_implicitly(World& world, StepContext& context, double dt, Contac
   if (elastic)
     world.clock.time(Stage::elastic_forces,
                      [&] { bodies.forces.add_elastic_forces(particles.x, context.force); });
+  if (solves_contact(world)) context.explicit_force = context.force;
   for (std::size_t p = 0; p < particles.size(); ++p)
     context.right_side.particle[p] += dt * particles.inverse_mass[p] * context.force[p];
   add_force_twists(bodies.rigid, bodies.bound, context.force, dt, context.right_side.linear,
@@ -97,20 +99,33 @@ void solve_semi_implicitly(World& world, StepContext& context, double dt, Contac
   });
 }
 
-// Gives all particles of a body that are not held its mean velocity, and the change.
-void move_as_wholes(const Bodies& bodies, const Vec3& change, std::vector<Vec3>& velocity) {
+// Gives all particles of a body that are not held the mean of the velocities `mean_of`, and the change.
+void move_as_wholes(const Bodies& bodies, const std::vector<Vec3>& mean_of, const Vec3& change,
+                    std::vector<Vec3>& velocity) {
   for (const DeformableBody& body : bodies.deformable) {
     const auto first = static_cast<std::size_t>(body.first_particle);
     const auto end = first + static_cast<std::size_t>(body.particle_count);
     Vec3 momentum = Vec3::Zero();
     double mass = 0;
     for (std::size_t p = first; p < end; ++p) {
-      momentum += bodies.particles.mass[p] * bodies.particles.v[p];
+      momentum += bodies.particles.mass[p] * mean_of[p];
       mass += bodies.particles.mass[p];
     }
     for (std::size_t p = first; p < end; ++p)
       velocity[p] = is_held(bodies.particles, p) ? bodies.particles.v[p] : Vec3(momentum / mass + change);
   }
+}
+
+// Islands that solve_contact_at_end() solves for need nothing here.
+void leave_solved(const World& world, StepContext& context) {
+  if (!solves_contact(world)) return;
+  const Bodies& bodies = world.bodies;
+  for (std::size_t d = 0; d < bodies.deformable.size(); ++d) {
+    const int island = context.islands.of_particle(bodies.deformable[d].first_particle);
+    if (world.strongly_damped[d] && context.islands.is_searched(as_index(island)))
+      context.islands.leave(as_index(island));
+  }
+  context.islands.update();
 }
 
 }  // namespace
@@ -120,6 +135,7 @@ bool solve_with_damping(World& world, StepContext& context, double dt, ContactPr
   context.islands.begin(world.bodies);
   if (projection) projection->join(context.islands);
   context.islands.finish();
+  if (!anew) leave_solved(world, context);
   VelocitySystem system(world.bodies, dt, false, projection, context.damping_force, context.inertia);
   system.collect_forces(context.force, context.force_in_single);
   const CgResult result = solve_islands(
@@ -139,36 +155,61 @@ void solve_velocity(World& world, StepContext& context, double dt, ContactProjec
     solve_semi_implicitly(world, context, dt, projection, at_end);
     return;
   }
-  // The search begins at the velocity that leads to where the particles are, or in I.1, where they are at
-  // x^n still, at free flight, unless that crushes elements and standing still in the body is better.
+  // The search begins at free flight, unless that crushes elements and standing still in the body is better.
   context.solution = context.right_side;
-  if (at_end) {
-    for (std::size_t p = 0; p < particles.size(); ++p)
-      context.solution.particle[p] = (particles.x[p] - context.x_n[p]) / dt;
-  } else {
-    move_as_wholes(world.bodies, dt * world.gravity, context.solution.particle);
-    const double still = incremental_potential(world, context, dt);
-    context.correction.particle = context.solution.particle;
-    for (std::size_t p = 0; p < particles.size(); ++p)
-      context.solution.particle[p] =
-          is_held(particles, p) ? particles.v[p] : Vec3(particles.v[p] + dt * world.gravity);
-    if (incremental_potential(world, context, dt) > still)
-      context.solution.particle = context.correction.particle;
-  }
+  move_as_wholes(world.bodies, particles.v, dt * world.gravity, context.solution.particle);
+  const double still = incremental_potential(world, context, dt);
+  context.correction.particle = context.solution.particle;
+  for (std::size_t p = 0; p < particles.size(); ++p)
+    context.solution.particle[p] =
+        is_held(particles, p) ? particles.v[p] : Vec3(particles.v[p] + dt * world.gravity);
+  if (incremental_potential(world, context, dt) > still)
+    context.solution.particle = context.correction.particle;
   satisfy_contacts(world.bodies, context, projection);
-  context.balanced = solve_velocity_implicitly(world, context, dt, projection);
-  world.bodies.forces.add_damping_forces(context.solution.particle, context.force);
+  context.balanced = find_velocity(world, context, {.dt = dt, .is_elastic = true, .projection = projection});
 }
 
-void settle(const World& world, StepContext& context) {
+void settle(const World& world, StepContext& context, bool after_contact) {
   const Bodies& bodies = world.bodies;
   context.correction.particle.resize(bodies.particles.size());
-  move_as_wholes(bodies, 0.5 * context.dt * world.gravity, context.correction.particle);
+  const Vec3 fall = 0.5 * context.dt * world.gravity;
+  if (after_contact)
+    move_as_wholes(bodies, context.solution.particle, Vec3::Zero(), context.correction.particle);
+  else
+    move_as_wholes(bodies, bodies.particles.v, fall, context.correction.particle);
   for (std::size_t p = 0; p < bodies.particles.size(); ++p)
     context.solution.particle[p] = 0.5 * (context.solution.particle[p] + context.correction.particle[p]);
 }
 
 namespace {
+
+// For contact inside the solves: what damping alone has changed. Strongly damped bodies go on with V itself
+// where a solve has not converged, as what it leaves of such forces is far more than a velocity.
+void keep_damping(World& world, StepContext& context, double dt) {
+  Bodies& bodies = world.bodies;
+  Particles& particles = bodies.particles;
+  for (std::size_t d = 0; d < bodies.deformable.size(); ++d) {
+    if (!world.strongly_damped[d]) continue;
+    double off = 0;
+    for_each_particle(bodies.deformable[d], [&](std::size_t p) {
+      off = std::max(off, (particles.v[p] - context.solution.particle[p]).norm());
+    });
+    if (off <= world.settings.cg_tolerance) continue;
+    for_each_particle(bodies.deformable[d],
+                      [&](std::size_t p) { particles.v[p] = context.solution.particle[p]; });
+  }
+  GeneralizedVelocity& change = context.solved_change;
+  to_generalized(bodies, change);
+  for (std::size_t p = 0; p < particles.size(); ++p)
+    change.particle[p] -=
+        context.v_n.particle[p] + dt * particles.inverse_mass[p] * context.explicit_force[p];
+  for (std::size_t i = 0; i < bodies.rigid.size(); ++i) {
+    if (!bodies.rigid.properties[i].is_dynamic()) continue;
+    change.linear[i] -= context.v_n.rigid[i] + dt * world.gravity;
+    change.angular[i] -= bodies.rigid.state[i].inverse_inertia * context.v_n.rotation[i];
+  }
+  add_force_twists(bodies.rigid, bodies.bound, context.explicit_force, -dt, change.linear, change.angular);
+}
 
 // v~^{n+1/2} = v^n + dt/2 M^-1 (F + F_damping(V)). As in V.2-3, the contacts of the last step only serve to
 // find the velocity V at which damping is evaluated. Without them the particles that rest on something would
@@ -181,7 +222,8 @@ void advance_semi_implicitly(World& world, StepContext& context) {
   ContactProjection* projection = nullptr;
   if (world.has_internal_forces() && (!bodies.bound.empty() || !context.memory.empty())) {
     context.projection.build(bodies, context.memory, dt, world.settings.projection_sweeps,
-                             context.linked.prepare(bodies, context.joints, context.memory));
+                             context.linked.prepare(bodies, context.joints, context.memory),
+                             world.strongly_damped);
     projection = &context.projection;
     if (world.has(Effect::articulation)) {  // what is bound to bodies or touches them learns of their joints
       context.joints.prepare_projection(bodies.rigid);
@@ -196,10 +238,12 @@ void advance_semi_implicitly(World& world, StepContext& context) {
   for (const BoundParticle& bound : bodies.bound)
     apply_impulse(bodies.rigid.state[bound.body], bodies.rigid.properties[bound.body], bound.offset,
                   dt * context.force[bound.particle]);
+  if (solves_contact(world)) keep_damping(world, context, dt);
 }
 
 void advance_implicitly(World& world, StepContext& context) {
   Bodies& bodies = world.bodies;
+  bodies.forces.set_time_step(context.dt);
   ContactProjection* joints = nullptr;
   if (world.has(Effect::articulation) && !bodies.bound.empty()) {
     joints = &context.projection;
@@ -209,10 +253,8 @@ void advance_implicitly(World& world, StepContext& context) {
   }
   solve_velocity(world, context, context.dt / 2, joints, false);
   bodies.particles.x = context.x_n;
-  if (!context.balanced) settle(world, context);
-  context.elastic_change.resize(bodies.particles.size());
-  for (std::size_t p = 0; p < bodies.particles.size(); ++p)
-    context.elastic_change[p] = context.solution.particle[p] - bodies.particles.v[p];
+  if (!context.balanced) settle(world, context, false);
+  VelocitySystem::subtract(context.solution, context.right_side, context.solved_change);
   bodies.particles.v = context.solution.particle;
   for (std::size_t i = 0; i < bodies.rigid.size(); ++i)
     bodies.rigid.state[i].velocity = context.solution.linear[i];

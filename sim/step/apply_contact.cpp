@@ -12,27 +12,6 @@ constexpr int cold_start = 10;
 // Contact and joints take turns at most so many times, and contact this part of its sweeps each time.
 constexpr int joint_rounds = 10, joint_share = 4;
 
-// Implicit steps are long for the waves in a body: what contact stops would be crushed by the rest of the
-// body, which moves on without knowing. Here the body adapts: V is solved for again with the impulses of
-// contact beside the forces, and with the normal velocities that contact has left.
-void adapt_to_contact(World& world, StepContext& context) {
-  Bodies& bodies = world.bodies;
-  context.projection.build(bodies, context.contacts, context.graph, world.settings.projection_sweeps,
-                           world.has(Effect::self_repulsion) ? &context.self_repulsion : nullptr);
-  to_generalized(bodies, context.solution);
-  context.right_side = context.solution;
-  for (std::size_t p = 0; p < bodies.particles.size(); ++p)
-    context.right_side.particle[p] -= context.elastic_change[p];
-  if (!solve_velocity_implicitly(world, context, context.dt / 2, &context.projection)) settle(world, context);
-  bodies.particles.x = context.x_n;
-  bodies.particles.v = context.solution.particle;
-  for (std::size_t i = 0; i < bodies.rigid.size(); ++i) {
-    if (!bodies.rigid.properties[i].is_dynamic()) continue;
-    bodies.rigid.state[i].velocity = context.solution.linear[i];
-    set_angular_velocity(bodies.rigid.state[i], bodies.rigid.properties[i], context.solution.angular[i]);
-  }
-}
-
 void sweep_contacts(World& world, StepContext& context, int round, LinkedBodies* linked) {
   ContactSolveSettings settings = world.settings.contact;
   if (round == 0) settings.cold_iterations = (cold_start - 1) * settings.iterations;
@@ -92,6 +71,15 @@ const LinkedBodies* link_active_contacts(World& world, StepContext& context) {
 
 namespace {
 
+// Pairs that the velocity solve takes care of take no part in the sweeps.
+void leave_to_solve(World& world, StepContext& context) {
+  find_solved_islands(world, context);
+  for (const int p : context.graph.pairs) {
+    ContactPair& pair = context.contacts.pairs[as_index(p)];
+    if (is_solved(context, world.bodies, pair)) pair.active = false;
+  }
+}
+
 // III.1 and where the solve of III.3 starts.
 void prepare_contacts(World& world, StepContext& context) {
   Bodies& bodies = world.bodies;
@@ -101,6 +89,7 @@ void prepare_contacts(World& world, StepContext& context) {
   if (world.has(Effect::shock_propagation)) separate_levels(context.contacts, context.graph);
   set_path_velocities(bodies, context.kinematic, context.graph, context.contacts);
   predict_contacts(context.dt, world.settings.orientation, context.graph, bodies, context.contacts);
+  if (solves_contact(world)) leave_to_solve(world, context);
   // III.3, from the forces that the last step ended with
   warm_start(context.memory, context.dt / 2, context.graph, bodies, context.contacts);
 }
@@ -112,9 +101,10 @@ void apply_contact(World& world, StepContext& context) {
   solve_contacts(world, context, false);
   if (world.has(Effect::articulation))
     context.joints.structure_impulses(context.joint_push, context.joint_turn);
-  if (world.settings.implicit_elasticity && world.has_internal_forces() &&
-      world.has(Effect::rigid_deformable_contact))
-    adapt_to_contact(world, context);
+  if (solves_contact(world)) {
+    if (!world.touches()) find_solved_islands(world, context);
+    solve_contact_halfway(world, context);
+  }
   check_finite(world, "III.3 apply contact");
 }
 

@@ -28,6 +28,7 @@ void apply_explicit_forces(World& world, StepContext& context) {
     bodies.rigid.state[step.body].velocity = step.end.velocity;
     bodies.rigid.state[step.body].angular_velocity = step.end.angular_velocity;
   }
+  end_carrying(context.kinematic, bodies);
   std::swap(particles.x, context.x_next);
   check_finite(world, "V.2 explicit forces");
 }

@@ -1,7 +1,10 @@
-// The fully implicit form of the solve of I.1 and V.2 (paper section 3, after Baraff, Witkin 1998): Newton's
-// method for V = v + dt M^-1 F(x^n + dt V, V), with dt half of the step. Where no contact interferes both
-// stages find the same V, and the step is the implicit midpoint rule.
+// Newton's method for the velocity solves that are more than linear: the fully implicit form of step I.1
+// (paper section 3, after Baraff, Witkin 1998), V = v + dt M^-1 F(x^n + dt V, V) with dt half of the step,
+// which makes the implicit midpoint rule of the motion where no contact interferes; and those that contact
+// takes part in.
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "sim/base/parallel.h"
 #include "sim/solve/velocity_system.h"
@@ -12,8 +15,11 @@ namespace {
 
 constexpr std::size_t grain = 2048;
 
-// The conjugate gradients leave this share of the imbalance to the next iteration.
-constexpr double forcing_share = 0.05;
+// The conjugate gradients leave this share of the imbalance to the next iteration: both of what moves
+// particles by themselves and of what moves all of a stiff body, of which the preconditioned measure sees
+// little.
+constexpr double forcing_share = 0.01;
+constexpr double rounding_share = 1e-24;  // of the square of the imbalance: only rounding is left
 // A correction is cut short where the imbalance along it has turned against it by more than this share of
 // what it was.
 constexpr double slope_share = 0.5;
@@ -32,85 +38,252 @@ constexpr double numerical_damping = 0.25;
 // again, so many times at most.
 constexpr int most_releases = 8;
 
-// context.unconstrained = v + dt M^-1 F - V and context.imbalance = P of it, m/s, with all forces at x^n + dt
-// V, where the particles are then and the elements' state of deformation. context.force is left with the
-// elastic forces and gravity.
-void evaluate_imbalance(World& world, StepContext& context, const VelocitySystem& system, double dt) {
-  Bodies& bodies = world.bodies;
-  Particles& particles = bodies.particles;
-  const GeneralizedVelocity &V = context.solution, &v = context.right_side;
-  GeneralizedVelocity& imbalance = context.imbalance;
-  context.damping_force.assign(particles.size(), Vec3::Zero());
-  parallel_for(particles.size(), grain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t p = begin; p < end; ++p) {
-      particles.x[p] = context.x_n[p] + dt * V.particle[p];
-      context.force[p] = particles.mass[p] * world.gravity;
+// The search with contacts is one for the least of a convex potential, with bounds of friction and
+// multipliers that are renewed whenever it has ended, so many times at most. It may take so many iterations
+// more.
+constexpr int most_settlings = 8, most_contact_iterations = 40;
+
+// Searches begin with so many careful iterations (see ContactForces), and are careful after one of which less
+// than this share of the correction was taken.
+constexpr int first_careful = 3;
+constexpr double least_free_share = 0.5;
+
+// What contact leaves of the weight of a particle, at most: in short steps that is less than the tolerance.
+constexpr double weight_share = 0.1;
+constexpr double rounding = 1e-14;
+
+// Where so many iterations one after the other leave more than this share of the imbalance, rounding bounds
+// it.
+constexpr int most_stalls = 6;
+constexpr double most_left = 0.99;
+
+// One search for a velocity.
+class Search {
+ public:
+  Search(World& world, StepContext& context, const VelocityProblem& problem)
+      : world_(world),
+        context_(context),
+        problem_(problem),
+        system_(world.bodies, problem.dt, problem.is_elastic, problem.projection, context.damping_force,
+                context.inertia) {
+    system_.limit_to(problem.islands);
+    tolerance_ = world.settings.cg_tolerance;
+    if (problem.contacts) bound_tolerance();
+  }
+  ~Search() { system_.limit_to(nullptr); }
+  Search(const Search&) = delete;
+  Search& operator=(const Search&) = delete;
+
+  // Under the constraints as they are. Whether it has converged.
+  bool find_balance() {
+    const StepSettings& settings = world_.settings;
+    if (problem_.contacts) {
+      problem_.contacts->set_careful(true);
+      problem_.contacts->set_bounds();
     }
-  });
-  world.clock.time(Stage::elastic_forces,
-                   [&] { bodies.forces.add_elastic_forces(particles.x, context.force); });
-  bodies.forces.add_damping_forces(V.particle, context.damping_force);
-  imbalance = V;  // its size
-  parallel_for(particles.size(), grain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t p = begin; p < end; ++p)
-      imbalance.particle[p] = v.particle[p] - V.particle[p] +
-                              dt * particles.inverse_mass[p] * (context.force[p] + context.damping_force[p]);
-  });
-  for (std::size_t i = 0; i < V.linear.size(); ++i) {
-    imbalance.linear[i] = v.linear[i] - V.linear[i];
-    imbalance.angular[i] = v.angular[i] - V.angular[i];
+    evaluate();
+    int settlings = 0, stalls = 0;
+    double before = std::numeric_limits<double>::infinity();
+    bool is_settled = false;  // the multipliers are the impulses
+    const int most = settings.newton_iterations + (problem_.contacts ? most_contact_iterations : 0);
+    for (int iteration = 0;; ++iteration) {
+      const double imbalance = system_.norm(context_.imbalance);
+      if (imbalance <= tolerance_) {
+        if (!problem_.contacts || is_settled || settlings++ >= most_settlings) return true;
+        problem_.contacts->settle();
+        problem_.contacts->set_bounds();
+        problem_.contacts->set_careful(true);
+        evaluate();
+        is_settled = true;
+        continue;
+      }
+      is_settled = false;
+      stalls = imbalance > most_left * before ? stalls + 1 : 0;
+      before = imbalance;
+      if (iteration >= most || stalls >= most_stalls || !std::isfinite(imbalance)) return settlings > 0;
+      world_.clock.time(Stage::damping_solve, [&] { find_correction(); });
+      const double share = search_line();
+      if (problem_.contacts)
+        problem_.contacts->set_careful(iteration + 1 < first_careful || share < least_free_share);
+      ++world_.counters.newton_iterations;
+    }
   }
-  for (const BoundParticle& bound : bodies.bound)
-    context.damping_force[bound.particle] += context.force[bound.particle];
-  add_force_twists(bodies.rigid, bodies.bound, context.damping_force, dt, imbalance.linear,
-                   imbalance.angular);
-  follow_twists(bodies.bound, imbalance.linear, imbalance.angular, imbalance.particle);
-  context.unconstrained = imbalance;
-  system.project(imbalance);
-}
 
-// Moves V along the correction: all the way, or to where the imbalance along it vanishes by the secant rule.
-// That is the least of the energy which backward Euler minimizes along this line, as the imbalance is its
-// negative gradient.
-double search_line(World& world, StepContext& context, const VelocitySystem& system, double dt,
-                   double start) {
-  const double slope = system.inner(context.correction, context.imbalance);
-  const double bound = start + slope + potential_slack * std::abs(start);
-  double at = 0, next = 1, reached = start;
-  for (int cut = 0; cut < most_cuts; ++cut) {
-    VelocitySystem::axpy(next - at, context.correction, context.solution);
-    at = next;
-    evaluate_imbalance(world, context, system, dt);
-    const double now = system.inner(context.correction, context.imbalance);
-    reached = incremental_potential(world, context, dt);
-    if (now >= -slope_share * slope && reached <= bound) break;
-    const double secant = now < 0 ? slope / (slope - now) : 0;
-    next = at * (secant > least_cut ? secant : least_cut);  // also where it is no number
+  // Of the solution that is there: the potential of which the search seeks the least, with damping, J.
+  double value() {
+    evaluate();
+    const GeneralizedVelocity& V = context_.solution;
+    GeneralizedVelocity& change = context_.correction;
+    VelocitySystem::subtract(V, context_.right_side, change);
+    double sum = contact_potential_;
+    if (problem_.is_elastic) {
+      for (Vec3& v : change.particle) v -= problem_.dt * world_.gravity;
+      sum += world_.bodies.forces.energy(world_.bodies.particles.x);
+    }
+    restrict(change);
+    sum += 0.5 * system_.inner(change, change);
+    for (std::size_t p = 0; p < V.particle.size(); ++p) {
+      const Vec3 damping = problem_.is_elastic ? Vec3(context_.damping_force[p] - context_.force[p])
+                                               : context_.damping_force[p];
+      sum -= 0.5 * problem_.dt * V.particle[p].dot(damping);
+    }
+    return sum;
   }
-  return reached;
-}
 
-// Newton's method under the constraints as they are. Whether it has converged.
-bool find_balance(World& world, StepContext& context, VelocitySystem& system, double dt) {
-  const StepSettings& settings = world.settings;
-  evaluate_imbalance(world, context, system, dt);
-  double energy = incremental_potential(world, context, dt);
-  for (int iteration = 0;; ++iteration) {
-    const double imbalance = system.norm(context.imbalance);
-    if (imbalance <= settings.cg_tolerance) return true;
-    if (iteration >= settings.newton_iterations || !std::isfinite(imbalance)) return false;
-    world.clock.time(Stage::damping_solve, [&] {
-      world.bodies.forces.linearize();
-      context.correction = context.imbalance;
-      const CgResult result =
-          conjugate_gradient(system, context.imbalance, forcing_share * imbalance, settings.cg_iterations,
-                             context.correction, context.residual, context.direction, context.image);
-      world.counters.cg_iterations += result.iterations;
+ private:
+  // Contact shall leave less than the weight of a particle, in short steps, too, and no less than rounding
+  // does: of the velocities, times what damping and stiffness make of them.
+  void bound_tolerance() {
+    const double weight = weight_share * problem_.dt * world_.gravity.norm();
+    if (weight > 0) tolerance_ = std::min(tolerance_, weight);
+    const Particles& particles = world_.bodies.particles;
+    const std::vector<SymmetricBlock>& own = context_.blocks.own();
+    double noise = 0;
+    for (std::size_t p = 0; p < particles.size(); ++p)
+      if (!is_held(particles, p))
+        noise = std::max(noise, particles.inverse_mass[p] / own[p].diagonal.minCoeff() *
+                                    context_.solution.particle[p].norm());
+    tolerance_ = std::max(tolerance_, rounding * noise);
+  }
+
+  // context.unconstrained = b + dt M^-1 F - V, with the impulses of contacts, and context.imbalance = P of
+  // it, m/s. With elasticity all forces are those at x^n + dt V, where the particles are then and the
+  // elements' state of deformation, and context.force is left with the elastic forces and gravity.
+  void evaluate() {
+    Bodies& bodies = world_.bodies;
+    Particles& particles = bodies.particles;
+    const GeneralizedVelocity &V = context_.solution, &b = context_.right_side;
+    GeneralizedVelocity& imbalance = context_.imbalance;
+    context_.damping_force.assign(particles.size(), Vec3::Zero());
+    if (problem_.is_elastic) {
+      context_.force.resize(particles.size());
+      parallel_for(particles.size(), grain, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t p = begin; p < end; ++p) {
+          particles.x[p] = context_.x_n[p] + problem_.dt * V.particle[p];
+          context_.force[p] = particles.mass[p] * world_.gravity;
+        }
+      });
+      world_.clock.time(Stage::elastic_forces,
+                        [&] { bodies.forces.add_elastic_forces(particles.x, context_.force); });
+    }
+    bodies.forces.add_damping_forces(V.particle, context_.damping_force);
+    if (problem_.is_elastic)
+      parallel_for(particles.size(), grain, [&](std::size_t begin, std::size_t end) {
+        for (std::size_t p = begin; p < end; ++p) context_.damping_force[p] += context_.force[p];
+      });
+    imbalance = V;  // its size
+    parallel_for(particles.size(), grain, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t p = begin; p < end; ++p)
+        imbalance.particle[p] = b.particle[p] - V.particle[p] +
+                                problem_.dt * particles.inverse_mass[p] * context_.damping_force[p];
     });
-    energy = search_line(world, context, system, dt, energy);
-    ++world.counters.newton_iterations;
+    for (std::size_t i = 0; i < V.linear.size(); ++i) {
+      imbalance.linear[i] = b.linear[i] - V.linear[i];
+      imbalance.angular[i] = b.angular[i] - V.angular[i];
+    }
+    add_force_twists(bodies.rigid, bodies.bound, context_.damping_force, problem_.dt, imbalance.linear,
+                     imbalance.angular);
+    if (problem_.contacts) {
+      contact_potential_ = problem_.contacts->evaluate(V);
+      problem_.contacts->add_velocities(1, imbalance);
+    }
+    follow_twists(bodies.bound, imbalance.linear, imbalance.angular, imbalance.particle);
+    restrict(imbalance);
+    context_.unconstrained = imbalance;
+    system_.project(imbalance);
   }
-}
+
+  // Takes out what is not on the islands.
+  void restrict(GeneralizedVelocity& v) const {
+    if (!problem_.islands) return;
+    std::size_t next = 0;
+    const auto clear_to = [&](std::size_t end) {
+      for (; next < end; ++next) v.particle[next].setZero();
+    };
+    for (const Islands::Range& range : problem_.islands->ranges()) {
+      clear_to(range.begin);
+      next = range.end;
+    }
+    clear_to(v.particle.size());
+    for (std::size_t i = 0; i < v.linear.size(); ++i)
+      if (!problem_.islands->is_searched_rigid(i)) v.linear[i] = v.angular[i] = Vec3::Zero();
+  }
+
+  double potential() const {
+    if (!problem_.is_elastic) return 0;
+    return incremental_potential(world_, context_, problem_.dt) + contact_potential_;
+  }
+
+  // Newton's correction, by conjugate gradients that are preconditioned by z = P B^-1 P^T r: P is
+  // self-adjoint in the masses, so that this is symmetric, and where P is no projection to the last digit,
+  // too.
+  void find_correction() {
+    Bodies& bodies = world_.bodies;
+    if (problem_.is_elastic) {
+      bodies.forces.linearize();
+      find_blocks(world_, context_, problem_.dt, true);
+    }
+    context_.blocks.add(bodies, context_.inertia, problem_.contacts);
+    GeneralizedVelocity &x = context_.correction, &r = context_.residual, &s = context_.direction,
+                        &q = context_.image, &z = context_.preconditioned;
+    r = context_.imbalance;
+    const auto precondition = [&] {
+      context_.blocks.apply(bodies, context_.inertia, r, z);
+      restrict(z);
+      follow_twists(bodies.bound, z.linear, z.angular, z.particle);
+      system_.project(z);
+      return system_.inner(r, z);
+    };
+    double left = precondition();
+    const double enough = forcing_share * forcing_share * left, least = rounding_share * left,
+                 norm = forcing_share * system_.norm(r);
+    x = z;
+    VelocitySystem::axpy(-1, z, x);
+    s = z;
+    int iterations = 0;
+    for (; iterations < world_.settings.cg_iterations && left > least; ++iterations) {
+      if (left <= enough && system_.norm(r) <= norm) break;
+      system_.apply(s, q);
+      if (problem_.contacts) problem_.contacts->add_differentials(s, q);
+      restrict(q);
+      system_.project(q);
+      const double curvature = system_.inner(s, q);
+      if (!(curvature > 0)) break;  // only rounding is left
+      VelocitySystem::axpy(left / curvature, s, x);
+      VelocitySystem::axpy(-left / curvature, q, r);
+      const double next = precondition();
+      VelocitySystem::xpay(z, next / left, s);
+      left = next;
+    }
+    world_.counters.cg_iterations += iterations;
+  }
+
+  // Moves V along the correction: all the way, or to where the imbalance along it vanishes by the secant
+  // rule. That is the least of the energy which backward Euler minimizes along this line, as the imbalance is
+  // its negative gradient. Returns the share of the correction that it moved.
+  double search_line() {
+    const double slope = system_.inner(context_.correction, context_.imbalance), start = potential();
+    const double bound = start + slope + potential_slack * std::abs(start);
+    double at = 0, next = 1;
+    for (int cut = 0; cut < most_cuts; ++cut) {
+      VelocitySystem::axpy(next - at, context_.correction, context_.solution);
+      at = next;
+      evaluate();
+      const double now = system_.inner(context_.correction, context_.imbalance);
+      if (now >= -slope_share * slope && potential() <= bound) break;
+      const double secant = now < 0 ? slope / (slope - now) : 0;
+      next = at * (secant > least_cut ? secant : least_cut);  // also where it is no number
+    }
+    return at;
+  }
+
+  World& world_;
+  StepContext& context_;
+  const VelocityProblem& problem_;
+  VelocitySystem system_;
+  double tolerance_ = 0;          // m/s
+  double contact_potential_ = 0;  // J
+};
 
 }  // namespace
 
@@ -129,26 +302,40 @@ double incremental_potential(World& world, const StepContext& context, double dt
         return sum;
       },
       [](double a, double b) { return a + b; });
-  double of_bones = 0;
+  double of_bodies = 0;
   const RigidBodies& rigid = world.bodies.rigid;
-  for (std::size_t i = 0; i < rigid.size() && !world.bodies.bound.empty(); ++i) {
+  for (std::size_t i = 0; i < rigid.size(); ++i) {
     if (!rigid.properties[i].is_dynamic()) continue;
     const Vec3 change = context.solution.linear[i] - context.right_side.linear[i];
     const Vec3 turn = rigid.state[i].pose.orientation.conjugate() *
                       (context.solution.angular[i] - context.right_side.angular[i]);
-    of_bones += 0.5 * (rigid.properties[i].mass * change.squaredNorm() +
-                       turn.dot(rigid.properties[i].inertia.cwiseProduct(turn)));
+    of_bodies += 0.5 * (rigid.properties[i].mass * change.squaredNorm() +
+                        turn.dot(rigid.properties[i].inertia.cwiseProduct(turn)));
   }
-  return motion + of_bones + world.bodies.forces.energy(particles.x);
+  return motion + of_bodies + world.bodies.forces.energy(particles.x);
 }
 
-bool solve_velocity_implicitly(World& world, StepContext& context, double dt, ContactProjection* projection) {
-  VelocitySystem system(world.bodies, dt, true, projection, context.damping_force, context.inertia);
-  world.bodies.forces.set_added_damping(numerical_damping * 2 * dt);
-  bool balanced = find_balance(world, context, system, dt);
+// Elastic forces are linearized as dt^2 times what damps by dt seconds times the stiffness.
+void find_blocks(World& world, StepContext& context, double dt, bool with_elasticity) {
+  InternalForces& forces = world.bodies.forces;
+  const double added = world.settings.implicit_elasticity ? numerical_damping * context.dt : 0;
+  forces.set_added_damping(with_elasticity ? added + dt : added);
+  context.blocks.find(world.bodies, dt);
+  forces.set_added_damping(added);
+}
+
+double solve_potential(World& world, StepContext& context, const VelocityProblem& problem) {
+  return Search(world, context, problem).value();
+}
+
+bool find_velocity(World& world, StepContext& context, const VelocityProblem& problem) {
+  ContactProjection* projection = problem.projection;
+  if (problem.is_elastic) world.bodies.forces.set_added_damping(numerical_damping * 2 * problem.dt);
+  Search search(world, context, problem);
+  bool balanced = search.find_balance();
   for (int release = 0; projection && release < most_releases; ++release) {
     if (!projection->release(context.unconstrained, world.settings.cg_tolerance)) break;
-    balanced = find_balance(world, context, system, dt);
+    balanced = search.find_balance();
   }
   return balanced;
 }

@@ -30,15 +30,24 @@ void repel_surfaces(World& world, StepContext& context) {
   for (std::size_t p = 0; p < particles.size(); ++p)
     context.x_next[p] = particles.x[p] + context.dt * particles.v[p];
   context.self_candidates.update(world.bodies.collision_surface, particles.x, context.x_next);
-  context.self_repulsion.find(context.self_candidates, particles.x, particles.inverse_mass);
+  const bool solves = solves_contact(world);
+  if (solves) {
+    context.meeting_surfaces.find_meeting(context.self_candidates, particles.x, particles.v, context.dt);
+    for (std::size_t p = 0; p < particles.size(); ++p) context.solved_change.particle[p] -= particles.v[p];
+  }
+  context.self_repulsion.find(context.self_candidates, particles.x, particles.inverse_mass,
+                              world.bodies.faces_around, world.bodies.triangles);
   context.self_repulsion.apply(context.dt, particles.x, particles.inverse_mass, particles.v);
   context.self_repulsion.apply_elastic(context.dt, particles.inverse_mass, particles.v);
+  if (solves)  // the solves do without these impulses
+    for (std::size_t p = 0; p < particles.size(); ++p) context.solved_change.particle[p] += particles.v[p];
 }
 
 void find_repulsions(World& world, StepContext& context) {
   const Particles& particles = world.bodies.particles;
   context.self_candidates.update(world.bodies.collision_surface, particles.x, particles.x);
-  context.self_repulsion.find(context.self_candidates, particles.x, particles.inverse_mass);
+  context.self_repulsion.find(context.self_candidates, particles.x, particles.inverse_mass,
+                              world.bodies.faces_around, world.bodies.triangles);
 }
 
 void apply_velocity_repulsions(World& world, StepContext& context) {

@@ -39,7 +39,7 @@ bool step(World& world, double time, double dt, Refusal refusal) {
   // II   v^n -> v^^n, v~^{n+1/2} -> v^^{n+1/2}
   if (collision || joints) run(Stage::collide, collide);
   // III  v^^{n+1/2} -> v^{n+1/2}
-  if (contact || joints) run(Stage::apply_contact, apply_contact);
+  if (contact || joints || solves_contact(world)) run(Stage::apply_contact, apply_contact);
   const bool may_refuse = joints && refusal == Refusal::allowed;
   if (may_refuse && joints_turn_too_far(world, context)) return refuse(world);
   // IV   x^n -> x^{n+1}

@@ -48,6 +48,15 @@ void find_contacts(World& world, StepContext& context);  //       v~^{n+1/2} - v
 void collide(World& world, StepContext& context);        // II    v^n -> v^^n, v~^{n+1/2} -> v^^{n+1/2}
 void apply_contact(World& world, StepContext& context);  // III   v^^{n+1/2} -> v^{n+1/2}
 void solve_contacts(World& world, StepContext& context, bool final);  // the solve that III.3 and V.4 share
+
+// Contact inside the velocity solves, for the islands that find_solved_islands() finds in step III, and that
+// no sweeps over the contacts go through then (sim/step/solved_contact.cpp).
+bool solves_contact(const World& world);  // whether there may be any
+void find_solved_islands(World& world, StepContext& context);
+bool is_solved(const StepContext& context, const Bodies& bodies, const ContactPair& pair);
+void solve_contact_halfway(World& world, StepContext& context);  // III, from v^^{n+1/2} with warm impulses
+void begin_contact_at_end(World& world, StepContext& context);   // before V.2, v^^n
+void solve_contact_at_end(World& world, StepContext& context);   // V.2, v_**^{n+1} without contact's impulses
 // Brings the contacts that have impulses to the poses now, for a projection: as LinkedBodies::prepare.
 const LinkedBodies* link_active_contacts(World& world, StepContext& context);
 // Flesh on bones in step V: takes the places where forces act on bound particles to x^{n+1/2}, where the
@@ -77,8 +86,8 @@ void apply_velocity_repulsions(World& world, StepContext& context);  //       be
 
 // The implicit solve of I.1 and V.2: from the velocities v now, fills `context.solution` with V, V = v + dt
 // M^-1 (F + F_damping(V)), and `context.force` with F + F_damping(V), where F are gravity and the elastic
-// forces. Semi-implicitly the elastic forces are those of the positions now; implicitly they are those of x^n
-// + dt V, where the solve leaves the particles.
+// forces. Semi-implicitly the elastic forces are those of the positions now; implicitly, in I.1 alone, they
+// are those of x^n + dt V, where the solve leaves the particles.
 // `at_end` tells V.2 from I.1.
 void solve_velocity(World& world, StepContext& context, double dt, ContactProjection* projection,
                     bool at_end);
@@ -91,13 +100,30 @@ bool solve_with_damping(World& world, StepContext& context, double dt, ContactPr
 // What the V of the implicit solve minimizes where nothing is damped, at `context.solution`, J: 1/2 |V - v -
 // dt g|^2 in the mass norm plus the elastic energy at x^n + dt V, where it leaves the particles.
 double incremental_potential(World& world, const StepContext& context, double dt);
-// The search for V by Newton's method that starts at `context.solution`, and leaves in `context.imbalance` by
-// how much V falls short of the right side under the constraints. Whether that is less than the tolerance, as
-// the bound on its iterations may end it before.
-bool solve_velocity_implicitly(World& world, StepContext& context, double dt, ContactProjection* projection);
+// A velocity V = b + dt M^-1 F that a solve seeks, from context.right_side b and starting at
+// context.solution, for the damping forces F at the last elastic evaluation's deformation, or with elasticity
+// for gravity, elastic and damping forces at x^n + dt V, where it leaves the particles; and for the impulses
+// of contacts, if any, under constraints that `projection` keeps, if any.
+struct VelocityProblem {
+  double dt = 0;  // s
+  bool is_elastic = false;
+  ContactProjection* projection = nullptr;
+  ContactForces* contacts = nullptr;
+  const Islands* islands = nullptr;  // whose velocities are sought; null: all
+};
+// The search by Newton's method leaves in `context.imbalance` by how much V falls short of the right side
+// under the constraints. Whether that is less than the tolerance, as the bound on its iterations may end it
+// before.
+bool find_velocity(World& world, StepContext& context, const VelocityProblem& problem);
+// Fills context.blocks for a solve of `dt` (s) with the damping, and if so with the elasticity, of the last
+// elastic evaluation's deformation.
+void find_blocks(World& world, StepContext& context, double dt, bool with_elasticity);
+// J, of what the search seeks the least of, at context.solution.
+double solve_potential(World& world, StepContext& context, const VelocityProblem& problem);
 // Where that was not found: positions move by twice the way to x^n + dt/2 V, the least energy that was found,
-// and that far beyond it may be far worse. So deformation stops there, and each body moves on as a whole.
-void settle(const World& world, StepContext& context);
+// and that far beyond it may be far worse. So deformation stops there, and each body moves on as a whole: as
+// it would by itself, or where contact has acted, as V has it.
+void settle(const World& world, StepContext& context, bool after_contact);
 
 // Throws SimulationError if a particle's or a body's state is not finite.
 void check_finite(const World& world, const char* stage);

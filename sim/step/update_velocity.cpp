@@ -4,15 +4,31 @@
 
 namespace duet {
 
+namespace {
+
+// Those of gravity and elasticity at the positions now.
+void find_forces(World& world, StepContext& context) {
+  const Particles& particles = world.bodies.particles;
+  context.force.resize(particles.size());
+  for (std::size_t p = 0; p < particles.size(); ++p) context.force[p] = particles.mass[p] * world.gravity;
+  world.clock.time(Stage::elastic_forces,
+                   [&] { world.bodies.forces.add_elastic_forces(particles.x, context.force); });
+  context.explicit_force = context.force;
+}
+
+}  // namespace
+
 // V.2: V = v^n + dt/2 M^-1 (F(x^{n+1/2}) + F_damping(V)) with contact projected, which only serves to find
 // the velocity at which V.3 evaluates the damping forces, unprojected: v^{n+1} = v^n + dt M^-1 (F(x^{n+1/2})
 // + F_damping(V)). Together they are the trapezoidal rule for the damping.
 void constrained_solve(World& world, StepContext& context) {
   Bodies& bodies = world.bodies;
   Particles& particles = bodies.particles;
+  const bool is_implicit = world.settings.implicit_elasticity && world.has_internal_forces();
+  begin_contact_at_end(world, context);
   ContactProjection* projection = nullptr;
   // Without elasticity there is nothing to solve, and rigid bodies take their velocities from V.3.
-  if (world.has_internal_forces() || world.has(Effect::incompressibility)) {
+  if (!is_implicit && (world.has_internal_forces() || world.has(Effect::incompressibility))) {
     context.projection.build(bodies, context.contacts, context.graph, world.settings.projection_sweeps,
                              world.has(Effect::self_repulsion) ? &context.self_repulsion : nullptr,
                              link_active_contacts(world, context));
@@ -28,19 +44,13 @@ void constrained_solve(World& world, StepContext& context) {
     particles.x[p] = 0.5 * (context.x_n[p] + context.x_next[p]);
   carry(context.kinematic, context.x_n, context.dt, bodies);
   bring_bound_to_middle(world, context);
-  solve_velocity(world, context, context.dt / 2, projection, true);
+  if (is_implicit)
+    find_forces(world, context);
+  else
+    solve_velocity(world, context, context.dt / 2, projection, true);
 
   for (std::size_t p = 0; p < particles.size(); ++p)
     particles.v[p] += context.dt * particles.inverse_mass[p] * context.force[p];
-  // What an implicit solve left out of balance is no force, and stiff elements would make a great one of it.
-  // Where it was much, the step ends at V, the velocity of its middle, instead of as far beyond.
-  if (world.settings.implicit_elasticity && world.has_internal_forces()) {
-    const double share = context.balanced ? 1 : 0.5;
-    for (std::size_t p = 0; p < particles.size(); ++p) {
-      const Vec3 change = particles.v[p] - context.v_hat_n.particle[p] - 2 * context.imbalance.particle[p];
-      particles.v[p] = context.v_hat_n.particle[p] + share * change;
-    }
-  }
   for (std::size_t i = 0; i < bodies.rigid.size(); ++i)
     if (bodies.rigid.properties[i].is_dynamic()) bodies.rigid.state[i].velocity += context.dt * world.gravity;
   apply_bound_forces(world, context);
@@ -50,6 +60,7 @@ void constrained_solve(World& world, StepContext& context) {
   }
   end_carrying(context.kinematic, bodies);
   std::swap(particles.x, context.x_next);
+  if (solves_contact(world)) solve_contact_at_end(world, context);
   check_finite(world, "V.2 constrained solve");
 }
 
@@ -60,6 +71,7 @@ void prepare_again(World& world, StepContext& context) {
   update_contacts(context.graph, world.bodies, context.contacts);
   yield_where_pinched(world.bodies, context.dt, context.contacts, nullptr);
   predict_contacts(context.dt, world.settings.orientation, context.graph, world.bodies, context.contacts);
+  if (solves_contact(world)) context.contact_forces.restore_targets(context.contacts);
   // Step III dealt with the forces of half a step: twice its impulses is where the solve begins.
   warm_start_again(2, context.graph, world.bodies, context.contacts);
 }

@@ -15,8 +15,10 @@
 #include "sim/deformable/self_collision.h"
 #include "sim/deformable/self_repulsion.h"
 #include "sim/solve/conjugate_gradient.h"
+#include "sim/solve/contact_forces.h"
 #include "sim/solve/island_gradients.h"
 #include "sim/solve/pressure_system.h"
+#include "sim/solve/velocity_blocks.h"
 #include "sim/solve/velocity_system.h"
 #include "sim/step/effects.h"
 #include "sim/step/kinematic_motion.h"
@@ -92,6 +94,8 @@ struct StepContext {
 
   CollisionCandidates self_candidates;
   SelfRepulsion self_repulsion;
+  SelfRepulsion
+      meeting_surfaces;  // of surfaces that meet in this step, for contact inside the velocity solves
   SelfCollision self_collision;
 
   std::vector<Vec3> force, damping_force, force_in_single;  // N; the last as VelocitySystem collects it
@@ -102,8 +106,17 @@ struct StepContext {
   Islands islands;             // of the last of them
   IslandSearch island_search;
   GeneralizedVelocity right_side, solution, residual, direction, image;
-  GeneralizedVelocity imbalance, unconstrained, correction;  // of Newton's method
-  std::vector<Vec3> elastic_change;                          // m/s, of an implicit I.1
+  GeneralizedVelocity imbalance, unconstrained, correction, preconditioned;  // of Newton's method
+  VelocityBlocks blocks;                                                     // the same
+  // Contact inside the velocity solves, of the islands of `solved` that are searched: all those of deformable
+  // bodies where elasticity is implicit, else those of strongly damped ones (sim/step/solved_contact.cpp).
+  Islands solved;
+  Islands elastic, relaxing;    // of those, in implicit steps: see solve_contact_halfway()
+  std::vector<char> is_solved;  // scratch: of every island
+  ContactForces contact_forces;
+  std::vector<Vec3> explicit_force;                     // N, of the last semi-implicit solve
+  GeneralizedVelocity solved_change;                    // m/s, of step I: what its solve has added
+  GeneralizedVelocity start_velocity, middle_velocity;  // m/s, before step V, and of step III
   std::vector<char> untouched;  // of deformable bodies: nothing but their own forces and gravity moves them
   bool balanced = true;         // whether it has converged
   std::vector<Mat3> inertia;
@@ -114,6 +127,11 @@ struct World {
   EffectSet plan;
   Vec3 gravity = Vec3::Zero();  // m/s^2
   StepSettings settings;
+  // Of every deformable body: whether its slowest deformation is damped for more than ten times the critical
+  // damping, so that contact is part of its velocity solves (StepContext::solved); and the time in which
+  // strain relaxes, s: the material's viscosity over its stiffness.
+  std::vector<char> strongly_damped;
+  std::vector<double> damping_time;
   StepContext context;
   StageClock clock;
   StepCounters counters;

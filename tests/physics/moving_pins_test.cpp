@@ -8,9 +8,17 @@ namespace duet {
 namespace {
 
 using scene::Integration;
+using scene::VelocityConstraints;
+
+struct Solve {
+  Integration integration = Integration::semi_implicit;
+  VelocityConstraints constraints = VelocityConstraints::after_solve;
+};
+constexpr Solve solves[] = {
+    {}, {Integration::implicit}, {Integration::semi_implicit, VelocityConstraints::before_solve}};
 
 // Keeps its place for 0.1 s, then moves along and turns; the soft box of 0.2 m hangs on it with its top.
-scene::Scene box_on_a_hand(Integration integration) {
+scene::Scene box_on_a_hand(const Solve& solve) {
   scene::Scene scene = test::free_space();
   scene.gravity = Vec3(0, -9.8, 0);
   scene::RigidBody& hand = test::add_box(scene, "hand", Vec3(0, 0.2, 0), Vec3(0.3, 0.1, 0.3), 1);
@@ -20,13 +28,14 @@ scene::Scene box_on_a_hand(Integration integration) {
   hand.motion.spin = {{Vec3::UnitY(), 0.5, 0.1, {}, 0.2}};
   scene::DeformableBody& box = test::add_soft_box(scene, "box", Vec3::Zero(), Vec3(0.2, 0.2, 0.2), 2, 1e5);
   box.pins = {{.from = Vec3(0, 0.1, -0.1), .to = Vec3(0, 0.1, 0.1), .radius = 0.1, .body = "hand"}};
-  scene.solver.integration = integration;
+  scene.solver.integration = solve.integration;
+  scene.solver.velocity_constraints = solve.constraints;
   return scene;
 }
 
 TEST(MovingPins, ParticlesFollowTheirBodyToRounding) {
-  for (const Integration integration : {Integration::semi_implicit, Integration::implicit}) {
-    const scene::Scene scene = box_on_a_hand(integration);
+  for (const Solve& solve : solves) {
+    const scene::Scene scene = box_on_a_hand(solve);
     Simulation simulation(scene, test::plan(scene));
     const Bodies& bodies = simulation.world().bodies;
     ASSERT_EQ(bodies.carried.size(), 12U) << "the nine of the top and three below";
@@ -47,7 +56,7 @@ TEST(MovingPins, ParticlesFollowTheirBodyToRounding) {
 
 // Where the search for a balance is given up, bodies move on as wholes: not what is held.
 TEST(MovingPins, NothingElseMovesThem) {
-  scene::Scene scene = box_on_a_hand(Integration::implicit);
+  scene::Scene scene = box_on_a_hand({Integration::implicit});
   scene.materials[0].youngs_modulus = 1e8;
   scene.solver.newton_iterations = 1;
   scene.deformable[0].placement.angular_velocity = Vec3(20, 0, 0);
@@ -70,8 +79,8 @@ TEST(MovingPins, NothingElseMovesThem) {
 
 // A body that is led away at a constant speed, with which all of it begins, is not deformed at all.
 TEST(MovingPins, ABodyThatIsLedAlongKeepsItsShape) {
-  for (const Integration integration : {Integration::semi_implicit, Integration::implicit}) {
-    scene::Scene scene = box_on_a_hand(integration);
+  for (const Solve& solve : solves) {
+    scene::Scene scene = box_on_a_hand(solve);
     scene.gravity.setZero();
     scene.rigid[0].motion = {};
     scene.rigid[0].motion.keyframes = {{-1, Vec3(-2, 0.2, 0), {}, false, {}},

@@ -22,7 +22,7 @@ SelfRepulsion pairs_of(const Sheets& sheets) {
   CollisionCandidates candidates;
   candidates.update(sheets.surface, sheets.x, sheets.x);
   SelfRepulsion repulsion;
-  repulsion.find(candidates, sheets.x, sheets.inverse_mass);
+  repulsion.find(candidates, sheets.x, sheets.inverse_mass, {}, {});
   return repulsion;
 }
 

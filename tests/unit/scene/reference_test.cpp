@@ -279,6 +279,7 @@ push_out_order = "frozen_levels"
 velocity_constraints = "after_solve"
 rigid_push_out = "deepest_points"
 shock_propagation = "on"
+initial_overlap = "refuse"
 projection_iterations = 3
 integration = "implicit"
 newton_iterations = 9

@@ -253,6 +253,8 @@ TEST(Study, ShowsFailedRunsAndGoesOn) {
   const ScratchFolder folder;
   io::write_atomically(folder / "boxes.toml", R"(title = "Two boxes"
 frames = 1
+[solver]
+initial_overlap = "refuse"
 [materials.rubber]
 youngs_modulus = 1e5
 [[deformable]]

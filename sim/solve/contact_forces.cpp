@@ -1,0 +1,315 @@
+#include "sim/solve/contact_forces.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/LU>
+
+namespace duet {
+namespace {
+
+// The stiffness of a contact over the mass that it moves: that of a particle with what damps and holds it, as
+// far as this is less than its body's. More would leave a search between contacts that are as good as rigid.
+constexpr double stiffness_share = 100;
+
+Vec3 tangent_of(const Vec3& v, const Vec3& normal) { return v - v.dot(normal) * normal; }
+
+// Velocity of the point per impulse there, where every particle moves by itself.
+Mat3 response_of(const SurfacePoint& point, const std::vector<SymmetricBlock>& own) {
+  Mat3 K = Mat3::Zero();
+  for (std::size_t i = 0; i < as_index(point.count); ++i) {
+    const SymmetricBlock& block = own[as_index(point.particle[i])];
+    const double share = point.weight[i] * point.weight[i];
+    K.diagonal() += share * block.diagonal;
+    const Vec3 other = share * block.other;
+    K(1, 2) += other.x(), K(2, 1) += other.x();
+    K(0, 2) += other.y(), K(2, 0) += other.y();
+    K(0, 1) += other.z(), K(1, 0) += other.z();
+  }
+  return K;
+}
+
+Mat3 response_of(const Bodies& bodies, int body, const Vec3& arm) {
+  const auto b = as_index(body);
+  if (!bodies.rigid.properties[b].is_dynamic()) return Mat3::Zero();
+  return impulse_factor(bodies.rigid.state[b], bodies.rigid.properties[b].inverse_mass, arm);
+}
+
+std::size_t body_of(const Bodies& bodies, int particle) {
+  const auto after =
+      std::upper_bound(bodies.deformable.begin(), bodies.deformable.end(), particle,
+                       [](int p, const DeformableBody& body) { return p < body.first_particle; });
+  return static_cast<std::size_t>(after - bodies.deformable.begin()) - 1;
+}
+
+// A_i of the relative velocity sum of A_i v_i of a pair of points that are `arm` apart, less that by which
+// its particles turn as one: w_i 1 + m_i [arm]x I^-1 [r_i]x, with r_i from their center of mass, of which
+// they have the inertia I. An impulse j that changes v_i by A_i^T j / m_i has no moment. Particles that are
+// held take moments up themselves.
+std::array<Mat3, 4> map_of(const RepulsionPair& pair, const Particles& particles) {
+  std::array<Mat3, 4> map;
+  std::array<Vec3, 4> at;
+  Vec3 center = Vec3::Zero(), arm = Vec3::Zero();
+  double mass = 0;
+  bool is_free = true;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const auto p = as_index(pair.particle[i]);
+    map[i] = pair.weight[i] * Mat3::Identity();
+    at[i] = particles.x[p];
+    is_free = is_free && particles.inverse_mass[p] > 0;
+    arm += pair.weight[i] * at[i];
+    center += particles.mass[p] * at[i];
+    mass += particles.mass[p];
+  }
+  if (!is_free) return map;
+  center /= mass;
+  Mat3 inertia = Mat3::Zero();
+  for (std::size_t i = 0; i < 4; ++i) {
+    const Vec3 r = at[i] - center;
+    inertia +=
+        particles.mass[as_index(pair.particle[i])] * (r.squaredNorm() * Mat3::Identity() - r * r.transpose());
+  }
+  inertia.diagonal().array() += 1e-14 * inertia.trace();  // particles on a line do not turn about it
+  const Mat3 turn = skew(arm) * inertia.inverse();
+  for (std::size_t i = 0; i < 4; ++i)
+    map[i] += particles.mass[as_index(pair.particle[i])] * turn * skew(at[i] - center);
+  return map;
+}
+
+void add(double share, const Mat3& matrix, SymmetricBlock& block) {
+  block.diagonal += share * matrix.diagonal();
+  block.other += share * Vec3(matrix(1, 2), matrix(0, 2), matrix(0, 1));
+}
+
+void add_wrenches(const Mat3& slope, const Vec3& arm, Mat6& block) {
+  const Mat3 cross = skew(arm), turned = cross * slope;
+  block.topLeftCorner<3, 3>() += slope;
+  block.bottomLeftCorner<3, 3>() += turned;
+  block.topRightCorner<3, 3>() += turned.transpose();
+  block.bottomRightCorner<3, 3>() -= turned * cross;
+}
+
+}  // namespace
+
+void ContactForces::build(const Bodies& bodies, const ContactSet& contacts, const ContactGraph& graph,
+                          const Islands& islands, double factor, const std::vector<SymmetricBlock>& own) {
+  bodies_ = &bodies;
+  rows_.clear();
+  pair_maps_.clear();
+  inverse_body_mass_.clear();
+  for (const DeformableBody& body : bodies.deformable) {
+    double mass = 0;
+    for_each_particle(body, [&](std::size_t p) { mass += bodies.particles.mass[p]; });
+    inverse_body_mass_.push_back(1 / mass);
+  }
+  const auto is_solved = [&](const ContactPair& pair) {
+    if (islands.is_searched_rigid(as_index(pair.host))) return true;
+    if (pair.guest_rigid >= 0) return islands.is_searched_rigid(as_index(pair.guest_rigid));
+    const int particle = bodies.deformable[as_index(pair.guest_deformable)].first_particle;
+    return islands.is_searched(as_index(islands.of_particle(particle)));
+  };
+  for (const int p : graph.schedule.order()) {
+    const ContactPair& pair = contacts.pairs[as_index(p)];
+    if (!pair.active || !is_solved(pair)) continue;
+    const double of_body = pair.guest_rigid < 0 ? inverse_body_mass_[as_index(pair.guest_deformable)] : 0;
+    for (int i = pair.begin; i < pair.end; ++i) {
+      const ContactPoint& contact = contacts.points[as_index(i)];
+      if (std::isinf(contact.target)) continue;
+      Row row{.contact = i,
+              .host = contact.host,
+              .guest_rigid = contact.guest_rigid,
+              .moves_host = moves_host(bodies, contact),
+              .point = {},
+              .normal = contact.normal,
+              .host_arm = contact.host_arm,
+              .guest_arm = contact.guest_arm,
+              .path_velocity = contact.path_velocity,
+              .target = contact.target,
+              .friction = contact.friction,
+              .multiplier = factor * contact.impulse};
+      Mat3 K = row.moves_host ? response_of(bodies, row.host, row.host_arm) : Mat3::Zero();
+      if (contact.is_rigid_pair()) {
+        K += response_of(bodies, row.guest_rigid, row.guest_arm);
+      } else {
+        row.point = surface_point(bodies, contact);
+        K += response_of(row.point, own);
+        K.diagonal().array() += of_body;
+      }
+      add_row(row, K);
+    }
+  }
+}
+
+void ContactForces::add_row(Row& row, const Mat3& response) {
+  const double of_normal = row.normal.dot(response * row.normal);
+  if (!(of_normal > 0)) return;  // nothing can move
+  row.normal_mass = stiffness_share / of_normal;
+  row.tangential_mass = stiffness_share / std::max((response.trace() - of_normal) / 2, 1e-3 * of_normal);
+  row.impulse = row.multiplier;
+  rows_.push_back(row);
+}
+
+void ContactForces::add_pairs(const Bodies& bodies, const std::vector<RepulsionPair>& pairs,
+                              const Islands& islands, double seconds, double part_share,
+                              const std::vector<SymmetricBlock>& own) {
+  for (const RepulsionPair& pair : pairs) {
+    const auto is_left_out = [&](int p) {
+      return !is_held(bodies.particles, as_index(p)) &&
+             !islands.is_searched(as_index(islands.of_particle(p)));
+    };
+    if (std::any_of(pair.particle.begin(), pair.particle.end(), is_left_out)) continue;
+    const double lacking = pair.thickness - pair.distance;
+    Row row{.contact = -1,
+            .pair = static_cast<int>(pair_maps_.size()),
+            .host = -1,
+            .guest_rigid = -1,
+            .moves_host = false,
+            .point = {pair.particle, pair.weight, 4, 0, 0},
+            .normal = pair.normal,
+            .host_arm = Vec3::Zero(),
+            .guest_arm = Vec3::Zero(),
+            .path_velocity = Vec3::Zero(),
+            .target = (lacking > 0 ? part_share : 1) * lacking / seconds,
+            .friction = pair.friction};
+    Mat3 K = response_of(row.point, own);
+    const std::size_t a = body_of(bodies, pair.particle.front()), b = body_of(bodies, pair.particle.back());
+    K.diagonal().array() += inverse_body_mass_[a] + inverse_body_mass_[b];
+    const std::size_t before = rows_.size();
+    add_row(row, K);
+    if (rows_.size() > before) pair_maps_.push_back(map_of(pair, bodies.particles));
+  }
+}
+
+Vec3 ContactForces::velocity_of(const Row& row, const GeneralizedVelocity& v) const {
+  if (row.pair >= 0) {
+    Vec3 relative = Vec3::Zero();
+    for (std::size_t i = 0; i < 4; ++i)
+      relative += pair_maps_[as_index(row.pair)][i] * v.particle[as_index(row.point.particle[i])];
+    return relative;
+  }
+  const auto host = as_index(row.host);
+  Vec3 relative = -(v.linear[host] + v.angular[host].cross(row.host_arm));
+  if (row.guest_rigid >= 0) {
+    const auto guest = as_index(row.guest_rigid);
+    relative += v.linear[guest] + v.angular[guest].cross(row.guest_arm);
+  } else {
+    relative += weighted(row.point, v.particle);
+  }
+  return relative;
+}
+
+double ContactForces::evaluate(const GeneralizedVelocity& velocity) {
+  double potential = 0;
+  for (Row& row : rows_) {
+    const Vec3 v = velocity_of(row, velocity) + row.path_velocity;
+    const double before = row.multiplier.dot(row.normal);
+    const double wanted = before + row.normal_mass * (row.target - v.dot(row.normal));
+    const double normal = std::max(0.0, wanted);
+    row.normal_slope = wanted >= 0 ? row.normal_mass : 0;  // also of what is about to touch
+    const Vec3 sticking = tangent_of(row.multiplier - row.tangential_mass * v, row.normal);
+    const double length = sticking.norm();
+    potential += (normal * normal - before * before) / (2 * row.normal_mass);
+    row.sliding.setZero();
+    if (length <= row.bound) {
+      row.impulse = normal * row.normal + sticking;
+      row.tangential_slope = row.normal_slope > 0 && row.friction > 0 ? row.tangential_mass : 0;
+      potential += length * length / (2 * row.tangential_mass);
+    } else {
+      row.sliding = sticking / length;
+      row.impulse = normal * row.normal + row.bound * row.sliding;
+      row.tangential_slope = row.tangential_mass * row.bound / length;
+      potential += (length - row.bound / 2) * row.bound / row.tangential_mass;
+    }
+  }
+  return potential;
+}
+
+void ContactForces::set_bounds() {
+  for (Row& row : rows_) row.bound = row.friction * row.impulse.dot(row.normal);
+}
+
+void ContactForces::push(const Row& row, const Vec3& impulse, GeneralizedVelocity& v) const {
+  const auto push_rigid = [&](int body, const Vec3& arm, const Vec3& j) {
+    const auto b = as_index(body);
+    if (!bodies_->rigid.properties[b].is_dynamic()) return;
+    v.linear[b] += bodies_->rigid.properties[b].inverse_mass * j;
+    v.angular[b] += bodies_->rigid.state[b].inverse_inertia * arm.cross(j);
+  };
+  if (row.pair >= 0) {
+    for (std::size_t i = 0; i < 4; ++i) {
+      const auto p = as_index(row.point.particle[i]);
+      v.particle[p] +=
+          bodies_->particles.inverse_mass[p] * (pair_maps_[as_index(row.pair)][i].transpose() * impulse);
+    }
+    return;
+  }
+  if (row.moves_host) push_rigid(row.host, row.host_arm, -impulse);
+  if (row.guest_rigid >= 0) {
+    push_rigid(row.guest_rigid, row.guest_arm, impulse);
+    return;
+  }
+  for (std::size_t i = 0; i < as_index(row.point.count); ++i) {
+    const auto p = as_index(row.point.particle[i]);
+    v.particle[p] += row.point.weight[i] * bodies_->particles.inverse_mass[p] * impulse;
+  }
+}
+
+void ContactForces::add_velocities(double factor, GeneralizedVelocity& out) const {
+  for (const Row& row : rows_)
+    if (!row.impulse.isZero(0)) push(row, factor * row.impulse, out);
+}
+
+void ContactForces::add_stored_velocities(double factor, GeneralizedVelocity& out) const {
+  for (const Row& row : rows_)
+    if (row.contact >= 0 && !row.impulse.isZero(0)) push(row, factor * row.impulse, out);
+}
+
+// By how much the impulse falls with the velocity.
+Vec3 ContactForces::slope(const Row& row, const Vec3& velocity) const {
+  const double normal = velocity.dot(row.normal);
+  Vec3 tangent = velocity - normal * row.normal;
+  if (!is_careful_) tangent -= tangent.dot(row.sliding) * row.sliding;
+  return row.normal_slope * normal * row.normal + row.tangential_slope * tangent;
+}
+
+void ContactForces::add_differentials(const GeneralizedVelocity& change, GeneralizedVelocity& out) const {
+  for (const Row& row : rows_)
+    if (row.normal_slope > 0 || row.tangential_slope > 0)
+      push(row, slope(row, velocity_of(row, change)), out);
+}
+
+void ContactForces::add_blocks(std::vector<SymmetricBlock>& particle, std::vector<Mat6>& rigid) const {
+  for (const Row& row : rows_) {
+    if (row.normal_slope == 0 && row.tangential_slope == 0) continue;
+    Mat3 G;
+    for (int k = 0; k < 3; ++k) G.col(k) = slope(row, Vec3::Unit(k));
+    if (row.pair >= 0) {
+      const std::array<Mat3, 4>& map = pair_maps_[as_index(row.pair)];
+      for (std::size_t i = 0; i < 4; ++i)
+        add(1, map[i].transpose() * G * map[i], particle[as_index(row.point.particle[i])]);
+      continue;
+    }
+    if (row.moves_host) add_wrenches(G, row.host_arm, rigid[as_index(row.host)]);
+    if (row.guest_rigid >= 0)
+      add_wrenches(G, row.guest_arm, rigid[as_index(row.guest_rigid)]);
+    else
+      for (std::size_t i = 0; i < as_index(row.point.count); ++i)
+        add(row.point.weight[i] * row.point.weight[i], G, particle[as_index(row.point.particle[i])]);
+  }
+}
+
+void ContactForces::settle() {
+  for (Row& row : rows_) row.multiplier = row.impulse;
+}
+
+void ContactForces::store(double factor, ContactSet& contacts) const {
+  for (const Row& row : rows_)
+    if (row.contact >= 0) contacts.points[as_index(row.contact)].impulse = factor * row.impulse;
+}
+
+void ContactForces::restore_targets(ContactSet& contacts) const {
+  for (const Row& row : rows_)
+    if (row.contact >= 0) contacts.points[as_index(row.contact)].target = row.target;
+}
+
+}  // namespace duet

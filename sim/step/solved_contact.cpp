@@ -1,0 +1,269 @@
+// Contact inside the velocity solves. Sweeps over contacts move particles by their bare masses, without what
+// damps and holds them: where that is most of what a particle feels within a step, a body that lands or lies
+// is crushed at its surface by the rest of it, which goes on, and its forces make of that far more energy
+// than there was. Here contacts are part of the system, so that the whole body takes up what they give:
+//
+//   III  V = v^^n + dt/2 (g + M^-1 (F + F_damping(V) + J)), with F at x^n + dt/2 V where elasticity is
+//        implicit, else at x^n. No contact closes by more than its gap in the whole step.
+//   V    v^{n+1} = v^^n + dt (g + M^-1 (F(x^{n+1/2}) + F_damping(v^{n+1}) + J)). The damping is that of
+//        the end of the step: the trapezoidal rule would turn strongly damped motion round in each step, and
+//        so throw up what lands.
+//
+// J are the impulses of contact, with Coulomb friction, over the time of the solve. Both are steps to the
+// least of a convex potential (of a sum of such with the elastic energy), so that they take energy and give
+// none: V by the midpoint rule, as a contact that pushes does not open in the step.
+#include <algorithm>
+
+#include "sim/solve/velocity_system.h"
+#include "sim/step/step.h"
+
+namespace duet {
+namespace {
+
+// The joints that a solve keeps, or null.
+ContactProjection* keep_joints(World& world, StepContext& context) {
+  if (!world.has(Effect::articulation)) return nullptr;
+  context.projection.build(world.bodies);
+  context.joints.prepare_projection(world.bodies.rigid);
+  context.projection.add_joints(context.joints);
+  return &context.projection;
+}
+
+// The part of what surfaces lack of their distance that the position update of a step makes good.
+constexpr double parted_share = 0.1;
+
+// Gives bodies on the islands the velocities that have been found.
+void take_velocities(const GeneralizedVelocity& velocity, const Islands& islands, Bodies& bodies) {
+  for (const Islands::Range& range : islands.ranges())
+    for (std::size_t p = range.begin; p < range.end; ++p)
+      if (!is_held(bodies.particles, p)) bodies.particles.v[p] = velocity.particle[p];
+  for (std::size_t i = 0; i < bodies.rigid.size(); ++i) {
+    if (!islands.is_searched_rigid(i)) continue;
+    bodies.rigid.state[i].velocity = velocity.linear[i];
+    set_angular_velocity(bodies.rigid.state[i], bodies.rigid.properties[i], velocity.angular[i]);
+  }
+}
+
+// right_side += dt M^-1 F, and what that does to bones.
+void add_forces(const Bodies& bodies, const std::vector<Vec3>& force, double dt, GeneralizedVelocity& v) {
+  for (std::size_t p = 0; p < bodies.particles.size(); ++p)
+    v.particle[p] += dt * bodies.particles.inverse_mass[p] * force[p];
+  add_force_twists(bodies.rigid, bodies.bound, force, dt, v.linear, v.angular);
+}
+
+// Damping acts at the deformation of the middle of the step, where the way of a body that only turns has no
+// strain: at that of its beginning the body would grow with every step, and strong damping would not let it
+// shrink again.
+void deform_to_middle(World& world, StepContext& context, double dt) {
+  Particles& particles = world.bodies.particles;
+  for (std::size_t p = 0; p < particles.size(); ++p) particles.x[p] += dt * context.solution.particle[p];
+  context.damping_force.assign(particles.size(), Vec3::Zero());
+  world.clock.time(Stage::elastic_forces,
+                   [&] { world.bodies.forces.add_elastic_forces(particles.x, context.damping_force); });
+  particles.x = context.x_n;
+}
+
+// right_side += dt M^-1 (F(x^n) + gravity), which an implicit step I has not looked for.
+void add_forces_at_start(World& world, StepContext& context, double dt) {
+  const Particles& particles = world.bodies.particles;
+  std::vector<Vec3>& force = context.explicit_force;
+  force.resize(particles.size());
+  for (std::size_t p = 0; p < particles.size(); ++p) force[p] = particles.mass[p] * world.gravity;
+  world.bodies.forces.add_elastic_forces(particles.x, force);
+  add_forces(world.bodies, force, dt, context.right_side);
+}
+
+void build_forces(World& world, StepContext& context, const Islands& islands, double dt, double factor) {
+  find_blocks(world, context, dt, world.settings.implicit_elasticity);
+  context.contact_forces.build(world.bodies, context.contacts, context.graph, islands, factor,
+                               context.blocks.own());
+}
+
+// Begins at the velocity v^^n, as of what rests, if that is nearer than the one without contact.
+void begin_at_the_better(World& world, StepContext& context, const VelocityProblem& problem) {
+  if (world.has(Effect::articulation)) return;
+  const double as_predicted = solve_potential(world, context, problem);
+  GeneralizedVelocity& other = context.preconditioned;
+  other = context.solution;
+  for (std::size_t p = 0; p < world.bodies.particles.size(); ++p)
+    if (!is_held(world.bodies.particles, p)) context.solution.particle[p] = context.v_hat_n.particle[p];
+  for (std::size_t i = 0; i < world.bodies.rigid.size(); ++i) {
+    if (!world.bodies.rigid.properties[i].is_dynamic()) continue;
+    context.solution.linear[i] = context.v_hat_n.rigid[i];
+    context.solution.angular[i] = world.bodies.rigid.state[i].inverse_inertia * context.v_hat_n.rotation[i];
+  }
+  follow_twists(world.bodies.bound, context.solution.linear, context.solution.angular,
+                context.solution.particle);
+  if (!(solve_potential(world, context, problem) < as_predicted)) context.solution = other;
+}
+
+}  // namespace
+
+bool solves_contact(const World& world) {
+  if (!world.has_internal_forces()) return false;
+  if (world.settings.implicit_elasticity) return true;
+  if (world.settings.constraints_first) return false;
+  return std::find(world.strongly_damped.begin(), world.strongly_damped.end(), true) !=
+         world.strongly_damped.end();
+}
+
+void find_solved_islands(World& world, StepContext& context) {
+  const Bodies& bodies = world.bodies;
+  Islands& islands = context.solved;
+  islands.begin(bodies);
+  for (const int p : context.graph.pairs) {
+    const ContactPair& pair = context.contacts.pairs[as_index(p)];
+    if (pair.guest_rigid >= 0)
+      islands.join_rigid(pair.host, pair.guest_rigid);
+    else
+      islands.join_particle(pair.host, bodies.deformable[as_index(pair.guest_deformable)].first_particle);
+  }
+  if (world.has(Effect::self_repulsion))
+    for (const RepulsionPair& pair : context.meeting_surfaces.pairs())
+      islands.join_particles(pair.particle.front(), pair.particle.back());
+  islands.finish();
+  context.is_solved.assign(islands.size(), false);
+  for (std::size_t d = 0; d < bodies.deformable.size(); ++d)
+    if (world.settings.implicit_elasticity || world.strongly_damped[d])
+      context.is_solved[as_index(islands.of_particle(bodies.deformable[d].first_particle))] = true;
+  for (std::size_t i = 0; i < islands.size(); ++i)
+    if (!context.is_solved[i]) islands.leave(i);
+  islands.update();
+  context.contact_forces.clear();
+}
+
+bool is_solved(const StepContext& context, const Bodies& bodies, const ContactPair& pair) {
+  const Islands& islands = context.solved;
+  if (islands.is_searched_rigid(as_index(pair.host))) return true;
+  if (pair.guest_rigid >= 0) return islands.is_searched_rigid(as_index(pair.guest_rigid));
+  const int particle = bodies.deformable[as_index(pair.guest_deformable)].first_particle;
+  return islands.is_searched(as_index(islands.of_particle(particle)));
+}
+
+namespace {
+
+// Step III on `islands`.
+void solve_halfway(World& world, StepContext& context, const Islands& islands, bool is_elastic) {
+  if (islands.searched() == 0) return;
+  Bodies& bodies = world.bodies;
+  const double dt = context.dt / 2;
+  build_forces(world, context, islands, dt, 1);
+  if (world.has(Effect::self_repulsion))
+    context.contact_forces.add_pairs(bodies, context.meeting_surfaces.pairs(), islands, context.dt,
+                                     parted_share, context.blocks.own());
+  if (context.contact_forces.empty() && is_elastic) return;
+  context.solution = context.middle_velocity;
+  context.right_side = context.solution;
+  VelocitySystem::axpy(-1, context.solved_change, context.right_side);
+  for (std::size_t p = 0; p < bodies.particles.size(); ++p)  // they are led
+    if (is_held(bodies.particles, p)) context.right_side.particle[p] = context.solution.particle[p];
+  follow_twists(bodies.bound, context.solution.linear, context.solution.angular, context.solution.particle);
+  if (!is_elastic) {
+    if (world.settings.implicit_elasticity) add_forces_at_start(world, context, dt);
+    deform_to_middle(world, context, dt);
+  }
+  const VelocityProblem problem{.dt = dt,
+                                .is_elastic = is_elastic,
+                                .projection = keep_joints(world, context),
+                                .contacts = &context.contact_forces,
+                                .islands = &islands};
+  begin_at_the_better(world, context, problem);
+  const bool balanced = find_velocity(world, context, problem);
+  bodies.particles.x = context.x_n;
+  if (!balanced && is_elastic) settle(world, context, true);
+  take_velocities(context.solution, islands, bodies);
+  to_generalized(bodies, context.middle_velocity);
+  context.contact_forces.store(1, context.contacts);
+}
+
+// In implicit steps: the islands where strain relaxes so slowly that elastic forces hardly change within the
+// step do without elasticity in the solve. Newton's method would have to find the deformation in which
+// strong damping acts together with the velocity, and fails where contact turns bodies far within a step.
+void find_relaxing_islands(World& world, StepContext& context) {
+  constexpr double least =
+      2;  // steps in which strain relaxes: explicit forces are stable from half of one on
+  context.elastic = context.relaxing = context.solved;
+  for (std::size_t i = 0; i < context.solved.size(); ++i) {
+    if (!context.solved.is_searched(i)) continue;
+    bool relaxes_slowly = true;
+    for (std::size_t d = 0; d < world.bodies.deformable.size(); ++d)
+      if (as_index(context.solved.of_particle(world.bodies.deformable[d].first_particle)) == i)
+        relaxes_slowly = relaxes_slowly && world.damping_time[d] >= least * context.dt;
+    (relaxes_slowly ? context.elastic : context.relaxing).leave(i);
+  }
+  context.elastic.update();
+  context.relaxing.update();
+}
+
+}  // namespace
+
+void solve_contact_halfway(World& world, StepContext& context) {
+  for (const int p : context.graph.pairs) {
+    ContactPair& pair = context.contacts.pairs[as_index(p)];
+    pair.active = pair.active || is_solved(context, world.bodies, pair);
+  }
+  if (context.solved.searched() == 0) return;
+  to_generalized(world.bodies, context.middle_velocity);
+  if (!world.settings.implicit_elasticity) {
+    solve_halfway(world, context, context.solved, false);
+    return;
+  }
+  find_relaxing_islands(world, context);
+  solve_halfway(world, context, context.elastic, true);
+  solve_halfway(world, context, context.relaxing, false);
+}
+
+void begin_contact_at_end(World& world, StepContext& context) {
+  if (solves_contact(world)) to_generalized(world.bodies, context.start_velocity);
+}
+
+void solve_contact_at_end(World& world, StepContext& context) {
+  Bodies& bodies = world.bodies;
+  if (context.solved.searched() == 0) return;
+  const double dt = context.dt;
+  // What acts without contact and damping.
+  GeneralizedVelocity& b = context.start_velocity;
+  add_forces(bodies, context.explicit_force, dt, b);
+  for (std::size_t i = 0; i < bodies.rigid.size(); ++i)
+    if (bodies.rigid.properties[i].is_dynamic()) b.linear[i] += dt * world.gravity;
+  for (const KinematicStep& step : context.kinematic) {
+    b.linear[step.body] = bodies.rigid.state[step.body].velocity;
+    b.angular[step.body] = bodies.rigid.state[step.body].angular_velocity;
+  }
+  for (std::size_t p = 0; p < bodies.particles.size(); ++p)
+    if (is_held(bodies.particles, p))
+      b.particle[p] = context.middle_velocity.particle[p] = bodies.particles.v[p];
+  // Contacts at x^{n+1}, as the middle of the step moves them.
+  take_velocities(context.middle_velocity, context.solved, bodies);
+  follow_bodies(bodies.rigid, bodies.bound, bodies.particles);
+  update_contacts(context.graph, bodies, context.contacts);
+  predict_contacts(dt, world.settings.orientation, context.graph, bodies, context.contacts);
+  to_generalized(bodies, context.solution);
+  context.right_side = b;
+  build_forces(world, context, context.solved, dt, 2);
+  if (world.has(Effect::self_repulsion))
+    context.contact_forces.add_pairs(bodies, context.self_repulsion.pairs(), context.solved, dt, 0,
+                                     context.blocks.own());
+  ContactProjection* projection = keep_joints(world, context);
+  if (projection) projection->satisfy(context.solution);
+  follow_twists(bodies.bound, context.right_side.linear, context.right_side.angular,
+                context.right_side.particle);
+  follow_twists(bodies.bound, context.solution.linear, context.solution.angular, context.solution.particle);
+  find_blocks(world, context, dt, false);
+  find_velocity(
+      world, context,
+      {.dt = dt, .projection = projection, .contacts = &context.contact_forces, .islands = &context.solved});
+  // Forces and impulses, so that momentum is kept to rounding where the solve has converged.
+  double left = 0;
+  for (const Vec3& v : context.imbalance.particle) left = std::max(left, v.norm());
+  if (left <= world.settings.cg_tolerance) VelocitySystem::axpy(1, context.imbalance, context.solution);
+  for (std::size_t p = 0; p < bodies.particles.size(); ++p)
+    context.force[p] = context.explicit_force[p] + context.damping_force[p];
+  // The sweeps of V.4 begin with these impulses, for steps of half the time.
+  context.contact_forces.store(0.5, context.contacts);
+  context.right_side = context.solution;
+  context.contact_forces.add_stored_velocities(-1, context.right_side);
+  take_velocities(context.right_side, context.solved, bodies);
+}
+
+}  // namespace duet

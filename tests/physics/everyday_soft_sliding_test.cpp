@@ -1,0 +1,189 @@
+// What slides and rolls over a soft body: the lines of its mesh are no obstacles, and its faces push no body
+// on.
+#include <cmath>
+
+#include "tests/support/margin.h"
+#include "tests/support/meshes.h"
+#include "tests/support/scenes.h"
+
+#include "sim/base/rotation.h"
+#include "sim/step/world.h"
+
+namespace duet {
+namespace {
+
+constexpr double gravity = 9.8;  // m/s^2
+
+// A slab, 3 x 0.3 x 0.8 sizes, with its lower side pinned and the middle of its upper side at the origin.
+scene::Scene slab(const Vec3i& cells, double youngs_modulus, double size) {
+  scene::Scene scene = test::free_space();
+  scene.gravity = Vec3(0, -gravity, 0);
+  scene.fps = 24 / std::sqrt(size);
+  const Vec3 extent = size * Vec3(3, 0.3, 0.8);
+  scene::DeformableBody& body =
+      test::add_soft_box(scene, "slab", Vec3(0, -extent.y() / 2, 0), extent, 1, youngs_modulus * size);
+  body.shape.cells = cells;
+  scene.materials.front().damping = 0.01 * std::sqrt(size);
+  for (int k = 0; k <= cells.z(); ++k) {
+    const double z = extent.z() * (static_cast<double>(k) / cells.z() - 0.5);
+    body.pins.push_back({.from = Vec3(-extent.x() / 2, -extent.y() / 2, z),
+                         .to = Vec3(extent.x() / 2, -extent.y() / 2, z),
+                         .radius = 1e-3 * size,
+                         .body = ""});
+  }
+  return scene;
+}
+
+enum class Slider { box, turned_box, disc, mesh_cube, soft_box };
+
+struct Sliding {
+  Slider slider = Slider::box;
+  double friction = 0;
+  Vec3i cells = Vec3i(12, 2, 3);
+  double youngs_modulus = 2e6;  // Pa, of a slab of the size 1
+  double speed = 1.5;           // m/s, the same
+  double size = 1;
+  double shortest = 1;  // of the steps of the rule
+};
+
+void add_slider(scene::Scene& scene, const Sliding& c) {
+  const double s = c.size, thickness = 0.25 * s;
+  const Vec3 place(-0.9 * s, thickness / 2, 0.03 * s), velocity(c.speed * std::sqrt(s), 0, 0);
+  if (c.slider == Slider::soft_box) {
+    const double gap = 0.02 * s;  // about what the two surfaces keep
+    scene::DeformableBody& body = test::add_soft_box(scene, "slider", place + Vec3(0, gap, 0),
+                                                     Vec3(0.5 * s, thickness, 0.5 * s), 2, 2e6 * s);
+    scene.materials.back().damping = 0.01 * std::sqrt(s);
+    body.placement.velocity = velocity;
+    for (scene::DeformableBody& soft : scene.deformable) soft.collision_friction = c.friction;
+    return;
+  }
+  const double mass = 1000 * s * s * s / 16;
+  scene::RigidBody& body =
+      c.slider == Slider::mesh_cube
+          ? test::add_mesh(scene, "slider",
+                           std::make_shared<TriangleMesh>(
+                               test::box_mesh(s * Vec3(-0.25, -0.125, -0.25), s * Vec3(0.25, 0.125, 0.25))),
+                           1, mass)
+          : test::add_box(scene, "slider", place, Vec3(0.5 * s, thickness, 0.5 * s), mass);
+  if (c.slider == Slider::disc)
+    body.shape = {.kind = scene::ShapeKind::cylinder, .radius = 0.25 * s, .length = thickness};
+  if (c.slider == Slider::turned_box) body.placement.orientation = exponential(Vec3(0, 0.4, 0));
+  body.placement.position = place;
+  body.placement.velocity = velocity;
+  body.friction = c.friction;
+}
+
+Vec3 velocity_of(const Bodies& bodies) {
+  if (!bodies.rigid.state.empty()) return bodies.rigid.state.front().velocity;
+  Vec3 momentum = Vec3::Zero();
+  double mass = 0;
+  for_each_particle(bodies.deformable.back(), [&](std::size_t p) {
+    momentum += bodies.particles.mass[p] * bodies.particles.v[p];
+    mass += bodies.particles.mass[p];
+  });
+  return momentum / mass;
+}
+
+// The deceleration over the g of gravity once it has sunk in, without what it is to be. A frictionless one
+// loses what waves in the slab take away.
+double added_friction(const Sliding& c) {
+  scene::Scene scene = slab(c.cells, c.youngs_modulus, c.size);
+  add_slider(scene, c);
+  if (c.shortest < 1) {
+    const Simulation by_rule(scene, test::plan(scene));
+    scene.solver.max_time_step = c.shortest * by_rule.sizes().time_step;
+  }
+  Simulation simulation(scene, test::plan(scene));
+  simulation.advance_frame();
+  simulation.advance_frame();
+  const Vec3 before = velocity_of(simulation.world().bodies);
+  constexpr int frames = 10;
+  for (int frame = 0; frame < frames; ++frame) simulation.advance_frame();
+  const Vec3 change = velocity_of(simulation.world().bodies) - before;
+  return -change.x() * scene.fps / (frames * gravity) - c.friction;
+}
+
+std::string name_of(const Sliding& c) {
+  constexpr const char* sliders[] = {"box", "turned box", "disc", "mesh", "soft box"};
+  return fmt::format("{}, mu {}, cells {}, E {:g}, v {}, size {}, steps {}",
+                     sliders[static_cast<int>(c.slider)], c.friction, c.cells.x(), c.youngs_modulus, c.speed,
+                     c.size, c.shortest);
+}
+
+void expect_slides(const Sliding& c, double most) {
+  test::expect_below(std::abs(added_friction(c)), most, name_of(c));
+}
+
+TEST(EverydaySoftSliding, RigidBodiesFeelTheFrictionGiven) {
+  for (const Slider slider : {Slider::box, Slider::turned_box, Slider::disc, Slider::mesh_cube})
+    for (const double friction : {0.0, 0.2}) expect_slides({slider, friction}, 1e-3);
+}
+
+TEST(EverydaySoftSliding, OnAnyMeshAtAnySpeedSizeAndStep) {
+  expect_slides({.cells = Vec3i(25, 3, 7)}, 1e-3);
+  expect_slides({.slider = Slider::turned_box, .cells = Vec3i(7, 1, 2)}, 1e-3);
+  expect_slides({.slider = Slider::turned_box, .speed = 3}, 1e-3);
+  expect_slides({.slider = Slider::turned_box, .friction = 0.2, .shortest = 0.25}, 1e-3);
+  for (const double size : {0.02, 50.0}) expect_slides({.slider = Slider::turned_box, .size = size}, 1e-3);
+  // It lies 6 mm deep: what it leads through the damped slab is lost.
+  expect_slides({.slider = Slider::turned_box, .youngs_modulus = 2e5}, 3e-3);
+}
+
+TEST(EverydaySoftSliding, SoftOnSoftToo) {
+  for (const double friction : {0.0, 0.1}) expect_slides({Slider::soft_box, friction}, 3e-3);
+}
+
+// A body that rolls, or slides without friction, never gets faster: damping takes, and nothing gives. At its
+// start it sinks in.
+void expect_never_faster(const scene::Shape& shape, double lowest, double friction, const Vec3i& cells,
+                         double damping, double shortest) {
+  SCOPED_TRACE(fmt::format("shape {}, friction {}, cells {}, damping {}, steps {}",
+                           static_cast<int>(shape.kind), friction, cells.x(), damping, shortest));
+  scene::Scene scene = slab(cells, 2e6, 1);
+  scene.materials.front().damping = damping;
+  scene::RigidBody& body = test::add_ball(scene, "body", Vec3(-1, lowest, 0.03), lowest, 1);
+  body.shape = shape;
+  body.mass.reset();
+  body.density = 1000;
+  body.friction = friction;
+  if (shape.kind != scene::ShapeKind::sphere) body.placement.orientation = exponential(Vec3(M_PI / 2, 0, 0));
+  body.placement.velocity = Vec3(1, 0, 0);
+  body.placement.angular_velocity = Vec3(0, 0, -1 / lowest);
+  if (shortest < 1) {
+    const Simulation by_rule(scene, test::plan(scene));
+    scene.solver.max_time_step = shortest * by_rule.sizes().time_step;
+  }
+  Simulation simulation(scene, test::plan(scene));
+  const auto energy = [&] {
+    const FrameStats stats = simulation.stats();
+    return stats.kinetic + stats.potential + stats.elastic;
+  };
+  const double kinetic = simulation.stats().kinetic;
+  double least = energy(), rise = 0, fastest = 0;
+  for (int frame = 0; frame < 24; ++frame) {
+    simulation.advance_frame();
+    rise = std::max(rise, energy() - least);
+    least = std::min(least, energy());
+    const Vec3& v = simulation.world().bodies.rigid.state.front().velocity;
+    fastest = std::max(fastest, std::hypot(v.x(), v.z()));
+  }
+  test::expect_below(rise / kinetic, 1e-3, "rise of the energy, of what moves");
+  test::expect_below(fastest, 1.002, "speed, m/s");  // springing, it may take that from its spin
+}
+
+TEST(EverydaySoftSliding, WhatRollsGetsNoFaster) {
+  const scene::Shape ball{.kind = scene::ShapeKind::sphere, .radius = 0.2};
+  const scene::Shape capsule{.kind = scene::ShapeKind::capsule, .radius = 0.15, .length = 0.3};
+  const scene::Shape cylinder{.kind = scene::ShapeKind::cylinder, .radius = 0.2, .length = 0.3};
+  const Vec3i coarse(12, 2, 3), fine(30, 3, 8);
+  for (const double friction : {0.5, 0.0})
+    for (const double shortest : {1.0, 0.3}) expect_never_faster(ball, 0.2, friction, coarse, 0.01, shortest);
+  expect_never_faster(ball, 0.2, 0.5, fine, 0.01, 1);
+  expect_never_faster(ball, 0.2, 0.5, fine, 3e-4, 1);
+  expect_never_faster(capsule, 0.15, 0.5, coarse, 0.01, 1);
+  expect_never_faster(cylinder, 0.2, 0.5, coarse, 0.01, 1);
+}
+
+}  // namespace
+}  // namespace duet
