@@ -95,6 +95,7 @@ void ContactForces::build(const Bodies& bodies, const ContactSet& contacts, cons
                           const Islands& islands, double factor, const std::vector<SymmetricBlock>& own) {
   bodies_ = &bodies;
   rows_.clear();
+  out_of_reach_.clear();
   pair_maps_.clear();
   inverse_body_mass_.clear();
   for (const DeformableBody& body : bodies.deformable) {
@@ -114,7 +115,10 @@ void ContactForces::build(const Bodies& bodies, const ContactSet& contacts, cons
     const double of_body = pair.guest_rigid < 0 ? inverse_body_mass_[as_index(pair.guest_deformable)] : 0;
     for (int i = pair.begin; i < pair.end; ++i) {
       const ContactPoint& contact = contacts.points[as_index(i)];
-      if (std::isinf(contact.target)) continue;
+      if (std::isinf(contact.target)) {
+        out_of_reach_.push_back(i);
+        continue;
+      }
       Row row{.contact = i,
               .host = contact.host,
               .guest_rigid = contact.guest_rigid,
@@ -303,6 +307,7 @@ void ContactForces::settle() {
 }
 
 void ContactForces::store(double factor, ContactSet& contacts) const {
+  for (const int i : out_of_reach_) contacts.points[as_index(i)].impulse.setZero();
   for (const Row& row : rows_)
     if (row.contact >= 0) contacts.points[as_index(row.contact)].impulse = factor * row.impulse;
 }

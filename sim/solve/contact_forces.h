@@ -34,7 +34,10 @@ class ContactForces {
   // momentum.
   void add_pairs(const Bodies& bodies, const std::vector<RepulsionPair>& pairs, const Islands& islands,
                  double seconds, double part_share, const std::vector<SymmetricBlock>& own);
-  void clear() { rows_.clear(); }
+  void clear() {
+    rows_.clear();
+    out_of_reach_.clear();
+  }
   bool empty() const { return rows_.empty(); }
 
   // Finds the impulses at `velocity`, and how they change. Returns their potential, J.
@@ -55,7 +58,8 @@ class ContactForces {
   void add_blocks(std::vector<SymmetricBlock>& particle, std::vector<Mat6>& rigid) const;
   // The impulses become the multipliers.
   void settle();
-  // Gives the contacts `factor` times the impulses, or the targets that they had when this was built.
+  // Gives the contacts `factor` times the impulses, and none to those out of reach, which would else keep
+  // what an earlier solve gave them; or the targets that they had when this was built.
   void store(double factor, ContactSet& contacts) const;
   void restore_targets(ContactSet& contacts) const;
 
@@ -83,6 +87,7 @@ class ContactForces {
 
   const Bodies* bodies_ = nullptr;
   std::vector<Row> rows_;
+  std::vector<int> out_of_reach_;               // contacts without a target
   std::vector<std::array<Mat3, 4>> pair_maps_;  // A_i of v_rel = sum of A_i v_i, of pairs of surfaces
   std::vector<double> inverse_body_mass_;       // 1/kg, of deformable bodies
   bool is_careful_ = true;

@@ -170,15 +170,22 @@ void solve_velocity(World& world, StepContext& context, double dt, ContactProjec
 }
 
 void settle(const World& world, StepContext& context, bool after_contact) {
-  const Bodies& bodies = world.bodies;
-  context.correction.particle.resize(bodies.particles.size());
+  const Particles& particles = world.bodies.particles;
+  std::vector<Vec3>& whole = context.correction.particle;
+  whole.resize(particles.size());
   const Vec3 fall = 0.5 * context.dt * world.gravity;
   if (after_contact)
-    move_as_wholes(bodies, context.solution.particle, Vec3::Zero(), context.correction.particle);
+    move_as_wholes(world.bodies, context.solution.particle, Vec3::Zero(), whole);
   else
-    move_as_wholes(bodies, bodies.particles.v, fall, context.correction.particle);
-  for (std::size_t p = 0; p < bodies.particles.size(); ++p)
-    context.solution.particle[p] = 0.5 * (context.solution.particle[p] + context.correction.particle[p]);
+    move_as_wholes(world.bodies, particles.v, fall, whole);
+  double taken = 0, left = 0;  // m^2/s^2 kg
+  for (std::size_t p = 0; p < particles.size(); ++p) {
+    whole[p] = 0.5 * (context.solution.particle[p] + whole[p]);
+    taken += particles.mass[p] * (context.solution.particle[p] - whole[p]).squaredNorm();
+    left += particles.mass[p] * context.imbalance.particle[p].squaredNorm();
+  }
+  if (after_contact && left < taken) return;
+  context.solution.particle = whole;
 }
 
 namespace {

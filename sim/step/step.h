@@ -122,7 +122,9 @@ void find_blocks(World& world, StepContext& context, double dt, bool with_elasti
 double solve_potential(World& world, StepContext& context, const VelocityProblem& problem);
 // Where that was not found: positions move by twice the way to x^n + dt/2 V, the least energy that was found,
 // and that far beyond it may be far worse. So deformation stops there, and each body moves on as a whole: as
-// it would by itself, or where contact has acted, as V has it.
+// it would by itself, or where contact has acted, as V has it. Where contact has acted, V stays if what is
+// left of the imbalance is less than what that would take of V: in the measure of kinetic energy the error of
+// V is no larger than the imbalance, as long as the energy is convex.
 void settle(const World& world, StepContext& context, bool after_contact);
 
 // Throws SimulationError if a particle's or a body's state is not finite.

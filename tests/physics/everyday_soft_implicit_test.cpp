@@ -247,5 +247,40 @@ TEST(EverydaySoftImplicit, SlidesByItsFriction) {
   test::expect_below(worst, 0.01, "deceleration, relative");
 }
 
+// Rims lie on rims, so that from step to step points get in and out of reach of the faces beside them.
+TEST(EverydaySoftImplicit, StacksOfSoftAndRigidBodiesLoseEnergy) {
+  for (const double longest : {1.0 / 24, 1.0 / 48}) {
+    scene::Scene scene = test::on_ground(0.5);
+    scene.gravity = Vec3(0, -gravity, 0);
+    for (int i = 0; i < 6; ++i) {
+      const Vec3 place(0, 1 + 2.0 * i, 0);
+      const std::string name = fmt::format("box{}", i);
+      if (i % 2 == 0)
+        test::add_soft_box(scene, name, place, Vec3::Constant(2), 4, 2e6);
+      else
+        test::add_box(scene, name, place, Vec3::Constant(2), 8000).friction = 0.4;
+    }
+    for (scene::Material& material : scene.materials) {
+      material.damping = 0.01;
+      material.poisson_ratio = 0.45;
+    }
+    scene.solver.integration = scene::Integration::implicit;
+    scene.solver.max_time_step = longest;
+    Simulation simulation(scene, test::plan(scene));
+    const auto energy = [&] {
+      const FrameStats stats = simulation.stats();
+      return stats.kinetic + stats.potential + stats.elastic;
+    };
+    double least = energy(), gained = 0, exchanged = 0;  // J
+    for (int frame = 0; frame < 36; ++frame) {
+      simulation.advance_frame();
+      gained = std::max(gained, energy() - least);
+      least = std::min(least, energy());
+      exchanged = std::max(exchanged, simulation.stats().kinetic + simulation.stats().elastic);
+    }
+    test::expect_below(gained / exchanged, 1e-3, fmt::format("energy gained, steps of {:g} s", longest));
+  }
+}
+
 }  // namespace
 }  // namespace duet

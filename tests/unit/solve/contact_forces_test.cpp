@@ -3,6 +3,7 @@
 #include "sim/solve/contact_forces.h"
 
 #include <algorithm>
+#include <limits>
 
 #include "tests/support/random_state.h"
 #include <gtest/gtest.h>
@@ -117,6 +118,29 @@ TEST_F(ContactsInSolve, ImpulsesKeepMomentumAndNeverPull) {
       if (!bodies().rigid.properties[as_index(contact.host)].is_dynamic()) from_ground += contact.impulse;
     EXPECT_LT((sum - from_ground).norm(), 1e-12 * size);
   }
+}
+
+// Contacts out of reach have no part in the solve. What an earlier one gave them would act a second time.
+TEST_F(ContactsInSolve, WhatIsOutOfReachHasNoImpulse) {
+  ContactSet found = world().context.contacts;
+  ASSERT_FALSE(found.points.empty());
+  for (std::size_t i = 0; i < found.points.size(); ++i) {
+    found.points[i].impulse = found.points[i].normal;
+    if (i % 2 == 0) found.points[i].target = -std::numeric_limits<double>::infinity();
+  }
+  contacts_.build(bodies(), found, world().context.graph, islands_, 1, blocks_.own());
+  potential(random_velocity(bodies(), 1), 0, zero());
+  contacts_.store(1, found);
+  int out_of_reach = 0;
+  for (const ContactPair& pair : found.pairs) {
+    if (!pair.active) continue;
+    for (int i = pair.begin; i < pair.end; ++i) {
+      if (i % 2 != 0) continue;
+      ++out_of_reach;
+      EXPECT_TRUE(found.points[as_index(i)].impulse.isZero(0));
+    }
+  }
+  EXPECT_GT(out_of_reach, 0);
 }
 
 // The blocks are the diagonal of the derivative: those of a particle, or a body, alone.
