@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <optional>
 #include <span>
 
 #include "sim/coupling/lowest_places.h"
@@ -18,11 +19,38 @@ constexpr double at_surface = 1e-6;  // of the size of the faces
 // Below a flat or smooth surface the distance is the depth, below an edge it is less.
 constexpr double below_edge = 1e-3;  // of the smallest size of the host
 constexpr double flat = 0.98;
+// Of the way from a point to the middle of a face; and the cosine from which a face lies on a side.
+constexpr double farther_in = 1e-3, squarely = 0.95;
 
 // Whether the surface of the host is sharp where it is nearest to `x` (m, in its space), outside of it.
 bool is_nearest_to_edge(const LevelSet& shape, const Vec3& x) {
   const double below = below_edge * shape.smallest_size();
   return shape.distance(x - (shape.distance(x) + below) * shape.normal(x)) > -flat * below;
+}
+
+// A point on an edge of the host may lie on a face that lies on a side of the host: the way out of that side,
+// which is the nearest one from a little farther in on the face.
+std::optional<WayOut> way_out_beside(const Bodies& bodies, const LevelSet& shape, const Pose& pose,
+                                     const SurfacePoint& point, const Vec3& x) {
+  std::optional<WayOut> found;
+  double facing = squarely;
+  for (const int t : bodies.faces_around.of(point.particle[0])) {
+    const Triangle& face = bodies.triangles[as_index(t)];
+    if (!lies_on(point, face)) continue;
+    std::array<Vec3, 3> corner;
+    for (std::size_t i = 0; i < 3; ++i) corner[i] = bodies.particles.x[as_index(face[i])];
+    const Vec3 inward = farther_in * ((corner[0] + corner[1] + corner[2]) / 3 - x);
+    const Vec3 in_host = pose.to_body(x + inward);
+    const double distance = shape.distance(in_host);
+    if (std::abs(distance) > inward.norm()) continue;
+    const Vec3 normal = pose.orientation * shape.normal(in_host);
+    const Vec3 area = (corner[1] - corner[0]).cross(corner[2] - corner[0]);
+    if (const double now = -normal.dot(area); now > facing * area.norm()) {
+      facing = now / area.norm();
+      found = WayOut{normal, normal.dot(inward) - distance};
+    }
+  }
+  return found;
 }
 
 }  // namespace
@@ -37,6 +65,7 @@ WayOut way_out_faced(const Bodies& bodies, int host, const Pose& pose, const Sur
   const FacesAround around = look_around(bodies.faces_around, bodies.triangles, bodies.particles.x, point,
                                          weighted(point, bodies.particles.x), -nearest.normal);
   if (around.count == 0 || around.rise <= most_rise) return nearest;
+  if (const auto beside = way_out_beside(bodies, shape, pose, point, x)) return *beside;
   if (nearest.depth < 0) {
     if (around.most_facing >= least_facing && !is_nearest_to_edge(shape, pose.to_body(x))) return nearest;
     return {nearest.normal, -std::numeric_limits<double>::infinity()};

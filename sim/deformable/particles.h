@@ -50,6 +50,7 @@ struct DeformableBody {
   int sample_count = 0;  // of the points, those that are no particle
   int first_triangle = 0, triangle_count = 0;  // of the boundary; of a shell, all of it from its front
   int first_segment = 0, segment_count = 0;    // of a rod
+  double mass = 0;                             // kg, of its particles
   double thickness = 0;                        // m, of shells and rods: contact is half of it away
   double air_drag = 0;                         // 1/m, deceleration over the square of the speed
   int first_edge = 0, edge_count = 0;          // of the boundary edges

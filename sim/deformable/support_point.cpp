@@ -26,12 +26,12 @@ double rise_of(const Triangle& face, const std::array<Vec3, 3>& x, const Vec3& n
   return leads_into ? uphill.norm() : along_edges;
 }
 
+}  // namespace
+
 bool lies_on(const SurfacePoint& point, const Triangle& face) {
   const auto is_corner = [&](int p) { return std::find(face.begin(), face.end(), p) != face.end(); };
   return std::all_of(point.particle.begin() + 1, point.particle.begin() + point.count, is_corner);
 }
-
-}  // namespace
 
 bool faces_squarely(const ElementLists& around, const std::vector<Triangle>& triangles,
                     const std::vector<Vec3>& x, const SurfacePoint& point, const Vec3& toward) {

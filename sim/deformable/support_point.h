@@ -13,6 +13,9 @@ namespace duet {
 /// that can touch: it rises so in a dent, and all the more where what it would touch is beside it.
 inline constexpr double most_rise = 0.5;
 
+/// Whether all particles of `point` are corners of `face`, that of the first being known to be.
+bool lies_on(const SurfacePoint& point, const Triangle& face);
+
 /// The faces of a boundary that a point lies on.
 struct FacesAround {
   Vec3 area = Vec3::Zero();  ///< m^2, sum of their areas along their outward normals

@@ -390,6 +390,8 @@ BuiltWorld build_world(const Scene& scene, const EffectSet& plan) {
   }
   for (duet::DeformableBody& body : bodies.deformable) body.element_size = element_size(body, bodies);
   if (plan[index(Effect::soft_bindings)]) attach_softly(scene, bodies);
+  for (duet::DeformableBody& body : bodies.deformable)
+    for_each_particle(body, [&](std::size_t p) { body.mass += bodies.particles.mass[p]; });
   bodies.push_back = plan[index(Effect::two_way)];
   if (plan[index(Effect::air_drag)]) add_air_drag(scene, bodies);
   finalize_forces(bodies);

@@ -257,7 +257,8 @@ class Expander {
     };
     if (const toml::table* set = table["set"].as_table())
       for (auto&& [key, value] : *set)
-        if (known(key, "set")) value.visit([&](const auto& node) { values.insert_or_assign(key, node); });
+        if (const toml::key& name = key; known(name, "set"))
+          value.visit([&](const auto& node) { values.insert_or_assign(name, node); });
     if (const toml::table* vary = table["vary"].as_table())
       for (auto&& [key, value] : *vary) {
         const toml::array* range = value.as_array();

@@ -444,11 +444,7 @@ WorldSizes Simulation::sizes() const {
     ++sizes.deformable;
     sizes.surface_triangles += body.triangle_count;
     sizes.face_samples += body.sample_count;
-    double mass = 0;
-    for (int p = 0; p < body.particle_count; ++p)
-      mass +=
-          bodies.particles.mass[static_cast<std::size_t>(body.first_particle) + static_cast<std::size_t>(p)];
-    weigh(mass);
+    weigh(body.mass);
   }
   sizes.grids = grid_sizes(bodies.rigid);
   sizes.tet_meshes = impl_->built.tet_meshes;

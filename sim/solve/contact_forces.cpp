@@ -12,6 +12,10 @@ namespace {
 // far as this is less than its body's. More would leave a search between contacts that are as good as rigid.
 constexpr double stiffness_share = 100;
 
+// A rigid body counts for at least this share of the mass of the heaviest body on its island, as that may
+// lean on it: a stiffness by its own mass would give way under the load.
+constexpr double least_mass_share = 0.1;
+
 Vec3 tangent_of(const Vec3& v, const Vec3& normal) { return v - v.dot(normal) * normal; }
 
 // Velocity of the point per impulse there, where every particle moves by itself.
@@ -27,12 +31,6 @@ Mat3 response_of(const SurfacePoint& point, const std::vector<SymmetricBlock>& o
     K(0, 1) += other.z(), K(1, 0) += other.z();
   }
   return K;
-}
-
-Mat3 response_of(const Bodies& bodies, int body, const Vec3& arm) {
-  const auto b = as_index(body);
-  if (!bodies.rigid.properties[b].is_dynamic()) return Mat3::Zero();
-  return impulse_factor(bodies.rigid.state[b], bodies.rigid.properties[b].inverse_mass, arm);
 }
 
 std::size_t body_of(const Bodies& bodies, int particle) {
@@ -97,12 +95,7 @@ void ContactForces::build(const Bodies& bodies, const ContactSet& contacts, cons
   rows_.clear();
   out_of_reach_.clear();
   pair_maps_.clear();
-  inverse_body_mass_.clear();
-  for (const DeformableBody& body : bodies.deformable) {
-    double mass = 0;
-    for_each_particle(body, [&](std::size_t p) { mass += bodies.particles.mass[p]; });
-    inverse_body_mass_.push_back(1 / mass);
-  }
+  find_heaviest(islands);
   const auto is_solved = [&](const ContactPair& pair) {
     if (islands.is_searched_rigid(as_index(pair.host))) return true;
     if (pair.guest_rigid >= 0) return islands.is_searched_rigid(as_index(pair.guest_rigid));
@@ -112,7 +105,8 @@ void ContactForces::build(const Bodies& bodies, const ContactSet& contacts, cons
   for (const int p : graph.schedule.order()) {
     const ContactPair& pair = contacts.pairs[as_index(p)];
     if (!pair.active || !is_solved(pair)) continue;
-    const double of_body = pair.guest_rigid < 0 ? inverse_body_mass_[as_index(pair.guest_deformable)] : 0;
+    const double of_body =
+        pair.guest_rigid < 0 ? 1 / bodies.deformable[as_index(pair.guest_deformable)].mass : 0;
     for (int i = pair.begin; i < pair.end; ++i) {
       const ContactPoint& contact = contacts.points[as_index(i)];
       if (std::isinf(contact.target)) {
@@ -131,9 +125,9 @@ void ContactForces::build(const Bodies& bodies, const ContactSet& contacts, cons
               .target = contact.target,
               .friction = contact.friction,
               .multiplier = factor * contact.impulse};
-      Mat3 K = row.moves_host ? response_of(bodies, row.host, row.host_arm) : Mat3::Zero();
+      Mat3 K = row.moves_host ? rigid_response(row.host, row.host_arm, islands) : Mat3::Zero();
       if (contact.is_rigid_pair()) {
-        K += response_of(bodies, row.guest_rigid, row.guest_arm);
+        K += rigid_response(row.guest_rigid, row.guest_arm, islands);
       } else {
         row.point = surface_point(bodies, contact);
         K += response_of(row.point, own);
@@ -142,6 +136,27 @@ void ContactForces::build(const Bodies& bodies, const ContactSet& contacts, cons
       add_row(row, K);
     }
   }
+}
+
+void ContactForces::find_heaviest(const Islands& islands) {
+  heaviest_.assign(islands.size(), 0);
+  const auto take = [&](int island, double mass) {
+    if (island >= 0) heaviest_[as_index(island)] = std::max(heaviest_[as_index(island)], mass);
+  };
+  for (const DeformableBody& body : bodies_->deformable)
+    take(islands.of_particle(body.first_particle), body.mass);
+  for (std::size_t i = 0; i < bodies_->rigid.size(); ++i)
+    if (bodies_->rigid.properties[i].is_dynamic())
+      take(islands.of_rigid(i), bodies_->rigid.properties[i].mass);
+}
+
+Mat3 ContactForces::rigid_response(int body, const Vec3& arm, const Islands& islands) const {
+  const auto b = as_index(body);
+  const RigidProperties& properties = bodies_->rigid.properties[b];
+  if (!properties.is_dynamic()) return Mat3::Zero();
+  const double least = least_mass_share * heaviest_[as_index(islands.of_rigid(b))];
+  return std::min(1.0, properties.mass / least) *
+         impulse_factor(bodies_->rigid.state[b], properties.inverse_mass, arm);
 }
 
 void ContactForces::add_row(Row& row, const Mat3& response) {
@@ -177,7 +192,7 @@ void ContactForces::add_pairs(const Bodies& bodies, const std::vector<RepulsionP
             .friction = pair.friction};
     Mat3 K = response_of(row.point, own);
     const std::size_t a = body_of(bodies, pair.particle.front()), b = body_of(bodies, pair.particle.back());
-    K.diagonal().array() += inverse_body_mass_[a] + inverse_body_mass_[b];
+    K.diagonal().array() += 1 / bodies.deformable[a].mass + 1 / bodies.deformable[b].mass;
     const std::size_t before = rows_.size();
     add_row(row, K);
     if (rows_.size() > before) pair_maps_.push_back(map_of(pair, bodies.particles));

@@ -83,13 +83,16 @@ class ContactForces {
   Vec3 slope(const Row& row, const Vec3& velocity) const;
   void push(const Row& row, const Vec3& impulse, GeneralizedVelocity& v) const;
 
+  void find_heaviest(const Islands& islands);
+  // Velocity of a point of a rigid body per impulse there, 1/kg.
+  Mat3 rigid_response(int body, const Vec3& arm, const Islands& islands) const;
   void add_row(Row& row, const Mat3& response);
 
   const Bodies* bodies_ = nullptr;
   std::vector<Row> rows_;
   std::vector<int> out_of_reach_;               // contacts without a target
   std::vector<std::array<Mat3, 4>> pair_maps_;  // A_i of v_rel = sum of A_i v_i, of pairs of surfaces
-  std::vector<double> inverse_body_mass_;       // 1/kg, of deformable bodies
+  std::vector<double> heaviest_;                // kg, of every island
   bool is_careful_ = true;
 };
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <string>
 
+#include "tests/support/column.h"
 #include "tests/support/margin.h"
 #include "tests/support/scenes.h"
 #include <fmt/format.h>
@@ -53,17 +54,9 @@ scene::Scene loaded(const Load& load) {
   return scene;
 }
 
-// m, by which the top of a cube of a neo-Hookean material with a Poisson ratio of 0 sinks: pressure p
-// shortens it to the stretch s with p = E/2 (1/s - s).
+// m, by which the top of the cube sinks.
 double sinking(const Load& load) {
-  constexpr int slices = 1000;
-  const double weight = gravity * density * load.size;  // Pa, of the cube
-  double sum = 0;
-  for (int i = 0; i < slices; ++i) {
-    const double above = load.mass + (i + 0.5) / slices, p = weight * above / load.youngs_modulus;
-    sum += 1 + p - std::sqrt(1 + p * p);
-  }
-  return load.size * sum / slices;
+  return load.size * test::shortening(load.youngs_modulus, gravity * density * load.size, load.mass);
 }
 
 struct Rest {
