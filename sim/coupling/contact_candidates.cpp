@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "sim/base/parallel.h"
 #include "sim/coupling/contact_reduction.h"
@@ -11,220 +10,18 @@
 #include "sim/coupling/faces_around.h"
 #include "sim/coupling/facing.h"
 #include "sim/coupling/lying.h"
+#include "sim/coupling/near_visits.h"
 #include "sim/coupling/seams.h"
 
 namespace duet {
 namespace {
 
 constexpr double least_size = 0.05;  // m, of bodies whose contacts have the full tolerances
-constexpr std::size_t pairs_at_once = 16, points_at_once = 32;
+constexpr std::size_t pairs_at_once = 16;
 
 // How far off a point may be and still be reached, for a bound on its relative speed (m/s): its motion over
 // the step with a margin for what other contacts add to it.
 double reach(double relative_speed, double dt) { return dt * (1.5 * relative_speed + 0.05); }
-
-// Of two rigid bodies, the other way round.
-BodyPair reversed(const BodyPair& pair) { return {pair.guest_rigid, pair.host, -1}; }
-
-// A rigid body's level set at its pose now, with the rotation as a matrix: what a loop over many points
-// queries.
-struct Host {
-  const LevelSet& shape;
-  Mat3 to_body;
-  Vec3 center;
-  Vec3 lower, upper;  // m, body space; points outside are farther off than the margin
-
-  Host(const RigidState& state, const RigidProperties& properties, double margin)
-      : shape(properties.shape),
-        to_body(state.pose.orientation.toRotationMatrix().transpose()),
-        center(state.pose.position),
-        lower(shape.lower().array() - margin),
-        upper(shape.upper().array() + margin) {
-    if (shape.kind == LevelSet::Kind::half_space) upper.y() = margin;
-  }
-  // The box around what is near, in the space of a guest that `rotation` and `offset` take to the host's.
-  Eigen::AlignedBox3d region(const Mat3& rotation, const Vec3& offset) const {
-    if (shape.kind == LevelSet::Kind::half_space) {
-      const Vec3 everywhere = Vec3::Constant(std::numeric_limits<double>::infinity());
-      return {-everywhere, everywhere};
-    }
-    const Vec3 middle = rotation.transpose() * ((lower + upper) / 2 - offset);
-    const Vec3 half = rotation.transpose().cwiseAbs() * ((upper - lower) / 2);
-    return {middle - half, middle + half};
-  }
-  Eigen::AlignedBox3d box() const { return {lower, upper}; }
-  bool is_near(const Vec3& y) const {
-    return (y.array() >= lower.array()).all() && (y.array() <= upper.array()).all();
-  }
-};
-
-Pose in_host_of(const RigidBodies& rigid, const BodyPair& pair) {
-  const Pose& host = rigid.state[as_index(pair.host)].pose;
-  const Pose& guest = rigid.state[as_index(pair.guest_rigid)].pose;
-  return {host.to_body(guest.position), host.orientation.conjugate() * guest.orientation};
-}
-
-// Appends the places on ridges of a rigid guest whose distance from the host is less than `margin`.
-void find_ridges(const Bodies& bodies, const BodyPair& pair, bool is_reversed, double margin,
-                 std::vector<NearRidge>& found) {
-  const RigidBodies& rigid = bodies.rigid;
-  const auto h = as_index(pair.host);
-  const RigidProperties& guest = rigid.properties[as_index(pair.guest_rigid)];
-  if (guest.ridges.lines.empty() || !ridges_count(guest.shape, rigid.properties[h].shape, is_reversed))
-    return;
-  const Host host(rigid.state[h], rigid.properties[h], margin);
-  const auto first = static_cast<std::ptrdiff_t>(found.size());
-  find_lowest_places(guest.ridges, in_host_of(rigid, pair), host.shape, host.box(), margin, found);
-  found.erase(std::remove_if(found.begin() + first, found.end(),
-                             [&](const NearRidge& near) {
-                               return is_at_seam(bodies, pair.host,
-                                                 rigid.state[h].pose.to_world(near.lowest.foot),
-                                                 near.precision);
-                             }),
-              found.end());
-}
-
-// Calls visit(near) for the deepest points and the samples of a rigid guest whose distance from the host is
-// less than `margin`.
-template <class Visit>
-void visit_near(const RigidBodies& rigid, const BodyPair& pair, double margin, Visit&& visit) {
-  const Host host(rigid.state[as_index(pair.host)], rigid.properties[as_index(pair.host)], margin);
-  const Pose& pose = rigid.state[as_index(pair.guest_rigid)].pose;
-  const RigidProperties& guest = rigid.properties[as_index(pair.guest_rigid)];
-  const Vec3 offset = host.to_body * (pose.position - host.center);
-  const Pose in_host = in_host_of(rigid, pair);
-  for (int k = 0; k < deepest_point_count(guest.shape); ++k) {
-    const DeepestPoint deepest = deepest_point(guest.shape, k, in_host, host.shape);
-    const double gap = host.shape.distance(deepest.position);
-    if (gap < margin)
-      visit(NearPoint{.point = -1 - k, .position = deepest.position, .gap = gap}, deepest.inside);
-  }
-  if (touches_with_deepest_point(host.shape, guest.shape)) return;
-  const bool rolls = rolls_over_samples(host.shape);
-  const Mat3 rotation = host.to_body * pose.orientation.toRotationMatrix();
-  const Eigen::AlignedBox3d region = host.region(rotation, offset);
-  for (std::size_t i = 0; i < guest.samples.size(); ++i) {
-    if (!region.contains(guest.samples[i]) || (rolls && guest.on_flat[i] != 0)) continue;
-    const Vec3 y = rotation * guest.samples[i] + offset;
-    if (!host.is_near(y)) continue;
-    const double gap = host.shape.distance(y);
-    if (gap < margin)
-      visit(NearPoint{.point = static_cast<int>(i), .position = y, .gap = gap},
-            rotation * guest.inside[i] + offset);
-  }
-}
-
-// The same for the surface points of a deformable guest; allowances are not part of the gap.
-template <class Visit>
-void visit_near(const Bodies& bodies, const CandidateSearch& search, const BodyPair& pair, double margin,
-                Visit&& visit) {
-  const auto h = as_index(pair.host);
-  const Host host(bodies.rigid.state[h], bodies.rigid.properties[h], margin);
-  const BodyBounds& bounds = search.broad_phase.bounds[h];
-  const Eigen::AlignedBox3d box = bounds.is_half_space ? Eigen::AlignedBox3d() : world_box(bounds, margin);
-  const auto misses = [&](const Eigen::AlignedBox3d& block) {
-    if (!bounds.is_half_space) return !box.intersects(block);
-    const Vec3 normal = bounds.axes.col(1);
-    return normal.dot(block.center() - bounds.center) - normal.cwiseAbs().dot(block.sizes()) / 2 > margin;
-  };
-  const DeformableBody& body = bodies.deformable[as_index(pair.guest_deformable)];
-  for (auto b = as_index(search.first_block[as_index(pair.guest_deformable)]);
-       b < search.blocks.size() && search.blocks[b].begin < body.first_point + body.point_count; ++b) {
-    const CandidateSearch::Block& block = search.blocks[b];
-    if (misses(block.box)) continue;
-    for (int i = block.begin; i < block.end; ++i) {
-      const Vec3 y = host.to_body * (search.point[as_index(i)] - host.center);
-      if (!host.is_near(y)) continue;
-      const double gap = host.shape.distance(y);
-      if (gap < margin) visit(NearPoint{.point = i, .position = y, .gap = gap});
-    }
-  }
-}
-
-// Calls visit(number as ContactPoint::guest_point, lowest) for the lowest place of every boundary edge of a
-// deformable guest that crosses an edge of the host, where that is less than `margin` and margin_of(edge)
-// away; allowances are not part of its distance.
-template <class MarginOf, class Visit>
-void visit_edges(const Bodies& bodies, const BodyBounds& bounds, const BodyPair& pair, double margin,
-                 const MarginOf& margin_of, std::vector<double>& scratch, Visit&& visit) {
-  const auto h = as_index(pair.host);
-  const RigidProperties& properties = bodies.rigid.properties[h];
-  const DeformableBody& body = bodies.deformable[as_index(pair.guest_deformable)];
-  if (body.edge_count == 0 || !edges_count(properties.shape, properties.ridges)) return;
-  const Host host(bodies.rigid.state[h], properties, margin);
-  const Eigen::AlignedBox3d box = world_box(bounds, margin);
-  const auto hull = [](const Vec3& a, const Vec3& b) {
-    return Eigen::AlignedBox3d(a.cwiseMin(b), a.cwiseMax(b));
-  };
-  const std::vector<Vec3>& x = bodies.particles.x;
-  for (int e = body.first_edge; e < body.first_edge + body.edge_count; ++e) {
-    const BoundaryEdge& edge = bodies.edges[as_index(e)];
-    const Vec3 &a = x[as_index(edge.particle[0])], &b = x[as_index(edge.particle[1])];
-    if (!box.intersects(hull(a, b))) continue;
-    const Vec3 first = host.to_body * (a - host.center), second = host.to_body * (b - host.center);
-    if (!host.box().intersects(hull(first, second))) continue;
-    if (!is_coarse_for(properties.shape, (second - first).norm() / body.parts_per_edge)) continue;
-    const std::optional<NearRidge> near = lowest_place_on_edge(first, second, body.parts_per_edge, host.shape,
-                                                               std::min(margin, margin_of(edge)), scratch);
-    if (!near) continue;
-    const Pose& pose = bodies.rigid.state[h].pose;
-    SurfacePoint point;
-    point.count = 2;
-    std::copy(edge.particle.begin(), edge.particle.end(), point.particle.begin());
-    std::copy_n(near->lowest.weight.begin(), 2, point.weight.begin());
-    if (is_support_point(bodies, point, pose.to_world(near->lowest.place),
-                         pose.orientation * near->lowest.normal) &&
-        !is_at_seam(bodies, pair.host, pose.to_world(near->lowest.foot), near->precision))
-      visit(static_cast<int>(bodies.points.size()) + e, *near);
-  }
-}
-
-// The same, and the places on the guest's faces where corners or deepest points of the host touch them.
-template <class MarginOf, class Visit>
-void visit_places(const Bodies& bodies, const BroadPhase& broad_phase, const BodyPair& pair, double margin,
-                  const MarginOf& margin_of, CandidateSearch::Chunk& chunk, Visit&& visit) {
-  visit_edges(bodies, broad_phase.bounds[as_index(pair.host)], pair, margin, margin_of, chunk.edge, visit);
-  const DeformableBody& guest = bodies.deformable[as_index(pair.guest_deformable)];
-  const RigidProperties& host = bodies.rigid.properties[as_index(pair.host)];
-  const BodyBounds& bounds = broad_phase.bounds[as_index(pair.host)];
-  chunk.in_faces.clear();
-  if (corners_count(guest, host.ridges))
-    find_places_at_corners(bodies, guest, bounds, pair.host, margin, chunk.corners, chunk.in_faces);
-  if (deepest_points_count(guest, host.shape))
-    find_places_at_deepest_points(bodies, guest, bounds, pair.host, margin, chunk.in_faces);
-  for (const NearRidge& near : chunk.in_faces)
-    visit(at_corner(bodies, pair.guest_deformable, near.node), near);
-}
-
-// Whether forces move neither the point of a deformable body, all of whose particles are held, nor the host:
-// there is nothing that their contact could do.
-bool neither_moves(const Bodies& bodies, const SurfacePoint& point, std::size_t host) {
-  return point.inverse_mass == 0 && !(bodies.rigid.properties[host].is_dynamic() && bodies.push_back);
-}
-
-// Places the surface points of the deformable bodies that occur in the pairs.
-void place_points(const Bodies& bodies, const std::vector<BodyPair>& pairs, CandidateSearch& search) {
-  search.blocks.clear();
-  search.first_block.assign(bodies.deformable.size(), 0);
-  search.point.resize(bodies.points.size());
-  int last = -1;
-  for (const BodyPair& pair : pairs) {  // those with deformable bodies are in the order of these
-    if (pair.guest_deformable == last) continue;
-    last = pair.guest_deformable;
-    const DeformableBody& body = bodies.deformable[as_index(last)];
-    search.first_block[as_index(last)] = static_cast<int>(search.blocks.size());
-    const int end = body.first_point + body.point_count, step = static_cast<int>(points_at_once);
-    for (int i = body.first_point; i < end; i += step)
-      search.blocks.push_back({i, std::min(i + step, end), {}});
-  }
-  parallel_for(search.blocks.size(), 8, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t b = begin; b < end; ++b)
-      for (int i = search.blocks[b].begin; i < search.blocks[b].end; ++i) {
-        search.point[as_index(i)] = weighted(bodies.points[as_index(i)], bodies.particles.x);
-        search.blocks[b].box.extend(search.point[as_index(i)]);
-      }
-  });
-}
 
 double max_norm(const std::vector<Vec3>& values, const DeformableBody& body) {
   double squared = 0;
@@ -528,59 +325,6 @@ class Finder {
 void find_candidates(const Bodies& bodies, const CandidateFilter& filter, double dt,
                      const VelocityState& difference, ContactSet& contacts) {
   Finder(bodies, filter, dt, difference, contacts).find();
-}
-
-double max_penetration(const Bodies& bodies, const CandidateFilter& filter) {
-  CandidateSearch search;
-  bound_bodies(bodies, search.broad_phase.bounds);
-  search.broad_phase.margin.assign(search.broad_phase.bounds.size(), 0);
-  const std::vector<BodyPair>& pairs = search.broad_phase.find(filter);
-  place_points(bodies, pairs, search);
-  const double least = parallel_reduce(
-      pairs.size(), pairs_at_once, 0.0,
-      [&](std::size_t begin, std::size_t end) {
-        double deepest = 0;
-        const auto look = [&](const NearPoint& near, const Vec3& = {}) {
-          deepest = std::min(deepest, near.gap);
-        };
-        for (std::size_t i = begin; i < end; ++i) {
-          if (pairs[i].guest_rigid < 0) {
-            if (never_touch_deformable(bodies, pairs[i].host, pairs[i].guest_deformable)) continue;
-            const double around = bodies.deformable[as_index(pairs[i].guest_deformable)].thickness / 2;
-            const auto h = as_index(pairs[i].host);
-            visit_near(bodies, search, pairs[i], around, [&](NearPoint near) {
-              if (neither_moves(bodies, bodies.points[as_index(near.point)], h)) return;
-              near.gap -= around;
-              look(near);
-            });
-            CandidateSearch::Chunk scratch;
-            ContactPoint contact;
-            visit_places(
-                bodies, search.broad_phase, pairs[i], around, [&](const BoundaryEdge&) { return around; },
-                scratch,
-                [&](int place, const NearRidge& near) {
-                  contact.guest_point = place;
-                  contact.lowest = near.lowest;
-                  put_on_surface(bodies, contact);
-                  if (!neither_moves(bodies, contact.on_surface, h))
-                    deepest = std::min(deepest, near.distance - around);
-                });
-            continue;
-          }
-          if (never_touch(bodies, pairs[i].host, pairs[i].guest_rigid)) continue;
-          for (const bool is_reversed : {false, true}) {
-            const BodyPair pair = is_reversed ? reversed(pairs[i]) : pairs[i];
-            if (search.broad_phase.bounds[as_index(pair.guest_rigid)].is_half_space) continue;
-            visit_near(bodies.rigid, pair, 0, look);
-            std::vector<NearRidge> ridges;
-            find_ridges(bodies, pair, is_reversed, 0, ridges);
-            for (const NearRidge& near : ridges) deepest = std::min(deepest, near.distance);
-          }
-        }
-        return deepest;
-      },
-      [](double a, double b) { return std::min(a, b); });
-  return std::abs(least);  // not -0
 }
 
 }  // namespace duet

@@ -13,7 +13,4 @@ namespace duet {
 void find_candidates(const Bodies& bodies, const CandidateFilter& filter, double dt,
                      const VelocityState& difference, ContactSet& contacts);
 
-// The deepest overlap of any point with any body now, m, >= 0.
-double max_penetration(const Bodies& bodies, const CandidateFilter& filter);
-
 }  // namespace duet

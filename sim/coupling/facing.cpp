@@ -19,8 +19,7 @@ constexpr double at_surface = 1e-6;  // of the size of the faces
 // Below a flat or smooth surface the distance is the depth, below an edge it is less.
 constexpr double below_edge = 1e-3;  // of the smallest size of the host
 constexpr double flat = 0.98;
-// Of the way from a point to the middle of a face; and the cosine from which a face lies on a side.
-constexpr double farther_in = 1e-3, squarely = 0.95;
+constexpr double farther_in = 1e-3;  // of the way from a point to the middle of a face
 
 // Whether the surface of the host is sharp where it is nearest to `x` (m, in its space), outside of it.
 bool is_nearest_to_edge(const LevelSet& shape, const Vec3& x) {

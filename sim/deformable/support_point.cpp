@@ -35,7 +35,6 @@ bool lies_on(const SurfacePoint& point, const Triangle& face) {
 
 bool faces_squarely(const ElementLists& around, const std::vector<Triangle>& triangles,
                     const std::vector<Vec3>& x, const SurfacePoint& point, const Vec3& toward) {
-  constexpr double squarely = 0.95;
   for (const int t : around.of(point.particle[0])) {
     const Triangle& face = triangles[as_index(t)];
     if (!lies_on(point, face)) continue;

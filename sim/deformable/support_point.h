@@ -13,6 +13,10 @@ namespace duet {
 /// that can touch: it rises so in a dent, and all the more where what it would touch is beside it.
 inline constexpr double most_rise = 0.5;
 
+/// Cosine of the angle of a face's outward normal to a direction up to which it faces there squarely (18
+/// degrees).
+inline constexpr double squarely = 0.95;
+
 /// Whether all particles of `point` are corners of `face`, that of the first being known to be.
 bool lies_on(const SurfacePoint& point, const Triangle& face);
 
@@ -25,8 +29,8 @@ struct FacesAround {
   Vec3 steepest = Vec3::Zero();  ///< unit, the outward normal of the face that does
 };
 
-/// Whether one of those faces has an outward normal that is nearly `toward` (18 degrees): most points that
-/// touch have one, and need no closer look.
+/// Whether one of those faces faces `toward` squarely: most points that touch have one that does, and need no
+/// closer look.
 bool faces_squarely(const ElementLists& around, const std::vector<Triangle>& triangles,
                     const std::vector<Vec3>& x, const SurfacePoint& point, const Vec3& toward);
 

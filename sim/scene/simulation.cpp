@@ -15,6 +15,7 @@
 
 #include "sim/base/error.h"
 #include "sim/base/hash.h"
+#include "sim/coupling/max_penetration.h"
 #include "sim/coupling/surface_intersections.h"
 #include "sim/deformable/tet_strain.h"
 #include "sim/geometry/grid_level_set.h"

@@ -5,6 +5,7 @@
 #include "tests/support/scenes.h"
 #include <gtest/gtest.h>
 
+#include "sim/coupling/max_penetration.h"
 #include "sim/scene/simulation.h"
 #include "sim/step/step.h"
 

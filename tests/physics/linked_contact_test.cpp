@@ -8,6 +8,7 @@
 
 #include "sim/base/parallel.h"
 #include "sim/coupling/contact_candidates.h"
+#include "sim/coupling/max_penetration.h"
 #include "sim/step/world.h"
 
 namespace duet {

@@ -12,6 +12,7 @@
 #include "sim/coupling/contact_solver.h"
 #include "sim/coupling/facing.h"
 #include "sim/coupling/lowest_places.h"
+#include "sim/coupling/max_penetration.h"
 #include "sim/coupling/push_out.h"
 #include "sim/coupling/warm_start.h"
 

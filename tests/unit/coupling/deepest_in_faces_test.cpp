@@ -11,6 +11,7 @@
 #include <gtest/gtest.h>
 
 #include "sim/coupling/deepest_point.h"
+#include "sim/coupling/max_penetration.h"
 
 namespace duet {
 namespace {

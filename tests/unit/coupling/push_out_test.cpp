@@ -7,6 +7,8 @@
 #include "tests/support/margin.h"
 #include <gtest/gtest.h>
 
+#include "sim/coupling/max_penetration.h"
+
 namespace duet {
 namespace {
 

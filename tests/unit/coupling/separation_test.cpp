@@ -6,6 +6,7 @@
 #include "tests/support/contacts.h"
 #include <gtest/gtest.h>
 
+#include "sim/coupling/max_penetration.h"
 #include "sim/coupling/push_out.h"
 
 namespace duet {

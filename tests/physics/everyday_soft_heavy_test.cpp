@@ -1,0 +1,227 @@
+// Heavy soft bodies on light rigid ones, between them, and the other way round, up to a ratio of the masses
+// of 1e4: nothing sinks in, all rest as deep as elasticity says, and energy only falls.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <string>
+
+#include "tests/support/column.h"
+#include "tests/support/margin.h"
+#include "tests/support/scenes.h"
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include "sim/step/world.h"
+
+namespace duet {
+namespace {
+
+constexpr double gravity = 9.8;  // m/s^2
+constexpr double light = 1000;   // kg/m^3, of what is not heavy
+constexpr double stiffness = 20,
+                 thickness = 0.2;  // Young's modulus over the weight; of plates, over the size
+
+enum class Pile { column_on_plate, column_on_two_plates, plate_between_columns, plate_on_column };
+constexpr std::array<const char*, 4> names{"column on a plate", "column on two plates",
+                                           "plate between columns", "heavy plate on a column"};
+
+struct Case {
+  Pile pile = Pile::column_on_plate;
+  double ratio = 100;    // of the heavy body's mass to the light one's
+  double size = 1;       // m, of a soft cube
+  double footprint = 1;  // of plates, over the cube's
+};
+
+std::string name_of(const Case& each) {
+  return fmt::format("{}, {:g}:1, {:g} m, footprint {:g}", names[static_cast<std::size_t>(each.pile)],
+                     each.ratio, each.size, each.footprint);
+}
+
+class Builder {
+ public:
+  explicit Builder(const Case& each) : case_(each), scene_(test::on_ground(0.5)) {
+    scene_.gravity = Vec3(0, -gravity, 0);
+    scene_.solver.integration = scene::Integration::implicit;
+  }
+  void add_plate(double mass) {
+    const double height = thickness * case_.size, side = case_.footprint * case_.size;
+    scene::RigidBody& plate = test::add_box(scene_, fmt::format("plate{}", scene_.rigid.size()),
+                                            Vec3(0, top_ + height / 2, 0), Vec3(side, height, side), mass);
+    plate.friction = 0.5;
+    plate.restitution = 0;
+    top_ += height;
+  }
+  // `load` is what it shall bear with a few hundredths of its height, over its own weight.
+  void add_column(double column_density, double load) {
+    const double size = case_.size;
+    const double modulus = stiffness * (1 + load) * gravity * column_density * size;
+    test::add_soft_box(scene_, fmt::format("column{}", scene_.deformable.size()), Vec3(0, top_ + size / 2, 0),
+                       Vec3::Constant(size), 3, modulus);
+    scene::Material& material = scene_.materials.back();
+    material.density = column_density;
+    material.poisson_ratio = 0;
+    material.damping = size / 1.6 * std::sqrt(column_density * (1 + 3 * load) / modulus);  // about critical
+    top_ += size;
+  }
+  const scene::Scene& scene() const { return scene_; }
+
+ private:
+  const Case& case_;
+  scene::Scene scene_;
+  double top_ = 0;  // m
+};
+
+scene::Scene piled(const Case& each) {
+  Builder pile(each);
+  const double cube = light * each.size * each.size * each.size;  // kg
+  switch (each.pile) {
+    case Pile::column_on_two_plates:
+      pile.add_plate(cube);
+      [[fallthrough]];
+    case Pile::column_on_plate:
+      pile.add_plate(cube);
+      pile.add_column(each.ratio * light, 0);
+      break;
+    case Pile::plate_between_columns:
+      pile.add_column(each.ratio * light, 1);
+      pile.add_plate(cube);
+      pile.add_column(each.ratio * light, 0);
+      break;
+    case Pile::plate_on_column:
+      pile.add_column(light, each.ratio);
+      pile.add_plate(each.ratio * cube);
+  }
+  return pile.scene();
+}
+
+// m, by which the highest body sinks.
+double sinking(const Case& each) {
+  const double weight = gravity * light * each.size;  // Pa
+  const auto shorter = [&](double density_ratio, double load) {
+    return each.size *
+           test::shortening(stiffness * (1 + load) * density_ratio * weight, density_ratio * weight, load);
+  };
+  switch (each.pile) {
+    case Pile::plate_between_columns:
+      return test::shortening(2 * stiffness, 1, 1 + 1 / each.ratio) * each.size + shorter(each.ratio, 0);
+    case Pile::plate_on_column:
+      return shorter(1, each.ratio);
+    default:
+      return shorter(each.ratio, 0);
+  }
+}
+
+double top_of(const World& world) {
+  const Particles& particles = world.bodies.particles;
+  double top = -1e9;
+  for (const Vec3& x : particles.x) top = std::max(top, x.y());
+  return top;
+}
+
+struct Found {
+  double off = 0;          // of the sinking, relative
+  double penetration = 0;  // m, over the size
+  double gained = 0;       // J, over what is exchanged
+  double drift = 0;        // m, of rigid bodies sideways, over the size
+  double speed = 0;        // m/s, of rigid bodies at the end, over that of a fall by the size
+};
+
+Found run(const Case& each) {
+  const scene::Scene scene = piled(each);
+  Simulation simulation(scene, test::plan(scene));
+  const World& world = simulation.world();
+  const double start = top_of(world);
+  const auto energy = [&] {
+    const FrameStats stats = simulation.stats();
+    return stats.kinetic + stats.potential + stats.elastic;
+  };
+  Found found;
+  double least = energy(), exchanged = 0;
+  for (int frame = 0; frame < 24; ++frame) {
+    simulation.advance_frame();
+    const FrameStats stats = simulation.stats();
+    found.gained = std::max(found.gained, energy() - least);
+    least = std::min(least, energy());
+    exchanged = std::max(exchanged, stats.kinetic + stats.elastic);
+    found.penetration = std::max(found.penetration, stats.max_penetration / each.size);
+  }
+  found.gained /= exchanged;
+  found.off = std::abs((start - top_of(world)) / sinking(each) - 1);
+  for (std::size_t i = 0; i < world.bodies.rigid.size(); ++i) {
+    if (!world.bodies.rigid.properties[i].is_dynamic()) continue;
+    const RigidState& state = world.bodies.rigid.state[i];
+    found.drift =
+        std::max(found.drift, std::hypot(state.pose.position.x(), state.pose.position.z()) / each.size);
+    found.speed = std::max(found.speed, state.velocity.norm() / std::sqrt(2 * gravity * each.size));
+  }
+  return found;
+}
+
+Found worst_of(const Found& a, const Found& b) {
+  return {.off = std::max(a.off, b.off),
+          .penetration = std::max(a.penetration, b.penetration),
+          .gained = std::max(a.gained, b.gained),
+          .drift = std::max(a.drift, b.drift),
+          .speed = std::max(a.speed, b.speed)};
+}
+
+// Of piles with plates of `footprint`.
+Found run_all(double footprint) {
+  Found worst;
+  for (const Pile pile : {Pile::column_on_plate, Pile::column_on_two_plates, Pile::plate_between_columns,
+                          Pile::plate_on_column})
+    for (const double ratio : {10.0, 100.0, 1e3, 1e4}) {
+      const Case each{pile, ratio, ratio == 1e3 ? 0.1 : 1, footprint};
+      const Found found = run(each);
+      worst = worst_of(worst, found);
+      EXPECT_LT(found.off, 0.035) << name_of(each);
+    }
+  return worst;
+}
+
+// A lattice of 3 cells that plates hold across its ends bears 2.7 % more than theory says.
+TEST(EverydaySoftHeavy, PilesRestAsDeepAsElasticitySays) {
+  const Found worst = run_all(1.3);
+  test::expect_below(worst.off, 0.03, "sinking, relative");
+  test::expect_below(worst.penetration, 3e-5, "penetration, over the size");
+  test::expect_below(worst.gained, 3e-4, "energy gained, over what is exchanged");
+  test::expect_below(worst.drift, 1e-5, "drift, over the size");
+  test::expect_below(worst.speed, 1e-3, "speed at the end, over that of a fall by the size");
+}
+
+// Where the rims of columns lie on the edges of plates, they slip over them and back: then the samples of the
+// columns' faces bear what the rims do not, which are so much deeper.
+TEST(EverydaySoftHeavy, RimsOnEdgesToo) {
+  const Found worst = run_all(1);
+  test::expect_below(worst.off, 0.035, "sinking, relative");
+  test::expect_below(worst.penetration, 1e-3, "penetration, over the size");
+  test::expect_below(worst.gained, 0.02, "energy gained, over what is exchanged");
+  test::expect_below(worst.drift, 2e-3, "drift, over the size");
+  test::expect_below(worst.speed, 1e-3, "speed at the end, over that of a fall by the size");
+}
+
+// In semi-implicit steps, on a static box of the same foot: the rim is held from the first step on.
+TEST(EverydaySoftHeavy, RimsOnEdgesDoNotSinkIn) {
+  double worst = 0;
+  for (const double size : {0.1, 1.0, 10.0})
+    for (const double degrees : {0.0, 30.0}) {
+      scene::Scene scene = test::on_ground(0.5);
+      const Quat turn(Eigen::AngleAxisd(degrees * std::numbers::pi / 180, Vec3::UnitY()));
+      scene::RigidBody& base = test::add_box(scene, "base", Vec3(0, size / 2, 0), Vec3::Constant(size), 1);
+      base.is_static = true;
+      base.friction = 0.5;
+      base.placement.orientation = turn;
+      test::add_soft_box(scene, "soft", Vec3(0, 1.5 * size, 0), Vec3::Constant(size), 3, 2e6 * size)
+          .placement.orientation = turn;
+      Simulation simulation(scene, test::plan(scene));
+      for (int frame = 0; frame < 3; ++frame) {
+        simulation.advance_frame();
+        worst = std::max(worst, simulation.stats().max_penetration / size);
+      }
+    }
+  test::expect_below(worst, 1e-6, "penetration, over the size");
+}
+
+}  // namespace
+}  // namespace duet
