@@ -23,6 +23,7 @@
 #include "sim/scene/motion.h"
 #include "sim/scene/solids.h"
 #include "sim/scene/tet_meshes.h"
+#include "sim/step/step.h"
 
 namespace duet::scene {
 namespace {
@@ -392,6 +393,7 @@ BuiltWorld build_world(const Scene& scene, const EffectSet& plan) {
   if (plan[index(Effect::soft_bindings)]) attach_softly(scene, bodies);
   for (duet::DeformableBody& body : bodies.deformable)
     for_each_particle(body, [&](std::size_t p) { body.mass += bodies.particles.mass[p]; });
+  world.may_crush = may_crush(bodies);
   bodies.push_back = plan[index(Effect::two_way)];
   if (plan[index(Effect::air_drag)]) add_air_drag(scene, bodies);
   finalize_forces(bodies);

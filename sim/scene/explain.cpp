@@ -125,11 +125,11 @@ std::vector<std::string> warnings(const Scene& scene, const EffectPlan& plan, co
   std::vector<std::string> found;
   if (sizes.rigid_dynamic + sizes.rigid_kinematic + sizes.deformable == 0)
     found.emplace_back("nothing moves: every body is static");
-  if (sizes.deformable > 0 && mass_ratio(sizes) > large_mass_ratio &&
-      scene.solver.integration != Integration::implicit)
+  if (sizes.deformable > 0 && (!scene.joints.empty() || sizes.thin > 0) &&
+      mass_ratio(sizes) > large_mass_ratio && scene.solver.integration != Integration::implicit)
     found.push_back(fmt::format(
-        "the mass ratio {:.4g}:1 is above {:.0f}:1: if heavy deformable bodies sink into light rigid ones, "
-        "set solver.integration = \"implicit\"",
+        "the mass ratio {:.4g}:1 is above {:.0f}:1: if heavy deformable bodies sink into light rigid ones "
+        "that joints hold or that touch sheets or rods, set solver.integration = \"implicit\"",
         mass_ratio(sizes), large_mass_ratio));
   for (const InitialOverlap& overlap : sizes.initial_overlaps) found.push_back(describe_parting(overlap));
   for (const GridSize& grid : sizes.grids)

@@ -443,6 +443,7 @@ WorldSizes Simulation::sizes() const {
   }
   for (const DeformableBody& body : bodies.deformable) {
     ++sizes.deformable;
+    if (body.thickness > 0) ++sizes.thin;
     sizes.surface_triangles += body.triangle_count;
     sizes.face_samples += body.sample_count;
     weigh(body.mass);

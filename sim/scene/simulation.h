@@ -33,6 +33,7 @@ struct TetSize {     // of the tets that bodies of one shape share
 };
 struct WorldSizes {
   int rigid_dynamic = 0, rigid_kinematic = 0, rigid_static = 0, deformable = 0;
+  int thin = 0;  // of the deformable ones: sheets and rods
   int particles = 0, tets = 0, surface_triangles = 0;
   int rigid_samples = 0;              // surface sample points of rigid bodies
   int face_samples = 0;               // contact points on deformable faces and edges, vertices not counted

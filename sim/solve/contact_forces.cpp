@@ -5,6 +5,8 @@
 
 #include <Eigen/LU>
 
+#include "sim/coupling/ledger.h"
+
 namespace duet {
 namespace {
 
@@ -281,6 +283,20 @@ void ContactForces::add_velocities(double factor, GeneralizedVelocity& out) cons
 void ContactForces::add_stored_velocities(double factor, GeneralizedVelocity& out) const {
   for (const Row& row : rows_)
     if (row.contact >= 0 && !row.impulse.isZero(0)) push(row, factor * row.impulse, out);
+}
+
+Momentum ContactForces::impulse_of_pins(const Particles& particles) const {
+  Momentum total;
+  for (const Row& row : rows_) {
+    if (row.pair < 0) continue;
+    for (std::size_t i = 0; i < 4; ++i) {
+      const auto p = as_index(row.point.particle[i]);
+      if (!is_held(particles, p)) continue;
+      const Vec3 given = -(pair_maps_[as_index(row.pair)][i].transpose() * row.impulse);
+      total += {given, particles.x[p].cross(given)};
+    }
+  }
+  return total;
 }
 
 // By how much the impulse falls with the velocity.

@@ -52,6 +52,8 @@ class ContactForces {
   void add_velocities(double factor, GeneralizedVelocity& out) const;
   // The same of those impulses that store() gives to contacts.
   void add_stored_velocities(double factor, GeneralizedVelocity& out) const;
+  // What held particles give to others by the impulses of pairs of surfaces, about the origin.
+  Momentum impulse_of_pins(const Particles& particles) const;
   // out += M^-1 of what the impulses lose with `change` of the velocity.
   void add_differentials(const GeneralizedVelocity& change, GeneralizedVelocity& out) const;
   // The particles' and bodies' own blocks of that, kg.

@@ -122,7 +122,7 @@ void leave_solved(const World& world, StepContext& context) {
   const Bodies& bodies = world.bodies;
   for (std::size_t d = 0; d < bodies.deformable.size(); ++d) {
     const int island = context.islands.of_particle(bodies.deformable[d].first_particle);
-    if (world.strongly_damped[d] && context.islands.is_searched(as_index(island)))
+    if (context.solved_bodies[d] && context.islands.is_searched(as_index(island)))
       context.islands.leave(as_index(island));
   }
   context.islands.update();
@@ -230,7 +230,7 @@ void advance_semi_implicitly(World& world, StepContext& context) {
   if (world.has_internal_forces() && (!bodies.bound.empty() || !context.memory.empty())) {
     context.projection.build(bodies, context.memory, dt, world.settings.projection_sweeps,
                              context.linked.prepare(bodies, context.joints, context.memory),
-                             world.strongly_damped);
+                             context.solved_bodies);
     projection = &context.projection;
     if (world.has(Effect::articulation)) {  // what is bound to bodies or touches them learns of their joints
       context.joints.prepare_projection(bodies.rigid);

@@ -97,6 +97,7 @@ void prepare_contacts(World& world, StepContext& context) {
 }  // namespace
 
 void apply_contact(World& world, StepContext& context) {
+  context.solve_from_outside = {};
   if (world.touches()) prepare_contacts(world, context);
   solve_contacts(world, context, false);
   if (world.has(Effect::articulation))

@@ -11,6 +11,7 @@ void begin_step(World& world, StepContext& context) {
   store_velocities(bodies, context.v_n);
   // Until a step has collided and solved nothing, these are what stages read that the plan skips.
   context.v_hat_n = context.v_n;
+  choose_solved_bodies(world, context);
 }
 
 void plan_motion(World& world, StepContext& context) {

@@ -48,6 +48,10 @@ constexpr int most_settlings = 8, most_contact_iterations = 40;
 constexpr int first_careful = 3;
 constexpr double least_free_share = 0.5;
 
+// A search with contact that is piecewise linear finds two digits with its last step. It uses them, as what
+// it leaves moves bodies into those that they lie on.
+constexpr double contact_share = 0.01;
+
 // What contact leaves of the weight of a particle, at most: in short steps that is less than the tolerance.
 constexpr double weight_share = 0.1;
 constexpr double rounding = 1e-14;
@@ -68,6 +72,7 @@ class Search {
                 context.inertia) {
     system_.limit_to(problem.islands);
     tolerance_ = world.settings.cg_tolerance;
+    if (problem.contacts && !world.settings.implicit_elasticity) tolerance_ *= contact_share;
     if (problem.contacts) bound_tolerance();
   }
   ~Search() { system_.limit_to(nullptr); }

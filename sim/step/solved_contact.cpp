@@ -20,9 +20,9 @@
 namespace duet {
 namespace {
 
-// The joints that a solve keeps, or null.
-ContactProjection* keep_joints(World& world, StepContext& context) {
-  if (!world.has(Effect::articulation)) return nullptr;
+// The joints that a solve for `islands` keeps, or null.
+ContactProjection* keep_joints(World& world, StepContext& context, const Islands& islands) {
+  if (!has_joints(world.bodies, islands)) return nullptr;
   context.projection.build(world.bodies);
   context.joints.prepare_projection(world.bodies.rigid);
   context.projection.add_joints(context.joints);
@@ -81,7 +81,7 @@ void build_forces(World& world, StepContext& context, const Islands& islands, do
 
 // Begins at the velocity v^^n, as of what rests, if that is nearer than the one without contact.
 void begin_at_the_better(World& world, StepContext& context, const VelocityProblem& problem) {
-  if (world.has(Effect::articulation)) return;
+  if (problem.projection) return;
   const double as_predicted = solve_potential(world, context, problem);
   GeneralizedVelocity& other = context.preconditioned;
   other = context.solution;
@@ -99,14 +99,6 @@ void begin_at_the_better(World& world, StepContext& context, const VelocityProbl
 
 }  // namespace
 
-bool solves_contact(const World& world) {
-  if (!world.has_internal_forces()) return false;
-  if (world.settings.implicit_elasticity) return true;
-  if (world.settings.constraints_first) return false;
-  return std::find(world.strongly_damped.begin(), world.strongly_damped.end(), true) !=
-         world.strongly_damped.end();
-}
-
 void find_solved_islands(World& world, StepContext& context) {
   const Bodies& bodies = world.bodies;
   Islands& islands = context.solved;
@@ -122,9 +114,10 @@ void find_solved_islands(World& world, StepContext& context) {
     for (const RepulsionPair& pair : context.meeting_surfaces.pairs())
       islands.join_particles(pair.particle.front(), pair.particle.back());
   islands.finish();
+  add_solved_bodies(world, context);
   context.is_solved.assign(islands.size(), false);
   for (std::size_t d = 0; d < bodies.deformable.size(); ++d)
-    if (world.settings.implicit_elasticity || world.strongly_damped[d])
+    if (context.solved_bodies[d])
       context.is_solved[as_index(islands.of_particle(bodies.deformable[d].first_particle))] = true;
   for (std::size_t i = 0; i < islands.size(); ++i)
     if (!context.is_solved[i]) islands.leave(i);
@@ -164,13 +157,18 @@ void solve_halfway(World& world, StepContext& context, const Islands& islands, b
   }
   const VelocityProblem problem{.dt = dt,
                                 .is_elastic = is_elastic,
-                                .projection = keep_joints(world, context),
+                                .projection = keep_joints(world, context, islands),
                                 .contacts = &context.contact_forces,
                                 .islands = &islands};
   begin_at_the_better(world, context, problem);
   const bool balanced = find_velocity(world, context, problem);
   bodies.particles.x = context.x_n;
   if (!balanced && is_elastic) settle(world, context, true);
+  if (!world.settings.implicit_elasticity) {
+    context.solve_from_outside = context.contact_forces.impulse_of_pins(bodies.particles);
+    context.solve_from_outside += impulse_of_holders(world, islands, dt);
+    return_momentum_to_islands(world, context, islands, dt);
+  }
   take_velocities(context.solution, islands, bodies);
   to_generalized(bodies, context.middle_velocity);
   context.contact_forces.store(1, context.contacts);
@@ -244,7 +242,7 @@ void solve_contact_at_end(World& world, StepContext& context) {
   if (world.has(Effect::self_repulsion))
     context.contact_forces.add_pairs(bodies, context.self_repulsion.pairs(), context.solved, dt, 0,
                                      context.blocks.own());
-  ContactProjection* projection = keep_joints(world, context);
+  ContactProjection* projection = keep_joints(world, context, context.solved);
   if (projection) projection->satisfy(context.solution);
   follow_twists(bodies.bound, context.right_side.linear, context.right_side.angular,
                 context.right_side.particle);
@@ -256,13 +254,19 @@ void solve_contact_at_end(World& world, StepContext& context) {
   // Forces and impulses, so that momentum is kept to rounding where the solve has converged.
   double left = 0;
   for (const Vec3& v : context.imbalance.particle) left = std::max(left, v.norm());
-  if (left <= world.settings.cg_tolerance) VelocitySystem::axpy(1, context.imbalance, context.solution);
+  const bool has_converged = left <= world.settings.cg_tolerance;
+  if (has_converged) VelocitySystem::axpy(1, context.imbalance, context.solution);
   for (std::size_t p = 0; p < bodies.particles.size(); ++p)
     context.force[p] = context.explicit_force[p] + context.damping_force[p];
   // The sweeps of V.4 begin with these impulses, for steps of half the time.
   context.contact_forces.store(0.5, context.contacts);
   context.right_side = context.solution;
   context.contact_forces.add_stored_velocities(-1, context.right_side);
+  if (!world.settings.implicit_elasticity) {
+    context.solve_from_outside = context.contact_forces.impulse_of_pins(bodies.particles);
+    if (!has_converged)  // about x^{n+1/2}, which x_next holds by now
+      return_momentum_to_bodies(world, context.solved, context.x_next, dt, context.right_side);
+  }
   take_velocities(context.right_side, context.solved, bodies);
 }
 

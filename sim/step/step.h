@@ -51,7 +51,11 @@ void solve_contacts(World& world, StepContext& context, bool final);  // the sol
 
 // Contact inside the velocity solves, for the islands that find_solved_islands() finds in step III, and that
 // no sweeps over the contacts go through then (sim/step/solved_contact.cpp).
-bool solves_contact(const World& world);  // whether there may be any
+bool solves_contact(const World& world);  // whether there may be any in this step
+bool may_crush(const Bodies& bodies);     // whether a deformable body is much heavier than a rigid one
+bool has_joints(const Bodies& bodies, const Islands& islands);  // on those that are searched
+void choose_solved_bodies(World& world, StepContext& context);
+void add_solved_bodies(const World& world, StepContext& context);  // on the islands of context.solved
 void find_solved_islands(World& world, StepContext& context);
 bool is_solved(const StepContext& context, const Bodies& bodies, const ContactPair& pair);
 void solve_contact_halfway(World& world, StepContext& context);  // III, from v^^{n+1/2} with warm impulses
@@ -126,6 +130,17 @@ double solve_potential(World& world, StepContext& context, const VelocityProblem
 // left of the imbalance is less than what that would take of V: in the measure of kinetic energy the error of
 // V is no larger than the imbalance, as long as the energy is convex.
 void settle(const World& world, StepContext& context, bool after_contact);
+
+// After a solve with contact over dt (s) without elasticity: the bodies of an island get as a whole, in
+// context.solution, the momentum that context.imbalance has left of it, about their positions now.
+void return_momentum_to_islands(World& world, StepContext& context, const Islands& islands, double dt);
+// The same, in `velocity`, of every deformable body by itself, about the particles' positions x (m), and of
+// rigid bodies.
+void return_momentum_to_bodies(const World& world, const Islands& islands, const std::vector<Vec3>& x,
+                               double dt, GeneralizedVelocity& velocity);
+// What pins and mass-proportional damping gave islands in a solve over dt (s) at context.solution beyond what
+// they did without contact (context.solved_change), about the origin.
+Momentum impulse_of_holders(const World& world, const Islands& islands, double dt);
 
 // Throws SimulationError if a particle's or a body's state is not finite.
 void check_finite(const World& world, const char* stage);

@@ -131,6 +131,7 @@ Momentum StepLedger::external(const World& world, Stage stage, const std::vector
       total = gravity_impulse(bodies, x, world.gravity, dt);
       total.angular += moment_in_the_middle(
           world, [&](std::size_t i) { return Vec3(dt * bodies.rigid.properties[i].mass * world.gravity); });
+      total += context.solve_from_outside;
       return total += impulse_of_holders(world, x, dt);
     case Stage::volume_correction:
     case Stage::make_incompressible:
@@ -144,8 +145,10 @@ Momentum StepLedger::external(const World& world, Stage stage, const std::vector
       total = impulse_of_joints(context.joints);
       return total += contact_impulse(bodies, context.contacts, context.collision_scratch.pairs);
     case Stage::apply_contact:
+      total = context.solve_from_outside;
+      [[fallthrough]];
     case Stage::velocity_contact:
-      total = impulse_of_joints(context.joints);
+      total += impulse_of_joints(context.joints);
       return total += contact_impulse(bodies, context.contacts, context.graph.pairs);
     default:
       return total;

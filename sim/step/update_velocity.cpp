@@ -26,6 +26,7 @@ void constrained_solve(World& world, StepContext& context) {
   Particles& particles = bodies.particles;
   const bool is_implicit = world.settings.implicit_elasticity && world.has_internal_forces();
   begin_contact_at_end(world, context);
+  context.solve_from_outside = {};
   ContactProjection* projection = nullptr;
   // Without elasticity there is nothing to solve, and rigid bodies take their velocities from V.3.
   if (!is_implicit && (world.has_internal_forces() || world.has(Effect::incompressibility))) {

@@ -20,6 +20,7 @@
 #include "sim/solve/pressure_system.h"
 #include "sim/solve/velocity_blocks.h"
 #include "sim/solve/velocity_system.h"
+#include "sim/step/composite_body.h"
 #include "sim/step/effects.h"
 #include "sim/step/kinematic_motion.h"
 #include "sim/step/stage_hashes.h"
@@ -108,11 +109,16 @@ struct StepContext {
   GeneralizedVelocity right_side, solution, residual, direction, image;
   GeneralizedVelocity imbalance, unconstrained, correction, preconditioned;  // of Newton's method
   VelocityBlocks blocks;                                                     // the same
-  // Contact inside the velocity solves, of the islands of `solved` that are searched: all those of deformable
-  // bodies where elasticity is implicit, else those of strongly damped ones (sim/step/solved_contact.cpp).
+  // Contact inside the velocity solves, of the islands of `solved` that are searched: those of deformable
+  // bodies for which that is so in this step (sim/step/solved_bodies.cpp).
+  std::vector<char> solved_bodies;           // of every deformable body
+  std::vector<char> holder;                  // scratch of that choice: of every rigid body
+  std::vector<std::array<int, 2>> touching;  // scratch of that choice
   Islands solved;
-  Islands elastic, relaxing;    // of those, in implicit steps: see solve_contact_halfway()
-  std::vector<char> is_solved;  // scratch: of every island
+  std::vector<CompositeBody> wholes;  // scratch: of every island
+  Momentum solve_from_outside;        // of pins and drag in the last solve with contact, for the ledger
+  Islands elastic, relaxing;          // of those, in implicit steps: see solve_contact_halfway()
+  std::vector<char> is_solved;        // scratch: of every island
   ContactForces contact_forces;
   std::vector<Vec3> explicit_force;                     // N, of the last semi-implicit solve
   GeneralizedVelocity solved_change;                    // m/s, of step I: what its solve has added
@@ -128,10 +134,10 @@ struct World {
   Vec3 gravity = Vec3::Zero();  // m/s^2
   StepSettings settings;
   // Of every deformable body: whether its slowest deformation is damped for more than ten times the critical
-  // damping, so that contact is part of its velocity solves (StepContext::solved); and the time in which
-  // strain relaxes, s: the material's viscosity over its stiffness.
+  // damping; and the time in which strain relaxes, s: the material's viscosity over its stiffness.
   std::vector<char> strongly_damped;
   std::vector<double> damping_time;
+  bool may_crush = false;  // whether a deformable one is much heavier than a rigid one
   StepContext context;
   StageClock clock;
   StepCounters counters;

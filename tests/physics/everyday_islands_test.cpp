@@ -1,8 +1,9 @@
-// What does not touch does not matter: a body far away changes no bit of a stack, as long as both take the
-// same steps, and a heavy body stays on a light one whatever else is in the scene.
+// What does not touch does not matter: a body far away changes no bit of a stack, rigid or soft, as long as
+// both take the same steps, and a heavy body stays on a light one whatever else is in the scene.
 #include <cstring>
 
 #include "tests/support/scenes.h"
+#include "tests/support/thin_bodies.h"
 #include <gtest/gtest.h>
 
 #include "sim/scene/simulation.h"
@@ -11,7 +12,7 @@
 namespace duet {
 namespace {
 
-enum class Far { nothing, soft_box, ball, falling_box, jointed_boxes };
+enum class Far { nothing, soft_box, ball, falling_box, jointed_boxes, sheet };
 
 void add_far(scene::Scene& scene, Far kind) {
   const Vec3 place(20, 0.5, 0);
@@ -23,6 +24,10 @@ void add_far(scene::Scene& scene, Far kind) {
       return;
     case Far::ball:
       test::add_ball(scene, "far", place, 0.5, 3);
+      return;
+    case Far::sheet:
+      test::add_material(scene, "cloth").youngs_modulus = 1e4;
+      test::add_panel(scene, "far", place, Vec2(1, 1), 3, 0.01);
       return;
     case Far::falling_box:
       test::add_box(scene, "far", place + Vec3(0, 0.3, 0), Vec3(1, 1, 1), 5);
@@ -57,6 +62,14 @@ scene::Scene tower() {
   return scene;
 }
 
+// A soft column on a plate of a hundredth of its mass, which has contact inside its velocity solves.
+scene::Scene column() {
+  scene::Scene scene = test::on_ground(0.5);
+  test::add_box(scene, "plate", Vec3(0, 0.1, 0), Vec3(1.3, 0.2, 1.3), 10);
+  test::add_soft_box(scene, "column", Vec3(0, 0.7, 0), Vec3(1, 1, 1), 3, 2e6);
+  return scene;
+}
+
 // The stack's bodies after `frames`.
 std::vector<RigidState> run(scene::Scene scene, Far kind, double longest_step, int frames) {
   const std::size_t count = scene.rigid.size();
@@ -69,9 +82,9 @@ std::vector<RigidState> run(scene::Scene scene, Far kind, double longest_step, i
 }
 
 TEST(EverydayIslands, AFarBodyChangesNoBitOfAStack) {
-  for (const scene::Scene& scene : {uneven_stack(100), tower()}) {
+  for (const scene::Scene& scene : {uneven_stack(100), tower(), column()}) {
     const std::vector<RigidState> alone = run(scene, Far::nothing, 1e-3, 6);
-    for (const Far kind : {Far::soft_box, Far::ball, Far::falling_box, Far::jointed_boxes}) {
+    for (const Far kind : {Far::soft_box, Far::ball, Far::falling_box, Far::jointed_boxes, Far::sheet}) {
       const std::vector<RigidState> beside = run(scene, kind, 1e-3, 6);
       for (std::size_t i = 0; i < alone.size(); ++i)
         for (int k = 0; k < 3; ++k) {

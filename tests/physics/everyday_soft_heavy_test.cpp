@@ -31,18 +31,20 @@ struct Case {
   double ratio = 100;    // of the heavy body's mass to the light one's
   double size = 1;       // m, of a soft cube
   double footprint = 1;  // of plates, over the cube's
+  scene::Integration integration = scene::Integration::semi_implicit;
 };
 
 std::string name_of(const Case& each) {
-  return fmt::format("{}, {:g}:1, {:g} m, footprint {:g}", names[static_cast<std::size_t>(each.pile)],
-                     each.ratio, each.size, each.footprint);
+  return fmt::format("{}, {:g}:1, {:g} m, footprint {:g}, {}", names[static_cast<std::size_t>(each.pile)],
+                     each.ratio, each.size, each.footprint,
+                     each.integration == scene::Integration::implicit ? "implicit" : "semi-implicit");
 }
 
 class Builder {
  public:
   explicit Builder(const Case& each) : case_(each), scene_(test::on_ground(0.5)) {
     scene_.gravity = Vec3(0, -gravity, 0);
-    scene_.solver.integration = scene::Integration::implicit;
+    scene_.solver.integration = each.integration;
   }
   void add_plate(double mass) {
     const double height = thickness * case_.size, side = case_.footprint * case_.size;
@@ -167,12 +169,14 @@ Found worst_of(const Found& a, const Found& b) {
 }
 
 // Of piles with plates of `footprint`.
-Found run_all(double footprint) {
+Found run_all(double footprint, scene::Integration integration) {
   Found worst;
   for (const Pile pile : {Pile::column_on_plate, Pile::column_on_two_plates, Pile::plate_between_columns,
                           Pile::plate_on_column})
-    for (const double ratio : {10.0, 100.0, 1e3, 1e4}) {
-      const Case each{pile, ratio, ratio == 1e3 ? 0.1 : 1, footprint};
+    for (const double ratio : {12.0, 100.0, 1e3, 1e4}) {
+      const bool is_stiff = pile == Pile::plate_on_column && ratio > 100;          // for what it weighs
+      if (is_stiff && integration == scene::Integration::semi_implicit) continue;  // a thousand steps a frame
+      const Case each{pile, ratio, ratio == 1e3 ? 0.1 : 1, footprint, integration};
       const Found found = run(each);
       worst = worst_of(worst, found);
       EXPECT_LT(found.off, 0.035) << name_of(each);
@@ -180,25 +184,37 @@ Found run_all(double footprint) {
   return worst;
 }
 
-// A lattice of 3 cells that plates hold across its ends bears 2.7 % more than theory says.
-TEST(EverydaySoftHeavy, PilesRestAsDeepAsElasticitySays) {
-  const Found worst = run_all(1.3);
+void expect_piles_rest(scene::Integration integration, double penetration, double gained) {
+  const Found worst = run_all(1.3, integration);
   test::expect_below(worst.off, 0.03, "sinking, relative");
-  test::expect_below(worst.penetration, 3e-5, "penetration, over the size");
-  test::expect_below(worst.gained, 3e-4, "energy gained, over what is exchanged");
+  test::expect_below(worst.penetration, penetration, "penetration, over the size");
+  test::expect_below(worst.gained, gained, "energy gained, over what is exchanged");
   test::expect_below(worst.drift, 1e-5, "drift, over the size");
   test::expect_below(worst.speed, 1e-3, "speed at the end, over that of a fall by the size");
 }
 
+// A lattice of 3 cells that plates hold across its ends bears 2.7 % more than theory says.
+TEST(EverydaySoftHeavy, PilesRestAsDeepAsElasticitySays) {
+  expect_piles_rest(scene::Integration::semi_implicit, 1e-6, 1e-5);
+}
+TEST(EverydaySoftHeavy, PilesRestInImplicitSteps) {
+  expect_piles_rest(scene::Integration::implicit, 3e-5, 3e-4);
+}
+
 // Where the rims of columns lie on the edges of plates, they slip over them and back: then the samples of the
 // columns' faces bear what the rims do not, which are so much deeper.
-TEST(EverydaySoftHeavy, RimsOnEdgesToo) {
-  const Found worst = run_all(1);
+void expect_rims_rest(scene::Integration integration, double gained, double drift) {
+  const Found worst = run_all(1, integration);
   test::expect_below(worst.off, 0.035, "sinking, relative");
   test::expect_below(worst.penetration, 1e-3, "penetration, over the size");
-  test::expect_below(worst.gained, 0.02, "energy gained, over what is exchanged");
-  test::expect_below(worst.drift, 2e-3, "drift, over the size");
+  test::expect_below(worst.gained, gained, "energy gained, over what is exchanged");
+  test::expect_below(worst.drift, drift, "drift, over the size");
   test::expect_below(worst.speed, 1e-3, "speed at the end, over that of a fall by the size");
+}
+
+TEST(EverydaySoftHeavy, RimsOnEdgesToo) { expect_rims_rest(scene::Integration::semi_implicit, 1e-3, 1e-3); }
+TEST(EverydaySoftHeavy, RimsOnEdgesInImplicitSteps) {
+  expect_rims_rest(scene::Integration::implicit, 0.02, 2e-3);
 }
 
 // In semi-implicit steps, on a static box of the same foot: the rim is held from the first step on.

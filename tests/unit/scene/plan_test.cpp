@@ -263,8 +263,9 @@ TEST(Explain, TimeStepIsTheSmallestBound) {
 TEST(Explain, WarnsOfWhatTheUserShouldKnow) {
   Scene scene = scene_with(1, 0, 1, true);
   WorldSizes sizes = sizes_of_two();
-  EXPECT_TRUE(warnings(scene, plan_effects(scene), sizes).empty()) << "100:1 is still all right";
   sizes.heaviest = 1001;
+  EXPECT_TRUE(warnings(scene, plan_effects(scene), sizes).empty()) << "light bodies bear heavy volumes";
+  sizes.thin = 1;
   auto found = warnings(scene, plan_effects(scene), sizes);
   ASSERT_EQ(found.size(), 1u);
   EXPECT_NE(found[0].find("100.1:1"), std::string::npos) << found[0];

@@ -1,0 +1,119 @@
+// Momentum that a velocity solve with contact has not kept: it ends within a tolerance, and damping that is
+// found at another deformation than that of the positions has a moment. What the solve leaves of the balance
+//
+//   r = b + dt M^-1 (F_damping(V) + J) - V
+//
+// has the momentum that the bodies lack, less the moment of the internal damping forces, which should have
+// none.
+#include <Eigen/LU>
+
+#include "sim/step/step.h"
+
+namespace duet {
+namespace {
+
+// Adds particle `p` at x (m), with what the solve has left of its velocity over dt (s).
+void add_particle(const World& world, std::size_t p, const Vec3& x, double dt, CompositeBody& whole) {
+  const StepContext& context = world.context;
+  const Particles& particles = world.bodies.particles;
+  const Vec3 drag = -world.bodies.forces.elements.drag(p) * context.solution.particle[p];
+  whole.angular -= x.cross(dt * (context.damping_force[p] - drag));
+  if (!is_held(particles, p)) whole.add(particles.mass[p], x, context.imbalance.particle[p]);
+}
+
+// What pins and mass-proportional damping give particle `p` over dt (s).
+Vec3 impulse_of_holders(const World& world, std::size_t p, double dt) {
+  const StepContext& context = world.context;
+  const Particles& particles = world.bodies.particles;
+  if (!is_held(particles, p))
+    return -dt * world.bodies.forces.elements.drag(p) * context.solution.particle[p];
+  // Internal forces have no sum, so that their part on pinned particles is what the pins take from the
+  // others. Bound particles have no mass: their bodies take it.
+  return particles.mass[p] > 0 ? Vec3(-dt * context.damping_force[p]) : Vec3::Zero();
+}
+
+}  // namespace
+
+void CompositeBody::add(double m, const Vec3& x, const Vec3& lacking) {
+  mass += m;
+  centre += m * x;
+  linear += m * lacking;
+  angular += m * x.cross(lacking);
+  inertia += m * (x.squaredNorm() * Mat3::Identity() - x * x.transpose());
+}
+
+void CompositeBody::finish() {
+  if (!(mass > 0)) return;
+  centre /= mass;
+  angular -= centre.cross(linear);
+  inertia -= mass * (centre.squaredNorm() * Mat3::Identity() - centre * centre.transpose());
+  inertia.diagonal().array() += 1e-14 * inertia.trace();  // what lies on a line does not turn about it
+  velocity = linear / mass;
+  if (inertia.trace() > 0) turn = inertia.inverse() * angular;
+}
+
+void return_momentum_to_islands(World& world, StepContext& context, const Islands& islands, double dt) {
+  const Bodies& bodies = world.bodies;
+  std::vector<CompositeBody>& wholes = context.wholes;
+  wholes.assign(islands.size(), {});
+  for (const Islands::Range& range : islands.ranges())
+    for (std::size_t p = range.begin; p < range.end; ++p)
+      add_particle(world, p, bodies.particles.x[p], dt, wholes[range.island]);
+  for (std::size_t i = 0; i < bodies.rigid.size(); ++i) {
+    if (!islands.is_searched_rigid(i)) continue;
+    CompositeBody& whole = wholes[as_index(islands.of_rigid(i))];
+    whole.add(bodies.rigid.properties[i].mass, bodies.rigid.state[i].pose.position,
+              context.imbalance.linear[i]);
+    whole.angular += context.inertia[i] * context.imbalance.angular[i];
+    whole.inertia += context.inertia[i];
+  }
+  for (const Joint& joint : bodies.articulation.joints)  // which may hold an island to something fixed
+    for (const int body : {joint.parent, joint.child})
+      if (const int island = islands.of_rigid(as_index(body)); island >= 0) wholes[as_index(island)] = {};
+  for (CompositeBody& whole : wholes) whole.finish();
+  for (const Islands::Range& range : islands.ranges())
+    for (std::size_t p = range.begin; p < range.end; ++p)
+      if (!is_held(bodies.particles, p))
+        context.solution.particle[p] += wholes[range.island].velocity_at(bodies.particles.x[p]);
+  for (std::size_t i = 0; i < bodies.rigid.size(); ++i) {
+    if (!islands.is_searched_rigid(i)) continue;
+    const CompositeBody& whole = wholes[as_index(islands.of_rigid(i))];
+    context.solution.linear[i] += whole.velocity_at(bodies.rigid.state[i].pose.position);
+    context.solution.angular[i] += whole.turn;
+  }
+}
+
+void return_momentum_to_bodies(const World& world, const Islands& islands, const std::vector<Vec3>& x,
+                               double dt, GeneralizedVelocity& velocity) {
+  const Bodies& bodies = world.bodies;
+  if (has_joints(bodies, islands)) return;
+  for (std::size_t i = 0; i < bodies.rigid.size(); ++i) {
+    if (!islands.is_searched_rigid(i)) continue;
+    velocity.linear[i] += world.context.imbalance.linear[i];
+    velocity.angular[i] += world.context.imbalance.angular[i];
+  }
+  for (const DeformableBody& body : bodies.deformable) {
+    if (!islands.is_searched(as_index(islands.of_particle(body.first_particle)))) continue;
+    CompositeBody whole;
+    for_each_particle(body, [&](std::size_t p) { add_particle(world, p, x[p], dt, whole); });
+    whole.finish();
+    for_each_particle(body, [&](std::size_t p) {
+      if (!is_held(bodies.particles, p)) velocity.particle[p] += whole.velocity_at(x[p]);
+    });
+  }
+}
+
+Momentum impulse_of_holders(const World& world, const Islands& islands, double dt) {
+  const StepContext& context = world.context;
+  const Particles& particles = world.bodies.particles;
+  Momentum total;
+  for (const Islands::Range& range : islands.ranges())
+    for (std::size_t p = range.begin; p < range.end; ++p) {
+      Vec3 impulse = impulse_of_holders(world, p, dt);
+      if (!is_held(particles, p)) impulse -= particles.mass[p] * context.solved_change.particle[p];
+      total += {impulse, particles.x[p].cross(impulse)};
+    }
+  return total;
+}
+
+}  // namespace duet
