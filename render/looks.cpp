@@ -1,5 +1,7 @@
 #include "render/looks.h"
 
+#include <array>
+
 #include <fmt/format.h>
 
 #include "sim/base/error.h"
@@ -7,6 +9,17 @@
 
 namespace duet::render {
 namespace {
+
+// What bodies without a look wear, in turn, so that they can be told apart: dull colours, linear RGB, of
+// which neighbours differ in brightness, too.
+constexpr std::array<std::array<double, 3>, 8> palette{{{0.72, 0.24, 0.06},
+                                                        {0.06, 0.20, 0.48},
+                                                        {0.70, 0.47, 0.07},
+                                                        {0.05, 0.30, 0.22},
+                                                        {0.55, 0.55, 0.50},
+                                                        {0.42, 0.06, 0.10},
+                                                        {0.30, 0.48, 0.60},
+                                                        {0.20, 0.12, 0.34}}};
 
 // The place of the look called `name`; the default look where there is no name, -1 where nobody has that
 // name.
@@ -34,6 +47,21 @@ scene::Look plain_look(const Vec3& color, const Vec3& color2) {
   return look;
 }
 
+// Bodies that move and have no look; static ones keep the default look.
+void wear_palette(LookTable& table, const io::Manifest& manifest) {
+  const std::size_t first = table.looks.size();
+  std::size_t worn = 0;
+  for (const io::ManifestBody& body : manifest.bodies) {
+    if (!body.look.empty() || body.kind == "static") continue;
+    const std::size_t color = worn++ % palette.size();
+    if (first + color == table.looks.size()) {
+      table.looks.emplace_back().color = Eigen::Map<const Vec3>(palette[color].data());
+      table.looks.back().roughness = 0.6;
+    }
+    table.of_body[body.name] = static_cast<int>(first + color);
+  }
+}
+
 void wear_strain(LookTable& table, const io::Manifest& manifest) {
   table.strain = static_cast<int>(table.looks.size());
   table.looks.push_back(plain_look(unstrained_color, strained_color));
@@ -48,7 +76,8 @@ LookTable assign_looks(const scene::Scene& scene, const io::Manifest& manifest) 
   LookTable table;
   table.looks.resize(LookTable::ground + 1);
   table.looks.insert(table.looks.end(), scene.looks.begin(), scene.looks.end());
-  constexpr int own_looks = LookTable::ground + 1 + 2;  // default, ground, strained and inverted
+  // Default, ground, the palette, strained and inverted.
+  constexpr int own_looks = LookTable::ground + 1 + static_cast<int>(palette.size()) + 2;
   if (scene.looks.size() > static_cast<std::size_t>(max_looks - own_looks))
     throw Error(ExitStatus::usage,
                 fmt::format("{}: {} looks are more than the renderer holds ({}): let bodies share looks",
@@ -67,6 +96,7 @@ LookTable assign_looks(const scene::Scene& scene, const io::Manifest& manifest) 
   }
   for (const io::ManifestBody& body : manifest.bodies)
     table.of_body[body.name] = place_of(fmt::format("body `{}`", body.name), body.look);
+  wear_palette(table, manifest);
   if (scene.render.color == scene::ColorBy::strain) wear_strain(table, manifest);
   return table;
 }

@@ -11,7 +11,8 @@
 namespace duet::render {
 
 // The looks of a scene as a list, and for every body its place there. The first one is the default look,
-// which bodies without a look wear; the second is the ground's.
+// which static bodies without a look wear; the second is the ground's. Bodies without a look that move wear
+// the colours of a palette, in turn.
 struct LookTable {
   static constexpr int plain = 0, ground = 1;
   std::vector<scene::Look> looks;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "render/context/context.h"
+#include "render/default_view.h"
 #include "render/scene_renderer.h"
 #include "render/strain_legend.h"
 #include "sim/base/error.h"
@@ -42,7 +43,7 @@ struct SequenceRenderer::Impl {
         fps(scene.fps),
         context(create_context(backend)),
         gl(load_gl(*context)),
-        renderer(gl, scene, looks) {
+        renderer(gl, with_default_view(scene, manifest), looks) {
     for (const io::ManifestBody& body : bodies) looks_of_bodies.push_back(looks.of_body.at(body.name));
   }
   ~Impl() {

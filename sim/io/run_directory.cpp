@@ -24,6 +24,17 @@ Origin read_origin(const nlohmann::json& object) {
           object.value("variant", ""), object.value("numerics", 0U), object.at("machine")};
 }
 
+nlohmann::ordered_json to_json(const Vec3& x) { return {x.x(), x.y(), x.z()}; }
+
+std::optional<Eigen::AlignedBox3d> read_box(const nlohmann::json& body) {
+  if (!body.contains("box")) return std::nullopt;
+  const auto corner = [&](std::size_t which) {
+    const nlohmann::json& x = body.at("box").at(which);
+    return Vec3(x.at(0).get<double>(), x.at(1).get<double>(), x.at(2).get<double>());
+  };
+  return Eigen::AlignedBox3d(corner(0), corner(1));
+}
+
 }  // namespace
 
 fs::path RunDirectory::mesh(int frame) const { return root / "mesh" / fmt::format("{:04}.obj", frame); }
@@ -37,8 +48,10 @@ std::vector<ManifestBody> manifest_bodies(const scene::Scene& scene,
   std::vector<ManifestBody> bodies;
   const auto add = [&](const auto& body, const char* kind, const std::string& material) {
     const Surface& surface = surfaces.at(bodies.size()).surface;
+    Eigen::AlignedBox3d box;
+    for (const Vec3& x : surface.positions) box.extend(x);
     bodies.push_back({body.name, kind, body.look, material, static_cast<int>(surface.positions.size()),
-                      static_cast<int>(surface.triangles.size())});
+                      static_cast<int>(surface.triangles.size()), box});
   };
   for (const scene::RigidBody& body : scene.rigid)
     add(body, body.is_static ? "static" : body.is_kinematic ? "kinematic" : "rigid", {});
@@ -73,6 +86,7 @@ void write_manifest(const RunDirectory& run, const Manifest& manifest) {
     if (!body.material.empty()) entry["material"] = body.material;
     entry["vertices"] = body.vertices;
     entry["triangles"] = body.triangles;
+    if (body.box && !body.box->isEmpty()) entry["box"] = {to_json(body.box->min()), to_json(body.box->max())};
     bodies.push_back(std::move(entry));
   }
   using Json = nlohmann::ordered_json;
@@ -106,7 +120,8 @@ Manifest read_manifest(const RunDirectory& run) {
     document.at("units").get_to(manifest.units);
     for (const nlohmann::json& entry : document.at("bodies"))
       manifest.bodies.push_back({entry.at("name"), entry.at("kind"), entry.at("look"),
-                                 entry.value("material", ""), entry.at("vertices"), entry.at("triangles")});
+                                 entry.value("material", ""), entry.at("vertices"), entry.at("triangles"),
+                                 read_box(entry)});
     return manifest;
   } catch (const nlohmann::json::exception& error) {
     throw FileError(run.manifest().string(), fmt::format("is no manifest of a run: {}", error.what()),

@@ -3,8 +3,11 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
+
+#include <Eigen/Geometry>
 
 #include "sim/scene/frame.h"
 #include "sim/scene/scene.h"
@@ -19,6 +22,8 @@ struct ManifestBody {
   std::string look;
   std::string material;  // deformable only
   int vertices = 0, triangles = 0;
+  // m, around its surface at frame 0; none in runs of programs that did not write it.
+  std::optional<Eigen::AlignedBox3d> box = {};
 };
 
 // The program that computed frames, and the machine.

@@ -94,7 +94,10 @@ Scene SceneReader::read() {
   if (const toml::table* ground = table("ground"))
     reader_.read(*ground, keys(scene_.ground.emplace()), "ground");
   for_each_in_list("joints", [&](auto&&... args) { read_joint(args...); });
-  if (const toml::table* sky = table("sky")) reader_.read(*sky, keys(scene_.sky), "sky");
+  if (const toml::table* sky = table("sky")) {
+    scene_.has_sky = true;
+    reader_.read(*sky, keys(scene_.sky), "sky");
+  }
   read_solver();
   read_camera();
   read_render();
@@ -252,6 +255,7 @@ void SceneReader::read_solver() {
 void SceneReader::read_camera() {
   const toml::table* camera = table("camera");
   if (!camera) return;
+  scene_.has_camera = true;
   const std::size_t before = problems_.count();
   reader_.read(*camera, keys(scene_.camera), "camera");
   if (scene_.camera.keyframes.empty())

@@ -401,6 +401,7 @@ struct Scene {
   std::optional<Ground> ground;
   Solver solver;
   Camera camera;
+  bool has_camera = false, has_sky = false;  // whether the file has [camera] and [sky]
   std::vector<Light> lights;
   Sky sky;
   std::vector<Look> looks;

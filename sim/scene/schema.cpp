@@ -246,7 +246,7 @@ std::vector<Key> keys(RigidEntry& entry) {
       {"sample_spacing", &body.sample_spacing, "m", positive,
        "of contact points on the surface; without it, an eighth of the edge of a cube of the same volume"},
       {"look", Reference{&body.look, "looks"}, "", any,
-       "how the body is drawn; without one, the defaults of a look"},
+       "how the body is drawn; without one, in a colour of its own, or plain where it is static"},
       repeat_key(entry.repeat),
   };
 }
@@ -303,7 +303,7 @@ std::vector<Key> keys(DeformableEntry& entry) {
       {"collision_friction", &body.collision_friction, "", non_negative,
        "Coulomb coefficient against itself and other deformable bodies; a pair uses the smaller one"},
       {"look", Reference{&body.look, "looks"}, "", any,
-       "how the body is drawn; without one, the defaults of a look"},
+       "how the body is drawn; without one, in a colour of its own"},
       repeat_key(entry.repeat),
   };
 }
@@ -499,8 +499,8 @@ std::vector<Section> sections(Prototype& prototype) {
       {"ground", Layout::table, "the solid half space below a height; absent: no ground",
        keys(prototype.ground)},
       {"solver", Layout::table, "accuracy and bounds of the simulation", keys(scene.solver)},
-      {"camera", Layout::table, "the view", keys(scene.camera)},
-      {"lights", Layout::list, "lamps", keys(prototype.light)},
+      {"camera", Layout::table, "the view; absent: all that moves", keys(scene.camera)},
+      {"lights", Layout::list, "lamps; absent, without [sky]: one", keys(prototype.light)},
       {"sky", Layout::table, "light from all directions, and the background", keys(scene.sky)},
       {"looks", Layout::named, "how surfaces are drawn", keys(prototype.look)},
       {"render", Layout::table, "the pictures", keys(scene.render)},

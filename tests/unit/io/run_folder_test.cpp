@@ -19,7 +19,8 @@ Manifest manifest() {
   result.earlier = {{2, {"0.0.9", "def", "clang++ 14.0.6", "x86-64", 6, "another machine"}}};
   result.fps = 23.976;
   result.frames = 7;
-  result.bodies = {{"ball", "rigid", "silver", "", 100, 196},
+  const Eigen::AlignedBox3d box(Vec3(0.1, -1.0 / 3, 1e-9), Vec3(0.2, 1e5, 2));
+  result.bodies = {{"ball", "rigid", "silver", "", 100, 196, box},
                    {"soft", "deformable", "orange", "rubber", 8, 12}};
   return result;
 }
@@ -43,6 +44,10 @@ TEST(RunFolder, ManifestRoundTrip) {
   EXPECT_EQ(read.bodies[1].material, "rubber");
   EXPECT_EQ(read.bodies[0].vertices, 100);
   EXPECT_EQ(read.bodies[0].triangles, 196);
+  ASSERT_TRUE(read.bodies[0].box.has_value());
+  EXPECT_EQ(read.bodies[0].box->min(), expected.bodies[0].box->min());
+  EXPECT_EQ(read.bodies[0].box->max(), expected.bodies[0].box->max());
+  EXPECT_FALSE(read.bodies[1].box.has_value());
 }
 
 // Runs of programs that did not write compiler, variant and numerics can still be drawn, resumed and

@@ -1,5 +1,7 @@
 #include "render/looks.h"
 
+#include <string>
+
 #include <gtest/gtest.h>
 
 #include "sim/base/error.h"
@@ -38,10 +40,29 @@ TEST(Looks, EveryBodyWearsItsOwn) {
   EXPECT_EQ(table.looks[LookTable::ground].name, "silver");
 }
 
-TEST(Looks, NoNameMeansTheDefaultLook) {
-  const LookTable table = assign_looks(two_looks(), wearing(""));
+TEST(Looks, NoNameMeansTheDefaultLookForStaticBodies) {
+  io::Manifest manifest = wearing("");
+  manifest.bodies[1].kind = "static";
+  const LookTable table = assign_looks(two_looks(), manifest);
   EXPECT_EQ(table.of_body.at("second"), LookTable::plain);
   EXPECT_EQ(look_of(table, "second").color, scene::Look{}.color);
+}
+
+// Neighbours can be told apart, the named looks stay, and a thousand bodies need no more than the palette.
+TEST(Looks, NoNameMeansAColourOfThePaletteForWhatMoves) {
+  io::Manifest manifest = wearing("");
+  for (int i = 2; i < 1000; ++i) {
+    manifest.bodies.emplace_back().name = std::to_string(i);
+    manifest.bodies.back().kind = i % 2 == 0 ? "rigid" : "deformable";
+  }
+  const LookTable table = assign_looks(two_looks(), manifest);
+  EXPECT_EQ(look_of(table, "first").name, "silver");
+  EXPECT_LT(table.looks.size(), 20u);
+  for (std::size_t i = 2; i < manifest.bodies.size(); ++i) {
+    const Vec3 color = look_of(table, manifest.bodies[i].name).color;
+    EXPECT_GT((color - look_of(table, manifest.bodies[i - 1].name).color).norm(), 0.2) << i;
+    EXPECT_GT((color - scene::Look{}.color).norm(), 0.2) << i;
+  }
 }
 
 TEST(Looks, AnUnknownNameIsAnErrorWithTheNearMiss) {

@@ -1,0 +1,73 @@
+#include "render/default_view.h"
+
+#include <cmath>
+#include <numbers>
+#include <optional>
+
+#include <Eigen/Geometry>
+
+namespace duet::render {
+namespace {
+
+constexpr double margin = 1.3;       // of the picture's height around what moves
+constexpr double irradiance = 2;     // of the lamp, where it faces what moves
+constexpr double lamp_distance = 8;  // in radii of what moves; far, so that all of it is lit alike
+constexpr double lamp_radius = 0.8;  // the same
+
+// Directions from what moves, in a scene that is seen from +z with +y up.
+const Vec3 to_camera = Vec3(0.45, 0.35, 1).normalized();
+const Vec3 to_lamp = Vec3(-0.6, 1, 0.7).normalized();
+
+struct Ball {
+  Vec3 centre = Vec3::Zero();  // m
+  double radius = 0;           // m
+};
+
+std::optional<Ball> around_what_moves(const scene::Scene& scene, const io::Manifest& manifest) {
+  Eigen::AlignedBox3d moving, all;
+  for (const io::ManifestBody& body : manifest.bodies) {
+    if (!body.box) continue;
+    all.extend(*body.box);
+    if (body.kind != "static") moving.extend(*body.box);
+  }
+  Eigen::AlignedBox3d box = moving.isEmpty() ? all : moving;
+  if (box.isEmpty()) return std::nullopt;
+  if (scene.ground && scene.ground->height < box.min().y()) {
+    Vec3 below = box.center();
+    below.y() = scene.ground->height;
+    box.extend(below);
+  }
+  const Ball ball{box.center(), box.diagonal().norm() / 2};
+  if (!(ball.radius > 0) || !std::isfinite(ball.radius)) return std::nullopt;
+  return ball;
+}
+
+void place_camera(const Ball& ball, scene::Camera& camera) {
+  const double half = camera.vertical_fov / 2 * std::numbers::pi / 180;
+  camera.target = ball.centre;
+  camera.position = ball.centre + margin * ball.radius / std::sin(half) * to_camera;
+}
+
+scene::Light lamp(const Ball& ball) {
+  scene::Light light;
+  const double distance = lamp_distance * ball.radius;
+  light.position = ball.centre + distance * to_lamp;
+  light.target = ball.centre;
+  light.radius = lamp_radius * ball.radius;
+  light.power = irradiance * 4 * std::numbers::pi * distance * distance;
+  return light;
+}
+
+}  // namespace
+
+scene::Scene with_default_view(scene::Scene scene, const io::Manifest& manifest) {
+  const bool needs_lamp = scene.lights.empty() && !scene.has_sky;
+  if (scene.has_camera && !needs_lamp) return scene;
+  const std::optional<Ball> ball = around_what_moves(scene, manifest);
+  if (!ball) return scene;
+  if (!scene.has_camera) place_camera(*ball, scene.camera);
+  if (needs_lamp) scene.lights.push_back(lamp(*ball));
+  return scene;
+}
+
+}  // namespace duet::render
