@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "sim/base/dense_solvers.h"
+#include "sim/coupling/row_velocity.h"
 
 namespace duet {
 
@@ -175,15 +176,7 @@ void ContactProjection::limit_to(const Islands* islands) {
 }
 
 double ContactProjection::normal_velocity(const Row& row, const GeneralizedVelocity& v) const {
-  const auto host = as_index(row.host);
-  Vec3 relative = -(v.linear[host] + v.angular[host].cross(row.host_arm));
-  if (row.guest_rigid >= 0) {
-    const auto guest = as_index(row.guest_rigid);
-    relative += v.linear[guest] + v.angular[guest].cross(row.guest_arm);
-  } else {
-    relative += weighted(row.point, v.particle);
-  }
-  return relative.dot(row.normal);
+  return row_velocity(row, v).dot(row.normal);
 }
 
 void ContactProjection::push(const Row& row, const Vec3& j, GeneralizedVelocity& v) const {

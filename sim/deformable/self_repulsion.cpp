@@ -106,6 +106,23 @@ bool can_touch(const RepulsionPair& pair, ElementPair kind, const std::vector<Ve
          supports(around, triangles, x, place_of(pair, first, 4), pair.normal);
 }
 
+// pairs = all that find(candidate, pairs) appends for the candidates, in their order for any number of
+// threads.
+template <class Chunk, class Find>
+void collect(const std::vector<CandidatePair>& near, std::vector<Chunk>& chunks,
+             std::vector<RepulsionPair>& pairs, Find&& find) {
+  const std::size_t count = (near.size() + grain - 1) / grain;
+  if (chunks.size() < count) chunks.resize(count);
+  parallel_for(near.size(), grain, [&](std::size_t begin, std::size_t end) {
+    std::vector<RepulsionPair>& found = chunks[begin / grain].pairs;
+    found.clear();
+    for (std::size_t c = begin; c < end; ++c) find(near[c], found);
+  });
+  pairs.clear();
+  for (std::size_t c = 0; c < count; ++c)
+    pairs.insert(pairs.end(), chunks[c].pairs.begin(), chunks[c].pairs.end());
+}
+
 }  // namespace
 
 Vec3 relative_velocity(const RepulsionPair& pair, const std::vector<Vec3>& v) {
@@ -123,70 +140,51 @@ void apply_impulse(const RepulsionPair& pair, const Vec3& impulse, const std::ve
 void SelfRepulsion::find(const CollisionCandidates& candidates, const std::vector<Vec3>& x,
                          const std::vector<double>& inverse_mass, const ElementLists& around,
                          const std::vector<Triangle>& triangles) {
-  const std::vector<CandidatePair>& near = candidates.near();
-  const std::size_t chunks = (near.size() + grain - 1) / grain;
-  if (chunks_.size() < chunks) chunks_.resize(chunks);
-  parallel_for(near.size(), grain, [&](std::size_t begin, std::size_t end) {
-    std::vector<RepulsionPair>& found = chunks_[begin / grain].pairs;
-    found.clear();
-    for (std::size_t c = begin; c < end; ++c) {
-      const CandidatePair& candidate = near[c];
-      const double range = repulsion_range * candidate.thickness;
-      const FourPoints at = corners(candidate.particle, x);
-      if (!candidate.repels || farther_than(range, candidate.kind, at)) continue;
-      const ClosestPoints closest = closest_points(candidate.kind, at);
-      const double distance = closest.difference.norm();
-      if (distance >= range || !(distance > 0)) continue;
-      RepulsionPair pair{candidate.particle, closest.weight,      closest.difference / distance,
-                         distance,           candidate.thickness, candidate.friction};
-      if (!around.first.empty() && !can_touch(pair, candidate.kind, x, around, triangles)) continue;
-      pair.mass = pair.row_mass = effective_mass(pair.particle, pair.weight, inverse_mass);
-      found.push_back(pair);
-    }
-  });
-  pairs_.clear();
-  for (std::size_t c = 0; c < chunks; ++c)
-    pairs_.insert(pairs_.end(), chunks_[c].pairs.begin(), chunks_[c].pairs.end());
+  collect(candidates.near(), chunks_, pairs_,
+          [&](const CandidatePair& candidate, std::vector<RepulsionPair>& found) {
+            const double range = repulsion_range * candidate.thickness;
+            const FourPoints at = corners(candidate.particle, x);
+            if (!candidate.repels || farther_than(range, candidate.kind, at)) return;
+            const ClosestPoints closest = closest_points(candidate.kind, at);
+            const double distance = closest.difference.norm();
+            if (distance >= range || !(distance > 0)) return;
+            RepulsionPair pair{candidate.particle, closest.weight,      closest.difference / distance,
+                               distance,           candidate.thickness, candidate.friction};
+            if (!around.first.empty() && !can_touch(pair, candidate.kind, x, around, triangles)) return;
+            pair.mass = pair.row_mass = effective_mass(pair.particle, pair.weight, inverse_mass);
+            found.push_back(pair);
+          });
 }
 
 void SelfRepulsion::find_meeting(const CollisionCandidates& candidates, const std::vector<Vec3>& x,
                                  const std::vector<Vec3>& v, double dt) {
   constexpr int most_advances = 12;
-  const std::vector<CandidatePair>& near = candidates.near();
-  const std::size_t chunks = (near.size() + grain - 1) / grain;
-  if (chunks_.size() < chunks) chunks_.resize(chunks);
-  parallel_for(near.size(), grain, [&](std::size_t begin, std::size_t end) {
-    std::vector<RepulsionPair>& found = chunks_[begin / grain].pairs;
-    found.clear();
-    for (std::size_t c = begin; c < end; ++c) {
-      const CandidatePair& candidate = near[c];
-      if (!candidate.repels) continue;
-      const FourPoints start = corners(candidate.particle, x), velocity = corners(candidate.particle, v);
-      const double speed = fastest_approach(candidate.kind, velocity),
-                   range = repulsion_range * candidate.thickness;
-      if (farther_than(range + dt * speed, candidate.kind, start)) continue;
-      double time = 0;
-      for (int advance = 0; advance < most_advances && time < dt; ++advance) {
-        FourPoints at = start;
-        for (std::size_t i = 0; i < 4; ++i) at[i] += time * velocity[i];
-        const ClosestPoints closest = closest_points(candidate.kind, at);
-        const double distance = closest.difference.norm();
-        if (!(distance > 0)) break;
-        if (distance < range) {
-          const Vec3 normal = closest.difference / distance;
-          found.push_back({candidate.particle, closest.weight, normal,
-                           normal.dot(weighted(closest.weight, start)), candidate.thickness,
-                           candidate.friction});
-          break;
-        }
-        if (!(speed > 0)) break;
-        time += (distance - candidate.thickness) / speed;
-      }
-    }
-  });
-  pairs_.clear();
-  for (std::size_t c = 0; c < chunks; ++c)
-    pairs_.insert(pairs_.end(), chunks_[c].pairs.begin(), chunks_[c].pairs.end());
+  collect(candidates.near(), chunks_, pairs_,
+          [&](const CandidatePair& candidate, std::vector<RepulsionPair>& found) {
+            if (!candidate.repels) return;
+            const FourPoints start = corners(candidate.particle, x),
+                             velocity = corners(candidate.particle, v);
+            const double speed = fastest_approach(candidate.kind, velocity),
+                         range = repulsion_range * candidate.thickness;
+            if (farther_than(range + dt * speed, candidate.kind, start)) return;
+            double time = 0;
+            for (int advance = 0; advance < most_advances && time < dt; ++advance) {
+              FourPoints at = start;
+              for (std::size_t i = 0; i < 4; ++i) at[i] += time * velocity[i];
+              const ClosestPoints closest = closest_points(candidate.kind, at);
+              const double distance = closest.difference.norm();
+              if (!(distance > 0)) return;
+              if (distance < range) {
+                const Vec3 normal = closest.difference / distance;
+                found.push_back({candidate.particle, closest.weight, normal,
+                                 normal.dot(weighted(closest.weight, start)), candidate.thickness,
+                                 candidate.friction});
+                return;
+              }
+              if (!(speed > 0)) return;
+              time += (distance - candidate.thickness) / speed;
+            }
+          });
 }
 
 // Friction takes as much tangential momentum as the normal impulse of the same visit allows (Coulomb), so

@@ -6,6 +6,7 @@
 #include <Eigen/LU>
 
 #include "sim/coupling/ledger.h"
+#include "sim/coupling/row_velocity.h"
 
 namespace duet {
 namespace {
@@ -202,20 +203,10 @@ void ContactForces::add_pairs(const Bodies& bodies, const std::vector<RepulsionP
 }
 
 Vec3 ContactForces::velocity_of(const Row& row, const GeneralizedVelocity& v) const {
-  if (row.pair >= 0) {
-    Vec3 relative = Vec3::Zero();
-    for (std::size_t i = 0; i < 4; ++i)
-      relative += pair_maps_[as_index(row.pair)][i] * v.particle[as_index(row.point.particle[i])];
-    return relative;
-  }
-  const auto host = as_index(row.host);
-  Vec3 relative = -(v.linear[host] + v.angular[host].cross(row.host_arm));
-  if (row.guest_rigid >= 0) {
-    const auto guest = as_index(row.guest_rigid);
-    relative += v.linear[guest] + v.angular[guest].cross(row.guest_arm);
-  } else {
-    relative += weighted(row.point, v.particle);
-  }
+  if (row.pair < 0) return row_velocity(row, v);
+  Vec3 relative = Vec3::Zero();
+  for (std::size_t i = 0; i < 4; ++i)
+    relative += pair_maps_[as_index(row.pair)][i] * v.particle[as_index(row.point.particle[i])];
   return relative;
 }
 

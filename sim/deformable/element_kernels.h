@@ -1,0 +1,52 @@
+// What the finite elements of a batch compute in packs, one element a lane.
+#pragma once
+
+#include <array>
+
+#include "sim/base/matrix3.h"
+#include "sim/deformable/block_sums.h"
+
+namespace duet {
+
+/// F for positions, its rate for velocities: D_s D_m^-1, of value(corner).
+template <class P, class Value>
+Matrix3<P> gradient_of(const Matrix3<P>& inverse_rest, Value&& value) {
+  const VectorOf<P> origin = value(0);
+  Matrix3<P> edges;
+  for (int k = 0; k < 3; ++k) {
+    const VectorOf<P> edge = value(as_index(k + 1)) - origin;
+    edges[0][k] = edge.x;
+    edges[1][k] = edge.y;
+    edges[2][k] = edge.z;
+  }
+  return edges * inverse_rest;
+}
+
+inline PackVector product(const Matrix3<Pack>& A, const PackVector& v) {
+  return {A[0][0] * v.x + A[0][1] * v.y + A[0][2] * v.z, A[1][0] * v.x + A[1][1] * v.y + A[1][2] * v.z,
+          A[2][0] * v.x + A[2][1] * v.y + A[2][2] * v.z};
+}
+
+/// Adds the columns of H (N) to the sums of corners 1 to 3, and the opposite of their sum to that of corner
+/// 0.
+inline void spread_columns(const Matrix3<Pack>& H, const Pack& fourth,
+                           const std::array<BlockSums::Slot, 4>& slot, Quad* sums) {
+  PackVector force[4];
+  for (int k = 0; k < 3; ++k) force[k + 1] = {H[0][k], H[1][k], H[2][k]};
+  force[0] = {-(force[1].x + force[2].x + force[3].x), -(force[1].y + force[2].y + force[3].y),
+              -(force[1].z + force[2].z + force[3].z)};
+  for (std::size_t i = 0; i < slot.size(); ++i) BlockSums::spread(slot[i], force[i], fourth, sums);
+}
+
+/// Adds factor v v^T to the upper half of `sum`.
+inline void add_square(const Pack& factor, const PackVector& v, Matrix3<Pack>& sum) {
+  const Pack x = factor * v.x, y = factor * v.y;
+  sum[0][0] += x * v.x;
+  sum[0][1] += x * v.y;
+  sum[0][2] += x * v.z;
+  sum[1][1] += y * v.y;
+  sum[1][2] += y * v.z;
+  sum[2][2] += factor * v.z * v.z;
+}
+
+}  // namespace duet
