@@ -29,11 +29,12 @@ constexpr double blow_precision = 1e-9;  // of the fastest approach: the largest
 class Collider {
  public:
   Collider(Bodies& bodies, const VelocityState& difference, double dt, const CollisionSettings& settings,
-           ContactSet& contacts, CollisionScratch& scratch)
+           LinkedBodies* linked, ContactSet& contacts, CollisionScratch& scratch)
       : bodies_(bodies),
         difference_(difference),
         dt_(dt),
         settings_(settings),
+        linked_(linked),
         contacts_(contacts),
         scratch_(scratch) {
     scratch_.predicted.resize(bodies.rigid.size());
@@ -133,10 +134,23 @@ class Collider {
            normal_velocity < rebound_velocity(contact, normal_velocity) - approach_tolerance;
   }
 
+  // That an impulse on it changes the velocities of a rigid body, and of those that are linked with it.
   void mark_changed(int body) {
-    if (!bodies_.rigid.properties[as_index(body)].is_dynamic()) return;
-    scratch_.stale[as_index(body)] = 1;
-    ++scratch_.version[as_index(body)];
+    const auto mark = [&](std::size_t b) {
+      scratch_.stale[b] = 1;
+      ++scratch_.version[b];
+    };
+    if (linked_ && linked_->contains(body))
+      linked_->for_each_member(body, mark);
+    else if (bodies_.rigid.properties[as_index(body)].is_dynamic())
+      mark(as_index(body));
+  }
+
+  void apply(const ContactPoint& contact, const Vec3& impulse) {
+    if (linked_ && linked_->takes_part(contact))
+      linked_->apply_impulse(bodies_, contact, impulse);
+    else
+      apply_impulse(bodies_, contact, impulse);
   }
 
   // All poses that impulses have made stale.
@@ -254,10 +268,12 @@ class Collider {
     return root(bodies_.rigid.properties[as_index(pair.host)].is_dynamic() ? pair.host : pair.guest_rigid);
   }
 
-  // The dynamic bodies that the blow connects.
+  // The dynamic bodies that the blow connects, with those that are linked with them.
   void find_islands() {
     scratch_.parent.resize(bodies_.rigid.size());
     std::iota(scratch_.parent.begin(), scratch_.parent.end(), 0);
+    for (std::size_t b = 0; linked_ && b < bodies_.linked.size(); ++b)
+      if (bodies_.linked[b] >= 0) scratch_.parent[b] = bodies_.linked[b];
     for (const int p : scratch_.blow) {
       const ContactPair& pair = contacts_.pairs[as_index(p)];
       if (!bodies_.rigid.properties[as_index(pair.host)].is_dynamic() ||
@@ -294,7 +310,7 @@ class Collider {
         ContactPoint& contact = contacts_.points[i];
         const Vec3 total = updated_impulse(contact, contact.response, relative_velocity(bodies_, contact));
         const Vec3 change = total - contact.impulse;
-        apply_impulse(bodies_, contact, change);
+        apply(contact, change);
         contact.impulse = total;
         largest = std::max(largest, (contact.response.K * change).norm());
       }
@@ -326,18 +342,19 @@ class Collider {
       const double most = std::clamp(-work.linear / work.quadratic, 0.0, 1.0);
       for_each_point(pair, [&](std::size_t i) {
         ContactPoint& contact = contacts_.points[i];
-        apply_impulse(bodies_, contact, (most - 1) * contact.impulse);
+        apply(contact, (most - 1) * contact.impulse);
         contact.impulse *= most;
       });
     }
   }
 
   void collide(const ContactPair& pair, ContactPoint& contact, const Vec3& velocity) {
+    if (contact.response.normal_mass == 0) return;  // joints leave no motion along the normal
     const double target = rebound_velocity(contact, velocity.dot(contact.normal));
     const Vec3 wanted =
         friction_impulse({contact.normal, contact.response, contact.friction}, velocity, target);
     const Vec3 impulse = limit_energy(contact.response.K, velocity, wanted);
-    apply_impulse(bodies_, contact, impulse);
+    apply(contact, impulse);
     contact.impulse += impulse;
     mark_changed(contact.host);
     ++scratch_.version[guest_node(bodies_, pair)];
@@ -374,6 +391,7 @@ class Collider {
   const VelocityState& difference_;
   double dt_;
   const CollisionSettings& settings_;
+  LinkedBodies* linked_;
   ContactSet& contacts_;
   CollisionScratch& scratch_;
 };
@@ -381,8 +399,9 @@ class Collider {
 }  // namespace
 
 void process_collisions(Bodies& bodies, const VelocityState& difference, double dt,
-                        const CollisionSettings& settings, ContactSet& contacts, CollisionScratch& scratch) {
-  Collider(bodies, difference, dt, settings, contacts, scratch).run();
+                        const CollisionSettings& settings, LinkedBodies* linked, ContactSet& contacts,
+                        CollisionScratch& scratch) {
+  Collider(bodies, difference, dt, settings, linked, contacts, scratch).run();
 }
 
 }  // namespace duet

@@ -207,6 +207,10 @@ LinkedBodies* LinkedBodies::prepare(const Bodies& bodies, JointSolver& joints, b
   return this;
 }
 
+void LinkedBodies::release(ContactSet& contacts) const {
+  for (std::size_t i = 0; i < own_.size(); ++i) contacts.points[i].response = own_[i];
+}
+
 void LinkedBodies::answer(const Bodies& bodies, ContactSet& contacts) const {
   for (std::size_t i = 0; i < own_.size(); ++i) {
     ContactPoint& contact = contacts.points[i];

@@ -33,7 +33,9 @@ class LinkedBodies {
   // anew. Returns itself, or null where there are no such contacts: then it must not be used.
   // Control is part of the joints where contact is solved for, not where damping is.
   LinkedBodies* prepare(const Bodies& bodies, JointSolver& joints, bool with_control, ContactSet& contacts);
-  // The same for contacts of the last step.
+  // Gives contacts the responses back that the bodies by themselves have.
+  void release(ContactSet& contacts) const;
+  // The same as prepare() for contacts of the last step.
   const LinkedBodies* prepare(const Bodies& bodies, JointSolver& joints, const ContactMemory& memory);
   // What the last call of prepare() returned.
   const LinkedBodies* prepared() const { return is_used_ ? this : nullptr; }
@@ -53,6 +55,12 @@ class LinkedBodies {
   void push(RigidBodies& rigid, int body, const Vec6& wrench);
   // The same to velocities of all rigid bodies, m/s and rad/s.
   void push(int body, const Vec6& wrench, std::vector<Vec3>& linear, std::vector<Vec3>& angular) const;
+  // Calls work(body) for all that are linked with `body`, itself included.
+  template <class Work>
+  void for_each_member(int body, Work&& work) const {
+    const auto group = static_cast<std::size_t>(group_of_[static_cast<std::size_t>(body)]);
+    for (const std::size_t member : groups_[group].members) work(member);
+  }
   // Calls work(body, change of its twist) for all that are linked with `body`.
   template <class Work>
   void for_each_change(int body, const Vec6& wrench, Work&& work) const {

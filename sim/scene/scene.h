@@ -327,7 +327,7 @@ struct Solver {
   int face_samples = 4;  // lattice order of extra contact points on deformable faces; 0: vertices only
   bool contact_reduction = true;  // of rigid flat faces, to the points that carry them
   OrientationUpdate orientation = OrientationUpdate::exact;
-  bool keep_spin = true;                                // of deformable bodies that nothing touches
+  bool keep_spin = true;                                // of soft bodies and bones that nothing touches
   OverlapPolicy initial_overlap = OverlapPolicy::part;  // of bodies at frame 0
 };
 

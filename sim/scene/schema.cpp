@@ -376,7 +376,7 @@ std::vector<Key> keys(Solver& solver) {
       {"orientation", choice(solver.orientation, {"first_order", "second_order", "exact"}), "", any,
        "how rigid orientations are advanced: as the free body moves, or as the paper's section 4.1 does"},
       {"keep_spin", &solver.keep_spin, "", any,
-       "whether deformable bodies that nothing touches are kept from losing spin as their particles move"},
+       "whether deformable bodies and their bones that nothing else touches keep their spin as they move"},
       {"initial_overlap", choice(solver.initial_overlap, {"part", "refuse"}), "", any,
        "bodies that overlap at frame 0 are parted, moved as wholes before they deform, or the scene is "
        "refused"},

@@ -11,16 +11,30 @@ void find_contacts(World& world, StepContext& context) {
   yield_where_pinched(world.bodies, context.dt, context.contacts, &context.contacts.pinches);
 }
 
+namespace {
+
+// II.1  v^n -> v_*^n. The joints' part in the blows is left to the joint solver, which has its impulses.
+void strike(World& world, StepContext& context) {
+  Bodies& bodies = world.bodies;
+  LinkedBodies* linked = world.has(Effect::articulation)
+                             ? context.linked.prepare(bodies, context.joints, false, context.contacts)
+                             : nullptr;
+  if (linked) linked->begin(bodies.rigid);
+  process_collisions(bodies, context.difference, context.dt, world.settings.collision, linked,
+                     context.contacts, context.collision_scratch);
+  if (!linked) return;
+  linked->finish(bodies.rigid);
+  linked->release(context.contacts);
+}
+
+}  // namespace
+
 void collide(World& world, StepContext& context) {
   Bodies& bodies = world.bodies;
-
-  // II.1  v^n -> v_*^n
   const bool joints = world.has(Effect::articulation);
   if (!world.meets()) velocity_difference(bodies, context.v_n, context.difference);
   restore_velocities(context.v_n, bodies);
-  if (world.meets())
-    process_collisions(bodies, context.difference, context.dt, world.settings.collision, context.contacts,
-                       context.collision_scratch);
+  if (world.meets()) strike(world, context);
   // II.2  v_*^n -> v^^n
   if (joints) world.clock.time(Stage::joints, [&] { context.joints.stabilize(bodies.rigid); });
   store_velocities(bodies, context.v_hat_n);

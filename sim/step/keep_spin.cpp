@@ -1,4 +1,4 @@
-// Step V: the spin of deformable bodies that nothing touches, which moving their positions would change.
+// Step V: the spin of free islands, which moving their positions would change.
 #include "sim/coupling/surface_intersections.h"
 #include "sim/deformable/spin.h"
 #include "sim/step/step.h"
@@ -6,20 +6,127 @@
 namespace duet {
 namespace {
 
-// The particles' x^{n+1} - x^n is dt v~ with the velocity that I.1 predicts, v~, and V.2's forces act at
-// x^{n+1/2}: m (x^{n+1} x v^{n+1} - x^n x v^n) = m (x^{n+1} - x^n) x (v^n + v^{n+1})/2 summed over the body,
-// less what the whole of it moves, is gained from nothing. It is of third order in dt.
-void keep_spin(const DeformableBody& body, const StepContext& context, Particles& particles) {
-  const auto moved = [&](std::size_t p) -> Vec3 { return particles.x[p] - context.x_n[p]; };
-  const MassMoments moments = mass_moments(body, particles);
-  Vec3 way = Vec3::Zero(), gained = Vec3::Zero();
-  for_each_particle(body, [&](std::size_t p) { way += particles.mass[p] / moments.mass * moved(p); });
-  for_each_particle(body, [&](std::size_t p) {
-    gained += particles.mass[p] / 2 * (moved(p) - way).cross(context.v_n.particle[p] + particles.v[p]);
+// The inertia tensor in world axes, kg m^2.
+Mat3 world_inertia(const RigidState& state, const RigidProperties& properties) {
+  const Mat3 axes = state.pose.orientation.toRotationMatrix();
+  return axes * properties.inertia.asDiagonal() * axes.transpose();
+}
+
+// Calls rigid(i) and then particle(p) for all bodies and particles of an island.
+template <class Rigid, class Particle>
+void for_each_mass(const Bodies& bodies, const FreeIslands& islands, std::size_t first, Rigid&& rigid,
+                   Particle&& particle) {
+  islands.for_each_member(first, rigid,
+                          [&](std::size_t d) { for_each_particle(bodies.deformable[d], particle); });
+}
+
+MassMoments moments_of(const Bodies& bodies, const FreeIslands& islands, std::size_t first) {
+  const RigidBodies& rigid = bodies.rigid;
+  const Particles& particles = bodies.particles;
+  MassMoments moments = moments_of_masses([&](auto&& visit) {
+    for_each_mass(
+        bodies, islands, first,
+        [&](std::size_t i) { visit(rigid.properties[i].mass, rigid.state[i].pose.position); },
+        [&](std::size_t p) { visit(particles.mass[p], particles.x[p]); });
   });
-  const Vec3 rate = rate_of_turn(moments, gained);
-  for_each_particle(body,
-                    [&](std::size_t p) { particles.v[p] -= rate.cross(particles.x[p] - moments.centre); });
+  islands.for_each_member(
+      first, [&](std::size_t i) { moments.inertia += world_inertia(rigid.state[i], rigid.properties[i]); },
+      [](std::size_t) {});
+  return moments;
+}
+
+// Turns an island by -`rate` (rad/s) about its centre of mass: no joint comes apart, nothing deforms.
+void turn_back(Bodies& bodies, const FreeIslands& islands, std::size_t first, const Vec3& centre,
+               const Vec3& rate) {
+  for_each_mass(
+      bodies, islands, first,
+      [&](std::size_t i) {
+        RigidState& state = bodies.rigid.state[i];
+        state.velocity -= rate.cross(state.pose.position - centre);
+        state.angular_velocity -= rate;
+        state.angular_momentum -= world_inertia(state, bodies.rigid.properties[i]) * rate;
+      },
+      [&](std::size_t p) { bodies.particles.v[p] -= rate.cross(bodies.particles.x[p] - centre); });
+}
+
+// Positions move by dt v~, with the velocities of steps I and III, and not by the mean of v^n and v^{n+1}.
+// From velocities u at x^n, which for jointed bodies have the impulses of the joints there, those of the
+// joints and of drag at x^{n+1} lead to u', and forces at x^{n+1/2} to w. Moments about the origin change by
+//   sum m (x^{n+1} - x^n) x (u + (w - u')/2)
+// without any force, less what the whole of the island moves. It is of third order in dt.
+Vec3 gain_of_moving(const StepContext& context, std::size_t first, double mass, const Bodies& bodies) {
+  const FreeIslands& islands = context.free_islands;
+  const RigidBodies& rigid = bodies.rigid;
+  const Particles& particles = bodies.particles;
+  const auto moved_body = [&](std::size_t i) -> Vec3 {
+    return rigid.state[i].pose.position - context.rigid_n[i].pose.position;
+  };
+  const auto moved = [&](std::size_t p) -> Vec3 { return particles.x[p] - context.x_n[p]; };
+  Vec3 way = Vec3::Zero(), gained = Vec3::Zero();
+  for_each_mass(
+      bodies, islands, first,
+      [&](std::size_t i) { way += rigid.properties[i].mass / mass * moved_body(i); },
+      [&](std::size_t p) { way += particles.mass[p] / mass * moved(p); });
+  for_each_mass(
+      bodies, islands, first,
+      [&](std::size_t i) {
+        gained += rigid.properties[i].mass / 2 * (moved_body(i) - way).cross(context.twice_moved.rigid[i]);
+      },
+      [&](std::size_t p) {
+        gained += particles.mass[p] / 2 * (moved(p) - way).cross(context.twice_moved.particle[p]);
+      });
+  return gained;
+}
+
+// Solves that have contacts in them also have the joints of x^{n+1}, and damping of x^{n+1/2} that acts on
+// bones at x^{n+1}. All of these have moments that add up to nothing; what is left of the change of spin
+// about the centre of mass, less what the damping in proportion to mass takes, is gained by how they are
+// counted and by the positions.
+Vec3 gain_of_solve(const StepContext& context, std::size_t first, const Vec3& centre, double mass,
+                   const Bodies& bodies) {
+  const FreeIslands& islands = context.free_islands;
+  const RigidBodies& rigid = bodies.rigid;
+  const Particles& particles = bodies.particles;
+  Vec3 start = Vec3::Zero();  // the centre of mass at x^n
+  for_each_mass(
+      bodies, islands, first,
+      [&](std::size_t i) { start += rigid.properties[i].mass / mass * context.rigid_n[i].pose.position; },
+      [&](std::size_t p) { start += particles.mass[p] / mass * context.x_n[p]; });
+  Vec3 gained = Vec3::Zero();
+  for_each_mass(
+      bodies, islands, first,
+      [&](std::size_t i) {
+        const RigidState &now = rigid.state[i], &then = context.rigid_n[i];
+        gained += now.angular_momentum - then.angular_momentum +
+                  rigid.properties[i].mass * ((now.pose.position - centre).cross(now.velocity) -
+                                              (then.pose.position - start).cross(then.velocity));
+      },
+      [&](std::size_t p) {
+        const Vec3 arm = particles.x[p] - centre, arm_then = context.x_n[p] - start;
+        gained += particles.mass[p] * (arm.cross(particles.v[p]) - arm_then.cross(context.v_n.particle[p]));
+        const double drag = bodies.forces.elements.drag(p);
+        if (drag > 0) gained += context.dt * drag / 2 * (arm + arm_then).cross(context.solution.particle[p]);
+      });
+  return gained;
+}
+
+void keep_spin(const StepContext& context, std::size_t first, bool by_solve, Bodies& bodies) {
+  const MassMoments moments = moments_of(bodies, context.free_islands, first);
+  bool has_bones = false;
+  context.free_islands.for_each_member(
+      first, [&](std::size_t) { has_bones = true; }, [](std::size_t) {});
+  const Vec3 gained = has_bones && by_solve
+                          ? gain_of_solve(context, first, moments.centre, moments.mass, bodies)
+                          : gain_of_moving(context, first, moments.mass, bodies);
+  turn_back(bodies, context.free_islands, first, moments.centre, rate_of_turn(moments, gained));
+}
+
+// Rigid pairs that have met without an impulse in step III have had one in step II.
+bool has_met(const ContactPair& pair, const ContactSet& contacts) {
+  if (pair.guest_rigid >= 0 && pair.collided) return true;
+  for (int i = pair.begin; i < pair.end; ++i)
+    if (!contacts.points[as_index(i)].impulse.isZero(0)) return true;
+  return false;
 }
 
 }  // namespace
@@ -27,27 +134,55 @@ void keep_spin(const DeformableBody& body, const StepContext& context, Particles
 void find_untouched(World& world, StepContext& context) {
   const Bodies& bodies = world.bodies;
   const Particles& particles = bodies.particles;
-  std::vector<char>& untouched = context.untouched;
-  untouched.assign(bodies.deformable.size(), 1);
-  for (std::size_t d = 0; d < bodies.deformable.size(); ++d)
-    for_each_particle(bodies.deformable[d], [&](std::size_t p) {
-      if (is_held(particles, p) || particles.v[p] != context.v_n.particle[p]) untouched[d] = 0;
+  FreeIslands& islands = context.free_islands;
+  islands.find(bodies);
+  for (const DeformableBody& body : bodies.deformable)
+    for_each_particle(body, [&](std::size_t p) {
+      if (particles.mass[p] == 0) return;  // a bone's, which joints have moved as well
+      if (is_held(particles, p) || particles.v[p] != context.v_n.particle[p])
+        islands.touch_particle(static_cast<int>(p));
     });
-  for (const auto& [rigid, deformable] : bodies.apart_deformable)  // tied to it
-    untouched[static_cast<std::size_t>(deformable)] = 0;
-  for (const ContactPair& pair : context.contacts.pairs)
-    for (int i = pair.begin; i < pair.end && pair.guest_deformable >= 0; ++i)
-      if (!context.contacts.points[static_cast<std::size_t>(i)].impulse.isZero(0))
-        untouched[static_cast<std::size_t>(pair.guest_deformable)] = 0;
-  if (!world.has(Effect::self_repulsion)) return;
-  for (const RepulsionPair& pair : context.self_repulsion.pairs())
-    for (const int p : pair.particle) untouched[body_of(bodies, p)] = 0;
+  for (const ContactPair& pair : context.contacts.pairs) {
+    if (!has_met(pair, context.contacts)) continue;
+    islands.touch_rigid(pair.host);
+    if (pair.guest_rigid >= 0) islands.touch_rigid(pair.guest_rigid);
+    if (pair.guest_deformable >= 0)
+      islands.touch_particle(bodies.deformable[as_index(pair.guest_deformable)].first_particle);
+  }
+  if (world.has(Effect::air_drag) && solves_contact(world))  // gain_of_solve() would take it for a gain
+    for (std::size_t i = 0; i < bodies.rigid.size(); ++i)
+      if (bodies.rigid.properties[i].air_drag > 0) islands.touch_rigid(static_cast<int>(i));
+  if (world.has(Effect::self_repulsion))
+    for (const RepulsionPair& pair : context.self_repulsion.pairs())
+      for (const int p : pair.particle) islands.touch_particle(p);
+  islands.finish();
+}
+
+void begin_spin(World& world, StepContext& context) {
+  find_untouched(world, context);
+  const RigidBodies& rigid = world.bodies.rigid;
+  const bool joints = world.has(Effect::articulation);
+  context.twice_moved.particle = context.v_n.particle;
+  context.twice_moved.rigid.resize(rigid.size());
+  for (std::size_t i = 0; i < rigid.size(); ++i) {
+    Vec3 start = context.v_hat_n.rigid[i];
+    if (joints) start += rigid.properties[i].inverse_mass * context.joint_push[i];
+    context.twice_moved.rigid[i] = 2 * start - rigid.state[i].velocity;
+  }
+}
+
+void count_middle_forces(World& world, StepContext& context, double sign) {
+  const Bodies& bodies = world.bodies;
+  for (std::size_t p = 0; p < bodies.particles.size(); ++p)
+    context.twice_moved.particle[p] += sign * bodies.particles.v[p];
+  for (std::size_t i = 0; i < bodies.rigid.size(); ++i)
+    context.twice_moved.rigid[i] += sign * bodies.rigid.state[i].velocity;
 }
 
 void keep_spin(World& world, StepContext& context) {
-  Bodies& bodies = world.bodies;
-  for (std::size_t d = 0; d < bodies.deformable.size(); ++d)
-    if (context.untouched[d] != 0) keep_spin(bodies.deformable[d], context, bodies.particles);
+  const bool by_solve = solves_contact(world);
+  for (const std::size_t first : context.free_islands.untouched())
+    keep_spin(context, first, by_solve, world.bodies);
 }
 
 }  // namespace duet

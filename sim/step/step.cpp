@@ -53,20 +53,29 @@ bool step(World& world, double time, double dt, Refusal refusal) {
   if (world.has(Effect::self_collision)) run(Stage::self_collision, collide_surfaces);
   // V    v^^n -> v^{n+1}
   if (world.has(Effect::self_repulsion)) run(Stage::velocity_repulsion, find_repulsions);
-  if (spin) find_untouched(world, context);
+  if (spin) begin_spin(world, context);
   const auto constrain = [&] {
     if (contact || joints) run(Stage::velocity_contact, apply_velocity_contact);
     if (world.has(Effect::self_repulsion)) run(Stage::velocity_repulsion, apply_velocity_repulsions);
   };
+  const auto count_middle = [&](double sign) {
+    if (spin) count_middle_forces(world, context, sign);
+  };
   if (world.settings.constraints_first) {
     run(Stage::explicit_forces, apply_explicit_forces);
+    count_middle(1);
     constrain();
     run(Stage::constrained_solve, solve_damping);
-    if (world.has(Effect::incompressibility)) run(Stage::make_incompressible, make_incompressible);
+    if (world.has(Effect::incompressibility)) {
+      count_middle(-1);
+      run(Stage::make_incompressible, make_incompressible);
+      count_middle(1);
+    }
     if (spin) keep_spin(world, context);
   } else {
     run(Stage::constrained_solve, constrained_solve);
     if (world.has(Effect::incompressibility)) run(Stage::make_incompressible, make_incompressible);
+    count_middle(1);
     if (spin) keep_spin(world, context);
     constrain();
   }

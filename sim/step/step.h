@@ -82,9 +82,12 @@ void constrained_solve(World& world, StepContext& context);  // V.2-3 v^^n -> v_
 void apply_explicit_forces(World& world, StepContext& context);  // V.2   v^^n -> v_*, before V.4
 void solve_damping(World& world, StepContext& context);          //       after V.4, under its contacts
 void make_incompressible(World& world, StepContext& context);    // V.1   of v_**^{n+1}
-// Of deformable bodies that nothing touches in this step, so that what they gain is from moving positions:
-void find_untouched(World& world, StepContext& context);             //       before step V
-void keep_spin(World& world, StepContext& context);                  //       v_**^{n+1}, turned back by that
+// Of free islands with deformable bodies (sim/step/free_islands.h), so that they gain no spin from how
+// positions move. Forces at x^{n+1/2} are what changes velocities between a count with `sign` -1, which
+// begin_spin() is the first of, and one with 1.
+void begin_spin(World& world, StepContext& context);  //       before step V
+void count_middle_forces(World& world, StepContext& context, double sign);
+void keep_spin(World& world, StepContext& context);                  //       v_**^{n+1}, turned back
 void apply_velocity_contact(World& world, StepContext& context);     // V.4   v_**^{n+1} -> v^{n+1}
 void apply_velocity_repulsions(World& world, StepContext& context);  //       between deformable surfaces
 

@@ -22,6 +22,7 @@
 #include "sim/solve/velocity_system.h"
 #include "sim/step/composite_body.h"
 #include "sim/step/effects.h"
+#include "sim/step/free_islands.h"
 #include "sim/step/kinematic_motion.h"
 #include "sim/step/stage_hashes.h"
 #include "sim/step/step_ledger.h"
@@ -40,7 +41,7 @@ struct StepSettings {
   int projection_sweeps = 2;
   bool constraints_first = false;  // in step V, before the solve instead of after it
   OrientationUpdate orientation = OrientationUpdate::exact;
-  bool keep_spin = true;  // of deformable bodies that nothing touches, as positions move
+  bool keep_spin = true;  // of free islands with deformable bodies, as positions move
   bool contact_reduction = true;
   PushOutSettings push_out;  // without rigid_pairs, these are separated at all their contacts
   CollisionSettings collision;
@@ -123,8 +124,10 @@ struct StepContext {
   std::vector<Vec3> explicit_force;                     // N, of the last semi-implicit solve
   GeneralizedVelocity solved_change;                    // m/s, of step I: what its solve has added
   GeneralizedVelocity start_velocity, middle_velocity;  // m/s, before step V, and of step III
-  std::vector<char> untouched;  // of deformable bodies: nothing but their own forces and gravity moves them
-  bool balanced = true;         // whether it has converged
+  FreeIslands free_islands;
+  // m/s, 2 u + w - u' of keep_spin(): of particles and, as `rigid`, of the centres of rigid bodies.
+  VelocityState twice_moved;
+  bool balanced = true;  // whether it has converged
   std::vector<Mat3> inertia;
 };
 

@@ -113,6 +113,35 @@ TEST(Allocation, NoneInAWarmedUpStepOfSoftBodiesThatTouch) {
   EXPECT_LT(world.context.self_candidates.searches() - searches, 10) << "pairs are kept while bodies stand";
 }
 
+// Two free bones in flesh, and a cradle whose balls strike each other: both take up all that hangs together.
+TEST(Allocation, NoneInAWarmedUpStepOfBonesInFleshAndOfACradle) {
+  set_thread_count(1);
+  scene::Scene scene = test::free_space();
+  test::add_chain(scene, 2, scene::JointType::point, false);
+  scene::DeformableBody& flesh = test::add_soft_box(scene, "flesh", Vec3(1, 0, 0), Vec3(2.2, 0.3, 0.3), 2);
+  flesh.shape.cells = Vec3i(12, 2, 2);
+  flesh.attach = {"link0", "link1"};
+  test::add_peg(scene, "bar", Vec3(0, 8, 0));
+  for (int i = 0; i < 3; ++i) {
+    const std::string name = "ball" + std::to_string(i);
+    scene::RigidBody& ball = test::add_ball(scene, name, Vec3(0.21 * i, 4, 0), 0.1, 1);
+    ball.restitution = 1;
+    if (i == 0) ball.placement.velocity = Vec3(1, 0, 0);
+    test::add_joint(scene, scene::JointType::hinge, "bar", name, Vec3(0.21 * i, 5, 0), Vec3::UnitZ());
+  }
+  Simulation simulation(scene, test::plan(scene));
+  World& world = simulation.world();
+  const std::vector<unsigned char> start = simulation.save_state();
+  for (int i = 0; i < 4; ++i) simulation.advance_frame();  // the balls have met
+  simulation.load_state(start);
+  const double dt = choose_time_step(world, 0);
+  const long before = allocations;
+  for (int i = 0; i * dt < 4.0 / 24; ++i) step(world, i * dt, dt);
+  EXPECT_EQ(allocations - before, 0);
+  EXPECT_GT(world.bodies.rigid.state.back().velocity.norm(), 0.5) << "the last ball has been struck";
+  set_thread_count(0);
+}
+
 TEST(Allocation, NoneInAWarmedUpStepOfShellsRodsAndSprings) {
   set_thread_count(1);
   scene::Scene scene = test::on_ground();

@@ -1,9 +1,10 @@
-// Deformable bodies that nothing touches keep their angular momentum to rounding; others are left alone.
+// Deformable bodies that nothing touches keep their angular momentum to rounding; others are left alone. The
+// tests of those with bones are in tests/physics/everyday_soft_spin_test.cpp.
 #include <cmath>
 #include <functional>
 
+#include "tests/support/articulated.h"
 #include "tests/support/margin.h"
-#include "tests/support/scenes.h"
 #include <gtest/gtest.h>
 
 #include "sim/step/step.h"
@@ -113,13 +114,21 @@ TEST(KeepSpin, LeavesAloneWhatIsTouchedHeldOrTied) {
   pinned.deformable[0].pins.push_back(pin);
   EXPECT_TRUE(leaves_alone(pinned)) << "held";
 
-  test::add_box(scene, "bone", Vec3(0, 0.5, 0), Vec3(0.6, 0.6, 0.6), 100);
+  scene::RigidBody& bone = test::add_box(scene, "bone", Vec3(0, 0.5, 0), Vec3(0.6, 0.6, 0.6), 100);
   scene.deformable[0].attach = {"bone"};
   scene.deformable[0].shape.cells = Vec3i::Constant(4);
+  EXPECT_FALSE(leaves_alone(scene)) << "bound to a bone that flies with it";
+
+  scene::Scene hanging = scene;
+  test::add_peg(hanging, "peg", Vec3(0, 2, 0));
+  test::add_joint(hanging, scene::JointType::point, "peg", "bone", Vec3(0, 2, 0));
+  EXPECT_TRUE(leaves_alone(hanging)) << "bound to a bone that hangs";
+
+  bone.mass.reset();
+  bone.is_static = true;
+  EXPECT_TRUE(leaves_alone(scene)) << "bound to a static body";
   scene.deformable[0].attach_springs.emplace();
-  EXPECT_TRUE(leaves_alone(scene)) << "tied by springs";
-  scene.deformable[0].attach_springs.reset();
-  EXPECT_TRUE(leaves_alone(scene)) << "bound";
+  EXPECT_TRUE(leaves_alone(scene)) << "tied to it by springs";
 }
 
 }  // namespace

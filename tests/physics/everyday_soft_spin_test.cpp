@@ -1,0 +1,207 @@
+// Flesh on bones that nothing else touches keeps its angular momentum, whatever joints and bonds hold it
+// together, at any spin, step and integration; what falls keeps its spin about its center of mass.
+#include <algorithm>
+#include <cmath>
+
+#include "tests/support/articulated.h"
+#include "tests/support/margin.h"
+
+#include "sim/step/step.h"
+
+namespace duet {
+namespace {
+
+using scene::JointType;
+
+// What positions once took from the spin is of the order (w dt)^2, 1e-3 to 1e-2 in a second. What is left is
+// rounding, 1e-16 in every one of some thousand steps, of moments that nearly cancel.
+constexpr double rounding = 1e-11;
+
+// Bones of 1 m in a row along x, each jointed to the one before, in a bar of flesh that reaches over their
+// ends; all turn about the middle at `spin` (rad/s).
+scene::Scene bones_in_flesh(int bones, JointType type, const Vec3& spin, double youngs_modulus = 1e5) {
+  scene::Scene scene = test::free_space();
+  test::add_chain(scene, bones, type, false);
+  const Vec3 middle(0.5 * bones, 0, 0);
+  scene::DeformableBody& flesh =
+      test::add_soft_box(scene, "flesh", middle, Vec3(1.1 * bones, 0.3, 0.3), 2, youngs_modulus);
+  scene.materials.back().damping = 0.02;
+  flesh.shape.cells = Vec3i(6 * bones, 2, 2);
+  flesh.placement.angular_velocity = spin;
+  for (scene::RigidBody& bone : scene.rigid) {
+    bone.placement.angular_velocity = spin;
+    bone.placement.velocity = spin.cross(bone.placement.position - middle);
+    flesh.attach.push_back(bone.name);
+  }
+  return scene;
+}
+
+// Sum of all masses' moments about their common center, and what their magnitudes add up to.
+struct Spin {
+  Vec3 sum = Vec3::Zero();
+  double magnitude = 0;
+};
+
+Spin spin_of(const Bodies& bodies) {
+  const Particles& particles = bodies.particles;
+  const RigidBodies& rigid = bodies.rigid;
+  double mass = 0;
+  Vec3 center = Vec3::Zero();
+  for (std::size_t p = 0; p < particles.size(); ++p) {
+    mass += particles.mass[p];
+    center += particles.mass[p] * particles.x[p];
+  }
+  for (std::size_t i = 0; i < rigid.size(); ++i) {
+    mass += rigid.properties[i].mass;
+    center += rigid.properties[i].mass * rigid.state[i].pose.position;
+  }
+  center /= mass;
+  Spin spin;
+  const auto add = [&](const Vec3& moment) {
+    spin.sum += moment;
+    spin.magnitude += moment.norm();
+  };
+  const Vec3 drift = momentum(bodies).linear / mass;
+  for (std::size_t p = 0; p < particles.size(); ++p)
+    add(particles.mass[p] * (particles.x[p] - center).cross(particles.v[p] - drift));
+  for (std::size_t i = 0; i < rigid.size(); ++i) {
+    const RigidState& state = rigid.state[i];
+    add(rigid.properties[i].mass * (state.pose.position - center).cross(state.velocity - drift) +
+        state.angular_momentum);
+  }
+  return spin;
+}
+
+// The largest change of spin over the frames, relative to the largest sum of its parts' magnitudes. The first
+// frame may make velocities fit.
+double change_of_spin(const scene::Scene& scene, double seconds) {
+  Simulation simulation(scene, test::plan(scene));
+  const Bodies& bodies = simulation.world().bodies;
+  const Vec3 start = spin_of(bodies).sum;
+  double change = 0, largest = 0;
+  for (int frame = 0; frame < seconds * scene.fps; ++frame) {
+    simulation.advance_frame();
+    const Spin now = spin_of(bodies);
+    change = std::max(change, (now.sum - start).norm());
+    largest = std::max(largest, now.magnitude);
+  }
+  return change / largest;
+}
+
+const Vec3 tumbling(0.4, 1, 2);  // rad/s
+
+TEST(EverydaySoftSpin, HoldsForAllJoints) {
+  for (const auto& [type, name] :
+       {std::pair(JointType::point, "point"), {JointType::hinge, "hinge"},
+        {JointType::universal, "universal"}, {JointType::prismatic, "prismatic"},
+        {JointType::prismatic_twist, "prismatic_twist"}, {JointType::weld, "weld"}})
+    for (const int bones : {2, 3}) {
+      const scene::Scene scene = bones_in_flesh(bones, type, tumbling);
+      test::expect_below(change_of_spin(scene, 1), rounding, fmt::format("{}_bones_{}", bones, name));
+    }
+}
+
+TEST(EverydaySoftSpin, HoldsAtAnySpinAndStep) {
+  for (const double rate : {0.1, 1.0, 5.0})
+    for (const double step : {1.0 / 48, 5e-4}) {
+      scene::Scene scene = bones_in_flesh(3, JointType::point, rate * tumbling);
+      scene.solver.max_time_step = step;
+      test::expect_below(change_of_spin(scene, 1), rounding,
+                         fmt::format("at_{}_rad_s_in_steps_of_{:.1g}_s", rate * tumbling.norm(), step));
+    }
+}
+
+TEST(EverydaySoftSpin, HoldsInFreeFall) {
+  scene::Scene scene = bones_in_flesh(2, JointType::point, tumbling);
+  scene.gravity = Vec3(0, -9.8, 0);
+  test::expect_below(change_of_spin(scene, 1), rounding, "in_free_fall");
+}
+
+TEST(EverydaySoftSpin, HoldsWithOneBoneAndWithSprings) {
+  for (const int bones : {1, 2}) {
+    scene::Scene scene = bones_in_flesh(bones, JointType::point, tumbling);
+    test::expect_below(change_of_spin(scene, 1), rounding, fmt::format("{}_bones", bones));
+    scene.deformable[0].attach_springs = scene::AttachSprings{1e4, 1};
+    test::expect_below(change_of_spin(scene, 1), rounding, fmt::format("{}_bones_on_springs", bones));
+  }
+}
+
+// Implicit steps find velocities with their joints and damping in one solve; so do those of strong damping.
+TEST(EverydaySoftSpin, HoldsInImplicitStepsAndWithOtherSolves) {
+  for (const double youngs_modulus : {1e5, 1e6}) {
+    scene::Scene scene = bones_in_flesh(2, JointType::point, tumbling, youngs_modulus);
+    scene.solver.velocity_constraints = scene::VelocityConstraints::before_solve;
+    test::expect_below(change_of_spin(scene, 1), rounding,
+                       fmt::format("constraints_first_{:.0e}_Pa", youngs_modulus));
+    scene.solver.velocity_constraints = scene::VelocityConstraints::after_solve;
+    scene.solver.integration = scene::Integration::implicit;
+    test::expect_below(change_of_spin(scene, 1), rounding, fmt::format("implicit_{:.0e}_Pa", youngs_modulus));
+    scene.solver.integration = scene::Integration::semi_implicit;
+    scene.materials.back().damping = 20;  // s: a hundred times the critical damping and more
+    test::expect_below(change_of_spin(scene, 1), rounding,
+                       fmt::format("strongly_damped_{:.0e}_Pa", youngs_modulus));
+  }
+}
+
+// Without solver.keep_spin positions take a spin with them that is no rounding.
+TEST(EverydaySoftSpin, IsLostWithoutItsKeeping) {
+  scene::Scene scene = bones_in_flesh(2, JointType::point, 5 * tumbling);
+  scene.solver.keep_spin = false;
+  test::expect_above(change_of_spin(scene, 1), 1e-5, "semi_implicit");
+  scene.solver.integration = scene::Integration::implicit;
+  test::expect_above(change_of_spin(scene, 1), 1e-5, "implicit");
+}
+
+// Controlled joints bend flesh that is at rest at first, as a cat turns in the air without any spin.
+TEST(EverydaySoftSpin, StaysNoneWhileMusclesMove) {
+  for (const double gain : {40.0, 400.0}) {
+    scene::Scene scene = bones_in_flesh(2, JointType::point, Vec3::Zero());
+    scene::Joint& joint = scene.joints.back();
+    joint.has_control = true;
+    joint.control.gain = gain;
+    joint.control.target.sinusoid = {{Vec3(0, 40, 0), 0, 1, 90}, {Vec3(0, 0, 40), 0, 1, 0}};
+    test::expect_below(change_of_spin(scene, 2), rounding, fmt::format("gain_{:.0f}", gain));
+  }
+}
+
+// Two bars in one world, one of which a joint holds to a static body: that one swings, the other keeps its
+// spin.
+TEST(EverydaySoftSpin, OfOneIslandIsItsOwn) {
+  scene::Scene scene = bones_in_flesh(2, JointType::point, tumbling);
+  test::add_peg(scene, "peg", Vec3(5, 5, 0));
+  test::add_box(scene, "held", Vec3(5, 4, 0), Vec3(0.2, 1, 0.2), 10).placement.velocity = Vec3(1, 0, 0);
+  test::add_joint(scene, JointType::point, "peg", "held", Vec3(5, 5, 0));
+  scene::DeformableBody& other = test::add_soft_box(scene, "other", Vec3(5, 4, 0), Vec3(0.4, 1.2, 0.4), 2);
+  other.shape.cells = Vec3i(2, 4, 2);
+  other.attach = {"held"};
+  Simulation simulation(scene, test::plan(scene));
+  const Bodies& bodies = simulation.world().bodies;
+  const auto spin_of_first = [&] {
+    Vec3 spin = Vec3::Zero(), center = Vec3::Zero();
+    double mass = 0;
+    const auto visit = [&](auto&& work) {
+      for_each_particle(bodies.deformable[0], [&](std::size_t p) {
+        work(bodies.particles.mass[p], bodies.particles.x[p], bodies.particles.v[p], Vec3(Vec3::Zero()));
+      });
+      for (std::size_t i = 0; i < 2; ++i)
+        work(bodies.rigid.properties[i].mass, bodies.rigid.state[i].pose.position,
+             bodies.rigid.state[i].velocity, bodies.rigid.state[i].angular_momentum);
+    };
+    visit([&](double m, const Vec3& x, const Vec3&, const Vec3&) {
+      mass += m;
+      center += m * x;
+    });
+    center /= mass;
+    visit([&](double m, const Vec3& x, const Vec3& v, const Vec3& own) {
+      spin += m * (x - center).cross(v) + own;
+    });
+    return spin;
+  };
+  const Vec3 start = spin_of_first();
+  for (int frame = 0; frame < 24; ++frame) simulation.advance_frame();
+  test::expect_below((spin_of_first() - start).norm() / start.norm(), rounding, "free_one");
+  EXPECT_GT(momentum(bodies).linear.norm(), 1) << "the held one has got momentum from its peg";
+}
+
+}  // namespace
+}  // namespace duet
