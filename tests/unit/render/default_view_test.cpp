@@ -68,7 +68,9 @@ TEST(DefaultView, LightsWhatMovesAlike) {
     EXPECT_GT(to_lamp.y(), 0.5 * to_lamp.norm());
     EXPECT_GT(to_lamp.dot(seen.camera.position - seen.camera.target), 0);
     const double irradiance = lamp.power / (4 * std::numbers::pi * to_lamp.squaredNorm());
-    if (before > 0) EXPECT_NEAR(irradiance, before, 1e-9 * before);
+    if (before > 0) {
+      EXPECT_NEAR(irradiance, before, 1e-9 * before);
+    }
     before = irradiance;
   }
 }
