@@ -121,6 +121,16 @@ double mass_ratio(const WorldSizes& sizes) {
   return sizes.lightest > 0 ? sizes.heaviest / sizes.lightest : 1;
 }
 
+// Implicit steps look for the flesh without what drives the bones, which stretches it more with every step
+// that is long for it.
+bool drives_flesh_implicitly(const Scene& scene) {
+  return scene.solver.integration == Integration::implicit &&
+         std::any_of(scene.joints.begin(), scene.joints.end(),
+                     [](const Joint& joint) { return joint.has_control; }) &&
+         std::any_of(scene.deformable.begin(), scene.deformable.end(),
+                     [](const DeformableBody& body) { return !body.attach.empty(); });
+}
+
 std::vector<std::string> warnings(const Scene& scene, const EffectPlan& plan, const WorldSizes& sizes) {
   std::vector<std::string> found;
   if (sizes.rigid_dynamic + sizes.rigid_kinematic + sizes.deformable == 0)
@@ -131,6 +141,11 @@ std::vector<std::string> warnings(const Scene& scene, const EffectPlan& plan, co
         "the mass ratio {:.4g}:1 is above {:.0f}:1: if heavy deformable bodies sink into light rigid ones "
         "that joints hold or that touch sheets or rods, set solver.integration = \"implicit\"",
         mass_ratio(sizes), large_mass_ratio));
+  if (drives_flesh_implicitly(scene))
+    found.emplace_back(
+        "joints with control move bones in flesh in implicit steps: if the flesh stretches without bound, "
+        "set "
+        "solver.integration = \"semi_implicit\" or a shorter solver.max_time_step");
   for (const InitialOverlap& overlap : sizes.initial_overlaps) found.push_back(describe_parting(overlap));
   for (const GridSize& grid : sizes.grids)
     if (grid.thickness < least_cells * grid.spacing)

@@ -1,4 +1,6 @@
 // Step V: the spin of free islands, which moving their positions would change.
+#include <algorithm>
+
 #include "sim/coupling/surface_intersections.h"
 #include "sim/deformable/spin.h"
 #include "sim/step/step.h"
@@ -64,8 +66,7 @@ Vec3 gain_of_moving(const StepContext& context, std::size_t first, double mass, 
   const auto moved = [&](std::size_t p) -> Vec3 { return particles.x[p] - context.x_n[p]; };
   Vec3 way = Vec3::Zero(), gained = Vec3::Zero();
   for_each_mass(
-      bodies, islands, first,
-      [&](std::size_t i) { way += rigid.properties[i].mass / mass * moved_body(i); },
+      bodies, islands, first, [&](std::size_t i) { way += rigid.properties[i].mass / mass * moved_body(i); },
       [&](std::size_t p) { way += particles.mass[p] / mass * moved(p); });
   for_each_mass(
       bodies, islands, first,
@@ -110,11 +111,12 @@ Vec3 gain_of_solve(const StepContext& context, std::size_t first, const Vec3& ce
   return gained;
 }
 
-void keep_spin(const StepContext& context, std::size_t first, bool by_solve, Bodies& bodies) {
+void keep_spin(const StepContext& context, std::size_t first, Bodies& bodies) {
   const MassMoments moments = moments_of(bodies, context.free_islands, first);
-  bool has_bones = false;
+  bool has_bones = false, by_solve = false;  // with contact inside
   context.free_islands.for_each_member(
-      first, [&](std::size_t) { has_bones = true; }, [](std::size_t) {});
+      first, [&](std::size_t) { has_bones = true; },
+      [&](std::size_t d) { by_solve = by_solve || context.solved_bodies[d]; });
   const Vec3 gained = has_bones && by_solve
                           ? gain_of_solve(context, first, moments.centre, moments.mass, bodies)
                           : gain_of_moving(context, first, moments.mass, bodies);
@@ -149,7 +151,9 @@ void find_untouched(World& world, StepContext& context) {
     if (pair.guest_deformable >= 0)
       islands.touch_particle(bodies.deformable[as_index(pair.guest_deformable)].first_particle);
   }
-  if (world.has(Effect::air_drag) && solves_contact(world))  // gain_of_solve() would take it for a gain
+  const std::vector<char>& solved = context.solved_bodies;
+  if (world.has(Effect::air_drag) &&
+      std::count(solved.begin(), solved.end(), true) > 0)  // gain_of_solve() would take it for a gain
     for (std::size_t i = 0; i < bodies.rigid.size(); ++i)
       if (bodies.rigid.properties[i].air_drag > 0) islands.touch_rigid(static_cast<int>(i));
   if (world.has(Effect::self_repulsion))
@@ -180,9 +184,7 @@ void count_middle_forces(World& world, StepContext& context, double sign) {
 }
 
 void keep_spin(World& world, StepContext& context) {
-  const bool by_solve = solves_contact(world);
-  for (const std::size_t first : context.free_islands.untouched())
-    keep_spin(context, first, by_solve, world.bodies);
+  for (const std::size_t first : context.free_islands.untouched()) keep_spin(context, first, world.bodies);
 }
 
 }  // namespace duet

@@ -270,6 +270,16 @@ TEST(Explain, WarnsOfWhatTheUserShouldKnow) {
   ASSERT_EQ(found.size(), 1u);
   EXPECT_NE(found[0].find("100.1:1"), std::string::npos) << found[0];
 
+  Scene driven_flesh = scene_with(2, 0, 1, false);
+  driven_flesh.deformable[0].attach = {"rigid0", "rigid1"};
+  driven_flesh.joints.emplace_back().has_control = true;
+  driven_flesh.solver.integration = Integration::implicit;
+  found = warnings(driven_flesh, {}, sizes_of_two());
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_NE(found[0].find("semi_implicit"), std::string::npos) << found[0];
+  driven_flesh.joints[0].has_control = false;
+  EXPECT_TRUE(warnings(driven_flesh, {}, sizes_of_two()).empty());
+
   found = warnings(scene, plan_effects(scene, {"push_out"}), sizes_of_two());
   ASSERT_EQ(found.size(), 1u);
   EXPECT_NE(found[0].find("push_out is removed"), std::string::npos);
