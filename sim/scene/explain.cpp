@@ -121,8 +121,8 @@ double mass_ratio(const WorldSizes& sizes) {
   return sizes.lightest > 0 ? sizes.heaviest / sizes.lightest : 1;
 }
 
-// Implicit steps look for the flesh without what drives the bones, which stretches it more with every step
-// that is long for it.
+// What drives the bones acts before the flesh answers, which takes of it what the flesh resists within a
+// step.
 bool drives_flesh_implicitly(const Scene& scene) {
   return scene.solver.integration == Integration::implicit &&
          std::any_of(scene.joints.begin(), scene.joints.end(),
@@ -143,9 +143,9 @@ std::vector<std::string> warnings(const Scene& scene, const EffectPlan& plan, co
         mass_ratio(sizes), large_mass_ratio));
   if (drives_flesh_implicitly(scene))
     found.emplace_back(
-        "joints with control move bones in flesh in implicit steps: if the flesh stretches without bound, "
-        "set "
-        "solver.integration = \"semi_implicit\" or a shorter solver.max_time_step");
+        "joints with control that move bones in flesh are weaker in implicit steps, the longer these are: "
+        "for "
+        "their strength set solver.integration = \"semi_implicit\" or a short solver.max_time_step");
   for (const InitialOverlap& overlap : sizes.initial_overlaps) found.push_back(describe_parting(overlap));
   for (const GridSize& grid : sizes.grids)
     if (grid.thickness < least_cells * grid.spacing)

@@ -144,7 +144,7 @@ void solve_halfway(World& world, StepContext& context, const Islands& islands, b
   if (world.has(Effect::self_repulsion))
     context.contact_forces.add_pairs(bodies, context.meeting_surfaces.pairs(), islands, context.dt,
                                      parted_share, context.blocks.own());
-  if (context.contact_forces.empty() && is_elastic) return;
+  if (context.contact_forces.empty() && is_elastic && !has_joints(bodies, islands)) return;
   context.solution = context.middle_velocity;
   context.right_side = context.solution;
   VelocitySystem::axpy(-1, context.solved_change, context.right_side);
