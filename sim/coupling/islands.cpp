@@ -37,7 +37,11 @@ void Islands::begin(const Bodies& bodies) {
   is_fixed_.assign(nodes, false);
   for (std::size_t i = 0; i < nodes; ++i) parent_[i] = i;
   for (std::size_t i = 0; i < rigid; ++i) is_fixed_[i] = !bodies.rigid.properties[i].is_dynamic();
-  for (const Joint& joint : bodies.articulation.joints) join_rigid(joint.parent, joint.child);
+  body_jointed_.assign(nodes, false);
+  for (const Joint& joint : bodies.articulation.joints) {
+    body_jointed_[as_index(joint.parent)] = body_jointed_[as_index(joint.child)] = true;
+    join_rigid(joint.parent, joint.child);
+  }
   for (const BoundParticle& bound : bodies.bound) join(bound.body, node_of(static_cast<int>(bound.particle)));
 }
 
@@ -60,11 +64,20 @@ void Islands::finish() {
     const std::size_t first = root(i);
     island_[i] = first == i ? static_cast<int>(left_++) : island_[first];
   }
+  jointed_.assign(left_, false);
+  for (std::size_t i = 0; i < parent_.size(); ++i)
+    if (body_jointed_[i] && island_[i] >= 0) jointed_[as_index(island_[i])] = true;
   searched_.assign(left_, true);
   ranges_ = bodies_;
   for (Range& range : ranges_) range.island = as_index(island_[range.island]);
   in_ranges_ = left_;
   mask_.assign(node_of_.size(), true);
+}
+
+bool Islands::has_joints() const {
+  for (std::size_t i = 0; i < jointed_.size(); ++i)
+    if (jointed_[i] && searched_[i]) return true;
+  return false;
 }
 
 void Islands::update() {

@@ -31,6 +31,10 @@ class Islands {
   int of_rigid(std::size_t body) const { return island_[body]; }
   int of_particle(int particle) const { return island_[node_of(particle)]; }
 
+  // Whether a joint holds a body of an island, and whether it does so on any that is searched.
+  bool has_joints(std::size_t island) const { return jointed_[island] != 0; }
+  bool has_joints() const;
+
   // The islands that a solve still works on.
   bool is_searched(std::size_t island) const { return searched_[island]; }
   bool is_searched_rigid(std::size_t body) const {
@@ -57,6 +61,8 @@ class Islands {
   std::size_t left_ = 0;
   std::vector<std::size_t> parent_;  // of every body in a tree of its island
   std::vector<char> is_fixed_;       // of every body: it is of infinite mass
+  std::vector<char> body_jointed_;   // of every body
+  std::vector<char> jointed_;        // of every island
   std::vector<int> island_;          // of every body
   std::vector<int> node_of_;         // of every particle: its body, or that of the flesh it is tethered to
   std::vector<Range> bodies_;        // the particles of every body, whose number is in place of its island

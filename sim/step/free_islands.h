@@ -39,10 +39,10 @@ class FreeIslands {
   }
 
   Islands islands_;
-  std::size_t rigid_ = 0;          // number of rigid bodies
-  std::vector<int> island_of_;     // of every deformable body
-  std::vector<int> first_, next_;  // of every island its first body; of every body the next one; or -1
-  std::vector<char> is_touched_;   // of every island
+  std::size_t rigid_ = 0;               // number of rigid bodies
+  std::vector<int> island_of_;          // of every deformable body
+  std::vector<int> first_, next_;       // of every island its first body; of every body the next one; or -1
+  std::vector<char> is_touched_;        // of every island
   std::vector<std::size_t> untouched_;  // first deformable bodies
 };
 

@@ -5,8 +5,6 @@
 //
 // has the momentum that the bodies lack, less the moment of the internal damping forces, which should have
 // none.
-#include <Eigen/LU>
-
 #include "sim/step/step.h"
 
 namespace duet {
@@ -17,7 +15,7 @@ void add_particle(const World& world, std::size_t p, const Vec3& x, double dt, C
   const StepContext& context = world.context;
   const Particles& particles = world.bodies.particles;
   const Vec3 drag = -world.bodies.forces.elements.drag(p) * context.solution.particle[p];
-  whole.angular -= x.cross(dt * (context.damping_force[p] - drag));
+  whole.add_moment(x, -dt * (context.damping_force[p] - drag));
   if (!is_held(particles, p)) whole.add(particles.mass[p], x, context.imbalance.particle[p]);
 }
 
@@ -34,24 +32,6 @@ Vec3 impulse_of_holders(const World& world, std::size_t p, double dt) {
 
 }  // namespace
 
-void CompositeBody::add(double m, const Vec3& x, const Vec3& lacking) {
-  mass += m;
-  centre += m * x;
-  linear += m * lacking;
-  angular += m * x.cross(lacking);
-  inertia += m * (x.squaredNorm() * Mat3::Identity() - x * x.transpose());
-}
-
-void CompositeBody::finish() {
-  if (!(mass > 0)) return;
-  centre /= mass;
-  angular -= centre.cross(linear);
-  inertia -= mass * (centre.squaredNorm() * Mat3::Identity() - centre * centre.transpose());
-  inertia.diagonal().array() += 1e-14 * inertia.trace();  // what lies on a line does not turn about it
-  velocity = linear / mass;
-  if (inertia.trace() > 0) turn = inertia.inverse() * angular;
-}
-
 void return_momentum_to_islands(World& world, StepContext& context, const Islands& islands, double dt) {
   const Bodies& bodies = world.bodies;
   std::vector<CompositeBody>& wholes = context.wholes;
@@ -64,13 +44,13 @@ void return_momentum_to_islands(World& world, StepContext& context, const Island
     CompositeBody& whole = wholes[as_index(islands.of_rigid(i))];
     whole.add(bodies.rigid.properties[i].mass, bodies.rigid.state[i].pose.position,
               context.imbalance.linear[i]);
-    whole.angular += context.inertia[i] * context.imbalance.angular[i];
-    whole.inertia += context.inertia[i];
+    whole.add_turning(context.inertia[i], context.imbalance.angular[i]);
   }
-  for (const Joint& joint : bodies.articulation.joints)  // which may hold an island to something fixed
-    for (const int body : {joint.parent, joint.child})
-      if (const int island = islands.of_rigid(as_index(body)); island >= 0) wholes[as_index(island)] = {};
-  for (CompositeBody& whole : wholes) whole.finish();
+  for (std::size_t i = 0; i < wholes.size(); ++i)
+    if (islands.has_joints(i))  // which may hold it to something fixed
+      wholes[i] = {};
+    else
+      wholes[i].finish();
   for (const Islands::Range& range : islands.ranges())
     for (std::size_t p = range.begin; p < range.end; ++p)
       if (!is_held(bodies.particles, p))
@@ -79,14 +59,14 @@ void return_momentum_to_islands(World& world, StepContext& context, const Island
     if (!islands.is_searched_rigid(i)) continue;
     const CompositeBody& whole = wholes[as_index(islands.of_rigid(i))];
     context.solution.linear[i] += whole.velocity_at(bodies.rigid.state[i].pose.position);
-    context.solution.angular[i] += whole.turn;
+    context.solution.angular[i] += whole.turn();
   }
 }
 
 void return_momentum_to_bodies(const World& world, const Islands& islands, const std::vector<Vec3>& x,
                                double dt, GeneralizedVelocity& velocity) {
   const Bodies& bodies = world.bodies;
-  if (has_joints(bodies, islands)) return;
+  if (islands.has_joints()) return;
   for (std::size_t i = 0; i < bodies.rigid.size(); ++i) {
     if (!islands.is_searched_rigid(i)) continue;
     velocity.linear[i] += world.context.imbalance.linear[i];

@@ -40,21 +40,18 @@ int soft_guest(const Bodies& bodies, const RememberedContact& remembered) {
   return static_cast<int>(body_of(bodies, surface_point(bodies, contact).particle[0]));
 }
 
-// Marks the islands that have joints, sheets or rods.
-void find_unsuited(const Bodies& bodies, const Islands& islands, std::vector<char>& is_unsuited) {
-  is_unsuited.assign(islands.size(), false);
-  for (const Joint& joint : bodies.articulation.joints)
-    for (const int body : {joint.parent, joint.child})
-      if (const int island = islands.of_rigid(as_index(body)); island >= 0)
-        is_unsuited[as_index(island)] = true;
+// Marks the islands that have sheets or rods.
+void find_thin(const Bodies& bodies, const Islands& islands, std::vector<char>& is_thin) {
+  is_thin.assign(islands.size(), false);
   for (const DeformableBody& body : bodies.deformable)
-    if (body.thickness > 0) is_unsuited[as_index(islands.of_particle(body.first_particle))] = true;
+    if (body.thickness > 0) is_thin[as_index(islands.of_particle(body.first_particle))] = true;
 }
 
 // context.touching are a rigid body each and what touches it: another one, or a deformable one, whose numbers
 // follow; each pair once. They are joined on the islands.
 void add_crushing(const Bodies& bodies, const Islands& islands, StepContext& context) {
-  find_unsuited(bodies, islands, context.is_solved);
+  std::vector<char>& is_thin = context.is_solved;
+  find_thin(bodies, islands, is_thin);
   const int rigid_count = static_cast<int>(bodies.rigid.size());
   std::vector<char>& holder = context.holder;
   holder.assign(bodies.rigid.size(), nothing);
@@ -69,8 +66,8 @@ void add_crushing(const Bodies& bodies, const Islands& islands, StepContext& con
   for (const auto& [host, guest] : context.touching) {
     if (guest < rigid_count || holder[as_index(host)] != several) continue;
     const int d = guest - rigid_count;
-    const int island = islands.of_particle(bodies.deformable[as_index(d)].first_particle);
-    if (is_heavy(bodies, host, d) && !context.is_solved[as_index(island)])
+    const std::size_t island = as_index(islands.of_particle(bodies.deformable[as_index(d)].first_particle));
+    if (is_heavy(bodies, host, d) && !is_thin[island] && !islands.has_joints(island))
       context.solved_bodies[as_index(d)] = true;
   }
 }
@@ -108,14 +105,6 @@ bool may_crush(const Bodies& bodies) {
   return std::any_of(bodies.rigid.properties.begin(), bodies.rigid.properties.end(),
                      [&](const RigidProperties& properties) {
                        return properties.is_dynamic() && heavy_ratio * properties.mass < heaviest;
-                     });
-}
-
-bool has_joints(const Bodies& bodies, const Islands& islands) {
-  return std::any_of(bodies.articulation.joints.begin(), bodies.articulation.joints.end(),
-                     [&](const Joint& joint) {
-                       return islands.is_searched_rigid(as_index(joint.parent)) ||
-                              islands.is_searched_rigid(as_index(joint.child));
                      });
 }
 

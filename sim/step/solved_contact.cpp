@@ -22,7 +22,7 @@ namespace {
 
 // The joints that a solve for `islands` keeps, or null.
 ContactProjection* keep_joints(World& world, StepContext& context, const Islands& islands) {
-  if (!has_joints(world.bodies, islands)) return nullptr;
+  if (!islands.has_joints()) return nullptr;
   context.projection.build(world.bodies);
   context.joints.prepare_projection(world.bodies.rigid);
   context.projection.add_joints(context.joints);
@@ -144,7 +144,7 @@ void solve_halfway(World& world, StepContext& context, const Islands& islands, b
   if (world.has(Effect::self_repulsion))
     context.contact_forces.add_pairs(bodies, context.meeting_surfaces.pairs(), islands, context.dt,
                                      parted_share, context.blocks.own());
-  if (context.contact_forces.empty() && is_elastic && !has_joints(bodies, islands)) return;
+  if (context.contact_forces.empty() && is_elastic && !islands.has_joints()) return;
   context.solution = context.middle_velocity;
   context.right_side = context.solution;
   VelocitySystem::axpy(-1, context.solved_change, context.right_side);

@@ -53,7 +53,6 @@ void solve_contacts(World& world, StepContext& context, bool final);  // the sol
 // no sweeps over the contacts go through then (sim/step/solved_contact.cpp).
 bool solves_contact(const World& world);  // whether there may be any in this step
 bool may_crush(const Bodies& bodies);     // whether a deformable body is much heavier than a rigid one
-bool has_joints(const Bodies& bodies, const Islands& islands);  // on those that are searched
 void choose_solved_bodies(World& world, StepContext& context);
 void add_solved_bodies(const World& world, StepContext& context);  // on the islands of context.solved
 void find_solved_islands(World& world, StepContext& context);
