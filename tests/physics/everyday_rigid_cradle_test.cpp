@@ -25,7 +25,7 @@ struct Cradle {
   double step = 0;    // s; 0: the program's choice
 };
 
-constexpr double radius = 0.1;                // m
+constexpr double radius = 0.1;                 // m
 constexpr double angle = 30 * EIGEN_PI / 180;  // of the lifted balls
 
 scene::Scene build(const Cradle& cradle) {
