@@ -1,5 +1,6 @@
 #include "render/default_view.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <optional>
@@ -10,6 +11,7 @@ namespace duet::render {
 namespace {
 
 constexpr double margin = 1.3;       // of the picture's height around what moves
+constexpr double longest_way = 2;    // s, for which bodies are seen to go on as they start
 constexpr double irradiance = 2;     // of the lamp, where it faces what moves
 constexpr double lamp_distance = 8;  // in radii of what moves; far, so that all of it is lit alike
 constexpr double lamp_radius = 0.8;  // the same
@@ -23,12 +25,23 @@ struct Ball {
   double radius = 0;           // m
 };
 
+// m/s at frame 0, of the body at place `i` of the manifest: rigid bodies come first, then deformable ones.
+Vec3 start_velocity(const scene::Scene& scene, std::size_t i) {
+  const std::size_t rigid = scene.rigid.size();
+  if (i < rigid) return scene.rigid[i].placement.velocity;
+  return i - rigid < scene.deformable.size() ? scene.deformable[i - rigid].placement.velocity : Vec3::Zero();
+}
+
 std::optional<Ball> around_what_moves(const scene::Scene& scene, const io::Manifest& manifest) {
   Eigen::AlignedBox3d moving, all;
-  for (const io::ManifestBody& body : manifest.bodies) {
+  const double seconds = std::min(scene.frames / scene.fps, longest_way);
+  for (std::size_t i = 0; i < manifest.bodies.size(); ++i) {
+    const io::ManifestBody& body = manifest.bodies[i];
     if (!body.box) continue;
     all.extend(*body.box);
-    if (body.kind != "static") moving.extend(*body.box);
+    if (body.kind == "static") continue;
+    moving.extend(*body.box);
+    moving.extend(body.box->translated(seconds * start_velocity(scene, i)));
   }
   Eigen::AlignedBox3d box = moving.isEmpty() ? all : moving;
   if (box.isEmpty()) return std::nullopt;

@@ -49,6 +49,21 @@ TEST(DefaultView, ShowsWhatMoves) {
       }
 }
 
+// A ball of 2 cm that rolls at 3 m/s does not leave the picture at once: 2 s of its way are in it, or as much
+// as the scene lasts.
+TEST(DefaultView, ShowsTheWayOfWhatStartsWithAVelocity) {
+  for (const double seconds : {0.5, 10.0}) {
+    scene::Scene scene;
+    scene.rigid.resize(2);
+    scene.rigid[0].placement.velocity = Vec3(3, 0, 0);
+    scene.fps = 24;
+    scene.frames = static_cast<int>(24 * seconds);
+    const scene::Scene seen = with_default_view(scene, manifest_of(0.02, Vec3(1, 0, 0)));
+    EXPECT_NEAR(seen.camera.target.x(), 1 + 3 * std::min(seconds, 2.0) / 2, 1e-12);
+    EXPECT_GT((seen.camera.position - seen.camera.target).norm(), 3 * std::min(seconds, 2.0));
+  }
+}
+
 TEST(DefaultView, ShowsTheGroundBelow) {
   scene::Scene scene;
   scene.ground.emplace().height = -4;
