@@ -1,5 +1,6 @@
 #include "sim/base/elementary.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>

@@ -1,5 +1,6 @@
 #include "sim/base/parallel.h"
 
+#include <algorithm>
 #include <atomic>
 #include <cstdint>
 #include <exception>

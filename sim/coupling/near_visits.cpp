@@ -1,5 +1,7 @@
 #include "sim/coupling/near_visits.h"
 
+#include <algorithm>
+
 #include "sim/base/parallel.h"
 
 namespace duet {

@@ -1,5 +1,6 @@
 #include "sim/coupling/sweep_pipeline.h"
 
+#include <algorithm>
 #include <limits>
 
 #include "sim/coupling/pair_schedule.h"

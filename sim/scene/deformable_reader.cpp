@@ -1,5 +1,6 @@
 #include "sim/scene/deformable_reader.h"
 
+#include <algorithm>
 #include <array>
 #include <limits>
 #include <numeric>

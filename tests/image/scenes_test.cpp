@@ -3,6 +3,7 @@
 // pictures.
 #include "tests/support/scenes.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "tests/support/margin.h"

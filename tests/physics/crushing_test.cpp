@@ -1,5 +1,7 @@
 // A soft block under a plate that falls and crushes it: elements that are damped instead of bounding the step
 // go the same way in fewer steps.
+#include <algorithm>
+
 #include "tests/support/margin.h"
 #include "tests/support/scenes.h"
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // Elastic bodies left to themselves: what they must keep, and frequencies and deflections known on paper.
+#include <algorithm>
 #include <cmath>
 #include <random>
 

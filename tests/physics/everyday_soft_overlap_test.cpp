@@ -1,5 +1,6 @@
 // Bodies that overlap at the start: all kinds are found with their depth, and parted without energy from
 // nothing.
+#include <algorithm>
 #include <cmath>
 
 #include "tests/support/articulated.h"

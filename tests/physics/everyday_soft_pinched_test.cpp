@@ -1,5 +1,6 @@
 // Cloth, ropes and balls between plates that leave less room than they are thick: it is said, and nothing is
 // thrown.
+#include <algorithm>
 #include <cmath>
 
 #include "tests/support/margin.h"

@@ -1,4 +1,5 @@
 // What is pinned, or carried by a kinematic body, is an obstacle to rigid bodies like any kinematic body.
+#include <algorithm>
 #include <cmath>
 
 #include "tests/support/margin.h"

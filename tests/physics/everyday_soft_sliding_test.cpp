@@ -1,5 +1,6 @@
 // What slides and rolls over a soft body: the lines of its mesh are no obstacles, and its faces push no body
 // on.
+#include <algorithm>
 #include <cmath>
 
 #include "tests/support/margin.h"

@@ -1,5 +1,6 @@
 // Fast bodies do not pass through others, however thin: the time step ends before what can meet has met, and
 // then takes them no deeper into each other than the thinner one allows.
+#include <algorithm>
 #include <cmath>
 
 #include "tests/support/scenes.h"

@@ -1,4 +1,5 @@
 // Figure 8: a rigid box, a deformable one and a single particle slide down a slope as Coulomb's law says.
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 

@@ -1,4 +1,5 @@
 // Bodies that move as the scene prescribes carry, push and shake the others, and nothing disturbs them.
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 

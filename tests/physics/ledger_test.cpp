@@ -1,4 +1,6 @@
 // The ledger accounts for every change of momentum, and keeping it changes nothing.
+#include <algorithm>
+
 #include "tests/support/margin.h"
 #include "tests/support/scenes.h"
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
 // What lies on bodies that joints hold feels their joints, not their masses.
+#include <algorithm>
 #include <cmath>
 
 #include "tests/support/articulated.h"

@@ -1,4 +1,6 @@
 // Deformable bodies against each other and against themselves.
+#include <algorithm>
+
 #include "tests/support/scenes.h"
 #include <gtest/gtest.h>
 

@@ -1,4 +1,5 @@
 // Skins that are touched: what acts on their vertices acts on the tets around them, and nothing is lost.
+#include <algorithm>
 #include <map>
 #include <memory>
 

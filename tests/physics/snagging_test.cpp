@@ -1,5 +1,7 @@
 // Particles of coarse soft bodies that hang on an edge of a rigid body or in a seam between two: friction
 // would hold them there for good, and the elements that pull them back would be drawn out without end.
+#include <algorithm>
+
 #include "tests/support/margin.h"
 #include "tests/support/scenes.h"
 #include <gtest/gtest.h>

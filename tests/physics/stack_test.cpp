@@ -1,4 +1,5 @@
 // Figure 2: the stack stands, is knocked down, and comes to rest.
+#include <algorithm>
 #include <cmath>
 
 #include "tests/support/margin.h"

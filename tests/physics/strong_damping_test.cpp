@@ -1,4 +1,5 @@
 // Steps beyond the elastic limit where damping holds what they do not follow (solver.relaxation).
+#include <algorithm>
 #include <cmath>
 #include <random>
 

@@ -1,4 +1,5 @@
 // Thin rigid bodies do not slip between the vertices of coarse soft faces, nor fast ones through cloth.
+#include <algorithm>
 #include <cmath>
 
 #include "tests/support/margin.h"

@@ -1,6 +1,7 @@
 // Many bodies that touch each other at random, for what visits their pairs.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 #include <set>

@@ -1,5 +1,6 @@
 #include "sim/base/dense_solvers.h"
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 

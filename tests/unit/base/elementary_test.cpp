@@ -1,6 +1,7 @@
 // The elementary functions against MPFR, which rounds correctly, in units in the last place.
 #include "sim/base/elementary.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>

@@ -1,5 +1,6 @@
 #include "sim/coupling/deepest_point.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <optional>

@@ -1,6 +1,8 @@
 // Impulses on bodies that joints hold together.
 #include "sim/coupling/linked_bodies.h"
 
+#include <algorithm>
+
 #include "tests/support/margin.h"
 #include "tests/support/scenes.h"
 #include <gtest/gtest.h>

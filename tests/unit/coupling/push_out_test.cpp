@@ -1,6 +1,7 @@
 // Push-out (paper section 6.1): rows of heavy and light bodies (the messenger problem), wedges and slots.
 #include "sim/coupling/push_out.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "tests/support/contacts.h"

@@ -1,5 +1,6 @@
 #include "sim/deformable/finite_elements.h"
 
+#include <algorithm>
 #include <random>
 
 #include <gtest/gtest.h>

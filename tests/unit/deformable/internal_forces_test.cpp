@@ -1,6 +1,7 @@
 // The laws that every internal force keeps, whatever it is: springs, altitude springs, membranes, bending.
 #include "sim/deformable/internal_forces.h"
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <numbers>

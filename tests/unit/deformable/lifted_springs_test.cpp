@@ -1,5 +1,6 @@
 // As lifted_steps_test.cpp, for springs: those that are damped beyond critically let steps go beyond the
 // limit of their stiffness, and these are stable as long as dt^2 K - 2 dt D <= 4 M.
+#include <algorithm>
 #include <random>
 #include <set>
 

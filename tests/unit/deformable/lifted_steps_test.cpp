@@ -1,5 +1,6 @@
 // The scheme of steps I and V is stable as long as dt^2 K - 2 dt D <= 4 M, with the stiffness K, the damping
 // D and the masses M: the largest eigenvalue of M^-1 (dt^2 K - 2 dt D) of blocks in hard states, dense.
+#include <algorithm>
 #include <random>
 
 #include "tests/support/eigenvalues.h"

@@ -1,6 +1,8 @@
 // What every material model promises: stress is the gradient of an energy, turns with the body, has the
 // stiffness of its moduli at rest and drives crushed elements open; its differential is the exact projection
 // of the energy's Hessian.
+#include <algorithm>
+
 #include "tests/support/deformations.h"
 #include "tests/support/eigenvalues.h"
 #include "tests/support/margin.h"

@@ -1,5 +1,7 @@
 #include "sim/deformable/self_repulsion.h"
 
+#include <algorithm>
+
 #include "tests/support/sheets.h"
 #include <gtest/gtest.h>
 

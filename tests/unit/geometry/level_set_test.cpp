@@ -1,5 +1,6 @@
 #include "sim/geometry/level_set.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <random>

@@ -1,5 +1,6 @@
 #include "sim/geometry/shape_samples.h"
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 

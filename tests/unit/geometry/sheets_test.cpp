@@ -1,5 +1,6 @@
 #include "sim/geometry/sheets.h"
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <numbers>

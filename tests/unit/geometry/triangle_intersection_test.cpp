@@ -1,5 +1,7 @@
 #include "sim/geometry/triangle_intersection.h"
 
+#include <algorithm>
+
 #include "tests/support/meshes.h"
 #include <gtest/gtest.h>
 

@@ -1,5 +1,6 @@
 #include "sim/step/step.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "tests/support/elastic_state.h"
