@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include "sim/base/eigen_order.h"
 #include "sim/base/index.h"
 
 namespace duet {
