@@ -136,13 +136,15 @@ struct Simulation::Impl {
     const double end = static_cast<double>(frame + 1) / scene.fps;
     double time = static_cast<double>(frame) / scene.fps;
     double share = 1;
+    Refusal refusal;
     while (time < end) {
       double rule = 0;
       world().clock.time(Stage::time_step_choice, [&] { rule = choose_time_step(world(), time); });
       const double steps = std::max(1.0, std::ceil((end - time) / (share * rule) - 1e-9));
       const double dt = (end - time) / steps;
       try {
-        if (!step(world(), time, dt, share > least_refused ? Refusal::allowed : Refusal::never)) {
+        refusal.is_allowed = share > least_refused;
+        if (!step(world(), time, dt, &refusal)) {
           share /= 2;
           continue;
         }
@@ -156,6 +158,7 @@ struct Simulation::Impl {
         throw SimulationError(error.fault());
       }
       share = std::min(1.0, 2 * share);
+      refusal = {};
       add_pinches(time);
       time = steps > 1 ? time + dt : end;
       ++stats.substeps;

@@ -165,6 +165,8 @@ void solve_velocity(World& world, StepContext& context, double dt, ContactProjec
         is_held(particles, p) ? particles.v[p] : Vec3(particles.v[p] + dt * world.gravity);
   if (incremental_potential(world, context, dt) > still)
     context.solution.particle = context.correction.particle;
+  follow_twists(world.bodies.bound, context.solution.linear, context.solution.angular,
+                context.solution.particle);
   satisfy_contacts(world.bodies, context, projection);
   context.balanced = find_velocity(world, context, {.dt = dt, .is_elastic = true, .projection = projection});
 }

@@ -29,6 +29,10 @@ ContactProjection* keep_joints(World& world, StepContext& context, const Islands
   return &context.projection;
 }
 
+// How often implicit steps of strongly damped bodies look for the middle of the step: where contact stops a
+// body that turned, the first one is far off.
+constexpr int middles = 2;
+
 // The part of what surfaces lack of their distance that the position update of a step makes good.
 constexpr double parted_share = 0.1;
 
@@ -53,23 +57,33 @@ void add_forces(const Bodies& bodies, const std::vector<Vec3>& force, double dt,
 
 // Damping acts at the deformation of the middle of the step, where the way of a body that only turns has no
 // strain: at that of its beginning the body would grow with every step, and strong damping would not let it
-// shrink again.
+// shrink again. Leaves the elastic forces of the middle in context.damping_force.
 void deform_to_middle(World& world, StepContext& context, double dt) {
   Particles& particles = world.bodies.particles;
-  for (std::size_t p = 0; p < particles.size(); ++p) particles.x[p] += dt * context.solution.particle[p];
+  for (std::size_t p = 0; p < particles.size(); ++p)
+    particles.x[p] = context.x_n[p] + dt * context.solution.particle[p];
   context.damping_force.assign(particles.size(), Vec3::Zero());
   world.clock.time(Stage::elastic_forces,
                    [&] { world.bodies.forces.add_elastic_forces(particles.x, context.damping_force); });
   particles.x = context.x_n;
 }
 
-// right_side += dt M^-1 (F(x^n) + gravity), which an implicit step I has not looked for.
-void add_forces_at_start(World& world, StepContext& context, double dt) {
+// right_side = v^^n + what the stages before have changed, without what an implicit step I has solved for.
+void begin_right_side(const Bodies& bodies, StepContext& context) {
+  context.right_side = context.middle_velocity;
+  VelocitySystem::axpy(-1, context.solved_change, context.right_side);
+  for (std::size_t p = 0; p < bodies.particles.size(); ++p)  // they are led
+    if (is_held(bodies.particles, p)) context.right_side.particle[p] = context.middle_velocity.particle[p];
+}
+
+// right_side += dt M^-1 (F(x^n + dt V) + gravity), with the forces that deform_to_middle() has found. Those
+// of x^n would turn a body that turns: acting in the middle of the step they have a moment, which nothing in
+// the solve resists, and in stiff bodies each step would add more to it than the last.
+void add_forces_of_middle(World& world, StepContext& context, double dt) {
   const Particles& particles = world.bodies.particles;
   std::vector<Vec3>& force = context.explicit_force;
-  force.resize(particles.size());
-  for (std::size_t p = 0; p < particles.size(); ++p) force[p] = particles.mass[p] * world.gravity;
-  world.bodies.forces.add_elastic_forces(particles.x, force);
+  force = context.damping_force;
+  for (std::size_t p = 0; p < particles.size(); ++p) force[p] += particles.mass[p] * world.gravity;
   add_forces(world.bodies, force, dt, context.right_side);
 }
 
@@ -144,24 +158,26 @@ void solve_halfway(World& world, StepContext& context, const Islands& islands, b
   if (world.has(Effect::self_repulsion))
     context.contact_forces.add_pairs(bodies, context.meeting_surfaces.pairs(), islands, context.dt,
                                      parted_share, context.blocks.own());
-  if (context.contact_forces.empty() && is_elastic && !islands.has_joints()) return;
+  const bool is_implicit = world.settings.implicit_elasticity;
+  if (context.contact_forces.empty() && is_implicit && !islands.has_joints()) return;
   context.solution = context.middle_velocity;
-  context.right_side = context.solution;
-  VelocitySystem::axpy(-1, context.solved_change, context.right_side);
-  for (std::size_t p = 0; p < bodies.particles.size(); ++p)  // they are led
-    if (is_held(bodies.particles, p)) context.right_side.particle[p] = context.solution.particle[p];
+  begin_right_side(bodies, context);
   follow_twists(bodies.bound, context.solution.linear, context.solution.angular, context.solution.particle);
-  if (!is_elastic) {
-    if (world.settings.implicit_elasticity) add_forces_at_start(world, context, dt);
-    deform_to_middle(world, context, dt);
-  }
+  if (!is_elastic) deform_to_middle(world, context, dt);
+  if (!is_elastic && is_implicit) add_forces_of_middle(world, context, dt);
   const VelocityProblem problem{.dt = dt,
                                 .is_elastic = is_elastic,
                                 .projection = keep_joints(world, context, islands),
                                 .contacts = &context.contact_forces,
                                 .islands = &islands};
   begin_at_the_better(world, context, problem);
-  const bool balanced = find_velocity(world, context, problem);
+  bool balanced = find_velocity(world, context, problem);
+  for (int i = 1; i < middles && !is_elastic && is_implicit; ++i) {
+    begin_right_side(bodies, context);
+    deform_to_middle(world, context, dt);
+    add_forces_of_middle(world, context, dt);
+    balanced = find_velocity(world, context, problem);
+  }
   bodies.particles.x = context.x_n;
   if (!balanced && is_elastic) settle(world, context, true);
   if (!world.settings.implicit_elasticity) {

@@ -3,6 +3,9 @@
 namespace duet {
 namespace {
 
+// Of what the refused step before has gained: a shorter one that gains more is no remedy.
+constexpr double least_help = 0.5;
+
 bool refuse(World& world) {
   restore_step_start(world);
   return false;
@@ -11,7 +14,7 @@ bool refuse(World& world) {
 }  // namespace
 
 // The paper's section 2. Between its lines the bodies' velocities are those named on the right.
-bool step(World& world, double time, double dt, Refusal refusal) {
+bool step(World& world, double time, double dt, Refusal* refusal) {
   StepContext& context = world.context;
   context.time = time;
   context.dt = dt;
@@ -26,6 +29,9 @@ bool step(World& world, double time, double dt, Refusal refusal) {
   };
 
   begin_step(world, context);
+  const bool is_refusable = refusal && refusal->is_allowed;
+  const bool may_gain = is_refusable && may_gain_energy(world);
+  const StoredEnergy energy = may_gain ? energy_now(world) : StoredEnergy();
   world.ledger.begin_step(world);
   world.stage_hashes.begin_step(world);
   if (world.has(Effect::kinematic_motion)) run(Stage::kinematic_motion, plan_motion);
@@ -40,7 +46,7 @@ bool step(World& world, double time, double dt, Refusal refusal) {
   if (collision || joints) run(Stage::collide, collide);
   // III  v^^{n+1/2} -> v^{n+1/2}
   if (contact || joints || solves_contact(world)) run(Stage::apply_contact, apply_contact);
-  const bool may_refuse = joints && refusal == Refusal::allowed;
+  const bool may_refuse = joints && is_refusable;
   if (may_refuse && joints_turn_too_far(world, context)) return refuse(world);
   // IV   x^n -> x^{n+1}
   run(Stage::advance_position, advance_position);
@@ -80,6 +86,11 @@ bool step(World& world, double time, double dt, Refusal refusal) {
     constrain();
   }
   end_step(world);
+  if (const double gain = may_gain ? gained_energy(world, energy) : 0; gain > 0) {
+    const bool helps = gain < least_help * refusal->gain;
+    refusal->gain = gain;
+    if (helps) return refuse(world);
+  }
   world.ledger.end_step(world);
   if (contact) remember(context.contacts, context.graph, dt, context.memory);
   world.stage_hashes.end_step(world);

@@ -1,6 +1,8 @@
 // One time step (paper section 2).
 #pragma once
 
+#include <limits>
+
 #include "sim/step/world.h"
 
 namespace duet {
@@ -9,11 +11,27 @@ namespace duet {
 // stops being finite; the positions and velocities of time n are then in world.context (restore_step_start
 // puts them back).
 //
-// A step that proves too long for the joints, as the bodies turn farther than the rule foresaw or a joint
-// would have to do more work than is between the bodies, can be refused: the state is then that of time n,
-// the result is false, and a shorter step is to be tried.
-enum class Refusal { never, allowed };
-bool step(World& world, double time, double dt, Refusal refusal = Refusal::never);
+// A step that proves too long, as bodies on joints turn farther than the rule foresaw, a joint would have to
+// do more work than is between the bodies, or an implicit step gains energy, is refused where the caller
+// allows it: the state is then that of time n, the result is false, and a shorter step is to be tried.
+struct Refusal {
+  bool is_allowed = true;
+  /// J, that the last step gained, if that is why it was refused. A shorter one that gains half as much or
+  /// more is taken: what contact gains does not go away with shorter steps.
+  double gain = std::numeric_limits<double>::infinity();
+};
+bool step(World& world, double time, double dt, Refusal* refusal = nullptr);
+
+/// Whether an implicit step has to be asked if it gains energy.
+bool may_gain_energy(const World& world);
+/// Kinetic and elastic energy, and these with that of gravity, J.
+struct StoredEnergy {
+  double moving = 0, all = 0;
+};
+StoredEnergy energy_now(const World& world);
+/// J, by which the step that began with `before` has gained more than a scene that nothing drives may; or 0.
+double gained_energy(const World& world, const StoredEnergy& before);
+
 void restore_step_start(World& world);
 void end_step(World& world);  // w = I^-1 L without the rounding of its increments, so that a state is x, q, v
                               // and L alone

@@ -4,58 +4,17 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <random>
 
 #include "tests/support/everyday.h"
 #include "tests/support/margin.h"
+#include "tests/support/random_scenes.h"
 
 #include "sim/base/parallel.h"
 
 namespace duet {
 namespace {
 
-// Numbers that are the same with every standard library.
-class Draw {
- public:
-  explicit Draw(std::uint64_t seed) : engine_(seed) {}
-  double operator()(double least, double most) {
-    return least + (most - least) * static_cast<double>(engine_() >> 11) * 0x1p-53;
-  }
-  int below(int count) { return static_cast<int>((*this)(0, count)); }
-  Vec3 direction() {
-    Vec3 v;
-    do
-      for (int axis = 0; axis < 3; ++axis) v[axis] = (*this)(-1, 1);
-    while (v.norm() > 1 || v.norm() < 0.1);
-    return v.normalized();
-  }
-
- private:
-  std::mt19937_64 engine_;
-};
-
-scene::Shape random_shape(Draw& draw, double size) {
-  using scene::ShapeKind;
-  const double a = size * draw(0.2, 0.5), b = size * draw(0.2, 0.5), c = size * draw(0.2, 0.5);
-  switch (draw.below(6)) {
-    case 0:
-      return {.kind = ShapeKind::sphere, .radius = a};
-    case 1:
-      return {.kind = ShapeKind::capsule, .radius = 0.5 * a, .length = b};
-    case 2:
-      return {.kind = ShapeKind::cylinder, .radius = a, .length = b};
-    case 3:
-      return {.kind = ShapeKind::torus, .radius = 0.7 * a, .tube = 0.25 * a};
-    case 4: {
-      scene::Shape shape{.kind = ShapeKind::mesh, .scale = 1};
-      shape.cells = 24;
-      shape.mesh = std::make_shared<TriangleMesh>(test::box_mesh(-Vec3(a, b, c) / 2, Vec3(a, b, c) / 2));
-      return shape;
-    }
-    default:
-      return {.kind = ShapeKind::box, .size = Vec3(a, b, c)};
-  }
-}
+using test::Draw;
 
 // Bodies in a column of cells, a size apart, so that none overlap; some are jointed to the one below.
 scene::Scene random_scene(std::uint64_t seed, double& size) {
@@ -69,7 +28,7 @@ scene::Scene random_scene(std::uint64_t seed, double& size) {
   for (int i = 0; i < count; ++i) {
     scene::RigidBody body;
     body.name = fmt::format("body{}", i);
-    body.shape = random_shape(draw, size);
+    body.shape = test::random_shape(draw, size);
     body.placement.position = Vec3(draw(-0.6, 0.6), 0.8 + 1.1 * i, draw(-0.6, 0.6)) * size;
     body.placement.orientation = exponential(draw(0, 3) * draw.direction());
     body.friction = friction;

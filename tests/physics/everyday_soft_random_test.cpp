@@ -1,0 +1,226 @@
+// Random small scenes of all kinds of bodies: soft volumes of three materials, cloth, rods, particles and
+// bones in flesh, among rigid bodies of every shape, static, kinematic, jointed or free, of any size and
+// softness, in both integrations. Whatever the scene is, energy never rises, bodies do not sink in or fall
+// through, nothing stops being finite, and threads change no bit.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdlib>
+
+#include "tests/support/margin.h"
+#include "tests/support/random_scenes.h"
+#include "tests/support/scenes.h"
+#include <fmt/format.h>
+
+#include "sim/base/index.h"
+#include "sim/base/parallel.h"
+#include "sim/base/rotation.h"
+#include "sim/scene/schema.h"
+#include "sim/step/world.h"
+
+namespace duet {
+namespace {
+
+using test::Draw;
+
+// Its own weight deforms it by 3 % at most, or hardly.
+scene::Material random_material(Draw& draw, double size, const std::string& name) {
+  scene::Material material;
+  material.name = name;
+  material.density = std::pow(10, draw(2, 3.5));
+  material.youngs_modulus = material.density * 9.8 * size * std::pow(10, draw(1.5, 3));
+  material.poisson_ratio = draw(0, 0.45);
+  material.damping = std::pow(10, draw(-4, -1)) * std::sqrt(size);
+  material.model = static_cast<MaterialModel>(draw.below(material_model_count));
+  return material;
+}
+
+scene::DeformableBody random_soft_body(Draw& draw, double size) {
+  using scene::DeformableKind;
+  scene::DeformableBody body;
+  scene::DeformableShape& shape = body.shape;
+  const auto edge = [&] { return size * draw(0.2, 0.6); };
+  switch (draw.below(8)) {
+    default: {
+      shape.kind = DeformableKind::box;
+      shape.size = Vec3(edge(), edge(), edge());
+      shape.cells = Vec3i(1 + draw.below(3), 1 + draw.below(3), 1 + draw.below(3));
+      break;
+    }
+    case 4:
+      shape.kind = DeformableKind::sphere;
+      shape.surface = {.kind = scene::ShapeKind::sphere, .radius = size * draw(0.2, 0.3)};
+      shape.spacing = shape.surface.radius;
+      break;
+    case 5:
+      shape.kind = DeformableKind::panel;
+      shape.panel_size = Vec2(edge(), edge());
+      shape.panel_cells = Eigen::Vector2i(3 + draw.below(4), 3 + draw.below(4));
+      body.thickness = 0.02 * size;
+      break;
+    case 6: {
+      shape.kind = DeformableKind::rod;
+      const Vec3 half = edge() / 2 * draw.direction();
+      shape.points = {-half, half};
+      shape.segments = 4 + draw.below(6);
+      body.thickness = 0.04 * size;
+      break;
+    }
+    case 7:
+      shape.kind = DeformableKind::particle;
+      shape.radius = size * draw(0.05, 0.2);
+      break;
+  }
+  return body;
+}
+
+// Bodies in a column of cells, a size apart, so that none overlap; some rigid ones are jointed to the one
+// below, some soft ones have a bone.
+scene::Scene random_scene(std::uint64_t seed, double& size) {
+  Draw draw(seed);
+  size = std::pow(10, draw(-1.5, 0.5));
+  scene::Scene scene;
+  scene.gravity = Vec3(0, -9.8, 0);
+  using scene::Accuracy;
+  constexpr std::array levels{Accuracy::draft, Accuracy::standard, Accuracy::standard, Accuracy::fine};
+  scene.solver = scene::preset(levels[as_index(draw.below(4))]);
+  if (draw.below(3) == 0) scene.solver.integration = scene::Integration::implicit;
+  const double friction = draw(0, 1), restitution = draw.below(3) == 0 ? 0 : draw(0, 1);
+  scene.ground = scene::Ground{.friction = friction, .restitution = restitution, .look = {}};
+  const int count = 2 + draw.below(4);
+  int last_rigid = -1;  // that a joint may hold
+  for (int i = 0; i < count; ++i) {
+    scene::Placement placement;
+    placement.position = Vec3(draw(-0.4, 0.4), 0.8 + 1.1 * i, draw(-0.4, 0.4)) * size;
+    placement.orientation = exponential(draw(0, 3) * draw.direction());
+    placement.velocity = draw(0, 2) * std::sqrt(9.8 * size) * draw.direction();
+    placement.angular_velocity = draw(0, 3) / std::sqrt(size) * draw.direction();
+    const bool is_soft = draw.below(2) == 0;
+    if (is_soft) {
+      scene::DeformableBody body = random_soft_body(draw, size);
+      body.name = fmt::format("soft{}", i);
+      body.placement = placement;
+      scene::Material material = random_material(draw, size, "material" + body.name);
+      body.material = material.name;
+      body.collision_friction = friction;
+      body.incompressible = body.shape.is_volume() && draw.below(8) == 0;
+      scene.materials.push_back(material);
+      if (body.shape.kind == scene::DeformableKind::box && draw.below(4) == 0) {
+        body.shape.cells.setConstant(2);  // the bone holds the particle in the middle
+        scene::RigidBody bone;
+        bone.name = fmt::format("bone{}", i);
+        bone.shape = {.kind = scene::ShapeKind::box, .size = Vec3::Constant(0.1 * size)};
+        bone.density = material.density * draw(1, 3);
+        bone.placement = placement;
+        scene.rigid.push_back(bone);
+        body.attach.push_back(bone.name);
+      }
+      scene.deformable.push_back(body);
+      continue;
+    }
+    scene::RigidBody body;
+    body.name = fmt::format("body{}", i);
+    body.shape = test::random_shape(draw, size);
+    body.placement = placement;
+    body.friction = friction;
+    body.restitution = restitution;
+    const int kind = draw.below(8);
+    if (i == 0 && kind < 2) {
+      (kind == 0 ? body.is_static : body.is_kinematic) = true;  // stays where it is: motions feed energy in
+      body.placement.velocity.setZero();
+      body.placement.angular_velocity.setZero();
+    } else {
+      body.density = std::pow(10, draw(2, 4));
+    }
+    scene.rigid.push_back(body);
+    if (last_rigid >= 0 && draw.below(3) == 0) {
+      scene::Joint joint;
+      joint.name = fmt::format("joint{}", i);
+      joint.type = draw.below(2) == 0 ? scene::JointType::point : scene::JointType::hinge;
+      joint.parent = scene.rigid[static_cast<std::size_t>(last_rigid)].name;
+      joint.child = body.name;
+      joint.world.position =
+          (scene.rigid[static_cast<std::size_t>(last_rigid)].placement.position + placement.position) / 2;
+      joint.world.axis = draw.direction();
+      scene.joints.push_back(joint);
+    }
+    last_rigid = static_cast<int>(scene.rigid.size()) - 1;
+  }
+  return scene;
+}
+
+constexpr int frames = 20;
+
+struct Outcome {
+  std::uint64_t hash = 0;
+  std::string violation;  // the first one
+  double gain = 0;        // of energy, the most over any earlier frame, of what there was at first
+};
+
+std::string fallen(const Bodies& bodies, double size) {
+  for (std::size_t i = 0; i < bodies.rigid.size(); ++i)
+    if (bodies.rigid.properties[i].is_dynamic() && !(bodies.rigid.state[i].pose.position.y() > 0))
+      return fmt::format("{} fell through the ground", bodies.rigid.name[i]);
+  for (const DeformableBody& body : bodies.deformable)
+    for (int p = body.first_particle; p < body.first_particle + body.particle_count; ++p)
+      if (!(bodies.particles.x[as_index(p)].y() > -0.02 * size))
+        return fmt::format("{} fell through the ground", body.name);
+  return {};
+}
+
+Outcome simulate(const scene::Scene& scene, double size) {
+  Simulation simulation(scene, test::plan(scene));
+  FrameStats stats = simulation.stats();
+  double least = stats.kinetic + stats.potential + stats.elastic;
+  const double scale = least;  // J, above the ground: of what moves
+  // Of some 500 scenes 4 gained more than a thousandth: rigid bodies and particles that roll, turn and slide
+  // at once (0.2 %; contact is of first order in the step), and one with incompressible flesh (0.2 %).
+  constexpr double most_gain = 1e-2;
+  Outcome outcome;
+  for (int frame = 1; frame <= frames && outcome.violation.empty(); ++frame) {
+    simulation.advance_frame();
+    stats = simulation.stats();
+    const double energy = stats.kinetic + stats.potential + stats.elastic;
+    const auto violated = [&](const std::string& what) {
+      outcome.violation = fmt::format("frame {}: {}", frame, what);
+    };
+    if (!(energy - least < most_gain * scale))
+      violated(fmt::format("energy rose by {:.2g} of what there was at first", (energy - least) / scale));
+    else if (!(stats.max_penetration < 0.05 * size))
+      violated(fmt::format("bodies overlap by {:.2g} of their size", stats.max_penetration / size));
+    else if (const std::string body = fallen(simulation.world().bodies, size); !body.empty())
+      violated(body);
+    outcome.gain = std::max(outcome.gain, (energy - least) / scale);
+    least = std::min(least, energy);
+  }
+  outcome.hash = stats.hash;
+  return outcome;
+}
+
+// DUET_RANDOM_SCENES sets their number, tools/test --full to 10,000.
+TEST(EverydaySoftRandom, ScenesKeepTheirPromises) {
+  const char* wanted = std::getenv("DUET_RANDOM_SCENES");
+  const int count = wanted ? std::atoi(wanted) : 60;
+  int violations = 0, gaining = 0;
+  for (int seed = 1; seed <= count; ++seed) {
+    double size = 1;
+    const scene::Scene scene = random_scene(static_cast<std::uint64_t>(seed), size);
+    set_thread_count(1);
+    Outcome outcome = simulate(scene, size);
+    gaining += outcome.gain > 1e-3;
+    if (outcome.violation.empty() && seed % 10 == 0) {
+      set_thread_count(2);
+      if (simulate(scene, size).hash != outcome.hash) outcome.violation = "two threads give other bits";
+    }
+    if (outcome.violation.empty()) continue;
+    ++violations;
+    ADD_FAILURE() << "seed " << seed << ", size " << size << " m, " << scene.rigid.size() << " rigid and "
+                  << scene.deformable.size() << " soft bodies: " << outcome.violation;
+  }
+  set_thread_count(0);
+  test::expect_below(violations, 1, fmt::format("violations_of_{}", count));
+  test::expect_below(gaining, 2 + 0.015 * count, fmt::format("gaining_of_{}", count));
+}
+
+}  // namespace
+}  // namespace duet
