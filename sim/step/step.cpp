@@ -3,8 +3,9 @@
 namespace duet {
 namespace {
 
-// Of what the refused step before has gained: a shorter one that gains more is no remedy.
-constexpr double least_help = 0.5;
+// Of what the refused step before has gained: a shorter one that gains more is no remedy, unless it is much,
+// more than this share of what moves.
+constexpr double least_help = 0.5, much = 2e-4;
 
 bool refuse(World& world) {
   restore_step_start(world);
@@ -87,7 +88,7 @@ bool step(World& world, double time, double dt, Refusal* refusal) {
   }
   end_step(world);
   if (const double gain = may_gain ? gained_energy(world, energy) : 0; gain > 0) {
-    const bool helps = gain < least_help * refusal->gain;
+    const bool helps = gain < least_help * refusal->gain || gain > much * energy_now(world).moving;
     refusal->gain = gain;
     if (helps) return refuse(world);
   }
