@@ -17,7 +17,7 @@ namespace duet {
 struct Refusal {
   bool is_allowed = true;
   /// J, that the last step gained, if that is why it was refused. A shorter one that gains half as much or
-  /// more is taken: what contact gains does not go away with shorter steps.
+  /// more, and little, is taken: what contact gains does not go away with shorter steps.
   double gain = std::numeric_limits<double>::infinity();
 };
 bool step(World& world, double time, double dt, Refusal* refusal = nullptr);
