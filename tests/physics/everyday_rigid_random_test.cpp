@@ -3,18 +3,15 @@
 // finite, and threads change no bit.
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 
 #include "tests/support/everyday.h"
-#include "tests/support/margin.h"
 #include "tests/support/random_scenes.h"
-
-#include "sim/base/parallel.h"
 
 namespace duet {
 namespace {
 
 using test::Draw;
+using test::Outcome;
 
 // Bodies in a column of cells, a size apart, so that none overlap; some are jointed to the one below.
 scene::Scene random_scene(std::uint64_t seed, double& size) {
@@ -45,26 +42,13 @@ scene::Scene random_scene(std::uint64_t seed, double& size) {
     }
     scene.rigid.push_back(body);
     if (i == 0 || draw.below(4) != 0) continue;
-    scene::Joint joint;
-    joint.name = fmt::format("joint{}", i);
-    joint.type = draw.below(2) == 0 ? scene::JointType::point : scene::JointType::hinge;
-    joint.parent = scene.rigid[static_cast<std::size_t>(i) - 1].name;
-    joint.child = body.name;
-    joint.world.position =
-        (scene.rigid[static_cast<std::size_t>(i) - 1].placement.position + body.placement.position) / 2;
-    joint.world.axis = draw.direction();
-    scene.joints.push_back(joint);
+    scene.joints.push_back(test::random_joint(draw, fmt::format("joint{}", i),
+                                              scene.rigid[static_cast<std::size_t>(i) - 1], body));
   }
   return scene;
 }
 
 constexpr int frames = 20;
-
-struct Outcome {
-  std::uint64_t hash = 0;
-  std::string violation;  // the first one
-  double gain = 0;        // of energy, the most over any earlier frame, of what there was at first
-};
 
 Outcome simulate(const scene::Scene& scene, double size) {
   Simulation simulation(scene, test::plan(scene));
@@ -94,30 +78,12 @@ Outcome simulate(const scene::Scene& scene, double size) {
   return {simulation.stats().hash, {}, gain};
 }
 
-// DUET_RANDOM_SCENES sets their number, tools/test --full to 10,000.
 TEST(EverydayRigidRandom, ScenesKeepTheirPromises) {
-  const char* wanted = std::getenv("DUET_RANDOM_SCENES");
-  const int count = wanted ? std::atoi(wanted) : 200;
-  int violations = 0, gaining = 0;
-  for (int seed = 1; seed <= count; ++seed) {
+  test::expect_promises(200, [](std::uint64_t seed) {
     double size = 1;
-    const scene::Scene scene = random_scene(static_cast<std::uint64_t>(seed), size);
-    set_thread_count(1);
-    Outcome outcome = simulate(scene, size);
-    gaining += outcome.gain > 1e-3;
-    if (outcome.violation.empty() && seed % 10 == 0) {
-      set_thread_count(2);
-      if (simulate(scene, size).hash != outcome.hash) outcome.violation = "two threads give other bits";
-    }
-    if (outcome.violation.empty()) continue;
-    ++violations;
-    ADD_FAILURE() << "seed " << seed << ", size " << size << " m, " << scene.rigid.size() << " bodies, "
-                  << scene.joints.size() << " joints: " << outcome.violation;
-  }
-  set_thread_count(0);
-  test::expect_below(violations, 1, fmt::format("violations_of_{}", count));
-  // More than a thousandth of the energy.
-  test::expect_below(gaining, 2 + 0.015 * count, fmt::format("gaining_of_{}", count));
+    const scene::Scene scene = random_scene(seed, size);
+    return simulate(scene, size);
+  });
 }
 
 }  // namespace

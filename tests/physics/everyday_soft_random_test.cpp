@@ -5,15 +5,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdlib>
 
-#include "tests/support/margin.h"
 #include "tests/support/random_scenes.h"
 #include "tests/support/scenes.h"
 #include <fmt/format.h>
 
 #include "sim/base/index.h"
-#include "sim/base/parallel.h"
 #include "sim/base/rotation.h"
 #include "sim/scene/schema.h"
 #include "sim/step/world.h"
@@ -22,6 +19,7 @@ namespace duet {
 namespace {
 
 using test::Draw;
+using test::Outcome;
 
 // Its own weight deforms it by 3 % at most, or hardly.
 scene::Material random_material(Draw& draw, double size, const std::string& name) {
@@ -134,15 +132,8 @@ scene::Scene random_scene(std::uint64_t seed, double& size) {
     }
     scene.rigid.push_back(body);
     if (last_rigid >= 0 && draw.below(3) == 0) {
-      scene::Joint joint;
-      joint.name = fmt::format("joint{}", i);
-      joint.type = draw.below(2) == 0 ? scene::JointType::point : scene::JointType::hinge;
-      joint.parent = scene.rigid[static_cast<std::size_t>(last_rigid)].name;
-      joint.child = body.name;
-      joint.world.position =
-          (scene.rigid[static_cast<std::size_t>(last_rigid)].placement.position + placement.position) / 2;
-      joint.world.axis = draw.direction();
-      scene.joints.push_back(joint);
+      scene.joints.push_back(
+          test::random_joint(draw, fmt::format("joint{}", i), scene.rigid[as_index(last_rigid)], body));
     }
     last_rigid = static_cast<int>(scene.rigid.size()) - 1;
   }
@@ -150,12 +141,6 @@ scene::Scene random_scene(std::uint64_t seed, double& size) {
 }
 
 constexpr int frames = 20;
-
-struct Outcome {
-  std::uint64_t hash = 0;
-  std::string violation;  // the first one
-  double gain = 0;        // of energy, the most over any earlier frame, of what there was at first
-};
 
 std::string fallen(const Bodies& bodies, double size) {
   for (std::size_t i = 0; i < bodies.rigid.size(); ++i)
@@ -197,29 +182,12 @@ Outcome simulate(const scene::Scene& scene, double size) {
   return outcome;
 }
 
-// DUET_RANDOM_SCENES sets their number, tools/test --full to 10,000.
 TEST(EverydaySoftRandom, ScenesKeepTheirPromises) {
-  const char* wanted = std::getenv("DUET_RANDOM_SCENES");
-  const int count = wanted ? std::atoi(wanted) : 60;
-  int violations = 0, gaining = 0;
-  for (int seed = 1; seed <= count; ++seed) {
+  test::expect_promises(60, [](std::uint64_t seed) {
     double size = 1;
-    const scene::Scene scene = random_scene(static_cast<std::uint64_t>(seed), size);
-    set_thread_count(1);
-    Outcome outcome = simulate(scene, size);
-    gaining += outcome.gain > 1e-3;
-    if (outcome.violation.empty() && seed % 10 == 0) {
-      set_thread_count(2);
-      if (simulate(scene, size).hash != outcome.hash) outcome.violation = "two threads give other bits";
-    }
-    if (outcome.violation.empty()) continue;
-    ++violations;
-    ADD_FAILURE() << "seed " << seed << ", size " << size << " m, " << scene.rigid.size() << " rigid and "
-                  << scene.deformable.size() << " soft bodies: " << outcome.violation;
-  }
-  set_thread_count(0);
-  test::expect_below(violations, 1, fmt::format("violations_of_{}", count));
-  test::expect_below(gaining, 2 + 0.015 * count, fmt::format("gaining_of_{}", count));
+    const scene::Scene scene = random_scene(seed, size);
+    return simulate(scene, size);
+  });
 }
 
 }  // namespace
