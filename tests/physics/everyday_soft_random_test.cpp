@@ -158,8 +158,9 @@ Outcome simulate(const scene::Scene& scene, double size) {
   FrameStats stats = simulation.stats();
   double least = stats.kinetic + stats.potential + stats.elastic;
   const double scale = least;  // J, above the ground: of what moves
-  // Of some 500 scenes 4 gained more than a thousandth: rigid bodies and particles that roll, turn and slide
-  // at once (0.2 %; contact is of first order in the step), and one with incompressible flesh (0.2 %).
+  // Of 400 scenes 3 gained some 0.2 %: rigid bodies and particles that roll, turn and slide at once (contact
+  // is of first order in the step), and incompressible flesh. Seed 237 gains 18 %, which is a fault: a heavy
+  // soft body that crushes a light rigid one against the ground as it lands.
   constexpr double most_gain = 1e-2;
   Outcome outcome;
   for (int frame = 1; frame <= frames && outcome.violation.empty(); ++frame) {
