@@ -24,6 +24,7 @@ enum class Stage {
   kinematic_motion,
   volume_correction,
   make_incompressible,
+  keep_volume,
   self_repulsion,
   self_collision,
   velocity_repulsion,
@@ -32,7 +33,7 @@ enum class Stage {
   air_drag_halfway,
   air_drag,
 };
-inline constexpr int stage_count = 22;
+inline constexpr int stage_count = 23;
 inline constexpr std::array<std::string_view, stage_count> stage_names = {"0 contact candidates",
                                                                           "I.1 advance velocity",
                                                                           "II collide",
@@ -48,6 +49,7 @@ inline constexpr std::array<std::string_view, stage_count> stage_names = {"0 con
                                                                           "kinematic motion",
                                                                           "I.2 volume correction",
                                                                           "V.1 make incompressible",
+                                                                          "V.4 keep volume",
                                                                           "I.3 self-repulsion",
                                                                           "IV self-collision",
                                                                           "V.4 self-repulsion",

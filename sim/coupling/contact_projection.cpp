@@ -34,7 +34,18 @@ void ContactProjection::begin(const Bodies& bodies, int sweeps, const LinkedBodi
   for (Block& block : blocks_) block.rows.clear();
 }
 
-void ContactProjection::add(const ContactPoint& contact) {
+namespace {
+
+// Strictly within its cone.
+bool sticks(const ContactPoint& contact, const Vec3& friction) {
+  constexpr double rounding = 1e-6;
+  const double most = contact.friction * contact.impulse.dot(contact.normal);
+  return friction.norm() < (1 - rounding) * most;
+}
+
+}  // namespace
+
+void ContactProjection::add(const ContactPoint& contact, bool holds_sticking) {
   Row row;
   row.host = contact.host;
   row.guest_rigid = contact.guest_rigid;
@@ -47,6 +58,17 @@ void ContactProjection::add(const ContactPoint& contact) {
           (contact.is_rigid_pair() && !bodies_->rigid.properties[as_index(contact.guest_rigid)].is_dynamic());
   const bool is_held = !contact.is_rigid_pair() && row.point.inverse_mass == 0;
   held_ = held_ || is_held;
+  add_row(row, contact, is_held);
+  if (!holds_sticking || !sticks(contact, row.friction)) return;
+  row.friction.setZero();
+  row.normal = contact.normal.unitOrthogonal();
+  add_row(row, contact, is_held);
+  row.normal = contact.normal.cross(row.normal);
+  add_row(row, contact, is_held);
+}
+
+// Along row.normal.
+void ContactProjection::add_row(Row& row, const ContactPoint& contact, bool is_held) {
   // A block treats its guests as independent: right for particles, not for face samples that share
   // particles. Those that are held have no mass to divide by.
   if (!contact.is_rigid_pair() && row.point.count == 1 && !is_held) {
@@ -56,7 +78,8 @@ void ContactProjection::add(const ContactPoint& contact) {
     block.rows.push_back(row);
     ++block_rows_;
   } else {
-    row.mass = contact.response.normal_mass;
+    const bool is_normal = row.normal == contact.normal;
+    row.mass = is_normal ? contact.response.normal_mass : 1 / row.normal.dot(contact.response.K * row.normal);
     if (!contact.is_rigid_pair()) row.of_host = std::max(1 / row.mass - row.point.inverse_mass, 0.0);
     rows_.push_back(row);
   }
@@ -68,13 +91,18 @@ void ContactProjection::factor_blocks() {
 }
 
 void ContactProjection::build(const Bodies& bodies, const ContactSet& contacts, const ContactGraph& graph,
-                              int sweeps, SelfRepulsion* repulsions, const LinkedBodies* linked) {
+                              int sweeps, SelfRepulsion* repulsions, const LinkedBodies* linked,
+                              const std::vector<char>& rests) {
   begin(bodies, sweeps, linked);
   repulsions_ = repulsions;
   for (int p : graph.schedule.order()) {
     const ContactPair& pair = contacts.pairs[as_index(p)];
-    for (int i = pair.begin; i < pair.end; ++i)
-      if (!contacts.points[as_index(i)].impulse.isZero(0)) add(contacts.points[as_index(i)]);
+    const bool holds_sticking =
+        !rests.empty() && pair.guest_deformable >= 0 && rests[as_index(pair.guest_deformable)];
+    for (int i = pair.begin; i < pair.end; ++i) {
+      const ContactPoint& contact = contacts.points[as_index(i)];
+      if (!contact.impulse.isZero(0)) add(contact, holds_sticking);
+    }
   }
   factor_blocks();
 }
@@ -95,7 +123,7 @@ void ContactProjection::build(const Bodies& bodies, const ContactMemory& memory,
     update_geometry(bodies, contact);
     if (linked && linked->takes_part(contact)) contact.response = linked->response(contact, bodies);
     contact.impulse = duration / remembered.duration * remembered.impulse;
-    add(contact);
+    add(contact, false);
   }
   factor_blocks();
 }

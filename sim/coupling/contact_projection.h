@@ -26,8 +26,11 @@ class ContactProjection {
  public:
   // Takes the contacts of `graph` that hold an impulse, at the geometry they hold, and the pairs of
   // `repulsions`, if any, as the innermost of each sweep. `linked` is what prepared the contacts, or null.
+  // Contacts of the deformable bodies that `rests` names, if there are any, hold the tangential components of
+  // the relative velocity as well where they stick.
   void build(const Bodies& bodies, const ContactSet& contacts, const ContactGraph& graph, int sweeps,
-             SelfRepulsion* repulsions = nullptr, const LinkedBodies* linked = nullptr);
+             SelfRepulsion* repulsions = nullptr, const LinkedBodies* linked = nullptr,
+             const std::vector<char>& rests = {});
   // Takes the contacts that held one at the end of the last step, at the positions now.
   // Their impulses count as those of `duration` (s). Contacts of the deformable bodies that `left_out` names,
   // if there are any, are left out.
@@ -86,7 +89,8 @@ class ContactProjection {
     Mat6 weight = Mat6::Zero();  // kg, kg m, kg m^2: of the particles, for twists of a linked host
   };
   void begin(const Bodies& bodies, int sweeps, const LinkedBodies* linked);
-  void add(const ContactPoint& contact);
+  void add(const ContactPoint& contact, bool holds_sticking);
+  void add_row(Row& row, const ContactPoint& contact, bool is_held);
   void factor_blocks();
   void factor(Block& block) const;
   void project_block(const Block& block, bool with_target, GeneralizedVelocity& v) const;

@@ -427,8 +427,11 @@ BuiltWorld build_world(const Scene& scene, const EffectSet& plan) {
     bodies.forces.rely_on_damping(scene.solver.cfl, scene.solver.relaxation);
   world.settings.collision.rigid_pairs = world.has(Effect::rigid_collision);
   world.settings.contact.angular_friction = world.has(Effect::rolling_friction);
-  if (world.has_internal_forces() && !world.settings.implicit_elasticity)
+  if (world.has_internal_forces() && !world.settings.implicit_elasticity) {
     fall_freely(bodies, world.gravity, world.context.acceleration);
+    for (std::vector<double>* pressure : {&world.context.held_pressure, &world.context.new_pressure})
+      pressure->assign(bodies.one_rings.size(), 0.0);
+  }
   return built;
 }
 

@@ -56,6 +56,8 @@ void visit_state(World& world, std::int64_t& frame, double& squared_frequency, V
   GeneralizedVelocity& acceleration = world.context.acceleration;
   for (std::vector<Vec3>* values : {&acceleration.particle, &acceleration.linear, &acceleration.angular})
     visit(values->data(), values->size() * sizeof(Vec3));
+  std::vector<double>& pressure = world.context.held_pressure;
+  visit(pressure.data(), pressure.size() * sizeof(double));
 }
 
 }  // namespace

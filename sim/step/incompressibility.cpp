@@ -52,21 +52,26 @@ void scale(double share, PressureScratch& scratch) {
     for (Vec3& value : *values) value *= share;
 }
 
-// Changes the velocities by the pressures that change the rates of the one-rings by context.pressure.rate.
-void apply_pressures(World& world, StepContext& context, const PressureSettings& settings) {
-  Bodies& bodies = world.bodies;
+// Finds the pressures that change the rates of the one-rings by context.pressure.rate, and what they do to
+// velocities.
+void find_change(World& world, StepContext& context, const PressureSettings& settings) {
   const ContactProjection& projection = context.projection;
   PressureScratch& scratch = context.pressure;
   const CgResult result =
-      find_pressures(bodies, projection.empty() ? nullptr : &projection, context.dt, settings, scratch);
+      find_pressures(world.bodies, projection.empty() ? nullptr : &projection, context.dt, settings, scratch);
   world.counters.pressure_iterations += result.iterations;
-  const double share = bounded_share(bodies.one_rings, scratch.change.particle, context.dt);
+  const double share = bounded_share(world.bodies.one_rings, scratch.change.particle, context.dt);
   if (share < 1) scale(share, scratch);
+}
+
+void change_velocities(World& world, StepContext& context) {
+  Bodies& bodies = world.bodies;
+  const PressureScratch& scratch = context.pressure;
   for (std::size_t p = 0; p < bodies.particles.size(); ++p)
     bodies.particles.v[p] += scratch.change.particle[p];
   for (std::size_t i = 0; i < bodies.rigid.size(); ++i) {
     const RigidProperties& properties = bodies.rigid.properties[i];
-    if (projection.empty() || !properties.is_dynamic()) continue;
+    if (context.projection.empty() || !properties.is_dynamic()) continue;
     RigidState& state = bodies.rigid.state[i];
     state.velocity += scratch.change.linear[i];
     const Mat3 rotation = state.pose.orientation.toRotationMatrix();
@@ -75,14 +80,12 @@ void apply_pressures(World& world, StepContext& context, const PressureSettings&
   }
 }
 
-}  // namespace
-
-// I.2. The contacts of this step are not known yet: pressures take account of those of the last one.
-void correct_volume(World& world, StepContext& context) {
+// The rates that take the particles to where one-rings have their volumes at rest, between the bodies that
+// context.projection keeps together.
+void find_rates_to_rest_volumes(World& world, StepContext& context) {
   Bodies& bodies = world.bodies;
   OneRings& rings = bodies.one_rings;
   rings.linearize(bodies.particles.x);
-  context.projection.build(bodies, context.memory, context.dt, world.settings.projection_sweeps);
   std::vector<double>& rate = context.pressure.rate;
   rings.divergence(velocities_in_contact(bodies, context), rate);
   for (std::size_t i = 0; i < rings.size(); ++i) {
@@ -91,7 +94,67 @@ void correct_volume(World& world, StepContext& context) {
     const double most = surface * most_correction * rings.rest_volume(i);
     rate[i] = std::clamp(rings.rest_volume(i) - rings.volume(i), -most, most) / context.dt - rate[i];
   }
-  apply_pressures(world, context, world.settings.pressure);
+}
+
+// Marks the deformable bodies whose one-rings are to change by no more in a step than some times what a fall
+// of a step makes of their size, dt^2 g / l.
+void find_resting(const World& world, StepContext& context) {
+  constexpr double most_falls = 5;
+  const OneRings& rings = world.bodies.one_rings;
+  const std::vector<DeformableBody>& bodies = world.bodies.deformable;
+  const double fall = most_falls * context.dt * world.gravity.norm();  // m/s
+  context.rests.assign(bodies.size(), true);
+  std::size_t d = 0;  // one-rings follow their bodies
+  for (std::size_t i = 0; i < rings.size(); ++i) {
+    while (rings.particle(i) >= bodies[d].first_particle + bodies[d].particle_count) ++d;
+    const double size = math::cbrt(rings.rest_volume(i));
+    if (std::abs(context.pressure.rate[i]) > fall * size * size) context.rests[d] = false;
+  }
+}
+
+// Makes context.projection that of the contacts of this step, for rates that `find_rates` finds. Where a body
+// rests, friction holds what sticks: pressures that let it slide made a box creep down a slope by 1.5 mm/s.
+// Where one lands or is crushed it does not: contact that can neither slide nor part in a solve goes on and
+// off from step to step, and feeds energy in. Whether there is any contact.
+template <class FindRates>
+bool project_contacts(World& world, StepContext& context, FindRates&& find_rates) {
+  context.rests.assign(world.bodies.deformable.size(), true);
+  project_active_contacts(world, context, context.rests);
+  if (context.projection.empty()) return false;
+  find_rates();
+  find_resting(world, context);
+  if (std::find(context.rests.begin(), context.rests.end(), false) == context.rests.end()) return true;
+  project_active_contacts(world, context, context.rests);
+  find_rates();
+  return true;
+}
+
+// Of what changes velocities for good.
+PressureSettings velocity_settings(const World& world) {
+  PressureSettings settings = world.settings.pressure;
+  settings.tolerance *= velocity_reduction;
+  settings.reduction = velocity_reduction;
+  return settings;
+}
+
+}  // namespace
+
+// I.2. The contacts of this step are not known yet: pressures take account of those of the last one.
+void correct_volume(World& world, StepContext& context) {
+  context.projection.build(world.bodies, context.memory, context.dt, world.settings.projection_sweeps);
+  find_rates_to_rest_volumes(world, context);
+  find_change(world, context, world.settings.pressure);
+  change_velocities(world, context);
+  check_finite(world, "I.2 volume correction");
+}
+
+// Contact's impulses of III change volumes once more: they take the place of those of the last step, and rub.
+// What that leaves would be made good by the next step against the pressure, p dV, where nothing took that
+// energy from the body as it was compressed: a box that lands on rough ground gained three times its energy.
+void correct_volume_in_contact(World& world, StepContext& context) {
+  if (!project_contacts(world, context, [&] { find_rates_to_rest_volumes(world, context); })) return;
+  find_change(world, context, world.settings.pressure);
+  change_velocities(world, context);
   check_finite(world, "I.2 volume correction");
 }
 
@@ -110,11 +173,42 @@ void make_incompressible(World& world, StepContext& context) {
   for (std::size_t p = 0; p < bodies.particles.size(); ++p)
     context.x_half[p] = 0.5 * (context.x_n[p] + bodies.particles.x[p]);
   rings.linearize(context.x_half);
-  PressureSettings settings = world.settings.pressure;
-  settings.tolerance *= velocity_reduction;
-  settings.reduction = velocity_reduction;
-  apply_pressures(world, context, settings);
+  find_change(world, context, velocity_settings(world));
+  change_velocities(world, context);
+  for (std::size_t i = 0; i < context.held_pressure.size(); ++i)
+    context.new_pressure[i] = context.pressure.pressure[i] / context.dt;
   check_finite(world, "V.1 make incompressible");
+}
+
+// As correct_volume_in_contact(), of velocities and the contacts of V.4.
+void keep_volume(World& world, StepContext& context) {
+  Bodies& bodies = world.bodies;
+  OneRings& rings = bodies.one_rings;
+  rings.linearize(bodies.particles.x);
+  const auto find_rates = [&] {
+    std::vector<double>& rate = context.pressure.rate;
+    rings.divergence(velocities_in_contact(bodies, context), rate);
+    for (double& r : rate) r = -r;
+  };
+  if (!project_contacts(world, context, find_rates)) return;
+  find_change(world, context, velocity_settings(world));
+  change_velocities(world, context);
+  for (std::size_t i = 0; i < context.held_pressure.size(); ++i)
+    context.new_pressure[i] += context.pressure.pressure[i] / context.dt;
+  check_finite(world, "V.4 keep volume");
+}
+
+// Damping is that of the velocities that pressures leave. Without them, in a body that is compressed, it
+// would be that of particles that the elastic forces drive apart, and do work on those that stay together.
+void add_held_pressures(World& world, StepContext& context, double dt, std::vector<Vec3>& velocity) {
+  OneRings& rings = world.bodies.one_rings;
+  PressureScratch& scratch = context.pressure;
+  scratch.scaled.resize(rings.size());
+  for (std::size_t i = 0; i < rings.size(); ++i) scratch.scaled[i] = dt * context.held_pressure[i];
+  scratch.change.particle.assign(world.bodies.particles.size(), Vec3::Zero());
+  rings.linearize(world.bodies.particles.x);
+  rings.pressure_velocity(scratch.scaled, scratch.change.particle);
+  for (std::size_t p = 0; p < velocity.size(); ++p) velocity[p] += scratch.change.particle[p];
 }
 
 }  // namespace duet

@@ -76,6 +76,9 @@ void add_state(Writer& writer, const World& world) {
             hash_values(acceleration.particle.data(), acceleration.particle.size()));
   add_scene("linear accelerations", hash_values(acceleration.linear.data(), acceleration.linear.size()));
   add_scene("angular accelerations", hash_values(acceleration.angular.data(), acceleration.angular.size()));
+  const std::vector<double>& pressure = world.context.held_pressure;
+  if (!pressure.empty())
+    add_scene("pressures", hash_bytes(pressure.data(), pressure.size() * sizeof(double)));
   const ContactMemory& memory = world.context.memory;
   add_scene("contact cache", hash_bytes(memory.data(), memory.size() * sizeof(RememberedContact)));
 }

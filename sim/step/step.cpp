@@ -21,6 +21,9 @@ bool step(World& world, double time, double dt, Refusal* refusal) {
   context.dt = dt;
   const bool joints = world.has(Effect::articulation);
   const bool contact = world.touches(), collision = world.meets();
+  // Implicit steps have contact inside their solves.
+  const bool keeps_volume_in_contact =
+      contact && world.has(Effect::incompressibility) && !world.settings.implicit_elasticity;
   const bool spin = world.settings.keep_spin && world.has_internal_forces();
   const auto run = [&](Stage stage, void (*work)(World&, StepContext&)) {
     world.ledger.begin_stage(world, stage);
@@ -47,6 +50,7 @@ bool step(World& world, double time, double dt, Refusal* refusal) {
   if (collision || joints) run(Stage::collide, collide);
   // III  v^^{n+1/2} -> v^{n+1/2}
   if (contact || joints || solves_contact(world)) run(Stage::apply_contact, apply_contact);
+  if (keeps_volume_in_contact) run(Stage::volume_correction, correct_volume_in_contact);
   const bool may_refuse = joints && is_refusable;
   if (may_refuse && joints_turn_too_far(world, context)) return refuse(world);
   // IV   x^n -> x^{n+1}
@@ -85,6 +89,7 @@ bool step(World& world, double time, double dt, Refusal* refusal) {
     count_middle(1);
     if (spin) keep_spin(world, context);
     constrain();
+    if (keeps_volume_in_contact) run(Stage::keep_volume, keep_volume);
   }
   end_step(world);
   if (const double gain = may_gain ? gained_energy(world, energy) : 0; gain > 0) {
@@ -94,6 +99,7 @@ bool step(World& world, double time, double dt, Refusal* refusal) {
   }
   world.ledger.end_step(world);
   if (contact) remember(context.contacts, context.graph, dt, context.memory);
+  std::swap(context.held_pressure, context.new_pressure);
   world.stage_hashes.end_step(world);
   return true;
 }

@@ -59,7 +59,8 @@ void begin_step(World& world, StepContext& context);        // remembers x^n and
 void plan_motion(World& world, StepContext& context);       //       of kinematic bodies in this step
 void advance_velocity(World& world, StepContext& context);  // I     v^n -> v~^{n+1/2}
 void correct_volume(World& world, StepContext& context);    // I.2   so that positions reach rest volumes
-void repel_surfaces(World& world, StepContext& context);    // I.3
+void correct_volume_in_contact(World& world, StepContext& context);  //       the same after III
+void repel_surfaces(World& world, StepContext& context);             // I.3
 void slow_in_air_halfway(World& world,
                          StepContext& context);          //       v~^{n+1/2}, of bodies with a terminal speed
 void find_contacts(World& world, StepContext& context);  //       v~^{n+1/2} - v^n, and what may touch
@@ -80,6 +81,9 @@ void begin_contact_at_end(World& world, StepContext& context);   // before V.2, 
 void solve_contact_at_end(World& world, StepContext& context);   // V.2, v_**^{n+1} without contact's impulses
 // Brings the contacts that have impulses to the poses now, for a projection: as LinkedBodies::prepare.
 const LinkedBodies* link_active_contacts(World& world, StepContext& context);
+// Makes context.projection that of the contacts that hold an impulse, and of joints. `rests`: as
+// ContactProjection::build.
+void project_active_contacts(World& world, StepContext& context, const std::vector<char>& rests = {});
 // Flesh on bones in step V: takes the places where forces act on bound particles to x^{n+1/2}, where the
 // particles stand, and gives their bodies those forces over the step.
 void bring_bound_to_middle(World& world, StepContext& context);
@@ -99,6 +103,9 @@ void constrained_solve(World& world, StepContext& context);  // V.2-3 v^^n -> v_
 void apply_explicit_forces(World& world, StepContext& context);  // V.2   v^^n -> v_*, before V.4
 void solve_damping(World& world, StepContext& context);          //       after V.4, under its contacts
 void make_incompressible(World& world, StepContext& context);    // V.1   of v_**^{n+1}
+void keep_volume(World& world, StepContext& context);            //       of v^{n+1}, after V.4
+// What the pressures of the last step change of velocities within `dt` (s), at the positions now.
+void add_held_pressures(World& world, StepContext& context, double dt, std::vector<Vec3>& velocity);
 // Of free islands with deformable bodies (sim/step/free_islands.h), so that they gain no spin from how
 // positions move. Forces at x^{n+1/2} are what changes velocities between a count with `sign` -1, which
 // begin_spin() is the first of, and one with 1.

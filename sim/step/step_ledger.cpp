@@ -9,8 +9,8 @@ namespace {
 bool is_kept(Stage stage) {
   return stage == Stage::joints || stage == Stage::collide || stage == Stage::self_collision ||
          stage == Stage::constrained_solve || stage == Stage::make_incompressible ||
-         stage == Stage::velocity_contact || stage == Stage::velocity_repulsion ||
-         stage == Stage::explicit_forces || stage == Stage::air_drag;
+         stage == Stage::keep_volume || stage == Stage::velocity_contact ||
+         stage == Stage::velocity_repulsion || stage == Stage::explicit_forces || stage == Stage::air_drag;
 }
 
 bool acts_in_the_middle(const World& world, Stage stage) {  // at x^{n+1/2}
@@ -135,6 +135,7 @@ Momentum StepLedger::external(const World& world, Stage stage, const std::vector
       return total += impulse_of_holders(world, x, dt);
     case Stage::volume_correction:
     case Stage::make_incompressible:
+    case Stage::keep_volume:
       return context.projection.empty() ? total : impulse_of_contact(bodies, context.pressure, x);
     case Stage::joints:
       return context.joints_from_outside;

@@ -14,14 +14,11 @@ struct StepContext;
 
 class StepLedger {
  public:
-  static constexpr std::array stages = {Stage::advance_velocity,  Stage::volume_correction,
-                                        Stage::self_repulsion,    Stage::collide,
-                                        Stage::apply_contact,     Stage::advance_position,
-                                        Stage::push_out,          Stage::self_collision,
-                                        Stage::constrained_solve, Stage::make_incompressible,
-                                        Stage::velocity_contact,  Stage::velocity_repulsion,
-                                        Stage::explicit_forces,   Stage::air_drag_halfway,
-                                        Stage::air_drag};
+  static constexpr std::array stages = {
+      Stage::advance_velocity,   Stage::volume_correction,   Stage::self_repulsion,   Stage::collide,
+      Stage::apply_contact,      Stage::advance_position,    Stage::push_out,         Stage::self_collision,
+      Stage::constrained_solve,  Stage::make_incompressible, Stage::keep_volume,      Stage::velocity_contact,
+      Stage::velocity_repulsion, Stage::explicit_forces,     Stage::air_drag_halfway, Stage::air_drag};
 
   bool is_on() const { return on_; }
   void turn_on() { on_ = true; }

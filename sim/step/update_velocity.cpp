@@ -18,6 +18,15 @@ void find_forces(World& world, StepContext& context) {
 
 }  // namespace
 
+void project_active_contacts(World& world, StepContext& context, const std::vector<char>& rests) {
+  context.projection.build(world.bodies, context.contacts, context.graph, world.settings.projection_sweeps,
+                           world.has(Effect::self_repulsion) ? &context.self_repulsion : nullptr,
+                           link_active_contacts(world, context), rests);
+  if (!world.has(Effect::articulation)) return;
+  context.joints.prepare_projection(world.bodies.rigid);
+  context.projection.add_joints(context.joints);
+}
+
 // V.2: V = v^n + dt/2 M^-1 (F(x^{n+1/2}) + F_damping(V)) with contact projected, which only serves to find
 // the velocity at which V.3 evaluates the damping forces, unprojected: v^{n+1} = v^n + dt M^-1 (F(x^{n+1/2})
 // + F_damping(V)). Together they are the trapezoidal rule for the damping.
@@ -30,13 +39,7 @@ void constrained_solve(World& world, StepContext& context) {
   ContactProjection* projection = nullptr;
   // Without elasticity there is nothing to solve, and rigid bodies take their velocities from V.3.
   if (!is_implicit && (world.has_internal_forces() || world.has(Effect::incompressibility))) {
-    context.projection.build(bodies, context.contacts, context.graph, world.settings.projection_sweeps,
-                             world.has(Effect::self_repulsion) ? &context.self_repulsion : nullptr,
-                             link_active_contacts(world, context));
-    if (world.has(Effect::articulation)) {
-      context.joints.prepare_projection(bodies.rigid);
-      context.projection.add_joints(context.joints);
-    }
+    project_active_contacts(world, context);
     projection = &context.projection;
   }
 

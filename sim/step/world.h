@@ -93,6 +93,11 @@ struct StepContext {
   SeparationScratch separation_scratch;
   ContactProjection projection;
   PressureScratch pressure;
+  // Pa, of every one-ring, those by which the last step that succeeded kept velocities without divergence
+  // (part of the state), and those of this step.
+  std::vector<double> held_pressure, new_pressure;
+  std::vector<char>
+      rests;  // scratch: of every deformable body, whether its volumes change no faster than at rest
 
   CollisionCandidates self_candidates;
   SelfRepulsion self_repulsion;

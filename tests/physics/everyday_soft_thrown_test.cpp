@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tests/support/energy.h"
 #include "tests/support/margin.h"
 #include "tests/support/scenes.h"
 
@@ -15,23 +16,6 @@ namespace {
 using scene::Integration;
 
 constexpr double gravity = 9.8, density = 1000;  // m/s^2, kg/m^3
-
-// The most that energy rises above that of any frame before, over the most that moves or is stored in a
-// frame.
-double gain_of(const scene::Scene& scene, int frames) {
-  Simulation simulation(scene, test::plan(scene));
-  FrameStats stats = simulation.stats();
-  double least = stats.kinetic + stats.potential + stats.elastic, most = least, gained = 0;
-  for (int frame = 1; frame <= frames; ++frame) {
-    simulation.advance_frame();
-    stats = simulation.stats();
-    const double energy = stats.kinetic + stats.potential + stats.elastic;
-    gained = std::max(gained, energy - least);
-    least = std::min(least, energy);
-    most = std::max(most, stats.kinetic + stats.elastic);
-  }
-  return gained / most;
-}
 
 // They fall freely, both of them: nothing is between them. In implicit steps the flesh's particles in the
 // bone were a step's fall behind it, so that flesh with a damping of 1 s had 3 % of the energy of the fall
@@ -115,7 +99,7 @@ TEST(EverydaySoftThrown, LongImplicitStepsGainNoEnergy) {
   constexpr int frames = 12;
   double gain = 0;
   const auto look_at = [&](const Throw& how, double size) {
-    gain = std::max(gain, gain_of(thrown(how, size), frames));
+    gain = std::max(gain, test::gain_of(thrown(how, size), frames));
   };
   for (const double damping : {1e-4, 1e-2, 0.3, 10.0})
     for (const double youngs_modulus : {1e2, 1e4, 1e6})
