@@ -131,6 +131,13 @@ bool drives_flesh_implicitly(const Scene& scene) {
                      [](const DeformableBody& body) { return !body.attach.empty(); });
 }
 
+// Damping then acts on what contact and the elastic forces have done, before the pressures answer them.
+bool is_damped_before_pressures(const Scene& scene) {
+  return scene.solver.velocity_constraints == VelocityConstraints::before_solve &&
+         std::any_of(scene.deformable.begin(), scene.deformable.end(),
+                     [](const DeformableBody& body) { return body.incompressible; });
+}
+
 std::vector<std::string> warnings(const Scene& scene, const EffectPlan& plan, const WorldSizes& sizes) {
   std::vector<std::string> found;
   if (sizes.rigid_dynamic + sizes.rigid_kinematic + sizes.deformable == 0)
@@ -146,6 +153,10 @@ std::vector<std::string> warnings(const Scene& scene, const EffectPlan& plan, co
         "joints with control that move bones in flesh are weaker in implicit steps, the longer these are: "
         "for "
         "their strength set solver.integration = \"semi_implicit\" or a short solver.max_time_step");
+  if (is_damped_before_pressures(scene))
+    found.emplace_back(
+        "incompressible bodies in contact may gain energy with solver.velocity_constraints = "
+        "\"before_solve\": use \"after_solve\"");
   for (const InitialOverlap& overlap : sizes.initial_overlaps) found.push_back(describe_parting(overlap));
   for (const GridSize& grid : sizes.grids)
     if (grid.thickness < least_cells * grid.spacing)

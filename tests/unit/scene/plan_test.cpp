@@ -280,6 +280,14 @@ TEST(Explain, WarnsOfWhatTheUserShouldKnow) {
   driven_flesh.joints[0].has_control = false;
   EXPECT_TRUE(warnings(driven_flesh, {}, sizes_of_two()).empty());
 
+  Scene before = scene_with(1, 0, 1, true);
+  before.solver.velocity_constraints = VelocityConstraints::before_solve;
+  EXPECT_TRUE(warnings(before, {}, sizes_of_two()).empty());
+  before.deformable[0].incompressible = true;
+  found = warnings(before, {}, sizes_of_two());
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_NE(found[0].find("after_solve"), std::string::npos) << found[0];
+
   found = warnings(scene, plan_effects(scene, {"push_out"}), sizes_of_two());
   ASSERT_EQ(found.size(), 1u);
   EXPECT_NE(found[0].find("push_out is removed"), std::string::npos);
