@@ -74,14 +74,8 @@ void take_damping(Bodies& bodies, StepContext& context) {
 void solve_damping(World& world, StepContext& context) {
   Bodies& bodies = world.bodies;
   Particles& particles = bodies.particles;
-  SelfRepulsion* repulsions = world.has(Effect::self_repulsion) ? &context.self_repulsion : nullptr;
-  context.projection.build(bodies, context.contacts, context.graph, world.settings.projection_sweeps,
-                           repulsions, link_active_contacts(world, context));
-  if (repulsions) repulsions->choose_rows(particles.v, particles.v);
-  if (world.has(Effect::articulation)) {
-    context.joints.prepare_projection(bodies.rigid);
-    context.projection.add_joints(context.joints);
-  }
+  project_active_contacts(world, context);
+  if (world.has(Effect::self_repulsion)) context.self_repulsion.choose_rows(particles.v, particles.v);
   follow_bodies(bodies.rigid, bodies.bound, particles);
   if (!world.has_internal_forces()) return;
 

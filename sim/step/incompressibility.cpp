@@ -1,4 +1,5 @@
-// Steps I.2 and V.1: incompressible bodies (paper sections 3 and 7).
+// Steps I.2 and V.1: incompressible bodies (paper sections 3 and 7), and both again after the contacts of III
+// and V.4, which the paper has not.
 #include <algorithm>
 #include <cmath>
 

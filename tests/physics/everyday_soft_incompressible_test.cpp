@@ -50,7 +50,7 @@ scene::Scene landing(const Landing& how, double size) {
 
 // Volumes that contact had pressed in were made good by the next step, against the pressure; and damping was
 // that of velocities without pressures: a strongly damped box on rough ground gained 370 % of its energy.
-// Stiff bodies on smooth things still gain 1 to 2.4 % in 4 of these 54 scenes.
+// The stiffest bodies still gain 0.4 to 2.4 % on smooth things, in 4 of these 54 scenes.
 TEST(EverydaySoftIncompressible, LandsWithoutGainingEnergy) {
   double most = 0;
   int gaining = 0, scenes = 0;
@@ -66,6 +66,18 @@ TEST(EverydaySoftIncompressible, LandsWithoutGainingEnergy) {
         }
   test::expect_below(most, 0.03, "energy gained, over the most that moves");
   test::expect_below(gaining, 5, "scenes of 54 that gain more than a thousandth");
+}
+
+// Damping that acts on velocities without the pressures gained 0.4 to 2 % in these.
+TEST(EverydaySoftIncompressible, IsDampedUnderItsPressures) {
+  double most = 0;
+  for (const Onto onto : {Onto::ground, Onto::static_box})
+    for (const double friction : {0.0, 1.0, 10.0})
+      for (const double stiffness : {500.0, 5000.0}) {
+        const Landing how{onto, stiffness, 3.5 / stiffness, friction};
+        most = std::max(most, test::gain_of(landing(how, 0.2), 100));
+      }
+  test::expect_below(most, 1e-3, "energy gained, over the most that moves");
 }
 
 // Pressures let what friction holds slide in every step: 1.5 mm/s.
@@ -86,7 +98,6 @@ TEST(EverydaySoftIncompressible, RestsOnASlope) {
     scene.materials[0].density = density;
     scene.materials[0].damping = 0.05 * std::sqrt(size / gravity);
     soft.incompressible = true;
-    soft.collision_friction = 1;
     soft.placement.orientation = turn;
     Simulation simulation(scene, test::plan(scene));
     const auto height = [&] {
