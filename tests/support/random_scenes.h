@@ -11,9 +11,12 @@
 
 #include "tests/support/margin.h"
 #include "tests/support/meshes.h"
+#include "tests/support/scenes.h"
 
+#include "sim/base/index.h"
 #include "sim/base/parallel.h"
 #include "sim/scene/scene.h"
+#include "sim/step/world.h"
 
 namespace duet::test {
 
@@ -78,6 +81,54 @@ struct Outcome {
   std::string violation;  // the first one
   double gain = 0;        // of energy, the most over any earlier frame, of what there was at first
 };
+
+// What has fallen through the ground: bodies of their centres, soft ones of their surfaces, as particles
+// inside may sink below these where a body is folded.
+inline std::string fallen(const Bodies& bodies, double size) {
+  const auto says = [](std::string_view name) { return fmt::format("{} fell through the ground", name); };
+  for (std::size_t i = 0; i < bodies.rigid.size(); ++i)
+    if (bodies.rigid.properties[i].is_dynamic() && !(bodies.rigid.state[i].pose.position.y() > 0))
+      return says(bodies.rigid.name[i]);
+  for (const SurfacePoint& point : bodies.points) {
+    const int p = point.particle[0];
+    if (point.count != 1 || bodies.particles.x[as_index(p)].y() > -0.02 * size) continue;
+    for (const DeformableBody& body : bodies.deformable)
+      if (p >= body.first_particle && p < body.first_particle + body.particle_count) return says(body.name);
+  }
+  return {};
+}
+
+// Energy never rises by more than a hundredth of what there was at first, above the ground: in free flight it
+// is kept, what is left is contact's, of first order in the step. Bodies overlap by less than `most_overlap`
+// of their size, and nothing falls through the ground.
+inline Outcome keep_promises(const scene::Scene& scene, double size, int frames, double most_overlap) {
+  constexpr double most_gain = 1e-2;
+  Simulation simulation(scene, plan(scene));
+  const auto energy_of = [](const FrameStats& stats) {
+    return stats.kinetic + stats.potential + stats.elastic;
+  };
+  const double scale = energy_of(simulation.stats());  // J
+  double least = scale;
+  Outcome outcome;
+  for (int frame = 1; frame <= frames && outcome.violation.empty(); ++frame) {
+    simulation.advance_frame();
+    const FrameStats stats = simulation.stats();
+    const double gain = (energy_of(stats) - least) / scale;
+    const auto violated = [&](const std::string& what) {
+      outcome.violation = fmt::format("frame {}: {}", frame, what);
+    };
+    if (!(gain < most_gain))
+      violated(fmt::format("energy rose by {:.2g} of what there was at first", gain));
+    else if (!(stats.max_penetration < most_overlap * size))
+      violated(fmt::format("bodies overlap by {:.2g} of their size", stats.max_penetration / size));
+    else if (const std::string what = fallen(simulation.world().bodies, size); !what.empty())
+      violated(what);
+    outcome.gain = std::max(outcome.gain, gain);
+    least = std::min(least, energy_of(stats));
+    outcome.hash = stats.hash;
+  }
+  return outcome;
+}
 
 // Simulates the scenes of the seeds from 1 to `count`, or as many as DUET_RANDOM_SCENES says (tools/test
 // --full: 10,000), every tenth of them with two threads as well. None may break a promise, few may gain more
