@@ -97,20 +97,25 @@ void find_rates_to_rest_volumes(World& world, StepContext& context) {
   }
 }
 
-// Marks the deformable bodies whose one-rings are to change by no more in a step than some times what a fall
-// of a step makes of their size, dt^2 g / l.
-void find_resting(const World& world, StepContext& context) {
+// Marks the incompressible bodies whose one-rings are to change by no more in a step than some times what a
+// fall of a step makes of their size, dt^2 g / l. Returns whether all do.
+bool find_resting(const World& world, StepContext& context) {
   constexpr double most_falls = 5;
   const OneRings& rings = world.bodies.one_rings;
   const std::vector<DeformableBody>& bodies = world.bodies.deformable;
   const double fall = most_falls * context.dt * world.gravity.norm();  // m/s
-  context.rests.assign(bodies.size(), true);
-  std::size_t d = 0;  // one-rings follow their bodies
+  context.rests.assign(bodies.size(), false);
+  bool all = true;
+  std::size_t d = 0, last = bodies.size();  // one-rings follow their bodies
   for (std::size_t i = 0; i < rings.size(); ++i) {
     while (rings.particle(i) >= bodies[d].first_particle + bodies[d].particle_count) ++d;
+    if (d != last) context.rests[d] = true;
+    last = d;
     const double size = math::cbrt(rings.rest_volume(i));
-    if (std::abs(context.pressure.rate[i]) > fall * size * size) context.rests[d] = false;
+    if (std::abs(context.pressure.rate[i]) <= fall * size * size) continue;
+    context.rests[d] = all = false;
   }
+  return all;
 }
 
 // Makes context.projection that of the contacts of this step, for rates that `find_rates` finds. Where a body
@@ -119,12 +124,12 @@ void find_resting(const World& world, StepContext& context) {
 // off from step to step, and feeds energy in. Whether there is any contact.
 template <class FindRates>
 bool project_contacts(World& world, StepContext& context, FindRates&& find_rates) {
-  context.rests.assign(world.bodies.deformable.size(), true);
+  context.pressure.rate.assign(world.bodies.one_rings.size(), 0.0);
+  find_resting(world, context);
   project_active_contacts(world, context, context.rests);
   if (context.projection.empty()) return false;
   find_rates();
-  find_resting(world, context);
-  if (std::find(context.rests.begin(), context.rests.end(), false) == context.rests.end()) return true;
+  if (find_resting(world, context)) return true;
   project_active_contacts(world, context, context.rests);
   find_rates();
   return true;
