@@ -9,6 +9,7 @@
 #include "sim/coupling/deepest_point.h"
 #include "sim/coupling/faces_around.h"
 #include "sim/coupling/facing.h"
+#include "sim/coupling/line_contact.h"
 #include "sim/coupling/lying.h"
 #include "sim/coupling/near_visits.h"
 #include "sim/coupling/seams.h"
@@ -109,11 +110,15 @@ class Finder {
     chunk.reduction.hull_corners.clear();
     find_points(pair, false, chunk);
     const BodyBounds& host = search_.broad_phase.bounds[as_index(pair.host)];
-    if (host.is_half_space) return;
-    find_points(reversed(pair), true, chunk);
-    if (chunk.reduction.patches.empty()) return;
-    join_patches(host.arm + search_.broad_phase.bounds[as_index(pair.guest_rigid)].arm,
-                 in_host_of(bodies_.rigid, pair), begin, chunk.touches, chunk.reduction);
+    if (!host.is_half_space) {
+      find_points(reversed(pair), true, chunk);
+      if (!chunk.reduction.patches.empty())
+        join_patches(host.arm + search_.broad_phase.bounds[as_index(pair.guest_rigid)].arm,
+                     in_host_of(bodies_.rigid, pair), begin, chunk.touches, chunk.reduction);
+    }
+    if (!filter_.reduce_contacts) return;
+    add_lines(bodies_, pair, false, begin, chunk);
+    if (!host.is_half_space) add_lines(bodies_, reversed(pair), true, begin, chunk);
   }
 
   void find_points(const BodyPair& pair, bool is_reversed, CandidateSearch::Chunk& chunk) const {

@@ -70,6 +70,29 @@ Touch touch_of_continued(const Bodies& bodies, const Vec3& normal, const Vec3& f
   return {x, normal, gap};
 }
 
+// Which body goes on with the host's plane where deepest point k of the guest towards it lies, if that is not
+// over the host; or -1. Of a rim that has rolled almost onto the host, what comes nearest to the host is on
+// the other side of the seam from what is lowest, and goes down as the rim rolls on.
+int body_below_deepest(const Bodies& bodies, int host, const Touch& found, const Pose& guest_pose,
+                       const LevelSet& guest, int k) {
+  if (bodies.adjoining.first.empty() || !std::isfinite(found.gap)) return -1;
+  const auto others = bodies.adjoining.of(host);
+  if (others.begin() == others.end()) return -1;
+  const Vec3 x = guest_pose.to_world(
+      deepest_point(guest, k, guest_pose.orientation.conjugate() * found.normal).position);
+  const Vec3 foot = found.position - found.gap * found.normal;
+  const Vec3 below = x - found.normal.dot(x - foot) * found.normal;
+  const auto is_on = [&](int body) {
+    constexpr double rounding = 1e-9;  // of the smallest size
+    const LevelSet& shape = bodies.rigid.properties[as_index(body)].shape;
+    return shape.distance(bodies.rigid.state[as_index(body)].pose.to_body(below)) <=
+           rounding * shape.smallest_size();
+  };
+  if (is_on(host)) return -1;
+  const auto other = std::find_if(others.begin(), others.end(), is_on);
+  return other == others.end() ? -1 : *other;
+}
+
 }  // namespace
 
 Touch touch(const RigidProperties& host, const Pose& host_pose, const RigidProperties& guest,
@@ -92,10 +115,14 @@ Touch touch(const Bodies& bodies, int host, const Pose& host_pose, int guest, co
   const ContactPlane plane = exposed_plane(bodies, host, host_pose, point.position, point.inside,
                                            sample < 0 ? PointKind::deepest : PointKind::fixed);
   const Touch found = in_world(point.position, plane, host_pose);
-  if (plane.continued_by < 0) return found;
-  return touch_of_continued(bodies, found.normal, host_pose.to_world(plane.foot), plane.continued_by,
-                            guest_pose, properties[as_index(guest)].shape,
-                            deepest_number(properties[as_index(guest)].shape, sample));
+  if (sample >= 0) return found;
+  const LevelSet& shape = properties[as_index(guest)].shape;
+  const int k = deepest_number(shape, sample),
+            other = plane.continued_by >= 0 ? plane.continued_by
+                                            : body_below_deepest(bodies, host, found, guest_pose, shape, k);
+  if (other < 0) return found;
+  return touch_of_continued(bodies, found.normal, host_pose.to_world(plane.foot), other, guest_pose, shape,
+                            k);
 }
 
 namespace {

@@ -1,9 +1,11 @@
 #include "sim/coupling/deepest_point.h"
 
+#include <array>
 #include <cmath>
 #include <limits>
 
 #include "sim/base/elementary.h"
+#include "sim/base/index.h"
 
 namespace duet {
 namespace {
@@ -77,16 +79,25 @@ DeepestPoint of_torus(const LevelSet& shape, const Pose& pose, const LevelSet& h
   return of_ball(nearest.point().inside, shape.tube, host);
 }
 
-DeepestPoint of_rim(const LevelSet& shape, double side, const Pose& pose, const LevelSet& host) {
-  const Vec3 axis = pose.orientation * Vec3(0, side, 0);
-  const Vec3 center = pose.position + shape.half_length * axis;
+// Of deepest point k of a capsule or cylinder: its place along the axis, as a part of the half length.
+double place_along(int k) {
+  constexpr std::array<double, 4> place{1, -1, 1.0 / 3, -1.0 / 3};
+  return place[as_index(k)];
+}
+// Where its end is, 0 for the two between the ends.
+double side_of(int k) { return k < 2 ? place_along(k) : 0; }
+
+// Of the circle about the axis of a cylinder on which deepest point k lies.
+DeepestPoint of_circle(const LevelSet& shape, int k, const Pose& pose, const LevelSet& host) {
+  const Vec3 axis = pose.orientation * Vec3::UnitY();
+  const Vec3 center = pose.position + place_along(k) * shape.half_length * axis;
   const double way = way_in_from_rim(shape);
   DeepestPoint point{center, center};
   Nearest nearest(host);
   for (int i = 0; i < steps; ++i) {
     const Vec3 direction = deepest_direction(host.normal(point.inside), pose.orientation);
     point.position = center + shape.radius * direction;
-    point.inside = point.position - way * (direction + axis);
+    point.inside = point.position - way * (direction + side_of(k) * axis);
     if (!nearest.take(point.position, point)) break;
   }
   return nearest.point();
@@ -116,39 +127,45 @@ int deepest_point_count(const LevelSet& shape) {
   return 0;
 }
 
+int deepest_numbers(const LevelSet& shape) {
+  return deepest_point_count(shape) == 2 ? 4 : deepest_point_count(shape);
+}
+
 DeepestPoint deepest_point(const LevelSet& shape, int k, const Pose& pose, const LevelSet& host) {
-  const double side = k == 0 ? 1 : -1;
   switch (shape.kind) {
     case LevelSet::Kind::torus:
       return of_torus(shape, pose, host);
     case LevelSet::Kind::capsule:
-      return of_ball(pose.to_world(Vec3(0, side * shape.half_length, 0)), shape.radius, host);
+      return of_ball(pose.to_world(Vec3(0, place_along(k) * shape.half_length, 0)), shape.radius, host);
     case LevelSet::Kind::cylinder:
-      return of_rim(shape, side, pose, host);
+      return of_circle(shape, k, pose, host);
     default:
       return of_ball(pose.position, shape.radius, host);
   }
 }
 
 int deepest_number(const LevelSet& shape, int guest_point) {
-  return (-1 - guest_point) % deepest_point_count(shape);
+  return (-1 - guest_point) % deepest_numbers(shape);
 }
 
 int against_face(const LevelSet& shape, int k, int face) {
-  return -1 - (k + deepest_point_count(shape) * (1 + face));
+  return -1 - (k + deepest_numbers(shape) * (1 + face));
+}
+
+int with_number(const LevelSet& shape, int guest_point, int k) {
+  return guest_point + deepest_number(shape, guest_point) - k;
 }
 
 DeepestPoint deepest_point(const LevelSet& shape, int k, const Vec3& n) {
-  const double side = k == 0 ? 1 : -1;
   switch (shape.kind) {
     case LevelSet::Kind::torus:
       return of_ball(shape.radius * deepest_direction(n, Quat::Identity()), shape.tube, n);
     case LevelSet::Kind::capsule:
-      return of_ball(Vec3(0, side * shape.half_length, 0), shape.radius, n);
+      return of_ball(Vec3(0, place_along(k) * shape.half_length, 0), shape.radius, n);
     case LevelSet::Kind::cylinder: {
-      const Vec3 axis(0, side, 0), direction = deepest_direction(n, Quat::Identity());
-      const Vec3 position = shape.half_length * axis + shape.radius * direction;
-      return {position, position - way_in_from_rim(shape) * (direction + axis)};
+      const Vec3 axis = Vec3::UnitY(), direction = deepest_direction(n, Quat::Identity());
+      const Vec3 position = place_along(k) * shape.half_length * axis + shape.radius * direction;
+      return {position, position - way_in_from_rim(shape) * (direction + side_of(k) * axis)};
     }
     default:
       return of_ball(Vec3::Zero(), shape.radius, n);

@@ -15,15 +15,21 @@ struct DeepestPoint {
 // of a cylinder.
 int deepest_point_count(const LevelSet& shape);
 
-// Number `k` of them towards `host`. All in the host's body space, where the shape's is at `pose`. On a torus
-// and on rims it is the best of a few fixed-point steps, the first of which is exact for flat hosts and
-// balls.
+// How many numbers `k` there are: two more for capsules and cylinders, the points at a third of the way from
+// the middle of the side to either end, which add to how they lie (see line_contact.h).
+int deepest_numbers(const LevelSet& shape);
+
+// Number `k` of them towards `host`. All in the host's body space, where the shape's is at `pose`. On a
+// torus, on rims and on the side of a cylinder it is the best of a few fixed-point steps, the first of which
+// is exact for flat hosts and balls.
 DeepestPoint deepest_point(const LevelSet& shape, int k, const Pose& pose, const LevelSet& host);
 // The number k of a deepest point, as ContactPoint::guest_point has it: -1 - k, or further down the same
 // deepest point against another face of the host.
 int deepest_number(const LevelSet& shape, int guest_point);
 // Guest point of deepest point k of a shape against the `face`-th of the faces of its host.
 int against_face(const LevelSet& shape, int k, int face);
+// The guest point of deepest point k against the same face as `guest_point`, if that is against one.
+int with_number(const LevelSet& shape, int guest_point, int k);
 
 // The same towards a plane with the unit normal `n`, on the shape's side of which it points, in the shape's
 // own space; exact.

@@ -1,6 +1,7 @@
 #include "sim/coupling/even_pressure.h"
 
 #include <algorithm>
+#include <cmath>
 #include <span>
 
 namespace duet {
@@ -8,6 +9,7 @@ namespace {
 
 constexpr double parallel = 1e-12;  // what the normals of a patch may differ by: rounding
 constexpr double thinnest = 1e-6;   // width of a patch over its length, below which it is a line
+constexpr double beside = 1e-9;     // of a line's length: how far beside it the load may be
 constexpr double sliding = 0.9;     // of all that friction can hold: a face that holds more slides
 constexpr double rounding = 1e-12;  // of the load
 constexpr int most_rounds = 8;      // of dropping points that would have to pull
@@ -77,7 +79,8 @@ class Patch {
 
   // Of all impulses that give the load, the least ones: share (P/S + g . (x - m)) with the sum S of the
   // shares, their middle m and C g = M, where M are the moments of the load and C the second moments of the
-  // shares about m. Whether the points span a plane.
+  // shares about m. Of points on a line C has no inverse, and g lies along the line.
+  // Whether the points can carry the load: those of a line can if it acts on the line.
   bool solve() {
     double sum = 0;
     Eigen::Vector2d middle(0, 0);
@@ -94,10 +97,18 @@ class Patch {
       ww += point.share * at.y() * at.y();
     });
     const double determinant = uu * ww - uw * uw;
-    if (!(determinant > thinnest * thinnest * (uu + ww) * (uu + ww))) return false;
     const Eigen::Vector2d moments = moments_ - load_ * middle;
-    const Eigen::Vector2d slope((ww * moments.x() - uw * moments.y()) / determinant,
-                                (uu * moments.y() - uw * moments.x()) / determinant);
+    Eigen::Vector2d slope;
+    if (determinant > thinnest * thinnest * (uu + ww) * (uu + ww)) {
+      slope = {(ww * moments.x() - uw * moments.y()) / determinant,
+               (uu * moments.y() - uw * moments.x()) / determinant};
+    } else {
+      const Eigen::Vector2d along = uu > ww ? Eigen::Vector2d(uu, uw) : Eigen::Vector2d(uw, ww);
+      const double squared = along.squaredNorm(), across = along.x() * moments.y() - along.y() * moments.x();
+      if (!(squared > 0 && std::abs(across) <= beside * std::sqrt(squared * (uu + ww) / sum) * load_))
+        return false;
+      slope = along.dot(moments) / (squared * (uu + ww)) * along;
+    }
     pulling_ = false;
     for_each_chosen([&](ContactPoint& point) {
       point.spread = point.share * (load_ / sum + slope.dot(place(point) - middle));

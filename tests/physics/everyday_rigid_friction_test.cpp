@@ -1,7 +1,10 @@
 // Friction of a flat face: against spinning it has the lever arm of even pressure, sliding it is the same
 // from every direction, and nowhere is it more than the coefficient allows.
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <numbers>
+#include <span>
 
 #include "tests/support/everyday.h"
 #include "tests/support/margin.h"
@@ -22,8 +25,14 @@ struct Face {
   double tolerance;
 };
 
-// Means over the square (side/6)(sqrt2 + ln(1 + sqrt2)), the disc 2/3 of the radius, the circle the radius. A
-// disc has the lever of the polygon of its samples.
+// Of a capsule of mass 1 about a line across its middle, from the cylinder and the two half balls.
+double unit_inertia_of_capsule(double radius, double length) {
+  const double r = radius, l = length, ends = 4.0 / 3 * r, whole = l + ends;  // volumes over pi r^2
+  return (l * (l * l / 12 + r * r / 4) + ends * (0.4 * r * r + l * l / 4 + 0.375 * l * r)) / whole;
+}
+
+// Means over the square (side/6)(sqrt2 + ln(1 + sqrt2)), the disc 2/3 of the radius, the circle the radius,
+// the line a quarter of its length. A disc has the lever of the polygon of its samples.
 std::vector<Face> faces() {
   using scene::ShapeKind;
   const double square = (std::sqrt(2.0) + std::log(1 + std::sqrt(2.0))) / 6;
@@ -51,6 +60,28 @@ std::vector<Face> faces() {
        0.01},
       {{"mesh", {.kind = ShapeKind::mesh}, Quat::Identity(), 0.5, cube}, square, 1.0 / 6, 0.01},
   };
+}
+
+// Bodies that touch along a line.
+std::vector<Face> lines() {
+  using scene::ShapeKind;
+  const Quat lying = exponential(Vec3(0, 0, std::numbers::pi / 2));
+  return {
+      {{"log", {.kind = ShapeKind::cylinder, .radius = 0.1, .length = 1}, lying, 0.1},
+       0.25,
+       (0.03 + 1) / 12,
+       0.01},
+      {{"pill", {.kind = ShapeKind::capsule, .radius = 0.1, .length = 1}, lying, 0.1},
+       0.25,
+       unit_inertia_of_capsule(0.1, 1),
+       0.01},
+  };
+}
+
+std::vector<Face> faces_and_lines() {
+  std::vector<Face> all = faces();
+  for (const Face& line : lines()) all.push_back(line);
+  return all;
 }
 
 scene::Scene on(Support support, double size) {
@@ -88,43 +119,53 @@ void expect_even_pressure(const Face& face, Support support, double size, double
 }
 
 TEST(EverydayRigidFriction, ASpinningFaceStopsAsEvenPressureStopsIt) {
-  for (const Face& face : faces())
+  for (const Face& face : faces_and_lines())
     for (const Support support :
          {Support::ground, Support::static_box, Support::mesh, Support::kinematic_box, Support::dynamic_box})
       expect_even_pressure(face, support, 1, 1.0 / 48);
 }
 
 TEST(EverydayRigidFriction, AtAnySizeAndStep) {
-  for (const Face& face : faces()) {
+  for (const Face& face : faces_and_lines()) {
     for (const double size : {0.01, 20.0}) expect_even_pressure(face, Support::static_box, size, 1.0 / 48);
     expect_even_pressure(face, Support::static_box, 1, 2e-3);
   }
 }
 
 // It comes as far as v^2 / (2 mu g), but for the share of a step in which it stops.
+void expect_to_slide(const Face& face, Support support, std::span<const double> angles) {
+  double least = 1e9, most = 0;
+  for (const double angle : angles) {
+    scene::Scene scene = on(support, 1);
+    scene::RigidBody& body = test::add_shape(scene, face.shape, 1, 0);
+    body.friction = friction;
+    body.placement.position.x() += 3;
+    const Vec3 start = body.placement.position, way(std::cos(angle), 0, std::sin(angle));
+    body.placement.velocity = 2 * way;
+    Simulation simulation(scene, test::plan(scene));
+    for (int frame = 0; frame < 24; ++frame) simulation.advance_frame();
+    const auto b = test::index_of_shape(simulation.world().bodies);
+    const Vec3 moved = simulation.world().bodies.rigid.state[b].pose.position - start;
+    least = std::min(least, moved.dot(way));
+    most = std::max(most, moved.dot(way));
+    EXPECT_LT((moved - moved.dot(way) * way).norm(), 1e-4) << face.shape.name << ", " << angle;
+  }
+  const double expected = 4 / (2 * friction * gravity);
+  EXPECT_LT(most - least, 1e-4 * expected) << face.shape.name << " on " << name_of(support);
+  EXPECT_NEAR(most, expected, 2e-3 * expected) << face.shape.name << " on " << name_of(support);
+}
+
 TEST(EverydayRigidFriction, SlidingIsTheSameFromEveryDirection) {
   for (const Face& face : faces())
-    for (const Support support : {Support::ground, Support::static_box, Support::mesh}) {
-      double least = 1e9, most = 0;
-      for (const double angle : {0.0, 0.2, 0.7, 1.3, 2.0, 3.0}) {
-        scene::Scene scene = on(support, 1);
-        scene::RigidBody& body = test::add_shape(scene, face.shape, 1, 0);
-        body.friction = friction;
-        body.placement.position.x() += 3;
-        const Vec3 start = body.placement.position, way(std::cos(angle), 0, std::sin(angle));
-        body.placement.velocity = 2 * way;
-        Simulation simulation(scene, test::plan(scene));
-        for (int frame = 0; frame < 24; ++frame) simulation.advance_frame();
-        const auto b = test::index_of_shape(simulation.world().bodies);
-        const Vec3 moved = simulation.world().bodies.rigid.state[b].pose.position - start;
-        least = std::min(least, moved.dot(way));
-        most = std::max(most, moved.dot(way));
-        EXPECT_LT((moved - moved.dot(way) * way).norm(), 1e-4) << face.shape.name << ", " << angle;
-      }
-      const double expected = 4 / (2 * friction * gravity);
-      EXPECT_LT(most - least, 1e-4 * expected) << face.shape.name << " on " << name_of(support);
-      EXPECT_NEAR(most, expected, 2e-3 * expected) << face.shape.name << " on " << name_of(support);
-    }
+    for (const Support support : {Support::ground, Support::static_box, Support::mesh})
+      expect_to_slide(face, support, std::array{0.0, 0.2, 0.7, 1.3, 2.0, 3.0});
+}
+
+// Across, it would roll.
+TEST(EverydayRigidFriction, LinesSlideAlongThemselves) {
+  for (const Face& line : lines())
+    for (const Support support : {Support::ground, Support::static_box, Support::mesh})
+      expect_to_slide(line, support, std::array{0.0, std::numbers::pi});
 }
 
 // Tangential over normal impulses of all contacts of a heap while it falls, slides and comes to rest.

@@ -4,34 +4,13 @@
 #include <cmath>
 
 #include "tests/support/everyday.h"
+#include "tests/support/groove.h"
 #include "tests/support/margin.h"
 
 #include "sim/step/world.h"
 
 namespace duet {
 namespace {
-
-// Along x, with the bottom of the groove at the origin; its sides rise at `angle` (rad).
-TriangleMesh groove(double angle) {
-  const double length = 20, half = 1, rise = half * std::tan(angle), below = -0.5;
-  TriangleMesh mesh;
-  for (const double x : {-length / 2, length / 2})
-    for (const auto& [y, z] : {std::pair(rise, -half), std::pair(0.0, 0.0), std::pair(rise, half),
-                               std::pair(below, half), std::pair(below, 0.0), std::pair(below, -half)})
-      mesh.positions.emplace_back(x, y, z);
-  for (int i = 0; i < 6; ++i) {
-    const int next = (i + 1) % 6;
-    test::add_face(mesh, {i, next, next + 6, i + 6});
-  }
-  for (const int end : {0, 6})
-    for (const std::vector<int>& cap : {std::vector<int>{0, 5, 4, 1}, std::vector<int>{1, 4, 3, 2}}) {
-      std::vector<int> face;
-      for (const int i : cap) face.push_back(i + end);
-      if (end == 6) std::reverse(face.begin(), face.end());
-      test::add_face(mesh, face);
-    }
-  return mesh;
-}
 
 struct InGroove {
   std::string name;
@@ -51,7 +30,7 @@ std::vector<InGroove> round_shapes() {
 
 scene::Scene scene_of(const InGroove& body, double angle, double size, double above) {
   scene::Scene scene;
-  auto mesh = std::make_shared<TriangleMesh>(groove(angle));
+  auto mesh = std::make_shared<TriangleMesh>(test::groove(angle));
   for (Vec3& x : mesh->positions) x *= size;
   scene::RigidBody& host = test::add_mesh(scene, "groove", mesh, 1, 1);
   host.is_static = true;

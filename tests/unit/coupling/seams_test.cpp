@@ -117,6 +117,18 @@ TEST_F(Planks, HideTheirSidesFromEachOther) {
   EXPECT_FALSE(hidden_foot(bodies(), 3, Vec3(0, 3.5, 0), -up));
 }
 
+// A foot beside the seam, so near that it counts as being on both: there is one top.
+TEST_F(Planks, DoNotHideTheirTopsBesideTheSeam) {
+  const Vec3 up(0, 1, 0);
+  for (const double beside : {1e-16, 1e-12, 1e-9, 1e-6, 1.6e-5, 5e-5, 9.9e-5, 1.1e-4}) {
+    EXPECT_FALSE(hidden_foot(bodies(), 1, Vec3(beside, 0, 0.3), up)) << beside;
+    EXPECT_FALSE(hidden_foot(bodies(), 0, Vec3(-beside, 0, 0.3), up)) << beside;
+    EXPECT_EQ(hidden_foot(bodies(), 1, Vec3(0, -beside, 0.3), Vec3(-1, 0, 0))->others_normal,
+              beside < 1e-4 ? up : Vec3(0, 0, 0))
+        << beside;
+  }
+}
+
 TEST_F(Planks, ALowPointLeavesThemUpwards) {
   const Vec3 x(1.0 / 1024, -1.0 / 64, 0), inward = Vec3(0.25, 1, 0).normalized();
   const WayOut side{Vec3(-1, 0, 0), 1.0 / 1024};
