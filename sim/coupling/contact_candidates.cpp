@@ -134,13 +134,13 @@ class Finder {
     find_faces(pair, is_reversed, margin, chunk);
     const LevelSet& shape = bodies_.rigid.properties[g].shape;
     const std::size_t faces = chunk.touches.size();
-    const auto has_faces = [&](int k) {
+    const auto has_nearest_face = [&](int k) {
       return std::any_of(chunk.touches.begin() + static_cast<std::ptrdiff_t>(begin),
                          chunk.touches.begin() + static_cast<std::ptrdiff_t>(faces),
-                         [&](const NearPoint& face) { return deepest_number(shape, face.point) == k; });
+                         [&](const NearPoint& face) { return face.point == against_face(shape, k, 0); });
     };
     visit_near(bodies_.rigid, pair, margin, [&](NearPoint near, const Vec3& inside) {
-      if (near.point < 0 && has_faces(-1 - near.point)) return;
+      if (near.point < 0 && has_nearest_face(-1 - near.point)) return;
       const ContactPlane plane =
           exposed_plane(bodies_, pair.host, bodies_.rigid.state[h].pose, near.position, inside,
                         near.point < 0 ? PointKind::deepest : PointKind::fixed);

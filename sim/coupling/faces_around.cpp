@@ -12,6 +12,7 @@ namespace {
 constexpr double other_plane = 0.9962;   // cosine of the angle between faces, at most: 5 degrees
 constexpr double same_plane = 1 - 1e-9;  // cosine
 constexpr double beyond_edge = 1e-9;     // barycentric: rounding
+constexpr double same_point = 0.002;     // of the way inwards: how much deeper another point may lie
 
 // Whether the foot of the perpendicular on the face's plane lies in the face.
 bool is_opposite(const MeshDistance::Face& face, const Vec3& x) {
@@ -64,7 +65,11 @@ void find_faces_around(const LevelSet& host, const LevelSet& guest, const Pose& 
       if (std::any_of(places.begin() + static_cast<std::ptrdiff_t>(first), places.end(), is_same)) return;
       add(k, 1 + number, x, n, gap);
     });
-    if (places.size() > first) add(k, 0, nearest.position, plane.normal, plane.gap);
+    if (places.size() == first) continue;
+    const DeepestPoint towards = deepest_point(guest, k, turn.transpose() * plane.normal);
+    const double gap = plane.normal.dot(in_host.to_world(towards.position) - plane.foot);
+    if (plane.gap - gap <= same_point * (nearest.inside - nearest.position).norm())
+      add(k, 0, nearest.position, plane.normal, plane.gap);
   }
 }
 

@@ -10,8 +10,9 @@ namespace duet {
 // Appends the places where deepest points of `guest`, at the pose `in_host` in the space of its host, a mesh,
 // are less than `margin` (m) above a face that turns away from the nearest surface by more than 5 degrees,
 // and opposite which they are: one for each such plane. For a deepest point that has such places the plane of
-// the nearest surface is among them: in the middle of a groove rounding decides which of its sides that is,
-// and each has to keep its contact for the step.
+// the nearest surface is among them, as face 0: in the middle of a groove rounding decides which of its sides
+// that is, and each has to keep its contact for the step. Not so where another point of the guest is deepest
+// towards that plane, as of a rim beside an edge of the host, below whose top most of it may be.
 void find_faces_around(const LevelSet& host, const LevelSet& guest, const Pose& in_host, double margin,
                        std::vector<NearPoint>& touches, std::vector<NearRidge>& places);
 
