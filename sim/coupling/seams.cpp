@@ -123,9 +123,9 @@ std::optional<HiddenFoot> hidden_foot(const Bodies& bodies, int host, const Vec3
     const double distance = distance_to(bodies.rigid, other, foot);
     if (distance > near) continue;
     if (distance < -near) return HiddenFoot{foot, Vec3::Zero(), other};
-    // On the surface of both. A host that rises from the other's surface, as a riser does, is not hidden. Beside
-    // an edge of the other, a little off it, everything on the way up would be nearest to that edge, with normals
-    // of all directions: so the way begins on the other's surface.
+    // On the surface of both. A host that rises from the other's surface, as a riser does, is not hidden.
+    // Beside an edge of the other, a little off it, everything on the way up would be nearest to that edge,
+    // with normals of all directions: so the way begins on the other's surface.
     const Vec3 start = distance > 0 ? Vec3(foot - distance * normal_of(bodies.rigid, other, foot)) : foot;
     const Vec3 others_normal = normal_of(bodies.rigid, other, start + near * normal);
     const double cosine = others_normal.dot(normal);
