@@ -158,7 +158,20 @@ class Finder {
       reduce_contacts(guest.arm, samples, chunk.touches, chunk.reduction);
       adopt_deepest(guest.arm, begin, chunk.touches, chunk.reduction);
     }
+    find_faces_at_samples(pair, margin, begin, chunk);
     find_places(pair, is_reversed, margin, chunk);
+  }
+
+  void find_faces_at_samples(const BodyPair& pair, double margin, std::size_t begin,
+                             CandidateSearch::Chunk& chunk) const {
+    const LevelSet& host = bodies_.rigid.properties[as_index(pair.host)].shape;
+    if (host.kind != LevelSet::Kind::grid) return;
+    const RigidProperties& guest = bodies_.rigid.properties[as_index(pair.guest_rigid)];
+    const Pose in_host = in_host_of(bodies_.rigid, pair);
+    const std::size_t end = chunk.touches.size();
+    for (std::size_t i = begin; i < end; ++i)
+      if (chunk.touches[i].point >= 0)
+        find_faces_around_sample(host, guest, in_host, margin, i, chunk.touches, chunk.ridges);
   }
 
   // What other bodies adjoin there is left out.

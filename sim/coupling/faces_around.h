@@ -1,4 +1,4 @@
-// The faces of a mesh that a round body touches beside the nearest one, as in a groove or a corner.
+// The faces of a mesh that a body touches beside the nearest one, as in a groove or a corner.
 #pragma once
 
 #include <vector>
@@ -15,5 +15,13 @@ namespace duet {
 // towards that plane, as of a rim beside an edge of the host, below whose top most of it may be.
 void find_faces_around(const LevelSet& host, const LevelSet& guest, const Pose& in_host, double margin,
                        std::vector<NearPoint>& touches, std::vector<NearRidge>& places);
+
+// The same for a sample of the guest, in sharp creases that go inwards: replaces the touch number `touch`,
+// that of the sample, by one for its plane and appends those of the faces that rise from it, if there are
+// any, with places of their own numbers (ContactPoint::guest_point). Each has to keep its plane for the step:
+// of a box that stands in a groove with one edge, all samples are as near to one side as to the other.
+void find_faces_around_sample(const LevelSet& host, const RigidProperties& guest, const Pose& in_host,
+                              double margin, std::size_t touch, std::vector<NearPoint>& touches,
+                              std::vector<NearRidge>& places);
 
 }  // namespace duet

@@ -156,6 +156,11 @@ bool GridLevelSet::inside_grid(const Vec3& local) const {  // false for what is 
   return local.minCoeff<Eigen::PropagateNaN>() >= 0 && (last_ - local).minCoeff<Eigen::PropagateNaN>() >= 0;
 }
 
+bool GridLevelSet::is_exact(const Vec3& x) const {
+  const Vec3 local = (x - grid_.origin) * inverse_spacing_;
+  return inside_grid(local) && is_exact_at(local);
+}
+
 double GridLevelSet::distance(const Vec3& x) const {
   const Vec3 local = (x - grid_.origin) * inverse_spacing_;
   if (inside_grid(local))

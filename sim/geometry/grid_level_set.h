@@ -18,7 +18,9 @@ class GridLevelSet {
   GridLevelSet(const TriangleMesh& mesh, int cells, SharpEdges sharp_edges = SharpEdges::exact);
 
   double distance(const Vec3& x) const;  // m, trilinear
-  Vec3 normal(const Vec3& x) const;      // unit, along the gradient of the trilinear interpolant
+  // Whether x is in a cell whose distances are not interpolated, as around sharp edges.
+  bool is_exact(const Vec3& x) const;
+  Vec3 normal(const Vec3& x) const;  // unit, along the gradient of the trilinear interpolant
 
   double bounding_radius() const { return bounding_radius_; }  // m, about the origin
   const Vec3& lower() const { return bounds_.min(); }          // m, of the mesh

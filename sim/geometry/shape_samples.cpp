@@ -163,6 +163,18 @@ void add_face_points(const TriangleMesh& mesh, std::size_t t, const Vec3& normal
           {a + static_cast<double>(i) / n * (b - a) + static_cast<double>(j) / n * (c - a), normal});
 }
 
+struct EdgeSides {
+  std::vector<Vec3> normals, opposite;  // of each face, and its corner opposite the edge
+};
+
+// Whether the faces turn inwards by 30 degrees or more at the edge from a on. What is inside a body touches
+// nothing there that its faces do not touch.
+bool is_crease(const EdgeSides& sides, const Vec3& a) {
+  constexpr double sharp = 0.866;  // cosine
+  return sides.normals.size() == 2 && sides.normals[0].dot(sides.normals[1]) < sharp &&
+         sides.normals[0].dot(sides.opposite[1] - a) > 0;
+}
+
 }  // namespace
 
 double default_sample_spacing(double volume) { return math::cbrt(volume) / 8; }
@@ -186,7 +198,8 @@ std::vector<Vec3> surface_samples(const LevelSet& shape, double spacing) {
 
 std::vector<Vec3> surface_samples(const TriangleMesh& mesh, double spacing) {
   std::vector<std::vector<Vec3>> at_vertex(mesh.positions.size());
-  std::map<std::pair<int, int>, std::vector<Vec3>> at_edge;
+  std::vector<char> in_crease(mesh.positions.size(), 0);
+  std::map<std::pair<int, int>, EdgeSides> at_edge;
   double longest_edge = 0;
   std::vector<Candidate> faces;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -194,20 +207,26 @@ std::vector<Vec3> surface_samples(const TriangleMesh& mesh, double spacing) {
     const Triangle& corners = mesh.triangles[t];
     for (std::size_t k = 0; k < 3; ++k) {
       at_vertex[static_cast<std::size_t>(corners[k])].push_back(normal);
-      at_edge[std::minmax(corners[k], corners[(k + 1) % 3])].push_back(normal);
+      EdgeSides& sides = at_edge[std::minmax(corners[k], corners[(k + 1) % 3])];
+      sides.normals.push_back(normal);
+      sides.opposite.push_back(mesh.corner(t, (k + 2) % 3));
     }
     add_face_points(mesh, t, normal, spacing, faces);
   }
   std::vector<Candidate> candidates, edges;
-  for (std::size_t v = 0; v < mesh.positions.size(); ++v)
-    candidates.push_back(candidate(mesh.positions[v], at_vertex[v]));
-  for (const auto& [edge, normals] : at_edge) {
-    const Vec3 &a = mesh.positions[static_cast<std::size_t>(edge.first)],
-               &b = mesh.positions[static_cast<std::size_t>(edge.second)];
+  for (const auto& [edge, sides] : at_edge) {
+    const Vec3 &a = mesh.positions[as_index(edge.first)], &b = mesh.positions[as_index(edge.second)];
     longest_edge = std::max(longest_edge, (b - a).norm());
+    if (is_crease(sides, a)) {
+      in_crease[as_index(edge.first)] = in_crease[as_index(edge.second)] = 1;
+      continue;
+    }
     const int n = intervals((b - a).norm(), spacing);
-    for (int i = 1; i < n; ++i) edges.push_back(candidate(a + static_cast<double>(i) / n * (b - a), normals));
+    for (int i = 1; i < n; ++i)
+      edges.push_back(candidate(a + static_cast<double>(i) / n * (b - a), sides.normals));
   }
+  for (std::size_t v = 0; v < mesh.positions.size(); ++v)
+    if (in_crease[v] == 0) candidates.push_back(candidate(mesh.positions[v], at_vertex[v]));
   sort_by_sharpness(candidates);
   sort_by_sharpness(edges);
   candidates.insert(candidates.end(), edges.begin(), edges.end());

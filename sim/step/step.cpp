@@ -3,10 +3,6 @@
 namespace duet {
 namespace {
 
-// Of what the refused step before has gained: a shorter one that gains more is no remedy, unless it is much,
-// more than this share of what moves.
-constexpr double least_help = 0.5, much = 2e-4;
-
 bool refuse(World& world) {
   restore_step_start(world);
   return false;
@@ -92,11 +88,7 @@ bool step(World& world, double time, double dt, Refusal* refusal) {
     if (keeps_volume_in_contact) run(Stage::keep_volume, keep_volume);
   }
   end_step(world);
-  if (const double gain = may_gain ? gained_energy(world, energy) : 0; gain > 0) {
-    const bool helps = gain < least_help * refusal->gain || gain > much * energy_now(world).moving;
-    refusal->gain = gain;
-    if (helps) return refuse(world);
-  }
+  if (may_gain && gains_energy(world, energy, *refusal)) return refuse(world);
   world.ledger.end_step(world);
   if (contact) remember(context.contacts, context.graph, dt, context.memory);
   std::swap(context.held_pressure, context.new_pressure);

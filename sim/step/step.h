@@ -12,7 +12,7 @@ namespace duet {
 // puts them back).
 //
 // A step that proves too long, as bodies on joints turn farther than the rule foresaw, a joint would have to
-// do more work than is between the bodies, or an implicit step gains energy, is refused where the caller
+// do more work than is between the bodies, or the step gains energy, is refused where the caller
 // allows it: the state is then that of time n, the result is false, and a shorter step is to be tried.
 struct Refusal {
   bool is_allowed = true;
@@ -22,15 +22,16 @@ struct Refusal {
 };
 bool step(World& world, double time, double dt, Refusal* refusal = nullptr);
 
-/// Whether an implicit step has to be asked if it gains energy.
+/// Whether a step has to be asked if it gains energy: implicit ones, and those of rigid bodies in contact.
 bool may_gain_energy(const World& world);
 /// Kinetic and elastic energy, and these with that of gravity, J.
 struct StoredEnergy {
   double moving = 0, all = 0;
 };
 StoredEnergy energy_now(const World& world);
-/// J, by which the step that began with `before` has gained more than a scene that nothing drives may; or 0.
-double gained_energy(const World& world, const StoredEnergy& before);
+/// Whether the step that began with `before` has gained more than a scene that nothing drives may, and a
+/// shorter one would help. Keeps in `refusal` what it gained.
+bool gains_energy(const World& world, const StoredEnergy& before, Refusal& refusal);
 
 void restore_step_start(World& world);
 void end_step(World& world);  // w = I^-1 L without the rounding of its increments, so that a state is x, q, v

@@ -49,13 +49,26 @@ scene::Scene random_scene(std::uint64_t seed, double& size) {
 
 constexpr int frames = 20;
 
-// Of 10,000 scenes 84 gained more than a thousandth, and one, seed 3034, more than a hundredth.
 TEST(EverydayRigidRandom, ScenesKeepTheirPromises) {
   test::expect_promises(200, [](std::uint64_t seed) {
     double size = 1;
     const scene::Scene scene = random_scene(seed, size);
     return test::keep_promises(scene, size, frames, 0.02);
   });
+}
+
+// Of the first 10,000 those that gained 0.2 % to 11 % before steps that gain energy were taken again in
+// shorter ones, and faces beside a rim were found where they touch.
+TEST(EverydayRigidRandom, ScenesThatOnceGainedEnergyKeepIt) {
+  double most = 0;
+  for (const std::uint64_t seed : {66, 510, 874, 3034, 3466}) {
+    double size = 1;
+    const scene::Scene scene = random_scene(seed, size);
+    const test::Outcome outcome = test::keep_promises(scene, size, frames, 0.02);
+    EXPECT_EQ(outcome.violation, "") << seed;
+    most = std::max(most, outcome.gain);
+  }
+  test::expect_below(most, 3e-3, "most_gain");
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <random>
 
+#include "tests/support/groove.h"
 #include "tests/support/meshes.h"
 #include <gtest/gtest.h>
 
@@ -133,6 +134,15 @@ TEST(ShapeSamples, FineMeshesAreThinnedAndKeepTheirCorners) {
   const std::vector<Vec3> samples = surface_samples(box, 0.25);
   for (const Vec3& corner : box.positions)
     EXPECT_TRUE(contains(samples, corner)) << "both sides of a thin plate: " << corner.transpose();
+}
+
+// There its faces touch first, and a point on both of them would have the normal of neither.
+TEST(ShapeSamples, NoneLiesInACreaseOfAMesh) {
+  const TriangleMesh groove = test::groove(0.6);
+  const std::vector<Vec3> samples = surface_samples(groove, 0.1);
+  EXPECT_GT(samples.size(), 1000U);
+  for (const Vec3& x : samples) EXPECT_GT(std::hypot(x.y(), x.z()), 1e-3) << x.transpose();
+  EXPECT_FALSE(contains(surface_samples(test::l_mesh(), 0.3), Vec3(1, 1, 0)));
 }
 
 }  // namespace
