@@ -166,8 +166,20 @@ void find_islands(const Bodies& bodies, const ContactSet& contacts, ContactGraph
     island[as_index(body)] = first_of_island(island, body);
 }
 
-void find_where_shocks_pass(const Bodies& bodies, ContactGraph& graph) {
+bool is_moving_fixed(const Bodies& bodies, int body) {
+  if (!is_fixed(bodies, body)) return false;
+  const RigidState& state = bodies.rigid.state[as_index(body)];
+  return !(state.velocity.isZero(0) && state.angular_velocity.isZero(0));
+}
+
+void find_where_shocks_pass(const Bodies& bodies, const ContactSet& contacts, ContactGraph& graph) {
   graph.carries_shocks.assign(graph.island.size(), 1);
+  for (const int p : graph.pairs) {
+    const ContactPair& pair = contacts.pairs[as_index(p)];
+    const int guest = static_cast<int>(guest_node(bodies, pair));
+    const bool is_driven = is_moving_fixed(bodies, pair.host) || is_moving_fixed(bodies, guest);
+    if (is_driven) graph.carries_shocks[as_index(graph.island_of(bodies, pair))] = 2;
+  }
   const auto bar = [&](std::size_t body) { graph.carries_shocks[as_index(graph.island[body])] = 0; };
   for (std::size_t d = 0; d < bodies.deformable.size(); ++d) bar(bodies.rigid.size() + d);
   for (const BoundParticle& bound : bodies.bound) bar(bound.body);
@@ -207,7 +219,7 @@ void build_contact_graph(const Bodies& bodies, const Vec3& gravity, bool rigid_p
     pair.level = std::max(graph.level[as_index(pair.host)], graph.level[guest_node(bodies, pair)]);
   }
   find_islands(bodies, contacts, graph);
-  find_where_shocks_pass(bodies, graph);
+  find_where_shocks_pass(bodies, contacts, graph);
   graph.schedule.build(bodies, contacts, graph.pairs);
   graph.sweeps.build(bodies, contacts, graph.schedule.order());
   graph.levels_apart = false;

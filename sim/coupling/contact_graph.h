@@ -17,8 +17,8 @@ struct ContactGraph {
   std::vector<int> level;       // of every body
   std::vector<char> supported;  // whether its supports lead down to a static or kinematic body
   std::vector<int> island;      // of every movable body: the first body of those it is connected with
-  // Of every island, by its first body: whether all that it is made of are rigid bodies by themselves. Shocks
-  // would take apart what joints or flesh hold together, and do not pass through soft bodies.
+  // Of every island, by its first body: 1 if all that it is made of are rigid bodies by themselves, as shocks
+  // would take apart what joints or flesh hold together; 2 if a kinematic body that moves touches them.
   std::vector<char> carries_shocks;
   PairSchedule schedule;      // the pairs that contact processes, up the graph
   SweepPipeline sweeps;       // over the pairs in the order of `schedule`

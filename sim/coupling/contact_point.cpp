@@ -18,6 +18,11 @@ Mat3 impulse_factor(const RigidState& state, double inverse_mass, const Vec3& ar
 
 namespace {
 
+constexpr double rounding = 1e-9;  // of a size
+constexpr double parallel = 1e-4;  // squared sine of the angle between two axes that do not cross
+constexpr double turned = 1e-6;    // sine of an angle between normals, of rounding at most
+constexpr double on_side = 1e-3;   // the normal's part along the axis of a host that is touched on its side
+
 Pose in_space_of(const Pose& host, const Pose& guest) {
   return {host.to_body(guest.position), host.orientation.conjugate() * guest.orientation};
 }
@@ -42,6 +47,55 @@ Touch touch_at(const LowestPlace& lowest, const Pose& host_pose, const Pose& gue
           normal.dot(x - host_pose.to_world(lowest.foot)) - lowest.radius};
 }
 
+bool has_round_side(const LevelSet& shape) {
+  return shape.kind == LevelSet::Kind::capsule || shape.kind == LevelSet::Kind::cylinder;
+}
+
+// A place on the axis of a guest with a round side, against the side of a host that has one as well. On one
+// that turns, a plane would turn with it; so the nearest places of the two axes are looked for anew, no
+// farther from where they were than the two radii together.
+Touch touch_of_sides(const LowestPlace& lowest, const LevelSet& host, const Pose& host_pose,
+                     const Pose& guest_pose) {
+  const Pose in_host = in_space_of(host_pose, guest_pose);
+  const auto across = [](const Vec3& v) { return Vec3(v.x(), 0, v.z()); };
+  Vec3 x = in_host.to_world(lowest.place);
+  const Vec3 along = in_host.orientation * Vec3::UnitY(), along_across = across(along);
+  const double farthest = lowest.radius + host.radius;
+  if (const double squared = along_across.squaredNorm(); squared > parallel)
+    x += std::clamp(-across(x).dot(along_across) / squared, -farthest, farthest) * along;
+  const Vec3 out = across(x);
+  const double distance = out.norm();
+  const Vec3 normal = distance > 0 ? Vec3(out / distance) : lowest.normal;
+  return {host_pose.to_world(x - lowest.radius * normal), host_pose.orientation * normal,
+          distance - host.radius - lowest.radius};
+}
+
+// A place on the axis of a guest with a round side. On a face of the host the plane stays where it was found,
+// also where the place has gone a little beyond the face's end; around an edge it turns.
+Touch touch_of_side(const LowestPlace& lowest, const LevelSet& host, const Pose& host_pose,
+                    const LevelSet& guest, const Pose& guest_pose) {
+  const Vec3 axis = guest_pose.orientation * Vec3::UnitY(), x = guest_pose.to_world(lowest.place);
+  const auto across = [&](const Vec3& v) { return Vec3(v - v.dot(axis) * axis); };
+  const SignedDistance now = host.exact(host_pose.to_body(x));
+  const Vec3 normal = host_pose.orientation * lowest.normal, plane = across(normal),
+             out = across(now.distance * (host_pose.orientation * now.normal));
+  const double distance = out.norm(), length = plane.norm();
+  if (now.distance > 0 && distance > 0 && plane.cross(out).norm() > turned * length * distance)
+    return {x - lowest.radius / distance * out, out / distance, distance - lowest.radius};
+  if (guest.kind == LevelSet::Kind::capsule) return touch_at(lowest, host_pose, guest_pose);
+  return {x - lowest.radius / length * plane, normal,
+          normal.dot(x - host_pose.to_world(lowest.foot)) - length * lowest.radius};
+}
+
+// A place on a ridge of a rigid guest.
+Touch touch_at_ridge(const LowestPlace& lowest, const LevelSet& host, const Pose& host_pose,
+                     const LevelSet& guest, const Pose& guest_pose) {
+  if (!(lowest.radius > 0 && has_round_side(guest))) return touch_at(lowest, host_pose, guest_pose);
+  if (has_round_side(host) && std::abs(lowest.normal.y()) < on_side)
+    return touch_of_sides(lowest, host, host_pose, guest_pose);
+  return touch_of_side(lowest, host, host_pose, guest, guest_pose);
+}
+
 // Deepest point k of a guest against the face of the host that `lowest` tells of.
 Touch touch_of_face(const LowestPlace& lowest, const Pose& host_pose, const LevelSet& guest,
                     const Pose& guest_pose, int k) {
@@ -56,17 +110,17 @@ Touch in_world(const Vec3& x, const ContactPlane& plane, const Pose& host_pose) 
           plane.faces || plane.gap < 0 ? plane.gap : std::numeric_limits<double>::infinity()};
 }
 
-// Deepest point k of a guest towards the plane through `foot` (m) that goes on from its host as the surface
-// of the body `other`; far away where it is beside that surface.
-Touch touch_of_continued(const Bodies& bodies, const Vec3& normal, const Vec3& foot, int other,
+// Deepest point k of a guest towards the plane through `foot` (m) that goes on from its host, of the smallest
+// size `size` (m), as the surface of the body `other`; far away where it is beside that surface.
+Touch touch_of_continued(const Bodies& bodies, const Vec3& normal, const Vec3& foot, double size, int other,
                          const Pose& guest_pose, const LevelSet& guest, int k) {
-  constexpr double near = 1e-3;  // of the smallest size of the other body
+  constexpr double near = 1e-3;  // of the size
   const DeepestPoint deepest = deepest_point(guest, k, guest_pose.orientation.conjugate() * normal);
   const Vec3 x = guest_pose.to_world(deepest.position);
   const double gap = normal.dot(x - foot);
   const LevelSet& shape = bodies.rigid.properties[as_index(other)].shape;
   const double beside = shape.distance(bodies.rigid.state[as_index(other)].pose.to_body(x - gap * normal));
-  if (beside > near * shape.smallest_size()) return {x, normal, std::numeric_limits<double>::infinity()};
+  if (std::abs(beside) > near * size) return {x, normal, std::numeric_limits<double>::infinity()};
   return {x, normal, gap};
 }
 
@@ -82,14 +136,14 @@ int body_below_deepest(const Bodies& bodies, int host, const Touch& found, const
       deepest_point(guest, k, guest_pose.orientation.conjugate() * found.normal).position);
   const Vec3 foot = found.position - found.gap * found.normal;
   const Vec3 below = x - found.normal.dot(x - foot) * found.normal;
-  const auto is_on = [&](int body) {
-    constexpr double rounding = 1e-9;  // of the smallest size
-    const LevelSet& shape = bodies.rigid.properties[as_index(body)].shape;
-    return shape.distance(bodies.rigid.state[as_index(body)].pose.to_body(below)) <=
-           rounding * shape.smallest_size();
+  const auto above = [&](int body) {  // m
+    return bodies.rigid.properties[as_index(body)].shape.distance(
+        bodies.rigid.state[as_index(body)].pose.to_body(below));
   };
-  if (is_on(host)) return -1;
-  const auto other = std::find_if(others.begin(), others.end(), is_on);
+  const double nothing = rounding * bodies.rigid.properties[as_index(host)].shape.smallest_size();
+  if (above(host) <= nothing) return -1;
+  const auto other =
+      std::find_if(others.begin(), others.end(), [&](int body) { return std::abs(above(body)) <= nothing; });
   return other == others.end() ? -1 : *other;
 }
 
@@ -97,7 +151,8 @@ int body_below_deepest(const Bodies& bodies, int host, const Touch& found, const
 
 Touch touch(const RigidProperties& host, const Pose& host_pose, const RigidProperties& guest,
             const Pose& guest_pose, int sample, const LowestPlace& lowest) {
-  if (is_on_ridge(guest, sample)) return touch_at(lowest, host_pose, guest_pose);
+  if (is_on_ridge(guest, sample))
+    return touch_at_ridge(lowest, host.shape, host_pose, guest.shape, guest_pose);
   if (sample < 0 && !lowest.normal.isZero(0))
     return touch_of_face(lowest, host_pose, guest.shape, guest_pose, deepest_number(guest.shape, sample));
   const DeepestPoint point = in_space_of(host, host_pose, guest, guest_pose, sample);
@@ -121,8 +176,9 @@ Touch touch(const Bodies& bodies, int host, const Pose& host_pose, int guest, co
             other = plane.continued_by >= 0 ? plane.continued_by
                                             : body_below_deepest(bodies, host, found, guest_pose, shape, k);
   if (other < 0) return found;
-  return touch_of_continued(bodies, found.normal, host_pose.to_world(plane.foot), other, guest_pose, shape,
-                            k);
+  const double size = properties[as_index(host)].shape.smallest_size();
+  return touch_of_continued(bodies, found.normal, host_pose.to_world(plane.foot), size, other, guest_pose,
+                            shape, k);
 }
 
 namespace {

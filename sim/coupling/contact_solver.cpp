@@ -1,6 +1,7 @@
 #include "sim/coupling/contact_solver.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include <Eigen/LU>
 
@@ -14,6 +15,10 @@ constexpr int shock_iterations = 10;  // Gauss-Seidel sweeps over a group of a l
 // In a sweep, of a deformable body on something that no impulse moves: its contacts hardly know of each
 // other.
 constexpr int soft_repeats = 2;
+// ContactGraph::carries_shocks of an island that a kinematic body moves: nothing in it is slow, and what the
+// shocks give comes from that body.
+constexpr char driven = 2;
+constexpr double anything = std::numeric_limits<double>::infinity();
 
 // One Gauss-Seidel update of a contact; returns how much it changed the relative velocity, over its
 // precision.
@@ -103,11 +108,12 @@ double update_pair(Bodies& bodies, LinkedBodies* linked, const ContactSolveSetti
 // An update of a contact by an impulse on one body, the other being as if fixed.
 class UpperUpdate {
  public:
-  UpperUpdate(Bodies& bodies, double tolerance, int upper)
+  UpperUpdate(Bodies& bodies, double tolerance, double at_rest, int upper)
       : state_(bodies.rigid.state[as_index(upper)]),
         properties_(bodies.rigid.properties[as_index(upper)]),
         bodies_(bodies),
         tolerance_(tolerance),
+        at_rest_(at_rest),
         upper_(upper) {}
 
   double operator()(ContactPoint& contact) {
@@ -116,9 +122,14 @@ class UpperUpdate {
     if (std::abs(error) < tolerance_ * contact.precision || (contact.impulse.isZero(0) && error < 0))
       return 0;
     const bool upper_is_guest = contact.guest_rigid == upper_;
+    const Vec3 lower = velocity_of_lower(contact, upper_is_guest);
+    const double towards = lower.dot(contact.normal);
+    if (std::abs(towards) > at_rest_) return 0;
+    const bool slides = (lower - towards * contact.normal).norm() > at_rest_;
     const Vec3& arm = upper_is_guest ? contact.guest_arm : contact.host_arm;
     const ContactResponse response(impulse_factor(state_, properties_.inverse_mass, arm), contact.normal);
-    const Vec3 total = updated_impulse(contact, response, velocity);
+    const Vec3 total =
+        slides ? updated_pressure(contact, response, velocity) : updated_impulse(contact, response, velocity);
     const Vec3 change = total - contact.impulse;
     apply_impulse(state_, properties_, arm, upper_is_guest ? change : Vec3(-change));
     contact.impulse = total;
@@ -126,10 +137,16 @@ class UpperUpdate {
   }
 
  private:
+  Vec3 velocity_of_lower(const ContactPoint& contact, bool upper_is_guest) const {
+    return upper_is_guest
+               ? point_velocity(bodies_.rigid.state[as_index(contact.host)], contact.host_arm)
+               : point_velocity(bodies_.rigid.state[as_index(contact.guest_rigid)], contact.guest_arm);
+  }
+
   RigidState& state_;
   const RigidProperties& properties_;
   const Bodies& bodies_;
-  double tolerance_;
+  double tolerance_, at_rest_;
   int upper_;
 };
 
@@ -183,7 +200,8 @@ void propagate_shocks(Bodies& bodies, const ContactGraph& graph, const ContactSo
         largest = std::max(largest, update_contact(bodies, nullptr, contacts.points[as_index(i)]));
       return largest;
     }
-    UpperUpdate update_upper(bodies, settings.tolerance,
+    const bool is_driven = graph.carries_shocks[as_index(graph.island_of(bodies, pair))] == driven;
+    UpperUpdate update_upper(bodies, settings.tolerance, is_driven ? anything : settings.at_rest,
                              host_level > guest_level ? pair.host : pair.guest_rigid);
     for (int i = pair.begin; i < pair.end; ++i)
       largest = std::max(largest, update_upper(contacts.points[as_index(i)]));

@@ -1,6 +1,7 @@
 // Steps III.3 and V.4: contact with friction between rigid and deformable bodies alike.
 #pragma once
 
+#include <limits>
 #include <vector>
 
 #include "sim/coupling/contact_graph.h"
@@ -15,6 +16,7 @@ struct ContactSolveSettings {
   double tolerance = 1e-6;         // m/s, stop when no sweep changes a relative velocity by more
   bool angular_friction = false;   // effect rolling_friction
   bool shocks_everywhere = false;  // and not only in islands that carry them
+  double at_rest = std::numeric_limits<double>::infinity();  // m/s, of a lower body's surface, see below
 };
 
 // Changes the velocities so that no contact closes faster than its target: v_rel.n >= target, complementary
@@ -28,7 +30,10 @@ int solve_contact(Bodies& bodies, const ContactGraph& graph, const ContactSolveS
 
 // Shock propagation (Guendelman et al. 2003): level by level, what the sweeps left is taken up by the upper
 // bodies alone, as if the lower ones were fixed. Only rigid pairs whose lower body is supported take part, so
-// that bodies in free flight keep their momentum, and only those of islands that carry shocks.
+// that bodies in free flight keep their momentum, and only those of islands that carry shocks. Where the
+// surface of a lower body moves faster than settings.at_rest it would lead the upper one about, as if a light
+// body had any amount of energy: moving along the contact, as a log below a slab, it acts along the normal
+// alone, and moving towards the upper body or away from it not at all.
 void propagate_shocks(Bodies& bodies, const ContactGraph& graph, const ContactSolveSettings& settings,
                       ContactSet& contacts);
 

@@ -43,4 +43,15 @@ inline Vec3 updated_impulse(const ContactPoint& contact, const ContactResponse& 
                                     velocity + (now - before) * (response.K * n), pressed);
 }
 
+// The same along the normal alone: friction stays as it is, within the cone over the new normal impulse.
+inline Vec3 updated_pressure(const ContactPoint& contact, const ContactResponse& response,
+                             const Vec3& velocity) {
+  const Vec3& n = contact.normal;
+  const double before = contact.impulse.dot(n);
+  const double now = std::max(0.0, before + response.normal_mass * (contact.target - velocity.dot(n)));
+  const Vec3 tangential = contact.impulse - before * n;
+  const double friction = tangential.norm(), most = contact.friction * now;
+  return now * n + (friction > most ? Vec3(most / friction * tangential) : tangential);
+}
+
 }  // namespace duet

@@ -108,7 +108,14 @@ DeepestPoint of_circle(const LevelSet& shape, int k, const Pose& pose, const Lev
 bool rolls_over_samples(const LevelSet& host) { return deepest_point_count(host) > 0; }
 
 bool touches_with_deepest_point(const LevelSet& host, const LevelSet& guest) {
-  return host.kind == LevelSet::Kind::sphere && guest.kind != LevelSet::Kind::grid;
+  return host.kind == LevelSet::Kind::capsule ||
+         (host.kind == LevelSet::Kind::sphere && guest.kind != LevelSet::Kind::grid);
+}
+
+bool is_beside_side(const LevelSet& host, const Vec3& x) {
+  if (host.kind != LevelSet::Kind::cylinder) return false;
+  const double beyond_end = std::abs(x.y()) - host.half_length;
+  return beyond_end <= 0 && math::hypot(x.x(), x.z()) - host.radius >= beyond_end;
 }
 
 int deepest_point_count(const LevelSet& shape) {

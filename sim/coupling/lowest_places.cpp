@@ -25,6 +25,11 @@ constexpr double least_facing = 0.2;
 // touch there along the face's own normal, and others that are nearly the same would be one constraint twice
 // over, badly conditioned.
 constexpr double lies_flat = 1 - 1e-6;
+// Of a line on a flat face: sine of the angle between them, at most; cosine of the angle between normals that
+// are the same; and how often the step to where they change is halved.
+constexpr double lies_along = 0.02, same_normal = 1 - 1e-12;
+constexpr int bisections = 40;
+constexpr double rounding = 1e-9;  // of a length
 
 // Exact distances from a host of places one after the other: none changes by more than the way from the last
 // one, which makes the search for it short.
@@ -89,6 +94,40 @@ double golden_section(double low, double high, const Function& at) {
   return (low + high) / 2;
 }
 
+// The part of a straight line over one flat face of the host, or along a round one: where the host's normal
+// is the same. From `low` to `high`, m along the line.
+struct FlatPart {
+  double low = 0, high = 0;
+  Vec3 normal = Vec3::Zero();
+};
+
+// `at` (m) along the line from `begin` by the unit vector `along`, which is `length` (m) long, in the host's
+// space; looks for the ends in steps of `step` (m). None where the normal is not at right angles to the line.
+std::optional<FlatPart> flat_part(const LevelSet& host, const Vec3& begin, const Vec3& along, double length,
+                                  double at, double step) {
+  const auto normal_at = [&](double s) { return host.exact(begin + s * along).normal; };
+  FlatPart part{at, at, normal_at(at)};
+  if (!(std::abs(part.normal.dot(along)) < lies_along)) return std::nullopt;
+  const auto is_flat = [&](double s) { return part.normal.dot(normal_at(s)) > same_normal; };
+  const auto end_of = [&](double way) {  // towards `way`, 1 or -1
+    double in = at, out = at;
+    while (in == out) {
+      out = std::clamp(in + way * step, 0.0, length);
+      if (!is_flat(out)) break;
+      if (in == out) return in;
+      in = out;
+    }
+    for (int i = 0; i < bisections; ++i) {
+      const double middle = (in + out) / 2;
+      (is_flat(middle) ? in : out) = middle;
+    }
+    return in;
+  };
+  part.low = end_of(-1);
+  part.high = end_of(1);
+  return part;
+}
+
 // Of one line.
 class Walk {
  public:
@@ -111,7 +150,7 @@ class Walk {
       }
       const bool is_last = i + 1 == count;
       const double after = is_last && !line_.is_closed ? far : distance_at(i + 1);
-      if (here <= before && here < after) refine(i);
+      if (here <= before && here < after && i >= next_) refine(i);
       before = here;
       here = after;
       ++i;
@@ -147,8 +186,61 @@ class Walk {
     if (at(0) - line_.longest - line_.radius >= margin_) return;
     const double t = golden_section(first, last, at), least = at(t);
     if (least - line_.radius >= margin_) return;
-    if (std::min(at(first), at(last)) - least < least_fall * line_.longest) return;
+    if (line_.radius > 0 && line_.around == 0) {
+      if (take_ends_on_face(i, t) || is_end(i, t) || !is_on_side((i + t) * line_.longest, least)) return;
+    } else if (std::min(at(first), at(last)) - least < least_fall * line_.longest) {
+      return;
+    }
     take(i, std::clamp(t, first + precision, last - precision), least);
+  }
+
+  bool is_end(int i, double t) const {
+    return (i == 0 && t < precision) || (i + 1 == line_.end - line_.begin && t > -precision);
+  }
+
+  // Whether what is `distance` away (m) from the axis at a place `at` (m) along it is on the side of the
+  // cylinder, rather than on its end, through which it comes out sooner.
+  bool is_on_side(double at, double distance) const {
+    const double length = (line_.end - line_.begin - 1) * line_.longest;
+    return line_.radius - distance <= std::min(at, length - at);
+  }
+
+  // Where the side of a cylinder or capsule lies on a face that is narrower than the line, or over whose edge
+  // it reaches: the ends of the part that is over the face. The line's own ends are deepest points.
+  bool take_ends_on_face(int i, double t) {
+    const Vec3 begin = pose_.to_world(node(0)),
+               way = pose_.to_world(node(line_.end - line_.begin - 1)) - begin;
+    const double length = way.norm(), step = line_.longest;
+    const auto find = [&](double beside) -> std::optional<FlatPart> {  // the search may have ended beside it
+      const double at = std::clamp((i + t + beside) * step, 0.0, length);
+      const auto found = flat_part(host_, begin, way / length, length, at, step);
+      const bool is_long = found && found->high - found->low > rounding * length;
+      return is_long ? found : std::nullopt;
+    };
+    std::optional<FlatPart> part = find(0);
+    if (!part) part = find(-2 * precision);
+    if (!part) part = find(2 * precision);
+    if (!part) return false;
+    next_ = static_cast<int>(part->high / step) + 1;
+    if (part->low > rounding * length)
+      take_on_face(part->low, static_cast<int>(part->low / step), part->normal);
+    if (part->high < (1 - rounding) * length)
+      take_on_face(part->high, static_cast<int>(part->high / step) + 1, part->normal);
+    return true;
+  }
+
+  // `at` (m) along the line, beside node i.
+  void take_on_face(double at, int i, const Vec3& normal) {
+    const Vec3 &first = node(0), &last = node(line_.end - line_.begin - 1);
+    const Vec3 place = first + at * (last - first).normalized(), x = pose_.to_world(place);
+    const double distance = host_.exact(x).distance;
+    if (!(distance - line_.radius < margin_) || !is_on_side(at, distance)) return;
+    NearRidge found;
+    found.lowest = {place, normal, x - distance * normal, line_.radius};
+    found.node = line_.begin + i;
+    found.distance = distance - line_.radius;
+    found.precision = rounding * line_.longest;
+    found_.push_back(found);
   }
 
   void take(int i, double t, double least) {
@@ -174,6 +266,7 @@ class Walk {
   const Eigen::AlignedBox3d& near_;
   double margin_;
   std::vector<NearRidge>& found_;
+  int next_ = 0;  // the first node that is not over a face whose ends are found
 };
 
 // The place at `at` parts of an edge, in the host's space, `least` (m) away from it.

@@ -51,8 +51,10 @@ double radius_of_ball(const LevelSet& shape);
 bool ridges_count(const LevelSet& guest, const LevelSet& host, bool is_reversed);
 
 // Appends the local minima of the distance to `host` along the ridges that are less than `margin` (m). They
-// are minima by a margin: edges along flat faces, which samples hold up, have none. `pose` is that of the
-// ridges' body in the host's space, `near` a box of it out of which everything is farther than the margin.
+// are minima by a margin: edges along flat faces, which samples hold up, have none. Of the axis of a capsule
+// or cylinder that lies along a flat face or a round side, the ends of the part over it that are not its own
+// ends, which are deepest points. `pose` is that of the ridges' body in the host's space, `near` a box of it
+// out of which everything is farther than the margin.
 void find_lowest_places(const Ridges& ridges, const Pose& pose, const LevelSet& host,
                         const Eigen::AlignedBox3d& near, double margin, std::vector<NearRidge>& found);
 

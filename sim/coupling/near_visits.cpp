@@ -1,6 +1,8 @@
 #include "sim/coupling/near_visits.h"
 
 #include <algorithm>
+#include <cmath>
+#include <functional>
 
 #include "sim/base/parallel.h"
 
@@ -8,6 +10,14 @@ namespace duet {
 namespace {
 
 constexpr std::size_t points_at_once = 32;
+
+// Edges on the side of a cylinder touch where its axis is nearest to their body, which goes along as it
+// rolls; and so do the sides of two cylinders, where the axis of one is enough.
+bool is_told_by_axis(const NearRidge& near, const LevelSet& host, const LevelSet& guest, bool is_reversed) {
+  constexpr double on_side = 1e-3;  // the normal's part along the axis
+  return host.kind == LevelSet::Kind::cylinder && std::abs(near.lowest.normal.y()) < on_side &&
+         (near.lowest.radius == 0 || (is_reversed && guest.kind == LevelSet::Kind::cylinder));
+}
 
 }  // namespace
 
@@ -27,13 +37,11 @@ void find_ridges(const Bodies& bodies, const BodyPair& pair, bool is_reversed, d
   const PosedHost host(rigid.state[h], rigid.properties[h], margin);
   const auto first = static_cast<std::ptrdiff_t>(found.size());
   find_lowest_places(guest.ridges, in_host_of(rigid, pair), host.shape, host.box(), margin, found);
-  found.erase(std::remove_if(found.begin() + first, found.end(),
-                             [&](const NearRidge& near) {
-                               return is_at_seam(bodies, pair.host,
-                                                 rigid.state[h].pose.to_world(near.lowest.foot),
-                                                 near.precision);
-                             }),
-              found.end());
+  const auto counts = [&](const NearRidge& near) {
+    return !is_told_by_axis(near, host.shape, guest.shape, is_reversed) &&
+           !is_at_seam(bodies, pair.host, rigid.state[h].pose.to_world(near.lowest.foot), near.precision);
+  };
+  found.erase(std::remove_if(found.begin() + first, found.end(), std::not_fn(counts)), found.end());
 }
 
 bool neither_moves(const Bodies& bodies, const SurfacePoint& point, std::size_t host) {

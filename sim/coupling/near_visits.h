@@ -85,7 +85,7 @@ void visit_near(const RigidBodies& rigid, const BodyPair& pair, double margin, V
   for (std::size_t i = 0; i < guest.samples.size(); ++i) {
     if (!region.contains(guest.samples[i]) || (rolls && guest.on_flat[i] != 0)) continue;
     const Vec3 y = rotation * guest.samples[i] + offset;
-    if (!host.is_near(y)) continue;
+    if (!host.is_near(y) || is_beside_side(host.shape, y)) continue;
     const double gap = host.shape.distance(y);
     if (gap < margin)
       visit(NearPoint{.point = static_cast<int>(i), .position = y, .gap = gap},

@@ -1,0 +1,238 @@
+// Bodies that reach over the sides of what they lie on. Cylinders and capsules, as wheels on rails and logs
+// below slabs, touch where these sides end, which is no place on them, and roll as on a wide plane.
+#include <algorithm>
+#include <cmath>
+
+#include "tests/support/everyday.h"
+#include "tests/support/margin.h"
+#include "tests/support/meshes.h"
+
+#include "sim/step/world.h"
+
+namespace duet {
+namespace {
+
+using scene::ShapeKind;
+
+// Lengths are in parts of the scene's size, which is what it is scaled with.
+struct Case {
+  std::string name;
+  scene::Shape shape;
+};
+
+// A wheel's axis is along y; it is turned to lie along z. Its radius is 0.2.
+std::vector<Case> wheels() {
+  return {{"long cylinder", {.kind = ShapeKind::cylinder, .radius = 0.2, .length = 1.2}},
+          {"cylinder that ends over the rails", {.kind = ShapeKind::cylinder, .radius = 0.2, .length = 0.62}},
+          {"long capsule", {.kind = ShapeKind::capsule, .radius = 0.2, .length = 1.2}},
+          {"capsule that ends over the rails", {.kind = ShapeKind::capsule, .radius = 0.2, .length = 0.62}}};
+}
+
+// Along x, 40 long; their middle is 0.05 below the wheel.
+std::vector<Case> rails() {
+  std::vector<Case> rails{{"box", {.kind = ShapeKind::box, .size = Vec3(40, 0.1, 0.1)}},
+                          {"narrow box", {.kind = ShapeKind::box, .size = Vec3(40, 0.1, 0.01)}},
+                          {"mesh", {.kind = ShapeKind::mesh, .scale = 1}},
+                          {"cylinder", {.kind = ShapeKind::cylinder, .radius = 0.05, .length = 40}},
+                          {"capsule", {.kind = ShapeKind::capsule, .radius = 0.05, .length = 40}}};
+  rails[2].shape.mesh =
+      std::make_shared<TriangleMesh>(test::box_mesh(-Vec3(20, 0.05, 0.05), Vec3(20, 0.05, 0.05)));
+  return rails;
+}
+
+void scale(scene::Scene& scene, double size) {
+  scene.gravity *= size;  // times stay as they are
+  for (scene::RigidBody& body : scene.rigid) {
+    body.shape.size *= size;
+    body.shape.radius *= size;
+    body.shape.length *= size;
+    if (body.shape.kind == ShapeKind::mesh) body.shape.scale *= size;
+    body.placement.position *= size;
+    body.placement.velocity *= size;
+  }
+}
+
+scene::Scene on_rails(const Case& wheel, const Case& rail, double speed) {
+  scene::Scene scene;
+  scene.gravity = Vec3(0, -9.8, 0);
+  scene::RigidBody body;
+  body.name = "wheel";
+  body.shape = wheel.shape;
+  body.density = 1000;
+  body.friction = 0.5;
+  body.placement.position = Vec3(0, 0.2, 0);
+  body.placement.orientation = exponential(Vec3(EIGEN_PI / 2, 0, 0));
+  body.placement.velocity = Vec3(speed, 0, 0);
+  body.placement.angular_velocity = Vec3(0, 0, -speed / 0.2);
+  scene.rigid.push_back(body);
+  const bool is_round = rail.shape.kind == ShapeKind::cylinder || rail.shape.kind == ShapeKind::capsule;
+  for (const double side : {-0.3, 0.3}) {
+    scene::RigidBody host;
+    host.name = side < 0 ? "left" : "right";
+    host.shape = rail.shape;
+    host.is_static = true;
+    host.friction = 0.5;
+    host.placement.position = Vec3(0, -0.05, side);
+    if (is_round) host.placement.orientation = exponential(Vec3(0, 0, EIGEN_PI / 2));
+    scene.rigid.push_back(host);
+  }
+  return scene;
+}
+
+TEST(EverydayRigidOverhang, WheelsRollOnRailsThatAreNarrowerThanThey) {
+  double most_change = 0, most_hop = 0;
+  int number = 0;
+  for (const Case& rail : rails())
+    for (const Case& wheel : wheels())
+      for (const double speed : {0.3, 1.0, 3.0}) {
+        scene::Scene scene = on_rails(wheel, rail, speed);
+        constexpr double sizes[] = {1, 0.01, 20};
+        const double size = sizes[number / 2 % 3];
+        if (number++ % 2 == 1) scene.solver.max_time_step = 4e-3;
+        scale(scene, size);
+        Simulation simulation(scene, test::plan(scene));
+        const auto& rigid = simulation.world().bodies.rigid;
+        const auto b = static_cast<std::size_t>(std::find(rigid.name.begin(), rigid.name.end(), "wheel") -
+                                                rigid.name.begin());
+        double change = 0, hop = 0;
+        for (int frame = 0; frame < 48; ++frame) {
+          simulation.advance_frame();
+          const RigidState& state = rigid.state[b];
+          change = std::max(change, (state.velocity / size - Vec3(speed, 0, 0)).norm() / speed);
+          hop = std::max(hop, std::abs(state.pose.position.y() / size - 0.2) / 0.2);
+        }
+        const std::string name =
+            fmt::format("{} on rails of a {}, {} m/s, size {}", wheel.name, rail.name, speed, size);
+        EXPECT_LT(change, 1e-4) << name;
+        EXPECT_LT(hop, 1e-4) << name;
+        most_change = std::max(most_change, change);
+        most_hop = std::max(most_hop, hop);
+      }
+  test::record_margin("most_change_of_speed", most_change, "each below 1e-4");
+  test::record_margin("most_hop_over_radius", most_hop, "each below 1e-4");
+}
+
+// What it loses where it rolls over a gap between two tables is what a wheel loses that lies on them with the
+// whole of its side: its axis goes around the second edge, which acted as a slope that stops it.
+TEST(EverydayRigidOverhang, GapsCostNoMoreThanWheelsThatDoNotReachOver) {
+  double most = 0;
+  for (const ShapeKind kind : {ShapeKind::cylinder, ShapeKind::capsule})
+    for (const double gap : {0.001, 0.005, 0.02})
+      for (const double speed : {0.5, 1.0, 2.0}) {
+        double end[2];
+        for (const bool reaches_over : {false, true}) {
+          const Case wheel{"wheel", {.kind = kind, .radius = 0.2, .length = reaches_over ? 1.2 : 0.4}};
+          scene::Scene scene =
+              on_rails(wheel, {"table", {.kind = ShapeKind::box, .size = Vec3(4, 0.1, 0.5)}}, speed);
+          scene.rigid[0].placement.position.x() = -0.5;
+          scene.rigid[1].placement.position = Vec3(-2, -0.05, 0);
+          scene.rigid[2].placement.position = Vec3(2 + gap, -0.05, 0);
+          Simulation simulation(scene, test::plan(scene));
+          const auto& rigid = simulation.world().bodies.rigid;
+          const auto b = static_cast<std::size_t>(std::find(rigid.name.begin(), rigid.name.end(), "wheel") -
+                                                  rigid.name.begin());
+          for (int frame = 0; frame < 36; ++frame) simulation.advance_frame();
+          end[reaches_over ? 1 : 0] = rigid.state[b].velocity.x();
+        }
+        EXPECT_GT(end[0], 0.9 * speed);
+        EXPECT_NEAR(end[1], end[0], 2e-3 * speed) << "gap " << gap << ", " << speed << " m/s";
+        most = std::max(most, std::abs(end[1] - end[0]) / speed);
+      }
+  test::record_margin("most_difference", most, "each below 2e-3");
+}
+
+// On logs that are longer than it is wide, and shorter, up to 8500 times as heavy as they. Light bodies below
+// heavy ones were as if fixed for shock propagation, so that they led the slab and braked it.
+TEST(EverydayRigidOverhang, SlabsRollOnLogs) {
+  double most_change = 0, most_hop = 0;
+  for (const ShapeKind kind : {ShapeKind::cylinder, ShapeKind::capsule})
+    for (const double length : {0.8, 1.2})
+      for (const double density : {100.0, 3000.0, 50000.0})
+        for (const double speed : {0.3, 1.0}) {
+          scene::Scene scene;
+          scene.gravity = Vec3(0, -9.8, 0);
+          scene.ground = scene::Ground{.friction = 0.5, .restitution = 0, .look = {}};
+          scene::RigidBody slab;
+          slab.name = "slab";
+          slab.shape = {.kind = ShapeKind::box, .size = Vec3(3, 0.2, 1)};
+          slab.density = density;
+          slab.friction = 0.5;
+          slab.placement.position = Vec3(0, 0.2, 0);
+          slab.placement.velocity = Vec3(speed, 0, 0);
+          scene.rigid.push_back(slab);
+          for (const double x : {-1.2, -0.4, 0.4, 1.2}) {
+            scene::RigidBody log;
+            log.name = fmt::format("log{}", x);
+            log.shape = {.kind = kind, .radius = 0.05, .length = length};
+            log.density = 400;
+            log.friction = 0.5;
+            log.placement.position = Vec3(x, 0.05, 0);
+            log.placement.orientation = exponential(Vec3(EIGEN_PI / 2, 0, 0));
+            log.placement.velocity = Vec3(speed / 2, 0, 0);
+            log.placement.angular_velocity = Vec3(0, 0, -speed / 2 / 0.05);
+            scene.rigid.push_back(log);
+          }
+          Simulation simulation(scene, test::plan(scene));
+          const auto& rigid = simulation.world().bodies.rigid;
+          const auto b = static_cast<std::size_t>(std::find(rigid.name.begin(), rigid.name.end(), "slab") -
+                                                  rigid.name.begin());
+          double change = 0, hop = 0;
+          for (int frame = 0; frame < 30; ++frame) {
+            simulation.advance_frame();
+            change = std::max(change, std::abs(rigid.state[b].velocity.x() - speed) / speed);
+            hop = std::max(hop, std::abs(rigid.state[b].pose.position.y() - 0.2) / 0.05);
+          }
+          const std::string name = fmt::format("{} m logs, density {}, {} m/s", length, density, speed);
+          EXPECT_LT(change, 1e-3) << name;
+          EXPECT_LT(hop, 1e-3) << name;
+          most_change = std::max(most_change, change);
+          most_hop = std::max(most_hop, hop);
+        }
+  test::record_margin("most_change_of_speed", most_change, "each below 1e-3");
+  test::record_margin("most_hop_over_radius", most_hop, "each below 1e-3");
+}
+
+// The peg stands on the ground, two static bodies that adjoin. The ground was taken for what the peg's top
+// goes on as, so that the ring's other side, far below it, was pushed up to it: by 0.4 m, between two frames.
+TEST(EverydayRigidOverhang, ARingFallsOverAPegThatStandsOnTheGround) {
+  double most_gain = 0;
+  for (const ShapeKind kind : {ShapeKind::cylinder, ShapeKind::box})
+    for (const double beside : {0.05, 0.15, 0.25, 0.35})
+      for (const double tilt : {0.0, 0.3, 0.9, 1.5}) {
+        scene::Scene scene;
+        scene.gravity = Vec3(0, -9.8, 0);
+        scene.ground = scene::Ground{.friction = 0.5, .restitution = 0, .look = {}};
+        scene::RigidBody peg;
+        peg.name = "peg";
+        peg.shape = {.kind = kind, .radius = 0.18, .size = Vec3(0.3, 1.6, 0.3), .length = 1.6};
+        peg.is_static = true;
+        peg.friction = 0.5;
+        peg.placement.position = Vec3(0, 0.8, 0);
+        scene.rigid.push_back(peg);
+        scene::RigidBody ring;
+        ring.name = "ring";
+        ring.shape = {.kind = ShapeKind::torus, .radius = 0.31, .tube = 0.09};
+        ring.density = 500;
+        ring.friction = 0.5;
+        ring.placement.position = Vec3(beside, 2.2, 0.03);
+        ring.placement.orientation = exponential(Vec3(0.2, 0, tilt));
+        scene.rigid.push_back(ring);
+        Simulation simulation(scene, test::plan(scene));
+        const FrameStats start = simulation.stats();
+        const double scale = start.kinetic + start.potential;
+        double least = scale, gain = 0;
+        for (int frame = 0; frame < 48; ++frame) {
+          simulation.advance_frame();
+          const FrameStats stats = simulation.stats();
+          gain = std::max(gain, (stats.kinetic + stats.potential - least) / scale);
+          least = std::min(least, stats.kinetic + stats.potential);
+        }
+        EXPECT_LT(gain, 2e-3) << "peg of kind " << static_cast<int>(kind) << ", " << beside
+                              << " m beside it, tilted by " << tilt;
+        most_gain = std::max(most_gain, gain);
+      }
+  test::record_margin("most_gain", most_gain, "each below 2e-3");
+}
+
+}  // namespace
+}  // namespace duet
