@@ -141,6 +141,39 @@ TEST(EverydayRigidOverhang, GapsCostNoMoreThanWheelsThatDoNotReachOver) {
   test::record_margin("most_difference", most, "each below 2e-3");
 }
 
+// Level with the rails' tops, points of its lower face that come from beside a rail slide over it: they hit
+// its side, which ends there, and stopped what has no friction.
+TEST(EverydayRigidOverhang, FlatBodiesSlideAlongRails) {
+  double most = 0;
+  for (const auto& [name, shape] : std::vector<std::pair<std::string, scene::Shape>>{
+           {"box", {.kind = ShapeKind::box, .size = Vec3(0.9, 0.3, 0.9)}},
+           {"upright cylinder", {.kind = ShapeKind::cylinder, .radius = 0.4, .length = 0.3}}})
+    for (const double turn : {0.0, 0.35, 0.785})
+      for (const double speed : {1.0, 5.0})
+        for (const double friction : {0.0, 0.2})
+          for (const double size : {0.02, 1.0, 20.0}) {
+            scene::Scene scene = on_rails({name, shape}, rails()[0], speed);
+            scene::RigidBody& body = scene.rigid[0];
+            body.placement.position = Vec3(0, 0.15, 0.02);
+            body.placement.orientation = exponential(Vec3(0, turn, 0));
+            body.placement.angular_velocity.setZero();
+            for (scene::RigidBody& each : scene.rigid) each.friction = friction;
+            scale(scene, size);
+            Simulation simulation(scene, test::plan(scene));
+            const auto& rigid = simulation.world().bodies.rigid;
+            const auto b = static_cast<std::size_t>(std::find(rigid.name.begin(), rigid.name.end(), "wheel") -
+                                                    rigid.name.begin());
+            for (int frame = 0; frame < 10; ++frame) simulation.advance_frame();
+            const double expected = speed - friction * 9.8 * 10 / 24;
+            const double off = (rigid.state[b].velocity / size - Vec3(expected, 0, 0)).norm() / speed;
+            // The points that carry it change as it slides; on one corner, friction turns it.
+            EXPECT_LT(off, friction == 0 ? 2e-3 : 0.05) << name << " turned by " << turn << ", " << speed
+                                                        << " m/s, friction " << friction << ", size " << size;
+            if (friction == 0) most = std::max(most, off);
+          }
+  test::record_margin("most_lost_without_friction", most, "each below 2e-3");
+}
+
 // On logs that are longer than it is wide, and shorter, up to 8500 times as heavy as they. Light bodies below
 // heavy ones were as if fixed for shock propagation, so that they led the slab and braked it.
 TEST(EverydayRigidOverhang, SlabsRollOnLogs) {

@@ -119,5 +119,21 @@ TEST(ContactPlane, OfABallDeepInTheGround) {
   EXPECT_EQ(lowest.gap, -1.25);
 }
 
+// What comes from the side at the height of a wall's end goes over it; what is lower hits it, and so does
+// what comes against an edge.
+TEST(ContactPlane, AtTheEndOfAWallItIsNoObstacle) {
+  const LevelSet box = LevelSet::box(Vec3(1, 1, 1));
+  const auto faces = [&](const Vec3& x, const Vec3& way) { return contact_plane(box, x, x + way).faces; };
+  const Vec3 up(0.05, 0.06, 0.02), down(0.05, -0.06, 0.02);
+  for (const double beside : {1e-9, 0.001, 0.02}) {
+    EXPECT_FALSE(faces(Vec3(0.5 + beside, 0.5, 0), up)) << beside;
+    EXPECT_FALSE(faces(Vec3(0.5 + beside, 0.5 - 1e-6, 0), up)) << beside;
+    EXPECT_FALSE(faces(Vec3(0.5 + beside, -0.5, 0), down)) << beside;
+    EXPECT_TRUE(faces(Vec3(0.5 + beside, 0.4, 0), down)) << "hangs beside it, " << beside;
+    EXPECT_TRUE(faces(Vec3(0.5 + beside, 0.49, 0), up)) << beside;
+    EXPECT_TRUE(faces(Vec3(0.5 + beside, 0.5 + beside, 0), up)) << "against the edge, " << beside;
+  }
+}
+
 }  // namespace
 }  // namespace duet
