@@ -47,5 +47,17 @@ TEST(Pile, ComesToRestInTheTrayWithoutOverlap) {
   }
 }
 
+// All 500 bodies while they fall onto the pegs and each other: heavy and light ones, fast and on edges.
+TEST(Pile, TheWholeOfItStaysOutOfEachOther) {
+  const scene::Scene scene = scene::read(test::source_folder() + "/scenes/hard/pile.toml").scene;
+  Simulation simulation(scene, test::plan(scene));
+  double penetration = 0;
+  for (int frame = 1; frame <= 22; ++frame) {
+    simulation.advance_frame();
+    penetration = std::max(penetration, simulation.stats().max_penetration);
+  }
+  test::expect_below(penetration / thinnest, 0.01, "penetration_over_thickness");
+}
+
 }  // namespace
 }  // namespace duet
