@@ -10,7 +10,7 @@ struct ContactPlane {
   double gap = 0;  // m, signed distance of the point from the plane
   Vec3 foot;       // m, point of the surface that has the normal
   // Whether the other body lies on the outer side. Where it does not, the point is beside an edge over which
-  // the body reaches, and touches nothing.
+  // the body reaches, or level with it, so that the body slides over it; it touches nothing.
   bool faces = true;
   int continued_by = -1;  // the body whose surface goes on from a hidden foot, see exposed_plane(); or -1
 };

@@ -122,14 +122,14 @@ class UpperUpdate {
     if (std::abs(error) < tolerance_ * contact.precision || (contact.impulse.isZero(0) && error < 0))
       return 0;
     const bool upper_is_guest = contact.guest_rigid == upper_;
-    const Vec3 lower = velocity_of_lower(contact, upper_is_guest);
+    const Vec3 lower = own_motion(contact, upper_is_guest);
     const double towards = lower.dot(contact.normal);
     if (std::abs(towards) > at_rest_) return 0;
-    const bool slides = (lower - towards * contact.normal).norm() > at_rest_;
+    const bool rolls = (lower - towards * contact.normal).norm() > at_rest_;
     const Vec3& arm = upper_is_guest ? contact.guest_arm : contact.host_arm;
     const ContactResponse response(impulse_factor(state_, properties_.inverse_mass, arm), contact.normal);
     const Vec3 total =
-        slides ? updated_pressure(contact, response, velocity) : updated_impulse(contact, response, velocity);
+        rolls ? updated_pressure(contact, response, velocity) : updated_impulse(contact, response, velocity);
     const Vec3 change = total - contact.impulse;
     apply_impulse(state_, properties_, arm, upper_is_guest ? change : Vec3(-change));
     contact.impulse = total;
@@ -137,10 +137,14 @@ class UpperUpdate {
   }
 
  private:
-  Vec3 velocity_of_lower(const ContactPoint& contact, bool upper_is_guest) const {
-    return upper_is_guest
-               ? point_velocity(bodies_.rigid.state[as_index(contact.host)], contact.host_arm)
-               : point_velocity(bodies_.rigid.state[as_index(contact.guest_rigid)], contact.guest_arm);
+  // How the surface of the lower body moves, m/s: along the normal, and beside it as the body rolls. Where it
+  // slides, or turns about the normal, it takes the upper body along.
+  Vec3 own_motion(const ContactPoint& contact, bool upper_is_guest) const {
+    const RigidState& lower =
+        bodies_.rigid.state[as_index(upper_is_guest ? contact.host : contact.guest_rigid)];
+    const Vec3 &n = contact.normal, &arm = upper_is_guest ? contact.host_arm : contact.guest_arm;
+    const Vec3 rolling = (lower.angular_velocity - lower.angular_velocity.dot(n) * n).cross(arm);
+    return point_velocity(lower, arm).dot(n) * n + rolling - rolling.dot(n) * n;
   }
 
   RigidState& state_;

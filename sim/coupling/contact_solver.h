@@ -31,9 +31,9 @@ int solve_contact(Bodies& bodies, const ContactGraph& graph, const ContactSolveS
 // Shock propagation (Guendelman et al. 2003): level by level, what the sweeps left is taken up by the upper
 // bodies alone, as if the lower ones were fixed. Only rigid pairs whose lower body is supported take part, so
 // that bodies in free flight keep their momentum, and only those of islands that carry shocks. Where the
-// surface of a lower body moves faster than settings.at_rest it would lead the upper one about, as if a light
-// body had any amount of energy: moving along the contact, as a log below a slab, it acts along the normal
-// alone, and moving towards the upper body or away from it not at all.
+// surface of a lower body rolls or moves along the normal, faster than settings.at_rest, it would lead the
+// upper one about, as if a light body had any amount of energy: below what rolls, as a slab on a log, it acts
+// along the normal alone, and where the lower body moves towards the upper one or away from it not at all.
 void propagate_shocks(Bodies& bodies, const ContactGraph& graph, const ContactSolveSettings& settings,
                       ContactSet& contacts);
 

@@ -29,15 +29,26 @@ inline bool is_pinched_fast(const ContactPoint& contact) {
   return contact.yielded > 0 && contact.friction > 0;
 }
 
-// The impulse (N s) that the contact should have, for its relative velocity (m/s) under the one it has: first
-// along the normal, so that the normal velocity reaches contact.target unless that would need a pull, then
-// friction on what the normal impulse now is.
-inline Vec3 updated_impulse(const ContactPoint& contact, const ContactResponse& response,
-                            const Vec3& velocity) {
+// The normal impulse (N s) that a contact had, what it should be so that the normal velocity reaches
+// contact.target unless that would need a pull, and the tangential impulse that it has.
+struct NormalUpdate {
+  double before = 0, now = 0;
+  Vec3 tangential = Vec3::Zero();
+};
+inline NormalUpdate updated_normal(const ContactPoint& contact, const ContactResponse& response,
+                                   const Vec3& velocity) {
   const Vec3& n = contact.normal;
   const double before = contact.impulse.dot(n);
   const double now = std::max(0.0, before + response.normal_mass * (contact.target - velocity.dot(n)));
-  const Vec3 tangential = contact.impulse - before * n;
+  return {before, now, contact.impulse - before * n};
+}
+
+// The impulse (N s) that the contact should have, for its relative velocity (m/s) under the one it has: first
+// along the normal, then friction on what the normal impulse now is.
+inline Vec3 updated_impulse(const ContactPoint& contact, const ContactResponse& response,
+                            const Vec3& velocity) {
+  const Vec3& n = contact.normal;
+  const auto [before, now, tangential] = updated_normal(contact, response, velocity);
   const double pressed = is_pinched_fast(contact) ? std::numeric_limits<double>::infinity() : now;
   return now * n + updated_friction(contact, response, tangential,
                                     velocity + (now - before) * (response.K * n), pressed);
@@ -46,12 +57,9 @@ inline Vec3 updated_impulse(const ContactPoint& contact, const ContactResponse& 
 // The same along the normal alone: friction stays as it is, within the cone over the new normal impulse.
 inline Vec3 updated_pressure(const ContactPoint& contact, const ContactResponse& response,
                              const Vec3& velocity) {
-  const Vec3& n = contact.normal;
-  const double before = contact.impulse.dot(n);
-  const double now = std::max(0.0, before + response.normal_mass * (contact.target - velocity.dot(n)));
-  const Vec3 tangential = contact.impulse - before * n;
+  const auto [before, now, tangential] = updated_normal(contact, response, velocity);
   const double friction = tangential.norm(), most = contact.friction * now;
-  return now * n + (friction > most ? Vec3(most / friction * tangential) : tangential);
+  return now * contact.normal + (friction > most ? Vec3(most / friction * tangential) : tangential);
 }
 
 }  // namespace duet

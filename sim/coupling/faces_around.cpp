@@ -7,6 +7,7 @@
 #include "sim/coupling/contact_plane.h"
 #include "sim/coupling/deepest_point.h"
 #include "sim/geometry/grid_level_set.h"
+#include "sim/geometry/sharp_edge.h"
 
 namespace duet {
 namespace {
@@ -14,7 +15,6 @@ namespace {
 constexpr double other_plane = 0.9962;   // cosine of the angle between faces, at most: 5 degrees
 constexpr double same_plane = 1 - 1e-9;  // cosine
 constexpr double beyond_edge = 1e-9;     // barycentric: rounding
-constexpr double sharp = 0.866;          // cosine: 30 degrees, as of the edges near which distances are exact
 constexpr double rise = 1e-6;            // of the host's size, above the nearest plane: less is rounding
 constexpr int planes_of_sample = 4;      // at most
 constexpr double same_point = 0.002;     // of the way inwards: how much deeper another point may lie
@@ -44,6 +44,26 @@ bool lies_in(const LowestPlace& place, const Vec3& x, double tolerance) {
 bool rises(const MeshDistance::Face& face, const LowestPlace& place, double least) {
   return std::any_of(std::begin(face.corner), std::end(face.corner),
                      [&](const Vec3& corner) { return place.normal.dot(corner - place.foot) > least; });
+}
+
+// Replaces the touch of a sample by one for each of the places from `first` on, the first of which is its
+// own.
+void put_planes(const RigidProperties& guest, std::size_t touch, std::size_t first,
+                std::vector<NearPoint>& touches, const std::vector<NearRidge>& places) {
+  for (std::size_t i = first; i < places.size(); ++i) {
+    NearPoint plane = touches[touch];
+    plane.point = static_cast<int>(guest.samples.size()) + places[i].node;
+    plane.normal = places[i].lowest.normal;
+    plane.gap = places[i].distance;
+    plane.ridge = static_cast<int>(i);
+    if (i == first) {
+      touches[touch] = plane;
+      continue;
+    }
+    plane.patch = -1;
+    plane.share = 0;
+    touches.push_back(plane);
+  }
 }
 
 }  // namespace
@@ -121,7 +141,7 @@ void find_faces_around_sample(const LevelSet& host, const RigidProperties& guest
     if (!(std::abs(gap) < margin) || n.dot(inside - face.corner[0]) <= 0) return;
     const auto known = places.begin() + static_cast<std::ptrdiff_t>(first);
     const bool is_other = std::none_of(known, places.end(), [&](const NearRidge& found) {
-      return found.lowest.normal.dot(n) > (found.node == first_number ? sharp : same_plane);
+      return found.lowest.normal.dot(n) > (found.node == first_number ? sharp_edge : same_plane);
     });
     if (!is_other || !rises(face, places[first].lowest, least_rise)) return;
     const auto is_crease = [&](const Vec3& a, const Vec3& b) {
@@ -140,20 +160,7 @@ void find_faces_around_sample(const LevelSet& host, const RigidProperties& guest
     places.pop_back();
     return;
   }
-  for (std::size_t i = first; i < places.size(); ++i) {
-    NearPoint plane = own;
-    plane.point = static_cast<int>(guest.samples.size()) + places[i].node;
-    plane.normal = places[i].lowest.normal;
-    plane.gap = places[i].distance;
-    plane.ridge = static_cast<int>(i);
-    if (i == first) {
-      touches[touch] = plane;
-      continue;
-    }
-    plane.patch = -1;
-    plane.share = 0;
-    touches.push_back(plane);
-  }
+  put_planes(guest, touch, first, touches, places);
 }
 
 }  // namespace duet

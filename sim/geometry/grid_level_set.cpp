@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "sim/base/parallel.h"
+#include "sim/geometry/sharp_edge.h"
 
 namespace duet {
 namespace {
@@ -69,8 +70,7 @@ namespace {
 
 // Cells: no place in a cell that is near a thin wall or a crease is farther from the surface.
 constexpr double reach_of_exact = 6;
-constexpr double creased = 0.866;  // cosine of the angle by which faces turn at a crease, at most: 30 degrees
-constexpr double thin = 1.5;       // cells; thicker walls have a node in their middle wherever they lie
+constexpr double thin = 1.5;  // cells; thicker walls have a node in their middle wherever they lie
 // Of a wall, whose sides face away from each other: the cosine between them, at least 18 degrees less than
 // half a turn. Wedges are none: they are as thin as one likes at their edge.
 constexpr double faces_away = -0.95;
@@ -127,7 +127,7 @@ void GridLevelSet::find_creases(const TriangleMesh& mesh) {
     for (std::size_t k = 0; k < 3; ++k) {
       const std::pair<int, int> edge = std::minmax(mesh.triangles[t][k], mesh.triangles[t][(k + 1) % 3]);
       const auto [found, is_first] = edges.try_emplace(edge, normal);
-      if (is_first || found->second.dot(normal) >= creased) continue;
+      if (is_first || found->second.dot(normal) >= sharp_edge) continue;
       const Vec3 &a = mesh.positions[as_index(edge.first)], &b = mesh.positions[as_index(edge.second)];
       const int parts = std::max(1, static_cast<int>(std::ceil(2 * (b - a).norm() * inverse_spacing_)));
       for (int i = 0; i <= parts; ++i) mark_around(a + static_cast<double>(i) / parts * (b - a));

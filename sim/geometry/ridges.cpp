@@ -10,13 +10,13 @@
 #include "sim/base/elementary.h"
 #include "sim/base/rotation.h"
 #include "sim/geometry/shape_samples.h"
+#include "sim/geometry/sharp_edge.h"
 
 namespace duet {
 namespace {
 
 constexpr double pi = std::numbers::pi;
 constexpr int least_around = 24;  // nodes of a circle
-constexpr double sharp = 0.866;   // cosine of the angle by which faces turn at an edge, at most
 // Of the way along a bulge's surface: how far that falls off, on a radius of ten times the way.
 constexpr double least_bend = 0.05;
 
@@ -158,7 +158,7 @@ std::vector<SharpEdge> sharp_edges(const TriangleMesh& mesh) {
       }
       // Outwards: the second face lies behind the first one.
       const bool outward = sides.normal[0].dot(opposite - mesh.positions[as_index(name.first)]) < 0;
-      if (outward && sides.normal[0].dot(normal) < sharp) found.push_back({name.first, name.second});
+      if (outward && sides.normal[0].dot(normal) < sharp_edge) found.push_back({name.first, name.second});
     }
   }
   return found;

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "sim/base/elementary.h"
+#include "sim/geometry/sharp_edge.h"
 
 namespace duet {
 namespace {
@@ -167,11 +168,10 @@ struct EdgeSides {
   std::vector<Vec3> normals, opposite;  // of each face, and its corner opposite the edge
 };
 
-// Whether the faces turn inwards by 30 degrees or more at the edge from a on. What is inside a body touches
+// Whether the edge from a on is sharp and goes inwards. What is inside a body touches
 // nothing there that its faces do not touch.
 bool is_crease(const EdgeSides& sides, const Vec3& a) {
-  constexpr double sharp = 0.866;  // cosine
-  return sides.normals.size() == 2 && sides.normals[0].dot(sides.normals[1]) < sharp &&
+  return sides.normals.size() == 2 && sides.normals[0].dot(sides.normals[1]) < sharp_edge &&
          sides.normals[0].dot(sides.opposite[1] - a) > 0;
 }
 

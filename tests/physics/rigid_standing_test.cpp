@@ -1,10 +1,14 @@
 // What is built to stand stands: ten seconds of the scenes of scenes/hard, against where they began.
 #include <algorithm>
 #include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "tests/support/margin.h"
 #include "tests/support/places.h"
 #include "tests/support/scenes.h"
+#include <fmt/format.h>
 
 #include "sim/scene/reader.h"
 #include "sim/step/world.h"
@@ -75,6 +79,63 @@ TEST(HeavyOnLight, SettlesWithoutSinkingIn) {
     test::expect_below((state[i].pose.position - rest).norm(), 0.01, name + "_off_its_place_m");
     test::expect_below(state[i].velocity.norm(), 1e-3, name + "_speed_m_s");
   }
+}
+
+// Light boxes below heavy ones, 300 to 1.
+scene::Scene heavy_on_light(double friction, const Vec3& velocity) {
+  scene::Scene scene;
+  scene.gravity = Vec3(0, -9.8, 0);
+  double top = 0;
+  for (const auto& [height, density] :
+       {std::pair(0.3, 100.0), {0.4, 20000.0}, {0.3, 100.0}, {0.4, 30000.0}}) {
+    scene::RigidBody& box = test::add_box(scene, fmt::format("box at {}", top), Vec3(0, top + height / 2, 0),
+                                          Vec3(0.5, height, 0.5), density * 0.25 * height);
+    box.friction = friction;
+    box.placement.velocity = velocity;
+    top += height;
+  }
+  return scene;
+}
+
+// The most by which a box has moved from its place above the one at the bottom.
+double most_apart(const scene::Scene& scene, int frames) {
+  Simulation simulation(scene, test::plan(scene));
+  const RigidBodies& rigid = simulation.world().bodies.rigid;
+  const auto at = [&](std::size_t i) { return rigid.state[i].pose.position; };
+  std::vector<std::size_t> boxes;
+  for (std::size_t i = 0; i < rigid.size(); ++i)
+    if (rigid.properties[i].is_dynamic()) boxes.push_back(i);
+  std::vector<Vec3> place;
+  for (const std::size_t i : boxes) place.push_back(at(i) - at(boxes[0]));
+  double most = 0;
+  for (int frame = 0; frame < frames; ++frame) {
+    simulation.advance_frame();
+    for (std::size_t k = 0; k < boxes.size(); ++k)
+      most = std::max(most, (at(boxes[k]) - at(boxes[0]) - place[k]).norm());
+  }
+  return most;
+}
+
+// What a lift carries stands on it as on the ground. Shocks that passed through no light box that moves let
+// the stack fall apart.
+TEST(HeavyOnLight, RidesALift) {
+  scene::Scene scene = heavy_on_light(0.5, Vec3::Zero());
+  scene::RigidBody& lift = test::add_box(scene, "lift", Vec3(0, -0.1, 0), Vec3(3, 0.2, 3), 1);
+  lift.mass.reset();
+  lift.is_kinematic = true;
+  for (const auto& [time, place] : {std::pair(0.0, Vec3(0, -0.1, 0)), {3.0, Vec3(0, 5.9, 1.5)}}) {
+    scene::Keyframe& key = lift.motion.keyframes.emplace_back();
+    key.time = time;
+    key.position = place;
+  }
+  test::expect_below(most_apart(scene, 50), 1e-5, "most_apart_m");
+}
+
+// All boxes slide with the same friction at all of their sides, so that they are braked alike.
+TEST(HeavyOnLight, SlidesAsOne) {
+  scene::Scene scene = heavy_on_light(0.1, Vec3(1, 0, 0));
+  scene.ground = scene::Ground{.friction = 0.1, .restitution = 0, .look = {}};
+  test::expect_below(most_apart(scene, 16), 0.05, "most_apart_m");
 }
 
 }  // namespace
