@@ -1,6 +1,7 @@
 #include "sim/coupling/contact_solver.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include <Eigen/LU>
@@ -18,6 +19,8 @@ constexpr int soft_repeats = 2;
 // ContactGraph::carries_shocks of an island that a kinematic body moves: nothing in it is slow, and what the
 // shocks give comes from that body.
 constexpr char driven = 2;
+// What the sweeps leave, in units of their tolerance, where solving an island as a whole is worth its work.
+constexpr double worth_solving = 30;
 constexpr double anything = std::numeric_limits<double>::infinity();
 
 // One Gauss-Seidel update of a contact; returns how much it changed the relative velocity, over its
@@ -154,6 +157,44 @@ class UpperUpdate {
   int upper_;
 };
 
+// Joints connect islands: those that they hold all go on together.
+void find_jointed(const Bodies& bodies, const ContactGraph& graph, bool is_linked, ContactSet& contacts) {
+  contacts.is_jointed.assign(graph.island.size(), 0);
+  if (!is_linked) return;
+  for (const Joint& joint : bodies.articulation.joints)
+    for (const int body : {joint.parent, joint.child})
+      if (const int island = graph.island[as_index(body)]; island >= 0)
+        contacts.is_jointed[as_index(island)] = 1;
+}
+
+// Solves those islands of a few rigid bodies as a whole that sweeps have left unsettled. Returns whether
+// there are any for which that is as good as being settled, see contacts.is_solved.
+bool solve_small_islands(Bodies& bodies, const ContactGraph& graph, double tolerance, ContactSet& contacts) {
+  std::vector<std::array<int, 2>>& unsettled = contacts.unsettled;
+  unsettled.clear();
+  for (std::size_t i = 0; i < graph.pairs.size(); ++i) {
+    const ContactPair& pair = contacts.pairs[as_index(graph.pairs[i])];
+    const int island = graph.island_of(bodies, pair);
+    if (pair.active && graph.carries_shocks[as_index(island)] != 0 &&
+        contacts.island_change[as_index(island)] > worth_solving * tolerance)
+      unsettled.push_back({island, static_cast<int>(i)});
+  }
+  std::sort(unsettled.begin(), unsettled.end());
+  contacts.is_solved.assign(graph.island.size(), 0);
+  bool is_any = false;
+  for (std::size_t begin = 0, end = 0; begin < unsettled.size(); begin = end) {
+    contacts.island_pairs.clear();
+    for (; end < unsettled.size() && unsettled[end][0] == unsettled[begin][0]; ++end)
+      contacts.island_pairs.push_back(graph.pairs[as_index(unsettled[end][1])]);
+    if (contacts.island_pairs.size() > IslandSolver::most_pairs) continue;
+    const double left = contacts.island_solver.solve(bodies, contacts.island_pairs, tolerance, contacts);
+    if (!(left < tolerance)) continue;
+    contacts.is_solved[as_index(unsettled[begin][0])] = 1;
+    is_any = true;
+  }
+  return is_any;
+}
+
 }  // namespace
 
 // Bodies that do not touch do not matter to each other: every island is swept until it has settled.
@@ -167,26 +208,31 @@ int solve_contact(Bodies& bodies, const ContactGraph& graph, const ContactSolveS
     if (!pair.active || contacts.is_settled[island_of(pair)] != 0) return 0.0;
     return contacts.change[as_index(p)] = update_pair(bodies, linked, settings, contacts, pair);
   };
-  // Joints connect islands: with them all go on together.
+  find_jointed(bodies, graph, linked != nullptr, contacts);
   const auto settle_islands = [&] {
-    if (linked) return;
     contacts.island_change.assign(graph.island.size(), 0);
     for (const int p : graph.pairs) {
       double& largest = contacts.island_change[island_of(contacts.pairs[as_index(p)])];
       largest = std::max(largest, contacts.change[as_index(p)]);
     }
     for (std::size_t i = 0; i < contacts.island_change.size(); ++i)
-      contacts.is_settled[i] = contacts.island_change[i] < settings.tolerance;
+      contacts.is_settled[i] = contacts.island_change[i] < settings.tolerance && contacts.is_jointed[i] == 0;
   };
-  const int sweeps = graph.sweeps.repeat(settings.iterations, settings.tolerance, update, settle_islands);
-  if (settings.cold_iterations == 0 || sweeps < settings.iterations) return sweeps;
-  for (std::size_t i = 0; i < contacts.is_settled.size(); ++i)
-    if (contacts.is_cold[i] == 0) contacts.is_settled[i] = 1;
-  return sweeps + graph.sweeps.repeat(settings.cold_iterations, settings.tolerance, update, [&] {
-    settle_islands();
-    for (std::size_t i = 0; i < contacts.is_settled.size(); ++i)
-      if (contacts.is_cold[i] == 0) contacts.is_settled[i] = 1;
-  });
+  const auto sweep = [&](int most, const std::vector<char>* among = nullptr) {
+    const auto look = [&] {
+      settle_islands();
+      for (std::size_t i = 0; among && i < contacts.is_settled.size(); ++i)
+        if ((*among)[i] == 0) contacts.is_settled[i] = 1;
+    };
+    if (among) look();
+    return graph.sweeps.repeat(most, settings.tolerance, update, look);
+  };
+  int sweeps = sweep(settings.iterations);
+  if (sweeps < settings.iterations) return sweeps;
+  if (settings.whole_islands && solve_small_islands(bodies, graph, settings.tolerance, contacts))
+    sweeps += sweep(settings.iterations, &contacts.is_solved);
+  if (settings.cold_iterations > 0) sweeps += sweep(settings.cold_iterations, &contacts.is_cold);
+  return sweeps;
 }
 
 void propagate_shocks(Bodies& bodies, const ContactGraph& graph, const ContactSolveSettings& settings,

@@ -14,6 +14,7 @@ struct ContactSolveSettings {
   int cold_iterations = 0;         // further ones of islands of which no impulse is known to begin with
   int repeats = 8;                 // of every pair in a sweep
   double tolerance = 1e-6;         // m/s, stop when no sweep changes a relative velocity by more
+  bool whole_islands = true;       // solves small islands that the sweeps do not settle, see island_solver.h
   bool angular_friction = false;   // effect rolling_friction
   bool shocks_everywhere = false;  // and not only in islands that carry them
   double at_rest = std::numeric_limits<double>::infinity();  // m/s, of a lower body's surface, see below
@@ -22,7 +23,8 @@ struct ContactSolveSettings {
 // Changes the velocities so that no contact closes faster than its target: v_rel.n >= target, complementary
 // to its impulse, with Coulomb friction on the *accumulated* impulse of every contact (so a later sweep can
 // take back what an earlier one gave too much). Starts from the impulses the contacts hold, which must have
-// been applied already. Rolling and spinning friction slow the relative rotation of rigid pairs by a moment
+// been applied already. Islands of a few rigid bodies that the sweeps leave unsettled are solved as a whole.
+// Rolling and spinning friction slow the relative rotation of rigid pairs by a moment
 // of at most their coefficient (m) times the normal force. Returns the number of sweeps.
 // `linked` is what prepared the contacts, or null.
 int solve_contact(Bodies& bodies, const ContactGraph& graph, const ContactSolveSettings& settings,

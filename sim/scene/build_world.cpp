@@ -288,6 +288,7 @@ StepSettings step_settings(const Solver& solver) {
   settings.collision.iterations = solver.collision_iterations;
   settings.collision.orientation = solver.orientation;
   settings.contact.iterations = solver.contact_iterations;
+  settings.contact.whole_islands = solver.whole_islands;
   settings.contact.shocks_everywhere = solver.shock_propagation == Switch::on;
   return settings;
 }

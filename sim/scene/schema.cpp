@@ -346,6 +346,8 @@ std::vector<Key> keys(Solver& solver) {
        "sweeps over collisions (step II)"},
       {"contact_iterations", &solver.contact_iterations, "", between(1, 1e4),
        "sweeps over contacts (steps III and V.4)"},
+      {"whole_islands", &solver.whole_islands, "", any,
+       "whether a few rigid bodies that touch are solved for as a whole where sweeps leave an error"},
       {"volume_tolerance", &solver.volume_tolerance, "", above_up_to(0, 0.1),
        "largest error of a volume that a step leaves in incompressible bodies, relative, around a particle"},
       {"pressure_iterations", &solver.pressure_iterations, "", between(1, 1e5),

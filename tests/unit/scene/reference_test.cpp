@@ -272,6 +272,7 @@ volume_tolerance = 1e-3
 pressure_iterations = 50
 collision_iterations = 6
 contact_iterations = 33
+whole_islands = false
 push_out_iterations = 5
 push_out_sweeps = 12
 push_out_gradual = false
