@@ -310,16 +310,18 @@ void reduce_contacts(double size, std::size_t begin, std::vector<NearPoint>& tou
   if (touches.size() - begin >= least_touches) Reduction(size, begin, touches, scratch).run();
 }
 
-void adopt_deepest(double size, std::size_t begin, std::vector<NearPoint>& touches,
-                   const ReductionScratch& scratch) {
+void adopt_others(double size, std::size_t begin, std::vector<NearPoint>& touches,
+                  const ReductionScratch& scratch) {
   for (const ContactPatch& patch : scratch.patches) {
     const Vec3* corner = scratch.hull_corners.data() + patch.first_corner;
     const Vec3 across = (corner[1] - corner[0]).cross(corner[2] - corner[0]).normalized();
     for (std::size_t i = begin; i < touches.size(); ++i) {
       NearPoint& touch = touches[i];
-      if (touch.point >= 0 || touch.patch >= 0 || touch.reversed != patch.reversed) continue;
+      if ((touch.point >= 0 && touch.ridge < 0) || touch.patch >= 0 || touch.reversed != patch.reversed)
+        continue;
+      const Vec3 x = touch.ridge < 0 ? touch.position : Vec3(touch.position + touch.gap * touch.normal);
       if ((touch.normal - patch.normal).norm() > flatness ||
-          std::abs(across.dot(touch.position - corner[0])) > flatness * size)
+          std::abs(across.dot(x - corner[0])) > flatness * size)
         continue;
       touch.patch = patch.number;
       touch.share = least_share;

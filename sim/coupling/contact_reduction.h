@@ -20,10 +20,11 @@ namespace duet {
 void reduce_contacts(double size, std::size_t begin, std::vector<NearPoint>& touches,
                      ReductionScratch& scratch);
 
-// Makes the deepest points among the touches from `begin` on that lie in the plane of a patch points of it,
-// such as that of the rim on which a can stands.
-void adopt_deepest(double size, std::size_t begin, std::vector<NearPoint>& touches,
-                   const ReductionScratch& scratch);
+// Makes the deepest points and the places on ridges among the touches from `begin` on that lie in the plane
+// of a patch points of it, such as that of the rim on which a can stands, or where an edge passes a face's
+// end.
+void adopt_others(double size, std::size_t begin, std::vector<NearPoint>& touches,
+                  const ReductionScratch& scratch);
 
 // For the touches from `begin` on, all of a pair of rigid bodies found both ways: drops points of one body
 // that lie beneath a patch of the other, whose corners carry all that they could, and makes those beside it

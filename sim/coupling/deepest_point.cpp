@@ -108,7 +108,7 @@ DeepestPoint of_circle(const LevelSet& shape, int k, const Pose& pose, const Lev
 bool rolls_over_samples(const LevelSet& host) { return deepest_point_count(host) > 0; }
 
 bool touches_with_deepest_point(const LevelSet& host, const LevelSet& guest) {
-  return host.kind == LevelSet::Kind::capsule ||
+  return host.kind == LevelSet::Kind::capsule || host.kind == LevelSet::Kind::torus ||
          (host.kind == LevelSet::Kind::sphere && guest.kind != LevelSet::Kind::grid);
 }
 

@@ -39,8 +39,8 @@ DeepestPoint deepest_point(const LevelSet& shape, int k, const Vec3& n);
 // of these faces would be bumps on which it loses speed.
 bool rolls_over_samples(const LevelSet& host);
 // Whether samples of a guest tell nothing of how it touches `host`: a ball whose deepest point is all that
-// touches, where the guest's distance is exact, or a capsule, where the places on its axis that are nearest
-// to the guest tell it (lowest_places.h).
+// touches, where the guest's distance is exact, or a capsule or torus, where the places on its middle line
+// that are nearest to the guest tell it (lowest_places.h).
 bool touches_with_deepest_point(const LevelSet& host, const LevelSet& guest);
 // Whether `x` (m, body space) is nearest to the side of a cylinder, which touches like a capsule.
 bool is_beside_side(const LevelSet& host, const Vec3& x);

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "sim/coupling/end_of_wall.h"
+
 namespace duet {
 namespace {
 
@@ -94,46 +96,19 @@ double golden_section(double low, double high, const Function& at) {
   return (low + high) / 2;
 }
 
-// The part of a straight line over one flat face of the host, or along a round one: where the host's normal
-// is the same. From `low` to `high`, m along the line.
-struct FlatPart {
-  double low = 0, high = 0;
-  Vec3 normal = Vec3::Zero();
-};
-
-// `at` (m) along the line from `begin` by the unit vector `along`, which is `length` (m) long, in the host's
-// space; looks for the ends in steps of `step` (m). None where the normal is not at right angles to the line.
-std::optional<FlatPart> flat_part(const LevelSet& host, const Vec3& begin, const Vec3& along, double length,
-                                  double at, double step) {
-  const auto normal_at = [&](double s) { return host.exact(begin + s * along).normal; };
-  FlatPart part{at, at, normal_at(at)};
-  if (!(std::abs(part.normal.dot(along)) < lies_along)) return std::nullopt;
-  const auto is_flat = [&](double s) { return part.normal.dot(normal_at(s)) > same_normal; };
-  const auto end_of = [&](double way) {  // towards `way`, 1 or -1
-    double in = at, out = at;
-    while (in == out) {
-      out = std::clamp(in + way * step, 0.0, length);
-      if (!is_flat(out)) break;
-      if (in == out) return in;
-      in = out;
-    }
-    for (int i = 0; i < bisections; ++i) {
-      const double middle = (in + out) / 2;
-      (is_flat(middle) ? in : out) = middle;
-    }
-    return in;
-  };
-  part.low = end_of(-1);
-  part.high = end_of(1);
-  return part;
-}
-
 // Of one line.
 class Walk {
  public:
   Walk(const Ridges& ridges, const Ridges::Line& line, const Pose& pose, const LevelSet& host,
-       const Eigen::AlignedBox3d& near, double margin, std::vector<NearRidge>& found)
-      : ridges_(ridges), line_(line), pose_(pose), host_(host), near_(near), margin_(margin), found_(found) {}
+       const Eigen::AlignedBox3d& near, double margin, bool looks_at_faces, std::vector<NearRidge>& found)
+      : ridges_(ridges),
+        line_(line),
+        pose_(pose),
+        host_(host),
+        near_(near),
+        margin_(margin),
+        looks_at_faces_(looks_at_faces),
+        found_(found) {}
 
   // Distances change by no more than the way along the line, so what is far off lets nodes be skipped.
   void find() {
@@ -186,12 +161,23 @@ class Walk {
     if (at(0) - line_.longest - line_.radius >= margin_) return;
     const double t = golden_section(first, last, at), least = at(t);
     if (least - line_.radius >= margin_) return;
-    if (line_.radius > 0 && line_.around == 0) {
-      if (take_ends_on_face(i, t) || is_end(i, t) || !is_on_side((i + t) * line_.longest, least)) return;
+    if (is_axis()) {
+      if (lies_on_face(i, t) || is_end(i, t) || !is_on_side((i + t) * line_.longest, least)) return;
     } else if (std::min(at(first), at(last)) - least < least_fall * line_.longest) {
+      if (looks_at_faces_) lies_on_face(i, t);
       return;
     }
     take(i, std::clamp(t, first + precision, last - precision), least);
+  }
+
+  // Of a capsule or cylinder.
+  bool is_axis() const { return line_.radius > 0 && line_.around == 0; }
+
+  // Whether the line lies on a face there, whose ends are taken. The search may have ended beside it.
+  bool lies_on_face(int i, double t) {
+    for (const double beside : {0.0, -2 * precision, 2 * precision, -t})
+      if (take_ends_of_flat(std::max(0.0, i + t + beside))) return true;
+    return false;
   }
 
   bool is_end(int i, double t) const {
@@ -205,39 +191,69 @@ class Walk {
     return line_.radius - distance <= std::min(at, length - at);
   }
 
-  // Where the side of a cylinder or capsule lies on a face that is narrower than the line, or over whose edge
-  // it reaches: the ends of the part that is over the face. The line's own ends are deepest points.
-  bool take_ends_on_face(int i, double t) {
-    const Vec3 begin = pose_.to_world(node(0)),
-               way = pose_.to_world(node(line_.end - line_.begin - 1)) - begin;
-    const double length = way.norm(), step = line_.longest;
-    const auto find = [&](double beside) -> std::optional<FlatPart> {  // the search may have ended beside it
-      const double at = std::clamp((i + t + beside) * step, 0.0, length);
-      const auto found = flat_part(host_, begin, way / length, length, at, step);
-      const bool is_long = found && found->high - found->low > rounding * length;
-      return is_long ? found : std::nullopt;
+  // In nodes along the line; those of a closed one go round.
+  Vec3 place_at(double s) const {
+    const double i = std::floor(s);
+    return place(static_cast<int>(i), s - i);
+  }
+
+  // Where a line that lies along a flat face of the host, or along a round side, passes the end of that:
+  // corners of the polygon that two faces share, or the ends of what a cylinder lies on. Samples beside it
+  // would carry the body too far in, and not the same ones as it turns. A line's own ends are corners or
+  // deepest points. Returns whether the line lies along a face there, `at` in nodes.
+  bool take_ends_of_flat(double at) {
+    const int count = line_.end - line_.begin;
+    const auto face_at = [&](double s) { return host_.exact(pose_.to_world(place_at(s))); };
+    const Vec3 normal = face_at(at).normal;
+    const auto is_flat = [&](double s) { return normal.dot(face_at(s).normal) > same_normal; };
+    const auto end_of = [&](double way) {
+      double in = at;
+      for (int n = 0; n < count; ++n) {
+        const double next = in + way, out = line_.is_closed ? next : std::clamp(next, 0.0, count - 1.0);
+        if (!is_flat(out)) {
+          double beyond = out;
+          for (int k = 0; k < bisections; ++k) {
+            const double middle = (in + beyond) / 2;
+            (is_flat(middle) ? in : beyond) = middle;
+          }
+          return in;
+        }
+        in = out;
+        if (out != next) return in;
+      }
+      return in;
     };
-    std::optional<FlatPart> part = find(0);
-    if (!part) part = find(-2 * precision);
-    if (!part) part = find(2 * precision);
-    if (!part) return false;
-    next_ = static_cast<int>(part->high / step) + 1;
-    if (part->low > rounding * length)
-      take_on_face(part->low, static_cast<int>(part->low / step), part->normal);
-    if (part->high < (1 - rounding) * length)
-      take_on_face(part->high, static_cast<int>(part->high / step) + 1, part->normal);
+    const double low = end_of(-1), high = end_of(1);
+    const double rise = std::abs(face_at(high).distance - face_at(low).distance);
+    if (high - low < precision || rise > (is_axis() ? lies_along : least_fall) * (high - low) * line_.longest)
+      return false;
+    next_ = static_cast<int>(high) + 1;
+    if (high - low > count - 1 + precision) return true;
+    const Vec3 middle = pose_.to_world(place_at((low + high) / 2));
+    const Vec3 way = line_.longest * (pose_.orientation * inward_at(at));
+    if (is_at_end_of_wall(host_, middle - host_.exact(middle).distance * normal, normal, way)) return true;
+    if (low > 0 || line_.is_closed) take_end_of_flat(low, static_cast<int>(std::floor(low)), normal);
+    if (high < count - 1 || line_.is_closed)
+      take_end_of_flat(high, static_cast<int>(std::floor(high)) + 1, normal);
     return true;
   }
 
-  // `at` (m) along the line, beside node i.
-  void take_on_face(double at, int i, const Vec3& normal) {
-    const Vec3 &first = node(0), &last = node(line_.end - line_.begin - 1);
-    const Vec3 place = first + at * (last - first).normalized(), x = pose_.to_world(place);
+  const Vec3& inward_at(double s) const {
+    const int count = line_.end - line_.begin;
+    return ridges_.inward[as_index(line_.begin + (static_cast<int>(std::floor(s)) + count) % count)];
+  }
+
+  void take_end_of_flat(double s, int i, const Vec3& normal) {
+    const Vec3 place = place_at(s), x = pose_.to_world(place);
     const double distance = host_.exact(x).distance;
-    if (!(distance - line_.radius < margin_) || !is_on_side(at, distance)) return;
+    if (!(distance - line_.radius < margin_) || (is_axis() && !is_on_side(s * line_.longest, distance)))
+      return;
+    const int count = line_.end - line_.begin, node = line_.begin + (i + count) % count;
+    const Vec3 inward = pose_.orientation * ridges_.inward[as_index(node)];
+    if (!inward.isZero(0) && normal.dot(inward) < least_facing) return;
     NearRidge found;
     found.lowest = {place, normal, x - distance * normal, line_.radius};
-    found.node = line_.begin + i;
+    found.node = node;
     found.distance = distance - line_.radius;
     found.precision = rounding * line_.longest;
     found_.push_back(found);
@@ -265,6 +281,7 @@ class Walk {
   const LevelSet& host_;
   const Eigen::AlignedBox3d& near_;
   double margin_;
+  bool looks_at_faces_;  // for where the line passes the end of a face that it lies along
   std::vector<NearRidge>& found_;
   int next_ = 0;  // the first node that is not over a face whose ends are found
 };
@@ -327,8 +344,10 @@ bool ridges_count(const LevelSet& guest, const LevelSet& host, bool is_reversed)
 }
 
 void find_lowest_places(const Ridges& ridges, const Pose& pose, const LevelSet& host,
-                        const Eigen::AlignedBox3d& near, double margin, std::vector<NearRidge>& found) {
-  for (const Ridges::Line& line : ridges.lines) Walk(ridges, line, pose, host, near, margin, found).find();
+                        const Eigen::AlignedBox3d& near, double margin, std::vector<NearRidge>& found,
+                        bool with_edges_on_faces) {
+  for (const Ridges::Line& line : ridges.lines)
+    Walk(ridges, line, pose, host, near, margin, with_edges_on_faces || line.radius > 0, found).find();
 }
 
 bool edges_count(const LevelSet& host, const Ridges& ridges) {

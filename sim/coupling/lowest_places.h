@@ -51,12 +51,15 @@ double radius_of_ball(const LevelSet& shape);
 bool ridges_count(const LevelSet& guest, const LevelSet& host, bool is_reversed);
 
 // Appends the local minima of the distance to `host` along the ridges that are less than `margin` (m). They
-// are minima by a margin: edges along flat faces, which samples hold up, have none. Of the axis of a capsule
-// or cylinder that lies along a flat face or a round side, the ends of the part over it that are not its own
-// ends, which are deepest points. `pose` is that of the ridges' body in the host's space, `near` a box of it
-// out of which everything is farther than the margin.
+// are minima by a margin, which what lies along a flat face has none of. Instead, of the axis of a capsule or
+// cylinder that lies along a flat face or a round side, the ends of the part over it that are not its own
+// ends, which are deepest points; and of an edge or a ring, the places where it passes the end of a face that
+// it lies along: edges only `with_edges_on_faces`, as where two cross those of the other body tell the same.
+// `pose` is that of the ridges' body in the host's space, `near` a box of it out of which everything is
+// farther than the margin.
 void find_lowest_places(const Ridges& ridges, const Pose& pose, const LevelSet& host,
-                        const Eigen::AlignedBox3d& near, double margin, std::vector<NearRidge>& found);
+                        const Eigen::AlignedBox3d& near, double margin, std::vector<NearRidge>& found,
+                        bool with_edges_on_faces = true);
 
 // Whether edges of deformable bodies can touch such a host beside their points: cross its edges, or be
 // nearest to a round one.

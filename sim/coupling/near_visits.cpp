@@ -36,7 +36,8 @@ void find_ridges(const Bodies& bodies, const BodyPair& pair, bool is_reversed, d
     return;
   const PosedHost host(rigid.state[h], rigid.properties[h], margin);
   const auto first = static_cast<std::ptrdiff_t>(found.size());
-  find_lowest_places(guest.ridges, in_host_of(rigid, pair), host.shape, host.box(), margin, found);
+  find_lowest_places(guest.ridges, in_host_of(rigid, pair), host.shape, host.box(), margin, found,
+                     !is_reversed || rigid.properties[h].ridges.lines.empty());
   const auto counts = [&](const NearRidge& near) {
     return !is_told_by_axis(near, host.shape, guest.shape, is_reversed) &&
            !is_at_seam(bodies, pair.host, rigid.state[h].pose.to_world(near.lowest.foot), near.precision);

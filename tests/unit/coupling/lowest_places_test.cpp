@@ -120,16 +120,26 @@ TEST(LowestPlaces, OfRingsAreThoseOfTheirMiddleLines) {
     }
 }
 
-// What lies flat is held up by samples, and tilted by a tenth of a degree it still is. Tilted by three
-// degrees and lifted, so that its edges cross those of the plate, it touches these: their planes.
-TEST(LowestPlaces, OfEdgesAlongAFaceAreNone) {
+// What lies flat is held up by samples, and by its edges where these pass the plate's edges only; and tilted
+// by a tenth of a degree it still is. Tilted by three degrees and lifted, so that its edges cross those of
+// the plate, it touches these: their planes.
+TEST(LowestPlaces, OfEdgesAlongAFaceAreWhereTheyPassItsEnd) {
   const LevelSet plate = LevelSet::box(Vec3(0.7, 0.2, 3));
   const Ridges ridges = find_ridges(cube, 0.125);
   for (const double height : {-1e-4, 0.0, 1e-4})
     for (const double tilt : {0.0, 0.002}) {
       const Pose pose{Vec3(0.03, 0.6 + height, 0.1),
                       turned(tilt, Vec3::UnitZ()) * turned(0.3, Vec3::UnitY())};
-      EXPECT_TRUE(lowest_places(ridges, pose, plate, 0.01).empty()) << height << ' ' << tilt;
+      auto found = lowest_places(ridges, pose, plate, 0.01);
+      EXPECT_EQ(found.size(), 4U) << height << ' ' << tilt;
+      for (const NearRidge& near : found) {
+        // Below a face, the side is nearer from as far before the edge as it is deep.
+        EXPECT_NEAR(std::abs(pose.to_world(near.lowest.place).x()), 0.35, 1.1e-3) << height << ' ' << tilt;
+        EXPECT_LT((near.lowest.normal - Vec3::UnitY()).norm(), 1e-12) << height << ' ' << tilt;
+      }
+      found.clear();
+      find_lowest_places(ridges, pose, plate, everywhere, 0.01, found, false);
+      EXPECT_TRUE(found.empty()) << height << ' ' << tilt;
     }
   const Pose pose{Vec3(0.03, 0.6, 0.1), turned(0.05, Vec3::UnitZ()) * turned(0.3, Vec3::UnitY())};
   const auto found = lowest_places(ridges, pose, plate, 0.05);
@@ -404,6 +414,41 @@ TEST(LowestPlaces, OfSoftEdgesAreTheNearestToRoundBodies) {
   EXPECT_TRUE(is_none(Vec3(0, 0.501, 0), Vec3(0, 1.501, 0), 0.01));       // its end
   EXPECT_TRUE(is_none(Vec3(0.4, 0.501, 0), Vec3(1, 0.501, 0), 0.5));      // the same
   EXPECT_TRUE(is_none(Vec3(-0.4, 0.511, 0), Vec3(0.6, 0.511, 0), 0.01));  // out of reach
+}
+
+// A small body that lies on a large one and reaches over its edge at x = 0: where its edges, rim or circle
+// pass that edge.
+TEST(LowestPlaces, AreWhereEdgesOnAFacePassItsEnd) {
+  const LevelSet table = LevelSet::box(Vec3(10, 1, 10));  // its top at y = 0, from x = -10 to 0
+  const auto on_table = [&](const LevelSet& shape, double spacing, const Pose& pose) {
+    const Pose in_table{pose.position + Vec3(5, 0.5, 0), pose.orientation};
+    std::vector<Vec3> places;
+    for (const NearRidge& near : lowest_places(find_ridges(shape, spacing), in_table, table, 0.01)) {
+      EXPECT_LT((near.lowest.normal - Vec3::UnitY()).norm(), 1e-12);
+      EXPECT_NEAR(near.distance, 0, 1e-12);
+      places.push_back(in_table.to_world(near.lowest.place) - Vec3(5, 0.5 + near.lowest.radius, 0));
+    }
+    std::sort(places.begin(), places.end(), [](const Vec3& a, const Vec3& b) { return a.z() < b.z(); });
+    return places;
+  };
+  for (const double x : {-0.31, -0.05, 0.0, 0.2})
+    for (const double spacing : {0.05, 0.13}) {
+      const std::vector<Vec3> of_box =
+          on_table(LevelSet::box(Vec3(1, 0.4, 0.6)), spacing, {Vec3(x, 0.2, 0.1)});
+      ASSERT_EQ(of_box.size(), 2u) << x << " " << spacing;
+      EXPECT_LT((of_box[0] - Vec3(0, 0, -0.2)).norm(), 1e-9);
+      EXPECT_LT((of_box[1] - Vec3(0, 0, 0.4)).norm(), 1e-9);
+      const double half = std::sqrt(0.16 - x * x);
+      for (const LevelSet& round : {LevelSet::cylinder(0.4, 0.4), LevelSet::torus(0.4, 0.1)}) {
+        const double height = round.kind == LevelSet::Kind::torus ? 0.1 : 0.2;
+        const std::vector<Vec3> of_round = on_table(round, spacing, {Vec3(x, height, 0.1)});
+        ASSERT_EQ(of_round.size(), 2u) << x << " " << spacing;
+        EXPECT_LT((of_round[0] - Vec3(0, 0, 0.1 - half)).norm(), 1e-6);  // normals there turn by 1e-6
+        EXPECT_LT((of_round[1] - Vec3(0, 0, 0.1 + half)).norm(), 1e-6);
+      }
+    }
+  // Beside the table, level with its top, its side is no obstacle.
+  EXPECT_TRUE(on_table(LevelSet::box(Vec3(1, 0.4, 20)), 0.1, {Vec3(0.51, 0.2, 0)}).empty());
 }
 
 }  // namespace
