@@ -19,10 +19,9 @@ struct ContactSet;
 ///
 /// cut to the friction cone, where u are the relative velocities to which these impulses themselves lead,
 /// M dv = J^T dp. Newton's method finds them, since they make a convex, piecewise quadratic function of the
-/// velocities least. What a round leaves of an error hardly depends on ratios of masses, or on how near a
-/// stack is to tipping, as what a Gauss-Seidel sweep leaves does: four bricks that lean out by 0.98 of
-/// what can stand have an error of 4e-4 m/s left after 400 sweeps, and of less than 1e-6 m/s after 5 to 10
-/// rounds.
+/// velocities least. What a round leaves hardly depends on ratios of masses or on how near to tipping a stack
+/// is, as what a sweep leaves does: four bricks that lean out by 0.98 of what can stand are 4e-4 m/s off
+/// after 400 sweeps, and less than 1e-6 m/s after 5 to 10 rounds.
 class IslandSolver {
  public:
   /// Pairs of bodies of the largest island that is solved: the work grows with the cube of the bodies.
