@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
 
 #include <Eigen/LU>
 
@@ -21,6 +22,9 @@ constexpr int soft_repeats = 2;
 constexpr char driven = 2;
 // What the sweeps leave, in units of their tolerance, where solving an island as a whole is worth its work.
 constexpr double worth_solving = 30;
+// ContactSolveSettings::at_rest times this is half of what gravity gives in a step: where bodies move past
+// each other faster than that, sliding seldom lets a whole solution be found, nor is it missed.
+constexpr double slow = 25;
 constexpr double anything = std::numeric_limits<double>::infinity();
 
 // One Gauss-Seidel update of a contact; returns how much it changed the relative velocity, over its
@@ -167,16 +171,27 @@ void find_jointed(const Bodies& bodies, const ContactGraph& graph, bool is_linke
         contacts.is_jointed[as_index(island)] = 1;
 }
 
+// The fastest relative velocity at contacts of the pairs that press, m/s.
+double fastest(const Bodies& bodies, const ContactSet& contacts, std::span<const int> pairs) {
+  double squared = 0;
+  for (const int p : pairs)
+    for (int i = contacts.pairs[as_index(p)].begin; i < contacts.pairs[as_index(p)].end; ++i)
+      if (const ContactPoint& contact = contacts.points[as_index(i)]; !contact.impulse.isZero(0))
+        squared = std::max(squared, relative_velocity(bodies, contact).squaredNorm());
+  return std::sqrt(squared);
+}
+
 // Solves those islands of a few rigid bodies as a whole that sweeps have left unsettled. Returns whether
 // there are any for which that is as good as being settled, see contacts.is_solved.
-bool solve_small_islands(Bodies& bodies, const ContactGraph& graph, double tolerance, ContactSet& contacts) {
+bool solve_small_islands(Bodies& bodies, const ContactGraph& graph, const ContactSolveSettings& settings,
+                         ContactSet& contacts) {
   std::vector<std::array<int, 2>>& unsettled = contacts.unsettled;
   unsettled.clear();
   for (std::size_t i = 0; i < graph.pairs.size(); ++i) {
     const ContactPair& pair = contacts.pairs[as_index(graph.pairs[i])];
     const int island = graph.island_of(bodies, pair);
     if (pair.active && graph.carries_shocks[as_index(island)] != 0 &&
-        contacts.island_change[as_index(island)] > worth_solving * tolerance)
+        contacts.island_change[as_index(island)] > worth_solving * settings.tolerance)
       unsettled.push_back({island, static_cast<int>(i)});
   }
   std::sort(unsettled.begin(), unsettled.end());
@@ -186,9 +201,12 @@ bool solve_small_islands(Bodies& bodies, const ContactGraph& graph, double toler
     contacts.island_pairs.clear();
     for (; end < unsettled.size() && unsettled[end][0] == unsettled[begin][0]; ++end)
       contacts.island_pairs.push_back(graph.pairs[as_index(unsettled[end][1])]);
-    if (contacts.island_pairs.size() > IslandSolver::most_pairs) continue;
-    const double left = contacts.island_solver.solve(bodies, contacts.island_pairs, tolerance, contacts);
-    if (!(left < tolerance)) continue;
+    if (contacts.island_pairs.size() > IslandSolver::most_pairs ||
+        fastest(bodies, contacts, contacts.island_pairs) > slow * settings.at_rest)
+      continue;
+    const double left =
+        contacts.island_solver.solve(bodies, contacts.island_pairs, settings.tolerance, contacts);
+    if (!(left < settings.tolerance)) continue;
     contacts.is_solved[as_index(unsettled[begin][0])] = 1;
     is_any = true;
   }
@@ -229,7 +247,7 @@ int solve_contact(Bodies& bodies, const ContactGraph& graph, const ContactSolveS
   };
   int sweeps = sweep(settings.iterations);
   if (sweeps < settings.iterations) return sweeps;
-  if (settings.whole_islands && solve_small_islands(bodies, graph, settings.tolerance, contacts))
+  if (settings.whole_islands && solve_small_islands(bodies, graph, settings, contacts))
     sweeps += sweep(settings.iterations, &contacts.is_solved);
   if (settings.cold_iterations > 0) sweeps += sweep(settings.cold_iterations, &contacts.is_cold);
   return sweeps;

@@ -25,7 +25,7 @@ struct ContactSet;
 class IslandSolver {
  public:
   /// Pairs of bodies of the largest island that is solved: the work grows with the cube of the bodies.
-  static constexpr std::size_t most_pairs = 64;
+  static constexpr std::size_t most_pairs = 32;
 
   /// Solves for the active ones of `pairs` (indices of contacts.pairs), all of rigid bodies. Their impulses,
   /// which the velocities must contain already, and the velocities become those of the solution, or of the

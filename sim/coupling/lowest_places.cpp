@@ -224,16 +224,24 @@ class Walk {
       return in;
     };
     const double low = end_of(-1), high = end_of(1);
-    const double rise = std::abs(face_at(high).distance - face_at(low).distance);
-    if (high - low < precision || rise > (is_axis() ? lies_along : least_fall) * (high - low) * line_.longest)
-      return false;
+    const double at_low = face_at(low).distance, at_high = face_at(high).distance,
+                 sag = face_at((low + high) / 2).distance - (at_low + at_high) / 2;
+    const double most = (is_axis() ? lies_along : least_fall) * (high - low) * line_.longest;
+    if (high - low < precision || std::max(std::abs(at_high - at_low), std::abs(sag)) > most) return false;
     next_ = static_cast<int>(high) + 1;
     if (high - low > count - 1 + precision) return true;
     const Vec3 middle = pose_.to_world(place_at((low + high) / 2));
     const Vec3 way = line_.longest * (pose_.orientation * inward_at(at));
     if (is_at_end_of_wall(host_, middle - host_.exact(middle).distance * normal, normal, way)) return true;
-    if (low > 0 || line_.is_closed) take_end_of_flat(low, static_cast<int>(std::floor(low)), normal);
-    if (high < count - 1 || line_.is_closed)
+    // Where it hardly gets past the end, as along an edge of the host, its samples and corners tell enough.
+    const auto gets_past = [&](double s) {
+      const SignedDistance face = face_at(line_.is_closed ? s : std::clamp(s, 0.0, count - 1.0));
+      const Vec3 out = face.distance * face.normal;
+      return is_axis() || (out - out.dot(normal) * normal).norm() > lies_along * line_.longest;
+    };
+    if ((low > 0 || line_.is_closed) && gets_past(low - 1))
+      take_end_of_flat(low, static_cast<int>(std::floor(low)), normal);
+    if ((high < count - 1 || line_.is_closed) && gets_past(high + 1))
       take_end_of_flat(high, static_cast<int>(std::floor(high)) + 1, normal);
     return true;
   }
