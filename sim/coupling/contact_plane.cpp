@@ -37,8 +37,8 @@ ContactPlane contact_plane(const LevelSet& shape, const Vec3& x, const Vec3& ins
     nearest.faces = false;
     return nearest;
   }
-  // On the surface, while the way inwards leads past it: what the point turns under has not been run into.
-  if (is_opposite && nearest.faces && nearest.gap <= level && plane.gap < nearest.gap) return nearest;
+  // Level with the surface, though below the plane: what the point turns under has not been run into.
+  if (is_opposite && nearest.faces && nearest.gap <= level && plane.gap < -level) return nearest;
   return is_opposite ? plane : nearest;
 }
 
