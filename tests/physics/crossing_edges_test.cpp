@@ -105,8 +105,7 @@ TEST(CrossingEdges, OfRingsInAHeapStayOutOfEachOther) {
     }
     touching += simulation.stats().contacts;
   }
-  // That they meet: how many contacts press at the ends of frames is left to chance, 98 to 101 with four
-  // solvers.
+  // That they meet: how many contacts press at the ends of frames is left to chance, some 100.
   EXPECT_GT(touching, 50);
   // 13.4 mm without ridges. Samples look up a grid with cells of 11 mm that rounds edges off.
   test::expect_below(deepest, 2e-3, "overlap_m");
