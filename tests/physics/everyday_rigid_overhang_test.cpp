@@ -193,6 +193,7 @@ TEST(EverydayRigidOverhang, FlatBodiesTurnAsTheySlideAlongRails) {
   double most_change = 0, most_hop = 0;
   for (const auto& [name, shape] : std::vector<std::pair<std::string, scene::Shape>>{
            {"box", {.kind = ShapeKind::box, .size = Vec3(1, 0.2, 1)}},
+           {"long box", {.kind = ShapeKind::box, .size = Vec3(1, 0.2, 0.8)}},
            {"upright cylinder", {.kind = ShapeKind::cylinder, .radius = 0.5, .length = 0.2}},
            {"ring", {.kind = ShapeKind::torus, .radius = 0.4, .tube = 0.1}}})
     for (const double spin : {0.0, 0.5, 1.0})
