@@ -206,6 +206,7 @@ class Walk {
     const auto face_at = [&](double s) { return host_.exact(pose_.to_world(place_at(s))); };
     const Vec3 normal = face_at(at).normal;
     const auto is_flat = [&](double s) { return normal.dot(face_at(s).normal) > same_normal; };
+    if (!is_flat(at - precision / 2) && !is_flat(at + precision / 2)) return false;
     const auto end_of = [&](double way) {
       double in = at;
       for (int n = 0; n < count; ++n) {
