@@ -154,9 +154,7 @@ class Finder {
     });
     std::size_t samples = begin;  // deepest points stay
     while (samples < chunk.touches.size() && chunk.touches[samples].point < 0) ++samples;
-    if (filter_.reduce_contacts) {
-      reduce_contacts(guest.arm, samples, chunk.touches, chunk.reduction);
-    }
+    if (filter_.reduce_contacts) reduce_contacts(guest.arm, samples, chunk.touches, chunk.reduction);
     find_faces_at_samples(pair, margin, begin, chunk);
     find_places(pair, is_reversed, margin, chunk);
     if (filter_.reduce_contacts) adopt_others(guest.arm, begin, chunk.touches, chunk.reduction);

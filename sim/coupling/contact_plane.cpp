@@ -2,8 +2,6 @@
 
 #include <cmath>
 
-#include "sim/coupling/end_of_wall.h"
-
 namespace duet {
 namespace {
 
@@ -12,7 +10,22 @@ constexpr double foot_tolerance = 0.002;
 // Cosine of the steepest angle between the way inwards and the normal of a surface that is faced: 73 degrees.
 // From a box's corner it is 55 degrees to its faces.
 constexpr double least_facing = 0.3;
+// Of the way inwards: what is no farther below the end of a wall is at its height, and by how much the
+// surface goes on or does not.
+constexpr double height = 2e-4, on = 0.1, off = 0.5;
 constexpr double same_normal = 0.99;  // cosine
+
+// Whether a foot on a wall of the shape, the other body being to the side `way` of it, is at the wall's end:
+// that body slides over it, as over the side of a rail that it lies on.
+bool is_at_end_of_wall(const LevelSet& shape, const ContactPlane& plane, const Vec3& way) {
+  const Vec3 along = way - way.dot(plane.normal) * plane.normal;
+  const double length = along.norm();
+  if (!(length > 0)) return false;
+  const double step = height * way.norm();
+  const Vec3 shift = step / length * along;
+  return std::abs(shape.distance(plane.foot - shift)) < on * step &&
+         shape.distance(plane.foot + shift) > off * step;
+}
 
 }  // namespace
 
@@ -27,13 +40,13 @@ ContactPlane contact_plane(const LevelSet& shape, const Vec3& x, const Vec3& ins
       std::abs(shape.distance(x - plane.gap * plane.normal)) <= foot_tolerance * way.norm();
   ContactPlane nearest;
   nearest.gap = shape.distance(x);
-  const double level = level_height * way.norm();
+  const double level = height * way.norm();
   if (is_opposite && !(nearest.gap >= -level)) return plane;
   nearest.normal = shape.normal(x);
   nearest.foot = x - nearest.gap * nearest.normal;
   nearest.faces = nearest.normal.dot(way) > least_facing * way.norm();
   if (is_opposite && nearest.normal.dot(plane.normal) > same_normal) return plane;
-  if (nearest.faces && nearest.gap >= 0 && is_at_end_of_wall(shape, nearest.foot, nearest.normal, way)) {
+  if (nearest.faces && nearest.gap >= 0 && is_at_end_of_wall(shape, nearest, way)) {
     nearest.faces = false;
     return nearest;
   }

@@ -22,9 +22,10 @@ constexpr int soft_repeats = 2;
 constexpr char driven = 2;
 // What the sweeps leave, in units of their tolerance, where solving an island as a whole is worth its work.
 constexpr double worth_solving = 30;
-// ContactSolveSettings::at_rest times this is half of what gravity gives in a step: where bodies move past
-// each other faster than that, sliding seldom lets a whole solution be found, nor is it missed.
-constexpr double slow = 25;
+// Parts of the speed that gravity gives in a step. What moves by less is at rest, for shocks: it may be no
+// more than what the sweeps have left. Where bodies move past each other by more, sliding seldom lets a whole
+// solution be found, nor is it missed.
+constexpr double rest_share = 0.02, slide_share = 0.5;
 constexpr double anything = std::numeric_limits<double>::infinity();
 
 // One Gauss-Seidel update of a contact; returns how much it changed the relative velocity, over its
@@ -202,7 +203,7 @@ bool solve_small_islands(Bodies& bodies, const ContactGraph& graph, const Contac
     for (; end < unsettled.size() && unsettled[end][0] == unsettled[begin][0]; ++end)
       contacts.island_pairs.push_back(graph.pairs[as_index(unsettled[end][1])]);
     if (contacts.island_pairs.size() > IslandSolver::most_pairs ||
-        fastest(bodies, contacts, contacts.island_pairs) > slow * settings.at_rest)
+        fastest(bodies, contacts, contacts.island_pairs) > slide_share * settings.fall)
       continue;
     const double left =
         contacts.island_solver.solve(bodies, contacts.island_pairs, settings.tolerance, contacts);
@@ -269,7 +270,7 @@ void propagate_shocks(Bodies& bodies, const ContactGraph& graph, const ContactSo
       return largest;
     }
     const bool is_driven = graph.carries_shocks[as_index(graph.island_of(bodies, pair))] == driven;
-    UpperUpdate update_upper(bodies, settings.tolerance, is_driven ? anything : settings.at_rest,
+    UpperUpdate update_upper(bodies, settings.tolerance, is_driven ? anything : rest_share * settings.fall,
                              host_level > guest_level ? pair.host : pair.guest_rigid);
     for (int i = pair.begin; i < pair.end; ++i)
       largest = std::max(largest, update_upper(contacts.points[as_index(i)]));

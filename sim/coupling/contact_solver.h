@@ -17,25 +17,26 @@ struct ContactSolveSettings {
   bool whole_islands = true;       // solves small islands that the sweeps do not settle, see island_solver.h
   bool angular_friction = false;   // effect rolling_friction
   bool shocks_everywhere = false;  // and not only in islands that carry them
-  double at_rest = std::numeric_limits<double>::infinity();  // m/s, of a lower body's surface, see below
+  double fall = std::numeric_limits<double>::infinity();  // m/s, what gravity gives in the step
 };
 
 // Changes the velocities so that no contact closes faster than its target: v_rel.n >= target, complementary
 // to its impulse, with Coulomb friction on the *accumulated* impulse of every contact (so a later sweep can
 // take back what an earlier one gave too much). Starts from the impulses the contacts hold, which must have
-// been applied already. Islands of a few rigid bodies that the sweeps leave unsettled are solved as a whole.
-// Rolling and spinning friction slow the relative rotation of rigid pairs by a moment
-// of at most their coefficient (m) times the normal force. Returns the number of sweeps.
-// `linked` is what prepared the contacts, or null.
+// been applied already. Islands of a few rigid bodies that the sweeps leave unsettled, and that hardly slide,
+// are solved as a whole. Rolling and spinning friction slow the relative rotation of rigid pairs by a moment
+// of at most their coefficient (m) times the normal force. Returns the number of sweeps. `linked` is what
+// prepared the contacts, or null.
 int solve_contact(Bodies& bodies, const ContactGraph& graph, const ContactSolveSettings& settings,
                   ContactSet& contacts, LinkedBodies* linked = nullptr);
 
 // Shock propagation (Guendelman et al. 2003): level by level, what the sweeps left is taken up by the upper
 // bodies alone, as if the lower ones were fixed. Only rigid pairs whose lower body is supported take part, so
 // that bodies in free flight keep their momentum, and only those of islands that carry shocks. Where the
-// surface of a lower body rolls or moves along the normal, faster than settings.at_rest, it would lead the
-// upper one about, as if a light body had any amount of energy: below what rolls, as a slab on a log, it acts
-// along the normal alone, and where the lower body moves towards the upper one or away from it not at all.
+// surface of a lower body rolls or moves along the normal, faster than by 0.02 settings.fall, it would lead
+// the upper one about, as if a light body had any amount of energy: below what rolls, as a slab on a log, it
+// acts along the normal alone, and where the lower body moves towards the upper one or away from it not at
+// all.
 void propagate_shocks(Bodies& bodies, const ContactGraph& graph, const ContactSolveSettings& settings,
                       ContactSet& contacts);
 

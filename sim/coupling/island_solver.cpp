@@ -11,7 +11,7 @@ namespace {
 // rho in units of the mass that a contact feels by itself, in the first attempt and in one that is made where
 // that ends in a circle of contacts that stick and slip in turn. Greater ones leave less of an error, until
 // rounding does.
-constexpr std::array<double, 2> stiffness{1e6, 1e3};
+constexpr std::array<double, 2> rho{1e6, 1e3};
 constexpr int patience = 7;  // rounds without getting better
 constexpr int most_steps = 20, most_in_all = 100, most_halvings = 12;
 constexpr double on_cone = 1 - 1e-9;  // part of the friction cone beyond which a contact slides
@@ -26,10 +26,10 @@ double IslandSolver::solve(Bodies& bodies, std::span<const int> pairs, double to
   double best = error(bodies, contacts), now = best;
   keep(bodies, contacts);
   int steps = 0;
-  for (const double softness : stiffness) {
+  for (const double scale : rho) {
     for (int round = 0, last = 0; steps < most_in_all && round - last < patience && !(now < tolerance);
          ++round) {
-      begin_round(bodies, contacts, softness, now <= best);
+      begin_round(bodies, contacts, scale, now <= best);
       steps += minimize();
       end_round(bodies, contacts);
       now = error(bodies, contacts);
@@ -89,12 +89,11 @@ IslandSolver::Row IslandSolver::row_of(const ContactPoint& contact) const {
 
 // What slides takes the friction of an update of its contact alone; not after a round that has made things
 // worse, whose velocities say little.
-void IslandSolver::begin_round(const Bodies& bodies, const ContactSet& contacts, double softness,
-                               bool is_best) {
+void IslandSolver::begin_round(const Bodies& bodies, const ContactSet& contacts, double scale, bool is_best) {
   for (Row& row : rows_) {
     const ContactPoint& contact = contacts.points[row.point];
-    row.normal_rho = softness * row.normal_mass;
-    row.tangent_rho = softness * row.tangent_mass;
+    row.normal_rho = scale * row.normal_mass;
+    row.tangent_rho = scale * row.tangent_mass;
     row.velocity = relative_velocity(bodies, contact);
     row.pressure = contact.impulse.dot(row.normal);
     row.tangent = contact.impulse - row.pressure * row.normal;
@@ -250,7 +249,9 @@ void IslandSolver::add_block(std::size_t row, std::size_t column, const Mat3& bl
       matrix_[(column + as_index(j)) * twists_.size() + row + as_index(i)] += block(i, j);
 }
 
-// matrix step = -gradient, by L D L^T in place. False where rounding leaves no positive pivot.
+// matrix step = -gradient, by L D L^T in place. False where rounding leaves no positive pivot. Dense: the
+// block factor of the joints would order the bodies anew in every step, and drops pivots as small as these
+// may be.
 bool IslandSolver::solve_for_step() {
   const std::size_t size = twists_.size();
   for (std::size_t j = 0; j < size; ++j) {

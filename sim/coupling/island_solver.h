@@ -61,7 +61,7 @@ class IslandSolver {
 
   void gather(const Bodies& bodies, std::span<const int> pairs, const ContactSet& contacts);
   Row row_of(const ContactPoint& contact) const;
-  void begin_round(const Bodies& bodies, const ContactSet& contacts, double softness, bool is_best);
+  void begin_round(const Bodies& bodies, const ContactSet& contacts, double scale, bool is_best);
   int minimize();
   void end_round(Bodies& bodies, ContactSet& contacts) const;
   double error(const Bodies& bodies, const ContactSet& contacts) const;

@@ -4,8 +4,6 @@
 #include <cmath>
 #include <limits>
 
-#include "sim/coupling/end_of_wall.h"
-
 namespace duet {
 namespace {
 
@@ -197,6 +195,27 @@ class Walk {
     return place(static_cast<int>(i), s - i);
   }
 
+  // The farthest place, `way` (1 or -1) along the line from one that is flat, up to which all are.
+  template <class IsFlat>
+  double last_flat(double from, double way, const IsFlat& is_flat) const {
+    const int count = line_.end - line_.begin;
+    double in = from;
+    for (int n = 0; n < count; ++n) {
+      const double next = in + way;
+      double out = line_.is_closed ? next : std::clamp(next, 0.0, count - 1.0);
+      if (!is_flat(out)) {
+        for (int k = 0; k < bisections; ++k) {
+          const double middle = (in + out) / 2;
+          (is_flat(middle) ? in : out) = middle;
+        }
+        return in;
+      }
+      in = out;
+      if (out != next) return in;
+    }
+    return in;
+  }
+
   // Where a line that lies along a flat face of the host, or along a round side, passes the end of that:
   // corners of the polygon that two faces share, or the ends of what a cylinder lies on. Samples beside it
   // would carry the body too far in, and not the same ones as it turns. A line's own ends are corners or
@@ -207,34 +226,15 @@ class Walk {
     const Vec3 normal = face_at(at).normal;
     const auto is_flat = [&](double s) { return normal.dot(face_at(s).normal) > same_normal; };
     if (!is_flat(at - precision / 2) && !is_flat(at + precision / 2)) return false;
-    const auto end_of = [&](double way) {
-      double in = at;
-      for (int n = 0; n < count; ++n) {
-        const double next = in + way, out = line_.is_closed ? next : std::clamp(next, 0.0, count - 1.0);
-        if (!is_flat(out)) {
-          double beyond = out;
-          for (int k = 0; k < bisections; ++k) {
-            const double middle = (in + beyond) / 2;
-            (is_flat(middle) ? in : beyond) = middle;
-          }
-          return in;
-        }
-        in = out;
-        if (out != next) return in;
-      }
-      return in;
-    };
-    const double low = end_of(-1), high = end_of(1);
+    const double low = last_flat(at, -1, is_flat), high = last_flat(at, 1, is_flat);
     const double at_low = face_at(low).distance, at_high = face_at(high).distance,
                  sag = face_at((low + high) / 2).distance - (at_low + at_high) / 2;
     const double most = (is_axis() ? lies_along : least_fall) * (high - low) * line_.longest;
     if (high - low < precision || std::max(std::abs(at_high - at_low), std::abs(sag)) > most) return false;
     next_ = static_cast<int>(high) + 1;
     if (high - low > count - 1 + precision) return true;
-    const Vec3 middle = pose_.to_world(place_at((low + high) / 2));
-    const Vec3 way = line_.longest * (pose_.orientation * inward_at(at));
-    if (is_at_end_of_wall(host_, middle - host_.exact(middle).distance * normal, normal, way)) return true;
-    // Where it hardly gets past the end, as along an edge of the host, its samples and corners tell enough.
+    // Where it hardly gets past the end, as along an edge of the host or level with it, samples and corners
+    // tell enough.
     const auto gets_past = [&](double s) {
       const SignedDistance face = face_at(line_.is_closed ? s : std::clamp(s, 0.0, count - 1.0));
       const Vec3 out = face.distance * face.normal;
@@ -245,11 +245,6 @@ class Walk {
     if ((high < count - 1 || line_.is_closed) && gets_past(high + 1))
       take_end_of_flat(high, static_cast<int>(std::floor(high)) + 1, normal);
     return true;
-  }
-
-  const Vec3& inward_at(double s) const {
-    const int count = line_.end - line_.begin;
-    return ridges_.inward[as_index(line_.begin + (static_cast<int>(std::floor(s)) + count) % count)];
   }
 
   void take_end_of_flat(double s, int i, const Vec3& normal) {

@@ -11,13 +11,9 @@ namespace {
 constexpr int cold_start = 10;
 // Contact and joints take turns at most so many times, and contact this part of its sweeps each time.
 constexpr int joint_rounds = 10, joint_share = 4;
-// What moves slower than by this part of the speed that gravity gives in a step is at rest: it may be no more
-// than what the sweeps have left.
-constexpr double rest_share = 0.02;
-
 void sweep_contacts(World& world, StepContext& context, int round, LinkedBodies* linked) {
   ContactSolveSettings settings = world.settings.contact;
-  settings.at_rest = rest_share * world.gravity.norm() * context.dt;
+  settings.fall = world.gravity.norm() * context.dt;
   if (round == 0) settings.cold_iterations = (cold_start - 1) * settings.iterations;
   const bool knows_joints = linked && linked->is_complete();
   if (world.has(Effect::articulation) && !(round == 0 && knows_joints))

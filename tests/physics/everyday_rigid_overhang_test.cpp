@@ -190,15 +190,22 @@ TEST(EverydayRigidOverhang, FlatBodiesSlideAlongRails) {
 // with its top, struck its side: a box had a tenth of its speed left and turned back. A ring lost a tenth a
 // second to the samples of the rails' edges, which are no bumps for it.
 TEST(EverydayRigidOverhang, FlatBodiesTurnAsTheySlideAlongRails) {
+  struct Turning {
+    std::string name;
+    scene::Shape shape;
+    double fastest;  // rad/s
+  };
   double most_change = 0, most_hop = 0;
-  for (const auto& [name, shape] : std::vector<std::pair<std::string, scene::Shape>>{
-           {"box", {.kind = ShapeKind::box, .size = Vec3(1, 0.2, 1)}},
-           {"long box", {.kind = ShapeKind::box, .size = Vec3(1, 0.2, 0.8)}},
-           {"upright cylinder", {.kind = ShapeKind::cylinder, .radius = 0.5, .length = 0.2}},
-           {"ring", {.kind = ShapeKind::torus, .radius = 0.4, .tube = 0.1}}})
-    for (const double spin : {0.0, 0.5, 1.0})
+  for (const auto& [name, shape, fastest] : std::vector<Turning>{
+           {"box", {.kind = ShapeKind::box, .size = Vec3(1, 0.2, 1)}, 2},
+           {"long box", {.kind = ShapeKind::box, .size = Vec3(1, 0.2, 0.8)}, 1},
+           {"narrow box", {.kind = ShapeKind::box, .size = Vec3(0.5, 0.2, 1)}, 2},
+           {"upright cylinder", {.kind = ShapeKind::cylinder, .radius = 0.5, .length = 0.2}, 1},
+           {"ring", {.kind = ShapeKind::torus, .radius = 0.4, .tube = 0.1}, 2}})
+    for (const double spin : {0.0, 0.5, 1.0, 2.0})
       for (const double speed : {0.0, 0.3, 1.0})
         for (const double size : {1.0, 0.01, 20.0}) {
+          if (spin > fastest) continue;
           scene::Scene scene = on_rails({name, shape}, rails()[0], speed);
           scene::RigidBody& body = scene.rigid[0];
           body.placement.position = Vec3(0, 0.1, 0.02);
@@ -210,7 +217,9 @@ TEST(EverydayRigidOverhang, FlatBodiesTurnAsTheySlideAlongRails) {
           const auto& rigid = simulation.world().bodies.rigid;
           const auto b = test::index_of_shape(simulation.world().bodies);
           double change = 0, hop = 0;
-          for (int frame = 0; frame < 24; ++frame) {
+          // The narrow box falls between the rails when it has turned by more than a radian.
+          const int frames = spin > 1 ? static_cast<int>(24 / spin) : 24;
+          for (int frame = 0; frame < frames; ++frame) {
             simulation.advance_frame();
             const RigidState& state = rigid.state[b];
             change = std::max({change, (state.velocity / size - Vec3(speed, 0, 0)).norm(),
@@ -218,12 +227,12 @@ TEST(EverydayRigidOverhang, FlatBodiesTurnAsTheySlideAlongRails) {
             hop = std::max(hop, std::abs(state.pose.position.y() / size - 0.1));
           }
           const std::string what = fmt::format("{}, {} m/s, {} rad/s, size {}", name, speed, spin, size);
-          EXPECT_LT(change, 1.5e-2) << what;
+          EXPECT_LT(change, 2e-2) << what;
           EXPECT_LT(hop, 2e-4) << what;
           most_change = std::max(most_change, change);
           most_hop = std::max(most_hop, hop);
         }
-  test::record_margin("most_change_of_speed", most_change, "m/s, each below 1.5e-2");
+  test::record_margin("most_change_of_speed", most_change, "m/s, each below 2e-2");
   test::record_margin("most_hop_m", most_hop, "each below 2e-4");
 }
 
