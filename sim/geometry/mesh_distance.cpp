@@ -13,6 +13,10 @@ namespace {
 
 // Of the size of a triangle: nearer to its surface, the way to it has no direction to speak of.
 constexpr double on_surface = 1e-9;
+// Of a pseudonormal's length along the face's normal where all faces are in one plane: less where one is
+// turned by 1e-6, or where the mesh is open. On flat places the way from the foot has the direction of the
+// normal too, but for rounding along a large face, which turns and lengthens a short way.
+constexpr double flat = 1 - 1e-13;
 
 double angle_between(const Vec3& a, const Vec3& b) { return math::atan2(a.cross(b).norm(), a.dot(b)); }
 
@@ -48,12 +52,17 @@ SignedDistance MeshDistance::from(const TriangleTree::Nearest& nearest, const Ve
   const Face& face = faces_[as_index(nearest.triangle)];
   const Vec3 weight = nearest_weights(face.corner[0], face.corner[1], face.corner[2], x);
   Vec3 pseudonormal = face.normal;
+  double of_flat = 1;  // length of the pseudonormal where all faces around are in one plane
   for (int k = 0; k < 3; ++k)
-    if (weight[k] == 1)
+    if (weight[k] == 1) {
       pseudonormal = face.at_corner[k];
-    else if (weight[k] == 0 && weight[(k + 1) % 3] != 0 && weight[(k + 2) % 3] != 0)
+      of_flat = 2 * EIGEN_PI;
+    } else if (weight[k] == 0 && weight[(k + 1) % 3] != 0 && weight[(k + 2) % 3] != 0) {
       pseudonormal = face.at_edge[k];
+      of_flat = 2;
+    }
   const Vec3 way = x - nearest.point;
+  if (face.normal.dot(pseudonormal) > flat * of_flat) return {face.normal.dot(way), face.normal};
   const double side = way.dot(pseudonormal) < 0 ? -1 : 1;
   const double size = (face.corner[1] - face.corner[0]).norm();
   if (nearest.distance > on_surface * size) return {side * nearest.distance, side / nearest.distance * way};

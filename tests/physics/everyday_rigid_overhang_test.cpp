@@ -202,36 +202,39 @@ TEST(EverydayRigidOverhang, FlatBodiesTurnAsTheySlideAlongRails) {
            {"narrow box", {.kind = ShapeKind::box, .size = Vec3(0.5, 0.2, 1)}, 2},
            {"upright cylinder", {.kind = ShapeKind::cylinder, .radius = 0.5, .length = 0.2}, 1},
            {"ring", {.kind = ShapeKind::torus, .radius = 0.4, .tube = 0.1}, 2}})
-    for (const double spin : {0.0, 0.5, 1.0, 2.0})
-      for (const double speed : {0.0, 0.3, 1.0})
-        for (const double size : {1.0, 0.01, 20.0}) {
-          if (spin > fastest) continue;
-          scene::Scene scene = on_rails({name, shape}, rails()[0], speed);
-          scene::RigidBody& body = scene.rigid[0];
-          body.placement.position = Vec3(0, 0.1, 0.02);
-          body.placement.orientation.setIdentity();
-          body.placement.angular_velocity = Vec3(0, spin, 0);
-          for (scene::RigidBody& each : scene.rigid) each.friction = 0;
-          scale(scene, size);
-          Simulation simulation(scene, test::plan(scene));
-          const auto& rigid = simulation.world().bodies.rigid;
-          const auto b = test::index_of_shape(simulation.world().bodies);
-          double change = 0, hop = 0;
-          // The narrow box falls between the rails when it has turned by more than a radian.
-          const int frames = spin > 1 ? static_cast<int>(24 / spin) : 24;
-          for (int frame = 0; frame < frames; ++frame) {
-            simulation.advance_frame();
-            const RigidState& state = rigid.state[b];
-            change = std::max({change, (state.velocity / size - Vec3(speed, 0, 0)).norm(),
-                               0.5 * (state.angular_velocity - Vec3(0, spin, 0)).norm()});
-            hop = std::max(hop, std::abs(state.pose.position.y() / size - 0.1));
+    for (const Case& rail : {rails()[0], rails()[2]})
+      for (const double spin : {0.0, 0.5, 1.0, 2.0})
+        for (const double speed : {0.0, 0.3, 1.0})
+          for (const double size : {1.0, 0.01, 20.0}) {
+            // The grid of a mesh takes longer than the motion.
+            if (spin > fastest || (rail.name == "mesh" && (size != 1 || speed == 0.3))) continue;
+            scene::Scene scene = on_rails({name, shape}, rail, speed);
+            scene::RigidBody& body = scene.rigid[0];
+            body.placement.position = Vec3(0, 0.1, 0.02);
+            body.placement.orientation.setIdentity();
+            body.placement.angular_velocity = Vec3(0, spin, 0);
+            for (scene::RigidBody& each : scene.rigid) each.friction = 0;
+            scale(scene, size);
+            Simulation simulation(scene, test::plan(scene));
+            const auto& rigid = simulation.world().bodies.rigid;
+            const auto b = test::index_of_shape(simulation.world().bodies);
+            double change = 0, hop = 0;
+            // The narrow box falls between the rails when it has turned by more than a radian.
+            const int frames = spin > 1 ? static_cast<int>(24 / spin) : 24;
+            for (int frame = 0; frame < frames; ++frame) {
+              simulation.advance_frame();
+              const RigidState& state = rigid.state[b];
+              change = std::max({change, (state.velocity / size - Vec3(speed, 0, 0)).norm(),
+                                 0.5 * (state.angular_velocity - Vec3(0, spin, 0)).norm()});
+              hop = std::max(hop, std::abs(state.pose.position.y() / size - 0.1));
+            }
+            const std::string what =
+                fmt::format("{} on {}, {} m/s, {} rad/s, size {}", name, rail.name, speed, spin, size);
+            EXPECT_LT(change, 2e-2) << what;
+            EXPECT_LT(hop, 2e-4) << what;
+            most_change = std::max(most_change, change);
+            most_hop = std::max(most_hop, hop);
           }
-          const std::string what = fmt::format("{}, {} m/s, {} rad/s, size {}", name, speed, spin, size);
-          EXPECT_LT(change, 2e-2) << what;
-          EXPECT_LT(hop, 2e-4) << what;
-          most_change = std::max(most_change, change);
-          most_hop = std::max(most_hop, hop);
-        }
   test::record_margin("most_change_of_speed", most_change, "m/s, each below 2e-2");
   test::record_margin("most_hop_m", most_hop, "each below 2e-4");
 }

@@ -7,12 +7,14 @@
 #include "tests/support/meshes.h"
 #include <gtest/gtest.h>
 
+#include "sim/base/rotation.h"
+
 namespace duet {
 namespace {
 
 using test::random_vector;
 
-// Rounding of numbers up to 2; of the normal, that over the distance.
+// Rounding of numbers up to 2; of the normal where an edge or a corner is nearest, that over the distance.
 TEST(MeshDistance, OfABoxIsThatOfItsFormula) {
   const Vec3 half(1, 0.5, 0.25);
   const MeshDistance mesh(test::box_mesh(-half, half));
@@ -61,6 +63,35 @@ TEST(MeshDistance, OnTheSurfaceHasTheNormalsOfItsFeatures) {
   EXPECT_LT((edge.normal - Vec3(1, 0, 1).normalized()).norm(), 1e-15);
   // However many triangles of a face meet there.
   EXPECT_LT((corner.normal - Vec3(1, 1, 1).normalized()).norm(), 1e-15);
+}
+
+// However near a place is to a large face: the way from its foot is all rounding there. Bodies that lay on
+// rails took the rail's side, which a normal off by 1e-6 made rise above its top, for a wall. A box turned
+// anyhow has a flat edge in each face.
+TEST(MeshDistance, NormalsOfFlatPlacesAreThoseOfTheirFaces) {
+  std::mt19937 random(4);
+  for (const double length : {1.0, 40.0, 1000.0}) {
+    const double rounding = 1e-15 * length;  // of the corners, 0.1 m apart, m
+    const Vec3 half(length / 2, 0.05, 0.05);
+    TriangleMesh box = test::box_mesh(-half, half);
+    const Quat turn = exponential(Vec3(0.3, 0.7, 0.4));
+    for (Vec3& x : box.positions) x = turn * x;
+    const MeshDistance mesh(box);
+    const Vec3 top = turn * Vec3(0, 1, 0), diagonal = turn * Vec3(length, 0, 0.1),
+               other = turn * Vec3(length, 0, -0.1);
+    for (const double height : {1e-12, 1e-10, 1e-8, 1e-6, 1e-4})
+      for (const double sign : {-1.0, 1.0})
+        for (int i = 0; i < 100; ++i) {
+          const Vec3 at = random_vector(random);
+          for (const Vec3& along : {Vec3(turn * Vec3(0.45 * length * at.x(), 0, 0.045 * at.z())),
+                                    Vec3(0.45 * at.x() * diagonal), Vec3(0.45 * at.x() * other)}) {
+            const SignedDistance found = mesh.at((0.05 + sign * height) * top + along);
+            EXPECT_LT((found.normal - top).norm(), rounding / 0.05)
+                << length << " m, " << sign * height << " m above";
+            EXPECT_NEAR(found.distance, sign * height, rounding);
+          }
+        }
+  }
 }
 
 // On both sides, to the last bit.
