@@ -15,9 +15,24 @@ constexpr double least_facing = 0.3;
 constexpr double height = 2e-4, on = 0.1, off = 0.5;
 constexpr double same_normal = 0.99;  // cosine
 
+// A shape as its level set tells it: fast.
+struct OfLevelSet {
+  const LevelSet& shape;
+  double distance(const Vec3& x) const { return shape.distance(x); }
+  Vec3 normal(const Vec3& x) const { return shape.normal(x); }
+};
+
+// Of meshes as their triangles tell it.
+struct OfTriangles {
+  const LevelSet& shape;
+  double distance(const Vec3& x) const { return shape.exact(x).distance; }
+  Vec3 normal(const Vec3& x) const { return shape.exact(x).normal; }
+};
+
 // Whether a foot on a wall of the shape, the other body being to the side `way` of it, is at the wall's end:
 // that body slides over it, as over the side of a rail that it lies on.
-bool is_at_end_of_wall(const LevelSet& shape, const ContactPlane& plane, const Vec3& way) {
+template <class Shape>
+bool is_at_end_of_wall(const Shape& shape, const ContactPlane& plane, const Vec3& way) {
   const Vec3 along = way - way.dot(plane.normal) * plane.normal;
   const double length = along.norm();
   if (!(length > 0)) return false;
@@ -27,9 +42,8 @@ bool is_at_end_of_wall(const LevelSet& shape, const ContactPlane& plane, const V
          shape.distance(plane.foot + shift) > off * step;
 }
 
-}  // namespace
-
-ContactPlane contact_plane(const LevelSet& shape, const Vec3& x, const Vec3& inside) {
+template <class Shape>
+ContactPlane plane_of(const Shape& shape, const Vec3& x, const Vec3& inside) {
   const Vec3 way = inside - x;
   ContactPlane plane;
   const double distance = shape.distance(inside);
@@ -53,6 +67,16 @@ ContactPlane contact_plane(const LevelSet& shape, const Vec3& x, const Vec3& ins
   // Level with the surface, though below the plane: what the point turns under has not been run into.
   if (is_opposite && nearest.faces && nearest.gap <= level && plane.gap < -level) return nearest;
   return is_opposite ? plane : nearest;
+}
+
+}  // namespace
+
+ContactPlane contact_plane(const LevelSet& shape, const Vec3& x, const Vec3& inside) {
+  return plane_of(OfLevelSet{shape}, x, inside);
+}
+
+ContactPlane exact_contact_plane(const LevelSet& shape, const Vec3& x, const Vec3& inside) {
+  return plane_of(OfTriangles{shape}, x, inside);
 }
 
 }  // namespace duet

@@ -23,4 +23,7 @@ struct ContactPlane {
 // nearest surface counts. Both points in the shape's body space.
 ContactPlane contact_plane(const LevelSet& shape, const Vec3& x, const Vec3& inside);
 
+// The same with LevelSet::exact(): the foot is on the surface also where it is far from `inside`.
+ContactPlane exact_contact_plane(const LevelSet& shape, const Vec3& x, const Vec3& inside);
+
 }  // namespace duet

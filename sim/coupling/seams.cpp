@@ -175,7 +175,12 @@ WayOut way_out_of_seam(const Bodies& bodies, int host, const Vec3& x, const Vec3
 
 ContactPlane exposed_plane(const Bodies& bodies, int host, const Pose& pose, const Vec3& x,
                            const Vec3& inside, PointKind kind) {
-  ContactPlane plane = contact_plane(bodies.rigid.properties[as_index(host)].shape, x, inside);
+  const LevelSet& shape = bodies.rigid.properties[as_index(host)].shape;
+  ContactPlane plane = contact_plane(shape, x, inside);
+  // Between the nodes of its grid a mesh is not known well enough to tell whether a foot is at the seam.
+  if (shape.kind == LevelSet::Kind::grid &&
+      is_at_seam(bodies, host, pose.to_world(plane.foot), shape.tolerance()))
+    plane = exact_contact_plane(shape, x, inside);
   const Vec3 normal = pose.orientation * plane.normal, position = pose.to_world(x);
   const std::optional<HiddenFoot> hidden = hidden_foot(bodies, host, pose.to_world(plane.foot), normal);
   if (!hidden) return plane;
