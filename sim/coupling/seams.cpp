@@ -12,8 +12,7 @@
 namespace duet {
 namespace {
 
-// Of the smallest size of a body: bodies that far apart adjoin, and what is that far out is out.
-constexpr double tolerance = 1e-4;
+constexpr double tolerance = adjoin_within;  // of the smallest size of a body: what is that far out is out
 // Cosines of the angles between the normals of faces that hide each other and of those that are one, and of
 // that between a normal and a way off its surface.
 constexpr double face_each_other = -0.5, same_face = 1 - 1e-9, leads_off = 0.3;

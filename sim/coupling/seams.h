@@ -9,6 +9,9 @@
 
 namespace duet {
 
+// Of the smallest size of two static bodies: no farther apart, they adjoin.
+constexpr double adjoin_within = 1e-4;
+
 // The static bodies that touch or overlap each static body; none for all others.
 ElementLists adjoining_bodies(const Bodies& bodies);
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numbers>
 #include <utility>
 
 #include "sim/base/elementary.h"
@@ -56,7 +57,7 @@ SignedDistance MeshDistance::from(const TriangleTree::Nearest& nearest, const Ve
   for (int k = 0; k < 3; ++k)
     if (weight[k] == 1) {
       pseudonormal = face.at_corner[k];
-      of_flat = 2 * EIGEN_PI;
+      of_flat = 2 * std::numbers::pi;
     } else if (weight[k] == 0 && weight[(k + 1) % 3] != 0 && weight[(k + 2) % 3] != 0) {
       pseudonormal = face.at_edge[k];
       of_flat = 2;

@@ -64,6 +64,10 @@ class JointChecker {
     if (scene_.ground) names.emplace_back("ground");
     const auto known = [&](std::string_view key, const std::string& name) {
       if (name.empty() || exists(name)) return !name.empty();
+      if (name == "ground") {
+        add(key, "is the ground, and the scene has none", "add [ground], or name a static body");
+        return false;
+      }
       const std::string hint = did_you_mean(name, names);
       add(key, fmt::format("no rigid body is called `{}`", name),
           hint.empty() ? "joints connect rigid bodies" : hint);

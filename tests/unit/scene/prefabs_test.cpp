@@ -292,6 +292,10 @@ mass = 1
   EXPECT_NE(with("type = \"point\"\nparent = \"a\"\nchild = \"c\"\nposition = [1, 0, 0]\n")
                 .find("no rigid body is called `c`"),
             std::string::npos);
+  const std::string to_ground =
+      "type = \"point\"\nparent = \"ground\"\nchild = \"b\"\nposition = [1, 0, 0]\n";
+  EXPECT_NE(with(to_ground).find("is the ground, and the scene has none"), std::string::npos);
+  EXPECT_EQ(with(to_ground + "[ground]\n"), "");
   EXPECT_NE(with("type = \"point\"\nparent = \"a\"\nchild = \"b\"\nparent_frame = { position = [1, 0, 0] "
                  "}\nchild_frame = { "
                  "position = [-1, 0, 0] }\n")
