@@ -41,8 +41,7 @@ std::string describe_gaps(const std::vector<StaticGap>& gaps) {
                       : "";
   return fmt::format(
       "the static bodies `{}` and `{}` stand {:.3g} m apart{}: what rolls or slides over such a gap may be "
-      "stopped or "
-      "thrown up by the second one; put them flush, then they are one floor",
+      "stopped or thrown up by the second one; put them flush, then they are one floor",
       gaps[0].first, gaps[0].second, gaps[0].gap, more);
 }
 

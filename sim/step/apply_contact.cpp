@@ -11,6 +11,7 @@ namespace {
 constexpr int cold_start = 10;
 // Contact and joints take turns at most so many times, and contact this part of its sweeps each time.
 constexpr int joint_rounds = 10, joint_share = 4;
+
 void sweep_contacts(World& world, StepContext& context, int round, LinkedBodies* linked) {
   ContactSolveSettings settings = world.settings.contact;
   settings.fall = world.gravity.norm() * context.dt;

@@ -39,10 +39,7 @@ scene::Scene scene_of(const InGroove& body, double angle, double size, double ab
   host.friction = 0.5;
   scene::RigidBody guest;
   guest.name = "body";
-  guest.shape = body.shape;
-  guest.shape.radius *= size;
-  guest.shape.size *= size;
-  guest.shape.length *= size;
+  guest.shape = test::scaled(body.shape, size);
   guest.density = 1000;
   guest.friction = 0.5;
   guest.restitution = 0;

@@ -43,11 +43,7 @@ std::vector<Case> rails() {
 void scale(scene::Scene& scene, double size) {
   scene.gravity *= size;  // times stay as they are
   for (scene::RigidBody& body : scene.rigid) {
-    body.shape.size *= size;
-    body.shape.radius *= size;
-    body.shape.length *= size;
-    body.shape.tube *= size;
-    if (body.shape.kind == ShapeKind::mesh) body.shape.scale *= size;
+    body.shape = test::scaled(body.shape, size);
     body.placement.position *= size;
     body.placement.velocity *= size;
   }

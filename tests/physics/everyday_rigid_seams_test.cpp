@@ -53,10 +53,7 @@ scene::Scene on_tiles(const Mover& mover, bool first_is_mesh, bool second_is_mes
   }
   scene::RigidBody body;
   body.name = "body";
-  body.shape = mover.shape;
-  body.shape.size *= size;
-  body.shape.radius *= size;
-  body.shape.length *= size;
+  body.shape = test::scaled(mover.shape, size);
   body.density = 1000;
   body.friction = mover.radius > 0 ? 0.5 : 0;
   body.placement.position = size * Vec3(start, mover.height, 0.013);

@@ -81,16 +81,22 @@ struct EverydayShape {
   std::shared_ptr<TriangleMesh> mesh = {};
 };
 
+// A shape with all lengths `size` times as long.
+inline scene::Shape scaled(scene::Shape shape, double size) {
+  shape.size *= size;
+  shape.radius *= size;
+  shape.length *= size;
+  shape.tube *= size;
+  if (shape.kind == scene::ShapeKind::mesh) shape.scale *= size;
+  return shape;
+}
+
 // A body of the given size (m) and of the density of water, lying at x = 0 with its lowest point `above` (m).
 inline scene::RigidBody& add_shape(scene::Scene& scene, const EverydayShape& everyday, double size,
                                    double above) {
   scene::RigidBody body;
   body.name = "body";
-  body.shape = everyday.shape;
-  body.shape.radius *= size;
-  body.shape.size *= size;
-  body.shape.length *= size;
-  body.shape.tube *= size;
+  body.shape = scaled(everyday.shape, size);
   if (everyday.mesh) {
     body.shape.mesh = everyday.mesh;
     body.shape.scale = size;

@@ -94,6 +94,21 @@ TEST(MeshDistance, NormalsOfFlatPlacesAreThoseOfTheirFaces) {
   }
 }
 
+// Beside the border of an open mesh, level with it, the border is what is near, and not the plane.
+TEST(MeshDistance, PlanesEndAtTheBordersOfOpenMeshes) {
+  TriangleMesh sheet;
+  sheet.positions = {Vec3(0, 0, 0), Vec3(0, 0, 1), Vec3(1, 0, 1), Vec3(1, 0, 0)};
+  sheet.triangles = {{0, 1, 2}, {0, 2, 3}};
+  const MeshDistance mesh(sheet);
+  for (const double height : {0.0, 1e-10, 0.1})
+    for (const double beside : {1e-6, 0.2}) {
+      const double along = std::hypot(beside, height), around = std::hypot(beside, beside, height);
+      EXPECT_NEAR(std::abs(mesh.at(Vec3(1 + beside, height, 0.3)).distance), along, 1e-15) << "an edge";
+      EXPECT_NEAR(std::abs(mesh.at(Vec3(1 + beside, height, 1 + beside)).distance), around, 1e-15)
+          << "a corner";
+    }
+}
+
 // On both sides, to the last bit.
 TEST(MeshDistance, IsTheSameWithinABound) {
   const MeshDistance mesh(test::torus_mesh(1, 0.4, 16, 9));
