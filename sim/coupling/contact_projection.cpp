@@ -292,7 +292,8 @@ void ContactProjection::sweep(bool with_target, bool with_joints, GeneralizedVel
   if (with_joints) joints_->project(bodies_->rigid, v.linear, v.angular);
 }
 
-void ContactProjection::choose(const GeneralizedVelocity& start, const GeneralizedVelocity& velocity) {
+void ContactProjection::choose(double dt, const GeneralizedVelocity& start,
+                               const GeneralizedVelocity& velocity) {
   const auto decide = [&](Row& row) {
     row.target = 0.5 * normal_velocity(row, start);
     row.active = normal_velocity(row, velocity) <= row.target;
@@ -302,7 +303,7 @@ void ContactProjection::choose(const GeneralizedVelocity& start, const Generaliz
     if (!blocks_[b].rows.empty()) factor(blocks_[b]);
   }
   for (Row& row : rows_) decide(row);
-  if (repulsions_) repulsions_->choose_rows(start.particle, velocity.particle);
+  if (repulsions_) repulsions_->choose_rows(dt, start.particle, velocity.particle);
 }
 
 void ContactProjection::satisfy(GeneralizedVelocity& velocity) const { sweep_all(true, velocity); }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include <Eigen/LU>
 
@@ -12,9 +13,12 @@ namespace {
 
 constexpr std::size_t grain = 512;
 constexpr int rounds = 3;
-// What part of the way to the distance h a pair may go in a step, either way (Bridson et al. 2002, section
-// 7.2).
+// What part of the way to the distance h a pair goes in a step, if it is nearer or a row of a solve (Bridson
+// et al. 2002, section 7.2).
 constexpr double share = 0.1;
+// Rows of a solve are nearer than so many times h. Those farther away have ground to cover, and how fast they
+// do, damping is to see.
+constexpr double row_range = 1.02;
 
 constexpr double least_weight = 1e-9;  // of a particle that a place on an element belongs to
 
@@ -43,9 +47,9 @@ double effective_mass(const std::array<int, 4>& particle, const std::array<doubl
   return sum > 0 ? 1 / sum : 0;
 }
 
-// The speed at which a pair may part at least: negative where it is farther apart than h.
+// The least speed at which a pair parts, so that it comes no nearer than h within `dt`.
 double least_speed(const RepulsionPair& pair, double dt) {
-  return std::min(0.0, share * (pair.thickness - pair.distance) / dt);
+  return (pair.active ? share : 1) * std::min(0.0, (pair.thickness - pair.distance) / dt);
 }
 
 // Friction acts at two points that are a distance apart, as a couple. Its angular momentum is taken out again
@@ -99,11 +103,87 @@ bool supports(const ElementLists& around, const std::vector<Triangle>& triangles
   return look_around(around, triangles, x, place, at, faces.steepest).rise > faces.rise / 2;
 }
 
-bool can_touch(const RepulsionPair& pair, ElementPair kind, const std::vector<Vec3>& x,
+constexpr double rounding = 1e-9;  // sine of an angle
+// Sine of the angle below which edges count as parallel, and of that by which a face beside an edge may fall
+// off for the edge to lie inside a flat part.
+constexpr double nearly_flat = 0.1;
+
+// Whether a candidate is the first of all that have the same nearest places: nearest to a corner or to an
+// edge of their triangles are several.
+bool is_first(const RepulsionPair& pair, const SurfacePoint& place, const ElementLists& around,
+              const std::vector<Triangle>& triangles) {
+  if (place.count == 1 && place.particle[0] < pair.particle[0]) return false;  // where both are points
+  for (const int t : around.of(place.particle[0])) {
+    const Triangle& face = triangles[as_index(t)];
+    if (!lies_on(place, face)) continue;
+    return std::is_permutation(face.begin(), face.end(), pair.particle.begin() + 1);
+  }
+  return true;
+}
+
+// Whether a pair of a volume's boundary is one of the few that carry what presses on it. All that a point has
+// with faces that it is not opposite to, and those of the ends of edges, are pairs of the point with others.
+// `most` is the sine by which a surface may rise beside the nearest place of a face, in the direction of the
+// point.
+bool carries(const RepulsionPair& pair, ElementPair kind, double most, const std::vector<Vec3>& x,
+             const ElementLists& around, const std::vector<Triangle>& triangles) {
+  if (kind == ElementPair::point_triangle) {
+    const SurfacePoint place = place_of(pair, 1, 4);
+    if (place.count == 3 || around.of(place.particle[0]).empty()) return true;
+    if (look_around(around, triangles, x, place, weighted(place, x), pair.normal).rise > most) return false;
+    return around.of(pair.particle[0]).empty() || is_first(pair, place, around, triangles);
+  }
+  const SurfacePoint first = place_of(pair, 0, 2), second = place_of(pair, 2, 4);
+  if (around.of(pair.particle[0]).empty() || around.of(pair.particle[2]).empty()) return true;
+  if (first.count == 1 || second.count == 1) return false;
+  const Vec3 a = x[as_index(pair.particle[1])] - x[as_index(pair.particle[0])],
+             b = x[as_index(pair.particle[3])] - x[as_index(pair.particle[2])];
+  if (a.cross(b).squaredNorm() > nearly_flat * nearly_flat * a.squaredNorm() * b.squaredNorm()) return true;
+  const auto rise = [&](const SurfacePoint& place, const Vec3& toward) {
+    return look_around(around, triangles, x, place, weighted(place, x), toward).rise;
+  };
+  return rise(first, -pair.normal) < -nearly_flat && rise(second, pair.normal) < -nearly_flat;
+}
+
+bool can_touch(const RepulsionPair& pair, ElementPair kind, double most, const std::vector<Vec3>& x,
                const ElementLists& around, const std::vector<Triangle>& triangles) {
   const std::size_t first = kind == ElementPair::point_triangle ? 1 : 2;
   return supports(around, triangles, x, place_of(pair, 0, first), -pair.normal) &&
-         supports(around, triangles, x, place_of(pair, first, 4), pair.normal);
+         supports(around, triangles, x, place_of(pair, first, 4), pair.normal) &&
+         carries(pair, kind, most, x, around, triangles);
+}
+
+// Which of a pair's elements move as predicted: contact that the prediction does not know of may hold one of
+// them.
+enum Moving { both, first_alone, second_alone };
+
+// The pair of a candidate at the moment within `dt` (s) when it comes nearer than repulsion_range h and
+// `touches`, by conservative advancement (Mirtich 1996), if there is one.
+template <class Touches>
+std::optional<RepulsionPair> meeting(const CandidatePair& candidate, const FourPoints& start,
+                                     const FourPoints& velocity, double dt, Touches&& touches) {
+  constexpr int most_advances = 12;
+  const double speed = fastest_approach(candidate.kind, velocity),
+               range = repulsion_range * candidate.thickness;
+  if (farther_than(range + dt * speed, candidate.kind, start)) return {};
+  double time = 0;
+  for (int advance = 0; advance < most_advances && time < dt; ++advance) {
+    FourPoints at = start;
+    for (std::size_t i = 0; i < 4; ++i) at[i] += time * velocity[i];
+    const ClosestPoints closest = closest_points(candidate.kind, at);
+    const double distance = closest.difference.norm();
+    if (!(distance > 0)) return {};
+    if (distance < range) {
+      const Vec3 normal = closest.difference / distance;
+      const double gap = normal.dot(weighted(closest.weight, start));
+      const RepulsionPair pair{candidate.particle,  closest.weight,    normal, gap,
+                               candidate.thickness, candidate.friction};
+      if (touches(pair)) return pair;
+    }
+    if (!(speed > 0)) return {};
+    time += std::max((distance - candidate.thickness) / speed, dt / most_advances);
+  }
+  return {};
 }
 
 // pairs = all that find(candidate, pairs) appends for the candidates, in their order for any number of
@@ -150,39 +230,34 @@ void SelfRepulsion::find(const CollisionCandidates& candidates, const std::vecto
             if (distance >= range || !(distance > 0)) return;
             RepulsionPair pair{candidate.particle, closest.weight,      closest.difference / distance,
                                distance,           candidate.thickness, candidate.friction};
-            if (!around.first.empty() && !can_touch(pair, candidate.kind, x, around, triangles)) return;
+            if (!around.first.empty() && !can_touch(pair, candidate.kind, rounding, x, around, triangles))
+              return;
             pair.mass = pair.row_mass = effective_mass(pair.particle, pair.weight, inverse_mass);
             found.push_back(pair);
           });
 }
 
 void SelfRepulsion::find_meeting(const CollisionCandidates& candidates, const std::vector<Vec3>& x,
-                                 const std::vector<Vec3>& v, double dt) {
-  constexpr int most_advances = 12;
+                                 const std::vector<Vec3>& v, double dt, const ElementLists& around,
+                                 const std::vector<Triangle>& triangles) {
   collect(candidates.near(), chunks_, pairs_,
           [&](const CandidatePair& candidate, std::vector<RepulsionPair>& found) {
             if (!candidate.repels) return;
-            const FourPoints start = corners(candidate.particle, x),
-                             velocity = corners(candidate.particle, v);
-            const double speed = fastest_approach(candidate.kind, velocity),
-                         range = repulsion_range * candidate.thickness;
-            if (farther_than(range + dt * speed, candidate.kind, start)) return;
-            double time = 0;
-            for (int advance = 0; advance < most_advances && time < dt; ++advance) {
-              FourPoints at = start;
-              for (std::size_t i = 0; i < 4; ++i) at[i] += time * velocity[i];
-              const ClosestPoints closest = closest_points(candidate.kind, at);
-              const double distance = closest.difference.norm();
-              if (!(distance > 0)) return;
-              if (distance < range) {
-                const Vec3 normal = closest.difference / distance;
-                found.push_back({candidate.particle, closest.weight, normal,
-                                 normal.dot(weighted(closest.weight, start)), candidate.thickness,
-                                 candidate.friction});
+            const FourPoints start = corners(candidate.particle, x), all = corners(candidate.particle, v);
+            const auto touches = [&](const RepulsionPair& pair) {
+              return around.first.empty() ||
+                     can_touch(pair, candidate.kind, nearly_flat, x, around, triangles);
+            };
+            const std::size_t first = candidate.kind == ElementPair::point_triangle ? 1 : 2;
+            for (const Moving moving : {both, first_alone, second_alone}) {
+              FourPoints velocity = all;
+              for (std::size_t i = 0; i < 4; ++i)
+                if (moving == (i < first ? second_alone : first_alone)) velocity[i].setZero();
+              const std::optional<RepulsionPair> pair = meeting(candidate, start, velocity, dt, touches);
+              if (pair) {
+                found.push_back(*pair);
                 return;
               }
-              if (!(speed > 0)) return;
-              time += (distance - candidate.thickness) / speed;
             }
           });
 }
@@ -219,11 +294,14 @@ void SelfRepulsion::apply_elastic(double dt, const std::vector<double>& inverse_
   }
 }
 
-void SelfRepulsion::choose_rows(const std::vector<Vec3>& start, const std::vector<Vec3>& velocity) {
+void SelfRepulsion::choose_rows(double dt, const std::vector<Vec3>& start,
+                                const std::vector<Vec3>& velocity) {
   for (RepulsionPair& pair : pairs_) {
-    pair.target = 0.5 * relative_velocity(pair, start).dot(pair.normal);
-    pair.active =
-        pair.distance < pair.thickness && relative_velocity(pair, velocity).dot(pair.normal) <= pair.target;
+    pair.active = false;
+    const double from = relative_velocity(pair, start).dot(pair.normal),
+                 mean = relative_velocity(pair, velocity).dot(pair.normal);
+    pair.active = pair.distance < row_range * pair.thickness && 2 * mean - from <= least_speed(pair, dt);
+    pair.target = 0.5 * (from + least_speed(pair, dt));
   }
 }
 

@@ -41,21 +41,23 @@ class SelfRepulsion {
             const std::vector<Triangle>& triangles);
 
   // Finds the pairs that are nearer than repulsion_range h at `x` or come so near within `dt` (s) as `v`
-  // moves the particles: with the weights and the normal of that moment, found by conservative advancement
-  // (Mirtich 1996), and the distance along that normal at `x`.
+  // moves the particles, or those of one element while the other stays, as contact may hold it: with the
+  // weights and the normal of that moment, and the distance along that normal at `x`.
   void find_meeting(const CollisionCandidates& candidates, const std::vector<Vec3>& x,
-                    const std::vector<Vec3>& v, double dt);
+                    const std::vector<Vec3>& v, double dt, const ElementLists& around,
+                    const std::vector<Triangle>& triangles);
 
-  // Inelastic impulses and friction at positions `x`: pairs do not approach within h, and outside of it no
-  // faster than by a tenth of what they are farther apart in the step. Linear and angular momentum are kept.
+  // Inelastic impulses and friction at positions `x`: pairs do not come nearer than h within `dt` (s). Linear
+  // and angular momentum are kept.
   void apply(double dt, const std::vector<Vec3>& x, const std::vector<double>& inverse_mass,
              std::vector<Vec3>& v) const;
   // The elastic part: pairs nearer than h part by a tenth of what they lack in the step.
   void apply_elastic(double dt, const std::vector<double>& inverse_mass, std::vector<Vec3>& v) const;
 
-  // The pairs as rows of the projection in the conjugate gradients (section 7.1): those nearer than h that
-  // would approach from `start` at `velocity` keep n.v_rel = half of what it is at `start`.
-  void choose_rows(const std::vector<Vec3>& start, const std::vector<Vec3>& velocity);
+  // The pairs as rows of the projection in the conjugate gradients (section 7.1): those about as near as h
+  // that would come nearer within `dt` (s) if they went on from `start` by way of `velocity`, the mean of the
+  // step. In the end of it they come nearer to h by a tenth of the way, which apply() keeps to.
+  void choose_rows(double dt, const std::vector<Vec3>& start, const std::vector<Vec3>& velocity);
   // Drops the rows of pairs that `change` (of velocities) parts faster than by `tolerance` (m/s). Returns
   // whether there were any.
   bool release_rows(const std::vector<Vec3>& change, double tolerance);

@@ -50,7 +50,8 @@ std::size_t body_of(const Bodies& bodies, int particle) {
 std::array<Mat3, 4> map_of(const RepulsionPair& pair, const Particles& particles) {
   std::array<Mat3, 4> map;
   std::array<Vec3, 4> at;
-  Vec3 center = Vec3::Zero(), arm = Vec3::Zero();
+  Vec3 center = Vec3::Zero();
+  const Vec3 arm = pair.distance * pair.normal;
   double mass = 0;
   bool is_free = true;
   for (std::size_t i = 0; i < 4; ++i) {
@@ -58,7 +59,6 @@ std::array<Mat3, 4> map_of(const RepulsionPair& pair, const Particles& particles
     map[i] = pair.weight[i] * Mat3::Identity();
     at[i] = particles.x[p];
     is_free = is_free && particles.inverse_mass[p] > 0;
-    arm += pair.weight[i] * at[i];
     center += particles.mass[p] * at[i];
     mass += particles.mass[p];
   }
@@ -172,7 +172,7 @@ void ContactForces::add_row(Row& row, const Mat3& response) {
 }
 
 void ContactForces::add_pairs(const Bodies& bodies, const std::vector<RepulsionPair>& pairs,
-                              const Islands& islands, double seconds, double part_share,
+                              const Islands& islands, double seconds, double part_share, double factor,
                               const std::vector<SymmetricBlock>& own) {
   for (const RepulsionPair& pair : pairs) {
     const auto is_left_out = [&](int p) {
@@ -192,7 +192,8 @@ void ContactForces::add_pairs(const Bodies& bodies, const std::vector<RepulsionP
             .guest_arm = Vec3::Zero(),
             .path_velocity = Vec3::Zero(),
             .target = (lacking > 0 ? part_share : 1) * lacking / seconds,
-            .friction = pair.friction};
+            .friction = pair.friction,
+            .multiplier = factor * remembered_impulse(pair)};
     Mat3 K = response_of(row.point, own);
     const std::size_t a = body_of(bodies, pair.particle.front()), b = body_of(bodies, pair.particle.back());
     K.diagonal().array() += 1 / bodies.deformable[a].mass + 1 / bodies.deformable[b].mass;
@@ -200,6 +201,20 @@ void ContactForces::add_pairs(const Bodies& bodies, const std::vector<RepulsionP
     add_row(row, K);
     if (rows_.size() > before) pair_maps_.push_back(map_of(pair, bodies.particles));
   }
+}
+
+void ContactForces::remember_pairs() {
+  for (const Row& row : rows_)
+    if (row.pair >= 0 && !row.impulse.isZero(0)) remembered_.push_back({row.point.particle, row.impulse});
+  std::sort(remembered_.begin(), remembered_.end(),
+            [](const PairImpulse& a, const PairImpulse& b) { return a.particle < b.particle; });
+}
+
+Vec3 ContactForces::remembered_impulse(const RepulsionPair& pair) const {
+  const auto found = std::lower_bound(
+      remembered_.begin(), remembered_.end(), pair.particle,
+      [](const PairImpulse& a, const std::array<int, 4>& particle) { return a.particle < particle; });
+  return found != remembered_.end() && found->particle == pair.particle ? found->impulse : Vec3::Zero();
 }
 
 Vec3 ContactForces::velocity_of(const Row& row, const GeneralizedVelocity& v) const {
@@ -234,6 +249,11 @@ double ContactForces::evaluate(const GeneralizedVelocity& velocity) {
     }
   }
   return potential;
+}
+
+void ContactForces::begin_bounds() {
+  for (Row& row : rows_)
+    row.bound = row.friction * std::max(0.0, (row.pair < 0 ? row.impulse : row.multiplier).dot(row.normal));
 }
 
 void ContactForces::set_bounds() {

@@ -33,7 +33,11 @@ class ContactForces {
   // time. The impulses of a pair act at its two points; by a turn of its particles as one they keep angular
   // momentum.
   void add_pairs(const Bodies& bodies, const std::vector<RepulsionPair>& pairs, const Islands& islands,
-                 double seconds, double part_share, const std::vector<SymmetricBlock>& own);
+                 double seconds, double part_share, double factor, const std::vector<SymmetricBlock>& own);
+  // The impulses of pairs, for solves in which the same pairs take part: step V begins with those of step
+  // III.
+  void forget_pairs() { remembered_.clear(); }
+  void remember_pairs();
   void clear() {
     rows_.clear();
     out_of_reach_.clear();
@@ -44,6 +48,10 @@ class ContactForces {
   double evaluate(const GeneralizedVelocity& velocity);
   // The bounds of friction from the normal impulses of the last evaluate().
   void set_bounds();
+  // The same where a search begins, but for pairs of surfaces: they come in such numbers that where their
+  // impulses are unknown each would at first give what all together are to. Theirs are those of the
+  // multipliers.
+  void begin_bounds();
   // Sliding friction keeps its size, so that it falls with the velocity only across its direction. A search
   // that goes by that overshoots where bodies come to a stop. If careful, it takes friction to fall in all
   // directions: no less than it ever does along the way, whatever the velocity becomes.
@@ -81,6 +89,11 @@ class ContactForces {
     double normal_slope = 0, tangential_slope = 0;  // kg, by which the impulses fall with the velocity
     Vec3 sliding = Vec3::Zero();                    // unit, the tangent along which friction does not change
   };
+  struct PairImpulse {
+    std::array<int, 4> particle;
+    Vec3 impulse;  // N s
+  };
+  Vec3 remembered_impulse(const RepulsionPair& pair) const;
   Vec3 velocity_of(const Row& row, const GeneralizedVelocity& v) const;
   Vec3 slope(const Row& row, const Vec3& velocity) const;
   void push(const Row& row, const Vec3& impulse, GeneralizedVelocity& v) const;
@@ -94,6 +107,7 @@ class ContactForces {
   std::vector<Row> rows_;
   std::vector<int> out_of_reach_;               // contacts without a target
   std::vector<std::array<Mat3, 4>> pair_maps_;  // A_i of v_rel = sum of A_i v_i, of pairs of surfaces
+  std::vector<PairImpulse> remembered_;         // in order of their particles
   std::vector<double> heaviest_;                // kg, of every island
   bool is_careful_ = true;
 };

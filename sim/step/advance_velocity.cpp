@@ -29,7 +29,7 @@ void begin_solve(World& world, StepContext& context, double dt) {
 void satisfy_contacts(const Bodies& bodies, StepContext& context, ContactProjection* projection) {
   if (!projection) return;
   to_generalized(bodies, context.image);  // v_n, whose normal velocities the targets halve
-  projection->choose(context.image, context.solution);
+  projection->choose(context.dt, context.image, context.solution);
   projection->add_friction(context.right_side);
   projection->add_friction(context.solution);
   projection->satisfy(context.solution);

@@ -75,7 +75,8 @@ void solve_damping(World& world, StepContext& context) {
   Bodies& bodies = world.bodies;
   Particles& particles = bodies.particles;
   project_active_contacts(world, context);
-  if (world.has(Effect::self_repulsion)) context.self_repulsion.choose_rows(particles.v, particles.v);
+  if (world.has(Effect::self_repulsion))
+    context.self_repulsion.choose_rows(context.dt, particles.v, particles.v);
   follow_bodies(bodies.rigid, bodies.bound, particles);
   if (!world.has_internal_forces()) return;
 

@@ -157,7 +157,7 @@ void solve_halfway(World& world, StepContext& context, const Islands& islands, b
   build_forces(world, context, islands, dt, 1);
   if (world.has(Effect::self_repulsion))
     context.contact_forces.add_pairs(bodies, context.meeting_surfaces.pairs(), islands, context.dt,
-                                     parted_share, context.blocks.own());
+                                     parted_share, 0, context.blocks.own());
   const bool is_implicit = world.settings.implicit_elasticity;
   if (context.contact_forces.empty() && is_implicit && !islands.has_joints()) return;
   context.solution = context.middle_velocity;
@@ -178,6 +178,7 @@ void solve_halfway(World& world, StepContext& context, const Islands& islands, b
     add_forces_of_middle(world, context, dt);
     balanced = find_velocity(world, context, problem);
   }
+  context.contact_forces.remember_pairs();
   bodies.particles.x = context.x_n;
   if (!balanced && is_elastic) settle(world, context, true);
   if (!world.settings.implicit_elasticity) {
@@ -194,8 +195,9 @@ void solve_halfway(World& world, StepContext& context, const Islands& islands, b
 // step do without elasticity in the solve. Newton's method would have to find the deformation in which
 // strong damping acts together with the velocity, and fails where contact turns bodies far within a step.
 void find_relaxing_islands(World& world, StepContext& context) {
-  constexpr double least =
-      2;  // steps in which strain relaxes: explicit forces are stable from half of one on
+  // Steps in which strain relaxes. Explicit forces are stable from half of one on, as long as bodies are
+  // hardly deformed; what is squeezed to half of its size is several times as stiff.
+  constexpr double least = 10;
   context.elastic = context.relaxing = context.solved;
   for (std::size_t i = 0; i < context.solved.size(); ++i) {
     if (!context.solved.is_searched(i)) continue;
@@ -216,6 +218,7 @@ void solve_contact_halfway(World& world, StepContext& context) {
     ContactPair& pair = context.contacts.pairs[as_index(p)];
     pair.active = pair.active || is_solved(context, world.bodies, pair);
   }
+  context.contact_forces.forget_pairs();
   if (context.solved.searched() == 0) return;
   to_generalized(world.bodies, context.middle_velocity);
   if (!world.settings.implicit_elasticity) {
@@ -256,7 +259,7 @@ void solve_contact_at_end(World& world, StepContext& context) {
   context.right_side = b;
   build_forces(world, context, context.solved, dt, 2);
   if (world.has(Effect::self_repulsion))
-    context.contact_forces.add_pairs(bodies, context.self_repulsion.pairs(), context.solved, dt, 0,
+    context.contact_forces.add_pairs(bodies, context.self_repulsion.pairs(), context.solved, dt, 0, 2,
                                      context.blocks.own());
   ContactProjection* projection = keep_joints(world, context, context.solved);
   if (projection) projection->satisfy(context.solution);

@@ -50,13 +50,13 @@ TEST(SelfRepulsion, FindsPairsWithinRangeAndLeavesOutNeighboursAtRest) {
   EXPECT_TRUE(pairs_of(fine).pairs().empty());
 }
 
-TEST(SelfRepulsion, StopsApproachWithinTheThicknessAndSlowsItOutside) {
+TEST(SelfRepulsion, StopsApproachAtTheThickness) {
   for (const double gap : {0.5 * thickness, 1.05 * thickness}) {
     const Sheets sheets = layers(gap);
     const SelfRepulsion repulsion = pairs_of(sheets);
     std::vector<Vec3> v = velocities(sheets, Vec3::Zero(), Vec3(0.3, -2, 0));
     for (int i = 0; i < 200; ++i) repulsion.apply(dt, sheets.x, sheets.inverse_mass, v);  // to convergence
-    const double least = std::min(0.0, 0.1 * (thickness - gap) / dt);
+    const double least = std::min(0.0, (thickness - gap) / dt);
     double nearest = 1;
     for (const RepulsionPair& pair : repulsion.pairs())
       nearest = std::min(nearest, relative_velocity(pair, v).dot(pair.normal));
@@ -66,6 +66,35 @@ TEST(SelfRepulsion, StopsApproachWithinTheThicknessAndSlowsItOutside) {
     std::vector<Vec3> after = parting;
     repulsion.apply(dt, sheets.x, sheets.inverse_mass, after);
     EXPECT_EQ(after, parting);
+  }
+}
+
+// Rows are pairs about as near as h that would come nearer in the step: they go a tenth of the way.
+TEST(SelfRepulsion, RowsAreThoseThatWouldComeTooNear) {
+  struct Case {
+    double gap, mean;  // of the thickness; of the speed that leads to the thickness within the step
+    bool is_row;
+  };
+  for (const Case& c : {Case{0.5, 0.1, true}, Case{1.01, 1.1, true}, Case{1.01, 0.4, false},
+                        Case{1.05, 1.1, false}, Case{1.01, -1, false}}) {
+    const double gap = c.gap * thickness, way = std::abs(thickness - gap) / dt;
+    const Sheets sheets = layers(gap);
+    SelfRepulsion repulsion = pairs_of(sheets);
+    const std::vector<Vec3> start(sheets.x.size(), Vec3::Zero());
+    const std::vector<Vec3> mean = velocities(sheets, Vec3::Zero(), Vec3(0, -c.mean * way, 0));
+    repulsion.choose_rows(dt, start, mean);
+    for (const RepulsionPair& pair : repulsion.pairs()) {
+      EXPECT_EQ(pair.active, c.is_row);
+      if (c.is_row) {
+        EXPECT_NEAR(pair.target, c.gap < 1 ? 0 : -0.05 * way, 1e-12 * way);
+      }
+    }
+    std::vector<Vec3> end = velocities(sheets, Vec3::Zero(), Vec3(0, -2 * way, 0));
+    for (int i = 0; i < 200; ++i) repulsion.apply(dt, sheets.x, sheets.inverse_mass, end);  // to convergence
+    double nearest = 1;
+    for (const RepulsionPair& pair : repulsion.pairs())
+      nearest = std::min(nearest, relative_velocity(pair, end).dot(pair.normal));
+    EXPECT_NEAR(nearest, c.gap < 1 ? 0 : c.is_row ? -0.1 * way : -way, 1e-9 * way);
   }
 }
 
@@ -144,7 +173,7 @@ TEST(SelfRepulsion, RowsProjectSelfAdjointly) {
   };
   const std::vector<Vec3> start = velocities(sheets, Vec3::Zero(), Vec3(0.1, -1, 0));
   std::vector<Vec3> velocity = velocities(sheets, Vec3::Zero(), Vec3(0, -2, 0));
-  repulsion.choose_rows(start, velocity);
+  repulsion.choose_rows(1, start, velocity);
   for (const RepulsionPair& pair : repulsion.pairs()) {
     EXPECT_TRUE(pair.active);
     EXPECT_NEAR(pair.target, -0.5, 1e-14);

@@ -1,0 +1,165 @@
+// Soft bodies that lie on, slide over, and are squeezed between others.
+#include <algorithm>
+#include <cmath>
+
+#include "tests/support/energy.h"
+#include "tests/support/margin.h"
+#include "tests/support/scenes.h"
+#include <fmt/format.h>
+
+#include "sim/step/world.h"
+
+namespace duet {
+namespace {
+
+struct Tower {
+  int boxes = 2;
+  double youngs_modulus = 1e5;  // Pa, of a size of 0.2 m
+  double friction = 0.4;
+  double size = 0.2;  // m
+  double damping = 0.01;
+};
+
+// Cubes of three cells a side that fall by an eightieth of their size onto each other.
+scene::Scene tower(const Tower& t) {
+  scene::Scene scene = test::on_ground(0.5);
+  const double pace = std::sqrt(t.size / 0.2), gap = 0.025 * t.size;
+  scene.fps = 24 / pace;
+  for (int i = 0; i < t.boxes; ++i) {
+    scene::DeformableBody& body =
+        test::add_soft_box(scene, "box" + std::to_string(i), Vec3(0, t.size / 2 + i * (t.size + gap), 0),
+                           Vec3::Constant(t.size), 3, t.youngs_modulus * t.size / 0.2);
+    body.collision_thickness = 0.02 * t.size;
+    body.collision_friction = t.friction;
+    scene.materials.back().poisson_ratio = 0.3;
+    scene.materials.back().damping = t.damping * pace;
+  }
+  return scene;
+}
+
+// Contact held surfaces between h and 1.1 h and damping did not know of it: energy rose by 1 to 10 %.
+TEST(EverydaySoftOnSoft, TowersGainNoEnergy) {
+  const auto expect_no_gain = [](const Tower& t) {
+    const double gained = test::gain_of(tower(t), 24);
+    test::expect_below(gained, 1e-3,
+                       fmt::format("{} boxes, E {:g}, mu {}, size {}: energy gained, over what moves",
+                                   t.boxes, t.youngs_modulus, t.friction, t.size));
+  };
+  for (const int boxes : {2, 3, 4})
+    for (const double youngs_modulus : {1e5, 1e6}) expect_no_gain({boxes, youngs_modulus});
+  for (const int boxes : {2, 3}) expect_no_gain({boxes, 1e5, 0});  // stiff ones without friction slide apart
+  for (const double size : {0.02, 2.0, 20.0}) expect_no_gain({.boxes = 3, .size = size});
+}
+
+// What surfaces give and take while they cover the ground to each other is all that undamped ones gain.
+TEST(EverydaySoftOnSoft, UndampedTowersGainLittle) {
+  test::expect_below(test::gain_of(tower({.damping = 0}), 24), 5e-3, "energy gained, over what moves");
+}
+
+// Where meshes coincide, each corner is nearest to a corner, and so to six triangles and a dozen of edges.
+TEST(EverydaySoftOnSoft, FewPairsCarryWhatMeshesThatCoincidePress) {
+  Simulation simulation(tower({}), test::plan(tower({})));
+  for (int frame = 0; frame < 3; ++frame) {
+    simulation.advance_frame();
+    const auto& pairs = simulation.world().context.self_repulsion.pairs();
+    EXPECT_GE(pairs.size(), 16U);   // corners
+    EXPECT_LE(pairs.size(), 150U);  // 600 of all that are as near
+  }
+}
+
+struct Sliding {
+  double friction = 0, speed = 2, size = 1;  // m/s and m, of a size of 1
+};
+
+// The deceleration over that of gravity, without what it is to be, in implicit steps of half a frame.
+double added_friction(const Sliding& s, double& way) {
+  scene::Scene scene = test::on_ground(1);
+  const double pace = std::sqrt(s.size);
+  scene.fps = 24 / pace;
+  scene.solver.integration = scene::Integration::implicit;
+  const auto add = [&](const char* name, const Vec3& position, const Vec3& size, const Vec3i& cells) {
+    scene::DeformableBody& body =
+        test::add_soft_box(scene, name, s.size * position, s.size * size, 1, 1e6 * s.size);
+    body.shape.cells = cells;
+    body.collision_thickness = 0.005 * s.size;
+    body.collision_friction = s.friction;
+    scene.materials.back().poisson_ratio = 0.3;
+    scene.materials.back().damping = 0.01 * pace;
+  };
+  add("slab", Vec3(1.2, 0.1, 0), Vec3(4, 0.2, 0.6), Vec3i(16, 1, 3));
+  add("box", Vec3(0, 0.3051, 0.01), Vec3(0.3, 0.2, 0.3), Vec3i(3, 2, 3));
+  scene.deformable.back().placement.velocity = Vec3(s.speed * pace, 0, 0);
+  Simulation simulation(scene, test::plan(scene));
+  const auto mean = [&](const std::vector<Vec3>& values) {
+    double sum = 0, mass = 0;
+    const Bodies& bodies = simulation.world().bodies;
+    for_each_particle(bodies.deformable.back(), [&](std::size_t p) {
+      sum += bodies.particles.mass[p] * values[p].x();
+      mass += bodies.particles.mass[p];
+    });
+    return sum / mass;
+  };
+  const Particles& particles = simulation.world().bodies.particles;
+  simulation.advance_frame();
+  const double start = mean(particles.v), from = mean(particles.x);
+  constexpr int frames = 8;
+  for (int frame = 0; frame < frames; ++frame) simulation.advance_frame();
+  const double end = mean(particles.v), seconds = frames / scene.fps;
+  way = (mean(particles.x) - from) / (0.5 * (start + end) * seconds);
+  return (start - end) / (seconds * scene.gravity.norm()) - s.friction;
+}
+
+// Friction stopped positions and not velocities: boxes went half of their way, in jerks.
+TEST(EverydaySoftOnSoft, SlideAsFarAsFrictionLetsThemInImplicitSteps) {
+  for (const Sliding& s : {Sliding{0}, Sliding{0.05}, Sliding{0.2}, Sliding{0.4}, Sliding{0.2, 1},
+                           Sliding{0.2, 2, 0.05}, Sliding{0.2, 2, 20}}) {
+    SCOPED_TRACE(testing::Message() << "friction " << s.friction << ", speed " << s.speed << ", size "
+                                    << s.size);
+    double way = 0;
+    test::expect_below(std::abs(added_friction(s, way)), 3e-3, "friction added");
+    test::expect_below(std::abs(way - 1), 1e-2, "way, over that of the mean speed");  // first order
+  }
+}
+
+// Squeezed to half of its height by plates that open again, in implicit steps of any length that is allowed.
+// Without elasticity in the solve it was torn there, and a frame took minutes.
+TEST(EverydaySoftOnSoft, BallsBetweenPlatesComeBackInImplicitSteps) {
+  for (const double longest : {1.0, 5e-3, 2e-3}) {
+    scene::Scene scene = test::free_space();
+    scene.solver.integration = scene::Integration::implicit;
+    scene.solver.max_time_step = longest;
+    for (const double side : {-1.0, 1.0}) {
+      scene::RigidBody& plate =
+          test::add_box(scene, side > 0 ? "upper" : "lower", Vec3::Zero(), Vec3(0.6, 0.1, 0.6), 1);
+      plate.mass.reset();
+      plate.friction = 0.5;
+      plate.is_kinematic = true;
+      for (const auto& [time, at] : {std::pair{0.0, 0.2}, {0.3, 0.075 + 0.025}, {0.4, 0.1}, {0.7, 0.3}}) {
+        scene::Keyframe& key = plate.motion.keyframes.emplace_back();
+        key.time = time;
+        key.position = Vec3(0, side * at, 0);
+      }
+    }
+    scene::DeformableBody& ball = test::add_soft_box(scene, "ball", Vec3::Zero(), Vec3::Zero(), 1, 1e5);
+    ball.shape.kind = scene::DeformableKind::sphere;
+    ball.shape.surface.kind = scene::ShapeKind::sphere;
+    ball.shape.surface.radius = 0.1;
+    ball.shape.spacing = 0.05;
+    scene.materials.back().damping = 0.01;
+    Simulation simulation(scene, test::plan(scene));
+    double most = 0;
+    int substeps = 0;
+    for (int frame = 0; frame < 24; ++frame) {
+      simulation.advance_frame();
+      const FrameStats stats = simulation.stats();
+      most = std::max(most, stats.elastic);
+      substeps = std::max(substeps, static_cast<int>(stats.substeps));
+    }
+    EXPECT_GT(most, 10);  // J, of what it is squeezed by
+    test::expect_below(simulation.stats().elastic, 1e-3 * most, "J left");
+    EXPECT_LE(substeps, 3 / std::min(longest, 1 / 48.0) / scene.fps);
+  }
+}
+
+}  // namespace
+}  // namespace duet
