@@ -56,8 +56,8 @@ class ContactProjection {
   bool is_held() const { return held_; }
 
   // Asks n.v_rel to be half of what it is for `start` (so that the extrapolated end-of-step value is zero),
-  // and drops for this solve the constraints that part anyway at `velocity`. Pairs of deformable surfaces may
-  // close within the step of `dt` (s) as far as they are to be apart.
+  // and drops for this solve the constraints that part anyway at `velocity`. Of pairs of deformable surfaces
+  // those are rows that would come too near within the step of `dt` (s): SelfRepulsion::choose_rows().
   void choose(double dt, const GeneralizedVelocity& start, const GeneralizedVelocity& velocity);
   // Makes `velocity` satisfy what is asked.
   void satisfy(GeneralizedVelocity& velocity) const;

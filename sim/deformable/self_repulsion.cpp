@@ -22,6 +22,10 @@ constexpr double row_range = 1.02;
 
 constexpr double least_weight = 1e-9;  // of a particle that a place on an element belongs to
 
+// Sines of angles: by which what is pressed flat may rise, and below which edges count as parallel; and of
+// rounding.
+constexpr double nearly_flat = 0.1, rounding = 1e-9;
+
 // Bounds of the two elements along the axes: cheaper than their closest points.
 bool farther_than(double range, ElementPair kind, const FourPoints& x) {
   const std::size_t first = kind == ElementPair::point_triangle ? 1 : 2;
@@ -95,18 +99,12 @@ SurfacePoint place_of(const RepulsionPair& pair, std::size_t begin, std::size_t 
 // is no better direction for it.
 bool supports(const ElementLists& around, const std::vector<Triangle>& triangles, const std::vector<Vec3>& x,
               const SurfacePoint& place, const Vec3& toward) {
-  constexpr double flat = 0.1;  // sine of the angle by which what is pressed flat may rise
   const Vec3 at = weighted(place, x);
   const FacesAround faces = look_around(around, triangles, x, place, at, toward);
-  if (faces.rise <= flat) return true;
+  if (faces.rise <= nearly_flat) return true;
   if (faces.rise > most_rise) return false;
   return look_around(around, triangles, x, place, at, faces.steepest).rise > faces.rise / 2;
 }
-
-constexpr double rounding = 1e-9;  // sine of an angle
-// Sine of the angle below which edges count as parallel, and of that by which a face beside an edge may fall
-// off for the edge to lie inside a flat part.
-constexpr double nearly_flat = 0.1;
 
 // Whether a candidate is the first of all that have the same nearest places: nearest to a corner or to an
 // edge of their triangles are several.
@@ -121,36 +119,37 @@ bool is_first(const RepulsionPair& pair, const SurfacePoint& place, const Elemen
   return true;
 }
 
-// Whether a pair of a volume's boundary is one of the few that carry what presses on it. All that a point has
-// with faces that it is not opposite to, and those of the ends of edges, are pairs of the point with others.
-// `most` is the sine by which a surface may rise beside the nearest place of a face, in the direction of the
-// point.
-bool carries(const RepulsionPair& pair, ElementPair kind, double most, const std::vector<Vec3>& x,
-             const ElementLists& around, const std::vector<Triangle>& triangles) {
-  if (kind == ElementPair::point_triangle) {
-    const SurfacePoint place = place_of(pair, 1, 4);
-    if (place.count == 3 || around.of(place.particle[0]).empty()) return true;
-    if (look_around(around, triangles, x, place, weighted(place, x), pair.normal).rise > most) return false;
-    return around.of(pair.particle[0]).empty() || is_first(pair, place, around, triangles);
-  }
-  const SurfacePoint first = place_of(pair, 0, 2), second = place_of(pair, 2, 4);
-  if (around.of(pair.particle[0]).empty() || around.of(pair.particle[2]).empty()) return true;
+// Whether two edges of volumes cross there: neither at an end, nor side by side inside flat parts. What
+// presses such edges is carried by their ends, which are points that have pairs with faces.
+bool cross(const RepulsionPair& pair, const SurfacePoint& first, const SurfacePoint& second,
+           const std::vector<Vec3>& x, const ElementLists& around, const std::vector<Triangle>& triangles) {
   if (first.count == 1 || second.count == 1) return false;
   const Vec3 a = x[as_index(pair.particle[1])] - x[as_index(pair.particle[0])],
              b = x[as_index(pair.particle[3])] - x[as_index(pair.particle[2])];
   if (a.cross(b).squaredNorm() > nearly_flat * nearly_flat * a.squaredNorm() * b.squaredNorm()) return true;
-  const auto rise = [&](const SurfacePoint& place, const Vec3& toward) {
-    return look_around(around, triangles, x, place, weighted(place, x), toward).rise;
+  const auto is_ridge = [&](const SurfacePoint& place, const Vec3& toward) {
+    return look_around(around, triangles, x, place, weighted(place, x), toward).rise < -nearly_flat;
   };
-  return rise(first, -pair.normal) < -nearly_flat && rise(second, pair.normal) < -nearly_flat;
+  return is_ridge(first, -pair.normal) && is_ridge(second, pair.normal);
 }
 
+// Whether a pair is one of the few that carry what presses on a surface. A point has one with the face that
+// it is opposite to; with others only where it is nearest to a corner or an edge that no face rises from by
+// more than `most`, the sine of an angle.
 bool can_touch(const RepulsionPair& pair, ElementPair kind, double most, const std::vector<Vec3>& x,
                const ElementLists& around, const std::vector<Triangle>& triangles) {
-  const std::size_t first = kind == ElementPair::point_triangle ? 1 : 2;
-  return supports(around, triangles, x, place_of(pair, 0, first), -pair.normal) &&
-         supports(around, triangles, x, place_of(pair, first, 4), pair.normal) &&
-         carries(pair, kind, most, x, around, triangles);
+  const bool has_point = kind == ElementPair::point_triangle;
+  const SurfacePoint first = place_of(pair, 0, has_point ? 1 : 2),
+                     second = place_of(pair, has_point ? 1 : 2, 4);
+  const bool is_volume = !around.of(second.particle[0]).empty(),
+             are_volumes = is_volume && !around.of(first.particle[0]).empty();
+  if (!supports(around, triangles, x, first, -pair.normal)) return false;
+  if (has_point && is_volume && second.count < 3) {
+    if (look_around(around, triangles, x, second, weighted(second, x), pair.normal).rise > most) return false;
+    return !are_volumes || is_first(pair, second, around, triangles);
+  }
+  if (!supports(around, triangles, x, second, pair.normal)) return false;
+  return has_point || !are_volumes || cross(pair, first, second, x, around, triangles);
 }
 
 // Which of a pair's elements move as predicted: contact that the prediction does not know of may hold one of

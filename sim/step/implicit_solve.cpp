@@ -56,12 +56,6 @@ constexpr double contact_share = 0.01;
 constexpr double weight_share = 0.1;
 constexpr double rounding = 1e-14;
 
-// A correction that many contacts end which do not touch yet is cut to almost nothing, and so would be the
-// next ones, as each adds but the nearest contacts. Taken in full so many times at most, where less than this
-// share is left of it, it brings all of them into the search.
-constexpr double least_share = 0.1;
-constexpr int most_leaps = 4;
-
 // Where so many iterations one after the other leave more than this share of the imbalance, rounding bounds
 // it.
 constexpr int most_stalls = 6;
@@ -93,7 +87,7 @@ class Search {
       problem_.contacts->begin_bounds();
     }
     evaluate();
-    int settlings = 0, stalls = 0, leaps = 0;
+    int settlings = 0, stalls = 0;
     double before = std::numeric_limits<double>::infinity();
     bool is_settled = false;  // the multipliers are the impulses
     const int most = settings.newton_iterations + (problem_.contacts ? most_contact_iterations : 0);
@@ -113,11 +107,7 @@ class Search {
       before = imbalance;
       if (iteration >= most || stalls >= most_stalls || !std::isfinite(imbalance)) return settlings > 0;
       world_.clock.time(Stage::damping_solve, [&] { find_correction(); });
-      double share = search_line();
-      if (!problem_.is_elastic && share < least_share && leaps < most_leaps) {
-        leap(share);
-        share = 1, stalls = 0, ++leaps;
-      }
+      const double share = search_line();
       if (problem_.contacts)
         problem_.contacts->set_careful(iteration + 1 < first_careful || share < least_free_share);
       ++world_.counters.newton_iterations;
@@ -290,12 +280,6 @@ class Search {
       next = at * (secant > least_cut ? secant : least_cut);  // also where it is no number
     }
     return at;
-  }
-
-  // All of the correction, of which `share` has been taken.
-  void leap(double share) {
-    VelocitySystem::axpy(1 - share, context_.correction, context_.solution);
-    evaluate();
   }
 
   World& world_;
