@@ -14,7 +14,7 @@ Outcome explain(const ExplainOptions& options) {
   const scene::Scene scene = read_scene(options.scene).scene;
   const scene::EffectPlan plan = scene::plan_effects(scene, options.scene.without);
   const WorldSizes sizes = Simulation(scene, plan.active()).sizes();
-  print(options.json ? scene::explain_json(scene, plan, sizes).dump(2) + "\n"
+  print(options.json ? json_text(scene::explain_json(scene, plan, sizes), 2) + "\n"
                      : scene::explain(scene, plan, sizes));
   return {};
 }

@@ -3,6 +3,8 @@
 #include "tools/scene_files.h"
 #include <fmt/format.h>
 
+#include "sim/base/printable.h"
+
 namespace duet::tools {
 
 Outcome list() {
@@ -15,7 +17,8 @@ Outcome list() {
   std::string text = fmt::format("{:<20} {:<8} {:>6}  {}\n", "scene", "figure", "frames", "title");
   for (const ShippedScene& entry : shipped) {
     const scene::Scene scene = scene::read(entry.path.string()).scene;
-    text += fmt::format("{:<20} {:<8} {:>6}  {}\n", entry.name, scene.figure, scene.frames, scene.title);
+    text += fmt::format("{:<20} {:<8} {:>6}  {}\n", printable_line(entry.name), printable_line(scene.figure),
+                        scene.frames, printable_line(scene.title));
   }
   print(text);
   return {};

@@ -47,7 +47,7 @@ Outcome overlaps(const OverlapOptions& options) {
                                            {"spacing", options.spacing},
                                            {"rigid", object(found.rigid)},
                                            {"deformable", object(found.deformable)}};
-    print(result.dump() + '\n');
+    print(json_text(result) + '\n');
   } else {
     print(fmt::format("frame {}, surfaces looked at every {:g} mm\n", search.found->frame,
                       1000 * options.spacing) +

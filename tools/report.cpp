@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 #include <unistd.h>
 
+#include "sim/base/printable.h"
 #include "sim/io/files.h"
 
 namespace duet::tools {
@@ -24,9 +25,7 @@ void write_to(FILE* stream, const std::string& text) {
   std::fflush(stream);
 }
 
-std::string line_of(const Json& object) {
-  return object.dump(-1, ' ', false, Json::error_handler_t::replace) + '\n';
-}
+std::string line_of(const Json& object) { return json_text(object) + '\n'; }
 
 std::string clock_text(double seconds) {
   const long s = std::lround(seconds);
@@ -48,9 +47,14 @@ const char* word_of(ExitStatus status) {
 
 }  // namespace
 
+std::string json_text(const Json& object, int indent) {
+  return object.dump(indent, ' ', true, Json::error_handler_t::replace);
+}
+
 void print(const std::string& text) {
+  const std::string shown = printable(text);
   errno = 0;
-  const bool written = std::fwrite(text.data(), 1, text.size(), stdout) == text.size();
+  const bool written = std::fwrite(shown.data(), 1, shown.size(), stdout) == shown.size();
   if ((!written || std::fflush(stdout) != 0) && errno != EPIPE)
     throw io::system_error("standard output", "cannot write", errno);
 }
@@ -74,7 +78,8 @@ void Report::start(const std::string& what, const std::string& folder, int first
                               {"last_frame", last_frame},
                               {"frames_to_draw", frames_to_draw}}));
   } else {
-    write_to(stdout, fmt::format("{}: frames {} to {} into {}\n", what, first_frame, last_frame, folder));
+    write_to(stdout, fmt::format("{}: frames {} to {} into {}\n", printable_line(what), first_frame,
+                                 last_frame, printable_line(folder)));
   }
 }
 
@@ -122,7 +127,7 @@ void Report::note(const std::string& text) {
   const std::lock_guard lock(mutex_);
   if (quiet_) return;
   if (json_) return write_to(stdout, line_of({{"event", "note"}, {"text", text}}));
-  write_to(stdout, fmt::format("{}note: {}\n", live_line_shown_ ? "\r\x1b[K" : "", text));
+  write_to(stdout, fmt::format("{}note: {}\n", live_line_shown_ ? "\r\x1b[K" : "", printable_line(text)));
   live_line_shown_ = false;
 }
 
@@ -131,7 +136,7 @@ void Report::error(const std::string& text) {
   if (live_line_shown_) write_to(stdout, "\n");
   live_line_shown_ = false;
   error_ = text;
-  write_to(stderr, fmt::format("duet: {}\n", text));
+  write_to(stderr, fmt::format("duet: {}\n", printable(text)));
 }
 
 ExitStatus Report::failure(const std::exception_ptr& exception) {
@@ -163,7 +168,7 @@ void Report::outcome(const Outcome& outcome) {
     return write_to(stdout, line_of(object));
   }
   if (live_line_shown_) write_to(stdout, "\n");
-  write_to(stdout, fmt::format("{}: {}\n", word_of(outcome.status), outcome.text));
+  write_to(stdout, fmt::format("{}: {}\n", word_of(outcome.status), printable_line(outcome.text)));
 }
 
 void Report::progress(const std::string& live, const std::string& line) {

@@ -6,6 +6,8 @@
 #include <mutex>
 #include <string>
 
+#include <nlohmann/json_fwd.hpp>
+
 #include "sim/base/error.h"
 #include "sim/scene/frame.h"
 
@@ -18,7 +20,12 @@ struct Outcome {
   std::string text;
 };
 
-// Writes a command's product to standard output. Throws FileError unless the reader merely went away.
+// The object as JSON in ASCII: other characters as \uNNNN, bytes that are no UTF-8 as U+FFFD. On one line
+// unless an indent is given.
+std::string json_text(const nlohmann::ordered_json& object, int indent = -1);
+
+// Writes a command's product to standard output, by printable(). Throws FileError unless the reader merely
+// went away.
 void print(const std::string& text);
 
 // Progress of a long command on standard output: one live line on a terminal, otherwise a line a frame; with

@@ -129,7 +129,7 @@ Outcome tetrahedralize(const TetrahedralizeOptions& options, Report& report) {
   result.surface_volume = mass_properties(surface).volume;
   io::write_atomically(options.out, file_text(options.out, mesh));
   if (options.json)
-    print(json_of(result).dump() + "\n");
+    print(json_text(json_of(result)) + "\n");
   else
     print(text_of(result));
   if (result.parts > 1)

@@ -12,6 +12,7 @@
 #include <unistd.h>
 
 #include "sim/base/error.h"
+#include "sim/base/printable.h"
 #include "sim/io/files.h"
 #include "sim/io/run_directory.h"
 
@@ -43,33 +44,45 @@ std::string found_in_path(const std::string& program) {
   return {};
 }
 
-// As a gnuplot string in double quotes; `@`, `_` and others mean themselves because texts are not "enhanced".
+// As a gnuplot string in single quotes, in which neither backquotes nor `$`, `@` and backslashes mean
+// anything.
+// `_`, `^` and others mean themselves because texts are not "enhanced".
 std::string quoted(const std::string& text) {
+  std::string result = "'";
+  for (const char c : printable_line(text)) result += c == '\'' ? std::string("''") : std::string(1, c);
+  return result + "'";
+}
+
+// As a column of a data block, where gnuplot looks for double quotes alone and cannot have one inside.
+std::string column(const std::string& text) {
   std::string result = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') result += '\\';
-    result += c == '\n' ? ' ' : c;
-  }
+  for (const char c : printable_line(text)) result += c == '"' ? "\u201d" : std::string(1, c);
   return result + '"';
 }
 
+// In the script's folder: its path is no part of what gnuplot reads, because names of files have meanings of
+// their own there, such as a pipe to a command.
 void run_gnuplot(const fs::path& script) {
   require_gnuplot();
-  const std::string program = found_in_path("gnuplot");
-  const fs::path log = script.string() + ".log";
+  const std::string program = fs::absolute(found_in_path("gnuplot")).string();
+  const std::string folder = script.parent_path().string();
+  const std::string log_name = script.filename().string() + ".log";
   posix_spawn_file_actions_t files;
   ::posix_spawn_file_actions_init(&files);
+  ::posix_spawn_file_actions_addchdir_np(&files, folder.c_str());
   ::posix_spawn_file_actions_addopen(&files, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-  ::posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, log.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0666);
+  ::posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, log_name.c_str(), O_WRONLY | O_CREAT | O_TRUNC,
+                                     0666);
   ::posix_spawn_file_actions_adddup2(&files, STDOUT_FILENO, STDERR_FILENO);
-  std::string name = "gnuplot", path = script.string();
-  char* argv[] = {name.data(), path.data(), nullptr};
+  std::string name = "gnuplot", argument = script.filename().string();
+  char* argv[] = {name.data(), argument.data(), nullptr};
   pid_t process = -1;
   const int failure = ::posix_spawn(&process, program.c_str(), &files, nullptr, argv, ::environ);
   ::posix_spawn_file_actions_destroy(&files);
   if (failure != 0) throw io::system_error(program, "cannot run", failure);
   int status = 0;
   while (::waitpid(process, &status, 0) < 0 && errno == EINTR) continue;
+  const fs::path log = script.parent_path() / log_name;
   if (status != 0) throw FileError(script.string(), "gnuplot failed: " + io::read_file(log));
   io::remove_file(log);
 }
@@ -88,12 +101,11 @@ std::string element_of(const fs::path& file) {
 }
 
 std::string begin_script(const std::string& name, const std::string& title, const std::string& y_label,
-                         int height, const fs::path& folder) {
+                         int height) {
   return fmt::format(
       "set terminal svg noenhanced size 900,{} font 'sans-serif,13' background rgb 'white' name {}\n"
       "set output {}\n{}set encoding utf8\nset title {}\nset ylabel {}\nset grid lc rgb '#dddddd' lw 1\n",
-      height, quoted(name), quoted((folder / (name + ".svg")).string()), styles, quoted(title),
-      quoted(y_label));
+      height, quoted(name), quoted(name + ".svg"), styles, quoted(title), quoted(y_label));
 }
 
 std::string finish(const std::string& name, const std::string& script, const fs::path& folder) {
@@ -195,7 +207,7 @@ std::string line_plots(const Chart& chart, const Ranges& ranges, std::string& sc
       if (!drawable(chart, point)) continue;
       labelled |= !point.label.empty();
       data += fmt::format("{:.9g} {:.9g} {}\n", point.x, point.y,
-                          quoted(!point.label.empty() && labels.has_room(point) ? point.label : ""));
+                          column(!point.label.empty() && labels.has_room(point) ? point.label : ""));
     }
     if (data.empty()) continue;
     script += fmt::format("$data{} << END_OF_DATA\n{}END_OF_DATA\n", i, data);
@@ -238,7 +250,7 @@ void require_gnuplot() {
 }
 
 std::string draw(const Chart& chart, const fs::path& folder) {
-  std::string script = begin_script(chart.name, chart.title, chart.y_label, 480, folder);
+  std::string script = begin_script(chart.name, chart.title, chart.y_label, 480);
   const Ranges ranges = ranges_of(chart);
   script += fmt::format(
       "set xlabel {}\nset rmargin at screen 0.66\nset key at screen 0.67, screen 0.93 left top vertical Left "
@@ -254,7 +266,7 @@ std::string draw(const Chart& chart, const fs::path& folder) {
 }
 
 std::string draw(const BarChart& chart, const fs::path& folder) {
-  std::string script = begin_script(chart.name, chart.title, chart.y_label, 560, folder);
+  std::string script = begin_script(chart.name, chart.title, chart.y_label, 560);
   script +=
       "set style data histograms\nset style histogram rowstacked\nset style fill solid 0.85 border rgb "
       "'white'\n"
@@ -263,7 +275,7 @@ std::string draw(const BarChart& chart, const fs::path& folder) {
       "',11' invert\n"
       "set yrange [0:*]\nset grid noxtics\n$data << END_OF_DATA\n";
   for (std::size_t i = 0; i < chart.names.size(); ++i) {
-    script += quoted(chart.names[i]);
+    script += column(chart.names[i]);
     for (const double value : chart.values[i]) script += fmt::format(" {:.9g}", value);
     script += '\n';
   }

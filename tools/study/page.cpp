@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "sim/base/printable.h"
 #include "sim/io/files.h"
 
 namespace duet::study {
@@ -49,7 +50,7 @@ bool is_number(const std::string& text) {
 
 std::string escaped(const std::string& text) {
   std::string result;
-  for (const char c : text) {
+  for (const char c : printable(text)) {
     switch (c) {
       case '&':
         result += "&amp;";
@@ -62,6 +63,9 @@ std::string escaped(const std::string& text) {
         break;
       case '"':
         result += "&quot;";
+        break;
+      case '\'':
+        result += "&#39;";
         break;
       default:
         result += c;

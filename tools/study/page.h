@@ -7,7 +7,8 @@
 
 namespace duet::study {
 
-std::string escaped(const std::string& text);  // for HTML
+/// The text as it stands in HTML, between tags and in quoted attributes; control characters as \xNN.
+std::string escaped(const std::string& text);
 
 class Page {
  public:
