@@ -31,6 +31,7 @@ Frames parse_frames(const std::string& text);  // throws Error (usage)
 struct SimulateOptions {
   SceneChoice scene;
   std::string out;               // folder; empty: out/<scene>
+  bool overwrite = false;        // replace a run that the folder holds
   std::optional<Frames> frames;  // none: all of the scene
   int threads = 0;               // 0: all cores
   bool resume = false;
@@ -40,6 +41,7 @@ struct SimulateOptions {
   bool draw = false;               // `duet run`: also pictures and a video
   bool stats_only = false;         // no meshes and level sets
   std::string command;             // as typed, to be typed again
+  std::string resume_command;      // the same with --resume
 };
 
 struct RenderOptions {
@@ -68,7 +70,7 @@ struct TetrahedralizeOptions {
 
 struct StudyOptions {
   std::string spec;
-  std::string out;      // folder; empty: out/study/<name of the spec>
+  std::string out;      // folder; empty: out/studies/<name of the spec>
   std::string program;  // the duet that simulates; empty: this one
   int jobs = 1;         // untimed runs at the same time
   bool untimed = false;

@@ -1,4 +1,5 @@
 // The command line of `duet`: options, exit statuses and the line that states the outcome.
+#include <algorithm>
 #include <csignal>
 #include <functional>
 
@@ -69,7 +70,9 @@ void add_report(CLI::App& app, CommandLine& line) {
 void add_simulate(CLI::App& app, CommandLine& line, bool draw) {
   SimulateOptions& options = line.simulate;
   add_scene(app, options.scene)->required();
-  app.add_option("--out", options.out, "Folder to write to; default out/<scene>")->type_name("DIR");
+  app.add_option("--out", options.out,
+                 "Folder to write to; default out/<name of a scene that ships, or of the file>")
+      ->type_name("DIR");
   app.add_option(
          "--frames", line.frames,
          "N: stop after frame N. A:B: simulate to frame B, write the meshes, level sets and pictures of "
@@ -91,7 +94,12 @@ void add_simulate(CLI::App& app, CommandLine& line, bool draw) {
     app.add_flag("--stats-only", options.stats_only,
                  "Write stats.jsonl and checkpoints, no meshes and level sets");
   CLI::Option* resume =
-      app.add_flag("--resume", options.resume, "Continue the run in the folder after its last whole frame");
+      app.add_flag("--resume", options.resume,
+                   "Continue the run in the folder after its last whole frame; removes nothing");
+  app.add_flag("--overwrite", options.overwrite,
+               "Replace the run in the folder: its frames, pictures, statistics and checkpoints are removed "
+               "first. Without it and --resume a folder that holds a run is refused")
+      ->excludes(resume);
   app.add_flag("--allow-other-build", options.allow_other_build,
                "Continue also a run whose frames another version of the numerics computed")
       ->needs(resume);
@@ -154,7 +162,8 @@ void add_study(CLI::App& app, CommandLine& line) {
   app.add_option("spec", options.spec, "TOML file: scene, measures, knobs (tests/PROTOCOL.md)")
       ->type_name("SPEC")
       ->required();
-  app.add_option("--out", options.out, "Folder of the runs and the report; default out/study/<name of SPEC>")
+  app.add_option("--out", options.out,
+                 "Folder of the runs and the report; default out/studies/<name of SPEC>")
       ->type_name("DIR");
   app.add_flag("--untimed", options.untimed, "Every setting once, without seconds: errors against work");
   app.add_option("--jobs", options.jobs,
@@ -325,18 +334,24 @@ void add_commands(CLI::App& app, CommandLine& line) {
 }
 
 // The command line as it can be typed into a shell again.
-std::string quoted(int count, char** words) {
+std::string quoted(const std::vector<std::string>& words) {
   std::string text;
-  for (int i = 0; i < count; ++i) {
-    const std::string word = words[i];
+  for (const std::string& word : words) {
     const bool plain = !word.empty() && word.find_first_not_of(
                                             "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
                                             "0123456789_-+=:,./@%") == std::string::npos;
     std::string escaped;
     for (const char c : word) escaped += c == '\'' ? std::string("'\\''") : std::string(1, c);
-    text += (i > 0 ? " " : "") + (plain ? word : "'" + escaped + "'");
+    text += (text.empty() ? "" : " ") + (plain ? word : "'" + escaped + "'");
   }
   return text;
+}
+
+// The command line that continues the run of this one.
+std::vector<std::string> resuming(std::vector<std::string> words) {
+  std::erase(words, "--overwrite");
+  if (std::find(words.begin(), words.end(), "--resume") == words.end()) words.emplace_back("--resume");
+  return words;
 }
 
 // A standard stream that is closed would give its number to the first file written, and get its text mixed
@@ -375,7 +390,9 @@ std::string usage_message(const CLI::App& app, const CLI::ParseError& error, con
 
 int run_program(int argc, char** argv) {
   CommandLine line;
-  line.simulate.command = quoted(argc, argv);
+  const std::vector<std::string> words(argv, argv + argc);
+  line.simulate.command = quoted(words);
+  line.simulate.resume_command = quoted(resuming(words));
   CLI::App app("Duet simulates rigid and deformable bodies that are coupled both ways, and draws them.",
                "duet");
   app.require_subcommand(1);

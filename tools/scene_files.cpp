@@ -64,7 +64,13 @@ scene::ReadResult read_scene(const SceneChoice& choice) {
 }
 
 std::filesystem::path run_folder(const SceneChoice& choice, const std::string& out) {
-  return out.empty() ? fs::path("out") / fs::path(choice.name).stem() : fs::path(out);
+  if (!out.empty()) return out;
+  const fs::path file = find_scene(choice.name);
+  for (const ShippedScene& scene : shipped_scenes()) {
+    std::error_code missing;
+    if (fs::equivalent(scene.path, file, missing)) return fs::path("out") / scene.name;
+  }
+  return fs::path("out") / file.stem();
 }
 
 io::RunDirectory find_run(const std::string& name) {

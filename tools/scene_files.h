@@ -27,7 +27,8 @@ std::filesystem::path find_scene(const std::string& name);
 // Finds and reads the scene with its overrides. Throws SceneError, FileError or Error (usage).
 scene::ReadResult read_scene(const SceneChoice& choice);
 
-// Where a run of the scene goes: the folder of --out, or out/<scene>.
+/// Where a run of the scene goes: the folder of --out, or out/ and the name of a scene that ships
+/// ("out/hard/pile"), or out/ and the file's own name without its ending.
 std::filesystem::path run_folder(const SceneChoice& choice, const std::string& out);
 
 // The run of a folder, or of a name in out/. Throws FileError.

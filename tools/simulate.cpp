@@ -79,15 +79,17 @@ class Run {
 
  private:
   io::Manifest describe() const;
+  void require_free_folder() const;
   int restore();
+  void refuse_without_checkpoint(const io::CheckpointSearch& search, const io::HeldRun& held) const;
   void require_same_numerics(const io::Checkpoint& checkpoint, const io::Origin& earlier);
   void record();
   bool wanted(int frame) const { return !options_.stats_only && frame >= first_ && frame <= last_; }
   bool written(int frame) const { return fs::exists(directory_.mesh(frame)); }
+  bool drawn(int frame) const { return io::holds_bytes(directory_.image(frame)); }
   void redraw_missing(int resumed);
   void note_overlaps();
   void note_pinches(const FrameStats& stats);
-  std::string resume_command() const;
 
   const SimulateOptions& options_;
   Report& report_;
@@ -135,6 +137,7 @@ io::Manifest Run::describe() const {
 
 void Run::prepare() {
   lock_ = std::make_unique<io::RunLock>(directory_);
+  if (!options_.resume && !options_.overwrite) require_free_folder();
   for (const std::string& note : read_.notes) report_.note(note);
   simulation_.surfaces(surfaces_);
   manifest_ = describe();
@@ -145,7 +148,7 @@ void Run::prepare() {
     }
   const int resumed = options_.resume ? restore() : -1;
   manifest_.frames = std::max(last_, resumed);
-  if (resumed < 0) {
+  if (options_.overwrite) {
     io::begin_run(directory_, manifest_, read_.source);
   } else {
     io::continue_run(directory_, manifest_, read_.source);
@@ -160,32 +163,66 @@ void Run::prepare() {
   redraw_missing(resumed);
 }
 
+// "41 frames (0 to 40)", "1 frame (7)", "a video".
+std::string text_of(const io::HeldRun& held) {
+  if (held.frames.empty()) return "a video";
+  const int first = *held.frames.begin(), last = *held.frames.rbegin();
+  return fmt::format("{} frame{} ({})", held.frames.size(), held.frames.size() == 1 ? "" : "s",
+                     first == last ? std::to_string(first) : fmt::format("{} to {}", first, last));
+}
+
+void Run::require_free_folder() const {
+  const io::HeldRun held = io::held_run(directory_);
+  if (held.is_empty()) return;
+  throw Error(
+      ExitStatus::usage,
+      fmt::format("{}: the folder holds {} of an earlier run, which stays untouched (give --resume to "
+                  "continue it, --overwrite to replace it, or another folder with --out)",
+                  directory_.root.string(), text_of(held)));
+}
+
 // Loads the newest checkpoint of this scene; returns its frame, or -1 when the run has to start at frame 0.
 int Run::restore() {
   const io::CheckpointSearch search = io::find_checkpoint(directory_, identity_);
-  for (const std::string& note : search.notes) report_.note(note);
-  if (search.found) {
-    const io::Manifest before = io::read_manifest(directory_);
-    require_same_numerics(*search.found, before.origin);
-    manifest_.earlier = io::earlier_frames(before, search.found->frame, manifest_.origin);
-    simulation_.load_state(search.found->state);
-    report_.note(fmt::format("continuing after frame {}", search.found->frame));
-    return search.found->frame;
+  if (!search.found) {
+    const io::HeldRun held = io::held_run(directory_);
+    // A run that was killed while it wrote frame 0, the initial state, has nothing that the scene lacks.
+    const bool only_start = !held.has_video && (held.frames.empty() || *held.frames.rbegin() == 0);
+    if (!search.faults.empty() || !only_start) refuse_without_checkpoint(search, held);
+    report_.note(fmt::format("no checkpoint in {}: starting at frame 0", directory_.checkpoint().string()));
+    return -1;
   }
+  for (const std::string& fault : search.faults) report_.note(fault + ": passed over");
+  const io::Manifest before = io::read_manifest(directory_);
+  require_same_numerics(*search.found, before.origin);
+  manifest_.earlier = io::earlier_frames(before, search.found->frame, manifest_.origin);
+  simulation_.load_state(search.found->state);
+  report_.note(fmt::format("continuing after frame {}", search.found->frame));
+  return search.found->frame;
+}
+
+// Throws why the run cannot be continued. What it holds stays.
+void Run::refuse_without_checkpoint(const io::CheckpointSearch& search, const io::HeldRun& held) const {
+  const std::string root = directory_.root.string();
   if (search.foreign)
     throw Error(
         ExitStatus::usage,
-        fmt::format(
-            "{}: nothing to resume for this scene (give the scene, --set and --without of the earlier "
-            "run, or leave out --resume to start anew)",
-            directory_.root.string()));
+        fmt::format("{}: nothing to resume for this scene (give the scene, --set and --without of the "
+                    "earlier run, or --overwrite instead of --resume to replace its frames)",
+                    root));
   if (search.other_format)
     throw Error(ExitStatus::usage,
                 fmt::format("{}: its checkpoints are of {}, and this program cannot read them (continue with "
-                            "that program, or leave out --resume to start anew)",
-                            directory_.root.string(), program_text(io::read_manifest(directory_).origin)));
-  report_.note(fmt::format("no checkpoint in {}: starting at frame 0", directory_.checkpoint().string()));
-  return -1;
+                            "that program, or give --overwrite instead of --resume to replace its frames)",
+                            root, program_text(io::read_manifest(directory_).origin)));
+  std::string faults;
+  for (const std::string& fault : search.faults) faults += (faults.empty() ? "" : "; ") + fault;
+  if (faults.empty()) faults = directory_.checkpoint().string() + " holds no checkpoint";
+  throw Error(
+      ExitStatus::files,
+      fmt::format("{}: the run cannot be continued: {}; {} of it stay{} untouched (give --overwrite "
+                  "instead of --resume to replace what is there, or another folder with --out)",
+                  root, faults, held.is_empty() ? "all" : text_of(held), held.frames.size() > 1 ? "" : "s"));
 }
 
 // Another version of the numerics would continue another motion. `earlier` computed the checkpoint.
@@ -197,9 +234,10 @@ void Run::require_same_numerics(const io::Checkpoint& checkpoint, const io::Orig
   if (!options_.allow_other_build)
     throw Error(
         ExitStatus::usage,
-        fmt::format("{}: {}: it would go on, but not to the same bits (continue with that program, give "
-                    "--allow-other-build to go on all the same, or leave out --resume to start anew)",
-                    directory_.root.string(), difference));
+        fmt::format(
+            "{}: {}: it would go on, but not to the same bits (continue with that program, give "
+            "--allow-other-build to go on all the same, or --overwrite instead of --resume to start anew)",
+            directory_.root.string(), difference));
   report_.note(fmt::format("{}: going on, not to the same bits (--allow-other-build)", difference));
 }
 
@@ -208,7 +246,7 @@ void Run::redraw_missing(int resumed) {
   int missing = 0, to_draw = 0;
   for (int frame = first_; frame <= std::min(resumed, last_); ++frame) {
     if (!written(frame)) ++missing;
-    if (drawer_ && written(frame) && !fs::exists(directory_.image(frame))) ++to_draw;
+    if (drawer_ && written(frame) && !drawn(frame)) ++to_draw;
   }
   if (missing > 0)
     report_.note(fmt::format(
@@ -218,7 +256,7 @@ void Run::redraw_missing(int resumed) {
                 std::max(resumed, 0), last_, to_draw);
   if (!drawer_) return;
   for (int frame = first_; frame <= std::min(resumed, last_); ++frame)
-    if (written(frame) && !fs::exists(directory_.image(frame))) drawer_->add(frame);
+    if (written(frame) && !drawn(frame)) drawer_->add(frame);
 }
 
 // A pile may have hundreds of them, which `duet check` names.
@@ -307,12 +345,8 @@ Outcome Run::stopped(ExitStatus status) const {
       fmt::format("after frame {}; frames up to it are whole in {}, its state is {}", recorded_,
                   directory_.root.string(), io::checkpoint_path(directory_, recorded_).string());
   // The same simulation fails again at the same place: only other reasons are worth a second attempt.
-  if (status != ExitStatus::simulation) text += fmt::format("; continue with `{}`", resume_command());
+  if (status != ExitStatus::simulation) text += fmt::format("; continue with `{}`", options_.resume_command);
   return {status, text};
-}
-
-std::string Run::resume_command() const {
-  return options_.resume ? options_.command : options_.command + " --resume";
 }
 
 }  // namespace

@@ -36,9 +36,8 @@ std::uint64_t hash_of(const Header& header, const unsigned char* state) {
 // The frames that have a checkpoint file, newest first.
 std::vector<int> frames_present(const RunDirectory& run) {
   std::vector<int> frames;
-  std::error_code missing_folder;
-  for (const fs::directory_entry& entry : fs::directory_iterator(run.checkpoint(), missing_folder))
-    if (const int frame = frame_of_file(entry.path(), ".bin"); frame >= 0) frames.push_back(frame);
+  for (const fs::path& path : files_in(run.checkpoint()))
+    if (const int frame = frame_of_file(path, ".bin"); frame >= 0) frames.push_back(frame);
   std::sort(frames.rbegin(), frames.rend());
   return frames;
 }
@@ -112,9 +111,9 @@ CheckpointSearch find_checkpoint(const RunDirectory& run, std::uint64_t scene) {
       }
       search.foreign |= examined.kind == Examined::Fault::other_scene;
       search.other_format |= examined.kind == Examined::Fault::other_format;
-      search.notes.push_back(fmt::format("{} {}: passed over", path.string(), examined.fault));
+      search.faults.push_back(fmt::format("{} {}", path.string(), examined.fault));
     } catch (const FileError& error) {
-      search.notes.push_back(fmt::format("{}: passed over", error.what()));
+      search.faults.emplace_back(error.what());
     }
   }
   return search;

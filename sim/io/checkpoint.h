@@ -23,7 +23,8 @@ struct CheckpointSearch {
   std::optional<Checkpoint> found;  // the newest valid one of this scene
   bool foreign = false;             // a whole checkpoint of another scene or other effects is there
   bool other_format = false;        // a checkpoint is there that another version of the program wrote
-  std::vector<std::string> notes;   // one for each checkpoint that was passed over, and why
+  std::vector<std::string>
+      faults;  // of each checkpoint that was passed over: "run/checkpoint/0012.bin is damaged"
 };
 
 fs::path checkpoint_path(const RunDirectory& run, int frame);  // checkpoint/0012.bin
@@ -35,7 +36,8 @@ std::uint64_t scene_identity(const std::string& source, const EffectSet& effects
 void write_checkpoint(const RunDirectory& run, std::uint64_t scene, const Checkpoint& checkpoint);
 
 // The newest checkpoint that is whole and of this scene, whatever numerics computed it; older ones are tried
-// when it is not. Throws nothing for a damaged or missing checkpoint.
+// when it is not. Throws nothing for a damaged or missing checkpoint, FileError where the folder of the
+// checkpoints cannot be read.
 CheckpointSearch find_checkpoint(const RunDirectory& run, std::uint64_t scene);
 
 }  // namespace duet::io

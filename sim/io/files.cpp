@@ -34,6 +34,10 @@ std::string remedy_for(int error_number) {
       return "raise the limit on open files (ulimit -n)";
     case ENOENT:
       return "check the path";
+    case EISDIR:
+      return "give the path of a file";
+    case EIO:
+      return "the disk or its connection fails: copy the file from another place";
     case ENOTDIR:
       return "a part of the path is a file, not a folder: choose another path";
     default:
@@ -69,6 +73,8 @@ bool write_all(int fd, const std::string& bytes) {
   return true;
 }
 
+constexpr int most_left = 10'000;  // files of killed programs with one number, beside one path
+
 // Unique among the threads and processes that may write beside each other.
 fs::path temporary_name(const fs::path& path) {
   static std::atomic<unsigned> count{0};
@@ -83,8 +89,17 @@ FileError system_error(const fs::path& path, const std::string& action, int erro
 }
 
 void write_atomically(const fs::path& path, const std::string& bytes) {
-  const fs::path temporary = temporary_name(path);
-  Descriptor file(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
+  fs::path temporary = temporary_name(path);
+  const auto create = [&] {
+    return ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+  };
+  int created = create();
+  // A killed program with the same number, as they repeat in containers, may have left files of this name.
+  for (int left = 0; created < 0 && errno == EEXIST && left < most_left; ++left) {
+    temporary = temporary_name(path);
+    created = create();
+  }
+  Descriptor file(created);
   if (file.get() < 0) throw system_error(path, "cannot write", errno);
   if (write_all(file.get(), bytes) && file.close() && ::rename(temporary.c_str(), path.c_str()) == 0) return;
   const int reason = errno;
@@ -93,9 +108,14 @@ void write_atomically(const fs::path& path, const std::string& bytes) {
 }
 
 std::string read_file(const fs::path& path) {
-  const Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  // Opening a pipe would wait for a writer, but for O_NONBLOCK.
+  const Descriptor file(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC));
   struct stat status {};
   if (file.get() < 0 || ::fstat(file.get(), &status) != 0) throw system_error(path, "cannot read", errno);
+  if (S_ISDIR(status.st_mode)) throw system_error(path, "cannot read", EISDIR);
+  if (!S_ISREG(status.st_mode))
+    throw FileError(path.string(), "cannot read: it is a pipe, a device or a socket",
+                    "give the path of a file; what a pipe delivers can be saved to one first");
   std::string bytes(static_cast<std::size_t>(status.st_size), '\0');
   std::size_t done = 0;
   while (true) {
@@ -123,12 +143,25 @@ void remove_file(const fs::path& path) {
   if (error) throw system_error(path, "cannot remove", error.value());
 }
 
-void remove_temporaries(const fs::path& folder) {
+bool holds_bytes(const fs::path& path) {
+  std::error_code missing;
+  const std::uintmax_t size = fs::file_size(path, missing);
+  return !missing && size > 0;
+}
+
+std::vector<fs::path> files_in(const fs::path& folder) {
+  std::vector<fs::path> files;
   std::error_code error;
-  std::vector<fs::path> left;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder, error))
-    if (entry.path().extension().string().starts_with(temporary_mark)) left.push_back(entry.path());
-  for (const fs::path& path : left) remove_file(path);
+  for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error))
+    files.push_back(entry->path());
+  if (error && error != std::errc::no_such_file_or_directory)
+    throw system_error(folder, "cannot read the folder", error.value());
+  return files;
+}
+
+void remove_temporaries(const fs::path& folder) {
+  for (const fs::path& path : files_in(folder))
+    if (path.extension().string().starts_with(temporary_mark)) remove_file(path);
 }
 
 int frame_of_file(const fs::path& path, const std::string& extension) {

@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "sim/base/error.h"
 
@@ -26,6 +27,13 @@ void create_folder(const fs::path& path);
 
 // Removes the file if it is there. Throws FileError.
 void remove_file(const fs::path& path);
+
+/// Whether the file is there and not empty.
+bool holds_bytes(const fs::path& path);
+
+/// The paths of all that lies in the folder, in no order; a folder that is not there is empty. Throws
+/// FileError where the folder cannot be read, which is not the same.
+std::vector<fs::path> files_in(const fs::path& folder);
 
 // Removes what an interrupted write left in `folder` (not in its subfolders); a missing folder is empty.
 void remove_temporaries(const fs::path& folder);

@@ -20,19 +20,32 @@ int frame_of_line(std::string_view line) {
   return frame != object.end() && frame->is_number_integer() ? frame->get<int>() : -1;
 }
 
-std::string lines_up_to(std::string_view text, int last_kept) {
-  std::string kept;
-  while (true) {
-    const std::size_t end = text.find('\n');
-    if (end == std::string_view::npos) return kept;
+// Hands over the whole lines with their frames (frame_of_line), line ends included.
+template <class Visit>
+void for_each_line(std::string_view text, Visit&& visit) {
+  for (std::size_t end = 0; (end = text.find('\n')) != std::string_view::npos; text.remove_prefix(end + 1)) {
     const std::string_view line = text.substr(0, end + 1);
-    text.remove_prefix(end + 1);
-    const int frame = frame_of_line(line);
-    if (frame >= 0 && frame <= last_kept) kept += line;
+    visit(line, frame_of_line(line));
   }
 }
 
+std::string lines_up_to(std::string_view text, int last_kept) {
+  std::string kept;
+  for_each_line(text, [&](std::string_view line, int frame) {
+    if (frame >= 0 && frame <= last_kept) kept += line;
+  });
+  return kept;
+}
+
 }  // namespace
+
+std::vector<int> frames_of_lines(std::string_view text) {
+  std::vector<int> frames;
+  for_each_line(text, [&](std::string_view, int frame) {
+    if (frame >= 0) frames.push_back(frame);
+  });
+  return frames;
+}
 
 LineLog::LineLog(const fs::path& path, int last_kept) : path_(path) {
   const bool keep = last_kept >= 0 && fs::exists(path_);

@@ -2,10 +2,16 @@
 #pragma once
 
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "sim/io/run_directory.h"
 
 namespace duet::io {
+
+/// The frames of the lines of such a file's text, in their order. Lines that are torn or no objects are left
+/// out.
+std::vector<int> frames_of_lines(std::string_view text);
 
 /// Appends lines; each is written whole or not at all.
 class LineLog {

@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include "sim/io/files.h"
+#include "sim/io/line_log.h"
 
 namespace duet::io {
 namespace {
@@ -24,11 +25,8 @@ NumberedFiles numbered_files(const RunDirectory& run) {
 }
 
 void remove_frames(const fs::path& folder, const std::string& extension) {
-  std::error_code missing_folder;
-  std::vector<fs::path> frames;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder, missing_folder))
-    if (frame_of_file(entry.path(), extension) >= 0) frames.push_back(entry.path());
-  for (const fs::path& path : frames) remove_file(path);
+  for (const fs::path& path : files_in(folder))
+    if (frame_of_file(path, extension) >= 0) remove_file(path);
 }
 
 // Whether a simulation may write there: nothing but what an interrupted write left, or a run.
@@ -53,6 +51,17 @@ void write_description(const RunDirectory& run, const Manifest& manifest, const 
 }
 
 }  // namespace
+
+HeldRun held_run(const RunDirectory& run) {
+  HeldRun held;
+  for (const auto& [folder, extension] : numbered_files(run))
+    for (const fs::path& path : files_in(folder))
+      if (const int frame = frame_of_file(path, extension); frame >= 0) held.frames.insert(frame);
+  if (fs::exists(run.stats()))
+    for (const int frame : frames_of_lines(read_file(run.stats()))) held.frames.insert(frame);
+  held.has_video = fs::exists(run.manifest()) && fs::exists(video_path(run, read_manifest(run)));
+  return held;
+}
 
 RunLock::RunLock(const RunDirectory& run) : root_(run.root) {
   create_folder(run.root);

@@ -2,6 +2,7 @@
 // resumed one.
 #pragma once
 
+#include <set>
 #include <string>
 
 #include "sim/io/run_directory.h"
@@ -22,6 +23,17 @@ class RunLock {
   fs::path root_;
   int folder_ = -1;
 };
+
+/// What an earlier simulation left in a run directory.
+struct HeldRun {
+  /// Of which there is a mesh, level set, picture, checkpoint or line of statistics.
+  std::set<int> frames;
+  bool has_video = false;
+  bool is_empty() const { return frames.empty() && !has_video; }
+};
+
+/// Looks through the folder; one that is not there holds nothing. Throws FileError where it cannot be read.
+HeldRun held_run(const RunDirectory& run);
 
 // Removes the frames, statistics, checkpoints and video of an earlier run there, then writes the manifest and
 // the scene and creates the folders of the frames. Files that no run writes stay. Throws FileError.

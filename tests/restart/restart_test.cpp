@@ -1,4 +1,5 @@
 // A run that is stopped at any moment leaves whole files only, and goes on as if it had never been stopped.
+#include <algorithm>
 #include <map>
 
 #include "tests/restart/program.h"
@@ -74,7 +75,7 @@ int leftovers(const fs::path& root) {
 // Starts a simulation and sends the signal when frame 1 is reported. The lines of --json fill the pipe long
 // before frame 40, so the simulation is still at work then.
 Finished interrupt_simulation(const fs::path& out, int signal) {
-  Program program({"sim", tiny, "--out", out.string(), "--json"});
+  Program program({"sim", tiny, "--out", out.string(), "--json", "--overwrite"});
   while (const auto line = program.line())
     if (nlohmann::json::parse(*line).value("frame", -1) == 1) break;
   program.signal(signal);
@@ -159,8 +160,8 @@ TEST_F(Restart, KilledRunContinuesBitIdentically) {
 
 TEST_F(Restart, ThreadsDoNotChangeTheRun) {
   const auto simulate = [&](const io::RunDirectory& out, const char* threads) {
-    const Finished finished = run_duet(
-        {"sim", "stack", "--frames", "4", "--threads", threads, "--out", out.root.string(), "--quiet"});
+    const Finished finished = run_duet({"sim", "stack", "--frames", "4", "--threads", threads, "--out",
+                                        out.root.string(), "--quiet", "--overwrite"});
     ASSERT_EQ(finished.status, 0) << finished.errors;
   };
   simulate(reference, "1");
@@ -288,6 +289,7 @@ class StaticLevelSets : public Restart {
     std::vector<std::string> arguments = {"sim", source_folder() + "/tests/restart/static.toml", "--out",
                                           run.root.string(), "--quiet"};
     arguments.insert(arguments.end(), more.begin(), more.end());
+    if (std::find(more.begin(), more.end(), "--resume") == more.end()) arguments.emplace_back("--overwrite");
     const Finished finished = run_duet(arguments);
     ASSERT_EQ(finished.status, 0) << finished.errors;
   }
@@ -329,21 +331,14 @@ TEST_F(StaticLevelSets, WhereNothingMovesAreAllThereAre) {
   simulate({"--frames", "2"});
   const std::string scene = (run.root.parent_path() / "plate.toml").string();
   io::write_atomically(scene, "[[rigid]]\nname = \"plate\"\nshape = { box = [2, 0.2, 2] }\nstatic = true\n");
-  const Finished finished = run_duet({"sim", scene, "--out", run.root.string(), "--frames", "2", "--quiet"});
+  const Finished finished =
+      run_duet({"sim", scene, "--out", run.root.string(), "--frames", "2", "--quiet", "--overwrite"});
   ASSERT_EQ(finished.status, 0) << finished.errors;
   EXPECT_TRUE(exists());
   for (int frame = 0; frame <= 2; ++frame) {
     EXPECT_TRUE(fs::exists(run.mesh(frame)));
     EXPECT_FALSE(fs::exists(run.level_set(frame)));
   }
-}
-
-TEST_F(Restart, FreshRunRemovesTheFramesOfTheEarlierOne) {
-  ASSERT_EQ(run_duet({"sim", tiny, "--out", run.root.string(), "--frames", "6", "--quiet"}).status, 0);
-  ASSERT_EQ(run_duet({"sim", tiny, "--out", run.root.string(), "--frames", "2", "--quiet"}).status, 0);
-  EXPECT_TRUE(fs::exists(run.mesh(2)));
-  EXPECT_FALSE(fs::exists(run.mesh(3)));
-  EXPECT_EQ(statistics(run).size(), 3U);
 }
 
 // Pictures of `duet run` are those of `duet render`, also after an interruption: both draw the files.

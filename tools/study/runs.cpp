@@ -135,6 +135,7 @@ bool Runner::finished(Run& run) const {
 }
 
 Runner::Child Runner::start(Run& run) const {
+  fs::remove_all(run.folder);  // what a study that was stopped left there
   std::vector<std::string> words = {program_.string(),
                                     "sim",
                                     tools::find_scene(run.scene.name).string(),

@@ -222,7 +222,7 @@ Outcome study(const StudyOptions& options, Report& report) {
   study::require_gnuplot();
   study::Study study = study::plan_study(options);
   const fs::path folder =
-      options.out.empty() ? fs::path("out/study") / fs::path(options.spec).stem() : fs::path(options.out);
+      options.out.empty() ? fs::path("out/studies") / fs::path(options.spec).stem() : fs::path(options.out);
   study::Runner runner(folder / "runs", options.program, options.jobs, report);
   std::vector<study::Run*> runs = study.runs();
   if (!runner.carry_out(runs))

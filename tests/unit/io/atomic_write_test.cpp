@@ -1,9 +1,12 @@
 // A file is whole or absent, and a failure says which file, why, and what to do.
 #include <csignal>
+#include <fstream>
 
 #include "tests/support/scratch_folder.h"
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 
 #include "sim/io/files.h"
 #include "sim/io/run_directory.h"
@@ -88,8 +91,21 @@ TEST(AtomicWrite, KeepsTheOldFileWhenTheNewOneDoesNotFit) {
   EXPECT_EQ(entries(scratch.path()), 1);
 }
 
+// In containers all programs may have one number, and the files that a killed one left stay.
+TEST(AtomicWrite, FilesThatAKilledProgramLeftDoNotBlock) {
+  const ScratchFolder scratch;
+  const fs::path path = scratch / "0000.obj";
+  for (int i = 0; i < 200; ++i)
+    std::ofstream(fmt::format("{}{}{}-{}", path.string(), temporary_mark, ::getpid(), i)) << "left over";
+  write_atomically(path, "whole");
+  EXPECT_EQ(read_file(path), "whole");
+  remove_temporaries(scratch.path());
+  EXPECT_EQ(entries(scratch.path()), 1);
+}
+
 TEST(AtomicWrite, EveryCommonReasonHasARemedy) {
-  for (const int reason : {ENOSPC, EDQUOT, EROFS, EACCES, EPERM, EFBIG, EMFILE, ENOENT, ENOTDIR}) {
+  for (const int reason :
+       {ENOSPC, EDQUOT, EROFS, EACCES, EPERM, EFBIG, EMFILE, ENOENT, ENOTDIR, EISDIR, EIO}) {
     const std::string text = system_error("out/mesh/0000.obj", "cannot write", reason).what();
     EXPECT_TRUE(text.starts_with("out/mesh/0000.obj: cannot write: ")) << text;
     EXPECT_EQ(text.back(), ')') << text << " has no remedy";
@@ -102,6 +118,23 @@ TEST(Files, ReadingAMissingFileOrAFolderFails) {
   const ScratchFolder scratch;
   EXPECT_NE(failure([&] { read_file(scratch / "none"); }).find("No such file"), std::string::npos);
   EXPECT_NE(failure([&] { read_file(scratch.path()); }).find("Is a directory"), std::string::npos);
+}
+
+TEST(Files, PipesAndDevicesAreRefusedAtOnce) {
+  const ScratchFolder scratch;
+  ASSERT_EQ(::mkfifo((scratch / "pipe").c_str(), 0600), 0);
+  for (const fs::path& path : {scratch / "pipe", fs::path("/dev/zero")})
+    EXPECT_NE(failure([&] { read_file(path); }).find("it is a pipe, a device or a socket"),
+              std::string::npos);
+}
+
+TEST(Files, AFolderThatCannotBeReadIsNotAnEmptyOne) {
+  const ScratchFolder scratch;
+  EXPECT_TRUE(files_in(scratch / "none").empty());
+  write_atomically(scratch / "file", "x");
+  EXPECT_EQ(files_in(scratch.path()), std::vector<fs::path>{scratch / "file"});
+  EXPECT_NE(failure([&] { files_in(scratch / "file"); }).find("cannot read the folder: Not a directory"),
+            std::string::npos);
 }
 
 TEST(Files, FrameNumbersComeFromFrameFilesOnly) {

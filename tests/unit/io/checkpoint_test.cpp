@@ -30,7 +30,7 @@ TEST_F(CheckpointTest, TheNewestIsFoundAndTwoAreKept) {
   ASSERT_TRUE(search.found);
   EXPECT_EQ(search.found->frame, 4);
   EXPECT_EQ(search.found->state, state_of(4));
-  EXPECT_TRUE(search.notes.empty());
+  EXPECT_TRUE(search.faults.empty());
   EXPECT_TRUE(fs::exists(checkpoint_path(run, 3)));
   EXPECT_FALSE(fs::exists(checkpoint_path(run, 2)));
 }
@@ -45,8 +45,8 @@ TEST_F(CheckpointTest, EveryDamagedByteIsNoticed) {
     const CheckpointSearch search = find_checkpoint(run, scene);
     ASSERT_TRUE(search.found) << "byte " << i;
     EXPECT_EQ(search.found->frame, 3) << "byte " << i;
-    ASSERT_EQ(search.notes.size(), 1U);
-    EXPECT_NE(search.notes[0].find("0004.bin"), std::string::npos) << search.notes[0];
+    ASSERT_EQ(search.faults.size(), 1U);
+    EXPECT_NE(search.faults[0].find("0004.bin"), std::string::npos) << search.faults[0];
   }
 }
 
@@ -63,14 +63,14 @@ TEST_F(CheckpointTest, AnotherFramesFileUnderThisNameIsPassedOver) {
   fs::copy_file(checkpoint_path(run, 3), checkpoint_path(run, 9));
   const CheckpointSearch search = find_checkpoint(run, scene);
   EXPECT_EQ(search.found->frame, 4);
-  EXPECT_NE(search.notes.at(0).find("holds frame 3"), std::string::npos);
+  EXPECT_NE(search.faults.at(0).find("holds frame 3"), std::string::npos);
 }
 
 TEST_F(CheckpointTest, AnotherScenesCheckpointIsForeign) {
   const CheckpointSearch search = find_checkpoint(run, scene + 1);
   EXPECT_FALSE(search.found);
   EXPECT_TRUE(search.foreign);
-  EXPECT_EQ(search.notes.size(), 2U);
+  EXPECT_EQ(search.faults.size(), 2U);
 }
 
 TEST_F(CheckpointTest, TheNumericsThatComputedItAreKept) {
@@ -80,7 +80,7 @@ TEST_F(CheckpointTest, TheNumericsThatComputedItAreKept) {
   ASSERT_TRUE(search.found);
   EXPECT_EQ(search.found->frame, 5);
   EXPECT_EQ(search.found->numerics, numerics_version + 1);
-  EXPECT_TRUE(search.notes.empty());
+  EXPECT_TRUE(search.faults.empty());
 }
 
 // Files of other versions may be shorter than this version's header.
@@ -94,15 +94,15 @@ TEST_F(CheckpointTest, AnotherFormatIsNoDamage) {
   EXPECT_FALSE(search.found);
   EXPECT_FALSE(search.foreign);
   EXPECT_TRUE(search.other_format);
-  ASSERT_EQ(search.notes.size(), 2U);
-  EXPECT_NE(search.notes[0].find("has format 5"), std::string::npos) << search.notes[0];
+  ASSERT_EQ(search.faults.size(), 2U);
+  EXPECT_NE(search.faults[0].find("has format 5"), std::string::npos) << search.faults[0];
 }
 
 TEST_F(CheckpointTest, NothingIsFoundWhereNothingIs) {
   const CheckpointSearch search = find_checkpoint({scratch / "none"}, scene);
   EXPECT_FALSE(search.found);
   EXPECT_FALSE(search.foreign);
-  EXPECT_TRUE(search.notes.empty());
+  EXPECT_TRUE(search.faults.empty());
 }
 
 TEST(SceneIdentity, DependsOnTheSourceAndTheEffects) {

@@ -138,6 +138,28 @@ TEST(RunFolder, AFreshRunRemovesTheOldFramesAndNothingElse) {
   EXPECT_EQ(read_file(run.scene()), "frames = 2\n");
 }
 
+TEST(RunFolder, HoldsTheFramesOfWhateverFileIsLeft) {
+  const ScratchFolder scratch;
+  const RunDirectory run{scratch.path()};
+  EXPECT_TRUE(held_run(run).is_empty());
+  EXPECT_TRUE(held_run({scratch / "none"}).is_empty());
+  begin_run(run, manifest(), "frames = 1\n");
+  write_atomically(run.image(0).replace_filename("best.png"), "no frame");
+  EXPECT_TRUE(held_run(run).is_empty());
+  write_atomically(run.mesh(0), "frame");
+  write_atomically(run.level_set(1), "frame");
+  write_atomically(run.image(2), "frame");
+  write_atomically(run.checkpoint() / "0003.bin", "frame");
+  write_atomically(run.stats(), "{\"frame\": 3}\n{\"frame\": 4}\nno object\n{\"frame\": 5");
+  EXPECT_EQ(held_run(run).frames, (std::set<int>{0, 1, 2, 3, 4}));
+  EXPECT_FALSE(held_run(run).has_video);
+  write_atomically(run.root / "stack.mp4", "video");
+  EXPECT_TRUE(held_run(run).has_video);
+  fs::remove_all(run.checkpoint());
+  write_atomically(run.checkpoint(), "no folder");
+  EXPECT_THROW(held_run(run), FileError);
+}
+
 TEST(RunFolder, AContinuedRunKeepsItsFrames) {
   const ScratchFolder scratch;
   const RunDirectory run{scratch.path()};

@@ -117,7 +117,8 @@ TEST_F(HashesCommand, SaysWhatIsWrongWithATable) {
 
 TEST_F(HashesCommand, StagesOfTwoRunsAreCompared) {
   const auto simulate = [&](const std::string& out) {
-    return run_duet({"sim", "tiny.toml", "--frames", "2", "--stats-only", "--hash-stages", "--out", out},
+    return run_duet({"sim", "tiny.toml", "--frames", "2", "--stats-only", "--hash-stages", "--overwrite",
+                     "--out", out},
                     scratch_.path())
         .status;
   };
@@ -130,9 +131,10 @@ TEST_F(HashesCommand, StagesOfTwoRunsAreCompared) {
   EXPECT_EQ(differs.status, 1);
   EXPECT_TRUE(contains(differs.last_line(), "frame 1, step 1, after `step begins`: position of `ball`"))
       << differs.last_line();
-  ASSERT_EQ(
-      run_duet({"sim", "tiny.toml", "--frames", "1", "--stats-only", "--out", "b"}, scratch_.path()).status,
-      0);
+  ASSERT_EQ(run_duet({"sim", "tiny.toml", "--frames", "1", "--stats-only", "--overwrite", "--out", "b"},
+                     scratch_.path())
+                .status,
+            0);
   EXPECT_EQ(run_duet({"hashes", "--stages", "a", "b"}, scratch_.path()).status, 4)
       << "a new run has its own stages";
   EXPECT_EQ(run_duet({"hashes", "--stages", "a", "b", "--full"}, scratch_.path()).status, 2);

@@ -58,6 +58,7 @@ TEST(Program, BadUsageHasStatusTwoAndSaysWhy) {
         {{"sim", tiny, "--set", "rigid.ball.mas=3"}, "mass"},
         {{"sim", tiny, "--quiet", "--json"}, "--quiet"},
         {{"sim", tiny, "--allow-other-build"}, "--resume"},
+        {{"sim", tiny, "--resume", "--overwrite"}, "--overwrite"},
         {{"render", "somewhere", "--set", "solver.cfl=0.5"}, "solver.cfl"},
         {{"check"}, "SCENE"},
         {{"tetrahedralize", "a.obj", "a.msh"}, ".mesh (Medit"},
@@ -229,7 +230,8 @@ TEST(Program, ADiskThatFillsUpKeepsTheFramesSoFar) {
   const rlimit limit{largest + 4 * stats_size, before.rlim_max};
   std::signal(SIGXFSZ, SIG_IGN);
   ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &limit), 0);
-  const Finished full = run_duet({"sim", tiny, "--frames", "100000", "--quiet", "--out", run.root.string()});
+  const Finished full =
+      run_duet({"sim", tiny, "--frames", "100000", "--quiet", "--overwrite", "--out", run.root.string()});
   ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &before), 0);
   EXPECT_EQ(full.status, 4);
   EXPECT_TRUE(contains(full.errors, "stats.jsonl: cannot write: File too large")) << full.errors;
@@ -246,9 +248,9 @@ TEST(Program, ALogHasALineAFrameAndEndsWithTheOutcome) {
   EXPECT_TRUE(plain.output[4].starts_with("frame 3/3 ")) << plain.output[4];
   EXPECT_TRUE(plain.last_line().starts_with("done: ")) << plain.last_line();
   EXPECT_TRUE(fs::exists(scratch / "out/tiny/mesh/0003.obj"));
-  const Finished quiet = run_duet({"sim", tiny, "--frames", "1", "--quiet"}, scratch.path());
+  const Finished quiet = run_duet({"sim", tiny, "--frames", "1", "--quiet", "--overwrite"}, scratch.path());
   EXPECT_EQ(quiet.output.size(), 1U);
-  const Finished json = run_duet({"sim", tiny, "--frames", "1", "--json"}, scratch.path());
+  const Finished json = run_duet({"sim", tiny, "--frames", "1", "--json", "--overwrite"}, scratch.path());
   ASSERT_EQ(json.output.size(), 4U);
   for (const std::string& line : json.output) EXPECT_TRUE(nlohmann::json::parse(line).is_object()) << line;
   EXPECT_EQ(nlohmann::json::parse(json.last_line())["status"], 0);
