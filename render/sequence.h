@@ -2,6 +2,7 @@
 // mesh/.
 #pragma once
 
+#include <atomic>
 #include <memory>
 #include <string>
 #include <vector>
@@ -46,8 +47,10 @@ void write_png(const std::string& path, int width, int height, const std::vector
 
 // Encodes image/NNNN.png of the run into <name>.mp4 by ffmpeg, a program that is looked up in PATH unless it
 // is a path. Returns a note for the user: the file's path, or why there is no video ("ffmpeg is not
-// installed: ..."). Never throws for a missing or failing ffmpeg.
+// installed: ..."). Never throws for a missing or failing ffmpeg. Throws FileError that names the frames
+// between the first and the last whose pictures are missing or empty: the video would end before them. Gives
+// up soon after `stop`, if there is one, becomes true.
 std::string encode_video(const io::RunDirectory& run, const std::string& name, double fps,
-                         const std::string& ffmpeg = "ffmpeg");
+                         const std::string& ffmpeg = "ffmpeg", const std::atomic<bool>* stop = nullptr);
 
 }  // namespace duet::render

@@ -2,12 +2,15 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <csignal>
 #include <cstring>
 #include <optional>
+#include <set>
 #include <sstream>
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <poll.h>
 #include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -28,8 +31,25 @@ struct Outcome {
   std::string words;    // what it wrote to standard error
 };
 
-// Runs a program in `folder` to its end. Nothing is read from the terminal.
-Outcome run_program(const std::vector<std::string>& words, const fs::path& folder) {
+// What comes out of the pipe until its other end is closed. Ends the child soon after `stop` becomes true.
+std::string words_of(pid_t child, int pipe, const std::atomic<bool>* stop) {
+  constexpr int look = 100;  // ms, between looks at `stop`
+  std::string words;
+  std::array<char, 1024> piece{};
+  while (true) {
+    pollfd ready{pipe, POLLIN, 0};
+    if (stop != nullptr && *stop) kill(child, SIGKILL);
+    if (poll(&ready, 1, stop != nullptr ? look : -1) == 0) continue;
+    const ssize_t count = read(pipe, piece.data(), piece.size());
+    if (count < 0 && errno == EINTR) continue;
+    if (count <= 0) return words;
+    words.append(piece.data(), static_cast<std::size_t>(count));
+  }
+}
+
+// Runs a program in `folder` to its end, or until `stop`. Nothing is read from the terminal.
+Outcome run_program(const std::vector<std::string>& words, const fs::path& folder,
+                    const std::atomic<bool>* stop) {
   Outcome outcome;
   std::array<int, 2> channel{};
   if (pipe2(channel.data(), O_CLOEXEC) != 0) return {errno, 0, {}};
@@ -48,11 +68,7 @@ Outcome run_program(const std::vector<std::string>& words, const fs::path& folde
   posix_spawn_file_actions_destroy(&actions);
   close(channel[1]);
   if (outcome.start_error == 0) {
-    std::array<char, 1024> piece{};
-    for (ssize_t count = 0; (count = read(channel[0], piece.data(), piece.size())) != 0;) {
-      if (count > 0) outcome.words.append(piece.data(), static_cast<std::size_t>(count));
-      if (count < 0 && errno != EINTR) break;
-    }
+    outcome.words = words_of(child, channel[0], stop);
     int status = 0;
     while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
     }
@@ -62,13 +78,36 @@ Outcome run_program(const std::vector<std::string>& words, const fs::path& folde
   return outcome;
 }
 
-std::optional<int> first_picture(const fs::path& folder) {
-  std::optional<int> first;
-  std::error_code ignored;
-  for (fs::directory_iterator entry(folder, ignored), end; !ignored && entry != end; entry.increment(ignored))
-    if (const int frame = io::frame_of_file(entry->path(), ".png"); frame >= 0)
-      first = std::min(first.value_or(frame), frame);
-  return first;
+// The frames of a set as text: "3", "5 to 8".
+std::string ranges_of(const std::vector<int>& frames) {
+  std::string text;
+  for (std::size_t i = 0, end = 0; i < frames.size(); i = end) {
+    for (end = i + 1; end < frames.size() && frames[end] == frames[end - 1] + 1;) ++end;
+    text += (text.empty() ? "" : ", ") + std::to_string(frames[i]);
+    if (end > i + 1) text += fmt::format(" to {}", frames[end - 1]);
+  }
+  return text;
+}
+
+// The first frame with a picture. Throws FileError where one between the first and the last is missing.
+std::optional<int> first_picture(const io::RunDirectory& run) {
+  const fs::path folder = run.root / "image";
+  std::set<int> drawn;
+  for (const fs::path& file : io::files_in(folder))
+    if (const int frame = io::frame_of_file(file, ".png"); frame >= 0) drawn.insert(frame);
+  if (drawn.empty()) return std::nullopt;
+  std::vector<int> missing;
+  for (int frame = *drawn.begin(); frame <= *drawn.rbegin(); ++frame)
+    if (!io::holds_bytes(run.image(frame))) missing.push_back(frame);
+  if (!missing.empty())
+    throw FileError(
+        folder.string(),
+        fmt::format("there is no video, which would end early: pictures are missing or empty, of frame{} {}",
+                    missing.size() == 1 ? "" : "s", ranges_of(missing)),
+        fmt::format("`duet render RUN --frames {}:{}` draws those whose meshes are there, then `duet render "
+                    "RUN` makes the video",
+                    missing.front(), missing.back()));
+  return *drawn.begin();
 }
 
 // H.264 that every player shows: even sizes, 4:2:0, HD colours. One thread and no dates: the same bytes every
@@ -98,13 +137,13 @@ std::string last_line(std::string text) {
 }  // namespace
 
 std::string encode_video(const io::RunDirectory& run, const std::string& name, double fps,
-                         const std::string& ffmpeg) {
-  const std::optional<int> first = first_picture(run.root / "image");
+                         const std::string& ffmpeg, const std::atomic<bool>* stop) {
+  const std::optional<int> first = first_picture(run);
   if (!first) return fmt::format("no video: {} holds no pictures", (run.root / "image").string());
 
   const fs::path video = run.root / (name + ".mp4");
   const std::string unfinished = fmt::format("{}.mp4{}{}", name, io::temporary_mark, getpid());
-  const Outcome outcome = run_program(ffmpeg_command(ffmpeg, fps, *first, "./" + unfinished), run.root);
+  const Outcome outcome = run_program(ffmpeg_command(ffmpeg, fps, *first, "./" + unfinished), run.root, stop);
   std::error_code problem;
   if (outcome.start_error == 0 && outcome.status == 0) {
     fs::rename(run.root / unfinished, video, problem);
@@ -112,6 +151,7 @@ std::string encode_video(const io::RunDirectory& run, const std::string& name, d
   }
   std::error_code ignored;
   fs::remove(run.root / unfinished, ignored);
+  if (stop != nullptr && *stop) return "no video: interrupted";
   if (outcome.start_error == ENOENT || outcome.status == 127)
     return fmt::format("no video: {} is not installed (apt install ffmpeg); the pictures are in {}", ffmpeg,
                        (run.root / "image").string());

@@ -110,7 +110,7 @@ void print_pair(const CompareOptions& options, const Pair& pair, const render::D
         {"same", broken.empty()}, {"maximum", d.maximum}, {"mean", d.mean},
         {"rmse", d.rmse},         {"share", d.share},     {"largest_patch", d.largest_patch},
         {"ssim", d.ssim}};
-    return print(object.dump() + "\n");
+    return print(json_text(object) + "\n");
   }
   print(
       fmt::format("{}  {}: maximum {:.3g}, mean {:.3g}, RMSE {:.3g}, {:.3g} % off by more than {}/255, "
@@ -122,6 +122,7 @@ void print_pair(const CompareOptions& options, const Pair& pair, const render::D
 }  // namespace
 
 Outcome compare(const CompareOptions& options) {
+  const OrderlyStop orderly;
   const std::vector<Pair> pairs = pairs_of(options);
   int differing = 0;
   double worst = -1;

@@ -8,7 +8,6 @@
 
 #include "tools/commands.h"
 #include "tools/hash_table.h"
-#include "tools/interrupt.h"
 #include "tools/scene_files.h"
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -117,7 +116,6 @@ class Pass {
     Simulation simulation(read.scene, scene::plan_effects(read.scene, {}).active());
     result_.build_seconds = processor_seconds() - begin_;
     while (true) {
-      if (interrupted()) throw Error(ExitStatus::interrupted, "interrupted");
       if (is_wanted(simulation.frame())) look_at(simulation);
       // A difference without a body: the next frame that has hashes by body may name one.
       if (result_.difference && !result_.difference->quantity.empty()) return;
@@ -201,7 +199,7 @@ void print_result(const HashesOptions& options, const Result& result) {
       object["bodies"] = result.difference->bodies;
     }
     if (!result.message.empty()) object["message"] = result.message;
-    return print(object.dump() + "\n");
+    return print(json_text(object) + "\n");
   }
   std::string text = fmt::format("{:<8} {}: ", result.status, result.scene);
   if (!result.message.empty())

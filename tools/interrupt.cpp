@@ -1,7 +1,7 @@
 #include "tools/interrupt.h"
 
-#include <atomic>
 #include <csignal>
+#include <cstddef>
 
 #include <unistd.h>
 
@@ -10,14 +10,23 @@
 namespace duet::tools {
 namespace {
 
-std::atomic<int> interrupts{0};
-static_assert(std::atomic<int>::is_always_lock_free, "written by a signal handler");
+std::atomic<bool> asked_to_stop{false};
+std::atomic<int> orderly{0};  // OrderlyStops that live
+static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<int>::is_always_lock_free,
+              "used by a signal handler");
+
+// To standard error: standard output may be read by a program.
+template <std::size_t size>
+void say(const char (&text)[size]) {
+  [[maybe_unused]] const auto written = ::write(STDERR_FILENO, text, size - 1);
+}
 
 extern "C" void on_interrupt(int) {
-  if (++interrupts < 2) return;
-  static constexpr char message[] =
-      "\ninterrupted: stopped at once; whole frames are kept, continue with --resume\n";
-  [[maybe_unused]] const auto written = ::write(STDOUT_FILENO, message, sizeof message - 1);
+  if (orderly > 0 && !asked_to_stop.exchange(true))
+    return say(
+        "\nduet: interrupted: what is in hand is given up, what is whole is kept; a second signal ends the "
+        "program at once\n");
+  say("\nduet: interrupted: ended at once; files that were written are whole\n");
   ::_exit(static_cast<int>(ExitStatus::interrupted));
 }
 
@@ -31,6 +40,10 @@ void catch_interrupts() {
   ::sigaction(SIGTERM, &action, nullptr);
 }
 
-bool interrupted() { return interrupts > 0; }
+OrderlyStop::OrderlyStop() { ++orderly; }
+OrderlyStop::~OrderlyStop() { --orderly; }
+
+bool interrupted() { return asked_to_stop; }
+const std::atomic<bool>& stop_flag() { return asked_to_stop; }
 
 }  // namespace duet::tools

@@ -372,6 +372,8 @@ Outcome run_command(const CommandLine& line, Report& report) {
         return {status, "bad usage or scene, nothing was done"};
       case ExitStatus::simulation:
         return {status, "the simulation did not start"};
+      case ExitStatus::interrupted:
+        return {status, "the work was given up"};
       default:
         return {status, "a file or library was in the way"};
     }

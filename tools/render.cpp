@@ -47,6 +47,7 @@ std::vector<int> frames_to_draw(const RenderOptions& options, const io::RunDirec
 }  // namespace
 
 Outcome render(const RenderOptions& options, Report& report) {
+  const OrderlyStop orderly;
   for (const std::string& text : options.set) require_picture_key(text);
   const io::RunDirectory run = find_run(options.run);
   const io::Manifest manifest = io::read_manifest(run);
@@ -67,7 +68,12 @@ Outcome render(const RenderOptions& options, Report& report) {
   }
   std::string video;
   if (!options.frames)
-    video = "; " + render::encode_video(run, io::video_path(run, manifest).stem().string(), manifest.fps);
+    video = "; " + render::encode_video(run, io::video_path(run, manifest).stem().string(), manifest.fps,
+                                        "ffmpeg", &stop_flag());
+  if (interrupted() && !options.frames)
+    return {ExitStatus::interrupted,
+            "after all pictures were drawn, before their video was encoded; the same "
+            "command draws them again and encodes it"};
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return {ExitStatus::done,
           fmt::format("{} picture{} in {}, {:.1f} s{}", frames.size(), frames.size() == 1 ? "" : "s",

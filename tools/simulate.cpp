@@ -17,6 +17,7 @@
 
 #include "sim/base/numerics.h"
 #include "sim/base/parallel.h"
+#include "sim/base/stop.h"
 #include "sim/io/checkpoint.h"
 #include "sim/io/files.h"
 #include "sim/io/level_set_writer.h"
@@ -75,7 +76,8 @@ class Run {
 
   void prepare();  // throws before anything of an earlier run is touched
   Outcome work();  // throws what stopped the work
-  Outcome stopped(ExitStatus status) const;
+  /// What is there after a stop. `given_up`: the frame that was being computed, none if no other one than 0.
+  Outcome stopped(ExitStatus status, int given_up = 0) const;
 
  private:
   io::Manifest describe() const;
@@ -121,6 +123,7 @@ Run::Run(const SimulateOptions& options, Report& report)
       last_(options.frames ? options.frames->last : read_.scene.frames),
       first_(options.frames ? options.frames->first.value_or(0) : 0),
       simulation_(read_.scene, effects_) {
+  simulation_.stop_when(&stop_flag());
   if (options.ledger) simulation_.keep_ledger();
 }
 
@@ -317,7 +320,11 @@ Outcome Run::work() {
   }
   while (recorded_ < last_) {
     if (interrupted()) return stopped(ExitStatus::interrupted);
-    simulation_.advance_frame();
+    try {
+      simulation_.advance_frame();
+    } catch (const Stopped&) {
+      return stopped(ExitStatus::interrupted, simulation_.frame() + 1);
+    }
     record();
     totals_.add(simulation_.stats());
   }
@@ -326,7 +333,7 @@ Outcome Run::work() {
     drawer_->finish();
     if (interrupted()) return stopped(ExitStatus::interrupted);
     const std::string name = io::video_path(directory_, manifest_).stem().string();
-    video = "; " + render::encode_video(directory_, name, manifest_.fps);
+    video = "; " + render::encode_video(directory_, name, manifest_.fps, "ffmpeg", &stop_flag());
     if (interrupted()) return stopped(ExitStatus::interrupted);
   }
   std::string pinched;
@@ -338,12 +345,13 @@ Outcome Run::work() {
                                         directory_.root.string(), seconds, totals_.text(), pinched, video)};
 }
 
-Outcome Run::stopped(ExitStatus status) const {
+Outcome Run::stopped(ExitStatus status, int given_up) const {
   if (recorded_ < 0)
     return {status, fmt::format("before frame 0 was written to {}", directory_.root.string())};
-  std::string text =
-      fmt::format("after frame {}; frames up to it are whole in {}, its state is {}", recorded_,
-                  directory_.root.string(), io::checkpoint_path(directory_, recorded_).string());
+  std::string text = given_up > 0 ? fmt::format("frame {} was given up", given_up)
+                                  : fmt::format("after frame {}", recorded_);
+  text += fmt::format("; frames up to {} are whole in {}, whose state is {}", recorded_,
+                      directory_.root.string(), io::checkpoint_path(directory_, recorded_).string());
   // The same simulation fails again at the same place: only other reasons are worth a second attempt.
   if (status != ExitStatus::simulation) text += fmt::format("; continue with `{}`", options_.resume_command);
   return {status, text};
@@ -355,6 +363,7 @@ Outcome simulate(const SimulateOptions& options, Report& report) {
   set_thread_count(options.threads);
   Run run(options, report);
   run.prepare();
+  const OrderlyStop orderly;
   try {
     return run.work();
   } catch (...) {

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "sim/base/rotation.h"
+#include "sim/base/stop.h"
 
 namespace duet {
 namespace {
@@ -201,6 +202,7 @@ double JointSolver::satisfy(RigidBodies& rigid, Prepare&& prepare, Residual&& re
   for (int revision = 0; revision <= most_revisions; ++revision) {
     double before = infinite;
     for (int round = 0; round < most_rounds; ++round) {
+      stop_if_asked();
       prepare();
       double largest = 0;
       for_each_row([&](std::size_t j, std::size_t r) {

@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "sim/base/parallel.h"
+#include "sim/base/stop.h"
 #include "sim/coupling/contact_update.h"
 #include "sim/coupling/deepest_touches.h"
 #include "sim/coupling/friction.h"
@@ -55,6 +56,7 @@ class Collider {
     const bool deformable = !bodies_.deformable.empty();
     if (!settings_.rigid_pairs) note_overlaps();
     for (int round = 0; round < rounds_per_iteration * settings_.iterations; ++round) {
+      stop_if_asked();
       predict();
       const bool blow = settings_.rigid_pairs && find_blow();
       if (blow) strike();

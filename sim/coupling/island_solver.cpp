@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sim/base/stop.h"
 #include "sim/coupling/contact_update.h"
 
 namespace duet {
@@ -29,6 +30,7 @@ double IslandSolver::solve(Bodies& bodies, std::span<const int> pairs, double to
   for (const double scale : rho) {
     for (int round = 0, last = 0; steps < most_in_all && round - last < patience && !(now < tolerance);
          ++round) {
+      stop_if_asked();
       begin_round(bodies, contacts, scale, now <= best);
       steps += minimize();
       end_round(bodies, contacts);

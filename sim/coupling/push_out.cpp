@@ -5,6 +5,7 @@
 #include <tuple>
 
 #include "sim/base/rotation.h"
+#include "sim/base/stop.h"
 
 namespace duet {
 namespace {
@@ -214,6 +215,7 @@ int resolve_interpenetration(Bodies& bodies, const ContactGraph& graph, const Pu
   PushOut push_out(bodies, contacts, graph, settings, scratch);
   int most = 0;
   for (int iteration = 1; iteration <= settings.iterations; ++iteration) {
+    stop_if_asked();
     // Removing all of every overlap at once over-corrects where normals turn as the bodies move.
     const double fraction =
         settings.gradual ? std::min(1.0, 2.0 * iteration / (settings.iterations + 1.0)) : 1;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "sim/base/stop.h"
 #include "sim/coupling/push_out.h"
 
 namespace duet {
@@ -198,6 +199,7 @@ int separate_rigid_bodies(Bodies& bodies, const LinkedBodies* linked, ContactGra
   Separator separator(bodies, linked, graph, contacts, scratch);
   int first = 0;
   for (int i = 0; i < iterations; ++i) {
+    stop_if_asked();
     const int overlapping = separator.measure();
     if (i == 0) first = overlapping;
     if (overlapping == 0) break;

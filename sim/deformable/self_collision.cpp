@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "sim/base/parallel.h"
+#include "sim/base/stop.h"
 
 namespace duet {
 namespace {
@@ -81,6 +82,7 @@ SelfCollision::Outcome SelfCollision::resolve(const CollisionSurface& surface, c
   Outcome outcome;
   moved_.assign(start.size(), 1);
   for (int round = 0; round < most_rounds; ++round) {
+    stop_if_asked();
     candidates.update(surface, start, end);
     const std::vector<CandidatePair>& near = candidates.near();
     find_impacts(candidates, start, end, [&](const CandidatePair& pair) {

@@ -15,6 +15,7 @@
 
 #include "sim/base/error.h"
 #include "sim/base/hash.h"
+#include "sim/base/stop.h"
 #include "sim/coupling/max_penetration.h"
 #include "sim/coupling/surface_intersections.h"
 #include "sim/deformable/tet_strain.h"
@@ -73,6 +74,7 @@ struct Simulation::Impl {
   std::vector<Tet> spring_tets;
   std::vector<Mat3> spring_inverse_rest;
   Parting parting;  // of what overlaps at frame 0
+  const std::atomic<bool>* stop = nullptr;
 
   World& world() { return built.world; }
 
@@ -312,8 +314,11 @@ void Simulation::hash_stages(StageHashes::Sink sink) { impl_->world().stage_hash
 
 std::vector<BodyHashes> Simulation::state_hashes() const { return duet::state_hashes(impl_->world()); }
 
+void Simulation::stop_when(const std::atomic<bool>* flag) { impl_->stop = flag; }
+
 void Simulation::advance_frame() {
   Impl& impl = *impl_;
+  const StopScope scope(impl.stop);
   impl.world().stage_hashes.begin_frame(frame() + 1);
   impl.world().ledger.reset();
   impl.world().clock.reset();
@@ -327,6 +332,9 @@ void Simulation::advance_frame() {
     if (impl.frame == 0 && impl.parting.moves()) apply(impl.parting, impl.world());
     impl.advance();
   } catch (const SimulationError&) {
+    impl.load(impl.frame_start);
+    throw;
+  } catch (const Stopped&) {
     impl.load(impl.frame_start);
     throw;
   }

@@ -2,6 +2,7 @@
 // and the studies use; the time step itself is sim/step/step.cpp.
 #pragma once
 
+#include <atomic>
 #include <memory>
 #include <string>
 #include <vector>
@@ -74,8 +75,12 @@ class Simulation {
   /// Hashes of the state now held, for each body and quantity; stats().hash is that of the whole state.
   std::vector<BodyHashes> state_hashes() const;
 
-  // Advances to the next frame. On SimulationError the state of the last good frame is restored.
-  // A time step that fails is retried with half its size down to a floor before that.
+  /// From now on advance_frame() gives up its frame soon after `flag` becomes true: it is looked at between
+  /// the stages of a step and in the iterations of its solvers. Null: never. The flag has to outlive its use.
+  void stop_when(const std::atomic<bool>* flag);
+
+  // Advances to the next frame. On SimulationError, and on Stopped (sim/base/stop.h), the state of the last
+  // good frame is restored. A time step that fails is retried with half its size down to a floor before that.
   void advance_frame();
 
   // The bodies' render surfaces in world space, in the order rigid bodies, deformable bodies of the scene

@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include "sim/base/stop.h"
+
 namespace duet {
 
 struct CgResult {
@@ -35,6 +37,7 @@ CgResult conjugate_gradient(System& system, const Vector& b, double tolerance, i
   system.copy(r, s);
   if constexpr (requires { system.expect_reduction(1.0); }) system.expect_reduction(left.norm / tolerance);
   for (;; ++result.iterations) {
+    stop_if_asked();
     result.residual = left.norm;
     result.converged = result.residual <= tolerance;
     if (result.converged || result.iterations >= max_iterations || !std::isfinite(result.residual))

@@ -21,6 +21,7 @@ CgResult conjugate_residual(System& system, const Vector& b, double tolerance, i
   system.clear(x);
   double rho = 0;
   for (;; ++result.iterations) {
+    stop_if_asked();
     result.residual = system.norm(r);
     result.converged = result.residual <= tolerance;
     if (result.converged || result.iterations >= max_iterations || !std::isfinite(result.residual))

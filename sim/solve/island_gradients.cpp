@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "sim/base/parallel.h"
+#include "sim/base/stop.h"
 
 namespace duet {
 namespace {
@@ -188,6 +189,7 @@ CgResult solve_islands(VelocitySystem& system, ContactProjection* projection, Da
   VelocitySystem::copy(r, s);
   system.expect_reduction(search.largest_norm() / tolerance);
   for (; islands.searched() > 0 && result.iterations < max_iterations; ++result.iterations) {
+    stop_if_asked();
     if (!std::isfinite(search.largest_norm())) break;
     system.apply(s, q);
     system.project(q);

@@ -1,4 +1,5 @@
 // Step III: contact (paper section 5).
+#include "sim/base/stop.h"
 #include "sim/solve/velocity_system.h"
 #include "sim/step/step.h"
 
@@ -53,6 +54,7 @@ void solve_contacts(World& world, StepContext& context, bool final) {
   }
   if (!world.touches()) return;
   for (int round = 0; round < joint_rounds; ++round) {
+    stop_if_asked();
     if (linked) linked->begin(world.bodies.rigid);
     sweep_contacts(world, context, round, linked);
     if (!joints) break;

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "sim/base/parallel.h"
+#include "sim/base/stop.h"
 #include "sim/solve/velocity_system.h"
 #include "sim/step/step.h"
 
@@ -92,6 +93,7 @@ class Search {
     bool is_settled = false;  // the multipliers are the impulses
     const int most = settings.newton_iterations + (problem_.contacts ? most_contact_iterations : 0);
     for (int iteration = 0;; ++iteration) {
+      stop_if_asked();
       const double imbalance = system_.norm(context_.imbalance);
       if (imbalance <= tolerance_) {
         if (!problem_.contacts || is_settled || settlings++ >= most_settlings) return true;
@@ -247,6 +249,7 @@ class Search {
     s = z;
     int iterations = 0;
     for (; iterations < world_.settings.cg_iterations && left > least; ++iterations) {
+      stop_if_asked();
       if (left <= enough && system_.norm(r) <= norm) break;
       system_.apply(s, q);
       if (problem_.contacts) problem_.contacts->add_differentials(s, q);

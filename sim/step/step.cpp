@@ -1,5 +1,7 @@
 #include "sim/step/step.h"
 
+#include "sim/base/stop.h"
+
 namespace duet {
 namespace {
 
@@ -22,6 +24,7 @@ bool step(World& world, double time, double dt, Refusal* refusal) {
       contact && world.has(Effect::incompressibility) && !world.settings.implicit_elasticity;
   const bool spin = world.settings.keep_spin && world.has_internal_forces();
   const auto run = [&](Stage stage, void (*work)(World&, StepContext&)) {
+    stop_if_asked();
     world.ledger.begin_stage(world, stage);
     world.clock.time(stage, [&] { work(world, context); });
     world.ledger.end_stage(world, stage);

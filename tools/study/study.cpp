@@ -220,6 +220,7 @@ namespace duet::tools {
 Outcome study(const StudyOptions& options, Report& report) {
   namespace fs = std::filesystem;
   study::require_gnuplot();
+  const OrderlyStop orderly;
   study::Study study = study::plan_study(options);
   const fs::path folder =
       options.out.empty() ? fs::path("out/studies") / fs::path(options.spec).stem() : fs::path(options.out);

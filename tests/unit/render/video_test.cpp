@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "render/sequence.h"
+#include "sim/base/error.h"
 
 namespace duet::render {
 namespace {
@@ -52,6 +53,27 @@ TEST_F(Video, AFailingProgramIsANoteWithItsWords) {
   const std::string note = encode_video(run_, "ball", 24);
   EXPECT_NE(note.find("no video"), std::string::npos) << note;
   EXPECT_NE(note.find("failed with status"), std::string::npos) << note;
+  EXPECT_EQ(files(), std::vector<std::string>{"image"});
+}
+
+// ffmpeg would end the video before the first of them without a word.
+TEST_F(Video, MissingAndEmptyPicturesInBetweenAreNamed) {
+  fs::remove(run_.image(4));
+  std::ofstream(run_.image(5)).flush();
+  try {
+    encode_video(run_, "ball", 24);
+    FAIL() << "a video that lacks frames";
+  } catch (const FileError& error) {
+    const std::string text = error.what();
+    EXPECT_NE(text.find("pictures are missing or empty, of frames 4 to 5"), std::string::npos) << text;
+    EXPECT_NE(text.find("--frames 4:5"), std::string::npos) << text;
+  }
+  EXPECT_EQ(files(), std::vector<std::string>{"image"});
+}
+
+TEST_F(Video, IsGivenUpWhenAsked) {
+  const std::atomic<bool> stop{true};
+  EXPECT_NE(encode_video(run_, "ball", 24, "ffmpeg", &stop).find("interrupted"), std::string::npos);
   EXPECT_EQ(files(), std::vector<std::string>{"image"});
 }
 

@@ -1,0 +1,107 @@
+// SIGINT and SIGTERM end a run soon, also in the middle of a frame that would take minutes, and lose nothing.
+#include <chrono>
+#include <csignal>
+#include <memory>
+#include <thread>
+
+#include "tests/restart/program.h"
+#include "tests/support/margin.h"
+#include "tests/support/places.h"
+#include <gtest/gtest.h>
+
+#include "sim/io/files.h"
+#include "sim/io/run_directory.h"
+
+namespace duet::test {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+const std::string tiny = source_folder() + "/tests/restart/tiny.toml";
+// Some 400,000 substeps a frame.
+const std::string long_frames = "solver.max_time_step=1e-7";
+constexpr double soon = 2;  // s
+
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+class Interrupt : public testing::Test {
+ protected:
+  ScratchFolder scratch;
+  io::RunDirectory run{scratch / "run"};
+
+  // Starts the run and waits until it is in the middle of frame 1.
+  std::unique_ptr<Program> start(const std::string& command = "sim") const {
+    auto program = std::make_unique<Program>(std::vector<std::string>{
+        command, tiny, "--out", run.root.string(), "--set", long_frames, "--set", "render.width=64"});
+    while (const auto line = program->line())
+      if (line->starts_with("frame 0/")) break;
+    std::this_thread::sleep_for(std::chrono::milliseconds(300));
+    return program;
+  }
+};
+
+TEST_F(Interrupt, EndsALongFrameSoonAndSaysWhichWasGivenUp) {
+  for (const auto& [command, signal] : {std::pair{"sim", SIGINT}, {"sim", SIGTERM}, {"run", SIGTERM}}) {
+    fs::remove_all(run.root);
+    const auto program = start(command);
+    const auto begin = Clock::now();
+    program->signal(signal);
+    const Finished stopped = finish(*program);
+    const double seconds = std::chrono::duration<double>(Clock::now() - begin).count();
+    record_margin(std::string(command) + ": seconds to the end", seconds, fmt::format("< {}", soon));
+    EXPECT_LT(seconds, soon);
+    EXPECT_EQ(stopped.status, 130);
+    EXPECT_TRUE(contains(stopped.errors, "a second signal ends the program at once")) << stopped.errors;
+    EXPECT_TRUE(contains(stopped.last_line(), "frame 1 was given up; frames up to 0 are whole"))
+        << stopped.last_line();
+    EXPECT_TRUE(contains(stopped.last_line(), "--resume`")) << stopped.last_line();
+    EXPECT_TRUE(fs::exists(run.mesh(0)));
+    EXPECT_FALSE(fs::exists(run.mesh(1)));
+    EXPECT_TRUE(io::holds_bytes(run.checkpoint() / "0000.bin"));
+  }
+}
+
+TEST_F(Interrupt, ASecondSignalEndsAtOnce) {
+  const auto program = start();
+  program->signal(SIGSTOP);  // both come before it can answer the first one
+  program->signal(SIGINT);
+  program->signal(SIGTERM);
+  program->signal(SIGCONT);
+  const Finished stopped = finish(*program);
+  EXPECT_EQ(stopped.status, 130);
+  EXPECT_TRUE(contains(stopped.errors, "ended at once")) << stopped.errors;
+}
+
+// A frame of a thousand steps, so that the signals come in the middle of one.
+TEST_F(Interrupt, AGivenUpFrameIsComputedToTheSameBits) {
+  const std::vector<std::string> scene = {"--set", "solver.max_time_step=4e-5", "--frames", "6", "--quiet"};
+  const io::RunDirectory reference{scratch / "reference"};
+  const auto words = [&](const io::RunDirectory& out, const char* more) {
+    std::vector<std::string> all = {"sim", tiny, "--out", out.root.string()};
+    all.insert(all.end(), scene.begin(), scene.end());
+    if (more != nullptr) all.emplace_back(more);
+    return all;
+  };
+  ASSERT_EQ(run_duet(words(reference, nullptr)).status, 0);
+  int given_up = 0;
+  for (int i = 0; i < 200; ++i) {
+    Program program(words(run, "--resume"));
+    std::this_thread::sleep_for(std::chrono::milliseconds(20 + 7 * (i % 13)));
+    program.signal(SIGTERM);
+    const Finished stopped = finish(program);
+    given_up += contains(stopped.last_line(), " was given up") ? 1 : 0;
+    if (stopped.status == 0) break;
+    // 143 before the program has come to its first lines.
+    ASSERT_TRUE(stopped.status == 130 || stopped.status == 143) << stopped.status << stopped.errors;
+  }
+  EXPECT_GT(given_up, 0);
+  ASSERT_EQ(run_duet(words(run, "--resume")).status, 0);
+  for (int frame = 0; frame <= 6; ++frame)
+    EXPECT_EQ(io::read_file(run.mesh(frame)), io::read_file(reference.mesh(frame))) << frame;
+  EXPECT_EQ(io::read_file(run.checkpoint() / "0006.bin"), io::read_file(reference.checkpoint() / "0006.bin"));
+}
+
+}  // namespace
+}  // namespace duet::test
