@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <csignal>
 #include <functional>
+#include <sstream>
 
 #include "tools/build_info.h"
 #include "tools/commands.h"
@@ -37,6 +38,17 @@ struct CommandLine {
   bool quiet = false, json = false;
   std::function<Outcome(Report&)> command;
 };
+
+// CLI::Range lets pass what is not a number.
+CLI::Validator between(double least, double most) {
+  const auto check = [=](const std::string& text) {
+    double value = 0;
+    const bool is_inside = CLI::detail::lexical_cast(text, value) && value >= least && value <= most;
+    return is_inside ? std::string()
+                     : fmt::format("a number from {:g} to {:g} is expected, not {}", least, most, text);
+  };
+  return {check, fmt::format("[{:g} - {:g}]", least, most)};
+}
 
 void add_repeatable(CLI::App& app, const std::string& name, std::vector<std::string>& values,
                     const std::string& type, const std::string& help) {
@@ -143,7 +155,7 @@ void add_tetrahedralize(CLI::App& app, CommandLine& line) {
       app.add_option(
              "--spacing", options.spacing,
              "Edge of the lattice's cells, in the mesh's units; default: four cells across its thickest part")
-          ->check(CLI::PositiveNumber)
+          ->check(between(1e-6, 1e6))
           ->type_name("M");
   app.add_option("--cells", options.cells, "The same as cells along the longest extent")
       ->check(CLI::Range(2, 512))
@@ -193,7 +205,7 @@ void add_overlaps(CLI::App& app, CommandLine& line) {
   app.add_option("--out", options.out, "Folder of the run; default out/<scene>")->type_name("DIR");
   add_without(app, options.scene);
   app.add_option("--spacing", options.spacing, "How far apart the places are that are looked at, m")
-      ->check(CLI::Range(1e-6, 1e6))
+      ->check(between(1e-6, 1e6))
       ->type_name("M")
       ->capture_default_str();
   app.add_flag("--json", options.json, "The same as JSON");
@@ -207,11 +219,11 @@ void add_bounds(CLI::App& app, render::Bounds& bounds) {
       ->type_name("N")
       ->capture_default_str();
   app.add_option("--max-rmse", bounds.rmse, "Largest root mean square error, of 1")
-      ->check(CLI::Range(0.0, 1.0))
+      ->check(between(0, 1))
       ->type_name("X")
       ->capture_default_str();
   app.add_option("--max-share", bounds.share, "Largest share of different pixels, of 1")
-      ->check(CLI::Range(0.0, 1.0))
+      ->check(between(0, 1))
       ->type_name("X")
       ->capture_default_str();
   app.add_option("--max-patch", bounds.largest_patch, "Largest connected patch of different pixels")
@@ -220,7 +232,7 @@ void add_bounds(CLI::App& app, render::Bounds& bounds) {
       ->capture_default_str();
   app.add_option("--min-ssim", bounds.least_ssim,
                  "Smallest structural similarity, 1 for equal pictures; default: any")
-      ->check(CLI::Range(-1.0, 1.0))
+      ->check(between(-1, 1))
       ->type_name("X");
 }
 
@@ -264,7 +276,7 @@ void add_hashes(CLI::App& app, CommandLine& line) {
       app.add_option(
              "--seconds", options.seconds,
              "End a scene with the frame in which it has taken so much processor time; for slow builds")
-          ->check(CLI::PositiveNumber)
+          ->check(between(1e-3, 1e9))
           ->excludes(write)
           ->type_name("S");
   CLI::Option* stages = app.add_option("--stages", options.stages,
@@ -390,6 +402,18 @@ std::string usage_message(const CLI::App& app, const CLI::ParseError& error, con
   return fmt::format("{}: no such command ({})", first_word, did_you_mean(first_word, names));
 }
 
+// What --help and --version ask for.
+int print_help(const CLI::App& app, const CLI::ParseError& asked, Report& report) {
+  try {
+    std::ostringstream text;
+    app.exit(asked, text, text);
+    print(text.str());
+    return static_cast<int>(ExitStatus::done);
+  } catch (...) {
+    return static_cast<int>(report.failure(std::current_exception()));
+  }
+}
+
 int run_program(int argc, char** argv) {
   CommandLine line;
   const std::vector<std::string> words(argv, argv + argc);
@@ -404,8 +428,8 @@ int run_program(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
     Report report(line.quiet, line.json);
+    if (error.get_exit_code() == 0) return print_help(app, error, report);
     report.error(usage_message(app, error, argc > 1 ? argv[1] : ""));
     report.outcome({ExitStatus::usage, "bad usage, nothing was done"});
     return static_cast<int>(ExitStatus::usage);

@@ -32,7 +32,7 @@ void require_readable(const std::string& path) {
   std::error_code ignored;
   if (!std::filesystem::exists(path, ignored))
     throw FileError(path, "there is no such file", "check the path");
-  if (std::filesystem::is_directory(path, ignored) || !std::ifstream(path, std::ios::binary))
+  if (!std::filesystem::is_regular_file(path, ignored) || !std::ifstream(path, std::ios::binary))
     throw FileError(path, "the file cannot be read", "check that it is a file and who may read it");
 }
 

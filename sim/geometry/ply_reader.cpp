@@ -5,8 +5,6 @@
 #include <bit>
 #include <charconv>
 #include <cstring>
-#include <fstream>
-#include <iterator>
 #include <optional>
 #include <sstream>
 #include <string_view>
@@ -14,6 +12,7 @@
 #include <fmt/format.h>
 
 #include "sim/base/error.h"
+#include "sim/io/files.h"
 
 namespace duet {
 namespace {
@@ -45,10 +44,7 @@ std::optional<Type> type_named(std::string_view name) {
 
 class PlyReader {
  public:
-  explicit PlyReader(const std::string& path) : path_(path) {
-    std::ifstream file(path, std::ios::binary);
-    bytes_.assign(std::istreambuf_iterator<char>(file), {});
-  }
+  explicit PlyReader(const std::string& path) : path_(path) { bytes_ = io::read_file(path); }
 
   TriangleMesh read() {
     read_header();

@@ -3,14 +3,13 @@
 #include <charconv>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <string_view>
 #include <unordered_map>
 
 #include <fmt/format.h>
 
 #include "sim/base/error.h"
+#include "sim/io/files.h"
 
 namespace duet {
 namespace {
@@ -18,13 +17,7 @@ namespace {
 // The words of a text file, with the line of the last one for messages.
 class Words {
  public:
-  explicit Words(const std::string& path) : path_(path) {
-    std::error_code ignored;
-    std::ifstream file(path, std::ios::binary);
-    if (std::filesystem::is_directory(path, ignored) || !file)
-      throw FileError(path, "the file cannot be read", "check the path and who may read it");
-    text_.assign(std::istreambuf_iterator<char>(file), {});
-  }
+  explicit Words(const std::string& path) : path_(path) { text_ = io::read_file(path); }
 
   // The next word, a view of the file's text; empty at its end. Comments run from # to the end of the line.
   std::string_view next() {

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <iterator>
 #include <map>
 #include <numbers>
@@ -13,6 +12,7 @@
 
 #include "sim/base/near_miss.h"
 #include "sim/base/rotation.h"
+#include "sim/io/files.h"
 #include "sim/scene/camera_reader.h"
 #include "sim/scene/deformable_reader.h"
 #include "sim/scene/joint_reader.h"
@@ -409,19 +409,14 @@ void SceneReader::check_materials() {
 
 std::string file_bytes(const std::string& path) {
   std::error_code ignored;
-  if (std::ifstream file(path, std::ios::binary); file && !std::filesystem::is_directory(path, ignored)) {
-    std::ostringstream bytes;
-    bytes << file.rdbuf();
-    if (!bytes.bad() && !file.bad()) return bytes.str();
-  }
-
+  if (std::filesystem::exists(path, ignored)) return io::read_file(path);
   const std::filesystem::path wanted(path), folder = wanted.parent_path();
   std::vector<std::string> scenes;
   for (const auto& entry : std::filesystem::directory_iterator(folder.empty() ? "." : folder, ignored))
     if (entry.path().extension() == ".toml") scenes.push_back(entry.path().stem().string());
   std::sort(scenes.begin(), scenes.end());
   const auto candidate = near_miss(wanted.stem().string(), scenes);
-  throw FileError(path, "the scene file cannot be read",
+  throw FileError(path, "there is no such scene file",
                   candidate ? fmt::format("did you mean `{}`?", (folder / (*candidate + ".toml")).string())
                             : "check the path; `duet list` names the scenes that ship");
 }

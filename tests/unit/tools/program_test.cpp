@@ -11,6 +11,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 #include <sys/resource.h>
+#include <sys/stat.h>
 
 #include "sim/base/numerics.h"
 #include "sim/io/files.h"
@@ -59,6 +60,8 @@ TEST(Program, BadUsageHasStatusTwoAndSaysWhy) {
         {{"sim", tiny, "--quiet", "--json"}, "--quiet"},
         {{"sim", tiny, "--allow-other-build"}, "--resume"},
         {{"sim", tiny, "--resume", "--overwrite"}, "--overwrite"},
+        {{"overlaps", tiny, "--spacing", "nan"}, "1e+06 is expected, not nan"},
+        {{"tetrahedralize", "a.obj", "a.mesh", "--spacing", "nan"}, "is expected, not nan"},
         {{"render", "somewhere", "--set", "solver.cfl=0.5"}, "solver.cfl"},
         {{"check"}, "SCENE"},
         {{"tetrahedralize", "a.obj", "a.msh"}, ".mesh (Medit"},
@@ -188,6 +191,28 @@ TEST(Program, FilesThatCannotBeWrittenHaveStatusFour) {
   }
   EXPECT_EQ(io::read_file(scratch / "file"), "precious");
   EXPECT_EQ(run_duet({"render", scratch.path().string()}).status, 4);
+}
+
+TEST(Program, ScenesThatAreNoFilesAreRefusedAtOnce) {
+  const ScratchFolder scratch;
+  fs::create_directory(scratch / "folder.toml");
+  ASSERT_EQ(::mkfifo((scratch / "pipe.toml").c_str(), 0600), 0);
+  io::write_atomically(scratch / "mesh.toml",
+                       "[[rigid]]\nname = \"a\"\nshape = { mesh = \"pipe.obj\" }\nmass = 1\n");
+  ASSERT_EQ(::mkfifo((scratch / "pipe.obj").c_str(), 0600), 0);
+  for (const auto& [scene, status] :
+       {std::pair{"folder.toml", 2}, {"pipe.toml", 4}, {"/dev/zero", 4}, {"mesh.toml", 2}}) {
+    const Finished finished = run_duet({"sim", scene, "--frames", "1"}, scratch.path());
+    EXPECT_EQ(finished.status, status) << scene << ": " << finished.errors;
+    EXPECT_FALSE(fs::exists(scratch / "out")) << scene;
+  }
+}
+
+TEST(Program, HelpThatCannotBeWrittenHasStatusFour) {
+  Program program({"-c", duet_program() + " --help >/dev/full"}, source_folder(), "/bin/sh");
+  const Finished finished = finish(program);
+  EXPECT_EQ(finished.status, 4);
+  EXPECT_TRUE(contains(finished.errors, "standard output: cannot write: No space left")) << finished.errors;
 }
 
 // Files that are no libraries stand before the real ones: as on a machine where these are missing or broken.
