@@ -76,7 +76,7 @@ class Run {
 
   void prepare();  // throws before anything of an earlier run is touched
   Outcome work();  // throws what stopped the work
-  /// What is there after a stop. `given_up`: the frame that was being computed, none if no other one than 0.
+  /// What is there after a stop. `given_up`: the frame that was being computed; 0: none.
   Outcome stopped(ExitStatus status, int given_up = 0) const;
 
  private:
