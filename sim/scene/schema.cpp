@@ -495,7 +495,7 @@ std::vector<Section> sections(Prototype& prototype) {
       {"rigid", Layout::list, "rigid bodies: dynamic, or static, or kinematic if they have a motion",
        keys(prototype.rigid)},
       {"deformable", Layout::list, "deformable bodies", keys(prototype.deformable)},
-      {"instances", Layout::list, "copies of the bodies and joints of [prefabs.NAME], see the README",
+      {"instances", Layout::list, "copies of the bodies and joints of [prefabs.NAME], see scenes/README.md",
        keys(prototype.instance)},
       {"joints", Layout::list, "joints between rigid bodies", keys(prototype.joint)},
       {"ground", Layout::table, "the solid half space below a height; absent: no ground",

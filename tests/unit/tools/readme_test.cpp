@@ -1,5 +1,8 @@
-// What the README shows works: its scene runs as written, and its links lead somewhere.
+// The pages of documentation tell the truth: their scenes run as written, and their links lead somewhere.
+#include <algorithm>
+#include <cctype>
 #include <regex>
+#include <sstream>
 
 #include "tests/restart/program.h"
 #include "tests/support/places.h"
@@ -11,16 +14,63 @@
 namespace duet::test {
 namespace {
 
-std::string readme() { return io::read_file(source_folder() + "/README.md"); }
+const std::vector<std::string> pages = {"README.md",
+                                        "sim/README.md",
+                                        "sim/LIMITS.md",
+                                        "sim/step/README.md",
+                                        "scenes/README.md",
+                                        "render/README.md",
+                                        "tools/README.md",
+                                        "tests/README.md",
+                                        "tests/RESULTS.md",
+                                        "tests/PROTOCOL.md",
+                                        "assets/README.md",
+                                        "tests/hashes/README.md",
+                                        ".github/CONTRIBUTING.md",
+                                        ".github/CHANGELOG.md"};
+
+std::string text_of(const fs::path& page) {
+  return io::read_file((fs::path(source_folder()) / page).string());
+}
+
+/// The whole scenes of a page: its blocks of TOML that begin with a title.
+std::vector<std::string> scenes_of(const std::string& page) {
+  const std::string text = text_of(page), fence = "```toml\n", start = fence + "title";
+  std::vector<std::string> scenes;
+  for (std::size_t at = text.find(start); at != std::string::npos; at = text.find(start, at + 1)) {
+    const std::size_t begin = at + fence.size();
+    scenes.push_back(text.substr(begin, text.find("```", begin) - begin));
+  }
+  return scenes;
+}
+
+/// The anchor of a heading, as GitHub makes it.
+std::string anchor_of(const std::string& heading) {
+  std::string anchor;
+  for (const char c : heading)
+    if (std::isalnum(static_cast<unsigned char>(c)) || c == '-' || c == '_')
+      anchor += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    else if (c == ' ')
+      anchor += '-';
+  return anchor;
+}
+
+bool has_heading(const fs::path& page, const std::string& anchor) {
+  std::istringstream lines(text_of(page));
+  for (std::string line; std::getline(lines, line);) {
+    const std::size_t marks = line.find_first_not_of('#');
+    if (marks != 0 && marks != std::string::npos && line[marks] == ' ' &&
+        anchor_of(line.substr(marks + 1)) == anchor)
+      return true;
+  }
+  return false;
+}
 
 TEST(Readme, ItsSceneRuns) {
-  const std::string text = readme(), opening = "```toml\n";
-  const std::size_t begin = text.find(opening);
-  ASSERT_NE(begin, std::string::npos);
-  const std::size_t end = text.find("```", begin + opening.size());
+  const std::vector<std::string> scenes = scenes_of("README.md");
+  ASSERT_EQ(scenes.size(), 1U);
   const ScratchFolder scratch;
-  io::write_atomically(scratch / "ball.toml",
-                       text.substr(begin + opening.size(), end - begin - opening.size()));
+  io::write_atomically(scratch / "ball.toml", scenes.front());
   const Finished finished = run_duet({"run", "ball.toml", "--frames", "1", "--quiet", "--set",
                                       "render.width=160", "--set", "render.height=90"},
                                      scratch.path());
@@ -28,13 +78,40 @@ TEST(Readme, ItsSceneRuns) {
   EXPECT_TRUE(fs::exists(scratch / "out/ball/image/0001.png"));
 }
 
-TEST(Readme, ItsLinksLeadToFiles) {
-  const std::string text = readme();
-  const std::regex link(R"(\]\(([^)#:]+)\))");
+TEST(Readme, ScenesOfTheTutorialRun) {
+  const std::vector<std::string> scenes = scenes_of("scenes/README.md");
+  ASSERT_EQ(scenes.size(), 5U);
+  for (const std::string& scene : scenes) {
+    const ScratchFolder scratch;
+    io::write_atomically(scratch / "lesson.toml", scene);
+    const Finished finished = run_duet({"sim", "lesson.toml", "--frames", "1", "--quiet"}, scratch.path());
+    EXPECT_EQ(finished.status, 0) << scene << finished.errors;
+    EXPECT_TRUE(fs::exists(scratch / "out/lesson/mesh/0001.obj"));
+  }
+}
+
+TEST(Readme, LinksOfAllPagesLeadToFilesAndHeadings) {
+  const std::regex link(R"re((\]\(|src=")([^)":#]*)(#[^)"]+)?[)"])re");
   int links = 0;
-  for (std::sregex_iterator match(text.begin(), text.end(), link), none; match != none; ++match, ++links)
-    EXPECT_TRUE(fs::exists(fs::path(source_folder()) / (*match)[1].str())) << (*match)[1];
-  EXPECT_GE(links, 2);
+  for (const std::string& page : pages) {
+    const std::string text = text_of(page);
+    for (std::sregex_iterator match(text.begin(), text.end(), link), none; match != none; ++match, ++links) {
+      const std::string path = (*match)[2], anchor = (*match)[3];
+      const fs::path target = path.empty() ? fs::path(page) : fs::path(page).parent_path() / path;
+      EXPECT_TRUE(fs::exists(fs::path(source_folder()) / target)) << page << ": " << match->str();
+      if (anchor.empty() || target.extension() != ".md") continue;
+      EXPECT_TRUE(has_heading(target, anchor.substr(1))) << page << ": " << match->str();
+    }
+  }
+  EXPECT_GE(links, 200);
+}
+
+TEST(Readme, IsShortAndLinksToThePageOfEveryFolder) {
+  const std::string text = text_of("README.md");
+  EXPECT_LE(std::count(text.begin(), text.end(), '\n'), 250);
+  for (const char* page : {"sim/README.md", "sim/step/README.md", "sim/LIMITS.md", "scenes/README.md",
+                           "render/README.md", "tools/README.md", "tests/README.md", "tests/RESULTS.md"})
+    EXPECT_NE(text.find(std::string("](") + page), std::string::npos) << page;
 }
 
 }  // namespace
