@@ -39,7 +39,8 @@ std::string words_of(pid_t child, int pipe, const std::atomic<bool>* stop) {
   while (true) {
     pollfd ready{pipe, POLLIN, 0};
     if (stop != nullptr && *stop) kill(child, SIGKILL);
-    if (poll(&ready, 1, stop != nullptr ? look : -1) == 0) continue;
+    const int state = poll(&ready, 1, stop != nullptr ? look : -1);
+    if (state == 0 || (state < 0 && errno == EINTR)) continue;  // reading now would wait for the child
     const ssize_t count = read(pipe, piece.data(), piece.size());
     if (count < 0 && errno == EINTR) continue;
     if (count <= 0) return words;

@@ -331,10 +331,7 @@ void Simulation::advance_frame() {
   try {
     if (impl.frame == 0 && impl.parting.moves()) apply(impl.parting, impl.world());
     impl.advance();
-  } catch (const SimulationError&) {
-    impl.load(impl.frame_start);
-    throw;
-  } catch (const Stopped&) {
+  } catch (const Error&) {
     impl.load(impl.frame_start);
     throw;
   }

@@ -79,8 +79,9 @@ class Simulation {
   /// the stages of a step and in the iterations of its solvers. Null: never. The flag has to outlive its use.
   void stop_when(const std::atomic<bool>* flag);
 
-  // Advances to the next frame. On SimulationError, and on Stopped (sim/base/stop.h), the state of the last
-  // good frame is restored. A time step that fails is retried with half its size down to a floor before that.
+  // Advances to the next frame. On an Error, be it a SimulationError or Stopped (sim/base/stop.h), the state
+  // of the last good frame is restored. A time step that fails is retried with half its size down to a floor
+  // before that.
   void advance_frame();
 
   // The bodies' render surfaces in world space, in the order rigid bodies, deformable bodies of the scene

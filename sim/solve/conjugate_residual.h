@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "sim/base/stop.h"
 #include "sim/solve/conjugate_gradient.h"
 
 namespace duet {

@@ -5,6 +5,7 @@
 
 #include "tests/image/small_scene.h"
 #include "tests/support/scratch_folder.h"
+#include "tests/support/text.h"
 #include <gtest/gtest.h>
 
 #include "sim/base/error.h"
@@ -36,9 +37,7 @@ class Sequence : public testing::Test {
   const io::RunDirectory run_{scratch_.path()};
 };
 
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
+using test::contains;
 
 std::string bytes_of(const fs::path& path) {
   std::ostringstream bytes;

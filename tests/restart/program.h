@@ -5,6 +5,7 @@
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
+#include <ctime>
 #include <filesystem>
 #include <optional>
 #include <stdexcept>
@@ -21,6 +22,9 @@
 namespace duet::test {
 
 namespace fs = std::filesystem;
+
+// A scene of a rigid and a soft body whose frames take some milliseconds.
+inline const std::string tiny = source_folder() + "/tests/restart/tiny.toml";
 
 class Program {
  public:
@@ -73,6 +77,24 @@ class Program {
   // The reader of the log goes away.
   void close_output() {
     if (output_ != nullptr) std::fclose(std::exchange(output_, nullptr));
+  }
+
+  // s that the program has computed since its start; nothing once it has ended.
+  std::optional<double> processor_time() const {
+    clockid_t clock{};
+    timespec used{};
+    siginfo_t ended{};
+    if (::waitid(P_PID, static_cast<id_t>(child_), &ended, WEXITED | WNOHANG | WNOWAIT) != 0 ||
+        ended.si_pid != 0 || ::clock_getcpuclockid(child_, &clock) != 0 || ::clock_gettime(clock, &used) != 0)
+      return std::nullopt;
+    return static_cast<double>(used.tv_sec) + 1e-9 * static_cast<double>(used.tv_nsec);
+  }
+  // Waits until it has computed for `seconds` more, or has ended: it has come as far then on a busy machine
+  // as on a quiet one.
+  void compute_for(double seconds) const {
+    const std::optional<double> begin = processor_time();
+    for (std::optional<double> now = begin; now && *now < *begin + seconds; now = processor_time())
+      ::usleep(1000);
   }
 
   void signal(int number) const { ::kill(child_, number); }

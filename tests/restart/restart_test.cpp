@@ -18,8 +18,6 @@
 namespace duet::test {
 namespace {
 
-const std::string tiny = source_folder() + "/tests/restart/tiny.toml";
-
 std::vector<nlohmann::json> statistics(const io::RunDirectory& run) {
   std::vector<nlohmann::json> lines;
   const std::string text = io::read_file(run.stats());

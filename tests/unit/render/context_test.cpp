@@ -1,6 +1,7 @@
 #include "render/context/context.h"
 
 #include "tests/support/osmesa.h"
+#include "tests/support/text.h"
 #include <gtest/gtest.h>
 
 #include "render/context/gl.h"
@@ -23,9 +24,7 @@ std::string failure(Backend backend, const LibraryNames& libraries) {
   return "no failure";
 }
 
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
+using test::contains;
 
 TEST(Context, AMissingLibraryIsNamedWithItsPackage) {
   const std::string osmesa = failure(Backend::osmesa, no_library);

@@ -1,9 +1,13 @@
 #include <algorithm>
+#include <atomic>
+#include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <thread>
 
 #include "tests/support/scratch_folder.h"
 #include <gtest/gtest.h>
+#include <pthread.h>
 
 #include "render/sequence.h"
 #include "sim/base/error.h"
@@ -75,6 +79,26 @@ TEST_F(Video, IsGivenUpWhenAsked) {
   const std::atomic<bool> stop{true};
   EXPECT_NE(encode_video(run_, "ball", 24, "ffmpeg", &stop).find("interrupted"), std::string::npos);
   EXPECT_EQ(files(), std::vector<std::string>{"image"});
+}
+
+std::atomic<bool> asked{false};
+
+// The signal that asks for it interrupts the wait for the program's words.
+TEST_F(Video, IsGivenUpByASignalWhileItIsMade) {
+  const fs::path encoder = run_.root / "encoder";
+  std::ofstream(encoder)
+      << "#!/bin/bash\nmkfifo silence\ntouch started\nread -r -t 20 <>silence\ntouch ended\n";
+  fs::permissions(encoder, fs::perms::owner_all);
+  struct sigaction action {};
+  action.sa_handler = [](int) { asked = true; };
+  ::sigaction(SIGUSR1, &action, nullptr);
+  std::thread user([&, waiting = ::pthread_self()] {
+    while (!fs::exists(run_.root / "started")) std::this_thread::yield();
+    ::pthread_kill(waiting, SIGUSR1);
+  });
+  EXPECT_NE(encode_video(run_, "ball", 24, encoder.string(), &asked).find("interrupted"), std::string::npos);
+  user.join();
+  EXPECT_FALSE(fs::exists(run_.root / "ended"));
 }
 
 TEST_F(Video, NoPicturesIsANote) {

@@ -1,13 +1,16 @@
 // Giving up a frame: soon, and without a trace.
 #include "sim/base/stop.h"
 
-#include <chrono>
+#include <atomic>
+#include <csignal>
+#include <ctime>
 #include <thread>
 
 #include "tests/support/places.h"
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include "sim/base/parallel.h"
 #include "sim/scene/plan.h"
 #include "sim/scene/reader.h"
 #include "sim/scene/simulation.h"
@@ -33,27 +36,58 @@ TEST(StopScope, CountsForItsThreadAndItsLifetime) {
 
 constexpr int most_stops = 3, last_frame = 1;
 
+std::atomic<bool> asked{false};
+static_assert(std::atomic<bool>::is_always_lock_free, "set by a signal handler");
+
+// s that this thread has computed. Unlike time, it does not depend on what else the machine does.
+double computed() {
+  timespec used{};
+  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &used);
+  return static_cast<double>(used.tv_sec) + 1e-9 * static_cast<double>(used.tv_nsec);
+}
+
+// Sets `asked` once this thread has computed for `seconds` more.
+class Request {
+ public:
+  explicit Request(double seconds) {
+    asked = false;
+    struct sigaction action {};
+    action.sa_handler = [](int) { asked = true; };
+    action.sa_flags = SA_RESTART;
+    ::sigaction(SIGUSR1, &action, nullptr);
+    sigevent event{};
+    event.sigev_notify = SIGEV_SIGNAL;
+    event.sigev_signo = SIGUSR1;
+    EXPECT_EQ(::timer_create(CLOCK_THREAD_CPUTIME_ID, &event, &timer_), 0);
+    const auto whole = static_cast<time_t>(seconds);
+    const itimerspec after{{}, {whole, static_cast<long>(1e9 * (seconds - static_cast<double>(whole))) + 1}};
+    EXPECT_EQ(::timer_settime(timer_, 0, &after, nullptr), 0);
+  }
+  ~Request() { ::timer_delete(timer_); }
+  Request(const Request&) = delete;
+  Request& operator=(const Request&) = delete;
+
+ private:
+  timer_t timer_{};
+};
+
 // Advances by a frame, which is given up again and again, later in it from time to time. Returns how often.
-int advance_with_stops(Simulation& simulation, std::atomic<bool>& flag, std::chrono::nanoseconds frame_time) {
+int advance_with_stops(Simulation& simulation, double frame_time) {
   const int frame = simulation.frame();
   const std::uint64_t hash = simulation.stats().hash;
   for (int stops = 0; stops < most_stops; ++stops) {
-    std::thread clock([&] {
-      std::this_thread::sleep_for(frame_time * (2 * stops + 1) / (2 * most_stops + 2));
-      flag = true;
-    });
+    const Request request(frame_time * (2 * stops + 1) / (2 * most_stops + 2));
     bool is_stopped = false;
     try {
       simulation.advance_frame();
     } catch (const Stopped&) {
       is_stopped = true;
     }
-    clock.join();
-    flag = false;
-    if (!is_stopped) return stops;  // on a busy machine the frame may be over before
+    if (!is_stopped) return stops;  // the clock of processor time ticks every few milliseconds
     EXPECT_EQ(simulation.frame(), frame);
     EXPECT_EQ(simulation.stats().hash, hash);
   }
+  asked = false;
   simulation.advance_frame();
   return most_stops;
 }
@@ -61,6 +95,7 @@ int advance_with_stops(Simulation& simulation, std::atomic<bool>& flag, std::chr
 // Wherever in its step a frame was given up, it comes out the same afterwards, from the very simulation that
 // was stopped.
 TEST(Stop, LeavesTheStateOfTheLastFrame) {
+  set_thread_count(1);  // all is computed in the thread that the request looks at
   int stops = 0;
   for (const auto& [name, override_text] : {std::pair{"hard/ropes", ""},
                                             {"hard/incompressible", ""},
@@ -73,15 +108,15 @@ TEST(Stop, LeavesTheStateOfTheLastFrame) {
     const scene::Scene scene = scene::read(file, overrides).scene;
     const EffectSet effects = scene::plan_effects(scene).active();
     Simulation expected(scene, effects), stopped(scene, effects);
-    std::atomic<bool> flag{false};
-    stopped.stop_when(&flag);
+    stopped.stop_when(&asked);
     for (int frame = 1; frame <= last_frame; ++frame) {
-      const auto begin = std::chrono::steady_clock::now();
+      const double begin = computed();
       expected.advance_frame();
-      stops += advance_with_stops(stopped, flag, std::chrono::steady_clock::now() - begin);
+      stops += advance_with_stops(stopped, computed() - begin);
       EXPECT_EQ(stopped.stats().hash, expected.stats().hash) << name << ", frame " << frame;
     }
   }
+  set_thread_count(0);
   EXPECT_GT(stops, 3);
 }
 

@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "tests/restart/program.h"
+#include "tests/support/text.h"
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
@@ -12,10 +13,6 @@
 
 namespace duet::test {
 namespace {
-
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
 
 class CompareCommand : public testing::Test {
  protected:

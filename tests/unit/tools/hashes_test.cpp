@@ -1,5 +1,6 @@
 // `duet hashes` as a user meets it, and `duet sim --hash-stages`.
 #include "tests/restart/program.h"
+#include "tests/support/text.h"
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
@@ -8,10 +9,6 @@
 
 namespace duet::test {
 namespace {
-
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
 
 class HashesCommand : public testing::Test {
  protected:

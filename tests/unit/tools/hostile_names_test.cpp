@@ -4,6 +4,7 @@
 
 #include "tests/restart/program.h"
 #include "tests/support/places.h"
+#include "tests/support/text.h"
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
@@ -13,14 +14,8 @@
 namespace duet::test {
 namespace {
 
-const std::string tiny = source_folder() + "/tests/restart/tiny.toml";
-
 // All that a shell, gnuplot, HTML or a terminal could take for a command.
 const std::string hostile = "`touch pwned` $(touch pwned) @x 'a' \"b\"; <b>&amp\\ \x1b[31mred\x07";
-
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
 
 bool has_control_characters(const std::string& text) {
   return std::any_of(text.begin(), text.end(), [](char c) {
@@ -99,8 +94,6 @@ TEST_F(HostileNames, VideosAreMadeInSuchFolders) {
 }
 
 TEST_F(HostileNames, PlotLedgerShowsThemAndRunsNothing) {
-  for (const char* tool : {"/usr/bin/jq", "/usr/bin/gnuplot"})
-    if (!fs::exists(tool)) GTEST_SKIP() << "needs " << tool;
   simulate(hostile, {"--ledger"});
   const io::RunDirectory run{scratch.path() / hostile};
   std::string stats = io::read_file(run.stats());

@@ -9,6 +9,7 @@
 #include "tests/restart/program.h"
 #include "tests/support/environment.h"
 #include "tests/support/places.h"
+#include "tests/support/text.h"
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
@@ -23,9 +24,7 @@ using test::Finished;
 
 constexpr FeatureSet everything = ~FeatureSet{0};
 
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
+using test::contains;
 
 std::string lack(FeatureSet required, FeatureSet present) {
   char text[sentence_size];

@@ -7,6 +7,7 @@
 
 #include "tests/support/environment.h"
 #include "tests/support/places.h"
+#include "tests/support/text.h"
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -19,12 +20,6 @@
 
 namespace duet::test {
 namespace {
-
-const std::string tiny = source_folder() + "/tests/restart/tiny.toml";
-
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
 
 TEST(Program, HelpAndVersionSucceed) {
   const Finished version = run_duet({"--version"});

@@ -6,6 +6,8 @@
 
 #include "tests/restart/program.h"
 #include "tests/support/places.h"
+#include "tests/support/text.h"
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "sim/io/files.h"
@@ -88,6 +90,23 @@ TEST(Readme, ScenesOfTheTutorialRun) {
     EXPECT_EQ(finished.status, 0) << scene << finished.errors;
     EXPECT_TRUE(fs::exists(scratch / "out/lesson/mesh/0001.obj"));
   }
+}
+
+// The keys that the program reads are the keys that the page of the language lists.
+TEST(Readme, TheLanguageListsEveryKey) {
+  const std::string text = text_of("scenes/README.md");
+  const std::string listed = text.substr(text.find("## Key reference"));
+  const Finished reference = run_duet({"check", "--reference"});
+  ASSERT_EQ(reference.status, 0) << reference.errors;
+  const std::regex key("^  (?:[a-z0-9_]+\\.)*([a-z0-9_]+)(?:  | (?:number|text|table)).*");
+  int keys = 0;
+  for (const std::string& line : reference.output) {
+    std::smatch match;
+    if (!std::regex_match(line, match, key) || match[1] == "key") continue;  // that is the tables' head
+    ++keys;
+    EXPECT_TRUE(contains(listed, fmt::format("`{}`", match[1].str()))) << line;
+  }
+  EXPECT_GT(keys, 150);
 }
 
 TEST(Readme, LinksOfAllPagesLeadToFilesAndHeadings) {

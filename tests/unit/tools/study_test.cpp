@@ -7,6 +7,7 @@
 #include "tests/restart/program.h"
 #include "tests/support/margin.h"
 #include "tests/support/places.h"
+#include "tests/support/text.h"
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
@@ -55,10 +56,6 @@ void expect_order(const json& results, const std::string& line, const std::strin
   const double fitted = order(results, line, measure);
   record_margin(line + ": " + measure, fitted, fmt::format("{} +- {}", expected, tolerance));
   EXPECT_NEAR(fitted, expected, tolerance) << line << ": " << measure;
-}
-
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
 }
 
 // The number after `word` in the outcome: "90 runs, 12 of them new; ...".
