@@ -30,14 +30,12 @@ std::size_t check_filling(const scene::Scene& scene) {
 }
 
 // Prints what is seen only by building the scene: bodies that hold none of the particles attached to them,
-// those that overlap, and static ones that are not quite flush. Returns how many problems that are.
+// and those that overlap. Returns how many problems that are.
 std::size_t check_start(const scene::Scene& scene) {
   try {
     const Simulation simulation(scene, scene::plan_effects(scene).active());
     for (const InitialOverlap& overlap : simulation.initial_overlaps())
       print(fmt::format("{}: {}\n", scene.path, describe_parting(overlap)));
-    const std::vector<StaticGap> gaps = simulation.sizes().static_gaps;
-    if (!gaps.empty()) print(fmt::format("{}: {}\n", scene.path, describe_gaps(gaps)));
     return 0;
   } catch (const SceneError&) {
     throw;

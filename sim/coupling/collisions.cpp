@@ -10,6 +10,7 @@
 #include "sim/coupling/contact_update.h"
 #include "sim/coupling/deepest_touches.h"
 #include "sim/coupling/friction.h"
+#include "sim/coupling/impact_plane.h"
 
 namespace duet {
 namespace {
@@ -83,6 +84,7 @@ class Collider {
 
   // Of a rigid pair at the predicted positions.
   Touch predicted_touch(const ContactPoint& contact) {
+    if (contact.meets_ahead) return touch_ahead(bodies_, contact, dt_, change_by_forces(contact));
     return touch(bodies_, contact.host, predicted_pose(contact.host), contact.guest_rigid,
                  predicted_pose(contact.guest_rigid), contact.guest_point, contact.lowest);
   }
@@ -100,8 +102,8 @@ class Collider {
     return touch(bodies_, contact, predicted_pose(contact.host), x).gap;
   }
 
-  // Acceleration of guest towards host by the forces and motions of the step, m/s^2.
-  double approach_acceleration(const ContactPoint& contact) const {
+  // What forces and motions of the step add to the velocity of the guest relative to the host, m/s.
+  Vec3 change_by_forces(const ContactPoint& contact) const {
     const auto change = [&](int body, const Vec3& arm) -> Vec3 {
       const auto b = as_index(body);
       const Vec3& rotation = difference_.rotation[b];
@@ -115,7 +117,12 @@ class Collider {
       relative += change(contact.guest_rigid, contact.guest_arm);
     else
       relative += weighted(surface_point(bodies_, contact), difference_.particle);
-    return -2 / dt_ * relative.dot(contact.normal);
+    return relative;
+  }
+
+  // Acceleration of guest towards host by the forces and motions of the step, m/s^2.
+  double approach_acceleration(const ContactPoint& contact) const {
+    return -2 / dt_ * change_by_forces(contact).dot(contact.normal);
   }
 
   // The normal velocity here with which the bodies, thrown back at the surface, would come back here. They

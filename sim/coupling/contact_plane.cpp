@@ -7,9 +7,7 @@ namespace {
 
 // Of the way from the point inwards: how far off the surface the foot of the perpendicular may be.
 constexpr double foot_tolerance = 0.002;
-// Cosine of the steepest angle between the way inwards and the normal of a surface that is faced: 73 degrees.
-// From a box's corner it is 55 degrees to its faces.
-constexpr double least_facing = 0.3;
+constexpr double least_facing = 0.3;  // cosine of 73 degrees
 // Of the way inwards: what is no farther below the end of a wall is at its height, and by how much the
 // surface goes on or does not.
 constexpr double height = 2e-4, on = 0.1, off = 0.5;
@@ -58,7 +56,7 @@ ContactPlane plane_of(const Shape& shape, const Vec3& x, const Vec3& inside) {
   if (is_opposite && !(nearest.gap >= -level)) return plane;
   nearest.normal = shape.normal(x);
   nearest.foot = x - nearest.gap * nearest.normal;
-  nearest.faces = nearest.normal.dot(way) > least_facing * way.norm();
+  nearest.faces = faces(nearest.normal, way);
   if (is_opposite && nearest.normal.dot(plane.normal) > same_normal) return plane;
   if (nearest.faces && nearest.gap >= 0 && is_at_end_of_wall(shape, nearest, way)) {
     nearest.faces = false;
@@ -70,6 +68,8 @@ ContactPlane plane_of(const Shape& shape, const Vec3& x, const Vec3& inside) {
 }
 
 }  // namespace
+
+bool faces(const Vec3& normal, const Vec3& way) { return normal.dot(way) > least_facing * way.norm(); }
 
 ContactPlane contact_plane(const LevelSet& shape, const Vec3& x, const Vec3& inside) {
   return plane_of(OfLevelSet{shape}, x, inside);

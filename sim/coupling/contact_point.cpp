@@ -351,6 +351,7 @@ void update_geometry(const Bodies& bodies, ContactPoint& contact) {
   const RigidProperties& host_properties = bodies.rigid.properties[host];
   const Touch now = touch(bodies, contact);
   const Vec3& x = now.position;
+  contact.meets_ahead = contact.is_level_ahead = contact.stays = false;
   contact.normal = now.normal;
   contact.gap = now.gap;
   contact.host_arm = x - host_state.pose.position;

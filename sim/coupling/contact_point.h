@@ -49,6 +49,12 @@ struct ContactPoint {
   // m, by how much a pinched guest is thinner there, see pinching.h; what is pinched sticks, if there is
   // friction
   double yielded = 0;
+  // Normal and gap are those of the plane that the bodies meet further on in the step, see impact_plane.h.
+  bool meets_ahead = false;
+  // The plane ahead is level with the point already: what the guest slides or rolls onto.
+  bool is_level_ahead = false;
+  // Touches, and goes on touching or opens with the velocities of the beginning of the step.
+  bool stays = false;
   bool is_rigid_pair() const { return guest_rigid >= 0; }
   bool is_on_ridge() const { return !lowest.normal.isZero(0); }
   bool is_sample() const { return guest_point >= 0 && !is_on_ridge(); }

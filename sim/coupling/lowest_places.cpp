@@ -165,6 +165,12 @@ class Walk {
       if (looks_at_faces_) lies_on_face(i, t);
       return;
     }
+    // Over a face that is shorter than two parts of the line, all of it is lowest but for rounding, and its
+    // ends tell where.
+    const double beside =
+        std::min(at(std::max(first, t - 2 * precision)), at(std::min(last, t + 2 * precision)));
+    const bool is_flat = beside - least < least_fall * 2 * precision * line_.longest;
+    if (is_flat && looks_at_faces_ && lies_on_face(i, t)) return;
     take(i, std::clamp(t, first + precision, last - precision), least);
   }
 

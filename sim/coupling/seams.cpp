@@ -62,6 +62,13 @@ Nearest nearest(const Bodies& bodies, int host, const Vec3& x) {
   return result;
 }
 
+// Whether a point at `x` (m) outside is over the surface that it would leave by `way`: of the host, or of a
+// body that adjoins it, from which it may slide onto the host within the step.
+bool is_over(const Bodies& bodies, int host, const Vec3& x, const WayOut& way) {
+  return nearest(bodies, host, x + way.depth * way.normal).distance <=
+         tolerance * smallest_size(bodies, host);
+}
+
 }  // namespace
 
 ElementLists adjoining_bodies(const Bodies& bodies) {
@@ -146,6 +153,17 @@ bool is_at_seam(const Bodies& bodies, int host, const Vec3& foot, double precisi
   return false;
 }
 
+double united_distance(const Bodies& bodies, int body, const Pose& pose, const Vec3& x) {
+  double distance = bodies.rigid.properties[as_index(body)].shape.exact(pose.to_body(x)).distance;
+  if (bodies.adjoining.first.empty()) return distance;
+  for (const int other : bodies.adjoining.of(body)) {
+    const auto b = as_index(other);
+    const Vec3 there = bodies.rigid.state[b].pose.to_body(x);
+    distance = std::min(distance, bodies.rigid.properties[b].shape.exact(there).distance);
+  }
+  return distance;
+}
+
 WayOut way_out_of_seam(const Bodies& bodies, int host, const Vec3& x, const Vec3& inward, const WayOut& way,
                        const HiddenFoot& hidden) {
   const double size = smallest_size(bodies, host);
@@ -193,6 +211,8 @@ ContactPlane exposed_plane(const Bodies& bodies, int host, const Pose& pose, con
   const WayOut way = way_out_of_seam(bodies, host, position, inward, {normal, -plane.gap}, *hidden);
   plane.normal = pose.orientation.conjugate() * way.normal;
   plane.gap = -way.depth;
+  if (plane.gap >= 0 && std::isfinite(plane.gap) && inside != x)
+    plane.faces = faces(way.normal, inward) && is_over(bodies, host, position, way);
   return plane;
 }
 

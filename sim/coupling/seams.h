@@ -42,6 +42,9 @@ WayOut way_out_of_seam(const Bodies& bodies, int host, const Vec3& x, const Vec3
 // Whether another body adjoins the host at `foot`, which is known up to `precision` (m).
 bool is_at_seam(const Bodies& bodies, int host, const Vec3& foot, double precision);
 
+// Signed distance (m) of `x` (m) from a body at `pose` together with the static bodies that adjoin it.
+double united_distance(const Bodies& bodies, int body, const Pose& pose, const Vec3& x);
+
 // What a guest's point is: the deepest one towards this host, so that a body that adjoins it has one of its
 // own, or a point that stays where it is on the guest whatever it touches.
 enum class PointKind { deepest, fixed };

@@ -6,6 +6,7 @@
 #include <tuple>
 
 #include "sim/coupling/deepest_touches.h"
+#include "sim/coupling/impact_plane.h"
 
 namespace duet {
 namespace {
@@ -44,6 +45,34 @@ double target_velocity(const ContactPoint& contact, const Vec3& velocity, const 
     return -std::max(contact.gap, 0.0) / dt;
   return std::min(velocity.dot(contact.normal) - (predicted.gap - std::min(contact.gap, 0.0)) / dt,
                   most_turn * velocity.norm());
+}
+
+constexpr double out_of_reach = -std::numeric_limits<double>::infinity();  // a target that is always reached
+
+// The target at the end of a step, m/s, of a contact that touches now:
+//   (1 - w) target + w max(target, -max(gap, 0) / dt),   w = min(1, (1 - n . n') / least_turn)
+// n' is the normal where the next step would lead. If it has turned, the point leaves its face there (a point
+// that slides beyond an edge, a wheel over a gap), and the gap there says nothing about this moment.
+double target_at_end(const ContactPoint& contact, const Touch& next, double target, double dt) {
+  constexpr double least_turn = 1e-4;  // 1 - cosine of 0.8 degrees
+  const double w = std::clamp((1 - contact.normal.dot(next.normal)) / least_turn, 0.0, 1.0);
+  const double closed = std::max(target, -std::max(contact.gap, 0.0) / dt);
+  return w == 1 || std::isinf(target) ? closed : target + w * (closed - target);
+}
+
+double target_of(const Bodies& bodies, const std::vector<Pose>& predicted_poses, double dt,
+                 PredictionFor stage, const ContactPoint& contact, DeepestTouches& deepest) {
+  if (contact.meets_ahead)
+    return deepest.carry_for(contact, touch_ahead(bodies, contact, dt, Vec3::Zero())) ? out_of_reach
+                                                                                      : -contact.gap / dt;
+  const Vec3 velocity = relative_velocity(bodies, contact),
+             expected = expected_velocity(contact, velocity, dt);
+  const Touch predicted = predicted_touch(bodies, predicted_poses, dt, contact, dt * (expected - velocity));
+  if (deepest.carry_for(contact, predicted)) return out_of_reach;
+  const double target = target_velocity(contact, expected, predicted, dt);
+  return stage == PredictionFor::velocity_at_end && contact.stays
+             ? target_at_end(contact, predicted, target, dt)
+             : target;
 }
 
 // Applies `factor` (of an island, by the pair's host or guest) times the impulses that the contacts hold.
@@ -140,7 +169,7 @@ void update_contacts(const ContactGraph& graph, const Bodies& bodies, ContactSet
 }
 
 void predict_contacts(double dt, OrientationUpdate orientation, const ContactGraph& graph,
-                      const Bodies& bodies, ContactSet& contacts) {
+                      const Bodies& bodies, ContactSet& contacts, PredictionFor stage) {
   const RigidBodies& rigid = bodies.rigid;
   contacts.predicted.resize(rigid.size());
   parallel_for(rigid.size(), 64, [&](std::size_t begin, std::size_t end) {
@@ -152,16 +181,9 @@ void predict_contacts(double dt, OrientationUpdate orientation, const ContactGra
     for (std::size_t k = begin; k < end; ++k) {
       const ContactPair& pair = contacts.pairs[as_index(graph.pairs[k])];
       DeepestTouches deepest;
-      for (int i = pair.begin; i < pair.end; ++i) {
-        ContactPoint& contact = contacts.points[as_index(i)];
-        const Vec3 velocity = relative_velocity(bodies, contact),
-                   expected = expected_velocity(contact, velocity, dt);
-        const Touch predicted =
-            predicted_touch(bodies, contacts.predicted, dt, contact, dt * (expected - velocity));
-        contact.target = deepest.carry_for(contact, predicted)
-                             ? -std::numeric_limits<double>::infinity()
-                             : target_velocity(contact, expected, predicted, dt);
-      }
+      for (int i = pair.begin; i < pair.end; ++i)
+        contacts.points[as_index(i)].target =
+            target_of(bodies, contacts.predicted, dt, stage, contacts.points[as_index(i)], deepest);
     }
   });
 }
@@ -190,7 +212,7 @@ void warm_start_again(double factor, ContactGraph& graph, Bodies& bodies, Contac
     pair.angular_impulse *= factor;
     for (int i = pair.begin; i < pair.end; ++i) {
       Vec3& impulse = contacts.points[as_index(i)].impulse;
-      pair.active |= !impulse.isZero(0);
+      pair.active |= !impulse.isZero(0) || contacts.points[as_index(i)].is_level_ahead;
       impulse *= factor;
     }
   }

@@ -23,6 +23,10 @@ using ContactMemory = std::vector<RememberedContact>;
 // from where they were found.
 void update_contacts(const ContactGraph& graph, const Bodies& bodies, ContactSet& contacts);
 
+// What the targets are for: the velocity that moves the bodies through the step, or the one that they end it
+// with.
+enum class PredictionFor { motion_in_step, velocity_at_end };
+
 // Sets the targets of the contacts from where the bodies would be after `dt` (s) with the velocities now,
 // when contacts have no impulse yet. Where a contact would then have gap', it may keep of its normal velocity
 // what leaves it a gap of zero, to first order about this motion:
@@ -30,9 +34,13 @@ void update_contacts(const ContactGraph& graph, const Bodies& bodies, ContactSet
 // So nothing closes by more than its gap, on curved surfaces and with turning bodies too, and overlaps are
 // left to push-out. Forces within a deformable body move its particles far in a step, and beside an edge the
 // gap does not change in proportion: there it is looked for where the point will be, with no more of v_rel.n
-// than closes the gap.
+// than closes the gap. Contacts that meet ahead (impact_plane.h) have the target -gap / dt of their plane.
+// For the velocity at the end of a step, contacts that touch then and stay are not let down by where the next
+// step leads:
+//   target >= -max(gap, 0) / dt
 void predict_contacts(double dt, OrientationUpdate orientation, const ContactGraph& graph,
-                      const Bodies& bodies, ContactSet& contacts);
+                      const Bodies& bodies, ContactSet& contacts,
+                      PredictionFor stage = PredictionFor::motion_in_step);
 
 // Gives the contacts of `graph` the impulse that their remembered forces make in `duration` (s), and the
 // others none. Never more than they had, and never so much that an island of bodies in contact is farther

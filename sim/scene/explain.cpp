@@ -158,7 +158,6 @@ std::vector<std::string> warnings(const Scene& scene, const EffectPlan& plan, co
         "incompressible bodies in contact may gain energy with solver.velocity_constraints = "
         "\"before_solve\": use \"after_solve\"");
   for (const InitialOverlap& overlap : sizes.initial_overlaps) found.push_back(describe_parting(overlap));
-  if (!sizes.static_gaps.empty()) found.push_back(describe_gaps(sizes.static_gaps));
   for (const GridSize& grid : sizes.grids)
     if (grid.thickness < least_cells * grid.spacing)
       found.push_back(fmt::format(

@@ -435,7 +435,6 @@ WorldSizes Simulation::sizes() const {
   const Bodies& bodies = world.bodies;
   WorldSizes sizes;
   sizes.initial_overlaps = impl_->parting.overlaps;
-  sizes.static_gaps = static_gaps(bodies);
   const TimeStepChoice choice =
       bounded_time_step(world, static_cast<double>(impl_->frame) / impl_->scene.fps);
   sizes.time_step = choice.seconds;

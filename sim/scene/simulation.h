@@ -10,7 +10,6 @@
 #include "sim/scene/frame.h"
 #include "sim/scene/initial_overlaps.h"
 #include "sim/scene/scene.h"
-#include "sim/scene/static_gaps.h"
 #include "sim/step/effects.h"
 #include "sim/step/stage_hashes.h"
 
@@ -47,7 +46,6 @@ struct WorldSizes {
   double time_step = 0;            // s, the longest that the rule allows now
   std::string time_step_bound;     // what bounds it, in words
   std::vector<InitialOverlap> initial_overlaps;
-  std::vector<StaticGap> static_gaps;
 };
 
 class Simulation {

@@ -1,4 +1,5 @@
 // Step II: collisions (paper section 4).
+#include "sim/coupling/impact_plane.h"
 #include "sim/coupling/pinching.h"
 #include "sim/step/step.h"
 
@@ -7,6 +8,8 @@ namespace duet {
 void find_contacts(World& world, StepContext& context) {
   velocity_difference(world.bodies, context.v_n, context.difference);
   find_candidates(world.bodies, world.contact_filter(), context.dt, context.difference, context.contacts);
+  find_impact_planes(world.bodies, context.v_n, context.dt, world.settings.orientation,
+                     world.gravity.norm() * context.dt * context.dt, context.contacts);
   context.contacts.pinches.clear();
   yield_where_pinched(world.bodies, context.dt, context.contacts, &context.contacts.pinches);
 }

@@ -14,6 +14,7 @@
 // none: V by the midpoint rule, as a contact that pushes does not open in the step.
 #include <algorithm>
 
+#include "sim/coupling/impact_plane.h"
 #include "sim/solve/velocity_system.h"
 #include "sim/step/step.h"
 
@@ -254,6 +255,8 @@ void solve_contact_at_end(World& world, StepContext& context) {
   take_velocities(context.middle_velocity, context.solved, bodies);
   follow_bodies(bodies.rigid, bodies.bound, bodies.particles);
   update_contacts(context.graph, bodies, context.contacts);
+  find_impact_planes(bodies, context.v_hat_n, dt, world.settings.orientation, world.gravity.norm() * dt * dt,
+                     context.contacts);
   predict_contacts(dt, world.settings.orientation, context.graph, bodies, context.contacts);
   to_generalized(bodies, context.solution);
   context.right_side = b;

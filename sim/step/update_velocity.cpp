@@ -1,4 +1,5 @@
 // Step V: velocities (paper section 7).
+#include "sim/coupling/impact_plane.h"
 #include "sim/coupling/pinching.h"
 #include "sim/step/step.h"
 
@@ -73,8 +74,11 @@ namespace {
 // The contacts that step III looked at, at x^{n+1}.
 void prepare_again(World& world, StepContext& context) {
   update_contacts(context.graph, world.bodies, context.contacts);
+  find_impact_planes(world.bodies, context.v_hat_n, context.dt, world.settings.orientation,
+                     world.gravity.norm() * context.dt * context.dt, context.contacts);
   yield_where_pinched(world.bodies, context.dt, context.contacts, nullptr);
-  predict_contacts(context.dt, world.settings.orientation, context.graph, world.bodies, context.contacts);
+  predict_contacts(context.dt, world.settings.orientation, context.graph, world.bodies, context.contacts,
+                   PredictionFor::velocity_at_end);
   if (solves_contact(world)) context.contact_forces.restore_targets(context.contacts);
   // Step III dealt with the forces of half a step: twice its impulses is where the solve begins.
   warm_start_again(2, context.graph, world.bodies, context.contacts);

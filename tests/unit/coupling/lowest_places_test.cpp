@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "tests/support/meshes.h"
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "sim/coupling/contact_point.h"
@@ -150,6 +151,28 @@ TEST(LowestPlaces, OfEdgesAlongAFaceAreWhereTheyPassItsEnd) {
     EXPECT_NEAR(std::asin(std::abs(near.lowest.normal.x())), 0.05, 0.03);
     EXPECT_LT(std::abs(gap), 0.05);
   }
+}
+
+// The nodes of the edges are so far apart that one or none of them is over the plate. All that is over it is
+// equally low but for rounding, which must not choose one of its ends.
+TEST(LowestPlaces, OfEdgesOverAShortFaceAreBothOfItsEnds) {
+  const LevelSet plate = LevelSet::box(Vec3(0.7, 0.2, 6));
+  const Ridges ridges = find_ridges(LevelSet::box(Vec3(4, 4, 4)), 0.63);
+  for (const double height : {-1e-9, 0.0, 1e-9})
+    for (const double tilt : {-1e-9, 0.0, 1e-9})
+      for (double shift = 0; shift < 0.7; shift += 0.04) {
+        const Pose pose{Vec3(shift, 2.1 + height, 0), turned(tilt, Vec3::UnitZ())};
+        const std::string name = fmt::format("height {}, tilt {}, shift {}", height, tilt, shift);
+        int ends[2] = {0, 0};
+        for (const NearRidge& near : lowest_places(ridges, pose, plate, 0.01)) {
+          const double x = pose.to_world(near.lowest.place).x();
+          EXPECT_NEAR(std::abs(x), 0.35, 1e-6) << name;
+          EXPECT_LT((near.lowest.normal - Vec3::UnitY()).norm(), 1e-12) << name;
+          ++ends[x > 0 ? 1 : 0];
+        }
+        EXPECT_EQ(ends[0], 2) << name;
+        EXPECT_EQ(ends[1], 2) << name;
+      }
 }
 
 // A rod through a plate: the nearest way out of its edges is along the plate's faces, on either side.

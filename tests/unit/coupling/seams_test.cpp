@@ -159,5 +159,20 @@ TEST_F(Planks, APointAboveTheOneMeetsThePlaneOfBoth) {
   EXPECT_EQ(way.depth, -1.0 / 1024);
 }
 
+// A point of a flat body that is level with both tops, and over the left one: it may slide onto the right
+// one. Beside both it does not.
+TEST_F(Planks, APointLevelWithBothFacesTheOtherPlank) {
+  const auto plane_at = [&](const Vec3& x) {
+    const Pose& pose = bodies().rigid.state[1].pose;
+    return exposed_plane(bodies(), 1, pose, pose.to_body(x), pose.to_body(x + Vec3(0, 0.125, 0)),
+                         PointKind::fixed);
+  };
+  const ContactPlane over = plane_at(Vec3(-0.25, 0, 0));
+  EXPECT_TRUE(over.faces);
+  EXPECT_EQ(over.normal, Vec3(0, 1, 0));
+  EXPECT_EQ(over.gap, 0);
+  EXPECT_FALSE(plane_at(Vec3(-0.25, 0, 2.25)).faces);
+}
+
 }  // namespace
 }  // namespace duet
