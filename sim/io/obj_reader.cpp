@@ -28,6 +28,7 @@ class ObjReader {
       rest_.remove_prefix(end + 1);
       read_line();
     }
+    finish_body();
     return std::move(bodies_);
   }
 
@@ -54,16 +55,15 @@ class ObjReader {
     if (!line_.empty()) fail(fmt::format("unexpected `{}`", line_));
   }
 
-  // One number for each of the positions so far.
+  // Numbers for the positions so far, in one line or in several.
   void read_strain() {
     line_.remove_prefix(strain_mark.size());
     if (bodies_.empty()) fail("no object yet: expected `o NAME`");
     Surface& surface = bodies_.back().surface;
-    surface.strain.clear();
-    for (std::size_t i = 0; i < surface.positions.size(); ++i)
+    for (skip_spaces(); !line_.empty(); skip_spaces()) {
+      if (surface.strain.size() == surface.positions.size()) fail(fmt::format("unexpected `{}`", line_));
       surface.strain.push_back(numbers<float, 1>()[0]);
-    skip_spaces();
-    if (!line_.empty()) fail(fmt::format("unexpected `{}`", line_));
+    }
   }
 
   void begin_body() {
@@ -78,6 +78,9 @@ class ObjReader {
   void finish_body() {
     if (bodies_.empty()) return;
     const Surface& surface = bodies_.back().surface;
+    if (!surface.strain.empty() && surface.strain.size() != surface.positions.size())
+      fail(fmt::format("object `{}` has {} vertices and the strain of {}", bodies_.back().name,
+                       surface.positions.size(), surface.strain.size()));
     base_.position += static_cast<int>(surface.positions.size());
     base_.uv += static_cast<int>(surface.uvs.size());
     base_.normal += static_cast<int>(surface.normals.size());

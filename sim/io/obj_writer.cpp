@@ -1,7 +1,9 @@
 // One OBJ file a frame. Written by hand because std::to_chars is an order of magnitude faster than the
 // general exporters, and a long run writes hundreds of these.
+#include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <span>
 #include <string_view>
 
 #include "sim/io/run_directory.h"
@@ -60,6 +62,14 @@ class Text {
   std::size_t size_ = 0;
 };
 
+// OBJ has no word for strain: other programs pass over comments, but for long ones. Blender's importer reads
+// lines of at most 65,536 characters, and loses what follows in the file. These stay below 1,000.
+void add_strain(const std::vector<float>& strain, Text& text) {
+  constexpr std::size_t in_a_line = 60;  // a float's shortest form and a space take 16 characters
+  for (std::size_t i = 0; i < strain.size(); i += in_a_line)
+    text.numbers("# strain", std::span(strain).subspan(i, std::min(in_a_line, strain.size() - i)));
+}
+
 std::size_t expected_size(const std::vector<BodySurface>& bodies) {
   std::size_t size = 0;
   for (const auto& [name, surface] : bodies)
@@ -106,8 +116,7 @@ void write_obj(const fs::path& path, const std::vector<BodySurface>& bodies) {
     text.add("\n");
     const Rounding round(surface);
     for (const Vec3& position : surface.positions) text.numbers("v", round(position));
-    // OBJ has no word for it: other programs pass over comments.
-    if (!surface.strain.empty()) text.numbers("# strain", surface.strain);
+    add_strain(surface.strain, text);
     for (const Vec2f& uv : surface.uvs) text.numbers("vt", uv);
     for (const Vec3f& normal : surface.normals) text.numbers("vn", normal);
     for (const auto& triangle : surface.triangles) {

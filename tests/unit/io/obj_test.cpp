@@ -5,6 +5,7 @@
 #include <random>
 
 #include "tests/support/scratch_folder.h"
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "sim/io/files.h"
@@ -153,6 +154,30 @@ TEST(Obj, StrainIsACommentToOtherPrograms) {
   EXPECT_EQ(read_obj(scratch / "0000.obj")[0].surface.strain, triangle.strain);
 }
 
+// Blender's importer gives up at lines of more than 65,536 characters. Earlier versions of Duet wrote such
+// ones.
+TEST(Obj, NoLineIsLongerThanAThousandCharacters) {
+  const ScratchFolder scratch;
+  Surface surface{{}, {{0, 0, 1}}, {{0, 0}}, {{Corner{}, Corner{1}, Corner{2}}}};
+  for (int i = 0; i < 20000; ++i) {
+    surface.positions.push_back(Vec3(i, -1e30, 1e-30));
+    surface.strain.push_back(-1.1754945e-38F - 1e-20F * static_cast<float>(i));
+  }
+  write_obj(scratch / "0000.obj", {{"a", surface}, {"b", surface}});
+  const std::string text = read_file(scratch / "0000.obj");
+  for (std::size_t begin = 0, end = 0; begin < text.size(); begin = end + 1) {
+    end = text.find('\n', begin);
+    ASSERT_LT(end - begin, 1000U);
+  }
+  EXPECT_EQ(read_obj(scratch / "0000.obj")[1].surface.strain, surface.strain);
+  std::string line = "# strain";
+  for (const float strain : surface.strain) line += fmt::format(" {}", strain);
+  std::string positions;
+  for (std::size_t i = 0; i < surface.positions.size(); ++i) positions += "v 0 0 0\n";
+  write_atomically(scratch / "0001.obj", "o a\n" + positions + line + "\n");
+  EXPECT_EQ(read_obj(scratch / "0001.obj")[0].surface.strain, surface.strain);
+}
+
 std::string failure_of(const ScratchFolder& scratch, const std::string& text) {
   write_atomically(scratch / "0000.obj", text);
   try {
@@ -198,7 +223,13 @@ TEST(Obj, MalformedLinesAreErrorsWithTheirLine) {
 // A body refers to its own vertices only.
 TEST(Obj, StrainIsOfAllPositions) {
   const ScratchFolder scratch;
-  EXPECT_NE(failure_of(scratch, "o a\nv 0 0 0\nv 0 0 0\n# strain 1\n").find("line 4: expected a number"),
+  EXPECT_NE(failure_of(scratch, "o a\nv 0 0 0\nv 0 0 0\n# strain 1\n")
+                .find("line 4: object `a` has 2 vertices and the strain of 1"),
+            std::string::npos);
+  EXPECT_NE(failure_of(scratch, "o a\nv 0 0 0\nv 0 0 0\n# strain 1\no b\n")
+                .find("line 5: object `a` has 2 vertices and the strain of 1"),
+            std::string::npos);
+  EXPECT_NE(failure_of(scratch, "o a\nv 0 0 0\n# strain x\n").find("line 3: expected a number"),
             std::string::npos);
   EXPECT_NE(failure_of(scratch, "o a\nv 0 0 0\n# strain 1 2\n").find("line 3: unexpected `2`"),
             std::string::npos);
