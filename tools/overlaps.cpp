@@ -40,7 +40,7 @@ Outcome overlaps(const OverlapOptions& options) {
                             "the run was simulated with)",
                             run.root.string()));
   Simulation simulation(read.scene, effects);
-  simulation.load_state(search.found->state);
+  load_checkpoint(run, *search.found, simulation);
   const Overlaps found = find_overlaps(simulation, options.spacing);
   if (options.json) {
     const nlohmann::ordered_json result = {{"frame", search.found->frame},

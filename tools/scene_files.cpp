@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "sim/base/near_miss.h"
+#include "sim/io/stats_log.h"
 
 namespace duet::tools {
 namespace fs = std::filesystem;
@@ -80,6 +81,27 @@ io::RunDirectory find_run(const std::string& name) {
   }
   throw FileError(name, "is no run directory: it has no manifest.json",
                   "`duet sim SCENE --out DIR` makes one");
+}
+
+void load_checkpoint(const io::RunDirectory& run, const io::Checkpoint& checkpoint, Simulation& simulation) {
+  const std::string path = io::checkpoint_path(run, checkpoint.frame).string();
+  const std::string remedy =
+      "remove the file to continue after an older one, or simulate the scene anew in another folder";
+  try {
+    simulation.load_state(checkpoint.state);
+  } catch (const Error& error) {
+    throw FileError(path, error.what(), remedy);
+  }
+  if (simulation.frame() != checkpoint.frame)
+    throw FileError(
+        path, fmt::format("is of frame {} and holds frame {}", checkpoint.frame, simulation.frame()), remedy);
+  const std::uint64_t hash = simulation.stats().hash;
+  const std::optional<std::uint64_t> recorded = io::recorded_hash(run, checkpoint.frame);
+  if (recorded && *recorded != hash)
+    throw FileError(path,
+                    fmt::format("holds a state with the hash {:016x}, and {} tells {:016x} of frame {}", hash,
+                                run.stats().string(), *recorded, checkpoint.frame),
+                    remedy);
 }
 
 }  // namespace duet::tools

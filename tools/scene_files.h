@@ -7,8 +7,9 @@
 
 #include "tools/commands.h"
 
-#include "sim/io/run_directory.h"
+#include "sim/io/checkpoint.h"
 #include "sim/scene/reader.h"
+#include "sim/scene/simulation.h"
 
 namespace duet::tools {
 
@@ -33,5 +34,9 @@ std::filesystem::path run_folder(const SceneChoice& choice, const std::string& o
 
 // The run of a folder, or of a name in out/. Throws FileError.
 io::RunDirectory find_run(const std::string& name);
+
+/// Loads a checkpoint of `run` into a simulation of its scene. Throws Error (files) with the path of the file
+/// where the state does not fit the scene, or is not the one that the run's statistics tell of.
+void load_checkpoint(const io::RunDirectory& run, const io::Checkpoint& checkpoint, Simulation& simulation);
 
 }  // namespace duet::tools

@@ -199,7 +199,7 @@ int Run::restore() {
   const io::Manifest before = io::read_manifest(directory_);
   require_same_numerics(*search.found, before.origin);
   manifest_.earlier = io::earlier_frames(before, search.found->frame, manifest_.origin);
-  simulation_.load_state(search.found->state);
+  load_checkpoint(directory_, *search.found, simulation_);
   report_.note(fmt::format("continuing after frame {}", search.found->frame));
   return search.found->frame;
 }

@@ -47,6 +47,14 @@ std::vector<int> frames_of_lines(std::string_view text) {
   return frames;
 }
 
+std::string line_of_frame(std::string_view text, int frame) {
+  std::string found;
+  for_each_line(text, [&](std::string_view line, int number) {
+    if (found.empty() && number == frame && frame >= 0) found = line;
+  });
+  return found;
+}
+
 LineLog::LineLog(const fs::path& path, int last_kept) : path_(path) {
   const bool keep = last_kept >= 0 && fs::exists(path_);
   write_atomically(path_, keep ? lines_up_to(read_file(path_), last_kept) : std::string());

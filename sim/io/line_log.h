@@ -13,6 +13,9 @@ namespace duet::io {
 /// out.
 std::vector<int> frames_of_lines(std::string_view text);
 
+/// The first such line that is of `frame`; empty where there is none.
+std::string line_of_frame(std::string_view text, int frame);
+
 /// Appends lines; each is written whole or not at all.
 class LineLog {
  public:

@@ -1,7 +1,11 @@
 #include "sim/io/stats_log.h"
 
+#include <charconv>
+
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
+
+#include "sim/io/files.h"
 
 namespace duet::io {
 
@@ -58,6 +62,20 @@ std::string stats_json(const FrameStats& stats) {
                                  {"time", pinch.time}});
   if (stats.self_intersections) object["self_intersections"] = *stats.self_intersections;
   return object.dump();
+}
+
+std::optional<std::uint64_t> recorded_hash(const RunDirectory& run, int frame) {
+  if (!fs::exists(run.stats())) return {};
+  const std::string line = line_of_frame(read_file(run.stats()), frame);
+  const nlohmann::json object = nlohmann::json::parse(line, nullptr, false);
+  if (!object.is_object()) return {};
+  const auto found = object.find("hash");
+  if (found == object.end() || !found->is_string()) return {};
+  const std::string digits = found->get<std::string>();
+  std::uint64_t hash = 0;
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), hash, 16);
+  if (error != std::errc() || end != digits.data() + digits.size()) return {};
+  return hash;
 }
 
 StatsLog::StatsLog(const RunDirectory& run, int last_kept) : lines_(run.stats(), last_kept) {}

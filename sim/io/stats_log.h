@@ -1,6 +1,8 @@
 // stats.jsonl: one JSON object a frame, one line each.
 #pragma once
 
+#include <cstdint>
+#include <optional>
 #include <string>
 
 #include "sim/io/line_log.h"
@@ -11,6 +13,10 @@ namespace duet::io {
 // {name: {seconds, calls}}; the hash as 16 hexadecimal digits, because JSON numbers do not carry 64 bits
 // everywhere.
 std::string stats_json(const FrameStats& stats);
+
+/// The hash of the state that the statistics of `run` tell of a frame; nothing where they lack the frame or
+/// its hash. Throws FileError where they cannot be read.
+std::optional<std::uint64_t> recorded_hash(const RunDirectory& run, int frame);
 
 // Appends lines to stats.jsonl; each is written whole or not at all.
 class StatsLog {

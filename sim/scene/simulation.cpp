@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <cstring>
 #include <iterator>
 #include <limits>
 #include <span>
@@ -23,6 +22,7 @@
 #include "sim/scene/build_world.h"
 #include "sim/scene/deformables.h"
 #include "sim/scene/level_set_export.h"
+#include "sim/scene/saved_state.h"
 #include "sim/step/step.h"
 
 namespace duet {
@@ -36,29 +36,6 @@ double processor_seconds() {
   timespec time{};
   ::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
   return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
-}
-
-// Every number that the next step reads, in a fixed order: what is hashed, saved and loaded.
-template <class Visit>
-void visit_state(World& world, std::int64_t& frame, double& squared_frequency, Visit&& visit) {
-  visit(&frame, sizeof frame);
-  visit(&squared_frequency, sizeof squared_frequency);
-  Particles& particles = world.bodies.particles;
-  visit(particles.x.data(), particles.x.size() * sizeof(Vec3));
-  visit(particles.v.data(), particles.v.size() * sizeof(Vec3));
-  RigidBodies& rigid = world.bodies.rigid;
-  for (std::size_t i = 0; i < rigid.size(); ++i) {
-    RigidState& state = rigid.state[i];
-    visit(&state.pose.position, sizeof(Vec3));
-    visit(state.pose.orientation.coeffs().data(), 4 * sizeof(double));
-    visit(&state.velocity, sizeof(Vec3));
-    visit(&rotation_variable(state, rigid.properties[i]), sizeof(Vec3));
-  }
-  GeneralizedVelocity& acceleration = world.context.acceleration;
-  for (std::vector<Vec3>* values : {&acceleration.particle, &acceleration.linear, &acceleration.angular})
-    visit(values->data(), values->size() * sizeof(Vec3));
-  std::vector<double>& pressure = world.context.held_pressure;
-  visit(pressure.data(), pressure.size() * sizeof(double));
 }
 
 }  // namespace
@@ -78,43 +55,16 @@ struct Simulation::Impl {
 
   World& world() { return built.world; }
 
-  void save(std::vector<unsigned char>& bytes) {
-    bytes.clear();
-    double frequency = world().bodies.forces.max_squared_frequency();
-    visit_state(world(), frame, frequency, [&](const void* data, std::size_t size) {
-      const auto* begin = static_cast<const unsigned char*>(data);
-      bytes.insert(bytes.end(), begin, begin + size);
-    });
-    for (const RememberedContact& contact : world().context.memory) {
-      const auto* begin = reinterpret_cast<const unsigned char*>(&contact);
-      bytes.insert(bytes.end(), begin, begin + sizeof contact);
+  // A state from outside. Throws Error where it does not fit; the state before is back then.
+  void load_checked(const std::vector<unsigned char>& bytes) {
+    const std::vector<RigidState> before = world().bodies.rigid.state;
+    unpack_state(bytes, world(), frame);
+    try {
+      check_state(world(), frame, before);
+    } catch (const Error&) {
+      unpack_state(frame_start, world(), frame);
+      throw;
     }
-  }
-
-  void load(const std::vector<unsigned char>& bytes) {
-    double frequency = 0;
-    std::size_t needed = 0;
-    visit_state(world(), frame, frequency, [&](const void*, std::size_t size) { needed += size; });
-    // Then follow as many remembered contacts as there were.
-    if (bytes.size() < needed || (bytes.size() - needed) % sizeof(RememberedContact) != 0)
-      throw Error(ExitStatus::files, "the saved state does not fit this scene: it has " +
-                                         std::to_string(bytes.size()) + " bytes where " +
-                                         std::to_string(needed) + " and whole contacts are needed");
-    std::size_t at = 0;
-    visit_state(world(), frame, frequency, [&](void* data, std::size_t size) {
-      if (size > 0) std::memcpy(data, bytes.data() + at, size);  // where there are no particles, data is null
-      at += size;
-    });
-    ContactMemory& memory = world().context.memory;
-    memory.resize((bytes.size() - needed) / sizeof(RememberedContact));
-    for (RememberedContact& contact : memory) {
-      std::memcpy(static_cast<void*>(&contact), bytes.data() + at, sizeof contact);
-      at += sizeof contact;
-    }
-    world().bodies.forces.set_max_squared_frequency(frequency);
-    RigidBodies& rigid = world().bodies.rigid;
-    for (std::size_t i = 0; i < rigid.size(); ++i)
-      update_orientation_dependents(rigid.state[i], rigid.properties[i]);
   }
 
   // Of the step from `time` (s) on.
@@ -248,7 +198,7 @@ struct Simulation::Impl {
     const Momentum total = momentum(bodies);
     stats.momentum = total.linear;
     stats.angular_momentum = total.angular;
-    save(frame_start);
+    pack_state(world(), frame, frame_start);
     stats.hash = hash_bytes(frame_start.data(), frame_start.size());
   }
 
@@ -332,7 +282,7 @@ void Simulation::advance_frame() {
     if (impl.frame == 0 && impl.parting.moves()) apply(impl.parting, impl.world());
     impl.advance();
   } catch (const Error&) {
-    impl.load(impl.frame_start);
+    unpack_state(impl.frame_start, impl.world(), impl.frame);
     throw;
   }
   impl.stats.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -344,7 +294,7 @@ void Simulation::advance_frame() {
 std::vector<unsigned char> Simulation::save_state() const { return impl_->frame_start; }
 
 void Simulation::load_state(const std::vector<unsigned char>& bytes) {
-  impl_->load(bytes);
+  impl_->load_checked(bytes);
   impl_->measure_state();
 }
 

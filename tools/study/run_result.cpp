@@ -51,7 +51,7 @@ RunResult load_result(const Run& run) {
   if (!search.found || search.found->frame != run.frames)
     throw FileError(run.folder.string(), "lacks the state of its last frame",
                     "remove the folder, and study again");
-  result.simulation->load_state(search.found->state);
+  tools::load_checkpoint({run.folder}, *search.found, *result.simulation);
   return result;
 }
 
