@@ -14,6 +14,24 @@ namespace {
 
 constexpr const char* override_file = "--set";
 
+// Of a key like a.b.c. The parser calls itself for each part of a key, as does whatever walks through the
+// tables that it makes: more parts by far than this overflow the stack.
+constexpr std::ptrdiff_t most_parts = 100;
+
+// The first line on which more parts than that follow each other, 1-based; 0 where none does. Dots of
+// sentences in strings and comments count as well, up to the line's end or the next sign that no key has.
+std::size_t line_of_deep_key(const std::string& text) {
+  std::size_t line = 1;
+  std::ptrdiff_t dots = 0;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (c == '\n') ++line;
+    if (c == '\n' || c == '=' || c == ',' || c == '#' || c == '[' || c == '{') dots = 0;
+    if (c == '.' && (i == 0 || text[i - 1] != '.') && ++dots > most_parts) return line;
+  }
+  return 0;
+}
+
 std::string trimmed(const std::string& text) {
   const auto first = text.find_first_not_of(" \t\r\n");
   if (first == std::string::npos) return {};
@@ -177,6 +195,13 @@ void Problems::throw_if_any() {
 }
 
 toml::table parse_document(const std::string& text, const std::string& path) {
+  if (const std::size_t line = line_of_deep_key(text); line > 0)
+    throw SceneError({{path,
+                       static_cast<int>(line),
+                       1,
+                       {},
+                       fmt::format("TOML syntax: a key has more than {} parts with dots between", most_parts),
+                       "keys of scenes have at most six"}});
   try {
     return toml::parse(text, path);
   } catch (const toml::parse_error& error) {
@@ -199,6 +224,12 @@ void apply_override(toml::table& document, const std::string& assignment, Proble
   }
   if (key.front() == '.' || key.back() == '.' || key.find("..") != std::string::npos) {
     problems.add_override(key, "has an empty part between its dots");
+    return;
+  }
+  if (std::count(key.begin(), key.end(), '.') > most_parts) {
+    problems.add_override(key.substr(0, 40) + "...",
+                          fmt::format("has more than {} parts with dots between", most_parts),
+                          "keys of scenes have at most six");
     return;
   }
   std::optional<toml::table> value = parse_value(key, trimmed(assignment.substr(equals + 1)), problems);

@@ -12,6 +12,7 @@
 
 #include "sim/base/near_miss.h"
 #include "sim/base/rotation.h"
+#include "sim/scene/expansion_limits.h"
 #include "sim/scene/joints.h"
 #include "sim/scene/lengths.h"
 #include "sim/scene/random_placement.h"
@@ -139,6 +140,7 @@ class Expander {
       Repetition repetition;
       TableReader(problems_).read(*repeat, keys(repetition), path + ".repeat", {"advance"});
       const auto places = problems_.copies().of(*element, path_of(*element, path, result.size()));
+      if (!limits_.allow_repeat(*repeat, repetition.count, path)) continue;
       toml::table copy = *element;
       copy.erase("repeat");
       for (int k = 0; k < repetition.count; ++k) {
@@ -200,6 +202,12 @@ class Expander {
                     "any direction, for example [0, 1, 0]");
       return;
     }
+    double elements = 0;  // of one copy
+    for (const std::string_view key : listed)
+      if (const toml::array* list = (*prefab)[key].as_array()) elements += static_cast<double>(list->size());
+    const Vec3 grid = instance.grid.cast<double>();
+    const double copies = instance.has_scatter ? instance.scatter.count : grid.prod();
+    if (!limits_.allow_copies(table, copies, elements, path)) return;
     const Pose base{instance.position, exponential(instance.rotation.vector())};
     if (instance.has_scatter)
       scatter(table, instance, *prefab, base, path);
@@ -279,8 +287,10 @@ class Expander {
       const auto* text = value.as_string();
       if (!text || !names_parameter(text->get())) return nullptr;
       const std::string name = text->get().substr(1);
-      if (const toml::node* found = values.get(name)) return found;
-      if (const toml::node* found = scene_parameters_.get(name)) return found;
+      if (const toml::node* found = values.get(name))
+        return limits_.allow_value(*found, value, path) ? found : nullptr;
+      if (const toml::node* found = scene_parameters_.get(name))
+        return limits_.allow_value(*found, value, path) ? found : nullptr;
       if (reported_.insert(name).second)
         problems_.add(value.source(), path, fmt::format("there is no parameter `{}`", name),
                       "add it to the `parameters` of the prefab or of the scene");
@@ -437,6 +447,7 @@ class Expander {
   std::set<std::string> reported_;
   std::map<const toml::table*, std::shared_ptr<const Places>> places_;  // of what prefabs hold
   int copies_ = 0;
+  ExpansionLimits limits_{problems_};
 };
 
 }  // namespace

@@ -37,6 +37,17 @@ std::string homes_of(std::string_view key) {
   return fmt::format("{}", fmt::join(homes, ", "));
 }
 
+// What numbers of a unit can be, but for zero: products of them, such as masses and moments of inertia, have
+// to stay within the range of floating-point numbers. 1e9 m is the width of the sun, 1 nm that of a few
+// atoms.
+struct Magnitude {
+  double least, largest;
+};
+Magnitude magnitude_of(std::string_view unit) {
+  if (unit == "m") return {1e-9, 1e9};
+  return {1e-30, 1e30};
+}
+
 bool is_letter_or_digit(char c) {
   return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
 }
@@ -233,6 +244,15 @@ bool TableReader::read_number(const toml::node& node, const Key& key, const std:
   }
   if (!key.bounds.contains(candidate)) {
     out_of_bounds(node, key, path, number_text(node));
+    return false;
+  }
+  if (const Magnitude can = magnitude_of(key.unit);
+      std::abs(candidate) > can.largest ||
+      (key.bounds.lower >= 0 && candidate > 0 && candidate < can.least)) {
+    problems_.add(node.source(), path,
+                  fmt::format("must be between {:g} and {:g} in magnitude, is {}", can.least, can.largest,
+                              number_text(node)),
+                  std::string(key.meaning));
     return false;
   }
   value = candidate;

@@ -1,0 +1,79 @@
+// Scenes that ask for what no machine has: refused in a moment with the place, the bound and a remedy.
+#include <chrono>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "sim/base/error.h"
+#include "sim/scene/reader.h"
+
+namespace duet::scene {
+namespace {
+
+// The text of all problems of the scene.
+std::string refusal_of(const std::string& text, const std::vector<std::string>& overrides = {}) {
+  const auto start = std::chrono::steady_clock::now();
+  std::string refusal;
+  try {
+    read_text(text, "hostile.toml", overrides, Meshes::leave);
+    ADD_FAILURE() << "the scene was accepted: " << text.substr(0, 200);
+  } catch (const SceneError& error) {
+    refusal = error.what();
+  }
+  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(3)) << text.substr(0, 200);
+  return refusal;
+}
+
+void expect_refused(const std::string& text, const std::string& words) {
+  const std::string refusal = refusal_of(text);
+  EXPECT_NE(refusal.find(words), std::string::npos) << refusal.substr(0, 1000);
+  EXPECT_NE(refusal.find("hostile.toml:"), std::string::npos) << refusal.substr(0, 1000);
+}
+
+std::string ball(const std::string& keys) { return "[[rigid]]\nname = \"ball\"\n" + keys + "\n"; }
+
+const std::string prefab = "[[prefabs.p.rigid]]\nname = \"b\"\nshape = { sphere = 1 }\nmass = 1\n";
+
+TEST(HostileScenes, MagnitudesBeyondAllBodiesAreRefused) {
+  for (const char* size : {"1e300", "1e-300", "1e10", "1e-12"}) {
+    expect_refused(ball(std::string("mass = 1\nshape = { sphere = ") + size + " }"),
+                   "rigid.ball.shape.sphere: must be between 1e-09 and 1e+09");
+    expect_refused(ball(std::string("mass = 1\nshape = { box = [1, ") + size + ", 1] }"),
+                   "must be between 1e-09 and 1e+09");
+  }
+  for (const char* amount : {"1e300", "1e-300"}) {
+    expect_refused(ball(std::string("shape = { sphere = 1 }\ndensity = ") + amount), "rigid.ball.density");
+    expect_refused(ball(std::string("shape = { sphere = 1 }\nmass = ") + amount), "rigid.ball.mass");
+  }
+  expect_refused(ball("shape = { sphere = 1 }\nmass = 1\nposition = [0, -1e300, 0]"), "rigid.ball.position");
+}
+
+TEST(HostileScenes, GridsAndRepetitionsOfBillionsAreRefused) {
+  const std::string instance = "[[instances]]\nname = \"i\"\nprefab = \"p\"\n";
+  expect_refused(prefab + instance + "grid = [1300, 1300, 1300]\n", "makes 2.197e+09 copies");
+  expect_refused(prefab + "repeat = { count = 100000 }\n" + instance + "grid = [100, 100, 10]\n",
+                 "makes 100000 copies of 100000 bodies and joints");
+}
+
+TEST(HostileScenes, ParametersThatMultiplyAreRefused) {
+  std::string uses, numbers;
+  for (int i = 0; i < 9000; ++i) {
+    uses += "\"$a\",";
+    numbers += "1,";
+  }
+  expect_refused("[parameters]\na = [" + numbers + "]\n[solver]\ncfl = [" + uses + "]\n",
+                 "the parameters fill in more than 1e+06 values");
+}
+
+TEST(HostileScenes, KeysOfThousandsOfPartsAreRefused) {
+  std::string key = "a";
+  for (int i = 0; i < 40000; ++i) key += ".a";
+  expect_refused("title = \"x\"\n" + key + " = 1\n",
+                 "hostile.toml:2:1: TOML syntax: a key has more than 100");
+  expect_refused('[' + key + "]\n", "a key has more than 100 parts");
+  expect_refused("camera = { " + key + " = 1 }\n", "a key has more than 100 parts");
+  EXPECT_NE(refusal_of("title = \"x\"\n", {key + "=1"}).find("has more than 100 parts"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace duet::scene
