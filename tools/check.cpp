@@ -3,6 +3,7 @@
 #include "tools/scene_files.h"
 #include <fmt/format.h>
 
+#include "sim/scene/explain.h"
 #include "sim/scene/initial_overlaps.h"
 #include "sim/scene/plan.h"
 #include "sim/scene/reader.h"
@@ -30,12 +31,15 @@ std::size_t check_filling(const scene::Scene& scene) {
 }
 
 // Prints what is seen only by building the scene: bodies that hold none of the particles attached to them,
-// and those that overlap. Returns how many problems that are.
+// those that overlap, and frames of thousands of steps. Returns how
+// many problems that are.
 std::size_t check_start(const scene::Scene& scene) {
   try {
     const Simulation simulation(scene, scene::plan_effects(scene).active());
     for (const InitialOverlap& overlap : simulation.initial_overlaps())
       print(fmt::format("{}: {}\n", scene.path, describe_parting(overlap)));
+    if (const std::string warning = scene::step_warning(scene, simulation.sizes()); !warning.empty())
+      print(fmt::format("{}: {}\n", scene.path, warning));
     return 0;
   } catch (const SceneError&) {
     throw;

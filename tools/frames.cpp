@@ -3,10 +3,10 @@
 #include "tools/commands.h"
 #include <fmt/format.h>
 
+#include "sim/scene/frame_limits.h"
+
 namespace duet::tools {
 namespace {
-
-constexpr int most_frames = 1'000'000;
 
 std::optional<int> frame_number(std::string_view text) {
   int value = 0;

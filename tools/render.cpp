@@ -37,8 +37,10 @@ std::vector<int> frames_to_draw(const RenderOptions& options, const io::RunDirec
       frames.push_back(frame);
     return frames;
   }
-  for (int frame = 0; frame <= last; ++frame)
-    if (fs::exists(run.mesh(frame))) frames.push_back(frame);
+  for (const fs::path& file : io::files_in(run.mesh(0).parent_path()))
+    if (const int frame = io::frame_of_file(file, ".obj"); frame >= 0 && frame <= last)
+      frames.push_back(frame);
+  std::sort(frames.begin(), frames.end());
   if (frames.empty())
     throw FileError((run.root / "mesh").string(), "has no frames", "simulate the scene first: `duet sim`");
   return frames;

@@ -24,6 +24,7 @@
 #include "sim/io/run_folder.h"
 #include "sim/io/stage_log.h"
 #include "sim/io/stats_log.h"
+#include "sim/scene/explain.h"
 #include "sim/scene/plan.h"
 #include "sim/scene/simulation.h"
 
@@ -316,6 +317,8 @@ Outcome Run::work() {
   totals_.start_with(simulation_.stats());
   if (recorded_ < 0) {
     note_overlaps();
+    if (const std::string warning = scene::step_warning(read_.scene, simulation_.sizes()); !warning.empty())
+      report_.note(warning);
     record();
   }
   while (recorded_ < last_) {

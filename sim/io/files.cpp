@@ -13,6 +13,7 @@
 #include <unistd.h>
 
 #include "sim/io/run_directory.h"
+#include "sim/scene/frame_limits.h"
 
 namespace duet::io {
 namespace {
@@ -170,7 +171,7 @@ int frame_of_file(const fs::path& path, const std::string& extension) {
   int frame = -1;
   const char* end = stem.data() + stem.size();
   const auto [rest, error] = std::from_chars(stem.data(), end, frame);
-  return error == std::errc() && rest == end && frame >= 0 ? frame : -1;
+  return error == std::errc() && rest == end && frame >= 0 && frame <= most_frames ? frame : -1;
 }
 
 }  // namespace duet::io

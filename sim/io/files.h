@@ -38,7 +38,8 @@ std::vector<fs::path> files_in(const fs::path& folder);
 // Removes what an interrupted write left in `folder` (not in its subfolders); a missing folder is empty.
 void remove_temporaries(const fs::path& folder);
 
-// The number of a frame's file: 12 of "0012.obj" for the extension ".obj"; -1 for any other name.
+// The number of a frame's file: 12 of "0012.obj" for the extension ".obj"; -1 for any other name and
+// for numbers that no frame has.
 int frame_of_file(const fs::path& path, const std::string& extension);
 
 }  // namespace duet::io

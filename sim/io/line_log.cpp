@@ -8,16 +8,19 @@
 #include <unistd.h>
 
 #include "sim/io/files.h"
+#include "sim/scene/frame_limits.h"
 
 namespace duet::io {
 namespace {
 
-// The frame of a line, or -1 for a line that is torn or no object of ours.
+// The frame of a line, or -1 for a line that is torn or no object of ours, or whose frame cannot be.
 int frame_of_line(std::string_view line) {
   const nlohmann::json object = nlohmann::json::parse(line, nullptr, false);
   if (!object.is_object()) return -1;
   const auto frame = object.find("frame");
-  return frame != object.end() && frame->is_number_integer() ? frame->get<int>() : -1;
+  if (frame == object.end() || !frame->is_number_integer()) return -1;
+  const double number = frame->get<double>();
+  return number >= 0 && number <= most_frames ? static_cast<int>(number) : -1;
 }
 
 // Hands over the whole lines with their frames (frame_of_line), line ends included.

@@ -1,11 +1,13 @@
 #include "sim/io/run_directory.h"
 
 #include <algorithm>
+#include <limits>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "sim/io/files.h"
+#include "sim/scene/frame_limits.h"
 
 namespace duet::io {
 namespace {
@@ -19,9 +21,40 @@ void write_origin(nlohmann::ordered_json& object, const Origin& origin) {
   object["machine"] = origin.machine;
 }
 
+// Why a manifest is none, in words for a FileError.
+struct BadManifest {
+  std::string what;
+};
+
+double number_within(const nlohmann::json& object, const char* key, double least, double most) {
+  const nlohmann::json& value = object.at(key);
+  const double number = value.is_number() ? value.get<double>() : std::numeric_limits<double>::quiet_NaN();
+  if (!(number >= least && number <= most))
+    throw BadManifest{fmt::format("`{}` must be a number from {:.10g} to {:.10g}, is {}", key, least, most,
+                                  value.dump().substr(0, 40))};
+  return number;
+}
+
+double integer_within(const nlohmann::json& object, const char* key, double least, double most) {
+  const double number = number_within(object, key, least, most);
+  if (!object.at(key).is_number_integer())
+    throw BadManifest{fmt::format("`{}` must be an integer, is {}", key, object.at(key).dump())};
+  return number;
+}
+
+int count_within(const nlohmann::json& object, const char* key, int most) {
+  return static_cast<int>(integer_within(object, key, 0, most));
+}
+
+std::uint32_t read_numerics(const nlohmann::json& object) {
+  constexpr auto most = std::numeric_limits<std::uint32_t>::max();
+  if (!object.contains("numerics")) return 0;
+  return static_cast<std::uint32_t>(integer_within(object, "numerics", 0, most));
+}
+
 Origin read_origin(const nlohmann::json& object) {
-  return {object.at("version"),        object.at("git_commit"),      object.value("compiler", ""),
-          object.value("variant", ""), object.value("numerics", 0U), object.at("machine")};
+  return {object.at("version"),        object.at("git_commit"), object.value("compiler", ""),
+          object.value("variant", ""), read_numerics(object),   object.at("machine")};
 }
 
 nlohmann::ordered_json to_json(const Vec3& x) { return {x.x(), x.y(), x.z()}; }
@@ -30,7 +63,9 @@ std::optional<Eigen::AlignedBox3d> read_box(const nlohmann::json& body) {
   if (!body.contains("box")) return std::nullopt;
   const auto corner = [&](std::size_t which) {
     const nlohmann::json& x = body.at("box").at(which);
-    return Vec3(x.at(0).get<double>(), x.at(1).get<double>(), x.at(2).get<double>());
+    const Vec3 place(x.at(0).get<double>(), x.at(1).get<double>(), x.at(2).get<double>());
+    if (!place.allFinite()) throw BadManifest{"`box` must be of finite numbers"};
+    return place;
   };
   return Eigen::AlignedBox3d(corner(0), corner(1));
 }
@@ -106,6 +141,10 @@ void write_manifest(const RunDirectory& run, const Manifest& manifest) {
 
 Manifest read_manifest(const RunDirectory& run) {
   const std::string text = read_file(run.manifest());
+  const auto fail = [&](const std::string& what) {
+    throw FileError(run.manifest().string(), "is no manifest of a run: " + what,
+                    "simulate the scene anew, or give the folder of another run");
+  };
   try {
     const nlohmann::json document = nlohmann::json::parse(text);
     Manifest manifest;
@@ -114,19 +153,22 @@ Manifest read_manifest(const RunDirectory& run) {
     document.at("command").get_to(manifest.command);
     manifest.origin = read_origin(document);
     for (const nlohmann::json& entry : document.value("earlier", nlohmann::json::array()))
-      manifest.earlier.push_back({entry.at("last_frame"), read_origin(entry)});
-    document.at("fps").get_to(manifest.fps);
-    document.at("frames").get_to(manifest.frames);
+      manifest.earlier.push_back({count_within(entry, "last_frame", most_frames), read_origin(entry)});
+    manifest.fps = number_within(document, "fps", least_fps, most_fps);
+    manifest.frames = count_within(document, "frames", most_frames);
     document.at("units").get_to(manifest.units);
+    constexpr int most_elements = std::numeric_limits<int>::max();
     for (const nlohmann::json& entry : document.at("bodies"))
       manifest.bodies.push_back({entry.at("name"), entry.at("kind"), entry.at("look"),
-                                 entry.value("material", ""), entry.at("vertices"), entry.at("triangles"),
-                                 read_box(entry)});
+                                 entry.value("material", ""), count_within(entry, "vertices", most_elements),
+                                 count_within(entry, "triangles", most_elements), read_box(entry)});
     return manifest;
   } catch (const nlohmann::json::exception& error) {
-    throw FileError(run.manifest().string(), fmt::format("is no manifest of a run: {}", error.what()),
-                    "simulate the scene anew, or give the folder of another run");
+    fail(error.what());
+  } catch (const BadManifest& error) {
+    fail(error.what);
   }
+  return {};
 }
 
 }  // namespace duet::io

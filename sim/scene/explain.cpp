@@ -117,6 +117,20 @@ TimeStepEstimate estimate_time_step(const Scene& scene, const WorldSizes& sizes)
   return estimate;
 }
 
+std::string step_warning(const Scene& scene, const WorldSizes& sizes) {
+  constexpr const char* remedy =
+      "a larger `fps` or solver.max_time_step, slower motion, or bodies that are softer, coarser or heavier "
+      "allow fewer";
+  const double lasting = estimate_time_step(scene, sizes).substeps_per_frame;
+  const double first = sizes.time_step > 0 ? 1 / scene.fps / sizes.time_step : 0;
+  if (std::max(lasting, first) <= many_substeps) return {};
+  if (first > 2 * lasting)
+    return fmt::format(
+        "the first step is {:.3g} s long, bounded by {}, and a frame takes {:.3g} of that length: {}",
+        sizes.time_step, sizes.time_step_bound, first, remedy);
+  return fmt::format("{:.7g} substeps a frame: {}", lasting, remedy);
+}
+
 double mass_ratio(const WorldSizes& sizes) {
   return sizes.lightest > 0 ? sizes.heaviest / sizes.lightest : 1;
 }
@@ -164,12 +178,7 @@ std::vector<std::string> warnings(const Scene& scene, const EffectPlan& plan, co
           "the mesh of {} is at its thickest {:.3g} m, less than {:.0f} cells of its level set: raise "
           "shape.cells, or other bodies may pass through",
           sharers(grid), grid.thickness, least_cells));
-  if (const TimeStepEstimate estimate = estimate_time_step(scene, sizes);
-      estimate.substeps_per_frame > many_substeps)
-    found.push_back(
-        fmt::format("{} substeps a frame: a softer or coarser body, or a heavier material, allows larger "
-                    "time steps",
-                    estimate.substeps_per_frame));
+  if (std::string warning = step_warning(scene, sizes); !warning.empty()) found.push_back(std::move(warning));
   for (const PlannedEffect& planned : plan.effects)
     if (planned.reason == removed_by_user)
       found.push_back(

@@ -20,6 +20,9 @@ struct TimeStepEstimate {
 };
 TimeStepEstimate estimate_time_step(const Scene& scene, const WorldSizes& sizes);
 
+/// Why a frame takes more than a thousand steps, and what allows larger ones; empty where it does not.
+std::string step_warning(const Scene& scene, const WorldSizes& sizes);
+
 // Heaviest to lightest dynamic body; 1 when there are none.
 double mass_ratio(const WorldSizes& sizes);
 

@@ -4,6 +4,8 @@
 namespace duet::scene {
 namespace {
 
+constexpr double most_seed = 2e9;
+
 const Bounds turns{.lower = -180, .upper = 180};
 
 Key interval_key(std::string_view name, Interval& interval, std::string_view unit, const Bounds& bounds,
@@ -154,7 +156,7 @@ std::vector<Key> keys(Instance& instance) {
               {"turn", &scatter.turn, "", any, "with random rotations"}},
              &instance.has_scatter},
        "", any, "many at random places, clear of each other and of all scattered before"},
-      {"seed", &instance.seed, "", non_negative, "of the random numbers"},
+      {"seed", &instance.seed, "", Bounds{.lower = 0, .upper = most_seed}, "of the random numbers"},
   };
 }
 

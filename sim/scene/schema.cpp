@@ -3,6 +3,7 @@
 #include <iterator>
 #include <numbers>
 
+#include "sim/scene/frame_limits.h"
 #include "sim/scene/schema_parts.h"
 
 namespace duet::scene {
@@ -12,6 +13,8 @@ Bounds between(double lower, double upper) { return {.lower = lower, .upper = up
 Bounds above_up_to(double lower, double upper) {
   return {.lower = lower, .upper = upper, .lower_open = true};
 }
+// Fractions that the time step is proportional to: a millionth takes a million times as many steps.
+const Bounds fraction_of_step{.lower = 1e-6, .upper = 1};
 Bounds strictly_between(double lower, double upper) { return {lower, upper, true, true}; }
 
 template <class Enum>
@@ -141,9 +144,9 @@ std::vector<Key> keys(Scene& scene) {
   return {
       {"title", &scene.title, "", any, "what the scene shows"},
       {"figure", &scene.figure, "", any, "the figure of the paper that the scene follows"},
-      {"frames", &scene.frames, "", between(1, 1e6),
+      {"frames", &scene.frames, "", between(1, most_frames),
        "frames to simulate; frame 0, the initial state, comes on top"},
-      {"fps", &scene.fps, "1/s", above_up_to(0, 1e4), "frames per simulated second"},
+      {"fps", &scene.fps, "1/s", between(least_fps, most_fps), "frames per simulated second"},
       {"gravity", &scene.gravity, "m/s^2", any, "acceleration of all bodies; y is up"},
   };
 }
@@ -327,16 +330,16 @@ std::vector<Key> keys(Solver& solver) {
        "whether only damping is solved for, so that stiffness bounds the time step, or elasticity too"},
       {"newton_iterations", &solver.newton_iterations, "", between(1, 1e4),
        "bound on the iterations of an implicit solve"},
-      {"cfl", &solver.cfl, "", above_up_to(0, 1),
+      {"cfl", &solver.cfl, "", fraction_of_step,
        "time step as a fraction of the limit that elasticity sets: that of its stability, or `relaxation`"},
       {"compression", choice(solver.compression, {"damped", "followed"}), "", any,
        "whether elements that compression stiffens are damped more or shorten the steps"},
       {"relaxation", &solver.relaxation, "", between(0, 0.25),
        "damping of tau seconds makes that limit this times tau at least; not with compression \"followed\""},
-      {"max_travel", &solver.max_travel, "", above_up_to(0, 1),
+      {"max_travel", &solver.max_travel, "", fraction_of_step,
        "how far two bodies that meet may enter each other in a step, as a fraction of the smaller one's "
        "size"},
-      {"max_rotation", &solver.max_rotation, "rad", above_up_to(0, std::numbers::pi),
+      {"max_rotation", &solver.max_rotation, "rad", between(1e-6, std::numbers::pi),
        "largest rotation of a rigid body a step; balls may turn on"},
       {"max_time_step", &solver.max_time_step, "s", positive, "largest time step"},
       {"cg_tolerance", &solver.cg_tolerance, "m/s", positive,

@@ -37,14 +37,18 @@ std::string homes_of(std::string_view key) {
   return fmt::format("{}", fmt::join(homes, ", "));
 }
 
-// What numbers of a unit can be, but for zero: products of them, such as masses and moments of inertia, have
-// to stay within the range of floating-point numbers. 1e9 m is the width of the sun, 1 nm that of a few
-// atoms.
+// The least and the largest magnitude of numbers of a unit, but for zero. Products of them, such as masses
+// and moments of inertia, have to stay within the range of floating-point numbers, and time steps within
+// reach.
 struct Magnitude {
   double least, largest;
 };
 Magnitude magnitude_of(std::string_view unit) {
-  if (unit == "m") return {1e-9, 1e9};
+  if (unit == "m") return {1e-9, 1e9};                        // a few atoms; the width of the sun
+  if (unit == "s") return {1e-12, 1e12};                      // 30,000 years
+  if (unit == "Pa") return {1e-30, 1e15};                     // a thousand times the stiffness of diamond
+  if (unit == "m/s" || unit == "m/s^2") return {1e-30, 1e9};  // light is at 3e8 m/s
+  if (unit == "1/s" || unit == "rad/s") return {1e-30, 1e9};  // a turn in a nanosecond
   return {1e-30, 1e30};
 }
 
@@ -265,7 +269,7 @@ bool TableReader::read_integer(const toml::node& node, const Key& key, const std
     wrong_type(node, path, "an integer", key.meaning);
     return false;
   }
-  // Every integer key has bounds well within `int`.
+  // Every integer key has bounds within those of `int`.
   if (!key.bounds.contains(static_cast<double>(integer->get()))) {
     out_of_bounds(node, key, path, number_text(node));
     return false;

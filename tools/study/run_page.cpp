@@ -248,7 +248,13 @@ class RunPage {
 }  // namespace
 
 std::string run_page(const io::RunDirectory& run, const fs::path& charts) {
-  return RunPage(run, charts).write();
+  try {
+    return RunPage(run, charts).write();
+  } catch (const nlohmann::json::exception& error) {
+    throw FileError(run.stats().string(),
+                    fmt::format("holds a line that is no frame's statistics: {}", error.what()),
+                    "simulate the scene again");
+  }
 }
 
 }  // namespace duet::study

@@ -2,6 +2,7 @@
 
 #include "tests/support/scratch_folder.h"
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include "sim/io/files.h"
 
@@ -87,6 +88,39 @@ TEST(RunFolder, AManifestThatIsNoneIsAFileError) {
     write_atomically(run.manifest(), text);
     EXPECT_THROW(read_manifest(run), FileError) << text;
   }
+}
+
+// Counts that no run has would be looped over, or become negative ones.
+TEST(RunFolder, AManifestOfImpossibleNumbersIsAFileError) {
+  const ScratchFolder scratch;
+  const RunDirectory run{scratch.path()};
+  write_manifest(run, manifest());
+  const nlohmann::json whole = nlohmann::json::parse(read_file(run.manifest()));
+  const std::vector<std::string> frames = {
+      "2147483647", "4294967296", "18446744073709551615", "1e300", "-1", "7.5", R"("7")", "null"};
+  const std::vector<std::string> elements = {"4294967296", "18446744073709551615", "1e300", "-1", "7.5"};
+  for (const auto& [place, impossible] : std::vector<std::pair<std::string, std::vector<std::string>>>{
+           {"/frames", frames},
+           {"/earlier/0/last_frame", frames},
+           {"/bodies/0/vertices", elements},
+           {"/bodies/1/triangles", elements},
+           {"/numerics", {"4294967296", "-1", "7.5", R"("7")"}},
+           {"/earlier/0/numerics", {"4294967296", "-1"}},
+           {"/fps", {"0", "-24", "1e-9", "1e300", R"("24")", "null"}}})
+    for (const std::string& value : impossible) {
+      nlohmann::json forged = whole;
+      const nlohmann::json::json_pointer pointer(place);
+      forged[pointer] = nlohmann::json::parse(value);
+      write_atomically(run.manifest(), forged.dump());
+      try {
+        read_manifest(run);
+        ADD_FAILURE() << place << " = " << value << " was accepted";
+      } catch (const FileError& error) {
+        const std::string text = error.what();
+        EXPECT_NE(text.find("manifest.json"), std::string::npos) << text;
+        EXPECT_NE(text.find('`' + pointer.back() + '`'), std::string::npos) << text;
+      }
+    }
 }
 
 TEST(RunFolder, FileNamesHaveFourDigitsAndGrow) {

@@ -1,6 +1,9 @@
 // Scenes that ask for what no machine has: refused in a moment with the place, the bound and a remedy.
 #include <chrono>
+#include <sstream>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -46,6 +49,46 @@ TEST(HostileScenes, MagnitudesBeyondAllBodiesAreRefused) {
     expect_refused(ball(std::string("shape = { sphere = 1 }\nmass = ") + amount), "rigid.ball.mass");
   }
   expect_refused(ball("shape = { sphere = 1 }\nmass = 1\nposition = [0, -1e300, 0]"), "rigid.ball.position");
+}
+
+// A step of 1e-20 s never fills a frame, and neither does one as short as such numbers make it.
+TEST(HostileScenes, NumbersThatAllowNoTimeStepAreRefused) {
+  const std::string material = "[materials.m]\n";
+  const std::string spin =
+      ball("shape = { sphere = 1 }\nmotion = { spin = [{ axis = [0, 1, 0], rate = 1e30 }] }");
+  for (const auto& [text, words] : std::vector<std::pair<std::string, std::string>>{
+           {"fps = 1e-9\n", "fps: must be in [0.001, 10000] 1/s, is 1e-09"},
+           {"fps = 0\n", "fps: must be in [0.001, 10000]"},
+           {material + "youngs_modulus = 1e30\n", "youngs_modulus: must be between 1e-30 and 1e+15"},
+           {"[solver]\ncfl = 1e-20\n", "solver.cfl: must be in [1e-06, 1]"},
+           {"[solver]\nmax_travel = 1e-20\n", "solver.max_travel: must be in [1e-06, 1]"},
+           {"[solver]\nmax_rotation = 1e-20\n", "solver.max_rotation: must be in [1e-06, "},
+           {"[solver]\nmax_time_step = 1e-25\n", "max_time_step: must be between 1e-12 and 1e+12"},
+           {"gravity = [0, -1e30, 0]\n", "gravity[1]: must be between 1e-30 and 1e+09"},
+           {ball("shape = { sphere = 1 }\nmass = 1\nvelocity = [0, 1e29, 0]"),
+            "velocity[1]: must be between"},
+           {ball("shape = { sphere = 1 }\nmass = 1\nangular_velocity = [0, 1e29, 0]"), "angular_velocity[1]"},
+           {spin, "motion.spin[0].rate: must be between 1e-30 and 1e+09"}})
+    expect_refused(text, words);
+}
+
+// Beyond the bounds of `int` an integer would become another one.
+TEST(HostileScenes, EveryIntegerKeyHasBoundsWithinThoseOfInt) {
+  int integers = 0;
+  std::istringstream lines(reference());
+  for (std::string line; std::getline(lines, line);) {
+    if (line.find(" integer") == std::string::npos || line.find("an integer will do") != std::string::npos)
+      continue;
+    ++integers;
+    const std::size_t begin = line.rfind("in ["), comma = line.rfind(", ");
+    ASSERT_NE(begin, std::string::npos) << line;
+    EXPECT_GE(std::stod(line.substr(begin + 4)), -2147483648.0) << line;
+    EXPECT_LE(std::stod(line.substr(comma + 2)), 2147483647.0) << line;
+  }
+  EXPECT_GE(integers, 20);
+  const std::string instance = "[[instances]]\nname = \"i\"\nprefab = \"p\"\n";
+  expect_refused(prefab + instance + "scatter = { count = 1, size = [1, 1, 1] }\nseed = 4294967296\n",
+                 "seed");
 }
 
 TEST(HostileScenes, GridsAndRepetitionsOfBillionsAreRefused) {

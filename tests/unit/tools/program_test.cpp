@@ -134,6 +134,21 @@ TEST(Program, CheckShowsAllProblemsWithTheirPlaces) {
   EXPECT_EQ(finished.output[3], "failed: 3 problems");
 }
 
+// Numbers within their bounds may still ask for millions of steps: `check` says so before anybody waits for
+// them.
+TEST(Program, CheckNamesFramesOfThousandsOfSteps) {
+  for (const char* setting :
+       {"fps=0.001", "materials.jelly.youngs_modulus=1e15", "solver.cfl=1e-6", "solver.max_time_step=1e-12",
+        "rigid.ball.velocity=[0,-1e9,0]", "gravity=[0,-1e9,0]"}) {
+    const Finished finished = run_duet({"check", tiny, "--set", setting});
+    EXPECT_EQ(finished.status, 0) << finished.errors;
+    ASSERT_EQ(finished.output.size(), 2U) << setting;
+    EXPECT_TRUE(contains(finished.output[0], "substeps a frame") ||
+                contains(finished.output[0], "the first step is"))
+        << setting << ": " << finished.output[0];
+  }
+}
+
 TEST(Program, ReferenceAndExplainPrintText) {
   const Finished reference = run_duet({"check", "--reference"});
   EXPECT_EQ(reference.status, 0);
