@@ -31,8 +31,7 @@ std::size_t check_filling(const scene::Scene& scene) {
 }
 
 // Prints what is seen only by building the scene: bodies that hold none of the particles attached to them,
-// those that overlap, and frames of thousands of steps. Returns how
-// many problems that are.
+// those that overlap, and frames of thousands of steps. Returns how many problems that are.
 std::size_t check_start(const scene::Scene& scene) {
   try {
     const Simulation simulation(scene, scene::plan_effects(scene).active());
