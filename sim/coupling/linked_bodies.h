@@ -39,6 +39,7 @@ class LinkedBodies {
   const LinkedBodies* prepare(const Bodies& bodies, JointSolver& joints, const ContactMemory& memory);
   // What the last call of prepare() returned.
   const LinkedBodies* prepared() const { return is_used_ ? this : nullptr; }
+  LinkedBodies* prepared() { return is_used_ ? this : nullptr; }
   // Keeps the velocities, which satisfy the joints, for finish().
   void begin(const RigidBodies& rigid);
 

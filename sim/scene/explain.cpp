@@ -30,6 +30,19 @@ void write_effects(std::string& out, const EffectPlan& plan) {
     if (!planned.active) out += fmt::format("  {:<25} off: {}\n", name(planned.effect), planned.reason);
 }
 
+// A line for each of the paper's steps: "  IV   1 advance position, 3 back to v^^n"
+void write_stages(std::string& out, const WorldSizes& sizes) {
+  out += "stages of a step";
+  std::string_view step;
+  for (const std::string_view stage : sizes.stages) {
+    const std::string_view number = stage.substr(0, stage.find_first_of(". "));
+    out += number == step ? ", " : fmt::format("\n  {:<4} ", number);
+    out += stage.substr(number.size() + 1);
+    step = number;
+  }
+  out += '\n';
+}
+
 // "`bowl`", "`bowl` and 3 more bodies"
 template <class Shared>  // GridSize or TetSize
 std::string sharers(const Shared& shared) {
@@ -189,6 +202,7 @@ std::vector<std::string> warnings(const Scene& scene, const EffectPlan& plan, co
 std::string explain(const Scene& scene, const EffectPlan& plan, const WorldSizes& sizes) {
   std::string out = title_of(scene) + "\n\n";
   write_effects(out, plan);
+  write_stages(out, sizes);
   write_sizes(out, sizes);
   write_time(out, scene, sizes, estimate_time_step(scene, sizes));
   write_accuracy(out, scene);
@@ -239,6 +253,7 @@ nlohmann::json explain_json(const Scene& scene, const EffectPlan& plan, const Wo
       {"frames", scene.frames},
       {"fps", scene.fps},
       {"effects", effects},
+      {"stages", sizes.stages},
       {"sizes",
        {{"rigid_dynamic", sizes.rigid_dynamic},
         {"rigid_kinematic", sizes.rigid_kinematic},

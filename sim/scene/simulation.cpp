@@ -203,11 +203,10 @@ struct Simulation::Impl {
   }
 
   void measure_work() {
-    stats.stages.resize(stage_count);
-    for (int i = 0; i < stage_count; ++i) {
-      const auto stage = static_cast<Stage>(i);
-      stats.stages[static_cast<std::size_t>(i)] = {std::string(stage_names[static_cast<std::size_t>(i)]),
-                                                   world().clock[stage].seconds, world().clock[stage].calls};
+    stats.stages.clear();
+    for (const StageRow& row : stage_rows) {
+      const StageClock::Entry& entry = world().clock[row.stage];
+      stats.stages.push_back({std::string(row.label), entry.seconds, entry.calls});
     }
     stats.cg_iterations = world().counters.cg_iterations;
     stats.pressure_iterations = world().counters.pressure_iterations;
@@ -226,7 +225,8 @@ struct Simulation::Impl {
                               entry.gained.angular, entry.external.angular, entry.linear_defect,
                               entry.angular_defect, entry.kinetic, entry.stored});
     };
-    for (Stage stage : StepLedger::stages) add(stage_names[static_cast<std::size_t>(stage)], ledger[stage]);
+    for (const StageRow& row : stage_rows)
+      if (StepLedger::counts(row.stage)) add(row.label, ledger[row.stage]);
     add("step", ledger.whole_step());
     stats.pushed_mass = ledger.push_out().linear_largest;
     stats.pushed_moment = ledger.push_out().angular_largest;
@@ -384,6 +384,8 @@ WorldSizes Simulation::sizes() const {
   World& world = impl_->world();
   const Bodies& bodies = world.bodies;
   WorldSizes sizes;
+  for (const StageRow& row : stage_table)
+    if (runs(row, world)) sizes.stages.emplace_back(row.label);
   sizes.initial_overlaps = impl_->parting.overlaps;
   const TimeStepChoice choice =
       bounded_time_step(world, static_cast<double>(impl_->frame) / impl_->scene.fps);

@@ -41,10 +41,11 @@ struct WorldSizes {
   double lightest = 0, heaviest = 0;  // kg, of the dynamic bodies
   std::vector<GridSize> grids;
   std::vector<TetSize> tet_meshes;
-  double elastic_dt = 0;           // s, the elastic bound on the time step at rest (0: no deformable body)
-  double undamped_elastic_dt = 0;  // s, the same if damping did not lift it (solver.relaxation)
-  double time_step = 0;            // s, the longest that the rule allows now
-  std::string time_step_bound;     // what bounds it, in words
+  double elastic_dt = 0;            // s, the elastic bound on the time step at rest (0: no deformable body)
+  double undamped_elastic_dt = 0;   // s, the same if damping did not lift it (solver.relaxation)
+  double time_step = 0;             // s, the longest that the rule allows now
+  std::string time_step_bound;      // what bounds it, in words
+  std::vector<std::string> stages;  // labels of those of a step, in their order (sim/step/stage_table.h)
   std::vector<InitialOverlap> initial_overlaps;
 };
 

@@ -26,10 +26,11 @@ void push_out(World& world, StepContext& context) {
   if (settings.rigid_pairs || world.has(Effect::rigid_deformable_contact))
     resolve_interpenetration(world.bodies, context.graph, settings, context.contacts,
                              context.push_out_scratch);
-  check_finite(world, "IV.2 push out");
+  check_finite(world, Stage::push_out);
 }
 
-void restore_collided_velocity(World& world, StepContext& context) {
+// Rotation is restored as angular momentum: angular velocities follow from the orientations at x^{n+1}.
+void return_to_collided(World& world, StepContext& context) {
   restore_velocities(context.v_hat_n, world.bodies);
 }
 

@@ -77,12 +77,6 @@ void solve_semi_implicitly(World& world, StepContext& context, double dt, Contac
   Bodies& bodies = world.bodies;
   Particles& particles = bodies.particles;
   const bool elastic = world.has_internal_forces();
-  for (std::size_t p = 0; p < particles.size(); ++p) context.force[p] = particles.mass[p] * world.gravity;
-  bodies.forces.set_time_step(context.dt);
-  if (elastic)
-    world.clock.time(Stage::elastic_forces,
-                     [&] { bodies.forces.add_elastic_forces(particles.x, context.force); });
-  if (solves_contact(world)) context.explicit_force = context.force;
   for (std::size_t p = 0; p < particles.size(); ++p)
     context.right_side.particle[p] += dt * particles.inverse_mass[p] * context.force[p];
   add_force_twists(bodies.rigid, bodies.bound, context.force, dt, context.right_side.linear,
@@ -152,7 +146,6 @@ void solve_velocity(World& world, StepContext& context, double dt, ContactProjec
                     bool at_end) {
   Particles& particles = world.bodies.particles;
   begin_solve(world, context, dt);
-  context.force.resize(particles.size());
   if (!world.settings.implicit_elasticity || !world.has_internal_forces()) {
     solve_semi_implicitly(world, context, dt, projection, at_end);
     return;
@@ -241,20 +234,18 @@ void advance_semi_implicitly(World& world, StepContext& context) {
       context.projection.add_joints(context.joints);
     }
   }
+  find_explicit_forces(world, context);
   solve_velocity(world, context, dt, projection, false);
   for (std::size_t p = 0; p < particles.size(); ++p)
     particles.v[p] += dt * particles.inverse_mass[p] * context.force[p];
   for (std::size_t i = 0; i < bodies.rigid.size(); ++i)
     if (bodies.rigid.properties[i].is_dynamic()) bodies.rigid.state[i].velocity += dt * world.gravity;
-  for (const BoundParticle& bound : bodies.bound)
-    apply_impulse(bodies.rigid.state[bound.body], bodies.rigid.properties[bound.body], bound.offset,
-                  dt * context.force[bound.particle]);
+  apply_bound_forces(bodies, context.force, dt);
   if (solves_contact(world)) keep_damping(world, context, dt);
 }
 
 void advance_implicitly(World& world, StepContext& context) {
   Bodies& bodies = world.bodies;
-  bodies.forces.set_time_step(context.dt);
   ContactProjection* joints = nullptr;
   if (world.has(Effect::articulation) && !bodies.bound.empty()) {
     joints = &context.projection;
@@ -281,6 +272,7 @@ void advance_implicitly(World& world, StepContext& context) {
 void advance_velocity(World& world, StepContext& context) {
   Bodies& bodies = world.bodies;
   if (world.has(Effect::springs)) bodies.forces.begin_step(bodies.particles.x);
+  bodies.forces.set_time_step(context.dt);
   carry(context.kinematic, context.x_n, context.dt, bodies);
   if (world.settings.implicit_elasticity && world.has_internal_forces())
     advance_implicitly(world, context);
@@ -290,7 +282,7 @@ void advance_velocity(World& world, StepContext& context) {
     bodies.rigid.state[step.body].velocity = step.mean_velocity;
     bodies.rigid.state[step.body].angular_velocity = step.mean_angular_velocity;
   }
-  check_finite(world, "I.1 advance velocity");
+  check_finite(world, Stage::advance_velocity);
 }
 
 }  // namespace duet

@@ -1,4 +1,4 @@
-// Step III: contact (paper section 5).
+// Step III: contact (paper section 5), and what V.4 shares with it.
 #include "sim/base/stop.h"
 #include "sim/solve/velocity_system.h"
 #include "sim/step/step.h"
@@ -28,38 +28,38 @@ void sweep_contacts(World& world, StepContext& context, int round, LinkedBodies*
 }
 
 // Returns by how much joints were off, m/s.
-double solve_joints(World& world, StepContext& context, bool final) {
+double solve_joints(World& world, StepContext& context, ContactSolve solve) {
   double off = 0;
   const Articulation& articulation = world.bodies.articulation;
   world.clock.time(Stage::joints, [&] {
-    off = final ? context.joints.stabilize_and_control(articulation, world.bodies.rigid)
-                : context.joints.pre_stabilize(articulation, world.bodies.rigid, context.end_pose, context.dt,
-                                               world.settings.orientation);
+    off = solve == ContactSolve::at_end
+              ? context.joints.stabilize_and_control(articulation, world.bodies.rigid)
+              : context.joints.pre_stabilize(articulation, world.bodies.rigid, context.end_pose, context.dt,
+                                             world.settings.orientation);
   });
   return off;
 }
 
 }  // namespace
 
-// Contact and joints in turn, until contact no longer disturbs the joints: these come last, and are exact.
-// Where contact knows what the joints will do, one or two rounds are enough.
-void solve_contacts(World& world, StepContext& context, bool final) {
+void control_joints(World& world, StepContext& context, ContactSolve solve) {
+  if (world.touches()) context.linked.prepare(world.bodies, context.joints, true, context.contacts);
+  context.joints.begin_impulses(world.bodies.articulation,
+                                solve == ContactSolve::at_end ? context.dt : context.dt / 2);
+  solve_joints(world, context, solve);
+}
+
+// Joints come last, and are exact. Where contact knows what the joints will do, one or two rounds are enough.
+void solve_contacts(World& world, StepContext& context, ContactSolve solve) {
   const bool joints = world.has(Effect::articulation);
-  LinkedBodies* linked = nullptr;
-  if (joints) {
-    if (world.touches())
-      linked = context.linked.prepare(world.bodies, context.joints, true, context.contacts);
-    context.joints.begin_impulses(world.bodies.articulation, final ? context.dt : context.dt / 2);
-    solve_joints(world, context, final);
-  }
-  if (!world.touches()) return;
+  LinkedBodies* linked = joints ? context.linked.prepared() : nullptr;
   for (int round = 0; round < joint_rounds; ++round) {
     stop_if_asked();
     if (linked) linked->begin(world.bodies.rigid);
     sweep_contacts(world, context, round, linked);
     if (!joints) break;
     if (linked) linked->finish(world.bodies.rigid);
-    double off = solve_joints(world, context, final);
+    double off = solve_joints(world, context, solve);
     if (linked) off = linked->difference(world.bodies.rigid);
     if (off < world.settings.contact.tolerance) break;
   }
@@ -71,10 +71,16 @@ const LinkedBodies* link_active_contacts(World& world, StepContext& context) {
   return context.linked.prepare(world.bodies, context.joints, false, context.contacts);
 }
 
-namespace {
+void find_contact_graph(World& world, StepContext& context) {
+  Bodies& bodies = world.bodies;
+  build_contact_graph(bodies, world.gravity, world.has(Effect::rigid_contact), context.contacts,
+                      context.graph);
+  if (world.has(Effect::shock_propagation)) separate_levels(context.contacts, context.graph);
+  set_path_velocities(bodies, context.kinematic, context.graph, context.contacts);
+  predict_contacts(context.dt, world.settings.orientation, context.graph, bodies, context.contacts);
+}
 
-// Pairs that the velocity solve takes care of take no part in the sweeps.
-void leave_to_solve(World& world, StepContext& context) {
+void leave_contact_to_solve(World& world, StepContext& context) {
   find_solved_islands(world, context);
   for (const int p : context.graph.pairs) {
     ContactPair& pair = context.contacts.pairs[as_index(p)];
@@ -82,33 +88,19 @@ void leave_to_solve(World& world, StepContext& context) {
   }
 }
 
-// III.1 and where the solve of III.3 starts.
-void prepare_contacts(World& world, StepContext& context) {
-  Bodies& bodies = world.bodies;
-  // III.1
-  build_contact_graph(bodies, world.gravity, world.has(Effect::rigid_contact), context.contacts,
-                      context.graph);
-  if (world.has(Effect::shock_propagation)) separate_levels(context.contacts, context.graph);
-  set_path_velocities(bodies, context.kinematic, context.graph, context.contacts);
-  predict_contacts(context.dt, world.settings.orientation, context.graph, bodies, context.contacts);
-  if (solves_contact(world)) leave_to_solve(world, context);
-  // III.3, from the forces that the last step ended with
-  warm_start(context.memory, context.dt / 2, context.graph, bodies, context.contacts);
+void start_contact_warm(World& world, StepContext& context) {
+  warm_start(context.memory, context.dt / 2, context.graph, world.bodies, context.contacts);
 }
 
-}  // namespace
+void control_joints(World& world, StepContext& context) {
+  control_joints(world, context, ContactSolve::halfway);
+}
 
 void apply_contact(World& world, StepContext& context) {
-  context.solve_from_outside = {};
-  if (world.touches()) prepare_contacts(world, context);
-  solve_contacts(world, context, false);
+  if (world.touches()) solve_contacts(world, context, ContactSolve::halfway);
   if (world.has(Effect::articulation))
     context.joints.structure_impulses(context.joint_push, context.joint_turn);
-  if (solves_contact(world)) {
-    if (!world.touches()) find_solved_islands(world, context);
-    solve_contact_halfway(world, context);
-  }
-  check_finite(world, "III.3 apply contact");
+  check_finite(world, Stage::contact);
 }
 
 }  // namespace duet

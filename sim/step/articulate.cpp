@@ -32,7 +32,7 @@ constexpr double least_whip = 0.1;
   const Joint& joint = articulation.joints[static_cast<std::size_t>(drift.joint)];
   const auto child = static_cast<std::size_t>(joint.child);
   SimulationFault fault;
-  fault.stage = "IV.3 joints";
+  fault.stage = name(Stage::post_stabilization);
   fault.body = world.bodies.rigid.name[child];
   fault.element = fmt::format("joint {}", joint.name);
   fault.position = world.context.rigid_n[child].pose.position;

@@ -23,7 +23,7 @@ void end_step(World& world) {
   for (std::size_t i = 0; i < rigid.size(); ++i)
     update_orientation_dependents(rigid.state[i], rigid.properties[i]);
   follow_bodies(rigid, world.bodies.bound, world.bodies.particles);
-  check_finite(world, "V.4 velocity contact");
+  check_finite(world, "V end");
 }
 
 void restore_step_start(World& world) {

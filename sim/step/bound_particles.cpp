@@ -1,20 +1,23 @@
-// What bones take up of the forces on their flesh in step V.
+// What bones take up of the forces on their flesh.
 #include "sim/step/step.h"
 
 namespace duet {
 
-void bring_bound_to_middle(World& world, StepContext& context) {
-  Bodies& bodies = world.bodies;
+void bring_bound_to_middle(Bodies& bodies, const std::vector<RigidState>& rigid_n) {
   for (BoundParticle& bound : bodies.bound)
-    bound.offset = bodies.particles.x[bound.at] - 0.5 * (context.rigid_n[bound.body].pose.position +
-                                                         bodies.rigid.state[bound.body].pose.position);
+    bound.offset = bodies.particles.x[bound.at] -
+                   0.5 * (rigid_n[bound.body].pose.position + bodies.rigid.state[bound.body].pose.position);
 }
 
-void apply_bound_forces(World& world, StepContext& context) {
-  RigidBodies& rigid = world.bodies.rigid;
-  for (const BoundParticle& bound : world.bodies.bound)
+void apply_bound_forces(Bodies& bodies, const std::vector<Vec3>& force, double dt) {
+  RigidBodies& rigid = bodies.rigid;
+  for (const BoundParticle& bound : bodies.bound)
     apply_impulse(rigid.state[bound.body], rigid.properties[bound.body], bound.offset,
-                  context.dt * context.force[bound.particle]);
+                  dt * force[bound.particle]);
+}
+
+void follow_bones(World& world, StepContext&) {
+  follow_bodies(world.bodies.rigid, world.bodies.bound, world.bodies.particles);
 }
 
 }  // namespace duet

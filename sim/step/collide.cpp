@@ -14,10 +14,13 @@ void find_contacts(World& world, StepContext& context) {
   yield_where_pinched(world.bodies, context.dt, context.contacts, &context.contacts.pinches);
 }
 
-namespace {
+void return_to_start(World& world, StepContext& context) {
+  if (!world.meets()) velocity_difference(world.bodies, context.v_n, context.difference);
+  restore_velocities(context.v_n, world.bodies);
+}
 
-// II.1  v^n -> v_*^n. The joints' part in the blows is left to the joint solver, which has its impulses.
-void strike(World& world, StepContext& context) {
+// The joints' part in the blows is left to stabilize_collided(), which has its impulses.
+void collide(World& world, StepContext& context) {
   Bodies& bodies = world.bodies;
   LinkedBodies* linked = world.has(Effect::articulation)
                              ? context.linked.prepare(bodies, context.joints, false, context.contacts)
@@ -30,20 +33,11 @@ void strike(World& world, StepContext& context) {
   linked->release(context.contacts);
 }
 
-}  // namespace
+void stabilize_collided(World& world, StepContext& context) { context.joints.stabilize(world.bodies.rigid); }
 
-void collide(World& world, StepContext& context) {
-  Bodies& bodies = world.bodies;
-  const bool joints = world.has(Effect::articulation);
-  if (!world.meets()) velocity_difference(bodies, context.v_n, context.difference);
-  restore_velocities(context.v_n, bodies);
-  if (world.meets()) strike(world, context);
-  // II.2  v_*^n -> v^^n
-  if (joints) world.clock.time(Stage::joints, [&] { context.joints.stabilize(bodies.rigid); });
-  store_velocities(bodies, context.v_hat_n);
-
-  // II.3  v^^{n+1/2} = v^^n + (v~^{n+1/2} - v^n)
-  add_velocities(context.difference, bodies);
+void evolve_again(World& world, StepContext& context) {
+  store_velocities(world.bodies, context.v_hat_n);
+  add_velocities(context.difference, world.bodies);
 }
 
 }  // namespace duet

@@ -151,8 +151,10 @@ void correct_volume(World& world, StepContext& context) {
   find_rates_to_rest_volumes(world, context);
   find_change(world, context, world.settings.pressure);
   change_velocities(world, context);
-  check_finite(world, "I.2 volume correction");
+  check_finite(world, Stage::volume_correction);
 }
+
+bool keeps_volume_in_contact(const World& world) { return !world.settings.implicit_elasticity; }
 
 // Contact's impulses of III change volumes once more: they take the place of those of the last step, and rub.
 // What that leaves would be made good by the next step against the pressure, p dV, where nothing took that
@@ -161,7 +163,7 @@ void correct_volume_in_contact(World& world, StepContext& context) {
   if (!project_contacts(world, context, [&] { find_rates_to_rest_volumes(world, context); })) return;
   find_change(world, context, world.settings.pressure);
   change_velocities(world, context);
-  check_finite(world, "I.2 volume correction");
+  check_finite(world, Stage::volume_in_contact);
 }
 
 // V.1. The paper and its program take the divergence at x^{n+1/2} out of v^n, before the forces of the step.
@@ -170,20 +172,20 @@ void correct_volume_in_contact(World& world, StepContext& context) {
 // where the other forces do, at x^{n+1/2}, but after them, and so that v^{n+1} is without divergence where it
 // belongs, at x^{n+1}: the part that is lost is of the next order.
 void make_incompressible(World& world, StepContext& context) {
+  const bool after_contact = world.settings.constraints_first && keeps_spin(world);
+  if (after_contact) count_middle_forces(world, context, -1);
   Bodies& bodies = world.bodies;
   OneRings& rings = bodies.one_rings;
   std::vector<double>& rate = context.pressure.rate;
   rings.divergence_at(bodies.particles.x, velocities_in_contact(bodies, context), rate);
   for (double& r : rate) r = -r;
-  context.x_half.resize(bodies.particles.size());
-  for (std::size_t p = 0; p < bodies.particles.size(); ++p)
-    context.x_half[p] = 0.5 * (context.x_n[p] + bodies.particles.x[p]);
   rings.linearize(context.x_half);
   find_change(world, context, velocity_settings(world));
   change_velocities(world, context);
   for (std::size_t i = 0; i < context.held_pressure.size(); ++i)
     context.new_pressure[i] = context.pressure.pressure[i] / context.dt;
-  check_finite(world, "V.1 make incompressible");
+  if (after_contact) count_middle_forces(world, context, 1);
+  check_finite(world, Stage::make_incompressible);
 }
 
 // As correct_volume_in_contact(), of velocities and the contacts of V.4.
@@ -201,7 +203,7 @@ void keep_volume(World& world, StepContext& context) {
   change_velocities(world, context);
   for (std::size_t i = 0; i < context.held_pressure.size(); ++i)
     context.new_pressure[i] += context.pressure.pressure[i] / context.dt;
-  check_finite(world, "V.4 keep volume");
+  check_finite(world, Stage::volume_at_end);
 }
 
 // Damping is that of the velocities that pressures leave. Without them, in a body that is compressed, it

@@ -183,7 +183,11 @@ void count_middle_forces(World& world, StepContext& context, double sign) {
     context.twice_moved.rigid[i] += sign * bodies.rigid.state[i].velocity;
 }
 
+bool keeps_spin(const World& world) { return world.settings.keep_spin && world.has_internal_forces(); }
+
+// Where V.4 comes first, the forces of the middle have been counted as soon as they had acted.
 void keep_spin(World& world, StepContext& context) {
+  if (!world.settings.constraints_first) count_middle_forces(world, context, 1);
   for (const std::size_t first : context.free_islands.untouched()) keep_spin(context, first, world.bodies);
 }
 

@@ -11,7 +11,7 @@ namespace {
 
 [[noreturn]] void fail(const World& world, const std::array<int, 4>& particle) {
   SimulationFault fault;
-  fault.stage = "IV self-collision";
+  fault.stage = name(Stage::self_collision);
   fault.body = body_name(world.bodies, particle[0]);
   fault.element = "particle " + std::to_string(particle[0]);
   fault.position = world.context.x_n[static_cast<std::size_t>(particle[0])];
@@ -51,7 +51,7 @@ void find_repulsions(World& world, StepContext& context) {
                               world.bodies.faces_around, world.bodies.triangles);
 }
 
-void apply_velocity_repulsions(World& world, StepContext& context) {
+void repel_surfaces_at_end(World& world, StepContext& context) {
   Particles& particles = world.bodies.particles;
   context.self_repulsion.apply(context.dt, particles.x, particles.inverse_mass, particles.v);
   const std::vector<RepulsionPair>& pairs = context.self_repulsion.pairs();
@@ -61,7 +61,7 @@ void apply_velocity_repulsions(World& world, StepContext& context) {
 
 // The average velocity (x^{n+1} - x^n)/dt changes as the positions do, and v^^n with it.
 void collide_surfaces(World& world, StepContext& context) {
-  check_finite(world, "IV self-collision");
+  check_finite(world, Stage::self_collision);
   Particles& particles = world.bodies.particles;
   context.x_next = particles.x;
   const SelfCollision::Outcome outcome =

@@ -138,10 +138,13 @@ void add_solved_bodies(const World& world, StepContext& context) {
   add_crushing(world.bodies, context.solved, context);
 }
 
+// As choose_solved_bodies() and add_solved_bodies() may choose, at any time.
 bool solves_contact(const World& world) {
-  if (looks_for_crushing(world)) return true;
-  const std::vector<char>& solved = world.context.solved_bodies;
-  return std::find(solved.begin(), solved.end(), true) != solved.end();
+  if (!world.has_internal_forces()) return false;
+  if (world.settings.implicit_elasticity) return !world.bodies.deformable.empty();
+  return !world.settings.constraints_first &&
+         (world.may_crush || std::find(world.strongly_damped.begin(), world.strongly_damped.end(), true) !=
+                                 world.strongly_damped.end());
 }
 
 }  // namespace duet

@@ -215,6 +215,7 @@ void find_relaxing_islands(World& world, StepContext& context) {
 }  // namespace
 
 void solve_contact_halfway(World& world, StepContext& context) {
+  context.solve_from_outside = {};
   for (const int p : context.graph.pairs) {
     ContactPair& pair = context.contacts.pairs[as_index(p)];
     pair.active = pair.active || is_solved(context, world.bodies, pair);
@@ -231,11 +232,8 @@ void solve_contact_halfway(World& world, StepContext& context) {
   solve_halfway(world, context, context.relaxing, false);
 }
 
-void begin_contact_at_end(World& world, StepContext& context) {
-  if (solves_contact(world)) to_generalized(world.bodies, context.start_velocity);
-}
-
 void solve_contact_at_end(World& world, StepContext& context) {
+  context.solve_from_outside = {};
   Bodies& bodies = world.bodies;
   if (context.solved.searched() == 0) return;
   const double dt = context.dt;
@@ -286,10 +284,11 @@ void solve_contact_at_end(World& world, StepContext& context) {
   context.contact_forces.add_stored_velocities(-1, context.right_side);
   if (!world.settings.implicit_elasticity) {
     context.solve_from_outside = context.contact_forces.impulse_of_pins(bodies.particles);
-    if (!has_converged)  // about x^{n+1/2}, which x_next holds by now
-      return_momentum_to_bodies(world, context.solved, context.x_next, dt, context.right_side);
+    if (!has_converged)
+      return_momentum_to_bodies(world, context.solved, context.x_half, dt, context.right_side);
   }
   take_velocities(context.right_side, context.solved, bodies);
+  check_finite(world, Stage::contact_in_solve_at_end);
 }
 
 }  // namespace duet

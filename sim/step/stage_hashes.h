@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "sim/base/stage_clock.h"
+#include "sim/step/stage_table.h"
 #include "sim/step/state_hashes.h"
 
 namespace duet {
@@ -15,7 +15,7 @@ namespace duet {
 struct StageRecord {
   int frame = 0;           ///< that the step leads to
   int step = 0;            ///< of the frame, from 1; steps that failed and were repeated count
-  std::string_view stage;  ///< of stage_names, or "step begins" or "step ends"
+  std::string_view stage;  ///< its label in the table of stages, or "step begins" or "step ends"
   const std::vector<QuantityHashes>& quantities;
 };
 
@@ -37,7 +37,7 @@ class StageHashes {
     record(world, "step begins");
   }
   void end_stage(const World& world, Stage stage) {
-    if (is_on()) record(world, stage_names[static_cast<std::size_t>(stage)]);
+    if (is_on()) record(world, name(stage));
   }
   void end_step(const World& world) {
     if (is_on()) record(world, "step ends");

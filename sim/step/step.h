@@ -1,8 +1,11 @@
-// One time step (paper section 2).
+// One time step (paper section 2), and what its stages share. The stages themselves: sim/step/stages.h; their
+// order: sim/step/stage_table.h.
 #pragma once
 
 #include <limits>
+#include <string_view>
 
+#include "sim/step/stages.h"
 #include "sim/step/world.h"
 
 namespace duet {
@@ -54,72 +57,60 @@ TimeStepChoice bounded_time_step(World& world, double time);
 std::string describe(const TimeStepChoice& choice, const Bodies& bodies);  // "the turn of `bar`"
 double choose_time_step(World& world, double time);
 
-// The stages, in the paper's order and naming. Each is a function of its own so that tests can look between
-// them.
-void begin_step(World& world, StepContext& context);        // remembers x^n and v^n
-void plan_motion(World& world, StepContext& context);       //       of kinematic bodies in this step
-void advance_velocity(World& world, StepContext& context);  // I     v^n -> v~^{n+1/2}
-void correct_volume(World& world, StepContext& context);    // I.2   so that positions reach rest volumes
-void correct_volume_in_contact(World& world, StepContext& context);  //       the same after III
-void repel_surfaces(World& world, StepContext& context);             // I.3
-void slow_in_air_halfway(World& world,
-                         StepContext& context);          //       v~^{n+1/2}, of bodies with a terminal speed
-void find_contacts(World& world, StepContext& context);  //       v~^{n+1/2} - v^n, and what may touch
-void collide(World& world, StepContext& context);        // II    v^n -> v^^n, v~^{n+1/2} -> v^^{n+1/2}
-void apply_contact(World& world, StepContext& context);  // III   v^^{n+1/2} -> v^{n+1/2}
-void solve_contacts(World& world, StepContext& context, bool final);  // the solve that III.3 and V.4 share
+// The parts of a step that are no stages, for tests that look between stages.
+void begin_step(World& world, StepContext& context);  // remembers x^n and v^n
+// Runs the stages from the first row of `first` to the last one of `last` that the scene needs, and no check.
+void run_stages(World& world, Stage first, Stage last);
+
+// The two contact solves of a step: III, whose velocities move the positions, and V.4.
+enum class ContactSolve { halfway, at_end };
+// Joints with their control, before contact, which then knows what control does to the bodies that it meets.
+void control_joints(World& world, StepContext& context, ContactSolve solve);
+// Contact and joints in turn, until contact no longer disturbs the joints.
+void solve_contacts(World& world, StepContext& context, ContactSolve solve);
 
 // Contact inside the velocity solves, for the islands that find_solved_islands() finds in step III, and that
 // no sweeps over the contacts go through then (sim/step/solved_contact.cpp).
-bool solves_contact(const World& world);  // whether there may be any in this step
-bool may_crush(const Bodies& bodies);     // whether a deformable body is much heavier than a rigid one
+bool may_crush(const Bodies& bodies);  // whether a deformable body is much heavier than a rigid one
 void choose_solved_bodies(World& world, StepContext& context);
 void add_solved_bodies(const World& world, StepContext& context);  // on the islands of context.solved
 void find_solved_islands(World& world, StepContext& context);
 bool is_solved(const StepContext& context, const Bodies& bodies, const ContactPair& pair);
-void solve_contact_halfway(World& world, StepContext& context);  // III, from v^^{n+1/2} with warm impulses
-void begin_contact_at_end(World& world, StepContext& context);   // before V.2, v^^n
-void solve_contact_at_end(World& world, StepContext& context);   // V.2, v_**^{n+1} without contact's impulses
 // Brings the contacts that have impulses to the poses now, for a projection: as LinkedBodies::prepare.
 const LinkedBodies* link_active_contacts(World& world, StepContext& context);
 // Makes context.projection that of the contacts that hold an impulse, and of joints. `rests`: as
 // ContactProjection::build.
 void project_active_contacts(World& world, StepContext& context, const std::vector<char>& rests = {});
-// Flesh on bones in step V: takes the places where forces act on bound particles to x^{n+1/2}, where the
-// particles stand, and gives their bodies those forces over the step.
-void bring_bound_to_middle(World& world, StepContext& context);
-void apply_bound_forces(World& world, StepContext& context);
-void begin_joints(World& world, StepContext& context);  // rows of joints at x^n, rates of control
-bool joints_turn_too_far(const World& world, const StepContext& context);  // with v^{n+1/2}
-bool joints_miss_energy(const World& world, const StepContext& context);   // after finish_positions
-void finish_positions(World& world, StepContext& context);           // IV.3  joints at x^{n+1}, v^^n -> v-^n
-void advance_position(World& world, StepContext& context);           // IV.1  x^n -> x^^{n+1}
-void push_out(World& world, StepContext& context);                   // IV.2  x^^{n+1} -> x^{n+1}
-void restore_collided_velocity(World& world, StepContext& context);  //       v^{n+1/2} -> v^^n, at x^{n+1}
-void slow_in_air(World& world, StepContext& context);                //       v^^n
-void collide_surfaces(World& world, StepContext& context);   //       x^{n+1} without crossings, v^^n with it
-void find_repulsions(World& world, StepContext& context);    //       at x^{n+1}
-void constrained_solve(World& world, StepContext& context);  // V.2-3 v^^n -> v_**^{n+1}
-// Where constraints come first (section 7.2, for very large piles), in place of constrained_solve:
-void apply_explicit_forces(World& world, StepContext& context);  // V.2   v^^n -> v_*, before V.4
-void solve_damping(World& world, StepContext& context);          //       after V.4, under its contacts
-void make_incompressible(World& world, StepContext& context);    // V.1   of v_**^{n+1}
-void keep_volume(World& world, StepContext& context);            //       of v^{n+1}, after V.4
+
+// Gravity and the elastic forces at the positions now, N, in context.force; also in context.explicit_force if
+// contact may be part of a solve.
+void find_explicit_forces(World& world, StepContext& context);
+// While it lives, the particles are at x^{n+1/2}, which is context.x_half; then at x^{n+1} again.
+class AtMiddle {
+ public:
+  explicit AtMiddle(World& world) : world_(world) { world_.bodies.particles.x.swap(world_.context.x_half); }
+  ~AtMiddle() { world_.bodies.particles.x.swap(world_.context.x_half); }
+  AtMiddle(const AtMiddle&) = delete;
+  AtMiddle& operator=(const AtMiddle&) = delete;
+
+ private:
+  World& world_;
+};
+// Takes the places where forces act on bound particles to x^{n+1/2}, where the particles stand, between the
+// rigid states of time n and those now.
+void bring_bound_to_middle(Bodies& bodies, const std::vector<RigidState>& rigid_n);
+// Gives bones the forces (N) on their flesh over `dt` (s), where they act.
+void apply_bound_forces(Bodies& bodies, const std::vector<Vec3>& force, double dt);
 // What the pressures of the last step change of velocities within `dt` (s), at the positions now.
 void add_held_pressures(World& world, StepContext& context, double dt, std::vector<Vec3>& velocity);
-// Of free islands with deformable bodies (sim/step/free_islands.h), so that they gain no spin from how
-// positions move. Forces at x^{n+1/2} are what changes velocities between a count with `sign` -1, which
-// begin_spin() is the first of, and one with 1.
-void begin_spin(World& world, StepContext& context);  //       before step V
+// For keep_spin(): counts the velocities now with `sign`. Forces at x^{n+1/2} are what changes velocities
+// between a count with -1, which begin_spin() is the first of, and one with 1.
 void count_middle_forces(World& world, StepContext& context, double sign);
-void keep_spin(World& world, StepContext& context);                  //       v_**^{n+1}, turned back
-void apply_velocity_contact(World& world, StepContext& context);     // V.4   v_**^{n+1} -> v^{n+1}
-void apply_velocity_repulsions(World& world, StepContext& context);  //       between deformable surfaces
 
 // The implicit solve of I.1 and V.2: from the velocities v now, fills `context.solution` with V, V = v + dt
 // M^-1 (F + F_damping(V)), and `context.force` with F + F_damping(V), where F are gravity and the elastic
-// forces. Semi-implicitly the elastic forces are those of the positions now; implicitly, in I.1 alone, they
-// are those of x^n + dt V, where the solve leaves the particles.
+// forces. Semi-implicitly F is what find_explicit_forces() has left in `context.force`; implicitly, in I.1
+// alone, it is that of x^n + dt V, where the solve leaves the particles.
 // `at_end` tells V.2 from I.1.
 void solve_velocity(World& world, StepContext& context, double dt, ContactProjection* projection,
                     bool at_end);
@@ -170,7 +161,8 @@ void return_momentum_to_bodies(const World& world, const Islands& islands, const
 // they did without contact (context.solved_change), about the origin.
 Momentum impulse_of_holders(const World& world, const Islands& islands, double dt);
 
-// Throws SimulationError if a particle's or a body's state is not finite.
-void check_finite(const World& world, const char* stage);
+// Throws SimulationError, which names the stage, if a particle's or a body's state is not finite.
+void check_finite(const World& world, std::string_view stage);
+void check_finite(const World& world, Stage stage);
 
 }  // namespace duet

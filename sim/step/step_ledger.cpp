@@ -5,17 +5,14 @@
 namespace duet {
 namespace {
 
-// Steps I and III find v^{n+1/2}, which moves the bodies and is then given up for v^^n.
-bool is_kept(Stage stage) {
-  return stage == Stage::joints || stage == Stage::collide || stage == Stage::self_collision ||
-         stage == Stage::constrained_solve || stage == Stage::make_incompressible ||
-         stage == Stage::keep_volume || stage == Stage::velocity_contact ||
-         stage == Stage::velocity_repulsion || stage == Stage::explicit_forces || stage == Stage::air_drag;
+bool acts_in_the_middle(Stage stage) {  // at x^{n+1/2}
+  return stage == Stage::re_evaluation || stage == Stage::contact_in_solve_at_end ||
+         stage == Stage::make_incompressible;
 }
 
-bool acts_in_the_middle(const World& world, Stage stage) {  // at x^{n+1/2}
-  if (stage == Stage::constrained_solve) return !world.settings.constraints_first;
-  return stage == Stage::make_incompressible || stage == Stage::explicit_forces;
+// Stages that go on from impulses that contacts have from stages before.
+bool goes_on(Stage stage) {
+  return stage == Stage::contact || stage == Stage::contact_in_solve || stage == Stage::contact_at_end;
 }
 
 // What is added to moments about the origin where rigid bodies are taken at x^{n+1/2}, as forces on the
@@ -76,7 +73,7 @@ StepLedger::Balance StepLedger::measure(const World& world, const std::vector<Ve
 
 StepLedger::Balance StepLedger::measure(const World& world, Stage stage) {
   Balance balance = measure(world, acting_at(world, stage));
-  if (acts_in_the_middle(world, stage) && stage != Stage::make_incompressible)
+  if (acts_in_the_middle(stage) && stage != Stage::make_incompressible)
     balance.momentum.angular += moment_in_the_middle(world, [&](std::size_t i) {
       return Vec3(world.bodies.rigid.properties[i].mass * world.bodies.rigid.state[i].velocity);
     });
@@ -85,33 +82,53 @@ StepLedger::Balance StepLedger::measure(const World& world, Stage stage) {
 
 const std::vector<Vec3>& StepLedger::acting_at(const World& world, Stage stage) {
   const std::vector<Vec3>& x = world.bodies.particles.x;
-  if (!acts_in_the_middle(world, stage)) return x;
+  if (!acts_in_the_middle(stage)) return x;
   middle_.resize(x.size());
   for (std::size_t p = 0; p < x.size(); ++p) middle_[p] = 0.5 * (world.context.x_n[p] + x[p]);
   return middle_;
 }
 
-// What pins and mass-proportional damping give over `dt`: internal forces have no sum, so that their part on
-// pinned particles is what the pins take from the others. context.force holds the forces of the stage with
-// gravity and damping.
-Momentum StepLedger::impulse_of_holders(const World& world, const std::vector<Vec3>& x, double dt) const {
+// Internal forces have no sum, so that their part on pinned particles is what the pins take from the others.
+// context.force holds them, and the weight of all particles by `gravity` (m/s^2).
+Momentum StepLedger::impulse_of_pins(const World& world, const std::vector<Vec3>& x, const Vec3& gravity,
+                                     double dt) const {
   Momentum total;
   if (!world.has_internal_forces()) return total;
-  const StepContext& context = world.context;
-  const InternalForces& forces = world.bodies.forces;
   const Particles& particles = world.bodies.particles;
   for (std::size_t p = 0; p < x.size(); ++p) {
-    const double drag = forces.elements.drag(p);
-    Vec3 impulse = -dt * drag * context.solution.particle[p];
-    if (particles.inverse_mass[p] == 0 && particles.mass[p] > 0)  // bound ones have no mass
-      impulse = -dt * (context.force[p] - particles.mass[p] * world.gravity);
+    if (particles.inverse_mass[p] > 0 || particles.mass[p] == 0) continue;  // bound ones have no mass
+    const Vec3 impulse = -dt * (world.context.force[p] - particles.mass[p] * gravity);
     total += {impulse, x[p].cross(impulse)};
   }
   return total;
 }
 
+// Of damping in proportion to mass, at the velocity context.solution.
+Momentum StepLedger::impulse_of_drag(const World& world, const std::vector<Vec3>& x, double dt) const {
+  Momentum total;
+  if (!world.has_internal_forces()) return total;
+  const Particles& particles = world.bodies.particles;
+  for (std::size_t p = 0; p < x.size(); ++p) {
+    if (particles.inverse_mass[p] == 0 && particles.mass[p] > 0) continue;  // a pin's
+    const Vec3 impulse = -dt * world.bodies.forces.elements.drag(p) * world.context.solution.particle[p];
+    total += {impulse, x[p].cross(impulse)};
+  }
+  return total;
+}
+
+Momentum StepLedger::given_by_contact(const World& world, Stage stage) {
+  const StepContext& context = world.context;
+  active_.clear();  // the others are solved for later: what their contacts hold has not been applied
+  for (const int p : context.graph.pairs)
+    if (context.contacts.pairs[as_index(p)].active) active_.push_back(p);
+  Momentum total;
+  if (stage != Stage::warm_start && stage != Stage::contacts_at_end && stage != Stage::contact_in_solve)
+    total = impulse_of_joints(context.joints);
+  return total += contact_impulse(world.bodies, context.contacts, active_);
+}
+
 Momentum StepLedger::external(const World& world, Stage stage, const std::vector<Vec3>& x,
-                              const Momentum& gain) const {
+                              const Momentum& gain) {
   const StepContext& context = world.context;
   const Bodies& bodies = world.bodies;
   const double dt = context.dt;
@@ -119,38 +136,49 @@ Momentum StepLedger::external(const World& world, Stage stage, const std::vector
   switch (stage) {
     case Stage::advance_velocity:
       total = gravity_impulse(bodies, x, world.gravity, dt / 2);
-      return total += impulse_of_holders(world, x, dt / 2);
-    case Stage::explicit_forces:
+      total += impulse_of_pins(world, x, world.gravity, dt / 2);
+      return total += impulse_of_drag(world, x, dt / 2);
+    case Stage::re_evaluation:
+      holders_of_middle_ = impulse_of_pins(world, x, world.gravity, dt);
+      if (!world.settings.constraints_first) holders_of_middle_ += impulse_of_drag(world, x, dt);
       total = gravity_impulse(bodies, x, world.gravity, dt);
       total.angular += moment_in_the_middle(
           world, [&](std::size_t i) { return Vec3(dt * bodies.rigid.properties[i].mass * world.gravity); });
-      return total += impulse_of_holders(world, x, dt);
-    case Stage::constrained_solve:
-      // Damping alone gives nothing: what it gains where bodies of infinite mass are in contact is theirs.
-      if (world.settings.constraints_first) return context.projection.is_held() ? gain : total;
-      total = gravity_impulse(bodies, x, world.gravity, dt);
-      total.angular += moment_in_the_middle(
-          world, [&](std::size_t i) { return Vec3(dt * bodies.rigid.properties[i].mass * world.gravity); });
-      total += context.solve_from_outside;
-      return total += impulse_of_holders(world, x, dt);
+      return total += holders_of_middle_;
+    case Stage::contact_in_solve_at_end:  // its forces take the place of those of V.3
+      total = impulse_of_pins(world, x, world.gravity, dt) - holders_of_middle_;
+      total += impulse_of_drag(world, x, dt);
+      return total += context.solve_from_outside;
+    case Stage::damping_at_end:
+      // What it gains where bodies of infinite mass are in contact is theirs.
+      if (!world.has_internal_forces() || context.projection.is_held()) return gain;
+      total = impulse_of_pins(world, x, Vec3::Zero(), dt);
+      return total += impulse_of_drag(world, x, dt);
     case Stage::volume_correction:
+    case Stage::volume_in_contact:
     case Stage::make_incompressible:
-    case Stage::keep_volume:
+    case Stage::volume_at_end:
       return context.projection.empty() ? total : impulse_of_contact(bodies, context.pressure, x);
-    case Stage::joints:
+    case Stage::post_stabilization:
       return context.joints_from_outside;
     case Stage::air_drag_halfway:
     case Stage::air_drag:
       return gain;
-    case Stage::collide:
-      total = impulse_of_joints(context.joints);
-      return total += contact_impulse(bodies, context.contacts, context.collision_scratch.pairs);
-    case Stage::apply_contact:
-      total = context.solve_from_outside;
-      [[fallthrough]];
-    case Stage::velocity_contact:
-      total += impulse_of_joints(context.joints);
-      return total += contact_impulse(bodies, context.contacts, context.graph.pairs);
+    case Stage::collisions:
+      return contact_impulse(bodies, context.contacts, context.collision_scratch.pairs);
+    case Stage::collided_joints:
+    case Stage::control:
+    case Stage::control_at_end:
+      return impulse_of_joints(context.joints);
+    case Stage::warm_start:
+    case Stage::contacts_at_end:
+      return given_by_contact(world, stage);
+    case Stage::contact:
+    case Stage::contact_at_end:
+      return given_by_contact(world, stage) - given_at_start_;
+    case Stage::contact_in_solve:
+      total = given_by_contact(world, stage) - given_at_start_;
+      return total += context.solve_from_outside;
     default:
       return total;
   }
@@ -173,28 +201,30 @@ void StepLedger::begin_step(const World& world) {
 }
 
 void StepLedger::begin_stage(const World& world, Stage stage) {
-  if (!on_) return;
+  if (!on_ || !counts(stage)) return;
   stage_start_ = measure(world, stage);
+  if (goes_on(stage)) given_at_start_ = given_by_contact(world, stage);
   if (stage != Stage::push_out) return;
   before_push_out_ = world.bodies.particles.x;
   rigid_before_push_out_ = world.bodies.rigid.state;
 }
 
 void StepLedger::end_stage(const World& world, Stage stage) {
-  if (!on_) return;
+  if (!on_ || !counts(stage)) return;
   if (stage == Stage::push_out)
     totals_.push_out.add(displacement(world.bodies, before_push_out_, rigid_before_push_out_));
   const std::vector<Vec3>& x = acting_at(world, stage);
   const Balance now = measure(world, stage);
-  const Momentum from_outside = external(world, stage, x, now.momentum - stage_start_.momentum);
   LedgerEntry& entry = totals_.stage[static_cast<std::size_t>(stage)];
-  if (stage == Stage::advance_position || stage == Stage::push_out) {
+  const Changes changes = row_of(stage).changes;
+  if (changes == Changes::position) {
     entry.kinetic += now.kinetic - stage_start_.kinetic;
     entry.stored += now.stored - stage_start_.stored;
     return;
   }
+  const Momentum from_outside = external(world, stage, x, now.momentum - stage_start_.momentum);
   close(entry, stage_start_, now, from_outside);
-  if (!is_kept(stage)) return;
+  if (changes != Changes::velocity) return;
   kept_ += now.momentum - stage_start_.momentum;
   kept_external_ += from_outside;
 }

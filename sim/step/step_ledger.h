@@ -4,8 +4,8 @@
 
 #include <array>
 
-#include "sim/base/stage_clock.h"
 #include "sim/coupling/ledger.h"
+#include "sim/step/stage_table.h"
 
 namespace duet {
 
@@ -14,11 +14,11 @@ struct StepContext;
 
 class StepLedger {
  public:
-  static constexpr std::array stages = {
-      Stage::advance_velocity,   Stage::volume_correction,   Stage::self_repulsion,   Stage::collide,
-      Stage::apply_contact,      Stage::advance_position,    Stage::push_out,         Stage::self_collision,
-      Stage::constrained_solve,  Stage::make_incompressible, Stage::keep_volume,      Stage::velocity_contact,
-      Stage::velocity_repulsion, Stage::explicit_forces,     Stage::air_drag_halfway, Stage::air_drag};
+  /// Whether the ledger has an entry of the stage: it changes what bodies have of momentum or energy.
+  static constexpr bool counts(Stage stage) {
+    const StageRow& row = row_of(stage);
+    return row.work != nullptr && row.changes != Changes::nothing && row.changes != Changes::exchange;
+  }
 
   bool is_on() const { return on_; }
   void turn_on() { on_ = true; }
@@ -31,8 +31,8 @@ class StepLedger {
   void end_step(const World& world);
 
   // Of advance_position: the moment that is left when positions move by v^{n+1/2} and velocities are changed
-  // at x^{n+1/2} and x^{n+1}; of second order in the step. Of push_out the energy alone: for what it moves
-  // see below.
+  // at x^{n+1/2} and x^{n+1}, less what keep_spin() takes back; of second order in the step. Of push_out and
+  // keep_spin() the energy alone: for what push_out moves see below.
   const LedgerEntry& operator[](Stage stage) const { return totals_.stage[static_cast<std::size_t>(stage)]; }
   const LedgerEntry& whole_step() const { return totals_.step; }
   const DisplacementEntry& push_out() const { return totals_.push_out; }
@@ -46,8 +46,12 @@ class StepLedger {
   Balance measure(const World& world, Stage stage);  // where the forces of the stage act
   // The particles' positions that the forces of a stage act at.
   const std::vector<Vec3>& acting_at(const World& world, Stage stage);
-  Momentum external(const World& world, Stage stage, const std::vector<Vec3>& x, const Momentum& gain) const;
-  Momentum impulse_of_holders(const World& world, const std::vector<Vec3>& x, double dt) const;
+  Momentum external(const World& world, Stage stage, const std::vector<Vec3>& x, const Momentum& gain);
+  // What contacts, and joints where a stage has them, have given so far.
+  Momentum given_by_contact(const World& world, Stage stage);
+  Momentum impulse_of_pins(const World& world, const std::vector<Vec3>& x, const Vec3& gravity,
+                           double dt) const;
+  Momentum impulse_of_drag(const World& world, const std::vector<Vec3>& x, double dt) const;
   static void close(LedgerEntry& entry, const Balance& before, const Balance& after,
                     const Momentum& external);
 
@@ -61,6 +65,9 @@ class StepLedger {
   Totals totals_, before_step_;  // a step that fails leaves nothing behind
   Balance step_start_, stage_start_;
   Momentum kept_, kept_external_;  // of this step, by the stages whose change of velocity is not undone
+  Momentum given_at_start_;        // by contact, at the start of the stage
+  Momentum holders_of_middle_;     // what pins and drag gave in V.3
+  std::vector<int> active_;        // scratch: pairs
   std::vector<Vec3> middle_, before_push_out_;
   std::vector<RigidState> rigid_before_push_out_;
 };

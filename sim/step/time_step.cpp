@@ -148,7 +148,7 @@ void bound_by_approach(World& world, double time, TimeStepChoice& choice) {
       shorter);
 }
 
-[[noreturn]] void fail(const char* stage, const std::string& body, const std::string& element,
+[[noreturn]] void fail(std::string_view stage, const std::string& body, const std::string& element,
                        const Vec3& position, double value) {
   SimulationFault fault;
   fault.stage = stage;
@@ -195,7 +195,9 @@ std::string describe(const TimeStepChoice& choice, const Bodies& bodies) {
 
 double choose_time_step(World& world, double time) { return bounded_time_step(world, time).seconds; }
 
-void check_finite(const World& world, const char* stage) {
+void check_finite(const World& world, Stage stage) { check_finite(world, name(stage)); }
+
+void check_finite(const World& world, std::string_view stage) {
   const Bodies& bodies = world.bodies;
   for (const DeformableBody& body : bodies.deformable)
     for (int i = 0; i < body.particle_count; ++i) {

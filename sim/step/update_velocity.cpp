@@ -5,20 +5,6 @@
 
 namespace duet {
 
-namespace {
-
-// Those of gravity and elasticity at the positions now.
-void find_forces(World& world, StepContext& context) {
-  const Particles& particles = world.bodies.particles;
-  context.force.resize(particles.size());
-  for (std::size_t p = 0; p < particles.size(); ++p) context.force[p] = particles.mass[p] * world.gravity;
-  world.clock.time(Stage::elastic_forces,
-                   [&] { world.bodies.forces.add_elastic_forces(particles.x, context.force); });
-  context.explicit_force = context.force;
-}
-
-}  // namespace
-
 void project_active_contacts(World& world, StepContext& context, const std::vector<char>& rests) {
   context.projection.build(world.bodies, context.contacts, context.graph, world.settings.projection_sweeps,
                            world.has(Effect::self_repulsion) ? &context.self_repulsion : nullptr,
@@ -28,51 +14,62 @@ void project_active_contacts(World& world, StepContext& context, const std::vect
   context.projection.add_joints(context.joints);
 }
 
-// V.2: V = v^n + dt/2 M^-1 (F(x^{n+1/2}) + F_damping(V)) with contact projected, which only serves to find
-// the velocity at which V.3 evaluates the damping forces, unprojected: v^{n+1} = v^n + dt M^-1 (F(x^{n+1/2})
-// + F_damping(V)). Together they are the trapezoidal rule for the damping.
+bool solves_at_end(const World& world) {
+  return !(world.settings.implicit_elasticity && world.has_internal_forces());
+}
+
+void find_solve_constraints(World& world, StepContext& context) { project_active_contacts(world, context); }
+
+void find_explicit_forces(World& world, StepContext& context) {
+  const Particles& particles = world.bodies.particles;
+  context.force.resize(particles.size());
+  for (std::size_t p = 0; p < particles.size(); ++p) context.force[p] = particles.mass[p] * world.gravity;
+  if (world.has_internal_forces())
+    world.clock.time(Stage::elastic_forces,
+                     [&] { world.bodies.forces.add_elastic_forces(particles.x, context.force); });
+  if (solves_contact(world)) context.explicit_force = context.force;
+}
+
+void find_middle_forces(World& world, StepContext& context) {
+  Bodies& bodies = world.bodies;
+  const std::vector<Vec3>& x = bodies.particles.x;
+  if (solves_contact(world)) to_generalized(bodies, context.start_velocity);
+  context.x_half.resize(x.size());
+  for (std::size_t p = 0; p < x.size(); ++p) context.x_half[p] = 0.5 * (context.x_n[p] + x[p]);
+  carry(context.kinematic, context.x_n, context.dt, bodies);
+  const AtMiddle at_middle(world);
+  bring_bound_to_middle(bodies, context.rigid_n);
+  find_explicit_forces(world, context);
+}
+
+// V only serves to find the velocity at which V.3 evaluates the damping forces. Together they are the
+// trapezoidal rule for the damping.
 void constrained_solve(World& world, StepContext& context) {
+  const AtMiddle at_middle(world);
+  solve_velocity(world, context, context.dt / 2, &context.projection, true);
+}
+
+// The seam of the paper's section 7.2: what V.2 has projected is left behind. Where constraints come before
+// the solve, the forces are the explicit ones.
+void evaluate_again(World& world, StepContext& context) {
   Bodies& bodies = world.bodies;
   Particles& particles = bodies.particles;
-  const bool is_implicit = world.settings.implicit_elasticity && world.has_internal_forces();
-  begin_contact_at_end(world, context);
-  context.solve_from_outside = {};
-  ContactProjection* projection = nullptr;
-  // Without elasticity there is nothing to solve, and rigid bodies take their velocities from V.3.
-  if (!is_implicit && (world.has_internal_forces() || world.has(Effect::incompressibility))) {
-    project_active_contacts(world, context);
-    projection = &context.projection;
-  }
-
-  context.x_next = particles.x;
-  for (std::size_t p = 0; p < particles.size(); ++p)
-    particles.x[p] = 0.5 * (context.x_n[p] + context.x_next[p]);
-  carry(context.kinematic, context.x_n, context.dt, bodies);
-  bring_bound_to_middle(world, context);
-  if (is_implicit)
-    find_forces(world, context);
-  else
-    solve_velocity(world, context, context.dt / 2, projection, true);
-
   for (std::size_t p = 0; p < particles.size(); ++p)
     particles.v[p] += context.dt * particles.inverse_mass[p] * context.force[p];
   for (std::size_t i = 0; i < bodies.rigid.size(); ++i)
     if (bodies.rigid.properties[i].is_dynamic()) bodies.rigid.state[i].velocity += context.dt * world.gravity;
-  apply_bound_forces(world, context);
+  apply_bound_forces(bodies, context.force, context.dt);
   for (const KinematicStep& step : context.kinematic) {
     bodies.rigid.state[step.body].velocity = step.end.velocity;
     bodies.rigid.state[step.body].angular_velocity = step.end.angular_velocity;
   }
   end_carrying(context.kinematic, bodies);
-  std::swap(particles.x, context.x_next);
-  if (solves_contact(world)) solve_contact_at_end(world, context);
-  check_finite(world, "V.2 constrained solve");
+  if (world.settings.constraints_first && keeps_spin(world)) count_middle_forces(world, context, 1);
+  check_finite(world, Stage::re_evaluation);
 }
 
-namespace {
-
-// The contacts that step III looked at, at x^{n+1}.
-void prepare_again(World& world, StepContext& context) {
+// The contacts that step III looked at.
+void prepare_contacts_at_end(World& world, StepContext& context) {
   update_contacts(context.graph, world.bodies, context.contacts);
   find_impact_planes(world.bodies, context.v_hat_n, context.dt, world.settings.orientation,
                      world.gravity.norm() * context.dt * context.dt, context.contacts);
@@ -84,13 +81,13 @@ void prepare_again(World& world, StepContext& context) {
   warm_start_again(2, context.graph, world.bodies, context.contacts);
 }
 
-}  // namespace
+void control_joints_at_end(World& world, StepContext& context) {
+  control_joints(world, context, ContactSolve::at_end);
+}
 
-// V.4: joints, their control, contact and friction as a post-process.
-void apply_velocity_contact(World& world, StepContext& context) {
-  if (world.touches()) prepare_again(world, context);
-  solve_contacts(world, context, true);
-  if (world.touches()) world.counters.contacts = count_active(context.contacts, context.graph);
+void apply_contact_at_end(World& world, StepContext& context) {
+  solve_contacts(world, context, ContactSolve::at_end);
+  world.counters.contacts = count_active(context.contacts, context.graph);
 }
 
 }  // namespace duet

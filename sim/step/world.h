@@ -3,7 +3,6 @@
 
 #include "sim/articulation/free_motion.h"
 #include "sim/articulation/joint_solver.h"
-#include "sim/base/stage_clock.h"
 #include "sim/coupling/collisions.h"
 #include "sim/coupling/contact_candidates.h"
 #include "sim/coupling/contact_projection.h"
@@ -24,6 +23,7 @@
 #include "sim/step/effects.h"
 #include "sim/step/free_islands.h"
 #include "sim/step/kinematic_motion.h"
+#include "sim/step/stage_clock.h"
 #include "sim/step/stage_hashes.h"
 #include "sim/step/step_ledger.h"
 
@@ -67,8 +67,8 @@ struct StepContext {
   double time = 0;  // s, at the start of the step
 
   std::vector<Vec3> x_n;            // particle positions x^n
-  std::vector<Vec3> x_next;         // x^{n+1} while the bodies stand at x^{n+1/2}
-  std::vector<Vec3> x_half;         // x^{n+1/2}, of V.1
+  std::vector<Vec3> x_next;         // x^{n+1} as predicted, for the contact of deformable surfaces
+  std::vector<Vec3> x_half;         // x^{n+1/2} = (x^n + x^{n+1})/2, from V.2 on
   std::vector<RigidState> rigid_n;  // rigid states of time n
   VelocityState v_n;                // v^n
   VelocityState difference;         // v~^{n+1/2} - v^n

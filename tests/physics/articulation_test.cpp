@@ -119,7 +119,8 @@ TEST(Articulation, TheLedgerOfAPendulumIsBalanced) {
   double stage_defect = 0, step_defect = 0;
   for (int frame = 0; frame < 24; ++frame) {
     simulation.advance_frame();
-    for (const Stage stage : {Stage::collide, Stage::apply_contact, Stage::velocity_contact}) {
+    for (const Stage stage :
+         {Stage::collided_joints, Stage::control, Stage::contact, Stage::control_at_end}) {
       stage_defect = std::max(stage_defect, ledger[stage].linear_defect);
       stage_defect = std::max(stage_defect, ledger[stage].angular_defect);
     }

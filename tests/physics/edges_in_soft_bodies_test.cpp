@@ -39,7 +39,7 @@ TEST(EdgesInSoftBodies, AreBorneByContact) {
     const FrameStats stats = simulation.stats();
     ASSERT_GT(stats.contacts, 50);
     for (const LedgerStats& stage : stats.ledger)
-      if (stage.name == stage_names[static_cast<std::size_t>(Stage::push_out)]) {
+      if (stage.name == name(Stage::push_out)) {
         most = std::max(most, std::abs(stage.stored) / stats.substeps);
         ++told;
       }

@@ -78,7 +78,7 @@ TEST(Embedding, BoneAndFleshKeepMomentum) {
     double defect = 0;
     for (int frame = 0; frame < 12; ++frame) {
       simulation.advance_frame();
-      for (const Stage stage : {Stage::advance_velocity, Stage::constrained_solve}) {
+      for (const Stage stage : {Stage::advance_velocity, Stage::re_evaluation}) {
         defect = std::max(defect, world.ledger[stage].linear_defect / start.linear.norm());
         defect = std::max(defect, world.ledger[stage].angular_defect / start.angular.norm());
       }
@@ -105,7 +105,7 @@ TEST(Embedding, ConstraintsFirstKeepMomentumToo) {
   double defect = 0;
   for (int frame = 0; frame < 6; ++frame) {
     simulation.advance_frame();
-    for (const Stage stage : {Stage::explicit_forces, Stage::constrained_solve}) {
+    for (const Stage stage : {Stage::re_evaluation, Stage::damping_at_end}) {
       defect = std::max(defect, world.ledger[stage].linear_defect / start.linear.norm());
       defect = std::max(defect, world.ledger[stage].angular_defect / start.angular.norm());
     }
@@ -169,7 +169,7 @@ TEST(Embedding, SoftBindingsKeepMomentumAndComeToRest) {
   double defect = 0;
   for (int frame = 0; frame < 24; ++frame) {
     simulation.advance_frame();
-    for (const Stage stage : {Stage::explicit_forces, Stage::constrained_solve}) {
+    for (const Stage stage : {Stage::re_evaluation, Stage::damping_at_end}) {
       defect = std::max(defect, world.ledger[stage].linear_defect / start.linear.norm());
       defect = std::max(defect, world.ledger[stage].angular_defect / start.angular.norm());
     }
@@ -272,8 +272,8 @@ TEST(Embedding, ControlledBonesBendTheirFlesh) {
   double defect = 0;
   for (int frame = 0; frame < 24; ++frame) {
     simulation.advance_frame();
-    for (const Stage stage : {Stage::advance_velocity, Stage::collide, Stage::apply_contact,
-                              Stage::constrained_solve, Stage::velocity_contact}) {
+    for (const Stage stage : {Stage::advance_velocity, Stage::collided_joints, Stage::control, Stage::contact,
+                              Stage::re_evaluation, Stage::control_at_end, Stage::contact_at_end}) {
       defect = std::max(defect, world.ledger[stage].linear_defect);
       defect = std::max(defect, world.ledger[stage].angular_defect);
     }

@@ -58,8 +58,7 @@ Vec3 expect_balance(const scene::Scene& scene, int frames) {
     for (const LedgerStats& stage : stats.ledger) {
       largest_defect = std::max(largest_defect, stage.momentum_defect / linear);
       EXPECT_LT(stage.momentum_defect, 1e-10 * linear) << stage.name << ", frame " << frame;
-      if (stage.name == stage_names[static_cast<std::size_t>(Stage::advance_position)] ||
-          stage.name == "step")
+      if (stage.name == name(Stage::advance_position) || stage.name == "step")
         continue;  // moving positions leaves an angular defect of second order
       EXPECT_LT(stage.angular_momentum_defect, 1e-10 * angular) << stage.name << ", frame " << frame;
     }
@@ -124,8 +123,7 @@ TEST(Ledger, PressuresGiveNothing) {
       EXPECT_GT(simulation.stats().pressure_iterations, 0);
       for (const LedgerStats& stage : simulation.stats().ledger) {
         EXPECT_LT(stage.momentum_defect, 1e-10 * linear) << stage.name << ", frame " << frame;
-        if (stage.name == stage_names[static_cast<std::size_t>(Stage::volume_correction)] ||
-            stage.name == stage_names[static_cast<std::size_t>(Stage::make_incompressible)]) {
+        if (stage.name == name(Stage::volume_correction) || stage.name == name(Stage::make_incompressible)) {
           EXPECT_LT(stage.angular_momentum_defect, 1e-10 * angular) << stage.name << ", frame " << frame;
         }
       }

@@ -92,20 +92,18 @@ void expect_stages_keep_momentum(const scene::Scene& scene) {
     context.time = 0;
     context.dt = choose_time_step(world, 0);
     begin_step(world, context);
-    ledger.stage("I", [&] { advance_velocity(world, context); });
-    find_contacts(world, context);
+    ledger.stage("I", [&] { run_stages(world, Stage::advance_velocity, Stage::air_drag_halfway); });
     // II replaces v~^{n+1/2} by v^^{n+1/2}; between them lie the impulses alone.
-    ledger.stage("II", [&] { collide(world, context); });
-    ledger.stage("III", [&] { apply_contact(world, context); });
+    ledger.stage("II", [&] { run_stages(world, Stage::contact_candidates, Stage::re_evolution); });
+    ledger.stage("III", [&] { run_stages(world, Stage::contact_graph, Stage::turn_of_joints); });
     const Vec3 linear = momentum(world.bodies).linear;
-    advance_position(world, context);
-    push_out(world, context);
+    run_stages(world, Stage::advance_position, Stage::push_out);
     EXPECT_LT((momentum(world.bodies).linear - linear).norm(), 1e-10 * scale_of(world.bodies).linear) << "IV";
-    restore_collided_velocity(world, context);
+    run_stages(world, Stage::back_to_collided, Stage::self_collision);
     {
       // V.2 and V.3 act at x^{n+1/2}: there, not at x^{n+1}, do its forces have no moment.
       const std::vector<Vec3> before = world.bodies.particles.v;
-      constrained_solve(world, context);
+      run_stages(world, Stage::repulsion_pairs, Stage::contact_in_solve_at_end);
       Vec3 moment = Vec3::Zero(), sum = Vec3::Zero();
       for (std::size_t p = 0; p < before.size(); ++p) {
         const Vec3 change = world.bodies.particles.mass[p] * (world.bodies.particles.v[p] - before[p]);
@@ -115,7 +113,7 @@ void expect_stages_keep_momentum(const scene::Scene& scene) {
       EXPECT_LT(sum.norm(), 1e-10 * scale_of(world.bodies).linear) << "V.2";
       EXPECT_LT(moment.norm(), 1e-10 * scale_of(world.bodies).angular) << "V.2";
     }
-    ledger.stage("V.4", [&] { apply_velocity_contact(world, context); });
+    ledger.stage("V.4", [&] { run_stages(world, Stage::contacts_at_end, Stage::contact_at_end); });
     end_step(world);
   }
   EXPECT_GT((world.bodies.rigid.state.back().velocity - first_velocity).norm(), 0.1) << "nothing was tested";

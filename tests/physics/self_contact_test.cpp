@@ -98,7 +98,7 @@ TEST(SelfContact, ACrashKeepsMomentumAndCreatesNoEnergy) {
       // way, which leaves a moment of second order in the step (positions that move by the velocity of its
       // middle leave the same).
       const double scale = 2000 * speed;  // of all masses, at a metre from the middle
-      for (const Stage stage : {Stage::self_repulsion, Stage::velocity_repulsion})
+      for (const Stage stage : {Stage::self_repulsion, Stage::repulsion_at_end})
         EXPECT_LT(simulation.world().ledger[stage].angular_defect, 1e-12 * scale);
       EXPECT_LT(simulation.world().ledger[Stage::self_collision].angular_defect, 2e-3 * scale);
       EXPECT_LT(now.kinetic + now.elastic, start.kinetic);
@@ -177,7 +177,7 @@ TEST(SelfContact, BodiesThatStayApartAreNotTouchedByIt) {
   EXPECT_GT(calls_of(with, Stage::self_collision).calls, 0);
   EXPECT_EQ(calls_of(without, Stage::self_collision).calls, 0);
   EXPECT_EQ(calls_of(without, Stage::self_repulsion).calls, 0);
-  EXPECT_EQ(calls_of(without, Stage::velocity_repulsion).calls, 0);
+  EXPECT_EQ(calls_of(without, Stage::repulsion_at_end).calls, 0);
 }
 
 // Two that only touch are no less of a problem: which side of each other they are on is left to rounding.

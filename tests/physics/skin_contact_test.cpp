@@ -89,9 +89,7 @@ TEST(SkinContact, KeepsMomentumWithWhatTouchesIt) {
   for (int frame = 0; frame < 12; ++frame) {
     simulation.advance_frame();
     for (const LedgerStats& stage : simulation.stats().ledger) {
-      if (stage.name == "step" ||
-          stage.name == stage_names[static_cast<std::size_t>(Stage::advance_position)])
-        continue;
+      if (stage.name == "step" || stage.name == name(Stage::advance_position)) continue;
       defect = std::max({defect, stage.momentum_defect / 2000, stage.angular_momentum_defect / 2000});
     }
   }

@@ -205,15 +205,26 @@ class RunPage {
     page_.chart(draw(chart, charts_));
   }
 
+  // A run that another version has gone on with has stages by the names of both.
+  static std::vector<std::string> stage_names_of(const Frames& frames) {
+    std::vector<std::string> names;
+    for (const nlohmann::json& frame : frames)
+      for (const auto& [name, ignored] : frame.at("stages").items())
+        if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+    return names;
+  }
+
   void write_stages(const Frames& frames) {
     double total = 0;
     for (const nlohmann::json& frame : frames) total += number(frame, "seconds");
     std::vector<std::vector<std::string>> rows = {{"stage", "seconds", "share", "calls"}};
-    for (const auto& [name, ignored] : frames.front().at("stages").items()) {
+    for (const std::string& name : stage_names_of(frames)) {
       double seconds = 0, calls = 0;
       for (const nlohmann::json& frame : frames) {
-        seconds += number(frame.at("stages").at(name), "seconds");
-        calls += number(frame.at("stages").at(name), "calls");
+        const auto stage = frame.at("stages").find(name);
+        if (stage == frame.at("stages").end()) continue;
+        seconds += number(*stage, "seconds");
+        calls += number(*stage, "calls");
       }
       rows.push_back({name + (is_part_of_another(name) ? " (within others)" : ""), number_text(seconds),
                       fmt::format("{:.1f}%", 100 * seconds / total), fmt::format("{:.0f}", calls)});

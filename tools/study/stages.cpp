@@ -1,16 +1,13 @@
 #include "tools/study/stages.h"
 
 #include <algorithm>
-#include <array>
 #include <string_view>
 
-#include "sim/base/stage_clock.h"
+#include "sim/step/stage_table.h"
 
 namespace duet::study {
 namespace {
 
-constexpr std::array inner_stages = {Stage::elastic_forces, Stage::damping_solve, Stage::shock_propagation,
-                                     Stage::joints};
 constexpr double least_share = 0.01;
 constexpr const char* rest = "other";
 
@@ -23,8 +20,9 @@ double sum(const StageSeconds& seconds) {
 }  // namespace
 
 bool is_part_of_another(const std::string& stage) {
-  return std::any_of(inner_stages.begin(), inner_stages.end(),
-                     [&](Stage inner) { return stage_names[static_cast<std::size_t>(inner)] == stage; });
+  return std::any_of(stage_rows.begin(), stage_rows.end(), [&](const StageRow& row) {
+    return row.timing == Timing::within_others && row.label == stage;
+  });
 }
 
 StageSeconds with_rest(StageSeconds seconds, double total) {

@@ -11,7 +11,7 @@ namespace duet::study {
 
 using StageSeconds = std::vector<std::pair<std::string, double>>;  // name and seconds
 
-// Whether the stage's seconds are counted in those of other stages already (sim/base/stage_clock.h).
+// Whether the stage's seconds are counted in those of other stages already (sim/step/stage_table.h).
 bool is_part_of_another(const std::string& stage);
 
 // The stages that are no part of others, and "other": what is left of `total`.

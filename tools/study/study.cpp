@@ -124,15 +124,14 @@ void add_times(const Setting& setting, double simulated, Row& row) {
   row.seconds_most = values.back();
   const auto frames = read_stats(setting.runs[seconds[seconds.size() / 2].second].folder);
   const double scale = sum(frames, "processor_seconds") / sum(frames, "seconds") / simulated;
-  for (const nlohmann::json& frame : frames) {
-    std::size_t k = 0;
+  for (const nlohmann::json& frame : frames)
     for (const auto& [name, stage] : frame.at("stages").items()) {
-      if (k == row.stages.size()) row.stages.push_back({name, 0, 0});
-      row.stages[k].seconds += stage.at("seconds").get<double>() * scale;
-      row.stages[k].calls += stage.at("calls").get<double>() / simulated;
-      ++k;
+      auto cost = std::find_if(row.stages.begin(), row.stages.end(),
+                               [&name = name](const StageCost& known) { return known.name == name; });
+      if (cost == row.stages.end()) cost = row.stages.insert(cost, StageCost{name, 0, 0});
+      cost->seconds += stage.at("seconds").get<double>() * scale;
+      cost->calls += stage.at("calls").get<double>() / simulated;
     }
-  }
 }
 
 void add_picture(const Spec& spec, const Run& run, RunResult& result, Row& row) {

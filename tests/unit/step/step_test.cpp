@@ -194,14 +194,14 @@ TEST(Step, AnEffectThatIsNotCalledForIsNeverEntered) {
   simulation.advance_frame();
   EXPECT_EQ(simulation.world().clock[Stage::elastic_forces].calls, 0);
   EXPECT_EQ(simulation.world().clock[Stage::damping_solve].calls, 0);
-  EXPECT_GT(simulation.world().clock[Stage::collide].calls, 0);
+  EXPECT_GT(simulation.world().clock[Stage::collisions].calls, 0);
 
   scene::Scene alone = test::free_space();
   test::add_soft_box(alone, "soft", Vec3::Zero(), Vec3(1, 1, 1), 2);
   Simulation floating(alone, test::plan(alone));
   floating.advance_frame();
   for (Stage stage :
-       {Stage::broad_phase, Stage::collide, Stage::apply_contact, Stage::push_out, Stage::velocity_contact})
+       {Stage::contact_candidates, Stage::collisions, Stage::contact, Stage::push_out, Stage::contact_at_end})
     EXPECT_EQ(floating.world().clock[stage].calls, 0);
   EXPECT_GT(floating.world().clock[Stage::elastic_forces].calls, 0);
 }

@@ -97,7 +97,7 @@ TEST_F(HostileNames, PlotLedgerShowsThemAndRunsNothing) {
   simulate(hostile, {"--ledger"});
   const io::RunDirectory run{scratch.path() / hostile};
   std::string stats = io::read_file(run.stats());
-  const std::string stage = "\"IV.2 push out\"";
+  const std::string stage = "\"IV.2 interpenetration resolution\"";
   ASSERT_TRUE(contains(stats, stage));
   replace(stats, stage, nlohmann::json(hostile + "', system('touch pwned') #").dump());
   io::write_atomically(run.stats(), stats);

@@ -1,38 +1,10 @@
-// Step V with its constraints before the solve (paper section 7.2): contact and friction see the explicit
-// forces, not the damping, which then acts on what they have done. Their normal velocities are kept by the
-// projection inside the conjugate gradients, and what these find is kept.
+// The damping of step V where its constraints come before the solve (paper section 7.2): contact and friction
+// have seen the explicit forces, and damping acts on what they have done. Their normal velocities are kept by
+// the projection inside the conjugate gradients, and what these find is kept.
 #include "sim/solve/velocity_system.h"
 #include "sim/step/step.h"
 
 namespace duet {
-
-void apply_explicit_forces(World& world, StepContext& context) {
-  Bodies& bodies = world.bodies;
-  Particles& particles = bodies.particles;
-  context.x_next = particles.x;
-  context.force.resize(particles.size());
-  for (std::size_t p = 0; p < particles.size(); ++p) {
-    particles.x[p] = 0.5 * (context.x_n[p] + context.x_next[p]);
-    context.force[p] = particles.mass[p] * world.gravity;
-  }
-  if (world.has_internal_forces())
-    world.clock.time(Stage::elastic_forces,
-                     [&] { bodies.forces.add_elastic_forces(particles.x, context.force); });
-  for (std::size_t p = 0; p < particles.size(); ++p)
-    particles.v[p] += context.dt * particles.inverse_mass[p] * context.force[p];
-  for (std::size_t i = 0; i < bodies.rigid.size(); ++i)
-    if (bodies.rigid.properties[i].is_dynamic()) bodies.rigid.state[i].velocity += context.dt * world.gravity;
-  bring_bound_to_middle(world, context);
-  apply_bound_forces(world, context);
-  for (const KinematicStep& step : context.kinematic) {
-    bodies.rigid.state[step.body].velocity = step.end.velocity;
-    bodies.rigid.state[step.body].angular_velocity = step.end.angular_velocity;
-  }
-  end_carrying(context.kinematic, bodies);
-  std::swap(particles.x, context.x_next);
-  check_finite(world, "V.2 explicit forces");
-}
-
 namespace {
 
 // Leaves in `context.force` the damping forces at the solution.
@@ -47,7 +19,8 @@ void find_damping(World& world, StepContext& context) {
 // v + dt P M^-1 F: forces and impulses, so that momentum is kept to rounding however far the solve has come.
 void take_damping(Bodies& bodies, StepContext& context) {
   Particles& particles = bodies.particles;
-  GeneralizedVelocity& change = context.solution;
+  GeneralizedVelocity& change = context.correction;
+  change.particle.resize(particles.size());
   change.linear.assign(bodies.rigid.size(), Vec3::Zero());
   change.angular.assign(bodies.rigid.size(), Vec3::Zero());
   for (std::size_t p = 0; p < particles.size(); ++p)
@@ -71,7 +44,7 @@ void take_damping(Bodies& bodies, StepContext& context) {
 // Backward Euler for the damping, of elements as they are at x^{n+1}, where contact acts:
 // v^{n+1} = v + dt P M^-1 F_damping(v^{n+1}). The trapezoidal rule would leave half of what contact has
 // stirred up.
-void solve_damping(World& world, StepContext& context) {
+void damp_at_end(World& world, StepContext& context) {
   Bodies& bodies = world.bodies;
   Particles& particles = bodies.particles;
   project_active_contacts(world, context);
@@ -85,7 +58,7 @@ void solve_damping(World& world, StepContext& context) {
                    [&] { bodies.forces.add_elastic_forces(particles.x, context.damping_force); });
   world.clock.time(Stage::damping_solve, [&] { find_damping(world, context); });
   take_damping(bodies, context);
-  check_finite(world, "V.2 damping solve");
+  check_finite(world, Stage::damping_at_end);
 }
 
 }  // namespace duet
