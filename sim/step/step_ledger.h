@@ -31,8 +31,10 @@ class StepLedger {
   void end_step(const World& world);
 
   // Of advance_position: the moment that is left when positions move by v^{n+1/2} and velocities are changed
-  // at x^{n+1/2} and x^{n+1}, less what keep_spin() takes back; of second order in the step. Of push_out and
-  // keep_spin() the energy alone: for what push_out moves see below.
+  // at x^{n+1/2} and x^{n+1}, less what keep_spin() takes back; of second order in the step. Of
+  // post_stabilization likewise: joints give at x^{n+1} what they gave at x^n, with a moment that is opposite
+  // to that of advance_position. Of push_out and keep_spin() the energy alone: for what push_out moves see
+  // below.
   const LedgerEntry& operator[](Stage stage) const { return totals_.stage[static_cast<std::size_t>(stage)]; }
   const LedgerEntry& whole_step() const { return totals_.step; }
   const DisplacementEntry& push_out() const { return totals_.push_out; }

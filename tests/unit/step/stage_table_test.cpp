@@ -66,9 +66,10 @@ TEST(StageTable, IsTheTableOfTheReadme) {
   const std::string stages = io::read_file(test::source_folder() + "/sim/step/stages.h");
   for (const std::string& function : functions)
     EXPECT_NE(stages.find(" " + function + "("), std::string::npos) << function;
-  for (const StageRow& row : stage_rows)
-    if (row.timing == Timing::within_others)
-      EXPECT_NE(page.find("`" + std::string(row.label) + "`"), std::string::npos) << row.label;
+  for (const StageRow& row : stage_rows) {
+    if (row.timing != Timing::within_others) continue;
+    EXPECT_NE(page.find("`" + std::string(row.label) + "`"), std::string::npos) << row.label;
+  }
 }
 
 // Every row with effects runs if one of them is planned, and not without any.
