@@ -3,24 +3,14 @@
 
 #include <string>
 
-#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 namespace duet::test {
 
-inline void record_margin(const std::string& what, double measured, const std::string& bound) {
-  fmt::print("  {}: {:.4g} ({})\n", what, measured, bound);
-  testing::Test::RecordProperty(what, fmt::format("{:.6g} ({})", measured, bound));
-}
+void record_margin(const std::string& what, double measured, const std::string& bound);
 
-inline void expect_below(double measured, double bound, const std::string& what) {
-  record_margin(what, measured, fmt::format("below {:.4g}", bound));
-  EXPECT_LT(measured, bound) << what;
-}
+void expect_below(double measured, double bound, const std::string& what);
 
-inline void expect_above(double measured, double bound, const std::string& what) {
-  record_margin(what, measured, fmt::format("above {:.4g}", bound));
-  EXPECT_GT(measured, bound) << what;
-}
+void expect_above(double measured, double bound, const std::string& what);
 
 }  // namespace duet::test

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "tests/support/places.h"
-#include <gtest/gtest.h>
 
 #include "sim/geometry/mesh_check.h"
 #include "sim/geometry/mesh_file.h"
@@ -16,82 +15,27 @@
 
 namespace duet::test {
 
-inline Vec3 random_vector(std::mt19937& random) {  // in [-1, 1]^3
-  std::uniform_real_distribution<double> uniform(-1, 1);
-  const double x = uniform(random), y = uniform(random);
-  return {x, y, uniform(random)};
-}
+Vec3 random_vector(std::mt19937& random);  // in [-1, 1]^3
 
-inline Quat random_rotation(std::mt19937& random) {
-  return Quat(Eigen::AngleAxisd(3 * random_vector(random).x(), random_vector(random).normalized()));
-}
+Quat random_rotation(std::mt19937& random);
 
 // One of assets/, which has no flaws.
-inline std::shared_ptr<TriangleMesh> asset(const std::string& file) {
-  auto mesh = std::make_shared<TriangleMesh>(read_mesh(source_folder() + "/assets/" + file));
-  EXPECT_TRUE(repair(*mesh).flaws.empty()) << file;
-  return mesh;
-}
+std::shared_ptr<TriangleMesh> asset(const std::string& file);
 
 // Triangles of a polygon, as a fan.
-inline void add_face(TriangleMesh& mesh, const std::vector<int>& polygon) {
-  for (std::size_t i = 2; i < polygon.size(); ++i)
-    mesh.triangles.push_back({polygon[0], polygon[i - 1], polygon[i]});
-}
+void add_face(TriangleMesh& mesh, const std::vector<int>& polygon);
 
 // The box between two corners; vertex i has the upper x, y, z where bits 0, 1, 2 of i are set.
-inline TriangleMesh box_mesh(const Vec3& lower, const Vec3& upper) {
-  TriangleMesh mesh;
-  for (int i = 0; i < 8; ++i)
-    mesh.positions.emplace_back((i & 1 ? upper : lower).x(), (i & 2 ? upper : lower).y(),
-                                (i & 4 ? upper : lower).z());
-  for (const auto& face : std::vector<std::vector<int>>{
-           {0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}})
-    add_face(mesh, face);
-  return mesh;
-}
+TriangleMesh box_mesh(const Vec3& lower, const Vec3& upper);
 
-inline TriangleMesh tetrahedron(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
-  TriangleMesh mesh;
-  mesh.positions = {a, b, c, d};
-  mesh.triangles = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
-  return mesh;
-}
+TriangleMesh tetrahedron(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d);
 
 // An L of two unit cubes beside and one on top of the first, in the plane z = 0..1; its volume is 3.
-inline TriangleMesh l_mesh() {
-  TriangleMesh mesh;
-  for (const double z : {1.0, 0.0})
-    for (const Vec2& p : {Vec2(0, 0), Vec2(2, 0), Vec2(2, 1), Vec2(1, 1), Vec2(1, 2), Vec2(0, 2)})
-      mesh.positions.emplace_back(p.x(), p.y(), z);
-  add_face(mesh, {0, 1, 2, 3});
-  add_face(mesh, {0, 3, 4, 5});
-  add_face(mesh, {9, 8, 7, 6});
-  add_face(mesh, {11, 10, 9, 6});
-  for (int i = 0; i < 6; ++i) add_face(mesh, {i, i + 6, (i + 1) % 6 + 6, (i + 1) % 6});
-  return mesh;
-}
+TriangleMesh l_mesh();
 
 // The torus about the axis y, with `columns` times `rows` quads whose vertices lie on it.
-inline TriangleMesh torus_mesh(double radius, double tube, int columns, int rows) {
-  TriangleMesh mesh;
-  for (int i = 0; i < columns; ++i)
-    for (int j = 0; j < rows; ++j) {
-      const double a = 2 * EIGEN_PI * i / columns, b = 2 * EIGEN_PI * j / rows,
-                   r = radius + tube * std::sin(b);
-      mesh.positions.emplace_back(r * std::sin(a), tube * std::cos(b), r * std::cos(a));
-      const int k = (i + 1) % columns, l = (j + 1) % rows;
-      add_face(mesh, {i * rows + j, i * rows + l, k * rows + l, k * rows + j});
-    }
-  return mesh;
-}
+TriangleMesh torus_mesh(double radius, double tube, int columns, int rows);
 
-inline TriangleMesh mesh_of(const Surface& surface) {
-  TriangleMesh mesh;
-  mesh.positions = surface.positions;
-  for (const auto& t : surface.triangles)
-    mesh.triangles.push_back({t[0].position, t[1].position, t[2].position});
-  return mesh;
-}
+TriangleMesh mesh_of(const Surface& surface);
 
 }  // namespace duet::test

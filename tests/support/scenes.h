@@ -13,72 +13,22 @@
 namespace duet::test {
 
 // An empty scene without gravity and ground.
-inline scene::Scene free_space() {
-  scene::Scene scene;
-  scene.title = "test";
-  scene.gravity.setZero();
-  return scene;
-}
+scene::Scene free_space();
 
-inline scene::Scene on_ground(double friction = 0.5, double restitution = 0) {
-  scene::Scene scene;
-  scene.title = "test";
-  scene.ground = scene::Ground{.friction = friction, .restitution = restitution, .look = {}};
-  return scene;
-}
+scene::Scene on_ground(double friction = 0.5, double restitution = 0);
 
-inline scene::RigidBody& add_box(scene::Scene& scene, std::string_view name, const Vec3& position,
-                                 const Vec3& size, double mass) {
-  scene::RigidBody body;
-  body.name = name;
-  body.shape.kind = scene::ShapeKind::box;
-  body.shape.size = size;
-  body.placement.position = position;
-  body.mass = mass;
-  scene.rigid.push_back(body);
-  return scene.rigid.back();
-}
+scene::RigidBody& add_box(scene::Scene& scene, std::string_view name, const Vec3& position, const Vec3& size,
+                          double mass);
 
-inline scene::RigidBody& add_mesh(scene::Scene& scene, std::string_view name,
-                                  std::shared_ptr<TriangleMesh> mesh, double scale, double mass) {
-  scene::RigidBody body;
-  body.name = name;
-  body.shape.kind = scene::ShapeKind::mesh;
-  body.shape.mesh = std::move(mesh);
-  body.shape.scale = scale;
-  body.mass = mass;
-  scene.rigid.push_back(body);
-  return scene.rigid.back();
-}
+scene::RigidBody& add_mesh(scene::Scene& scene, std::string_view name, std::shared_ptr<TriangleMesh> mesh,
+                           double scale, double mass);
 
-inline scene::RigidBody& add_ball(scene::Scene& scene, std::string_view name, const Vec3& position,
-                                  double radius, double mass) {
-  scene::RigidBody body;
-  body.name = name;
-  body.shape.kind = scene::ShapeKind::sphere;
-  body.shape.radius = radius;
-  body.placement.position = position;
-  body.mass = mass;
-  scene.rigid.push_back(body);
-  return scene.rigid.back();
-}
+scene::RigidBody& add_ball(scene::Scene& scene, std::string_view name, const Vec3& position, double radius,
+                           double mass);
 
-inline scene::DeformableBody& add_soft_box(scene::Scene& scene, std::string_view name, const Vec3& position,
-                                           const Vec3& size, int cells, double youngs_modulus = 2e6) {
-  scene::Material material;
-  material.name = std::string("material of ").append(name);
-  material.youngs_modulus = youngs_modulus;
-  scene.materials.push_back(material);
-  scene::DeformableBody body;
-  body.name = name;
-  body.shape.size = size;
-  body.shape.cells = Vec3i::Constant(cells);
-  body.placement.position = position;
-  body.material = material.name;
-  scene.deformable.push_back(body);
-  return scene.deformable.back();
-}
+scene::DeformableBody& add_soft_box(scene::Scene& scene, std::string_view name, const Vec3& position,
+                                    const Vec3& size, int cells, double youngs_modulus = 2e6);
 
-inline EffectSet plan(const scene::Scene& scene) { return scene::plan_effects(scene).active(); }
+EffectSet plan(const scene::Scene& scene);
 
 }  // namespace duet::test
