@@ -4,6 +4,7 @@
 #include <random>
 
 #include "tests/support/elastic_state.h"
+#include "tests/support/full.h"
 #include "tests/support/margin.h"
 #include "tests/support/scenes.h"
 #include <gtest/gtest.h>
@@ -251,9 +252,11 @@ TEST(Recovery, FromAnyDamageImplicitly) {
 // number counts. Not of St. Venant-Kirchhoff: its energy knows F^T F alone, so that an element that has been
 // reflected is at rest.
 TEST(Recovery, OfStiffAndOfNearlyIncompressibleMaterialsImplicitly) {
-  constexpr int starts = 12, frames = 18;
+  const int starts = test::runs_in_full() ? 12 : 4;
+  constexpr int frames = 18;
   int nearly_incompressible = 0;
-  for (unsigned seed = 1; seed <= starts; ++seed) {
+  for (int start = 0; start < starts; ++start) {
+    const unsigned seed = 1 + static_cast<unsigned>(start);
     EXPECT_EQ(after_damage(Damage::random, MaterialModel::neo_hookean, 1e8, 0.3, frames,
                            Integration::implicit, seed)
                   .inverted,
@@ -264,7 +267,7 @@ TEST(Recovery, OfStiffAndOfNearlyIncompressibleMaterialsImplicitly) {
             .inverted == 0)
       ++nearly_incompressible;
   }
-  EXPECT_GE(nearly_incompressible, 10);
+  test::expect_above(nearly_incompressible, 0.8 * starts, "recovered, nearly incompressible");
   expect_recovery(Damage::flat, MaterialModel::neo_hookean, 1e8, 0.499, 6);
   expect_recovery(Damage::flat, MaterialModel::corotated, 1e8, 0.499, 6);
   expect_recovery(Damage::inside_out, MaterialModel::st_venant_kirchhoff, 1e3, 0.45, 48);

@@ -7,6 +7,7 @@
 #include <span>
 
 #include "tests/support/everyday.h"
+#include "tests/support/full.h"
 #include "tests/support/margin.h"
 
 #include "sim/step/world.h"
@@ -156,9 +157,10 @@ void expect_to_slide(const Face& face, Support support, std::span<const double> 
 }
 
 TEST(EverydayRigidFriction, SlidingIsTheSameFromEveryDirection) {
+  test::Cases cases(2);
   for (const Face& face : faces())
     for (const Support support : {Support::ground, Support::static_box, Support::mesh})
-      expect_to_slide(face, support, std::array{0.0, 0.2, 0.7, 1.3, 2.0, 3.0});
+      if (cases.takes()) expect_to_slide(face, support, std::array{0.0, 0.2, 0.7, 1.3, 2.0, 3.0});
 }
 
 // Across, it would roll.

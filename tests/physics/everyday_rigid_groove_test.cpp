@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "tests/support/everyday.h"
+#include "tests/support/full.h"
 #include "tests/support/groove.h"
 #include "tests/support/margin.h"
 
@@ -51,9 +52,11 @@ scene::Scene scene_of(const InGroove& body, double angle, double size, double ab
 }
 
 TEST(EverydayRigidGroove, WhatLiesInItRests) {
+  test::Cases cases(4);  // 7 of 27
   for (const double angle : {0.35, 0.785, 1.1})
     for (const double size : {0.02, 1.0, 15.0})
       for (InGroove body : round_shapes()) {
+        if (!cases.takes()) continue;
         scene::Scene scene = scene_of(body, angle, size, 0);
         if (size == 1) scene.solver.max_time_step = 2e-3;
         const Vec3 start = scene.rigid.back().placement.position;
@@ -135,10 +138,12 @@ TEST(EverydayRigidGroove, BoxesComeToRestInIt) {
   const Vec3 half(0.15, 0.25, 0.125);
   const auto mesh = std::make_shared<TriangleMesh>(test::box_mesh(-half, half));
   double most_gain = 0;
+  test::Cases cases(7);  // 9 of 60
   for (const double angle : {0.35, 0.6, 0.785, 0.9})
     for (const double friction : {0.0, 0.01, 0.3})
       for (const double turn : {0.0, 0.1, 0.7, 1.3})
         for (const double size : turn == 0.1 ? std::vector{0.02, 15.0} : std::vector{1.0}) {
+          if (!cases.takes()) continue;
           InGroove body{
               "box", {.kind = scene::ShapeKind::box, .size = 2 * half}, exponential(Vec3(turn, 0, 0))};
           scene::Scene scene = scene_of(body, angle, size, 0.7);

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "tests/support/everyday.h"
+#include "tests/support/full.h"
 #include "tests/support/random_scenes.h"
 
 namespace duet {
@@ -50,7 +51,7 @@ scene::Scene random_scene(std::uint64_t seed, double& size) {
 constexpr int frames = 20;
 
 TEST(EverydayRigidRandom, ScenesKeepTheirPromises) {
-  test::expect_promises(200, [](std::uint64_t seed) {
+  test::expect_promises(test::runs_in_full() ? 200 : 70, [](std::uint64_t seed) {
     double size = 1;
     const scene::Scene scene = random_scene(seed, size);
     return test::keep_promises(scene, size, frames, 0.02);

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "tests/support/energy.h"
+#include "tests/support/full.h"
 #include "tests/support/margin.h"
 #include "tests/support/scenes.h"
 
@@ -98,8 +99,9 @@ scene::Scene thrown(const Throw& how, double size) {
 TEST(EverydaySoftThrown, LongImplicitStepsGainNoEnergy) {
   constexpr int frames = 12;
   double gain = 0;
+  test::Cases cases(5);  // 7 of 32
   const auto look_at = [&](const Throw& how, double size) {
-    gain = std::max(gain, test::gain_of(thrown(how, size), frames));
+    if (cases.takes()) gain = std::max(gain, test::gain_of(thrown(how, size), frames));
   };
   for (const double damping : {1e-4, 1e-2, 0.3, 10.0})
     for (const double youngs_modulus : {1e2, 1e4, 1e6})
