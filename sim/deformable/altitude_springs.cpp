@@ -7,7 +7,6 @@
 namespace duet {
 namespace {
 
-constexpr std::size_t batch_grain = BlockSums::batches_of_block;
 constexpr std::size_t first_between_edges = 4;
 
 // The corners in the order in which altitude() takes them: a vertex and its opposite face, which it sees
@@ -192,7 +191,7 @@ void AltitudeSprings::add_force_differentials(const std::vector<Vec3>& dx, std::
 
 double AltitudeSprings::energy(const std::vector<Vec3>& x) const {
   return parallel_reduce(
-      batches_.size(), batch_grain, 0.0,
+      batches_.size(), BlockSums::batches_of_block, 0.0,
       [&](std::size_t begin, std::size_t end) {
         double sum = 0;
         for (std::size_t b = begin; b < end; ++b) {

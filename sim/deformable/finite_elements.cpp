@@ -18,7 +18,6 @@
 namespace duet {
 namespace {
 
-constexpr std::size_t batch_grain = BlockSums::batches_of_block;
 // What elements that compression has made too stiff for the step are damped by, in steps: half a one would do
 // for a stiffness that stays as it is, one takes it to rest as a step of Newton's method would, and an
 // element may become stiffer yet within the step.
@@ -404,7 +403,7 @@ void FiniteElements::spread_damping(std::size_t b, Quad* sums) const {
 
 void FiniteElements::linearize() {
   differential_.resize(batches_.size());
-  parallel_for(batches_.size(), batch_grain, [&](std::size_t begin, std::size_t end) {
+  parallel_for(batches_.size(), BlockSums::batches_of_block, [&](std::size_t begin, std::size_t end) {
     for (std::size_t b = begin; b < end; ++b) {
       const Moduli here = moduli(b);
       const Pack &mu = here.mu, &lambda = here.lambda;
@@ -425,7 +424,7 @@ void FiniteElements::add_force_differentials(const std::vector<Vec3>& dx, std::v
 
 double FiniteElements::energy(const std::vector<Vec3>& x) const {
   return parallel_reduce(
-      batches_.size(), batch_grain, 0.0,
+      batches_.size(), BlockSums::batches_of_block, 0.0,
       [&](std::size_t begin, std::size_t end) {
         double sum = 0;
         for (std::size_t b = begin; b < end; ++b) {
@@ -446,7 +445,7 @@ double FiniteElements::max_deformation_rate(const std::vector<Vec3>& x, const st
   constexpr double volume_weight = 0.5;
   const auto larger = [](const Pack& a, const Pack& b) { return max_of(a, b); };
   const Pack squared = parallel_reduce(
-      batches_.size(), batch_grain, Pack{},
+      batches_.size(), BlockSums::batches_of_block, Pack{},
       [&](std::size_t begin, std::size_t end) {
         Pack largest{};
         for (std::size_t b = begin; b < end; ++b) {

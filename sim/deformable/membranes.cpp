@@ -8,8 +8,6 @@
 namespace duet {
 namespace {
 
-constexpr std::size_t batch_grain = BlockSums::batches_of_block;
-
 Pack positive(const Pack& x) { return select(x > Pack{}, x, Pack{}); }
 
 }  // namespace
@@ -145,7 +143,7 @@ void Membranes::add_force_differentials(const std::vector<Vec3>& dx, std::vector
 
 double Membranes::energy(const std::vector<Vec3>& x) const {
   return parallel_reduce(
-      batches_.size(), batch_grain, 0.0,
+      batches_.size(), BlockSums::batches_of_block, 0.0,
       [&](std::size_t begin, std::size_t end) {
         double sum = 0;
         for (std::size_t b = begin; b < end; ++b) {

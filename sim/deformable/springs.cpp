@@ -7,7 +7,6 @@
 namespace duet {
 namespace {
 
-constexpr std::size_t batch_grain = BlockSums::batches_of_block;
 constexpr double crushed = 1e-3;  // of the rest length, below which a spring loses its direction and force
 
 // 1 for the spring between two particles.
@@ -137,7 +136,7 @@ void Springs<N>::add_force_differentials(const std::vector<Vec3>& dx, std::vecto
 template <std::size_t N>
 double Springs<N>::energy(const std::vector<Vec3>& x) const {
   return parallel_reduce(
-      batches_.size(), batch_grain, 0.0,
+      batches_.size(), BlockSums::batches_of_block, 0.0,
       [&](std::size_t begin, std::size_t end) {
         double sum = 0;
         for (std::size_t b = begin; b < end; ++b) {

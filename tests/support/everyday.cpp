@@ -4,8 +4,6 @@
 
 #include <fmt/format.h>
 
-#include "sim/base/rotation.h"
-
 namespace duet::test {
 
 std::string name_of(Support support) {

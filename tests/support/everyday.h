@@ -9,6 +9,7 @@
 #include "tests/support/meshes.h"
 #include "tests/support/scenes.h"
 
+#include "sim/base/rotation.h"
 #include "sim/step/world.h"
 
 namespace duet::test {
