@@ -12,7 +12,6 @@
 
 #include "sim/coupling/candidate_search.h"
 #include "sim/coupling/friction.h"
-#include "sim/coupling/island_solver.h"
 
 namespace duet {
 
@@ -85,15 +84,6 @@ struct ContactSet {
   std::vector<ContactPoint> points;
   std::vector<ContactPair> pairs;
   std::vector<Pose> predicted;  // of the rigid bodies; scratch of predict_contacts
-  // Scratch of solve_contact: what the last visit of a pair changed, the same of islands, and whether these
-  // are done.
-  std::vector<double> change, island_change;
-  std::vector<char> is_settled;
-  std::vector<char> is_jointed;               // of every island, where contact knows joints
-  std::vector<char> is_solved;                // of every island: as a whole, after the sweeps
-  std::vector<std::array<int, 2>> unsettled;  // islands, and places of their pairs in the graph's order
-  std::vector<int> island_pairs;              // of one of these
-  IslandSolver island_solver;
   std::vector<char> is_cold;   // of every island: nothing is remembered of its contacts, see warm_start()
   CandidateSearch search;      // scratch of find_candidates
   std::vector<Pinch> pinches;  // of the step, see pinching.h

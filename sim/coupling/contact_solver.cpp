@@ -163,13 +163,14 @@ class UpperUpdate {
 };
 
 // Joints connect islands: those that they hold all go on together.
-void find_jointed(const Bodies& bodies, const ContactGraph& graph, bool is_linked, ContactSet& contacts) {
-  contacts.is_jointed.assign(graph.island.size(), 0);
+void find_jointed(const Bodies& bodies, const ContactGraph& graph, bool is_linked,
+                  ContactSolveScratch& scratch) {
+  scratch.is_jointed.assign(graph.island.size(), 0);
   if (!is_linked) return;
   for (const Joint& joint : bodies.articulation.joints)
     for (const int body : {joint.parent, joint.child})
       if (const int island = graph.island[as_index(body)]; island >= 0)
-        contacts.is_jointed[as_index(island)] = 1;
+        scratch.is_jointed[as_index(island)] = 1;
 }
 
 // The fastest relative velocity at contacts of the pairs that press, m/s.
@@ -183,32 +184,32 @@ double fastest(const Bodies& bodies, const ContactSet& contacts, std::span<const
 }
 
 // Solves those islands of a few rigid bodies as a whole that sweeps have left unsettled. Returns whether
-// there are any for which that is as good as being settled, see contacts.is_solved.
+// there are any for which that is as good as being settled, see scratch.is_solved.
 bool solve_small_islands(Bodies& bodies, const ContactGraph& graph, const ContactSolveSettings& settings,
-                         ContactSet& contacts) {
-  std::vector<std::array<int, 2>>& unsettled = contacts.unsettled;
+                         ContactSet& contacts, ContactSolveScratch& scratch) {
+  std::vector<std::array<int, 2>>& unsettled = scratch.unsettled;
   unsettled.clear();
   for (std::size_t i = 0; i < graph.pairs.size(); ++i) {
     const ContactPair& pair = contacts.pairs[as_index(graph.pairs[i])];
     const int island = graph.island_of(bodies, pair);
     if (pair.active && graph.carries_shocks[as_index(island)] != 0 &&
-        contacts.island_change[as_index(island)] > worth_solving * settings.tolerance)
+        scratch.island_change[as_index(island)] > worth_solving * settings.tolerance)
       unsettled.push_back({island, static_cast<int>(i)});
   }
   std::sort(unsettled.begin(), unsettled.end());
-  contacts.is_solved.assign(graph.island.size(), 0);
+  scratch.is_solved.assign(graph.island.size(), 0);
   bool is_any = false;
   for (std::size_t begin = 0, end = 0; begin < unsettled.size(); begin = end) {
-    contacts.island_pairs.clear();
+    scratch.island_pairs.clear();
     for (; end < unsettled.size() && unsettled[end][0] == unsettled[begin][0]; ++end)
-      contacts.island_pairs.push_back(graph.pairs[as_index(unsettled[end][1])]);
-    if (contacts.island_pairs.size() > IslandSolver::most_pairs ||
-        fastest(bodies, contacts, contacts.island_pairs) > slide_share * settings.fall)
+      scratch.island_pairs.push_back(graph.pairs[as_index(unsettled[end][1])]);
+    if (scratch.island_pairs.size() > IslandSolver::most_pairs ||
+        fastest(bodies, contacts, scratch.island_pairs) > slide_share * settings.fall)
       continue;
     const double left =
-        contacts.island_solver.solve(bodies, contacts.island_pairs, settings.tolerance, contacts);
+        scratch.island_solver.solve(bodies, scratch.island_pairs, settings.tolerance, contacts);
     if (!(left < settings.tolerance)) continue;
-    contacts.is_solved[as_index(unsettled[begin][0])] = 1;
+    scratch.is_solved[as_index(unsettled[begin][0])] = 1;
     is_any = true;
   }
   return is_any;
@@ -218,38 +219,38 @@ bool solve_small_islands(Bodies& bodies, const ContactGraph& graph, const Contac
 
 // Bodies that do not touch do not matter to each other: every island is swept until it has settled.
 int solve_contact(Bodies& bodies, const ContactGraph& graph, const ContactSolveSettings& settings,
-                  ContactSet& contacts, LinkedBodies* linked) {
-  contacts.change.assign(contacts.pairs.size(), 0);
-  contacts.is_settled.assign(graph.island.size(), 0);
+                  ContactSet& contacts, ContactSolveScratch& scratch, LinkedBodies* linked) {
+  scratch.change.assign(contacts.pairs.size(), 0);
+  scratch.is_settled.assign(graph.island.size(), 0);
   const auto island_of = [&](const ContactPair& pair) { return as_index(graph.island_of(bodies, pair)); };
   const auto update = [&](int p) {
     ContactPair& pair = contacts.pairs[as_index(p)];
-    if (!pair.active || contacts.is_settled[island_of(pair)] != 0) return 0.0;
-    return contacts.change[as_index(p)] = update_pair(bodies, linked, settings, contacts, pair);
+    if (!pair.active || scratch.is_settled[island_of(pair)] != 0) return 0.0;
+    return scratch.change[as_index(p)] = update_pair(bodies, linked, settings, contacts, pair);
   };
-  find_jointed(bodies, graph, linked != nullptr, contacts);
+  find_jointed(bodies, graph, linked != nullptr, scratch);
   const auto settle_islands = [&] {
-    contacts.island_change.assign(graph.island.size(), 0);
+    scratch.island_change.assign(graph.island.size(), 0);
     for (const int p : graph.pairs) {
-      double& largest = contacts.island_change[island_of(contacts.pairs[as_index(p)])];
-      largest = std::max(largest, contacts.change[as_index(p)]);
+      double& largest = scratch.island_change[island_of(contacts.pairs[as_index(p)])];
+      largest = std::max(largest, scratch.change[as_index(p)]);
     }
-    for (std::size_t i = 0; i < contacts.island_change.size(); ++i)
-      contacts.is_settled[i] = contacts.island_change[i] < settings.tolerance && contacts.is_jointed[i] == 0;
+    for (std::size_t i = 0; i < scratch.island_change.size(); ++i)
+      scratch.is_settled[i] = scratch.island_change[i] < settings.tolerance && scratch.is_jointed[i] == 0;
   };
   const auto sweep = [&](int most, const std::vector<char>* among = nullptr) {
     const auto look = [&] {
       settle_islands();
-      for (std::size_t i = 0; among && i < contacts.is_settled.size(); ++i)
-        if ((*among)[i] == 0) contacts.is_settled[i] = 1;
+      for (std::size_t i = 0; among && i < scratch.is_settled.size(); ++i)
+        if ((*among)[i] == 0) scratch.is_settled[i] = 1;
     };
     if (among) look();
     return graph.sweeps.repeat(most, settings.tolerance, update, look);
   };
   int sweeps = sweep(settings.iterations);
   if (sweeps < settings.iterations) return sweeps;
-  if (settings.whole_islands && solve_small_islands(bodies, graph, settings, contacts))
-    sweeps += sweep(settings.iterations, &contacts.is_solved);
+  if (settings.whole_islands && solve_small_islands(bodies, graph, settings, contacts, scratch))
+    sweeps += sweep(settings.iterations, &scratch.is_solved);
   if (settings.cold_iterations > 0) sweeps += sweep(settings.cold_iterations, &contacts.is_cold);
   return sweeps;
 }

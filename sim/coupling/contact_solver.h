@@ -1,10 +1,12 @@
 // Steps III.3 and V.4: contact with friction between rigid and deformable bodies alike.
 #pragma once
 
+#include <array>
 #include <limits>
 #include <vector>
 
 #include "sim/coupling/contact_graph.h"
+#include "sim/coupling/island_solver.h"
 #include "sim/coupling/linked_bodies.h"
 
 namespace duet {
@@ -20,6 +22,18 @@ struct ContactSolveSettings {
   double fall = std::numeric_limits<double>::infinity();  // m/s, what gravity gives in the step
 };
 
+/// What solve_contact works with, kept from step to step so that nothing is allocated.
+struct ContactSolveScratch {
+  std::vector<double> change;                 // m/s, of every pair: by its last visit
+  std::vector<double> island_change;          // m/s, of every island: the largest of its pairs
+  std::vector<char> is_settled;               // of every island: no visit changes more than the tolerance
+  std::vector<char> is_jointed;               // of every island, where contact knows joints
+  std::vector<char> is_solved;                // of every island: as a whole, after the sweeps
+  std::vector<std::array<int, 2>> unsettled;  // islands, and places of their pairs in the graph's order
+  std::vector<int> island_pairs;              // of one of these islands
+  IslandSolver island_solver;
+};
+
 // Changes the velocities so that no contact closes faster than its target: v_rel.n >= target, complementary
 // to its impulse, with Coulomb friction on the *accumulated* impulse of every contact (so a later sweep can
 // take back what an earlier one gave too much). Starts from the impulses the contacts hold, which must have
@@ -28,7 +42,7 @@ struct ContactSolveSettings {
 // of at most their coefficient (m) times the normal force. Returns the number of sweeps. `linked` is what
 // prepared the contacts, or null.
 int solve_contact(Bodies& bodies, const ContactGraph& graph, const ContactSolveSettings& settings,
-                  ContactSet& contacts, LinkedBodies* linked = nullptr);
+                  ContactSet& contacts, ContactSolveScratch& scratch, LinkedBodies* linked = nullptr);
 
 // Shock propagation (Guendelman et al. 2003): level by level, what the sweeps left is taken up by the upper
 // bodies alone, as if the lower ones were fixed. Only rigid pairs whose lower body is supported take part, so

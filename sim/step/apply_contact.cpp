@@ -21,7 +21,7 @@ void sweep_contacts(World& world, StepContext& context, int round, LinkedBodies*
   if (world.has(Effect::articulation) && !(round == 0 && knows_joints))
     settings.iterations = (settings.iterations + joint_share - 1) / joint_share;
   world.counters.contact_sweeps +=
-      solve_contact(world.bodies, context.graph, settings, context.contacts, linked);
+      solve_contact(world.bodies, context.graph, settings, context.contacts, context.contact_solve, linked);
   if (world.has(Effect::shock_propagation))
     world.clock.time(Stage::shock_propagation,
                      [&] { propagate_shocks(world.bodies, context.graph, settings, context.contacts); });

@@ -87,6 +87,7 @@ struct StepContext {
 
   ContactSet contacts;
   ContactGraph graph;
+  ContactSolveScratch contact_solve;
   ContactMemory memory;  // of the last step that succeeded
   CollisionScratch collision_scratch;
   PushOutScratch push_out_scratch;

@@ -35,7 +35,8 @@ constexpr ContactSolveSettings exact = {.iterations = 5000, .tolerance = 1e-15, 
 void solve(ContactScene& scene, const ContactSolveSettings& settings) {
   predict_contacts(dt, OrientationUpdate::exact, scene.graph, scene.bodies, scene.contacts);
   warm_start({}, dt, scene.graph, scene.bodies, scene.contacts);
-  solve_contact(scene.bodies, scene.graph, settings, scene.contacts);
+  ContactSolveScratch scratch;
+  solve_contact(scene.bodies, scene.graph, settings, scene.contacts, scratch);
 }
 
 // About the point of contact the weight's impulse m g dt has the moment b m g dt against rolling, and the
@@ -205,10 +206,11 @@ TEST(ContactSolve, TakesBackWhatWasGivenTooMuchAndNoMore) {
     ContactPoint& contact = ball.contacts.points[0];
     contact.impulse = Vec3(0, 4, 0);
     apply_impulse(ball.bodies, contact, contact.impulse);
+    ContactSolveScratch scratch;
     if (by_shock)
       propagate_shocks(ball.bodies, ball.graph, exact, ball.contacts);
     else
-      solve_contact(ball.bodies, ball.graph, exact, ball.contacts);
+      solve_contact(ball.bodies, ball.graph, exact, ball.contacts, scratch);
     EXPECT_EQ(contact.impulse, Vec3(0, 0, 0));
     EXPECT_NEAR(ball.state(0).velocity.y(), 1, 1e-15);
   }

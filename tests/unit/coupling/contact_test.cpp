@@ -233,7 +233,8 @@ TEST(WarmStart, LeavesRigidPairsThatNeitherCollidedNorTouchInactive) {
   EXPECT_EQ(graph.schedule.order().size(), 2u);
   bodies.rigid.state[1].velocity = Vec3(0, -1e-3, 0);
   predict_contacts(0.1, OrientationUpdate::exact, graph, bodies, contacts);
-  solve_contact(bodies, graph, {}, contacts);
+  ContactSolveScratch scratch;
+  solve_contact(bodies, graph, {}, contacts, scratch);
   warm_start_again(2, graph, bodies, contacts);
   for (const ContactPair& pair : contacts.pairs) EXPECT_EQ(pair.active, pair.guest_rigid == 1);
   contacts.pairs[0].collided = contacts.pairs[1].collided = true;
@@ -254,7 +255,9 @@ TEST(ContactSolve, ConvergesToTheConditionsOfContact) {
   ContactGraph graph;
   build_contact_graph(bodies, simulation.world().gravity, true, contacts, graph);
   predict_contacts(dt, OrientationUpdate::exact, graph, bodies, contacts);
-  const int sweeps = solve_contact(bodies, graph, {.iterations = 2000, .tolerance = 1e-12}, contacts);
+  ContactSolveScratch scratch;
+  const int sweeps =
+      solve_contact(bodies, graph, {.iterations = 2000, .tolerance = 1e-12}, contacts, scratch);
   EXPECT_LT(sweeps, 2000);
   EXPECT_GT(count_active(contacts, graph), 20);
   for (const ContactPoint& contact : contacts.points) {

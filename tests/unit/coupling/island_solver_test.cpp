@@ -95,8 +95,10 @@ TEST(IslandSolver, AgreesWithSweeps) {
     if (whole) {
       EXPECT_LT(IslandSolver().solve(scene.bodies, scene.graph.pairs, 1e-12, scene.contacts), 1e-12);
     } else {
+      ContactSolveScratch scratch;
       solve_contact(scene.bodies, scene.graph,
-                    {.iterations = 20000, .tolerance = 1e-13, .whole_islands = false}, scene.contacts);
+                    {.iterations = 20000, .tolerance = 1e-13, .whole_islands = false}, scene.contacts,
+                    scratch);
     }
     return scene.bodies.rigid.state;
   };

@@ -57,7 +57,8 @@ TEST(WarmStart, RememberedForcesCarryARestingCube) {
   EXPECT_LT(cube.state(0).angular_velocity.norm(), 1e-15);
   EXPECT_EQ(count_active(cube.contacts, cube.graph), 4);
   // Nothing is left to do.
-  EXPECT_EQ(solve_contact(cube.bodies, cube.graph, {}, cube.contacts), 1);
+  ContactSolveScratch scratch;
+  EXPECT_EQ(solve_contact(cube.bodies, cube.graph, {}, cube.contacts, scratch), 1);
   EXPECT_LT(cube.state(0).velocity.norm(), 1e-14);
 }
 
@@ -72,7 +73,8 @@ TEST(WarmStart, WhatASolveEndedWithIsWhatTheNextOneBeginsWith) {
   fall();
   warm_start({}, dt, cube.graph, cube.bodies, cube.contacts);
   EXPECT_EQ(cube.state(0).velocity, Vec3(0.001, -g * dt, 0)) << "nothing remembered, nothing done";
-  solve_contact(cube.bodies, cube.graph, {.iterations = 1000, .tolerance = 1e-13}, cube.contacts);
+  ContactSolveScratch scratch;
+  solve_contact(cube.bodies, cube.graph, {.iterations = 1000, .tolerance = 1e-13}, cube.contacts, scratch);
   ContactMemory memory;
   remember(cube.contacts, cube.graph, dt, memory);
   ASSERT_FALSE(memory.empty());
