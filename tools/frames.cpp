@@ -3,7 +3,7 @@
 #include "tools/commands.h"
 #include <fmt/format.h>
 
-#include "sim/scene/frame_limits.h"
+#include "sim/base/frame_limits.h"
 
 namespace duet::tools {
 namespace {

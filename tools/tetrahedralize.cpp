@@ -14,6 +14,7 @@
 #include "sim/geometry/tet_mesh_file.h"
 #include "sim/geometry/tet_quality.h"
 #include "sim/geometry/tetrahedralizer.h"
+#include "sim/io/files.h"
 #include "sim/io/run_directory.h"
 
 namespace duet::tools {

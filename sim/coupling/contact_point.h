@@ -84,9 +84,9 @@ struct ContactSet {
   std::vector<ContactPoint> points;
   std::vector<ContactPair> pairs;
   std::vector<Pose> predicted;  // of the rigid bodies; scratch of predict_contacts
-  std::vector<char> is_cold;   // of every island: nothing is remembered of its contacts, see warm_start()
-  CandidateSearch search;      // scratch of find_candidates
-  std::vector<Pinch> pinches;  // of the step, see pinching.h
+  std::vector<char> is_cold;    // of every island: nothing is remembered of its contacts, see warm_start()
+  CandidateSearch search;       // scratch of find_candidates
+  std::vector<Pinch> pinches;   // of the step, see pinching.h
   std::vector<Vec3> sheet_normals;  // scratch of yield_where_pinched
 };
 

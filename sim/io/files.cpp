@@ -12,8 +12,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "sim/io/run_directory.h"
-#include "sim/scene/frame_limits.h"
+#include "sim/base/frame_limits.h"
 
 namespace duet::io {
 namespace {

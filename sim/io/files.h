@@ -1,5 +1,4 @@
-// Reading and removing files with errors that name the path, the system's reason and a remedy. Writing is
-// write_atomically of run_directory.h.
+// Reading, writing and removing files with errors that name the path, the system's reason and a remedy.
 #pragma once
 
 #include <filesystem>
@@ -21,6 +20,10 @@ FileError system_error(const fs::path& path, const std::string& action, int erro
 
 // The whole file as bytes. Throws FileError.
 std::string read_file(const fs::path& path);
+
+// Writes `bytes` to a temporary name beside `path` and renames it: the file is whole or absent. Throws
+// FileError.
+void write_atomically(const fs::path& path, const std::string& bytes);
 
 // Creates the folder and its parents where they are missing. Throws FileError.
 void create_folder(const fs::path& path);

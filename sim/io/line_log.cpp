@@ -8,7 +8,7 @@
 #include <unistd.h>
 
 #include "sim/io/files.h"
-#include "sim/scene/frame_limits.h"
+#include "sim/base/frame_limits.h"
 
 namespace duet::io {
 namespace {

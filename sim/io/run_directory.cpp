@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "sim/io/files.h"
-#include "sim/scene/frame_limits.h"
+#include "sim/base/frame_limits.h"
 
 namespace duet::io {
 namespace {

@@ -78,10 +78,6 @@ struct RunDirectory {
   fs::path checkpoint() const { return root / "checkpoint"; }
 };
 
-// Writes `bytes` to a temporary name beside `path` and renames it: the file is whole or absent. Throws
-// FileError.
-void write_atomically(const fs::path& path, const std::string& bytes);
-
 void write_manifest(const RunDirectory& run, const Manifest& manifest);
 Manifest read_manifest(const RunDirectory& run);  // throws FileError
 

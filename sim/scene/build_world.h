@@ -9,7 +9,7 @@
 #include "sim/geometry/tet_mesh.h"
 #include "sim/geometry/thick_surface.h"
 #include "sim/scene/scene.h"
-#include "sim/scene/simulation.h"
+#include "sim/scene/world_sizes.h"
 #include "sim/step/world.h"
 
 namespace duet::scene {

@@ -8,7 +8,7 @@
 
 #include "sim/scene/plan.h"
 #include "sim/scene/scene.h"
-#include "sim/scene/simulation.h"
+#include "sim/scene/world_sizes.h"
 
 namespace duet::scene {
 

@@ -3,7 +3,7 @@
 #include <iterator>
 #include <numbers>
 
-#include "sim/scene/frame_limits.h"
+#include "sim/base/frame_limits.h"
 #include "sim/scene/schema_parts.h"
 
 namespace duet::scene {

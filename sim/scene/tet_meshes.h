@@ -6,7 +6,7 @@
 
 #include "sim/geometry/tet_mesh.h"
 #include "sim/scene/scene.h"
-#include "sim/scene/simulation.h"
+#include "sim/scene/world_sizes.h"
 
 namespace duet::scene {
 

@@ -8,6 +8,7 @@
 
 #include "sim/base/error.h"
 #include "sim/geometry/mesh_check.h"
+#include "sim/io/files.h"
 #include "sim/io/run_directory.h"
 
 namespace duet {

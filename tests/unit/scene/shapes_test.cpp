@@ -8,6 +8,7 @@
 
 #include "sim/base/error.h"
 #include "sim/geometry/grid_level_set.h"
+#include "sim/io/files.h"
 #include "sim/io/run_directory.h"
 #include "sim/scene/build_world.h"
 #include "sim/scene/explain.h"

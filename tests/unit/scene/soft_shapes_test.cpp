@@ -10,6 +10,7 @@
 #include "sim/base/error.h"
 #include "sim/geometry/tet_mesh_file.h"
 #include "sim/geometry/tetrahedralizer.h"
+#include "sim/io/files.h"
 #include "sim/io/run_directory.h"
 #include "sim/scene/build_world.h"
 #include "sim/scene/explain.h"
