@@ -8,7 +8,7 @@
 
 #include "render/gl_objects.h"
 #include "render/shadow_samples.h"
-#include "sim/scene/frame.h"
+#include "sim/simulation/frame.h"
 
 namespace duet::render {
 

@@ -14,7 +14,7 @@
 #include <fmt/format.h>
 #include <stb/stb_image.h>
 
-#include "sim/io/files.h"
+#include "sim/base/files.h"
 
 namespace duet::render {
 

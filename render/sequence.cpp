@@ -7,7 +7,7 @@
 #include "render/scene_renderer.h"
 #include "render/strain_legend.h"
 #include "sim/base/error.h"
-#include "sim/io/files.h"
+#include "sim/base/files.h"
 
 namespace duet::render {
 namespace {

@@ -16,7 +16,7 @@
 #include <unistd.h>
 
 #include "render/sequence.h"
-#include "sim/io/files.h"
+#include "sim/base/files.h"
 
 extern char** environ;
 

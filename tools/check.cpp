@@ -3,12 +3,12 @@
 #include "tools/scene_files.h"
 #include <fmt/format.h>
 
+#include "sim/scene/build/initial_overlaps.h"
+#include "sim/scene/build/tet_meshes.h"
 #include "sim/scene/explain.h"
-#include "sim/scene/initial_overlaps.h"
 #include "sim/scene/plan.h"
-#include "sim/scene/reader.h"
-#include "sim/scene/simulation.h"
-#include "sim/scene/tet_meshes.h"
+#include "sim/scene/reader/reader.h"
+#include "sim/simulation/simulation.h"
 
 namespace duet::tools {
 namespace {

@@ -11,7 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "render/sequence.h"
-#include "sim/io/files.h"
+#include "sim/base/files.h"
 #include "sim/io/run_directory.h"
 
 namespace duet::tools {

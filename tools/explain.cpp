@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "sim/scene/plan.h"
-#include "sim/scene/simulation.h"
+#include "sim/simulation/simulation.h"
 
 namespace duet::tools {
 

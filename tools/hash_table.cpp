@@ -6,8 +6,8 @@
 #include <toml++/toml.h>
 
 #include "sim/base/error.h"
+#include "sim/base/files.h"
 #include "sim/base/near_miss.h"
-#include "sim/io/files.h"
 
 namespace duet::tools {
 namespace {

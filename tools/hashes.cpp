@@ -12,12 +12,12 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "sim/base/files.h"
 #include "sim/base/parallel.h"
 #include "sim/io/expected_hashes.h"
-#include "sim/io/files.h"
 #include "sim/io/stage_log.h"
 #include "sim/scene/plan.h"
-#include "sim/scene/simulation.h"
+#include "sim/simulation/simulation.h"
 
 namespace duet::tools {
 namespace {

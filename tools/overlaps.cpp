@@ -1,5 +1,5 @@
 // `duet overlaps`: how deep the bodies of a run lie in each other, between the points at which they touch.
-#include "sim/scene/overlaps.h"
+#include "sim/simulation/overlaps.h"
 
 #include "tools/commands.h"
 #include "tools/scene_files.h"

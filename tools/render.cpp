@@ -9,9 +9,9 @@
 #include <fmt/format.h>
 
 #include "render/sequence.h"
-#include "sim/io/files.h"
+#include "sim/base/files.h"
 #include "sim/io/run_folder.h"
-#include "sim/scene/reader.h"
+#include "sim/scene/reader/reader.h"
 
 namespace duet::tools {
 namespace {

@@ -11,8 +11,8 @@
 #include <nlohmann/json.hpp>
 #include <unistd.h>
 
+#include "sim/base/files.h"
 #include "sim/base/printable.h"
-#include "sim/io/files.h"
 
 namespace duet::tools {
 namespace {

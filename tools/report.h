@@ -9,7 +9,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include "sim/base/error.h"
-#include "sim/scene/frame.h"
+#include "sim/simulation/frame.h"
 
 namespace duet::tools {
 

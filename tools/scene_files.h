@@ -8,8 +8,8 @@
 #include "tools/commands.h"
 
 #include "sim/io/checkpoint.h"
-#include "sim/scene/reader.h"
-#include "sim/scene/simulation.h"
+#include "sim/scene/reader/reader.h"
+#include "sim/simulation/simulation.h"
 
 namespace duet::tools {
 

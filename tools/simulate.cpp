@@ -15,18 +15,18 @@
 #include <fmt/format.h>
 #include <sys/utsname.h>
 
+#include "sim/base/files.h"
 #include "sim/base/numerics.h"
 #include "sim/base/parallel.h"
 #include "sim/base/stop.h"
 #include "sim/io/checkpoint.h"
-#include "sim/io/files.h"
 #include "sim/io/level_set_writer.h"
 #include "sim/io/run_folder.h"
 #include "sim/io/stage_log.h"
 #include "sim/io/stats_log.h"
 #include "sim/scene/explain.h"
 #include "sim/scene/plan.h"
-#include "sim/scene/simulation.h"
+#include "sim/simulation/simulation.h"
 
 namespace duet::tools {
 namespace {

@@ -8,13 +8,13 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "sim/geometry/mesh_check.h"
-#include "sim/geometry/mesh_file.h"
-#include "sim/geometry/tet_mesh_check.h"
-#include "sim/geometry/tet_mesh_file.h"
-#include "sim/geometry/tet_quality.h"
-#include "sim/geometry/tetrahedralizer.h"
-#include "sim/io/files.h"
+#include "sim/base/files.h"
+#include "sim/geometry/files/mesh_file.h"
+#include "sim/geometry/files/tet_mesh_file.h"
+#include "sim/geometry/mesh/mesh_check.h"
+#include "sim/geometry/mesh/tet_mesh_check.h"
+#include "sim/geometry/mesh/tet_quality.h"
+#include "sim/geometry/meshing/tetrahedralizer.h"
 #include "sim/io/run_directory.h"
 
 namespace duet::tools {

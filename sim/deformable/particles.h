@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "sim/base/types.h"
-#include "sim/geometry/tet_mesh.h"
+#include "sim/geometry/mesh/tet_mesh.h"
 
 namespace duet {
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "sim/deformable/particles.h"
-#include "sim/geometry/elements_around.h"
+#include "sim/geometry/mesh/elements_around.h"
 
 namespace duet {
 

@@ -4,7 +4,7 @@
 #include <limits>
 
 #include "sim/base/parallel.h"
-#include "sim/geometry/box_tree.h"
+#include "sim/geometry/queries/box_tree.h"
 
 namespace duet {
 namespace {

@@ -5,8 +5,8 @@
 #include <array>
 #include <vector>
 
-#include "sim/geometry/surface.h"
-#include "sim/geometry/tet_mesh.h"
+#include "sim/geometry/mesh/surface.h"
+#include "sim/geometry/mesh/tet_mesh.h"
 
 namespace duet {
 

@@ -7,8 +7,8 @@
 
 #include <fmt/format.h>
 
+#include "sim/base/files.h"
 #include "sim/base/hash.h"
-#include "sim/io/files.h"
 
 namespace duet::io {
 namespace {

@@ -10,8 +10,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "sim/base/files.h"
 #include "sim/base/hash.h"
-#include "sim/io/files.h"
 
 namespace duet::io {
 namespace {

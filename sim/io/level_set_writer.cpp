@@ -7,7 +7,7 @@
 #include <openvdb/openvdb.h>
 #include <openvdb/tools/SignedFloodFill.h>
 
-#include "sim/io/files.h"
+#include "sim/base/files.h"
 
 namespace duet::io {
 namespace {

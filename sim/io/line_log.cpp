@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <unistd.h>
 
-#include "sim/io/files.h"
+#include "sim/base/files.h"
 #include "sim/base/frame_limits.h"
 
 namespace duet::io {

@@ -6,7 +6,7 @@
 #include <span>
 #include <string_view>
 
-#include "sim/io/files.h"
+#include "sim/base/files.h"
 #include "sim/io/run_directory.h"
 
 namespace duet::io {

@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "sim/io/files.h"
+#include "sim/base/files.h"
 #include "sim/base/frame_limits.h"
 
 namespace duet::io {

@@ -9,8 +9,8 @@
 
 #include <Eigen/Geometry>
 
-#include "sim/scene/frame.h"
 #include "sim/scene/scene.h"
+#include "sim/simulation/frame.h"
 
 namespace duet::io {
 

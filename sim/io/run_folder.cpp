@@ -9,7 +9,7 @@
 #include <sys/file.h>
 #include <unistd.h>
 
-#include "sim/io/files.h"
+#include "sim/base/files.h"
 #include "sim/io/line_log.h"
 
 namespace duet::io {

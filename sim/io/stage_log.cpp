@@ -13,7 +13,7 @@
 #include <nlohmann/json.hpp>
 
 #include "sim/base/error.h"
-#include "sim/io/files.h"
+#include "sim/base/files.h"
 
 namespace duet::io {
 namespace {

@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "sim/io/files.h"
+#include "sim/base/files.h"
 
 namespace duet::io {
 

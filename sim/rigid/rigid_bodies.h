@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "sim/base/types.h"
-#include "sim/geometry/level_set.h"
-#include "sim/geometry/ridges.h"
+#include "sim/geometry/level_set/feature_edges.h"
+#include "sim/geometry/level_set/level_set.h"
 #include "sim/rigid/kinematic_motion.h"
 #include "sim/rigid/orientation_update.h"
 
@@ -31,7 +31,7 @@ struct RigidProperties {
   std::vector<Vec3> samples;          // m, body space, tested against other bodies' level sets
   std::vector<Vec3> inside;           // m, body space, a point of the body some way in from every sample
   std::vector<char> on_flat;          // whether a sample lies in a flat face
-  Ridges ridges;                      // the lines along which it can touch between its samples
+  FeatureEdges ridges;                // the lines along which it can touch between its samples
   double mass = 0, inverse_mass = 0;  // kg, 1/kg
   Vec3 inertia = Vec3::Zero();        // kg m^2, principal moments
   double friction = 0, restitution = 0;

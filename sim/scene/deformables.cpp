@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "sim/scene/tet_meshes.h"
+#include "sim/scene/build/tet_meshes.h"
 
 namespace duet::scene {
 

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "sim/geometry/sheets.h"
+#include "sim/geometry/mesh/sheets.h"
 #include "sim/scene/scene.h"
 
 namespace duet::scene {

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "sim/scene/motion.h"
+#include "sim/scene/build/motion.h"
 
 namespace duet::scene {
 namespace {

@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "sim/base/types.h"
-#include "sim/coupling/push_out_order.h"
-#include "sim/deformable/material_model.h"
-#include "sim/geometry/triangle_mesh.h"
+#include "sim/contact/push_out/push_out_order.h"
+#include "sim/deformable/materials/material_model.h"
+#include "sim/geometry/mesh/triangle_mesh.h"
 #include "sim/rigid/kinematic_motion.h"
 #include "sim/rigid/orientation_update.h"
 

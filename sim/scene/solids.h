@@ -4,7 +4,7 @@
 #include <map>
 #include <tuple>
 
-#include "sim/geometry/solid.h"
+#include "sim/geometry/level_set/solid.h"
 #include "sim/scene/scene.h"
 
 namespace duet::scene {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "sim/base/types.h"
-#include "sim/scene/initial_overlaps.h"
+#include "sim/scene/build/initial_overlaps.h"
 
 namespace duet {
 

@@ -5,8 +5,8 @@
 
 #include <Eigen/LU>
 
-#include "sim/coupling/ledger.h"
-#include "sim/coupling/row_velocity.h"
+#include "sim/contact/response/ledger.h"
+#include "sim/contact/response/row_velocity.h"
 
 namespace duet {
 namespace {

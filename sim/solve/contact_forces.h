@@ -4,9 +4,9 @@
 #include <array>
 #include <vector>
 
-#include "sim/coupling/contact_graph.h"
-#include "sim/coupling/contact_projection.h"
-#include "sim/coupling/islands.h"
+#include "sim/contact/graph/contact_graph.h"
+#include "sim/contact/response/contact_projection.h"
+#include "sim/state/islands.h"
 
 namespace duet {
 

@@ -2,7 +2,7 @@
 // 2007), where P projects the contact constraints out of the gradient field.
 #pragma once
 
-#include "sim/coupling/contact_projection.h"
+#include "sim/contact/response/contact_projection.h"
 #include "sim/solve/conjugate_gradient.h"
 
 namespace duet {

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "sim/coupling/contact_projection.h"
+#include "sim/contact/response/contact_projection.h"
 
 namespace duet {
 

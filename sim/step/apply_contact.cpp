@@ -13,7 +13,7 @@ constexpr int cold_start = 10;
 // Contact and joints take turns at most so many times, and contact this part of its sweeps each time.
 constexpr int joint_rounds = 10, joint_share = 4;
 
-void sweep_contacts(World& world, StepContext& context, int round, LinkedBodies* linked) {
+void sweep_contacts(World& world, StepContext& context, int round, ArticulatedResponse* linked) {
   ContactSolveSettings settings = world.settings.contact;
   settings.fall = world.gravity.norm() * context.dt;
   if (round == 0) settings.cold_iterations = (cold_start - 1) * settings.iterations;
@@ -52,7 +52,7 @@ void control_joints(World& world, StepContext& context, ContactSolve solve) {
 // Joints come last, and are exact. Where contact knows what the joints will do, one or two rounds are enough.
 void solve_contacts(World& world, StepContext& context, ContactSolve solve) {
   const bool joints = world.has(Effect::articulation);
-  LinkedBodies* linked = joints ? context.linked.prepared() : nullptr;
+  ArticulatedResponse* linked = joints ? context.linked.prepared() : nullptr;
   for (int round = 0; round < joint_rounds; ++round) {
     stop_if_asked();
     if (linked) linked->begin(world.bodies.rigid);
@@ -65,7 +65,7 @@ void solve_contacts(World& world, StepContext& context, ContactSolve solve) {
   }
 }
 
-const LinkedBodies* link_active_contacts(World& world, StepContext& context) {
+const ArticulatedResponse* link_active_contacts(World& world, StepContext& context) {
   for (ContactPoint& contact : context.contacts.points)
     if (!contact.impulse.isZero(0)) update_geometry(world.bodies, contact);
   return context.linked.prepare(world.bodies, context.joints, false, context.contacts);

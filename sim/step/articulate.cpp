@@ -4,7 +4,7 @@
 #include <fmt/format.h>
 
 #include "sim/base/error.h"
-#include "sim/coupling/ledger.h"
+#include "sim/contact/response/ledger.h"
 #include "sim/step/step.h"
 
 namespace duet {

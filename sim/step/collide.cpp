@@ -1,6 +1,6 @@
 // Step II: collisions (paper section 4).
-#include "sim/coupling/impact_plane.h"
-#include "sim/coupling/pinching.h"
+#include "sim/contact/detection/impact_plane.h"
+#include "sim/contact/push_out/pinching.h"
 #include "sim/step/step.h"
 
 namespace duet {
@@ -22,9 +22,9 @@ void return_to_start(World& world, StepContext& context) {
 // The joints' part in the blows is left to stabilize_collided(), which has its impulses.
 void collide(World& world, StepContext& context) {
   Bodies& bodies = world.bodies;
-  LinkedBodies* linked = world.has(Effect::articulation)
-                             ? context.linked.prepare(bodies, context.joints, false, context.contacts)
-                             : nullptr;
+  ArticulatedResponse* linked = world.has(Effect::articulation)
+                                    ? context.linked.prepare(bodies, context.joints, false, context.contacts)
+                                    : nullptr;
   if (linked) linked->begin(bodies.rigid);
   process_collisions(bodies, context.difference, context.dt, world.settings.collision, linked,
                      context.contacts, context.collision_scratch);

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "sim/coupling/islands.h"
+#include "sim/state/islands.h"
 
 namespace duet {
 

@@ -1,7 +1,7 @@
 // Step V: the spin of free islands, which moving their positions would change.
 #include <algorithm>
 
-#include "sim/coupling/surface_intersections.h"
+#include "sim/contact/detection/surface_intersections.h"
 #include "sim/deformable/spin.h"
 #include "sim/step/step.h"
 

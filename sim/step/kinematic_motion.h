@@ -15,7 +15,7 @@
 
 #include <vector>
 
-#include "sim/coupling/contact_graph.h"
+#include "sim/contact/graph/contact_graph.h"
 
 namespace duet {
 

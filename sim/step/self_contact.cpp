@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "sim/base/error.h"
-#include "sim/coupling/surface_intersections.h"
+#include "sim/contact/detection/surface_intersections.h"
 #include "sim/step/step.h"
 
 namespace duet {

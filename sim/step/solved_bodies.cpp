@@ -12,7 +12,7 @@
 // those of this step are known.
 #include <algorithm>
 
-#include "sim/coupling/surface_intersections.h"
+#include "sim/contact/detection/surface_intersections.h"
 #include "sim/step/step.h"
 
 namespace duet {
@@ -31,12 +31,12 @@ bool is_heavy(const Bodies& bodies, int host, int deformable) {
 }
 
 // The deformable body that is the guest of a contact.
-int soft_guest(const Bodies& bodies, const RememberedContact& remembered) {
+int soft_guest(const Bodies& bodies, const CachedContact& remembered) {
   ContactPoint contact;
   contact.host = remembered.host;
   contact.guest_point = remembered.guest_point;
-  contact.lowest = remembered.lowest;
-  if (contact.is_on_ridge()) put_on_surface(bodies, contact);
+  contact.edge = remembered.edge;
+  if (contact.is_on_edge()) put_on_surface(bodies, contact);
   return static_cast<int>(body_of(bodies, surface_point(bodies, contact).particle[0]));
 }
 
@@ -83,7 +83,7 @@ void find_touching(const Bodies& bodies, StepContext& context) {
   Islands& islands = context.solved;
   islands.begin(bodies);
   context.touching.clear();
-  for (const RememberedContact& contact : context.memory) {  // those of a pair follow each other
+  for (const CachedContact& contact : context.memory) {  // those of a pair follow each other
     const bool is_rigid_pair = contact.guest_rigid >= 0;
     const std::array<int, 2> pair{
         contact.host, is_rigid_pair ? contact.guest_rigid : rigid_count + soft_guest(bodies, contact)};

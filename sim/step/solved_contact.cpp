@@ -14,7 +14,7 @@
 // none: V by the midpoint rule, as a contact that pushes does not open in the step.
 #include <algorithm>
 
-#include "sim/coupling/impact_plane.h"
+#include "sim/contact/detection/impact_plane.h"
 #include "sim/solve/velocity_system.h"
 #include "sim/step/step.h"
 

@@ -79,8 +79,8 @@ void add_state(Writer& writer, const World& world) {
   const std::vector<double>& pressure = world.context.held_pressure;
   if (!pressure.empty())
     add_scene("pressures", hash_bytes(pressure.data(), pressure.size() * sizeof(double)));
-  const ContactMemory& memory = world.context.memory;
-  add_scene("contact cache", hash_bytes(memory.data(), memory.size() * sizeof(RememberedContact)));
+  const ContactCache& memory = world.context.memory;
+  add_scene("contact cache", hash_bytes(memory.data(), memory.size() * sizeof(CachedContact)));
 }
 
 // Of each body the contacts in which it is the guest.

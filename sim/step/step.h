@@ -76,8 +76,8 @@ void choose_solved_bodies(World& world, StepContext& context);
 void add_solved_bodies(const World& world, StepContext& context);  // on the islands of context.solved
 void find_solved_islands(World& world, StepContext& context);
 bool is_solved(const StepContext& context, const Bodies& bodies, const ContactPair& pair);
-// Brings the contacts that have impulses to the poses now, for a projection: as LinkedBodies::prepare.
-const LinkedBodies* link_active_contacts(World& world, StepContext& context);
+// Brings the contacts that have impulses to the poses now, for a projection: as ArticulatedResponse::prepare.
+const ArticulatedResponse* link_active_contacts(World& world, StepContext& context);
 // Makes context.projection that of the contacts that hold an impulse, and of joints. `rests`: as
 // ContactProjection::build.
 void project_active_contacts(World& world, StepContext& context, const std::vector<char>& rests = {});

@@ -1,10 +1,10 @@
-// Keeps the ledger (sim/coupling/ledger.h) stage by stage. Costs a pass over all bodies before and after each
-// stage, so it is off unless asked for; it never changes a result.
+// Keeps the ledger (sim/contact/response/ledger.h) stage by stage. Costs a pass over all bodies before and
+// after each stage, so it is off unless asked for; it never changes a result.
 #pragma once
 
 #include <array>
 
-#include "sim/coupling/ledger.h"
+#include "sim/contact/response/ledger.h"
 #include "sim/step/stage_table.h"
 
 namespace duet {

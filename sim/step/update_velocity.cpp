@@ -1,6 +1,6 @@
 // Step V: velocities (paper section 7).
-#include "sim/coupling/impact_plane.h"
-#include "sim/coupling/pinching.h"
+#include "sim/contact/detection/impact_plane.h"
+#include "sim/contact/push_out/pinching.h"
 #include "sim/step/step.h"
 
 namespace duet {

@@ -3,16 +3,16 @@
 
 #include "sim/articulation/free_motion.h"
 #include "sim/articulation/joint_solver.h"
-#include "sim/coupling/collisions.h"
-#include "sim/coupling/contact_candidates.h"
-#include "sim/coupling/contact_projection.h"
-#include "sim/coupling/contact_solver.h"
-#include "sim/coupling/linked_bodies.h"
-#include "sim/coupling/push_out.h"
-#include "sim/coupling/separation.h"
-#include "sim/coupling/warm_start.h"
-#include "sim/deformable/self_collision.h"
-#include "sim/deformable/self_repulsion.h"
+#include "sim/contact/detection/contact_candidates.h"
+#include "sim/contact/push_out/push_out.h"
+#include "sim/contact/push_out/rigid_separation.h"
+#include "sim/contact/response/articulated_response.h"
+#include "sim/contact/response/collisions.h"
+#include "sim/contact/response/contact_projection.h"
+#include "sim/contact/response/contact_solver.h"
+#include "sim/contact/response/warm_start.h"
+#include "sim/deformable/self_contact/self_collision.h"
+#include "sim/deformable/self_contact/self_repulsion.h"
 #include "sim/solve/conjugate_gradient.h"
 #include "sim/solve/contact_forces.h"
 #include "sim/solve/island_gradients.h"
@@ -80,7 +80,7 @@ struct StepContext {
   JointSolver joints;
   FreeMotion free_motion;
   double joints_excess = 0;  // of FreeMotion
-  LinkedBodies linked;
+  ArticulatedResponse linked;
   std::vector<Pose> end_pose;                // of rigid bodies that are not dynamic, at x^{n+1}
   Momentum joints_from_outside;              // of finish_positions, for the ledger
   std::vector<Vec3> joint_push, joint_turn;  // N s, N m s: what joints gave each body in step III
@@ -88,7 +88,7 @@ struct StepContext {
   ContactSet contacts;
   ContactGraph graph;
   ContactSolveScratch contact_solve;
-  ContactMemory memory;  // of the last step that succeeded
+  ContactCache memory;  // of the last step that succeeded
   CollisionScratch collision_scratch;
   PushOutScratch push_out_scratch;
   SeparationScratch separation_scratch;

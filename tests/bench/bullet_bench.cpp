@@ -24,7 +24,7 @@
 #include <btBulletDynamicsCommon.h>
 
 #include "sim/scene/plan.h"
-#include "sim/scene/simulation.h"
+#include "sim/simulation/simulation.h"
 #include "sim/step/world.h"
 
 namespace duet {

@@ -8,8 +8,8 @@
 #include <benchmark/benchmark.h>
 
 #include "sim/base/parallel.h"
-#include "sim/coupling/contact_candidates.h"
-#include "sim/geometry/solid.h"
+#include "sim/contact/detection/contact_candidates.h"
+#include "sim/geometry/level_set/solid.h"
 
 namespace duet {
 namespace {

@@ -6,9 +6,9 @@
 #include "tests/support/places.h"
 #include <benchmark/benchmark.h>
 
-#include "sim/geometry/mesh_check.h"
-#include "sim/geometry/mesh_file.h"
-#include "sim/geometry/solid.h"
+#include "sim/geometry/files/mesh_file.h"
+#include "sim/geometry/level_set/solid.h"
+#include "sim/geometry/mesh/mesh_check.h"
 
 namespace duet {
 namespace {

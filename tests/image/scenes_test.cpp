@@ -13,10 +13,10 @@
 
 #include "render/compare.h"
 #include "render/sequence.h"
+#include "sim/base/files.h"
 #include "sim/base/parallel.h"
-#include "sim/io/files.h"
 #include "sim/io/run_directory.h"
-#include "sim/scene/reader.h"
+#include "sim/scene/reader/reader.h"
 #include "sim/step/world.h"
 
 namespace duet::image_tests {

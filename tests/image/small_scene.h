@@ -9,8 +9,8 @@
 
 #include "render/projection.h"
 #include "render/sequence.h"
-#include "sim/geometry/shape_mesh.h"
-#include "sim/scene/frame.h"
+#include "sim/geometry/level_set/shape_mesh.h"
+#include "sim/simulation/frame.h"
 
 namespace duet::image_tests {
 

@@ -8,7 +8,7 @@
 
 #include "render/compare.h"
 #include "sim/base/error.h"
-#include "sim/geometry/tet_mesh.h"
+#include "sim/geometry/mesh/tet_mesh.h"
 
 namespace duet::image_tests {
 namespace {

@@ -9,8 +9,8 @@
 #include "tests/support/meshes.h"
 #include "tests/support/scenes.h"
 
-#include "sim/geometry/mesh_check.h"
-#include "sim/geometry/mesh_distance.h"
+#include "sim/geometry/level_set/mesh_distance.h"
+#include "sim/geometry/mesh/mesh_check.h"
 #include "sim/step/world.h"
 
 namespace duet {

@@ -9,8 +9,8 @@
 #include <gtest/gtest.h>
 
 #include "sim/base/rotation.h"
-#include "sim/deformable/tet_strain.h"
-#include "sim/geometry/closest_points.h"
+#include "sim/deformable/forces/tet_strain.h"
+#include "sim/geometry/queries/closest_points.h"
 #include "sim/step/world.h"
 
 namespace duet {

@@ -6,7 +6,7 @@
 #include "tests/support/thin_bodies.h"
 #include <gtest/gtest.h>
 
-#include "sim/scene/simulation.h"
+#include "sim/simulation/simulation.h"
 #include "sim/step/world.h"
 
 namespace duet {

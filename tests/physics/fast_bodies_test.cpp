@@ -6,8 +6,8 @@
 #include "tests/support/scenes.h"
 #include <gtest/gtest.h>
 
-#include "sim/coupling/max_penetration.h"
-#include "sim/scene/simulation.h"
+#include "sim/contact/detection/max_penetration.h"
+#include "sim/simulation/simulation.h"
 #include "sim/step/step.h"
 
 namespace duet {

@@ -7,8 +7,8 @@
 #include "tests/support/scenes.h"
 #include <gtest/gtest.h>
 
-#include "sim/geometry/continuous_collision.h"
-#include "sim/scene/reader.h"
+#include "sim/geometry/queries/continuous_collision.h"
+#include "sim/scene/reader/reader.h"
 #include "sim/step/world.h"
 
 namespace duet {

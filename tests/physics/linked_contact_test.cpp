@@ -9,8 +9,8 @@
 #include <gtest/gtest.h>
 
 #include "sim/base/parallel.h"
-#include "sim/coupling/contact_candidates.h"
-#include "sim/coupling/max_penetration.h"
+#include "sim/contact/detection/contact_candidates.h"
+#include "sim/contact/detection/max_penetration.h"
 #include "sim/step/world.h"
 
 namespace duet {

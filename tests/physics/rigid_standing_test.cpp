@@ -10,7 +10,7 @@
 #include "tests/support/scenes.h"
 #include <fmt/format.h>
 
-#include "sim/scene/reader.h"
+#include "sim/scene/reader/reader.h"
 #include "sim/step/world.h"
 
 namespace duet {

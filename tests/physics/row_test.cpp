@@ -7,7 +7,7 @@
 #include "tests/support/scenes.h"
 #include <gtest/gtest.h>
 
-#include "sim/scene/reader.h"
+#include "sim/scene/reader/reader.h"
 #include "sim/step/step.h"
 
 namespace duet {

@@ -7,8 +7,8 @@
 #include <gtest/gtest.h>
 
 #include "sim/scene/plan.h"
-#include "sim/scene/reader.h"
-#include "sim/scene/simulation.h"
+#include "sim/scene/reader/reader.h"
+#include "sim/simulation/simulation.h"
 
 namespace duet {
 namespace {

@@ -7,7 +7,7 @@
 #include "tests/support/scenes.h"
 #include <gtest/gtest.h>
 
-#include "sim/geometry/triangle_mesh.h"
+#include "sim/geometry/mesh/triangle_mesh.h"
 #include "sim/step/world.h"
 
 namespace duet {

@@ -12,9 +12,9 @@
 #include <gtest/gtest.h>
 
 #include "sim/base/error.h"
+#include "sim/base/files.h"
 #include "sim/io/checkpoint.h"
-#include "sim/io/files.h"
-#include "sim/scene/reader.h"
+#include "sim/scene/reader/reader.h"
 #include "sim/step/world.h"
 
 namespace duet::test {
@@ -37,7 +37,7 @@ Bytes forged(Bytes state, std::mt19937_64& random) {
                                 0,
                                 std::numeric_limits<double>::quiet_NaN(),
                                 std::numeric_limits<double>::infinity()};
-  const std::size_t contacts = std::min(state.size(), 20 * sizeof(RememberedContact));
+  const std::size_t contacts = std::min(state.size(), 20 * sizeof(CachedContact));
   const std::size_t begin = random() % 2 == 0 ? 0 : state.size() - contacts;
   const auto place = [&](std::size_t size) {
     return begin + random() % ((state.size() - begin) / size) * size;
@@ -53,7 +53,7 @@ Bytes forged(Bytes state, std::mt19937_64& random) {
       state[place(1)] ^= static_cast<unsigned char>(1U << (random() % 8));
       break;
     default:
-      state.resize(state.size() - (random() % 3 + 1) * (random() % 2 == 0 ? sizeof(RememberedContact) : 8));
+      state.resize(state.size() - (random() % 3 + 1) * (random() % 2 == 0 ? sizeof(CachedContact) : 8));
   }
   return state;
 }

@@ -8,12 +8,12 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
+#include "sim/base/files.h"
 #include "sim/base/numerics.h"
 #include "sim/io/checkpoint.h"
-#include "sim/io/files.h"
 #include "sim/io/run_directory.h"
 #include "sim/scene/plan.h"
-#include "sim/scene/reader.h"
+#include "sim/scene/reader/reader.h"
 
 namespace duet::test {
 namespace {

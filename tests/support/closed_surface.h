@@ -4,7 +4,7 @@
 #include <map>
 #include <vector>
 
-#include "sim/geometry/tet_mesh.h"
+#include "sim/geometry/mesh/tet_mesh.h"
 
 namespace duet::test {
 

@@ -5,8 +5,8 @@
 
 #include "tests/support/scenes.h"
 
-#include "sim/coupling/contact_candidates.h"
-#include "sim/coupling/contact_graph.h"
+#include "sim/contact/detection/contact_candidates.h"
+#include "sim/contact/graph/contact_graph.h"
 #include "sim/step/world.h"
 
 namespace duet::test {

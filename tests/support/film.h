@@ -9,7 +9,7 @@
 #include "tests/support/places.h"
 #include "tests/support/scenes.h"
 
-#include "sim/scene/reader.h"
+#include "sim/scene/reader/reader.h"
 #include "sim/step/world.h"
 
 namespace duet::test {

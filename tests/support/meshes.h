@@ -8,10 +8,10 @@
 
 #include "tests/support/places.h"
 
-#include "sim/geometry/mesh_check.h"
-#include "sim/geometry/mesh_file.h"
-#include "sim/geometry/surface.h"
-#include "sim/geometry/triangle_mesh.h"
+#include "sim/geometry/files/mesh_file.h"
+#include "sim/geometry/mesh/mesh_check.h"
+#include "sim/geometry/mesh/surface.h"
+#include "sim/geometry/mesh/triangle_mesh.h"
 
 namespace duet::test {
 

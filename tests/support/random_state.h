@@ -6,7 +6,7 @@
 
 #include "tests/support/scenes.h"
 
-#include "sim/coupling/contact_projection.h"
+#include "sim/contact/response/contact_projection.h"
 #include "sim/step/step.h"
 
 namespace duet::test {

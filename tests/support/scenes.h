@@ -8,7 +8,7 @@
 
 #include "sim/scene/plan.h"
 #include "sim/scene/scene.h"
-#include "sim/scene/simulation.h"
+#include "sim/simulation/simulation.h"
 
 namespace duet::test {
 

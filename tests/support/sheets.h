@@ -6,8 +6,8 @@
 
 #include "tests/support/meshes.h"
 
-#include "sim/deformable/collision_surface.h"
-#include "sim/geometry/triangle_intersection.h"
+#include "sim/deformable/self_contact/collision_surface.h"
+#include "sim/geometry/queries/triangle_intersection.h"
 
 namespace duet::test {
 

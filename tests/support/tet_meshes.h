@@ -6,7 +6,7 @@
 
 #include "tests/support/meshes.h"
 
-#include "sim/geometry/tet_mesh.h"
+#include "sim/geometry/mesh/tet_mesh.h"
 
 namespace duet::test {
 

@@ -12,8 +12,8 @@
 #include <unistd.h>
 
 #include "sim/base/error.h"
+#include "sim/base/files.h"
 #include "sim/base/printable.h"
-#include "sim/io/files.h"
 #include "sim/io/run_directory.h"
 
 namespace duet::study {

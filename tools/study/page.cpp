@@ -6,8 +6,8 @@
 
 #include <fmt/format.h>
 
+#include "sim/base/files.h"
 #include "sim/base/printable.h"
-#include "sim/io/files.h"
 
 namespace duet::study {
 namespace {

@@ -14,9 +14,9 @@
 
 #include "render/picture.h"
 #include "render/sequence.h"
-#include "sim/io/files.h"
+#include "sim/base/files.h"
 #include "sim/scene/plan.h"
-#include "sim/scene/reader.h"
+#include "sim/scene/reader/reader.h"
 
 namespace duet::study {
 namespace {

@@ -2,8 +2,8 @@
 
 #include "tools/scene_files.h"
 
+#include "sim/base/files.h"
 #include "sim/io/checkpoint.h"
-#include "sim/io/files.h"
 #include "sim/scene/plan.h"
 #include "sim/step/world.h"
 

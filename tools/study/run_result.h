@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "sim/scene/scene.h"
-#include "sim/scene/simulation.h"
+#include "sim/simulation/simulation.h"
 
 namespace duet::study {
 

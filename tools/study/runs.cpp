@@ -19,9 +19,9 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "sim/base/files.h"
 #include "sim/base/hash.h"
 #include "sim/io/checkpoint.h"
-#include "sim/io/files.h"
 #include "sim/io/run_directory.h"
 #include "sim/scene/plan.h"
 

@@ -8,8 +8,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "sim/io/files.h"
-#include "sim/scene/table_reader.h"
+#include "sim/base/files.h"
+#include "sim/scene/reader/table_reader.h"
 
 namespace duet::study {
 namespace {

@@ -15,7 +15,7 @@
 #include "tools/study/study_page.h"
 #include <fmt/format.h>
 
-#include "sim/io/files.h"
+#include "sim/base/files.h"
 #include "sim/io/run_directory.h"
 #include "sim/scene/plan.h"
 

@@ -8,13 +8,13 @@
 #include <gtest/gtest.h>
 
 #include "sim/base/rotation.h"
-#include "sim/coupling/contact_candidates.h"
-#include "sim/coupling/contact_solver.h"
-#include "sim/coupling/facing.h"
-#include "sim/coupling/lowest_places.h"
-#include "sim/coupling/max_penetration.h"
-#include "sim/coupling/push_out.h"
-#include "sim/coupling/warm_start.h"
+#include "sim/contact/detection/contact_candidates.h"
+#include "sim/contact/detection/edge_contacts.h"
+#include "sim/contact/detection/facing.h"
+#include "sim/contact/detection/max_penetration.h"
+#include "sim/contact/push_out/push_out.h"
+#include "sim/contact/response/contact_solver.h"
+#include "sim/contact/response/warm_start.h"
 
 namespace duet {
 namespace {
@@ -66,7 +66,7 @@ void expect_the_same_anew(const Bodies& bodies, const ContactPoint& contact) {
   ContactPoint again;
   again.host = contact.host;
   again.guest_point = contact.guest_point;
-  again.lowest = contact.lowest;
+  again.edge = contact.edge;
   put_on_surface(bodies, again);
   update_geometry(bodies, again);
   EXPECT_NEAR(again.gap, contact.gap, 1e-15) << "the place has been found anew, to rounding";
@@ -84,7 +84,7 @@ TEST(ContactPoint, OfSoftEdgesActWhereTheyCross) {
   Bodies& bodies = simulation.world().bodies;
   int told = 0;
   for (const ContactPoint& contact : candidates(bodies, 1e-3).points) {
-    if (!contact.is_on_ridge()) continue;
+    if (!contact.is_on_edge()) continue;
     ++told;
     ASSERT_FALSE(contact.is_rigid_pair());
     EXPECT_NEAR(contact.gap, -0.005, 1e-12);
@@ -112,7 +112,7 @@ TEST(ContactPoint, OfCornersActOnTheFacesThatTheyPressIn) {
   Bodies& bodies = simulation.world().bodies;
   std::set<int> names;
   for (const ContactPoint& contact : candidates(bodies, 1e-3).points) {
-    ASSERT_TRUE(contact.is_on_ridge());  // no point is near
+    ASSERT_TRUE(contact.is_on_edge());  // no point is near
     const double side = contact.on_surface.particle[0] < bodies.deformable[1].first_particle ? 1 : -1;
     EXPECT_EQ(contact.on_surface.count, 3);
     EXPECT_NEAR(contact.gap, -0.005, 1e-12);
@@ -169,17 +169,16 @@ TEST(ContactCandidates, FindSoftEdgesOfWhichOnlyOneEndIsFast) {
     for (const ContactPoint& contact : candidates(bodies, dt).points) found.insert(contact.guest_point);
     for (int e = block.first_edge; e < block.first_edge + block.edge_count; ++e) {
       const auto [a, b] = bodies.edges[as_index(e)].particle;
-      const auto near =
-          lowest_place_on_edge(pose.to_body(x[as_index(a)]), pose.to_body(x[as_index(b)]),
-                               block.parts_per_edge, bodies.rigid.properties[0].shape, 1, scratch);
+      const auto near = edge_contact_on(pose.to_body(x[as_index(a)]), pose.to_body(x[as_index(b)]),
+                                        block.parts_per_edge, bodies.rigid.properties[0].shape, 1, scratch);
       if (!near) continue;
       const Vec3 at_a = v[as_index(a)], at_b = v[as_index(b)];
-      const Vec3 velocity = near->lowest.weight[0] * at_a + near->lowest.weight[1] * at_b;
+      const Vec3 velocity = near->edge.weight[0] * at_a + near->edge.weight[1] * at_b;
       if (!(near->distance < dt * velocity.norm())) continue;
       SurfacePoint place{.particle = {a, b, 0, 0}, .count = 2};
-      std::copy_n(near->lowest.weight.begin(), 2, place.weight.begin());
-      if (!is_support_point(bodies, place, pose.to_world(near->lowest.place),
-                            pose.orientation * near->lowest.normal))
+      std::copy_n(near->edge.weight.begin(), 2, place.weight.begin());
+      if (!is_support_point(bodies, place, pose.to_world(near->edge.place),
+                            pose.orientation * near->edge.normal))
         continue;  // the beam is beside it
       ++expected;
       of_one_end += !(near->distance < dt * std::min(at_a.norm(), at_b.norm()) / 2);

@@ -8,7 +8,7 @@
 #include "tests/support/margin.h"
 #include <gtest/gtest.h>
 
-#include "sim/deformable/internal_forces.h"
+#include "sim/deformable/forces/internal_forces.h"
 
 namespace duet {
 namespace {

@@ -7,8 +7,8 @@
 #include "tests/support/margin.h"
 #include <gtest/gtest.h>
 
-#include "sim/deformable/finite_elements.h"
-#include "sim/deformable/neo_hookean.h"
+#include "sim/deformable/forces/finite_elements.h"
+#include "sim/deformable/materials/neo_hookean.h"
 
 namespace duet {
 namespace {

@@ -8,10 +8,10 @@
 #include "tests/support/margin.h"
 #include <gtest/gtest.h>
 
-#include "sim/deformable/corotated.h"
-#include "sim/deformable/neo_hookean.h"
-#include "sim/deformable/st_venant_kirchhoff.h"
-#include "sim/deformable/stress_differential.h"
+#include "sim/deformable/materials/corotated.h"
+#include "sim/deformable/materials/neo_hookean.h"
+#include "sim/deformable/materials/st_venant_kirchhoff.h"
+#include "sim/deformable/materials/stress_differential.h"
 
 namespace duet {
 namespace {

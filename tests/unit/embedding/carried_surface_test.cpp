@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "sim/geometry/shape_mesh.h"
-#include "sim/geometry/tetrahedralizer.h"
+#include "sim/geometry/level_set/shape_mesh.h"
+#include "sim/geometry/meshing/tetrahedralizer.h"
 
 namespace duet {
 namespace {

@@ -3,7 +3,7 @@
 #include "tests/support/scratch_folder.h"
 #include <gtest/gtest.h>
 
-#include "sim/io/files.h"
+#include "sim/base/files.h"
 
 namespace duet::io {
 namespace {

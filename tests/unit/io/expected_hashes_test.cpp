@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "sim/base/error.h"
-#include "sim/io/files.h"
+#include "sim/base/files.h"
 
 namespace duet::io {
 namespace {

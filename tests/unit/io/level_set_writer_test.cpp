@@ -9,9 +9,9 @@
 #include <openvdb/tools/Interpolation.h>
 
 #include "sim/base/error.h"
-#include "sim/geometry/level_set.h"
-#include "sim/io/files.h"
-#include "sim/scene/level_set_export.h"
+#include "sim/base/files.h"
+#include "sim/geometry/level_set/level_set.h"
+#include "sim/scene/build/level_set_export.h"
 
 namespace duet::io {
 namespace {

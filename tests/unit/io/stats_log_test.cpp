@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <sys/resource.h>
 
-#include "sim/io/files.h"
+#include "sim/base/files.h"
 
 namespace duet::io {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "sim/scene/reader.h"
+#include "sim/scene/reader/reader.h"
 
 namespace duet::scene {
 namespace {

@@ -9,7 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "sim/base/error.h"
-#include "sim/scene/reader.h"
+#include "sim/scene/reader/reader.h"
 
 namespace duet::scene {
 namespace {

@@ -7,14 +7,14 @@
 #include <gtest/gtest.h>
 
 #include "sim/base/error.h"
-#include "sim/geometry/grid_level_set.h"
-#include "sim/io/files.h"
+#include "sim/base/files.h"
+#include "sim/geometry/level_set/grid_level_set.h"
 #include "sim/io/run_directory.h"
-#include "sim/scene/build_world.h"
+#include "sim/scene/build/build_world.h"
 #include "sim/scene/explain.h"
 #include "sim/scene/plan.h"
-#include "sim/scene/reader.h"
-#include "sim/scene/simulation.h"
+#include "sim/scene/reader/reader.h"
+#include "sim/simulation/simulation.h"
 
 namespace duet::scene {
 namespace {

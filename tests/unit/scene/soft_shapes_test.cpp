@@ -8,15 +8,15 @@
 #include <nlohmann/json.hpp>
 
 #include "sim/base/error.h"
-#include "sim/geometry/tet_mesh_file.h"
-#include "sim/geometry/tetrahedralizer.h"
-#include "sim/io/files.h"
+#include "sim/base/files.h"
+#include "sim/geometry/files/tet_mesh_file.h"
+#include "sim/geometry/meshing/tetrahedralizer.h"
 #include "sim/io/run_directory.h"
-#include "sim/scene/build_world.h"
+#include "sim/scene/build/build_world.h"
 #include "sim/scene/explain.h"
 #include "sim/scene/plan.h"
-#include "sim/scene/reader.h"
-#include "sim/scene/simulation.h"
+#include "sim/scene/reader/reader.h"
+#include "sim/simulation/simulation.h"
 #include "sim/step/world.h"
 
 namespace duet::scene {

@@ -12,8 +12,8 @@
 
 #include "sim/base/parallel.h"
 #include "sim/scene/plan.h"
-#include "sim/scene/reader.h"
-#include "sim/scene/simulation.h"
+#include "sim/scene/reader/reader.h"
+#include "sim/simulation/simulation.h"
 
 namespace duet {
 namespace {

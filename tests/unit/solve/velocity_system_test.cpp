@@ -413,7 +413,8 @@ TEST(ConstrainedSystemOfLinkedBodies, IsSymmetricAndKeepsTheJoints) {
   StepContext& context = world.context;
   for (ContactPoint& contact : context.contacts.points) update_geometry(world.bodies, contact);
   context.linked.outdate();
-  const LinkedBodies* linked = context.linked.prepare(world.bodies, context.joints, false, context.contacts);
+  const ArticulatedResponse* linked =
+      context.linked.prepare(world.bodies, context.joints, false, context.contacts);
   ASSERT_TRUE(linked && linked->is_complete());
   context.joints.prepare_projection(world.bodies.rigid);
   ContactProjection projection;

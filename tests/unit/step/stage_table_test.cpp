@@ -11,7 +11,7 @@
 #include "tests/support/scenes.h"
 #include <gtest/gtest.h>
 
-#include "sim/io/files.h"
+#include "sim/base/files.h"
 #include "sim/step/world.h"
 
 namespace duet {

@@ -8,7 +8,7 @@
 
 #include "render/picture.h"
 #include "render/sequence.h"
-#include "sim/io/files.h"
+#include "sim/base/files.h"
 #include "sim/io/run_directory.h"
 
 namespace duet::test {

@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "sim/io/files.h"
+#include "sim/base/files.h"
 #include "sim/io/run_directory.h"
 
 namespace duet::test {

@@ -8,7 +8,7 @@
 #include "tests/support/text.h"
 #include <gtest/gtest.h>
 
-#include "sim/io/files.h"
+#include "sim/base/files.h"
 #include "sim/io/run_directory.h"
 
 namespace duet::test {

@@ -13,7 +13,7 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
-#include "sim/io/files.h"
+#include "sim/base/files.h"
 #include "sim/io/run_directory.h"
 
 namespace duet::processor {

@@ -14,8 +14,8 @@
 #include <sys/resource.h>
 #include <sys/stat.h>
 
+#include "sim/base/files.h"
 #include "sim/base/numerics.h"
-#include "sim/io/files.h"
 #include "sim/io/run_directory.h"
 
 namespace duet::test {

@@ -4,9 +4,9 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "sim/geometry/tet_mesh_file.h"
-#include "sim/geometry/tet_quality.h"
-#include "sim/io/files.h"
+#include "sim/base/files.h"
+#include "sim/geometry/files/tet_mesh_file.h"
+#include "sim/geometry/mesh/tet_quality.h"
 #include "sim/io/run_directory.h"
 
 namespace duet::test {

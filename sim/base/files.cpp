@@ -1,0 +1,176 @@
+#include "sim/base/files.h"
+
+#include <atomic>
+#include <cerrno>
+#include <charconv>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "sim/base/frame_limits.h"
+
+namespace duet::io {
+namespace {
+
+std::string remedy_for(int error_number) {
+  switch (error_number) {
+    case ENOSPC:
+    case EDQUOT:
+      return "free some space there, or choose a folder on another disk with --out";
+    case EROFS:
+      return "choose a writable folder with --out";
+    case EACCES:
+    case EPERM:
+      return "check the permissions of the folder, or choose another one with --out";
+    case EFBIG:
+      return "raise the limit on the size of files (ulimit -f)";
+    case EMFILE:
+    case ENFILE:
+      return "raise the limit on open files (ulimit -n)";
+    case ENOENT:
+      return "check the path";
+    case EISDIR:
+      return "give the path of a file";
+    case EIO:
+      return "the disk or its connection fails: copy the file from another place";
+    case ENOTDIR:
+      return "a part of the path is a file, not a folder: choose another path";
+    default:
+      return {};
+  }
+}
+
+// Closes the descriptor when the scope is left by an exception or a return.
+class Descriptor {
+ public:
+  explicit Descriptor(int fd) : fd_(fd) {}
+  ~Descriptor() {
+    if (fd_ >= 0) ::close(fd_);
+  }
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  int get() const { return fd_; }
+  // Some file systems report a full disk only now.
+  bool close() { return ::close(std::exchange(fd_, -1)) == 0; }
+
+ private:
+  int fd_;
+};
+
+bool write_all(int fd, const std::string& bytes) {
+  std::size_t done = 0;
+  while (done < bytes.size()) {
+    const ssize_t n = ::write(fd, bytes.data() + done, bytes.size() - done);
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) return false;
+    done += static_cast<std::size_t>(n);
+  }
+  return true;
+}
+
+constexpr int most_left = 10'000;  // files of killed programs with one number, beside one path
+
+// Unique among the threads and processes that may write beside each other.
+fs::path temporary_name(const fs::path& path) {
+  static std::atomic<unsigned> count{0};
+  return fmt::format("{}{}{}-{}", path.string(), temporary_mark, ::getpid(), count++);
+}
+
+}  // namespace
+
+FileError system_error(const fs::path& path, const std::string& action, int error_number) {
+  return {path.string(), fmt::format("{}: {}", action, std::generic_category().message(error_number)),
+          remedy_for(error_number)};
+}
+
+void write_atomically(const fs::path& path, const std::string& bytes) {
+  fs::path temporary = temporary_name(path);
+  const auto create = [&] {
+    return ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+  };
+  int created = create();
+  // A killed program with the same number, as they repeat in containers, may have left files of this name.
+  for (int left = 0; created < 0 && errno == EEXIST && left < most_left; ++left) {
+    temporary = temporary_name(path);
+    created = create();
+  }
+  Descriptor file(created);
+  if (file.get() < 0) throw system_error(path, "cannot write", errno);
+  if (write_all(file.get(), bytes) && file.close() && ::rename(temporary.c_str(), path.c_str()) == 0) return;
+  const int reason = errno;
+  ::unlink(temporary.c_str());
+  throw system_error(path, "cannot write", reason);
+}
+
+std::string read_file(const fs::path& path) {
+  // Opening a pipe would wait for a writer, but for O_NONBLOCK.
+  const Descriptor file(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC));
+  struct stat status {};
+  if (file.get() < 0 || ::fstat(file.get(), &status) != 0) throw system_error(path, "cannot read", errno);
+  if (S_ISDIR(status.st_mode)) throw system_error(path, "cannot read", EISDIR);
+  if (!S_ISREG(status.st_mode))
+    throw FileError(path.string(), "cannot read: it is a pipe, a device or a socket",
+                    "give the path of a file; what a pipe delivers can be saved to one first");
+  std::string bytes(static_cast<std::size_t>(status.st_size), '\0');
+  std::size_t done = 0;
+  while (true) {
+    if (done == bytes.size())
+      bytes.resize(bytes.size() + 4096);  // at the end, or a file without a size (/proc)
+    const ssize_t n = ::read(file.get(), bytes.data() + done, bytes.size() - done);
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) throw system_error(path, "cannot read", errno);
+    if (n == 0) break;
+    done += static_cast<std::size_t>(n);
+  }
+  bytes.resize(done);
+  return bytes;
+}
+
+void create_folder(const fs::path& path) {
+  std::error_code error;
+  fs::create_directories(path, error);
+  if (error) throw system_error(path, "cannot create the folder", error.value());
+}
+
+void remove_file(const fs::path& path) {
+  std::error_code error;
+  fs::remove(path, error);
+  if (error) throw system_error(path, "cannot remove", error.value());
+}
+
+bool holds_bytes(const fs::path& path) {
+  std::error_code missing;
+  const std::uintmax_t size = fs::file_size(path, missing);
+  return !missing && size > 0;
+}
+
+std::vector<fs::path> files_in(const fs::path& folder) {
+  std::vector<fs::path> files;
+  std::error_code error;
+  for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error))
+    files.push_back(entry->path());
+  if (error && error != std::errc::no_such_file_or_directory)
+    throw system_error(folder, "cannot read the folder", error.value());
+  return files;
+}
+
+void remove_temporaries(const fs::path& folder) {
+  for (const fs::path& path : files_in(folder))
+    if (path.extension().string().starts_with(temporary_mark)) remove_file(path);
+}
+
+int frame_of_file(const fs::path& path, const std::string& extension) {
+  const std::string stem = path.stem().string();
+  if (path.extension() != extension || stem.size() < 4) return -1;
+  int frame = -1;
+  const char* end = stem.data() + stem.size();
+  const auto [rest, error] = std::from_chars(stem.data(), end, frame);
+  return error == std::errc() && rest == end && frame >= 0 && frame <= most_frames ? frame : -1;
+}
+
+}  // namespace duet::io

@@ -1,0 +1,196 @@
+#include "sim/contact/detection/broad_phase.h"
+
+#include <algorithm>
+#include <numeric>
+#include <tuple>
+
+#include "sim/base/parallel.h"
+
+namespace duet {
+namespace {
+
+constexpr std::size_t bodies_at_once = 64, queries_at_once = 32, pairs_at_once = 512;
+
+// The room around a box: a share of its thickness, for what jostles, and some of its margin, which is what
+// the body moves in a step, for what flies. MEASURED
+constexpr double room_share = 0.1, steps_of_room = 4;
+constexpr double too_roomy = 4;  // times the room it should have: what has come to rest gets a smaller box
+
+char kind_of(const BodyBounds& body) {
+  return static_cast<char>((body.is_half_space ? 1 : 0) | (body.is_dynamic ? 2 : 0) |
+                           (body.is_deformable ? 4 : 0));
+}
+
+bool precedes(const BodyPair& a, const BodyPair& b) {
+  return std::tie(a.guest_deformable, a.host, a.guest_rigid) <
+         std::tie(b.guest_deformable, b.host, b.guest_rigid);
+}
+
+Eigen::AlignedBox3d grown(const Eigen::AlignedBox3d& box, double by) {
+  return {box.min().array() - by, box.max().array() + by};
+}
+
+// Room for twice as many, so that storage stops growing once a scene has warmed up.
+void make_room(std::vector<BodyPair>& pairs, std::size_t count) {
+  if (pairs.capacity() < count) pairs.reserve(2 * count);
+}
+
+}  // namespace
+
+const std::vector<BodyPair>& BroadPhase::find(const CandidateFilter& filter) {
+  start_anew(filter);
+  find_those_who_left();
+  if (!those_anew_.empty()) {
+    update_tree();
+    update_near();
+  } else {
+    counts_.kept += static_cast<std::int64_t>(near_.size());
+  }
+  collect(near_.size(), pairs_at_once, pairs_, [&](std::size_t i, std::vector<BodyPair>& found) {
+    if (meet(near_[i])) found.push_back(near_[i]);
+  });
+  return pairs_;
+}
+
+// Forgets everything if these are other bodies, or if other pairs are wanted.
+void BroadPhase::start_anew(const CandidateFilter& filter) {
+  const bool same = kind_.size() == bounds.size() && filter_.rigid_pairs == filter.rigid_pairs &&
+                    filter_.rigid_deformable == filter.rigid_deformable &&
+                    std::equal(kind_.begin(), kind_.end(), bounds.begin(),
+                               [](char kind, const BodyBounds& body) { return kind == kind_of(body); });
+  if (same) return;
+  filter_ = filter;
+  kind_.clear();
+  bounded_.clear();
+  half_spaces_.clear();
+  near_.clear();
+  rigid_count_ = 0;
+  for (std::size_t i = 0; i < bounds.size(); ++i) {
+    kind_.push_back(kind_of(bounds[i]));
+    (bounds[i].is_half_space ? half_spaces_ : bounded_).push_back(static_cast<int>(i));
+    if (!bounds[i].is_deformable) ++rigid_count_;
+  }
+  box_.resize(bounds.size());
+  roomy_.assign(bounds.size(), Eigen::AlignedBox3d());
+  anew_.assign(bounds.size(), 1);
+}
+
+// Half spaces have no boxes: all bodies are near them.
+void BroadPhase::find_those_who_left() {
+  parallel_for(bounded_.size(), bodies_at_once, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      const auto i = as_index(bounded_[k]);
+      box_[i] = world_box(bounds[i], margin[i]);
+      const double thickness = box_[i].sizes().minCoeff() - 2 * margin[i];
+      const double room = room_share * thickness + steps_of_room * margin[i];
+      anew_[i] = !roomy_[i].contains(box_[i]) || !grown(box_[i], too_roomy * room).contains(roomy_[i]);
+      if (anew_[i]) roomy_[i] = grown(box_[i], room);
+    }
+  });
+  those_anew_.clear();
+  for (std::size_t i = 0; i < anew_.size(); ++i)
+    if (anew_[i]) those_anew_.push_back(static_cast<int>(i));
+}
+
+// Built anew once its splits are those of boxes most of which have moved since.
+void BroadPhase::update_tree() {
+  refitted_ += those_anew_.size();
+  if (refitted_ < bounded_.size() / 2) {
+    tree_.refit(roomy_);
+    return;
+  }
+  tree_.build(roomy_, bounded_);
+  refitted_ = 0;
+}
+
+void BroadPhase::update_near() {
+  if (those_anew_.size() > bounds.size() / 4) {  // all pairs are then found in their order
+    std::fill(anew_.begin(), anew_.end(), char{1});
+    those_anew_.resize(bounds.size());
+    std::iota(those_anew_.begin(), those_anew_.end(), 0);
+  }
+  collect(those_anew_.size(), queries_at_once, found_,
+          [&](std::size_t k, std::vector<BodyPair>& found) { query(those_anew_[k], found); });
+  if (!std::is_sorted(found_.begin(), found_.end(), precedes))
+    std::sort(found_.begin(), found_.end(), precedes);
+  std::erase_if(near_,
+                [&](const BodyPair& pair) { return anew_[as_index(pair.host)] || anew_[guest_index(pair)]; });
+  counts_.kept += static_cast<std::int64_t>(near_.size());
+  counts_.found += static_cast<std::int64_t>(found_.size());
+  make_room(merged_, near_.size() + found_.size());
+  merged_.resize(near_.size() + found_.size());
+  std::merge(near_.begin(), near_.end(), found_.begin(), found_.end(), merged_.begin(), precedes);
+  std::swap(near_, merged_);
+  for (const int plane : half_spaces_) anew_[as_index(plane)] = 0;
+}
+
+// The pairs of a body; one that the other body is asked for too is given by the deformable body or the host.
+void BroadPhase::query(int body, std::vector<BodyPair>& found) const {
+  const auto first = static_cast<std::ptrdiff_t>(found.size());
+  const auto add = [&](int other) {
+    if (!is_wanted(as_index(body), as_index(other))) return;
+    const BodyPair pair = pair_of(body, other);
+    const bool gives = pair.guest_deformable < 0 ? pair.host == body : bounds[as_index(body)].is_deformable;
+    if (gives || !anew_[as_index(other)]) found.push_back(pair);
+  };
+  if (bounds[as_index(body)].is_half_space) {
+    for (const int other : bounded_) add(other);
+  } else {
+    for (const int plane : half_spaces_) add(plane);
+    tree_.query(roomy_[as_index(body)], add);
+  }
+  std::sort(found.begin() + first, found.end(), precedes);
+}
+
+bool BroadPhase::is_wanted(std::size_t a, std::size_t b) const {
+  const int deformable = (bounds[a].is_deformable ? 1 : 0) + (bounds[b].is_deformable ? 1 : 0);
+  if (deformable > 0) return deformable == 1 && filter_.rigid_deformable;
+  return a != b && filter_.rigid_pairs && (bounds[a].is_dynamic || bounds[b].is_dynamic);
+}
+
+BodyPair BroadPhase::pair_of(int a, int b) const {
+  if (a > b) std::swap(a, b);
+  const int rigid_count = static_cast<int>(rigid_count_);
+  if (b >= rigid_count) return {a, -1, b - rigid_count};
+  if (bounds[as_index(b)].is_half_space) std::swap(a, b);
+  return {a, b, -1};
+}
+
+std::size_t BroadPhase::guest_index(const BodyPair& pair) const {
+  return pair.guest_rigid >= 0 ? as_index(pair.guest_rigid) : rigid_count_ + as_index(pair.guest_deformable);
+}
+
+// Whether the grown boxes do, now.
+bool BroadPhase::meet(const BodyPair& pair) const {
+  const std::size_t host = as_index(pair.host), guest = guest_index(pair);
+  return bounds[host].is_half_space ? separation(bounds[host], bounds[guest]) <= margin[host] + margin[guest]
+                                    : box_[host].intersects(box_[guest]);
+}
+
+// all = what visit(i, found) appends to `found`, for all i in [0, count) in their order.
+template <class Visit>
+void BroadPhase::collect(std::size_t count, std::size_t grain, std::vector<BodyPair>& all, Visit&& visit) {
+  const std::size_t chunks = (count + grain - 1) / grain;
+  if (chunks_.size() < chunks) chunks_.resize(chunks);
+  parallel_for(count, grain, [&](std::size_t begin, std::size_t end) {
+    std::vector<BodyPair>& found = chunks_[begin / grain].pairs;
+    found.clear();
+    make_room(found, pairs_at_once);
+    for (std::size_t i = begin; i < end; ++i) visit(i, found);
+    make_room(found, found.size() + pairs_at_once);
+  });
+  std::size_t total = 0;
+  for (std::size_t c = 0; c < chunks; ++c) {
+    chunks_[c].begin = total;
+    total += chunks_[c].pairs.size();
+  }
+  make_room(all, total);
+  all.resize(total);
+  parallel_for(chunks, 8, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t c = begin; c < end; ++c)
+      std::copy(chunks_[c].pairs.begin(), chunks_[c].pairs.end(),
+                all.begin() + static_cast<std::ptrdiff_t>(chunks_[c].begin));
+  });
+}
+
+}  // namespace duet

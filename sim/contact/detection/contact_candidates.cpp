@@ -1,0 +1,346 @@
+#include "sim/contact/detection/contact_candidates.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "sim/base/parallel.h"
+#include "sim/contact/detection/contact_reduction.h"
+#include "sim/contact/detection/deepest_point.h"
+#include "sim/contact/detection/faces_around.h"
+#include "sim/contact/detection/facing.h"
+#include "sim/contact/detection/friction_fade.h"
+#include "sim/contact/detection/internal_edges.h"
+#include "sim/contact/detection/line_contact.h"
+#include "sim/contact/detection/near_visits.h"
+#include "sim/contact/detection/support_face_contacts.h"
+
+namespace duet {
+namespace {
+
+constexpr double least_size = 0.05;  // m, of bodies whose contacts have the full tolerances
+constexpr std::size_t pairs_at_once = 16;
+
+// How far off a point may be and still be reached, for a bound on its relative speed (m/s): its motion over
+// the step with a margin for what other contacts add to it.
+double reach(double relative_speed, double dt) { return dt * (1.5 * relative_speed + 0.05); }
+
+double max_norm(const std::vector<Vec3>& values, const DeformableBody& body) {
+  double squared = 0;
+  for (int p = body.first_particle; p < body.first_particle + body.particle_count; ++p)
+    squared = std::max(squared, values[as_index(p)].squaredNorm());
+  return std::sqrt(squared);
+}
+
+class Finder {
+ public:
+  Finder(const Bodies& bodies, const CandidateFilter& filter, double dt, const VelocityState& difference,
+         ContactSet& contacts)
+      : bodies_(bodies),
+        filter_(filter),
+        dt_(dt),
+        difference_(difference),
+        contacts_(contacts),
+        search_(contacts.search) {}
+
+  void find() {
+    const std::vector<BodyPair>& pairs = find_pairs();
+    place_points(bodies_, pairs, search_);
+    const std::size_t count = (pairs.size() + pairs_at_once - 1) / pairs_at_once;
+    if (search_.chunks.size() < count) search_.chunks.resize(count);
+    parallel_for(pairs.size(), pairs_at_once, [&](std::size_t begin, std::size_t end) {
+      CandidateSearch::Chunk& chunk = search_.chunks[begin / pairs_at_once];
+      chunk.pairs.clear();
+      chunk.touches.clear();
+      chunk.ridges.clear();
+      for (std::size_t i = begin; i < end; ++i) find_touches(pairs[i], chunk);
+      // Room for twice as many, so that storage stops growing once a scene has warmed up.
+      if (chunk.touches.capacity() < 2 * chunk.touches.size())
+        chunk.touches.reserve(2 * chunk.touches.size());
+      chunk.pairs.reserve(pairs_at_once);
+    });
+    make_room(count);
+    parallel_for(count, 1, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t c = begin; c < end; ++c) fill(search_.chunks[c]);
+    });
+  }
+
+ private:
+  // Each body's margin is its own part of what reach() gives a pair, so that no pair is missed.
+  const std::vector<BodyPair>& find_pairs() {
+    BroadPhase& broad_phase = search_.broad_phase;
+    bound_bodies(bodies_, broad_phase.bounds);
+    broad_phase.margin.resize(broad_phase.bounds.size());
+    parallel_for(broad_phase.bounds.size(), 64, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i)
+        broad_phase.margin[i] =
+            reach(fastest(broad_phase.bounds[i]) + largest_change(static_cast<int>(i)), dt_);
+    });
+    return broad_phase.find(filter_);
+  }
+
+  double largest_change(int body) const {
+    const std::size_t rigid_count = bodies_.rigid.size();
+    return as_index(body) < rigid_count
+               ? difference_.rigid[as_index(body)].norm() +
+                     spin_change(as_index(body)) * search_.broad_phase.bounds[as_index(body)].arm
+               : max_norm(difference_.particle, bodies_.deformable[as_index(body) - rigid_count]);
+  }
+
+  // rad/s; forces do not change the angular velocity before contact.
+  double spin_change(std::size_t body) const {
+    return search_.broad_phase.bounds[body].is_dynamic ? 0 : difference_.rotation[body].norm();
+  }
+
+  void find_touches(const BodyPair& pair, CandidateSearch::Chunk& chunk) const {
+    const int begin = static_cast<int>(chunk.touches.size());
+    if (pair.guest_rigid >= 0 && never_touch(bodies_, pair.host, pair.guest_rigid)) return;
+    if (pair.guest_rigid < 0 && never_touch_deformable(bodies_, pair.host, pair.guest_deformable)) return;
+    if (pair.guest_rigid >= 0)
+      find_rigid(pair, chunk);
+    else
+      find_deformable(pair, chunk);
+    const int end = static_cast<int>(chunk.touches.size());
+    if (end > begin) chunk.pairs.push_back({pair, begin, end});
+  }
+
+  // Both ways, unless the host is a half space, which has no points of its own.
+  void find_rigid(const BodyPair& pair, CandidateSearch::Chunk& chunk) const {
+    const std::size_t begin = chunk.touches.size();
+    chunk.reduction.patches.clear();
+    chunk.reduction.hull_corners.clear();
+    find_points(pair, false, chunk);
+    const BodyBounds& host = search_.broad_phase.bounds[as_index(pair.host)];
+    if (!host.is_half_space) {
+      find_points(reversed(pair), true, chunk);
+      if (!chunk.reduction.patches.empty())
+        join_patches(host.arm + search_.broad_phase.bounds[as_index(pair.guest_rigid)].arm,
+                     in_host_of(bodies_.rigid, pair), begin, chunk.touches, chunk.reduction);
+    }
+    if (!filter_.reduce_contacts) return;
+    add_lines(bodies_, pair, false, begin, chunk);
+    if (!host.is_half_space) add_lines(bodies_, reversed(pair), true, begin, chunk);
+  }
+
+  void find_points(const BodyPair& pair, bool is_reversed, CandidateSearch::Chunk& chunk) const {
+    const auto h = as_index(pair.host), g = as_index(pair.guest_rigid);
+    const BodyBounds& host = search_.broad_phase.bounds[h];
+    const BodyBounds& guest = search_.broad_phase.bounds[g];
+    const double speed =
+        (guest.velocity - host.velocity).norm() + (difference_.rigid[g] - difference_.rigid[h]).norm() +
+        (guest.spin.norm() + spin_change(g)) * guest.arm + (host.spin.norm() + spin_change(h)) * host.arm;
+    const double margin = reach(speed, dt_);
+    if (separation(host, guest) > margin) return;
+    const std::size_t begin = chunk.touches.size();
+    find_faces(pair, is_reversed, margin, chunk);
+    const LevelSet& shape = bodies_.rigid.properties[g].shape;
+    const std::size_t faces = chunk.touches.size();
+    const auto has_nearest_face = [&](int k) {
+      return std::any_of(chunk.touches.begin() + static_cast<std::ptrdiff_t>(begin),
+                         chunk.touches.begin() + static_cast<std::ptrdiff_t>(faces),
+                         [&](const NearPoint& face) { return face.point == against_face(shape, k, 0); });
+    };
+    visit_near(bodies_.rigid, pair, margin, [&](NearPoint near, const Vec3& inside) {
+      if (near.point < 0 && has_nearest_face(-1 - near.point)) return;
+      const ContactPlane plane =
+          exposed_plane(bodies_, pair.host, bodies_.rigid.state[h].pose, near.position, inside,
+                        near.point < 0 ? PointKind::deepest : PointKind::fixed);
+      // A deepest point over a hidden foot may come to be over the host within the step.
+      const bool is_faced = plane.faces && (near.point < 0 || std::isfinite(plane.gap));
+      if (!is_faced && plane.gap >= 0) return;
+      near.reversed = is_reversed;
+      near.normal = plane.normal;
+      near.gap = plane.gap;
+      chunk.touches.push_back(near);
+    });
+    std::size_t samples = begin;  // deepest points stay
+    while (samples < chunk.touches.size() && chunk.touches[samples].point < 0) ++samples;
+    if (filter_.reduce_contacts) reduce_contacts(guest.arm, samples, chunk.touches, chunk.reduction);
+    find_faces_at_samples(pair, margin, begin, chunk);
+    find_places(pair, is_reversed, margin, chunk);
+    if (filter_.reduce_contacts) adopt_others(guest.arm, begin, chunk.touches, chunk.reduction);
+  }
+
+  void find_faces_at_samples(const BodyPair& pair, double margin, std::size_t begin,
+                             CandidateSearch::Chunk& chunk) const {
+    const LevelSet& host = bodies_.rigid.properties[as_index(pair.host)].shape;
+    if (host.kind != LevelSet::Kind::grid) return;
+    const RigidProperties& guest = bodies_.rigid.properties[as_index(pair.guest_rigid)];
+    const Pose in_host = in_host_of(bodies_.rigid, pair);
+    const std::size_t end = chunk.touches.size();
+    for (std::size_t i = begin; i < end; ++i)
+      if (chunk.touches[i].point >= 0)
+        find_faces_around_sample(host, guest, in_host, margin, i, chunk.touches, chunk.ridges);
+  }
+
+  // What other bodies adjoin there is left out.
+  void find_faces(const BodyPair& pair, bool is_reversed, double margin,
+                  CandidateSearch::Chunk& chunk) const {
+    const auto h = as_index(pair.host);
+    const std::size_t first = chunk.touches.size();
+    find_faces_around(bodies_.rigid.properties[h].shape,
+                      bodies_.rigid.properties[as_index(pair.guest_rigid)].shape,
+                      in_host_of(bodies_.rigid, pair), margin, chunk.touches, chunk.ridges);
+    for (std::size_t i = first; i < chunk.touches.size(); ++i) chunk.touches[i].reversed = is_reversed;
+    const Pose& pose = bodies_.rigid.state[h].pose;
+    const auto is_hidden = [&](const NearPoint& touch) {
+      const EdgePoint& place = chunk.ridges[as_index(touch.ridge)].edge;
+      return hidden_foot(bodies_, pair.host, pose.to_world(place.foot), pose.orientation * place.normal)
+          .has_value();
+    };
+    chunk.touches.erase(std::remove_if(chunk.touches.begin() + static_cast<std::ptrdiff_t>(first),
+                                       chunk.touches.end(), is_hidden),
+                        chunk.touches.end());
+  }
+
+  void find_places(const BodyPair& pair, bool is_reversed, double margin,
+                   CandidateSearch::Chunk& chunk) const {
+    const std::size_t first = chunk.ridges.size();
+    find_feature_edges(bodies_, pair, is_reversed, margin, chunk.ridges);
+    const RigidProperties& guest = bodies_.rigid.properties[as_index(pair.guest_rigid)];
+    for (std::size_t i = first; i < chunk.ridges.size(); ++i) {
+      const EdgeContact& near = chunk.ridges[i];
+      chunk.touches.push_back({.point = static_cast<int>(guest.samples.size()) + near.node,
+                               .reversed = is_reversed,
+                               .position = near.edge.foot,
+                               .normal = near.edge.normal,
+                               .gap = near.distance,
+                               .ridge = static_cast<int>(i)});
+    }
+  }
+
+  void find_deformable(const BodyPair& pair, CandidateSearch::Chunk& chunk) const {
+    const auto h = as_index(pair.host);
+    const BodyBounds& host = search_.broad_phase.bounds[h];
+    const auto d = bodies_.rigid.size() + as_index(pair.guest_deformable);
+    const BodyBounds& guest = search_.broad_phase.bounds[d];
+    const double speed =
+        fastest(guest) + largest_change(static_cast<int>(d)) + fastest(host) + difference_.rigid[h].norm();
+    const double margin = reach(speed, dt_);
+    if (separation(host, guest) > margin) return;
+    const double around = bodies_.deformable[as_index(pair.guest_deformable)].thickness / 2;
+    visit_near(bodies_, search_, pair, margin + around, [&](NearPoint touch) {
+      const SurfacePoint& point = bodies_.points[as_index(touch.point)];
+      touch.gap += point.allowance;
+      if (neither_moves(bodies_, point, h)) return;
+      if (touch.gap < reach_of(point, search_.point[as_index(touch.point)], h))
+        chunk.touches.push_back(touch);
+    });
+    ContactPoint contact;
+    const auto take = [&](int place, const EdgeContact& near) {
+      contact.guest_point = place;
+      contact.edge = near.edge;
+      put_on_surface(bodies_, contact);
+      const SurfacePoint& point = contact.on_surface;
+      if (neither_moves(bodies_, point, h)) return;
+      const double gap = near.distance + point.allowance;
+      if (!(gap < reach_of(point, weighted(point, bodies_.particles.x), h))) return;
+      chunk.touches.push_back({.point = contact.guest_point,
+                               .position = near.edge.foot,
+                               .normal = near.edge.normal,
+                               .gap = gap,
+                               .ridge = static_cast<int>(chunk.ridges.size())});
+      chunk.ridges.push_back(near);
+    };
+    const auto margin_of = [&](const BoundaryEdge& edge) { return reach_of(edge, h) - edge.allowance; };
+    visit_places(bodies_, search_.broad_phase, pair, margin + around, margin_of, chunk, take);
+  }
+
+  // How far a deformable guest's point at `x` (m) can be from the host and still reach it, m.
+  double reach_of(const SurfacePoint& point, const Vec3& x, std::size_t host) const {
+    return reach_of(x, weighted(point, bodies_.particles.v), weighted(point, difference_.particle), host);
+  }
+  double reach_of(const Vec3& x, const Vec3& velocity, const Vec3& difference, std::size_t host) const {
+    const RigidState& state = bodies_.rigid.state[host];
+    const Vec3 v = velocity - point_velocity(state, x - state.pose.position);
+    const Vec3 change = difference - difference_.rigid[host];
+    return reach(v.norm() + change.norm(), dt_);
+  }
+  // No point of an edge reaches farther than the farther one of its ends: velocities are linear along it.
+  double reach_of(const BoundaryEdge& edge, std::size_t host) const {
+    constexpr double slack = 1 + 1e-9;  // for rounding
+    double farthest = 0;
+    for (const int particle : edge.particle) {
+      const auto p = as_index(particle);
+      farthest = std::max(
+          farthest, reach_of(bodies_.particles.x[p], bodies_.particles.v[p], difference_.particle[p], host));
+    }
+    return slack * farthest;
+  }
+
+  void make_room(std::size_t chunks) {
+    std::size_t pairs = 0, points = 0;
+    for (std::size_t c = 0; c < chunks; ++c) {
+      search_.chunks[c].first_pair = pairs;
+      search_.chunks[c].first_point = points;
+      pairs += search_.chunks[c].pairs.size();
+      points += search_.chunks[c].touches.size();
+    }
+    contacts_.pairs.resize(pairs);
+    contacts_.points.resize(points);
+  }
+
+  void fill(const CandidateSearch::Chunk& chunk) const {
+    const int first = static_cast<int>(chunk.first_point);
+    for (std::size_t p = 0; p < chunk.pairs.size(); ++p) {
+      const auto& [pair, begin, end] = chunk.pairs[p];
+      ContactPair& target = contacts_.pairs[chunk.first_pair + p] = ContactPair();
+      target.host = pair.host;
+      target.guest_rigid = pair.guest_rigid;
+      target.guest_deformable = pair.guest_deformable;
+      target.begin = first + begin;
+      target.end = first + end;
+      for (int i = begin; i < end; ++i) {
+        const NearPoint& touch = chunk.touches[as_index(i)];
+        contacts_.points[as_index(first + i)] =
+            make_contact(touch.reversed ? reversed(pair) : pair, touch, chunk);
+        target.patches = std::max(target.patches, touch.patch + 1);
+      }
+    }
+  }
+
+  ContactPoint make_contact(const BodyPair& pair, const NearPoint& near,
+                            const CandidateSearch::Chunk& chunk) const {
+    const RigidProperties& host = bodies_.rigid.properties[as_index(pair.host)];
+    ContactPoint contact;
+    contact.host = pair.host;
+    contact.guest_rigid = pair.guest_rigid;
+    contact.guest_point = near.point;
+    contact.patch = near.patch;
+    contact.share = near.share;
+    if (near.ridge >= 0) {
+      contact.edge = chunk.ridges[as_index(near.ridge)].edge;
+      contact.keeper = chunk.ridges[as_index(near.ridge)].keeper;
+    }
+    contact.friction = host.friction;
+    contact.restitution = 0;  // deformable bodies store and return energy by themselves (paper section 4)
+    if (pair.guest_rigid >= 0) {
+      const RigidProperties& guest = bodies_.rigid.properties[as_index(pair.guest_rigid)];
+      contact.friction = std::min(host.friction, guest.friction);
+      contact.restitution = std::min(host.restitution, guest.restitution);
+      contact.precision =
+          std::min(1.0, std::min(host.shape.smallest_size(), guest.shape.smallest_size()) / least_size);
+    }
+    if (pair.guest_rigid < 0 && contact.is_on_edge()) put_on_surface(bodies_, contact);
+    update_geometry(bodies_, contact);
+    contact.first_normal = contact.normal;
+    if (pair.guest_rigid < 0)
+      contact.friction *= lying_share(bodies_, surface_point(bodies_, contact), contact.normal);
+    return contact;
+  }
+
+  const Bodies& bodies_;
+  const CandidateFilter& filter_;
+  double dt_;
+  const VelocityState& difference_;
+  ContactSet& contacts_;
+  CandidateSearch& search_;
+};
+
+}  // namespace
+
+void find_candidates(const Bodies& bodies, const CandidateFilter& filter, double dt,
+                     const VelocityState& difference, ContactSet& contacts) {
+  Finder(bodies, filter, dt, difference, contacts).find();
+}
+
+}  // namespace duet

@@ -1,0 +1,373 @@
+#include "sim/contact/detection/contact_point.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "sim/contact/detection/deepest_point.h"
+#include "sim/contact/detection/edge_contacts.h"
+#include "sim/contact/detection/facing.h"
+#include "sim/contact/detection/friction_fade.h"
+#include "sim/contact/detection/internal_edges.h"
+
+namespace duet {
+Mat3 impulse_factor(const RigidState& state, double inverse_mass, const Vec3& arm) {
+  const Mat3 cross = skew(arm);
+  return inverse_mass * Mat3::Identity() - cross * state.inverse_inertia * cross;
+}
+
+namespace {
+
+constexpr double rounding = 1e-9;  // of a size
+constexpr double parallel = 1e-4;  // squared sine of the angle between two axes that do not cross
+constexpr double turned = 1e-6;    // sine of an angle between normals, of rounding at most
+constexpr double on_side = 1e-3;   // the normal's part along the axis of a host that is touched on its side
+
+Pose in_space_of(const Pose& host, const Pose& guest) {
+  return {host.to_body(guest.position), host.orientation.conjugate() * guest.orientation};
+}
+
+bool is_on_edge(const RigidProperties& guest, int point) {
+  return point >= static_cast<int>(guest.samples.size());
+}
+
+// A rigid guest's sample or its deepest point k (point -1 - k), in the space of the host.
+DeepestPoint in_space_of(const RigidProperties& host, const Pose& host_pose, const RigidProperties& guest,
+                         const Pose& guest_pose, int point) {
+  const Pose in_host = in_space_of(host_pose, guest_pose);
+  if (point < 0) return deepest_point(guest.shape, deepest_number(guest.shape, point), in_host, host.shape);
+  return {in_host.to_world(guest.samples[as_index(point)]), in_host.to_world(guest.inside[as_index(point)])};
+}
+
+// The plane stays where it was found on the host. As neither edge of two that cross leads through it, sliding
+// along each other changes nothing; only what they turn by in a step does, in the second order.
+Touch touch_at(const EdgePoint& lowest, const Pose& host_pose, const Pose& guest_pose) {
+  const Vec3 normal = host_pose.orientation * lowest.normal, x = guest_pose.to_world(lowest.place);
+  return {x - lowest.radius * normal, normal,
+          normal.dot(x - host_pose.to_world(lowest.foot)) - lowest.radius};
+}
+
+bool has_round_side(const LevelSet& shape) {
+  return shape.kind == LevelSet::Kind::capsule || shape.kind == LevelSet::Kind::cylinder;
+}
+
+// A place on the axis of a guest with a round side, against the side of a host that has one as well. On one
+// that turns, a plane would turn with it; so the nearest places of the two axes are looked for anew, no
+// farther from where they were than the two radii together.
+Touch touch_of_sides(const EdgePoint& lowest, const LevelSet& host, const Pose& host_pose,
+                     const Pose& guest_pose) {
+  const Pose in_host = in_space_of(host_pose, guest_pose);
+  const auto across = [](const Vec3& v) { return Vec3(v.x(), 0, v.z()); };
+  Vec3 x = in_host.to_world(lowest.place);
+  const Vec3 along = in_host.orientation * Vec3::UnitY(), along_across = across(along);
+  const double farthest = lowest.radius + host.radius;
+  if (const double squared = along_across.squaredNorm(); squared > parallel)
+    x += std::clamp(-across(x).dot(along_across) / squared, -farthest, farthest) * along;
+  const Vec3 out = across(x);
+  const double distance = out.norm();
+  const Vec3 normal = distance > 0 ? Vec3(out / distance) : lowest.normal;
+  return {host_pose.to_world(x - lowest.radius * normal), host_pose.orientation * normal,
+          distance - host.radius - lowest.radius};
+}
+
+// A place on the axis of a guest with a round side. On a face of the host the plane stays where it was found,
+// also where the place has gone a little beyond the face's end; around an edge it turns.
+Touch touch_of_side(const EdgePoint& lowest, const LevelSet& host, const Pose& host_pose,
+                    const LevelSet& guest, const Pose& guest_pose) {
+  const Vec3 axis = guest_pose.orientation * Vec3::UnitY(), x = guest_pose.to_world(lowest.place);
+  const auto across = [&](const Vec3& v) { return Vec3(v - v.dot(axis) * axis); };
+  const SignedDistance now = host.exact(host_pose.to_body(x));
+  const Vec3 normal = host_pose.orientation * lowest.normal, plane = across(normal),
+             out = across(now.distance * (host_pose.orientation * now.normal));
+  const double distance = out.norm(), length = plane.norm();
+  if (now.distance > 0 && distance > 0 && plane.cross(out).norm() > turned * length * distance)
+    return {x - lowest.radius / distance * out, out / distance, distance - lowest.radius};
+  if (guest.kind == LevelSet::Kind::capsule) return touch_at(lowest, host_pose, guest_pose);
+  return {x - lowest.radius / length * plane, normal,
+          normal.dot(x - host_pose.to_world(lowest.foot)) - length * lowest.radius};
+}
+
+// A place on a ridge of a rigid guest.
+Touch touch_at_ridge(const EdgePoint& lowest, const LevelSet& host, const Pose& host_pose,
+                     const LevelSet& guest, const Pose& guest_pose) {
+  if (!(lowest.radius > 0 && has_round_side(guest))) return touch_at(lowest, host_pose, guest_pose);
+  if (has_round_side(host) && std::abs(lowest.normal.y()) < on_side)
+    return touch_of_sides(lowest, host, host_pose, guest_pose);
+  return touch_of_side(lowest, host, host_pose, guest, guest_pose);
+}
+
+// Deepest point k of a guest against the face of the host that `lowest` tells of.
+Touch touch_of_face(const EdgePoint& lowest, const Pose& host_pose, const LevelSet& guest,
+                    const Pose& guest_pose, int k) {
+  const Vec3 normal = host_pose.orientation * lowest.normal;
+  const DeepestPoint deepest = deepest_point(guest, k, guest_pose.orientation.conjugate() * normal);
+  const Vec3 x = guest_pose.to_world(deepest.position);
+  return {x, normal, normal.dot(x - host_pose.to_world(lowest.foot))};
+}
+
+Touch in_world(const Vec3& x, const ContactPlane& plane, const Pose& host_pose) {
+  return {host_pose.to_world(x), host_pose.orientation * plane.normal,
+          plane.faces || plane.gap < 0 ? plane.gap : std::numeric_limits<double>::infinity()};
+}
+
+// Deepest point k of a guest towards the plane through `foot` (m) that goes on from its host, of the smallest
+// size `size` (m), as the surface of the body `other`; far away where it is beside that surface.
+Touch touch_of_continued(const Bodies& bodies, const Vec3& normal, const Vec3& foot, double size, int other,
+                         const Pose& guest_pose, const LevelSet& guest, int k) {
+  constexpr double near = 1e-3;  // of the size
+  const DeepestPoint deepest = deepest_point(guest, k, guest_pose.orientation.conjugate() * normal);
+  const Vec3 x = guest_pose.to_world(deepest.position);
+  const double gap = normal.dot(x - foot);
+  const LevelSet& shape = bodies.rigid.properties[as_index(other)].shape;
+  const double beside = shape.distance(bodies.rigid.state[as_index(other)].pose.to_body(x - gap * normal));
+  if (std::abs(beside) > near * size) return {x, normal, std::numeric_limits<double>::infinity()};
+  return {x, normal, gap};
+}
+
+// Which body goes on with the host's plane where deepest point k of the guest towards it lies, if that is not
+// over the host; or -1. Of a rim that has rolled almost onto the host, what comes nearest to the host is on
+// the other side of the seam from what is lowest, and goes down as the rim rolls on.
+int body_below_deepest(const Bodies& bodies, int host, const Touch& found, const Pose& guest_pose,
+                       const LevelSet& guest, int k) {
+  if (bodies.adjoining.first.empty() || !std::isfinite(found.gap)) return -1;
+  const auto others = bodies.adjoining.of(host);
+  if (others.begin() == others.end()) return -1;
+  const Vec3 x = guest_pose.to_world(
+      deepest_point(guest, k, guest_pose.orientation.conjugate() * found.normal).position);
+  const Vec3 foot = found.position - found.gap * found.normal;
+  const Vec3 below = x - found.normal.dot(x - foot) * found.normal;
+  const auto above = [&](int body) {  // m
+    return bodies.rigid.properties[as_index(body)].shape.distance(
+        bodies.rigid.state[as_index(body)].pose.to_body(below));
+  };
+  const double nothing = rounding * bodies.rigid.properties[as_index(host)].shape.smallest_size();
+  if (above(host) <= nothing) return -1;
+  const auto other =
+      std::find_if(others.begin(), others.end(), [&](int body) { return std::abs(above(body)) <= nothing; });
+  return other == others.end() ? -1 : *other;
+}
+
+}  // namespace
+
+Touch touch(const RigidProperties& host, const Pose& host_pose, const RigidProperties& guest,
+            const Pose& guest_pose, int sample, const EdgePoint& lowest) {
+  if (is_on_edge(guest, sample))
+    return touch_at_ridge(lowest, host.shape, host_pose, guest.shape, guest_pose);
+  if (sample < 0 && !lowest.normal.isZero(0))
+    return touch_of_face(lowest, host_pose, guest.shape, guest_pose, deepest_number(guest.shape, sample));
+  const DeepestPoint point = in_space_of(host, host_pose, guest, guest_pose, sample);
+  return in_world(point.position, contact_plane(host.shape, point.position, point.inside), host_pose);
+}
+
+Touch touch(const Bodies& bodies, int host, const Pose& host_pose, int guest, const Pose& guest_pose,
+            int sample, const EdgePoint& lowest) {
+  const std::vector<RigidProperties>& properties = bodies.rigid.properties;
+  if (is_on_edge(properties[as_index(guest)], sample) || (sample < 0 && !lowest.normal.isZero(0)))
+    return touch(properties[as_index(host)], host_pose, properties[as_index(guest)], guest_pose, sample,
+                 lowest);
+  const DeepestPoint point =
+      in_space_of(properties[as_index(host)], host_pose, properties[as_index(guest)], guest_pose, sample);
+  const ContactPlane plane = exposed_plane(bodies, host, host_pose, point.position, point.inside,
+                                           sample < 0 ? PointKind::deepest : PointKind::fixed);
+  const Touch found = in_world(point.position, plane, host_pose);
+  if (sample >= 0) return found;
+  const LevelSet& shape = properties[as_index(guest)].shape;
+  const int k = deepest_number(shape, sample),
+            other = plane.continued_by >= 0 ? plane.continued_by
+                                            : body_below_deepest(bodies, host, found, guest_pose, shape, k);
+  if (other < 0) return found;
+  const double size = properties[as_index(host)].shape.smallest_size();
+  return touch_of_continued(bodies, found.normal, host_pose.to_world(plane.foot), size, other, guest_pose,
+                            shape, k);
+}
+
+namespace {
+
+// Of a deformable guest's point at `x` (m).
+Touch touch(const Bodies& bodies, int host, const Pose& host_pose, const SurfacePoint& point, const Vec3& x) {
+  const LevelSet& shape = bodies.rigid.properties[as_index(host)].shape;
+  const Vec3 in_host = host_pose.to_body(x);
+  WayOut way{host_pose.orientation * shape.normal(in_host), -shape.distance(in_host)};
+  if (const auto hidden = hidden_foot(bodies, host, x + way.depth * way.normal, way.normal))
+    way = way_out_of_seam(bodies, host, x, inward_direction(bodies, point), way, *hidden);
+  else
+    way = way_out_faced(bodies, host, host_pose, point, x, way);
+  return {x, way.normal, point.allowance - way.depth};
+}
+
+// The plane of a deformable guest's face, with the normal that is nearer to `outward`; the host touches it
+// with what of it is deepest now.
+Touch touch_on_face(const Bodies& bodies, const ContactPoint& contact, const Pose& host_pose,
+                    const Vec3& outward, const Vec3& x) {
+  const std::array<int, 4>& p = contact.on_surface.particle;
+  const auto at = [&](std::size_t i) -> const Vec3& { return bodies.particles.x[as_index(p[i])]; };
+  const Vec3 area = (at(1) - at(0)).cross(at(2) - at(0));
+  const double length = area.norm();
+  Vec3 normal = length > 0 ? Vec3(area / length) : outward;
+  if (normal.dot(outward) < 0) normal = -normal;
+  Vec3 foot = contact.edge.foot;
+  if (contact.keeper.deepest >= 0)
+    foot = deepest_point(bodies.rigid.properties[as_index(contact.host)].shape, contact.keeper.deepest,
+                         host_pose.orientation.conjugate() * -normal)
+               .position;
+  foot = host_pose.to_world(foot);
+  return {x, normal, normal.dot(x - foot), foot};
+}
+
+// A place on a deformable guest's edge and a round host: the normal is at right angles to the edge.
+Touch touch_on_edge(const Bodies& bodies, const ContactPoint& contact, const Pose& host_pose, const Vec3& x) {
+  const LevelSet& shape = bodies.rigid.properties[as_index(contact.host)].shape;
+  const std::array<int, 4>& p = contact.on_surface.particle;
+  const Vec3 along = (bodies.particles.x[as_index(p[1])] - bodies.particles.x[as_index(p[0])]).normalized();
+  const Vec3 in_host = host_pose.to_body(x), nearest = host_pose.orientation * shape.normal(in_host);
+  const Vec3 across = nearest - nearest.dot(along) * along;
+  const double length = across.norm();
+  const double distance = shape.distance(in_host);
+  return {x, length > 0 ? Vec3(across / length) : nearest, distance,
+          x - (distance + radius_of_ball(shape)) * nearest};
+}
+
+Touch touch_on_ridge(const Bodies& bodies, const ContactPoint& contact, const Pose& host_pose,
+                     const Vec3& x) {
+  const Vec3 normal = host_pose.orientation * contact.edge.normal;
+  switch (contact.keeper.kind) {
+    case PlaneKeeper::Kind::face:
+      return touch_on_face(bodies, contact, host_pose, normal, x);
+    case PlaneKeeper::Kind::edge:
+      return touch_on_edge(bodies, contact, host_pose, x);
+    case PlaneKeeper::Kind::host:
+      break;
+  }
+  return {x, normal, normal.dot(x - host_pose.to_world(contact.edge.foot))};
+}
+
+}  // namespace
+
+Touch touch(const Bodies& bodies, const ContactPoint& contact, const Pose& host_pose, const Vec3& x) {
+  const SurfacePoint& point = surface_point(bodies, contact);
+  Touch found = contact.is_on_edge() ? touch_on_ridge(bodies, contact, host_pose, x)
+                                     : touch(bodies, contact.host, host_pose, point, x);
+  found.gap += contact.is_on_edge() ? point.allowance + contact.yielded : contact.yielded;
+  return found;
+}
+
+int at_corner(const Bodies& bodies, int guest_deformable, int corner) {
+  const std::size_t first = bodies.points.size() + bodies.edges.size();
+  return static_cast<int>(first + bodies.deformable.size() * as_index(corner)) + guest_deformable;
+}
+
+void put_on_surface(const Bodies& bodies, ContactPoint& contact) {
+  SurfacePoint& point = contact.on_surface = SurfacePoint();
+  point.count = 0;
+  const auto add = [&](int particle) {
+    const auto i = as_index(point.count++);
+    point.particle[i] = particle;
+    point.weight[i] = contact.edge.weight[i];
+    point.inverse_mass +=
+        point.weight[i] * point.weight[i] * bodies.particles.inverse_mass[as_index(particle)];
+  };
+  const std::size_t number = as_index(contact.guest_point) - bodies.points.size();
+  if (number < bodies.edges.size()) {
+    for (const int particle : bodies.edges[number].particle) add(particle);
+    point.allowance = bodies.edges[number].allowance;
+  } else {
+    for (const int particle : bodies.triangles[static_cast<std::size_t>(contact.edge.face)]) add(particle);
+    const std::size_t guest = (number - bodies.edges.size()) % bodies.deformable.size();
+    point.allowance = -bodies.deformable[guest].thickness / 2;
+  }
+}
+
+Touch touch(const Bodies& bodies, const ContactPoint& contact) {
+  const Pose& pose = bodies.rigid.state[as_index(contact.host)].pose;
+  if (contact.is_rigid_pair())
+    return touch(bodies, contact.host, pose, contact.guest_rigid,
+                 bodies.rigid.state[as_index(contact.guest_rigid)].pose, contact.guest_point, contact.edge);
+  return touch(bodies, contact, pose, weighted(surface_point(bodies, contact), bodies.particles.x));
+}
+
+Touch predicted_touch(const Bodies& bodies, const std::vector<Pose>& predicted, double dt,
+                      const ContactPoint& contact, const Vec3& shift) {
+  const Pose& pose = predicted[as_index(contact.host)];
+  if (contact.is_rigid_pair())
+    return touch(bodies, contact.host, pose, contact.guest_rigid, predicted[as_index(contact.guest_rigid)],
+                 contact.guest_point, contact.edge);
+  const SurfacePoint& point = surface_point(bodies, contact);
+  const Vec3 x = weighted(point, bodies.particles.x) + dt * weighted(point, bodies.particles.v) + shift;
+  return touch(bodies, contact, pose, x);
+}
+
+double gap_now(const Bodies& bodies, const ContactPoint& contact) { return touch(bodies, contact).gap; }
+
+namespace {
+
+// The place on a face that is nearest to `x` (m), also beyond the rim of the face.
+void move_on_face(const Bodies& bodies, const Vec3& x, SurfacePoint& point) {
+  const auto at = [&](std::size_t i) -> const Vec3& {
+    return bodies.particles.x[as_index(point.particle[i])];
+  };
+  const Vec3 area = (at(1) - at(0)).cross(at(2) - at(0));
+  const double squared = area.squaredNorm();
+  if (!(squared > 0)) return;
+  point.weight[0] = area.dot((at(1) - x).cross(at(2) - x)) / squared;
+  point.weight[1] = area.dot((at(2) - x).cross(at(0) - x)) / squared;
+  point.weight[2] = 1 - point.weight[0] - point.weight[1];
+}
+
+// Contacts of a host with the faces and edges of a soft body go along with the host: at a place that stays
+// behind they would turn it.
+void follow_host(const Bodies& bodies, ContactPoint& contact) {
+  if (contact.keeper.kind == PlaneKeeper::Kind::host) return;
+  SurfacePoint& point = contact.on_surface;
+  const Pose& pose = bodies.rigid.state[as_index(contact.host)].pose;
+  const Touch now = touch(bodies, contact, pose, weighted(point, bodies.particles.x));
+  if (contact.keeper.kind == PlaneKeeper::Kind::face) {
+    move_on_face(bodies, now.foot, point);
+  } else {
+    const Vec3 &first = bodies.particles.x[as_index(point.particle[0])],
+               &second = bodies.particles.x[as_index(point.particle[1])];
+    const Vec3 edge = second - first;
+    if (!(edge.squaredNorm() > 0)) return;
+    point.weight[1] = edge.dot(now.foot - first) / edge.squaredNorm();
+    point.weight[0] = 1 - point.weight[1];
+  }
+  // What the step leaves for the next one to begin with.
+  contact.edge.normal = pose.orientation.conjugate() * now.normal;
+  const LevelSet& shape = bodies.rigid.properties[as_index(contact.host)].shape;
+  const double to_surface = contact.keeper.kind == PlaneKeeper::Kind::edge ? radius_of_ball(shape) : 0;
+  contact.edge.foot = pose.to_body(now.foot + to_surface * now.normal);
+  std::copy_n(point.weight.begin(), 3, contact.edge.weight.begin());
+  point.inverse_mass = 0;
+  for (std::size_t i = 0; i < as_index(point.count); ++i)
+    point.inverse_mass +=
+        point.weight[i] * point.weight[i] * bodies.particles.inverse_mass[as_index(point.particle[i])];
+}
+
+}  // namespace
+
+void update_geometry(const Bodies& bodies, ContactPoint& contact) {
+  follow_host(bodies, contact);
+  const auto host = as_index(contact.host);
+  const RigidState& host_state = bodies.rigid.state[host];
+  const RigidProperties& host_properties = bodies.rigid.properties[host];
+  const Touch now = touch(bodies, contact);
+  const Vec3& x = now.position;
+  contact.meets_ahead = contact.is_level_ahead = contact.stays = false;
+  contact.normal = now.normal;
+  contact.gap = now.gap;
+  contact.host_arm = x - host_state.pose.position;
+  Mat3 K = Mat3::Zero();
+  if (moves_host(bodies, contact))
+    K = impulse_factor(host_state, host_properties.inverse_mass, contact.host_arm);
+  if (contact.is_rigid_pair()) {
+    const auto guest = as_index(contact.guest_rigid);
+    contact.guest_arm = x - bodies.rigid.state[guest].pose.position;
+    K += impulse_factor(bodies.rigid.state[guest], bodies.rigid.properties[guest].inverse_mass,
+                        contact.guest_arm);
+  } else {
+    K.diagonal().array() += surface_point(bodies, contact).inverse_mass;
+  }
+  contact.response = ContactResponse(K, contact.normal);
+  contact.path_velocity.setZero();
+}
+
+}  // namespace duet

@@ -1,0 +1,375 @@
+#include "sim/contact/detection/contact_reduction.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <span>
+#include <tuple>
+
+#include "sim/contact/detection/load_shares.h"
+
+namespace duet {
+namespace {
+
+constexpr double flatness = 1e-6;         // of the guest's size, and of a normal's length
+constexpr std::size_t least_touches = 5;  // fewer are not worth the search
+// Where the carriers lie between the middle of a facet and its corners, if a point is there. Even pressure
+// has its mean distance from the middle farther out, at 0.54 of the corners' for a square and 0.67 for a
+// disc.
+constexpr double carrier_place = 0.5;
+constexpr double least_share = 1e-3;  // of the load, for what carries it only when the body is about to tip
+constexpr double level = 0.99;  // cosine of the angle of two faces that lie on each other, at most 8 degrees
+constexpr int most_faces = 8;   // of the host; more are a curved surface's
+
+constexpr char untouched = 0, kept_first = 1, dropped = 2;  // ReductionScratch::state
+
+using FlatPoint = ReductionScratch::FlatPoint;
+
+// A plane under the points: height = base.height + slope_u (u - base.u) + slope_w (w - base.w).
+struct Support {
+  FlatPoint base;
+  double slope_u = 0, slope_w = 0;
+  double height_at(const FlatPoint& p) const {
+    return base.height + slope_u * (p.u - base.u) + slope_w * (p.w - base.w);
+  }
+  double above(const FlatPoint& p) const { return p.height - height_at(p); }
+};
+
+class Reduction {
+ public:
+  Reduction(double size, std::size_t begin, std::vector<NearPoint>& touches, ReductionScratch& scratch)
+      : tolerance_(flatness * size), begin_(begin), touches_(touches), scratch_(scratch) {}
+
+  void run() {
+    const std::size_t count = touches_.size() - begin_;
+    scratch_.state.assign(count, untouched);
+    scratch_.kept.clear();
+    scratch_.normals.resize(count);
+    for (std::size_t i = 0; i < count; ++i) scratch_.normals[i] = touches_[begin_ + i].normal;
+    taken_ = 0;
+    for (int face = 0; face < most_faces && gather_face(); ++face)
+      if (scratch_.face.size() >= least_touches) reduce_face();
+    arrange();
+  }
+
+ private:
+  // The touches above the same face of the host as the first one that no face has been found for.
+  bool gather_face() {
+    const std::size_t count = scratch_.normals.size();
+    while (taken_ < count && scratch_.normals[taken_].isZero(0)) ++taken_;
+    if (taken_ == count) return false;
+    const Vec3 normal = scratch_.normals[taken_];
+    const NearPoint& first = touches_[begin_ + taken_];
+    const double plane = normal.dot(first.position) - first.gap;
+    const Vec3 along_u = normal.unitOrthogonal(), along_w = normal.cross(along_u);
+    scratch_.face.clear();
+    for (std::size_t i = taken_; i < count; ++i) {
+      const NearPoint& touch = touches_[begin_ + i];
+      const double height = normal.dot(touch.position) - plane;
+      if ((scratch_.normals[i] - normal).norm() > flatness || std::abs(height - touch.gap) > tolerance_)
+        continue;
+      scratch_.face.push_back(
+          {static_cast<int>(i), along_u.dot(touch.position), along_w.dot(touch.position), touch.gap});
+      scratch_.normals[i].setZero();
+    }
+    scratch_.normals[taken_].setZero();
+    return true;
+  }
+
+  // The lowest edge of the lower convex hull, and the facets on both sides of it.
+  void reduce_face() {
+    const std::vector<FlatPoint>& face = scratch_.face;
+    const FlatPoint lowest = *std::min_element(
+        face.begin(), face.end(), [](const FlatPoint& a, const FlatPoint& b) { return a.height < b.height; });
+    double least_slope = std::numeric_limits<double>::infinity();
+    for (const FlatPoint& p : face)
+      if (const double run = distance(lowest, p); run > tolerance_)
+        least_slope = std::min(least_slope, (p.height - lowest.height) / run);
+    FlatPoint end = lowest;
+    for (const FlatPoint& p : face) {
+      const double run = distance(lowest, p);
+      if (p.height - lowest.height - least_slope * run <= tolerance_ && run > distance(lowest, end)) end = p;
+    }
+    const double length = distance(lowest, end);
+    if (length <= tolerance_) return;
+    const double u = (end.u - lowest.u) / length, w = (end.w - lowest.w) / length;
+    for (const double side : {1.0, -1.0}) {
+      double tilt = std::numeric_limits<double>::infinity();
+      for (const FlatPoint& p : face) {
+        const double along = u * (p.u - lowest.u) + w * (p.w - lowest.w);
+        const double across = side * (u * (p.w - lowest.w) - w * (p.u - lowest.u));
+        if (across > tolerance_)
+          tilt = std::min(tilt, (p.height - lowest.height - least_slope * along) / across);
+      }
+      if (std::isfinite(tilt))
+        reduce_facet({lowest, least_slope * u - side * tilt * w, least_slope * w + side * tilt * u});
+    }
+  }
+
+  static double distance(const FlatPoint& a, const FlatPoint& b) {
+    return std::sqrt((a.u - b.u) * (a.u - b.u) + (a.w - b.w) * (a.w - b.w));
+  }
+
+  void reduce_facet(const Support& support) {
+    std::vector<FlatPoint>& facet = scratch_.facet;
+    facet.clear();
+    for (const FlatPoint& p : scratch_.face) {
+      if (support.above(p) < -tolerance_) return;  // not below all points: rounding has misled the search
+      if (support.above(p) <= tolerance_ && state(p) != dropped) facet.push_back(p);
+    }
+    if (facet.size() < least_touches) return;
+    find_hull();
+    if (scratch_.hull.size() < 3) return;
+    for (const FlatPoint& p : scratch_.face)
+      if (state(p) == untouched && is_covered(p, support)) state(p) = dropped;
+    measure();
+    keep_carriers();
+    for (std::size_t i = 0; i < scratch_.hull.size(); ++i) keep(corner(i));
+    share_load();
+  }
+
+  void measure() {
+    scratch_.corners.clear();
+    for (std::size_t i = 0; i < scratch_.hull.size(); ++i)
+      scratch_.corners.emplace_back(corner(i).u, corner(i).w);
+    load_ = even_load(scratch_.corners);
+  }
+
+  // Tells carriers and corners which parts of the load they stand for, half of it on either to begin with.
+  void share_load() {
+    const std::size_t corners = scratch_.hull.size(), carriers = scratch_.carriers.size();
+    scratch_.places = scratch_.corners;
+    scratch_.shares.assign(corners, 0.5 / static_cast<double>(corners));
+    for (const FlatPoint& p : scratch_.carriers) {
+      scratch_.places.emplace_back(p.u, p.w);
+      scratch_.shares.push_back(0.5 / static_cast<double>(carriers));
+    }
+    duet::share_load(load_, scratch_.places, scratch_.shares);
+    ContactPatch patch;
+    patch.number = static_cast<int>(scratch_.patches.size());
+    const NearPoint& first = touch_of(corner(0));
+    patch.reversed = first.reversed;
+    patch.normal = first.normal;
+    patch.foot = first.position - first.gap * first.normal;
+    patch.area = load_.area;
+    patch.first_corner = scratch_.hull_corners.size();
+    patch.corners = corners;
+    for (std::size_t i = 0; i < corners; ++i) {
+      scratch_.hull_corners.push_back(touch_of(corner(i)).position);
+      take(corner(i), patch.number, scratch_.shares[i]);
+    }
+    for (std::size_t i = 0; i < carriers; ++i)
+      take(scratch_.carriers[i], patch.number, scratch_.shares[corners + i]);
+    scratch_.patches.push_back(patch);
+  }
+
+  NearPoint& touch_of(const FlatPoint& p) { return touches_[begin_ + as_index(p.touch)]; }
+
+  // The least share is for corners that carry something only when the body is about to tip.
+  void take(const FlatPoint& p, int patch, double share) {
+    NearPoint& touch = touch_of(p);
+    if (touch.patch >= 0 && touch.patch != patch) return;
+    touch.patch = patch;
+    touch.share += std::max(share, least_share);
+  }
+
+  char& state(const FlatPoint& p) { return scratch_.state[as_index(p.touch)]; }
+  const FlatPoint& corner(std::size_t i) const { return scratch_.facet[as_index(scratch_.hull[i])]; }
+
+  // Up to four inner points of the facet that carry the load as long as it does not tip: were it only on the
+  // corners, friction would brake spinning almost twice as strongly as that of a face with even pressure
+  // does. Opposite ones follow each other, so that the contact solve is less lopsided.
+  void keep_carriers() {
+    const std::size_t count = scratch_.hull.size(), four = std::min<std::size_t>(count, 4);
+    scratch_.carriers.clear();
+    for (const std::size_t i : {0, 2, 1, 3}) {
+      if (i >= four) continue;
+      const FlatPoint& c = corner(i * count / four);
+      FlatPoint target;
+      target.u = load_.middle.x() + carrier_place * (c.u - load_.middle.x());
+      target.w = load_.middle.y() + carrier_place * (c.w - load_.middle.y());
+      const FlatPoint carrier = nearest_to(target);
+      scratch_.carriers.push_back(carrier);
+      keep(carrier);
+    }
+  }
+
+  // The point of the facet nearest to `target`. Of several that are, but for rounding, the one nearest to the
+  // middle, and of these the one to the left of the way from there: the carriers shall lie evenly about it.
+  FlatPoint nearest_to(const FlatPoint& target) const {
+    const auto is_better = [&](const FlatPoint& a, const FlatPoint& b) {
+      const double nearer = distance(b, target) - distance(a, target);
+      if (std::abs(nearer) > tolerance_) return nearer > 0;
+      const double farther_in = distance(b, middle()) - distance(a, middle());
+      if (std::abs(farther_in) > tolerance_) return farther_in > 0;
+      return turn(middle(), target, a) > turn(middle(), target, b);
+    };
+    FlatPoint best = scratch_.facet.front();
+    for (const FlatPoint& p : scratch_.facet)
+      if (is_better(p, best)) best = p;
+    return best;
+  }
+  FlatPoint middle() const {
+    FlatPoint point;
+    point.u = load_.middle.x();
+    point.w = load_.middle.y();
+    return point;
+  }
+
+  void keep(const FlatPoint& p) {
+    const auto i = as_index(p.touch);
+    if (scratch_.state[i] == kept_first) return;
+    scratch_.state[i] = kept_first;
+    scratch_.kept.push_back(p.touch);
+  }
+
+  // Twice the area of the triangle abc, positive if it turns left.
+  static double turn(const FlatPoint& a, const FlatPoint& b, const FlatPoint& c) {
+    return (b.u - a.u) * (c.w - a.w) - (b.w - a.w) * (c.u - a.u);
+  }
+
+  // The corners of the facet's convex hull, counter-clockwise (monotone chains); corners that stick out by no
+  // more than the tolerance are none.
+  void find_hull() {
+    std::vector<FlatPoint>& facet = scratch_.facet;
+    std::sort(facet.begin(), facet.end(), [](const FlatPoint& a, const FlatPoint& b) {
+      return std::tie(a.u, a.w, a.touch) < std::tie(b.u, b.w, b.touch);
+    });
+    std::vector<int>& hull = scratch_.hull;
+    hull.clear();
+    const auto add = [&](int next, std::size_t least) {
+      const auto at = [&](int i) -> const FlatPoint& { return facet[as_index(i)]; };
+      while (hull.size() > least) {
+        const FlatPoint &a = at(hull[hull.size() - 2]), &b = at(hull.back()), &c = at(next);
+        if (turn(a, b, c) > tolerance_ * distance(a, c)) break;
+        hull.pop_back();
+      }
+      hull.push_back(next);
+    };
+    const int count = static_cast<int>(facet.size());
+    for (int i = 0; i < count; ++i) add(i, 1);
+    const std::size_t lower = hull.size();
+    for (int i = count - 2; i >= 0; --i) add(i, lower);
+    hull.pop_back();  // the first one again
+    // Where it begins is left to rounding; what is kept first shall be the same from step to step.
+    std::rotate(
+        hull.begin(),
+        std::min_element(hull.begin(), hull.end(),
+                         [&](int a, int b) { return facet[as_index(a)].touch < facet[as_index(b)].touch; }),
+        hull.end());
+  }
+
+  // Whether p lies above the hull, or beside it and at least as high above its nearest point as it is far
+  // from that.
+  bool is_covered(const FlatPoint& p, const Support& support) const {
+    FlatPoint nearest = p;
+    double least = std::numeric_limits<double>::infinity();
+    bool inside = true;
+    for (std::size_t i = 0; i < scratch_.hull.size(); ++i) {
+      const FlatPoint &a = corner(i), &b = corner((i + 1) % scratch_.hull.size());
+      const double length = distance(a, b);
+      inside &= turn(a, b, p) >= -tolerance_ * length;
+      const double along = (b.u - a.u) * (p.u - a.u) + (b.w - a.w) * (p.w - a.w);
+      const double share = std::clamp(along / (length * length), 0.0, 1.0);
+      FlatPoint on_edge;
+      on_edge.u = a.u + share * (b.u - a.u);
+      on_edge.w = a.w + share * (b.w - a.w);
+      if (distance(p, on_edge) >= least) continue;
+      least = distance(p, on_edge);
+      nearest = on_edge;
+    }
+    if (inside) return true;
+    nearest.height = support.height_at(nearest);
+    return p.height - nearest.height >= least;
+  }
+
+  // Carriers and corners come first: what the contact solve meets first carries most.
+  void arrange() {
+    for (std::size_t i = 0; i < scratch_.state.size(); ++i)
+      if (scratch_.state[i] == untouched) scratch_.kept.push_back(static_cast<int>(i));
+    scratch_.arranged.clear();
+    for (const int i : scratch_.kept) scratch_.arranged.push_back(touches_[begin_ + as_index(i)]);
+    touches_.resize(begin_ + scratch_.kept.size());
+    std::copy(scratch_.arranged.begin(), scratch_.arranged.end(),
+              touches_.begin() + static_cast<std::ptrdiff_t>(begin_));
+  }
+
+  double tolerance_;
+  std::size_t begin_;
+  std::vector<NearPoint>& touches_;
+  ReductionScratch& scratch_;
+  std::size_t taken_ = 0;
+  EvenLoad load_;  // of the facet looked at
+};
+
+}  // namespace
+
+void reduce_contacts(double size, std::size_t begin, std::vector<NearPoint>& touches,
+                     ReductionScratch& scratch) {
+  if (touches.size() - begin >= least_touches) Reduction(size, begin, touches, scratch).run();
+}
+
+void adopt_others(double size, std::size_t begin, std::vector<NearPoint>& touches,
+                  const ReductionScratch& scratch) {
+  for (const ContactPatch& patch : scratch.patches) {
+    const Vec3* corner = scratch.hull_corners.data() + patch.first_corner;
+    const Vec3 across = (corner[1] - corner[0]).cross(corner[2] - corner[0]).normalized();
+    for (std::size_t i = begin; i < touches.size(); ++i) {
+      NearPoint& touch = touches[i];
+      if ((touch.point >= 0 && touch.ridge < 0) || touch.patch >= 0 || touch.reversed != patch.reversed)
+        continue;
+      const Vec3 x = touch.ridge < 0 ? touch.position : Vec3(touch.position + touch.gap * touch.normal);
+      if ((touch.normal - patch.normal).norm() > flatness ||
+          std::abs(across.dot(x - corner[0])) > flatness * size)
+        continue;
+      touch.patch = patch.number;
+      touch.share = least_share;
+    }
+  }
+}
+
+// Whether x lies above the convex polygon, seen along the normal, within `tolerance` (m).
+bool is_above(std::span<const Vec3> corners, const Vec3& normal, const Vec3& x, double tolerance) {
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    const Vec3 edge = corners[(i + 1) % corners.size()] - corners[i];
+    if (normal.dot(edge.cross(x - corners[i])) < -tolerance * edge.norm()) return false;
+  }
+  return true;
+}
+
+void join_patches(double size, const Pose& guest_in_host, std::size_t begin, std::vector<NearPoint>& touches,
+                  ReductionScratch& scratch) {
+  // Where both are as wide but for rounding it has to be the same one in every step.
+  const auto width = [](const ContactPatch& patch) { return patch.reversed ? 0.9 * patch.area : patch.area; };
+  std::sort(scratch.patches.begin(), scratch.patches.end(),
+            [&](const ContactPatch& a, const ContactPatch& b) {
+              return std::make_tuple(-width(a), a.number) < std::make_tuple(-width(b), b.number);
+            });
+  for (ContactPatch& patch : scratch.patches) {
+    const std::span<const Vec3> corners(scratch.hull_corners.data() + patch.first_corner, patch.corners);
+    bool is_left = false;
+    for (std::size_t i = begin; i < touches.size(); ++i) is_left |= touches[i].patch == patch.number;
+    if (!is_left) continue;
+    const auto is_beneath = [&](NearPoint& touch) {
+      if (touch.reversed == patch.reversed || touch.point < 0) return false;
+      const Quat& turn = guest_in_host.orientation;
+      const Vec3 x =
+          patch.reversed ? guest_in_host.to_body(touch.position) : guest_in_host.to_world(touch.position);
+      const Vec3 opposite =
+          patch.reversed ? Vec3(turn.conjugate() * touch.normal) : Vec3(turn * touch.normal);
+      if (std::abs(patch.normal.dot(x - patch.foot)) > flatness * size || opposite.dot(patch.normal) > -level)
+        return false;
+      if (is_above(corners, patch.normal, x, flatness * size)) return true;
+      const bool is_parallel = (opposite + patch.normal).norm() <= flatness;
+      touch.patch = is_parallel ? patch.number : -1;
+      touch.share = is_parallel ? least_share : 0;
+      return false;
+    };
+    touches.erase(
+        std::remove_if(touches.begin() + static_cast<std::ptrdiff_t>(begin), touches.end(), is_beneath),
+        touches.end());
+  }
+}
+
+}  // namespace duet

@@ -1,0 +1,410 @@
+#include "sim/contact/detection/edge_contacts.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace duet {
+namespace {
+
+constexpr double far = std::numeric_limits<double>::infinity();
+// By how much of the way between two nodes the distance falls towards a minimum, at least.
+constexpr double least_fall = 0.005;
+// By how much the slope of the distance changes from one part of a soft edge to the next where an edge of the
+// host may lie between them, at least: what it overlooks is no deeper than a quarter of this, of a part. Nor
+// is the jolt when the end of an edge passes the host's and what it overlooked begins to count.
+constexpr double least_bend = 0.001;
+constexpr double precision = 0.01;     // of the place, of the way between two nodes
+constexpr double edge_of_bend = 1e-3;  // of the change of slope: the least slope away from a bend
+constexpr double golden = 0.6180339887498949;
+// Of the mean of the normals on the two sides of a minimum: shorter where an edge has gone through the host.
+constexpr double least_mean = 0.3;
+// Cosine of the angle between the way inwards and the normal of a surface that an edge faces, at least.
+constexpr double least_facing = 0.2;
+// Cosine of the angle between a face of the host and a soft edge's plane that lies on it, at least: points
+// touch there along the face's own normal, and others that are nearly the same would be one constraint twice
+// over, badly conditioned.
+constexpr double lies_flat = 1 - 1e-6;
+// Of a line on a flat face: sine of the angle between them, at most; cosine of the angle between normals that
+// are the same; and how often the step to where they change is halved.
+constexpr double lies_along = 0.02, same_normal = 1 - 1e-12;
+constexpr int bisections = 40;
+constexpr double rounding = 1e-9;  // of a length
+
+// Exact distances from a host of places one after the other: none changes by more than the way from the last
+// one, which makes the search for it short.
+class Distances {
+ public:
+  explicit Distances(const LevelSet& host) : host_(host) {}
+  double at(const Vec3& x) {
+    distance_ = host_.exact_distance(x, std::abs(distance_) + (x - last_).norm());
+    last_ = x;
+    return distance_;
+  }
+
+ private:
+  const LevelSet& host_;
+  Vec3 last_ = Vec3::Zero();  // m
+  double distance_ = far;     // m, of it
+};
+
+// In the host's space.
+struct Plane {
+  Vec3 normal = Vec3::Zero();
+  double height = 0;  // m, above the origin along the normal
+};
+
+// The distance just before a place, at x1, and just after it, at x2, are those from two tangent planes. The
+// edge of a host with flat faces lies in both of them, and so does a plane with a mean of their normals; the
+// one across which the distance does not change along the line is that of the two crossing edges, and where
+// it only rises or falls it is the one at its lower side. On smooth hosts it is the tangent plane. None where
+// the line has gone through the host.
+std::optional<Plane> plane_of_both(const LevelSet& host, const Vec3& x1, const Vec3& x2) {
+  const auto [distance1, n1] = host.exact(x1);
+  const auto [distance2, n2] = host.exact(x2);
+  const Vec3 along = (x2 - x1).normalized();
+  const double slope1 = n1.dot(along), slope2 = n2.dot(along);
+  const double share = slope2 > slope1 ? std::clamp(-slope1 / (slope2 - slope1), 0.0, 1.0) : 0.5;
+  const Vec3 mean = (1 - share) * n1 + share * n2;
+  const double length = mean.norm();
+  if (!(length > least_mean)) return std::nullopt;
+  const double height = ((1 - share) * (n1.dot(x1) - distance1) + share * (n2.dot(x2) - distance2)) / length;
+  return Plane{mean / length, height};
+}
+
+// Where `at` is least between `low` and `high`, to `precision`.
+template <class Function>
+double golden_section(double low, double high, const Function& at) {
+  double a = high - golden * (high - low), b = low + golden * (high - low), at_a = at(a), at_b = at(b);
+  while (high - low > precision) {
+    if (at_a < at_b) {
+      high = b;
+      b = a;
+      at_b = at_a;
+      a = high - golden * (high - low);
+      at_a = at(a);
+    } else {
+      low = a;
+      a = b;
+      at_a = at_b;
+      b = low + golden * (high - low);
+      at_b = at(b);
+    }
+  }
+  return (low + high) / 2;
+}
+
+// Of one line.
+class Walk {
+ public:
+  Walk(const FeatureEdges& ridges, const FeatureEdges::Line& line, const Pose& pose, const LevelSet& host,
+       const Eigen::AlignedBox3d& near, double margin, bool looks_at_faces, std::vector<EdgeContact>& found)
+      : ridges_(ridges),
+        line_(line),
+        pose_(pose),
+        host_(host),
+        near_(near),
+        margin_(margin),
+        looks_at_faces_(looks_at_faces),
+        found_(found) {}
+
+  // Distances change by no more than the way along the line, so what is far off lets nodes be skipped.
+  void find() {
+    const int count = line_.end - line_.begin;
+    const double reach = margin_ + host_.tolerance() + line_.radius + line_.longest;
+    double before = line_.is_closed ? distance_at(count - 1) : far, here = distance_at(0);
+    for (int i = 0; i < count;) {
+      if (!(here <= reach)) {  // what is not finite is no contact
+        const double skipped = std::floor((here - reach) / line_.longest);
+        i += 1 + (skipped > 0 && skipped < count ? static_cast<int>(skipped) : 0);
+        before = far;
+        if (i < count) here = distance_at(i);
+        continue;
+      }
+      const bool is_last = i + 1 == count;
+      const double after = is_last && !line_.is_closed ? far : distance_at(i + 1);
+      if (here <= before && here < after && i >= next_) refine(i);
+      before = here;
+      here = after;
+      ++i;
+    }
+  }
+
+ private:
+  const Vec3& node(int i) const {
+    const int count = line_.end - line_.begin;
+    return ridges_.nodes[as_index(line_.begin + (i + count) % count)];
+  }
+
+  // At most the distance where that is out of reach.
+  double distance_at(int i) const {
+    const Vec3 x = pose_.to_world(node(i));
+    const double out = near_.exteriorDistance(x);
+    return out > line_.radius + line_.longest + host_.tolerance() ? out + margin_ : host_.distance(x);
+  }
+
+  // t in [-1, 1] from the node before i to the one after it.
+  Vec3 place(int i, double t) const {
+    return t < 0 ? place_between(line_, node(i), node(i - 1), -t)
+                 : place_between(line_, node(i), node(i + 1), t);
+  }
+
+  // The minimum near node i, by golden section.
+  void refine(int i) {
+    const bool begins = i == 0 && !line_.is_closed;
+    const bool ends = i + 1 == line_.end - line_.begin && !line_.is_closed;
+    const double first = begins ? 0 : -1, last = ends ? 0 : 1;
+    Distances distances(host_);
+    const auto at = [&](double t) { return distances.at(pose_.to_world(place(i, t))); };
+    if (at(0) - line_.longest - line_.radius >= margin_) return;
+    const double t = golden_section(first, last, at), least = at(t);
+    if (least - line_.radius >= margin_) return;
+    if (is_axis()) {
+      if (lies_on_face(i, t) || is_end(i, t) || !is_on_side((i + t) * line_.longest, least)) return;
+    } else if (std::min(at(first), at(last)) - least < least_fall * line_.longest) {
+      if (looks_at_faces_) lies_on_face(i, t);
+      return;
+    }
+    // Over a face that is shorter than two parts of the line, all of it is lowest but for rounding, and its
+    // ends tell where.
+    const double beside =
+        std::min(at(std::max(first, t - 2 * precision)), at(std::min(last, t + 2 * precision)));
+    const bool is_flat = beside - least < least_fall * 2 * precision * line_.longest;
+    if (is_flat && looks_at_faces_ && lies_on_face(i, t)) return;
+    take(i, std::clamp(t, first + precision, last - precision), least);
+  }
+
+  // Of a capsule or cylinder.
+  bool is_axis() const { return line_.radius > 0 && line_.around == 0; }
+
+  // Whether the line lies on a face there, whose ends are taken. The search may have ended beside it.
+  bool lies_on_face(int i, double t) {
+    for (const double beside : {0.0, -2 * precision, 2 * precision, -t})
+      if (take_ends_of_flat(std::max(0.0, i + t + beside))) return true;
+    return false;
+  }
+
+  bool is_end(int i, double t) const {
+    return (i == 0 && t < precision) || (i + 1 == line_.end - line_.begin && t > -precision);
+  }
+
+  // Whether what is `distance` away (m) from the axis at a place `at` (m) along it is on the side of the
+  // cylinder, rather than on its end, through which it comes out sooner.
+  bool is_on_side(double at, double distance) const {
+    const double length = (line_.end - line_.begin - 1) * line_.longest;
+    return line_.radius - distance <= std::min(at, length - at);
+  }
+
+  // In nodes along the line; those of a closed one go round.
+  Vec3 place_at(double s) const {
+    const double i = std::floor(s);
+    return place(static_cast<int>(i), s - i);
+  }
+
+  // The farthest place, `way` (1 or -1) along the line from one that is flat, up to which all are.
+  template <class IsFlat>
+  double last_flat(double from, double way, const IsFlat& is_flat) const {
+    const int count = line_.end - line_.begin;
+    double in = from;
+    for (int n = 0; n < count; ++n) {
+      const double next = in + way;
+      double out = line_.is_closed ? next : std::clamp(next, 0.0, count - 1.0);
+      if (!is_flat(out)) {
+        for (int k = 0; k < bisections; ++k) {
+          const double middle = (in + out) / 2;
+          (is_flat(middle) ? in : out) = middle;
+        }
+        return in;
+      }
+      in = out;
+      if (out != next) return in;
+    }
+    return in;
+  }
+
+  // Where a line that lies along a flat face of the host, or along a round side, passes the end of that:
+  // corners of the polygon that two faces share, or the ends of what a cylinder lies on. Samples beside it
+  // would carry the body too far in, and not the same ones as it turns. A line's own ends are corners or
+  // deepest points. Returns whether the line lies along a face there, `at` in nodes.
+  bool take_ends_of_flat(double at) {
+    const int count = line_.end - line_.begin;
+    const auto face_at = [&](double s) { return host_.exact(pose_.to_world(place_at(s))); };
+    const Vec3 normal = face_at(at).normal;
+    const auto is_flat = [&](double s) { return normal.dot(face_at(s).normal) > same_normal; };
+    if (!is_flat(at - precision / 2) && !is_flat(at + precision / 2)) return false;
+    const double low = last_flat(at, -1, is_flat), high = last_flat(at, 1, is_flat);
+    const double at_low = face_at(low).distance, at_high = face_at(high).distance,
+                 sag = face_at((low + high) / 2).distance - (at_low + at_high) / 2;
+    const double most = (is_axis() ? lies_along : least_fall) * (high - low) * line_.longest;
+    if (high - low < precision || std::max(std::abs(at_high - at_low), std::abs(sag)) > most) return false;
+    next_ = static_cast<int>(high) + 1;
+    if (high - low > count - 1 + precision) return true;
+    // Where it hardly gets past the end, as along an edge of the host or level with it, samples and corners
+    // tell enough.
+    const auto gets_past = [&](double s) {
+      const SignedDistance face = face_at(line_.is_closed ? s : std::clamp(s, 0.0, count - 1.0));
+      const Vec3 out = face.distance * face.normal;
+      return is_axis() || (out - out.dot(normal) * normal).norm() > lies_along * line_.longest;
+    };
+    if ((low > 0 || line_.is_closed) && gets_past(low - 1))
+      take_end_of_flat(low, static_cast<int>(std::floor(low)), normal);
+    if ((high < count - 1 || line_.is_closed) && gets_past(high + 1))
+      take_end_of_flat(high, static_cast<int>(std::floor(high)) + 1, normal);
+    return true;
+  }
+
+  void take_end_of_flat(double s, int i, const Vec3& normal) {
+    const Vec3 place = place_at(s), x = pose_.to_world(place);
+    const double distance = host_.exact(x).distance;
+    if (!(distance - line_.radius < margin_) || (is_axis() && !is_on_side(s * line_.longest, distance)))
+      return;
+    const int count = line_.end - line_.begin, node = line_.begin + (i + count) % count;
+    const Vec3 inward = pose_.orientation * ridges_.inward[as_index(node)];
+    if (!inward.isZero(0) && normal.dot(inward) < least_facing) return;
+    EdgeContact found;
+    found.edge = {place, normal, x - distance * normal, line_.radius};
+    found.node = node;
+    found.distance = distance - line_.radius;
+    found.precision = rounding * line_.longest;
+    found_.push_back(found);
+  }
+
+  void take(int i, double t, double least) {
+    const std::optional<Plane> plane = plane_of_both(host_, pose_.to_world(place(i, t - precision)),
+                                                     pose_.to_world(place(i, t + precision)));
+    if (!plane) return;
+    const Vec3& normal = plane->normal;
+    const Vec3 inward = pose_.orientation * ridges_.inward[as_index(line_.begin + i)];
+    if (!inward.isZero(0) && normal.dot(inward) < least_facing) return;
+    const Vec3 place_in_guest = place(i, t), x = pose_.to_world(place_in_guest);
+    EdgeContact found;
+    found.edge = {place_in_guest, normal, x - (normal.dot(x) - plane->height) * normal, line_.radius};
+    found.node = line_.begin + i;
+    found.distance = least - line_.radius;
+    found.precision = precision * line_.longest;
+    found_.push_back(found);
+  }
+
+  const FeatureEdges& ridges_;
+  const FeatureEdges::Line& line_;
+  const Pose& pose_;
+  const LevelSet& host_;
+  const Eigen::AlignedBox3d& near_;
+  double margin_;
+  bool looks_at_faces_;  // for where the line passes the end of a face that it lies along
+  std::vector<EdgeContact>& found_;
+  int next_ = 0;  // the first node that is not over a face whose ends are found
+};
+
+// The place at `at` parts of an edge, in the host's space, `least` (m) away from it.
+std::optional<EdgeContact> place_on_edge(const Vec3& first, const Vec3& second, int parts, double at,
+                                         double least, const LevelSet& host) {
+  const auto place = [&](double t) { return first + t / parts * (second - first); };
+  std::optional<Plane> plane = plane_of_both(host, place(at - precision), place(at + precision));
+  if (!plane) return std::nullopt;
+  for (const double side : {at - precision, at + precision}) {
+    const auto [distance, n] = host.exact(place(side));
+    if (!(plane->normal.dot(n) > lies_flat)) continue;
+    plane = Plane{n, n.dot(place(side)) - distance};
+    break;
+  }
+  const Vec3 x = place(at), foot = x - (plane->normal.dot(x) - plane->height) * plane->normal;
+  return EdgeContact{.edge = {x, plane->normal, foot, 0, {1 - at / parts, at / parts}},
+                     .keeper = {},
+                     .distance = least,
+                     .precision = precision * (second - first).norm() / parts};
+}
+
+// Where a round host is nearest, if that is at no end of the edge: a particle is there.
+std::optional<EdgeContact> nearest_place_on_edge(const Vec3& first, const Vec3& second, int parts,
+                                                 const LevelSet& host, double margin) {
+  const auto distance_at = [&](double t) { return host.distance(first + t / parts * (second - first)); };
+  int nearest = 0;
+  double least = far;
+  for (int i = 0; i <= parts; ++i)
+    if (const double distance = distance_at(i); distance < least) {
+      nearest = i;
+      least = distance;
+    }
+  if (least - (second - first).norm() / parts >= margin) return std::nullopt;
+  const double at = golden_section(std::max(0, nearest - 1), std::min(parts, nearest + 1), distance_at);
+  if (at < precision || at > parts - precision) return std::nullopt;
+  least = distance_at(at);
+  if (!(least < margin)) return std::nullopt;
+  std::optional<EdgeContact> found = place_on_edge(first, second, parts, at, least, host);
+  if (found) found->keeper.kind = PlaneKeeper::Kind::edge;
+  return found;
+}
+
+}  // namespace
+
+bool is_swept_by_ball(const LevelSet& shape) {
+  return shape.kind == LevelSet::Kind::sphere || shape.kind == LevelSet::Kind::capsule ||
+         shape.kind == LevelSet::Kind::torus;
+}
+
+double radius_of_ball(const LevelSet& shape) {
+  return shape.kind == LevelSet::Kind::torus ? shape.tube : shape.radius;
+}
+
+bool feature_edges_count(const LevelSet& guest, const LevelSet& host, bool is_reversed) {
+  if (host.kind == LevelSet::Kind::half_space) return false;  // lowest at the ends of lines, or all along
+  if (!is_swept_by_ball(host)) return true;
+  return host.kind != LevelSet::Kind::sphere && is_swept_by_ball(guest) && !is_reversed;
+}
+
+void find_edge_contacts(const FeatureEdges& ridges, const Pose& pose, const LevelSet& host,
+                        const Eigen::AlignedBox3d& near, double margin, std::vector<EdgeContact>& found,
+                        bool with_edges_on_faces) {
+  for (const FeatureEdges::Line& line : ridges.lines)
+    Walk(ridges, line, pose, host, near, margin, with_edges_on_faces || line.radius > 0, found).find();
+}
+
+bool edges_count(const LevelSet& host, const FeatureEdges& ridges) {
+  return !ridges.lines.empty() || is_swept_by_ball(host);
+}
+
+// On hosts with edges, where the distance bends, and not where it is least: an edge that has been pushed out
+// of the host lies along one of its faces, and has no minimum until it comes back.
+std::optional<EdgeContact> edge_contact_on(const Vec3& first, const Vec3& second, int parts,
+                                           const LevelSet& host, double margin,
+                                           std::vector<double>& distance) {
+  const double length = (second - first).norm(), part = length / parts;
+  const double reach = margin + host.tolerance();
+  if (host.distance((first + second) / 2) - length / 2 > reach) return std::nullopt;
+  if (is_swept_by_ball(host)) return nearest_place_on_edge(first, second, parts, host, margin);
+  const auto place = [&](double at) { return first + at / parts * (second - first); };
+  distance.clear();
+  for (int i = 0; i <= parts; ++i) distance.push_back(host.distance(place(i)));
+  const auto bend = [&](int i) {
+    if (i == 0 || i == parts) return 0.0;
+    return distance[as_index(i + 1)] - 2 * distance[as_index(i)] + distance[as_index(i - 1)];
+  };
+  std::optional<EdgeContact> lowest;
+  for (int i = 1; i < parts; ++i) {
+    const double here = bend(i);
+    if (!(here > least_bend * part && here > bend(i - 1) && here >= bend(i + 1))) continue;
+    if (distance[as_index(i)] - part > reach) continue;
+    Distances distances(host);
+    const auto at_part = [&](double t) { return distances.at(place(t)); };
+    // No place on a way is nearer than the mean of its ends' distances less half the way.
+    const double middle = at_part(i);
+    if (middle - part >= margin) continue;
+    if ((middle + std::min(at_part(i - 1), at_part(i + 1)) - part) / 2 >= margin) continue;
+    // Where it only rises or falls, the bend is where the distance from a slope in between is least.
+    const double first_slope = (at_part(i - 1 + precision) - at_part(i - 1)) / precision;
+    const double last_slope = (at_part(i + 1) - at_part(i + 1 - precision)) / precision;
+    const double least_away = edge_of_bend * std::max(0.0, last_slope - first_slope);
+    const double slope =
+        std::clamp(0.0, first_slope + least_away, std::max(first_slope, last_slope) - least_away);
+    const double at =
+        std::clamp(golden_section(i - 1, i + 1, [&](double t) { return at_part(t) - slope * t; }),
+                   i - 1 + precision, i + 1 - precision);
+    const double least = at_part(at);
+    if (!(least < margin) || (lowest && lowest->distance <= least)) continue;
+    if (const auto found = place_on_edge(first, second, parts, at, least, host)) lowest = found;
+  }
+  return lowest;
+}
+
+}  // namespace duet

@@ -1,0 +1,166 @@
+#include "sim/contact/detection/faces_around.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+#include "sim/contact/detection/contact_plane.h"
+#include "sim/contact/detection/deepest_point.h"
+#include "sim/geometry/level_set/grid_level_set.h"
+#include "sim/geometry/mesh/sharp_edge.h"
+
+namespace duet {
+namespace {
+
+constexpr double other_plane = 0.9962;   // cosine of the angle between faces, at most: 5 degrees
+constexpr double same_plane = 1 - 1e-9;  // cosine
+constexpr double beyond_edge = 1e-9;     // barycentric: rounding
+constexpr double rise = 1e-6;            // of the host's size, above the nearest plane: less is rounding
+constexpr int planes_of_sample = 4;      // at most
+constexpr double same_point = 0.002;     // of the way inwards: how much deeper another point may lie
+
+// Whether the foot of the perpendicular on the face's plane lies in the face, or beyond edges for which
+// `is_open` says that the plane goes on.
+template <class IsOpen>
+bool is_opposite(const MeshDistance::Face& face, const Vec3& x, IsOpen&& is_open) {
+  const double twice_area =
+      face.normal.dot((face.corner[1] - face.corner[0]).cross(face.corner[2] - face.corner[0]));
+  for (int k = 0; k < 3; ++k) {
+    const Vec3 &a = face.corner[k], &b = face.corner[(k + 1) % 3];
+    if (face.normal.dot((b - a).cross(x - a)) < -beyond_edge * twice_area && !is_open(a, b)) return false;
+  }
+  return true;
+}
+
+bool is_opposite(const MeshDistance::Face& face, const Vec3& x) {
+  return is_opposite(face, x, [](const Vec3&, const Vec3&) { return false; });
+}
+
+// Of the plane of `place`.
+bool lies_in(const EdgePoint& place, const Vec3& x, double tolerance) {
+  return std::abs(place.normal.dot(x - place.foot)) <= tolerance;
+}
+
+bool rises(const MeshDistance::Face& face, const EdgePoint& place, double least) {
+  return std::any_of(std::begin(face.corner), std::end(face.corner),
+                     [&](const Vec3& corner) { return place.normal.dot(corner - place.foot) > least; });
+}
+
+// Replaces the touch of a sample by one for each of the places from `first` on, the first of which is its
+// own.
+void put_planes(const RigidProperties& guest, std::size_t touch, std::size_t first,
+                std::vector<NearPoint>& touches, const std::vector<EdgeContact>& places) {
+  for (std::size_t i = first; i < places.size(); ++i) {
+    NearPoint plane = touches[touch];
+    plane.point = static_cast<int>(guest.samples.size()) + places[i].node;
+    plane.normal = places[i].edge.normal;
+    plane.gap = places[i].distance;
+    plane.ridge = static_cast<int>(i);
+    if (i == first) {
+      touches[touch] = plane;
+      continue;
+    }
+    plane.patch = -1;
+    plane.share = 0;
+    touches.push_back(plane);
+  }
+}
+
+}  // namespace
+
+void find_faces_around(const LevelSet& host, const LevelSet& guest, const Pose& in_host, double margin,
+                       std::vector<NearPoint>& touches, std::vector<EdgeContact>& places) {
+  if (host.kind != LevelSet::Kind::grid) return;
+  const Mat3 turn = in_host.orientation.toRotationMatrix();
+  const Vec3 center = in_host.to_world((guest.lower() + guest.upper()) / 2);
+  const Vec3 half = (turn.cwiseAbs() * ((guest.upper() - guest.lower()) / 2)).array() + margin;
+  const Eigen::AlignedBox3d around(center - half, center + half);
+  const auto add = [&](int k, int face, const Vec3& x, const Vec3& normal, double gap) {
+    touches.push_back({.point = against_face(guest, k, face),
+                       .position = x,
+                       .normal = normal,
+                       .gap = gap,
+                       .ridge = static_cast<int>(places.size())});
+    EdgeContact& place = places.emplace_back();
+    place.edge.normal = normal;
+    place.edge.foot = x - gap * normal;
+    place.distance = gap;
+  };
+  for (int k = 0; k < deepest_point_count(guest); ++k) {
+    const DeepestPoint nearest = deepest_point(guest, k, in_host, host);
+    const ContactPlane plane = contact_plane(host, nearest.position, nearest.inside);
+    const std::size_t first = places.size();
+    host.grid->exact().for_each_face(around, [&](int number, const MeshDistance::Face& face) {
+      const Vec3& n = face.normal;
+      if (n.isZero(0) || n.dot(plane.normal) > other_plane) return;
+      const DeepestPoint deepest = deepest_point(guest, k, turn.transpose() * n);
+      const Vec3 x = in_host.to_world(deepest.position);
+      const double gap = n.dot(x - face.corner[0]);
+      if (!(gap < margin) || n.dot(in_host.to_world(deepest.inside) - face.corner[0]) <= 0 ||
+          !is_opposite(face, x))
+        return;
+      const auto is_same = [&](const EdgeContact& found) {
+        return found.edge.normal.dot(n) > same_plane &&
+               std::abs(found.distance - gap) <= beyond_edge * host.smallest_size();
+      };
+      if (std::any_of(places.begin() + static_cast<std::ptrdiff_t>(first), places.end(), is_same)) return;
+      add(k, 1 + number, x, n, gap);
+    });
+    if (places.size() == first) continue;
+    const DeepestPoint towards = deepest_point(guest, k, turn.transpose() * plane.normal);
+    const double gap = plane.normal.dot(in_host.to_world(towards.position) - plane.foot);
+    if (plane.gap - gap <= same_point * (nearest.inside - nearest.position).norm())
+      add(k, 0, nearest.position, plane.normal, plane.gap);
+  }
+}
+
+void find_faces_around_sample(const LevelSet& host, const RigidProperties& guest, const Pose& in_host,
+                              double margin, std::size_t touch, std::vector<NearPoint>& touches,
+                              std::vector<EdgeContact>& places) {
+  const NearPoint own = touches[touch];
+  const Vec3 x = own.position;
+  if (host.kind != LevelSet::Kind::grid || !std::isfinite(own.gap) || !host.grid->is_exact(x)) return;
+  const auto sample = as_index(own.point);
+  const Vec3 inside = in_host.to_world(guest.inside[sample]);
+  const std::size_t first = places.size();
+  const int first_number = static_cast<int>(guest.ridges.nodes.size()) + planes_of_sample * own.point;
+  const auto add = [&](const Vec3& normal, double gap) {
+    EdgeContact& place = places.emplace_back();
+    place.node = first_number + static_cast<int>(places.size() - 1 - first);
+    place.edge.place = guest.samples[sample];
+    place.edge.normal = normal;
+    place.edge.foot = x - gap * normal;
+    place.distance = gap;
+  };
+  const double least_rise = rise * host.smallest_size();
+  add(own.normal, own.gap);
+  const auto visit = [&](int, const MeshDistance::Face& face) {
+    const Vec3& n = face.normal;
+    if (n.isZero(0) || static_cast<int>(places.size() - first) == planes_of_sample) return;
+    const double gap = n.dot(x - face.corner[0]);
+    if (!(std::abs(gap) < margin) || n.dot(inside - face.corner[0]) <= 0) return;
+    const auto known = places.begin() + static_cast<std::ptrdiff_t>(first);
+    const bool is_other = std::none_of(known, places.end(), [&](const EdgeContact& found) {
+      return found.edge.normal.dot(n) > (found.node == first_number ? sharp_edge : same_plane);
+    });
+    if (!is_other || !rises(face, places[first].edge, least_rise)) return;
+    const auto is_crease = [&](const Vec3& a, const Vec3& b) {
+      return std::any_of(known, places.end(), [&](const EdgeContact& found) {
+        return lies_in(found.edge, a, least_rise) && lies_in(found.edge, b, least_rise);
+      });
+    };
+    if (is_opposite(face, x, is_crease)) add(n, gap);
+  };
+  const Eigen::AlignedBox3d around(x.array() - margin, x.array() + margin);
+  for (std::size_t known = 0; known != places.size();) {  // walls of a corner end at each other
+    known = places.size();
+    host.grid->exact().for_each_face(around, visit);
+  }
+  if (places.size() == first + 1) {
+    places.pop_back();
+    return;
+  }
+  put_planes(guest, touch, first, touches, places);
+}
+
+}  // namespace duet

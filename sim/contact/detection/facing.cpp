@@ -1,0 +1,110 @@
+#include "sim/contact/detection/facing.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <optional>
+#include <span>
+
+#include "sim/contact/detection/edge_contacts.h"
+#include "sim/contact/detection/near_faces.h"
+#include "sim/deformable/support_point.h"
+
+namespace duet {
+namespace {
+
+constexpr double longest_way = 0.1;  // of the size of the faces around the point
+constexpr double at_surface = 1e-6;  // of the size of the faces
+// Below a flat or smooth surface the distance is the depth, below an edge it is less.
+constexpr double below_edge = 1e-3;  // of the smallest size of the host
+constexpr double flat = 0.98;
+constexpr double farther_in = 1e-3;  // of the way from a point to the middle of a face
+
+// Whether the surface of the host is sharp where it is nearest to `x` (m, in its space), outside of it.
+bool is_nearest_to_edge(const LevelSet& shape, const Vec3& x) {
+  const double below = below_edge * shape.smallest_size();
+  return shape.distance(x - (shape.distance(x) + below) * shape.normal(x)) > -flat * below;
+}
+
+// A point on an edge of the host may lie on a face that lies on a side of the host: the way out of that side,
+// which is the nearest one from a little farther in on the face.
+std::optional<WayOut> way_out_beside(const Bodies& bodies, const LevelSet& shape, const Pose& pose,
+                                     const SurfacePoint& point, const Vec3& x) {
+  std::optional<WayOut> found;
+  double facing = squarely;
+  for (const int t : bodies.faces_around.of(point.particle[0])) {
+    const Triangle& face = bodies.triangles[as_index(t)];
+    if (!lies_on(point, face)) continue;
+    std::array<Vec3, 3> corner;
+    for (std::size_t i = 0; i < 3; ++i) corner[i] = bodies.particles.x[as_index(face[i])];
+    const Vec3 inward = farther_in * ((corner[0] + corner[1] + corner[2]) / 3 - x);
+    const Vec3 in_host = pose.to_body(x + inward);
+    const double distance = shape.distance(in_host);
+    if (std::abs(distance) > inward.norm()) continue;
+    const Vec3 normal = pose.orientation * shape.normal(in_host);
+    const Vec3 area = (corner[1] - corner[0]).cross(corner[2] - corner[0]);
+    if (const double now = -normal.dot(area); now > facing * area.norm()) {
+      facing = now / area.norm();
+      found = WayOut{normal, normal.dot(inward) - distance};
+    }
+  }
+  return found;
+}
+
+}  // namespace
+
+WayOut way_out_faced(const Bodies& bodies, int host, const Pose& pose, const SurfacePoint& point,
+                     const Vec3& x, const WayOut& nearest) {
+  const LevelSet& shape = bodies.rigid.properties[as_index(host)].shape;
+  if (bodies.faces_around.first.empty() || point.count > 3 || is_swept_by_ball(shape) ||
+      shape.kind == LevelSet::Kind::half_space ||
+      faces_squarely(bodies.faces_around, bodies.triangles, bodies.particles.x, point, -nearest.normal))
+    return nearest;
+  const FacesAround around = look_around(bodies.faces_around, bodies.triangles, bodies.particles.x, point,
+                                         weighted(point, bodies.particles.x), -nearest.normal);
+  if (around.count == 0 || around.rise <= most_rise) return nearest;
+  if (const auto beside = way_out_beside(bodies, shape, pose, point, x)) return *beside;
+  if (nearest.depth < 0) {
+    if (around.most_facing >= least_facing && !is_nearest_to_edge(shape, pose.to_body(x))) return nearest;
+    return {nearest.normal, -std::numeric_limits<double>::infinity()};
+  }
+  const double size = std::sqrt(2 * around.area.norm() / around.count);
+  const Vec3 way = -around.area.normalized();
+  const auto is_out = [&](double length) { return shape.distance(pose.to_body(x + length * way)) >= 0; };
+  double in = 0, out = std::max(nearest.depth, at_surface * size);  // m
+  for (; !is_out(out); out *= 2) {
+    if (out > longest_way * size) return nearest;
+    in = out;
+  }
+  while (out - in > at_surface * size) (is_out((in + out) / 2) ? out : in) = (in + out) / 2;
+  const Vec3 exit = x + (out + at_surface * size) * way;
+  const Vec3 normal = pose.orientation * shape.normal(pose.to_body(exit));
+  if (!(normal.dot(way) >= least_facing)) return nearest;
+  return {normal, normal.dot(exit - x) - shape.distance(pose.to_body(exit))};
+}
+
+bool is_support_point(const Bodies& bodies, const SurfacePoint& point, const Vec3& x, const Vec3& normal) {
+  return bodies.faces_around.first.empty() ||
+         look_around(bodies.faces_around, bodies.triangles, bodies.particles.x, point, x, -normal).rise <=
+             most_rise;
+}
+
+ElementLists faces_around(const Bodies& bodies) {
+  std::vector<char> of_volume(bodies.triangles.size(), 0);
+  bool any = false;
+  for (const DeformableBody& body : bodies.deformable) {
+    if (body.thickness > 0) continue;
+    any = any || body.triangle_count > 0;
+    std::fill_n(of_volume.begin() + body.first_triangle, body.triangle_count, 1);
+  }
+  if (!any) return {};
+  std::vector<int> numbers(bodies.triangles.size());
+  std::iota(numbers.begin(), numbers.end(), 0);
+  return elements_around(bodies.particles.size(), numbers, [&](int t) {
+    const Triangle& face = bodies.triangles[as_index(t)];
+    return std::span(face.begin(), of_volume[as_index(t)] ? face.size() : 0);
+  });
+}
+
+}  // namespace duet

@@ -1,0 +1,219 @@
+#include "sim/contact/detection/internal_edges.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "sim/base/elementary.h"
+#include "sim/contact/detection/body_bounds.h"
+#include "sim/contact/detection/friction_fade.h"
+
+namespace duet {
+namespace {
+
+constexpr double tolerance = adjoin_within;  // of the smallest size of a body: what is that far out is out
+// Cosines of the angles between the normals of faces that hide each other and of those that are one, and of
+// that between a normal and a way off its surface.
+constexpr double face_each_other = -0.5, same_face = 1 - 1e-9, leads_off = 0.3;
+// The way out is no longer than this part of the smallest size.
+constexpr double longest_way = 0.5;
+constexpr int bisections = 20;
+
+// Evenly spread, and the part of them that is inside of a body at a face of it, or almost one.
+constexpr int directions = 400;
+constexpr double flat = 0.47;
+Vec3 direction(int i) {
+  const double z = 1 - (2 * i + 1.0) / directions, angle = i * std::numbers::pi * (3 - std::sqrt(5.0));
+  return {std::sqrt(1 - z * z) * math::cos(angle), std::sqrt(1 - z * z) * math::sin(angle), z};
+}
+
+struct Nearest {
+  int body = -1;
+  double distance = std::numeric_limits<double>::infinity();  // m
+};
+
+double distance_to(const RigidBodies& rigid, int body, const Vec3& x) {
+  const auto b = as_index(body);
+  return rigid.properties[b].shape.distance(rigid.state[b].pose.to_body(x));
+}
+
+Vec3 normal_of(const RigidBodies& rigid, int body, const Vec3& x) {
+  const auto b = as_index(body);
+  const Pose& pose = rigid.state[b].pose;
+  return pose.orientation * rigid.properties[b].shape.normal(pose.to_body(x));
+}
+
+// Of the host and what adjoins it: the ground has no size of its own.
+double smallest_size(const Bodies& bodies, int host) {
+  double size = bodies.rigid.properties[as_index(host)].shape.smallest_size();
+  for (const int other : bodies.adjoining.of(host))
+    size = std::min(size, bodies.rigid.properties[as_index(other)].shape.smallest_size());
+  return size;
+}
+
+// Which of the host and what adjoins it is nearest.
+Nearest nearest(const Bodies& bodies, int host, const Vec3& x) {
+  Nearest result{host, distance_to(bodies.rigid, host, x)};
+  for (const int other : bodies.adjoining.of(host)) {
+    const double distance = distance_to(bodies.rigid, other, x);
+    if (distance < result.distance) result = {other, distance};
+  }
+  return result;
+}
+
+// Whether a point at `x` (m) outside is over the surface that it would leave by `way`: of the host, or of a
+// body that adjoins it, from which it may slide onto the host within the step.
+bool is_over(const Bodies& bodies, int host, const Vec3& x, const WayOut& way) {
+  return nearest(bodies, host, x + way.depth * way.normal).distance <=
+         tolerance * smallest_size(bodies, host);
+}
+
+}  // namespace
+
+ElementLists adjoining_bodies(const Bodies& bodies) {
+  std::vector<BodyBounds> bounds;
+  bound_bodies(bodies, bounds);
+  bounds.resize(bodies.rigid.size());
+  ElementLists lists;
+  lists.first.push_back(0);
+  for (std::size_t a = 0; a < bounds.size(); ++a) {
+    for (std::size_t b = 0; bounds[a].is_static && b < bounds.size(); ++b) {
+      if (b == a || !bounds[b].is_static) continue;
+      if (separation(bounds[a], bounds[b]) <= tolerance * std::min(bounds[a].thickness, bounds[b].thickness))
+        lists.items.push_back(static_cast<int>(b));
+    }
+    lists.first.push_back(static_cast<int>(lists.items.size()));
+  }
+  return lists;
+}
+
+void remove_hidden_samples(Bodies& bodies) {
+  for (std::size_t b = 0; b < bodies.rigid.size(); ++b) {
+    const int body = static_cast<int>(b);
+    RigidProperties& properties = bodies.rigid.properties[b];
+    const Pose& pose = bodies.rigid.state[b].pose;
+    const double near = tolerance * properties.shape.smallest_size();
+    // Most of a small ball around a point of an edge is free, half of it around one of a face.
+    const auto stays = [&](const Vec3& x) {
+      const auto others = bodies.adjoining.of(body);
+      if (std::none_of(others.begin(), others.end(),
+                       [&](int other) { return distance_to(bodies.rigid, other, x) <= near; }))
+        return true;
+      int inside = 0;
+      for (int i = 0; i < directions; ++i)
+        if (nearest(bodies, body, x + 10 * near * direction(i)).distance < 0) ++inside;
+      return inside < flat * directions;
+    };
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < properties.samples.size(); ++i) {
+      if (!stays(pose.to_world(properties.samples[i]))) continue;
+      properties.samples[kept] = properties.samples[i];
+      properties.on_flat[kept] = properties.on_flat[i];
+      properties.inside[kept++] = properties.inside[i];
+    }
+    properties.samples.resize(kept);
+    properties.inside.resize(kept);
+    properties.on_flat.resize(kept);
+    std::vector<char> ridge_stays;
+    for (const Vec3& node : properties.ridges.nodes) ridge_stays.push_back(stays(pose.to_world(node)));
+    keep_nodes(ridge_stays, properties.ridges);
+  }
+}
+
+std::optional<HiddenFoot> hidden_foot(const Bodies& bodies, int host, const Vec3& foot, const Vec3& normal) {
+  if (bodies.adjoining.first.empty()) return {};
+  for (const int other : bodies.adjoining.of(host)) {
+    const double near = tolerance * std::min(bodies.rigid.properties[as_index(host)].shape.smallest_size(),
+                                             bodies.rigid.properties[as_index(other)].shape.smallest_size());
+    const double distance = distance_to(bodies.rigid, other, foot);
+    if (distance > near) continue;
+    if (distance < -near) return HiddenFoot{foot, Vec3::Zero(), other};
+    // On the surface of both. A host that rises from the other's surface, as a riser does, is not hidden.
+    // Beside an edge of the other, a little off it, everything on the way up would be nearest to that edge,
+    // with normals of all directions: so the way begins on the other's surface.
+    const Vec3 start = distance > 0 ? Vec3(foot - distance * normal_of(bodies.rigid, other, foot)) : foot;
+    const Vec3 others_normal = normal_of(bodies.rigid, other, start + near * normal);
+    const double cosine = others_normal.dot(normal);
+    if (cosine < face_each_other) return HiddenFoot{foot, Vec3::Zero(), other};
+    if (cosine < same_face &&
+        distance_to(bodies.rigid, host, foot + 2 * near * others_normal) > leads_off * 2 * near)
+      return HiddenFoot{foot, others_normal, other};
+  }
+  return {};
+}
+
+bool is_at_seam(const Bodies& bodies, int host, const Vec3& foot, double precision) {
+  if (bodies.adjoining.first.empty()) return false;
+  for (const int other : bodies.adjoining.of(host))
+    if (distance_to(bodies.rigid, other, foot) - precision <=
+        tolerance * std::min(bodies.rigid.properties[as_index(host)].shape.smallest_size(),
+                             bodies.rigid.properties[as_index(other)].shape.smallest_size()))
+      return true;
+  return false;
+}
+
+double united_distance(const Bodies& bodies, int body, const Pose& pose, const Vec3& x) {
+  double distance = bodies.rigid.properties[as_index(body)].shape.exact(pose.to_body(x)).distance;
+  if (bodies.adjoining.first.empty()) return distance;
+  for (const int other : bodies.adjoining.of(body)) {
+    const auto b = as_index(other);
+    const Vec3 there = bodies.rigid.state[b].pose.to_body(x);
+    distance = std::min(distance, bodies.rigid.properties[b].shape.exact(there).distance);
+  }
+  return distance;
+}
+
+WayOut way_out_of_seam(const Bodies& bodies, int host, const Vec3& x, const Vec3& inward, const WayOut& way,
+                       const HiddenFoot& hidden) {
+  const double size = smallest_size(bodies, host);
+  const double beyond = tolerance * size;
+  if (way.depth < -beyond) {
+    if (hidden.others_normal.isZero()) return {way.normal, -std::numeric_limits<double>::infinity()};
+    return {hidden.others_normal, (hidden.foot - x).dot(hidden.others_normal)};
+  }
+  const auto is_out = [&](double length) {
+    return nearest(bodies, host, x + length * inward).distance >= beyond;
+  };
+  double in = 0, out = beyond;  // m
+  for (; !is_out(out); out *= 2) {
+    if (inward.isZero() || out > longest_way * size) return way;
+    in = out;
+  }
+  for (int i = 0; i < bisections; ++i) {
+    const double middle = 0.5 * (in + out);
+    (is_out(middle) ? out : in) = middle;
+  }
+  const Vec3 exit = x + out * inward;
+  const Nearest left = nearest(bodies, host, exit);
+  const Vec3 normal = normal_of(bodies.rigid, left.body, exit);
+  return {normal, (exit - x).dot(normal) - left.distance};
+}
+
+ContactPlane exposed_plane(const Bodies& bodies, int host, const Pose& pose, const Vec3& x,
+                           const Vec3& inside, PointKind kind) {
+  const LevelSet& shape = bodies.rigid.properties[as_index(host)].shape;
+  ContactPlane plane = contact_plane(shape, x, inside);
+  // Between the nodes of its grid a mesh is not known well enough to tell whether a foot is at the seam.
+  if (shape.kind == LevelSet::Kind::grid &&
+      is_at_seam(bodies, host, pose.to_world(plane.foot), shape.tolerance()))
+    plane = exact_contact_plane(shape, x, inside);
+  const Vec3 normal = pose.orientation * plane.normal, position = pose.to_world(x);
+  const std::optional<HiddenFoot> hidden = hidden_foot(bodies, host, pose.to_world(plane.foot), normal);
+  if (!hidden) return plane;
+  if (kind == PointKind::deepest && !hidden->others_normal.isZero(0)) {
+    plane.normal = pose.orientation.conjugate() * hidden->others_normal;
+    plane.gap = std::numeric_limits<double>::infinity();
+    plane.continued_by = hidden->body;
+    return plane;
+  }
+  const Vec3 inward = pose.orientation * (inside - x).normalized();
+  const WayOut way = way_out_of_seam(bodies, host, position, inward, {normal, -plane.gap}, *hidden);
+  plane.normal = pose.orientation.conjugate() * way.normal;
+  plane.gap = -way.depth;
+  if (plane.gap >= 0 && std::isfinite(plane.gap) && inside != x)
+    plane.faces = faces(way.normal, inward) && is_over(bodies, host, position, way);
+  return plane;
+}
+
+}  // namespace duet

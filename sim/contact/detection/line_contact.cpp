@@ -1,0 +1,113 @@
+#include "sim/contact/detection/line_contact.h"
+
+#include <cmath>
+
+#include "sim/contact/detection/deepest_point.h"
+#include "sim/contact/detection/near_visits.h"
+
+namespace duet {
+namespace {
+
+constexpr double flatness = 1e-6;  // of a normal's length
+constexpr double slope = 0.02;     // of the line towards the plane, above which it does not lie on it
+constexpr double end_share = 0.125, inner_share = 0.375;
+
+class Lines {
+ public:
+  Lines(const Bodies& bodies, const BodyPair& pair, bool is_reversed, CandidateSearch::Chunk& chunk)
+      : bodies_(bodies),
+        pair_(pair),
+        is_reversed_(is_reversed),
+        host_(bodies.rigid.properties[as_index(pair.host)].shape),
+        guest_(bodies.rigid.properties[as_index(pair.guest_rigid)].shape),
+        in_host_(in_host_of(bodies.rigid, pair)),
+        chunk_(chunk) {}
+
+  void find(std::size_t begin) {
+    const std::size_t end = chunk_.touches.size();
+    for (std::size_t i = begin; i < end; ++i) {
+      if (!is_end(i, 0)) continue;
+      for (std::size_t j = begin; j < end; ++j)
+        if (is_end(j, 1) && lie_on_one_plane(i, j) && add(i, j)) break;
+    }
+  }
+
+ private:
+  bool is_end(std::size_t i, int k) const {
+    const NearPoint& touch = chunk_.touches[i];
+    return touch.reversed == is_reversed_ && touch.point < 0 && touch.patch < 0 &&
+           deepest_number(guest_, touch.point) == k && std::isfinite(touch.gap);
+  }
+
+  bool lie_on_one_plane(std::size_t i, std::size_t j) const {
+    const NearPoint &a = chunk_.touches[i], &b = chunk_.touches[j];
+    const double length = (a.position - b.position).norm();
+    return (a.ridge >= 0) == (b.ridge >= 0) && (a.normal - b.normal).norm() <= flatness &&
+           std::abs(a.normal.dot(a.position - b.position)) <= slope * length &&
+           std::abs(a.gap - b.gap) <= slope * length;
+  }
+
+  // Adds the two points between the ends if they are near the same plane.
+  bool add(std::size_t i, std::size_t j) {
+    NearPoint inner[2];
+    for (int n = 0; n < 2; ++n) {
+      inner[n] = chunk_.touches[i];
+      inner[n].point = with_number(guest_, inner[n].point, 2 + n);
+      if (!place(inner[n])) return false;
+    }
+    ContactPatch& patch = chunk_.reduction.patches.emplace_back();
+    patch.number = static_cast<int>(chunk_.reduction.patches.size()) - 1;
+    patch.reversed = is_reversed_;
+    for (const std::size_t end : {i, j}) put_in(patch, end_share, chunk_.touches[end]);
+    for (NearPoint& touch : inner) {
+      put_in(patch, inner_share, touch);
+      chunk_.touches.push_back(touch);
+    }
+    return true;
+  }
+
+  // Where the point of that number is, against the plane of the touch. Whether it is there as well.
+  bool place(NearPoint& touch) const {
+    const int k = deepest_number(guest_, touch.point);
+    if (touch.ridge >= 0) {
+      const EdgePoint& face = chunk_.ridges[as_index(touch.ridge)].edge;
+      touch.position = in_host_.to_world(
+          deepest_point(guest_, k, in_host_.orientation.conjugate() * face.normal).position);
+      touch.gap = face.normal.dot(touch.position - face.foot);
+      return true;
+    }
+    const DeepestPoint deepest = deepest_point(guest_, k, in_host_, host_);
+    const ContactPlane plane =
+        exposed_plane(bodies_, pair_.host, bodies_.rigid.state[as_index(pair_.host)].pose, deepest.position,
+                      deepest.inside, PointKind::deepest);
+    const bool is_same =
+        plane.faces && std::isfinite(plane.gap) && (plane.normal - touch.normal).norm() <= flatness;
+    touch.position = deepest.position;
+    touch.gap = plane.gap;
+    return is_same;
+  }
+
+  static void put_in(const ContactPatch& patch, double share, NearPoint& touch) {
+    touch.patch = patch.number;
+    touch.share = share;
+  }
+
+  const Bodies& bodies_;
+  const BodyPair& pair_;
+  bool is_reversed_;
+  const LevelSet &host_, &guest_;
+  Pose in_host_;
+  CandidateSearch::Chunk& chunk_;
+};
+
+}  // namespace
+
+void add_lines(const Bodies& bodies, const BodyPair& pair, bool is_reversed, std::size_t begin,
+               CandidateSearch::Chunk& chunk) {
+  const LevelSet& host = bodies.rigid.properties[as_index(pair.host)].shape;
+  const LevelSet& guest = bodies.rigid.properties[as_index(pair.guest_rigid)].shape;
+  if (deepest_numbers(guest) == deepest_point_count(guest) || rolls_over_samples(host)) return;
+  Lines(bodies, pair, is_reversed, chunk).find(begin);
+}
+
+}  // namespace duet

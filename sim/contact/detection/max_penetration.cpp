@@ -1,0 +1,70 @@
+#include "sim/contact/detection/max_penetration.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "sim/base/parallel.h"
+#include "sim/contact/detection/near_visits.h"
+
+namespace duet {
+namespace {
+
+constexpr std::size_t pairs_at_once = 16;
+
+}  // namespace
+
+double max_penetration(const Bodies& bodies, const CandidateFilter& filter) {
+  CandidateSearch search;
+  bound_bodies(bodies, search.broad_phase.bounds);
+  search.broad_phase.margin.assign(search.broad_phase.bounds.size(), 0);
+  const std::vector<BodyPair>& pairs = search.broad_phase.find(filter);
+  place_points(bodies, pairs, search);
+  const double least = parallel_reduce(
+      pairs.size(), pairs_at_once, 0.0,
+      [&](std::size_t begin, std::size_t end) {
+        double deepest = 0;
+        const auto look = [&](const NearPoint& near, const Vec3& = {}) {
+          deepest = std::min(deepest, near.gap);
+        };
+        for (std::size_t i = begin; i < end; ++i) {
+          if (pairs[i].guest_rigid < 0) {
+            if (never_touch_deformable(bodies, pairs[i].host, pairs[i].guest_deformable)) continue;
+            const double around = bodies.deformable[as_index(pairs[i].guest_deformable)].thickness / 2;
+            const auto h = as_index(pairs[i].host);
+            visit_near(bodies, search, pairs[i], around, [&](NearPoint near) {
+              if (neither_moves(bodies, bodies.points[as_index(near.point)], h)) return;
+              near.gap -= around;
+              look(near);
+            });
+            CandidateSearch::Chunk scratch;
+            ContactPoint contact;
+            visit_places(
+                bodies, search.broad_phase, pairs[i], around, [&](const BoundaryEdge&) { return around; },
+                scratch,
+                [&](int place, const EdgeContact& near) {
+                  contact.guest_point = place;
+                  contact.edge = near.edge;
+                  put_on_surface(bodies, contact);
+                  if (!neither_moves(bodies, contact.on_surface, h))
+                    deepest = std::min(deepest, near.distance - around);
+                });
+            continue;
+          }
+          if (never_touch(bodies, pairs[i].host, pairs[i].guest_rigid)) continue;
+          for (const bool is_reversed : {false, true}) {
+            const BodyPair pair = is_reversed ? reversed(pairs[i]) : pairs[i];
+            if (search.broad_phase.bounds[as_index(pair.guest_rigid)].is_half_space) continue;
+            visit_near(bodies.rigid, pair, 0, look);
+            std::vector<EdgeContact> ridges;
+            find_feature_edges(bodies, pair, is_reversed, 0, ridges);
+            for (const EdgeContact& near : ridges) deepest = std::min(deepest, near.distance);
+          }
+        }
+        return deepest;
+      },
+      [](double a, double b) { return std::min(a, b); });
+  return std::abs(least);  // not -0
+}
+
+}  // namespace duet

@@ -1,0 +1,75 @@
+#include "sim/contact/detection/near_visits.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include "sim/base/parallel.h"
+
+namespace duet {
+namespace {
+
+constexpr std::size_t points_at_once = 32;
+
+// Edges on the side of a cylinder touch where its axis is nearest to their body, which goes along as it
+// rolls; and so do the sides of two cylinders, where the axis of one is enough.
+bool is_told_by_axis(const EdgeContact& near, const LevelSet& host, const LevelSet& guest, bool is_reversed) {
+  constexpr double on_side = 1e-3;  // the normal's part along the axis
+  return host.kind == LevelSet::Kind::cylinder && std::abs(near.edge.normal.y()) < on_side &&
+         (near.edge.radius == 0 || (is_reversed && guest.kind == LevelSet::Kind::cylinder));
+}
+
+}  // namespace
+
+Pose in_host_of(const RigidBodies& rigid, const BodyPair& pair) {
+  const Pose& host = rigid.state[as_index(pair.host)].pose;
+  const Pose& guest = rigid.state[as_index(pair.guest_rigid)].pose;
+  return {host.to_body(guest.position), host.orientation.conjugate() * guest.orientation};
+}
+
+void find_feature_edges(const Bodies& bodies, const BodyPair& pair, bool is_reversed, double margin,
+                        std::vector<EdgeContact>& found) {
+  const RigidBodies& rigid = bodies.rigid;
+  const auto h = as_index(pair.host);
+  const RigidProperties& guest = rigid.properties[as_index(pair.guest_rigid)];
+  if (guest.ridges.lines.empty() || !feature_edges_count(guest.shape, rigid.properties[h].shape, is_reversed))
+    return;
+  const PosedHost host(rigid.state[h], rigid.properties[h], margin);
+  const auto first = static_cast<std::ptrdiff_t>(found.size());
+  find_edge_contacts(guest.ridges, in_host_of(rigid, pair), host.shape, host.box(), margin, found,
+                     !is_reversed || rigid.properties[h].ridges.lines.empty());
+  const auto counts = [&](const EdgeContact& near) {
+    return !is_told_by_axis(near, host.shape, guest.shape, is_reversed) &&
+           !is_at_seam(bodies, pair.host, rigid.state[h].pose.to_world(near.edge.foot), near.precision);
+  };
+  found.erase(std::remove_if(found.begin() + first, found.end(), std::not_fn(counts)), found.end());
+}
+
+bool neither_moves(const Bodies& bodies, const SurfacePoint& point, std::size_t host) {
+  return point.inverse_mass == 0 && !(bodies.rigid.properties[host].is_dynamic() && bodies.push_back);
+}
+
+void place_points(const Bodies& bodies, const std::vector<BodyPair>& pairs, CandidateSearch& search) {
+  search.blocks.clear();
+  search.first_block.assign(bodies.deformable.size(), 0);
+  search.point.resize(bodies.points.size());
+  int last = -1;
+  for (const BodyPair& pair : pairs) {  // those with deformable bodies are in the order of these
+    if (pair.guest_deformable == last) continue;
+    last = pair.guest_deformable;
+    const DeformableBody& body = bodies.deformable[as_index(last)];
+    search.first_block[as_index(last)] = static_cast<int>(search.blocks.size());
+    const int end = body.first_point + body.point_count, step = static_cast<int>(points_at_once);
+    for (int i = body.first_point; i < end; i += step)
+      search.blocks.push_back({i, std::min(i + step, end), {}});
+  }
+  parallel_for(search.blocks.size(), 8, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t b = begin; b < end; ++b)
+      for (int i = search.blocks[b].begin; i < search.blocks[b].end; ++i) {
+        search.point[as_index(i)] = weighted(bodies.points[as_index(i)], bodies.particles.x);
+        search.blocks[b].box.extend(search.point[as_index(i)]);
+      }
+  });
+}
+
+}  // namespace duet

@@ -1,0 +1,122 @@
+#include "sim/contact/detection/support_face_contacts.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "sim/contact/detection/deepest_point.h"
+#include "sim/contact/detection/internal_edges.h"
+#include "sim/contact/detection/near_faces.h"
+#include "sim/contact/detection/vertex_face_contacts.h"
+#include "sim/geometry/queries/closest_points.h"
+
+namespace duet {
+namespace {
+
+// Of the radius of a ball: how far apart points are between which it counts. It is less than a two-hundredth
+// of that deep between nearer ones, an eighth of what contact may leave (2 % of a body).
+constexpr double coarse = 0.2;
+constexpr double rounding = 1e-9;     // of the size of a face: how far beside it a point may be
+constexpr double cap = 0.9;           // cosine between the axis of a cylinder and a normal of its cap
+constexpr int numbers_of_a_face = 4;  // two points for either side
+
+bool is_rim(const LevelSet& shape) { return shape.kind == LevelSet::Kind::cylinder; }
+
+// A cap of a capsule is lowest at an end of it only where that is the lower one.
+bool has_deepest_point(const LevelSet& shape, int k, const Vec3& n) {
+  const double side = k == 0 ? 1 : -1;
+  return shape.kind != LevelSet::Kind::capsule || side * n.y() <= rounding;
+}
+
+class Search {
+ public:
+  Search(const Bodies& bodies, const DeformableBody& guest, int host, double margin,
+         std::vector<EdgeContact>& found)
+      : bodies_(bodies),
+        guest_(guest),
+        host_(host),
+        shape_(bodies.rigid.properties[as_index(host)].shape),
+        first_number_(static_cast<int>(bodies.rigid.properties[as_index(host)].ridges.corner_count())),
+        margin_(margin),
+        first_(found.size()),
+        found_(found) {}
+
+  void look_at_face(const NearFace& face) {
+    if (!is_coarse_for(shape_, face.size / guest_.parts_per_edge)) return;
+    const int number = first_number_ + numbers_of_a_face * (face.number - guest_.first_triangle);
+    for (int k = 0; k < deepest_point_count(shape_); ++k) {
+      look_at_side(face, face.normal, k, number + k);
+      if (guest_.thickness > 0) look_at_side(face, -face.normal, k, number + 2 + k);
+    }
+  }
+
+ private:
+  void look_at_side(const NearFace& face, const Vec3& outward, int k, int number) {
+    if (!has_deepest_point(shape_, k, outward)) return;
+    const DeepestPoint point = deepest_point(shape_, k, outward);
+    const Vec3& x = point.position;
+    const double height = outward.dot(x - face.x[0]);
+    if (!(height < margin_ && height >= -most_below(guest_, face.size))) return;
+    const Vec3 weight = nearest_weights(face.x[0], face.x[1], face.x[2], x);
+    const Vec3 place = weight[0] * face.x[0] + weight[1] * face.x[1] + weight[2] * face.x[2];
+    if (!((x - height * outward - place).norm() <= rounding * face.size)) return;
+    const Vec3 inward = (point.inside - x).normalized();
+    if (!(outward.dot(inward) > least_facing)) return;
+    EdgeContact near;
+    EdgePoint& lowest = near.edge;
+    lowest.place = place;
+    lowest.foot = x;
+    // A rim touches as a corner does. A cylinder that stands on the face has its cap there; of one that rolls
+    // the face is what stays.
+    CornerNormal normal{-outward, false};
+    if (is_rim(shape_)) normal = normal_at_corner(shape_, x, inward, -outward);
+    const bool stands = normal.is_hosts_own && std::abs(normal.normal.y()) > cap;
+    lowest.normal = stands || !normal.is_hosts_own ? normal.normal : Vec3(-outward);
+    if (!stands) near.keeper.kind = PlaneKeeper::Kind::face;
+    lowest.weight = {weight[0], weight[1], weight[2]};
+    lowest.face = face.number;
+    near.keeper.deepest = k;
+    near.node = number;
+    near.distance = lowest.normal.dot(place - x);
+    if (!is_found(near, face.size) &&
+        !is_at_seam(bodies_, host_, bodies_.rigid.state[as_index(host_)].pose.to_world(x), 0))
+      found_.push_back(near);
+  }
+
+  // Above the edge between two faces of one plane it is above both.
+  bool is_found(const EdgeContact& near, double size) const {
+    return std::any_of(found_.begin() + static_cast<std::ptrdiff_t>(first_), found_.end(),
+                       [&](const EdgeContact& other) {
+                         return (other.edge.place - near.edge.place).norm() <= 4 * rounding * size &&
+                                (other.edge.foot - near.edge.foot).norm() <= 4 * rounding * size;
+                       });
+  }
+
+  const Bodies& bodies_;
+  const DeformableBody& guest_;
+  int host_;
+  const LevelSet& shape_;
+  int first_number_;
+  double margin_;
+  std::size_t first_;
+  std::vector<EdgeContact>& found_;
+};
+
+}  // namespace
+
+bool deepest_points_count(const DeformableBody& guest, const LevelSet& host) {
+  return guest.triangle_count > 0 && guest.edge_count > 0 && deepest_point_count(host) > 0;
+}
+
+bool is_coarse_for(const LevelSet& host, double apart) {
+  return !is_swept_by_ball(host) || apart > coarse * radius_of_ball(host);
+}
+
+void find_places_at_deepest_points(const Bodies& bodies, const DeformableBody& guest,
+                                   const BodyBounds& host_bounds, int host, double margin,
+                                   std::vector<EdgeContact>& found) {
+  Search search(bodies, guest, host, margin, found);
+  visit_near_faces(bodies, guest, host, world_box(host_bounds, margin), margin,
+                   [&](const NearFace& face) { search.look_at_face(face); });
+}
+
+}  // namespace duet

@@ -1,0 +1,150 @@
+#include "sim/contact/detection/vertex_face_contacts.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "sim/contact/detection/internal_edges.h"
+#include "sim/contact/detection/near_faces.h"
+#include "sim/geometry/queries/closest_points.h"
+
+namespace duet {
+namespace {
+
+// The same of the way to the corner and the face's normal: between faces that turn by up to 50 degrees it is
+// more, beside rims of blocks and of sheets less. What touches there are other points, and the corner would
+// only say what they say, a little askew.
+constexpr double least_upright = 0.9;
+// Squared distances that are the same but for rounding: of the faces around an edge or a particle.
+constexpr double rounding = 1e-9;
+// Cosine of the angle between two faces that lie on each other, at least.
+constexpr double lies_flat = 0.94;
+// Of the smallest size of a host: how far in from a corner its faces are told apart.
+constexpr double way_in = 0.05;
+// Of the size of a face: from nearer than that the way to the corner has no direction.
+constexpr double at_face = 1e-9;
+// How much smaller than their neighbours faces may be for the nearest of them to be found where a corner is
+// as deep as may be below these.
+constexpr double grading = 2;
+
+// Of two faces that a corner is equally far from, across an edge or a particle: whether it is on the side of
+// the first one. That is the one that it is the least beside; if it lies on them, the one that the host
+// faces.
+bool tells_more(const NearFace& face, const Vec3& way, const Vec3& inward, const CornerSearch& nearest) {
+  const double height = std::abs(way.dot(face.normal)), other = std::abs(nearest.way.dot(nearest.normal));
+  if (std::max(height, other) > at_face * face.size) return height > other;
+  return face.normal.dot(inward) > nearest.normal.dot(inward);
+}
+
+// `reach` (m): how far off a corner may be.
+void look_at(const NearFace& face, double reach, const Vec3& corner, const Vec3& inward,
+             CornerSearch& nearest) {
+  const double on_face = at_face * face.size, slack = rounding * nearest.squared + on_face * on_face;
+  const double most = std::min(reach * reach, nearest.squared + slack);
+  const double height = face.normal.dot(corner - face.x[0]);
+  if (height * height > most || face.box.squaredExteriorDistance(corner) > most) return;
+  const Vec3 weight = nearest_weights(face.x[0], face.x[1], face.x[2], corner);
+  const Vec3 way = corner - (weight[0] * face.x[0] + weight[1] * face.x[1] + weight[2] * face.x[2]);
+  const double squared = way.squaredNorm();
+  if (squared > most) return;
+  if (nearest.face >= 0 && squared >= nearest.squared - slack && !tells_more(face, way, inward, nearest))
+    return;
+  nearest.squared = squared;
+  nearest.way = way;
+  nearest.normal = face.normal;
+  nearest.weight = weight;
+  nearest.face = face.number;
+  nearest.size = face.size;
+}
+
+// Of a deformable guest's faces in the space of a host.
+class Search {
+ public:
+  Search(const Bodies& bodies, const DeformableBody& guest, int host, double margin, CornerSearches& scratch)
+      : guest_(guest),
+        properties_(bodies.rigid.properties[as_index(host)]),
+        margin_(margin),
+        scratch_(scratch) {
+    scratch.corners.clear();
+    scratch.slot.assign(properties_.ridges.corner_count(), -1);
+  }
+
+  void look_at_face(const NearFace& face) {
+    const double reach = margin_ + grading * most_below(guest_, face.size);
+    const Vec3 beside = Vec3::Constant(reach);
+    properties_.ridges.corner_tree->query(
+        {face.box.min() - beside, face.box.max() + beside}, [&](int number) {
+          int& slot = scratch_.slot[as_index(number)];
+          if (slot < 0) {
+            slot = static_cast<int>(scratch_.corners.size());
+            scratch_.corners.emplace_back().corner = number;
+          }
+          look_at(face, reach, properties_.ridges.corner(number), properties_.ridges.inward_of(number),
+                  scratch_.corners[as_index(slot)]);
+        });
+  }
+
+  std::optional<EdgeContact> place_at(const CornerSearch& nearest) const {
+    const FeatureEdges& ridges = properties_.ridges;
+    const Vec3 &corner = ridges.corner(nearest.corner), &inward = ridges.inward_of(nearest.corner);
+    const bool is_back = guest_.thickness > 0 && nearest.normal.dot(inward) < 0;
+    const Vec3 outward = is_back ? Vec3(-nearest.normal) : nearest.normal;
+    const double height = nearest.way.dot(outward), length = nearest.way.norm();
+    if (length > at_face * nearest.size && !(std::abs(height) >= least_upright * length)) return std::nullopt;
+    if (!(height < margin_ && height >= -most_below(guest_, nearest.size))) return std::nullopt;
+    if (!(outward.dot(inward) > least_facing)) return std::nullopt;
+    EdgeContact found;
+    EdgePoint& lowest = found.edge;
+    lowest.place = corner - nearest.way;
+    lowest.foot = corner;
+    const CornerNormal at_corner = normal_at_corner(properties_.shape, corner, inward, -outward);
+    lowest.normal = at_corner.normal;
+    lowest.weight = {nearest.weight[0], nearest.weight[1], nearest.weight[2]};
+    lowest.face = nearest.face;
+    // A corner beside the rim of the boundary is above no face that it could slide over.
+    const bool is_above = (nearest.way - height * outward).norm() <= at_face * nearest.size;
+    if (is_above && !at_corner.is_hosts_own) found.keeper.kind = PlaneKeeper::Kind::face;
+    found.node = nearest.corner;
+    found.distance = lowest.normal.dot(lowest.place - lowest.foot);
+    return found;
+  }
+
+ private:
+  const DeformableBody& guest_;
+  const RigidProperties& properties_;
+  double margin_;
+  CornerSearches& scratch_;
+};
+
+}  // namespace
+
+CornerNormal normal_at_corner(const LevelSet& host, const Vec3& corner, const Vec3& inward,
+                              const Vec3& toward) {
+  const Vec3 way = inward - 0.5 * inward.dot(toward) * toward;  // nearest to the face on that side
+  const Vec3 own = host.normal(corner + way_in * host.smallest_size() * way);
+  if (own.dot(toward) > lies_flat) return {own, true};
+  return {toward, false};
+}
+
+bool corners_count(const DeformableBody& guest, const FeatureEdges& ridges) {
+  return guest.triangle_count > 0 && guest.edge_count > 0 && ridges.corner_count() > 0;
+}
+
+void find_places_at_corners(const Bodies& bodies, const DeformableBody& guest, const BodyBounds& host_bounds,
+                            int host, double margin, CornerSearches& scratch,
+                            std::vector<EdgeContact>& found) {
+  const RigidProperties& properties = bodies.rigid.properties[as_index(host)];
+  const Pose& pose = bodies.rigid.state[as_index(host)].pose;
+  Search search(bodies, guest, host, margin, scratch);
+  visit_near_faces(bodies, guest, host, world_box(host_bounds, margin), margin,
+                   [&](const NearFace& face) { search.look_at_face(face); });
+  std::sort(scratch.corners.begin(), scratch.corners.end(),
+            [](const CornerSearch& a, const CornerSearch& b) { return a.corner < b.corner; });
+  for (const CornerSearch& nearest : scratch.corners) {
+    if (nearest.face < 0) continue;
+    const Vec3& corner = properties.ridges.corner(nearest.corner);
+    const auto place = search.place_at(nearest);
+    if (place && !is_at_seam(bodies, host, pose.to_world(corner), 0)) found.push_back(*place);
+  }
+}
+
+}  // namespace duet

@@ -1,0 +1,131 @@
+#include "sim/contact/push_out/pinching.h"
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+#include <tuple>
+
+namespace duet {
+namespace {
+
+// Cosine of the angle between the normals of two hosts that face each other, at most.
+constexpr double facing = -0.5;
+// Of the thickness, what it yields beyond that: the points of a face share particles, and targets of either
+// host that contradict each other by rounding would push without end.
+constexpr double play = 0.005;
+// Cosine of the angle between a sheet and the normal of a host, from which on it tells on which side that is.
+constexpr double tells_side = 0.2;
+
+void note(const Pinch& pinch, std::vector<Pinch>& pinches) {
+  for (Pinch& known : pinches)
+    if (std::tie(known.guest_deformable, known.first, known.second) ==
+        std::tie(pinch.guest_deformable, pinch.first, pinch.second)) {
+      known.room = std::min(known.room, pinch.room);
+      return;
+    }
+  pinches.push_back(pinch);
+}
+
+// Of the hosts of one guest.
+class Pincher {
+ public:
+  Pincher(const Bodies& bodies, double dt, int guest, std::vector<Vec3>& normals, std::vector<Pinch>* pinches)
+      : bodies_(bodies),
+        dt_(dt),
+        guest_(guest),
+        thickness_(bodies.deformable[as_index(guest)].thickness),
+        is_sheet_(bodies.deformable[as_index(guest)].triangle_count > 0),
+        normals_(normals),
+        pinches_(pinches) {
+    if (is_sheet_) find_normals(bodies.deformable[as_index(guest)]);
+  }
+
+  // By how much the guest yields at a contact between its host and `other`, m.
+  double between(const ContactPoint& contact, int other) const {
+    const RigidState &host = bodies_.rigid.state[as_index(contact.host)],
+                     &second = bodies_.rigid.state[as_index(other)];
+    const LevelSet& shape = bodies_.rigid.properties[as_index(other)].shape;
+    const Vec3 x = host.pose.position + contact.host_arm, in_other = second.pose.to_body(x);
+    const Vec3 v = point_velocity(host, contact.host_arm),
+               v_other = point_velocity(second, x - second.pose.position);
+    const double to_host = contact.gap - contact.yielded - surface_point(bodies_, contact).allowance,
+                 to_other = shape.distance(in_other);  // m, from the middle of the guest
+    if (to_host + to_other - dt_ * (v.norm() + v_other.norm()) >= thickness_) return 0;
+    const Vec3 normal = second.pose.orientation * shape.normal(in_other);
+    const double end = to_host - dt_ * v.dot(contact.normal),
+                 other_end = to_other - dt_ * v_other.dot(normal);
+    const double room = end + other_end;
+    if (room >= thickness_) return 0;
+    const bool face_each_other = normal.dot(contact.normal) <= facing;
+    if (!face_each_other &&
+        !(is_sheet_ && std::max(end, other_end) < thickness_ / 2 &&
+          side(contact, x, contact.host, contact.normal) * side(contact, x, other, normal) < 0))
+      return 0;
+    if (pinches_ && face_each_other)
+      note({guest_, std::min(contact.host, other), std::max(contact.host, other), room}, *pinches_);
+    return (face_each_other ? (thickness_ - room) / 2 : thickness_ / 2 - end) + play * thickness_;
+  }
+
+ private:
+  // Of the particles of a sheet, as long as the area around them.
+  void find_normals(const DeformableBody& sheet) {
+    const std::vector<Vec3>& x = bodies_.particles.x;
+    normals_.resize(x.size());
+    for_each_particle(sheet, [&](std::size_t p) { normals_[p].setZero(); });
+    for (int t = sheet.first_triangle; t < sheet.first_triangle + sheet.triangle_count; ++t) {
+      const Triangle& triangle = bodies_.triangles[as_index(t)];
+      const Vec3& a = x[as_index(triangle[0])];
+      const Vec3 area = (x[as_index(triangle[1])] - a).cross(x[as_index(triangle[2])] - a);
+      for (const int p : triangle) normals_[as_index(p)] += area;
+    }
+  }
+
+  // Positive where the host is behind the sheet, negative where it is in front of it. At rims, where its own
+  // normal leads along the sheet, its center tells.
+  double side(const ContactPoint& contact, const Vec3& x, int host, const Vec3& normal) const {
+    const Vec3 m = weighted(surface_point(bodies_, contact), normals_).normalized();
+    if (std::abs(normal.dot(m)) >= tells_side) return normal.dot(m);
+    return (x - bodies_.rigid.state[as_index(host)].pose.position).dot(m);
+  }
+
+  const Bodies& bodies_;
+  double dt_;
+  int guest_;
+  double thickness_;
+  bool is_sheet_;
+  std::vector<Vec3>& normals_;
+  std::vector<Pinch>* pinches_;
+};
+
+}  // namespace
+
+void yield_where_pinched(const Bodies& bodies, double dt, ContactSet& contacts, std::vector<Pinch>* pinches) {
+  std::vector<ContactPair>& pairs = contacts.pairs;
+  for (std::size_t begin = 0, end = 0; begin < pairs.size(); begin = end) {
+    const int guest = pairs[begin].guest_deformable;
+    while (end < pairs.size() && pairs[end].guest_deformable == guest) ++end;
+    if (guest < 0 || end == begin + 1 || !(bodies.deformable[as_index(guest)].thickness > 0)) continue;
+    const std::span<const ContactPair> hosts(pairs.data() + begin, end - begin);
+    const auto is_fixed = [&](const ContactPair& pair) {
+      return !bodies.rigid.properties[as_index(pair.host)].is_dynamic();
+    };
+    if (std::count_if(hosts.begin(), hosts.end(), is_fixed) < 2) continue;
+    const Pincher pincher(bodies, dt, guest, contacts.sheet_normals, pinches);
+    for (const ContactPair& pair : hosts) {
+      if (!is_fixed(pair)) continue;
+      for (int i = pair.begin; i < pair.end; ++i) {
+        ContactPoint& contact = contacts.points[as_index(i)];
+        double yielded = 0;
+        for (const ContactPair& other : hosts)
+          if (other.host != pair.host && is_fixed(other))
+            yielded = std::max(yielded, pincher.between(contact, other.host));
+        // Its particles hold a face: the points in between would only say the same, over and over.
+        if (yielded > 0 && surface_point(bodies, contact).count > 1) contact.friction = 0;
+        contact.gap += yielded - contact.yielded;
+        contact.yielded = yielded;
+      }
+    }
+  }
+}
+
+}  // namespace duet

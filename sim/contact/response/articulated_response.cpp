@@ -1,0 +1,319 @@
+#include "sim/contact/response/articulated_response.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace duet {
+namespace {
+
+// Of the velocity at `arm` for a twist.
+Eigen::Matrix<double, 3, 6> velocity_at(const Vec3& arm) {
+  Eigen::Matrix<double, 3, 6> map;
+  map << Mat3::Identity(), -skew(arm);
+  return map;
+}
+
+}  // namespace
+
+std::vector<int> linked_bodies(const Bodies& bodies, std::size_t largest) {
+  std::vector<int> first(bodies.rigid.size());
+  std::iota(first.begin(), first.end(), 0);
+  const auto root = [&](int body) {
+    while (first[as_index(body)] != body) body = first[as_index(body)];
+    return as_index(body);
+  };
+  const auto is_dynamic = [&](int body) { return bodies.rigid.properties[as_index(body)].is_dynamic(); };
+  for (const Joint& joint : bodies.articulation.joints) {
+    if (!is_dynamic(joint.parent) || !is_dynamic(joint.child)) continue;
+    const auto [a, b] = std::minmax({root(joint.parent), root(joint.child)});
+    first[b] = static_cast<int>(a);
+  }
+  std::vector<std::size_t> members(first.size(), 0);
+  std::vector<char> jointed(first.size(), 0);
+  for (int body = 0; body < static_cast<int>(first.size()); ++body) ++members[root(body)];
+  for (const Joint& joint : bodies.articulation.joints)
+    for (const int body : {joint.parent, joint.child})
+      if (is_dynamic(body)) jointed[as_index(body)] = 1;
+  std::vector<int> linked(first.size(), -1);
+  for (int body = 0; body < static_cast<int>(first.size()); ++body)
+    if (jointed[as_index(body)] != 0 && members[root(body)] <= largest)
+      linked[as_index(body)] = static_cast<int>(root(body));
+  return linked;
+}
+
+bool ArticulatedResponse::is_complete() const {
+  return others_.empty() &&
+         std::none_of(groups_.begin(), groups_.end(), [](const Group& group) { return group.is_cramped; });
+}
+
+void ArticulatedResponse::find_groups(const Bodies& bodies) {
+  const std::size_t count = bodies.rigid.size();
+  group_of_.assign(count, -1);
+  member_.resize(count);
+  for (std::size_t body = 0; body < count; ++body) {
+    const LevelSet& shape = bodies.rigid.properties[body].shape;
+    member_[body].arm = (shape.upper() - shape.lower()).norm() / 2;
+    const int first = bodies.linked[body];
+    if (first < 0) continue;
+    if (as_index(first) == body) {
+      group_of_[body] = static_cast<int>(groups_.size());
+      groups_.emplace_back();
+    } else {
+      group_of_[body] = group_of_[as_index(first)];
+    }
+    Group& group = groups_[as_index(group_of_[body])];
+    member_[body].place = group.members.size();
+    group.mass += bodies.rigid.properties[body].mass;
+    group.members.push_back(body);
+  }
+  for (const Joint& joint : bodies.articulation.joints)
+    for (const int body : {joint.parent, joint.child})
+      if (bodies.rigid.properties[as_index(body)].is_dynamic() && !contains(body))
+        others_.push_back(as_index(body));
+  for (Group& group : groups_) {
+    const auto size = static_cast<Eigen::Index>(6 * group.members.size());
+    group.response.resize(size, size);
+  }
+}
+
+// The same wrench on one member of each group at a time: groups do not know of each other.
+void ArticulatedResponse::respond(const RigidBodies& rigid, const JointSolver& joints) {
+  std::size_t most = 0;
+  for (const Group& group : groups_) most = std::max(most, group.members.size());
+  for (std::size_t place = 0; place < most; ++place)
+    for (Eigen::Index axis = 0; axis < 6; ++axis) {
+      linear_.assign(rigid.size(), Vec3::Zero());
+      angular_.assign(rigid.size(), Vec3::Zero());
+      for (const Group& group : groups_) {
+        if (place >= group.members.size()) continue;
+        const std::size_t body = group.members[place];
+        if (axis < 3)
+          linear_[body][axis] = rigid.properties[body].inverse_mass;
+        else
+          angular_[body] = rigid.state[body].inverse_inertia.col(axis - 3);
+      }
+      joints.project(rigid, linear_, angular_);
+      for (Group& group : groups_) {
+        if (place >= group.members.size()) continue;
+        const Eigen::Index column = 6 * static_cast<Eigen::Index>(place) + axis;
+        for (std::size_t i = 0; i < group.members.size(); ++i) {
+          const Eigen::Index row = 6 * static_cast<Eigen::Index>(i);
+          group.response.block<3, 1>(row, column) = linear_[group.members[i]];
+          group.response.block<3, 1>(row + 3, column) = angular_[group.members[i]];
+        }
+      }
+    }
+}
+
+Mat6 ArticulatedResponse::response_of(int body, int struck) const {
+  const int group = group_of_[as_index(body)];
+  if (group_of_[as_index(struck)] != group) return Mat6::Zero();
+  return groups_[as_index(group)].response.block<6, 6>(first_row(as_index(body)),
+                                                       first_row(as_index(struck)));
+}
+
+Mat3 ArticulatedResponse::factor(const ContactPoint& contact, const Bodies& bodies) const {
+  const RigidBodies& rigid = bodies.rigid;
+  const auto of_body = [&](int body, const Vec3& arm) -> Mat3 {
+    if (!contains(body))
+      return impulse_factor(rigid.state[as_index(body)], rigid.properties[as_index(body)].inverse_mass, arm);
+    const auto map = velocity_at(arm);
+    return map * response_of(body, body) * map.transpose();
+  };
+  Mat3 K = Mat3::Zero();
+  if (moves_host(bodies, contact)) K = of_body(contact.host, contact.host_arm);
+  if (!contact.is_rigid_pair()) {
+    K.diagonal().array() += surface_point(bodies, contact).inverse_mass;
+    return K;
+  }
+  K += of_body(contact.guest_rigid, contact.guest_arm);
+  if (contains(contact.host) && contains(contact.guest_rigid)) {
+    const Mat3 across = velocity_at(contact.host_arm) * response_of(contact.host, contact.guest_rigid) *
+                        velocity_at(contact.guest_arm).transpose();
+    K -= across + across.transpose();
+  }
+  return K;
+}
+
+ContactResponse ArticulatedResponse::response(const ContactPoint& contact, const Bodies& bodies) const {
+  constexpr double least_share = 1e-6;  // of the motion that the bodies by themselves would have
+  constexpr double softness = 1e-9;     // for a door moves in one direction only: K has no inverse
+  const Mat3 K = factor(contact, bodies);
+  const Vec3& n = contact.normal;
+  if (!(n.dot(K * n) > least_share * n.dot(contact.response.K * n))) return {};
+  return {K + softness * contact.response.K, n};
+}
+
+// Close to a joint, or where the group is folded flat, the smallest velocities of a contact are great ones of
+// its bodies: it answers like something far heavier than all that moves.
+void ArticulatedResponse::find_cramped(const ContactPoint& contact, const ContactResponse& answer,
+                                       const Bodies& bodies) {
+  constexpr double most_masses = 50;
+  double mass = 0;
+  const auto count = [&](int body) {
+    const auto b = as_index(body);
+    if (contains(body))
+      mass += groups_[as_index(group_of_[b])].mass;
+    else if (bodies.rigid.properties[b].is_dynamic())
+      mass += bodies.rigid.properties[b].mass;
+  };
+  if (moves_host(bodies, contact)) count(contact.host);
+  if (contact.is_rigid_pair())
+    count(contact.guest_rigid);
+  else if (const double inverse = surface_point(bodies, contact).inverse_mass; inverse > 0)
+    mass += 1 / inverse;
+  if (answer.normal_mass <= most_masses * mass) return;
+  for (const int body : {contact.host, contact.guest_rigid})
+    if (body >= 0 && contains(body)) groups_[as_index(group_of_[as_index(body)])].is_cramped = true;
+}
+
+void ArticulatedResponse::update(const Bodies& bodies, JointSolver& joints, bool with_control) {
+  const std::vector<Joint>& all = bodies.articulation.joints;
+  const bool control = with_control && std::any_of(all.begin(), all.end(),
+                                                   [](const Joint& joint) { return joint.control.on; });
+  if (is_current_ && control == has_control_) return;
+  is_current_ = true;
+  has_control_ = control;
+  if (control)
+    joints.prepare_controlled_projection(bodies.articulation, bodies.rigid);
+  else
+    joints.prepare_projection(bodies.rigid);
+  respond(bodies.rigid, joints);
+  for (const Group& group : groups_)
+    for (const std::size_t body : group.members) {
+      const Mat3 rotation = bodies.rigid.state[body].pose.orientation.toRotationMatrix();
+      member_[body].inertia =
+          rotation * bodies.rigid.properties[body].inertia.asDiagonal() * rotation.transpose();
+    }
+}
+
+ArticulatedResponse* ArticulatedResponse::prepare(const Bodies& bodies, JointSolver& joints,
+                                                  bool with_control, ContactSet& contacts) {
+  is_used_ = false;
+  if (bodies.linked.empty()) return nullptr;
+  if (group_of_.empty()) find_groups(bodies);
+  for (Group& group : groups_) group.is_cramped = false;
+  const auto takes = [&](const ContactPoint& contact) { return takes_part(contact); };
+  if (std::none_of(contacts.points.begin(), contacts.points.end(), takes)) return nullptr;
+  update(bodies, joints, with_control);
+  own_.resize(contacts.points.size());
+  for (std::size_t i = 0; i < own_.size(); ++i) own_[i] = contacts.points[i].response;
+  answer(bodies, contacts);
+  for (const ContactPoint& contact : contacts.points)
+    if (takes_part(contact)) find_cramped(contact, contact.response, bodies);
+  if (!is_complete()) answer(bodies, contacts);
+  is_used_ = true;
+  return this;
+}
+
+void ArticulatedResponse::release(ContactSet& contacts) const {
+  for (std::size_t i = 0; i < own_.size(); ++i) contacts.points[i].response = own_[i];
+}
+
+void ArticulatedResponse::answer(const Bodies& bodies, ContactSet& contacts) const {
+  for (std::size_t i = 0; i < own_.size(); ++i) {
+    ContactPoint& contact = contacts.points[i];
+    contact.response = own_[i];
+    if (takes_part(contact)) contact.response = response(contact, bodies);
+  }
+}
+
+const ArticulatedResponse* ArticulatedResponse::prepare(const Bodies& bodies, JointSolver& joints,
+                                                        const ContactCache& memory) {
+  is_used_ = false;
+  if (bodies.linked.empty()) return nullptr;
+  if (group_of_.empty()) find_groups(bodies);
+  for (Group& group : groups_) group.is_cramped = false;
+  const auto takes = [&](const CachedContact& contact) {
+    return contains(contact.host) || (contact.guest_rigid >= 0 && contains(contact.guest_rigid));
+  };
+  if (std::none_of(memory.begin(), memory.end(), takes)) return nullptr;
+  update(bodies, joints, false);
+  ContactPoint contact;
+  for (const CachedContact& remembered : memory) {
+    if (!takes(remembered)) continue;
+    contact.host = remembered.host;
+    contact.guest_rigid = remembered.guest_rigid;
+    contact.guest_point = remembered.guest_point;
+    contact.edge = remembered.edge;
+    if (contact.is_on_edge() && !contact.is_rigid_pair()) put_on_surface(bodies, contact);
+    update_geometry(bodies, contact);
+    find_cramped(contact, response(contact, bodies), bodies);
+  }
+  is_used_ = true;
+  return this;
+}
+
+void ArticulatedResponse::begin(const RigidBodies& rigid) {
+  for (const Group& group : groups_)
+    for (const std::size_t body : group.members) {
+      member_[body].start = rigid.state[body];
+      member_[body].linear.setZero();
+      member_[body].angular.setZero();
+    }
+}
+
+void ArticulatedResponse::push(RigidBodies& rigid, int body, const Vec6& wrench) {
+  Member& struck = member_[as_index(body)];
+  struck.linear += wrench.head<3>();
+  struck.angular += wrench.tail<3>();
+  for_each_change(body, wrench, [&](std::size_t moved, const Vec6& change) {
+    RigidState& state = rigid.state[moved];
+    state.velocity += change.head<3>();
+    state.angular_velocity += change.tail<3>();
+    state.angular_momentum += member_[moved].inertia * change.tail<3>();
+  });
+}
+
+void ArticulatedResponse::push(int body, const Vec6& wrench, std::vector<Vec3>& linear,
+                               std::vector<Vec3>& angular) const {
+  for_each_change(body, wrench, [&](std::size_t moved, const Vec6& change) {
+    linear[moved] += change.head<3>();
+    angular[moved] += change.tail<3>();
+  });
+}
+
+void ArticulatedResponse::apply_impulse(Bodies& bodies, const ContactPoint& contact, const Vec3& impulse) {
+  const auto give = [&](int body, const Vec3& arm, const Vec3& j) {
+    if (contains(body))
+      push(bodies.rigid, body, wrench_of(arm, j));
+    else
+      duet::apply_impulse(bodies.rigid.state[as_index(body)], bodies.rigid.properties[as_index(body)], arm,
+                          j);
+  };
+  if (contact.is_rigid_pair())
+    give(contact.guest_rigid, contact.guest_arm, impulse);
+  else
+    duet::apply_impulse(surface_point(bodies, contact), impulse, bodies.particles);
+  if (moves_host(bodies, contact)) give(contact.host, contact.host_arm, -impulse);
+}
+
+void ArticulatedResponse::finish(RigidBodies& rigid) {
+  for (const Group& group : groups_)
+    for (const std::size_t body : group.members) {
+      Member& member = member_[body];
+      RigidState& state = rigid.state[body];
+      member.end = state;
+      if (group.is_cramped) continue;  // impulses have moved its members by themselves
+      state.velocity = member.start.velocity + rigid.properties[body].inverse_mass * member.linear;
+      state.angular_momentum = member.start.angular_momentum + member.angular;
+      state.angular_velocity = member.start.angular_velocity + state.inverse_inertia * member.angular;
+    }
+  for (const std::size_t body : others_) member_[body].end = rigid.state[body];
+}
+
+double ArticulatedResponse::difference(const RigidBodies& rigid) const {
+  double largest = 0;
+  const auto compare = [&](std::size_t body) {
+    const RigidState &state = rigid.state[body], &end = member_[body].end;
+    largest =
+        std::max(largest, (state.velocity - end.velocity).norm() +
+                              member_[body].arm * (state.angular_velocity - end.angular_velocity).norm());
+  };
+  for (const Group& group : groups_) std::for_each(group.members.begin(), group.members.end(), compare);
+  std::for_each(others_.begin(), others_.end(), compare);
+  return largest;
+}
+
+}  // namespace duet

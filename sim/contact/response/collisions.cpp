@@ -1,0 +1,416 @@
+#include "sim/contact/response/collisions.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <numeric>
+
+#include "sim/base/parallel.h"
+#include "sim/base/stop.h"
+#include "sim/contact/detection/friction.h"
+#include "sim/contact/detection/impact_plane.h"
+#include "sim/contact/detection/sample_culling.h"
+#include "sim/contact/response/contact_update.h"
+
+namespace duet {
+namespace {
+
+constexpr double inside_tolerance = 1e-6;    // m; particles this near count as inside
+constexpr double approach_tolerance = 1e-9;  // m/s; slower approaches are rounding
+// Points that come so near to an overlap, as a fraction of their way in the step, take part in a blow beside
+// others of their pair that overlap: which corner of a level face is the first is left to rounding.
+constexpr double same_time = 1e-3;
+// Of what forces change of a body's velocity in the step: slower approaches are what a contact solve left
+// over.
+constexpr double least_blow = 1e-3;
+constexpr int rounds_per_iteration = 4;
+constexpr int most_blow_sweeps = 200;    // over the pairs of a blow
+constexpr int pair_sweeps = 8;           // over the points of a pair at each visit, to and fro
+constexpr double blow_precision = 1e-9;  // of the fastest approach: the largest change of a last sweep
+
+class Collider {
+ public:
+  Collider(Bodies& bodies, const VelocityState& difference, double dt, const CollisionSettings& settings,
+           ArticulatedResponse* linked, ContactSet& contacts, CollisionScratch& scratch)
+      : bodies_(bodies),
+        difference_(difference),
+        dt_(dt),
+        settings_(settings),
+        linked_(linked),
+        contacts_(contacts),
+        scratch_(scratch) {
+    scratch_.predicted.resize(bodies.rigid.size());
+    scratch_.stale.assign(bodies.rigid.size(), 1);
+    scratch_.version.assign(bodies.rigid.size() + bodies.deformable.size(), 0);
+    scratch_.seen.assign(contacts.pairs.size(), {});
+    scratch_.takes_part.assign(contacts.points.size(), 0);
+    scratch_.velocity_before.resize(contacts.points.size());
+    scratch_.impulse_before.resize(contacts.points.size());
+    scratch_.struck.assign(contacts.pairs.size(), 0);
+    scratch_.pairs.resize(contacts.pairs.size());
+    std::iota(scratch_.pairs.begin(), scratch_.pairs.end(), 0);
+    scratch_.schedule.build(bodies, contacts, scratch_.pairs);
+    scratch_.sweeps.build(bodies, contacts, scratch_.schedule.order());
+  }
+
+  void run() {
+    const bool deformable = !bodies_.deformable.empty();
+    if (!settings_.rigid_pairs) note_overlaps();
+    for (int round = 0; round < rounds_per_iteration * settings_.iterations; ++round) {
+      stop_if_asked();
+      predict();
+      const bool blow = settings_.rigid_pairs && find_blow();
+      if (blow) strike();
+      const bool changed = deformable && round < settings_.iterations && collide_deformables();
+      if (!blow && !changed) break;
+    }
+  }
+
+ private:
+  const Pose& predicted_pose(int body) {
+    const auto b = as_index(body);
+    if (scratch_.stale[b]) {
+      const RigidProperties& properties = bodies_.rigid.properties[b];
+      RigidState state = bodies_.rigid.state[b];
+      state.velocity += difference_.rigid[b];
+      rotation_variable(state, properties) += difference_.rotation[b];
+      if (properties.is_dynamic()) state.angular_velocity = state.inverse_inertia * state.angular_momentum;
+      scratch_.predicted[b] =
+          properties.moves() ? evolved_pose(state, dt_, settings_.orientation) : state.pose;
+      scratch_.stale[b] = 0;
+    }
+    return scratch_.predicted[b];
+  }
+
+  // Of a rigid pair at the predicted positions.
+  Touch predicted_touch(const ContactPoint& contact) {
+    if (contact.meets_ahead) return touch_ahead(bodies_, contact, dt_, change_by_forces(contact));
+    return touch(bodies_, contact.host, predicted_pose(contact.host), contact.guest_rigid,
+                 predicted_pose(contact.guest_rigid), contact.guest_point, contact.edge);
+  }
+
+  // Signed distance of a deformable guest's point at the predicted positions, m.
+  double predicted_distance(const ContactPoint& contact) {
+    const SurfacePoint& point = surface_point(bodies_, contact);
+    const Vec3 x = weighted(point, bodies_.particles.x) +
+                   dt_ * (weighted(point, bodies_.particles.v) + weighted(point, difference_.particle));
+    if (!contact.is_on_edge()) {  // what is outside needs no closer look
+      const LevelSet& shape = bodies_.rigid.properties[as_index(contact.host)].shape;
+      const double distance = shape.distance(predicted_pose(contact.host).to_body(x)) + point.allowance;
+      if (distance + contact.yielded >= inside_tolerance) return distance + contact.yielded;
+    }
+    return touch(bodies_, contact, predicted_pose(contact.host), x).gap;
+  }
+
+  // What forces and motions of the step add to the velocity of the guest relative to the host, m/s.
+  Vec3 change_by_forces(const ContactPoint& contact) const {
+    const auto change = [&](int body, const Vec3& arm) -> Vec3 {
+      const auto b = as_index(body);
+      const Vec3& rotation = difference_.rotation[b];
+      const Vec3 angular = bodies_.rigid.properties[b].is_dynamic()
+                               ? Vec3(bodies_.rigid.state[b].inverse_inertia * rotation)
+                               : rotation;
+      return difference_.rigid[b] + angular.cross(arm);
+    };
+    Vec3 relative = -change(contact.host, contact.host_arm);
+    if (contact.is_rigid_pair())
+      relative += change(contact.guest_rigid, contact.guest_arm);
+    else
+      relative += weighted(surface_point(bodies_, contact), difference_.particle);
+    return relative;
+  }
+
+  // Acceleration of guest towards host by the forces and motions of the step, m/s^2.
+  double approach_acceleration(const ContactPoint& contact) const {
+    return -2 / dt_ * change_by_forces(contact).dot(contact.normal);
+  }
+
+  // The normal velocity here with which the bodies, thrown back at the surface, would come back here. They
+  // are not there yet: on the way they gain and then lose what forces do over the gap, so that a rebound
+  // keeps its height however early in the step it is found. Where the rebound is too weak to come back, they
+  // may close the gap and no more.
+  double rebound_velocity(const ContactPoint& contact, double normal_velocity) const {
+    const double gap = std::max(contact.gap, 0.0);
+    const double gain = 2 * approach_acceleration(contact) * gap, e = contact.restitution;
+    const double squared = e * e * (normal_velocity * normal_velocity + gain) - gain;
+    return squared > 0 ? std::sqrt(squared) : -gap / dt_;
+  }
+
+  // Whether the bodies approach, faster than they may.
+  bool collides(const ContactPoint& contact, const Vec3& velocity) const {
+    const double normal_velocity = velocity.dot(contact.normal);
+    return normal_velocity < -approach_tolerance &&
+           normal_velocity < rebound_velocity(contact, normal_velocity) - approach_tolerance;
+  }
+
+  // That an impulse on it changes the velocities of a rigid body, and of those that are linked with it.
+  void mark_changed(int body) {
+    const auto mark = [&](std::size_t b) {
+      scratch_.stale[b] = 1;
+      ++scratch_.version[b];
+    };
+    if (linked_ && linked_->contains(body))
+      linked_->for_each_member(body, mark);
+    else if (bodies_.rigid.properties[as_index(body)].is_dynamic())
+      mark(as_index(body));
+  }
+
+  void apply(const ContactPoint& contact, const Vec3& impulse) {
+    if (linked_ && linked_->takes_part(contact))
+      linked_->apply_impulse(bodies_, contact, impulse);
+    else
+      apply_impulse(bodies_, contact, impulse);
+  }
+
+  // All poses that impulses have made stale.
+  void predict() {
+    parallel_for(bodies_.rigid.size(), 64, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t b = begin; b < end; ++b) predicted_pose(static_cast<int>(b));
+    });
+  }
+
+  // Whether a look at the pair would find what the last one found.
+  bool is_as_seen(std::size_t p) {
+    const ContactPair& pair = contacts_.pairs[p];
+    const int host = scratch_.version[as_index(pair.host)],
+              guest = scratch_.version[guest_node(bodies_, pair)];
+    CollisionScratch::Seen& seen = scratch_.seen[p];
+    if (seen.host == host && seen.guest == guest) return true;
+    seen = {host, guest};
+    return false;
+  }
+
+  // Whether bodies close no faster than forces make them in this step, or by next to nothing of what forces
+  // change: they rest, slide or roll, and are left to the contact solve. A rebound would be lower than what a
+  // step falls.
+  bool persists(const ContactPoint& contact, double normal_velocity) const {
+    const auto change = [&](int body) { return difference_.rigid[as_index(body)].squaredNorm(); };
+    const double forces = std::sqrt(std::max(change(contact.host), change(contact.guest_rigid)));
+    return -normal_velocity < std::max(dt_ * approach_acceleration(contact), least_blow * forces);
+  }
+
+  // Marks the points of rigid pairs that meet now. Returns whether there are any.
+  bool find_blow() {
+    parallel_for(contacts_.pairs.size(), 16, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t p = begin; p < end; ++p)
+        scratch_.struck[p] =
+            contacts_.pairs[p].guest_rigid >= 0 && !is_as_seen(p) && find_points(contacts_.pairs[p]);
+    });
+    scratch_.blow.clear();
+    for (const int p : scratch_.schedule.order())
+      if (scratch_.struck[as_index(p)] != 0) scratch_.blow.push_back(p);
+    return !scratch_.blow.empty();
+  }
+
+  // Those of one pair; their impulses are set to zero and their targets to what the blow is to leave at
+  // least.
+  bool find_points(ContactPair& pair) {
+    bool meets = false;
+    SampleCulling touches;
+    for (int i = pair.begin; i < pair.end; ++i) {
+      ContactPoint& contact = contacts_.points[as_index(i)];
+      char& part = scratch_.takes_part[as_index(i)];
+      part = 0;
+      const Touch predicted = predicted_touch(contact);
+      if (touches.carry_for(contact, predicted)) continue;
+      const Vec3 velocity = relative_velocity(bodies_, contact);
+      const double normal_velocity = velocity.dot(contact.normal);
+      if (predicted.gap >= same_time * dt_ * -normal_velocity) continue;
+      if (predicted.gap < 0) pair.collided = true;
+      if (!collides(contact, velocity) || persists(contact, normal_velocity)) continue;
+      part = 1;
+      meets |= predicted.gap < 0;
+      contact.target = rebound_velocity(contact, normal_velocity);
+      scratch_.velocity_before[as_index(i)] = velocity;
+    }
+    return meets;
+  }
+
+  // Without rigid collisions: pairs that overlap go straight to contact.
+  void note_overlaps() {
+    for (ContactPair& pair : contacts_.pairs) pair.collided |= pair.guest_rigid >= 0;
+  }
+
+  template <class Visit>
+  void for_each_point(const ContactPair& pair, Visit&& visit) {
+    for (int i = pair.begin; i < pair.end; ++i)
+      if (scratch_.takes_part[as_index(i)] != 0) visit(as_index(i));
+  }
+
+  // The impulses of all points of the blow together, to a part of the fastest approach among the bodies that
+  // it connects.
+  void strike() {
+    find_islands();
+    for (const int p : scratch_.blow) {
+      CollisionScratch::Island& island = scratch_.islands[island_of(contacts_.pairs[as_index(p)])];
+      for_each_point(contacts_.pairs[as_index(p)], [&](std::size_t i) {
+        const double speed = -scratch_.velocity_before[i].dot(contacts_.points[i].normal);
+        island.tolerance = std::max(island.tolerance, blow_precision * speed);
+        scratch_.impulse_before[i] = contacts_.points[i].impulse;
+        contacts_.points[i].impulse.setZero();
+      });
+    }
+    scratch_.blow_sweeps.build(bodies_, contacts_, scratch_.blow);
+    const auto visit = [&](int p) {
+      const CollisionScratch::Island& island = scratch_.islands[scratch_.island[as_index(p)]];
+      if (island.is_settled) return 0.0;
+      const double change = update_pair(contacts_.pairs[as_index(p)], island.tolerance);
+      return scratch_.change[as_index(p)] = change / island.tolerance;
+    };
+    scratch_.blow_sweeps.repeat(most_blow_sweeps, 1, visit, [&] { settle_islands(); });
+    keep_energy();
+    for (const int p : scratch_.blow) {
+      const ContactPair& pair = contacts_.pairs[as_index(p)];
+      for_each_point(pair, [&](std::size_t i) { contacts_.points[i].impulse += scratch_.impulse_before[i]; });
+      mark_changed(pair.host);
+      mark_changed(pair.guest_rigid);
+    }
+  }
+
+  std::size_t root(int body) {
+    std::vector<int>& parent = scratch_.parent;
+    while (parent[as_index(body)] != body)
+      body = parent[as_index(body)] = parent[as_index(parent[as_index(body)])];
+    return as_index(body);
+  }
+  std::size_t island_of(const ContactPair& pair) {
+    return root(bodies_.rigid.properties[as_index(pair.host)].is_dynamic() ? pair.host : pair.guest_rigid);
+  }
+
+  // The dynamic bodies that the blow connects, with those that are linked with them.
+  void find_islands() {
+    scratch_.parent.resize(bodies_.rigid.size());
+    std::iota(scratch_.parent.begin(), scratch_.parent.end(), 0);
+    for (std::size_t b = 0; linked_ && b < bodies_.linked.size(); ++b)
+      if (bodies_.linked[b] >= 0) scratch_.parent[b] = bodies_.linked[b];
+    for (const int p : scratch_.blow) {
+      const ContactPair& pair = contacts_.pairs[as_index(p)];
+      if (!bodies_.rigid.properties[as_index(pair.host)].is_dynamic() ||
+          !bodies_.rigid.properties[as_index(pair.guest_rigid)].is_dynamic())
+        continue;
+      const auto [low, high] = std::minmax({root(pair.host), root(pair.guest_rigid)});
+      scratch_.parent[high] = static_cast<int>(low);
+    }
+    scratch_.islands.assign(bodies_.rigid.size(), {});
+    scratch_.island.resize(contacts_.pairs.size());
+    scratch_.change.resize(contacts_.pairs.size());
+    for (const int p : scratch_.blow) scratch_.island[as_index(p)] = island_of(contacts_.pairs[as_index(p)]);
+  }
+
+  void settle_islands() {
+    for (const int p : scratch_.blow) scratch_.islands[scratch_.island[as_index(p)]].largest = 0;
+    for (const int p : scratch_.blow) {
+      double& largest = scratch_.islands[scratch_.island[as_index(p)]].largest;
+      largest = std::max(largest, scratch_.change[as_index(p)]);
+    }
+    for (const int p : scratch_.blow) {
+      CollisionScratch::Island& island = scratch_.islands[scratch_.island[as_index(p)]];
+      island.is_settled = island.largest < 1;
+    }
+  }
+
+  double update_pair(const ContactPair& pair, double tolerance) {
+    double first = 0;
+    for (int sweep = 0; sweep < pair_sweeps; ++sweep) {
+      double largest = 0;
+      for (int k = pair.begin; k < pair.end; ++k) {
+        const auto i = as_index(sweep % 2 == 0 ? k : pair.end - 1 - (k - pair.begin));
+        if (scratch_.takes_part[i] == 0) continue;
+        ContactPoint& contact = contacts_.points[i];
+        const Vec3 total = updated_impulse(contact, contact.response, relative_velocity(bodies_, contact));
+        const Vec3 change = total - contact.impulse;
+        apply(contact, change);
+        contact.impulse = total;
+        largest = std::max(largest, (contact.response.K * change).norm());
+      }
+      if (sweep == 0) first = largest;
+      if (largest < tolerance) break;
+    }
+    return first;
+  }
+
+  // With friction, or with different coefficients at once, Moreau's law can give energy. Where the impulses j
+  // of the bodies that a blow connects would, s j is taken with the largest s in [0, 1] that does not: their
+  // energy changes by
+  //   s a + s^2 b,  a = sum j . u-,  b = sum j . (u+ - u-) / 2.
+  void keep_energy() {
+    for (const int p : scratch_.blow) {
+      const ContactPair& pair = contacts_.pairs[as_index(p)];
+      CollisionScratch::Island& work = scratch_.islands[scratch_.island[as_index(p)]];
+      for_each_point(pair, [&](std::size_t i) {
+        const ContactPoint& contact = contacts_.points[i];
+        const Vec3& before = scratch_.velocity_before[i];
+        work.linear += contact.impulse.dot(before);
+        work.quadratic += contact.impulse.dot(relative_velocity(bodies_, contact) - before) / 2;
+      });
+    }
+    for (const int p : scratch_.blow) {
+      const ContactPair& pair = contacts_.pairs[as_index(p)];
+      const CollisionScratch::Island& work = scratch_.islands[scratch_.island[as_index(p)]];
+      if (work.linear + work.quadratic <= 0) continue;
+      const double most = std::clamp(-work.linear / work.quadratic, 0.0, 1.0);
+      for_each_point(pair, [&](std::size_t i) {
+        ContactPoint& contact = contacts_.points[i];
+        apply(contact, (most - 1) * contact.impulse);
+        contact.impulse *= most;
+      });
+    }
+  }
+
+  void collide(const ContactPair& pair, ContactPoint& contact, const Vec3& velocity) {
+    if (contact.response.normal_mass == 0) return;  // joints leave no motion along the normal
+    const double target = rebound_velocity(contact, velocity.dot(contact.normal));
+    const Vec3 wanted =
+        friction_impulse({contact.normal, contact.response, contact.friction}, velocity, target);
+    const Vec3 impulse = limit_energy(contact.response.K, velocity, wanted);
+    apply(contact, impulse);
+    contact.impulse += impulse;
+    mark_changed(contact.host);
+    ++scratch_.version[guest_node(bodies_, pair)];
+  }
+
+  // One sweep over the pairs with deformable bodies; whether it changed anything.
+  bool collide_deformables() {
+    std::atomic<bool> changed = false;
+    scratch_.sweeps.once([&](int p) {
+      ContactPair& pair = contacts_.pairs[as_index(p)];
+      if (pair.guest_rigid >= 0 || is_as_seen(as_index(p))) return;
+      if (!collide_deformable(pair)) return;
+      scratch_.seen[as_index(p)] = {};
+      changed = true;
+    });
+    return changed;
+  }
+
+  bool collide_deformable(ContactPair& pair) {
+    bool changed = false;
+    for (int i = pair.begin; i < pair.end; ++i) {
+      ContactPoint& contact = contacts_.points[as_index(i)];
+      if (predicted_distance(contact) >= inside_tolerance) continue;
+      pair.collided = true;
+      const Vec3 velocity = relative_velocity(bodies_, contact);
+      if (!collides(contact, velocity)) continue;
+      collide(pair, contact, velocity);
+      changed = true;
+    }
+    return changed;
+  }
+
+  Bodies& bodies_;
+  const VelocityState& difference_;
+  double dt_;
+  const CollisionSettings& settings_;
+  ArticulatedResponse* linked_;
+  ContactSet& contacts_;
+  CollisionScratch& scratch_;
+};
+
+}  // namespace
+
+void process_collisions(Bodies& bodies, const VelocityState& difference, double dt,
+                        const CollisionSettings& settings, ArticulatedResponse* linked, ContactSet& contacts,
+                        CollisionScratch& scratch) {
+  Collider(bodies, difference, dt, settings, linked, contacts, scratch).run();
+}
+
+}  // namespace duet

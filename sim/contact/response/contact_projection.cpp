@@ -1,0 +1,343 @@
+#include "sim/contact/response/contact_projection.h"
+
+#include <algorithm>
+
+#include "sim/base/dense_solvers.h"
+#include "sim/contact/response/row_velocity.h"
+
+namespace duet {
+
+namespace {
+
+std::size_t body_of(const Bodies& bodies, int particle) {
+  const auto after =
+      std::upper_bound(bodies.deformable.begin(), bodies.deformable.end(), particle,
+                       [](int p, const DeformableBody& body) { return p < body.first_particle; });
+  return static_cast<std::size_t>(after - bodies.deformable.begin()) - 1;
+}
+
+}  // namespace
+
+void ContactProjection::begin(const Bodies& bodies, int sweeps, const ArticulatedResponse* linked) {
+  bodies_ = &bodies;
+  linked_ = linked;
+  inverse_mass_ = nullptr;
+  repulsions_ = nullptr;
+  joints_ = nullptr;
+  islands_ = nullptr;
+  sweeps_ = sweeps;
+  used_ = bodies.rigid.size();
+  block_rows_ = 0;
+  held_ = false;
+  rows_.clear();
+  blocks_.resize(std::max(blocks_.size(), used_));
+  for (Block& block : blocks_) block.rows.clear();
+}
+
+namespace {
+
+// Strictly within its cone.
+bool sticks(const ContactPoint& contact, const Vec3& friction) {
+  constexpr double rounding = 1e-6;
+  const double most = contact.friction * contact.impulse.dot(contact.normal);
+  return friction.norm() < (1 - rounding) * most;
+}
+
+}  // namespace
+
+void ContactProjection::add(const ContactPoint& contact, bool holds_sticking) {
+  Row row;
+  row.host = contact.host;
+  row.guest_rigid = contact.guest_rigid;
+  row.normal = contact.normal;
+  row.host_arm = contact.host_arm;
+  row.guest_arm = contact.guest_arm;
+  row.friction = contact.impulse - contact.impulse.dot(contact.normal) * contact.normal;
+  if (!contact.is_rigid_pair()) row.point = surface_point(*bodies_, contact);
+  held_ = held_ || !bodies_->rigid.properties[as_index(contact.host)].is_dynamic() ||
+          (contact.is_rigid_pair() && !bodies_->rigid.properties[as_index(contact.guest_rigid)].is_dynamic());
+  const bool is_held = !contact.is_rigid_pair() && row.point.inverse_mass == 0;
+  held_ = held_ || is_held;
+  add_row(row, contact, is_held);
+  if (!holds_sticking || !sticks(contact, row.friction)) return;
+  row.friction.setZero();
+  row.normal = contact.normal.unitOrthogonal();
+  add_row(row, contact, is_held);
+  row.normal = contact.normal.cross(row.normal);
+  add_row(row, contact, is_held);
+}
+
+// Along row.normal.
+void ContactProjection::add_row(Row& row, const ContactPoint& contact, bool is_held) {
+  // A block treats its guests as independent: right for particles, not for face samples that share
+  // particles. Those that are held have no mass to divide by.
+  if (!contact.is_rigid_pair() && row.point.count == 1 && !is_held) {
+    row.mass = 1 / row.point.inverse_mass;
+    Block& block = blocks_[as_index(contact.host)];
+    block.host = contact.host;
+    block.rows.push_back(row);
+    ++block_rows_;
+  } else {
+    const bool is_normal = row.normal == contact.normal;
+    row.mass = is_normal ? contact.response.normal_mass : 1 / row.normal.dot(contact.response.K * row.normal);
+    if (!contact.is_rigid_pair()) row.of_host = std::max(1 / row.mass - row.point.inverse_mass, 0.0);
+    rows_.push_back(row);
+  }
+}
+
+void ContactProjection::factor_blocks() {
+  for (std::size_t b = 0; b < used_; ++b)
+    if (!blocks_[b].rows.empty()) factor(blocks_[b]);
+}
+
+void ContactProjection::build(const Bodies& bodies, const ContactSet& contacts, const ContactGraph& graph,
+                              int sweeps, SelfRepulsion* repulsions, const ArticulatedResponse* linked,
+                              const std::vector<char>& rests) {
+  begin(bodies, sweeps, linked);
+  repulsions_ = repulsions;
+  for (int p : graph.schedule.order()) {
+    const ContactPair& pair = contacts.pairs[as_index(p)];
+    const bool holds_sticking =
+        !rests.empty() && pair.guest_deformable >= 0 && rests[as_index(pair.guest_deformable)];
+    for (int i = pair.begin; i < pair.end; ++i) {
+      const ContactPoint& contact = contacts.points[as_index(i)];
+      if (!contact.impulse.isZero(0)) add(contact, holds_sticking);
+    }
+  }
+  factor_blocks();
+}
+
+void ContactProjection::build(const Bodies& bodies, const ContactCache& memory, double duration, int sweeps,
+                              const ArticulatedResponse* linked, const std::vector<char>& left_out) {
+  begin(bodies, sweeps, linked);
+  ContactPoint contact;
+  for (const CachedContact& remembered : memory) {
+    contact.host = remembered.host;
+    contact.guest_rigid = remembered.guest_rigid;
+    contact.guest_point = remembered.guest_point;
+    contact.edge = remembered.edge;
+    if (contact.is_on_edge() && !contact.is_rigid_pair()) put_on_surface(bodies, contact);
+    if (!left_out.empty() && !contact.is_rigid_pair() &&
+        left_out[body_of(bodies, surface_point(bodies, contact).particle[0])])
+      continue;
+    update_geometry(bodies, contact);
+    if (linked && linked->takes_part(contact)) contact.response = linked->response(contact, bodies);
+    contact.impulse = duration / remembered.duration * remembered.impulse;
+    add(contact, false);
+  }
+  factor_blocks();
+}
+
+void ContactProjection::build(const Bodies& bodies) { begin(bodies, 1, nullptr); }
+
+void ContactProjection::factor(Block& block) const {
+  const RigidProperties& properties = bodies_->rigid.properties[as_index(block.host)];
+  if (!properties.is_dynamic()) return;
+  block.weight.setZero();
+  for (const Row& row : block.rows) {
+    if (!row.active) continue;
+    const Vec6 wrench = wrench_of(row.host_arm, row.normal);
+    block.weight += row.mass * wrench * wrench.transpose();
+  }
+  if (const ArticulatedResponse* links =
+          links_of(block.host)) {  // joints may hold it as if it had no end of mass
+    const Mat6 response = links->response_of(block.host, block.host);
+    block.inverse = solve_general<6>(Mat6::Identity() + response * block.weight, response);
+    return;
+  }
+  const Mat3 rotation = bodies_->rigid.state[as_index(block.host)].pose.orientation.toRotationMatrix();
+  Mat6 system = block.weight;
+  system.topLeftCorner<3, 3>().diagonal().array() += properties.mass;
+  system.bottomRightCorner<3, 3>() += rotation * properties.inertia.asDiagonal() * rotation.transpose();
+  block.inverse = SymmetricFactor<6>(system).inverse();
+}
+
+double ContactProjection::inverse_mass_of_guest(const Row& row) const {
+  if (!inverse_mass_) return row.point.inverse_mass;
+  double sum = 0;
+  for (std::size_t i = 0; i < as_index(row.point.count); ++i) {
+    const SymmetricBlock& inverse = (*inverse_mass_)[as_index(row.point.particle[i])];
+    sum += row.point.weight[i] * row.point.weight[i] * row.normal.dot(inverse * row.normal);
+  }
+  return sum;
+}
+
+void ContactProjection::use_inverse_masses(const std::vector<SymmetricBlock>* inverse_mass) {
+  inverse_mass_ = inverse_mass;
+  const auto weigh = [&](Row& row) {
+    if (row.guest_rigid < 0 && (!inverse_mass || takes(row)))
+      row.mass = 1 / (row.of_host + inverse_mass_of_guest(row));
+  };
+  for (std::size_t b = 0; b < used_; ++b)
+    for (Row& row : blocks_[b].rows) weigh(row);
+  for (Row& row : rows_) weigh(row);
+  factor_blocks();
+  if (repulsions_) repulsions_->use_inverse_masses(inverse_mass);
+}
+
+void ContactProjection::join(Islands& islands) const {
+  const auto join = [&](const Row& row) {
+    if (row.guest_rigid >= 0)
+      islands.join_rigid(row.host, row.guest_rigid);
+    else
+      islands.join_particle(row.host, row.point.particle[0]);
+  };
+  for (std::size_t b = 0; b < used_; ++b)
+    for (const Row& row : blocks_[b].rows) join(row);
+  for (const Row& row : rows_) join(row);
+  if (!repulsions_) return;
+  for (const RepulsionPair& pair : repulsions_->pairs())
+    if (pair.active) islands.join_particles(pair.particle.front(), pair.particle.back());
+}
+
+void ContactProjection::limit_to(const Islands* islands) {
+  islands_ = islands;
+  if (repulsions_) repulsions_->limit_to(islands ? &islands->mask() : nullptr);
+  if (!islands) return;
+  const auto find = [&](Row& row) {
+    row.island = row.guest_rigid < 0 ? islands->of_particle(row.point.particle[0])
+                                     : islands->of_rigid(static_cast<std::size_t>(row.guest_rigid));
+    if (row.island < 0) row.island = islands->of_rigid(as_index(row.host));
+  };
+  for (std::size_t b = 0; b < used_; ++b)
+    for (Row& row : blocks_[b].rows) find(row);
+  for (Row& row : rows_) find(row);
+}
+
+double ContactProjection::normal_velocity(const Row& row, const GeneralizedVelocity& v) const {
+  return row_velocity(row, v).dot(row.normal);
+}
+
+void ContactProjection::push(const Row& row, const Vec3& j, GeneralizedVelocity& v) const {
+  if (row.guest_rigid < 0) {
+    for (std::size_t i = 0; i < as_index(row.point.count); ++i) {
+      const auto p = as_index(row.point.particle[i]);
+      if (inverse_mass_)
+        v.particle[p] += row.point.weight[i] * ((*inverse_mass_)[p] * j);
+      else
+        v.particle[p] += row.point.weight[i] * bodies_->particles.inverse_mass[p] * j;
+    }
+    return;
+  }
+  push_rigid(row.guest_rigid, row.guest_arm, j, v);
+}
+
+void ContactProjection::push_rigid(int body, const Vec3& arm, const Vec3& impulse,
+                                   GeneralizedVelocity& v) const {
+  const auto b = as_index(body);
+  if (const ArticulatedResponse* links = links_of(body)) {
+    links->push(body, wrench_of(arm, impulse), v.linear, v.angular);
+    return;
+  }
+  v.linear[b] += bodies_->rigid.properties[b].inverse_mass * impulse;
+  v.angular[b] += bodies_->rigid.state[b].inverse_inertia * arm.cross(impulse);
+}
+
+void ContactProjection::push_host(const Row& row, const Vec3& j, GeneralizedVelocity& v) const {
+  if (row.guest_rigid < 0 && !bodies_->push_back) return;
+  push_rigid(row.host, row.host_arm, -j, v);
+}
+
+// Equation 4: the host's change of velocity (dv, dw) from the normal velocities it has to take up, then
+// equation 3 for the impulse on every particle.
+void ContactProjection::project_block(const Block& block, bool with_target, GeneralizedVelocity& v) const {
+  Vec6 right = Vec6::Zero();
+  const auto host = as_index(block.host);
+  const bool moves = bodies_->rigid.properties[host].is_dynamic() && bodies_->push_back;
+  Vec6 change = Vec6::Zero();
+  if (moves) {
+    for (const Row& row : block.rows) {
+      if (!takes(row)) continue;
+      const double excess = row.mass * (normal_velocity(row, v) - (with_target ? row.target : 0));
+      right.head<3>() += excess * row.normal;
+      right.tail<3>() += excess * row.host_arm.cross(row.normal);
+    }
+    change = block.inverse * right;
+    if (const ArticulatedResponse* links = links_of(block.host)) {
+      links->push(block.host, right - block.weight * change, v.linear, v.angular);
+    } else {
+      v.linear[host] += change.head<3>();
+      v.angular[host] += change.tail<3>();
+    }
+  }
+  for (const Row& row : block.rows) {
+    if (!takes(row)) continue;
+    push(row, -row.mass * (normal_velocity(row, v) - (with_target ? row.target : 0)) * row.normal, v);
+  }
+}
+
+void ContactProjection::project_row(const Row& row, bool with_target, GeneralizedVelocity& v) const {
+  const Vec3 impulse = -row.mass * (normal_velocity(row, v) - (with_target ? row.target : 0)) * row.normal;
+  push(row, impulse, v);
+  push_host(row, impulse, v);
+}
+
+// Impulses on linked bodies keep their joints: these need to be put right but once.
+void ContactProjection::sweep_all(bool with_target, GeneralizedVelocity& v) const {
+  const bool keeps_joints = linked_ && linked_->is_complete();
+  if (joints_ && keeps_joints) joints_->project(bodies_->rigid, v.linear, v.angular);
+  for (int i = 0; i < sweeps_; ++i) sweep(with_target, joints_ && !keeps_joints, v);
+}
+
+void ContactProjection::sweep(bool with_target, bool with_joints, GeneralizedVelocity& v) const {
+  if (with_joints) joints_->project(bodies_->rigid, v.linear, v.angular);
+  for (std::size_t b = 0; b < used_; ++b)
+    if (!blocks_[b].rows.empty()) project_block(blocks_[b], with_target, v);
+  for (const Row& row : rows_)
+    if (takes(row)) project_row(row, with_target, v);
+  if (repulsions_) repulsions_->sweep(with_target, bodies_->particles.inverse_mass, v.particle);
+  for (std::size_t i = rows_.size(); i-- > 0;)
+    if (takes(rows_[i])) project_row(rows_[i], with_target, v);
+  for (std::size_t b = used_; b-- > 0;)
+    if (!blocks_[b].rows.empty()) project_block(blocks_[b], with_target, v);
+  if (with_joints) joints_->project(bodies_->rigid, v.linear, v.angular);
+}
+
+void ContactProjection::choose(double dt, const GeneralizedVelocity& start,
+                               const GeneralizedVelocity& velocity) {
+  const auto decide = [&](Row& row) {
+    row.target = 0.5 * normal_velocity(row, start);
+    row.active = normal_velocity(row, velocity) <= row.target;
+  };
+  for (std::size_t b = 0; b < used_; ++b) {
+    for (Row& row : blocks_[b].rows) decide(row);
+    if (!blocks_[b].rows.empty()) factor(blocks_[b]);
+  }
+  for (Row& row : rows_) decide(row);
+  if (repulsions_) repulsions_->choose_rows(dt, start.particle, velocity.particle);
+}
+
+void ContactProjection::satisfy(GeneralizedVelocity& velocity) const { sweep_all(true, velocity); }
+
+void ContactProjection::add_friction(GeneralizedVelocity& velocity) const {
+  const auto add = [&](const Row& row) {
+    if (!row.active) return;
+    push(row, row.friction, velocity);
+    push_host(row, row.friction, velocity);
+  };
+  for (std::size_t b = 0; b < used_; ++b)
+    for (const Row& row : blocks_[b].rows) add(row);
+  for (const Row& row : rows_) add(row);
+}
+
+bool ContactProjection::release(const GeneralizedVelocity& change, double tolerance) {
+  bool any = false;
+  const auto decide = [&](Row& row) {
+    const bool pulls = row.active && normal_velocity(row, change) > tolerance;
+    if (pulls) row.active = false;
+    any = any || pulls;
+    return pulls;
+  };
+  for (std::size_t b = 0; b < used_; ++b) {
+    bool changed = false;
+    for (Row& row : blocks_[b].rows) changed = decide(row) || changed;
+    if (changed) factor(blocks_[b]);
+  }
+  for (Row& row : rows_) decide(row);
+  if (repulsions_) any = repulsions_->release_rows(change.particle, tolerance) || any;
+  return any;
+}
+
+void ContactProjection::project(GeneralizedVelocity& velocity) const { sweep_all(false, velocity); }
+
+}  // namespace duet

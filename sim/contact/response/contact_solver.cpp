@@ -1,0 +1,300 @@
+#include "sim/contact/response/contact_solver.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <span>
+
+#include <Eigen/LU>
+
+#include "sim/contact/response/contact_update.h"
+#include "sim/contact/response/even_pressure.h"
+
+namespace duet {
+namespace {
+
+constexpr int shock_iterations = 10;  // Gauss-Seidel sweeps over a group of a level
+// In a sweep, of a deformable body on something that no impulse moves: its contacts hardly know of each
+// other.
+constexpr int soft_repeats = 2;
+// ContactGraph::carries_shocks of an island that a kinematic body moves: nothing in it is slow, and what the
+// shocks give comes from that body.
+constexpr char driven = 2;
+// What the sweeps leave, in units of their tolerance, where solving an island as a whole is worth its work.
+constexpr double worth_solving = 30;
+// Parts of the speed that gravity gives in a step. What moves by less is at rest, for shocks: it may be no
+// more than what the sweeps have left. Where bodies move past each other by more, sliding seldom lets a whole
+// solution be found, nor is it missed.
+constexpr double rest_share = 0.02, slide_share = 0.5;
+constexpr double anything = std::numeric_limits<double>::infinity();
+
+// One Gauss-Seidel update of a contact; returns how much it changed the relative velocity, over its
+// precision.
+double update_contact(Bodies& bodies, ArticulatedResponse* linked, ContactPoint& contact) {
+  const Vec3 velocity = relative_velocity(bodies, contact);
+  if (contact.impulse.isZero(0) && !is_pinched_fast(contact) &&
+      velocity.dot(contact.normal) >= contact.target)
+    return 0;
+  const Vec3 total = updated_impulse(contact, contact.response, velocity);
+  const Vec3 change = total - contact.impulse;
+  if (linked && linked->takes_part(contact))
+    linked->apply_impulse(bodies, contact, change);
+  else
+    apply_impulse(bodies, contact, change);
+  contact.impulse = total;
+  return (contact.response.K * change).norm() / contact.precision;
+}
+
+// Rolling and spinning friction of a rigid pair: an angular impulse along the axis of spin (the mean normal)
+// and one across it, each no more than its coefficient allows for the pair's normal impulse.
+double update_rotation(Bodies& bodies, ArticulatedResponse* linked, const ContactSet& contacts,
+                       ContactPair& pair) {
+  Vec3 pressure = Vec3::Zero();
+  for (int i = pair.begin; i < pair.end; ++i) {
+    const ContactPoint& contact = contacts.points[as_index(i)];
+    const double normal_impulse = contact.impulse.dot(contact.normal);
+    pressure += (contact.host == pair.host ? normal_impulse : -normal_impulse) * contact.normal;
+  }
+  const double normal_impulse = pressure.norm();
+  if (normal_impulse == 0 && pair.angular_impulse.isZero(0)) return 0;
+
+  const RigidState& host = bodies.rigid.state[as_index(pair.host)];
+  const RigidState& guest = bodies.rigid.state[as_index(pair.guest_rigid)];
+  const RigidProperties& a = bodies.rigid.properties[as_index(pair.host)];
+  const RigidProperties& b = bodies.rigid.properties[as_index(pair.guest_rigid)];
+  const Mat3 K = host.inverse_inertia + guest.inverse_inertia;
+  const Vec3 relative = guest.angular_velocity - host.angular_velocity;
+  const Vec3 wanted = pair.angular_impulse - K.inverse() * relative;
+  const Vec3 axis = normal_impulse > 0 ? Vec3(pressure / normal_impulse) : Vec3::UnitY();
+  const double spin = wanted.dot(axis);
+  const double most_spin = std::max(a.spinning_friction, b.spinning_friction) * normal_impulse;
+  const double most_roll = std::max(a.rolling_friction, b.rolling_friction) * normal_impulse;
+  Vec3 roll = wanted - spin * axis;
+  const double rolling = roll.norm();
+  if (rolling > most_roll) roll *= most_roll / rolling;
+  const Vec3 total = std::clamp(spin, -most_spin, most_spin) * axis + roll;
+  const Vec3 change = total - pair.angular_impulse;
+  pair.angular_impulse = total;
+  const auto turn = [&](int body, const Vec3& moment) {
+    const auto i = as_index(body);
+    if (!linked || !linked->contains(body))
+      return apply_angular_impulse(bodies.rigid.state[i], bodies.rigid.properties[i], moment);
+    Vec6 wrench = Vec6::Zero();
+    wrench.tail<3>() = moment;
+    linked->push(bodies.rigid, body, wrench);
+  };
+  turn(pair.guest_rigid, change);
+  turn(pair.host, -change);
+  return (K * change).norm() * std::min(a.shape.smallest_size(), b.shape.smallest_size()) / 2;
+}
+
+// Several sweeps over the contacts of one pair, to and fro: a face that lands flat shall not be tilted by the
+// order of its points. What the first sweep leaves without an impulse, two thirds of the contacts of a pile,
+// waits for the next visit. Returns the first sweep's change of relative velocity.
+double update_pair(Bodies& bodies, ArticulatedResponse* linked, const ContactSolveSettings& settings,
+                   ContactSet& contacts, ContactPair& pair) {
+  double first = 0;
+  if (pair.patches > 0 && contacts.points[as_index(pair.begin)].friction > 0)
+    spread_evenly(bodies, settings.tolerance, pair, contacts);
+  const bool apart = pair.guest_rigid < 0 && !bodies.rigid.properties[as_index(pair.host)].is_dynamic();
+  const int repeats = apart ? std::min(settings.repeats, soft_repeats) : settings.repeats;
+  for (int repeat = 0; repeat < repeats; ++repeat) {
+    double largest = 0;
+    for (int k = pair.begin; k < pair.end; ++k) {
+      const int i = repeat % 2 == 0 ? k : pair.end - 1 - (k - pair.begin);
+      ContactPoint& contact = contacts.points[as_index(i)];
+      if (repeat > 0 && contact.impulse.isZero(0)) continue;
+      largest = std::max(largest, update_contact(bodies, linked, contact));
+    }
+    if (settings.angular_friction && pair.guest_rigid >= 0)
+      largest = std::max(largest, update_rotation(bodies, linked, contacts, pair));
+    if (repeat == 0) first = largest;
+    if (largest < settings.tolerance) break;
+  }
+  return first;
+}
+
+// An update of a contact by an impulse on one body, the other being as if fixed.
+class UpperUpdate {
+ public:
+  UpperUpdate(Bodies& bodies, double tolerance, double at_rest, int upper)
+      : state_(bodies.rigid.state[as_index(upper)]),
+        properties_(bodies.rigid.properties[as_index(upper)]),
+        bodies_(bodies),
+        tolerance_(tolerance),
+        at_rest_(at_rest),
+        upper_(upper) {}
+
+  double operator()(ContactPoint& contact) {
+    const Vec3 velocity = relative_velocity(bodies_, contact);
+    const double error = contact.target - velocity.dot(contact.normal);
+    if (std::abs(error) < tolerance_ * contact.precision || (contact.impulse.isZero(0) && error < 0))
+      return 0;
+    const bool upper_is_guest = contact.guest_rigid == upper_;
+    const Vec3 lower = own_motion(contact, upper_is_guest);
+    const double towards = lower.dot(contact.normal);
+    if (std::abs(towards) > at_rest_) return 0;
+    const bool rolls = (lower - towards * contact.normal).norm() > at_rest_;
+    const Vec3& arm = upper_is_guest ? contact.guest_arm : contact.host_arm;
+    const ContactResponse response(impulse_factor(state_, properties_.inverse_mass, arm), contact.normal);
+    const Vec3 total =
+        rolls ? updated_pressure(contact, response, velocity) : updated_impulse(contact, response, velocity);
+    const Vec3 change = total - contact.impulse;
+    apply_impulse(state_, properties_, arm, upper_is_guest ? change : Vec3(-change));
+    contact.impulse = total;
+    return (response.K * change).norm() / contact.precision;
+  }
+
+ private:
+  // How the surface of the lower body moves, m/s: along the normal, and beside it as the body rolls. Where it
+  // slides, or turns about the normal, it takes the upper body along.
+  Vec3 own_motion(const ContactPoint& contact, bool upper_is_guest) const {
+    const RigidState& lower =
+        bodies_.rigid.state[as_index(upper_is_guest ? contact.host : contact.guest_rigid)];
+    const Vec3 &n = contact.normal, &arm = upper_is_guest ? contact.host_arm : contact.guest_arm;
+    const Vec3 rolling = (lower.angular_velocity - lower.angular_velocity.dot(n) * n).cross(arm);
+    return point_velocity(lower, arm).dot(n) * n + rolling - rolling.dot(n) * n;
+  }
+
+  RigidState& state_;
+  const RigidProperties& properties_;
+  const Bodies& bodies_;
+  double tolerance_, at_rest_;
+  int upper_;
+};
+
+// Joints connect islands: those that they hold all go on together.
+void find_jointed(const Bodies& bodies, const ContactGraph& graph, bool is_linked,
+                  ContactSolveScratch& scratch) {
+  scratch.is_jointed.assign(graph.island.size(), 0);
+  if (!is_linked) return;
+  for (const Joint& joint : bodies.articulation.joints)
+    for (const int body : {joint.parent, joint.child})
+      if (const int island = graph.island[as_index(body)]; island >= 0)
+        scratch.is_jointed[as_index(island)] = 1;
+}
+
+// The fastest relative velocity at contacts of the pairs that press, m/s.
+double fastest(const Bodies& bodies, const ContactSet& contacts, std::span<const int> pairs) {
+  double squared = 0;
+  for (const int p : pairs)
+    for (int i = contacts.pairs[as_index(p)].begin; i < contacts.pairs[as_index(p)].end; ++i)
+      if (const ContactPoint& contact = contacts.points[as_index(i)]; !contact.impulse.isZero(0))
+        squared = std::max(squared, relative_velocity(bodies, contact).squaredNorm());
+  return std::sqrt(squared);
+}
+
+// Solves those islands of a few rigid bodies as a whole that sweeps have left unsettled. Returns whether
+// there are any for which that is as good as being settled, see scratch.is_solved.
+bool solve_small_islands(Bodies& bodies, const ContactGraph& graph, const ContactSolveSettings& settings,
+                         ContactSet& contacts, ContactSolveScratch& scratch) {
+  std::vector<std::array<int, 2>>& unsettled = scratch.unsettled;
+  unsettled.clear();
+  for (std::size_t i = 0; i < graph.pairs.size(); ++i) {
+    const ContactPair& pair = contacts.pairs[as_index(graph.pairs[i])];
+    const int island = graph.island_of(bodies, pair);
+    if (pair.active && graph.carries_shocks[as_index(island)] != 0 &&
+        scratch.island_change[as_index(island)] > worth_solving * settings.tolerance)
+      unsettled.push_back({island, static_cast<int>(i)});
+  }
+  std::sort(unsettled.begin(), unsettled.end());
+  scratch.is_solved.assign(graph.island.size(), 0);
+  bool is_any = false;
+  for (std::size_t begin = 0, end = 0; begin < unsettled.size(); begin = end) {
+    scratch.island_pairs.clear();
+    for (; end < unsettled.size() && unsettled[end][0] == unsettled[begin][0]; ++end)
+      scratch.island_pairs.push_back(graph.pairs[as_index(unsettled[end][1])]);
+    if (scratch.island_pairs.size() > IslandSolver::most_pairs ||
+        fastest(bodies, contacts, scratch.island_pairs) > slide_share * settings.fall)
+      continue;
+    const double left =
+        scratch.island_solver.solve(bodies, scratch.island_pairs, settings.tolerance, contacts);
+    if (!(left < settings.tolerance)) continue;
+    scratch.is_solved[as_index(unsettled[begin][0])] = 1;
+    is_any = true;
+  }
+  return is_any;
+}
+
+}  // namespace
+
+// Bodies that do not touch do not matter to each other: every island is swept until it has settled.
+int solve_contact(Bodies& bodies, const ContactGraph& graph, const ContactSolveSettings& settings,
+                  ContactSet& contacts, ContactSolveScratch& scratch, ArticulatedResponse* linked) {
+  scratch.change.assign(contacts.pairs.size(), 0);
+  scratch.is_settled.assign(graph.island.size(), 0);
+  const auto island_of = [&](const ContactPair& pair) { return as_index(graph.island_of(bodies, pair)); };
+  const auto update = [&](int p) {
+    ContactPair& pair = contacts.pairs[as_index(p)];
+    if (!pair.active || scratch.is_settled[island_of(pair)] != 0) return 0.0;
+    return scratch.change[as_index(p)] = update_pair(bodies, linked, settings, contacts, pair);
+  };
+  find_jointed(bodies, graph, linked != nullptr, scratch);
+  const auto settle_islands = [&] {
+    scratch.island_change.assign(graph.island.size(), 0);
+    for (const int p : graph.pairs) {
+      double& largest = scratch.island_change[island_of(contacts.pairs[as_index(p)])];
+      largest = std::max(largest, scratch.change[as_index(p)]);
+    }
+    for (std::size_t i = 0; i < scratch.island_change.size(); ++i)
+      scratch.is_settled[i] = scratch.island_change[i] < settings.tolerance && scratch.is_jointed[i] == 0;
+  };
+  const auto sweep = [&](int most, const std::vector<char>* among = nullptr) {
+    const auto look = [&] {
+      settle_islands();
+      for (std::size_t i = 0; among && i < scratch.is_settled.size(); ++i)
+        if ((*among)[i] == 0) scratch.is_settled[i] = 1;
+    };
+    if (among) look();
+    return graph.sweeps.repeat(most, settings.tolerance, update, look);
+  };
+  int sweeps = sweep(settings.iterations);
+  if (sweeps < settings.iterations) return sweeps;
+  if (settings.whole_islands && solve_small_islands(bodies, graph, settings, contacts, scratch))
+    sweeps += sweep(settings.iterations, &scratch.is_solved);
+  if (settings.cold_iterations > 0) sweeps += sweep(settings.cold_iterations, &contacts.is_cold);
+  return sweeps;
+}
+
+void propagate_shocks(Bodies& bodies, const ContactGraph& graph, const ContactSolveSettings& settings,
+                      ContactSet& contacts) {
+  const auto is_reached = [&](const ContactPair& pair) {
+    return pair.active &&
+           (settings.shocks_everywhere || graph.carries_shocks[as_index(graph.island_of(bodies, pair))] != 0);
+  };
+  const auto update = [&](const ContactPair& pair) {
+    const int host_level = graph.level[as_index(pair.host)],
+              guest_level = graph.level[as_index(pair.guest_rigid)];
+    double largest = 0;
+    if (host_level == guest_level) {
+      for (int i = pair.begin; i < pair.end; ++i)
+        largest = std::max(largest, update_contact(bodies, nullptr, contacts.points[as_index(i)]));
+      return largest;
+    }
+    const bool is_driven = graph.carries_shocks[as_index(graph.island_of(bodies, pair))] == driven;
+    UpperUpdate update_upper(bodies, settings.tolerance, is_driven ? anything : rest_share * settings.fall,
+                             host_level > guest_level ? pair.host : pair.guest_rigid);
+    for (int i = pair.begin; i < pair.end; ++i)
+      largest = std::max(largest, update_upper(contacts.points[as_index(i)]));
+    return largest;
+  };
+  graph.by_level.for_each([&](std::span<const int> pairs) {
+    for (int iteration = 0; iteration < shock_iterations; ++iteration) {
+      double largest = 0;
+      for (const int p : pairs)
+        if (is_reached(contacts.pairs[as_index(p)]))
+          largest = std::max(largest, update(contacts.pairs[as_index(p)]));
+      if (largest < settings.tolerance) break;
+    }
+  });
+}
+
+int count_active(const ContactSet& contacts, const ContactGraph& graph) {
+  int active = 0;
+  for (int p : graph.schedule.order())
+    for (int i = contacts.pairs[as_index(p)].begin; i < contacts.pairs[as_index(p)].end; ++i)
+      if (!contacts.points[as_index(i)].impulse.isZero(0)) ++active;
+  return active;
+}
+
+}  // namespace duet

@@ -1,0 +1,308 @@
+#include "sim/contact/response/island_solver.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "sim/base/stop.h"
+#include "sim/contact/response/contact_update.h"
+
+namespace duet {
+namespace {
+
+// rho in units of the mass that a contact feels by itself, in the first attempt and in one that is made where
+// that ends in a circle of contacts that stick and slip in turn. Greater ones leave less of an error, until
+// rounding does.
+constexpr std::array<double, 2> rho{1e6, 1e3};
+constexpr int patience = 7;  // rounds without getting better
+constexpr int most_steps = 20, most_in_all = 100, most_halvings = 12;
+constexpr double on_cone = 1 - 1e-9;  // part of the friction cone beyond which a contact slides
+constexpr double enough_fall = 1e-4;  // of what the slope promises, of a step along it (Armijo)
+constexpr double no_slope = 1e-15, no_fall = 1e-14;  // of the value: rounding
+
+}  // namespace
+
+double IslandSolver::solve(Bodies& bodies, std::span<const int> pairs, double tolerance,
+                           ContactSet& contacts) {
+  gather(bodies, pairs, contacts);
+  double best = error(bodies, contacts), now = best;
+  keep(bodies, contacts);
+  int steps = 0;
+  for (const double scale : rho) {
+    for (int round = 0, last = 0; steps < most_in_all && round - last < patience && !(now < tolerance);
+         ++round) {
+      stop_if_asked();
+      begin_round(bodies, contacts, scale, now <= best);
+      steps += minimize();
+      end_round(bodies, contacts);
+      now = error(bodies, contacts);
+      if (!std::isfinite(now)) break;
+      if (now >= best) continue;
+      best = now;
+      last = round + 1;
+      keep(bodies, contacts);
+    }
+    if (now < tolerance) break;
+    restore(bodies, contacts);
+    now = best;
+  }
+  return best;
+}
+
+void IslandSolver::gather(const Bodies& bodies, std::span<const int> pairs, const ContactSet& contacts) {
+  for (const Body& body : bodies_) place_[body.number] = -1;
+  place_.resize(bodies.rigid.size(), -1);
+  bodies_.clear();
+  rows_.clear();
+  const auto add_body = [&](int number) {
+    const auto b = as_index(number);
+    if (!bodies.rigid.properties[b].is_dynamic() || place_[b] >= 0) return;
+    place_[b] = static_cast<int>(bodies_.size());
+    bodies_.push_back({b, 1 / bodies.rigid.properties[b].inverse_mass,
+                       bodies.rigid.state[b].inverse_inertia.inverse(), bodies.rigid.state[b]});
+  };
+  for (const int p : pairs) {
+    const ContactPair& pair = contacts.pairs[as_index(p)];
+    if (!pair.active) continue;
+    add_body(pair.host);
+    add_body(pair.guest_rigid);
+    for (int i = pair.begin; i < pair.end; ++i) {
+      const ContactPoint& contact = contacts.points[as_index(i)];
+      if (!std::isfinite(contact.target) && contact.impulse.isZero(0)) continue;
+      rows_.push_back(row_of(contact));
+      rows_.back().point = as_index(i);
+    }
+  }
+  const std::size_t size = 6 * bodies_.size();
+  for (Twists* twists : {&twists_, &trial_, &gradient_, &step_}) twists->resize(size);
+  matrix_.resize(size * size);
+}
+
+IslandSolver::Row IslandSolver::row_of(const ContactPoint& contact) const {
+  Row row;
+  row.place = {place_[as_index(contact.guest_rigid)], place_[as_index(contact.host)]};
+  row.arm = {contact.guest_arm, contact.host_arm};
+  row.normal = contact.normal;
+  row.target = contact.target;
+  row.friction = contact.friction;
+  row.normal_mass = contact.response.normal_mass;
+  row.tangent_mass = 2 / (contact.response.K.trace() - 1 / contact.response.normal_mass);
+  return row;
+}
+
+// What slides takes the friction of an update of its contact alone; not after a round that has made things
+// worse, whose velocities say little.
+void IslandSolver::begin_round(const Bodies& bodies, const ContactSet& contacts, double scale, bool is_best) {
+  for (Row& row : rows_) {
+    const ContactPoint& contact = contacts.points[row.point];
+    row.normal_rho = scale * row.normal_mass;
+    row.tangent_rho = scale * row.tangent_mass;
+    row.velocity = relative_velocity(bodies, contact);
+    row.pressure = contact.impulse.dot(row.normal);
+    row.tangent = contact.impulse - row.pressure * row.normal;
+    const Vec3 next = updated_impulse(contact, contact.response, row.velocity);
+    const double pressure = next.dot(row.normal), most = on_cone * row.friction * pressure;
+    const Vec3 beside = next - pressure * row.normal;
+    row.sticks = row.pressure > 0 && most > 0 && beside.norm() < most;
+    row.sliding = is_best ? beside : row.tangent;
+  }
+}
+
+// The impulses of the round, within their cones, act on the bodies.
+void IslandSolver::end_round(Bodies& bodies, ContactSet& contacts) const {
+  for (const Row& row : rows_) {
+    ContactPoint& contact = contacts.points[row.point];
+    const Vec3 velocity = row.velocity + change(row, twists_);
+    const double pressed = pressure(row, velocity), most = row.friction * pressed;
+    Vec3 beside = tangent(row, velocity);
+    if (const double length = beside.norm(); length > most) beside *= most / length;
+    const Vec3 impulse = pressed * row.normal + beside;
+    apply_impulse(bodies, contact, impulse - contact.impulse);
+    contact.impulse = impulse;
+  }
+}
+
+double IslandSolver::error(const Bodies& bodies, const ContactSet& contacts) const {
+  double largest = 0;
+  for (const Row& row : rows_) {
+    const ContactPoint& contact = contacts.points[row.point];
+    const Vec3 velocity = relative_velocity(bodies, contact);
+    if (contact.impulse.isZero(0) && velocity.dot(contact.normal) >= contact.target) continue;
+    const Vec3 push = updated_impulse(contact, contact.response, velocity) - contact.impulse;
+    const double off = (contact.response.K * push).norm() / contact.precision;
+    if (!(off <= largest)) largest = off;  // what is not finite as well
+  }
+  return largest;
+}
+
+void IslandSolver::keep(const Bodies& bodies, const ContactSet& contacts) {
+  for (Row& row : rows_) row.best = contacts.points[row.point].impulse;
+  for (Body& body : bodies_) body.best = bodies.rigid.state[body.number];
+}
+
+void IslandSolver::restore(Bodies& bodies, ContactSet& contacts) const {
+  for (const Row& row : rows_) contacts.points[row.point].impulse = row.best;
+  for (const Body& body : bodies_) bodies.rigid.state[body.number] = body.best;
+}
+
+// Of the relative velocity, m/s: J times the twists.
+Vec3 IslandSolver::change(const Row& row, const Twists& twists) {
+  Vec3 sum = Vec3::Zero();
+  for (std::size_t k = 0; k < 2; ++k) {
+    if (row.place[k] < 0) continue;
+    const double* t = twists.data() + 6 * row.place[k];
+    const Vec3 velocity = Vec3(t[0], t[1], t[2]) + Vec3(t[3], t[4], t[5]).cross(row.arm[k]);
+    sum += k == 0 ? velocity : Vec3(-velocity);
+  }
+  return sum;
+}
+
+double IslandSolver::pressure(const Row& row, const Vec3& velocity) {
+  return std::max(0.0, row.pressure + row.normal_rho * (row.target - velocity.dot(row.normal)));
+}
+
+Vec3 IslandSolver::tangent(const Row& row, const Vec3& velocity) {
+  if (!row.sticks) return row.sliding;
+  return row.tangent - row.tangent_rho * (velocity - velocity.dot(row.normal) * row.normal);
+}
+
+// dv.M dv / 2 + sum of p_n^2 / (2 rho_n) + sum of p_t^2 / (2 rho_t) over what sticks, and p.J dv of the
+// impulses that act already. Its gradient is M dv - J^T dp.
+double IslandSolver::value(const Twists& twists) const {
+  double sum = 0;
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    const double* t = twists.data() + 6 * b;
+    const Vec3 v(t[0], t[1], t[2]), w(t[3], t[4], t[5]);
+    sum += (bodies_[b].mass * v.squaredNorm() + w.dot(bodies_[b].inertia * w)) / 2;
+  }
+  for (const Row& row : rows_) {
+    const Vec3 more = change(row, twists), velocity = row.velocity + more;
+    const double pressed = pressure(row, velocity);
+    sum += pressed * pressed / (2 * row.normal_rho) + row.pressure * row.normal.dot(more);
+    if (row.sticks)
+      sum += tangent(row, velocity).squaredNorm() / (2 * row.tangent_rho) + row.tangent.dot(more);
+    else
+      sum -= (row.sliding - row.tangent).dot(more);
+  }
+  return sum;
+}
+
+void IslandSolver::find_gradient() {
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    const double* t = twists_.data() + 6 * b;
+    double* g = gradient_.data() + 6 * b;
+    const Vec3 turn = bodies_[b].inertia * Vec3(t[3], t[4], t[5]);
+    for (int i = 0; i < 3; ++i) {
+      g[i] = bodies_[b].mass * t[i];
+      g[3 + i] = turn[i];
+    }
+  }
+  for (const Row& row : rows_) {
+    const Vec3 velocity = row.velocity + change(row, twists_);
+    const Vec3 push =
+        (pressure(row, velocity) - row.pressure) * row.normal + tangent(row, velocity) - row.tangent;
+    for (std::size_t k = 0; k < 2; ++k) {
+      if (row.place[k] < 0) continue;
+      double* g = gradient_.data() + 6 * row.place[k];
+      const Vec3 on_body = k == 0 ? push : Vec3(-push), turn = row.arm[k].cross(on_body);
+      for (int i = 0; i < 3; ++i) {
+        g[i] -= on_body[i];
+        g[3 + i] -= turn[i];
+      }
+    }
+  }
+}
+
+// M + J^T D J with D = rho of what presses and of what sticks.
+void IslandSolver::find_matrix() {
+  std::fill(matrix_.begin(), matrix_.end(), 0.0);
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    add_block(6 * b, 6 * b, bodies_[b].mass * Mat3::Identity());
+    add_block(6 * b + 3, 6 * b + 3, bodies_[b].inertia);
+  }
+  for (const Row& row : rows_) {
+    const Mat3 along = row.normal * row.normal.transpose();
+    Mat3 D = Mat3::Zero();
+    if (pressure(row, row.velocity + change(row, twists_)) > 0) D += row.normal_rho * along;
+    if (row.sticks) D += row.tangent_rho * (Mat3::Identity() - along);
+    if (!D.isZero(0)) add_to_matrix(row, D);
+  }
+}
+
+// J of the body k is +-(I, -skew(arm)).
+void IslandSolver::add_to_matrix(const Row& row, const Mat3& stiffness) {
+  const std::array<Mat3, 2> arm{skew(row.arm[0]), skew(row.arm[1])};
+  for (std::size_t a = 0; a < 2; ++a)
+    for (std::size_t b = 0; b < 2; ++b) {
+      if (row.place[a] < 0 || row.place[b] < 0) continue;
+      const Mat3 D = a == b ? stiffness : Mat3(-stiffness);
+      const Mat3 to_turn = -D * arm[b], turn_to = arm[a] * D, turn_to_turn = arm[a] * to_turn;
+      const std::size_t r = 6 * as_index(row.place[a]), c = 6 * as_index(row.place[b]);
+      if (r < c) continue;  // only the lower triangle is used
+      add_block(r, c, D);
+      add_block(r, c + 3, to_turn);
+      add_block(r + 3, c, turn_to);
+      add_block(r + 3, c + 3, turn_to_turn);
+    }
+}
+
+void IslandSolver::add_block(std::size_t row, std::size_t column, const Mat3& block) {
+  for (int j = 0; j < 3; ++j)
+    for (int i = 0; i < 3; ++i)
+      matrix_[(column + as_index(j)) * twists_.size() + row + as_index(i)] += block(i, j);
+}
+
+// matrix step = -gradient, by L D L^T in place. False where rounding leaves no positive pivot. Dense: the
+// block factor of the joints would order the bodies anew in every step, and drops pivots as small as these
+// may be.
+bool IslandSolver::solve_for_step() {
+  const std::size_t size = twists_.size();
+  for (std::size_t j = 0; j < size; ++j) {
+    double* column = &matrix_[j * size];
+    if (!(column[j] > 0)) return false;
+    const double inverse = 1 / column[j];
+    for (std::size_t k = j + 1; k < size; ++k) {
+      if (column[k] == 0) continue;  // bodies that do not touch
+      const double factor = column[k] * inverse;
+      double* target = &matrix_[k * size];
+      for (std::size_t i = k; i < size; ++i) target[i] -= factor * column[i];
+    }
+    for (std::size_t i = j + 1; i < size; ++i) column[i] *= inverse;
+  }
+  for (std::size_t i = 0; i < size; ++i) step_[i] = -gradient_[i];
+  for (std::size_t j = 0; j < size; ++j)
+    for (std::size_t i = j + 1; i < size; ++i) step_[i] -= matrix_[j * size + i] * step_[j];
+  for (std::size_t j = 0; j < size; ++j) step_[j] /= matrix_[j * size + j];
+  for (std::size_t j = size; j-- > 0;)
+    for (std::size_t i = j + 1; i < size; ++i) step_[j] -= matrix_[j * size + i] * step_[i];
+  return true;
+}
+
+// Newton's method for the least value(), with steps that are halved until it falls. Returns their number.
+int IslandSolver::minimize() {
+  const std::size_t size = twists_.size();
+  std::fill(twists_.begin(), twists_.end(), 0.0);
+  double now = value(twists_);
+  for (int n = 0; n < most_steps; ++n) {
+    find_gradient();
+    find_matrix();
+    if (!solve_for_step()) return n;
+    double slope = 0;
+    for (std::size_t i = 0; i < size; ++i) slope += gradient_[i] * step_[i];
+    if (!(slope < -no_slope * std::abs(now))) return n;
+    double share = 1, next = 0;
+    for (int halving = 0;; ++halving) {
+      for (std::size_t i = 0; i < size; ++i) trial_[i] = twists_[i] + share * step_[i];
+      next = value(trial_);
+      if (next <= now + enough_fall * share * slope) break;
+      if (halving == most_halvings) return n;
+      share /= 2;
+    }
+    std::swap(twists_, trial_);
+    const bool is_done = now - next < no_fall * std::abs(next);
+    now = next;
+    if (is_done) return n + 1;
+  }
+  return most_steps;
+}
+
+}  // namespace duet

@@ -1,0 +1,237 @@
+#include "sim/contact/response/warm_start.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <tuple>
+
+#include "sim/contact/detection/impact_plane.h"
+#include "sim/contact/detection/sample_culling.h"
+
+namespace duet {
+namespace {
+
+template <class Contact>
+auto name_of(const Contact& contact) {
+  return std::tie(contact.host, contact.guest_rigid, contact.guest_point);
+}
+
+const CachedContact* find(const ContactCache& memory, const ContactPoint& contact) {
+  const auto found =
+      std::lower_bound(memory.begin(), memory.end(), contact,
+                       [](const CachedContact& a, const ContactPoint& b) { return name_of(a) < name_of(b); });
+  return found == memory.end() || name_of(*found) != name_of(contact) ? nullptr : &*found;
+}
+
+Vec3 remembered_impulse(const ContactCache& memory, const ContactPoint& contact, double duration) {
+  const CachedContact* found = find(memory, contact);
+  return found ? Vec3(std::min(1.0, duration / found->duration) * found->impulse) : Vec3::Zero();
+}
+
+// See predict_contacts: `velocity`, or what of it touching without an overlap allows a deformable guest's
+// point.
+Vec3 expected_velocity(const ContactPoint& contact, const Vec3& velocity, double dt) {
+  if (contact.is_rigid_pair()) return velocity;
+  const double closing = velocity.dot(contact.normal), allowed = -std::max(contact.gap, 0.0) / dt;
+  return closing < allowed ? Vec3(velocity + (allowed - closing) * contact.normal) : velocity;
+}
+
+// See predict_contacts. Where the normal has turned far, another side of the host is nearest then: the gap
+// there says nothing about this normal.
+double target_velocity(const ContactPoint& contact, const Vec3& velocity, const Touch& predicted, double dt) {
+  constexpr double least_agreement = 0.9;  // cosine of the turn of the normal: 26 degrees
+  constexpr double most_turn = 0.1;        // of the speed, that a curved host may turn towards its normal
+  if (predicted.gap < 0 && predicted.normal.dot(contact.normal) < least_agreement)
+    return -std::max(contact.gap, 0.0) / dt;
+  return std::min(velocity.dot(contact.normal) - (predicted.gap - std::min(contact.gap, 0.0)) / dt,
+                  most_turn * velocity.norm());
+}
+
+constexpr double out_of_reach = -std::numeric_limits<double>::infinity();  // a target that is always reached
+
+// The target at the end of a step, m/s, of a contact that touches now:
+//   (1 - w) target + w max(target, -max(gap, 0) / dt),   w = min(1, (1 - n . n') / least_turn)
+// n' is the normal where the next step would lead. If it has turned, the point leaves its face there (a point
+// that slides beyond an edge, a wheel over a gap), and the gap there says nothing about this moment.
+double target_at_end(const ContactPoint& contact, const Touch& next, double target, double dt) {
+  constexpr double least_turn = 1e-4;  // 1 - cosine of 0.8 degrees
+  const double w = std::clamp((1 - contact.normal.dot(next.normal)) / least_turn, 0.0, 1.0);
+  const double closed = std::max(target, -std::max(contact.gap, 0.0) / dt);
+  return w == 1 || std::isinf(target) ? closed : target + w * (closed - target);
+}
+
+double target_of(const Bodies& bodies, const std::vector<Pose>& predicted_poses, double dt,
+                 PredictionFor stage, const ContactPoint& contact, SampleCulling& deepest) {
+  if (contact.meets_ahead)
+    return deepest.carry_for(contact, touch_ahead(bodies, contact, dt, Vec3::Zero())) ? out_of_reach
+                                                                                      : -contact.gap / dt;
+  const Vec3 velocity = relative_velocity(bodies, contact),
+             expected = expected_velocity(contact, velocity, dt);
+  const Touch predicted = predicted_touch(bodies, predicted_poses, dt, contact, dt * (expected - velocity));
+  if (deepest.carry_for(contact, predicted)) return out_of_reach;
+  const double target = target_velocity(contact, expected, predicted, dt);
+  return stage == PredictionFor::velocity_at_end && contact.stays
+             ? target_at_end(contact, predicted, target, dt)
+             : target;
+}
+
+// Applies `factor` (of an island, by the pair's host or guest) times the impulses that the contacts hold.
+template <class Factor>
+void apply_impulses(const ContactGraph& graph, Bodies& bodies, ContactSet& contacts, Factor&& factor) {
+  graph.sweeps.once([&](int p) {
+    const ContactPair& pair = contacts.pairs[as_index(p)];
+    const double share = pair.active ? factor(graph.island_of(bodies, pair)) : 0;
+    if (share == 0) return;
+    for (int i = pair.begin; i < pair.end; ++i) {
+      const ContactPoint& contact = contacts.points[as_index(i)];
+      if (!contact.impulse.isZero(0)) apply_impulse(bodies, contact, share * contact.impulse);
+    }
+    if (pair.angular_impulse.isZero(0)) return;
+    RigidBodies& rigid = bodies.rigid;
+    const auto host = as_index(pair.host), guest = as_index(pair.guest_rigid);
+    apply_angular_impulse(rigid.state[guest], rigid.properties[guest], share * pair.angular_impulse);
+    apply_angular_impulse(rigid.state[host], rigid.properties[host], -share * pair.angular_impulse);
+  });
+}
+
+// Adds to every island the power of its impulses: their product with the velocities now less the targets.
+void add_power(const ContactGraph& graph, const Bodies& bodies, ContactSet& contacts,
+               std::vector<double>& island) {
+  island.assign(graph.level.size(), 0);
+  parallel_for(graph.pairs.size(), 16, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      ContactPair& pair = contacts.pairs[as_index(graph.pairs[k])];
+      pair.power = 0;
+      for (int i = pair.begin; pair.active && i < pair.end; ++i) {
+        const ContactPoint& contact = contacts.points[as_index(i)];
+        if (!contact.impulse.isZero(0))
+          pair.power +=
+              contact.impulse.dot(relative_velocity(bodies, contact) - contact.target * contact.normal);
+      }
+    }
+  });
+  for (int p : graph.pairs) {
+    const ContactPair& pair = contacts.pairs[as_index(p)];
+    island[as_index(graph.island_of(bodies, pair))] += pair.power;
+  }
+}
+
+// Applies the impulses that the contacts hold. In islands of bodies that they would bring farther from their
+// targets than none at all, only the share that is best: what a blow left behind would stir the bodies up
+// more than the iterations that follow could mend. Contacts out of reach take none.
+void apply_best_share(ContactGraph& graph, Bodies& bodies, ContactSet& contacts) {
+  for (ContactPoint& contact : contacts.points)
+    if (std::isinf(contact.target)) contact.impulse.setZero();
+  std::vector<double>&before = graph.power_before, &after = graph.power_after;
+  add_power(graph, bodies, contacts, before);
+  apply_impulses(graph, bodies, contacts, [](int) { return 1.0; });
+  add_power(graph, bodies, contacts, after);
+  // Along the impulses the distance from the targets (in kinetic energy) has the slope `before` at 0 and
+  // `after` at 1, and is a parabola: half of their sum at 1.
+  for (std::size_t i = 0; i < before.size(); ++i)
+    after[i] = before[i] + after[i] > 0 ? std::clamp(before[i] / (before[i] - after[i]), 0.0, 1.0) - 1 : 0;
+  apply_impulses(graph, bodies, contacts, [&](int island) { return after[as_index(island)]; });
+  parallel_for(graph.pairs.size(), 16, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      ContactPair& pair = contacts.pairs[as_index(graph.pairs[k])];
+      const double share = 1 + after[as_index(graph.island_of(bodies, pair))];
+      if (share == 1 || !pair.active) continue;
+      pair.angular_impulse *= share;
+      for (int i = pair.begin; i < pair.end; ++i) contacts.points[as_index(i)].impulse *= share;
+    }
+  });
+}
+
+// A round host turns the normal of a point that it passes over: its mean over the step is that of the middle.
+// At the end of the step it would lean in the direction of the motion and speed it up. Where it turns far, it
+// is that of another side.
+void turn_to_middle(ContactPoint& contact) {
+  constexpr double least_agreement = 0.9;  // cosine
+  if (contact.first_normal == contact.normal || contact.first_normal.dot(contact.normal) < least_agreement)
+    return;
+  contact.normal = (contact.first_normal + contact.normal).normalized();
+  contact.response = ContactResponse(contact.response.K, contact.normal);
+}
+
+}  // namespace
+
+void update_contacts(const ContactGraph& graph, const Bodies& bodies, ContactSet& contacts) {
+  parallel_for(graph.pairs.size(), 16, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      const ContactPair& pair = contacts.pairs[as_index(graph.pairs[k])];
+      for (int i = pair.begin; i < pair.end; ++i) {
+        ContactPoint& contact = contacts.points[as_index(i)];
+        update_geometry(bodies, contact);
+        if (!contact.is_rigid_pair()) turn_to_middle(contact);
+      }
+    }
+  });
+}
+
+void predict_contacts(double dt, OrientationUpdate orientation, const ContactGraph& graph,
+                      const Bodies& bodies, ContactSet& contacts, PredictionFor stage) {
+  const RigidBodies& rigid = bodies.rigid;
+  contacts.predicted.resize(rigid.size());
+  parallel_for(rigid.size(), 64, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t b = begin; b < end; ++b)
+      contacts.predicted[b] =
+          rigid.properties[b].moves() ? evolved_pose(rigid.state[b], dt, orientation) : rigid.state[b].pose;
+  });
+  parallel_for(graph.pairs.size(), 16, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      const ContactPair& pair = contacts.pairs[as_index(graph.pairs[k])];
+      SampleCulling deepest;
+      for (int i = pair.begin; i < pair.end; ++i)
+        contacts.points[as_index(i)].target =
+            target_of(bodies, contacts.predicted, dt, stage, contacts.points[as_index(i)], deepest);
+    }
+  });
+}
+
+void warm_start(const ContactCache& memory, double duration, ContactGraph& graph, Bodies& bodies,
+                ContactSet& contacts) {
+  for (ContactPair& pair : contacts.pairs) pair.angular_impulse.setZero();
+  parallel_for(contacts.points.size(), 64, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
+      contacts.points[i].impulse = remembered_impulse(memory, contacts.points[i], duration);
+  });
+  contacts.is_cold.assign(graph.island.size(), 1);
+  for (const int p : graph.pairs) {
+    const ContactPair& pair = contacts.pairs[as_index(p)];
+    for (int i = pair.begin; i < pair.end; ++i)
+      if (!contacts.points[as_index(i)].impulse.isZero(0))
+        contacts.is_cold[as_index(graph.island_of(bodies, pair))] = 0;
+  }
+  apply_best_share(graph, bodies, contacts);
+}
+
+void warm_start_again(double factor, ContactGraph& graph, Bodies& bodies, ContactSet& contacts) {
+  for (int p : graph.pairs) {
+    ContactPair& pair = contacts.pairs[as_index(p)];
+    pair.active = pair.guest_rigid < 0 || pair.collided;
+    pair.angular_impulse *= factor;
+    for (int i = pair.begin; i < pair.end; ++i) {
+      Vec3& impulse = contacts.points[as_index(i)].impulse;
+      pair.active |= !impulse.isZero(0) || contacts.points[as_index(i)].is_level_ahead;
+      impulse *= factor;
+    }
+  }
+  apply_best_share(graph, bodies, contacts);
+}
+
+void remember(const ContactSet& contacts, const ContactGraph& graph, double duration, ContactCache& memory) {
+  memory.clear();
+  for (int p : graph.pairs) {
+    const ContactPair& pair = contacts.pairs[as_index(p)];
+    for (int i = pair.begin; i < pair.end; ++i) {
+      const ContactPoint& contact = contacts.points[as_index(i)];
+      if (!contact.impulse.isZero(0))
+        memory.push_back({contact.host, contact.guest_rigid, contact.guest_point, 0, contact.impulse,
+                          duration, contact.edge});
+    }
+  }
+  std::sort(memory.begin(), memory.end(),
+            [](const CachedContact& a, const CachedContact& b) { return name_of(a) < name_of(b); });
+}
+
+}  // namespace duet

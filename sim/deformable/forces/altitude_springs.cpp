@@ -1,0 +1,258 @@
+#include "sim/deformable/forces/altitude_springs.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace duet {
+namespace {
+
+constexpr std::size_t first_between_edges = 4;
+
+// The corners in the order in which altitude() takes them: a vertex and its opposite face, which it sees
+// counter-clockwise, or two opposite edges. All altitudes of a tet of positive volume are positive.
+constexpr std::array<std::array<std::size_t, 4>, 7> corners = {
+    {{0, 1, 3, 2}, {1, 0, 2, 3}, {2, 0, 3, 1}, {3, 0, 1, 2}, {0, 1, 2, 3}, {0, 2, 3, 1}, {0, 3, 1, 2}}};
+
+// Twice the area of the face, or the cross product of the edges.
+PackVector base(std::size_t altitude, const std::array<PackVector, 4>& x) {
+  const auto& c = corners[altitude];
+  return altitude < first_between_edges ? cross(x[c[2]] - x[c[1]], x[c[3]] - x[c[1]])
+                                        : cross(x[c[1]] - x[c[0]], x[c[3]] - x[c[2]]);
+}
+
+// sum w_i^2 / m_i for the foot in the middle of the face or of the edges.
+double inverse_mass_of(std::size_t altitude, const std::array<double, 4>& inverse_mass) {
+  const auto& c = corners[altitude];
+  const double first = inverse_mass[c[0]];
+  const double others = inverse_mass[c[1]] + inverse_mass[c[2]] + inverse_mass[c[3]];
+  return altitude < first_between_edges ? first + others / 9 : (first + others) / 4;
+}
+
+}  // namespace
+
+void AltitudeSprings::add(const std::vector<Tet>& tets, const std::vector<Vec3>& rest, double modulus,
+                          double damping) {
+  for (const Tet& tet : tets) {
+    std::array<Vec3, 4> corner;
+    std::array<PackVector, 4> x;
+    for (std::size_t i = 0; i < 4; ++i) {
+      corner[i] = rest[as_index(tet[i])];
+      x[i] = {Pack{} + corner[i].x(), Pack{} + corner[i].y(), Pack{} + corner[i].z()};
+    }
+    RestTet entry{{}, modulus, damping};
+    const double volume = tet_volume(corner[0], corner[1], corner[2], corner[3]);
+    for (std::size_t a = 0; a < altitudes; ++a) {
+      const PackVector here = base(a, x);
+      entry.length[a] = 6 * volume / std::sqrt(dot(here, here)[0]);
+    }
+    tets_.push_back(tet);
+    rest_.push_back(entry);
+  }
+}
+
+void AltitudeSprings::finalize(const std::vector<double>& inverse_mass) {
+  batches_.resize((tets_.size() + pack_width - 1) / pack_width);
+  for (std::size_t slot = 0; slot < batches_.size() * pack_width; ++slot) {
+    Batch& batch = batches_[slot / pack_width];
+    const std::size_t lane = slot % pack_width;
+    const std::size_t element = BlockSums::element_of(slot / pack_width, lane, batches_.size());
+    const bool pads = element >= tets_.size();
+    const std::size_t t = pads ? tets_.size() - 1 : element;
+    std::array<double, 4> inverse;
+    for (std::size_t i = 0; i < 4; ++i) {
+      batch.particle[i][lane] = tets_[t][i];
+      inverse[i] = inverse_mass[as_index(tets_[t][i])];
+    }
+    batch.modulus[lane] = pads ? 0 : rest_[t].modulus;
+    for (std::size_t a = 0; a < altitudes; ++a) {
+      const double stiffness = rest_[t].modulus / rest_[t].length[a], mobility = inverse_mass_of(a, inverse);
+      batch.rest_length[a][lane] = rest_[t].length[a];
+      batch.viscosity[a][lane] =
+          pads || mobility <= 0 ? 0 : 2 * rest_[t].damping * std::sqrt(stiffness / mobility);
+    }
+  }
+  chosen_.resize(batches_.size());
+  dashpots_.resize(batches_.size());
+  sums_.build(batches_, inverse_mass.size());
+}
+
+Pack AltitudeSprings::choose(const Batch& batch, const std::array<PackVector, 4>& corner, Chosen& chosen) {
+  Pack largest{};
+  Pack best{};  // its number
+  chosen.rest_length = batch.rest_length[0];
+  chosen.viscosity = batch.viscosity[0];
+  for (std::size_t a = 0; a < altitudes; ++a) {
+    const PackVector here = base(a, corner);
+    const Pack squared = dot(here, here);
+    const PackMask larger = squared > largest;
+    largest = select(larger, squared, largest);
+    best = select(larger, Pack{} + static_cast<double>(a), best);
+    chosen.rest_length = select(larger, batch.rest_length[a], chosen.rest_length);
+    chosen.viscosity = select(larger, batch.viscosity[a], chosen.viscosity);
+  }
+  chosen.between_edges = best >= static_cast<double>(first_between_edges);
+  chosen.stiffness = batch.modulus / chosen.rest_length;
+  for (std::size_t lane = 0; lane < pack_width; ++lane) {
+    const auto& order = corners[static_cast<std::size_t>(best[lane])];
+    for (std::size_t i = 0; i < 4; ++i) chosen.slot[i][lane] = batch.slot[order[i]][lane];
+  }
+  return largest;
+}
+
+void AltitudeSprings::choose(const std::vector<Vec3>& x) {
+  sums_.visit(x, [&](std::size_t b, const Quad* rows) {
+    std::array<PackVector, 4> corner;
+    for (std::size_t i = 0; i < 4; ++i) corner[i] = BlockSums::gather(rows, batches_[b].slot[i]);
+    choose(batches_[b], corner, chosen_[b]);
+  });
+}
+
+// The foot divides the face by the barycentric coordinates (1 - a - b, a, b), or the edges by -a and b.
+AltitudeSprings::Altitude AltitudeSprings::altitude(const Chosen& chosen, const Quad* rows) {
+  std::array<PackVector, 4> corner;
+  for (std::size_t i = 0; i < 4; ++i) corner[i] = BlockSums::gather(rows, chosen.slot[i]);
+  const PackMask& edges = chosen.between_edges;
+  const PackVector e = select(edges, corner[1] - corner[0], corner[2] - corner[1]);
+  const PackVector f = corner[3] - select(edges, corner[2], corner[1]);
+  const PackVector r = corner[0] - select(edges, corner[2], corner[1]);
+  const PackVector N = cross(e, f);
+  const Pack squared = dot(N, N);
+  const PackMask exists = squared > Pack{} + std::numeric_limits<double>::min();
+  const Pack inverse = select(exists, 1.0 / select(exists, squared, Pack{} + 1.0), Pack{});
+  const Pack a = inverse * dot(cross(r, f), N), b = inverse * dot(cross(e, r), N);
+  Altitude result;
+  result.normal = sqrt_of(inverse) * N;
+  result.length = dot(r, result.normal);
+  result.weight = {select(edges, 1.0 + a, Pack{} + 1.0), select(edges, -a, a + b - 1.0),
+                   select(edges, b - 1.0, -a), -b};
+  return result;
+}
+
+PackVector AltitudeSprings::difference(const Chosen& chosen, const Quad* rows) {
+  PackVector sum = chosen.weight[0] * BlockSums::gather(rows, chosen.slot[0]);
+  for (std::size_t i = 1; i < 4; ++i) sum = sum + chosen.weight[i] * BlockSums::gather(rows, chosen.slot[i]);
+  return sum;
+}
+
+// `force_of(batch's number, rows of `values`)` is the force along the normal, to be spread by the weights.
+template <class Force>
+void AltitudeSprings::add_forces(const std::vector<Vec3>& values, std::vector<Vec3>& totals,
+                                 Force&& force_of) {
+  sums_.fill_from(values, [&](std::size_t b, const Quad* rows, Quad* sums) {
+    const Chosen& chosen = chosen_[b];
+    const Pack force = force_of(b, rows);
+    for (std::size_t i = 0; i < 4; ++i)
+      BlockSums::spread(chosen.slot[i], (force * chosen.weight[i]) * chosen.normal, Pack{}, sums);
+  });
+  sums_.add_to(totals);
+}
+
+void AltitudeSprings::add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>& force,
+                                         std::vector<double>& sideways) {
+  sums_.fill_from(x, [&](std::size_t b, const Quad* rows, Quad* sums) {
+    Chosen& chosen = chosen_[b];
+    const Altitude now = altitude(chosen, rows);
+    chosen.weight = now.weight;
+    chosen.normal = now.normal;
+    dashpots_[b].set(chosen.slot, chosen.weight, chosen.viscosity, chosen.normal);
+    const Pack along = chosen.stiffness * (chosen.rest_length - now.length);
+    const Pack side = abs_of(along) / max_of(abs_of(now.length), chosen.rest_length);
+    for (std::size_t i = 0; i < 4; ++i)
+      BlockSums::spread(chosen.slot[i], (along * chosen.weight[i]) * chosen.normal,
+                        abs_of(chosen.weight[i]) * side, sums);
+  });
+  sums_.add_to(force, sideways);
+}
+
+void AltitudeSprings::add_damping_forces(const std::vector<Vec3>& v, std::vector<Vec3>& force) {
+  add_forces(v, force, [&](std::size_t b, const Quad* rows) {
+    const Chosen& chosen = chosen_[b];
+    return -chosen.viscosity * dot(chosen.normal, difference(chosen, rows));
+  });
+}
+
+// c w^2 n n^T for the viscosity c and the corner's weight w.
+void AltitudeSprings::add_damping_blocks(std::vector<SymmetricBlock>& blocks) {
+  add_blocks(sums_, blocks, [&](std::size_t b, Quad* sums) {
+    const Chosen& chosen = chosen_[b];
+    for (std::size_t i = 0; i < 4; ++i)
+      spread_square(chosen.slot[i], chosen.viscosity * chosen.weight[i] * chosen.weight[i], chosen.normal,
+                    sums);
+  });
+}
+
+void AltitudeSprings::add_force_differentials(const std::vector<Vec3>& dx, std::vector<Vec3>& force) {
+  add_forces(dx, force, [&](std::size_t b, const Quad* rows) {
+    const Chosen& chosen = chosen_[b];
+    return -chosen.stiffness * dot(chosen.normal, difference(chosen, rows));
+  });
+}
+
+double AltitudeSprings::energy(const std::vector<Vec3>& x) const {
+  return parallel_reduce(
+      batches_.size(), BlockSums::batches_of_block, 0.0,
+      [&](std::size_t begin, std::size_t end) {
+        double sum = 0;
+        for (std::size_t b = begin; b < end; ++b) {
+          std::array<PackVector, 4> corner;
+          for (std::size_t i = 0; i < 4; ++i) corner[i] = gather(x, batches_[b].particle[i]);
+          Chosen chosen;
+          const Pack largest = sqrt_of(choose(batches_[b], corner, chosen));
+          const Pack six_volumes =
+              dot(corner[1] - corner[0], cross(corner[2] - corner[0], corner[3] - corner[0]));
+          const PackMask exists = largest > Pack{};
+          const Pack length = select(exists, six_volumes / select(exists, largest, Pack{} + 1.0), Pack{});
+          const Pack stretch = length - chosen.rest_length;
+          sum += sum_of_lanes(0.5 * chosen.stiffness * stretch * stretch);
+        }
+        return sum;
+      },
+      [](double a, double b) { return a + b; });
+}
+
+// No weight of a shortest altitude exceeds 1: its foot lies where the base is the largest of its kind.
+void AltitudeSprings::add_stiffness_of(std::size_t t, std::vector<double>& stiffness) const {
+  const double shortest = *std::min_element(rest_[t].length.begin(), rest_[t].length.end());
+  for (const int p : tets_[t]) stiffness[as_index(p)] += rest_[t].modulus / shortest;
+}
+
+void AltitudeSprings::add_stiffness(std::vector<double>& stiffness) const {
+  for (std::size_t t = 0; t < tets_.size(); ++t) add_stiffness_of(t, stiffness);
+}
+
+double AltitudeSprings::squared_frequency(std::size_t t, const std::vector<double>& squared_rate) const {
+  std::array<double, 4> rate;
+  for (std::size_t i = 0; i < 4; ++i) rate[i] = squared_rate[as_index(tets_[t][i])];
+  std::sort(rate.begin(), rate.end());
+  return rate[2] + rate[3];
+}
+
+double AltitudeSprings::max_squared_frequency(const std::vector<double>& squared_rate) const {
+  double highest = 0;
+  for (std::size_t t = 0; t < tets_.size(); ++t)
+    highest = std::max(highest, squared_frequency(t, squared_rate));
+  return highest;
+}
+
+// Whichever altitude a tet has its spring at.
+double AltitudeSprings::rely_on_damping(double relaxation, const std::vector<double>& squared_rate,
+                                        std::vector<double>& kept) const {
+  double highest = 0;
+  for (std::size_t b = 0; b < batches_.size(); ++b)
+    for (std::size_t lane = 0; lane < pack_width; ++lane) {
+      const std::size_t t = BlockSums::element_of(b, lane, batches_.size());
+      if (t >= tets_.size()) continue;
+      double shortest = std::numeric_limits<double>::infinity();  // damping time
+      for (std::size_t a = 0; a < altitudes; ++a)
+        shortest = std::min(shortest, batches_[b].viscosity[a][lane] * rest_[t].length[a] / rest_[t].modulus);
+      const double relaxed = relaxed_squared_frequency(relaxation * shortest);
+      if (relaxed < squared_frequency(t, squared_rate))
+        highest = std::max(highest, relaxed);
+      else
+        add_stiffness_of(t, kept);
+    }
+  return highest;
+}
+
+}  // namespace duet

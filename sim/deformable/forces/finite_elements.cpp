@@ -1,0 +1,474 @@
+#include "sim/deformable/forces/finite_elements.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <Eigen/LU>
+
+#include "sim/base/dense_solvers.h"
+#include "sim/base/parallel.h"
+#include "sim/deformable/forces/element_kernels.h"
+#include "sim/deformable/forces/tet_strain.h"
+#include "sim/deformable/materials/corotated.h"
+#include "sim/deformable/materials/neo_hookean.h"
+#include "sim/deformable/materials/st_venant_kirchhoff.h"
+#include "sim/deformable/materials/viscous_stress.h"
+
+namespace duet {
+namespace {
+
+// What elements that compression has made too stiff for the step are damped by, in steps: half a one would do
+// for a stiffness that stays as it is, one takes it to rest as a step of Newton's method would, and an
+// element may become stiffer yet within the step.
+constexpr double compression_steps = 0.75;
+// The squared frequency up to which the step follows what compression makes of an element, over that which it
+// may have at rest: blows between soft bodies stay as exact as they are, the step falls to 0.7 of that at
+// rest.
+constexpr double followed_stiffening = 2;
+constexpr std::size_t particle_grain = 512;
+
+// Whether a model tells the stiffness that damping can hold from the rest.
+template <class Model>
+constexpr bool can_rely_on_damping = requires(Pack modulus, Matrix3<Pack> F) {
+  Model::compression_stiffness(modulus, modulus, F);
+};
+
+// Calls work(Model{}) for the class that has the formulas of `model`.
+template <class Work>
+decltype(auto) with_model(MaterialModel model, Work&& work) {
+  switch (model) {
+    case MaterialModel::corotated:
+      return work(Corotated{});
+    case MaterialModel::st_venant_kirchhoff:
+      return work(StVenantKirchhoff{});
+    case MaterialModel::neo_hookean:
+      break;
+  }
+  return work(NeoHookean{});
+}
+
+// What crushed and inverted elements keep of the viscosity of volume in implicit steps: all of it down to J =
+// 1/4, none from J = 0 on. Their way back changes the trace of the Green strain, which a nearly
+// incompressible material would let them do only at the pace of lambda over mu times the damping. Explicit
+// elasticity needs all of it, to hold them.
+Pack volume_share(const Matrix3<Pack>& F) {
+  const Pack share = max_of(4.0 * determinant(F, cofactor(F)), Pack{});
+  return select(share < Pack{} + 1.0, share, Pack{} + 1.0);
+}
+
+// A material's damping time, s, for a rate of steps times squared frequencies, 1/s: all of it, as far as
+// double precision tells the velocities of a body that is all but rigid within a step from rounding. So long
+// a time is that of hours, but for the stiffest and smallest elements.
+double bounded_damping(double seconds, double rate) {
+  constexpr double most = 1e9;  // by which damping may slow a particle by itself in a step
+  return seconds * rate > most ? most / rate : seconds;
+}
+
+}  // namespace
+
+LameParameters lame_parameters(double youngs_modulus, double poisson_ratio, double damping) {
+  const double nu = poisson_ratio;
+  return {youngs_modulus / (2 * (1 + nu)), youngs_modulus * nu / ((1 + nu) * (1 - 2 * nu)), damping};
+}
+
+void FiniteElements::add(const std::vector<Tet>& tets, const std::vector<Vec3>& rest,
+                         const ElasticMaterial& material) {
+  for (const Tet& tet : tets) {
+    const Mat3 edges = edge_matrix(tet, rest);
+    tets_.push_back(tet);
+    inverse_rest_.push_back(edges.inverse());
+    volume_.push_back(edges.determinant() / 6);
+    material_of_.push_back(static_cast<int>(material_.size()));
+  }
+  material_.push_back(material);
+}
+
+void FiniteElements::finalize(const std::vector<double>& mass) {
+  particle_volume_.assign(mass.size(), 0);
+  particle_frequency_.assign(mass.size(), 0);
+  for (std::size_t t = 0; t < tets_.size(); ++t)
+    for (int p : tets_[t]) particle_volume_[as_index(p)] += volume_[t];
+  std::size_t lanes = 0;
+  for (std::size_t begin = 0, end = 0; begin < tets_.size(); begin = end) {  // the tets of a material
+    for (; end < tets_.size() && material_of_[end] == material_of_[begin]; ++end)
+      fill_lane(lanes++, end, false, scatter(end, mass));
+    for (; lanes % pack_width > 0; ++lanes) fill_lane(lanes, end - 1, true, scatter(end - 1, mass));
+  }
+  deformation_.resize(batches_.size());
+  compression_viscosity_.resize(batches_.size());
+  single_compression_.resize(batches_.size());
+  is_damped_.resize(batches_.size());
+  sums_.build(batches_, mass.size());
+  single_.resize(batches_.size());
+  for (std::size_t b = 0; b < batches_.size(); ++b) {
+    single_[b].slot = batches_[b].slot;
+    single_[b].inverse_rest = to_single(batches_[b].inverse_rest);
+  }
+
+  elastic_squared_frequency_ = bound_at_rest();
+  rely_on_damping(0, 0);
+
+  for (std::size_t t = 0; t < tets_.size(); ++t) {
+    const double rate = material_[as_index(material_of_[t])].mass_damping;
+    if (rate > 0) drag_.resize(mass.size(), 0);
+    if (rate > 0)
+      for (int p : tets_[t]) drag_[as_index(p)] = rate * mass[as_index(p)];
+  }
+}
+
+void FiniteElements::rely_on_damping(double cfl, double relaxation) {
+  cfl_ = cfl;
+  relaxation_ = relaxation;
+  max_squared_frequency_ = rest_squared_frequency_ = bound_at_rest();
+  // Elements may become stiffer by what the particles around them leave room for, too.
+  allowed_squared_frequency_.resize(batches_.size());
+  for (std::size_t b = 0; b < batches_.size(); ++b)
+    for (std::size_t lane = 0; lane < pack_width; ++lane) {
+      double mean = std::numeric_limits<double>::min();
+      for (const PackIndex& particle : batches_[b].particle)
+        mean = std::max(mean, particle_frequency_[as_index(particle[lane])]);
+      const double room = std::max(rest_squared_frequency_ / mean, 1.0);
+      allowed_squared_frequency_[b][lane] = followed_stiffening * room * elastic_at_rest(b)[lane];
+    }
+}
+
+// Of each element at rest, by its stiffness alone.
+Pack FiniteElements::elastic_at_rest(std::size_t b) const {
+  const Moduli here = moduli(b);
+  return batches_[b].volume * scatter_[b].at_rest(here.mu, here.lambda);
+}
+
+// The largest mean around a particle at rest, with what damping holds left out.
+double FiniteElements::bound_at_rest() {
+  std::fill(particle_frequency_.begin(), particle_frequency_.end(), 0);
+  for (std::size_t b = 0; b < batches_.size(); ++b) {
+    const Batch& batch = batches_[b];
+    const Moduli here = moduli(b);
+    Pack squared = elastic_at_rest(b);
+    with_model(model(b), [&]<class Model>(Model) {
+      if constexpr (can_rely_on_damping<Model>) {
+        Matrix3<Pack> rest{};
+        for (int i = 0; i < 3; ++i) rest[i][i] = Pack{} + 1.0;
+        const Pack soft = Model::soft_squared_frequency(here.mu, here.lambda, rest, scatter_[b]);
+        squared = min_of(squared, max_of(batch.volume * soft, Pack{} + relaxed_squared_frequency(b)));
+      }
+    });
+    for (std::size_t lane = 0; lane < pack_width; ++lane)
+      for (const PackIndex& particle : batch.particle) {
+        const std::size_t p = as_index(particle[lane]);
+        particle_frequency_[p] += batch.volume[lane] / particle_volume_[p] * squared[lane];
+      }
+  }
+  const auto largest = std::max_element(particle_frequency_.begin(), particle_frequency_.end());
+  return largest == particle_frequency_.end() ? 0 : *largest;
+}
+
+// That of limits of `relaxation_` of the damping time of a batch's material, which bound its elements where
+// they would not reach as far by themselves.
+double FiniteElements::relaxed_squared_frequency(std::size_t b) const {
+  const ElasticMaterial& material = material_of_batch(b);
+  const double reach = relaxation_ * material.moduli.damping;
+  if (reach <= 0 || material.is_pressurized) return std::numeric_limits<double>::infinity();
+  return 4 / (reach * reach);
+}
+
+// Every node has the element's share, by volume, of its particle's mass.
+GradientScatter<double> FiniteElements::scatter(std::size_t t, const std::vector<double>& mass) const {
+  Mat3 sum = Mat3::Zero();
+  for (std::size_t i = 0; i < corners; ++i) {
+    const std::size_t p = as_index(tets_[t][i]);
+    const Vec3 gradient = i == 0 ? Vec3(-inverse_rest_[t].colwise().sum().transpose())
+                                 : Vec3(inverse_rest_[t].row(static_cast<Eigen::Index>(i) - 1).transpose());
+    sum += gradient * gradient.transpose() * particle_volume_[p] / (mass[p] * volume_[t]);
+  }
+  GradientScatter<double> scatter;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) scatter.S[i][j] = sum(i, j);
+  scatter.largest = symmetric_eigen<3>(sum).values[2];
+  return scatter;
+}
+
+void FiniteElements::fill_lane(std::size_t number, std::size_t t, bool pads,
+                               const GradientScatter<double>& scatter) {
+  const std::size_t lane = number % pack_width;
+  if (lane == 0) {
+    batches_.emplace_back();
+    scatter_.emplace_back();
+    batch_material_.push_back(material_of_[t]);
+  }
+  Batch& batch = batches_.back();
+  for (std::size_t i = 0; i < corners; ++i) batch.particle[i][lane] = tets_[t][i];
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) batch.inverse_rest[i][j][lane] = inverse_rest_[t](i, j);
+  batch.volume[lane] = pads ? 0 : volume_[t];
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) scatter_.back().S[i][j][lane] = scatter.S[i][j];
+  scatter_.back().largest[lane] = scatter.largest;
+}
+
+Matrix3<Pack> FiniteElements::gradient(const Batch& batch, const std::vector<Vec3>& values) const {
+  return gradient_of(batch.inverse_rest, [&](std::size_t i) { return gather(values, batch.particle[i]); });
+}
+
+Matrix3<Pack> FiniteElements::gradient(const Batch& batch, const Quad* rows) const {
+  return gradient_of(batch.inverse_rest,
+                     [&](std::size_t i) { return BlockSums::gather(rows, batch.slot[i]); });
+}
+
+void FiniteElements::keep_deformation(std::size_t b, const Matrix3<Pack>& F) {
+  deformation_[b] = F;
+  single_[b].F = to_single(F);
+  single_[b].share = to_single(batches_[b].volume / excess_damping(F));
+}
+
+// H = -V P D_m^-T holds the forces on particles 1 to 3 in its columns; particle 0 gets the opposite of their
+// sum. `fourth` goes along with each of them.
+void FiniteElements::spread_forces(const Batch& batch, const Matrix3<Pack>& stress, const Pack& fourth,
+                                   Quad* sums) const {
+  spread_columns(-batch.volume * times_transposed(stress, batch.inverse_rest), fourth, batch.slot, sums);
+}
+
+// Damps what compression adds to the stiffness of a batch for `seconds`. Kept for all products of the step.
+template <class Model>
+void FiniteElements::damp_compression(Model, std::size_t b, const Matrix3<Pack>& F, const Pack& seconds) {
+  is_damped_[b] = any_of(Pack{} < seconds);
+  if (!is_damped_[b]) return;
+  const Moduli here = moduli(b);
+  CompressionStiffness<Pack>& viscosity = compression_viscosity_[b];
+  viscosity = Model::compression_stiffness(here.mu, here.lambda, F);
+  viscosity.shear *= seconds;
+  viscosity.bulk *= seconds;
+  const Pack& volume = batches_[b].volume;
+  single_compression_[b] = {to_single(viscosity.inverse), to_single(-volume * viscosity.shear),
+                            to_single(-volume * viscosity.bulk)};
+}
+
+// Of the elements of a batch, as far as they are to bound the step; chooses what damps the others.
+//
+// In the scheme of steps I and V (elasticity explicit, damping implicit) a mode of frequency w with tau
+// seconds of stiffness-proportional damping is stable in every step of dt <= 2 tau, however large w dt is.
+template <class Model>
+Pack FiniteElements::squared_frequency(Model, std::size_t b, const Matrix3<Pack>& F) {
+  const Batch& batch = batches_[b];
+  const Moduli here = moduli(b);
+  const Pack &mu = here.mu, &lambda = here.lambda;
+  const Pack squared = batch.volume * Model::squared_frequency(mu, lambda, F, scatter_[b]);
+  is_damped_[b] = false;
+  if constexpr (can_rely_on_damping<Model>) {
+    const double own = material_of_batch(b).moduli.damping;
+    if (cfl_ == 0 || own < 2 * cfl_ / std::sqrt(rest_squared_frequency_)) return squared;
+    const Pack soft = batch.volume * Model::soft_squared_frequency(mu, lambda, F, scatter_[b]);
+    const Pack bound = max_of(allowed_squared_frequency_[b], soft);
+    if (relaxed_squared_frequency(b) < elastic_squared_frequency_)
+      return lifted_squared_frequency(Model{}, b, F, squared, soft, bound);
+    if (!any_of(bound < squared)) return squared;
+    // Some other bound may have made this step a shorter one.
+    const double within_reach = 4 * cfl_ * cfl_ / (dt_ * dt_);
+    const double more = std::max(within_reach / (followed_stiffening * rest_squared_frequency_), 1.0);
+    const Pack share = 1.0 - more * bound / max_of(squared, Pack{} + std::numeric_limits<double>::min());
+    damp_compression(Model{}, b, F, compression_steps * std::min(dt_, own) * max_of(share, Pack{}));
+    return min_of(bound, squared);
+  }
+  return squared;
+}
+
+// The same where steps go beyond the elastic limit: of what they do not follow, the material's own damping
+// holds what it can, and the rest is damped more, until a step of relaxation does not overshoot (K dt <= D,
+// twice what stability takes: what is squeezed becomes stiffer yet within a step). Damping resists changes of
+// strain only: the shears that stress alone resists, and what stretching makes stiffer, bound the step
+// (`soft`). So does what is crushed beyond the start of extrapolation (as far as `bound`): tangles come apart
+// only in steps that follow them.
+template <class Model>
+Pack FiniteElements::lifted_squared_frequency(Model, std::size_t b, const Matrix3<Pack>& F,
+                                              const Pack& squared, const Pack& soft, const Pack& bound) {
+  const PackMask is_crushed = determinant(F, cofactor(F)) < Pack{} + Model::extrapolation_start;
+  const Pack within_reach = Pack{} + 4 * cfl_ * cfl_ / (dt_ * dt_);
+  if (any_of(within_reach < squared)) {
+    const Moduli here = moduli(b);
+    const double own = material_of_batch(b).moduli.damping;
+    const Pack needed = (dt_ / own) * Model::compression_over_viscosity(here.mu, here.lambda, F);
+    const Pack held = within_reach / max_of(squared, Pack{} + std::numeric_limits<double>::min()) +
+                      select(is_crushed, Pack{}, 1.0 / needed);
+    damp_compression(Model{}, b, F, std::min(dt_, own) * max_of(1.0 - held, Pack{}));
+  }
+  const Pack relaxed = max_of(Pack{} + relaxed_squared_frequency(b), soft);
+  return min_of(squared, select(is_crushed, bound, relaxed));
+}
+
+void FiniteElements::add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>& force) {
+  if (tets_.empty()) return;
+  sums_.fill_from(x, [&](std::size_t b, const Quad* rows, Quad* sums) {
+    const Batch& batch = batches_[b];
+    const Matrix3<Pack> F = gradient(batch, rows);
+    keep_deformation(b, F);
+    const Moduli here = moduli(b);
+    const Pack &mu = here.mu, &lambda = here.lambda;
+    with_model(model(b), [&]<class Model>(Model) {
+      const Pack weighted_frequency = batch.volume * squared_frequency(Model{}, b, F);
+      spread_forces(batch, Model::stress(mu, lambda, F), weighted_frequency, sums);
+    });
+  });
+  sums_.for_each([&](std::size_t p, const std::array<Quad, 1>& sum) {
+    force[p] += Vec3(sum[0][0], sum[0][1], sum[0][2]);
+    particle_frequency_[p] = sum[0][3] / particle_volume_[p];
+  });
+  max_squared_frequency_ = *std::max_element(particle_frequency_.begin(), particle_frequency_.end());
+}
+
+Matrix3<Pack> FiniteElements::damping_stress(std::size_t b, const Matrix3<Pack>& Fdot) const {
+  const Matrix3<Pack>& F = deformation_[b];
+  const Moduli here = moduli(b);
+  const Pack &mu = here.mu, &lambda = here.lambda;
+  const Pack damping =
+      Pack{} + (bounded_damping(material_of_batch(b).moduli.damping, dt_ * elastic_squared_frequency_) +
+                added_damping_);
+  // Steps as long as frames: what damps stretched elements more smooths the way out of a tangle.
+  if (added_damping_ > 0) return viscous_stress<Pack>(mu, volume_share(F) * lambda, damping, F, Fdot);
+  const Matrix3<Pack> stress = viscous_stress<Pack>(mu, lambda, damping / excess_damping(F), F, Fdot);
+  if (!is_damped_[b]) return stress;
+  return stress + compression_viscosity_[b] * Fdot;
+}
+
+void FiniteElements::add_damping_forces(const std::vector<Vec3>& v, std::vector<Vec3>& force) {
+  sums_.fill_from(v, [&](std::size_t b, const Quad* rows, Quad* sums) {
+    spread_forces(batches_[b], damping_stress(b, gradient(batches_[b], rows)), Pack{}, sums);
+  });
+  sums_.add_to(force);
+  add_drag(v, force);
+}
+
+void FiniteElements::add_damping_forces_single(const std::vector<Vec3>& v, std::vector<Vec3>& force) {
+  sums_.fill_from<QuadF>(v, [&](std::size_t b, const QuadF* rows, Quad* sums) {
+    const SingleBatch& batch = single_[b];
+    const Matrix3<PackF> Fdot = gradient_of(
+        batch.inverse_rest, [&](std::size_t i) { return BlockSums::gather(rows, batch.slot[i]); });
+    const LameParameters& moduli = material_of_batch(b).moduli;
+    const PackF stress_share =
+        -static_cast<float>(bounded_damping(moduli.damping, dt_ * elastic_squared_frequency_)) * batch.share;
+    const PackF mu = PackF{} + static_cast<float>(moduli.mu),
+                lambda = PackF{} + static_cast<float>(moduli.lambda);
+    Matrix3<PackF> stress = viscous_stress(mu, lambda, stress_share, batch.F, Fdot);
+    if (is_damped_[b]) stress = stress + single_compression_[b] * Fdot;
+    spread_columns(to_double(times_transposed(stress, batch.inverse_rest)), Pack{}, batch.slot, sums);
+  });
+  sums_.add_to(force);
+  add_drag(v, force);
+}
+
+void FiniteElements::add_drag(const std::vector<Vec3>& v, std::vector<Vec3>& force) const {
+  parallel_for(drag_.size(), particle_grain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t p = begin; p < end; ++p) force[p] -= drag_[p] * v[p];
+  });
+}
+
+void FiniteElements::add_damping_blocks(std::vector<SymmetricBlock>& blocks) {
+  add_blocks(sums_, blocks, [&](std::size_t b, Quad* sums) { spread_damping(b, sums); });
+  for (std::size_t p = 0; p < drag_.size(); ++p)
+    if (sums_.takes(p)) blocks[p].diagonal += Vec3::Constant(drag_[p]);
+}
+
+// With w = F G, for the gradient G (1/m) of a node's linear function, the viscous stress makes a block
+// b |G|^2 F F^T + (a + b) w w^T, and with g = F^-T G what damps compression shear/2 (|g|^2 1 + g g^T) + bulk
+// g g^T.
+void FiniteElements::spread_damping(std::size_t b, Quad* sums) const {
+  const Batch& batch = batches_[b];
+  const Matrix3<Pack>&F = deformation_[b], &D = batch.inverse_rest;
+  const Moduli here = moduli(b);
+  const bool is_added_to = added_damping_ > 0;  // see damping_stress
+  const Pack &mu = here.mu, lambda = is_added_to ? volume_share(F) * here.lambda : here.lambda;
+  const double seconds =
+      bounded_damping(material_of_batch(b).moduli.damping, dt_ * elastic_squared_frequency_) + added_damping_;
+  const Pack damping = is_added_to ? batch.volume * seconds : batch.volume * seconds / excess_damping(F);
+  const Matrix3<Pack> of_gradient = (damping * mu) * times_transposed(F, F);
+  const Pack of_image = damping * (lambda + mu);
+  const CompressionStiffness<Pack>& compression = compression_viscosity_[b];
+  const Pack shear = 0.5 * batch.volume * compression.shear, bulk = batch.volume * compression.bulk + shear;
+  for (std::size_t i = 0; i < corners; ++i) {
+    PackVector G{-(D[0][0] + D[1][0] + D[2][0]), -(D[0][1] + D[1][1] + D[2][1]),
+                 -(D[0][2] + D[1][2] + D[2][2])};
+    if (i > 0)
+      G = {D[static_cast<int>(i) - 1][0], D[static_cast<int>(i) - 1][1], D[static_cast<int>(i) - 1][2]};
+    Matrix3<Pack> sum = (G.x * G.x + G.y * G.y + G.z * G.z) * of_gradient;
+    add_square(of_image, product(F, G), sum);
+    if (is_damped_[b]) {
+      const PackVector g = product(compression.inverse, G);
+      add_square(bulk, g, sum);
+      const Pack of_all = shear * (g.x * g.x + g.y * g.y + g.z * g.z);
+      for (int k = 0; k < 3; ++k) sum[k][k] += of_all;
+    }
+    spread_block(batch.slot[i], {sum[0][0], sum[1][1], sum[2][2]}, {sum[1][2], sum[0][2], sum[0][1]}, sums);
+  }
+}
+
+void FiniteElements::linearize() {
+  differential_.resize(batches_.size());
+  parallel_for(batches_.size(), BlockSums::batches_of_block, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t b = begin; b < end; ++b) {
+      const Moduli here = moduli(b);
+      const Pack &mu = here.mu, &lambda = here.lambda;
+      const PrincipalStretches<Pack> p = principal_stretches(deformation_[b]);
+      with_model(model(b), [&]<class Model>(Model) {
+        differential_[b] = stress_differential(p, Model::derivatives(mu, lambda, p.stretch));
+      });
+    }
+  });
+}
+
+void FiniteElements::add_force_differentials(const std::vector<Vec3>& dx, std::vector<Vec3>& force) {
+  sums_.fill_from(dx, [&](std::size_t b, const Quad* rows, Quad* sums) {
+    spread_forces(batches_[b], differential_[b] * gradient(batches_[b], rows), Pack{}, sums);
+  });
+  sums_.add_to(force);
+}
+
+double FiniteElements::energy(const std::vector<Vec3>& x) const {
+  return parallel_reduce(
+      batches_.size(), BlockSums::batches_of_block, 0.0,
+      [&](std::size_t begin, std::size_t end) {
+        double sum = 0;
+        for (std::size_t b = begin; b < end; ++b) {
+          const Batch& batch = batches_[b];
+          const Matrix3<Pack> F = gradient(batch, x);
+          const Moduli here = moduli(b);
+          const Pack &mu = here.mu, &lambda = here.lambda;
+          with_model(model(b), [&]<class Model>(Model) {
+            sum += sum_of_lanes(batch.volume * Model::energy_density(mu, lambda, F));
+          });
+        }
+        return sum;
+      },
+      [](double a, double b) { return a + b; });
+}
+
+double FiniteElements::max_deformation_rate(const std::vector<Vec3>& x, const std::vector<Vec3>& v) const {
+  constexpr double volume_weight = 0.5;
+  const auto larger = [](const Pack& a, const Pack& b) { return max_of(a, b); };
+  const Pack squared = parallel_reduce(
+      batches_.size(), BlockSums::batches_of_block, Pack{},
+      [&](std::size_t begin, std::size_t end) {
+        Pack largest{};
+        for (std::size_t b = begin; b < end; ++b) {
+          const Matrix3<Pack> rate = gradient(batches_[b], v);
+          const Pack of_volume = volume_weight * contraction(cofactor(gradient(batches_[b], x)), rate);
+          largest = max_of(largest, max_of(squared_norm(rate), of_volume * of_volume));
+        }
+        return largest;
+      },
+      larger);
+  double largest = 0;
+  for (std::size_t lane = 0; lane < pack_width; ++lane) largest = std::max<double>(largest, squared[lane]);
+  return std::sqrt(largest);
+}
+
+FiniteElements::Strain FiniteElements::strain(const std::vector<Vec3>& x) const {
+  Strain result;
+  take_strain(tets_, inverse_rest_, x, result);
+  return result;
+}
+
+void FiniteElements::add_strain(const std::vector<Vec3>& x, std::vector<float>& strain) const {
+  raise_strain(tets_, inverse_rest_, x, strain);
+}
+
+}  // namespace duet

@@ -1,0 +1,160 @@
+#include "sim/deformable/forces/internal_forces.h"
+
+#include <algorithm>
+
+#include "sim/base/parallel.h"
+
+namespace duet {
+namespace {
+
+// Calls visit(force) for all forces but the finite elements.
+template <class Forces, class Visit>
+void for_each_other(Forces& forces, Visit&& visit) {
+  visit(forces.membranes);
+  visit(forces.edge_springs);
+  visit(forces.altitude_springs);
+  visit(forces.bending_springs);
+  visit(forces.bending_elements);
+  visit(forces.tethers);
+}
+
+}  // namespace
+
+// Irons' theorem bounds the frequencies of an assembly by those of its elements, each with its shares of the
+// particles' masses, which may be divided at will. An element that stores no more than k/2 (sum w_i |u_i|)^2
+// takes a share of particle i in proportion to k w_i, and comes out with a squared frequency of at most
+// sum w_i C_i / m_i, where C_i is the sum of k w_i over all elements around the particle. Only k w_i^2 is
+// given: all elements have their w_i scaled to a sum of 2, that of a spring between two particles, as
+// otherwise what resists bending would claim too much or too little of the masses that it shares.
+void InternalForces::finalize(const std::vector<double>& mass, const std::vector<double>& inverse_mass) {
+  if (elements.size() > 0) elements.finalize(mass);
+  membranes.finalize(mass.size());
+  edge_springs.finalize(mass.size());
+  altitude_springs.finalize(inverse_mass);
+  bending_springs.finalize(mass.size());
+  bending_elements.finalize(mass.size());
+  tethers.finalize(mass.size());
+
+  inverse_mass_ = inverse_mass;
+  squared_rate_.assign(mass.size(), 0);
+  for_each_other(*this, [&](const auto& force) { force.add_stiffness(squared_rate_); });
+  lattice_squared_frequency_ = lattice_bound(squared_rate_);
+  bound_at_rest();
+}
+
+// Of all but the finite elements. `rate`: C_i of the particles, which become C_i / m_i.
+double InternalForces::lattice_bound(std::vector<double>& rate) const {
+  for (std::size_t p = 0; p < rate.size(); ++p) rate[p] *= inverse_mass_[p];
+  double highest = 0;
+  for_each_other(*this,
+                 [&](const auto& force) { highest = std::max(highest, force.max_squared_frequency(rate)); });
+  return highest;
+}
+
+// The same as far as damping does not hold it, with the `sideways_` of the last add_elastic_forces.
+double InternalForces::lifted_bound() const {
+  if (kept_.empty()) return lattice_squared_frequency_;
+  const double unheld = parallel_reduce(
+      kept_.size(), 4096, 0.0,
+      [&](std::size_t begin, std::size_t end) {
+        double highest = 0;
+        for (std::size_t p = begin; p < end; ++p)
+          highest = std::max(highest, 2 * inverse_mass_[p] * (kept_[p] + sideways_[p]));
+        return highest;
+      },
+      [](double a, double b) { return std::max(a, b); });
+  return std::min(lattice_squared_frequency_, std::max(relaxed_squared_frequency_, unheld));
+}
+
+void InternalForces::bound_at_rest() {
+  rest_squared_frequency_ = std::max(elements.rest_squared_frequency(), lifted_bound());
+  max_squared_frequency_ = rest_squared_frequency_;
+}
+
+void InternalForces::limit_to(const ParticleMask* mask) {
+  elements.limit_to(mask);
+  membranes.limit_to(mask);
+  edge_springs.limit_to(mask);
+  altitude_springs.limit_to(mask);
+  bending_springs.limit_to(mask);
+  bending_elements.limit_to(mask);
+}
+
+void InternalForces::rely_on_damping(double cfl, double relaxation) {
+  elements.rely_on_damping(cfl, relaxation);
+  relaxed_squared_frequency_ = 0;
+  kept_.clear();
+  if (relaxation > 0) {
+    kept_.assign(squared_rate_.size(), 0);
+    membranes.add_stiffness(kept_);
+    bending_springs.add_stiffness(kept_);
+    bending_elements.add_stiffness(kept_);
+    tethers.add_stiffness(kept_);
+    relaxed_squared_frequency_ = std::max(edge_springs.rely_on_damping(relaxation, squared_rate_, kept_),
+                                          altitude_springs.rely_on_damping(relaxation, squared_rate_, kept_));
+  }
+  if (relaxed_squared_frequency_ == 0) kept_.clear();
+  sideways_.assign(kept_.size(), 0);
+  bound_at_rest();
+}
+
+double InternalForces::elastic_squared_frequency() const {
+  return std::max(elements.elastic_squared_frequency(), lattice_squared_frequency_);
+}
+
+bool InternalForces::empty() const {
+  std::size_t count = elements.size();
+  for_each_other(*this, [&](const auto& force) { count += force.size(); });
+  return count == 0;
+}
+
+void InternalForces::add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>& force) {
+  elements.add_elastic_forces(x, force);
+  std::fill(sideways_.begin(), sideways_.end(), 0);
+  membranes.add_elastic_forces(x, force);
+  edge_springs.add_elastic_forces(x, force, sideways_);
+  altitude_springs.add_elastic_forces(x, force, sideways_);
+  bending_springs.add_elastic_forces(x, force);
+  bending_elements.add_elastic_forces(x, force);
+  tethers.add_elastic_forces(x, force);
+  max_squared_frequency_ =
+      std::max(elements.max_squared_frequency(), membranes.stiffening() * lifted_bound());
+}
+
+void InternalForces::add_damping_forces(const std::vector<Vec3>& v, std::vector<Vec3>& force) {
+  elements.add_damping_forces(v, force);
+  for_each_other(*this, [&](auto& other) { other.add_damping_forces(v, force); });
+}
+
+void InternalForces::add_damping_forces_single(const std::vector<Vec3>& v, std::vector<Vec3>& force) {
+  elements.add_damping_forces_single(v, force);
+  for_each_other(*this, [&](auto& other) {
+    if constexpr (requires { other.add_damping_forces_single(v, force); })
+      other.add_damping_forces_single(v, force);
+    else
+      other.add_damping_forces(v, force);
+  });
+}
+
+void InternalForces::add_damping_blocks(std::vector<SymmetricBlock>& blocks) {
+  elements.add_damping_blocks(blocks);
+  edge_springs.add_damping_blocks(blocks);
+  altitude_springs.add_damping_blocks(blocks);
+  bending_springs.add_damping_blocks(blocks);
+  bending_elements.add_damping_blocks(blocks);
+}
+
+void InternalForces::add_force_differentials(const std::vector<Vec3>& dx, std::vector<Vec3>& force) {
+  elements.add_force_differentials(dx, force);
+  for_each_other(*this, [&](auto& other) { other.add_force_differentials(dx, force); });
+}
+
+void InternalForces::linearize() { elements.linearize(); }
+
+double InternalForces::energy(const std::vector<Vec3>& x) const {
+  double sum = elements.energy(x);
+  for_each_other(*this, [&](const auto& force) { sum += force.energy(x); });
+  return sum;
+}
+
+}  // namespace duet

@@ -1,0 +1,67 @@
+// The change of stress for a change of the deformation gradient, dP = H : dF, with the Hessian H of the
+// energy density projected to positive semi-definite: implicit integration then descends in energy from every
+// state. Written once for T = double and T = Pack.
+#pragma once
+
+#include "sim/deformable/materials/principal_stretches.h"
+
+namespace duet {
+
+// In the axes of the stretches, D = U^T dF V, the Hessian of an isotropic energy falls apart into a 3x3
+// matrix on the diagonal of D and a 2x2 matrix for each pair D_ij, D_ji, whose eigenvectors are a shear
+// ("flip") and a rotation ("twist"). Pair k has the indices other than k.
+template <class T>
+struct StressDifferential {
+  Matrix3<T> U, V;
+  T diagonal[3][3];  // Pa; symmetric
+  T same[3];         // Pa; of D_ij on itself: half of flip + twist
+  T other[3];        // Pa; of D_ij on D_ji: half of flip - twist
+};
+
+// Stretches that differ (or whose sum differs from zero) by less than this are treated as if they differed by
+// it: the quotients below would only be rounding.
+inline constexpr double least_stretch_difference = 1e-5, least_stretch_sum = 1e-3;
+
+template <class T>
+StressDifferential<T> stress_differential(const PrincipalStretches<T>& p, const StretchDerivatives<T>& psi) {
+  StressDifferential<T> H;
+  H.U = p.U;
+  H.V = p.V;
+  Matrix3<T> A;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) A[i][j] = psi.second[i][j];
+  const Matrix3<T> Q = diagonalize(A);
+  Matrix3<T> scaled;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) scaled[i][j] = Q[i][j] * max_of(A[j][j], T{});
+  const Matrix3<T> positive = times_transposed(scaled, Q);
+  for (int k = 0; k < 3; ++k) {
+    for (int j = 0; j < 3; ++j) H.diagonal[k][j] = positive[k][j];
+    const int i = (k + 1) % 3, j = (k + 2) % 3;
+    const T difference = p.stretch[i] - p.stretch[j], sum = p.stretch[i] + p.stretch[j];
+    const auto apart = abs_of(difference) > T{} + least_stretch_difference;
+    const T flip = select(apart, (psi.first[i] - psi.first[j]) / select(apart, difference, T{} + 1.0),
+                          0.5 * (psi.second[i][i] + psi.second[j][j]) - psi.second[i][j]);
+    const T twist = (psi.first[i] + psi.first[j]) / max_of(sum, T{} + least_stretch_sum);
+    const T shear = max_of(flip, T{}), turn = max_of(twist, T{});
+    H.same[k] = 0.5 * (shear + turn);
+    H.other[k] = 0.5 * (shear - turn);
+  }
+  return H;
+}
+
+// H : dF, Pa.
+template <class T>
+Matrix3<T> operator*(const StressDifferential<T>& H, const Matrix3<T>& dF) {
+  const Matrix3<T> D = transposed_times(H.U, dF) * H.V;
+  Matrix3<T> P;
+  for (int k = 0; k < 3; ++k) {
+    P[k][k] = H.diagonal[k][0] * D[0][0] + H.diagonal[k][1] * D[1][1] + H.diagonal[k][2] * D[2][2];
+    const int i = (k + 1) % 3, j = (k + 2) % 3;
+    P[i][j] = H.same[k] * D[i][j] + H.other[k] * D[j][i];
+    P[j][i] = H.same[k] * D[j][i] + H.other[k] * D[i][j];
+  }
+  return H.U * times_transposed(P, H.V);
+}
+
+}  // namespace duet

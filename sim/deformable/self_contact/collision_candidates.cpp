@@ -1,0 +1,393 @@
+#include "sim/deformable/self_contact/collision_candidates.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "sim/base/parallel.h"
+
+namespace duet {
+namespace {
+
+using Box = Eigen::AlignedBox3d;
+
+constexpr std::size_t grain = 64, element_grain = 1024, row_grain = 256;
+// Of the range and of the way: pairs that are farther apart only by what rounding makes of it do not sleep.
+constexpr double rounding = 1e-9;
+// Room that a particle's box leaves it on all sides: for some updates at its pace, within these bounds, times
+// the thickness of its body and the mean length of its edges. More makes searches rarer, and the pairs that
+// they find more numerous.
+constexpr double updates_ahead = 12, least_room = 0.5, most_room = 1;
+// Searches until a tree is split anew.
+constexpr std::int64_t searches_of_tree = 8;
+// So many times the number of elements that are sought anew is fewer than all: they get a tree of their own.
+constexpr std::size_t few = 8;
+// Parts of a body that were nearer than this, times h, at time 0 do not repel each other.
+constexpr double initial_proximity = 1.5;
+
+Box grown(const Box& box, double margin) {
+  return {box.min() - Vec3::Constant(margin), box.max() + Vec3::Constant(margin)};
+}
+
+Vec3 mean_position(const CollisionSurface& surface, const std::vector<Vec3>& x) {
+  Vec3 sum = Vec3::Zero();
+  for (const auto& [p] : surface.points) sum += x[as_index(p)];
+  return sum / static_cast<double>(surface.points.size());
+}
+
+std::vector<double> mean_edges(const CollisionSurface& surface) {
+  std::vector<double> length(surface.bodies.size(), 0), count(surface.bodies.size(), 0);
+  for (std::size_t i = 0; i < surface.edges.size(); ++i) {
+    const auto& [a, b] = surface.edges[i];
+    length[as_index(surface.edge_body[i])] +=
+        (surface.initial[as_index(a)] - surface.initial[as_index(b)]).norm();
+    ++count[as_index(surface.edge_body[i])];
+  }
+  for (std::size_t body = 0; body < length.size(); ++body) length[body] /= std::max(count[body], 1.0);
+  return length;
+}
+
+template <std::size_t N>
+Box hull(const std::array<int, N>& particles, const std::vector<Box>& boxes) {
+  Box box;
+  for (int p : particles) box.extend(boxes[as_index(p)]);
+  return box;
+}
+
+template <std::size_t N, std::size_t M>
+bool share_particle(const std::array<int, N>& a, const std::array<int, M>& b) {
+  return std::any_of(a.begin(), a.end(), [&](int p) { return std::find(b.begin(), b.end(), p) != b.end(); });
+}
+
+template <std::size_t N, std::size_t M>
+std::array<int, 4> joined(const std::array<int, N>& a, const std::array<int, M>& b) {
+  static_assert(N + M == 4);
+  std::array<int, 4> both;
+  std::copy(b.begin(), b.end(), std::copy(a.begin(), a.end(), both.begin()));
+  return both;
+}
+
+// Of elements by their numbers; the first one is a point or an edge.
+struct Bodies {
+  int first = 0, second = 0;
+};
+Bodies bodies_of(const CollisionSurface& surface, std::size_t first, std::size_t second) {
+  const std::size_t points = surface.points.size(), edges = surface.edges.size();
+  if (first < points) return {surface.point_body[first], surface.triangle_body[second - points - edges]};
+  return {surface.edge_body[first - points], surface.edge_body[second - points]};
+}
+
+CandidatePair candidate(const CollisionSurface& surface, std::size_t first, std::size_t second) {
+  const std::size_t points = surface.points.size(), edges = surface.edges.size();
+  const Bodies bodies = bodies_of(surface, first, second);
+  const CollisionBody &a = surface.bodies[as_index(bodies.first)],
+                      &b = surface.bodies[as_index(bodies.second)];
+  CandidatePair pair;
+  if (first < points) {
+    pair.particle = joined(surface.points[first], surface.triangles[second - points - edges]);
+  } else {
+    pair.kind = ElementPair::edge_edge;
+    pair.particle = joined(surface.edges[first - points], surface.edges[second - points]);
+  }
+  pair.thickness = (a.thickness + b.thickness) / 2;
+  pair.friction = std::min(a.friction, b.friction);
+  return pair;
+}
+
+bool repels(const CandidatePair& pair, const Bodies& bodies, const CollisionSurface& surface) {
+  return bodies.first != bodies.second ||
+         closest_points(pair.kind, corners(pair.particle, surface.initial)).difference.norm() >=
+             initial_proximity * pair.thickness;
+}
+
+// What the two elements are apart at least, m: the distance of their boxes if that is a good part of `range`,
+// or their own.
+double least_distance(const CandidatePair& pair, const std::vector<Vec3>& x, double range) {
+  const FourPoints at = corners(pair.particle, x);
+  const std::size_t first = pair.kind == ElementPair::point_triangle ? 1 : 2;
+  Box a, b;
+  for (std::size_t i = 0; i < 4; ++i) (i < first ? a : b).extend(at[i]);
+  const double squared = a.squaredExteriorDistance(b);
+  return squared > 4 * range * range ? std::sqrt(squared) : closest_points(pair.kind, at).difference.norm();
+}
+
+}  // namespace
+
+void CollisionCandidates::update(const CollisionSurface& surface, const std::vector<Vec3>& start,
+                                 const std::vector<Vec3>& end) {
+  if (particle_box_.size() != start.size()) begin(surface, start);
+  if (!hold(surface, start, end)) search(surface, start, end);
+  add_travels(surface, start, end);
+  wake_pairs(surface, start);
+}
+
+// With boxes that hold nothing.
+void CollisionCandidates::begin(const CollisionSurface& surface, const std::vector<Vec3>& start) {
+  mean_ = mean_position(surface, start);
+  edge_length_ = mean_edges(surface);
+  particle_box_.assign(start.size(), Box());
+  room_.assign(start.size(), 0);
+  is_renewed_.assign(start.size(), 0);
+  stretch_.resize(start.size());
+  further_.resize(start.size());
+  last_.resize(start.size());
+  for (const auto& [p] : surface.points) last_[as_index(p)] = start[as_index(p)] - mean_;
+  std::size_t first = 0;
+  const auto number = [&first](Elements& elements, std::size_t count) {
+    elements.first = first;
+    elements.box.assign(count, Box());
+    elements.is_active.assign(count, 0);
+    elements.is_anew.assign(count, 0);
+    first += count;
+  };
+  number(points_, surface.points.size());
+  number(edges_, surface.edges.size());
+  rows_.assign(first, {});
+  number(triangles_, surface.triangles.size());
+  travel_.assign(first, {});
+  kept_.clear();
+}
+
+bool CollisionCandidates::hold(const CollisionSurface& surface, const std::vector<Vec3>& start,
+                               const std::vector<Vec3>& end) const {
+  const Vec3 start_shift = mean_position(surface, start) - mean_,
+             end_shift = mean_position(surface, end) - mean_;
+  return std::all_of(surface.points.begin(), surface.points.end(), [&](const std::array<int, 1>& point) {
+    const auto p = as_index(point[0]);
+    return particle_box_[p].contains(start[p] - start_shift) && particle_box_[p].contains(end[p] - end_shift);
+  });
+}
+
+void CollisionCandidates::search(const CollisionSurface& surface, const std::vector<Vec3>& start,
+                                 const std::vector<Vec3>& end) {
+  ++searches_;
+  renew_boxes(surface, start, end);
+  renew(surface.points, surface.point_body, surface, points_);
+  renew(surface.edges, surface.edge_body, surface, edges_);
+  renew(surface.triangles, surface.triangle_body, surface, triangles_);
+  body_box_.assign(surface.bodies.size(), Box());
+  for (std::size_t i = 0; i < points_.box.size(); ++i)
+    body_box_[as_index(surface.point_body[i])].extend(points_.box[i]);
+  find_neighbours();
+  find_active(surface.point_body, surface, points_);
+  find_active(surface.edge_body, surface, edges_);
+  find_active(surface.triangle_body, surface, triangles_);
+  split(edges_);
+  split(triangles_);
+  next_.clear();
+  next_rows_.assign(rows_.size(), {});
+  find_rows(surface.points, surface.point_body, points_, surface.triangles, surface.triangle_body, triangles_,
+            surface);
+  find_rows(surface.edges, surface.edge_body, edges_, surface.edges, surface.edge_body, edges_, surface);
+  kept_.swap(next_);
+  rows_.swap(next_rows_);
+}
+
+// The trees over the elements.
+void CollisionCandidates::split(Elements& elements) const {
+  const std::size_t count = elements.box.size();
+  if (elements.tree.items().size() != count) {
+    std::vector<int> all(count);
+    std::iota(all.begin(), all.end(), 0);
+    elements.tree.build(elements.box, all);
+  } else if (searches_ % searches_of_tree == 0) {
+    elements.tree.build(elements.box, elements.tree.items());
+  } else {
+    elements.tree.refit(elements.box);
+  }
+  elements.few_anew = few * elements.anew.size() < count;
+  if (elements.few_anew) elements.tree_anew.build(elements.box, elements.anew);
+}
+
+// Of the particles that leave theirs, or soon will.
+void CollisionCandidates::renew_boxes(const CollisionSurface& surface, const std::vector<Vec3>& start,
+                                      const std::vector<Vec3>& end) {
+  const Vec3 start_mean = mean_position(surface, start), start_shift = start_mean - mean_,
+             end_shift = mean_position(surface, end) - mean_;
+  for (std::size_t i = 0; i < surface.points.size(); ++i) {
+    const auto p = as_index(surface.points[i][0]);
+    const Box way = Box(Vec3(start[p] - start_shift)).extend(end[p] - end_shift);
+    is_renewed_[p] = !particle_box_[p].contains(grown(way, room_[p] / 2));
+    if (is_renewed_[p] == 0) continue;
+    const auto body = as_index(surface.point_body[i]);
+    const double pace = std::max((start[p] - start_mean - last_[p]).norm(), way.diagonal().norm());
+    const double least = least_room * surface.bodies[body].thickness;
+    room_[p] = std::clamp(updates_ahead * pace, least, std::max(least, most_room * edge_length_[body]));
+    particle_box_[p] = grown(way, room_[p]);
+  }
+}
+
+template <std::size_t N>
+void CollisionCandidates::renew(const std::vector<std::array<int, N>>& corners,
+                                const std::vector<int>& body_of, const CollisionSurface& surface,
+                                Elements& elements) const {
+  parallel_for(corners.size(), element_grain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      elements.is_anew[i] = std::any_of(corners[i].begin(), corners[i].end(),
+                                        [&](int p) { return is_renewed_[as_index(p)] != 0; });
+      if (elements.is_anew[i] == 0) continue;
+      const double reach = repulsion_range / 2 * surface.bodies[as_index(body_of[i])].thickness;
+      elements.box[i] = grown(hull(corners[i], particle_box_), reach);
+    }
+  });
+}
+
+void CollisionCandidates::find_neighbours() {
+  neighbours_.resize(body_box_.size());
+  for (std::size_t a = 0; a < body_box_.size(); ++a) {
+    neighbours_[a].clear();
+    for (std::size_t b = 0; b < body_box_.size(); ++b)
+      if (a != b && body_box_[a].intersects(body_box_[b])) neighbours_[a].push_back(static_cast<int>(b));
+  }
+}
+
+void CollisionCandidates::find_active(const std::vector<int>& body_of, const CollisionSurface& surface,
+                                      Elements& elements) const {
+  parallel_for(body_of.size(), element_grain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const auto body = as_index(body_of[i]);
+      const bool is_active = surface.bodies[body].itself ||
+                             std::any_of(neighbours_[body].begin(), neighbours_[body].end(), [&](int other) {
+                               return body_box_[as_index(other)].intersects(elements.box[i]);
+                             });
+      if (is_active != (elements.is_active[i] != 0)) elements.is_anew[i] = 1;
+      elements.is_active[i] = is_active ? 1 : 0;
+    }
+  });
+  elements.active.clear();
+  elements.anew.clear();
+  for (std::size_t i = 0; i < body_of.size(); ++i) {
+    if (elements.is_active[i] == 0) continue;
+    elements.active.push_back(static_cast<int>(i));
+    if (elements.is_anew[i] != 0) elements.anew.push_back(static_cast<int>(i));
+  }
+}
+
+// The pairs of the `asking` elements with the `asked` ones; of two edges, the one of smaller number asks.
+// Those that have not been sought anew need only ask those that have.
+template <std::size_t N, std::size_t M>
+void CollisionCandidates::find_rows(const std::vector<std::array<int, N>>& first,
+                                    const std::vector<int>& first_body, const Elements& asking,
+                                    const std::vector<std::array<int, M>>& second,
+                                    const std::vector<int>& second_body, const Elements& asked,
+                                    const CollisionSurface& surface) {
+  const std::size_t chunks = (asking.active.size() + grain - 1) / grain;
+  if (chunks_.size() < chunks) chunks_.resize(chunks);
+  const auto may_touch = [&](std::size_t i, std::size_t k) {
+    if (&asking == &asked && k <= i) return false;
+    if (first_body[i] != second_body[k]) return true;
+    return surface.bodies[as_index(first_body[i])].itself && !share_particle(first[i], second[k]);
+  };
+  parallel_for(asking.active.size(), grain, [&](std::size_t begin, std::size_t end) {
+    Chunk& chunk = chunks_[begin / grain];
+    chunk.kept.clear();
+    for (std::size_t a = begin; a < end; ++a) {
+      const auto i = as_index(asking.active[a]);
+      const bool is_anew = asking.is_anew[i] != 0;
+      chunk.found.clear();
+      const bool asks_all = is_anew || !asked.few_anew;
+      (asks_all ? asked.tree : asked.tree_anew).query(asking.box[i], [&](int k) {
+        const bool is_asked =
+            asked.is_active[as_index(k)] != 0 && (is_anew || asked.is_anew[as_index(k)] != 0);
+        if (is_asked && may_touch(i, as_index(k))) chunk.found.push_back(k);
+      });
+      std::sort(chunk.found.begin(), chunk.found.end());
+      Row& row = next_rows_[asking.first + i];  // within the chunk, until all are joined
+      row.begin = chunk.kept.size();
+      merge_row(rows_[asking.first + i], is_anew, asked, chunk);
+      row.end = chunk.kept.size();
+    }
+  });
+  for (std::size_t c = 0; c < chunks; ++c) {
+    for (std::size_t a = c * grain; a < std::min((c + 1) * grain, asking.active.size()); ++a) {
+      Row& row = next_rows_[asking.first + as_index(asking.active[a])];
+      row.begin += next_.size();
+      row.end += next_.size();
+    }
+    next_.insert(next_.end(), chunks_[c].kept.begin(), chunks_[c].kept.end());
+  }
+}
+
+// What was found, and what of the old row was not sought: two elements that have kept their boxes. What was
+// known of a pair stays so.
+void CollisionCandidates::merge_row(const Row& old, bool is_anew, const Elements& asked, Chunk& chunk) const {
+  std::size_t known = old.begin;
+  const auto pass = [&](int second) {  // those before it
+    for (; known < old.end && kept_[known].second < second; ++known) {
+      const std::size_t k = as_index(kept_[known].second) - asked.first;
+      if (!is_anew && asked.is_active[k] != 0 && asked.is_anew[k] == 0) chunk.kept.push_back(kept_[known]);
+    }
+  };
+  for (const int k : chunk.found) {
+    const int second = static_cast<int>(asked.first) + k;
+    pass(second);
+    if (known < old.end && kept_[known].second == second)
+      chunk.kept.push_back(kept_[known++]);
+    else
+      chunk.kept.push_back({.second = second});
+  }
+  pass(std::numeric_limits<int>::max());
+}
+
+void CollisionCandidates::add_travels(const CollisionSurface& surface, const std::vector<Vec3>& start,
+                                      const std::vector<Vec3>& end) {
+  const Vec3 start_mean = mean_position(surface, start), end_mean = mean_position(surface, end);
+  parallel_for(surface.points.size(), element_grain, [&](std::size_t begin, std::size_t stop) {
+    for (std::size_t i = begin; i < stop; ++i) {
+      const auto p = as_index(surface.points[i][0]);
+      const Vec3 from = start[p] - start_mean;
+      stretch_[p] = (from - last_[p]).norm();
+      further_[p] = (end[p] - end_mean - from).norm();
+      last_[p] = from;
+    }
+  });
+  const auto add = [&](const auto& corners, std::size_t first) {
+    parallel_for(corners.size(), element_grain, [&](std::size_t begin, std::size_t stop) {
+      for (std::size_t i = begin; i < stop; ++i) {
+        double stretch = 0, further = 0;
+        for (const int p : corners[i]) {
+          stretch = std::max(stretch, stretch_[as_index(p)]);
+          further = std::max(further, further_[as_index(p)]);
+        }
+        Travel& travel = travel_[first + i];
+        travel.before += stretch;
+        travel.including = travel.before + further;
+      }
+    });
+  };
+  add(surface.points, points_.first);
+  add(surface.edges, edges_.first);
+  add(surface.triangles, triangles_.first);
+}
+
+void CollisionCandidates::wake_pairs(const CollisionSurface& surface, const std::vector<Vec3>& start) {
+  const std::size_t chunks = (rows_.size() + row_grain - 1) / row_grain;
+  if (chunks_.size() < chunks) chunks_.resize(chunks);
+  parallel_for(rows_.size(), row_grain, [&](std::size_t begin, std::size_t stop) {
+    std::vector<CandidatePair>& near = chunks_[begin / row_grain].near;
+    near.clear();
+    for (std::size_t i = begin; i < stop; ++i) {
+      const Travel& a = travel_[i];
+      for (std::size_t k = rows_[i].begin; k < rows_[i].end; ++k) {
+        Kept& kept = kept_[k];
+        const Travel& b = travel_[as_index(kept.second)];
+        if (a.including + b.including < kept.until) continue;
+        CandidatePair pair = candidate(surface, i, as_index(kept.second));
+        const double range = repulsion_range * pair.thickness, way = a.before + b.before;
+        kept.until = way + least_distance(pair, start, range) - range - rounding * (range + way);
+        if (a.including + b.including < kept.until) continue;
+        if (!kept.is_examined)
+          kept.repels = repels(pair, bodies_of(surface, i, as_index(kept.second)), surface);
+        kept.is_examined = true;
+        pair.repels = kept.repels;
+        near.push_back(pair);
+      }
+    }
+  });
+  near_.clear();
+  for (std::size_t c = 0; c < chunks; ++c)
+    near_.insert(near_.end(), chunks_[c].near.begin(), chunks_[c].near.end());
+}
+
+}  // namespace duet

@@ -1,0 +1,126 @@
+#include "sim/deformable/self_contact/impact_zones.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include "sim/base/dense_solvers.h"
+
+namespace duet {
+namespace {
+
+// v and w of a zone whose reference point is `center`.
+struct RigidDisplacement {
+  Vec3 center = Vec3::Zero(), linear = Vec3::Zero(), angular = Vec3::Zero();
+  Vec3 at(const Vec3& x) const { return linear + angular.cross(x - center); }
+};
+
+// Turns that the particles' arrangement does not define (about their own line) are left out.
+constexpr double no_inertia = 1e-12;  // of the largest principal moment
+
+template <class Weight>
+RigidDisplacement best_rigid(std::span<const int> particles, Weight&& weight, const std::vector<Vec3>& start,
+                             const std::vector<Vec3>& end) {
+  RigidDisplacement result;
+  double total = 0;
+  for (int i : particles) {
+    const auto p = as_index(i);
+    total += weight(p);
+    result.center += weight(p) * start[p];
+    result.linear += weight(p) * (end[p] - start[p]);
+  }
+  result.center /= total;
+  result.linear /= total;
+  Vec3 momentum = Vec3::Zero();
+  Mat3 inertia = Mat3::Zero();
+  for (int i : particles) {
+    const auto p = as_index(i);
+    const Vec3 arm = start[p] - result.center;
+    momentum += weight(p) * arm.cross(end[p] - start[p] - result.linear);
+    inertia += weight(p) * (arm.squaredNorm() * Mat3::Identity() - arm * arm.transpose());
+  }
+  const SymmetricEigen<3> eigen = symmetric_eigen<3>(inertia);
+  const Vec3& moment = eigen.values;
+  for (int k = 0; k < 3; ++k) {
+    if (moment[k] <= no_inertia * moment[2]) continue;
+    const Vec3 axis = eigen.vectors.col(k);
+    result.angular += axis.dot(momentum) / moment[k] * axis;
+  }
+  return result;
+}
+
+}  // namespace
+
+void ImpactZones::clear(std::size_t particles) {
+  parent_.resize(particles);
+  std::iota(parent_.begin(), parent_.end(), 0);
+  listed_.assign(particles, 0);
+  members_.clear();
+  zones_.clear();
+}
+
+int ImpactZones::root(int particle) const {
+  while (parent_[as_index(particle)] != particle) particle = parent_[as_index(particle)];
+  return particle;
+}
+
+// The smallest index is the root, whatever the order of the calls.
+bool ImpactZones::join(std::span<const int> particles) {
+  int smallest = root(particles[0]);
+  for (int p : particles) smallest = std::min(smallest, root(p));
+  bool joined = false;
+  for (int p : particles) {
+    if (!listed_[as_index(p)]) members_.push_back(p);
+    listed_[as_index(p)] = 1;
+    const int top = root(p);
+    joined |= top != smallest;
+    parent_[as_index(top)] = smallest;
+    parent_[as_index(p)] = smallest;
+  }
+  return joined;
+}
+
+bool ImpactZones::together(std::span<const int> particles) const {
+  const int first = root(particles[0]);
+  return std::all_of(particles.begin(), particles.end(), [&](int p) { return root(p) == first; });
+}
+
+void ImpactZones::sort_members() {
+  for (int p : members_) parent_[as_index(p)] = root(p);
+  std::sort(members_.begin(), members_.end(), [&](int a, int b) {
+    const int root_a = parent_[as_index(a)], root_b = parent_[as_index(b)];
+    return root_a != root_b ? root_a < root_b : a < b;
+  });
+  zones_.clear();
+  for (std::size_t i = 0; i < members_.size(); ++i) {
+    const int top = parent_[as_index(members_[i])];
+    if (zones_.empty() || zones_.back().root != top) zones_.push_back({top, static_cast<int>(i), 0});
+    zones_.back().end = static_cast<int>(i) + 1;
+  }
+}
+
+bool ImpactZones::move(const std::vector<Vec3>& start, const std::vector<double>& inverse_mass,
+                       std::vector<Vec3>& end) {
+  sort_members();
+  bool all_move = true;
+  for (const Zone& zone : zones_) {
+    const std::span<const int> particles(members_.data() + zone.begin, as_index(zone.end - zone.begin));
+    const auto is_held = [&](int p) { return !(inverse_mass[as_index(p)] > 0); };
+    const bool led = std::any_of(particles.begin(), particles.end(), is_held);
+    const RigidDisplacement displacement =
+        led ? best_rigid(
+                  particles, [&](std::size_t p) { return inverse_mass[p] > 0 ? 0.0 : 1.0; }, start, end)
+            : best_rigid(
+                  particles, [&](std::size_t p) { return 1 / inverse_mass[p]; }, start, end);
+    for (int i : particles) {
+      const auto p = as_index(i);
+      const Vec3 target = start[p] + displacement.at(start[p]);
+      if (!is_held(i))
+        end[p] = target;
+      else if ((end[p] - target).norm() > 1e-9 * (end[p] - start[p]).norm())
+        all_move = false;
+    }
+  }
+  return all_move;
+}
+
+}  // namespace duet

@@ -1,0 +1,350 @@
+#include "sim/deformable/self_contact/self_repulsion.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include <Eigen/LU>
+
+#include "sim/base/parallel.h"
+
+namespace duet {
+namespace {
+
+constexpr std::size_t grain = 512;
+constexpr int rounds = 3;
+// What part of the way to the distance h a pair goes in a step, if it is nearer or a row of a solve (Bridson
+// et al. 2002, section 7.2).
+constexpr double share = 0.1;
+// Rows of a solve are nearer than so many times h. Those farther away have ground to cover, and how fast they
+// do, damping is to see.
+constexpr double row_range = 1.02;
+
+constexpr double least_weight = 1e-9;  // of a particle that a place on an element belongs to
+
+// Sines of angles: by which what is pressed flat may rise, and below which edges count as parallel; and of
+// rounding.
+constexpr double nearly_flat = 0.1, rounding = 1e-9;
+
+// Bounds of the two elements along the axes: cheaper than their closest points.
+bool farther_than(double range, ElementPair kind, const FourPoints& x) {
+  const std::size_t first = kind == ElementPair::point_triangle ? 1 : 2;
+  Eigen::AlignedBox3d a, b;
+  for (std::size_t i = 0; i < 4; ++i) (i < first ? a : b).extend(x[i]);
+  return a.squaredExteriorDistance(b) > range * range;
+}
+
+// m/s, faster than which no point of one element comes nearer to one of the other.
+double fastest_approach(ElementPair kind, const FourPoints& velocity) {
+  const std::size_t first = kind == ElementPair::point_triangle ? 1 : 2;
+  double squared = 0;
+  for (std::size_t i = 0; i < first; ++i)
+    for (std::size_t k = first; k < 4; ++k)
+      squared = std::max(squared, (velocity[i] - velocity[k]).squaredNorm());
+  return std::sqrt(squared);
+}
+
+double effective_mass(const std::array<int, 4>& particle, const std::array<double, 4>& weight,
+                      const std::vector<double>& inverse_mass) {
+  double sum = 0;
+  for (std::size_t i = 0; i < 4; ++i) sum += weight[i] * weight[i] * inverse_mass[as_index(particle[i])];
+  return sum > 0 ? 1 / sum : 0;
+}
+
+// The least speed at which a pair parts, so that it comes no nearer than h within `dt`.
+double least_speed(const RepulsionPair& pair, double dt) {
+  return (pair.active ? share : 1) * std::min(0.0, (pair.thickness - pair.distance) / dt);
+}
+
+// Friction acts at two points that are a distance apart, as a couple. Its angular momentum is taken out again
+// as a turn of the pair's four particles as one; those that are held fast take it up themselves.
+void take_back_turn(const RepulsionPair& pair, const Vec3& angular_momentum, const std::vector<Vec3>& x,
+                    const std::vector<double>& inverse_mass, std::vector<Vec3>& v) {
+  std::array<double, 4> mass;
+  double total = 0;
+  Vec3 center = Vec3::Zero();
+  for (std::size_t i = 0; i < 4; ++i) {
+    const auto p = as_index(pair.particle[i]);
+    if (!(inverse_mass[p] > 0)) return;
+    mass[i] = 1 / inverse_mass[p];
+    total += mass[i];
+    center += mass[i] * x[p];
+  }
+  center /= total;
+  Mat3 inertia = Mat3::Zero();
+  for (std::size_t i = 0; i < 4; ++i) {
+    const Vec3 arm = x[as_index(pair.particle[i])] - center;
+    inertia += mass[i] * (arm.squaredNorm() * Mat3::Identity() - arm * arm.transpose());
+  }
+  // Particles on a line do not turn about it, and nothing asks them to.
+  inertia.diagonal().array() += 1e-14 * inertia.trace();
+  const Vec3 turn = inertia.inverse() * angular_momentum;
+  for (const int p : pair.particle) v[as_index(p)] -= turn.cross(x[as_index(p)] - center);
+}
+
+// The place of a pair's first or second element: of its particles, those that have a weight.
+SurfacePoint place_of(const RepulsionPair& pair, std::size_t begin, std::size_t end) {
+  SurfacePoint place;
+  place.count = 0;
+  for (std::size_t i = begin; i < end; ++i) {
+    const double weight = std::abs(pair.weight[i]);
+    if (!(weight > least_weight)) continue;
+    place.particle[as_index(place.count)] = pair.particle[i];
+    place.weight[as_index(place.count++)] = weight;
+  }
+  return place;
+}
+
+// Whether a place on a surface is a support point in the direction `toward`, or lies in a dent, where there
+// is no better direction for it.
+bool supports(const ElementLists& around, const std::vector<Triangle>& triangles, const std::vector<Vec3>& x,
+              const SurfacePoint& place, const Vec3& toward) {
+  const Vec3 at = weighted(place, x);
+  const FacesAround faces = look_around(around, triangles, x, place, at, toward);
+  if (faces.rise <= nearly_flat) return true;
+  if (faces.rise > most_rise) return false;
+  return look_around(around, triangles, x, place, at, faces.steepest).rise > faces.rise / 2;
+}
+
+// Whether a candidate is the first of all that have the same nearest places: nearest to a corner or to an
+// edge of their triangles are several.
+bool is_first(const RepulsionPair& pair, const SurfacePoint& place, const ElementLists& around,
+              const std::vector<Triangle>& triangles) {
+  if (place.count == 1 && place.particle[0] < pair.particle[0]) return false;  // where both are points
+  for (const int t : around.of(place.particle[0])) {
+    const Triangle& face = triangles[as_index(t)];
+    if (!lies_on(place, face)) continue;
+    return std::is_permutation(face.begin(), face.end(), pair.particle.begin() + 1);
+  }
+  return true;
+}
+
+// Whether two edges of volumes cross there: neither at an end, nor side by side inside flat parts. What
+// presses such edges is carried by their ends, which are points that have pairs with faces.
+bool cross(const RepulsionPair& pair, const SurfacePoint& first, const SurfacePoint& second,
+           const std::vector<Vec3>& x, const ElementLists& around, const std::vector<Triangle>& triangles) {
+  if (first.count == 1 || second.count == 1) return false;
+  const Vec3 a = x[as_index(pair.particle[1])] - x[as_index(pair.particle[0])],
+             b = x[as_index(pair.particle[3])] - x[as_index(pair.particle[2])];
+  if (a.cross(b).squaredNorm() > nearly_flat * nearly_flat * a.squaredNorm() * b.squaredNorm()) return true;
+  const auto is_ridge = [&](const SurfacePoint& place, const Vec3& toward) {
+    return look_around(around, triangles, x, place, weighted(place, x), toward).rise < -nearly_flat;
+  };
+  return is_ridge(first, -pair.normal) && is_ridge(second, pair.normal);
+}
+
+// Whether a pair is one of the few that carry what presses on a surface. A point has one with the face that
+// it is opposite to; with others only where it is nearest to a corner or an edge that no face rises from by
+// more than `most`, the sine of an angle.
+bool can_touch(const RepulsionPair& pair, ElementPair kind, double most, const std::vector<Vec3>& x,
+               const ElementLists& around, const std::vector<Triangle>& triangles) {
+  const bool has_point = kind == ElementPair::point_triangle;
+  const SurfacePoint first = place_of(pair, 0, has_point ? 1 : 2),
+                     second = place_of(pair, has_point ? 1 : 2, 4);
+  const bool is_volume = !around.of(second.particle[0]).empty(),
+             are_volumes = is_volume && !around.of(first.particle[0]).empty();
+  if (!supports(around, triangles, x, first, -pair.normal)) return false;
+  if (has_point && is_volume && second.count < 3) {
+    if (look_around(around, triangles, x, second, weighted(second, x), pair.normal).rise > most) return false;
+    return !are_volumes || is_first(pair, second, around, triangles);
+  }
+  if (!supports(around, triangles, x, second, pair.normal)) return false;
+  return has_point || !are_volumes || cross(pair, first, second, x, around, triangles);
+}
+
+// Which of a pair's elements move as predicted: contact that the prediction does not know of may hold one of
+// them.
+enum Moving { both, first_alone, second_alone };
+
+// The pair of a candidate at the moment within `dt` (s) when it comes nearer than repulsion_range h and
+// `touches`, by conservative advancement (Mirtich 1996), if there is one.
+template <class Touches>
+std::optional<RepulsionPair> meeting(const CandidatePair& candidate, const FourPoints& start,
+                                     const FourPoints& velocity, double dt, Touches&& touches) {
+  constexpr int most_advances = 12;
+  const double speed = fastest_approach(candidate.kind, velocity),
+               range = repulsion_range * candidate.thickness;
+  if (farther_than(range + dt * speed, candidate.kind, start)) return {};
+  double time = 0;
+  for (int advance = 0; advance < most_advances && time < dt; ++advance) {
+    FourPoints at = start;
+    for (std::size_t i = 0; i < 4; ++i) at[i] += time * velocity[i];
+    const ClosestPoints closest = closest_points(candidate.kind, at);
+    const double distance = closest.difference.norm();
+    if (!(distance > 0)) return {};
+    if (distance < range) {
+      const Vec3 normal = closest.difference / distance;
+      const double gap = normal.dot(weighted(closest.weight, start));
+      const RepulsionPair pair{candidate.particle,  closest.weight,    normal, gap,
+                               candidate.thickness, candidate.friction};
+      if (touches(pair)) return pair;
+    }
+    if (!(speed > 0)) return {};
+    time += std::max((distance - candidate.thickness) / speed, dt / most_advances);
+  }
+  return {};
+}
+
+// pairs = all that find(candidate, pairs) appends for the candidates, in their order for any number of
+// threads.
+template <class Chunk, class Find>
+void collect(const std::vector<CandidatePair>& near, std::vector<Chunk>& chunks,
+             std::vector<RepulsionPair>& pairs, Find&& find) {
+  const std::size_t count = (near.size() + grain - 1) / grain;
+  if (chunks.size() < count) chunks.resize(count);
+  parallel_for(near.size(), grain, [&](std::size_t begin, std::size_t end) {
+    std::vector<RepulsionPair>& found = chunks[begin / grain].pairs;
+    found.clear();
+    for (std::size_t c = begin; c < end; ++c) find(near[c], found);
+  });
+  pairs.clear();
+  for (std::size_t c = 0; c < count; ++c)
+    pairs.insert(pairs.end(), chunks[c].pairs.begin(), chunks[c].pairs.end());
+}
+
+}  // namespace
+
+Vec3 relative_velocity(const RepulsionPair& pair, const std::vector<Vec3>& v) {
+  return weighted(pair.weight, corners(pair.particle, v));
+}
+
+void apply_impulse(const RepulsionPair& pair, const Vec3& impulse, const std::vector<double>& inverse_mass,
+                   std::vector<Vec3>& v) {
+  for (std::size_t i = 0; i < 4; ++i) {
+    const auto p = as_index(pair.particle[i]);
+    v[p] += pair.weight[i] * inverse_mass[p] * impulse;
+  }
+}
+
+void SelfRepulsion::find(const CollisionCandidates& candidates, const std::vector<Vec3>& x,
+                         const std::vector<double>& inverse_mass, const ElementLists& around,
+                         const std::vector<Triangle>& triangles) {
+  collect(candidates.near(), chunks_, pairs_,
+          [&](const CandidatePair& candidate, std::vector<RepulsionPair>& found) {
+            const double range = repulsion_range * candidate.thickness;
+            const FourPoints at = corners(candidate.particle, x);
+            if (!candidate.repels || farther_than(range, candidate.kind, at)) return;
+            const ClosestPoints closest = closest_points(candidate.kind, at);
+            const double distance = closest.difference.norm();
+            if (distance >= range || !(distance > 0)) return;
+            RepulsionPair pair{candidate.particle, closest.weight,      closest.difference / distance,
+                               distance,           candidate.thickness, candidate.friction};
+            if (!around.first.empty() && !can_touch(pair, candidate.kind, rounding, x, around, triangles))
+              return;
+            pair.mass = pair.row_mass = effective_mass(pair.particle, pair.weight, inverse_mass);
+            found.push_back(pair);
+          });
+}
+
+void SelfRepulsion::find_meeting(const CollisionCandidates& candidates, const std::vector<Vec3>& x,
+                                 const std::vector<Vec3>& v, double dt, const ElementLists& around,
+                                 const std::vector<Triangle>& triangles) {
+  collect(candidates.near(), chunks_, pairs_,
+          [&](const CandidatePair& candidate, std::vector<RepulsionPair>& found) {
+            if (!candidate.repels) return;
+            const FourPoints start = corners(candidate.particle, x), all = corners(candidate.particle, v);
+            const auto touches = [&](const RepulsionPair& pair) {
+              return around.first.empty() ||
+                     can_touch(pair, candidate.kind, nearly_flat, x, around, triangles);
+            };
+            const std::size_t first = candidate.kind == ElementPair::point_triangle ? 1 : 2;
+            for (const Moving moving : {both, first_alone, second_alone}) {
+              FourPoints velocity = all;
+              for (std::size_t i = 0; i < 4; ++i)
+                if (moving == (i < first ? second_alone : first_alone)) velocity[i].setZero();
+              const std::optional<RepulsionPair> pair = meeting(candidate, start, velocity, dt, touches);
+              if (pair) {
+                found.push_back(*pair);
+                return;
+              }
+            }
+          });
+}
+
+// Friction takes as much tangential momentum as the normal impulse of the same visit allows (Coulomb), so
+// that the rounds together stay within the cone.
+void SelfRepulsion::apply(double dt, const std::vector<Vec3>& x, const std::vector<double>& inverse_mass,
+                          std::vector<Vec3>& v) const {
+  for (int round = 0; round < rounds; ++round)
+    for (const RepulsionPair& pair : pairs_) {
+      const Vec3 relative = relative_velocity(pair, v);
+      const double speed = relative.dot(pair.normal);
+      const double change = least_speed(pair, dt) - speed;
+      if (change <= 0) continue;
+      apply_impulse(pair, pair.mass * change * pair.normal, inverse_mass, v);
+      const Vec3 tangential = relative - speed * pair.normal;
+      const double slip = tangential.norm();
+      if (!(slip > 0) || !(pair.friction > 0)) continue;
+      const Vec3 friction = -pair.mass * std::min(1.0, pair.friction * change / slip) * tangential;
+      apply_impulse(pair, friction, inverse_mass, v);
+      take_back_turn(pair, (pair.distance * pair.normal).cross(friction), x, inverse_mass, v);
+    }
+}
+
+// In step I this changes positions alone, as the velocities of time n are taken up again after them: so it
+// adds no kinetic energy, and needs no spring constant to be bounded by.
+void SelfRepulsion::apply_elastic(double dt, const std::vector<double>& inverse_mass,
+                                  std::vector<Vec3>& v) const {
+  for (const RepulsionPair& pair : pairs_) {
+    if (pair.distance >= pair.thickness) continue;
+    const double change =
+        share * (pair.thickness - pair.distance) / dt - relative_velocity(pair, v).dot(pair.normal);
+    if (change > 0) apply_impulse(pair, pair.mass * change * pair.normal, inverse_mass, v);
+  }
+}
+
+void SelfRepulsion::choose_rows(double dt, const std::vector<Vec3>& start,
+                                const std::vector<Vec3>& velocity) {
+  for (RepulsionPair& pair : pairs_) {
+    pair.active = false;
+    const double from = relative_velocity(pair, start).dot(pair.normal),
+                 mean = relative_velocity(pair, velocity).dot(pair.normal);
+    pair.active = pair.distance < row_range * pair.thickness && 2 * mean - from <= least_speed(pair, dt);
+    pair.target = 0.5 * (from + least_speed(pair, dt));
+  }
+}
+
+bool SelfRepulsion::release_rows(const std::vector<Vec3>& change, double tolerance) {
+  bool any = false;
+  for (RepulsionPair& pair : pairs_) {
+    if (!pair.active || relative_velocity(pair, change).dot(pair.normal) <= tolerance) continue;
+    pair.active = false;
+    any = true;
+  }
+  return any;
+}
+
+void SelfRepulsion::use_inverse_masses(const std::vector<SymmetricBlock>* inverse_mass) {
+  row_inverse_mass_ = inverse_mass;
+  for (RepulsionPair& pair : pairs_) {
+    pair.row_mass = pair.mass;
+    if (!inverse_mass || !takes(pair)) continue;
+    double sum = 0;
+    for (std::size_t i = 0; i < 4; ++i) {
+      const SymmetricBlock& inverse = (*inverse_mass)[as_index(pair.particle[i])];
+      sum += pair.weight[i] * pair.weight[i] * pair.normal.dot(inverse * pair.normal);
+    }
+    pair.row_mass = sum > 0 ? 1 / sum : 0;
+  }
+}
+
+void SelfRepulsion::sweep(bool with_target, const std::vector<double>& inverse_mass,
+                          std::vector<Vec3>& v) const {
+  const auto project = [&](const RepulsionPair& pair) {
+    if (!takes(pair)) return;
+    const double speed = relative_velocity(pair, v).dot(pair.normal);
+    const Vec3 impulse = pair.row_mass * ((with_target ? pair.target : 0) - speed) * pair.normal;
+    if (!row_inverse_mass_) {
+      apply_impulse(pair, impulse, inverse_mass, v);
+      return;
+    }
+    for (std::size_t i = 0; i < 4; ++i) {
+      const auto p = as_index(pair.particle[i]);
+      v[p] += pair.weight[i] * ((*row_inverse_mass_)[p] * impulse);
+    }
+  };
+  std::for_each(pairs_.begin(), pairs_.end(), project);
+  std::for_each(pairs_.rbegin(), pairs_.rend(), project);
+}
+
+}  // namespace duet

@@ -1,0 +1,98 @@
+#include "sim/geometry/files/mesh_file.h"
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <fstream>
+#include <string_view>
+
+#include <assimp/Importer.hpp>
+#include <assimp/config.h>
+#include <assimp/postprocess.h>
+#include <assimp/scene.h>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "sim/base/error.h"
+#include "sim/geometry/files/ply_reader.h"
+
+namespace duet {
+namespace {
+
+constexpr std::array<std::string_view, 5> endings = {".obj", ".ply", ".stl", ".gltf", ".glb"};
+
+std::string lower_ending(const std::filesystem::path& path) {
+  std::string ending = path.extension().string();
+  for (char& c : ending)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  return ending;
+}
+
+void require_readable(const std::string& path) {
+  std::error_code ignored;
+  if (!std::filesystem::exists(path, ignored))
+    throw FileError(path, "there is no such file", "check the path");
+  if (!std::filesystem::is_regular_file(path, ignored) || !std::ifstream(path, std::ios::binary))
+    throw FileError(path, "the file cannot be read", "check that it is a file and who may read it");
+}
+
+Vec3f vector(const aiVector3D& v) { return {v.x, v.y, v.z}; }
+
+void add(const aiMesh& part, TriangleMesh& mesh) {
+  const int base = static_cast<int>(mesh.positions.size());
+  for (unsigned v = 0; v < part.mNumVertices; ++v)
+    mesh.positions.push_back(vector(part.mVertices[v]).cast<double>());
+  for (unsigned f = 0; f < part.mNumFaces; ++f) {
+    const unsigned* v = part.mFaces[f].mIndices;
+    if (part.mFaces[f].mNumIndices != 3 || std::max({v[0], v[1], v[2]}) >= part.mNumVertices) continue;
+    mesh.triangles.push_back(
+        {base + static_cast<int>(v[0]), base + static_cast<int>(v[1]), base + static_cast<int>(v[2])});
+    if (part.HasNormals())
+      mesh.normals.push_back(
+          {vector(part.mNormals[v[0]]), vector(part.mNormals[v[1]]), vector(part.mNormals[v[2]])});
+    if (part.HasTextureCoords(0)) {
+      const aiVector3D* uv = part.mTextureCoords[0];
+      mesh.uvs.push_back(
+          {vector(uv[v[0]]).head<2>(), vector(uv[v[1]]).head<2>(), vector(uv[v[2]]).head<2>()});
+    }
+  }
+}
+
+template <class Corners>
+void keep_if_complete(std::vector<Corners>& attribute, std::size_t triangles, auto&& is_good) {
+  const auto all_good = [&](const Corners& corners) {
+    return std::all_of(corners.begin(), corners.end(), is_good);
+  };
+  if (attribute.size() != triangles || !std::all_of(attribute.begin(), attribute.end(), all_good))
+    attribute.clear();
+}
+
+TriangleMesh import(const std::string& path) {
+  Assimp::Importer importer;
+  importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
+  const aiScene* scene = importer.ReadFile(path, aiProcess_ValidateDataStructure | aiProcess_Triangulate |
+                                                     aiProcess_SortByPType | aiProcess_PreTransformVertices);
+  if (!scene) throw FileError(path, importer.GetErrorString(), "export the mesh again");
+  TriangleMesh mesh;
+  for (unsigned i = 0; i < scene->mNumMeshes; ++i) add(*scene->mMeshes[i], mesh);
+  return mesh;
+}
+
+}  // namespace
+
+TriangleMesh read_mesh(const std::string& path) {
+  require_readable(path);
+  const std::string ending = lower_ending(path);
+  if (std::find(endings.begin(), endings.end(), ending) == endings.end())
+    throw FileError(path, "is no mesh file that is known by its ending",
+                    fmt::format("use one of {}", fmt::join(endings, " ")));
+  TriangleMesh mesh = ending == ".ply" ? read_ply(path) : import(path);
+  const std::size_t count = mesh.triangles.size();
+  // The normals of an STL file are those of its triangles and say nothing about smoothness.
+  if (ending == ".stl") mesh.normals.clear();
+  keep_if_complete(mesh.normals, count, [](const Vec3f& n) { return std::abs(n.norm() - 1) < 0.01F; });
+  keep_if_complete(mesh.uvs, count, [](const Vec2f& uv) { return uv.allFinite(); });
+  return mesh;
+}
+
+}  // namespace duet

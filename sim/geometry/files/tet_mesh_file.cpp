@@ -1,0 +1,248 @@
+#include "sim/geometry/files/tet_mesh_file.h"
+
+#include <charconv>
+#include <cmath>
+#include <filesystem>
+#include <string_view>
+#include <unordered_map>
+
+#include <fmt/format.h>
+
+#include "sim/base/error.h"
+#include "sim/base/files.h"
+
+namespace duet {
+namespace {
+
+// The words of a text file, with the line of the last one for messages.
+class Words {
+ public:
+  explicit Words(const std::string& path) : path_(path) { text_ = io::read_file(path); }
+
+  // The next word, a view of the file's text; empty at its end. Comments run from # to the end of the line.
+  std::string_view next() {
+    while (at_ < text_.size() && (is_space(text_[at_]) || text_[at_] == '#'))
+      if (text_[at_] == '#')
+        skip_line();
+      else
+        line_ += text_[at_++] == '\n' ? 1 : 0;
+    const std::size_t begin = at_;
+    while (at_ < text_.size() && !is_space(text_[at_])) ++at_;
+    return std::string_view(text_).substr(begin, at_ - begin);
+  }
+
+  void skip_line() {
+    while (at_ < text_.size() && text_[at_] != '\n') ++at_;
+  }
+
+  template <class Number>
+  Number number(const char* what) {
+    const std::string_view word = next();
+    Number value{};
+    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+    if (error != std::errc() || end != word.data() + word.size())
+      fail(fmt::format("expected {}, found `{}`", what, word.substr(0, 40)));
+    return value;
+  }
+
+  // A count of items that take at least two characters each, so that a damaged one asks for no more memory
+  // than the file has.
+  std::size_t count(const char* what) {
+    const auto value = number<long long>(what);
+    if (value < 0 || value > static_cast<long long>(text_.size() / 2))
+      fail(fmt::format("{} is {}, which the file has no room for", what, value));
+    return static_cast<std::size_t>(value);
+  }
+
+  void expect(std::string_view wanted) {
+    if (const std::string_view word = next(); word != wanted)
+      fail(fmt::format("expected {}, found `{}`", wanted, word.substr(0, 40)));
+  }
+
+  [[noreturn]] void fail(const std::string& what,
+                         const char* remedy = "export the mesh again, as text") const {
+    throw FileError(path_, fmt::format("line {}: {}", line_, what), remedy);
+  }
+
+ private:
+  static bool is_space(char c) { return c == ' ' || c == '\n' || c == '\r' || c == '\t'; }
+
+  const std::string& path_;
+  std::string text_;
+  std::size_t at_ = 0;
+  int line_ = 1;
+};
+
+Vec3 read_point(Words& words) {
+  Vec3 x;
+  for (double& coordinate : x) {
+    coordinate = words.number<double>("a coordinate");
+    if (!std::isfinite(coordinate)) words.fail("a coordinate is not finite");
+  }
+  return x;
+}
+
+TetMesh read_medit(Words& words) {
+  TetMesh mesh;
+  for (std::string_view word = words.next(); !word.empty() && word != "End"; word = words.next()) {
+    if (word == "Dimension") {
+      if (words.number<int>("the dimension") != 3)
+        words.fail("the dimension is not 3", "give a mesh of tetrahedra");
+    } else if (word == "Vertices") {
+      const std::size_t count = words.count("the number of vertices");
+      for (std::size_t i = 0; i < count; ++i) {
+        mesh.nodes.push_back(read_point(words));
+        words.skip_line();  // the reference of the vertex
+      }
+    } else if (word == "Tetrahedra") {
+      const std::size_t count = words.count("the number of tetrahedra");
+      for (std::size_t i = 0; i < count; ++i) {
+        Tet tet{};
+        for (int& node : tet) {
+          node = words.number<int>("a vertex") - 1;
+          if (node < 0 || static_cast<std::size_t>(node) >= mesh.nodes.size())
+            words.fail(fmt::format("vertex {} is not among the {} of the mesh", node + 1, mesh.nodes.size()));
+        }
+        mesh.tets.push_back(tet);
+        words.skip_line();
+      }
+    }  // words of other sections, and the format's version, mean nothing here
+  }
+  return mesh;
+}
+
+class GmshReader {
+ public:
+  explicit GmshReader(Words& words) : words_(words) {}
+
+  TetMesh read() {
+    words_.expect("$MeshFormat");
+    const auto version = words_.number<double>("the version");
+    if (version != 4.1 && !(version >= 2 && version < 3))
+      words_.fail(fmt::format("version {} of the format is not known", version),
+                  "save it in version 2 or 4.1 as text: gmsh -save -format msh2");
+    if (words_.number<int>("the file type") != 0)
+      words_.fail("the file is binary", "save it as text: gmsh -save -format msh2 -bin 0");
+    for (std::string_view word = words_.next(); !word.empty(); word = words_.next()) {
+      if (word == "$Nodes") version < 3 ? read_nodes_2() : read_nodes_4();
+      if (word == "$Elements") version < 3 ? read_elements_2() : read_elements_4();
+    }
+    return std::move(mesh_);
+  }
+
+ private:
+  using Tag = long long;                      // names a node; any positive number
+  static constexpr int tet4 = 4, tet10 = 11;  // types of elements; corners come first in both
+
+  void read_nodes_2() {
+    const std::size_t count = words_.count("the number of nodes");
+    for (std::size_t i = 0; i < count; ++i) {
+      const Tag tag = words_.number<Tag>("a node's number");
+      add_node(tag, read_point(words_));
+    }
+  }
+
+  void read_elements_2() {
+    const std::size_t count = words_.count("the number of elements");
+    for (std::size_t i = 0; i < count; ++i) {
+      words_.number<Tag>("an element's number");
+      const int type = words_.number<int>("an element's type");
+      const std::size_t tags = words_.count("an element's number of tags");
+      for (std::size_t t = 0; t < tags; ++t) words_.number<Tag>("a tag");
+      read_element(type);
+    }
+  }
+
+  void read_nodes_4() {
+    const std::size_t blocks = words_.count("the number of blocks");
+    for (int i = 0; i < 3; ++i) words_.number<Tag>("a number of nodes");
+    for (std::size_t block = 0; block < blocks; ++block) {
+      for (int i = 0; i < 3; ++i) words_.number<Tag>("the head of a block");
+      std::vector<Tag> tags(words_.count("the number of nodes"));
+      for (Tag& tag : tags) tag = words_.number<Tag>("a node's number");
+      for (const Tag tag : tags) {
+        add_node(tag, read_point(words_));
+        words_.skip_line();  // parameters of the point on its curve or surface
+      }
+    }
+  }
+
+  void read_elements_4() {
+    const std::size_t blocks = words_.count("the number of blocks");
+    for (int i = 0; i < 3; ++i) words_.number<Tag>("a number of elements");
+    for (std::size_t block = 0; block < blocks; ++block) {
+      for (int i = 0; i < 2; ++i) words_.number<Tag>("the head of a block");
+      const int type = words_.number<int>("the type of the elements");
+      const std::size_t count = words_.count("the number of elements");
+      for (std::size_t i = 0; i < count; ++i) {
+        words_.number<Tag>("an element's number");
+        read_element(type);
+      }
+    }
+  }
+
+  void add_node(Tag tag, const Vec3& x) {
+    numbers_[tag] = static_cast<int>(mesh_.nodes.size());
+    mesh_.nodes.push_back(x);
+  }
+
+  void read_element(int type) {
+    if (type == tet4 || type == tet10) {
+      Tet tet{};
+      for (int& node : tet) {
+        const Tag tag = words_.number<Tag>("a node");
+        const auto found = numbers_.find(tag);
+        if (found == numbers_.end()) words_.fail(fmt::format("there is no node {}", tag));
+        node = found->second;
+      }
+      mesh_.tets.push_back(tet);
+    }
+    words_.skip_line();
+  }
+
+  Words& words_;
+  TetMesh mesh_;
+  std::unordered_map<Tag, int> numbers_;
+};
+
+}  // namespace
+
+TetMesh read_tet_mesh(const std::string& path) {
+  const std::string ending = std::filesystem::path(path).extension().string();
+  std::error_code ignored;
+  if (!std::filesystem::exists(path, ignored))
+    throw FileError(path, "there is no such file", "check the path");
+  if (ending != ".mesh" && ending != ".msh")
+    throw FileError(path, "is no file of tetrahedra that is known by its ending",
+                    "use .mesh (Medit) or .msh (Gmsh); `duet tetrahedralize` makes one of a surface");
+  Words words(path);
+  TetMesh mesh = ending == ".mesh" ? read_medit(words) : GmshReader(words).read();
+  if (mesh.tets.empty())
+    throw FileError(path, "has no tetrahedron", "export the volume mesh, not the surface alone");
+  return mesh;
+}
+
+std::string medit_text(const TetMesh& mesh) {
+  std::string text = fmt::format("MeshVersionFormatted 2\nDimension 3\nVertices\n{}\n", mesh.nodes.size());
+  const auto out = std::back_inserter(text);
+  for (const Vec3& x : mesh.nodes) fmt::format_to(out, "{} {} {} 0\n", x.x(), x.y(), x.z());
+  fmt::format_to(out, "Tetrahedra\n{}\n", mesh.tets.size());
+  for (const Tet& t : mesh.tets)
+    fmt::format_to(out, "{} {} {} {} 0\n", t[0] + 1, t[1] + 1, t[2] + 1, t[3] + 1);
+  return text + "End\n";
+}
+
+std::string vtk_text(const TetMesh& mesh) {
+  std::string text = fmt::format(
+      "# vtk DataFile Version 3.0\nTetrahedra\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS {} double\n",
+      mesh.nodes.size());
+  const auto out = std::back_inserter(text);
+  for (const Vec3& x : mesh.nodes) fmt::format_to(out, "{} {} {}\n", x.x(), x.y(), x.z());
+  fmt::format_to(out, "CELLS {} {}\n", mesh.tets.size(), 5 * mesh.tets.size());
+  for (const Tet& t : mesh.tets) fmt::format_to(out, "4 {} {} {} {}\n", t[0], t[1], t[2], t[3]);
+  fmt::format_to(out, "CELL_TYPES {}\n", mesh.tets.size());
+  for (std::size_t i = 0; i < mesh.tets.size(); ++i) text += "10\n";  // a tetrahedron
+  return text;
+}
+
+}  // namespace duet

@@ -1,0 +1,295 @@
+#include "sim/geometry/level_set/feature_edges.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <numbers>
+#include <utility>
+
+#include "sim/base/elementary.h"
+#include "sim/base/rotation.h"
+#include "sim/geometry/level_set/shape_samples.h"
+#include "sim/geometry/mesh/sharp_edge.h"
+
+namespace duet {
+namespace {
+
+constexpr double pi = std::numbers::pi;
+constexpr int least_around = 24;  // nodes of a circle
+// Of the way along a bulge's surface: how far that falls off, on a radius of ten times the way.
+constexpr double least_bend = 0.05;
+
+int pieces_of(double length, double spacing) {
+  return std::max(1, static_cast<int>(std::ceil(length / spacing - 1e-9)));
+}
+
+// Ends the line of the nodes from `begin` on.
+void end_line(int begin, bool is_closed, double radius, double around, FeatureEdges& ridges) {
+  FeatureEdges::Line line{begin, static_cast<int>(ridges.nodes.size()), is_closed, radius, around};
+  for (int i = line.begin; i < line.end; ++i) {
+    if (i + 1 == line.end && !is_closed) break;
+    const int next = i + 1 < line.end ? i + 1 : line.begin;
+    const double chord = (ridges.nodes[as_index(next)] - ridges.nodes[as_index(i)]).norm();
+    const double way =
+        around > 0
+            ? 2 * around * math::atan2(chord, std::sqrt(std::max(0.0, 4 * around * around - chord * chord)))
+            : chord;
+    line.longest = std::max(line.longest, way);
+  }
+  ridges.lines.push_back(line);
+}
+
+// The nodes from a on, without b.
+void add_nodes(const Vec3& a, const Vec3& b, double spacing, FeatureEdges& ridges) {
+  const int n = pieces_of((b - a).norm(), spacing);
+  for (int i = 0; i < n; ++i) ridges.nodes.push_back(a + (b - a) * i / n);
+}
+
+void add_line(const Vec3& a, const Vec3& b, double radius, double spacing, FeatureEdges& ridges) {
+  const int begin = static_cast<int>(ridges.nodes.size());
+  add_nodes(a, b, spacing, ridges);
+  ridges.nodes.push_back(b);
+  end_line(begin, false, radius, 0, ridges);
+}
+
+// About the axis y at height `y`.
+void add_circle(double around, double y, double radius, double spacing, FeatureEdges& ridges) {
+  const int n = std::max(least_around, pieces_of(2 * pi * around, spacing));
+  const int begin = static_cast<int>(ridges.nodes.size());
+  for (int i = 0; i < n; ++i)
+    ridges.nodes.emplace_back(around * math::sin(2 * pi * i / n), y, around * math::cos(2 * pi * i / n));
+  end_line(begin, true, radius, around, ridges);
+}
+
+void add_box_edges(const Vec3& half, double spacing, FeatureEdges& ridges) {
+  for (int axis = 0; axis < 3; ++axis)
+    for (int edge = 0; edge < 4; ++edge) {
+      Vec3 end;
+      end[axis] = half[axis];
+      end[(axis + 1) % 3] = (edge & 1 ? 1 : -1) * half[(axis + 1) % 3];
+      end[(axis + 2) % 3] = (edge & 2 ? 1 : -1) * half[(axis + 2) % 3];
+      Vec3 begin = end;
+      begin[axis] = -half[axis];
+      add_line(begin, end, 0, spacing, ridges);
+    }
+}
+
+void find_inward(const LevelSet& shape, FeatureEdges& ridges) {
+  const std::vector<Vec3> inside = points_inside(shape, ridges.nodes);
+  ridges.inward.assign(ridges.nodes.size(), Vec3::Zero());
+  for (const FeatureEdges::Line& line : ridges.lines)
+    for (auto i = as_index(line.begin); line.radius == 0 && i < as_index(line.end); ++i)
+      ridges.inward[i] = (inside[i] - ridges.nodes[i]).normalized();
+}
+
+// Ends of edges that meet are exactly at one place.
+void find_corners(FeatureEdges& ridges) {
+  std::map<std::array<double, 3>, std::vector<int>> ends;
+  for (const FeatureEdges::Line& line : ridges.lines) {
+    if (line.is_closed || line.radius > 0) continue;
+    for (const int i : {line.begin, line.end - 1}) {
+      const Vec3& x = ridges.nodes[as_index(i)];
+      ends[{x.x(), x.y(), x.z()}].push_back(i);
+    }
+  }
+  for (const auto& [place, nodes] : ends)
+    if (nodes.size() >= 3) ridges.corners.push_back(nodes.front());
+}
+
+void plant_tree(FeatureEdges& ridges) {
+  std::vector<Eigen::AlignedBox3d> boxes;
+  std::vector<int> items;
+  for (std::size_t i = 0; i < ridges.corner_count(); ++i) {
+    items.push_back(static_cast<int>(i));
+    boxes.emplace_back(ridges.corner(items.back()));
+  }
+  const auto tree = std::make_shared<BoxTree>();
+  tree->build(boxes, items);
+  ridges.corner_tree = tree;
+}
+
+// Whether the surface falls off on both sides of x, in some direction along it.
+bool bends_outwards(const LevelSet& shape, const Vec3& x, const Vec3& inward, double spacing) {
+  constexpr int directions = 8;  // of half a turn
+  const Mat3 axes = shortest_turn(Vec3::UnitZ(), inward).toRotationMatrix();
+  for (int k = 0; k < directions; ++k) {
+    const double angle = pi * k / directions;
+    const Vec3 way = spacing * (math::cos(angle) * axes.col(0) + math::sin(angle) * axes.col(1));
+    if (std::min(shape.distance(x + way), shape.distance(x - way)) > least_bend * spacing) return true;
+  }
+  return false;
+}
+
+void add_bulges(const LevelSet& shape, const std::vector<Vec3>& samples, const std::vector<Vec3>& inside,
+                double spacing, FeatureEdges& ridges) {
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const Vec3 inward = (inside[i] - samples[i]).normalized();
+    if (!bends_outwards(shape, samples[i], inward, spacing)) continue;
+    ridges.bulges.push_back(static_cast<int>(ridges.nodes.size()));
+    ridges.nodes.push_back(samples[i]);
+    ridges.inward.push_back(inward);
+  }
+}
+
+struct SharpEdge {
+  int begin = 0, end = 0;  // vertices
+};
+
+std::vector<SharpEdge> sharp_edges(const TriangleMesh& mesh) {
+  struct Sides {
+    int count = 0;
+    std::array<Vec3, 2> normal;
+    Vec3 beyond = Vec3::Zero();  // the first face's corner opposite the edge
+  };
+  std::map<std::pair<int, int>, Sides> edges;
+  std::vector<SharpEdge> found;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const Vec3 normal = area_vector(mesh, t).normalized();
+    const Triangle& corner = mesh.triangles[t];
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto name = std::minmax(corner[k], corner[(k + 1) % 3]);
+      Sides& sides = edges[name];
+      const Vec3& opposite = mesh.positions[as_index(corner[(k + 2) % 3])];
+      if (sides.count < 2) sides.normal[as_index(sides.count)] = normal;
+      if (++sides.count == 1) {
+        sides.beyond = opposite;
+        continue;
+      }
+      // Outwards: the second face lies behind the first one.
+      const bool outward = sides.normal[0].dot(opposite - mesh.positions[as_index(name.first)]) < 0;
+      if (outward && sides.normal[0].dot(normal) < sharp_edge) found.push_back({name.first, name.second});
+    }
+  }
+  return found;
+}
+
+// Edges of which one and no other begins or ends at a vertex become one line, as along a rim.
+std::vector<std::vector<int>> lines_of(const std::vector<SharpEdge>& edges) {
+  std::map<int, std::vector<std::size_t>> at;
+  for (std::size_t e = 0; e < edges.size(); ++e) {
+    at[edges[e].begin].push_back(e);
+    at[edges[e].end].push_back(e);
+  }
+  std::vector<char> used(edges.size(), 0);
+  std::vector<std::vector<int>> lines;
+  const auto follow = [&](std::size_t e, int from) {
+    std::vector<int> line{from};
+    while (true) {
+      used[e] = 1;
+      const int to = edges[e].begin == line.back() ? edges[e].end : edges[e].begin;
+      line.push_back(to);
+      const std::vector<std::size_t>& here = at[to];
+      if (here.size() != 2) break;
+      e = here[0] == e ? here[1] : here[0];
+      if (used[e]) break;
+    }
+    lines.push_back(line);
+  };
+  for (const auto& [vertex, here] : at)  // lines that end, then loops
+    if (here.size() != 2)
+      for (const std::size_t e : here)
+        if (!used[e]) follow(e, vertex);
+  for (std::size_t e = 0; e < edges.size(); ++e)
+    if (!used[e]) follow(e, edges[e].begin);
+  return lines;
+}
+
+}  // namespace
+
+FeatureEdges find_feature_edges(const LevelSet& shape, double spacing) {
+  FeatureEdges ridges;
+  switch (shape.kind) {
+    case LevelSet::Kind::box:
+      add_box_edges(shape.half, spacing, ridges);
+      break;
+    case LevelSet::Kind::cylinder:
+      for (const double y : {-shape.half_length, shape.half_length})
+        add_circle(shape.radius, y, 0, spacing, ridges);
+      [[fallthrough]];
+    case LevelSet::Kind::capsule:
+      add_line(Vec3(0, -shape.half_length, 0), Vec3(0, shape.half_length, 0), shape.radius, spacing, ridges);
+      break;
+    case LevelSet::Kind::torus:
+      add_circle(shape.radius, 0, shape.tube, spacing, ridges);
+      break;
+    case LevelSet::Kind::sphere:
+    case LevelSet::Kind::grid:
+    case LevelSet::Kind::half_space:
+      break;
+  }
+  find_inward(shape, ridges);
+  find_corners(ridges);
+  plant_tree(ridges);
+  return ridges;
+}
+
+FeatureEdges find_feature_edges(const TriangleMesh& mesh, const LevelSet& shape,
+                                const std::vector<Vec3>& samples, const std::vector<Vec3>& inside,
+                                double spacing) {
+  FeatureEdges ridges;
+  for (const std::vector<int>& line : lines_of(sharp_edges(mesh))) {
+    const int begin = static_cast<int>(ridges.nodes.size());
+    const auto vertex = [&](std::size_t i) { return mesh.positions[as_index(line[i])]; };
+    for (std::size_t i = 0; i + 1 < line.size(); ++i) add_nodes(vertex(i), vertex(i + 1), spacing, ridges);
+    const bool is_closed = line.front() == line.back();
+    if (!is_closed) ridges.nodes.push_back(vertex(line.size() - 1));
+    end_line(begin, is_closed, 0, 0, ridges);
+  }
+  find_inward(shape, ridges);
+  add_bulges(shape, samples, inside, spacing, ridges);
+  find_corners(ridges);
+  plant_tree(ridges);
+  return ridges;
+}
+
+void keep_nodes(const std::vector<char>& stays, FeatureEdges& ridges) {
+  if (std::find(stays.begin(), stays.end(), 0) == stays.end()) return;
+  FeatureEdges kept;
+  std::vector<int> number(stays.size(), -1);  // of the nodes that are kept
+  for (const FeatureEdges::Line& line : ridges.lines) {
+    const int count = line.end - line.begin;
+    const auto node = [&](int i) { return as_index(line.begin + i % count); };
+    int first = 0;  // a closed line is opened where nodes go
+    while (line.is_closed && first < count && stays[node(first)] != 0) ++first;
+    const bool is_closed = line.is_closed && first == count;
+    int begin = static_cast<int>(kept.nodes.size());
+    const auto end = [&] {
+      if (static_cast<int>(kept.nodes.size()) > begin + 1)
+        end_line(begin, is_closed, line.radius, line.around, kept);
+      begin = static_cast<int>(kept.nodes.size());
+    };
+    for (int i = first; i < first + count; ++i) {
+      if (stays[node(i)] == 0) {
+        end();
+        continue;
+      }
+      number[node(i)] = static_cast<int>(kept.nodes.size());
+      kept.nodes.push_back(ridges.nodes[node(i)]);
+      kept.inward.push_back(ridges.inward[node(i)]);
+    }
+    end();
+  }
+  for (const int corner : ridges.corners)
+    if (stays[as_index(corner)] != 0) kept.corners.push_back(number[as_index(corner)]);
+  for (const int bulge : ridges.bulges) {
+    if (stays[as_index(bulge)] == 0) continue;
+    kept.bulges.push_back(static_cast<int>(kept.nodes.size()));
+    kept.nodes.push_back(ridges.nodes[as_index(bulge)]);
+    kept.inward.push_back(ridges.inward[as_index(bulge)]);
+  }
+  plant_tree(kept);
+  ridges = std::move(kept);
+}
+
+Vec3 place_between(const FeatureEdges::Line& line, const Vec3& first, const Vec3& second, double t) {
+  Vec3 place = first + t * (second - first);
+  if (line.around > 0) {
+    const double scale = line.around / math::hypot(place.x(), place.z());
+    place.x() *= scale;
+    place.z() *= scale;
+  }
+  return place;
+}
+
+}  // namespace duet

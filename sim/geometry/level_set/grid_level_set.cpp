@@ -1,0 +1,181 @@
+#include "sim/geometry/level_set/grid_level_set.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <utility>
+
+#include "sim/base/parallel.h"
+#include "sim/geometry/mesh/sharp_edge.h"
+
+namespace duet {
+namespace {
+
+// The cell around a point: the values at its corners (bit 0: x, bit 1: y, bit 2: z) and the place within it.
+struct Cell {
+  std::array<double, 8> corner;
+  Vec3 place;  // in [0, 1]^3
+
+  Cell(const DenseGrid& grid, const Vec3& local) {
+    const Vec3i node = local.cast<int>().cwiseMin(grid.count - Vec3i::Constant(2));  // local >= 0
+    place = local - node.cast<double>();
+    const std::size_t row = static_cast<std::size_t>(grid.count.x());
+    const std::size_t layer = row * static_cast<std::size_t>(grid.count.y());
+    const float* first = grid.values.data() + grid.index(node.x(), node.y(), node.z());
+    for (std::size_t c = 0; c < 8; ++c)
+      corner[c] = static_cast<double>(first[(c & 1) + (c >> 1 & 1) * row + (c >> 2) * layer]);
+  }
+
+  double value() const {
+    const double x = place.x(), y = place.y(), z = place.z();
+    std::array<double, 4> along_x;
+    for (std::size_t i = 0; i < 4; ++i) along_x[i] = corner[2 * i] + x * (corner[2 * i + 1] - corner[2 * i]);
+    const double front = along_x[0] + y * (along_x[1] - along_x[0]);
+    const double back = along_x[2] + y * (along_x[3] - along_x[2]);
+    return front + z * (back - front);
+  }
+
+  Vec3 gradient() const {  // per cell
+    const double x = place.x(), y = place.y(), z = place.z();
+    const auto slope = [&](std::size_t axis, double u, double v) {  // u, v: along the two other axes
+      const std::size_t step = 1U << axis, a = 1U << (axis == 0 ? 1 : 0), b = 1U << (axis == 2 ? 1 : 2);
+      const auto difference = [&](std::size_t c) { return corner[c + step] - corner[c]; };
+      return (1 - v) * ((1 - u) * difference(0) + u * difference(a)) +
+             v * ((1 - u) * difference(b) + u * difference(a + b));
+    };
+    return {slope(0, y, z), slope(1, x, z), slope(2, x, y)};
+  }
+};
+
+}  // namespace
+
+GridLevelSet::GridLevelSet(const TriangleMesh& mesh, int cells, SharpEdges sharp_edges) : exact_(mesh) {
+  for (const Vec3& x : mesh.positions) {
+    bounds_.extend(x);
+    bounding_radius_ = std::max(bounding_radius_, x.norm());
+  }
+  const int margin = std::max(4, cells / 8);
+  grid_ = signed_distances(mesh, exact_.tree(), bounds_.sizes().maxCoeff() / cells, margin);
+  inverse_spacing_ = 1 / grid_.spacing;
+  last_ = (grid_.count - Vec3i::Ones()).cast<double>();
+  const float deepest = *std::min_element(grid_.values.begin(), grid_.values.end());
+  thickness_ = std::max(-2.0 * static_cast<double>(deepest), grid_.spacing);
+  find_thin_walls(mesh);
+  if (sharp_edges == SharpEdges::exact) find_creases(mesh);
+}
+
+namespace {
+
+// Cells: no place in a cell that is near a thin wall or a crease is farther from the surface.
+constexpr double reach_of_exact = 6;
+constexpr double thin = 1.5;  // cells; thicker walls have a node in their middle wherever they lie
+// Of a wall, whose sides face away from each other: the cosine between them, at least 18 degrees less than
+// half a turn. Wedges are none: they are as thin as one likes at their edge.
+constexpr double faces_away = -0.95;
+
+// Of the wall under a place of the surface with the normal n (m), or infinity where there is none.
+double wall_thickness(const MeshDistance& exact, const Vec3& x, const Vec3& n, double spacing) {
+  for (const double depth : {0.05 * thin, 0.15 * thin, 0.5 * thin}) {
+    const double way = depth * spacing;
+    const SignedDistance below = exact.at(x - way * n, way * (1 + 1e-9));
+    if (below.normal.dot(n) < faces_away) return way - below.distance;
+  }
+  return std::numeric_limits<double>::infinity();
+}
+
+}  // namespace
+
+// At places of every triangle half a cell apart.
+void GridLevelSet::find_thin_walls(const TriangleMesh& mesh) {
+  const double h = grid_.spacing;
+  std::vector<std::vector<Vec3>> places(mesh.triangles.size());
+  std::vector<double> thinnest(mesh.triangles.size(), std::numeric_limits<double>::infinity());
+  parallel_for(mesh.triangles.size(), 64, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t t = begin; t < end; ++t) {
+      const Vec3 &a = mesh.corner(t, 0), &b = mesh.corner(t, 1), &c = mesh.corner(t, 2);
+      const Vec3 area = area_vector(mesh, t);
+      if (!(area.squaredNorm() > 0)) continue;
+      const Vec3 n = area.normalized();
+      const double longest = std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()});
+      const int parts = std::max(1, static_cast<int>(std::ceil(2 * longest / h)));
+      for (int i = 0; i < parts; ++i)
+        for (int j = 0; i + j < parts; ++j) {
+          const Vec3 x = a + (i + 1 / 3.0) / parts * (b - a) + (j + 1 / 3.0) / parts * (c - a);
+          const double thickness = wall_thickness(exact_, x, n, h);
+          if (!(thickness < thin * h)) continue;
+          places[t].push_back(x);
+          thinnest[t] = std::min(thinnest[t], thickness);
+        }
+    }
+  });
+  const double least = *std::min_element(thinnest.begin(), thinnest.end());
+  if (!std::isfinite(least)) return;
+  thickness_ = std::min(thickness_, std::max(least, 1e-6 * h));
+  for (const std::vector<Vec3>& of_triangle : places)
+    for (const Vec3& x : of_triangle) mark_around(x);
+}
+
+// At places of every sharp edge half a cell apart: distances turn there, which interpolation would round.
+void GridLevelSet::find_creases(const TriangleMesh& mesh) {
+  std::map<std::pair<int, int>, Vec3> edges;  // the normal of the face that came first
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const Vec3 area = area_vector(mesh, t);
+    if (!(area.squaredNorm() > 0)) continue;
+    const Vec3 normal = area.normalized();
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::pair<int, int> edge = std::minmax(mesh.triangles[t][k], mesh.triangles[t][(k + 1) % 3]);
+      const auto [found, is_first] = edges.try_emplace(edge, normal);
+      if (is_first || found->second.dot(normal) >= sharp_edge) continue;
+      const Vec3 &a = mesh.positions[as_index(edge.first)], &b = mesh.positions[as_index(edge.second)];
+      const int parts = std::max(1, static_cast<int>(std::ceil(2 * (b - a).norm() * inverse_spacing_)));
+      for (int i = 0; i <= parts; ++i) mark_around(a + static_cast<double>(i) / parts * (b - a));
+    }
+  }
+}
+
+// All cells within a cell and a half.
+void GridLevelSet::mark_around(const Vec3& x) {
+  if (is_exact_.empty()) is_exact_.assign(grid_.values.size(), 0);
+  const Vec3 local = (x - grid_.origin) * inverse_spacing_;
+  const Vec3i first = (local.array() - 1.5).floor().cast<int>().max(0),
+              last = (local.array() + 1.5).floor().cast<int>().min(grid_.count.array() - 2);
+  for (int k = first.z(); k <= last.z(); ++k)
+    for (int j = first.y(); j <= last.y(); ++j)
+      for (int i = first.x(); i <= last.x(); ++i) is_exact_[grid_.index(i, j, k)] = 1;
+}
+
+bool GridLevelSet::is_exact_at(const Vec3& local) const {
+  if (is_exact_.empty()) return false;
+  const Vec3i node = local.cast<int>().cwiseMin(grid_.count - Vec3i::Constant(2));
+  return is_exact_[grid_.index(node.x(), node.y(), node.z())] != 0;
+}
+
+bool GridLevelSet::inside_grid(const Vec3& local) const {  // false for what is not a number
+  return local.minCoeff<Eigen::PropagateNaN>() >= 0 && (last_ - local).minCoeff<Eigen::PropagateNaN>() >= 0;
+}
+
+bool GridLevelSet::is_exact(const Vec3& x) const {
+  const Vec3 local = (x - grid_.origin) * inverse_spacing_;
+  return inside_grid(local) && is_exact_at(local);
+}
+
+double GridLevelSet::distance(const Vec3& x) const {
+  const Vec3 local = (x - grid_.origin) * inverse_spacing_;
+  if (inside_grid(local))
+    return is_exact_at(local) ? exact_.distance(x, reach_of_exact * grid_.spacing)
+                              : Cell(grid_, local).value();
+  return exact_.tree().nearest(x, std::numeric_limits<double>::infinity()).distance;
+}
+
+Vec3 GridLevelSet::normal(const Vec3& x) const {
+  const Vec3 local = (x - grid_.origin) * inverse_spacing_;
+  if (inside_grid(local) && is_exact_at(local)) return exact_.at(x, reach_of_exact * grid_.spacing).normal;
+  const Vec3 direction =
+      inside_grid(local) ? Cell(grid_, local).gradient() : Vec3(x - exact_.tree().nearest(x).point);
+  const double length = direction.norm();
+  return length > 0 ? Vec3(direction / length) : Vec3(Vec3::UnitY());
+}
+
+}  // namespace duet

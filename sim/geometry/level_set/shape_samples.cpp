@@ -1,0 +1,276 @@
+#include "sim/geometry/level_set/shape_samples.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+
+#include "sim/base/elementary.h"
+#include "sim/geometry/mesh/sharp_edge.h"
+
+namespace duet {
+namespace {
+
+constexpr double pi = std::numbers::pi;
+constexpr double most_on_edge = 8;  // as many times denser than elsewhere are samples on edges of thin boxes
+constexpr int least_around = 24;    // samples on the widest ring of a round body, so that it rolls smoothly
+
+// Intervals no longer than `spacing`; a length that is a whole number of them but for rounding has that many.
+int intervals(double length, double spacing) {
+  return std::max(1, static_cast<int>(std::ceil(length / spacing - 1e-9)));
+}
+
+// Points between those of the lattice `n` on the edges of a thin box. Its edge crosses that of another such
+// box over the length of a thickness: samples no farther apart than that do not miss each other.
+void add_edge_samples(const Vec3& half, const Vec3i& n, double spacing, std::vector<Vec3>& samples) {
+  const double apart = std::max(2 * half.minCoeff(), spacing / most_on_edge);
+  for (int axis = 0; axis < 3; ++axis) {
+    const int parts = intervals(2 * half[axis] / n[axis], apart), count = n[axis] * parts;
+    for (int i = 1; i < count; ++i) {
+      if (i % parts == 0) continue;
+      for (int edge = 0; edge < 4; ++edge) {
+        Vec3 place;
+        place[axis] = 2.0 * i / count - 1;
+        place[(axis + 1) % 3] = edge & 1 ? 1 : -1;
+        place[(axis + 2) % 3] = edge & 2 ? 1 : -1;
+        samples.push_back(half.cwiseProduct(place));
+      }
+    }
+  }
+}
+
+std::vector<Vec3> box_samples(const Vec3& half, double spacing) {
+  std::vector<Vec3> samples;
+  Vec3i n;
+  for (int axis = 0; axis < 3; ++axis) n[axis] = intervals(2 * half[axis], spacing);
+  for (int i = 0; i <= n.x(); ++i)
+    for (int j = 0; j <= n.y(); ++j)
+      for (int k = 0; k <= n.z(); ++k) {
+        const bool on_surface = i == 0 || j == 0 || k == 0 || i == n.x() || j == n.y() || k == n.z();
+        if (on_surface)
+          samples.emplace_back(
+              half.cwiseProduct(Vec3(2.0 * i / n.x() - 1, 2.0 * j / n.y() - 1, 2.0 * k / n.z() - 1)));
+      }
+  add_edge_samples(half, n, spacing, samples);
+  return samples;
+}
+
+// Rings about the axis y, all as dense as the spacing asks for.
+class Rings {
+ public:
+  explicit Rings(double spacing) : spacing_(spacing) {}
+
+  void add(double radius, double y) {
+    if (radius < 1e-9 * spacing_) {
+      samples_.emplace_back(0, y, 0);
+      return;
+    }
+    const int n = std::max(3, intervals(2 * pi * radius, spacing_));
+    for (int i = 0; i < n; ++i)
+      samples_.emplace_back(radius * math::sin(2 * pi * i / n), y, radius * math::cos(2 * pi * i / n));
+  }
+  std::vector<Vec3> take() { return std::move(samples_); }
+
+ private:
+  double spacing_;
+  std::vector<Vec3> samples_;
+};
+
+std::vector<Vec3> cylinder_samples(double radius, double half_length, double spacing) {
+  Rings rings(spacing);
+  const int rows = intervals(radius, spacing);
+  for (const double end : {-half_length, half_length})
+    for (int row = 0; row <= rows; ++row) rings.add(radius * row / rows, end);
+  return rings.take();
+}
+
+std::vector<Vec3> torus_samples(double radius, double tube, double spacing) {
+  Rings rings(spacing);
+  const int n = std::max(8, 4 * intervals(pi / 2 * tube, spacing));  // with the rings that it lies on
+  for (int i = 0; i < n; ++i) {
+    const double angle = 2 * pi * i / n;
+    rings.add(radius + tube * math::cos(angle), tube * math::sin(angle));
+  }
+  return rings.take();
+}
+
+double round_spacing(double widest_radius, double spacing) {
+  return std::min(spacing, 2 * pi * widest_radius / least_around);
+}
+
+struct Candidate {
+  Vec3 position;
+  Vec3 normal;           // unit, or zero where faces cancel
+  double sharpness = 0;  // 1 - cosine of the largest angle between faces that meet in it
+};
+
+// Keeps the first of the candidates that are closer together than `distance` and face the same way; two sides
+// of a thin plate do not, each keeps its own.
+std::vector<Vec3> thinned(const std::vector<Candidate>& candidates, double distance) {
+  constexpr double same_way = 0.7;
+  using Cell = std::array<std::int64_t, 3>;
+  std::map<Cell, std::vector<const Candidate*>> cells;
+  const auto cell_of = [&](const Vec3& x) {
+    Cell cell;
+    for (int i = 0; i < 3; ++i)
+      cell[static_cast<std::size_t>(i)] = static_cast<std::int64_t>(std::floor(x[i] / distance));
+    return cell;
+  };
+  const auto is_covered = [&](const Candidate& candidate) {
+    const Cell middle = cell_of(candidate.position);
+    for (std::int64_t n = 0; n < 27; ++n) {
+      const auto cell = cells.find({middle[0] + n % 3 - 1, middle[1] + n / 3 % 3 - 1, middle[2] + n / 9 - 1});
+      if (cell == cells.end()) continue;
+      for (const Candidate* kept : cell->second)
+        if ((kept->position - candidate.position).norm() < distance &&
+            kept->normal.dot(candidate.normal) > same_way)
+          return true;
+    }
+    return false;
+  };
+  std::vector<Vec3> kept;
+  for (const Candidate& candidate : candidates) {
+    if (is_covered(candidate)) continue;
+    cells[cell_of(candidate.position)].push_back(&candidate);
+    kept.push_back(candidate.position);
+  }
+  return kept;
+}
+
+void sort_by_sharpness(std::vector<Candidate>& candidates) {
+  std::stable_sort(candidates.begin(), candidates.end(),
+                   [](const Candidate& a, const Candidate& b) { return a.sharpness > b.sharpness; });
+}
+
+Candidate candidate(const Vec3& position, const std::vector<Vec3>& face_normals) {
+  Candidate result{position, Vec3::Zero()};
+  for (const Vec3& normal : face_normals) {
+    result.normal += normal;
+    for (const Vec3& other : face_normals)
+      result.sharpness = std::max(result.sharpness, 1 - normal.dot(other));
+  }
+  if (const double length = result.normal.norm(); length > 1e-6) result.normal /= length;
+  return result;
+}
+
+// Points inside the triangle on the barycentric lattice that divides its longest edge.
+void add_face_points(const TriangleMesh& mesh, std::size_t t, const Vec3& normal, double spacing,
+                     std::vector<Candidate>& candidates) {
+  const Vec3 &a = mesh.corner(t, 0), &b = mesh.corner(t, 1), &c = mesh.corner(t, 2);
+  const int n = intervals(std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()}), spacing);
+  for (int i = 1; i < n; ++i)
+    for (int j = 1; i + j < n; ++j)
+      candidates.push_back(
+          {a + static_cast<double>(i) / n * (b - a) + static_cast<double>(j) / n * (c - a), normal});
+}
+
+struct EdgeSides {
+  std::vector<Vec3> normals, opposite;  // of each face, and its corner opposite the edge
+};
+
+// Whether the edge from a on is sharp and goes inwards. What is inside a body touches
+// nothing there that its faces do not touch.
+bool is_crease(const EdgeSides& sides, const Vec3& a) {
+  return sides.normals.size() == 2 && sides.normals[0].dot(sides.normals[1]) < sharp_edge &&
+         sides.normals[0].dot(sides.opposite[1] - a) > 0;
+}
+
+}  // namespace
+
+double default_sample_spacing(double volume) { return math::cbrt(volume) / 8; }
+
+std::vector<Vec3> surface_samples(const LevelSet& shape, double spacing) {
+  switch (shape.kind) {
+    case LevelSet::Kind::box:
+      return box_samples(shape.half, spacing);
+    case LevelSet::Kind::cylinder:
+      return cylinder_samples(shape.radius, shape.half_length, round_spacing(shape.radius, spacing));
+    case LevelSet::Kind::torus:
+      return torus_samples(shape.radius, shape.tube, round_spacing(shape.radius + shape.tube, spacing));
+    case LevelSet::Kind::sphere:
+    case LevelSet::Kind::capsule:
+    case LevelSet::Kind::grid:
+    case LevelSet::Kind::half_space:
+      break;
+  }
+  return {};
+}
+
+std::vector<Vec3> surface_samples(const TriangleMesh& mesh, double spacing) {
+  std::vector<std::vector<Vec3>> at_vertex(mesh.positions.size());
+  std::vector<char> in_crease(mesh.positions.size(), 0);
+  std::map<std::pair<int, int>, EdgeSides> at_edge;
+  double longest_edge = 0;
+  std::vector<Candidate> faces;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const Vec3 normal = area_vector(mesh, t).normalized();
+    const Triangle& corners = mesh.triangles[t];
+    for (std::size_t k = 0; k < 3; ++k) {
+      at_vertex[static_cast<std::size_t>(corners[k])].push_back(normal);
+      EdgeSides& sides = at_edge[std::minmax(corners[k], corners[(k + 1) % 3])];
+      sides.normals.push_back(normal);
+      sides.opposite.push_back(mesh.corner(t, (k + 2) % 3));
+    }
+    add_face_points(mesh, t, normal, spacing, faces);
+  }
+  std::vector<Candidate> candidates, edges;
+  for (const auto& [edge, sides] : at_edge) {
+    const Vec3 &a = mesh.positions[as_index(edge.first)], &b = mesh.positions[as_index(edge.second)];
+    longest_edge = std::max(longest_edge, (b - a).norm());
+    if (is_crease(sides, a)) {
+      in_crease[as_index(edge.first)] = in_crease[as_index(edge.second)] = 1;
+      continue;
+    }
+    const int n = intervals((b - a).norm(), spacing);
+    for (int i = 1; i < n; ++i)
+      edges.push_back(candidate(a + static_cast<double>(i) / n * (b - a), sides.normals));
+  }
+  for (std::size_t v = 0; v < mesh.positions.size(); ++v)
+    if (in_crease[v] == 0) candidates.push_back(candidate(mesh.positions[v], at_vertex[v]));
+  sort_by_sharpness(candidates);
+  sort_by_sharpness(edges);
+  candidates.insert(candidates.end(), edges.begin(), edges.end());
+  candidates.insert(candidates.end(), faces.begin(), faces.end());
+  // No point is farther from a candidate than that, to which thinning adds its distance; a square lattice has
+  // points 0.7 spacings away from its nodes.
+  const double gap = std::min(spacing, longest_edge) / std::numbers::sqrt3;
+  return thinned(candidates, std::min(0.7 * spacing, spacing - gap));
+}
+
+std::vector<char> on_flat_faces(const LevelSet& shape, const std::vector<Vec3>& samples) {
+  constexpr int directions = 8;
+  constexpr double way = 1e-3;       // of the smallest size: edges nearer than that count
+  constexpr double flatness = 1e-5;  // of the way; a radius of the size falls off by half of 1e-3
+  const double size = shape.smallest_size(), step = way * size;
+  std::vector<char> flat;
+  flat.reserve(samples.size());
+  for (const Vec3& x : samples) {
+    const SignedDistance here = shape.exact(x);
+    const Vec3 u = here.normal.unitOrthogonal(), w = here.normal.cross(u);
+    bool is_flat = true;
+    for (int i = 0; i < directions && is_flat; ++i) {
+      const double angle = 2 * pi * i / directions;
+      const Vec3 beside = x + step * (math::cos(angle) * u + math::sin(angle) * w);
+      is_flat = std::abs(shape.exact(beside).distance - here.distance) < flatness * step;
+    }
+    flat.push_back(is_flat ? 1 : 0);
+  }
+  return flat;
+}
+
+std::vector<Vec3> points_inside(const LevelSet& shape, const std::vector<Vec3>& samples) {
+  const double way = shape.smallest_size() / 4, around = way / 10;
+  std::vector<Vec3> inside;
+  inside.reserve(samples.size());
+  for (const Vec3& x : samples) {
+    Vec3 sum = Vec3::Zero();
+    for (int i = 0; i < 27; ++i) {
+      const Vec3 offset(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1);
+      sum += shape.normal(x + around * offset);
+    }
+    inside.push_back(x - way * sum.normalized());
+  }
+  return inside;
+}
+
+}  // namespace duet

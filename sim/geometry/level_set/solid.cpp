@@ -1,0 +1,40 @@
+#include "sim/geometry/level_set/solid.h"
+
+#include "sim/geometry/level_set/grid_level_set.h"
+#include "sim/geometry/level_set/shape_mesh.h"
+#include "sim/geometry/level_set/shape_samples.h"
+
+namespace duet {
+
+Solid make_solid(const LevelSet& shape, std::optional<double> sample_spacing, double detail) {
+  Solid solid;
+  solid.level_set = shape;
+  solid.volume = volume(shape);
+  solid.unit_inertia = unit_inertia(shape);
+  const double spacing = sample_spacing.value_or(default_sample_spacing(solid.volume));
+  solid.samples = surface_samples(shape, spacing);
+  solid.inside = points_inside(solid.level_set, solid.samples);
+  solid.on_flat = on_flat_faces(solid.level_set, solid.samples);
+  solid.ridges = find_feature_edges(shape, spacing);
+  solid.surface = shape_surface(shape, detail);
+  return solid;
+}
+
+Solid make_solid(const TriangleMesh& mesh, double scale, int cells, std::optional<double> sample_spacing) {
+  const MassProperties mass = mass_properties(in_frame(mesh, scale, Pose{}));
+  const TriangleMesh body = in_frame(mesh, scale, mass.frame);
+  Solid solid;
+  solid.level_set = LevelSet::mesh(std::make_shared<const GridLevelSet>(body, cells));
+  solid.volume = mass.volume;
+  solid.unit_inertia = mass.unit_inertia;
+  solid.frame = mass.frame;
+  const double spacing = sample_spacing.value_or(default_sample_spacing(mass.volume));
+  solid.samples = surface_samples(body, spacing);
+  solid.inside = points_inside(solid.level_set, solid.samples);
+  solid.on_flat = on_flat_faces(solid.level_set, solid.samples);
+  solid.ridges = find_feature_edges(body, solid.level_set, solid.samples, solid.inside, spacing);
+  solid.surface = mesh_surface(body);
+  return solid;
+}
+
+}  // namespace duet

@@ -1,0 +1,254 @@
+#include "sim/geometry/mesh/mesh_check.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <numeric>
+
+#include <fmt/format.h>
+
+namespace duet {
+namespace {
+
+constexpr double joined_distance = 1e-6;  // of the mesh's diagonal
+constexpr double least_volume = 1e-9;     // of the diagonal's cube
+
+std::string place(const Vec3& x) { return fmt::format("[{:.6g}, {:.6g}, {:.6g}]", x.x(), x.y(), x.z()); }
+
+std::string counted(std::size_t count, std::string_view singular, std::string_view plural) {
+  return fmt::format("{} {}", count, count == 1 ? singular : plural);
+}
+
+double diagonal(const TriangleMesh& mesh) {
+  Eigen::AlignedBox3d box;
+  for (const Vec3& x : mesh.positions) box.extend(x);
+  return box.diagonal().norm();
+}
+
+// Disjoint sets of vertices; each is known by its least member.
+class Sets {
+ public:
+  explicit Sets(std::size_t size) : parent_(size) { std::iota(parent_.begin(), parent_.end(), 0); }
+  int find(int i) {
+    while (parent_[as_index(i)] != i) i = parent_[as_index(i)] = parent_[as_index(parent_[as_index(i)])];
+    return i;
+  }
+  bool join(int a, int b) {
+    a = find(a);
+    b = find(b);
+    if (a != b) parent_[as_index(std::max(a, b))] = std::min(a, b);
+    return a != b;
+  }
+
+ private:
+  std::vector<int> parent_;
+};
+
+// Renumbers the vertices so that each set becomes one.
+void merge(TriangleMesh& mesh, Sets& sets) {
+  std::vector<int> renumbered(mesh.positions.size(), -1);
+  std::vector<Vec3> positions;
+  for (std::size_t v = 0; v < mesh.positions.size(); ++v)
+    if (const int first = sets.find(static_cast<int>(v)); first == static_cast<int>(v)) {
+      renumbered[v] = static_cast<int>(positions.size());
+      positions.push_back(mesh.positions[v]);
+    } else {
+      renumbered[v] = renumbered[as_index(first)];
+    }
+  mesh.positions = std::move(positions);
+  for (Triangle& t : mesh.triangles)
+    for (int& v : t) v = renumbered[as_index(v)];
+}
+
+// Vertices at exactly one place are a matter of file formats, which repeat them at seams: not worth a word.
+void merge_equal(TriangleMesh& mesh) {
+  const auto key = [&](int v) {
+    const Vec3& x = mesh.positions[as_index(v)];
+    return std::array{x.x(), x.y(), x.z()};
+  };
+  std::vector<int> order(mesh.positions.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::sort(order.begin(), order.end(),
+            [&](int a, int b) { return std::pair(key(a), a) < std::pair(key(b), b); });
+  Sets sets(order.size());
+  for (std::size_t i = 1; i < order.size(); ++i)
+    if (key(order[i - 1]) == key(order[i])) sets.join(order[i - 1], order[i]);
+  merge(mesh, sets);
+}
+
+// Joins vertices that differ by rounding; returns how many vanished.
+std::size_t merge_near(TriangleMesh& mesh) {
+  const double distance = joined_distance * diagonal(mesh);
+  if (distance == 0) return 0;
+  const auto cell = [&](double x) { return static_cast<std::int64_t>(std::floor(x / (4 * distance))); };
+  std::map<std::array<std::int64_t, 3>, std::vector<int>> cells;
+  Sets sets(mesh.positions.size());
+  std::size_t joined = 0;
+  for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
+    const Vec3& x = mesh.positions[v];
+    const Vec3 low = x.array() - distance, high = x.array() + distance;
+    for (std::int64_t i = cell(low.x()); i <= cell(high.x()); ++i)
+      for (std::int64_t j = cell(low.y()); j <= cell(high.y()); ++j)
+        for (std::int64_t k = cell(low.z()); k <= cell(high.z()); ++k)
+          if (const auto found = cells.find({i, j, k}); found != cells.end())
+            for (const int other : found->second)
+              if ((mesh.positions[as_index(other)] - x).norm() <= distance)
+                joined += sets.join(other, static_cast<int>(v)) ? 1 : 0;
+    cells[{cell(x.x()), cell(x.y()), cell(x.z())}].push_back(static_cast<int>(v));
+  }
+  if (joined > 0) merge(mesh, sets);
+  return joined;
+}
+
+// Triangles with two corners in one vertex have no area, and the mesh closes without them.
+std::size_t drop_collapsed(TriangleMesh& mesh) {
+  std::size_t kept = 0;
+  for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
+    const Triangle& v = mesh.triangles[t];
+    if (v[0] == v[1] || v[1] == v[2] || v[2] == v[0]) continue;
+    mesh.triangles[kept] = mesh.triangles[t];
+    if (!mesh.normals.empty()) mesh.normals[kept] = mesh.normals[t];
+    if (!mesh.uvs.empty()) mesh.uvs[kept] = mesh.uvs[t];
+    ++kept;
+  }
+  const std::size_t dropped = mesh.triangles.size() - kept;
+  mesh.triangles.resize(kept);
+  if (!mesh.normals.empty()) mesh.normals.resize(kept);
+  if (!mesh.uvs.empty()) mesh.uvs.resize(kept);
+  return dropped;
+}
+
+void drop_unused_vertices(TriangleMesh& mesh) {
+  std::vector<int> renumbered(mesh.positions.size(), -1);
+  for (const Triangle& t : mesh.triangles)
+    for (const int v : t) renumbered[as_index(v)] = 0;
+  int count = 0;
+  for (std::size_t v = 0; v < renumbered.size(); ++v)
+    if (renumbered[v] == 0) {
+      mesh.positions[as_index(count)] = mesh.positions[v];
+      renumbered[v] = count++;
+    }
+  mesh.positions.resize(as_index(count));
+  for (Triangle& t : mesh.triangles)
+    for (int& v : t) v = renumbered[as_index(v)];
+}
+
+void turn_around(TriangleMesh& mesh) {
+  for (Triangle& t : mesh.triangles) std::swap(t[1], t[2]);
+  for (auto& uvs : mesh.uvs) std::swap(uvs[1], uvs[2]);
+  mesh.normals.clear();  // whichever way the file's point: new ones are computed
+}
+
+// Counts edges with one kind of fault and remembers where the first one is.
+struct EdgeFault {
+  std::size_t count = 0;
+  std::string first;
+  void add(const TriangleMesh& mesh, const std::pair<int, int>& edge) {
+    if (count++ == 0)
+      first = fmt::format("from {} to {}", place(mesh.positions[as_index(edge.first)]),
+                          place(mesh.positions[as_index(edge.second)]));
+  }
+  void report(std::vector<MeshFlaw>& flaws, std::string_view singular, std::string_view plural,
+              const std::string& remedy) const {
+    if (count > 0)
+      flaws.push_back({fmt::format("has {}, {}{}", counted(count, singular, plural),
+                                   count == 1 ? "" : "the first ", first),
+                       remedy});
+  }
+};
+
+void check_edges(const TriangleMesh& mesh, std::vector<MeshFlaw>& flaws) {
+  struct Uses {
+    int forward = 0, backward = 0;  // triangles that run through it from its lesser vertex, and to it
+  };
+  std::map<std::pair<int, int>, Uses> edges;
+  for (const Triangle& t : mesh.triangles)
+    for (std::size_t k = 0; k < 3; ++k) {
+      const int a = t[k], b = t[(k + 1) % 3];
+      ++(a < b ? edges[{a, b}].forward : edges[{b, a}].backward);
+    }
+  EdgeFault open, crowded, inconsistent;
+  for (const auto& [edge, uses] : edges) {
+    const int all = uses.forward + uses.backward;
+    if (all == 1)
+      open.add(mesh, edge);
+    else if (all > 2)
+      crowded.add(mesh, edge);
+    else if (uses.forward != 1)
+      inconsistent.add(mesh, edge);
+  }
+  open.report(flaws, "open edge", "open edges",
+              "fill the holes in a modelling program: only a closed surface has an inside");
+  crowded.report(flaws, "non-manifold edge, shared by more than two triangles",
+                 "non-manifold edges, shared by more than two triangles",
+                 "remove inner walls and doubled triangles, or split the mesh into bodies");
+  inconsistent.report(flaws, "edge between triangles that face opposite ways",
+                      "edges between triangles that face opposite ways",
+                      "recalculate the normals to the outside in a modelling program");
+}
+
+void check_parts(const TriangleMesh& mesh, std::vector<MeshFlaw>& flaws) {
+  Sets sets(mesh.positions.size());
+  for (const Triangle& t : mesh.triangles) {
+    sets.join(t[0], t[1]);
+    sets.join(t[1], t[2]);
+  }
+  std::vector<int> parts;
+  for (std::size_t v = 0; v < mesh.positions.size(); ++v)
+    if (sets.find(static_cast<int>(v)) == static_cast<int>(v)) parts.push_back(static_cast<int>(v));
+  if (parts.size() > 1)
+    flaws.push_back({fmt::format("falls into {} parts that are not connected, the second one at {}",
+                                 parts.size(), place(mesh.positions[as_index(parts[1])])),
+                     "unite them in a modelling program, or make each a body of its own"});
+}
+
+bool is_finite(const TriangleMesh& mesh, std::vector<MeshFlaw>& flaws) {
+  const auto bad = [](const Vec3& x) { return !x.allFinite(); };
+  const auto count = std::count_if(mesh.positions.begin(), mesh.positions.end(), bad);
+  if (count > 0)
+    flaws.push_back({fmt::format("has {} with coordinates that are no finite numbers",
+                                 counted(static_cast<std::size_t>(count), "vertex", "vertices")),
+                     "export the mesh again"});
+  return count == 0;
+}
+
+void check_volume(TriangleMesh& mesh, MeshReport& report) {
+  const double size = diagonal(mesh), volume = mass_properties(mesh).volume;
+  if (!(std::abs(volume) > least_volume * size * size * size)) {
+    report.flaws.push_back({fmt::format("encloses no volume ({:.3g} m^3 before scaling, {:.3g} m across)",
+                                        std::abs(volume), size),
+                            "a body needs a surface with an inside: give a flat one some thickness"});
+  } else if (volume < 0) {
+    turn_around(mesh);
+    report.repairs.push_back(
+        fmt::format("all {} triangles faced inward and were turned around", mesh.triangles.size()));
+  }
+}
+
+}  // namespace
+
+MeshReport repair(TriangleMesh& mesh) {
+  MeshReport report;
+  if (!is_finite(mesh, report.flaws)) return report;
+  merge_equal(mesh);
+  if (const std::size_t joined = merge_near(mesh); joined > 0)
+    report.repairs.push_back(fmt::format("{} within {:.2g} m of another one {} joined to it",
+                                         counted(joined, "vertex", "vertices"),
+                                         joined_distance * diagonal(mesh), joined == 1 ? "was" : "were"));
+  if (const std::size_t dropped = drop_collapsed(mesh); dropped > 0)
+    report.repairs.push_back(fmt::format("{} without area {} dropped",
+                                         counted(dropped, "triangle", "triangles"),
+                                         dropped == 1 ? "was" : "were"));
+  drop_unused_vertices(mesh);
+  if (mesh.triangles.empty()) {
+    report.flaws.push_back({"has no triangle", "export the surface as triangles or polygons"});
+    return report;
+  }
+  check_edges(mesh, report.flaws);
+  check_parts(mesh, report.flaws);
+  if (report.flaws.empty()) check_volume(mesh, report);
+  return report;
+}
+
+}  // namespace duet

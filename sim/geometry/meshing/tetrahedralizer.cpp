@@ -1,0 +1,32 @@
+#include "sim/geometry/meshing/tetrahedralizer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "sim/geometry/level_set/grid_level_set.h"
+#include "sim/geometry/meshing/lattice_stencils.h"
+#include "sim/geometry/meshing/tet_smoothing.h"
+
+namespace duet {
+
+TetMesh tetrahedralize(const LevelSet& shape, double spacing, bool graded) {
+  TetMesh mesh = tets_inside(cut_lattice(bcc_lattice(shape, spacing, graded), shape));
+  raise_altitudes(mesh, shape, spacing);
+  return mesh;
+}
+
+double default_spacing(const LevelSet& shape) {
+  return std::min(shape.smallest_size() / 4, (shape.upper() - shape.lower()).maxCoeff() / 10);
+}
+
+LevelSet fine_level_set(const TriangleMesh& mesh, std::optional<double> spacing) {
+  constexpr double least_cells = 64, most_cells = 256;
+  Eigen::AlignedBox3d box;
+  for (const Vec3& x : mesh.positions) box.extend(x);
+  const double wanted = spacing ? 2 * box.sizes().maxCoeff() / *spacing : 0;
+  const int cells = static_cast<int>(std::clamp(std::ceil(wanted), least_cells, most_cells));
+  return LevelSet::mesh(std::make_shared<const GridLevelSet>(mesh, cells, GridLevelSet::SharpEdges::rounded));
+}
+
+}  // namespace duet

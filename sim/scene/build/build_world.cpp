@@ -1,0 +1,439 @@
+#include "sim/scene/build/build_world.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numbers>
+
+#include <fmt/format.h>
+
+#include "sim/base/elementary.h"
+#include "sim/base/error.h"
+#include "sim/contact/detection/facing.h"
+#include "sim/contact/detection/friction_fade.h"
+#include "sim/contact/detection/internal_edges.h"
+#include "sim/contact/response/articulated_response.h"
+#include "sim/geometry/level_set/shape_mesh.h"
+#include "sim/geometry/queries/texture.h"
+#include "sim/scene/build/add_deformable.h"
+#include "sim/scene/build/attachments.h"
+#include "sim/scene/build/motion.h"
+#include "sim/scene/build/tet_meshes.h"
+#include "sim/scene/deformables.h"
+#include "sim/scene/joints.h"
+#include "sim/scene/solids.h"
+#include "sim/step/step.h"
+
+namespace duet::scene {
+namespace {
+
+// Of the shortest edge of a surface: little to see, and much more than what moves in a step.
+constexpr double default_collision_thickness = 0.1;
+// Of the same: shells that are thicker would repel their own neighbours where they fold sharply. Rods cannot
+// turn within their own width anyway.
+constexpr double largest_shell_thickness = 0.5;
+
+// `surface` is a rigid body or the ground.
+template <class Surface>
+void add_rigid(RigidBodies& rigid, const std::string& name, const Solid& solid, double mass,
+               const Surface& surface, const Placement& placement) {
+  RigidProperties properties;
+  properties.shape = solid.level_set;
+  properties.samples = solid.samples;
+  properties.inside = solid.inside;
+  properties.on_flat = solid.on_flat;
+  properties.ridges = solid.ridges;
+  properties.friction = surface.friction;
+  properties.restitution = surface.restitution;
+  properties.rolling_friction = surface.rolling_friction;
+  properties.spinning_friction = surface.spinning_friction;
+  if (mass > 0) {
+    properties.mass = mass;
+    properties.inverse_mass = 1 / mass;
+    properties.inertia = mass * solid.unit_inertia;
+  }
+  RigidState state;  // a placement puts the shape's own coordinates into the world
+  state.pose.position = placement.position + placement.orientation * solid.frame.position;
+  state.pose.orientation = placement.orientation * solid.frame.orientation;
+  if (mass > 0) {
+    state.velocity = placement.velocity;
+    set_angular_velocity(state, properties, placement.angular_velocity);
+  }
+  rigid.name.push_back(name);
+  rigid.properties.push_back(std::move(properties));
+  rigid.state.push_back(state);
+}
+
+// The rigid body added last follows the motion, which begins at time 0.
+void make_kinematic(RigidBodies& rigid, KinematicMotion motion) {
+  const MotionState start = motion_at(motion, 0);
+  RigidState& state = rigid.state.back();
+  state.pose = start.pose;
+  state.velocity = start.velocity;
+  state.angular_velocity = start.angular_velocity;
+  rigid.properties.back().is_kinematic = true;
+  rigid.kinematic.push_back({rigid.size() - 1, std::move(motion)});
+}
+
+// Each particle gets a quarter of the mass of every tet around it.
+std::vector<double> lumped_masses(const TetMesh& mesh, double density) {
+  std::vector<double> mass(mesh.nodes.size(), 0);
+  for (const Tet& t : mesh.tets)
+    for (int i : t) mass[static_cast<std::size_t>(i)] += density / 4 * volume(mesh, t);
+  return mass;
+}
+
+// Of a body with a skin: what is drawn, and how the tets carry it.
+BodyShape skinned(const scene::DeformableBody& description, const TetMesh& mesh, std::size_t first_particle) {
+  if (!description.skin->mesh)
+    throw Error(ExitStatus::usage,
+                fmt::format("deformable.{}.skin: the scene was read without its meshes", description.name));
+  BodyShape shape;
+  shape.name = description.name;
+  shape.surface.surface = mesh_surface(in_frame(*description.skin->mesh, description.skin->scale, Pose{}));
+  shape.skin = CarriedSurface(shape.surface.surface, mesh);
+  shape.first_particle = first_particle;
+  return shape;
+}
+
+// Every triangle of the skin has its share of the mass by area, a third of it at each corner, and the nodes
+// that carry the corner have that by its weights: which keeps mass and centre of mass.
+void add_skin_mass(const scene::DeformableBody& description, const BodyShape& skin,
+                   std::vector<double>& masses) {
+  const Surface& surface = skin.surface.surface;
+  std::vector<double> area(surface.positions.size(), 0);
+  double total = 0;
+  for (const std::array<Corner, 3>& triangle : surface.triangles) {
+    std::array<Vec3, 3> x;
+    for (std::size_t k = 0; k < 3; ++k)
+      x[k] = surface.positions[static_cast<std::size_t>(triangle[k].position)];
+    const double its_area = (x[1] - x[0]).cross(x[2] - x[0]).norm() / 2;
+    for (const Corner& corner : triangle) area[static_cast<std::size_t>(corner.position)] += its_area / 3;
+    total += its_area;
+  }
+  for (std::size_t i = 0; i < area.size(); ++i) {
+    const CarriedSurface::Carrier& carrier = skin.skin.carriers()[i];
+    for (std::size_t k = 0; k < 4; ++k)
+      masses[static_cast<std::size_t>(carrier.nodes[k])] +=
+          *description.skin->mass * area[i] / total * carrier.weights[k];
+  }
+  if (*std::min_element(masses.begin(), masses.end()) <= 0)
+    throw Error(
+        ExitStatus::usage,
+        fmt::format("deformable.{}.skin.mass: {:.4g} kg on a skin that reaches {:.2g} of a tetrahedron "
+                    "out of them would need negative masses; lower it, or shape.spacing",
+                    description.name, *description.skin->mass, skin.skin.farthest_outside()));
+}
+
+// Whether the slowest deformation of the last body, with the frequency w of a bar as long as it is, does not
+// ring but creeps by far: damped for more than 10 times the critical 2/w. Up to three times that, contact
+// that is no part of the velocity solves does no harm.
+void add_damping(const scene::DeformableBody& description, const Material& material, World& world) {
+  constexpr double least = 20;
+  const duet::DeformableBody& body = world.bodies.deformable.back();
+  Eigen::AlignedBox3d box;
+  for_each_particle(body, [&](std::size_t p) { box.extend(world.bodies.particles.x[p]); });
+  const double length = box.sizes().maxCoeff();
+  const double frequency = std::numbers::pi / length * std::sqrt(material.youngs_modulus / material.density);
+  double damping = material.damping * frequency, time = material.damping;
+  if (material.has_springs) {  // w over that of a spring on its particles is that of their distance
+    const double count = body.particle_count;
+    const double along = description.shape.is_volume()  ? math::cbrt(count)
+                         : description.shape.is_shell() ? std::sqrt(count)
+                                                        : count;
+    damping = std::numbers::pi * material.springs.damping / along;
+    // 2 sqrt(k m) of critical damping over k, with the stiffness k of a spring as long as particles are
+    // apart.
+    double mass = 0;
+    for_each_particle(body, [&](std::size_t p) { mass += world.bodies.particles.mass[p]; });
+    time = 2 * material.springs.damping *
+           std::sqrt(mass / count * length / (along * material.springs.stiffness));
+  }
+  world.strongly_damped.push_back(length > 0 && damping > least);
+  world.damping_time.push_back(time);
+}
+
+BodyShape add_volume(const Scene& scene, const EffectSet& plan, const scene::DeformableBody& description,
+                     const TetMesh& mesh, Bodies& bodies) {
+  const Material& material = material_of(scene, description);
+  const std::vector<Triangle> triangles = boundary(mesh);
+  const double density = description.mass ? *description.mass / volume(mesh) : material.density;
+  std::vector<double> masses = lumped_masses(mesh, density);
+  std::optional<BodyShape> skin;
+  const bool is_drawn = description.skin && plan[index(Effect::embedded_surfaces)];
+  if (is_drawn || (description.skin && (description.skin->contact || description.skin->mass)))
+    skin = skinned(description, mesh, bodies.particles.size());
+  if (skin && description.skin->mass) add_skin_mass(description, *skin, masses);
+
+  duet::DeformableBody body;
+  body.name = description.name;
+  body.first_particle = static_cast<int>(bodies.particles.size());
+  body.particle_count = static_cast<int>(mesh.nodes.size());
+  body.first_tet = static_cast<int>(bodies.forces.elements.size());
+  body.first_triangle = static_cast<int>(bodies.triangles.size());
+  body.triangle_count = static_cast<int>(triangles.size());
+
+  add_particles(description, plan, mesh.nodes, masses, bodies);
+  std::vector<Tet> tets = mesh.tets;
+  for (Tet& tet : tets)
+    for (int& i : tet) i += body.first_particle;
+  for (Triangle triangle : triangles) {
+    for (int& i : triangle) i += body.first_particle;
+    bodies.triangles.push_back(triangle);
+  }
+  bodies.tets.insert(bodies.tets.end(), tets.begin(), tets.end());
+  const Resistance resists = resistance(description.shape, material);
+  if (resists.elements && plan[index(Effect::deformable_elasticity)])
+    bodies.forces.elements.add(
+        tets, bodies.particles.x,
+        {lame_parameters(material.youngs_modulus, material.poisson_ratio, material.damping), material.model,
+         material.mass_damping, description.incompressible});
+  if (resists.springs && plan[index(Effect::springs)]) add_volume_springs(tets, material.springs, bodies);
+  if (description.incompressible) bodies.one_rings.add(tets, bodies.particles.x);
+  body.tet_count = static_cast<int>(bodies.forces.elements.size()) - body.first_tet;
+  if (skin && description.skin->contact)
+    add_surface_points(skin->skin, body, bodies);
+  else
+    add_surface_points(mesh, triangles, scene.solver.face_samples, 0, body, bodies);
+  bodies.deformable.push_back(body);
+
+  // Few triangles go around a curve of a filled surface or of tets from elsewhere, so that they meet at wide
+  // angles; only a lattice's edges are sharp for certain.
+  const double crease = description.shape.kind == DeformableKind::box ? 40 : 75;
+  if (is_drawn) return std::move(*skin);
+  BodyShape shape{description.name, boundary_surface(mesh, triangles, crease)};
+  for (int& node : shape.surface.vertex_nodes) node += body.first_particle;
+  const Shape& source = description.shape.surface;
+  if (source.mesh && !source.mesh->uvs.empty())
+    transfer_texture(in_frame(*source.mesh, source.scale, Pose{}), shape.surface.surface);
+  return shape;
+}
+
+// The mean length of the edges of the boundary, those of inner edges counted twice, or of a rod's segments; a
+// particle's diameter.
+double element_size(const duet::DeformableBody& body, const Bodies& bodies) {
+  const std::vector<Vec3>& x = bodies.particles.x;
+  double sum = 0;
+  int count = 0;
+  const auto add = [&](int a, int b) {
+    sum += (x[as_index(a)] - x[as_index(b)]).norm();
+    ++count;
+  };
+  for (int t = body.first_triangle; t < body.first_triangle + body.triangle_count; ++t)
+    for (std::size_t k = 0; k < 3; ++k)
+      add(bodies.triangles[as_index(t)][k], bodies.triangles[as_index(t)][(k + 1) % 3]);
+  for (int s = body.first_segment; s < body.first_segment + body.segment_count; ++s)
+    add(bodies.segments[as_index(s)][0], bodies.segments[as_index(s)][1]);
+  return count > 0 ? sum / count : body.thickness;
+}
+
+// What the bodies touch themselves and each other with.
+CollisionSurface collision_surface(const Scene& scene, const Bodies& bodies) {
+  CollisionSurface surface;
+  for (std::size_t i = 0; i < bodies.deformable.size(); ++i) {
+    const duet::DeformableBody& body = bodies.deformable[i];
+    const scene::DeformableBody& description = scene.deformable[i];
+    const std::span<const Triangle> triangles(bodies.triangles.data() + body.first_triangle,
+                                              static_cast<std::size_t>(body.triangle_count));
+    const std::span<const std::array<int, 2>> segments(bodies.segments.data() + body.first_segment,
+                                                       static_cast<std::size_t>(body.segment_count));
+    const double shortest = shortest_edge(bodies.particles.x, triangles, segments);
+    const double thickness = description.collision_thickness.value_or(
+        description.shape.is_volume()  ? default_collision_thickness * shortest
+        : description.shape.is_shell() ? std::min(body.thickness, largest_shell_thickness * shortest)
+                                       : body.thickness);
+    surface.add({collides_with_itself(description), thickness, description.collision_friction}, triangles,
+                segments);
+  }
+  surface.initial = bodies.particles.x;
+  return surface;
+}
+
+// Every frame's file holds all surfaces: the more round bodies there are, the smaller each one in the picture
+// and the coarser it may be. From 432 on a ball has 21 columns instead of 64.
+double surface_detail(const Scene& scene) {
+  const auto round = std::count_if(scene.rigid.begin(), scene.rigid.end(), [](const RigidBody& body) {
+    return body.shape.kind != ShapeKind::box && body.shape.kind != ShapeKind::mesh;
+  });
+  return std::clamp(std::sqrt(48.0 / static_cast<double>(std::max<std::ptrdiff_t>(round, 1))), 1.0 / 3, 1.0);
+}
+
+// What the projection leaves of approach only touches the damping in a semi-implicit solve. In an implicit
+// one, where repulsions between surfaces are projected, it takes part in the elastic forces.
+constexpr int implicit_projection_sweeps = 10;
+
+StepSettings step_settings(const Solver& solver) {
+  StepSettings settings;
+  settings.implicit_elasticity = solver.integration == Integration::implicit;
+  settings.newton_iterations = solver.newton_iterations;
+  settings.cfl = solver.cfl;
+  settings.max_travel = solver.max_travel;
+  settings.max_rotation = solver.max_rotation;
+  settings.max_time_step = solver.max_time_step;
+  settings.cg_tolerance = solver.cg_tolerance;
+  settings.cg_iterations = solver.cg_iterations;
+  settings.pressure = {solver.volume_tolerance, solver.pressure_iterations};
+  settings.push_out = {.iterations = solver.push_out_iterations,
+                       .sweeps = solver.push_out_sweeps,
+                       .gradual = solver.push_out_gradual,
+                       .rigid_pairs = solver.rigid_push_out == RigidPushOut::deepest_points,
+                       .order = solver.push_out_order};
+  settings.constraints_first = solver.velocity_constraints == VelocityConstraints::before_solve;
+  settings.projection_sweeps =
+      std::max(solver.projection_iterations, settings.implicit_elasticity ? implicit_projection_sweeps : 1);
+  settings.contact_reduction = solver.contact_reduction;
+  settings.orientation = solver.orientation;
+  settings.keep_spin = solver.keep_spin;
+  settings.collision.iterations = solver.collision_iterations;
+  settings.collision.orientation = solver.orientation;
+  settings.contact.iterations = solver.contact_iterations;
+  settings.contact.whole_islands = solver.whole_islands;
+  settings.contact.shocks_everywhere = solver.shock_propagation == Switch::on;
+  return settings;
+}
+
+// Bodies and the bones that they are attached to do not touch.
+void keep_apart(const Scene& scene, const EffectSet& plan, Bodies& bodies) {
+  const std::vector<std::string>& names = bodies.rigid.name;
+  for (std::size_t d = 0; d < scene.deformable.size(); ++d) {
+    const scene::DeformableBody& body = scene.deformable[d];
+    if (!plan[index(body.attach_springs ? Effect::soft_bindings : Effect::hard_bindings)]) continue;
+    for (const std::string& name : body.attach)
+      bodies.apart_deformable.emplace_back(std::find(names.begin(), names.end(), name) - names.begin(),
+                                           static_cast<int>(d));
+  }
+  std::sort(bodies.apart_deformable.begin(), bodies.apart_deformable.end());
+}
+
+// Bound particles have no mass; for the bound of the time step they have a share of their body's.
+void finalize_forces(Bodies& bodies) {
+  std::vector<double> mass = bodies.particles.mass, inverse_mass = bodies.particles.inverse_mass;
+  std::map<std::size_t, double> equivalent;
+  for (const BoundParticle& bound : bodies.bound) {
+    if (!equivalent.contains(bound.body))
+      equivalent[bound.body] = equivalent_mass(bodies.rigid.properties[bound.body], bodies.bound, bound.body);
+    mass[bound.particle] = equivalent[bound.body];
+    inverse_mass[bound.particle] = 1 / mass[bound.particle];
+  }
+  bodies.forces.finalize(mass, inverse_mass);
+}
+
+// `frames` are the body spaces of the bodies in the coordinates of their shapes.
+void add_joints(const Scene& scene, const EffectSet& plan, const std::vector<Pose>& frames, Bodies& bodies) {
+  std::map<std::string, int> number;
+  for (std::size_t i = 0; i < bodies.rigid.size(); ++i) number[bodies.rigid.name[i]] = static_cast<int>(i);
+  const auto start = [&](int body) {
+    const auto i = static_cast<std::size_t>(body);
+    return i < scene.rigid.size() ? start_of(scene.rigid[i]) : bodies.rigid.state[i].pose;
+  };
+  const auto in_body_space = [&](int body, const Pose& frame) {
+    const Pose& space = frames[static_cast<std::size_t>(body)];
+    return Pose{space.to_body(frame.position), space.orientation.conjugate() * frame.orientation};
+  };
+  for (const scene::Joint& description : scene.joints) {
+    const int parent = number.at(description.parent), child = number.at(description.child);
+    duet::Joint joint = make_joint(description, plan, start(parent), start(child));
+    joint.parent = parent;
+    joint.child = child;
+    joint.parent_frame = in_body_space(parent, joint.parent_frame);
+    joint.child_frame = in_body_space(child, joint.child_frame);
+    if (!joint.collides) bodies.apart.push_back(std::minmax(parent, child));
+    bodies.articulation.joints.push_back(std::move(joint));
+  }
+  std::sort(bodies.apart.begin(), bodies.apart.end());
+}
+
+// Drag carries the weight at the terminal speed: m k v^2 = m |g|. Bodies at rest in space have no weight,
+// which the reader reports.
+void add_air_drag(const Scene& scene, Bodies& bodies) {
+  const auto drag = [&](const std::optional<double>& terminal_speed) {
+    return terminal_speed ? scene.gravity.norm() / (*terminal_speed * *terminal_speed) : 0;
+  };
+  for (std::size_t i = 0; i < scene.rigid.size(); ++i)
+    bodies.rigid.properties[i].air_drag = drag(scene.rigid[i].terminal_speed);
+  for (std::size_t i = 0; i < scene.deformable.size(); ++i)
+    bodies.deformable[i].air_drag = drag(scene.deformable[i].terminal_speed);
+}
+
+void fall_freely(const Bodies& bodies, const Vec3& gravity, GeneralizedVelocity& acceleration) {
+  acceleration.particle.resize(bodies.particles.size());
+  for (std::size_t p = 0; p < bodies.particles.size(); ++p)
+    acceleration.particle[p] = is_held(bodies.particles, p) ? Vec3(Vec3::Zero()) : gravity;
+  acceleration.angular.assign(bodies.rigid.size(), Vec3::Zero());
+  acceleration.linear.assign(bodies.rigid.size(), gravity);
+}
+
+}  // namespace
+
+BuiltWorld build_world(const Scene& scene, const EffectSet& plan) {
+  BuiltWorld built;
+  World& world = built.world;
+  Bodies& bodies = world.bodies;
+  Solids solids(surface_detail(scene));
+  TetMeshes meshes;
+  std::vector<Pose> frames;
+  for (const RigidBody& body : scene.rigid) {
+    const Solid& solid = solids.of(body);
+    frames.push_back(solid.frame);
+    const bool is_dynamic = !body.is_static && !body.is_kinematic;
+    const double mass = is_dynamic ? body.mass.value_or(body.density.value_or(0) * solid.volume) : 0;
+    add_rigid(bodies.rigid, body.name, solid, mass, body, body.placement);
+    if (body.is_kinematic && plan[index(Effect::kinematic_motion)])
+      make_kinematic(bodies.rigid, kinematic_motion(body, solid.frame));
+    built.shapes.push_back({body.name, {solid.surface, {}}});
+  }
+  for (const scene::DeformableBody& body : scene.deformable) {
+    built.shapes.push_back(body.shape.is_volume()     ? add_volume(scene, plan, body, meshes.of(body), bodies)
+                           : body.shape.is_shell()    ? add_shell(scene, plan, body, bodies)
+                           : body.shape.is_particle() ? add_particle(scene, body, bodies)
+                                                      : add_rod(scene, plan, body, bodies));
+    add_damping(body, material_of(scene, body), world);
+  }
+  for (duet::DeformableBody& body : bodies.deformable) body.element_size = element_size(body, bodies);
+  if (plan[index(Effect::soft_bindings)]) attach_softly(scene, bodies);
+  for (duet::DeformableBody& body : bodies.deformable)
+    for_each_particle(body, [&](std::size_t p) { body.mass += bodies.particles.mass[p]; });
+  world.may_crush = may_crush(bodies);
+  bodies.push_back = plan[index(Effect::two_way)];
+  if (plan[index(Effect::air_drag)]) add_air_drag(scene, bodies);
+  finalize_forces(bodies);
+  keep_apart(scene, plan, bodies);
+  bodies.neighbours = neighbours(bodies.particles.size(), bodies.tets);
+  bodies.faces_around = faces_around(bodies);
+  bodies.one_rings.finalize(bodies.particles.inverse_mass, bodies.particles.x);
+  if (plan[index(Effect::self_repulsion)] || plan[index(Effect::self_collision)])
+    bodies.collision_surface = collision_surface(scene, bodies);
+  if (scene.ground) {
+    Placement placement;
+    placement.position = Vec3(0, scene.ground->height, 0);
+    Solid half_space;
+    half_space.level_set = LevelSet::half_space();
+    add_rigid(bodies.rigid, "ground", half_space, 0, *scene.ground, placement);
+    frames.emplace_back();
+  }
+  bodies.adjoining = adjoining_bodies(bodies);
+  remove_hidden_samples(bodies);
+  if (plan[index(Effect::articulation)]) {
+    add_joints(scene, plan, frames, bodies);
+    bodies.linked = linked_bodies(bodies);
+    world.context.joints.analyze(bodies.articulation, bodies.rigid);
+    world.context.free_motion.analyze(bodies.articulation, bodies.rigid);
+  }
+  built.tet_meshes = meshes.sizes();
+  world.plan = plan;
+  world.gravity = scene.gravity;
+  world.settings = step_settings(scene.solver);
+  if (scene.solver.compression == Compression::damped && !world.settings.implicit_elasticity)
+    bodies.forces.rely_on_damping(scene.solver.cfl, scene.solver.relaxation);
+  world.settings.collision.rigid_pairs = world.has(Effect::rigid_collision);
+  world.settings.contact.angular_friction = world.has(Effect::rolling_friction);
+  if (world.has_internal_forces() && !world.settings.implicit_elasticity) {
+    fall_freely(bodies, world.gravity, world.context.acceleration);
+    for (std::vector<double>* pressure : {&world.context.held_pressure, &world.context.new_pressure})
+      pressure->assign(bodies.one_rings.size(), 0.0);
+  }
+  return built;
+}
+
+}  // namespace duet::scene

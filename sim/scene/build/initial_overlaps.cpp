@@ -1,0 +1,442 @@
+#include "sim/scene/build/initial_overlaps.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include <fmt/format.h>
+
+#include "sim/contact/detection/surface_intersections.h"
+#include "sim/scene/build/overlap_probe.h"
+#include "sim/step/world.h"
+
+namespace duet {
+namespace {
+
+constexpr double fine = 0.01, coarse = 0.25;  // slack of the depth that is reported, and on the way out
+constexpr int walk_steps = 32;                // along the normals of the deepest places
+// A walk out that is no longer than this many depths is taken without a look at other directions.
+constexpr double short_walk = 1.05;
+constexpr int most_strides = 100;    // along one direction
+constexpr double beyond = 1 + 1e-6;  // strides end behind the surface in spite of rounding
+constexpr int most_rounds = 50;      // of displacements
+constexpr int sweeps = 1000;         // over the overlaps of a round
+constexpr double least_gain = 0.01;  // of the sum of the squares of the depths, that a round has to take
+constexpr int most_repairs = 8;      // of a displacement that brings others to overlap
+constexpr int most_halvings = 3;     // of a round's displacement
+
+// Bodies that move together.
+class Clusters {
+ public:
+  explicit Clusters(const Bodies& bodies)
+      : rigid_count_(bodies.rigid.size()), root_(rigid_count_ + bodies.deformable.size()) {
+    std::iota(root_.begin(), root_.end(), 0);
+    for (const Joint& joint : bodies.articulation.joints) join(joint.parent, joint.child);
+    for (const BoundParticle& bound : bodies.bound)
+      if (const int body = deformable_of(bodies, bound.at); body >= 0)
+        join(static_cast<int>(bound.body), body);
+    for (std::size_t i = 0; i < root_.size(); ++i) root_[i] = find(static_cast<int>(i));
+    mass_.assign(root_.size(), 0);
+    held_.assign(root_.size(), 0);
+    weigh(bodies);
+  }
+
+  int of(int body) const { return root_[as_index(body)]; }
+  double inverse_mass(int cluster) const {
+    return held_[as_index(cluster)] != 0 ? 0 : 1 / mass_[as_index(cluster)];
+  }
+
+ private:
+  int find(int body) {
+    while (root_[as_index(body)] != body) body = root_[as_index(body)];
+    return body;
+  }
+  void join(int a, int b) { root_[as_index(std::max(find(a), find(b)))] = std::min(find(a), find(b)); }
+
+  int deformable_of(const Bodies& bodies, std::size_t particle) const {
+    const std::size_t body = body_of(bodies, static_cast<int>(particle));
+    return body < bodies.deformable.size() ? static_cast<int>(rigid_count_ + body) : -1;
+  }
+
+  void weigh(const Bodies& bodies) {
+    for (std::size_t i = 0; i < rigid_count_; ++i) {
+      mass_[as_index(root_[i])] += bodies.rigid.properties[i].mass;
+      if (!bodies.rigid.properties[i].is_dynamic()) held_[as_index(root_[i])] = 1;
+    }
+    for (std::size_t d = 0; d < bodies.deformable.size(); ++d) {
+      const auto cluster = as_index(root_[rigid_count_ + d]);
+      for_each_particle(bodies.deformable[d], [&](std::size_t p) {
+        mass_[cluster] += bodies.particles.mass[p];
+        if (bodies.particles.mass[p] > 0 && is_held(bodies.particles, p)) held_[cluster] = 1;
+      });
+    }
+    for (const Tether& tether : bodies.forces.tethers.all()) {  // to a body that no force moves
+      const bool is_bound =
+          std::any_of(bodies.bound.begin(), bodies.bound.end(),
+                      [&](const BoundParticle& b) { return b.particle == as_index(tether.b); });
+      const int body = deformable_of(bodies, as_index(tether.a));
+      if (!is_bound && body >= 0) held_[as_index(root_[as_index(body)])] = 1;
+    }
+  }
+
+  std::size_t rigid_count_;
+  std::vector<int> root_;
+  std::vector<double> mass_;  // kg, of the clusters
+  std::vector<char> held_;
+};
+
+struct Overlap {
+  int a = -1, b = -1;
+  OverlapProbe::Deepest deepest;
+  Vec3 way = Vec3::Zero();  // m, that takes b out of a
+};
+
+// What a displacement is to do: n . (u_b - u_a) >= length.
+struct Demand {
+  int a = -1, b = -1;
+  Vec3 normal = Vec3::Zero();
+  double length = 0;  // m; negative: what may be closed
+};
+
+class Finder {
+ public:
+  Finder(const World& world, std::vector<const Surface*> rigid_surfaces)
+      : world_(world),
+        bodies_(world.bodies),
+        probe_(world.bodies, std::move(rigid_surfaces)),
+        clusters_(world.bodies),
+        shift_(world.bodies.rigid.size() + world.bodies.deformable.size(), Vec3::Zero()),
+        frozen_(shift_.size(), 0) {
+    for (int a = 0; a < static_cast<int>(shift_.size()); ++a)
+      for (int b = a + 1; b < static_cast<int>(shift_.size()); ++b)
+        if (probe_.boxes_meet(a, b, Vec3::Zero()) && touch(a, b)) near_.emplace_back(a, b);
+  }
+
+  Parting part() {
+    Parting parting;
+    std::vector<Overlap> overlaps = find(fine);
+    const std::vector<Overlap> first = overlaps;
+    for (const Overlap& overlap : first) parting.overlaps.push_back(described(overlap));
+    for (int round = 0; round < most_rounds && !overlaps.empty(); ++round)
+      if (!take_round(overlaps)) break;
+    for (std::size_t i = 0; i < first.size(); ++i) {
+      InitialOverlap& overlap = parting.overlaps[i];
+      overlap.first_moves = shift_[as_index(first[i].a)];
+      overlap.second_moves = shift_[as_index(first[i].b)];
+      for (const Overlap& left : overlaps)
+        if (left.a == first[i].a && left.b == first[i].b) overlap.left = depth(left);
+    }
+    for (const Overlap& left : overlaps)
+      if (is_rigid(left.a) && !is_rigid(left.b)) parting.left.emplace_back(left.a, deformable(left.b));
+    std::sort(parting.left.begin(), parting.left.end());
+    const auto rigid_count = static_cast<std::ptrdiff_t>(bodies_.rigid.size());
+    parting.rigid.assign(shift_.begin(), shift_.begin() + rigid_count);
+    parting.deformable.assign(shift_.begin() + rigid_count, shift_.end());
+    return parting;
+  }
+
+ private:
+  bool is_rigid(int body) const { return as_index(body) < bodies_.rigid.size(); }
+  bool is_dynamic(int body) const { return bodies_.rigid.properties[as_index(body)].is_dynamic(); }
+  int deformable(int body) const { return body - static_cast<int>(bodies_.rigid.size()); }
+  const std::string& name(int body) const {
+    return is_rigid(body) ? bodies_.rigid.name[as_index(body)]
+                          : bodies_.deformable[as_index(deformable(body))].name;
+  }
+  double depth(const Overlap& overlap) const {
+    const double crossing = overlap.deepest.depth - probe_.clearance(overlap.a, overlap.b);
+    return crossing > 0 ? crossing + probe_.thickness_between(overlap.a, overlap.b) : 0;
+  }
+  InitialOverlap described(const Overlap& overlap) const {
+    return {name(overlap.a), name(overlap.b), depth(overlap),
+            overlap.deepest.place + shift_[as_index(overlap.a)]};
+  }
+
+  // Whether forces move some particle of a deformable body.
+  bool is_free(int body) const {
+    bool free = false;
+    for_each_particle(bodies_.deformable[as_index(deformable(body))], [&](std::size_t p) {
+      free = free || bodies_.particles.mass[p] == 0 || !is_held(bodies_.particles, p);
+    });
+    return free;
+  }
+
+  // Whether contact or self-collision keeps the two apart. a < b.
+  bool touch(int a, int b) const {
+    const CandidateFilter filter = world_.contact_filter();
+    if (is_rigid(b))
+      return filter.rigid_pairs && (is_dynamic(a) || is_dynamic(b)) && !never_touch(bodies_, a, b);
+    if (is_rigid(a))
+      return filter.rigid_deformable && (is_dynamic(a) || is_free(b)) &&
+             !never_touch_deformable(bodies_, a, deformable(b));
+    if (!is_free(a) && !is_free(b)) return false;
+    const auto is_particle = [&](int body) {
+      const DeformableBody& one = bodies_.deformable[as_index(deformable(body))];
+      return one.triangle_count + one.segment_count == 0;
+    };
+    return (world_.has(Effect::self_collision) || world_.has(Effect::self_repulsion)) && !is_particle(a) &&
+           !is_particle(b);
+  }
+
+  Vec3 relative_shift(int a, int b) const { return shift_[as_index(b)] - shift_[as_index(a)]; }
+
+  // All pairs that overlap where the bodies now are.
+  std::vector<Overlap> find(double slack) {
+    std::vector<Overlap> found;
+    const int count = static_cast<int>(shift_.size());
+    const auto look = [&](int a, int b) {
+      if (!probe_.boxes_meet(a, b, relative_shift(a, b))) return;
+      const OverlapProbe::Deepest deepest = probe_.deepest(a, b, relative_shift(a, b), slack);
+      if (deepest.depth > 0) found.push_back({a, b, deepest});
+    };
+    if (!has_moved_) {
+      for (const auto& [a, b] : near_) look(a, b);
+      return found;
+    }
+    for (int a = 0; a < count; ++a)
+      for (int b = a + 1; b < count; ++b)
+        if (probe_.boxes_meet(a, b, relative_shift(a, b)) && touch(a, b)) look(a, b);
+    return found;
+  }
+
+  // Along the normals of the deepest places, each by its depth. Zero if that leads nowhere.
+  Vec3 walk_out(const Overlap& overlap) {
+    Vec3 way = Vec3::Zero();
+    OverlapProbe::Deepest deepest = overlap.deepest;
+    for (int i = 0; i < walk_steps; ++i) {
+      way += beyond * deepest.depth * deepest.way;
+      deepest =
+          probe_.deepest_to_rest(overlap.a, overlap.b, relative_shift(overlap.a, overlap.b) + way, coarse);
+      if (deepest.depth == 0) return way;
+    }
+    return Vec3::Zero();
+  }
+
+  // How far b has to go along a direction to leave a: at least by what is the deepest now. Infinite where
+  // that is more than `bound`.
+  double stride_out(const Overlap& overlap, const Vec3& direction, double bound) {
+    double length = 0;
+    const Vec3 start = relative_shift(overlap.a, overlap.b);
+    for (int i = 0; i < most_strides && length < bound; ++i) {
+      const double depth =
+          probe_.deepest_to_rest(overlap.a, overlap.b, start + length * direction, coarse).depth;
+      if (depth == 0) return length;
+      length += beyond * depth;
+    }
+    return std::numeric_limits<double>::infinity();
+  }
+
+  // The shortest way found.
+  Vec3 way_out(const Overlap& overlap) {
+    const Vec3 walk = walk_out(overlap);
+    const double depth = overlap.deepest.depth;
+    if (!walk.isZero(0) && walk.norm() <= short_walk * depth) return walk;
+    Vec3 shortest = walk;
+    double length = walk.isZero(0) ? std::numeric_limits<double>::infinity() : walk.norm();
+    std::vector<Vec3> directions =
+        probe_.directions(overlap.a, overlap.b, relative_shift(overlap.a, overlap.b));
+    directions.insert(directions.begin(), overlap.deepest.way);
+    for (const Vec3& direction : directions) {
+      const double stride = stride_out(overlap, direction, length);
+      if (stride < length) {
+        length = stride;
+        shortest = stride * direction;
+      }
+    }
+    return shortest;
+  }
+
+  int cluster(int body) const { return clusters_.of(body); }
+  bool can_move(int body) const {
+    return clusters_.inverse_mass(cluster(body)) > 0 && frozen_[as_index(cluster(body))] == 0;
+  }
+  bool can_part(const Overlap& overlap) const {
+    return cluster(overlap.a) != cluster(overlap.b) && (can_move(overlap.a) || can_move(overlap.b));
+  }
+
+  // Displacements of the clusters that meet the demands.
+  std::vector<Vec3> displacements(const std::vector<Demand>& demands) const {
+    std::vector<Vec3> u(shift_.size(), Vec3::Zero());
+    std::vector<double> push(demands.size(), 0);
+    double longest = 0;
+    for (const Demand& demand : demands) longest = std::max(longest, demand.length);
+    const auto inverse_mass = [&](int body) {
+      return can_move(body) ? clusters_.inverse_mass(cluster(body)) : 0.0;
+    };
+    for (int sweep = 0; sweep < sweeps; ++sweep) {
+      double largest = 0;  // of the overlaps' lengths
+      for (std::size_t i = 0; i < demands.size(); ++i) {
+        const auto& [first, second, normal, length] = demands[i];
+        Vec3 &a = u[as_index(cluster(first))], &b = u[as_index(cluster(second))];
+        const double wa = inverse_mass(first), wb = inverse_mass(second);
+        const double change = std::max(-push[i], (length - normal.dot(b - a)) / (wa + wb));
+        push[i] += change;
+        a -= wa * change * normal;
+        b += wb * change * normal;
+        largest = std::max(largest, std::abs(change) * (wa + wb) / longest);
+      }
+      if (largest < 1e-9) break;
+    }
+    return u;
+  }
+
+  // Displacements along the ways of the overlaps, by which no others get to overlap.
+  std::vector<Vec3> displacements_of(const std::vector<Overlap>& overlaps) {
+    std::vector<Demand> demands;
+    for (const Overlap& overlap : overlaps)
+      if (const double length = overlap.way.norm(); can_part(overlap) && length > 0)
+        demands.push_back({overlap.a, overlap.b, overlap.way / length, length});
+    const std::vector<Vec3> start = shift_;
+    std::vector<Vec3> u = displacements(demands);
+    for (int i = 0; i < most_repairs; ++i) {
+      const std::size_t count = demands.size();
+      shift_ = shifted(start, u);
+      for (const Overlap& met : find(fine)) {
+        const auto is_met = [&](const auto& known) { return known.a == met.a && known.b == met.b; };
+        if (!can_part(met) || std::any_of(overlaps.begin(), overlaps.end(), is_met)) continue;
+        const Vec3 relative = u[as_index(cluster(met.b))] - u[as_index(cluster(met.a))];
+        const Vec3& normal = met.deepest.way;
+        demands.push_back({met.a, met.b, normal, normal.dot(relative) + beyond * met.deepest.depth});
+      }
+      if (demands.size() == count) break;
+      u = displacements(demands);
+    }
+    shift_ = start;
+    return u;
+  }
+
+  std::vector<Vec3> shifted(const std::vector<Vec3>& start, const std::vector<Vec3>& u) const {
+    std::vector<Vec3> shift = start;
+    for (std::size_t i = 0; i < shift.size(); ++i) shift[i] += u[as_index(clusters_.of(static_cast<int>(i)))];
+    return shift;
+  }
+
+  // The first cluster of those that overlaps connect.
+  std::vector<int> islands(const std::vector<Overlap>& overlaps) const {
+    std::vector<int> island(shift_.size());
+    std::iota(island.begin(), island.end(), 0);
+    const auto find = [&](int i) {
+      while (island[as_index(i)] != i) i = island[as_index(i)];
+      return i;
+    };
+    for (const Overlap& overlap : overlaps) {
+      if (!can_move(overlap.a) || !can_move(overlap.b)) continue;
+      const int a = find(cluster(overlap.a)), b = find(cluster(overlap.b));
+      island[as_index(std::max(a, b))] = std::min(a, b);
+    }
+    for (int i = 0; i < static_cast<int>(island.size()); ++i) island[as_index(i)] = find(i);
+    return island;
+  }
+
+  // Of every island, the sum of the squares of the depths of its bodies' overlaps.
+  std::vector<double> squares(const std::vector<Overlap>& overlaps, const std::vector<int>& island) const {
+    std::vector<double> sum(shift_.size(), 0);
+    for (const Overlap& overlap : overlaps) {
+      const int a = can_move(overlap.a) ? island[as_index(cluster(overlap.a))] : -1;
+      const int b = can_move(overlap.b) ? island[as_index(cluster(overlap.b))] : -1;
+      const double square = overlap.deepest.depth * overlap.deepest.depth;
+      if (a >= 0) sum[as_index(a)] += square;
+      if (b >= 0 && b != a) sum[as_index(b)] += square;
+    }
+    return sum;
+  }
+
+  // Moves the bodies once, islands as far as their overlaps lessen; those whose do not stay from then on.
+  // Returns whether anything moved, and the overlaps there.
+  bool take_round(std::vector<Overlap>& overlaps) {
+    bool any = false;
+    for (Overlap& overlap : overlaps) {
+      if (!can_part(overlap)) continue;
+      overlap.way = way_out(overlap);
+      any = any || !overlap.way.isZero(0);
+    }
+    if (!any) return false;
+    has_moved_ = true;
+    const std::vector<Vec3> start = shift_, u = displacements_of(overlaps);
+    const std::vector<int> island = islands(overlaps);
+    const std::vector<double> before = squares(overlaps, island);
+    std::vector<double> fraction(shift_.size(), 1);
+    for (int halvings = 0; halvings <= most_halvings; ++halvings) {
+      for (std::size_t i = 0; i < shift_.size(); ++i) {
+        const auto c = as_index(clusters_.of(static_cast<int>(i)));
+        shift_[i] = start[i] + fraction[as_index(island[c])] * u[c];
+      }
+      overlaps = find(fine);
+      const std::vector<double> after = squares(overlaps, island);
+      bool all_gain = true;
+      for (std::size_t i = 0; i < shift_.size(); ++i) {
+        if (fraction[i] == 0 || before[i] == 0 || after[i] <= (1 - least_gain) * before[i]) continue;
+        all_gain = false;
+        fraction[i] = halvings + 1 < most_halvings ? fraction[i] / 2 : 0;
+      }
+      if (all_gain) break;
+    }
+    bool moved = false;
+    for (std::size_t c = 0; c < shift_.size(); ++c) {
+      const auto i = as_index(island[c]);
+      if (before[i] > 0 && fraction[i] == 0) frozen_[c] = 1;
+      moved = moved || (fraction[i] > 0 && !u[c].isZero(0));
+    }
+    return moved;
+  }
+
+  const World& world_;
+  const Bodies& bodies_;
+  OverlapProbe probe_;
+  Clusters clusters_;
+  std::vector<std::pair<int, int>> near_;  // at the start
+  std::vector<Vec3> shift_;                // m, of every body
+  std::vector<char> frozen_;               // of every cluster: moving it does not help
+  bool has_moved_ = false;
+};
+
+}  // namespace
+
+bool Parting::moves() const {
+  const auto moves = [](const Vec3& u) { return !u.isZero(0); };
+  return std::any_of(rigid.begin(), rigid.end(), moves) ||
+         std::any_of(deformable.begin(), deformable.end(), moves);
+}
+
+Parting part_bodies(const World& world, std::vector<const Surface*> rigid_surfaces) {
+  return Finder(world, std::move(rigid_surfaces)).part();
+}
+
+void apply(const Parting& parting, World& world) {
+  Bodies& bodies = world.bodies;
+  for (std::size_t i = 0; i < parting.rigid.size(); ++i)
+    bodies.rigid.state[i].pose.position += parting.rigid[i];
+  for (std::size_t d = 0; d < parting.deformable.size(); ++d)
+    for_each_particle(bodies.deformable[d],
+                      [&](std::size_t p) { bodies.particles.x[p] += parting.deformable[d]; });
+  follow_bodies(bodies.rigid, bodies.bound, bodies.particles);
+}
+
+std::string describe(const InitialOverlap& overlap) {
+  const std::string pair = fmt::format("`{}` and `{}`", overlap.first, overlap.second);
+  const std::string place =
+      fmt::format("at ({:.4g}, {:.4g}, {:.4g})", overlap.place.x(), overlap.place.y(), overlap.place.z());
+  if (overlap.depth == 0) return fmt::format("{} touch {}", pair, place);
+  return fmt::format("{} overlap by {:.3g} m {}", pair, overlap.depth, place);
+}
+
+std::string describe_parting(const InitialOverlap& overlap) {
+  std::string text = describe(overlap);
+  const auto moved = [](const std::string& name, const Vec3& by) {
+    return fmt::format("`{}` by ({:.4g}, {:.4g}, {:.4g}) m", name, by.x(), by.y(), by.z());
+  };
+  const bool first = !overlap.first_moves.isZero(0), second = !overlap.second_moves.isZero(0);
+  if (first || second) {
+    text += "; the first step begins with moving ";
+    if (first) text += moved(overlap.first, overlap.first_moves);
+    if (first && second) text += " and ";
+    if (second) text += moved(overlap.second, overlap.second_moves);
+  }
+  if (overlap.left > 0)
+    text += fmt::format("; moving whole bodies leaves {:.3g} m of it, which contact opens step by step",
+                        overlap.left);
+  return text;
+}
+
+}  // namespace duet

@@ -1,0 +1,56 @@
+#include "sim/scene/build/level_set_export.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "sim/geometry/level_set/grid_level_set.h"
+
+namespace duet {
+namespace {
+
+// m^2, by closed formulas; of a mesh, the area of its bounding box.
+double surface_area(const LevelSet& shape) {
+  using std::numbers::pi;
+  const double r = shape.radius, length = 2 * shape.half_length;
+  switch (shape.kind) {
+    case LevelSet::Kind::sphere:
+      return 4 * pi * r * r;
+    case LevelSet::Kind::capsule:
+      return 2 * pi * r * (length + 2 * r);
+    case LevelSet::Kind::cylinder:
+      return 2 * pi * r * (length + r);
+    case LevelSet::Kind::torus:
+      return 4 * pi * pi * r * shape.tube;
+    case LevelSet::Kind::box:
+    case LevelSet::Kind::grid:
+    case LevelSet::Kind::half_space:
+      break;
+  }
+  const Vec3 size = shape.upper() - shape.lower();
+  return 2 * (size.x() * size.y() + size.y() * size.z() + size.z() * size.x());
+}
+
+// The size that the thickness asks for: the cells of a mesh's grid; of other shapes 1/40 of the thickness, or
+// 1/8 where a thin, wide body would have more than 100 voxels along its longest extent.
+double fine_enough(const LevelSet& shape, double longest) {
+  if (shape.kind == LevelSet::Kind::grid) return shape.grid->grid().spacing;
+  const double thickness = shape.smallest_size();
+  return std::max(thickness / 40, std::min(thickness / 8, longest / 100));
+}
+
+}  // namespace
+
+// size >= sqrt(area / most_squares): bounds the voxels of plates. The band is six voxels deep: 6e6 in all.
+// size >= longest / most_along: bounds those of wires, whose band is wider than they are. Some 40 voxels lie
+//   across it: 8e5 in all.
+// size >= least: OpenVDB refuses transforms of a determinant below 3e-15, which is 1.44e-5 cubed.
+// Files and memory of thin plates are proportional to most_squares, those of thin wires to most_along.
+double exported_voxel_size(const LevelSet& shape) {
+  constexpr double most_squares = 1e6, most_along = 2e4, least = 2.2e-5;
+  const double longest = (shape.upper() - shape.lower()).maxCoeff();
+  return std::max({fine_enough(shape, longest), std::sqrt(surface_area(shape) / most_squares),
+                   longest / most_along, least});
+}
+
+}  // namespace duet

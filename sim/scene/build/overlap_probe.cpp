@@ -1,0 +1,249 @@
+#include "sim/scene/build/overlap_probe.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "sim/deformable/self_contact/collision_candidates.h"
+
+namespace duet {
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+// Of the thinner body's thickness, and of the smaller body's extent: the distance of the places looked at.
+constexpr double of_thickness = 0.02, of_extent = 0.01;
+
+// Whether surface points that the tetrahedra carry touch rigid bodies in place of their boundary (a skin).
+bool touches_with_skin(const Bodies& bodies, const DeformableBody& body) {
+  return body.triangle_count > 0 && body.point_count > 0 &&
+         bodies.points[as_index(body.first_point)].count == 4;
+}
+
+bool is_volume(const Bodies& bodies, const DeformableBody& body) {
+  return body.triangle_count > 0 && body.thickness == 0 && !touches_with_skin(bodies, body);
+}
+
+}  // namespace
+
+OverlapProbe::OverlapProbe(const Bodies& bodies, std::vector<const Surface*> rigid_surfaces)
+    : bodies_(bodies), rigid_surfaces_(std::move(rigid_surfaces)) {
+  bound_bodies(bodies, bounds_);
+  bodies_seen_.resize(bounds_.size());
+  const std::size_t rigid_count = bodies.rigid.size();
+  for (std::size_t i = 0; i < bounds_.size(); ++i) {
+    boxes_.push_back(bounds_[i].is_half_space ? Eigen::AlignedBox3d() : world_box(bounds_[i], 0));
+    const double extent = bounds_[i].is_half_space ? infinity : boxes_[i].sizes().minCoeff();
+    thickness_.push_back(i < rigid_count ? bodies.rigid.properties[i].shape.smallest_size() : extent);
+  }
+}
+
+double OverlapProbe::thinner(int a, int b) const {
+  return std::min(thickness_[as_index(a)], thickness_[as_index(b)]);
+}
+
+double OverlapProbe::spacing(int a, int b) const {
+  double extent = infinity;
+  for (const int body : {a, b})
+    if (!bounds_[as_index(body)].is_half_space)
+      extent = std::min(extent, boxes_[as_index(body)].diagonal().norm());
+  return std::max(of_thickness * thinner(a, b), of_extent * extent);
+}
+
+bool OverlapProbe::boxes_meet(int a, int b, const Vec3& shift, double gap) const {
+  const BodyBounds &first = bounds_[as_index(a)], &second = bounds_[as_index(b)];
+  if (first.is_half_space && second.is_half_space) return false;
+  if (first.is_half_space || second.is_half_space) {
+    BodyBounds moved = second;
+    moved.center += shift;
+    return separation(first, moved) < 0;
+  }
+  Eigen::AlignedBox3d moved = boxes_[as_index(b)];
+  moved.translate(shift);
+  return boxes_[as_index(a)].squaredExteriorDistance(moved) <= gap * gap;
+}
+
+std::vector<Vec3> OverlapProbe::directions(int a, int b, const Vec3& shift) const {
+  const BodyBounds &first = bounds_[as_index(a)], &second = bounds_[as_index(b)];
+  if (first.is_half_space) return {first.axes.col(1)};
+  if (second.is_half_space) return {-second.axes.col(1)};
+  std::vector<Vec3> found;
+  const Vec3 across = second.center + shift - first.center;
+  if (across.norm() > 0) found.emplace_back(across.normalized());
+  const Mat3 world = Mat3::Identity();
+  for (const Mat3* axes : {&first.axes, &second.axes, &world})
+    for (int i = 0; i < 27; ++i) {
+      const Vec3 direction = *axes * Vec3(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1);
+      if (!direction.isZero(0)) found.emplace_back(direction.normalized());
+    }
+  return found;
+}
+
+const OverlapProbe::Body& OverlapProbe::prepared(int body) {
+  const auto i = as_index(body);
+  Body& made = bodies_seen_[i];
+  if (made.is_ready) return made;
+  made.is_ready = true;
+  if (i < bodies_.rigid.size())
+    prepare_rigid(i, made);
+  else
+    prepare_deformable(bodies_.deformable[i - bodies_.rigid.size()], made);
+  return made;
+}
+
+// Balls and capsules are what surrounds their middle; other shapes have the surface that is drawn.
+void OverlapProbe::prepare_rigid(std::size_t body, Body& made) const {
+  const LevelSet& shape = bodies_.rigid.properties[body].shape;
+  const Pose& pose = bodies_.rigid.state[body].pose;
+  made.level_set = &shape;
+  if (shape.kind == LevelSet::Kind::sphere || shape.kind == LevelSet::Kind::capsule) {
+    const double half = shape.kind == LevelSet::Kind::capsule ? shape.half_length : 0;
+    const Vec3 a = pose.to_world(Vec3(0, -half, 0)), b = pose.to_world(Vec3(0, half, 0));
+    made.pieces.push_back({a, b, b});
+    made.around = shape.radius;
+    return;
+  }
+  if (body >= rigid_surfaces_.size()) return;
+  const Surface& surface = *rigid_surfaces_[body];
+  made.pieces.reserve(surface.triangles.size());
+  for (const auto& triangle : surface.triangles) {
+    std::array<Vec3, 3> piece;
+    for (std::size_t k = 0; k < 3; ++k)
+      piece[k] = pose.to_world(surface.positions[as_index(triangle[k].position)]);
+    made.pieces.push_back(piece);
+  }
+}
+
+void OverlapProbe::prepare_deformable(const DeformableBody& body, Body& made) const {
+  const std::vector<Vec3>& x = bodies_.particles.x;
+  made.around = body.thickness / 2;
+  if (touches_with_skin(bodies_, body)) {
+    for (int i = body.first_point; i < body.first_point + body.point_count; ++i) {
+      const Vec3 at = weighted(bodies_.points[as_index(i)], x);
+      made.pieces.push_back({at, at, at});
+    }
+    return;
+  }
+  for (int t = body.first_triangle; t < body.first_triangle + body.triangle_count; ++t) {
+    const Triangle& triangle = bodies_.triangles[as_index(t)];
+    made.pieces.push_back({x[as_index(triangle[0])], x[as_index(triangle[1])], x[as_index(triangle[2])]});
+  }
+  for (int s = body.first_segment; s < body.first_segment + body.segment_count; ++s) {
+    const auto& segment = bodies_.segments[as_index(s)];
+    const Vec3 &a = x[as_index(segment[0])], &b = x[as_index(segment[1])];
+    made.pieces.push_back({a, b, b});
+  }
+  if (made.pieces.empty()) {  // a single particle
+    const Vec3& at = x[as_index(body.first_particle)];
+    made.pieces.push_back({at, at, at});
+  }
+  if (!is_volume(bodies_, body)) return;
+  TriangleMesh mesh;
+  mesh.positions.assign(x.begin() + body.first_particle,
+                        x.begin() + body.first_particle + body.particle_count);
+  for (int t = body.first_triangle; t < body.first_triangle + body.triangle_count; ++t) {
+    Triangle triangle = bodies_.triangles[as_index(t)];
+    for (int& corner : triangle) corner -= body.first_particle;
+    mesh.triangles.push_back(triangle);
+  }
+  made.mesh = std::make_unique<MeshDistance>(mesh);
+}
+
+// See collision_surface.h: the mean of the thicknesses; a little more, for what is left of the overlap.
+double OverlapProbe::rest_distance(int a, int b) const {
+  if (!both_deformable(a, b)) return 0;
+  const std::vector<CollisionBody>& collision = bodies_.collision_surface.bodies;
+  const auto thickness = [&](int body) {
+    const std::size_t deformable = as_index(body) - bodies_.rigid.size();
+    return deformable < collision.size() ? collision[deformable].thickness : 0.0;
+  };
+  return repulsion_range * (thickness(a) + thickness(b)) / 2 + clearance(a, b);
+}
+
+double OverlapProbe::thickness_between(int a, int b) const {
+  if (!both_deformable(a, b)) return 0;
+  const auto thickness = [&](int body) {
+    return bodies_.deformable[as_index(body) - bodies_.rigid.size()].thickness;
+  };
+  return (thickness(a) + thickness(b)) / 2;
+}
+
+// At most the distance of x (m, where the host stands) from the host.
+double OverlapProbe::least_distance(const Search& search, const Vec3& x) const {
+  const auto host = as_index(search.number);
+  const double outside = bounds_[host].is_half_space ? 0 : boxes_[host].exteriorDistance(x);
+  if (outside > 0) return outside;
+  if (!search.host->level_set) return search.host->mesh->at(x).distance;
+  const LevelSet& shape = *search.host->level_set;
+  return shape.distance(bodies_.rigid.state[host].pose.to_body(x)) - shape.tolerance();
+}
+
+SignedDistance OverlapProbe::exact(const Search& search, const Vec3& x) const {
+  if (!search.host->level_set) return search.host->mesh->at(x);
+  const Pose& pose = bodies_.rigid.state[as_index(search.number)].pose;
+  SignedDistance found = search.host->level_set->exact(pose.to_body(x));
+  found.normal = pose.orientation * found.normal;
+  return found;
+}
+
+// `nearest` is at most the distance of x.
+void OverlapProbe::look_at(const Vec3& x, double nearest, Search& search) const {
+  const double known = std::max(search.depth, search.least);
+  if (search.around - nearest <= known) return;
+  const SignedDistance found = exact(search, x);
+  if (search.around - found.distance <= known) return;
+  search.depth = search.around - found.distance;
+  search.place = x;
+  search.normal = found.normal;
+}
+
+// Halves what may reach deeper than what is known until it is no longer than the spacing: the distance
+// changes by no more than the way.
+void OverlapProbe::look_at(const Vec3& a, const Vec3& b, const Vec3& c, Search& search) const {
+  const Vec3 middle = (a + b + c) / 3;
+  const double radius = std::max({(a - middle).norm(), (b - middle).norm(), (c - middle).norm()});
+  const double nearest = least_distance(search, middle);
+  if (search.around - nearest + radius <= std::max((1 + search.slack) * search.depth, search.least)) return;
+  look_at(middle, nearest, search);
+  const double ab = (b - a).norm(), bc = (c - b).norm(), ca = (a - c).norm();
+  const double longest = std::max({ab, bc, ca});
+  if (longest <= search.spacing) {
+    for (const Vec3* corner : {&a, &b, &c})
+      if (longest > 0) look_at(*corner, least_distance(search, *corner), search);
+  } else if (ab >= bc && ab >= ca) {
+    look_at(a, (a + b) / 2, c, search);
+    look_at((a + b) / 2, b, c, search);
+  } else {
+    look_at(b, c, a, search);
+  }
+}
+
+OverlapProbe::Search OverlapProbe::search_in(int host, int guest, const Vec3& shift, double slack,
+                                             double clearance, double depth) {
+  Search search;
+  const Body& looks = prepared(guest);
+  search.host = &prepared(host);
+  search.depth = depth;
+  if (!search.host->has_inside()) return search;
+  search.number = host;
+  search.around = both_deformable(guest, host) ? clearance : looks.around;
+  search.least = least_depth(host, guest);
+  search.spacing = spacing(host, guest);
+  search.slack = slack;
+  for (const auto& piece : looks.pieces)
+    look_at(piece[0] + shift, piece[1] + shift, piece[2] + shift, search);
+  return search;
+}
+
+OverlapProbe::Deepest OverlapProbe::deepest(int a, int b, const Vec3& shift, double slack, double clearance) {
+  Deepest found;
+  if (!boxes_meet(a, b, shift, clearance)) return found;
+  const Search second_in_first = search_in(a, b, shift, slack, clearance, 0);
+  if (second_in_first.depth > 0)
+    found = {second_in_first.depth, second_in_first.place, second_in_first.normal};
+  const Search first_in_second = search_in(b, a, -shift, slack, clearance, found.depth);
+  if (first_in_second.depth > found.depth)
+    found = {first_in_second.depth, first_in_second.place + shift, -first_in_second.normal};
+  return found;
+}
+
+}  // namespace duet

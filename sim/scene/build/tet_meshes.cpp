@@ -1,0 +1,87 @@
+#include "sim/scene/build/tet_meshes.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "sim/base/error.h"
+#include "sim/geometry/mesh/tet_mesh_check.h"
+#include "sim/geometry/mesh/tet_quality.h"
+#include "sim/geometry/meshing/tetrahedralizer.h"
+#include "sim/scene/solids.h"
+
+namespace duet::scene {
+namespace {
+
+[[noreturn]] void fail(const DeformableBody& body, const std::string& what) {
+  throw Error(ExitStatus::usage, fmt::format("deformable.{}.shape: {}", body.name, what));
+}
+
+bool same_lattice(const DeformableShape& a, const DeformableShape& b) {
+  return a.size == b.size && a.cells == b.cells && a.pattern == b.pattern;
+}
+
+bool same_surface(const DeformableShape& a, const DeformableShape& b) {
+  const Shape &s = a.surface, &t = b.surface;
+  return a.spacing == b.spacing && a.graded == b.graded && s.kind == t.kind && s.radius == t.radius &&
+         s.length == t.length && s.tube == t.tube && s.mesh == t.mesh && s.scale == t.scale;
+}
+
+bool same_shape(const DeformableShape& a, const DeformableShape& b) {
+  if (a.kind != b.kind) return false;
+  if (a.is_filled()) return same_surface(a, b);
+  if (a.kind == DeformableKind::tets) return a.tets == b.tets && a.surface.scale == b.surface.scale;
+  return same_lattice(a, b);
+}
+
+TetMesh filled(const DeformableBody& body) {
+  const Shape& surface = body.shape.surface;
+  const LevelSet inside =
+      surface.kind == ShapeKind::mesh
+          ? fine_level_set(in_frame(*surface.mesh, surface.scale, Pose{}), body.shape.spacing)
+          : level_set(surface);
+  const double spacing = body.shape.spacing.value_or(default_spacing(inside));
+  TetMesh mesh = tetrahedralize(inside, spacing, body.shape.graded);
+  const int parts = connected_parts(mesh);
+  if (parts == 0)
+    fail(body, fmt::format("no tetrahedron {:.3g} m wide fits inside; lower `spacing`", spacing));
+  if (parts > 1)
+    fail(body,
+         fmt::format("tetrahedra {:.3g} m wide fall into {} parts where the shape is thin; lower `spacing`",
+                     spacing, parts));
+  return mesh;
+}
+
+TetMesh made(const DeformableBody& body) {
+  const DeformableShape& shape = body.shape;
+  if ((shape.kind == DeformableKind::mesh && !shape.surface.mesh) ||
+      (shape.kind == DeformableKind::tets && !shape.tets))
+    fail(body, "the scene was read without its meshes");
+  if (shape.is_filled()) return filled(body);
+  if (shape.kind == DeformableKind::box) return box_lattice(shape.size, shape.cells, shape.pattern);
+  TetMesh mesh = *shape.tets;
+  for (Vec3& x : mesh.nodes) x *= shape.surface.scale;
+  return mesh;
+}
+
+}  // namespace
+
+const TetMesh& TetMeshes::of(const DeformableBody& body) {
+  auto found = std::find_if(made_.begin(), made_.end(),
+                            [&](const Made& m) { return same_shape(m.body.shape, body.shape); });
+  if (found == made_.end()) found = made_.insert(found, {body, made(body), 0});
+  ++found->bodies;
+  return found->mesh;
+}
+
+std::vector<TetSize> TetMeshes::sizes() const {
+  std::vector<TetSize> sizes;
+  for (const Made& one : made_) {
+    const TetQuality quality = tet_quality(one.mesh);
+    sizes.push_back({one.body.name, one.bodies, static_cast<int>(quality.tets), quality.smallest_altitude,
+                     quality.least_angle, quality.largest_angle});
+  }
+  return sizes;
+}
+
+}  // namespace duet::scene

@@ -1,0 +1,62 @@
+#include "sim/scene/reader/random_placement.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "sim/base/elementary.h"
+
+namespace duet::scene {
+namespace {
+
+constexpr int most_tries = 10000;
+
+}  // namespace
+
+double Random::uniform(double least, double most) {
+  const double share = static_cast<double>(engine_() >> 11) * 0x1p-53;
+  return least + (most - least) * share;
+}
+
+Quat Random::rotation() {  // Shoemake 1992
+  const double u = uniform(0, 1), a = uniform(0, 2 * std::numbers::pi), b = uniform(0, 2 * std::numbers::pi);
+  const double r = std::sqrt(1 - u), s = std::sqrt(u);
+  return {r * math::sin(a), r * math::cos(a), s * math::sin(b), s * math::cos(b)};
+}
+
+// By the axes that can separate two boxes: the edges of both and their cross products.
+bool overlap(const PlacedBox& a, const PlacedBox& b) {
+  const Mat3 A = a.pose.orientation.toRotationMatrix(), B = b.pose.orientation.toRotationMatrix();
+  const Vec3 way = b.pose.position - a.pose.position;
+  const auto separates = [&](const Vec3& axis) {
+    const double reach =
+        (A.transpose() * axis).cwiseAbs().dot(a.half) + (B.transpose() * axis).cwiseAbs().dot(b.half);
+    return std::abs(way.dot(axis)) > reach;
+  };
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    if (separates(A.col(i)) || separates(B.col(i))) return false;
+    for (Eigen::Index j = 0; j < 3; ++j)
+      if (const Vec3 axis = A.col(i).cross(B.col(j)); axis.squaredNorm() > 1e-12 && separates(axis))
+        return false;
+  }
+  return true;
+}
+
+std::optional<Pose> random_pose(const Vec3& half, const Vec3& lower, const Vec3& upper, bool turns,
+                                const std::vector<PlacedBox>& placed, Random& random) {
+  for (int i = 0; i < most_tries; ++i) {
+    PlacedBox box{{Vec3::Zero(), turns ? random.rotation() : Quat::Identity()}, half};
+    const Vec3 reach = box.pose.orientation.toRotationMatrix().cwiseAbs() * half;
+    bool fits = true;
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      fits = fits && lower[k] + reach[k] <= upper[k] - reach[k];
+      box.pose.position[k] = random.uniform(lower[k] + reach[k], upper[k] - reach[k]);
+    }
+    if (fits &&
+        std::none_of(placed.begin(), placed.end(), [&](const PlacedBox& b) { return overlap(box, b); }))
+      return box.pose;
+  }
+  return std::nullopt;
+}
+
+}  // namespace duet::scene

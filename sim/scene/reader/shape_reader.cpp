@@ -1,0 +1,172 @@
+#include "sim/scene/reader/shape_reader.h"
+
+#include <array>
+#include <filesystem>
+
+#include <fmt/format.h>
+
+#include "sim/base/hash.h"
+#include "sim/geometry/files/mesh_file.h"
+#include "sim/geometry/files/tet_mesh_file.h"
+#include "sim/geometry/mesh/mesh_check.h"
+#include "sim/geometry/mesh/tet_mesh_check.h"
+#include "sim/scene/reader/table_reader.h"
+#include "sim/scene/solids.h"
+
+namespace duet::scene {
+namespace {
+
+constexpr double most_samples = 1e6;
+constexpr double most_cells = 256;  // along the longest extent of what is filled with tets
+constexpr std::array<std::string_view, 6> kinds = {
+    "box",      "sphere", "capsule",
+    "cylinder", "torus",  "mesh"};  // as ShapeKind, and those of DeformableKind that are filled
+
+std::uint64_t fingerprint_of(const TriangleMesh& mesh, std::uint64_t hash) {
+  hash = hash_bytes(mesh.positions.data(), mesh.positions.size() * sizeof(Vec3), hash);
+  return hash_bytes(mesh.triangles.data(), mesh.triangles.size() * sizeof(Triangle), hash);
+}
+
+std::uint64_t fingerprint_of(const TetMesh& mesh, std::uint64_t hash) {
+  hash = hash_bytes(mesh.nodes.data(), mesh.nodes.size() * sizeof(Vec3), hash);
+  return hash_bytes(mesh.tets.data(), mesh.tets.size() * sizeof(Tet), hash);
+}
+
+Vec3 extent(const Shape& shape) {
+  if (shape.kind != ShapeKind::mesh) return level_set(shape).upper() - level_set(shape).lower();
+  Eigen::AlignedBox3d box;
+  for (const Vec3& x : shape.mesh->positions) box.extend(x);
+  return shape.scale * box.sizes();
+}
+
+}  // namespace
+
+void ShapeReader::check(RigidBody& body, const toml::table& body_table, const std::string& path) {
+  const toml::table* table = body_table["shape"].as_table();
+  const auto kind = table ? only_kind(*table, kinds, path + ".shape", problems_) : std::nullopt;
+  if (!kind) return;
+  body.shape.kind = static_cast<ShapeKind>(*kind);
+  if (body.shape.kind != ShapeKind::mesh)
+    reject(*table, path + ".shape", {"scale", "cells"}, kinds[*kind], "it belongs to a mesh");
+  finish(body.shape, *table, path + ".shape");
+  check_sample_spacing(body, body_table, path);
+}
+
+void ShapeReader::check(DeformableShape& shape, const toml::table& table, const std::string& path) {
+  const bool is_box = shape.kind == DeformableKind::box, is_file = shape.kind == DeformableKind::tets;
+  const std::string_view word = is_box    ? "box"
+                                : is_file ? "file of tetrahedra"
+                                          : kinds[static_cast<std::size_t>(shape.kind)];
+  if (!is_box)
+    reject(table, path, {"cells", "pattern"}, word,
+           "it belongs to a box; what is filled with tetrahedra has a `spacing`");
+  if (shape.kind != DeformableKind::mesh && !is_file)
+    reject(table, path, {"scale"}, word, "it belongs to a mesh");
+  if (is_box || is_file)
+    reject(table, path, {"spacing", "graded"}, word,
+           is_box ? "a box is cut into `cells`" : "the file says where its tetrahedra are");
+  if (is_file) {
+    const toml::node& value = *table.get("tets");
+    if (value.is_string() && meshes_ == Meshes::read) load_tets(shape, value, path + ".tets");
+  }
+  if (!shape.is_filled()) return;
+  shape.surface.kind = static_cast<ShapeKind>(shape.kind);
+  finish(shape.surface, table, path);
+  check_spacing(shape, table, path);
+}
+
+void ShapeReader::reject(const toml::table& table, const std::string& path,
+                         std::initializer_list<std::string_view> keys, std::string_view kind,
+                         const std::string& hint) {
+  for (const std::string_view key : keys)
+    if (const toml::node* node = table.get(key))
+      problems_.add(node->source(), fmt::format("{}.{}", path, key),
+                    fmt::format("has no effect on a {}", kind), hint);
+}
+
+// Reads the mesh and checks what ties the numbers of one shape together.
+void ShapeReader::finish(Shape& shape, const toml::table& table, const std::string& path) {
+  const toml::node& value = *table.get(kinds[static_cast<std::size_t>(shape.kind)]);
+  if (shape.kind == ShapeKind::mesh && value.is_string() && meshes_ == Meshes::read)
+    load_mesh(shape, value, path + ".mesh");
+  if (shape.kind == ShapeKind::torus && shape.tube > 0 && shape.radius > 0 && shape.tube >= shape.radius)
+    problems_.add(value.source(), path + ".torus",
+                  fmt::format("the tube's radius {:.6g} m must be less than the ring's {:.6g} m", shape.tube,
+                              shape.radius),
+                  "a ring has a hole");
+}
+
+void ShapeReader::check(Skin& skin, const toml::table& table, const std::string& path) {
+  const toml::node* file = table.get("mesh");
+  if (file && file->is_string() && meshes_ == Meshes::read)
+    skin.mesh = loaded(meshes_loaded_, skin.mesh_file, *file, path + ".mesh", read_mesh);
+}
+
+void ShapeReader::load_mesh(Shape& shape, const toml::node& at, const std::string& path) {
+  shape.mesh = loaded(meshes_loaded_, shape.mesh_file, at, path, read_mesh);
+}
+
+void ShapeReader::load_tets(DeformableShape& shape, const toml::node& at, const std::string& path) {
+  shape.tets = loaded(tets_loaded_, shape.tet_file, at, path, read_tet_mesh);
+}
+
+template <class Mesh, class Load>
+std::shared_ptr<const Mesh> ShapeReader::loaded(std::map<std::string, std::shared_ptr<const Mesh>>& known,
+                                                const std::string& name, const toml::node& at,
+                                                const std::string& path, Load&& load) {
+  const std::string file =
+      (std::filesystem::path(scene_path_).parent_path() / name).lexically_normal().string();
+  const auto [entry, is_new] = known.try_emplace(file);
+  if (is_new) try {
+      auto mesh = std::make_shared<Mesh>(load(file));
+      const MeshReport report = repair(*mesh);
+      for (const MeshFlaw& flaw : report.flaws)
+        problems_.add(at.source(), path, fmt::format("{} {}", file, flaw.message), flaw.remedy);
+      for (const std::string& done : report.repairs)
+        notes_.push_back(fmt::format("{}: {}: {}", path, file, done));
+      fingerprint_ = fingerprint_of(*mesh, fingerprint_);
+      if (report.flaws.empty()) entry->second = std::move(mesh);
+    } catch (const FileError& error) {
+      problems_.add(at.source(), path, error.what());
+    }
+  return entry->second;
+}
+
+// Too wide a spacing leaves nothing of the shape, too narrow a one asks for more tets than there is memory.
+void ShapeReader::check_spacing(const DeformableShape& shape, const toml::table& table,
+                                const std::string& path) {
+  const toml::node* node = table.get("spacing");
+  const Shape& surface = shape.surface;
+  if (!node || !shape.spacing || (surface.kind == ShapeKind::mesh && !surface.mesh)) return;
+  const Vec3 size = extent(surface);
+  const double thickness =
+      surface.kind == ShapeKind::mesh ? size.minCoeff() : level_set(surface).smallest_size();
+  const double least = size.maxCoeff() / most_cells, largest = thickness / 2;
+  if (!(largest > 0) || (*shape.spacing >= least && *shape.spacing <= largest)) return;
+  problems_.add(node->source(), path + ".spacing",
+                fmt::format("must be in [{:.4g}, {:.4g}] m for this shape, is {:.4g} m", least, largest,
+                            *shape.spacing),
+                fmt::format("{:.3g} m gives four cells across it", thickness / 4));
+}
+
+// A spacing far below the body's size would ask for more contact points than there is memory.
+void ShapeReader::check_sample_spacing(const RigidBody& body, const toml::table& body_table,
+                                       const std::string& path) {
+  const toml::node* node = body_table.get("sample_spacing");
+  if (!node || !body.sample_spacing) return;
+  if (body.shape.kind == ShapeKind::sphere) {
+    problems_.add(node->source(), path + ".sample_spacing", "has no effect on a sphere",
+                  "remove it: the deepest point of a sphere is known");
+    return;
+  }
+  if (body.shape.kind == ShapeKind::mesh && !body.shape.mesh) return;
+  const Vec3 size = extent(body.shape);
+  const double area = 2 * (size.x() * size.y() + size.y() * size.z() + size.z() * size.x());
+  const double count = area / (*body.sample_spacing * *body.sample_spacing);
+  if (count > most_samples)
+    problems_.add(node->source(), path + ".sample_spacing",
+                  fmt::format("asks for about {:.2g} contact points, must be <= {:.0g}", count, most_samples),
+                  fmt::format("{:.3g} m gives a thousand", std::sqrt(area / 1000)));
+}
+
+}  // namespace duet::scene

@@ -1,0 +1,201 @@
+#include "sim/simulation/saved_state.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <span>
+#include <string>
+#include <tuple>
+
+#include <fmt/format.h>
+
+#include "sim/base/error.h"
+#include "sim/base/index.h"
+#include "sim/contact/detection/deepest_point.h"
+
+namespace duet {
+namespace {
+
+// Every number that the next step reads but the remembered contacts, in a fixed order.
+template <class Visit>
+void visit_state(World& world, std::int64_t& frame, double& squared_frequency, Visit&& visit) {
+  visit(&frame, sizeof frame);
+  visit(&squared_frequency, sizeof squared_frequency);
+  Particles& particles = world.bodies.particles;
+  visit(particles.x.data(), particles.x.size() * sizeof(Vec3));
+  visit(particles.v.data(), particles.v.size() * sizeof(Vec3));
+  RigidBodies& rigid = world.bodies.rigid;
+  for (std::size_t i = 0; i < rigid.size(); ++i) {
+    RigidState& state = rigid.state[i];
+    visit(&state.pose.position, sizeof(Vec3));
+    visit(state.pose.orientation.coeffs().data(), 4 * sizeof(double));
+    visit(&state.velocity, sizeof(Vec3));
+    visit(&rotation_variable(state, rigid.properties[i]), sizeof(Vec3));
+  }
+  GeneralizedVelocity& acceleration = world.context.acceleration;
+  for (std::vector<Vec3>* values : {&acceleration.particle, &acceleration.linear, &acceleration.angular})
+    visit(values->data(), values->size() * sizeof(Vec3));
+  std::vector<double>& pressure = world.context.held_pressure;
+  visit(pressure.data(), pressure.size() * sizeof(double));
+}
+
+// Positions, velocities and forces beyond this have no finite squares of squares, which the step computes.
+constexpr double largest = 1e60;
+constexpr double rounding = 1e-6;  // of unit vectors, weights and places that never change
+
+template <class... Values>
+[[noreturn]] void refuse(fmt::format_string<Values...> what, Values&&... values) {
+  throw Error(ExitStatus::files, "the saved state does not fit this scene: " +
+                                     fmt::format(what, std::forward<Values>(values)...));
+}
+
+bool is_sound(double value) { return std::abs(value) <= largest; }  // false for NaN
+bool is_sound(const Vec3& value) { return is_sound(value.x()) && is_sound(value.y()) && is_sound(value.z()); }
+
+template <class Value>
+void check_all(std::span<const Value> values, const std::string& body, const char* quantity) {
+  const auto found =
+      std::find_if_not(values.begin(), values.end(), [](const Value& v) { return is_sound(v); });
+  if (found != values.end())
+    refuse("{} {} of {} is not finite or above {:g}", quantity, found - values.begin(), body, largest);
+}
+
+void check_particles(const World& world) {
+  const Particles& particles = world.bodies.particles;
+  for (const DeformableBody& body : world.bodies.deformable) {
+    const auto of_body = [&](const std::vector<Vec3>& values) {
+      return std::span(values).subspan(as_index(body.first_particle), as_index(body.particle_count));
+    };
+    check_all(of_body(particles.x), '`' + body.name + '`', "position");
+    check_all(of_body(particles.v), '`' + body.name + '`', "velocity");
+  }
+}
+
+void check_rigid(const RigidBodies& rigid, const std::vector<RigidState>& built) {
+  for (std::size_t i = 0; i < rigid.size(); ++i) {
+    const RigidState& state = rigid.state[i];
+    const Pose &pose = state.pose, &before = built[i].pose;
+    if (!is_sound(pose.position) || !is_sound(state.velocity) ||
+        !is_sound(rotation_variable(state, rigid.properties[i])))
+      refuse("the place or velocity of `{}` is not finite or above {:g}", rigid.name[i], largest);
+    if (!(std::abs(pose.orientation.norm() - 1) <= rounding))
+      refuse("the orientation of `{}` is no rotation", rigid.name[i]);
+    if (rigid.properties[i].moves()) continue;
+    const double allowed = rounding * (1 + before.position.norm());
+    if (!((pose.position - before.position).norm() <= allowed) ||
+        !((pose.orientation.coeffs() - before.orientation.coeffs()).norm() <= rounding))
+      refuse("`{}`, which never moves, stands elsewhere", rigid.name[i]);
+  }
+}
+
+// Of the contact's place on a deformable body, see ContactPoint::guest_point.
+void check_soft_guest(const Bodies& bodies, const CachedContact& contact, std::size_t number) {
+  const std::size_t points = bodies.points.size(), edges = bodies.edges.size();
+  const bool is_on_surface = !contact.edge.normal.isZero(0);
+  if (contact.guest_point < 0 || bodies.deformable.empty())
+    refuse("contact {} has no place on a deformable body", number);
+  const std::size_t point = as_index(contact.guest_point);
+  if (!is_on_surface && point >= points)
+    refuse("contact {} is of surface point {}, and there are {}", number, point, points);
+  if (!is_on_surface) return;
+  if (point < points)
+    refuse("contact {} is of edge or face {}, whose numbers begin at {}", number, point, points);
+  if (point - points < edges) return;
+  const std::ptrdiff_t face = contact.edge.face;
+  if (face < 0 || as_index(face) >= bodies.triangles.size())
+    refuse("contact {} is of face {}, and there are {}", number, face, bodies.triangles.size());
+}
+
+void check_lowest(const EdgePoint& lowest, std::size_t number) {
+  for (const Vec3* vector : {&lowest.place, &lowest.normal, &lowest.foot})
+    if (!is_sound(*vector)) refuse("contact {} has a place that is not finite", number);
+  if (!lowest.normal.isZero(0) && !(std::abs(lowest.normal.norm() - 1) <= rounding))
+    refuse("contact {} has a normal that is no unit vector", number);
+  if (!is_sound(lowest.radius) || lowest.radius < 0) refuse("contact {} has a negative radius", number);
+  for (const double weight : lowest.weight)
+    if (!(weight >= -rounding && weight <= 1 + rounding))
+      refuse("contact {} has a weight outside 0 to 1", number);
+}
+
+void check_contact(const Bodies& bodies, const CachedContact& contact, std::size_t number) {
+  const RigidBodies& rigid = bodies.rigid;
+  if (contact.host < 0 || as_index(contact.host) >= rigid.size())
+    refuse("contact {} is with rigid body {}, and there are {}", number, contact.host, rigid.size());
+  if (contact.guest_rigid < -1 || contact.guest_rigid == contact.host ||
+      contact.guest_rigid >= static_cast<int>(rigid.size()))
+    refuse("contact {} is of rigid body {} with {}, and there are {}", number, contact.guest_rigid,
+           contact.host, rigid.size());
+  if (!is_sound(contact.impulse)) refuse("contact {} has an impulse that is not finite", number);
+  if (!(contact.duration > 0 && is_sound(contact.duration)) || contact.unused != 0)
+    refuse("contact {} acted for no time", number);
+  check_lowest(contact.edge, number);
+  if (contact.guest_rigid < 0) return check_soft_guest(bodies, contact, number);
+  if (contact.guest_point < 0 && deepest_numbers(rigid.properties[as_index(contact.guest_rigid)].shape) == 0)
+    refuse("contact {} is of a deepest point of `{}`, which has none", number,
+           rigid.name[as_index(contact.guest_rigid)]);
+}
+
+auto name_of(const CachedContact& contact) {
+  return std::tie(contact.host, contact.guest_rigid, contact.guest_point);
+}
+
+}  // namespace
+
+void pack_state(World& world, std::int64_t frame, std::vector<unsigned char>& bytes) {
+  double frequency = world.bodies.forces.max_squared_frequency();
+  const ContactCache& memory = world.context.memory;
+  std::size_t size = memory.size() * sizeof(CachedContact), at = 0;
+  visit_state(world, frame, frequency, [&](const void*, std::size_t more) { size += more; });
+  bytes.resize(size);
+  visit_state(world, frame, frequency, [&](const void* data, std::size_t more) {
+    if (more > 0) std::memcpy(bytes.data() + at, data, more);  // where there are no particles, data is null
+    at += more;
+  });
+  if (!memory.empty()) std::memcpy(bytes.data() + at, memory.data(), memory.size() * sizeof(CachedContact));
+}
+
+void unpack_state(const std::vector<unsigned char>& bytes, World& world, std::int64_t& frame) {
+  double frequency = 0;
+  std::size_t needed = 0;
+  visit_state(world, frame, frequency, [&](const void*, std::size_t size) { needed += size; });
+  // Then follow as many remembered contacts as there were.
+  if (bytes.size() < needed || (bytes.size() - needed) % sizeof(CachedContact) != 0)
+    refuse("it has {} bytes where {} and whole contacts are needed", bytes.size(), needed);
+  std::size_t at = 0;
+  visit_state(world, frame, frequency, [&](void* data, std::size_t size) {
+    if (size > 0) std::memcpy(data, bytes.data() + at, size);  // where there are no particles, data is null
+    at += size;
+  });
+  ContactCache& memory = world.context.memory;
+  memory.resize((bytes.size() - needed) / sizeof(CachedContact));
+  for (CachedContact& contact : memory) {
+    std::memcpy(static_cast<void*>(&contact), bytes.data() + at, sizeof contact);
+    at += sizeof contact;
+  }
+  world.bodies.forces.set_max_squared_frequency(frequency);
+  RigidBodies& rigid = world.bodies.rigid;
+  for (std::size_t i = 0; i < rigid.size(); ++i)
+    update_orientation_dependents(rigid.state[i], rigid.properties[i]);
+}
+
+void check_state(const World& loaded, std::int64_t frame, const std::vector<RigidState>& built) {
+  const Bodies& bodies = loaded.bodies;
+  if (frame < 0 || frame >= std::numeric_limits<int>::max()) refuse("it is of frame {}", frame);
+  const double frequency = bodies.forces.max_squared_frequency();
+  if (!(frequency >= 0 && is_sound(frequency))) refuse("its bound on frequencies is not finite");
+  check_particles(loaded);
+  check_rigid(bodies.rigid, built);
+  const GeneralizedVelocity& acceleration = loaded.context.acceleration;
+  for (const std::vector<Vec3>* values :
+       {&acceleration.particle, &acceleration.linear, &acceleration.angular})
+    check_all(std::span(*values), "the last solve", "acceleration");
+  check_all(std::span<const double>(loaded.context.held_pressure), "the last solve", "pressure");
+  const ContactCache& memory = loaded.context.memory;
+  for (std::size_t i = 0; i < memory.size(); ++i) check_contact(bodies, memory[i], i);
+  if (!std::is_sorted(memory.begin(), memory.end(),
+                      [](const CachedContact& a, const CachedContact& b) { return name_of(a) < name_of(b); }))
+    refuse("its contacts are not in order");
+}
+
+}  // namespace duet

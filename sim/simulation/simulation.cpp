@@ -1,0 +1,425 @@
+#include "sim/simulation/simulation.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <iterator>
+#include <limits>
+#include <span>
+#include <tuple>
+#include <utility>
+
+#include <Eigen/LU>
+#include <time.h>
+
+#include "sim/base/error.h"
+#include "sim/base/hash.h"
+#include "sim/base/stop.h"
+#include "sim/contact/detection/max_penetration.h"
+#include "sim/contact/detection/surface_intersections.h"
+#include "sim/deformable/forces/tet_strain.h"
+#include "sim/geometry/level_set/grid_level_set.h"
+#include "sim/scene/build/build_world.h"
+#include "sim/scene/build/level_set_export.h"
+#include "sim/scene/deformables.h"
+#include "sim/simulation/saved_state.h"
+#include "sim/step/step.h"
+
+namespace duet {
+namespace {
+
+constexpr double smallest_retry = 1.0 / 64;  // of the rule's step, before a simulation is given up
+constexpr double least_refused = 1.0 / 32;   // of the rule's step; shorter ones are taken as they come out
+
+// s, that the processors have spent on this program.
+double processor_seconds() {
+  timespec time{};
+  ::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
+}  // namespace
+
+struct Simulation::Impl {
+  scene::BuiltWorld built;
+  scene::Scene scene;
+  std::int64_t frame = 0;
+  FrameStats stats;
+  std::vector<unsigned char> frame_start;  // the last good frame
+  std::vector<float> particle_strain;      // of the particles, as it is drawn
+  // Of volumes that springs hold together: their tets, and 1/m, of their edge matrices at rest.
+  std::vector<Tet> spring_tets;
+  std::vector<Mat3> spring_inverse_rest;
+  Parting parting;  // of what overlaps at frame 0
+  const std::atomic<bool>* stop = nullptr;
+
+  World& world() { return built.world; }
+
+  // A state from outside. Throws Error where it does not fit; the state before is back then.
+  void load_checked(const std::vector<unsigned char>& bytes) {
+    const std::vector<RigidState> before = world().bodies.rigid.state;
+    unpack_state(bytes, world(), frame);
+    try {
+      check_state(world(), frame, before);
+    } catch (const Error&) {
+      unpack_state(frame_start, world(), frame);
+      throw;
+    }
+  }
+
+  // Of the step from `time` (s) on.
+  void add_pinches(double time) {
+    const Bodies& bodies = world().bodies;
+    for (const Pinch& pinch : world().context.contacts.pinches) {
+      const duet::DeformableBody& guest = bodies.deformable[as_index(pinch.guest_deformable)];
+      const std::string &first = bodies.rigid.name[as_index(pinch.first)],
+                        &second = bodies.rigid.name[as_index(pinch.second)];
+      const auto known = std::find_if(stats.pinched.begin(), stats.pinched.end(), [&](const PinchStats& one) {
+        return one.body == guest.name && one.first == first && one.second == second;
+      });
+      if (known == stats.pinched.end())
+        stats.pinched.push_back({guest.name, first, second, guest.thickness, pinch.room, time});
+      else
+        known->room = std::min(known->room, pinch.room);
+    }
+  }
+
+  // Divides the rest of the frame into equal steps no longer than the rule allows; a step that fails is tried
+  // again with half its size, and so is one that proves too long for the joints.
+  void advance() {
+    const double end = static_cast<double>(frame + 1) / scene.fps;
+    double time = static_cast<double>(frame) / scene.fps;
+    double share = 1;
+    Refusal refusal;
+    while (time < end) {
+      double rule = 0;
+      world().clock.time(Stage::time_step_choice, [&] { rule = choose_time_step(world(), time); });
+      const double steps = std::max(1.0, std::ceil((end - time) / (share * rule) - 1e-9));
+      const double dt = (end - time) / steps;
+      try {
+        refusal.is_allowed = share > least_refused;
+        if (!step(world(), time, dt, &refusal)) {
+          share /= 2;
+          continue;
+        }
+      } catch (SimulationError& error) {
+        restore_step_start(world());
+        share /= 2;
+        if (share >= smallest_retry) continue;
+        error.fault().time = time;
+        error.fault().frame = static_cast<int>(frame) + 1;
+        error.fault().substep = stats.substeps;
+        throw SimulationError(error.fault());
+      }
+      share = std::min(1.0, 2 * share);
+      refusal = {};
+      add_pinches(time);
+      time = steps > 1 ? time + dt : end;
+      ++stats.substeps;
+      stats.dt_min = stats.substeps == 1 ? dt : std::min(stats.dt_min, dt);
+      stats.dt_max = std::max(stats.dt_max, dt);
+    }
+    ++frame;
+  }
+
+  // Before anything has moved.
+  void take_spring_tets() {
+    const Bodies& bodies = world().bodies;
+    for (std::size_t d = 0; d < scene.deformable.size(); ++d) {
+      if (!scene::material_of(scene, scene.deformable[d]).has_springs) continue;
+      const int first = bodies.deformable[d].first_particle,
+                end = first + bodies.deformable[d].particle_count;
+      std::copy_if(bodies.tets.begin(), bodies.tets.end(), std::back_inserter(spring_tets),
+                   [&](const Tet& tet) { return tet[0] >= first && tet[0] < end; });
+    }
+    for (const Tet& tet : spring_tets)
+      spring_inverse_rest.push_back(edge_matrix(tet, bodies.particles.x).inverse());
+  }
+
+  std::vector<const Surface*> rigid_surfaces() const {
+    std::vector<const Surface*> found;
+    for (std::size_t i = 0; i < scene.rigid.size(); ++i) found.push_back(&built.shapes[i].surface.surface);
+    return found;
+  }
+
+  // One problem for each pair that overlaps.
+  [[noreturn]] void refuse_overlaps() const {
+    std::vector<SceneProblem> problems;
+    for (const InitialOverlap& overlap : parting.overlaps) {
+      SceneProblem problem;
+      problem.file = scene.path;
+      const auto locate = [&](const auto& bodies) {
+        for (const auto& body : bodies)
+          if (body.name == overlap.second)
+            std::tie(problem.line, problem.column) = std::tuple(body.at.line, body.at.column);
+      };
+      locate(scene.rigid);
+      locate(scene.deformable);
+      problem.key = "solver.initial_overlap";
+      problem.message = describe(overlap) + " at frame 0";
+      problem.hint = "move them apart, or have them parted with solver.initial_overlap = \"part\"";
+      problems.push_back(std::move(problem));
+    }
+    throw SceneError(std::move(problems));
+  }
+
+  // Looks whether the surfaces of deformable bodies are free of crossings, once those that overlap are
+  // parted.
+  void check_surfaces() {
+    Bodies& bodies = world().bodies;
+    const std::vector<Vec3> x = bodies.particles.x;
+    const std::vector<RigidState> states = bodies.rigid.state;
+    if (parting.moves()) apply(parting, world());
+    check_surfaces_apart(bodies);
+    bodies.particles.x = x;
+    bodies.rigid.state = states;
+  }
+
+  // What can be read from the state itself.
+  void measure_state() {
+    Bodies& bodies = world().bodies;
+    stats.frame = static_cast<int>(frame);
+    stats.time = static_cast<double>(frame) / scene.fps;
+    stats.max_penetration = max_penetration(bodies, world().contact_filter());
+    if (frame == 0)
+      for (const InitialOverlap& overlap : parting.overlaps)
+        stats.max_penetration = std::max(stats.max_penetration, overlap.depth);
+    FiniteElements::Strain strain = bodies.forces.elements.strain(bodies.particles.x);
+    take_strain(spring_tets, spring_inverse_rest, bodies.particles.x, strain);
+    stats.min_det_F = strain.min_det;
+    stats.inverted = strain.inverted;
+    stats.max_stretch = strain.max_stretch;
+    stats.volume_error = bodies.one_rings.volume_error(bodies.particles.x);
+    stats.kinetic = kinetic_energy(bodies);
+    stats.potential = gravitational_energy(bodies, world().gravity);
+    stats.elastic = world().has_internal_forces() ? bodies.forces.energy(bodies.particles.x) : 0;
+    if (world().has(Effect::self_collision))
+      stats.self_intersections = static_cast<std::int64_t>(self_intersections(bodies).size());
+    const Momentum total = momentum(bodies);
+    stats.momentum = total.linear;
+    stats.angular_momentum = total.angular;
+    pack_state(world(), frame, frame_start);
+    stats.hash = hash_bytes(frame_start.data(), frame_start.size());
+  }
+
+  void measure_work() {
+    stats.stages.clear();
+    for (const StageRow& row : stage_rows) {
+      const StageClock::Entry& entry = world().clock[row.stage];
+      stats.stages.push_back({std::string(row.label), entry.seconds, entry.calls});
+    }
+    stats.cg_iterations = world().counters.cg_iterations;
+    stats.pressure_iterations = world().counters.pressure_iterations;
+    stats.contacts = world().counters.contacts;
+    stats.self_repulsions = world().counters.self_repulsions;
+    stats.self_collisions = world().counters.self_collisions;
+    stats.impact_zone_particles = world().counters.impact_zone_particles;
+    if (world().ledger.is_on()) measure_ledger();
+  }
+
+  void measure_ledger() {
+    const StepLedger& ledger = world().ledger;
+    stats.ledger.clear();
+    const auto add = [&](std::string_view name, const LedgerEntry& entry) {
+      stats.ledger.push_back({std::string(name), entry.gained.linear, entry.external.linear,
+                              entry.gained.angular, entry.external.angular, entry.linear_defect,
+                              entry.angular_defect, entry.kinetic, entry.stored});
+    };
+    for (const StageRow& row : stage_rows)
+      if (StepLedger::counts(row.stage)) add(row.label, ledger[row.stage]);
+    add("step", ledger.whole_step());
+    stats.pushed_mass = ledger.push_out().linear_largest;
+    stats.pushed_moment = ledger.push_out().angular_largest;
+  }
+};
+
+Simulation::Simulation(const scene::Scene& scene, const EffectSet& plan) : impl_(std::make_unique<Impl>()) {
+  impl_->built = scene::build_world(scene, plan);
+  impl_->scene = scene;
+  impl_->take_spring_tets();
+  check_finite(impl_->world(), "0 initial state");
+  impl_->parting = part_bodies(impl_->world(), impl_->rigid_surfaces());
+  if (scene.solver.initial_overlap == scene::OverlapPolicy::refuse && !impl_->parting.overlaps.empty())
+    impl_->refuse_overlaps();
+  impl_->world().settings.push_out.overlapping = impl_->parting.left;
+  if (plan[index(Effect::self_collision)]) impl_->check_surfaces();
+  impl_->measure_state();
+  impl_->measure_work();
+}
+
+Simulation::~Simulation() = default;
+
+int Simulation::frame() const { return static_cast<int>(impl_->frame); }
+FrameStats Simulation::stats() const { return impl_->stats; }
+const std::vector<InitialOverlap>& Simulation::initial_overlaps() const { return impl_->parting.overlaps; }
+World& Simulation::world() { return impl_->world(); }
+const World& Simulation::world() const { return impl_->world(); }
+
+void Simulation::keep_ledger() {
+  impl_->world().ledger.turn_on();
+  impl_->measure_work();
+}
+
+void Simulation::hash_stages(StageHashes::Sink sink) { impl_->world().stage_hashes.turn_on(std::move(sink)); }
+
+std::vector<BodyHashes> Simulation::state_hashes() const { return duet::state_hashes(impl_->world()); }
+
+void Simulation::stop_when(const std::atomic<bool>* flag) { impl_->stop = flag; }
+
+void Simulation::advance_frame() {
+  Impl& impl = *impl_;
+  const StopScope scope(impl.stop);
+  impl.world().stage_hashes.begin_frame(frame() + 1);
+  impl.world().ledger.reset();
+  impl.world().clock.reset();
+  impl.world().counters = {};
+  impl.stats.substeps = 0;
+  impl.stats.pinched.clear();
+  impl.stats.dt_min = impl.stats.dt_max = 0;
+  const auto start = std::chrono::steady_clock::now();
+  const double processor_start = processor_seconds();
+  try {
+    if (impl.frame == 0 && impl.parting.moves()) apply(impl.parting, impl.world());
+    impl.advance();
+  } catch (const Error&) {
+    unpack_state(impl.frame_start, impl.world(), impl.frame);
+    throw;
+  }
+  impl.stats.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  impl.stats.processor_seconds = processor_seconds() - processor_start;
+  impl.measure_state();
+  impl.measure_work();
+}
+
+std::vector<unsigned char> Simulation::save_state() const { return impl_->frame_start; }
+
+void Simulation::load_state(const std::vector<unsigned char>& bytes) {
+  impl_->load_checked(bytes);
+  impl_->measure_state();
+}
+
+void Simulation::surfaces(std::vector<BodySurface>& out) const {
+  const Bodies& bodies = impl_->world().bodies;
+  const std::vector<scene::BodyShape>& shapes = impl_->built.shapes;
+  out.resize(shapes.size());
+  impl_->particle_strain.assign(bodies.particles.size(), 0);
+  bodies.forces.elements.add_strain(bodies.particles.x, impl_->particle_strain);
+  raise_strain(impl_->spring_tets, impl_->spring_inverse_rest, bodies.particles.x, impl_->particle_strain);
+  for (std::size_t i = 0; i < shapes.size(); ++i) {
+    const BoundarySurface& rest = shapes[i].surface;
+    Surface& surface = out[i].surface;
+    if (surface.triangles.size() != rest.surface.triangles.size()) surface = rest.surface;
+    out[i].name = shapes[i].name;
+    if (const std::optional<scene::ThinShape>& thin = shapes[i].thin) {
+      const std::span<const Vec3> x(bodies.particles.x.data() + thin->first_particle, thin->particle_count);
+      std::visit([&](const auto& thick) { thick.update(x, surface); }, thin->surface);
+    } else if (!shapes[i].skin.empty()) {
+      shapes[i].skin.update(bodies.particles.x.data() + shapes[i].first_particle, surface);
+      shapes[i].skin.interpolate(impl_->particle_strain.data() + shapes[i].first_particle, surface.strain);
+    } else if (rest.vertex_nodes.empty()) {
+      const Pose& pose = bodies.rigid.state[i].pose;
+      for (std::size_t k = 0; k < surface.positions.size(); ++k)
+        surface.positions[k] = pose.to_world(rest.surface.positions[k]);
+      for (std::size_t k = 0; k < surface.normals.size(); ++k)
+        surface.normals[k] = (pose.orientation * rest.surface.normals[k].cast<double>()).cast<float>();
+    } else {
+      for (std::size_t k = 0; k < surface.positions.size(); ++k)
+        surface.positions[k] = bodies.particles.x[static_cast<std::size_t>(rest.vertex_nodes[k])];
+      update_normals(surface);
+      surface.strain.resize(surface.positions.size());
+      for (std::size_t k = 0; k < surface.strain.size(); ++k)
+        surface.strain[k] = impl_->particle_strain[static_cast<std::size_t>(rest.vertex_nodes[k])];
+    }
+  }
+}
+
+std::vector<BodyLevelSet> Simulation::level_sets() const {
+  const RigidBodies& rigid = impl_->world().bodies.rigid;
+  std::vector<BodyLevelSet> sets;
+  std::vector<int> distinct;
+  for (std::size_t i = 0; i < impl_->scene.rigid.size(); ++i) {
+    const LevelSet shape = rigid.properties[i].shape;
+    BodyLevelSet set;
+    set.name = rigid.name[i];
+    set.distance = [shape](const Vec3& x) { return shape.distance(x); };
+    set.lower = shape.lower();
+    set.upper = shape.upper();
+    set.voxel_size = exported_voxel_size(shape);
+    set.pose = rigid.state[i].pose;
+    set.is_static = !rigid.properties[i].moves();
+    const auto same = std::find_if(distinct.begin(), distinct.end(), [&](int k) {
+      return rigid.properties[static_cast<std::size_t>(k)].shape == shape;
+    });
+    if (same != distinct.end())
+      set.same_as = *same;
+    else
+      distinct.push_back(static_cast<int>(i));
+    sets.push_back(std::move(set));
+  }
+  return sets;
+}
+
+namespace {
+
+std::vector<GridSize> grid_sizes(const RigidBodies& rigid) {
+  std::vector<GridSize> sizes;
+  std::vector<const GridLevelSet*> known;
+  for (std::size_t i = 0; i < rigid.size(); ++i) {
+    const GridLevelSet* grid = rigid.properties[i].shape.grid.get();
+    if (!grid) continue;
+    const auto found = std::find(known.begin(), known.end(), grid);
+    if (found == known.end()) {
+      known.push_back(grid);
+      sizes.push_back({rigid.name[i], 1, grid->grid().count, grid->grid().spacing, grid->thickness()});
+    } else {
+      ++sizes[static_cast<std::size_t>(found - known.begin())].bodies;
+    }
+  }
+  return sizes;
+}
+
+}  // namespace
+
+WorldSizes Simulation::sizes() const {
+  World& world = impl_->world();
+  const Bodies& bodies = world.bodies;
+  WorldSizes sizes;
+  for (const StageRow& row : stage_table)
+    if (runs(row, world)) sizes.stages.emplace_back(row.label);
+  sizes.initial_overlaps = impl_->parting.overlaps;
+  const TimeStepChoice choice =
+      bounded_time_step(world, static_cast<double>(impl_->frame) / impl_->scene.fps);
+  sizes.time_step = choice.seconds;
+  sizes.time_step_bound = describe(choice, bodies);
+  sizes.lightest = std::numeric_limits<double>::infinity();
+  const auto weigh = [&](double mass) {
+    sizes.lightest = std::min(sizes.lightest, mass);
+    sizes.heaviest = std::max(sizes.heaviest, mass);
+  };
+  for (const RigidProperties& properties : bodies.rigid.properties) {
+    ++(properties.is_dynamic() ? sizes.rigid_dynamic
+       : properties.moves()    ? sizes.rigid_kinematic
+                               : sizes.rigid_static);
+    sizes.rigid_samples += static_cast<int>(properties.samples.size());
+    if (properties.is_dynamic()) weigh(properties.mass);
+  }
+  for (const DeformableBody& body : bodies.deformable) {
+    ++sizes.deformable;
+    if (body.thickness > 0) ++sizes.thin;
+    sizes.surface_triangles += body.triangle_count;
+    sizes.face_samples += body.sample_count;
+    weigh(body.mass);
+  }
+  sizes.grids = grid_sizes(bodies.rigid);
+  sizes.tet_meshes = impl_->built.tet_meshes;
+  sizes.particles = static_cast<int>(bodies.particles.size());
+  sizes.tets = static_cast<int>(bodies.forces.elements.size());
+  if (bodies.forces.rest_squared_frequency() > 0) {
+    sizes.elastic_dt = 2 / std::sqrt(bodies.forces.rest_squared_frequency());
+    sizes.undamped_elastic_dt = 2 / std::sqrt(bodies.forces.elastic_squared_frequency());
+  }
+  if (!std::isfinite(sizes.lightest)) sizes.lightest = 0;
+  return sizes;
+}
+
+}  // namespace duet

@@ -1,0 +1,81 @@
+#include "sim/state/bodies.h"
+
+namespace duet {
+
+void store_velocities(const Bodies& bodies, VelocityState& out) {
+  out.particle = bodies.particles.v;
+  out.rigid.resize(bodies.rigid.size());
+  out.rotation.resize(bodies.rigid.size());
+  for (std::size_t i = 0; i < bodies.rigid.size(); ++i) {
+    out.rigid[i] = bodies.rigid.state[i].velocity;
+    out.rotation[i] = rotation_variable(bodies.rigid.state[i], bodies.rigid.properties[i]);
+  }
+}
+
+void restore_velocities(const VelocityState& velocities, Bodies& bodies) {
+  bodies.particles.v = velocities.particle;
+  for (std::size_t i = 0; i < bodies.rigid.size(); ++i) {
+    RigidState& state = bodies.rigid.state[i];
+    state.velocity = velocities.rigid[i];
+    rotation_variable(state, bodies.rigid.properties[i]) = velocities.rotation[i];
+    update_orientation_dependents(state, bodies.rigid.properties[i]);
+  }
+}
+
+void add_velocities(const VelocityState& change, Bodies& bodies) {
+  for (std::size_t p = 0; p < bodies.particles.size(); ++p) bodies.particles.v[p] += change.particle[p];
+  for (std::size_t i = 0; i < bodies.rigid.size(); ++i) {
+    RigidState& state = bodies.rigid.state[i];
+    state.velocity += change.rigid[i];
+    rotation_variable(state, bodies.rigid.properties[i]) += change.rotation[i];
+    update_orientation_dependents(state, bodies.rigid.properties[i]);
+  }
+}
+
+void velocity_difference(const Bodies& bodies, const VelocityState& base, VelocityState& out) {
+  store_velocities(bodies, out);
+  for (std::size_t p = 0; p < out.particle.size(); ++p) out.particle[p] -= base.particle[p];
+  for (std::size_t i = 0; i < out.rigid.size(); ++i) {
+    out.rigid[i] -= base.rigid[i];
+    out.rotation[i] -= base.rotation[i];
+  }
+}
+
+Momentum momentum(const Bodies& bodies) {
+  Momentum total;
+  const Particles& particles = bodies.particles;
+  for (std::size_t p = 0; p < particles.size(); ++p) {
+    const Vec3 linear = particles.mass[p] * particles.v[p];
+    total.linear += linear;
+    total.angular += particles.x[p].cross(linear);
+  }
+  for (std::size_t i = 0; i < bodies.rigid.size(); ++i) {
+    const RigidState& state = bodies.rigid.state[i];
+    const Vec3 linear = bodies.rigid.properties[i].mass * state.velocity;
+    total.linear += linear;
+    total.angular += state.pose.position.cross(linear) + state.angular_momentum;
+  }
+  return total;
+}
+
+double kinetic_energy(const Bodies& bodies) {
+  double energy = 0;
+  const Particles& particles = bodies.particles;
+  for (std::size_t p = 0; p < particles.size(); ++p)
+    energy += 0.5 * particles.mass[p] * particles.v[p].squaredNorm();
+  for (std::size_t i = 0; i < bodies.rigid.size(); ++i)
+    energy += kinetic_energy(bodies.rigid.state[i], bodies.rigid.properties[i]);
+  return energy;
+}
+
+double gravitational_energy(const Bodies& bodies, const Vec3& gravity) {
+  double energy = 0;
+  const Particles& particles = bodies.particles;
+  for (std::size_t p = 0; p < particles.size(); ++p)
+    energy -= particles.mass[p] * gravity.dot(particles.x[p]);
+  for (std::size_t i = 0; i < bodies.rigid.size(); ++i)
+    energy -= bodies.rigid.properties[i].mass * gravity.dot(bodies.rigid.state[i].pose.position);
+  return energy;
+}
+
+}  // namespace duet

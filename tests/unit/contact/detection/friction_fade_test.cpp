@@ -1,0 +1,75 @@
+#include "sim/contact/detection/friction_fade.h"
+
+#include <cmath>
+
+#include "tests/support/scenes.h"
+#include <gtest/gtest.h>
+
+#include "sim/step/world.h"
+
+namespace duet {
+namespace {
+
+const Vec3 up(0, 1, 0);
+
+SurfacePoint point_on(std::initializer_list<int> particles) {
+  SurfacePoint point;
+  point.count = static_cast<int>(particles.size());
+  std::size_t i = 0;
+  for (const int p : particles) {
+    point.particle[i] = p;
+    point.weight[i++] = 1.0 / point.count;
+  }
+  return point;
+}
+
+// Share of an edge, or a face, that rises at the angle, in degrees.
+double share_at(double angle, bool is_face) {
+  Bodies bodies;
+  const double a = angle * std::acos(-1) / 180;
+  bodies.particles.x = {Vec3(0, 0, 0), Vec3(2 * std::cos(a), 2 * std::sin(a), 0), Vec3(0, 0, 1)};
+  return lying_share(bodies, is_face ? point_on({0, 1, 2}) : point_on({0, 1}), up);
+}
+
+TEST(Lying, FrictionEndsWhereEdgesAndFacesCrossTheSurface) {
+  for (const bool is_face : {false, true}) {
+    EXPECT_EQ(share_at(0, is_face), 1);
+    EXPECT_EQ(share_at(-29.9, is_face), 1);
+    EXPECT_NEAR(share_at(std::asin(0.6) * 180 / std::acos(-1), is_face), 0.5, 1e-14);
+    EXPECT_EQ(share_at(45, is_face), 0);
+    EXPECT_EQ(share_at(-90, is_face), 0);
+  }
+}
+
+// A box has friction on its faces, edges and corners, none where it is on the wrong side of them.
+TEST(Lying, AParticleHasFrictionUnlessItsElementsAreBehindTheSurface) {
+  scene::Scene scene = test::on_ground();
+  test::add_soft_box(scene, "box", Vec3(0, 0.5, 0), Vec3(1, 1, 1), 2);
+  Simulation simulation(scene, test::plan(scene));
+  const Bodies& bodies = simulation.world().bodies;
+  int corners = 0;
+  for (int p = 0; p < static_cast<int>(bodies.particles.size()); ++p) {
+    const Vec3 from_middle = bodies.particles.x[static_cast<std::size_t>(p)] - Vec3(0, 0.5, 0);
+    if (from_middle.norm() < 0.8) continue;
+    ++corners;
+    const Vec3 inward = inward_direction(bodies, point_on({p}));
+    EXPECT_GT(inward.dot(-from_middle.normalized()), 0.9);
+    for (int axis = 0; axis < 3; ++axis) {
+      const Vec3 outward = from_middle[axis] > 0 ? Vec3(Vec3::Unit(axis)) : Vec3(-Vec3::Unit(axis));
+      EXPECT_EQ(lying_share(bodies, point_on({p}), -outward), 1);
+    }
+    EXPECT_EQ(lying_share(bodies, point_on({p}), from_middle.normalized()), 0);
+  }
+  EXPECT_EQ(corners, 8);
+}
+
+TEST(Lying, NeighboursAreThoseOfAllTetsOnce) {
+  const ElementLists lists = neighbours(6, {{0, 1, 2, 3}, {3, 2, 1, 4}});
+  const auto of = [&](int p) { return std::vector<int>(lists.of(p).begin(), lists.of(p).end()); };
+  EXPECT_EQ(of(0), (std::vector<int>{1, 2, 3}));
+  EXPECT_EQ(of(2), (std::vector<int>{0, 1, 3, 4}));
+  EXPECT_TRUE(of(5).empty());
+}
+
+}  // namespace
+}  // namespace duet

@@ -1,0 +1,85 @@
+#include "sim/contact/detection/impact_plane.h"
+
+#include <cmath>
+
+#include "tests/support/contacts.h"
+#include <gtest/gtest.h>
+
+namespace duet {
+namespace {
+
+// A ball of radius 0.5 whose center is `height` (m) above the top of a static box that begins at x = 0, 0.3 m
+// before it.
+scene::Scene ball_beside_box(const Vec3& velocity, double height) {
+  scene::Scene scene = test::free_space();
+  scene::RigidBody& box = test::add_box(scene, "box", Vec3(2, -1, 0), Vec3(4, 2, 4), 1);
+  box.is_static = true;
+  scene::RigidBody ball;
+  ball.name = "ball";
+  ball.shape = {.kind = scene::ShapeKind::sphere, .radius = 0.5};
+  ball.density = 1000;
+  ball.placement.position = Vec3(-0.3, height, 0);
+  ball.placement.velocity = velocity;
+  scene.rigid.push_back(ball);
+  return scene;
+}
+
+// The contact of the ball with the box after looking ahead `dt` (s).
+ContactPoint ahead(const scene::Scene& scene, double dt) {
+  test::ContactScene contacts(scene, dt);
+  VelocityState velocity;
+  store_velocities(contacts.bodies, velocity);
+  find_impact_planes(contacts.bodies, velocity, dt, OrientationUpdate::exact, 0.1, contacts.contacts);
+  for (const ContactPoint& contact : contacts.contacts.points)
+    if (contact.meets_ahead) return contact;
+  return {};
+}
+
+TEST(ImpactPlane, IsTheTopThatABallRollsOnto) {
+  const ContactPoint contact = ahead(ball_beside_box(Vec3(10, 0, 0), 0.5), 0.1);
+  ASSERT_TRUE(contact.meets_ahead);
+  EXPECT_TRUE(contact.is_level_ahead);
+  EXPECT_LT((contact.normal - Vec3::UnitY()).norm(), 1e-12);
+  EXPECT_NEAR(contact.gap, 0, 1e-12);
+}
+
+// sin a = 0.2 / 0.5 where the ball, 0.2 m lower than the top allows, meets the edge.
+TEST(ImpactPlane, IsTheOneAtTheEdgeThatABallHits) {
+  const double height = 0.3, distance = std::sqrt(0.5 * 0.5 - height * height);
+  scene::Scene scene = ball_beside_box(Vec3(10, 0, 0), height);
+  scene.rigid[1].placement.position.x() = -0.7;
+  const ContactPoint contact = ahead(scene, 0.1);
+  ASSERT_TRUE(contact.meets_ahead);
+  EXPECT_FALSE(contact.is_level_ahead);
+  // The meeting is noticed when the ball is 1e-4 of its size inside.
+  EXPECT_LT((contact.normal - Vec3(-distance, height, 0) / 0.5).norm(), 1e-3);
+  EXPECT_NEAR(contact.gap, (0.7 - distance) * distance / 0.5, 1e-3);
+}
+
+TEST(ImpactPlane, StaysThatOfNowWhereNothingIsReached) {
+  EXPECT_FALSE(ahead(ball_beside_box(Vec3(0.1, 0, 0), 0.5), 0.1).meets_ahead);
+  EXPECT_FALSE(ahead(ball_beside_box(Vec3(0, 10, 0), 0.5), 0.1).meets_ahead);
+}
+
+// A box slides along the rim of two bars in a row, which it reaches over, its underside a little below the
+// rim. Its front does not hit the corner of the second bar, which it passes along the rim.
+TEST(ImpactPlane, IsNoneOfPointsThatAreHitAlongTheirEdge) {
+  scene::Scene scene = test::free_space();
+  test::add_box(scene, "box", Vec3(0, 0.49, 1), Vec3(1, 1, 1), 1).placement.velocity = Vec3(10, 0, 0);
+  test::add_box(scene, "first", Vec3(-3, -0.5, 0), Vec3(7.5, 1, 2), 1).is_static = true;
+  test::add_box(scene, "second", Vec3(4.75, -0.5, 0), Vec3(8, 1, 2), 1).is_static = true;
+  test::ContactScene contacts(scene, 0.1);
+  VelocityState velocity;
+  store_velocities(contacts.bodies, velocity);
+  find_impact_planes(contacts.bodies, velocity, 0.1, OrientationUpdate::exact, 0.1, contacts.contacts);
+  int passed = 0;
+  for (const ContactPoint& contact : contacts.contacts.points) {
+    if (!contact.meets_ahead || contact.guest_rigid != 2) continue;
+    EXPECT_TRUE(std::isinf(contact.gap)) << contact.guest_point;
+    ++passed;
+  }
+  EXPECT_GT(passed, 0);
+}
+
+}  // namespace
+}  // namespace duet

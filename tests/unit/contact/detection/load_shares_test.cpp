@@ -1,0 +1,92 @@
+#include "sim/contact/detection/load_shares.h"
+
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace duet {
+namespace {
+
+using Vec2 = Eigen::Vector2d;
+
+std::vector<Vec2> regular_polygon(int corners, double radius, const Vec2& middle) {
+  std::vector<Vec2> result;
+  for (int i = 0; i < corners; ++i)
+    result.push_back(middle +
+                     radius * Vec2(std::cos(2 * M_PI * i / corners), std::sin(2 * M_PI * i / corners)));
+  return result;
+}
+
+TEST(EvenLoad, OfASquareAndADiscIsThatOfTheTextbook) {
+  const std::vector<Vec2> square = {{1, 2}, {3, 2}, {3, 4}, {1, 4}};
+  const EvenLoad of_square = even_load(square);
+  EXPECT_NEAR((of_square.middle - Vec2(2, 3)).norm(), 0, 1e-15);
+  EXPECT_NEAR(of_square.area, 4, 1e-14);
+  // Gauss's rule of five points is right to 1e-5 there.
+  EXPECT_NEAR(of_square.mean_distance, 2 * (std::sqrt(2.0) + std::log(1 + std::sqrt(2.0))) / 6, 1e-5);
+  EXPECT_NEAR(of_square.mean_direction.norm(), 0, 1e-15);
+  const EvenLoad disc = even_load(regular_polygon(96, 1.5, {0.3, -7}));
+  EXPECT_NEAR(disc.mean_distance, 1.0, 2e-3);  // 2/3 of the radius, less what the polygon lacks
+  EXPECT_NEAR((disc.middle - Vec2(0.3, -7)).norm(), 0, 1e-13);
+}
+
+// Of the triangle with corners 0, (1, 0), (0, 1): by sums over 4e6 points.
+TEST(EvenLoad, OfATriangleHasAMeanDirection) {
+  const std::vector<Vec2> triangle = {{0, 0}, {3, 0}, {0, 1}};
+  const EvenLoad load = even_load(triangle);
+  Vec2 direction(0, 0);
+  double distance = 0;
+  const int n = 2000;
+  for (int i = 0; i < n; ++i)
+    for (int j = 0; j < n; ++j) {
+      double s = (i + 0.5) / n, t = (j + 0.5) / n;
+      if (s + t > 1) s = 1 - s, t = 1 - t;
+      const Vec2 x = Vec2(3 * s, t) - load.middle;
+      distance += x.norm() / (n * n);
+      direction += x.normalized() / (n * n);
+    }
+  EXPECT_NEAR(load.mean_distance, distance, 0.01 * distance);
+  EXPECT_NEAR((load.mean_direction - direction).norm(), 0, 0.01);
+}
+
+// Convex polygons with corners on an ellipse, not evenly, and a few points inside, in all sizes.
+TEST(LoadShares, HaveTheMomentsOfTheEvenLoad) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> uniform(0, 1);
+  for (int i = 0; i < 200; ++i) {
+    const double size = std::pow(10, 6 * uniform(random) - 3);
+    std::vector<double> angles;
+    for (int k = 0; k < 5 + i % 20; ++k)
+      angles.push_back(2 * M_PI * (k + 0.3 * uniform(random)) / (5 + i % 20));
+    std::vector<Vec2> corners;
+    for (const double angle : angles)
+      corners.push_back(size * Vec2(3 + std::cos(angle), 0.8 * std::sin(angle) - 1));
+    const EvenLoad load = even_load(corners);
+    std::vector<Vec2> places = corners;
+    for (int k = 0; k < 4; ++k)
+      places.push_back(load.middle +
+                       0.5 * (corners[static_cast<std::size_t>(k) * corners.size() / 4] - load.middle));
+    std::vector<double> shares(corners.size(), 0.5 / static_cast<double>(corners.size()));
+    shares.resize(places.size(), 0.125);
+    share_load(load, places, shares);
+    double sum = 0, distance = 0;
+    Vec2 middle(0, 0), direction(0, 0);
+    for (std::size_t k = 0; k < places.size(); ++k) {
+      const Vec2 x = places[k] - load.middle;
+      EXPECT_GE(shares[k], 0);
+      sum += shares[k];
+      middle += shares[k] * x;
+      distance += shares[k] * x.norm();
+      direction += shares[k] * x.normalized();
+    }
+    EXPECT_NEAR(sum, 1, 1e-6);
+    EXPECT_NEAR(middle.norm() / size, 0, 1e-6);
+    EXPECT_NEAR(distance / load.mean_distance, 1, 1e-6);
+    EXPECT_NEAR((direction - load.mean_direction).norm(), 0, 1e-6);
+  }
+}
+
+}  // namespace
+}  // namespace duet

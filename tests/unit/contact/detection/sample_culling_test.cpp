@@ -1,0 +1,134 @@
+#include "sim/contact/detection/sample_culling.h"
+
+#include <cmath>
+#include <numbers>
+
+#include <gtest/gtest.h>
+
+#include "sim/contact/detection/deepest_point.h"
+#include "sim/geometry/level_set/shape_samples.h"
+
+namespace duet {
+namespace {
+
+constexpr double pi = std::numbers::pi;
+
+struct Guest {
+  RigidProperties properties;
+  Pose pose;
+
+  Guest(const LevelSet& shape, const Vec3& position, const Quat& orientation = Quat::Identity()) {
+    properties.shape = shape;
+    properties.samples = surface_samples(shape, 0.05);
+    properties.inside = points_inside(shape, properties.samples);
+    pose = {position, orientation};
+  }
+};
+
+struct Asked {
+  ContactPoint contact;
+  Touch touch;
+};
+
+// Of the guest (body 1) on the ground (body 0).
+Asked on_ground(const Guest& guest, int sample) {
+  RigidProperties ground;
+  ground.shape = LevelSet::half_space();
+  Asked asked;
+  asked.touch = touch(ground, Pose(), guest.properties, guest.pose, sample);
+  asked.contact.host = 0;
+  asked.contact.guest_rigid = 1;
+  asked.contact.guest_point = sample;
+  asked.contact.guest_arm = asked.touch.position - guest.pose.position;
+  return asked;
+}
+
+// With the guest's deepest points told.
+SampleCulling told(const Guest& guest) {
+  SampleCulling deepest;
+  for (int k = 0; k < deepest_point_count(guest.properties.shape); ++k) {
+    const Asked asked = on_ground(guest, -1 - k);
+    EXPECT_FALSE(deepest.carry_for(asked.contact, asked.touch)) << "deepest points always count";
+  }
+  return deepest;
+}
+
+const Quat upright(Eigen::AngleAxisd(EIGEN_PI / 2, Vec3::UnitX()));
+const LevelSet torus = LevelSet::torus(0.5, 0.1);
+
+// On the rim, at the angle p from the lowest point, the slope is sin(p / 2): above 0.02 from 2.3 degrees on;
+// within 5.7 degrees the point is nearer than a tenth of the radius anyway. So no sample counts, however the
+// wheel is turned.
+TEST(SampleCulling, CarryARollingWheelAlone) {
+  for (int i = 0; i < 20; ++i) {
+    const Quat turned = upright * Quat(Eigen::AngleAxisd(0.1 * i, Vec3::UnitY()));
+    const Guest wheel(torus, Vec3(3, 0.6, 1), turned);
+    SampleCulling deepest = told(wheel);
+    int near = 0;
+    for (int sample = 0; sample < static_cast<int>(wheel.properties.samples.size()); ++sample) {
+      const Asked asked = on_ground(wheel, sample);
+      if (asked.touch.normal.y() < 0.5 || asked.touch.gap > 0.2) continue;
+      near += asked.touch.gap < 0.02;
+      EXPECT_TRUE(deepest.carry_for(asked.contact, asked.touch)) << asked.touch.position.transpose();
+    }
+    EXPECT_GT(near, 3);
+  }
+}
+
+TEST(SampleCulling, OfATorusThatLiesFlatCarryOnlyTheSamplesBesideThem) {
+  const Guest ring(torus, Vec3(3, 0.1, 1));
+  SampleCulling deepest = told(ring);
+  const Vec3 lowest = on_ground(ring, -1).touch.position;
+  int beside = 0, away = 0;
+  for (int sample = 0; sample < static_cast<int>(ring.properties.samples.size()); ++sample) {
+    const Asked asked = on_ground(ring, sample);
+    if (std::abs(asked.touch.gap) > 1e-12) continue;  // the circle of samples on which it lies
+    const double distance = (asked.touch.position - lowest).norm();
+    // A tenth of the arm, which is hypot(0.5, 0.1) long for all of them.
+    const bool is_beside = distance < 0.1 * std::hypot(0.5, 0.1);
+    (is_beside ? beside : away) += 1;
+    EXPECT_EQ(deepest.carry_for(asked.contact, asked.touch), is_beside) << distance;
+  }
+  EXPECT_GE(beside, 1);
+  EXPECT_GT(away, 50);
+}
+
+TEST(SampleCulling, CarryOnlyForTheirHostAndNormal) {
+  const Guest wheel(torus, Vec3(0, 0.6, 0), upright);
+  SampleCulling deepest = told(wheel);
+  Asked beside = on_ground(wheel, -1);
+  beside.contact.guest_point = 0;
+  beside.touch.position.x() += 0.05;
+  beside.touch.gap += 0.002;
+  EXPECT_TRUE(deepest.carry_for(beside.contact, beside.touch));
+
+  Asked other_host = beside;
+  other_host.contact.host = 2;
+  EXPECT_FALSE(deepest.carry_for(other_host.contact, other_host.touch));
+
+  Asked tilted = beside;  // a cosine of 0.98 is 11.5 degrees
+  tilted.touch.normal = Vec3(std::sin(11 * pi / 180), std::cos(11 * pi / 180), 0);
+  EXPECT_TRUE(deepest.carry_for(tilted.contact, tilted.touch));
+  tilted.touch.normal = Vec3(std::sin(12 * pi / 180), std::cos(12 * pi / 180), 0);
+  EXPECT_FALSE(deepest.carry_for(tilted.contact, tilted.touch));
+
+  Asked deformable = beside;
+  deformable.contact.guest_rigid = -1;
+  EXPECT_FALSE(deepest.carry_for(deformable.contact, deformable.touch));
+
+  EXPECT_FALSE(SampleCulling().carry_for(beside.contact, beside.touch)) << "nothing was told";
+}
+
+// A sample that lies lower than the deepest point (its steps do not find it on every host) counts.
+TEST(SampleCulling, DoNotCarryForSamplesThatAreDeeper) {
+  const Guest wheel(torus, Vec3(0, 0.6, 0), upright);
+  SampleCulling deepest = told(wheel);
+  Asked deeper = on_ground(wheel, -1);
+  deeper.contact.guest_point = 0;
+  deeper.touch.position.x() += 0.3;
+  deeper.touch.gap -= 0.01;
+  EXPECT_FALSE(deepest.carry_for(deeper.contact, deeper.touch));
+}
+
+}  // namespace
+}  // namespace duet

@@ -1,0 +1,218 @@
+#include "sim/contact/detection/vertex_face_contacts.h"
+
+#include <algorithm>
+#include <limits>
+#include <memory>
+#include <random>
+
+#include "tests/support/contacts.h"
+#include "tests/support/meshes.h"
+#include "tests/support/thin_bodies.h"
+#include <gtest/gtest.h>
+
+#include "sim/base/rotation.h"
+#include "sim/contact/detection/body_bounds.h"
+#include "sim/geometry/queries/closest_points.h"
+
+namespace duet {
+namespace {
+
+// A cube and a soft box of cells of 1 m about the origin, 2 m wide.
+scene::Scene cube_and_block() {
+  scene::Scene scene = test::free_space();
+  test::add_box(scene, "cube", Vec3(0, 9, 0), Vec3::Constant(0.4), 10);
+  test::add_soft_box(scene, "block", Vec3::Zero(), Vec3(2, 2, 2), 2);
+  return scene;
+}
+
+class Corners {
+ public:
+  explicit Corners(const scene::Scene& scene) : simulation_(scene, test::plan(scene)) {}
+  Bodies& bodies() { return simulation_.world().bodies; }
+  // Has the first corner of body 0 be at x, and the body lie in the direction `inward` from there.
+  void put(const Vec3& x, const Vec3& inward) {
+    const FeatureEdges& ridges = bodies().rigid.properties[0].ridges;
+    const auto node = static_cast<std::size_t>(ridges.corners[0]);
+    Pose& pose = bodies().rigid.state[0].pose;
+    pose.orientation = shortest_turn(ridges.inward[node], inward);
+    pose.position = x - pose.orientation * ridges.nodes[node];
+  }
+  std::vector<EdgeContact> find(double margin) {
+    std::vector<BodyBounds> bounds;
+    bound_bodies(bodies(), bounds);
+    std::vector<EdgeContact> found;
+    find_places_at_corners(bodies(), bodies().deformable[0], bounds[0], 0, margin, scratch_, found);
+    return found;
+  }
+  // Of a place, in the world.
+  Vec3 normal(const EdgeContact& near) { return bodies().rigid.state[0].pose.orientation * near.edge.normal; }
+  Vec3 surface_point(const EdgeContact& near) {
+    const Triangle& face = bodies().triangles[static_cast<std::size_t>(near.edge.face)];
+    Vec3 x = Vec3::Zero();
+    for (std::size_t i = 0; i < 3; ++i)
+      x += near.edge.weight[i] * bodies().particles.x[static_cast<std::size_t>(face[i])];
+    return x;
+  }
+
+ private:
+  Simulation simulation_;
+  CornerSearches scratch_;
+};
+
+TEST(CornersInFaces, TouchTheFaceBelowThem) {
+  Corners corners(cube_and_block());
+  EXPECT_TRUE(corners_count(corners.bodies().deformable[0], corners.bodies().rigid.properties[0].ridges));
+  for (const double height : {0.009, 0.0, -0.03}) {
+    const Vec3 x(0.31, 1 + height, -0.17);
+    corners.put(x, Vec3(0.2, 1, 0.1).normalized());
+    const auto found = corners.find(0.01);
+    ASSERT_EQ(found.size(), 1U);
+    EXPECT_EQ(found[0].node, 0);
+    EXPECT_NEAR(found[0].distance, height, 1e-14);
+    EXPECT_LT((corners.normal(found[0]) + Vec3::UnitY()).norm(), 1e-12);  // out of the cube
+    EXPECT_LT((corners.surface_point(found[0]) - Vec3(0.31, 1, -0.17)).norm(), 1e-14);
+    const Pose& pose = corners.bodies().rigid.state[0].pose;
+    EXPECT_LT((pose.to_world(found[0].edge.foot) - x).norm(), 1e-14);
+    EXPECT_LT((pose.to_world(found[0].edge.place) - Vec3(0.31, 1, -0.17)).norm(), 1e-14);
+  }
+}
+
+// Where the cube stands on a face that leans by 3 degrees, all corners touch along the cube's own normal.
+TEST(CornersInFaces, TouchAlongTheNormalOfAFaceThatLiesFlat) {
+  Corners corners(cube_and_block());
+  for (Vec3& x : corners.bodies().particles.x) x.y() += 0.05 * x.x();
+  Pose& pose = corners.bodies().rigid.state[0].pose;
+  pose.orientation = Quat::Identity();
+  pose.position = Vec3(0.31, 1.2 + 0.05 * 0.31, -0.17);
+  const auto found = corners.find(0.05);
+  ASSERT_EQ(found.size(), 4U);
+  for (const EdgeContact& near : found) {
+    EXPECT_LT((corners.normal(near) + Vec3::UnitY()).norm(), 1e-14);
+    EXPECT_NEAR(std::abs(near.distance), 0.05 * 0.2, 1e-4);  // two above, two below
+  }
+}
+
+TEST(CornersInFaces, DoNotTouchWhatTheyPointAwayFromOrAreBeside) {
+  Corners corners(cube_and_block());
+  const auto is_none = [&](const Vec3& x, const Vec3& inward) {
+    corners.put(x, inward);
+    return corners.find(0.01).empty();
+  };
+  EXPECT_TRUE(is_none(Vec3(0.31, 1.011, 0), Vec3::UnitY()));                // out of reach
+  EXPECT_TRUE(is_none(Vec3(0.31, 0.6, 0), Vec3::UnitY()));                  // too deep
+  EXPECT_TRUE(is_none(Vec3(0.31, 0.99, 0), -Vec3::UnitY()));                // the cube is inside of the block
+  EXPECT_TRUE(is_none(Vec3(1.005, 1.0, 0), Vec3::UnitY()));                 // beside the block
+  EXPECT_TRUE(is_none(Vec3(1.005, 1.004, 0), Vec3(1, 1, 0).normalized()));  // at its rim, askew
+}
+
+// Rounding decides which face is nearest where corners lie on corners, as between boxes that are stacked;
+// which of them touches it must not.
+TEST(CornersInFaces, OnACornerTouchTheFaceThatTheirBodyIsAbove) {
+  Corners corners(cube_and_block());
+  const Vec3 corner(1, 1, 1), inward = Vec3(-1, 1, -1).normalized();
+  std::mt19937 random(7);
+  for (int i = 0; i < 32; ++i) {
+    corners.put(corner + 1e-15 * test::random_vector(random), inward);
+    const auto found = corners.find(0.01);
+    ASSERT_EQ(found.size(), 1U);
+    EXPECT_LT((corners.normal(found[0]) + Vec3::UnitY()).norm(), 1e-12);
+  }
+}
+
+// The tube of a ring lies on the block's top: its samples touch, along its own normals.
+TEST(CornersInFaces, SoDoBulges) {
+  const double tube = 0.2, depth = 0.01,
+               margin = 0.004;  // its next rows are 11 degrees up, those after them above the margin
+  scene::Scene scene = cube_and_block();
+  scene.rigid.clear();
+  test::add_mesh(scene, "ring", std::make_shared<TriangleMesh>(test::torus_mesh(0.5, tube, 64, 32)), 1, 1);
+  Corners corners(scene);
+  const RigidProperties& properties = corners.bodies().rigid.properties[0];
+  Pose& pose = corners.bodies().rigid.state[0].pose;
+  const Vec3 thin = Vec3::Unit(std::distance(
+      properties.inertia.data(), std::max_element(properties.inertia.data(), properties.inertia.data() + 3)));
+  pose.orientation = shortest_turn(thin, Vec3::UnitY());
+  pose.position = Vec3(0.1, 1 + tube - depth, 0.07);
+  std::vector<int> expected, found;
+  for (int i = 0; i < static_cast<int>(properties.ridges.corner_count()); ++i)
+    if (pose.to_world(properties.ridges.corner(i)).y() < 1 + margin) expected.push_back(i);
+  for (const EdgeContact& near : corners.find(margin)) {
+    found.push_back(near.node);
+    const Vec3 x = pose.to_world(near.edge.foot);
+    EXPECT_LT((x - pose.to_world(properties.ridges.corner(near.node))).norm(), 1e-12);
+    EXPECT_LT((corners.surface_point(near) - Vec3(x.x(), 1, x.z())).norm(), 1e-12);
+    const Vec3 from_axis = x - pose.position, flat(from_axis.x(), 0, from_axis.z());
+    const Vec3 normal = (from_axis - 0.5 * flat.normalized()).normalized();
+    EXPECT_LT((corners.normal(near) - normal).norm(), 0.1);  // to what the facets of the mesh turn by
+    EXPECT_LT(near.distance, margin);
+  }
+  EXPECT_GT(found.size(), 10U);
+  EXPECT_EQ(found, expected);
+}
+
+// The block is crumpled; the corner lies anywhere near its boundary, above faces, edges and particles. On
+// which side it is, tetrahedra tell.
+TEST(CornersInFaces, KnowHowFarTheyAreFromABoundaryOfAnyShape) {
+  Corners corners(cube_and_block());
+  Bodies& bodies = corners.bodies();
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  const auto random_vector = [&] {
+    Vec3 v;
+    for (int axis = 2; axis >= 0; --axis) v[axis] = uniform(random);
+    return v;
+  };
+  int inside = 0, outside = 0;
+  for (int shape = 0; shape < 20; ++shape) {
+    const std::vector<Vec3> rest = bodies.particles.x;
+    for (Vec3& x : bodies.particles.x) x += 0.15 * random_vector();
+    for (int i = 0; i < 400; ++i) {
+      const Vec3 x = 1.1 * random_vector();
+      corners.put(x, random_vector().normalized());
+      double least = std::numeric_limits<double>::infinity();
+      for (const Triangle& t : bodies.triangles) {
+        const auto at = [&](std::size_t k) { return bodies.particles.x[static_cast<std::size_t>(t[k])]; };
+        least = std::min(least, closest_point_triangle({x, at(0), at(1), at(2)}).difference.norm());
+      }
+      const bool is_inside = std::any_of(bodies.tets.begin(), bodies.tets.end(), [&](const Tet& tet) {
+        Mat3 edges;
+        const auto at = [&](std::size_t k) { return bodies.particles.x[static_cast<std::size_t>(tet[k])]; };
+        for (int k = 0; k < 3; ++k) edges.col(k) = at(static_cast<std::size_t>(k) + 1) - at(0);
+        const Vec3 weight = edges.inverse() * (x - at(0));
+        return weight.minCoeff() >= 0 && weight.sum() <= 1;
+      });
+      for (const EdgeContact& near : corners.find(0.2)) {
+        if (near.node != 0) continue;
+        EXPECT_EQ(near.distance < 0, is_inside);
+        EXPECT_LE(std::abs(near.distance), least + 1e-12);  // above a face it is the distance
+        EXPECT_GE(std::abs(near.distance), 0.9 * 0.94 * least);
+        EXPECT_NEAR((corners.surface_point(near) - x).norm(), least, 1e-12);
+        ++(is_inside ? inside : outside);
+      }
+    }
+    bodies.particles.x = rest;
+  }
+  EXPECT_GT(inside, 100);
+  EXPECT_GT(outside, 100);
+}
+
+TEST(CornersInFaces, TouchEitherSideOfASheetAndNothingBesideIt) {
+  scene::Scene scene = test::free_space();
+  test::add_box(scene, "cube", Vec3(0, 9, 0), Vec3::Constant(0.4), 10);
+  test::add_material(scene, "canvas");
+  test::add_panel(scene, "sheet", Vec3::Zero(), Vec2(2, 2), 2, 0.02);
+  Corners corners(scene);
+  for (const double side : {1.0, -1.0})
+    for (const double height : {0.015, -0.015}) {
+      corners.put(Vec3(0.3, side * height, 0.1), side * Vec3::UnitY());
+      const auto found = corners.find(0.02);
+      ASSERT_EQ(found.size(), 1U);
+      EXPECT_NEAR(found[0].distance, height, 1e-14);
+      EXPECT_LT((corners.normal(found[0]) + side * Vec3::UnitY()).norm(), 1e-12);
+    }
+  corners.put(Vec3(1.01, 0.001, 0), Vec3::UnitY());
+  EXPECT_TRUE(corners.find(0.02).empty());
+}
+
+}  // namespace
+}  // namespace duet

@@ -1,0 +1,358 @@
+#include "sim/contact/response/warm_start.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <random>
+#include <tuple>
+
+#include "tests/support/contacts.h"
+#include <gtest/gtest.h>
+
+#include "sim/contact/response/contact_solver.h"
+
+namespace duet {
+namespace {
+
+using test::ContactScene;
+
+constexpr double dt = 1.0 / 64, g = 9.8;
+
+CachedContact remembered(const ContactPoint& contact, const Vec3& impulse, double duration) {
+  return {contact.host, contact.guest_rigid, contact.guest_point, 0, impulse, duration};
+}
+
+void sort_by_name(ContactCache& memory) {
+  std::sort(memory.begin(), memory.end(), [](const auto& a, const auto& b) {
+    return std::tie(a.host, a.guest_rigid, a.guest_point) < std::tie(b.host, b.guest_rigid, b.guest_point);
+  });
+}
+
+// A cube of 1 m and 3 kg that rests on the ground and was given the speed of a step's fall.
+ContactScene falling_cube() {
+  scene::Scene scene = test::on_ground();
+  test::add_box(scene, "cube", Vec3(0, 0.5, 0), Vec3(1, 1, 1), 3);
+  return {scene, dt};
+}
+
+// Of that cube: a quarter of its weight on each of the lower corners.
+ContactCache memory_of_rest(const ContactScene& cube, double duration) {
+  ContactCache memory;
+  for (const ContactPoint& contact : cube.contacts.points)
+    if ((contact.guest_arm.cwiseAbs() - Vec3::Constant(0.5)).norm() < 1e-12 && contact.guest_arm.y() < 0)
+      memory.push_back(remembered(contact, Vec3(0, 3 * g * duration / 4, 0), duration));
+  sort_by_name(memory);
+  return memory;
+}
+
+// Rounding of sums of products of size g dt.
+TEST(WarmStart, RememberedForcesCarryARestingCube) {
+  ContactScene cube = falling_cube();
+  cube.state(0).velocity = Vec3(0, -g * dt, 0);
+  predict_contacts(dt, OrientationUpdate::exact, cube.graph, cube.bodies, cube.contacts);
+  const ContactCache memory = memory_of_rest(cube, dt);
+  ASSERT_EQ(memory.size(), 4u);
+  warm_start(memory, dt, cube.graph, cube.bodies, cube.contacts);
+  EXPECT_LT(cube.state(0).velocity.norm(), 1e-15);
+  EXPECT_LT(cube.state(0).angular_velocity.norm(), 1e-15);
+  EXPECT_EQ(count_active(cube.contacts, cube.graph), 4);
+  // Nothing is left to do.
+  ContactSolveScratch scratch;
+  EXPECT_EQ(solve_contact(cube.bodies, cube.graph, {}, cube.contacts, scratch), 1);
+  EXPECT_LT(cube.state(0).velocity.norm(), 1e-14);
+}
+
+TEST(WarmStart, WhatASolveEndedWithIsWhatTheNextOneBeginsWith) {
+  ContactScene cube = falling_cube();
+  const RigidState start = cube.state(0);
+  const auto fall = [&] {
+    cube.state(0) = start;
+    cube.state(0).velocity = Vec3(0.001, -g * dt, 0);
+    predict_contacts(dt, OrientationUpdate::exact, cube.graph, cube.bodies, cube.contacts);
+  };
+  fall();
+  warm_start({}, dt, cube.graph, cube.bodies, cube.contacts);
+  EXPECT_EQ(cube.state(0).velocity, Vec3(0.001, -g * dt, 0)) << "nothing remembered, nothing done";
+  ContactSolveScratch scratch;
+  solve_contact(cube.bodies, cube.graph, {.iterations = 1000, .tolerance = 1e-13}, cube.contacts, scratch);
+  ContactCache memory;
+  remember(cube.contacts, cube.graph, dt, memory);
+  ASSERT_FALSE(memory.empty());
+  EXPECT_EQ(static_cast<int>(memory.size()), count_active(cube.contacts, cube.graph));
+  EXPECT_TRUE(std::is_sorted(memory.begin(), memory.end(), [](const auto& a, const auto& b) {
+    return a.guest_point < b.guest_point;  // of one host and guest
+  }));
+  fall();
+  warm_start(memory, dt, cube.graph, cube.bodies, cube.contacts);
+  EXPECT_LT(cube.state(0).velocity.norm(), 1e-12);
+  EXPECT_LT(cube.state(0).angular_velocity.norm(), 1e-12);
+}
+
+TEST(WarmStart, AForceLastsAsLongAsTheStepButNoLongerThanItDid) {
+  ContactScene cube = falling_cube();
+  for (const double duration : {dt / 4, dt, 4 * dt}) {
+    cube.state(0).velocity = Vec3(0, -g, 0);  // so much that every impulse is of use
+    predict_contacts(dt, OrientationUpdate::exact, cube.graph, cube.bodies, cube.contacts);
+    warm_start(memory_of_rest(cube, dt), duration, cube.graph, cube.bodies, cube.contacts);
+    const double expected = g * std::min(duration, dt);
+    EXPECT_NEAR(cube.state(0).velocity.y() + g, expected, 1e-14) << duration;
+    for (const ContactPoint& contact : cube.contacts.points)
+      if (!contact.impulse.isZero(0)) {
+        EXPECT_NEAR(contact.impulse.y(), 3 * expected / 4, 1e-15) << duration;
+      }
+  }
+}
+
+// Balls of 2 kg that touch the ground, each an island of its own.
+ContactScene balls_on_ground(int count) {
+  scene::Scene scene = test::on_ground();
+  for (int i = 0; i < count; ++i) test::add_ball(scene, "ball" + std::to_string(i), Vec3(3 * i, 1, 0), 1, 2);
+  return {scene, dt};
+}
+
+// Ball 0 remembers ten times what stops it, ball 1 a blow that lifts what leaves already, ball 2 its weight.
+// The best part of a blow is what brings its one contact to its target, all but rounding.
+TEST(WarmStart, ABlowIsCutToWhatHelpsAndOtherIslandsKeepTheirs) {
+  ContactScene balls = balls_on_ground(3);
+  ASSERT_EQ(balls.contacts.points.size(), 3u);
+  const double fall = g * dt;
+  balls.state(0).velocity = balls.state(2).velocity = Vec3(0, -fall, 0);
+  balls.state(1).velocity = Vec3(0, 1, 0);
+  predict_contacts(dt, OrientationUpdate::exact, balls.graph, balls.bodies, balls.contacts);
+  ContactCache memory;
+  for (const ContactPoint& contact : balls.contacts.points) {
+    const double factor[] = {10, 1, 1};
+    memory.push_back(remembered(contact, Vec3(0, 2 * fall * factor[as_index(contact.guest_rigid)], 0), dt));
+  }
+  sort_by_name(memory);
+  warm_start(memory, dt, balls.graph, balls.bodies, balls.contacts);
+  EXPECT_LT(balls.state(0).velocity.norm(), 1e-14);
+  EXPECT_EQ(balls.state(1).velocity, Vec3(0, 1, 0));
+  EXPECT_LT(balls.state(2).velocity.norm(), 1e-15);
+  for (const ContactPoint& contact : balls.contacts.points) {
+    const double expected = contact.guest_rigid == 1 ? 0 : 2 * fall;
+    EXPECT_NEAR(contact.impulse.y(), expected, 1e-14);
+  }
+  const Vec3& kept = balls.contacts.points[2].impulse;
+  EXPECT_EQ(kept, Vec3(0, 2 * fall, 0)) << "to the bit";
+}
+
+// One that may still close a gap of 1/128 m is stopped no more than to 0.5 m/s.
+TEST(WarmStart, ABlowLeavesTheSpeedThatClosesTheGap) {
+  ContactScene ball = balls_on_ground(1);
+  ball.state(0).pose.position.y() += 1.0 / 128;
+  ball.state(0).velocity = Vec3(0, -3, 0);
+  ball.find(dt);
+  predict_contacts(dt, OrientationUpdate::exact, ball.graph, ball.bodies, ball.contacts);
+  ASSERT_EQ(ball.contacts.points.size(), 1u);
+  warm_start({remembered(ball.contacts.points[0], Vec3(0, 100, 0), dt)}, dt, ball.graph, ball.bodies,
+             ball.contacts);
+  EXPECT_NEAR(ball.state(0).velocity.y(), -0.5, 1e-13);
+}
+
+double kinetic_energy_of(const ContactScene& scene) {
+  double energy = 0;
+  for (std::size_t i = 0; i < scene.bodies.rigid.size(); ++i)
+    energy += kinetic_energy(scene.bodies.rigid.state[i], scene.bodies.rigid.properties[i]);
+  return energy;
+}
+
+// With all targets at rest, the distance from them is the kinetic energy itself. For impulses in any
+// directions it is no larger than with none and with any share of them. A share that gives more than none is
+// 1 where even all of them make it less.
+TEST(WarmStart, TheShareOfAnIslandIsTheBestOne) {
+  scene::Scene scene = test::on_ground();
+  test::add_box(scene, "lower", Vec3(0, 0.5, 0), Vec3(1, 1, 1), 3);
+  test::add_box(scene, "upper", Vec3(0.2, 1.5, 0.1), Vec3(1, 1, 1), 5);
+  ContactScene tower(scene, dt);
+  ASSERT_GT(tower.contacts.points.size(), 8u);
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  const auto vector = [&] {
+    Vec3 v;
+    for (int axis = 2; axis >= 0; --axis) v[axis] = uniform(random);
+    return v;
+  };
+  int all = 0, some = 0, none = 0;
+  for (int i = 0; i < 200; ++i) {
+    for (std::size_t body = 0; body < 2; ++body) {
+      RigidState& state = tower.state(body);
+      state.velocity = vector();
+      set_angular_velocity(state, tower.bodies.rigid.properties[body], vector());
+    }
+    for (ContactPoint& contact : tower.contacts.points) contact.target = 0;
+    const RigidState start[] = {tower.state(0), tower.state(1)};
+    ContactCache memory;
+    for (const ContactPoint& contact : tower.contacts.points)
+      memory.push_back(remembered(contact, std::pow(10, 1.5 * uniform(random) - 1.5) * vector(), dt));
+    sort_by_name(memory);
+    const auto energy_with = [&](double share) {
+      for (std::size_t body = 0; body < 2; ++body) tower.state(body) = start[body];
+      for (const ContactPoint& contact : tower.contacts.points)
+        for (const CachedContact& past : memory)
+          if (std::tie(past.host, past.guest_rigid, past.guest_point) ==
+              std::tie(contact.host, contact.guest_rigid, contact.guest_point))
+            apply_impulse(tower.bodies, contact, share * past.impulse);
+      return kinetic_energy_of(tower);
+    };
+    const double without = energy_with(0), with_all = energy_with(1);
+    double best = std::min(without, with_all);
+    if (with_all >= without)
+      for (double share = 0.05; share < 1; share += 0.05) best = std::min(best, energy_with(share));
+    energy_with(0);
+    warm_start(memory, dt, tower.graph, tower.bodies, tower.contacts);
+    const double energy = kinetic_energy_of(tower);
+    EXPECT_LE(energy, best * (1 + 1e-12));
+    if (with_all < without) {
+      ++all;
+      EXPECT_NEAR(energy, with_all, 1e-12 * with_all);
+    } else {
+      (energy < without * (1 - 1e-12) ? some : none) += 1;
+    }
+    // The contacts hold what was applied.
+    for (const ContactPoint& contact : tower.contacts.points)
+      apply_impulse(tower.bodies, contact, -contact.impulse);
+    for (std::size_t body = 0; body < 2; ++body)
+      EXPECT_LT((tower.state(body).velocity - start[body].velocity).norm(), 1e-12);
+  }
+  EXPECT_GT(all, 10);
+  EXPECT_GT(some, 10);
+  EXPECT_GT(none, 10);
+}
+
+TEST(WarmStart, ContactsOutOfReachTakeNothing) {
+  ContactScene ball = balls_on_ground(1);
+  ball.state(0).velocity = Vec3(0, -1, 0);
+  ball.contacts.points[0].target = -std::numeric_limits<double>::infinity();
+  warm_start({remembered(ball.contacts.points[0], Vec3(0, 1, 0), dt)}, dt, ball.graph, ball.bodies,
+             ball.contacts);
+  EXPECT_EQ(ball.state(0).velocity, Vec3(0, -1, 0));
+  EXPECT_TRUE(ball.contacts.points[0].impulse.isZero(0));
+}
+
+TEST(WarmStart, AnotherPointOfTheSameBodiesTakesNothing) {
+  ContactScene cube = falling_cube();
+  ContactCache memory = memory_of_rest(cube, dt);
+  for (CachedContact& past : memory) past.guest_point += 100000;
+  cube.state(0).velocity = Vec3(0, -g * dt, 0);
+  predict_contacts(dt, OrientationUpdate::exact, cube.graph, cube.bodies, cube.contacts);
+  warm_start(memory, dt, cube.graph, cube.bodies, cube.contacts);
+  EXPECT_EQ(cube.state(0).velocity, Vec3(0, -g * dt, 0));
+}
+
+// A ball `height` above the ground may close its gap within the step, and no more; where it overlaps, it may
+// stay so deep. Rounding of its position, 1e-16, over the time of 1/64 s.
+TEST(PredictContacts, ABallMayCloseJustItsGap) {
+  for (const double height : {0.01, 0.001, 0.0, -0.001, -0.01})
+    for (const Vec3& velocity : {Vec3(0, -3, 0), Vec3(5, -1, -2), Vec3(0, 0, 0), Vec3(0, -200, 0)}) {
+      scene::Scene scene = test::on_ground();
+      test::add_ball(scene, "ball", Vec3(2, 1 + height, 0), 1, 2).placement.velocity = velocity;
+      ContactScene ball(scene, 1);
+      ASSERT_EQ(ball.contacts.points.size(), 1u);
+      predict_contacts(dt, OrientationUpdate::exact, ball.graph, ball.bodies, ball.contacts);
+      EXPECT_NEAR(ball.contacts.points[0].target, -std::max(height, 0.0) / dt, 1e-12);
+    }
+}
+
+// A point on the face of a turning cube at the arm r, after the angle a about z, lies r.x sin a + r.y cos a
+// above its centre: the exact height of every corner and sample enters its target. To first order that is
+// minus the gap over the time; what is more is r.y a^2 / 2 dt, and of order a^3 / dt.
+TEST(PredictContacts, FollowTheArcOfATurningCube) {
+  constexpr double height = 0.52, fall = 0.75, spin = 3;
+  scene::Scene scene = test::on_ground();
+  auto& cube = test::add_box(scene, "cube", Vec3(0, height, 0), Vec3(1, 1, 1), 6);
+  cube.placement.velocity = Vec3(0, -fall, 0);
+  cube.placement.angular_velocity = Vec3(0, 0, spin);
+  ContactScene turning(scene, dt);
+  predict_contacts(dt, OrientationUpdate::exact, turning.graph, turning.bodies, turning.contacts);
+  const double a = spin * dt;
+  int corners = 0;
+  for (const ContactPoint& contact : turning.contacts.points) {
+    const Vec3& r = contact.guest_arm;
+    corners += std::abs(std::abs(r.x()) - 0.5) < 1e-12;
+    EXPECT_NEAR(contact.gap, height + r.y(), 1e-15);
+    const double speed = -fall + spin * r.x();
+    const double later = height - fall * dt + r.x() * std::sin(a) + r.y() * std::cos(a);
+    EXPECT_NEAR(contact.target, speed - later / dt, 1e-13);
+    EXPECT_NEAR(contact.target, -contact.gap / dt + r.y() * a * a / (2 * dt), a * a * a / dt);
+  }
+  EXPECT_GE(corners, 4);
+}
+
+// A ball glides off another one: after the way s = 1/64 m along the tangent, its gap is sqrt(4 + s^2) - 2.
+TEST(PredictContacts, OnACurvedHostTheGapOpensByItself) {
+  scene::Scene scene = test::free_space();
+  test::add_ball(scene, "host", Vec3(0, 0, 0), 1, 2);
+  test::add_ball(scene, "guest", Vec3(0, 2, 0), 1, 2).placement.velocity = Vec3(1, 0, 0);
+  ContactScene balls(scene, dt);
+  predict_contacts(dt, OrientationUpdate::exact, balls.graph, balls.bodies, balls.contacts);
+  ASSERT_EQ(balls.contacts.points.size(), 2u);  // the deepest point of each
+  for (const ContactPoint& contact : balls.contacts.points)
+    EXPECT_NEAR(contact.target, -(std::sqrt(4 + dt * dt) - 2) / dt, 1e-13);
+}
+
+// A particle of a soft body moves far in a step if nothing stops it: as much of its velocity as closes the
+// gap is all that counts of it. On a ball it follows the tangent by s = 5/64 m.
+TEST(PredictContacts, OfASoftBodyAreAboutTheMotionThatContactAllows) {
+  const double sideways = 5, radius = 2;
+  for (const double gap : {0.0, 0.01})
+    for (const double inward : {1.0, 10.0, 100.0}) {
+      scene::Scene scene = test::free_space();
+      test::add_ball(scene, "host", Vec3(0, 0, 0), radius, 2).is_static = true;
+      auto& guest = test::add_soft_box(scene, "guest", Vec3(0, 2.5 + gap, 0), Vec3(1, 1, 1), 2);
+      guest.placement.velocity = Vec3(sideways, -inward, 0);
+      ContactScene touching(scene, dt);
+      predict_contacts(dt, OrientationUpdate::exact, touching.graph, touching.bodies, touching.contacts);
+      const auto& points = touching.contacts.points;
+      const auto first = std::find_if(points.begin(), points.end(), [&](const ContactPoint& contact) {
+        return (weighted(surface_point(touching.bodies, contact), touching.bodies.particles.x) -
+                Vec3(0, radius + gap, 0))
+                   .norm() < 1e-12;
+      });
+      ASSERT_NE(first, points.end());
+      const double closed = inward * dt > gap ? gap : inward * dt;
+      const double later = std::hypot(radius + gap - closed, sideways * dt) - radius;
+      EXPECT_NEAR(first->target, -closed / dt - later / dt, 1e-12) << gap << ", " << inward;
+    }
+}
+
+// One that would pass through the middle of the other: the gap on its far side tells nothing.
+TEST(PredictContacts, BeyondTheMiddleOfABodyTheGapNowCounts) {
+  scene::Scene scene = test::free_space();
+  test::add_ball(scene, "host", Vec3(0, 0, 0), 1, 2);
+  test::add_ball(scene, "guest", Vec3(0, 2.25, 0), 1, 2).placement.velocity = Vec3(0, -3 / dt, 0);
+  ContactScene balls(scene, dt);
+  predict_contacts(dt, OrientationUpdate::exact, balls.graph, balls.bodies, balls.contacts);
+  ASSERT_EQ(balls.contacts.points.size(), 2u);
+  for (const ContactPoint& contact : balls.contacts.points) EXPECT_NEAR(contact.target, -0.25 / dt, 1e-13);
+}
+
+// The samples of a rolling wheel are left to its deepest point.
+TEST(PredictContacts, SamplesBesideADeepestPointAreOutOfReach) {
+  scene::Scene scene = test::on_ground();
+  auto& wheel = test::add_ball(scene, "wheel", Vec3(0, 0.6, 0), 1, 2);
+  wheel.shape = {.kind = scene::ShapeKind::torus, .radius = 0.5, .tube = 0.1};
+  wheel.placement.orientation = Quat(Eigen::AngleAxisd(EIGEN_PI / 2, Vec3::UnitX()));
+  wheel.placement.velocity = Vec3(1, 0, 0);
+  wheel.placement.angular_velocity = Vec3(0, 0, -1 / 0.6);
+  ContactScene rolling(scene, dt);
+  predict_contacts(dt, OrientationUpdate::exact, rolling.graph, rolling.bodies, rolling.contacts);
+  int samples = 0;
+  for (const ContactPoint& contact : rolling.contacts.points) {
+    EXPECT_EQ(std::isinf(contact.target), contact.is_sample());
+    samples += contact.is_sample();
+  }
+  EXPECT_GE(samples, 1);
+}
+
+TEST(UpdateContacts, TakesGapsAndArmsAtThePositionsNow) {
+  ContactScene ball = balls_on_ground(1);
+  ball.state(0).pose.position += Vec3(0.5, 0.25, 0);
+  update_contacts(ball.graph, ball.bodies, ball.contacts);
+  EXPECT_EQ(ball.contacts.points[0].gap, 0.25);
+  EXPECT_EQ(ball.contacts.points[0].guest_arm, Vec3(0, -1, 0));
+  EXPECT_EQ(ball.contacts.points[0].host_arm, Vec3(0.5, 0.25, 0));
+}
+
+}  // namespace
+}  // namespace duet

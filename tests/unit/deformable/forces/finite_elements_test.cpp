@@ -1,0 +1,448 @@
+#include "sim/deformable/forces/finite_elements.h"
+
+#include <algorithm>
+#include <random>
+
+#include <gtest/gtest.h>
+
+namespace duet {
+namespace {
+
+struct Block {
+  FiniteElements elements;
+  std::vector<Vec3> x;
+  std::vector<double> mass;
+
+  explicit Block(int cells = 3, MaterialModel model = MaterialModel::neo_hookean, double mass_damping = 0) {
+    const TetMesh mesh = box_lattice(Vec3(1, 1.5, 2), Vec3i(cells, cells, cells));
+    x = mesh.nodes;
+    mass.assign(x.size(), 0);
+    for (const Tet& t : mesh.tets)
+      for (int i : t)
+        mass[static_cast<std::size_t>(i)] +=
+            250 * tet_volume(x[static_cast<std::size_t>(t[0])], x[static_cast<std::size_t>(t[1])],
+                             x[static_cast<std::size_t>(t[2])], x[static_cast<std::size_t>(t[3])]);
+    elements.add(mesh.tets, x, {lame_parameters(1e5, 0.45, 0.01), model, mass_damping});
+    elements.finalize(mass);
+  }
+  std::vector<Vec3> random_field(unsigned seed, double size) const {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> uniform(-size, size);
+    std::vector<Vec3> field(x.size());
+    for (Vec3& v : field)
+      for (int k = 0; k < 3; ++k) v[k] = uniform(random);
+    return field;
+  }
+  std::vector<Vec3> moved(const std::vector<Vec3>& by) const {
+    std::vector<Vec3> result = x;
+    for (std::size_t i = 0; i < x.size(); ++i) result[i] += by[i];
+    return result;
+  }
+};
+
+std::vector<Vec3> zeros(std::size_t n) { return std::vector<Vec3>(n, Vec3::Zero()); }
+
+double dot(const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
+  double sum = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) sum += a[i].dot(b[i]);
+  return sum;
+}
+
+TEST(FiniteElements, LameParametersFromYoungAndPoisson) {
+  const LameParameters p = lame_parameters(2e6, 0.45, 0.01);
+  EXPECT_NEAR(p.lambda, 3.1034e6 * 2, 1e3);
+  EXPECT_NEAR(p.mu, 0.344828e6 * 2, 1);
+}
+
+// Force = -dE/dx, for a mild deformation and for one with many inverted elements.
+TEST(FiniteElements, ForcesAreTheGradientOfTheEnergy) {
+  Block block(2);
+  for (double size : {0.05, 0.6}) {
+    const std::vector<Vec3> x = block.moved(block.random_field(1, size));
+    if (size > 0.5) {
+      EXPECT_GT(block.elements.strain(x).inverted, 5);
+    }
+    std::vector<Vec3> force = zeros(x.size());
+    block.elements.add_elastic_forces(x, force);
+    double largest = 0;
+    for (const Vec3& f : force) largest = std::max(largest, f.norm());
+    for (std::size_t p = 0; p < x.size(); p += 5)
+      for (int k = 0; k < 3; ++k) {
+        constexpr double h = 1e-6;
+        std::vector<Vec3> up = x, down = x;
+        up[p][k] += h;
+        down[p][k] -= h;
+        const double slope = (block.elements.energy(up) - block.elements.energy(down)) / (2 * h);
+        EXPECT_NEAR(force[p][k], -slope, 1e-6 * largest);
+      }
+  }
+}
+
+TEST(FiniteElements, InternalForcesHaveNoResultantAndNoMoment) {
+  Block block;
+  const std::vector<Vec3> x = block.moved(block.random_field(2, 0.2)), v = block.random_field(3, 1);
+  std::vector<Vec3> force = zeros(x.size());
+  block.elements.add_elastic_forces(x, force);
+  block.elements.add_damping_forces(v, force);
+  Vec3 sum = Vec3::Zero(), moment = Vec3::Zero();
+  double scale = 0;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    sum += force[i];
+    moment += x[i].cross(force[i]);
+    scale += force[i].norm();
+  }
+  EXPECT_LT(sum.norm(), 1e-12 * scale);
+  EXPECT_LT(moment.norm(), 1e-12 * scale);
+}
+
+TEST(FiniteElements, DampingIsSymmetricAndTakesEnergyOut) {
+  Block block;
+  std::vector<Vec3> unused = zeros(block.x.size());
+  block.elements.add_elastic_forces(block.moved(block.random_field(4, 0.3)), unused);
+  for (unsigned seed = 10; seed < 15; ++seed) {
+    const std::vector<Vec3> u = block.random_field(seed, 1), v = block.random_field(seed + 100, 1);
+    std::vector<Vec3> Gu = zeros(u.size()), Gv = zeros(v.size());
+    block.elements.add_damping_forces(u, Gu);
+    block.elements.add_damping_forces(v, Gv);
+    EXPECT_NEAR(dot(u, Gv), dot(v, Gu), 1e-12 * std::abs(dot(u, Gu)));
+    EXPECT_LT(dot(u, Gu), 0);
+  }
+}
+
+class AnyModel : public ::testing::TestWithParam<MaterialModel> {};
+INSTANTIATE_TEST_SUITE_P(FiniteElements, AnyModel,
+                         ::testing::Values(MaterialModel::neo_hookean, MaterialModel::corotated,
+                                           MaterialModel::st_venant_kirchhoff));
+
+// In a state of tension, where no element's Hessian needs to be projected.
+TEST_P(AnyModel, ForceDifferentialsAreTheDerivativeOfTheForces) {
+  Block block(2, GetParam());
+  std::vector<Vec3> x = block.moved(block.random_field(6, 0.001));
+  for (Vec3& p : x) p *= 1.02;
+  const std::vector<Vec3> dx = block.random_field(7, 1);
+  const auto forces_at = [&](double s) {
+    std::vector<Vec3> y = x, force = zeros(x.size());
+    for (std::size_t i = 0; i < x.size(); ++i) y[i] += s * dx[i];
+    block.elements.add_elastic_forces(y, force);
+    return force;
+  };
+  constexpr double h = 1e-5;
+  const std::vector<Vec3> up = forces_at(h), down = forces_at(-h);
+  forces_at(0);
+  block.elements.linearize();
+  std::vector<Vec3> differential = zeros(x.size());
+  block.elements.add_force_differentials(dx, differential);
+  double largest = 0;
+  for (const Vec3& f : differential) largest = std::max(largest, f.norm());
+  for (std::size_t i = 0; i < x.size(); ++i)
+    EXPECT_LT((differential[i] - (up[i] - down[i]) / (2 * h)).norm(), 1e-6 * largest);
+}
+
+TEST_P(AnyModel, StiffnessIsSymmetricAndPositiveSemiDefiniteForInvertedElementsToo) {
+  Block block(3, GetParam());
+  for (unsigned seed = 20; seed < 25; ++seed) {
+    const std::vector<Vec3> x = block.moved(block.random_field(seed, 0.6));
+    EXPECT_GT(block.elements.strain(x).inverted, 10);
+    std::vector<Vec3> unused = zeros(x.size()), Ku = zeros(x.size()), Kv = zeros(x.size());
+    block.elements.add_elastic_forces(x, unused);
+    block.elements.linearize();
+    const std::vector<Vec3> u = block.random_field(seed + 100, 1), v = block.random_field(seed + 200, 1);
+    block.elements.add_force_differentials(u, Ku);
+    block.elements.add_force_differentials(v, Kv);
+    EXPECT_NEAR(dot(u, Kv), dot(v, Ku), 1e-12 * std::abs(dot(u, Ku)));
+    EXPECT_LT(dot(u, Ku), 0);
+  }
+}
+
+// Batches hold elements of one model each, however the bodies that they come from are mixed.
+TEST(FiniteElements, SeveralModelsTogetherActAsEachAlone) {
+  const MaterialModel models[] = {MaterialModel::corotated, MaterialModel::neo_hookean,
+                                  MaterialModel::st_venant_kirchhoff, MaterialModel::corotated};
+  const TetMesh mesh = box_lattice(Vec3(1, 1, 1), Vec3i(1, 1, 1));
+  const std::size_t nodes = mesh.nodes.size();
+  FiniteElements together;
+  std::vector<Vec3> rest, x;
+  Block block(1);
+  const std::vector<Vec3> displacement = block.random_field(8, 0.3);
+  for (std::size_t body = 0; body < std::size(models); ++body) {
+    std::vector<Tet> tets = mesh.tets;
+    for (Tet& tet : tets)
+      for (int& i : tet) i += static_cast<int>(body * nodes);
+    for (std::size_t i = 0; i < nodes; ++i) {
+      rest.push_back(mesh.nodes[i]);
+      x.push_back(mesh.nodes[i] + displacement[i]);
+    }
+    together.add(tets, rest, {lame_parameters(1e5, 0.3, 0), models[body]});
+  }
+  together.finalize(std::vector<double>(rest.size(), 1));
+  std::vector<Vec3> force = zeros(rest.size());
+  together.add_elastic_forces(x, force);
+  double energy = 0;
+  for (std::size_t body = 0; body < std::size(models); ++body) {
+    FiniteElements alone;
+    alone.add(mesh.tets, mesh.nodes, {lame_parameters(1e5, 0.3, 0), models[body]});
+    alone.finalize(std::vector<double>(nodes, 1));
+    const std::vector<Vec3> here(x.begin(), x.begin() + static_cast<std::ptrdiff_t>(nodes));
+    std::vector<Vec3> expected = zeros(nodes);
+    alone.add_elastic_forces(here, expected);
+    energy += alone.energy(here);
+    for (std::size_t i = 0; i < nodes; ++i)
+      EXPECT_LT((force[body * nodes + i] - expected[i]).norm(), 1e-12 * expected[i].norm());
+  }
+  EXPECT_NEAR(together.energy(x), energy, 1e-13 * energy);
+}
+
+TEST(FiniteElements, MassDampingBrakesEveryParticleAlike) {
+  Block block(2, MaterialModel::neo_hookean, 3.0), undamped(2);
+  const std::vector<Vec3> v = block.random_field(9, 1);
+  std::vector<Vec3> unused = zeros(v.size()), damped = zeros(v.size()), viscous = zeros(v.size());
+  block.elements.add_elastic_forces(block.x, unused);
+  undamped.elements.add_elastic_forces(block.x, unused);
+  block.elements.add_damping_forces(v, damped);
+  undamped.elements.add_damping_forces(v, viscous);
+  for (std::size_t i = 0; i < v.size(); ++i)
+    EXPECT_LT((damped[i] - viscous[i] + 3.0 * block.mass[i] * v[i]).norm(), 1e-12 * damped[i].norm());
+}
+
+// Irons: no mode of the assembled body is faster than the bound that the time step is chosen by. The fastest
+// one is found by power iteration on M^-1 K.
+TEST(FiniteElements, FrequencyBoundHoldsAndIsNotWasteful) {
+  Block block;
+  std::vector<Vec3> v = block.random_field(5, 1);
+  double squared_frequency = 0;
+  for (int i = 0; i < 300; ++i) {
+    double norm = 0;
+    for (const Vec3& a : v) norm += a.squaredNorm();
+    norm = std::sqrt(norm);
+    constexpr double h = 1e-6;
+    std::vector<Vec3> step = v;
+    for (Vec3& a : step) a *= h / norm;
+    std::vector<Vec3> force = zeros(v.size());
+    block.elements.add_elastic_forces(block.moved(step), force);
+    double size = 0;
+    for (std::size_t p = 0; p < v.size(); ++p) {
+      v[p] = -force[p] / block.mass[p] / h;
+      size += v[p].squaredNorm();
+    }
+    squared_frequency = std::sqrt(size);
+  }
+  EXPECT_LT(squared_frequency, block.elements.rest_squared_frequency());
+  EXPECT_GT(squared_frequency, 0.3 * block.elements.rest_squared_frequency());
+}
+
+// Elements that are crushed bound the step only as far as it follows them, and are damped instead: without
+// torque, symmetrically, and more the longer the step is.
+TEST(FiniteElements, CrushedElementsAreDampedInsteadOfBoundingTheStep) {
+  Block block, follower;
+  constexpr double cfl = 0.7;
+  block.elements.rely_on_damping(cfl, 0);
+  const std::vector<Vec3> v = block.random_field(6, 1);
+  const auto dissipation = [&](Block& of, double squeeze, double dt) {
+    std::vector<Vec3> x = of.x, force = zeros(v.size());
+    for (Vec3& place : x) place.y() *= squeeze;
+    of.elements.set_time_step(dt);
+    of.elements.add_elastic_forces(x, force);
+    force = zeros(v.size());
+    of.elements.add_damping_forces(v, force);
+    Vec3 torque = Vec3::Zero();
+    double scale = 0;
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      torque += x[i].cross(force[i]);
+      scale += force[i].norm();
+    }
+    EXPECT_LT(torque.norm(), 1e-12 * scale);
+    return -dot(v, force);
+  };
+  const double at_rest = block.elements.rest_squared_frequency(), dt = 2 * cfl / std::sqrt(at_rest);
+  EXPECT_DOUBLE_EQ(dissipation(block, 0.9, dt), dissipation(follower, 0.9, dt));  // the step follows
+  EXPECT_DOUBLE_EQ(block.elements.max_squared_frequency(), follower.elements.max_squared_frequency());
+  const double plain = dissipation(follower, 0.4, dt);
+  EXPECT_GT(follower.elements.max_squared_frequency(), 4 * at_rest);
+  const double half = dissipation(block, 0.4, dt / 2), whole = dissipation(block, 0.4, dt);
+  EXPECT_LE(block.elements.max_squared_frequency(), 2 * at_rest * (1 + 1e-12));
+  EXPECT_GT(half, 1.05 * plain);
+  EXPECT_GT(whole, half);
+  // Steps that are short enough for the crushed elements need none of it.
+  EXPECT_DOUBLE_EQ(dissipation(block, 0.4, 2 * cfl / std::sqrt(100 * at_rest)), plain);
+}
+
+// Damping of tau seconds lifts the bound of what it holds to the part of tau that steps may take, and leaves
+// that of the shear that stress alone resists.
+TEST(FiniteElements, StrongDampingLiftsTheElasticBound) {
+  Block block;
+  constexpr double cfl = 0.7, tau = 0.01;
+  const double elastic = block.elements.rest_squared_frequency();
+  const auto at_rest = [&](double step) {
+    block.elements.rely_on_damping(cfl, step / (cfl * tau));
+    return block.elements.rest_squared_frequency();
+  };
+  const double own_step = 2 * cfl / std::sqrt(elastic);
+  EXPECT_DOUBLE_EQ(at_rest(0), elastic);
+  EXPECT_DOUBLE_EQ(at_rest(0.1 * own_step), elastic) << "not beyond what the elements allow by themselves";
+  EXPECT_NEAR(at_rest(1.2 * own_step), elastic / 1.44, 1e-12 * elastic);
+  const double soft = at_rest(1e6 * own_step);  // mu of lambda + 2 mu, about, for Poisson's ratio of 0.45
+  EXPECT_GT(soft, elastic / 25);
+  EXPECT_LT(soft, elastic / 10);
+  EXPECT_DOUBLE_EQ(block.elements.elastic_squared_frequency(), elastic);
+
+  std::vector<Vec3> x = block.x, unused = zeros(x.size());
+  at_rest(1.2 * own_step);
+  block.elements.set_time_step(1.2 * own_step);
+  block.elements.add_elastic_forces(x, unused);
+  EXPECT_NEAR(block.elements.max_squared_frequency(), elastic / 1.44, 1e-12 * elastic);
+  for (Vec3& place : x) place.y() *= 8;  // drawn out, by what damping does not resist
+  block.elements.add_elastic_forces(x, unused);
+  EXPECT_GT(block.elements.max_squared_frequency(), 1.5 * elastic / 1.44);
+  for (Vec3& place : x) place.y() *= 0.02;  // crushed beyond where its law is extrapolated
+  block.elements.add_elastic_forces(x, unused);
+  EXPECT_GT(block.elements.max_squared_frequency(), 1.9 * elastic);
+  block.elements.set_time_step(tau / 2);
+  at_rest(1e6 * own_step);  // steps longer than tau are not held by it
+  block.elements.add_elastic_forces(block.x, unused);
+  EXPECT_DOUBLE_EQ(block.elements.max_squared_frequency(), elastic);
+}
+
+// Every particle's own block is what the operator does to its velocity alone, crushed elements included.
+TEST(FiniteElements, DampingBlocksAreThoseOfTheOperator) {
+  Block block(3, MaterialModel::neo_hookean, 3.0), follower(3, MaterialModel::neo_hookean, 3.0);
+  block.elements.rely_on_damping(0.7, 0);
+  block.elements.set_time_step(2 * 0.7 / std::sqrt(block.elements.rest_squared_frequency()));
+  std::vector<Vec3> x = block.moved(block.random_field(7, 0.05)), unused = zeros(x.size());
+  for (Vec3& place : x) place.y() *= 0.4;
+  block.elements.add_elastic_forces(x, unused);
+  follower.elements.add_elastic_forces(x, unused);
+  std::vector<SymmetricBlock> blocks(x.size()), plain(x.size());
+  block.elements.add_damping_blocks(blocks);
+  follower.elements.add_damping_blocks(plain);
+  int damped_more = 0;
+  for (std::size_t p = 0; p < x.size(); ++p) {
+    damped_more += blocks[p].diagonal.sum() > 1.01 * plain[p].diagonal.sum() ? 1 : 0;
+    for (int k = 0; k < 3; ++k) {
+      std::vector<Vec3> v = zeros(x.size()), force = zeros(x.size());
+      v[p][k] = 1;
+      block.elements.add_damping_forces(v, force);
+      EXPECT_LT((blocks[p] * v[p] + force[p]).norm(), 1e-12 * force[p].norm());
+      EXPECT_LT((blocks[p].inverse() * (blocks[p] * v[p]) - v[p]).norm(), 1e-9);
+    }
+  }
+  EXPECT_GT(damped_more, static_cast<int>(x.size()) / 2);
+}
+
+// Single precision has the same forces to its rounding, crushed elements and braked particles included, and
+// their sum vanishes as exactly.
+TEST(FiniteElements, DampingInSinglePrecisionIsOffByItsRounding) {
+  for (const double squeeze : {1.0, 0.4}) {
+    Block block(3, MaterialModel::neo_hookean, 3.0);
+    block.elements.rely_on_damping(0.7, 0);
+    block.elements.set_time_step(2 * 0.7 / std::sqrt(block.elements.rest_squared_frequency()));
+    std::vector<Vec3> x = block.moved(block.random_field(7, 0.05)), exact = zeros(x.size()), single = exact;
+    for (Vec3& place : x) place.y() *= squeeze;
+    block.elements.add_elastic_forces(x, exact);
+    exact = zeros(x.size());
+    const std::vector<Vec3> v = block.random_field(8, 1);
+    block.elements.add_damping_forces(v, exact);
+    block.elements.add_damping_forces_single(v, single);
+    double largest = 0, difference = 0;
+    Vec3 sum = Vec3::Zero();
+    for (std::size_t p = 0; p < x.size(); ++p) {
+      largest = std::max(largest, exact[p].norm());
+      difference = std::max(difference, (single[p] - exact[p]).norm());
+      sum += single[p] - exact[p];
+    }
+    EXPECT_GT(difference, 0);
+    EXPECT_LT(difference, 3e-7 * largest);
+    EXPECT_LT(sum.norm(), 1e-13 * largest);
+  }
+}
+
+// The same in a state of compression, with the differences of the forces about it.
+TEST(FiniteElements, FrequencyBoundHoldsUnderCompression) {
+  Block block;
+  for (Vec3& place : block.x) place.y() *= 0.5;
+  std::vector<Vec3> v = block.random_field(5, 1), base = zeros(v.size());
+  block.elements.add_elastic_forces(block.x, base);
+  const double bound = block.elements.max_squared_frequency();
+  EXPECT_GT(bound, 2 * block.elements.rest_squared_frequency());
+  double highest = 0;
+  for (int i = 0; i < 300; ++i) {
+    double norm = 0;
+    for (const Vec3& a : v) norm += a.squaredNorm();
+    constexpr double h = 1e-6;
+    for (Vec3& a : v) a *= h / std::sqrt(norm);
+    std::vector<Vec3> force = zeros(v.size());
+    block.elements.add_elastic_forces(block.moved(v), force);
+    double size = 0;
+    for (std::size_t p = 0; p < v.size(); ++p) {
+      v[p] = (base[p] - force[p]) / block.mass[p] / h;
+      size += v[p].squaredNorm();
+    }
+    highest = std::sqrt(size);
+  }
+  EXPECT_LT(highest, bound);
+  EXPECT_GT(highest, 0.3 * bound);
+}
+
+// Drawn out by four along x and y, a motion along z at 1/s changes the volume by 16 a second.
+TEST(FiniteElements, RateOfDeformationIsThatOfLengthsOrHalfThatOfTheVolume) {
+  const Block block(2);
+  std::vector<Vec3> x = block.x, v = block.x;
+  for (Vec3& rate : v) rate = Vec3(0, 0, rate.z());
+  EXPECT_NEAR(block.elements.max_deformation_rate(x, v), 1, 1e-14);
+  for (Vec3& p : x) p = Vec3(4 * p.x(), 4 * p.y(), p.z());
+  EXPECT_NEAR(block.elements.max_deformation_rate(x, v), 8, 1e-13);
+}
+
+TEST(FiniteElements, StrainStatisticsFindTheWorstTet) {
+  Block block(1);
+  std::vector<Vec3> x = block.x;
+  for (Vec3& p : x) p.y() *= 0.5;
+  EXPECT_NEAR(block.elements.strain(x).min_det, 0.5, 1e-14);
+  EXPECT_EQ(block.elements.strain(x).inverted, 0);
+  EXPECT_EQ(block.elements.strain(x).max_stretch, 1);
+  for (Vec3& p : x) p.y() = -p.y();
+  EXPECT_EQ(block.elements.strain(x).inverted, 5);
+  // Drawn out along a diagonal, in no element's own axes.
+  const Vec3 axis = Vec3(1, 2, 3).normalized();
+  for (std::size_t i = 0; i < x.size(); ++i) x[i] = block.x[i] + 1.5 * axis.dot(block.x[i]) * axis;
+  EXPECT_NEAR(block.elements.strain(x).max_stretch, 2.5, 1e-14);
+}
+
+// Of a stretched, sheared and turned block every particle has the largest principal stretch: here those of
+// diag(1.5, 0.7, 1), and of a simple shear by s: sqrt(1 + s^2/4) +- s/2.
+TEST(FiniteElements, StrainIsTheLargestPrincipalStretch) {
+  Block block(2);
+  const Mat3 turn = Eigen::AngleAxisd(0.7, Vec3(1, 2, 3).normalized()).toRotationMatrix();
+  const auto strain_of = [&](const Mat3& F) {
+    std::vector<Vec3> x = block.x;
+    for (Vec3& p : x) p = turn * F * p;
+    std::vector<float> strain(x.size(), 0);
+    block.elements.add_strain(x, strain);
+    for (float s : strain) EXPECT_NEAR(s, strain.front(), 1e-6);
+    return strain.front();
+  };
+  EXPECT_NEAR(strain_of(Mat3::Identity()), 0, 1e-6);
+  EXPECT_NEAR(strain_of(Vec3(1.5, 0.7, 1).asDiagonal()), 0.5, 1e-6);
+  EXPECT_NEAR(strain_of(Vec3(1.1, 0.7, 1).asDiagonal()), 0.3, 1e-6);
+  Mat3 shear = Mat3::Identity();
+  shear(0, 1) = 0.6;
+  EXPECT_NEAR(strain_of(shear), std::sqrt(1.09) + 0.3 - 1, 1e-6);
+  EXPECT_EQ(strain_of(Vec3(1, 1, -0.9).asDiagonal()), FiniteElements::inverted);
+}
+
+TEST(FiniteElements, OneInvertedElementMarksItsParticles) {
+  Block block(2);
+  std::vector<Vec3> x = block.x;
+  const Tet& tet = block.elements.tets()[7];
+  const auto at = [&](std::size_t i) -> Vec3& { return x[static_cast<std::size_t>(tet[i])]; };
+  const Vec3 middle = (at(1) + at(2) + at(3)) / 3;
+  at(0) += 1.1 * (middle - at(0));  // through the opposite face
+  std::vector<float> strain(x.size(), 0);
+  block.elements.add_strain(x, strain);
+  const int marked = static_cast<int>(std::count(strain.begin(), strain.end(), FiniteElements::inverted));
+  EXPECT_GE(marked, 4);
+  EXPECT_LT(marked, static_cast<int>(strain.size()));
+  for (int p : tet) EXPECT_EQ(strain[static_cast<std::size_t>(p)], FiniteElements::inverted);
+}
+
+}  // namespace
+}  // namespace duet

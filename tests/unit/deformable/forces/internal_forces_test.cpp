@@ -1,0 +1,389 @@
+// The laws that every internal force keeps, whatever it is: springs, altitude springs, membranes, bending.
+#include "sim/deformable/forces/internal_forces.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <random>
+
+#include "tests/support/meshes.h"
+#include <gtest/gtest.h>
+
+#include "sim/deformable/self_contact/thin_bodies.h"
+
+namespace duet {
+namespace {
+
+std::vector<Vec3> zeros(std::size_t n) { return std::vector<Vec3>(n, Vec3::Zero()); }
+
+double dot(const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
+  double sum = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) sum += a[i].dot(b[i]);
+  return sum;
+}
+
+// A body of one kind of force whose particles weigh between 0.5 and 1.5 kg.
+struct Specimen {
+  std::string name;
+  InternalForces forces;
+  std::vector<Vec3> rest;
+  std::vector<double> mass, inverse_mass;
+
+  Specimen(std::string title, std::vector<Vec3> x, const std::function<void(Specimen&)>& fill)
+      : name(std::move(title)), rest(std::move(x)) {
+    std::mt19937 random(7);
+    for (std::size_t i = 0; i < rest.size(); ++i) {
+      mass.push_back(1 + 0.5 * test::random_vector(random).x());
+      inverse_mass.push_back(1 / mass.back());
+    }
+    fill(*this);
+    forces.finalize(mass, inverse_mass);
+    forces.begin_step(rest);
+  }
+  std::vector<Vec3> field(unsigned seed, double size) const {
+    std::mt19937 random(seed);
+    std::vector<Vec3> result;
+    for (std::size_t i = 0; i < rest.size(); ++i) result.push_back(size * test::random_vector(random));
+    return result;
+  }
+  std::vector<Vec3> moved(unsigned seed, double size) const {
+    std::vector<Vec3> x = field(seed, size);
+    for (std::size_t i = 0; i < x.size(); ++i) x[i] += rest[i];
+    return x;
+  }
+  std::vector<Vec3> elastic(const std::vector<Vec3>& x) {
+    std::vector<Vec3> force = zeros(x.size());
+    forces.add_elastic_forces(x, force);
+    return force;
+  }
+  std::vector<Vec3> damping(const std::vector<Vec3>& v) {
+    std::vector<Vec3> force = zeros(v.size());
+    forces.add_damping_forces(v, force);
+    return force;
+  }
+  std::vector<Vec3> differential(const std::vector<Vec3>& dx) {
+    std::vector<Vec3> force = zeros(dx.size());
+    forces.add_force_differentials(dx, force);
+    return force;
+  }
+};
+
+std::vector<Specimen> specimens() {
+  const Sheet sheet = panel(Vec2(1, 1.4), 3, 4);
+  // A shell and a rod that are curved at rest.
+  std::vector<Vec3> arched = sheet.nodes;
+  for (Vec3& x : arched) x.y() = 0.4 * x.x() * x.x() - 0.2 * x.z() * x.z();
+  const Curve spiral = helix(0.5, 0.3, 1.5, 14);
+  const TetMesh block = box_lattice(Vec3(1, 1.2, 0.9), Vec3i(2, 2, 2));
+  std::vector<Specimen> all;
+  all.emplace_back("edge springs", sheet.nodes, [&](Specimen& s) {
+    for (const SheetEdge& e : edges(sheet))
+      s.forces.edge_springs.add(edge_spring(e.a, e.b, s.rest, 300, 0.5, s.inverse_mass));
+  });
+  all.emplace_back("bending springs", sheet.nodes, [&](Specimen& s) {
+    for (const SheetEdge& e : edges(sheet))
+      if (e.other_opposite >= 0)
+        s.forces.bending_springs.add(
+            edge_spring(e.opposite, e.other_opposite, s.rest, 20, 0.5, s.inverse_mass));
+  });
+  all.emplace_back("altitude springs", block.nodes,
+                   [&](Specimen& s) { s.forces.altitude_springs.add(block.tets, s.rest, 400, 0.5); });
+  all.emplace_back("membranes", arched, [&](Specimen& s) {
+    s.forces.membranes.add(sheet.triangles, s.rest, membrane_moduli(2e4, 0.3, 0.01, 0.02));
+  });
+  for (const auto& x : {sheet.nodes, arched})
+    all.emplace_back(x == arched ? "bending of a curved shell" : "bending of a flat shell", x,
+                     [&](Specimen& s) {
+                       for (const SheetEdge& e : edges(sheet))
+                         if (e.other_opposite >= 0)
+                           s.forces.bending_elements.add(shell_bending(e, s.rest, 2, 0.02));
+                     });
+  all.emplace_back("rod", spiral.nodes, [&](Specimen& s) {
+    for (int i = 0; i + 1 < static_cast<int>(s.rest.size()); ++i) {
+      s.forces.edge_springs.add(rod_element(i, i + 1, s.rest, 500, 0.02));
+      if (i > 0) s.forces.bending_elements.add(rod_bending(i - 1, i, i + 1, s.rest, 1, 0.02));
+    }
+  });
+  return all;
+}
+
+// Of the whole, so that components that happen to be small are not asked for digits they do not have.
+double largest(const std::vector<Vec3>& field) {
+  double most = 0;
+  for (const Vec3& v : field) most = std::max(most, v.cwiseAbs().maxCoeff());
+  return most;
+}
+
+TEST(InternalForces, AreTheGradientOfTheEnergy) {
+  for (Specimen& s : specimens()) {
+    SCOPED_TRACE(s.name);
+    const std::vector<Vec3> x = s.moved(1, 0.05);
+    s.forces.begin_step(x);
+    const std::vector<Vec3> force = s.elastic(x);
+    const double h = 1e-5, scale = largest(force);
+    ASSERT_GT(scale, 0);
+    for (std::size_t i = 0; i < x.size(); ++i)
+      for (int k = 0; k < 3; ++k) {
+        std::vector<Vec3> up = x, down = x;
+        up[i][k] += h;
+        down[i][k] -= h;
+        const double slope = (s.forces.energy(up) - s.forces.energy(down)) / (2 * h);
+        EXPECT_NEAR(force[i][k], -slope, 1e-6 * scale) << i << ' ' << k;
+      }
+  }
+}
+
+// Single precision has the same forces to its rounding, and their sum vanishes as exactly. Membranes have
+// none.
+TEST(InternalForces, DampingInSinglePrecisionIsOffByItsRounding) {
+  for (Specimen& s : specimens()) {
+    SCOPED_TRACE(s.name);
+    s.forces.begin_step(s.rest);
+    s.elastic(s.moved(1, 0.05));
+    const std::vector<Vec3> v = s.field(2, 1), exact = s.damping(v);
+    std::vector<Vec3> difference = zeros(v.size());
+    s.forces.add_damping_forces_single(v, difference);
+    Vec3 sum = Vec3::Zero();
+    for (std::size_t i = 0; i < v.size(); ++i) sum += difference[i], difference[i] -= exact[i];
+    const double scale = largest(exact);
+    EXPECT_EQ(largest(difference) > 0, s.name != "membranes");
+    EXPECT_LT(largest(difference), 1e-6 * scale);
+    EXPECT_LT(sum.norm(), 1e-13 * scale);
+  }
+}
+
+TEST(InternalForces, VanishAtRest) {
+  for (Specimen& s : specimens()) {
+    SCOPED_TRACE(s.name);
+    const double scale = largest(s.elastic(s.moved(1, 0.05)));
+    EXPECT_LT(largest(s.elastic(s.rest)), 1e-12 * scale);
+    EXPECT_LT(s.forces.energy(s.rest), 1e-12 * s.forces.energy(s.moved(1, 0.05)));
+  }
+}
+
+TEST(InternalForces, HaveNoResultantAndNoMoment) {
+  for (Specimen& s : specimens()) {
+    SCOPED_TRACE(s.name);
+    const std::vector<Vec3> x = s.moved(2, 0.2);
+    s.forces.begin_step(x);
+    std::vector<Vec3> force = s.elastic(x);
+    const std::vector<Vec3> damping = s.damping(s.field(3, 1));
+    for (std::size_t i = 0; i < x.size(); ++i) force[i] += damping[i];
+    Vec3 sum = Vec3::Zero(), moment = Vec3::Zero();
+    double scale = 0;
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      sum += force[i];
+      moment += x[i].cross(force[i]);
+      scale += force[i].norm();
+    }
+    EXPECT_LT(sum.norm(), 1e-12 * scale);
+    EXPECT_LT(moment.norm(), 1e-12 * scale);
+  }
+}
+
+TEST(InternalForces, TurnWithTheBody) {
+  std::mt19937 random(5);
+  const Mat3 turn = test::random_rotation(random).toRotationMatrix();
+  for (Specimen& s : specimens()) {
+    SCOPED_TRACE(s.name);
+    const std::vector<Vec3> x = s.moved(2, 0.2), v = s.field(3, 1);
+    std::vector<Vec3> turned, v_turned;
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      turned.push_back(turn * x[i] + Vec3(3, -2, 1));
+      v_turned.push_back(turn * v[i]);
+    }
+    s.forces.begin_step(x);
+    const std::vector<Vec3> elastic = s.elastic(x), damping = s.damping(v), differential = s.differential(v);
+    s.forces.begin_step(turned);
+    const std::vector<Vec3> elastic_turned = s.elastic(turned), damping_turned = s.damping(v_turned),
+                            differential_turned = s.differential(v_turned);
+    const auto expect_turned = [&](const std::vector<Vec3>& now, const std::vector<Vec3>& before) {
+      for (std::size_t i = 0; i < now.size(); ++i)
+        EXPECT_LT((now[i] - turn * before[i]).norm(), 1e-12 * largest(before));
+    };
+    expect_turned(elastic_turned, elastic);
+    expect_turned(damping_turned, damping);
+    expect_turned(differential_turned, differential);
+  }
+}
+
+// The differentials are the derivative of the forces where nothing is compressed; everywhere they are
+// symmetric and take energy out, as do the damping forces.
+TEST(InternalForces, DifferentialsAndDampingAreSymmetricAndSemidefinite) {
+  for (Specimen& s : specimens()) {
+    SCOPED_TRACE(s.name);
+    for (const double size : {0.05, 0.6}) {
+      const std::vector<Vec3> x = s.moved(4, size);
+      s.forces.begin_step(x);
+      s.elastic(x);
+      for (unsigned seed = 10; seed < 20; ++seed) {
+        const std::vector<Vec3> u = s.field(seed, 1), v = s.field(seed + 100, 1);
+        for (const auto& apply : {&Specimen::differential, &Specimen::damping}) {
+          const std::vector<Vec3> Au = (s.*apply)(u), Av = (s.*apply)(v);
+          const double scale = std::sqrt(dot(Au, Au) * dot(v, v));
+          EXPECT_NEAR(dot(Au, v), dot(u, Av), 1e-12 * scale);
+          EXPECT_LE(dot(Au, u), 0);
+        }
+      }
+    }
+  }
+}
+
+// Every particle's own block is what damping does to its velocity alone; membranes give none.
+TEST(InternalForces, DampingBlocksAreThoseOfTheOperator) {
+  for (Specimen& s : specimens()) {
+    SCOPED_TRACE(s.name);
+    s.elastic(s.moved(1, 0.05));
+    std::vector<SymmetricBlock> blocks(s.rest.size());
+    s.forces.add_damping_blocks(blocks);
+    double scale = 0;
+    for (std::size_t p = 0; p < s.rest.size(); ++p)
+      for (int k = 0; k < 3; ++k) {
+        std::vector<Vec3> v = zeros(s.rest.size());
+        v[p][k] = 1;
+        const Vec3 expected = s.name == "membranes" ? Vec3(Vec3::Zero()) : Vec3(-s.damping(v)[p]);
+        scale = std::max(scale, expected.norm());
+        EXPECT_LT((blocks[p] * v[p] - expected).norm(), 1e-12 * (scale + 1)) << p << ' ' << k;
+      }
+    EXPECT_EQ(scale == 0, s.name == "membranes");
+  }
+}
+
+TEST(InternalForces, DifferentialsAreTheDerivativeUnderTension) {
+  for (Specimen& s : specimens()) {
+    if (s.forces.altitude_springs.size() > 0) continue;  // theirs leaves out the turning of the altitude
+    SCOPED_TRACE(s.name);
+    std::vector<Vec3> x = s.moved(4, 0.01);
+    for (Vec3& place : x) place *= 1.5;
+    const std::vector<Vec3> dx = s.field(6, 1);
+    const double h = 1e-6;
+    std::vector<Vec3> up = x, down = x;
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      up[i] += h * dx[i];
+      down[i] -= h * dx[i];
+    }
+    const std::vector<Vec3> above = s.elastic(up), below = s.elastic(down);
+    s.elastic(x);
+    const std::vector<Vec3> change = s.differential(dx);
+    for (std::size_t i = 0; i < x.size(); ++i)
+      EXPECT_LT((change[i] - (above[i] - below[i]) / (2 * h)).norm(), 1e-6 * largest(change));
+  }
+}
+
+// The highest frequency of the assembly, from the power method, lies below the bound, and not far: half of
+// the time step that the bound allows would be wasted at a ratio of 4.
+TEST(InternalForces, FrequencyBoundHoldsAtRestAndStretched) {
+  for (Specimen& s : specimens()) {
+    SCOPED_TRACE(s.name);
+    for (const double stretch : {1.0, 1.3}) {
+      std::vector<Vec3> x = s.rest;
+      for (Vec3& place : x) place *= stretch;
+      s.forces.begin_step(x);
+      s.elastic(x);
+      double highest = 0;
+      std::vector<Vec3> mode = s.field(9, 1);
+      for (int i = 0; i < 400; ++i) {
+        const double norm = std::sqrt(dot(mode, mode));
+        for (Vec3& u : mode) u /= norm;
+        std::vector<Vec3> next = s.differential(mode);
+        for (std::size_t p = 0; p < next.size(); ++p) next[p] *= -s.inverse_mass[p];
+        highest = std::sqrt(dot(next, next));
+        mode = std::move(next);
+      }
+      const double bound = s.forces.max_squared_frequency();
+      EXPECT_LE(highest, bound * (1 + 1e-12)) << stretch;
+      EXPECT_GE(highest, bound / (s.name == "altitude springs" ? 6.5
+                                  : s.name == "rod"            ? 1.5
+                                                               : 3.5))
+          << stretch;
+    }
+  }
+}
+
+double bending_energy(const Sheet& sheet, double rigidity, const std::function<Vec3(const Vec3&)>& place) {
+  Springs<4> bending;
+  for (const SheetEdge& e : edges(sheet))
+    if (e.other_opposite >= 0) bending.add(shell_bending(e, sheet.nodes, rigidity, 0));
+  bending.finalize(sheet.nodes.size());
+  std::vector<Vec3> x;
+  for (const Vec3& node : sheet.nodes) x.push_back(place(node));
+  return bending.energy(x);
+}
+
+// A hexagon of equilateral triangles: the disc's rings drawn as hexagons.
+Sheet hexagon(double radius, int rings) {
+  Sheet sheet = disc(radius, rings);
+  std::size_t node = 1;
+  for (int k = 1; k <= rings; ++k)
+    for (int i = 0; i < 6 * k; ++i, ++node) {
+      const auto corner = [&](int c) {
+        const double angle = std::numbers::pi / 3 * c;
+        return Vec3(std::sin(angle), 0, std::cos(angle));
+      };
+      const double t = static_cast<double>(i % k) / k;
+      sheet.nodes[node] = radius * k / rings * ((1 - t) * corner(i / k) + t * corner(i / k + 1));
+    }
+  return sheet;
+}
+
+// A sheet rolled up to the radius R without stretching stores D / (2 R^2) an area: in any direction of
+// equilateral triangles and along the cells of a panel, but for the edges of the border, which have no other
+// side (their share falls with the number of cells); across its cells a panel is up to half stiffer.
+TEST(InternalForces, BendingOfARolledSheetStoresWhatPlateTheorySays) {
+  const double radius = 2, rigidity = 3, per_area = rigidity / (2 * radius * radius);
+  const auto stiffness = [&](const Sheet& sheet, double area, double degrees) {
+    const double angle = degrees * std::numbers::pi / 180, c = std::cos(angle), s = std::sin(angle);
+    return bending_energy(sheet, rigidity,
+                          [&](const Vec3& x) {
+                            const double along = c * x.x() + s * x.z(), across = c * x.z() - s * x.x();
+                            return Vec3(radius * std::sin(along / radius),
+                                        radius * (1 - std::cos(along / radius)), across);
+                          }) /
+           (area * per_area);
+  };
+  for (const double degrees : {0.0, 20.0, 45.0}) {
+    SCOPED_TRACE(degrees);
+    EXPECT_NEAR(stiffness(hexagon(1, 40), 1.5 * std::sqrt(3.0), degrees), 1, 0.02);
+    EXPECT_LT(stiffness(panel(Vec2(2, 1), 80, 40), 2, degrees), 1.5);
+  }
+  EXPECT_NEAR(stiffness(panel(Vec2(2, 1), 80, 40), 2, 0), 1, 0.02);
+}
+
+// A rod bent to the radius R stores EI / (2 R^2) a length; the two ends, half a piece each, carry no bending.
+TEST(InternalForces, BendingOfARodStoresWhatBeamTheorySays) {
+  const double radius = 2, rigidity = 3, length = 2;
+  const int pieces = 64;
+  Springs<4> bending;
+  std::vector<Vec3> straight, bent;
+  for (int i = 0; i <= pieces; ++i) {
+    const double s = length * i / pieces;
+    straight.emplace_back(s, 0, 0);
+    bent.emplace_back(radius * std::sin(s / radius), radius * (1 - std::cos(s / radius)), 0);
+  }
+  for (int i = 1; i < pieces; ++i) bending.add(rod_bending(i - 1, i, i + 1, straight, rigidity, 0));
+  bending.finalize(straight.size());
+  const double expected = rigidity / (2 * radius * radius) * length * (pieces - 1) / pieces;
+  EXPECT_NEAR(bending.energy(bent), expected, 1e-4 * expected);
+}
+
+// Altitude springs turn a tet right side out: at every stage of its collapse the force pushes the apex
+// outward.
+TEST(AltitudeSprings, PushAnInvertedTetBack) {
+  std::vector<Vec3> x = {Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 0, 1), Vec3(0.3, -0.8, 0.3)};
+  ASSERT_GT(tet_volume(x[0], x[1], x[2], x[3]), 0);
+  AltitudeSprings springs;
+  springs.add({{0, 1, 2, 3}}, x, 100, 1);
+  springs.finalize({1, 1, 1, 1});
+  for (const double height : {-0.7, -0.3, -1e-3, 0.0, 1e-3, 0.3, 2.0}) {
+    x[3].y() = height;
+    std::vector<double> none;
+    springs.choose(x);
+    std::vector<Vec3> force = zeros(4);
+    springs.add_elastic_forces(x, force, none);
+    EXPECT_LT(force[3].y() + (force[3].y() == 0 ? force[0].y() : 0), 0) << height;
+  }
+}
+
+}  // namespace
+}  // namespace duet

@@ -1,0 +1,42 @@
+#include "sim/deformable/materials/viscous_stress.h"
+
+#include "tests/support/deformations.h"
+#include <gtest/gtest.h>
+
+namespace duet {
+namespace {
+
+Mat3 stress(const Mat3& F, const Mat3& Fdot) {
+  return test::eigen_of(viscous_stress(0.7, 3.1, 0.01, test::matrix_of(F), test::matrix_of(Fdot)));
+}
+
+TEST(ViscousStress, IsLinearSymmetricDissipativeAndHasNoMoment) {
+  std::mt19937 random(11);
+  for (const Mat3& F : test::deformations()) {
+    const Mat3 A = test::random_matrix(random), B = test::random_matrix(random);
+    const Mat3 PA = stress(F, A), PB = stress(F, B);
+    const double scale = 1 + F.squaredNorm();
+    EXPECT_LT((stress(F, A + 2 * B) - PA - 2 * PB).norm(), 1e-15 * scale);
+    EXPECT_NEAR(PA.cwiseProduct(B).sum(), PB.cwiseProduct(A).sum(), 1e-15 * scale);
+    EXPECT_GE(PA.cwiseProduct(A).sum(), 0);
+    const Mat3 kirchhoff = PA * F.transpose();
+    EXPECT_LT((kirchhoff - kirchhoff.transpose()).norm(), 1e-15 * scale);
+    const Mat3 spin = skew(Vec3(1, 2, 3)) * F;  // a rotation of the whole body is not damped
+    EXPECT_LT(stress(F, spin).norm(), 1e-15 * scale);
+  }
+}
+
+// Of a rod drawn out to twice its length the Green strain would brake four times as much as at rest.
+TEST(ViscousStress, ExcessIsTheMeanSquareStretchFromOneToSixteen) {
+  const auto excess = [](double a, double b, double c) {
+    return excess_damping(test::matrix_of(Vec3(a, b, c).asDiagonal().toDenseMatrix()));
+  };
+  EXPECT_EQ(excess(1, 1, 1), 1);
+  EXPECT_DOUBLE_EQ(excess(1.5, 1.5, 1.5), 2.25);
+  EXPECT_DOUBLE_EQ(excess(3, 0.5, -0.5), 9.5 / 3);
+  EXPECT_EQ(excess(0.1, 0.1, 0.1), 1);
+  EXPECT_EQ(excess(100, 1, 1), 16);
+}
+
+}  // namespace
+}  // namespace duet

@@ -1,0 +1,193 @@
+#include "sim/deformable/self_contact/self_repulsion.h"
+
+#include <algorithm>
+
+#include "tests/support/sheets.h"
+#include <gtest/gtest.h>
+
+namespace duet {
+namespace {
+
+using test::Sheets;
+
+constexpr double thickness = 0.02, dt = 1e-3;
+
+// One sheet over another, `gap` apart, each with a quad's diagonal across those of the other.
+Sheets layers(double gap, double friction = 0) {
+  Sheets sheets;
+  sheets.add(4, 0.1, Vec3(0, 0, 0), thickness, friction);
+  sheets.add(3, 0.1, Vec3(0.04, gap, 0.03), thickness, friction);
+  return sheets;
+}
+
+SelfRepulsion pairs_of(const Sheets& sheets) {
+  CollisionCandidates candidates;
+  candidates.update(sheets.surface, sheets.x, sheets.x);
+  SelfRepulsion repulsion;
+  repulsion.find(candidates, sheets.x, sheets.inverse_mass, {}, {});
+  return repulsion;
+}
+
+// The two sheets move as wholes: velocities of their particles.
+std::vector<Vec3> velocities(const Sheets& sheets, const Vec3& lower, const Vec3& upper) {
+  std::vector<Vec3> v(sheets.x.size(), upper);
+  std::fill(v.begin(), v.begin() + 25, lower);
+  return v;
+}
+
+TEST(SelfRepulsion, FindsPairsWithinRangeAndLeavesOutNeighboursAtRest) {
+  EXPECT_TRUE(pairs_of(layers(1.11 * thickness)).pairs().empty());
+  const Sheets near = layers(1.09 * thickness);
+  const SelfRepulsion repulsion = pairs_of(near);
+  // All 16 particles of the upper sheet are over the lower one, and 9 of the lower one are under the upper.
+  const auto points =
+      std::count_if(repulsion.pairs().begin(), repulsion.pairs().end(),
+                    [](const RepulsionPair& p) { return p.weight[0] == 1 && p.weight[1] < 0; });
+  EXPECT_EQ(points, 16 + 9);
+  for (const RepulsionPair& pair : repulsion.pairs()) EXPECT_NEAR(pair.distance, 1.09 * thickness, 1e-15);
+  Sheets fine;  // its own thickness reaches over its triangles
+  fine.add(4, 0.1, Vec3::Zero(), 0.15);
+  EXPECT_TRUE(pairs_of(fine).pairs().empty());
+}
+
+TEST(SelfRepulsion, StopsApproachAtTheThickness) {
+  for (const double gap : {0.5 * thickness, 1.05 * thickness}) {
+    const Sheets sheets = layers(gap);
+    const SelfRepulsion repulsion = pairs_of(sheets);
+    std::vector<Vec3> v = velocities(sheets, Vec3::Zero(), Vec3(0.3, -2, 0));
+    for (int i = 0; i < 200; ++i) repulsion.apply(dt, sheets.x, sheets.inverse_mass, v);  // to convergence
+    const double least = std::min(0.0, (thickness - gap) / dt);
+    double nearest = 1;
+    for (const RepulsionPair& pair : repulsion.pairs())
+      nearest = std::min(nearest, relative_velocity(pair, v).dot(pair.normal));
+    EXPECT_NEAR(nearest, least, 1e-9);
+    // What parts already is left alone.
+    const std::vector<Vec3> parting = velocities(sheets, Vec3::Zero(), Vec3(1, 2, 0));
+    std::vector<Vec3> after = parting;
+    repulsion.apply(dt, sheets.x, sheets.inverse_mass, after);
+    EXPECT_EQ(after, parting);
+  }
+}
+
+// Rows are pairs about as near as h that would come nearer in the step: they go a tenth of the way.
+TEST(SelfRepulsion, RowsAreThoseThatWouldComeTooNear) {
+  struct Case {
+    double gap, mean;  // of the thickness; of the speed that leads to the thickness within the step
+    bool is_row;
+  };
+  for (const Case& c : {Case{0.5, 0.1, true}, Case{1.01, 1.1, true}, Case{1.01, 0.4, false},
+                        Case{1.05, 1.1, false}, Case{1.01, -1, false}}) {
+    const double gap = c.gap * thickness, way = std::abs(thickness - gap) / dt;
+    const Sheets sheets = layers(gap);
+    SelfRepulsion repulsion = pairs_of(sheets);
+    const std::vector<Vec3> start(sheets.x.size(), Vec3::Zero());
+    const std::vector<Vec3> mean = velocities(sheets, Vec3::Zero(), Vec3(0, -c.mean * way, 0));
+    repulsion.choose_rows(dt, start, mean);
+    for (const RepulsionPair& pair : repulsion.pairs()) {
+      EXPECT_EQ(pair.active, c.is_row);
+      if (c.is_row) {
+        EXPECT_NEAR(pair.target, c.gap < 1 ? 0 : -0.05 * way, 1e-12 * way);
+      }
+    }
+    std::vector<Vec3> end = velocities(sheets, Vec3::Zero(), Vec3(0, -2 * way, 0));
+    for (int i = 0; i < 200; ++i) repulsion.apply(dt, sheets.x, sheets.inverse_mass, end);  // to convergence
+    double nearest = 1;
+    for (const RepulsionPair& pair : repulsion.pairs())
+      nearest = std::min(nearest, relative_velocity(pair, end).dot(pair.normal));
+    EXPECT_NEAR(nearest, c.gap < 1 ? 0 : c.is_row ? -0.1 * way : -way, 1e-9 * way);
+  }
+}
+
+TEST(SelfRepulsion, ElasticPartRecoversATenthOfWhatIsMissing) {
+  const double gap = 0.6 * thickness;
+  const Sheets sheets = layers(gap);
+  const SelfRepulsion repulsion = pairs_of(sheets);
+  std::vector<Vec3> v(sheets.x.size(), Vec3::Zero());
+  for (int i = 0; i < 5000; ++i) repulsion.apply_elastic(dt, sheets.inverse_mass, v);  // to convergence
+  double slowest = 1e9;
+  for (const RepulsionPair& pair : repulsion.pairs())
+    slowest = std::min(slowest, relative_velocity(pair, v).dot(pair.normal));
+  EXPECT_NEAR(slowest, 0.1 * (thickness - gap) / dt, 1e-6);
+}
+
+TEST(SelfRepulsion, FrictionStopsSlowSlipAndOnlySlowsFastSlip) {
+  const Sheets sheets = layers(0.5 * thickness, 0.5);
+  const SelfRepulsion repulsion = pairs_of(sheets);
+  const auto slip_after = [&](double slip) {
+    std::vector<Vec3> v = velocities(sheets, Vec3::Zero(), Vec3(slip, -1, 0));
+    repulsion.apply(dt, sheets.x, sheets.inverse_mass, v);
+    Vec3 upper = Vec3::Zero(), lower = Vec3::Zero();
+    double upper_mass = 0, lower_mass = 0;
+    for (std::size_t p = 0; p < v.size(); ++p) {
+      const double mass = 1 / sheets.inverse_mass[p];
+      (p < 25 ? lower : upper) += mass * v[p];
+      (p < 25 ? lower_mass : upper_mass) += mass;
+    }
+    return std::array{upper.x() / upper_mass - lower.x() / lower_mass, 1 + upper.y() / upper_mass};
+  };
+  EXPECT_LT(std::abs(slip_after(0.1)[0]), 0.03);  // within the cone nearly all of it goes in three rounds
+  // Coulomb: of a fast slip, friction times the change of normal momentum. The lower sheet's share of both is
+  // the same, so the ratio of the upper sheet's is exact.
+  std::vector<Vec3> v = velocities(sheets, Vec3::Zero(), Vec3(100, -1, 0));
+  repulsion.apply(dt, sheets.x, sheets.inverse_mass, v);
+  Vec3 impulse = Vec3::Zero();
+  for (std::size_t p = 25; p < v.size(); ++p) impulse += (v[p] - Vec3(100, -1, 0)) / sheets.inverse_mass[p];
+  // What keeps angular momentum shifts a part of the order (gap/edge)^2 between the sheets.
+  EXPECT_NEAR(-impulse.x() / impulse.y(), 0.5, 0.01);
+}
+
+TEST(SelfRepulsion, KeepsMomentum) {
+  std::mt19937 random(3);
+  const Sheets sheets = layers(0.5 * thickness, 0.5);
+  const SelfRepulsion repulsion = pairs_of(sheets);
+  std::vector<Vec3> v(sheets.x.size());
+  for (Vec3& velocity : v) velocity = test::random_vector(random);
+  const auto momentum = [&] {
+    std::vector<Vec3> end = sheets.x;
+    for (std::size_t p = 0; p < end.size(); ++p) end[p] += v[p];
+    return test::momentum_of(sheets.x, end, sheets.inverse_mass);
+  };
+  const auto before = momentum();
+  const std::vector<Vec3> start = v;
+  repulsion.apply(dt, sheets.x, sheets.inverse_mass, v);
+  repulsion.apply_elastic(dt, sheets.inverse_mass, v);
+  EXPECT_NE(v, start);
+  const auto after = momentum();
+  EXPECT_LE((after.first - before.first).norm(), 1e-12);
+  EXPECT_LE((after.second - before.second).norm(), 1e-12);
+}
+
+TEST(SelfRepulsion, RowsProjectSelfAdjointly) {
+  std::mt19937 random(4);
+  const Sheets sheets = layers(0.5 * thickness);
+  SelfRepulsion repulsion = pairs_of(sheets);
+  const auto random_field = [&] {
+    std::vector<Vec3> v(sheets.x.size());
+    for (Vec3& velocity : v) velocity = test::random_vector(random);
+    return v;
+  };
+  const auto inner = [&](const std::vector<Vec3>& u, const std::vector<Vec3>& v) {
+    double sum = 0;
+    for (std::size_t p = 0; p < u.size(); ++p) sum += u[p].dot(v[p]) / sheets.inverse_mass[p];
+    return sum;
+  };
+  const std::vector<Vec3> start = velocities(sheets, Vec3::Zero(), Vec3(0.1, -1, 0));
+  std::vector<Vec3> velocity = velocities(sheets, Vec3::Zero(), Vec3(0, -2, 0));
+  repulsion.choose_rows(1, start, velocity);
+  for (const RepulsionPair& pair : repulsion.pairs()) {
+    EXPECT_TRUE(pair.active);
+    EXPECT_NEAR(pair.target, -0.5, 1e-14);
+  }
+  const std::vector<Vec3> u = random_field(), v = random_field();
+  std::vector<Vec3> Pu = u, Pv = v;
+  repulsion.sweep(false, sheets.inverse_mass, Pu);
+  repulsion.sweep(false, sheets.inverse_mass, Pv);
+  EXPECT_NEAR(inner(Pu, v), inner(u, Pv), 1e-12 * std::sqrt(inner(u, u) * inner(v, v)));
+  EXPECT_LT(inner(Pu, Pu), inner(u, u));
+  for (int i = 0; i < 5000; ++i) repulsion.sweep(true, sheets.inverse_mass, velocity);
+  for (const RepulsionPair& pair : repulsion.pairs())
+    EXPECT_NEAR(relative_velocity(pair, velocity).dot(pair.normal), -0.5, 1e-6);
+}
+
+}  // namespace
+}  // namespace duet

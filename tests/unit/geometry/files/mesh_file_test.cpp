@@ -1,0 +1,168 @@
+// Files of each format, written here so that it is known what is in them.
+#include "sim/geometry/files/mesh_file.h"
+
+#include "tests/support/meshes.h"
+#include "tests/support/scratch_folder.h"
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include "sim/base/error.h"
+#include "sim/base/files.h"
+#include "sim/geometry/mesh/mesh_check.h"
+#include "sim/io/run_directory.h"
+
+namespace duet {
+namespace {
+
+// The corner tetrahedron, whose volume is 1/6.
+const TriangleMesh tetrahedron = test::tetrahedron(Vec3::Zero(), Vec3::UnitX(), Vec3::UnitY(), Vec3::UnitZ());
+
+class MeshFile : public testing::Test {
+ protected:
+  test::ScratchFolder scratch;
+
+  std::string write(const std::string& name, const std::string& bytes) {
+    io::write_atomically(scratch / name, bytes);
+    return (scratch / name).string();
+  }
+  void expect_tetrahedron(const std::string& name, const std::string& bytes) {
+    SCOPED_TRACE(name);
+    TriangleMesh mesh = read_mesh(write(name, bytes));
+    const MeshReport report = repair(mesh);
+    EXPECT_TRUE(report.flaws.empty()) << report.flaws[0].message;
+    EXPECT_TRUE(report.repairs.empty()) << report.repairs[0];
+    EXPECT_EQ(mesh.positions.size(), 4U);
+    EXPECT_EQ(mesh.triangles.size(), 4U);
+    EXPECT_NEAR(mass_properties(mesh).volume, 1.0 / 6, 1e-7);
+  }
+  void expect_error(const std::string& path, const std::string& message) {
+    try {
+      read_mesh(path);
+      ADD_FAILURE() << path << " was accepted";
+    } catch (const FileError& error) {
+      EXPECT_NE(std::string(error.what()).find(message), std::string::npos) << error.what();
+    }
+  }
+};
+
+template <class Value>
+void append(std::string& bytes, Value value, bool swapped) {
+  std::string raw(reinterpret_cast<const char*>(&value), sizeof value);
+  bytes += swapped ? std::string(raw.rbegin(), raw.rend()) : raw;
+}
+
+std::string ply(const std::string& format) {
+  std::string bytes = "ply\nformat " + format +
+                      " 1.0\ncomment made by hand\nelement vertex 4\nproperty float x\nproperty float y\n"
+                      "property double z\nproperty uchar red\nelement face 4\nproperty list uchar int "
+                      "vertex_indices\nelement edge 0\nproperty int vertex1\nend_header\n";
+  for (const Vec3& x : tetrahedron.positions) {
+    if (format == "ascii") {
+      bytes += fmt::format("{} {} {} 7\n", x.x(), x.y(), x.z());
+      continue;
+    }
+    const bool swapped = format == "binary_big_endian";
+    append(bytes, static_cast<float>(x.x()), swapped);
+    append(bytes, static_cast<float>(x.y()), swapped);
+    append(bytes, x.z(), swapped);
+    bytes += '\x07';
+  }
+  for (const Triangle& t : tetrahedron.triangles) {
+    if (format == "ascii") {
+      bytes += fmt::format("3 {} {} {}\n", t[0], t[1], t[2]);
+      continue;
+    }
+    bytes += '\x03';
+    for (const int v : t) append(bytes, v, format == "binary_big_endian");
+  }
+  return bytes;
+}
+
+TEST_F(MeshFile, EveryFormatIsRead) {
+  std::string obj = "# by hand\no first\n", stl = "solid t\n";
+  for (const Vec3& x : tetrahedron.positions) obj += fmt::format("v {} {} {}\n", x.x(), x.y(), x.z());
+  for (std::size_t t = 0; t < 4; ++t) {
+    const Triangle& v = tetrahedron.triangles[t];
+    if (t == 2) obj += "o second\n";
+    obj += fmt::format("f {} {} {}\n", v[0] + 1, v[1] + 1, v[2] + 1);
+    stl += "facet normal 0 0 0\nouter loop\n";
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec3& x = tetrahedron.corner(t, k);
+      stl += fmt::format("vertex {} {} {}\n", x.x(), x.y(), x.z());
+    }
+    stl += "endloop\nendfacet\n";
+  }
+  expect_tetrahedron("t.obj", obj);
+  expect_tetrahedron("t.STL", stl + "endsolid t\n");
+  for (const char* format : {"ascii", "binary_little_endian", "binary_big_endian"})
+    expect_tetrahedron("t.ply", ply(format));
+  // 4 positions of 3 floats, then 12 indices of 16 bits; the node doubles y and halves x.
+  expect_tetrahedron("t.gltf", R"({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}],
+"nodes": [{"mesh": 0, "scale": [0.5, 2, 1]}], "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
+"buffers": [{"byteLength": 72, "uri": "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAAAAAAAAAAAAIA/AAACAAEAAAABAAMAAAADAAIAAQACAAMA"}],
+"bufferViews": [{"buffer": 0, "byteLength": 48}, {"buffer": 0, "byteOffset": 48, "byteLength": 24}],
+"accessors": [{"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 1]},
+{"bufferView": 1, "componentType": 5123, "count": 12, "type": "SCALAR"}]})");
+}
+
+TEST_F(MeshFile, PolygonsNormalsAndTextureCoordinates) {
+  // A prism over a concave outline, as polygons.
+  const std::string prism =
+      "v 0 0 1\nv 2 0 1\nv 2 1 1\nv 1 1 1\nv 1 2 1\nv 0 2 1\nv 0 0 0\nv 2 0 0\nv 2 1 0\nv 1 1 0\nv 1 2 0\nv "
+      "0 2 0\n"
+      "f 1 2 3 4 5 6\nf 12 11 10 9 8 7\nf 1 7 8 2\nf 2 8 9 3\nf 3 9 10 4\nf 4 10 11 5\nf 5 11 12 6\nf 6 12 7 "
+      "1\n";
+  TriangleMesh mesh = read_mesh(write("l.obj", prism));
+  EXPECT_TRUE(repair(mesh).flaws.empty());
+  EXPECT_NEAR(mass_properties(mesh).volume, 3, 1e-6);
+  EXPECT_TRUE(mesh.normals.empty() && mesh.uvs.empty());
+
+  const TriangleMesh dressed = read_mesh(write("dressed.obj",
+                                               "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0.25 0.75\nvn 0 0.6 0.8\n"
+                                               "f 1/1/1 2/1/1 3/1/1\n"));
+  ASSERT_EQ(dressed.normals.size(), 1U);
+  ASSERT_EQ(dressed.uvs.size(), 1U);
+  EXPECT_TRUE(dressed.normals[0][2].isApprox(Vec3f(0, 0.6F, 0.8F)));
+  EXPECT_TRUE(dressed.uvs[0][1].isApprox(Vec2f(0.25F, 0.75F)));
+}
+
+TEST_F(MeshFile, WhatCannotBeReadIsNamed) {
+  expect_error((scratch / "none.obj").string(), "there is no such file");
+  expect_error(write("mesh.fbx", "x"), ".obj .ply .stl .gltf .glb");
+  expect_error(scratch.path().string(), "cannot be read");
+  expect_error(write("bad.gltf", "{"), "bad.gltf");
+  expect_error(write("empty.stl", ""), "empty.stl");
+  expect_error(write("bad.ply", "ply\nformat ascii 1.0\nelement vertex 4\nproperty flo"),
+               "the header has no end");
+  expect_error(write("type.ply", "ply\nformat ascii 1.0\nelement vertex 4\nproperty flo x\nend_header\n"),
+               "line 4");
+}
+
+// Wherever a PLY file is cut off or changed, there is an error or a mesh, and never a crash.
+TEST_F(MeshFile, DamagedPly) {
+  std::mt19937 random(29);
+  for (const char* format : {"ascii", "binary_little_endian", "binary_big_endian"}) {
+    const std::string good = ply(format);
+    const std::size_t needed = good.find_last_not_of("\n");
+    int errors = 0;
+    for (std::size_t size = 0; size < needed; ++size) try {
+        read_mesh(write("cut.ply", good.substr(0, size)));
+      } catch (const FileError&) {
+        ++errors;
+      }
+    EXPECT_EQ(errors, static_cast<int>(needed)) << format;
+    for (int i = 0; i < 300; ++i) {
+      std::string bad = good;
+      bad[random() % bad.size()] = static_cast<char>(random() % 256);
+      try {
+        const TriangleMesh mesh = read_mesh(write("changed.ply", bad));
+        for (const Triangle& t : mesh.triangles)
+          for (const int v : t) EXPECT_LT(static_cast<std::size_t>(v), mesh.positions.size());
+      } catch (const FileError&) {
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace duet

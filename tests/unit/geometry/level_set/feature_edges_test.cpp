@@ -1,0 +1,221 @@
+#include "sim/geometry/level_set/feature_edges.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <numbers>
+
+#include "tests/support/meshes.h"
+#include <gtest/gtest.h>
+
+#include "sim/geometry/level_set/grid_level_set.h"
+#include "sim/geometry/level_set/shape_samples.h"
+
+namespace duet {
+namespace {
+
+constexpr double pi = std::numbers::pi;
+
+const Vec3& node(const FeatureEdges& ridges, int i) { return ridges.nodes[static_cast<std::size_t>(i)]; }
+
+// Along the chords between nodes; m.
+double length_of(const FeatureEdges& ridges) {
+  double length = 0;
+  for (const FeatureEdges::Line& line : ridges.lines) {
+    for (int i = line.begin; i + 1 < line.end; ++i) length += (node(ridges, i + 1) - node(ridges, i)).norm();
+    if (line.is_closed) length += (node(ridges, line.begin) - node(ridges, line.end - 1)).norm();
+  }
+  return length;
+}
+
+// No two neighbours are farther apart than `longest` says, and that is no more than `spacing`.
+void expect_spacing(const FeatureEdges& ridges, double spacing) {
+  for (const FeatureEdges::Line& line : ridges.lines) {
+    EXPECT_LE(line.longest, spacing * (1 + 1e-12));
+    for (int i = line.begin; i + 1 < line.end; ++i)
+      EXPECT_LE((node(ridges, i + 1) - node(ridges, i)).norm(), line.longest * (1 + 1e-12));
+  }
+}
+
+FeatureEdges ridges_of(const TriangleMesh& mesh, const LevelSet& shape, double spacing) {
+  const std::vector<Vec3> samples = surface_samples(mesh, spacing);
+  return find_feature_edges(mesh, shape, samples, points_inside(shape, samples), spacing);
+}
+
+FeatureEdges ridges_of(const TriangleMesh& mesh, double spacing) {
+  return ridges_of(mesh, LevelSet::mesh(std::make_shared<GridLevelSet>(mesh, 32)), spacing);
+}
+
+// About the axis y, from its foot at y = 0 to `height`; faces outward.
+TriangleMesh prism(int corners, double radius, double height) {
+  TriangleMesh mesh;
+  std::vector<int> bottom, top;
+  for (int i = 0; i < corners; ++i) {
+    const double a = 2 * pi * i / corners;
+    for (const double y : {0.0, height})
+      mesh.positions.emplace_back(radius * std::sin(a), y, radius * std::cos(a));
+    bottom.insert(bottom.begin(), 2 * i);
+    top.push_back(2 * i + 1);
+  }
+  test::add_face(mesh, bottom);
+  test::add_face(mesh, top);
+  for (int i = 0; i < corners; ++i) {
+    const int j = (i + 1) % corners;
+    test::add_face(mesh, {2 * i, 2 * j, 2 * j + 1, 2 * i + 1});
+  }
+  return mesh;
+}
+
+TEST(FeatureEdges, OfABoxAreItsEdges) {
+  const FeatureEdges ridges = find_feature_edges(LevelSet::box(Vec3(2, 1, 0.5)), 0.3);
+  EXPECT_EQ(ridges.lines.size(), 12U);
+  EXPECT_NEAR(length_of(ridges), 4 * (2 + 1 + 0.5), 1e-14);
+  expect_spacing(ridges, 0.3);
+  for (std::size_t i = 0; i < ridges.nodes.size(); ++i) {
+    const Vec3 share = ridges.nodes[i].cwiseQuotient(Vec3(1, 0.5, 0.25)).cwiseAbs();
+    EXPECT_GE((share.array() > 1 - 1e-12).count(), 2) << "on no edge";
+    EXPECT_LT(ridges.inward[i].dot(ridges.nodes[i]), 0);
+    EXPECT_NEAR(ridges.inward[i].norm(), 1, 1e-14);
+  }
+  EXPECT_EQ(ridges.corners.size(), 8U);
+  for (const int corner : ridges.corners) EXPECT_EQ(node(ridges, corner).cwiseAbs(), Vec3(1, 0.5, 0.25));
+}
+
+TEST(FeatureEdges, OfRoundBodiesAreMiddleLinesAndRims) {
+  const FeatureEdges torus = find_feature_edges(LevelSet::torus(2, 0.5), 0.25);
+  ASSERT_EQ(torus.lines.size(), 1U);
+  EXPECT_TRUE(torus.lines[0].is_closed);
+  EXPECT_EQ(torus.lines[0].radius, 0.5);
+  EXPECT_EQ(torus.nodes.size(), 51U);  // 2 pi 2 / 0.25 = 50.3
+  EXPECT_NEAR(torus.lines[0].longest, 4 * pi / 51, 1e-14);
+  // Half way between two nodes, on the circle and not on its chord.
+  const Vec3 middle = place_between(torus.lines[0], torus.nodes[0], torus.nodes[1], 0.5);
+  EXPECT_LT((middle - 2 * Vec3(std::sin(pi / 51), 0, std::cos(pi / 51))).norm(), 1e-14);
+
+  const FeatureEdges cylinder = find_feature_edges(LevelSet::cylinder(1, 3), 0.4);
+  ASSERT_EQ(cylinder.lines.size(), 3U);
+  EXPECT_EQ(cylinder.lines[0].radius, 0);
+  EXPECT_EQ(cylinder.lines[2].radius, 1);
+  EXPECT_FALSE(cylinder.lines[2].is_closed);
+  const Vec3 on_rim = cylinder.nodes[0];
+  EXPECT_EQ(std::abs(on_rim.y()), 1.5);
+  // Near the bisector of the side and the end: points_inside() takes the mean of a few normals.
+  EXPECT_LT((cylinder.inward[0] - Vec3(-on_rim.x(), -on_rim.y() / 1.5, -on_rim.z()).normalized()).norm(),
+            0.1);
+
+  EXPECT_TRUE(cylinder.corners.empty());  // the axis ends inside of the ends
+
+  EXPECT_EQ(find_feature_edges(LevelSet::capsule(0.5, 1), 0.25).nodes.size(), 5U);
+  EXPECT_TRUE(find_feature_edges(LevelSet::sphere(1), 0.25).lines.empty());
+  EXPECT_TRUE(find_feature_edges(LevelSet::half_space(), 0.25).lines.empty());
+}
+
+TEST(FeatureEdges, OfMeshesAreTheirSharpConvexEdges) {
+  const FeatureEdges box = ridges_of(test::box_mesh(Vec3(-1, -1, -1), Vec3(1, 1, 1)), 0.3);
+  EXPECT_EQ(box.lines.size(), 12U);  // corners end them; the diagonals of faces are none
+  EXPECT_EQ(box.corners.size(), 8U);
+  EXPECT_NEAR(length_of(box), 24, 1e-13);
+  expect_spacing(box, 0.3);
+  // 18 edges of an L, but for the concave one of length 1.
+  EXPECT_NEAR(length_of(ridges_of(test::l_mesh(), 0.3)), 2 * 8 + 6 - 1, 1e-13);
+  // A prism of 64 sides turns by 5.6 degrees from side to side: two rims. One of six turns by 60.
+  const FeatureEdges round = ridges_of(prism(64, 1, 0.5), 10);
+  ASSERT_EQ(round.lines.size(), 2U);
+  EXPECT_TRUE(round.lines[0].is_closed && round.lines[1].is_closed);
+  EXPECT_TRUE(round.corners.empty());
+  EXPECT_NEAR(length_of(round), 2 * 64 * 2 * std::sin(pi / 64), 1e-13);
+  EXPECT_NEAR(length_of(ridges_of(prism(6, 1, 0.5), 10)), 12 * 1 + 6 * 0.5, 1e-13);
+  EXPECT_TRUE(ridges_of(test::torus_mesh(1, 0.4, 48, 24), 10).lines.empty());
+}
+
+// Their surface falls off on both sides: at edges and on all of a tube, on a drum's side and rims but not on
+// its ends, and on its side only where samples lie so far apart that it counts.
+TEST(FeatureEdges, BulgesOfMeshesAreWhereTheyBendOutwards) {
+  const auto for_bulges = [](const FeatureEdges& ridges, auto&& visit) {
+    for (const int bulge : ridges.bulges) {
+      visit(node(ridges, bulge));
+      EXPECT_NEAR(ridges.inward[static_cast<std::size_t>(bulge)].norm(), 1, 1e-14);
+    }
+    return ridges.bulges.size();
+  };
+  const FeatureEdges box = ridges_of(test::box_mesh(Vec3(-1, -1, -1), Vec3(1, 1, 1)), 0.3);
+  EXPECT_GE(for_bulges(box, [](const Vec3& x) { EXPECT_GE((x.array().abs() > 1 - 1e-12).count(), 2); }),
+            12U * 6U + 8U);
+  const TriangleMesh torus = test::torus_mesh(1, 0.4, 48, 24);
+  EXPECT_EQ(ridges_of(torus, 0.25).bulges.size(), surface_samples(torus, 0.25).size());
+  const TriangleMesh drum = prism(128, 1, 0.5);
+  const LevelSet drum_shape = LevelSet::mesh(std::make_shared<GridLevelSet>(drum, 128));
+  constexpr double beside = 0.051;  // m, of the rims: as far as they count in the directions into the drum
+  int on_side = 0;
+  const auto is_around = [&](const Vec3& x) {
+    EXPECT_GT(std::hypot(x.x(), x.z()), 1 - beside);
+    on_side += x.y() > beside && x.y() < 0.5 - beside;
+  };
+  EXPECT_GT(for_bulges(ridges_of(drum, drum_shape, 0.2), is_around), 0U);
+  EXPECT_GT(on_side, 2 * pi / 0.2);
+  on_side = 0;
+  EXPECT_GT(for_bulges(ridges_of(drum, drum_shape, 0.05), is_around), 0U);
+  EXPECT_EQ(on_side, 0);
+}
+
+TEST(FeatureEdges, FindTheirCornersAndBulgesInABox) {
+  FeatureEdges ridges = ridges_of(test::box_mesh(Vec3(-1, -1, -1), Vec3(1, 1, 1)), 0.3);
+  const auto expect_found = [&] {
+    const Eigen::AlignedBox3d box(Vec3(-2, -0.7, -2), Vec3(-0.5, 2, 1));
+    std::vector<int> found, expected;
+    ridges.corner_tree->query(box, [&](int number) { found.push_back(number); });
+    std::sort(found.begin(), found.end());
+    for (int i = 0; i < static_cast<int>(ridges.corner_count()); ++i)
+      if (box.contains(ridges.corner(i))) expected.push_back(i);
+    EXPECT_EQ(found, expected);
+    EXPECT_GE(found.size(), 8U);
+    EXPECT_LT(found.size(), ridges.corner_count());
+  };
+  expect_found();
+  const std::size_t all = ridges.bulges.size();
+  std::vector<char> stays;
+  for (const Vec3& x : ridges.nodes) stays.push_back(x.y() < 0.5);
+  keep_nodes(stays, ridges);
+  EXPECT_LT(ridges.bulges.size(), all);
+  EXPECT_EQ(ridges.corners.size(), 4U);
+  for (std::size_t i = 0; i < ridges.corner_count(); ++i)
+    EXPECT_LT(ridges.corner(static_cast<int>(i)).y(), 0.5);
+  expect_found();
+}
+
+TEST(FeatureEdges, KeepWhatLiesBetweenNodesThatStay) {
+  FeatureEdges torus = find_feature_edges(LevelSet::torus(2, 0.5), 0.25);
+  const FeatureEdges whole = torus;
+  std::vector<char> stays(51, 1);
+  keep_nodes(stays, torus);
+  EXPECT_EQ(torus.nodes, whole.nodes);
+  EXPECT_TRUE(torus.lines[0].is_closed);
+  stays[10] = stays[12] = stays[20] = 0;  // 11 is left alone; the line goes on past the last node
+  keep_nodes(stays, torus);
+  ASSERT_EQ(torus.lines.size(), 2U);
+  std::vector<Vec3> expected(whole.nodes.begin() + 13, whole.nodes.begin() + 20);
+  const auto first = torus.nodes.begin();
+  EXPECT_EQ(std::vector<Vec3>(first + torus.lines[0].begin, first + torus.lines[0].end), expected);
+  expected.assign(whole.nodes.begin() + 21, whole.nodes.end());
+  expected.insert(expected.end(), whole.nodes.begin(), whole.nodes.begin() + 10);
+  EXPECT_EQ(std::vector<Vec3>(first + torus.lines[1].begin, first + torus.lines[1].end), expected);
+  for (const FeatureEdges::Line& line : torus.lines) {
+    EXPECT_FALSE(line.is_closed);
+    EXPECT_EQ(line.radius, 0.5);
+    EXPECT_EQ(line.around, 2);
+  }
+  EXPECT_EQ(torus.inward.size(), torus.nodes.size());
+
+  FeatureEdges box = find_feature_edges(LevelSet::box(Vec3(2, 1, 0.5)), 0.3);
+  std::vector<char> stays_of_box;
+  for (const Vec3& place : box.nodes) stays_of_box.push_back(place.x() > -0.9);
+  keep_nodes(stays_of_box, box);
+  ASSERT_EQ(box.corners.size(), 4U);
+  for (const int corner : box.corners) {
+    EXPECT_EQ(node(box, corner).x(), 1);
+    EXPECT_EQ(node(box, corner).cwiseAbs(), Vec3(1, 0.5, 0.25));
+  }
+}
+
+}  // namespace
+}  // namespace duet

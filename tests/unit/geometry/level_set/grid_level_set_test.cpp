@@ -1,0 +1,149 @@
+#include "sim/geometry/level_set/grid_level_set.h"
+
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "tests/support/meshes.h"
+#include <gtest/gtest.h>
+
+#include "sim/geometry/level_set/level_set.h"
+#include "sim/geometry/level_set/solid.h"
+
+namespace duet {
+namespace {
+
+Vec3 point_within(std::mt19937& random, const Vec3& lower, const Vec3& upper) {
+  return (lower + upper) / 2 + (upper - lower).cwiseProduct(test::random_vector(random)) / 2;
+}
+
+// Exact in an L: inside when in either of its boxes.
+double distance_to_l(const TriangleTree& tree, const Vec3& x) {
+  const bool in_depth = x.z() > 0 && x.z() < 1;
+  const bool lower = x.x() > 0 && x.x() < 2 && x.y() > 0 && x.y() < 1;
+  const bool upper = x.x() > 0 && x.x() < 1 && x.y() > 0 && x.y() < 2;
+  const double distance = tree.nearest(x).distance;
+  return in_depth && (lower || upper) ? -distance : distance;
+}
+
+class GridOfL : public testing::Test {
+ protected:
+  static constexpr int cells = 40;
+  TriangleMesh mesh = test::l_mesh();
+  TriangleTree tree{mesh};
+  GridLevelSet grid{mesh, cells};
+  double h = 2.0 / cells;
+  std::mt19937 random{19};
+};
+
+TEST_F(GridOfL, NodesHoldExactDistances) {
+  const DenseGrid& nodes = grid.grid();
+  EXPECT_DOUBLE_EQ(nodes.spacing, h);
+  for (int k = 0; k < nodes.count.z(); k += 3)
+    for (int j = 0; j < nodes.count.y(); j += 3)
+      for (int i = 0; i < nodes.count.x(); i += 3) {
+        const Vec3 x = nodes.origin + h * Vec3(i, j, k);
+        const double expected = distance_to_l(tree, x);
+        if (std::abs(expected) < 1e-9) continue;  // on the surface, either sign
+        EXPECT_NEAR(static_cast<double>(nodes.values[nodes.index(i, j, k)]), expected, 1e-6);  // floats
+      }
+}
+
+// Between nodes, a distance that is linear there is met; a kink costs up to a part of the cell.
+TEST_F(GridOfL, InterpolatesBetweenNodes) {
+  double squares = 0;
+  constexpr int n = 3000;
+  for (int i = 0; i < n; ++i) {
+    const Vec3 x =
+        point_within(random, grid.lower() - Vec3::Constant(4 * h), grid.upper() + Vec3::Constant(4 * h));
+    const double error = grid.distance(x) - distance_to_l(tree, x);
+    EXPECT_LT(std::abs(error), 0.5 * h);
+    squares += error * error;
+  }
+  EXPECT_LT(std::sqrt(squares / n), 0.05 * h);
+}
+
+TEST_F(GridOfL, NormalsAreTheGradientOfTheDistance) {
+  for (int i = 0; i < 500; ++i) {
+    const Vec3 x = point_within(random, grid.lower(), grid.upper());
+    const double step = 1e-5 * h;  // rarely across the border of two cells
+    Vec3 gradient;
+    for (int axis = 0; axis < 3; ++axis)
+      gradient[axis] =
+          (grid.distance(x + step * Vec3::Unit(axis)) - grid.distance(x - step * Vec3::Unit(axis))) /
+          (2 * step);
+    EXPECT_NEAR(grid.normal(x).norm(), 1, 1e-12);
+    if (gradient.norm() > 0.1) {
+      EXPECT_LT((gradient.normalized() - grid.normal(x)).norm(), 1e-4);
+    }
+  }
+}
+
+TEST_F(GridOfL, IsExactBeyondItsNodes) {
+  for (int i = 0; i < 500; ++i) {
+    const Vec3 x = point_within(random, Vec3::Constant(-9), Vec3::Constant(9));
+    if ((x.array() > -0.5).all() && (x.array() < 2.5).all()) continue;
+    const TriangleTree::Nearest nearest = tree.nearest(x);
+    EXPECT_EQ(grid.distance(x), nearest.distance);
+    EXPECT_LT((grid.normal(x) - (x - nearest.point).normalized()).norm(), 1e-12);
+  }
+}
+
+TEST_F(GridOfL, IsContinuousWhereItsNodesEnd) {
+  const DenseGrid& nodes = grid.grid();
+  const Vec3 last = nodes.origin + h * (nodes.count - Vec3i::Ones()).cast<double>();
+  for (int i = 0; i < 200; ++i) {
+    Vec3 x = point_within(random, nodes.origin, last);
+    x.y() = last.y();
+    const double inside = grid.distance(x - Vec3(0, 1e-9, 0)), outside = grid.distance(x + Vec3(0, 1e-9, 0));
+    EXPECT_NEAR(inside, outside, 0.05 * h);  // curvature of the distance over a cell, 5 cells away
+  }
+}
+
+TEST_F(GridOfL, KnowsItsSizes) {
+  EXPECT_EQ(grid.lower(), Vec3(0, 0, 0));
+  EXPECT_EQ(grid.upper(), Vec3(2, 2, 1));
+  EXPECT_DOUBLE_EQ(grid.bounding_radius(), std::sqrt(6));
+  EXPECT_NEAR(grid.thickness(), 1, 2 * h);  // legs are 1 wide and 1 deep
+}
+
+TEST_F(GridOfL, WhatIsNotANumberIsNotInTheGrid) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  for (const Vec3& x : {Vec3(nan, 0, 0), Vec3(0, nan, 0), Vec3(1, 1, nan)})
+    EXPECT_FALSE(grid.distance(x) < 1e300);
+}
+
+TEST(GridLevelSet, AgreesWithTheFormulaOfATorus) {
+  const LevelSet torus = LevelSet::torus(1, 0.3);
+  const GridLevelSet grid(test::torus_mesh(1, 0.3, 128, 64), 64);
+  std::mt19937 random(23);
+  for (int i = 0; i < 2000; ++i) {
+    const Vec3 x = point_within(random, Vec3(-1.5, -0.5, -1.5), Vec3(1.5, 0.5, 1.5));
+    const double to_line = torus.distance(x) + 0.3;
+    if (to_line < 0.1) continue;  // the kink within the tube
+    EXPECT_NEAR(grid.distance(x), torus.distance(x), 0.1 * grid.grid().spacing);
+    if (to_line < 0.6) {  // kinks beyond it: on the axis
+      EXPECT_GT(grid.normal(x).dot(torus.normal(x)), 0.99);
+    }
+  }
+}
+
+TEST(Solid, AMeshBodyLiesInItsFrame) {
+  const TriangleMesh mesh = test::l_mesh();
+  const Solid solid = make_solid(mesh, 0.5, 32);
+  EXPECT_NEAR(solid.volume, 3.0 / 8, 1e-14);
+  EXPECT_LT((solid.frame.position - Vec3(5, 5, 3) / 12).norm(), 1e-14);
+  // Surface, samples and level set are one body.
+  for (std::size_t i = 0; i < mesh.positions.size(); ++i)
+    EXPECT_LT(
+        (solid.frame.to_world(solid.surface.positions[i].cast<double>()) - 0.5 * mesh.positions[i]).norm(),
+        1e-6);
+  for (const Vec3& x : solid.samples)
+    EXPECT_LT(std::abs(solid.level_set.distance(x)), 0.5 * solid.level_set.grid->grid().spacing);
+  EXPECT_LT(solid.level_set.distance(solid.frame.to_body(Vec3(0.25, 0.25, 0.25))), -0.2);
+  EXPECT_GT(solid.level_set.distance(solid.frame.to_body(Vec3(0.75, 0.75, 0.25))), 0.2);
+  EXPECT_DOUBLE_EQ(solid.level_set.bounding_radius(), solid.level_set.grid->bounding_radius());
+}
+
+}  // namespace
+}  // namespace duet
