@@ -53,7 +53,7 @@ std::string compress_rows(const std::string& rows, const std::string& path) {
 
 }  // namespace
 
-void write_png(const std::string& path, int width, int height, const std::vector<unsigned char>& rgb) {
+std::string png_bytes(const std::string& path, int width, int height, const std::vector<unsigned char>& rgb) {
   if (width < 1 || height < 1 ||
       rgb.size() != 3 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height))
     throw FileError(path,
@@ -69,7 +69,11 @@ void write_png(const std::string& path, int width, int height, const std::vector
   append_chunk(png, "sRGB", std::string(1, '\0'));  // perceptual intent
   append_chunk(png, "IDAT", compress_rows(filter_rows(width, height, rgb), path));
   append_chunk(png, "IEND", "");
-  io::write_atomically(path, png);
+  return png;
+}
+
+void write_png(const std::string& path, int width, int height, const std::vector<unsigned char>& rgb) {
+  io::write_atomically(path, png_bytes(path, width, height, rgb));
 }
 
 }  // namespace duet::render

@@ -80,12 +80,12 @@ std::vector<unsigned char> SequenceRenderer::draw(const std::vector<BodySurface>
 }
 
 void SequenceRenderer::render_frame(const io::RunDirectory& run, int frame) {
-  const std::vector<BodySurface> bodies = io::read_obj(run.mesh(frame));
+  const std::vector<BodySurface> bodies = io::read_mesh(run, frame);
   const std::string problem = difference(impl_->bodies, bodies);
   if (!problem.empty()) throw FileError(run.mesh(frame).string(), problem, mixed_runs);
   io::create_folder(run.image(frame).parent_path());
-  write_png(run.image(frame).string(), impl_->render.width, impl_->render.height,
-            draw(bodies, frame / impl_->fps));
+  run.write(run.image(frame), png_bytes(run.image(frame).string(), impl_->render.width, impl_->render.height,
+                                        draw(bodies, frame / impl_->fps)));
 }
 
 }  // namespace duet::render

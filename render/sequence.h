@@ -32,7 +32,8 @@ class SequenceRenderer {
   std::vector<unsigned char> draw(const std::vector<BodySurface>& bodies, double time = 0);
 
   // Reads mesh/NNNN.obj, draws it and writes image/NNNN.png atomically. Throws FileError when the mesh is
-  // missing or does not fit the manifest, or when the picture cannot be written.
+  // missing, is not what the run's journal lists or does not fit the manifest, or when the picture cannot be
+  // written.
   void render_frame(const io::RunDirectory& run, int frame);
 
   std::string backend_name() const;  // "OSMesa" or "EGL"
@@ -42,14 +43,18 @@ class SequenceRenderer {
   std::unique_ptr<Impl> impl_;
 };
 
+/// PNG, 8-bit RGB, sRGB chunk, of `rgb` with 3 * width * height bytes, top row first. Throws FileError, which
+/// names `path`, for another number of them.
+std::string png_bytes(const std::string& path, int width, int height, const std::vector<unsigned char>& rgb);
+
 // PNG, 8-bit RGB, sRGB chunk, written atomically. `rgb` has 3 * width * height bytes, top row first.
 void write_png(const std::string& path, int width, int height, const std::vector<unsigned char>& rgb);
 
 // Encodes image/NNNN.png of the run into <name>.mp4 by ffmpeg, a program that is looked up in PATH unless it
 // is a path. Returns a note for the user: the file's path, or why there is no video ("ffmpeg is not
 // installed: ..."). Never throws for a missing or failing ffmpeg. Throws FileError that names the frames
-// between the first and the last whose pictures are missing or empty: the video would end before them. Gives
-// up soon after `stop`, if there is one, becomes true.
+// between the first and the last whose pictures are missing, empty or not what the run's journal lists: the
+// video would end before them. Gives up soon after `stop`, if there is one, becomes true.
 std::string encode_video(const io::RunDirectory& run, const std::string& name, double fps,
                          const std::string& ffmpeg = "ffmpeg", const std::atomic<bool>* stop = nullptr);
 

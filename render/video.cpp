@@ -7,9 +7,11 @@
 #include <optional>
 #include <set>
 #include <sstream>
+#include <utility>
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <poll.h>
 #include <spawn.h>
 #include <sys/wait.h>
@@ -17,6 +19,7 @@
 
 #include "render/sequence.h"
 #include "sim/base/files.h"
+#include "sim/io/run_journal.h"
 
 extern char** environ;
 
@@ -90,25 +93,45 @@ std::string ranges_of(const std::vector<int>& frames) {
   return text;
 }
 
-// The first frame with a picture. Throws FileError where one between the first and the last is missing.
-std::optional<int> first_picture(const io::RunDirectory& run) {
-  const fs::path folder = run.root / "image";
+// The frames that have a picture, or should have one.
+std::set<int> drawn_frames(const io::RunDirectory& run) {
   std::set<int> drawn;
-  for (const fs::path& file : io::files_in(folder))
+  const auto add = [&](const fs::path& file) {
     if (const int frame = io::frame_of_file(file, ".png"); frame >= 0) drawn.insert(frame);
+  };
+  for (const fs::path& file : io::files_in(run.root / "image")) add(file);
+  if (!run.journal) return drawn;
+  for (const auto& [name, entry] : run.journal->entries())
+    if (entry.state != io::RunJournal::Entry::State::removed && fs::path(name).parent_path() == "image")
+      add(name);
+  return drawn;
+}
+
+// The first frame with a picture. Throws FileError where one between the first and the last is missing, empty
+// or damaged.
+std::optional<int> first_picture(const io::RunDirectory& run) {
+  const std::set<int> drawn = drawn_frames(run);
   if (drawn.empty()) return std::nullopt;
-  std::vector<int> missing;
+  std::vector<int> missing, damaged;
   for (int frame = *drawn.begin(); frame <= *drawn.rbegin(); ++frame)
-    if (!io::holds_bytes(run.image(frame))) missing.push_back(frame);
-  if (!missing.empty())
-    throw FileError(
-        folder.string(),
-        fmt::format("there is no video, which would end early: pictures are missing or empty, of frame{} {}",
-                    missing.size() == 1 ? "" : "s", ranges_of(missing)),
-        fmt::format("`duet render RUN --frames {}:{}` draws those whose meshes are there, then `duet render "
-                    "RUN` makes the video",
-                    missing.front(), missing.back()));
-  return *drawn.begin();
+    if (!io::holds_bytes(run.image(frame)))
+      missing.push_back(frame);
+    else if (run.journal && !run.journal->fault(run.image(frame)).empty())
+      damaged.push_back(frame);
+  std::vector<std::string> faults;
+  for (const auto& [frames, what] : {std::pair{&missing, "missing or empty"}, {&damaged, "damaged"}})
+    if (!frames->empty())
+      faults.push_back(
+          fmt::format("{}, of frame{} {}", what, frames->size() == 1 ? "" : "s", ranges_of(*frames)));
+  if (faults.empty()) return *drawn.begin();
+  missing.insert(missing.end(), damaged.begin(), damaged.end());
+  const auto [first, last] = std::minmax_element(missing.begin(), missing.end());
+  throw FileError(
+      (run.root / "image").string(),
+      fmt::format("there is no video, which would end early: pictures are {}", fmt::join(faults, "; ")),
+      fmt::format("`duet render RUN --frames {}:{}` draws those whose meshes are there, then `duet render "
+                  "RUN` makes the video",
+                  *first, *last));
 }
 
 // H.264 that every player shows: even sizes, 4:2:0, HD colours. One thread and no dates: the same bytes every
@@ -147,7 +170,9 @@ std::string encode_video(const io::RunDirectory& run, const std::string& name, d
   const Outcome outcome = run_program(ffmpeg_command(ffmpeg, fps, *first, "./" + unfinished), run.root, stop);
   std::error_code problem;
   if (outcome.start_error == 0 && outcome.status == 0) {
+    if (run.journal) run.journal->replace(video);
     fs::rename(run.root / unfinished, video, problem);
+    if (!problem && run.journal) run.journal->list(video, io::mark_of_file(video));
     if (!problem) return video.string();
   }
   std::error_code ignored;

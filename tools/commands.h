@@ -81,6 +81,10 @@ struct ReportOptions {
   std::string run;  // folder of a run, or the name of a run in out/
 };
 
+struct VerifyOptions {
+  std::string run;  // folder of a run, or the name of a run in out/
+};
+
 struct OverlapOptions {
   SceneChoice scene;
   std::string out;        // folder of its run; empty: out/<scene>
@@ -114,6 +118,7 @@ Outcome explain(const ExplainOptions& options);
 Outcome tetrahedralize(const TetrahedralizeOptions& options, Report& report);
 Outcome study(const StudyOptions& options, Report& report);
 Outcome report_run(const ReportOptions& options);
+Outcome verify(const VerifyOptions& options, Report& report);
 Outcome overlaps(const OverlapOptions& options);
 Outcome compare(const CompareOptions& options);
 Outcome hashes(const HashesOptions& options);

@@ -31,6 +31,7 @@ struct CommandLine {
   TetrahedralizeOptions tetrahedralize;
   StudyOptions study;
   ReportOptions report;
+  VerifyOptions verify;
   OverlapOptions overlaps;
   CompareOptions compare;
   HashesOptions hashes;
@@ -199,6 +200,15 @@ void add_report_run(CLI::App& app, CommandLine& line) {
   app.callback([&line] { line.command = [&line](Report&) { return report_run(line.report); }; });
 }
 
+void add_verify(CLI::App& app, CommandLine& line) {
+  app.add_option("run", line.verify.run, "Folder of a run, or the name of one in out/")
+      ->type_name("RUN")
+      ->required();
+  add_report(app, line);
+  app.footer("Exit status: 0 all files are as written; 4 files are damaged, missing or unknown.");
+  app.callback([&line] { line.command = [&line](Report& report) { return verify(line.verify, report); }; });
+}
+
 void add_overlaps(CLI::App& app, CommandLine& line) {
   OverlapOptions& options = line.overlaps;
   add_scene(app, options.scene)->required();
@@ -331,6 +341,7 @@ void add_commands(CLI::App& app, CommandLine& line) {
             line);
   add_report_run(*app.add_subcommand("report", "One run as a page: pictures, energy, contact, work, effects"),
                  line);
+  add_verify(*app.add_subcommand("verify", "Whether the files of a run are as it wrote them"), line);
   add_overlaps(*app.add_subcommand("overlaps", "How deep bodies lie in each other at the end of a run"),
                line);
   add_compare(*app.add_subcommand("compare", "How much pictures differ, and whether by more than bounds"),

@@ -11,6 +11,7 @@
 #include "render/sequence.h"
 #include "sim/base/files.h"
 #include "sim/io/run_folder.h"
+#include "sim/io/run_journal.h"
 #include "sim/scene/reader/reader.h"
 
 namespace duet::tools {
@@ -29,6 +30,18 @@ void require_picture_key(const std::string& override_text) {
                           override_text));
 }
 
+// A mesh that was written and is gone would be a gap in the video, filled by an older picture if there is
+// one. Only lengths are compared here: all bytes are when the mesh is drawn.
+void require_listed_meshes(const io::RunDirectory& run, int last) {
+  if (!run.journal) return;
+  for (const auto& [name, entry] : run.journal->entries()) {
+    const int frame = fs::path(name).parent_path() == "mesh" ? io::frame_of_file(name, ".obj") : -1;
+    if (frame < 0 || frame > last || entry.state != io::RunJournal::Entry::State::whole) continue;
+    std::error_code missing;
+    if (fs::file_size(run.mesh(frame), missing) != entry.mark.bytes) run.require_whole(run.mesh(frame));
+  }
+}
+
 std::vector<int> frames_to_draw(const RenderOptions& options, const io::RunDirectory& run, int last) {
   std::vector<int> frames;
   if (options.frames) {  // a frame that is asked for and missing is an error when it is read
@@ -41,6 +54,7 @@ std::vector<int> frames_to_draw(const RenderOptions& options, const io::RunDirec
     if (const int frame = io::frame_of_file(file, ".obj"); frame >= 0 && frame <= last)
       frames.push_back(frame);
   std::sort(frames.begin(), frames.end());
+  require_listed_meshes(run, last);
   if (frames.empty())
     throw FileError((run.root / "mesh").string(), "has no frames", "simulate the scene first: `duet sim`");
   return frames;
@@ -53,6 +67,7 @@ Outcome render(const RenderOptions& options, Report& report) {
   for (const std::string& text : options.set) require_picture_key(text);
   const io::RunDirectory run = find_run(options.run);
   const io::Manifest manifest = io::read_manifest(run);
+  run.require_whole(run.scene());
   const scene::Scene scene = scene::read(run.scene().string(), options.set, scene::Meshes::leave).scene;
   const std::vector<int> frames = frames_to_draw(options, run, manifest.frames);
   render::SequenceRenderer renderer(scene, manifest);

@@ -76,8 +76,7 @@ std::filesystem::path run_folder(const SceneChoice& choice, const std::string& o
 
 io::RunDirectory find_run(const std::string& name) {
   for (const fs::path& folder : {fs::path(name), fs::path("out") / name}) {
-    io::RunDirectory run{folder};
-    if (fs::exists(run.manifest())) return run;
+    if (fs::exists(io::RunDirectory{folder}.manifest())) return io::open_run(folder);
   }
   throw FileError(name, "is no run directory: it has no manifest.json",
                   "`duet sim SCENE --out DIR` makes one");

@@ -21,7 +21,9 @@
 #include "sim/base/stop.h"
 #include "sim/io/checkpoint.h"
 #include "sim/io/level_set_writer.h"
+#include "sim/io/run_check.h"
 #include "sim/io/run_folder.h"
+#include "sim/io/run_journal.h"
 #include "sim/io/stage_log.h"
 #include "sim/io/stats_log.h"
 #include "sim/scene/explain.h"
@@ -89,7 +91,8 @@ class Run {
   void record();
   bool wanted(int frame) const { return !options_.stats_only && frame >= first_ && frame <= last_; }
   bool written(int frame) const { return fs::exists(directory_.mesh(frame)); }
-  bool drawn(int frame) const { return io::holds_bytes(directory_.image(frame)); }
+  bool drawn(int frame) const;
+  void note_faults(int resumed);
   void redraw_missing(int resumed);
   void note_overlaps();
   void note_pinches(const FrameStats& stats);
@@ -99,7 +102,7 @@ class Run {
   const scene::ReadResult read_;
   const EffectSet effects_;
   const std::uint64_t identity_;
-  const io::RunDirectory directory_;
+  io::RunDirectory directory_;
   const int last_, first_;
   Simulation simulation_;
   std::vector<BodySurface> surfaces_;
@@ -108,7 +111,8 @@ class Run {
   std::unique_ptr<io::LevelSetWriter> level_sets_;
   std::unique_ptr<io::StatsLog> stats_;
   std::unique_ptr<io::StageLog> stages_;
-  int recorded_ = -1;  // the last frame that is whole in the folder
+  int recorded_ = -1;                // the last frame that is whole in the folder
+  std::vector<std::string> faults_;  // of files of the frames before a --resume
   Totals totals_;
   std::vector<PinchStats> pinched_;  // with the least room of the run
   std::unique_ptr<FrameDrawer> drawer_;
@@ -152,11 +156,10 @@ void Run::prepare() {
     }
   const int resumed = options_.resume ? restore() : -1;
   manifest_.frames = std::max(last_, resumed);
-  if (options_.overwrite) {
-    io::begin_run(directory_, manifest_, read_.source);
-  } else {
-    io::continue_run(directory_, manifest_, read_.source);
-  }
+  if (options_.overwrite) io::clear_run(directory_);
+  if (resumed >= 0) note_faults(resumed);
+  directory_.journal = io::RunJournal::open(directory_.root, resumed + 1);
+  io::continue_run(directory_, manifest_, read_.source);
   recorded_ = resumed;
   stats_ = std::make_unique<io::StatsLog>(directory_, resumed);
   if (options_.hash_stages) {
@@ -245,22 +248,55 @@ void Run::require_same_numerics(const io::Checkpoint& checkpoint, const io::Orig
   report_.note(fmt::format("{}: going on, not to the same bits (--allow-other-build)", difference));
 }
 
+// Names what was damaged or lost of the frames that an earlier run simulated, and keeps it in mind for the
+// outcome. Growing files that are damaged are marked so, as their new lines hide it.
+void Run::note_faults(int resumed) {
+  constexpr std::size_t most = 10;
+  const io::RunDirectory before = io::open_run(directory_.root);
+  if (!before.journal)
+    report_.note(fmt::format("{} is missing: the files of frames up to {} are not checked",
+                             io::journal_path(directory_.root).string(), resumed));
+  faults_ = io::faults_of_kept(before, resumed);
+  for (std::size_t i = 0; i < std::min(most, faults_.size()); ++i) report_.note(faults_[i]);
+  if (faults_.size() > most)
+    report_.note(fmt::format("{} more files are damaged or missing: `duet verify {}` names them all",
+                             faults_.size() - most, directory_.root.string()));
+  if (!before.journal) return;
+  for (const fs::path& path : {directory_.stats(), directory_.stage_hashes()})
+    if (const auto entry = before.journal->entry(path);
+        entry && !entry->is_flawed && !before.journal->fault(path).empty())
+      before.journal->flaw(path);
+}
+
+// Whether the frame has a whole picture. A run with a journal lists every one.
+bool Run::drawn(int frame) const {
+  const fs::path image = directory_.image(frame);
+  if (!io::holds_bytes(image)) return false;
+  if (frame < directory_.journal->first_frame()) return true;
+  const auto entry = directory_.journal->entry(image);
+  return entry && entry->state == io::RunJournal::Entry::State::whole &&
+         directory_.journal->fault(image).empty();
+}
+
 // Frames that an earlier run simulated: what it did not draw is drawn, what it did not write is named.
 void Run::redraw_missing(int resumed) {
-  int missing = 0, to_draw = 0;
+  int missing = 0;
+  std::vector<int> to_draw_again;
   for (int frame = first_; frame <= std::min(resumed, last_); ++frame) {
     if (!written(frame)) ++missing;
-    if (drawer_ && written(frame) && !drawn(frame)) ++to_draw;
+    if (drawer_ && written(frame) && !drawn(frame) &&
+        directory_.journal->fault(directory_.mesh(frame)).empty())
+      to_draw_again.push_back(frame);
   }
   if (missing > 0)
     report_.note(fmt::format(
         "{} frames up to frame {} were not written by the earlier run; they stay missing", missing, resumed));
+  int to_draw = static_cast<int>(to_draw_again.size());
   if (drawer_) to_draw += std::max(0, last_ - std::max(first_, resumed + 1) + 1);
   report_.start(read_.scene.title.empty() ? read_.scene.path : read_.scene.title, directory_.root.string(),
                 std::max(resumed, 0), last_, to_draw);
   if (!drawer_) return;
-  for (int frame = first_; frame <= std::min(resumed, last_); ++frame)
-    if (written(frame) && !drawn(frame)) drawer_->add(frame);
+  for (const int frame : to_draw_again) drawer_->add(frame);
 }
 
 // A pile may have hundreds of them, which `duet check` names.
@@ -300,12 +336,13 @@ void Run::record() {
   const FrameStats stats = simulation_.stats();
   if (wanted(frame)) {
     simulation_.surfaces(surfaces_);
-    io::write_obj(directory_.mesh(frame), surfaces_);
+    directory_.write(directory_.mesh(frame), io::obj_text(surfaces_));
     if (const auto bodies = simulation_.level_sets(); !bodies.empty())
       level_sets_->write(directory_, frame, stats.time, bodies);
   }
   note_pinches(stats);
   stats_->append(stats);
+  if (stages_) stages_->list();
   io::write_checkpoint(directory_, identity_, {frame, simulation_.save_state()});
   recorded_ = frame;
   report_.simulated(stats);
@@ -344,8 +381,15 @@ Outcome Run::work() {
     pinched += fmt::format("; `{}` ({:.3g} m) pinched between `{}` and `{}`, at least {:.3g} m apart",
                            pinch.body, pinch.thickness, pinch.first, pinch.second, pinch.room);
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  return {ExitStatus::done, fmt::format("frames {} to {} in {}, {:.1f} s{}{}{}", first_, last_,
-                                        directory_.root.string(), seconds, totals_.text(), pinched, video)};
+  const std::string text = fmt::format("frames {} to {} in {}, {:.1f} s{}{}{}", first_, last_,
+                                       directory_.root.string(), seconds, totals_.text(), pinched, video);
+  if (faults_.empty()) return {ExitStatus::done, text};
+  return {
+      ExitStatus::files,
+      fmt::format("{}; but of the frames before {} file{} damaged or missing, such as {} (`duet verify {}` "
+                  "names all)",
+                  text, faults_.size() == 1 ? "a" : std::to_string(faults_.size()),
+                  faults_.size() == 1 ? " is" : "s are", faults_.front(), directory_.root.string())};
 }
 
 Outcome Run::stopped(ExitStatus status, int given_up) const {

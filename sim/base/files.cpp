@@ -81,6 +81,28 @@ fs::path temporary_name(const fs::path& path) {
   return fmt::format("{}{}{}-{}", path.string(), temporary_mark, ::getpid(), count++);
 }
 
+// Opening a pipe would wait for a writer, but for O_NONBLOCK.
+int open_to_read(const fs::path& path) { return ::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC); }
+
+// The size of a file that was opened; throws FileError where it was not, or is none.
+off_t size_of(int file, const fs::path& path) {
+  struct stat status {};
+  if (file < 0 || ::fstat(file, &status) != 0) throw system_error(path, "cannot read", errno);
+  if (S_ISDIR(status.st_mode)) throw system_error(path, "cannot read", EISDIR);
+  if (!S_ISREG(status.st_mode))
+    throw FileError(path.string(), "cannot read: it is a pipe, a device or a socket",
+                    "give the path of a file; what a pipe delivers can be saved to one first");
+  return status.st_size;
+}
+
+std::size_t read_some(int file, const fs::path& path, char* bytes, std::size_t most) {
+  while (true) {
+    const ssize_t n = ::read(file, bytes, most);
+    if (n >= 0) return static_cast<std::size_t>(n);
+    if (errno != EINTR) throw system_error(path, "cannot read", errno);
+  }
+}
+
 }  // namespace
 
 FileError system_error(const fs::path& path, const std::string& action, int error_number) {
@@ -108,27 +130,42 @@ void write_atomically(const fs::path& path, const std::string& bytes) {
 }
 
 std::string read_file(const fs::path& path) {
-  // Opening a pipe would wait for a writer, but for O_NONBLOCK.
-  const Descriptor file(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC));
-  struct stat status {};
-  if (file.get() < 0 || ::fstat(file.get(), &status) != 0) throw system_error(path, "cannot read", errno);
-  if (S_ISDIR(status.st_mode)) throw system_error(path, "cannot read", EISDIR);
-  if (!S_ISREG(status.st_mode))
-    throw FileError(path.string(), "cannot read: it is a pipe, a device or a socket",
-                    "give the path of a file; what a pipe delivers can be saved to one first");
-  std::string bytes(static_cast<std::size_t>(status.st_size), '\0');
+  const Descriptor file(open_to_read(path));
+  std::string bytes(static_cast<std::size_t>(size_of(file.get(), path)), '\0');
   std::size_t done = 0;
   while (true) {
     if (done == bytes.size())
       bytes.resize(bytes.size() + 4096);  // at the end, or a file without a size (/proc)
-    const ssize_t n = ::read(file.get(), bytes.data() + done, bytes.size() - done);
-    if (n < 0 && errno == EINTR) continue;
-    if (n < 0) throw system_error(path, "cannot read", errno);
+    const std::size_t n = read_some(file.get(), path, bytes.data() + done, bytes.size() - done);
     if (n == 0) break;
-    done += static_cast<std::size_t>(n);
+    done += n;
   }
   bytes.resize(done);
   return bytes;
+}
+
+void read_pieces(const fs::path& path, const std::function<bool(std::string_view)>& take) {
+  const Descriptor file(open_to_read(path));
+  size_of(file.get(), path);
+  std::string piece(1 << 18, '\0');  // bytes: stays in the cache of a core
+  while (const std::size_t n = read_some(file.get(), path, piece.data(), piece.size()))
+    if (!take(std::string_view(piece).substr(0, n))) return;
+}
+
+void append_line(int file, const fs::path& path, std::string line) {
+  line += '\n';
+  const off_t before = ::lseek(file, 0, SEEK_END);
+  // One call for the whole line, so that a reader or a kill between two calls never meets half of it.
+  const ssize_t written = ::write(file, line.data(), line.size());
+  if (written == static_cast<ssize_t>(line.size())) return;
+  // A short write means that the file cannot grow: the second attempt gets the reason from the system.
+  int reason = errno;
+  if (written >= 0) {
+    const auto done = static_cast<std::size_t>(written);
+    reason = ::write(file, line.data() + done, line.size() - done) < 0 ? errno : EIO;
+  }
+  if (::ftruncate(file, before) != 0) reason = errno;
+  throw system_error(path, "cannot write", reason);
 }
 
 void create_folder(const fs::path& path) {

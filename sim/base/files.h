@@ -2,7 +2,9 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "sim/base/error.h"
@@ -24,6 +26,11 @@ std::string read_file(const fs::path& path);
 // Writes `bytes` to a temporary name beside `path` and renames it: the file is whole or absent. Throws
 // FileError.
 void write_atomically(const fs::path& path, const std::string& bytes);
+/// Hands over the file in pieces, until it ends or `take` returns false. Throws FileError.
+void read_pieces(const fs::path& path, const std::function<bool(std::string_view)>& take);
+
+/// Appends the line and its end to a file opened with O_APPEND: whole or not at all. Throws FileError.
+void append_line(int file, const fs::path& path, std::string line);
 
 // Creates the folder and its parents where they are missing. Throws FileError.
 void create_folder(const fs::path& path);

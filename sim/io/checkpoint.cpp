@@ -93,10 +93,10 @@ void write_checkpoint(const RunDirectory& run, std::uint64_t scene, const Checkp
   std::string bytes(sizeof header + checkpoint.state.size(), '\0');
   std::memcpy(bytes.data(), &header, sizeof header);
   std::copy(checkpoint.state.begin(), checkpoint.state.end(), bytes.begin() + sizeof header);
-  write_atomically(checkpoint_path(run, checkpoint.frame), bytes);
+  run.write(checkpoint_path(run, checkpoint.frame), bytes);
 
   const std::vector<int> frames = frames_present(run);
-  for (std::size_t i = 2; i < frames.size(); ++i) remove_file(checkpoint_path(run, frames[i]));
+  for (std::size_t i = 2; i < frames.size(); ++i) run.remove(checkpoint_path(run, frames[i]));
 }
 
 CheckpointSearch find_checkpoint(const RunDirectory& run, std::uint64_t scene) {

@@ -81,11 +81,11 @@ openvdb::math::Transform::Ptr placement(const Pose& pose, double voxel_size) {
 }
 
 // A file without grids is not written; one that an earlier run left would be of other bodies.
-void write_or_remove(const fs::path& path, const openvdb::GridCPtrVec& grids) {
+void write_or_remove(const RunDirectory& run, const fs::path& path, const openvdb::GridCPtrVec& grids) {
   if (grids.empty()) {
-    remove_file(path);
+    run.remove(path);
   } else {
-    write_atomically(path, MemoryArchive().bytes(grids));
+    run.write(path, MemoryArchive().bytes(grids));
   }
 }
 
@@ -130,10 +130,10 @@ void LevelSetWriter::write(const RunDirectory& run, int frame, double time,
     moving.push_back(grid);
   }
   if (!impl_->static_written) {
-    write_or_remove(run.static_level_sets(), fixed);
+    write_or_remove(run, run.static_level_sets(), fixed);
     impl_->static_written = true;
   }
-  write_or_remove(run.level_set(frame), moving);
+  write_or_remove(run, run.level_set(frame), moving);
 }
 
 }  // namespace duet::io

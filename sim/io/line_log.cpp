@@ -9,6 +9,7 @@
 
 #include "sim/base/files.h"
 #include "sim/base/frame_limits.h"
+#include "sim/io/run_journal.h"
 
 namespace duet::io {
 namespace {
@@ -58,9 +59,13 @@ std::string line_of_frame(std::string_view text, int frame) {
   return found;
 }
 
-LineLog::LineLog(const fs::path& path, int last_kept) : path_(path) {
-  const bool keep = last_kept >= 0 && fs::exists(path_);
-  write_atomically(path_, keep ? lines_up_to(read_file(path_), last_kept) : std::string());
+LineLog::LineLog(const RunDirectory& run, const fs::path& path, int last_kept) : run_(run), path_(path) {
+  const bool is_there = fs::exists(path_);
+  const std::string text = is_there && last_kept >= 0 ? read_file(path_) : std::string();
+  const std::string kept = lines_up_to(text, last_kept);
+  if (!is_there || last_kept < 0 || kept != text) run_.write(path_, kept);
+  hash_.add(kept);
+  list();
   file_ = ::open(path_.c_str(), O_WRONLY | O_APPEND | O_CLOEXEC);
   if (file_ < 0) throw system_error(path_, "cannot write", errno);
 }
@@ -69,20 +74,14 @@ LineLog::~LineLog() { ::close(file_); }
 
 bool LineLog::is_empty() const { return ::lseek(file_, 0, SEEK_END) == 0; }
 
-void LineLog::append(std::string line) {
-  line += '\n';
-  const off_t before = ::lseek(file_, 0, SEEK_END);
-  // One call for the whole line, so that a reader or a kill between two calls never meets half of it.
-  const ssize_t written = ::write(file_, line.data(), line.size());
-  if (written == static_cast<ssize_t>(line.size())) return;
-  // A short write means that the file cannot grow: the second attempt gets the reason from the system.
-  int reason = errno;
-  if (written >= 0) {
-    const auto done = static_cast<std::size_t>(written);
-    reason = ::write(file_, line.data() + done, line.size() - done) < 0 ? errno : EIO;
-  }
-  if (::ftruncate(file_, before) != 0) reason = errno;
-  throw system_error(path_, "cannot write", reason);
+void LineLog::append(const std::string& line) {
+  append_line(file_, path_, line);
+  hash_.add(line);
+  hash_.add("\n");
+}
+
+void LineLog::list() const {
+  if (run_.journal) run_.journal->list(path_, {hash_.size(), hash_.value()});
 }
 
 }  // namespace duet::io

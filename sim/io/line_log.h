@@ -5,6 +5,7 @@
 #include <string_view>
 #include <vector>
 
+#include "sim/base/file_hash.h"
 #include "sim/io/run_directory.h"
 
 namespace duet::io {
@@ -21,16 +22,19 @@ class LineLog {
  public:
   /// Keeps the lines whose objects have a `frame` from 0 to `last_kept` (-1: none), drops all others. Throws
   /// FileError.
-  LineLog(const fs::path& path, int last_kept);
+  LineLog(const RunDirectory& run, const fs::path& path, int last_kept);
   ~LineLog();
   LineLog(const LineLog&) = delete;
   LineLog& operator=(const LineLog&) = delete;
 
   bool is_empty() const;
-  void append(std::string line);  ///< without the line's end; throws FileError
+  void append(const std::string& line);  ///< without the line's end; throws FileError
+  void list() const;                     ///< what is there now, in the run's journal; throws FileError
 
  private:
-  fs::path path_;
+  const RunDirectory run_;
+  const fs::path path_;
+  FileHash hash_;  // of the whole file
   int file_ = -1;
 };
 

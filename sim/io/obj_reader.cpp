@@ -161,4 +161,10 @@ std::vector<BodySurface> read_obj(const fs::path& path) {
   return ObjReader(path, text).read();
 }
 
+std::vector<BodySurface> read_mesh(const RunDirectory& run, int frame) {
+  const fs::path path = run.mesh(frame);
+  const std::string text = run.read(path);
+  return ObjReader(path, text).read();
+}
+
 }  // namespace duet::io

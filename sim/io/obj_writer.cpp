@@ -107,7 +107,7 @@ class Rounding {
 
 }  // namespace
 
-void write_obj(const fs::path& path, const std::vector<BodySurface>& bodies) {
+std::string obj_text(const std::vector<BodySurface>& bodies) {
   Text text(expected_size(bodies));
   text.add("# Duet frame: metres; y up, right-handed; one object a body, constant vertex order\n");
   Corner base{1, 1, 1};  // OBJ counts from one, through the whole file
@@ -130,7 +130,11 @@ void write_obj(const fs::path& path, const std::vector<BodySurface>& bodies) {
     base.uv += static_cast<int>(surface.uvs.size());
     base.normal += static_cast<int>(surface.normals.size());
   }
-  write_atomically(path, text.take());
+  return text.take();
+}
+
+void write_obj(const fs::path& path, const std::vector<BodySurface>& bodies) {
+  write_atomically(path, obj_text(bodies));
 }
 
 }  // namespace duet::io

@@ -8,6 +8,7 @@
 
 #include "sim/base/files.h"
 #include "sim/base/frame_limits.h"
+#include "sim/io/run_journal.h"
 
 namespace duet::io {
 namespace {
@@ -70,6 +71,9 @@ std::optional<Eigen::AlignedBox3d> read_box(const nlohmann::json& body) {
   return Eigen::AlignedBox3d(corner(0), corner(1));
 }
 
+constexpr const char* unlike_journal =
+    "`duet verify RUN` names all damaged files: put them back from a copy, or simulate the scene anew";
+
 }  // namespace
 
 fs::path RunDirectory::mesh(int frame) const { return root / "mesh" / fmt::format("{:04}.obj", frame); }
@@ -77,6 +81,35 @@ fs::path RunDirectory::level_set(int frame) const {
   return root / "levelset" / fmt::format("{:04}.vdb", frame);
 }
 fs::path RunDirectory::image(int frame) const { return root / "image" / fmt::format("{:04}.png", frame); }
+
+void RunDirectory::write(const fs::path& path, const std::string& bytes) const {
+  if (!journal) return write_atomically(path, bytes);
+  const FileMark mark = mark_of(bytes);
+  // The same bytes again are neither damage nor news.
+  const std::optional<RunJournal::Entry> listed = journal->entry(path);
+  if (!listed || listed->mark != mark) journal->replace(path);
+  write_atomically(path, bytes);
+  journal->list(path, mark);
+}
+
+std::string RunDirectory::read(const fs::path& path) const {
+  std::string bytes = read_file(path);
+  if (const std::string fault = journal ? journal->fault(path, bytes) : ""; !fault.empty())
+    throw FileError(path.string(), fault, unlike_journal);
+  return bytes;
+}
+
+void RunDirectory::remove(const fs::path& path) const {
+  if (journal) journal->remove(path);
+  remove_file(path);
+}
+
+void RunDirectory::require_whole(const fs::path& path) const {
+  if (const std::string fault = journal ? journal->fault(path) : ""; !fault.empty())
+    throw FileError(path.string(), fault, unlike_journal);
+}
+
+RunDirectory open_run(const fs::path& root) { return {root, RunJournal::read(root)}; }
 
 std::vector<ManifestBody> manifest_bodies(const scene::Scene& scene,
                                           const std::vector<BodySurface>& surfaces) {
@@ -136,11 +169,11 @@ void write_manifest(const RunDirectory& run, const Manifest& manifest) {
   document["frames"] = manifest.frames;
   document["units"] = manifest.units;
   document["bodies"] = std::move(bodies);
-  write_atomically(run.manifest(), document.dump(2, ' ', false, Json::error_handler_t::replace) + '\n');
+  run.write(run.manifest(), document.dump(2, ' ', false, Json::error_handler_t::replace) + '\n');
 }
 
 Manifest read_manifest(const RunDirectory& run) {
-  const std::string text = read_file(run.manifest());
+  const std::string text = run.read(run.manifest());
   const auto fail = [&](const std::string& what) {
     throw FileError(run.manifest().string(), "is no manifest of a run: " + what,
                     "simulate the scene anew, or give the folder of another run");

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -65,8 +66,13 @@ std::string program_text(const Origin& origin);
 // `before` is the manifest that the run has so far.
 std::vector<EarlierFrames> earlier_frames(const Manifest& before, int last_frame, const Origin& now);
 
+class RunJournal;
+
 struct RunDirectory {
   fs::path root;
+  /// Lists what is written and checks what is read; without one, nothing is listed and checked.
+  std::shared_ptr<RunJournal> journal = {};
+
   fs::path manifest() const { return root / "manifest.json"; }
   fs::path scene() const { return root / "scene.toml"; }
   fs::path mesh(int frame) const;       // mesh/0000.obj
@@ -76,13 +82,28 @@ struct RunDirectory {
   fs::path stats() const { return root / "stats.jsonl"; }
   fs::path stage_hashes() const { return root / "hashes.jsonl"; }
   fs::path checkpoint() const { return root / "checkpoint"; }
+
+  /// write_atomically, listed in the journal.
+  void write(const fs::path& path, const std::string& bytes) const;
+  /// read_file. Throws FileError also where the file is not what the journal lists.
+  std::string read(const fs::path& path) const;
+  /// remove_file, listed in the journal.
+  void remove(const fs::path& path) const;
+  /// Throws FileError where the journal lists the file and it is missing or another one.
+  void require_whole(const fs::path& path) const;
 };
+
+/// The run directory with its journal, if it has one. Throws FileError where the journal cannot be read.
+RunDirectory open_run(const fs::path& root);
 
 void write_manifest(const RunDirectory& run, const Manifest& manifest);
 Manifest read_manifest(const RunDirectory& run);  // throws FileError
 
 // One file a frame, one named object a body, shared positions, normals and texture coordinates indexed apart.
+std::string obj_text(const std::vector<BodySurface>& bodies);
 void write_obj(const fs::path& path, const std::vector<BodySurface>& bodies);
 std::vector<BodySurface> read_obj(const fs::path& path);  // reads what write_obj writes; throws FileError
+/// The mesh of a frame. Throws FileError also where it is not what the run's journal lists.
+std::vector<BodySurface> read_mesh(const RunDirectory& run, int frame);
 
 }  // namespace duet::io

@@ -11,6 +11,7 @@
 
 #include "sim/base/files.h"
 #include "sim/io/line_log.h"
+#include "sim/io/run_journal.h"
 
 namespace duet::io {
 namespace {
@@ -46,7 +47,7 @@ void require_run_or_empty(const RunDirectory& run) {
 
 void write_description(const RunDirectory& run, const Manifest& manifest, const std::string& scene_source) {
   write_manifest(run, manifest);
-  write_atomically(run.scene(), scene_source);
+  run.write(run.scene(), scene_source);
   for (const auto& [folder, extension] : numbered_files(run)) create_folder(folder);
 }
 
@@ -81,13 +82,13 @@ RunLock::~RunLock() {
   ::close(folder_);
 }
 
-void begin_run(const RunDirectory& run, const Manifest& manifest, const std::string& scene_source) {
+void clear_run(const RunDirectory& run) {
   if (fs::exists(run.manifest())) remove_file(video_path(run, read_manifest(run)));
   for (const auto& [folder, extension] : numbered_files(run)) remove_frames(folder, extension);
   remove_file(run.static_level_sets());
   remove_file(run.stats());
   remove_file(run.stage_hashes());
-  continue_run(run, manifest, scene_source);
+  remove_file(journal_path(run.root));  // last: what a kill leaves of the run is still checked
 }
 
 void continue_run(const RunDirectory& run, const Manifest& manifest, const std::string& scene_source) {

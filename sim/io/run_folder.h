@@ -35,11 +35,12 @@ struct HeldRun {
 /// Looks through the folder; one that is not there holds nothing. Throws FileError where it cannot be read.
 HeldRun held_run(const RunDirectory& run);
 
-// Removes the frames, statistics, checkpoints and video of an earlier run there, then writes the manifest and
-// the scene and creates the folders of the frames. Files that no run writes stay. Throws FileError.
-void begin_run(const RunDirectory& run, const Manifest& manifest, const std::string& scene_source);
+/// Removes the frames, statistics, checkpoints, video and journal of an earlier run there. Files that no run
+/// writes stay. Throws FileError.
+void clear_run(const RunDirectory& run);
 
-// The same without removing frames: clears away what a killed run left half written. Throws FileError.
+/// Writes the manifest and the scene, creates the folders of the frames, and clears away what a killed run
+/// left half written. Throws FileError.
 void continue_run(const RunDirectory& run, const Manifest& manifest, const std::string& scene_source);
 
 // Where the video of a run of this scene is written: stack.mp4 for scenes/stack.toml.

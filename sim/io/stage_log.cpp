@@ -52,6 +52,7 @@ class Reader {
   explicit Reader(const RunDirectory& run) : path_(run.stage_hashes()), file_(path_) {
     if (!file_)
       throw FileError(path_.string(), "cannot be read", "`duet sim SCENE --hash-stages --out DIR` writes it");
+    run.require_whole(path_);
     const Json header = next_object();
     try {
       rigid_ = header.at("rigid").get<std::vector<std::string>>();
@@ -171,7 +172,7 @@ std::optional<StageDifference> difference_of(const Reader& a, const Reader& b) {
 }  // namespace
 
 StageLog::StageLog(const RunDirectory& run, const std::vector<BodyHashes>& bodies, int last_kept)
-    : lines_(run.stage_hashes(), last_kept) {
+    : lines_(run, run.stage_hashes(), last_kept) {
   if (!lines_.is_empty()) return;
   Json rigid = Json::array(), deformable = Json::array();
   for (const BodyHashes& body : bodies) {

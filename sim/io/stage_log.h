@@ -24,6 +24,7 @@ class StageLog {
   StageLog(const RunDirectory& run, const std::vector<BodyHashes>& bodies, int last_kept = -1);
 
   void append(const StageRecord& record);  ///< throws FileError
+  void list() const { lines_.list(); }     ///< at the end of a frame, in the run's journal; throws FileError
 
  private:
   LineLog lines_;

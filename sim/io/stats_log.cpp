@@ -78,8 +78,11 @@ std::optional<std::uint64_t> recorded_hash(const RunDirectory& run, int frame) {
   return hash;
 }
 
-StatsLog::StatsLog(const RunDirectory& run, int last_kept) : lines_(run.stats(), last_kept) {}
+StatsLog::StatsLog(const RunDirectory& run, int last_kept) : lines_(run, run.stats(), last_kept) {}
 
-void StatsLog::append(const FrameStats& stats) { lines_.append(stats_json(stats)); }
+void StatsLog::append(const FrameStats& stats) {
+  lines_.append(stats_json(stats));
+  lines_.list();
+}
 
 }  // namespace duet::io

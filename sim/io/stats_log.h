@@ -18,7 +18,7 @@ std::string stats_json(const FrameStats& stats);
 /// its hash. Throws FileError where they cannot be read.
 std::optional<std::uint64_t> recorded_hash(const RunDirectory& run, int frame);
 
-// Appends lines to stats.jsonl; each is written whole or not at all.
+// Appends lines to stats.jsonl; each is written whole or not at all, and listed in the run's journal.
 class StatsLog {
  public:
   // Keeps the lines of frames up to `last_kept` that are there (-1: none), drops all others. Throws

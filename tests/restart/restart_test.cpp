@@ -11,6 +11,7 @@
 #include "sim/base/files.h"
 #include "sim/base/numerics.h"
 #include "sim/io/checkpoint.h"
+#include "sim/io/run_check.h"
 #include "sim/io/run_directory.h"
 #include "sim/scene/plan.h"
 #include "sim/scene/reader/reader.h"
@@ -138,6 +139,7 @@ TEST_F(Restart, KilledRunContinuesBitIdentically) {
   const Finished killed = interrupt_simulation(run.root, SIGKILL);
   ASSERT_EQ(killed.status, 128 + SIGKILL);
   expect_whole_files(run);
+  EXPECT_EQ(io::check_run(run).faults, std::vector<std::string>());
   for (int frames = 1; frames <= 4; ++frames) {  // and killed again, each time a little further on
     Program program({"sim", tiny, "--out", run.root.string(), "--resume", "--json"});
     for (int seen = 0; seen < frames;) {
@@ -148,6 +150,7 @@ TEST_F(Restart, KilledRunContinuesBitIdentically) {
     program.signal(SIGKILL);
     ASSERT_EQ(finish(program).status, 128 + SIGKILL);
     expect_whole_files(run);
+    EXPECT_EQ(io::check_run(run).faults, std::vector<std::string>());
   }
   simulate_reference();
   const Finished resumed = resume();

@@ -4,6 +4,8 @@
 #include "tools/study/charts.h"
 #include "tools/study/run_page.h"
 
+#include "sim/base/files.h"
+
 namespace duet::tools {
 
 Outcome report_run(const ReportOptions& options) {

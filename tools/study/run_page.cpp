@@ -117,6 +117,7 @@ class RunPage {
   }
 
   fs::path thumbnail(int frame) const {
+    run_.require_whole(run_.image(frame));
     const render::Picture picture = render::read_picture(run_.image(frame));
     const int factor = picture.width / thumbnail_width;
     if (factor < 2) return run_.image(frame);
@@ -241,6 +242,7 @@ class RunPage {
         without.push_back(word);
       else if (word.starts_with("--without="))
         without.push_back(word.substr(10));
+    run_.require_whole(run_.scene());
     const scene::Scene scene = scene::read(run_.scene().string(), {}, scene::Meshes::leave).scene;
     std::vector<std::vector<std::string>> rows = {{"effect", "simulated", "why"}};
     for (const scene::PlannedEffect& effect : scene::plan_effects(scene, without).effects)

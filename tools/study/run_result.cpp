@@ -1,6 +1,7 @@
 #include "tools/study/run_result.h"
 
 #include "tools/scene_files.h"
+#include <fmt/format.h>
 
 #include "sim/base/files.h"
 #include "sim/io/checkpoint.h"
@@ -25,13 +26,19 @@ int index_of(const std::vector<Body>& bodies, const std::string& name) {
 }  // namespace
 
 std::vector<nlohmann::json> read_stats(const fs::path& folder) {
-  const fs::path path = io::RunDirectory{folder}.stats();
-  const std::string text = io::read_file(path);
+  const io::RunDirectory run = io::open_run(folder);
+  const fs::path path = run.stats();
+  const std::string text = run.read(path);
   std::vector<nlohmann::json> frames;
   for (std::size_t begin = 0, end = 0; (end = text.find('\n', begin)) != std::string::npos; begin = end + 1) {
     frames.push_back(nlohmann::json::parse(text.substr(begin, end - begin), nullptr, false));
     if (!frames.back().is_object() || !frames.back().contains("hash"))
       throw FileError(path.string(), "holds a line that is no frame's statistics",
+                      "simulate the scene again");
+    if (frames.back().value("frame", nlohmann::json()) != frames.size() - 1)
+      throw FileError(path.string(),
+                      fmt::format("lacks frame {}: line {} is of frame {}", frames.size() - 1, frames.size(),
+                                  frames.back().value("frame", nlohmann::json()).dump()),
                       "simulate the scene again");
   }
   if (frames.empty()) throw FileError(path.string(), "holds no frame", "simulate the scene again");

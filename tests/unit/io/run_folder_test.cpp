@@ -155,14 +155,15 @@ TEST(RunFolder, OneSimulationAtATime) {
 TEST(RunFolder, AFreshRunRemovesTheOldFramesAndNothingElse) {
   const ScratchFolder scratch;
   const RunDirectory run{scratch.path()};
-  begin_run(run, manifest(), "frames = 1\n");
+  continue_run(run, manifest(), "frames = 1\n");
   for (const fs::path& path :
        {run.mesh(0), run.level_set(1), run.static_level_sets(), run.image(2), run.checkpoint() / "0003.bin",
         run.stats(), run.root / "stack.mp4", run.mesh(4).concat(".tmp77-0")})
     write_atomically(path, "old");
   for (const fs::path& path : {run.root / "notes.txt", run.root / "best.mp4", run.root / "image/best.png"})
     write_atomically(path, "the user's");
-  begin_run(run, manifest(), "frames = 2\n");
+  clear_run(run);
+  continue_run(run, manifest(), "frames = 2\n");
   for (const fs::path& path :
        {run.mesh(0), run.level_set(1), run.static_level_sets(), run.image(2), run.checkpoint() / "0003.bin",
         run.stats(), run.root / "stack.mp4", run.mesh(4).concat(".tmp77-0")})
@@ -177,7 +178,7 @@ TEST(RunFolder, HoldsTheFramesOfWhateverFileIsLeft) {
   const RunDirectory run{scratch.path()};
   EXPECT_TRUE(held_run(run).is_empty());
   EXPECT_TRUE(held_run({scratch / "none"}).is_empty());
-  begin_run(run, manifest(), "frames = 1\n");
+  continue_run(run, manifest(), "frames = 1\n");
   write_atomically(run.image(0).replace_filename("best.png"), "no frame");
   EXPECT_TRUE(held_run(run).is_empty());
   write_atomically(run.mesh(0), "frame");
@@ -197,7 +198,7 @@ TEST(RunFolder, HoldsTheFramesOfWhateverFileIsLeft) {
 TEST(RunFolder, AContinuedRunKeepsItsFrames) {
   const ScratchFolder scratch;
   const RunDirectory run{scratch.path()};
-  begin_run(run, manifest(), "frames = 1\n");
+  continue_run(run, manifest(), "frames = 1\n");
   write_atomically(run.mesh(0), "frame");
   write_atomically(run.static_level_sets(), "what never moves");
   write_atomically(run.mesh(1).concat(".tmp77-0"), "half a fr");

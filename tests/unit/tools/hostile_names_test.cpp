@@ -10,6 +10,7 @@
 
 #include "sim/base/files.h"
 #include "sim/io/run_directory.h"
+#include "sim/io/run_journal.h"
 
 namespace duet::test {
 namespace {
@@ -58,6 +59,7 @@ TEST_F(HostileNames, ReportShowsStagesAndTitlesAndRunsNothing) {
   replace(manifest, "\"Tiny\"", nlohmann::json(hostile).dump());
   io::write_atomically(run.stats(), stats);
   io::write_atomically(run.manifest(), manifest);
+  fs::remove(io::journal_path(run.root));  // which would tell that they were changed
 
   const Finished finished = run_duet({"report", "run"}, scratch.path());
   ASSERT_EQ(finished.status, 0) << finished.errors;

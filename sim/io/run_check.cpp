@@ -1,0 +1,144 @@
+#include "sim/io/run_check.h"
+
+#include <algorithm>
+#include <set>
+
+#include <fmt/format.h>
+
+#include "sim/base/files.h"
+#include "sim/io/line_log.h"
+#include "sim/io/run_folder.h"
+#include "sim/io/run_journal.h"
+
+namespace duet::io {
+namespace {
+
+using State = RunJournal::Entry::State;
+
+constexpr const char* numbered[][2] = {
+    {"mesh", ".obj"}, {"levelset", ".vdb"}, {"image", ".png"}, {"checkpoint", ".bin"}};
+
+// The frame of one of the numbered files of a run, given by its path from the run's folder on; else -1.
+int frame_of(const fs::path& name) {
+  for (const auto& [folder, extension] : numbered)
+    if (name.parent_path() == folder) return frame_of_file(name, extension);
+  return -1;
+}
+
+// The files that a run writes and that are there, by their paths from its folder on.
+std::set<std::string> files_of_run(const RunDirectory& run) {
+  std::set<std::string> files;
+  for (const auto& [folder, extension] : numbered)
+    for (const fs::path& path : files_in(run.root / folder))
+      if (frame_of_file(path, extension) >= 0)
+        files.insert((fs::path(folder) / path.filename()).generic_string());
+  for (const fs::path& path :
+       {run.manifest(), run.scene(), run.stats(), run.stage_hashes(), run.static_level_sets()})
+    if (fs::exists(path)) files.insert(path.lexically_relative(run.root).generic_string());
+  return files;
+}
+
+// "frame 3", "frames 3 to 5, 7"; the frames in order.
+std::string frames_text(const std::vector<int>& frames) {
+  std::string text;
+  for (std::size_t i = 0, end = 0; i < frames.size(); i = end) {
+    for (end = i + 1; end < frames.size() && frames[end] == frames[end - 1] + 1;) ++end;
+    text += fmt::format("{}{}", text.empty() ? "" : ", ", frames[i]);
+    if (end > i + 1) text += fmt::format(" to {}", frames[end - 1]);
+  }
+  return (frames.size() == 1 ? "frame " : "frames ") + text;
+}
+
+std::string fault_of(const RunDirectory& run, const std::string& name) {
+  const fs::path path = run.root / name;
+  try {
+    const std::string fault = run.journal->fault(path);
+    return fault.empty() ? std::string() : fmt::format("{}: {}", path.string(), fault);
+  } catch (const FileError& error) {
+    return error.what();
+  }
+}
+
+RunCheck check_once(const RunDirectory& run) {
+  RunCheck check;
+  check.faults = run.journal->faults();
+  const std::map<std::string, RunJournal::Entry> entries = run.journal->entries();
+  int newest = -1;  // frame of the newest checkpoint
+  for (const auto& [name, entry] : entries) {
+    if (entry.state == State::whole && fs::path(name).parent_path() == "checkpoint")
+      newest = std::max(newest, frame_of(name));
+    if (entry.state == State::replacing)
+      check.notes.push_back(fmt::format("{}: was about to be replaced when the program that wrote it ended",
+                                        (run.root / name).string()));
+    if (entry.state != State::whole) continue;
+    if (std::string fault = fault_of(run, name); !fault.empty())
+      check.faults.push_back(std::move(fault));
+    else
+      ++check.whole;
+  }
+  int before = 0;  // files of frames before the journal's first one
+  for (const std::string& name : files_of_run(run)) {
+    if (entries.contains(name)) continue;
+    const int frame = frame_of(name);
+    const std::string path = (run.root / name).string();
+    if (frame >= 0 && frame < run.journal->first_frame())
+      ++before;
+    else if (frame > newest || newest < 0 || fs::path(name).parent_path() == "image")
+      check.notes.push_back(path +
+                            ": is of a frame that is not whole, or was not whole when its program ended");
+    else
+      check.faults.push_back(path +
+                             ": is not in the journal, which was damaged, or another program wrote it");
+  }
+  if (before > 0)
+    check.notes.push_back(
+        fmt::format("{}: lists files from frame {} on; {} of earlier frames are not checked",
+                    journal_path(run.root).string(), run.journal->first_frame(), before));
+  return check;
+}
+
+}  // namespace
+
+RunCheck check_run(const RunDirectory& run) {
+  RunDirectory with_journal = open_run(run.root);
+  if (!with_journal.journal)
+    return {
+        0,
+        {fmt::format("{}: is missing: the files of the run cannot be checked (programs before 28 November "
+                     "2026 wrote none)",
+                     journal_path(run.root).string())},
+        {}};
+  RunCheck check = check_once(with_journal);
+  // A simulation that goes on meanwhile replaces and removes files.
+  std::error_code none;
+  for (std::uintmax_t size = 0;
+       !check.faults.empty() && size != fs::file_size(journal_path(run.root), none) && !none;) {
+    size = fs::file_size(journal_path(run.root), none);
+    with_journal = open_run(run.root);
+    check = check_once(with_journal);
+  }
+  return check;
+}
+
+std::vector<std::string> faults_of_kept(const RunDirectory& run, int last) {
+  std::vector<std::string> faults;
+  if (run.journal)
+    for (const auto& [name, entry] : run.journal->entries()) {
+      const fs::path folder = fs::path(name).parent_path();
+      const int frame = frame_of(name);
+      const bool is_kept = (folder == "mesh" || folder == "levelset") && frame >= 0 && frame <= last;
+      if (!is_kept && !(is_growing(name) && folder.empty())) continue;
+      if (std::string fault = fault_of(run, name); !fault.empty()) faults.push_back(std::move(fault));
+    }
+  std::vector<int> missing;
+  const std::vector<int> frames =
+      fs::exists(run.stats()) ? frames_of_lines(read_file(run.stats())) : std::vector<int>();
+  const std::set<int> known(frames.begin(), frames.end());
+  for (int frame = 0; frame <= last; ++frame)
+    if (!known.contains(frame)) missing.push_back(frame);
+  if (!missing.empty())
+    faults.push_back(fmt::format("{}: lacks {}", run.stats().string(), frames_text(missing)));
+  return faults;
+}
+
+}  // namespace duet::io

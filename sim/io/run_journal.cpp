@@ -1,0 +1,250 @@
+#include "sim/io/run_journal.h"
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <charconv>
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "sim/base/file_hash.h"
+#include "sim/base/files.h"
+#include "sim/base/frame_limits.h"
+
+namespace duet::io {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using State = RunJournal::Entry::State;
+
+constexpr const char* states[] = {"", "replacing", "removed"};
+constexpr const char* flawed = "flawed";
+
+std::optional<std::uint64_t> number_of(const std::string& hexadecimal) {
+  std::uint64_t number = 0;
+  const char* end = hexadecimal.data() + hexadecimal.size();
+  const auto [rest, error] = std::from_chars(hexadecimal.data(), end, number, 16);
+  return error == std::errc() && rest == end ? std::optional(number) : std::nullopt;
+}
+
+// Whether the name stays within the folder of its run.
+bool is_inside(const fs::path& name) {
+  return name.is_relative() && !name.empty() &&
+         std::none_of(name.begin(), name.end(), [](const fs::path& part) { return part == ".."; });
+}
+
+std::string difference(const FileMark& found, const FileMark& listed) {
+  if (found == listed) return {};
+  if (found.bytes != listed.bytes)
+    return fmt::format("is damaged: it has {} bytes, and {} were written", found.bytes, listed.bytes);
+  return fmt::format("is damaged: its {} bytes have the hash {:016x}, and {:016x} was written", found.bytes,
+                     found.hash, listed.hash);
+}
+
+}  // namespace
+
+fs::path journal_path(const fs::path& root) { return root / "journal.jsonl"; }
+
+bool is_growing(const fs::path& path) { return path.extension() == ".jsonl"; }
+
+FileMark mark_of(std::string_view bytes) {
+  FileHash hash;
+  hash.add(bytes);
+  return {hash.size(), hash.value()};
+}
+
+FileMark mark_of_file(const fs::path& path, std::uint64_t most) {
+  FileHash hash;
+  read_pieces(path, [&](std::string_view piece) {
+    hash.add(piece.substr(0, std::min<std::uint64_t>(piece.size(), most - hash.size())));
+    return hash.size() < most;
+  });
+  return {hash.size(), hash.value()};
+}
+
+std::shared_ptr<RunJournal> RunJournal::read(const fs::path& root) {
+  std::error_code missing;
+  if (!fs::exists(journal_path(root), missing)) return nullptr;
+  std::shared_ptr<RunJournal> journal(new RunJournal(root));
+  journal->parse(read_file(journal_path(root)));
+  return journal;
+}
+
+std::shared_ptr<RunJournal> RunJournal::open(const fs::path& root, int first_frame) {
+  std::shared_ptr<RunJournal> journal = read(root);
+  if (!journal) journal.reset(new RunJournal(root));
+  const fs::path path = journal_path(root);
+  const std::string text = fs::exists(path) ? read_file(path) : std::string();
+  const std::size_t whole = text.rfind('\n') == std::string::npos ? 0 : text.rfind('\n') + 1;
+  if (whole < text.size() && ::truncate(path.c_str(), static_cast<off_t>(whole)) != 0)
+    throw system_error(path, "cannot write", errno);
+  if (whole == 0) {
+    journal->first_frame_ = first_frame;
+    journal->write_line(Json{{"journal", 1}, {"first_frame", first_frame}}.dump());
+  }
+  return journal;
+}
+
+RunJournal::~RunJournal() {
+  if (file_ >= 0) ::close(file_);
+}
+
+void RunJournal::parse(std::string_view text) {
+  int number = 0;
+  for (std::size_t end = 0; (end = text.find('\n')) != std::string_view::npos; text.remove_prefix(end + 1)) {
+    ++number;
+    if (!parse_line(text.substr(0, end), number == 1))
+      faults_.push_back(fmt::format("{}: line {} is damaged: the files of its run are not all checked",
+                                    journal_path(root_).string(), number));
+  }
+  // The last line may lack its end where the power went: nothing that it says is known.
+  if (number == 0)
+    faults_.push_back(
+        fmt::format("{}: holds no line: the files of its run are not checked", journal_path(root_).string()));
+}
+
+bool RunJournal::parse_line(std::string_view line, bool is_first) {
+  const Json object = Json::parse(line, nullptr, false);
+  if (!object.is_object()) return false;
+  try {
+    if (is_first) {
+      const double frame = object.at("first_frame").get<double>();
+      if (object.at("journal") != 1 || !(frame >= 0 && frame <= most_frames + 1.0)) return false;
+      first_frame_ = static_cast<int>(frame);
+      return true;
+    }
+    const std::string name = object.at("file").get<std::string>();
+    if (!is_inside(name)) return false;
+    const std::string state = object.value("state", "");
+    Entry& entry = entries_[name];
+    if (state == flawed) {
+      entry.is_flawed = true;
+      return true;
+    }
+    const auto* found = std::find(std::begin(states), std::end(states), state);
+    if (found == std::end(states)) return false;
+    entry.state = static_cast<State>(found - std::begin(states));
+    if (entry.state == State::removed) entry.is_flawed = false;
+    if (entry.state != State::whole) return true;
+    const Json& bytes = object.at("bytes");
+    const std::optional<std::uint64_t> hash = number_of(object.at("hash").get<std::string>());
+    if (!bytes.is_number_unsigned() || !hash) return false;
+    entry.mark = {bytes.get<std::uint64_t>(), *hash};
+    return true;
+  } catch (const Json::exception&) {
+    return false;
+  }
+}
+
+// Names that are no UTF-8 cannot be listed.
+std::optional<std::string> RunJournal::name_of(const fs::path& path) const {
+  std::string name = path.lexically_relative(root_).generic_string();
+  if (!is_inside(name)) return std::nullopt;
+  try {
+    static_cast<void>(Json(name).dump());
+  } catch (const Json::exception&) {
+    return std::nullopt;
+  }
+  return name;
+}
+
+void RunJournal::write_line(const std::string& line) {
+  const fs::path path = journal_path(root_);
+  if (file_ < 0) file_ = ::open(path.c_str(), O_WRONLY | O_APPEND | O_CREAT | O_CLOEXEC, 0666);
+  if (file_ < 0) throw system_error(path, "cannot write", errno);
+  append_line(file_, path, line);
+}
+
+void RunJournal::append(const std::string& name, const char* state, const std::optional<FileMark>& mark) {
+  Json object = {{"file", name}};
+  if (mark) {
+    object["bytes"] = mark->bytes;
+    object["hash"] = fmt::format("{:016x}", mark->hash);
+  } else {
+    object["state"] = state;
+  }
+  write_line(object.dump());
+}
+
+void RunJournal::list(const fs::path& path, const FileMark& mark) {
+  const std::optional<std::string> name = name_of(path);
+  if (!name) return;
+  const std::lock_guard lock(mutex_);
+  if (const auto known = entries_.find(*name);
+      known != entries_.end() && known->second.state == State::whole && known->second.mark == mark)
+    return;
+  append(*name, "", mark);
+  Entry& entry = entries_[*name];
+  entry.state = State::whole;
+  entry.mark = mark;
+}
+
+void RunJournal::replace(const fs::path& path) {
+  const std::optional<std::string> name = name_of(path);
+  if (!name) return;
+  const std::lock_guard lock(mutex_);
+  const auto entry = entries_.find(*name);
+  if (entry == entries_.end() || entry->second.state != State::whole) return;
+  append(*name, states[static_cast<int>(State::replacing)], std::nullopt);
+  entry->second.state = State::replacing;
+}
+
+void RunJournal::remove(const fs::path& path) {
+  const std::optional<std::string> name = name_of(path);
+  if (!name) return;
+  const std::lock_guard lock(mutex_);
+  const auto entry = entries_.find(*name);
+  if (entry == entries_.end() || entry->second.state == State::removed) return;
+  append(*name, states[static_cast<int>(State::removed)], std::nullopt);
+  entry->second = {State::removed, false, {}};
+}
+
+void RunJournal::flaw(const fs::path& path) {
+  const std::optional<std::string> name = name_of(path);
+  if (!name) return;
+  const std::lock_guard lock(mutex_);
+  append(*name, flawed, std::nullopt);
+  entries_[*name].is_flawed = true;
+}
+
+std::optional<RunJournal::Entry> RunJournal::entry(const fs::path& path) const {
+  const std::optional<std::string> name = name_of(path);
+  if (!name) return std::nullopt;
+  const std::lock_guard lock(mutex_);
+  const auto entry = entries_.find(*name);
+  return entry == entries_.end() ? std::nullopt : std::optional(entry->second);
+}
+
+std::map<std::string, RunJournal::Entry> RunJournal::entries() const {
+  const std::lock_guard lock(mutex_);
+  return entries_;
+}
+
+std::string RunJournal::fault(const fs::path& path, std::string_view bytes) const {
+  const std::optional<Entry> listed = entry(path);
+  if (!listed) return {};
+  if (listed->is_flawed) return "was damaged when its run was continued";
+  if (listed->state != State::whole) return {};
+  if (is_growing(path)) bytes = bytes.substr(0, listed->mark.bytes);
+  return difference(mark_of(bytes), listed->mark);
+}
+
+std::string RunJournal::fault(const fs::path& path) const {
+  const std::optional<Entry> listed = entry(path);
+  if (!listed) return {};
+  if (listed->is_flawed) return "was damaged when its run was continued";
+  if (listed->state != State::whole) return {};
+  std::error_code error;
+  const std::uint64_t size = fs::file_size(path, error);
+  if (error == std::errc::no_such_file_or_directory) return "is missing";
+  // A file of another length need not be read.
+  if (!error && (is_growing(path) ? size < listed->mark.bytes : size != listed->mark.bytes))
+    return difference({size, 0}, listed->mark);
+  return difference(mark_of_file(path, is_growing(path) ? listed->mark.bytes : UINT64_MAX), listed->mark);
+}
+
+}  // namespace duet::io
