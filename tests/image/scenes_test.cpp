@@ -8,6 +8,7 @@
 
 #include "tests/support/margin.h"
 #include "tests/support/places.h"
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <toml++/toml.h>
 

@@ -5,6 +5,7 @@
 
 #include "tests/support/articulated.h"
 #include "tests/support/margin.h"
+#include <fmt/format.h>
 
 #include "sim/step/step.h"
 

@@ -4,6 +4,7 @@
 
 #include "tests/support/film.h"
 #include "tests/support/margin.h"
+#include <fmt/format.h>
 
 #include "sim/base/rotation.h"
 

@@ -8,6 +8,7 @@
 #include "tests/support/margin.h"
 #include "tests/support/meshes.h"
 #include "tests/support/scenes.h"
+#include <fmt/format.h>
 
 #include "sim/geometry/level_set/mesh_distance.h"
 #include "sim/geometry/mesh/mesh_check.h"

@@ -4,6 +4,7 @@
 
 #include "tests/support/articulated.h"
 #include "tests/support/margin.h"
+#include <fmt/format.h>
 
 #include "sim/base/error.h"
 #include "sim/base/rotation.h"

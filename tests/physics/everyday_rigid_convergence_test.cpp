@@ -6,6 +6,7 @@
 
 #include "tests/support/everyday.h"
 #include "tests/support/margin.h"
+#include <fmt/format.h>
 
 #include "sim/step/step.h"
 

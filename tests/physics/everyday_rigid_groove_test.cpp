@@ -8,6 +8,7 @@
 #include "tests/support/full.h"
 #include "tests/support/groove.h"
 #include "tests/support/margin.h"
+#include <fmt/format.h>
 
 #include "sim/step/world.h"
 

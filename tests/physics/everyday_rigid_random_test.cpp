@@ -7,6 +7,7 @@
 #include "tests/support/everyday.h"
 #include "tests/support/full.h"
 #include "tests/support/random_scenes.h"
+#include <fmt/format.h>
 
 namespace duet {
 namespace {

@@ -6,6 +6,7 @@
 #include "tests/support/margin.h"
 #include "tests/support/scenes.h"
 #include "tools/study/free_top.h"
+#include <fmt/format.h>
 
 #include "sim/base/rotation.h"
 #include "sim/step/world.h"

@@ -7,6 +7,7 @@
 #include "tests/support/full.h"
 #include "tests/support/margin.h"
 #include "tests/support/scenes.h"
+#include <fmt/format.h>
 
 #include "sim/base/rotation.h"
 #include "sim/step/world.h"

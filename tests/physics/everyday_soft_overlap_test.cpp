@@ -7,6 +7,7 @@
 #include "tests/support/everyday.h"
 #include "tests/support/margin.h"
 #include "tests/support/thin_bodies.h"
+#include <fmt/format.h>
 
 #include "sim/base/error.h"
 #include "sim/step/step.h"

@@ -5,6 +5,7 @@
 
 #include "tests/support/margin.h"
 #include "tests/support/thin_bodies.h"
+#include <fmt/format.h>
 
 #include "sim/step/world.h"
 

@@ -6,6 +6,7 @@
 #include "tests/support/film.h"
 #include "tests/support/full.h"
 #include "tests/support/margin.h"
+#include <fmt/format.h>
 
 namespace duet {
 namespace {

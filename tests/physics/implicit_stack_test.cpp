@@ -24,15 +24,15 @@ Course settling(scene::Integration integration, double longest_step) {
   scene.solver.max_time_step = longest_step;
   Simulation simulation(scene, scene::plan_effects(scene).active());
   const FrameStats start = simulation.stats();
-  Course course{.edge = start.potential};
+  Course course{.lowest = start.potential};
   for (int frame = 1; frame <= 8; ++frame) {
     simulation.advance_frame();
     const FrameStats now = simulation.stats();
-    course.edge = std::min(course.edge, now.potential);
+    course.lowest = std::min(course.lowest, now.potential);
     course.elastic = std::max(course.elastic, now.elastic);
     course.gained = std::max(course.gained, now.kinetic + now.elastic + now.potential - start.potential);
   }
-  course.edge -= start.potential;
+  course.lowest -= start.potential;
   return course;
 }
 
@@ -41,10 +41,10 @@ Course settling(scene::Integration integration, double longest_step) {
 // ms, and gained half of the energy that is exchanged.
 TEST(ImplicitStack, SinksAndComesUpAsSemiImplicitly) {
   const Course exact = settling(scene::Integration::semi_implicit, 1);
-  EXPECT_LT(exact.elastic, -exact.edge);
+  EXPECT_LT(exact.elastic, -exact.lowest);
   for (const double step : {1.0 / 800, 1.0 / 1600}) {
     const Course course = settling(scene::Integration::implicit, step);
-    EXPECT_NEAR(course.edge, exact.edge, 64 * step * -exact.edge);
+    EXPECT_NEAR(course.lowest, exact.lowest, 64 * step * -exact.lowest);
     EXPECT_NEAR(course.elastic, exact.elastic, 96 * step * exact.elastic);
     EXPECT_LE(course.gained, 0);
   }

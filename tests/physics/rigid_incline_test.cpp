@@ -6,6 +6,7 @@
 
 #include "tests/support/margin.h"
 #include "tests/support/scenes.h"
+#include <fmt/format.h>
 
 #include "sim/step/step.h"
 

@@ -7,6 +7,7 @@
 #include "tests/support/margin.h"
 #include "tests/support/scenes.h"
 #include "tools/study/free_top.h"
+#include <fmt/format.h>
 
 #include "sim/step/step.h"
 

@@ -38,7 +38,7 @@ Snapshot look(const World& world) {
     double lowest = 1e9;
     for (const Vec3& sample : bodies.rigid.properties[i].samples)
       lowest = std::min(lowest, pose.to_world(sample).y());
-    result.edge.push_back(lowest);
+    result.lowest.push_back(lowest);
   }
   for (const DeformableBody& body : bodies.deformable) {
     Vec3 center = Vec3::Zero();
@@ -50,9 +50,9 @@ Snapshot look(const World& world) {
       lowest = std::min(lowest, bodies.particles.x[p].y());
     }
     result.centers.push_back(center / mass);
-    result.edge.push_back(lowest);
+    result.lowest.push_back(lowest);
   }
-  result.edge.push_back(bodies.rigid.state[3].pose.position.y() - 1);
+  result.lowest.push_back(bodies.rigid.state[3].pose.position.y() - 1);
   return result;
 }
 
@@ -105,9 +105,9 @@ TEST(Stack, StandsIsKnockedDownAndComesToRest) {
   // It falls, and at the end everything lies on the ground.
   const Snapshot end = look(simulation.world());
   EXPECT_GT((end.centers[2] - start.centers[2]).norm(), 8);  // the top box came down from 11 m
-  for (std::size_t i = 0; i < end.edge.size(); ++i) {
-    double lowest = end.edge[i];
-    for (const Snapshot& snapshot : lying) lowest = std::min(lowest, snapshot.edge[i]);
+  for (std::size_t i = 0; i < end.lowest.size(); ++i) {
+    double lowest = end.lowest[i];
+    for (const Snapshot& snapshot : lying) lowest = std::min(lowest, snapshot.lowest[i]);
     EXPECT_LT(std::abs(lowest), 0.02 * side);
   }
   EXPECT_LT(simulation.stats().kinetic, 0.2 * kinetic_after_hit);  // the ball rolls on

@@ -12,6 +12,7 @@
 #include "tests/support/margin.h"
 #include "tests/support/meshes.h"
 #include "tests/support/scenes.h"
+#include <fmt/format.h>
 
 #include "sim/base/index.h"
 #include "sim/base/parallel.h"

@@ -4,8 +4,8 @@
 #include <random>
 #include <string>
 
-#include "same_scene.h"
 #include "tests/support/places.h"
+#include "tests/unit/scene/same_scene.h"
 #include <gtest/gtest.h>
 
 #include "sim/base/error.h"

@@ -9,6 +9,7 @@
 #include "tests/support/margin.h"
 #include "tests/support/places.h"
 #include "tests/support/text.h"
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 

@@ -9,6 +9,7 @@
 #include "tests/support/contacts.h"
 #include "tests/support/everyday.h"
 #include "tests/support/groove.h"
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "sim/contact/detection/deepest_point.h"

@@ -6,8 +6,8 @@
 #include <string_view>
 #include <vector>
 
-#include "same_scene.h"
 #include "tests/support/places.h"
+#include "tests/unit/scene/same_scene.h"
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
