@@ -22,6 +22,8 @@ double values_in(const toml::node& node) {
 
 }  // namespace
 
+bool ExpansionLimits::can_hold(double elements) { return elements <= most_elements; }
+
 bool ExpansionLimits::allow_copies(const toml::table& table, double copies, double elements,
                                    const std::string& path) {
   const double more = copies * std::max(elements, 1.0);

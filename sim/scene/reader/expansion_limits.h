@@ -11,6 +11,8 @@ class ExpansionLimits {
  public:
   explicit ExpansionLimits(Problems& problems) : problems_(problems) {}
 
+  /// Whether a scene can have so many bodies and joints at all.
+  static bool can_hold(double elements);
   /// Whether an instance, `table`, may make `copies` of a prefab of `elements` bodies and joints.
   bool allow_copies(const toml::table& table, double copies, double elements, const std::string& path);
   /// Whether `count` more elements of a list may come from the table `repeat`.

@@ -96,7 +96,8 @@ class Expander {
     take_scene_parameters();
     repeat_lists(document_, "");
     toml::table* prefabs = document_["prefabs"].as_table();
-    if (prefabs)
+    // Repetitions that instances make too many of are refused with these, and are not made before.
+    if (prefabs && limits_.can_hold(asked_for(*prefabs)))
       for (auto&& [name, prefab] : *prefabs)
         if (toml::table* table = prefab.as_table())
           repeat_lists(*table, fmt::format("prefabs.{}.", name.str()));
@@ -116,6 +117,37 @@ class Expander {
     document_.erase("parameters");
     for (auto&& [key, value] : document_)
       if (key.str() != "prefabs") substitute(value, {}, std::string(key.str()));
+  }
+
+  // Bodies and joints in the lists of a scene or prefab, with the repetitions that are not made yet.
+  static double elements_of(const toml::table& table) {
+    double elements = 0;
+    for (const std::string_view key : listed)
+      if (const toml::array* list = table[key].as_array())
+        for (const toml::node& node : *list) {
+          const toml::table* element = node.as_table();
+          elements +=
+              element ? static_cast<double>((*element)["repeat"]["count"].value_or(std::int64_t{1})) : 1;
+        }
+    return elements;
+  }
+
+  // Bodies and joints that all instances would make, as far as their numbers are numbers.
+  double asked_for(const toml::table& prefabs) const {
+    double elements = 0;
+    const toml::array* instances = document_["instances"].as_array();
+    if (!instances) return 0;
+    for (const toml::node& node : *instances) {
+      const toml::table* instance = node.as_table();
+      if (!instance) continue;
+      const toml::table* prefab = prefabs[(*instance)["prefab"].value_or(std::string())].as_table();
+      if (!prefab) continue;
+      double copies = static_cast<double>((*instance)["scatter"]["count"].value_or(std::int64_t{1}));
+      if (const toml::array* grid = (*instance)["grid"].as_array())
+        for (const toml::node& count : *grid) copies *= static_cast<double>(count.value_or(std::int64_t{1}));
+      elements += copies * elements_of(*prefab);
+    }
+    return elements;
   }
 
   void repeat_lists(toml::table& table, const std::string& path) {
@@ -202,9 +234,7 @@ class Expander {
                     "any direction, for example [0, 1, 0]");
       return;
     }
-    double elements = 0;  // of one copy
-    for (const std::string_view key : listed)
-      if (const toml::array* list = (*prefab)[key].as_array()) elements += static_cast<double>(list->size());
+    const double elements = elements_of(*prefab);  // of one copy
     const Vec3 grid = instance.grid.cast<double>();
     const double copies = instance.has_scatter ? instance.scatter.count : grid.prod();
     if (!limits_.allow_copies(table, copies, elements, path)) return;

@@ -1,5 +1,5 @@
 // Scenes that ask for what no machine has: refused in a moment with the place, the bound and a remedy.
-#include <chrono>
+#include <ctime>
 #include <sstream>
 #include <string>
 #include <utility>
@@ -15,7 +15,7 @@ namespace {
 
 // The text of all problems of the scene.
 std::string refusal_of(const std::string& text, const std::vector<std::string>& overrides = {}) {
-  const auto start = std::chrono::steady_clock::now();
+  const std::clock_t start = std::clock();  // processor time, which other programs do not lengthen
   std::string refusal;
   try {
     read_text(text, "hostile.toml", overrides, Meshes::leave);
@@ -23,7 +23,7 @@ std::string refusal_of(const std::string& text, const std::vector<std::string>& 
   } catch (const SceneError& error) {
     refusal = error.what();
   }
-  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(3)) << text.substr(0, 200);
+  EXPECT_LT(static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC, 1.5) << text.substr(0, 200);
   return refusal;
 }
 
