@@ -26,6 +26,7 @@
 #include "sim/io/run_journal.h"
 #include "sim/io/stage_log.h"
 #include "sim/io/stats_log.h"
+#include "sim/io/values_file.h"
 #include "sim/scene/explain.h"
 #include "sim/scene/plan.h"
 #include "sim/simulation/simulation.h"
@@ -89,6 +90,7 @@ class Run {
   void refuse_without_checkpoint(const io::CheckpointSearch& search, const io::HeldRun& held) const;
   void require_same_numerics(const io::Checkpoint& checkpoint, const io::Origin& earlier);
   void record();
+  void write_frame(int frame, const FrameStats& stats);
   bool wanted(int frame) const { return !options_.stats_only && frame >= first_ && frame <= last_; }
   bool written(int frame) const { return fs::exists(directory_.mesh(frame)); }
   bool drawn(int frame) const;
@@ -106,6 +108,8 @@ class Run {
   const int last_, first_;
   Simulation simulation_;
   std::vector<BodySurface> surfaces_;
+  std::vector<BodySurface> rest_;  // at rest; empty once they are written
+  io::FrameValues values_;
   io::Manifest manifest_;
   std::unique_ptr<io::RunLock> lock_;
   std::unique_ptr<io::LevelSetWriter> level_sets_;
@@ -148,6 +152,7 @@ void Run::prepare() {
   if (!options_.resume && !options_.overwrite) require_free_folder();
   for (const std::string& note : read_.notes) report_.note(note);
   simulation_.surfaces(surfaces_);
+  simulation_.rest_surfaces(rest_);
   manifest_ = describe();
   if (options_.draw) try {
       drawer_ = std::make_unique<FrameDrawer>(read_.scene, manifest_, directory_, report_);
@@ -166,6 +171,8 @@ void Run::prepare() {
     stages_ = std::make_unique<io::StageLog>(directory_, simulation_.state_hashes(), resumed);
     simulation_.hash_stages([this](const StageRecord& record) { stages_->append(record); });
   }
+  if (!options_.stats_only) directory_.write(directory_.body_values(), io::npy_text(rest_));
+  rest_ = {};
   if (!options_.stats_only) level_sets_ = std::make_unique<io::LevelSetWriter>(simulation_.level_sets());
   redraw_missing(resumed);
 }
@@ -329,17 +336,33 @@ void Run::note_pinches(const FrameStats& stats) {
   }
 }
 
+// The meshes, values and level sets of the frame that the simulation holds.
+void Run::write_frame(int frame, const FrameStats& stats) {
+  simulation_.surfaces(surfaces_);
+  directory_.write(directory_.mesh(frame), io::obj_text(surfaces_));
+  values_.frame = frame;
+  values_.time = stats.time;
+  simulation_.rigid_motion(values_.rigid);
+  simulation_.surface_velocities(values_.velocities);
+  values_.points.clear();
+  values_.strain.clear();
+  for (std::size_t i = read_.scene.rigid.size(); i < surfaces_.size(); ++i) {
+    const Surface& surface = surfaces_[i].surface;
+    values_.points.insert(values_.points.end(), surface.positions.begin(), surface.positions.end());
+    values_.strain.insert(values_.strain.end(), surface.strain.begin(), surface.strain.end());
+    values_.strain.resize(values_.points.size(), 0);  // thin bodies have none
+  }
+  directory_.write(directory_.values(frame), io::npy_text(values_));
+  if (const auto bodies = simulation_.level_sets(); !bodies.empty())
+    level_sets_->write(directory_, frame, stats.time, bodies);
+}
+
 // Writes everything of the frame that the simulation holds. The checkpoint comes last: a frame that has one
 // is whole.
 void Run::record() {
   const int frame = simulation_.frame();
   const FrameStats stats = simulation_.stats();
-  if (wanted(frame)) {
-    simulation_.surfaces(surfaces_);
-    directory_.write(directory_.mesh(frame), io::obj_text(surfaces_));
-    if (const auto bodies = simulation_.level_sets(); !bodies.empty())
-      level_sets_->write(directory_, frame, stats.time, bodies);
-  }
+  if (wanted(frame)) write_frame(frame, stats);
   note_pinches(stats);
   stats_->append(stats);
   if (stages_) stages_->list();

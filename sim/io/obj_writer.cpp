@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <span>
 #include <string_view>
 
 #include "sim/base/files.h"
@@ -63,19 +62,10 @@ class Text {
   std::size_t size_ = 0;
 };
 
-// OBJ has no word for strain: other programs pass over comments, but for long ones. Blender's importer reads
-// lines of at most 65,536 characters, and loses what follows in the file. These stay below 1,000.
-void add_strain(const std::vector<float>& strain, Text& text) {
-  constexpr std::size_t in_a_line = 60;  // a float's shortest form and a space take 16 characters
-  for (std::size_t i = 0; i < strain.size(); i += in_a_line)
-    text.numbers("# strain", std::span(strain).subspan(i, std::min(in_a_line, strain.size() - i)));
-}
-
 std::size_t expected_size(const std::vector<BodySurface>& bodies) {
   std::size_t size = 0;
   for (const auto& [name, surface] : bodies)
-    size += name.size() + 12 * surface.strain.size() +
-            40 * (surface.positions.size() + surface.normals.size()) + 24 * surface.uvs.size() +
+    size += name.size() + 40 * (surface.positions.size() + surface.normals.size()) + 24 * surface.uvs.size() +
             48 * surface.triangles.size();
   return size;
 }
@@ -117,7 +107,6 @@ std::string obj_text(const std::vector<BodySurface>& bodies) {
     text.add("\n");
     const Rounding round(surface);
     for (const Vec3& position : surface.positions) text.numbers("v", round(position));
-    add_strain(surface.strain, text);
     for (const Vec2f& uv : surface.uvs) text.numbers("vt", uv);
     for (const Vec3f& normal : surface.normals) text.numbers("vn", normal);
     for (const auto& triangle : surface.triangles) {

@@ -16,7 +16,7 @@ namespace {
 using State = RunJournal::Entry::State;
 
 constexpr const char* numbered[][2] = {
-    {"mesh", ".obj"}, {"levelset", ".vdb"}, {"image", ".png"}, {"checkpoint", ".bin"}};
+    {"mesh", ".obj"}, {"levelset", ".vdb"}, {"values", ".npy"}, {"image", ".png"}, {"checkpoint", ".bin"}};
 
 // The frame of one of the numbered files of a run, given by its path from the run's folder on; else -1.
 int frame_of(const fs::path& name) {
@@ -32,8 +32,8 @@ std::set<std::string> files_of_run(const RunDirectory& run) {
     for (const fs::path& path : files_in(run.root / folder))
       if (frame_of_file(path, extension) >= 0)
         files.insert((fs::path(folder) / path.filename()).generic_string());
-  for (const fs::path& path :
-       {run.manifest(), run.scene(), run.stats(), run.stage_hashes(), run.static_level_sets()})
+  for (const fs::path& path : {run.manifest(), run.scene(), run.stats(), run.stage_hashes(),
+                               run.static_level_sets(), run.body_values()})
     if (fs::exists(path)) files.insert(path.lexically_relative(run.root).generic_string());
   return files;
 }
@@ -126,7 +126,8 @@ std::vector<std::string> faults_of_kept(const RunDirectory& run, int last) {
     for (const auto& [name, entry] : run.journal->entries()) {
       const fs::path folder = fs::path(name).parent_path();
       const int frame = frame_of(name);
-      const bool is_kept = (folder == "mesh" || folder == "levelset") && frame >= 0 && frame <= last;
+      const bool is_kept =
+          (folder == "mesh" || folder == "levelset" || folder == "values") && frame >= 0 && frame <= last;
       if (!is_kept && !(is_growing(name) && folder.empty())) continue;
       if (std::string fault = fault_of(run, name); !fault.empty()) faults.push_back(std::move(fault));
     }

@@ -80,6 +80,7 @@ fs::path RunDirectory::mesh(int frame) const { return root / "mesh" / fmt::forma
 fs::path RunDirectory::level_set(int frame) const {
   return root / "levelset" / fmt::format("{:04}.vdb", frame);
 }
+fs::path RunDirectory::values(int frame) const { return root / "values" / fmt::format("{:04}.npy", frame); }
 fs::path RunDirectory::image(int frame) const { return root / "image" / fmt::format("{:04}.png", frame); }
 
 void RunDirectory::write(const fs::path& path, const std::string& bytes) const {
@@ -119,7 +120,8 @@ std::vector<ManifestBody> manifest_bodies(const scene::Scene& scene,
     Eigen::AlignedBox3d box;
     for (const Vec3& x : surface.positions) box.extend(x);
     bodies.push_back({body.name, kind, body.look, material, static_cast<int>(surface.positions.size()),
-                      static_cast<int>(surface.triangles.size()), box});
+                      static_cast<int>(surface.triangles.size()), static_cast<int>(surface.normals.size()),
+                      static_cast<int>(surface.uvs.size()), box});
   };
   for (const scene::RigidBody& body : scene.rigid)
     add(body, body.is_static ? "static" : body.is_kinematic ? "kinematic" : "rigid", {});
@@ -154,6 +156,8 @@ void write_manifest(const RunDirectory& run, const Manifest& manifest) {
     if (!body.material.empty()) entry["material"] = body.material;
     entry["vertices"] = body.vertices;
     entry["triangles"] = body.triangles;
+    entry["normals"] = body.normals;
+    entry["uvs"] = body.uvs;
     if (body.box && !body.box->isEmpty()) entry["box"] = {to_json(body.box->min()), to_json(body.box->max())};
     bodies.push_back(std::move(entry));
   }
@@ -192,9 +196,11 @@ Manifest read_manifest(const RunDirectory& run) {
     document.at("units").get_to(manifest.units);
     constexpr int most_elements = std::numeric_limits<int>::max();
     for (const nlohmann::json& entry : document.at("bodies"))
-      manifest.bodies.push_back({entry.at("name"), entry.at("kind"), entry.at("look"),
-                                 entry.value("material", ""), count_within(entry, "vertices", most_elements),
-                                 count_within(entry, "triangles", most_elements), read_box(entry)});
+      manifest.bodies.push_back(
+          {entry.at("name"), entry.at("kind"), entry.at("look"), entry.value("material", ""),
+           count_within(entry, "vertices", most_elements), count_within(entry, "triangles", most_elements),
+           entry.contains("normals") ? count_within(entry, "normals", most_elements) : 0,
+           entry.contains("uvs") ? count_within(entry, "uvs", most_elements) : 0, read_box(entry)});
     return manifest;
   } catch (const nlohmann::json::exception& error) {
     fail(error.what());

@@ -23,8 +23,11 @@ struct ManifestBody {
   std::string look;
   std::string material;  // deformable only
   int vertices = 0, triangles = 0;
+  int normals = 0, uvs = 0;  // 0 in runs of programs that did not write values/
   // m, around its surface at frame 0; none in runs of programs that did not write it.
   std::optional<Eigen::AlignedBox3d> box = {};
+
+  bool is_deformable() const { return kind == "deformable"; }
 };
 
 // The program that computed frames, and the machine.
@@ -78,7 +81,9 @@ struct RunDirectory {
   fs::path mesh(int frame) const;       // mesh/0000.obj
   fs::path level_set(int frame) const;  // levelset/0000.vdb, of the bodies that move
   fs::path static_level_sets() const { return root / "levelset" / "static.vdb"; }  // of all frames
-  fs::path image(int frame) const;                                                 // image/0000.png
+  fs::path values(int frame) const;                                                // values/0000.npy
+  fs::path body_values() const { return root / "values" / "bodies.npy"; }
+  fs::path image(int frame) const;  // image/0000.png
   fs::path stats() const { return root / "stats.jsonl"; }
   fs::path stage_hashes() const { return root / "hashes.jsonl"; }
   fs::path checkpoint() const { return root / "checkpoint"; }

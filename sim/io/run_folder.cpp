@@ -16,11 +16,12 @@
 namespace duet::io {
 namespace {
 
-using NumberedFiles = std::array<std::pair<fs::path, const char*>, 4>;
+using NumberedFiles = std::array<std::pair<fs::path, const char*>, 5>;
 
 NumberedFiles numbered_files(const RunDirectory& run) {
   return {{{run.root / "mesh", ".obj"},
            {run.root / "levelset", ".vdb"},
+           {run.root / "values", ".npy"},
            {run.root / "image", ".png"},
            {run.checkpoint(), ".bin"}}};
 }
@@ -86,6 +87,7 @@ void clear_run(const RunDirectory& run) {
   if (fs::exists(run.manifest())) remove_file(video_path(run, read_manifest(run)));
   for (const auto& [folder, extension] : numbered_files(run)) remove_frames(folder, extension);
   remove_file(run.static_level_sets());
+  remove_file(run.body_values());
   remove_file(run.stats());
   remove_file(run.stage_hashes());
   remove_file(journal_path(run.root));  // last: what a kill leaves of the run is still checked

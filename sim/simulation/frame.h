@@ -18,6 +18,13 @@ struct BodySurface {
   Surface surface;   // in world space
 };
 
+/// Where a rigid body is at a frame, and how it moves.
+struct RigidMotion {
+  Pose pose;                             ///< center of mass and principal axes
+  Vec3 velocity = Vec3::Zero();          ///< m/s, of the center of mass
+  Vec3 angular_velocity = Vec3::Zero();  ///< rad/s, world axes
+};
+
 // A body's signed distance, sampled once in body space and placed by a pose every frame.
 struct BodyLevelSet {
   std::string name;

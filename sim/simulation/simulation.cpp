@@ -333,6 +333,63 @@ void Simulation::surfaces(std::vector<BodySurface>& out) const {
   }
 }
 
+void Simulation::rest_surfaces(std::vector<BodySurface>& out) const {
+  surfaces(out);
+  for (std::size_t i = 0; i < impl_->scene.rigid.size(); ++i)
+    out[i].surface = impl_->built.shapes[i].surface.surface;
+}
+
+void Simulation::rigid_motion(std::vector<RigidMotion>& out) const {
+  out.clear();
+  for (std::size_t i = 0; i < impl_->scene.rigid.size(); ++i) {
+    const RigidState& state = impl_->world().bodies.rigid.state[i];
+    out.push_back({state.pose, state.velocity, state.angular_velocity});
+  }
+}
+
+namespace {
+
+// Of the surface of a thin body, which follows its particles (x, v) also with the angles between them:
+// (surface(x + h v) - surface(x)) / h, right to an order of h.
+void add_thin_velocities(const scene::ThinShape& thin, Surface rest, std::span<const Vec3> x,
+                         std::span<const Vec3> v, std::vector<Vec3f>& out) {
+  constexpr double h = 1e-5;  // s: the difference keeps six digits of positions that are kept to sixteen
+  std::vector<Vec3> later(x.begin(), x.end());
+  for (std::size_t i = 0; i < later.size(); ++i) later[i] += h * v[i];
+  std::visit([&](const auto& thick) { thick.update(x, rest); }, thin.surface);
+  Surface moved = rest;
+  std::visit([&](const auto& thick) { thick.update(std::span<const Vec3>(later), moved); }, thin.surface);
+  for (std::size_t k = 0; k < rest.positions.size(); ++k)
+    out.push_back(((moved.positions[k] - rest.positions[k]) / h).cast<float>());
+}
+
+}  // namespace
+
+void Simulation::surface_velocities(std::vector<Vec3f>& out) const {
+  const Bodies& bodies = impl_->world().bodies;
+  const std::vector<scene::BodyShape>& shapes = impl_->built.shapes;
+  const std::vector<Vec3>& v = bodies.particles.v;
+  out.clear();
+  for (std::size_t i = impl_->scene.rigid.size(); i < shapes.size(); ++i) {
+    const scene::BodyShape& shape = shapes[i];
+    if (shape.thin) {
+      const auto of_body = [&](const std::vector<Vec3>& all) {
+        return std::span<const Vec3>(all.data() + shape.thin->first_particle, shape.thin->particle_count);
+      };
+      add_thin_velocities(*shape.thin, shape.surface.surface, of_body(bodies.particles.x), of_body(v), out);
+    } else if (!shape.skin.empty()) {
+      for (const CarriedSurface::Carrier& carrier : shape.skin.carriers()) {
+        Vec3 sum = Vec3::Zero();
+        for (std::size_t k = 0; k < 4; ++k)
+          sum += carrier.weights[k] * v[as_index(shape.first_particle) + as_index(carrier.nodes[k])];
+        out.push_back(sum.cast<float>());
+      }
+    } else {
+      for (const int node : shape.surface.vertex_nodes) out.push_back(v[as_index(node)].cast<float>());
+    }
+  }
+}
+
 std::vector<BodyLevelSet> Simulation::level_sets() const {
   const RigidBodies& rigid = impl_->world().bodies.rigid;
   std::vector<BodyLevelSet> sets;

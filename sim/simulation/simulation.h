@@ -54,6 +54,13 @@ class Simulation {
   // The bodies' render surfaces in world space, in the order rigid bodies, deformable bodies of the scene
   // (the ground has none). `out` keeps its storage from call to call; topology is constant.
   void surfaces(std::vector<BodySurface>& out) const;
+  /// The same at rest, m: rigid bodies in the axes of their pose, deformable bodies where they are at frame
+  /// 0, if the simulation has not moved yet.
+  void rest_surfaces(std::vector<BodySurface>& out) const;
+  /// Of the rigid bodies, in the scene's order.
+  void rigid_motion(std::vector<RigidMotion>& out) const;
+  /// Of the positions of the render surfaces of all deformable bodies, one body after the other, m/s.
+  void surface_velocities(std::vector<Vec3f>& out) const;
   // The signed distances of the rigid bodies, with their poses now. The size of the voxels follows the
   // thickness of a body, and is bounded from below by the area of its surface.
   std::vector<BodyLevelSet> level_sets() const;

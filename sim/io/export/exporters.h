@@ -1,0 +1,29 @@
+/// The formats that `duet export` writes, one function each, in a .cpp of the format's name.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "sim/io/export/exported_run.h"
+#include "sim/io/export/staging.h"
+
+namespace duet::io {
+
+/// What is asked of a format beyond the run.
+struct FormatOptions {
+  bool compress = false;        ///< smaller files where the format knows how
+  std::uint64_t max_bytes = 0;  ///< refuse to write more; 0: the format's own bound
+};
+
+/// What a format could not carry over, in sentences for the user. They may be many runs' worth: one a kind.
+using ExportNotes = std::vector<std::string>;
+
+/// One animated glTF 2.0 binary (https://registry.khronos.org/glTF/specs/2.0/glTF-2.0.html): rigid bodies as
+/// nodes with keyed transforms, deformable bodies as morph targets, materials, camera, lights. Throws Error.
+ExportNotes export_glb(const ExportedRun& run, const FormatOptions& options, const fs::path& file);
+
+/// A USD stage as text (.usda) with time samples, in a folder with what it refers to. Throws Error.
+ExportNotes export_usd(const ExportedRun& run, const FormatOptions& options, const fs::path& folder);
+
+}  // namespace duet::io

@@ -1,0 +1,101 @@
+#include "sim/io/export/staging.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <system_error>
+#include <utility>
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include "sim/base/files.h"
+
+namespace duet::io {
+namespace {
+
+constexpr std::size_t buffer_bytes = 1 << 20;
+
+}  // namespace
+
+Staging::Staging(const fs::path& target, bool overwrite, bool is_folder)
+    : target_(target.filename().empty() ? target.parent_path() : target),
+      path_(target_.string() + temporary_mark + std::to_string(::getpid())),
+      overwrite_(overwrite) {
+  if (!overwrite && fs::exists(fs::symlink_status(target_)))
+    throw Error(
+        ExitStatus::usage,
+        fmt::format(
+            "{}: is there already, and stays untouched (give --overwrite to replace it, or another path "
+            "with --out)",
+            target_.string()));
+  if (fs::exists(target_) && fs::is_directory(target_) != is_folder)
+    throw Error(ExitStatus::usage,
+                fmt::format("{}: the format writes a {}, and there is a {} (give another path with --out)",
+                            target_.string(), is_folder ? "folder" : "file", is_folder ? "file" : "folder"));
+  if (target_.has_parent_path()) create_folder(target_.parent_path());
+  std::error_code none;
+  fs::remove_all(path_, none);
+  if (is_folder) create_folder(path_);
+}
+
+Staging::~Staging() {
+  std::error_code none;
+  if (!is_finished_) fs::remove_all(path_, none);
+}
+
+void Staging::finish() {
+  std::error_code error;
+  // A folder with files in it cannot be replaced at once: it steps aside first.
+  const fs::path aside = target_.string() + temporary_mark + std::to_string(::getpid()) + "-before";
+  const bool replaces = overwrite_ && fs::exists(fs::symlink_status(target_));
+  if (replaces) fs::rename(target_, aside, error);
+  if (!error) fs::rename(path_, target_, error);
+  if (error) {
+    const std::error_code why = error;
+    if (replaces && fs::exists(aside)) fs::rename(aside, target_, error);
+    throw system_error(target_, "cannot write", why.value());
+  }
+  is_finished_ = true;
+  if (replaces) fs::remove_all(aside, error);
+}
+
+OutputFile::OutputFile(const fs::path& path) : path_(path) {
+  file_ = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  if (file_ < 0) throw system_error(path, "cannot write", errno);
+  buffer_.reserve(buffer_bytes);
+}
+
+OutputFile::~OutputFile() {
+  if (file_ >= 0) ::close(file_);
+}
+
+void OutputFile::write(std::string_view bytes) {
+  size_ += bytes.size();
+  while (!bytes.empty()) {
+    const std::size_t part = std::min(bytes.size(), buffer_bytes - buffer_.size());
+    buffer_.insert(buffer_.end(), bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(part));
+    bytes.remove_prefix(part);
+    if (buffer_.size() == buffer_bytes) flush();
+  }
+}
+
+void OutputFile::flush() {
+  const char* from = buffer_.data();
+  for (std::size_t left = buffer_.size(); left > 0;) {
+    const ssize_t written = ::write(file_, from, left);
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) throw system_error(path_, "cannot write", errno);
+    from += written;
+    left -= static_cast<std::size_t>(written);
+  }
+  buffer_.clear();
+}
+
+void OutputFile::close() {
+  flush();
+  const int file = std::exchange(file_, -1);
+  if (::close(file) != 0) throw system_error(path_, "cannot write", errno);
+}
+
+}  // namespace duet::io

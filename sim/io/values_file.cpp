@@ -1,0 +1,227 @@
+#include "sim/io/values_file.h"
+
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <span>
+#include <string_view>
+
+#include <fmt/format.h>
+
+#include "sim/base/files.h"
+
+namespace duet::io {
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "the records are written as they lie in memory");
+
+// The head of a .npy file of version 1.0 that holds one record: magic, length, a Python dictionary, padded to
+// 64 bytes. `fields` are its lines "('name', '<f8', (rows, 3)), ".
+std::string npy_head(const std::string& fields) {
+  constexpr std::size_t before = 10, unit = 64;
+  std::string text = "{'descr': [" + fields + "], 'fortran_order': False, 'shape': (), }";
+  text.append(unit - 1 - (before + text.size()) % unit, ' ');
+  text += '\n';
+  std::string head("\x93NUMPY\x01\x00", 8);
+  head += static_cast<char>(text.size() & 255);
+  head += static_cast<char>(text.size() >> 8);
+  return head + text;
+}
+
+std::string frame_head(std::size_t rigid, std::size_t points) {
+  return npy_head(fmt::format(
+      "('frame', '<i8'), ('time', '<f8'), ('position', '<f8', ({0}, 3)), ('orientation', '<f8', ({0}, 4)), "
+      "('velocity', '<f8', ({0}, 3)), ('angular_velocity', '<f8', ({0}, 3)), ('point', '<f8', ({1}, 3)), "
+      "('point_velocity', '<f4', ({1}, 3)), ('strain', '<f4', ({1},))",
+      rigid, points));
+}
+
+struct SurfaceCounts {
+  std::size_t positions = 0, normals = 0, uvs = 0, triangles = 0;
+};
+
+std::string bodies_head(const SurfaceCounts& all) {
+  return npy_head(
+      fmt::format("('rest', '<f8', ({}, 3)), ('normal', '<f4', ({}, 3)), ('uv', '<f4', ({}, 2)), "
+                  "('corner', '<i4', ({}, 3, 3))",
+                  all.positions, all.normals, all.uvs, all.triangles));
+}
+
+class Writer {
+ public:
+  explicit Writer(std::string head) : bytes_(std::move(head)) {}
+  template <class Value>
+  void add(const Value* values, std::size_t count) {
+    bytes_.append(reinterpret_cast<const char*>(values), count * sizeof(Value));
+  }
+  template <class Value>
+  void add(const std::vector<Value>& values) {
+    add(values.data(), values.size());
+  }
+  std::string take() { return std::move(bytes_); }
+
+ private:
+  std::string bytes_;
+};
+
+// Hands out what follows the head, whose size is that of the whole once the head is the expected one.
+class Reader {
+ public:
+  Reader(const fs::path& path, std::string bytes, const std::string& head, std::size_t body_bytes)
+      : bytes_(std::move(bytes)), at_(head.size()) {
+    if (!bytes_.starts_with(head) || bytes_.size() != head.size() + body_bytes)
+      throw FileError(path.string(), "does not hold the values of the bodies that manifest.json lists",
+                      "the file is damaged or of another run: simulate the scene anew");
+  }
+  template <class Value>
+  void take(Value* values, std::size_t count) {
+    if (count == 0) return;
+    std::memcpy(static_cast<void*>(values), bytes_.data() + at_, count * sizeof(Value));
+    at_ += count * sizeof(Value);
+  }
+  template <class Value>
+  void take(std::vector<Value>& values, std::size_t count) {
+    values.resize(count);
+    take(values.data(), count);
+  }
+
+ private:
+  const std::string bytes_;
+  std::size_t at_;
+};
+
+std::string read_bytes(const RunDirectory& run, const fs::path& path) {
+  if (!fs::exists(path))
+    throw FileError(
+        path.string(), "is missing: the run has no numbers in double precision",
+        "runs of `duet sim --stats-only`, of other --frames, and of programs before December 2026 have none: "
+        "simulate the scene anew");
+  return run.read(path);
+}
+
+std::size_t count_of(int count) { return static_cast<std::size_t>(count); }
+
+template <class Vectors>
+bool all_finite(const Vectors& vectors) {
+  for (const auto& x : vectors)
+    if (!x.allFinite()) return false;
+  return true;
+}
+
+bool is_whole(const RigidMotion& motion) {
+  return motion.pose.position.allFinite() && std::abs(motion.pose.orientation.norm() - 1) < 1e-9 &&
+         motion.velocity.allFinite() && motion.angular_velocity.allFinite();
+}
+
+[[noreturn]] void refuse(const fs::path& path, const std::string& what) {
+  throw FileError(path.string(), what, "the file is damaged: simulate the scene anew");
+}
+
+}  // namespace
+
+std::string npy_text(const FrameValues& values) {
+  Writer writer(frame_head(values.rigid.size(), values.points.size()));
+  const std::int64_t frame = values.frame;
+  writer.add(&frame, 1);
+  writer.add(&values.time, 1);
+  for (const RigidMotion& motion : values.rigid) writer.add(motion.pose.position.data(), 3);
+  for (const RigidMotion& motion : values.rigid) {
+    const Quat& q = motion.pose.orientation;
+    const double wxyz[] = {q.w(), q.x(), q.y(), q.z()};
+    writer.add(wxyz, 4);
+  }
+  for (const RigidMotion& motion : values.rigid) writer.add(motion.velocity.data(), 3);
+  for (const RigidMotion& motion : values.rigid) writer.add(motion.angular_velocity.data(), 3);
+  writer.add(values.points);
+  writer.add(values.velocities);
+  writer.add(values.strain);
+  return writer.take();
+}
+
+std::string npy_text(const std::vector<BodySurface>& rest) {
+  SurfaceCounts all;
+  for (const auto& [name, surface] : rest) {
+    all.positions += surface.positions.size();
+    all.normals += surface.normals.size();
+    all.uvs += surface.uvs.size();
+    all.triangles += surface.triangles.size();
+  }
+  Writer writer(bodies_head(all));
+  for (const auto& [name, surface] : rest) writer.add(surface.positions);
+  for (const auto& [name, surface] : rest) writer.add(surface.normals);
+  for (const auto& [name, surface] : rest) writer.add(surface.uvs);
+  static_assert(sizeof(Corner) == 3 * sizeof(std::int32_t));
+  for (const auto& [name, surface] : rest) writer.add(surface.triangles);
+  return writer.take();
+}
+
+FrameValues read_values(const RunDirectory& run, const std::vector<ManifestBody>& listed, int frame) {
+  std::size_t rigid = 0, points = 0;
+  for (const ManifestBody& body : listed) body.is_deformable() ? points += count_of(body.vertices) : ++rigid;
+  const fs::path path = run.values(frame);
+  constexpr std::size_t of_rigid = 13 * sizeof(double), of_point = 3 * sizeof(double) + 4 * sizeof(float);
+  Reader reader(path, read_bytes(run, path), frame_head(rigid, points),
+                sizeof(std::int64_t) + sizeof(double) + rigid * of_rigid + points * of_point);
+  FrameValues values;
+  std::int64_t number = 0;
+  reader.take(&number, 1);
+  reader.take(&values.time, 1);
+  values.rigid.resize(rigid);
+  for (RigidMotion& motion : values.rigid) reader.take(motion.pose.position.data(), 3);
+  for (RigidMotion& motion : values.rigid) {
+    double wxyz[4];
+    reader.take(wxyz, 4);
+    motion.pose.orientation = Quat(wxyz[0], wxyz[1], wxyz[2], wxyz[3]);
+  }
+  for (RigidMotion& motion : values.rigid) reader.take(motion.velocity.data(), 3);
+  for (RigidMotion& motion : values.rigid) reader.take(motion.angular_velocity.data(), 3);
+  reader.take(values.points, points);
+  reader.take(values.velocities, points);
+  reader.take(values.strain, points);
+  values.frame = static_cast<int>(number);
+  if (number != frame) refuse(path, fmt::format("holds the values of frame {}", number));
+  bool is_finite = all_finite(values.points) && all_finite(values.velocities) && std::isfinite(values.time);
+  for (const RigidMotion& motion : values.rigid) is_finite = is_finite && is_whole(motion);
+  for (const float strain : values.strain) is_finite = is_finite && std::isfinite(strain);
+  if (!is_finite) refuse(path, "holds values that are not finite, or no unit quaternion as an orientation");
+  return values;
+}
+
+std::vector<BodySurface> read_rest_surfaces(const RunDirectory& run,
+                                            const std::vector<ManifestBody>& listed) {
+  SurfaceCounts all;
+  for (const ManifestBody& body : listed) {
+    all.positions += count_of(body.vertices);
+    all.normals += count_of(body.normals);
+    all.uvs += count_of(body.uvs);
+    all.triangles += count_of(body.triangles);
+  }
+  const fs::path path = run.body_values();
+  Reader reader(path, read_bytes(run, path), bodies_head(all),
+                all.positions * sizeof(Vec3) + all.normals * sizeof(Vec3f) + all.uvs * sizeof(Vec2f) +
+                    all.triangles * 3 * sizeof(Corner));
+  std::vector<BodySurface> bodies(listed.size());
+  const auto each = [&](const auto& take) {
+    for (std::size_t i = 0; i < bodies.size(); ++i) take(bodies[i].surface, listed[i]);
+  };
+  each([&](Surface& to, const ManifestBody& body) { reader.take(to.positions, count_of(body.vertices)); });
+  each([&](Surface& to, const ManifestBody& body) { reader.take(to.normals, count_of(body.normals)); });
+  each([&](Surface& to, const ManifestBody& body) { reader.take(to.uvs, count_of(body.uvs)); });
+  each([&](Surface& to, const ManifestBody& body) { reader.take(to.triangles, count_of(body.triangles)); });
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    const ManifestBody& body = listed[i];
+    bodies[i].name = body.name;
+    const Surface& surface = bodies[i].surface;
+    if (!all_finite(surface.positions) || !all_finite(surface.normals) || !all_finite(surface.uvs))
+      refuse(path, fmt::format("holds coordinates of body `{}` that are not finite", body.name));
+    const auto is_index = [](int index, int count) { return index >= 0 && index < count; };
+    for (const std::array<Corner, 3>& triangle : surface.triangles)
+      for (const Corner& corner : triangle)
+        if (!is_index(corner.position, body.vertices) || !is_index(corner.uv, body.uvs) ||
+            !is_index(corner.normal, body.normals))
+          refuse(path, fmt::format("names vertices that body `{}` does not have", body.name));
+  }
+  return bodies;
+}
+
+}  // namespace duet::io
