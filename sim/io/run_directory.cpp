@@ -120,8 +120,8 @@ std::vector<ManifestBody> manifest_bodies(const scene::Scene& scene,
     Eigen::AlignedBox3d box;
     for (const Vec3& x : surface.positions) box.extend(x);
     bodies.push_back({body.name, kind, body.look, material, static_cast<int>(surface.positions.size()),
-                      static_cast<int>(surface.triangles.size()), static_cast<int>(surface.normals.size()),
-                      static_cast<int>(surface.uvs.size()), box});
+                      static_cast<int>(surface.triangles.size()), box,
+                      static_cast<int>(surface.normals.size()), static_cast<int>(surface.uvs.size())});
   };
   for (const scene::RigidBody& body : scene.rigid)
     add(body, body.is_static ? "static" : body.is_kinematic ? "kinematic" : "rigid", {});
@@ -199,8 +199,8 @@ Manifest read_manifest(const RunDirectory& run) {
       manifest.bodies.push_back(
           {entry.at("name"), entry.at("kind"), entry.at("look"), entry.value("material", ""),
            count_within(entry, "vertices", most_elements), count_within(entry, "triangles", most_elements),
-           entry.contains("normals") ? count_within(entry, "normals", most_elements) : 0,
-           entry.contains("uvs") ? count_within(entry, "uvs", most_elements) : 0, read_box(entry)});
+           read_box(entry), entry.contains("normals") ? count_within(entry, "normals", most_elements) : 0,
+           entry.contains("uvs") ? count_within(entry, "uvs", most_elements) : 0});
     return manifest;
   } catch (const nlohmann::json::exception& error) {
     fail(error.what());

@@ -23,9 +23,9 @@ struct ManifestBody {
   std::string look;
   std::string material;  // deformable only
   int vertices = 0, triangles = 0;
-  int normals = 0, uvs = 0;  // 0 in runs of programs that did not write values/
   // m, around its surface at frame 0; none in runs of programs that did not write it.
   std::optional<Eigen::AlignedBox3d> box = {};
+  int normals = 0, uvs = 0;  // 0 in runs of programs that did not write values/
 
   bool is_deformable() const { return kind == "deformable"; }
 };
