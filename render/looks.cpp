@@ -67,7 +67,7 @@ void wear_strain(LookTable& table, const io::Manifest& manifest) {
   table.looks.push_back(plain_look(unstrained_color, strained_color));
   table.looks.push_back(plain_look(inverted_color, inverted_color));
   for (const io::ManifestBody& body : manifest.bodies)
-    if (body.is_deformable()) table.of_body[body.name] = table.strain;
+    if (body.is_deformable() && body.has_strain) table.of_body[body.name] = table.strain;
 }
 
 }  // namespace

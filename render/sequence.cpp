@@ -82,29 +82,13 @@ std::vector<unsigned char> SequenceRenderer::draw(const std::vector<BodySurface>
   return picture;
 }
 
-namespace {
-
-// The strain of deformable bodies from values/. Old runs have it in their meshes instead.
-void take_strain(const io::RunDirectory& run, const std::vector<io::ManifestBody>& listed, int frame,
-                 std::vector<BodySurface>& bodies) {
-  if (!std::filesystem::exists(run.values(frame))) return;
-  const io::FrameValues values = io::read_values(run, listed, frame);
-  auto next = values.strain.begin();
-  for (std::size_t i = 0; i < bodies.size(); ++i) {
-    if (!listed[i].is_deformable()) continue;
-    const auto end = next + listed[i].vertices;
-    bodies[i].surface.strain.assign(next, end);
-    next = end;
-  }
-}
-
-}  // namespace
-
 void SequenceRenderer::render_frame(const io::RunDirectory& run, int frame) {
   std::vector<BodySurface> bodies = io::read_mesh(run, frame);
   const std::string problem = difference(impl_->bodies, bodies);
   if (!problem.empty()) throw FileError(run.mesh(frame).string(), problem, mixed_runs);
-  if (impl_->looks.strain >= 0) take_strain(run, impl_->bodies, frame, bodies);
+  // Meshes of earlier versions hold the strain themselves.
+  if (impl_->looks.strain >= 0 && std::filesystem::exists(run.values(frame)))
+    take_strain(io::read_values(run, impl_->bodies, frame), impl_->bodies, bodies);
   io::create_folder(run.image(frame).parent_path());
   run.write(run.image(frame), png_bytes(run.image(frame).string(), impl_->render.width, impl_->render.height,
                                         draw(bodies, frame / impl_->fps)));

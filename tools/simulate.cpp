@@ -340,18 +340,7 @@ void Run::note_pinches(const FrameStats& stats) {
 void Run::write_frame(int frame, const FrameStats& stats) {
   simulation_.surfaces(surfaces_);
   directory_.write(directory_.mesh(frame), io::obj_text(surfaces_));
-  values_.frame = frame;
-  values_.time = stats.time;
-  simulation_.rigid_motion(values_.rigid);
-  simulation_.surface_velocities(values_.velocities);
-  values_.points.clear();
-  values_.strain.clear();
-  for (std::size_t i = read_.scene.rigid.size(); i < surfaces_.size(); ++i) {
-    const Surface& surface = surfaces_[i].surface;
-    values_.points.insert(values_.points.end(), surface.positions.begin(), surface.positions.end());
-    values_.strain.insert(values_.strain.end(), surface.strain.begin(), surface.strain.end());
-    values_.strain.resize(values_.points.size(), 0);  // thin bodies have none
-  }
+  io::measure_values(simulation_, surfaces_, values_);
   directory_.write(directory_.values(frame), io::npy_text(values_));
   if (const auto bodies = simulation_.level_sets(); !bodies.empty())
     level_sets_->write(directory_, frame, stats.time, bodies);

@@ -121,7 +121,8 @@ std::vector<ManifestBody> manifest_bodies(const scene::Scene& scene,
     for (const Vec3& x : surface.positions) box.extend(x);
     bodies.push_back({body.name, kind, body.look, material, static_cast<int>(surface.positions.size()),
                       static_cast<int>(surface.triangles.size()), box,
-                      static_cast<int>(surface.normals.size()), static_cast<int>(surface.uvs.size())});
+                      static_cast<int>(surface.normals.size()), static_cast<int>(surface.uvs.size()),
+                      !surface.strain.empty()});
   };
   for (const scene::RigidBody& body : scene.rigid)
     add(body, body.is_static ? "static" : body.is_kinematic ? "kinematic" : "rigid", {});
@@ -158,6 +159,7 @@ void write_manifest(const RunDirectory& run, const Manifest& manifest) {
     entry["triangles"] = body.triangles;
     entry["normals"] = body.normals;
     entry["uvs"] = body.uvs;
+    if (body.is_deformable()) entry["has_strain"] = body.has_strain;
     if (body.box && !body.box->isEmpty()) entry["box"] = {to_json(body.box->min()), to_json(body.box->max())};
     bodies.push_back(std::move(entry));
   }
@@ -200,7 +202,8 @@ Manifest read_manifest(const RunDirectory& run) {
           {entry.at("name"), entry.at("kind"), entry.at("look"), entry.value("material", ""),
            count_within(entry, "vertices", most_elements), count_within(entry, "triangles", most_elements),
            read_box(entry), entry.contains("normals") ? count_within(entry, "normals", most_elements) : 0,
-           entry.contains("uvs") ? count_within(entry, "uvs", most_elements) : 0});
+           entry.contains("uvs") ? count_within(entry, "uvs", most_elements) : 0,
+           entry.value("has_strain", true)});
     return manifest;
   } catch (const nlohmann::json::exception& error) {
     fail(error.what());

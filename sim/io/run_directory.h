@@ -26,6 +26,7 @@ struct ManifestBody {
   // m, around its surface at frame 0; none in runs of programs that did not write it.
   std::optional<Eigen::AlignedBox3d> box = {};
   int normals = 0, uvs = 0;  // 0 in runs of programs that did not write values/
+  bool has_strain = true;    // deformable only; thin bodies have none
 
   bool is_deformable() const { return kind == "deformable"; }
 };

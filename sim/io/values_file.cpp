@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "sim/base/files.h"
+#include "sim/simulation/simulation.h"
 
 namespace duet::io {
 namespace {
@@ -118,6 +119,34 @@ bool is_whole(const RigidMotion& motion) {
 }
 
 }  // namespace
+
+void measure_values(const Simulation& simulation, const std::vector<BodySurface>& surfaces,
+                    FrameValues& values) {
+  const FrameStats stats = simulation.stats();
+  values.frame = stats.frame;
+  values.time = stats.time;
+  simulation.rigid_motion(values.rigid);
+  simulation.surface_velocities(values.velocities);
+  values.points.clear();
+  values.strain.clear();
+  for (std::size_t i = values.rigid.size(); i < surfaces.size(); ++i) {
+    const Surface& surface = surfaces[i].surface;
+    values.points.insert(values.points.end(), surface.positions.begin(), surface.positions.end());
+    values.strain.insert(values.strain.end(), surface.strain.begin(), surface.strain.end());
+    values.strain.resize(values.points.size(), 0);
+  }
+}
+
+void take_strain(const FrameValues& values, const std::vector<ManifestBody>& listed,
+                 std::vector<BodySurface>& bodies) {
+  auto next = values.strain.begin();
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    if (!listed[i].is_deformable()) continue;
+    const auto end = next + listed[i].vertices;
+    if (listed[i].has_strain) bodies[i].surface.strain.assign(next, end);
+    next = end;
+  }
+}
 
 std::string npy_text(const FrameValues& values) {
   Writer writer(frame_head(values.rigid.size(), values.points.size()));

@@ -10,6 +10,10 @@
 #include "sim/io/run_directory.h"
 #include "sim/simulation/frame.h"
 
+namespace duet {
+class Simulation;
+}
+
 namespace duet::io {
 
 /// The motion of all bodies at a frame. Rigid bodies have a row each, in the manifest's order; the points of
@@ -22,6 +26,14 @@ struct FrameValues {
   std::vector<Vec3f> velocities;   ///< "point_velocity": m/s, of the points
   std::vector<float> strain;       ///< "strain": of the points, negative where an element is inverted
 };
+
+/// Sets `values` to those of the frame that the simulation holds, whose surfaces are `surfaces`.
+void measure_values(const Simulation& simulation, const std::vector<BodySurface>& surfaces,
+                    FrameValues& values);
+
+/// Sets the strain of those deformable bodies that have one. `listed` is the manifest's list of `bodies`.
+void take_strain(const FrameValues& values, const std::vector<ManifestBody>& listed,
+                 std::vector<BodySurface>& bodies);
 
 /// The bytes of values/0000.npy.
 std::string npy_text(const FrameValues& values);

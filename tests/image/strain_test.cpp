@@ -8,6 +8,8 @@
 #include <gtest/gtest.h>
 
 #include "sim/base/error.h"
+#include "sim/base/files.h"
+#include "sim/io/values_file.h"
 #include "sim/step/world.h"
 
 namespace duet::image_tests {
@@ -104,8 +106,15 @@ TEST(StrainPicture, AnInvertedElementOfASimulationShowsRed) {
   const test::ScratchFolder scratch;
   const auto draw_by_file = [&] {
     simulation.surfaces(bodies);
-    io::write_obj(scratch / "0000.obj", bodies);
-    return draw(scene, manifest, io::read_obj(scratch / "0000.obj"));
+    io::FrameValues values;
+    io::measure_values(simulation, bodies, values);
+    const io::RunDirectory run{scratch.path()};
+    for (const io::fs::path& path : {run.mesh(0), run.values(0)}) io::create_folder(path.parent_path());
+    run.write(run.mesh(0), io::obj_text(bodies));
+    run.write(run.values(0), io::npy_text(values));
+    std::vector<BodySurface> read = io::read_mesh(run, 0);
+    io::take_strain(io::read_values(run, manifest.bodies, 0), manifest.bodies, read);
+    return draw(scene, manifest, read);
   };
   const auto count_red = [](const Picture& picture) {
     int count = 0;
