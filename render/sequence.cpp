@@ -82,16 +82,17 @@ std::vector<unsigned char> SequenceRenderer::draw(const std::vector<BodySurface>
   return picture;
 }
 
-void SequenceRenderer::render_frame(const io::RunDirectory& run, int frame) {
+void SequenceRenderer::render_frame(const io::RunDirectory& run, int frame, const io::RunDirectory& to) {
   std::vector<BodySurface> bodies = io::read_mesh(run, frame);
   const std::string problem = difference(impl_->bodies, bodies);
   if (!problem.empty()) throw FileError(run.mesh(frame).string(), problem, mixed_runs);
   // Meshes of earlier versions hold the strain themselves.
   if (impl_->looks.strain >= 0 && std::filesystem::exists(run.values(frame)))
     take_strain(io::read_values(run, impl_->bodies, frame), impl_->bodies, bodies);
-  io::create_folder(run.image(frame).parent_path());
-  run.write(run.image(frame), png_bytes(run.image(frame).string(), impl_->render.width, impl_->render.height,
-                                        draw(bodies, frame / impl_->fps)));
+  const std::filesystem::path image = to.image(frame);
+  io::create_folder(image.parent_path());
+  to.write(image, png_bytes(image.string(), impl_->render.width, impl_->render.height,
+                            draw(bodies, frame / impl_->fps)));
 }
 
 }  // namespace duet::render

@@ -34,7 +34,9 @@ class SequenceRenderer {
   // Reads mesh/NNNN.obj, draws it and writes image/NNNN.png atomically. Throws FileError when the mesh is
   // missing, is not what the run's journal lists or does not fit the manifest, or when the picture cannot be
   // written.
-  void render_frame(const io::RunDirectory& run, int frame);
+  void render_frame(const io::RunDirectory& run, int frame) { render_frame(run, frame, run); }
+  /// The same into image/ of another folder, which need not be a run.
+  void render_frame(const io::RunDirectory& run, int frame, const io::RunDirectory& to);
 
   std::string backend_name() const;  // "OSMesa" or "EGL"
 

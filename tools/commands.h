@@ -10,6 +10,7 @@
 
 #include "render/compare.h"
 #include "sim/base/error.h"
+#include "sim/scene/reader/reader.h"
 
 namespace duet::tools {
 
@@ -19,6 +20,7 @@ struct SceneChoice {
   std::string accuracy;              // draft, standard or fine; empty: the scene's own
   std::vector<std::string> set;      // "key=value"
   std::vector<std::string> without;  // effects to leave out
+  scene::FileMap files = {};         // of a run that is repeated: its copies of the mesh files
 };
 
 // --frames N or A:B.
@@ -46,6 +48,8 @@ struct SimulateOptions {
 
 struct RenderOptions {
   std::string run;               // folder of a run, or the name of a run in out/
+  std::string out;               // folder of the pictures and the video; empty: that of the run
+  bool skip_existing = false;    // leave pictures that are whole as they are
   std::optional<Frames> frames;  // none: all that were simulated
   std::vector<std::string> set;  // "key=value" of camera, lights, looks, sky and render
 };

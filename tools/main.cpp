@@ -7,6 +7,7 @@
 #include "tools/build_info.h"
 #include "tools/commands.h"
 #include "tools/interrupt.h"
+#include "tools/scene_files.h"
 #include <CLI/CLI.hpp>
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -66,7 +67,9 @@ CLI::Option* add_scene(CLI::App& app, SceneChoice& scene) {
       ->check(CLI::IsMember({"draft", "standard", "fine"}))
       ->type_name("LEVEL");
   return app
-      .add_option("scene", scene.name, "Path of a scene file, or name of a scene that ships (`duet list`)")
+      .add_option(
+          "scene", scene.name,
+          "Path of a scene file, name of a scene that ships (`duet list`), or folder of a run to repeat")
       ->type_name("SCENE");
 }
 
@@ -120,6 +123,7 @@ void add_simulate(CLI::App& app, CommandLine& line, bool draw) {
   app.callback([&line, draw] {
     line.command = [&line, draw](Report& report) {
       line.simulate.draw = draw;
+      resolve_run(line.simulate.scene, line.simulate.out);
       if (!line.frames.empty()) line.simulate.frames = parse_frames(line.frames);
       return simulate(line.simulate, report);
     };
@@ -133,6 +137,12 @@ void add_render(CLI::App& app, CommandLine& line) {
   app.add_option("--frames", line.frames,
                  "N: draw frame N. A:B: draw frames A to B. Default: all, and the video")
       ->type_name("N|A:B");
+  app.add_option("--out", line.render.out,
+                 "Folder for pictures (in its image/) and video; default that of the run, whose pictures are "
+                 "replaced")
+      ->type_name("DIR");
+  app.add_flag("--skip-existing", line.render.skip_existing,
+               "Leave pictures that are there, whole and of the size asked for");
   add_repeatable(app, "--set", line.render.set, "KEY=VALUE",
                  "Change a key of camera, lights, looks, render or sky; repeatable");
   add_report(app, line);
@@ -219,7 +229,12 @@ void add_overlaps(CLI::App& app, CommandLine& line) {
       ->type_name("M")
       ->capture_default_str();
   app.add_flag("--json", options.json, "The same as JSON");
-  app.callback([&line] { line.command = [&line](Report&) { return overlaps(line.overlaps); }; });
+  app.callback([&line] {
+    line.command = [&line](Report&) {
+      resolve_run(line.overlaps.scene, line.overlaps.out);
+      return overlaps(line.overlaps);
+    };
+  });
 }
 
 void add_bounds(CLI::App& app, render::Bounds& bounds) {
@@ -325,7 +340,11 @@ void add_commands(CLI::App& app, CommandLine& line) {
   check_app.callback([&line] {
     if (!line.check.reference && line.check.scene.name.empty())
       throw CLI::RequiredError("SCENE (or --reference)");
-    line.command = [&line](Report&) { return check(line.check); };
+    line.command = [&line](Report&) {
+      std::string unused;
+      resolve_run(line.check.scene, unused);
+      return check(line.check);
+    };
   });
 
   CLI::App& explain_app =
@@ -333,7 +352,13 @@ void add_commands(CLI::App& app, CommandLine& line) {
   add_scene(explain_app, line.explain.scene)->required();
   add_without(explain_app, line.explain.scene);
   explain_app.add_flag("--json", line.explain.json, "The same as JSON");
-  explain_app.callback([&line] { line.command = [&line](Report&) { return explain(line.explain); }; });
+  explain_app.callback([&line] {
+    line.command = [&line](Report&) {
+      std::string unused;
+      resolve_run(line.explain.scene, unused);
+      return explain(line.explain);
+    };
+  });
 
   add_tetrahedralize(*app.add_subcommand("tetrahedralize", "Fill a closed surface with tetrahedra"), line);
 

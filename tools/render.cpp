@@ -60,6 +60,31 @@ std::vector<int> frames_to_draw(const RenderOptions& options, const io::RunDirec
   return frames;
 }
 
+// Whether the file is a picture of this size that was written to its end: the header and the last chunk of
+// PNG.
+bool holds_picture(const fs::path& path, int width, int height) {
+  constexpr std::size_t header = 24, end = 12;
+  if (!io::holds_bytes(path)) return false;
+  const std::string bytes = io::read_file(path);
+  if (bytes.size() < header + end || !bytes.starts_with("\x89PNG\r\n\x1a\n")) return false;
+  const auto number_at = [&](std::size_t at) {  // big-endian
+    int number = 0;
+    for (std::size_t i = at; i < at + 4; ++i) number = number << 8 | static_cast<unsigned char>(bytes[i]);
+    return number;
+  };
+  return number_at(16) == width && number_at(20) == height &&
+         bytes.compare(bytes.size() - end + 4, 4, "IEND") == 0;
+}
+
+// Takes away the frames whose pictures are whole. Returns how many.
+int drop_drawn(const io::RunDirectory& to, const scene::Render& size, std::vector<int>& frames) {
+  const auto is_drawn = [&](int frame) {
+    const fs::path image = to.image(frame);
+    return holds_picture(image, size.width, size.height) && (!to.journal || to.journal->fault(image).empty());
+  };
+  return static_cast<int>(std::erase_if(frames, is_drawn));
+}
+
 }  // namespace
 
 Outcome render(const RenderOptions& options, Report& report) {
@@ -69,23 +94,26 @@ Outcome render(const RenderOptions& options, Report& report) {
   const io::Manifest manifest = io::read_manifest(run);
   run.require_whole(run.scene());
   const scene::Scene scene = scene::read(run.scene().string(), options.set, scene::Meshes::leave).scene;
-  const std::vector<int> frames = frames_to_draw(options, run, manifest.frames);
+  const io::RunDirectory to = options.out.empty() ? run : io::RunDirectory{options.out};
+  std::vector<int> frames = frames_to_draw(options, run, manifest.frames);
+  const int skipped = options.skip_existing ? drop_drawn(to, scene.render, frames) : 0;
   render::SequenceRenderer renderer(scene, manifest);
-  io::create_folder(run.image(0).parent_path());
+  io::create_folder(to.image(0).parent_path());
 
   const auto begin = std::chrono::steady_clock::now();
-  report.start(manifest.title, run.root.string(), frames.front(), frames.back(),
-               static_cast<int>(frames.size()));
+  if (!frames.empty())
+    report.start(manifest.title, to.root.string(), frames.front(), frames.back(),
+                 static_cast<int>(frames.size()));
   for (const int frame : frames) {
     if (interrupted())
       return {ExitStatus::interrupted, fmt::format("before frame {} was drawn; continue with --frames {}:{}",
                                                    frame, frame, frames.back())};
-    renderer.render_frame(run, frame);
+    renderer.render_frame(run, frame, to);
     report.drawn(frame);
   }
   std::string video;
   if (!options.frames)
-    video = "; " + render::encode_video(run, io::video_path(run, manifest).stem().string(), manifest.fps,
+    video = "; " + render::encode_video(to, io::video_path(run, manifest).stem().string(), manifest.fps,
                                         "ffmpeg", &stop_flag());
   if (interrupted() && !options.frames)
     return {ExitStatus::interrupted,
@@ -93,8 +121,9 @@ Outcome render(const RenderOptions& options, Report& report) {
             "command draws them again and encodes it"};
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return {ExitStatus::done,
-          fmt::format("{} picture{} in {}, {:.1f} s{}", frames.size(), frames.size() == 1 ? "" : "s",
-                      run.image(0).parent_path().string(), seconds, video)};
+          fmt::format("{} picture{} in {}{}, {:.1f} s{}", frames.size(), frames.size() == 1 ? "" : "s",
+                      to.image(0).parent_path().string(),
+                      skipped > 0 ? fmt::format(" ({} were there)", skipped) : "", seconds, video)};
 }
 
 }  // namespace duet::tools

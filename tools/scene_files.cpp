@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <system_error>
+#include <utility>
 
 #include <fmt/format.h>
 
 #include "sim/base/near_miss.h"
+#include "sim/io/run_source.h"
 #include "sim/io/stats_log.h"
 
 namespace duet::tools {
@@ -58,10 +60,34 @@ fs::path find_scene(const std::string& name) {
                                              did_you_mean(fs::path(name).stem().string(), names)));
 }
 
-scene::ReadResult read_scene(const SceneChoice& choice) {
+void resolve_run(SceneChoice& choice, std::string& out) {
+  if (!fs::exists(io::RunDirectory{choice.name}.manifest())) return;
+  for (const ShippedScene& scene : shipped_scenes())
+    if (scene.name == choice.name) return;
+  const io::RunDirectory run = io::open_run(choice.name);
+  const std::optional<io::RunSource> source = io::read_source(run);
+  if (!source)
+    throw FileError(choice.name, "the run has no copy of its scene (programs before December 2026 kept none)",
+                    "give the scene itself; its path is in manifest.json");
+  std::vector<std::string> set = source->set;
+  if (!choice.accuracy.empty()) set.push_back("solver.accuracy=" + std::exchange(choice.accuracy, {}));
+  set.insert(set.end(), choice.set.begin(), choice.set.end());
+  choice.set = std::move(set);
+  choice.without.insert(choice.without.begin(), source->without.begin(), source->without.end());
+  choice.files = source->files;
+  if (out.empty()) out = choice.name;
+  choice.name = io::source_scene(run, *source).string();
+}
+
+std::vector<std::string> all_overrides(const SceneChoice& choice) {
   std::vector<std::string> overrides = choice.set;
   if (!choice.accuracy.empty()) overrides.insert(overrides.begin(), "solver.accuracy=" + choice.accuracy);
-  return scene::read(find_scene(choice.name).string(), overrides);
+  return overrides;
+}
+
+scene::ReadResult read_scene(const SceneChoice& choice) {
+  return scene::read(find_scene(choice.name).string(), all_overrides(choice), scene::Meshes::read,
+                     choice.files);
 }
 
 std::filesystem::path run_folder(const SceneChoice& choice, const std::string& out) {

@@ -25,6 +25,14 @@ std::vector<ShippedScene> shipped_scenes();
 // The file of a scene given as a path or by its shipped name. Throws Error (usage) with a near miss.
 std::filesystem::path find_scene(const std::string& name);
 
+/// A choice that names a run (a folder, not of a shipped scene's name) becomes that of the scene it was made
+/// of, with the run's changes before the choice's own; `out`, if empty, the run's folder. Other choices stay.
+/// Throws FileError where the run has no copy of its scene, or a damaged one.
+void resolve_run(SceneChoice& choice, std::string& out);
+
+/// What the choice changes in the scene, --accuracy first.
+std::vector<std::string> all_overrides(const SceneChoice& choice);
+
 // Finds and reads the scene with its overrides. Throws SceneError, FileError or Error (usage).
 scene::ReadResult read_scene(const SceneChoice& choice);
 

@@ -5,6 +5,7 @@
 #include <fstream>
 #include <memory>
 #include <thread>
+#include <utility>
 
 #include "tools/build_info.h"
 #include "tools/commands.h"
@@ -24,6 +25,7 @@
 #include "sim/io/run_check.h"
 #include "sim/io/run_folder.h"
 #include "sim/io/run_journal.h"
+#include "sim/io/run_source.h"
 #include "sim/io/stage_log.h"
 #include "sim/io/stats_log.h"
 #include "sim/io/values_file.h"
@@ -112,6 +114,8 @@ class Run {
   io::FrameValues values_;
   io::Manifest manifest_;
   std::unique_ptr<io::RunLock> lock_;
+  io::RunSource source_;
+  io::SourceFiles source_files_;  // empty once they are written
   std::unique_ptr<io::LevelSetWriter> level_sets_;
   std::unique_ptr<io::StatsLog> stats_;
   std::unique_ptr<io::StageLog> stages_;
@@ -151,6 +155,9 @@ void Run::prepare() {
   lock_ = std::make_unique<io::RunLock>(directory_);
   if (!options_.resume && !options_.overwrite) require_free_folder();
   for (const std::string& note : read_.notes) report_.note(note);
+  source_.set = all_overrides(options_.scene);
+  source_.without = options_.scene.without;
+  source_files_ = io::collect_source(read_, source_);
   simulation_.surfaces(surfaces_);
   simulation_.rest_surfaces(rest_);
   manifest_ = describe();
@@ -165,6 +172,7 @@ void Run::prepare() {
   if (resumed >= 0) note_faults(resumed);
   directory_.journal = io::RunJournal::open(directory_.root, resumed + 1);
   io::continue_run(directory_, manifest_, read_.source);
+  io::write_source(directory_, source_, std::exchange(source_files_, {}));
   recorded_ = resumed;
   stats_ = std::make_unique<io::StatsLog>(directory_, resumed);
   if (options_.hash_stages) {

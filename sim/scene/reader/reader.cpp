@@ -34,8 +34,9 @@ Quat orientation_of(const Rotation& rotation) {
 // rules that tie several keys together.
 class SceneReader {
  public:
-  SceneReader(const toml::table& document, const std::string& path, Meshes meshes, Problems& problems)
-      : document_(document), problems_(problems), reader_(problems), shapes_(path, meshes, problems) {}
+  SceneReader(const toml::table& document, const std::string& path, Meshes meshes, const FileMap& files,
+              Problems& problems)
+      : document_(document), problems_(problems), reader_(problems), shapes_(path, meshes, files, problems) {}
 
   Scene read();
   const ShapeReader& shapes() const { return shapes_; }
@@ -424,21 +425,24 @@ std::string file_bytes(const std::string& path) {
 }  // namespace
 
 ReadResult read_text(const std::string& text, const std::string& path,
-                     const std::vector<std::string>& overrides, Meshes meshes) {
+                     const std::vector<std::string>& overrides, Meshes meshes, const FileMap& files) {
   Problems problems(path);
   toml::table document = parse_document(text, path);
   for (const std::string& assignment : overrides) apply_override(document, assignment, problems);
   const std::string as_run = overrides.empty() ? text : serialise(document);
   expand(document, problems);
-  SceneReader reader(document, path, meshes, problems);
-  ReadResult result{reader.read(), as_run, reader.shapes().notes(), reader.shapes().fingerprint()};
+  SceneReader reader(document, path, meshes, files, problems);
+  Scene scene = reader.read();
+  const ShapeReader& shapes = reader.shapes();
+  ReadResult result{std::move(scene), text, shapes.files(), as_run, shapes.notes(), shapes.fingerprint()};
   problems.throw_if_any();
   result.scene.path = path;
   return result;
 }
 
-ReadResult read(const std::string& path, const std::vector<std::string>& overrides, Meshes meshes) {
-  return read_text(file_bytes(path), path, overrides, meshes);
+ReadResult read(const std::string& path, const std::vector<std::string>& overrides, Meshes meshes,
+                const FileMap& files) {
+  return read_text(file_bytes(path), path, overrides, meshes, files);
 }
 
 }  // namespace duet::scene

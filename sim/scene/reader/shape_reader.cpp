@@ -114,8 +114,12 @@ template <class Mesh, class Load>
 std::shared_ptr<const Mesh> ShapeReader::loaded(std::map<std::string, std::shared_ptr<const Mesh>>& known,
                                                 const std::string& name, const toml::node& at,
                                                 const std::string& path, Load&& load) {
+  const auto given = given_.find(name);
   const std::string file =
-      (std::filesystem::path(scene_path_).parent_path() / name).lexically_normal().string();
+      given != given_.end()
+          ? given->second
+          : (std::filesystem::path(scene_path_).parent_path() / name).lexically_normal().string();
+  files_[name] = file;
   const auto [entry, is_new] = known.try_emplace(file);
   if (is_new) try {
       auto mesh = std::make_shared<Mesh>(load(file));

@@ -18,8 +18,8 @@ namespace duet::scene {
 
 class ShapeReader {
  public:
-  ShapeReader(const std::string& scene_path, Meshes meshes, Problems& problems)
-      : scene_path_(scene_path), meshes_(meshes), problems_(problems) {}
+  ShapeReader(const std::string& scene_path, Meshes meshes, const FileMap& files, Problems& problems)
+      : scene_path_(scene_path), meshes_(meshes), given_(files), problems_(problems) {}
 
   // Finishes the body's shape, whose keys have been read from `body_table`. Reports what is wrong with it.
   void check(RigidBody& body, const toml::table& body_table, const std::string& path);
@@ -31,6 +31,7 @@ class ShapeReader {
 
   const std::vector<std::string>& notes() const { return notes_; }
   std::uint64_t fingerprint() const { return fingerprint_; }
+  const FileMap& files() const { return files_; }  // that were read
 
  private:
   void reject(const toml::table& table, const std::string& path, std::initializer_list<std::string_view> keys,
@@ -48,6 +49,8 @@ class ShapeReader {
 
   const std::string& scene_path_;
   Meshes meshes_;
+  const FileMap& given_;
+  FileMap files_;
   Problems& problems_;
   // Each file is read and complained about once; null for those with flaws.
   std::map<std::string, std::shared_ptr<const TriangleMesh>> meshes_loaded_;
