@@ -13,6 +13,7 @@ namespace duet::scene {
 namespace {
 
 constexpr double large_mass_ratio = 100;  // beyond it, sweeps over contacts converge slowly
+constexpr double most_of_extent = 0.01;   // of a skin's distance from the tets: three pixels of a body of 300
 constexpr double least_cells = 3;         // across a wall; what is thinner has hardly an inside
 constexpr int many_substeps = 1000;       // a frame takes minutes rather than seconds
 
@@ -44,7 +45,7 @@ void write_stages(std::string& out, const WorldSizes& sizes) {
 }
 
 // "`bowl`", "`bowl` and 3 more bodies"
-template <class Shared>  // GridSize or TetSize
+template <class Shared>  // GridSize, TetSize or SkinSize
 std::string sharers(const Shared& shared) {
   if (shared.bodies == 1) return fmt::format("`{}`", shared.body);
   return fmt::format("`{}` and {} more {}", shared.body, shared.bodies - 1,
@@ -65,6 +66,12 @@ void write_sizes(std::string& out, const WorldSizes& sizes) {
     out += fmt::format(
         "  {} tetrahedra of {}: smallest altitude {:.3g} m, dihedral angles {:.1f} to {:.1f} degrees\n",
         mesh.tets, sharers(mesh), mesh.smallest_altitude, mesh.least_angle, mesh.largest_angle);
+  for (const SkinSize& skin : sizes.skins)
+    out += fmt::format(
+        "  {} triangles drawn of {}: at most {:.2g} m outside of the tetrahedra, which touch in their place, "
+        "and {:.2g} m below "
+        "their boundary\n",
+        skin.triangles, sharers(skin), skin.outside, skin.inside);
   if (sizes.heaviest > 0)
     out += fmt::format("masses\n  {:.6g} kg to {:.6g} kg, ratio {:.4g}:1\n", sizes.lightest, sizes.heaviest,
                        mass_ratio(sizes));
@@ -165,6 +172,14 @@ bool is_damped_before_pressures(const Scene& scene) {
                      [](const DeformableBody& body) { return body.incompressible; });
 }
 
+std::string skin_warning(const SkinSize& skin) {
+  return fmt::format(
+      "what is drawn of {} may enter other bodies by {:.2g} m, or stay {:.2g} m away from them, as the "
+      "tetrahedra below it touch "
+      "in its place: give it a smaller shape.spacing, or a `skin` with contact = true",
+      sharers(skin), skin.outside, skin.inside);
+}
+
 std::vector<std::string> warnings(const Scene& scene, const EffectPlan& plan, const WorldSizes& sizes) {
   std::vector<std::string> found;
   if (sizes.rigid_dynamic + sizes.rigid_kinematic + sizes.deformable == 0)
@@ -191,6 +206,9 @@ std::vector<std::string> warnings(const Scene& scene, const EffectPlan& plan, co
           "the mesh of {} is at its thickest {:.3g} m, less than {:.0f} cells of its level set: raise "
           "shape.cells, or other bodies may pass through",
           sharers(grid), grid.thickness, least_cells));
+  for (const SkinSize& skin : sizes.skins)
+    if (std::max(skin.outside, skin.inside) > most_of_extent * skin.extent)
+      found.push_back(skin_warning(skin));
   if (std::string warning = step_warning(scene, sizes); !warning.empty()) found.push_back(std::move(warning));
   for (const PlannedEffect& planned : plan.effects)
     if (planned.reason == removed_by_user)
@@ -232,6 +250,13 @@ nlohmann::json explain_json(const Scene& scene, const EffectPlan& plan, const Wo
                           {"tets", mesh.tets},
                           {"smallest_altitude", mesh.smallest_altitude},
                           {"dihedral_angles", {mesh.least_angle, mesh.largest_angle}}});
+  json skins = json::array();
+  for (const SkinSize& skin : sizes.skins)
+    skins.push_back({{"body", skin.body},
+                     {"bodies", skin.bodies},
+                     {"triangles", skin.triangles},
+                     {"outside", skin.outside},
+                     {"inside", skin.inside}});
   json overlaps = json::array();
   for (const InitialOverlap& overlap : sizes.initial_overlaps)
     overlaps.push_back({{"bodies", {overlap.first, overlap.second}},
@@ -260,6 +285,7 @@ nlohmann::json explain_json(const Scene& scene, const EffectPlan& plan, const Wo
         {"rigid_static", sizes.rigid_static},
         {"rigid_samples", sizes.rigid_samples},
         {"grids", grids},
+        {"skins", skins},
         {"deformable", sizes.deformable},
         {"particles", sizes.particles},
         {"tets", sizes.tets},

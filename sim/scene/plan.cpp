@@ -418,7 +418,7 @@ EffectPlan plan_effects(const Scene& scene, const std::vector<std::string>& with
       "no deformable body is attached to rigid ones by springs"));
   add(asked_for(
       Effect::embedded_surfaces, scene, [](const DeformableBody& body) { return body.skin.has_value(); },
-      "no deformable body has a skin"));
+      "no deformable body is made of a mesh or has a skin"));
   add(air_drag(scene));
   return plan;
 }

@@ -193,6 +193,9 @@ struct Skin {
   std::shared_ptr<const TriangleMesh> mesh = nullptr;  // null if the scene was read without its meshes
 };
 
+/// Which surface of a volume made of a mesh is drawn: the mesh, or the boundary of the tets that fill it.
+enum class DrawnSurface { mesh, tetrahedra };
+
 struct DeformableBody {
   std::string name;
   Location at;
@@ -201,7 +204,8 @@ struct DeformableBody {
   std::vector<Pin> pins;
   std::vector<std::string> attach;  // names of rigid bodies that hold the particles inside of them
   std::optional<AttachSprings> attach_springs;  // that hold them, in place of stiff bonds
-  std::optional<Skin> skin;                     // of volumes
+  DrawnSurface drawn = DrawnSurface::mesh;
+  std::optional<Skin> skin;  // of volumes; the mesh itself where that is drawn and the scene names no skin
   Placement placement;
   std::string material;                  // name of a material
   std::optional<double> mass;            // kg; overrides density * volume

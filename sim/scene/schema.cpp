@@ -285,6 +285,10 @@ std::vector<Key> keys(DeformableEntry& entry) {
                "of the surface, besides that of the tetrahedra; without it, none"}},
              &entry.has_skin},
        "", any, "surface that is drawn and exported in place of the tetrahedra's, which carry it along"},
+      {"drawn", choice(body.drawn, {"mesh", "tetrahedra"}), "", any,
+       "the surface of a mesh's volume that is drawn and exported: the mesh, which the tetrahedra carry "
+       "along, "
+       "or the boundary of the tetrahedra, which touches others"},
       {"position", &placement.position, "m", any,
        "of the shape's centre; of the origin of a mesh's coordinates"},
       rotation_key(entry.rotation),

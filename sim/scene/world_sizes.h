@@ -23,6 +23,14 @@ struct TetSize {     // of the tets that bodies of one shape share
   double smallest_altitude = 0;               // m, bounds the time step
   double least_angle = 0, largest_angle = 0;  // degrees, between two faces of a tet
 };
+struct SkinSize {    // of a surface that is drawn in place of the tets' boundary, which touches
+  std::string body;  // the first of those that are alike
+  int bodies = 0;
+  int triangles = 0;
+  double outside = 0;  // m, the farthest that it lies out of the tets: so deep it may be drawn in others
+  double inside = 0;   // m, the farthest that it lies below their boundary: so wide a gap may be drawn
+  double extent = 0;   // m, the longest edge of the box around it
+};
 struct WorldSizes {
   int rigid_dynamic = 0, rigid_kinematic = 0, rigid_static = 0, deformable = 0;
   int thin = 0;  // of the deformable ones: sheets and rods
@@ -32,6 +40,7 @@ struct WorldSizes {
   double lightest = 0, heaviest = 0;  // kg, of the dynamic bodies
   std::vector<GridSize> grids;
   std::vector<TetSize> tet_meshes;
+  std::vector<SkinSize> skins;      // without contact of their own
   double elastic_dt = 0;            // s, the elastic bound on the time step at rest (0: no deformable body)
   double undamped_elastic_dt = 0;   // s, the same if damping did not lift it (solver.relaxation)
   double time_step = 0;             // s, the longest that the rule allows now

@@ -469,6 +469,7 @@ WorldSizes Simulation::sizes() const {
   }
   sizes.grids = grid_sizes(bodies.rigid);
   sizes.tet_meshes = impl_->built.tet_meshes;
+  sizes.skins = impl_->built.skins;
   sizes.particles = static_cast<int>(bodies.particles.size());
   sizes.tets = static_cast<int>(bodies.forces.elements.size());
   if (bodies.forces.rest_squared_frequency() > 0) {

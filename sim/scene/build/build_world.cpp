@@ -16,6 +16,7 @@
 #include "sim/contact/response/articulated_response.h"
 #include "sim/geometry/level_set/shape_mesh.h"
 #include "sim/geometry/queries/texture.h"
+#include "sim/geometry/queries/triangle_tree.h"
 #include "sim/scene/build/add_deformable.h"
 #include "sim/scene/build/attachments.h"
 #include "sim/scene/build/motion.h"
@@ -97,6 +98,35 @@ BodyShape skinned(const scene::DeformableBody& description, const TetMesh& mesh,
   return shape;
 }
 
+// How far the skin lies from the boundary of the tets, both at rest. A vertex outside of all tets has a
+// negative weight.
+SkinSize measure_skin(const BodyShape& skin, const TetMesh& mesh, const std::vector<Triangle>& boundary) {
+  constexpr double rounding = 1e-9;  // of weights, whose sum is 1
+  const TriangleTree tree(TriangleMesh{mesh.nodes, boundary, {}, {}});
+  const Surface& surface = skin.surface.surface;
+  SkinSize size{skin.name, 1, static_cast<int>(surface.triangles.size())};
+  Eigen::AlignedBox3d box;
+  for (std::size_t i = 0; i < surface.positions.size(); ++i) {
+    box.extend(surface.positions[i]);
+    const std::array<double, 4>& weights = skin.skin.carriers()[i].weights;
+    const bool is_outside = *std::min_element(weights.begin(), weights.end()) < -rounding;
+    double& farthest = is_outside ? size.outside : size.inside;
+    farthest = std::max(farthest, tree.nearest(surface.positions[i]).distance);
+  }
+  size.extent = box.sizes().maxCoeff();
+  return size;
+}
+
+void add_skin_size(const SkinSize& size, std::vector<SkinSize>& sizes) {
+  const auto alike = std::find_if(sizes.begin(), sizes.end(), [&](const SkinSize& other) {
+    return other.triangles == size.triangles && other.outside == size.outside && other.inside == size.inside;
+  });
+  if (alike == sizes.end())
+    sizes.push_back(size);
+  else
+    ++alike->bodies;
+}
+
 // Every triangle of the skin has its share of the mass by area, a third of it at each corner, and the nodes
 // that carry the corner have that by its weights: which keeps mass and centre of mass.
 void add_skin_mass(const scene::DeformableBody& description, const BodyShape& skin,
@@ -155,7 +185,7 @@ void add_damping(const scene::DeformableBody& description, const Material& mater
 }
 
 BodyShape add_volume(const Scene& scene, const EffectSet& plan, const scene::DeformableBody& description,
-                     const TetMesh& mesh, Bodies& bodies) {
+                     const TetMesh& mesh, Bodies& bodies, std::vector<SkinSize>& skins) {
   const Material& material = material_of(scene, description);
   const std::vector<Triangle> triangles = boundary(mesh);
   const double density = description.mass ? *description.mass / volume(mesh) : material.density;
@@ -201,6 +231,7 @@ BodyShape add_volume(const Scene& scene, const EffectSet& plan, const scene::Def
   // Few triangles go around a curve of a filled surface or of tets from elsewhere, so that they meet at wide
   // angles; only a lattice's edges are sharp for certain.
   const double crease = description.shape.kind == DeformableKind::box ? 40 : 75;
+  if (is_drawn && !description.skin->contact) add_skin_size(measure_skin(*skin, mesh, triangles), skins);
   if (is_drawn) return std::move(*skin);
   BodyShape shape{description.name, boundary_surface(mesh, triangles, crease)};
   for (int& node : shape.surface.vertex_nodes) node += body.first_particle;
@@ -384,7 +415,8 @@ BuiltWorld build_world(const Scene& scene, const EffectSet& plan) {
     built.shapes.push_back({body.name, {solid.surface, {}}});
   }
   for (const scene::DeformableBody& body : scene.deformable) {
-    built.shapes.push_back(body.shape.is_volume()     ? add_volume(scene, plan, body, meshes.of(body), bodies)
+    built.shapes.push_back(body.shape.is_volume()
+                               ? add_volume(scene, plan, body, meshes.of(body), bodies, built.skins)
                            : body.shape.is_shell()    ? add_shell(scene, plan, body, bodies)
                            : body.shape.is_particle() ? add_particle(scene, body, bodies)
                                                       : add_rod(scene, plan, body, bodies));

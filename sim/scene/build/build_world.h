@@ -33,6 +33,7 @@ struct BodyShape {
 struct BuiltWorld {
   World world;
   std::vector<TetSize> tet_meshes;
+  std::vector<SkinSize> skins;    // of those without contact
   std::vector<BodyShape> shapes;  // scene's rigid bodies, then deformable ones; the ground has none
 };
 

@@ -81,6 +81,11 @@ void check_additions(DeformableBody& body, const toml::table& table, const std::
   if (springs && body.attach.empty())
     problems.add(springs->source(), path + ".attach_springs", "has no effect without `attach`",
                  "name the bones in `attach`");
+  if (const toml::node* drawn = table.get("drawn");
+      drawn && (body.skin || body.shape.kind != DeformableKind::mesh))
+    problems.add(drawn->source(), path + ".drawn",
+                 body.skin ? "has no effect beside a `skin`" : "has no effect on a shape that is no mesh",
+                 body.skin ? "the skin is drawn" : "leave it out");
   const toml::node* skin = table.get("skin");
   if (!skin || !skin->is_table() || !body.skin) return;
   if (!body.shape.is_volume())
@@ -99,6 +104,17 @@ void check_additions(DeformableBody& body, const toml::table& table, const std::
 bool has_its_mesh(const DeformableShape& shape) {
   return shape.kind == DeformableKind::tets ? shape.tets != nullptr
                                             : shape.kind != DeformableKind::mesh || shape.surface.mesh;
+}
+
+// The tetrahedra that fill a mesh have a surface of their own, coarser than the mesh. Without a skin the mesh
+// is drawn.
+void draw_own_mesh(DeformableBody& body) {
+  const Shape& surface = body.shape.surface;
+  if (body.skin || body.shape.kind != DeformableKind::mesh || body.drawn == DrawnSurface::tetrahedra) return;
+  Skin& skin = body.skin.emplace();
+  skin.mesh_file = surface.mesh_file;
+  skin.scale = surface.scale;
+  skin.mesh = surface.mesh;
 }
 
 // A pin that holds nothing is a mistake in its place.
@@ -135,13 +151,15 @@ void check_deformable(DeformableBody& body, const toml::table& body_table, const
   const std::string key = fmt::format("{}.{}", at, kinds[*kind]);
   check_volume_keys(body, body_table, path, problems);
   check_additions(body, body_table, path, shapes, problems);
-  if (shape.is_volume())
+  if (shape.is_volume()) {
     shapes.check(shape, *table, at);
-  else
+    draw_own_mesh(body);
+  } else {
     for (const std::string_view other : {"cells", "pattern", "spacing", "graded", "scale"})
       if (const toml::node* node = table->get(other))
         problems.add(node->source(), fmt::format("{}.{}", at, other),
                      fmt::format("has no effect on a {}", kinds[*kind]), "it belongs to a volume");
+  }
   if (shape.kind == DeformableKind::rod && !check_points(shape, value, key, problems)) return;
   if (shape.kind == DeformableKind::knot && !check_knot(shape, value, key, problems)) return;
   const bool is_readable = shape.kind == DeformableKind::box ? value.is_array()
