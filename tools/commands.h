@@ -96,6 +96,18 @@ struct OverlapOptions {
   bool json = false;
 };
 
+struct ExportOptions {
+  std::string run;                  // folder of a run, or the name of a run in out/
+  std::string format;               // a name of export_formats()
+  std::string out;                  // file or folder; empty: in the run's folder export/
+  std::vector<std::string> bodies;  // patterns of names; empty: all bodies
+  std::optional<Frames> frames;     // none: all that are there
+  std::string up = "y";             // or "z"
+  double scale = 1;                 // units of the export in a meter
+  bool compress = false;
+  bool overwrite = false;
+};
+
 struct HashesOptions {
   std::vector<std::string> scenes;  // entries of tests/hashes/frames.toml; empty: all
   std::string folder;               // of the expected hashes; empty: tests/hashes
@@ -126,6 +138,8 @@ Outcome verify(const VerifyOptions& options, Report& report);
 Outcome overlaps(const OverlapOptions& options);
 Outcome compare(const CompareOptions& options);
 Outcome hashes(const HashesOptions& options);
+Outcome export_run(const ExportOptions& options, Report& report);
+std::string export_formats();  // their names and what they are, a line each
 Outcome list();
 
 }  // namespace duet::tools

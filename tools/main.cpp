@@ -33,6 +33,7 @@ struct CommandLine {
   StudyOptions study;
   ReportOptions report;
   VerifyOptions verify;
+  ExportOptions export_run;
   OverlapOptions overlaps;
   CompareOptions compare;
   HashesOptions hashes;
@@ -219,6 +220,41 @@ void add_verify(CLI::App& app, CommandLine& line) {
   app.callback([&line] { line.command = [&line](Report& report) { return verify(line.verify, report); }; });
 }
 
+void add_export(CLI::App& app, CommandLine& line) {
+  ExportOptions& options = line.export_run;
+  app.add_option("run", options.run, "Folder of a run, or the name of one in out/")
+      ->type_name("RUN")
+      ->required();
+  app.add_option("--to", options.format, "The format, see below")->type_name("FORMAT")->required();
+  app.add_option("--out", options.out,
+                 "Folder or file to write to; default RUN/export/FORMAT, or RUN/export/<scene>.<ending> for "
+                 "formats of one file")
+      ->type_name("PATH");
+  add_repeatable(app, "--bodies", options.bodies, "PATTERN",
+                 "Only the bodies whose names match, * for any characters; repeatable");
+  app.add_option("--frames", line.frames, "N: frame N. A:B: frames A to B. Default: all that are there")
+      ->type_name("N|A:B");
+  app.add_option("--up", options.up,
+                 "Axis that points up: y as in the run, or z; the bodies are turned about x")
+      ->check(CLI::IsMember({"y", "z"}))
+      ->type_name("y|z");
+  app.add_option("--scale", options.scale, "Units of the export in a meter: 100 for centimeters")
+      ->check(between(1e-6, 1e6))
+      ->type_name("S");
+  app.add_flag("--compress", options.compress, "Smaller files, where the format can have them");
+  app.add_flag("--overwrite", options.overwrite, "Replace what is there");
+  add_report(app, line);
+  app.footer("FORMAT is one of\n" + export_formats() +
+             "\nExit status: 0 done; 2 bad usage; 4 a file is missing, damaged or cannot be written; 130 "
+             "interrupted.");
+  app.callback([&line] {
+    line.command = [&line](Report& report) {
+      if (!line.frames.empty()) line.export_run.frames = parse_frames(line.frames);
+      return export_run(line.export_run, report);
+    };
+  });
+}
+
 void add_overlaps(CLI::App& app, CommandLine& line) {
   OverlapOptions& options = line.overlaps;
   add_scene(app, options.scene)->required();
@@ -367,6 +403,8 @@ void add_commands(CLI::App& app, CommandLine& line) {
   add_report_run(*app.add_subcommand("report", "One run as a page: pictures, energy, contact, work, effects"),
                  line);
   add_verify(*app.add_subcommand("verify", "Whether the files of a run are as it wrote them"), line);
+  add_export(*app.add_subcommand("export", "A run for other programs: Blender, Houdini, ParaView, NumPy"),
+             line);
   add_overlaps(*app.add_subcommand("overlaps", "How deep bodies lie in each other at the end of a run"),
                line);
   add_compare(*app.add_subcommand("compare", "How much pictures differ, and whether by more than bounds"),

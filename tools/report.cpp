@@ -123,6 +123,14 @@ void Report::drawn(int frame) {
   progress(live, fmt::format("drawn frame {}  ({}/{})\n", frame, drawn_, frames_to_draw_));
 }
 
+void Report::exported(int frame, int done, int of) {
+  const std::lock_guard lock(mutex_);
+  if (json_ && !quiet_)
+    write_to(stdout, line_of({{"event", "exported"}, {"frame", frame}, {"exported", done}, {"of", of}}));
+  progress(fmt::format("exported {}/{}", done, of),
+           fmt::format("exported frame {}  ({}/{})\n", frame, done, of));
+}
+
 void Report::note(const std::string& text) {
   const std::lock_guard lock(mutex_);
   if (quiet_) return;

@@ -40,6 +40,7 @@ class Report {
              int frames_to_draw);
   void simulated(const FrameStats& stats);
   void drawn(int frame);
+  void exported(int frame, int done, int of);  // `done` of the frames, with this one
   void note(const std::string& text);
   void error(const std::string& text);
   ExitStatus failure(const std::exception_ptr& exception);  // says what was thrown, returns its exit status

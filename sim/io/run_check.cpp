@@ -38,17 +38,6 @@ std::set<std::string> files_of_run(const RunDirectory& run) {
   return files;
 }
 
-// "frame 3", "frames 3 to 5, 7"; the frames in order.
-std::string frames_text(const std::vector<int>& frames) {
-  std::string text;
-  for (std::size_t i = 0, end = 0; i < frames.size(); i = end) {
-    for (end = i + 1; end < frames.size() && frames[end] == frames[end - 1] + 1;) ++end;
-    text += fmt::format("{}{}", text.empty() ? "" : ", ", frames[i]);
-    if (end > i + 1) text += fmt::format(" to {}", frames[end - 1]);
-  }
-  return (frames.size() == 1 ? "frame " : "frames ") + text;
-}
-
 std::string fault_of(const RunDirectory& run, const std::string& name) {
   const fs::path path = run.root / name;
   try {
@@ -98,6 +87,16 @@ RunCheck check_once(const RunDirectory& run) {
 }
 
 }  // namespace
+
+std::string frames_text(const std::vector<int>& frames) {
+  std::string text;
+  for (std::size_t i = 0, end = 0; i < frames.size(); i = end) {
+    for (end = i + 1; end < frames.size() && frames[end] == frames[end - 1] + 1;) ++end;
+    text += fmt::format("{}{}", text.empty() ? "" : ", ", frames[i]);
+    if (end > i + 1) text += fmt::format(" to {}", frames[end - 1]);
+  }
+  return (frames.size() == 1 ? "frame " : "frames ") + text;
+}
 
 RunCheck check_run(const RunDirectory& run) {
   RunDirectory with_journal = open_run(run.root);

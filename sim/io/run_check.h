@@ -25,4 +25,7 @@ RunCheck check_run(const RunDirectory& run);
 /// Statistics that lack a frame are a fault, too.
 std::vector<std::string> faults_of_kept(const RunDirectory& run, int last);
 
+/// "frame 3", "frames 3 to 5, 7"; the frames in order.
+std::string frames_text(const std::vector<int>& frames);
+
 }  // namespace duet::io

@@ -107,6 +107,16 @@ Manifest read_manifest(const RunDirectory& run);  // throws FileError
 
 // One file a frame, one named object a body, shared positions, normals and texture coordinates indexed apart.
 std::string obj_text(const std::vector<BodySurface>& bodies);
+
+/// How an OBJ file differs from those of a run.
+struct ObjStyle {
+  std::string comment;                 ///< after "# Duet frame: "
+  std::string library;                 ///< file of the materials; empty: no materials
+  std::vector<std::string> materials;  ///< names in it, one a body
+  bool is_rounded = false;             ///< positions as in a run; otherwise all digits of the doubles
+};
+std::string obj_text(const std::vector<BodySurface>& bodies, const ObjStyle& style);
+
 void write_obj(const fs::path& path, const std::vector<BodySurface>& bodies);
 std::vector<BodySurface> read_obj(const fs::path& path);  // reads what write_obj writes; throws FileError
 /// The mesh of a frame. Throws FileError also where it is not what the run's journal lists.

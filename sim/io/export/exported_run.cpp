@@ -96,6 +96,7 @@ void ExportedRun::set_looks(ExportedLooks looks) {
 }
 
 FrameValues ExportedRun::read(int frame) const {
+  if (watch_) watch_(frame);
   FrameValues values = read_values(run_, manifest_.bodies, frame);
   if (up_ == 'y' && scale_ == 1) return values;
   for (RigidMotion& motion : values.rigid) {

@@ -2,6 +2,7 @@
 /// they are, in the axes and the unit of length that were asked for.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -67,6 +68,8 @@ class ExportedRun {
 
   /// The values of a frame in the axes and unit of the export. Lengths are scaled, also those in velocities.
   FrameValues read(int frame) const;
+  /// read() calls `watch` with its frame first, which may show progress, or throw to end the export.
+  void set_watch(std::function<void(int frame)> watch) { watch_ = std::move(watch); }
 
  private:
   RunDirectory run_;
@@ -75,6 +78,7 @@ class ExportedRun {
   std::vector<int> body_rows_;  // index of each exported body in the manifest
   std::vector<int> frames_, missing_;
   ExportedLooks looks_;
+  std::function<void(int frame)> watch_;
   Quat axes_;
   double scale_;
   char up_;

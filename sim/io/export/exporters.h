@@ -26,4 +26,24 @@ ExportNotes export_glb(const ExportedRun& run, const FormatOptions& options, con
 /// A USD stage as text (.usda) with time samples, in a folder with what it refers to. Throws Error.
 ExportNotes export_usd(const ExportedRun& run, const FormatOptions& options, const fs::path& folder);
 
+/// Tables of where the rigid bodies are and how they move: transforms.json and transforms.csv in the folder,
+/// with all digits of the doubles. Throws Error, also (usage) where no body is rigid.
+ExportNotes export_transforms(const ExportedRun& run, const FormatOptions& options, const fs::path& folder);
+
+/// An OBJ file a frame, 0000.obj, with all digits of the positions, and materials.mtl. Throws Error.
+ExportNotes export_obj(const ExportedRun& run, const FormatOptions& options, const fs::path& folder);
+
+/// A binary PLY file a frame, 0000.ply, with positions in double precision, normals, texture coordinates,
+/// velocities, strain and the index of the body. Throws Error.
+ExportNotes export_ply(const ExportedRun& run, const FormatOptions& options, const fs::path& folder);
+
+/// For each body NAME.pc2 (3ds Max, Blender), or NAME.mdd (LightWave), and NAME.obj, the mesh at the first
+/// frame whose vertices the cache moves; export.json says relative to which origin. Throws Error.
+ExportNotes export_pc2(const ExportedRun& run, const FormatOptions& options, const fs::path& folder);
+ExportNotes export_mdd(const ExportedRun& run, const FormatOptions& options, const fs::path& folder);
+
+/// VTK poly data, 0000.vtp a frame, and run.pvd with the times; FormatOptions::compress by zlib. Throws
+/// Error.
+ExportNotes export_vtk(const ExportedRun& run, const FormatOptions& options, const fs::path& folder);
+
 }  // namespace duet::io

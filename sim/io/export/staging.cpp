@@ -60,8 +60,9 @@ void Staging::finish() {
   if (replaces) fs::remove_all(aside, error);
 }
 
-OutputFile::OutputFile(const fs::path& path) : path_(path) {
-  file_ = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+OutputFile::OutputFile(const fs::path& path, Open how) : path_(path) {
+  file_ =
+      ::open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | (how == Open::anew ? O_TRUNC : O_APPEND), 0666);
   if (file_ < 0) throw system_error(path, "cannot write", errno);
   buffer_.reserve(buffer_bytes);
 }

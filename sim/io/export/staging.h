@@ -37,7 +37,8 @@ class Staging {
 /// late.
 class OutputFile {
  public:
-  explicit OutputFile(const fs::path& path);
+  enum class Open { anew, to_append };
+  explicit OutputFile(const fs::path& path, Open how = Open::anew);
   ~OutputFile();
   OutputFile(const OutputFile&) = delete;
   OutputFile& operator=(const OutputFile&) = delete;
@@ -47,7 +48,7 @@ class OutputFile {
   void write_values(const std::vector<Value>& values) {
     write({reinterpret_cast<const char*>(values.data()), values.size() * sizeof(Value)});
   }
-  std::uint64_t size() const { return size_; }  ///< bytes so far
+  std::uint64_t size() const { return size_; }  ///< bytes written by this object so far
   void close();
 
  private:

@@ -31,7 +31,7 @@ TEST(Program, HelpAndVersionSucceed) {
       << version.last_line();
   EXPECT_EQ(run_duet({"--help"}).status, 0);
   for (const char* command : {"run", "sim", "render", "check", "explain", "tetrahedralize", "compare",
-                              "study", "report", "verify", "overlaps", "hashes", "list"})
+                              "study", "report", "verify", "export", "overlaps", "hashes", "list"})
     EXPECT_EQ(run_duet({command, "--help"}).status, 0) << command;
 }
 

@@ -1,0 +1,177 @@
+// `pc2` and `mdd`: a cache of points for each body, with the mesh that it moves. PC2 is the point cache of
+// 3ds Max and Blender, MDD that of LightWave; both hold single-precision coordinates and as many points in
+// all frames.
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+
+#include <fmt/format.h>
+
+#include "sim/base/printable.h"
+#include "sim/io/export/description.h"
+#include "sim/io/export/exporters.h"
+
+namespace duet::io {
+namespace {
+
+enum class CacheKind { pc2, mdd };
+
+// Frames are gathered up to this size before each body's file is opened to append them: few openings, and no
+// bound on the number of bodies by that of open files.
+constexpr std::size_t gathered_bytes = 64 << 20;
+constexpr std::size_t most_gathered_frames = 256;
+
+template <class Number>
+void append(std::string& bytes, Number value, std::endian order) {
+  char raw[sizeof(Number)];
+  std::memcpy(raw, &value, sizeof(Number));
+  if (order != std::endian::native) std::reverse(std::begin(raw), std::end(raw));
+  bytes.append(raw, sizeof(Number));
+}
+
+// Coordinates are relative to this point: 0, or about the middle of the body where single precision would
+// round its coordinates by more than 2^-17 of its extent, because it is more than 128 extents away.
+Vec3 origin_of(const Surface& surface) {
+  Eigen::AlignedBox3d box;
+  for (const Vec3& x : surface.positions) box.extend(x);
+  if (box.isEmpty()) return Vec3::Zero();
+  const double extent = box.sizes().maxCoeff();
+  const double farthest = std::max(box.min().cwiseAbs().maxCoeff(), box.max().cwiseAbs().maxCoeff());
+  constexpr double most_extents = 128;
+  if (farthest <= most_extents * extent) return Vec3::Zero();
+  // Rounded to a power of two near the extent: a number that is short to write.
+  const double unit = extent > 0 ? std::exp2(std::floor(std::log2(extent))) : 0;
+  const Vec3 center = box.center();
+  return unit > 0 ? Vec3((center / unit).array().round() * unit) : center;
+}
+
+struct Cache {
+  std::string file, mesh;  // names of files
+  Surface surface;         // positions alone
+  Vec3 origin = Vec3::Zero();
+  std::string gathered;  // bytes of frames
+};
+
+void append_frame(Cache& cache, CacheKind kind) {
+  const std::endian order = kind == CacheKind::pc2 ? std::endian::little : std::endian::big;
+  for (const Vec3& x : cache.surface.positions)
+    for (int k = 0; k < 3; ++k) append(cache.gathered, static_cast<float>(x[k] - cache.origin[k]), order);
+}
+
+std::string head_bytes(const ExportedRun& run, const Cache& cache, CacheKind kind) {
+  const int first = run.frames().front(), samples = run.frames().back() - first + 1;
+  const auto points = static_cast<std::int32_t>(cache.surface.positions.size());
+  std::string bytes;
+  if (kind == CacheKind::pc2) {
+    bytes = std::string("POINTCACHE2\0", 12);
+    append(bytes, std::int32_t{1}, std::endian::little);  // version
+    append(bytes, points, std::endian::little);
+    append(bytes, static_cast<float>(first), std::endian::little);
+    append(bytes, 1.0F, std::endian::little);  // frames a sample
+    append(bytes, std::int32_t{samples}, std::endian::little);
+    return bytes;
+  }
+  append(bytes, std::int32_t{samples}, std::endian::big);
+  append(bytes, points, std::endian::big);
+  for (int i = 0; i < samples; ++i)
+    append(bytes, static_cast<float>(i / run.manifest().fps), std::endian::big);  // s from the first frame on
+  return bytes;
+}
+
+// The mesh of the cache's first frame, vertex by vertex that of the cache.
+void write_mesh(const ExportedRun& run, std::size_t index, const FrameValues& values, const Cache& cache,
+                const fs::path& folder) {
+  const ExportedBody& body = run.bodies()[index];
+  std::vector<BodySurface> mesh = {{printable_line(body.name), body.rest}};
+  place(body, values, mesh[0].surface);
+  for (Vec3& x : mesh[0].surface.positions) x -= cache.origin;
+  ObjStyle style;
+  style.comment =
+      fmt::format("{}, {} units a meter; {} up, right-handed; relative to [{}, {}, {}]", values.frame,
+                  run.scale(), run.up(), cache.origin.x(), cache.origin.y(), cache.origin.z());
+  if (const std::vector<std::string> names = material_names(run); !names.empty()) {
+    style.library = "materials.mtl";
+    style.materials = {names.at(static_cast<std::size_t>(body.look))};
+  }
+  OutputFile file(folder / cache.mesh);
+  file.write(obj_text(mesh, style));
+  file.close();
+}
+
+void flush(std::vector<Cache>& caches, const fs::path& folder) {
+  for (Cache& cache : caches) {
+    OutputFile file(folder / cache.file, OutputFile::Open::to_append);
+    file.write(cache.gathered);
+    file.close();
+    cache.gathered.clear();
+  }
+}
+
+nlohmann::ordered_json cache_description(const ExportedRun& run, const std::vector<Cache>& caches,
+                                         const char* format) {
+  nlohmann::ordered_json object = description(run, format);
+  object["samples"] = run.frames().back() - run.frames().front() + 1;
+  for (std::size_t i = 0; i < caches.size(); ++i) {
+    const Cache& cache = caches[i];
+    nlohmann::ordered_json& body = object["bodies"][i];
+    body["mesh"] = cache.mesh;
+    body["cache"] = cache.file;
+    body["points"] = cache.surface.positions.size();
+    body["origin"] = {cache.origin.x(), cache.origin.y(), cache.origin.z()};
+  }
+  return object;
+}
+
+ExportNotes export_caches(const ExportedRun& run, CacheKind kind, const fs::path& folder) {
+  const char* format = kind == CacheKind::pc2 ? "pc2" : "mdd";
+  const std::vector<std::string> names = safe_body_names(run);
+  FrameValues values = run.read(run.frames().front());
+  std::vector<Cache> caches(names.size());
+  std::size_t frame_bytes = 0;
+  for (std::size_t i = 0; i < caches.size(); ++i) {
+    Cache& cache = caches[i];
+    cache.file = fmt::format("{}.{}", names[i], format);
+    cache.mesh = names[i] + ".obj";
+    cache.surface.positions = run.bodies()[i].rest.positions;
+    place(run.bodies()[i], values, cache.surface);
+    cache.origin = origin_of(cache.surface);
+    cache.gathered = head_bytes(run, cache, kind);
+    write_mesh(run, i, values, cache, folder);
+    frame_bytes += cache.surface.positions.size() * 3 * sizeof(float);
+  }
+  if (!run.looks().looks.empty()) write_materials(run, folder / "materials.mtl");
+  write_json(cache_description(run, caches, format), folder / "export.json");
+  const std::size_t most = std::clamp<std::size_t>(gathered_bytes / std::max<std::size_t>(frame_bytes, 1), 1,
+                                                   most_gathered_frames);
+  std::size_t gathered = 0;
+  int written = run.frames().front() - 1;
+  for (const int frame : run.frames()) {
+    if (frame != run.frames().front()) values = run.read(frame);
+    // Samples lie a frame apart: a frame that is missing shows the one before.
+    for (; written < frame; ++written) {
+      for (std::size_t i = 0; i < caches.size(); ++i) {
+        if (written + 1 == frame) place(run.bodies()[i], values, caches[i].surface);
+        append_frame(caches[i], kind);
+      }
+      if (++gathered % most == 0) flush(caches, folder);
+    }
+  }
+  flush(caches, folder);
+  ExportNotes notes = notes_on_looks(run);
+  if (written - run.frames().front() + 1 != static_cast<int>(run.frames().size()))
+    notes.emplace_back("a frame that is missing shows the one before it, since samples lie a frame apart");
+  return notes;
+}
+
+}  // namespace
+
+ExportNotes export_pc2(const ExportedRun& run, const FormatOptions&, const fs::path& folder) {
+  return export_caches(run, CacheKind::pc2, folder);
+}
+
+ExportNotes export_mdd(const ExportedRun& run, const FormatOptions&, const fs::path& folder) {
+  return export_caches(run, CacheKind::mdd, folder);
+}
+
+}  // namespace duet::io

@@ -1,0 +1,213 @@
+// `duet export`: a run in the formats of other programs.
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <set>
+
+#include "tools/commands.h"
+#include "tools/interrupt.h"
+#include "tools/scene_files.h"
+#include <fmt/format.h>
+
+#include "render/default_view.h"
+#include "render/looks.h"
+#include "sim/base/near_miss.h"
+#include "sim/io/export/exporters.h"
+#include "sim/io/run_check.h"
+#include "sim/io/run_folder.h"
+#include "sim/scene/reader/reader.h"
+
+namespace duet::tools {
+namespace {
+namespace fs = std::filesystem;
+
+struct Format {
+  const char* name;
+  const char* ending;  // of the one file that it writes; null: it writes a folder
+  bool can_compress;
+  io::ExportNotes (*write)(const io::ExportedRun&, const io::FormatOptions&, const fs::path&);
+  const char* what;
+};
+
+constexpr Format formats[] = {
+    {"transforms", nullptr, false, io::export_transforms,
+     "poses and velocities of rigid bodies, JSON and CSV"},
+    {"obj", nullptr, false, io::export_obj, "a Wavefront OBJ file a frame, with materials"},
+    {"ply", nullptr, false, io::export_ply, "a binary PLY file a frame, with velocities and strain"},
+    {"pc2", nullptr, false, io::export_pc2, "a point cache and a mesh a body: Blender, 3ds Max"},
+    {"mdd", nullptr, false, io::export_mdd, "a point cache and a mesh a body: LightWave, Blender, Houdini"},
+    {"vtk", nullptr, true, io::export_vtk, "VTK poly data with velocity, displacement and strain: ParaView"},
+};
+
+// Formats that are asked for and not written, with what to do instead.
+constexpr std::pair<const char*, const char*> refused[] = {
+    {"abc",
+     "Alembic is not written: Debian has no Alembic library (usd, pc2 and mdd hold moving meshes, too)"},
+    {"vdb", "the level sets need no export: the run's folder levelset/ holds them as OpenVDB files"}};
+
+const Format& find_format(const std::string& name) {
+  std::vector<std::string> names;
+  for (const Format& format : formats) {
+    if (format.name == name) return format;
+    names.emplace_back(format.name);
+  }
+  for (const auto& [known, why] : refused)
+    if (known == name) throw Error(ExitStatus::usage, fmt::format("--to {}: {}", name, why));
+  throw Error(ExitStatus::usage, fmt::format("--to {}: no such format ({}; one of {})", name,
+                                             did_you_mean(name, names), fmt::join(names, ", ")));
+}
+
+// A name that no look has had yet.
+std::string unused_name(const std::string& wanted, std::set<std::string>& names) {
+  std::string name = wanted;
+  for (int next = 2; !names.insert(name).second; ++next) name = fmt::format("{}-{}", wanted, next);
+  return name;
+}
+
+// The looks that bodies of the manifest wear, and the view, as pictures have them.
+io::ExportedLooks looks_of(const scene::Scene& described, const io::Manifest& manifest) {
+  scene::Scene scene = render::with_default_view(described, manifest);
+  scene.render.color = scene::ColorBy::look;  // colors of strain are for pictures
+  const render::LookTable table = render::assign_looks(scene, manifest);
+  io::ExportedLooks looks;
+  looks.camera = scene.camera;
+  looks.lights = scene.lights;
+  looks.width = scene.render.width;
+  looks.height = scene.render.height;
+  std::vector<int> place(table.looks.size(), -1);  // in `looks`
+  std::vector<bool> is_worn(table.looks.size());
+  for (const auto& [body, look] : table.of_body) is_worn[static_cast<std::size_t>(look)] = true;
+  std::set<std::string> names;
+  for (const scene::Look& look : scene.looks) names.insert(look.name);
+  int palette = 0;
+  for (std::size_t i = 0; i < table.looks.size(); ++i) {
+    if (!is_worn[i]) continue;
+    place[i] = static_cast<int>(looks.looks.size());
+    looks.looks.push_back(table.looks[i]);
+    std::string& name = looks.looks.back().name;
+    if (name.empty())
+      name = unused_name(
+          i == render::LookTable::plain ? std::string("default") : fmt::format("palette-{}", ++palette),
+          names);
+  }
+  for (const io::ManifestBody& body : manifest.bodies)
+    looks.of_body.push_back(place[static_cast<std::size_t>(table.of_body.at(body.name))]);
+  return looks;
+}
+
+std::uintmax_t bytes_in(const fs::path& path) {
+  if (!fs::is_directory(path)) return fs::file_size(path);
+  std::uintmax_t bytes = 0;
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(path))
+    if (entry.is_regular_file()) bytes += entry.file_size();
+  return bytes;
+}
+
+std::string size_text(std::uintmax_t bytes) {
+  const auto size = static_cast<double>(bytes);
+  if (size < 1e3) return fmt::format("{} bytes", bytes);
+  return size < 1e6   ? fmt::format("{:.1f} kB", size / 1e3)
+         : size < 1e9 ? fmt::format("{:.1f} MB", size / 1e6)
+                      : fmt::format("{:.2f} GB", size / 1e9);
+}
+
+std::string counted(std::size_t count, const char* one, const char* many) {
+  return fmt::format("{} {}", count, count == 1 ? one : many);
+}
+
+fs::path target_of(const ExportOptions& options, const Format& format, const io::RunDirectory& run,
+                   const io::Manifest& manifest) {
+  if (!options.out.empty()) return options.out;
+  const fs::path folder = run.root / "export";
+  return format.ending == nullptr
+             ? folder / format.name
+             : folder / (io::video_path(run, manifest).stem().string() + "." + format.ending);
+}
+
+// The target is replaced as a whole: what is not an export may not go with it.
+void require_replaceable(const fs::path& target, const io::RunDirectory& run) {
+  std::error_code none;
+  const fs::path root = fs::weakly_canonical(run.root, none), path = fs::weakly_canonical(target, none);
+  const fs::path relative = root.lexically_relative(path);
+  const bool holds_run = !relative.empty() && *relative.begin() != "..";
+  if (holds_run || fs::exists(path / "manifest.json"))
+    throw Error(
+        ExitStatus::usage,
+        fmt::format("--out {}: is the folder of a run, or has one in it, and is not replaced by an export "
+                    "(name a new folder)",
+                    target.string()));
+}
+
+struct Interrupted {};
+
+}  // namespace
+
+std::string export_formats() {
+  std::string text;
+  for (const Format& format : formats) text += fmt::format("  {:<12}{}\n", format.name, format.what);
+  return text;
+}
+
+Outcome export_run(const ExportOptions& options, Report& report) {
+  const OrderlyStop orderly;
+  const Format& format = find_format(options.format);
+  if (options.compress && !format.can_compress)
+    throw Error(
+        ExitStatus::usage,
+        fmt::format("--compress: {} files are not compressed (leave it out, or compress the {} afterwards)",
+                    format.name, format.ending == nullptr ? "folder" : "file"));
+  const io::RunDirectory run = find_run(options.run);
+  io::ExportChoice choice;
+  choice.bodies = options.bodies;
+  if (options.frames) {
+    choice.first = options.frames->first.value_or(options.frames->last);
+    choice.last = options.frames->last;
+  }
+  choice.up = options.up.at(0);
+  choice.scale = options.scale;
+  io::ExportedRun exported(run, choice);
+  run.require_whole(run.scene());
+  const scene::Scene scene = scene::read(run.scene().string(), {}, scene::Meshes::leave).scene;
+  exported.set_looks(looks_of(scene, exported.manifest()));
+
+  const fs::path target = target_of(options, format, run, exported.manifest());
+  require_replaceable(target, run);
+  io::Staging staging(target, options.overwrite, format.ending == nullptr);
+  const int last = exported.frames().back(), count = static_cast<int>(exported.frames().size());
+  const auto begin = std::chrono::steady_clock::now();
+  report.start(exported.manifest().title, target.string(), exported.frames().front(), last, 0);
+  int newest = -1, done = 0;
+  exported.set_watch([&](int frame) {
+    if (interrupted()) throw Interrupted();
+    if (frame <= newest) return;  // a format that reads the frames a second time
+    newest = frame;
+    report.exported(frame, ++done, count);
+  });
+  io::ExportNotes notes;
+  try {
+    io::FormatOptions how;
+    how.compress = options.compress;
+    notes = format.write(exported, how, staging.path());
+    if (interrupted()) throw Interrupted();
+  } catch (const Interrupted&) {
+    return {ExitStatus::interrupted,
+            fmt::format("nothing was written to {}; the same command exports the run", target.string())};
+  }
+  const std::uintmax_t bytes = bytes_in(staging.path());
+  staging.finish();
+  if (scene.ground && options.bodies.empty())
+    notes.push_back(fmt::format("the ground has no mesh and is not exported: it fills all below {} = {:g}",
+                                options.up, scene.ground->height * options.scale));
+  for (const std::string& note : notes) report.note(note);
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  std::string text = fmt::format(
+      "{} of {}, {}, in {}, {:.1f} s", counted(exported.frames().size(), "frame", "frames"),
+      counted(exported.bodies().size(), "body", "bodies"), size_text(bytes), target.string(), seconds);
+  if (!exported.missing().empty())
+    text += fmt::format("; {} {} not there", io::frames_text(exported.missing()),
+                        exported.missing().size() == 1 ? "is" : "are");
+  return {ExitStatus::done, text};
+}
+
+}  // namespace duet::tools
