@@ -1,0 +1,52 @@
+#include "sim/io/export/glb_materials.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace duet::io {
+namespace {
+
+double unit(double x) { return std::clamp(x, 0.0, 1.0); }
+
+Json json_of(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
+
+}  // namespace
+
+Json gltf_material(const scene::Look& look) {
+  Json material = {{"name", look.name}};
+  material["pbrMetallicRoughness"] = {
+      {"baseColorFactor",
+       {unit(look.color.x()), unit(look.color.y()), unit(look.color.z()), unit(look.opacity)}},
+      {"metallicFactor", unit(look.metallic)},
+      {"roughnessFactor", unit(look.roughness)}};
+  if (look.opacity < 1) material["alphaMode"] = "BLEND";
+  if (!look.pattern.empty())
+    material["extras"] = {
+        {"pattern", look.pattern}, {"color2", json_of(look.color2)}, {"pattern_size", look.pattern_size}};
+  return material;
+}
+
+Json gltf_light(const scene::Light& light, double scale) {
+  // glTF's colors end at 1: the brightest channel's excess goes into the intensity.
+  const double brightest = std::max(light.color.maxCoeff(), 1.0);
+  const Vec3 color = light.color.cwiseMax(0) / brightest;
+  return {{"name", light.name},
+          {"type", "point"},
+          {"color", json_of(color)},
+          {"intensity", std::max(light.power, 0.0) * brightest * scale * scale / (4 * std::numbers::pi)}};
+}
+
+Json gltf_camera(const CameraTrack& track, const ExportedLooks& looks) {
+  constexpr double nearest = 0.01;  // of the target's distance
+  double distance = *std::min_element(track.target_distances.begin(), track.target_distances.end());
+  if (!(distance > 0)) distance = 1;
+  return {{"name", "camera"},
+          {"type", "perspective"},
+          {"perspective",
+           {{"aspectRatio", static_cast<double>(looks.width) / looks.height},
+            {"yfov", track.vertical_fov.front()},
+            {"znear", nearest * distance}}}};
+}
+
+}  // namespace duet::io
