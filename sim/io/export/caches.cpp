@@ -5,12 +5,15 @@
 #include <bit>
 #include <cmath>
 #include <cstring>
+#include <numeric>
 
 #include <fmt/format.h>
 
+#include "sim/base/files.h"
 #include "sim/base/printable.h"
 #include "sim/io/export/description.h"
 #include "sim/io/export/exporters.h"
+#include "sim/io/export/own_mesh.h"
 
 namespace duet::io {
 namespace {
@@ -49,19 +52,23 @@ Vec3 origin_of(const Surface& surface) {
 struct Cache {
   std::string file, mesh;  // names of files
   Surface surface;         // positions alone
+  std::vector<int> order;  // the positions of `surface` that are the points of the cache
   Vec3 origin = Vec3::Zero();
+  bool is_own = false;   // the mesh is the file that the user's scene names
   std::string gathered;  // bytes of frames
 };
 
 void append_frame(Cache& cache, CacheKind kind) {
   const std::endian order = kind == CacheKind::pc2 ? std::endian::little : std::endian::big;
-  for (const Vec3& x : cache.surface.positions)
+  for (const int i : cache.order) {
+    const Vec3& x = cache.surface.positions[static_cast<std::size_t>(i)];
     for (int k = 0; k < 3; ++k) append(cache.gathered, static_cast<float>(x[k] - cache.origin[k]), order);
+  }
 }
 
 std::string head_bytes(const ExportedRun& run, const Cache& cache, CacheKind kind) {
   const int first = run.frames().front(), samples = run.frames().back() - first + 1;
-  const auto points = static_cast<std::int32_t>(cache.surface.positions.size());
+  const auto points = static_cast<std::int32_t>(cache.order.size());
   std::string bytes;
   if (kind == CacheKind::pc2) {
     bytes = std::string("POINTCACHE2\0", 12);
@@ -117,7 +124,8 @@ nlohmann::ordered_json cache_description(const ExportedRun& run, const std::vect
     nlohmann::ordered_json& body = object["bodies"][i];
     body["mesh"] = cache.mesh;
     body["cache"] = cache.file;
-    body["points"] = cache.surface.positions.size();
+    body["points"] = cache.order.size();
+    body["is_own_mesh"] = cache.is_own;
     body["origin"] = {cache.origin.x(), cache.origin.y(), cache.origin.z()};
   }
   return object;
@@ -127,6 +135,7 @@ ExportNotes export_caches(const ExportedRun& run, CacheKind kind, const fs::path
   const char* format = kind == CacheKind::pc2 ? "pc2" : "mdd";
   const std::vector<std::string> names = safe_body_names(run);
   FrameValues values = run.read(run.frames().front());
+  std::vector<std::optional<OwnMesh>> own = own_meshes(run);
   std::vector<Cache> caches(names.size());
   std::size_t frame_bytes = 0;
   for (std::size_t i = 0; i < caches.size(); ++i) {
@@ -136,9 +145,19 @@ ExportNotes export_caches(const ExportedRun& run, CacheKind kind, const fs::path
     cache.surface.positions = run.bodies()[i].rest.positions;
     place(run.bodies()[i], values, cache.surface);
     cache.origin = origin_of(cache.surface);
+    if (own[i]) {
+      cache.is_own = true;
+      cache.order = std::move(own[i]->positions);
+      OutputFile copy(folder / cache.mesh);
+      copy.write(read_file(own[i]->file));
+      copy.close();
+    } else {
+      cache.order.resize(cache.surface.positions.size());
+      std::iota(cache.order.begin(), cache.order.end(), 0);
+      write_mesh(run, i, values, cache, folder);
+    }
     cache.gathered = head_bytes(run, cache, kind);
-    write_mesh(run, i, values, cache, folder);
-    frame_bytes += cache.surface.positions.size() * 3 * sizeof(float);
+    frame_bytes += cache.order.size() * 3 * sizeof(float);
   }
   if (!run.looks().looks.empty()) write_materials(run, folder / "materials.mtl");
   write_json(cache_description(run, caches, format), folder / "export.json");

@@ -38,7 +38,8 @@ ExportNotes export_obj(const ExportedRun& run, const FormatOptions& options, con
 ExportNotes export_ply(const ExportedRun& run, const FormatOptions& options, const fs::path& folder);
 
 /// For each body NAME.pc2 (3ds Max, Blender), or NAME.mdd (LightWave), and NAME.obj, the mesh at the first
-/// frame whose vertices the cache moves; export.json says relative to which origin. Throws Error.
+/// frame whose vertices the cache moves, or the OBJ file that the body was made of, as it is; export.json
+/// says which, and relative to which origin. Throws Error.
 ExportNotes export_pc2(const ExportedRun& run, const FormatOptions& options, const fs::path& folder);
 ExportNotes export_mdd(const ExportedRun& run, const FormatOptions& options, const fs::path& folder);
 

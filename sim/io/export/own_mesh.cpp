@@ -1,0 +1,162 @@
+#include "sim/io/export/own_mesh.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <string_view>
+
+#include "sim/base/files.h"
+#include "sim/io/run_source.h"
+#include "sim/scene/reader/reader.h"
+
+namespace duet::io {
+namespace {
+
+// Where the scene says that a body's mesh comes from, and how it is placed at frame 0.
+struct MeshOrigin {
+  std::string
+      file;  // as the scene has it; empty: the body was made of no mesh, or is drawn by another surface
+  double scale = 1;  // m per unit of the file
+  Pose placement;
+};
+
+std::map<std::string, MeshOrigin> mesh_origins(const scene::Scene& scene) {
+  std::map<std::string, MeshOrigin> origins;
+  for (const scene::RigidBody& body : scene.rigid)
+    if (body.shape.kind == scene::ShapeKind::mesh)
+      origins[body.name] = {
+          body.shape.mesh_file, body.shape.scale, {body.placement.position, body.placement.orientation}};
+  for (const scene::DeformableBody& body : scene.deformable)
+    if (body.skin)
+      origins[body.name] = {
+          body.skin->mesh_file, body.skin->scale, {body.placement.position, body.placement.orientation}};
+  return origins;
+}
+
+// Cells of the width of a tolerance, with the positions in them: those near a point lie in its cell or in one
+// beside it.
+class Cells {
+ public:
+  Cells(const std::vector<Vec3>& positions, double width) : width_(width) {
+    for (std::size_t i = 0; i < positions.size(); ++i)
+      cells_.emplace(cell(positions[i]), static_cast<int>(i));
+  }
+  template <class Visit>
+  void near(const Vec3& x, Visit&& visit) const {
+    const Cell middle = cell(x);
+    for (int i = -1; i <= 1; ++i)
+      for (int j = -1; j <= 1; ++j)
+        for (int k = -1; k <= 1; ++k) {
+          const auto [begin, end] = cells_.equal_range({middle[0] + i, middle[1] + j, middle[2] + k});
+          for (auto at = begin; at != end; ++at) visit(at->second);
+        }
+  }
+
+ private:
+  using Cell = std::array<double, 3>;  // whole numbers, which may be larger than an integer holds
+  Cell cell(const Vec3& x) const {
+    return {std::floor(x.x() / width_), std::floor(x.y() / width_), std::floor(x.z() / width_)};
+  }
+  double width_;
+  std::multimap<Cell, int> cells_;
+};
+
+int nearest_of_all(const Vec3& x, const std::vector<Vec3>& positions) {
+  const auto nearer = [&](const Vec3& a, const Vec3& b) {
+    return (a - x).squaredNorm() < (b - x).squaredNorm();
+  };
+  return static_cast<int>(std::min_element(positions.begin(), positions.end(), nearer) - positions.begin());
+}
+
+}  // namespace
+
+std::vector<Vec3> obj_vertices(const std::string& text) {
+  std::vector<Vec3> vertices;
+  for (std::size_t at = 0, end = 0; at < text.size(); at = end + 1) {
+    end = std::min(text.find('\n', at), text.size());
+    std::string_view line(text.data() + at, end - at);
+    const auto skip_blanks = [&] {
+      line.remove_prefix(std::min(line.find_first_not_of(" \t"), line.size()));
+    };
+    skip_blanks();
+    if (line.size() < 2 || line[0] != 'v' || (line[1] != ' ' && line[1] != '\t')) continue;
+    line.remove_prefix(1);
+    Vec3 x;
+    for (int k = 0; k < 3; ++k) {
+      skip_blanks();
+      if (line.starts_with('+')) line.remove_prefix(1);
+      const auto [after, error] = std::from_chars(line.data(), line.data() + line.size(), x[k]);
+      if (error != std::errc()) return vertices;
+      line.remove_prefix(static_cast<std::size_t>(after - line.data()));
+    }
+    vertices.push_back(x);
+  }
+  return vertices;
+}
+
+std::optional<std::vector<int>> match_points(const std::vector<Vec3>& points,
+                                             const std::vector<Vec3>& positions, double tolerance) {
+  constexpr std::size_t most_strangers = 2;  // one in so many
+  if (positions.empty()) return std::nullopt;
+  const Cells cells(positions, 2 * tolerance);
+  std::vector<int> found(points.size(), -1);
+  std::size_t strangers = 0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    double least = tolerance;
+    cells.near(points[i], [&](int k) {
+      const double distance = (positions[static_cast<std::size_t>(k)] - points[i]).norm();
+      if (distance > least || (distance == least && found[i] >= 0 && found[i] < k)) return;
+      least = distance;
+      found[i] = k;
+    });
+    if (found[i] < 0) ++strangers;
+  }
+  if (strangers * most_strangers > points.size()) return std::nullopt;
+  for (std::size_t i = 0; i < points.size(); ++i)
+    if (found[i] < 0) found[i] = nearest_of_all(points[i], positions);
+  return found;
+}
+
+std::vector<std::optional<OwnMesh>> own_meshes(const ExportedRun& run) {
+  std::vector<std::optional<OwnMesh>> meshes(run.bodies().size());
+  const std::optional<RunSource> source = read_source(run.run());
+  if (!source) return meshes;
+  const scene::Scene scene = scene::read(run.run().scene().string(), {}, scene::Meshes::leave).scene;
+  const std::map<std::string, MeshOrigin> origins = mesh_origins(scene);
+  const bool has_start = fs::exists(run.run().values(0));
+  std::optional<FrameValues> start;
+  for (std::size_t i = 0; i < meshes.size(); ++i) {
+    const ExportedBody& body = run.bodies()[i];
+    const auto origin = origins.find(body.name);
+    if (origin == origins.end() || (body.is_rigid() && !has_start)) continue;
+    const auto file = source->files.find(origin->second.file);
+    if (file == source->files.end() || fs::path(file->second).extension() != ".obj") continue;
+
+    std::vector<Vec3> points = obj_vertices(read_file(file->second));
+    double largest = 0;  // coordinate of the file, in the unit of the export
+    for (Vec3& x : points) {
+      x *= origin->second.scale * run.scale();
+      largest = std::max(largest, x.cwiseAbs().maxCoeff());
+      x = run.axes() *
+          (origin->second.placement.orientation * x + run.scale() * origin->second.placement.position);
+    }
+    std::vector<Vec3> positions = body.rest.positions;
+    double farthest = 0;
+    if (body.is_rigid()) {
+      if (!start) start = run.read(0);
+      const Pose& pose = start->rigid[static_cast<std::size_t>(body.row)].pose;
+      for (Vec3& x : positions) x = pose.to_world(x);
+    }
+    for (const Vec3& x : positions) farthest = std::max(farthest, x.cwiseAbs().maxCoeff());
+    // Meshes are read in single precision, and a body's places are rounded as doubles.
+    const double tolerance = 4 * std::numeric_limits<float>::epsilon() * largest + 1e-14 * farthest;
+    if (std::optional<std::vector<int>> found = match_points(points, positions, tolerance))
+      meshes[i] = OwnMesh{file->second, std::move(*found)};
+  }
+  return meshes;
+}
+
+}  // namespace duet::io

@@ -1,0 +1,163 @@
+// A cache plays on the user's own model: it comes with the user's file, and its point i is vertex i of that
+// file, whatever order, polygons, seams and loose vertices the file has.
+#include "sim/io/export/own_mesh.h"
+
+#include <array>
+#include <cstring>
+
+#include "tests/restart/program.h"
+#include "tests/support/text.h"
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include "sim/base/files.h"
+#include "sim/base/types.h"
+
+namespace duet::test {
+namespace {
+
+// A box of quads whose vertices stand in an order that no reader of meshes would choose, after a vertex that
+// no face uses; two more are at the places of others, as at the seam of a texture.
+constexpr const char* model = R"(# a model
+v 9 9 9
+v -0.4 0.3 0.2
+v 0.4 0.3 0.2
+v 0.4 -0.3 0.2
+v -0.4 -0.3 0.2
+v -0.4 0.3 -0.2
+v	0.4 0.3 -0.2
+v 0.4 -0.3 -0.2 1.0
+v -0.4 -0.3 -0.2
+v 0.4 0.3 0.2
+v 0.4 0.3 -0.2
+vt 0 0
+vt 1 1
+g sides
+usemtl paint
+f 9/1 6/1 7/2 8/2
+f 5/1 4/1 3/2 2/2
+f 9 8 4 5
+f 8 7 10 4
+g lid
+f 11 6 2 10
+f 6 9 5 2
+)";
+
+std::string scene_text(double far) {
+  return fmt::format(R"(title = "Model"
+frames = 4
+[materials.jelly]
+density = 1000
+youngs_modulus = 2e5
+poisson_ratio = 0.4
+[ground]
+[[rigid]]
+name = "hard"
+shape = {{ mesh = "model.obj", scale = 0.5 }}
+density = 700
+position = [{0}, 1, 0.3]
+rotation = {{ axis = [1, 2, 3], degrees = 40 }}
+angular_velocity = [1, 2, 3]
+[[deformable]]
+name = "soft"
+shape = {{ mesh = "model.obj", spacing = 0.15 }}
+position = [{0}, 2, 5]
+rotation = {{ axis = [3, 2, 1], degrees = 70 }}
+angular_velocity = [3, 2, 1]
+material = "jelly"
+[[deformable]]
+name = "plain"
+shape = {{ mesh = "model.obj", spacing = 0.15 }}
+drawn = "tetrahedra"
+position = [{0}, 2, 9]
+material = "jelly"
+)",
+                     far);
+}
+
+// The frames of a PC2 file.
+std::vector<std::vector<Vec3>> read_pc2(const fs::path& path) {
+  const std::string bytes = io::read_file(path);
+  std::array<std::int32_t, 2> head{};
+  std::memcpy(head.data(), bytes.data() + 12, sizeof head);
+  std::vector<std::vector<Vec3>> frames;
+  for (std::size_t at = 32; at < bytes.size();) {
+    frames.emplace_back();
+    for (int i = 0; i < head[1]; ++i, at += 12) {
+      std::array<float, 3> x{};
+      std::memcpy(x.data(), bytes.data() + at, sizeof x);
+      frames.back().emplace_back(x[0], x[1], x[2]);
+    }
+  }
+  return frames;
+}
+
+// Whether the points are the model's vertices, scaled, turned and moved: by the distances between all that
+// faces use.
+void expect_shape(const std::vector<Vec3>& points, double scale, double tolerance, const std::string& where) {
+  const std::vector<Vec3> vertices = io::obj_vertices(model);
+  ASSERT_EQ(points.size(), vertices.size()) << where;
+  for (std::size_t i = 1; i < points.size(); ++i)
+    for (std::size_t k = i + 1; k < points.size(); ++k)
+      EXPECT_NEAR((points[i] - points[k]).norm(), scale * (vertices[i] - vertices[k]).norm(), tolerance)
+          << where << ", vertices " << i << " and " << k;
+}
+
+class OwnMesh : public testing::TestWithParam<double> {};
+
+TEST_P(OwnMesh, PointIOfACacheIsVertexIOfTheFile) {
+  const ScratchFolder scratch;
+  io::write_atomically(scratch / "model.obj", model);
+  io::write_atomically(scratch / "model.toml", scene_text(GetParam()));
+  const Finished simulated = run_duet({"sim", "model.toml", "--out", "run", "--quiet"}, scratch.path());
+  ASSERT_EQ(simulated.status, 0) << simulated.errors;
+  fs::remove(scratch / "model.obj");
+  // Single precision, of a few sizes from the origin that the cache has of its own.
+  constexpr double rounding = 2e-6;
+  for (const std::vector<std::string>& axes : {std::vector<std::string>{}, {"--up", "z", "--scale", "100"}}) {
+    std::vector<std::string> words = {"export", "run", "--to", "pc2", "--overwrite", "--quiet"};
+    words.insert(words.end(), axes.begin(), axes.end());
+    const double scale = axes.empty() ? 1 : 100;
+    const Finished exported = run_duet(words, scratch.path());
+    ASSERT_EQ(exported.status, 0) << exported.errors;
+    const fs::path folder = scratch / "run/export/pc2";
+    EXPECT_TRUE(contains(io::read_file(folder / "export.json"), "\"is_own_mesh\": false"))
+        << "of the plain body";
+    for (const char* mesh : {"hard.obj", "soft.obj"})
+      EXPECT_EQ(io::read_file(folder / mesh), model) << mesh;
+    EXPECT_NE(io::read_file(folder / "plain.obj"), model);
+
+    const auto hard = read_pc2(folder / "hard.pc2"), soft = read_pc2(folder / "soft.pc2");
+    ASSERT_EQ(hard.size(), 5U);
+    for (std::size_t f = 0; f < hard.size(); ++f)
+      expect_shape(hard[f], 0.5 * scale, rounding * scale, fmt::format("rigid, frame {}", f));
+    expect_shape(soft.at(0), scale, rounding * scale, "soft, frame 0");
+    expect_shape(soft.at(4), scale, 0.1 * scale, "soft, frame 4");
+    EXPECT_EQ(soft[4][2], soft[4][9]) << "the seam does not open";
+    EXPECT_GT((soft[4][2] - soft[0][2]).norm(), 0.05 * scale) << "it moves";
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(NearAndFar, OwnMesh, testing::Values(0.0, 1e5));
+
+TEST(OwnMeshFiles, VerticesAreReadInTheirOrder) {
+  const std::vector<Vec3> vertices =
+      io::obj_vertices("v 1 2 3\nvn 7 7 7\n v\t+4 5e-1 -6 1\nvt 1 1\r\nv 1 2 3\r\nv 1 2");
+  ASSERT_EQ(vertices.size(), 3U) << "an incomplete line ends them";
+  EXPECT_EQ(vertices[1], Vec3(4, 0.5, -6));
+  EXPECT_EQ(vertices[2], vertices[0]);
+}
+
+TEST(OwnMeshFiles, PointsOfAnotherMeshAreNotMatched) {
+  const std::vector<Vec3> positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  EXPECT_EQ(io::match_points({positions[2], positions[0], positions[2]}, positions, 1e-6),
+            (std::vector<int>{2, 0, 2}));
+  EXPECT_EQ(io::match_points({positions[3] + Vec3(0, 5e-7, 0), Vec3(0.9, 0, 0)}, positions, 1e-6),
+            (std::vector<int>{3, 1}))
+      << "a loose point follows the nearest one";
+  EXPECT_FALSE(io::match_points({positions[3], Vec3(0.9, 0, 0), Vec3(0.8, 0, 0)}, positions, 1e-6));
+  EXPECT_FALSE(io::match_points({Vec3::Zero()}, {}, 1e-6));
+}
+
+}  // namespace
+}  // namespace duet::test
