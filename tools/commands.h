@@ -89,6 +89,10 @@ struct VerifyOptions {
   std::string run;  // folder of a run, or the name of a run in out/
 };
 
+struct CacheOptions {
+  bool clear = false;
+};
+
 struct OverlapOptions {
   SceneChoice scene;
   std::string out;        // folder of its run; empty: out/<scene>
@@ -140,6 +144,7 @@ Outcome compare(const CompareOptions& options);
 Outcome hashes(const HashesOptions& options);
 Outcome export_run(const ExportOptions& options, Report& report);
 std::string export_formats();  // their names and what they are, a line each
+Outcome cache(const CacheOptions& options);
 Outcome list();
 
 }  // namespace duet::tools

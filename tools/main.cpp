@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "tools/build_info.h"
+#include "tools/cache.h"
 #include "tools/commands.h"
 #include "tools/interrupt.h"
 #include "tools/scene_files.h"
@@ -37,6 +38,8 @@ struct CommandLine {
   OverlapOptions overlaps;
   CompareOptions compare;
   HashesOptions hashes;
+  CacheOptions cache;
+  bool fills_anew = false;  // meshes with tetrahedra, though the cache has them
   std::string frames;
   bool quiet = false, json = false;
   std::function<Outcome(Report&)> command;
@@ -356,6 +359,7 @@ void add_hashes(CLI::App& app, CommandLine& line) {
       "missing.");
   app.callback([&line] {
     line.hashes.json = line.json;
+    line.fills_anew = true;
     line.command = [&line](Report&) { return hashes(line.hashes); };
   });
 }
@@ -414,6 +418,12 @@ void add_commands(CLI::App& app, CommandLine& line) {
                                  "Compare the state's hashes, frame by frame, with those that are committed"),
              line);
 
+  CLI::App& cache_app = *app.add_subcommand(
+      "cache", "Where tetrahedra that fill meshes are kept from one command to the next, and how many");
+  cache_app.add_flag("--clear", line.cache.clear, "Remove them");
+  cache_app.footer("DUET_CACHE in the environment names another folder; DUET_CACHE=off keeps nothing.");
+  cache_app.callback([&line] { line.command = [&line](Report&) { return cache(line.cache); }; });
+
   app.add_subcommand("list", "The scenes that ship")->callback([&line] {
     line.command = [](Report&) { return list(); };
   });
@@ -450,6 +460,7 @@ void open_standard_streams() {
 
 Outcome run_command(const CommandLine& line, Report& report) {
   try {
+    if (!line.fills_anew) use_cache();
     return line.command(report);
   } catch (...) {
     const ExitStatus status = report.failure(std::current_exception());

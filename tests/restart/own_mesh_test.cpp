@@ -123,8 +123,7 @@ TEST_P(OwnMesh, PointIOfACacheIsVertexIOfTheFile) {
     const fs::path folder = scratch / "run/export/pc2";
     EXPECT_TRUE(contains(io::read_file(folder / "export.json"), "\"is_own_mesh\": false"))
         << "of the plain body";
-    for (const char* mesh : {"hard.obj", "soft.obj"})
-      EXPECT_EQ(io::read_file(folder / mesh), model) << mesh;
+    for (const char* mesh : {"hard.obj", "soft.obj"}) EXPECT_EQ(io::read_file(folder / mesh), model) << mesh;
     EXPECT_NE(io::read_file(folder / "plain.obj"), model);
 
     const auto hard = read_pc2(folder / "hard.pc2"), soft = read_pc2(folder / "soft.pc2");

@@ -45,6 +45,7 @@ class Program {
     argv.push_back(nullptr);
     child_ = ::fork();
     if (child_ == 0) {
+      ::setenv("DUET_CACHE", "off", 0);  // tests fill every mesh anew, and leave nothing in the user's folder
       ::dup2(pipe_ends[1], STDOUT_FILENO);
       ::dup2(::fileno(errors_), STDERR_FILENO);
       if (::chdir(folder.c_str()) == 0) ::execv(argv[0], argv.data());

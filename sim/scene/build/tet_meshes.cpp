@@ -8,6 +8,7 @@
 #include "sim/geometry/mesh/tet_mesh_check.h"
 #include "sim/geometry/mesh/tet_quality.h"
 #include "sim/geometry/meshing/tetrahedralizer.h"
+#include "sim/scene/build/tet_cache.h"
 #include "sim/scene/solids.h"
 
 namespace duet::scene {
@@ -57,6 +58,13 @@ TetMesh made(const DeformableBody& body) {
   if ((shape.kind == DeformableKind::mesh && !shape.surface.mesh) ||
       (shape.kind == DeformableKind::tets && !shape.tets))
     fail(body, "the scene was read without its meshes");
+  if (shape.kind == DeformableKind::mesh) {
+    const TetKey key = tet_key(*shape.surface.mesh, shape.surface.scale, shape.spacing, shape.graded);
+    if (std::optional<TetMesh> known = cached_tets(key)) return std::move(*known);
+    TetMesh mesh = filled(body);
+    keep_tets(key, mesh);
+    return mesh;
+  }
   if (shape.is_filled()) return filled(body);
   if (shape.kind == DeformableKind::box) return box_lattice(shape.size, shape.cells, shape.pattern);
   TetMesh mesh = *shape.tets;
