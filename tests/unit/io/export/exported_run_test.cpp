@@ -154,6 +154,7 @@ TEST(ExportedRun, AxesAndScaleActOnAllAlike) {
     const ExportedRun turned = sample.exported({{}, {}, {}, 'z', scale});
     EXPECT_LT((turned.axes() * Vec3::UnitY() - Vec3::UnitZ()).norm(), 1e-15);
     EXPECT_LT((turned.axes() * Vec3::UnitX() - Vec3::UnitX()).norm(), 1e-15);
+    EXPECT_EQ(turned.turned(Vec3(1, 2, 3)), Vec3(1, -3, 2));
     const Quat& axes = turned.axes();
     const FrameValues a = plain.read(4), b = turned.read(4);
     for (std::size_t i = 0; i < plain.bodies().size(); ++i) {
