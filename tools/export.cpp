@@ -13,6 +13,7 @@
 #include "render/default_view.h"
 #include "render/looks.h"
 #include "sim/base/near_miss.h"
+#include "sim/io/export/description.h"
 #include "sim/io/export/exporters.h"
 #include "sim/io/run_check.h"
 #include "sim/io/run_folder.h"
@@ -125,18 +126,18 @@ fs::path target_of(const ExportOptions& options, const Format& format, const io:
              : folder / (io::video_path(run, manifest).stem().string() + "." + format.ending);
 }
 
-// The target is replaced as a whole: what is not an export may not go with it.
-void require_replaceable(const fs::path& target, const io::RunDirectory& run) {
+// Every folder of an export has this file, and a folder without it is not replaced by one.
+constexpr const char* description_name = "export.json";
+
+// A folder is replaced with all that is in it: only one that an export wrote, or an empty one.
+void require_replaceable(const fs::path& target) {
   std::error_code none;
-  const fs::path root = fs::weakly_canonical(run.root, none), path = fs::weakly_canonical(target, none);
-  const fs::path relative = root.lexically_relative(path);
-  const bool holds_run = !relative.empty() && *relative.begin() != "..";
-  if (holds_run || fs::exists(path / "manifest.json"))
-    throw Error(
-        ExitStatus::usage,
-        fmt::format("--out {}: is the folder of a run, or has one in it, and is not replaced by an export "
-                    "(name a new folder)",
-                    target.string()));
+  if (!fs::is_directory(target, none) || fs::is_empty(target, none) || fs::exists(target / description_name))
+    return;
+  throw Error(ExitStatus::usage,
+              fmt::format("{}: the folder holds files that no export wrote, and stays untouched "
+                          "(give another path with --out)",
+                          target.string()));
 }
 
 struct Interrupted {};
@@ -172,7 +173,7 @@ Outcome export_run(const ExportOptions& options, Report& report) {
   exported.set_looks(looks_of(scene, exported.manifest()));
 
   const fs::path target = target_of(options, format, run, exported.manifest());
-  require_replaceable(target, run);
+  require_replaceable(target);
   io::Staging staging(target, options.overwrite, format.ending == nullptr);
   const int last = exported.frames().back(), count = static_cast<int>(exported.frames().size());
   const auto begin = std::chrono::steady_clock::now();
@@ -189,6 +190,9 @@ Outcome export_run(const ExportOptions& options, Report& report) {
     io::FormatOptions how;
     how.compress = options.compress;
     notes = format.write(exported, how, staging.path());
+    const fs::path description = staging.path() / description_name;
+    if (format.ending == nullptr && !fs::exists(description))
+      io::write_json(io::description(exported, format.name), description);
     if (interrupted()) throw Interrupted();
   } catch (const Interrupted&) {
     return {ExitStatus::interrupted,

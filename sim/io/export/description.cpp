@@ -20,13 +20,13 @@ Json array(const Vector& x) {
   return Json::array({x.x(), x.y(), x.z()});
 }
 
-Json place(const ExportedRun& run, const Vec3& x) { return array(Vec3(run.scale() * (run.axes() * x))); }
+Json place(const ExportedRun& run, const Vec3& x) { return array(Vec3(run.scale() * run.turned(x))); }
 
 Json camera_of(const ExportedRun& run) {
   const scene::Camera& camera = run.looks().camera;
   Json object = {{"position", place(run, camera.position)},
                  {"target", place(run, camera.target)},
-                 {"up", array(Vec3(run.axes() * camera.up))},
+                 {"up", array(run.turned(camera.up))},
                  {"vertical_fov", camera.vertical_fov},
                  {"width", run.looks().width},
                  {"height", run.looks().height},

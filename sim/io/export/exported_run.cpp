@@ -59,9 +59,9 @@ ExportedRun::ExportedRun(RunDirectory run, const ExportChoice& choice)
     if (is_wanted(listed.name, choice.bodies)) {
       ExportedBody body{listed.name, listed.kind, 0, std::move(surfaces[i].surface), -1, first_point};
       body.row = listed.is_deformable() ? -1 : row;
-      for (Vec3& x : body.rest.positions) x = scale_ * (body.is_rigid() ? x : axes_ * x);
+      for (Vec3& x : body.rest.positions) x = scale_ * (body.is_rigid() ? x : turned(x));
       if (!body.is_rigid())
-        for (Vec3f& n : body.rest.normals) n = axes_.cast<float>() * n;
+        for (Vec3f& n : body.rest.normals) n = turned(n.cast<double>()).cast<float>();
       bodies_.push_back(std::move(body));
       body_rows_.push_back(static_cast<int>(i));
     }
@@ -100,13 +100,13 @@ FrameValues ExportedRun::read(int frame) const {
   FrameValues values = read_values(run_, manifest_.bodies, frame);
   if (up_ == 'y' && scale_ == 1) return values;
   for (RigidMotion& motion : values.rigid) {
-    motion.pose.position = scale_ * (axes_ * motion.pose.position);
+    motion.pose.position = scale_ * turned(motion.pose.position);
     motion.pose.orientation = (axes_ * motion.pose.orientation).normalized();
-    motion.velocity = scale_ * (axes_ * motion.velocity);
-    motion.angular_velocity = axes_ * motion.angular_velocity;
+    motion.velocity = scale_ * turned(motion.velocity);
+    motion.angular_velocity = turned(motion.angular_velocity);
   }
-  for (Vec3& x : values.points) x = scale_ * (axes_ * x);
-  for (Vec3f& v : values.velocities) v = static_cast<float>(scale_) * (axes_.cast<float>() * v);
+  for (Vec3& x : values.points) x = scale_ * turned(x);
+  for (Vec3f& v : values.velocities) v = (scale_ * turned(v.cast<double>())).cast<float>();
   return values;
 }
 

@@ -63,6 +63,8 @@ class ExportedRun {
 
   /// Turns a vector from the run's axes (y up) to those of the export.
   const Quat& axes() const { return axes_; }
+  /// A vector turned like this, without rounding.
+  Vec3 turned(const Vec3& x) const { return up_ == 'z' ? Vec3(x.x(), 0 - x.z(), x.y()) : x; }
   double scale() const { return scale_; }  ///< units of the export in a meter
   char up() const { return up_; }
 

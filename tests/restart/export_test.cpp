@@ -1,0 +1,256 @@
+// `duet export` as a user meets it: what it writes of real runs, what it refuses, and what a failure leaves
+// behind.
+#include <csignal>
+#include <set>
+
+#include "tests/restart/program.h"
+#include "tests/support/text.h"
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+#include <sys/resource.h>
+
+#include "sim/base/files.h"
+#include "sim/io/export/exported_run.h"
+
+namespace duet::test {
+namespace {
+
+const std::vector<std::string> formats = {"transforms", "obj", "ply", "pc2", "mdd", "vtk"};
+
+class Export : public testing::Test {
+ protected:
+  ScratchFolder scratch;
+  io::RunDirectory run{scratch / "run"};
+
+  void simulate(const std::string& scene, const std::vector<std::string>& more) const {
+    std::vector<std::string> words = {"sim", scene, "--out", run.root.string(), "--quiet", "--overwrite"};
+    words.insert(words.end(), more.begin(), more.end());
+    const Finished finished = run_duet(words);
+    ASSERT_EQ(finished.status, 0) << scene << finished.errors;
+  }
+  Finished duet_export(const std::string& format, const std::vector<std::string>& more = {},
+                       const char* how = "--quiet") const {
+    std::vector<std::string> words = {"export", "run", "--to", format, how};
+    words.insert(words.end(), more.begin(), more.end());
+    return run_duet(words, scratch.path());
+  }
+  void refuse(int status, const std::string& format, const std::vector<std::string>& more,
+              const std::string& said) const {
+    const std::set<fs::path> before = files();
+    const Finished refused = duet_export(format, more);
+    EXPECT_EQ(refused.status, status) << format << " " << said << ": " << refused.last_line();
+    EXPECT_TRUE(contains(refused.errors, said)) << said << ": " << refused.errors;
+    EXPECT_TRUE(refused.last_line().starts_with("failed: ")) << refused.last_line();
+    EXPECT_EQ(files(), before) << "nothing is left behind";
+  }
+  std::set<fs::path> files() const {
+    std::set<fs::path> found;
+    for (const auto& entry : fs::recursive_directory_iterator(scratch.path()))
+      if (entry.is_regular_file()) found.insert(entry.path());
+    return found;
+  }
+};
+
+// A position in a run's OBJ files is rounded: by half of the last place of six decimals, or of 2^-24 of the
+// extent.
+double rounding_of(const Surface& surface) {
+  Eigen::AlignedBox3d box;
+  for (const Vec3& x : surface.positions) box.extend(x);
+  return 0.5 * std::min(1e-6, box.sizes().maxCoeff() * 0x1p-24) + 1e-12;
+}
+
+// The values of a run place every kind of body where its meshes have it.
+TEST_F(Export, ValuesPlaceBodiesWhereTheirMeshesAre) {
+  for (const char* scene : {tiny.c_str(), "hard/cloth", "hard/skin", "hard/soft_shapes", "hard/ropes",
+                            "hard/shapes", "hard/kinematic", "maggot"}) {
+    simulate(scene, {"--frames", "2", "--accuracy", "draft"});
+    const io::ExportedRun exported(run, {});
+    ASSERT_EQ(exported.frames().size(), 3U) << scene;
+    for (const int frame : exported.frames()) {
+      const std::vector<BodySurface> meshes = io::read_mesh(run, frame);
+      const io::FrameValues values = exported.read(frame);
+      ASSERT_EQ(meshes.size(), exported.bodies().size()) << scene;
+      for (std::size_t i = 0; i < meshes.size(); ++i) {
+        const io::ExportedBody& body = exported.bodies()[i];
+        const Surface& mesh = meshes[i].surface;
+        Surface placed = body.rest;
+        io::place(body, values, placed);
+        EXPECT_EQ(body.name, meshes[i].name);
+        ASSERT_EQ(placed.positions.size(), mesh.positions.size());
+        ASSERT_EQ(placed.normals.size(), mesh.normals.size());
+        ASSERT_EQ(placed.triangles.size(), mesh.triangles.size());
+        double farthest = 0;
+        float normals = 0;
+        for (std::size_t k = 0; k < mesh.positions.size(); ++k)
+          farthest = std::max(farthest, (placed.positions[k] - mesh.positions[k]).cwiseAbs().maxCoeff());
+        for (std::size_t k = 0; k < mesh.normals.size(); ++k)
+          normals = std::max(normals, (placed.normals[k] - mesh.normals[k]).norm());
+        EXPECT_LE(farthest, rounding_of(placed)) << scene << ", frame " << frame << ": " << body.name;
+        EXPECT_LE(normals, 1e-4F) << scene << ", frame " << frame << ": " << body.name;
+      }
+    }
+  }
+}
+
+// Before anything touches, the velocity at a frame is the mean of the differences to the frames before and
+// after.
+TEST_F(Export, VelocitiesAreThoseOfTheMotion) {
+  for (const char* scene : {tiny.c_str(), "hard/cloth"}) {
+    simulate(scene, {"--frames", "2"});
+    const io::ExportedRun exported(run, {});
+    const io::FrameValues before = exported.read(0), now = exported.read(1), after = exported.read(2);
+    double fastest = 0;
+    for (const io::ExportedBody& body : exported.bodies()) {
+      Surface a = body.rest, b = body.rest;
+      io::place(body, before, a);
+      io::place(body, after, b);
+      std::vector<Vec3f> v;
+      io::velocities(body, now, v);
+      for (std::size_t i = 0; i < v.size(); ++i) {
+        const Vec3 difference = (b.positions[i] - a.positions[i]) / (after.time - before.time);
+        EXPECT_LT((v[i].cast<double>() - difference).norm(), 0.1) << scene << " " << body.name << " " << i;
+        fastest = std::max(fastest, difference.norm());
+      }
+    }
+    EXPECT_GT(fastest, 0.3) << scene;
+  }
+}
+
+TEST_F(Export, WritesEveryFormatAndSaysWhatAndWhere) {
+  simulate(tiny, {"--frames", "3"});
+  for (const std::string& format : formats) {
+    const Finished done = duet_export(format);
+    ASSERT_EQ(done.status, 0) << format << done.errors;
+    EXPECT_TRUE(done.last_line().starts_with("done: 4 frames of 2 bodies, ")) << done.last_line();
+    EXPECT_TRUE(contains(done.last_line(), "B, in run/export/" + format + ", ")) << done.last_line();
+    const auto description =
+        nlohmann::json::parse(io::read_file(run.root / "export" / format / "export.json"));
+    EXPECT_EQ(description.at("format"), format);
+    EXPECT_EQ(description.at("fps"), 24);
+    EXPECT_EQ(description.at("last_frame"), 3);
+    EXPECT_EQ(description.at("bodies").size(), 2U);
+    EXPECT_EQ(description.at("looks").at(0).at("name"), "palette-1")
+        << "the bodies have no look of their own";
+    EXPECT_EQ(description.at("lights").at(0).at("name"), "key");
+    EXPECT_EQ(description.at("camera").at("width"), 64);
+  }
+  const Finished said = duet_export("transforms", {"--overwrite"}, "--json");
+  std::set<std::string> events;
+  for (const std::string& line : said.output) events.insert(nlohmann::json::parse(line).at("event"));
+  EXPECT_EQ(events, (std::set<std::string>{"start", "exported", "note", "outcome"}));
+  EXPECT_EQ(run_duet({"verify", "run", "--quiet"}, scratch.path()).status, 0) << "an export is no damage";
+}
+
+TEST_F(Export, ChoosesBodiesAndFrames) {
+  simulate(tiny, {"--frames", "6"});
+  const auto description = [&](const char* folder) {
+    return nlohmann::json::parse(io::read_file(scratch / folder / "export.json"));
+  };
+  const Finished some = duet_export("obj", {"--bodies", "b*", "--frames", "2:4", "--out", "some"});
+  EXPECT_TRUE(some.last_line().starts_with("done: 3 frames of 1 body, ")) << some.last_line() << some.errors;
+  EXPECT_EQ(description("some").at("bodies").at(0).at("name"), "ball");
+  EXPECT_EQ(duet_export("obj", {"--frames", "5", "--out", "one"}).status, 0);
+  EXPECT_EQ(description("one").at("first_frame"), 5);
+  EXPECT_FALSE(fs::exists(scratch / "one/0004.obj"));
+  const Finished scaled = duet_export("pc2", {"--up", "z", "--scale", "100", "--out", "scaled"});
+  EXPECT_EQ(scaled.status, 0) << scaled.errors;
+  EXPECT_EQ(description("scaled").at("units_per_meter"), 100);
+  EXPECT_EQ(description("scaled").at("camera").at("position").at(1), -400);
+  refuse(2, "obj", {"--bodies", "bal", "--out", "none"}, "did you mean `ball`?");
+  refuse(2, "obj", {"--bodies", "q*", "--out", "none"}, "no body of the run has such a name");
+  refuse(2, "obj", {"--frames", "7:9", "--out", "none"}, "it has frames 0 to 6");
+  refuse(2, "transforms", {"--bodies", "cube", "--out", "none"}, "none of the bodies is rigid");
+}
+
+TEST_F(Export, NamesFramesThatAreNotThere) {
+  simulate(tiny, {"--frames", "6"});
+  for (const int frame : {2, 3, 5}) io::remove_file(run.values(frame));
+  const Finished lacking = duet_export("vtk");
+  EXPECT_EQ(lacking.status, 0) << lacking.errors;
+  EXPECT_TRUE(lacking.last_line().starts_with("done: 4 frames of 2 bodies, ")) << lacking.last_line();
+  EXPECT_TRUE(lacking.last_line().ends_with("; frames 2 to 3, 5 are not there")) << lacking.last_line();
+  const Finished beyond = duet_export("vtk", {"--frames", "6:7", "--out", "beyond"});
+  EXPECT_TRUE(beyond.last_line().ends_with("; frame 7 is not there")) << beyond.last_line();
+}
+
+TEST_F(Export, RefusesWhatItCannotDo) {
+  simulate(tiny, {"--frames", "1"});
+  refuse(2, "abc", {}, "Debian has no Alembic library");
+  refuse(2, "vdb", {}, "levelset/");
+  refuse(2, "objj", {}, "did you mean `obj`?");
+  for (const char* scale : {"0", "-1", "nan", "inf", "1e300", "x"})
+    refuse(2, "obj", {"--scale", scale}, "--scale");
+  refuse(2, "obj", {"--up", "x"}, "--up");
+  refuse(2, "obj", {"--frames", "3:1"}, "A <= B");
+  for (const std::string& format : formats)
+    if (format != "vtk") refuse(2, format, {"--compress"}, format + " files are not compressed");
+  EXPECT_EQ(duet_export("vtk", {"--compress"}).status, 0);
+  refuse(4, "vtk", {"--out", "/proc/duet-test"}, "cannot");
+  const Finished nowhere = run_duet({"export", "nowhere", "--to", "obj"}, scratch.path());
+  EXPECT_EQ(nowhere.status, 4);
+  EXPECT_TRUE(contains(nowhere.errors, "nowhere: is no run directory")) << nowhere.errors;
+}
+
+TEST_F(Export, ReplacesOnlyExportsAndOnlyIfAsked) {
+  simulate(tiny, {"--frames", "1"});
+  ASSERT_EQ(duet_export("obj").status, 0);
+  refuse(2, "obj", {}, "run/export/obj: is there already");
+  io::write_atomically(run.root / "export/obj/0009.obj", "of before");
+  EXPECT_EQ(duet_export("obj", {"--overwrite"}).status, 0);
+  EXPECT_FALSE(fs::exists(run.root / "export/obj/0009.obj"));
+  for (const char* folder : {"run", ".", "run/mesh", "run/values", "run/export"})
+    refuse(2, "obj", {"--overwrite", "--out", folder}, "files that no export wrote");
+  refuse(2, "obj", {"--overwrite", "--out", "run/scene.toml"}, "writes a folder, and there is a file");
+  io::create_folder(scratch / "empty");
+  EXPECT_EQ(duet_export("obj", {"--overwrite", "--out", "empty"}).status, 0);
+}
+
+TEST_F(Export, DamagedRunsAreRefused) {
+  simulate(tiny, {"--frames", "2"});
+  const std::string values = io::read_file(run.values(1));
+  std::string other = values;
+  other.back() ^= 1;
+  io::write_atomically(run.values(1), other);
+  for (const std::string& format : formats)
+    refuse(4, format, {"--out", "none"}, "run/values/0001.npy: is damaged");
+  io::write_atomically(run.values(1), values);
+  io::write_atomically(run.scene(), io::read_file(run.scene()) + "\n# more\n");
+  refuse(4, "obj", {"--out", "none"}, "run/scene.toml: is damaged");
+  fs::remove(run.body_values());
+  refuse(4, "obj", {"--out", "none"}, "run/values/bodies.npy: is missing");
+}
+
+// A file may not grow beyond a bound, which is reported like a full disk.
+TEST_F(Export, AFullDiskLeavesNothing) {
+  simulate(tiny, {"--frames", "40"});
+  rlimit before{};
+  ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &before), 0);
+  std::signal(SIGXFSZ, SIG_IGN);
+  for (const std::string& format : formats) {
+    const rlimit limit{format == "transforms" ? 4000U : 150'000U, before.rlim_max};
+    ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &limit), 0);
+    refuse(4, format, {}, "cannot write: File too large");
+    ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &before), 0);
+    EXPECT_FALSE(fs::exists(run.root / "export" / format));
+  }
+}
+
+// The program prints a line a frame into a pipe that nobody reads: the signal meets it at work.
+TEST_F(Export, AnInterruptLeavesNothing) {
+  simulate(tiny, {"--set", "frames=400"});
+  for (const std::string& format : formats) {
+    const std::set<fs::path> before = files();
+    Program program({"export", run.root.string(), "--to", format, "--json"});
+    program.line();
+    program.line();
+    program.signal(SIGINT);
+    const Finished stopped = finish(program);
+    EXPECT_EQ(stopped.status, 130) << format << stopped.last_line();
+    EXPECT_TRUE(contains(stopped.last_line(), "nothing was written to")) << stopped.last_line();
+    EXPECT_EQ(files(), before) << format;
+  }
+}
+
+}  // namespace
+}  // namespace duet::test

@@ -1,0 +1,150 @@
+// Nothing has its name before it is whole.
+#include "sim/io/export/staging.h"
+
+#include <csignal>
+
+#include "tests/support/scratch_folder.h"
+#include "tests/support/text.h"
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include "sim/base/error.h"
+#include "sim/base/files.h"
+
+namespace duet::io {
+namespace {
+
+using test::contains;
+using test::ScratchFolder;
+
+int entries(const fs::path& folder) {
+  return static_cast<int>(std::distance(fs::directory_iterator(folder), fs::directory_iterator()));
+}
+
+template <class Work>
+std::string failure(ExitStatus status, Work work) {
+  try {
+    work();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.status(), status) << error.what();
+    return error.what();
+  }
+  ADD_FAILURE() << "no Error";
+  return {};
+}
+
+TEST(Staging, FoldersAndFilesAppearWhenTheyAreFinished) {
+  const ScratchFolder scratch;
+  const fs::path folder = scratch / "below/more/export", file = scratch / "below/run.glb";
+  {
+    Staging staging(folder, false, true);
+    EXPECT_FALSE(fs::exists(folder));
+    write_atomically(staging.path() / "0000.obj", "x");
+    staging.finish();
+  }
+  EXPECT_EQ(read_file(folder / "0000.obj"), "x");
+  {
+    Staging staging(file, false, false);
+    write_atomically(staging.path(), "y");
+    EXPECT_FALSE(fs::exists(file));
+    staging.finish();
+  }
+  EXPECT_EQ(read_file(file), "y");
+  EXPECT_EQ(entries(scratch / "below"), 2);
+}
+
+TEST(Staging, LeavesNothingWhenItIsNotFinished) {
+  const ScratchFolder scratch;
+  {
+    const Staging folder(scratch / "folder", false, true), file(scratch / "file", false, false);
+    write_atomically(folder.path() / "0000.obj", "x");
+    write_atomically(file.path(), "x");
+    EXPECT_EQ(entries(scratch.path()), 2);
+  }
+  EXPECT_EQ(entries(scratch.path()), 0);
+}
+
+TEST(Staging, ReplacesWhatIsThereOnlyIfAsked) {
+  const ScratchFolder scratch;
+  create_folder(scratch / "export");
+  write_atomically(scratch / "export/old.obj", "old");
+  const std::string text = failure(ExitStatus::usage, [&] { Staging(scratch / "export", false, true); });
+  EXPECT_TRUE(contains(text, "--overwrite")) << text;
+  EXPECT_TRUE(contains(failure(ExitStatus::usage, [&] { Staging(scratch / "export/", false, true); }),
+                       "is there already"))
+      << "a slash at its end changes nothing";
+  { const Staging given_up(scratch / "export", true, true); }
+  EXPECT_EQ(read_file(scratch / "export/old.obj"), "old");
+  Staging staging(scratch / "export", true, true);
+  write_atomically(staging.path() / "new.obj", "new");
+  EXPECT_EQ(read_file(scratch / "export/old.obj"), "old") << "until it is finished";
+  staging.finish();
+  EXPECT_EQ(read_file(scratch / "export/new.obj"), "new");
+  EXPECT_FALSE(fs::exists(scratch / "export/old.obj"));
+  EXPECT_EQ(entries(scratch.path()), 1);
+}
+
+TEST(Staging, RefusesAFileForAFolderAndTheOtherWayRound) {
+  const ScratchFolder scratch;
+  write_atomically(scratch / "file", "x");
+  create_folder(scratch / "folder");
+  EXPECT_TRUE(contains(failure(ExitStatus::usage, [&] { Staging(scratch / "file", true, true); }),
+                       "writes a folder, and there is a file"));
+  EXPECT_TRUE(contains(failure(ExitStatus::usage, [&] { Staging(scratch / "folder", true, false); }),
+                       "writes a file, and there is a folder"));
+  failure(ExitStatus::files, [&] { Staging(scratch / "file" / "below", false, true); });
+  failure(ExitStatus::files, [&] { Staging("/proc/duet-test", false, true); });
+  EXPECT_EQ(entries(scratch.path()), 2);
+}
+
+TEST(OutputFile, WritesPiecesOfAnySizeAndCountsThem) {
+  const ScratchFolder scratch;
+  std::string expected;
+  OutputFile file(scratch / "file");
+  for (const std::size_t size : {0, 1, 1'000'000, 3'000'000, 48'575, 1, 77}) {
+    const std::string piece(size, static_cast<char>('a' + expected.size() % 7));
+    file.write(piece);
+    expected += piece;
+    EXPECT_EQ(file.size(), expected.size());
+  }
+  file.write_values(std::vector<std::uint32_t>{0x64636261, 0x68676665});
+  file.close();
+  EXPECT_EQ(read_file(scratch / "file"), expected + "abcdefgh");
+  OutputFile more(scratch / "file", OutputFile::Open::to_append);
+  more.write("more");
+  more.close();
+  EXPECT_EQ(read_file(scratch / "file"), expected + "abcdefghmore");
+  OutputFile anew(scratch / "file");
+  anew.close();
+  EXPECT_EQ(read_file(scratch / "file"), "");
+}
+
+TEST(OutputFile, SaysThatADiskIsFull) {
+  const auto fill = [](const fs::path& path) {
+    OutputFile file(path);
+    for (int i = 0; i < 40; ++i) file.write(std::string(100'000, 'x'));
+    file.close();
+  };
+  EXPECT_TRUE(contains(failure(ExitStatus::files, [&] { fill("/dev/full"); }), "No space left on device"));
+  EXPECT_TRUE(contains(failure(ExitStatus::files,
+                               [] {
+                                 OutputFile file("/dev/full");
+                                 file.write("little");
+                                 file.close();
+                               }),
+                       "No space left on device"))
+      << "also of what fits into its memory";
+  const ScratchFolder scratch;
+  rlimit before{};
+  ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &before), 0);
+  std::signal(SIGXFSZ, SIG_IGN);
+  const rlimit limit{2'500'000, before.rlim_max};
+  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &limit), 0);
+  const std::string text = failure(ExitStatus::files, [&] { fill(scratch / "large"); });
+  ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &before), 0);
+  EXPECT_TRUE(contains(text, "File too large")) << text;
+  failure(ExitStatus::files, [&] { OutputFile(scratch / "nowhere" / "file"); });
+}
+
+}  // namespace
+}  // namespace duet::io
