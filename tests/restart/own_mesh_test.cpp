@@ -4,6 +4,8 @@
 
 #include <array>
 #include <cstring>
+#include <sstream>
+#include <tuple>
 
 #include "tests/restart/program.h"
 #include "tests/support/text.h"
@@ -12,6 +14,7 @@
 
 #include "sim/base/files.h"
 #include "sim/base/types.h"
+#include "sim/io/export/own_obj.h"
 
 namespace duet::test {
 namespace {
@@ -138,6 +141,68 @@ TEST_P(OwnMesh, PointIOfACacheIsVertexIOfTheFile) {
 }
 
 INSTANTIATE_TEST_SUITE_P(NearAndFar, OwnMesh, testing::Values(0.0, 1e5));
+
+// The lines of an OBJ text that begin with the keyword.
+std::vector<std::string> lines_of(const std::string& text, const std::string& keyword) {
+  std::vector<std::string> found;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);)
+    if (line.starts_with(keyword + " ")) found.push_back(line);
+  return found;
+}
+
+// Polygons, texture coordinates, groups and materials, with the indices of a file in which other bodies come
+// before.
+TEST(OwnMeshFiles, AnObjSequenceKeepsTheUsersPolygons) {
+  const ScratchFolder scratch;
+  io::write_atomically(scratch / "model.obj", model);
+  io::write_atomically(scratch / "model.toml", scene_text(0));
+  ASSERT_EQ(run_duet({"sim", "model.toml", "--out", "run", "--quiet"}, scratch.path()).status, 0);
+  const Finished exported = run_duet({"export", "run", "--to", "obj", "--quiet"}, scratch.path());
+  ASSERT_EQ(exported.status, 0) << exported.errors;
+  const std::string text = io::read_file(scratch / "run/export/obj/0004.obj");
+  const std::size_t hard = text.find("o hard\n"), soft = text.find("o soft\n");
+  ASSERT_LT(text.find("o plain\n"), hard);
+  ASSERT_LT(hard, soft);
+  ASSERT_NE(soft, std::string::npos);
+  const std::string plain_part = text.substr(0, hard), hard_part = text.substr(hard, soft - hard),
+                    soft_part = text.substr(soft);
+  int vertices = static_cast<int>(lines_of(plain_part, "v").size());
+  int uvs = static_cast<int>(lines_of(plain_part, "vt").size());
+  for (const auto& [part, scale, tolerance] : {std::tuple(hard_part, 0.5, 1e-12), {soft_part, 1.0, 0.1}}) {
+    expect_shape(io::obj_vertices(part), scale, tolerance, "frame 4");
+    const std::vector<std::string> faces = lines_of(part, "f");
+    ASSERT_EQ(faces.size(), 6U);
+    EXPECT_EQ(faces[0], fmt::format("f {}/{} {}/{} {}/{} {}/{}", vertices + 9, uvs + 1, vertices + 6, uvs + 1,
+                                    vertices + 7, uvs + 2, vertices + 8, uvs + 2));
+    EXPECT_EQ(faces[4],
+              fmt::format("f {} {} {} {}", vertices + 11, vertices + 6, vertices + 2, vertices + 10));
+    EXPECT_EQ(lines_of(part, "vt"), (std::vector<std::string>{"vt 0 0", "vt 1 1"}));
+    EXPECT_EQ(lines_of(part, "g"), (std::vector<std::string>{"g sides", "g lid"}));
+    vertices += 11;
+    uvs += 2;
+  }
+  // One of the user's materials in two looks is two materials.
+  EXPECT_EQ(lines_of(hard_part, "usemtl"), std::vector<std::string>{"usemtl paint"});
+  EXPECT_EQ(lines_of(soft_part, "usemtl"), std::vector<std::string>{"usemtl paint-2"});
+  const std::string materials = io::read_file(scratch / "run/export/obj/materials.mtl");
+  for (const char* name : {"newmtl paint\n", "newmtl paint-2\n"})
+    EXPECT_TRUE(contains(materials, name)) << name;
+}
+
+TEST(OwnMeshFiles, IndicesThatCountBackwardsAndFacesOfNothing) {
+  const std::function<std::string(const std::string&)> no_material = [](const std::string&) {
+    return std::string();
+  };
+  const io::OwnObj obj(
+      "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nf -3//1 -2//1 -1//-1\nf 1 2 4\nf 0 1 2\no next\nv 5 5 5\nf 1 2 "
+      "4\n",
+      "body", 10, 20, no_material);
+  EXPECT_EQ(obj.vertices(), 4);
+  io::TextBuilder text;
+  obj.add(text, {Vec3(1, 2, 3), Vec3::Zero()}, {0, 1, 1, 0});
+  EXPECT_EQ(text.take(), "o body\nv 1 2 3\nv 0 0 0\nv 0 0 0\nv 1 2 3\nf 11 12 13\no body.next\nf 11 12 14\n");
+}
 
 TEST(OwnMeshFiles, VerticesAreReadInTheirOrder) {
   const std::vector<Vec3> vertices =

@@ -147,13 +147,16 @@ std::vector<std::string> material_names(const ExportedRun& run) {
   return safe_names(names);
 }
 
-void write_materials(const ExportedRun& run, const fs::path& path) {
-  const std::vector<std::string> names = material_names(run);
+void write_materials(const ExportedRun& run, const fs::path& path,
+                     const std::vector<std::pair<std::string, int>>& more) {
+  std::vector<std::pair<std::string, int>> all;
+  for (const std::string& name : material_names(run)) all.emplace_back(name, static_cast<int>(all.size()));
+  all.insert(all.end(), more.begin(), more.end());
   TextBuilder text;
   text.add("# Duet: colors in linear RGB\n");
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    const scene::Look& look = run.looks().looks[i];
-    text.add("\nnewmtl " + names[i] + "\nKd");
+  for (const auto& [name, index] : all) {
+    const scene::Look& look = run.looks().looks.at(static_cast<std::size_t>(index));
+    text.add("\nnewmtl " + name + "\nKd");
     text.numbers(' ', look.color);
     // Ns = 1000 (1 - roughness)^2: the exponent by which Blender writes and reads its roughness.
     const double smooth = 1 - look.roughness;

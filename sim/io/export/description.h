@@ -29,7 +29,9 @@ std::vector<std::string> safe_names(const std::vector<std::string>& names);
 std::vector<std::string> safe_body_names(const ExportedRun& run);
 
 /// Writes the looks as a library of OBJ materials, named by material_names. Throws FileError.
-void write_materials(const ExportedRun& run, const fs::path& path);
+/// `more` are further names, each with the index of its look.
+void write_materials(const ExportedRun& run, const fs::path& path,
+                     const std::vector<std::pair<std::string, int>>& more = {});
 std::vector<std::string> material_names(const ExportedRun& run);  ///< one a look
 
 /// What OBJ materials, and any other format of plain colors, leave out of the looks of the exported bodies.
