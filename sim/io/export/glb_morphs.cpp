@@ -7,19 +7,8 @@
 namespace duet::io {
 namespace {
 
-// A body whose center goes farther than this from where its translation puts it, in sizes of the body, gets a
-// new translation: its vertices keep the digits of floats, and one that stays where it is has changes where
-// it deforms alone.
-constexpr double longest_way = 4;
-
 // A difference counts as none below the last bit of a float that is as large as the body.
 constexpr double last_bit = 0x1p-24;
-
-Eigen::AlignedBox3d box_around(const std::vector<Vec3>& positions) {
-  Eigen::AlignedBox3d box;
-  for (const Vec3& x : positions) box.extend(x);
-  return box;
-}
 
 void append(const std::vector<Vec3f>& changes, const MorphChange& change, MorphBlock& block) {
   const auto add = [](std::string& to, const auto& value) {
@@ -66,10 +55,8 @@ std::string accessor_text(const MorphChange& change, std::size_t vertices, Layou
 MorphedBody::MorphedBody(const ExportedBody& body, const Vec3& origin, const FrameValues& values)
     : body_(body), origin_(origin), split_(split_vertices(body.rest)), surface_(body.rest) {
   place(body_, values, surface_);
-  const Eigen::AlignedBox3d box = box_around(surface_.positions);
-  size_ = box.isEmpty() ? 0 : box.diagonal().norm();
-  if (!box.isEmpty()) translation_ = (box.center() - origin_).cast<float>();
-  positions_.negligible = static_cast<float>(last_bit * size_);
+  translation_ = (local_.follow(surface_.positions) - origin_).cast<float>();
+  positions_.negligible = static_cast<float>(last_bit * std::max(local_.size(), 0.0));
   normals_.negligible = static_cast<float>(last_bit);
   for (const Corner& corner : split_.vertices) {
     positions_.mesh.push_back(vertex(corner).cast<float>());
@@ -86,12 +73,7 @@ Vec3 MorphedBody::vertex(const Corner& corner) const {
 
 MorphFrame MorphedBody::advance(const FrameValues& values) {
   place(body_, values, surface_);
-  const Eigen::AlignedBox3d box = box_around(surface_.positions);
-  if (!box.isEmpty()) {
-    const Vec3 center = box.center() - origin_;
-    if ((center - translation_.cast<double>()).norm() > longest_way * size_)
-      translation_ = center.cast<float>();
-  }
+  translation_ = (local_.follow(surface_.positions) - origin_).cast<float>();
   positions_.next.clear();
   normals_.next.clear();
   for (std::size_t i = 0; i < split_.vertices.size(); ++i) {

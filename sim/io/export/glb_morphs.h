@@ -8,6 +8,7 @@
 #include "sim/io/export/exported_run.h"
 #include "sim/io/export/glb_document.h"
 #include "sim/io/export/split_vertices.h"
+#include "sim/io/export/tracks.h"
 
 namespace duet::io {
 
@@ -61,7 +62,7 @@ class MorphedBody {
   const Vec3 origin_;
   SplitVertices split_;
   Surface surface_;  // at the frame reached
-  double size_ = 0;  // diagonal of the box around the body at the first frame
+  LocalOrigin local_;
   Vec3f translation_ = Vec3f::Zero();
   Attribute positions_, normals_;
 };

@@ -52,6 +52,21 @@ void PoseTracks::add(const FrameValues& values) {
   }
 }
 
+const Vec3& LocalOrigin::follow(const std::vector<Vec3>& positions) {
+  constexpr double longest_way = 4;  // sizes; floats lose two bits by it
+  Eigen::AlignedBox3d box;
+  for (const Vec3& x : positions) box.extend(x);
+  if (box.isEmpty()) return place_;
+  const Vec3 center = box.center();
+  if (size_ < 0) {
+    size_ = box.diagonal().norm();
+    place_ = center;
+  } else if ((center - place_).norm() > longest_way * size_) {
+    place_ = center;
+  }
+  return place_;
+}
+
 bool CameraTrack::has_zoom() const {
   return std::any_of(vertical_fov.begin(), vertical_fov.end(),
                      [&](double fov) { return fov != vertical_fov.front(); });

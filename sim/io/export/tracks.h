@@ -32,6 +32,20 @@ class PoseTracks {
   std::vector<double> times_;
 };
 
+/// The place that the points of a deformable body are stored relative to, so that floats keep the body's
+/// shape: the center of the box around it, until it goes farther from there than 4 of its sizes (diagonals of
+/// the box at first); then the center where it is. Staying put lets points that rest keep their values.
+class LocalOrigin {
+ public:
+  /// The place for a frame; the frames have to come in order.
+  const Vec3& follow(const std::vector<Vec3>& positions);
+  double size() const { return size_; }  ///< of the body at the first frame
+
+ private:
+  Vec3 place_ = Vec3::Zero();
+  double size_ = -1;  // before the first frame
+};
+
 /// The camera at each of some times, in the axes and unit of the export. It looks along the negative z axis
 /// of its pose, and y of the pose points up in the picture.
 struct CameraTrack {

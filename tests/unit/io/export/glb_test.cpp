@@ -279,7 +279,7 @@ TEST(Glb, AlikeBodiesShareTheirMesh) {
   scene.rigid.back().name = "red";
   scene.rigid.back().look = "red";
   scene.rigid.back().placement.position.y() += 1;
-  scene.looks.push_back({.name = "red", .color = Vec3(0.8, 0.1, 0.05)});
+  scene.looks.emplace_back().name = "red";
   const ExportedRun run = exported(test::record_run(scene, 1, scratch / "run"), scene);
   export_glb(run, {}, scratch / "a.glb");
   const Glb glb(scratch / "a.glb");
@@ -341,9 +341,13 @@ TEST(Glb, BodiesAtRestHaveNoAnimation) {
 TEST(Glb, CarriesLooksCameraAndLights) {
   const ScratchFolder scratch;
   scene::Scene scene = test::one_of_each();
-  scene.looks.push_back(
-      {.name = "glass", .color = Vec3(0.2, 0.4, 0.9), .metallic = 0.25, .roughness = 0.1, .opacity = 0.5});
-  scene.looks.push_back({.name = "spotted", .pattern = "checker"});
+  scene.looks.emplace_back().name = "glass";
+  scene.looks.back().color = Vec3(0.2, 0.4, 0.9);
+  scene.looks.back().metallic = 0.25;
+  scene.looks.back().roughness = 0.1;
+  scene.looks.back().opacity = 0.5;
+  scene.looks.emplace_back().name = "spotted";
+  scene.looks.back().pattern = "checker";
   scene.rigid[1].look = "glass";
   scene.rigid[3].look = "spotted";
   scene.camera.position = Vec3(1, 2, 8);
@@ -351,7 +355,8 @@ TEST(Glb, CarriesLooksCameraAndLights) {
   scene.camera.keyframes.resize(2);
   scene.camera.keyframes[1].time = 0.1;
   scene.camera.keyframes[1].position = Vec3(4, 2, 6);
-  scene.lights.push_back({.name = "key", .kind = scene::LightKind::area, .power = 400});
+  scene.lights.emplace_back().name = "key";
+  scene.lights.back().power = 400;
   const ExportedRun run = exported(test::record_run(scene, 3, scratch / "run"), scene);
   EXPECT_EQ(export_glb(run, {}, scratch / "a.glb").size(), 2U) << "pattern, area light";
   const Glb glb(scratch / "a.glb");

@@ -1,0 +1,311 @@
+// A USD stage in a folder: run.usda, and where the values of deformable bodies are many, a file a frame with
+// them, which the stage reads as value clips: neither writers nor readers have to hold more than a frame.
+#include "sim/io/export/usd.h"
+
+#include <algorithm>
+#include <map>
+#include <utility>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "sim/base/error.h"
+#include "sim/base/files.h"
+#include "sim/io/export/usd_bodies.h"
+#include "sim/io/export/usd_shading.h"
+
+namespace duet::io {
+namespace {
+
+constexpr const char* bodies_path = "/run/bodies";
+constexpr const char* materials_path = "/run/materials";
+const std::string body_indent(12, ' '), mesh_indent(16, ' ');
+
+class UsdStage {
+ public:
+  UsdStage(const ExportedRun& run, const FormatOptions& options, const fs::path& folder,
+           std::uint64_t most_inside);
+
+  void write();
+
+ private:
+  using Texts = std::array<std::string, usd_value_count>;
+
+  void read_frames();
+  void write_frame(int frame, const std::vector<Texts>& values);
+  void write_clip_manifest();
+  void write_root();
+  void write_file(const fs::path& path, const std::string& text);
+  // The prims of deformable bodies with what `line` gives for each of their attributes.
+  template <class Line>
+  std::string overs(Line&& line) const;
+  std::string head() const;
+  std::string shape(std::size_t body) const;
+  std::string rigid_body(std::size_t body) const;
+  std::string deformable_body(std::size_t deformable) const;
+  std::string body_start(std::size_t body) const;
+  std::string mesh_start(std::size_t body) const;
+  std::string materials() const;
+  std::string lights() const;
+  std::string clips() const;
+  void put(OutputFile& out, const std::string& text);
+
+  const ExportedRun& run_;
+  const std::uint64_t max_bytes_;
+  const fs::path folder_;
+  const std::vector<std::size_t> first_same_;  // first_with_same_surface
+  PoseTracks poses_;
+  std::vector<std::string> names_;        // identifiers of the bodies
+  std::map<int, std::string> materials_;  // identifiers of the looks that are worn
+  std::vector<UsdDeformable> deformables_;
+  std::vector<std::size_t> deformable_bodies_;                    // index of each of them among all bodies
+  std::vector<std::array<UsdSamples, usd_value_count>> samples_;  // of each of them; empty with clips
+  bool has_clips_ = false;
+  std::uint64_t bytes_ = 0;  // written so far
+};
+
+std::string frame_file(int frame) { return fmt::format("frames/{:04}.usda", frame); }
+
+UsdStage::UsdStage(const ExportedRun& run, const FormatOptions& options, const fs::path& folder,
+                   std::uint64_t most_inside)
+    : run_(run),
+      max_bytes_(options.max_bytes),
+      folder_(folder),
+      first_same_(first_with_same_surface(run.bodies())),
+      poses_(run) {
+  UsdNames bodies, looks;
+  std::uint64_t bytes = 0;
+  for (std::size_t i = 0; i < run.bodies().size(); ++i) {
+    const ExportedBody& body = run.bodies()[i];
+    names_.push_back(bodies.take(body.name));
+    if (!run.looks().looks.empty() && !materials_.contains(body.look))
+      materials_[body.look] = looks.take(run.looks().looks.at(static_cast<std::size_t>(body.look)).name);
+    if (body.is_rigid()) continue;
+    deformables_.emplace_back(body);
+    deformable_bodies_.push_back(i);
+    bytes += usd_frame_bytes(body.rest) * run.frames().size();
+  }
+  samples_.resize(deformables_.size());
+  has_clips_ = bytes > most_inside && run.frames().size() > 1;
+}
+
+void UsdStage::write() {
+  read_frames();
+  if (has_clips_) write_clip_manifest();
+  write_root();
+}
+
+void UsdStage::read_frames() {
+  if (has_clips_) create_folder(folder_ / "frames");
+  for (const int frame : run_.frames()) {
+    const FrameValues values = run_.read(frame);
+    poses_.add(values);
+    std::vector<Texts> texts;
+    for (UsdDeformable& body : deformables_) texts.push_back(body.at(values));
+    if (has_clips_) {
+      write_frame(frame, texts);
+      continue;
+    }
+    for (std::size_t i = 0; i < texts.size(); ++i)
+      for (std::size_t k = 0; k < usd_value_count; ++k) samples_[i][k].add(frame, std::move(texts[i][k]));
+  }
+}
+
+template <class Line>
+std::string UsdStage::overs(Line&& line) const {
+  std::string text = "#usda 1.0\n\nover \"run\"\n{\n    over \"bodies\"\n    {\n";
+  for (std::size_t i = 0; i < deformables_.size(); ++i) {
+    text += fmt::format("        over \"{}\"\n        {{\n", names_[deformable_bodies_[i]]);
+    text += body_indent + line(i, UsdValue::translate) + "\n\n" + body_indent + "over \"mesh\"\n" +
+            body_indent + "{\n";
+    for (const UsdValue value : usd_values)
+      if (value != UsdValue::translate) text += mesh_indent + line(i, value) + "\n";
+    text += body_indent + "}\n        }\n";
+  }
+  return text + "    }\n}\n";
+}
+
+void UsdStage::write_frame(int frame, const std::vector<Texts>& values) {
+  write_file(folder_ / frame_file(frame), overs([&](std::size_t i, UsdValue value) {
+               return fmt::format("{}.timeSamples = {{ {}: {} }}", usd_declaration(value), frame,
+                                  values[i][static_cast<std::size_t>(value)]);
+             }));
+}
+
+void UsdStage::write_clip_manifest() {
+  write_file(folder_ / "frames" / "manifest.usda",
+             overs([](std::size_t, UsdValue value) { return std::string(usd_declaration(value)); }));
+}
+
+void UsdStage::write_file(const fs::path& path, const std::string& text) {
+  OutputFile out(path);
+  put(out, text);
+  out.close();
+}
+
+void UsdStage::put(OutputFile& out, const std::string& text) {
+  bytes_ += text.size();
+  if (max_bytes_ > 0 && bytes_ > max_bytes_)
+    throw Error(
+        ExitStatus::usage,
+        fmt::format("the USD stage has more than the {:.3g} GB that are allowed (export fewer --frames or "
+                    "--bodies)",
+                    1e-9 * static_cast<double>(max_bytes_)));
+  out.write(text);
+}
+
+void UsdStage::write_root() {
+  OutputFile out(folder_ / "run.usda");
+  put(out, head());
+  put(out, "class Scope \"shapes\"\n{\n");
+  for (std::size_t i = 0; i < names_.size(); ++i)
+    if (run_.bodies()[i].is_rigid() && first_same_[i] == i) put(out, shape(i));
+  put(out, "}\n\ndef Xform \"run\"\n{\n    def Xform \"bodies\"");
+  put(out, (has_clips_ ? " (\n" + clips() + "    )" : std::string()) + "\n    {\n");
+  for (std::size_t i = 0; i < names_.size(); ++i)
+    if (run_.bodies()[i].is_rigid()) put(out, rigid_body(i));
+  for (std::size_t i = 0; i < deformables_.size(); ++i) {
+    put(out, deformable_body(i));
+    samples_[i] = {};
+  }
+  put(out, "    }\n" + materials() + lights());
+  put(out, usd_camera(camera_track(run_, poses_.times()), run_) + "}\n");
+  out.close();
+}
+
+std::string UsdStage::head() const {
+  const Manifest& manifest = run_.manifest();
+  return fmt::format(
+      "#usda 1.0\n(\n    customLayerData = {{\n        string generator = {}\n"
+      "        string title = {}\n        int[] missingFrames = {}\n    }}\n"
+      "    defaultPrim = \"run\"\n    endTimeCode = {}\n    framesPerSecond = {}\n"
+      "    metersPerUnit = {}\n    startTimeCode = {}\n    timeCodesPerSecond = {}\n"
+      "    upAxis = \"{}\"\n)\n\n",
+      usd_string(program_text(manifest.origin)), usd_string(manifest.title), usd_array(run_.missing()),
+      run_.frames().back(), manifest.fps, 1 / run_.scale(), run_.frames().front(), manifest.fps,
+      run_.up() == 'z' ? 'Z' : 'Y');
+}
+
+// The mesh of rigid bodies with the surface of this one.
+std::string UsdStage::shape(std::size_t body) const {
+  const Surface& surface = run_.bodies()[body].rest;
+  const std::string indent(8, ' ');
+  return fmt::format("    def Mesh \"{}\"\n    {{\n{}{}    }}\n", names_[body],
+                     usd_rest_shape(surface, indent), usd_topology(surface, indent));
+}
+
+std::string UsdStage::body_start(std::size_t body) const {
+  const std::string& name = run_.bodies()[body].name;
+  std::string display = usd_display_name(name, names_[body]);
+  if (!display.empty()) display = body_indent + display + "\n";
+  return fmt::format(
+      "        def Xform \"{}\" (\n{}{}customData = {{\n{}    string kind = \"{}\"\n{}}}\n"
+      "        )\n        {{\n",
+      names_[body], display, body_indent, body_indent, run_.bodies()[body].kind, body_indent);
+}
+
+// The body's mesh up to its own attributes.
+std::string UsdStage::mesh_start(std::size_t body) const {
+  const ExportedBody& exported = run_.bodies()[body];
+  const auto material = materials_.find(exported.look);
+  const bool has_material = material != materials_.end();
+  std::string text = "\n" + body_indent + "def Mesh \"mesh\" (\n";
+  if (has_material) text += mesh_indent + "prepend apiSchemas = [\"MaterialBindingAPI\"]\n";
+  if (exported.is_rigid())
+    text += fmt::format("{}prepend references = </shapes/{}>\n", mesh_indent, names_[first_same_[body]]);
+  text += body_indent + ")\n" + body_indent + "{\n";
+  if (has_material)
+    text += fmt::format("{}rel material:binding = <{}/{}>\n", mesh_indent, materials_path, material->second);
+  return text;
+}
+
+std::string UsdStage::rigid_body(std::size_t body) const {
+  return body_start(body) + usd_transform(body_indent, run_.frames(), poses_.of(body)) + mesh_start(body) +
+         body_indent + "}\n        }\n\n";
+}
+
+std::string UsdStage::deformable_body(std::size_t deformable) const {
+  const std::size_t body = deformable_bodies_[deformable];
+  const Surface& surface = run_.bodies()[body].rest;
+  const auto attribute = [&](UsdValue value, const std::string& indent) {
+    // With clips the attribute has no value here: it would hide those of the clips.
+    return has_clips_
+               ? fmt::format("{}{}\n", indent, usd_declaration(value))
+               : samples_[deformable][static_cast<std::size_t>(value)].text(indent, usd_declaration(value));
+  };
+  std::string text = body_start(body) + attribute(UsdValue::translate, body_indent) + body_indent +
+                     "uniform token[] xformOpOrder = [\"xformOp:translate\"]\n" + mesh_start(body);
+  for (const UsdValue value : usd_values)
+    if (value != UsdValue::translate) text += attribute(value, mesh_indent);
+  text += fmt::format("{}{} ( interpolation = \"{}\" )\n", mesh_indent, usd_declaration(UsdValue::normals),
+                      usd_normal_interpolation(surface));
+  return text + usd_topology(surface, mesh_indent) + body_indent + "}\n        }\n\n";
+}
+
+// The frames' files: each is in force from its frame on.
+std::string UsdStage::clips() const {
+  std::vector<std::string> files, active;
+  for (const int frame : run_.frames()) {
+    active.push_back(fmt::format("({}, {})", frame, files.size()));
+    files.push_back("@./" + frame_file(frame) + "@");
+  }
+  std::string text = "        clips = {\n            dictionary default = {\n";
+  const auto add = [&](const std::string& line) { text += mesh_indent + line + "\n"; };
+  add(fmt::format("double2[] active = [{}]", fmt::join(active, ", ")));
+  add(fmt::format("asset[] assetPaths = [{}]", fmt::join(files, ", ")));
+  add("asset manifestAssetPath = @./frames/manifest.usda@");
+  add(fmt::format("string primPath = \"{}\"", bodies_path));
+  add(fmt::format("double2[] times = [({0}, {0}), ({1}, {1})]", run_.frames().front(), run_.frames().back()));
+  return text + "            }\n        }\n";
+}
+
+std::string UsdStage::materials() const {
+  if (materials_.empty()) return {};
+  std::string text = "\n    def Scope \"materials\"\n    {\n";
+  for (const auto& [look, name] : materials_)
+    text += usd_material(run_.looks().looks[static_cast<std::size_t>(look)], name, materials_path);
+  return text + "    }\n";
+}
+
+std::string UsdStage::lights() const {
+  if (run_.looks().lights.empty()) return {};
+  UsdNames names;
+  std::string text = "\n    def Xform \"lights\"\n    {\n";
+  for (const scene::Light& light : run_.looks().lights)
+    text += usd_light(light, names.take(light.name), run_);
+  return text + "    }\n";
+}
+
+bool is_patterned(const scene::Look& look) { return !look.pattern.empty() || !look.spots.empty(); }
+
+ExportNotes notes_of(const ExportedRun& run, const FormatOptions& options) {
+  ExportNotes notes;
+  if (options.compress)
+    notes.emplace_back(
+        "usd is written as text: --compress changes nothing (usdcat, which comes with USD, makes "
+        "binary .usdc files of it)");
+  if (!run.missing().empty())
+    notes.push_back(
+        fmt::format("{} frames are missing (the first is {})", run.missing().size(), run.missing().front()));
+  const std::vector<scene::Look>& looks = run.looks().looks;
+  if (!looks.empty() && std::any_of(run.bodies().begin(), run.bodies().end(), [&](const ExportedBody& body) {
+        return is_patterned(looks.at(static_cast<std::size_t>(body.look)));
+      }))
+    notes.emplace_back("materials have the first color of a look, without its pattern and spots");
+  return notes;
+}
+
+}  // namespace
+
+ExportNotes export_usd(const ExportedRun& run, const FormatOptions& options, const fs::path& folder,
+                       std::uint64_t most_inside) {
+  UsdStage stage(run, options, folder, most_inside);
+  stage.write();
+  return notes_of(run, options);
+}
+
+ExportNotes export_usd(const ExportedRun& run, const FormatOptions& options, const fs::path& folder) {
+  return export_usd(run, options, folder, usd_most_inside);
+}
+
+}  // namespace duet::io
