@@ -109,6 +109,7 @@ struct ExportOptions {
   std::string up = "y";             // or "z"
   double scale = 1;                 // units of the export in a meter
   bool compress = false;
+  std::optional<double> max_megabytes;  // of glb and usd; none: the format's own bound
   bool overwrite = false;
 };
 

@@ -26,19 +26,25 @@ namespace fs = std::filesystem;
 struct Format {
   const char* name;
   const char* ending;  // of the one file that it writes; null: it writes a folder
-  bool can_compress;
+  bool can_compress, has_bound;
   io::ExportNotes (*write)(const io::ExportedRun&, const io::FormatOptions&, const fs::path&);
   const char* what;
 };
 
 constexpr Format formats[] = {
-    {"transforms", nullptr, false, io::export_transforms,
+    {"transforms", nullptr, false, false, io::export_transforms,
      "poses and velocities of rigid bodies, JSON and CSV"},
-    {"obj", nullptr, false, io::export_obj, "a Wavefront OBJ file a frame, with materials"},
-    {"ply", nullptr, false, io::export_ply, "a binary PLY file a frame, with velocities and strain"},
-    {"pc2", nullptr, false, io::export_pc2, "a point cache and a mesh a body: Blender, 3ds Max"},
-    {"mdd", nullptr, false, io::export_mdd, "a point cache and a mesh a body: LightWave, Blender, Houdini"},
-    {"vtk", nullptr, true, io::export_vtk, "VTK poly data with velocity, displacement and strain: ParaView"},
+    {"obj", nullptr, false, false, io::export_obj, "a Wavefront OBJ file a frame, with materials"},
+    {"ply", nullptr, false, false, io::export_ply, "a binary PLY file a frame, with velocities and strain"},
+    {"pc2", nullptr, false, false, io::export_pc2, "a point cache and a mesh a body: Blender, 3ds Max"},
+    {"mdd", nullptr, false, false, io::export_mdd,
+     "a point cache and a mesh a body: LightWave, Blender, Houdini"},
+    {"glb", "glb", false, true, io::export_glb,
+     "one animated glTF file with materials, camera and lights: the web, Blender"},
+    {"usd", nullptr, false, true, io::export_usd,
+     "a USD stage as text, with a file a frame: Houdini, Blender, usdview"},
+    {"vtk", nullptr, true, false, io::export_vtk,
+     "VTK poly data with velocity, displacement and strain: ParaView"},
 };
 
 // Formats that are asked for and not written, with what to do instead.
@@ -153,6 +159,9 @@ std::string export_formats() {
 Outcome export_run(const ExportOptions& options, Report& report) {
   const OrderlyStop orderly;
   const Format& format = find_format(options.format);
+  if (options.max_megabytes && !format.has_bound)
+    throw Error(ExitStatus::usage,
+                fmt::format("--max-size: has no effect on {} (glb and usd have a bound)", format.name));
   if (options.compress && !format.can_compress)
     throw Error(
         ExitStatus::usage,
@@ -189,6 +198,7 @@ Outcome export_run(const ExportOptions& options, Report& report) {
   try {
     io::FormatOptions how;
     how.compress = options.compress;
+    if (options.max_megabytes) how.max_bytes = static_cast<std::uint64_t>(*options.max_megabytes * 1e6);
     notes = format.write(exported, how, staging.path());
     const fs::path description = staging.path() / description_name;
     if (format.ending == nullptr && !fs::exists(description))

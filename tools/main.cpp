@@ -245,6 +245,10 @@ void add_export(CLI::App& app, CommandLine& line) {
       ->check(between(1e-6, 1e6))
       ->type_name("S");
   app.add_flag("--compress", options.compress, "Smaller files, where the format can have them");
+  app.add_option("--max-size", options.max_megabytes,
+                 "glb and usd: refuse to write more megabytes; default 2000 for glb")
+      ->check(between(1e-3, 1e9))
+      ->type_name("MB");
   app.add_flag("--overwrite", options.overwrite, "Replace what is there");
   add_report(app, line);
   app.footer("FORMAT is one of\n" + export_formats() +
