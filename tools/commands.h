@@ -37,13 +37,14 @@ struct SimulateOptions {
   std::optional<Frames> frames;  // none: all of the scene
   int threads = 0;               // 0: all cores
   bool resume = false;
-  bool allow_other_build = false;  // resume frames of other numerics, too
-  bool ledger = false;             // momentum and energy of every stage
-  bool hash_stages = false;        // the state after every stage, as hashes
-  bool draw = false;               // `duet run`: also pictures and a video
-  bool stats_only = false;         // no meshes and level sets
-  std::string command;             // as typed, to be typed again
-  std::string resume_command;      // the same with --resume
+  bool allow_other_build = false;    // resume frames of other numerics, too
+  bool ledger = false;               // momentum and energy of every stage
+  bool hash_stages = false;          // the state after every stage, as hashes
+  bool draw = false;                 // `duet run`: also pictures and a video
+  bool stats_only = false;           // no meshes and level sets
+  std::vector<std::string> formats;  // that the run is exported to at its end
+  std::string command;               // as typed, to be typed again
+  std::string resume_command;        // the same with --resume
 };
 
 struct RenderOptions {
@@ -144,6 +145,8 @@ Outcome overlaps(const OverlapOptions& options);
 Outcome compare(const CompareOptions& options);
 Outcome hashes(const HashesOptions& options);
 Outcome export_run(const ExportOptions& options, Report& report);
+/// Throws Error (usage) where there is no such format.
+void require_format(const std::string& name);
 std::string export_formats();  // their names and what they are, a line each
 Outcome cache(const CacheOptions& options);
 Outcome list();

@@ -156,6 +156,8 @@ std::string export_formats() {
   return text;
 }
 
+void require_format(const std::string& name) { find_format(name); }
+
 Outcome export_run(const ExportOptions& options, Report& report) {
   const OrderlyStop orderly;
   const Format& format = find_format(options.format);

@@ -87,6 +87,25 @@ void add_report(CLI::App& app, CommandLine& line) {
   app.add_flag("--json", line.json, "One JSON object a line")->excludes(quiet);
 }
 
+// Exports a run that came to its end, and adds to its outcome. Earlier exports of the run are replaced.
+void add_exports(const SimulateOptions& options, Outcome& outcome, Report& report) {
+  for (const std::string& format : options.formats) {
+    if (outcome.status != ExitStatus::done) return;
+    ExportOptions how;
+    how.run = run_folder(options.scene, options.out).string();
+    how.format = format;
+    how.overwrite = true;
+    try {
+      const Outcome exported = export_run(how, report);
+      outcome.status = exported.status;
+      outcome.text += fmt::format("; {}: {}", format, exported.text);
+    } catch (...) {
+      outcome.status = report.failure(std::current_exception());
+      outcome.text += fmt::format("; {}: not exported", format);
+    }
+  }
+}
+
 void add_simulate(CLI::App& app, CommandLine& line, bool draw) {
   SimulateOptions& options = line.simulate;
   add_scene(app, options.scene)->required();
@@ -110,9 +129,14 @@ void add_simulate(CLI::App& app, CommandLine& line, bool draw) {
                "Hashes of the state after every stage, in hashes.jsonl (`duet hashes --stages A B` compares "
                "two runs); "
                "slower, the same results");
+  CLI::Option* formats = app.add_option("--formats", options.formats,
+                                        "Export the run at its end, as `duet export --to` does: pc2,glb")
+                             ->delimiter(',')
+                             ->type_name("FORMAT,...");
   if (!draw)
     app.add_flag("--stats-only", options.stats_only,
-                 "Write stats.jsonl and checkpoints, no meshes and level sets");
+                 "Write stats.jsonl and checkpoints, no meshes and level sets")
+        ->excludes(formats);
   CLI::Option* resume =
       app.add_flag("--resume", options.resume,
                    "Continue the run in the folder after its last whole frame; removes nothing");
@@ -129,7 +153,10 @@ void add_simulate(CLI::App& app, CommandLine& line, bool draw) {
       line.simulate.draw = draw;
       resolve_run(line.simulate.scene, line.simulate.out);
       if (!line.frames.empty()) line.simulate.frames = parse_frames(line.frames);
-      return simulate(line.simulate, report);
+      for (const std::string& format : line.simulate.formats) require_format(format);
+      Outcome outcome = simulate(line.simulate, report);
+      add_exports(line.simulate, outcome, report);
+      return outcome;
     };
   });
 }
