@@ -1,7 +1,10 @@
 // `duet export` as a user meets it: what it writes of real runs, what it refuses, and what a failure leaves
 // behind.
+#include <algorithm>
 #include <csignal>
+#include <cstdlib>
 #include <set>
+#include <sstream>
 
 #include "tests/restart/program.h"
 #include "tests/support/text.h"
@@ -250,6 +253,68 @@ TEST_F(Export, AnInterruptLeavesNothing) {
     EXPECT_TRUE(contains(stopped.last_line(), "nothing was written to")) << stopped.last_line();
     EXPECT_EQ(files(), before) << format;
   }
+}
+
+// The commands of the page, with fewer frames: the words after `build/duet` of the lines of its section.
+TEST_F(Export, CommandsOfThePageRun) {
+  const std::string page = io::read_file(source_folder() + "/tools/README.md");
+  const std::size_t begin = page.find("\n## Take it to Blender"), end = page.find("\n## ", begin + 1);
+  ASSERT_NE(begin, std::string::npos);
+  std::istringstream lines(page.substr(begin, end - begin));
+  int commands = 0;
+  for (std::string line; std::getline(lines, line);) {
+    if (!line.starts_with("build/duet ")) continue;
+    line = duet_program() + line.substr(line.find(' ')).substr(0, line.find('#') - line.find(' '));
+    if (contains(line, " sim ")) line += " --frames 2 --accuracy draft";
+    Program program({"-c", line + " --quiet"}, scratch.path(), "/bin/sh");
+    const Finished finished = finish(program);
+    EXPECT_EQ(finished.status, 0) << line << finished.errors;
+    ++commands;
+  }
+  EXPECT_EQ(commands, 6);
+}
+
+bool shell_says(const std::string& command) {
+  Program program({"-c", command}, source_folder(), "/bin/sh");
+  return finish(program).status == 0;
+}
+
+TEST_F(Export, NumPyReadsValuesInALine) {
+  if (!shell_says("python3 -c 'import numpy'")) GTEST_SKIP() << "python3 has no numpy";
+  simulate(tiny, {"--frames", "3"});
+  const io::FrameValues values = io::ExportedRun(run, {}).read(3);
+  Program program(
+      {"-c", fmt::format("python3 -c 'import numpy\nf = numpy.load(\"{0}\")\nr = numpy.load(\"{1}\")\n"
+                         "print(int(f[\"frame\"]), f[\"position\"][0, 1].hex(), "
+                         "f[\"point\"].shape, r[\"corner\"].shape[1:])'",
+                         run.values(3).string(), run.body_values().string())},
+      source_folder(), "/bin/sh");
+  const Finished read = finish(program);
+  EXPECT_EQ(read.status, 0) << read.errors;
+  std::istringstream words(read.last_line());
+  std::string frame, height, rest;
+  words >> frame >> height;
+  std::getline(words, rest);
+  EXPECT_EQ(frame, "3");
+  EXPECT_EQ(std::strtod(height.c_str(), nullptr), values.rigid[0].pose.position.y());
+  EXPECT_EQ(rest, " (26, 3) (3, 3)");
+}
+
+// The add-on's bodies are, at every frame, where the meshes of the run are.
+TEST_F(Export, BlenderPlacesBodiesWhereTheirMeshesAre) {
+  if (!shell_says("command -v blender")) GTEST_SKIP() << "blender is not installed";
+  simulate(tiny, {"--frames", "10"});
+  ASSERT_EQ(duet_export("transforms").status, 0);
+  Program program(
+      {"-c", "blender -b --factory-startup --python-exit-code 1 --python tests/restart/blender_check.py -- " +
+                 run.root.string()},
+      source_folder(), "/bin/sh");
+  const Finished imported = finish(program);
+  EXPECT_EQ(imported.status, 0) << imported.errors;
+  const bool compared =
+      std::any_of(imported.output.begin(), imported.output.end(),
+                  [](const std::string& line) { return line.starts_with("compared 11 frames of 2 bodies"); });
+  EXPECT_TRUE(compared);
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 
 #include "sim/io/export/staging.h"
 #include "sim/io/text_builder.h"
+#include "sim/scene/camera_path.h"
 
 namespace duet::io {
 namespace {
@@ -22,21 +23,24 @@ Json array(const Vector& x) {
 
 Json place(const ExportedRun& run, const Vec3& x) { return array(Vec3(run.scale() * run.turned(x))); }
 
+Json view_of(const ExportedRun& run, const scene::Camera& camera) {
+  return {{"position", place(run, camera.position)},
+          {"target", place(run, camera.target)},
+          {"up", array(run.turned(camera.up))},
+          {"vertical_fov", camera.vertical_fov}};
+}
+
 Json camera_of(const ExportedRun& run) {
   const scene::Camera& camera = run.looks().camera;
-  Json object = {{"position", place(run, camera.position)},
-                 {"target", place(run, camera.target)},
-                 {"up", array(run.turned(camera.up))},
-                 {"vertical_fov", camera.vertical_fov},
-                 {"width", run.looks().width},
-                 {"height", run.looks().height},
-                 {"keyframes", Json::array()}};
-  for (const scene::CameraKey& key : camera.keyframes) {
-    Json entry = {{"time", key.time}};
-    if (key.position) entry["position"] = place(run, *key.position);
-    if (key.target) entry["target"] = place(run, *key.target);
-    if (key.vertical_fov) entry["vertical_fov"] = *key.vertical_fov;
-    object["keyframes"].push_back(std::move(entry));
+  Json object = view_of(run, camera);
+  object["width"] = run.looks().width;
+  object["height"] = run.looks().height;
+  if (camera.keyframes.empty()) return object;
+  const scene::CameraPath path(camera);
+  for (int frame = run.frames().front(); frame <= run.frames().back(); ++frame) {
+    Json entry = {{"frame", frame}};
+    entry.update(view_of(run, path.at(frame / run.manifest().fps)));
+    object["motion"].push_back(std::move(entry));
   }
   return object;
 }

@@ -13,10 +13,11 @@ namespace duet::io {
 
 namespace fs = std::filesystem;
 
-/// The exported run without its motion: "format", "title", "fps", "first_frame", "last_frame",
-/// "missing_frames", "up", "units_per_meter", "bodies" (name, kind and look, in the order of the run),
-/// "looks" (colors in linear RGB), "camera" and "lights", these in the axes and unit of the export. Powers
-/// are those of the scene.
+/// The exported run without the motion of its bodies: "format", "program", "title", "fps", "first_frame",
+/// "last_frame", "missing_frames", "up", "units_per_meter", "bodies" (name, kind and look, in the order of
+/// the run), "looks" (colors in linear RGB), "camera" and "lights", these in the axes and unit of the export.
+/// A camera that moves has "motion", where it is at each frame from the first to the last one. Powers are
+/// those of the scene.
 nlohmann::ordered_json description(const ExportedRun& run, std::string_view format);
 
 /// Writes the object to the file, indented. Throws FileError.

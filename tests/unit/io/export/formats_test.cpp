@@ -477,8 +477,22 @@ TEST(ExportDescription, HasTheViewInTheAxesOfTheExport) {
   EXPECT_LT((vec3(object.at("camera").at("position")) - Vec3(0, -100, 20)).norm(), 1e-12);
   EXPECT_LT((vec3(object.at("camera").at("up")) - Vec3(0, 0, 1)).norm(), 1e-12);
   EXPECT_LT((vec3(object.at("lights").at(0).at("position")) - Vec3(10, -30, 20)).norm(), 1e-12);
+  EXPECT_FALSE(object.at("camera").contains("motion"));
   EXPECT_EQ(object.at("bodies").at(2).at("look"), "Red");
   EXPECT_EQ(object.at("missing_frames"), json::array());
+}
+
+TEST(ExportDescription, HasACameraThatMovesAtEveryFrame) {
+  const SampleRun sample;
+  ExportedRun run = sample.exported({{}, 1, 4});
+  ExportedLooks looks = test::sample_looks();
+  looks.camera.keyframes = {{0, Vec3(0, 0, 10), std::nullopt, 20}, {4 / SampleRun::fps, Vec3(4, 0, 10)}};
+  run.set_looks(looks);
+  const json motion = description(run, "obj").at("camera").at("motion");
+  ASSERT_EQ(motion.size(), 4U);
+  EXPECT_EQ(motion[0].at("frame"), 1);
+  EXPECT_LT((vec3(motion[3].at("position")) - Vec3(4, 0, 10)).norm(), 1e-12);
+  EXPECT_NEAR(motion[3].at("vertical_fov"), 30, 1e-12);
 }
 
 }  // namespace
