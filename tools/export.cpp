@@ -215,6 +215,8 @@ Outcome export_run(const ExportOptions& options, Report& report) {
   if (scene.ground && options.bodies.empty())
     notes.push_back(fmt::format("the ground has no mesh and is not exported: it fills all below {} = {:g}",
                                 options.up, scene.ground->height * options.scale));
+  if (!options.frames && last < exported.manifest().frames)
+    notes.push_back(fmt::format("the run has come to frame {} of {}", last, exported.manifest().frames));
   for (const std::string& note : notes) report.note(note);
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   std::string text = fmt::format(

@@ -241,7 +241,7 @@ TEST_F(Export, AFullDiskLeavesNothing) {
 
 // The program prints a line a frame into a pipe that nobody reads: the signal meets it at work.
 TEST_F(Export, AnInterruptLeavesNothing) {
-  simulate(tiny, {"--set", "frames=400"});
+  simulate(tiny, {"--set", "frames=150"});
   for (const std::string& format : formats) {
     const std::set<fs::path> before = files();
     Program program({"export", run.root.string(), "--to", format, "--json"});
@@ -253,6 +253,41 @@ TEST_F(Export, AnInterruptLeavesNothing) {
     EXPECT_TRUE(contains(stopped.last_line(), "nothing was written to")) << stopped.last_line();
     EXPECT_EQ(files(), before) << format;
   }
+}
+
+// A run that a program writes meanwhile is exported as far as it has come.
+TEST_F(Export, ARunThatGrowsIsExportedAsItIs) {
+  Program simulation({"sim", tiny, "--set", "frames=4000", "--out", run.root.string()});
+  while (const auto line = simulation.line())
+    if (line->starts_with("frame 3/")) break;
+  for (int i = 0; i < 3; ++i) {
+    for (int k = 0; k < 20; ++k) simulation.line();
+    const Finished done = duet_export("pc2", {"--overwrite"}, "--json");
+    EXPECT_EQ(done.status, 0) << done.errors;
+    const bool is_said = std::any_of(done.output.begin(), done.output.end(), [](const std::string& line) {
+      return contains(line, "the run has come to frame") && contains(line, " of 4000");
+    });
+    EXPECT_TRUE(is_said);
+  }
+  simulation.signal(SIGKILL);
+  finish(simulation);
+}
+
+// A second signal ends the program at once; the next export of the name clears away what it left.
+TEST_F(Export, AKilledExportIsClearedAwayByTheNext) {
+  simulate(tiny, {"--set", "frames=150"});
+  const std::set<fs::path> before = files();
+  Program program({"export", run.root.string(), "--to", "obj", "--json"});
+  program.line();
+  program.line();
+  program.signal(SIGKILL);
+  finish(program);
+  EXPECT_NE(files(), before);
+  EXPECT_FALSE(fs::exists(run.root / "export/obj"));
+  refuse(2, "obj", {"--frames", "500"}, "it has frames");
+  fs::remove_all(scratch / "out");
+  ASSERT_EQ(duet_export("obj", {"--frames", "0"}).status, 0);
+  EXPECT_EQ(files().size(), before.size() + 3);
 }
 
 // The commands of the page, with fewer frames: the words after `build/duet` of the lines of its section.

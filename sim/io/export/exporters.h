@@ -34,7 +34,7 @@ ExportNotes export_transforms(const ExportedRun& run, const FormatOptions& optio
 ExportNotes export_obj(const ExportedRun& run, const FormatOptions& options, const fs::path& folder);
 
 /// A binary PLY file a frame, 0000.ply, with positions in double precision, normals, texture coordinates,
-/// velocities, strain and the index of the body. Throws Error.
+/// velocities, strain and the index of the body at the vertices. Throws Error.
 ExportNotes export_ply(const ExportedRun& run, const FormatOptions& options, const fs::path& folder);
 
 /// For each body NAME.pc2 (3ds Max, Blender), or NAME.mdd (LightWave), and NAME.obj, the mesh at the first

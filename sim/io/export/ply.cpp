@@ -44,10 +44,9 @@ std::string head_text(const ExportedRun& run, const SplitSurfaces& all, const Fr
   for (const char* name : {"x", "y", "z"}) text += fmt::format("property double {}\n", name);
   for (const char* name : {"nx", "ny", "nz", "s", "t", "vx", "vy", "vz", "strain"})
     text += fmt::format("property float {}\n", name);
-  text += fmt::format(
-      "property int body\nelement face {}\nproperty list uchar int vertex_indices\nproperty int "
-      "body\nend_header\n",
-      all.triangles.size());
+  text +=
+      fmt::format("property int body\nelement face {}\nproperty list uchar int vertex_indices\nend_header\n",
+                  all.triangles.size());
   return text;
 }
 
@@ -55,14 +54,13 @@ std::string head_text(const ExportedRun& run, const SplitSurfaces& all, const Fr
 
 ExportNotes export_ply(const ExportedRun& run, const FormatOptions&, const fs::path& folder) {
   constexpr std::size_t vertex_bytes = 3 * sizeof(double) + 9 * sizeof(float) + sizeof(std::int32_t);
-  constexpr std::size_t face_bytes = 1 + 4 * sizeof(std::int32_t);
+  constexpr std::size_t face_bytes = 1 + 3 * sizeof(std::int32_t);
   const SplitSurfaces all = split_surfaces(run);
   PlacedBodies bodies(run);
   Records faces(face_bytes * all.triangles.size()), vertices(vertex_bytes * all.vertices.size());
   for (std::size_t i = 0; i < all.triangles.size(); ++i) {
     faces.add(std::uint8_t{3});
     faces.add(all.triangles[i]);
-    faces.add(all.triangle_body[i]);
   }
   write_json(description(run, "ply"), folder / "export.json");
   for (const int frame : run.frames()) {

@@ -7,6 +7,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/file.h>
 #include <unistd.h>
 
 #include "sim/base/files.h"
@@ -15,6 +16,32 @@ namespace duet::io {
 namespace {
 
 constexpr std::size_t buffer_bytes = 1 << 20;
+
+// Opens the file or folder and locks it, which lasts until it is closed or the program ends, however it ends.
+// Returns -1 where another program holds it, or it cannot be opened.
+int hold(const fs::path& path, int flags) {
+  const int file = ::open(path.c_str(), flags | O_CLOEXEC, 0666);
+  // File systems that know no locks are left alone: a lock is a help, not a need.
+  if (file < 0 || ::flock(file, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) return file;
+  ::close(file);
+  return -1;
+}
+
+// Removes what programs that were killed were writing: files and folders of a process's name that none holds.
+void remove_abandoned(const fs::path& target) {
+  const std::string begin = target.filename().string() + temporary_mark;
+  for (const fs::path& path : files_in(target.has_parent_path() ? target.parent_path() : ".")) {
+    const std::string name = path.filename().string();
+    if (!name.starts_with(begin) || name.size() == begin.size() ||
+        name.find_first_not_of("0123456789", begin.size()) != std::string::npos)
+      continue;
+    const int file = hold(path, O_RDONLY);
+    if (file < 0) continue;
+    std::error_code none;
+    fs::remove_all(path, none);
+    ::close(file);
+  }
+}
 
 }  // namespace
 
@@ -34,14 +61,16 @@ Staging::Staging(const fs::path& target, bool overwrite, bool is_folder)
                 fmt::format("{}: the format writes a {}, and there is a {} (give another path with --out)",
                             target_.string(), is_folder ? "folder" : "file", is_folder ? "file" : "folder"));
   if (target_.has_parent_path()) create_folder(target_.parent_path());
-  std::error_code none;
-  fs::remove_all(path_, none);
+  remove_abandoned(target_);
   if (is_folder) create_folder(path_);
+  held_ = hold(path_, is_folder ? O_RDONLY | O_DIRECTORY : O_RDWR | O_CREAT);
+  if (held_ < 0) throw system_error(path_, "cannot write", errno);
 }
 
 Staging::~Staging() {
   std::error_code none;
   if (!is_finished_) fs::remove_all(path_, none);
+  if (held_ >= 0) ::close(held_);
 }
 
 void Staging::finish() {

@@ -14,15 +14,15 @@ namespace fs = std::filesystem;
 /// target, and the destructor removes it.
 class Staging {
  public:
-  /// Throws Error (usage) where the target is there and `overwrite` is not given, FileError where it cannot
-  /// be written.
+  /// Removes what killed programs left of the target, too. Throws Error (usage) where the target is there and
+  /// `overwrite` is not given, FileError where it cannot be written.
   Staging(const fs::path& target, bool overwrite, bool is_folder);
   ~Staging();
   Staging(const Staging&) = delete;
   Staging& operator=(const Staging&) = delete;
 
   const fs::path& target() const { return target_; }
-  /// What to write to meanwhile: the file itself, or a folder that is there.
+  /// What to write to meanwhile: an empty file, or an empty folder.
   const fs::path& path() const { return path_; }
   /// Gives it the target's name, in place of what has it. Throws FileError.
   void finish();
@@ -31,6 +31,7 @@ class Staging {
   const fs::path target_, path_;
   const bool overwrite_;
   bool is_finished_ = false;
+  int held_ = -1;  // descriptor of what is written, locked: other programs leave it alone
 };
 
 /// A file that is written in pieces. All members throw FileError, close() also for what the system noticed

@@ -5,8 +5,11 @@
 
 #include "tests/support/scratch_folder.h"
 #include "tests/support/text.h"
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/file.h>
 #include <sys/resource.h>
+#include <unistd.h>
 
 #include "sim/base/error.h"
 #include "sim/base/files.h"
@@ -82,6 +85,25 @@ TEST(Staging, ReplacesWhatIsThereOnlyIfAsked) {
   EXPECT_EQ(read_file(scratch / "export/new.obj"), "new");
   EXPECT_FALSE(fs::exists(scratch / "export/old.obj"));
   EXPECT_EQ(entries(scratch.path()), 1);
+}
+
+TEST(Staging, RemovesWhatKilledProgramsLeft) {
+  const ScratchFolder scratch;
+  for (const char* name :
+       {"export.tmp4242", "export.tmp4343", "export.tmp4242-before", "export.tmp", "other.tmp4242"}) {
+    create_folder(scratch / name);
+    write_atomically(scratch / name / "0000.obj", "x");
+  }
+  const int held = ::open((scratch / "export.tmp4343").c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  ASSERT_EQ(::flock(held, LOCK_EX), 0);  // a program that still writes
+  { const Staging staging(scratch / "export", false, true); }
+  EXPECT_FALSE(fs::exists(scratch / "export.tmp4242"));
+  EXPECT_TRUE(fs::exists(scratch / "export.tmp4343/0000.obj"));
+  EXPECT_EQ(entries(scratch.path()), 4);
+  ::close(held);
+  write_atomically(scratch / "run.glb.tmp4242", "x");
+  { const Staging staging(scratch / "run.glb", false, false); }
+  EXPECT_FALSE(fs::exists(scratch / "run.glb.tmp4242"));
 }
 
 TEST(Staging, RefusesAFileForAFolderAndTheOtherWayRound) {
