@@ -29,7 +29,7 @@ io::FrameValues values_of(const Simulation& simulation, const scene::Scene& scen
 io::RunDirectory record_run(const scene::Scene& scene, int last, const io::fs::path& folder,
                             const std::function<void(io::FrameValues&)>& change) {
   Simulation simulation(scene, plan(scene));
-  const io::RunDirectory run{folder};
+  io::RunDirectory run{folder};
   std::vector<BodySurface> surfaces;
   simulation.rest_surfaces(surfaces);
   io::Manifest manifest;

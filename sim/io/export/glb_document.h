@@ -13,7 +13,7 @@ namespace duet::io {
 
 using Json = nlohmann::ordered_json;
 
-/// What the arrays of a buffer view are for: the numbers of glTF's bufferView.target.
+/// The purpose of the arrays in a buffer view: the numbers of glTF's bufferView.target.
 enum class ViewUse { other = 0, vertices = 34962, indices = 34963 };
 
 enum class Bounds { leave_out, write };  ///< accessor.min and .max
@@ -28,7 +28,7 @@ class GlbDocument {
   /// Appends the values to the binary part and returns the index of their accessor. `components`: 1 to 4 a
   /// value.
   int add_floats(const std::vector<float>& values, int components, ViewUse use, Bounds bounds);
-  /// The same with the values that are not 0 alone, where that takes less room.
+  /// Appends scalars as add_floats does, or as a list of those that are not 0 where that takes less room.
   int add_sparse_floats(const std::vector<float>& values);
   int add_indices(const std::vector<std::uint32_t>& indices, std::size_t vertices);
 

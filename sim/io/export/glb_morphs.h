@@ -12,7 +12,7 @@
 
 namespace duet::io {
 
-/// How a frame's vertices differ from the mesh of the first frame, in positions or in normals.
+/// The differences of a frame's vertices from the mesh of the first frame, in positions or in normals.
 struct MorphChange {
   std::uint32_t moved = 0;    ///< vertices
   bool is_as_before = false;  ///< the change of the frame before stands for this frame, too
@@ -72,7 +72,7 @@ struct MorphBlock {
   std::string dense, sparse_values, sparse_places;
 };
 
-/// Whether the change is stored by listing the vertices that move.
+/// Returns true if the change is stored as a list of the vertices that move.
 bool is_sparse(const MorphChange& change, std::size_t vertices);
 
 /// Lays out the changes of one frame: reserves the views and returns the index of each body's accessors, for

@@ -14,13 +14,13 @@
 
 namespace duet::io {
 
-/// What a first reading of a run's frames finds out, so that the document can be written before the frames.
+/// Results of a first reading of a run's frames, which the document needs before the frames are written.
 struct GlbMeasures {
   Vec3 origin = Vec3::Zero();        ///< of the file's coordinates, in the axes and unit of the export
   PoseTracks poses;                  ///< in the run's coordinates
   std::vector<MorphedBody> morphed;  ///< the deformable bodies with triangles, at the first frame
   std::vector<std::size_t> bodies;   ///< index of each of them in ExportedRun::bodies()
-  /// Of the frames after the first, by frame and morphed body.
+  /// Changes at the frames after the first, by frame and morphed body.
   std::vector<std::vector<MorphFrame>> morphs;
   std::vector<bool> changes;  ///< whether the mesh of a morphed body differs from the first in any frame
 };

@@ -14,7 +14,7 @@ struct SplitVertices {
   std::vector<Corner> vertices;
   std::vector<std::uint32_t> indices;  ///< into vertices, three a triangle
 
-  /// Whether vertex i has position i for all positions of a surface with `positions` of them.
+  /// Returns true if vertex i has position i for all positions of a surface with `positions` of them.
   bool keeps_positions(std::size_t positions) const;
 };
 

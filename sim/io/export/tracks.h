@@ -1,4 +1,4 @@
-/// What moves as a whole in a run, frame by frame: rigid bodies and the camera.
+/// Poses of rigid bodies and of the camera, frame by frame.
 #pragma once
 
 #include <vector>

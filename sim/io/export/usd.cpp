@@ -1,4 +1,4 @@
-// A USD stage in a folder: run.usda, and where the values of deformable bodies are many, a file a frame with
+// A USD stage in a folder: run.usda, and where the values of bodies are many, a file a frame with
 // them, which the stage reads as value clips: neither writers nor readers have to hold more than a frame.
 #include "sim/io/export/usd.h"
 
@@ -36,9 +36,10 @@ class UsdStage {
   void write_clip_manifest();
   void write_root();
   void write_file(const fs::path& path, const std::string& text);
-  // The prims of deformable bodies with what `line` gives for each of their attributes.
-  template <class Line>
-  std::string overs(Line&& line) const;
+  // The prims of bodies that move with what `rigid(body)` gives for their transform, and `deformable(index,
+  // value)` for an attribute of a deformable body.
+  template <class Rigid, class Deformable>
+  std::string overs(Rigid&& rigid, Deformable&& deformable) const;
   std::string head() const;
   std::string shape(std::size_t body) const;
   std::string rigid_body(std::size_t body) const;
@@ -64,6 +65,8 @@ class UsdStage {
   std::uint64_t bytes_ = 0;  // written so far
 };
 
+bool is_still(const ExportedBody& body) { return body.kind == "static"; }
+
 std::string frame_file(int frame) { return fmt::format("frames/{:04}.usda", frame); }
 
 UsdStage::UsdStage(const ExportedRun& run, const FormatOptions& options, const fs::path& folder,
@@ -74,19 +77,20 @@ UsdStage::UsdStage(const ExportedRun& run, const FormatOptions& options, const f
       first_same_(first_with_same_surface(run.bodies())),
       poses_(run) {
   UsdNames bodies, looks;
+  const std::uint64_t frames = run.frames().size();
   std::uint64_t bytes = 0;
   for (std::size_t i = 0; i < run.bodies().size(); ++i) {
     const ExportedBody& body = run.bodies()[i];
     names_.push_back(bodies.take(body.name));
     if (!run.looks().looks.empty() && !materials_.contains(body.look))
       materials_[body.look] = looks.take(run.looks().looks.at(static_cast<std::size_t>(body.look)).name);
+    if (!is_still(body)) bytes += frames * usd_frame_bytes(body);
     if (body.is_rigid()) continue;
     deformables_.emplace_back(body);
     deformable_bodies_.push_back(i);
-    bytes += usd_frame_bytes(body.rest) * run.frames().size();
   }
   samples_.resize(deformables_.size());
-  has_clips_ = bytes > most_inside && run.frames().size() > 1;
+  has_clips_ = bytes > most_inside && frames > 1;
 }
 
 void UsdStage::write() {
@@ -111,30 +115,51 @@ void UsdStage::read_frames() {
   }
 }
 
-template <class Line>
-std::string UsdStage::overs(Line&& line) const {
+template <class Rigid, class Deformable>
+std::string UsdStage::overs(Rigid&& rigid, Deformable&& deformable) const {
   std::string text = "#usda 1.0\n\nover \"run\"\n{\n    over \"bodies\"\n    {\n";
-  for (std::size_t i = 0; i < deformables_.size(); ++i) {
-    text += fmt::format("        over \"{}\"\n        {{\n", names_[deformable_bodies_[i]]);
-    text += body_indent + line(i, UsdValue::translate) + "\n\n" + body_indent + "over \"mesh\"\n" +
-            body_indent + "{\n";
+  std::size_t next = 0;
+  for (std::size_t i = 0; i < names_.size(); ++i) {
+    const ExportedBody& body = run_.bodies()[i];
+    if (is_still(body)) continue;
+    text += fmt::format("        over \"{}\"\n        {{\n", names_[i]);
+    if (body.is_rigid()) {
+      text += rigid(i) + "        }\n";
+      continue;
+    }
+    text += fmt::format("{0}{1}\n\n{0}over \"mesh\"\n{0}{{\n", body_indent,
+                        deformable(next, UsdValue::translate));
     for (const UsdValue value : usd_values)
-      if (value != UsdValue::translate) text += mesh_indent + line(i, value) + "\n";
+      if (value != UsdValue::translate) text += mesh_indent + deformable(next, value) + "\n";
     text += body_indent + "}\n        }\n";
+    ++next;
   }
   return text + "    }\n}\n";
 }
 
 void UsdStage::write_frame(int frame, const std::vector<Texts>& values) {
-  write_file(folder_ / frame_file(frame), overs([&](std::size_t i, UsdValue value) {
-               return fmt::format("{}.timeSamples = {{ {}: {} }}", usd_declaration(value), frame,
-                                  values[i][static_cast<std::size_t>(value)]);
+  const auto sample = [&](const std::string& declaration, const std::string& value) {
+    return fmt::format("{}.timeSamples = {{ {}: {} }}", declaration, frame, value);
+  };
+  const auto rigid = [&](std::size_t body) {
+    const PoseTrack& track = poses_.of(body);
+    return body_indent + sample(usd_translate, usd_tuple(track.positions.back())) + "\n" + body_indent +
+           sample(usd_orient, usd_tuple(track.orientations.back())) + "\n";
+  };
+  write_file(folder_ / frame_file(frame), overs(rigid, [&](std::size_t i, UsdValue value) {
+               return sample(usd_declaration(value), values[i][static_cast<std::size_t>(value)]);
              }));
+}
+
+// The lines that say which attributes a transform has, without values, which would hide those of clips.
+std::string declared_transform() {
+  return fmt::format("{0}{1}\n{0}{2}\n", body_indent, usd_translate, usd_orient);
 }
 
 void UsdStage::write_clip_manifest() {
   write_file(folder_ / "frames" / "manifest.usda",
-             overs([](std::size_t, UsdValue value) { return std::string(usd_declaration(value)); }));
+             overs([](std::size_t) { return declared_transform(); },
+                   [](std::size_t, UsdValue value) { return std::string(usd_declaration(value)); }));
 }
 
 void UsdStage::write_file(const fs::path& path, const std::string& text) {
@@ -220,8 +245,10 @@ std::string UsdStage::mesh_start(std::size_t body) const {
 }
 
 std::string UsdStage::rigid_body(std::size_t body) const {
-  return body_start(body) + usd_transform(body_indent, run_.frames(), poses_.of(body)) + mesh_start(body) +
-         body_indent + "}\n        }\n\n";
+  const bool has_clip = has_clips_ && !is_still(run_.bodies()[body]);
+  const std::string transform = has_clip ? declared_transform() + body_indent + usd_transform_order
+                                         : usd_transform(body_indent, run_.frames(), poses_.of(body));
+  return body_start(body) + transform + mesh_start(body) + body_indent + "}\n        }\n\n";
 }
 
 std::string UsdStage::deformable_body(std::size_t deformable) const {

@@ -7,8 +7,8 @@
 
 namespace duet::io {
 
-/// Bytes of deformable bodies' values that run.usda takes in. They are held in memory while they are written,
-/// and by readers from opening the stage on, which takes them about a second.
+/// Bytes of bodies' values that run.usda takes in. They are held in memory while they are written, and by
+/// readers from opening the stage on, which takes them about a second.
 inline constexpr std::uint64_t usd_most_inside = 32'000'000;
 
 /// export_usd with another bound: values that take about more bytes than `most_inside` go into a file a

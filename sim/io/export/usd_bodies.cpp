@@ -16,7 +16,7 @@ std::vector<int> corners(const Surface& surface, int Corner::*index) {
   return indices;
 }
 
-// Whether each position has a normal of its own, with its index.
+// Returns true if each position has a normal of its own, with the index of the position.
 bool has_vertex_normals(const Surface& surface) {
   return surface.normals.size() == surface.positions.size() &&
          corners(surface, &Corner::normal) == corners(surface, &Corner::position);
@@ -88,9 +88,11 @@ std::array<std::string, usd_value_count> UsdDeformable::at(const FrameValues& va
           usd_array(velocities_)};
 }
 
-std::uint64_t usd_frame_bytes(const Surface& surface) {
-  constexpr std::uint64_t of_vector = 38, of_normal = 26;  // measured: nine digits, four digits
-  return 2 * of_vector * surface.positions.size() + of_normal * surface.normals.size();
+std::uint64_t usd_frame_bytes(const ExportedBody& body) {
+  // Measured: three numbers of 9 digits, three of 4, seven of 17.
+  constexpr std::uint64_t of_vector = 38, of_normal = 26, of_pose = 190;
+  if (body.is_rigid()) return of_pose;
+  return 2 * of_vector * body.rest.positions.size() + of_normal * body.rest.normals.size();
 }
 
 }  // namespace duet::io

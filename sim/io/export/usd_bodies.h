@@ -16,7 +16,7 @@ std::string usd_topology(const Surface& surface, const std::string& indent);
 /// Points, extent and normals of a rigid body's Mesh, in the axes of its pose.
 std::string usd_rest_shape(const Surface& surface, const std::string& indent);
 
-/// What changes of a deformable body.
+/// Attributes of a deformable body that change.
 enum class UsdValue { translate, points, extent, normals, velocities };
 inline constexpr std::array usd_values{UsdValue::translate, UsdValue::points, UsdValue::extent,
                                        UsdValue::normals, UsdValue::velocities};
@@ -43,7 +43,7 @@ class UsdDeformable {
   std::vector<Vec3f> points_, velocities_;
 };
 
-/// About as many bytes as UsdDeformable::at returns for a frame.
-std::uint64_t usd_frame_bytes(const Surface& surface);
+/// About as many bytes as the values of a body that moves take at a frame.
+std::uint64_t usd_frame_bytes(const ExportedBody& body);
 
 }  // namespace duet::io

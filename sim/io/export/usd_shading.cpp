@@ -44,8 +44,8 @@ std::string usd_transform(const std::string& indent, const std::vector<int>& fra
     translate.add(frames[i], usd_tuple(track.positions[i]));
     orient.add(frames[i], usd_tuple(track.orientations[i]));
   }
-  return translate.text(indent, "double3 xformOp:translate") + orient.text(indent, "quatd xformOp:orient") +
-         indent + "uniform token[] xformOpOrder = [\"xformOp:translate\", \"xformOp:orient\"]\n";
+  return translate.text(indent, usd_translate) + orient.text(indent, usd_orient) + indent +
+         usd_transform_order;
 }
 
 std::string usd_camera(const CameraTrack& track, const ExportedRun& run) {

@@ -22,6 +22,12 @@ std::string usd_camera(const CameraTrack& track, const ExportedRun& run);
 /// scale, and power by its square.
 std::string usd_light(const scene::Light& light, const std::string& identifier, const ExportedRun& run);
 
+/// Types and names of the attributes of a pose, and the line that gives their order.
+inline constexpr const char* usd_translate = "double3 xformOp:translate";
+inline constexpr const char* usd_orient = "quatd xformOp:orient";
+inline constexpr const char* usd_transform_order =
+    "uniform token[] xformOpOrder = [\"xformOp:translate\", \"xformOp:orient\"]\n";
+
 /// Transform of a prim at the frames: translation and orientation in double precision, and their order.
 std::string usd_transform(const std::string& indent, const std::vector<int>& frames, const PoseTrack& track);
 

@@ -51,7 +51,8 @@ class Usda {
   bool has(const std::string& prim, const std::string& name) const {
     return values_.contains(prim + "." + name);
   }
-  // What an attribute is at a frame, as stages interpolate: frames between two with the same value have none.
+  // The value of an attribute at a frame, as stages interpolate: frames between two with the same value have
+  // none.
   std::string text(const std::string& prim, const std::string& name, int frame) const {
     const auto found = values_.find(prim + "." + name);
     if (found == values_.end()) {
@@ -163,6 +164,7 @@ double largest_difference(const std::vector<Vec3>& a, const std::vector<Vec3>& b
 
 std::vector<Vec3> doubles(const std::vector<Vec3f>& vectors) {
   std::vector<Vec3> result;
+  result.reserve(vectors.size());
   for (const Vec3f& v : vectors) result.emplace_back(v.cast<double>());
   return result;
 }
@@ -203,10 +205,11 @@ void expect_same_motion(const fs::path& folder, const ExportedRun& run, bool has
           body.is_rigid() ? metadata.substr(reference + 1, metadata.find('>', reference) - reference - 1)
                           : mesh;
       const Usda& at_frame = body.is_rigid() ? root : clip;
-      const Vec3 translate = at_frame.vectors(prim, "xformOp:translate", frame).at(0);
+      const Usda& pose = body.kind == "static" ? root : clip;
+      const Vec3 translate = pose.vectors(prim, "xformOp:translate", frame).at(0);
       Quat orient = Quat::Identity();
       if (body.is_rigid()) {
-        const std::vector<double> wxyz = root.numbers(prim, "xformOp:orient", frame);
+        const std::vector<double> wxyz = pose.numbers(prim, "xformOp:orient", frame);
         orient = Quat(wxyz[0], wxyz[1], wxyz[2], wxyz[3]);
       }
       std::vector<Vec3> points = at_frame.vectors(shape, "points", frame);
@@ -273,6 +276,7 @@ TEST(Usd, LongRunsHaveAFileAFrame) {
   expect_same_motion(scratch / "usd", run, true, 1e-7);
   const Usda root(scratch / "usd" / "run.usda"), manifest(scratch / "usd" / "frames" / "manifest.usda");
   EXPECT_FALSE(root.has("/run/bodies/cloth/mesh", "points")) << "it would hide the clips' values";
+  EXPECT_FALSE(root.has("/run/bodies/box1", "xformOp:translate"));
   EXPECT_TRUE(manifest.has_prim("/run/bodies/cloth/mesh"));
   const std::string& clips = root.metadata("/run/bodies");
   EXPECT_NE(clips.find("active = [(0, 0), (1, 1), (2, 2), (3, 3), (4, 4)]"), std::string::npos) << clips;
