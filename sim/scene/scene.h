@@ -318,6 +318,7 @@ struct Solver {
   int collision_iterations = 5;     // Gauss-Seidel sweeps of step II
   int contact_iterations = 20;      // Gauss-Seidel sweeps of steps III and V.4
   bool whole_islands = true;        // of a few rigid bodies, after these sweeps
+  int max_substeps = 100'000;       // of a frame, after which the simulation stops
   double volume_tolerance = 1e-4;   // largest relative error of a one-ring's volume that a step leaves
   int pressure_iterations = 100;    // bound on iterations of the volume correction and of step V.1
   int push_out_iterations = 4;      // geometries of step IV.2

@@ -346,6 +346,9 @@ std::vector<Key> keys(Solver& solver) {
       {"max_rotation", &solver.max_rotation, "rad", between(1e-6, std::numbers::pi),
        "largest rotation of a rigid body a step; balls may turn on"},
       {"max_time_step", &solver.max_time_step, "s", positive, "largest time step"},
+      {"max_substeps", &solver.max_substeps, "", between(1, 1e9),
+       "time steps of a frame, after which the simulation stops with what bounds them; the frames before are "
+       "kept"},
       {"cg_tolerance", &solver.cg_tolerance, "m/s", positive,
        "largest residual velocity that the conjugate gradients leave"},
       {"cg_iterations", &solver.cg_iterations, "", between(1, 1e5), "bound on conjugate-gradient iterations"},

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include <Eigen/LU>
+#include <fmt/format.h>
 #include <time.h>
 
 #include "sim/base/error.h"
@@ -84,6 +85,32 @@ struct Simulation::Impl {
     }
   }
 
+  // Whether the frame takes more steps than the scene allows. `steps` are those that would follow; they count
+  // when some part of the frame is done, as a blow may bound the first of them alone.
+  bool takes_too_many(double steps) const {
+    constexpr double sure = 10, part = 0.01;
+    const double most = scene.solver.max_substeps;
+    return stats.substeps >= most || (stats.substeps >= part * most && stats.substeps + steps > sure * most);
+  }
+
+  [[noreturn]] void refuse_frame(double time, double dt, double steps) {
+    SimulationFault fault;
+    fault.stage = "time step";
+    fault.time = time;
+    fault.frame = static_cast<int>(frame) + 1;
+    fault.substep = stats.substeps;
+    fault.value = stats.substeps + steps;
+    fault.bound = scene.solver.max_substeps;
+    const TimeStepChoice choice = bounded_time_step(world(), time);
+    fault.cause = fmt::format("the frame takes so many steps, of {:.3g} s now, bounded by {}", dt,
+                              describe(choice, world().bodies));
+    fault.remedy =
+        "a larger `fps` or solver.max_time_step, slower motion, or bodies that are softer, coarser or "
+        "heavier allow "
+        "fewer; solver.max_substeps allows more";
+    throw SimulationError(fault);
+  }
+
   // Divides the rest of the frame into equal steps no longer than the rule allows; a step that fails is tried
   // again with half its size, and so is one that proves too long for the joints.
   void advance() {
@@ -96,6 +123,7 @@ struct Simulation::Impl {
       world().clock.time(Stage::time_step_choice, [&] { rule = choose_time_step(world(), time); });
       const double steps = std::max(1.0, std::ceil((end - time) / (share * rule) - 1e-9));
       const double dt = (end - time) / steps;
+      if (takes_too_many(steps)) refuse_frame(time, dt, steps);
       try {
         refusal.is_allowed = share > least_refused;
         if (!step(world(), time, dt, &refusal)) {
