@@ -35,6 +35,7 @@ class UsdStage {
   void write_frame(int frame, const std::vector<Texts>& values);
   void write_clip_manifest();
   void write_root();
+  void write_deformable(OutputFile& out, std::size_t deformable);
   void write_file(const fs::path& path, const std::string& text);
   // The prims of bodies that move with what `rigid(body)` gives for their transform, and `deformable(index,
   // value)` for an attribute of a deformable body.
@@ -43,7 +44,6 @@ class UsdStage {
   std::string head() const;
   std::string shape(std::size_t body) const;
   std::string rigid_body(std::size_t body) const;
-  std::string deformable_body(std::size_t deformable) const;
   std::string body_start(std::size_t body) const;
   std::string mesh_start(std::size_t body) const;
   std::string materials() const;
@@ -189,10 +189,7 @@ void UsdStage::write_root() {
   put(out, (has_clips_ ? " (\n" + clips() + "    )" : std::string()) + "\n    {\n");
   for (std::size_t i = 0; i < names_.size(); ++i)
     if (run_.bodies()[i].is_rigid()) put(out, rigid_body(i));
-  for (std::size_t i = 0; i < deformables_.size(); ++i) {
-    put(out, deformable_body(i));
-    samples_[i] = {};
-  }
+  for (std::size_t i = 0; i < deformables_.size(); ++i) write_deformable(out, i);
   put(out, "    }\n" + materials() + lights());
   put(out, usd_camera(camera_track(run_, poses_.times()), run_) + "}\n");
   out.close();
@@ -251,22 +248,24 @@ std::string UsdStage::rigid_body(std::size_t body) const {
   return body_start(body) + transform + mesh_start(body) + body_indent + "}\n        }\n\n";
 }
 
-std::string UsdStage::deformable_body(std::size_t deformable) const {
+void UsdStage::write_deformable(OutputFile& out, std::size_t deformable) {
   const std::size_t body = deformable_bodies_[deformable];
   const Surface& surface = run_.bodies()[body].rest;
-  const auto attribute = [&](UsdValue value, const std::string& indent) {
+  const auto put_attribute = [&](UsdValue value, const std::string& indent) {
     // With clips the attribute has no value here: it would hide those of the clips.
-    return has_clips_
-               ? fmt::format("{}{}\n", indent, usd_declaration(value))
-               : samples_[deformable][static_cast<std::size_t>(value)].text(indent, usd_declaration(value));
+    UsdSamples& samples = samples_[deformable][static_cast<std::size_t>(value)];
+    put(out, has_clips_ ? fmt::format("{}{}\n", indent, usd_declaration(value))
+                        : samples.text(indent, usd_declaration(value)));
+    samples = {};
   };
-  std::string text = body_start(body) + attribute(UsdValue::translate, body_indent) + body_indent +
-                     "uniform token[] xformOpOrder = [\"xformOp:translate\"]\n" + mesh_start(body);
+  put(out, body_start(body));
+  put_attribute(UsdValue::translate, body_indent);
+  put(out, body_indent + "uniform token[] xformOpOrder = [\"xformOp:translate\"]\n" + mesh_start(body));
   for (const UsdValue value : usd_values)
-    if (value != UsdValue::translate) text += attribute(value, mesh_indent);
-  text += fmt::format("{}{} ( interpolation = \"{}\" )\n", mesh_indent, usd_declaration(UsdValue::normals),
-                      usd_normal_interpolation(surface));
-  return text + usd_topology(surface, mesh_indent) + body_indent + "}\n        }\n\n";
+    if (value != UsdValue::translate) put_attribute(value, mesh_indent);
+  put(out, fmt::format("{}{} ( interpolation = \"{}\" )\n", mesh_indent, usd_declaration(UsdValue::normals),
+                       usd_normal_interpolation(surface)));
+  put(out, usd_topology(surface, mesh_indent) + body_indent + "}\n        }\n\n");
 }
 
 // The frames' files: each is in force from its frame on.
