@@ -47,18 +47,23 @@ def read_record(path):
     """The fields of a .npy file that holds one record, as flat arrays. Works without NumPy, which not every Blender has."""
     with open(path, "rb") as file:
         data = file.read()
-    if data[:8] != b"\x93NUMPY\x01\x00":
-        raise ImportFailed(f"{path}: is no .npy file of a run")
-    at = 10 + struct.unpack_from("<H", data, 8)[0]
     fields = {}
-    for name, code, *shape in ast.literal_eval(data[10:at].decode("latin-1"))["descr"]:
-        values = array.array(TYPES[code])
-        end = at + values.itemsize * math.prod(shape[0] if shape else ())
-        values.frombytes(data[at:end])
-        fields[name] = values
-        at = end
-    if at != len(data):
-        raise ImportFailed(f"{path}: is not whole")
+    try:
+        if data[:8] != b"\x93NUMPY\x01\x00":
+            raise ValueError("no .npy file")
+        at = 10 + struct.unpack_from("<H", data, 8)[0]
+        for name, code, *shape in ast.literal_eval(data[10:at].decode("latin-1"))["descr"]:
+            values = array.array(TYPES[code])
+            end = at + values.itemsize * math.prod(shape[0] if shape else ())
+            values.frombytes(data[at:end])
+            if sys.byteorder != "little":
+                values.byteswap()
+            fields[name] = values
+            at = end
+        if at != len(data):
+            raise ValueError("another length than its head says")
+    except (ValueError, KeyError, SyntaxError, struct.error) as error:
+        raise ImportFailed(f"{path}: is damaged or no file of a run ({error}); `duet verify RUN` looks closer") from error
     return fields
 
 
@@ -324,7 +329,9 @@ def make_deformable(run, body, collection, first, folder):
     item = bpy.data.objects.new(body["name"], make_mesh(run, body, local))
     item.location = origin
     collection.objects.link(item)
-    cache = Cache(os.path.join(folder, re.sub(r"[^\w.-]", "_", body["name"]) + ".pc2"), run, body, origin)
+    # The number keeps names apart where upper and lower case are the same.
+    name = re.sub(r"[^\w.-]", "_", body["name"])
+    cache = Cache(os.path.join(folder, f"{body['first_point']}-{name}.pc2"), run, body, origin)
     modifier = item.modifiers.new("Duet", "MESH_CACHE")
     modifier.cache_format = "PC2"
     modifier.filepath = cache.path
