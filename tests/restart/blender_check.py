@@ -6,6 +6,7 @@ import sys
 
 import bpy
 
+sys.dont_write_bytecode = True  # the folder of the sources stays as it is
 run = sys.argv[sys.argv.index("--") + 1]
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..", "tools", "blender"))
 import duet_import

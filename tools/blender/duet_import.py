@@ -47,18 +47,23 @@ def read_record(path):
     """The fields of a .npy file that holds one record, as flat arrays. Works without NumPy, which not every Blender has."""
     with open(path, "rb") as file:
         data = file.read()
-    if data[:8] != b"\x93NUMPY\x01\x00":
-        raise ImportFailed(f"{path}: is no .npy file of a run")
-    at = 10 + struct.unpack_from("<H", data, 8)[0]
     fields = {}
-    for name, code, *shape in ast.literal_eval(data[10:at].decode("latin-1"))["descr"]:
-        values = array.array(TYPES[code])
-        end = at + values.itemsize * math.prod(shape[0] if shape else ())
-        values.frombytes(data[at:end])
-        fields[name] = values
-        at = end
-    if at != len(data):
-        raise ImportFailed(f"{path}: is not whole")
+    try:
+        if data[:8] != b"\x93NUMPY\x01\x00":
+            raise ValueError("no .npy file")
+        at = 10 + struct.unpack_from("<H", data, 8)[0]
+        for name, code, *shape in ast.literal_eval(data[10:at].decode("latin-1"))["descr"]:
+            values = array.array(TYPES[code])
+            end = at + values.itemsize * math.prod(shape[0] if shape else ())
+            values.frombytes(data[at:end])
+            if sys.byteorder != "little":
+                values.byteswap()
+            fields[name] = values
+            at = end
+        if at != len(data):
+            raise ValueError("another length than its head says")
+    except (ValueError, KeyError, SyntaxError, struct.error) as error:
+        raise ImportFailed(f"{path}: is damaged or no file of a run ({error}); `duet verify RUN` looks closer") from error
     return fields
 
 
@@ -207,9 +212,63 @@ def key_motion(item, frames, channels):
                     item.keyframe_insert(path, index=index, frame=frame)
 
 
-def make_materials(description):
-    materials = {}
-    for look in description["looks"] if description else ():
+def texture_scale(run, body):
+    """Meters in a unit of the body's texture coordinates u and v, averaged over its area; none without any."""
+    first = body["first_triangles"]
+    corner = run.rest["corner"][9 * first:9 * (first + body["triangles"])]
+    points = run.rest["rest"][3 * body["first_vertices"]:3 * (body["first_vertices"] + body["vertices"])]
+    uvs = run.rest["uv"][2 * body["first_uvs"]:2 * (body["first_uvs"] + body["uvs"])]
+    sums, area = [0.0, 0.0], 0.0
+    for t in range(0, len(corner), 9):
+        x = [Vector(points[3 * corner[t + k]:3 * corner[t + k] + 3]) for k in (0, 3, 6)]
+        u = [Vector(uvs[2 * corner[t + k]:2 * corner[t + k] + 2]) for k in (1, 4, 7)]
+        a, b, p, q = x[1] - x[0], x[2] - x[0], u[1] - u[0], u[2] - u[0]
+        det = p.x * q.y - q.x * p.y
+        if abs(det) < 1e-12:
+            continue
+        weight = a.cross(b).length
+        sums[0] += weight * ((a * q.y - b * p.y) / det).length
+        sums[1] += weight * ((b * p.x - a * q.x) / det).length
+        area += weight
+    return (sums[0] / area, sums[1] / area) if area > 0 else None
+
+
+def add_pattern(material, look, scale):
+    """A checker, or stripes across u, with whole periods of two bands, as Duet's own pictures have them."""
+    size = look["pattern_size"]
+    bands = [2 * max(1, math.floor(s / (2 * size) + 0.5)) for s in scale]
+    nodes, links = material.node_tree.nodes, material.node_tree.links
+    place, mapping, checker = (nodes.new("ShaderNode" + kind) for kind in ("TexCoord", "Mapping", "TexChecker"))
+    mapping.inputs["Scale"].default_value = (bands[0], bands[1] if look["pattern"] == "checker" else 0, 0)
+    checker.inputs["Scale"].default_value = 1
+    checker.inputs["Color1"].default_value = (*look["color2"], 1)
+    checker.inputs["Color2"].default_value = (*look["color"], 1)
+    links.new(place.outputs["UV"], mapping.inputs["Vector"])
+    links.new(mapping.outputs["Vector"], checker.inputs["Vector"])
+    links.new(checker.outputs["Color"], nodes["Principled BSDF"].inputs["Base Color"])
+
+
+class Materials:
+    """One material a look; bodies with a pattern have those that fit their texture coordinates."""
+
+    def __init__(self, description):
+        self.unit = description["units_per_meter"] if description else 1
+        self.looks = {look["name"]: look for look in description["looks"]} if description else {}
+        self.worn = {body["name"]: body.get("look") for body in description["bodies"]} if description else {}
+        self.made = {}
+
+    def of_body(self, run, body):
+        look = self.looks.get(self.worn.get(body["name"]))
+        if look is None:
+            return None
+        scale = texture_scale(run, body) if look["pattern"] in ("checker", "stripes") and "color2" in look else None
+        key = (look["name"], scale)
+        if key not in self.made:
+            self.made[key] = self.make(dict(look, pattern_size=look.get("pattern_size", 1) / self.unit), scale)
+        return self.made[key]
+
+    @staticmethod
+    def make(look, scale):
         material = bpy.data.materials.new(look["name"])
         material.use_nodes = True
         inputs = material.node_tree.nodes["Principled BSDF"].inputs
@@ -220,8 +279,9 @@ def make_materials(description):
         if look["opacity"] < 1 and hasattr(material, "blend_method"):
             material.blend_method = "BLEND"
         material.diffuse_color = (*look["color"], look["opacity"])
-        materials[look["name"]] = material
-    return materials
+        if scale is not None:
+            add_pattern(material, look, scale)
+        return material
 
 
 def make_rigid(run, body, collection, meshes):
@@ -269,7 +329,9 @@ def make_deformable(run, body, collection, first, folder):
     item = bpy.data.objects.new(body["name"], make_mesh(run, body, local))
     item.location = origin
     collection.objects.link(item)
-    cache = Cache(os.path.join(folder, re.sub(r"[^\w.-]", "_", body["name"]) + ".pc2"), run, body, origin)
+    # The number keeps names apart where upper and lower case are the same.
+    name = re.sub(r"[^\w.-]", "_", body["name"])
+    cache = Cache(os.path.join(folder, f"{body['first_point']}-{name}.pc2"), run, body, origin)
     modifier = item.modifiers.new("Duet", "MESH_CACHE")
     modifier.cache_format = "PC2"
     modifier.filepath = cache.path
@@ -384,10 +446,9 @@ def import_run(folder, scene=None):
     for cache in caches:
         cache.finish()
 
-    materials = make_materials(description)
-    worn = {body["name"]: body.get("look") for body in description["bodies"]} if description else {}
+    materials = Materials(description)
     for body, item in zip(run.bodies, items):
-        material = materials.get(worn.get(body["name"]))
+        material = materials.of_body(run, body)
         if material is None:
             continue
         if not item.data.materials:

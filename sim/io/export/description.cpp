@@ -112,7 +112,9 @@ Json description(const ExportedRun& run, std::string_view format) {
                                {"metallic", look.metallic},
                                {"roughness", look.roughness},
                                {"opacity", look.opacity},
-                               {"pattern", look.pattern}});
+                               {"pattern", look.pattern},
+                               {"color2", array(look.color2)},
+                               {"pattern_size", run.scale() * look.pattern_size}});
   if (!looks.empty()) {
     object["camera"] = camera_of(run);
     object["lights"] = lights_of(run);
