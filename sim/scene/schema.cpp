@@ -286,9 +286,7 @@ std::vector<Key> keys(DeformableEntry& entry) {
              &entry.has_skin},
        "", any, "surface that is drawn and exported in place of the tetrahedra's, which carry it along"},
       {"drawn", choice(body.drawn, {"mesh", "tetrahedra"}), "", any,
-       "the surface of a mesh's volume that is drawn and exported: the mesh, which the tetrahedra carry "
-       "along, "
-       "or the boundary of the tetrahedra, which touches others"},
+       "surface of a mesh that is filled: the mesh, or the boundary of the tetrahedra, which touches"},
       {"position", &placement.position, "m", any,
        "of the shape's centre; of the origin of a mesh's coordinates"},
       rotation_key(entry.rotation),
@@ -347,8 +345,7 @@ std::vector<Key> keys(Solver& solver) {
        "largest rotation of a rigid body a step; balls may turn on"},
       {"max_time_step", &solver.max_time_step, "s", positive, "largest time step"},
       {"max_substeps", &solver.max_substeps, "", between(1, 1e9),
-       "time steps of a frame, after which the simulation stops with what bounds them; the frames before are "
-       "kept"},
+       "time steps of a frame, after which the simulation stops and says what bounds them"},
       {"cg_tolerance", &solver.cg_tolerance, "m/s", positive,
        "largest residual velocity that the conjugate gradients leave"},
       {"cg_iterations", &solver.cg_iterations, "", between(1, 1e5), "bound on conjugate-gradient iterations"},

@@ -44,7 +44,7 @@ Vec3 origin_of(const Surface& surface) {
   constexpr double most_extents = 128;
   if (farthest <= most_extents * extent) return Vec3::Zero();
   // Rounded to a power of two near the extent: a number that is short to write.
-  const double unit = extent > 0 ? std::exp2(std::floor(std::log2(extent))) : 0;
+  const double unit = extent > 0 ? std::ldexp(1.0, std::ilogb(extent)) : 0;
   const Vec3 center = box.center();
   return unit > 0 ? Vec3((center / unit).array().round() * unit) : center;
 }

@@ -27,7 +27,9 @@ Vec3 file_origin(const ExportedRun& run, const FrameValues& values) {
   const double radius = box.diagonal().norm() / 2;
   if (box.center().norm() <= farthest_center * radius) return Vec3::Zero();
   if (!(radius > 0)) return box.center();
-  const double unit = std::pow(10.0, std::floor(std::log10(radius)));
+  double unit = 1;
+  while (unit > radius) unit /= 10;
+  while (10 * unit <= radius) unit *= 10;
   return Vec3((box.center() / unit).array().round()) * unit;
 }
 

@@ -6,8 +6,12 @@
 
 #include <fmt/format.h>
 
+#include "sim/base/elementary.h"
+
 namespace duet::io {
 namespace {
+
+double tangent(double angle) { return math::sin(angle) / math::cos(angle); }
 
 // "(displayName = ...)" of a prim, or nothing.
 std::string metadata(const std::string& name, const std::string& identifier) {
@@ -56,7 +60,7 @@ std::string usd_camera(const CameraTrack& track, const ExportedRun& run) {
   UsdSamples focal_length, focus_distance;
   double near_target = track.target_distances.front(), far_target = near_target;
   for (std::size_t i = 0; i < track.vertical_fov.size(); ++i) {
-    const double length = tenths * height / (2 * std::tan(track.vertical_fov[i] / 2));
+    const double length = tenths * height / (2 * tangent(track.vertical_fov[i] / 2));
     focal_length.add(run.frames()[i], fmt::format("{}", length));
     focus_distance.add(run.frames()[i], fmt::format("{}", track.target_distances[i]));
     near_target = std::min(near_target, track.target_distances[i]);

@@ -70,6 +70,7 @@ TEST_F(Overwrite, WhateverOfARunIsLeftIsKept) {
   fs::remove(run.stats());
   expect_refused({}, 2, {"5 frames (0 to 4)"});
   fs::remove_all(run.root / "levelset");
+  fs::remove_all(run.root / "values");
   expect_refused({}, 2, {"2 frames (3 to 4)"});
   fs::remove(run.checkpoint() / "0003.bin");
   expect_refused({}, 2, {"1 frame (4)"});

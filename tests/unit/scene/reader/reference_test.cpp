@@ -166,6 +166,7 @@ material = "NAME"
 [[deformable]]
 name = "soft_knot"
 shape = { mesh = "knot.obj", scale = 2, spacing = 0.05, graded = true }
+drawn = "tetrahedra"
 material = "SOLID"
 
 [[deformable]]
@@ -266,6 +267,7 @@ relaxation = 0.05
 max_travel = 0.2
 max_rotation = 0.5
 max_time_step = 0.01
+max_substeps = 5000
 cg_tolerance = 1e-4
 cg_iterations = 77
 volume_tolerance = 1e-3
