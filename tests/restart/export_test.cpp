@@ -306,7 +306,7 @@ TEST_F(Export, CommandsOfThePageRun) {
     EXPECT_EQ(finished.status, 0) << line << finished.errors;
     ++commands;
   }
-  EXPECT_EQ(commands, 6);
+  EXPECT_EQ(commands, 8);
 }
 
 bool shell_says(const std::string& command) {
