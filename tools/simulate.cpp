@@ -374,8 +374,10 @@ Outcome Run::work() {
   totals_.start_with(simulation_.stats());
   if (recorded_ < 0) {
     note_overlaps();
-    if (const std::string warning = scene::step_warning(read_.scene, simulation_.sizes()); !warning.empty())
+    const WorldSizes sizes = simulation_.sizes();
+    if (const std::string warning = scene::step_warning(read_.scene, sizes); !warning.empty())
       report_.note(warning);
+    for (const std::string& warning : scene::skin_warnings(sizes)) report_.note(warning);
     record();
   }
   while (recorded_ < last_) {

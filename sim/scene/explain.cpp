@@ -180,6 +180,14 @@ std::string skin_warning(const SkinSize& skin) {
       sharers(skin), skin.outside, skin.inside);
 }
 
+std::vector<std::string> skin_warnings(const WorldSizes& sizes) {
+  std::vector<std::string> found;
+  for (const SkinSize& skin : sizes.skins)
+    if (std::max(skin.outside, skin.inside) > most_of_extent * skin.extent)
+      found.push_back(skin_warning(skin));
+  return found;
+}
+
 std::vector<std::string> warnings(const Scene& scene, const EffectPlan& plan, const WorldSizes& sizes) {
   std::vector<std::string> found;
   if (sizes.rigid_dynamic + sizes.rigid_kinematic + sizes.deformable == 0)
@@ -206,9 +214,7 @@ std::vector<std::string> warnings(const Scene& scene, const EffectPlan& plan, co
           "the mesh of {} is at its thickest {:.3g} m, less than {:.0f} cells of its level set: raise "
           "shape.cells, or other bodies may pass through",
           sharers(grid), grid.thickness, least_cells));
-  for (const SkinSize& skin : sizes.skins)
-    if (std::max(skin.outside, skin.inside) > most_of_extent * skin.extent)
-      found.push_back(skin_warning(skin));
+  for (std::string& warning : skin_warnings(sizes)) found.push_back(std::move(warning));
   if (std::string warning = step_warning(scene, sizes); !warning.empty()) found.push_back(std::move(warning));
   for (const PlannedEffect& planned : plan.effects)
     if (planned.reason == removed_by_user)

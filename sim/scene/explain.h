@@ -23,6 +23,10 @@ TimeStepEstimate estimate_time_step(const Scene& scene, const WorldSizes& sizes)
 /// Why a frame takes more than a thousand steps, and what allows larger ones; empty where it does not.
 std::string step_warning(const Scene& scene, const WorldSizes& sizes);
 
+/// For each drawn surface that lies farther from what touches than a hundredth of its extent, how deep it may
+/// be drawn in others.
+std::vector<std::string> skin_warnings(const WorldSizes& sizes);
+
 // Heaviest to lightest dynamic body; 1 when there are none.
 double mass_ratio(const WorldSizes& sizes);
 
