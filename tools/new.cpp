@@ -52,6 +52,7 @@ void require_free_path(const fs::path& path, bool overwrite) {
                             path.string()));
 }
 
+// The template's text. Throws Error (usage) with a near miss.
 std::string template_text(const std::string& name) {
   std::vector<std::string> names;
   for (const ShippedScene& one : templates()) {
@@ -113,7 +114,7 @@ std::string text_with_mesh(const std::string& mesh, const fs::path& scene) {
   set_value(text, "mesh", toml_string(fs::proximate(mesh, folder).generic_string()));
   set_value(text, "scale", scale);
   set_value(text, "place",
-            fmt::format("[{:.4f}, {:.4f}, {:.4f}]", start_x - center.x(), start_y - least.y(),
+            fmt::format("[{:.4g}, {:.4g}, {:.4g}]", start_x - center.x(), start_y - least.y(),
                         start_z - center.z()));
   return text;
 }
@@ -143,6 +144,8 @@ void require_valid(const std::string& text, const fs::path& scene, const std::st
 }  // namespace
 
 Outcome new_scene(const NewOptions& options) {
+  if (options.template_name == mesh_template)
+    throw Error(ExitStatus::usage, "--template mesh: no such template (give the mesh instead: --mesh FILE)");
   const fs::path path = scene_path(options.name);
   require_free_path(path, options.overwrite);
   const std::string text =
