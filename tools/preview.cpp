@@ -123,6 +123,7 @@ fs::path default_path(const SceneChoice& scene, const std::string& run) {
   return folder;
 }
 
+// Refuses a place that cannot be written to before anything is simulated.
 void require_png(const std::string& out) {
   std::error_code unknown;
   if (fs::path(out).extension() != ".png")
@@ -130,6 +131,10 @@ void require_png(const std::string& out) {
                 fmt::format("--out {}: a preview is a PNG file (use the ending .png)", out));
   if (fs::is_directory(out, unknown))
     throw Error(ExitStatus::usage, fmt::format("--out {}: is a folder (name a file in it)", out));
+  const fs::path folder = fs::path(out).parent_path();
+  if (!folder.empty() && !fs::is_directory(folder, unknown))
+    throw FileError(out, fmt::format("there is no folder {}", folder.string()),
+                    fmt::format("`mkdir -p {}` makes it", shell_word(folder.string())));
 }
 
 // One scene in memory, simulated from frame to frame and drawn onto a sheet.

@@ -225,7 +225,7 @@ TEST_F(Preview, RefusesAndLeavesNothing) {
   expect_refused({"preview", tiny, "--width", "5"}, 2, "--width");
   expect_refused({"preview", tiny, "--out", "picture.jpg"}, 2, ".png");
   expect_refused({"preview", tiny, "--out", "folder.png"}, 2, "is a folder");
-  expect_refused({"preview", tiny, "--out", "no/picture.png"}, 4, "no/picture.png");
+  expect_refused({"preview", tiny, "--out", "no/picture.png"}, 4, "`mkdir -p no`");
   expect_refused({"preview", tiny, "--set", "rigid.ball.mas=3"}, 2, "mass");
   expect_refused({"preview", tiny, "--moments", "16", "--width", "8000", "--height", "8000"}, 2, "too large");
   expect_refused({"preview", tiny, "--frame", "5", "--set", "solver.max_substeps=1"}, 3, "max_substeps");
