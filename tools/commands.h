@@ -47,6 +47,21 @@ struct SimulateOptions {
   std::string resume_command;        // the same with --resume
 };
 
+struct NewOptions {
+  std::string name;           // path of the scene to write, with or without the ending .toml
+  std::string template_name;  // empty: drop
+  std::string mesh;           // closed surface that falls on a step; empty: none
+  bool overwrite = false;     // replace a file that is there
+};
+
+struct PreviewOptions {
+  SceneChoice scene;
+  std::optional<int> frame;    // to draw, or the last one of `moments`; none: 0, or the last of the scene
+  std::optional<int> moments;  // frames on one sheet; none: one picture
+  std::string out;             // PNG file; empty: out/<scene>-preview.png
+  std::optional<int> width, height;  // of a picture, pixels; none: 320 x 180, or as --set says
+};
+
 struct RenderOptions {
   std::string run;               // folder of a run, or the name of a run in out/
   std::string out;               // folder of the pictures and the video; empty: that of the run
@@ -133,6 +148,12 @@ struct CompareOptions {
   bool quiet = false, json = false;
 };
 
+/// The word as it can be typed into a shell: in quotes where it holds more than letters, digits and signs
+/// that shells leave alone.
+std::string shell_word(const std::string& word);
+
+Outcome new_scene(const NewOptions& options);
+Outcome preview(const PreviewOptions& options, Report& report);
 Outcome simulate(const SimulateOptions& options, Report& report);
 Outcome render(const RenderOptions& options, Report& report);
 Outcome check(const CheckOptions& options);

@@ -27,6 +27,8 @@ constexpr const char* exit_statuses =
 // What is given on the command line, of whichever command.
 struct CommandLine {
   SimulateOptions simulate;
+  NewOptions new_scene;
+  PreviewOptions preview;
   RenderOptions render;
   CheckOptions check;
   ExplainOptions explain;
@@ -159,6 +161,51 @@ void add_simulate(CLI::App& app, CommandLine& line, bool draw) {
       return outcome;
     };
   });
+}
+
+void add_new(CLI::App& app, CommandLine& line) {
+  NewOptions& options = line.new_scene;
+  app.add_option("name", options.name, "Name or path of the scene to write; the ending .toml may be left out")
+      ->type_name("NAME")
+      ->required();
+  CLI::Option* template_name =
+      app.add_option("--template", options.template_name,
+                     "What the scene begins with: drop (default), stack, cloth, rope, creature or chain")
+          ->type_name("TEMPLATE");
+  app.add_option("--mesh", options.mesh,
+                 "Closed triangle mesh (.obj .ply .stl .gltf .glb) that falls on a step as a soft body")
+      ->excludes(template_name)
+      ->type_name("FILE");
+  app.add_flag("--overwrite", options.overwrite, "Replace the file that is there");
+  add_report(app, line);
+  app.footer(
+      "Exit status: 0 done; 2 bad usage, a mesh that no scene accepts, or a file that is there; 4 a "
+      "file cannot be written.");
+  app.callback([&line] { line.command = [&line](Report&) { return new_scene(line.new_scene); }; });
+}
+
+void add_preview(CLI::App& app, CommandLine& line) {
+  PreviewOptions& options = line.preview;
+  add_scene(app, options.scene)->required();
+  app.add_option(
+         "--frame", options.frame,
+         "Simulate to frame N and draw it; with --moments the last frame of the sheet. Default: 0, and "
+         "the scene's last one")
+      ->check(CLI::Range(0, 1'000'000))
+      ->type_name("N");
+  app.add_option("--moments", options.moments, "Draw N frames, equally far apart, onto one sheet")
+      ->check(CLI::Range(2, 16))
+      ->type_name("N");
+  app.add_option("--out", options.out, "PNG file to write; default out/<scene>-preview.png")
+      ->type_name("FILE.png");
+  app.add_option("--width", options.width, "Pixels of a picture; default 320, or 16/9 of the height")
+      ->check(CLI::Range(16, 16384))
+      ->type_name("W");
+  app.add_option("--height", options.height, "Pixels of a picture; default 180, or 9/16 of the width")
+      ->check(CLI::Range(16, 16384))
+      ->type_name("H");
+  add_report(app, line);
+  app.callback([&line] { line.command = [&line](Report& report) { return preview(line.preview, report); }; });
 }
 
 void add_render(CLI::App& app, CommandLine& line) {
@@ -396,6 +443,9 @@ void add_hashes(CLI::App& app, CommandLine& line) {
 }
 
 void add_commands(CLI::App& app, CommandLine& line) {
+  add_new(*app.add_subcommand("new", "Write a commented scene to begin with"), line);
+  add_preview(*app.add_subcommand("preview", "Draw one small picture of a scene, or a sheet of its frames"),
+              line);
   add_simulate(
       *app.add_subcommand("run", "Simulate and draw a scene, and encode a video when ffmpeg is there"), line,
       true);
@@ -464,12 +514,8 @@ void add_commands(CLI::App& app, CommandLine& line) {
 std::string quoted(const std::vector<std::string>& words) {
   std::string text;
   for (const std::string& word : words) {
-    const bool plain = !word.empty() && word.find_first_not_of(
-                                            "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
-                                            "0123456789_-+=:,./@%") == std::string::npos;
-    std::string escaped;
-    for (const char c : word) escaped += c == '\'' ? std::string("'\\''") : std::string(1, c);
-    text += (text.empty() ? "" : " ") + (plain ? word : "'" + escaped + "'");
+    if (!text.empty()) text += ' ';
+    text += shell_word(word);
   }
   return text;
 }
@@ -558,6 +604,17 @@ int run_program(int argc, char** argv) {
 }
 
 }  // namespace
+
+std::string shell_word(const std::string& word) {
+  const bool plain = !word.empty() && word.find_first_not_of(
+                                          "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
+                                          "0123456789_-+=:,./@%") == std::string::npos;
+  if (plain) return word;
+  std::string escaped;
+  for (const char c : word) escaped += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return "'" + escaped + "'";
+}
+
 }  // namespace duet::tools
 
 int main(int argc, char** argv) {

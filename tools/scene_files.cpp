@@ -33,19 +33,25 @@ std::vector<ShippedScene> scenes_below(const fs::path& folder) {
   return scenes;
 }
 
-}  // namespace
-
-std::vector<ShippedScene> shipped_scenes() {
-  std::vector<ShippedScene> scenes = scenes_below("scenes");
+// The scenes of a folder, given by its path from scenes/: in the current folder, or else in the first of the
+// places relative to the program's folder that has some.
+std::vector<ShippedScene> scenes_beside(const fs::path& from_scenes) {
+  std::vector<ShippedScene> scenes = scenes_below(("scenes" / from_scenes).lexically_normal());
   if (!scenes.empty()) return scenes;
   std::error_code unknown;
   const fs::path folder = fs::read_symlink("/proc/self/exe", unknown).parent_path();
   for (const char* place : places_of_scenes) {
-    scenes = scenes_below((folder / place).lexically_normal());
+    scenes = scenes_below((folder / place / from_scenes).lexically_normal());
     if (!scenes.empty()) break;
   }
   return scenes;
 }
+
+}  // namespace
+
+std::vector<ShippedScene> shipped_scenes() { return scenes_beside("."); }
+
+std::vector<ShippedScene> templates() { return scenes_beside("../assets/templates"); }
 
 fs::path find_scene(const std::string& name) {
   std::error_code missing;

@@ -22,6 +22,10 @@ struct ShippedScene {
 // program is, and where `cmake --install` puts them.
 std::vector<ShippedScene> shipped_scenes();
 
+/// The templates of `duet new` by their names, sorted: the files of assets/templates beside the scenes.
+/// Looked for where the scenes are looked for.
+std::vector<ShippedScene> templates();
+
 // The file of a scene given as a path or by its shipped name. Throws Error (usage) with a near miss.
 std::filesystem::path find_scene(const std::string& name);
 

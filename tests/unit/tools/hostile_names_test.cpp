@@ -128,6 +128,13 @@ TEST_F(HostileNames, NoCommandPrintsTerminalCommands) {
         {"explain", hostile + ".toml"},
         {"explain", hostile + ".toml", "--json"},
         {"list"},
+        {"new", hostile},
+        {"new", hostile},  // refused: it is there
+        {"new", "x", "--mesh", hostile},
+        {"new", "x", "--template", hostile},
+        {"preview", hostile + ".toml"},
+        {"preview", "scene.toml", "--out", hostile},
+        {"preview", "scene.toml", "--moments", "2", "--frame", "1", "--out", hostile + ".png"},
         {"sim", hostile},
         {"sim", "scene.toml", "--" + hostile},
         {hostile},

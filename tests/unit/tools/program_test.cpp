@@ -30,8 +30,9 @@ TEST(Program, HelpAndVersionSucceed) {
   EXPECT_TRUE(version.last_line().ends_with(fmt::format(", numerics {}", numerics_version)))
       << version.last_line();
   EXPECT_EQ(run_duet({"--help"}).status, 0);
-  for (const char* command : {"run", "sim", "render", "check", "explain", "tetrahedralize", "compare",
-                              "study", "report", "verify", "export", "overlaps", "hashes", "list"})
+  for (const char* command :
+       {"run", "sim", "render", "check", "explain", "tetrahedralize", "compare", "study", "report", "verify",
+        "export", "overlaps", "hashes", "list", "new", "preview"})
     EXPECT_EQ(run_duet({command, "--help"}).status, 0) << command;
 }
 
