@@ -5,6 +5,7 @@
 #include <atomic>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "render/context/backend.h"
@@ -48,6 +49,9 @@ class SequenceRenderer {
 /// PNG, 8-bit RGB, sRGB chunk, of `rgb` with 3 * width * height bytes, top row first. Throws FileError, which
 /// names `path`, for another number of them.
 std::string png_bytes(const std::string& path, int width, int height, const std::vector<unsigned char>& rgb);
+
+/// Whether the bytes are a PNG of this size whose chunks all have their checksums.
+bool is_whole_png(std::string_view bytes, int width, int height);
 
 // PNG, 8-bit RGB, sRGB chunk, written atomically. `rgb` has 3 * width * height bytes, top row first.
 void write_png(const std::string& path, int width, int height, const std::vector<unsigned char>& rgb);

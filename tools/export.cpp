@@ -12,6 +12,7 @@
 
 #include "render/default_view.h"
 #include "render/looks.h"
+#include "sim/base/files.h"
 #include "sim/base/near_miss.h"
 #include "sim/io/export/description.h"
 #include "sim/io/export/exporters.h"
@@ -135,9 +136,26 @@ fs::path target_of(const ExportOptions& options, const Format& format, const io:
 // Every folder of an export has this file, and a folder without it is not replaced by one.
 constexpr const char* description_name = "export.json";
 
-// A folder is replaced with all that is in it: only one that an export wrote, or an empty one.
+bool is_glb(const fs::path& path) {
+  constexpr std::string_view magic = "glTF";
+  bool is_it = false;
+  io::read_pieces(path, [&](std::string_view piece) {
+    is_it = piece.starts_with(magic);
+    return false;
+  });
+  return is_it;
+}
+
+// A folder is replaced with all that is in it: only one that an export wrote, or an empty one. Of files, too,
+// only those that an export writes.
 void require_replaceable(const fs::path& target) {
   std::error_code none;
+  if (fs::exists(target, none) && !fs::is_directory(target, none) &&
+      (!fs::is_regular_file(target, none) || (fs::file_size(target, none) > 0 && !is_glb(target))))
+    throw Error(
+        ExitStatus::usage,
+        fmt::format("{}: is no file that an export wrote, and stays untouched (give another path with --out)",
+                    target.string()));
   if (!fs::is_directory(target, none) || fs::is_empty(target, none) || fs::exists(target / description_name))
     return;
   throw Error(ExitStatus::usage,

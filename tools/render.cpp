@@ -60,27 +60,12 @@ std::vector<int> frames_to_draw(const RenderOptions& options, const io::RunDirec
   return frames;
 }
 
-// Whether the file is a picture of this size that was written to its end: the header and the last chunk of
-// PNG.
-bool holds_picture(const fs::path& path, int width, int height) {
-  constexpr std::size_t header = 24, end = 12;
-  if (!io::holds_bytes(path)) return false;
-  const std::string bytes = io::read_file(path);
-  if (bytes.size() < header + end || !bytes.starts_with("\x89PNG\r\n\x1a\n")) return false;
-  const auto number_at = [&](std::size_t at) {  // big-endian
-    int number = 0;
-    for (std::size_t i = at; i < at + 4; ++i) number = number << 8 | static_cast<unsigned char>(bytes[i]);
-    return number;
-  };
-  return number_at(16) == width && number_at(20) == height &&
-         bytes.compare(bytes.size() - end + 4, 4, "IEND") == 0;
-}
-
 // Takes away the frames whose pictures are whole. Returns how many.
 int drop_drawn(const io::RunDirectory& to, const scene::Render& size, std::vector<int>& frames) {
   const auto is_drawn = [&](int frame) {
     const fs::path image = to.image(frame);
-    return holds_picture(image, size.width, size.height) && (!to.journal || to.journal->fault(image).empty());
+    return io::holds_bytes(image) && render::is_whole_png(io::read_file(image), size.width, size.height) &&
+           (!to.journal || to.journal->fault(image).empty());
   };
   return static_cast<int>(std::erase_if(frames, is_drawn));
 }

@@ -75,6 +75,8 @@ void resolve_run(SceneChoice& choice, std::string& out) {
   if (!source)
     throw FileError(choice.name, "the run has no copy of its scene (programs before December 2026 kept none)",
                     "give the scene itself; its path is in manifest.json");
+  run.require_whole(io::source_scene(run, *source));
+  for (const auto& [name, path] : source->files) run.require_whole(path);
   std::vector<std::string> set = source->set;
   if (!choice.accuracy.empty()) set.push_back("solver.accuracy=" + std::exchange(choice.accuracy, {}));
   set.insert(set.end(), choice.set.begin(), choice.set.end());

@@ -31,13 +31,15 @@ void remove_frames(const fs::path& folder, const std::string& extension) {
     if (frame_of_file(path, extension) >= 0) remove_file(path);
 }
 
-// Whether a simulation may write there: nothing but what an interrupted write left, or a run.
+// Throws where a simulation may not write: it may where there is a run, or nothing but what a program left
+// that was killed before it had written the manifest.
 void require_run_or_empty(const RunDirectory& run) {
   std::error_code error;
   const fs::directory_iterator entries(run.root, error);
   if (error) throw system_error(run.root, "cannot read the folder", error.value());
-  const bool empty = std::all_of(begin(entries), end(entries), [](const fs::directory_entry& entry) {
-    return entry.path().extension().string().starts_with(temporary_mark);
+  const bool empty = std::all_of(begin(entries), end(entries), [&](const fs::directory_entry& entry) {
+    return entry.path().extension().string().starts_with(temporary_mark) ||
+           entry.path() == journal_path(run.root);
   });
   if (empty) return;
   if (!fs::exists(run.manifest()))

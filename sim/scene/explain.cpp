@@ -143,7 +143,11 @@ std::string step_warning(const Scene& scene, const WorldSizes& sizes) {
       "allow fewer";
   const double lasting = estimate_time_step(scene, sizes).substeps_per_frame;
   const double first = sizes.time_step > 0 ? 1 / scene.fps / sizes.time_step : 0;
-  if (std::max(lasting, first) <= many_substeps) return {};
+  if (std::max(lasting, first) <= std::min<double>(many_substeps, scene.solver.max_substeps)) return {};
+  if (lasting > scene.solver.max_substeps)
+    return fmt::format(
+        "{:.7g} substeps a frame are more than solver.max_substeps = {} allows, and the run will stop: {}",
+        lasting, scene.solver.max_substeps, remedy);
   if (first > 2 * lasting)
     return fmt::format(
         "the first step is {:.3g} s long, bounded by {}, and a frame takes {:.3g} of that length: {}",

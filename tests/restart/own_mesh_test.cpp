@@ -213,6 +213,24 @@ TEST(OwnMeshFiles, VerticesAreReadInTheirOrder) {
   EXPECT_EQ(vertices[2], vertices[0]);
 }
 
+TEST(OwnMeshFiles, AnyLineEndsAndLinesThatGoOn) {
+  EXPECT_EQ(io::obj_statements("v 1\r\nv 2\rv 3\nf 1 \\\n2 \\\r\n3\n"), "v 1\nv 2\nv 3\nf 1  2  3\n");
+}
+
+TEST(OwnMeshFiles, ARunWithoutFrame0SaysThatItsModelsAreNotFound) {
+  const ScratchFolder scratch;
+  io::write_atomically(scratch / "model.obj", model);
+  io::write_atomically(scratch / "model.toml", scene_text(0));
+  ASSERT_EQ(
+      run_duet({"sim", "model.toml", "--out", "run", "--quiet", "--frames", "2:3"}, scratch.path()).status,
+      0);
+  const Finished exported = run_duet({"export", "run", "--to", "pc2"}, scratch.path());
+  EXPECT_EQ(exported.status, 0) << exported.errors;
+  std::string said;
+  for (const std::string& line : exported.output) said += line + '\n';
+  EXPECT_TRUE(contains(said + exported.errors, "no frame 0")) << said << exported.errors;
+}
+
 TEST(OwnMeshFiles, PointsOfAnotherMeshAreNotMatched) {
   const std::vector<Vec3> positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
   EXPECT_EQ(io::match_points({positions[2], positions[0], positions[2]}, positions, 1e-6),

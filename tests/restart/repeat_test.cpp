@@ -149,6 +149,41 @@ TEST_F(Repeat, DamagedSourcesAreRefused) {
   EXPECT_TRUE(contains(missing.errors, "no copy of its scene")) << missing.errors;
 }
 
+TEST_F(Repeat, ADamagedMeshIsRefused) {
+  duet({"sim", "scenes/own.toml", "--frames", "1", "--out", "run"});
+  fs::path copy;
+  for (const auto& entry : fs::recursive_directory_iterator(scratch / "run/source"))
+    if (entry.path().filename() == "block.obj") copy = entry.path();
+  std::string bytes = io::read_file(copy);
+  bytes[bytes.find("0.3")] = '1';
+  io::write_atomically(copy, bytes);
+  for (const std::vector<std::string>& words :
+       {std::vector<std::string>{"sim", "run", "--out", "again"}, {"export", "run", "--to", "pc2"}}) {
+    const Finished refused = run_duet(words, scratch.path());
+    EXPECT_EQ(refused.status, 4) << words[0];
+    EXPECT_TRUE(contains(refused.errors, "block.obj") && contains(refused.errors, "damaged"))
+        << refused.errors;
+  }
+  EXPECT_FALSE(fs::exists(scratch / "again")) << "nothing was begun";
+}
+
+// Exports replace exports alone, also where they are one file.
+TEST_F(Repeat, AnExportReplacesNoOtherFile) {
+  duet({"sim", "scenes/own.toml", "--frames", "1", "--out", "run"});
+  for (const char* target : {"scenes/own.toml", "run/manifest.json", "run/stats.jsonl", "/dev/null"}) {
+    const Finished refused =
+        run_duet({"export", "run", "--to", "glb", "--overwrite", "--out", target}, scratch.path());
+    EXPECT_EQ(refused.status, 2) << target;
+    EXPECT_TRUE(contains(refused.errors, "no export wrote") ||
+                contains(refused.errors, "no file that an export wrote"))
+        << refused.errors;
+  }
+  EXPECT_TRUE(fs::is_character_file("/dev/null"));
+  EXPECT_EQ(io::read_file(scratch / "scenes/own.toml"), scene_text);
+  for (int again = 0; again < 2; ++again)
+    duet({"export", "run", "--to", "glb", "--overwrite", "--out", "run.glb"});
+}
+
 TEST_F(Repeat, PicturesGoToAFolderOfTheirOwn) {
   duet({"run", "scenes/own.toml", "--frames", "2", "--out", "run"});
   const std::string before = io::read_file(scratch / "run/image/0001.png");
@@ -163,7 +198,10 @@ TEST_F(Repeat, PicturesGoToAFolderOfTheirOwn) {
   again.emplace_back("--skip-existing");
   write("preview/image/0000.png", before);
   write("preview/image/0002.png", picture.substr(0, picture.size() / 2));
-  EXPECT_TRUE(contains(duet(again).last_line(), "2 pictures")) << duet(again).last_line();
+  std::string flipped = picture;
+  flipped[flipped.size() / 2] ^= 1;
+  write("preview/image/0001.png", flipped);
+  EXPECT_TRUE(contains(duet(again).last_line(), "3 pictures")) << duet(again).last_line();
   EXPECT_TRUE(contains(duet(again).last_line(), "0 pictures in preview/image (3 were there)"));
   EXPECT_EQ(run_duet({"verify", "run"}, scratch.path()).status, 0);
 }

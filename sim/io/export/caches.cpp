@@ -136,6 +136,7 @@ ExportNotes export_caches(const ExportedRun& run, CacheKind kind, const fs::path
   const std::vector<std::string> names = safe_body_names(run);
   FrameValues values = run.read(run.frames().front());
   std::vector<std::optional<OwnMesh>> own = own_meshes(run);
+  const ExportNotes own_notes = notes_on_own_meshes(run, own);
   std::vector<Cache> caches(names.size());
   std::size_t frame_bytes = 0;
   for (std::size_t i = 0; i < caches.size(); ++i) {
@@ -178,6 +179,7 @@ ExportNotes export_caches(const ExportedRun& run, CacheKind kind, const fs::path
   }
   flush(caches, folder);
   ExportNotes notes = notes_on_looks(run);
+  notes.insert(notes.end(), own_notes.begin(), own_notes.end());
   if (written - run.frames().front() + 1 != static_cast<int>(run.frames().size()))
     notes.emplace_back("a frame that is missing shows the one before it, since samples lie a frame apart");
   return notes;

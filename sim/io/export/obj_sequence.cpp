@@ -57,6 +57,7 @@ struct Sequence {
   std::vector<BodySurface> surfaces;
   std::vector<OwnBody> own;
   ObjStyle style;
+  ExportNotes notes;
 };
 
 Sequence make_sequence(const ExportedRun& run, Materials& materials) {
@@ -66,6 +67,7 @@ Sequence make_sequence(const ExportedRun& run, Materials& materials) {
                   run.scale(), run.up());
   if (!materials.is_empty()) sequence.style.library = "materials.mtl";
   std::vector<std::optional<OwnMesh>> own = own_meshes(run);
+  sequence.notes = notes_on_own_meshes(run, own);
   int vertices = 0, uvs = 0;
   for (std::size_t i = 0; i < own.size(); ++i) {
     if (own[i]) continue;
@@ -82,7 +84,7 @@ Sequence make_sequence(const ExportedRun& run, Materials& materials) {
     const std::function<std::string(const std::string&)> material = [&](const std::string& name) {
       return materials.of(printable_line(name), body.look);
     };
-    OwnObj obj(read_file(own[i]->file), printable_line(body.name), vertices, uvs, material);
+    OwnObj obj(obj_statements(read_file(own[i]->file)), printable_line(body.name), vertices, uvs, material);
     vertices += obj.vertices();
     uvs += obj.uvs();
     sequence.own.push_back({i, std::move(own[i]->positions), std::move(obj), body.rest});
@@ -113,6 +115,7 @@ ExportNotes export_obj(const ExportedRun& run, const FormatOptions&, const fs::p
     file.close();
   }
   ExportNotes notes = notes_on_looks(run);
+  notes.insert(notes.end(), sequence.notes.begin(), sequence.notes.end());
   if (!sequence.own.empty())
     notes.push_back(fmt::format(
         "{} bod{} written as the OBJ files that the scene names, without normals, which would be those "

@@ -8,6 +8,8 @@
 #include <map>
 #include <string_view>
 
+#include <fmt/format.h>
+
 #include "sim/base/files.h"
 #include "sim/io/run_source.h"
 #include "sim/scene/reader/reader.h"
@@ -73,6 +75,24 @@ int nearest_of_all(const Vec3& x, const std::vector<Vec3>& positions) {
 
 }  // namespace
 
+std::string obj_statements(const std::string& text) {
+  std::string statements;
+  statements.reserve(text.size() + 1);
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (text[i] != '\r' && text[i] != '\n') {
+      statements += text[i];
+      continue;
+    }
+    if (text[i] == '\r' && i + 1 < text.size() && text[i + 1] == '\n') ++i;
+    const bool goes_on = !statements.empty() && statements.back() == '\\';
+    if (goes_on)
+      statements.back() = ' ';
+    else
+      statements += '\n';
+  }
+  return statements;
+}
+
 std::vector<Vec3> obj_vertices(const std::string& text) {
   std::vector<Vec3> vertices;
   for (std::size_t at = 0, end = 0; at < text.size(); at = end + 1) {
@@ -135,7 +155,8 @@ std::vector<std::optional<OwnMesh>> own_meshes(const ExportedRun& run) {
     const auto file = source->files.find(origin->second.file);
     if (file == source->files.end() || fs::path(file->second).extension() != ".obj") continue;
 
-    std::vector<Vec3> points = obj_vertices(read_file(file->second));
+    std::vector<Vec3> points = obj_vertices(obj_statements(run.run().read(file->second)));
+    if (points.empty()) continue;
     double largest = 0;  // coordinate of the file, in the unit of the export
     for (Vec3& x : points) {
       x *= origin->second.scale * run.scale();
@@ -152,11 +173,30 @@ std::vector<std::optional<OwnMesh>> own_meshes(const ExportedRun& run) {
     }
     for (const Vec3& x : positions) farthest = std::max(farthest, x.cwiseAbs().maxCoeff());
     // Meshes are read in single precision, and a body's places are rounded as doubles.
-    const double tolerance = 4 * std::numeric_limits<float>::epsilon() * largest + 1e-14 * farthest;
+    const double tolerance = 4 * double{std::numeric_limits<float>::epsilon()} * largest + 1e-14 * farthest;
     if (std::optional<std::vector<int>> found = match_points(points, positions, tolerance))
       meshes[i] = OwnMesh{file->second, std::move(*found)};
   }
   return meshes;
+}
+
+std::vector<std::string> notes_on_own_meshes(const ExportedRun& run,
+                                             const std::vector<std::optional<OwnMesh>>& meshes) {
+  if (!fs::exists(run.run().scene())) return {};
+  const scene::Scene scene = scene::read(run.run().scene().string(), {}, scene::Meshes::leave).scene;
+  const std::map<std::string, MeshOrigin> origins = mesh_origins(scene);
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < meshes.size(); ++i) {
+    const auto origin = origins.find(run.bodies()[i].name);
+    if (!meshes[i] && origin != origins.end() && fs::path(origin->second.file).extension() == ".obj")
+      names.push_back(run.bodies()[i].name);
+  }
+  if (names.empty()) return {};
+  return {fmt::format(
+      "{} made of OBJ files come{} in Duet's order of vertices, as the run has no {} (bodies such as `{}`)",
+      names.size() == 1 ? "a body" : std::to_string(names.size()) + " bodies", names.size() == 1 ? "s" : "",
+      fs::exists(run.run().values(0)) ? "such copies of them" : "frame 0, by which vertices are found",
+      names.front())};
 }
 
 }  // namespace duet::io

@@ -25,6 +25,14 @@ struct OwnMesh {
 /// damaged.
 std::vector<std::optional<OwnMesh>> own_meshes(const ExportedRun& run);
 
+/// Says which bodies made of OBJ files come in Duet's order of vertices instead; nothing where none does.
+std::vector<std::string> notes_on_own_meshes(const ExportedRun& run,
+                                             const std::vector<std::optional<OwnMesh>>& meshes);
+
+/// The text of an OBJ file with a line for each statement: lines that end in a backslash go on in the next
+/// one, and any kind of line end becomes '\n'.
+std::string obj_statements(const std::string& text);
+
 /// The coordinates of the vertices of an OBJ file, in its order; an incomplete line ends them.
 std::vector<Vec3> obj_vertices(const std::string& text);
 

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "sim/base/files.h"
+#include "sim/io/run_journal.h"
 
 namespace duet::io {
 namespace {
@@ -139,6 +140,17 @@ TEST(RunFolder, AFolderWithOtherFilesIsRefused) {
   EXPECT_THROW(RunLock{RunDirectory{scratch.path()}}, FileError);
   EXPECT_EQ(read_file(scratch / "thesis.txt"), "years of work");
   EXPECT_THROW(RunLock{RunDirectory{scratch / "thesis.txt"}}, FileError);
+}
+
+// A program writes the journal's first line before the manifest.
+TEST(RunFolder, AFolderWithAJournalAloneIsOfAKilledRun) {
+  const ScratchFolder scratch;
+  const RunDirectory run{scratch / "run"};
+  create_folder(run.root);
+  write_atomically(journal_path(run.root), "{\"journal\":1,\"first_frame\":0}\n");
+  EXPECT_NO_THROW(RunLock{run});
+  write_atomically(run.root / "mine.txt", "");
+  EXPECT_THROW(RunLock{run}, FileError);
 }
 
 TEST(RunFolder, OneSimulationAtATime) {
