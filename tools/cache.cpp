@@ -43,7 +43,10 @@ void use_cache() {
 Outcome cache(const CacheOptions& options) {
   const std::filesystem::path folder = cache_folder();
   if (folder.empty())
-    return {ExitStatus::done, "nothing is kept: DUET_CACHE is off, or there is no home folder"};
+    return {ExitStatus::done,
+            variable("DUET_CACHE") == "off"
+                ? "nothing is kept, as DUET_CACHE=off says"
+                : "nothing is kept: neither DUET_CACHE nor XDG_CACHE_HOME nor HOME names a folder"};
   const scene::TetCacheSize size =
       options.clear ? scene::clear_tet_cache(folder) : scene::tet_cache_size(folder);
   return {ExitStatus::done,

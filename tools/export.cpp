@@ -61,9 +61,8 @@ const Format& find_format(const std::string& name) {
     names.emplace_back(format.name);
   }
   for (const auto& [known, why] : refused)
-    if (known == name) throw Error(ExitStatus::usage, fmt::format("--to {}: {}", name, why));
-  throw Error(ExitStatus::usage, fmt::format("--to {}: no such format ({}; one of {})", name,
-                                             did_you_mean(name, names), fmt::join(names, ", ")));
+    if (known == name) throw Error(ExitStatus::usage, fmt::format("{}: {}", name, why));
+  throw Error(ExitStatus::usage, fmt::format("no such format: {} ({})", name, did_you_mean(name, names)));
 }
 
 // A name that no look has had yet.

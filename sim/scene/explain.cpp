@@ -177,11 +177,17 @@ bool is_damped_before_pressures(const Scene& scene) {
 }
 
 std::string skin_warning(const SkinSize& skin) {
+  const double least =
+      0.1 * std::max(skin.outside, skin.inside);  // a tenth of the other is not worth telling
+  std::string what;
+  if (skin.outside > least) what = fmt::format("may enter other bodies by {:.2g} m", skin.outside);
+  if (skin.inside > least)
+    what += fmt::format("{}may stay {:.2g} m away from them", what.empty() ? "" : ", or ", skin.inside);
   return fmt::format(
-      "what is drawn of {} may enter other bodies by {:.2g} m, or stay {:.2g} m away from them, as the "
-      "tetrahedra below it touch "
-      "in its place: give it a smaller shape.spacing, or a `skin` with contact = true",
-      sharers(skin), skin.outside, skin.inside);
+      "what is drawn of {} {}, as the tetrahedra below it touch in its place: give it a smaller "
+      "shape.spacing, "
+      "or a `skin` with contact = true",
+      sharers(skin), what);
 }
 
 std::vector<std::string> skin_warnings(const WorldSizes& sizes) {

@@ -55,7 +55,7 @@ io::ExportedLooks looks_of(const scene::Scene& scene, const io::Manifest& manife
   looks.looks.insert(looks.looks.end(), scene.looks.begin(), scene.looks.end());
   for (const io::ManifestBody& body : manifest.bodies) {
     const auto look = std::find_if(looks.looks.begin(), looks.looks.end(),
-                                   [&](const scene::Look& look) { return look.name == body.look; });
+                                   [&](const scene::Look& one) { return one.name == body.look; });
     looks.of_body.push_back(look == looks.looks.end() ? 0 : static_cast<int>(look - looks.looks.begin()));
   }
   looks.camera = scene.camera;
@@ -78,7 +78,10 @@ scene::Scene one_of_each(const Vec3& center) {
   scene::RigidBody& ball = add_ball(scene, "ball", center + Vec3(1, 0, 0), 0.2, 1);
   ball.mass.reset();
   ball.is_kinematic = true;
-  ball.motion.spin.push_back({.axis = Vec3(1, 1, 0), .rate = 1});
+  scene::Spin spin;
+  spin.axis = Vec3(1, 1, 0);
+  spin.rate = 1;
+  ball.motion.spin.push_back(spin);
   add_soft_box(scene, "soft", center + Vec3(2, 0, 0), Vec3(0.4, 0.3, 0.3), 3).placement.angular_velocity =
       Vec3(0, 4, 1);
   scene::DeformableBody cloth = scene.deformable.front();
@@ -90,7 +93,10 @@ scene::Scene one_of_each(const Vec3& center) {
   cloth.thickness = 0.01;
   cloth.mass.reset();
   cloth.placement.angular_velocity.setZero();
-  cloth.pins.push_back({.from = Vec3(-0.4, 0, -0.4), .to = Vec3(0.4, 0, -0.4)});
+  scene::Pin edge;
+  edge.from = Vec3(-0.4, 0, -0.4);
+  edge.to = Vec3(0.4, 0, -0.4);
+  cloth.pins.push_back(edge);
   scene::DeformableBody rod = cloth;
   rod.name = "rod";
   rod.placement.position = center + Vec3(0, 0, -2);
@@ -98,7 +104,9 @@ scene::Scene one_of_each(const Vec3& center) {
   rod.shape.points = {Vec3(-0.5, 0, 0), Vec3(0.5, 0, 0)};
   rod.shape.segments = 8;
   rod.thickness = 0.04;
-  rod.pins = {{.from = Vec3(-0.5, 0, 0)}};
+  scene::Pin end;
+  end.from = Vec3(-0.5, 0, 0);
+  rod.pins.push_back(end);
   scene.deformable.push_back(cloth);
   scene.deformable.push_back(rod);
   return scene;

@@ -31,7 +31,7 @@ void require_size(std::uint64_t size, const FormatOptions& options) {
                   1e-9 * static_cast<double>(size),
                   bound == format_max_bytes
                       ? std::string("the format ends at 4.29 GB")
-                      : fmt::format("the bound is {:.3g} GB", 1e-9 * static_cast<double>(bound))));
+                      : fmt::format("the bound is {:g} MB", 1e-6 * static_cast<double>(bound))));
 }
 
 void write_words(OutputFile& out, const std::vector<std::uint32_t>& words) { out.write_values(words); }

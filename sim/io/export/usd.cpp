@@ -173,9 +173,9 @@ void UsdStage::put(OutputFile& out, const std::string& text) {
   if (max_bytes_ > 0 && bytes_ > max_bytes_)
     throw Error(
         ExitStatus::usage,
-        fmt::format("the USD stage has more than the {:.3g} GB that are allowed (export fewer --frames or "
+        fmt::format("the USD stage has more than the {:g} MB that are allowed (export fewer --frames or "
                     "--bodies)",
-                    1e-9 * static_cast<double>(max_bytes_)));
+                    1e-6 * static_cast<double>(max_bytes_)));
   out.write(text);
 }
 
