@@ -487,7 +487,8 @@ TEST(ExportDescription, HasACameraThatMovesAtEveryFrame) {
   const SampleRun sample;
   ExportedRun run = sample.exported({{}, 1, 4});
   ExportedLooks looks = test::sample_looks();
-  looks.camera.keyframes = {{0, Vec3(0, 0, 10), std::nullopt, 20}, {4 / SampleRun::fps, Vec3(4, 0, 10)}};
+  looks.camera.keyframes = {{0, Vec3(0, 0, 10), std::nullopt, 20},
+                            {4 / SampleRun::fps, Vec3(4, 0, 10), std::nullopt, std::nullopt}};
   run.set_looks(looks);
   const json motion = description(run, "obj").at("camera").at("motion");
   ASSERT_EQ(motion.size(), 4U);
