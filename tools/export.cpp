@@ -147,9 +147,9 @@ bool is_glb(const fs::path& path) {
 
 // A folder is replaced with all that is in it: only one that an export wrote, or an empty one. Of files, too,
 // only those that an export writes.
-void require_replaceable(const fs::path& target) {
+void require_replaceable(const fs::path& target, bool is_folder) {
   std::error_code none;
-  if (fs::exists(target, none) && !fs::is_directory(target, none) &&
+  if (!is_folder && fs::exists(target, none) && !fs::is_directory(target, none) &&
       (!fs::is_regular_file(target, none) || (fs::file_size(target, none) > 0 && !is_glb(target))))
     throw Error(
         ExitStatus::usage,
@@ -201,7 +201,7 @@ Outcome export_run(const ExportOptions& options, Report& report) {
   exported.set_looks(looks_of(scene, exported.manifest()));
 
   const fs::path target = target_of(options, format, run, exported.manifest());
-  require_replaceable(target);
+  require_replaceable(target, format.ending == nullptr);
   io::Staging staging(target, options.overwrite, format.ending == nullptr);
   const int last = exported.frames().back(), count = static_cast<int>(exported.frames().size());
   const auto begin = std::chrono::steady_clock::now();
