@@ -30,6 +30,7 @@ std::string setting(const std::string& key, double full, double quick) {
 // so that 2 m, the most for round ones that go through each other, is no bound), and a loop of six links
 // of 1.2 m, pulled straight between two of them, adds its 3.6 m to the radii of their holes.
 TEST(Figures, TheChainHoldsTogetherAndPassesTheTwistOn) {
+  if (!test::runs_in_full()) GTEST_SKIP() << "part of tools/test --full";
   Film film("chain", coarse({setting("parameters.spacing", 0.23, 0.25),
                              "rigid.ring10.motion.keyframes=["
                              "{ time = 0, rotation = { axis = [1, 0, 0], degrees = 270 } }, "

@@ -49,6 +49,7 @@ TEST(Pile, ComesToRestInTheTrayWithoutOverlap) {
 
 // All 500 bodies while they fall onto the pegs and each other: heavy and light ones, fast and on edges.
 TEST(Pile, TheWholeOfItStaysOutOfEachOther) {
+  if (!test::runs_in_full()) GTEST_SKIP() << "part of tools/test --full";
   const scene::Scene scene = scene::read(test::source_folder() + "/scenes/hard/pile.toml").scene;
   Simulation simulation(scene, test::plan(scene));
   double penetration = 0;

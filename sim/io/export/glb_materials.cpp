@@ -9,8 +9,6 @@ namespace {
 
 double unit(double x) { return std::clamp(x, 0.0, 1.0); }
 
-Json json_of(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
-
 }  // namespace
 
 Json gltf_material(const scene::Look& look) {
