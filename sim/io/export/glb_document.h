@@ -14,6 +14,7 @@ namespace duet::io {
 using Json = nlohmann::ordered_json;
 
 inline Json json_of(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
+inline Json json_of(const Vec3f& v) { return json_of(Vec3(v.cast<double>())); }
 
 /// The purpose of the arrays in a buffer view: the numbers of glTF's bufferView.target.
 enum class ViewUse { other = 0, vertices = 34962, indices = 34963 };

@@ -18,8 +18,6 @@ std::vector<float> floats(const std::vector<Vec3f>& vectors) {
   return values;
 }
 
-Json json_of(const Vec3f& v) { return json_of(Vec3(v.cast<double>())); }
-
 // x, y, z, w of floats.
 Json json_of(const Quat& q) {
   const Eigen::Vector4f xyzw = q.coeffs().cast<float>();
