@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tests/support/full.h"
 #include "tests/support/margin.h"
 #include "tests/support/places.h"
 #include "tests/support/scenes.h"
