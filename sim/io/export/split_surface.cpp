@@ -1,47 +1,25 @@
 #include "sim/io/export/split_surface.h"
 
-#include <algorithm>
 #include <limits>
-#include <tuple>
-
-#include <fmt/format.h>
 
 #include "sim/base/error.h"
+#include "sim/io/export/split_vertices.h"
 
 namespace duet::io {
 namespace {
 
 void add(SplitSurfaces& all, const ExportedBody& body, int index) {
-  const auto order = [](const Corner& a, const Corner& b) {
-    return std::tie(a.position, a.normal, a.uv) < std::tie(b.position, b.normal, b.uv);
-  };
-  const Surface& surface = body.rest;
-  std::vector<Corner> corners;
-  corners.reserve(3 * surface.triangles.size());
-  std::vector<bool> is_used(surface.positions.size());
-  for (const auto& triangle : surface.triangles)
-    for (const Corner& corner : triangle) {
-      corners.push_back(corner);
-      is_used[static_cast<std::size_t>(corner.position)] = true;
-    }
-  for (std::size_t i = 0; i < is_used.size(); ++i)
-    if (!is_used[i]) corners.push_back({static_cast<int>(i), -1, -1});
-  std::sort(corners.begin(), corners.end(), order);
-  corners.erase(std::unique(corners.begin(), corners.end(),
-                            [&](const Corner& a, const Corner& b) { return !order(a, b); }),
-                corners.end());
+  const SplitVertices split = split_vertices(body.rest, UnusedPositions::kept);
   const std::size_t first = all.vertices.size();
-  if (first + corners.size() > std::numeric_limits<std::int32_t>::max())
+  if (first + split.vertices.size() > std::numeric_limits<std::int32_t>::max())
     throw Error(ExitStatus::usage, "the bodies have more than 2^31 vertices (choose fewer with --bodies)");
-  for (const Corner& corner : corners)
+  for (const Corner& corner : split.vertices)
     all.vertices.push_back({index, corner.position, corner.uv, corner.normal});
-  for (const auto& triangle : surface.triangles) {
-    auto& vertices = all.triangles.emplace_back();
-    for (std::size_t k = 0; k < 3; ++k)
-      vertices[k] = static_cast<std::int32_t>(
-          first +
-          static_cast<std::size_t>(std::lower_bound(corners.begin(), corners.end(), triangle[k], order) -
-                                   corners.begin()));
+  const auto vertex = [&](std::size_t corner) {
+    return static_cast<std::int32_t>(first + split.indices[corner]);
+  };
+  for (std::size_t k = 0; k < split.indices.size(); k += 3) {
+    all.triangles.push_back({vertex(k), vertex(k + 1), vertex(k + 2)});
     all.triangle_body.push_back(index);
   }
 }

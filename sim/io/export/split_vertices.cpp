@@ -12,12 +12,21 @@ bool is_before(const Corner& a, const Corner& b) { return key(a) < key(b); }
 
 bool is_equal(const Corner& a, const Corner& b) { return key(a) == key(b); }
 
+// A corner for each position that no triangle uses.
+void add_unused(const Surface& surface, std::vector<Corner>& corners) {
+  std::vector<bool> is_used(surface.positions.size());
+  for (const Corner& corner : corners) is_used[static_cast<std::size_t>(corner.position)] = true;
+  for (std::size_t i = 0; i < is_used.size(); ++i)
+    if (!is_used[i]) corners.push_back({static_cast<int>(i), -1, -1});
+}
+
 }  // namespace
 
-SplitVertices split_vertices(const Surface& surface) {
+SplitVertices split_vertices(const Surface& surface, UnusedPositions unused) {
   SplitVertices split;
   for (const std::array<Corner, 3>& triangle : surface.triangles)
     split.vertices.insert(split.vertices.end(), triangle.begin(), triangle.end());
+  if (unused == UnusedPositions::kept) add_unused(surface, split.vertices);
   std::sort(split.vertices.begin(), split.vertices.end(), is_before);
   split.vertices.erase(std::unique(split.vertices.begin(), split.vertices.end(), is_equal),
                        split.vertices.end());

@@ -18,7 +18,9 @@ struct SplitVertices {
   bool keeps_positions(std::size_t positions) const;
 };
 
-/// Positions that no triangle uses have no vertex.
-SplitVertices split_vertices(const Surface& surface);
+/// Whether positions that no triangle uses have a vertex, without texture coordinates and normal (-1).
+enum class UnusedPositions { left_out, kept };
+
+SplitVertices split_vertices(const Surface& surface, UnusedPositions unused = UnusedPositions::left_out);
 
 }  // namespace duet::io
