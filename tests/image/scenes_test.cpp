@@ -20,7 +20,7 @@
 #include "sim/scene/reader/reader.h"
 #include "sim/step/world.h"
 
-namespace duet::image_tests {
+namespace duet::image_tests::scenes_test {
 namespace {
 namespace fs = std::filesystem;
 
@@ -279,4 +279,4 @@ INSTANTIATE_TEST_SUITE_P(Short, Scenes, testing::ValuesIn(variants()),
                          [](const auto& variant) { return variant.param.scene; });
 
 }  // namespace
-}  // namespace duet::image_tests
+}  // namespace duet::image_tests::scenes_test

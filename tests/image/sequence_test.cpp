@@ -10,7 +10,7 @@
 
 #include "sim/base/error.h"
 
-namespace duet::image_tests {
+namespace duet::image_tests::sequence_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -107,4 +107,4 @@ TEST_F(Sequence, AnImageFolderThatCannotBeMadeIsNamed) {
 }
 
 }  // namespace
-}  // namespace duet::image_tests
+}  // namespace duet::image_tests::sequence_test

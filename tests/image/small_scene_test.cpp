@@ -10,7 +10,7 @@
 #include "sim/base/error.h"
 #include "sim/geometry/mesh/tet_mesh.h"
 
-namespace duet::image_tests {
+namespace duet::image_tests::small_scene_test {
 namespace {
 
 TEST(SmallScene, EveryBodyIsWhereTheCameraFormulaPutsIt) {
@@ -318,4 +318,4 @@ TEST(SmallScene, MoreThanTheRendererHoldsIsRefused) {
 }
 
 }  // namespace
-}  // namespace duet::image_tests
+}  // namespace duet::image_tests::small_scene_test

@@ -12,7 +12,7 @@
 #include "sim/io/values_file.h"
 #include "sim/step/world.h"
 
-namespace duet::image_tests {
+namespace duet::image_tests::strain_test {
 namespace {
 
 bool is_red(Pixel p) { return p.r > 100 && p.r > 3 * p.g && p.r > 3 * p.b; }
@@ -132,4 +132,4 @@ TEST(StrainPicture, AnInvertedElementOfASimulationShowsRed) {
 }
 
 }  // namespace
-}  // namespace duet::image_tests
+}  // namespace duet::image_tests::strain_test

@@ -7,7 +7,7 @@
 
 #include "sim/step/world.h"
 
-namespace duet {
+namespace duet::air_drag_test {
 namespace {
 
 constexpr double g = 9.8, terminal = 5;  // m/s^2, m/s
@@ -101,4 +101,4 @@ TEST(AirDrag, IsEnteredOnlyWhereAskedFor) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::air_drag_test

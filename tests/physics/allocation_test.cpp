@@ -32,7 +32,7 @@ extern "C" void* aligned_alloc(std::size_t alignment, std::size_t size) {
   return __libc_memalign(alignment, size);
 }
 
-namespace duet {
+namespace duet::allocation_test {
 namespace {
 
 TEST(Allocation, CountingSeesVectorsAndEigen) {
@@ -197,6 +197,6 @@ TEST(Allocation, NoneInAWarmedUpStepOfJointsAndFleshOnBones) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::allocation_test
 
 #endif

@@ -9,7 +9,7 @@
 
 #include "sim/step/step.h"
 
-namespace duet {
+namespace duet::articulation_test {
 namespace {
 
 using scene::JointType;
@@ -334,4 +334,4 @@ TEST(JointFriction, StopsASpinLikeABrake) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::articulation_test

@@ -8,7 +8,7 @@
 #include "sim/solve/conjugate_gradient.h"
 #include "sim/step/step.h"
 
-namespace duet {
+namespace duet::beam_test {
 namespace {
 
 constexpr double length = 1, height = 0.2, modulus = 1e7, density = 1000, gravity = 1;
@@ -138,4 +138,4 @@ TEST(Beam, CantileverComesToRestWhereItsForcesBalance) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::beam_test

@@ -9,7 +9,7 @@
 
 #include "sim/step/step.h"
 
-namespace duet {
+namespace duet::cloth_test {
 namespace {
 
 double total_energy(const World& world) {
@@ -233,4 +233,4 @@ TEST(Cloth, PinnedParticlesNeverMove) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::cloth_test

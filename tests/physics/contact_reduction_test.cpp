@@ -7,7 +7,7 @@
 #include "sim/simulation/simulation.h"
 #include "sim/step/world.h"
 
-namespace duet {
+namespace duet::contact_reduction_test {
 namespace {
 
 constexpr double friction = 0.5, gravity = 9.8;
@@ -122,4 +122,4 @@ TEST(ContactReduction, ATowerAtRestKeepsItsPoints) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::contact_reduction_test

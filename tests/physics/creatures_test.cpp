@@ -8,7 +8,7 @@
 
 #include "sim/base/rotation.h"
 
-namespace duet {
+namespace duet::creatures_test {
 namespace {
 
 using test::Film;
@@ -68,4 +68,4 @@ TEST(Creatures, TheChainHangs) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::creatures_test

@@ -14,7 +14,7 @@
 #include "sim/geometry/mesh/mesh_check.h"
 #include "sim/step/world.h"
 
-namespace duet {
+namespace duet::crossing_edges_test {
 namespace {
 
 // Two equal boxes whose long edges meet at right angles in their middles, which are in the middle between two
@@ -113,4 +113,4 @@ TEST(CrossingEdges, OfRingsInAHeapStayOutOfEachOther) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::crossing_edges_test

@@ -8,7 +8,7 @@
 
 #include "sim/step/step.h"
 
-namespace duet {
+namespace duet::crushing_test {
 namespace {
 
 struct Crushed {
@@ -47,4 +47,4 @@ TEST(Crushing, DampedElementsGoWhereFollowedOnesDo) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::crushing_test

@@ -7,7 +7,7 @@
 
 #include "sim/step/world.h"
 
-namespace duet {
+namespace duet::dragging_test {
 namespace {
 
 using scene::Integration;
@@ -75,4 +75,4 @@ TEST(Dragging, IsByTheFrictionOfItsConeHoweverDamped) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::dragging_test

@@ -13,7 +13,7 @@
 #include "sim/geometry/queries/closest_points.h"
 #include "sim/step/world.h"
 
-namespace duet {
+namespace duet::edges_in_soft_bodies_test {
 namespace {
 
 // A ring of a mesh lies on a soft box. Beside its rims the level set's value grows by less than the way along
@@ -239,4 +239,4 @@ TEST(EdgesInSoftBodies, StandStillUnderCylinders) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::edges_in_soft_bodies_test

@@ -11,7 +11,7 @@
 
 #include "sim/step/step.h"
 
-namespace duet {
+namespace duet::elastic_motion_test {
 namespace {
 
 using scene::Integration;
@@ -287,4 +287,4 @@ TEST(Recovery, FromAnyDamageSemiImplicitly) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::elastic_motion_test

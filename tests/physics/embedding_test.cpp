@@ -10,7 +10,7 @@
 #include "sim/base/rotation.h"
 #include "sim/step/step.h"
 
-namespace duet {
+namespace duet::embedding_test {
 namespace {
 
 // A soft block of 1 m with a bone across its middle, in free space.
@@ -292,4 +292,4 @@ TEST(Embedding, ControlledBonesBendTheirFlesh) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::embedding_test

@@ -9,7 +9,7 @@
 #include "sim/simulation/simulation.h"
 #include "sim/step/world.h"
 
-namespace duet {
+namespace duet::everyday_islands_test {
 namespace {
 
 enum class Far { nothing, soft_box, ball, falling_box, jointed_boxes, sheet };
@@ -108,4 +108,4 @@ TEST(EverydayIslands, AHeavyBoxStaysOnALightOneBesideAFarSoftBox) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::everyday_islands_test

@@ -10,7 +10,7 @@
 
 #include "sim/step/step.h"
 
-namespace duet {
+namespace duet::everyday_rigid_convergence_test {
 namespace {
 
 using test::Support;
@@ -140,4 +140,4 @@ TEST(EverydayRigidConvergence, OfSlidingThatTurnsIntoRolling) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::everyday_rigid_convergence_test

@@ -9,7 +9,7 @@
 
 #include "sim/step/step.h"
 
-namespace duet {
+namespace duet::everyday_rigid_cradle_test {
 namespace {
 
 using scene::JointType;
@@ -128,4 +128,4 @@ TEST(EverydayRigidCradle, FreeChainsAreStruckElastically) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::everyday_rigid_cradle_test

@@ -13,7 +13,7 @@
 
 #include "sim/step/world.h"
 
-namespace duet {
+namespace duet::everyday_rigid_friction_test {
 namespace {
 
 using test::Support;
@@ -202,4 +202,4 @@ TEST(EverydayRigidFriction, NoContactLeavesItsCone) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::everyday_rigid_friction_test

@@ -12,7 +12,7 @@
 
 #include "sim/step/world.h"
 
-namespace duet {
+namespace duet::everyday_rigid_groove_test {
 namespace {
 
 struct InGroove {
@@ -177,4 +177,4 @@ TEST(EverydayRigidGroove, BoxesComeToRestInIt) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::everyday_rigid_groove_test

@@ -10,7 +10,7 @@
 
 #include "sim/step/step.h"
 
-namespace duet {
+namespace duet::everyday_rigid_landing_test {
 namespace {
 
 using test::Support;
@@ -148,4 +148,4 @@ TEST(EverydayRigidLanding, ARowOfBallsPassesABlowOn) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::everyday_rigid_landing_test

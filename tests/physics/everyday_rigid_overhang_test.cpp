@@ -11,7 +11,7 @@
 
 #include "sim/step/world.h"
 
-namespace duet {
+namespace duet::everyday_rigid_overhang_test {
 namespace {
 
 using scene::ShapeKind;
@@ -380,4 +380,4 @@ TEST(EverydayRigidOverhang, ARingFallsOverAPegThatStandsOnTheGround) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::everyday_rigid_overhang_test

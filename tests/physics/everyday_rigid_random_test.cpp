@@ -9,7 +9,7 @@
 #include "tests/support/random_scenes.h"
 #include <fmt/format.h>
 
-namespace duet {
+namespace duet::everyday_rigid_random_test {
 namespace {
 
 using test::Draw;
@@ -74,4 +74,4 @@ TEST(EverydayRigidRandom, ScenesThatOnceGainedEnergyKeepIt) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::everyday_rigid_random_test

@@ -10,7 +10,7 @@
 
 #include "sim/step/world.h"
 
-namespace duet {
+namespace duet::everyday_rigid_rolling_test {
 namespace {
 
 using test::Support;
@@ -129,4 +129,4 @@ TEST(EverydayRigidRolling, SlidingTurnsIntoRolling) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::everyday_rigid_rolling_test

@@ -11,7 +11,7 @@
 
 #include "sim/step/world.h"
 
-namespace duet {
+namespace duet::everyday_rigid_seams_test {
 namespace {
 
 using scene::ShapeKind;
@@ -108,4 +108,4 @@ TEST(EverydayRigidSeams, TilesOfBoxesAndMeshesAreOneFloor) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::everyday_rigid_seams_test

@@ -11,7 +11,7 @@
 #include "sim/base/rotation.h"
 #include "sim/step/world.h"
 
-namespace duet {
+namespace duet::everyday_rigid_spin_test {
 namespace {
 
 constexpr int seconds = 60;
@@ -93,4 +93,4 @@ TEST(EverydayRigidSpin, ThePapersUpdateGainsEnergyWhereTheExactOneKeepsIt) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::everyday_rigid_spin_test

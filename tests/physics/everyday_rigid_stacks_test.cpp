@@ -10,7 +10,7 @@
 #include "sim/scene/schema.h"
 #include "sim/step/world.h"
 
-namespace duet {
+namespace duet::everyday_rigid_stacks_test {
 namespace {
 
 // Of the length in 2 s. Where friction keeps a step's solution from being found, sweeps leave some 1e-5 m/s;
@@ -105,4 +105,4 @@ TEST(EverydayRigidStacks, FallWhereTheyCannotStand) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::everyday_rigid_stacks_test

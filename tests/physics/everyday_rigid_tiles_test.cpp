@@ -11,7 +11,7 @@
 
 #include "sim/step/world.h"
 
-namespace duet {
+namespace duet::everyday_rigid_tiles_test {
 namespace {
 
 using scene::ShapeKind;
@@ -192,4 +192,4 @@ TEST(EverydayRigidTiles, BoxesSlideAlongTheSideThatTheyReachOver) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::everyday_rigid_tiles_test

@@ -11,7 +11,7 @@
 #include "sim/scene/schema.h"
 #include "sim/step/world.h"
 
-namespace duet {
+namespace duet::everyday_rigid_turned_test {
 namespace {
 
 using test::Support;
@@ -184,4 +184,4 @@ TEST(EverydayRigidTurned, SlidingStopsWhereCoulombSays) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::everyday_rigid_turned_test

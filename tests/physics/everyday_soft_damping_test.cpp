@@ -10,7 +10,7 @@
 
 #include "sim/step/world.h"
 
-namespace duet {
+namespace duet::everyday_soft_damping_test {
 namespace {
 
 using scene::Integration;
@@ -117,4 +117,4 @@ INSTANTIATE_TEST_SUITE_P(Integrations, EverydaySoftDamping,
                          });
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::everyday_soft_damping_test

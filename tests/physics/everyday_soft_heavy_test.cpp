@@ -14,7 +14,7 @@
 
 #include "sim/step/world.h"
 
-namespace duet {
+namespace duet::everyday_soft_heavy_test {
 namespace {
 
 constexpr double gravity = 9.8;  // m/s^2
@@ -240,4 +240,4 @@ TEST(EverydaySoftHeavy, RimsOnEdgesDoNotSinkIn) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::everyday_soft_heavy_test

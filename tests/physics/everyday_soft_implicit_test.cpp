@@ -12,7 +12,7 @@
 
 #include "sim/step/world.h"
 
-namespace duet {
+namespace duet::everyday_soft_implicit_test {
 namespace {
 
 constexpr double gravity = 9.8, density = 1000;  // m/s^2, kg/m^3
@@ -276,4 +276,4 @@ TEST(EverydaySoftImplicit, StacksOfSoftAndRigidBodiesLoseEnergy) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::everyday_soft_implicit_test

@@ -12,7 +12,7 @@
 #include "sim/base/rotation.h"
 #include "sim/step/world.h"
 
-namespace duet {
+namespace duet::everyday_soft_incompressible_test {
 namespace {
 
 constexpr double gravity = 9.8, density = 1000;  // m/s^2, kg/m^3
@@ -118,4 +118,4 @@ TEST(EverydaySoftIncompressible, RestsOnASlope) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::everyday_soft_incompressible_test

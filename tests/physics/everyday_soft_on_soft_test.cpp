@@ -10,7 +10,7 @@
 
 #include "sim/step/world.h"
 
-namespace duet {
+namespace duet::everyday_soft_on_soft_test {
 namespace {
 
 struct Tower {
@@ -194,4 +194,4 @@ TEST(EverydaySoftOnSoft, BallsBetweenPlatesComeBackInImplicitSteps) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::everyday_soft_on_soft_test

@@ -12,7 +12,7 @@
 #include "sim/base/error.h"
 #include "sim/step/step.h"
 
-namespace duet {
+namespace duet::everyday_soft_overlap_test {
 namespace {
 
 enum class Guest { soft_box, soft_ball, cloth, rope, particle, rigid_box, rigid_ball };
@@ -305,4 +305,4 @@ TEST(EverydaySoftOverlap, WhatMustDeformGainsTheEnergyOfThat) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::everyday_soft_overlap_test

@@ -9,7 +9,7 @@
 
 #include "sim/step/world.h"
 
-namespace duet {
+namespace duet::everyday_soft_pinched_test {
 namespace {
 
 enum class Thin { cloth, rope, particle };
@@ -137,4 +137,4 @@ TEST(EverydaySoftPinched, AndOnePlateMayBeStatic) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::everyday_soft_pinched_test

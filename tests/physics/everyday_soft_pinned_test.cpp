@@ -9,7 +9,7 @@
 
 #include "sim/step/world.h"
 
-namespace duet {
+namespace duet::everyday_soft_pinned_test {
 namespace {
 
 constexpr double gravity = 9.8;  // m/s^2
@@ -130,4 +130,4 @@ TEST(EverydaySoftPinned, TheLedgerCountsWhatTheyGive) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::everyday_soft_pinned_test

@@ -16,7 +16,7 @@
 #include "sim/scene/schema.h"
 #include "sim/step/world.h"
 
-namespace duet {
+namespace duet::everyday_soft_random_test {
 namespace {
 
 using test::Draw;
@@ -153,4 +153,4 @@ TEST(EverydaySoftRandom, ScenesKeepTheirPromises) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::everyday_soft_random_test

@@ -11,7 +11,7 @@
 #include "sim/base/rotation.h"
 #include "sim/step/world.h"
 
-namespace duet {
+namespace duet::everyday_soft_sliding_test {
 namespace {
 
 constexpr double gravity = 9.8;  // m/s^2
@@ -188,4 +188,4 @@ TEST(EverydaySoftSliding, WhatRollsGetsNoFaster) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::everyday_soft_sliding_test

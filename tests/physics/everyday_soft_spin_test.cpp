@@ -9,7 +9,7 @@
 
 #include "sim/step/step.h"
 
-namespace duet {
+namespace duet::everyday_soft_spin_test {
 namespace {
 
 using scene::JointType;
@@ -234,4 +234,4 @@ TEST(EverydaySoftSpin, OfOneIslandIsItsOwn) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::everyday_soft_spin_test

@@ -11,7 +11,7 @@
 #include "sim/base/rotation.h"
 #include "sim/step/world.h"
 
-namespace duet {
+namespace duet::everyday_soft_thrown_test {
 namespace {
 
 using scene::Integration;
@@ -119,4 +119,4 @@ TEST(EverydaySoftThrown, LongImplicitStepsGainNoEnergy) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::everyday_soft_thrown_test

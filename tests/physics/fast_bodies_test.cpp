@@ -10,7 +10,7 @@
 #include "sim/simulation/simulation.h"
 #include "sim/step/step.h"
 
-namespace duet {
+namespace duet::fast_bodies_test {
 namespace {
 
 scene::RigidBody& make_static(scene::RigidBody& body) {
@@ -159,4 +159,4 @@ TEST(FastBodies, ThatMeetNothingTakeNoShorterSteps) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::fast_bodies_test

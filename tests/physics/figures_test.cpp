@@ -8,7 +8,7 @@
 #include "tests/support/margin.h"
 #include <fmt/format.h>
 
-namespace duet {
+namespace duet::figures_test {
 namespace {
 
 using test::Film;
@@ -123,4 +123,4 @@ TEST(Figures, MaggotsStayInTheBowl) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::figures_test

@@ -11,7 +11,7 @@
 #include "sim/scene/reader/reader.h"
 #include "sim/step/world.h"
 
-namespace duet {
+namespace duet::folding_test {
 namespace {
 
 scene::Scene hard_scene(const std::string& name) {
@@ -88,4 +88,4 @@ TEST(Folding, RingsStayLinked) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::folding_test

@@ -12,7 +12,7 @@
 #include "sim/scene/reader/reader.h"
 #include "sim/step/world.h"
 
-namespace duet {
+namespace duet::friction_test {
 namespace {
 
 constexpr double gravity = 9.8, friction = 0.2;
@@ -131,4 +131,4 @@ TEST(Friction, SlowsBodiesDownAsCoulombSays) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::friction_test

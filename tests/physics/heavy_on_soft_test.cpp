@@ -9,7 +9,7 @@
 #include "sim/scene/reader/reader.h"
 #include "sim/step/world.h"
 
-namespace duet {
+namespace duet::heavy_on_soft_test {
 namespace {
 
 // A soft cube of 1 m and 10 kg under a rigid one of `ratio` times its mass. Its stiffness lets the heaviest
@@ -56,4 +56,4 @@ INSTANTIATE_TEST_SUITE_P(Ratios, HeavyOnSoft, testing::Values(1., 10., 100., 100
                          [](const auto& ratio) { return "times_" + std::to_string(int(ratio.param)); });
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::heavy_on_soft_test

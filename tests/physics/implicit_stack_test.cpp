@@ -8,7 +8,7 @@
 #include "sim/scene/reader/reader.h"
 #include "sim/simulation/simulation.h"
 
-namespace duet {
+namespace duet::implicit_stack_test {
 namespace {
 
 struct Course {
@@ -51,4 +51,4 @@ TEST(ImplicitStack, SinksAndComesUpAsSemiImplicitly) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::implicit_stack_test

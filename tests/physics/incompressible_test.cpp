@@ -11,7 +11,7 @@
 #include "sim/base/parallel.h"
 #include "sim/step/step.h"
 
-namespace duet {
+namespace duet::incompressible_test {
 namespace {
 
 using test::expect_above;
@@ -225,4 +225,4 @@ TEST(Incompressible, NothingIsEnteredThatNoBodyAsksFor) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::incompressible_test

@@ -9,7 +9,7 @@
 
 #include "sim/step/step.h"
 
-namespace duet {
+namespace duet::jointed_spin_test {
 namespace {
 
 using scene::JointType;
@@ -173,4 +173,4 @@ TEST(JointedSpin, ThePapersUpdateLetsEnergyGo) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::jointed_spin_test

@@ -9,7 +9,7 @@
 
 #include "sim/step/step.h"
 
-namespace duet {
+namespace duet::keep_spin_test {
 namespace {
 
 using test::add_soft_box;
@@ -132,4 +132,4 @@ TEST(KeepSpin, LeavesAloneWhatIsTouchedHeldOrTied) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::keep_spin_test

@@ -8,7 +8,7 @@
 
 #include "sim/step/world.h"
 
-namespace duet {
+namespace duet::kinematic_test {
 namespace {
 
 using scene::RigidBody;
@@ -269,4 +269,4 @@ TEST(KinematicBody, AResumedRunContinuesBitIdentically) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::kinematic_test

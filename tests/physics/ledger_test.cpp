@@ -7,7 +7,7 @@
 
 #include "sim/step/step.h"
 
-namespace duet {
+namespace duet::ledger_test {
 namespace {
 
 using test::add_ball;
@@ -158,4 +158,4 @@ TEST(Ledger, ChangesNoResult) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::ledger_test

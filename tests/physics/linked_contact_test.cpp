@@ -13,7 +13,7 @@
 #include "sim/contact/detection/max_penetration.h"
 #include "sim/step/world.h"
 
-namespace duet {
+namespace duet::linked_contact_test {
 namespace {
 
 // The height of the centre of mass of a load of 1 m and 1000 kg, two seconds after it was put on a plate of
@@ -173,4 +173,4 @@ TEST(LinkedContact, AHeapHasTheSameBitsForAnyNumberOfThreads) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::linked_contact_test

@@ -6,7 +6,7 @@
 
 #include "sim/step/step.h"
 
-namespace duet {
+namespace duet::momentum_test {
 namespace {
 
 using test::add_ball;
@@ -170,4 +170,4 @@ TEST(Momentum, AngularDefectOfMovingIsOfSecondOrder) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::momentum_test

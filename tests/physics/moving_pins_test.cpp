@@ -4,7 +4,7 @@
 
 #include "sim/step/step.h"
 
-namespace duet {
+namespace duet::moving_pins_test {
 namespace {
 
 using scene::Integration;
@@ -96,4 +96,4 @@ TEST(MovingPins, ABodyThatIsLedAlongKeepsItsShape) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::moving_pins_test

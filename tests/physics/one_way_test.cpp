@@ -7,7 +7,7 @@
 #include "sim/scene/reader/reader.h"
 #include "sim/step/world.h"
 
-namespace duet {
+namespace duet::one_way_test {
 namespace {
 
 struct Outcome {
@@ -43,4 +43,4 @@ TEST(TwoWay, WithoutItMomentumComesFromNothing) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::one_way_test

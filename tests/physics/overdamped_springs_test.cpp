@@ -8,7 +8,7 @@
 
 #include "sim/step/world.h"
 
-namespace duet {
+namespace duet::overdamped_springs_test {
 namespace {
 
 constexpr double gravity = 30;  // m/s^2
@@ -47,4 +47,4 @@ TEST(OverdampedSprings, ComeToTheSameRestInLongerSteps) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::overdamped_springs_test

@@ -9,7 +9,7 @@
 
 #include "sim/step/step.h"
 
-namespace duet {
+namespace duet::rigid_bounce_test {
 namespace {
 
 constexpr double gravity = 9.8;  // m/s^2
@@ -103,4 +103,4 @@ INSTANTIATE_TEST_SUITE_P(Bodies, Rolling, testing::ValuesIn(rollers),
                          [](const auto& roller) { return roller.param.name; });
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::rigid_bounce_test

@@ -10,7 +10,7 @@
 
 #include "sim/step/step.h"
 
-namespace duet {
+namespace duet::rigid_incline_test {
 namespace {
 
 constexpr double gravity = 9.8;  // m/s^2
@@ -155,4 +155,4 @@ TEST(InclineToppling, BlockStandsWhereTheoryLetsIt) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::rigid_incline_test

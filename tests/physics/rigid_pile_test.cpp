@@ -10,7 +10,7 @@
 #include "sim/scene/reader/reader.h"
 #include "sim/step/world.h"
 
-namespace duet {
+namespace duet::rigid_pile_test {
 namespace {
 
 constexpr std::size_t fixed = 29,
@@ -62,4 +62,4 @@ TEST(Pile, TheWholeOfItStaysOutOfEachOther) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::rigid_pile_test

@@ -11,7 +11,7 @@
 
 #include "sim/step/step.h"
 
-namespace duet {
+namespace duet::rigid_rotation_test {
 namespace {
 
 constexpr double seconds = 10;
@@ -78,4 +78,4 @@ TEST(RigidRotation, EnergyAndMomentumAreKept) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::rigid_rotation_test

@@ -13,7 +13,7 @@
 #include "sim/scene/reader/reader.h"
 #include "sim/step/world.h"
 
-namespace duet {
+namespace duet::rigid_standing_test {
 namespace {
 
 struct Drift {
@@ -139,4 +139,4 @@ TEST(HeavyOnLight, SlidesAsOne) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::rigid_standing_test

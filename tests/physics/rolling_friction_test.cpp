@@ -7,7 +7,7 @@
 
 #include "sim/step/step.h"
 
-namespace duet {
+namespace duet::rolling_friction_test {
 namespace {
 
 constexpr double gravity = 9.8, radius = 0.5;
@@ -68,4 +68,4 @@ TEST(SpinningFriction, StopsATopAfterItsTime) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::rolling_friction_test

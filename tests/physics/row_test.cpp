@@ -10,7 +10,7 @@
 #include "sim/scene/reader/reader.h"
 #include "sim/step/step.h"
 
-namespace duet {
+namespace duet::row_test {
 namespace {
 
 // The scene with the ball a quarter of a metre before the row: what comes before the blow is free rolling.
@@ -92,4 +92,4 @@ TEST(Row, LastBallLeavesFirst) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::row_test

@@ -8,7 +8,7 @@
 #include "sim/base/parallel.h"
 #include "sim/step/step.h"
 
-namespace duet {
+namespace duet::self_contact_test {
 namespace {
 
 Vec3 center_of(const Simulation& simulation, std::size_t body) {
@@ -205,4 +205,4 @@ TEST(SelfContact, BodiesThatMeetAtTheStartArePartedOrRefused) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::self_contact_test

@@ -10,7 +10,7 @@
 #include "sim/scene/reader/reader.h"
 #include "sim/simulation/simulation.h"
 
-namespace duet {
+namespace duet::shapes_test {
 namespace {
 
 struct Case {
@@ -89,4 +89,4 @@ density = 500
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::shapes_test

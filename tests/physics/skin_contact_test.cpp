@@ -10,7 +10,7 @@
 #include "sim/geometry/mesh/triangle_mesh.h"
 #include "sim/step/world.h"
 
-namespace duet {
+namespace duet::skin_contact_test {
 namespace {
 
 // A ball's surface from an octahedron, split n times.
@@ -114,4 +114,4 @@ TEST(SkinContact, ItsMassIsTheBodys) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::skin_contact_test

@@ -9,7 +9,7 @@
 
 #include "sim/step/world.h"
 
-namespace duet {
+namespace duet::snagging_test {
 namespace {
 
 using test::expect_below;
@@ -106,4 +106,4 @@ TEST(Snagging, PlanksAreAFloor) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::snagging_test

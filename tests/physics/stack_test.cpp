@@ -11,7 +11,7 @@
 #include "sim/scene/reader/reader.h"
 #include "sim/step/world.h"
 
-namespace duet {
+namespace duet::stack_test {
 namespace {
 
 constexpr double side = 2;  // m, of a box
@@ -141,4 +141,4 @@ TEST(Stack, StandsForAMinuteWhereItDoesNotBuckle) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::stack_test

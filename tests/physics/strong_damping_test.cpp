@@ -10,7 +10,7 @@
 
 #include "sim/step/step.h"
 
-namespace duet {
+namespace duet::strong_damping_test {
 namespace {
 
 constexpr double tau = 0.01;  // s
@@ -109,4 +109,4 @@ TEST(StrongDamping, BlowsOnAPadStayWhatTheyAre) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::strong_damping_test

@@ -9,7 +9,7 @@
 #include "sim/simulation/simulation.h"
 #include "sim/step/world.h"
 
-namespace duet {
+namespace duet::thin_on_soft_test {
 namespace {
 
 // A rod of 4 cm lies down on a block of two cells of 1 m, between its vertices and off the lattice of
@@ -74,4 +74,4 @@ TEST(ThinOnSoft, AFastBallDoesNotPassThroughCloth) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::thin_on_soft_test

@@ -9,7 +9,7 @@
 
 #include "sim/step/step.h"
 
-namespace duet {
+namespace duet::velocity_orders_test {
 namespace {
 
 using scene::Integration;
@@ -263,4 +263,4 @@ TEST(VelocityOrders, TheLedgerIsBalancedWithPinsJointsAndDrag) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::velocity_orders_test

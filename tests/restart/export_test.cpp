@@ -16,7 +16,7 @@
 #include "sim/base/files.h"
 #include "sim/io/export/exported_run.h"
 
-namespace duet::test {
+namespace duet::test::export_test {
 namespace {
 
 const std::vector<std::string> formats = {"transforms", "obj", "ply", "pc2", "mdd", "vtk"};
@@ -353,4 +353,4 @@ TEST_F(Export, BlenderPlacesBodiesWhereTheirMeshesAre) {
 }
 
 }  // namespace
-}  // namespace duet::test
+}  // namespace duet::test::export_test

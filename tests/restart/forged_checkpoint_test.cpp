@@ -17,7 +17,7 @@
 #include "sim/scene/reader/reader.h"
 #include "sim/step/world.h"
 
-namespace duet::test {
+namespace duet::test::forged_checkpoint_test {
 namespace {
 
 using Bytes = std::vector<unsigned char>;
@@ -125,4 +125,4 @@ TEST(ForgedCheckpoints, AreRefusedByResume) {
 }
 
 }  // namespace
-}  // namespace duet::test
+}  // namespace duet::test::forged_checkpoint_test

@@ -10,7 +10,7 @@
 #include "sim/base/files.h"
 #include "sim/io/run_directory.h"
 
-namespace duet::test {
+namespace duet::test::interrupt_test {
 namespace {
 
 // Some 400,000 substeps a frame.
@@ -91,4 +91,4 @@ TEST_F(Interrupt, AGivenUpFrameIsComputedToTheSameBits) {
 }
 
 }  // namespace
-}  // namespace duet::test
+}  // namespace duet::test::interrupt_test

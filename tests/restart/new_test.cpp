@@ -12,7 +12,7 @@
 #include "render/picture.h"
 #include "sim/base/files.h"
 
-namespace duet::test {
+namespace duet::test::new_test {
 namespace {
 
 const std::vector<std::string> templates = {"drop", "stack", "cloth", "rope", "creature", "chain"};
@@ -242,4 +242,4 @@ TEST_F(Preview, CtrlCEndsItWithoutAPicture) {
 }
 
 }  // namespace
-}  // namespace duet::test
+}  // namespace duet::test::new_test

@@ -16,7 +16,7 @@
 #include "sim/base/types.h"
 #include "sim/io/export/own_obj.h"
 
-namespace duet::test {
+namespace duet::test::own_mesh_test {
 namespace {
 
 // A box of quads whose vertices stand in an order that no reader of meshes would choose, after a vertex that
@@ -243,4 +243,4 @@ TEST(OwnMeshFiles, PointsOfAnotherMeshAreNotMatched) {
 }
 
 }  // namespace
-}  // namespace duet::test
+}  // namespace duet::test::own_mesh_test

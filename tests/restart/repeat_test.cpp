@@ -6,7 +6,7 @@
 
 #include "sim/base/files.h"
 
-namespace duet::test {
+namespace duet::test::repeat_test {
 namespace {
 
 // A scene with comments that names a mesh in each of the ways that scenes do: of a rigid body, of tetrahedra
@@ -207,4 +207,4 @@ TEST_F(Repeat, PicturesGoToAFolderOfTheirOwn) {
 }
 
 }  // namespace
-}  // namespace duet::test
+}  // namespace duet::test::repeat_test

@@ -16,7 +16,7 @@
 #include "sim/scene/plan.h"
 #include "sim/scene/reader/reader.h"
 
-namespace duet::test {
+namespace duet::test::restart_test {
 namespace {
 
 std::vector<nlohmann::json> statistics(const io::RunDirectory& run) {
@@ -364,4 +364,4 @@ TEST_F(Restart, InterruptedRunIsDrawnLikeTheWhole) {
 }
 
 }  // namespace
-}  // namespace duet::test
+}  // namespace duet::test::restart_test

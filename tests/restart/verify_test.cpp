@@ -13,7 +13,7 @@
 #include "sim/io/run_check.h"
 #include "sim/io/run_journal.h"
 
-namespace duet::test {
+namespace duet::test::verify_test {
 namespace {
 
 class Verify : public testing::Test {
@@ -182,4 +182,4 @@ TEST_F(Verify, ARunWithoutAJournalGetsOne) {
 }
 
 }  // namespace
-}  // namespace duet::test
+}  // namespace duet::test::verify_test

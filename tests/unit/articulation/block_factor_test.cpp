@@ -6,7 +6,7 @@
 #include <Eigen/LU>
 #include <gtest/gtest.h>
 
-namespace duet {
+namespace duet::block_factor_test {
 namespace {
 
 // J M^-1 J^T of random rows between bodies, dense and by blocks.
@@ -116,4 +116,4 @@ TEST(BlockFactor, SolvesTheSameWhereverItsBlocksAre) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::block_factor_test

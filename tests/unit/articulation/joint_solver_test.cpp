@@ -8,7 +8,7 @@
 #include "sim/base/rotation.h"
 #include "sim/step/world.h"
 
-namespace duet {
+namespace duet::joint_solver_test {
 namespace {
 
 // All kinds of joints in one structure, some of them with a static body.
@@ -107,4 +107,4 @@ TEST(JointSolver, RowsAreTheDerivativesOfTheErrors) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::joint_solver_test

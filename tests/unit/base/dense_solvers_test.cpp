@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-namespace duet {
+namespace duet::dense_solvers_test {
 namespace {
 
 class RandomMatrices {
@@ -108,4 +108,4 @@ TEST(SolveGeneral, GivesWhatWasMultiplied) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::dense_solvers_test

@@ -3,7 +3,7 @@
 
 #include "sim/base/types.h"
 
-namespace duet {
+namespace duet::eigen_order_test {
 namespace {
 
 constexpr double tiny = 0x1p-53;  // half of the last place of 1
@@ -28,4 +28,4 @@ TEST(EigenOrder, SixTermsAreSummedUpInHalves) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::eigen_order_test

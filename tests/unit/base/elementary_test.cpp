@@ -10,7 +10,7 @@
 #include <gtest/gtest.h>
 #include <mpfr.h>
 
-namespace duet {
+namespace duet::elementary_test {
 namespace {
 
 // A value with 200 bits.
@@ -162,4 +162,4 @@ TEST(Elementary, HypotenuseIsWithinItsBound) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::elementary_test

@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-namespace duet {
+namespace duet::file_hash_test {
 namespace {
 
 std::uint64_t hash_of(std::string_view text) {
@@ -53,4 +53,4 @@ TEST(FileHash, TellsEveryFlippedBit) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::file_hash_test

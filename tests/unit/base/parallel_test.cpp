@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-namespace duet {
+namespace duet::parallel_test {
 namespace {
 
 class ThreadCount : public ::testing::Test {
@@ -87,4 +87,4 @@ TEST_F(ThreadCount, NothingToDoIsFine) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::parallel_test

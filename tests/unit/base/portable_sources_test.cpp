@@ -11,7 +11,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-namespace duet {
+namespace duet::portable_sources_test {
 namespace {
 
 struct Forbidden {
@@ -72,4 +72,4 @@ TEST(PortableSources, EachForbiddenNameIsFound) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::portable_sources_test

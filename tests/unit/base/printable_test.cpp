@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace duet {
+namespace duet::printable_test {
 namespace {
 
 TEST(Printable, KeepsTextOfAllLanguages) {
@@ -37,4 +37,4 @@ TEST(Printable, ShowsBytesThatAreNoUtf8) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::printable_test

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace duet {
+namespace duet::rotation_test {
 namespace {
 
 constexpr double rounding = 4e-15;  // of a dozen operations on numbers around 1
@@ -25,4 +25,4 @@ TEST(ShortestTurn, OfOppositeDirectionsIsHalfATurnAcross) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::rotation_test

@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-namespace duet {
+namespace duet::simd_test {
 namespace {
 
 TEST(Simd, LogarithmIsGoodToTwoUnitsInTheLastPlace) {
@@ -113,4 +113,4 @@ TEST(Simd, RowsComeBackFromPacks) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::simd_test

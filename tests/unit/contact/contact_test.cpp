@@ -16,7 +16,7 @@
 #include "sim/contact/response/contact_solver.h"
 #include "sim/contact/response/warm_start.h"
 
-namespace duet {
+namespace duet::contact_test {
 namespace {
 
 using test::add_ball;
@@ -322,4 +322,4 @@ TEST(PushOut, ASoftBoxIsLiftedOffTheGroundAndStaysWhole) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::contact_test

@@ -6,7 +6,7 @@
 #include "tests/support/tet_meshes.h"
 #include <gtest/gtest.h>
 
-namespace duet {
+namespace duet::incompressibility_test {
 namespace {
 
 using test::corner_masses;
@@ -132,4 +132,4 @@ TEST(OneRings, RigidMotionsChangeNoVolumeAndPressuresNoMomentum) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::incompressibility_test

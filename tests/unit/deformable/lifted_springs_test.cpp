@@ -10,7 +10,7 @@
 
 #include "sim/deformable/forces/internal_forces.h"
 
-namespace duet {
+namespace duet::lifted_springs_test {
 namespace {
 
 constexpr double cfl = 0.7, relaxation = 0.25;
@@ -148,4 +148,4 @@ TEST(LiftedSprings, StretchingBoundsTheStep) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::lifted_springs_test

@@ -10,7 +10,7 @@
 #include "sim/deformable/forces/finite_elements.h"
 #include "sim/deformable/materials/neo_hookean.h"
 
-namespace duet {
+namespace duet::lifted_steps_test {
 namespace {
 
 constexpr double tau = 0.01, cfl = 0.7, relaxation = 0.1;
@@ -135,4 +135,4 @@ TEST(LiftedSteps, AreStableInHardStates) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::lifted_steps_test

@@ -13,7 +13,7 @@
 #include "sim/deformable/materials/st_venant_kirchhoff.h"
 #include "sim/deformable/materials/stress_differential.h"
 
-namespace duet {
+namespace duet::materials_test {
 namespace {
 
 using test::deformations;
@@ -265,4 +265,4 @@ TEST(StVenantKirchhoff, ResistsCompressionMoreAndMore) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::materials_test

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-namespace duet {
+namespace duet::support_point_test {
 namespace {
 
 // Four triangles around the middle particle 0 at (0, height, 0), the others at y = 0 and a distance of 1.
@@ -64,4 +64,4 @@ TEST(SupportPoint, OnNoFaceThereIsNothingThatRises) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::support_point_test

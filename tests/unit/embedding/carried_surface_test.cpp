@@ -5,7 +5,7 @@
 #include "sim/geometry/level_set/shape_mesh.h"
 #include "sim/geometry/meshing/tetrahedralizer.h"
 
-namespace duet {
+namespace duet::carried_surface_test {
 namespace {
 
 struct Carried {
@@ -51,4 +51,4 @@ TEST(CarriedSurface, ValuesAreInterpolatedAndMarksAreKept) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::carried_surface_test

@@ -11,7 +11,7 @@
 #include "sim/base/files.h"
 #include "sim/io/run_directory.h"
 
-namespace duet::io {
+namespace duet::io::atomic_write_test {
 namespace {
 
 using test::ScratchFolder;
@@ -146,4 +146,4 @@ TEST(Files, FrameNumbersComeFromFrameFilesOnly) {
 }
 
 }  // namespace
-}  // namespace duet::io
+}  // namespace duet::io::atomic_write_test

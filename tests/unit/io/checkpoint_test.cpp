@@ -5,7 +5,7 @@
 
 #include "sim/base/files.h"
 
-namespace duet::io {
+namespace duet::io::checkpoint_test {
 namespace {
 
 using test::ScratchFolder;
@@ -116,4 +116,4 @@ TEST(SceneIdentity, DependsOnTheSourceAndTheEffects) {
 }
 
 }  // namespace
-}  // namespace duet::io
+}  // namespace duet::io::checkpoint_test

@@ -7,7 +7,7 @@
 #include "sim/base/error.h"
 #include "sim/base/files.h"
 
-namespace duet::io {
+namespace duet::io::expected_hashes_test {
 namespace {
 
 using test::ScratchFolder;
@@ -142,4 +142,4 @@ TEST(ExpectedHashes, OfADamagedFileAreErrors) {
 }
 
 }  // namespace
-}  // namespace duet::io
+}  // namespace duet::io::expected_hashes_test

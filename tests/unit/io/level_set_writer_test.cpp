@@ -13,7 +13,7 @@
 #include "sim/geometry/level_set/level_set.h"
 #include "sim/scene/build/level_set_export.h"
 
-namespace duet::io {
+namespace duet::io::level_set_writer_test {
 namespace {
 
 using test::ScratchFolder;
@@ -198,4 +198,4 @@ TEST_F(LevelSetFile, AWriteThatFailsIsAFileError) {
 }
 
 }  // namespace
-}  // namespace duet::io
+}  // namespace duet::io::level_set_writer_test

@@ -11,7 +11,7 @@
 #include "sim/base/files.h"
 #include "sim/io/run_directory.h"
 
-namespace duet::io {
+namespace duet::io::obj_test {
 namespace {
 
 using test::ScratchFolder;
@@ -273,4 +273,4 @@ TEST(Obj, DamagedBytesNeverBreakTheReader) {
 }
 
 }  // namespace
-}  // namespace duet::io
+}  // namespace duet::io::obj_test

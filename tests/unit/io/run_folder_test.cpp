@@ -7,7 +7,7 @@
 #include "sim/base/files.h"
 #include "sim/io/run_journal.h"
 
-namespace duet::io {
+namespace duet::io::run_folder_test {
 namespace {
 
 using test::ScratchFolder;
@@ -221,4 +221,4 @@ TEST(RunFolder, AContinuedRunKeepsItsFrames) {
 }
 
 }  // namespace
-}  // namespace duet::io
+}  // namespace duet::io::run_folder_test

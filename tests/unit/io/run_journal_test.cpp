@@ -9,7 +9,7 @@
 #include "sim/io/run_check.h"
 #include "sim/io/run_directory.h"
 
-namespace duet::io {
+namespace duet::io::run_journal_test {
 namespace {
 
 using test::contains;
@@ -170,4 +170,4 @@ TEST_F(Journal, FilesBeforeItsFirstFrameAreANote) {
 }
 
 }  // namespace
-}  // namespace duet::io
+}  // namespace duet::io::run_journal_test

@@ -8,7 +8,7 @@
 #include "sim/base/files.h"
 #include "sim/step/world.h"
 
-namespace duet::io {
+namespace duet::io::stage_log_test {
 namespace {
 
 using test::ScratchFolder;
@@ -128,4 +128,4 @@ TEST_F(StageLogs, ThatAreMissingOrDamagedAreErrors) {
 }
 
 }  // namespace
-}  // namespace duet::io
+}  // namespace duet::io::stage_log_test

@@ -9,7 +9,7 @@
 
 #include "sim/base/files.h"
 
-namespace duet::io {
+namespace duet::io::stats_log_test {
 namespace {
 
 using test::ScratchFolder;
@@ -109,4 +109,4 @@ TEST(StatsLog, ALineThatDoesNotFitIsNotThere) {
 }
 
 }  // namespace
-}  // namespace duet::io
+}  // namespace duet::io::stats_log_test

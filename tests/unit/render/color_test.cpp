@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-namespace duet::render {
+namespace duet::render::color_test {
 namespace {
 
 TEST(Color, SrgbEncodingHasTheStandardsValues) {
@@ -44,4 +44,4 @@ TEST(Color, DitheringKeepsTheMean) {
 }
 
 }  // namespace
-}  // namespace duet::render
+}  // namespace duet::render::color_test

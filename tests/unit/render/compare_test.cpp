@@ -7,7 +7,7 @@
 
 #include "sim/base/error.h"
 
-namespace duet::render {
+namespace duet::render::compare_test {
 namespace {
 
 Picture uniform(int width, int height, int r, int g, int b) {
@@ -141,4 +141,4 @@ TEST(Compare, SizesMustAgree) {
 }
 
 }  // namespace
-}  // namespace duet::render
+}  // namespace duet::render::compare_test

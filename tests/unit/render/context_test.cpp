@@ -7,7 +7,7 @@
 #include "render/context/gl.h"
 #include "sim/base/error.h"
 
-namespace duet::render {
+namespace duet::render::context_test {
 namespace {
 
 const LibraryNames no_library = {.osmesa = {"libduet-none.so.8", "libduet-none.so.6"},
@@ -80,4 +80,4 @@ TEST(Context, GivesOpenGl33) {
 }
 
 }  // namespace
-}  // namespace duet::render
+}  // namespace duet::render::context_test

@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-namespace duet::render {
+namespace duet::render::default_view_test {
 namespace {
 
 // A box of `size` that moves, and a floor of a hundred times that which does not.
@@ -111,4 +111,4 @@ TEST(DefaultView, LeavesRunsWithoutBoxes) {
 }
 
 }  // namespace
-}  // namespace duet::render
+}  // namespace duet::render::default_view_test

@@ -6,7 +6,7 @@
 
 #include "sim/base/error.h"
 
-namespace duet::render {
+namespace duet::render::looks_test {
 namespace {
 
 scene::Scene two_looks() {
@@ -90,4 +90,4 @@ TEST(Looks, DeformableBodiesWearTheirStrain) {
 }
 
 }  // namespace
-}  // namespace duet::render
+}  // namespace duet::render::looks_test

@@ -13,7 +13,7 @@
 #include "render/sequence.h"
 #include "sim/base/error.h"
 
-namespace duet::render {
+namespace duet::render::png_test {
 namespace {
 
 class Png : public testing::Test {
@@ -67,4 +67,4 @@ TEST_F(Png, BadSizesAndFoldersAreErrors) {
 }
 
 }  // namespace
-}  // namespace duet::render
+}  // namespace duet::render::png_test

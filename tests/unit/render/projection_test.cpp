@@ -4,7 +4,7 @@
 
 #include "sim/base/error.h"
 
-namespace duet::render {
+namespace duet::render::projection_test {
 namespace {
 
 // Looks down the negative z axis from z = 10; 90 degrees high, so that half the height at distance 10 is 10
@@ -68,4 +68,4 @@ TEST(Projection, CamerasWithoutAViewAreRefused) {
 }
 
 }  // namespace
-}  // namespace duet::render
+}  // namespace duet::render::projection_test

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-namespace duet::render {
+namespace duet::render::shadow_samples_test {
 namespace {
 
 scene::Scene lit_scene(int samples) {
@@ -78,4 +78,4 @@ TEST(ShadowSamples, BodiesWhoseShadowFallsOutOfViewAreLeftOut) {
 }
 
 }  // namespace
-}  // namespace duet::render
+}  // namespace duet::render::shadow_samples_test

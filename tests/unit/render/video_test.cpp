@@ -12,7 +12,7 @@
 #include "render/sequence.h"
 #include "sim/base/error.h"
 
-namespace duet::render {
+namespace duet::render::video_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -107,4 +107,4 @@ TEST_F(Video, NoPicturesIsANote) {
 }
 
 }  // namespace
-}  // namespace duet::render
+}  // namespace duet::render::video_test

@@ -7,7 +7,7 @@
 
 #include "sim/base/rotation.h"
 
-namespace duet {
+namespace duet::kinematic_motion_test {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -246,4 +246,4 @@ TEST(KinematicMotion, BoundsHoldAndAreNotFarFromTheTruth) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::kinematic_motion_test

@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-namespace duet {
+namespace duet::rigid_bodies_test {
 namespace {
 
 RigidProperties box_properties(const Vec3& size, double mass) {
@@ -96,4 +96,4 @@ TEST(RigidBodies, KineticEnergyOfASpinningBox) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::rigid_bodies_test

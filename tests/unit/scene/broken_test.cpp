@@ -12,7 +12,7 @@
 #include "sim/base/error.h"
 #include "sim/scene/reader/reader.h"
 
-namespace duet::scene {
+namespace duet::scene::broken_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -70,4 +70,4 @@ INSTANTIATE_TEST_SUITE_P(Scenes, BrokenScene, testing::ValuesIn(broken_scenes())
                          [](const auto& scene) { return scene.param; });
 
 }  // namespace
-}  // namespace duet::scene
+}  // namespace duet::scene::broken_test

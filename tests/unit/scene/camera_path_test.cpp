@@ -6,7 +6,7 @@
 
 #include "sim/scene/reader/reader.h"
 
-namespace duet::scene {
+namespace duet::scene::camera_path_test {
 namespace {
 
 Camera camera_of(const std::string& keys) {
@@ -67,4 +67,4 @@ TEST(CameraPath, AnEmptyListMovesNothing) {
 }
 
 }  // namespace
-}  // namespace duet::scene
+}  // namespace duet::scene::camera_path_test

@@ -13,7 +13,7 @@
 #include "sim/scene/explain.h"
 #include "sim/scene/reader/reader.h"
 
-namespace duet::scene {
+namespace duet::scene::drawn_surface_test {
 namespace {
 
 // A double cone of n sides: its tips are where a filling falls short of the mesh.
@@ -105,4 +105,4 @@ TEST(DrawnSurface, TheKeyIsRefusedWhereItHasNoEffect) {
 }
 
 }  // namespace
-}  // namespace duet::scene
+}  // namespace duet::scene::drawn_surface_test

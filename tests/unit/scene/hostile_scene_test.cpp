@@ -10,7 +10,7 @@
 #include "sim/base/error.h"
 #include "sim/scene/reader/reader.h"
 
-namespace duet::scene {
+namespace duet::scene::hostile_scene_test {
 namespace {
 
 // The text of all problems of the scene.
@@ -119,4 +119,4 @@ TEST(HostileScenes, KeysOfThousandsOfPartsAreRefused) {
 }
 
 }  // namespace
-}  // namespace duet::scene
+}  // namespace duet::scene::hostile_scene_test

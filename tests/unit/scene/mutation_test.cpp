@@ -11,7 +11,7 @@
 #include "sim/base/error.h"
 #include "sim/scene/reader/reader.h"
 
-namespace duet::scene {
+namespace duet::scene::mutation_test {
 namespace {
 
 std::string stack_text() {
@@ -90,4 +90,4 @@ TEST(DamagedScene, ValuesOfEveryTypeForEveryKey) {
 }
 
 }  // namespace
-}  // namespace duet::scene
+}  // namespace duet::scene::mutation_test

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace duet {
+namespace duet::near_miss_test {
 namespace {
 
 TEST(NearMiss, EditDistance) {
@@ -29,4 +29,4 @@ TEST(NearMiss, HintFallsBackToAllKnownWords) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::near_miss_test

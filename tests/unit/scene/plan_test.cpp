@@ -6,7 +6,7 @@
 #include "sim/base/error.h"
 #include "sim/scene/explain.h"
 
-namespace duet::scene {
+namespace duet::scene::plan_test {
 namespace {
 
 Scene scene_with(int dynamic, int fixed, int deformable, bool ground, int kinematic = 0) {
@@ -340,4 +340,4 @@ TEST(Explain, TextAndJsonSayTheSame) {
 }
 
 }  // namespace
-}  // namespace duet::scene
+}  // namespace duet::scene::plan_test

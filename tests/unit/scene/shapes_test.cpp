@@ -16,7 +16,7 @@
 #include "sim/scene/reader/reader.h"
 #include "sim/simulation/simulation.h"
 
-namespace duet::scene {
+namespace duet::scene::shapes_test {
 namespace {
 
 const std::string assets = test::source_folder() + "/assets/";
@@ -171,4 +171,4 @@ TEST(RigidShapes, PicturesNeedNoMesh) {
 }
 
 }  // namespace
-}  // namespace duet::scene
+}  // namespace duet::scene::shapes_test

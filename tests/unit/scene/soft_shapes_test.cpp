@@ -19,7 +19,7 @@
 #include "sim/simulation/simulation.h"
 #include "sim/step/world.h"
 
-namespace duet::scene {
+namespace duet::scene::soft_shapes_test {
 namespace {
 
 const std::string assets = test::source_folder() + "/assets/";
@@ -132,4 +132,4 @@ TEST(SoftShapes, TooWideASpacingForAMeshNamesTheBody) {
 }
 
 }  // namespace
-}  // namespace duet::scene
+}  // namespace duet::scene::soft_shapes_test

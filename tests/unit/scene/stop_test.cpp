@@ -15,7 +15,7 @@
 #include "sim/scene/reader/reader.h"
 #include "sim/simulation/simulation.h"
 
-namespace duet {
+namespace duet::stop_test {
 namespace {
 
 TEST(StopScope, CountsForItsThreadAndItsLifetime) {
@@ -121,4 +121,4 @@ TEST(Stop, LeavesTheStateOfTheLastFrame) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::stop_test

@@ -7,7 +7,7 @@
 #include "sim/base/error.h"
 #include "sim/step/world.h"
 
-namespace duet::test {
+namespace duet::test::max_substeps_test {
 namespace {
 
 // A rod that turns so fast that a frame takes thousands of steps.
@@ -59,4 +59,4 @@ TEST(MaxSubsteps, AFrameThatTakesThemIsSimulated) {
 }
 
 }  // namespace
-}  // namespace duet::test
+}  // namespace duet::test::max_substeps_test

@@ -3,7 +3,7 @@
 #include "tests/support/scenes.h"
 #include <gtest/gtest.h>
 
-namespace duet {
+namespace duet::overlaps_test {
 namespace {
 
 void expect_overlap(const DeepestOverlap& overlap, const std::string& guest, const std::string& host,
@@ -65,4 +65,4 @@ TEST(Overlaps, OfShellsAndRodsCountTheirThickness) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::overlaps_test

@@ -7,7 +7,7 @@
 
 #include "sim/step/world.h"
 
-namespace duet::test {
+namespace duet::test::surface_velocities_test {
 namespace {
 
 std::vector<Vec3> deformable_positions(const Simulation& simulation, std::size_t rigid) {
@@ -53,4 +53,4 @@ TEST(SurfaceVelocities, AreThoseOfThePositions) {
 }
 
 }  // namespace
-}  // namespace duet::test
+}  // namespace duet::test::surface_velocities_test

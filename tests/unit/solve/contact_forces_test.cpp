@@ -10,7 +10,7 @@
 
 #include "sim/solve/velocity_blocks.h"
 
-namespace duet {
+namespace duet::contact_forces_test {
 namespace {
 
 using test::random_velocity;
@@ -173,4 +173,4 @@ TEST_F(ContactsInSolve, BlocksAreTheDiagonal) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::contact_forces_test

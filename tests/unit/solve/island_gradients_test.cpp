@@ -7,7 +7,7 @@
 #include "tests/support/random_state.h"
 #include <gtest/gtest.h>
 
-namespace duet {
+namespace duet::island_gradients_test {
 namespace {
 
 using test::random_velocity;
@@ -150,4 +150,4 @@ TEST_F(IslandSolve, SaysSoWhereThereIsNoSolution) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::island_gradients_test

@@ -11,7 +11,7 @@
 
 #include "sim/solve/conjugate_residual.h"
 
-namespace duet {
+namespace duet::pressure_system_test {
 namespace {
 
 using test::expect_below;
@@ -209,4 +209,4 @@ TEST(PressureSystem, PressureInAGlassIsHydrostatic) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::pressure_system_test

@@ -10,7 +10,7 @@
 
 #include "sim/solve/conjugate_gradient.h"
 
-namespace duet {
+namespace duet::velocity_system_test {
 namespace {
 
 using test::random_velocity;
@@ -445,4 +445,4 @@ TEST(ConstrainedSystemOfLinkedBodies, IsSymmetricAndKeepsTheJoints) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::velocity_system_test

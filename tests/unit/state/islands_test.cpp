@@ -8,7 +8,7 @@
 #include "sim/scene/reader/reader.h"
 #include "sim/step/step.h"
 
-namespace duet {
+namespace duet::islands_test {
 namespace {
 
 Islands find(World& world, bool with_contacts = true) {
@@ -105,4 +105,4 @@ TEST(Islands, LeavesWhatIsNoLongerSearched) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::islands_test

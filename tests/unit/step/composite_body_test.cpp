@@ -6,7 +6,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-namespace duet {
+namespace duet::composite_body_test {
 namespace {
 
 const std::vector<Vec3> corners{Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0.2, 2, 0), Vec3(0.3, -0.4, 3)};
@@ -72,4 +72,4 @@ TEST(CompositeBody, DoesNotTurnAboutALine) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::composite_body_test

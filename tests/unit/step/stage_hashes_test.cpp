@@ -10,7 +10,7 @@
 
 #include "sim/step/step.h"
 
-namespace duet {
+namespace duet::stage_hashes_test {
 namespace {
 
 // The names of the bodies whose hashes are others, each with the quantities: "ball: velocity".
@@ -155,4 +155,4 @@ TEST(StageHashes, ChangeNoResult) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::stage_hashes_test

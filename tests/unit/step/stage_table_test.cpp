@@ -14,7 +14,7 @@
 #include "sim/base/files.h"
 #include "sim/step/world.h"
 
-namespace duet {
+namespace duet::stage_table_test {
 namespace {
 
 std::vector<std::string> stages_of(const scene::Scene& scene) {
@@ -133,4 +133,4 @@ TEST(StageTable, StatisticsHaveItsNamesInItsOrder) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::stage_table_test

@@ -10,7 +10,7 @@
 #include "sim/base/error.h"
 #include "sim/base/parallel.h"
 
-namespace duet {
+namespace duet::step_test {
 namespace {
 
 TEST(TimeStep, FollowsTheElasticLimitAndItsShare) {
@@ -244,4 +244,4 @@ TEST(Simulation, AResumedRunContinuesBitIdentically) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::step_test

@@ -11,7 +11,7 @@
 #include "sim/base/files.h"
 #include "sim/io/run_directory.h"
 
-namespace duet::test {
+namespace duet::test::compare_test {
 namespace {
 
 class CompareCommand : public testing::Test {
@@ -127,4 +127,4 @@ TEST_F(CompareCommand, JsonHasAllMeasures) {
 }
 
 }  // namespace
-}  // namespace duet::test
+}  // namespace duet::test::compare_test

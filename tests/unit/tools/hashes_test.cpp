@@ -7,7 +7,7 @@
 #include "sim/base/files.h"
 #include "sim/io/run_directory.h"
 
-namespace duet::test {
+namespace duet::test::hashes_test {
 namespace {
 
 class HashesCommand : public testing::Test {
@@ -138,4 +138,4 @@ TEST_F(HashesCommand, StagesOfTwoRunsAreCompared) {
 }
 
 }  // namespace
-}  // namespace duet::test
+}  // namespace duet::test::hashes_test

@@ -12,7 +12,7 @@
 #include "sim/io/run_directory.h"
 #include "sim/io/run_journal.h"
 
-namespace duet::test {
+namespace duet::test::hostile_names_test {
 namespace {
 
 // All that a shell, gnuplot, HTML or a terminal could take for a command.
@@ -149,4 +149,4 @@ TEST_F(HostileNames, NoCommandPrintsTerminalCommands) {
 }
 
 }  // namespace
-}  // namespace duet::test
+}  // namespace duet::test::hostile_names_test

@@ -11,7 +11,7 @@
 #include "sim/base/files.h"
 #include "sim/io/run_directory.h"
 
-namespace duet::test {
+namespace duet::test::overwrite_test {
 namespace {
 
 class Overwrite : public testing::Test {
@@ -151,4 +151,4 @@ TEST(DefaultFolder, TellsScenesApart) {
 }
 
 }  // namespace
-}  // namespace duet::test
+}  // namespace duet::test::overwrite_test

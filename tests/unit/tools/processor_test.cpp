@@ -16,7 +16,7 @@
 #include "sim/base/files.h"
 #include "sim/io/run_directory.h"
 
-namespace duet::processor {
+namespace duet::processor::processor_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -225,4 +225,4 @@ TEST(Processor, ProgramsStopOnALesserOneWithASentence) {
 }
 
 }  // namespace
-}  // namespace duet::processor
+}  // namespace duet::processor::processor_test

@@ -18,7 +18,7 @@
 #include "sim/base/numerics.h"
 #include "sim/io/run_directory.h"
 
-namespace duet::test {
+namespace duet::test::program_test {
 namespace {
 
 TEST(Program, HelpAndVersionSucceed) {
@@ -305,4 +305,4 @@ TEST(Program, AReaderThatGoesAwayDoesNotStopTheRun) {
 }
 
 }  // namespace
-}  // namespace duet::test
+}  // namespace duet::test::program_test

@@ -13,7 +13,7 @@
 #include "sim/base/files.h"
 #include "sim/io/run_directory.h"
 
-namespace duet::test {
+namespace duet::test::readme_test {
 namespace {
 
 const std::vector<std::string> pages = {"README.md",
@@ -135,4 +135,4 @@ TEST(Readme, IsShortAndLinksToThePageOfEveryFolder) {
 }
 
 }  // namespace
-}  // namespace duet::test
+}  // namespace duet::test::readme_test

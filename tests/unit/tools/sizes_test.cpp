@@ -9,7 +9,7 @@
 #include "sim/base/files.h"
 #include "sim/io/run_directory.h"
 
-namespace duet::test {
+namespace duet::test::sizes_test {
 namespace {
 
 struct Sized {
@@ -87,4 +87,4 @@ INSTANTIATE_TEST_SUITE_P(
     [](const testing::TestParamInfo<Sized>& tested) { return tested.param.name; });
 
 }  // namespace
-}  // namespace duet::test
+}  // namespace duet::test::sizes_test

@@ -16,7 +16,7 @@
 #include "sim/base/files.h"
 #include "sim/io/run_directory.h"
 
-namespace duet::test {
+namespace duet::test::study_test {
 namespace {
 
 using nlohmann::json;
@@ -423,4 +423,4 @@ TEST(Report, ShowsStagesByTheNamesThatTheRunHas) {
 }
 
 }  // namespace
-}  // namespace duet::test
+}  // namespace duet::test::study_test

@@ -9,7 +9,7 @@
 #include "sim/geometry/mesh/tet_quality.h"
 #include "sim/io/run_directory.h"
 
-namespace duet::test {
+namespace duet::test::tetrahedralize_test {
 namespace {
 
 const std::string bracket = source_folder() + "/assets/bracket.obj";
@@ -54,4 +54,4 @@ TEST(Tetrahedralize, NamesWhatIsWrong) {
 }
 
 }  // namespace
-}  // namespace duet::test
+}  // namespace duet::test::tetrahedralize_test

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-namespace duet {
+namespace duet::body_bounds_test {
 namespace {
 
 BodyBounds ball(const Vec3& center, double radius, const Vec3& velocity) {
@@ -46,4 +46,4 @@ TEST(TimeApart, OfBodiesWithNoPlaneBetweenThemIsThatOfTheDepth) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::body_bounds_test

@@ -17,7 +17,7 @@
 #include "sim/contact/detection/max_penetration.h"
 #include "sim/step/world.h"
 
-namespace duet {
+namespace duet::broad_phase_test {
 namespace {
 
 constexpr double frame = 1.0 / 24;  // s
@@ -394,4 +394,4 @@ TEST(ContactCandidates, DeepestPenetrationIsThatOfAllPoints) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::broad_phase_test

@@ -8,7 +8,7 @@
 
 #include "sim/contact/detection/contact_point.h"
 
-namespace duet {
+namespace duet::contact_plane_test {
 namespace {
 
 const LevelSet plate = LevelSet::box(Vec3(2, 1, 2));  // its faces at x, z = +-1 and y = +-0.5
@@ -136,4 +136,4 @@ TEST(ContactPlane, AtTheEndOfAWallItIsNoObstacle) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::contact_plane_test

@@ -8,7 +8,7 @@
 
 #include "sim/geometry/level_set/shape_samples.h"
 
-namespace duet {
+namespace duet::contact_reduction_test {
 namespace {
 
 // The samples of a guest nearer than `margin` to a host.
@@ -134,4 +134,4 @@ TEST(ContactReduction, NoDroppedPointCanSinkBelowTheKeptOnes) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::contact_reduction_test

@@ -10,7 +10,7 @@
 
 #include "sim/contact/detection/contact_point.h"
 
-namespace duet {
+namespace duet::deepest_point_test {
 namespace {
 
 using test::random_rotation;
@@ -188,4 +188,4 @@ TEST(DeepestPoint, OnCurvedHostsTheStepsConverge) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::deepest_point_test

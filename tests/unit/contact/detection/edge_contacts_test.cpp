@@ -13,7 +13,7 @@
 #include "sim/contact/detection/contact_point.h"
 #include "sim/geometry/level_set/grid_level_set.h"
 
-namespace duet {
+namespace duet::edge_contacts_test {
 namespace {
 
 using test::random_rotation;
@@ -474,4 +474,4 @@ TEST(EdgeContacts, AreWhereEdgesOnAFacePassItsEnd) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::edge_contacts_test

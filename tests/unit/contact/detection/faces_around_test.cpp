@@ -17,7 +17,7 @@
 #include "sim/contact/detection/deepest_point.h"
 #include "sim/step/world.h"
 
-namespace duet {
+namespace duet::faces_around_test {
 namespace {
 
 Vec3 random_vector(std::mt19937& random) {
@@ -140,4 +140,4 @@ TEST(FacesAround, ASampleInTheCornerOfARoomHasThreePlanes) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::faces_around_test

@@ -7,7 +7,7 @@
 
 #include "sim/step/world.h"
 
-namespace duet {
+namespace duet::friction_fade_test {
 namespace {
 
 const Vec3 up(0, 1, 0);
@@ -72,4 +72,4 @@ TEST(Lying, NeighboursAreThoseOfAllTetsOnce) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::friction_fade_test

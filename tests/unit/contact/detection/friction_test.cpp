@@ -5,7 +5,7 @@
 #include "tests/support/meshes.h"
 #include <gtest/gtest.h>
 
-namespace duet {
+namespace duet::friction_test {
 namespace {
 
 FrictionContact contact_with(const Mat3& K, double friction) {
@@ -78,4 +78,4 @@ TEST(Friction, EnergyLimitNeverLetsAnImpulseAddEnergy) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::friction_test

@@ -5,7 +5,7 @@
 #include "tests/support/contacts.h"
 #include <gtest/gtest.h>
 
-namespace duet {
+namespace duet::impact_plane_test {
 namespace {
 
 // A ball of radius 0.5 whose center is `height` (m) above the top of a static box that begins at x = 0, 0.3 m
@@ -82,4 +82,4 @@ TEST(ImpactPlane, IsNoneOfPointsThatAreHitAlongTheirEdge) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::impact_plane_test

@@ -10,7 +10,7 @@
 
 #include "sim/step/world.h"
 
-namespace duet {
+namespace duet::internal_edges_test {
 namespace {
 
 // Two planks that meet at x = 0 with their tops at y = 0, a step on the right one from x = 1 on that is 1 m
@@ -175,4 +175,4 @@ TEST_F(Planks, APointLevelWithBothFacesTheOtherPlank) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::internal_edges_test

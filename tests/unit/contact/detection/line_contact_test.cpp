@@ -14,7 +14,7 @@
 
 #include "sim/contact/detection/deepest_point.h"
 
-namespace duet {
+namespace duet::line_contact_test {
 namespace {
 
 using scene::ShapeKind;
@@ -136,4 +136,4 @@ TEST(LineContact, NumbersOfItsPointsAreTold) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::line_contact_test

@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-namespace duet {
+namespace duet::load_shares_test {
 namespace {
 
 using Vec2 = Eigen::Vector2d;
@@ -89,4 +89,4 @@ TEST(LoadShares, HaveTheMomentsOfTheEvenLoad) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::load_shares_test

@@ -8,7 +8,7 @@
 #include "sim/contact/detection/deepest_point.h"
 #include "sim/geometry/level_set/shape_samples.h"
 
-namespace duet {
+namespace duet::sample_culling_test {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -131,4 +131,4 @@ TEST(SampleCulling, DoNotCarryForSamplesThatAreDeeper) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::sample_culling_test

@@ -13,7 +13,7 @@
 #include "sim/contact/detection/deepest_point.h"
 #include "sim/contact/detection/max_penetration.h"
 
-namespace duet {
+namespace duet::support_face_contacts_test {
 namespace {
 
 // A ball and a soft box of cells of 1 m about the origin, 2 m wide: its points are a quarter of an edge
@@ -231,4 +231,4 @@ TEST(DeepestInFaces, TouchEitherSideOfASheet) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::support_face_contacts_test

@@ -14,7 +14,7 @@
 #include "sim/contact/detection/body_bounds.h"
 #include "sim/geometry/queries/closest_points.h"
 
-namespace duet {
+namespace duet::vertex_face_contacts_test {
 namespace {
 
 // A cube and a soft box of cells of 1 m about the origin, 2 m wide.
@@ -215,4 +215,4 @@ TEST(CornersInFaces, TouchEitherSideOfASheetAndNothingBesideIt) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::vertex_face_contacts_test

@@ -6,7 +6,7 @@
 #include "tests/support/contacts.h"
 #include <gtest/gtest.h>
 
-namespace duet {
+namespace duet::contact_graph_test {
 namespace {
 
 using test::add_pair;
@@ -208,4 +208,4 @@ TEST(ContactGraph, WithoutTheEffectRigidPairsAreLeftOut) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::contact_graph_test

@@ -3,7 +3,7 @@
 #include "tests/support/crowd.h"
 #include <gtest/gtest.h>
 
-namespace duet {
+namespace duet::gauss_seidel_pipeline_test {
 namespace {
 
 using test::Crowd;
@@ -91,4 +91,4 @@ TEST_F(SweepPipelines, TakeNoPairsAtAll) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::gauss_seidel_pipeline_test

@@ -7,7 +7,7 @@
 #include "tests/support/crowd.h"
 #include <gtest/gtest.h>
 
-namespace duet {
+namespace duet::pair_coloring_test {
 namespace {
 
 using test::Crowd;
@@ -89,4 +89,4 @@ TEST(PairSchedules, ARowTakesTwoWavesAndAStaticBodyNone) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::pair_coloring_test

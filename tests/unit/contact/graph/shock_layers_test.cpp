@@ -6,7 +6,7 @@
 #include "tests/support/contacts.h"
 #include <gtest/gtest.h>
 
-namespace duet {
+namespace duet::shock_layers_test {
 namespace {
 
 using Groups = std::vector<std::vector<int>>;
@@ -86,4 +86,4 @@ TEST(ShockLayers, AreSolvedLevelAfterLevelOnAnyNumberOfThreads) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::shock_layers_test

@@ -10,7 +10,7 @@
 
 #include "sim/contact/detection/max_penetration.h"
 
-namespace duet {
+namespace duet::push_out_test {
 namespace {
 
 using test::ContactScene;
@@ -248,4 +248,4 @@ TEST(PushOut, OverlapsFromBeforeTheStepOpenGradually) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::push_out_test

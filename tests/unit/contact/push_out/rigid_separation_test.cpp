@@ -9,7 +9,7 @@
 #include "sim/contact/detection/max_penetration.h"
 #include "sim/contact/push_out/push_out.h"
 
-namespace duet {
+namespace duet::rigid_separation_test {
 namespace {
 
 using test::ContactScene;
@@ -199,4 +199,4 @@ TEST(Separation, MovesLinkedBodiesAsTheirJointsLetThem) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::rigid_separation_test

@@ -9,7 +9,7 @@
 
 #include "sim/step/world.h"
 
-namespace duet {
+namespace duet::articulated_response_test {
 namespace {
 
 // Three boxes in a row, jointed to each other and the last one to a static one; a box on the first, with no
@@ -148,4 +148,4 @@ TEST_F(Links, MakeTheResponseOfContactsBetweenThem) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::articulated_response_test

@@ -8,7 +8,7 @@
 
 #include "sim/contact/response/warm_start.h"
 
-namespace duet {
+namespace duet::contact_solver_test {
 namespace {
 
 using test::ContactScene;
@@ -217,4 +217,4 @@ TEST(ContactSolve, TakesBackWhatWasGivenTooMuchAndNoMore) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::contact_solver_test

@@ -10,7 +10,7 @@
 #include "sim/contact/response/contact_solver.h"
 #include "sim/contact/response/warm_start.h"
 
-namespace duet {
+namespace duet::island_solver_test {
 namespace {
 
 using test::ContactScene;
@@ -110,4 +110,4 @@ TEST(IslandSolver, AgreesWithSweeps) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::island_solver_test

@@ -11,7 +11,7 @@
 
 #include "sim/contact/response/contact_solver.h"
 
-namespace duet {
+namespace duet::warm_start_test {
 namespace {
 
 using test::ContactScene;
@@ -355,4 +355,4 @@ TEST(UpdateContacts, TakesGapsAndArmsAtThePositionsNow) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::warm_start_test

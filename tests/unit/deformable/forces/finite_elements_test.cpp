@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-namespace duet {
+namespace duet::finite_elements_test {
 namespace {
 
 struct Block {
@@ -445,4 +445,4 @@ TEST(FiniteElements, OneInvertedElementMarksItsParticles) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::finite_elements_test

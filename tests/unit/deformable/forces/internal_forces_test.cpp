@@ -12,7 +12,7 @@
 
 #include "sim/deformable/self_contact/thin_bodies.h"
 
-namespace duet {
+namespace duet::internal_forces_test {
 namespace {
 
 std::vector<Vec3> zeros(std::size_t n) { return std::vector<Vec3>(n, Vec3::Zero()); }
@@ -386,4 +386,4 @@ TEST(AltitudeSprings, PushAnInvertedTetBack) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::internal_forces_test

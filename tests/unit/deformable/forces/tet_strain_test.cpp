@@ -7,7 +7,7 @@
 
 #include "sim/step/world.h"
 
-namespace duet {
+namespace duet::tet_strain_test {
 namespace {
 
 TEST(TetStrain, OfATetThatIsStretchedAndOneThatIsReflected) {
@@ -53,4 +53,4 @@ TEST(TetStrain, StatisticsKnowOfSpringBodies) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::tet_strain_test

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace duet {
+namespace duet::tethers_test {
 namespace {
 
 TEST(Tethers, ForcesAreTheGradientOfTheEnergyAndOpposite) {
@@ -45,4 +45,4 @@ TEST(Tethers, FrequencyIsExactForOnePair) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::tethers_test

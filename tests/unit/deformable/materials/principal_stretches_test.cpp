@@ -5,7 +5,7 @@
 #include <Eigen/SVD>
 #include <gtest/gtest.h>
 
-namespace duet {
+namespace duet::principal_stretches_test {
 namespace {
 
 using test::eigen_of;
@@ -56,4 +56,4 @@ TEST(PrincipalStretches, SpectralNormBoundHoldsAndIsTightAtRest) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::principal_stretches_test

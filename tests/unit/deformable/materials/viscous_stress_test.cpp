@@ -3,7 +3,7 @@
 #include "tests/support/deformations.h"
 #include <gtest/gtest.h>
 
-namespace duet {
+namespace duet::viscous_stress_test {
 namespace {
 
 Mat3 stress(const Mat3& F, const Mat3& Fdot) {
@@ -39,4 +39,4 @@ TEST(ViscousStress, ExcessIsTheMeanSquareStretchFromOneToSixteen) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::viscous_stress_test

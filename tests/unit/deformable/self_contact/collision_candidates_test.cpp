@@ -7,7 +7,7 @@
 #include "tests/support/sheets.h"
 #include <gtest/gtest.h>
 
-namespace duet {
+namespace duet::collision_candidates_test {
 namespace {
 
 using test::Sheets;
@@ -174,4 +174,4 @@ TEST(CollisionCandidates, PairsThatCloseStraightWakeWhenTheyMeet) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::collision_candidates_test

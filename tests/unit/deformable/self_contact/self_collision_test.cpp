@@ -5,7 +5,7 @@
 
 #include "sim/base/parallel.h"
 
-namespace duet {
+namespace duet::self_collision_test {
 namespace {
 
 using test::Sheets;
@@ -153,4 +153,4 @@ TEST(ImpactZones, KeepMomentumAndDistances) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::self_collision_test

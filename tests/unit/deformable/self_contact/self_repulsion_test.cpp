@@ -5,7 +5,7 @@
 #include "tests/support/sheets.h"
 #include <gtest/gtest.h>
 
-namespace duet {
+namespace duet::self_repulsion_test {
 namespace {
 
 using test::Sheets;
@@ -190,4 +190,4 @@ TEST(SelfRepulsion, RowsProjectSelfAdjointly) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::self_repulsion_test

@@ -11,7 +11,7 @@
 #include "sim/geometry/mesh/mesh_check.h"
 #include "sim/io/run_directory.h"
 
-namespace duet {
+namespace duet::mesh_file_test {
 namespace {
 
 // The corner tetrahedron, whose volume is 1/6.
@@ -165,4 +165,4 @@ TEST_F(MeshFile, DamagedPly) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::mesh_file_test

@@ -9,7 +9,7 @@
 #include "sim/geometry/mesh/tet_mesh_check.h"
 #include "sim/geometry/meshing/tetrahedralizer.h"
 
-namespace duet {
+namespace duet::tet_mesh_file_test {
 namespace {
 
 TetMesh read_text(const std::string& name, const std::string& text) {
@@ -187,4 +187,4 @@ TEST(TetMeshCheck, RepairsWhatIsSafeAndNamesTheRest) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::tet_mesh_file_test

@@ -11,7 +11,7 @@
 #include "sim/geometry/level_set/grid_level_set.h"
 #include "sim/geometry/level_set/shape_samples.h"
 
-namespace duet {
+namespace duet::feature_edges_test {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -218,4 +218,4 @@ TEST(FeatureEdges, KeepWhatLiesBetweenNodesThatStay) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::feature_edges_test

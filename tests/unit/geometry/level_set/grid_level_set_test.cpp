@@ -10,7 +10,7 @@
 #include "sim/geometry/level_set/level_set.h"
 #include "sim/geometry/level_set/solid.h"
 
-namespace duet {
+namespace duet::grid_level_set_test {
 namespace {
 
 Vec3 point_within(std::mt19937& random, const Vec3& lower, const Vec3& upper) {
@@ -146,4 +146,4 @@ TEST(Solid, AMeshBodyLiesInItsFrame) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::grid_level_set_test

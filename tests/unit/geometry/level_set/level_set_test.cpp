@@ -11,7 +11,7 @@
 #include "sim/geometry/level_set/shape_mesh.h"
 #include "sim/geometry/level_set/shape_samples.h"
 
-namespace duet {
+namespace duet::level_set_test {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -205,4 +205,4 @@ TEST(LevelSet, FormulasAgreeWithIntegralsOverFacets) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::level_set_test

@@ -9,7 +9,7 @@
 
 #include "sim/base/rotation.h"
 
-namespace duet {
+namespace duet::mesh_distance_test {
 namespace {
 
 using test::random_vector;
@@ -125,4 +125,4 @@ TEST(MeshDistance, IsTheSameWithinABound) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::mesh_distance_test

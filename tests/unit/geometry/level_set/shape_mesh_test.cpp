@@ -6,7 +6,7 @@
 #include "tests/support/meshes.h"
 #include <gtest/gtest.h>
 
-namespace duet {
+namespace duet::shape_mesh_test {
 namespace {
 
 // Every edge of a closed, consistently oriented surface is run through once each way; normals are unit and
@@ -82,4 +82,4 @@ TEST(ShapeMesh, NormalsAndTextureCoordinatesOfTheFileWin) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::shape_mesh_test

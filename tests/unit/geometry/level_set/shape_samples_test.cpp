@@ -10,7 +10,7 @@
 
 #include "sim/geometry/queries/triangle_tree.h"
 
-namespace duet {
+namespace duet::shape_samples_test {
 namespace {
 
 bool contains(const std::vector<Vec3>& samples, const Vec3& x) {
@@ -146,4 +146,4 @@ TEST(ShapeSamples, NoneLiesInACreaseOfAMesh) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::shape_samples_test

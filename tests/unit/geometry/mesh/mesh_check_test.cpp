@@ -5,7 +5,7 @@
 #include "tests/support/meshes.h"
 #include <gtest/gtest.h>
 
-namespace duet {
+namespace duet::mesh_check_test {
 namespace {
 
 TriangleMesh box() { return test::box_mesh(Vec3::Zero(), Vec3::Ones()); }
@@ -135,4 +135,4 @@ TEST(MeshCheck, AnInvertedMeshIsTurnedAround) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::mesh_check_test

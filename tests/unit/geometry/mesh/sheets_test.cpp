@@ -10,7 +10,7 @@
 #include "sim/geometry/level_set/thick_surface.h"
 #include "sim/geometry/mesh/triangle_mesh.h"
 
-namespace duet {
+namespace duet::sheets_test {
 namespace {
 
 Vec3 area_vector_of(const Sheet& sheet) {
@@ -143,4 +143,4 @@ TEST(ThickSurface, OfARodIsClosedAndAsThickAsIt) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::sheets_test

@@ -8,7 +8,7 @@
 
 #include "sim/geometry/mesh/tet_quality.h"
 
-namespace duet {
+namespace duet::tet_mesh_test {
 namespace {
 
 const Vec3& node(const TetMesh& mesh, int i) { return mesh.nodes[static_cast<std::size_t>(i)]; }
@@ -99,4 +99,4 @@ TEST(TetMesh, RenderSurfaceKeepsSharpEdgesAndFollowsThePositions) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::tet_mesh_test

@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-namespace duet {
+namespace duet::tet_quality_test {
 namespace {
 
 constexpr double degrees = 180 / EIGEN_PI;
@@ -52,4 +52,4 @@ TEST(TetQuality, CountsEveryAngleOnce) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::tet_quality_test

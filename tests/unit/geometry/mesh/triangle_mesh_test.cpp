@@ -13,7 +13,7 @@
 #include "sim/geometry/level_set/level_set.h"
 #include "sim/geometry/queries/triangle_tree.h"
 
-namespace duet {
+namespace duet::triangle_mesh_test {
 namespace {
 
 Vec3 sorted(Vec3 v) {
@@ -143,4 +143,4 @@ TEST(TriangleTree, NearestPointOfATriangle) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::triangle_mesh_test

@@ -16,7 +16,7 @@
 #include "sim/geometry/mesh/tet_quality.h"
 #include "sim/geometry/meshing/lattice_stencils.h"
 
-namespace duet {
+namespace duet::tetrahedralizer_test {
 namespace {
 
 // One tet of the lattice with the sides of its corners, moved nodes and cuts as extreme as they can be.
@@ -238,4 +238,4 @@ TEST(Tetrahedralizer, IsTheSameForAnyNumberOfThreads) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::tetrahedralizer_test

@@ -7,7 +7,7 @@
 #include "tests/support/meshes.h"
 #include <gtest/gtest.h>
 
-namespace duet {
+namespace duet::box_tree_test {
 namespace {
 
 // Small boxes, some huge ones, and some far away from all others.
@@ -107,4 +107,4 @@ TEST(BoxTree, CopesWithEqualBoxes) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::box_tree_test

@@ -3,7 +3,7 @@
 #include "tests/support/meshes.h"
 #include <gtest/gtest.h>
 
-namespace duet {
+namespace duet::closest_points_test {
 namespace {
 
 using test::random_vector;
@@ -83,4 +83,4 @@ TEST(ClosestPoints, KnownAnswers) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::closest_points_test

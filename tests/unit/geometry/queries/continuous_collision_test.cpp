@@ -5,7 +5,7 @@
 #include "tests/support/meshes.h"
 #include <gtest/gtest.h>
 
-namespace duet {
+namespace duet::continuous_collision_test {
 namespace {
 
 using test::random_vector;
@@ -180,4 +180,4 @@ TEST(ContinuousCollision, SlidingIsNoImpact) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::continuous_collision_test

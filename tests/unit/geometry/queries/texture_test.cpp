@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-namespace duet {
+namespace duet::texture_test {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -102,4 +102,4 @@ TEST(Texture, IsExactOnAPlane) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::texture_test

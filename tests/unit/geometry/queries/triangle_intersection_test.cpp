@@ -7,7 +7,7 @@
 
 #include "sim/geometry/mesh/orientation.h"
 
-namespace duet {
+namespace duet::triangle_intersection_test {
 namespace {
 
 using test::random_vector;
@@ -120,4 +120,4 @@ TEST(TriangleIntersection, CountsPairsWithoutACommonVertex) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::triangle_intersection_test

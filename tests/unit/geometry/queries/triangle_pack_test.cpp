@@ -10,7 +10,7 @@
 #include "sim/geometry/queries/closest_points.h"
 #include "sim/geometry/queries/triangle_tree.h"
 
-namespace duet {
+namespace duet::triangle_pack_test {
 namespace {
 
 using test::random_vector;
@@ -46,4 +46,4 @@ TEST(TrianglePack, HasTheDistancesOfItsTriangles) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::triangle_pack_test

@@ -7,7 +7,7 @@
 #include "tests/unit/io/export/sample_run.h"
 #include <gtest/gtest.h>
 
-namespace duet::io {
+namespace duet::io::exported_run_test {
 namespace {
 
 using test::contains;
@@ -210,4 +210,4 @@ TEST(ExportedRun, TellsItsWatchOfEveryFrame) {
 }
 
 }  // namespace
-}  // namespace duet::io
+}  // namespace duet::io::exported_run_test

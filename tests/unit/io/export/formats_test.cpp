@@ -16,7 +16,7 @@
 #include "sim/io/export/exporters.h"
 #include "sim/io/export/split_surface.h"
 
-namespace duet::io {
+namespace duet::io::formats_test {
 namespace {
 
 using nlohmann::json;
@@ -498,4 +498,4 @@ TEST(ExportDescription, HasACameraThatMovesAtEveryFrame) {
 }
 
 }  // namespace
-}  // namespace duet::io
+}  // namespace duet::io::formats_test

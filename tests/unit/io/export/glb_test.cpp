@@ -13,7 +13,7 @@
 #include "sim/io/export/exporters.h"
 #include "sim/scene/camera_path.h"
 
-namespace duet::io {
+namespace duet::io::glb_test {
 namespace {
 
 using nlohmann::json;
@@ -411,4 +411,4 @@ TEST(Glb, NamesMayHoldAnything) {
 }
 
 }  // namespace
-}  // namespace duet::io
+}  // namespace duet::io::glb_test

@@ -14,7 +14,7 @@
 #include "sim/base/error.h"
 #include "sim/base/files.h"
 
-namespace duet::io {
+namespace duet::io::staging_test {
 namespace {
 
 using test::contains;
@@ -169,4 +169,4 @@ TEST(OutputFile, SaysThatADiskIsFull) {
 }
 
 }  // namespace
-}  // namespace duet::io
+}  // namespace duet::io::staging_test

@@ -16,7 +16,7 @@
 #include "sim/base/files.h"
 #include "sim/scene/camera_path.h"
 
-namespace duet::io {
+namespace duet::io::usd_test {
 namespace {
 
 using test::ScratchFolder;
@@ -453,4 +453,4 @@ TEST(Usd, RefusesStagesAboveTheBound) {
 }
 
 }  // namespace
-}  // namespace duet::io
+}  // namespace duet::io::usd_test

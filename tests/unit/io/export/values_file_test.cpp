@@ -8,7 +8,7 @@
 #include "tests/unit/io/export/sample_run.h"
 #include <gtest/gtest.h>
 
-namespace duet::io {
+namespace duet::io::values_file_test {
 namespace {
 
 using test::contains;
@@ -163,4 +163,4 @@ TEST(ValuesFile, ForgedSurfacesAreRefused) {
 }
 
 }  // namespace
-}  // namespace duet::io
+}  // namespace duet::io::values_file_test

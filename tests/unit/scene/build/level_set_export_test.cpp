@@ -7,7 +7,7 @@
 
 #include "sim/geometry/level_set/grid_level_set.h"
 
-namespace duet {
+namespace duet::level_set_export_test {
 namespace {
 
 LevelSet mesh_plate(const Vec3& size) {
@@ -53,4 +53,4 @@ TEST(LevelSetExport, APlateHasAnInsideInItsMiddle) {
 }
 
 }  // namespace
-}  // namespace duet
+}  // namespace duet::level_set_export_test

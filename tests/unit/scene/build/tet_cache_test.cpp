@@ -10,7 +10,7 @@
 
 #include "sim/base/files.h"
 
-namespace duet::scene {
+namespace duet::scene::tet_cache_test {
 namespace {
 
 class TetCacheFiles : public testing::Test {
@@ -106,4 +106,4 @@ TEST_F(TetCacheFiles, AFolderThatCannotBeWrittenIsAsGoodAsNone) {
 }
 
 }  // namespace
-}  // namespace duet::scene
+}  // namespace duet::scene::tet_cache_test

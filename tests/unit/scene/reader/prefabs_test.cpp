@@ -8,7 +8,7 @@
 #include "sim/scene/reader/random_placement.h"
 #include "sim/scene/reader/reader.h"
 
-namespace duet::scene {
+namespace duet::scene::prefabs_test {
 namespace {
 
 Scene read_scene(const std::string& text) { return read_text(text, "test.toml", {}, Meshes::leave).scene; }
@@ -310,4 +310,4 @@ mass = 1
 }
 
 }  // namespace
-}  // namespace duet::scene
+}  // namespace duet::scene::prefabs_test

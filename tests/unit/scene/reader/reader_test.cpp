@@ -13,7 +13,7 @@
 
 #include "sim/base/error.h"
 
-namespace duet::scene {
+namespace duet::scene::reader_test {
 namespace {
 
 const std::string stack_path = test::source_folder() + "/scenes/stack.toml";
@@ -232,4 +232,4 @@ TEST(SceneOverrides, SourceReadsBackToTheSameScene) {
 }
 
 }  // namespace
-}  // namespace duet::scene
+}  // namespace duet::scene::reader_test

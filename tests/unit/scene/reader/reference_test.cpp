@@ -11,7 +11,7 @@
 #include "sim/base/error.h"
 #include "sim/scene/reader/reader.h"
 
-namespace duet::scene {
+namespace duet::scene::reference_test {
 namespace {
 
 // "[[rigid]] shape.box" for every key of the reference; "top" for those before the first table.
@@ -417,4 +417,4 @@ TEST(SceneReference, ShowsThePresetsWhereTheyDiffer) {
 }
 
 }  // namespace
-}  // namespace duet::scene
+}  // namespace duet::scene::reference_test
