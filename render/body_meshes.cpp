@@ -7,15 +7,19 @@
 namespace duet::render {
 namespace {
 
+// A vertex of draw_shaded(): one corner of one triangle.
 struct ShadedCorner {
   Vec3f position, normal;
   Vec2f uv;
-  float strain, inverted;  // the latter 1 at all corners of a triangle that touches an inverted element
+  // `strain`: see Surface::strain. `inverted`: 1 at all corners of a triangle that touches an inverted
+  // element, else 0.
+  float strain, inverted;
 };
 static_assert(sizeof(ShadedCorner) == 10 * sizeof(float));
 
 std::size_t at(int index) { return static_cast<std::size_t>(index); }
 
+// The box around the positions; an empty one at the origin without positions.
 Bounds bounds_of(const std::vector<Vec3f>& positions) {
   if (positions.empty()) return {};
   Vec3f low = positions.front(), high = low;
@@ -26,7 +30,9 @@ Bounds bounds_of(const std::vector<Vec3f>& positions) {
   return {low.cast<double>(), high.cast<double>()};
 }
 
-// Mean length of the surface's derivative along u and v, weighted by area.
+// Returns the mean over the area of |dx/du| and |dx/dv|, the lengths on the surface (m) that one unit of the
+// texture coordinates takes. Triangles whose texture coordinates are degenerate (|det| < 1e-12) do not count.
+// Without any other triangle both are 1.
 Vec2 texture_scale_of(const Surface& surface) {
   Vec2 sum = Vec2::Zero();
   double area = 0;

@@ -7,7 +7,7 @@
 namespace duet::render {
 namespace {
 
-// Bytes in steps of 1/256.
+// Returns the sRGB value of each 16-bit linear value, in steps of 1/256 of a byte.
 std::vector<std::uint16_t> make_encoding_table() {
   std::vector<std::uint16_t> table(65536);
   for (std::size_t i = 0; i < table.size(); ++i)
@@ -16,9 +16,11 @@ std::vector<std::uint16_t> make_encoding_table() {
   return table;
 }
 
+// Side of the dithering pattern (pixels).
 constexpr int pattern_side = 8;
 
-// Bayer's ordered pattern: every number 0..63 once, neighbours far apart.
+// Bayer's ordered dithering pattern: a permutation of 0 to 63 over an 8 x 8 block in which neighboring
+// numbers lie far apart.
 constexpr int bayer(int x, int y) {
   int value = 0;
   for (int bit = 0; bit < 3; ++bit) {
@@ -28,7 +30,8 @@ constexpr int bayer(int x, int y) {
   return value;
 }
 
-// What is added before the fraction of a step is cut off: 2/256 to 254/256, one half on average.
+// Returns what is added to a value before its fraction of a byte is cut off, in steps of 1/256: 2 to 254, 128
+// on average.
 std::array<int, pattern_side * pattern_side> make_thresholds() {
   std::array<int, pattern_side * pattern_side> thresholds{};
   for (int y = 0; y < pattern_side; ++y)

@@ -1,4 +1,4 @@
-// From linear light to the bytes of a picture.
+// Conversion of linear light to the sRGB bytes of a picture.
 #pragma once
 
 #include <cstdint>
@@ -6,13 +6,14 @@
 
 namespace duet::render {
 
-// The sRGB transfer function (IEC 61966-2-1) of a linear value in [0, 1]; values outside are clamped, NaN
-// gives 0.
+/// Maps a linear value in [0, 1] to its sRGB value in [0, 1] (IEC 61966-2-1). Values outside are clamped, and
+/// NaN gives 0.
 double srgb_encode(double linear);
 
-// Encodes linear values, 65535 being white, into 8-bit sRGB. Rows of `rgba` start at the bottom, as OpenGL
-// has them; rows of the result at the top, three bytes a pixel. A fixed pattern of less than one step decides
-// which of the two nearest bytes stands for a value, so that slow gradients show no bands.
+/// Encodes a picture of linear values, of which 65535 is white, as 8-bit sRGB. `rgba` has 4 * width * height
+/// numbers in rows from the bottom, as OpenGL has them; the result has 3 * width * height bytes in rows from
+/// the top, without alpha. Ordered dithering by less than one step decides which of the two nearest bytes
+/// stands for a value, so that slow gradients show no bands.
 std::vector<unsigned char> encode_picture(const std::vector<std::uint16_t>& rgba, int width, int height);
 
 }  // namespace duet::render

@@ -26,7 +26,7 @@ void require_same_size(const Picture& a, const Picture& b) {
 
 std::size_t pixel_count(const Picture& picture) { return picture.rgb.size() / 3; }
 
-// The largest difference among the channels of a pixel, 0 to 255.
+// Returns the largest difference among the channels of a pixel, 0 to 255.
 int pixel_difference(const Picture& a, const Picture& b, std::size_t pixel) {
   int largest = 0;
   for (std::size_t i = 3 * pixel; i < 3 * pixel + 3; ++i)
@@ -34,7 +34,7 @@ int pixel_difference(const Picture& a, const Picture& b, std::size_t pixel) {
   return largest;
 }
 
-// Luma of Rec. 709, in [0, 1].
+// Returns the luma by Rec. 709, in [0, 1].
 double luma(const Picture& picture, std::size_t pixel) {
   const unsigned char* p = picture.rgb.data() + 3 * pixel;
   return (0.2126 * p[0] + 0.7152 * p[1] + 0.0722 * p[2]) / 255;
@@ -60,8 +60,8 @@ int take_patch(std::vector<bool>& marked, int width, int height, int start) {
   return count;
 }
 
-// Means over a Gaussian window of 11 x 11 pixels with the standard deviation 1.5, as in Wang et al. 2004; at
-// the picture's border over the part of it that lies inside.
+// Computes means over a Gaussian window of 11 x 11 pixels with the standard deviation 1.5, as in Wang et al.
+// 2004. At the border of the picture only the part of the window that lies inside counts.
 class GaussianMean {
  public:
   GaussianMean(int width, int height) : width_(width), height_(height) {
@@ -74,7 +74,7 @@ class GaussianMean {
  private:
   static constexpr int radius = 5;
 
-  // Along lines of `length` values that lie `step` apart; the lines begin `line_step` apart.
+  // Computes means along lines of `length` values that lie `step` apart; the lines begin `line_step` apart.
   Plane along(const Plane& values, int length, int lines, int step, int line_step) const {
     Plane means(values.size());
     for (int line = 0; line < lines; ++line)
@@ -100,8 +100,8 @@ Plane product(const Plane& a, const Plane& b) {
   return result;
 }
 
-// Mean structural similarity of the luma (Wang, Bovik, Sheikh and Simoncelli 2004, eq. 13) with their
-// constants.
+// Returns the mean structural similarity of the luma (Wang, Bovik, Sheikh and Simoncelli 2004, eq. 13), with
+// the constants of that paper.
 double structural_similarity(const Picture& a, const Picture& b) {
   constexpr double c1 = 0.01 * 0.01, c2 = 0.03 * 0.03;
   Plane x(pixel_count(a)), y(pixel_count(b));
@@ -121,11 +121,12 @@ double structural_similarity(const Picture& a, const Picture& b) {
   return sum / static_cast<double>(x.size());
 }
 
-// The colour of a difference of 1 to 255.
+// Returns the color (0 to 255) of a difference of 1 to 255.
 std::array<double, 3> heat(int difference) {
+  // Colors of the differences 1, 16, 128 and 256, and the logarithms of these to the base 2.
   static constexpr std::array<std::array<double, 3>, 4> scale = {
-      {{30, 60, 200}, {215, 30, 40}, {255, 165, 20}, {255, 255, 215}}};  // at 1, 16, 128 and beyond
-  static constexpr std::array<double, 4> places = {0, 4, 7, 8};          // logarithms to the base 2
+      {{30, 60, 200}, {215, 30, 40}, {255, 165, 20}, {255, 255, 215}}};
+  static constexpr std::array<double, 4> places = {0, 4, 7, 8};
   const double place = std::log2(difference);
   const std::size_t i = place < places[1] ? 0 : place < places[2] ? 1 : 2;
   const double t = (place - places[i]) / (places[i + 1] - places[i]);
@@ -179,7 +180,7 @@ std::string broken_bounds(const Difference& difference, const Bounds& bounds) {
 
 Picture difference_picture(const Picture& a, const Picture& b) {
   require_same_size(a, b);
-  constexpr double dark = 0.3 * 255;  // of white
+  constexpr double dark = 0.3 * 255;  // brightness of white where the pictures are equal
   Picture result{a.width, a.height, std::vector<unsigned char>(a.rgb.size())};
   for (std::size_t i = 0; i < pixel_count(a); ++i) {
     const int difference = pixel_difference(a, b, i);

@@ -1,5 +1,5 @@
-// How much two pictures of the same size differ. Values are those of the sRGB bytes divided by 255, as a
-// viewer sees them.
+// Differences between two pictures of the same size. All values are those of the sRGB bytes divided by 255,
+// as a viewer sees them.
 #pragma once
 
 #include <string>
@@ -8,35 +8,41 @@
 
 namespace duet::render {
 
+/// Measures of how much two pictures differ. The default is the result for equal pictures.
 struct Difference {
-  double maximum = 0;     // largest difference of a channel, in [0, 1]
-  double mean = 0;        // mean of the differences of all channels of all pixels
-  double rmse = 0;        // root of the mean of their squares
-  double share = 0;       // of the pixels: those with a channel off by more than the tolerance
-  int largest_patch = 0;  // pixels of the largest connected group of these; corners connect
-  double ssim = 1;        // mean structural similarity of the luma (Wang et al. 2004), 1 for equal pictures
+  double maximum = 0;  ///< largest difference of a channel, 0 to 1
+  double mean = 0;     ///< mean difference over all channels of all pixels, 0 to 1
+  double rmse = 0;     ///< root mean square difference over all channels of all pixels, 0 to 1
+  double share = 0;    ///< fraction of pixels that differ, i.e. have a channel off by more than the tolerance
+  /// Number of pixels in the largest connected group of pixels that differ; corners connect.
+  int largest_patch = 0;
+  /// Mean structural similarity of the luma (Wang et al. 2004), -1 to 1; 1 for equal pictures.
+  double ssim = 1;
 };
 
-// What still counts as the same picture. The defaults lie between what another processor's rounding makes of
-// a picture (RMSE 9e-5, single pixels off by up to 17/255; tests/PROTOCOL.md) and the smallest real change
-// measured (a mesh of 21 instead of 20 thousand triangles: RMSE 0.0076, 7 % of the pixels).
+/// Bounds within which two pictures count as equal. The defaults lie between the rounding of another
+/// processor (RMSE 9e-5, single pixels off by up to 17/255; tests/PROTOCOL.md) and the smallest real change
+/// that was measured (a mesh of 21 instead of 20 thousand triangles: RMSE 0.0076, 7 % of the pixels). Larger
+/// bounds let such changes pass; smaller ones fail on other processors.
 struct Bounds {
-  int tolerance = 4;       // of a channel, in steps of 1/255: pixels beyond it count as different
-  double rmse = 0.0005;    // largest RMSE
-  double share = 0.001;    // largest share of different pixels
-  int largest_patch = 7;   // largest group of different pixels
-  double least_ssim = -1;  // smallest SSIM; -1: any
+  int tolerance = 4;       ///< in steps of 1/255: a pixel differs if one of its channels is off by more
+  double rmse = 0.0005;    ///< largest RMSE
+  double share = 0.001;    ///< largest fraction of pixels that differ
+  int largest_patch = 7;   ///< largest number of pixels in a connected group of pixels that differ
+  double least_ssim = -1;  ///< smallest structural similarity; -1: any
 };
 
-// Throws Error (usage) when the sizes differ.
+/// Measures how much `a` and `b` differ. `tolerance` is that of Bounds (steps of 1/255). Throws Error (usage)
+/// if the sizes differ.
 Difference compare(const Picture& a, const Picture& b, int tolerance = Bounds().tolerance);
 
-// The bounds that the difference breaks, in words: "RMSE 0.0123 > 0.0005, ..."; empty when there are none.
+/// Lists the bounds that `difference` breaks, in words: "RMSE 0.0123 > 0.0005, ...". The text is empty if
+/// there are none. NaN breaks a bound.
 std::string broken_bounds(const Difference& difference, const Bounds& bounds);
 
-// Where and how much they differ: equal pixels in dark grey after `a`, different ones by their channel that
-// is off most, from blue (1/255) over red (1/16) to pale yellow (1), by its logarithm. Throws Error (usage)
-// when the sizes differ.
+/// Draws where and how much `a` and `b` differ. Equal pixels show `a` in dark gray. The others take a color
+/// by the logarithm of the difference of their worst channel: from blue (1/255) over red (16/255) and orange
+/// (128/255) to pale yellow (1). Throws Error (usage) if the sizes differ.
 Picture difference_picture(const Picture& a, const Picture& b);
 
 }  // namespace duet::render

@@ -10,28 +10,33 @@
 namespace duet::render {
 namespace {
 
-constexpr double margin = 1.3;       // of the picture's height around what moves
-constexpr double longest_way = 2;    // s, for which bodies are seen to go on as they start
-constexpr double irradiance = 2;     // of the lamp, where it faces what moves
-constexpr double lamp_distance = 8;  // in radii of what moves; far, so that all of it is lit alike
-constexpr double lamp_radius = 0.8;  // the same
+// Height of the picture over the diameter of the ball around the moving bodies. A larger one shows them
+// smaller.
+constexpr double margin = 1.3;
+constexpr double longest_way = 2;  // s, for which the picture has room if bodies keep their first velocities
+constexpr double irradiance = 2;   // of the lamp on a facing surface in the center of the ball
+constexpr double lamp_distance = 8;  // in radii of the ball; far, so that all bodies are lit alike
+constexpr double lamp_radius = 0.8;  // in radii of the ball
 
-// Directions from what moves, in a scene that is seen from +z with +y up.
+// Unit directions from the center of the ball. A scene is seen from +z with +y up.
 const Vec3 to_camera = Vec3(0.45, 0.35, 1).normalized();
 const Vec3 to_lamp = Vec3(-0.6, 1, 0.7).normalized();
 
+// The ball around the moving bodies and their paths.
 struct Ball {
   Vec3 centre = Vec3::Zero();  // m
   double radius = 0;           // m
 };
 
-// m/s at frame 0, of the body at place `i` of the manifest: rigid bodies come first, then deformable ones.
+// Returns the velocity at frame 0 (m/s) of the body at place `i` of the manifest, which lists rigid bodies
+// first, then deformable ones.
 Vec3 start_velocity(const scene::Scene& scene, std::size_t i) {
   const std::size_t rigid = scene.rigid.size();
   if (i < rigid) return scene.rigid[i].placement.velocity;
   return i - rigid < scene.deformable.size() ? scene.deformable[i - rigid].placement.velocity : Vec3::Zero();
 }
 
+// Returns the ball that the picture shall show. Empty if no body of the manifest has a box of finite size.
 std::optional<Ball> around_what_moves(const scene::Scene& scene, const io::Manifest& manifest) {
   Eigen::AlignedBox3d moving, all;
   const double seconds = std::min(scene.frames / scene.fps, longest_way);
@@ -55,6 +60,7 @@ std::optional<Ball> around_what_moves(const scene::Scene& scene, const io::Manif
   return ball;
 }
 
+// Moves the camera back until the ball, enlarged by `margin`, fits into its vertical field of view.
 void place_camera(const Ball& ball, scene::Camera& camera) {
   const double half = camera.vertical_fov / 2 * std::numbers::pi / 180;
   camera.target = ball.centre;

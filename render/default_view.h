@@ -1,4 +1,4 @@
-// The camera and the lamp of scenes that give none.
+// Camera and lamp of scenes that describe none.
 #pragma once
 
 #include "sim/io/run_directory.h"
@@ -6,13 +6,15 @@
 
 namespace duet::render {
 
-// Returns the scene with what a picture needs and its file leaves out, by the boxes around the bodies of the
-// manifest at frame 0 (m):
-//   camera   without [camera]: looks slightly down on what moves, on its way of the first 2 s as it starts,
-//            and on the ground below that
-//   lamp     without [[lights]] and [sky]: one, behind the camera to its left
-// What moves is all bodies that are not static, or all where everything is. A scene that gives both, and the
-// run of a program that wrote no boxes, come back as they are.
+/// Returns `scene` with a camera and a lamp where its file gives none. Both follow from the boxes around the
+/// moving bodies at frame 0, which `manifest` holds (m, world frame); moving bodies are all that are not
+/// static, or all bodies if every one is static.
+/// - The camera is added without [camera]. It looks slightly down on the moving bodies, on the place that
+/// they reach at their first velocities within 2 s, and on the ground below them.
+/// - The lamp is added without [[lights]] and [sky]. It stands behind the camera, to its left.
+///
+/// A scene that has both comes back unchanged. So does one whose manifest holds no boxes of a finite size:
+/// old runs hold none.
 scene::Scene with_default_view(scene::Scene scene, const io::Manifest& manifest);
 
 }  // namespace duet::render

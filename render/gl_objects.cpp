@@ -15,7 +15,7 @@ constexpr const char* update_mesa =
 
 GLenum color_attachment(std::size_t i) { return GL_COLOR_ATTACHMENT0 + static_cast<GLenum>(i); }
 
-// A shader that lives until the program is linked.
+// A shader that is compiled by the constructor and deleted once the program is linked.
 class Shader {
  public:
   Shader(const Gl& gl, GLenum stage, const std::string& program, const std::string& source)

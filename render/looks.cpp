@@ -10,8 +10,8 @@
 namespace duet::render {
 namespace {
 
-// What bodies without a look wear, in turn, so that they can be told apart: dull colours, linear RGB, of
-// which neighbours differ in brightness, too.
+// Colors of bodies without a look, in turn, so that they can be told apart. They are dull (linear RGB), and
+// neighbors in the list differ in brightness as well.
 constexpr std::array<std::array<double, 3>, 8> palette{{{0.72, 0.24, 0.06},
                                                         {0.06, 0.20, 0.48},
                                                         {0.70, 0.47, 0.07},
@@ -21,8 +21,8 @@ constexpr std::array<std::array<double, 3>, 8> palette{{{0.72, 0.24, 0.06},
                                                         {0.30, 0.48, 0.60},
                                                         {0.20, 0.12, 0.34}}};
 
-// The place of the look called `name`; the default look where there is no name, -1 where nobody has that
-// name.
+// Returns the place of the look called `name`: that of the default look if the name is empty, -1 if there is
+// no such look.
 int find_look(const std::vector<scene::Look>& looks, const std::string& name) {
   if (name.empty()) return LookTable::plain;
   for (std::size_t i = LookTable::ground + 1; i < looks.size(); ++i)
@@ -30,6 +30,7 @@ int find_look(const std::vector<scene::Look>& looks, const std::string& name) {
   return -1;
 }
 
+// Returns the advice for a look that the scene does not define, with the most similar name if there is one.
 std::string remedy(const std::vector<scene::Look>& looks, const std::string& name) {
   std::vector<std::string> known;
   for (std::size_t i = LookTable::ground + 1; i < looks.size(); ++i) known.push_back(looks[i].name);
@@ -37,7 +38,7 @@ std::string remedy(const std::vector<scene::Look>& looks, const std::string& nam
   return fmt::format("add [looks.{}] to the scene{}{}", name, hint.empty() ? "" : "; ", hint);
 }
 
-// Dull, so that highlights are not taken for strain.
+// Returns a look for strain. It is rough, so that highlights are not taken for strain.
 scene::Look plain_look(const Vec3& color, const Vec3& color2) {
   scene::Look look;
   look.color = color;
@@ -47,7 +48,7 @@ scene::Look plain_look(const Vec3& color, const Vec3& color2) {
   return look;
 }
 
-// Bodies that move and have no look; static ones keep the default look.
+// Gives the colors of the palette to moving bodies without a look. Static ones keep the default look.
 void wear_palette(LookTable& table, const io::Manifest& manifest) {
   const std::size_t first = table.looks.size();
   std::size_t worn = 0;
@@ -62,6 +63,7 @@ void wear_palette(LookTable& table, const io::Manifest& manifest) {
   }
 }
 
+// Adds the two looks for strain and gives the first to all deformable bodies that have a strain.
 void wear_strain(LookTable& table, const io::Manifest& manifest) {
   table.strain = static_cast<int>(table.looks.size());
   table.looks.push_back(plain_look(unstrained_color, strained_color));
@@ -76,7 +78,7 @@ LookTable assign_looks(const scene::Scene& scene, const io::Manifest& manifest) 
   LookTable table;
   table.looks.resize(LookTable::ground + 1);
   table.looks.insert(table.looks.end(), scene.looks.begin(), scene.looks.end());
-  // Default, ground, the palette, strained and inverted.
+  // Looks that no scene defines: default, ground, the palette, strained and inverted.
   constexpr int own_looks = LookTable::ground + 1 + static_cast<int>(palette.size()) + 2;
   if (scene.looks.size() > static_cast<std::size_t>(max_looks - own_looks))
     throw Error(ExitStatus::usage,

@@ -1,4 +1,4 @@
-// Which look every body wears.
+// Assigns looks to bodies: those that the scene gives, and colors of a palette to the others.
 #pragma once
 
 #include <map>
@@ -10,27 +10,34 @@
 
 namespace duet::render {
 
-// The looks of a scene as a list, and for every body its place there. The first one is the default look,
-// which static bodies without a look wear; the second is the ground's. Bodies without a look that move wear
-// the colours of a palette, in turn.
+/// The looks of a picture in a list, and the place in it for every body. Static bodies without a look have
+/// the default look; moving ones without a look take the colors of a palette in turn.
 struct LookTable {
-  static constexpr int plain = 0, ground = 1;
+  static constexpr int plain = 0,  ///< place of the default look
+      ground = 1;                  ///< place of the look of the ground
+  /// All looks: default, ground, those of the scene, then the used part of the palette, then those for
+  /// strain.
   std::vector<scene::Look> looks;
+  /// Place in `looks` by the name of a body.
   std::map<std::string, int> of_body;
-  int strain = -1;  // what bodies wear that show their strain, -1 if none does; `inverted` comes next to it
+  /// Place of the look of bodies that show their strain; -1: none does. The look of inverted elements is the
+  /// next one.
+  int strain = -1;
 };
 
-// The ends of the scale of strains, and the colour of inverted elements, linear RGB.
-inline const Vec3 unstrained_color(0.02, 0.10, 0.42), strained_color(1.0, 0.72, 0.05),
-    inverted_color(0.9, 0.0, 0.01);
+inline const Vec3 unstrained_color(0.02, 0.10, 0.42),  ///< color of the scale at no strain, linear RGB
+    strained_color(1.0, 0.72, 0.05),  ///< color of the scale at render.strain_range, linear RGB
+    inverted_color(0.9, 0.0, 0.01);   ///< color of inverted elements, linear RGB
 
-// Throws FileError when the manifest names a look that the scene does not have.
+/// Makes the looks of a scene and assigns one to every body of `manifest`. If render.color is strain,
+/// deformable bodies that have a strain get the look that shows it. Throws FileError if the ground or a body
+/// has a look that the scene does not define, and Error (usage) if there are more than max_looks.
 LookTable assign_looks(const scene::Scene& scene, const io::Manifest& manifest);
 
-// Pattern of the looks that show strain: no scene can ask for it.
+/// Pattern of the look that shows strain. Scene files cannot ask for it.
 inline constexpr const char* strain_pattern = "strain";
 
-// Largest number of looks that the shaders hold.
+/// Largest number of looks that the shaders hold.
 inline constexpr int max_looks = 256;
 
 }  // namespace duet::render

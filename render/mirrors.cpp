@@ -11,14 +11,15 @@ namespace duet::render {
 namespace {
 
 constexpr int side = 128;  // texels
-// Of a view at distance 1: 90 degrees and four texels more on either side, which blurred look-ups at the
-// border need.
+// Half the size of a view at distance 1: 1 for 90 degrees, and four texels more on either side, which blurred
+// look-ups at the border need.
 constexpr double half_width = 1 + 8.0 / side;
-constexpr float nothing = 1e30f;  // m, distance where there is no body
+constexpr float nothing = 1e30f;  // m, stored distance where there is no body
 
 Vec3 middle(const Bounds& bounds) { return 0.5 * (bounds.low + bounds.high); }
 
-// In the order that mirror_place in shaders.cpp counts on: +x, -x, +y, -y, +z, -z.
+// Returns the six views along the axes. mirror_place() in shaders.cpp counts on their order: +x, -x, +y, -y,
+// +z, -z.
 std::array<View, 6> views_from(const Vec3& eye) {
   std::array<View, 6> views;
   for (std::size_t i = 0; i < views.size(); ++i) {
@@ -33,7 +34,8 @@ std::array<View, 6> views_from(const Vec3& eye) {
   return views;
 }
 
-// Whether a part of the bounds may be seen, and the solid angle that it takes at most, roughly.
+// Returns a rough upper bound of the solid angle that the bounds take in a view; 0: no part of them can be
+// seen.
 double apparent_size(const Bounds& bounds, const View& view) {
   const std::array<Vec3, 8> corners = bounds.corners();
   for (const Vec3& inward : view.inward_normals())

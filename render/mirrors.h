@@ -1,5 +1,6 @@
-// Mirror images of bodies in bodies: for each of the most visible metallic bodies, six small pictures of the
-// others as seen from its middle. The shading marches reflected rays through their distances.
+// Reflections of bodies in other bodies. For each of the most visible metallic bodies, six small pictures
+// show the other bodies as seen from its center; the shading marches reflected rays through the distances in
+// them.
 #pragma once
 
 #include <functional>
@@ -11,30 +12,38 @@
 
 namespace duet::render {
 
+/// Chooses mirroring bodies, draws the pictures of what they reflect, and gives these to the shading. The six
+/// pictures of a body form a cube map that is stored as layers of an array texture.
 class Mirrors {
  public:
+  /// Allocates textures for shaders::max_mirrors bodies. `gl` must outlive the object.
   explicit Mirrors(const Gl& gl);
 
-  // Chooses which bodies get pictures: those of `metallic` that cover most of the view.
+  /// Chooses the bodies that get pictures: up to shaders::max_mirrors of those with `metallic` set that cover
+  /// most of `view`. `metallic` has one entry for each body of `meshes`.
   void choose(const BodyMeshes& meshes, const std::vector<bool>& metallic, const View& view);
-  int mirror_of(int body) const;  // its place, -1 for none
+  /// Returns the place of a body among the chosen ones; -1: it has no pictures.
+  int mirror_of(int body) const;
 
-  // Draws the pictures. `program` is in use and complete but for the view and `prepare`, which sets what is
-  // special to a body before it is drawn.
+  /// Draws the pictures of all chosen bodies. `program` must be in use, with all its uniforms set but those
+  /// of the view, `projection` and `eye`. `prepare` is called before each body and sets the uniforms of that
+  /// body. Leaves the viewport and the framebuffer changed.
   void draw(const BodyMeshes& meshes, const Program& program, const std::function<void(int body)>& prepare);
 
-  // Sets the uniforms of the look-up and binds the pictures to texture units `first_unit` and the next.
+  /// Sets the uniforms with which `program` looks up reflections, and binds the colors to the texture unit
+  /// `first_unit` and the distances to the next one. `program` must be in use.
   void bind(const Program& program, int first_unit) const;
 
  private:
+  // Draws all bodies but `mirror` into one layer.
   void draw_view(int layer, const View& view, int mirror, const BodyMeshes& meshes, const Program& program,
                  const std::function<void(int body)>& prepare);
 
   const Gl& gl_;
   Texture colors_, distances_, depth_;
   Framebuffer target_;
-  std::vector<int> bodies_;    // by place
-  std::vector<Vec3> centers_;  // m, by place
+  std::vector<int> bodies_;    // bodies that have pictures, those that cover most first
+  std::vector<Vec3> centers_;  // m, centers of their boxes, relative to the origin of the meshes
 };
 
 }  // namespace duet::render

@@ -8,8 +8,9 @@
 #define STB_IMAGE_STATIC
 #define STBI_ONLY_PNG
 #define STBI_ONLY_JPEG
-// Textures from JPEG have the same pixels for all instructions; and unoptimized builds, whose compiler may
-// not take the library's shifts by a variable for shifts by a constant, compile.
+// Without explicit vector instructions, JPEG textures have equal pixels on all processors. Unoptimized builds
+// need this as well: their compiler does not take the library's shifts by a variable for shifts by a
+// constant, and would not compile them.
 #define STBI_NO_SIMD
 #include <fmt/format.h>
 #include <stb/stb_image.h>

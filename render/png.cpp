@@ -1,5 +1,5 @@
-// PNG with zlib: filter "up" at compression level 1 is 5 times faster than stb_image_write and no larger, and
-// the sRGB chunk says what the bytes mean.
+// PNG files by zlib. The filter "up" at compression level 1 is 5 times faster than stb_image_write, and the
+// files are no larger. The sRGB chunk states the color space of the bytes.
 #include <cstdint>
 #include <string_view>
 
@@ -13,10 +13,12 @@
 namespace duet::render {
 namespace {
 
+// Appends four bytes, the most significant first.
 void append_u32(std::string& bytes, std::uint32_t value) {
   for (int shift = 24; shift >= 0; shift -= 8) bytes.push_back(static_cast<char>((value >> shift) & 0xff));
 }
 
+// Appends a chunk: length, type, data, and the checksum of type and data.
 void append_chunk(std::string& png, const std::string& type, const std::string& data) {
   append_u32(png, static_cast<std::uint32_t>(data.size()));
   const std::string body = type + data;
@@ -25,7 +27,8 @@ void append_chunk(std::string& png, const std::string& type, const std::string& 
                       crc32(0, reinterpret_cast<const Bytef*>(body.data()), static_cast<uInt>(body.size()))));
 }
 
-// Every row: the filter's number, then the differences from the row above (from zero in the first one).
+// Returns each row as the number of its filter and the differences from the row above; those of the first row
+// are from zero.
 std::string filter_rows(int width, int height, const std::vector<unsigned char>& rgb) {
   constexpr char up = 2;
   const std::size_t row_bytes = 3 * static_cast<std::size_t>(width);
@@ -40,6 +43,7 @@ std::string filter_rows(int width, int height, const std::vector<unsigned char>&
   return rows;
 }
 
+// Compresses by zlib at level 1. Throws FileError that names `path`.
 std::string compress_rows(const std::string& rows, const std::string& path) {
   uLongf size = compressBound(static_cast<uLong>(rows.size()));
   std::string packed(size, '\0');
@@ -79,7 +83,7 @@ void write_png(const std::string& path, int width, int height, const std::vector
 
 bool is_whole_png(std::string_view bytes, int width, int height) {
   constexpr std::string_view signature = "\x89PNG\r\n\x1a\n";
-  constexpr std::size_t around = 12;            // bytes of a chunk beside its data: length, type and checksum
+  constexpr std::size_t around = 12;  // bytes of a chunk besides its data: length, type and checksum
   const auto number_at = [&](std::size_t at) {  // big-endian
     std::uint32_t number = 0;
     for (std::size_t i = at; i < at + 4; ++i) number = number << 8 | static_cast<unsigned char>(bytes[i]);

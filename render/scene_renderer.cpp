@@ -15,11 +15,14 @@ namespace duet::render {
 namespace {
 
 using shaders::Block;
-using Float4 = std::array<float, 4>;  // and no Eigen type, whose alignment depends on the machine
+// Not an Eigen type: the alignment of those depends on the instruction set.
+using Float4 = std::array<float, 4>;
 
-constexpr int shadow_map_side = 512;    // texels; many maps are averaged, so each may be coarse
-constexpr double fade_in_views = 8;     // the ground fades out at this multiple of the distance eye to target
-constexpr double faint_pattern = 0.94;  // second colour of a ground that asks for no pattern, times the first
+constexpr int shadow_map_side = 512;  // texels, 1 MiB a map; coarse ones suffice, because many are averaged
+// Distance at which the ground fades out, over the distance from eye to target. A larger one shows more of
+// the ground's horizon.
+constexpr double fade_in_views = 8;
+constexpr double faint_pattern = 0.94;  // second color of a ground without a pattern, over the first color
 
 // The uniform blocks as the shaders declare them (std140).
 struct LookEntry {
@@ -34,6 +37,7 @@ struct SampleEntry {
 };
 static_assert(sizeof(LookEntry) == 32 && sizeof(LightEntry) == 32 && sizeof(SampleEntry) == 96);
 
+// Number of a binding point.
 GLuint binding(Block block) { return static_cast<GLuint>(block); }
 
 Float4 join(const Vec3& v, double w) {
@@ -47,6 +51,7 @@ std::array<float, 16> by_columns(const Mat4& m) {
   return numbers;
 }
 
+// Number of a pattern in the shaders; 0: none.
 int pattern_number(const std::string& pattern) {
   return pattern == "checker"        ? 1
          : pattern == "stripes"      ? 2
@@ -54,7 +59,7 @@ int pattern_number(const std::string& pattern) {
                                      : 0;
 }
 
-// A plain ground gets a faint checker: without it nobody sees a sliding body move.
+// Gives a ground without a pattern a faint checker: without one, the motion of a sliding body cannot be seen.
 LookTable with_readable_ground(LookTable table) {
   scene::Look& ground = table.looks[LookTable::ground];
   if (ground.pattern.empty()) {
@@ -65,6 +70,7 @@ LookTable with_readable_ground(LookTable table) {
   return table;
 }
 
+// Throws Error (usage) if the scene asks for more than OpenGL or the shaders hold.
 void check_bounds(const Gl& gl, const scene::Scene& scene) {
   const scene::Render& r = scene.render;
   GLint largest = 0;
@@ -85,11 +91,13 @@ void check_bounds(const Gl& gl, const scene::Scene& scene) {
                       shaders::max_lights));
 }
 
+// Returns the scene after check_bounds(), for the list of initializers.
 const scene::Scene& checked(const Gl& gl, const scene::Scene& scene) {
   check_bounds(gl, scene);
   return scene;
 }
 
+// Number of blocks along `pixels` pixels, rounded up.
 int ninth(int pixels) { return (pixels + shaders::block - 1) / shaders::block; }
 
 }  // namespace
@@ -135,7 +143,8 @@ void SceneRenderer::allocate_targets() {
   const int maps = std::max<int>(1, static_cast<int>(samples_.samples.size()));
   gl_.TexImage3D(GL_TEXTURE_2D_ARRAY, 0, GL_DEPTH_COMPONENT32F, shadow_map_side, shadow_map_side, maps, 0,
                  GL_DEPTH_COMPONENT, GL_FLOAT, nullptr);
-  const std::array<float, 4> outside = {1, 1, 1, 1};  // lit
+  // Depth 1: everything beyond the border of a map is lit.
+  const std::array<float, 4> outside = {1, 1, 1, 1};
   gl_.TexParameterfv(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_BORDER_COLOR, outside.data());
   for (const GLenum axis : {GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T})
     gl_.TexParameteri(GL_TEXTURE_2D_ARRAY, axis, GL_CLAMP_TO_BORDER);
@@ -179,7 +188,6 @@ void SceneRenderer::fill_looks() {
   }
 }
 
-// The camera at that time becomes the origin of all that is drawn.
 void SceneRenderer::take_view(double time) {
   camera_ = camera_path_.at(time);
   view_ = make_view(camera_, scene_.render.width, scene_.render.height);
@@ -217,7 +225,8 @@ std::vector<unsigned char> SceneRenderer::draw(const std::vector<BodySurface>& b
   return read_picture();
 }
 
-// Nearest and farthest distance along the view that bodies reach.
+// The near distance is clamped to [1e-3, 0.5] times the far one, so that the depth buffer keeps its
+// resolution when a body reaches the eye.
 Vec2 SceneRenderer::depth_range() const {
   double near = 1e30, far = 0;
   for (int body = 0; body < meshes_.count(); ++body)
@@ -245,8 +254,9 @@ void SceneRenderer::draw_shadow_maps() {
   gl_.Viewport(0, 0, shadow_map_side, shadow_map_side);
   gl_.Enable(GL_DEPTH_TEST);
   gl_.Enable(GL_CULL_FACE);
-  gl_.CullFace(GL_FRONT);  // far sides stand behind the surfaces that the camera sees lit: these never shade
-                           // themselves
+  // Maps hold the far sides of bodies: those lie behind the surfaces that are lit, which therefore never
+  // shadow themselves.
+  gl_.CullFace(GL_FRONT);
   shadow_program_.use();
   std::vector<SampleEntry> entries(static_cast<std::size_t>(shaders::max_shadow_samples));
   for (std::size_t i = 0; i < samples_.samples.size(); ++i) {
@@ -262,7 +272,8 @@ void SceneRenderer::draw_shadow_maps() {
       bodies.push_back(body);
       casters.push_back(b);
     }
-    ShadowFrustum frustum;  // without casters: nothing passes its test for being in front of the light
+    // Without casters to_map stays zero, and the shaders take every point for lit.
+    ShadowFrustum frustum;
     if (!casters.empty()) frustum = fit_shadow_frustum(sample, casters, shadow_map_side);
     entries[i] = {by_columns(frustum.to_map),
                   join(sample.place, sample.is_sky ? 0 : 1),
@@ -289,7 +300,7 @@ void SceneRenderer::draw_geometry(const std::vector<int>& looks_of_bodies, const
     const int place = looks_of_bodies[static_cast<std::size_t>(body)];
     const scene::Look& look = looks_.looks[static_cast<std::size_t>(place)];
     const Vec2 scale = meshes_.texture_scale(body);
-    // Whole periods of two bands, so that the pattern closes where the texture coordinates do.
+    // Rounds to whole periods of two bands, so that the pattern closes where the texture coordinates do.
     const auto bands = [&](double metres) {
       return static_cast<float>(2 * std::max(1.0, std::round(metres / (2 * look.pattern_size))));
     };
@@ -323,7 +334,7 @@ void SceneRenderer::set_view(const Program& program, const Vec2& range) const {
   nothing_.bind();
 }
 
-// Ground, sky, lights and their shadows. The program must be in use; what it does not ask for is passed over.
+// Uniforms that a program lacks are ignored.
 void SceneRenderer::set_environment(const Program& program) const {
   program.set("shadow_maps", 2);
   shadow_maps_.bind(2);

@@ -18,7 +18,7 @@ namespace {
 constexpr const char* mixed_runs =
     "the folder mixes two runs: simulate the scene anew, or give --out another folder";
 
-// Where the bodies differ from the manifest, in words; empty when they do not.
+// Returns how the bodies differ from the manifest, in words; empty if they do not.
 std::string difference(const std::vector<io::ManifestBody>& expected,
                        const std::vector<BodySurface>& bodies) {
   if (bodies.size() != expected.size())
@@ -49,9 +49,8 @@ struct SequenceRenderer::Impl {
         renderer(gl, with_default_view(scene, manifest), looks) {
     for (const io::ManifestBody& body : bodies) looks_of_bodies.push_back(looks.of_body.at(body.name));
   }
-  ~Impl() {
-    context->make_current();
-  }  // the renderer's OpenGL objects die next, while the context still lives
+  // The members are destroyed after this, the renderer's OpenGL objects before the context.
+  ~Impl() { context->make_current(); }
 
   const std::vector<io::ManifestBody> bodies;
   const LookTable looks;
@@ -86,7 +85,7 @@ void SequenceRenderer::render_frame(const io::RunDirectory& run, int frame, cons
   std::vector<BodySurface> bodies = io::read_mesh(run, frame);
   const std::string problem = difference(impl_->bodies, bodies);
   if (!problem.empty()) throw FileError(run.mesh(frame).string(), problem, mixed_runs);
-  // Meshes of earlier versions hold the strain themselves.
+  // Frames of earlier versions hold the strain in the mesh, and have no file of values.
   if (impl_->looks.strain >= 0 && std::filesystem::exists(run.values(frame)))
     take_strain(io::read_values(run, impl_->bodies, frame), impl_->bodies, bodies);
   const std::filesystem::path image = to.image(frame);

@@ -1,5 +1,5 @@
-// Draws frames of a run directory into PNG files. Reads scene.toml (camera, lights, looks), manifest.json and
-// mesh/.
+// Draws frames of a run directory into PNG files and encodes the video. Reads scene.toml (camera, lights,
+// looks), manifest.json, mesh/ and, for strain, values/.
 #pragma once
 
 #include <atomic>
@@ -14,53 +14,58 @@
 
 namespace duet::render {
 
-// Holds the context and everything that stays the same from frame to frame. To be used from the thread that
-// made it.
+/// Draws the frames of one run. Holds the OpenGL context and everything that stays equal from frame to frame.
+/// It must be used in the thread that made it.
 class SequenceRenderer {
  public:
-  // Throws FileError (exit status 4) with a remedy when no off-screen OpenGL library can be used or when a
-  // body of the manifest wears a look that the scene does not have; Error(usage) when the scene asks for too
-  // much.
+  /// Creates a context by `backend`. Throws FileError (exit status 4) that names a remedy if no off-screen
+  /// OpenGL library can be used, or if a body of `manifest` has a look that `scene` does not define; Error
+  /// (usage) if the scene asks for more than the renderer holds.
   SequenceRenderer(const scene::Scene& scene, const io::Manifest& manifest,
                    Backend backend = Backend::automatic);
+  /// Destroys the objects of OpenGL, then the context.
   ~SequenceRenderer();
   SequenceRenderer(const SequenceRenderer&) = delete;
   SequenceRenderer& operator=(const SequenceRenderer&) = delete;
 
-  // Draws the bodies of one frame; returns 8-bit sRGB RGB rows, top row first, scene.render.width x height.
-  // The bodies must be those of the manifest, in its order. `time`: seconds, where the camera is. The same
-  // bodies give the same bytes on the same machine.
+  /// Draws the bodies of one frame as the camera sees them at `time` (s). Returns 3 * width * height bytes of
+  /// 8-bit sRGB in rows from the top, for the size of scene.render. `bodies` must be those of the manifest,
+  /// in its order: FileError if they are not, or if strain is to be shown and a body lacks it. Equal bodies
+  /// give equal bytes on one machine.
   std::vector<unsigned char> draw(const std::vector<BodySurface>& bodies, double time = 0);
 
-  // Reads mesh/NNNN.obj, draws it and writes image/NNNN.png atomically. Throws FileError when the mesh is
-  // missing, is not what the run's journal lists or does not fit the manifest, or when the picture cannot be
-  // written.
+  /// Reads mesh/NNNN.obj of `run`, draws it and writes image/NNNN.png of the same run atomically. Throws
+  /// FileError if the mesh is missing, is not the one in the run's journal or does not fit the manifest, or
+  /// if the picture cannot be written.
   void render_frame(const io::RunDirectory& run, int frame) { render_frame(run, frame, run); }
-  /// The same into image/ of another folder, which need not be a run.
+  /// Draws a frame of `run` into image/NNNN.png of the folder `to`, which need not be a run. Otherwise equals
+  /// the overload with one folder.
   void render_frame(const io::RunDirectory& run, int frame, const io::RunDirectory& to);
 
-  std::string backend_name() const;  // "OSMesa" or "EGL"
+  /// Returns the back-end in use: "OSMesa" or "EGL".
+  std::string backend_name() const;
 
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
 
-/// PNG, 8-bit RGB, sRGB chunk, of `rgb` with 3 * width * height bytes, top row first. Throws FileError, which
-/// names `path`, for another number of them.
+/// Returns a PNG file (8-bit RGB with an sRGB chunk) of `rgb`, which has 3 * width * height bytes in rows
+/// from the top. Throws FileError that names `path` if the number of bytes is another.
 std::string png_bytes(const std::string& path, int width, int height, const std::vector<unsigned char>& rgb);
 
-/// Whether the bytes are a PNG of this size whose chunks all have their checksums.
+/// Returns whether `bytes` are a PNG of `width` x `height` pixels whose chunks all match their checksums and
+/// end with IEND.
 bool is_whole_png(std::string_view bytes, int width, int height);
 
-// PNG, 8-bit RGB, sRGB chunk, written atomically. `rgb` has 3 * width * height bytes, top row first.
+/// Writes png_bytes() to a file atomically. Throws FileError.
 void write_png(const std::string& path, int width, int height, const std::vector<unsigned char>& rgb);
 
-// Encodes image/NNNN.png of the run into <name>.mp4 by ffmpeg, a program that is looked up in PATH unless it
-// is a path. Returns a note for the user: the file's path, or why there is no video ("ffmpeg is not
-// installed: ..."). Never throws for a missing or failing ffmpeg. Throws FileError that names the frames
-// between the first and the last whose pictures are missing, empty or not what the run's journal lists: the
-// video would end before them. Gives up soon after `stop`, if there is one, becomes true.
+/// Encodes image/NNNN.png of `run` into NAME.mp4 there, `fps` pictures a second. `ffmpeg` is looked up in
+/// PATH unless it is a path. Returns a note for the user: the path of the file, or why there is no video ("no
+/// video: ffmpeg is not installed ..."); a missing or failing ffmpeg is no exception. Throws FileError if
+/// pictures between the first and the last are missing, empty or not those of the run's journal, and names
+/// their frames: the video would end before them. Gives up soon after `*stop` becomes true; null: never.
 std::string encode_video(const io::RunDirectory& run, const std::string& name, double fps,
                          const std::string& ffmpeg = "ffmpeg", const std::atomic<bool>* stop = nullptr);
 

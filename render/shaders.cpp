@@ -7,6 +7,7 @@
 namespace duet::render::shaders {
 namespace {
 
+// Returns the version line and the constants that all shaders share with the renderer.
 std::string header() {
   return fmt::format(
       "#version 330 core\n"
@@ -15,7 +16,8 @@ std::string header() {
       block, max_looks, max_lights, max_shadow_samples, max_mirrors, strain_pattern, scene::Look::most_spots);
 }
 
-// Unit vectors in two numbers: the octahedron |x| + |y| + |z| = 1, its lower half folded outwards.
+// Octahedral maps of unit vectors: fold() projects a unit vector to the octahedron |x| + |y| + |z| = 1, whose
+// lower half is folded outwards, and returns two numbers in [-1, 1]; unfold() is its inverse.
 constexpr const char* octahedron = R"(
 vec2 signs(vec2 v) { return vec2(v.x < 0.0 ? -1.0 : 1.0, v.y < 0.0 ? -1.0 : 1.0); }
 vec2 fold(vec3 n) {
@@ -29,7 +31,7 @@ vec3 unfold(vec2 f) {
 }
 )";
 
-// Patterns as averages over the width of a pixel, so that they never flicker.
+// Patterns are averaged over the width of a pixel, so that they never flicker.
 constexpr const char* patterns = R"(
 // A wave of period 2 that is +1 on (0, 1) and -1 on (1, 2), averaged over `width`.
 float square_wave(float x, float width) {
@@ -50,7 +52,8 @@ uniform float ground_height;
 const int ground_look = 1;
 )";
 
-// What a sample of the picture shows, from the bodies' depth and the ground's plane.
+// surface_at() returns the surface that a sample of the picture shows, from the depth of the bodies and the
+// plane of the ground.
 constexpr const char* surface_lookup = R"(
 uniform sampler2D surfaces;
 uniform sampler2D depths;
@@ -210,8 +213,8 @@ vec3 reflected(vec3 position, vec3 d, float roughness, int shadow_lookups) {
 }
 )";
 
-// Views from the middle of a mirroring body in the six directions of the axes: what is seen there, and how
-// far away.
+// Look-up of reflections in the views from the center of a mirroring body along the six directions of the
+// axes: colors and distances.
 constexpr const char* mirror_lookup = R"(
 uniform sampler2DArray mirror_colors;     // light times coverage, coverage
 uniform sampler2DArray mirror_distances;  // m from the middle
@@ -262,7 +265,8 @@ vec4 mirrored_bodies(int mirror, vec3 position, vec3 d, float alpha) {
 }
 )";
 
-// What the views of mirroring bodies show: the same light, with fewer shadows and no mirror images of bodies.
+// Main function of the mirror pass. It shades with the same lights as the picture, with fewer shadow maps and
+// without reflections of other bodies.
 constexpr const char* mirror_main = R"(
 uniform vec3 eye;
 uniform int look, light_samples;

@@ -15,7 +15,7 @@ bool casts_shadow(const scene::Light& light) {
   return light.kind == scene::LightKind::area && light.shadow && light.power > 0;
 }
 
-// A sunflower spiral: equal areas of the disc.
+// Appends `count` points of the light's disc on a sunflower spiral, so that all points stand for equal areas.
 void sample_disc(const scene::Light& light, int count, std::vector<ShadowSample>& samples) {
   const Vec3 axis = (light.target - light.position).normalized();
   const Vec3 u = axis.unitOrthogonal(), v = axis.cross(u);
@@ -27,7 +27,8 @@ void sample_disc(const scene::Light& light, int count, std::vector<ShadowSample>
   }
 }
 
-// The same spiral on the upper half of the sphere: equal solid angles.
+// Appends `count` directions of the sky on a spiral over the upper half of the sphere, so that all directions
+// stand for equal solid angles.
 void sample_sky(const scene::Sky& sky, int count, std::vector<ShadowSample>& samples) {
   for (int i = 0; i < count; ++i) {
     const double height = (i + 0.5) / count, radius = std::sqrt(1 - height * height),
@@ -39,12 +40,14 @@ void sample_sky(const scene::Sky& sky, int count, std::vector<ShadowSample>& sam
   }
 }
 
+// Unit direction from the sample to a point: the direction of its shadow.
 Vec3 direction_away(const ShadowSample& sample, const Vec3& point) {
   return sample.is_sky ? -sample.place : (point - sample.place).normalized();
 }
 
-// Least distance along a light's axis at which its map begins, as a fraction of the greatest one, and the
-// steepest slope to that axis: both keep the map sane when a body reaches beside or behind the light.
+// Limits of a light's map: the smallest distance along its axis as a fraction of the largest one, and the
+// steepest slope to the axis. They keep the projection bounded when a body reaches beside or behind the
+// light. A larger fraction cuts off nearer casters; steeper slopes leave fewer texels for the others.
 constexpr double nearest_fraction = 0.01, steepest_slope = 4;
 
 }  // namespace
@@ -63,7 +66,7 @@ ShadowSampleSet make_shadow_samples(const scene::Scene& scene) {
   const int total = scene.render.shadow_samples, lights = static_cast<int>(casting.size());
   const bool sky = scene.sky.intensity > 0;
 
-  // The sky is the widest light: it gets the greater share.
+  // The sky is the widest light and gets the larger fraction, five eighths.
   int for_lights = lights == 0 ? 0 : (sky ? (3 * total + 4) / 8 : total);
   ShadowSampleSet set;
   for (int i = 0; i < lights; ++i) {
@@ -77,7 +80,7 @@ ShadowSampleSet make_shadow_samples(const scene::Scene& scene) {
 
 bool shadow_is_seen(const ShadowSample& sample, const Bounds& bounds, const View& view, double reach,
                     std::optional<double> ground) {
-  std::array<Vec3, 16> hull;  // of the body and its shadow
+  std::array<Vec3, 16> hull;  // corners of the body's box, then the ends of their shadows
   const std::array<Vec3, 8> corners = bounds.corners();
   for (std::size_t i = 0; i < corners.size(); ++i) {
     const Vec3 away = direction_away(sample, corners[i]);

@@ -10,7 +10,7 @@
 namespace duet::render {
 
 void draw_strain_legend(std::vector<unsigned char>& rgb, int width, int height) {
-  const int side = std::max(4, height / 36);  // of the red square; the margin is as wide
+  const int side = std::max(4, height / 36);  // pixels; side of the red square, and width of the margin
   const int length = std::min(8 * side, width - 4 * side);
   const auto fill = [&](int x, const Vec3& color) {
     if (x < 0 || x >= width) return;

@@ -1,4 +1,5 @@
-// Video through the ffmpeg program: started directly, without a shell, so that no file name needs quoting.
+// Encodes videos by the program ffmpeg. It is started directly, without a shell, so that no file name needs
+// quoting.
 #include <algorithm>
 #include <array>
 #include <cerrno>
@@ -28,22 +29,24 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// How a started program ended.
 struct Outcome {
-  int start_error = 0;  // of errno; 0 when the program ran
+  int start_error = 0;  // errno of the start; 0 if the program ran
   int status = 0;       // exit status; 128 + n after signal n
-  std::string words;    // what it wrote to standard error
+  std::string words;    // text that it wrote to standard error
 };
 
-// What comes out of the pipe until its other end is closed. Ends the child soon after `stop` becomes true.
+// Reads from a pipe until its other end is closed, and returns the text. Ends the child soon after `*stop`
+// becomes true.
 std::string words_of(pid_t child, int pipe, const std::atomic<bool>* stop) {
-  constexpr int look = 100;  // ms, between looks at `stop`
+  constexpr int look = 100;  // ms between two looks at `stop`: a larger value delays the end
   std::string words;
   std::array<char, 1024> piece{};
   while (true) {
     pollfd ready{pipe, POLLIN, 0};
     if (stop != nullptr && *stop) kill(child, SIGKILL);
     const int state = poll(&ready, 1, stop != nullptr ? look : -1);
-    if (state == 0 || (state < 0 && errno == EINTR)) continue;  // reading now would wait for the child
+    if (state == 0 || (state < 0 && errno == EINTR)) continue;  // a read would block now
     const ssize_t count = read(pipe, piece.data(), piece.size());
     if (count < 0 && errno == EINTR) continue;
     if (count <= 0) return words;
@@ -51,7 +54,8 @@ std::string words_of(pid_t child, int pipe, const std::atomic<bool>* stop) {
   }
 }
 
-// Runs a program in `folder` to its end, or until `stop`. Nothing is read from the terminal.
+// Runs a program in `folder` to its end, or until `*stop` becomes true. Its standard input and output are
+// /dev/null.
 Outcome run_program(const std::vector<std::string>& words, const fs::path& folder,
                     const std::atomic<bool>* stop) {
   Outcome outcome;
@@ -82,7 +86,7 @@ Outcome run_program(const std::vector<std::string>& words, const fs::path& folde
   return outcome;
 }
 
-// The frames of a set as text: "3", "5 to 8".
+// Returns sorted frames as text: "3, 5 to 8".
 std::string ranges_of(const std::vector<int>& frames) {
   std::string text;
   for (std::size_t i = 0, end = 0; i < frames.size(); i = end) {
@@ -93,7 +97,7 @@ std::string ranges_of(const std::vector<int>& frames) {
   return text;
 }
 
-// The frames that have a picture, or should have one.
+// Returns the frames that have a picture, or should have one by the run's journal.
 std::set<int> drawn_frames(const io::RunDirectory& run) {
   std::set<int> drawn;
   const auto add = [&](const fs::path& file) {
@@ -107,8 +111,8 @@ std::set<int> drawn_frames(const io::RunDirectory& run) {
   return drawn;
 }
 
-// The first frame with a picture. Throws FileError where one between the first and the last is missing, empty
-// or damaged.
+// Returns the first frame with a picture; empty if there is none. Throws FileError if a picture between the
+// first and the last is missing, empty or damaged.
 std::optional<int> first_picture(const io::RunDirectory& run) {
   const std::set<int> drawn = drawn_frames(run);
   if (drawn.empty()) return std::nullopt;
@@ -134,8 +138,9 @@ std::optional<int> first_picture(const io::RunDirectory& run) {
                   *first, *last));
 }
 
-// H.264 that every player shows: even sizes, 4:2:0, HD colours. One thread and no dates: the same bytes every
-// time. The file names are relative to the run's folder, whose own name ffmpeg would take for a pattern.
+// Returns the command that encodes H.264 which every player shows: even sizes, 4:2:0, HD colors. One thread
+// and no dates make equal bytes every time. File names are relative to the run's folder, because ffmpeg would
+// take a name of that folder for a pattern.
 std::vector<std::string> ffmpeg_command(const std::string& ffmpeg, double fps, int first,
                                         const std::string& output) {
   const std::string options = fmt::format(

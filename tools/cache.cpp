@@ -1,4 +1,4 @@
-// `duet cache`: what is kept from one command to the next, and how it goes away.
+// The cache of tetrahedra, and `duet cache`, which shows its size or clears it.
 #include "tools/cache.h"
 
 #include <cstdlib>
@@ -15,6 +15,7 @@
 namespace duet::tools {
 namespace {
 
+// Returns the value of an environment variable; empty if it is not set.
 std::string variable(const char* name) {
   const char* value = std::getenv(name);
   return value != nullptr ? value : "";

@@ -1,4 +1,4 @@
-// `duet check`: every problem of a scene, or the reference of all keys.
+// `duet check`: lists every problem of a scene, or prints the reference of all keys.
 #include "tools/commands.h"
 #include "tools/scene_files.h"
 #include <fmt/format.h>
@@ -13,8 +13,8 @@
 namespace duet::tools {
 namespace {
 
-// Prints the bodies that their tetrahedra do not fit into, which is seen only by filling them. Returns how
-// many.
+// Prints the deformable bodies that cannot be filled with tetrahedra, which only filling them shows. Returns
+// how many there are.
 std::size_t check_filling(const scene::Scene& scene) {
   scene::TetMeshes meshes;
   std::size_t count = 0;
@@ -30,8 +30,9 @@ std::size_t check_filling(const scene::Scene& scene) {
   return count;
 }
 
-// Prints what is seen only by building the scene: bodies that hold none of the particles attached to them,
-// those that overlap, and frames of thousands of steps. Returns how many problems that are.
+// Builds the scene and prints the problems that only this shows: bodies without any of the particles attached
+// to them, bodies that overlap, and frames of thousands of steps. Returns 1 if the scene cannot be built,
+// else 0: overlaps and long frames are warnings.
 std::size_t check_start(const scene::Scene& scene) {
   try {
     const Simulation simulation(scene, scene::plan_effects(scene).active());

@@ -7,7 +7,7 @@
 namespace duet::tools {
 namespace {
 
-// CLI::Range lets pass what is not a number.
+// Returns a validator for numbers from `least` to `most`. CLI::Range would accept NaN.
 CLI::Validator between(double least, double most) {
   const auto check = [=](const std::string& text) {
     double value = 0;
@@ -18,6 +18,7 @@ CLI::Validator between(double least, double most) {
   return {check, fmt::format("[{:g} - {:g}]", least, most)};
 }
 
+// Adds an option that can be given several times, with one value each time.
 void add_repeatable(CLI::App& app, const std::string& name, std::vector<std::string>& values,
                     const std::string& type, const std::string& help) {
   app.add_option(name, values, help)
@@ -26,6 +27,7 @@ void add_repeatable(CLI::App& app, const std::string& name, std::vector<std::str
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
 }
 
+// Adds the scene and the changes of it.
 CLI::Option* add_scene(CLI::App& app, SceneChoice& scene) {
   add_repeatable(app, "--set", scene.set, "KEY=VALUE",
                  "Change a key of the scene, as if it were written in the file; repeatable");
@@ -44,12 +46,14 @@ void add_without(CLI::App& app, SceneChoice& scene) {
                  "Leave an effect out (`duet explain` names them); repeatable");
 }
 
+// Adds --quiet and --json.
 void add_report(CLI::App& app, CommandLine& line) {
   CLI::Option* quiet = app.add_flag("--quiet", line.quiet, "Only the outcome and errors");
   app.add_flag("--json", line.json, "One JSON object a line")->excludes(quiet);
 }
 
-// Exports a run that came to its end, and adds to its outcome. Earlier exports of the run are replaced.
+// Exports a run that came to its end in the formats of --formats, and adds to its outcome. Earlier exports of
+// the run are replaced. Stops at the first failure.
 void add_exports(const SimulateOptions& options, Outcome& outcome, Report& report) {
   for (const std::string& format : options.formats) {
     if (outcome.status != ExitStatus::done) return;

@@ -1,4 +1,4 @@
-// The commands of `duet` and their options.
+// The commands of `duet` and their options on the command line.
 #pragma once
 
 #include <functional>
@@ -12,7 +12,8 @@ class App;
 
 namespace duet::tools {
 
-// What is given on the command line, of whichever command.
+// Everything that the command line gave, for all commands. Options of the commands that were not given keep
+// their defaults.
 struct CommandLine {
   SimulateOptions simulate;
   NewOptions new_scene;
@@ -29,14 +30,15 @@ struct CommandLine {
   CompareOptions compare;
   HashesOptions hashes;
   CacheOptions cache;
-  bool fills_anew = false;  // meshes with tetrahedra, though the cache has them
+  bool fills_anew = false;  // fill meshes with tetrahedra without the cache
+  // Text of --frames; empty: not given.
   std::string frames;
-  bool quiet = false, json = false;
-  std::function<Outcome(Report&)> command;
+  bool quiet = false, json = false;         // print only the outcome and errors; print JSON
+  std::function<Outcome(Report&)> command;  // carries out the command that was given
 };
 
-/// Adds all commands with their options to the program. Reading a command line sets `line`, also its
-/// `command`, which carries out the one that is given; `line` has to outlive `app`.
+// Adds all commands with their options to `app`. Parsing a command line then sets `line`, and `line.command`
+// to the command that was given. `line` must outlive `app`.
 void add_commands(CLI::App& app, CommandLine& line);
 
 }  // namespace duet::tools

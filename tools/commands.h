@@ -1,5 +1,5 @@
-// The program's commands: one file each. main.cpp makes their options from the command line and prints the
-// outcome.
+// The commands of the program `duet`, each in a source file of its own, and their options. command_line.cpp
+// fills in the options; main.cpp prints the outcomes.
 #pragma once
 
 #include <optional>
@@ -14,162 +14,198 @@
 
 namespace duet::tools {
 
-// Which scene, and what is changed in it.
+// The choice of a scene and of changes to it.
 struct SceneChoice {
-  std::string name;                  // a path, or the name of a scene that ships
-  std::string accuracy;              // draft, standard or fine; empty: the scene's own
+  std::string name;                  // path, or name of a scene that ships
+  std::string accuracy;              // draft, standard or fine; empty: as in the scene
   std::vector<std::string> set;      // "key=value"
-  std::vector<std::string> without;  // effects to leave out
-  scene::FileMap files = {};         // of a run that is repeated: its copies of the mesh files
+  std::vector<std::string> without;  // names of effects that are left out
+  scene::FileMap files = {};         // copies of mesh files, if a run is repeated
 };
 
-// --frames N or A:B.
+// The value of --frames: N or A:B.
 struct Frames {
-  std::optional<int> first;  // A
+  std::optional<int> first;  // A; empty: N was given
   int last = 0;              // N or B
 };
-Frames parse_frames(const std::string& text);  // throws Error (usage)
+// Parses the text of --frames. Throws Error (usage).
+Frames parse_frames(const std::string& text);
 
+// Options of `duet sim` and `duet run`.
 struct SimulateOptions {
   SceneChoice scene;
-  std::string out;               // folder; empty: out/<scene>
-  bool overwrite = false;        // replace a run that the folder holds
-  std::optional<Frames> frames;  // none: all of the scene
-  int threads = 0;               // 0: all cores
-  bool resume = false;
-  bool allow_other_build = false;    // resume frames of other numerics, too
-  bool ledger = false;               // momentum and energy of every stage
-  bool hash_stages = false;          // the state after every stage, as hashes
-  bool draw = false;                 // `duet run`: also pictures and a video
-  bool stats_only = false;           // no meshes and level sets
-  std::vector<std::string> formats;  // that the run is exported to at its end
-  std::string command;               // as typed, to be typed again
-  std::string resume_command;        // the same with --resume
+  std::string out;                   // folder of the run; empty: out/<scene>
+  bool overwrite = false;            // replace a run that is in the folder
+  std::optional<Frames> frames;      // empty: all frames of the scene
+  int threads = 0;                   // 0: all cores
+  bool resume = false;               // continue after the last checkpoint
+  bool allow_other_build = false;    // resume a run of another version of the numerics
+  bool ledger = false;               // record momentum and energy around every stage
+  bool hash_stages = false;          // record a hash of the state after every stage
+  bool draw = false;                 // `duet run`: draw pictures and encode a video
+  bool stats_only = false;           // write no meshes and level sets
+  std::vector<std::string> formats;  // export formats, written at the end of the run
+  std::string command;               // command line, quoted for a shell
+  std::string resume_command;        // `command` with --resume
 };
 
+// Options of `duet new`.
 struct NewOptions {
-  std::string name;           // path of the scene to write, with or without the ending .toml
+  std::string name;           // path of the new scene, with or without .toml
   std::string template_name;  // empty: drop
   std::string mesh;           // closed surface that falls on a step; empty: none
-  bool overwrite = false;     // replace a file that is there
+  bool overwrite = false;     // replace an existing file
 };
 
+// Options of `duet preview`.
 struct PreviewOptions {
   SceneChoice scene;
-  std::optional<int> frame;    // to draw, or the last one of `moments`; none: 0, or the last of the scene
-  std::optional<int> moments;  // frames on one sheet; none: one picture
-  std::string out;             // PNG file; empty: out/<scene>-preview.png
-  std::optional<int> width, height;  // of a picture, pixels; none: 320 x 180, or as --set says
+  // Frame to draw, or last frame on a sheet; empty: 0, or the last one of the scene.
+  std::optional<int> frame;
+  std::optional<int> moments;        // number of frames on a sheet; empty: one picture
+  std::string out;                   // PNG file; empty: out/<scene>-preview.png
+  std::optional<int> width, height;  // pixels of each picture; empty: 320 x 180, or as --set says
 };
 
+// Options of `duet render`.
 struct RenderOptions {
-  std::string run;               // folder of a run, or the name of a run in out/
-  std::string out;               // folder of the pictures and the video; empty: that of the run
-  bool skip_existing = false;    // leave pictures that are whole as they are
-  std::optional<Frames> frames;  // none: all that were simulated
+  std::string run;               // folder of a run, or name of a run in out/
+  std::string out;               // folder for pictures and video; empty: that of the run
+  bool skip_existing = false;    // keep pictures that are whole
+  std::optional<Frames> frames;  // empty: all frames that were simulated
   std::vector<std::string> set;  // "key=value" of camera, lights, looks, sky and render
 };
 
+// Options of `duet check`.
 struct CheckOptions {
   SceneChoice scene;
-  bool reference = false;
+  bool reference = false;  // print all keys instead of checking a scene
 };
 
+// Options of `duet explain`.
 struct ExplainOptions {
   SceneChoice scene;
   bool json = false;
 };
 
+// Options of `duet tetrahedralize`.
 struct TetrahedralizeOptions {
-  std::string in;                 // a triangle mesh
-  std::string out;                // .mesh or .vtk
-  std::optional<double> spacing;  // m; at most one of spacing and cells
-  std::optional<int> cells;       // along the longest extent
-  bool graded = false, json = false;
+  std::string in;                     // file of a closed triangle mesh
+  std::string out;                    // file to write: .mesh or .vtk
+  std::optional<double> spacing;      // m, edge of the lattice; at most one of spacing and cells is set
+  std::optional<int> cells;           // number of lattice cells along the longest extent
+  bool graded = false, json = false;  // graded: larger tetrahedra inside
 };
 
+// Options of `duet study`.
 struct StudyOptions {
-  std::string spec;
-  std::string out;      // folder; empty: out/studies/<name of the spec>
-  std::string program;  // the duet that simulates; empty: this one
-  int jobs = 1;         // untimed runs at the same time
-  bool untimed = false;
-  bool json = false;  // no table on standard output
+  std::string spec;      // TOML file of the study
+  std::string out;       // folder; empty: out/studies/<name of the spec>
+  std::string program;   // program duet that simulates; empty: this one
+  int jobs = 1;          // number of untimed runs at a time
+  bool untimed = false;  // run each setting once and measure no times
+  bool json = false;     // print no table
 };
 
+// Options of `duet report`.
 struct ReportOptions {
-  std::string run;  // folder of a run, or the name of a run in out/
+  std::string run;  // folder of a run, or name of a run in out/
 };
 
+// Options of `duet verify`.
 struct VerifyOptions {
-  std::string run;  // folder of a run, or the name of a run in out/
+  std::string run;  // folder of a run, or name of a run in out/
 };
 
+// Options of `duet cache`.
 struct CacheOptions {
-  bool clear = false;
+  bool clear = false;  // remove all files of the cache
 };
 
+// Options of `duet overlaps`.
 struct OverlapOptions {
   SceneChoice scene;
-  std::string out;        // folder of its run; empty: out/<scene>
-  double spacing = 0.02;  // m
+  std::string out;        // folder of the run; empty: out/<scene>
+  double spacing = 0.02;  // m, distance between the tested points of a surface
   bool json = false;
 };
 
+// Options of `duet export`.
 struct ExportOptions {
-  std::string run;                  // folder of a run, or the name of a run in out/
-  std::string format;               // a name of export_formats()
-  std::string out;                  // file or folder; empty: in the run's folder export/
-  std::vector<std::string> bodies;  // patterns of names; empty: all bodies
-  std::optional<Frames> frames;     // none: all that are there
-  std::string up = "y";             // or "z"
-  double scale = 1;                 // units of the export in a meter
-  bool compress = false;
-  std::optional<double> max_megabytes;  // of glb and usd; none: the format's own bound
-  bool overwrite = false;
+  std::string run;                      // folder of a run, or name of a run in out/
+  std::string format;                   // a name that export_formats() lists
+  std::string out;                      // file or folder; empty: in export/ of the run
+  std::vector<std::string> bodies;      // patterns of names, with * for any characters; empty: all bodies
+  std::optional<Frames> frames;         // empty: all frames that are there
+  std::string up = "y";                 // or "z"
+  double scale = 1;                     // units of the export in a meter
+  bool compress = false;                // compress the files if the format can
+  std::optional<double> max_megabytes;  // bound of the size for glb and usd; empty: that of the format
+  bool overwrite = false;               // replace an existing export
 };
 
+// Options of `duet hashes`.
 struct HashesOptions {
-  std::vector<std::string> scenes;  // entries of tests/hashes/frames.toml; empty: all
-  std::string folder;               // of the expected hashes; empty: tests/hashes
-  std::vector<std::string> stages;  // two runs with hashes.jsonl, instead of scenes
+  std::vector<std::string> scenes;  // entries of frames.toml in the folder; empty: all
+  std::string folder;               // folder of the expected hashes; empty: tests/hashes
+  std::vector<std::string> stages;  // two runs with hashes.jsonl, to be compared instead of scenes
   int threads = 0;                  // 0: all cores
-  double seconds = 0;               // of processor time, after which a scene ends at its next frame; 0: never
-  bool full = false;                // also the later frames
-  bool write = false;
+  double seconds = 0;  // processor time after which a scene ends with the frame in hand; 0: no bound
+  bool full = false;   // include the later frame of each entry
+  bool write = false;  // renew the expected hashes
   bool json = false;
 };
 
+// Options of `duet compare`.
 struct CompareOptions {
   std::string a, b;              // two pictures, or two folders of pictures or runs
-  std::optional<Frames> frames;  // of folders; none: all pictures
-  render::Bounds bounds;
-  std::string picture;  // where the difference is drawn to; empty: nowhere
+  std::optional<Frames> frames;  // of folders; empty: all pictures
+  render::Bounds bounds;         // within which pictures count as equal
+  std::string picture;           // where the difference is drawn; empty: nowhere
   bool quiet = false, json = false;
 };
 
-/// The word as it can be typed into a shell: in quotes where it holds more than letters, digits and signs
-/// that shells leave alone.
+// Returns `word` as it can be typed into a shell: in quotes if it holds other characters than letters, digits
+// and signs that shells leave alone.
 std::string shell_word(const std::string& word);
 
+// The functions that return an Outcome are the commands: each carries out its options and returns the outcome
+// to print. They throw the errors of sim/base/error.h. Long ones show their progress by `report`.
+// Writes a commented scene to begin with.
 Outcome new_scene(const NewOptions& options);
+// Draws one picture of a scene or a sheet of frames.
 Outcome preview(const PreviewOptions& options, Report& report);
+// Simulates a scene into a run directory, and draws it for `duet run`.
 Outcome simulate(const SimulateOptions& options, Report& report);
+// Draws frames of a run.
 Outcome render(const RenderOptions& options, Report& report);
+// Prints every problem of a scene, or the reference of all keys.
 Outcome check(const CheckOptions& options);
+// Prints the effect plan, sizes and warnings of a scene.
 Outcome explain(const ExplainOptions& options);
+// Fills a closed surface with tetrahedra.
 Outcome tetrahedralize(const TetrahedralizeOptions& options, Report& report);
+// Runs a scene under many settings and reports errors against cost.
 Outcome study(const StudyOptions& options, Report& report);
+// Writes one run as an HTML page.
 Outcome report_run(const ReportOptions& options);
+// Compares the files of a run with its journal.
 Outcome verify(const VerifyOptions& options, Report& report);
+// Prints how deep the bodies at the end of a run overlap.
 Outcome overlaps(const OverlapOptions& options);
+// Compares pictures. The status is `differs` if a pair breaks a bound.
 Outcome compare(const CompareOptions& options);
+// Compares the hashes of scenes with the expected ones, or renews these, or compares two runs stage by stage.
 Outcome hashes(const HashesOptions& options);
+// Writes a run in the format of another program.
 Outcome export_run(const ExportOptions& options, Report& report);
-/// Throws Error (usage) where there is no such format.
+// Throws Error (usage) if there is no export format of this name.
 void require_format(const std::string& name);
-std::string export_formats();  // their names and what they are, a line each
+// Returns the export formats with a description, one a line.
+std::string export_formats();
+// Prints the size of the cache of tetrahedra, or clears it.
 Outcome cache(const CacheOptions& options);
+// Prints the scenes that ship.
 Outcome list();
 
 }  // namespace duet::tools

@@ -1,4 +1,4 @@
-// `duet compare`: how much two pictures or two folders of pictures differ.
+// `duet compare`: measures how much two pictures or two folders of pictures differ.
 #include "render/compare.h"
 
 #include <algorithm>
@@ -18,14 +18,15 @@ namespace duet::tools {
 namespace {
 namespace fs = std::filesystem;
 
+// Two pictures to compare.
 struct Pair {
-  std::string name;  // of both
+  std::string name;  // file name of both
   fs::path a, b;
-  fs::path difference;  // where it is drawn to; empty: nowhere
+  fs::path difference;  // where the difference is drawn; empty: nowhere
 };
 
-// The picture, folder of pictures or folder `image` of a run that is meant: a path, or the name of a run in
-// out/.
+// Returns a picture, a folder of pictures, or the folder image/ of a run, given by its path or by the name of
+// a run in out/. Throws FileError if there is none.
 fs::path find_pictures(const std::string& name) {
   for (const fs::path& path : {fs::path(name), fs::path("out") / name}) {
     if (fs::exists(io::RunDirectory{path}.manifest())) return io::RunDirectory{path}.image(0).parent_path();
@@ -39,7 +40,7 @@ bool is_picture(const fs::path& path) {
   return std::find(extensions.begin(), extensions.end(), path.extension().string()) != extensions.end();
 }
 
-// The names of the pictures in a folder that are asked for, sorted.
+// Returns the names of the pictures in a folder, sorted: all of them, or those of the given frames.
 std::vector<std::string> pictures_in(const fs::path& folder, const std::optional<Frames>& frames) {
   std::vector<std::string> names;
   const auto wanted = [&](const fs::path& path) {
@@ -53,7 +54,8 @@ std::vector<std::string> pictures_in(const fs::path& folder, const std::optional
   return names;
 }
 
-// Every picture must have its partner: a folder that lost some is not the same as a whole one.
+// Throws FileError if a picture of `folder` has no partner in `other`: a folder that lost some does not equal
+// a whole one.
 void require_partners(const std::vector<std::string>& names, const std::vector<std::string>& others,
                       const fs::path& folder, const fs::path& other) {
   std::vector<std::string> lonely;
@@ -66,6 +68,8 @@ void require_partners(const std::vector<std::string>& names, const std::vector<s
                   "--frames A:B compares frames that both have");
 }
 
+// Returns the pairs to compare, and makes the folder for the differences. Throws Error (usage) or FileError
+// if the two sides do not fit each other.
 std::vector<Pair> pairs_of(const CompareOptions& options) {
   const fs::path a = find_pictures(options.a), b = find_pictures(options.b);
   if (fs::is_directory(a) != fs::is_directory(b))

@@ -1,4 +1,4 @@
-// `duet explain`: the effect plan, sizes and warnings of a scene; simulates nothing.
+// `duet explain`: prints the effect plan, sizes and warnings of a scene, and simulates nothing.
 #include "sim/scene/explain.h"
 
 #include "tools/commands.h"

@@ -1,4 +1,4 @@
-// `duet export`: a run in the formats of other programs.
+// `duet export`: writes a run in the formats of other programs.
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -24,12 +24,13 @@ namespace duet::tools {
 namespace {
 namespace fs = std::filesystem;
 
+// A format and the function that writes it.
 struct Format {
   const char* name;
-  const char* ending;  // of the one file that it writes; null: it writes a folder
-  bool can_compress, has_bound;
+  const char* ending;            // extension of its single file; null: it writes a folder
+  bool can_compress, has_bound;  // accepts --compress; accepts --max-size
   io::ExportNotes (*write)(const io::ExportedRun&, const io::FormatOptions&, const fs::path&);
-  const char* what;
+  const char* what;  // description for --help
 };
 
 constexpr Format formats[] = {
@@ -48,12 +49,13 @@ constexpr Format formats[] = {
      "VTK poly data with velocity, displacement and strain: ParaView"},
 };
 
-// Formats that are asked for and not written, with what to do instead.
+// Formats that users ask for and that are not written, with the alternative.
 constexpr std::pair<const char*, const char*> refused[] = {
     {"abc",
      "Alembic is not written: Debian has no Alembic library (usd, pc2 and mdd hold moving meshes, too)"},
     {"vdb", "the level sets need no export: the run's folder levelset/ holds them as OpenVDB files"}};
 
+// Finds a format by its name. Throws Error (usage) with a similar name if there is none.
 const Format& find_format(const std::string& name) {
   std::vector<std::string> names;
   for (const Format& format : formats) {
@@ -65,24 +67,26 @@ const Format& find_format(const std::string& name) {
   throw Error(ExitStatus::usage, fmt::format("no such format: {} ({})", name, did_you_mean(name, names)));
 }
 
-// A name that no look has had yet.
+// Returns `wanted`, or a variation of it that is not in `names`, and adds it there.
 std::string unused_name(const std::string& wanted, std::set<std::string>& names) {
   std::string name = wanted;
   for (int next = 2; !names.insert(name).second; ++next) name = fmt::format("{}-{}", wanted, next);
   return name;
 }
 
-// The looks that bodies of the manifest wear, and the view, as pictures have them.
+// Returns the looks that the bodies of the manifest have, with camera and lights, as in pictures. Looks
+// without a name get one: "default" or "palette-N".
 io::ExportedLooks looks_of(const scene::Scene& described, const io::Manifest& manifest) {
   scene::Scene scene = render::with_default_view(described, manifest);
-  scene.render.color = scene::ColorBy::look;  // colors of strain are for pictures
+  scene.render.color = scene::ColorBy::look;  // the colors of strain are for pictures alone
   const render::LookTable table = render::assign_looks(scene, manifest);
   io::ExportedLooks looks;
   looks.camera = scene.camera;
   looks.lights = scene.lights;
   looks.width = scene.render.width;
   looks.height = scene.render.height;
-  std::vector<int> place(table.looks.size(), -1);  // in `looks`
+  // Place in `looks` by the place in `table`; -1: no body has it.
+  std::vector<int> place(table.looks.size(), -1);
   std::vector<bool> is_worn(table.looks.size());
   for (const auto& [body, look] : table.of_body) is_worn[static_cast<std::size_t>(look)] = true;
   std::set<std::string> names;
@@ -103,6 +107,7 @@ io::ExportedLooks looks_of(const scene::Scene& described, const io::Manifest& ma
   return looks;
 }
 
+// Returns the size of a file, or of all files in a folder.
 std::uintmax_t bytes_in(const fs::path& path) {
   if (!fs::is_directory(path)) return fs::file_size(path);
   std::uintmax_t bytes = 0;
@@ -123,6 +128,7 @@ std::string counted(std::size_t count, const char* one, const char* many) {
   return fmt::format("{} {}", count, count == 1 ? one : many);
 }
 
+// Returns the file or folder to write to.
 fs::path target_of(const ExportOptions& options, const Format& format, const io::RunDirectory& run,
                    const io::Manifest& manifest) {
   if (!options.out.empty()) return options.out;
@@ -132,9 +138,10 @@ fs::path target_of(const ExportOptions& options, const Format& format, const io:
              : folder / (io::video_path(run, manifest).stem().string() + "." + format.ending);
 }
 
-// Every folder of an export has this file, and a folder without it is not replaced by one.
+// Every folder of an export holds a file of this name. A folder without it is not replaced.
 constexpr const char* description_name = "export.json";
 
+// Returns whether a file begins as binary glTF.
 bool is_glb(const fs::path& path) {
   constexpr std::string_view magic = "glTF";
   bool is_it = false;
@@ -145,8 +152,8 @@ bool is_glb(const fs::path& path) {
   return is_it;
 }
 
-// A folder is replaced with all that is in it: only one that an export wrote, or an empty one. Of files, too,
-// only those that an export writes.
+// Throws Error (usage) unless the target may be replaced. A folder is replaced with everything in it: it must
+// be empty or written by an export. A file must be empty or a binary glTF file.
 void require_replaceable(const fs::path& target, bool is_folder) {
   std::error_code none;
   if (!is_folder && fs::exists(target, none) && !fs::is_directory(target, none) &&
@@ -163,6 +170,7 @@ void require_replaceable(const fs::path& target, bool is_folder) {
                           target.string()));
 }
 
+// Thrown out of an exporter when the program is interrupted.
 struct Interrupted {};
 
 }  // namespace
@@ -209,7 +217,7 @@ Outcome export_run(const ExportOptions& options, Report& report) {
   int newest = -1, done = 0;
   exported.set_watch([&](int frame) {
     if (interrupted()) throw Interrupted();
-    if (frame <= newest) return;  // a format that reads the frames a second time
+    if (frame <= newest) return;  // some formats read the frames a second time
     newest = frame;
     report.exported(frame, ++done, count);
   });

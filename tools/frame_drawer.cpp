@@ -40,7 +40,7 @@ void FrameDrawer::close(bool drop_waiting) {
   changed_.notify_all();
 }
 
-// A renderer belongs to the thread that made it.
+// The thread makes the renderer itself, because a renderer belongs to the thread that made it.
 void FrameDrawer::work(const scene::Scene& scene, const io::Manifest& manifest) {
   try {
     render::SequenceRenderer renderer(scene, manifest);

@@ -1,4 +1,4 @@
-// Draws frames in a thread of its own while the simulation goes on, from the files that the simulation wrote.
+// Draws frames in a thread of its own while the simulation goes on, from the files that it has written.
 #pragma once
 
 #include <condition_variable>
@@ -13,35 +13,42 @@
 
 namespace duet::tools {
 
+// A queue of frames to draw, and the thread that draws them in their order.
 class FrameDrawer {
  public:
-  // Returns when the renderer is ready; throws what kept it from it. The arguments have to outlive the
-  // drawer.
+  // Starts the thread and waits until its renderer is ready. Throws the error of the renderer if it cannot be
+  // made. All arguments must outlive the drawer.
   FrameDrawer(const scene::Scene& scene, const io::Manifest& manifest, const io::RunDirectory& run,
               Report& report);
-  ~FrameDrawer();  // drops the frames that wait, after the one in hand
+  // Finishes the frame in hand and drops those that wait.
+  ~FrameDrawer();
   FrameDrawer(const FrameDrawer&) = delete;
   FrameDrawer& operator=(const FrameDrawer&) = delete;
 
-  // Queues a frame whose mesh is written. Throws what made an earlier frame fail.
+  // Queues a frame whose mesh has been written. Throws the error of an earlier frame, if one failed.
   void add(int frame);
 
-  // Waits until all frames are drawn or the program is interrupted. Throws what made a frame fail.
+  // Waits until all queued frames are drawn or the program is interrupted. Throws the error of a frame, if
+  // one failed. Nothing can be added afterwards.
   void finish();
 
  private:
+  // Body of the thread: makes the renderer and draws.
   void work(const scene::Scene& scene, const io::Manifest& manifest);
+  // Draws queued frames until the queue is closed and empty, or the program is interrupted.
   void draw_frames(render::SequenceRenderer& renderer);
+  // Ends the queue; `drop_waiting` empties it as well.
   void close(bool drop_waiting);
 
   const io::RunDirectory& run_;
   Report& report_;
   std::mutex mutex_;
   std::condition_variable changed_;
+  // These members are shared by the threads; `mutex_` protects them.
   std::deque<int> waiting_;
   bool ready_ = false, closed_ = false;
   std::exception_ptr failure_;
-  std::thread thread_;  // last: it uses all of the above
+  std::thread thread_;  // last, because it uses all other members
 };
 
 }  // namespace duet::tools

@@ -1,4 +1,4 @@
-// tests/hashes/frames.toml: which frames of which scenes have expected hashes.
+// The table tests/hashes/frames.toml: which frames of which scenes have expected hashes.
 #pragma once
 
 #include <filesystem>
@@ -8,18 +8,21 @@
 
 namespace duet::tools {
 
+// One entry of the table.
 struct HashEntry {
   std::string name;              // of the entry, and of its file of hashes: "stack", "hard/pile"
-  std::string scene;             // the scene; `name` unless the entry says otherwise
+  std::string scene;             // name of the scene; `name` unless the entry gives another
   std::vector<std::string> set;  // "key=value", as after --set
-  int short_frames = 0;          // frames 0 to this one are looked at always
-  std::optional<int> later;      // one more, with --full
+  int short_frames = 0;          // frames 0 to this one are always compared
+  std::optional<int> later;      // one more frame, which --full compares
 };
 
-// Sorted by name. Throws FileError naming the entry and key that are wrong; a table without entries is.
+// Reads the table and returns its entries by name. Throws FileError that names the entry and key at fault, or
+// if the table has no entries.
 std::vector<HashEntry> read_hash_table(const std::filesystem::path& file);
 
-// Throws Error (usage) with a near miss.
+// Finds an entry by its name. Throws Error (usage) with a similar name if there is none; `file` is for the
+// message.
 const HashEntry& find_entry(const std::vector<HashEntry>& table, const std::string& name,
                             const std::filesystem::path& file);
 

@@ -1,5 +1,5 @@
-// `duet hashes`: compares the state's hashes with those that are committed, or renews these; or finds the
-// first stage in which two runs differ.
+// `duet hashes`: compares the hashes of the state with the committed ones or renews these, or finds the first
+// stage in which two runs differ.
 #include <algorithm>
 #include <ctime>
 #include <filesystem>
@@ -23,20 +23,22 @@ namespace duet::tools {
 namespace {
 namespace fs = std::filesystem;
 
-constexpr std::size_t few_bodies = 32;  // scenes with so many have hashes by body for every short frame
+// Scenes with at most this many bodies have hashes by body for every short frame. Larger scenes have them at
+// the last short frame and later: a larger number makes the committed files longer.
+constexpr std::size_t few_bodies = 32;
 
 double processor_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
-// What became of a scene.
+// The result of one entry of the table.
 struct Result {
   std::string scene;
-  std::string status;   // equal, differs, failed; with --write: same, changed, new
-  std::string message;  // of a failure or difference
+  std::string status;   // equal, differs or failed; with --write: same, changed or new
+  std::string message;  // text of the failure or difference
   std::optional<io::HashDifference> difference;
   ExitStatus exit = ExitStatus::done;
-  int last_frame = -1;                    // that was compared or written
-  bool ended_early = false;               // by --seconds
-  double build_seconds = 0, seconds = 0;  // of processor time: until frame 0 stands, and in all
+  int last_frame = -1;                    // last frame that was compared or written
+  bool ended_early = false;               // --seconds ended it
+  double build_seconds = 0, seconds = 0;  // processor time until frame 0 was built, and in all
 
   void fail(ExitStatus with, const std::string& text) {
     status = with == ExitStatus::differs ? "differs" : "failed";
@@ -45,6 +47,7 @@ struct Result {
   }
 };
 
+// Returns the commands that find the stage in which two programs begin to differ.
 std::string commands_to_look_further(const HashEntry& entry, int frame) {
   std::string options;
   for (const std::string& set : entry.set) options += fmt::format(" --set '{}'", set);
@@ -55,7 +58,7 @@ std::string commands_to_look_further(const HashEntry& entry, int frame) {
       entry.scene, options, frame);
 }
 
-// A scene on its way through the frames that have hashes.
+// Simulates the scene of one entry and compares or writes the hashes of its frames.
 class Pass {
  public:
   Pass(const HashEntry& entry, const HashesOptions& options, const fs::path& folder)
@@ -81,15 +84,18 @@ class Pass {
 
  private:
   int last() const { return options_.full && entry_.later ? *entry_.later : entry_.short_frames; }
+  // Returns whether the frame has an expected hash that this command looks at.
   bool is_wanted(int frame) const {
     return frame <= entry_.short_frames || (options_.full && entry_.later == frame);
   }
+  // Returns the expected hashes of a frame; null: there are none.
   const io::FrameHashes* expected(int frame) const {
     for (const io::FrameHashes& entry : expected_)
       if (entry.frame == frame) return &entry;
     return nullptr;
   }
 
+  // Reads the expected hashes. When they are about to be written, unreadable ones count as none.
   void read() {
     if (options_.write && !fs::exists(file_)) return;
     if (!fs::exists(file_))
@@ -117,7 +123,7 @@ class Pass {
     result_.build_seconds = processor_seconds() - begin_;
     while (true) {
       if (is_wanted(simulation.frame())) look_at(simulation);
-      // A difference without a body: the next frame that has hashes by body may name one.
+      // If a difference names no body, go on: the next frame that has hashes by body may name one.
       if (result_.difference && !result_.difference->quantity.empty()) return;
       if (simulation.frame() >= last()) return;
       if (options_.seconds > 0 && processor_seconds() - begin_ >= options_.seconds) {
@@ -128,6 +134,7 @@ class Pass {
     }
   }
 
+  // Compares the hashes of the current frame with the expected ones, or keeps them for write().
   void look_at(const Simulation& simulation) {
     io::FrameHashes found;
     found.frame = simulation.frame();
@@ -146,6 +153,7 @@ class Pass {
     }
   }
 
+  // Makes a text of the first difference.
   void conclude() {
     result_.status = "equal";
     if (!result_.difference) return;
@@ -159,7 +167,7 @@ class Pass {
   }
 
   void write() {
-    // What was not simulated now stays as it is.
+    // The later frame stays as it is unless it was simulated now.
     if (const io::FrameHashes* later = entry_.later ? expected(*entry_.later) : nullptr;
         later && !options_.full)
       found_.push_back(*later);
@@ -211,8 +219,9 @@ void print_result(const HashesOptions& options, const Result& result) {
   print(text + "\n");
 }
 
-// tests/hashes of the current folder, or of the source tree whose build the program is: build/duet, or of a
-// portable build build/libexec/duet/duet-x86-64.
+// Returns the folder of the expected hashes: `given`, or tests/hashes of the current folder, or that of the
+// source tree to whose build the program belongs. The program is build/duet, or
+// build/libexec/duet/duet-x86-64 in a portable build.
 fs::path expected_folder(const std::string& given) {
   if (!given.empty()) return given;
   const fs::path name = fs::path("tests") / "hashes";
@@ -253,7 +262,7 @@ Outcome hashes(const HashesOptions& options) {
       return {ExitStatus::interrupted, fmt::format("before {} was through", entry.name)};
     print_result(options, result);
     if (result.exit == ExitStatus::done) ++good;
-    // A scene that could not be looked at weighs more than one that differs.
+    // A scene that could not be compared has a greater exit status than one that differs.
     if (static_cast<int>(result.exit) > static_cast<int>(status)) status = result.exit;
   }
   return {status, fmt::format("{} of {} scenes {}", good, entries.size(),

@@ -11,11 +11,11 @@ namespace duet::tools {
 namespace {
 
 std::atomic<bool> asked_to_stop{false};
-std::atomic<int> orderly{0};  // OrderlyStops that live
+std::atomic<int> orderly{0};  // number of OrderlyStop objects that live
 static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<int>::is_always_lock_free,
               "used by a signal handler");
 
-// To standard error: standard output may be read by a program.
+// Writes to standard error, because a program may read standard output. Safe in a signal handler.
 template <std::size_t size>
 void say(const char (&text)[size]) {
   [[maybe_unused]] const auto written = ::write(STDERR_FILENO, text, size - 1);
@@ -35,7 +35,7 @@ extern "C" void on_interrupt(int) {
 void catch_interrupts() {
   struct sigaction action {};
   action.sa_handler = on_interrupt;
-  action.sa_flags = SA_RESTART;  // a write in progress goes on
+  action.sa_flags = SA_RESTART;  // system calls in progress are restarted
   ::sigaction(SIGINT, &action, nullptr);
   ::sigaction(SIGTERM, &action, nullptr);
 }

@@ -1,13 +1,15 @@
-// SIGINT and SIGTERM. They end the program at once, but for work that is worth to be ended in order.
+// Handling of SIGINT and SIGTERM. Both end the program at once, unless work in progress asks to end in order.
 #pragma once
 
 #include <atomic>
 
 namespace duet::tools {
 
+// Installs the signal handler.
 void catch_interrupts();
 
-/// While one lives, the first signal only sets stop_flag() and says so; the second ends the program at once.
+// While an object lives, the first signal only sets stop_flag() and prints a message; the second one ends the
+// program at once.
 class OrderlyStop {
  public:
   OrderlyStop();
@@ -16,9 +18,10 @@ class OrderlyStop {
   OrderlyStop& operator=(const OrderlyStop&) = delete;
 };
 
+// Returns whether a signal has come.
 bool interrupted();
 
-/// True once a signal has come; for work that looks at a flag by itself.
+// Returns the flag that the first signal sets, for work that looks at a flag by itself.
 const std::atomic<bool>& stop_flag();
 
 }  // namespace duet::tools

@@ -1,4 +1,4 @@
-// `duet list`: the scenes that ship.
+// `duet list`: lists the scenes that ship.
 #include "tools/commands.h"
 #include "tools/scene_files.h"
 #include <fmt/format.h>

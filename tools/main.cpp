@@ -1,4 +1,4 @@
-// The program `duet`: reads the command line, carries out its command, and states the outcome.
+// The program `duet`: reads the command line, carries out its command and prints the outcome.
 #include <algorithm>
 #include <csignal>
 #include <sstream>
@@ -22,7 +22,7 @@ constexpr const char* exit_statuses =
     "file or "
     "library; 130 interrupted.";
 
-// The command line as it can be typed into a shell again.
+// Returns the command line as it can be typed into a shell again.
 std::string quoted(const std::vector<std::string>& words) {
   std::string text;
   for (const std::string& word : words) {
@@ -32,21 +32,22 @@ std::string quoted(const std::vector<std::string>& words) {
   return text;
 }
 
-// The command line that continues the run of this one.
+// Returns the command line that continues the run of this one.
 std::vector<std::string> resuming(std::vector<std::string> words) {
   std::erase(words, "--overwrite");
   if (std::find(words.begin(), words.end(), "--resume") == words.end()) words.emplace_back("--resume");
   return words;
 }
 
-// A standard stream that is closed would give its number to the first file written, and get its text mixed
-// in.
+// Opens standard streams that are closed as /dev/null. Otherwise the first file that is written would get the
+// number of the stream, and its text.
 void open_standard_streams() {
   for (int fd : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
     if (::fcntl(fd, F_GETFD) < 0 && ::open("/dev/null", O_RDWR) < 0)
       ::_exit(static_cast<int>(ExitStatus::files));
 }
 
+// Carries out the command. An exception becomes an outcome.
 Outcome run_command(const CommandLine& line, Report& report) {
   try {
     if (!line.fills_anew) use_cache();
@@ -66,6 +67,7 @@ Outcome run_command(const CommandLine& line, Report& report) {
   }
 }
 
+// Returns the message for a bad command line: where to find help, or the most similar command.
 std::string usage_message(const CLI::App& app, const CLI::ParseError& error, const std::string& first_word) {
   const auto chosen = app.get_subcommands();
   if (!chosen.empty()) return fmt::format("{} (see `duet {} --help`)", error.what(), chosen[0]->get_name());
@@ -76,7 +78,7 @@ std::string usage_message(const CLI::App& app, const CLI::ParseError& error, con
   return fmt::format("{}: no such command ({})", first_word, did_you_mean(first_word, names));
 }
 
-// What --help and --version ask for.
+// Prints the text that --help or --version asks for, and returns the exit status.
 int print_help(const CLI::App& app, const CLI::ParseError& asked, Report& report) {
   try {
     std::ostringstream text;
@@ -131,7 +133,7 @@ std::string shell_word(const std::string& word) {
 
 int main(int argc, char** argv) {
   duet::tools::open_standard_streams();
-  std::signal(SIGPIPE, SIG_IGN);  // a reader that goes away (`| head`) ends its log, not the run
-  std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is reported like a full disk
+  std::signal(SIGPIPE, SIG_IGN);  // if a reader goes away (`| head`), only its log ends
+  std::signal(SIGXFSZ, SIG_IGN);  // a file at its size limit is reported like a full disk
   return duet::tools::run_program(argc, argv);
 }

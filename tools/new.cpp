@@ -1,4 +1,4 @@
-// `duet new`: writes a commented scene to begin with.
+// `duet new`: writes a commented scene for users to begin with.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -22,13 +22,16 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* default_template = "drop";
-constexpr const char* mesh_template = "mesh";  // of --mesh; it names a mesh that ships, which --mesh replaces
+// Template for --mesh. It names a mesh that ships, which --mesh replaces.
+constexpr const char* mesh_template = "mesh";
 
-// Where the mesh of --mesh begins to fall: the middle of its bounds along x and z, and their lower end.
-constexpr double start_x = 0.25, start_y = 0.7, start_z = 0;  // m; the step is 0.4 m high and 1.2 m wide
-constexpr double mesh_extent =
-    1;  // m, the longest edge of its bounds, which the camera of the template has in view
+// Place where the mesh of --mesh begins to fall (m): the center of its box along x and z, and the lower end
+// of its box. The step below is 0.4 m high and 1.2 m wide.
+constexpr double start_x = 0.25, start_y = 0.7, start_z = 0;
+// Longest edge of the mesh's box (m): the size that the camera of the template has in view.
+constexpr double mesh_extent = 1;
 
+// Returns the path of the new scene, with the extension .toml. Throws Error (usage) for names of no file.
 fs::path scene_path(const std::string& name) {
   const fs::path path(name);
   const std::string file = path.filename().string();
@@ -38,6 +41,7 @@ fs::path scene_path(const std::string& name) {
   return path.extension() == ".toml" ? path : fs::path(name + ".toml");
 }
 
+// Throws unless a file can be written there: the folder must exist, and an existing file needs `overwrite`.
 void require_free_path(const fs::path& path, bool overwrite) {
   std::error_code unknown;
   const fs::path folder = path.parent_path();
@@ -52,7 +56,7 @@ void require_free_path(const fs::path& path, bool overwrite) {
                             path.string()));
 }
 
-// The template's text. Throws Error (usage) with a near miss.
+// Returns the text of a template. Throws Error (usage) with a similar name if there is none.
 std::string template_text(const std::string& name) {
   std::vector<std::string> names;
   for (const ShippedScene& one : templates()) {
@@ -66,7 +70,7 @@ std::string template_text(const std::string& name) {
               fmt::format("--template {}: no such template ({})", name, did_you_mean(name, names)));
 }
 
-// The text as a basic string of TOML.
+// Returns a text as a basic string of TOML.
 std::string toml_string(const std::string& text) {
   std::string quoted = "\"";
   for (const char c : text) {
@@ -79,7 +83,7 @@ std::string toml_string(const std::string& text) {
   return quoted + '"';
 }
 
-// Replaces the value of a line `key = value  # comment`. The comment stays where it is, if the value leaves
+// Replaces the value in a line `key = value  # comment`. The comment keeps its column if the value leaves
 // room.
 void set_value(std::string& text, const std::string& key, const std::string& value) {
   constexpr std::size_t comment_column = 32;
@@ -89,15 +93,15 @@ void set_value(std::string& text, const std::string& key, const std::string& val
   text.replace(begin, comment - begin, line);
 }
 
-// The number with as few digits as name it to a thousandth.
+// Returns a number with four significant digits, without trailing zeros.
 std::string short_number(double value) { return fmt::format("{:.4g}", value); }
 
-// What the reader and the builder say against the scene is said of the mesh: there is no scene to look into.
+// Throws Error (usage) that names the mesh instead of the scene: the user has no scene yet to look into.
 [[noreturn]] void refuse_mesh(const std::string& mesh, const std::string& why) {
   throw Error(ExitStatus::usage, fmt::format("{}: {}", mesh, why));
 }
 
-// The template's scene with the mesh, scaled to mesh_extent and placed over the step.
+// Returns the text of the template with the mesh, scaled to mesh_extent and placed over the step.
 std::string text_with_mesh(const std::string& mesh, const fs::path& scene) {
   TriangleMesh surface = read_mesh(mesh);
   if (const MeshReport found = repair(surface); !found.flaws.empty())
@@ -119,7 +123,8 @@ std::string text_with_mesh(const std::string& mesh, const fs::path& scene) {
   return text;
 }
 
-// Reads and builds the scene, as `duet check` does. Throws for a mesh that it refuses.
+// Reads the scene, and builds it if there is a mesh, as `duet check` does. Throws for a mesh that this
+// refuses.
 void require_valid(const std::string& text, const fs::path& scene, const std::string& mesh) {
   try {
     const scene::ReadResult read = scene::read_text(text, scene.string());

@@ -1,4 +1,5 @@
-// `duet overlaps`: how deep the bodies of a run lie in each other, between the points at which they touch.
+// `duet overlaps`: measures how deep the bodies at the end of a run overlap, also between the points at which
+// they are in contact.
 #include "sim/simulation/overlaps.h"
 
 #include "tools/commands.h"

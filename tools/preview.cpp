@@ -1,4 +1,4 @@
-// `duet preview`: one picture of a scene, or a sheet of frames, without a run.
+// `duet preview`: draws one picture of a scene, or a sheet of frames, without a run directory.
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
@@ -19,15 +19,16 @@ namespace duet::tools {
 namespace {
 namespace fs = std::filesystem;
 
-constexpr int default_width = 320, default_height = 180;
-constexpr int gap = 4;                    // pixels between the pictures of a sheet
-constexpr unsigned char gap_level = 255;  // white
-constexpr int most_columns = 5;           // of a sheet
+constexpr int default_width = 320, default_height = 180;  // pixels
+constexpr int gap = 4;                                    // pixels between the pictures of a sheet
+constexpr unsigned char gap_level = 255;                  // white
+constexpr int most_columns = 5;                           // largest number of pictures in a row of a sheet
+// Largest number of pixels of a sheet: 1.5 GB, or twice a picture of the largest size (16384 x 16384).
 constexpr std::int64_t most_pixels =
     512LL * 1024 * 1024;  // of a sheet, 1.5 GB: twice a picture of the largest size
 
-// Columns of a sheet of `count` pictures: at least as many as rows, and those that leave the fewest places
-// empty.
+// Returns the number of columns of a sheet of `count` pictures: at least as many as rows and, among these,
+// the number that leaves the fewest places empty.
 int columns_of(int count) {
   int fewest = 1;
   while (fewest * fewest < count) ++fewest;
@@ -38,7 +39,8 @@ int columns_of(int count) {
   return best;
 }
 
-// Pictures of one size side by side, in rows from the top left, with gaps between them.
+// A sheet of pictures of one size in rows from the top left, with gaps between them. Throws Error (usage) if
+// it is too large.
 class Sheet {
  public:
   Sheet(int count, int width, int height) : columns_(columns_of(count)), width_(width), height_(height) {
@@ -55,6 +57,7 @@ class Sheet {
     picture_.rgb.assign(static_cast<std::size_t>(3 * all_width * all_height), gap_level);
   }
 
+  // Adds the next picture: 8-bit RGB, rows from the top.
   void add(const std::vector<unsigned char>& rgb) {
     const std::size_t row_bytes = 3 * static_cast<std::size_t>(width_);
     const int left = count_ % columns_ * (width_ + gap), top = count_ / columns_ * (height_ + gap);
@@ -75,8 +78,9 @@ class Sheet {
   render::Picture picture_;
 };
 
-// Adds --width and --height, or their defaults, to the changes of the scene. A size that the user's --set
-// gives stays; one that only a run's source gives does not.
+// Appends --width and --height, or their defaults, to the changes `set` of the scene. A size that the user
+// gives by --set stays; one that only the source of a run gives does not. A missing length follows from the
+// other one by 16:9.
 void set_size(const PreviewOptions& options, const std::vector<std::string>& users_set,
               std::vector<std::string>& set) {
   const auto is_set = [&](const char* key) {
@@ -100,7 +104,8 @@ void set_size(const PreviewOptions& options, const std::vector<std::string>& use
                                                       : default_height));
 }
 
-// The frames to draw, in their order.
+// Returns the frames to draw in ascending order, equally spaced from 0. Throws Error (usage) if there are
+// fewer frames than moments.
 std::vector<int> frames_to_draw(const PreviewOptions& options, const scene::Scene& scene) {
   if (!options.moments) return {options.frame.value_or(0)};
   const int last = options.frame.value_or(scene.frames), count = *options.moments;
@@ -116,14 +121,15 @@ std::vector<int> frames_to_draw(const PreviewOptions& options, const scene::Scen
   return frames;
 }
 
+// Returns the file for a preview without --out: the folder of the run with "-preview.png" at its end.
 fs::path default_path(const SceneChoice& scene, const std::string& run) {
   fs::path folder = run_folder(scene, run).lexically_normal();
-  if (!folder.has_filename()) folder = folder.parent_path();  // "out/stack/"
+  if (!folder.has_filename()) folder = folder.parent_path();  // "out/stack/" ends with a slash
   folder += "-preview.png";
   return folder;
 }
 
-// Refuses a place that cannot be written to before anything is simulated.
+// Throws if the file cannot be written there, before anything is simulated.
 void require_png(const std::string& out) {
   std::error_code unknown;
   if (fs::path(out).extension() != ".png")
@@ -137,7 +143,7 @@ void require_png(const std::string& out) {
                     fmt::format("`mkdir -p {}` makes it", shell_word(folder.string())));
 }
 
-// One scene in memory, simulated from frame to frame and drawn onto a sheet.
+// A scene that is simulated in memory and drawn onto a sheet.
 class Preview {
  public:
   Preview(const SceneChoice& choice, const PreviewOptions& options, Report& report)
@@ -149,7 +155,8 @@ class Preview {
     simulation_.stop_when(&stop_flag());
   }
 
-  // Simulates and draws. Throws Stopped, or what stopped the simulation.
+  // Simulates and draws all frames. Throws Stopped if the program is interrupted, and the errors of
+  // simulation and renderer.
   void work(const std::string& path) {
     simulation_.surfaces(surfaces_);
     io::Manifest manifest;

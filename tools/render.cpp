@@ -18,7 +18,8 @@ namespace duet::tools {
 namespace {
 namespace fs = std::filesystem;
 
-// What moves is in the meshes already: only keys that the picture depends on can be changed.
+// Throws Error (usage) unless the key belongs to pictures alone. Motion cannot be changed any more: it is in
+// the meshes.
 void require_picture_key(const std::string& override_text) {
   static constexpr std::array<std::string_view, 5> tables = {"camera.", "lights.", "looks.", "render.",
                                                              "sky."};
@@ -30,8 +31,8 @@ void require_picture_key(const std::string& override_text) {
                           override_text));
 }
 
-// A mesh that was written and is gone would be a gap in the video, filled by an older picture if there is
-// one. Only lengths are compared here: all bytes are when the mesh is drawn.
+// Throws FileError if a mesh that the journal lists is gone or has another size: the video would have a gap
+// there, or show an older picture. The bytes are compared later, when the mesh is drawn.
 void require_listed_meshes(const io::RunDirectory& run, int last) {
   if (!run.journal) return;
   for (const auto& [name, entry] : run.journal->entries()) {
@@ -42,9 +43,10 @@ void require_listed_meshes(const io::RunDirectory& run, int last) {
   }
 }
 
+// Returns the frames to draw, sorted. `last` is the last frame of the run.
 std::vector<int> frames_to_draw(const RenderOptions& options, const io::RunDirectory& run, int last) {
   std::vector<int> frames;
-  if (options.frames) {  // a frame that is asked for and missing is an error when it is read
+  if (options.frames) {  // a missing frame that was asked for is an error when it is read
     for (int frame = options.frames->first.value_or(options.frames->last); frame <= options.frames->last;
          ++frame)
       frames.push_back(frame);
@@ -60,7 +62,7 @@ std::vector<int> frames_to_draw(const RenderOptions& options, const io::RunDirec
   return frames;
 }
 
-// Takes away the frames whose pictures are whole. Returns how many.
+// Removes the frames whose pictures are whole and have the size `size`. Returns how many they are.
 int drop_drawn(const io::RunDirectory& to, const scene::Render& size, std::vector<int>& frames) {
   const auto is_drawn = [&](int frame) {
     const fs::path image = to.image(frame);

@@ -19,7 +19,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// A log that cannot be written is no reason to stop a simulation: failures are passed over.
+// Writes progress and ignores failures: a log that cannot be written is no reason to stop a simulation.
 void write_to(FILE* stream, const std::string& text) {
   std::fwrite(text.data(), 1, text.size(), stream);
   std::fflush(stream);
@@ -27,11 +27,13 @@ void write_to(FILE* stream, const std::string& text) {
 
 std::string line_of(const Json& object) { return json_text(object) + '\n'; }
 
+// Returns a time as "h:mm:ss".
 std::string clock_text(double seconds) {
   const long s = std::lround(seconds);
   return fmt::format("{}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60);
 }
 
+// Returns the first word of the outcome.
 const char* word_of(ExitStatus status) {
   switch (status) {
     case ExitStatus::done:
@@ -185,7 +187,7 @@ void Report::progress(const std::string& live, const std::string& line) {
   live_line_shown_ = live_;
 }
 
-// Simulating and drawing go on side by side: the slower one decides.
+// Simulation and drawing run side by side, so that the slower one decides. Both are extrapolated linearly.
 std::string Report::time_left() const {
   const double so_far = std::chrono::duration<double>(std::chrono::steady_clock::now() - started_).count();
   const auto left = [&](int done, int total) { return done > 0 ? so_far / done * (total - done) : 0.0; };

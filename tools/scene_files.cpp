@@ -14,13 +14,14 @@ namespace duet::tools {
 namespace fs = std::filesystem;
 namespace {
 
-// Folders that may hold the scenes, relative to the program's.
+// Folders that may hold the scenes, relative to the folder of the program.
 constexpr const char* places_of_scenes[] = {
     "../scenes",                // build/duet
     "../share/duet/scenes",     // installed: bin/duet
     "../../share/duet/scenes",  // installed and portable: libexec/duet/duet-x86-64
     "../../../scenes"};         // build/libexec/duet/duet-x86-64
 
+// Returns the TOML files in a folder and below it, sorted by name.
 std::vector<ShippedScene> scenes_below(const fs::path& folder) {
   std::vector<ShippedScene> scenes;
   std::error_code missing;
@@ -33,8 +34,8 @@ std::vector<ShippedScene> scenes_below(const fs::path& folder) {
   return scenes;
 }
 
-// The scenes of a folder, given by its path from scenes/: in the current folder, or else in the first of the
-// places relative to the program's folder that has some.
+// Returns the scenes of a folder whose path starts at scenes/. They are looked for in the current folder,
+// then in the places relative to the program; the first one that has any counts.
 std::vector<ShippedScene> scenes_beside(const fs::path& from_scenes) {
   std::vector<ShippedScene> scenes = scenes_below(("scenes" / from_scenes).lexically_normal());
   if (!scenes.empty()) return scenes;

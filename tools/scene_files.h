@@ -1,4 +1,4 @@
-// The scenes that ship, and how a name on the command line becomes a scene or a run.
+// The scenes that ship, and the way from a name on the command line to a scene or a run.
 #pragma once
 
 #include <filesystem>
@@ -13,42 +13,46 @@
 
 namespace duet::tools {
 
+// A scene file that ships with the program.
 struct ShippedScene {
-  std::string name;            // path below scenes/ without the extension: "stack", "hard/pile"
-  std::filesystem::path path;  // of the file
+  std::string name;            // path below its folder, without extension: "stack", "hard/pile"
+  std::filesystem::path path;  // path of the file
 };
 
-// Sorted by name. Looked for in scenes/ of the current folder, then in the source tree whose build the
-// program is, and where `cmake --install` puts them.
+// Returns the shipped scenes by name. They are looked for in scenes/ of the current folder, then in the
+// source tree to whose build the program belongs, then where `cmake --install` puts them. Empty if there are
+// none.
 std::vector<ShippedScene> shipped_scenes();
 
-/// The templates of `duet new` by their names, sorted: the files of assets/templates beside the scenes.
-/// Looked for where the scenes are looked for.
+// Returns the templates of `duet new` by name: the files in assets/templates beside the folder scenes/, which
+// is found as for shipped_scenes().
 std::vector<ShippedScene> templates();
 
-// The file of a scene given as a path or by its shipped name. Throws Error (usage) with a near miss.
+// Returns the file of a scene that is given as a path or by its shipped name. Throws Error (usage) with a
+// similar name if there is none.
 std::filesystem::path find_scene(const std::string& name);
 
-/// A choice that names a run (a folder, not of a shipped scene's name) becomes that of the scene it was made
-/// of, with the run's changes before the choice's own; `out`, if empty, the run's folder. Other choices stay.
-/// Throws FileError where the run has no copy of its scene, or a damaged one.
+// Replaces a choice that names a run by the scene of that run. A run is a folder with a manifest whose name
+// is not that of a shipped scene. The changes that the run was made with come before those of the choice, and
+// an empty `out` becomes the folder of the run. Other choices stay as they are. Throws FileError if the run
+// has no copy of its scene, or a damaged one.
 void resolve_run(SceneChoice& choice, std::string& out);
 
-/// What the choice changes in the scene, --accuracy first.
+// Returns the changes of the scene as "key=value"; --accuracy comes first.
 std::vector<std::string> all_overrides(const SceneChoice& choice);
 
-// Finds and reads the scene with its overrides. Throws SceneError, FileError or Error (usage).
+// Finds the scene of a choice and reads it with its changes. Throws SceneError, FileError or Error (usage).
 scene::ReadResult read_scene(const SceneChoice& choice);
 
-/// Where a run of the scene goes: the folder of --out, or out/ and the name of a scene that ships
-/// ("out/hard/pile"), or out/ and the file's own name without its ending.
+// Returns the folder for a run of the scene: `out`, the value of --out, if it is not empty; else out/ and the
+// name of a scene that ships ("out/hard/pile"); else out/ and the name of the file without its extension.
 std::filesystem::path run_folder(const SceneChoice& choice, const std::string& out);
 
-// The run of a folder, or of a name in out/. Throws FileError.
+// Returns the run in the folder `name` or out/`name`. Throws FileError if neither has a manifest.
 io::RunDirectory find_run(const std::string& name);
 
-/// Loads a checkpoint of `run` into a simulation of its scene. Throws Error (files) with the path of the file
-/// where the state does not fit the scene, or is not the one that the run's statistics tell of.
+// Loads a checkpoint of `run` into a simulation of its scene. Throws FileError with the path of the file if
+// the state does not fit the scene, or if its hash is not the one in the statistics of the run.
 void load_checkpoint(const io::RunDirectory& run, const io::Checkpoint& checkpoint, Simulation& simulation);
 
 }  // namespace duet::tools

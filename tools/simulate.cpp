@@ -1,4 +1,4 @@
-// `duet sim` and `duet run`: simulates a scene into a run directory; `run` draws its frames meanwhile.
+// `duet sim` and `duet run`: simulate a scene into a run directory. `run` draws the frames meanwhile.
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
@@ -37,6 +37,7 @@ namespace duet::tools {
 namespace {
 namespace fs = std::filesystem;
 
+// Describes the machine for the manifest: processor, threads and operating system.
 std::string machine_text() {
   std::ifstream cpus("/proc/cpuinfo");
   std::string line, model = "unknown processor";
@@ -51,7 +52,8 @@ std::string machine_text() {
                      system.sysname, system.machine);
 }
 
-// What the frames cost that this run simulated, and the worst of them and of the one that they follow.
+// Sums up the cost of the frames that this process simulated, and the deepest penetration of them and of the
+// frame before.
 class Totals {
  public:
   void add(const FrameStats& stats) {
@@ -60,7 +62,7 @@ class Totals {
     seconds_ += stats.seconds;
     start_with(stats);
   }
-  // A frame that cost nothing, but is part of the run: frame 0, or the one that a run continues after.
+  // Takes a frame into account that cost nothing here: frame 0, or the one after which a run continues.
   void start_with(const FrameStats& stats) { penetration_ = std::max(penetration_, stats.max_penetration); }
   std::string text() const {
     if (frames_ == 0) return {};
@@ -72,33 +74,51 @@ class Totals {
   int frames_ = 0;
   std::int64_t substeps_ = 0;
   double seconds_ = 0;      // wall time
-  double penetration_ = 0;  // m, at frame ends and at the start
+  double penetration_ = 0;  // m, largest at frame ends and at the start
 };
 
-// One simulation and the folder it is written to.
+// One simulation and its run directory.
 class Run {
  public:
   Run(const SimulateOptions& options, Report& report);
 
-  void prepare();  // throws before anything of an earlier run is touched
-  Outcome work();  // throws what stopped the work
-  /// What is there after a stop. `given_up`: the frame that was being computed; 0: none.
+  // Checks everything, then makes the folder ready. Throws before it touches anything of an earlier run.
+  void prepare();
+  // Simulates to the last frame and encodes the video. Throws what stopped it.
+  Outcome work();
+  // Returns the outcome after a stop. `given_up` is the frame that was being computed; 0: none.
   Outcome stopped(ExitStatus status, int given_up = 0) const;
 
  private:
+  // The manifest of this run.
   io::Manifest describe() const;
+  // Throws Error (usage) if the folder holds a run.
   void require_free_folder() const;
+  // Loads the newest checkpoint of this scene. Returns its frame, or -1 if the run has to start at frame 0.
   int restore();
+  // Throws the reason why the run cannot be continued, and leaves its files as they are.
   void refuse_without_checkpoint(const io::CheckpointSearch& search, const io::HeldRun& held) const;
+  // Throws Error (usage) if `checkpoint`, written by the program `earlier`, is of another version of the
+  // numerics, because the motion would differ. With --allow-other-build it notes that instead.
   void require_same_numerics(const io::Checkpoint& checkpoint, const io::Origin& earlier);
+  // Writes everything of the current frame.
   void record();
+  // Writes meshes, values and level sets of the current frame.
   void write_frame(int frame, const FrameStats& stats);
+  // Returns whether meshes and pictures of the frame are asked for.
   bool wanted(int frame) const { return !options_.stats_only && frame >= first_ && frame <= last_; }
+  // Returns whether the frame has a mesh.
   bool written(int frame) const { return fs::exists(directory_.mesh(frame)); }
+  // Returns whether the frame has a whole picture.
   bool drawn(int frame) const;
+  // Reports damaged and lost files of the frames up to `resumed`, and keeps them for the outcome.
   void note_faults(int resumed);
+  // Queues the frames up to `resumed` whose pictures are missing, and reports missing meshes. Announces the
+  // work.
   void redraw_missing(int resumed);
+  // Reports bodies that overlap at the start.
   void note_overlaps();
+  // Reports thin bodies that are pinched between others.
   void note_pinches(const FrameStats& stats);
 
   const SimulateOptions& options_;
@@ -110,19 +130,19 @@ class Run {
   const int last_, first_;
   Simulation simulation_;
   std::vector<BodySurface> surfaces_;
-  std::vector<BodySurface> rest_;  // at rest; empty once they are written
+  std::vector<BodySurface> rest_;  // at rest; emptied once they are written
   io::FrameValues values_;
   io::Manifest manifest_;
   std::unique_ptr<io::RunLock> lock_;
   io::RunSource source_;
-  io::SourceFiles source_files_;  // empty once they are written
+  io::SourceFiles source_files_;  // emptied once they are written
   std::unique_ptr<io::LevelSetWriter> level_sets_;
   std::unique_ptr<io::StatsLog> stats_;
   std::unique_ptr<io::StageLog> stages_;
-  int recorded_ = -1;                // the last frame that is whole in the folder
-  std::vector<std::string> faults_;  // of files of the frames before a --resume
+  int recorded_ = -1;                // last frame that is whole in the folder; -1: none
+  std::vector<std::string> faults_;  // damaged and lost files of the frames before a --resume
   Totals totals_;
-  std::vector<PinchStats> pinched_;  // with the least room of the run
+  std::vector<PinchStats> pinched_;  // pinches so far, each with the least room of the run
   std::unique_ptr<FrameDrawer> drawer_;
 };
 
@@ -185,7 +205,7 @@ void Run::prepare() {
   redraw_missing(resumed);
 }
 
-// "41 frames (0 to 40)", "1 frame (7)", "a video".
+// Describes what a folder holds: "41 frames (0 to 40)", "1 frame (7)" or "a video".
 std::string text_of(const io::HeldRun& held) {
   if (held.frames.empty()) return "a video";
   const int first = *held.frames.begin(), last = *held.frames.rbegin();
@@ -203,12 +223,11 @@ void Run::require_free_folder() const {
                   directory_.root.string(), text_of(held)));
 }
 
-// Loads the newest checkpoint of this scene; returns its frame, or -1 when the run has to start at frame 0.
 int Run::restore() {
   const io::CheckpointSearch search = io::find_checkpoint(directory_, identity_);
   if (!search.found) {
     const io::HeldRun held = io::held_run(directory_);
-    // A run that was killed while it wrote frame 0, the initial state, has nothing that the scene lacks.
+    // A run that was killed while it wrote frame 0, the initial state, holds nothing that the scene lacks.
     const bool only_start = !held.has_video && (held.frames.empty() || *held.frames.rbegin() == 0);
     if (!search.faults.empty() || !only_start) refuse_without_checkpoint(search, held);
     report_.note(fmt::format("no checkpoint in {}: starting at frame 0", directory_.checkpoint().string()));
@@ -223,7 +242,6 @@ int Run::restore() {
   return search.found->frame;
 }
 
-// Throws why the run cannot be continued. What it holds stays.
 void Run::refuse_without_checkpoint(const io::CheckpointSearch& search, const io::HeldRun& held) const {
   const std::string root = directory_.root.string();
   if (search.foreign)
@@ -247,7 +265,6 @@ void Run::refuse_without_checkpoint(const io::CheckpointSearch& search, const io
                   root, faults, held.is_empty() ? "all" : text_of(held), held.frames.size() > 1 ? "" : "s"));
 }
 
-// Another version of the numerics would continue another motion. `earlier` computed the checkpoint.
 void Run::require_same_numerics(const io::Checkpoint& checkpoint, const io::Origin& earlier) {
   if (checkpoint.numerics == numerics_version) return;
   const std::string difference = fmt::format(
@@ -263,8 +280,8 @@ void Run::require_same_numerics(const io::Checkpoint& checkpoint, const io::Orig
   report_.note(fmt::format("{}: going on, not to the same bits (--allow-other-build)", difference));
 }
 
-// Names what was damaged or lost of the frames that an earlier run simulated, and keeps it in mind for the
-// outcome. Growing files that are damaged are marked so, as their new lines hide it.
+// A file that grows by lines is marked as damaged in the journal, because its new lines would hide the
+// damage.
 void Run::note_faults(int resumed) {
   constexpr std::size_t most = 10;
   const io::RunDirectory before = io::open_run(directory_.root);
@@ -283,8 +300,8 @@ void Run::note_faults(int resumed) {
       before.journal->flaw(path);
 }
 
-// Whether the frame has a whole picture. A run with a journal lists every one.
 bool Run::drawn(int frame) const {
+  // A run with a journal lists every picture.
   const fs::path image = directory_.image(frame);
   if (!io::holds_bytes(image)) return false;
   if (frame < directory_.journal->first_frame()) return true;
@@ -293,7 +310,8 @@ bool Run::drawn(int frame) const {
          directory_.journal->fault(image).empty();
 }
 
-// Frames that an earlier run simulated: what it did not draw is drawn, what it did not write is named.
+// Frames that an earlier run simulated are drawn if their pictures are missing. Frames that it did not write
+// cannot be drawn: only their number is noted.
 void Run::redraw_missing(int resumed) {
   int missing = 0;
   std::vector<int> to_draw_again;
@@ -314,7 +332,7 @@ void Run::redraw_missing(int resumed) {
   for (const int frame : to_draw_again) drawer_->add(frame);
 }
 
-// A pile may have hundreds of them, which `duet check` names.
+// Reports at most ten pairs: a pile may have hundreds of them, which `duet check` lists.
 void Run::note_overlaps() {
   constexpr std::size_t most = 10;
   const std::vector<InitialOverlap>& overlaps = simulation_.initial_overlaps();
@@ -325,7 +343,7 @@ void Run::note_overlaps() {
                              overlaps.size() - most, options_.scene.name));
 }
 
-// Each body and the two that pinch it once; the outcome tells the least room that they left.
+// Reports each body once for the two that pinch it; the outcome states the least room that these left it.
 void Run::note_pinches(const FrameStats& stats) {
   for (const PinchStats& pinch : stats.pinched) {
     const auto known = std::find_if(pinched_.begin(), pinched_.end(), [&](const PinchStats& one) {
@@ -344,7 +362,6 @@ void Run::note_pinches(const FrameStats& stats) {
   }
 }
 
-// The meshes, values and level sets of the frame that the simulation holds.
 void Run::write_frame(int frame, const FrameStats& stats) {
   simulation_.surfaces(surfaces_);
   directory_.write(directory_.mesh(frame), io::obj_text(surfaces_));
@@ -354,8 +371,7 @@ void Run::write_frame(int frame, const FrameStats& stats) {
     level_sets_->write(directory_, frame, stats.time, bodies);
 }
 
-// Writes everything of the frame that the simulation holds. The checkpoint comes last: a frame that has one
-// is whole.
+// The checkpoint is written last: a frame that has one is whole.
 void Run::record() {
   const int frame = simulation_.frame();
   const FrameStats stats = simulation_.stats();
@@ -421,7 +437,7 @@ Outcome Run::stopped(ExitStatus status, int given_up) const {
                                   : fmt::format("after frame {}", recorded_);
   text += fmt::format("; frames up to {} are whole in {}, whose state is {}", recorded_,
                       directory_.root.string(), io::checkpoint_path(directory_, recorded_).string());
-  // The same simulation fails again at the same place: only other reasons are worth a second attempt.
+  // A failed simulation fails again at the same place. A second attempt makes sense for other reasons only.
   if (status != ExitStatus::simulation) text += fmt::format("; continue with `{}`", options_.resume_command);
   return {status, text};
 }

@@ -1,4 +1,4 @@
-// `duet tetrahedralize`: fills a closed surface with tetrahedra and says how good they are.
+// `duet tetrahedralize`: fills a closed surface with tetrahedra and reports their quality.
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
@@ -20,19 +20,21 @@
 namespace duet::tools {
 namespace {
 
-constexpr double least_cells = 2, most_cells = 512;  // along the longest extent
+constexpr double least_cells = 2, most_cells = 512;  // number of lattice cells along the longest extent
 
+// The report of a filled surface.
 struct Result {
   TetQuality quality;
   std::size_t boundary_triangles = 0;
   int parts = 0;
   double spacing = 0;         // m
-  double surface_volume = 0;  // m^3, of what the input encloses
+  double surface_volume = 0;  // m^3, enclosed by the surface
   double seconds = 0;
+  // Relative error of the volume of the tetrahedra.
   double volume_error() const { return quality.volume / surface_volume - 1; }
 };
 
-// The mesh of the file, repaired, with notes on what was done. One that is no solid is bad input.
+// Reads and repairs a mesh, and notes the repairs. Throws Error (usage) if the mesh bounds no solid.
 TriangleMesh read_solid(const std::string& path, Report& report) {
   TriangleMesh mesh = read_mesh(path);
   const MeshReport found = repair(mesh);
@@ -45,6 +47,8 @@ TriangleMesh read_solid(const std::string& path, Report& report) {
   return mesh;
 }
 
+// Returns the edge of the lattice (m) that --spacing or --cells asks for; empty if neither is given. Throws
+// Error (usage) if it is out of range.
 std::optional<double> wanted_spacing(const TetrahedralizeOptions& options, const TriangleMesh& mesh) {
   Eigen::AlignedBox3d box;
   for (const Vec3& x : mesh.positions) box.extend(x);
@@ -59,6 +63,7 @@ std::optional<double> wanted_spacing(const TetrahedralizeOptions& options, const
   return options.spacing;
 }
 
+// Returns the content of the file, in the format of its extension.
 std::string file_text(const std::string& path, const TetMesh& mesh) {
   return std::filesystem::path(path).extension() == ".vtk" ? vtk_text(mesh) : medit_text(mesh);
 }
@@ -70,6 +75,7 @@ void require_known_ending(const std::string& path) {
                 fmt::format("{}: use the ending .mesh (Medit, for scenes) or .vtk (ParaView)", path));
 }
 
+// Returns the report as text, with a histogram of the dihedral angles.
 std::string text_of(const Result& result) {
   const TetQuality& q = result.quality;
   std::string text = fmt::format(

@@ -1,4 +1,4 @@
-// `duet verify`: whether the files of a run are those that it wrote.
+// `duet verify`: compares the files of a run with the journal of what it wrote.
 #include "tools/commands.h"
 #include "tools/scene_files.h"
 #include <fmt/format.h>

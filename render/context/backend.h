@@ -1,9 +1,13 @@
-// Which off-screen OpenGL library draws.
+// The choice of an off-screen OpenGL library.
 #pragma once
 
 namespace duet::render {
 
-// automatic tries OSMesa, then EGL surfaceless. Both draw the same bits with the same Mesa.
-enum class Backend { automatic, osmesa, egl };
+/// The off-screen OpenGL libraries. Both draw equal bits with the same version of Mesa.
+enum class Backend {
+  automatic,  ///< OSMesa if it gives a context, else EGL
+  osmesa,     ///< OSMesa, which Mesa dropped with version 25.1
+  egl         ///< EGL on Mesa's surfaceless platform
+};
 
 }  // namespace duet::render

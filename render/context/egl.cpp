@@ -1,4 +1,4 @@
-// EGL back-end on Mesa's surfaceless platform: no display server, no GPU needed.
+// EGL back-end on Mesa's surfaceless platform, which needs no display server and no GPU.
 #define EGL_NO_X11
 #include <array>
 #include <string_view>
@@ -17,6 +17,7 @@ constexpr const char* packages = "install Mesa's EGL: apt install libegl1 libgl1
 
 class EglContext : public Context {
  public:
+  // Opens the library, creates a context and makes it current. Throws FileError.
   explicit EglContext(const std::vector<std::string>& libraries) : library_(libraries, "libegl1") {
     library_.find("eglGetProcAddress", get_proc_address_);
     library_.find("eglInitialize", initialize_);
@@ -30,8 +31,9 @@ class EglContext : public Context {
     open_context();
   }
   ~EglContext() override {
+    // The display stays initialized, because other contexts share it.
     make_current_(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
-    destroy_(display_, context_);  // the display stays initialized: other contexts share it
+    destroy_(display_, context_);
   }
   EglContext(const EglContext&) = delete;
   EglContext& operator=(const EglContext&) = delete;

@@ -1,5 +1,5 @@
-// The OpenGL functions that the renderer calls, loaded through a context. One table a context: with several
-// back-ends in a process, the same function has several addresses.
+// The OpenGL functions that the renderer calls, loaded through a context. Every context has its own table,
+// because the same function has other addresses in another back-end of the same process.
 #pragma once
 
 #include <GL/glcorearb.h>
@@ -8,7 +8,8 @@
 
 namespace duet::render {
 
-// X(name without the prefix gl, the same in capitals). All of them belong to OpenGL 3.3 core.
+/// Calls X(name, NAME) for each function: its name without the prefix gl, and that name in capitals. All of
+/// them belong to OpenGL 3.3 core.
 #define DUET_GL_FUNCTIONS(X)                          \
   X(ActiveTexture, ACTIVETEXTURE)                     \
   X(AttachShader, ATTACHSHADER)                       \
@@ -75,13 +76,14 @@ namespace duet::render {
   X(VertexAttribPointer, VERTEXATTRIBPOINTER)         \
   X(Viewport, VIEWPORT)
 
+/// Table of pointers to functions of OpenGL: gl.BindBuffer is glBindBuffer.
 struct Gl {
 #define DUET_GL_MEMBER(name, NAME) PFNGL##NAME##PROC name = nullptr;
   DUET_GL_FUNCTIONS(DUET_GL_MEMBER)
 #undef DUET_GL_MEMBER
 };
 
-// Loads the table; the context must be current. Throws FileError when a function is missing.
+/// Loads the table through `context`, which must be current. Throws FileError if a function is missing.
 Gl load_gl(const Context& context);
 
 }  // namespace duet::render

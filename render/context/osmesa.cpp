@@ -1,29 +1,30 @@
-// OSMesa back-end. The interface is declared here and not taken from <GL/osmesa.h>: Mesa 25.1 dropped the
-// library and its header, and the program must still build there (and then draw through EGL).
+// OSMesa back-end. Its interface is declared here instead of taken from <GL/osmesa.h>: Mesa 25.1 dropped the
+// library and its header, and the program must still build there and draw through EGL.
 #include <array>
 
 #include "render/context/context.h"
 #include "sim/base/error.h"
 
 #ifdef __SANITIZE_ADDRESS__
-// OSMesa never frees a few hundred bytes of each context. Our own leaks stay visible.
+// OSMesa never frees a few hundred bytes of each context. Leaks of Duet itself stay visible.
 extern "C" const char* __lsan_default_suppressions() { return "leak:libOSMesa.so"; }
 #endif
 
 namespace duet::render {
 namespace {
 
-struct OsmesaState;  // opaque
+struct OsmesaState;  // opaque, owned by the library
 using Create = OsmesaState*(const int* attributes, OsmesaState* shared);
 using Destroy = void(OsmesaState*);
 using MakeCurrent = unsigned char(OsmesaState*, void* buffer, unsigned type, int width, int height);
 using GetProcAddress = Context::Function(const char* name);
 
+// Values of <GL/osmesa.h> and of OpenGL.
 constexpr int format_attribute = 0x22, profile_attribute = 0x33, core_profile = 0x34;
 constexpr int major_attribute = 0x36, minor_attribute = 0x37;
 constexpr int rgba = 0x1908;                // GL_RGBA
 constexpr unsigned unsigned_byte = 0x1401;  // GL_UNSIGNED_BYTE
-constexpr int side = 16;  // pixels; OSMesa asks for a buffer, though nothing is drawn into it
+constexpr int side = 16;  // pixels of a buffer that OSMesa asks for, although nothing is drawn into it
 
 class OsmesaContext : public Context {
  public:

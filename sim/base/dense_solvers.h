@@ -1,5 +1,6 @@
-// Decompositions of small matrices. Their operations come in one order, whatever the processor's vectors, the
-// compiler and the version of Eigen, whose own ones promise none; so they are what feeds the state may use.
+// Decompositions and solves of small dense matrices with a fixed order of operations. Eigen's own solvers
+// promise no order: it varies with the processor's vector width, the compiler and the version of Eigen. Code
+// that feeds the state uses these solvers instead, so that its bits are the same everywhere.
 #pragma once
 
 #include <array>
@@ -10,25 +11,28 @@
 
 namespace duet {
 
+/// A square matrix of doubles with `n` rows and columns.
 template <int n>
 using SquareMatrix = Eigen::Matrix<double, n, n>;
+/// A column vector of `n` doubles.
 template <int n>
 using ColumnVector = Eigen::Matrix<double, n, 1>;
 
-/// A = vectors diag(values) vectors^T, values ascending, vectors orthonormal (of either handedness).
+/// Eigenvalues and eigenvectors of a symmetric matrix: A = Q diag(lambda) Q^T.
 template <int n>
 struct SymmetricEigen {
-  ColumnVector<n> values;
-  SquareMatrix<n> vectors;
+  ColumnVector<n> values;   ///< The eigenvalues lambda, in ascending order.
+  SquareMatrix<n> vectors;  ///< Q, whose columns are orthonormal eigenvectors; det Q is 1 or -1.
 };
 
-/// Eigenvalues and eigenvectors of the symmetric matrix A, of which the lower triangle is read, by Jacobi's
-/// method: cyclic rotations, each clearing one entry off the diagonal, until they are rounding (Golub, Van
-/// Loan, Matrix Computations, section 8.5). Accurate to rounding relative to the largest eigenvalue. NaN
-/// entries give NaN.
+/// Computes the eigenvalues and eigenvectors of a symmetric matrix by cyclic Jacobi rotations. Only the lower
+/// triangle of `matrix` is read. Each rotation clears one off-diagonal entry; sweeps over all of them end
+/// when the off-diagonal entries are rounding (Golub, Van Loan, Matrix Computations, section 8.5). The result
+/// is accurate to rounding relative to the largest eigenvalue. NaN entries give NaN.
 template <int n>
 SymmetricEigen<n> symmetric_eigen(const SquareMatrix<n>& matrix) {
-  constexpr int most_sweeps = 20;  // it converges quadratically: 5 to 8 are usual
+  // Bound on the number of sweeps. Convergence is quadratic, and 5 to 8 sweeps are usual.
+  constexpr int most_sweeps = 20;
   SquareMatrix<n> A = matrix;
   SymmetricEigen<n> result;
   SquareMatrix<n>& Q = result.vectors;
@@ -39,12 +43,13 @@ SymmetricEigen<n> symmetric_eigen(const SquareMatrix<n>& matrix) {
       diagonal += A(i, i) * A(i, i);
       for (int j = 0; j < i; ++j) off_diagonal += A(i, j) * A(i, j);
     }
+    // The sums hold squares: 2^-110 is the square of 2^-55, a quarter of the unit roundoff 2^-53.
     if (!(off_diagonal > 0x1p-110 * diagonal)) break;
     for (int p = 0; p < n; ++p)
       for (int q = p + 1; q < n; ++q) {
         const double here = A(q, p);
         if (here == 0) continue;
-        // t = tan of the smaller angle of rotation: t^2 + 2 theta t - 1 = 0
+        // t is the tangent of the smaller of the two rotation angles: t^2 + 2 theta t - 1 = 0.
         const double theta = (A(q, q) - A(p, p)) / (2 * here);
         const double t = (theta < 0 ? -1 : 1) / (std::abs(theta) + std::sqrt(theta * theta + 1));
         const double c = 1 / std::sqrt(t * t + 1), s = t * c;
@@ -74,15 +79,19 @@ SymmetricEigen<n> symmetric_eigen(const SquareMatrix<n>& matrix) {
   return result;
 }
 
-/// P A P^T = L D L^T of a symmetric positive semi-definite matrix A, of which the lower triangle is read,
-/// with the largest remaining diagonal entry as each pivot. Where no pivot is left but rounding, the matrix
-/// is taken for singular: solutions have nothing along what remains.
+/// The factorization P A P^T = L D L^T of a symmetric positive semi-definite matrix A with diagonal pivoting.
+/// Each pivot is the largest remaining diagonal entry. Where only pivots of rounding size remain, A counts as
+/// singular: their unknowns are set to zero, so that a consistent singular system gets one of its solutions.
+/// A default-constructed factor is that of the identity.
 template <int n>
 class SymmetricFactor {
  public:
+  /// Constructs the factor of the identity.
   SymmetricFactor() = default;
+  /// Factors `matrix`; see compute().
   explicit SymmetricFactor(const SquareMatrix<n>& matrix) { compute(matrix); }
 
+  /// Replaces the factor by that of `matrix`, of which only the lower triangle is read.
   void compute(const SquareMatrix<n>& matrix) {
     L_ = matrix;
     ColumnVector<n> scale = L_.diagonal();
@@ -103,6 +112,8 @@ class SymmetricFactor {
     }
   }
 
+  /// Returns x with A x = `right_side`. If A is singular, the equations of the pivots that count as zero are
+  /// ignored.
   ColumnVector<n> solve(const ColumnVector<n>& right_side) const {
     ColumnVector<n> x = right_side;
     for (int j = 0; j < n; ++j) std::swap(x[j], x[row_[static_cast<std::size_t>(j)]]);
@@ -115,6 +126,7 @@ class SymmetricFactor {
     return x;
   }
 
+  /// Returns A^-1, one column per solve. If A is singular, this is a generalized inverse.
   SquareMatrix<n> inverse() const {
     SquareMatrix<n> result;
     for (int j = 0; j < n; ++j) result.col(j) = solve(ColumnVector<n>::Unit(j));
@@ -122,9 +134,12 @@ class SymmetricFactor {
   }
 
  private:
+  // Pivots at or below this fraction of their original diagonal entry count as zero. It is 4.5 times the
+  // relative precision of a double (2.2e-16). A larger value would treat ill-conditioned matrices as
+  // singular.
   static constexpr double rounding = 1e-15;
 
-  // Exchanges rows and columns i < j of the lower triangle, columns before i being those of L already.
+  // Exchanges rows and columns i < j of the lower triangle. Columns before i hold entries of L already.
   void exchange(int i, int j) {
     if (i == j) return;
     for (int k = 0; k < i; ++k) std::swap(L_(i, k), L_(j, k));
@@ -133,8 +148,12 @@ class SymmetricFactor {
     std::swap(L_(i, i), L_(j, j));
   }
 
-  SquareMatrix<n> L_ = SquareMatrix<n>::Identity();  // below the diagonal
+  // The unit lower triangular factor, below the diagonal. Its diagonal and upper triangle hold scratch
+  // values.
+  SquareMatrix<n> L_ = SquareMatrix<n>::Identity();
+  // The diagonal of D^-1; 0 for pivots that count as zero.
   ColumnVector<n> inverse_pivot_ = ColumnVector<n>::Ones();
+  // The permutation P as exchanges: step j exchanges j with row_[j].
   std::array<int, n> row_ = [] {
     std::array<int, n> same{};
     for (int i = 0; i < n; ++i) same[static_cast<std::size_t>(i)] = i;
@@ -142,8 +161,8 @@ class SymmetricFactor {
   }();
 };
 
-/// A^-1 B for a regular matrix A, by elimination with the largest entry of each column as pivot. A singular A
-/// gives entries that are not finite.
+/// Returns A^-1 B by Gaussian elimination with partial pivoting. If A is singular, the result has entries
+/// that are not finite.
 template <int n>
 SquareMatrix<n> solve_general(SquareMatrix<n> A, SquareMatrix<n> B) {
   for (int j = 0; j < n; ++j) {

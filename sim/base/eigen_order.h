@@ -1,6 +1,7 @@
-// The order in which Eigen sums up scalar products, the same for all its versions: up to version 3.4 that of
-// sum(), x + (y + z) of three numbers, from 5 on (x + y) + z. Included wherever Eigen's vectors come from
-// (sim/base/types.h), so that all of the program has the one.
+// Fixes the order in which Eigen sums the products of a scalar product, so that it is the same in all
+// versions. Up to version 3.4 it is that of sum(), which adds three numbers as x + (y + z); from version 5 on
+// Eigen adds them as (x + y) + z. sim/base/types.h includes this file, so that the whole program uses the
+// order of 3.4.
 #pragma once
 
 #include <type_traits>
@@ -11,7 +12,8 @@
 
 namespace Eigen::internal {
 
-// Of vectors of a fixed length: those of others are summed up one by one in all versions.
+/// Scalar products of vectors of fixed length use sum(). Vectors of variable length are summed one by one in
+/// all versions and need no specialization.
 template <class Left, class Right>
 requires(int(Left::SizeAtCompileTime) > 2 && int(Left::SizeAtCompileTime) == int(Right::SizeAtCompileTime) &&
          std::is_floating_point_v<typename Left::Scalar>) struct dot_impl<Left, Right> {

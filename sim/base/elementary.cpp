@@ -12,7 +12,7 @@ namespace {
 
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
-// 1/n! for n < 20.
+// Returns 1/n! for n < 20.
 constexpr std::array<double, 20> inverse_factorials() {
   std::array<double, 20> inverse{};
   double factorial = 1;  // exact up to 22!
@@ -24,8 +24,8 @@ constexpr std::array<double, 20> inverse_factorials() {
 }
 constexpr std::array<double, 20> over_factorial = inverse_factorials();
 
-// sum over k >= 0 of (-z)^k / (n + 2k)!, up to the last factorial below 20: what a sine or cosine has after
-// its first terms.
+// Returns the sum over k >= 0 of (-z)^k / (n + 2k)!, up to the last factorial below 20!. It is the tail of
+// the series of a sine or cosine after its first terms.
 double alternating_series(std::size_t n, double z) {
   std::size_t last = n;
   while (last + 2 < over_factorial.size()) last += 2;
@@ -34,19 +34,20 @@ double alternating_series(std::size_t n, double z) {
   return sum;
 }
 
-// pi/2 as the sum of three doubles, of 160 bits together.
+// pi/2 as the sum of three doubles, with 160 bits together.
 constexpr double half_pi[3] = {0x1.921fb54442d18p+0, 0x1.1a62633145c07p-54, -0x1.f1976b7ed8fbcp-110};
 constexpr DoubleDouble pi = {2 * half_pi[0], 2 * half_pi[1]};
 
-// x = quarter pi/2 + rest, |rest| at most pi/4 and a little.
+// x = quarter pi/2 + rest, where |rest| exceeds pi/4 by rounding at most.
 struct ReducedAngle {
   DoubleDouble rest;
   int quarter;  // modulo 4
 };
 
+// Reduces an angle x (rad) to the multiple of pi/2 nearest to it and the rest.
 ReducedAngle reduce(double x) {
   if (std::abs(x) < 0.785) return {{x, 0}, 0};
-  if (!(std::abs(x) < 0x1p50)) x = std::remainder(x, 2 * half_pi[0]);  // the C standard has it exact
+  if (!(std::abs(x) < 0x1p50)) x = std::remainder(x, 2 * half_pi[0]);  // exact by the C standard
   const double quarters = std::floor(x * (1 / half_pi[0]) + 0.5);
   const DoubleDouble first = two_product(quarters, half_pi[0]), second = two_product(quarters, half_pi[1]);
   const DoubleDouble rest = ((two_sum(x, -first.high) - DoubleDouble{first.low, 0}) - second) -
@@ -54,13 +55,14 @@ ReducedAngle reduce(double x) {
   return {rest, static_cast<int>(std::fmod(quarters, 4)) & 3};
 }
 
-// x + (-x^3/3! + ...), the sine of x.high + x.low to first order in x.low.
+// Returns x + (-x^3/3! + ...): the sine of x.high + x.low, to first order in x.low.
 double sine_of(const DoubleDouble& x) {
   const double z = x.high * x.high;
   return x.high + (x.low * (1 - 0.5 * z) - x.high * (z * alternating_series(3, z)));
 }
 
-// 1 - x^2/2 + (x^4/4! - ...); the first two terms and what their difference loses.
+// Returns 1 - x^2/2 + (x^4/4! - ...): the cosine of x.high + x.low. The rounding error of the first two terms
+// is added back.
 double cosine_of(const DoubleDouble& x) {
   const DoubleDouble square = two_product(x.high, x.high);
   const double z = square.high;
@@ -68,7 +70,7 @@ double cosine_of(const DoubleDouble& x) {
   return first.high + (first.low + (z * z * alternating_series(4, z) - (0.5 * square.low + x.high * x.low)));
 }
 
-// arctan(k/16) as double-doubles.
+// arctan(k/16) as double-doubles, for k = 0, ..., 16.
 constexpr DoubleDouble arctangent_of_sixteenth[17] = {
     {0, 0},
     {0x1.ff55bb72cfdeap-5, -0x1.c934d86d23f1dp-60},
@@ -89,14 +91,14 @@ constexpr DoubleDouble arctangent_of_sixteenth[17] = {
     {0x1.921fb54442d18p-1, 0x1.1a62633145c07p-55},
 };
 
-// arctan(y/x) for 0 <= y <= x, 2^-30 <= y/x. With c = k/16 next to y/x, arctan(y/x) = arctan(c) + arctan(u),
-// u = (y - c x)/(x + c y), |u| <= 1/32.
+// Returns arctan(y/x) for 0 <= y <= x and 2^-30 <= y/x. With c = k/16 next to y/x, arctan(y/x) = arctan(c) +
+// arctan(u), u = (y - c x)/(x + c y), |u| <= 1/32.
 DoubleDouble arctangent(double y, double x) {
   const double k = std::floor(16 * (y / x) + 0.5), c = k / 16;
   const DoubleDouble above = DoubleDouble{y, 0} - two_product(c, x),
                      below = DoubleDouble{x, 0} + two_product(c, y);
   const double u = above.high / below.high;
-  const DoubleDouble back = two_product(u, below.high);  // what the quotient's rounding leaves
+  const DoubleDouble back = two_product(u, below.high);  // gives the rounding error of the quotient
   const double rest = (((above.high - back.high) - back.low) + (above.low - u * below.low)) / below.high;
   const double z = u * u;
   double series = 0;  // arctan(u) = u + u series
@@ -128,7 +130,7 @@ double cos(double x) { return sine_cosine(x).cosine; }
 double atan2(double y, double x) {
   if (std::isnan(x) || std::isnan(y)) return not_a_number;
   double a = std::abs(x), b = std::abs(y);
-  if (std::isinf(a) || std::isinf(b)) {  // the directions of squares' corners and sides
+  if (std::isinf(a) || std::isinf(b)) {  // same directions as the sides and corners of a square
     a = std::isinf(a) ? 1 : 0;
     b = std::isinf(b) ? 1 : 0;
   }
@@ -142,7 +144,7 @@ double atan2(double y, double x) {
     if (scaled >= 0x1p-30 * a)
       angle = arctangent(scaled, a);
     else if (!steep && !std::signbit(x))
-      return std::copysign(std::scalbn(b / a, -exponent), y);  // arctan(t) = t (1 - t^2/3 ...)
+      return std::copysign(std::scalbn(b / a, -exponent), y);  // arctan(t) = t (1 - t^2/3 + ...)
     else
       angle = {scaled / a, 0};
   }
@@ -155,7 +157,7 @@ double exp(double x) {
   if (std::isnan(x)) return not_a_number;
   if (x > 710) return std::numeric_limits<double>::infinity();
   if (x < -746) return 0;
-  // x = k ln 2 + r; k times the first part of ln 2 is exact.
+  // x = k ln 2 + r. The product of k and the first part of ln 2 is exact.
   constexpr double ln2_high = 0x1.62e42fefa38p-1, ln2_low = 0x1.ef35793c7673p-45;
   const double k = std::floor(x * (1 / 0x1.62e42fefa39efp-1) + 0.5);
   const DoubleDouble r = two_sum(x - k * ln2_high, -(k * ln2_low));
@@ -175,7 +177,7 @@ double cbrt(double x) {
   }
   double y = 0.38 + 0.62 * m;  // within a sixth of the root for m in [1/8, 1)
   for (int i = 0; i < 4; ++i) y -= (y - m / (y * y)) / 3;
-  // One more step of Newton's method, with y^3 to twice the digits.
+  // One more step of Newton's method takes y^3 with twice the digits.
   const DoubleDouble square = two_product(y, y), cube = two_product(square.high, y);
   const double excess = (cube.high - m) + (cube.low + square.low * y);
   y -= excess / (3 * square.high);

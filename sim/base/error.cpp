@@ -5,6 +5,7 @@
 namespace duet {
 namespace {
 
+// Returns the texts of all problems, one per line.
 std::string join(const std::vector<SceneProblem>& problems) {
   std::string text;
   for (const SceneProblem& problem : problems) {

@@ -9,11 +9,14 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "XXH64 reads little-endian words");
 
+// The primes of the XXH64 specification.
 constexpr std::uint64_t prime_1 = 0x9E3779B185EBCA87, prime_2 = 0xC2B2AE3D27D4EB4F,
                         prime_3 = 0x165667B19E3779F9, prime_4 = 0x85EBCA77C2B2AE63,
                         prime_5 = 0x27D4EB2F165667C5;
-constexpr std::size_t block = 32;  // bytes, a word for each chain
+// Bytes of a block: one 8-byte word for each of the four accumulators.
+constexpr std::size_t block = 32;
 
+// Returns the word at an address that need not be aligned.
 template <class Word>
 Word word_at(const unsigned char* bytes) {
   Word word;
@@ -21,10 +24,12 @@ Word word_at(const unsigned char* bytes) {
   return word;
 }
 
+// Mixes a word into an accumulator.
 std::uint64_t round(std::uint64_t chain, std::uint64_t word) {
   return std::rotl(chain + word * prime_2, 31) * prime_1;
 }
 
+// Mixes a block of 32 bytes into the accumulators.
 void take_block(std::array<std::uint64_t, 4>& chains, const unsigned char* bytes) {
   for (std::size_t i = 0; i < 4; ++i) chains[i] = round(chains[i], word_at<std::uint64_t>(bytes + 8 * i));
 }
@@ -46,7 +51,7 @@ void FileHash::add(std::string_view text) {
     if (filled + more < block) return;
     take_block(chains_, waiting_.data());
   }
-  std::array<std::uint64_t, 4> chains = chains_;  // in registers, which a member is not
+  std::array<std::uint64_t, 4> chains = chains_;  // a local copy stays in registers, a member would not
   for (; left >= block; bytes += block, left -= block) take_block(chains, bytes);
   chains_ = chains;
   if (left > 0) std::memcpy(waiting_.data(), bytes, left);

@@ -17,6 +17,7 @@
 namespace duet::io {
 namespace {
 
+// Returns advice for an errno value; empty if there is none.
 std::string remedy_for(int error_number) {
   switch (error_number) {
     case ENOSPC:
@@ -45,7 +46,7 @@ std::string remedy_for(int error_number) {
   }
 }
 
-// Closes the descriptor when the scope is left by an exception or a return.
+// A file descriptor that is closed at the end of its scope.
 class Descriptor {
  public:
   explicit Descriptor(int fd) : fd_(fd) {}
@@ -55,13 +56,14 @@ class Descriptor {
   Descriptor(const Descriptor&) = delete;
   Descriptor& operator=(const Descriptor&) = delete;
   int get() const { return fd_; }
-  // Some file systems report a full disk only now.
+  // Closes the descriptor and returns whether that succeeded. Some file systems report a full disk only here.
   bool close() { return ::close(std::exchange(fd_, -1)) == 0; }
 
  private:
   int fd_;
 };
 
+// Writes all bytes. Returns false on failure, with the reason in errno.
 bool write_all(int fd, const std::string& bytes) {
   std::size_t done = 0;
   while (done < bytes.size()) {
@@ -73,18 +75,21 @@ bool write_all(int fd, const std::string& bytes) {
   return true;
 }
 
-constexpr int most_left = 10'000;  // files of killed programs with one number, beside one path
+// Bound on the number of temporary names that are tried for one path. Each existing one was left by a killed
+// program with the same process id.
+constexpr int most_left = 10'000;
 
-// Unique among the threads and processes that may write beside each other.
+// Returns a name that is unique among the threads and processes that may write at the same time.
 fs::path temporary_name(const fs::path& path) {
   static std::atomic<unsigned> count{0};
   return fmt::format("{}{}{}-{}", path.string(), temporary_mark, ::getpid(), count++);
 }
 
-// Opening a pipe would wait for a writer, but for O_NONBLOCK.
+// Opens a file. Without O_NONBLOCK, opening a pipe would wait for a writer.
 int open_to_read(const fs::path& path) { return ::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC); }
 
-// The size of a file that was opened; throws FileError where it was not, or is none.
+// Returns the size of an open file. Throws FileError if the descriptor is not open or is not that of a
+// regular file.
 off_t size_of(int file, const fs::path& path) {
   struct stat status {};
   if (file < 0 || ::fstat(file, &status) != 0) throw system_error(path, "cannot read", errno);
@@ -95,6 +100,7 @@ off_t size_of(int file, const fs::path& path) {
   return status.st_size;
 }
 
+// Reads up to `most` bytes and returns how many were read; 0 at the end. Throws FileError.
 std::size_t read_some(int file, const fs::path& path, char* bytes, std::size_t most) {
   while (true) {
     const ssize_t n = ::read(file, bytes, most);
@@ -116,7 +122,7 @@ void write_atomically(const fs::path& path, const std::string& bytes) {
     return ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
   };
   int created = create();
-  // A killed program with the same number, as they repeat in containers, may have left files of this name.
+  // Process ids repeat in containers, so that a killed program may have left files of this name.
   for (int left = 0; created < 0 && errno == EEXIST && left < most_left; ++left) {
     temporary = temporary_name(path);
     created = create();
@@ -135,7 +141,8 @@ std::string read_file(const fs::path& path) {
   std::size_t done = 0;
   while (true) {
     if (done == bytes.size())
-      bytes.resize(bytes.size() + 4096);  // at the end, or a file without a size (/proc)
+      // The end is reached, or the file states no size, as in /proc.
+      bytes.resize(bytes.size() + 4096);
     const std::size_t n = read_some(file.get(), path, bytes.data() + done, bytes.size() - done);
     if (n == 0) break;
     done += n;
@@ -147,7 +154,7 @@ std::string read_file(const fs::path& path) {
 void read_pieces(const fs::path& path, const std::function<bool(std::string_view)>& take) {
   const Descriptor file(open_to_read(path));
   size_of(file.get(), path);
-  std::string piece(1 << 18, '\0');  // bytes: stays in the cache of a core
+  std::string piece(1 << 18, '\0');  // 256 KiB fit in the cache of a core
   while (const std::size_t n = read_some(file.get(), path, piece.data(), piece.size()))
     if (!take(std::string_view(piece).substr(0, n))) return;
 }
@@ -155,10 +162,11 @@ void read_pieces(const fs::path& path, const std::function<bool(std::string_view
 void append_line(int file, const fs::path& path, std::string line) {
   line += '\n';
   const off_t before = ::lseek(file, 0, SEEK_END);
-  // One call for the whole line, so that a reader or a kill between two calls never meets half of it.
+  // The whole line is written in one call, so that neither a reader nor a kill between two calls meets half
+  // of it.
   const ssize_t written = ::write(file, line.data(), line.size());
   if (written == static_cast<ssize_t>(line.size())) return;
-  // A short write means that the file cannot grow: the second attempt gets the reason from the system.
+  // A short write means that the file cannot grow. A second attempt gets the reason from the system.
   int reason = errno;
   if (written >= 0) {
     const auto done = static_cast<std::size_t>(written);

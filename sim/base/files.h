@@ -1,4 +1,4 @@
-// Reading, writing and removing files with errors that name the path, the system's reason and a remedy.
+// Reading, writing and removing files, with errors that name the path, the system's reason and a remedy.
 #pragma once
 
 #include <filesystem>
@@ -11,45 +11,51 @@
 
 namespace duet::io {
 
+/// The file system library of C++.
 namespace fs = std::filesystem;
 
-// The suffix of a file that is being written: "0003.obj.tmp4711" becomes "0003.obj" once it is whole. A
-// killed program may leave one behind; remove_temporaries clears them away.
+/// The suffix of a file that is being written: "0003.obj.tmp4711" becomes "0003.obj" once it is whole. A
+/// killed program may leave one behind; remove_temporaries() removes them.
 inline constexpr const char* temporary_mark = ".tmp";
 
-// What the system says about `path`: "cannot write: No space left on device (free some space ...)".
+/// Returns the error for a failed system call on `path`, such as "cannot write: No space left on device (free
+/// some space ...)". `action` is what was tried and `error_number` an errno value, to which a remedy is added
+/// if one is known.
 FileError system_error(const fs::path& path, const std::string& action, int error_number);
 
-// The whole file as bytes. Throws FileError.
+/// Returns the whole file as bytes. Throws FileError if it cannot be read or is not a regular file.
 std::string read_file(const fs::path& path);
 
-// Writes `bytes` to a temporary name beside `path` and renames it: the file is whole or absent. Throws
-// FileError.
+/// Writes `bytes` to a temporary name beside `path` and renames that file, so that the file is whole or
+/// absent. An existing file is replaced. Throws FileError; the temporary file is then removed.
 void write_atomically(const fs::path& path, const std::string& bytes);
-/// Hands over the file in pieces, until it ends or `take` returns false. Throws FileError.
+/// Passes the file to `take` in pieces of up to 256 KiB, until it ends or `take` returns false. Throws
+/// FileError if it cannot be read or is not a regular file.
 void read_pieces(const fs::path& path, const std::function<bool(std::string_view)>& take);
 
-/// Appends the line and its end to a file opened with O_APPEND: whole or not at all. Throws FileError.
+/// Appends `line` and a line end to a file descriptor that was opened with O_APPEND. The line is written as a
+/// whole or not at all. `path` is used in messages only. Throws FileError.
 void append_line(int file, const fs::path& path, std::string line);
 
-// Creates the folder and its parents where they are missing. Throws FileError.
+/// Creates the folder and its missing parents. Throws FileError.
 void create_folder(const fs::path& path);
 
-// Removes the file if it is there. Throws FileError.
+/// Removes the file if it exists. Throws FileError if it cannot be removed.
 void remove_file(const fs::path& path);
 
-/// Whether the file is there and not empty.
+/// Returns whether the file exists and is not empty.
 bool holds_bytes(const fs::path& path);
 
-/// The paths of all that lies in the folder, in no order; a folder that is not there is empty. Throws
-/// FileError where the folder cannot be read, which is not the same.
+/// Returns the paths of all files and folders in the folder, in no particular order. A missing folder counts
+/// as empty. Throws FileError if the folder exists and cannot be read.
 std::vector<fs::path> files_in(const fs::path& folder);
 
-// Removes what an interrupted write left in `folder` (not in its subfolders); a missing folder is empty.
+/// Removes the temporary files that interrupted writes left in `folder`, not in its subfolders. A missing
+/// folder counts as empty. Throws FileError.
 void remove_temporaries(const fs::path& folder);
 
-// The number of a frame's file: 12 of "0012.obj" for the extension ".obj"; -1 for any other name and
-// for numbers that no frame has.
+/// Returns the frame number in the name of a frame's file: 12 for "0012.obj" with the extension ".obj".
+/// Returns -1 for any other name and for numbers above `most_frames`.
 int frame_of_file(const fs::path& path, const std::string& extension);
 
 }  // namespace duet::io

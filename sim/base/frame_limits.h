@@ -1,10 +1,13 @@
-// How many frames a scene, a run and the command line may ask for, and how long a frame may be.
+// Limits on the number of frames and the frame rate that a scene, a run or the command line may ask for.
 #pragma once
 
 namespace duet {
 
-inline constexpr int most_frames = 1'000'000;  ///< the largest number of a frame: ten hours at 24 frames/s
-inline constexpr double least_fps = 1e-3;      ///< 1/s, frames of a thousand seconds
-inline constexpr double most_fps = 1e4;        ///< 1/s
+/// The largest frame number: 11.6 hours at 24 frames per second.
+inline constexpr int most_frames = 1'000'000;
+/// The lowest frame rate, 1/s: frames of 1000 s.
+inline constexpr double least_fps = 1e-3;
+/// The highest frame rate, 1/s: frames of 0.1 ms.
+inline constexpr double most_fps = 1e4;
 
 }  // namespace duet

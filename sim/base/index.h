@@ -1,11 +1,11 @@
-// Indices are int, with -1 for none.
+// Conversion of indices. Indices are int in the whole simulator, and -1 stands for none.
 #pragma once
 
 #include <cstddef>
 
 namespace duet {
 
-// What containers are indexed by.
+/// Converts a nonnegative index to the type by which containers are indexed.
 constexpr std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
 
 }  // namespace duet

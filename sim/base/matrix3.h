@@ -1,18 +1,23 @@
-// 3x3 matrices of doubles or packs; enough algebra for finite elements.
+// 3x3 matrices of doubles or packs, with the algebra that finite elements need. Sums run in a fixed order, so
+// that every lane of a pack gets the bits of the scalar computation.
 #pragma once
 
 #include "sim/base/simd.h"
 
 namespace duet {
 
-// Row-major.
+/// A 3x3 matrix in row-major order. `T` is double, Pack or PackF.
 template <class T>
 struct Matrix3 {
+  /// Entries: m[row][column].
   T m[3][3];
+  /// Returns a pointer to the three entries of `row`.
   T* operator[](int row) { return m[row]; }
+  /// Returns a pointer to the three entries of `row`.
   const T* operator[](int row) const { return m[row]; }
 };
 
+/// Returns the product a b.
 template <class T>
 Matrix3<T> operator*(const Matrix3<T>& a, const Matrix3<T>& b) {
   Matrix3<T> c;
@@ -21,6 +26,7 @@ Matrix3<T> operator*(const Matrix3<T>& a, const Matrix3<T>& b) {
   return c;
 }
 
+/// Returns the sum a + b.
 template <class T>
 Matrix3<T> operator+(const Matrix3<T>& a, const Matrix3<T>& b) {
   Matrix3<T> c;
@@ -29,6 +35,7 @@ Matrix3<T> operator+(const Matrix3<T>& a, const Matrix3<T>& b) {
   return c;
 }
 
+/// Returns `a` times a scalar.
 template <class T>
 Matrix3<T> operator*(const T& scale, const Matrix3<T>& a) {
   Matrix3<T> c;
@@ -37,7 +44,7 @@ Matrix3<T> operator*(const T& scale, const Matrix3<T>& a) {
   return c;
 }
 
-// a * b^T
+/// Returns a b^T.
 template <class T>
 Matrix3<T> times_transposed(const Matrix3<T>& a, const Matrix3<T>& b) {
   Matrix3<T> c;
@@ -46,7 +53,7 @@ Matrix3<T> times_transposed(const Matrix3<T>& a, const Matrix3<T>& b) {
   return c;
 }
 
-// a^T * b
+/// Returns a^T b.
 template <class T>
 Matrix3<T> transposed_times(const Matrix3<T>& a, const Matrix3<T>& b) {
   Matrix3<T> c;
@@ -55,6 +62,7 @@ Matrix3<T> transposed_times(const Matrix3<T>& a, const Matrix3<T>& b) {
   return c;
 }
 
+/// Returns the cofactor matrix, which is det(a) a^-T for a regular matrix.
 template <class T>
 Matrix3<T> cofactor(const Matrix3<T>& a) {
   Matrix3<T> c;
@@ -66,12 +74,13 @@ Matrix3<T> cofactor(const Matrix3<T>& a) {
   return c;
 }
 
-// det a, given its cofactor matrix.
+/// Returns the determinant of `a`, given its cofactor matrix `cof`.
 template <class T>
 T determinant(const Matrix3<T>& a, const Matrix3<T>& cof) {
   return a[0][0] * cof[0][0] + a[0][1] * cof[0][1] + a[0][2] * cof[0][2];
 }
 
+/// Rounds the entries to single precision.
 inline Matrix3<PackF> to_single(const Matrix3<Pack>& a) {
   Matrix3<PackF> b;
   for (int i = 0; i < 3; ++i)
@@ -79,6 +88,7 @@ inline Matrix3<PackF> to_single(const Matrix3<Pack>& a) {
   return b;
 }
 
+/// Converts the entries to double precision, exactly.
 inline Matrix3<Pack> to_double(const Matrix3<PackF>& a) {
   Matrix3<Pack> b;
   for (int i = 0; i < 3; ++i)
@@ -86,7 +96,7 @@ inline Matrix3<Pack> to_double(const Matrix3<PackF>& a) {
   return b;
 }
 
-// a : b
+/// Returns the double contraction a : b, the sum of the products of corresponding entries.
 template <class T>
 T contraction(const Matrix3<T>& a, const Matrix3<T>& b) {
   T sum = a[0][0] * b[0][0];
@@ -94,6 +104,7 @@ T contraction(const Matrix3<T>& a, const Matrix3<T>& b) {
   return sum;
 }
 
+/// Returns the squared Frobenius norm a : a.
 template <class T>
 T squared_norm(const Matrix3<T>& a) {
   return contraction(a, a);

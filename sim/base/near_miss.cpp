@@ -14,7 +14,8 @@ char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + '
 }  // namespace
 
 int edit_distance(std::string_view a, std::string_view b) {
-  // Rows i-2, i-1 and i of the table of distances between prefixes (restricted Damerau-Levenshtein).
+  // Rows i-2, i-1 and i of the table of distances between prefixes of the two words (restricted
+  // Damerau-Levenshtein distance).
   std::vector<int> before(b.size() + 1), above(b.size() + 1), row(b.size() + 1);
   std::iota(row.begin(), row.end(), 0);
   for (std::size_t i = 1; i <= a.size(); ++i) {
@@ -37,7 +38,7 @@ std::optional<std::string> near_miss(std::string_view word, const std::vector<st
   int least = allowed + 1;
   for (const std::string& candidate : known) {
     const int distance = edit_distance(word, candidate);
-    // A one-letter word is one replacement away from every other: not a near miss.
+    // A one-letter word is one replacement away from every other one, which is no near miss.
     if (distance < least && distance < static_cast<int>(std::max(word.size(), candidate.size()))) {
       least = distance;
       best = candidate;

@@ -1,4 +1,4 @@
-// "Did you mean": the known word closest to a misspelt one.
+// "Did you mean": finds the known word that is closest to a misspelled one.
 #pragma once
 
 #include <optional>
@@ -8,15 +8,17 @@
 
 namespace duet {
 
-// Least number of insertions, deletions, replacements and swaps of neighbours that turn one word into the
-// other; upper and lower case count as equal.
+/// Returns the least number of insertions, deletions, replacements and swaps of neighboring letters that turn
+/// one word into the other (restricted Damerau-Levenshtein distance). Upper and lower case count as equal.
 int edit_distance(std::string_view a, std::string_view b);
 
-// The closest of `known` if it is close enough to be meant: at most a third of the letters wrong, at least
-// one allowed.
+/// Returns the closest of the `known` words if it may have been meant, and the first of several. The edit
+/// distance may be at most a third of the length of `word`, or 1 for shorter words, and not every letter may
+/// differ.
 std::optional<std::string> near_miss(std::string_view word, const std::vector<std::string>& known);
 
-// "did you mean `friction`?", else "known: a, b, c", else empty when nothing is known.
+/// Returns a hint for an unknown word: "did you mean `friction`?" if there is a near miss, else "known: a, b,
+/// c". Returns an empty string if no word is known.
 std::string did_you_mean(std::string_view word, const std::vector<std::string>& known);
 
 }  // namespace duet

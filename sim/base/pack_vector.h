@@ -1,4 +1,4 @@
-// Eight vectors at once, gathered from particles.
+// Algebra of eight 3-vectors at once, and their gathering from arrays of particles.
 #pragma once
 
 #include <array>
@@ -9,24 +9,32 @@
 
 namespace duet {
 
+/// Returns a + b in each lane.
 inline PackVector operator+(const PackVector& a, const PackVector& b) {
   return {a.x + b.x, a.y + b.y, a.z + b.z};
 }
+/// Returns a - b in each lane. `P` is Pack or PackF.
 template <class P>
 VectorOf<P> operator-(const VectorOf<P>& a, const VectorOf<P>& b) {
   return {a.x - b.x, a.y - b.y, a.z - b.z};
 }
+/// Returns s a in each lane.
 inline PackVector operator*(const Pack& s, const PackVector& a) { return {s * a.x, s * a.y, s * a.z}; }
+/// Returns a . b in each lane.
 inline Pack dot(const PackVector& a, const PackVector& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+/// Returns a x b in each lane.
 inline PackVector cross(const PackVector& a, const PackVector& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
+/// Returns `a` in the lanes where `condition` holds and `b` in the others.
 inline PackVector select(const PackMask& condition, const PackVector& a, const PackVector& b) {
   return {select(condition, a.x, b.x), select(condition, a.y, b.y), select(condition, a.z, b.z)};
 }
 
-using PackIndex = std::array<int, pack_width>;  // of a particle in each lane
+/// The index of a particle for each lane.
+using PackIndex = std::array<int, pack_width>;
 
+/// Returns the vectors values[index[lane]]. Every index must be valid.
 inline PackVector gather(const std::vector<Vec3>& values, const PackIndex& index) {
   return load_rows([&](std::size_t lane) {
     const double* row = values[static_cast<std::size_t>(index[lane])].data();
@@ -34,6 +42,7 @@ inline PackVector gather(const std::vector<Vec3>& values, const PackIndex& index
   });
 }
 
+/// Returns the sum of all lanes, in their order.
 inline double sum_of_lanes(const Pack& x) {
   double sum = 0;
   for (std::size_t lane = 0; lane < pack_width; ++lane) sum += x[lane];

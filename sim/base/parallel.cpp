@@ -14,18 +14,22 @@
 namespace duet {
 namespace {
 
+// The function that carries out one chunk of a job.
 using Work = void (*)(void* state, std::size_t chunk);
 
+// Returns the number of hardware threads, at least 1.
 int hardware_threads() { return std::max(1, static_cast<int>(std::thread::hardware_concurrency())); }
 
-// The threads that help the one that calls run(). A time step makes hundreds of calls of some ten
-// microseconds each, which is what waking a sleeping thread takes: helpers look out for the next call for a
-// while before they sleep. Each thread takes the chunks of its own part first, which are the same ones in the
-// next loop over the same data: these stay in its cache.
+// The helper threads of the one that calls run(). A time step makes hundreds of calls of some ten
+// microseconds each. Waking a sleeping thread takes as long, so helpers poll for the next job for a while
+// before they sleep. Each thread takes the chunks of its own part first. These are the same ones in the next
+// loop over the same data, so the data stays in its cache.
 class Team {
  public:
+  // Starts the helpers. They do not poll if there are more threads than hardware threads, because they would
+  // delay each other.
   explicit Team(int helpers)
-      : looks_(helpers < hardware_threads() ? looks_before_sleep : 0),  // else in each other's way
+      : looks_(helpers < hardware_threads() ? looks_before_sleep : 0),
         parts_(static_cast<std::size_t>(helpers) + 1) {
     for (std::size_t i = 1; i < parts_.size(); ++i) threads_.emplace_back([this, i] { help(i); });
   }
@@ -37,8 +41,9 @@ class Team {
   Team(const Team&) = delete;
   Team& operator=(const Team&) = delete;
 
-  // Calls work(state, i) for all i in [0, chunks). A call from within a chunk, or beside another thread's,
-  // is carried out by its caller alone. Throws what a chunk threw first, when all have been called.
+  // Calls work(state, i) for all i in [0, chunks). A call from within a chunk, or one while another thread's
+  // job runs, is carried out by its caller alone. The first exception of a chunk is thrown after all chunks
+  // have been called.
   void run(std::size_t chunks, Work work, void* state) {
     if (busy_.exchange(true, std::memory_order_acquire)) {
       for (std::size_t i = 0; i < chunks; ++i) work(state, i);
@@ -65,19 +70,26 @@ class Team {
   }
 
  private:
-  static constexpr std::uint64_t closed = 0xffffffff;  // in place of a chunk: the job is not complete yet
-  static constexpr int looks_before_sleep = 4000;      // 0.1 ms
+  // Takes the place of a chunk number while the job is not complete yet.
+  static constexpr std::uint64_t closed = 0xffffffff;
+  // Number of times that a thread polls before it sleeps: about 0.1 ms, several times the duration of a call.
+  // More would keep processors busy between time steps.
+  static constexpr int looks_before_sleep = 4000;
 
+  // The chunks of one thread, in a cache line of their own. `ticket` holds the job number in its upper 32
+  // bits and the next chunk in its lower ones; `end` is one past the last chunk.
   struct alignas(64) Part {
     std::atomic<std::uint64_t> ticket{0};
     std::atomic<std::uint64_t> end{0};
   };
 
+  // Wakes the helpers.
   void announce() {
     jobs_.fetch_add(1, std::memory_order_release);
     jobs_.notify_all();
   }
 
+  // The main function of a helper thread.
   void help(std::size_t own) {
     for (std::uint32_t seen = 0; !ends_; seen = jobs_.load(std::memory_order_acquire)) {
       take_chunks(own);
@@ -86,10 +98,11 @@ class Team {
     }
   }
 
-  // A ticket names a job and the next chunk of a part. Who changes it has the chunk, and knows that what it
-  // has read of the job was of this one: a job is only written while its tickets are closed.
+  // Carries out chunks until none is left, beginning with the part `own`. A thread that changes a ticket owns
+  // its chunk. It also knows that the `work_` and `state_` it has read belong to this job, because they are
+  // written only while the tickets are closed.
   void take_chunks(std::size_t own) {
-    std::size_t taken = 0;  // the job cannot end, nor another one begin, before these are reported
+    std::size_t taken = 0;  // until these are reported, the job cannot end and no other one can begin
     for (std::size_t k = 0; k < parts_.size(); ++k) {
       Part& part = parts_[(own + k) % parts_.size()];
       for (std::uint64_t ticket = part.ticket; (ticket & closed) < part.end;) {
@@ -108,12 +121,12 @@ class Team {
     if (taken > 0) finished_.fetch_add(taken, std::memory_order_release);
   }
 
-  int looks_;
+  int looks_;  // number of times that helpers poll
   std::atomic<bool> ends_{false}, busy_{false}, failed_{false};
   std::exception_ptr failure_;
-  std::uint64_t job_ = 0;
-  std::vector<Part> parts_;  // one a thread
-  // What announces a job lies together: it has to get from one processor to the other.
+  std::uint64_t job_ = 0;    // number of the current job
+  std::vector<Part> parts_;  // one per thread
+  // The members that announce a job share a cache line, which travels from one processor to the other.
   alignas(64) std::atomic<Work> work_{nullptr};
   std::atomic<void*> state_{nullptr};
   std::atomic<std::uint32_t> jobs_{0};
@@ -121,6 +134,7 @@ class Team {
   std::vector<std::thread> threads_;
 };
 
+// The number of threads and the threads themselves.
 struct Pool {
   explicit Pool(int count)
       : threads(count),
@@ -129,7 +143,7 @@ struct Pool {
         team(std::make_unique<Team>(count - 1)) {}
 
   int threads;
-  std::unique_ptr<tbb::global_control> limit;  // holds the other user of threads, OpenVDB, to the same number
+  std::unique_ptr<tbb::global_control> limit;  // holds OpenVDB, which also uses threads, to the same number
   std::unique_ptr<Team> team;
 };
 
@@ -141,7 +155,7 @@ Pool& pool() {
 }  // namespace
 
 void set_thread_count(int count) {
-  pool().limit.reset();  // of several limits TBB takes the smallest
+  pool().limit.reset();  // TBB applies the smallest of several limits
   pool() = Pool(count > 0 ? count : hardware_threads());
 }
 

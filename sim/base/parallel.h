@@ -1,6 +1,6 @@
-// The one parallel layer. Work is cut into chunks whose bounds depend on the problem's size alone, never on
-// the number of threads, so every result is bit-identical for any thread count. Nothing here allocates once
-// it is warmed up.
+// Parallel loops. Work is cut into chunks whose bounds depend on the size of the problem alone, never on the
+// number of threads, so every result is bit-identical for any thread count. Nothing here allocates once it
+// has warmed up.
 #pragma once
 
 #include <algorithm>
@@ -10,22 +10,30 @@
 
 namespace duet {
 
-// Threads used by all loops; count <= 0 takes all cores. Not to be called while a loop runs.
+/// Sets the number of threads that all loops use, OpenVDB's included. `count` <= 0 takes one per hardware
+/// thread. Must not be called while a loop runs.
 void set_thread_count(int count);
+/// Returns the number of threads that all loops use.
 int thread_count();
 
-// For loops that wait for another thread: tells the processor so.
+/// Tells the processor that the calling loop waits for another thread. Does nothing on processors other than
+/// x86-64.
 inline void relax() {
 #if defined(__x86_64__)
   __builtin_ia32_pause();
 #endif
 }
 
+/// Implementation of the loops below.
 namespace detail {
+/// Calls body(state, i) for all i in [0, chunks) on the threads of the pool, and waits for all of them. An
+/// exception of a chunk is thrown after all chunks have been called.
 void run_chunks(std::size_t chunks, void (*body)(void*, std::size_t), void* state);
-}
+}  // namespace detail
 
-// Calls body(begin, end) for consecutive ranges of at most `grain` items of [0, n), in parallel.
+/// Calls body(begin, end) in parallel for consecutive ranges of `grain` items of [0, n). The last range may
+/// be shorter. If calls throw, one of the exceptions is thrown when all calls have ended. A loop that is
+/// started from within a chunk runs on its own thread alone.
 template <class Body>
 void parallel_for(std::size_t n, std::size_t grain, Body&& body) {
   if (n == 0) return;
@@ -41,9 +49,12 @@ void parallel_for(std::size_t n, std::size_t grain, Body&& body) {
   detail::run_chunks((n + grain - 1) / grain, chunk, &state);
 }
 
-// Sum (or any associative `join`) of map(begin, end) over fixed chunks, joined in order: deterministic.
+/// Returns `zero` joined with map(begin, end) of all ranges of [0, n), in their order. There are at most 64
+/// ranges, of at least `least_grain` items; they depend on n alone, so the result is the same for any thread
+/// count. `join` must be associative up to rounding, and `zero` is its neutral element.
 template <class Value, class Map, class Join>
 Value parallel_reduce(std::size_t n, std::size_t least_grain, Value zero, Map&& map, Join&& join) {
+  // Bound on the number of ranges, whose results are kept on the stack.
   constexpr std::size_t most_chunks = 64;
   const std::size_t grain = std::max(least_grain, (n + most_chunks - 1) / most_chunks);
   std::array<Value, most_chunks> partial;

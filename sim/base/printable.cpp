@@ -7,14 +7,15 @@
 namespace duet {
 namespace {
 
+// A decoded character.
 struct Character {
   std::uint32_t code = 0;
   std::size_t size = 1;  // bytes
   bool is_valid = false;
 };
 
-// The character of UTF-8 at the beginning of the text, which is not empty. Overlong forms, surrogates and
-// codes beyond Unicode are not valid.
+// Decodes the first UTF-8 character of a text that is not empty. Overlong forms, surrogates and codes beyond
+// Unicode are not valid.
 Character first_character(std::string_view text) {
   const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
   const unsigned char lead = byte(0);
@@ -31,6 +32,8 @@ Character first_character(std::string_view text) {
   return {code, size, code >= least[size] && code <= 0x10ffff && !is_surrogate};
 }
 
+// Returns whether a terminal could take the character for a command: control characters, line and paragraph
+// separators, and characters that change the direction of writing.
 bool commands_terminal(std::uint32_t code) {
   const bool is_control = code < 0x20 || (code >= 0x7f && code < 0xa0);
   const bool ends_line = code == 0x2028 || code == 0x2029;
@@ -38,6 +41,8 @@ bool commands_terminal(std::uint32_t code) {
   return is_control || ends_line || turns_writing;
 }
 
+// Returns the text with every invalid byte and every character that could command a terminal as \xNN, except
+// the single-byte characters in `kept`.
 std::string shown(std::string_view text, std::string_view kept) {
   std::string result;
   while (!text.empty()) {

@@ -1,4 +1,4 @@
-// Text of files, names and paths as it may be shown on a terminal.
+// Conversion of texts from files, names and paths into what may be shown on a terminal.
 #pragma once
 
 #include <string>
@@ -6,11 +6,13 @@
 
 namespace duet {
 
-/// The text with all that a terminal could take for a command as \xNN, a byte each: control characters but
-/// line ends and tabs, those that turn the direction of writing, and bytes that are no UTF-8.
+/// Returns the text with everything that a terminal could take for a command written as `\xNN`, byte by byte.
+/// This concerns control characters except line ends and tabs, characters that end a line or change the
+/// direction of writing, and bytes that are not valid UTF-8.
 std::string printable(std::string_view text);
 
-/// The same with line ends and tabs as \xNN, too: the result stays within one line.
+/// Returns the text as printable() does, with line ends and tabs written as `\xNN`, too, so that it stays
+/// within one line.
 std::string printable_line(std::string_view text);
 
 }  // namespace duet

@@ -2,9 +2,9 @@
 
 namespace duet {
 
-// By half the angle, with the unit vector h in the middle of unit vectors a and b: q = (a . h, a x h).
+// q = (a . h, a x h), where h is the unit vector halfway between the unit vectors a and b.
 Quat shortest_turn(const Vec3& from, const Vec3& to) {
-  // Directions whose sum is shorter are opposite: h has lost half of its digits.
+  // Length of a + b below which the directions count as opposite: h has then lost half of its digits.
   constexpr double opposite = 1e-8;
   const Vec3 a = from.normalized(), b = to.normalized(), sum = a + b;
   if (sum.norm() > opposite) {

@@ -1,5 +1,6 @@
-// Eight doubles at once, with the same results on every machine (every operation is a correctly rounded IEEE
-// one): an AVX-512 register, or two vectors of four.
+// Packs: eight doubles at once, with the same results on every machine, because every operation is a
+// correctly rounded one of IEEE 754. A pack is one AVX-512 register or two vectors of four doubles (see
+// two_quads.h).
 #pragma once
 
 #include <cmath>
@@ -10,27 +11,37 @@
 
 namespace duet {
 
+/// Number of lanes of a pack.
 inline constexpr std::size_t pack_width = 8;
 #if defined(__AVX512F__)
+/// Eight doubles.
 using Pack = double __attribute__((vector_size(8 * pack_width)));
 #else
+/// Eight doubles.
 using Pack = TwoQuads;
 #endif
-using PackMask = decltype(Pack{} < Pack{});  // all bits of the lanes where it holds, else none
+/// The result of comparing packs: in each lane all bits are set where the comparison holds, and none
+/// elsewhere.
+using PackMask = decltype(Pack{} < Pack{});
 
-// Eight floats at once, where single precision is enough: half the memory to stream.
+/// Eight floats, for places where single precision is enough: they halve the memory traffic.
 using PackF = float __attribute__((vector_size(4 * pack_width)));
 
+/// Eight 3-vectors, stored by coordinate. `P` is Pack or PackF.
 template <class P>
 struct VectorOf {
-  P x{}, y{}, z{};
+  P x{},    ///< The x coordinates of all lanes.
+      y{},  ///< The y coordinates of all lanes.
+      z{};  ///< The z coordinates of all lanes.
 };
+/// Eight 3-vectors of doubles.
 using PackVector = VectorOf<Pack>;
+/// Eight 3-vectors of floats.
 using PackVectorF = VectorOf<PackF>;
 
-// Natural logarithm of positive normal numbers to 2 units in the last place: x = 2^k m with m in [sqrt 1/2,
-// sqrt 2], ln m = 2 artanh s with s = (m - 1)/(m + 1), whose series needs 11 terms for |s| < 0.172. Of a
-// compiler vector type.
+/// Returns the natural logarithm of positive normal numbers, to 2 units in the last place. x = 2^k m with m
+/// in [sqrt(1/2), sqrt(2)], and ln m = 2 artanh(s) with s = (m - 1)/(m + 1), whose series needs 11 terms for
+/// |s| < 0.172. `V` is a compiler vector of doubles. Other arguments give meaningless results.
 template <class V>
 V log_of_lanes(const V& x) {
   using Bits = decltype(V{} < V{});
@@ -38,18 +49,20 @@ V log_of_lanes(const V& x) {
   constexpr long one = 0x3ff0000000000000, mantissa_bits = 0x000fffffffffffff;
   V m = reinterpret_cast<V>((bits & mantissa_bits) | one);
   V k = __builtin_convertvector((bits >> 52) - 1023, V);
-  const Bits upper = m > 0x1.6a09e667f3bcdp+0;  // sqrt 2
+  const Bits upper = m > 0x1.6a09e667f3bcdp+0;  // sqrt(2)
   m = upper ? 0.5 * m : m;
   k = upper ? k + 1.0 : k;
   const V s = (m - 1.0) / (m + 1.0), z = s * s;
   V series = V{} + 1.0 / 21;
   for (int n = 19; n >= 3; n -= 2) series = 1.0 / n + z * series;
+  // ln 2 in two parts. The product of k and the first part is exact.
   constexpr double ln2_high = 0x1.62e42fefa38p-1,
                    ln2_low = 0x1.ef35793c7673p-45;  // k times the first is exact
   return k * ln2_high + (2.0 * s + (2.0 * s * z * series + k * ln2_low));
 }
 
-// The first three members of the rows row(0), ..., row(7), as compiler vectors of eight.
+/// Returns the first three entries of the rows row(0), ..., row(7) by coordinate, as compiler vectors of
+/// eight. `Row` is callable and returns a Quad or a QuadF.
 template <class Row>
 auto load_eight(Row&& row) {
   const auto pair = [&](std::size_t i) {
@@ -66,21 +79,29 @@ auto load_eight(Row&& row) {
       __builtin_shufflevector(z_even, z_odd, 0, 1, 8, 9, 4, 5, 12, 13)};
 }
 
-// What the two kinds of Pack do each in their own way. load_rows takes the first three members of Quads or
-// QuadFs; the rows that store_rows makes are (x, y, z, w).
+// The functions below have one definition for each kind of Pack.
 #if defined(__AVX512F__)
+/// Returns `a` in the lanes where `condition` holds and `b` in the others.
 inline Pack select(const PackMask& condition, const Pack& a, const Pack& b) { return condition ? a : b; }
+/// Returns the square root in each lane, correctly rounded.
 inline Pack sqrt_of(const Pack& x) { return _mm512_maskz_sqrt_pd(0xff, x); }
+/// Returns the natural logarithm in each lane; see log_of_lanes().
 inline Pack log_of(const Pack& x) { return log_of_lanes(x); }
+/// Returns a bit for each lane in which the mask is set: bit i for lane i.
 inline unsigned lanes_of(const PackMask& mask) {
   return _mm512_cmp_epi64_mask(reinterpret_cast<__m512i>(mask), __m512i{}, _MM_CMPINT_NE);
 }
+/// Rounds each lane to single precision.
 inline PackF to_single(const Pack& x) { return __builtin_convertvector(x, PackF); }
+/// Converts each lane to double precision, exactly.
 inline Pack to_double(const PackF& x) { return __builtin_convertvector(x, Pack); }
+/// Returns the first three entries of the rows row(0), ..., row(7) by coordinate. `Row` is callable; rows of
+/// Quads give a PackVector, rows of QuadFs a PackVectorF.
 template <class Row>
 auto load_rows(Row&& row) {
   return load_eight(row);
 }
+/// Writes the eight rows (x, y, z, w) to `out`, one Quad for each lane.
 inline void store_rows(const PackVector& v, const Pack& w, Quad* out) {
   const Pack xy_low = __builtin_shufflevector(v.x, v.y, 0, 8, 1, 9, 2, 10, 3, 11);
   const Pack xy_high = __builtin_shufflevector(v.x, v.y, 4, 12, 5, 13, 6, 14, 7, 15);
@@ -96,15 +117,20 @@ inline void store_rows(const PackVector& v, const Pack& w, Quad* out) {
   out[7] = __builtin_shufflevector(xy_high, z_high, 6, 7, 14, 15);
 }
 #else
+/// Returns the natural logarithm in each lane; see log_of_lanes().
 inline Pack log_of(const Pack& x) { return {log_of_lanes(x.low), log_of_lanes(x.high)}; }
+/// Rounds each lane to single precision.
 inline PackF to_single(const Pack& x) {
   return __builtin_shufflevector(__builtin_convertvector(x.low, QuadF),
                                  __builtin_convertvector(x.high, QuadF), 0, 1, 2, 3, 4, 5, 6, 7);
 }
+/// Converts each lane to double precision, exactly.
 inline Pack to_double(const PackF& x) {
   return {__builtin_convertvector(__builtin_shufflevector(x, x, 0, 1, 2, 3), Quad),
           __builtin_convertvector(__builtin_shufflevector(x, x, 4, 5, 6, 7), Quad)};
 }
+/// Returns the first three entries of the rows row(0), ..., row(7) by coordinate. `Row` is callable; rows of
+/// Quads give a PackVector, rows of QuadFs a PackVectorF.
 template <class Row>
 auto load_rows(Row&& row) {
   if constexpr (std::is_same_v<std::remove_cvref_t<decltype(row(0))>, QuadF>) {
@@ -115,29 +141,37 @@ auto load_rows(Row&& row) {
     return PackVector{{low.x, high.x}, {low.y, high.y}, {low.z, high.z}};
   }
 }
+/// Writes the eight rows (x, y, z, w) to `out`, one Quad for each lane.
 inline void store_rows(const PackVector& v, const Pack& w, Quad* out) {
   store_four(v.x.low, v.y.low, v.z.low, w.low, out);
   store_four(v.x.high, v.y.high, v.z.high, w.high, out + 4);
 }
 #endif
+/// Returns whether the mask is set in any lane.
 inline bool any_of(const PackMask& condition) { return lanes_of(condition) != 0; }
 
-// The generic formulas below are written once for T = double, T = Pack and, as far as it needs them, T =
-// PackF.
+// The functions below let formulas be written once for T = double, T = Pack and, as far as needed, T = PackF.
+
+/// Returns `a` if `condition` holds, else `b`.
 inline double select(bool condition, double a, double b) { return condition ? a : b; }
+/// Returns the larger of `a` and `b`, in each lane of packs; `b` if one of them is NaN.
 template <class T>
 T max_of(const T& a, const T& b) {
   return select(a > b, a, b);
 }
+/// Returns the smaller of `a` and `b`, in each lane of packs; `b` if one of them is NaN.
 template <class T>
 T min_of(const T& a, const T& b) {
   return select(a < b, a, b);
 }
+/// Returns the magnitude of `a`, in each lane of packs. It keeps the sign of -0.
 template <class T>
 T abs_of(const T& a) {
   return select(a < T{}, -a, a);
 }
+/// Returns the square root of `x`.
 inline double sqrt_of(double x) { return std::sqrt(x); }
-inline double log_of(double x) { return log_of_lanes(Quad{} + x)[0]; }  // the bits of packs
+/// Returns the natural logarithm of `x`, with the bits that packs give.
+inline double log_of(double x) { return log_of_lanes(Quad{} + x)[0]; }
 
 }  // namespace duet

@@ -3,6 +3,7 @@
 namespace duet {
 namespace {
 
+// The flag of the innermost StopScope of this thread; null: none.
 thread_local const std::atomic<bool>* asked = nullptr;
 
 }  // namespace

@@ -1,4 +1,5 @@
-// A request to give up long work: asked for by the caller of the simulator, looked at inside its loops.
+// Requests to give up long work: the caller of the simulator sets a flag, and loops inside the simulator look
+// at it.
 #pragma once
 
 #include <atomic>
@@ -7,27 +8,34 @@
 
 namespace duet {
 
-/// Thrown where work was given up because its caller asked for it; not a failure.
+/// Thrown when work is given up because its caller asked for it. This is no failure.
 class Stopped : public Error {
  public:
+  /// Constructs the error; its status is ExitStatus::interrupted.
   Stopped();
 };
 
-/// For its lifetime, stop_if_asked() of this thread looks at `flag`; null: at nothing. Scopes nest: the
-/// innermost counts.
+/// Connects a flag with stop_if_asked() of the current thread for the lifetime of the scope. Scopes nest: the
+/// innermost one counts.
 class StopScope {
  public:
+  /// Makes stop_if_asked() of this thread look at `flag`, which must outlive the scope. A null pointer means
+  /// that nothing is looked at.
   explicit StopScope(const std::atomic<bool>* flag);
+  /// Restores the flag of the enclosing scope.
   ~StopScope();
+  /// Scopes cannot be copied.
   StopScope(const StopScope&) = delete;
+  /// Scopes cannot be assigned.
   StopScope& operator=(const StopScope&) = delete;
 
  private:
+  // The flag of the enclosing scope; null: none.
   const std::atomic<bool>* before_;
 };
 
-/// Throws Stopped if the flag of the thread's StopScope is set. Costs one load: iterations of solvers call
-/// it.
+/// Throws Stopped if the flag of the thread's StopScope is set. It costs one load, so that solvers can call
+/// it in every iteration.
 void stop_if_asked();
 
 }  // namespace duet

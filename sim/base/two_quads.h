@@ -1,5 +1,5 @@
-// Eight doubles as two vectors of four, for machines whose vectors have no more: those of a wider compiler
-// vector type go through memory between operations (with AVX2 elastic forces took 1.5 to 1.75 times as long).
+// Eight doubles as two vectors of four, for machines whose vectors are no wider. A wider compiler vector type
+// would go through memory between operations: with AVX2, elastic forces took 1.5 to 1.75 times as long.
 #pragma once
 
 #include <cmath>
@@ -11,11 +11,15 @@
 
 namespace duet {
 
-// Rows of four doubles or floats, as records lie in memory.
+/// A row of four doubles, as records lie in memory.
 using Quad = double __attribute__((vector_size(32)));
+/// A row of four floats, as records lie in memory.
 using QuadF = float __attribute__((vector_size(16)));
-using QuadMask = decltype(Quad{} < Quad{});  // four 64-bit integers: all bits where it holds, else none
+/// The result of comparing Quads: four 64-bit integers with all bits set where the comparison holds, and none
+/// elsewhere.
+using QuadMask = decltype(Quad{} < Quad{});
 
+/// Returns the square root in each lane, correctly rounded.
 inline Quad sqrt_of(const Quad& x) {
 #if defined(__AVX__)
   return _mm256_sqrt_pd(x);
@@ -23,8 +27,10 @@ inline Quad sqrt_of(const Quad& x) {
   return Quad{std::sqrt(x[0]), std::sqrt(x[1]), std::sqrt(x[2]), std::sqrt(x[3])};
 #endif
 }
+/// Returns `a` in the lanes where `condition` holds and `b` in the others.
 inline Quad select(const QuadMask& condition, const Quad& a, const Quad& b) { return condition ? a : b; }
-inline unsigned lanes_of(const QuadMask& mask) {  // a bit for each lane where it holds
+/// Returns a bit for each lane in which the mask is set: bit i for lane i.
+inline unsigned lanes_of(const QuadMask& mask) {
 #if defined(__AVX__)
   return static_cast<unsigned>(_mm256_movemask_pd(reinterpret_cast<__m256d>(mask)));
 #else
@@ -34,62 +40,86 @@ inline unsigned lanes_of(const QuadMask& mask) {  // a bit for each lane where i
 #endif
 }
 
+/// The result of comparing TwoQuads.
 struct TwoMasks {
-  QuadMask low, high;
+  QuadMask low,  ///< Lanes 0 to 3.
+      high;      ///< Lanes 4 to 7.
+  /// Returns where both masks are set.
   friend TwoMasks operator&(const TwoMasks& a, const TwoMasks& b) { return {a.low & b.low, a.high & b.high}; }
 };
 
-// Has the operators of a compiler vector type, as far as the program uses them.
+/// Eight doubles, with those operators of a compiler vector type that the program uses. Each operator works
+/// lane by lane.
 struct alignas(64) TwoQuads {
-  Quad low, high;
+  Quad low,  ///< Lanes 0 to 3.
+      high;  ///< Lanes 4 to 7.
 
-  // A vector type shares the aliasing of its elements.
+  /// Returns the lane for writing. The cast is legal: a vector type shares the aliasing of its elements.
   double& operator[](std::size_t lane) { return reinterpret_cast<double*>(&low)[lane]; }
+  /// Returns the value of a lane.
   double operator[](std::size_t lane) const { return lane < 4 ? low[lane] : high[lane - 4]; }
 
+  /// Short name for the declarations below.
   using V = TwoQuads;
-  friend V operator-(const V& a) { return {-a.low, -a.high}; }
-  friend V operator+(const V& a, const V& b) { return {a.low + b.low, a.high + b.high}; }
-  friend V operator-(const V& a, const V& b) { return {a.low - b.low, a.high - b.high}; }
-  friend V operator*(const V& a, const V& b) { return {a.low * b.low, a.high * b.high}; }
-  friend V operator/(const V& a, const V& b) { return {a.low / b.low, a.high / b.high}; }
-  friend V operator+(const V& a, double b) { return {a.low + b, a.high + b}; }
-  friend V operator-(const V& a, double b) { return {a.low - b, a.high - b}; }
-  friend V operator*(const V& a, double b) { return {a.low * b, a.high * b}; }
-  friend V operator/(const V& a, double b) { return {a.low / b, a.high / b}; }
-  friend V operator+(double a, const V& b) { return {a + b.low, a + b.high}; }
-  friend V operator-(double a, const V& b) { return {a - b.low, a - b.high}; }
-  friend V operator*(double a, const V& b) { return {a * b.low, a * b.high}; }
-  friend V operator/(double a, const V& b) { return {a / b.low, a / b.high}; }
+  friend V operator-(const V& a) { return {-a.low, -a.high}; }                             ///< Returns -a.
+  friend V operator+(const V& a, const V& b) { return {a.low + b.low, a.high + b.high}; }  ///< Returns a + b.
+  friend V operator-(const V& a, const V& b) { return {a.low - b.low, a.high - b.high}; }  ///< Returns a - b.
+  friend V operator*(const V& a, const V& b) { return {a.low * b.low, a.high * b.high}; }  ///< Returns a b.
+  friend V operator/(const V& a, const V& b) { return {a.low / b.low, a.high / b.high}; }  ///< Returns a / b.
+  friend V operator+(const V& a, double b) { return {a.low + b, a.high + b}; }             ///< Returns a + b.
+  friend V operator-(const V& a, double b) { return {a.low - b, a.high - b}; }             ///< Returns a - b.
+  friend V operator*(const V& a, double b) { return {a.low * b, a.high * b}; }             ///< Returns a b.
+  friend V operator/(const V& a, double b) { return {a.low / b, a.high / b}; }             ///< Returns a / b.
+  friend V operator+(double a, const V& b) { return {a + b.low, a + b.high}; }             ///< Returns a + b.
+  friend V operator-(double a, const V& b) { return {a - b.low, a - b.high}; }             ///< Returns a - b.
+  friend V operator*(double a, const V& b) { return {a * b.low, a * b.high}; }             ///< Returns a b.
+  friend V operator/(double a, const V& b) { return {a / b.low, a / b.high}; }             ///< Returns a / b.
+  /// Adds `b`, a TwoQuads or a double.
   template <class T>
   V& operator+=(const T& b) {
     return *this = *this + b;
   }
+  /// Multiplies by `b`, a TwoQuads or a double.
   template <class T>
   V& operator*=(const T& b) {
     return *this = *this * b;
   }
 
+  /// Returns where a < b.
   friend TwoMasks operator<(const V& a, const V& b) { return {a.low < b.low, a.high < b.high}; }
+  /// Returns where a > b.
   friend TwoMasks operator>(const V& a, const V& b) { return {a.low > b.low, a.high > b.high}; }
+  /// Returns where a <= b.
   friend TwoMasks operator<=(const V& a, const V& b) { return {a.low <= b.low, a.high <= b.high}; }
+  /// Returns where a >= b.
   friend TwoMasks operator>=(const V& a, const V& b) { return {a.low >= b.low, a.high >= b.high}; }
+  /// Returns where a < b.
   friend TwoMasks operator<(const V& a, double b) { return {a.low < b, a.high < b}; }
+  /// Returns where a > b.
   friend TwoMasks operator>(const V& a, double b) { return {a.low > b, a.high > b}; }
+  /// Returns where a <= b.
   friend TwoMasks operator<=(const V& a, double b) { return {a.low <= b, a.high <= b}; }
+  /// Returns where a >= b.
   friend TwoMasks operator>=(const V& a, double b) { return {a.low >= b, a.high >= b}; }
 };
 
+/// Returns the square root in each lane, correctly rounded.
 inline TwoQuads sqrt_of(const TwoQuads& x) { return {sqrt_of(x.low), sqrt_of(x.high)}; }
+/// Returns `a` in the lanes where `condition` holds and `b` in the others.
 inline TwoQuads select(const TwoMasks& condition, const TwoQuads& a, const TwoQuads& b) {
   return {select(condition.low, a.low, b.low), select(condition.high, a.high, b.high)};
 }
+/// Returns a bit for each lane in which the mask is set: bit i for lane i.
 inline unsigned lanes_of(const TwoMasks& mask) { return lanes_of(mask.low) | lanes_of(mask.high) << 4; }
 
-// Of four rows, the vectors of their first, second and third members.
+/// The first, second and third entries of four rows.
 struct FirstThree {
-  Quad x, y, z;
+  Quad x,  ///< First entries.
+      y,   ///< Second entries.
+      z;   ///< Third entries.
 };
+/// Returns the first three entries of the rows `a`, `b`, `c` and `d` by coordinate. The fourth entries are
+/// ignored.
 inline FirstThree load_four(const Quad& a, const Quad& b, const Quad& c, const Quad& d) {
   const Quad even_ab = __builtin_shufflevector(a, b, 0, 4, 2, 6),
              odd_ab = __builtin_shufflevector(a, b, 1, 5, 3, 7);
@@ -99,7 +129,7 @@ inline FirstThree load_four(const Quad& a, const Quad& b, const Quad& c, const Q
           __builtin_shufflevector(odd_ab, odd_cd, 0, 1, 4, 5),
           __builtin_shufflevector(even_ab, even_cd, 2, 3, 6, 7)};
 }
-// The opposite: four rows (x, y, z, w).
+/// Writes the four rows (x[i], y[i], z[i], w[i]) to out[0], ..., out[3].
 inline void store_four(const Quad& x, const Quad& y, const Quad& z, const Quad& w, Quad* out) {
   const Quad even_xy = __builtin_shufflevector(x, y, 0, 4, 2, 6),
              odd_xy = __builtin_shufflevector(x, y, 1, 5, 3, 7);

@@ -1,4 +1,4 @@
-// Eigen aliases and strong ids used by every module.
+// Eigen aliases, strong ids and poses, which every module uses.
 #pragma once
 
 #include <compare>
@@ -12,36 +12,48 @@
 
 namespace duet {
 
+/// A vector of two doubles.
 using Vec2 = Eigen::Vector2d;
+/// A vector of three doubles.
 using Vec3 = Eigen::Vector3d;
+/// A vector of six doubles, such as a twist (v, w).
 using Vec6 = Eigen::Matrix<double, 6, 1>;
+/// A 3x3 matrix of doubles.
 using Mat3 = Eigen::Matrix3d;
+/// A 6x6 matrix of doubles.
 using Mat6 = Eigen::Matrix<double, 6, 6>;
+/// A quaternion of doubles.
 using Quat = Eigen::Quaterniond;
+/// A vector of two floats, for drawing.
 using Vec2f = Eigen::Vector2f;
+/// A vector of three floats, for drawing.
 using Vec3f = Eigen::Vector3f;
+/// A vector of three integers.
 using Vec3i = Eigen::Vector3i;
 
-// An index that cannot be mistaken for one of another kind: Id<struct RigidTag> is no Id<struct TetTag>.
+/// An index that cannot be mistaken for one of another kind: `Id<struct RigidTag>` does not convert to
+/// `Id<struct TetTag>`.
 template <class Tag>
 struct Id {
-  std::int32_t index = -1;
-  bool valid() const { return index >= 0; }
-  auto operator<=>(const Id&) const = default;
+  std::int32_t index = -1;                      ///< The index; -1: none.
+  bool valid() const { return index >= 0; }     ///< Returns whether the id names something.
+  auto operator<=>(const Id&) const = default;  ///< Compares indices.
 };
-using RigidId = Id<struct RigidTag>;
-using DeformableId = Id<struct DeformableTag>;
-using ParticleId = Id<struct ParticleTag>;
+using RigidId = Id<struct RigidTag>;            ///< Names a rigid body.
+using DeformableId = Id<struct DeformableTag>;  ///< Names a deformable body.
+using ParticleId = Id<struct ParticleTag>;      ///< Names a particle.
 
-// A rigid placement: x_world = orientation * x_body + position.
+/// A rigid placement: x_world = orientation * x_body + position.
 struct Pose {
-  Vec3 position = Vec3::Zero();         // m
-  Quat orientation = Quat::Identity();  // unit quaternion, body to world
+  Vec3 position = Vec3::Zero();         ///< Origin of the body frame in the world, m.
+  Quat orientation = Quat::Identity();  ///< Unit quaternion, body to world.
+  /// Returns the world position (m) of the point `x` in the body frame (m).
   Vec3 to_world(const Vec3& x) const { return orientation * x + position; }
+  /// Returns the position in the body frame (m) of the world point `x` (m).
   Vec3 to_body(const Vec3& x) const { return orientation.conjugate() * (x - position); }
 };
 
-// Cross-product matrix: skew(a) * b = a x b (the paper's a^*).
+/// Returns the cross-product matrix: skew(a) b = a x b (a^* in the paper).
 inline Mat3 skew(const Vec3& a) {
   Mat3 m;
   m << 0, -a.z(), a.y(), a.z(), 0, -a.x(), -a.y(), a.x(), 0;

@@ -8,6 +8,7 @@
 
 namespace duet::test {
 
+// Adds a static box with an edge of 0.1 m, centered at `position` (m), to hang bodies from.
 inline scene::RigidBody& add_peg(scene::Scene& scene, std::string_view name, const Vec3& position) {
   scene::RigidBody& peg = add_box(scene, name, position, Vec3::Constant(0.1), 1);
   peg.is_static = true;
@@ -15,6 +16,7 @@ inline scene::RigidBody& add_peg(scene::Scene& scene, std::string_view name, con
   return peg;
 }
 
+// Adds a joint called "PARENT-CHILD" at `position` (m, world frame), with the axis `axis` (world frame).
 inline scene::Joint& add_joint(scene::Scene& scene, scene::JointType type, std::string_view parent,
                                std::string_view child, const Vec3& position,
                                const Vec3& axis = Vec3::UnitX()) {
@@ -29,8 +31,9 @@ inline scene::Joint& add_joint(scene::Scene& scene, scene::JointType type, std::
   return scene.joints.back();
 }
 
-// Links of 1 m along x from the origin, 10 cm thick, 10 kg, each jointed to the one before; the first to a
-// static peg at the origin, if there is one. `last` is the mass of the last link.
+// Adds a chain of links along x from the origin: each is 1 m long, 0.1 m thick and has 10 kg, and is jointed
+// to the one before. With `hangs`, the first one is jointed to a static peg at the origin. `last` is the mass
+// (kg) of the last link.
 inline void add_chain(scene::Scene& scene, int links, scene::JointType type, bool hangs, double last = 10) {
   if (hangs) add_peg(scene, "peg", Vec3::Zero());
   for (int i = 0; i < links; ++i) {
@@ -42,7 +45,8 @@ inline void add_chain(scene::Scene& scene, int links, scene::JointType type, boo
   }
 }
 
-// A ring of links that lie on the ring's edges about `center`, in the plane z = 0, hinged about z or not.
+// Adds a closed ring of links in the plane z = 0 about `center` (m). Each lies along one edge of a regular
+// polygon with edges of 1 m. The axes of all joints are z.
 inline void add_loop(scene::Scene& scene, int links, scene::JointType type, const Vec3& center) {
   const double angle = 2 * EIGEN_PI / links, radius = 0.5 / std::sin(angle / 2);
   const auto corner = [&](int i) {

@@ -1,4 +1,4 @@
-// Whether triangles of a tet mesh's boundary enclose it.
+// Tests whether the boundary triangles of a tetrahedral mesh form a closed manifold.
 #pragma once
 
 #include <map>
@@ -8,11 +8,11 @@
 
 namespace duet::test {
 
-// Closed and manifold: every edge belongs to two triangles that run through it in opposite directions, and
-// the triangles around every node form one fan.
+// Returns whether the triangles are closed and manifold: every edge belongs to two triangles that run through
+// it in opposite directions, and the triangles around every node form one fan. False without triangles.
 inline bool is_closed_manifold(const std::vector<Triangle>& triangles) {
   std::map<std::pair<int, int>, int> edges;
-  std::map<int, std::map<int, int>> fans;  // of a node: the next neighbour around it
+  std::map<int, std::map<int, int>> fans;  // by the node: each neighbor, and the next one around the node
   for (const Triangle& t : triangles)
     for (std::size_t k = 0; k < 3; ++k) {
       ++edges[{t[k], t[(k + 1) % 3]}];

@@ -1,13 +1,14 @@
-// A column that its own weight and a load shorten, in theory.
+// The shortening of a column under its own weight and a load, in closed form but for a sum over its height.
 #pragma once
 
 #include <cmath>
 
 namespace duet::test {
 
-/// By how much a column with the weight `weight` (Pa, over its foot) under a load of `load` times that is
-/// shorter than unloaded, over its height: a neo-Hookean material of `youngs_modulus` (Pa) with a Poisson
-/// ratio of 0 is shortened by the pressure p to the stretch s with p = E/2 (1/s - s).
+// Returns how much shorter a column is under its own weight and a load, over its unloaded height. `weight` is
+// its weight over its foot (Pa), and the load is `load` times that. A neo-Hookean material with Young's
+// modulus `youngs_modulus` (Pa) and a Poisson ratio of 0 is compressed by the pressure p to the stretch s
+// with p = E/2 (1/s - s), so that s = sqrt(1 + (p/E)^2) - p/E.
 inline double shortening(double youngs_modulus, double weight, double load) {
   constexpr int slices = 1000;
   double sum = 0;

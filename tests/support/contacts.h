@@ -1,4 +1,5 @@
-// Contacts outside of a time step: found in a scene as it stands, or put together by hand.
+// Contacts outside of a time step: those that detection finds in a scene as it stands, or pairs that a test
+// puts together.
 #pragma once
 
 #include <initializer_list>
@@ -11,6 +12,7 @@
 
 namespace duet::test {
 
+// Returns a change of velocity that is zero for all bodies.
 inline VelocityState no_change(const Bodies& bodies) {
   VelocityState now, change;
   store_velocities(bodies, now);
@@ -18,25 +20,30 @@ inline VelocityState no_change(const Bodies& bodies) {
   return change;
 }
 
-// A scene's bodies with the contacts that they can make within `dt` (s), and their graph.
+// A simulation of a scene, with the contacts that its bodies can make within `dt` (s) and their contact
+// graph.
 struct ContactScene {
   Simulation simulation;
-  Bodies& bodies;
+  Bodies& bodies;  // those of `simulation`
   ContactSet contacts;
   ContactGraph graph;
 
+  // Builds the scene and finds its contacts.
   ContactScene(const scene::Scene& scene, double dt)
       : simulation(scene, plan(scene)), bodies(simulation.world().bodies) {
     find(dt);
   }
+  // Replaces contacts and graph by those of the bodies as they are now.
   void find(double dt) {
     find_candidates(bodies, {}, dt, no_change(bodies), contacts);
     build_contact_graph(bodies, simulation.world().gravity, true, contacts, graph);
   }
+  // The state of a rigid body.
   RigidState& state(std::size_t body) { return bodies.rigid.state[body]; }
 };
 
-// `count` balls of 1 kg without places, of which `fixed` are static.
+// Returns `count` rigid balls with a radius of 1 m and 1 kg, all at the origin. Those listed in `fixed` are
+// static.
 inline Bodies loose_bodies(int count, std::initializer_list<int> fixed = {}) {
   Bodies bodies;
   RigidProperties ball;
@@ -56,7 +63,7 @@ inline Bodies loose_bodies(int count, std::initializer_list<int> fixed = {}) {
   return bodies;
 }
 
-// A pair of rigid bodies with one contact, whose normal points from host to guest.
+// Appends a pair of rigid bodies with one contact, whose unit `normal` points from host to guest.
 inline ContactPair& add_pair(ContactSet& contacts, int host, int guest, const Vec3& normal) {
   ContactPoint point;
   point.host = host;

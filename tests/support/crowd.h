@@ -1,4 +1,5 @@
-// Many bodies that touch each other at random, for what visits their pairs.
+// Many bodies that touch each other at random, to test code that visits their pairs in some order or in
+// parallel.
 #pragma once
 
 #include <algorithm>
@@ -11,15 +12,17 @@
 
 namespace duet::test {
 
+// Bodies and the pairs between them.
 struct Crowd {
-  Bodies bodies;
-  ContactSet contacts;
-  std::vector<int> pairs;  // all of them
+  Bodies bodies;        // rigid ones without distinct positions, then deformable ones that share one particle
+  ContactSet contacts;  // pairs with one point each
+  std::vector<int> pairs;  // places of all pairs in `contacts`, shuffled
 
+  // Returns whether impulses can move the body of a node: rigid bodies come first, deformable ones follow.
   bool movable(std::size_t node) const {
     return node >= bodies.rigid.size() || bodies.rigid.properties[node].is_dynamic();
   }
-  // The movable bodies of a pair.
+  // Returns the nodes of the movable bodies of a pair.
   std::vector<std::size_t> nodes(int p) const {
     const ContactPair& pair = contacts.pairs[as_index(p)];
     std::vector<std::size_t> result;
@@ -28,12 +31,14 @@ struct Crowd {
     return result;
   }
 
-  // A number of every body, and an operation on those of a pair that depends on which pairs came before.
+  // Returns one number for every node, to begin with.
   std::vector<double> numbers() const {
     std::vector<double> value(bodies.rigid.size() + bodies.deformable.size());
     for (std::size_t i = 0; i < value.size(); ++i) value[i] = std::sin(static_cast<double>(i));
     return value;
   }
+  // Changes the numbers of the movable bodies of pair `p` by those of both. The result depends on which pairs
+  // of these bodies were visited before, so that equal results prove an equivalent order.
   double mix(std::vector<double>& value, int p) const {
     const ContactPair& pair = contacts.pairs[as_index(p)];
     const std::size_t a = as_index(pair.host), b = guest_node(bodies, pair);
@@ -44,11 +49,13 @@ struct Crowd {
   }
 };
 
-// Rigid bodies 0 to 9 are static and in many pairs; some guests are deformable. Level 3 is empty.
+// Makes `pair_count` pairs between `body_count` rigid bodies. Bodies 0 to 9 are static and belong to many
+// pairs; in a tenth of the pairs, the guest is one of 20 deformable bodies. Pairs have the levels 1, 2, 4 and
+// 5: level 3 is empty.
 inline Crowd random_crowd(unsigned seed, int body_count, int pair_count) {
   Crowd crowd;
   crowd.bodies = loose_bodies(body_count, {0, 1, 2, 3, 4, 5, 6, 7, 8, 9});
-  crowd.bodies.deformable.resize(20);  // all of the same particle
+  crowd.bodies.deformable.resize(20);  // they share one particle
   crowd.bodies.particles.x.resize(1, Vec3::Zero());
   std::mt19937 random(seed);
   const auto below = [&](int n) { return std::uniform_int_distribution<int>(0, n - 1)(random); };

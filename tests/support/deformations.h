@@ -1,4 +1,4 @@
-// Deformation gradients for tests of materials.
+// Deformation gradients, to test materials with.
 #pragma once
 
 #include <random>
@@ -9,12 +9,14 @@
 
 namespace duet::test {
 
+// Converts an Eigen matrix.
 inline Matrix3<double> matrix_of(const Mat3& m) {
   Matrix3<double> result;
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) result[i][j] = m(i, j);
   return result;
 }
+// Converts to an Eigen matrix.
 inline Mat3 eigen_of(const Matrix3<double>& m) {
   Mat3 result;
   for (int i = 0; i < 3; ++i)
@@ -22,6 +24,7 @@ inline Mat3 eigen_of(const Matrix3<double>& m) {
   return result;
 }
 
+// Returns a matrix with entries from -`size` to `size`.
 inline Mat3 random_matrix(std::mt19937& random, double size = 1) {
   std::uniform_real_distribution<double> uniform(-size, size);
   Mat3 m;
@@ -29,7 +32,8 @@ inline Mat3 random_matrix(std::mt19937& random, double size = 1) {
   return m;
 }
 
-// At rest, stretched, sheared, crushed, flat and inside out; a multiple of eight of them.
+// Returns 32 random deformation gradients: near rest, stretched, sheared, compressed, flat and inverted.
+// Their number is a multiple of eight, for code that works on packs of eight.
 inline std::vector<Mat3> deformations() {
   std::mt19937 random(7);
   std::vector<Mat3> result;

@@ -1,12 +1,14 @@
-// Of symmetric matrices. In a file of their own: the templates of Eigen's solver take the compiler longer
-// than all that a test writes itself.
+// Eigenvalues of symmetric matrices. They have a source file of their own, because the templates of Eigen's
+// solver take the compiler longer than a whole test.
 #pragma once
 
 #include <Eigen/Core>
 
 namespace duet::test {
 
-Eigen::VectorXd eigenvalues(const Eigen::MatrixXd& symmetric);    // the least one first
-Eigen::MatrixXd positive_part(const Eigen::MatrixXd& symmetric);  // without what has eigenvalues below zero
+// Returns the eigenvalues in ascending order.
+Eigen::VectorXd eigenvalues(const Eigen::MatrixXd& symmetric);
+// Returns the matrix with its negative eigenvalues replaced by zero.
+Eigen::MatrixXd positive_part(const Eigen::MatrixXd& symmetric);
 
 }  // namespace duet::test

@@ -1,4 +1,4 @@
-// What tests ask of a world of elastic bodies.
+// Energy and time step of worlds with elastic bodies.
 #pragma once
 
 #include <cmath>
@@ -7,12 +7,13 @@
 
 namespace duet::test {
 
-// J, kinetic and elastic.
+// Returns the sum of kinetic and elastic energy (J). Potential energy is left out.
 inline double mechanical_energy(const World& world) {
   return kinetic_energy(world.bodies) + world.bodies.forces.energy(world.bodies.particles.x);
 }
 
-// s, the step that the rule chooses at rest, where nothing else bounds it.
+// Returns the time step (s) that the rule for elastic forces chooses at rest, if nothing else bounds it: cfl
+// * 2 / omega.
 inline double rule_step(const World& world) {
   return world.settings.cfl * 2 / std::sqrt(world.bodies.forces.rest_squared_frequency());
 }

@@ -1,4 +1,4 @@
-// The energy of a scene over its frames.
+// The gain of energy of a scene over its frames.
 #pragma once
 
 #include <algorithm>
@@ -7,13 +7,13 @@
 
 namespace duet::test {
 
-// The most that energy rises above that of any frame before, over the most that moves or is stored in a
-// frame.
+// Simulates `frames` frames and returns the largest rise of the total energy above that of any earlier frame,
+// over the largest kinetic plus elastic energy of a frame.
 inline double gain_of(const scene::Scene& scene, int frames) {
   Simulation simulation(scene, plan(scene));
   FrameStats stats = simulation.stats();
-  double least = stats.kinetic + stats.potential + stats.elastic;
-  double most = stats.kinetic + stats.elastic, gained = 0;
+  double least = stats.kinetic + stats.potential + stats.elastic;  // J, least total energy so far
+  double most = stats.kinetic + stats.elastic, gained = 0;         // J
   for (int frame = 1; frame <= frames; ++frame) {
     simulation.advance_frame();
     stats = simulation.stats();

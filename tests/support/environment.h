@@ -1,4 +1,4 @@
-// An environment variable that is another one for the length of a test.
+// Environment variables that have another value for the length of a test.
 #pragma once
 
 #include <cstdlib>
@@ -9,9 +9,11 @@
 
 namespace duet::test {
 
-// Sets an environment variable for the programs that a test starts.
+// Sets an environment variable while it lives, for programs that the test starts, and restores the former
+// value or absence in its destructor.
 class Environment {
  public:
+  // Sets the variable `name`, whose text must outlive the object.
   Environment(const char* name, const std::string& value) : name_(name) {
     if (const char* before = std::getenv(name)) before_ = before;
     ::setenv(name, value.c_str(), 1);
@@ -27,7 +29,7 @@ class Environment {
 
  private:
   const char* name_;
-  std::optional<std::string> before_;
+  std::optional<std::string> before_;  // former value; empty: the variable was not set
 };
 
 }  // namespace duet::test

@@ -53,7 +53,7 @@ void add_support(scene::Scene& scene, Support support, double size) {
         fix(add_box(scene, fmt::format("tile{}", i), Vec3((2.6 * i + 2.3) * size, -2 * size, 0),
                     Vec3(2.6, 4, 10) * size, 1));
       return;
-    case Support::dynamic_box:  // far heavier than what comes onto it
+    case Support::dynamic_box:  // 1e6 times as heavy as a cube of water of the given size
       scene.ground = scene::Ground{.height = -extent.y(), .look = {}};
       add_box(scene, "floor", middle, extent, 1e6 * size * size * size * 1000);
       return;

@@ -1,4 +1,4 @@
-// A scene of scenes/ that a test watches frame by frame.
+// A scene of the folder scenes/ that a test watches frame by frame.
 #pragma once
 
 #include <algorithm>
@@ -14,24 +14,29 @@
 
 namespace duet::test {
 
+// The simulation of such a scene, with the worst measurements of its frames so far.
 struct Film {
-  scene::Scene scene;
+  scene::Scene scene;  // as read, with the overrides
   Simulation simulation;
-  double gap = 0, penetration = 0;  // m, the worst of all frames
-  double least_det = 1;             // of the deformation gradients
-  std::vector<BodySurface> surfaces;
+  // Largest drift of a joint and largest penetration at the end of a frame (m).
+  double gap = 0, penetration = 0;
+  double least_det = 1;               // least determinant of a deformation gradient at the end of a frame
+  std::vector<BodySurface> surfaces;  // scratch of centres()
 
+  // Reads scenes/NAME.toml, changed by `overrides` ("key=value").
   explicit Film(const std::string& name, const std::vector<std::string>& overrides = {})
       : scene(scene::read(source_folder() + "/scenes/" + name + ".toml", overrides).scene),
         simulation(scene, plan(scene)) {}
 
+  // Returns the bodies as they are now.
   const Bodies& bodies() { return simulation.world().bodies; }
+  // Returns the state of the rigid body called `name`, which must exist.
   const RigidState& body(const std::string& name) {
     const std::vector<std::string>& names = bodies().rigid.name;
     return bodies()
         .rigid.state[static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin())];
   }
-  // m, mean of the vertices of all bodies whose names begin so, in their order.
+  // Returns the means of the vertices (m) of all bodies whose names begin with `beginning`, in their order.
   std::vector<Vec3> centres(const std::string& beginning) {
     simulation.surfaces(surfaces);
     std::vector<Vec3> found;
@@ -43,6 +48,7 @@ struct Film {
     }
     return found;
   }
+  // Simulates `frames` frames and updates the worst measurements.
   void advance(int frames) {
     for (int i = 0; i < frames; ++i) {
       simulation.advance_frame();
@@ -53,7 +59,8 @@ struct Film {
   }
 };
 
-inline double turn_about_x(const RigidState& state) {  // rad
+// Returns the angle (rad) of a rotation about the x axis.
+inline double turn_about_x(const RigidState& state) {
   return 2 * std::atan2(state.pose.orientation.x(), state.pose.orientation.w());
 }
 

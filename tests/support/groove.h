@@ -1,4 +1,4 @@
-// A mesh that is not convex: a long body with a groove.
+// A mesh that is not convex: a long body with a V-shaped groove along its top.
 #pragma once
 
 #include <algorithm>
@@ -10,7 +10,8 @@
 
 namespace duet::test {
 
-// Along x, with the bottom of the groove at the origin; its sides rise at `angle` (rad). 20 m x 2 m.
+// Returns a body of 20 m x 2 m along x with its groove at the origin. The sides of the groove rise at `angle`
+// (rad).
 inline TriangleMesh groove(double angle) {
   const double length = 20, half = 1, rise = half * std::tan(angle), below = -0.5;
   TriangleMesh mesh;

@@ -1,4 +1,4 @@
-// Small closed meshes built in code.
+// Small closed meshes that are built in code, and random vectors.
 #pragma once
 
 #include <memory>
@@ -15,27 +15,34 @@
 
 namespace duet::test {
 
-Vec3 random_vector(std::mt19937& random);  // in [-1, 1]^3
+// Returns a uniformly distributed vector in [-1, 1]^3.
+Vec3 random_vector(std::mt19937& random);
 
+// Returns a rotation by -3 to 3 rad about a random axis. It is not uniformly distributed.
 Quat random_rotation(std::mt19937& random);
 
-// One of assets/, which has no flaws.
+// Reads a mesh of the folder assets/. The test fails if the mesh has flaws.
 std::shared_ptr<TriangleMesh> asset(const std::string& file);
 
-// Triangles of a polygon, as a fan.
+// Appends the triangles of a convex polygon, as a fan around its first vertex.
 void add_face(TriangleMesh& mesh, const std::vector<int>& polygon);
 
-// The box between two corners; vertex i has the upper x, y, z where bits 0, 1, 2 of i are set.
+// Returns the box between two corners (m). Vertex i has the upper x, y, z if the bits 0, 1, 2 of i are set.
 TriangleMesh box_mesh(const Vec3& lower, const Vec3& upper);
 
+// Returns the surface of a tetrahedron, with outward normals if (b - a) x (c - a) . (d - a) > 0.
 TriangleMesh tetrahedron(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d);
 
-// An L of two unit cubes beside and one on top of the first, in the plane z = 0..1; its volume is 3.
+// Returns an L of three unit cubes: two side by side along x, and one on top of the first, between z = 0 and
+// 1. Its volume is 3 m^3.
 TriangleMesh l_mesh();
 
-// The torus about the axis y, with `columns` times `rows` quads whose vertices lie on it.
+// Returns a torus about the y axis with `columns` quads around the axis and `rows` around the tube, whose
+// vertices lie on the torus. `radius` is that of the circle in the middle of the tube, `tube` that of the
+// tube (m).
 TriangleMesh torus_mesh(double radius, double tube, int columns, int rows);
 
+// Returns positions and triangles of a surface.
 TriangleMesh mesh_of(const Surface& surface);
 
 }  // namespace duet::test

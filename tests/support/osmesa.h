@@ -1,4 +1,4 @@
-// Whether this system has OSMesa, which Mesa dropped with version 25.1.
+// Finds out whether this system has OSMesa, which Mesa dropped with version 25.1.
 #pragma once
 
 #include <algorithm>
@@ -10,8 +10,8 @@
 
 namespace duet::test {
 
-/// Whether the run-time linker opens one of the files under which the renderer looks for OSMesa. A library
-/// that has been opened stays loaded.
+// Returns whether the run-time linker can open one of the files that the renderer looks for as OSMesa. A
+// library that has been opened stays loaded.
 inline bool has_osmesa() {
   return std::ranges::any_of(render::LibraryNames{}.osmesa, [](const std::string& name) {
     return dlopen(name.c_str(), RTLD_NOW | RTLD_LOCAL) != nullptr;

@@ -1,13 +1,17 @@
-// Where the tests find what ships: told by one file, so that no other is compiled anew in another folder.
+// Paths of the source tree and of the programs. Only places.cpp knows them, so that no other file is compiled
+// again when the build folder changes.
 #pragma once
 
 #include <string>
 
 namespace duet::test {
 
-std::string source_folder();  // the project's top, without a slash at its end
+// Returns the top folder of the source tree, without a slash at its end.
+std::string source_folder();
+// Returns the path of the program duet.
 std::string duet_program();
-std::string
-launcher();  // the program that chooses among those of a portable build; empty where there is none
+// Returns the path of the launcher, which chooses among the programs of a portable build; empty if the build
+// is not portable.
+std::string launcher();
 
 }  // namespace duet::test

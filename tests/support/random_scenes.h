@@ -1,5 +1,5 @@
-// What the tests of random scenes share: numbers, shapes and joints that are the same with every standard
-// library, and the promises that all scenes keep.
+// Random scenes: numbers, shapes and joints that are equal with every standard library, and checks that hold
+// for all scenes.
 #pragma once
 
 #include <algorithm>
@@ -21,13 +21,19 @@
 
 namespace duet::test {
 
+// A source of random numbers. The distributions of the standard library differ from one implementation to
+// another, so that it has its own.
 class Draw {
  public:
+  // Equal seeds give equal numbers.
   explicit Draw(std::uint64_t seed) : engine_(seed) {}
+  // Returns a number from `least` (inclusive) to `most` (exclusive) with 53 random bits.
   double operator()(double least, double most) {
     return least + (most - least) * static_cast<double>(engine_() >> 11) * 0x1p-53;
   }
+  // Returns a whole number from 0 to `count` - 1.
   int below(int count) { return static_cast<int>((*this)(0, count)); }
+  // Returns a uniformly distributed unit vector.
   Vec3 direction() {
     Vec3 v;
     do
@@ -40,7 +46,8 @@ class Draw {
   std::mt19937_64 engine_;
 };
 
-// Of any kind, its extents between 0.2 and 0.5 of `size` (m), in places less or up to twice that.
+// Returns a shape of any kind. Its radii and lengths are 0.2 to 0.5 of `size` (m); some parts are smaller,
+// and round ones up to twice as wide.
 inline scene::Shape random_shape(Draw& draw, double size) {
   using scene::ShapeKind;
   const double a = size * draw(0.2, 0.5), b = size * draw(0.2, 0.5), c = size * draw(0.2, 0.5);
@@ -64,7 +71,7 @@ inline scene::Shape random_shape(Draw& draw, double size) {
   }
 }
 
-// Half way between two bodies.
+// Returns a point joint or a hinge halfway between two bodies, with a random axis.
 inline scene::Joint random_joint(Draw& draw, const std::string& name, const scene::RigidBody& parent,
                                  const scene::RigidBody& child) {
   scene::Joint joint;
@@ -77,14 +84,16 @@ inline scene::Joint random_joint(Draw& draw, const std::string& name, const scen
   return joint;
 }
 
+// The result of one simulated scene.
 struct Outcome {
-  std::uint64_t hash = 0;
-  std::string violation;  // the first one
-  double gain = 0;        // of energy, the most over any earlier frame, of what there was at first
+  std::uint64_t hash = 0;  // of the state after the last frame
+  std::string violation;   // text of the first broken bound; empty: none
+  double gain = 0;  // largest rise of the energy above that of any earlier frame, over the energy of frame 0
 };
 
-// What has fallen through the ground: bodies of their centres, soft ones of their surfaces, as particles
-// inside may sink below these where a body is folded.
+// Returns a text that names a body that has fallen through the ground, or an empty one. Rigid bodies count by
+// their centers, deformable ones by the vertices of their surfaces: particles inside may sink lower where a
+// body is folded. `size` (m) is the size of the bodies.
 inline std::string fallen(const Bodies& bodies, double size) {
   const auto says = [](std::string_view name) { return fmt::format("{} fell through the ground", name); };
   for (std::size_t i = 0; i < bodies.rigid.size(); ++i)
@@ -99,16 +108,17 @@ inline std::string fallen(const Bodies& bodies, double size) {
   return {};
 }
 
-// Energy never rises by more than a hundredth of what there was at first, above the ground: in free flight it
-// is kept, what is left is contact's, of first order in the step. Bodies overlap by less than `most_overlap`
-// of their size, and nothing falls through the ground.
+// Simulates a scene and checks three bounds. Energy never rises by more than a hundredth of that of frame 0:
+// free flight conserves it, and the rest is the error of contact, which is of first order in the step. Bodies
+// overlap by less than `most_overlap` of their `size` (m). No body falls through the ground. Stops at the
+// first violation.
 inline Outcome keep_promises(const scene::Scene& scene, double size, int frames, double most_overlap) {
   constexpr double most_gain = 1e-2;
   Simulation simulation(scene, plan(scene));
   const auto energy_of = [](const FrameStats& stats) {
     return stats.kinetic + stats.potential + stats.elastic;
   };
-  const double scale = energy_of(simulation.stats());  // J
+  const double scale = energy_of(simulation.stats());  // J, energy of frame 0
   double least = scale;
   Outcome outcome;
   for (int frame = 1; frame <= frames && outcome.violation.empty(); ++frame) {
@@ -131,9 +141,10 @@ inline Outcome keep_promises(const scene::Scene& scene, double size, int frames,
   return outcome;
 }
 
-// Simulates the scenes of the seeds from 1 to `count`, or as many as DUET_RANDOM_SCENES says (tools/test
-// --full: 10,000), every tenth of them with two threads as well. None may break a promise, few may gain more
-// than a thousandth of their energy.
+// Simulates the scenes of the seeds 1 to `count`; the environment variable DUET_RANDOM_SCENES overrides the
+// number (tools/test --full: 10,000). Every tenth scene runs with two threads as well and must give equal
+// hashes. No scene may violate a bound, and fewer than 2 + 1.5 % of them may gain more than a thousandth of
+// their energy. `simulate` maps a seed to an Outcome.
 template <class Simulate>
 void expect_promises(int count, Simulate&& simulate) {
   if (const char* wanted = std::getenv("DUET_RANDOM_SCENES")) count = std::atoi(wanted);

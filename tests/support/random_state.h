@@ -1,5 +1,4 @@
-// Two soft boxes on and under rigid boxes on the ground, in contact, for tests of operators on random
-// vectors.
+// A stack of soft and rigid boxes in contact, to test operators on random vectors.
 #pragma once
 
 #include <random>
@@ -11,7 +10,8 @@
 
 namespace duet::test {
 
-// Soft, rigid, soft, rigid from the ground up; overlapping by a millimetre so that everything touches.
+// Returns a stack on the ground: soft, rigid, soft, rigid from below. Neighbors overlap by a millimeter, so
+// that all touch.
 inline scene::Scene small_stack() {
   scene::Scene scene = on_ground(0.4);
   add_soft_box(scene, "soft1", Vec3(0, 0.5, 0), Vec3(1, 1, 1), 2);
@@ -21,6 +21,7 @@ inline scene::Scene small_stack() {
   return scene;
 }
 
+// Returns velocities with components in [-1, 1] (m/s, rad/s); those of static and kinematic bodies are zero.
 inline GeneralizedVelocity random_velocity(const Bodies& bodies, unsigned seed) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> uniform(-1, 1);

@@ -1,4 +1,4 @@
-/// Run directories of small scenes, for what reads runs.
+// Run directories of small scenes, to test code that reads runs.
 #pragma once
 
 #include <functional>
@@ -7,16 +7,18 @@
 
 namespace duet::test {
 
-/// Simulates the scene and records manifest.json and values/ of frames 0 to `last` in the folder. `change`
-/// may change the values of a frame before they are written.
+// Simulates a scene and records manifest.json and values/ of the frames 0 to `last` in `folder`. `change` may
+// alter the values of a frame before they are written.
 io::RunDirectory record_run(const scene::Scene& scene, int last, const io::fs::path& folder,
                             const std::function<void(io::FrameValues&)>& change = {});
 
-/// Camera, lights and looks of the scene; bodies without a look wear the first, which is plain and gray.
+// Returns camera, lights and looks of the scene. Bodies without a look have the first one, which is plain and
+// gray.
 io::ExportedLooks looks_of(const scene::Scene& scene, const io::Manifest& manifest);
 
-/// A static floor, three boxes, of which two are alike, a kinematic ball, a soft box, a pinned cloth and a
-/// rod, all in free fall but for what is held, around `center`.
+// Returns a scene with one body of each kind around `center` (m): a static floor, three boxes of which two
+// are alike, a kinematic ball, a soft box, a pinned cloth and a pinned rod. Bodies that are not held fall
+// freely.
 scene::Scene one_of_each(const Vec3& center = Vec3::Zero());
 
 }  // namespace duet::test

@@ -1,4 +1,4 @@
-// Small scenes built in code, so that a test reads in a few lines.
+// Small scenes that are built in code, so that a test reads in a few lines. Lengths are in m, masses in kg.
 #pragma once
 
 #include <memory>
@@ -12,23 +12,31 @@
 
 namespace duet::test {
 
-// An empty scene without gravity and ground.
+// Returns an empty scene without gravity and without ground.
 scene::Scene free_space();
 
+// Returns a scene with gravity and a ground at y = 0 with the given coefficients.
 scene::Scene on_ground(double friction = 0.5, double restitution = 0);
 
+// Adds a box with the edges `size`, centered at `position`. References that these functions return are valid
+// until the next body is added.
 scene::RigidBody& add_box(scene::Scene& scene, std::string_view name, const Vec3& position, const Vec3& size,
                           double mass);
 
+// Adds a mesh at the origin, its lengths multiplied by `scale`.
 scene::RigidBody& add_mesh(scene::Scene& scene, std::string_view name, std::shared_ptr<TriangleMesh> mesh,
                            double scale, double mass);
 
+// Adds a ball centered at `position`.
 scene::RigidBody& add_ball(scene::Scene& scene, std::string_view name, const Vec3& position, double radius,
                            double mass);
 
+// Adds a deformable box of `cells` x `cells` x `cells` lattice cells, with a material of its own.
+// `youngs_modulus` is in Pa.
 scene::DeformableBody& add_soft_box(scene::Scene& scene, std::string_view name, const Vec3& position,
                                     const Vec3& size, int cells, double youngs_modulus = 2e6);
 
+// Returns the effects that the scene needs.
 EffectSet plan(const scene::Scene& scene);
 
 }  // namespace duet::test

@@ -1,4 +1,4 @@
-// Sheets of triangles whose particles have mass and nothing else, for tests of collisions between surfaces.
+// Sheets of triangles whose particles have mass and no elasticity, to test collisions between surfaces.
 #pragma once
 
 #include <random>
@@ -11,12 +11,14 @@
 
 namespace duet::test {
 
+// The collision surface of all sheets, with positions (m) and inverse masses (1/kg) of their particles.
 struct Sheets {
-  CollisionSurface surface;
-  std::vector<Vec3> x;
-  std::vector<double> inverse_mass;
+  CollisionSurface surface;          // triangles of all sheets
+  std::vector<Vec3> x;               // m, positions of the particles
+  std::vector<double> inverse_mass;  // 1/kg
 
-  // A square of `count` by `count` quads across y, its corner at `corner`.
+  // Adds a square of `count` x `count` quads in the plane across y. It extends from `corner` (m) along x and
+  // z, with edges of `spacing` (m). With `itself`, the sheet collides with itself as well.
   void add(int count, double spacing, const Vec3& corner, double thickness, double friction = 0,
            bool itself = true) {
     const int first = static_cast<int>(x.size());
@@ -35,10 +37,12 @@ struct Sheets {
     surface.add({itself, thickness, friction}, triangles, {});
     surface.initial = x;
   }
+  // Returns the number of pairs of triangles that intersect.
   std::size_t intersections() const { return intersecting_triangles(x, surface.triangles).size(); }
 };
 
-// Linear and angular momentum of displacements from `start`.
+// Returns sum m d and sum x m d for the displacements d from `start` to `end` (m): the linear and angular
+// momentum of moving so within one second.
 inline std::pair<Vec3, Vec3> momentum_of(const std::vector<Vec3>& start, const std::vector<Vec3>& end,
                                          const std::vector<double>& inverse_mass) {
   Vec3 linear = Vec3::Zero(), angular = Vec3::Zero();

@@ -1,4 +1,4 @@
-// Tet meshes without symmetry, and what bodies of them hold.
+// Tetrahedral meshes without symmetry, and the masses of their nodes.
 #pragma once
 
 #include <random>
@@ -10,8 +10,8 @@
 
 namespace duet::test {
 
-// A lattice of unit cells whose nodes are moved by up to `amount` (m) along every axis: up to .1, all tets
-// keep a positive volume.
+// Returns a lattice of `cells` unit cells whose nodes are moved by up to `amount` (m) along every axis. All
+// tetrahedra keep a positive volume up to 0.1 m.
 inline TetMesh shaken_lattice(const Vec3i& cells, double amount, unsigned seed) {
   TetMesh mesh = box_lattice(cells.cast<double>(), cells);
   std::mt19937 random(seed);
@@ -19,7 +19,8 @@ inline TetMesh shaken_lattice(const Vec3i& cells, double amount, unsigned seed) 
   return mesh;
 }
 
-// Masses as the elements of the given density (kg/m^3) give them to their corners, kg.
+// Returns the lumped masses of the nodes (kg) for a density in kg/m^3: every tetrahedron gives a quarter of
+// its mass to each of its nodes.
 inline std::vector<double> corner_masses(const TetMesh& mesh, double density) {
   std::vector<double> mass(mesh.nodes.size(), 0);
   const auto node = [&](int i) { return mesh.nodes[static_cast<std::size_t>(i)]; };
@@ -30,6 +31,7 @@ inline std::vector<double> corner_masses(const TetMesh& mesh, double density) {
   return mass;
 }
 
+// Returns `count` vectors in [-1, 1]^3.
 inline std::vector<Vec3> random_vectors(std::size_t count, unsigned seed) {
   std::mt19937 random(seed);
   std::vector<Vec3> vectors(count);

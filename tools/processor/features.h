@@ -1,14 +1,14 @@
-// The extensions of the x86-64 instruction set that a compiler uses for plain C++ when it may. Extensions
-// that only intrinsics and assembly reach (AES, SHA, RDRAND) are left out: a program that was compiled where
-// they exist runs without them.
+// The extensions of the x86-64 instruction set that compilers use for plain C++ if allowed to. Extensions
+// that only intrinsics and assembly reach (AES, SHA, RDRAND) are left out: a program runs without them
+// wherever it was compiled.
 #pragma once
 
-// One line an extension: F(name, macro that compilers define where they may use it, level, leaf, subleaf,
-// register, bit, state). `level` is the level of the x86-64 psABI that the extension belongs to (2, 3 or 4;
-// 0: none). cpuid(leaf, subleaf) sets `bit` of `register` where the processor has it, and the operating
-// system keeps its registers where XCR0 has all bits of `state` (0: general and SSE registers, which are
-// always kept). Sources: System V ABI, AMD64 supplement 1.0, table 3.1; Intel SDM volume 1, sections 13 to
-// 15, and volume 2, CPUID; AMD64 APM volume 3, appendix E.
+// One line for each extension: F(name, macro, level, leaf, subleaf, register, bit, state). Compilers define
+// `macro` if they may use the extension. `level` is the level of the x86-64 psABI that it belongs to (2, 3 or
+// 4; 0: none). The processor has it if cpuid(leaf, subleaf) sets `bit` of `register`; the operating system
+// supports it if XCR0 has all bits of `state` (0: general and SSE registers, which every system saves).
+// Sources: System V ABI, AMD64 supplement 1.0, table 3.1; Intel SDM volume 1, sections 13 to 15, and volume
+// 2, CPUID; AMD64 APM volume 3, appendix E.
 #define DUET_PROCESSOR_FEATURES(F)                                     \
   F(CX16, __GCC_HAVE_SYNC_COMPARE_AND_SWAP_16, 2, 1, 0, ecx, 13, 0)    \
   F(LAHF, __LAHF_SAHF__, 2, 0x80000001, 0, ecx, 0, 0)                  \

@@ -1,6 +1,6 @@
-// `duet` of a portable build: runs the program that was compiled for the best instructions that the processor
-// has. The environment variable DUET_ISA names another one. The program takes the place of this one, so that
-// signals, streams and the exit status are its own.
+// The program `duet` of a portable build. It replaces itself by the program that was compiled for the best
+// instruction set of the processor, or by the one that the environment variable DUET_ISA names. Signals,
+// streams and the exit status are those of that program.
 #include <cerrno>
 #include <climits>
 #include <cstdio>
@@ -14,9 +14,9 @@ namespace {
 
 using namespace duet::processor;
 
-constexpr int usage = 2, files = 4;  // as duet::ExitStatus has them
+constexpr int usage = 2, files = 4;  // equal to duet::ExitStatus
 
-// The folder of the programs, relative to the launcher's: in a build, and after `cmake --install`.
+// Folders of the programs relative to that of the launcher: in a build, and after `cmake --install`.
 constexpr const char* places[] = {"libexec/duet", "../libexec/duet"};
 
 }  // namespace

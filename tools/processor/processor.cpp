@@ -9,13 +9,15 @@
 namespace duet::processor {
 namespace {
 
+// One line of features.h.
 struct Feature {
   const char* name;
-  int level;                                // of the psABI, or 0
-  std::uint32_t leaf, subleaf, place, bit;  // of cpuid; `place` counts eax, ebx, ecx, edx
-  std::uint32_t state;                      // bits of XCR0
+  int level;                                // of the psABI; 0: none
+  std::uint32_t leaf, subleaf, place, bit;  // of cpuid; `place` is the register: eax, ebx, ecx or edx
+  std::uint32_t state;                      // required bits of XCR0
 };
 
+// Places of the registers in the answer of cpuid.
 constexpr std::uint32_t eax = 0, ebx = 1, ecx = 2, edx = 3;
 
 #define DUET_FEATURE(name, macro, level, leaf, subleaf, place, bit, state) \
@@ -26,8 +28,8 @@ constexpr Feature features[] = {DUET_PROCESSOR_FEATURES(DUET_FEATURE)};
 constexpr int feature_count = sizeof features / sizeof features[0];
 static_assert(feature_count <= 64, "a FeatureSet has 64 bits");
 
-// The leaves of cpuid that features.h names. In a virtual machine every cpuid is a call of the host, which
-// takes microseconds: each leaf is read once, and not once a feature.
+// The leaves of cpuid that features.h names. In a virtual machine every cpuid traps to the host, which takes
+// microseconds. Each leaf is therefore read once, and not once for every feature.
 struct Leaf {
   std::uint32_t leaf, subleaf;
 };
@@ -47,7 +49,7 @@ constexpr const char* level_names[] = {"x86-64", "x86-64-v2", "x86-64-v3", "x86-
 
 constexpr FeatureSet bit_of(int feature) { return FeatureSet{1} << feature; }
 
-// Composes a sentence in a buffer of fixed size; what does not fit is left out.
+// Composes a sentence in a buffer of fixed size. The part that does not fit is left out.
 class Sentence {
  public:
   explicit Sentence(char (&text)[sentence_size]) : text_(text) { text_[0] = '\0'; }
@@ -56,11 +58,11 @@ class Sentence {
     for (; *part != '\0' && length_ + 1 < sentence_size; ++part) text_[length_++] = *part;
     text_[length_] = '\0';
   }
-  void add(int number) {  // 0 to 99
+  void add(int number) {  // from 0 to 99
     const char digits[] = {static_cast<char>('0' + number / 10), static_cast<char>('0' + number % 10), '\0'};
     add(number < 10 ? digits + 1 : digits);
   }
-  // Adds what separates entry i of a list of `count` from the one before: "a, b and c".
+  // Adds the separator before entry i of a list with `count` entries: "a, b and c".
   void add_separator(int i, int count) { add(i == 0 ? "" : i + 1 == count ? " and " : ", "); }
 
  private:
@@ -68,7 +70,8 @@ class Sentence {
   int length_ = 0;
 };
 
-// The first four names; the list of a lesser processor may have twenty.
+// Adds the names of missing extensions: at most five, or four and the number of the others. An old processor
+// may lack twenty.
 void add_names(Sentence& sentence, FeatureSet lacking) {
   constexpr int most = 4;
   int count = 0;
@@ -85,7 +88,7 @@ void add_names(Sentence& sentence, FeatureSet lacking) {
   sentence.add(" more extensions");
 }
 
-// Names the portable levels that need none but the present features.
+// Adds the names of the portable levels that need no other than the present features.
 void add_levels(Sentence& sentence, FeatureSet present) {
   int count = 0, entry = 0;
   for (const int level : portable_levels) count += level <= level_of(present) ? 1 : 0;
@@ -96,6 +99,8 @@ void add_levels(Sentence& sentence, FeatureSet present) {
   }
 }
 
+// Returns the last name of a path. The functions of the standard library may be inline elsewhere, and are
+// avoided here.
 const char* last_name(const char* path) {
   const char* name = path;
   for (; *path != '\0'; ++path)
@@ -109,7 +114,8 @@ bool equal(const char* a, const char* b) {
 }
 
 #if defined(__x86_64__)
-// XCR0: the kinds of registers that the operating system keeps for a program.
+// Returns XCR0: the kinds of registers that the operating system saves for a program. 0 if it supports no
+// such query.
 std::uint32_t kept_registers() {
   std::uint32_t registers[4] = {};
   constexpr std::uint32_t osxsave = 1U << 27;

@@ -1,52 +1,54 @@
-// Which instructions a program was compiled for, which ones this processor has, and what to say or do about
-// the difference. All functions are compiled for the baseline of the architecture, call nothing that is
-// inline elsewhere, and allocate nothing, so that they run on any processor before anything else does.
+// Compares the instructions that a program was compiled for with those of the processor. All functions are
+// compiled for the baseline of the architecture, call nothing that is inline elsewhere, and allocate nothing,
+// so that they can run on any processor before all other code.
 #pragma once
 
 #include <cstdint>
 
 namespace duet::processor {
 
-/// A set of extensions of the instruction set: bit i is the i-th one of features.h.
+// A set of extensions of the instruction set: bit i is line i of features.h.
 using FeatureSet = std::uint64_t;
 
-/// The extensions that the compiler was allowed to use in this program; empty on other architectures.
+// The extensions that the compiler was allowed to use in this program. Empty on other architectures than
+// x86-64.
 extern const FeatureSet required_features;
 
-/// The extensions that this processor has and the operating system supports; on other architectures all.
+// Returns the extensions that this processor has and the operating system supports. On other architectures
+// than x86-64 these are all.
 FeatureSet present_features();
 
-/// The extensions of a level of the x86-64 psABI (1 to 4), those of lower levels included; level 1 has none.
+// Returns the extensions of a level of the x86-64 psABI (1 to 4), including those of lower levels. Level 1
+// has none.
 FeatureSet features_of_level(int level);
 
-/// The highest level of the x86-64 psABI, 1 to 4, whose extensions are all in the set.
+// Returns the highest level of the x86-64 psABI (1 to 4) whose extensions are all in the set.
 int level_of(FeatureSet features);
 
-/// The name of a level, 1 to 4, as compilers take it after -march=: "x86-64" for 1, "x86-64-v3" for 3.
+// Returns the name of a level (1 to 4) as compilers take it after -march=: "x86-64" for 1, "x86-64-v3" for 3.
 const char* level_name(int level);
 
-/// The levels that a portable program has code for, least first.
+// The levels that a portable program has code for, in ascending order.
 inline constexpr int portable_levels[] = {1, 3, 4};
 
-/// What a portable program runs.
+// The choice of a program among those of a portable build.
 struct Choice {
-  int level;     // of the x86-64 psABI; 0: none
-  bool lacking;  // `level` was asked for, and the processor cannot run it
+  int level;     // of the x86-64 psABI; 0: there is no such program
+  bool lacking;  // the processor cannot run the level that was asked for
 };
 
-/// The level asked for by its name, or where `wanted` is null or empty the best one of `portable_levels` for
-/// these features. The level is 0 where no code has the name.
+// Chooses the level called `wanted`, or the best of `portable_levels` for these features if `wanted` is null
+// or empty. The level is 0 if no program has that name.
 Choice choose(const char* wanted, FeatureSet present);
 
-/// The most that the functions below write, the final null included.
+// Size of the text that the functions below write at most, including the final null (bytes).
 inline constexpr int sentence_size = 512;
 
-/// Writes a sentence to `text` that names what `program` was compiled for and the processor lacks, and
-/// returns true; returns false where it lacks nothing. `program` may be a path, of which the last name
-/// counts.
+// Writes a sentence to `text` that names the extensions which `program` was compiled for and the processor
+// lacks, and returns true. Returns false if it lacks none. Only the last name of a path `program` appears.
 bool describe_lack(const char* program, FeatureSet required, FeatureSet present, char (&text)[sentence_size]);
 
-/// Writes the sentence why `choose` gave no code that runs, for a value of DUET_ISA, to `text`.
+// Writes a sentence to `text` that says why choose() found no program for `wanted`, a value of DUET_ISA.
 void describe_refusal(const char* wanted, Choice choice, FeatureSet present, char (&text)[sentence_size]);
 
 }  // namespace duet::processor

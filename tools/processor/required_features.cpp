@@ -1,12 +1,13 @@
 // The extensions that the rest of the program was compiled for. This file is compiled with the flags of the
-// rest; it holds a constant and no code, so that the check of the processor can read it anywhere.
+// rest. It holds a constant and no code, so that the check of the processor can read it on any processor.
 #include "tools/processor/features.h"
 #include "tools/processor/processor.h"
 
 namespace duet::processor {
 namespace {
 
-// A macro that compilers define has the value 1; one that is not defined stays the text of its name.
+// A macro that the compiler defines expands to 1; any other stays the text of its name. The first letter
+// tells which.
 #define DUET_TEXT(value) #value
 #define DUET_FIRST_LETTER(name, macro, level, leaf, subleaf, place, bit, state) DUET_TEXT(macro)[0],
 constexpr char first_letters[] = {DUET_PROCESSOR_FEATURES(DUET_FIRST_LETTER)};

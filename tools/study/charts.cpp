@@ -21,7 +21,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Told apart in print, too: each has its own mark and dashes (Okabe and Ito's colours for all eyes).
+// Each line has its own marks and dashes, so that lines can be told apart in print as well. The first
+// seven colors are those of Okabe and Ito, which people with color blindness can tell apart.
 constexpr const char* styles =
     "set linetype 1 lc rgb '#0072B2' lw 2 pt 7 dt 1\n"
     "set linetype 2 lc rgb '#D55E00' lw 2 pt 5 dt 2\n"
@@ -35,6 +36,7 @@ constexpr const char* styles =
     "set linetype 10 lc rgb '#5D6D7E' lw 2 pt 10 dt 2\n"
     "set linetype cycle 10\n";
 
+// Returns the path of a program in PATH; empty if there is none.
 std::string found_in_path(const std::string& program) {
   const char* path = std::getenv("PATH");
   std::istringstream folders(path ? path : "/usr/bin:/bin");
@@ -44,24 +46,25 @@ std::string found_in_path(const std::string& program) {
   return {};
 }
 
-// As a gnuplot string in single quotes, in which neither backquotes nor `$`, `@` and backslashes mean
-// anything.
-// `_`, `^` and others mean themselves because texts are not "enhanced".
+// Returns a gnuplot string in single quotes, in which backquotes, `$`, `@` and backslashes have no special
+// meaning. `_`, `^` and others have none because texts are not "enhanced".
 std::string quoted(const std::string& text) {
   std::string result = "'";
   for (const char c : printable_line(text)) result += c == '\'' ? std::string("''") : std::string(1, c);
   return result + "'";
 }
 
-// As a column of a data block, where gnuplot looks for double quotes alone and cannot have one inside.
+// Returns a column of a data block. Double quotes enclose it, and gnuplot knows no way to write one inside: a
+// typographic quote replaces it.
 std::string column(const std::string& text) {
   std::string result = "\"";
   for (const char c : printable_line(text)) result += c == '"' ? "\u201d" : std::string(1, c);
   return result + '"';
 }
 
-// In the script's folder: its path is no part of what gnuplot reads, because names of files have meanings of
-// their own there, such as a pipe to a command.
+// Runs gnuplot in the folder of the script. The path of the folder is no part of what gnuplot reads, because
+// file names have special meanings there, such as a pipe to a command. Throws FileError with its messages if
+// it fails.
 void run_gnuplot(const fs::path& script) {
   require_gnuplot();
   const std::string program = fs::absolute(found_in_path("gnuplot")).string();
@@ -87,7 +90,7 @@ void run_gnuplot(const fs::path& script) {
   io::remove_file(log);
 }
 
-// The SVG element without the prolog and the namespaces, which HTML implies.
+// Returns the SVG element of a file without the prolog and the namespaces, which HTML implies.
 std::string element_of(const fs::path& file) {
   std::string svg = io::read_file(file);
   const std::size_t begin = svg.find("<svg"), end = svg.find('>', begin);
@@ -100,6 +103,7 @@ std::string element_of(const fs::path& file) {
   return opening + svg.substr(end);
 }
 
+// Returns the beginning of a script, which all charts share. `height` is in pixels.
 std::string begin_script(const std::string& name, const std::string& title, const std::string& y_label,
                          int height) {
   return fmt::format(
@@ -108,6 +112,7 @@ std::string begin_script(const std::string& name, const std::string& title, cons
       height, quoted(name), quoted(name + ".svg"), styles, quoted(title), quoted(y_label));
 }
 
+// Writes the script, runs gnuplot and returns the SVG element.
 std::string finish(const std::string& name, const std::string& script, const fs::path& folder) {
   io::create_folder(folder);
   const fs::path file = folder / (name + ".gp");
@@ -116,15 +121,17 @@ std::string finish(const std::string& name, const std::string& script, const fs:
   return element_of(folder / (name + ".svg"));
 }
 
+// Returns whether a point has finite coordinates, positive ones on logarithmic axes.
 bool drawable(const Chart& chart, const ChartPoint& point) {
   return std::isfinite(point.x) && std::isfinite(point.y) && (!chart.log_x || point.x > 0) &&
          (!chart.log_y || point.y > 0);
 }
 
+// The range of a coordinate over all points of a chart; empty at first.
 struct Range {
   double low = INFINITY, high = -INFINITY;
   void extend(double value) { low = std::min(low, value), high = std::max(high, value); }
-  // In [0, 1] between the ends.
+  // Returns the place of a value between the ends, from 0 to 1.
   double place(double value, bool logarithmic) const {
     if (high <= low) return 0.5;
     return logarithmic ? std::log(value / low) / std::log(high / low) : (value - low) / (high - low);
@@ -146,8 +153,8 @@ Ranges ranges_of(const Chart& chart) {
   return ranges;
 }
 
-// Where a logarithmic axis spans little, its powers of ten are too few to read values at: 1, 2 and 5 of each
-// then.
+// Returns tics at 1, 2 and 5 times the powers of ten for a logarithmic axis that spans less than a factor of
+// 50: powers of ten alone would be too few to read values at. Empty for a longer axis.
 std::string ticks(const char* axis, double low, double high) {
   if (high / low > 50) return {};
   std::string places;
@@ -159,7 +166,8 @@ std::string ticks(const char* axis, double low, double high) {
   return fmt::format("set {}tics ({})\n", axis, places);
 }
 
-// A logarithmic axis with room beside the outermost points for their labels.
+// Returns a logarithmic axis that extends beyond the outermost points by the factors `below` and `above`, to
+// leave room for their labels.
 std::string logarithmic_axis(const char* axis, const Range& range, double below, double above,
                              const char* format) {
   const double low = range.low / below, high = range.high * above;
@@ -176,13 +184,13 @@ std::string axes(const Chart& chart, const Ranges& ranges) {
   return text;
 }
 
-// Which labels have room: those that do not write over an earlier one.
+// Chooses the labels that do not write over an earlier one.
 class Labels {
  public:
   Labels(const Chart& chart, const Ranges& ranges) : chart_(chart), ranges_(ranges) {}
 
   bool has_room(const ChartPoint& point) {
-    constexpr double width = 0.09, height = 0.04;  // of the chart
+    constexpr double width = 0.09, height = 0.04;  // of a label, over those of the chart
     const double x = ranges_.x.place(point.x, chart_.log_x), y = ranges_.y.place(point.y, chart_.log_y);
     for (const auto& [other_x, other_y] : taken_)
       if (std::abs(x - other_x) < width && std::abs(y - other_y) < height) return false;
@@ -196,6 +204,7 @@ class Labels {
   std::vector<std::pair<double, double>> taken_;
 };
 
+// Adds the data of all series to the script, and returns the plot commands.
 std::string line_plots(const Chart& chart, const Ranges& ranges, std::string& script) {
   Labels labels(chart, ranges);
   std::string plots;
@@ -224,7 +233,8 @@ std::string line_plots(const Chart& chart, const Ranges& ranges, std::string& sc
   return plots;
 }
 
-// Each series on top of those before it, the highest first, so that the lower ones cover it.
+// Plots each series on top of the sum of those before it. The highest comes first, so that lower ones cover
+// it.
 std::string stacked_plots(const Chart& chart, std::string& script) {
   std::string plots;
   std::vector<double> sum;
@@ -257,7 +267,7 @@ std::string draw(const Chart& chart, const fs::path& folder) {
       "reverse\n{}",
       quoted(chart.x_label), axes(chart, ranges));
   script += chart.stacked ? "set yrange [0:*]\nset style fill solid 0.85 noborder\n" : "";
-  std::string plots = "plot NaN notitle";  // a legend alone is no plot
+  std::string plots = "plot NaN notitle";  // gnuplot does not accept a legend without a plot
   plots += chart.stacked ? stacked_plots(chart, script) : line_plots(chart, ranges, script);
   for (const std::string& failed : chart.failed)
     plots += fmt::format(", keyentry with points pt 2 ps 1.4 lw 2 lc rgb '#CC0000' title {}",

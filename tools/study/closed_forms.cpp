@@ -28,16 +28,16 @@ double pendulum_angle(double amplitude, double rate, double t) {
   return 2 * std::asin(k * cn / dn);
 }
 
-// The deflections q (x^4 - 4 L x^3 + 6 L^2 x^2) / (24 E I) and q (L x - x^2 / 2) / (k G A), averaged over the
-// length.
+// The deflection under the line load q is q (x^4 - 4 L x^3 + 6 L^2 x^2) / (24 E I) by bending and q (L x -
+// x^2 / 2) / (k G A) by shear; the result is its mean over the length.
 double mean_sag_of_cantilever(double load, double length, double height, double modulus) {
   const double strain = load * length / modulus, slender = length / height;
   const double bending = 12 * slender * slender / 20, shear = 2.0 / 3 / (5.0 / 6);
   return strain * length * (bending + shear);
 }
 
-// u = u_static - sum of 2 g / (c^2 L k^3) sin(k x) cos(k c t) over k = (n + 1/2) pi / L; a thousand modes
-// leave 1e-12.
+// u(x, t) = u_static(x) - sum of 2 g / (c^2 L k^3) sin(k x) cos(k c t) over k = (n + 1/2) pi / L; the result
+// is its mean over the length. A thousand modes leave an error of 1e-12.
 double mean_stretch_of_bar(double length, double speed, double gravity, double t) {
   double sum = 0;
   for (int n = 999; n >= 0; --n) {

@@ -1,6 +1,6 @@
-// The motion of a rigid body without torque in closed form (Landau and Lifshitz, Mechanics, section 37): its
-// angular momentum in body axes by Jacobi's elliptic functions, its precession about the fixed angular
-// momentum by a quadrature of them.
+// The motion of a rigid body without torque in closed form (Landau and Lifshitz, Mechanics, section 37).
+// Jacobi's elliptic functions give its angular momentum in body axes; a quadrature of these gives its
+// precession about the constant angular momentum.
 #pragma once
 
 #include <algorithm>
@@ -14,10 +14,11 @@
 
 namespace duet::study {
 
-// Starts in the principal axes, without a turn about the first of them.
+// A body whose principal axes are those of the world at time 0, spinning about its second and third axis.
 class FreeTop {
  public:
-  // `inertia`: kg m^2, ascending. `middle`, `last`: rad/s about the second and the third axis, both above 0.
+  // `inertia`: principal moments, ascending (kg m^2). `middle`, `last`: angular velocity about the second and
+  // third axis (rad/s), both positive.
   FreeTop(const Vec3& inertia, double middle, double last) : inertia_(inertia) {
     const double I1 = inertia[0], I2 = inertia[1], I3 = inertia[2];
     momentum_ = Vec3(0, I2 * middle, I3 * last);
@@ -28,10 +29,11 @@ class FreeTop {
                       std::sqrt(I3 * narrow / (I3 - I1)));  // kg m^2/s
     rate_ = std::sqrt((I3 - I2) * narrow / (I1 * I2 * I3));
     modulus_ = std::sqrt((I2 - I1) * wide / ((I3 - I2) * narrow));
-    start_ = boost::math::ellint_1(modulus_);  // where cn is 0 and sn is 1
+    start_ = boost::math::ellint_1(modulus_);  // argument at which cn = 0 and sn = 1
   }
 
-  // At time `t` (s), from body to world axes, which are the body axes of time 0.
+  // Returns the orientation at time `t` (s): it takes body axes to world axes, which are the body axes at
+  // time 0.
   Quat orientation(double t) const {
     const double angle = precession(t);
     const Mat3 start = frame(momentum_);
@@ -42,20 +44,22 @@ class FreeTop {
   }
 
  private:
+  // The angular momentum in body axes (kg m^2/s): amplitudes times (cn, sn, dn).
   Vec3 body_momentum(double t) const {
     double cn = 0, dn = 0;
     const double sn = boost::math::jacobi_elliptic(modulus_, start_ + rate_ * t, &cn, &dn);
     return amplitude_.cwiseProduct(Vec3(cn, sn, dn));
   }
 
-  // The angle by which the third axis has turned about the angular momentum.
+  // The angle (rad) by which the third axis has turned about the angular momentum until `t` (s).
   double precession(double t) const {
     const auto speed = [&](double s) {
       const Vec3 m = body_momentum(s);
       const double x = m.x() * m.x(), y = m.y() * m.y();
       return momentum_.norm() * (x / inertia_[0] + y / inertia_[1]) / (x + y);
     };
-    // Twenty points of Gauss a radian of the functions' argument are more than enough.
+    // One radian of the argument of the elliptic functions to a piece, with twenty Gauss points each, is far
+    // more than the accuracy of doubles needs.
     const int pieces = std::max(100, static_cast<int>(std::ceil(rate_ * t)));
     double angle = 0;
     for (int i = 0; i < pieces; ++i)
@@ -64,7 +68,8 @@ class FreeTop {
     return angle;
   }
 
-  // Right-handed: along `momentum`, the part of the third axis across it, and their product.
+  // Returns right-handed axes: the direction of `momentum`, the component of the third axis across it
+  // (normalized), and their cross product.
   static Mat3 frame(const Vec3& momentum) {
     const Vec3 first = momentum.normalized();
     const Vec3 second = (Vec3::UnitZ() - first.z() * first).normalized();

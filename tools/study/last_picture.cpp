@@ -10,6 +10,7 @@
 namespace duet::study {
 namespace {
 
+// Returns the processor time of this process so far, over all threads.
 double processor_seconds() {
   timespec time{};
   ::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
@@ -26,7 +27,8 @@ Drawing draw_last_frame(const RunResult& result, const Run& run, int width, int 
   render::SequenceRenderer renderer(scene, io::read_manifest(directory));
   std::vector<BodySurface> surfaces;
   result.simulation->surfaces(surfaces);
-  std::vector<unsigned char> rgb = renderer.draw(surfaces);  // the first one also fills caches
+  // Not timed, because the first one also fills caches.
+  std::vector<unsigned char> rgb = renderer.draw(surfaces);
   std::vector<double> seconds;
   for (int i = 0; i < repetitions; ++i) {
     const double start = processor_seconds();

@@ -19,7 +19,7 @@ namespace {
   throw Error(ExitStatus::usage, fmt::format("measure \"{}\": {}", measure.name, what));
 }
 
-// Where the body is among the centres of mass.
+// Returns the place of the measured body among the centers of mass.
 std::size_t centre_index(const Measure& measure, const World& world) {
   if (const int i = rigid_index(world, measure.body); i >= 0) return static_cast<std::size_t>(i);
   const int i = deformable_index(world, measure.body);
@@ -27,12 +27,14 @@ std::size_t centre_index(const Measure& measure, const World& world) {
   return world.bodies.rigid.size() + static_cast<std::size_t>(i);
 }
 
+// Returns the displacement (m) of the body's center of mass from frame 0 to the end.
 Vec3 displacement(const Measure& measure, const RunResult& result) {
   const World& world = result.simulation->world();
   const std::size_t i = centre_index(measure, world);
   return centres_of_mass(world)[i] - result.start[i];
 }
 
+// Returns the measured body, which must be a deformable box.
 const scene::DeformableBody& soft_box(const Measure& measure, const scene::Scene& scene) {
   for (const scene::DeformableBody& body : scene.deformable)
     if (body.name == measure.body && body.shape.kind == scene::DeformableKind::box) return body;
@@ -44,6 +46,7 @@ const scene::Material& material_of(const scene::Scene& scene, const scene::Defor
                        [&](const scene::Material& material) { return material.name == body.material; });
 }
 
+// Returns the relative error of the distance down the slope.
 double slide_error(const Measure& measure, const RunResult& result) {
   const double angle = measure.slope * EIGEN_PI / 180;
   const Vec3 downhill(-std::cos(angle), -std::sin(angle), 0);
@@ -57,6 +60,7 @@ double slide_error(const Measure& measure, const RunResult& result) {
   return std::abs(displacement(measure, result).dot(downhill) / way - 1);
 }
 
+// Returns the angle (rad) between the orientation and the exact one.
 double top_error(const Measure& measure, const RunResult& result) {
   const World& world = result.simulation->world();
   const int i = rigid_index(world, measure.body);
@@ -72,6 +76,7 @@ double top_error(const Measure& measure, const RunResult& result) {
   return world.bodies.rigid.state[index].pose.orientation.angularDistance(exact);
 }
 
+// Returns the error of the angle about the axis of the first joint (rad).
 double pendulum_error(const Measure& measure, const RunResult& result) {
   const World& world = result.simulation->world();
   const int i = rigid_index(world, measure.body);
@@ -97,6 +102,7 @@ double pendulum_error(const Measure& measure, const RunResult& result) {
   return std::abs(angle(pose.position) - exact);
 }
 
+// Returns the relative error of the sag.
 double cantilever_error(const Measure& measure, const RunResult& result) {
   const scene::DeformableBody& beam = soft_box(measure, result.scene);
   const scene::Material& material = material_of(result.scene, beam);
@@ -106,6 +112,7 @@ double cantilever_error(const Measure& measure, const RunResult& result) {
   return std::abs(displacement(measure, result).dot(result.scene.gravity.normalized()) / exact - 1);
 }
 
+// Returns the error of the mean displacement over the sag at rest.
 double bar_error(const Measure& measure, const RunResult& result) {
   const scene::DeformableBody& bar = soft_box(measure, result.scene);
   const scene::Material& material = material_of(result.scene, bar);
@@ -113,21 +120,24 @@ double bar_error(const Measure& measure, const RunResult& result) {
                gravity = result.scene.gravity.norm();
   const double length = bar.shape.size.x();
   const double exact = mean_stretch_of_bar(length, speed, gravity, result.seconds());
-  // Over the sag at rest, which the mean swings about: the exact one passes through zero.
+  // The error is relative to the sag at rest, about which the mean displacement swings, because the exact
+  // displacement passes through zero.
   const double sag = gravity * length * length / (3 * speed * speed);
   return std::abs(displacement(measure, result).dot(result.scene.gravity.normalized()) - exact) / sag;
 }
 
+// Returns the mean square distance (m^2) of the six points at which a body's axes leave its box.
 double rigid_square(const RigidBodies& a, const RigidBodies& b, std::size_t i) {
   const Vec3 half = (a.properties[i].shape.upper() - a.properties[i].shape.lower()) / 2;
   const Mat3 turn =
       a.state[i].pose.orientation.toRotationMatrix() - b.state[i].pose.orientation.toRotationMatrix();
   const double moved = (a.state[i].pose.position - b.state[i].pose.position).squaredNorm();
-  // Balls look the same however they are turned.
+  // A rotation of a ball cannot be seen.
   if (a.properties[i].shape.kind == LevelSet::Kind::sphere) return moved;
   return moved + (turn * half.asDiagonal()).squaredNorm() / 3;
 }
 
+// Returns the mean square distance (m^2) of a body's particles, by mass.
 double deformable_square(const World& a, const World& b, const DeformableBody& body) {
   double sum = 0, mass = 0;
   for (int i = 0; i < body.particle_count; ++i) {
@@ -138,6 +148,8 @@ double deformable_square(const World& a, const World& b, const DeformableBody& b
   return mass > 0 ? sum / mass : 0;
 }
 
+// Returns the root mean square distance (m) of the centers of mass of all bodies that move, or the distance
+// of the measured body's.
 double centres_difference(const Measure& measure, const World& a, const World& b) {
   const std::vector<Vec3> x = centres_of_mass(a), y = centres_of_mass(b);
   if (!measure.body.empty()) {
@@ -154,6 +166,7 @@ double centres_difference(const Measure& measure, const World& a, const World& b
   return std::sqrt(sum / std::max(count, 1));
 }
 
+// Returns the largest value over the frames, at least 0.
 template <class Value>
 double largest(const RunResult& result, Value&& value) {
   double most = 0;
@@ -173,6 +186,7 @@ Vec3 vector(const nlohmann::json& frame, const char* key) {
   return {v.at(0).get<double>(), v.at(1).get<double>(), v.at(2).get<double>()};
 }
 
+// Returns the largest rise of the energy (J) above that of an earlier frame.
 double energy_gain(const RunResult& result) {
   double least = energy(result.frames.front()), gain = 0;
   for (const nlohmann::json& frame : result.frames) {
@@ -182,6 +196,7 @@ double energy_gain(const RunResult& result) {
   return gain;
 }
 
+// Returns the largest change of a vector since frame 0.
 double momentum_change(const RunResult& result, const char* key) {
   const Vec3 start = vector(result.frames.front(), key);
   return largest(result, [&](const auto& frame) { return (vector(frame, key) - start).norm(); });

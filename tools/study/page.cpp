@@ -40,6 +40,7 @@ std::string base64(const std::string& bytes) {
   return text;
 }
 
+// Returns whether a cell shows a number and is aligned to the right.
 bool is_number(const std::string& text) {
   return text == "-" ||
          (!text.empty() && text.find_first_not_of("0123456789.+-e% x") == std::string::npos &&
@@ -88,7 +89,7 @@ void Page::table(const std::vector<std::vector<std::string>>& rows, const std::s
       const std::string& cell = rows[r][c];
       const char* tag = r == 0 ? "th" : "td";
       body_ += fmt::format("<{}{}", tag, r > 0 && is_number(cell) ? " class=\"number\"" : "");
-      // The last cell of a short row goes on to the row's end.
+      // The last cell of a short row extends to the end of the row.
       if (c + 1 == rows[r].size() && c + 1 < rows[0].size())
         body_ += fmt::format(" colspan=\"{}\"", rows[0].size() - c);
       body_ += fmt::format(">{}</{}>", escaped(cell), tag);
@@ -109,7 +110,7 @@ void Page::pictures(const std::vector<Picture>& pictures) {
   body_ += "</div>\n";
 }
 
-// The empty icon keeps browsers from asking for one.
+// The empty icon keeps browsers from requesting one.
 std::string Page::html() const {
   return fmt::format(
       "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<title>{0}</title>\n"

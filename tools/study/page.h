@@ -1,4 +1,4 @@
-// A self-contained HTML page: headings, texts, tables, charts and pictures, with nothing to fetch.
+// Writes a self-contained HTML page of headings, texts, tables, charts and pictures, which fetches nothing.
 #pragma once
 
 #include <filesystem>
@@ -7,26 +7,33 @@
 
 namespace duet::study {
 
-/// The text as it stands in HTML, between tags and in quoted attributes; control characters as \xNN.
+// Returns a text for use in HTML between tags and in quoted attributes. Control characters become \xNN.
 std::string escaped(const std::string& text);
 
+// A page under construction. Its functions append elements.
 class Page {
  public:
+  // Begins a page with a title.
   explicit Page(const std::string& title);
 
+  // Appends a heading of the second level.
   void heading(const std::string& text);
+  // Appends a paragraph.
   void text(const std::string& text);
-  // The first row heads the columns; cells that are numbers stand to the right. A row that begins with `mark`
-  // is set apart as failed.
+  // Appends a table. The first row holds the heads of the columns; numbers are aligned to the right. A row
+  // with a cell equal to `mark` is marked as failed.
   void table(const std::vector<std::vector<std::string>>& rows, const std::string& mark = "failed");
+  // Appends an SVG element.
   void chart(const std::string& svg);
-  // Side by side, each above its caption; PNG files, which become part of the page.
+  // A PNG file, whose bytes become part of the page, and the caption below it.
   struct Picture {
     std::filesystem::path file;
     std::string caption;
   };
+  // Appends pictures side by side. Throws FileError.
   void pictures(const std::vector<Picture>& pictures);
 
+  // Returns the whole page.
   std::string html() const;
 
  private:

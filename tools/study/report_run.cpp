@@ -1,4 +1,4 @@
-// `duet report`: one run as an HTML page.
+// `duet report`: writes one run as an HTML page.
 #include "tools/commands.h"
 #include "tools/scene_files.h"
 #include "tools/study/charts.h"

@@ -12,11 +12,13 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+// A setting in the diagram of error against cost. For orders, `cost` holds the time step or the size of
+// cells.
 struct Point {
   double cost, error;
 };
 
-// The slope of log(error) over log(size), by least squares.
+// Returns the slope of log(error) over log(cost), by least squares.
 double slope(const std::vector<Point>& points) {
   double x = 0, y = 0, xx = 0, xy = 0;
   for (const Point& point : points) {
@@ -31,6 +33,7 @@ double slope(const std::vector<Point>& points) {
   return xy / xx;
 }
 
+// Fits the order of every measure along every knob that has one. Two points or more are needed.
 void fit_orders(Results& results) {
   for (const Knob& knob : results.spec.knobs) {
     if (knob.order == OrderOf::none) continue;
@@ -49,17 +52,21 @@ void fit_orders(Results& results) {
   }
 }
 
+// Returns the cost of a setting: seconds, or the count if runs were not timed.
 double cost_of(const Results& results, const Row& row) { return results.timed ? row.seconds : row.count; }
 
-// The cost at which the error between two settings is `target`, on a straight line in the diagram.
+// Returns the cost at which the error is `target`, on the straight line between two settings in the
+// logarithmic diagram.
 double cost_between(const Point& a, const Point& b, double target) {
   const double share = std::log(target / a.error) / std::log(b.error / a.error);
   return a.cost * std::pow(b.cost / a.cost, share);
 }
 
-// No setting is as good as that: what the lines say that fall steadily, at most a factor of ten beyond their
-// best.
+// Extrapolates the errors of knobs that change the time step to `target`, if no setting reaches it. Only
+// knobs with three points and an order above 1/2 count, at most a factor of ten beyond the error of their
+// last value.
 void extrapolate(const Results& results, std::size_t m, double target, TenTimes& answer) {
+  // A smaller least order admits errors that hardly fall; a larger factor `farthest` extrapolates farther.
   constexpr double least_order = 0.5, farthest = 10;
   for (const Knob& knob : results.spec.knobs) {
     if (knob.order != OrderOf::steps) continue;
@@ -80,6 +87,8 @@ void extrapolate(const Results& results, std::size_t m, double target, TenTimes&
   }
 }
 
+// Finds the lowest cost of a tenth of the shipped setting's error for measure `m`: among the settings,
+// between neighbors on a knob, and by extrapolation.
 TenTimes cheapest(const Results& results, std::size_t m) {
   TenTimes answer;
   answer.measure = results.spec.measures[m].name;
@@ -108,6 +117,7 @@ TenTimes cheapest(const Results& results, std::size_t m) {
   return answer;
 }
 
+// Returns null for numbers that are not finite.
 Json number_json(double value) { return std::isfinite(value) ? Json(value) : Json(); }
 
 Json row_json(const Results& results, const Row& row) {
@@ -134,6 +144,7 @@ Json row_json(const Results& results, const Row& row) {
           {"picture", row.picture}};
 }
 
+// Returns a cell of CSV, in quotes if needed.
 std::string csv_text(const std::string& text) {
   if (text.find_first_of(",\"\n") == std::string::npos) return text;
   std::string quoted = "\"";
@@ -141,6 +152,7 @@ std::string csv_text(const std::string& text) {
   return quoted + '"';
 }
 
+// Returns all rows in the order of the tables.
 std::vector<const Row*> all_rows(const Results& results) {
   std::vector<const Row*> rows = {&results.shipped};
   if (results.reference) rows.push_back(&*results.reference);

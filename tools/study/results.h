@@ -1,4 +1,4 @@
-// What a study found: a row for every setting, and what follows from them.
+// The results of a study: a row for every setting, and conclusions from them.
 #pragma once
 
 #include <string>
@@ -9,73 +9,84 @@
 
 namespace duet::study {
 
+// The cost of one stage of the time step.
 struct StageCost {
   std::string name;
   double seconds = 0;  // per simulated second
-  double calls = 0;    // the same
+  double calls = 0;    // per simulated second
 };
 
-// A setting of the scene. Costs are per simulated second; what a failed or untimed run does not tell is NaN.
+// The result of one setting of the scene. Costs are per simulated second. Numbers that a failed or untimed
+// run does not give are NaN.
 struct Row {
-  std::string line;  // knob; "shipped", "reference", or "without" of an effect
-  std::string label;
-  std::optional<double> number;  // of the knob's value
-  bool failed = false;
-  std::string error;
-  double seconds = 0, seconds_least = 0, seconds_most = 0;  // median and range of the repetitions
-  double steps = 0, iterations = 0, count = 0;              // substeps, of conjugate gradients, Spec::count
-  std::int64_t unknowns = 0;
-  std::vector<double> errors;  // of the measures
-  std::vector<StageCost> stages;
-  std::string hash;     // of the last state, 16 hexadecimal digits
-  std::string picture;  // path of a PNG file; may be empty
+  std::string line;              // name of the knob; "shipped", "reference", or "without" for an effect
+  std::string label;             // text of the setting
+  std::optional<double> number;  // value of the knob, if it is a number
+  bool failed = false;           // a repetition of the setting failed
+  std::string error;             // message of the failure
+  double seconds = 0, seconds_least = 0, seconds_most = 0;  // median, least and greatest of the repetitions
+  double steps = 0, iterations = 0, count = 0;  // substeps, CG iterations, and the cost by Spec::count
+  std::int64_t unknowns = 0;                    // velocities that are solved for
+  std::vector<double> errors;                   // by measure
+  std::vector<StageCost> stages;                // of the median repetition
+  std::string hash;                             // of the last state, 16 hexadecimal digits
+  std::string picture;                          // path of a PNG file; empty: none
 };
 
-// How an effect changes the scene: NaN and 0 calls for those that the scene does not call for.
+// The influence of one effect on the scene.
 struct EffectRow {
-  std::string effect, reason;
-  bool active = false;
-  Row without;            // of an active one
-  double difference = 0;  // m, of the last state with and without it
+  std::string effect, reason;  // name of the effect; why the scene needs it or not
+  bool active = false;         // the scene needs the effect
+  Row without;                 // result without it, if it is active
+  // m, state_difference() of the last state with and without it; NaN if it is not active.
+  double difference = 0;
 };
 
+// The order of convergence of a measure along a knob, fitted to `points` results.
 struct FittedOrder {
-  std::string line, measure;
+  std::string line, measure;  // names of the knob and of the measure
+  // Exponent p of error ~ size^p, for the time step or the size of cells.
   double order = 0;
-  int points = 0;
+  int points = 0;  // number of fitted settings
 };
 
-// The least cost of a ten times smaller error than the shipped setting has, over the cost of the latter.
+// The lowest cost of an error that is ten times smaller than that of the shipped setting.
 struct TenTimes {
+  // Name of the measure.
   std::string measure;
-  std::string line;           // of the cheapest way there; empty: no setting gets there
-  double factor = 0;          // of seconds, or of Spec::count where there are none
-  double shipped = 0;         // its error
-  bool exact = false;         // no more than rounding already
-  bool extrapolated = false;  // along the line's slope, from its last setting
+  std::string line;    // knob that reaches it at the lowest cost; empty: none does
+  double factor = 0;   // cost over that of the shipped setting: in seconds, or by Spec::count if untimed
+  double shipped = 0;  // error of the shipped setting
+  bool exact = false;  // the shipped setting has no error beyond rounding
+  bool extrapolated = false;  // beyond the last value of the knob, along the slope of its errors
 };
 
+// Everything that a study found.
 struct Results {
-  Spec spec;
-  std::string version, machine;
-  int processor = -1;  // that timed runs were bound to
-  bool timed = true;
-  double simulated = 0;  // s
-  Row shipped;
-  std::optional<Row> reference;
-  std::vector<Row> rows;  // knob after knob
-  std::vector<EffectRow> effects;
-  std::vector<FittedOrder> orders;
-  std::vector<TenTimes> ten_times;
+  Spec spec;                        // the study
+  std::string version, machine;     // of the program and the machine that simulated
+  int processor = -1;               // number of the processor that timed runs were bound to; -1: none
+  bool timed = true;                // seconds were measured
+  double simulated = 0;             // s, simulated time of each run
+  Row shipped;                      // the scene as it ships, with the changes of the study
+  std::optional<Row> reference;     // empty: the study has none
+  std::vector<Row> rows;            // settings, knob after knob
+  std::vector<EffectRow> effects;   // empty unless Spec::effects
+  std::vector<FittedOrder> orders;  // by conclude()
+  std::vector<TenTimes> ten_times;  // by conclude(), one for each measure
 };
 
-// Fills in orders and ten_times.
+// Computes `orders` and `ten_times` from the rows.
 void conclude(Results& results);
 
+// Returns all rows as CSV with a head line.
 std::string csv(const Results& results);
+// Returns everything as a JSON document; NaN becomes null.
 std::string json(const Results& results);
-std::string table(const Results& results);  // for a terminal
+// Returns the rows and conclusions as text for a terminal.
+std::string table(const Results& results);
 
-std::string number_text(double value);  // three digits; "-" for NaN
+// Returns a number with three significant digits, as a whole number from 100 to 1e6; "-" if it is not finite.
+std::string number_text(double value);
 
 }  // namespace duet::study

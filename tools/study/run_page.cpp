@@ -25,11 +25,11 @@ namespace fs = std::filesystem;
 using Frames = std::vector<nlohmann::json>;
 using Value = std::function<double(const nlohmann::json&)>;
 
-constexpr std::size_t most_pictures = 12;
-constexpr int thumbnail_width = 480;  // pixels, at least
+constexpr std::size_t most_pictures = 12;  // pictures of a run on its page
+constexpr int thumbnail_width = 480;       // pixels; smallest width of such a picture
 
-// Every pixel is the mean of factor x factor ones, of the sRGB values as they are: for a look, not for
-// measuring.
+// Returns a smaller picture, of which each pixel is the mean of factor x factor pixels. The mean is taken of
+// sRGB values as they are, which is good enough to look at, but not to measure.
 render::Picture shrunk(const render::Picture& picture, int factor) {
   render::Picture small{picture.width / factor, picture.height / factor, {}};
   const auto width = static_cast<std::size_t>(picture.width);
@@ -52,10 +52,12 @@ double number(const nlohmann::json& frame, const std::string& key) { return fram
 Value value_of(const std::string& key) {
   return [key](const nlohmann::json& frame) { return number(frame, key); };
 }
+// Returns a function that reads a component of a vector.
 Value component_of(const std::string& key, std::size_t axis) {
   return [key, axis](const nlohmann::json& frame) { return frame.at(key).at(axis).get<double>(); };
 }
 
+// Returns a value of all frames over time.
 Series series_of(const Frames& frames, const std::string& name, const Value& value) {
   Series series{name, {}, true};
   for (const nlohmann::json& frame : frames)
@@ -63,6 +65,7 @@ Series series_of(const Frames& frames, const std::string& name, const Value& val
   return series;
 }
 
+// The page under construction.
 class RunPage {
  public:
   RunPage(const io::RunDirectory& run, fs::path charts)
@@ -82,7 +85,7 @@ class RunPage {
   }
 
  private:
-  // Frame 0 took no work.
+  // Returns the frames without frame 0, which took no work.
   Frames simulated() const { return {frames_.begin() + 1, frames_.end()}; }
 
   void write_summary() {

@@ -8,8 +8,8 @@
 
 namespace duet::study {
 
-// Draws the charts into the folder `charts` and returns the page, which holds them, and pictures of the run
-// if there are any. Throws FileError.
+// Draws charts into the folder `charts` and returns a page with them, tables, and pictures of the run if
+// there are any. Throws FileError.
 std::string run_page(const io::RunDirectory& run, const std::filesystem::path& charts);
 
 }  // namespace duet::study

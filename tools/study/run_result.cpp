@@ -11,6 +11,7 @@
 namespace duet::study {
 namespace {
 
+// Returns the index of a body in a list of bodies or names; -1: there is none of this name.
 template <class Body>
 int index_of(const std::vector<Body>& bodies, const std::string& name) {
   for (std::size_t i = 0; i < bodies.size(); ++i) {

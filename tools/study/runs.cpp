@@ -30,7 +30,8 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// The last processor that this program may use: the first ones serve most interrupts.
+// Returns the last processor that this process may use, because the first ones serve most interrupts; -1 if
+// it cannot be found out.
 int last_processor() {
   cpu_set_t allowed;
   CPU_ZERO(&allowed);
@@ -40,7 +41,8 @@ int last_processor() {
   return -1;
 }
 
-// Binds this thread, and the children that it starts, to one processor for its lifetime.
+// Binds this thread, and the children that it starts, to one processor while it lives. A negative number
+// binds to none.
 class Pinned {
  public:
   explicit Pinned(int processor)
@@ -65,8 +67,8 @@ class Pinned {
 fs::path outcome_file(const Run& run) { return run.folder.string() + ".outcome.json"; }
 fs::path log_file(const Run& run) { return run.folder.string() + ".log"; }
 
-// Identifies what the program computes. A portable one is a launcher of programs in a folder beside it, of
-// which DUET_ISA may name one.
+// Returns a hash of everything that decides what the program computes. A portable program is a launcher of
+// programs in a folder beside it, one of which DUET_ISA may name.
 std::uint64_t hash_of_program(const fs::path& program) {
   std::vector<fs::path> files = {program};
   std::error_code missing;
@@ -84,7 +86,7 @@ std::uint64_t hash_of_program(const fs::path& program) {
   return hash;
 }
 
-// What `duet sim --json` said last.
+// Returns the last error in the output of `duet sim --json`; empty if there is none.
 std::string error_in_log(const fs::path& log) {
   const std::string text = io::read_file(log);
   std::string error;
@@ -99,10 +101,12 @@ std::string error_in_log(const fs::path& log) {
 
 }  // namespace
 
+// A running process.
 struct Runner::Child {
   Run* run;
   pid_t process;
-  int handle;  // pidfd
+  int handle;  // pidfd, for poll()
+  // Time at which it is ended.
   Clock::time_point due;
 };
 
@@ -135,7 +139,7 @@ bool Runner::finished(Run& run) const {
 }
 
 Runner::Child Runner::start(Run& run) const {
-  fs::remove_all(run.folder);  // what a study that was stopped left there
+  fs::remove_all(run.folder);  // a study that was stopped may have left it
   std::vector<std::string> words = {program_.string(),
                                     "sim",
                                     tools::find_scene(run.scene.name).string(),
@@ -170,7 +174,7 @@ Runner::Child Runner::start(Run& run) const {
     failure = ::posix_spawn(&process, program_.c_str(), &files, nullptr, argv.data(), ::environ);
   }
   ::posix_spawn_file_actions_destroy(&files);
-  // glibc 2.36 declares pidfd_open for C alone.
+  // glibc 2.36 declares pidfd_open() for C alone.
   const int handle = failure == 0 ? static_cast<int>(::syscall(SYS_pidfd_open, process, 0)) : -1;
   if (handle < 0) throw io::system_error(program_, "cannot run", failure != 0 ? failure : errno);
   return {
@@ -193,8 +197,8 @@ void Runner::conclude(Run& run, int status, bool overdue) const {
                        outcome.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + '\n');
 }
 
-// An interrupt is passed on to the children, which then end; their runs are not concluded and start anew next
-// time.
+// An interrupt is passed on to the children, which then end. Their runs are not concluded, and start again
+// next time.
 bool Runner::carry_out_together(const std::vector<Run*>& runs, std::size_t at_once) {
   std::vector<Child> children;
   std::size_t next = 0;
@@ -253,7 +257,7 @@ bool Runner::carry_out(std::vector<Run*>& runs) {
   const bool whole =
       carry_out_together(untimed, static_cast<std::size_t>(jobs_)) && carry_out_together(timed, 1);
   if (!whole) return false;
-  for (Run* run : runs) finished(*run);  // those that share a folder with another one
+  for (Run* run : runs) finished(*run);  // includes runs that share a folder with another one
   return true;
 }
 

@@ -23,6 +23,7 @@ constexpr std::array<std::string_view, 15> measure_names = {
     "state",    "centres",          "penetration", "energy",     "energy_gain",
     "momentum", "angular_momentum", "joints",      "volume",     "image"};
 
+// A key whose value is one of `names`, in the order of the enumerators.
 template <class Enum>
 scene::Choice choice(Enum& target, std::vector<std::string_view> names) {
   return {std::move(names), static_cast<std::size_t>(target),
@@ -33,6 +34,7 @@ const Bounds any{}, non_negative{.lower = 0}, positive{.lower = 0, .lower_open =
 Bounds between(double lower, double upper) { return {.lower = lower, .upper = upper}; }
 constexpr auto required = scene::Presence::required;
 
+// Keys at the top of the document.
 std::vector<Key> keys(Spec& spec) {
   return {
       {"title", &spec.title, "", any, "of the report", required},
@@ -52,6 +54,7 @@ std::vector<Key> keys(Spec& spec) {
   };
 }
 
+// Keys of [[measures]].
 std::vector<Key> keys(Measure& measure) {
   return {
       {"name", &measure.name, "", any, "of the measure, in charts and tables", required},
@@ -64,7 +67,7 @@ std::vector<Key> keys(Measure& measure) {
   };
 }
 
-// As TOML, numbers as short as they are exact.
+// Returns a value as TOML, with numbers as short as they are exact.
 std::string toml_text(const toml::node& node) {
   if (const auto* number = node.as_floating_point()) return fmt::format("{}", number->get());
   if (const toml::array* array = node.as_array()) {
@@ -77,12 +80,13 @@ std::string toml_text(const toml::node& node) {
   return out.str();
 }
 
-// As it would be typed after `--set KEY=`.
+// Returns a value as it would be typed after `--set KEY=`.
 std::string value_text(const toml::node& node) {
   const auto* text = node.as_string();
   return text ? text->get() : toml_text(node);
 }
 
+// Returns the number that stands for a value in orders: the value, or the largest number of an array.
 std::optional<double> number_in(const toml::node& node) {
   if (node.is_number()) return node.value<double>();
   const toml::array* array = node.as_array();
@@ -94,6 +98,7 @@ std::optional<double> number_in(const toml::node& node) {
   return largest;
 }
 
+// Reads the document and collects all problems.
 class SpecReader {
  public:
   SpecReader(const toml::table& document, Problems& problems)
@@ -129,6 +134,7 @@ class SpecReader {
     problems_.add(node.source(), path, fmt::format("must be {}, is {}", expected, scene::describe(node)));
   }
 
+  // Calls `read` for each table of a list.
   template <class Read>
   void for_each(std::string_view section, Read&& read) {
     const toml::node* node = document_.get(section);
@@ -140,6 +146,7 @@ class SpecReader {
       read(*element.table, element.path);
   }
 
+  // Reads an array of texts; empty if the key is missing.
   std::vector<std::string> read_texts(const toml::table& table, std::string_view key,
                                       const std::string& path) {
     std::vector<std::string> texts;
@@ -160,6 +167,7 @@ class SpecReader {
     return texts;
   }
 
+  // Reads `set` and `without` of a table.
   Change read_change(const toml::table& table, const std::string& path) {
     return {{}, read_texts(table, "set", path), read_texts(table, "without", path), {}};
   }
@@ -217,11 +225,13 @@ class SpecReader {
     return knob;
   }
 
+  // Returns the change to one of a knob's `values`.
   static Change value_change(const std::string& key, const toml::node& node) {
     const std::string value = value_text(node);
     return {value, {fmt::format("{}={}", key, value)}, {}, number_in(node)};
   }
 
+  // Returns the change of one of a knob's `settings`.
   Change setting_change(const toml::node& node, const std::string& path) {
     const toml::table* table = node.as_table();
     if (!table) {

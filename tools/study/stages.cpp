@@ -8,6 +8,7 @@
 namespace duet::study {
 namespace {
 
+// Smallest fraction of a bar that a stage of its own takes; a larger one makes fewer, larger parts.
 constexpr double least_share = 0.01;
 constexpr const char* rest = "other";
 

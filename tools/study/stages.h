@@ -1,4 +1,4 @@
-// Seconds by stage, as bars.
+// Charts of the seconds of each stage.
 #pragma once
 
 #include <string>
@@ -9,15 +9,17 @@
 
 namespace duet::study {
 
-using StageSeconds = std::vector<std::pair<std::string, double>>;  // name and seconds
+using StageSeconds = std::vector<std::pair<std::string, double>>;  // names and seconds
 
-// Whether the stage's seconds are counted in those of other stages already (sim/step/stage_table.h).
+// Returns whether the seconds of a stage are contained in those of other stages (Timing::within_others in
+// sim/step/stage_table.h).
 bool is_part_of_another(const std::string& stage);
 
-// The stages that are no part of others, and "other": what is left of `total`.
+// Returns the stages that are not contained in others, and "other": the rest of `total`.
 StageSeconds with_rest(StageSeconds seconds, double total);
 
-// A bar each; stages that never take more than a hundredth of a bar go into "other".
+// Makes a chart with one bar for each of `bars`. Stages that take at most a hundredth of every bar are added
+// to "other".
 BarChart stage_chart(const std::string& name, const std::string& title, const std::string& y_label,
                      const std::vector<std::pair<std::string, StageSeconds>>& bars);
 

@@ -22,7 +22,7 @@
 namespace duet::study {
 namespace {
 
-// A setting with its repetitions.
+// A setting and its repetitions.
 struct Setting {
   std::string line;
   Change change;
@@ -30,15 +30,17 @@ struct Setting {
   bool picture = false;
 };
 
+// All settings of a study.
 struct Study {
   Spec spec;
   bool timed = true;
   Setting shipped;
   std::optional<Setting> reference;
-  std::vector<Setting> settings;              // knob after knob
-  std::vector<Setting> without;               // effects that the scene calls for
-  std::vector<scene::PlannedEffect> effects;  // all
+  std::vector<Setting> settings;              // of all knobs, knob after knob
+  std::vector<Setting> without;               // one for each effect that the scene needs
+  std::vector<scene::PlannedEffect> effects;  // all effects, if the study varies them
 
+  // Makes a setting with all its repetitions; only timed ones are repeated.
   Setting setting(const std::string& line, const Change& change, bool is_timed) const {
     Setting result{line, change, {}, false};
     Run run;
@@ -51,6 +53,7 @@ struct Study {
     return result;
   }
 
+  // Returns the runs of all settings.
   std::vector<Run*> runs() {
     std::vector<Run*> all;
     const auto add = [&](Setting& setting) {
@@ -64,6 +67,7 @@ struct Study {
   }
 };
 
+// Reads the specification and makes all settings.
 Study plan_study(const tools::StudyOptions& options) {
   Study study;
   study.spec = read_spec(options.spec);
@@ -109,8 +113,9 @@ double sum(const std::vector<nlohmann::json>& frames, const char* key) {
   return total;
 }
 
-// Seconds of all repetitions, and the stages of the median one (of an even number, the slower of the middle
-// two). Processor time knows no other programs; wall times of stages are scaled to it.
+// Sets the seconds of a row from all repetitions, and the stages from the median one (of an even number: the
+// slower of the middle two). Processor time does not depend on other programs; wall times of stages are
+// scaled to it.
 void add_times(const Setting& setting, double simulated, Row& row) {
   std::vector<std::pair<double, std::size_t>> seconds;
   for (std::size_t i = 0; i < setting.runs.size(); ++i)
@@ -134,6 +139,7 @@ void add_times(const Setting& setting, double simulated, Row& row) {
     }
 }
 
+// Draws the last frame; takes the time for it if drawing is what the study measures.
 void add_picture(const Spec& spec, const Run& run, RunResult& result, Row& row) {
   const bool is_cost = spec.cost == Cost::drawing && run.timed;
   const Drawing drawing =
@@ -144,6 +150,7 @@ void add_picture(const Spec& spec, const Run& run, RunResult& result, Row& row) 
   if (is_cost) row.seconds = row.seconds_least = row.seconds_most = drawing.seconds;
 }
 
+// Evaluates a setting. `keep` receives the result of its first run, unless the setting failed.
 Row make_row(const Study& study, const Setting& setting, const RunResult* reference,
              RunResult* keep = nullptr) {
   const Spec& spec = study.spec;
@@ -177,6 +184,7 @@ Row make_row(const Study& study, const Setting& setting, const RunResult* refere
   return row;
 }
 
+// Evaluates all settings. Throws Error (simulation) if the reference failed.
 Results measure(const Study& study, int processor) {
   Results results;
   results.spec = study.spec;

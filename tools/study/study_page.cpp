@@ -18,12 +18,14 @@ std::string with_unit(const Measure& measure) {
   return unit.empty() ? measure.name : fmt::format("{} ({})", measure.name, unit);
 }
 
+// Returns the name of the cost that does not depend on the machine.
 std::string count_name(const Results& results) {
   if (results.spec.cost == Cost::drawing) return "samples of pixels and shadow maps per picture";
   return results.spec.count == Count::steps ? "substeps per simulated second"
                                             : "(substeps + CG iterations) x unknowns per simulated second";
 }
 
+// Returns the text with characters that file names may lack replaced by underscores.
 std::string file_name(std::string text) {
   for (char& c : text)
     if (!((c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9'))) c = '_';
@@ -35,7 +37,8 @@ std::string seconds_name(const Results& results) {
                                             : "processor seconds per simulated second";
 }
 
-// One line a knob, the shipped setting by itself.
+// Returns the chart of error against cost for measure `m`: one line for each knob, and a point for the
+// shipped setting.
 Chart precision_chart(const Results& results, std::size_t m, bool seconds) {
   const Measure& measure = results.spec.measures[m];
   Chart chart;
@@ -62,11 +65,13 @@ Chart precision_chart(const Results& results, std::size_t m, bool seconds) {
   return chart;
 }
 
+// Returns whether any setting has an error beyond rounding.
 bool has_error(const Results& results, std::size_t m) {
   const auto is_error = [&](const Row& row) { return row.errors[m] > results.spec.measures[m].floor; };
   return is_error(results.shipped) || std::any_of(results.rows.begin(), results.rows.end(), is_error);
 }
 
+// Adds the cost of a ten times smaller error.
 void add_answers(Page& page, const Results& results) {
   for (const TenTimes& answer : results.ten_times) {
     if (std::isnan(answer.shipped)) continue;
@@ -84,6 +89,7 @@ void add_answers(Page& page, const Results& results) {
   }
 }
 
+// Returns the cells of a row of the table.
 std::vector<std::string> cells_of(const Row& row) {
   std::vector<std::string> cells = {row.line, row.label};
   if (row.failed) {

@@ -8,7 +8,7 @@
 
 namespace duet::study {
 
-// Draws the charts into the folder `charts` and returns the page, which holds them. Throws FileError.
+// Draws the charts into the folder `charts` and returns a page with them and all tables. Throws FileError.
 std::string study_page(const Results& results, const std::filesystem::path& charts);
 
 }  // namespace duet::study

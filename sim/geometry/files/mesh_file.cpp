@@ -21,6 +21,7 @@ namespace {
 
 constexpr std::array<std::string_view, 5> endings = {".obj", ".ply", ".stl", ".gltf", ".glb"};
 
+// Returns the extension of a path in lower case.
 std::string lower_ending(const std::filesystem::path& path) {
   std::string ending = path.extension().string();
   for (char& c : ending)
@@ -28,6 +29,7 @@ std::string lower_ending(const std::filesystem::path& path) {
   return ending;
 }
 
+// Throws FileError unless the path is that of a file that can be opened.
 void require_readable(const std::string& path) {
   std::error_code ignored;
   if (!std::filesystem::exists(path, ignored))
@@ -38,6 +40,7 @@ void require_readable(const std::string& path) {
 
 Vec3f vector(const aiVector3D& v) { return {v.x, v.y, v.z}; }
 
+// Appends a part of the scene. Faces that are no triangles or have bad indices are skipped.
 void add(const aiMesh& part, TriangleMesh& mesh) {
   const int base = static_cast<int>(mesh.positions.size());
   for (unsigned v = 0; v < part.mNumVertices; ++v)
@@ -58,6 +61,7 @@ void add(const aiMesh& part, TriangleMesh& mesh) {
   }
 }
 
+// Clears an attribute unless every triangle has it and all its values are good.
 template <class Corners>
 void keep_if_complete(std::vector<Corners>& attribute, std::size_t triangles, auto&& is_good) {
   const auto all_good = [&](const Corners& corners) {
@@ -67,6 +71,7 @@ void keep_if_complete(std::vector<Corners>& attribute, std::size_t triangles, au
     attribute.clear();
 }
 
+// Reads a file by Assimp and joins all its objects. Throws FileError.
 TriangleMesh import(const std::string& path) {
   Assimp::Importer importer;
   importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);

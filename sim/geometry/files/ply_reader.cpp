@@ -17,21 +17,26 @@
 namespace duet {
 namespace {
 
+// Types of numbers in the file.
 enum class Type { i8, u8, i16, u16, i32, u32, f32, f64 };
+// Encodings of the data.
 enum class Format { ascii, little_endian, big_endian };
 
+// A property of an element: one value or a list of values.
 struct Property {
   std::string name;
   Type type;
-  std::optional<Type> count;  // of a list: the type of its length
+  std::optional<Type> count;  // type of the length of a list; none for single values
 };
 
+// A kind of element and the number of its instances.
 struct Element {
   std::string name;
   std::uint64_t count;
   std::vector<Property> properties;
 };
 
+// Returns the type with this name, if there is one.
 std::optional<Type> type_named(std::string_view name) {
   constexpr std::array<std::string_view, 8> names = {"char", "uchar", "short", "ushort",
                                                      "int",  "uint",  "float", "double"};
@@ -42,6 +47,7 @@ std::optional<Type> type_named(std::string_view name) {
   return {};
 }
 
+// Reads one file into a mesh.
 class PlyReader {
  public:
   explicit PlyReader(const std::string& path) : path_(path) { bytes_ = io::read_file(path); }
@@ -77,6 +83,7 @@ class PlyReader {
     }
   }
 
+  // Takes one line of the header and returns whether it was understood.
   bool read_header_line(const std::string& keyword, std::istringstream& line) {
     std::string word, second, third;
     if (keyword == "format") {
@@ -104,6 +111,7 @@ class PlyReader {
     return keyword == "comment" || keyword == "obj_info" || keyword == "end_header" || keyword.empty();
   }
 
+  // Reads a binary number of the given type.
   template <class Number>
   double binary() {
     std::array<char, sizeof(Number)> raw;
@@ -115,6 +123,7 @@ class PlyReader {
     return static_cast<double>(std::bit_cast<Number>(raw));
   }
 
+  // Reads a number that is written as text.
   double text() {
     at_ = std::min(bytes_.find_first_not_of(" \t\r\n", at_), bytes_.size());
     if (at_ == bytes_.size()) fail("the file ends too early");
@@ -125,6 +134,7 @@ class PlyReader {
     return value;
   }
 
+  // Reads a number of a type in the encoding of the file.
   double number(Type type) {
     if (format_ == Format::ascii) return text();
     switch (type) {
@@ -148,7 +158,8 @@ class PlyReader {
     return binary<double>();
   }
 
-  // The values of a property; a list's length is bounded by the file's size, because each value takes a byte.
+  // Reads the values of a property. Each value takes at least a byte, so the length of a list is bounded by
+  // the size of the file.
   const std::vector<double>& values(const Property& property) {
     const double count = property.count ? number(*property.count) : 1;
     if (!(count >= 0 && count <= static_cast<double>(bytes_.size()))) fail("a list has an impossible length");
@@ -166,7 +177,7 @@ class PlyReader {
   void read_vertices(const Element& element) {
     constexpr std::array<std::array<std::string_view, 3>, 8> names = {
         {{"x"}, {"y"}, {"z"}, {"nx"}, {"ny"}, {"nz"}, {"u", "s", "texture_u"}, {"v", "t", "texture_v"}}};
-    std::vector<std::size_t> slots;  // of each property in `names`
+    std::vector<std::size_t> slots;  // index into `names` of each property
     unsigned found = 0;
     for (const Property& property : element.properties) {
       std::size_t slot = 0;
@@ -198,6 +209,7 @@ class PlyReader {
       }
   }
 
+  // Cuts a polygon into triangles.
   void add_polygon(const std::vector<double>& indices) {
     std::vector<int> polygon;
     for (const double index : indices) {
@@ -206,7 +218,7 @@ class PlyReader {
       polygon.push_back(static_cast<int>(index));
     }
     if (polygon.size() < 3) return;
-    // A fan from one of its corners, all of whose triangles face the same way.
+    // The triangles form a fan from one of the corners, for which all of them face the same way.
     for (std::size_t turns = 0; polygon.size() > 3 && !is_fan(polygon); ++turns) {
       if (turns == polygon.size())
         fail("a face has an outline that cannot be cut into a fan of triangles", "export triangles");
@@ -215,6 +227,7 @@ class PlyReader {
     for (std::size_t k = 2; k < polygon.size(); ++k) add_triangle({polygon[0], polygon[k - 1], polygon[k]});
   }
 
+  // Returns whether all triangles of the fan from the first corner face the same way.
   bool is_fan(const std::vector<int>& polygon) const {
     const auto corner = [&](std::size_t k) -> const Vec3& {
       return mesh_.positions[static_cast<std::size_t>(polygon[k])];
@@ -245,7 +258,9 @@ class PlyReader {
   Format format_ = Format::ascii;
   std::vector<Element> elements_;
   std::vector<double> values_;
-  std::vector<Vec3f> normals_;  // of the vertices
+  // Normals of the vertices.
+  std::vector<Vec3f> normals_;
+  // Texture coordinates of the vertices.
   std::vector<Vec2f> uvs_;
   bool has_normals_ = false, has_uvs_ = false;
   TriangleMesh mesh_;

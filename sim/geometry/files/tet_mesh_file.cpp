@@ -14,12 +14,13 @@
 namespace duet {
 namespace {
 
-// The words of a text file, with the line of the last one for messages.
+// Reads a text file word by word and knows the line of the last word, for messages.
 class Words {
  public:
   explicit Words(const std::string& path) : path_(path) { text_ = io::read_file(path); }
 
-  // The next word, a view of the file's text; empty at its end. Comments run from # to the end of the line.
+  // Returns the next word, a view of the text of the file; empty at its end. Comments run from # to the end
+  // of the line.
   std::string_view next() {
     while (at_ < text_.size() && (is_space(text_[at_]) || text_[at_] == '#'))
       if (text_[at_] == '#')
@@ -35,6 +36,7 @@ class Words {
     while (at_ < text_.size() && text_[at_] != '\n') ++at_;
   }
 
+  // Reads a number. Throws FileError if the next word is none; `what` names the number in the message.
   template <class Number>
   Number number(const char* what) {
     const std::string_view word = next();
@@ -45,8 +47,8 @@ class Words {
     return value;
   }
 
-  // A count of items that take at least two characters each, so that a damaged one asks for no more memory
-  // than the file has.
+  // Reads a count of items. Each item takes at least two characters, so that a damaged count never asks for
+  // more memory than the file has.
   std::size_t count(const char* what) {
     const auto value = number<long long>(what);
     if (value < 0 || value > static_cast<long long>(text_.size() / 2))
@@ -73,6 +75,7 @@ class Words {
   int line_ = 1;
 };
 
+// Reads three finite coordinates.
 Vec3 read_point(Words& words) {
   Vec3 x;
   for (double& coordinate : x) {
@@ -82,6 +85,7 @@ Vec3 read_point(Words& words) {
   return x;
 }
 
+// Reads a Medit file. Words of other sections, and the version of the format, are skipped.
 TetMesh read_medit(Words& words) {
   TetMesh mesh;
   for (std::string_view word = words.next(); !word.empty() && word != "End"; word = words.next()) {
@@ -92,7 +96,7 @@ TetMesh read_medit(Words& words) {
       const std::size_t count = words.count("the number of vertices");
       for (std::size_t i = 0; i < count; ++i) {
         mesh.nodes.push_back(read_point(words));
-        words.skip_line();  // the reference of the vertex
+        words.skip_line();  // skips the reference number of the vertex
       }
     } else if (word == "Tetrahedra") {
       const std::size_t count = words.count("the number of tetrahedra");
@@ -106,11 +110,12 @@ TetMesh read_medit(Words& words) {
         mesh.tets.push_back(tet);
         words.skip_line();
       }
-    }  // words of other sections, and the format's version, mean nothing here
+    }
   }
   return mesh;
 }
 
+// Reads Gmsh files of versions 2 and 4.1.
 class GmshReader {
  public:
   explicit GmshReader(Words& words) : words_(words) {}
@@ -131,8 +136,10 @@ class GmshReader {
   }
 
  private:
-  using Tag = long long;                      // names a node; any positive number
-  static constexpr int tet4 = 4, tet10 = 11;  // types of elements; corners come first in both
+  // The name of a node: any positive number.
+  using Tag = long long;
+  // Types of elements: tetrahedra of 4 and 10 nodes. The corners come first in both.
+  static constexpr int tet4 = 4, tet10 = 11;
 
   void read_nodes_2() {
     const std::size_t count = words_.count("the number of nodes");
@@ -162,7 +169,7 @@ class GmshReader {
       for (Tag& tag : tags) tag = words_.number<Tag>("a node's number");
       for (const Tag tag : tags) {
         add_node(tag, read_point(words_));
-        words_.skip_line();  // parameters of the point on its curve or surface
+        words_.skip_line();  // skips the parameters of the point on its curve or surface
       }
     }
   }
@@ -181,11 +188,13 @@ class GmshReader {
     }
   }
 
+  // Appends a node and remembers its number.
   void add_node(Tag tag, const Vec3& x) {
     numbers_[tag] = static_cast<int>(mesh_.nodes.size());
     mesh_.nodes.push_back(x);
   }
 
+  // Reads the nodes of an element; only the corners of tetrahedra are kept.
   void read_element(int type) {
     if (type == tet4 || type == tet10) {
       Tet tet{};
@@ -241,7 +250,7 @@ std::string vtk_text(const TetMesh& mesh) {
   fmt::format_to(out, "CELLS {} {}\n", mesh.tets.size(), 5 * mesh.tets.size());
   for (const Tet& t : mesh.tets) fmt::format_to(out, "4 {} {} {} {}\n", t[0], t[1], t[2], t[3]);
   fmt::format_to(out, "CELL_TYPES {}\n", mesh.tets.size());
-  for (std::size_t i = 0; i < mesh.tets.size(); ++i) text += "10\n";  // a tetrahedron
+  for (std::size_t i = 0; i < mesh.tets.size(); ++i) text += "10\n";  // the type of a tetrahedron
   return text;
 }
 

@@ -1,4 +1,4 @@
-// The one file of geometry/ that includes OpenVDB, whose headers take half a minute to compile.
+// This is the only file of sim/geometry that includes OpenVDB, whose headers take half a minute to compile.
 #include "sim/geometry/level_set/dense_grid.h"
 
 #include <cmath>
@@ -12,10 +12,12 @@
 namespace duet {
 namespace {
 
-constexpr float half_band = 1;  // voxels; enough for OpenVDB to know the inside
+// Width in voxels of the band on each side of the surface in which OpenVDB computes distances. One voxel is
+// enough for it to know the inside.
+constexpr float half_band = 1;
 
-// The mesh in units of voxels, whose node (0, 0, 0) is the grid's first one: all that OpenVDB's library
-// offers ready-made, and enough for it to know the inside.
+// The mesh in units of voxels, with the first node of the grid as its origin, in the types that OpenVDB's
+// mesh conversion takes. Single precision is enough to know the inside.
 struct VoxelMesh {
   std::vector<openvdb::Vec3s> points;
   std::vector<openvdb::Vec3I> triangles;
@@ -46,7 +48,8 @@ DenseGrid signed_distances(const TriangleMesh& mesh, const TriangleTree& tree, d
   grid.values.resize(grid.index(0, 0, grid.count.z()));
 
   openvdb::initialize();
-  // Only signs are read, so that distances may be in units of voxels: OpenVDB refuses voxels below 1.44e-5 m.
+  // Only signs are read from OpenVDB, so its distances may be in units of voxels. It refuses voxels below
+  // 1.44e-5 m.
   const auto transform = openvdb::math::Transform::createLinearTransform(1.0);
   const VoxelMesh voxel_mesh(mesh, grid.origin, spacing);
   const openvdb::FloatGrid::ConstPtr band = openvdb::tools::meshToVolume<openvdb::FloatGrid>(
@@ -57,7 +60,8 @@ DenseGrid signed_distances(const TriangleMesh& mesh, const TriangleTree& tree, d
     const int k = static_cast<int>(begin);
     for (int j = 0; j < grid.count.y(); ++j) {
       double distance = std::numeric_limits<double>::infinity();
-      for (int i = 0; i < grid.count.x(); ++i) {  // from one node to the next, by no more than the way
+      // From one node to the next, the distance grows by the spacing at most.
+      for (int i = 0; i < grid.count.x(); ++i) {
         distance = tree.nearest(grid.origin + spacing * Vec3(i, j, k), distance + spacing).distance;
         const bool inside = voxels.getValue(openvdb::Coord(i, j, k)) < 0;
         grid.values[grid.index(i, j, k)] = static_cast<float>(inside ? -distance : distance);

@@ -16,15 +16,21 @@ namespace duet {
 namespace {
 
 constexpr double pi = std::numbers::pi;
-constexpr int least_around = 24;  // nodes of a circle
-// Of the way along a bulge's surface: how far that falls off, on a radius of ten times the way.
+// Least number of nodes of a circle.
+constexpr int least_around = 24;
+// Distance by which the surface falls off one spacing beside a convex vertex, as a fraction of the spacing.
+// On a radius of curvature of ten spacings it falls off by this fraction. A larger value finds only sharper
+// vertices.
 constexpr double least_bend = 0.05;
 
+// Returns the number of pieces no longer than `spacing` that divide a length. A length that is a whole number
+// of them but for rounding gets that number.
 int pieces_of(double length, double spacing) {
   return std::max(1, static_cast<int>(std::ceil(length / spacing - 1e-9)));
 }
 
-// Ends the line of the nodes from `begin` on.
+// Appends the line whose nodes are those from `begin` on. The other arguments are members of
+// FeatureEdges::Line.
 void end_line(int begin, bool is_closed, double radius, double around, FeatureEdges& ridges) {
   FeatureEdges::Line line{begin, static_cast<int>(ridges.nodes.size()), is_closed, radius, around};
   for (int i = line.begin; i < line.end; ++i) {
@@ -40,12 +46,13 @@ void end_line(int begin, bool is_closed, double radius, double around, FeatureEd
   ridges.lines.push_back(line);
 }
 
-// The nodes from a on, without b.
+// Appends nodes on the segment from `a` to `b`, with `a` and without `b`.
 void add_nodes(const Vec3& a, const Vec3& b, double spacing, FeatureEdges& ridges) {
   const int n = pieces_of((b - a).norm(), spacing);
   for (int i = 0; i < n; ++i) ridges.nodes.push_back(a + (b - a) * i / n);
 }
 
+// Appends a straight line from `a` to `b`.
 void add_line(const Vec3& a, const Vec3& b, double radius, double spacing, FeatureEdges& ridges) {
   const int begin = static_cast<int>(ridges.nodes.size());
   add_nodes(a, b, spacing, ridges);
@@ -53,7 +60,7 @@ void add_line(const Vec3& a, const Vec3& b, double radius, double spacing, Featu
   end_line(begin, false, radius, 0, ridges);
 }
 
-// About the axis y at height `y`.
+// Appends a circle of radius `around` about the axis y at height `y`.
 void add_circle(double around, double y, double radius, double spacing, FeatureEdges& ridges) {
   const int n = std::max(least_around, pieces_of(2 * pi * around, spacing));
   const int begin = static_cast<int>(ridges.nodes.size());
@@ -75,6 +82,7 @@ void add_box_edges(const Vec3& half, double spacing, FeatureEdges& ridges) {
     }
 }
 
+// Sets the inward directions of all nodes of sharp edges.
 void find_inward(const LevelSet& shape, FeatureEdges& ridges) {
   const std::vector<Vec3> inside = points_inside(shape, ridges.nodes);
   ridges.inward.assign(ridges.nodes.size(), Vec3::Zero());
@@ -83,7 +91,7 @@ void find_inward(const LevelSet& shape, FeatureEdges& ridges) {
       ridges.inward[i] = (inside[i] - ridges.nodes[i]).normalized();
 }
 
-// Ends of edges that meet are exactly at one place.
+// Finds the places where three or more edges end. Ends of edges that meet are at exactly the same place.
 void find_corners(FeatureEdges& ridges) {
   std::map<std::array<double, 3>, std::vector<int>> ends;
   for (const FeatureEdges::Line& line : ridges.lines) {
@@ -97,6 +105,7 @@ void find_corners(FeatureEdges& ridges) {
     if (nodes.size() >= 3) ridges.corners.push_back(nodes.front());
 }
 
+// Builds the tree over the corners and convex vertices.
 void plant_tree(FeatureEdges& ridges) {
   std::vector<Eigen::AlignedBox3d> boxes;
   std::vector<int> items;
@@ -109,9 +118,9 @@ void plant_tree(FeatureEdges& ridges) {
   ridges.corner_tree = tree;
 }
 
-// Whether the surface falls off on both sides of x, in some direction along it.
+// Returns whether the surface falls off on both sides of `x` in some direction along it.
 bool bends_outwards(const LevelSet& shape, const Vec3& x, const Vec3& inward, double spacing) {
-  constexpr int directions = 8;  // of half a turn
+  constexpr int directions = 8;  // over half a turn
   const Mat3 axes = shortest_turn(Vec3::UnitZ(), inward).toRotationMatrix();
   for (int k = 0; k < directions; ++k) {
     const double angle = pi * k / directions;
@@ -121,6 +130,7 @@ bool bends_outwards(const LevelSet& shape, const Vec3& x, const Vec3& inward, do
   return false;
 }
 
+// Adds the samples at which the mesh bends outward as convex vertices.
 void add_bulges(const LevelSet& shape, const std::vector<Vec3>& samples, const std::vector<Vec3>& inside,
                 double spacing, FeatureEdges& ridges) {
   for (std::size_t i = 0; i < samples.size(); ++i) {
@@ -132,15 +142,17 @@ void add_bulges(const LevelSet& shape, const std::vector<Vec3>& samples, const s
   }
 }
 
+// An edge of a mesh at which its faces turn outward.
 struct SharpEdge {
-  int begin = 0, end = 0;  // vertices
+  int begin = 0, end = 0;  // vertices of the mesh
 };
 
+// Returns the edges of a mesh at which its faces turn outward by 30 degrees or more.
 std::vector<SharpEdge> sharp_edges(const TriangleMesh& mesh) {
   struct Sides {
     int count = 0;
     std::array<Vec3, 2> normal;
-    Vec3 beyond = Vec3::Zero();  // the first face's corner opposite the edge
+    Vec3 beyond = Vec3::Zero();  // corner of the first face that is not on the edge
   };
   std::map<std::pair<int, int>, Sides> edges;
   std::vector<SharpEdge> found;
@@ -156,7 +168,7 @@ std::vector<SharpEdge> sharp_edges(const TriangleMesh& mesh) {
         sides.beyond = opposite;
         continue;
       }
-      // Outwards: the second face lies behind the first one.
+      // The edge turns outward if the second face lies behind the plane of the first one.
       const bool outward = sides.normal[0].dot(opposite - mesh.positions[as_index(name.first)]) < 0;
       if (outward && sides.normal[0].dot(normal) < sharp_edge) found.push_back({name.first, name.second});
     }
@@ -164,7 +176,8 @@ std::vector<SharpEdge> sharp_edges(const TriangleMesh& mesh) {
   return found;
 }
 
-// Edges of which one and no other begins or ends at a vertex become one line, as along a rim.
+// Joins edges to lines of vertices, as along a rim: an edge continues another one if no third one ends at
+// their common vertex. A closed line repeats its first vertex at its end.
 std::vector<std::vector<int>> lines_of(const std::vector<SharpEdge>& edges) {
   std::map<int, std::vector<std::size_t>> at;
   for (std::size_t e = 0; e < edges.size(); ++e) {
@@ -186,7 +199,8 @@ std::vector<std::vector<int>> lines_of(const std::vector<SharpEdge>& edges) {
     }
     lines.push_back(line);
   };
-  for (const auto& [vertex, here] : at)  // lines that end, then loops
+  // Open lines are followed from their ends first; loops remain.
+  for (const auto& [vertex, here] : at)
     if (here.size() != 2)
       for (const std::size_t e : here)
         if (!used[e]) follow(e, vertex);
@@ -246,11 +260,13 @@ FeatureEdges find_feature_edges(const TriangleMesh& mesh, const LevelSet& shape,
 void keep_nodes(const std::vector<char>& stays, FeatureEdges& ridges) {
   if (std::find(stays.begin(), stays.end(), 0) == stays.end()) return;
   FeatureEdges kept;
-  std::vector<int> number(stays.size(), -1);  // of the nodes that are kept
+  // The new numbers of the nodes that are kept; -1 for others.
+  std::vector<int> number(stays.size(), -1);
   for (const FeatureEdges::Line& line : ridges.lines) {
     const int count = line.end - line.begin;
     const auto node = [&](int i) { return as_index(line.begin + i % count); };
-    int first = 0;  // a closed line is opened where nodes go
+    // A closed line is opened at a node that goes.
+    int first = 0;
     while (line.is_closed && first < count && stays[node(first)] != 0) ++first;
     const bool is_closed = line.is_closed && first == count;
     int begin = static_cast<int>(kept.nodes.size());

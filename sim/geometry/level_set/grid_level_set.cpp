@@ -13,10 +13,11 @@
 namespace duet {
 namespace {
 
-// The cell around a point: the values at its corners (bit 0: x, bit 1: y, bit 2: z) and the place within it.
+// The cell around a point: the values at its corners (bit 0 of the index: x, bit 1: y, bit 2: z) and the
+// place within it.
 struct Cell {
   std::array<double, 8> corner;
-  Vec3 place;  // in [0, 1]^3
+  Vec3 place;  // coordinates within the cell, in [0, 1]
 
   Cell(const DenseGrid& grid, const Vec3& local) {
     const Vec3i node = local.cast<int>().cwiseMin(grid.count - Vec3i::Constant(2));  // local >= 0
@@ -28,6 +29,7 @@ struct Cell {
       corner[c] = static_cast<double>(first[(c & 1) + (c >> 1 & 1) * row + (c >> 2) * layer]);
   }
 
+  // Returns the trilinear interpolant.
   double value() const {
     const double x = place.x(), y = place.y(), z = place.z();
     std::array<double, 4> along_x;
@@ -37,9 +39,10 @@ struct Cell {
     return front + z * (back - front);
   }
 
-  Vec3 gradient() const {  // per cell
+  // Returns the gradient of the interpolant, per cell.
+  Vec3 gradient() const {
     const double x = place.x(), y = place.y(), z = place.z();
-    const auto slope = [&](std::size_t axis, double u, double v) {  // u, v: along the two other axes
+    const auto slope = [&](std::size_t axis, double u, double v) {  // u, v: places along the two other axes
       const std::size_t step = 1U << axis, a = 1U << (axis == 0 ? 1 : 0), b = 1U << (axis == 2 ? 1 : 2);
       const auto difference = [&](std::size_t c) { return corner[c + step] - corner[c]; };
       return (1 - v) * ((1 - u) * difference(0) + u * difference(a)) +
@@ -68,16 +71,21 @@ GridLevelSet::GridLevelSet(const TriangleMesh& mesh, int cells, SharpEdges sharp
 
 namespace {
 
-// Cells: no place in a cell that is near a thin wall or a crease is farther from the surface.
+// Upper bound of the distance to the surface, in cells, in the cells near a thin wall or a sharp edge. It
+// only speeds up their searches.
 constexpr double reach_of_exact = 6;
-constexpr double thin = 1.5;  // cells; thicker walls have a node in their middle wherever they lie
-// Of a wall, whose sides face away from each other: the cosine between them, at least 18 degrees less than
-// half a turn. Wedges are none: they are as thin as one likes at their edge.
+// Thickness in cells below which a wall is thin. Thicker walls have a node in their middle wherever they lie.
+// A larger value makes more cells exact and slower.
+constexpr double thin = 1.5;
+// Greatest cosine between the normals of the two sides of a wall, so that they face away from each other by
+// about 162 degrees or more. Wedges do not count as walls, because they are arbitrarily thin at their edge.
 constexpr double faces_away = -0.95;
 
-// Of the wall under a place of the surface with the normal n (m), or infinity where there is none.
+// Returns the thickness (m) of the wall under a place `x` of the surface with the normal `n`; infinity if
+// there is none. It looks at three depths up to half of the thickness of a thin wall.
 double wall_thickness(const MeshDistance& exact, const Vec3& x, const Vec3& n, double spacing) {
   for (const double depth : {0.05 * thin, 0.15 * thin, 0.5 * thin}) {
+    // The depth in m.
     const double way = depth * spacing;
     const SignedDistance below = exact.at(x - way * n, way * (1 + 1e-9));
     if (below.normal.dot(n) < faces_away) return way - below.distance;
@@ -87,7 +95,7 @@ double wall_thickness(const MeshDistance& exact, const Vec3& x, const Vec3& n, d
 
 }  // namespace
 
-// At places of every triangle half a cell apart.
+// Every triangle is tested at places half a cell apart.
 void GridLevelSet::find_thin_walls(const TriangleMesh& mesh) {
   const double h = grid_.spacing;
   std::vector<std::vector<Vec3>> places(mesh.triangles.size());
@@ -117,9 +125,11 @@ void GridLevelSet::find_thin_walls(const TriangleMesh& mesh) {
     for (const Vec3& x : of_triangle) mark_around(x);
 }
 
-// At places of every sharp edge half a cell apart: distances turn there, which interpolation would round.
+// Cells are marked at places of every sharp edge half a cell apart. The gradient of the distance jumps there,
+// and interpolation would round it.
 void GridLevelSet::find_creases(const TriangleMesh& mesh) {
-  std::map<std::pair<int, int>, Vec3> edges;  // the normal of the face that came first
+  // The normal of the first face at each edge.
+  std::map<std::pair<int, int>, Vec3> edges;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     const Vec3 area = area_vector(mesh, t);
     if (!(area.squaredNorm() > 0)) continue;
@@ -135,7 +145,7 @@ void GridLevelSet::find_creases(const TriangleMesh& mesh) {
   }
 }
 
-// All cells within a cell and a half.
+// Marks all cells within a cell and a half of `x`.
 void GridLevelSet::mark_around(const Vec3& x) {
   if (is_exact_.empty()) is_exact_.assign(grid_.values.size(), 0);
   const Vec3 local = (x - grid_.origin) * inverse_spacing_;
@@ -152,7 +162,8 @@ bool GridLevelSet::is_exact_at(const Vec3& local) const {
   return is_exact_[grid_.index(node.x(), node.y(), node.z())] != 0;
 }
 
-bool GridLevelSet::inside_grid(const Vec3& local) const {  // false for what is not a number
+// Returns false for coordinates that are not a number.
+bool GridLevelSet::inside_grid(const Vec3& local) const {
   return local.minCoeff<Eigen::PropagateNaN>() >= 0 && (last_ - local).minCoeff<Eigen::PropagateNaN>() >= 0;
 }
 

@@ -13,7 +13,8 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-// Excess of |x| over the half sizes: positive components are outside of that pair of faces.
+// The excess of |x| over the half sizes is positive along the axes on which `x` lies outside of that pair of
+// faces.
 double box_distance(const Vec3& half, const Vec3& x) {
   const Vec3 excess = x.cwiseAbs() - half;
   const double inside = excess.maxCoeff();
@@ -29,15 +30,16 @@ Vec3 box_normal(const Vec3& half, const Vec3& x) {
   return normal;
 }
 
+// Returns the distance from the axis y.
 double to_axis(const Vec3& x) { return std::sqrt(x.x() * x.x() + x.z() * x.z()); }
 
-// The direction away from the axis y; on it, all directions are alike.
+// Returns the unit direction away from the axis y; (1, 0, 0) on the axis, where all directions are alike.
 Vec3 radial(const Vec3& x, double distance_to_axis) {
   return distance_to_axis > 0 ? Vec3(x.x() / distance_to_axis, 0, x.z() / distance_to_axis)
                               : Vec3(Vec3::UnitX());
 }
 
-// What y exceeds the straight part of a capsule by; 0 beside it.
+// Returns the part of y beyond the straight part of a capsule, with its sign; 0 beside that part.
 double beyond_ends(double half_length, double y) {
   return std::copysign(std::max(std::abs(y) - half_length, 0.0), y);
 }
@@ -53,7 +55,7 @@ Vec3 capsule_normal(double half_length, const Vec3& x) {
   return length > 0 ? Vec3(away / length) : Vec3(Vec3::UnitX());
 }
 
-// In the half plane through the axis, a cylinder is a rectangle and a torus a circle.
+// A cylinder is a rectangle, and a torus a circle, in the half plane through the axis and `x`.
 double cylinder_distance(double radius, double half_length, const Vec3& x) {
   const Vec2 excess(to_axis(x) - radius, std::abs(x.y()) - half_length);
   const double inside = excess.maxCoeff();
@@ -223,7 +225,7 @@ Vec3 unit_inertia(const LevelSet& shape) {
       return {squares.y() + squares.z(), squares.z() + squares.x(), squares.x() + squares.y()};
     }
     case LevelSet::Kind::capsule: {
-      // Two half balls, whose centres of mass lie 3/8 of the radius off their flat faces.
+      // The ends are two half balls, whose centers of mass lie 3/8 of the radius off their flat faces.
       const double r = shape.radius, ends = 4.0 / 3.0 * r / (length + 4.0 / 3.0 * r), middle = 1 - ends;
       const double end_across = 0.4 * r2 + length * length / 4 + 3.0 / 8.0 * length * r;
       return about_y(middle * r2 / 2 + ends * 0.4 * r2,

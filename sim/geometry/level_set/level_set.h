@@ -1,6 +1,6 @@
-// Signed distance of rigid shapes in body space: negative inside, with the extended normal (valid on both
-// sides), which the paper's contact needs before bodies touch. Exact for shapes with a formula; meshes have
-// a grid.
+// Signed distance of rigid shapes in body space. It is negative inside, and its normal is defined on both
+// sides, as contact needs it before bodies touch. Shapes with a formula give exact distances; meshes have a
+// grid.
 #pragma once
 
 #include <memory>
@@ -11,57 +11,93 @@ namespace duet {
 
 class GridLevelSet;
 
+/// A signed distance and its gradient.
 struct SignedDistance {
-  double distance = 0;          // m, negative inside
-  Vec3 normal = Vec3::UnitY();  // unit, its gradient
+  double distance = 0;          ///< Signed distance, m; negative inside.
+  Vec3 normal = Vec3::UnitY();  ///< Unit gradient, outward.
 };
 
-// Plain data; `kind` says which members count. All shapes but grids lie about the origin; capsules, cylinders
-// and tori have the axis y.
+/// A rigid shape as plain data; `kind` tells which members are used. All shapes except grids and the half
+/// space are centered at the origin; capsules, cylinders and tori have the axis y.
 struct LevelSet {
-  enum class Kind { sphere, box, capsule, cylinder, torus, grid, half_space };
-  Kind kind = Kind::sphere;
-  double radius = 0;         // m, sphere, capsule, cylinder; of a torus' centre line
-  Vec3 half = Vec3::Zero();  // m, half edge lengths, box
-  double half_length = 0;    // m, half the height of a cylinder or of a capsule's straight part
-  double tube = 0;           // m, radius of a torus' tube, less than `radius`
-  std::shared_ptr<const GridLevelSet> grid = nullptr;  // grid, shared by all bodies of one mesh
+  /// The kinds of shapes.
+  enum class Kind {
+    sphere,     ///< Ball of `radius`.
+    box,        ///< Box of half edge lengths `half`.
+    capsule,    ///< Segment of `half_length`, thickened by `radius`.
+    cylinder,   ///< Solid cylinder of `radius` and `half_length`.
+    torus,      ///< Circle of `radius`, thickened by `tube`.
+    grid,       ///< Closed mesh, see `grid`.
+    half_space  ///< y <= 0.
+  };
+  Kind kind = Kind::sphere;  ///< Kind of this shape.
+  /// Radius of a sphere, capsule, cylinder or of the center line of a torus, m.
+  double radius = 0;
+  Vec3 half = Vec3::Zero();  ///< Half edge lengths of a box, m.
+  /// Half the height of a cylinder or of the straight part of a capsule, m.
+  double half_length = 0;
+  /// Radius of the tube of a torus, less than `radius`, m.
+  double tube = 0;
+  /// Level set of a mesh, shared by all bodies of one mesh; null for other kinds.
+  std::shared_ptr<const GridLevelSet> grid = nullptr;
 
+  /// Returns a sphere of the given radius (m).
   static LevelSet sphere(double radius) { return {.kind = Kind::sphere, .radius = radius}; }
+  /// Returns a box of the given edge lengths (m).
   static LevelSet box(const Vec3& size) { return {.kind = Kind::box, .half = size / 2}; }
-  static LevelSet capsule(double radius, double length) {  // `length` of the straight part
+  /// Returns a capsule of the given radius whose straight part has the given length (m).
+  static LevelSet capsule(double radius, double length) {
     return {.kind = Kind::capsule, .radius = radius, .half_length = length / 2};
   }
+  /// Returns a cylinder of the given radius and height (m).
   static LevelSet cylinder(double radius, double height) {
     return {.kind = Kind::cylinder, .radius = radius, .half_length = height / 2};
   }
+  /// Returns a torus with the given radii of its center line and of its tube (m).
   static LevelSet torus(double radius, double tube) {
     return {.kind = Kind::torus, .radius = radius, .tube = tube};
   }
+  /// Returns the shape of a mesh.
   static LevelSet mesh(std::shared_ptr<const GridLevelSet> grid) {
     return {.kind = Kind::grid, .grid = std::move(grid)};
   }
-  static LevelSet half_space() { return {.kind = Kind::half_space}; }  // y <= 0
+  /// Returns the half space y <= 0.
+  static LevelSet half_space() { return {.kind = Kind::half_space}; }
 
+  /// Compares all members; grids are equal if they are the same object.
   bool operator==(const LevelSet&) const = default;
 
-  double distance(const Vec3& x) const;  // m
-  // Gradient of distance, unit length; any of the nearest ones where it is not unique.
+  /// Returns the signed distance (m) of the point `x` (m, body space), negative inside. Distances of meshes
+  /// are those of GridLevelSet::distance().
+  double distance(const Vec3& x) const;
+  /// Returns the unit gradient of distance() at `x`. Where the gradient is not unique, it is one of those of
+  /// the nearest surface points.
   Vec3 normal(const Vec3& x) const;
-  // Both, and those of meshes from their triangles: some ten times the time of a look at the grid.
+  /// Returns distance and normal at `x`, computed from the triangles for meshes. That takes about ten times
+  /// as long as a look at the grid.
   SignedDistance exact(const Vec3& x) const;
-  // The distance of exact(), where it is known to be `at_most` (m) at most, on either side: the faster, the
-  // nearer that is to the truth.
+  /// Returns the distance of exact(), given an upper bound `at_most` (m) of its magnitude. The search is
+  /// faster, the tighter the bound; too small a bound costs time but does not change the result.
   double exact_distance(const Vec3& x, double at_most) const;
-  double tolerance() const;        // m, of the distance: a cell of a grid, as at sharp edges; else zero
-  double bounding_radius() const;  // m, about the origin; infinite for the half space
-  Vec3 lower() const;              // m, bounds of the surface; not for the half space
+  /// Returns a bound on the error of distance() (m): one cell of the grid of a mesh, which is reached at
+  /// sharp edges, else zero.
+  double tolerance() const;
+  /// Returns the radius of a ball about the origin that contains the shape (m); infinite for the half space.
+  double bounding_radius() const;
+  /// Returns the lower corner of the bounding box (m). It has no finite value for the half space.
+  Vec3 lower() const;
+  /// Returns the upper corner of the bounding box (m). It has no finite value for the half space.
   Vec3 upper() const;
-  double smallest_size() const;  // m, diameter of the largest ball that fits inside
+  /// Returns the diameter of the largest ball that fits inside (m); infinite for the half space. Meshes give
+  /// GridLevelSet::thickness().
+  double smallest_size() const;
 };
 
-// Mass properties of homogeneous shapes of unit density, by closed formulas. Meshes: see triangle_mesh.h.
-double volume(const LevelSet& shape);      // m^3
-Vec3 unit_inertia(const LevelSet& shape);  // m^2, principal moments per unit mass in body axes
+/// Returns the volume of a shape, m^3. It is infinite for the half space and for meshes, for which
+/// mass_properties() exists.
+double volume(const LevelSet& shape);
+/// Returns the principal moments of inertia per unit mass of a homogeneous shape about its body axes, m^2.
+/// They are infinite for the half space and for meshes, for which mass_properties() exists.
+Vec3 unit_inertia(const LevelSet& shape);
 
 }  // namespace duet

@@ -12,13 +12,17 @@
 namespace duet {
 namespace {
 
-// Of the size of a triangle: nearer to its surface, the way to it has no direction to speak of.
+// Fraction of the size of a triangle. For points nearer to the surface than that, the vector from the nearest
+// point is mostly rounding and gives no direction. A larger value would use pseudonormals where exact normals
+// are available.
 constexpr double on_surface = 1e-9;
-// Of a pseudonormal's length along the face's normal where all faces are in one plane: less where one is
-// turned by 1e-6, or where the mesh is open. On flat places the way from the foot has the direction of the
-// normal too, but for rounding along a large face, which turns and lengthens a short way.
+// Fraction of the length that a pseudonormal has along the normal of a face if all faces around are in one
+// plane. It is less if one of them is turned by 1e-6, or if the mesh is open. At flat places the normal of
+// the face replaces the vector from the nearest point, because rounding along a large face turns and
+// lengthens a short vector.
 constexpr double flat = 1 - 1e-13;
 
+// Returns the angle between two vectors, rad.
 double angle_between(const Vec3& a, const Vec3& b) { return math::atan2(a.cross(b).norm(), a.dot(b)); }
 
 }  // namespace
@@ -53,7 +57,7 @@ SignedDistance MeshDistance::from(const TriangleTree::Nearest& nearest, const Ve
   const Face& face = faces_[as_index(nearest.triangle)];
   const Vec3 weight = nearest_weights(face.corner[0], face.corner[1], face.corner[2], x);
   Vec3 pseudonormal = face.normal;
-  double of_flat = 1;  // length of the pseudonormal where all faces around are in one plane
+  double of_flat = 1;  // length of the pseudonormal if all faces around are in one plane
   for (int k = 0; k < 3; ++k)
     if (weight[k] == 1) {
       pseudonormal = face.at_corner[k];

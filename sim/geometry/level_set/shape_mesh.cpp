@@ -13,7 +13,7 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-// A face of the cube [-1, 1]^3: outward axis and two tangents with axis = tangent_u x tangent_v.
+// A face of the cube [-1, 1]^3: its outward axis and two tangents with axis = u x v.
 struct CubeFace {
   Vec3 axis, u, v;
 };
@@ -55,25 +55,26 @@ Surface box_surface(const Vec3& half) {
   return surface;
 }
 
-// A point of the curve that a surface of revolution is made of, with the surface's normal there, both as
+// A point of the curve that generates a surface of revolution, with the normal of the surface there, both as
 // (distance from the axis y, height). Two points at one place with different normals make a sharp rim.
 struct ProfilePoint {
   Vec2 place, normal;
-  double along = 0;  // in [0, 1], the texture coordinate
+  double along = 0;  // texture coordinate, in [0, 1]
 };
 
-// Adds an arc from angle `begin` to `end`, counted from the axis y.
+// Appends an arc from angle `begin` to `end` (rad), counted from the axis y, as `rows` + 1 points.
 void add_arc(std::vector<ProfilePoint>& profile, const Vec2& center, double radius, double begin, double end,
              int rows) {
   for (int row = 0; row <= rows; ++row) {
     const double angle = begin + (end - begin) * (static_cast<double>(row) / rows);
-    // On the axis exactly, where rounding would leave a tiny hole instead of a pole.
+    // Poles lie on the axis exactly; rounding would leave a tiny hole.
     const bool pole = center.x() == 0 && (angle == 0 || angle == pi);
     const Vec2 direction(pole ? 0 : math::sin(angle), math::cos(angle));
     profile.push_back({center + radius * direction, direction});
   }
 }
 
+// Sets the texture coordinates to fractions of the length of the profile.
 void measure(std::vector<ProfilePoint>& profile) {
   for (std::size_t i = 1; i < profile.size(); ++i)
     profile[i].along = profile[i - 1].along + (profile[i].place - profile[i - 1].place).norm();
@@ -81,7 +82,7 @@ void measure(std::vector<ProfilePoint>& profile) {
   for (ProfilePoint& point : profile) point.along /= length;
 }
 
-// Turns the profile, given from top to bottom along the outside, about the axis y. A `closed` one ends where
+// Turns a profile, given from top to bottom along the outside, about the axis y. A closed profile ends where
 // it begins.
 class Revolution {
  public:
@@ -99,6 +100,7 @@ class Revolution {
   bool is_pole(int row) const { return at(row).place.x() == 0; }
   bool same_place(int a, int b) const { return at(a).place == at(b).place; }
 
+  // Adds the points of a row. The last row of a closed profile shares those of the first one (`as_first`).
   void add_row(int row, bool as_first) {
     const int points = is_pole(row) ? 1 : columns_;
     if (as_first) {
@@ -122,24 +124,26 @@ class Revolution {
                                 static_cast<float>(1 - at(row).along));
   }
 
+  // Returns the corner at a row and column of the surface.
   Corner corner(int row, int column) const {
     const int wrapped = is_pole(row) ? 0 : column % columns_;
     return {first_position_[as_index(row)] + wrapped, row * (columns_ + 1) + column,
             first_normal_[as_index(row)] + wrapped};
   }
 
+  // Adds the triangles between a row and the next one.
   void add_band(int row) {
     for (int column = 0; column < columns_; ++column) {
       const Corner a = corner(row, column), b = corner(row + 1, column), c = corner(row + 1, column + 1),
                    d = corner(row, column + 1);
-      if (!is_pole(row + 1)) surface_.triangles.push_back({a, b, c});  // else b and c are one point
-      if (!is_pole(row)) surface_.triangles.push_back({a, c, d});      // else a and d are
+      if (!is_pole(row + 1)) surface_.triangles.push_back({a, b, c});  // b and c are one point at a pole
+      if (!is_pole(row)) surface_.triangles.push_back({a, c, d});      // a and d are one point at a pole
     }
   }
 
   std::span<const ProfilePoint> profile_;
   int columns_;
-  std::vector<int> first_position_, first_normal_;  // of each row
+  std::vector<int> first_position_, first_normal_;  // indices of the first point of each row
   Surface surface_;
 };
 
@@ -190,7 +194,8 @@ class Pool {
   std::vector<std::vector<int>> at_;
 };
 
-// Normals from the triangles: each corner's is the sum over those around the vertex that face almost its way.
+// Normals computed from the triangles: that of a corner is the sum of the area vectors of the triangles
+// around its vertex that face almost the same way as its own triangle.
 class CreaseNormals {
  public:
   explicit CreaseNormals(const TriangleMesh& mesh) : mesh_(mesh), around_(mesh.positions.size()) {

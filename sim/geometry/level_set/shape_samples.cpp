@@ -12,16 +12,21 @@ namespace duet {
 namespace {
 
 constexpr double pi = std::numbers::pi;
-constexpr double most_on_edge = 8;  // as many times denser than elsewhere are samples on edges of thin boxes
-constexpr int least_around = 24;    // samples on the widest ring of a round body, so that it rolls smoothly
+// Samples on edges of thin boxes are at most this many times denser than elsewhere. A larger value lets
+// thinner plates cross edge to edge without a gap between samples, but adds samples.
+constexpr double most_on_edge = 8;
+// Least number of samples on the widest ring of a round body, so that it rolls smoothly.
+constexpr int least_around = 24;
 
-// Intervals no longer than `spacing`; a length that is a whole number of them but for rounding has that many.
+// Returns the number of intervals no longer than `spacing` that divide a length. A length that is a whole
+// number of them but for rounding gets that number.
 int intervals(double length, double spacing) {
   return std::max(1, static_cast<int>(std::ceil(length / spacing - 1e-9)));
 }
 
-// Points between those of the lattice `n` on the edges of a thin box. Its edge crosses that of another such
-// box over the length of a thickness: samples no farther apart than that do not miss each other.
+// Adds points on the edges of a thin box between those of the lattice of `n` intervals along each axis. The
+// edges of two such boxes cross over the length of a thickness, so samples no farther apart than the
+// thickness do not miss each other.
 void add_edge_samples(const Vec3& half, const Vec3i& n, double spacing, std::vector<Vec3>& samples) {
   const double apart = std::max(2 * half.minCoeff(), spacing / most_on_edge);
   for (int axis = 0; axis < 3; ++axis) {
@@ -39,6 +44,7 @@ void add_edge_samples(const Vec3& half, const Vec3i& n, double spacing, std::vec
   }
 }
 
+// Returns the points on the surface of a lattice over the box, and denser ones on the edges of a thin box.
 std::vector<Vec3> box_samples(const Vec3& half, double spacing) {
   std::vector<Vec3> samples;
   Vec3i n;
@@ -55,11 +61,12 @@ std::vector<Vec3> box_samples(const Vec3& half, double spacing) {
   return samples;
 }
 
-// Rings about the axis y, all as dense as the spacing asks for.
+// Collects rings of samples about the axis y, all as dense as the spacing asks for.
 class Rings {
  public:
   explicit Rings(double spacing) : spacing_(spacing) {}
 
+  // Adds a ring at height `y`, or a single point if the radius is rounding.
   void add(double radius, double y) {
     if (radius < 1e-9 * spacing_) {
       samples_.emplace_back(0, y, 0);
@@ -86,7 +93,8 @@ std::vector<Vec3> cylinder_samples(double radius, double half_length, double spa
 
 std::vector<Vec3> torus_samples(double radius, double tube, double spacing) {
   Rings rings(spacing);
-  const int n = std::max(8, 4 * intervals(pi / 2 * tube, spacing));  // with the rings that it lies on
+  // A multiple of 4 includes the rings on which the torus lies.
+  const int n = std::max(8, 4 * intervals(pi / 2 * tube, spacing));
   for (int i = 0; i < n; ++i) {
     const double angle = 2 * pi * i / n;
     rings.add(radius + tube * math::cos(angle), tube * math::sin(angle));
@@ -94,19 +102,23 @@ std::vector<Vec3> torus_samples(double radius, double tube, double spacing) {
   return rings.take();
 }
 
+// Returns `spacing`, or less if the widest ring of a round body would get fewer than `least_around` samples.
 double round_spacing(double widest_radius, double spacing) {
   return std::min(spacing, 2 * pi * widest_radius / least_around);
 }
 
+// A possible sample of a mesh.
 struct Candidate {
   Vec3 position;
-  Vec3 normal;           // unit, or zero where faces cancel
-  double sharpness = 0;  // 1 - cosine of the largest angle between faces that meet in it
+  Vec3 normal;  // unit; zero if the normals of the faces cancel
+  // 1 - cosine of the largest angle between the normals of the faces that meet there.
+  double sharpness = 0;
 };
 
-// Keeps the first of the candidates that are closer together than `distance` and face the same way; two sides
-// of a thin plate do not, each keeps its own.
+// Keeps the first of every group of candidates that are closer together than `distance` and face the same
+// way. The two sides of a thin plate face different ways and keep their own samples.
 std::vector<Vec3> thinned(const std::vector<Candidate>& candidates, double distance) {
+  // Cosine of 45 degrees.
   constexpr double same_way = 0.7;
   using Cell = std::array<std::int64_t, 3>;
   std::map<Cell, std::vector<const Candidate*>> cells;
@@ -142,6 +154,7 @@ void sort_by_sharpness(std::vector<Candidate>& candidates) {
                    [](const Candidate& a, const Candidate& b) { return a.sharpness > b.sharpness; });
 }
 
+// Returns a candidate at a place where faces with these normals meet.
 Candidate candidate(const Vec3& position, const std::vector<Vec3>& face_normals) {
   Candidate result{position, Vec3::Zero()};
   for (const Vec3& normal : face_normals) {
@@ -153,7 +166,7 @@ Candidate candidate(const Vec3& position, const std::vector<Vec3>& face_normals)
   return result;
 }
 
-// Points inside the triangle on the barycentric lattice that divides its longest edge.
+// Adds the points inside a triangle on the barycentric lattice that divides its longest edge by `spacing`.
 void add_face_points(const TriangleMesh& mesh, std::size_t t, const Vec3& normal, double spacing,
                      std::vector<Candidate>& candidates) {
   const Vec3 &a = mesh.corner(t, 0), &b = mesh.corner(t, 1), &c = mesh.corner(t, 2);
@@ -164,12 +177,14 @@ void add_face_points(const TriangleMesh& mesh, std::size_t t, const Vec3& normal
           {a + static_cast<double>(i) / n * (b - a) + static_cast<double>(j) / n * (c - a), normal});
 }
 
+// The faces at an edge.
 struct EdgeSides {
-  std::vector<Vec3> normals, opposite;  // of each face, and its corner opposite the edge
+  std::vector<Vec3> normals,  // the normal of each face
+      opposite;               // the corner of each face that is not on the edge
 };
 
-// Whether the edge from a on is sharp and goes inwards. What is inside a body touches
-// nothing there that its faces do not touch.
+// Returns whether the edge that starts at `a` is sharp and goes inward. Other bodies touch such an edge only
+// where they touch its faces, so it needs no samples.
 bool is_crease(const EdgeSides& sides, const Vec3& a) {
   return sides.normals.size() == 2 && sides.normals[0].dot(sides.normals[1]) < sharp_edge &&
          sides.normals[0].dot(sides.opposite[1] - a) > 0;
@@ -231,16 +246,20 @@ std::vector<Vec3> surface_samples(const TriangleMesh& mesh, double spacing) {
   sort_by_sharpness(edges);
   candidates.insert(candidates.end(), edges.begin(), edges.end());
   candidates.insert(candidates.end(), faces.begin(), faces.end());
-  // No point is farther from a candidate than that, to which thinning adds its distance; a square lattice has
-  // points 0.7 spacings away from its nodes.
+  // No point is farther than `gap` from a candidate, and thinning adds its distance to that. The other bound,
+  // 0.7 spacings, is how far points of a square lattice are from its nodes.
   const double gap = std::min(spacing, longest_edge) / std::numbers::sqrt3;
   return thinned(candidates, std::min(0.7 * spacing, spacing - gap));
 }
 
 std::vector<char> on_flat_faces(const LevelSet& shape, const std::vector<Vec3>& samples) {
   constexpr int directions = 8;
-  constexpr double way = 1e-3;       // of the smallest size: edges nearer than that count
-  constexpr double flatness = 1e-5;  // of the way; a radius of the size falls off by half of 1e-3
+  // Radius of the test circle, as a fraction of the smallest size of the shape. Edges nearer than that count
+  // as bends.
+  constexpr double way = 1e-3;
+  // Greatest distance from the tangent plane, as a fraction of the radius of the circle, at which the surface
+  // counts as flat. A surface whose radius of curvature is the smallest size falls off by half of 1e-3.
+  constexpr double flatness = 1e-5;
   const double size = shape.smallest_size(), step = way * size;
   std::vector<char> flat;
   flat.reserve(samples.size());

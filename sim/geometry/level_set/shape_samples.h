@@ -1,4 +1,4 @@
-// Points on the surface of a rigid body that are tested against other bodies' level sets.
+// Sample points on the surface of a rigid body, which are tested against the level sets of other bodies.
 #pragma once
 
 #include <vector>
@@ -8,25 +8,31 @@
 
 namespace duet {
 
-// What is used unless a scene says otherwise: 8 intervals along the edge of a cube of the same volume.
-double default_sample_spacing(double volume);  // m
+/// Returns the sample spacing (m) for a body of the given volume (m^3), if a scene does not state one: an
+/// eighth of the edge of a cube of the same volume.
+double default_sample_spacing(double volume);
 
-// Corners and rims, and points on edges and flat faces whose neighbors are no farther apart than `spacing`,
-// on the edges of boxes also no farther than these are thin (down to an eighth of the spacing), and on the
-// whole of a torus. Spheres and capsules have none, cylinders none between their rims: what touches there is
-// found as the deepest point of the shape (see deepest_point.h), or as a point or edge of the other body.
+/// Returns the samples of a shape with a formula (m, body space). Boxes have their corners and points on
+/// edges and faces; cylinders have points on their caps and rims; tori have points everywhere. Neighbors are
+/// no farther apart than `spacing` (m), on round bodies also no farther than a 24th of the widest ring. On
+/// the edges of a box they are also no farther apart than its smallest extent, down to an eighth of
+/// `spacing`. Spheres and capsules have no samples, and cylinders have none between their rims: contacts
+/// there are found as support points of the shape or as points and edges of the other body.
 std::vector<Vec3> surface_samples(const LevelSet& shape, double spacing);
 
-// The same for a closed mesh: no point of it is farther than `spacing` from a sample. Of vertices that are
-// closer together than that and face the same way, the sharper ones are kept.
+/// Returns the samples of a closed mesh (m). Candidates are its vertices, then points on its edges, then
+/// points on its faces, sharper vertices and edges first. Of candidates that are closer together than 0.7
+/// spacings or less and face the same way, the first one is kept. No point of the surface is farther than
+/// `spacing` (m) from a sample, except beside sharp edges that go inward, which have no samples of their own.
 std::vector<Vec3> surface_samples(const TriangleMesh& mesh, double spacing);
 
-// Whether the surface is flat around a sample: it lies in a face, not on an edge or on a bend.
+/// Returns for each sample whether the surface is flat around it, so that it lies in a face and not on an
+/// edge or a bend.
 std::vector<char> on_flat_faces(const LevelSet& shape, const std::vector<Vec3>& samples);
 
-// For every sample a point of the body a quarter of its thickness away, inwards: against the mean of the
-// normals around the sample, so from an edge or a corner along its bisector. It tells on which side of
-// another body the sample's body lies.
+/// Returns for each sample a point of the body that lies a quarter of its smallest size inward (m). The
+/// direction is opposite to the mean of the normals around the sample, which is along the bisector at an edge
+/// or a corner. These points tell on which side of another body the body of the sample lies.
 std::vector<Vec3> points_inside(const LevelSet& shape, const std::vector<Vec3>& samples);
 
 }  // namespace duet

@@ -1,5 +1,5 @@
-// All that the simulator needs of a rigid body's shape, in body space: about the centre of mass, along the
-// principal axes.
+// Everything that the simulator needs of the shape of a rigid body, in body space: the origin is the center
+// of mass, and the axes are principal axes.
 #pragma once
 
 #include <optional>
@@ -12,24 +12,27 @@
 
 namespace duet {
 
+/// The shape of a rigid body, in body space.
 struct Solid {
-  LevelSet level_set;
-  double volume = 0;                 // m^3
-  Vec3 unit_inertia = Vec3::Zero();  // m^2, principal moments per unit mass
-  Pose frame;                 // body space in the shape's own coordinates; other than identity for meshes
-  std::vector<Vec3> samples;  // m, tested against other bodies' level sets
-  std::vector<Vec3> inside;   // m, see points_inside
-  std::vector<char> on_flat;  // see on_flat_faces
-  FeatureEdges ridges;
-  Surface surface;  // as it is drawn
+  LevelSet level_set;                ///< Signed distance.
+  double volume = 0;                 ///< Volume, m^3.
+  Vec3 unit_inertia = Vec3::Zero();  ///< Principal moments of inertia per unit mass, m^2.
+  /// Body space in the own coordinates of the shape; the identity except for meshes.
+  Pose frame;
+  std::vector<Vec3> samples;  ///< Points that are tested against the level sets of other bodies, m.
+  std::vector<Vec3> inside;   ///< A point inside the body for each sample, see points_inside(), m.
+  std::vector<char> on_flat;  ///< Nonzero for samples in flat faces, see on_flat_faces().
+  FeatureEdges ridges;        ///< Feature edges, corners and convex vertices.
+  Surface surface;            ///< The surface as it is drawn.
 };
 
-// `sample_spacing` in m; without one, default_sample_spacing. `detail` of the drawn surface: see
-// shape_surface.
+/// Returns the solid of a shape with a formula. `sample_spacing` is in m and is by default that of
+/// default_sample_spacing(). `detail` is that of shape_surface().
 Solid make_solid(const LevelSet& shape, std::optional<double> sample_spacing = {}, double detail = 1);
 
-// Of a mesh that repair() finds no flaw in, scaled about the origin of its coordinates; `cells` of the level
-// set along its longest extent.
+/// Returns the solid of a mesh in which repair() finds no flaw. The mesh is scaled about the origin of its
+/// coordinates; `cells` is the number of cells of its level set along its longest extent, and
+/// `sample_spacing` (m) applies after scaling.
 Solid make_solid(const TriangleMesh& mesh, double scale, int cells,
                  std::optional<double> sample_spacing = {});
 

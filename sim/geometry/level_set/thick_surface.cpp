@@ -11,11 +11,14 @@
 namespace duet {
 namespace {
 
-constexpr std::size_t sides = 12;    // of a tube's rings
-constexpr double bead_detail = 0.5;  // of a particle's ball
+// Number of vertices of each ring of a tube.
+constexpr std::size_t sides = 12;
+// Detail of the ball of a particle, see shape_surface().
+constexpr double bead_detail = 0.5;
 
 int as_int(std::size_t i) { return static_cast<int>(i); }
 
+// Returns a corner whose texture coordinate has the index of its position.
 Corner corner(int position, int normal) { return {position, position, normal}; }
 
 }  // namespace
@@ -26,7 +29,7 @@ ThickSheet::ThickSheet(const Sheet& sheet, double thickness)
   for (int side = 0; side < 2; ++side)
     for (const Vec3& x : sheet.nodes)
       rest_.uvs.emplace_back(static_cast<float>(x.x()), static_cast<float>(x.z()));
-  int normals = 2 * count;  // one a node on each side, then those of the rim
+  int normals = 2 * count;  // one per node on each side, then those of the rim
   std::map<int, int> rim_normal;
   for (const Triangle& t : triangles_) {
     rest_.triangles.push_back({corner(t[0], t[0]), corner(t[1], t[1]), corner(t[2], t[2])});
@@ -47,7 +50,7 @@ ThickSheet::ThickSheet(const Sheet& sheet, double thickness)
 }
 
 void ThickSheet::update(std::span<const Vec3> x, Surface& surface) const {
-  // The sum of the area vectors around each node first lies where its front side will be.
+  // The positions of the front side first hold the sum of the area vectors around each node.
   for (std::size_t i = 0; i < x.size(); ++i) surface.positions[i].setZero();
   for (const Triangle& t : triangles_) {
     const Vec3& a = x[as_index(t[0])];
@@ -111,7 +114,8 @@ Vec3 Tube::tangent(std::span<const Vec3> x, std::size_t node) const {
   return length > 0 ? Vec3(along / length) : Vec3(Vec3::UnitY());
 }
 
-// The rings are carried along the curve without twist; that of a closed one is spread over all of it.
+// The rings are carried along the curve without twist. The twist that a closed curve needs to close is spread
+// over all of it.
 void Tube::update(std::span<const Vec3> x, Surface& surface) const {
   Vec3 along = tangent(x, 0);
   const Vec3 start = shortest_turn(first_tangent_, along) * first_normal_;

@@ -1,4 +1,4 @@
-// For each node of a mesh the elements that contain it.
+// For each node of a mesh, the elements that contain it.
 #pragma once
 
 #include <cstddef>
@@ -7,16 +7,19 @@
 
 namespace duet {
 
-// Lists of different lengths in one array: those of node i are items[first[i]] to items[first[i + 1]].
+/// Lists of different lengths in one array: the list of node i is items[first[i]] to items[first[i + 1] - 1].
 struct ElementLists {
-  std::vector<int> first, items;
+  std::vector<int> first,  ///< Start of each list in `items`; one entry more than there are nodes.
+      items;               ///< The element numbers of all lists, one list after the other.
+  /// Returns the numbers of the elements around `node`, in ascending order.
   std::span<const int> of(int node) const {
     const auto i = static_cast<std::size_t>(node);
     return {items.data() + first[i], items.data() + first[i + 1]};
   }
 };
 
-// In their order; nodes_of(element) is an array of nodes below `nodes`.
+/// Lists the elements around each of `nodes` nodes. nodes_of(element) returns a range of node numbers in [0,
+/// nodes). Each list is in the order of `elements`.
 template <class Elements, class NodesOf>
 ElementLists elements_around(std::size_t nodes, const Elements& elements, NodesOf&& nodes_of) {
   ElementLists lists;
@@ -32,7 +35,7 @@ ElementLists elements_around(std::size_t nodes, const Elements& elements, NodesO
   return lists;
 }
 
-// Of elements that are arrays of nodes.
+/// Lists the elements around each of `nodes` nodes, for elements that are arrays of node numbers.
 template <class Elements>
 ElementLists elements_around(std::size_t nodes, const Elements& elements) {
   return elements_around(

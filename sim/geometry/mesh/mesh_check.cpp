@@ -11,8 +11,11 @@
 namespace duet {
 namespace {
 
-constexpr double joined_distance = 1e-6;  // of the mesh's diagonal
-constexpr double least_volume = 1e-9;     // of the diagonal's cube
+// Vertices within this fraction of the diagonal of the mesh are joined: they differ by the rounding of floats
+// or printed digits. A larger value would join small details.
+constexpr double joined_distance = 1e-6;
+// Fraction of the cube of the diagonal below which a mesh counts as enclosing no volume.
+constexpr double least_volume = 1e-9;
 
 std::string place(const Vec3& x) { return fmt::format("[{:.6g}, {:.6g}, {:.6g}]", x.x(), x.y(), x.z()); }
 
@@ -26,7 +29,7 @@ double diagonal(const TriangleMesh& mesh) {
   return box.diagonal().norm();
 }
 
-// Disjoint sets of vertices; each is known by its least member.
+// Disjoint sets of vertices, each known by its least member.
 class Sets {
  public:
   explicit Sets(std::size_t size) : parent_(size) { std::iota(parent_.begin(), parent_.end(), 0); }
@@ -34,6 +37,7 @@ class Sets {
     while (parent_[as_index(i)] != i) i = parent_[as_index(i)] = parent_[as_index(parent_[as_index(i)])];
     return i;
   }
+  // Joins the sets of `a` and `b` and returns whether they were different.
   bool join(int a, int b) {
     a = find(a);
     b = find(b);
@@ -45,7 +49,7 @@ class Sets {
   std::vector<int> parent_;
 };
 
-// Renumbers the vertices so that each set becomes one.
+// Renumbers the vertices so that each set becomes one, at the position of its least member.
 void merge(TriangleMesh& mesh, Sets& sets) {
   std::vector<int> renumbered(mesh.positions.size(), -1);
   std::vector<Vec3> positions;
@@ -61,7 +65,7 @@ void merge(TriangleMesh& mesh, Sets& sets) {
     for (int& v : t) v = renumbered[as_index(v)];
 }
 
-// Vertices at exactly one place are a matter of file formats, which repeat them at seams: not worth a word.
+// Joins vertices at exactly the same place. File formats repeat them at seams, so this is not reported.
 void merge_equal(TriangleMesh& mesh) {
   const auto key = [&](int v) {
     const Vec3& x = mesh.positions[as_index(v)];
@@ -77,7 +81,7 @@ void merge_equal(TriangleMesh& mesh) {
   merge(mesh, sets);
 }
 
-// Joins vertices that differ by rounding; returns how many vanished.
+// Joins vertices that differ by rounding and returns how many vanished.
 std::size_t merge_near(TriangleMesh& mesh) {
   const double distance = joined_distance * diagonal(mesh);
   if (distance == 0) return 0;
@@ -101,7 +105,8 @@ std::size_t merge_near(TriangleMesh& mesh) {
   return joined;
 }
 
-// Triangles with two corners in one vertex have no area, and the mesh closes without them.
+// Drops triangles with two corners in one vertex and returns their number. They have no area, and the mesh
+// closes without them.
 std::size_t drop_collapsed(TriangleMesh& mesh) {
   std::size_t kept = 0;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
@@ -137,10 +142,10 @@ void drop_unused_vertices(TriangleMesh& mesh) {
 void turn_around(TriangleMesh& mesh) {
   for (Triangle& t : mesh.triangles) std::swap(t[1], t[2]);
   for (auto& uvs : mesh.uvs) std::swap(uvs[1], uvs[2]);
-  mesh.normals.clear();  // whichever way the file's point: new ones are computed
+  mesh.normals.clear();  // it is not known which way those of the file point; new ones are computed
 }
 
-// Counts edges with one kind of fault and remembers where the first one is.
+// Counts edges with one kind of fault and remembers the place of the first one.
 struct EdgeFault {
   std::size_t count = 0;
   std::string first;
@@ -158,9 +163,11 @@ struct EdgeFault {
   }
 };
 
+// Reports open edges, edges of more than two triangles, and edges between triangles that face opposite ways.
 void check_edges(const TriangleMesh& mesh, std::vector<MeshFlaw>& flaws) {
   struct Uses {
-    int forward = 0, backward = 0;  // triangles that run through it from its lesser vertex, and to it
+    // Number of triangles that run through the edge from its lesser vertex, and of those that run to it.
+    int forward = 0, backward = 0;
   };
   std::map<std::pair<int, int>, Uses> edges;
   for (const Triangle& t : mesh.triangles)
@@ -188,6 +195,7 @@ void check_edges(const TriangleMesh& mesh, std::vector<MeshFlaw>& flaws) {
                       "recalculate the normals to the outside in a modelling program");
 }
 
+// Reports a mesh that falls into several parts.
 void check_parts(const TriangleMesh& mesh, std::vector<MeshFlaw>& flaws) {
   Sets sets(mesh.positions.size());
   for (const Triangle& t : mesh.triangles) {
@@ -203,6 +211,7 @@ void check_parts(const TriangleMesh& mesh, std::vector<MeshFlaw>& flaws) {
                      "unite them in a modelling program, or make each a body of its own"});
 }
 
+// Returns whether all coordinates are finite and reports those that are not.
 bool is_finite(const TriangleMesh& mesh, std::vector<MeshFlaw>& flaws) {
   const auto bad = [](const Vec3& x) { return !x.allFinite(); };
   const auto count = std::count_if(mesh.positions.begin(), mesh.positions.end(), bad);
@@ -213,6 +222,7 @@ bool is_finite(const TriangleMesh& mesh, std::vector<MeshFlaw>& flaws) {
   return count == 0;
 }
 
+// Reports a mesh without volume and turns one that faces inward.
 void check_volume(TriangleMesh& mesh, MeshReport& report) {
   const double size = diagonal(mesh), volume = mass_properties(mesh).volume;
   if (!(std::abs(volume) > least_volume * size * size * size)) {

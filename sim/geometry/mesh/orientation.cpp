@@ -7,11 +7,12 @@
 namespace duet {
 namespace {
 
+// Unit roundoff: the largest relative error of a rounded operation.
 constexpr double half_ulp = std::numeric_limits<double>::epsilon() / 2;
 
 int sign(double value) { return (value > 0) - (value < 0); }
 
-// A sum of doubles without rounding: parts of growing magnitude that do not overlap.
+// A sum of doubles without rounding (Shewchuk 1997), as parts of growing magnitude that do not overlap.
 class ExactSum {
  public:
   void add(double value) {
@@ -38,11 +39,12 @@ class ExactSum {
   int sign() const { return size_ > 0 ? duet::sign(part_[size_ - 1]) : 0; }
 
  private:
-  std::array<double, 96> part_;  // four for each of the 24 products of the largest determinant here
+  // The largest determinant here has 24 products of four parts each.
+  std::array<double, 96> part_;
   std::size_t size_ = 0;
 };
 
-// Adds the determinant of the rows x, y, z, or its opposite.
+// Adds the determinant of the rows x, y, z, times `factor`, which is 1 or -1.
 void add_determinant(double factor, const Vec3& x, const Vec3& y, const Vec3& z, ExactSum& sum) {
   for (int i = 0; i < 3; ++i) {
     const int j = (i + 1) % 3, k = (i + 2) % 3;
@@ -62,6 +64,8 @@ int orientation(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {
     determinant += u[i] * (forward - backward);
     permanent += std::abs(u[i]) * (std::abs(forward) + std::abs(backward));
   }
+  // The rounding error of the determinant is below 7 unit roundoffs of the permanent (Shewchuk 1997), so its
+  // sign is right.
   if (std::abs(determinant) > 10 * half_ulp * permanent) return sign(determinant);
   ExactSum sum;
   add_determinant(1, b, c, d, sum);
@@ -75,6 +79,8 @@ int orientation(const Vec2& a, const Vec2& b, const Vec2& c) {
   const Vec2 u = b - a, v = c - a;
   const double forward = u.x() * v.y(), backward = u.y() * v.x();
   const double determinant = forward - backward;
+  // The rounding error of the determinant is below 3 unit roundoffs of the sum of magnitudes (Shewchuk 1997),
+  // so its sign is right.
   if (std::abs(determinant) > 4 * half_ulp * (std::abs(forward) + std::abs(backward)))
     return sign(determinant);
   ExactSum sum;

@@ -1,10 +1,10 @@
-// From which angle on an edge of a mesh is sharp, for all that treats such edges by themselves.
+// The angle from which on an edge of a mesh counts as sharp, for all code that treats sharp edges separately.
 #pragma once
 
 namespace duet {
 
-/// Cosine of the angle between the faces' normals, at most: 30 degrees. Smaller angles are those of the
-/// facets of round bodies.
+/// An edge is sharp if the cosine of the angle between the normals of its faces is below this value, which is
+/// that of 30 degrees. Smaller angles occur between the facets of round bodies.
 inline constexpr double sharp_edge = 0.866;
 
 }  // namespace duet

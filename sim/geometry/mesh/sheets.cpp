@@ -12,9 +12,11 @@ namespace duet {
 namespace {
 
 constexpr double full_turn = 2 * std::numbers::pi;
-constexpr int fine_pieces = 64;  // a segment, of which arc lengths are summed
+// Number of chords per segment whose lengths are summed to arc lengths. More of them space the nodes more
+// evenly.
+constexpr int fine_pieces = 64;
 
-// Nodes at equal arc lengths on the curve at(u), u in [0, 1].
+// Returns nodes at equal arc lengths on the curve at(u), u in [0, 1].
 Curve evenly(const std::function<Vec3(double)>& at, int segments, bool is_closed) {
   const int fine = fine_pieces * segments;
   std::vector<Vec3> points;
@@ -62,7 +64,7 @@ Sheet panel(const Vec2& size, int cells_x, int cells_z) {
 Sheet disc(double radius, int rings) {
   Sheet sheet;
   sheet.nodes.emplace_back(Vec3::Zero());
-  // Node i of ring k, counted on beyond the ring's end.
+  // Returns node i of ring k; numbers beyond the end of the ring wrap around.
   const auto node = [](int k, int i) { return k == 0 ? 0 : 1 + 3 * k * (k - 1) + i % (6 * k); };
   for (int k = 1; k <= rings; ++k)
     for (int i = 0; i < 6 * k; ++i) {
@@ -97,7 +99,7 @@ std::vector<SheetEdge> edges(const Sheet& sheet) {
 
 Curve curve_through(const std::vector<Vec3>& points, int segments, bool is_closed) {
   const int count = static_cast<int>(points.size()), spans = is_closed ? count : count - 1;
-  // Beyond its ends an open curve goes straight on.
+  // Returns control point i. An open curve goes straight on beyond its ends.
   const auto point = [&](int i) -> Vec3 {
     if (is_closed) return points[as_index((i + count) % count)];
     if (i < 0) return 2 * points[0] - points[1];

@@ -13,6 +13,7 @@
 namespace duet {
 namespace {
 
+// Appends a tet, turned if its volume is negative.
 void add_tet(TetMesh& mesh, Tet tet) {
   if (volume(mesh, tet) < 0) std::swap(tet[2], tet[3]);
   mesh.tets.push_back(tet);
@@ -23,7 +24,7 @@ Triangle sorted(Triangle t) {
   return t;
 }
 
-// The face opposite to a corner, outward.
+// Returns the face opposite to a corner of a tet, outward.
 Triangle face_of(const Tet& tet, int opposite) {
   constexpr std::array<Triangle, 4> corners = {{{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}}};
   const Triangle& c = corners[static_cast<std::size_t>(opposite)];
@@ -31,10 +32,11 @@ Triangle face_of(const Tet& tet, int opposite) {
           tet[static_cast<std::size_t>(c[2])]};
 }
 
-// Cells by their corners: node(x, y, z) with coordinates 0 and 1 in the cell.
+// Cuts a cell into five tets. node(x, y, z) returns the node at a corner of the cell with coordinates 0 or 1;
+// `mirror` is 1 in odd cells, which are the mirror images of even ones.
 template <class Node>
 void add_five(TetMesh& mesh, int mirror, Node&& node) {
-  // Corner c of the cell, numbered by its bits; odd cells are the mirror image of even ones.
+  // The bits of `c` are the coordinates of the corner.
   const auto corner = [&](int c) { return node((c ^ mirror) & 1, c >> 1 & 1, c >> 2 & 1); };
   add_tet(mesh, {corner(0), corner(3), corner(5), corner(6)});
   add_tet(mesh, {corner(1), corner(0), corner(3), corner(5)});
@@ -43,7 +45,7 @@ void add_five(TetMesh& mesh, int mirror, Node&& node) {
   add_tet(mesh, {corner(7), corner(3), corner(5), corner(6)});
 }
 
-// One tet for each order in which the axes lead from corner (0, 0, 0) to (1, 1, 1).
+// Cuts a cell into six tets: one for each order in which the axes lead from corner (0, 0, 0) to (1, 1, 1).
 template <class Node>
 void add_six(TetMesh& mesh, Node&& node) {
   Vec3i order(0, 1, 2);
@@ -54,9 +56,9 @@ void add_six(TetMesh& mesh, Node&& node) {
   } while (std::next_permutation(order.begin(), order.end()));
 }
 
-// Adds the middles of the cells and tets around the lines between them. A face on the outside is joined to
-// the middle of its cell, cut along the diagonal that starts at a node with an even sum of indices, so that
-// the diagonals form a pattern of diamonds.
+// Adds the middles of the cells, and tets around the lines between middles of adjacent cells. A face on the
+// outside is joined to the middle of its cell; it is cut along the diagonal that starts at a node with an
+// even sum of indices, so that the diagonals form a pattern of diamonds.
 template <class Node>
 void join_centers(TetMesh& mesh, const Vec3& size, const Vec3i& cells, Node&& node) {
   const int first = static_cast<int>(mesh.nodes.size());
@@ -168,7 +170,9 @@ std::vector<TetFace> sorted_faces(const TetMesh& mesh) {
 
 std::vector<Triangle> boundary(const TetMesh& mesh) {
   const std::vector<TetFace> faces = sorted_faces(mesh);
-  std::vector<std::pair<int, int>> outer;  // tet and its face, counted from that without the last corner
+  // The tet of each outer face, and 3 minus the corner opposite to the face, which sets the order of the
+  // faces within a tet.
+  std::vector<std::pair<int, int>> outer;
   for (std::size_t i = 0; i < faces.size();) {
     std::size_t end = i + 1;
     while (end < faces.size() && faces[end].nodes == faces[i].nodes) ++end;
@@ -211,8 +215,8 @@ BoundarySurface boundary_surface(const TetMesh& mesh, const std::vector<Triangle
   BoundarySurface result;
   Surface& surface = result.surface;
   std::map<int, int> vertex_of_node;
-  std::map<int, std::vector<std::pair<int, Vec3>>>
-      groups;  // of a vertex: normal index, its first triangle's normal
+  // The normals at each vertex: index in the surface, and the normal of the first triangle that uses it.
+  std::map<int, std::vector<std::pair<int, Vec3>>> groups;
   for (const Triangle& t : triangles) {
     const Vec3 normal = normal_of(mesh, t);
     std::array<Corner, 3> corners;

@@ -1,4 +1,5 @@
-// Tetrahedral meshes: lattices, boundary surfaces, contact samples on the boundary and its render surface.
+// Tetrahedral meshes: lattices, boundary surfaces, and contact samples and the render surface on the
+// boundary.
 #pragma once
 
 #include <array>
@@ -9,68 +10,82 @@
 
 namespace duet {
 
-using Tet = std::array<int, 4>;       // node indices, positive volume
-using Triangle = std::array<int, 3>;  // node indices, counter-clockwise seen from outside
+/// Four node indices of a tetrahedron of positive volume (see tet_volume()).
+using Tet = std::array<int, 4>;
+/// Three node indices, counter-clockwise seen from outside.
+using Triangle = std::array<int, 3>;
 
+/// A tetrahedral mesh.
 struct TetMesh {
-  std::vector<Vec3> nodes;  // m
-  std::vector<Tet> tets;
+  std::vector<Vec3> nodes;  ///< Positions, m.
+  std::vector<Tet> tets;    ///< The tetrahedra, as indices into `nodes`.
 };
 
-double tet_volume(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d);  // m^3, positive for a Tet
+/// Returns the signed volume (m^3) of a tetrahedron: (b - a) x (c - a) . (d - a) / 6. It is positive for a
+/// Tet.
+double tet_volume(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d);
 
-double volume(const TetMesh& mesh, const Tet& tet);  // m^3
-double volume(const TetMesh& mesh);                  // m^3, of all tets
+/// Returns the signed volume of `tet`, m^3.
+double volume(const TetMesh& mesh, const Tet& tet);
+/// Returns the sum of the signed volumes of all tets, m^3.
+double volume(const TetMesh& mesh);
 
-// How the cells of a box are cut into tets.
+/// How the cells of a box are cut into tets. Angles are dihedral angles in cubic cells.
 enum class LatticePattern {
-  five,  // five tets a cell, mirrored in alternate cells so that faces match; dihedral angles 54.7 to 90
-         // degrees
-  six,   // six tets a cell along its diagonal (Freudenthal), alike in all cells; 45 to 90 degrees
-  bcc    // body-centred cubic: a node in the middle of each cell, four tets a common face; 45 to 120 degrees
+  /// Five tets per cell, mirrored in alternate cells so that faces match; angles of 54.7 to 90 degrees.
+  five,
+  /// Six tets per cell around its diagonal (Freudenthal), alike in all cells; angles of 45 to 90 degrees.
+  six,
+  /// Body-centered cubic: a node in the middle of each cell and four tets around the line between the middles
+  /// of adjacent cells; angles of 45 to 120 degrees.
+  bcc
 };
 
-// A box of `size` about the origin, cut into cells and these into tets. The angles above are those of cubic
-// cells.
+/// Returns a box about the origin, cut into cells and these into tets. `size` holds its edge lengths (m) and
+/// `cells` the number of cells along each axis.
 TetMesh box_lattice(const Vec3& size, const Vec3i& cells, LatticePattern pattern = LatticePattern::five);
 
-// Drops the nodes that no tet uses and numbers the others anew, in their order.
+/// Drops the nodes that no tet uses and renumbers the others in their order.
 void keep_used_nodes(TetMesh& mesh);
 
-// A face of a tet, for finding neighbours.
+/// A face of a tet, for finding neighbors.
 struct TetFace {
-  Triangle nodes;  // in ascending order
-  int tet = 0;
-  int opposite = 0;  // the corner of the tet, 0 to 3, that the face lacks
+  Triangle nodes;    ///< Node indices in ascending order.
+  int tet = 0;       ///< The tet.
+  int opposite = 0;  ///< The corner of the tet, 0 to 3, that is not on the face.
 };
-// All faces of all tets, sorted by their nodes, then by tet: tets that share a face are next to each other.
+/// Returns all faces of all tets, sorted by their nodes, then by tet. Faces that two tets share are next to
+/// each other.
 std::vector<TetFace> sorted_faces(const TetMesh& mesh);
 
-// Triangles that belong to one tet only, outward, in the order of the tets.
+/// Returns the triangles that belong to exactly one tet, outward, in the order of the tets.
 std::vector<Triangle> boundary(const TetMesh& mesh);
 
-// A point on the boundary: up to three nodes with barycentric weights (unused weights are zero).
+/// A point on the boundary as a barycentric combination of up to three nodes.
 struct BoundarySample {
-  std::array<int, 3> node{0, 0, 0};
-  std::array<double, 3> weight{1, 0, 0};
-  double spacing = 0;  // m, the longest edge of its triangle or the length of its edge, at rest
+  std::array<int, 3> node{0, 0, 0};       ///< Node indices; those of unused weights are valid nodes, too.
+  std::array<double, 3> weight{1, 0, 0};  ///< Barycentric weights, whose sum is 1; unused ones are 0.
+  double spacing = 0;  ///< Length at rest, m: of its edge, or of the longest edge of its triangle.
 };
 
-// Points of the barycentric lattice of `order` on all edges and faces, vertices left out, none twice.
-// About 7.5 a triangle for order 4, which is the paper's density (8) without its random jitter.
+/// Returns the points of the barycentric lattice of `order` on all edges and faces of the boundary
+/// `triangles`. The vertices are left out, and no point occurs twice. Order 4 gives about 7.5 points per
+/// triangle, close to the 8 randomly placed ones of the paper's simulations.
 std::vector<BoundarySample> boundary_samples(const TetMesh& mesh, const std::vector<Triangle>& triangles,
                                              int order);
 
-// The boundary as it is drawn: normals split where triangles meet at more than `crease` degrees at rest. The
-// surface's position i is node vertex_nodes[i].
+/// The boundary of a tetrahedral mesh as it is drawn.
 struct BoundarySurface {
-  Surface surface;
-  std::vector<int> vertex_nodes;
+  Surface surface;                ///< The surface.
+  std::vector<int> vertex_nodes;  ///< The node of the mesh at each position of `surface`.
 };
+/// Returns the surface of the boundary `triangles`. Normals are split where triangles meet at more than
+/// `crease` degrees at rest.
 BoundarySurface boundary_surface(const TetMesh& mesh, const std::vector<Triangle>& triangles,
                                  double crease = 40);
 
-// Recomputes the area-weighted normals from the positions; topology stays.
+/// Recomputes the normals of a surface as area-weighted means of the triangles that use them. Normals without
+/// area become (0, 1, 0).
 void update_normals(Surface& surface);
 
 }  // namespace duet

@@ -8,7 +8,8 @@
 namespace duet {
 namespace {
 
-constexpr double least_volume = 1e-9;  // of the cube of the tet's longest edge
+// Fraction of the cube of the longest edge of a tet below which it counts as having no volume.
+constexpr double least_volume = 1e-9;
 
 std::string place(const Vec3& x) { return fmt::format("[{:.6g}, {:.6g}, {:.6g}]", x.x(), x.y(), x.z()); }
 
@@ -30,6 +31,7 @@ double longest_edge(const TetMesh& mesh, const Tet& tet) {
   return longest;
 }
 
+// Drops nodes that no tet uses and reports their number.
 void drop_unused_nodes(TetMesh& mesh, MeshReport& report) {
   const std::size_t before = mesh.nodes.size();
   keep_used_nodes(mesh);
@@ -38,6 +40,7 @@ void drop_unused_nodes(TetMesh& mesh, MeshReport& report) {
                                          counted(dropped, "node", "nodes"), dropped == 1 ? "was" : "were"));
 }
 
+// Turns tets of negative volume and reports their number.
 void turn_inverted(TetMesh& mesh, MeshReport& report) {
   std::size_t turned = 0;
   for (Tet& tet : mesh.tets)
@@ -51,6 +54,7 @@ void turn_inverted(TetMesh& mesh, MeshReport& report) {
                                          turned == 1 ? "was" : "were"));
 }
 
+// Reports tets without volume.
 void check_volumes(const TetMesh& mesh, MeshReport& report) {
   std::size_t flat = 0;
   std::string first;
@@ -66,6 +70,7 @@ void check_volumes(const TetMesh& mesh, MeshReport& report) {
          "remove slivers in the program that made the mesh"});
 }
 
+// Reports faces that more than two tets share.
 void check_faces(const TetMesh& mesh, MeshReport& report) {
   const std::vector<TetFace> faces = sorted_faces(mesh);
   std::size_t crowded = 0;

@@ -1,4 +1,4 @@
-// What keeps a tetrahedral mesh from a file from being a body.
+// Checks whether a tetrahedral mesh from a file can be a body.
 #pragma once
 
 #include "sim/geometry/mesh/mesh_check.h"
@@ -6,11 +6,12 @@
 
 namespace duet {
 
-// Turns tets that are the wrong way round, drops nodes that no tet uses, and looks for what cannot be
-// repaired. Positions in messages are the mesh's own coordinates.
+/// Repairs a tetrahedral mesh where that is safe, and reports its other flaws. It drops nodes that no tet
+/// uses and turns tets of negative volume. Flaws are tets without volume, faces that more than two tets
+/// share, and several parts. Positions in messages are coordinates of the mesh.
 MeshReport repair(TetMesh& mesh);
 
-// Parts that no common face connects; 0 without any tet.
+/// Returns the number of parts that no common face connects; 0 if there is no tet.
 int connected_parts(const TetMesh& mesh);
 
 }  // namespace duet

@@ -11,8 +11,10 @@
 namespace duet {
 namespace {
 
+// Tets per chunk of a parallel loop.
 constexpr std::size_t grain = 1024;
 
+// The corner positions of a tet, m.
 struct Corners {
   std::array<Vec3, 4> x;
   Corners(const TetMesh& mesh, const Tet& tet) {
@@ -20,7 +22,7 @@ struct Corners {
   }
   double volume() const { return tet_volume(x[0], x[1], x[2], x[3]); }
 
-  // Outward, twice as long as the area of the face opposite to corner i.
+  // Returns outward normals of the faces opposite to each corner, twice as long as their areas.
   std::array<Vec3, 4> face_normals() const {
     const Vec3 a = x[1] - x[0], b = x[2] - x[0], c = x[3] - x[0];
     const Vec3 at_1 = c.cross(b), at_2 = a.cross(c), at_3 = b.cross(a);
@@ -28,6 +30,7 @@ struct Corners {
   }
 };
 
+// Updates `quality` with one tet.
 void include(TetQuality& quality, const TetMesh& mesh, const Tet& tet) {
   const Corners corners(mesh, tet);
   quality.volume += corners.volume();
@@ -45,6 +48,7 @@ void include(TetQuality& quality, const TetMesh& mesh, const Tet& tet) {
     }
 }
 
+// Returns the quality of two disjoint sets of tets together.
 TetQuality joined(TetQuality a, const TetQuality& b) {
   a.volume += b.volume;
   a.least_angle = std::min(a.least_angle, b.least_angle);
@@ -64,7 +68,7 @@ std::array<double, 6> dihedral_angles(const TetMesh& mesh, const Tet& tet) {
   std::size_t next = 0;
   for (std::size_t i = 0; i < 4; ++i)
     for (std::size_t j = 0; j < i; ++j) {
-      // The angle between the outward normals is what the faces' own lacks to 180 degrees. atan2 keeps its
+      // The dihedral angle and the angle between the outward normals add up to 180 degrees. atan2 keeps its
       // accuracy for flat tets, where the arc cosine loses half of the digits.
       const double between = math::atan2(normals[i].cross(normals[j]).norm(), normals[i].dot(normals[j]));
       angles[next++] = 180 - between * 180 / std::numbers::pi;
@@ -88,7 +92,7 @@ bool has_dihedral_angles_within(const TetMesh& mesh, const Tet& tet, double leas
 
 double smallest_altitude(const TetMesh& mesh, const Tet& tet) {
   const Corners corners(mesh, tet);
-  double squared = 0;  // of twice the area
+  double squared = 0;  // square of twice the largest area of a face, m^4
   for (const Vec3& normal : corners.face_normals()) squared = std::max(squared, normal.squaredNorm());
   return 6 * corners.volume() / std::sqrt(squared);
 }

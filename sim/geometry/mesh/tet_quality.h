@@ -1,4 +1,4 @@
-// How good the tets of a mesh are for simulation.
+// Measures of how well the tets of a mesh are suited for simulation.
 #pragma once
 
 #include <array>
@@ -7,22 +7,32 @@
 
 namespace duet {
 
+/// Quality of a tetrahedral mesh. All values are 0 if it has no tet.
 struct TetQuality {
-  std::size_t nodes = 0, tets = 0;
-  double volume = 0;                     // m^3
-  double least_angle = 0;                // degrees, between two faces of a tet
-  double largest_angle = 0;              // degrees
-  double smallest_altitude = 0;          // m, from a node to the face opposite to it: bounds the time step
-  double shortest_edge = 0;              // m
-  double longest_edge = 0;               // m
-  std::array<std::size_t, 18> angles{};  // dihedral angles in [0, 10), [10, 20), ... degrees, six a tet
+  std::size_t nodes = 0,     ///< Number of nodes.
+      tets = 0;              ///< Number of tets.
+  double volume = 0;         ///< Total volume, m^3.
+  double least_angle = 0;    ///< Smallest dihedral angle, degrees.
+  double largest_angle = 0;  ///< Largest dihedral angle, degrees.
+  double smallest_altitude =
+      0;  ///< Smallest distance from a node to the opposite face, m; it bounds the time step.
+  double shortest_edge = 0;  ///< Length of the shortest edge, m.
+  double longest_edge = 0;   ///< Length of the longest edge, m.
+  /// Histogram of the dihedral angles, six per tet: [0, 10), [10, 20), ..., [170, 180] degrees.
+  std::array<std::size_t, 18> angles{};
 };
 
-std::array<double, 6> dihedral_angles(const TetMesh& mesh, const Tet& tet);  // degrees, in [0, 180]
+/// Returns the six dihedral angles of a tet in degrees, in [0, 180].
+std::array<double, 6> dihedral_angles(const TetMesh& mesh, const Tet& tet);
+/// Returns whether all dihedral angles of `tet` lie in [least, largest], in degrees. It compares cosines and
+/// so is faster than dihedral_angles().
 bool has_dihedral_angles_within(const TetMesh& mesh, const Tet& tet, double least,
-                                double largest);                // degrees
-double smallest_altitude(const TetMesh& mesh, const Tet& tet);  // m
+                                double largest);  // degrees
+/// Returns the smallest distance (m) from a node of `tet` to the opposite face; negative for a tet of
+/// negative volume.
+double smallest_altitude(const TetMesh& mesh, const Tet& tet);
 
+/// Measures all tets of a mesh.
 TetQuality tet_quality(const TetMesh& mesh);
 
 }  // namespace duet

@@ -20,8 +20,8 @@ TriangleMesh in_frame(const TriangleMesh& mesh, double scale, const Pose& frame)
 
 namespace {
 
-// Axes of the symmetric tensor, right-handed. Those of the coordinates where they are principal already, so
-// that shapes as simple as a cube keep theirs.
+// Returns the axes of a symmetric tensor as columns, right-handed. If its off-diagonal entries are rounding,
+// they are the coordinate axes, so that shapes as simple as a cube keep theirs.
 Mat3 principal_axes(const Mat3& tensor) {
   const double off_diagonal = std::abs(tensor(0, 1)) + std::abs(tensor(1, 2)) + std::abs(tensor(2, 0));
   if (off_diagonal <= 1e-12 * tensor.trace()) return Mat3::Identity();
@@ -33,9 +33,9 @@ Mat3 principal_axes(const Mat3& tensor) {
 }  // namespace
 
 MassProperties mass_properties(const TriangleMesh& mesh) {
-  // Signed tetrahedra from a point to all triangles; the point is a vertex of the mesh, because a far one
-  // would make large tetrahedra cancel. Of a tetrahedron with one corner at the origin, the integral of x x^T
-  // is volume / 20 * (sum of corner corner^T + (sum of corners) (sum of corners)^T).
+  // Signed tetrahedra reach from one point to all triangles. That point is a vertex of the mesh, because
+  // large tetrahedra from a far point would cancel. The integral of x x^T over a tetrahedron with one corner
+  // at the origin is volume / 20 * (sum of corner corner^T + (sum of corners) (sum of corners)^T).
   const Vec3 origin = mesh.positions.front();
   double volume = 0;
   Vec3 first = Vec3::Zero();

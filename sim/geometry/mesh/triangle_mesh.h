@@ -1,4 +1,4 @@
-// Closed triangle meshes and the mass properties of what they enclose.
+// Closed triangle meshes and the mass properties of the solids that they enclose.
 #pragma once
 
 #include <vector>
@@ -8,29 +8,36 @@
 
 namespace duet {
 
+/// A triangle mesh, with optional normals and texture coordinates for drawing.
 struct TriangleMesh {
-  std::vector<Vec3> positions;  // m
-  std::vector<Triangle> triangles;
-  // For drawing, a value for each corner of each triangle; empty where the mesh has none.
-  std::vector<std::array<Vec3f, 3>> normals;  // unit, outward
+  std::vector<Vec3> positions;      ///< Positions, m.
+  std::vector<Triangle> triangles;  ///< Indices into `positions`, counter-clockwise seen from outside.
+  /// Outward unit normals at the corners of each triangle; empty if the mesh has none.
+  std::vector<std::array<Vec3f, 3>> normals;
+  /// Texture coordinates at the corners of each triangle; empty if the mesh has none.
   std::vector<std::array<Vec2f, 3>> uvs;
 
+  /// Returns the position (m) of corner `k`, 0 to 2, of a triangle.
   const Vec3& corner(std::size_t triangle, std::size_t k) const {
     return positions[static_cast<std::size_t>(triangles[triangle][k])];
   }
 };
 
-Vec3 area_vector(const TriangleMesh& mesh, std::size_t triangle);  // m^2, outward, as long as the area
+/// Returns the outward normal of a triangle, as long as its area (m^2).
+Vec3 area_vector(const TriangleMesh& mesh, std::size_t triangle);
 
-// The same mesh with coordinates in `frame` (x = frame * x_new), after scaling about the origin.
+/// Returns the mesh scaled about the origin and expressed in `frame`: scale x = frame * x_new. Normals are
+/// turned along.
 TriangleMesh in_frame(const TriangleMesh& mesh, double scale, const Pose& frame);
 
-// Of a homogeneous body of unit density, exact for polyhedra.
+/// Mass properties of a homogeneous solid of unit density.
 struct MassProperties {
-  double volume = 0;                 // m^3, negative when the triangles face inward
-  Pose frame;                        // centre of mass and principal axes in the mesh's coordinates
-  Vec3 unit_inertia = Vec3::Zero();  // m^2, principal moments per unit mass in that frame
+  double volume = 0;                 ///< Volume, m^3; negative if the triangles face inward.
+  Pose frame;                        ///< Center of mass and principal axes in the coordinates of the mesh.
+  Vec3 unit_inertia = Vec3::Zero();  ///< Principal moments of inertia per unit mass in `frame`, m^2.
 };
-MassProperties mass_properties(const TriangleMesh& mesh);  // of a closed mesh with volume other than zero
+/// Returns the mass properties of the solid that a closed mesh encloses. They are exact for polyhedra but for
+/// rounding. The volume must not be zero.
+MassProperties mass_properties(const TriangleMesh& mesh);
 
 }  // namespace duet

@@ -9,35 +9,45 @@
 namespace duet {
 namespace {
 
-constexpr int levels = 6;          // of the octree: the coarsest cells have 32 finest ones along an edge
-constexpr int bits = 21;           // of a coordinate in a key
-constexpr double lipschitz = 1.1;  // of level sets: 1, with a margin for what interpolation adds
-constexpr double reach = 0.35;     // in spacings, of the surface: it moves no node that is farther away
+// Levels of the octree: the coarsest cells have 32 finest ones along an edge.
+constexpr int levels = 6;
+// Bits of a coordinate in a key.
+constexpr int bits = 21;
+// Bound on the slope of a level set: 1, with a margin for the error that interpolation adds. A larger value
+// keeps more cells around the surface.
+constexpr double lipschitz = 1.1;
+// Distance to the surface, in spacings, beyond which no node is moved onto it: least_cut_place() of a short
+// edge times its length, 0.40 sqrt(3)/2, rounded up.
+constexpr double reach = 0.35;
 
-std::uint64_t key_of(const Vec3i& p) {  // coordinates in [0, 2^21)
+// Returns the key of a point whose coordinates are in [0, 2^21).
+std::uint64_t key_of(const Vec3i& p) {
   const auto part = [&](int axis) { return static_cast<std::uint64_t>(p[axis]); };
   return (part(2) << (2 * bits)) | (part(1) << bits) | part(0);
 }
 
+// Returns the point of a key.
 Vec3i point_of(std::uint64_t key) {
   const auto part = [&](int shift) { return static_cast<int>(key >> shift & ((1ULL << bits) - 1)); };
   return {part(0), part(bits), part(2 * bits)};
 }
 
-// The cell with `place` among those of its level; cells of level l have 2^l finest ones along an edge.
+// The cell at `place` among those of its level. Cells of level l have 2^l finest ones along an edge.
 struct OctreeCell {
   int level = 0;
   Vec3i place = Vec3i::Zero();
-  int edge() const { return 2 << level; }  // in half spacings, as are corner and centre
+  int edge() const { return 2 << level; }  // edge, corner and center are in half spacings
   Vec3i corner() const { return edge() * place; }
   Vec3i center() const { return corner() + Vec3i::Constant(edge() / 2); }
 };
 
+// The octree of the cells that the lattice consists of.
 class Octree {
  public:
   Octree(const LevelSet& shape, double spacing, bool graded)
       : shape_(shape), spacing_(spacing), graded_(graded) {
-    // Two finest cells around the shape, and its middle in a corner that is common to cells of all sizes.
+    // The octree reaches two finest cells beyond the shape, and the middle of the shape is a common corner of
+    // cells of all sizes.
     const Vec3 center = (shape.lower() + shape.upper()) / 2, half = (shape.upper() - shape.lower()) / 2;
     const double coarsest = spacing * (1 << (levels - 1));
     Vec3i count;
@@ -55,7 +65,8 @@ class Octree {
     return leaves_[as_index(cell.level)].contains(key_of(cell.place));
   }
 
-  std::vector<OctreeCell> leaves() const {  // in a fixed order
+  // Returns the leaves in an order that does not depend on the hash tables.
+  std::vector<OctreeCell> leaves() const {
     std::vector<OctreeCell> sorted;
     for (int level = 0; level < levels; ++level) {
       const auto& keys = leaves_[as_index(level)];
@@ -67,12 +78,13 @@ class Octree {
   }
 
  private:
+  // Returns the distance (m) of the center of a cell from the surface.
   double distance(const OctreeCell& cell) const {
     return shape_.distance(origin_ + spacing_ / 2 * cell.center().cast<double>());
   }
 
-  // A cell is left out when all tets that have its centre as a node lie outside; these reach as far as the
-  // centres of its neighbours.
+  // Adds the leaves within a cell. A cell is left out if all tets that have its center as a node lie outside;
+  // these reach as far as the centers of its neighbors.
   void grow(const OctreeCell& cell) {
     const double edge = spacing_ / 2 * cell.edge(), distance_of_center = distance(cell);
     if (distance_of_center > lipschitz * (edge + spacing_)) return;
@@ -82,8 +94,8 @@ class Octree {
       for (int child = 0; child < 8; ++child) grow(child_of(cell, child));
   }
 
-  // All nodes of tets around a coarse cell lie within its edge of its centre; the surface must not reach
-  // them.
+  // Returns whether a coarse cell may be a leaf. The nodes of tets around it are at most its edge away from
+  // its center, and the surface must not reach them.
   bool may_stay(double edge, double distance_of_center) const {
     return distance_of_center < -lipschitz * (edge + reach * spacing_);
   }
@@ -105,7 +117,7 @@ class Octree {
     }
   }
 
-  // Splits the leaf that contains the cell into ones of `level` where it is coarser.
+  // Splits the leaf that contains the cell into leaves of `level`, if it is coarser.
   void split_down_to(int level, const OctreeCell& cell) {
     const auto ancestor = [&](int l) {
       const int shift = l - cell.level;
@@ -128,7 +140,7 @@ class Octree {
   std::array<std::unordered_set<std::uint64_t>, levels> leaves_;
 };
 
-// Tets between the centres of neighbouring leaves and their common faces.
+// Fills the octree with tets between the centers of neighboring leaves and their common faces.
 class LatticeBuilder {
  public:
   LatticeBuilder(const Octree& octree, double spacing) : octree_(octree), leaves_(octree.leaves()) {
@@ -142,6 +154,7 @@ class LatticeBuilder {
   BccLattice take() { return std::move(lattice_); }
 
  private:
+  // Numbers the centers and corners of all leaves in the order of their keys.
   void number_nodes() {
     std::vector<std::uint64_t> keys;
     for (const OctreeCell& leaf : leaves_) {
@@ -158,6 +171,8 @@ class LatticeBuilder {
     }
   }
 
+  // Adds the tets at one face of a leaf, if the neighbor there is a leaf of its size or of the next coarser
+  // level.
   void join(const OctreeCell& leaf, int axis, int side) {
     OctreeCell neighbour = leaf;
     neighbour.place[axis] += side;
@@ -170,7 +185,7 @@ class LatticeBuilder {
     if (coarse.level < levels && octree_.is_leaf(coarse)) join_to_coarse(leaf, coarse, axis, side);
   }
 
-  // The corners of the leaf's face in order around it.
+  // Returns the corners of a face of a leaf, in order around it.
   std::array<Vec3i, 4> face(const OctreeCell& leaf, int axis, int side) const {
     const Vec3i u = leaf.edge() * Vec3i::Unit((axis + 1) % 3), v = leaf.edge() * Vec3i::Unit((axis + 2) % 3);
     Vec3i first = leaf.corner();
@@ -178,8 +193,8 @@ class LatticeBuilder {
     return {first, first + u, first + u + v, first + v};
   }
 
-  // Four tets around the line between the centres; an edge of the face with a node of smaller leaves in its
-  // middle cuts its tet in two.
+  // Adds the tets around the line between the centers of two leaves of one size, one for each edge of their
+  // common face. If smaller leaves have a node in the middle of such an edge, that tet is cut in two.
   void join_equals(const OctreeCell& a, const OctreeCell& b, int axis) {
     const std::array<Vec3i, 4> corners = face(a, axis, 1);
     for (std::size_t i = 0; i < 4; ++i) {
@@ -194,8 +209,8 @@ class LatticeBuilder {
     }
   }
 
-  // The leaf's face is a quarter of its neighbour's: both centres are joined to it as pyramids, cut along the
-  // diagonal from the middle of the coarse face to its corner.
+  // Adds the tets at the face of a leaf that is a quarter of that of its neighbor. Both centers are joined to
+  // it as pyramids, cut along the diagonal from the middle of the coarse face to its corner.
   void join_to_coarse(const OctreeCell& leaf, const OctreeCell& coarse, int axis, int side) {
     const std::array<Vec3i, 4> corners = face(leaf, axis, side);
     std::size_t outer = 0;
@@ -212,6 +227,7 @@ class LatticeBuilder {
     return (offset.array() == 0 || offset.array() == cell.edge()).all();
   }
 
+  // Appends a tet, turned if its volume is negative.
   void add(const Vec3i& a, const Vec3i& b, const Vec3i& c, const Vec3i& d) {
     Tet tet{number(a), number(b), number(c), number(d)};
     if ((b - a).cross(c - a).dot(d - a) < 0) std::swap(tet[2], tet[3]);

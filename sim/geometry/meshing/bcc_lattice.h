@@ -1,5 +1,6 @@
-// Body-centred cubic (BCC) lattices of tetrahedra over a level set, after Labelle and Shewchuk, Isosurface
-// Stuffing (2007): nodes are the corners and centres of cubic cells, uniform or the leaves of an octree.
+// Body-centered cubic (BCC) lattices of tetrahedra over a level set, after Labelle and Shewchuk 2007,
+// "Isosurface Stuffing". Nodes are the corners and centers of cubic cells, which are uniform or the leaves of
+// an octree.
 #pragma once
 
 #include <vector>
@@ -9,23 +10,25 @@
 
 namespace duet {
 
+/// A BCC lattice of tetrahedra.
 struct BccLattice {
-  Vec3 origin = Vec3::Zero();  // m
-  double spacing = 0;          // m, edge of the finest cells
-  std::vector<Vec3i> nodes;    // in half spacings from the origin
-  std::vector<Tet> tets;
+  Vec3 origin = Vec3::Zero();  ///< Position of the node (0, 0, 0), m.
+  double spacing = 0;          ///< Edge of the finest cells, m.
+  std::vector<Vec3i> nodes;    ///< Coordinates in half spacings from `origin`.
+  std::vector<Tet> tets;       ///< The tetrahedra, as indices into `nodes`.
 
+  /// Returns the position of a node, m.
   Vec3 position(int node) const {
     return origin + spacing / 2 * nodes[static_cast<std::size_t>(node)].cast<double>();
   }
-  // Whether the edge joins two corners or two centres of neighbouring finest cells; the shorter ones join a
-  // corner to a centre.
+  /// Returns whether the edge between two nodes joins two corners or two centers of neighboring finest cells.
+  /// The shorter edges join a corner to a center.
   bool is_long(int a, int b) const;
 };
 
-// Covers the inside of `shape` with finest cells wherever its surface may pass; every tet that the surface
-// may cut is of the uniform lattice. If `graded`, cells grow with the depth below the surface, and neighbours
-// differ in size by a factor of two at most.
+/// Returns a lattice that covers the inside of `shape`, with finest cells of `spacing` (m) wherever its
+/// surface may pass, so that every tet that the surface may cut belongs to the uniform lattice. If `graded`,
+/// cells grow with the depth below the surface, and the sizes of neighbors differ by a factor of two at most.
 BccLattice bcc_lattice(const LevelSet& shape, double spacing, bool graded);
 
 }  // namespace duet

@@ -12,12 +12,15 @@
 namespace duet {
 namespace {
 
+// Nodes or cuts per chunk of a parallel loop.
 constexpr std::size_t grain = 512;
 
+// Returns whether one side is inside and the other outside.
 bool differ(Side a, Side b) { return a != b && a != Side::surface && b != Side::surface; }
 
-// Where the level set vanishes between a point inside and one outside, as a fraction of the way: regula falsi
-// in the Illinois form, which keeps the bracket and converges faster than bisection.
+// Returns where the level set vanishes between a point inside and one outside, as a fraction of the way from
+// the former. `at_inside` and `at_outside` are its values there (m). It uses regula falsi in the Illinois
+// form, which keeps the bracket and converges faster than bisection.
 double find_cut(const LevelSet& shape, const Vec3& inside, const Vec3& outside, double at_inside,
                 double at_outside) {
   constexpr int most_steps = 60;
@@ -45,15 +48,16 @@ double find_cut(const LevelSet& shape, const Vec3& inside, const Vec3& outside, 
   return place;
 }
 
-// The boundary of the inside around a node, as arcs on the triangles opposite to it in the tets around it.
-// With the node on the surface, the boundary is a manifold there just if the arcs form one closed curve, or
-// if there are none.
+// The boundary of the inside around a node, as arcs on the triangles opposite to it in the tets around it. If
+// the node is on the surface, the boundary is a manifold there if and only if the arcs form one closed curve
+// or there are none.
 class Link {
  public:
   explicit Link(const std::vector<Side>& sides) : sides_(sides) {}
 
   void clear() { arcs_.clear(); }
 
+  // Adds the arc on a triangle opposite to the node, if it has one.
   void add(const std::array<int, 3>& triangle) {
     std::array<int, 3> in{}, on{}, out{};
     std::size_t ins = 0, ons = 0, outs = 0;
@@ -69,6 +73,7 @@ class Link {
     if (ins == 1 && ons == 2) add_arc({on[0], on[0]}, {on[1], on[1]});
   }
 
+  // Returns whether the boundary is a manifold at the node.
   bool is_manifold() {
     drop_doubled();
     if (arcs_.empty()) return true;
@@ -76,12 +81,13 @@ class Link {
   }
 
  private:
-  using Point = std::array<int, 2>;  // inner and outer node of a cut edge, or twice a node on the surface
+  using Point = std::array<int, 2>;  // inner and outer node of a cut edge, or a node on the surface twice
   using Arc = std::array<Point, 2>;
 
   void add_arc(const Point& a, const Point& b) { arcs_.push_back(a < b ? Arc{a, b} : Arc{b, a}); }
 
-  // An arc between two nodes on the surface with the inside on both of its sides is no boundary.
+  // Drops arcs between two nodes on the surface that have the inside on both of their sides: they are no
+  // boundary.
   void drop_doubled() {
     std::sort(arcs_.begin(), arcs_.end());
     std::size_t kept = 0;
@@ -93,6 +99,7 @@ class Link {
     arcs_.resize(kept);
   }
 
+  // Returns whether every point is the end of exactly two arcs.
   bool every_point_joins_two() {
     points_.clear();
     for (const Arc& arc : arcs_) points_.insert(points_.end(), arc.begin(), arc.end());
@@ -103,7 +110,8 @@ class Link {
     return true;
   }
 
-  bool is_one_curve() const {  // when every point joins two
+  // Returns whether the arcs form a single closed curve, given that every point joins two of them.
+  bool is_one_curve() const {
     std::size_t length = 1, arc = 0;
     for (Point end = arcs_[0][1]; end != arcs_[0][0]; ++length) {
       const auto goes_on = [&](std::size_t i) {
@@ -122,6 +130,7 @@ class Link {
   std::vector<Point> points_;
 };
 
+// Cuts a lattice by a level set, in the order of cut().
 class Cutter {
  public:
   Cutter(BccLattice&& lattice, const LevelSet& shape) : shape_(shape), link_(result_.sides) {
@@ -138,6 +147,7 @@ class Cutter {
   }
 
  private:
+  // Computes positions, distances and sides of all nodes.
   void find_sides() {
     const std::size_t nodes = result_.lattice.nodes.size();
     result_.positions.resize(nodes);
@@ -152,12 +162,14 @@ class Cutter {
     });
   }
 
+  // Drops tets without a node inside.
   void drop_outside() {
     std::erase_if(result_.lattice.tets, [&](const Tet& tet) {
       return std::none_of(tet.begin(), tet.end(), [&](int i) { return side(i) == Side::inside; });
     });
   }
 
+  // Finds the cuts of all edges between inside and outside.
   void find_cuts() {
     std::vector<Cut>& cuts = result_.cuts;
     for (const Tet& tet : result_.lattice.tets)
@@ -181,6 +193,7 @@ class Cutter {
     });
   }
 
+  // Moves every node with close cuts onto the nearest of them, one node after the other.
   void move_nodes() {
     const std::size_t nodes = result_.positions.size();
     const ElementLists tets_around = elements_around(nodes, result_.lattice.tets);
@@ -192,8 +205,8 @@ class Cutter {
         if (put_on_surface(node, tets_around)) result_.positions[as_index(node)] = *target;
   }
 
-  // Leaves the node on its side and returns false if the boundary would be no manifold there or at one of its
-  // neighbours.
+  // Puts a node on the surface. If the boundary would not be a manifold there or at one of its neighbors, it
+  // leaves the node on its side and returns false.
   bool put_on_surface(int node, const ElementLists& tets_around) {
     Side& own = result_.sides[as_index(node)];
     const Side before = std::exchange(own, Side::surface);
@@ -206,7 +219,7 @@ class Cutter {
     return true;
   }
 
-  // Of the cuts that are too close to the node, if any.
+  // Returns the nearest of the cuts that are too close to the node, if there are any.
   std::optional<Vec3> nearest_cut(int node, std::span<const int> around) const {
     std::optional<Vec3> nearest;
     double least = result_.lattice.spacing;
@@ -227,6 +240,7 @@ class Cutter {
     return least_cut_place(result_.lattice.is_long(cut.inside, cut.outside));
   }
 
+  // Returns whether the boundary is a manifold at a node on the surface.
   bool is_manifold_at(int node, std::span<const int> tets) {
     link_.clear();
     for (const int t : tets) {
@@ -239,7 +253,8 @@ class Cutter {
     return link_.is_manifold();
   }
 
-  // Cuts that a node could not move to are shifted away from it instead.
+  // Drops the cuts at nodes that have moved. Close cuts to which a node could not move are shifted away from
+  // it instead.
   void drop_spent_cuts() {
     std::erase_if(result_.cuts, [&](const Cut& cut) { return !differ(side(cut.inside), side(cut.outside)); });
     for (Cut& cut : result_.cuts) cut.place = std::clamp(cut.place, least_place(cut), 1 - least_place(cut));
@@ -250,7 +265,7 @@ class Cutter {
   const LevelSet& shape_;
   CutLattice result_;
   Link link_;
-  std::vector<double> distances_;  // m, of the nodes where they were
+  std::vector<double> distances_;  // m, of the nodes before they move
 };
 
 }  // namespace

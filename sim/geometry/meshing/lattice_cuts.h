@@ -1,5 +1,5 @@
-// Where a surface cuts the edges of a BCC lattice, and the nodes that are moved onto it: steps 2 to 4 of
-// Labelle and Shewchuk, Isosurface Stuffing (2007).
+// The points where a surface cuts the edges of a BCC lattice, and the nodes that are moved onto it: steps 2
+// to 4 of Labelle and Shewchuk 2007, "Isosurface Stuffing".
 #pragma once
 
 #include <vector>
@@ -8,29 +8,41 @@
 
 namespace duet {
 
-enum class Side : signed char { inside = -1, surface = 0, outside = 1 };
-
-struct Cut {
-  int inside = 0, outside = 0;  // nodes of the edge
-  double place = 0;             // on the way from the inner node to the outer one, in [0, 1]
+/// The side of the surface on which a node lies.
+enum class Side : signed char {
+  inside = -1,  ///< The level set is negative.
+  surface = 0,  ///< The node was moved onto the surface.
+  outside = 1   ///< The level set is zero or positive.
 };
 
-// Cuts nearer than this part of their edge move its end (alpha_long and alpha_short in section 3 of the
-// paper). The values balance the least against the largest dihedral angle over all that the stencils can
-// meet.
+/// A point where the surface cuts an edge of the lattice.
+struct Cut {
+  int inside = 0,    ///< The node of the edge that lies inside.
+      outside = 0;   ///< The node of the edge that lies outside.
+  double place = 0;  ///< Fraction of the edge, from the inner node (0) to the outer one (1).
+};
+
+/// Returns the fraction of an edge within which a cut moves the end of that edge: alpha_long or alpha_short
+/// in section 3 of Labelle and Shewchuk 2007. The values balance the least against the largest dihedral angle
+/// over all cases that the stencils can meet. Larger values move more nodes.
 constexpr double least_cut_place(bool is_long) { return is_long ? 0.26 : 0.40; }
 
-// A lattice whose nodes know their side of the surface. Cuts next to a node are gone: the node has moved onto
-// the nearest of them. All others keep the least distance from both ends that bounds the dihedral angles.
+/// A lattice whose nodes know their side of the surface. No cut lies next to a node: the node has moved onto
+/// the nearest of its close cuts. All other cuts keep the least distance from both ends of their edge that
+/// bounds the dihedral angles.
 struct CutLattice {
+  /// The lattice; its own node positions are those before nodes were moved.
   BccLattice lattice;
-  std::vector<Vec3> positions;  // m, of the nodes
-  std::vector<Side> sides;      // of the nodes
-  std::vector<Cut> cuts;        // of edges between inside and outside, sorted by `inside`, then by `outside`
-  std::size_t cut_of(int inside, int outside) const;  // index into `cuts` of an edge that is there
+  std::vector<Vec3> positions;  ///< Positions of the nodes, m.
+  std::vector<Side> sides;      ///< Sides of the nodes.
+  /// Cuts of the edges between inside and outside, sorted by `inside`, then by `outside`.
+  std::vector<Cut> cuts;
+  /// Returns the index into `cuts` of the cut of an edge, which must have one.
+  std::size_t cut_of(int inside, int outside) const;
 };
 
-// Takes the tets with a node inside of `shape`. A node moves only where the inside keeps a manifold boundary.
+/// Cuts a lattice by the surface of `shape`. It keeps the tets that have a node inside. A node moves onto the
+/// surface only if the boundary of the inside stays a manifold.
 CutLattice cut_lattice(BccLattice lattice, const LevelSet& shape);
 
 }  // namespace duet

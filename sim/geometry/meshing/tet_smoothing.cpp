@@ -15,13 +15,20 @@
 namespace duet {
 namespace {
 
+// Bound on the number of sweeps over the nodes of flat tets.
 constexpr int most_sweeps = 12;
-constexpr double first_move = 0.12, last_move = 0.015;  // parts of the spacing
-constexpr double off_surface = 1e-3;                    // part of the spacing
+// The step lengths of a search begin at the first value and are halved down to the second, in spacings.
+constexpr double first_move = 0.12, last_move = 0.015;
+// Distance from the surface, in spacings, beyond which a node of the boundary counts as off it and does not
+// move.
+constexpr double off_surface = 1e-3;
+// Factor by which a move must raise the least altitude around the node to be kept.
 constexpr double least_gain = 1.001;
-constexpr double wanted_facing = 0.5;  // cosine
+// Lower bound of least_facing() after a move: 60 degrees. If a triangle is tilted more than that before the
+// move, no triangle may be tilted more afterward.
+constexpr double wanted_facing = 0.5;
 
-// The 26 directions to the neighbours in a cubic lattice.
+// Returns the 26 unit directions to the neighbors in a cubic lattice.
 const std::vector<Vec3>& directions() {
   static const std::vector<Vec3> all = [] {
     std::vector<Vec3> list;
@@ -34,6 +41,7 @@ const std::vector<Vec3>& directions() {
   return all;
 }
 
+// Raises the altitudes of one mesh by sweeps over the nodes of its flat tets.
 class Smoother {
  public:
   Smoother(TetMesh& mesh, const LevelSet& shape, double spacing)
@@ -60,8 +68,10 @@ class Smoother {
   }
 
  private:
+  // How a node may move: freely, on the surface, or not at all.
   enum class Place : char { inside, surface, fixed };
 
+  // Finds out how each node may move.
   void find_fixed() {
     place_.assign(mesh_.nodes.size(), Place::inside);
     for (const Triangle& triangle : triangles_)
@@ -73,7 +83,7 @@ class Smoother {
 
   bool is_on_surface(const Vec3& x) const { return std::abs(shape_.distance(x)) <= off_surface * spacing_; }
 
-  // Nodes of flat tets where something has moved since they were tried.
+  // Chooses the nodes of flat tets around which a node has moved since they were tried.
   void choose_nodes() {
     std::vector<char> is_flat(mesh_.tets.size());
     parallel_for(mesh_.tets.size(), 1024, [&](std::size_t begin, std::size_t end) {
@@ -89,6 +99,7 @@ class Smoother {
     }
   }
 
+  // Returns whether a node of the tets around `node` has moved in the last sweep.
   bool has_news(int node) const {
     if (sweep_ == 0) return true;
     const std::span<const int> tets = tets_around(node);
@@ -98,7 +109,8 @@ class Smoother {
     });
   }
 
-  // Parts the chosen nodes so that no two of a part share a tet: these move at the same time.
+  // Divides the chosen nodes into colors so that no two nodes of a color share a tet. Nodes of one color move
+  // at the same time.
   void color() {
     colors_.clear();
     std::vector<int> color_of(mesh_.nodes.size(), -1), last_user;
@@ -117,6 +129,7 @@ class Smoother {
     }
   }
 
+  // Moves all nodes of a color and returns whether any has moved.
   bool move_all(const std::vector<int>& nodes) {
     return parallel_reduce(
         nodes.size(), 16, false,
@@ -128,8 +141,8 @@ class Smoother {
         [](bool a, bool b) { return a || b; });
   }
 
-  // The least altitude around a node, or some value not above `floor` as soon as one is not: looks first at
-  // the tet that was the flattest the last time.
+  // Returns the least altitude around a node, or some value that is not above `floor` as soon as one is
+  // found. `flattest` is the tet that was the flattest the last time; it is tested first and updated.
   double least_altitude(int node, double floor, int& flattest) const {
     double least = smallest_altitude(mesh_, mesh_.tets[as_index(flattest)]);
     for (const int t : tets_around(node)) {
@@ -142,6 +155,7 @@ class Smoother {
     return least;
   }
 
+  // Returns whether all tets around a node keep the bounds of the dihedral angles.
   bool keeps_angles(int node) const {
     const std::span<const int> tets = tets_around(node);
     return std::all_of(tets.begin(), tets.end(), [&](int t) {
@@ -150,8 +164,8 @@ class Smoother {
     });
   }
 
-  // The cosine of the largest angle between the surface and a triangle around the node: where all of them
-  // face outward, they cannot fold over each other.
+  // Returns the cosine of the largest angle between the normal of the surface and that of a triangle around
+  // the node. If all triangles face outward, they cannot fold over each other.
   double least_facing(int node) const {
     double least = 1;
     for (const int t : triangles_around_.of(node)) {
@@ -163,9 +177,11 @@ class Smoother {
     return least;
   }
 
+  // Moves `x` onto the surface by Newton steps. Returns false if it is still off the surface afterward.
   bool put_on_surface(Vec3& x) const {
     constexpr int most_steps = 4;
-    constexpr double exact = 1e-13;  // part of the spacing
+    // Distance in spacings at which the search ends.
+    constexpr double exact = 1e-13;
     double distance = shape_.distance(x);
     for (int i = 0; i < most_steps && std::abs(distance) > exact * spacing_; ++i) {
       x -= distance * shape_.normal(x);
@@ -174,7 +190,8 @@ class Smoother {
     return std::abs(distance) <= off_surface * spacing_;
   }
 
-  // A search with moves that become smaller.
+  // Searches for a better place of a node by steps in all directions, which become smaller. Returns whether
+  // the node has moved.
   bool move(int node) {
     Vec3& x = mesh_.nodes[as_index(node)];
     const Vec3 start = x;
@@ -203,11 +220,11 @@ class Smoother {
   TetMesh& mesh_;
   const LevelSet& shape_;
   double spacing_, goal_;
-  std::vector<Place> place_;         // of the nodes
-  std::vector<Triangle> triangles_;  // of the boundary
+  std::vector<Place> place_;         // how each node may move
+  std::vector<Triangle> triangles_;  // the boundary
   ElementLists tets_around_, triangles_around_;
   int sweep_ = 0;
-  std::vector<int> moved_in_;  // sweep that last moved the node
+  std::vector<int> moved_in_;  // the sweep that last moved each node
   std::vector<int> chosen_;
   std::vector<std::vector<int>> colors_;
 };

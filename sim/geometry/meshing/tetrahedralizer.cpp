@@ -21,6 +21,8 @@ double default_spacing(const LevelSet& shape) {
 }
 
 LevelSet fine_level_set(const TriangleMesh& mesh, std::optional<double> spacing) {
+  // Bounds on the number of grid cells along the longest extent. The lower one also applies without a
+  // spacing; the upper one bounds memory, which grows with its cube.
   constexpr double least_cells = 64, most_cells = 256;
   Eigen::AlignedBox3d box;
   for (const Vec3& x : mesh.positions) box.extend(x);

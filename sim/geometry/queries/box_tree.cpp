@@ -4,10 +4,11 @@
 
 namespace duet {
 void BoxTree::build(const std::vector<Eigen::AlignedBox3d>& boxes, const std::vector<int>& items) {
-  // For as many items as there may ever be: lists of them grow where bodies come near each other.
+  // Storage is reserved for as many items as there may ever be, because lists of items grow when bodies come
+  // near each other.
   items_.reserve(boxes.size());
   leaves_.reserve(boxes.size());
-  nodes_.reserve(boxes.size() / (width - 1) + most_pending);  // one node a level may not be full
+  nodes_.reserve(boxes.size() / (width - 1) + most_pending);  // one node per level may not be full
   if (items != items_) {
     items_ = items;
     leaves_.resize(items.size());
@@ -19,7 +20,7 @@ void BoxTree::build(const std::vector<Eigen::AlignedBox3d>& boxes, const std::ve
 }
 
 void BoxTree::refit(const std::vector<Eigen::AlignedBox3d>& boxes) {
-  for (std::size_t i = nodes_.size(); i-- > 0;) {  // children follow their parents
+  for (std::size_t i = nodes_.size(); i-- > 0;) {  // children come after their parents
     Node& node = nodes_[i];
     for (int lane = 0; lane < width; ++lane) {
       const int child = node.child[as_index(lane)];
@@ -46,7 +47,6 @@ Eigen::AlignedBox3d BoxTree::Node::hull() const {
   return hull;
 }
 
-// Has the leaves before `middle` lie below the others, where they are spread the farthest.
 void BoxTree::halve(int begin, int middle, int end) {
   Eigen::AlignedBox3d centers;
   for (int i = begin; i < end; ++i) centers.extend(leaves_[as_index(i)].box.center());
@@ -60,12 +60,12 @@ void BoxTree::halve(int begin, int middle, int end) {
                    });
 }
 
-// Makes a node of the leaves and returns its box. All nodes of the last level but one are full.
+// At most one node on each level has fewer than `width` children.
 Eigen::AlignedBox3d BoxTree::split(int begin, int end) {
   const std::size_t node = nodes_.size();
   nodes_.emplace_back();
   if (end - begin <= width) {
-    // What std::nth_element leaves in its halves is not laid down.
+    // The order that std::nth_element leaves within its halves is not specified; sorting fixes it.
     std::sort(leaves_.begin() + begin, leaves_.begin() + end,
               [](const Leaf& a, const Leaf& b) { return a.item < b.item; });
     for (int i = begin; i < end; ++i) {
@@ -74,7 +74,7 @@ Eigen::AlignedBox3d BoxTree::split(int begin, int end) {
     }
     return nodes_[node].hull();
   }
-  int part = width;  // leaves of a child: a power of the width
+  int part = width;  // number of leaves of a child: a power of the width
   while (width * part < end - begin) part *= width;
   const int parts = (end - begin + part - 1) / part;
   const auto bound = [&](int i) { return std::min(begin + i * part, end); };

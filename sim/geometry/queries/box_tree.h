@@ -1,4 +1,4 @@
-// A tree of axis-aligned boxes over moving things.
+// A tree of axis-aligned boxes over moving objects.
 #pragma once
 
 #include <array>
@@ -10,18 +10,21 @@
 
 namespace duet {
 
-// Every node has up to four children, whose boxes are looked at together.
+/// A tree of axis-aligned boxes. Every node has up to four children, whose boxes are tested together.
 class BoxTree {
  public:
-  // Over the boxes of `items`, indices into `boxes`. Storage is kept, and so is the last order as long as the
-  // items are the same: splitting what is almost split already is cheap.
+  /// Builds the tree over the boxes of `items`, which are indices into `boxes`. Storage is kept, and so is
+  /// the last order of the items if they are the same, because splitting an order that is almost right is
+  /// cheap.
   void build(const std::vector<Eigen::AlignedBox3d>& boxes, const std::vector<int>& items);
-  // Takes the boxes of the same items anew and keeps the tree as it is split: much cheaper than build(), but
-  // queries become slower the farther items have moved since.
+  /// Takes the current boxes of the same items and keeps the structure of the tree. This is much cheaper than
+  /// build(), but queries become slower the farther the items have moved since then.
   void refit(const std::vector<Eigen::AlignedBox3d>& boxes);
-  const std::vector<int>& items() const { return items_; }  // of the last build
+  /// Returns the items of the last build.
+  const std::vector<int>& items() const { return items_; }
 
-  // Calls visit(item) for every item whose box meets `box`, touching included, in no particular order.
+  /// Calls visit(item) for every item whose box meets `box`, touching included, in no particular order. `box`
+  /// must be bounded.
   template <class Visit>
   void query(const Eigen::AlignedBox3d& box, Visit&& visit) const {
     if (nodes_.empty()) return;
@@ -40,8 +43,9 @@ class BoxTree {
     }
   }
 
-  // Calls visit(item) for every item whose box is nearer to `x` than the square root of `squared` (m^2),
-  // which visit may lessen: nearer boxes come first, as far as the tree tells.
+  /// Calls visit(item) for every item whose box is nearer to `x` (m) than the square root of `squared` (m^2).
+  /// `visit` may lower the referenced `squared` to narrow the search. Nearer boxes come first, as far as the
+  /// tree tells.
   template <class Visit>
   void query_near(const Vec3& x, const double& squared, Visit&& visit) const {
     if (nodes_.empty()) return;
@@ -72,23 +76,32 @@ class BoxTree {
   }
 
  private:
+  // Number of children of a node.
   static constexpr int width = 4;
-  static constexpr std::size_t most_pending = 3 * 16 + 1;  // nodes that wait: 4^16 items have so many levels
+  // Bound on the number of nodes that wait in a search: each of at most 16 levels leaves up to 3. A tree of
+  // 4^16 items has 16 levels.
+  static constexpr std::size_t most_pending = 3 * 16 + 1;
+  // An item with its box, in the order of the tree.
   struct Leaf {
     Eigen::AlignedBox3d box;
     int item = 0;
   };
   struct Node {
-    std::array<Quad, 3> lower, upper;  // of the children's boxes; empty where there is no child
-    std::array<int, width> child;      // nodes, which come after their parent, or ~item
+    // Bounds of the boxes of the children by axis, one lane per child; empty boxes where there is no child.
+    std::array<Quad, 3> lower, upper;
+    // Index of a node, which comes after its parent, or ~item.
+    std::array<int, width> child;
     Node() {
       lower.fill(Quad{} + std::numeric_limits<double>::infinity());
       upper.fill(Quad{} - std::numeric_limits<double>::infinity());
       child.fill(-1);
     }
+    // Sets the box of a child.
     void set(int lane, const Eigen::AlignedBox3d& box);
+    // Returns the box of all children.
     Eigen::AlignedBox3d hull() const;
-    unsigned meeting(const Eigen::AlignedBox3d& box) const {  // bits of the children whose boxes do
+    // Returns a bit for each child whose box meets `box`.
+    unsigned meeting(const Eigen::AlignedBox3d& box) const {
       const auto on = [&](std::size_t axis, double least, double most) -> QuadMask {
         return (lower[axis] <= most) & (upper[axis] >= least);
       };
@@ -97,7 +110,9 @@ class BoxTree {
           on(0, least.x(), most.x()) & on(1, least.y(), most.y()) & on(2, least.z(), most.z());
       return lanes_of(meets);
     }
-    Quad squared_distances(const Vec3& x) const {  // m^2, of the children's boxes; infinite without a child
+    // Returns the squared distances (m^2) from `x` to the boxes of the children; infinite where there is no
+    // child.
+    Quad squared_distances(const Vec3& x) const {
       Quad squared{};
       for (std::size_t axis = 0; axis < 3; ++axis) {
         const double at = x[static_cast<Eigen::Index>(axis)];
@@ -107,7 +122,10 @@ class BoxTree {
       return squared;
     }
   };
+  // Makes a node, and recursively its children, of the leaves [begin, end) and returns their box.
   Eigen::AlignedBox3d split(int begin, int end);
+  // Orders the leaves [begin, end) so that those before `middle` lie below the others, along the axis on
+  // which they are spread the farthest.
   void halve(int begin, int middle, int end);
 
   std::vector<Leaf> leaves_;

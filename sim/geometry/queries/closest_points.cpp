@@ -8,8 +8,8 @@
 namespace duet {
 namespace {
 
-// Squared sine below which a triangle counts as an edge and two edges as parallel: rounding of the products
-// it is computed from could turn its sign.
+// Squared sine below which a triangle counts as an edge and two edges as parallel. Rounding of the products
+// from which it is computed could turn the sign of smaller values.
 constexpr double flat = 1e-14;
 
 }  // namespace
@@ -27,8 +27,8 @@ bool is_degenerate(const Vec3& a, const Vec3& b, const Vec3& c) {
   return product - cosine * cosine <= flat * product;
 }
 
-// The nearest feature is found from the signs of the projections on edges (the Voronoi regions of corners,
-// then of edges), else it is the face.
+// The nearest feature follows from the signs of the projections on the edges: first the Voronoi regions of
+// the corners are tested, then those of the edges; the rest is that of the face.
 Vec3 nearest_weights(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& x) {
   const Vec3 ab = b - a, ac = c - a;
   if (is_degenerate(a, b, c)) {
@@ -46,7 +46,7 @@ Vec3 nearest_weights(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& x)
   if (d3 >= 0 && d4 <= d3) return Vec3::UnitY();
   const double d5 = dot_in_order(ab, x - c), d6 = dot_in_order(ac, x - c);
   if (d6 >= 0 && d5 <= d6) return Vec3::UnitZ();
-  const double on_c = d1 * d4 - d3 * d2;  // barycentric weights times twice the squared area
+  const double on_c = d1 * d4 - d3 * d2;  // barycentric weights times the squared doubled area
   if (on_c <= 0 && d1 >= 0 && d3 <= 0) {
     const double t = d1 / (d1 - d3);
     return {1 - t, t, 0};
@@ -83,7 +83,8 @@ ClosestPoints closest_edge_edge(const FourPoints& x) {
     const double s = (de * er - dr * ee) / denominator, t = (dd * er - de * dr) / denominator;
     if (s >= 0 && s <= 1 && t >= 0 && t <= 1) return at(s, t);
   }
-  // Else, and where they are parallel, an end of one edge is as near as any point.
+  // If the closest points of the lines are not both on the edges, or the edges are parallel, an end of one
+  // edge is as near as any point.
   const std::array<ClosestPoints, 4> ends = {
       at(0, nearest_weights(x[2], x[3], x[0])[1]), at(1, nearest_weights(x[2], x[3], x[1])[1]),
       at(nearest_weights(x[0], x[1], x[2])[1], 0), at(nearest_weights(x[0], x[1], x[3])[1], 1)};

@@ -7,26 +7,35 @@
 
 namespace duet {
 
-using FourPoints = std::array<Vec3, 4>;  // m: point and triangle, or one edge and the other
+/// The corners of a pair of elements (m): a point and the three corners of a triangle, or the ends of one
+/// edge and of another.
+using FourPoints = std::array<Vec3, 4>;
 
-// The weights of the first element add up to 1, those of the second to -1, so that for any values at the
-// corners (positions, velocities) their weighted sum is the difference first minus second between the two
-// closest points.
+/// The closest points of a pair of elements. The weighted sum of any values at the corners (positions,
+/// velocities) is their difference between the two closest points, first element minus second.
 struct ClosestPoints {
+  /// Weights of the corners: those of the first element add up to 1, those of the second to -1.
   std::array<double, 4> weight{};
-  Vec3 difference = Vec3::Zero();  // m, from the point on the second element to that on the first
+  /// Vector from the closest point of the second element to that of the first, m.
+  Vec3 difference = Vec3::Zero();
 };
 
-ClosestPoints closest_point_triangle(const FourPoints& x);  // of the point x0 and the triangle x1 x2 x3
-ClosestPoints closest_edge_edge(const FourPoints& x);       // of the edges x0 x1 and x2 x3
+/// Returns the closest points of the point x[0] and the triangle x[1], x[2], x[3], which may be degenerate.
+ClosestPoints closest_point_triangle(const FourPoints& x);
+/// Returns the closest points of the edges x[0] x[1] and x[2] x[3], which may be parallel or of length zero.
+ClosestPoints closest_edge_edge(const FourPoints& x);
 
-// Barycentric weights of the point of the triangle abc, or of the edge ab, that is nearest to x. Triangles
-// and edges may be degenerate.
+/// Returns the barycentric weights of the point of the triangle abc that is nearest to `x`. The triangle may
+/// be degenerate.
 Vec3 nearest_weights(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& x);
+/// Returns the barycentric weights of the point of the edge ab that is nearest to `x`. The edge may have
+/// length zero.
 Vec2 nearest_weights(const Vec3& a, const Vec3& b, const Vec3& x);
-// Whether the triangle abc is no more than an edge.
+/// Returns whether the triangle abc is an edge or a point: the squared sine of its angle at `a` is rounding,
+/// or a side at `a` has length zero.
 bool is_degenerate(const Vec3& a, const Vec3& b, const Vec3& c);
 
+/// Returns the sum of `values` at four corners times their weights.
 inline Vec3 weighted(const std::array<double, 4>& weight, const FourPoints& values) {
   return weight[0] * values[0] + weight[1] * values[1] + weight[2] * values[2] + weight[3] * values[3];
 }

@@ -6,34 +6,43 @@
 namespace duet {
 namespace {
 
+// Bound on the number of planes that are tried. Beyond it the test reports an impact, which is safe.
 constexpr int most_planes = 100;
-constexpr double contact = 1.25;  // times the gap: nearer than that is an impact
-// Rounding of a projection on n of corners within 1 of the origin: of the corner now, the products, the sums.
+// Distance in gaps below which elements count as meeting. A smaller value takes more planes; a larger one
+// stops elements earlier.
+constexpr double contact = 1.25;
+// Bound on the rounding error of a projection on n of corners within 1 of the origin: that of the current
+// corner, of the products and of the sums.
 constexpr double rounding = 32 * std::numeric_limits<double>::epsilon();
 
+// Returns the largest magnitude of a coordinate.
 double largest_coordinate(const FourPoints& x) {
   double largest = 0;
   for (const Vec3& corner : x) largest = std::max(largest, corner.lpNorm<Eigen::Infinity>());
   return largest;
 }
 
-// What the first element's corners lie beyond the second one's, along one normal.
+// The distances of the corners of the first element from those of the second one along a normal, and their
+// rates.
 struct Projection {
-  FourPoints corner, motion;  // motion over the whole of [0, 1]
-  std::size_t first;          // corners of the first element
+  // Current corners (m), and their motion over the whole of [0, 1] (m).
+  FourPoints corner, motion;
+  std::size_t first;  // number of corners of the first element
 
-  template <class Visit>  // visit(gap now, its rate) for every pair of corners
+  // Calls visit(current gap, its rate) for every pair of corners of the two elements.
+  template <class Visit>
   void for_each_pair(const Vec3& normal, Visit&& visit) const {
     for (std::size_t i = 0; i < first; ++i)
       for (std::size_t k = first; k < 4; ++k)
         visit(normal.dot(corner[i] - corner[k]), normal.dot(motion[i] - motion[k]));
   }
+  // Returns the least gap of all pairs, which a plane across the normal has now.
   double separation(const Vec3& normal) const {
     double least = std::numeric_limits<double>::infinity();
     for_each_pair(normal, [&](double now, double) { least = std::min(least, now); });
     return least;
   }
-  // How long it stays at least `gap`.
+  // Returns how long that plane keeps at least `gap`; infinity if no pair approaches.
   double time_apart(const Vec3& normal, double gap) const {
     double time = std::numeric_limits<double>::infinity();
     for_each_pair(normal, [&](double now, double rate) {
@@ -51,8 +60,9 @@ ClosestPoints closest_points(ElementPair kind, const FourPoints& x) {
 
 std::optional<Impact> first_impact(ElementPair kind, const FourPoints& start, const FourPoints& end,
                                    double gap) {
-  FourPoints
-      origin;  // the corners at the start, about one of them: far from the world's origin, less rounding
+  // The corners at the start, relative to one of them, which reduces rounding far from the origin of the
+  // world.
+  FourPoints origin;
   Projection now{{}, {}, kind == ElementPair::point_triangle ? std::size_t{1} : std::size_t{2}};
   for (std::size_t i = 0; i < 4; ++i) {
     origin[i] = start[i] - start[0];

@@ -10,7 +10,7 @@
 namespace duet {
 namespace {
 
-// The texture of one of a mesh's triangles, in all of its plane.
+// The texture of one triangle of a mesh, extended to all of its plane.
 struct PlaneTexture {
   Vec3 origin;
   Vec2 uv;
@@ -39,12 +39,14 @@ Vec2f planar_uv(const Vec3& x, const Vec3& normal) {
 }
 
 void transfer_texture(const TriangleMesh& mesh, Surface& surface) {
-  constexpr double jump = 2;  // of what the texture changes by within a triangle
+  // Multiple of the change of the texture within a triangle. A corner whose own texture is farther from the
+  // extended one lies beyond a seam.
+  constexpr double jump = 2;
   const TriangleTree tree(mesh);
   const auto texture_at = [&](const Vec3& x) {
     return PlaneTexture(mesh, as_index(tree.nearest(x).triangle));
   };
-  std::vector<Vec2> nearest;  // of the positions
+  std::vector<Vec2> nearest;  // texture coordinates at each position
   for (const Vec3& x : surface.positions) nearest.push_back(texture_at(x).at(x));
 
   surface.uvs.clear();

@@ -6,13 +6,13 @@
 
 namespace duet {
 
-// Of a point on a face with the given normal, where nothing better is known: the metres across the normal's
-// dominant axis.
+/// Returns texture coordinates for a point on a face with the given normal if nothing better is known: its
+/// two coordinates (m) across the dominant axis of the normal.
 Vec2f planar_uv(const Vec3& x, const Vec3& normal);
 
-// Gives `surface` the texture coordinates of a mesh that lies where it lies, more or less: those of the
-// nearest points. A triangle that reaches across a seam, where they jump, goes on beyond it as the mesh does
-// below its middle.
+/// Gives `surface` the texture coordinates of a mesh that lies in about the same place and has some: those of
+/// the nearest points of the mesh. A triangle that reaches across a seam, where texture coordinates jump,
+/// extends the texture found below its middle.
 void transfer_texture(const TriangleMesh& mesh, Surface& surface);
 
 }  // namespace duet

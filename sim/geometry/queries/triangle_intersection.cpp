@@ -10,12 +10,15 @@
 namespace duet {
 namespace {
 
+// Triangles per chunk of a parallel loop.
 constexpr std::size_t triangle_grain = 256;
 
-bool on_segment(const Vec2& p, const Vec2& q, const Vec2& x) {  // x on the line pq
+// Returns whether `x`, a point of the line pq, lies between p and q.
+bool on_segment(const Vec2& p, const Vec2& q, const Vec2& x) {
   return (x.array() >= p.array().min(q.array())).all() && (x.array() <= p.array().max(q.array())).all();
 }
 
+// Returns whether the segments pq and ab of the plane have a point in common.
 bool segments_meet(const Vec2& p, const Vec2& q, const Vec2& a, const Vec2& b) {
   const int pa = orientation(p, q, a), pb = orientation(p, q, b), ap = orientation(a, b, p),
             aq = orientation(a, b, q);
@@ -26,7 +29,8 @@ bool segments_meet(const Vec2& p, const Vec2& q, const Vec2& a, const Vec2& b) {
 
 using Corners = std::array<Vec3, 3>;
 
-// A segment in the plane of a triangle: in a projection along an axis that keeps the triangle's area.
+// Returns whether a segment in the plane of a triangle meets it. The test uses a projection along an axis
+// that keeps the area of the triangle.
 bool coplanar_segment_meets(const Vec3& p, const Vec3& q, const Corners& triangle) {
   for (int axis = 0; axis < 3; ++axis) {
     const auto flat = [&](const Vec3& x) { return Vec2(x[(axis + 1) % 3], x[(axis + 2) % 3]); };
@@ -40,6 +44,7 @@ bool coplanar_segment_meets(const Vec3& p, const Vec3& q, const Corners& triangl
   return false;
 }
 
+// Returns whether the segment pq meets a triangle.
 bool segment_meets(const Vec3& p, const Vec3& q, const Corners& triangle) {
   const auto& [a, b, c] = triangle;
   const int side_p = orientation(a, b, c, p), side_q = orientation(a, b, c, q);
@@ -49,6 +54,7 @@ bool segment_meets(const Vec3& p, const Vec3& q, const Corners& triangle) {
   return (ab >= 0 && bc >= 0 && ca >= 0) || (ab <= 0 && bc <= 0 && ca <= 0);
 }
 
+// Returns whether an edge of the first triangle meets the second one.
 bool an_edge_meets(const Corners& first, const Corners& second) {
   return segment_meets(first[0], first[1], second) || segment_meets(first[1], first[2], second) ||
          segment_meets(first[2], first[0], second);
@@ -78,7 +84,8 @@ std::vector<std::array<int, 2>> intersecting_triangles(const std::vector<Vec3>& 
   BoxTree tree;
   tree.build(boxes, all);
 
-  std::vector<std::vector<int>> partners(triangles.size());  // of a larger index
+  // For each triangle, those of larger index that it meets.
+  std::vector<std::vector<int>> partners(triangles.size());
   parallel_for(triangles.size(), triangle_grain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
       tree.query(boxes[t], [&](int other) {

@@ -7,7 +7,7 @@ namespace duet {
 namespace {
 
 PackVector operator-(const PackVector& a, const PackVector& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
-// As dot_in_order().
+// Sums in the order of dot_in_order().
 Pack dot(const PackVector& a, const PackVector& b) { return (a.x * b.x + a.y * b.y) + a.z * b.z; }
 
 }  // namespace
@@ -26,7 +26,8 @@ Vec3 TrianglePack::corner(std::size_t k, std::size_t lane) const {
   return {corner_[k].x[lane], corner_[k].y[lane], corner_[k].z[lane]};
 }
 
-// nearest_weights() with selections instead of its ways out, the first of which is taken last.
+// Computes nearest_weights() with selections instead of early returns. The first of its returns is selected
+// last, so that it takes precedence.
 Pack TrianglePack::squared_distances(const Vec3& x) const {
   const PackVector &a = corner_[0], &b = corner_[1], &c = corner_[2];
   const PackVector at = {Pack{} + x.x(), Pack{} + x.y(), Pack{} + x.z()};

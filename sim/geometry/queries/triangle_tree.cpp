@@ -11,8 +11,10 @@
 namespace duet {
 namespace {
 
+// Greatest number of triangles of a leaf.
 constexpr int leaf_size = 4;
-constexpr std::size_t most_levels = 64;  // splits halve the number of triangles
+// Bound on the depth of the tree: every split halves the number of triangles.
+constexpr std::size_t most_levels = 64;
 
 }  // namespace
 
@@ -29,7 +31,7 @@ TriangleTree::TriangleTree(const TriangleMesh& mesh) {
   for (std::size_t first = 0; first < triangles_.size(); first += pack_width) {
     TrianglePack& pack = packs_.emplace_back();
     Eigen::AlignedBox3d& box = boxes.emplace_back();
-    for (std::size_t lane = 0; lane < pack_width; ++lane) {  // the last one again where there are no more
+    for (std::size_t lane = 0; lane < pack_width; ++lane) {  // lanes without a triangle repeat the last one
       const Corners& t = triangles_[std::min(first + lane, triangles_.size() - 1)];
       pack.set(lane, t.a, t.b, t.c);
       box.extend(t.a).extend(t.b).extend(t.c);
@@ -51,7 +53,7 @@ void TriangleTree::build(int begin, int end) {
   }
   nodes_[node].box = box;
   if (end - begin <= leaf_size) {
-    // What std::nth_element leaves in its halves is not laid down.
+    // The order that std::nth_element leaves within its halves is not specified; sorting fixes it.
     std::sort(triangles_.begin() + begin, triangles_.begin() + end,
               [](const Corners& s, const Corners& t) { return s.number < t.number; });
     nodes_[node].begin = begin;
@@ -75,7 +77,7 @@ void TriangleTree::build(int begin, int end) {
 TriangleTree::Nearest TriangleTree::nearest(const Vec3& x) const {
   struct Pending {
     int node;
-    double squared;  // distance to its box
+    double squared;  // squared distance to its box, m^2
   };
   std::array<Pending, most_levels> stack;
   std::size_t size = 0;
@@ -107,7 +109,7 @@ TriangleTree::Nearest TriangleTree::nearest(const Vec3& x) const {
 }
 
 TriangleTree::Nearest TriangleTree::nearest(const Vec3& x, double at_most) const {
-  constexpr double slack = 1 + 1e-9;  // for rounding
+  constexpr double slack = 1 + 1e-9;  // covers rounding of the squared bound
   double least = at_most * at_most * slack;
   std::size_t nearest = triangles_.size();
   pack_tree_.query_near(x, least, [&](int number) {
@@ -119,7 +121,7 @@ TriangleTree::Nearest TriangleTree::nearest(const Vec3& x, double at_most) const
       nearest = as_index(number) * pack_width + lane;
     }
   });
-  if (nearest >= triangles_.size()) return this->nearest(x);  // it was farther off
+  if (nearest >= triangles_.size()) return this->nearest(x);  // no triangle is within the bound
   const Corners& t = triangles_[nearest];
   return {nearest_point(t.a, t.b, t.c, x), std::sqrt(least), t.number};
 }

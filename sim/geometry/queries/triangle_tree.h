@@ -1,4 +1,5 @@
-// A tree of bounding boxes over the triangles of a mesh, for the point of it that is nearest to a given one.
+// A tree of bounding boxes over the triangles of a mesh, which finds the point of the mesh nearest to a given
+// point.
 #pragma once
 
 #include <algorithm>
@@ -11,25 +12,31 @@
 
 namespace duet {
 
-// The point of the triangle abc that is nearest to x.
+/// Returns the point of the triangle abc that is nearest to `x`.
 Vec3 nearest_point(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& x);
 
+/// A tree of bounding boxes over the triangles of a mesh. It keeps copies of their corners.
 class TriangleTree {
  public:
+  /// Constructs a tree without triangles, which must not be searched.
   TriangleTree() = default;
-  explicit TriangleTree(const TriangleMesh& mesh);  // at least one triangle
+  /// Constructs the tree of a mesh that has at least one triangle.
+  explicit TriangleTree(const TriangleMesh& mesh);
 
+  /// The nearest point of the mesh.
   struct Nearest {
-    Vec3 point;
-    double distance;  // m
-    int triangle;     // of the mesh
+    Vec3 point;       ///< Position, m.
+    double distance;  ///< Distance from the given point, m; not signed.
+    int triangle;     ///< Number of its triangle in the mesh.
   };
+  /// Returns the point of the mesh nearest to `x` (m).
   Nearest nearest(const Vec3& x) const;
-  // The same distance, to the last bit, of a point that is surely no farther from the mesh than `at_most`
-  // (m): the faster, the nearer that is to the truth. Of triangles that are equally near it is any one that
-  // is told.
+  /// Returns the point of the mesh nearest to `x`, given an upper bound `at_most` (m) of its distance. The
+  /// search is faster, the tighter the bound; too small a bound costs time only. The distance is that of the
+  /// other overload to the last bit; among triangles that are equally near, the choice may differ.
   Nearest nearest(const Vec3& x, double at_most) const;
-  // Calls visit(triangle of the mesh) for those whose boxes meet `box` (m), and some others.
+  /// Calls visit(triangle) with the number in the mesh of every triangle whose bounding box meets `box` (m),
+  /// and of some others.
   template <class Visit>
   void query(const Eigen::AlignedBox3d& box, Visit&& visit) const {
     pack_tree_.query(box, [&](int pack) {
@@ -40,21 +47,26 @@ class TriangleTree {
   }
 
  private:
+  // A triangle of the mesh.
   struct Corners {
     Vec3 a, b, c;
-    int number;  // in the mesh
+    int number;  // number in the mesh
   };
+  // A node of the binary tree.
   struct Node {
     Eigen::AlignedBox3d box;
-    int begin = 0, end = 0;  // leaves: range of triangles_
-    int second = 0;          // inner nodes (begin == end): the second child; the first one follows its parent
+    // Range of triangles_ of a leaf; equal in inner nodes.
+    int begin = 0, end = 0;
+    // The second child of an inner node. The first child follows its parent.
+    int second = 0;
   };
+  // Makes a node, and recursively its children, of the triangles [begin, end).
   void build(int begin, int end);
 
-  std::vector<Corners> triangles_;  // in the order of the leaves
+  std::vector<Corners> triangles_;  // copies of all triangles, in the order of the leaves
   std::vector<Node> nodes_;
-  std::vector<TrianglePack> packs_;  // of `triangles_`
-  BoxTree pack_tree_;
+  std::vector<TrianglePack> packs_;  // groups of eight consecutive entries of triangles_
+  BoxTree pack_tree_;                // tree over the boxes of packs_
 };
 
 }  // namespace duet
