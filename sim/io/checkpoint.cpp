@@ -16,24 +16,28 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "checkpoints are little-endian");
 
 constexpr char magic[8] = {'D', 'U', 'E', 'T', 'C', 'K', 'P', 'T'};
+// Version of the layout of the header and of Simulation::save_state(). It is raised when either changes,
+// and files of other versions are not read.
 constexpr std::uint32_t format_version = 6;
 
+// Beginning of a checkpoint file; the state follows it.
 struct Header {
   char magic[8];
   std::uint32_t version;
   std::int32_t frame;
   std::uint64_t numerics;  // numerics_version of the program that computed the state
-  std::uint64_t scene;     // scene_identity
-  std::uint64_t size;      // bytes of the state after the header
-  std::uint64_t hash;      // of all fields above and the state
+  std::uint64_t scene;     // identity of the scene, as write_checkpoint() got it
+  std::uint64_t size;      // length of the state after the header, bytes
+  std::uint64_t hash;      // hash of all fields above and of the state
 };
 static_assert(sizeof(Header) == 48, "written as it lies in memory: no padding");
 
+// Returns the value of Header::hash for a header whose other fields are set.
 std::uint64_t hash_of(const Header& header, const unsigned char* state) {
   return hash_bytes(state, header.size, hash_bytes(&header, offsetof(Header, hash)));
 }
 
-// The frames that have a checkpoint file, newest first.
+// Returns the frames that have a checkpoint file, newest first.
 std::vector<int> frames_present(const RunDirectory& run) {
   std::vector<int> frames;
   for (const fs::path& path : files_in(run.checkpoint()))
@@ -42,17 +46,19 @@ std::vector<int> frames_present(const RunDirectory& run) {
   return frames;
 }
 
-// A file's checkpoint, or why it is passed over.
+// The checkpoint of a file, or the reason why it is passed over.
 struct Examined {
   std::optional<Checkpoint> checkpoint;
   enum class Fault { damaged, other_scene, other_format } kind = Fault::damaged;
   std::string fault;
 };
 
+// Checks the bytes of the checkpoint file of a frame. The faults are verb phrases that follow the path.
 Examined examine(const std::string& bytes, int frame, std::uint64_t scene) {
   using enum Examined::Fault;
   Header header{};
-  // Headers of other formats have another size, but all begin with the mark and the number of the format.
+  // Headers of other formats may have another size, but all begin with `magic` and the number of the
+  // format.
   std::memcpy(&header, bytes.data(), std::min(bytes.size(), sizeof header));
   if (bytes.size() < offsetof(Header, frame)) return {{}, damaged, "is too short"};
   if (std::memcmp(header.magic, magic, sizeof magic) != 0) return {{}, damaged, "is no checkpoint"};

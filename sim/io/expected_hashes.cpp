@@ -16,15 +16,19 @@
 namespace duet::io {
 namespace {
 
-constexpr std::size_t row = 12;            // bodies on a line
-constexpr std::string_view indent = "  ";  // of the lines of a frame
-constexpr std::size_t least_group = 8;     // fewer bodies have a line each
+constexpr std::size_t row = 12;            // hashes on a line "bodies", which then has 116 characters
+constexpr std::string_view indent = "  ";  // begins the lines below a frame
+// A group needs at least this many bodies; fewer have a line each. A larger value gives longer files that
+// name the quantity of more bodies.
+constexpr std::size_t least_group = 8;
 constexpr std::string_view bodies = "bodies", group = "group ";
 
+// Folds a hash of 64 bits into 8 hexadecimal digits.
 std::string short_hash(std::uint64_t hash) {
   return fmt::format("{:08x}", static_cast<std::uint32_t>(hash ^ (hash >> 32)));
 }
 
+// Continues the hash of a sequence of hashes with the next one.
 std::uint64_t join(std::uint64_t hash, std::uint64_t next) { return hash_bytes(&next, sizeof next, hash); }
 
 std::string label_of(const BodyHashes& body) {
@@ -32,7 +36,8 @@ std::string label_of(const BodyHashes& body) {
   return (body.owner == Owner::rigid ? "rigid " : "deformable ") + body.name;
 }
 
-// "loop12-link3" -> "loop*-link*".
+// Replaces each run of digits by a star: "loop12-link3" becomes "loop*-link*". Bodies of one stem form a
+// group.
 std::string stem(const std::string& name) {
   std::string result;
   for (const char c : name) {
@@ -53,6 +58,7 @@ HashLine line_of(const BodyHashes& body) {
   return line;
 }
 
+// Appends the line of a group and the lines "bodies" of its members.
 void add_group(const std::string& label, const std::vector<const BodyHashes*>& members,
                std::vector<HashLine>& lines) {
   HashLine all;
@@ -73,12 +79,13 @@ void add_group(const std::string& label, const std::vector<const BodyHashes*>& m
   }
 }
 
-// How many of the last words of a line are hashes.
+// Returns the number of hashes at the end of a line, or 0 if the line is malformed.
 std::size_t trailing_hashes(const std::vector<std::string>& words) {
   const auto is_hash = [](const std::string& word) {
     return word.size() == 8 && word.find_first_not_of("0123456789abcdef") == std::string::npos;
   };
-  // The kind of owner and, but for the scene and its rows, the name come first, whatever a name looks like.
+  // The label comes first, and its number of words follows from the first one. A name that looks like a
+  // hash is thus not taken for one.
   const std::size_t label = words[0] == "scene" || words[0] == bodies ? 1 : words[0] == "group" ? 4 : 2;
   if (words.size() < label ||
       !std::all_of(words.begin() + static_cast<std::ptrdiff_t>(label), words.end(), is_hash))

@@ -1,5 +1,5 @@
-// The hashes that are committed: a text file for each scene, with the hash of the whole state in each frame
-// and, of some frames, hashes for every body and quantity, so that a difference has a name.
+// Expected hashes that are committed: a text file for each scene (tests/hashes/README.md), with a hash of
+// the whole state in each frame and, for some frames, hashes of every body and quantity.
 #pragma once
 
 #include <optional>
@@ -11,40 +11,53 @@
 
 namespace duet::io {
 
-/// A line of a frame: a body with a hash for each of its quantities; or, in scenes of many bodies, a group of
-/// those whose names differ in their numbers alone ("group rigid ball* 320") with a hash for each quantity of
-/// all of them together, followed by lines "bodies" with one hash for each body.
+/// A line of hashes below a frame, in one of three forms. A body's line has a hash for each quantity of
+/// that body. In scenes of many bodies, those whose names differ only in digits form a group: its line has
+/// the label "group rigid ball* 320" and a hash for each quantity of all members together. Lines with the
+/// label "bodies" follow it, with one hash for each member.
 struct HashLine {
-  std::string label;  ///< "rigid box", "deformable cloth", "scene", "group rigid ball* 320", "bodies"
+  std::string label;  ///< "rigid box", "deformable cloth", "scene", "group rigid ball* 320" or "bodies"
   std::vector<std::string> hashes;  ///< 8 hexadecimal digits each
-  std::vector<std::string>
-      names;  ///< what each is of: a quantity, of "bodies" a body; files do not have them
+  /// For each hash the name of its quantity, or of its body in a line "bodies". The list is empty in lines
+  /// that read_expected() returns: files do not hold the names.
+  std::vector<std::string> names;
 };
 
+/// Hashes of the state at the end of a frame.
 struct FrameHashes {
-  int frame = 0;
-  std::string whole;            ///< FrameStats::hash, 16 hexadecimal digits
-  std::vector<HashLine> lines;  ///< empty where only the whole state is wanted
+  int frame = 0;                ///< number of the frame; 0: the initial state
+  std::string whole;            ///< FrameStats::hash as 16 hexadecimal digits
+  std::vector<HashLine> lines;  ///< hashes of bodies and quantities; empty if only the whole state is hashed
 };
 
-/// Lines for all bodies. More than `most_lines` bodies are grouped.
+/// Returns the lines of all bodies and of the scene, in their order. If there are more than `most_lines`
+/// bodies, those whose names differ only in digits are grouped, unless the group would have fewer than 8
+/// members.
 std::vector<HashLine> hash_lines(const std::vector<BodyHashes>& bodies, std::size_t most_lines = 100);
+
+/// Returns the hash as 16 hexadecimal digits.
 std::string whole_hash(std::uint64_t hash);
 
-/// The text of a file: `about` as comment lines, then the frames.
+/// Returns the text of a file of expected hashes: the lines of `about` as comments, then the frames.
 std::string expected_text(const std::string& about, const std::vector<FrameHashes>& frames);
-/// Throws FileError if the file is missing or is no such text.
+
+/// Reads a file that expected_text() made. Throws FileError if the file is missing, has a malformed line or
+/// holds no frame.
 std::vector<FrameHashes> read_expected(const fs::path& path);
 
+/// First difference between the expected and the found hashes of a frame.
 struct HashDifference {
-  int frame = 0;
-  std::string body;      ///< the first that differs; empty: the scene, or not known
-  std::string quantity;  ///< the first that differs of that body or its group; empty: not known
-  int bodies = 0;        ///< how many differ
+  int frame = 0;         ///< number of the frame
+  std::string body;      ///< first body that differs; empty if only the scene differs or no body is known
+  std::string quantity;  ///< first quantity that differs, of that body or its group; empty if not known
+  int bodies = 0;        ///< number of bodies that differ
+  /// Returns the difference as a phrase: "frame 3: velocity of `box` (and 2 more bodies)".
   std::string text() const;
 };
 
-/// None if the frames are equal. `found` has lines with names where `expected` has lines.
+/// Compares the hashes of a frame; returns none if they are equal. If `expected` has lines, `found` needs
+/// lines with names. If the lines do not describe the same bodies, the difference has no body, and its
+/// `quantity` says so.
 std::optional<HashDifference> compare_hashes(const FrameHashes& expected, const FrameHashes& found);
 
 }  // namespace duet::io

@@ -12,10 +12,13 @@
 namespace duet::io {
 namespace {
 
-constexpr int half_band = 3;  // voxels, what level-set tools expect
+// Half the width of the narrow band, voxels. 3 is the default of OpenVDB, which level-set tools expect
+// (LEVEL_SET_HALF_WIDTH). The size of a file is proportional to it.
+constexpr int half_band = 3;
 
-// OpenVDB's own file writer does not notice a full disk. Written into memory instead, the file goes out like
-// all others: checked and atomically. `seekable` keeps the table of grid offsets that other programs read.
+// Writes grids into memory, so that the file can be written like all others: checked and atomically.
+// OpenVDB's own file writer does not notice a full disk. `seekable` keeps the table of grid offsets that
+// other programs read.
 class MemoryArchive : public openvdb::io::Archive {
  public:
   std::string bytes(const openvdb::GridCPtrVec& grids) const {
@@ -28,14 +31,16 @@ class MemoryArchive : public openvdb::io::Archive {
   using Archive::write;
 };
 
-// Fills one block of voxels; the band is |distance| < half_band voxels, all else stays inactive at
-// +-background.
+// Samples one block of voxels, whose first voxel is `origin`. Voxels with |distance| < half_band voxels are
+// active; all others are inactive and hold the background with the sign of the distance. A block without
+// active voxels becomes a tile. A block that is too far from the surface for active voxels, judging by the
+// distance at its center, is skipped.
 void sample_block(const BodyLevelSet& body, openvdb::FloatTree& tree, const openvdb::Coord& origin) {
   using Leaf = openvdb::FloatTree::LeafNodeType;
   const double band = half_band * body.voxel_size;
   const auto distance = [&](const Vec3& voxel) { return body.distance(voxel * body.voxel_size); };
   const Vec3 corner(origin.x(), origin.y(), origin.z());
-  const double to_corner = 0.5 * std::sqrt(3.0) * (Leaf::DIM - 1);  // voxels, from the block's centre
+  const double to_corner = 0.5 * std::sqrt(3.0) * (Leaf::DIM - 1);  // half diagonal of the block, voxels
   const double at_centre = distance(corner + Vec3::Constant(0.5 * (Leaf::DIM - 1)));
   if (std::abs(at_centre) >= band + to_corner * body.voxel_size) return;
 
@@ -52,6 +57,8 @@ void sample_block(const BodyLevelSet& body, openvdb::FloatTree& tree, const open
   if (leaf->isEmpty()) tree.addTile(1, origin, static_cast<float>(at_centre < 0 ? -band : band), false);
 }
 
+// Samples the narrow band of a body's level set, with body axes and the voxel as unit of the grid's
+// coordinates.
 openvdb::FloatGrid::Ptr sample(const BodyLevelSet& body) {
   const double band = half_band * body.voxel_size;
   auto grid = openvdb::FloatGrid::create(static_cast<float>(band));
@@ -62,14 +69,15 @@ openvdb::FloatGrid::Ptr sample(const BodyLevelSet& body) {
     for (int y = block_of(lower.y()); y <= block_of(upper.y()); ++y)
       for (int z = block_of(lower.z()); z <= block_of(upper.z()); ++z)
         sample_block(body, grid->tree(), openvdb::Coord(x * block, y * block, z * block));
-  openvdb::tools::signedFloodFill(grid->tree());  // gives the tiles inside their sign
+  openvdb::tools::signedFloodFill(grid->tree());  // makes the skipped blocks inside negative
   grid->setGridClass(openvdb::GRID_LEVEL_SET);
   grid->setName(body.name);
   grid->insertMeta("units", openvdb::StringMetadata("metres, seconds; y up, right-handed"));
   return grid;
 }
 
-// From voxels to the world. OpenVDB multiplies row vectors from the left, hence the transposed rotation.
+// Returns the transform from voxel coordinates to the world. OpenVDB multiplies row vectors from the left,
+// hence the transposed rotation.
 openvdb::math::Transform::Ptr placement(const Pose& pose, double voxel_size) {
   const Mat3 columns = voxel_size * pose.orientation.toRotationMatrix();
   openvdb::Mat4R matrix = openvdb::Mat4R::identity();
@@ -80,7 +88,8 @@ openvdb::math::Transform::Ptr placement(const Pose& pose, double voxel_size) {
   return openvdb::math::Transform::createLinearTransform(matrix);
 }
 
-// A file without grids is not written; one that an earlier run left would be of other bodies.
+// Writes the grids to the file. If there are no grids, removes the file that an earlier run left, which
+// would show other bodies.
 void write_or_remove(const RunDirectory& run, const fs::path& path, const openvdb::GridCPtrVec& grids) {
   if (grids.empty()) {
     run.remove(path);
@@ -92,9 +101,10 @@ void write_or_remove(const RunDirectory& run, const fs::path& path, const openvd
 }  // namespace
 
 struct LevelSetWriter::Impl {
-  std::vector<openvdb::FloatGrid::Ptr> grids;  // of the bodies
-  bool static_written = false;
+  std::vector<openvdb::FloatGrid::Ptr> grids;  // one for each body, without pose
+  bool static_written = false;                 // true once static.vdb has been written or removed
 
+  // Returns the grid of a body with the pose of `at`.
   openvdb::FloatGrid::Ptr placed(std::size_t body, const BodyLevelSet& at) const {
     openvdb::FloatGrid::Ptr grid = grids[body]->copy();  // shares the voxels
     grid->setTransform(placement(at.pose, at.voxel_size));

@@ -1,7 +1,4 @@
-// The level-set sequence: one OpenVDB grid a body that has a level set. A rigid body's level set is sampled
-// once, in body space; a frame's file holds the same voxels with the frame's pose in the grid's transform, so
-// that nothing is resampled. Bodies of one shape share their voxels, in memory and in a file. Bodies that
-// never move have a file of their own, which is the same for all frames.
+// The level-set sequence of a run: one OpenVDB grid for each body that has a level set.
 #pragma once
 
 #include <memory>
@@ -11,19 +8,24 @@
 
 namespace duet::io {
 
+/// Writes the level sets of rigid bodies, a file a frame. A level set is sampled once, in body space. Each
+/// frame's file holds the same voxels, with the frame's pose as the transform of the grid, so that nothing
+/// is resampled. Bodies of one shape share their voxels, in memory and in a file. Bodies that never move
+/// are in a file of their own, which serves all frames.
 class LevelSetWriter {
  public:
-  // Samples a narrow band of three voxels on either side of every surface. `bodies` need a distance function
-  // that grows no faster than the distance itself (Lipschitz constant 1).
+  /// Samples the level sets of `bodies` in a narrow band of three voxels on either side of every surface.
+  /// Each distance function must not grow faster than the distance itself (Lipschitz constant 1): blocks of
+  /// voxels are skipped by the distance at their center.
   explicit LevelSetWriter(const std::vector<BodyLevelSet>& bodies);
   ~LevelSetWriter();
 
-  // Writes levelset/NNNN.vdb, the bodies that move: grids of class level set named by the bodies, with
-  // metadata `frame`, `time` (s) and `units`; no file where nothing moves. The first call writes
-  // levelset/static.vdb before, the bodies that do not: the same without `frame` and `time`. It replaces the
-  // file that an earlier run left, and removes it where there is no such body. Both files are written
-  // atomically. `bodies` are those of the constructor, in the same order; only their poses are read. Throws
-  // FileError.
+  /// Writes levelset/NNNN.vdb: a grid of class level set for each body that can move. Grids are named by
+  /// their bodies and have the metadata `frame`, `time` (s) and `units`. If no body can move, there is no
+  /// such file. The first call also writes levelset/static.vdb with the bodies that never move, without
+  /// `frame` and `time`; if there are none, it removes the file that an earlier run left. `bodies` are
+  /// those of the constructor in the same order; only their poses are read. Files are written atomically.
+  /// Throws FileError.
   void write(const RunDirectory& run, int frame, double time, const std::vector<BodyLevelSet>& bodies);
 
  private:

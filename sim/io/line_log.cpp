@@ -14,7 +14,8 @@
 namespace duet::io {
 namespace {
 
-// The frame of a line, or -1 for a line that is torn or no object of ours, or whose frame cannot be.
+// Returns the number "frame" of a line, or -1 if the line is torn, is not a JSON object or has no possible
+// frame.
 int frame_of_line(std::string_view line) {
   const nlohmann::json object = nlohmann::json::parse(line, nullptr, false);
   if (!object.is_object()) return -1;
@@ -24,7 +25,7 @@ int frame_of_line(std::string_view line) {
   return number >= 0 && number <= most_frames ? static_cast<int>(number) : -1;
 }
 
-// Hands over the whole lines with their frames (frame_of_line), line ends included.
+// Calls visit(line, frame_of_line(line)) for each line that has its line end, which is part of `line`.
 template <class Visit>
 void for_each_line(std::string_view text, Visit&& visit) {
   for (std::size_t end = 0; (end = text.find('\n')) != std::string_view::npos; text.remove_prefix(end + 1)) {
@@ -33,6 +34,7 @@ void for_each_line(std::string_view text, Visit&& visit) {
   }
 }
 
+// Returns the lines with frames from 0 to `last_kept`.
 std::string lines_up_to(std::string_view text, int last_kept) {
   std::string kept;
   for_each_line(text, [&](std::string_view line, int frame) {

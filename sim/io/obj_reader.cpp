@@ -1,5 +1,5 @@
-// Reads back what write_obj writes. Anything else is an error with its line: a picture of a damaged frame
-// would be worse than none.
+// Reads OBJ files that write_obj() wrote. Anything else is an error that names its line: a picture of a
+// damaged frame would be worse than none.
 #include <charconv>
 #include <cmath>
 #include <limits>
@@ -13,8 +13,10 @@
 namespace duet::io {
 namespace {
 
+// Begins a line of strain, which programs wrote before values/ held it.
 constexpr std::string_view strain_mark = "# strain";
 
+// Parses the text of an OBJ file.
 class ObjReader {
  public:
   ObjReader(const fs::path& path, std::string_view text) : path_(path), rest_(text) {}
@@ -33,6 +35,7 @@ class ObjReader {
   }
 
  private:
+  // Parses line_, from which each function below takes what it has read.
   void read_line() {
     if (line_.starts_with(strain_mark)) return read_strain();
     if (line_.empty() || line_.front() == '#') return;
@@ -55,7 +58,7 @@ class ObjReader {
     if (!line_.empty()) fail(fmt::format("unexpected `{}`", line_));
   }
 
-  // Numbers for the positions so far, in one line or in several.
+  // Reads the strain of the positions so far, which is in one line or in several.
   void read_strain() {
     line_.remove_prefix(strain_mark.size());
     if (bodies_.empty()) fail("no object yet: expected `o NAME`");
@@ -74,7 +77,8 @@ class ObjReader {
     line_ = {};
   }
 
-  // Indices of the file count through all bodies, those of a body start at its own first vertex.
+  // Checks the body that ends and moves base_ behind it. Indices in the file count through all bodies,
+  // those of a surface from its own first vertex.
   void finish_body() {
     if (bodies_.empty()) return;
     const Surface& surface = bodies_.back().surface;
@@ -86,7 +90,7 @@ class ObjReader {
     base_.normal += static_cast<int>(surface.normals.size());
   }
 
-  // Finite numbers within the range of floats, which pictures are made of.
+  // Reads n finite numbers within the range of floats, because the renderer draws with floats.
   template <class Number, int n>
   Eigen::Matrix<Number, n, 1> numbers() {
     constexpr auto largest = static_cast<Number>(std::numeric_limits<float>::max());
@@ -99,6 +103,7 @@ class ObjReader {
     return values;
   }
 
+  // Reads "v/vt/vn".
   Corner corner(const Surface& surface) {
     skip_spaces();
     Corner corner;
@@ -110,6 +115,7 @@ class ObjReader {
     return corner;
   }
 
+  // Reads an index and returns it relative to `base`. It must be one of `count` elements.
   int index(int base, std::size_t count) {
     const int value = number<int>("a corner v/vt/vn");
     if (value < base || static_cast<std::size_t>(value - base) >= count)
@@ -148,9 +154,9 @@ class ObjReader {
   }
 
   const fs::path& path_;
-  std::string_view rest_, line_;
+  std::string_view rest_, line_;  // text after the current line, and what is left of the current line
   int line_number_ = 0;
-  Corner base_{1, 1, 1};
+  Corner base_{1, 1, 1};  // indices in the file of the current body's first position, uv and normal
   std::vector<BodySurface> bodies_;
 };
 

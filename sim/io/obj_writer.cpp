@@ -1,5 +1,5 @@
-// One OBJ file a frame. Written by hand because a TextBuilder is an order of magnitude faster than the
-// general exporters, and a long run writes hundreds of these.
+// Writes an OBJ file a frame, with a TextBuilder: it is an order of magnitude faster than general
+// exporters, and a long run writes hundreds of these files.
 #include <algorithm>
 #include <cmath>
 #include <string_view>
@@ -11,7 +11,7 @@
 namespace duet::io {
 namespace {
 
-// A line of a keyword and numbers.
+// Appends a line with a keyword and numbers.
 template <class Vector>
 void add_line(TextBuilder& text, std::string_view keyword, const Vector& values) {
   text.add(keyword);
@@ -19,7 +19,7 @@ void add_line(TextBuilder& text, std::string_view keyword, const Vector& values)
   text.add("\n");
 }
 
-// "v/vt/vn", one-based.
+// Appends a corner " v/vt/vn". The indices count from one.
 void add_corner(TextBuilder& text, int position, int uv, int normal) {
   text.add(" ");
   text.number(position);
@@ -29,6 +29,7 @@ void add_corner(TextBuilder& text, int position, int uv, int normal) {
   text.number(normal);
 }
 
+// Estimates the length of the text in bytes, so that the builder rarely has to grow.
 std::size_t expected_size(const std::vector<BodySurface>& bodies) {
   std::size_t size = 0;
   for (const auto& [name, surface] : bodies)
@@ -37,8 +38,8 @@ std::size_t expected_size(const std::vector<BodySurface>& bodies) {
   return size;
 }
 
-// Rounds positions to decimal places, so that few digits say them: to a part of the surface's extent as small
-// as the last bit of a float is of its value (2^-24), and to 1e-6 m at most.
+// Rounds positions to decimal places, so that they have few digits. The step is the largest power of ten
+// that is at most 1e-6 m and 2^-24 of the surface's extent, the relative precision of a float.
 class Rounding {
  public:
   explicit Rounding(const Surface& surface) {
@@ -51,15 +52,16 @@ class Rounding {
   Vec3 operator()(const Vec3& x) const { return {rounded(x.x()), rounded(x.y()), rounded(x.z())}; }
 
  private:
-  static constexpr double largest_exact = 1e22;  // of the powers of ten among the doubles
+  static constexpr double largest_exact = 1e22;  // largest power of ten that is exactly a double
 
   double rounded(double x) const {
     const double count = x * places_;
-    // The quotient of two exact numbers is the double nearest to the decimal number: its shortest form.
-    return std::abs(count) < 0x1p53 ? std::nearbyint(count) / places_ + 0.0 : x;  // + 0.0: no negative zero
+    // Both operands of the quotient are exact, so it is the double nearest to the decimal number, whose
+    // shortest form has only the digits of that number.
+    return std::abs(count) < 0x1p53 ? std::nearbyint(count) / places_ + 0.0 : x;  // + 0.0 removes -0.0
   }
 
-  double places_ = 1e6;  // 1/m
+  double places_ = 1e6;  // inverse of the step, 1/m: a power of ten
 };
 
 }  // namespace
@@ -79,7 +81,7 @@ std::string obj_text(const std::vector<BodySurface>& bodies, const ObjStyle& sty
     text.add(style.library);
     text.add("\n");
   }
-  Corner base{1, 1, 1};  // OBJ counts from one, through the whole file
+  Corner base{1, 1, 1};  // indices of the body's first elements: OBJ counts from one, through the whole file
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     const auto& [name, surface] = bodies[i];
     text.add("o ");

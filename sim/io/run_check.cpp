@@ -15,17 +15,20 @@ namespace {
 
 using State = RunJournal::Entry::State;
 
+// Folders of the files that have the number of a frame as name, and the extensions of these files.
 constexpr const char* numbered[][2] = {
     {"mesh", ".obj"}, {"levelset", ".vdb"}, {"values", ".npy"}, {"image", ".png"}, {"checkpoint", ".bin"}};
 
-// The frame of one of the numbered files of a run, given by its path from the run's folder on; else -1.
+// Returns the frame of a numbered file of a run, given by its path relative to the run's folder; -1 for
+// other files.
 int frame_of(const fs::path& name) {
   for (const auto& [folder, extension] : numbered)
     if (name.parent_path() == folder) return frame_of_file(name, extension);
   return -1;
 }
 
-// The files that a run writes and that are there, by their paths from its folder on.
+// Lists the files in the folder that a run writes, by their paths relative to the folder. The files of
+// source/ are not among them.
 std::set<std::string> files_of_run(const RunDirectory& run) {
   std::set<std::string> files;
   for (const auto& [folder, extension] : numbered)
@@ -38,6 +41,7 @@ std::set<std::string> files_of_run(const RunDirectory& run) {
   return files;
 }
 
+// Compares a file with the journal. Returns a sentence about what is wrong, or an empty text.
 std::string fault_of(const RunDirectory& run, const std::string& name) {
   const fs::path path = run.root / name;
   try {
@@ -48,11 +52,12 @@ std::string fault_of(const RunDirectory& run, const std::string& name) {
   }
 }
 
+// Compares the files with the journal as it was read, which `run` must have.
 RunCheck check_once(const RunDirectory& run) {
   RunCheck check;
   check.faults = run.journal->faults();
   const std::map<std::string, RunJournal::Entry> entries = run.journal->entries();
-  int newest = -1;  // frame of the newest checkpoint
+  int newest = -1;  // frame of the newest checkpoint that is listed
   for (const auto& [name, entry] : entries) {
     if (entry.state == State::whole && fs::path(name).parent_path() == "checkpoint")
       newest = std::max(newest, frame_of(name));
@@ -65,7 +70,7 @@ RunCheck check_once(const RunDirectory& run) {
     else
       ++check.whole;
   }
-  int before = 0;  // files of frames before the journal's first one
+  int before = 0;  // number of files of frames before the journal's first frame
   for (const std::string& name : files_of_run(run)) {
     if (entries.contains(name)) continue;
     const int frame = frame_of(name);
@@ -108,7 +113,9 @@ RunCheck check_run(const RunDirectory& run) {
                      journal_path(run.root).string())},
         {}};
   RunCheck check = check_once(with_journal);
-  // A simulation that goes on meanwhile replaces and removes files.
+  // A simulation that goes on meanwhile replaces and removes files, which looks like faults. It appends to
+  // the journal when it does so: the check is repeated until the journal has the same size before and after
+  // it.
   std::error_code none;
   for (std::uintmax_t size = 0;
        !check.faults.empty() && size != fs::file_size(journal_path(run.root), none) && !none;) {

@@ -1,4 +1,4 @@
-// Compares the files of a run with its journal.
+// Compares the files of a run with the lengths and hashes that its journal lists.
 #pragma once
 
 #include <optional>
@@ -9,23 +9,27 @@
 
 namespace duet::io {
 
+/// Result of check_run().
 struct RunCheck {
-  int whole = 0;                    ///< files that are what the journal lists
-  std::vector<std::string> faults;  ///< "out/stack/mesh/0003.obj: is missing", a sentence a file
-  std::vector<std::string> notes;   ///< what is not checked, and why
+  int whole = 0;                    ///< number of files that are as the journal lists them
+  std::vector<std::string> faults;  ///< one sentence a file: "out/stack/mesh/0003.obj: is missing"
+  std::vector<std::string> notes;   ///< sentences about files that are not checked, with the reason
 };
 
-/// Looks at every file that the journal lists and at every file of a run that it does not list. A run without
-/// a journal has that as its fault. Files of the frame after the newest checkpoint may be of a program that
-/// writes them, or was killed meanwhile: they are notes. Throws FileError where the journal cannot be read.
+/// Compares every file that the run's journal lists, and looks for files of a run that it does not list. A
+/// run without a journal has one fault that says so. Files that are not listed and belong to frames after
+/// the newest checkpoint are notes, not faults: a program may be writing them, or was killed while it did.
+/// If a simulation goes on meanwhile, a check with faults is repeated until the journal stays as it is.
+/// Throws FileError if the journal cannot be read.
 RunCheck check_run(const RunDirectory& run);
 
-/// The faults of what a run that goes on after frame `last` keeps: meshes and level sets up to that frame,
-/// and statistics and hashes of stages that are there. Pictures are drawn again where they are damaged.
-/// Statistics that lack a frame are a fault, too.
+/// Returns the faults of the files that a run keeps when it is continued after frame `last`: meshes, values
+/// and level sets of frames up to `last`, and the statistics and stage hashes. Statistics that lack a frame
+/// are a fault, too. Pictures are not checked, because damaged ones are drawn again. Checks only the
+/// statistics' frames if the run has no journal. Throws FileError if the statistics cannot be read.
 std::vector<std::string> faults_of_kept(const RunDirectory& run, int last);
 
-/// "frame 3", "frames 3 to 5, 7"; the frames in order.
+/// Returns a phrase that names frames, which are given in ascending order: "frame 3", "frames 3 to 5, 7".
 std::string frames_text(const std::vector<int>& frames);
 
 }  // namespace duet::io

@@ -22,11 +22,12 @@ void write_origin(nlohmann::ordered_json& object, const Origin& origin) {
   object["machine"] = origin.machine;
 }
 
-// Why a manifest is none, in words for a FileError.
+// Thrown while a manifest is parsed: says in words for a FileError what is wrong with it.
 struct BadManifest {
   std::string what;
 };
 
+// Returns the number object[key]. Throws BadManifest if it is not a number from `least` to `most`.
 double number_within(const nlohmann::json& object, const char* key, double least, double most) {
   const nlohmann::json& value = object.at(key);
   const double number = value.is_number() ? value.get<double>() : std::numeric_limits<double>::quiet_NaN();
@@ -71,6 +72,7 @@ std::optional<Eigen::AlignedBox3d> read_box(const nlohmann::json& body) {
   return Eigen::AlignedBox3d(corner(0), corner(1));
 }
 
+// Remedy for files that differ from the journal.
 constexpr const char* unlike_journal =
     "`duet verify RUN` names all damaged files: put them back from a copy, or simulate the scene anew";
 
@@ -86,7 +88,8 @@ fs::path RunDirectory::image(int frame) const { return root / "image" / fmt::for
 void RunDirectory::write(const fs::path& path, const std::string& bytes) const {
   if (!journal) return write_atomically(path, bytes);
   const FileMark mark = mark_of(bytes);
-  // The same bytes again are neither damage nor news.
+  // If the journal lists these very bytes, the file is as listed before and after the write: no line
+  // "replacing" is needed.
   const std::optional<RunJournal::Entry> listed = journal->entry(path);
   if (!listed || listed->mark != mark) journal->replace(path);
   write_atomically(path, bytes);
@@ -140,7 +143,8 @@ std::string program_text(const Origin& origin) {
 std::vector<EarlierFrames> earlier_frames(const Manifest& before, int last_frame, const Origin& now) {
   std::vector<EarlierFrames> earlier = before.earlier;
   earlier.push_back({last_frame, before.origin});
-  // The frames after `last_frame` are computed anew where the newest checkpoints were lost.
+  // If the newest checkpoints were lost, frames after `last_frame` are there and will be computed again:
+  // entries that reach beyond it are cut off.
   const auto last = std::find_if(earlier.begin(), earlier.end(), [&](const EarlierFrames& frames) {
     return frames.last_frame >= last_frame;
   });

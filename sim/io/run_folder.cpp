@@ -18,6 +18,8 @@ namespace {
 
 using NumberedFiles = std::array<std::pair<fs::path, const char*>, 5>;
 
+// Returns the folders of the files that have the number of a frame as name, and the extensions of these
+// files.
 NumberedFiles numbered_files(const RunDirectory& run) {
   return {{{run.root / "mesh", ".obj"},
            {run.root / "levelset", ".vdb"},
@@ -26,13 +28,15 @@ NumberedFiles numbered_files(const RunDirectory& run) {
            {run.checkpoint(), ".bin"}}};
 }
 
+// Removes the numbered files of a folder; other files stay.
 void remove_frames(const fs::path& folder, const std::string& extension) {
   for (const fs::path& path : files_in(folder))
     if (frame_of_file(path, extension) >= 0) remove_file(path);
 }
 
-// Throws where a simulation may not write: it may where there is a run, or nothing but what a program left
-// that was killed before it had written the manifest.
+// Throws FileError unless the folder is one to which a simulation may write. It holds a run with a readable
+// manifest, or nothing but temporary files and a journal, which a program may leave that is killed before
+// it writes the manifest.
 void require_run_or_empty(const RunDirectory& run) {
   std::error_code error;
   const fs::directory_iterator entries(run.root, error);
@@ -72,7 +76,7 @@ RunLock::RunLock(const RunDirectory& run) : root_(run.root) {
   require_run_or_empty(run);
   folder_ = ::open(run.root.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (folder_ < 0) throw system_error(run.root, "cannot open the folder", errno);
-  // File systems that know no locks are left alone: the lock is a help, not a need.
+  // File systems without locks fail in other ways, which are ignored: the lock is only a safeguard.
   if (::flock(folder_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
     ::close(folder_);
     throw FileError(run.root.string(), "another simulation is writing to this folder",
@@ -81,7 +85,7 @@ RunLock::RunLock(const RunDirectory& run) : root_(run.root) {
 }
 
 RunLock::~RunLock() {
-  ::rmdir(root_.c_str());  // fails when there is anything in it
+  ::rmdir(root_.c_str());  // fails if the folder is not empty
   ::close(folder_);
 }
 
@@ -92,7 +96,8 @@ void clear_run(const RunDirectory& run) {
   remove_file(run.body_values());
   remove_file(run.stats());
   remove_file(run.stage_hashes());
-  remove_file(journal_path(run.root));  // last: what a kill leaves of the run is still checked
+  // The journal goes last: if the program is killed before, the rest of the run is still checked.
+  remove_file(journal_path(run.root));
 }
 
 void continue_run(const RunDirectory& run, const Manifest& manifest, const std::string& scene_source) {

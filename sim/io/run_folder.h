@@ -1,5 +1,5 @@
-// The life of a run directory: taken over by one simulation at a time, cleared for a fresh run, kept for a
-// resumed one.
+// The life of a run directory: one simulation at a time takes it over, clears it for a fresh run, or keeps
+// it for a resumed one.
 #pragma once
 
 #include <set>
@@ -9,41 +9,46 @@
 
 namespace duet::io {
 
-// Holds a run directory for one simulation. The system releases it when the program ends, however it ends.
+/// Holds a run directory for one simulation. The lock is one of the system (flock), which releases it when
+/// the program ends, however it ends. On file systems without locks nothing is held.
 class RunLock {
  public:
-  // Creates the folder if need be. Throws FileError if another simulation writes there, or if the folder
-  // holds something that is not a run directory.
+  /// Creates the folder if it is missing, and locks it. Throws FileError if another simulation holds it, if
+  /// it has files but no readable manifest.json, or if it cannot be opened.
   explicit RunLock(const RunDirectory& run);
-  ~RunLock();  // a folder that is still empty goes away again
+  /// Releases the lock, and removes the folder if it is empty.
+  ~RunLock();
   RunLock(const RunLock&) = delete;
   RunLock& operator=(const RunLock&) = delete;
 
  private:
   fs::path root_;
-  int folder_ = -1;
+  int folder_ = -1;  // descriptor of the folder, locked
 };
 
-/// What an earlier simulation left in a run directory.
+/// Content of a run directory that an earlier simulation left.
 struct HeldRun {
-  /// Of which there is a mesh, level set, picture, checkpoint or line of statistics.
+  /// Frames of which there is a mesh, a level set, values, a picture, a checkpoint or a line of statistics.
   std::set<int> frames;
-  bool has_video = false;
+  bool has_video = false;  ///< true if the video of the manifest's scene is there
+  /// Returns true if there is neither a frame nor a video.
   bool is_empty() const { return frames.empty() && !has_video; }
 };
 
-/// Looks through the folder; one that is not there holds nothing. Throws FileError where it cannot be read.
+/// Lists what an earlier simulation left in the folder; a missing folder holds nothing. Throws FileError if
+/// the folder, its statistics or its manifest cannot be read.
 HeldRun held_run(const RunDirectory& run);
 
-/// Removes the frames, statistics, checkpoints, video and journal of an earlier run there. Files that no run
-/// writes stay. Throws FileError.
+/// Removes the frames, level sets, values, pictures, statistics, checkpoints, video and journal of an
+/// earlier run. Files that no run writes stay. Throws FileError.
 void clear_run(const RunDirectory& run);
 
-/// Writes the manifest and the scene, creates the folders of the frames, and clears away what a killed run
-/// left half written. Throws FileError.
+/// Prepares the folder for the frames to come: removes temporary files that a killed program left, writes
+/// the manifest and `scene_source` as scene.toml, and creates the folders of the frames. Throws FileError.
 void continue_run(const RunDirectory& run, const Manifest& manifest, const std::string& scene_source);
 
-// Where the video of a run of this scene is written: stack.mp4 for scenes/stack.toml.
+/// Returns the path of the run's video, which has the name of the scene file: stack.mp4 for
+/// scenes/stack.toml.
 fs::path video_path(const RunDirectory& run, const Manifest& manifest);
 
 }  // namespace duet::io

@@ -21,9 +21,11 @@ namespace {
 using Json = nlohmann::ordered_json;
 using State = RunJournal::Entry::State;
 
+// Texts of "state" in the file, by State. A line without "state" lists a whole file.
 constexpr const char* states[] = {"", "replacing", "removed"};
-constexpr const char* flawed = "flawed";
+constexpr const char* flawed = "flawed";  // further text of "state", which sets Entry::is_flawed
 
+// Parses a hexadecimal number; returns none if the text is not one.
 std::optional<std::uint64_t> number_of(const std::string& hexadecimal) {
   std::uint64_t number = 0;
   const char* end = hexadecimal.data() + hexadecimal.size();
@@ -31,12 +33,13 @@ std::optional<std::uint64_t> number_of(const std::string& hexadecimal) {
   return error == std::errc() && rest == end ? std::optional(number) : std::nullopt;
 }
 
-// Whether the name stays within the folder of its run.
+// Returns true if the name is a relative path that does not leave the folder of its run.
 bool is_inside(const fs::path& name) {
   return name.is_relative() && !name.empty() &&
          std::none_of(name.begin(), name.end(), [](const fs::path& part) { return part == ".."; });
 }
 
+// Returns a verb phrase that tells how the file differs from what is listed; empty if it does not.
 std::string difference(const FileMark& found, const FileMark& listed) {
   if (found == listed) return {};
   if (found.bytes != listed.bytes)
@@ -101,7 +104,7 @@ void RunJournal::parse(std::string_view text) {
       faults_.push_back(fmt::format("{}: line {} is damaged: the files of its run are not all checked",
                                     journal_path(root_).string(), number));
   }
-  // The last line may lack its end where the power went: nothing that it says is known.
+  // A last line without an end was not written whole, as after a power failure. It is ignored.
   if (number == 0)
     faults_.push_back(
         fmt::format("{}: holds no line: the files of its run are not checked", journal_path(root_).string()));
@@ -140,7 +143,8 @@ bool RunJournal::parse_line(std::string_view line, bool is_first) {
   }
 }
 
-// Names that are no UTF-8 cannot be listed.
+// Returns the path relative to the run's folder. Returns none for files outside of it, and for names that
+// are not UTF-8, which JSON cannot hold.
 std::optional<std::string> RunJournal::name_of(const fs::path& path) const {
   std::string name = path.lexically_relative(root_).generic_string();
   if (!is_inside(name)) return std::nullopt;
@@ -241,7 +245,7 @@ std::string RunJournal::fault(const fs::path& path) const {
   std::error_code error;
   const std::uint64_t size = fs::file_size(path, error);
   if (error == std::errc::no_such_file_or_directory) return "is missing";
-  // A file of another length need not be read.
+  // A file of the wrong length is damaged without reading it.
   if (!error && (is_growing(path) ? size < listed->mark.bytes : size != listed->mark.bytes))
     return difference({size, 0}, listed->mark);
   return difference(mark_of_file(path, is_growing(path) ? listed->mark.bytes : UINT64_MAX), listed->mark);

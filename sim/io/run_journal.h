@@ -1,13 +1,5 @@
-// journal.jsonl: which files a run has written, with their lengths and hashes, so that whatever reads a run
-// can tell a file that was damaged or lost since.
-//
-// A line is appended once a file has its name: {"file":"mesh/0003.obj","bytes":71,"hash":"0123456789abcdef"}.
-// The last line of a file counts. A file that is about to change has a line with "state":"replacing" before
-// it does, one that is about to go a line with "removed", so that a program that is killed between two calls
-// leaves files that are not checked, and none that seem damaged. Files that grow (*.jsonl) are listed with
-// the bytes that they had; what follows these is not checked. "flawed" is said of a growing file that was
-// found damaged when its run was continued. The first line, {"journal":1,"first_frame":0}, says from which
-// frame on files are listed: not from 0 where a program without journals began the run.
+// journal.jsonl: the files that a run has written, with their lengths and hashes, so that readers of a run
+// recognize files that were damaged or lost later.
 #pragma once
 
 #include <cstdint>
@@ -24,75 +16,111 @@ namespace duet::io {
 
 namespace fs = std::filesystem;
 
-/// The length and the hash (FileHash) of a file.
+/// Length and hash of a file, by which damage is recognized.
 struct FileMark {
-  std::uint64_t bytes = 0;
-  std::uint64_t hash = 0;
+  std::uint64_t bytes = 0;  ///< length
+  std::uint64_t hash = 0;   ///< XXH64 of the bytes, see FileHash
+  /// Returns true if length and hash are equal.
   bool operator==(const FileMark&) const = default;
 };
+
+/// Returns the length and the hash of the bytes.
 FileMark mark_of(std::string_view bytes);
 
-/// Of the file's first `most` bytes, read in pieces. Throws FileError.
+/// Returns the length and the hash of the first `most` bytes of a file, or of all if it is shorter. The
+/// file is read in pieces. Throws FileError.
 FileMark mark_of_file(const fs::path& path, std::uint64_t most = UINT64_MAX);
 
-/// Whether files of this name grow line by line.
+/// Returns true for names of files that grow line by line: *.jsonl.
 bool is_growing(const fs::path& path);
 
-/// All members may be called from any thread. Paths are those of files in the run's folder.
+/// The journal of a run: a file of JSON objects, one on each line, to which lines are appended.
+///
+/// The first line, {"journal":1,"first_frame":0}, tells from which frame on files are listed. It is not 0
+/// if a program without journals began the run. A file is listed once it has its final name:
+/// {"file":"mesh/0003.obj","bytes":71,"hash":"0123456789abcdef"}. The last line about a file counts. Before
+/// a file is replaced, a line with "state":"replacing" is appended, and before it is removed one with
+/// "removed". A program that is killed between the two calls thus leaves a file that is not checked, and
+/// none that seems damaged. A growing file (*.jsonl) is listed with the bytes that it has at that time;
+/// bytes after these are not checked. "state":"flawed" marks a growing file that was found damaged when its
+/// run was continued.
+///
+/// All members may be called from any thread. Paths are those of files in the run's folder; other paths,
+/// and names that are not UTF-8, are not listed.
 class RunJournal {
  public:
+  /// Knowledge about one file.
   struct Entry {
-    enum class State { whole, replacing, removed } state = State::whole;
-    bool is_flawed = false;
-    FileMark mark;
+    /// State of the file after the last line about it.
+    enum class State {
+      whole,                 ///< written: it must be as `mark` says
+      replacing,             ///< about to be replaced: it is not checked
+      removed                ///< removed, or about to be: it is not checked
+    } state = State::whole;  ///< state of the file
+    bool is_flawed = false;  ///< true if a growing file was found damaged when its run was continued
+    FileMark mark;           ///< length and hash; valid in the state `whole`
   };
 
-  /// The journal of the run in the folder; none where it has none. Throws FileError where it cannot be read.
+  /// Reads the journal of the run in the folder `root`; returns null if there is none. Throws FileError if
+  /// it cannot be read.
   static std::shared_ptr<RunJournal> read(const fs::path& root);
 
-  /// The same for a simulation that continues the run after the frame before `first_frame`; makes a journal
-  /// where there is none, and cuts off a line that was not written to its end. Throws FileError.
+  /// Opens the journal for a simulation that writes the frames from `first_frame` on. Creates the journal
+  /// if there is none, and cuts off a last line without an end. Throws FileError.
   static std::shared_ptr<RunJournal> open(const fs::path& root, int first_frame);
 
   ~RunJournal();
   RunJournal(const RunJournal&) = delete;
   RunJournal& operator=(const RunJournal&) = delete;
 
-  void list(const fs::path& path, const FileMark& mark);  ///< after the file is written; throws FileError
-  void replace(const fs::path& path);                     ///< before another file takes its place
-  void remove(const fs::path& path);                      ///< before it is removed
-  void flaw(const fs::path& path);                        ///< of a growing file that is damaged, and goes on
+  /// Lists a file after it was written, unless it is listed like this already. Throws FileError.
+  void list(const fs::path& path, const FileMark& mark);
+  /// Notes that another file is about to take the place of a listed one. Throws FileError.
+  void replace(const fs::path& path);
+  /// Notes that a file is about to be removed. Throws FileError.
+  void remove(const fs::path& path);
+  /// Notes that a growing file is damaged and is going to grow on. Throws FileError.
+  void flaw(const fs::path& path);
 
-  /// What the last line of the file says; none where there is no line.
+  /// Returns what the last line about the file says; none if no line is about it.
   std::optional<Entry> entry(const fs::path& path) const;
-  std::map<std::string, Entry> entries() const;  ///< by the path from the run's folder on
+  /// Returns the entries of all files, by their paths relative to the run's folder.
+  std::map<std::string, Entry> entries() const;
 
-  /// Why the file is not what is listed: "is missing", "is damaged: ..."; empty where it is, or is not listed
-  /// as whole.
+  /// Compares the file with its entry. Returns what is wrong: "is missing", "is damaged: ..."; empty if it
+  /// is as listed or is not listed as whole. Throws FileError if it cannot be read.
   std::string fault(const fs::path& path) const;
-  /// The same for a file whose bytes are read already.
+  /// Compares `bytes`, which were read from the file, with its entry. Returns what is wrong, or an empty
+  /// text if they are as listed or the file is not listed as whole.
   std::string fault(const fs::path& path, std::string_view bytes) const;
 
+  /// Returns the first frame whose files are listed.
   int first_frame() const { return first_frame_; }
-  /// Lines of the file that are none of a journal, in words.
+  /// Returns a sentence for each line of the journal that cannot be understood, and one if it has no line.
   const std::vector<std::string>& faults() const { return faults_; }
 
  private:
   explicit RunJournal(const fs::path& root) : root_(root) {}
+  // Reads the lines of the file into the members.
   void parse(std::string_view text);
+  // Reads a line into the members. Returns false if it is not a line of a journal.
   bool parse_line(std::string_view line, bool is_first);
+  // Appends a line about a file: its mark, or else its state.
   void append(const std::string& name, const char* state, const std::optional<FileMark>& mark);
+  // Appends a line to the file, which it opens or creates first if need be.
   void write_line(const std::string& line);
+  // Returns the name under which a file is listed; none if it cannot be listed.
   std::optional<std::string> name_of(const fs::path& path) const;
 
   const fs::path root_;
-  mutable std::mutex mutex_;
-  std::map<std::string, Entry> entries_;
+  mutable std::mutex mutex_;              // guards entries_ and the file
+  std::map<std::string, Entry> entries_;  // keys are paths relative to root_
   std::vector<std::string> faults_;
   int first_frame_ = 0;
-  int file_ = -1;  // opened for the first line that is appended
+  int file_ = -1;  // descriptor, opened for the first line that is appended
 };
 
+/// Returns the path of the journal of the run in the folder.
 fs::path journal_path(const fs::path& root);
 
 }  // namespace duet::io

@@ -15,13 +15,14 @@ namespace {
 fs::path folder_of(const RunDirectory& run) { return run.root / "source"; }
 fs::path list_of(const RunDirectory& run) { return folder_of(run) / "source.json"; }
 
-// Whether a path from a folder on stays in that folder.
+// Returns true if a path relative to a folder does not leave that folder.
 bool stays_inside(const fs::path& path) {
   return !path.empty() && path.is_relative() &&
          std::none_of(path.begin(), path.end(), [](const fs::path& part) { return part == ".."; });
 }
 
-// The buffers that a .gltf file names and that are files beside it or below.
+// Returns the paths of the buffers that a .gltf file names, relative to its folder. Buffers within the
+// file, and files outside of its folder, are left out.
 std::vector<std::string> buffers_of(const std::string& gltf) {
   std::vector<std::string> buffers;
   const nlohmann::json document = nlohmann::json::parse(gltf, nullptr, false);

@@ -1,5 +1,5 @@
-/// What a run was made of, so that it can be made again anywhere: the scene as written, what the command line
-/// changed in it, and copies of the mesh files that it names.
+// The source of a run, by which it can be repeated anywhere: the scene as written, what the command line
+// changed in it, and copies of the mesh files that it names.
 #pragma once
 
 #include <map>
@@ -12,30 +12,32 @@
 
 namespace duet::io {
 
-/// Files below source/ of a run directory, listed in source/source.json.
+/// Source of a run: files below source/ of its folder, as source/source.json lists them.
 struct RunSource {
-  std::string scene;                 ///< file name of the scene: "stack.toml"
-  std::vector<std::string> set;      ///< "key=value" of --set, in their order, --accuracy first
-  std::vector<std::string> without;  ///< effects that were left out
-  scene::FileMap files;              ///< by the name as the scene has it: the path of the copy
+  std::string scene;             ///< file name of the scene: "stack.toml"
+  std::vector<std::string> set;  ///< overrides "key=value" of --set in their order, those of --accuracy first
+  std::vector<std::string> without;  ///< names of effects that --without left out
+  scene::FileMap files;  ///< paths of the copies of mesh files, by the names that the scene gives them
 };
 
-/// The files of a source, in memory: by the path from source/ on, the bytes.
+/// Files of a source in memory: their bytes, by the path relative to source/.
 using SourceFiles = std::map<std::string, std::string>;
 
-/// Reads what a scene was made of. Mesh files are named by their content, mesh/0123456789abcdef/cow.obj, with
-/// the buffers that a .gltf file names beside them. `source.files` is set to paths from source/ on. Throws
-/// FileError.
+/// Reads the files that a scene was made of, and sets `source.scene` and `source.files`; the latter has
+/// paths relative to source/. Copies of mesh files lie in folders named by their content,
+/// mesh/0123456789abcdef/cow.obj. Buffers that a .gltf file names lie beside its copy. Throws FileError.
 SourceFiles collect_source(const scene::ReadResult& read, RunSource& source);
 
-/// Writes source/ of the run, and removes what it held before and holds no longer. Throws FileError.
+/// Writes the folder source/ of the run, and removes files in it that belong to an earlier source only.
+/// Throws FileError.
 void write_source(const RunDirectory& run, const RunSource& source, const SourceFiles& files);
 
-/// The source of a run, with `files` as paths that can be opened; none where the run has none (programs
-/// before December 2026). Throws FileError where it is damaged.
+/// Reads the source of a run, with `files` as paths that can be opened. Returns none if the run has no
+/// source (programs before December 2026 wrote none). Throws FileError if source.json is damaged or names
+/// files outside its folder.
 std::optional<RunSource> read_source(const RunDirectory& run);
 
-/// The path of the scene as written.
+/// Returns the path of the run's copy of the scene as written.
 fs::path source_scene(const RunDirectory& run, const RunSource& source);
 
 }  // namespace duet::io

@@ -20,7 +20,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::size_t digits = 8;  // of a hash in the file
+constexpr std::size_t digits = 8;  // digits of a hash in the file
 
 std::string_view name_of(Owner owner) {
   switch (owner) {
@@ -36,6 +36,7 @@ std::string_view name_of(Owner owner) {
   return {};
 }
 
+// Folds each hash of 64 bits into 8 hexadecimal digits and joins them.
 std::string digits_of(const std::vector<std::uint64_t>& hashes) {
   std::string text;
   text.reserve(digits * hashes.size());
@@ -44,10 +45,11 @@ std::string digits_of(const std::vector<std::uint64_t>& hashes) {
   return text;
 }
 
-// Reads a log line by line.
+// Reads a file hashes.jsonl line by line, and holds the hashes of all quantities after the stage it has
+// reached.
 class Reader {
  public:
-  using Quantity = std::pair<std::string, std::string>;  // owner, name
+  using Quantity = std::pair<std::string, std::string>;  // name of the owner, name of the quantity
 
   explicit Reader(const RunDirectory& run) : path_(run.stage_hashes()), file_(path_) {
     if (!file_)
@@ -62,7 +64,7 @@ class Reader {
     }
   }
 
-  // Whether there is another stage; then it is read.
+  // Advances to the next stage; returns false at the end of the file.
   bool advance() {
     Json object = next_object();
     if (object.is_null()) return false;
@@ -85,8 +87,9 @@ class Reader {
     return true;
   }
 
-  // In the order in which they first came.
+  // Returns the quantities with their hashes, in the order in which they first occurred.
   const std::vector<std::pair<Quantity, std::string>>& quantities() const { return quantities_; }
+  // Returns the name of the body that the hash with this index belongs to; empty for the scene.
   std::string body(const std::string& owner, std::size_t index) const {
     if (owner == "scene") return {};
     if (owner == "deformable") return deformable_[index];
@@ -102,14 +105,15 @@ class Reader {
   }
   const fs::path& path() const { return path_; }
 
-  int frame = 0, step = 0;
-  std::string stage;
+  int frame = 0, step = 0;  // frame and step of the stage reached
+  std::string stage;        // label of the stage reached
 
  private:
   [[noreturn]] void damaged() const {
     throw FileError(path_.string(), fmt::format("line {} is no record of a stage", line_),
                     "simulate anew with --hash-stages");
   }
+  // Returns the object of the next line; null at the end of the file.
   Json next_object() {
     std::string text;
     if (!std::getline(file_, text)) return {};
@@ -118,6 +122,7 @@ class Reader {
     if (!object.is_object()) damaged();
     return object;
   }
+  // Returns how many hashes a quantity of this owner has.
   std::size_t owners(Owner owner) const {
     switch (owner) {
       case Owner::rigid:
@@ -145,6 +150,7 @@ class Reader {
   std::map<Quantity, std::size_t> index_;
 };
 
+// Compares the stages that two readers have reached.
 std::optional<StageDifference> difference_of(const Reader& a, const Reader& b) {
   StageDifference difference;
   difference.frame = a.frame;

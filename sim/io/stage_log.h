@@ -1,5 +1,5 @@
-// hashes.jsonl of a run directory: hashes of the state after every stage (`duet sim --hash-stages`), and the
-// search for the first stage in which two runs differ.
+// hashes.jsonl of a run directory: hashes of the state after every stage (`duet sim --hash-stages`), and
+// the search for the first stage in which two runs differ.
 #pragma once
 
 #include <optional>
@@ -11,50 +11,61 @@
 
 namespace duet::io {
 
-/// Writes hashes.jsonl. Its first line has the names of the bodies, each further one a StageRecord:
-///   {"frame": 0, "rigid": [names], "deformable": [names]}
-///   {"frame": 1, "step": 1, "stage": "I.1 advance velocity", "rigid": {"velocity": hashes, ...}, "scene":
-///   {...}}
-/// Hashes are those of all owners (sim/step/state_hashes.h) one after the other, 8 hexadecimal digits each. A
-/// quantity that has the hashes of the line before is left out.
+/// Writes hashes.jsonl. Its first line has the names of the bodies, each further line is a StageRecord:
+///
+///     {"frame": 0, "rigid": [names], "deformable": [names]}
+///     {"frame": 1, "step": 1, "stage": "I.1 advance velocity", "rigid": {"velocity": hashes, ...},
+///      "scene": {...}}
+///
+/// The hashes of a quantity are one text, with 8 hexadecimal digits for each owner
+/// (sim/step/state_hashes.h). A quantity whose hashes are those of the line before is left out.
 class StageLog {
  public:
-  /// `bodies`: Simulation::state_hashes() of any frame, for the names. Keeps lines of frames up to
-  /// `last_kept` that are there (-1: none). Throws FileError.
+  /// Opens hashes.jsonl. Keeps its lines of frames up to `last_kept` (-1: none). `bodies` are
+  /// Simulation::state_hashes() of any frame; only their names are used. Throws FileError.
   StageLog(const RunDirectory& run, const std::vector<BodyHashes>& bodies, int last_kept = -1);
 
-  void append(const StageRecord& record);  ///< throws FileError
-  void list() const { lines_.list(); }     ///< at the end of a frame, in the run's journal; throws FileError
+  /// Appends the line of a stage. Throws FileError.
+  void append(const StageRecord& record);
+  /// Lists the file in the run's journal, at the end of a frame. Throws FileError.
+  void list() const { lines_.list(); }
 
  private:
   LineLog lines_;
-  std::vector<QuantityHashes> last_;
+  std::vector<QuantityHashes> last_;  // hashes of the line before; empty at first
 };
 
-/// Where two runs part ways.
+/// First stage after which two runs differ.
 struct StageDifference {
-  int frame = 0, step = 0;
-  std::string stage;
-  /// The stage that the second run has in that place. If it is another one (they found the same values up to
-  /// there, and went on with other work) the rest is empty.
+  int frame = 0,      ///< frame that the step leads to
+      step = 0;       ///< number of the step in its frame, from 1
+  std::string stage;  ///< label of the stage in the first run
+  /// Label of the stage that the second run has in that place. If this record is of another frame, step or
+  /// stage than that of the first run, both found equal values up to there and went on with other work: the
+  /// members below are empty.
   std::string other_stage;
-  std::string quantity;             ///< the first that differs
-  std::string body;                 ///< the first whose quantity differs; empty for a quantity of the scene
-  int bodies = 0;                   ///< how many have another quantity
+  std::string quantity;             ///< first quantity that differs after the stage
+  std::string body;                 ///< first body whose quantity differs; empty for a quantity of the scene
+  int bodies = 0;                   ///< number of bodies whose quantity differs; 1 for the scene
   std::vector<std::string> others;  ///< further quantities that differ after the stage
 };
 
+/// Result of compare_stages().
 struct StageComparison {
-  int stages = 0;      ///< that both runs have and in which they are equal
-  int last_frame = 0;  ///< of these stages
-  std::optional<StageDifference> difference;
-  bool same_length = true;  ///< whether they end together; one that was stopped earlier is no difference
+  int stages = 0;      ///< number of stages, from the beginning, after which both runs are equal
+  int last_frame = 0;  ///< frame of the last of these stages
+  std::optional<StageDifference> difference;  ///< first difference; none if there is none
+  /// True if both runs have equally many stages. The value is valid if there is no difference; a run that
+  /// was stopped earlier is not different.
+  bool same_length = true;
 
-  std::string text() const;  ///< a sentence
+  /// Returns the result as a phrase.
+  std::string text() const;
 };
 
-/// Throws FileError where a run has no hashes.jsonl or one that cannot be read, Error (usage) where they are
-/// of scenes with other bodies or begin at other frames.
+/// Compares hashes.jsonl of two runs stage by stage, up to the first difference. Throws FileError if one of
+/// the files is missing or malformed. Throws Error (usage) if the runs have different bodies or hash
+/// different quantities, or begin at different frames.
 StageComparison compare_stages(const RunDirectory& a, const RunDirectory& b);
 
 }  // namespace duet::io

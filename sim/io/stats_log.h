@@ -1,4 +1,4 @@
-// stats.jsonl: one JSON object a frame, one line each.
+// stats.jsonl: the statistics of a run, one JSON object on each line for a frame.
 #pragma once
 
 #include <cstdint>
@@ -9,23 +9,24 @@
 
 namespace duet::io {
 
-// The object of one frame, on one line, without the line's end. Fields in the order of FrameStats; stages as
-// {name: {seconds, calls}}; the hash as 16 hexadecimal digits, because JSON numbers do not carry 64 bits
-// everywhere.
+/// Returns the JSON object of one frame on one line, without the line end. Stages are {name: {seconds,
+/// calls}}. The hash is a text of 16 hexadecimal digits, because many readers of JSON hold numbers as
+/// doubles. The ledger, pinched bodies and self-intersections are left out if the frame has none.
 std::string stats_json(const FrameStats& stats);
 
-/// The hash of the state that the statistics of `run` tell of a frame; nothing where they lack the frame or
-/// its hash. Throws FileError where they cannot be read.
+/// Returns the hash of the state that stats.jsonl of the run holds for a frame; none if the file, the frame
+/// or its hash is missing. Throws FileError if the file cannot be read.
 std::optional<std::uint64_t> recorded_hash(const RunDirectory& run, int frame);
 
-// Appends lines to stats.jsonl; each is written whole or not at all, and listed in the run's journal.
+/// Writes stats.jsonl. Each line is written whole or not at all, and listed in the run's journal.
 class StatsLog {
  public:
-  // Keeps the lines of frames up to `last_kept` that are there (-1: none), drops all others. Throws
-  // FileError.
+  /// Opens stats.jsonl. Keeps its lines of frames up to `last_kept` (-1: none) and drops all others. Throws
+  /// FileError.
   explicit StatsLog(const RunDirectory& run, int last_kept = -1);
 
-  void append(const FrameStats& stats);  // throws FileError
+  /// Appends the line of a frame. Throws FileError.
+  void append(const FrameStats& stats);
 
  private:
   LineLog lines_;

@@ -16,10 +16,11 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "the records are written as they lie in memory");
 
-// The head of a .npy file of version 1.0 that holds one record: magic, length, a Python dictionary, padded to
-// 64 bytes. `fields` are its lines "('name', '<f8', (rows, 3)), ".
+// Returns the head of a .npy file of version 1.0 that holds one record: magic, length, and a Python
+// dictionary, padded to a multiple of 64 bytes. `fields` are the entries of the record: "('name', '<f8',
+// (rows, 3)), ".
 std::string npy_head(const std::string& fields) {
-  constexpr std::size_t before = 10, unit = 64;
+  constexpr std::size_t before = 10, unit = 64;  // bytes before the dictionary, and alignment of its end
   std::string text = "{'descr': [" + fields + "], 'fortran_order': False, 'shape': (), }";
   text.append(unit - 1 - (before + text.size()) % unit, ' ');
   text += '\n';
@@ -29,6 +30,7 @@ std::string npy_head(const std::string& fields) {
   return head + text;
 }
 
+// Returns the head of a frame's file with this number of rigid bodies and points of deformable bodies.
 std::string frame_head(std::size_t rigid, std::size_t points) {
   return npy_head(fmt::format(
       "('frame', '<i8'), ('time', '<f8'), ('position', '<f8', ({0}, 3)), ('orientation', '<f8', ({0}, 4)), "
@@ -37,10 +39,12 @@ std::string frame_head(std::size_t rigid, std::size_t points) {
       rigid, points));
 }
 
+// Sizes of the surfaces of all bodies together.
 struct SurfaceCounts {
   std::size_t positions = 0, normals = 0, uvs = 0, triangles = 0;
 };
 
+// Returns the head of values/bodies.npy.
 std::string bodies_head(const SurfaceCounts& all) {
   return npy_head(
       fmt::format("('rest', '<f8', ({}, 3)), ('normal', '<f4', ({}, 3)), ('uv', '<f4', ({}, 2)), "
@@ -48,6 +52,7 @@ std::string bodies_head(const SurfaceCounts& all) {
                   all.positions, all.normals, all.uvs, all.triangles));
 }
 
+// Collects a file: its head, then values as they lie in memory.
 class Writer {
  public:
   explicit Writer(std::string head) : bytes_(std::move(head)) {}
@@ -65,7 +70,8 @@ class Writer {
   std::string bytes_;
 };
 
-// Hands out what follows the head, whose size is that of the whole once the head is the expected one.
+// Hands out the values after the head of a file, in their order. The constructor throws FileError unless
+// the file has the expected head and `body_bytes` bytes after it, so that no take() reads beyond its end.
 class Reader {
  public:
   Reader(const fs::path& path, std::string bytes, const std::string& head, std::size_t body_bytes)
@@ -91,6 +97,7 @@ class Reader {
   std::size_t at_;
 };
 
+// Reads a file of values. Throws FileError that explains why a run may lack it.
 std::string read_bytes(const RunDirectory& run, const fs::path& path) {
   if (!fs::exists(path))
     throw FileError(
@@ -109,11 +116,14 @@ bool all_finite(const Vectors& vectors) {
   return true;
 }
 
+// Returns true if all numbers are finite and the orientation is a unit quaternion, within 1e-9. Rounding
+// makes an error of about 1e-16; a larger bound would let damaged files pass.
 bool is_whole(const RigidMotion& motion) {
   return motion.pose.position.allFinite() && std::abs(motion.pose.orientation.norm() - 1) < 1e-9 &&
          motion.velocity.allFinite() && motion.angular_velocity.allFinite();
 }
 
+// Throws the FileError of a damaged file.
 [[noreturn]] void refuse(const fs::path& path, const std::string& what) {
   throw FileError(path.string(), what, "the file is damaged: simulate the scene anew");
 }

@@ -1,6 +1,6 @@
-/// The numbers of a run in double precision, for exporters and for NumPy: values/bodies.npy holds the
-/// surfaces at rest, values/0000.npy the motion of a frame. Each is one NumPy record (a structured array
-/// without dimensions), so that numpy.load(path)["position"] is an array.
+// The numbers of a run in double precision, for exporters and for NumPy: values/bodies.npy holds the
+// surfaces at rest, values/0000.npy the motion of a frame. Each file is one NumPy record (a structured
+// array without dimensions), so that numpy.load(path)["position"] is an array.
 #pragma once
 
 #include <string>
@@ -16,37 +16,49 @@ class Simulation;
 
 namespace duet::io {
 
-/// The motion of all bodies at a frame. Rigid bodies have a row each, in the manifest's order; the points of
-/// deformable bodies follow each other in the manifest's order, as many a body as it has vertices.
+/// Motion of all bodies at a frame. Rigid bodies have one row each, in the manifest's order. The points of
+/// deformable bodies follow each other in the manifest's order: a body has as many points as its surface
+/// has vertices. Names in quotes are those of the fields of the file.
 struct FrameValues {
-  int frame = 0;
-  double time = 0;                 ///< s
-  std::vector<RigidMotion> rigid;  ///< "position", "orientation" (w, x, y, z), "velocity", "angular_velocity"
-  std::vector<Vec3> points;        ///< "point": m, world axes
-  std::vector<Vec3f> velocities;   ///< "point_velocity": m/s, of the points
-  std::vector<float> strain;       ///< "strain": of the points, negative where an element is inverted
+  int frame = 0;    ///< "frame": number of the frame
+  double time = 0;  ///< "time": simulated time, s
+  /// "position" (m), "orientation" (quaternion w, x, y, z), "velocity" (m/s) and "angular_velocity" (rad/s)
+  /// of rigid bodies, in world axes.
+  std::vector<RigidMotion> rigid;
+  std::vector<Vec3> points;       ///< "point": positions of the points, m, world frame
+  std::vector<Vec3f> velocities;  ///< "point_velocity": velocities of the points, m/s, world axes
+  /// "strain": at each point the largest |principal stretch - 1| of the elements around it, without unit;
+  /// -1 if one of them is inverted, 0 for bodies without strain.
+  std::vector<float> strain;
 };
 
-/// Sets `values` to those of the frame that the simulation holds, whose surfaces are `surfaces`.
+/// Sets `values` to the motion at the frame that the simulation holds. `surfaces` are
+/// Simulation::surfaces() of that frame.
 void measure_values(const Simulation& simulation, const std::vector<BodySurface>& surfaces,
                     FrameValues& values);
 
-/// Sets the strain of those deformable bodies that have one. `listed` is the manifest's list of `bodies`.
+/// Sets Surface::strain of those `bodies` that have a strain. `listed` are their entries in the manifest,
+/// in the same order.
 void take_strain(const FrameValues& values, const std::vector<ManifestBody>& listed,
                  std::vector<BodySurface>& bodies);
 
-/// The bytes of values/0000.npy.
+/// Returns the bytes of values/0000.npy, the file of a frame.
 std::string npy_text(const FrameValues& values);
 
-/// The bytes of values/bodies.npy: fields "rest" (m), "normal", "uv", and "corner", whose rows are triangles
-/// of three corners of indices into the body's rest positions, texture coordinates and normals.
+/// Returns the bytes of values/bodies.npy, with the fields "rest" (positions, m), "normal", "uv" and
+/// "corner". A row of "corner" is a triangle: for each of its three corners the indices of position,
+/// texture coordinate and normal, which count within the body.
 std::string npy_text(const std::vector<BodySurface>& rest);
 
-/// What values/0000.npy holds. Throws FileError where it is missing, damaged, or not of the manifest's
-/// bodies.
+/// Reads the file of a frame. `listed` are the manifest's bodies. Throws FileError if the file is missing,
+/// differs from what the journal lists, does not fit the bodies or the frame, or holds values that are not
+/// finite or orientations that are not unit quaternions.
 FrameValues read_values(const RunDirectory& run, const std::vector<ManifestBody>& listed, int frame);
 
-/// The surfaces of values/bodies.npy, in the manifest's order. Throws FileError as read_values does.
+/// Reads values/bodies.npy: the surfaces at rest, in the manifest's order. Rigid bodies are in the axes of
+/// their poses, deformable bodies where they are at frame 0; m. `listed` are the manifest's bodies. Throws
+/// FileError if the file is missing, differs from what the journal lists, does not fit the bodies, or holds
+/// coordinates that are not finite or indices out of range.
 std::vector<BodySurface> read_rest_surfaces(const RunDirectory& run, const std::vector<ManifestBody>& listed);
 
 }  // namespace duet::io

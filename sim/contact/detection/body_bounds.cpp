@@ -11,7 +11,7 @@ namespace duet {
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
-constexpr std::size_t bodies_at_once = 64;
+constexpr std::size_t bodies_at_once = 64;  // for each task of a parallel loop
 
 bool is_round_about_y(LevelSet::Kind kind) {
   return kind == LevelSet::Kind::capsule || kind == LevelSet::Kind::cylinder || kind == LevelSet::Kind::torus;
@@ -34,7 +34,7 @@ BodyBounds bounds_of(const RigidState& state, const RigidProperties& properties)
   bounds.half = ((shape.upper() - shape.lower()) / 2).array() - bounds.radius;
   bounds.center += bounds.axes * middle;
   bounds.arm = middle.norm() + bounds.half.norm();
-  if (shape.kind == LevelSet::Kind::sphere) return bounds;  // no spin moves it
+  if (shape.kind == LevelSet::Kind::sphere) return bounds;  // no spin moves its surface
   bounds.spin = state.angular_velocity;
   if (is_round_about_y(shape.kind)) bounds.spin -= bounds.spin.dot(bounds.axes.col(1)) * bounds.axes.col(1);
   return bounds;
@@ -56,17 +56,18 @@ BodyBounds bounds_of(const Particles& particles, const DeformableBody& body) {
   return bounds;
 }
 
-// How far the body reaches from its centre along the unit vector e, m.
+// Returns how far the body reaches from its center along the unit vector e, m.
 double extent(const BodyBounds& body, const Vec3& e) {
   return body.half.dot((body.axes.transpose() * e).cwiseAbs()) + body.radius;
 }
 
-// How much faster along e than its middle a point of the body can be, m/s.
+// Returns by how much the velocity along e of a point of the body can exceed that of its middle, m/s.
 double excess_speed(const BodyBounds& body, const Vec3& e) {
   return body.velocity_half.dot(e.cwiseAbs()) + body.spin.cross(e).norm() * body.arm;
 }
 
-// The planes that are tried: across the axes of both boxes, and across the line between the centres.
+// Calls visit(e) for the unit normals of all planes that are tried, directed from `a` to `b`: the axes of
+// both boxes and the line between the centers, or the normal of a half space.
 template <class Visit>
 void for_each_direction(const BodyBounds& a, const BodyBounds& b, Visit&& visit) {
   if (a.is_half_space || b.is_half_space) {
@@ -83,13 +84,15 @@ void for_each_direction(const BodyBounds& a, const BodyBounds& b, Visit&& visit)
     }
 }
 
-// The distance of the planes across e (from a to b) that bound the bodies, m.
+// Returns the distance along e (from a to b) between the planes across e that bound the two bodies, m. It is
+// negative if these overlap.
 double gap_along(const BodyBounds& a, const BodyBounds& b, const Vec3& e) {
   return e.dot(b.center - a.center) - (a.is_half_space ? 0 : extent(a, e)) -
          (b.is_half_space ? 0 : extent(b, e));
 }
 
-// The time t with speed t + acceleration t^2 = way (way > 0, acceleration >= 0), s.
+// Returns the time t (s) at which speed t + acceleration t^2 = way, where way > 0 (m), acceleration >= 0. The
+// form of the root avoids cancellation. The result is infinite if the distance is never covered.
 double time_for(double way, double speed, double acceleration) {
   const double root = std::sqrt(speed * speed + 4 * acceleration * way);
   if (speed > 0) return 2 * way / (speed + root);
@@ -128,7 +131,8 @@ double separation(const BodyBounds& a, const BodyBounds& b) {
 
 double time_apart(const BodyBounds& a, const BodyBounds& b, double depth, const Vec3& gravity) {
   const Vec3 relative = b.velocity - a.velocity;
-  // Nothing is known of bodies that interlock but that no point moves farther than the depth.
+  // This bound holds also for bodies that interlock, which no plane separates: no point moves farther than
+  // the depth.
   const double all_ways = relative.norm() + a.velocity_half.norm() + b.velocity_half.norm() +
                           a.spin.norm() * a.arm + b.spin.norm() * b.arm;
   double longest = time_for(depth, all_ways, gravity.norm());

@@ -9,18 +9,25 @@
 namespace duet {
 namespace {
 
+// Sizes of the tasks of parallel loops.
 constexpr std::size_t bodies_at_once = 64, queries_at_once = 32, pairs_at_once = 512;
 
-// The room around a box: a share of its thickness, for what jostles, and some of its margin, which is what
-// the body moves in a step, for what flies. MEASURED
+// Room that a roomy box leaves around a box: a fraction of the thickness of the body, for bodies that jostle
+// in place, plus a multiple of its margin, for bodies that fly; the margin is about the motion in one step.
+// More room lets pairs persist for more steps, but makes more pairs that have to be tested in each. The
+// values were chosen by measurement.
 constexpr double room_share = 0.1, steps_of_room = 4;
-constexpr double too_roomy = 4;  // times the room it should have: what has come to rest gets a smaller box
+// A roomy box is replaced by a smaller one if it leaves more than this multiple of that room, so that bodies
+// which have come to rest get smaller boxes.
+constexpr double too_roomy = 4;
 
+// Encodes the properties of a body on which the choice of pairs depends.
 char kind_of(const BodyBounds& body) {
   return static_cast<char>((body.is_half_space ? 1 : 0) | (body.is_dynamic ? 2 : 0) |
                            (body.is_deformable ? 4 : 0));
 }
 
+// The order of the pairs that find() returns.
 bool precedes(const BodyPair& a, const BodyPair& b) {
   return std::tie(a.guest_deformable, a.host, a.guest_rigid) <
          std::tie(b.guest_deformable, b.host, b.guest_rigid);
@@ -30,7 +37,8 @@ Eigen::AlignedBox3d grown(const Eigen::AlignedBox3d& box, double by) {
   return {box.min().array() - by, box.max().array() + by};
 }
 
-// Room for twice as many, so that storage stops growing once a scene has warmed up.
+// Reserves room for twice `count` pairs if there is too little, so that storage stops growing once a scene
+// has warmed up.
 void make_room(std::vector<BodyPair>& pairs, std::size_t count) {
   if (pairs.capacity() < count) pairs.reserve(2 * count);
 }
@@ -52,7 +60,8 @@ const std::vector<BodyPair>& BroadPhase::find(const CandidateFilter& filter) {
   return pairs_;
 }
 
-// Forgets everything if these are other bodies, or if other pairs are wanted.
+// Forgets all boxes and pairs if the bodies differ in number or kind from those of the last call, or if the
+// filter wants other pairs.
 void BroadPhase::start_anew(const CandidateFilter& filter) {
   const bool same = kind_.size() == bounds.size() && filter_.rigid_pairs == filter.rigid_pairs &&
                     filter_.rigid_deformable == filter.rigid_deformable &&
@@ -75,7 +84,9 @@ void BroadPhase::start_anew(const CandidateFilter& filter) {
   anew_.assign(bounds.size(), 1);
 }
 
-// Half spaces have no boxes: all bodies are near them.
+// Updates the boxes, replaces the roomy boxes that no longer fit, and lists the bodies whose pairs have to be
+// searched for. Half spaces have no boxes, because all bodies are near them; their pairs are searched for
+// only after start_anew().
 void BroadPhase::find_those_who_left() {
   parallel_for(bounded_.size(), bodies_at_once, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
@@ -92,7 +103,8 @@ void BroadPhase::find_those_who_left() {
     if (anew_[i]) those_anew_.push_back(static_cast<int>(i));
 }
 
-// Built anew once its splits are those of boxes most of which have moved since.
+// Refits the tree to the roomy boxes. It is built again once half as many boxes have changed since it was
+// built as there are, because its splits then no longer suit them.
 void BroadPhase::update_tree() {
   refitted_ += those_anew_.size();
   if (refitted_ < bounded_.size() / 2) {
@@ -103,8 +115,12 @@ void BroadPhase::update_tree() {
   refitted_ = 0;
 }
 
+// Removes the pairs of the bodies that are marked from the list of near pairs, and merges in those that a
+// search finds for these bodies now.
 void BroadPhase::update_near() {
-  if (those_anew_.size() > bounds.size() / 4) {  // all pairs are then found in their order
+  // If more than a quarter of the bodies are marked, it is cheaper to search for the pairs of all bodies:
+  // they are then found in their order and need no sorting.
+  if (those_anew_.size() > bounds.size() / 4) {
     std::fill(anew_.begin(), anew_.end(), char{1});
     those_anew_.resize(bounds.size());
     std::iota(those_anew_.begin(), those_anew_.end(), 0);
@@ -124,7 +140,8 @@ void BroadPhase::update_near() {
   for (const int plane : half_spaces_) anew_[as_index(plane)] = 0;
 }
 
-// The pairs of a body; one that the other body is asked for too is given by the deformable body or the host.
+// Appends the pairs of `body` whose roomy boxes meet, in their order. If the other body of a pair is searched
+// for as well, only one of the two gives the pair: the deformable body or the host.
 void BroadPhase::query(int body, std::vector<BodyPair>& found) const {
   const auto first = static_cast<std::ptrdiff_t>(found.size());
   const auto add = [&](int other) {
@@ -142,12 +159,14 @@ void BroadPhase::query(int body, std::vector<BodyPair>& found) const {
   std::sort(found.begin() + first, found.end(), precedes);
 }
 
+// Returns whether the filter wants the pair of these two bodies, indices into `bounds`.
 bool BroadPhase::is_wanted(std::size_t a, std::size_t b) const {
   const int deformable = (bounds[a].is_deformable ? 1 : 0) + (bounds[b].is_deformable ? 1 : 0);
   if (deformable > 0) return deformable == 1 && filter_.rigid_deformable;
   return a != b && filter_.rigid_pairs && (bounds[a].is_dynamic || bounds[b].is_dynamic);
 }
 
+// Returns the pair of two bodies, indices into `bounds` in any order.
 BodyPair BroadPhase::pair_of(int a, int b) const {
   if (a > b) std::swap(a, b);
   const int rigid_count = static_cast<int>(rigid_count_);
@@ -156,18 +175,20 @@ BodyPair BroadPhase::pair_of(int a, int b) const {
   return {a, b, -1};
 }
 
+// Returns the index of the pair's guest in `bounds`.
 std::size_t BroadPhase::guest_index(const BodyPair& pair) const {
   return pair.guest_rigid >= 0 ? as_index(pair.guest_rigid) : rigid_count_ + as_index(pair.guest_deformable);
 }
 
-// Whether the grown boxes do, now.
+// Returns whether the boxes of the two bodies, grown by their margins, meet at the present positions.
 bool BroadPhase::meet(const BodyPair& pair) const {
   const std::size_t host = as_index(pair.host), guest = guest_index(pair);
   return bounds[host].is_half_space ? separation(bounds[host], bounds[guest]) <= margin[host] + margin[guest]
                                     : box_[host].intersects(box_[guest]);
 }
 
-// all = what visit(i, found) appends to `found`, for all i in [0, count) in their order.
+// Sets `all` to the pairs that visit(i, found) appends to `found` for all i in [0, count), in the order of i.
+// The calls run in parallel, `grain` of them in each task.
 template <class Visit>
 void BroadPhase::collect(std::size_t count, std::size_t grain, std::vector<BodyPair>& all, Visit&& visit) {
   const std::size_t chunks = (count + grain - 1) / grain;

@@ -17,13 +17,19 @@
 namespace duet {
 namespace {
 
-constexpr double least_size = 0.05;  // m, of bodies whose contacts have the full tolerances
-constexpr std::size_t pairs_at_once = 16;
+// Smallest size (m) of bodies whose contacts have the full tolerances of the solvers. These are absolute
+// speeds and lengths; below this size they shrink in proportion to the body. A larger value makes solves of
+// small bodies more precise and longer.
+constexpr double least_size = 0.05;
+constexpr std::size_t pairs_at_once = 16;  // for each task of a parallel loop
 
-// How far off a point may be and still be reached, for a bound on its relative speed (m/s): its motion over
-// the step with a margin for what other contacts add to it.
+// dt (1.5 v + 0.05 m/s): the speculative margin (m) of a point whose relative speed is at most v (m/s). It is
+// the motion over the step, with room for the velocity that other contacts add to it. The constant term is an
+// absolute speed, so that bodies at rest have a margin, too. Larger values find more points that are not
+// reached; smaller ones miss points that other contacts push towards a body.
 double reach(double relative_speed, double dt) { return dt * (1.5 * relative_speed + 0.05); }
 
+// Returns the greatest length of the values of a body's particles.
 double max_norm(const std::vector<Vec3>& values, const DeformableBody& body) {
   double squared = 0;
   for (int p = body.first_particle; p < body.first_particle + body.particle_count; ++p)
@@ -31,6 +37,7 @@ double max_norm(const std::vector<Vec3>& values, const DeformableBody& body) {
   return std::sqrt(squared);
 }
 
+// One search for all contact candidates, see find_candidates().
 class Finder {
  public:
   Finder(const Bodies& bodies, const CandidateFilter& filter, double dt, const VelocityState& difference,
@@ -53,7 +60,7 @@ class Finder {
       chunk.touches.clear();
       chunk.ridges.clear();
       for (std::size_t i = begin; i < end; ++i) find_touches(pairs[i], chunk);
-      // Room for twice as many, so that storage stops growing once a scene has warmed up.
+      // Room for twice as many is reserved, so that storage stops growing once a scene has warmed up.
       if (chunk.touches.capacity() < 2 * chunk.touches.size())
         chunk.touches.reserve(2 * chunk.touches.size());
       chunk.pairs.reserve(pairs_at_once);
@@ -65,7 +72,8 @@ class Finder {
   }
 
  private:
-  // Each body's margin is its own part of what reach() gives a pair, so that no pair is missed.
+  // Returns the pairs of bodies that are near each other. The margin of each body is reach() for its own
+  // speed; the margins of two bodies add up to at least that of their pair, so no pair is missed.
   const std::vector<BodyPair>& find_pairs() {
     BroadPhase& broad_phase = search_.broad_phase;
     bound_bodies(bodies_, broad_phase.bounds);
@@ -78,6 +86,8 @@ class Finder {
     return broad_phase.find(filter_);
   }
 
+  // Returns a bound on how much forces changed the velocities of the points of a body, m/s. `body` is an
+  // index into BroadPhase::bounds.
   double largest_change(int body) const {
     const std::size_t rigid_count = bodies_.rigid.size();
     return as_index(body) < rigid_count
@@ -86,11 +96,13 @@ class Finder {
                : max_norm(difference_.particle, bodies_.deformable[as_index(body) - rigid_count]);
   }
 
-  // rad/s; forces do not change the angular velocity before contact.
+  // Returns by how much the angular velocity of a rigid body changed since v^n, rad/s. It is zero for dynamic
+  // bodies, because forces do not change their angular velocity before contact.
   double spin_change(std::size_t body) const {
     return search_.broad_phase.bounds[body].is_dynamic ? 0 : difference_.rotation[body].norm();
   }
 
+  // Appends the touches of a pair of bodies to `chunk`, unless the pair never touches.
   void find_touches(const BodyPair& pair, CandidateSearch::Chunk& chunk) const {
     const int begin = static_cast<int>(chunk.touches.size());
     if (pair.guest_rigid >= 0 && never_touch(bodies_, pair.host, pair.guest_rigid)) return;
@@ -103,7 +115,8 @@ class Finder {
     if (end > begin) chunk.pairs.push_back({pair, begin, end});
   }
 
-  // Both ways, unless the host is a half space, which has no points of its own.
+  // Appends the touches of two rigid bodies in both directions. A half space as host has no points of its
+  // own, so that there is one direction.
   void find_rigid(const BodyPair& pair, CandidateSearch::Chunk& chunk) const {
     const std::size_t begin = chunk.touches.size();
     chunk.reduction.patches.clear();
@@ -121,6 +134,8 @@ class Finder {
     if (!host.is_half_space) add_lines(bodies_, reversed(pair), true, begin, chunk);
   }
 
+  // Appends the touches of the pair's guest with its host: first those of its support points, then of its
+  // samples, then its edge contacts.
   void find_points(const BodyPair& pair, bool is_reversed, CandidateSearch::Chunk& chunk) const {
     const auto h = as_index(pair.host), g = as_index(pair.guest_rigid);
     const BodyBounds& host = search_.broad_phase.bounds[h];
@@ -144,7 +159,8 @@ class Finder {
       const ContactPlane plane =
           exposed_plane(bodies_, pair.host, bodies_.rigid.state[h].pose, near.position, inside,
                         near.point < 0 ? PointKind::deepest : PointKind::fixed);
-      // A deepest point over a hidden foot may come to be over the host within the step.
+      // A support point over a hidden place has an infinite gap, but may come to be over the host within the
+      // step.
       const bool is_faced = plane.faces && (near.point < 0 || std::isfinite(plane.gap));
       if (!is_faced && plane.gap >= 0) return;
       near.reversed = is_reversed;
@@ -152,7 +168,7 @@ class Finder {
       near.gap = plane.gap;
       chunk.touches.push_back(near);
     });
-    std::size_t samples = begin;  // deepest points stay
+    std::size_t samples = begin;  // the first touch that may be dropped: support points stay
     while (samples < chunk.touches.size() && chunk.touches[samples].point < 0) ++samples;
     if (filter_.reduce_contacts) reduce_contacts(guest.arm, samples, chunk.touches, chunk.reduction);
     find_faces_at_samples(pair, margin, begin, chunk);
@@ -160,6 +176,8 @@ class Finder {
     if (filter_.reduce_contacts) adopt_others(guest.arm, begin, chunk.touches, chunk.reduction);
   }
 
+  // Adds the further faces of a mesh that the samples among the touches from `begin` on touch, see
+  // find_faces_around_sample().
   void find_faces_at_samples(const BodyPair& pair, double margin, std::size_t begin,
                              CandidateSearch::Chunk& chunk) const {
     const LevelSet& host = bodies_.rigid.properties[as_index(pair.host)].shape;
@@ -172,7 +190,8 @@ class Finder {
         find_faces_around_sample(host, guest, in_host, margin, i, chunk.touches, chunk.ridges);
   }
 
-  // What other bodies adjoin there is left out.
+  // Appends the touches of support points with several faces of a mesh, see find_faces_around(), without
+  // those whose feet an adjoining body hides.
   void find_faces(const BodyPair& pair, bool is_reversed, double margin,
                   CandidateSearch::Chunk& chunk) const {
     const auto h = as_index(pair.host);
@@ -192,6 +211,7 @@ class Finder {
                         chunk.touches.end());
   }
 
+  // Appends the edge contacts of the pair's rigid guest.
   void find_places(const BodyPair& pair, bool is_reversed, double margin,
                    CandidateSearch::Chunk& chunk) const {
     const std::size_t first = chunk.ridges.size();
@@ -208,6 +228,7 @@ class Finder {
     }
   }
 
+  // Appends the touches of the pair's deformable guest: its surface points, its edges and its faces.
   void find_deformable(const BodyPair& pair, CandidateSearch::Chunk& chunk) const {
     const auto h = as_index(pair.host);
     const BodyBounds& host = search_.broad_phase.bounds[h];
@@ -245,19 +266,22 @@ class Finder {
     visit_places(bodies_, search_.broad_phase, pair, margin + around, margin_of, chunk, take);
   }
 
-  // How far a deformable guest's point at `x` (m) can be from the host and still reach it, m.
+  // Returns the speculative margin (m) of a deformable guest's point at `x` (m, world).
   double reach_of(const SurfacePoint& point, const Vec3& x, std::size_t host) const {
     return reach_of(x, weighted(point, bodies_.particles.v), weighted(point, difference_.particle), host);
   }
+  // Returns the speculative margin (m) of a point at `x` (m, world) with the velocity `velocity`, which
+  // forces changed by `difference` (m/s).
   double reach_of(const Vec3& x, const Vec3& velocity, const Vec3& difference, std::size_t host) const {
     const RigidState& state = bodies_.rigid.state[host];
     const Vec3 v = velocity - point_velocity(state, x - state.pose.position);
     const Vec3 change = difference - difference_.rigid[host];
     return reach(v.norm() + change.norm(), dt_);
   }
-  // No point of an edge reaches farther than the farther one of its ends: velocities are linear along it.
+  // Returns a speculative margin (m) that holds for all points of an edge: the greater one of its ends.
+  // Velocities are linear along the edge, so that none of its points reaches farther.
   double reach_of(const BoundaryEdge& edge, std::size_t host) const {
-    constexpr double slack = 1 + 1e-9;  // for rounding
+    constexpr double slack = 1 + 1e-9;  // against rounding
     double farthest = 0;
     for (const int particle : edge.particle) {
       const auto p = as_index(particle);
@@ -267,6 +291,7 @@ class Finder {
     return slack * farthest;
   }
 
+  // Sizes the lists of contacts, and tells each of the first `chunks` chunks where its results go.
   void make_room(std::size_t chunks) {
     std::size_t pairs = 0, points = 0;
     for (std::size_t c = 0; c < chunks; ++c) {
@@ -279,6 +304,7 @@ class Finder {
     contacts_.points.resize(points);
   }
 
+  // Copies the pairs of a chunk, and makes contact points of its touches.
   void fill(const CandidateSearch::Chunk& chunk) const {
     const int first = static_cast<int>(chunk.first_point);
     for (std::size_t p = 0; p < chunk.pairs.size(); ++p) {
@@ -298,6 +324,8 @@ class Finder {
     }
   }
 
+  // Makes a contact point of a touch. Its friction is the smaller coefficient of two rigid bodies; with a
+  // deformable guest it is the coefficient of the host, faded at edges that cut into the guest.
   ContactPoint make_contact(const BodyPair& pair, const NearPoint& near,
                             const CandidateSearch::Chunk& chunk) const {
     const RigidProperties& host = bodies_.rigid.properties[as_index(pair.host)];
@@ -312,7 +340,9 @@ class Finder {
       contact.keeper = chunk.ridges[as_index(near.ridge)].keeper;
     }
     contact.friction = host.friction;
-    contact.restitution = 0;  // deformable bodies store and return energy by themselves (paper section 4)
+    // Deformable bodies have no restitution, because they store and return energy by themselves (paper
+    // section 4).
+    contact.restitution = 0;
     if (pair.guest_rigid >= 0) {
       const RigidProperties& guest = bodies_.rigid.properties[as_index(pair.guest_rigid)];
       contact.friction = std::min(host.friction, guest.friction);

@@ -1,15 +1,19 @@
-// Which points may touch which bodies within a step.
+// Finds the points that may touch other bodies within a step.
 #pragma once
 
 #include "sim/contact/detection/contact_point.h"
 
 namespace duet {
 
-// Fills `contacts` with every point whose distance to a rigid body's level set is so small at the positions
-// now that it can be reached within `dt`, given the velocities now (v~^{n+1/2}) and `difference`, by how much
-// forces changed them since v^n; less those of rigid bodies that others of the same flat face stand for
-// (contact_reduction.h). Rigid pairs come first, in the order of (host, guest), then those with deformable
-// bodies, in the order of (guest, host). Storage is kept from step to step.
+/// Fills `contacts` with all contact points whose gap can close within a step of `dt` (s).
+///
+/// A point counts if its distance to a rigid body's level set, at the present positions, is less than the
+/// speculative margin dt (1.5 v + 0.05 m/s). Here v bounds its speed relative to that body, from the
+/// velocities now (v~^{n+1/2}) and from `difference`, the change of the velocities since v^n that forces
+/// made. If `filter.reduce_contacts` is set, points of rigid bodies are left out that other points of the
+/// same flat face stand for (contact_reduction.h). Pairs of rigid bodies come first, in the order of (host,
+/// guest), then pairs with deformable bodies, in the order of (guest, host). Storage is kept from step to
+/// step.
 void find_candidates(const Bodies& bodies, const CandidateFilter& filter, double dt,
                      const VelocityState& difference, ContactSet& contacts);
 

@@ -5,30 +5,40 @@
 namespace duet {
 namespace {
 
-// Of the way from the point inwards: how far off the surface the foot of the perpendicular may be.
+// Greatest distance from the surface of the foot of the perpendicular from `x` on a plane, for `x` to be
+// opposite that surface, relative to the distance from `x` to `inside`. More lets points beside an edge count
+// as opposite a face that ends before them.
 constexpr double foot_tolerance = 0.002;
-constexpr double least_facing = 0.3;  // cosine of 73 degrees
-// Of the way inwards: what is no farther below the end of a wall is at its height, and by how much the
-// surface goes on or does not.
-constexpr double height = 2e-4, on = 0.1, off = 0.5;
-constexpr double same_normal = 0.99;  // cosine
+// Cosine of 73 degrees. A larger value would exclude corners that touch at a slant: at the corner of a box
+// that stands upright the cosine is 0.58.
+constexpr double least_facing = 0.3;
+constexpr double
+    // Relative to the distance from `x` to `inside`: a point no farther than this below the end of a wall is
+    // level with that end. Twice as much would let a body slide over edges that it has run into twice as
+    // deep.
+    height = 2e-4,
+    // Relative to the step `height` along a wall: the surface goes on if it is no farther off the wall's
+    // plane than `on`, and has ended if it is farther off than `off`.
+    on = 0.1, off = 0.5;
+constexpr double same_normal = 0.99;  // least cosine of the angle between normals that are those of one plane
 
-// A shape as its level set tells it: fast.
+// Reads a shape from its level set, which is fast.
 struct OfLevelSet {
   const LevelSet& shape;
   double distance(const Vec3& x) const { return shape.distance(x); }
   Vec3 normal(const Vec3& x) const { return shape.normal(x); }
 };
 
-// Of meshes as their triangles tell it.
+// Reads a shape exactly: a mesh from its triangles instead of its grid.
 struct OfTriangles {
   const LevelSet& shape;
   double distance(const Vec3& x) const { return shape.exact(x).distance; }
   Vec3 normal(const Vec3& x) const { return shape.exact(x).normal; }
 };
 
-// Whether a foot on a wall of the shape, the other body being to the side `way` of it, is at the wall's end:
-// that body slides over it, as over the side of a rail that it lies on.
+// Returns whether the foot of `plane` is at the end of a wall of the shape, seen in the direction `way` (m)
+// in which the other body lies. Then that body slides over the end, as over the side of a rail that it lies
+// on.
 template <class Shape>
 bool is_at_end_of_wall(const Shape& shape, const ContactPlane& plane, const Vec3& way) {
   const Vec3 along = way - way.dot(plane.normal) * plane.normal;
@@ -40,6 +50,7 @@ bool is_at_end_of_wall(const Shape& shape, const ContactPlane& plane, const Vec3
          shape.distance(plane.foot + shift) > off * step;
 }
 
+// Finds the plane that contact_plane() documents, for a shape that is read by one of the classes above.
 template <class Shape>
 ContactPlane plane_of(const Shape& shape, const Vec3& x, const Vec3& inside) {
   const Vec3 way = inside - x;
@@ -62,7 +73,8 @@ ContactPlane plane_of(const Shape& shape, const Vec3& x, const Vec3& inside) {
     nearest.faces = false;
     return nearest;
   }
-  // Level with the surface, though below the plane: what the point turns under has not been run into.
+  // The point is level with the nearest surface, though it is below the plane found from inside: it has
+  // turned under an edge, and has not run into the face beyond it.
   if (is_opposite && nearest.faces && nearest.gap <= level && plane.gap < -level) return nearest;
   return is_opposite ? plane : nearest;
 }

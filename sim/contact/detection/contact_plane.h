@@ -1,33 +1,42 @@
-// Which plane of a body's surface another body's point rests against.
+// Chooses the plane of a rigid body's surface that a point of another body rests against.
 #pragma once
 
 #include "sim/geometry/level_set/level_set.h"
 
 namespace duet {
 
+/// A plane of a shape's surface, as seen from a point of another body. All vectors are in the shape's body
+/// space.
 struct ContactPlane {
-  Vec3 normal;     // unit, outward of the shape
-  double gap = 0;  // m, signed distance of the point from the plane
-  Vec3 foot;       // m, point of the surface that has the normal
-  // Whether the other body lies on the outer side. Where it does not, the point is beside an edge over which
-  // the body reaches, or level with it, so that the body slides over it; it touches nothing.
+  Vec3 normal;     ///< Unit, outward of the shape.
+  double gap = 0;  ///< m: signed distance of the point from the plane.
+  Vec3 foot;       ///< m: point of the surface that has the normal.
+  /// True if the other body lies on the outer side of the plane. If not, the point touches nothing: it is
+  /// beside an edge over which its body reaches, or level with that edge, so that its body slides over it.
   bool faces = true;
-  int continued_by = -1;  // the body whose surface goes on from a hidden foot, see exposed_plane(); or -1
+  /// Index of the body whose surface goes on from `foot`, if it hides the host's surface there, see
+  /// exposed_plane(); -1: the foot is not hidden.
+  int continued_by = -1;
 };
 
-// Whether a body faces a surface of unit normal `normal`: the angle between the normal and `way`, the way (m)
-// from a point on the body's surface into it, is below 73 degrees. From a box's corner it is 55 degrees.
+/// Returns whether a body faces a surface with the unit normal `normal`: whether the angle between the normal
+/// and `way` (m), the displacement from a point on the body's surface into the body, is below 73 degrees. At
+/// the corner of a box it is 55 degrees.
 bool faces(const Vec3& normal, const Vec3& way);
 
-// The nearest surface of a level set tells little about a point near an edge: a corner that stands a
-// millimetre inside the rim of a table and a hundredth of one deeper is nearest to the table's side, and
-// would be pushed off. So the plane is looked for from `inside`, a point of the other body some way in from
-// `x`, where the side on which that body lies is plain; bodies thinner than this way are then left by the
-// face through which they were entered. Where x is not opposite the surface so found (beside an edge), the
-// nearest surface counts. Both points in the shape's body space.
+/// Finds the plane of `shape` that a point at `x` rests against, where `inside` is a point of the same body
+/// some way in from `x` (both in m, in the body space of `shape`).
+///
+/// The nearest surface tells little about a point near an edge: a corner that stands 1 mm inside the rim of a
+/// table and 0.01 mm deep is nearest to the table's side, and would be pushed off. So the plane is that of
+/// the surface nearest to `inside`, from where the side on which the body lies is plain. A consequence is
+/// that a point leaves a shape thinner than the distance from `x` to `inside` by the face through which it
+/// entered. If `x` is not opposite the surface so found, because it is beside an edge, the surface nearest to
+/// `x` counts.
 ContactPlane contact_plane(const LevelSet& shape, const Vec3& x, const Vec3& inside);
 
-// The same with LevelSet::exact(): the foot is on the surface also where it is far from `inside`.
+/// Finds the plane that contact_plane() finds, from LevelSet::exact(). For meshes the foot then lies on the
+/// surface also if it is far from `inside`, at some ten times the cost.
 ContactPlane exact_contact_plane(const LevelSet& shape, const Vec3& x, const Vec3& inside);
 
 }  // namespace duet

@@ -18,20 +18,26 @@ Mat3 impulse_factor(const RigidState& state, double inverse_mass, const Vec3& ar
 
 namespace {
 
-constexpr double rounding = 1e-9;  // of a size
-constexpr double parallel = 1e-4;  // squared sine of the angle between two axes that do not cross
-constexpr double turned = 1e-6;    // sine of an angle between normals, of rounding at most
-constexpr double on_side = 1e-3;   // the normal's part along the axis of a host that is touched on its side
+constexpr double rounding = 1e-9;  // distance that counts as none, relative to the host's smallest size
+// Greatest squared sine of the angle between two axes that are parallel (0.6 degrees). Nearer to parallel,
+// the place where they cross is ill-conditioned, and the place found at the beginning of the step is kept.
+constexpr double parallel = 1e-4;
+constexpr double turned = 1e-6;  // greatest sine of the angle between equal normals: rounding
+// Greatest component of a normal along the axis of a host that is touched on its side.
+constexpr double on_side = 1e-3;
 
+// Returns the pose of the guest in the body space of the host.
 Pose in_space_of(const Pose& host, const Pose& guest) {
   return {host.to_body(guest.position), host.orientation.conjugate() * guest.orientation};
 }
 
+// Returns whether `point` of a rigid guest is an edge contact, or a sample against one of several faces.
 bool is_on_edge(const RigidProperties& guest, int point) {
   return point >= static_cast<int>(guest.samples.size());
 }
 
-// A rigid guest's sample or its deepest point k (point -1 - k), in the space of the host.
+// Returns a rigid guest's sample or support point, named as ContactPoint::guest_point, in the body space of
+// the host.
 DeepestPoint in_space_of(const RigidProperties& host, const Pose& host_pose, const RigidProperties& guest,
                          const Pose& guest_pose, int point) {
   const Pose in_host = in_space_of(host_pose, guest_pose);
@@ -39,8 +45,9 @@ DeepestPoint in_space_of(const RigidProperties& host, const Pose& host_pose, con
   return {in_host.to_world(guest.samples[as_index(point)]), in_host.to_world(guest.inside[as_index(point)])};
 }
 
-// The plane stays where it was found on the host. As neither edge of two that cross leads through it, sliding
-// along each other changes nothing; only what they turn by in a step does, in the second order.
+// Returns the touch of an edge contact whose plane stays where it was found on the host. Of two edges that
+// cross, neither leads through the plane, so that it stays right while they slide along each other. Only
+// their turning within a step changes it, in the second order.
 Touch touch_at(const EdgePoint& lowest, const Pose& host_pose, const Pose& guest_pose) {
   const Vec3 normal = host_pose.orientation * lowest.normal, x = guest_pose.to_world(lowest.place);
   return {x - lowest.radius * normal, normal,
@@ -51,9 +58,9 @@ bool has_round_side(const LevelSet& shape) {
   return shape.kind == LevelSet::Kind::capsule || shape.kind == LevelSet::Kind::cylinder;
 }
 
-// A place on the axis of a guest with a round side, against the side of a host that has one as well. On one
-// that turns, a plane would turn with it; so the nearest places of the two axes are looked for anew, no
-// farther from where they were than the two radii together.
+// Returns the touch of a place on the axis of a guest with a round side, against the side of a host that has
+// one as well. A plane that stays on a turning host would turn with it. So the nearest places of the two axes
+// are found again, no farther from the place given than the sum of the two radii.
 Touch touch_of_sides(const EdgePoint& lowest, const LevelSet& host, const Pose& host_pose,
                      const Pose& guest_pose) {
   const Pose in_host = in_space_of(host_pose, guest_pose);
@@ -70,8 +77,9 @@ Touch touch_of_sides(const EdgePoint& lowest, const LevelSet& host, const Pose& 
           distance - host.radius - lowest.radius};
 }
 
-// A place on the axis of a guest with a round side. On a face of the host the plane stays where it was found,
-// also where the place has gone a little beyond the face's end; around an edge it turns.
+// Returns the touch of a place on the axis of a guest with a round side. On a face of the host the plane
+// stays where it was found, also if the place has gone a little beyond the end of the face; around an edge of
+// the host it turns.
 Touch touch_of_side(const EdgePoint& lowest, const LevelSet& host, const Pose& host_pose,
                     const LevelSet& guest, const Pose& guest_pose) {
   const Vec3 axis = guest_pose.orientation * Vec3::UnitY(), x = guest_pose.to_world(lowest.place);
@@ -87,7 +95,7 @@ Touch touch_of_side(const EdgePoint& lowest, const LevelSet& host, const Pose& h
           normal.dot(x - host_pose.to_world(lowest.foot)) - length * lowest.radius};
 }
 
-// A place on a ridge of a rigid guest.
+// Returns the touch of an edge contact of a rigid guest.
 Touch touch_at_ridge(const EdgePoint& lowest, const LevelSet& host, const Pose& host_pose,
                      const LevelSet& guest, const Pose& guest_pose) {
   if (!(lowest.radius > 0 && has_round_side(guest))) return touch_at(lowest, host_pose, guest_pose);
@@ -96,7 +104,8 @@ Touch touch_at_ridge(const EdgePoint& lowest, const LevelSet& host, const Pose& 
   return touch_of_side(lowest, host, host_pose, guest, guest_pose);
 }
 
-// Deepest point k of a guest against the face of the host that `lowest` tells of.
+// Returns the touch of support point k of a guest against the plane of `lowest`, one of several faces of a
+// mesh.
 Touch touch_of_face(const EdgePoint& lowest, const Pose& host_pose, const LevelSet& guest,
                     const Pose& guest_pose, int k) {
   const Vec3 normal = host_pose.orientation * lowest.normal;
@@ -105,16 +114,19 @@ Touch touch_of_face(const EdgePoint& lowest, const Pose& host_pose, const LevelS
   return {x, normal, normal.dot(x - host_pose.to_world(lowest.foot))};
 }
 
+// Returns the touch of a point at `x` (m, host's body space) against `plane`. Its gap is infinite if it is
+// beside an edge.
 Touch in_world(const Vec3& x, const ContactPlane& plane, const Pose& host_pose) {
   return {host_pose.to_world(x), host_pose.orientation * plane.normal,
           plane.faces || plane.gap < 0 ? plane.gap : std::numeric_limits<double>::infinity()};
 }
 
-// Deepest point k of a guest towards the plane through `foot` (m) that goes on from its host, of the smallest
-// size `size` (m), as the surface of the body `other`; far away where it is beside that surface.
+// Returns the touch of support point k of a guest towards the plane through `foot` (m, world) with the unit
+// normal `normal`. The plane goes on from the host, whose smallest size is `size` (m), as the surface of the
+// body `other`. The gap is infinite if the point is beside that surface.
 Touch touch_of_continued(const Bodies& bodies, const Vec3& normal, const Vec3& foot, double size, int other,
                          const Pose& guest_pose, const LevelSet& guest, int k) {
-  constexpr double near = 1e-3;  // of the size
+  constexpr double near = 1e-3;  // greatest distance of its foot beside the surface, relative to `size`
   const DeepestPoint deepest = deepest_point(guest, k, guest_pose.orientation.conjugate() * normal);
   const Vec3 x = guest_pose.to_world(deepest.position);
   const double gap = normal.dot(x - foot);
@@ -124,9 +136,10 @@ Touch touch_of_continued(const Bodies& bodies, const Vec3& normal, const Vec3& f
   return {x, normal, gap};
 }
 
-// Which body goes on with the host's plane where deepest point k of the guest towards it lies, if that is not
-// over the host; or -1. Of a rim that has rolled almost onto the host, what comes nearest to the host is on
-// the other side of the seam from what is lowest, and goes down as the rim rolls on.
+// Returns the adjoining body that goes on with the host's plane below support point k of the guest; -1 if the
+// point is over the host, or over none of them. `found` is the touch with the host. When a rim has rolled
+// almost onto the host, its point nearest to the host is on the other side of the internal edge from its
+// support point towards the plane, and goes down as the rim rolls on.
 int body_below_deepest(const Bodies& bodies, int host, const Touch& found, const Pose& guest_pose,
                        const LevelSet& guest, int k) {
   if (bodies.adjoining.first.empty() || !std::isfinite(found.gap)) return -1;
@@ -136,7 +149,7 @@ int body_below_deepest(const Bodies& bodies, int host, const Touch& found, const
       deepest_point(guest, k, guest_pose.orientation.conjugate() * found.normal).position);
   const Vec3 foot = found.position - found.gap * found.normal;
   const Vec3 below = x - found.normal.dot(x - foot) * found.normal;
-  const auto above = [&](int body) {  // m
+  const auto above = [&](int body) {  // signed distance of `below` from the body, m
     return bodies.rigid.properties[as_index(body)].shape.distance(
         bodies.rigid.state[as_index(body)].pose.to_body(below));
   };
@@ -183,7 +196,8 @@ Touch touch(const Bodies& bodies, int host, const Pose& host_pose, int guest, co
 
 namespace {
 
-// Of a deformable guest's point at `x` (m).
+// Returns the touch of a deformable guest's surface point at `x` (m, world) with the nearest surface of the
+// host that it can touch.
 Touch touch(const Bodies& bodies, int host, const Pose& host_pose, const SurfacePoint& point, const Vec3& x) {
   const LevelSet& shape = bodies.rigid.properties[as_index(host)].shape;
   const Vec3 in_host = host_pose.to_body(x);
@@ -195,8 +209,9 @@ Touch touch(const Bodies& bodies, int host, const Pose& host_pose, const Surface
   return {x, way.normal, point.allowance - way.depth};
 }
 
-// The plane of a deformable guest's face, with the normal that is nearer to `outward`; the host touches it
-// with what of it is deepest now.
+// Returns the touch of a contact whose plane is that of a deformable guest's face. Its normal is the one of
+// the face's two that is nearer to `outward` (unit, world). The host touches it with its present support
+// point, or with EdgePoint::foot.
 Touch touch_on_face(const Bodies& bodies, const ContactPoint& contact, const Pose& host_pose,
                     const Vec3& outward, const Vec3& x) {
   const std::array<int, 4>& p = contact.on_surface.particle;
@@ -214,7 +229,8 @@ Touch touch_on_face(const Bodies& bodies, const ContactPoint& contact, const Pos
   return {x, normal, normal.dot(x - foot), foot};
 }
 
-// A place on a deformable guest's edge and a round host: the normal is at right angles to the edge.
+// Returns the touch of a place on a deformable guest's edge with a round host. The normal is at right angles
+// to the edge.
 Touch touch_on_edge(const Bodies& bodies, const ContactPoint& contact, const Pose& host_pose, const Vec3& x) {
   const LevelSet& shape = bodies.rigid.properties[as_index(contact.host)].shape;
   const std::array<int, 4>& p = contact.on_surface.particle;
@@ -227,6 +243,8 @@ Touch touch_on_edge(const Bodies& bodies, const ContactPoint& contact, const Pos
           x - (distance + radius_of_ball(shape)) * nearest};
 }
 
+// Returns the touch of a contact on an edge or a face of a deformable guest, with the place at `x` (m,
+// world).
 Touch touch_on_ridge(const Bodies& bodies, const ContactPoint& contact, const Pose& host_pose,
                      const Vec3& x) {
   const Vec3 normal = host_pose.orientation * contact.edge.normal;
@@ -300,7 +318,8 @@ double gap_now(const Bodies& bodies, const ContactPoint& contact) { return touch
 
 namespace {
 
-// The place on a face that is nearest to `x` (m), also beyond the rim of the face.
+// Moves a point on a face to the place nearest to `x` (m, world) in the face's plane, also beyond the rim of
+// the face.
 void move_on_face(const Bodies& bodies, const Vec3& x, SurfacePoint& point) {
   const auto at = [&](std::size_t i) -> const Vec3& {
     return bodies.particles.x[as_index(point.particle[i])];
@@ -313,8 +332,8 @@ void move_on_face(const Bodies& bodies, const Vec3& x, SurfacePoint& point) {
   point.weight[2] = 1 - point.weight[0] - point.weight[1];
 }
 
-// Contacts of a host with the faces and edges of a soft body go along with the host: at a place that stays
-// behind they would turn it.
+// Moves contacts with the faces and edges of a deformable body along with the host. At a place that stays
+// behind they would turn the host.
 void follow_host(const Bodies& bodies, ContactPoint& contact) {
   if (contact.keeper.kind == PlaneKeeper::Kind::host) return;
   SurfacePoint& point = contact.on_surface;
@@ -330,7 +349,7 @@ void follow_host(const Bodies& bodies, ContactPoint& contact) {
     point.weight[1] = edge.dot(now.foot - first) / edge.squaredNorm();
     point.weight[0] = 1 - point.weight[1];
   }
-  // What the step leaves for the next one to begin with.
+  // The next step begins with this place and plane, from the contact cache.
   contact.edge.normal = pose.orientation.conjugate() * now.normal;
   const LevelSet& shape = bodies.rigid.properties[as_index(contact.host)].shape;
   const double to_surface = contact.keeper.kind == PlaneKeeper::Kind::edge ? radius_of_ball(shape) : 0;

@@ -1,7 +1,9 @@
-// One contact point for everything. It lies on the surface of one body and near the level set of a rigid one:
+// The contact point, one record for all kinds of contact. It lies on the surface of one body and near the
+// level set of a rigid one:
 //
-//   host   the rigid body whose level set gives distance and normal
-//   guest  what touches it: a surface point of a deformable body, or a sample point of another rigid body
+//   host   the rigid body whose level set gives distance and normal (reference body)
+//   guest  the body whose point touches the host (incident body): a surface point of a deformable body, or a
+//          point of another rigid body
 //
 // Impulses act on the guest and, reversed, on the host, at one and the same place, so linear and angular
 // momentum are kept to rounding.
@@ -15,105 +17,134 @@
 
 namespace duet {
 
+/// One point at which two bodies touch or may touch within a step, with what the solvers keep about it.
+/// Positions and directions are in world space unless a member says otherwise.
 struct ContactPoint {
-  int host = -1;         // rigid body with the level set
-  int guest_rigid = -1;  // rigid body that touches it, or -1
-  // Index of the deformable's surface point, or the number of all these + i for a place on edge i, or,
-  // further on, see at_corner(); of a rigid guest: of its sample, or the number of these + i for a place on a
-  // ridge next to node i, or -1 - k for deepest point k, or against_face().
+  int host = -1;         ///< Index of the rigid body with the level set.
+  int guest_rigid = -1;  ///< Index of the rigid body that touches the host; -1: the guest is deformable.
+  /// Number of the point on the guest; host, guest and this number name the contact from step to step.
+  ///
+  /// For a deformable guest it is an index i into Bodies::points, or points.size() + e for an edge contact on
+  /// Bodies::edges[e], or at_corner() for a vertex-face or support-face contact. For a rigid guest it is the
+  /// index of a sample; or samples.size() + i for an edge contact next to FeatureEdges::nodes[i]; or a
+  /// number after these for a sample against several faces of a mesh, see find_faces_around_sample(); or
+  /// -1 - k for support point k; or against_face() for a support point against a face of a mesh.
   int guest_point = -1;
-  Vec3 normal = Vec3::UnitY();        // unit, outward of the host
-  Vec3 first_normal = Vec3::UnitY();  // the same where it was found, at the beginning of the step
-  Vec3 host_arm = Vec3::Zero();       // m, from the host's centre of mass to the contact
-  Vec3 guest_arm = Vec3::Zero();      // m, from a rigid guest's centre of mass to the contact
-  double gap = 0;                     // m, signed distance less the allowance
-  double friction = 0, restitution = 0;
-  // Of the tolerances of the solvers: 1 for bodies of 5 cm and more, in proportion to the smaller body below.
+  Vec3 normal = Vec3::UnitY();        ///< Unit: outward normal of the host.
+  Vec3 first_normal = Vec3::UnitY();  ///< Unit: `normal` at the beginning of the step, when it was found.
+  Vec3 host_arm = Vec3::Zero();       ///< m: from the host's center of mass to the contact.
+  Vec3 guest_arm = Vec3::Zero();      ///< m: from a rigid guest's center of mass to the contact.
+  double gap = 0;       ///< m: Touch::gap, and after find_impact_planes() the gap to the plane ahead.
+  double friction = 0,  ///< Coulomb coefficient.
+      restitution = 0;  ///< Coefficient of restitution; 0 for deformable guests.
+  /// Factor on the tolerances of the solvers: 1 for deformable guests and for bodies of 5 cm and more, in
+  /// proportion to the size of the smaller body below that.
   double precision = 1;
-  ContactResponse response;
-  double target = 0;  // m/s, least normal velocity of the guest relative to the host; or minus infinity
-  Vec3 impulse = Vec3::Zero();  // N s, accumulated on the guest by the collisions; then by the contact solve
-  // m/s, of the guest relative to the host: what the curved paths of a kinematic body's points add over this
-  // step to the velocities of the two bodies (sim/step/kinematic_motion.h); zero at one moment in time
+  ContactResponse response;  ///< Change of the relative velocity by impulses at the contact.
+  /// m/s: least normal velocity of the guest relative to the host, set by predict_contacts(). Minus infinity:
+  /// the contact is out of reach and exerts nothing.
+  double target = 0;
+  /// N s: impulse on the guest, accumulated by the collisions and later by the contact solve.
+  Vec3 impulse = Vec3::Zero();
+  /// m/s, guest relative to host: what the curved paths of a kinematic body's points add over this step to
+  /// the velocities of the two bodies (sim/step/kinematic_motion.h). Zero for velocities at one moment in
+  /// time.
   Vec3 path_velocity = Vec3::Zero();
-  // Of a point of a flat face that lies on another: which of the pair's faces it is, and the part of the load
-  // that the point stands for where pressure is even. Else -1 and 0.
-  int patch = -1;
-  double share = 0;
-  double spread = 0;        // N s, scratch of spread_evenly
-  bool takes_part = false;  // scratch of spread_evenly
-  EdgePoint edge;           // of a place on a ridge, an edge or a face, as found at the beginning of the step
-  PlaneKeeper keeper;       // what its plane goes with
-  SurfacePoint on_surface;  // the place on a deformable guest's edge or face
-  // m, by how much a pinched guest is thinner there, see pinching.h; what is pinched sticks, if there is
-  // friction
+  int patch = -1;     ///< Number of the ContactPatch that the point belongs to; -1: none.
+  double share = 0;   ///< Fraction of an even load on `patch` that the point stands for; 0 without a patch.
+  double spread = 0;  ///< N s: scratch of spread_evenly(), the normal impulse that it finds.
+  bool takes_part = false;  ///< Scratch of spread_evenly(): whether the point is among those that carry load.
+  /// Plane of an edge contact, or of a contact in a face, as found at the beginning of the step. Its normal
+  /// is zero for all other contacts.
+  EdgePoint edge;
+  PlaneKeeper keeper;       ///< The body or feature that the plane of `edge` moves with.
+  SurfacePoint on_surface;  ///< Place of the contact on an edge or a face of a deformable guest.
+  /// m: by how much a pinched guest is thinner at the contact, see pinching.h. What is pinched sticks if
+  /// there is friction.
   double yielded = 0;
-  // Normal and gap are those of the plane that the bodies meet further on in the step, see impact_plane.h.
+  /// True if `normal` and `gap` belong to the plane that the bodies meet later in the step, see
+  /// impact_plane.h.
   bool meets_ahead = false;
-  // The plane ahead is level with the point already: what the guest slides or rolls onto.
+  /// True if the point is already level with the plane that it meets later in the step, because the guest
+  /// slides or rolls onto it.
   bool is_level_ahead = false;
-  // Touches, and goes on touching or opens with the velocities of the beginning of the step.
+  /// True if the point touches, and goes on touching or opens, with the velocities of the beginning of the
+  /// step.
   bool stays = false;
+  /// Returns whether the guest is rigid.
   bool is_rigid_pair() const { return guest_rigid >= 0; }
+  /// Returns whether the contact has a plane of its own in `edge`: edge contacts, contacts in faces of
+  /// deformable guests, and points against one of several faces of a mesh.
   bool is_on_edge() const { return !edge.normal.isZero(0); }
+  /// Returns whether a sample of a rigid guest, or a surface point of a deformable one, touches the nearest
+  /// surface of the host.
   bool is_sample() const { return guest_point >= 0 && !is_on_edge(); }
 };
 
-// Contacts of the same two bodies follow each other; a pair is such a range.
+/// The contacts between two bodies: a range of ContactSet::points.
 struct ContactPair {
-  int host = -1;
-  int guest_rigid = -1;                 // or -1
-  int guest_deformable = -1;            // or -1
-  int begin = 0, end = 0;               // range of contact points
-  int level = 0;                        // of the contact graph
-  bool collided = false;                // found overlapping by step II
-  bool active = false;                  // takes part in the contact solve
-  int patches = 0;                      // faces that lie on each other: their numbers are 0 ... patches - 1
-  double power = 0;                     // N m, scratch of the warm start
-  Vec3 angular_impulse = Vec3::Zero();  // N m s, of rolling and spinning friction on a rigid guest
+  int host = -1;  ///< Index of the rigid body that is listed as host; some points have the roles swapped.
+  int guest_rigid = -1;       ///< Index of the rigid guest; -1: the guest is deformable.
+  int guest_deformable = -1;  ///< Index of the deformable guest; -1: the guest is rigid.
+  int begin = 0,              ///< First contact point.
+      end = 0;                ///< One past the last contact point.
+  int level = 0;              ///< Layer of the contact graph: the higher one of those of the two bodies.
+  bool collided = false;      ///< True if step II found the bodies overlapping.
+  bool active = false;        ///< True if the pair takes part in the contact solve.
+  int patches = 0;   ///< Number of flat faces that lie on each other; ContactPoint::patch is below it.
+  double power = 0;  ///< J: scratch of the warm start, the work of the impulses.
+  /// N m s: impulse of rolling and spinning friction on a rigid guest.
+  Vec3 angular_impulse = Vec3::Zero();
 };
 
-// A thin deformable body between two bodies that no force moves, where there is less room than it is thick.
+/// A thin deformable body between two bodies that no force moves, at a place where these leave less room than
+/// it is thick.
 struct Pinch {
-  int guest_deformable = -1;
-  int first = -1, second = -1;  // rigid bodies, the lesser first
-  double room = 0;              // m, between them; negative where they overlap
+  int guest_deformable = -1;  ///< Index of the deformable body.
+  int first = -1,             ///< Index of one of the rigid bodies.
+      second = -1;            ///< Index of the other rigid body, greater than `first`.
+  double room = 0;            ///< m: distance of the rigid bodies there; negative if they overlap.
 };
 
+/// All contacts of a step, with the scratch of their search.
 struct ContactSet {
-  std::vector<ContactPoint> points;
-  std::vector<ContactPair> pairs;
-  std::vector<Pose> predicted;  // of the rigid bodies; scratch of predict_contacts
-  std::vector<char> is_cold;    // of every island: nothing is remembered of its contacts, see warm_start()
-  CandidateSearch search;       // scratch of find_candidates
-  std::vector<Pinch> pinches;   // of the step, see pinching.h
-  std::vector<Vec3> sheet_normals;  // scratch of yield_where_pinched
+  std::vector<ContactPoint> points;  ///< Contact points, those of each pair next to each other.
+  std::vector<ContactPair> pairs;    ///< Pairs of bodies that have contact points.
+  std::vector<Pose> predicted;       ///< Scratch of predict_contacts(): poses of the rigid bodies.
+  /// For every island: whether the contact cache holds none of its contacts, see warm_start().
+  std::vector<char> is_cold;
+  CandidateSearch search;           ///< Scratch of find_candidates().
+  std::vector<Pinch> pinches;       ///< Pinches of this step, see pinching.h.
+  std::vector<Vec3> sheet_normals;  ///< Scratch of yield_where_pinched().
 };
 
-// Whether an impulse of the contact changes its host's velocity, if that can change at all.
+/// Returns whether an impulse of the contact acts on its host. It changes the velocity of dynamic hosts only.
 inline bool moves_host(const Bodies& bodies, const ContactPoint& contact) {
   return contact.is_rigid_pair() || bodies.push_back;
 }
 
-// Of a deformable guest.
+/// Returns the place of a contact on its deformable guest.
 inline const SurfacePoint& surface_point(const Bodies& bodies, const ContactPoint& contact) {
   return contact.is_on_edge() ? contact.on_surface
                               : bodies.points[static_cast<std::size_t>(contact.guest_point)];
 }
-// Number of the contact of a corner, a bulge or a deepest point of a host with the faces of a deformable
-// guest, as ContactPoint::guest_point: of corners and bulges wherever on them it is.
+/// Returns ContactPoint::guest_point for a contact in the faces of a deformable guest. `corner` numbers what
+/// of the host touches them: its corners, then its convex vertices, then its support points. Corners and
+/// convex vertices keep their number on whichever face they are, support points have one for each face.
 int at_corner(const Bodies& bodies, int guest_deformable, int corner);
-// Sets the surface point of a contact on a deformable guest's edge or face by its `guest_point` and `lowest`.
+/// Sets `contact.on_surface` for a contact on an edge or a face of a deformable guest, from its `guest_point`
+/// and `edge`: particles, weights, inverse mass and allowance.
 void put_on_surface(const Bodies& bodies, ContactPoint& contact);
 
-// An impulse (N s) on one rigid body, at `arm` (m) from its centre of mass, and one that only turns it (N m
-// s). Static bodies stay as they are. These are what contact sweeps spend their time with, so they are
-// inline.
+/// Applies an impulse that only turns to one rigid body: `moment` (N m s, world). Bodies that are not dynamic
+/// stay as they are. It is inline because contact sweeps spend their time here.
 inline void apply_angular_impulse(RigidState& state, const RigidProperties& properties, const Vec3& moment) {
   if (!properties.is_dynamic()) return;
   state.angular_momentum += moment;
   state.angular_velocity += state.inverse_inertia * moment;
 }
+/// Applies `impulse` (N s, world) to one rigid body at `arm` (m, world) from its center of mass. Bodies that
+/// are not dynamic stay as they are. It is inline because contact sweeps spend their time here.
 inline void apply_impulse(RigidState& state, const RigidProperties& properties, const Vec3& arm,
                           const Vec3& impulse) {
   if (!properties.is_dynamic()) return;
@@ -121,7 +152,7 @@ inline void apply_impulse(RigidState& state, const RigidProperties& properties, 
   apply_angular_impulse(state, properties, arm.cross(impulse));
 }
 
-// Velocity of the guest relative to the host at the contact, m/s.
+/// Returns the velocity of the guest relative to the host at the contact, with the path velocity, m/s.
 inline Vec3 relative_velocity(const Bodies& bodies, const ContactPoint& contact) {
   const Vec3 guest = contact.is_rigid_pair()
                          ? point_velocity(bodies.rigid.state[static_cast<std::size_t>(contact.guest_rigid)],
@@ -132,7 +163,8 @@ inline Vec3 relative_velocity(const Bodies& bodies, const ContactPoint& contact)
          contact.path_velocity;
 }
 
-// Applies `impulse` (N s) to the guest and its opposite to the host; velocities and angular momenta change.
+/// Applies `impulse` (N s, world) to the guest of a contact and its opposite to the host. Changes velocities
+/// and angular momenta, but not ContactPoint::impulse.
 inline void apply_impulse(Bodies& bodies, const ContactPoint& contact, const Vec3& impulse) {
   const auto host = static_cast<std::size_t>(contact.host);
   if (contact.is_rigid_pair()) {
@@ -145,36 +177,47 @@ inline void apply_impulse(Bodies& bodies, const ContactPoint& contact, const Vec
     apply_impulse(bodies.rigid.state[host], bodies.rigid.properties[host], contact.host_arm, -impulse);
 }
 
-// How a guest's point meets its host.
+/// Geometry of one contact at given positions of the bodies, in world space.
 struct Touch {
-  Vec3 position;   // m, of the guest's point
-  Vec3 normal;     // unit, outward of the host
-  double gap = 0;  // m, signed distance less the allowance; infinite beside an edge, see ContactPlane, and
-                   // above what is hidden, see hidden_foot()
-  Vec3 foot = Vec3::Zero();  // m, of a host that a deformable guest's face or edge keeps the plane of: what
-                             // of it touches, or the centre of the ball that does
+  Vec3 position;  ///< m: the guest's point.
+  Vec3 normal;    ///< Unit: outward normal of the host.
+  /// m: signed distance of the point from the host, plus SurfacePoint::allowance on a deformable guest and
+  /// ContactPoint::yielded on a pinched one.
+  /// It is infinite if the point is beside an edge, see ContactPlane::faces, or above a surface that a
+  /// neighbor of the host hides, see hidden_foot().
+  double gap = 0;
+  /// m: point of the host that touches, if the plane moves with a face of a deformable guest; if it moves
+  /// with an edge, the center of the ball of the host that touches. Not set for other contacts.
+  Vec3 foot = Vec3::Zero();
 };
 
-// Of a rigid guest's point, numbered as in ContactPoint, at the given poses.
+/// Returns the touch of point `sample` of a rigid guest, numbered as ContactPoint::guest_point, with the
+/// bodies at the given poses. `lowest` is ContactPoint::edge.
 Touch touch(const RigidProperties& host, const Pose& host_pose, const RigidProperties& guest,
             const Pose& guest_pose, int sample, const EdgePoint& lowest = {});
-// The same of two of the bodies, and what adjoins them.
+/// Returns the touch of point `sample` of the rigid body `guest` with the rigid body `host` and the static
+/// bodies that adjoin it, with both at the given poses. `sample` and `lowest` are ContactPoint::guest_point
+/// and ContactPoint::edge.
 Touch touch(const Bodies& bodies, int host, const Pose& host_pose, int guest, const Pose& guest_pose,
             int sample, const EdgePoint& lowest);
-// Of a deformable guest's point at `x` (m), with the host at `host_pose`.
+/// Returns the touch of a contact with a deformable guest, with its point at `x` (m) and the host at
+/// `host_pose`.
 Touch touch(const Bodies& bodies, const ContactPoint& contact, const Pose& host_pose, const Vec3& x);
-// At the positions now.
+/// Returns the touch of a contact at the present positions.
 Touch touch(const Bodies& bodies, const ContactPoint& contact);
-// With rigid bodies at the `predicted` poses, particles after `dt` (s) at their velocities now, and a
-// deformable guest's point moved on by `shift` (m).
+/// Returns the touch of a contact with all rigid bodies at the poses `predicted`, and all particles moved for
+/// `dt` (s) with their present velocities. The point of a deformable guest is moved on by `shift` (m).
 Touch predicted_touch(const Bodies& bodies, const std::vector<Pose>& predicted, double dt,
                       const ContactPoint& contact, const Vec3& shift);
-// Recomputes normal, arms, gap and response from the positions now, and forgets the path velocity.
+/// Recomputes normal, arms, gap and response of a contact from the present positions. Moves contacts in faces
+/// and on edges of deformable guests along with the host, sets the path velocity to zero, and drops a plane
+/// that the contact met ahead.
 void update_geometry(const Bodies& bodies, ContactPoint& contact);
-// The gap at the positions now, m.
+/// Returns the gap of a contact at the present positions, m.
 double gap_now(const Bodies& bodies, const ContactPoint& contact);
 
-// K(r) = 1/m + r*^T I^-1 r*: velocity of a rigid body's point per impulse there, 1/kg.
+/// K(r) = 1/m + r*^T I^-1 r*: change of the velocity of a rigid body's point per impulse at that point, 1/kg
+/// (paper section 6.1). `arm` (m, world) is r, the displacement of the point from the center of mass.
 Mat3 impulse_factor(const RigidState& state, double inverse_mass, const Vec3& arm);
 
 }  // namespace duet

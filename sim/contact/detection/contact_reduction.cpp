@@ -12,21 +12,27 @@
 namespace duet {
 namespace {
 
-constexpr double flatness = 1e-6;         // of the guest's size, and of a normal's length
-constexpr std::size_t least_touches = 5;  // fewer are not worth the search
-// Where the carriers lie between the middle of a facet and its corners, if a point is there. Even pressure
-// has its mean distance from the middle farther out, at 0.54 of the corners' for a square and 0.67 for a
-// disc.
+// Tolerance for points of one plane, relative to the guest's size, and for unit normals of one plane. It is
+// above the rounding of poses; a larger value would let dropped points sink deeper.
+constexpr double flatness = 1e-6;
+constexpr std::size_t least_touches = 5;  // a face with fewer touches is not worth the search
+// Place of the carriers between the middle of a facet (0) and its corners (1), if points are there. Under
+// even pressure the mean distance from the middle is farther out: 0.54 of that of the corners for a square,
+// 0.67 for a disc.
 constexpr double carrier_place = 0.5;
-constexpr double least_share = 1e-3;  // of the load, for what carries it only when the body is about to tip
-constexpr double level = 0.99;  // cosine of the angle of two faces that lie on each other, at most 8 degrees
-constexpr int most_faces = 8;   // of the host; more are a curved surface's
+// Least fraction of the load, for points that carry some only when the body is about to tip.
+constexpr double least_share = 1e-3;
+// Least cosine of the angle between two faces that lie on each other: 8 degrees.
+constexpr double level = 0.99;
+constexpr int most_faces = 8;  // most faces of the host that are looked at: if there are more, it is curved
 
-constexpr char untouched = 0, kept_first = 1, dropped = 2;  // ReductionScratch::state
+// Values of ReductionScratch::state.
+constexpr char untouched = 0, kept_first = 1, dropped = 2;
 
 using FlatPoint = ReductionScratch::FlatPoint;
 
-// A plane under the points: height = base.height + slope_u (u - base.u) + slope_w (w - base.w).
+//   height = base.height + slope_u (u - base.u) + slope_w (w - base.w)
+// is the supporting plane under the points of a face.
 struct Support {
   FlatPoint base;
   double slope_u = 0, slope_w = 0;
@@ -36,6 +42,7 @@ struct Support {
   double above(const FlatPoint& p) const { return p.height - height_at(p); }
 };
 
+// The reduction of the touches of one guest near one host, see reduce_contacts().
 class Reduction {
  public:
   Reduction(double size, std::size_t begin, std::vector<NearPoint>& touches, ReductionScratch& scratch)
@@ -54,7 +61,8 @@ class Reduction {
   }
 
  private:
-  // The touches above the same face of the host as the first one that no face has been found for.
+  // Gathers the touches above one face of the host: that of the first touch for which no face has been found.
+  // Returns false if there is no such touch.
   bool gather_face() {
     const std::size_t count = scratch_.normals.size();
     while (taken_ < count && scratch_.normals[taken_].isZero(0)) ++taken_;
@@ -77,7 +85,8 @@ class Reduction {
     return true;
   }
 
-  // The lowest edge of the lower convex hull, and the facets on both sides of it.
+  // Finds the lowest edge of the lower convex hull of the touches above a face, and reduces the facets on
+  // both sides of it. Heights are those above the face.
   void reduce_face() {
     const std::vector<FlatPoint>& face = scratch_.face;
     const FlatPoint lowest = *std::min_element(
@@ -107,15 +116,17 @@ class Reduction {
     }
   }
 
+  // Returns the distance of two points along the face, m.
   static double distance(const FlatPoint& a, const FlatPoint& b) {
     return std::sqrt((a.u - b.u) * (a.u - b.u) + (a.w - b.w) * (a.w - b.w));
   }
 
+  // Drops the touches for which the hull of one facet of the guest stands, and makes the facet a patch.
   void reduce_facet(const Support& support) {
     std::vector<FlatPoint>& facet = scratch_.facet;
     facet.clear();
     for (const FlatPoint& p : scratch_.face) {
-      if (support.above(p) < -tolerance_) return;  // not below all points: rounding has misled the search
+      if (support.above(p) < -tolerance_) return;  // a point is below the plane: rounding misled the search
       if (support.above(p) <= tolerance_ && state(p) != dropped) facet.push_back(p);
     }
     if (facet.size() < least_touches) return;
@@ -129,6 +140,7 @@ class Reduction {
     share_load();
   }
 
+  // Computes the even load on the hull of the facet.
   void measure() {
     scratch_.corners.clear();
     for (std::size_t i = 0; i < scratch_.hull.size(); ++i)
@@ -136,7 +148,8 @@ class Reduction {
     load_ = even_load(scratch_.corners);
   }
 
-  // Tells carriers and corners which parts of the load they stand for, half of it on either to begin with.
+  // Makes the facet a patch, and computes the fractions of the load for which its carriers and corners stand.
+  // The search for them begins with half of the load on either.
   void share_load() {
     const std::size_t corners = scratch_.hull.size(), carriers = scratch_.carriers.size();
     scratch_.places = scratch_.corners;
@@ -166,7 +179,8 @@ class Reduction {
 
   NearPoint& touch_of(const FlatPoint& p) { return touches_[begin_ + as_index(p.touch)]; }
 
-  // The least share is for corners that carry something only when the body is about to tip.
+  // Makes a touch a point of `patch`, with at least `least_share` of its load. Touches of another patch stay
+  // there.
   void take(const FlatPoint& p, int patch, double share) {
     NearPoint& touch = touch_of(p);
     if (touch.patch >= 0 && touch.patch != patch) return;
@@ -177,9 +191,9 @@ class Reduction {
   char& state(const FlatPoint& p) { return scratch_.state[as_index(p.touch)]; }
   const FlatPoint& corner(std::size_t i) const { return scratch_.facet[as_index(scratch_.hull[i])]; }
 
-  // Up to four inner points of the facet that carry the load as long as it does not tip: were it only on the
-  // corners, friction would brake spinning almost twice as strongly as that of a face with even pressure
-  // does. Opposite ones follow each other, so that the contact solve is less lopsided.
+  // Keeps up to four inner points of the facet, which carry the load as long as the body does not tip. If it
+  // were on the corners alone, friction would brake spinning almost twice as strongly as on a face with even
+  // pressure. Opposite points follow each other, so that the contact solve is less lopsided.
   void keep_carriers() {
     const std::size_t count = scratch_.hull.size(), four = std::min<std::size_t>(count, 4);
     scratch_.carriers.clear();
@@ -195,8 +209,9 @@ class Reduction {
     }
   }
 
-  // The point of the facet nearest to `target`. Of several that are, but for rounding, the one nearest to the
-  // middle, and of these the one to the left of the way from there: the carriers shall lie evenly about it.
+  // Returns the point of the facet nearest to `target`. If several are equally near but for rounding, it is
+  // the one nearest to the middle, and of these the leftmost one as seen from there, so that the carriers lie
+  // evenly about the middle.
   FlatPoint nearest_to(const FlatPoint& target) const {
     const auto is_better = [&](const FlatPoint& a, const FlatPoint& b) {
       const double nearer = distance(b, target) - distance(a, target);
@@ -210,6 +225,7 @@ class Reduction {
       if (is_better(p, best)) best = p;
     return best;
   }
+  // Returns the middle of the facet's load.
   FlatPoint middle() const {
     FlatPoint point;
     point.u = load_.middle.x();
@@ -217,6 +233,7 @@ class Reduction {
     return point;
   }
 
+  // Appends a touch to those that are kept, unless it is there.
   void keep(const FlatPoint& p) {
     const auto i = as_index(p.touch);
     if (scratch_.state[i] == kept_first) return;
@@ -224,13 +241,13 @@ class Reduction {
     scratch_.kept.push_back(p.touch);
   }
 
-  // Twice the area of the triangle abc, positive if it turns left.
+  // Returns twice the area of the triangle abc along the face, m^2, positive if it turns left.
   static double turn(const FlatPoint& a, const FlatPoint& b, const FlatPoint& c) {
     return (b.u - a.u) * (c.w - a.w) - (b.w - a.w) * (c.u - a.u);
   }
 
-  // The corners of the facet's convex hull, counter-clockwise (monotone chains); corners that stick out by no
-  // more than the tolerance are none.
+  // Finds the corners of the facet's convex hull, counter-clockwise, by monotone chains (Andrew 1979).
+  // Corners that stick out by no more than the tolerance are left out.
   void find_hull() {
     std::vector<FlatPoint>& facet = scratch_.facet;
     std::sort(facet.begin(), facet.end(), [](const FlatPoint& a, const FlatPoint& b) {
@@ -252,7 +269,8 @@ class Reduction {
     const std::size_t lower = hull.size();
     for (int i = count - 2; i >= 0; --i) add(i, lower);
     hull.pop_back();  // the first one again
-    // Where it begins is left to rounding; what is kept first shall be the same from step to step.
+    // The first corner so far depends on rounding. The hull is made to begin with the touch of the smallest
+    // number, so that the order is the same from step to step.
     std::rotate(
         hull.begin(),
         std::min_element(hull.begin(), hull.end(),
@@ -260,8 +278,8 @@ class Reduction {
         hull.end());
   }
 
-  // Whether p lies above the hull, or beside it and at least as high above its nearest point as it is far
-  // from that.
+  // Returns whether the point `p` lies above the hull, or lies beside it and is at least as high above the
+  // nearest point of the hull as it is away from it along the face.
   bool is_covered(const FlatPoint& p, const Support& support) const {
     FlatPoint nearest = p;
     double least = std::numeric_limits<double>::infinity();
@@ -284,7 +302,8 @@ class Reduction {
     return p.height - nearest.height >= least;
   }
 
-  // Carriers and corners come first: what the contact solve meets first carries most.
+  // Puts the touches that are kept in place of all touches. Carriers and corners come first, because the
+  // contacts that the contact solve meets first carry most.
   void arrange() {
     for (std::size_t i = 0; i < scratch_.state.size(); ++i)
       if (scratch_.state[i] == untouched) scratch_.kept.push_back(static_cast<int>(i));
@@ -300,7 +319,7 @@ class Reduction {
   std::vector<NearPoint>& touches_;
   ReductionScratch& scratch_;
   std::size_t taken_ = 0;
-  EvenLoad load_;  // of the facet looked at
+  EvenLoad load_;  // on the facet that is looked at
 };
 
 }  // namespace
@@ -329,7 +348,8 @@ void adopt_others(double size, std::size_t begin, std::vector<NearPoint>& touche
   }
 }
 
-// Whether x lies above the convex polygon, seen along the normal, within `tolerance` (m).
+// Returns whether `x` (m) lies above the convex polygon with the given corners, as seen along its normal, to
+// within `tolerance` (m).
 bool is_above(std::span<const Vec3> corners, const Vec3& normal, const Vec3& x, double tolerance) {
   for (std::size_t i = 0; i < corners.size(); ++i) {
     const Vec3 edge = corners[(i + 1) % corners.size()] - corners[i];
@@ -340,7 +360,7 @@ bool is_above(std::span<const Vec3> corners, const Vec3& normal, const Vec3& x, 
 
 void join_patches(double size, const Pose& guest_in_host, std::size_t begin, std::vector<NearPoint>& touches,
                   ReductionScratch& scratch) {
-  // Where both are as wide but for rounding it has to be the same one in every step.
+  // If two patches are equally wide but for rounding, the same one has to count in every step.
   const auto width = [](const ContactPatch& patch) { return patch.reversed ? 0.9 * patch.area : patch.area; };
   std::sort(scratch.patches.begin(), scratch.patches.end(),
             [&](const ContactPatch& a, const ContactPatch& b) {

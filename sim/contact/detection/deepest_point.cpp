@@ -10,16 +10,21 @@
 namespace duet {
 namespace {
 
-constexpr int steps = 4;  // of the fixed-point iteration
+// Steps of the fixed-point iteration for points whose place depends on the host's normal there. On flat hosts
+// and balls the first step is exact; on others each step costs a query of the level set.
+constexpr int steps = 4;
 
+// Returns the support point of a ball towards a surface with the normal `n`.
 DeepestPoint of_ball(const Vec3& center, double radius, const Vec3& n) {
   return {center - radius * n, center};
 }
 
-// The grid of a mesh turns its normals gradually where those of the surface jump: in the middle of a groove
-// it has one towards the bottom, where there is no surface. So the foot along the normal has to be there.
+// Returns the normal of the host's surface nearest to `x` (m, host's body space). The grid of a mesh turns
+// its normals gradually where those of the surface jump: in the middle of a groove it gives one that points
+// away from the bottom, where there is no nearest surface. If the foot along the grid's normal is not on the
+// surface, the exact normal counts.
 Vec3 normal_to_surface(const LevelSet& host, const Vec3& x) {
-  constexpr double tolerance = 0.002;  // of the distance
+  constexpr double tolerance = 0.002;  // greatest distance of the foot from the surface, relative
   const Vec3 normal = host.normal(x);
   if (host.kind != LevelSet::Kind::grid) return normal;
   const double distance = host.distance(x);
@@ -27,15 +32,17 @@ Vec3 normal_to_surface(const LevelSet& host, const Vec3& x) {
   return leads_there ? normal : host.exact(x).normal;
 }
 
+// Returns the support point of a ball towards a host.
 DeepestPoint of_ball(const Vec3& center, double radius, const LevelSet& host) {
   return of_ball(center, radius, normal_to_surface(host, center));
 }
 
-// How far in from a rim its inner point is along the two ways, m.
+// Returns by how much DeepestPoint::inside of a rim lies in from it along the radius and along the axis, m.
 double way_in_from_rim(const LevelSet& shape) { return shape.smallest_size() / 4 * std::sqrt(0.5); }
 
-// The direction in the plane of a ring (the shape's x and z) in which a point of it lies deepest, for the
-// host's normal `n` at the ring.
+// Returns the direction (unit, host's body space) from the center of a ring to its support point, for the
+// host's normal `n` at the ring. The ring lies in the plane of the shape's axes x and z. If the normal is at
+// right angles to that plane, all directions are equal and the result is the x axis.
 Vec3 deepest_direction(const Vec3& n, const Quat& orientation) {
   const Vec3 local = orientation.conjugate() * n;
   const double length = math::hypot(local.x(), local.z());
@@ -43,18 +50,19 @@ Vec3 deepest_direction(const Vec3& n, const Quat& orientation) {
   return orientation * direction;
 }
 
-// The steps of the iteration need not come nearer: around a small body inside a ring they jump between its
-// two sides. So the best of them counts. On flat hosts the second one repeats the first.
+// Keeps the point of an iteration that is nearest to the host. The steps need not come nearer: around a small
+// body inside a ring they jump between its two sides. On flat hosts the second step repeats the first.
 class Nearest {
  public:
   explicit Nearest(const LevelSet& host) : host_(host) {}
 
-  // Returns whether another step is of use.
+  // Takes the point of a step at `x` (m, host's body space). Returns false if the step has not moved it, so
+  // that further steps are of no use.
   bool take(const Vec3& x, const DeepestPoint& point) {
     if (x == last_) return false;
     last_ = x;
     const double distance = host_.distance(x);
-    if (!(distance >= least_)) {  // what is not finite shall show
+    if (!(distance >= least_)) {  // also taken if it is not finite, so that the error shows
       least_ = distance;
       point_ = point;
     }
@@ -69,6 +77,7 @@ class Nearest {
   DeepestPoint point_{Vec3::Zero(), Vec3::Zero()};
 };
 
+// Returns the support point of a torus at `pose` towards a host.
 DeepestPoint of_torus(const LevelSet& shape, const Pose& pose, const LevelSet& host) {
   Vec3 center = pose.position;
   Nearest nearest(host);
@@ -79,15 +88,18 @@ DeepestPoint of_torus(const LevelSet& shape, const Pose& pose, const LevelSet& h
   return of_ball(nearest.point().inside, shape.tube, host);
 }
 
-// Of deepest point k of a capsule or cylinder: its place along the axis, as a part of the half length.
+// Returns the place of support point k of a capsule or cylinder along its axis, as a fraction of the half
+// length.
 double place_along(int k) {
   constexpr std::array<double, 4> place{1, -1, 1.0 / 3, -1.0 / 3};
   return place[as_index(k)];
 }
-// Where its end is, 0 for the two between the ends.
+// Returns the end of the axis at which support point k is, 1 or -1, and 0 for the two points between the
+// ends.
 double side_of(int k) { return k < 2 ? place_along(k) : 0; }
 
-// Of the circle about the axis of a cylinder on which deepest point k lies.
+// Returns support point k of a cylinder at `pose` towards a host: the nearest point of the circle about the
+// axis on which it lies, a rim for the first two.
 DeepestPoint of_circle(const LevelSet& shape, int k, const Pose& pose, const LevelSet& host) {
   const Vec3 axis = pose.orientation * Vec3::UnitY();
   const Vec3 center = pose.position + place_along(k) * shape.half_length * axis;

@@ -8,34 +8,44 @@ namespace duet {
 namespace {
 
 constexpr double far = std::numeric_limits<double>::infinity();
-// By how much of the way between two nodes the distance falls towards a minimum, at least.
+// Least fall of the distance towards a minimum, relative to the distance between two nodes of the line.
+// Shallower minima are those of lines that lie along a face; a larger value would miss edges that cross at a
+// small angle.
 constexpr double least_fall = 0.005;
-// By how much the slope of the distance changes from one part of a soft edge to the next where an edge of the
-// host may lie between them, at least: what it overlooks is no deeper than a quarter of this, of a part. Nor
-// is the jolt when the end of an edge passes the host's and what it overlooked begins to count.
+// Least change of the slope of the distance from one part of a deformable body's edge to the next at which an
+// edge of the host may lie between them. A bend that this overlooks is no deeper than a quarter of this value
+// times the length of a part. Neither is the jolt at the moment when the end of the edge passes the host's
+// edge and the depth that was overlooked begins to count.
 constexpr double least_bend = 0.001;
-constexpr double precision = 0.01;     // of the place, of the way between two nodes
-constexpr double edge_of_bend = 1e-3;  // of the change of slope: the least slope away from a bend
-constexpr double golden = 0.6180339887498949;
-// Of the mean of the normals on the two sides of a minimum: shorter where an edge has gone through the host.
+// Precision of the place of a minimum, relative to the distance between two nodes or to a part.
+constexpr double precision = 0.01;
+constexpr double edge_of_bend = 1e-3;  // least slope away from a bend, relative to the change of slope at it
+constexpr double golden = 0.6180339887498949;  // golden ratio less 1: by which a search interval shrinks
+// Least length of the mean of the unit normals on the two sides of a minimum. It is shorter if an edge has
+// gone through the host, so that the normals are almost opposite.
 constexpr double least_mean = 0.3;
-// Cosine of the angle between the way inwards and the normal of a surface that an edge faces, at least.
+// Least cosine of the angle between the direction into the guest and the normal of a surface that its edge
+// faces.
 constexpr double least_facing = 0.2;
-// Cosine of the angle between a face of the host and a soft edge's plane that lies on it, at least: points
-// touch there along the face's own normal, and others that are nearly the same would be one constraint twice
-// over, badly conditioned.
+// Least cosine of the angle between a face of the host and the plane of a deformable body's edge that lies on
+// it. Points touch there along the face's own normal, and normals that are nearly equal would be one
+// constraint twice over: the contact problem would be ill-conditioned.
 constexpr double lies_flat = 1 - 1e-6;
-// Of a line on a flat face: sine of the angle between them, at most; cosine of the angle between normals that
-// are the same; and how often the step to where they change is halved.
-constexpr double lies_along = 0.02, same_normal = 1 - 1e-12;
-constexpr int bisections = 40;
-constexpr double rounding = 1e-9;  // of a length
+constexpr double
+    // Greatest sine of the angle between a line and a flat face that it lies along.
+    lies_along = 0.02,
+    // Least cosine of the angle between normals of one flat face: rounding.
+    same_normal = 1 - 1e-12;
+constexpr int bisections = 40;  // to the end of a face: the step of one node shrinks to rounding
+// Precision of the end of a face, relative to the distance between two nodes.
+constexpr double rounding = 1e-9;
 
-// Exact distances from a host of places one after the other: none changes by more than the way from the last
-// one, which makes the search for it short.
+// Computes exact distances from a host for a sequence of places. From one place to the next the distance
+// changes by no more than the displacement, and this bound makes the search for it short.
 class Distances {
  public:
   explicit Distances(const LevelSet& host) : host_(host) {}
+  // Returns the signed distance of `x` (m, host's body space), m.
   double at(const Vec3& x) {
     distance_ = host_.exact_distance(x, std::abs(distance_) + (x - last_).norm());
     last_ = x;
@@ -44,21 +54,24 @@ class Distances {
 
  private:
   const LevelSet& host_;
-  Vec3 last_ = Vec3::Zero();  // m
-  double distance_ = far;     // m, of it
+  Vec3 last_ = Vec3::Zero();  // m, host's body space: the last place
+  double distance_ = far;     // m: its distance; infinite before the first one
 };
 
-// In the host's space.
+// A plane in the host's body space.
 struct Plane {
-  Vec3 normal = Vec3::Zero();
-  double height = 0;  // m, above the origin along the normal
+  Vec3 normal = Vec3::Zero();  // unit
+  double height = 0;           // m: signed distance of the plane from the origin along the normal
 };
 
-// The distance just before a place, at x1, and just after it, at x2, are those from two tangent planes. The
-// edge of a host with flat faces lies in both of them, and so does a plane with a mean of their normals; the
-// one across which the distance does not change along the line is that of the two crossing edges, and where
-// it only rises or falls it is the one at its lower side. On smooth hosts it is the tangent plane. None where
-// the line has gone through the host.
+// Returns the plane at which a line touches the host between `x1` and `x2` (m, host's body space), one just
+// before the place and one just after it.
+//
+// The distances at the two points are those from two tangent planes of the host. For a host with flat faces
+// these meet in its edge, which each plane through it with a weighted mean of their normals contains as well.
+// The mean along whose plane the distance does not change belongs to the plane of the two edges that cross.
+// If the distance only rises or only falls along the line, the tangent plane on the lower side is taken. On
+// smooth hosts the result is the tangent plane. There is none if the line has gone through the host.
 std::optional<Plane> plane_of_both(const LevelSet& host, const Vec3& x1, const Vec3& x2) {
   const auto [distance1, n1] = host.exact(x1);
   const auto [distance2, n2] = host.exact(x2);
@@ -72,7 +85,8 @@ std::optional<Plane> plane_of_both(const LevelSet& host, const Vec3& x1, const V
   return Plane{mean / length, height};
 }
 
-// Where `at` is least between `low` and `high`, to `precision`.
+// Returns the place between `low` and `high` at which the function `at` is least, to within `precision`, by
+// golden section.
 template <class Function>
 double golden_section(double low, double high, const Function& at) {
   double a = high - golden * (high - low), b = low + golden * (high - low), at_a = at(a), at_b = at(b);
@@ -94,7 +108,8 @@ double golden_section(double low, double high, const Function& at) {
   return (low + high) / 2;
 }
 
-// Of one line.
+// Searches one feature edge of a guest for edge contacts. Places along the line are counted in nodes from its
+// first one.
 class Walk {
  public:
   Walk(const FeatureEdges& ridges, const FeatureEdges::Line& line, const Pose& pose, const LevelSet& host,
@@ -108,13 +123,14 @@ class Walk {
         looks_at_faces_(looks_at_faces),
         found_(found) {}
 
-  // Distances change by no more than the way along the line, so what is far off lets nodes be skipped.
+  // Finds the minima of the distance at the nodes, and refines each of them. The distance changes by no more
+  // than the path along the line, so that a node far from the host lets the next ones be skipped.
   void find() {
     const int count = line_.end - line_.begin;
     const double reach = margin_ + host_.tolerance() + line_.radius + line_.longest;
     double before = line_.is_closed ? distance_at(count - 1) : far, here = distance_at(0);
     for (int i = 0; i < count;) {
-      if (!(here <= reach)) {  // what is not finite is no contact
+      if (!(here <= reach)) {  // also if it is not finite
         const double skipped = std::floor((here - reach) / line_.longest);
         i += 1 + (skipped > 0 && skipped < count ? static_cast<int>(skipped) : 0);
         before = far;
@@ -131,25 +147,26 @@ class Walk {
   }
 
  private:
+  // Returns the position of node `i` of the line, which goes round on closed lines, m, guest's body space.
   const Vec3& node(int i) const {
     const int count = line_.end - line_.begin;
     return ridges_.nodes[as_index(line_.begin + (i + count) % count)];
   }
 
-  // At most the distance where that is out of reach.
+  // Returns the signed distance of node `i` from the host, m; if that is out of reach, a lower bound of it.
   double distance_at(int i) const {
     const Vec3 x = pose_.to_world(node(i));
     const double out = near_.exteriorDistance(x);
     return out > line_.radius + line_.longest + host_.tolerance() ? out + margin_ : host_.distance(x);
   }
 
-  // t in [-1, 1] from the node before i to the one after it.
+  // Returns the place at `t` from -1, the node before `i`, to 1, the node after it, m, guest's body space.
   Vec3 place(int i, double t) const {
     return t < 0 ? place_between(line_, node(i), node(i - 1), -t)
                  : place_between(line_, node(i), node(i + 1), t);
   }
 
-  // The minimum near node i, by golden section.
+  // Finds the minimum near node `i` by golden section, and appends its edge contact if there is one.
   void refine(int i) {
     const bool begins = i == 0 && !line_.is_closed;
     const bool ends = i + 1 == line_.end - line_.begin && !line_.is_closed;
@@ -165,8 +182,8 @@ class Walk {
       if (looks_at_faces_) lies_on_face(i, t);
       return;
     }
-    // Over a face that is shorter than two parts of the line, all of it is lowest but for rounding, and its
-    // ends tell where.
+    // Above a face that is shorter than two segments of the line, all places of the line are equally low but
+    // for rounding. The contacts are then at the ends of the face.
     const double beside =
         std::min(at(std::max(first, t - 2 * precision)), at(std::min(last, t + 2 * precision)));
     const bool is_flat = beside - least < least_fall * 2 * precision * line_.longest;
@@ -174,34 +191,37 @@ class Walk {
     take(i, std::clamp(t, first + precision, last - precision), least);
   }
 
-  // Of a capsule or cylinder.
+  // Returns whether the line is the axis of a capsule or cylinder.
   bool is_axis() const { return line_.radius > 0 && line_.around == 0; }
 
-  // Whether the line lies on a face there, whose ends are taken. The search may have ended beside it.
+  // Returns whether the line lies along a face of the host near the place `t` at node `i`, and appends the
+  // ends of that face. The search for the minimum may have ended a little beside the face.
   bool lies_on_face(int i, double t) {
     for (const double beside : {0.0, -2 * precision, 2 * precision, -t})
       if (take_ends_of_flat(std::max(0.0, i + t + beside))) return true;
     return false;
   }
 
+  // Returns whether the place `t` at node `i` is an end of the line.
   bool is_end(int i, double t) const {
     return (i == 0 && t < precision) || (i + 1 == line_.end - line_.begin && t > -precision);
   }
 
-  // Whether what is `distance` away (m) from the axis at a place `at` (m) along it is on the side of the
-  // cylinder, rather than on its end, through which it comes out sooner.
+  // Returns whether a host at the signed distance `distance` (m) from the axis touches the cylinder's side at
+  // the place `at` (m) along it. It touches the end instead if it would come out sooner through that.
   bool is_on_side(double at, double distance) const {
     const double length = (line_.end - line_.begin - 1) * line_.longest;
     return line_.radius - distance <= std::min(at, length - at);
   }
 
-  // In nodes along the line; those of a closed one go round.
+  // Returns the place `s` nodes along the line, m, guest's body space. Nodes of closed lines go round.
   Vec3 place_at(double s) const {
     const double i = std::floor(s);
     return place(static_cast<int>(i), s - i);
   }
 
-  // The farthest place, `way` (1 or -1) along the line from one that is flat, up to which all are.
+  // Returns the farthest place along the line from `from`, in the direction `way` (1 or -1), up to which
+  // is_flat(s) holds. It holds at `from`.
   template <class IsFlat>
   double last_flat(double from, double way, const IsFlat& is_flat) const {
     const int count = line_.end - line_.begin;
@@ -222,10 +242,12 @@ class Walk {
     return in;
   }
 
-  // Where a line that lies along a flat face of the host, or along a round side, passes the end of that:
-  // corners of the polygon that two faces share, or the ends of what a cylinder lies on. Samples beside it
-  // would carry the body too far in, and not the same ones as it turns. A line's own ends are corners or
-  // deepest points. Returns whether the line lies along a face there, `at` in nodes.
+  // Appends the places at which a line that lies along a flat face or a round side of the host passes the end
+  // of it. Returns whether the line lies along such a face at the place `at`.
+  //
+  // Such places are corners of the polygon that two faces share, or the ends of the part of a cylinder that
+  // lies on a face. Without them samples would carry the body too far in, and others of them as it turns. The
+  // line's own ends are left out, because they are corners or support points.
   bool take_ends_of_flat(double at) {
     const int count = line_.end - line_.begin;
     const auto face_at = [&](double s) { return host_.exact(pose_.to_world(place_at(s))); };
@@ -239,8 +261,8 @@ class Walk {
     if (high - low < precision || std::max(std::abs(at_high - at_low), std::abs(sag)) > most) return false;
     next_ = static_cast<int>(high) + 1;
     if (high - low > count - 1 + precision) return true;
-    // Where it hardly gets past the end, as along an edge of the host or level with it, samples and corners
-    // tell enough.
+    // A line that hardly gets past the end, because it lies along an edge of the host or level with one,
+    // needs no contact there: samples and corners tell enough.
     const auto gets_past = [&](double s) {
       const SignedDistance face = face_at(line_.is_closed ? s : std::clamp(s, 0.0, count - 1.0));
       const Vec3 out = face.distance * face.normal;
@@ -253,6 +275,7 @@ class Walk {
     return true;
   }
 
+  // Appends the contact at the end `s` of a face with the normal `normal`, next to node `i`.
   void take_end_of_flat(double s, int i, const Vec3& normal) {
     const Vec3 place = place_at(s), x = pose_.to_world(place);
     const double distance = host_.exact(x).distance;
@@ -269,6 +292,7 @@ class Walk {
     found_.push_back(found);
   }
 
+  // Appends the contact at the minimum `t` near node `i`, whose distance from the host is `least` (m).
   void take(int i, double t, double least) {
     const std::optional<Plane> plane = plane_of_both(host_, pose_.to_world(place(i, t - precision)),
                                                      pose_.to_world(place(i, t + precision)));
@@ -291,12 +315,13 @@ class Walk {
   const LevelSet& host_;
   const Eigen::AlignedBox3d& near_;
   double margin_;
-  bool looks_at_faces_;  // for where the line passes the end of a face that it lies along
+  bool looks_at_faces_;  // true if the ends of faces that the line lies along are to be found
   std::vector<EdgeContact>& found_;
-  int next_ = 0;  // the first node that is not over a face whose ends are found
+  int next_ = 0;  // the first node past a face whose ends have been found
 };
 
-// The place at `at` parts of an edge, in the host's space, `least` (m) away from it.
+// Returns the contact of a deformable body's edge from `first` to `second` (m, host's body space) at the
+// place `at`, counted in parts from the first end, whose distance from the host is `least` (m).
 std::optional<EdgeContact> place_on_edge(const Vec3& first, const Vec3& second, int parts, double at,
                                          double least, const LevelSet& host) {
   const auto place = [&](double t) { return first + t / parts * (second - first); };
@@ -315,7 +340,8 @@ std::optional<EdgeContact> place_on_edge(const Vec3& first, const Vec3& second, 
                      .precision = precision * (second - first).norm() / parts};
 }
 
-// Where a round host is nearest, if that is at no end of the edge: a particle is there.
+// Returns the contact of a deformable body's edge with a round host at the place nearest to it. There is none
+// at the ends of the edge, because particles touch there.
 std::optional<EdgeContact> nearest_place_on_edge(const Vec3& first, const Vec3& second, int parts,
                                                  const LevelSet& host, double margin) {
   const auto distance_at = [&](double t) { return host.distance(first + t / parts * (second - first)); };
@@ -348,7 +374,8 @@ double radius_of_ball(const LevelSet& shape) {
 }
 
 bool feature_edges_count(const LevelSet& guest, const LevelSet& host, bool is_reversed) {
-  if (host.kind == LevelSet::Kind::half_space) return false;  // lowest at the ends of lines, or all along
+  if (host.kind == LevelSet::Kind::half_space)
+    return false;  // touched at the ends of lines, or all along them
   if (!is_swept_by_ball(host)) return true;
   return host.kind != LevelSet::Kind::sphere && is_swept_by_ball(guest) && !is_reversed;
 }
@@ -364,8 +391,9 @@ bool edges_count(const LevelSet& host, const FeatureEdges& ridges) {
   return !ridges.lines.empty() || is_swept_by_ball(host);
 }
 
-// On hosts with edges, where the distance bends, and not where it is least: an edge that has been pushed out
-// of the host lies along one of its faces, and has no minimum until it comes back.
+// On hosts with edges the search looks for places at which the distance bends, not for minima: an edge that
+// has been moved out of the host lies along one of its faces, and its distance has no minimum until it comes
+// back.
 std::optional<EdgeContact> edge_contact_on(const Vec3& first, const Vec3& second, int parts,
                                            const LevelSet& host, double margin,
                                            std::vector<double>& distance) {
@@ -387,11 +415,12 @@ std::optional<EdgeContact> edge_contact_on(const Vec3& first, const Vec3& second
     if (distance[as_index(i)] - part > reach) continue;
     Distances distances(host);
     const auto at_part = [&](double t) { return distances.at(place(t)); };
-    // No place on a way is nearer than the mean of its ends' distances less half the way.
+    // On a segment no distance is less than the mean of those of its ends minus half its length.
     const double middle = at_part(i);
     if (middle - part >= margin) continue;
     if ((middle + std::min(at_part(i - 1), at_part(i + 1)) - part) / 2 >= margin) continue;
-    // Where it only rises or falls, the bend is where the distance from a slope in between is least.
+    // If the distance only rises or only falls, it has no minimum. The bend is then where the distance less a
+    // line with a slope between those on its two sides is least.
     const double first_slope = (at_part(i - 1 + precision) - at_part(i - 1)) / precision;
     const double last_slope = (at_part(i + 1) - at_part(i + 1 - precision)) / precision;
     const double least_away = edge_of_bend * std::max(0.0, last_slope - first_slope);

@@ -1,5 +1,5 @@
-// Where the ridges of a rigid body and the boundary edges of a deformable one come nearest to another rigid
-// body: where edges cross, and where rings, rods and rims touch beside their samples.
+// Edge contacts: where the feature edges of a rigid body, or the boundary edges of a deformable one, come
+// nearest to another rigid body. There edges cross, and rings, rods and rims touch between their samples.
 #pragma once
 
 #include <array>
@@ -11,64 +11,79 @@
 
 namespace duet {
 
-// A place on a ridge of a guest, and the plane at which it touches the host: for crossing edges the one that
-// both edges lie in.
+/// A place on a guest, and the plane at which it touches the host there. For edges that cross, both lie in
+/// the plane.
 struct EdgePoint {
-  Vec3 place = Vec3::Zero();   // m, guest's body space; of a deformable guest, the host's
-  Vec3 normal = Vec3::Zero();  // unit, outward of the host, in its body space
-  Vec3 foot = Vec3::Zero();    // m, of the plane, in the host's body space
-  double radius = 0;           // m, of the ball about the place that touches
-  // Of a deformable guest: of the particles of its edge or face, of which the number among the boundaries'
-  // triangles is told.
+  Vec3 place = Vec3::Zero();  ///< m: in the body space of a rigid guest; in the host's for a deformable one.
+  /// Unit, in the host's body space: outward normal of the host. Zero if there is no plane.
+  Vec3 normal = Vec3::Zero();
+  /// m, in the host's body space: a point of the plane. In contacts with faces of deformable guests it is the
+  /// point of the host that touches.
+  Vec3 foot = Vec3::Zero();
+  double radius = 0;  ///< m: of the ball about `place` whose surface touches; 0 on edges.
+  /// Barycentric weights (1) of the particles of a deformable guest's edge (the first two) or face.
   std::array<double, 3> weight{};
-  std::ptrdiff_t face = -1;
+  std::ptrdiff_t face = -1;  ///< Index of a deformable guest's face in Bodies::triangles; -1: none.
 };
 
-// What the plane at such a place goes with: the host, on which it stays where it was found, or a deformable
-// guest's face or edge, around which the host may turn. Of a face, which of the host's deepest points touches
-// it, or -1 for the foot.
+/// Says what the plane of an edge contact or of a contact in a face moves with.
 struct PlaneKeeper {
-  enum class Kind : int { host, face, edge };
-  Kind kind = Kind::host;
-  int deepest = -1;
+  /// Bodies and features that a plane can move with.
+  enum class Kind : int {
+    host,  ///< The host: the plane stays on it where it was found.
+    face,  ///< A deformable guest's face: the host may turn on it.
+    edge   ///< A deformable guest's edge: a round host may turn around it.
+  };
+  Kind kind = Kind::host;  ///< The body or feature that the plane moves with.
+  int deepest = -1;        ///< For `face`: number of the host's support point on it; -1: EdgePoint::foot.
 };
 
+/// An edge contact, or a contact in a face of a deformable guest, as the searches find it.
 struct EdgeContact {
-  EdgePoint edge;
-  PlaneKeeper keeper;
-  int node = -1;         // of the guest's ridges, next to the place
-  double distance = 0;   // m, from the ball about the place to the host
-  double precision = 0;  // m, of the place along its line
+  EdgePoint edge;      ///< The place and its plane.
+  PlaneKeeper keeper;  ///< The body or feature that the plane moves with.
+  /// Number of the place: on a rigid guest the node of its feature edges next to it, or a number after them,
+  /// see find_faces_around_sample(); in a face of a deformable guest the feature of the host, see
+  /// at_corner().
+  int node = -1;
+  double distance = 0;   ///< m: signed distance of the ball about the place from the host.
+  double precision = 0;  ///< m: how precisely the place is known along its line.
 };
 
-// Whether a ball sweeps out the shape, or it is one.
+/// Returns whether a shape is a ball or what a ball sweeps out along a line: a sphere, capsule or torus.
 bool is_swept_by_ball(const LevelSet& shape);
-// Of that ball, m.
+/// Returns the radius of the ball that sweeps out a shape, m. It holds for the shapes that is_swept_by_ball()
+/// accepts.
 double radius_of_ball(const LevelSet& shape);
 
-// Whether the ridges of a guest of shape `guest` can touch a `host` where neither its own samples and deepest
-// points nor those of the host would show it; `is_reversed` for one of the two ways round of a pair.
+/// Returns whether the feature edges of a guest can touch a host where no sample or support point of either
+/// would show it. `is_reversed` is set for one of the two directions of a pair of bodies, so that two middle
+/// lines are searched once.
 bool feature_edges_count(const LevelSet& guest, const LevelSet& host, bool is_reversed);
 
-// Appends the local minima of the distance to `host` along the ridges that are less than `margin` (m). They
-// are minima by a margin, which what lies along a flat face has none of. Instead, of the axis of a capsule or
-// cylinder that lies along a flat face or a round side, the ends of the part over it that are not its own
-// ends, which are deepest points; and of an edge or a ring, the places where it passes the end of a face that
-// it lies along: edges only `with_edges_on_faces`, as where two cross those of the other body tell the same.
-// `pose` is that of the ridges' body in the host's space, `near` a box of it out of which everything is
-// farther than the margin.
+/// Appends to `found` the edge contacts along the feature edges `ridges` of a guest that are less than
+/// `margin` (m) from `host`.
+///
+/// They are local minima of the distance to the host, by golden section on the exact distance. Lines that lie
+/// along a flat face have no clear minimum. For the axis of a capsule or cylinder that lies along a flat face
+/// or a round side, the ends of the part above it are found instead, except for the axis's own ends, which
+/// are support points. For an edge or a ring, the places are found where it passes the end of a face that it
+/// lies along. For edges that happens only `with_edges_on_faces`: edges of the other body that are searched
+/// as well show the same places where they cross. `pose` is that of the guest in the host's body space, and
+/// everything outside of the box `near` (m, host's body space) is farther from the host than the margin.
 void find_edge_contacts(const FeatureEdges& ridges, const Pose& pose, const LevelSet& host,
                         const Eigen::AlignedBox3d& near, double margin, std::vector<EdgeContact>& found,
                         bool with_edges_on_faces = true);
 
-// Whether edges of deformable bodies can touch such a host beside their points: cross its edges, or be
-// nearest to a round one.
+/// Returns whether edges of deformable bodies can touch a host between their surface points, because they
+/// cross its feature edges `ridges` or are nearest to it as a round body.
 bool edges_count(const LevelSet& host, const FeatureEdges& ridges);
 
-// The same along the straight edge from `first` to `second` (m, in the host's space) of a deformable body:
-// the lowest of its places where it crosses an edge of the host, or the one nearest to a round host, less
-// than `margin` (m) away. Its surface points divide it into `parts`, 2 at least, which are as far apart as
-// what the search looks at; `distance` is scratch that keeps its storage.
+/// Finds the edge contact of a deformable body's straight edge from `first` to `second` (m, in the host's
+/// body space) with `host`. For a round host it is the place nearest to it; for others, the lowest of the
+/// places at which the edge crosses an edge of the host. Returns nothing if there is no such place less than
+/// `margin` (m) away. The surface points of the edge divide it into `parts` equal parts, at least 2, which
+/// the search looks at. `distance` is scratch whose storage is kept.
 std::optional<EdgeContact> edge_contact_on(const Vec3& first, const Vec3& second, int parts,
                                            const LevelSet& host, double margin,
                                            std::vector<double>& distance);

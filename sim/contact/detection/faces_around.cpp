@@ -12,15 +12,21 @@
 namespace duet {
 namespace {
 
-constexpr double other_plane = 0.9962;   // cosine of the angle between faces, at most: 5 degrees
-constexpr double same_plane = 1 - 1e-9;  // cosine
-constexpr double beyond_edge = 1e-9;     // barycentric: rounding
-constexpr double rise = 1e-6;            // of the host's size, above the nearest plane: less is rounding
-constexpr int planes_of_sample = 4;      // at most
-constexpr double same_point = 0.002;     // of the way inwards: how much deeper another point may lie
+// Greatest cosine of the angle between the normals of a face and of the nearest surface for which a support
+// point touches both: 5 degrees. With a greater angle grooves lose a side; with a smaller one the facets of a
+// round mesh become contacts of their own.
+constexpr double other_plane = 0.9962;
+constexpr double same_plane = 1 - 1e-9;  // least cosine of the angle between normals of one plane: rounding
+constexpr double beyond_edge = 1e-9;     // rounding, relative to a face's area or the host's smallest size
+// Least height by which a face rises above the nearest plane, relative to the host's smallest size: rounding.
+constexpr double rise = 1e-6;
+constexpr int planes_of_sample = 4;  // most planes that one sample touches: they number its contacts
+// Greatest depth of another point of the guest below a support point at which the plane of the nearest
+// surface counts, relative to the distance from the support point to DeepestPoint::inside.
+constexpr double same_point = 0.002;
 
-// Whether the foot of the perpendicular on the face's plane lies in the face, or beyond edges for which
-// `is_open` says that the plane goes on.
+// Returns whether the foot of the perpendicular from `x` (m, host's body space) on the face's plane lies in
+// the face, or beyond edges from a to b for which is_open(a, b) says that the plane goes on.
 template <class IsOpen>
 bool is_opposite(const MeshDistance::Face& face, const Vec3& x, IsOpen&& is_open) {
   const double twice_area =
@@ -32,22 +38,24 @@ bool is_opposite(const MeshDistance::Face& face, const Vec3& x, IsOpen&& is_open
   return true;
 }
 
+// Returns whether the foot of the perpendicular from `x` on the face's plane lies in the face.
 bool is_opposite(const MeshDistance::Face& face, const Vec3& x) {
   return is_opposite(face, x, [](const Vec3&, const Vec3&) { return false; });
 }
 
-// Of the plane of `place`.
+// Returns whether `x` lies in the plane of `place`, to within `tolerance` (m).
 bool lies_in(const EdgePoint& place, const Vec3& x, double tolerance) {
   return std::abs(place.normal.dot(x - place.foot)) <= tolerance;
 }
 
+// Returns whether a corner of the face is more than `least` (m) above the plane of `place`.
 bool rises(const MeshDistance::Face& face, const EdgePoint& place, double least) {
   return std::any_of(std::begin(face.corner), std::end(face.corner),
                      [&](const Vec3& corner) { return place.normal.dot(corner - place.foot) > least; });
 }
 
-// Replaces the touch of a sample by one for each of the places from `first` on, the first of which is its
-// own.
+// Replaces the touch of a sample by one for each of the places from `first` on. The first place is the plane
+// of that touch; only its touch stays in the sample's patch.
 void put_planes(const RigidProperties& guest, std::size_t touch, std::size_t first,
                 std::vector<NearPoint>& touches, const std::vector<EdgeContact>& places) {
   for (std::size_t i = first; i < places.size(); ++i) {
@@ -152,7 +160,8 @@ void find_faces_around_sample(const LevelSet& host, const RigidProperties& guest
     if (is_opposite(face, x, is_crease)) add(n, gap);
   };
   const Eigen::AlignedBox3d around(x.array() - margin, x.array() + margin);
-  for (std::size_t known = 0; known != places.size();) {  // walls of a corner end at each other
+  for (std::size_t known = 0;
+       known != places.size();) {  // repeated, because walls of a corner end at each other
     known = places.size();
     host.grid->exact().for_each_face(around, visit);
   }

@@ -1,4 +1,4 @@
-// The faces of a mesh that a body touches beside the nearest one, as in a groove or a corner.
+// Finds the faces of a mesh that a body touches beside the nearest one, as in a groove or a corner.
 #pragma once
 
 #include <vector>
@@ -7,19 +7,28 @@
 
 namespace duet {
 
-// Appends the places where deepest points of `guest`, at the pose `in_host` in the space of its host, a mesh,
-// are less than `margin` (m) above a face that turns away from the nearest surface by more than 5 degrees,
-// and opposite which they are: one for each such plane. For a deepest point that has such places the plane of
-// the nearest surface is among them, as face 0: in the middle of a groove rounding decides which of its sides
-// that is, and each has to keep its contact for the step. Not so where another point of the guest is deepest
-// towards that plane, as of a rim beside an edge of the host, below whose top most of it may be.
+/// Appends contacts of the support points of `guest` with several faces of its host. Does nothing unless
+/// `host` is a mesh. `in_host` is the pose of the guest in the host's body space.
+///
+/// A support point touches each plane of the host that turns by more than 5 degrees from the nearest surface,
+/// if it is less than `margin` (m) above a face in that plane and opposite that face. If there is such a
+/// plane, the plane of the nearest surface is added as face 0. In the middle of a groove rounding decides
+/// which side is the nearest one, and each side has to keep its contact for the step. Face 0 is left out if
+/// another point of the guest is the support point towards that plane. An example is a rim beside an edge of
+/// the host: most of it may be below the host's top. Each contact is appended to `touches`, and its plane to
+/// `places`.
 void find_faces_around(const LevelSet& host, const LevelSet& guest, const Pose& in_host, double margin,
                        std::vector<NearPoint>& touches, std::vector<EdgeContact>& places);
 
-// The same for a sample of the guest, in sharp creases that go inwards: replaces the touch number `touch`,
-// that of the sample, by one for its plane and appends those of the faces that rise from it, if there are
-// any, with places of their own numbers (ContactPoint::guest_point). Each has to keep its plane for the step:
-// of a box that stands in a groove with one edge, all samples are as near to one side as to the other.
+/// Appends contacts of a sample of `guest` with the faces of a sharp concave crease of its host. Does nothing
+/// unless `host` is a mesh whose crease is near the sample. `in_host` is the pose of the guest in the host's
+/// body space.
+///
+/// `touches[touch]` is the touch of the sample. If faces rise from its plane less than `margin` (m) away, it
+/// is replaced by one with that plane, and one touch is appended for each of these faces; their planes are
+/// appended to `places`. There are at most four planes, which have numbers of their own in
+/// ContactPoint::guest_point. Each has to keep its contact for the step: all samples of a box that stands in
+/// a groove with one edge are as near to one side as to the other.
 void find_faces_around_sample(const LevelSet& host, const RigidProperties& guest, const Pose& in_host,
                               double margin, std::size_t touch, std::vector<NearPoint>& touches,
                               std::vector<EdgeContact>& places);

@@ -14,21 +14,32 @@
 namespace duet {
 namespace {
 
-constexpr double longest_way = 0.1;  // of the size of the faces around the point
-constexpr double at_surface = 1e-6;  // of the size of the faces
-// Below a flat or smooth surface the distance is the depth, below an edge it is less.
-constexpr double below_edge = 1e-3;  // of the smallest size of the host
+// Longest exit against the mean normal of the faces around a point, relative to the size of these faces. A
+// larger value would let points that have entered a host far behind an edge leave it through another side.
+constexpr double longest_way = 0.1;
+// Relative to the size of the faces: how precisely the length of that exit is found, and how far outside it
+// ends.
+constexpr double at_surface = 1e-6;
+// Depth at which is_nearest_to_edge() looks, relative to the smallest size of the host.
+constexpr double below_edge = 1e-3;
+// At that depth below a flat or smooth surface, its distance is the depth; below an edge it is less. The
+// surface is sharp if it is less than this fraction of the depth.
 constexpr double flat = 0.98;
-constexpr double farther_in = 1e-3;  // of the way from a point to the middle of a face
+// Place at which way_out_beside() looks for the side of the host that a face lies on, relative to the
+// displacement from the point to the middle of the face.
+constexpr double farther_in = 1e-3;
 
-// Whether the surface of the host is sharp where it is nearest to `x` (m, in its space), outside of it.
+// Returns whether the surface of the host is sharp where it is nearest to `x` (m, in the host's body space),
+// a point outside of it.
 bool is_nearest_to_edge(const LevelSet& shape, const Vec3& x) {
   const double below = below_edge * shape.smallest_size();
   return shape.distance(x - (shape.distance(x) + below) * shape.normal(x)) > -flat * below;
 }
 
-// A point on an edge of the host may lie on a face that lies on a side of the host: the way out of that side,
-// which is the nearest one from a little farther in on the face.
+// Returns the exit through a side of the host that a face with the point lies on, for a point at `x` (m,
+// world) that may be at an edge of the host. It is the side nearest to a place a little farther in on the
+// face. Of several faces the one that faces its side most squarely counts, and only within 18 degrees;
+// nothing if there is none.
 std::optional<WayOut> way_out_beside(const Bodies& bodies, const LevelSet& shape, const Pose& pose,
                                      const SurfacePoint& point, const Vec3& x) {
   std::optional<WayOut> found;

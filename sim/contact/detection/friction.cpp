@@ -6,9 +6,10 @@
 
 namespace duet {
 
-// With the tangents T of the contact, sticking is T (T^T K T)^-1 T^T: for tangential velocities K times it is
-// the identity up to a normal part. Of a symmetric matrix of two rows the inverse is the matrix itself,
-// turned by a quarter about the normal n, over its determinant, which is n . cof(K) n.
+// sticking = T (T^T K T)^-1 T^T, where the columns of T are two unit tangents of the contact. For tangential
+// velocities, K times this matrix is the identity up to a normal part. The inverse of a symmetric 2 x 2
+// matrix is that matrix, turned by 90 degrees about the normal n, over its determinant. Here the determinant
+// is n . cof(K) n.
 ContactResponse::ContactResponse(const Mat3& factor, const Vec3& n)
     : K(factor), normal_mass(1 / n.dot(factor * n)) {
   const Vec3 a = K.col(0), b = K.col(1), c = K.col(2);
@@ -39,8 +40,8 @@ Vec3 friction_impulse(const FrictionContact& contact, const Vec3& velocity, doub
     if (speed > 0) {
       const Vec3 direction = n - contact.friction / speed * tangential;
       const double response = n.dot(K * direction);
-      // For large friction on an eccentric contact the response can vanish: then only the normal part is
-      // used.
+      // With large friction on an eccentric contact the response can vanish. Below a thousandth of that of a
+      // normal impulse, only the normal impulse is used.
       if (response > 1e-3 * nKn) return change / response * direction;
     }
   }

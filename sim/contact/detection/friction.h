@@ -5,28 +5,39 @@
 
 namespace duet {
 
-// What an impulse at a contact does to the relative velocity there.
+/// Linear response of the relative velocity at a contact to an impulse there. All is in world axes.
 struct ContactResponse {
-  Mat3 K = Mat3::Zero();         // 1/kg, change of relative velocity per impulse
-  double normal_mass = 0;        // kg, 1 / (n.K n)
-  Mat3 sticking = Mat3::Zero();  // kg, tangential impulse per tangential velocity to be stopped by it alone
+  Mat3 K = Mat3::Zero();   ///< 1/kg: change of the relative velocity per impulse on the guest.
+  double normal_mass = 0;  ///< kg: 1 / (n . K n), normal impulse per change of the normal velocity.
+  /// kg: tangential impulse per tangential velocity that it alone is to stop.
+  Mat3 sticking = Mat3::Zero();
 
+  /// Makes the response of a contact that nothing can move.
   ContactResponse() = default;
+  /// Computes the response for the matrix `K` (1/kg) and the unit normal `normal`. `K` has to be symmetric
+  /// and positive definite.
   ContactResponse(const Mat3& K, const Vec3& normal);
 };
 
+/// Properties of a contact that friction_impulse() needs.
 struct FrictionContact {
-  Vec3 normal;  // unit, from host to guest
-  ContactResponse response;
-  double friction;  // Coulomb coefficient
+  Vec3 normal;               ///< Unit: from host to guest.
+  ContactResponse response;  ///< Change of the relative velocity by impulses.
+  double friction;           ///< Coulomb coefficient.
 };
 
-// The impulse (N s, on the guest) after which the normal relative velocity is `target`, if the relative
-// velocity before it is `velocity`; zero if the bodies separate faster than that anyway. Sticking removes all
-// tangential velocity; where that would need more than friction * normal impulse, the bodies slide.
+/// Returns the impulse (N s, on the guest) after which the normal relative velocity is `target` (m/s), where
+/// `velocity` (m/s) is the relative velocity before it.
+///
+/// The result is zero if the bodies separate at least that fast already. Sticking removes all tangential
+/// velocity. If that needs a tangential impulse greater than friction times the normal impulse, the bodies
+/// slide instead. If friction is so large on an eccentric contact that sliding has no solution, the impulse
+/// is normal. (Guendelman, Bridson, Fedkiw 2003)
 Vec3 friction_impulse(const FrictionContact& contact, const Vec3& velocity, double target);
 
-// The largest part of `impulse` that does not add kinetic energy, for the relative velocity before it.
+/// s j with s = -2 (j . v) / (j . K j), clamped to [0, 1]: the largest part of `impulse` (j, N s) that does
+/// not add kinetic energy. `velocity` (v, m/s) is the relative velocity before it. The result is zero if
+/// j . K j is.
 Vec3 limit_energy(const Mat3& K, const Vec3& velocity, const Vec3& impulse);
 
 }  // namespace duet

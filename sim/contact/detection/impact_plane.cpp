@@ -11,28 +11,35 @@
 namespace duet {
 namespace {
 
-// Of the smaller body's size: surfaces that differ by less in height are level. Rounding and the tolerances
-// of the solvers leave bodies less than a tenth of that deep.
+// Greatest difference in height of level surfaces, relative to the size of the smaller body. Rounding and the
+// tolerances of the solvers leave bodies less than a tenth of that deep. A larger value lets bodies pass over
+// higher steps without an impact.
 constexpr double level = 1e-4;
-// Fractions of the path within a step, and of the host's smallest size: the path is looked at in steps no
-// longer than the distance to the host or this much.
+// The path within a step is searched in steps as long as the distance to the host, but no shorter than the
+// lesser of these: a fraction of the path, and a fraction of the host's smallest size.
 constexpr double least_part = 1.0 / 32, least_size_part = 0.25;
-constexpr double same_normal = 0.9999;  // cosine of 0.8 degrees: the plane at the beginning serves
-constexpr double same_face =
-    0.99;  // cosine, of the planes of a point that touches already: else it is at an edge
-// Of the depth at which a meeting is noticed: edges that cross meet in the plane of both, of which the
-// nearest face says nothing.
+// Least cosine of the angle between the normals of the plane at the beginning and of the one that is met for
+// the former to stay: 0.8 degrees.
+constexpr double same_normal = 0.9999;
+// Least cosine of that angle for a point that touches already, and for bodies in joints: 8 degrees. A greater
+// angle means that the point passes an edge to another face.
+constexpr double same_face = 0.99;
+// Depth below its plane at which an edge contact takes another plane, relative to level_depth(). Edges that
+// cross meet in the plane of both, of which the nearest face says nothing, so that a meeting alone is not
+// enough.
 constexpr double plane_tolerance = 10;
-constexpr int most_looks = 256;
-constexpr int bisections = 12;
+constexpr int most_looks = 256;  // most steps of the search along a path; then its end counts
+constexpr int bisections = 12;   // of the last step: the time of the meeting is known to 1/4096 of it
 
+// The paths of the two bodies of a contact through a step.
 class Path {
  public:
   Path(const Bodies& bodies, const VelocityState& velocity, double dt, OrientationUpdate orientation,
        const ContactPoint& contact)
       : bodies_(bodies), velocity_(velocity), dt_(dt), orientation_(orientation), contact_(contact) {}
 
-  // After the part `s` of the step. On a ridge the distance of the place there at the beginning.
+  // Returns the touch after the fraction `s` of the step. For an edge contact it is that of the present place
+  // on the guest with the nearest surface of the host.
   Touch at(double s) const {
     const Pose host = pose(contact_.host, s), guest = pose(contact_.guest_rigid, s);
     if (!contact_.is_on_edge())
@@ -45,19 +52,22 @@ class Path {
     return {x - contact_.edge.radius * normal, normal, nearest.distance - contact_.edge.radius};
   }
 
-  // m, of a place on a ridge to the plane that it was found with.
+  // Returns the gap of an edge contact to the plane that it was found with, after the fraction `s` of the
+  // step, m.
   double gap_to_plane(double s) const {
     return touch(bodies_, contact_.host, pose(contact_.host, s), contact_.guest_rigid,
                  pose(contact_.guest_rigid, s), contact_.guest_point, contact_.edge)
         .gap;
   }
 
-  // Velocity along the path of the guest relative to the host, m/s, at the place that `contact` has.
+  // Returns the velocity of the guest relative to the host along the path, m/s, at the place that `contact`
+  // has.
   Vec3 relative_velocity(const ContactPoint& contact) const {
     return point_velocity(state(contact.guest_rigid), contact.guest_arm) -
            point_velocity(state(contact.host), contact.host_arm);
   }
 
+  // Returns the pose of a body after the fraction `s` of the step.
   Pose pose(int body, double s) const {
     const auto b = as_index(body);
     return bodies_.rigid.properties[b].moves() ? evolved_pose(state(body), s * dt_, orientation_)
@@ -65,6 +75,7 @@ class Path {
   }
 
  private:
+  // Returns the state of a body at the beginning, with the velocities of the path.
   RigidState state(int body) const {
     const auto b = as_index(body);
     RigidState state = bodies_.rigid.state[b];
@@ -83,12 +94,14 @@ class Path {
   const ContactPoint& contact_;
 };
 
+// The moment at which the bodies meet, and their touch then.
 struct Meeting {
-  double time = 0;  // part of the step
+  double time = 0;  // fraction of the step
   Touch touch;
 };
 
-// Where the path first leads deeper than `depth` (m), or its end.
+// Returns where the path first leads deeper than `depth` (m), or its end. `length` (m) is the length of the
+// path, `least_step` (m) the shortest step of the search along it.
 Meeting first_meeting(const Path& path, double length, double depth, double least_step) {
   double outside = 0;
   Touch touch = path.at(0);
@@ -116,13 +129,14 @@ Meeting first_meeting(const Path& path, double length, double depth, double leas
   return {1, outside < 1 ? path.at(1) : touch};
 }
 
-// Whether the touch is that of a plane that stays where it was found on the host.
+// Returns whether the contact has a plane that stays where it was found on the host.
 bool keeps_plane(const LevelSet& guest, const ContactPoint& contact) {
   const bool is_round = guest.kind == LevelSet::Kind::capsule || guest.kind == LevelSet::Kind::cylinder;
   return contact.is_on_edge() && !(is_round && contact.edge.radius > 0);
 }
 
-// Gives the contact the plane that the bodies `meet` at. A place on a ridge takes its plane with it.
+// Gives an edge contact the plane at which the bodies meet, in ContactPoint::edge, so that it keeps the
+// plane.
 void put_on_edge(const Bodies& bodies, const Path& path, const Meeting& meeting, double depth,
                  ContactPoint& contact) {
   const Pose pose = path.pose(contact.host, meeting.time);
@@ -133,14 +147,15 @@ void put_on_edge(const Bodies& bodies, const Path& path, const Meeting& meeting,
   contact.is_level_ahead = std::abs(contact.gap) <= depth;
 }
 
-// Other points have it for this step only. `dt`: s.
+// Gives a contact that is no edge contact the plane at which the bodies meet, for this step only. `dt` is the
+// step (s).
 void put_at_point(const Bodies& bodies, const Path& path, const Meeting& meeting, double dt, double depth,
                   ContactPoint& contact) {
   const Pose pose = path.pose(contact.guest_rigid, meeting.time);
   const RigidState &h = bodies.rigid.state[as_index(contact.host)],
                    &g = bodies.rigid.state[as_index(contact.guest_rigid)];
   contact.normal = meeting.touch.normal;
-  // Fixed points turn with their body; where round bodies touch does not.
+  // Samples turn with their body. The place at which a round body touches does not.
   contact.guest_arm = contact.is_sample() ? Vec3(g.pose.orientation * pose.to_body(meeting.touch.position))
                                           : Vec3(meeting.touch.position - pose.position);
   contact.host_arm = g.pose.position + contact.guest_arm - h.pose.position;
@@ -156,15 +171,16 @@ void put_at_point(const Bodies& bodies, const Path& path, const Meeting& meeting
       contact.normal);
 }
 
-// Whether the host meets the guest's surface at a sample from outside of it, rather than along it: the sample
-// x is nearest of the guest's surface to the point x - e n just inside of the host,
-//   distance from the guest(x - e n) = e,
-// for the host's normal n. A point on a straight edge cannot be hit in the direction of the edge, nor a point
-// of a face in a direction within the face: there the host slides along, and edges that cross carry it.
+//   distance from the guest(x - e n) = e
+// holds if the host meets the guest's surface at the sample x from outside, rather than along it: x is then
+// the point of the guest nearest to x - e n, a point just inside of the host, with the host's normal n. A
+// point on a straight edge cannot be hit in the direction of the edge, nor a point of a face in a direction
+// within the face: there the host slides along, and contacts of crossing edges carry it. Returns whether the
+// equation holds nearly; for points that are no samples it returns true.
 bool meets_from_outside(const Bodies& bodies, const Path& path, const Meeting& meeting,
                         const ContactPoint& contact) {
-  constexpr double probe = 0.01;          // e, of the guest's smallest size
-  constexpr double least_distance = 0.8;  // of e; smooth meshes of flat faces reach 0.9
+  constexpr double probe = 0.01;          // e, relative to the guest's smallest size
+  constexpr double least_distance = 0.8;  // relative to e: smooth meshes with flat faces reach 0.9
   if (!contact.is_sample()) return true;
   const LevelSet& guest = bodies.rigid.properties[as_index(contact.guest_rigid)].shape;
   const double e = probe * guest.smallest_size();
@@ -173,33 +189,34 @@ bool meets_from_outside(const Bodies& bodies, const Path& path, const Meeting& m
          least_distance * e;
 }
 
-// Whether the host is round where the bodies meet: a plane that stays on it turns with it.
+// Returns whether the host is round where the bodies meet, so that a plane that stays on it would turn with
+// it.
 bool is_round_at(const Bodies& bodies, const Path& path, const Meeting& meeting,
                  const ContactPoint& contact) {
-  constexpr double along_axis = 0.999;
+  constexpr double along_axis = 0.999;  // least component of a cap's normal along the axis of a cylinder
   const LevelSet& host = bodies.rigid.properties[as_index(contact.host)].shape;
   if (is_swept_by_ball(host)) return true;
   const Vec3 normal = path.pose(contact.host, meeting.time).orientation.conjugate() * meeting.touch.normal;
   return host.kind == LevelSet::Kind::cylinder && std::abs(normal.y()) < along_axis;
 }
 
-// Joints bend the path of a body, which this page takes for straight: there a plane is exchanged for another
-// face's alone.
+// Returns whether joints hold the body. They bend its path, which is taken for straight here. So contacts of
+// such bodies get another plane only if it is that of another face.
 bool is_linked(const Bodies& bodies, int body) {
   return as_index(body) < bodies.linked.size() && bodies.linked[as_index(body)] >= 0;
 }
 
-// Where the path leads deeper than `depth` (m), or its end; nothing if the plane of now serves: what is not
-// reached though the bodies fall by `fall` (m), what touches and leaves the level, and what meets the same
-// face.
+// Returns where the path first leads deeper than `depth` (m), or its end. Returns nothing if the contact can
+// keep its plane: because it is not reached even if the bodies fall by `fall` (m), because it touches already
+// and does not end level, or because an edge contact that touches still touches its plane.
 std::optional<Meeting> meeting_of(const Bodies& bodies, const Path& path, double length, double depth,
                                   double fall, const ContactPoint& contact) {
   const Touch end = path.at(1);
   const bool is_ridge = contact.is_on_edge(), is_apart = contact.gap > depth;
   if (end.gap > depth + fall && (!is_ridge || path.gap_to_plane(1) > 0)) return {};
   if (!is_apart) {
-    // At an edge of the host the nearest face may be either side of it: a ridge's plane that still touches
-    // there serves.
+    // At an edge of the host the nearest face may be on either side of it. An edge contact whose plane still
+    // touches there keeps it.
     if (is_ridge && std::abs(path.gap_to_plane(1)) <= depth) return {};
     return std::abs(end.gap) <= depth ? std::optional(Meeting{1, end}) : std::nullopt;
   }
@@ -210,6 +227,8 @@ std::optional<Meeting> meeting_of(const Bodies& bodies, const Path& path, double
                        std::min(least_part * length, least_size_part * host.smallest_size()));
 }
 
+// Gives one contact the plane in which its bodies meet, if it needs another one than it has, and sets
+// ContactPoint::stays. See find_impact_planes().
 void look_ahead(const Bodies& bodies, const Path& path, double dt, double fall, ContactPoint& contact) {
   const Vec3 velocity = path.relative_velocity(contact);
   const double length = dt * velocity.norm(), depth = level_depth(bodies, contact);
@@ -262,7 +281,7 @@ Touch touch_ahead(const Bodies& bodies, const ContactPoint& contact, double dt, 
   const RigidState& guest = bodies.rigid.state[as_index(contact.guest_rigid)];
   const Vec3 velocity = relative_velocity(bodies, contact) + change;
   const Vec3 x = guest.pose.position + contact.guest_arm;
-  // Where a round body touches does not turn with it.
+  // The place at which a round body touches does not turn with it.
   const Vec3 way = dt * (contact.is_sample() ? point_velocity(guest, contact.guest_arm) : guest.velocity);
   return {x + way, contact.normal, contact.gap + dt * contact.normal.dot(velocity)};
 }

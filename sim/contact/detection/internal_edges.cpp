@@ -12,39 +12,52 @@
 namespace duet {
 namespace {
 
-constexpr double tolerance = adjoin_within;  // of the smallest size of a body: what is that far out is out
-// Cosines of the angles between the normals of faces that hide each other and of those that are one, and of
-// that between a normal and a way off its surface.
-constexpr double face_each_other = -0.5, same_face = 1 - 1e-9, leads_off = 0.3;
-// The way out is no longer than this part of the smallest size.
+// Distance outside of bodies at which a point has left them, relative to their smallest size.
+constexpr double tolerance = adjoin_within;
+constexpr double
+    // Greatest cosine of the angle between the normals of faces that hide each other: 120 degrees.
+    face_each_other = -0.5,
+    // Least cosine of the angle between the normals of one face: rounding.
+    same_face = 1 - 1e-9,
+    // Least sine of the angle at which the adjoining body's normal leads off the host's surface.
+    leads_off = 0.3;
+// Longest exit, relative to the smallest size of the host and its adjoining bodies. A larger value would let
+// a point leave small bodies on the far side.
 constexpr double longest_way = 0.5;
-constexpr int bisections = 20;
+constexpr int bisections = 20;  // of the length of an exit: it is known to a millionth
 
-// Evenly spread, and the part of them that is inside of a body at a face of it, or almost one.
+// Number of directions that are evenly spread over a sphere.
 constexpr int directions = 400;
+// Least fraction of a small ball about a point that is inside of bodies if the point is on a flat face, or
+// almost: half of the ball, less what 400 directions and faces that are not quite flat leave.
 constexpr double flat = 0.47;
+// Returns direction number `i` (unit): a spiral with the golden angle.
 Vec3 direction(int i) {
   const double z = 1 - (2 * i + 1.0) / directions, angle = i * std::numbers::pi * (3 - std::sqrt(5.0));
   return {std::sqrt(1 - z * z) * math::cos(angle), std::sqrt(1 - z * z) * math::sin(angle), z};
 }
 
+// The body that is nearest to a point.
 struct Nearest {
   int body = -1;
-  double distance = std::numeric_limits<double>::infinity();  // m
+  double distance = std::numeric_limits<double>::infinity();  // m: signed distance from it
 };
 
+// Returns the signed distance of `x` (m, world) from a rigid body, m.
 double distance_to(const RigidBodies& rigid, int body, const Vec3& x) {
   const auto b = as_index(body);
   return rigid.properties[b].shape.distance(rigid.state[b].pose.to_body(x));
 }
 
+// Returns the normal (unit, world) of a rigid body's surface nearest to `x` (m, world).
 Vec3 normal_of(const RigidBodies& rigid, int body, const Vec3& x) {
   const auto b = as_index(body);
   const Pose& pose = rigid.state[b].pose;
   return pose.orientation * rigid.properties[b].shape.normal(pose.to_body(x));
 }
 
-// Of the host and what adjoins it: the ground has no size of its own.
+// Returns the least of the smallest sizes of the host and its adjoining bodies, m. The adjoining ones count
+// because the ground has no size of its own.
 double smallest_size(const Bodies& bodies, int host) {
   double size = bodies.rigid.properties[as_index(host)].shape.smallest_size();
   for (const int other : bodies.adjoining.of(host))
@@ -52,7 +65,7 @@ double smallest_size(const Bodies& bodies, int host) {
   return size;
 }
 
-// Which of the host and what adjoins it is nearest.
+// Returns which of the host and its adjoining bodies is nearest to `x` (m, world).
 Nearest nearest(const Bodies& bodies, int host, const Vec3& x) {
   Nearest result{host, distance_to(bodies.rigid, host, x)};
   for (const int other : bodies.adjoining.of(host)) {
@@ -62,8 +75,8 @@ Nearest nearest(const Bodies& bodies, int host, const Vec3& x) {
   return result;
 }
 
-// Whether a point at `x` (m) outside is over the surface that it would leave by `way`: of the host, or of a
-// body that adjoins it, from which it may slide onto the host within the step.
+// Returns whether a point at `x` (m, world) outside is above the surface of the exit `way`. That surface may
+// be the host's or an adjoining body's, from which the point may slide onto the host within the step.
 bool is_over(const Bodies& bodies, int host, const Vec3& x, const WayOut& way) {
   return nearest(bodies, host, x + way.depth * way.normal).distance <=
          tolerance * smallest_size(bodies, host);
@@ -94,7 +107,8 @@ void remove_hidden_samples(Bodies& bodies) {
     RigidProperties& properties = bodies.rigid.properties[b];
     const Pose& pose = bodies.rigid.state[b].pose;
     const double near = tolerance * properties.shape.smallest_size();
-    // Most of a small ball around a point of an edge is free, half of it around one of a face.
+    // A node or sample stays if no other body adjoins it, or if most of a small ball about it is outside of
+    // all bodies, as at a convex edge. About a point of a face half of the ball is.
     const auto stays = [&](const Vec3& x) {
       const auto others = bodies.adjoining.of(body);
       if (std::none_of(others.begin(), others.end(),
@@ -129,9 +143,10 @@ std::optional<HiddenFoot> hidden_foot(const Bodies& bodies, int host, const Vec3
     const double distance = distance_to(bodies.rigid, other, foot);
     if (distance > near) continue;
     if (distance < -near) return HiddenFoot{foot, Vec3::Zero(), other};
-    // On the surface of both. A host that rises from the other's surface, as a riser does, is not hidden.
-    // Beside an edge of the other, a little off it, everything on the way up would be nearest to that edge,
-    // with normals of all directions: so the way begins on the other's surface.
+    // The foot is on the surfaces of both bodies. A host that rises from the other's surface, as a riser
+    // does, is not hidden. The other's normal is taken a little above the foot, from a start on the other's
+    // surface: beside an edge of the other body, points above the foot would be nearest to that edge, with
+    // normals of all directions.
     const Vec3 start = distance > 0 ? Vec3(foot - distance * normal_of(bodies.rigid, other, foot)) : foot;
     const Vec3 others_normal = normal_of(bodies.rigid, other, start + near * normal);
     const double cosine = others_normal.dot(normal);
@@ -194,7 +209,8 @@ ContactPlane exposed_plane(const Bodies& bodies, int host, const Pose& pose, con
                            const Vec3& inside, PointKind kind) {
   const LevelSet& shape = bodies.rigid.properties[as_index(host)].shape;
   ContactPlane plane = contact_plane(shape, x, inside);
-  // Between the nodes of its grid a mesh is not known well enough to tell whether a foot is at the seam.
+  // Between the nodes of its grid the surface of a mesh is not known precisely enough to tell whether a foot
+  // is at an internal edge. So the exact plane counts there.
   if (shape.kind == LevelSet::Kind::grid &&
       is_at_seam(bodies, host, pose.to_world(plane.foot), shape.tolerance()))
     plane = exact_contact_plane(shape, x, inside);

@@ -1,5 +1,5 @@
-// Where static bodies adjoin, as the planks of a floor do, what lies on them must not feel the faces that
-// they hide from each other.
+// Internal edges: where static bodies adjoin, as the planks of a floor do, bodies that lie on them must not
+// collide with the faces that they hide from each other (ghost collisions).
 #pragma once
 
 #include <optional>
@@ -9,49 +9,69 @@
 
 namespace duet {
 
-// Of the smallest size of two static bodies: no farther apart, they adjoin.
+/// Gap up to which two static bodies adjoin, relative to the smaller one's smallest size. A larger value
+/// would close gaps into which a body can still fall or run; a smaller one would leave gaps between bodies
+/// that a scene places next to each other with rounded numbers.
 constexpr double adjoin_within = 1e-4;
 
-// The static bodies that touch or overlap each static body; none for all others.
+/// Returns for each rigid body, if it is static, the static bodies that touch or overlap it. The lists of all
+/// other bodies are empty.
 ElementLists adjoining_bodies(const Bodies& bodies);
 
-// Takes away the samples and ridges of static bodies that no convex edge or corner is left at, such as those
-// along the planks of a floor: rigid bodies that slide over them would run into them.
+/// Removes those samples and feature edges of static bodies at which the union of adjoining bodies has no
+/// convex edge or corner, such as those along the planks of a floor. Rigid bodies that slide over them would
+/// run into them. Reads Bodies::adjoining.
 void remove_hidden_samples(Bodies& bodies);
 
-// How a point would leave a host.
+/// The exit of a point from a host: the surface through which it would leave, in world space.
 struct WayOut {
-  Vec3 normal = Vec3::Zero();  // unit, outward
-  double depth = 0;            // m, below the surface with that normal; negative outside
+  Vec3 normal = Vec3::Zero();  ///< Unit: outward normal of the surface, the exit direction.
+  double depth = 0;            ///< m: depth below that surface; negative outside.
 };
 
-// Where a body that adjoins the host hides its surface at `foot` (m): there its unit normal `normal` would
-// stop what slides over the seam between the two, and clamp what has come into it.
+/// A place on the surface of a host that an adjoining body hides. The host's normal there would stop a body
+/// that slides over the internal edge between the two, and would clamp one that has come into it. In world
+/// space.
 struct HiddenFoot {
-  Vec3 foot;
-  Vec3 others_normal;  // of the surface of the other body that goes on from there; zero if they face each
-                       // other
-  int body = -1;       // the other body
+  Vec3 foot;           ///< m: the hidden place.
+  Vec3 others_normal;  ///< Unit: normal of the adjoining body's surface, which goes on from there. Zero if
+                       ///< the surfaces face each other.
+  int body = -1;       ///< Index of the adjoining body.
 };
+/// Returns whether an adjoining body hides the surface of `host` at `foot` (m, world), where its outward unit
+/// normal is `normal`; nothing if none does.
 std::optional<HiddenFoot> hidden_foot(const Bodies& bodies, int host, const Vec3& foot, const Vec3& normal);
-// The way out of all of them instead of `way`, for a point at `x` (m) the rest of whose body lies in the unit
-// direction `inward`.
+/// Returns the exit from the union of `host` and its adjoining bodies, for a point at `x` (m, world) whose
+/// exit `way` from the host alone ends at the hidden place `hidden`.
+///
+/// From inside, the point leaves in the direction `inward` (unit, world) in which the rest of its body lies.
+/// If that is zero or leads out only after half the smallest size of these bodies, the result is `way`.
+/// Outside of the host, the exit is through the adjoining body's surface; if the surfaces face each other,
+/// the point touches nothing (depth -infinity).
 WayOut way_out_of_seam(const Bodies& bodies, int host, const Vec3& x, const Vec3& inward, const WayOut& way,
                        const HiddenFoot& hidden);
 
-// Whether another body adjoins the host at `foot`, which is known up to `precision` (m).
+/// Returns whether another static body adjoins `host` at `foot` (m, world), a point of its surface that is
+/// known up to `precision` (m).
 bool is_at_seam(const Bodies& bodies, int host, const Vec3& foot, double precision);
 
-// Signed distance (m) of `x` (m) from a body at `pose` together with the static bodies that adjoin it.
+/// Returns the signed distance (m) of `x` (m, world) from the union of `body`, with the pose `pose`, and the
+/// static bodies that adjoin it.
 double united_distance(const Bodies& bodies, int body, const Pose& pose, const Vec3& x);
 
-// What a guest's point is: the deepest one towards this host, so that a body that adjoins it has one of its
-// own, or a point that stays where it is on the guest whatever it touches.
-enum class PointKind { deepest, fixed };
+/// Says how a guest's point depends on its host.
+enum class PointKind {
+  deepest,  ///< A support point towards this host. Each body that adjoins the host has one of its own.
+  fixed     ///< A point that stays where it is on the guest, whatever it touches.
+};
 
-// contact_plane() of a host at `pose`, but for what is hidden. Of a deepest point over a hidden foot it is
-// the plane of the surface that goes on from there, through the foot, with an infinite gap: what is deepest
-// towards the hidden edge is not what is deepest towards that plane.
+/// Finds the plane that contact_plane() finds for `host` at `pose`, but no plane that an adjoining body
+/// hides.
+///
+/// `x` and `inside` are as in contact_plane(), and the result is in the body space of the host. If a support
+/// point is above a hidden place from which the surface of the adjoining body goes on, the plane is that
+/// surface's, through the hidden place, with an infinite gap and ContactPlane::continued_by set: the support
+/// point towards the hidden edge is not the one towards that plane.
 ContactPlane exposed_plane(const Bodies& bodies, int host, const Pose& pose, const Vec3& x,
                            const Vec3& inside, PointKind kind);
 

@@ -8,10 +8,14 @@
 namespace duet {
 namespace {
 
-constexpr double flatness = 1e-6;  // of a normal's length
-constexpr double slope = 0.02;     // of the line towards the plane, above which it does not lie on it
+constexpr double flatness = 1e-6;  // by how much unit normals of one plane may differ: rounding
+// Greatest slope of the line towards the plane at which it still lies on it. A steeper line touches with one
+// end.
+constexpr double slope = 0.02;
+// Fractions of the load of an even line that each end and each inner point carry, see add_lines().
 constexpr double end_share = 0.125, inner_share = 0.375;
 
+// Finds the line contacts of one pair of bodies, in one direction.
 class Lines {
  public:
   Lines(const Bodies& bodies, const BodyPair& pair, bool is_reversed, CandidateSearch::Chunk& chunk)
@@ -33,12 +37,14 @@ class Lines {
   }
 
  private:
+  // Returns whether touch i is that of end k (0 or 1) of the guest, and in no patch yet.
   bool is_end(std::size_t i, int k) const {
     const NearPoint& touch = chunk_.touches[i];
     return touch.reversed == is_reversed_ && touch.point < 0 && touch.patch < 0 &&
            deepest_number(guest_, touch.point) == k && std::isfinite(touch.gap);
   }
 
+  // Returns whether the touches i and j are near one plane, and almost equally high above it.
   bool lie_on_one_plane(std::size_t i, std::size_t j) const {
     const NearPoint &a = chunk_.touches[i], &b = chunk_.touches[j];
     const double length = (a.position - b.position).norm();
@@ -47,7 +53,8 @@ class Lines {
            std::abs(a.gap - b.gap) <= slope * length;
   }
 
-  // Adds the two points between the ends if they are near the same plane.
+  // Appends the two points between the ends, whose touches are i and j, and makes all four a patch. Returns
+  // whether it did: both points have to be near the plane of the ends.
   bool add(std::size_t i, std::size_t j) {
     NearPoint inner[2];
     for (int n = 0; n < 2; ++n) {
@@ -66,7 +73,8 @@ class Lines {
     return true;
   }
 
-  // Where the point of that number is, against the plane of the touch. Whether it is there as well.
+  // Computes position and gap of the point that `touch.point` names, against the plane of the touch. Returns
+  // whether the point is near that plane as well.
   bool place(NearPoint& touch) const {
     const int k = deepest_number(guest_, touch.point);
     if (touch.ridge >= 0) {
@@ -87,6 +95,7 @@ class Lines {
     return is_same;
   }
 
+  // Makes a touch a point of `patch` with the fraction `share` of its load.
   static void put_in(const ContactPatch& patch, double share, NearPoint& touch) {
     touch.patch = patch.number;
     touch.share = share;

@@ -11,17 +11,21 @@ namespace duet {
 namespace {
 
 using Vec2 = Eigen::Vector2d;
-using Moments = Eigen::Matrix<double, 6, 1>;
+using Moments = Eigen::Matrix<double, 6, 1>;  // see moments_of()
 
-constexpr int most_rounds = 8;  // of dropping points that would have to pull
-// What keeps the system regular where the places leave conditions undecided.
+// Most rounds in which points that would have to pull are dropped. If the last one still drops points, the
+// shares of the others stay as they were.
+constexpr int most_rounds = 8;
+// Added to the diagonal of the system for y, whose entries are of the order of 1. It keeps the system regular
+// if the places leave conditions undecided; a larger value would make the conditions inexact.
 constexpr double regularization = 1e-9;
 
 double cross(const Vec2& a, const Vec2& b) { return a.x() * b.y() - a.y() * b.x(); }
 
-// Length without std::hypot, whose last bit is left to the library.
+// Returns the length of a vector. std::hypot is not used because its last bit depends on the library.
 double length(const Vec2& a) { return std::sqrt(a.x() * a.x() + a.y() * a.y()); }
 
+// Returns the center of area (m) of a convex polygon, and sets `area` (m^2).
 Vec2 center_of_area(std::span<const Vec2> corners, double& area) {
   Vec2 sum(0, 0);
   area = 0;
@@ -34,7 +38,8 @@ Vec2 center_of_area(std::span<const Vec2> corners, double& area) {
   return corners[0] + sum / area;
 }
 
-// 1, x, |x| and x/|x| of a place, in units of the mean distance.
+// Returns the functions 1, x, |x| and x/|x| of a place, whose means the points have to reproduce. Here x is
+// the displacement from the middle in units of the mean distance.
 Moments moments_of(const EvenLoad& load, const Vec2& place) {
   const Vec2 x = (place - load.middle) / load.mean_distance;
   const double r = length(x);
@@ -46,16 +51,17 @@ Moments moments_of(const EvenLoad& load, const Vec2& place) {
 
 }  // namespace
 
-// From the triangles between the middle and the edges: with an edge at the distance h, along which s runs,
-//   integral of r dA = h/3 integral of |x(s)| ds,  integral of x/r dA = h/2 integral of x(s)/|x(s)| ds,
-// by Gauss's rule of five points, which is right to 1e-5 for the edge of a square.
+//   integral of r dA = h/3 integral of |x(s)| ds,  integral of x/r dA = h/2 integral of x(s)/|x(s)| ds
+// over the triangle between the middle and an edge at the distance h from it, along which s runs, with r =
+// |x|. The integrals along the edge use the Gauss rule with five points, whose error is 1e-5 for the edge of
+// a square.
 EvenLoad even_load(std::span<const Vec2> corners) {
   constexpr std::array<std::array<double, 2>, 5> gauss{
       {{0.0469100770306680, 0.1184634425280945},
        {0.2307653449471585, 0.2393143352496832},
        {0.5, 0.2844444444444444},
        {0.7692346550528415, 0.2393143352496832},
-       {0.9530899229693320, 0.1184634425280945}}};  // place, weight
+       {0.9530899229693320, 0.1184634425280945}}};  // place along the edge, weight
   EvenLoad load;
   load.middle = center_of_area(corners, load.area);
   for (std::size_t i = 0; i < corners.size(); ++i) {
@@ -74,8 +80,11 @@ EvenLoad even_load(std::span<const Vec2> corners) {
   return load;
 }
 
-// Minimizes the sum of (w_i - s_i)^2 / s_i under sum of w_i f_i = f of the even load: w_i = s_i (1 + f_i .
-// y).
+//   w_i = s_i (1 + f_i . y)
+// minimizes the sum of (w_i - s_i)^2 / s_i under the conditions sum of w_i f_i = f. Here s_i are the shares
+// so far, w_i the new ones, f_i the functions of moments_of() at the points, f their means under the even
+// load, and y the Lagrange multipliers of the conditions. Points whose share would become negative are
+// dropped, and the others solved for again.
 void share_load(const EvenLoad& load, std::span<const Vec2> places, std::span<double> shares) {
   Moments even;
   even << 1, 0, 0, 1, load.mean_direction.x(), load.mean_direction.y();

@@ -10,7 +10,7 @@
 namespace duet {
 namespace {
 
-constexpr std::size_t pairs_at_once = 16;
+constexpr std::size_t pairs_at_once = 16;  // for each task of the parallel loop
 
 }  // namespace
 

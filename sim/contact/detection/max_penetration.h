@@ -1,11 +1,13 @@
-// How deep bodies overlap, as every frame's statistics say.
+// Measures how deep bodies overlap, for the statistics of every frame.
 #pragma once
 
 #include "sim/contact/detection/contact_point.h"
 
 namespace duet {
 
-// The deepest overlap of any point with any body now, m, >= 0.
+/// Returns the depth of the deepest overlap of any contact point with any body at the present positions, m,
+/// not negative. `filter` says which kinds of pairs count. Pairs that never touch, and points that no force
+/// moves against a host that none moves, are left out.
 double max_penetration(const Bodies& bodies, const CandidateFilter& filter);
 
 }  // namespace duet

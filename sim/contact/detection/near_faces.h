@@ -1,4 +1,4 @@
-// The faces of a deformable body that are near a rigid one, as a search for places on them looks at them.
+// Visits the faces of a deformable body that are near a rigid one, for searches of contacts in these faces.
 #pragma once
 
 #include <algorithm>
@@ -9,33 +9,36 @@
 
 namespace duet {
 
-// In the space of the rigid body.
+/// A face of a deformable body, in the body space of a rigid one.
 struct NearFace {
-  int number = 0;         // among the boundaries' triangles
-  std::array<Vec3, 3> x;  // m
-  Vec3 normal;            // unit, outward
-  Eigen::AlignedBox3d box;
-  double size = 0;  // m
+  int number = 0;           ///< Index of the face in Bodies::triangles.
+  std::array<Vec3, 3> x;    ///< m: its corners.
+  Vec3 normal;              ///< Unit: its outward normal.
+  Eigen::AlignedBox3d box;  ///< m: the axis-aligned box around it.
+  double size = 0;          ///< m: diagonal of `box`.
 };
 
-// Cosine of the angle between a face's outward normal and the way into a host that touches it, at least: from
-// a cube's corner it is 0.58 to its faces.
+/// Least cosine of the angle between a face's outward normal and the direction into a host that touches the
+/// face. At a cube's corner the cosine is 0.58 towards its faces. A larger value would lose contacts of blunt
+/// corners that touch at a slant; a smaller one would let a host touch a face from behind.
 constexpr double least_facing = 0.2;
 
-// How deep below a face of `size` (m) what touches it may be, half the way between its points, m: what moves
-// is found before it is inside.
+/// Returns how deep below a face of the size `size` (m) a point that touches it may be, m. It is half the
+/// distance between the surface points of the face. Nothing deeper is looked for, because bodies that move
+/// are found before they are inside.
 inline double most_below(const DeformableBody& guest, double size) {
   return 0.5 * size / guest.parts_per_edge;
 }
 
-// Faces of particles that move with a dynamic body are left to the body.
+/// Returns whether a face touches others by itself. Faces with a particle without mass, which moves with a
+/// dynamic body, are left to that body.
 inline bool touches_by_itself(const Particles& particles, const Triangle& face) {
   const auto is_left_out = [&](int p) { return particles.mass[as_index(p)] == 0; };
   return std::none_of(face.begin(), face.end(), is_left_out);
 }
 
-// Calls visit(face) for those faces of `guest` that meet the box `near` (m, in the world) and come nearer to
-// rigid body `host` than `margin` (m), and for some others.
+/// Calls visit(face), with a NearFace, for all faces of `guest` that meet the box `near` (m, world) and come
+/// nearer to the rigid body `host` than `margin` (m), and for some others.
 template <class Visit>
 void visit_near_faces(const Bodies& bodies, const DeformableBody& guest, int host,
                       const Eigen::AlignedBox3d& near, double margin, Visit&& visit) {
@@ -54,7 +57,8 @@ void visit_near_faces(const Bodies& bodies, const DeformableBody& guest, int hos
     for (std::size_t i = 0; i < 3; ++i) face.x[i] = to_body * (x[as_index(triangle[i])] - pose.position);
     face.box = Eigen::AlignedBox3d(face.x[0]).extend(face.x[1]).extend(face.x[2]);
     face.size = face.box.diagonal().norm();
-    // What touches it is nearer to the host than the margin, or inside of it.
+    // A place of the face that touches is nearer to the host than the margin or inside of the host, and no
+    // farther from the middle of the box than half its diagonal.
     const double far = face.size / 2 + margin + shape.tolerance();
     const Vec3 middle = face.box.center();
     if (bounds.squaredExteriorDistance(middle) > far * far || shape.distance(middle) > far) continue;

@@ -9,12 +9,13 @@
 namespace duet {
 namespace {
 
-constexpr std::size_t points_at_once = 32;
+constexpr std::size_t points_at_once = 32;  // surface points in a block with a box of its own
 
-// Edges on the side of a cylinder touch where its axis is nearest to their body, which goes along as it
-// rolls; and so do the sides of two cylinders, where the axis of one is enough.
+// Returns whether an edge contact on the side of a cylindrical host is left to the host's axis. Edges touch
+// the side where the axis is nearest to their body, and that contact goes along as the cylinder rolls. The
+// sides of two cylinders touch the same way, where one of the two axes is enough.
 bool is_told_by_axis(const EdgeContact& near, const LevelSet& host, const LevelSet& guest, bool is_reversed) {
-  constexpr double on_side = 1e-3;  // the normal's part along the axis
+  constexpr double on_side = 1e-3;  // greatest component of a side's normal along the axis
   return host.kind == LevelSet::Kind::cylinder && std::abs(near.edge.normal.y()) < on_side &&
          (near.edge.radius == 0 || (is_reversed && guest.kind == LevelSet::Kind::cylinder));
 }
@@ -54,7 +55,7 @@ void place_points(const Bodies& bodies, const std::vector<BodyPair>& pairs, Cand
   search.first_block.assign(bodies.deformable.size(), 0);
   search.point.resize(bodies.points.size());
   int last = -1;
-  for (const BodyPair& pair : pairs) {  // those with deformable bodies are in the order of these
+  for (const BodyPair& pair : pairs) {  // pairs with one deformable body follow each other
     if (pair.guest_deformable == last) continue;
     last = pair.guest_deformable;
     const DeformableBody& body = bodies.deformable[as_index(last)];

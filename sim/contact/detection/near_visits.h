@@ -1,5 +1,5 @@
-// The points, edges and places of a guest that are near a rigid body now: what may touch it, and how deep
-// bodies overlap.
+// Visits the points, edges and faces of a guest that are near a rigid body at the present positions, for the
+// searches of contact candidates and for measurements of overlap.
 #pragma once
 
 #include <algorithm>
@@ -14,31 +14,37 @@
 
 namespace duet {
 
-// Of two rigid bodies, the other way round.
+/// Returns a pair of rigid bodies with the roles of host and guest swapped.
 inline BodyPair reversed(const BodyPair& pair) { return {pair.guest_rigid, pair.host, -1}; }
 
-// Of a rigid guest, in the space of the host.
+/// Returns the pose of the pair's rigid guest in the body space of its host.
 Pose in_host_of(const RigidBodies& rigid, const BodyPair& pair);
 
-// Appends the places on ridges of a rigid guest whose distance from the host is less than `margin`.
+/// Appends the edge contacts of the pair's rigid guest with its host whose distance is less than `margin`
+/// (m). `is_reversed` says which of the two directions of a pair of bodies this is. Places at internal edges,
+/// and places on the side of a cylinder that its axis tells of, are left out.
 void find_feature_edges(const Bodies& bodies, const BodyPair& pair, bool is_reversed, double margin,
                         std::vector<EdgeContact>& found);
 
-// Whether forces move neither the point of a deformable body, all of whose particles are held, nor the host:
-// there is nothing that their contact could do.
+/// Returns whether forces move neither a point of a deformable body, because all of its particles are held,
+/// nor the rigid body `host`. Their contact could do nothing.
 bool neither_moves(const Bodies& bodies, const SurfacePoint& point, std::size_t host);
 
-// Places the surface points of the deformable bodies that occur in the pairs.
+/// Computes the positions of the surface points of the deformable bodies that occur in `pairs`, and divides
+/// them into blocks with boxes. Sets `blocks`, `first_block` and `point` of `search`. In `pairs`, those with
+/// one deformable body have to follow each other.
 void place_points(const Bodies& bodies, const std::vector<BodyPair>& pairs, CandidateSearch& search);
 
-// A rigid body's level set at its pose now, with the rotation as a matrix: what a loop over many points
-// queries.
+/// A rigid body's level set at its present pose, with the rotation as a matrix, for loops that query it for
+/// many points.
 struct PosedHost {
-  const LevelSet& shape;
-  Mat3 to_body;
-  Vec3 center;
-  Vec3 lower, upper;  // m, body space; points outside are farther off than the margin
+  const LevelSet& shape;  ///< The level set, in body space.
+  Mat3 to_body;           ///< Rotation from the world to body space.
+  Vec3 center;            ///< m, world: origin of body space.
+  Vec3 lower,             ///< m, body space: lower corner of a box; points outside are beyond the margin.
+      upper;              ///< m, body space: upper corner of that box.
 
+  /// Poses the level set of a body, and grows its box by `margin` (m).
   PosedHost(const RigidState& state, const RigidProperties& properties, double margin)
       : shape(properties.shape),
         to_body(state.pose.orientation.toRotationMatrix().transpose()),
@@ -47,7 +53,9 @@ struct PosedHost {
         upper(shape.upper().array() + margin) {
     if (shape.kind == LevelSet::Kind::half_space) upper.y() = margin;
   }
-  // The box around what is near, in the space of a guest that `rotation` and `offset` take to the host's.
+  /// Returns the box around all points nearer than the margin in a guest's body space. `rotation` and
+  /// `offset` (m) take that to the host's body space: y = rotation x + offset. The box is infinite for half
+  /// spaces.
   Eigen::AlignedBox3d region(const Mat3& rotation, const Vec3& offset) const {
     if (shape.kind == LevelSet::Kind::half_space) {
       const Vec3 everywhere = Vec3::Constant(std::numeric_limits<double>::infinity());
@@ -57,14 +65,17 @@ struct PosedHost {
     const Vec3 half = rotation.transpose().cwiseAbs() * ((upper - lower) / 2);
     return {middle - half, middle + half};
   }
+  /// Returns the box between `lower` and `upper`, m.
   Eigen::AlignedBox3d box() const { return {lower, upper}; }
+  /// Returns whether `y` (m, body space) lies in that box.
   bool is_near(const Vec3& y) const {
     return (y.array() >= lower.array()).all() && (y.array() <= upper.array()).all();
   }
 };
 
-// Calls visit(near) for the deepest points and the samples of a rigid guest whose distance from the host is
-// less than `margin`.
+/// Calls visit(near, inside) for the support points and the samples of the pair's rigid guest whose distance
+/// from the host is less than `margin` (m). `near` is a NearPoint with number, position and gap; `inside` (m,
+/// host's body space) is a point of the guest some way in from it.
 template <class Visit>
 void visit_near(const RigidBodies& rigid, const BodyPair& pair, double margin, Visit&& visit) {
   const PosedHost host(rigid.state[as_index(pair.host)], rigid.properties[as_index(pair.host)], margin);
@@ -93,7 +104,9 @@ void visit_near(const RigidBodies& rigid, const BodyPair& pair, double margin, V
   }
 }
 
-// The same for the surface points of a deformable guest; allowances are not part of the gap.
+/// Calls visit(near) for the surface points of the pair's deformable guest whose distance from the host is
+/// less than `margin` (m). `near` is a NearPoint with number, position and gap; the gap is the distance,
+/// without the allowance of the point. place_points() has to be called before.
 template <class Visit>
 void visit_near(const Bodies& bodies, const CandidateSearch& search, const BodyPair& pair, double margin,
                 Visit&& visit) {
@@ -120,9 +133,12 @@ void visit_near(const Bodies& bodies, const CandidateSearch& search, const BodyP
   }
 }
 
-// Calls visit(number as ContactPoint::guest_point, lowest) for the lowest place of every boundary edge of a
-// deformable guest that crosses an edge of the host, where that is less than `margin` and margin_of(edge)
-// away; allowances are not part of its distance.
+/// Calls visit(number, near) for the edge contacts of the pair's deformable guest with its host, at most one
+/// for each boundary edge. `number` is ContactPoint::guest_point, `near` an EdgeContact. Its distance,
+/// without the allowance of the edge, is less than `margin` and margin_of(edge) (both m). Places that are no
+/// support points, places at internal edges, and edges that need no contact between their surface points
+/// (is_coarse_for()) are left out. `bounds` are those of the host; `scratch`
+/// keeps its storage.
 template <class MarginOf, class Visit>
 void visit_edges(const Bodies& bodies, const BodyBounds& bounds, const BodyPair& pair, double margin,
                  const MarginOf& margin_of, std::vector<double>& scratch, Visit&& visit) {
@@ -158,7 +174,9 @@ void visit_edges(const Bodies& bodies, const BodyBounds& bounds, const BodyPair&
   }
 }
 
-// The same, and the places on the guest's faces where corners or deepest points of the host touch them.
+/// Calls visit(number, near) for the edge contacts that visit_edges() visits, and then for the vertex-face
+/// and support-face contacts of the host with the guest's faces. The latter are less than `margin` (m) away.
+/// `chunk` is scratch: `edge`, `corners` and `in_faces` are used.
 template <class MarginOf, class Visit>
 void visit_places(const Bodies& bodies, const BroadPhase& broad_phase, const BodyPair& pair, double margin,
                   const MarginOf& margin_of, CandidateSearch::Chunk& chunk, Visit&& visit) {

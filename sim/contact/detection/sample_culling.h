@@ -1,4 +1,4 @@
-// Which samples of a round body its deepest points carry for.
+// Sample culling: drops the samples of a round body whose load its support points carry.
 #pragma once
 
 #include <array>
@@ -8,15 +8,20 @@
 
 namespace duet {
 
-// A wheel touches where it is lowest. Its samples lie a bit higher there and would take a part of the load
-// when their motion is linearized: impulses at where they are now, not below the wheel's axis, and so a
-// moment against rolling. So samples count only away from the deepest points and in their tangent plane, or
-// nearly so: on a coin that lies flat, not on one that rolls. Lowest places on ridges are as good as deepest
-// points, but where they are one and the same.
+/// Tells which samples and edge contacts of a pair of bodies need not act, because a support point acts for
+/// them.
+///
+/// A wheel touches at its support point. Its samples lie a bit higher there, and would take a part of the
+/// load when their motion is linearized. Their impulses would act at their present place instead of below the
+/// wheel's axis, and so make a moment against rolling. So samples act only away from the support points and
+/// in or almost in their tangent plane: on a coin that lies flat, not on one that rolls. Edge contacts are as
+/// good as support points, except where both are at one place.
 class SampleCulling {
  public:
-  // Whether `contact`, with the touch that is predicted for it, need not be looked at. The contacts of a pair
-  // are to be asked about in their order: deepest points precede the samples of their body.
+  /// Returns whether a support point acts for `contact`, so that the contact may be passed over. `predicted`
+  /// is the touch that is predicted for it. The contacts of a pair have to be passed in their order, in which
+  /// the support points of a body precede its samples: support points are recorded, and the result for them
+  /// is false. At most eight are recorded.
   bool carry_for(const ContactPoint& contact, const Touch& predicted) {
     if (!contact.is_rigid_pair()) return false;
     if (contact.guest_point < 0) {
@@ -31,25 +36,30 @@ class SampleCulling {
   }
 
  private:
+  // A support point that was recorded, and the host that it touches.
   struct Deepest {
     int host = -1;
     Touch touch;
   };
 
+  // Returns whether a support point with the touch `deepest` acts for an edge contact or a sample with the
+  // touch `sample`. `size` (m) is the distance of the latter from its body's center of mass.
   static bool carries(const Touch& deepest, bool is_on_edge, const Touch& sample, double size) {
-    constexpr double flat = 0.02;       // slope from a deepest point to samples that count
-    constexpr double near = 0.1;        // of the guest's size: samples this near the deepest point do not
-    constexpr double same_side = 0.98;  // cosine of the angle between normals
+    // Greatest slope from the support point up to samples that act. Larger values let samples act that a
+    // wheel rolls over; smaller ones drop samples of a coin that lies not quite flat.
+    constexpr double flat = 0.02;
+    constexpr double near = 0.1;        // of `size`: the support point acts for all samples nearer than this
+    constexpr double same_side = 0.98;  // cosine of the angle between normals of contacts on one side
     const double distance = (sample.position - deepest.position).norm();
     if (deepest.normal.dot(sample.normal) <= same_side) return false;
-    const bool is_hidden = !std::isfinite(deepest.gap);  // another body has it, see exposed_plane()
+    const bool is_hidden = !std::isfinite(deepest.gap);  // an adjoining body has it, see exposed_plane()
     if (is_on_edge) return distance < near * size && (is_hidden || deepest.gap <= sample.gap);
     const double above =
         is_hidden ? sample.normal.dot(sample.position - deepest.position) : sample.gap - deepest.gap;
     return distance < near * size || above > flat * distance;
   }
 
-  std::array<Deepest, 8> deepest_;  // two of each body, and their further faces
+  std::array<Deepest, 8> deepest_;  // two for each body, and those against further faces
   std::size_t count_ = 0;
 };
 

@@ -12,21 +12,25 @@
 namespace duet {
 namespace {
 
-// Of the radius of a ball: how far apart points are between which it counts. It is less than a two-hundredth
-// of that deep between nearer ones, an eighth of what contact may leave (2 % of a body).
+// Greatest distance between surface points at which a ball needs no contacts between them, relative to its
+// radius. Between points that are nearer to each other it sinks in by less than 1/200 of its radius, an
+// eighth of the depth that contact may leave (2 % of a body).
 constexpr double coarse = 0.2;
-constexpr double rounding = 1e-9;     // of the size of a face: how far beside it a point may be
-constexpr double cap = 0.9;           // cosine between the axis of a cylinder and a normal of its cap
-constexpr int numbers_of_a_face = 4;  // two points for either side
+constexpr double rounding = 1e-9;  // greatest distance of a point beside a face, relative to the face's size
+constexpr double cap = 0.9;        // least component of a cap's normal along the axis of a cylinder
+constexpr int numbers_of_a_face = 4;  // numbers that each face has: two support points for either side
 
+// Returns whether the support points of a shape lie on rims.
 bool is_rim(const LevelSet& shape) { return shape.kind == LevelSet::Kind::cylinder; }
 
-// A cap of a capsule is lowest at an end of it only where that is the lower one.
+// Returns whether support point k of a shape can touch a plane with the unit normal `n` (shape's body space).
+// Only the lower one of the two caps of a capsule can, or both if they are equally low.
 bool has_deepest_point(const LevelSet& shape, int k, const Vec3& n) {
   const double side = k == 0 ? 1 : -1;
   return shape.kind != LevelSet::Kind::capsule || side * n.y() <= rounding;
 }
 
+// Searches the faces of one guest for support-face contacts with one host.
 class Search {
  public:
   Search(const Bodies& bodies, const DeformableBody& guest, int host, double margin,
@@ -40,6 +44,7 @@ class Search {
         first_(found.size()),
         found_(found) {}
 
+  // Appends the contacts of all support points of the host with one face.
   void look_at_face(const NearFace& face) {
     if (!is_coarse_for(shape_, face.size / guest_.parts_per_edge)) return;
     const int number = first_number_ + numbers_of_a_face * (face.number - guest_.first_triangle);
@@ -50,6 +55,8 @@ class Search {
   }
 
  private:
+  // Appends the contact of support point k with the side of the face that has the normal `outward`, if they
+  // touch.
   void look_at_side(const NearFace& face, const Vec3& outward, int k, int number) {
     if (!has_deepest_point(shape_, k, outward)) return;
     const DeepestPoint point = deepest_point(shape_, k, outward);
@@ -65,8 +72,8 @@ class Search {
     EdgePoint& lowest = near.edge;
     lowest.place = place;
     lowest.foot = x;
-    // A rim touches as a corner does. A cylinder that stands on the face has its cap there; of one that rolls
-    // the face is what stays.
+    // A rim touches as a corner does. The plane is that of the cap, and stays on the host, for a cylinder
+    // that stands on the face. For one that rolls it is the face's, and moves with the face.
     CornerNormal normal{-outward, false};
     if (is_rim(shape_)) normal = normal_at_corner(shape_, x, inward, -outward);
     const bool stands = normal.is_hosts_own && std::abs(normal.normal.y()) > cap;
@@ -82,7 +89,8 @@ class Search {
       found_.push_back(near);
   }
 
-  // Above the edge between two faces of one plane it is above both.
+  // Returns whether the contact has been found before. A support point above the edge between two faces of
+  // one plane is above both.
   bool is_found(const EdgeContact& near, double size) const {
     return std::any_of(found_.begin() + static_cast<std::ptrdiff_t>(first_), found_.end(),
                        [&](const EdgeContact& other) {

@@ -1,5 +1,5 @@
-// Where balls, capsules, tori and the rims of cylinders touch the boundary of a deformable body between the
-// points of its faces: without that a marble would sink in between them.
+// Support-face contacts: where balls, capsules, tori and the rims of cylinders touch the boundary of a
+// deformable body between the points of its faces. Without them a marble would sink in between these points.
 #pragma once
 
 #include <vector>
@@ -9,17 +9,20 @@
 
 namespace duet {
 
-// Whether a host of shape `host` can touch the faces of `guest` there.
+/// Returns whether the support points of a host can touch the faces of `guest` between their surface points.
 bool deepest_points_count(const DeformableBody& guest, const LevelSet& host);
 
-// Whether between two points of a flat face or a straight edge, `apart` (m), a host may be so deep that it
-// counts: one with edges always, a round one if it bends enough.
+/// Returns whether a host may be so deep between two points of a flat face or a straight edge, `apart` (m)
+/// from each other, that a contact between them is needed. For hosts with edges it always is; for those swept
+/// by a ball it is if `apart` is more than a fifth of the ball's radius.
 bool is_coarse_for(const LevelSet& host, double apart);
 
-// Appends, for each face of `guest`, the place on it that a deepest point of `host` towards it is above, if
-// that is less than `margin` (m) outside of it, or no deeper inside than half the way between the points of
-// the face; on either side of a sheet. `node` is numbered as corners are. `host_bounds` are those of the
-// host.
+/// Appends the support-face contacts of `host` with `guest`: for each face of `guest`, and each support point
+/// of `host` towards it, the place on the face that the support point is above.
+///
+/// The support point has to be less than `margin` (m) outside of the face, or no deeper inside than
+/// most_below(). Sheets are looked at from both sides. EdgeContact::node continues the numbers of the host's
+/// corners and convex vertices. `host_bounds` are the bounds of `host`.
 void find_places_at_deepest_points(const Bodies& bodies, const DeformableBody& guest,
                                    const BodyBounds& host_bounds, int host, double margin,
                                    std::vector<EdgeContact>& found);

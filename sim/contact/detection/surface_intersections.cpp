@@ -11,8 +11,12 @@
 namespace duet {
 namespace {
 
-constexpr double least_gap = 1e-6;  // of the thickness
+// Least distance of two surfaces, relative to their thickness. Below it rounding leaves no side to keep them
+// on.
+constexpr double least_gap = 1e-6;
 
+// Throws the error for surfaces that meet at the particles `first` and `second`. `value` is their distance
+// (m) or the number of pairs of triangles, `how` the predicate of the message.
 [[noreturn]] void fail(const Bodies& bodies, int first, int second, double value, const std::string& how) {
   SimulationFault fault;
   fault.stage = "0 initial state";
@@ -25,7 +29,8 @@ constexpr double least_gap = 1e-6;  // of the thickness
   throw SimulationError(fault);
 }
 
-// "; so do those of `a` and `b`, of `c` and `d`": the other pairs of bodies that meet.
+// Returns the part of the message that names all pairs of bodies that meet but the first: "; so do those of
+// `a` and `b`, of `c` and `d`".
 std::string others_that_meet(const Bodies& bodies, const std::vector<std::array<int, 2>>& meeting) {
   const CollisionSurface& surface = bodies.collision_surface;
   std::vector<std::array<int, 2>> pairs;

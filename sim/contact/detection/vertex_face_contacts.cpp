@@ -10,32 +10,36 @@
 namespace duet {
 namespace {
 
-// The same of the way to the corner and the face's normal: between faces that turn by up to 50 degrees it is
-// more, beside rims of blocks and of sheets less. What touches there are other points, and the corner would
-// only say what they say, a little askew.
+// Least cosine of the angle between the face's normal and the displacement from the nearest place to the
+// corner. Between faces that turn by up to 50 degrees the cosine is greater, beside rims of blocks and of
+// sheets it is less. Other points touch at rims, and a contact of the corner there would repeat them with a
+// slanted normal.
 constexpr double least_upright = 0.9;
-// Squared distances that are the same but for rounding: of the faces around an edge or a particle.
+// Relative difference up to which squared distances are equal, as those of the faces around an edge or a
+// particle.
 constexpr double rounding = 1e-9;
-// Cosine of the angle between two faces that lie on each other, at least.
+// Least cosine of the angle between two faces that lie on each other: 20 degrees.
 constexpr double lies_flat = 0.94;
-// Of the smallest size of a host: how far in from a corner its faces are told apart.
+// Distance from a corner at which the host's faces are told apart, relative to the smallest size of the host.
 constexpr double way_in = 0.05;
-// Of the size of a face: from nearer than that the way to the corner has no direction.
+// Distance of a corner from a face below which their displacement has no direction, relative to the face's
+// size.
 constexpr double at_face = 1e-9;
-// How much smaller than their neighbours faces may be for the nearest of them to be found where a corner is
-// as deep as may be below these.
+// Greatest ratio of the size of a face to that of a smaller neighbor. A corner that is as deep as it may be
+// below the larger one is then still within reach of the smaller one, which may be the nearest.
 constexpr double grading = 2;
 
-// Of two faces that a corner is equally far from, across an edge or a particle: whether it is on the side of
-// the first one. That is the one that it is the least beside; if it lies on them, the one that the host
-// faces.
+// Returns, for two faces that a corner is equally far from across an edge or a particle, whether the corner
+// belongs to `face` rather than to that of `nearest`. It belongs to the one whose normal it is nearer to; if
+// it lies on both, to the one that the host faces.
 bool tells_more(const NearFace& face, const Vec3& way, const Vec3& inward, const CornerSearch& nearest) {
   const double height = std::abs(way.dot(face.normal)), other = std::abs(nearest.way.dot(nearest.normal));
   if (std::max(height, other) > at_face * face.size) return height > other;
   return face.normal.dot(inward) > nearest.normal.dot(inward);
 }
 
-// `reach` (m): how far off a corner may be.
+// Updates `nearest` with the place of `face` that is nearest to a corner, if that is nearer than the one
+// found so far. Corners farther than `reach` (m) are passed over.
 void look_at(const NearFace& face, double reach, const Vec3& corner, const Vec3& inward,
              CornerSearch& nearest) {
   const double on_face = at_face * face.size, slack = rounding * nearest.squared + on_face * on_face;
@@ -56,7 +60,7 @@ void look_at(const NearFace& face, double reach, const Vec3& corner, const Vec3&
   nearest.size = face.size;
 }
 
-// Of a deformable guest's faces in the space of a host.
+// Searches the faces of one guest, in the body space of a host, for those nearest to the host's corners.
 class Search {
  public:
   Search(const Bodies& bodies, const DeformableBody& guest, int host, double margin, CornerSearches& scratch)
@@ -68,6 +72,7 @@ class Search {
     scratch.slot.assign(properties_.ridges.corner_count(), -1);
   }
 
+  // Updates the nearest places of all corners that are near the face.
   void look_at_face(const NearFace& face) {
     const double reach = margin_ + grading * most_below(guest_, face.size);
     const Vec3 beside = Vec3::Constant(reach);
@@ -83,6 +88,7 @@ class Search {
         });
   }
 
+  // Returns the contact of a corner at its nearest place, if they touch there.
   std::optional<EdgeContact> place_at(const CornerSearch& nearest) const {
     const FeatureEdges& ridges = properties_.ridges;
     const Vec3 &corner = ridges.corner(nearest.corner), &inward = ridges.inward_of(nearest.corner);
@@ -100,7 +106,8 @@ class Search {
     lowest.normal = at_corner.normal;
     lowest.weight = {nearest.weight[0], nearest.weight[1], nearest.weight[2]};
     lowest.face = nearest.face;
-    // A corner beside the rim of the boundary is above no face that it could slide over.
+    // Over a face the plane moves with the face. A corner beside the rim of the boundary is above no face
+    // that it could slide over, so that its plane stays on the host.
     const bool is_above = (nearest.way - height * outward).norm() <= at_face * nearest.size;
     if (is_above && !at_corner.is_hosts_own) found.keeper.kind = PlaneKeeper::Kind::face;
     found.node = nearest.corner;
@@ -119,7 +126,8 @@ class Search {
 
 CornerNormal normal_at_corner(const LevelSet& host, const Vec3& corner, const Vec3& inward,
                               const Vec3& toward) {
-  const Vec3 way = inward - 0.5 * inward.dot(toward) * toward;  // nearest to the face on that side
+  // This direction leads to the place where the face on the side of the plane is nearest.
+  const Vec3 way = inward - 0.5 * inward.dot(toward) * toward;
   const Vec3 own = host.normal(corner + way_in * host.smallest_size() * way);
   if (own.dot(toward) > lies_flat) return {own, true};
   return {toward, false};

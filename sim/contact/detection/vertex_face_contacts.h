@@ -1,5 +1,5 @@
-// Where the corners and bulges of a rigid body touch the boundary of a deformable one, between the points of
-// its faces.
+// Vertex-face contacts: where the corners and convex vertices of a rigid body touch the boundary of a
+// deformable one, between the points of its faces.
 #pragma once
 
 #include <limits>
@@ -10,41 +10,50 @@
 
 namespace duet {
 
-// What a search has found so far at one corner or bulge of a host, in its space.
+/// The result so far of a search at one corner or convex vertex of a host. Vectors are in the host's body
+/// space.
 struct CornerSearch {
-  int corner = -1;                                           // numbered as in FeatureEdges::corner_tree
-  double squared = std::numeric_limits<double>::infinity();  // m^2, of the way
-  Vec3 way = Vec3::Zero();                                   // m, from the nearest place to the corner
-  Vec3 normal = Vec3::Zero();                                // unit, of the face there
-  Vec3 weight = Vec3::Zero();                                // of its particles
-  double size = 0;                                           // m, of the face
-  int face = -1;
+  int corner = -1;  ///< Number of the corner or convex vertex, as in FeatureEdges::corner_tree.
+  /// m^2: squared length of `way`.
+  double squared = std::numeric_limits<double>::infinity();
+  Vec3 way = Vec3::Zero();     ///< m: displacement from the nearest place on the guest to the corner.
+  Vec3 normal = Vec3::Zero();  ///< Unit: outward normal of the face with that place.
+  Vec3 weight = Vec3::Zero();  ///< Barycentric weights (1) of that place in its face.
+  double size = 0;             ///< m: NearFace::size of that face.
+  int face = -1;               ///< Index of that face in Bodies::triangles; -1: none found.
 };
-struct CornerSearches {  // scratch
-  std::vector<CornerSearch> corners;
-  std::vector<int> slot;  // of every corner of the host: which of these, or -1
+/// Scratch of find_places_at_corners().
+struct CornerSearches {
+  std::vector<CornerSearch> corners;  ///< The corners that faces are near.
+  std::vector<int> slot;  ///< For every corner of the host: its index in `corners`; -1: not there.
 };
 
-// Whether corners or bulges of a host with these ridges can touch the faces of `guest`.
+/// Returns whether corners or convex vertices of a host with the feature edges `ridges` can touch the faces
+/// of `guest`.
 bool corners_count(const DeformableBody& guest, const FeatureEdges& ridges);
 
-// Appends, for each corner of `host`, the nearest place on the boundary of `guest` if the corner is less than
-// `margin` (m) outside of it, or no deeper inside than half the way between the points of the face, and the
-// rest of the host lies on the outer side; on either side of a sheet. Its plane is the face's, or the host's
-// own where that lies flat on it, at the corner; `node` is the number of the corner. The same for each bulge,
-// which are numbered on from the corners. `host_bounds` are those of the host.
+/// Appends the vertex-face contacts of `host` with `guest`: for each corner of `host`, the nearest place on
+/// the boundary of `guest`; then for each convex vertex, which are numbered on from the corners.
+///
+/// The corner has to be less than `margin` (m) outside of the boundary, or no deeper inside than
+/// most_below(), with the rest of the host on the outer side. Sheets are looked at from both sides. The plane
+/// goes through the corner. Its normal is the face's, or the host's own if that lies flat on the face.
+/// EdgeContact::node is the number of the corner. `host_bounds` are the bounds of `host`.
 void find_places_at_corners(const Bodies& bodies, const DeformableBody& guest, const BodyBounds& host_bounds,
                             int host, double margin, CornerSearches& scratch,
                             std::vector<EdgeContact>& found);
 
-// The normal at which `corner` of a host touches a plane with the unit normal `-toward`, the host being in
-// the direction `inward` from there: `toward`, or the host's own where it lies flat on that plane. What else
-// touches there acts along the normals of the host, and others that are nearly the same would be one
-// constraint twice over, badly conditioned. In the host's space.
+/// The normal of a contact at a corner of a host.
 struct CornerNormal {
-  Vec3 normal;  // unit
-  bool is_hosts_own = false;
+  Vec3 normal;                ///< Unit, in the host's body space: outward of the host.
+  bool is_hosts_own = false;  ///< True if it is the normal of a face of the host.
 };
+/// Returns the normal at which a host's corner at `corner` (m) touches a plane with the unit normal
+/// `-toward`, where `inward` (unit) leads from the corner into the host. All is in the host's body space.
+///
+/// It is `toward`, or the normal of a face of the host that lies flat on the plane, to within 20 degrees.
+/// Other contacts there act along the normals of the host, and normals that are nearly equal would be one
+/// constraint twice over: the contact problem would be ill-conditioned.
 CornerNormal normal_at_corner(const LevelSet& host, const Vec3& corner, const Vec3& inward,
                               const Vec3& toward);
 

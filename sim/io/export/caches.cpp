@@ -1,6 +1,6 @@
-// `pc2` and `mdd`: a cache of points for each body, with the mesh that it moves. PC2 is the point cache of
-// 3ds Max and Blender, MDD that of LightWave; both hold single-precision coordinates and as many points in
-// all frames.
+// Writes the formats `pc2` and `mdd`: a point cache for each body, with the mesh that it moves. PC2 is the
+// point cache of 3ds Max and Blender, MDD that of LightWave. Both hold coordinates in single precision, and
+// the same number of points in all frames.
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -20,11 +20,14 @@ namespace {
 
 enum class CacheKind { pc2, mdd };
 
-// Frames are gathered up to this size before each body's file is opened to append them: few openings, and no
-// bound on the number of bodies by that of open files.
+// Frames are gathered in memory before each body's file is opened to append them. Files are thus opened
+// rarely, and the number of bodies is not bounded by that of open files. Frames are gathered until all
+// bodies together have about `gathered_bytes` bytes or `most_gathered_frames` frames. Larger values need
+// more memory and open files more rarely.
 constexpr std::size_t gathered_bytes = 64 << 20;
 constexpr std::size_t most_gathered_frames = 256;
 
+// Appends the bytes of a number in the given order.
 template <class Number>
 void append(std::string& bytes, Number value, std::endian order) {
   char raw[sizeof(Number)];
@@ -33,8 +36,9 @@ void append(std::string& bytes, Number value, std::endian order) {
   bytes.append(raw, sizeof(Number));
 }
 
-// Coordinates are relative to this point: 0, or about the middle of the body where single precision would
-// round its coordinates by more than 2^-17 of its extent, because it is more than 128 extents away.
+// Returns the origin of a body's coordinates in its cache. It is 0, unless a coordinate of the body is
+// larger than 128 times the body's extent: single precision would then round coordinates by more than 2^-17
+// of the extent (128 times 2^-24), and the origin is near the center of the body.
 Vec3 origin_of(const Surface& surface) {
   Eigen::AlignedBox3d box;
   for (const Vec3& x : surface.positions) box.extend(x);
@@ -43,21 +47,24 @@ Vec3 origin_of(const Surface& surface) {
   const double farthest = std::max(box.min().cwiseAbs().maxCoeff(), box.max().cwiseAbs().maxCoeff());
   constexpr double most_extents = 128;
   if (farthest <= most_extents * extent) return Vec3::Zero();
-  // Rounded to a power of two near the extent: a number that is short to write.
+  // The center is rounded to multiples of a power of two near the extent, so that the origin is short to
+  // write.
   const double unit = extent > 0 ? std::ldexp(1.0, std::ilogb(extent)) : 0;
   const Vec3 center = box.center();
   return unit > 0 ? Vec3((center / unit).array().round() * unit) : center;
 }
 
+// Point cache of one body.
 struct Cache {
-  std::string file, mesh;  // names of files
-  Surface surface;         // positions alone
-  std::vector<int> order;  // the positions of `surface` that are the points of the cache
-  Vec3 origin = Vec3::Zero();
-  bool is_own = false;   // the mesh is the file that the user's scene names
-  std::string gathered;  // bytes of frames
+  std::string file, mesh;      // names of the files of the cache and of the mesh
+  Surface surface;             // positions at the present frame, without triangles
+  std::vector<int> order;      // for each point of the cache the index of its position in `surface`
+  Vec3 origin = Vec3::Zero();  // origin of the coordinates in the cache, unit and axes of the export
+  bool is_own = false;         // true if the mesh is a copy of the OBJ file that the scene names
+  std::string gathered;        // bytes that are not yet written
 };
 
+// Appends the points at the present frame to the bytes to be written. PC2 is little-endian, MDD big-endian.
 void append_frame(Cache& cache, CacheKind kind) {
   const std::endian order = kind == CacheKind::pc2 ? std::endian::little : std::endian::big;
   for (const int i : cache.order) {
@@ -66,6 +73,7 @@ void append_frame(Cache& cache, CacheKind kind) {
   }
 }
 
+// Returns the head of a cache file.
 std::string head_bytes(const ExportedRun& run, const Cache& cache, CacheKind kind) {
   const int first = run.frames().front(), samples = run.frames().back() - first + 1;
   const auto points = static_cast<std::int32_t>(cache.order.size());
@@ -75,18 +83,18 @@ std::string head_bytes(const ExportedRun& run, const Cache& cache, CacheKind kin
     append(bytes, std::int32_t{1}, std::endian::little);  // version
     append(bytes, points, std::endian::little);
     append(bytes, static_cast<float>(first), std::endian::little);
-    append(bytes, 1.0F, std::endian::little);  // frames a sample
+    append(bytes, 1.0F, std::endian::little);  // frames for each sample
     append(bytes, std::int32_t{samples}, std::endian::little);
     return bytes;
   }
   append(bytes, std::int32_t{samples}, std::endian::big);
   append(bytes, points, std::endian::big);
-  for (int i = 0; i < samples; ++i)
-    append(bytes, static_cast<float>(i / run.manifest().fps), std::endian::big);  // s from the first frame on
+  for (int i = 0; i < samples; ++i)  // times, s, from the first frame on
+    append(bytes, static_cast<float>(i / run.manifest().fps), std::endian::big);
   return bytes;
 }
 
-// The mesh of the cache's first frame, vertex by vertex that of the cache.
+// Writes the mesh at the first frame. Its vertex i is point i of the cache.
 void write_mesh(const ExportedRun& run, std::size_t index, const FrameValues& values, const Cache& cache,
                 const fs::path& folder) {
   const ExportedBody& body = run.bodies()[index];
@@ -106,6 +114,7 @@ void write_mesh(const ExportedRun& run, std::size_t index, const FrameValues& va
   file.close();
 }
 
+// Appends the gathered bytes to the files of all bodies.
 void flush(std::vector<Cache>& caches, const fs::path& folder) {
   for (Cache& cache : caches) {
     OutputFile file(folder / cache.file, OutputFile::Open::to_append);
@@ -168,7 +177,7 @@ ExportNotes export_caches(const ExportedRun& run, CacheKind kind, const fs::path
   int written = run.frames().front() - 1;
   for (const int frame : run.frames()) {
     if (frame != run.frames().front()) values = run.read(frame);
-    // Samples lie a frame apart: a frame that is missing shows the one before.
+    // Samples lie one frame apart, so a missing frame repeats the frame before it.
     for (; written < frame; ++written) {
       for (std::size_t i = 0; i < caches.size(); ++i) {
         if (written + 1 == frame) place(run.bodies()[i], values, caches[i].surface);

@@ -16,11 +16,13 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+// Returns the array [x, y, z].
 template <class Vector>
 Json array(const Vector& x) {
   return Json::array({x.x(), x.y(), x.z()});
 }
 
+// Returns a point of the scene in the axes and unit of the export.
 Json place(const ExportedRun& run, const Vec3& x) { return array(Vec3(run.scale() * run.turned(x))); }
 
 Json view_of(const ExportedRun& run, const scene::Camera& camera) {
@@ -64,7 +66,7 @@ std::string lower_case(std::string text) {
   return text;
 }
 
-// Names that Windows keeps for devices, with any ending.
+// Returns true for names that Windows reserves for devices, with any extension.
 bool is_device(const std::string& name) {
   std::string stem = lower_case(name.substr(0, name.find('.')));
   if (stem.size() == 4 && stem[3] >= '0' && stem[3] <= '9') stem[3] = '1';
@@ -73,8 +75,9 @@ bool is_device(const std::string& name) {
   return false;
 }
 
+// Returns a file name that resembles the name, see safe_names().
 std::string safe_name(std::string name) {
-  constexpr std::size_t longest = 100;  // bytes; file systems take 255 with the ending
+  constexpr std::size_t longest = 100;  // bytes; file systems allow 255 with number and extension
   name.resize(std::min(name.size(), longest));
   for (char& c : name) {
     const bool is_safe = (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
@@ -164,7 +167,7 @@ void write_materials(const ExportedRun& run, const fs::path& path,
     const scene::Look& look = run.looks().looks.at(static_cast<std::size_t>(index));
     text.add("\nnewmtl " + name + "\nKd");
     text.numbers(' ', look.color);
-    // Ns = 1000 (1 - roughness)^2: the exponent by which Blender writes and reads its roughness.
+    // Ns = 1000 (1 - roughness)^2: the specular exponent by which Blender writes and reads roughness.
     const double smooth = 1 - look.roughness;
     for (const auto& [keyword, value] : {std::pair{"\nKs ", 0.5},
                                          {"\nNs ", 1000 * smooth * smooth},

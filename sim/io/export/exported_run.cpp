@@ -13,13 +13,14 @@
 namespace duet::io {
 namespace {
 
-constexpr double half_root = std::numbers::sqrt2 / 2;
+constexpr double half_root = std::numbers::sqrt2 / 2;  // sine and cosine of half of 90 degrees
 
 bool is_wanted(const std::string& name, const std::vector<std::string>& patterns) {
   return patterns.empty() || std::any_of(patterns.begin(), patterns.end(),
                                          [&](const std::string& pattern) { return matches(pattern, name); });
 }
 
+// Throws Error (usage) if one of the chosen patterns matches no body of the run.
 void require_matches(const ExportChoice& choice, const Manifest& manifest) {
   for (const std::string& pattern : choice.bodies) {
     const bool found = std::any_of(manifest.bodies.begin(), manifest.bodies.end(),
@@ -34,6 +35,7 @@ void require_matches(const ExportChoice& choice, const Manifest& manifest) {
   }
 }
 
+// Returns the frames that have a file of values, in ascending order.
 std::vector<int> frames_with_values(const RunDirectory& run) {
   std::vector<int> frames;
   for (const fs::path& path : files_in(run.values(0).parent_path()))
@@ -140,7 +142,8 @@ void velocities(const ExportedBody& body, const FrameValues& values, std::vector
 }
 
 bool matches(std::string_view pattern, std::string_view name) {
-  // Where the name differs, the last * takes one character more.
+  // Greedy matching: `taken` is the first character after those that the last star stands for. At a
+  // mismatch the star takes one character more, and matching resumes behind it.
   std::size_t p = 0, n = 0, star = std::string_view::npos, taken = 0;
   while (n < name.size()) {
     if (p < pattern.size() && pattern[p] == '*') {

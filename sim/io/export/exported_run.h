@@ -1,5 +1,5 @@
-/// A run as exporters read it: its bodies with their surfaces at rest and looks, and frame by frame where
-/// they are, in the axes and the unit of length that were asked for.
+// A run as exporters read it: its bodies with surfaces at rest and looks, and their motion frame by frame,
+// in the axes and the unit of length that the user chose.
 #pragma once
 
 #include <functional>
@@ -14,70 +14,90 @@
 
 namespace duet::io {
 
-/// Which bodies and frames of a run are exported, and in which axes and unit.
+/// Choice of the user: the bodies and frames of a run to export, and the axes and unit of the export.
 struct ExportChoice {
-  std::vector<std::string>
-      bodies;  ///< patterns of names, in which * stands for any characters; none: all bodies
-  std::optional<int> first, last;  ///< frames; none: all that are there
-  char up = 'y';     ///< axis that points up in the export, 'y' or 'z'; a turn about x, nothing mirrored
-  double scale = 1;  ///< units of the export in a meter
+  /// Patterns of body names, in which * stands for any characters; empty: all bodies.
+  std::vector<std::string> bodies;
+  std::optional<int> first,  ///< first frame; none: the first that is there
+      last;                  ///< last frame, inclusive; none: the last that is there
+  /// Axis that points up in the export, 'y' or 'z'. For 'z' everything is rotated by 90 degrees about x.
+  char up = 'y';
+  double scale = 1;  ///< units of length of the export in a meter, 1/m
 };
 
-/// What a scene says of pictures, with what it leaves out filled in as pictures have it.
+/// Looks, camera and lights of a scene. Values that the scene leaves out are those with which its pictures
+/// are drawn.
 struct ExportedLooks {
-  std::vector<scene::Look> looks;  ///< each with a name; the names differ
-  std::vector<int> of_body;        ///< index into looks, for each body of the manifest
-  scene::Camera camera;            ///< with its keyframes; SI units, y up, whatever was asked for
-  std::vector<scene::Light> lights;
-  int width = 1280, height = 720;  ///< pixels of a picture
+  std::vector<scene::Look> looks;  ///< looks of the bodies, with names that differ from each other
+  std::vector<int> of_body;        ///< index into `looks` for each body of the manifest
+  scene::Camera camera;            ///< camera with its keyframes; SI units and y up, whatever the export has
+  std::vector<scene::Light> lights;  ///< lights; SI units and y up, whatever the export has
+  int width = 1280,                  ///< width of a picture, pixels
+      height = 720;                  ///< height of a picture, pixels
 };
 
+/// A body that is exported, with its surface at rest.
 struct ExportedBody {
-  std::string name;
+  std::string name;  ///< name in the scene
   std::string kind;  ///< "rigid", "kinematic", "static" or "deformable"
   int look = 0;      ///< index into ExportedLooks::looks
-  /// At rest, in the unit of the export: a rigid body in the axes of its pose, a deformable one at frame 0.
+  /// Surface at rest, in the unit of the export. A rigid body's is in the axes of its pose, a deformable
+  /// body's in the axes of the export, at frame 0.
   Surface rest;
-  int row = -1;                 ///< of a rigid body: its index in FrameValues::rigid
-  std::size_t first_point = 0;  ///< of a deformable body: where its positions begin in FrameValues::points
+  int row = -1;  ///< index in FrameValues::rigid of a rigid, kinematic or static body; -1: deformable
+  std::size_t first_point = 0;  ///< index in FrameValues::points of a deformable body's first position
 
+  /// Returns true if the body has a pose: if it is rigid, kinematic or static.
   bool is_rigid() const { return row >= 0; }
 };
 
+/// A run in the axes and unit of an export. Frames are read one at a time.
 class ExportedRun {
  public:
-  /// Throws Error (usage) where a pattern matches no body or no frame of the range is there, FileError where
-  /// the run is damaged or has no values/.
+  /// Reads the manifest and the surfaces at rest, and looks for the frames. Throws Error (usage) if a
+  /// pattern matches no body or none of the chosen frames is there. Throws FileError if the run is damaged
+  /// or has no values/.
   ExportedRun(RunDirectory run, const ExportChoice& choice);
 
+  /// Returns the run directory.
   const RunDirectory& run() const { return run_; }
+  /// Returns the manifest of the run, with all its bodies.
   const Manifest& manifest() const { return manifest_; }
+  /// Returns the chosen bodies, in the order of the manifest.
   const std::vector<ExportedBody>& bodies() const { return bodies_; }
-  /// Frames that are there and asked for, in order, and those between the first and the last of them, or of
-  /// those asked for, that are missing.
+  /// Returns the chosen frames that are there, in ascending order. There is at least one.
   const std::vector<int>& frames() const { return frames_; }
+  /// Returns the chosen frames that are missing, in ascending order. A bound that was not chosen is that of
+  /// the frames that are there.
   const std::vector<int>& missing() const { return missing_; }
-  /// The looks of bodies are indices into these. Empty until set, and the looks of all bodies 0.
+  /// Returns the looks, camera and lights. They are empty until set_looks().
   const ExportedLooks& looks() const { return looks_; }
+  /// Sets the looks, camera and lights, and ExportedBody::look of all bodies.
   void set_looks(ExportedLooks looks);
 
-  /// Turns a vector from the run's axes (y up) to those of the export.
+  /// Returns the rotation that takes vectors from the run's axes (y up) to those of the export.
   const Quat& axes() const { return axes_; }
-  /// A vector turned like this, without rounding.
+  /// Returns the vector `x`, given in the run's axes, rotated by axes(). The result is exact, without
+  /// rounding.
   Vec3 turned(const Vec3& x) const { return up_ == 'z' ? Vec3(x.x(), 0 - x.z(), x.y()) : x; }
-  double scale() const { return scale_; }  ///< units of the export in a meter
+  /// Returns the units of length of the export in a meter, 1/m.
+  double scale() const { return scale_; }
+  /// Returns the axis of the export that points up, 'y' or 'z'.
   char up() const { return up_; }
 
-  /// The values of a frame in the axes and unit of the export. Lengths are scaled, also those in velocities.
+  /// Reads the values of a frame, in the axes and unit of the export. Positions and velocities are scaled,
+  /// angular velocities and strain are not. Throws FileError as read_values() does, and whatever the watch
+  /// throws.
   FrameValues read(int frame) const;
-  /// read() calls `watch` with its frame first, which may show progress, or throw to end the export.
+  /// Sets a function that read() calls with the frame before it reads. It may show progress, or throw to
+  /// end the export.
   void set_watch(std::function<void(int frame)> watch) { watch_ = std::move(watch); }
 
  private:
   RunDirectory run_;
   Manifest manifest_;
   std::vector<ExportedBody> bodies_;
-  std::vector<int> body_rows_;  // index of each exported body in the manifest
+  std::vector<int> body_rows_;  // for each exported body its index in the manifest
   std::vector<int> frames_, missing_;
   ExportedLooks looks_;
   std::function<void(int frame)> watch_;
@@ -86,14 +106,15 @@ class ExportedRun {
   char up_;
 };
 
-/// Sets `surface`, which must be body.rest or a copy placed before, to where the body is: positions and
-/// normals.
+/// Moves `surface` to the place of the body at a frame: sets its positions and normals. `surface` must be a
+/// copy of body.rest, which may have been placed before. It may lack normals, or triangles and normals.
 void place(const ExportedBody& body, const FrameValues& values, Surface& surface);
 
-/// The velocities of the positions of the body's surface, m/s in the unit and axes of `values`.
+/// Sets `out` to the velocities of the positions of the body's surface, in the axes of the export and in
+/// its unit of length per second. Those of a rigid body are v + w x r, with r from its center of mass.
 void velocities(const ExportedBody& body, const FrameValues& values, std::vector<Vec3f>& out);
 
-/// Whether the name is what the pattern says; * stands for any characters, also none.
+/// Returns true if the whole name matches the pattern, in which * stands for any characters, also none.
 bool matches(std::string_view pattern, std::string_view name);
 
 }  // namespace duet::io

@@ -1,4 +1,4 @@
-/// The formats that `duet export` writes, one function each, in a .cpp of the format's name.
+// The formats that `duet export` writes: one function each, most in a .cpp of the format's name.
 #pragma once
 
 #include <cstdint>
@@ -10,41 +10,51 @@
 
 namespace duet::io {
 
-/// What is asked of a format beyond the run.
+/// Options of the user for a format.
 struct FormatOptions {
-  bool compress = false;        ///< smaller files where the format knows how
-  std::uint64_t max_bytes = 0;  ///< refuse to write more; 0: the format's own bound
+  bool compress = false;  ///< true: files are compressed; formats without a compressed form ignore it
+  /// Size beyond which nothing is written, bytes. 0: the bound of the format, 2e9 for GLB and none for USD.
+  /// Other formats ignore it.
+  std::uint64_t max_bytes = 0;
 };
 
-/// What a format could not carry over, in sentences for the user. They may be many runs' worth: one a kind.
+/// Sentences for the user that say what a format could not carry over, one for each kind of loss.
 using ExportNotes = std::vector<std::string>;
 
-/// One animated glTF 2.0 binary (https://registry.khronos.org/glTF/specs/2.0/glTF-2.0.html): rigid bodies as
-/// nodes with keyed transforms, deformable bodies as morph targets, materials, camera, lights. Throws Error.
+/// Writes one animated binary file of glTF 2.0 (https://registry.khronos.org/glTF/specs/2.0/glTF-2.0.html).
+/// Rigid bodies are nodes with keyed transforms, deformable bodies have morph targets; materials, camera
+/// and lights are included. Throws Error (usage) if the file would exceed its bound, before anything is
+/// written. Throws FileError.
 ExportNotes export_glb(const ExportedRun& run, const FormatOptions& options, const fs::path& file);
 
-/// A USD stage as text (.usda) with time samples, in a folder with what it refers to. Throws Error.
+/// Writes a USD stage as text (.usda) with time samples, in a folder with the files that it refers to.
+/// Throws Error (usage) once it exceeds FormatOptions::max_bytes, and FileError.
 ExportNotes export_usd(const ExportedRun& run, const FormatOptions& options, const fs::path& folder);
 
-/// Tables of where the rigid bodies are and how they move: transforms.json and transforms.csv in the folder,
-/// with all digits of the doubles. Throws Error, also (usage) where no body is rigid.
+/// Writes tables of the poses and velocities of rigid bodies: transforms.json and transforms.csv, with all
+/// digits of the doubles. Throws Error (usage) if no body is rigid, and FileError.
 ExportNotes export_transforms(const ExportedRun& run, const FormatOptions& options, const fs::path& folder);
 
-/// An OBJ file a frame, 0000.obj, with all digits of the positions, and materials.mtl. Throws Error.
+/// Writes an OBJ file a frame, 0000.obj, with all digits of the positions, and materials.mtl. Bodies that
+/// were made of OBJ files are written as these files, with other positions. Throws FileError.
 ExportNotes export_obj(const ExportedRun& run, const FormatOptions& options, const fs::path& folder);
 
-/// A binary PLY file a frame, 0000.ply, with positions in double precision, normals, texture coordinates,
-/// velocities, strain and the index of the body at the vertices. Throws Error.
+/// Writes a binary PLY file a frame, 0000.ply. Its vertices have positions in double precision, normals,
+/// texture coordinates, velocities, strain and the index of the body. Throws Error (usage) if there are
+/// more vertices than the format can count, and FileError.
 ExportNotes export_ply(const ExportedRun& run, const FormatOptions& options, const fs::path& folder);
 
-/// For each body NAME.pc2 (3ds Max, Blender), or NAME.mdd (LightWave), and NAME.obj, the mesh at the first
-/// frame whose vertices the cache moves, or the OBJ file that the body was made of, as it is; export.json
-/// says which, and relative to which origin. Throws Error.
+/// Writes for each body a point cache NAME.pc2 (3ds Max, Blender) and the mesh NAME.obj whose vertices it
+/// moves. The mesh is that of the first frame, or a copy of the OBJ file that the body was made of;
+/// export.json says which, and gives the origin of the cache's coordinates. Throws FileError.
 ExportNotes export_pc2(const ExportedRun& run, const FormatOptions& options, const fs::path& folder);
+
+/// Writes the same files as export_pc2(), with caches NAME.mdd (LightWave) instead of NAME.pc2. Throws
+/// FileError.
 ExportNotes export_mdd(const ExportedRun& run, const FormatOptions& options, const fs::path& folder);
 
-/// VTK poly data, 0000.vtp a frame, and run.pvd with the times; FormatOptions::compress by zlib. Throws
-/// Error.
+/// Writes VTK poly data, 0000.vtp for each frame, and run.pvd with their times. FormatOptions::compress
+/// compresses by zlib. Throws Error (usage) if there are more vertices than 2^31, and FileError.
 ExportNotes export_vtk(const ExportedRun& run, const FormatOptions& options, const fs::path& folder);
 
 }  // namespace duet::io

@@ -1,5 +1,6 @@
-// A GLB file: a header, a chunk of JSON, and a chunk of binary data that the JSON lays out. The frames are
-// read twice, first to learn the sizes that the JSON needs, and then to write: memory holds one frame.
+// Writes a GLB file: a header, a chunk of JSON, and a chunk of binary data that the JSON lays out. The
+// frames are read twice, first for the sizes that the JSON needs and then for writing, so that memory holds
+// only one frame.
 #include <algorithm>
 #include <limits>
 
@@ -12,14 +13,21 @@
 namespace duet::io {
 namespace {
 
+// Bound on the size of a file unless the user gives one, bytes. It is a choice; twice as much comes near
+// the bound of the format.
 constexpr std::uint64_t default_max_bytes = 2'000'000'000;
-constexpr std::uint64_t format_max_bytes = std::numeric_limits<std::uint32_t>::max();  // lengths have 32 bits
+// Bound of the format: its lengths have 32 bits.
+constexpr std::uint64_t format_max_bytes = std::numeric_limits<std::uint32_t>::max();
+// "glTF", "JSON" and "BIN\0" as little-endian numbers.
 constexpr std::uint32_t magic = 0x46546C67, json_chunk = 0x4E4F534A, binary_chunk = 0x004E4942;
 
+// Returns the size of the file in bytes: a header of 12 bytes and two chunks with heads of 8 bytes. The
+// binary chunk is left out if it is empty.
 std::uint64_t file_size(const std::string& json, const GlbDocument& document) {
   return 12 + 8 + json.size() + (document.binary_size() > 0 ? 8 + document.binary_size() : 0);
 }
 
+// Throws Error (usage) if the size exceeds the bound.
 void require_size(std::uint64_t size, const FormatOptions& options) {
   const std::uint64_t asked = options.max_bytes > 0 ? options.max_bytes : default_max_bytes;
   const std::uint64_t bound = std::min(asked, format_max_bytes);
@@ -36,6 +44,7 @@ void require_size(std::uint64_t size, const FormatOptions& options) {
 
 void write_words(OutputFile& out, const std::vector<std::uint32_t>& words) { out.write_values(words); }
 
+// Reads the frames after the first once more and writes the morph targets that change.
 void write_morphs(const ExportedRun& run, const GlbMeasures& measures, OutputFile& out) {
   std::vector<MorphedBody> bodies;
   for (std::size_t k = 0; k < measures.morphed.size(); ++k)
@@ -54,6 +63,8 @@ void write_morphs(const ExportedRun& run, const GlbMeasures& measures, OutputFil
   }
 }
 
+// Writes the file. Throws FileError if it does not get the expected size, because the run changed
+// meanwhile.
 void write(const ExportedRun& run, const GlbMeasures& measures, const GlbDocument& document,
            const std::string& json, const fs::path& file) {
   const std::uint64_t size = file_size(json, document);

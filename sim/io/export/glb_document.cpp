@@ -17,7 +17,7 @@ constexpr std::array<std::string_view, 4> type_names{"SCALAR", "VEC2", "VEC3", "
 
 std::string_view type_name(int components) { return type_names[static_cast<std::size_t>(components - 1)]; }
 
-// ", "min": [...], "max": [...]".
+// Returns the bounds of the values in each component, as the end of an accessor: ,"min":[...],"max":[...].
 std::string bounds_text(const std::vector<float>& values, int components) {
   std::vector<double> least, most;
   const auto width = static_cast<std::size_t>(components);
@@ -83,7 +83,7 @@ int GlbDocument::add_sparse_floats(const std::vector<float>& values) {
 }
 
 int GlbDocument::add_indices(const std::vector<std::uint32_t>& indices, std::size_t vertices) {
-  // The largest number of the type is not an index: it restarts primitives.
+  // glTF does not allow the largest number of the type as an index: it would restart primitives.
   const bool is_short = vertices <= 0xffff;
   const std::vector<std::uint16_t> shorts =
       is_short ? std::vector<std::uint16_t>(indices.begin(), indices.end()) : std::vector<std::uint16_t>();
@@ -96,7 +96,7 @@ int GlbDocument::add_indices(const std::vector<std::uint32_t>& indices, std::siz
 
 std::string GlbDocument::text() const {
   std::string text = json_.dump(-1, ' ', false, Json::error_handler_t::replace);
-  text.pop_back();  // the brace that ends it
+  text.pop_back();  // removes the closing brace
   const auto add = [&](std::string_view key, const List& list) {
     if (list.count > 0) text += fmt::format(",\n\"{}\":[\n{}\n]", key, list.text);
   };
@@ -110,7 +110,7 @@ std::string GlbDocument::text() const {
 }
 
 std::string json_text(const Vec3f& v) {
-  // A float as a double has its exact value in the shortest digits of a double.
+  // The shortest digits of the double that equals a float read back to the exact value of the float.
   return fmt::format("[{},{},{}]", static_cast<double>(v.x()), static_cast<double>(v.y()),
                      static_cast<double>(v.z()));
 }

@@ -7,6 +7,7 @@
 namespace duet::io {
 namespace {
 
+// Clamps to [0, 1], the range that glTF allows.
 double unit(double x) { return std::clamp(x, 0.0, 1.0); }
 
 }  // namespace
@@ -26,7 +27,8 @@ Json gltf_material(const scene::Look& look) {
 }
 
 Json gltf_light(const scene::Light& light, double scale) {
-  // glTF's colors end at 1: the brightest channel's excess goes into the intensity.
+  // The channels of a color are at most 1 in glTF. If one is larger, the color is divided by it and the
+  // intensity is multiplied.
   const double brightest = std::max(light.color.maxCoeff(), 1.0);
   const Vec3 color = light.color.cwiseMax(0) / brightest;
   return {{"name", light.name},
@@ -36,7 +38,9 @@ Json gltf_light(const scene::Light& light, double scale) {
 }
 
 Json gltf_camera(const CameraTrack& track, const ExportedLooks& looks) {
-  constexpr double nearest = 0.01;  // of the target's distance
+  // Distance of the near plane, relative to the least distance of the target. A larger value cuts off
+  // bodies near the camera, a smaller one costs precision of the depth buffer.
+  constexpr double nearest = 0.01;
   double distance = *std::min_element(track.target_distances.begin(), track.target_distances.end());
   if (!(distance > 0)) distance = 1;
   return {{"name", "camera"},

@@ -1,4 +1,4 @@
-/// Looks, camera and lights as glTF has them.
+// Looks, camera and lights in the form of glTF.
 #pragma once
 
 #include "sim/io/export/exporters.h"
@@ -7,16 +7,19 @@
 
 namespace duet::io {
 
-/// A material of the core specification: base color, metallic, roughness, opacity as alpha.
+/// Returns a material of the core specification: base color, metallic, roughness, and opacity as alpha,
+/// each clamped to [0, 1]. A pattern is not drawn, and is described in `extras`.
 Json gltf_material(const scene::Look& look);
 
-/// A light of KHR_lights_punctual, for a node at the light's position. Both kinds of our lights shine alike
-/// in all directions: irradiance = power / (4 pi d^2) at distance d, facing the light. A point light of glTF
-/// has the illuminance intensity / d^2, so intensity = power / (4 pi), with radiometric units in place of
-/// photometric ones. `scale`: units of the export in a meter; distances grow by it, and power by its square.
+/// Returns a point light of KHR_lights_punctual, for a node at the light's position: intensity = power
+/// scale^2 / (4 pi). Both kinds of our lights give the irradiance power / (4 pi d^2) at distance d, facing
+/// the light, and a point light of glTF gives the illuminance intensity / d^2. Radiometric units take the
+/// place of photometric ones. `scale` is the units of the export in a meter: distances grow by it, and
+/// power by its square.
 Json gltf_light(const scene::Light& light, double scale);
 
-/// A perspective camera with the picture's shape that sees from a hundredth of the distance of its target on.
+/// Returns a perspective camera with the picture's aspect ratio and the field of view at the first frame.
+/// Its near plane lies at a hundredth of the least distance of the target.
 Json gltf_camera(const CameraTrack& track, const ExportedLooks& looks);
 
 }  // namespace duet::io

@@ -5,11 +5,13 @@
 namespace duet::io {
 namespace {
 
-// Coordinates of a run whose center is farther from the origin than this, in half diagonals of the box around
-// its bodies at the first frame, are relative to a place near it. Floats keep 24 bits of the distance from
-// the origin, and thus at least 20 of the run's size.
+// Distance from the origin up to which the coordinates of a run are kept, relative to half the diagonal of
+// its bounding box at the first frame. If the center of the box is farther away, coordinates are relative
+// to a point near it. Floats keep 24 bits of the distance from the origin, and so at least 20 bits of the
+// run's size; doubling the value costs another bit.
 constexpr double farthest_center = 8;
 
+// Returns the bounding box of all bodies at a frame, in the axes and unit of the export.
 Eigen::AlignedBox3d box_around(const ExportedRun& run, const FrameValues& values) {
   Eigen::AlignedBox3d box;
   for (const ExportedBody& body : run.bodies()) {
@@ -20,7 +22,8 @@ Eigen::AlignedBox3d box_around(const ExportedRun& run, const FrameValues& values
   return box;
 }
 
-// Round numbers, so that users can type them.
+// Returns the origin of the file's coordinates: 0, or the center of the run rounded to multiples of a power
+// of ten, so that users can type it.
 Vec3 file_origin(const ExportedRun& run, const FrameValues& values) {
   const Eigen::AlignedBox3d box = box_around(run, values);
   if (box.isEmpty()) return Vec3::Zero();
@@ -33,6 +36,7 @@ Vec3 file_origin(const ExportedRun& run, const FrameValues& values) {
   return Vec3((box.center() / unit).array().round()) * unit;
 }
 
+// Returns true for deformable bodies that have a mesh in the file.
 bool is_drawn_deformable(const ExportedBody& body) {
   return !body.is_rigid() && !body.rest.triangles.empty();
 }

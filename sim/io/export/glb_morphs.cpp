@@ -7,9 +7,13 @@
 namespace duet::io {
 namespace {
 
-// A difference counts as none below the last bit of a float that is as large as the body.
+// Length up to which a difference counts as 0, relative to the size of the body (positions) or to 1
+// (normals): half the spacing of floats of that size. A larger value gives smaller files and coarser
+// motion.
 constexpr double last_bit = 0x1p-24;
 
+// Appends the differences of positions or normals in the form that is_sparse() tells. Changes that are 0 or
+// as before have no bytes.
 void append(const std::vector<Vec3f>& changes, const MorphChange& change, MorphBlock& block) {
   const auto add = [](std::string& to, const auto& value) {
     to.append(reinterpret_cast<const char*>(&value), sizeof(value));
@@ -26,17 +30,19 @@ void append(const std::vector<Vec3f>& changes, const MorphChange& change, MorphB
   }
 }
 
-// Sizes of the views of a frame, and what of them is taken.
+// Sizes of the buffer views of a frame, or the parts of them that are taken already.
 struct Layout {
-  std::uint64_t dense = 0, sparse = 0;  // bytes of vectors
+  std::uint64_t dense = 0, sparse = 0;  // bytes of the vectors of dense and sparse changes
 };
 
+// Returns the accessor of a change and takes its place in the views, which are those of dense vectors,
+// sparse vectors and sparse indices. An index of 4 bytes belongs to each sparse vector of 12 bytes.
 std::string accessor_text(const MorphChange& change, std::size_t vertices, Layout& at,
                           const std::array<int, 3>& views) {
   const std::string head =
       fmt::format("{{\"componentType\":5126,\"count\":{},\"type\":\"VEC3\",\"min\":{},\"max\":{}", vertices,
                   json_text(change.low), json_text(change.high));
-  if (change.moved == 0) return head + "}";  // without a view: zeros
+  if (change.moved == 0) return head + "}";  // an accessor without a view holds zeros
   if (!is_sparse(change, vertices)) {
     const std::uint64_t place = at.dense;
     at.dense += vertices * sizeof(Vec3f);

@@ -11,6 +11,7 @@ namespace {
 
 constexpr const char* lights_extension = "KHR_lights_punctual";
 
+// Returns the coordinates of the vectors one after the other.
 std::vector<float> floats(const std::vector<Vec3f>& vectors) {
   std::vector<float> values;
   values.reserve(3 * vectors.size());
@@ -18,12 +19,13 @@ std::vector<float> floats(const std::vector<Vec3f>& vectors) {
   return values;
 }
 
-// x, y, z, w of floats.
+// Returns the array [x, y, z, w] in single precision, the order of glTF.
 Json json_of(const Quat& q) {
   const Eigen::Vector4f xyzw = q.coeffs().cast<float>();
   return {xyzw.x(), xyzw.y(), xyzw.z(), xyzw.w()};
 }
 
+// Returns true if all groups of `width` values are equal.
 template <class Value>
 bool is_constant(const std::vector<Value>& values, std::size_t width) {
   return std::equal(values.begin() + static_cast<std::ptrdiff_t>(width), values.end(), values.begin());
@@ -56,7 +58,7 @@ void GlbScene::add_bodies() {
 Json GlbScene::body_node(std::size_t i) {
   const ExportedBody& body = run_.bodies()[i];
   Json node = {{"name", body.name}};
-  Vec3 position = measures_.origin;  // in the run's coordinates
+  Vec3 position = measures_.origin;  // relative to the origin of the run
   if (body.is_rigid()) {
     const PoseTrack& track = measures_.poses.of(i);
     position = track.positions.front();
@@ -108,7 +110,7 @@ GlbScene::Geometry GlbScene::add_geometry(const Surface& surface, const SplitVer
   Geometry geometry;
   geometry.positions = document_.add_floats(floats(positions), 3, ViewUse::vertices, Bounds::write);
   std::vector<float> unit = floats(normals);
-  for (std::size_t i = 0; i < normals.size(); ++i) {  // glTF refuses normals of another length
+  for (std::size_t i = 0; i < normals.size(); ++i) {  // glTF demands unit normals
     const float length = normals[i].norm();
     const Vec3f n = length > 0 ? Vec3f(normals[i] / length) : Vec3f(Vec3f::UnitY());
     std::copy_n(n.data(), 3, unit.data() + 3 * i);
@@ -118,12 +120,12 @@ GlbScene::Geometry GlbScene::add_geometry(const Surface& surface, const SplitVer
     std::vector<float> uvs;
     for (const Corner& corner : split.vertices) {
       const Vec2f& uv = surface.uvs[static_cast<std::size_t>(corner.uv)];
-      uvs.insert(uvs.end(), {uv.x(), 1 - uv.y()});  // glTF's v points down
+      uvs.insert(uvs.end(), {uv.x(), 1 - uv.y()});  // in glTF v points down
     }
     geometry.uvs = document_.add_floats(uvs, 2, ViewUse::vertices, Bounds::leave_out);
   }
   if (!split.keeps_positions(surface.positions.size())) {
-    std::vector<float> places;  // floats hold all of glTF's vertex counts that anybody draws: up to 2^24
+    std::vector<float> places;  // glTF has no attributes of 32-bit integers; floats are exact up to 2^24
     for (const Corner& corner : split.vertices) places.push_back(static_cast<float>(corner.position));
     geometry.run_vertices = document_.add_floats(places, 1, ViewUse::vertices, Bounds::leave_out);
   }
@@ -183,7 +185,8 @@ void GlbScene::animate_bodies() {
     animate(node, "translation", floats(translations), 3);
     if (!measures_.changes[k]) continue;
     if (weights_ < 0) {
-      // At frame n the weight of target n - 1 is 1 and those of the others are 0; linear in between.
+      // At frame n the weight of target n - 1 is 1 and those of the others are 0. Readers interpolate
+      // linearly.
       const std::size_t targets = times.size() - 1;
       std::vector<float> weights(times.size() * targets, 0);
       for (std::size_t frame = 1; frame < times.size(); ++frame) weights[frame * targets + frame - 1] = 1;

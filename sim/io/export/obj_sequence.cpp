@@ -1,5 +1,5 @@
-// `obj`: an OBJ file a frame with all digits of the positions, and one library of materials. A body that was
-// made of an OBJ file is written as that file, with other positions.
+// Writes the format `obj`: an OBJ file a frame with all digits of the positions, and one library of
+// materials. A body that was made of an OBJ file is written as that file, with other positions.
 #include <map>
 #include <set>
 
@@ -15,13 +15,15 @@
 namespace duet::io {
 namespace {
 
-// Names of materials: those of looks, and those of the user's files, each in the look of its body.
+// Gives out names of materials: those of the looks, and those that the user's files name. A name from a
+// file stands for the look of its body, and gets a number if it is taken.
 class Materials {
  public:
   explicit Materials(const ExportedRun& run)
       : of_looks_(material_names(run)), taken_(of_looks_.begin(), of_looks_.end()) {}
 
-  // The name for `usemtl name` in a body of that look; that of the look where the name is empty.
+  // Returns the material to write for `usemtl name` in a body of this look. An empty name gives the
+  // material of the look. The result is empty if the run has no looks.
   std::string of(const std::string& name, int look) {
     if (of_looks_.empty()) return {};
     if (name.empty()) return of_looks_.at(static_cast<std::size_t>(look));
@@ -34,7 +36,9 @@ class Materials {
     }
     return known->second;
   }
+  // Returns true if the run has no looks.
   bool is_empty() const { return of_looks_.empty(); }
+  // Returns the names from the user's files, each with the index of its look.
   const std::vector<std::pair<std::string, int>>& more() const { return more_; }
 
  private:
@@ -44,17 +48,18 @@ class Materials {
   std::vector<std::pair<std::string, int>> more_;
 };
 
+// A body that is written as the OBJ file that it was made of.
 struct OwnBody {
-  std::size_t index;  // in ExportedRun::bodies
-  std::vector<int> order;
+  std::size_t index;       // index in ExportedRun::bodies()
+  std::vector<int> order;  // OwnMesh::positions
   OwnObj obj;
-  Surface surface;
+  Surface surface;  // surface at the present frame
 };
 
-// Bodies made of other meshes come first in the file.
+// Contents of the files. The bodies that are not written as files of the user come first.
 struct Sequence {
-  std::vector<std::size_t> plain;  // indices in ExportedRun::bodies
-  std::vector<BodySurface> surfaces;
+  std::vector<std::size_t> plain;     // indices of these bodies in ExportedRun::bodies()
+  std::vector<BodySurface> surfaces;  // surfaces of these bodies at the present frame
   std::vector<OwnBody> own;
   ObjStyle style;
   ExportNotes notes;

@@ -17,14 +17,15 @@
 namespace duet::io {
 namespace {
 
-// Where the scene says that a body's mesh comes from, and how it is placed at frame 0.
+// File from which a body's mesh or skin comes according to the scene, and its placement at frame 0.
 struct MeshOrigin {
-  std::string
-      file;  // as the scene has it; empty: the body was made of no mesh, or is drawn by another surface
-  double scale = 1;  // m per unit of the file
-  Pose placement;
+  // Path as the scene has it. Empty: the body was not made of a mesh, or is drawn by another surface.
+  std::string file;
+  double scale = 1;  // meters for a unit of the file
+  Pose placement;    // pose of the scaled mesh in the world
 };
 
+// Returns the origins of the meshes of the scene's bodies, by the names of the bodies.
 std::map<std::string, MeshOrigin> mesh_origins(const scene::Scene& scene) {
   std::map<std::string, MeshOrigin> origins;
   for (const scene::RigidBody& body : scene.rigid)
@@ -38,14 +39,16 @@ std::map<std::string, MeshOrigin> mesh_origins(const scene::Scene& scene) {
   return origins;
 }
 
-// Cells of the width of a tolerance, with the positions in them: those near a point lie in its cell or in one
-// beside it.
+// A grid of cubic cells with the positions in them. Positions nearer to a point than the width of a cell
+// lie in the cell of the point or in one of the 26 around it.
 class Cells {
  public:
+  // `width` is that of a cell, in the unit of the positions.
   Cells(const std::vector<Vec3>& positions, double width) : width_(width) {
     for (std::size_t i = 0; i < positions.size(); ++i)
       cells_.emplace(cell(positions[i]), static_cast<int>(i));
   }
+  // Calls visit(index) for the positions in the cell of `x` and in those around it.
   template <class Visit>
   void near(const Vec3& x, Visit&& visit) const {
     const Cell middle = cell(x);
@@ -58,7 +61,8 @@ class Cells {
   }
 
  private:
-  using Cell = std::array<double, 3>;  // whole numbers, which may be larger than an integer holds
+  // Indices of a cell: whole numbers, as doubles because they may exceed the range of integers.
+  using Cell = std::array<double, 3>;
   Cell cell(const Vec3& x) const {
     return {std::floor(x.x() / width_), std::floor(x.y() / width_), std::floor(x.z() / width_)};
   }
@@ -66,6 +70,7 @@ class Cells {
   std::multimap<Cell, int> cells_;
 };
 
+// Returns the index of the position nearest to `x`, by looking at all of them.
 int nearest_of_all(const Vec3& x, const std::vector<Vec3>& positions) {
   const auto nearer = [&](const Vec3& a, const Vec3& b) {
     return (a - x).squaredNorm() < (b - x).squaredNorm();
@@ -119,7 +124,9 @@ std::vector<Vec3> obj_vertices(const std::string& text) {
 
 std::optional<std::vector<int>> match_points(const std::vector<Vec3>& points,
                                              const std::vector<Vec3>& positions, double tolerance) {
-  constexpr std::size_t most_strangers = 2;  // one in so many
+  // A mesh matches if at most one in this many points is far from all positions. Vertices that no face uses
+  // are such points; a larger value demands that there are fewer.
+  constexpr std::size_t most_strangers = 2;
   if (positions.empty()) return std::nullopt;
   const Cells cells(positions, 2 * tolerance);
   std::vector<int> found(points.size(), -1);
@@ -157,7 +164,7 @@ std::vector<std::optional<OwnMesh>> own_meshes(const ExportedRun& run) {
 
     std::vector<Vec3> points = obj_vertices(obj_statements(run.run().read(file->second)));
     if (points.empty()) continue;
-    double largest = 0;  // coordinate of the file, in the unit of the export
+    double largest = 0;  // largest coordinate of the file, in the unit of the export
     for (Vec3& x : points) {
       x *= origin->second.scale * run.scale();
       largest = std::max(largest, x.cwiseAbs().maxCoeff());
@@ -172,7 +179,9 @@ std::vector<std::optional<OwnMesh>> own_meshes(const ExportedRun& run) {
       for (Vec3& x : positions) x = pose.to_world(x);
     }
     for (const Vec3& x : positions) farthest = std::max(farthest, x.cwiseAbs().maxCoeff());
-    // Meshes are read in single precision, and a body's places are rounded as doubles.
+    // Meshes are read in single precision, so a coordinate of the file has an error relative to the largest
+    // one. Positions of bodies are doubles, with an error relative to the distance from the origin. Both
+    // factors leave room for several roundings; much larger ones would let other vertices match.
     const double tolerance = 4 * double{std::numeric_limits<float>::epsilon()} * largest + 1e-14 * farthest;
     if (std::optional<std::vector<int>> found = match_points(points, positions, tolerance))
       meshes[i] = OwnMesh{file->second, std::move(*found)};

@@ -1,5 +1,5 @@
-/// The user's own mesh files, so that a cache plays on the user's own model: vertex i of the cache is vertex
-/// i of the file.
+// The OBJ files that bodies were made of, so that an export plays on the user's own model: vertex i of a
+// cache is vertex i of the file.
 #pragma once
 
 #include <optional>
@@ -10,34 +10,38 @@
 
 namespace duet::io {
 
-/// The OBJ file that a body was made of, as it lies in the run's source/.
+/// The OBJ file that a body was made of.
 struct OwnMesh {
-  fs::path file;
-  /// For each vertex (`v`) of the file, in its order, the index of the position of the body's surface that it
-  /// became. Reading a mesh merges vertices at the same place and leaves out those that no face uses; these
-  /// follow the nearest position.
+  fs::path file;  ///< path of the copy in the run's source/
+  /// For each vertex (statement `v`) of the file, in its order, the index of its position in the body's
+  /// surface. Reading a mesh merges vertices at the same place, and drops those that no face uses: these
+  /// have the index of the nearest position.
   std::vector<int> positions;
 };
 
-/// For each exported body its OBJ file, if it was made of one, or has one as its skin. A body has none where
-/// it is drawn by another surface, where the run has no copy of the file, or where its places at frame 0, by
-/// which the vertices are found again, are not there or are others. Throws FileError where the run is
-/// damaged.
+/// Finds for each exported body the OBJ file that it was made of, or that is its skin. Vertices are matched
+/// by their places at frame 0. A body has none if it was made of no OBJ file or is drawn by another
+/// surface, if the run has no copy of the file, if the body is rigid and frame 0 is missing, or if its
+/// places do not match. Throws FileError if the run is damaged.
 std::vector<std::optional<OwnMesh>> own_meshes(const ExportedRun& run);
 
-/// Says which bodies made of OBJ files come in Duet's order of vertices instead; nothing where none does.
+/// Returns a sentence about the bodies made of OBJ files for which own_meshes() found none, and which
+/// therefore come in Duet's order of vertices; empty if there are none. `meshes` is the result of
+/// own_meshes().
 std::vector<std::string> notes_on_own_meshes(const ExportedRun& run,
                                              const std::vector<std::optional<OwnMesh>>& meshes);
 
-/// The text of an OBJ file with a line for each statement: lines that end in a backslash go on in the next
-/// one, and any kind of line end becomes '\n'.
+/// Returns the text of an OBJ file with one line for each statement. A line that ends in a backslash is
+/// joined with the next one, and line ends of any system become line feeds.
 std::string obj_statements(const std::string& text);
 
-/// The coordinates of the vertices of an OBJ file, in its order; an incomplete line ends them.
+/// Returns the coordinates of the vertices in a text that obj_statements() returned, in the unit of the
+/// file and in its order. An incomplete line of a vertex ends them.
 std::vector<Vec3> obj_vertices(const std::string& text);
 
-/// For each of `points` the index of the nearest of `positions`, which is no farther than `tolerance` for at
-/// least half of them; none otherwise.
+/// Returns for each of `points` the index of the nearest of `positions`. Returns none if there are no
+/// positions, or if fewer than half of the points have a position within `tolerance`. All arguments have
+/// one unit of length.
 std::optional<std::vector<int>> match_points(const std::vector<Vec3>& points,
                                              const std::vector<Vec3>& positions, double tolerance);
 

@@ -10,12 +10,14 @@ namespace {
 
 constexpr std::string_view blanks = " \t\r";
 
+// Returns the text without blanks at its beginning and end.
 std::string_view trimmed(std::string_view text) {
   text.remove_prefix(std::min(text.find_first_not_of(blanks), text.size()));
   return text.substr(0, text.find_last_not_of(blanks) + 1);
 }
 
-// Takes the first word of the text.
+// Removes the first word, with blanks before it, from the text and returns it. The result is empty if there
+// is none.
 std::string_view take_word(std::string_view& text) {
   text.remove_prefix(std::min(text.find_first_not_of(blanks), text.size()));
   const std::string_view word = text.substr(0, text.find_first_of(blanks));
@@ -23,8 +25,8 @@ std::string_view take_word(std::string_view& text) {
   return word;
 }
 
-// An index of OBJ, which counts from 1, or backwards from -1, among `count` elements; 0 where it is none of
-// them.
+// Parses an index of OBJ, which counts from 1, or backwards from -1, among the `count` elements so far.
+// Returns it counted from 1; 0 if the word is not the index of one of them.
 int index_of(std::string_view word, int count) {
   int index = 0;
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), index);

@@ -1,5 +1,5 @@
-// `ply`: a binary Stanford PLY file a frame (G. Turk, The PLY Polygon File Format, 1994), all bodies in one
-// mesh.
+// Writes the format `ply`: a binary Stanford PLY file a frame (G. Turk, The PLY Polygon File Format, 1994),
+// with all bodies in one mesh.
 #include <bit>
 
 #include <fmt/format.h>
@@ -14,7 +14,7 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "the records are written as they lie in memory");
 
-// Records of a PLY file, which have no gaps.
+// Collects the records of a PLY file, which have no gaps between their values.
 class Records {
  public:
   explicit Records(std::size_t bytes) { bytes_.reserve(bytes); }

@@ -8,6 +8,7 @@
 namespace duet::io {
 namespace {
 
+// Appends the vertices and triangles of a body, which has this index in ExportedRun::bodies().
 void add(SplitSurfaces& all, const ExportedBody& body, int index) {
   const SplitVertices split = split_vertices(body.rest, UnusedPositions::kept);
   const std::size_t first = all.vertices.size();

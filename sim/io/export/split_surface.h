@@ -1,5 +1,5 @@
-/// Surfaces for formats whose vertices have one normal and one texture coordinate each: a position at an edge
-/// is there several times.
+// Surfaces for formats whose vertices have one normal and one texture coordinate each: a position at a
+// sharp edge has several vertices.
 #pragma once
 
 #include <array>
@@ -10,38 +10,51 @@
 
 namespace duet::io {
 
-/// All exported bodies as one mesh. The vertices of a body follow each other in the order of its positions.
+/// All exported bodies as one mesh. Vertices are in the order of the bodies, and of the positions of each
+/// body.
 struct SplitSurfaces {
+  /// A vertex of the mesh.
   struct Vertex {
-    int body = 0;                          ///< index in ExportedRun::bodies
-    int position = 0, uv = 0, normal = 0;  ///< indices into the body's surface; -1: it has none
+    int body = 0;      ///< index in ExportedRun::bodies()
+    int position = 0,  ///< index of its position in the body's surface
+        uv = 0,        ///< index of its texture coordinate in the body's surface; -1: none
+        normal = 0;    ///< index of its normal in the body's surface; -1: none
   };
-  std::vector<Vertex> vertices;
-  std::vector<std::array<std::int32_t, 3>> triangles;  ///< indices into vertices
-  std::vector<std::int32_t> triangle_body;             ///< of the triangles
-  bool has_deformable = false;
+  std::vector<Vertex> vertices;                        ///< vertices of all bodies
+  std::vector<std::array<std::int32_t, 3>> triangles;  ///< indices into `vertices`
+  std::vector<std::int32_t> triangle_body;  ///< for each triangle the index in ExportedRun::bodies()
+  bool has_deformable = false;              ///< true if one of the bodies is deformable
 };
 
+/// Makes one mesh of the exported bodies, in which each position has a vertex even if no triangle uses it.
+/// Throws Error (usage) if there are 2^31 vertices or more.
 SplitSurfaces split_surfaces(const ExportedRun& run);
 
-/// All bodies at a frame.
+/// The exported bodies at a frame: values at the vertices of SplitSurfaces, in the axes and unit of the
+/// export.
 struct PlacedBodies {
+  /// Takes over the bodies at rest. `run` has to outlive the object.
   explicit PlacedBodies(const ExportedRun& run);
+  /// Moves the bodies to their places at the frame of `values`.
   void place(const FrameValues& values);
 
+  /// Returns the position of a vertex.
   const Vec3& position(const SplitSurfaces::Vertex& v) const {
     return surface(v).positions[index(v.position)];
   }
+  /// Returns the unit normal of a vertex; zero if it has none.
   Vec3f normal(const SplitSurfaces::Vertex& v) const {
     return v.normal < 0 ? Vec3f::Zero() : surface(v).normals[index(v.normal)];
   }
+  /// Returns the texture coordinate of a vertex; zero if it has none.
   Vec2f uv(const SplitSurfaces::Vertex& v) const {
     return v.uv < 0 ? Vec2f::Zero() : surface(v).uvs[index(v.uv)];
   }
+  /// Returns the velocity of a vertex, units of the export per second. It is valid after place().
   const Vec3f& velocity(const SplitSurfaces::Vertex& v) const {
     return velocities_[index(v.body)][index(v.position)];
   }
-  /// 0 for rigid bodies.
+  /// Returns FrameValues::strain at a vertex, given the values of the frame; 0 for rigid bodies.
   float strain(const SplitSurfaces::Vertex& v, const FrameValues& values) const;
 
  private:

@@ -6,13 +6,14 @@
 namespace duet::io {
 namespace {
 
+// Returns the key by which corners are sorted: those of one position are neighbors.
 auto key(const Corner& corner) { return std::tuple(corner.position, corner.normal, corner.uv); }
 
 bool is_before(const Corner& a, const Corner& b) { return key(a) < key(b); }
 
 bool is_equal(const Corner& a, const Corner& b) { return key(a) == key(b); }
 
-// A corner for each position that no triangle uses.
+// Appends a corner without texture coordinate and normal for each position that no triangle uses.
 void add_unused(const Surface& surface, std::vector<Corner>& corners) {
   std::vector<bool> is_used(surface.positions.size());
   for (const Corner& corner : corners) is_used[static_cast<std::size_t>(corner.position)] = true;

@@ -15,19 +15,21 @@
 namespace duet::io {
 namespace {
 
+// Bytes that an OutputFile gathers for a call of the system. A larger buffer would save few calls.
 constexpr std::size_t buffer_bytes = 1 << 20;
 
-// Opens the file or folder and locks it, which lasts until it is closed or the program ends, however it ends.
-// Returns -1 where another program holds it, or it cannot be opened.
+// Opens the file or folder and locks it. The lock lasts until the descriptor is closed or the program ends,
+// however it ends. Returns the descriptor; -1 if another program holds the lock or opening fails.
 int hold(const fs::path& path, int flags) {
   const int file = ::open(path.c_str(), flags | O_CLOEXEC, 0666);
-  // File systems that know no locks are left alone: a lock is a help, not a need.
+  // File systems without locks fail in other ways, which are ignored: the lock is only a safeguard.
   if (file < 0 || ::flock(file, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) return file;
   ::close(file);
   return -1;
 }
 
-// Removes what programs that were killed were writing: files and folders of a process's name that none holds.
+// Removes files and folders that killed programs left while they wrote this target: their names end in the
+// number of a process, and no program holds them.
 void remove_abandoned(const fs::path& target) {
   const std::string begin = target.filename().string() + temporary_mark;
   for (const fs::path& path : files_in(target.has_parent_path() ? target.parent_path() : ".")) {
@@ -75,7 +77,8 @@ Staging::~Staging() {
 
 void Staging::finish() {
   std::error_code error;
-  // A folder with files in it cannot be replaced at once: it steps aside first.
+  // The system cannot replace a folder that has files in one call, so the old target is renamed first, and
+  // removed last.
   const fs::path aside = target_.string() + temporary_mark + std::to_string(::getpid()) + "-before";
   const bool replaces = overwrite_ && fs::exists(fs::symlink_status(target_));
   if (replaces) fs::rename(target_, aside, error);

@@ -1,4 +1,5 @@
-/// Where an export is written until it is whole.
+// Files of an export while they are written: a name beside the target until they are whole, and buffered
+// writing.
 #pragma once
 
 #include <cstdint>
@@ -10,50 +11,65 @@ namespace duet::io {
 
 namespace fs = std::filesystem;
 
-/// A file or folder that takes its name once it is whole: until finish() it has another name beside the
-/// target, and the destructor removes it.
+/// A file or folder that takes the name of its target once it is whole. Until finish() it has another name
+/// beside the target, "run.glb.tmp4711" with the number of the process, and the destructor removes it.
 class Staging {
  public:
-  /// Removes what killed programs left of the target, too. Throws Error (usage) where the target is there and
-  /// `overwrite` is not given, FileError where it cannot be written.
+  /// Creates an empty file, or an empty folder if `is_folder`, beside the target. Removes files and folders
+  /// that killed programs left beside this target. Throws Error (usage) if the target is there and
+  /// `overwrite` is false, or if it is a folder instead of a file or the other way round. Throws FileError
+  /// if nothing can be written there.
   Staging(const fs::path& target, bool overwrite, bool is_folder);
+  /// Removes the file or folder unless it has been finished.
   ~Staging();
   Staging(const Staging&) = delete;
   Staging& operator=(const Staging&) = delete;
 
+  /// Returns the path of the target.
   const fs::path& target() const { return target_; }
-  /// What to write to meanwhile: an empty file, or an empty folder.
+  /// Returns the path to write to before finish().
   const fs::path& path() const { return path_; }
-  /// Gives it the target's name, in place of what has it. Throws FileError.
+  /// Gives the file or folder the name of the target, whose old file or folder is removed. Throws
+  /// FileError, and leaves the old target in place then.
   void finish();
 
  private:
   const fs::path target_, path_;
   const bool overwrite_;
   bool is_finished_ = false;
-  int held_ = -1;  // descriptor of what is written, locked: other programs leave it alone
+  int held_ = -1;  // descriptor of the file or folder, locked so that other programs do not remove it
 };
 
-/// A file that is written in pieces. All members throw FileError, close() also for what the system noticed
-/// late.
+/// A file that is written in pieces, through a buffer.
 class OutputFile {
  public:
-  enum class Open { anew, to_append };
+  /// Position at which writing begins in an existing file.
+  enum class Open {
+    anew,      ///< the file is emptied first
+    to_append  ///< writing goes on at its end
+  };
+  /// Opens the file, or creates it. Throws FileError.
   explicit OutputFile(const fs::path& path, Open how = Open::anew);
+  /// Closes the file without writing what is still in the buffer, if close() was not called.
   ~OutputFile();
   OutputFile(const OutputFile&) = delete;
   OutputFile& operator=(const OutputFile&) = delete;
 
+  /// Writes bytes. Throws FileError.
   void write(std::string_view bytes);
+  /// Writes the values as they lie in memory. Throws FileError.
   template <class Value>
   void write_values(const std::vector<Value>& values) {
     write({reinterpret_cast<const char*>(values.data()), values.size() * sizeof(Value)});
   }
-  std::uint64_t size() const { return size_; }  ///< bytes written by this object so far
+  /// Returns the number of bytes that this object was given to write so far.
+  std::uint64_t size() const { return size_; }
+  /// Writes the rest of the buffer and closes the file. Throws FileError, also for errors that the system
+  /// reports only now, as for a full disk on a network.
   void close();
 
  private:
-  void flush();
+  void flush();  // writes the buffer and empties it
 
   const fs::path path_;
   int file_ = -1;

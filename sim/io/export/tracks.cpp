@@ -11,7 +11,8 @@
 namespace duet::io {
 namespace {
 
-// The rotation from the camera's axes to the world's; no rotation for a camera that looks nowhere.
+// Returns the rotation from the camera's axes to those of the world. Returns no rotation if the target is
+// at the camera or the view is along `up`.
 Quat orientation(const scene::Camera& camera) {
   const Vec3 forward = (camera.target - camera.position).normalized();
   const Vec3 right = forward.cross(camera.up).normalized();
@@ -21,6 +22,7 @@ Quat orientation(const scene::Camera& camera) {
   return Quat(axes).normalized();
 }
 
+// Returns true if both arrays have the same bits.
 template <class Value>
 bool same_bytes(const std::vector<Value>& a, const std::vector<Value>& b) {
   return a.size() == b.size() &&
@@ -53,7 +55,9 @@ void PoseTracks::add(const FrameValues& values) {
 }
 
 const Vec3& LocalOrigin::follow(const std::vector<Vec3>& positions) {
-  constexpr double longest_way = 4;  // sizes; floats lose two bits by it
+  // Distance of the body's center up to which the origin stays, relative to the body's size. Floats lose
+  // two bits of the shape by it, and doubling it costs another bit.
+  constexpr double longest_way = 4;
   Eigen::AlignedBox3d box;
   for (const Vec3& x : positions) box.extend(x);
   if (box.isEmpty()) return place_;

@@ -1,4 +1,4 @@
-/// Poses of rigid bodies and of the camera, frame by frame.
+// Poses of rigid bodies and of the camera, frame by frame, and origins of deformable bodies.
 #pragma once
 
 #include <vector>
@@ -7,23 +7,28 @@
 
 namespace duet::io {
 
-/// A pose a frame. Successive orientations are less than half a turn apart as quaternions (their scalar
-/// product is not negative), so that interpolating them takes the shorter way.
+/// Poses at successive frames. Of the two quaternions of an orientation the track has the one whose scalar
+/// product with that of the frame before is not negative, so that interpolation takes the shorter path.
 struct PoseTrack {
-  std::vector<Vec3> positions;
-  std::vector<Quat> orientations;
+  std::vector<Vec3> positions;     ///< positions, one for each frame
+  std::vector<Quat> orientations;  ///< unit quaternions that take body axes to those of the export
 
+  /// Appends a pose.
   void add(const Pose& pose);
 };
 
-/// The poses of a run's bodies, in the order of ExportedRun::bodies().
+/// Poses of a run's rigid bodies, in the axes and unit of the export.
 class PoseTracks {
  public:
+  /// Makes empty tracks. `run` has to outlive the object.
   explicit PoseTracks(const ExportedRun& run) : run_(run), tracks_(run.bodies().size()) {}
 
+  /// Appends the poses at a frame.
   void add(const FrameValues& values);
-  const std::vector<double>& times() const { return times_; }  ///< s, of the frames added
-  /// Static bodies have one pose, deformable ones none.
+  /// Returns the times of the frames that were added, s.
+  const std::vector<double>& times() const { return times_; }
+  /// Returns the track of a body, given by its index in ExportedRun::bodies(). Static bodies have one pose,
+  /// deformable bodies have none.
   const PoseTrack& of(std::size_t body) const { return tracks_[body]; }
 
  private:
@@ -32,35 +37,41 @@ class PoseTracks {
   std::vector<double> times_;
 };
 
-/// The place that the points of a deformable body are stored relative to, so that floats keep the body's
-/// shape: the center of the box around it, until it goes farther from there than 4 of its sizes (diagonals of
-/// the box at first); then the center where it is. Staying put lets points that rest keep their values.
+/// Origin to which the points of a deformable body are stored relative, so that floats hold the body's
+/// shape. It is the center of the body's bounding box at the first frame. Once the center is farther from
+/// it than 4 times the body's size, it moves to the center. It does not follow at every frame, so that
+/// points at rest keep their values.
 class LocalOrigin {
  public:
-  /// The place for a frame; the frames have to come in order.
+  /// Returns the origin for a frame, given the positions of the body's points. Frames have to come in
+  /// order.
   const Vec3& follow(const std::vector<Vec3>& positions);
-  double size() const { return size_; }  ///< of the body at the first frame
+  /// Returns the size of the body: the diagonal of its bounding box at the first frame; -1 before.
+  double size() const { return size_; }
 
  private:
   Vec3 place_ = Vec3::Zero();
-  double size_ = -1;  // before the first frame
+  double size_ = -1;  // -1: before the first frame
 };
 
-/// The camera at each of some times, in the axes and unit of the export. It looks along the negative z axis
-/// of its pose, and y of the pose points up in the picture.
+/// The camera at successive times, in the axes and unit of the export.
 struct CameraTrack {
+  /// Poses: the camera looks along the negative z axis of its pose, and the y axis points up in the
+  /// picture.
   PoseTrack poses;
-  std::vector<double> vertical_fov;      ///< rad
-  std::vector<double> target_distances;  ///< from the camera to what it looks at
+  std::vector<double> vertical_fov;      ///< vertical angle of view, rad
+  std::vector<double> target_distances;  ///< distance from the camera to its target, unit of the export
 
-  bool has_zoom() const;  ///< whether vertical_fov changes
+  /// Returns true if the angle of view changes.
+  bool has_zoom() const;
 };
 
-/// One sample if the camera has no keyframes, and otherwise one a time.
+/// Samples the camera of a run at `times` (s, at least one). A camera without keyframes has a single
+/// sample.
 CameraTrack camera_track(const ExportedRun& run, const std::vector<double>& times);
 
-/// For each body the index of the first rigid body with the same rest surface to the last bit, which is its
-/// own index if there is none before it. Deformable bodies have their own.
+/// Returns for each body the index of the first rigid body whose surface at rest has the same bits; its own
+/// index if there is none before it, or if the body is deformable.
 std::vector<std::size_t> first_with_same_surface(const std::vector<ExportedBody>& bodies);
 
 }  // namespace duet::io

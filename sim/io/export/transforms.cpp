@@ -1,4 +1,5 @@
-// `transforms`: where each rigid body is at each frame, as JSON and as CSV, with all digits of the doubles.
+// Writes the format `transforms`: the poses and velocities of the rigid bodies at each frame, as JSON and
+// as CSV, with all digits of the doubles.
 #include <array>
 
 #include <fmt/format.h>
@@ -11,13 +12,16 @@
 namespace duet::io {
 namespace {
 
+// Bytes of JSON that are gathered before both tables are written. A larger value needs more memory and
+// saves few calls of the system.
 constexpr std::size_t piece_bytes = 1 << 20;
 
+// Returns a JSON string with its quotes. Bytes that are not UTF-8 become U+FFFD.
 std::string json_string(const std::string& text) {
   return nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
-// A field of CSV (RFC 4180).
+// Returns a field of CSV, quoted if need be (RFC 4180).
 std::string csv_string(const std::string& text) {
   if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
   std::string quoted = "\"";
@@ -27,6 +31,7 @@ std::string csv_string(const std::string& text) {
 
 std::array<double, 4> wxyz(const Quat& q) { return {q.w(), q.x(), q.y(), q.z()}; }
 
+// Appends `before` and a JSON array.
 template <class Numbers>
 void add_array(TextBuilder& text, std::string_view before, const Numbers& values) {
   text.add(before);
@@ -39,7 +44,7 @@ void add_array(TextBuilder& text, std::string_view before, const Numbers& values
   text.add("]");
 }
 
-// The two files, row by row.
+// Writes the two files row by row.
 class Tables {
  public:
   explicit Tables(const fs::path& folder)
@@ -49,7 +54,7 @@ class Tables {
     nlohmann::ordered_json head = description(run, "transforms");
     head["quaternion"] = "w, x, y, z";
     std::string text = head.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
-    text.pop_back();  // the closing brace: the frames follow
+    text.pop_back();  // removes the closing brace: the frames follow
     json_text_.add(text);
     json_text_.add(",\n\"frames\":[");
     csv_text_.add("frame,time,body,x,y,z,qw,qx,qy,qz,scale,vx,vy,vz,angular_x,angular_y,angular_z\n");
@@ -106,7 +111,7 @@ class Tables {
 
   OutputFile json_, csv_;
   TextBuilder json_text_, csv_text_;
-  int frames_ = 0, rows_ = 0;  // so far; rows of this frame
+  int frames_ = 0, rows_ = 0;  // number of frames so far, and of rows of this frame
 };
 
 }  // namespace

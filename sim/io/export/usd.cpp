@@ -1,5 +1,5 @@
-// A USD stage in a folder: run.usda, and where the values of bodies are many, a file a frame with
-// them, which the stage reads as value clips: neither writers nor readers have to hold more than a frame.
+// Writes a USD stage in a folder: run.usda, and a file a frame if the bodies have many values. The stage
+// reads these files as value clips, so that neither writer nor readers have to hold more than a frame.
 #include "sim/io/export/usd.h"
 
 #include <algorithm>
@@ -17,18 +17,22 @@
 namespace duet::io {
 namespace {
 
+// Paths of prims in the stage.
 constexpr const char* bodies_path = "/run/bodies";
 constexpr const char* materials_path = "/run/materials";
 const std::string body_indent(12, ' '), mesh_indent(16, ' ');
 
+// The stage of a run.
 class UsdStage {
  public:
   UsdStage(const ExportedRun& run, const FormatOptions& options, const fs::path& folder,
            std::uint64_t most_inside);
 
+  // Reads all frames and writes all files.
   void write();
 
  private:
+  // Values of a deformable body at a frame, indexed by UsdValue.
   using Texts = std::array<std::string, usd_value_count>;
 
   void read_frames();
@@ -37,8 +41,9 @@ class UsdStage {
   void write_root();
   void write_deformable(OutputFile& out, std::size_t deformable);
   void write_file(const fs::path& path, const std::string& text);
-  // The prims of bodies that move with what `rigid(body)` gives for their transform, and `deformable(index,
-  // value)` for an attribute of a deformable body.
+  // Returns a layer of overrides for the prims of bodies that move. rigid(body) returns the lines of the
+  // transform of a rigid body, deformable(index, value) an attribute of a deformable body, whose index
+  // counts deformable bodies alone.
   template <class Rigid, class Deformable>
   std::string overs(Rigid&& rigid, Deformable&& deformable) const;
   std::string head() const;
@@ -54,15 +59,15 @@ class UsdStage {
   const ExportedRun& run_;
   const std::uint64_t max_bytes_;
   const fs::path folder_;
-  const std::vector<std::size_t> first_same_;  // first_with_same_surface
+  const std::vector<std::size_t> first_same_;  // result of first_with_same_surface()
   PoseTracks poses_;
   std::vector<std::string> names_;        // identifiers of the bodies
-  std::map<int, std::string> materials_;  // identifiers of the looks that are worn
+  std::map<int, std::string> materials_;  // identifiers of the looks of the bodies, by index of the look
   std::vector<UsdDeformable> deformables_;
-  std::vector<std::size_t> deformable_bodies_;                    // index of each of them among all bodies
-  std::vector<std::array<UsdSamples, usd_value_count>> samples_;  // of each of them; empty with clips
-  bool has_clips_ = false;
-  std::uint64_t bytes_ = 0;  // written so far
+  std::vector<std::size_t> deformable_bodies_;  // index of each of deformables_ in ExportedRun::bodies()
+  std::vector<std::array<UsdSamples, usd_value_count>> samples_;  // values of deformables_; empty with clips
+  bool has_clips_ = false;                                        // true if values are in a file a frame
+  std::uint64_t bytes_ = 0;                                       // bytes written so far
 };
 
 bool is_still(const ExportedBody& body) { return body.kind == "static"; }
@@ -151,7 +156,8 @@ void UsdStage::write_frame(int frame, const std::vector<Texts>& values) {
              }));
 }
 
-// The lines that say which attributes a transform has, without values, which would hide those of clips.
+// Returns the lines that declare the attributes of a transform. They have no values, which would hide those
+// of the clips.
 std::string declared_transform() {
   return fmt::format("{0}{1}\n{0}{2}\n", body_indent, usd_translate, usd_orient);
 }
@@ -208,7 +214,7 @@ std::string UsdStage::head() const {
       run_.up() == 'z' ? 'Z' : 'Y');
 }
 
-// The mesh of rigid bodies with the surface of this one.
+// Returns the mesh in /shapes to which all rigid bodies with the surface of this one refer.
 std::string UsdStage::shape(std::size_t body) const {
   const Surface& surface = run_.bodies()[body].rest;
   const std::string indent(8, ' ');
@@ -216,6 +222,7 @@ std::string UsdStage::shape(std::size_t body) const {
                      usd_rest_shape(surface, indent), usd_topology(surface, indent));
 }
 
+// Returns the beginning of the body's prim, up to its attributes.
 std::string UsdStage::body_start(std::size_t body) const {
   const std::string& name = run_.bodies()[body].name;
   std::string display = usd_display_name(name, names_[body]);
@@ -226,7 +233,7 @@ std::string UsdStage::body_start(std::size_t body) const {
       names_[body], display, body_indent, body_indent, run_.bodies()[body].kind, body_indent);
 }
 
-// The body's mesh up to its own attributes.
+// Returns the beginning of the body's mesh, up to the attributes that are its own.
 std::string UsdStage::mesh_start(std::size_t body) const {
   const ExportedBody& exported = run_.bodies()[body];
   const auto material = materials_.find(exported.look);
@@ -252,7 +259,7 @@ void UsdStage::write_deformable(OutputFile& out, std::size_t deformable) {
   const std::size_t body = deformable_bodies_[deformable];
   const Surface& surface = run_.bodies()[body].rest;
   const auto put_attribute = [&](UsdValue value, const std::string& indent) {
-    // With clips the attribute has no value here: it would hide those of the clips.
+    // With clips the attribute is declared without a value, which would hide those of the clips.
     UsdSamples& samples = samples_[deformable][static_cast<std::size_t>(value)];
     put(out, has_clips_ ? fmt::format("{}{}\n", indent, usd_declaration(value))
                         : samples.text(indent, usd_declaration(value)));
@@ -268,7 +275,7 @@ void UsdStage::write_deformable(OutputFile& out, std::size_t deformable) {
   put(out, usd_topology(surface, mesh_indent) + body_indent + "}\n        }\n\n");
 }
 
-// The frames' files: each is in force from its frame on.
+// Returns the metadata of the value clips: the file of each frame is active from its frame on.
 std::string UsdStage::clips() const {
   std::vector<std::string> files, active;
   for (const int frame : run_.frames()) {

@@ -1,4 +1,4 @@
-/// USD stages with a choice of their own.
+// The export to USD with a bound of the caller's on what its main file takes in.
 #pragma once
 
 #include <cstdint>
@@ -7,12 +7,15 @@
 
 namespace duet::io {
 
-/// Bytes of bodies' values that run.usda takes in. They are held in memory while they are written, and by
-/// readers from opening the stage on, which takes them about a second.
+/// Bound on the text of the bodies' values in run.usda, bytes; longer values go into a file a frame. The
+/// text is held in memory while it is written, and by readers from opening the stage on, which takes them
+/// about a second for this size. A larger bound makes fewer files, and both need more time and memory in
+/// proportion.
 inline constexpr std::uint64_t usd_most_inside = 32'000'000;
 
-/// export_usd with another bound: values that take about more bytes than `most_inside` go into a file a
-/// frame.
+/// Writes a USD stage as the function of exporters.h does, with another bound: if the values of moving
+/// bodies take more than about `most_inside` bytes in all frames, they go into a file a frame. Throws Error
+/// (usage) once the stage exceeds FormatOptions::max_bytes, and FileError.
 ExportNotes export_usd(const ExportedRun& run, const FormatOptions& options, const fs::path& folder,
                        std::uint64_t most_inside);
 

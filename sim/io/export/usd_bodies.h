@@ -1,4 +1,4 @@
-/// Bodies as USD has them: text of meshes, and the values of deformable bodies at frames.
+// Bodies in the text format of USD: meshes, and the values of deformable bodies at frames.
 #pragma once
 
 #include <array>
@@ -10,30 +10,45 @@
 
 namespace duet::io {
 
-/// The attributes of a Mesh that never change: faces, texture coordinates, which normal a corner has.
+/// Returns the attributes of a Mesh that never change: faces, texture coordinates, and the index of the
+/// normal of each corner. Each line begins with `indent`.
 std::string usd_topology(const Surface& surface, const std::string& indent);
 
-/// Points, extent and normals of a rigid body's Mesh, in the axes of its pose.
+/// Returns points, extent and normals of a rigid body's Mesh, in the axes of its pose. Each line begins
+/// with `indent`.
 std::string usd_rest_shape(const Surface& surface, const std::string& indent);
 
-/// Attributes of a deformable body that change.
-enum class UsdValue { translate, points, extent, normals, velocities };
+/// Attributes of a deformable body that change from frame to frame.
+enum class UsdValue {
+  translate,  ///< translation of the body's Xform: the origin of its points
+  points,     ///< positions of the vertices, relative to the translation
+  extent,     ///< bounding box of the points
+  normals,    ///< normals, as in the run's surface
+  velocities  ///< velocities of the vertices, units of the export per second
+};
+/// All values of UsdValue, in their order.
 inline constexpr std::array usd_values{UsdValue::translate, UsdValue::points, UsdValue::extent,
                                        UsdValue::normals, UsdValue::velocities};
+/// Number of values of UsdValue.
 inline constexpr std::size_t usd_value_count = usd_values.size();
 
-/// The attribute's type and name; translate is of the body's Xform, the others are of its Mesh.
+/// Returns the type and the name of an attribute. `translate` belongs to the body's Xform, the others to
+/// its Mesh.
 const char* usd_declaration(UsdValue value);
-/// "vertex" where each position has its own normal, and "faceVarying" where usd_topology has indices of them.
+/// Returns the interpolation of the normals: "vertex" if position i has normal i everywhere, and otherwise
+/// "faceVarying"; usd_topology() then writes the index of the normal of each corner.
 const char* usd_normal_interpolation(const Surface& surface);
 
-/// The values of one deformable body from frame to frame, as text, each indexed by UsdValue.
+/// Text of the values of one deformable body from frame to frame.
 class UsdDeformable {
  public:
+  /// Begins before the first frame. `body` has to outlive the object.
   explicit UsdDeformable(const ExportedBody& body) : body_(body), surface_(body.rest) {}
 
+  /// Returns the body.
   const ExportedBody& body() const { return body_; }
-  /// The frames have to come in order.
+  /// Returns the text of each attribute at a frame, indexed by UsdValue. Frames have to come in order,
+  /// because the translation follows the body (LocalOrigin).
   std::array<std::string, usd_value_count> at(const FrameValues& values);
 
  private:
@@ -43,7 +58,7 @@ class UsdDeformable {
   std::vector<Vec3f> points_, velocities_;
 };
 
-/// About as many bytes as the values of a body that moves take at a frame.
+/// Estimates how many bytes of text the values of a moving body take at a frame.
 std::uint64_t usd_frame_bytes(const ExportedBody& body);
 
 }  // namespace duet::io

@@ -11,9 +11,10 @@
 namespace duet::io {
 namespace {
 
+// Returns the tangent of an angle, rad. It has the same bits on every processor (elementary.h).
 double tangent(double angle) { return math::sin(angle) / math::cos(angle); }
 
-// "(displayName = ...)" of a prim, or nothing.
+// Returns the metadata "(displayName = ...)" of a prim; empty if the identifier is the name.
 std::string metadata(const std::string& name, const std::string& identifier) {
   const std::string text = usd_display_name(name, identifier);
   return text.empty() ? text : fmt::format(" (\n            {}\n        )", text);
@@ -53,9 +54,11 @@ std::string usd_transform(const std::string& indent, const std::vector<int>& fra
 }
 
 std::string usd_camera(const CameraTrack& track, const ExportedRun& run) {
-  constexpr double height = 0.024;                  // m, of the picture, as that of a film of 35 mm
-  constexpr double nearest = 0.01, farthest = 1e4;  // of the target's distance
-  const double tenths = 10 * run.scale();           // of the stage's unit, in a meter
+  constexpr double height = 0.024;  // height of the picture, m: that of a 35 mm film
+  // Clipping planes relative to the least and to the greatest distance of the target. A nearer range cuts
+  // off bodies, a wider one costs precision of depth buffers.
+  constexpr double nearest = 0.01, farthest = 1e4;
+  const double tenths = 10 * run.scale();  // tenths of the stage's unit in a meter
   const ExportedLooks& looks = run.looks();
   UsdSamples focal_length, focus_distance;
   double near_target = track.target_distances.front(), far_target = near_target;
@@ -78,7 +81,8 @@ std::string usd_camera(const CameraTrack& track, const ExportedRun& run) {
 }
 
 std::string usd_light(const scene::Light& light, const std::string& identifier, const ExportedRun& run) {
-  // A point light is a ball too small to be seen from its target.
+  // A point light becomes a ball whose radius is this fraction of the distance to its target: too small to
+  // be seen from there. The radius does not change the light's intensity.
   constexpr double point = 1e-4;
   const bool is_area = light.kind == scene::LightKind::area;
   const double radius = is_area ? light.radius : point * (light.target - light.position).norm();

@@ -9,12 +9,13 @@
 namespace duet::io {
 namespace {
 
-constexpr std::size_t max_number = 25;  // characters of a double's shortest form, and some
+constexpr std::size_t max_number = 25;  // characters; the shortest form of a double has at most 24
 
 bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
+// Appends the shortest form of a number.
 template <class Number>
 void append(std::string& text, Number value) {
   std::array<char, max_number> digits;
@@ -27,11 +28,13 @@ void append_tuple(std::string& text, std::span<const Number> numbers) {
   text += '(';
   for (std::size_t i = 0; i < numbers.size(); ++i) {
     if (i > 0) text += ", ";
-    append(text, numbers[i] + Number(0));  // + 0: no negative zero
+    append(text, numbers[i] + Number(0));  // + 0 removes negative zeros
   }
   text += ')';
 }
 
+// Returns an array whose values append_value(text, value) appends. `bytes_each` is an estimate of the
+// length of each.
 template <class Values, class Append>
 std::string array(const Values& values, std::size_t bytes_each, Append&& append_value) {
   std::string text;

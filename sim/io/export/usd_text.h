@@ -1,4 +1,4 @@
-/// Pieces of USD's text format (.usda).
+// Pieces of USD's text format (.usda). Numbers have the fewest digits that read back to the same bits.
 #pragma once
 
 #include <array>
@@ -11,44 +11,55 @@
 
 namespace duet::io {
 
-/// A string of the format with its quotes.
+/// Returns a string of the format with its quotes. Quotes, backslashes and control characters are escaped.
 std::string usd_string(std::string_view text);
 
-/// Gives out names of prims: identifiers of ASCII letters, digits and _, each once.
+/// Gives out names of prims, each once: identifiers of ASCII letters, digits and underscores.
 class UsdNames {
  public:
-  /// An identifier that resembles the name.
+  /// Returns an identifier that resembles the name and has not been given out before.
   std::string take(std::string_view name);
 
  private:
   std::set<std::string, std::less<>> taken_;
 };
 
-/// "displayName = ..." where the identifier is not the name; else nothing.
+/// Returns the text "displayName = ..." if the identifier differs from the name, and an empty text
+/// otherwise.
 std::string usd_display_name(std::string_view name, std::string_view identifier);
 
-// Numbers have the fewest digits that read back to the same bits.
+/// Returns the tuple (x, y, z).
 std::string usd_tuple(const Vec3& v);
-std::string usd_tuple(const Quat& q);  ///< w, x, y, z
+/// Returns the tuple (w, x, y, z).
+std::string usd_tuple(const Quat& q);
+/// Returns an array of tuples (x, y, z).
 std::string usd_array(const std::vector<Vec3f>& vectors);
+/// Returns an array of tuples (x, y).
 std::string usd_array(const std::vector<Vec2f>& vectors);
+/// Returns an array of integers.
 std::string usd_array(const std::vector<int>& numbers);
-/// Coordinates in [-1, 1] with four digits after the point: for normals, of which nobody sees more.
+/// Returns an array of tuples whose coordinates, in [-1, 1], are rounded to four digits after the point. It
+/// serves normals: the error of 5e-5 is invisible, and the text is shorter.
 std::string usd_rounded_array(const std::vector<Vec3f>& vectors);
 
-/// Values of an attribute at frames. One that is the same at all frames has no samples, and of frames in a
-/// row with the same value the first and the last have one: values in between are interpolated.
+/// Values of an attribute at frames, as text. Of successive frames with one value only the first and the
+/// last have a sample, because readers interpolate between samples. A value that never changes is written
+/// without samples.
 class UsdSamples {
  public:
+  /// Adds the value at a frame. Frames have to come in ascending order.
   void add(int frame, std::string value);
+  /// Returns true if no value has been added.
   bool empty() const { return frames_.empty(); }
+  /// Returns the length of the values of all samples, bytes.
   std::size_t bytes() const { return bytes_; }
-  /// "TYPE NAME = VALUE" or "TYPE NAME.timeSamples = {...}", with the indentation and the end of the line.
+  /// Returns "TYPE NAME = VALUE" or "TYPE NAME.timeSamples = {...}" with indentation and line end.
+  /// `declaration` is "TYPE NAME". At least one value must have been added.
   std::string text(std::string_view indent, std::string_view declaration) const;
 
  private:
-  std::vector<int> frames_;
-  std::vector<std::string> values_;
+  std::vector<int> frames_;          // frames of the samples
+  std::vector<std::string> values_;  // values of the samples
   std::size_t bytes_ = 0;
 };
 

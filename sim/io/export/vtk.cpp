@@ -1,5 +1,6 @@
-// `vtk`: VTK's XML files of poly data with appended raw data, one a frame, and a collection with their times
-// (https://docs.vtk.org/en/latest/design_documents/VTKFileFormats.html). ParaView opens run.pvd.
+// Writes the format `vtk`: XML files of VTK poly data with appended raw data, one a frame, and a collection
+// with their times (https://docs.vtk.org/en/latest/design_documents/VTKFileFormats.html). ParaView opens
+// run.pvd.
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -17,16 +18,18 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "arrays are written as they lie in memory");
 
+// Appends a number of 64 bits, as header_type="UInt64" demands for lengths.
 void append_count(std::string& bytes, std::uint64_t value) {
   bytes.append(reinterpret_cast<const char*>(&value), sizeof(value));
 }
 
-// What follows the XML: arrays one after another, each with its length, or in compressed blocks with theirs.
+// The appended data after the XML: arrays one after another. Each has its length before it, or is
+// compressed in blocks with their lengths before them.
 class AppendedData {
  public:
   explicit AppendedData(bool compress) : compress_(compress) {}
 
-  // Returns where the array begins.
+  // Appends an array and returns the offset at which it begins, bytes.
   template <class Value>
   std::size_t add(const std::vector<Value>& values) {
     const std::size_t offset = bytes_.size();
@@ -42,10 +45,10 @@ class AppendedData {
   const std::string& bytes() const { return bytes_; }
 
  private:
-  static constexpr std::size_t block_bytes = 1 << 18;
+  static constexpr std::size_t block_bytes = 1 << 18;  // uncompressed length of a block
 
-  // Number of blocks, their length, the length of the last one if it is shorter, the compressed lengths, the
-  // blocks.
+  // Appends the number of blocks, the length of a block, that of the last one if it is shorter (else 0),
+  // the compressed lengths, and the blocks.
   void add_compressed(std::string_view raw) {
     std::string blocks, lengths;
     for (std::size_t at = 0; at < raw.size(); at += block_bytes) {
@@ -70,17 +73,19 @@ class AppendedData {
   std::string bytes_;
 };
 
-// XML of a file of poly data, whose arrays stand in AppendedData.
+// A file of poly data: its XML, whose arrays refer to AppendedData.
 class PolyData {
  public:
   PolyData(const SplitSurfaces& all, bool compress) : all_(all), compress_(compress), data_(compress) {}
 
+  // Adds an array of `type` with `components` numbers for each tuple.
   template <class Value>
   void add(const char* type, const char* name, int components, const std::vector<Value>& values) {
     xml_ += fmt::format(
         "<DataArray type=\"{}\" Name=\"{}\" NumberOfComponents=\"{}\" format=\"appended\" offset=\"{}\"/>\n",
         type, name, components, data_.add(values));
   }
+  // Adds XML.
   void add(const std::string& text) { xml_ += text; }
 
   void write(const fs::path& path) const {
@@ -100,6 +105,7 @@ class PolyData {
     file.write("\n</AppendedData>\n</VTKFile>\n");
     file.close();
   }
+  // Sets the XML of the field data, which comes first.
   void set_field(std::string field) { field_ = std::move(field); }
 
  private:
@@ -109,7 +115,8 @@ class PolyData {
   std::string field_, xml_;
 };
 
-// The names of bodies as an array of strings, whose characters are numbers, each string ended by 0.
+// Returns the names of the bodies as an XML array of strings: the numbers of their characters, with a 0
+// after each string.
 std::string names_array(const ExportedRun& run) {
   std::string text =
       fmt::format("<Array type=\"String\" Name=\"body_names\" NumberOfTuples=\"{}\" format=\"ascii\">\n",
@@ -121,6 +128,7 @@ std::string names_array(const ExportedRun& run) {
   return text + "</Array>\n";
 }
 
+// Returns the field data of a frame: its time, its number and the names of the bodies.
 std::string field_data(const FrameValues& values, const std::string& names) {
   return fmt::format(
       "<FieldData>\n<DataArray type=\"Float64\" Name=\"TimeValue\" NumberOfTuples=\"1\" format=\"ascii\">{}"
@@ -129,6 +137,7 @@ std::string field_data(const FrameValues& values, const std::string& names) {
       values.time, values.frame, names);
 }
 
+// Writes the files of the frames. It holds what does not change from frame to frame.
 class Frames {
  public:
   Frames(const ExportedRun& run, bool compress)
@@ -168,7 +177,7 @@ class Frames {
   }
 
  private:
-  // A value for each vertex.
+  // Returns value_of(vertex) for each vertex.
   template <class Value, class Function>
   std::vector<Value> gathered(const Function& value_of) const {
     std::vector<Value> values(all_.vertices.size());
@@ -182,7 +191,7 @@ class Frames {
   const std::string names_;
   std::vector<std::int64_t> connectivity_, offsets_;
   std::vector<Vec2f> uvs_;
-  std::vector<Vec3> first_;  // positions of the first frame
+  std::vector<Vec3> first_;  // positions at the first frame written, for displacements
 };
 
 }  // namespace
