@@ -11,11 +11,14 @@
 namespace duet {
 namespace {
 
-constexpr double dependence = 1e-10;  // pivot over diagonal of a row that depends on others
+// A row depends on the rows before it if elimination leaves less than this fraction of its diagonal entry. It
+// is far above rounding (1e-16) and far below the pivots of independent rows; a larger value would drop
+// ill-conditioned rows.
+constexpr double dependence = 1e-10;
 
-// sum = A b for the vector of the values b(k), of as many entries as A has rows. By plain loops: Eigen's
-// product of matrices of any size fuses multiplications and additions in those rows that lie so in memory
-// that a vector takes them, and results would depend on where the blocks happen to be.
+// Computes sum = A b, where b(k) returns entry k of b, and `sum` has an entry per row of A. It uses plain
+// loops, because Eigen's product of matrices of dynamic size fuses multiplications and additions in the rows
+// that a vector register can take: results would depend on the alignment of the blocks in memory.
 template <class Value>
 void multiply(const BlockFactor::Block& A, double* sum, Value&& b) {
   const Eigen::Index n = A.rows();
@@ -27,8 +30,9 @@ void multiply(const BlockFactor::Block& A, double* sum, Value&& b) {
   }
 }
 
-// The inverse of a symmetric positive semi-definite block on the rows that do not depend on those before, and
-// zero on the rest. `scale` holds the entries of the diagonal before anything was eliminated.
+// Replaces a symmetric positive semi-definite block by its inverse on the rows that do not depend on rows
+// before them, and by zero on the rest. `scale` holds the entries of the diagonal before anything was
+// eliminated.
 void invert(BlockFactor::Block& A, const BlockFactor::Segment& scale) {
   const Eigen::Index n = A.rows();
   BlockFactor::Block L = BlockFactor::Block::Identity(n, n);  // A = L D L^T
@@ -42,7 +46,7 @@ void invert(BlockFactor::Block& A, const BlockFactor::Segment& scale) {
       for (Eigen::Index k = j + 1; k <= i; ++k) A(i, k) -= L(i, j) * A(k, j);
     }
   }
-  for (Eigen::Index c = 0; c < n; ++c) {  // A^-1 e_c
+  for (Eigen::Index c = 0; c < n; ++c) {  // column c of the inverse solves A x = e_c
     BlockFactor::Segment x = BlockFactor::Segment::Zero(n);
     if (inverse(c) != 0) x(c) = 1;
     for (Eigen::Index j = 0; j < n; ++j)
@@ -71,7 +75,7 @@ void BlockFactor::analyze(const std::vector<int>& rows, const std::vector<std::p
   Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> order(n);
   if (n > 0) Eigen::AMDOrdering<int>()(pattern, order);
   place_.resize(rows.size());
-  std::vector<int> at(rows.size());  // the block row at a place
+  std::vector<int> at(rows.size());  // per place, the block row there
   for (int k = 0; k < n; ++k) at[as_index(k)] = order.indices()[k];
   for (int k = 0; k < n; ++k) place_[as_index(at[as_index(k)])] = k;
 
@@ -80,7 +84,7 @@ void BlockFactor::analyze(const std::vector<int>& rows, const std::vector<std::p
     const auto [low, high] = std::minmax(place_[as_index(i)], place_[as_index(j)]);
     if (low != high) column[as_index(low)].insert(high);
   }
-  for (const std::set<int>& below : column)  // eliminating a column couples all below it
+  for (const std::set<int>& below : column)  // fill-in: eliminating a column couples all rows below it
     for (const int i : below)
       for (const int k : below)
         if (k > i) column[as_index(i)].insert(k);

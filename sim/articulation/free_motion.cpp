@@ -10,31 +10,37 @@
 namespace duet {
 namespace {
 
-// A row that leaves less than this fraction of itself beside the rows before it depends on them.
+// A row depends on the rows before it if their span leaves less than this fraction of its square. It is far
+// above rounding and far below the value of independent rows.
 constexpr double dependent = 1e-10;
-// Bounds |s - 1|, so that motion near a turning point is neither stopped nor doubled. Steps that need a fifth
-// of it are refused where they can be (sim/step/step.cpp).
+// Bound of |s - 1|, so that motion near a turning point is neither stopped nor doubled. Steps that need a
+// fifth of it are refused if they can be (sim/step/articulate.cpp).
 constexpr double largest_change = 0.05;
-// Internal motion with less than this fraction of the energy is compared with the fraction instead.
+// Least internal energy, as a fraction of the whole, that an energy error is compared with. Without it,
+// groups that hardly move within themselves would report large relative errors, and steps would be refused
+// for them.
 constexpr double least_internal = 0.005;
 
-// The inertia tensor in world axes (kg m^2) times a vector.
+// Returns the inertia tensor in world axes (kg m^2) times `w`.
 Vec3 times_inertia(const RigidState& state, const RigidProperties& properties, const Vec3& w) {
   const Quat& q = state.pose.orientation;
   return q * properties.inertia.cwiseProduct(q.conjugate() * w);
 }
 
+// Returns the root of `body` in a forest of disjoint sets, and shortens the path to it.
 std::size_t root_of(std::vector<std::size_t>& parent, std::size_t body) {
   while (parent[body] != body) body = parent[body] = parent[parent[body]];
   return body;
 }
 
-// Rows a on a twist (v, w) and M^-1 a, made orthonormal: a_i . M^-1 a_j = 1 if i = j, else 0.
+// Constraint rows a_i on the twist (v, w) of a rigid body, together with M^-1 a_i, made orthonormal in the
+// inverse mass: a_i . M^-1 a_j = 1 if i = j, else 0.
 class ForbiddenTwists {
  public:
   ForbiddenTwists(double mass, const Mat3& inverse_inertia)
       : mass_(mass), inverse_inertia_(inverse_inertia) {}
 
+  // Adds the row linear . v + angular . w, unless it depends on the rows before it.
   void add(const Vec3& linear, const Vec3& angular) {
     if (count_ == twists_.size()) return;
     Twist t{linear, angular, linear / mass_, inverse_inertia_ * angular};
@@ -53,6 +59,7 @@ class ForbiddenTwists {
     twists_[count_++] = {scale * t.linear, scale * t.angular, scale * t.v, scale * t.w};
   }
 
+  // Projects a twist onto those for which all rows vanish, orthogonally in the mass metric.
   void remove_from(Vec3& v, Vec3& w) const {
     for (std::size_t k = 0; k < count_; ++k) {
       const Twist& t = twists_[k];
@@ -64,7 +71,8 @@ class ForbiddenTwists {
 
  private:
   struct Twist {
-    Vec3 linear, angular, v, w;
+    Vec3 linear, angular,  // a_i
+        v, w;              // M^-1 a_i
   };
   double mass_;
   Mat3 inverse_inertia_;
@@ -130,7 +138,6 @@ double FreeMotion::weight_power(const RigidBodies& rigid, const Group& group,
   return power;
 }
 
-// linear_, angular_ and, where gravity acts on a group that is fixed somewhere, fall_ and fall_turn_.
 void FreeMotion::project(JointSolver& joints, const RigidBodies& rigid) {
   joints.prepare_projection(rigid);
   joints.project(rigid, linear_, angular_);
@@ -142,10 +149,11 @@ void FreeMotion::project(JointSolver& joints, const RigidBodies& rigid) {
   joints.project(rigid, fall_, fall_turn_);
 }
 
-// Gravity acts by m g dt/2 at x^n, where it takes velocities to u, and again at x^{n+1}, where it finds u''.
-// Its work there is (dt/2) m g . (u - dt/4 P g) and (dt/2) m g . (u'' + dt/4 P' g), where P and P' project
-// accelerations onto those that the joints allow; along the path it is dt m g . v*. W is their difference. It
-// vanishes where all bodies are free.
+// W = dt m g . v* - (dt/2) m g . (u - dt/4 P g) - (dt/2) m g . (u'' + dt/4 P' g), where P and P' project
+// accelerations onto those that the joints allow at x^n and at x^{n+1}. Gravity acts by m g dt/2 at x^n,
+// where it takes velocities to u, and again at x^{n+1}, where it finds u''; the last two terms are its work
+// there, and the first one is its work along the path. W vanishes if all bodies are free. The terms of x^n
+// are added here.
 void FreeMotion::begin(JointSolver& joints, const RigidBodies& rigid, const Vec3& gravity, double dt) {
   gravity_ = gravity;
   dt_ = dt;
@@ -181,7 +189,7 @@ FreeMotion::Outcome FreeMotion::finish(JointSolver& joints, RigidBodies& rigid) 
   return outcome;
 }
 
-// Whether a body that moves as the scene prescribes holds the group: it gives what energy the motion needs.
+// A kinematic body counts as moving if it has a velocity now or has moved in the step.
 bool FreeMotion::held_by_motion(const JointSolver& joints, const RigidBodies& rigid,
                                 const Group& group) const {
   return std::any_of(group.fixed_joints.begin(), group.fixed_joints.end(), [&](std::size_t j) {
@@ -194,9 +202,9 @@ bool FreeMotion::held_by_motion(const JointSolver& joints, const RigidBodies& ri
   });
 }
 
-// The projection, orthogonal in the mass metric, of u' onto the rigid motions that keep their momentum: those
-// that joints with fixed bodies allow, and of a group that gravity pulls at such joints only turns about the
-// vertical and horizontal travel.
+// r is the projection, orthogonal in the mass metric, of u' onto the rigid motions whose momentum is kept.
+// These are the motions that joints with fixed bodies allow. If gravity pulls at a group with such joints,
+// only turns about the vertical and horizontal travel remain.
 FreeMotion::Rigid FreeMotion::rigid_motion(const JointSolver& joints, const RigidBodies& rigid,
                                            const Group& group) const {
   Rigid motion;
@@ -240,8 +248,9 @@ FreeMotion::Rigid FreeMotion::rigid_motion(const JointSolver& joints, const Rigi
   return motion;
 }
 
-// With B = (dt/2) m g . (u' - r), which is what W changes by with s, the energy of u'' is right where
-// K s^2 + B s = K + B - E.
+// Solves K s^2 + B s = K + B - E for s, with K = K(u' - r) and B = (dt/2) m g . (u' - r), the change of W
+// with s. In the code `internal` is K, `power` B (r has no velocity along g), `excess` E, and `change`
+// s - 1. If the equation has no root, s - 1 is taken as -E / K, before the bound of its size.
 double FreeMotion::correct(const JointSolver& joints, RigidBodies& rigid, const Group& group,
                            JointSolver::Outside& outside) {
   double energy = kinetic(rigid, group, linear_, angular_), excess = energy - group.energy;

@@ -1,4 +1,4 @@
-// Joints between rigid bodies: what never changes during a run.
+// Joints between rigid bodies: the data that never changes during a run.
 #pragma once
 
 #include <limits>
@@ -10,56 +10,86 @@
 
 namespace duet {
 
-// Which motions of the child's joint frame, seen from the parent's, a joint leaves free. The x axis is the
-// joint's own.
-//   point            all rotations
-//   hinge            rotation about x
-//   universal        rotation about the parent's x and the child's y
-//   prismatic        travel along x
-//   prismatic_twist  travel along x and rotation about it
-//   weld             none
-enum class JointKind { point, hinge, universal, prismatic, prismatic_twist, weld };
+/// The motions of the child's joint frame, seen from the parent's, that a joint leaves free.
+///
+/// The x axis of a frame is the joint's own axis.
+enum class JointKind {
+  point,            ///< all rotations
+  hinge,            ///< rotation about x
+  universal,        ///< rotation about the parent's x and the child's y
+  prismatic,        ///< travel along x
+  prismatic_twist,  ///< travel along x and rotation about x
+  weld              ///< none
+};
 
+/// Returns whether the joint leaves travel along x free.
 inline bool travels(JointKind kind) {
   return kind == JointKind::prismatic || kind == JointKind::prismatic_twist;
 }
-// Whether the joint has one angle, about x.
+/// Returns whether the joint has exactly one free angle, about x.
 inline bool twists(JointKind kind) { return kind == JointKind::hinge || kind == JointKind::prismatic_twist; }
+/// Returns whether the joint leaves any rotation free.
 inline bool turns(JointKind kind) { return kind != JointKind::prismatic && kind != JointKind::weld; }
 
+/// A closed interval of an angle (rad) or of a travel (m).
 struct Bounds {
+  /// Lower bound; minus infinity: none.
   double least = -std::numeric_limits<double>::infinity();
+  /// Upper bound; infinity: none.
   double most = std::numeric_limits<double>::infinity();
+  /// Returns whether there is a bound on either side.
   bool any() const { return std::isfinite(least) || std::isfinite(most); }
 };
 
-// Proportional-derivative control (Weinstein, Guendelman, Fedkiw 2008) of a joint's rotation, or of a
-// prismatic one's travel: its error obeys e'' + damping e' + gain e = 0.
+/// Proportional-derivative control of a joint's rotation, or of a prismatic joint's travel:
+///
+///     e'' + damping e' + gain e = 0
+///
+/// for the error e of the joint from its target (Weinstein, Guendelman, Fedkiw 2008).
 struct JointControl {
+  /// True if the joint is controlled.
   bool on = false;
-  double gain = 0;                                        // k_p, 1/s^2: acts on motion, not on mass
-  double damping = 0;                                     // k_v, 1/s; 2 sqrt(k_p) is critical
-  double most = std::numeric_limits<double>::infinity();  // N m, or N of a travel, about each axis
-  std::array<bool, 3> axis{true, true, true};             // of the joint frame: x, y, z; a point joint's
-  bool leads = false;  // knows the target's rate, so that it does not lag by 2 / sqrt(k_p) seconds
+  /// Proportional gain k_p, 1/s^2; it acts on the motion, whatever the masses are.
+  double gain = 0;
+  /// Derivative gain k_v, 1/s; 2 sqrt(k_p) is critical damping.
+  double damping = 0;
+  /// Largest torque about each axis, N m, or largest force of a travel, N; infinity: no bound.
+  double most = std::numeric_limits<double>::infinity();
+  /// Flags: rotation about x, y, z of the joint frame is controlled.
+  ///
+  /// Point and universal joints read it; joints with one free motion control that one.
+  std::array<bool, 3> axis{true, true, true};
+  /// True if the control knows the rate of the target, so that it does not lag by 2 / sqrt(k_p) seconds.
+  bool leads = false;
+  /// The rotation or travel that the joint is to reach, as a function of time.
   JointTarget target;
 };
 
+/// A joint between two rigid bodies.
 struct Joint {
+  /// Name in the scene file.
   std::string name;
+  /// Kind of joint: the motions that are free.
   JointKind kind = JointKind::point;
-  int parent = -1, child = -1;                             // rigid bodies
-  Pose parent_frame, child_frame;                          // in body space
-  Bounds angle;                                            // rad, of a joint that twists
-  double swing = std::numeric_limits<double>::infinity();  // rad, most between the x axes; of a point joint
-  Bounds travel;                                           // m
-  double friction = 0;    // N m about, and N along, each axis that is free and not controlled
-  bool collides = false;  // whether parent and child touch each other
-  JointControl control;
+  int parent = -1,    ///< rigid body that holds the parent frame
+      child = -1;     ///< rigid body that holds the child frame
+  Pose parent_frame,  ///< joint frame in the parent's body space
+      child_frame;    ///< joint frame in the child's body space
+  Bounds angle;       ///< rad, limits of the angle about x; read if twists() holds
+  /// Largest angle between the x axes of the frames, rad; read for point joints; infinity: no limit.
+  double swing = std::numeric_limits<double>::infinity();
+  Bounds travel;  ///< m, limits of the travel along x; read if travels() holds
+  /// Coulomb friction of each free motion that is not controlled: N m about, and N along its axis.
+  double friction = 0;
+  bool collides = false;  ///< true if parent and child can collide with each other
+  JointControl control;   ///< proportional-derivative control
 };
 
+/// All joints of a scene.
 struct Articulation {
+  /// The joints; their indices number the joints everywhere else.
   std::vector<Joint> joints;
+  /// Returns whether the scene has no joints.
   bool empty() const { return joints.empty(); }
 };
 

@@ -9,7 +9,10 @@
 namespace duet {
 namespace {
 
-// Rates that take the error along `way` (its length is the error) as the control says; across it they fade.
+// Returns the rates that reduce the error vector `way` (rad or m) as the control equation says. `next_way` is
+// the vector from where the joint is now to the target at the end of the step, `target_rate` the mean rate of
+// the target, and `rate` that of the joint now. Along `way` the error follows controlled_error(); across it
+// the rate relative to the target's decays as exp(-damping t).
 ControlRates rates_along(const Vec3& way, const Vec3& next_way, const Vec3& target_rate, const Vec3& rate,
                          const JointControl& control, double dt) {
   const double error = way.norm();
@@ -25,7 +28,7 @@ ControlRates rates_along(const Vec3& way, const Vec3& next_way, const Vec3& targ
           (target_rate.dot(axis) - after.rate) * axis + target_across + fading * across};
 }
 
-// The joint's axes that a limit stops are not asked for more.
+// Clamps the target to the joint's limits, so that control does not push against them.
 Vec3 within_limits(const Joint& joint, Vec3 target) {
   if (joint.kind == JointKind::prismatic)
     target.x() = std::clamp(target.x(), joint.travel.least, joint.travel.most);
@@ -34,7 +37,7 @@ Vec3 within_limits(const Joint& joint, Vec3 target) {
   return target;
 }
 
-// A point joint may be controlled about some of its axes only.
+// Drops the components of those axes of a point joint that are not controlled.
 Vec3 on_axes(const Joint& joint, Vec3 v) {
   for (Eigen::Index i = 0; i < 3; ++i)
     if (joint.kind == JointKind::point && !joint.control.axis[static_cast<std::size_t>(i)]) v[i] = 0;
@@ -45,7 +48,9 @@ Vec3 on_axes(const Joint& joint, Vec3 v) {
 
 ControlError controlled_error(ControlError start, double gain, double damping, double dt) {
   const double half = damping / 2, square = half * half - gain, decay = math::exp(-half * dt);
-  double even = decay, odd = dt * decay;  // exp(-half t) times cosh(a t) and sinh(a t) / a, a^2 = square
+  // even = exp(-half dt) cosh(a dt) and odd = exp(-half dt) sinh(a dt) / a with a^2 = square; near critical
+  // damping, where a vanishes, their limits.
+  double even = decay, odd = dt * decay;
   if (square * dt * dt > 1e-10) {
     const double a = std::sqrt(square);
     const double slow = math::exp((a - half) * dt), fast = math::exp((-a - half) * dt);
@@ -72,7 +77,7 @@ ControlRates control_rates(const Joint& joint, const JointFrames& frames, const 
   }
   const Quat now = frames.relative(), to = exponential(target), then = exponential(next);
   const auto from_now = [&](const Quat& q) { return on_axes(joint, logarithm(q * now.conjugate())); };
-  const Vec3 turn = on_axes(joint, logarithm(then * to.conjugate()));  // of the target in this step
+  const Vec3 turn = on_axes(joint, logarithm(then * to.conjugate()));  // rotation of the target in this step
   return rates_along(from_now(to), from_now(then), turn / dt, on_axes(joint, rate), control, dt);
 }
 

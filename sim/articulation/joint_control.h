@@ -5,19 +5,31 @@
 
 namespace duet {
 
+/// The error of a controlled motion and the rate at which it changes.
 struct ControlError {
-  double value = 0, rate = 0;
+  double value = 0,  ///< rad or m, target less the joint's value
+      rate = 0;      ///< rad/s or m/s, time derivative of `value`
 };
-// The solution of e'' + damping e' + gain e = 0 after `dt`, whatever the damping: exact, so stable for every
-// gain and step.
+/// Returns the solution of e'' + damping e' + gain e = 0 after `dt` (s), for the error `start` now.
+///
+/// The solution is exact for weak, critical and strong damping, so that control is stable for every `gain`
+/// (1/s^2), `damping` (1/s) and step. Near critical damping it uses the limit of the formula.
 ControlError controlled_error(ControlError start, double gain, double damping, double dt);
 
-// The rates that a controlled joint is to have: the mean one over the step from `time` to time + dt, and the
-// one at its end. Rotation vectors in the parent's frame, rad/s; of a travel along x, m/s.
+/// The rates of a controlled joint that follow the solution of its control equation in a step.
+///
+/// Both are relative rotation vectors in the axes of the parent's frame, rad/s. For a prismatic joint the x
+/// component is the rate of the travel, m/s.
 struct ControlRates {
-  Vec3 mean = Vec3::Zero(), end = Vec3::Zero();
+  Vec3 mean = Vec3::Zero(),  ///< mean rate over the step
+      end = Vec3::Zero();    ///< rate at the end of the step
 };
-// `rate` is the child's relative to the parent's now, the same.
+/// Returns the rates that take a controlled joint through the step from `time` (s) to `time + dt`.
+///
+/// `frames` are the joint's frames at `time`, and `rate` is the child's rate relative to the parent then, in
+/// the units and axes of ControlRates. The target is clamped to the joint's limits of angle or travel. Along
+/// the error the rates follow controlled_error(); across it the rate relative to the target's decays as
+/// exp(-damping t).
 ControlRates control_rates(const Joint& joint, const JointFrames& frames, const Vec3& rate, double time,
                            double dt);
 

@@ -8,14 +8,16 @@
 namespace duet {
 namespace {
 
-// A universal joint keeps the parent's x and the child's y at right angles; this names its only row of
-// rotation.
+// JointRow::axis of the only rotation row of a universal joint, which keeps the parent's x and the child's y
+// at right angles.
 constexpr int across = 3;
 
+// Returns the axes along which the joint fixes travel.
 std::vector<int> fixed_travels(JointKind kind) {
   return travels(kind) ? std::vector<int>{1, 2} : std::vector<int>{0, 1, 2};
 }
 
+// Returns the axes about which the joint fixes rotation.
 std::vector<int> fixed_turns(JointKind kind) {
   switch (kind) {
     case JointKind::point:
@@ -32,6 +34,7 @@ std::vector<int> fixed_turns(JointKind kind) {
   return {};
 }
 
+// Returns the axes about which the joint leaves rotation free.
 std::vector<int> free_turns(JointKind kind) {
   switch (kind) {
     case JointKind::point:
@@ -50,12 +53,13 @@ std::vector<int> free_turns(JointKind kind) {
 
 Vec3 unit(int axis) { return Vec3::Unit(axis); }
 
-// The direction about which a free axis of rotation turns, in the world.
+// Returns the world direction of a free axis of rotation.
 Vec3 turning_axis(const Joint& joint, const JointFrames& frames, int axis) {
   const bool of_child = joint.kind == JointKind::universal && axis == 1;
   return (of_child ? frames.child_axes : frames.parent_axes) * unit(axis);
 }
 
+// Returns the world direction of a rotation row, by which relative angular velocity is measured.
 Vec3 turning_direction(const Joint& joint, const JointRow& row, const JointFrames& frames,
                        const Quat& reference) {
   if (row.motion == RowMotion::swing) {
@@ -66,7 +70,8 @@ Vec3 turning_direction(const Joint& joint, const JointRow& row, const JointFrame
   if (row.role == RowRole::limit) return row.side * turning_axis(joint, frames, 0);
   if (row.role != RowRole::structure) return turning_axis(joint, frames, row.axis);
   if (row.axis == across) return (frames.child_axes * unit(1)).cross(frames.parent_axes * unit(0));
-  // d/dt of 2 vec(J) for a relative rotation w in the parent's frame is s w + w x v, J = (s, v)
+  // d/dt 2 vec(J) = s w + w x v for the relative rotation J = (s, v) and its rate w in the parent's frame:
+  // the row is the derivative of the error of section 5.1.
   const Vec3 local = reference.w() * unit(row.axis) + Vec3(reference.vec()).cross(unit(row.axis));
   return frames.parent_axes * local;
 }
@@ -104,7 +109,7 @@ std::vector<JointRow> rows_of(const Joint& joint) {
   if (joint.friction > 0 && travels(joint.kind) && !controls_travel)
     add(RowRole::friction, RowMotion::travel, 0);
   const auto add_limits = [&](const Bounds& bounds, RowMotion motion) {
-    if (bounds.any()) add(RowRole::limit, motion, 0);  // the side is chosen where the joint stands
+    if (bounds.any()) add(RowRole::limit, motion, 0);  // update_rows() chooses the side
   };
   if (twists(joint.kind)) add_limits(joint.angle, RowMotion::turn);
   if (travels(joint.kind)) add_limits(joint.travel, RowMotion::travel);
@@ -131,7 +136,8 @@ void update_rows(const Joint& joint, const Pose& parent, const Pose& child, Join
   const JointFrames frames(joint, parent, child);
   reference = frames.relative();
   if (reference.w() < 0) reference.coeffs() *= -1;
-  // Where the travel is free its rows turn with the parent, and act at the child's anchor.
+  // Rows of a joint with free travel turn with the parent and act at the child's anchor. Rows of other joints
+  // have world axes and act between the anchors.
   const Vec3 place = travels(joint.kind) ? frames.child : Vec3((frames.parent + frames.child) / 2);
   for (std::size_t i = 0; i < count; ++i) {
     JointRow& r = row[i];

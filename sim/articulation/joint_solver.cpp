@@ -12,18 +12,32 @@ namespace duet {
 namespace {
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
-constexpr double solved = 1e-11;   // m/s or rad/s
-constexpr int most_rounds = 12;    // of Newton's method; the joints turn little in a step
-constexpr int most_cuts = 3;       // of a step of it to half of its length
-constexpr int most_softened = 40;  // of Levenberg's method
+// Residual of a row that counts as solved, m/s or rad/s: some digits above rounding at speeds of 1 m/s.
+constexpr double solved = 1e-11;
+// Largest number of rounds of Newton's method for velocities. A few are enough, because joints turn little in
+// a step.
+constexpr int most_rounds = 12;
+// Largest number of lengths that are tried for one Newton step of positions, each half of the one before.
+constexpr int most_cuts = 3;
+// Largest number of rounds of Levenberg's method for positions.
+constexpr int most_softened = 40;
+// Bounds of Levenberg's softness, as a fraction of the diagonal. The search ends when the upper one does not
+// help, because then no step brings the joints nearer to each other.
 constexpr double least_softness = 1e-8, largest_softness = 1e-2;
-constexpr int most_revisions = 10;   // of which bounded rows are at a bound
-constexpr double at_limit = 1e-9;    // m or rad
-constexpr double release = 1e-9;     // m/s or rad/s
-constexpr double assembled = 1e-13;  // m or rad
-constexpr double fitting = 1e-7;     // m or rad, of positions after a step
-// What making positions fit may add to the velocities that keep the joints together: this share of their
-// energy, and some J s^2 for frames that are a little apart at the start.
+// Largest number of changes of the active set, which holds the bounded rows that are at a bound.
+constexpr int most_revisions = 10;
+// A limit counts as reached if less than this slack is left, m or rad.
+constexpr double at_limit = 1e-9;
+// A row held at a bound is freed if its residual leads away from the bound by more than this, m/s or rad/s.
+constexpr double release = 1e-9;
+// Largest error of positions that counts as assembled, m or rad: rounding at sizes of 1 m, with two digits to
+// spare.
+constexpr double assembled = 1e-13;
+// Largest error of positions at the end of a step that counts as fitting, m or rad.
+constexpr double fitting = 1e-7;
+// Bounds of the energy that making positions fit may add to the velocities that keep the joints together: a
+// fraction of their energy, and over dt^2 a constant in J s^2, for frames that are a little apart at the
+// start. Larger corrections would whip bodies about; the velocities at x^n are made to fit instead.
 constexpr double largest_correction = 0.1, loose_correction = 1e-8;
 
 }  // namespace
@@ -105,7 +119,8 @@ void JointSolver::push(RigidBodies& rigid, std::size_t joint, const JointRow& ro
   give(rigid, ends_[joint].parent, -impulse * row.linear, -impulse * row.parent_moment);
 }
 
-// What impulses on the rows of `other` do to the velocities of the rows of `joint` through a body of both.
+// Entry (r, c) is the velocity of row r of the joint per unit impulse on row c of the other joint, through
+// the shared body alone. Entries of rows that are not free are zero.
 BlockFactor::Block JointSolver::coupling(const RigidBodies& rigid, const Shared& shared) const {
   const std::size_t i = first_[shared.joint], j = first_[shared.other];
   BlockFactor::Block block(static_cast<Eigen::Index>(first_[shared.joint + 1] - i),
@@ -155,7 +170,6 @@ void JointSolver::free_structure_only() {
   }
 }
 
-// Gives the free rows what residual_ says they lack.
 void JointSolver::solve_free(RigidBodies& rigid) {
   factor(rigid);
   for_each_row([&](std::size_t j, std::size_t r) {
@@ -170,7 +184,8 @@ void JointSolver::solve_free(RigidBodies& rigid) {
   });
 }
 
-// Holds impulses that have left their bounds there, and lets go of those that would return by themselves.
+// Active-set step: clamps impulses that have left their bounds and holds their rows there, and frees the rows
+// at a bound whose residual leads back inside. Returns whether any row has changed.
 template <class Residual>
 bool JointSolver::revise_bounds(RigidBodies& rigid, Residual&& residual) {
   bool changed = false;
@@ -210,7 +225,7 @@ double JointSolver::satisfy(RigidBodies& rigid, Prepare&& prepare, Residual&& re
         largest = std::max(largest, std::abs(residual_[r]));
       });
       if (revision == 0 && round == 0) first = largest;
-      // Where loops ask for more than they can have, the rest stays, and rounding always does.
+      // Redundant rows of loops may ask for what they cannot have; their residual stays, as rounding does.
       if (largest <= solved || !(largest < 0.5 * before)) break;
       before = largest;
       solve_free(rigid);
@@ -259,7 +274,6 @@ void JointSolver::plan_control(const Articulation& articulation, const RigidBodi
   }
 }
 
-// The rate that a row is to have if its joint's is `rate`, in the axes of the parent.
 double JointSolver::wanted(const JointRow& row, const Vec3& rate, const Quat& parent_axes) {
   if (row.role != RowRole::control) return 0;
   return row.motion == RowMotion::travel ? rate.x() : row.child_moment.dot(parent_axes * rate);
@@ -331,8 +345,6 @@ void JointSolver::restore_states(RigidBodies& rigid) {
   outside_ = saved_outside_;
 }
 
-// The kinetic energy of what velocities have changed by since they were saved, J, and of the velocities
-// saved.
 double JointSolver::changed_energy(const RigidBodies& rigid) const {
   double energy = 0;
   for (std::size_t i = 0; i < jointed_.size(); ++i) {
@@ -423,7 +435,6 @@ void JointSolver::move(RigidBodies& rigid, std::size_t body, const Vec3& linear,
       (exponential(state.inverse_inertia * angular) * state.pose.orientation).normalized();
 }
 
-// Fills solution_ with what the structure lacks at the poses now.
 JointSolver::Gaps JointSolver::gaps(const Articulation& articulation, const RigidBodies& rigid) {
   Gaps gaps;
   for_each_row([&](std::size_t j, std::size_t r) {
@@ -439,8 +450,8 @@ JointSolver::Gaps JointSolver::gaps(const Articulation& articulation, const Rigi
   return gaps;
 }
 
-// A step of Newton's method on the rows of the poses now, cut short until the gaps get smaller; false where
-// they do not.
+// Takes a Newton step (softness 0) or a Levenberg step on the rows of the poses now, and halves it until the
+// sum of squared errors decreases. Returns false, with the states unchanged, if it does not.
 bool JointSolver::approach(const Articulation& articulation, RigidBodies& rigid, double softness) {
   const double before = gaps(articulation, rigid).squares;
   free_structure_only();
@@ -464,8 +475,8 @@ bool JointSolver::approach(const Articulation& articulation, RigidBodies& rigid,
   return false;
 }
 
-// Levenberg's method: near poses that let the joints move less than elsewhere, as where a loop lies flat,
-// Newton's steps are far too long, and softer ones are not.
+// Levenberg's method. Near singular poses, such as a loop that lies flat, the joints can move in fewer
+// directions than elsewhere, and Newton's steps are far too long; softness shortens them.
 double JointSolver::assemble(const Articulation& articulation, RigidBodies& rigid) {
   double softness = 0;
   for (int round = 0; round < most_softened; ++round) {

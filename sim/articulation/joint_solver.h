@@ -1,4 +1,5 @@
-// All joints of a scene solved for at once (paper sections 5.1 and 7.3; Weinstein, Teran, Fedkiw 2006, 2008).
+// Direct solution for the impulses of all joints of a scene at once (paper sections 5.1 and 7.3; Weinstein,
+// Teran, Fedkiw 2006, 2008).
 #pragma once
 
 #include <span>
@@ -10,131 +11,204 @@
 
 namespace duet {
 
-// Impulses on all joints at once, by a direct solution of J M^-1 J^T y = b, where J holds the rows of all
-// joints. The paper visits joints one after the other, in the order of the contact graph; a chain with a
-// heavy end then needs a number of rounds that grows with its length and with the ratio of the masses, this
-// none.
+/// Solves for the impulses y of all joints at once:
+///
+///     J M^-1 J^T y = b,
+///
+/// where J holds the rows of all joints and b the changes of their velocities that are wanted.
+///
+/// The paper visits joints one after the other, in the order of the contact graph. A chain with a heavy end
+/// then needs a number of rounds that grows with its length and with the ratio of the masses; the direct
+/// solution needs none. Use: analyze() once; update() whenever poses have changed; then either stabilize(),
+/// or begin_impulses() followed by pre_stabilize() or stabilize_and_control(), or a projection.
 class JointSolver {
  public:
-  // Of one structure: the joints of `articulation` between the bodies of `rigid`, both of which it keeps no
-  // reference to.
+  /// Sets the structure: the joints of `articulation` between the bodies of `rigid`.
+  ///
+  /// It keeps no reference to either. Everything from earlier calls is dropped.
   void analyze(const Articulation& articulation, const RigidBodies& rigid);
+  /// Returns whether there are no joints.
   bool empty() const { return ends_.empty(); }
-  /// The rows of a joint, as of the last call of update().
+  /// Returns the rows of a joint as of the last call of update().
   std::span<const JointRow> rows(std::size_t joint) const {
     return {rows_.data() + first_[joint], first_[joint + 1] - first_[joint]};
   }
+  /// Returns the parent body of a joint.
   std::size_t parent(std::size_t joint) const { return ends_[joint].parent; }
+  /// Returns the child body of a joint.
   std::size_t child(std::size_t joint) const { return ends_[joint].child; }
-  /// The dynamic bodies that have a joint.
+  /// Returns the dynamic bodies that have a joint, in ascending order.
   const std::vector<std::size_t>& bodies() const { return jointed_; }
 
-  // Takes the rows of `articulation` at the poses now. Every function below acts on those rows.
+  /// Sets directions and moments of all rows for the poses of `rigid` now.
+  ///
+  /// All functions below act on these rows.
   void update(const Articulation& articulation, const RigidBodies& rigid);
 
-  // The rates that controlled joints are to have over the step from `time` to time + dt and at its end.
+  /// Plans the rates of controlled joints over the step from `time` (s) to `time + dt`, and at its end.
+  ///
+  /// The rates follow from the poses and velocities of `rigid` now; see control_rates().
   void plan_control(const Articulation& articulation, const RigidBodies& rigid, double time, double dt);
 
-  // Post-stabilization: changes the velocities so that no joint comes apart. This and the next two return by
-  // how much the largest of the joints' relative velocities was off, m/s or rad/s.
+  /// Post-stabilization: changes the velocities so that the structure rows of all joints have velocity zero.
+  ///
+  /// Control, friction and limits take no part. Returns the largest violation of a row before, m/s or rad/s.
   double stabilize(RigidBodies& rigid);
-  // The impulses of the two below add up from here on, and those of control, friction and limits stay within
-  // what the joints allow over `seconds`.
+  /// Starts new sums of impulses, for calls of pre_stabilize() and stabilize_and_control() to add to.
+  ///
+  /// The impulses of control and friction stay within the joints' bounds of force and torque times `seconds`.
   void begin_impulses(const Articulation& articulation, double seconds);
-  // Pre-stabilization (section 5.1): changes the velocities so that all joints fit after `dt`, under the mean
-  // rates of control, friction and limits. Bodies that are not dynamic are then at `end_pose`. Where a step
-  // is too long for that, as when a chain cracks like a whip, only the velocities at x^n fit, and fits() says
-  // so: then the positions need assemble().
+  /// Pre-stabilization: changes the velocities so that all joints fit after `dt` (s).
+  ///
+  /// It solves for the structure and limits at the predicted poses (paper section 5.1), and for the mean
+  /// rates of control and friction now. Bodies that are not dynamic are at `end_pose` after the step;
+  /// `orientation` is the update that will move the others. If the positions cannot be made to fit, as when a
+  /// chain cracks like a whip, only the velocities at x^n are made to fit; then fits() returns false until
+  /// the next begin_impulses(), and the positions need assemble(). Returns the largest violation of a row
+  /// before, m/s or rad/s.
   double pre_stabilize(const Articulation& articulation, RigidBodies& rigid,
                        const std::vector<Pose>& end_pose, double dt, OrientationUpdate orientation);
+  /// Returns whether pre_stabilize() made positions fit, in all calls since begin_impulses().
   bool fits() const { return fits_; }
-  // Post-stabilization with control, at its rates for the step's end, friction and limits.
+  /// Post-stabilization with control, friction and limits at the poses now.
+  ///
+  /// Controlled joints take the rates planned for the end of the step. Limits act where their bound is
+  /// reached. Returns the largest violation of a row before, m/s or rad/s.
   double stabilize_and_control(const Articulation& articulation, RigidBodies& rigid);
-  // The impulses of the joints' structure since begin_impulses on every body, N s and N m s.
+  /// Sums the impulses of structure rows since begin_impulses() on every rigid body.
+  ///
+  /// `linear` is in N s, `angular` in N m s about the body's center of mass; both get one entry per rigid
+  /// body.
   void structure_impulses(std::vector<Vec3>& linear, std::vector<Vec3>& angular) const;
-  // What bodies of infinite mass have given to the others since the last call of stabilize or begin_impulses:
-  // N s, and N m s about the origin.
+  /// An impulse that bodies of infinite mass have given to dynamic bodies through joints.
   struct Outside {
-    Vec3 linear = Vec3::Zero(), angular = Vec3::Zero();
+    Vec3 linear = Vec3::Zero(),  ///< N s
+        angular = Vec3::Zero();  ///< N m s, about the origin of the world
   };
+  /// Returns what bodies of infinite mass have given since the last call of stabilize() or begin_impulses().
   const Outside& from_outside() const { return outside_; }
-  bool is_held() const { return held_; }  // whether a joint has such a body
+  /// Returns whether any joint holds a body that is not dynamic.
+  bool is_held() const { return held_; }
 
-  // Projects velocities of all rigid bodies, m/s and rad/s, onto those that keep the joints together:
-  // self-adjoint in the mass inner product.
+  /// Prepares project() for the structure rows of all joints.
+  ///
+  /// Drops the sums of impulses that begin_impulses() started.
   void prepare_projection(const RigidBodies& rigid);
-  // The same where controlled joints also keep their rates, as far as nothing bounds what control may do.
+  /// Prepares project() for the structure rows, and for the control rows without a bound of force or torque.
+  ///
+  /// Drops the sums of impulses that begin_impulses() started.
   void prepare_controlled_projection(const Articulation& articulation, const RigidBodies& rigid);
+  /// Projects velocities onto those for which the prepared rows have velocity zero.
+  ///
+  /// `linear` (m/s) and `angular` (rad/s, world axes) have an entry for every rigid body. The projection
+  /// 1 - M^-1 J^T (J M^-1 J^T)^-1 J is self-adjoint in the mass inner product (paper section 7.3).
   void project(const RigidBodies& rigid, std::vector<Vec3>& linear, std::vector<Vec3>& angular) const;
 
-  // Moves bodies so that the joints fit again, each by as little as can be in the mass metric: the centre of
-  // mass stays. Returns the largest gap (m) or error of a
-  // fixed angle (rad) that is left. Rows are those of the poses after it.
+  /// Moves bodies so that the joints fit again, by displacements that are small in the mass metric.
+  ///
+  /// The displacements are equal and opposite impulses over masses, so that the center of mass of bodies that
+  /// joints connect stays where no body of infinite mass holds them. Changes poses, and angular velocities as
+  /// the kept angular momenta ask. Returns the largest error of a structure row that is left, m or rad. The
+  /// rows are those of the poses after it.
   double assemble(const Articulation& articulation, RigidBodies& rigid);
 
-  // The largest gap of an anchor now, m, and error of a fixed angle, rad.
+  /// The largest position errors of all joints.
   struct Drift {
-    double gap = 0, angle = 0;
-    int joint = -1;  // that has the gap
+    double gap = 0,  ///< m, largest distance of the anchors along fixed directions
+        angle = 0;   ///< rad, largest error of a fixed angle
+    int joint = -1;  ///< joint with the largest gap; -1: no joints
   };
+  /// Measures how far joints have come apart at the poses of `rigid` now.
   static Drift drift(const Articulation& articulation, const RigidBodies& rigid);
 
  private:
-  struct Ends {  // bodies of a joint
+  // The bodies of a joint.
+  struct Ends {
     std::size_t parent = 0, child = 0;
   };
-  struct Shared {  // a dynamic body of two joints
-    std::size_t joint = 0, other = 0, body = 0;
+  // A dynamic body that two joints share.
+  struct Shared {
+    std::size_t joint = 0,  // the lesser joint, or equal to `other` for a block on the diagonal
+        other = 0,          // the greater joint
+        body = 0;           // the rigid body
   };
-  // Calls visit(joint, row) for all rows, numbers of both.
+  // Calls visit(joint, row) for all rows, where `row` is an index into rows_.
   template <class Visit>
   void for_each_row(Visit&& visit) const;
+  // Returns the velocity of a row (m/s or rad/s) for the velocities of `rigid`.
   double row_velocity(const RigidBodies& rigid, std::size_t joint, const JointRow& row) const;
+  // Applies `impulse` (N s or N m s) on a row to both bodies.
   void push(RigidBodies& rigid, std::size_t joint, const JointRow& row, double impulse);
+  // Applies an impulse (N s) and an angular impulse about the center of mass (N m s) to a body. If the body
+  // is not dynamic, its opposite is counted in outside_ instead.
   void give(RigidBodies& rigid, std::size_t body, const Vec3& linear, const Vec3& angular);
+  // Returns the block of J M^-1 J^T that couples the rows of shared.joint and shared.other through
+  // shared.body.
   BlockFactor::Block coupling(const RigidBodies& rigid, const Shared& shared) const;
+  // Factors J M^-1 J^T for the rows that are free now, unless the factors at hand are those. See
+  // BlockFactor::factor for `softness`.
   void factor(const RigidBodies& rigid, double softness = 0);
+  // Clears all impulses, frees the structure rows without bounds, and holds all other rows at zero.
   void free_structure_only();
+  // Applies the impulses that change the velocities of free rows by residual_.
   void solve_free(RigidBodies& rigid);
+  // Changes which bounded rows are free; returns whether any did (see the definition).
   template <class Residual>
   bool revise_bounds(RigidBodies& rigid, Residual&& residual);
-  // Pushes until `residual(joint, row)` vanishes for all rows that are free; `prepare` comes before each
-  // round.
+  // Changes velocities until `residual(joint, row)` vanishes for all free rows and bounded rows are
+  // complementary to their bounds. `prepare()` is called before residuals are evaluated. Returns the largest
+  // residual before the first round.
   template <class Prepare, class Residual>
   double satisfy(RigidBodies& rigid, Prepare&& prepare, Residual&& residual);
+  // Position errors of structure rows.
   struct Gaps {
-    double largest = 0, squares = 0;  // m or rad; their sum of squares
+    double largest = 0,  // m or rad
+        squares = 0;     // sum of squares
   };
+  // Measures the position errors and fills solution_ with their negatives.
   Gaps gaps(const Articulation& articulation, const RigidBodies& rigid);
+  // Takes one step of Newton's or Levenberg's method for the positions (see the definition).
   bool approach(const Articulation& articulation, RigidBodies& rigid, double softness);
+  // Saves the states of jointed bodies and the sums of impulses.
   void save_states(const RigidBodies& rigid);
+  // Restores what save_states() saved.
   void restore_states(RigidBodies& rigid);
+  // Returns the kinetic energy of the change of velocities since save_states(), J.
   double changed_energy(const RigidBodies& rigid) const;
+  // Returns the kinetic energy of the saved velocities, J.
   double jointed_energy(const RigidBodies& rigid) const;
+  // Returns the velocity that a row is to have if the joint has the relative rate `rate` in the axes of the
+  // parent's frame; zero for all rows but those of control.
   static double wanted(const JointRow& row, const Vec3& rate, const Quat& parent_axes);
+  // Displaces a dynamic body by inverse mass times `linear` (kg m) and inverse inertia times `angular` (kg
+  // m^2).
   static void move(RigidBodies& rigid, std::size_t body, const Vec3& linear, const Vec3& angular);
 
-  std::vector<std::size_t> first_{0};  // rows of joint j: rows_[first_[j], first_[j + 1])
+  std::vector<std::size_t> first_{0};  // the rows of joint j are rows_[first_[j], first_[j + 1])
   std::vector<JointRow> rows_;
-  std::vector<Ends> ends_;  // of every joint
+  std::vector<Ends> ends_;  // per joint
   std::vector<Shared> shared_;
-  std::vector<Quat> reference_;      // of every joint, as of update_rows
-  std::vector<ControlRates> rates_;  // of every joint
-  // Of every row: bounds of its impulse and the impulse (N s, or N m s), what its velocity lacks, and whether
-  // its impulse is free to take that up or held at a bound.
-  std::vector<double> least_, most_, impulse_, residual_;
-  std::vector<char> free_, factored_;  // factored_: free_ when the system was factored
-  bool is_factored_ = false;
+  std::vector<Quat> reference_;      // per joint, as set by update_rows()
+  std::vector<ControlRates> rates_;  // per joint, as planned by plan_control()
+  // Per row:
+  std::vector<double> least_,  // N s or N m s, lower bound of the impulse
+      most_,                   // N s or N m s, upper bound of the impulse
+      impulse_,                // N s or N m s, sum since begin_impulses()
+      residual_;               // m/s or rad/s, wanted velocity less velocity; in approach() an impulse
+  std::vector<char> free_,     // true if the impulse is unknown, and not held at a bound
+      factored_;               // free_ when the system was factored
+  bool is_factored_ = false;   // true if system_ holds factors of the rows now, without softness
   BlockFactor system_;
-  mutable std::vector<BlockFactor::Segment> solution_;
-  std::vector<Pose> predicted_;  // of every body
-  bool fits_ = true, is_first_ = true;
-  bool held_ = false;
-  Outside outside_;
-  std::vector<std::size_t> jointed_;  // dynamic bodies with a joint
-  std::vector<RigidState> saved_;     // of those, before something was tried
-  std::vector<double> saved_impulse_;
-  Outside saved_outside_;
+  mutable std::vector<BlockFactor::Segment> solution_;  // per joint, right side and solution
+  std::vector<Pose> predicted_;                         // per rigid body, at the end of the step
+  bool fits_ = true,                                    // see fits()
+      is_first_ = true;                // true if no pre_stabilize() has followed begin_impulses()
+  bool held_ = false;                  // see is_held()
+  Outside outside_;                    // see from_outside()
+  std::vector<std::size_t> jointed_;   // dynamic bodies with a joint
+  std::vector<RigidState> saved_;      // per jointed body
+  std::vector<double> saved_impulse_;  // impulse_ at save_states()
+  Outside saved_outside_;              // outside_ at save_states()
 };
 
 }  // namespace duet

@@ -12,7 +12,8 @@ namespace {
 
 constexpr double two_pi = 2 * std::numbers::pi;
 
-// Axes of a piece of the spine: along it, upward, and the third.
+// Returns the axes of a straight piece of the spine in the columns: along it, upward, and their cross
+// product.
 Mat3 spine_axes(const Vec3& from, const Vec3& to) {
   Mat3 axes;
   axes.col(0) = (to - from).normalized();

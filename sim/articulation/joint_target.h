@@ -1,4 +1,4 @@
-// What a controlled joint is to do, as a function of time.
+// The target of a controlled joint as a function of time.
 #pragma once
 
 #include <optional>
@@ -8,30 +8,46 @@
 
 namespace duet {
 
-// The travelling wave of a snake: the joint bends as the curve p(s) = (bend sin f, height cos f, s), with f =
-// 2 pi (s / wavelength + t / period), bends at `place`. Of the joint frame x runs along the spine, y is up.
+/// The bend of one joint of a spine that follows a traveling wave:
+///
+///     p(s) = (bend sin f, height cos f, s),   f = 2 pi (s / wavelength + t / period).
+///
+/// The joint is at s = `place`. In its frame the x axis runs along the spine and y points up.
 struct BodyWave {
-  double place = 0, spacing = 1, wavelength = 1;  // m, of the joint and of its neighbours along the spine
-  double period = 1;                              // s
-  double bend = 0, height = 0;                    // m
-  Vec3 rotation(double time) const;               // rad
+  double place = 0,    ///< m, arc length of the joint along the spine
+      spacing = 1,     ///< m, distance to the neighboring joints
+      wavelength = 1;  ///< m
+  double period = 1;   ///< s
+  double bend = 0,     ///< m, amplitude of the lateral wave
+      height = 0;      ///< m, amplitude of the vertical wave
+  /// Returns the rotation vector (rad) of the joint at `time` (s).
+  ///
+  /// It leads from the piece of spine before the joint to the piece after it, which are chords of the curve.
+  Vec3 rotation(double time) const;
 };
 
-// A rotation vector in the joint's frame (rad), from the parent's frame to the child's; of a prismatic joint
-// the travel along x (m). It begins at `start`: before, it grows from nothing to what it is then, linearly.
+/// The rotation or travel that a controlled joint is to have: a sum of terms that are all optional.
+///
+/// The value is a rotation vector in the joint's frame (rad), from the parent's frame to the child's; of a
+/// prismatic joint its x component is the travel (m).
 struct JointTarget {
-  struct Sinusoid {  // amplitude sin(2 pi t / period + phase)
+  /// A term amplitude sin(2 pi t / period + phase).
+  struct Sinusoid {
+    /// rad, or m along x.
     Vec3 amplitude = Vec3::Zero();
-    double period = 1;  // s
-    double phase = 0;   // rad
+    double period = 1;  ///< s
+    double phase = 0;   ///< rad
   };
-  double start = 0;  // s, from where on times below count
+  /// s, the time from which the other terms count; before it, the value grows linearly from zero at time 0.
+  double start = 0;
+  /// Constant term, rad, or m along x.
   Vec3 constant = Vec3::Zero();
-  std::vector<Sinusoid> sinusoids;
-  PositionTrack keys;  // may be empty
-  std::optional<BodyWave> wave;
+  std::vector<Sinusoid> sinusoids;  ///< periodic terms
+  PositionTrack keys;               ///< keyed term, rad, or m along x; may be empty
+  std::optional<BodyWave> wave;     ///< wave of a spine
 
-  Vec3 value(double time) const;  // the sum of all
+  /// Returns the sum of all terms at `time` (s).
+  Vec3 value(double time) const;
 };
 
 }  // namespace duet

@@ -14,21 +14,24 @@ constexpr double two_pi = 2 * std::numbers::pi;
 
 using Increments = std::array<Vec3, 3>;
 
-// B_k(s), the sums of the cubic Bernstein polynomials from k on, and dB_k/ds, three times the quadratic ones.
+// The cumulative Bezier basis at s from 0 to 1: B_k is the sum of the cubic Bernstein polynomials from k on,
+// and dB_k/ds is three times a quadratic Bernstein polynomial.
 struct Basis {
-  std::array<double, 3> value, slope;
+  std::array<double, 3> value,  // B_1, B_2, B_3
+      slope;                    // dB_k/ds
   explicit Basis(double s)
       : value{s * (3 - s * (3 - s)), s * s * (3 - 2 * s), s * s * s},
         slope{3 * (1 - s) * (1 - s), 6 * s * (1 - s), 3 * s * s} {}
 };
 
-// Where a time falls in a track: in the interval after `key`, or at rest at `key` (length 0).
+// The place of a time in a track: in the interval after `key`, or at rest at `key`.
 struct Place {
   std::size_t key = 0;
   double s = 0;       // 0 to 1 over the interval
-  double length = 0;  // s
+  double length = 0;  // s, length of the interval; 0: at rest
 };
 
+// Returns the place of the time `t` (s) among the times of the keys, of which there is at least one.
 Place locate(const std::vector<double>& time, bool loop, double t) {
   if (time.size() < 2) return {};
   const double first = time.front(), last = time.back();
@@ -45,14 +48,15 @@ Place locate(const std::vector<double>& time, bool loop, double t) {
   return {static_cast<std::size_t>(next - time.begin()) - 1, (t - *(next - 1)) / length, length};
 }
 
-// Adds a turn to the body about its position: by the rotation vector `turn`, whose axis does not change while
-// it grows by `rate` (rad/s).
+// Rotates the body about its position by the rotation vector `turn` (rad). The vector grows by `rate` (rad/s)
+// along its own axis, so that `rate` is the angular velocity that it adds.
 void rotate(MotionState& state, const Vec3& turn, const Vec3& rate) {
   const Quat rotation = exponential(turn);
   state.pose.orientation = rotation * state.pose.orientation;
   state.angular_velocity = rate + rotation * state.angular_velocity;
 }
 
+// Sets the position to that of the track, and adds its velocity.
 void follow(const PositionTrack& track, double time, MotionState& state) {
   const Place place = locate(track.time, track.loop, time);
   state.pose.position = track.value[place.key];
@@ -65,6 +69,7 @@ void follow(const PositionTrack& track, double time, MotionState& state) {
   }
 }
 
+// Sets the orientation to that of the track, and adds its angular velocity.
 void follow(const OrientationTrack& track, double time, MotionState& state) {
   const Place place = locate(track.time, track.loop, time);
   state.pose.orientation = track.value[place.key];
@@ -76,8 +81,8 @@ void follow(const OrientationTrack& track, double time, MotionState& state) {
   }
 }
 
-// The part of the full rate that a ramp of the given length has reached a time after its beginning, 3u^2 -
-// 2u^3, and the integral of that part, s.
+// Returns 3 u^2 - 2 u^3 with u = after / ramp: the fraction of the full rate that a ramp of `ramp` (s) has
+// reached at the time `after` (s) from its beginning.
 double ramp_rate(double ramp, double after) {
   if (after < 0) return 0;
   if (after >= ramp) return 1;
@@ -85,6 +90,7 @@ double ramp_rate(double ramp, double after) {
   return u * u * (3 - 2 * u);
 }
 
+// Returns the integral of ramp_rate() from the beginning of the ramp on, s.
 double ramp_integral(double ramp, double after) {
   if (after <= 0) return 0;
   if (after >= ramp) return after - ramp / 2;
@@ -92,6 +98,7 @@ double ramp_integral(double ramp, double after) {
   return ramp * u * u * u * (1 - u / 2);
 }
 
+// Adds the rotation of a spin.
 void follow(const Spin& spin, double time, MotionState& state) {
   const double up = time - spin.start, down = time - (spin.stop - spin.ramp);
   const double angle = spin.rate * (ramp_integral(spin.ramp, up) - ramp_integral(spin.ramp, down));
@@ -99,6 +106,7 @@ void follow(const Spin& spin, double time, MotionState& state) {
   rotate(state, angle * spin.axis, rate * spin.axis);
 }
 
+// Adds the displacement and rotation of a sinusoid.
 void follow(const Sinusoid& sinusoid, double time, MotionState& state) {
   const double omega = two_pi * sinusoid.frequency;
   const double angle =
@@ -111,8 +119,9 @@ void follow(const Sinusoid& sinusoid, double time, MotionState& state) {
   rotate(state, f * sinusoid.turn, rate * sinusoid.turn);
 }
 
-// The rate at a key between two intervals with mean rates `left` and `right`: a harmonic mean, weighted by
-// their lengths, so that a monotone coordinate stays monotone; zero at an extremum and beside a hold.
+// Returns the rate at a key between two intervals with mean rates `left` and `right`, and lengths in s. Each
+// coordinate is a harmonic mean, weighted by the lengths, so that a monotone coordinate stays monotone; it is
+// zero at an extremum and beside an interval without motion (Fritsch, Butland 1984).
 Vec3 key_rate(const Vec3& left, double left_length, const Vec3& right, double right_length) {
   const double left_weight = 2 * right_length + left_length, right_weight = right_length + 2 * left_length;
   Vec3 rate;
@@ -123,10 +132,12 @@ Vec3 key_rate(const Vec3& left, double left_length, const Vec3& right, double ri
   return rate;
 }
 
-// The rates (m/s; rad/s) at the beginning and the end of every interval, whose `change` (m; rad) they share.
+// The rates (m/s or rad/s) at the beginning and the end of an interval.
 struct EndRates {
   Vec3 begin, end;
 };
+// Returns the rates at the ends of every interval. `time` (s) are the times of the keys, and `change` (m or
+// rad) is the change of the value over each interval.
 std::vector<EndRates> end_rates(const std::vector<double>& time, const std::vector<Vec3>& change,
                                 Interpolation interpolation, bool loop) {
   const std::size_t count = change.size();
@@ -146,15 +157,16 @@ std::vector<EndRates> end_rates(const std::vector<double>& time, const std::vect
   return rates;
 }
 
-// The rotation vector from one key to the next, in world axes.
+// Returns the rotation vector (rad, world axes) from one key to the next.
 Vec3 rotation_between(const OrientationKey& from, const OrientationKey& to) {
-  const Vec3& axis = to.angle == 0 ? from.axis : to.axis;  // no angle has any axis
+  const Vec3& axis = to.angle == 0 ? from.axis : to.axis;  // a key without a rotation may have any axis
   const double along = from.angle == 0 ? 1 : from.axis.dot(axis);
   if (std::abs(along) > 1 - 1e-12) return (to.angle - std::copysign(from.angle, from.angle * along)) * axis;
   return logarithm(exponential(to.angle * to.axis) * exponential(from.angle * from.axis).conjugate());
 }
 
-// Of all rotation vectors of a unit quaternion the one nearest to `guess`.
+// Returns the rotation vector (rad) of a unit quaternion that is nearest to `guess` among all that differ by
+// whole turns.
 Vec3 logarithm_near(const Quat& q, const Vec3& guess) {
   const Vec3 shortest = logarithm(q);
   const double angle = shortest.norm();
@@ -162,8 +174,9 @@ Vec3 logarithm_near(const Quat& q, const Vec3& guess) {
   return shortest + two_pi * std::round((guess.dot(axis) - angle) / two_pi) * axis;
 }
 
-// The slopes of B_1, B_2 and B_3 are never negative and add up to 3: no rate exceeds that times the longest
-// increment.
+// Returns an upper bound of the rate (m/s or rad/s) of a track from `begin` to `end` (s). The slopes of B_1,
+// B_2 and B_3 are never negative and add up to 3, so that no rate exceeds 3 times the longest
+// increment over the length of the interval.
 template <class Value>
 double rate_bound(const Track<Value>& track, double begin, double end) {
   double bound = 0;

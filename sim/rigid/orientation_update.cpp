@@ -8,21 +8,27 @@
 namespace duet {
 namespace {
 
-constexpr double longest_piece = 0.1;  // rad
+// Largest turn of a piece, rad: so short that about 15 terms of the Taylor series give double precision.
+// Longer pieces would need more terms.
+constexpr double longest_piece = 0.1;
+// Largest number of pieces: 6.4 rad, about a turn in a step. Longer turns are beyond what a step resolves.
 constexpr int most_pieces = 64;
+// Largest number of terms of the series: more than a piece needs.
 constexpr std::size_t most_terms = 24;
 
-// The quaternion a (0, b).
+// Returns the product of the quaternions a and (0, b).
 Quat times_vector(const Quat& a, const Vec3& b) {
   const Vec3 v = a.w() * b + a.vec().cross(b);
   return Quat(-a.vec().dot(b), v.x(), v.y(), v.z());
 }
 
-// Advances m and returns the rotation over `dt` by the Taylor series, term k of which holds dt^k.
+// Advances m = Q^T L over `dt` (s) by the Taylor series of m' = m x (J m), and returns the rotation over
+// `dt`. Term k of each series includes its factor dt^k. Afterwards m is scaled to its first length, which the
+// motion keeps.
 Quat advance(const Mat3& J, double dt, Vec3& m) {
-  constexpr double rounding = 0x1p-56;
-  std::array<Vec3, most_terms> momentum, rate;  // of m, and J m
-  std::array<Quat, most_terms> turn;
+  constexpr double rounding = 0x1p-56;          // relative size of a term that double precision does not see
+  std::array<Vec3, most_terms> momentum, rate;  // terms of m and of J m
+  std::array<Quat, most_terms> turn;            // terms of the rotation
   momentum[0] = m;
   rate[0] = J * m;
   turn[0] = Quat::Identity();

@@ -21,6 +21,8 @@ void set_angular_velocity(RigidState& state, const RigidProperties& properties,
 
 namespace {
 
+// Returns the rotation over `dt` (s) by the rule `update`. Bodies without inverse inertia are not dynamic,
+// and turn at their constant rate.
 Quat rotation_over(const RigidState& state, double dt, OrientationUpdate update) {
   const Vec3& w = state.angular_velocity;
   if (update == OrientationUpdate::first_order || state.inverse_inertia.isZero(0)) return exponential(dt * w);

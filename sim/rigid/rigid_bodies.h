@@ -1,4 +1,4 @@
-// State and motion of rigid bodies.
+// State and constant properties of rigid bodies, and how a state moves.
 #pragma once
 
 #include <string>
@@ -12,71 +12,97 @@
 
 namespace duet {
 
-// What a step reads and writes of one body. Angular momentum is the primary variable of a dynamic body: the
-// angular velocity follows from it and the orientation, w = I(q)^-1 L, after every change of orientation. A
-// kinematic body has no finite momentum; its angular velocity is prescribed, like the rest of its state.
+/// The state of one rigid body, which a step reads and writes.
+///
+/// Angular momentum is the primary variable of a dynamic body: the angular velocity w = I(q)^-1 L follows
+/// from it and the orientation, after every change of orientation. A kinematic body has no finite momentum;
+/// its angular velocity is prescribed, like the rest of its state.
 struct RigidState {
-  Pose pose;                             // centre of mass and principal axes
-  Vec3 velocity = Vec3::Zero();          // m/s, of the centre of mass
-  Vec3 angular_velocity = Vec3::Zero();  // rad/s, world axes
-  Vec3 angular_momentum = Vec3::Zero();  // kg m^2/s, world axes, about the centre of mass
-  Mat3 inverse_inertia = Mat3::Zero();   // world axes, 1/(kg m^2); zero for all but dynamic bodies
+  Pose pose;                             ///< center of mass and principal axes
+  Vec3 velocity = Vec3::Zero();          ///< m/s, of the center of mass
+  Vec3 angular_velocity = Vec3::Zero();  ///< rad/s, world axes
+  Vec3 angular_momentum = Vec3::Zero();  ///< kg m^2/s, world axes, about the center of mass
+  Mat3 inverse_inertia = Mat3::Zero();   ///< 1/(kg m^2), world axes; zero for all but dynamic bodies
 };
 
-// What never changes during a run. A body is dynamic, kinematic (it moves as the scene prescribes) or static.
-// Only dynamic ones have mass; all others have zero inverse mass and inertia, so that impulses change
-// nothing.
+/// The properties of one rigid body, which never change during a run.
+///
+/// A body is dynamic, kinematic (it moves as the scene prescribes) or static. Only dynamic bodies have mass;
+/// the others have zero inverse mass and inertia, so that impulses change nothing.
 struct RigidProperties {
+  /// Signed distance function of the body, in body space.
   LevelSet shape;
-  std::vector<Vec3> samples;          // m, body space, tested against other bodies' level sets
-  std::vector<Vec3> inside;           // m, body space, a point of the body some way in from every sample
-  std::vector<char> on_flat;          // whether a sample lies in a flat face
-  FeatureEdges ridges;                // the lines along which it can touch between its samples
-  double mass = 0, inverse_mass = 0;  // kg, 1/kg
-  Vec3 inertia = Vec3::Zero();        // kg m^2, principal moments
-  double friction = 0, restitution = 0;
-  double rolling_friction = 0, spinning_friction = 0;  // m, lever arm of the normal force
-  double air_drag = 0;                                 // 1/m, deceleration over the square of the speed
+  std::vector<Vec3> samples;    ///< m, body space: points that are tested against other bodies' level sets
+  std::vector<Vec3> inside;     ///< m, body space: per sample, a point that lies deeper inside the body
+  std::vector<char> on_flat;    ///< per sample, 1 if it lies in a flat face
+  FeatureEdges ridges;          ///< feature edges, along which the body can touch between its samples
+  double mass = 0,              ///< kg; 0: not dynamic
+      inverse_mass = 0;         ///< 1/kg; 0: not dynamic
+  Vec3 inertia = Vec3::Zero();  ///< kg m^2, principal moments
+  double friction = 0,          ///< Coulomb coefficient, 1
+      restitution = 0;          ///< coefficient of restitution, 0 to 1
+  double rolling_friction = 0,  ///< m, lever arm of the normal force against rolling
+      spinning_friction = 0;    ///< m, lever arm of the normal force against spinning about the normal
+  double air_drag = 0;          ///< 1/m, deceleration over the square of the speed
+  /// True if the scene prescribes its motion.
   bool is_kinematic = false;
+  /// Returns whether forces move the body.
   bool is_dynamic() const { return inverse_mass > 0; }
+  /// Returns whether the body is dynamic or kinematic.
   bool moves() const { return is_dynamic() || is_kinematic; }
 };
 
+/// A rigid body with prescribed motion.
 struct KinematicBody {
-  std::size_t body = 0;  // index of the rigid body
-  KinematicMotion motion;
+  std::size_t body = 0;    ///< index of the rigid body
+  KinematicMotion motion;  ///< its motion
 };
 
+/// All rigid bodies of a scene; the first three arrays have one entry per body.
 struct RigidBodies {
-  std::vector<RigidState> state;
-  std::vector<RigidProperties> properties;
-  std::vector<std::string> name;
-  std::vector<KinematicBody> kinematic;
+  std::vector<RigidState> state;            ///< states
+  std::vector<RigidProperties> properties;  ///< constant properties
+  std::vector<std::string> name;            ///< names in the scene file
+  std::vector<KinematicBody> kinematic;     ///< the bodies with prescribed motion
+  /// Returns the number of rigid bodies.
   std::size_t size() const { return state.size(); }
 };
 
-// The variable of a body's rotation that a change of orientation leaves alone: L (kg m^2/s) of a dynamic
-// body, w (rad/s) of the others.
+/// Returns the variable of a body's rotation that a change of orientation leaves alone.
+///
+/// It is the angular momentum (kg m^2/s) of a dynamic body, and the angular velocity (rad/s) of any other.
 inline Vec3& rotation_variable(RigidState& state, const RigidProperties& properties) {
   return properties.is_dynamic() ? state.angular_momentum : state.angular_velocity;
 }
+/// Returns the variable of a body's rotation that a change of orientation leaves alone, for reading.
+///
+/// It is the angular momentum (kg m^2/s) of a dynamic body, and the angular velocity (rad/s) of any other.
 inline const Vec3& rotation_variable(const RigidState& state, const RigidProperties& properties) {
   return properties.is_dynamic() ? state.angular_momentum : state.angular_velocity;
 }
 
-// Recomputes what follows from the orientation of a dynamic body: the world inverse inertia, and w from L.
+/// Recomputes the inverse inertia in world axes and w = I^-1 L of a dynamic body from its orientation.
+///
+/// To be called after every change of orientation. It changes nothing of other bodies.
 void update_orientation_dependents(RigidState& state, const RigidProperties& properties);
 
-// L from w, for initial states.
+/// Sets the rotation of a dynamic body to `angular_velocity` (rad/s, world axes): L = I w.
+///
+/// It recomputes the inverse inertia in world axes as well.
 void set_angular_velocity(RigidState& state, const RigidProperties& properties, const Vec3& angular_velocity);
 
-// The pose after `dt` (s) with the velocities of `state`. Bodies that are not dynamic turn at their rate.
+/// Returns the pose after `dt` (s) with the velocities of `state`.
+///
+/// Dynamic bodies turn by the rule `update`, all others at their constant rate.
 Pose evolved_pose(const RigidState& state, double dt, OrientationUpdate update);
 
+/// Returns the velocity v + w x offset (m/s) of the point at `offset` (m, world axes) from the center of
+/// mass.
 inline Vec3 point_velocity(const RigidState& state, const Vec3& offset) {
   return state.velocity + state.angular_velocity.cross(offset);
 }
 
-double kinetic_energy(const RigidState& state, const RigidProperties& properties);  // J
+/// Returns the kinetic energy (m v.v + L.w) / 2 of a body, J; zero for a body without mass.
+double kinetic_energy(const RigidState& state, const RigidProperties& properties);
 
 }  // namespace duet

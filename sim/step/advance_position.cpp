@@ -1,4 +1,4 @@
-// Step IV: positions (paper sections 4.1 and 6).
+// Step IV.1 and IV.2: positions (paper sections 4.1 and 6).
 #include "sim/step/step.h"
 
 namespace duet {
@@ -29,7 +29,8 @@ void push_out(World& world, StepContext& context) {
   check_finite(world, Stage::push_out);
 }
 
-// Rotation is restored as angular momentum: angular velocities follow from the orientations at x^{n+1}.
+// Rotation is restored as angular momentum, so that angular velocities follow from the orientations at
+// x^{n+1}.
 void return_to_collided(World& world, StepContext& context) {
   restore_velocities(context.v_hat_n, world.bodies);
 }

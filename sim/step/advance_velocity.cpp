@@ -1,4 +1,4 @@
-// Step I: v^n -> v~^{n+1/2} (paper section 3), and the solve that it shares with step V.
+// Step I.1: v^n -> v_*^{n+1/2} (paper section 3), and the velocity solve that it shares with step V.2.
 #include <algorithm>
 #include <cmath>
 
@@ -9,8 +9,9 @@ namespace duet {
 
 namespace {
 
-// The velocities v now, with what acts on rigid bodies: gravity over dt, and kinematic ones' motion.
-// Gyroscopic motion needs no force, as angular momentum is what rigid bodies keep.
+// Sets right_side to the velocities v now, with gravity over `dt` (s) on dynamic bodies, and with the mean of
+// the velocities of times n and n+1 of kinematic bodies. Gyroscopic motion needs no force, because the solve
+// leaves angular momentum as it is.
 void begin_solve(World& world, StepContext& context, double dt) {
   Bodies& bodies = world.bodies;
   to_generalized(bodies, context.right_side);
@@ -25,10 +26,11 @@ void begin_solve(World& world, StepContext& context, double dt) {
                 context.right_side.particle);
 }
 
-// Of the right side, and of where the solve begins.
+// Activates the constraints of the solve, applies the friction of their contacts to the right side and to the
+// start of the solve, and makes the start satisfy the constraints.
 void satisfy_contacts(const Bodies& bodies, StepContext& context, ContactProjection* projection) {
   if (!projection) return;
-  to_generalized(bodies, context.image);  // v_n, whose normal velocities the targets halve
+  to_generalized(bodies, context.image);  // v^n: targets are half of its normal velocities
   projection->choose(context.dt, context.image, context.solution);
   projection->add_friction(context.right_side);
   projection->add_friction(context.solution);
@@ -38,8 +40,9 @@ void satisfy_contacts(const Bodies& bodies, StepContext& context, ContactProject
   follow_twists(bodies.bound, context.solution.linear, context.solution.angular, context.solution.particle);
 }
 
-// Where conjugate gradients begin: bodies that took up the acceleration of the last solve once more. What is
-// led, held or bound moves as it must, and contacts that the right side closes are kept.
+// Sets solution to v + dt a, where a is the acceleration of the last solve: conjugate gradients start there.
+// Held particles and bodies that are not dynamic take the velocities of the right side, bound particles those
+// of their bodies, and the constraints of `projection` hold.
 void begin_at_last_acceleration(const Bodies& bodies, double dt, StepContext& context,
                                 const ContactProjection* projection) {
   const GeneralizedVelocity& a = context.acceleration;
@@ -61,7 +64,7 @@ void begin_at_last_acceleration(const Bodies& bodies, double dt, StepContext& co
   follow_twists(bodies.bound, context.solution.linear, context.solution.angular, context.solution.particle);
 }
 
-// A solve that breaks down leaves none to go on with.
+// Stores a = (V - v) / dt for the start of the next solve. It is not called for a solve that broke down.
 void keep_acceleration(const Bodies& bodies, double dt, StepContext& context) {
   GeneralizedVelocity& a = context.acceleration;
   for (std::size_t p = 0; p < bodies.particles.size(); ++p)
@@ -72,6 +75,8 @@ void keep_acceleration(const Bodies& bodies, double dt, StepContext& context) {
   }
 }
 
+// Solves for V with the explicit forces in context.force, and adds the damping forces to these. Without
+// internal forces nothing is solved for.
 void solve_semi_implicitly(World& world, StepContext& context, double dt, ContactProjection* projection,
                            bool at_end) {
   Bodies& bodies = world.bodies;
@@ -90,12 +95,13 @@ void solve_semi_implicitly(World& world, StepContext& context, double dt, Contac
   if (!elastic) return;
   world.clock.time(Stage::damping_solve, [&] {
     begin_at_last_acceleration(bodies, dt, context, projection);
-    // Half a step makes no difference to the damped masses.
+    // The preconditioner of I.1 serves V.2 as well: half a step hardly changes it.
     if (solve_with_damping(world, context, dt, projection, !at_end)) keep_acceleration(bodies, dt, context);
   });
 }
 
-// Gives all particles of a body that are not held the mean of the velocities `mean_of`, and the change.
+// Sets `velocity` (m/s) to that of each deformable body as a whole: the mass-weighted mean of the velocities
+// `mean_of`, plus `change`. Held particles keep their own velocities.
 void move_as_wholes(const Bodies& bodies, const std::vector<Vec3>& mean_of, const Vec3& change,
                     std::vector<Vec3>& velocity) {
   for (const DeformableBody& body : bodies.deformable) {
@@ -112,7 +118,8 @@ void move_as_wholes(const Bodies& bodies, const std::vector<Vec3>& mean_of, cons
   }
 }
 
-// Islands that solve_contact_at_end() solves for need nothing here.
+// Leaves out the islands of bodies with contact inside their velocity solve: solve_contact_at_end() solves
+// for them.
 void leave_solved(const World& world, StepContext& context) {
   if (!solves_contact(world)) return;
   const Bodies& bodies = world.bodies;
@@ -150,7 +157,8 @@ void solve_velocity(World& world, StepContext& context, double dt, ContactProjec
     solve_semi_implicitly(world, context, dt, projection, at_end);
     return;
   }
-  // The search begins at free flight, unless that crushes elements and standing still in the body is better.
+  // The search begins at free flight of every particle, or at rest within each moving body if the incremental
+  // potential is lower there, because free flight may compress elements.
   context.solution = context.right_side;
   move_as_wholes(world.bodies, particles.v, dt * world.gravity, context.solution.particle);
   const double still = incremental_potential(world, context, dt);
@@ -175,7 +183,8 @@ void settle(const World& world, StepContext& context, bool after_contact) {
     move_as_wholes(world.bodies, context.solution.particle, Vec3::Zero(), whole);
   else
     move_as_wholes(world.bodies, particles.v, fall, whole);
-  double taken = 0, left = 0;  // m^2/s^2 kg
+  double taken = 0,
+         left = 0;  // kg m^2/s^2: squares of the change that the fallback makes, and of the residual
   for (std::size_t p = 0; p < particles.size(); ++p) {
     whole[p] = 0.5 * (context.solution.particle[p] + whole[p]);
     taken += particles.mass[p] * (context.solution.particle[p] - whole[p]).squaredNorm();
@@ -187,8 +196,9 @@ void settle(const World& world, StepContext& context, bool after_contact) {
 
 namespace {
 
-// For contact inside the solves: what damping alone has changed. Strongly damped bodies go on with V itself
-// where a solve has not converged, as what it leaves of such forces is far more than a velocity.
+// Stores in context.solved_change what damping has changed, for contact inside the solves. Strongly damped
+// bodies take V itself if the solve has not converged: the residual of an unconverged solve is not a force,
+// and their damping would turn it into a large one.
 void keep_damping(World& world, StepContext& context, double dt) {
   Bodies& bodies = world.bodies;
   Particles& particles = bodies.particles;
@@ -215,10 +225,10 @@ void keep_damping(World& world, StepContext& context, double dt) {
   add_force_twists(bodies.rigid, bodies.bound, context.explicit_force, -dt, change.linear, change.angular);
 }
 
-// v~^{n+1/2} = v^n + dt/2 M^-1 (F + F_damping(V)). As in V.2-3, the contacts of the last step only serve to
-// find the velocity V at which damping is evaluated. Without them the particles that rest on something would
-// fall freely in V and drag the others down: a damped body at rest would be compressed to several times its
-// weight. V itself keeps to them and would stick; v~ does not.
+// v~^{n+1/2} = v^n + dt/2 M^-1 (F + F_damping(V)). The contacts of the last step serve only to find the
+// velocity V at which damping is evaluated, as in V.2 and V.3. Without them the particles that rest on
+// something would fall freely in V and drag the others down: a damped body at rest would be compressed by
+// several times its weight. V obeys the contacts and would stick; v~ does not.
 void advance_semi_implicitly(World& world, StepContext& context) {
   Bodies& bodies = world.bodies;
   Particles& particles = bodies.particles;
@@ -229,7 +239,7 @@ void advance_semi_implicitly(World& world, StepContext& context) {
                              context.linked.prepare(bodies, context.joints, context.memory),
                              context.solved_bodies);
     projection = &context.projection;
-    if (world.has(Effect::articulation)) {  // what is bound to bodies or touches them learns of their joints
+    if (world.has(Effect::articulation)) {  // V of bound and touching particles depends on joints
       context.joints.prepare_projection(bodies.rigid);
       context.projection.add_joints(context.joints);
     }
@@ -244,6 +254,7 @@ void advance_semi_implicitly(World& world, StepContext& context) {
   if (solves_contact(world)) keep_damping(world, context, dt);
 }
 
+// v~^{n+1/2} = V for the V of the fully implicit solve. Only joints constrain it, if bodies carry particles.
 void advance_implicitly(World& world, StepContext& context) {
   Bodies& bodies = world.bodies;
   ContactProjection* joints = nullptr;
@@ -268,7 +279,6 @@ void advance_implicitly(World& world, StepContext& context) {
 
 }  // namespace
 
-// I.1
 void advance_velocity(World& world, StepContext& context) {
   Bodies& bodies = world.bodies;
   if (world.has(Effect::springs)) bodies.forces.begin_step(bodies.particles.x);

@@ -1,11 +1,14 @@
-// The drag of the air, which grows with the square of the speed: v' = g - k |v| v with k = |g| / v_terminal^2
-// in free fall. By the midpoint rule, of second order in the step, and stable for any: drag only ever slows.
+// Air drag, v' = g - k |v| v with k = |g| / v_terminal^2: it grows with the square of the speed.
+//
+// The midpoint rule takes it through the step. It is of second order in the step and stable for any step,
+// because drag only ever slows.
 #include "sim/step/step.h"
 
 namespace duet {
 namespace {
 
-// The spin of rigid bodies is not slowed. Particles are slowed one by one, so that cloth billows.
+// Calls slow(velocity, k) for all rigid bodies and particles with air drag k (1/m). The spin of rigid bodies
+// is not slowed. Particles are slowed one by one, so that cloth billows.
 template <class Slow>
 void for_each_slowed(Bodies& bodies, Slow&& slow) {
   for (std::size_t i = 0; i < bodies.rigid.size(); ++i)
@@ -20,6 +23,7 @@ void for_each_slowed(Bodies& bodies, Slow&& slow) {
   }
 }
 
+// Returns the velocity that v' = -k |v_now| v leaves of `v` (m/s) after `dt` (s), by backward Euler.
 Vec3 slowed(const Vec3& v, double k, double dt) { return v / (1 + k * v.norm() * dt); }
 
 }  // namespace
@@ -28,7 +32,8 @@ void slow_in_air_halfway(World& world, StepContext& context) {
   for_each_slowed(world.bodies, [&](Vec3& v, double k) { v = slowed(v, k, context.dt / 2); });
 }
 
-// So that with the gravity that V.2 adds, v_1 - v_0 = dt (g - k |v_m| (v_0 + v_1) / 2).
+// v <- ((1 - h) v - h dt g) / (1 + h) with h = k |v_m| dt/2, where v_m is the slowed velocity of the middle
+// of the step. With the gravity that V.3 adds, v_1 - v_0 = dt (g - k |v_m| (v_0 + v_1) / 2).
 void slow_in_air(World& world, StepContext& context) {
   const Vec3 falling = context.dt * world.gravity;
   for_each_slowed(world.bodies, [&](Vec3& v, double k) {

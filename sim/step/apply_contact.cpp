@@ -1,4 +1,4 @@
-// Step III: contact (paper section 5), and what V.4 shares with it.
+// Step III: contact and joints (paper section 5), and the functions that V.4 shares with it.
 #include "sim/base/stop.h"
 #include "sim/solve/velocity_system.h"
 #include "sim/step/step.h"
@@ -7,12 +7,14 @@ namespace duet {
 
 namespace {
 
-// Where no impulse is known to begin with, as at the start of a scene, the solve may take so many times more
-// sweeps: a house of cards would otherwise lean before its forces are found.
+// Factor on the largest number of sweeps of islands without a warm start, as at the start of a scene. With
+// fewer sweeps a house of cards would lean before its forces are found.
 constexpr int cold_start = 10;
-// Contact and joints take turns at most so many times, and contact this part of its sweeps each time.
-constexpr int joint_rounds = 10, joint_share = 4;
+constexpr int joint_rounds = 10,  // largest number of rounds in which contact and joints take turns
+    joint_share = 4;              // in such a round contact gets its number of sweeps divided by this
 
+// Solves contact once in `round` (from 0) of the turns with joints. `linked` is the response of jointed
+// bodies, or null; if it knows all joints, the first round gets all sweeps.
 void sweep_contacts(World& world, StepContext& context, int round, ArticulatedResponse* linked) {
   ContactSolveSettings settings = world.settings.contact;
   settings.fall = world.gravity.norm() * context.dt;
@@ -27,7 +29,7 @@ void sweep_contacts(World& world, StepContext& context, int round, ArticulatedRe
                      [&] { propagate_shocks(world.bodies, context.graph, settings, context.contacts); });
 }
 
-// Returns by how much joints were off, m/s.
+// Solves for the joints with their control, and returns their largest violation before, m/s or rad/s.
 double solve_joints(World& world, StepContext& context, ContactSolve solve) {
   double off = 0;
   const Articulation& articulation = world.bodies.articulation;
@@ -49,7 +51,8 @@ void control_joints(World& world, StepContext& context, ContactSolve solve) {
   solve_joints(world, context, solve);
 }
 
-// Joints come last, and are exact. Where contact knows what the joints will do, one or two rounds are enough.
+// Joints are solved last in each round, so that they hold exactly. If contact knows the response of the
+// joints, one or two rounds are enough.
 void solve_contacts(World& world, StepContext& context, ContactSolve solve) {
   const bool joints = world.has(Effect::articulation);
   ArticulatedResponse* linked = joints ? context.linked.prepared() : nullptr;

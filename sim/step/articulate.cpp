@@ -1,4 +1,5 @@
-// What joints add to a step around its solves (paper sections 4 to 7).
+// Joints in a step, apart from their part in contact and solves: rows at x^n, the checks for too long steps,
+// and step IV.3 (paper sections 4 to 7).
 #include <algorithm>
 
 #include <fmt/format.h>
@@ -10,22 +11,26 @@
 namespace duet {
 namespace {
 
-constexpr double joined = 1e-6;  // m or rad, that a step may leave joints apart by
-// How much farther than solver.max_rotation a jointed body may turn in a step: the rule for the step knows
-// the rate at its start alone.
+// Largest error of joint positions that a step may leave, m or rad. A larger error ends the step with an
+// error.
+constexpr double joined = 1e-6;
+// Largest turn of a jointed body in a step, over solver.max_rotation. It exceeds 1 because the time-step rule
+// knows the rate at the start of the step only.
 constexpr double turns_on = 1.5;
-// Bounds by how much the joints may miss the energy of the motion between them, as a fraction of it
-// (FreeMotion::Outcome). Where joints whip a body about, steps of a few percent are needed to follow it;
-// elsewhere steps miss 1e-5 of it.
+// Largest energy error of the motion between the joints, as a fraction of its energy (FreeMotion::Outcome).
+// Steps that whip a body about miss a few percent and need to be shorter to follow it; other steps miss 1e-5.
 constexpr double largest_excess = 0.02;
-// What joints miss grows with the third power of the turn. Below this fraction of solver.max_rotation a
-// shorter step is no remedy: in bodies at rest all that moves is rounding.
+// Least turn in a step, over solver.max_rotation, at which a shorter step is a remedy. The energy error grows
+// with the third power of the turn; in bodies at rest all that moves is rounding. It holds for positions that
+// do not fit without contact, too.
 constexpr double least_turn = 1e-3;
-// Positions that do not fit after the step have a shorter one as remedy where a body is whipped about. In
-// contact, where a body turns by less than this fraction of solver.max_rotation, it is contact that leaves
-// them no room, as in a heap, and a step of a 32nd fits no better.
+// Least turn in a step in contact, over solver.max_rotation, at which a shorter step is a remedy for
+// positions that do not fit. They fit in a shorter step if a body is whipped about. At smaller turns contact
+// leaves them no room, as in a heap, and a step of a 32nd fits no better: a heap of 24 jointed rows took 48
+// steps in a frame instead of 6.
 constexpr double least_whip = 0.1;
 
+// Throws the error for joints that are `gap` (m or rad) apart after the step.
 [[noreturn]] void fail(const World& world, double gap) {
   const Articulation& articulation = world.bodies.articulation;
   const JointSolver::Drift drift = JointSolver::drift(articulation, world.bodies.rigid);
@@ -45,7 +50,7 @@ constexpr double least_whip = 0.1;
   throw SimulationError(fault);
 }
 
-// rad/s, of the bodies with joints.
+// Returns the largest angular velocity of the bodies with joints, rad/s, of the rigid states `state`.
 double fastest_turn(const StepContext& context, const std::vector<RigidState>& state) {
   double rate = 0;
   for (const std::size_t body : context.joints.bodies())
@@ -80,9 +85,9 @@ bool joints_miss_energy(const World& world, const StepContext& context) {
   return rate > least_turn * world.settings.max_rotation / context.dt;
 }
 
-// Push-out has moved bodies one by one; here they come together again. The velocities are v^^n and what the
-// joints gave to make x^{n+1} fit: as in RATTLE (Andersen 1983) it belongs to v^{n+1} as well, and without it
-// a pendulum loses energy in proportion to the step.
+// Interpenetration resolution has moved bodies one by one; joints are assembled again here. The velocities
+// become v^^n plus the impulses of joints that made x^{n+1} fit. These belong to v^{n+1} as well, as in
+// RATTLE (Andersen 1983); without them a pendulum loses energy in proportion to the step.
 void finish_positions(World& world, StepContext& context) {
   RigidBodies& rigid = world.bodies.rigid;
   Momentum from_outside;
@@ -91,7 +96,7 @@ void finish_positions(World& world, StepContext& context) {
     if (rigid.properties[i].is_dynamic()) {
       state.velocity += rigid.properties[i].inverse_mass * context.joint_push[i];
       state.angular_momentum += context.joint_turn[i];
-    } else {  // these impulses acted at x^n
+    } else {  // the impulses on fixed bodies acted at x^n
       const Vec3& place = context.rigid_n[i].pose.position;
       from_outside += {-context.joint_push[i], -place.cross(context.joint_push[i]) - context.joint_turn[i]};
     }

@@ -1,15 +1,15 @@
-// The state of time n, kept aside at the start of a step, and what every step ends with.
+// The beginning and the end of every step: the state of time n is stored, and the final state is completed.
 #include "sim/step/step.h"
 
 namespace duet {
 
 void begin_step(World& world, StepContext& context) {
   Bodies& bodies = world.bodies;
-  follow_bodies(bodies.rigid, bodies.bound, bodies.particles);  // of a state that was put back, or loaded
+  follow_bodies(bodies.rigid, bodies.bound, bodies.particles);  // the state may have been put back, or loaded
   context.x_n = bodies.particles.x;
   context.rigid_n = bodies.rigid.state;
   store_velocities(bodies, context.v_n);
-  // Until a step has collided and solved nothing, these are what stages read that the plan skips.
+  // Later stages read v^^n even if the plan skips collisions.
   context.v_hat_n = context.v_n;
   choose_solved_bodies(world, context);
 }

@@ -1,4 +1,4 @@
-// What bones take up of the forces on their flesh.
+// Particles that dynamic bodies carry (hard bindings), as bones carry flesh: their forces act on the bodies.
 #include "sim/step/step.h"
 
 namespace duet {

@@ -19,7 +19,8 @@ void return_to_start(World& world, StepContext& context) {
   restore_velocities(context.v_n, world.bodies);
 }
 
-// The joints' part in the blows is left to stabilize_collided(), which has its impulses.
+// Collisions on jointed bodies see the response of the whole group. The impulses of the joints are then taken
+// back, because stabilize_collided() solves for them and counts them.
 void collide(World& world, StepContext& context) {
   Bodies& bodies = world.bodies;
   ArticulatedResponse* linked = world.has(Effect::articulation)

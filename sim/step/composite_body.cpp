@@ -3,6 +3,7 @@
 namespace duet {
 namespace {
 
+// Returns the inertia tensor (kg m^2) about the origin of a mass `m` (kg) at `r` (m).
 Mat3 inertia_of_point(double m, const Vec3& r) {
   return m * (r.squaredNorm() * Mat3::Identity() - r * r.transpose());
 }

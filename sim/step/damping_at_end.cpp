@@ -1,13 +1,14 @@
-// The damping of step V where its constraints come before the solve (paper section 7.2): contact and friction
-// have seen the explicit forces, and damping acts on what they have done. Their normal velocities are kept by
-// the projection inside the conjugate gradients, and what these find is kept.
+// The damping of step V in the order in which constraints come before the solve (paper section 7.2). Contact
+// and friction have seen the explicit forces, and damping acts on the velocities that they leave. The
+// projection inside the conjugate gradients keeps the normal velocities of the contacts.
 #include "sim/solve/velocity_system.h"
 #include "sim/step/step.h"
 
 namespace duet {
 namespace {
 
-// Leaves in `context.force` the damping forces at the solution.
+// Solves v^{n+1} = v + dt P M^-1 F_damping(v^{n+1}), and leaves the damping forces (N) of the solution in
+// context.force.
 void find_damping(World& world, StepContext& context) {
   Bodies& bodies = world.bodies;
   to_generalized(bodies, context.right_side);
@@ -16,7 +17,8 @@ void find_damping(World& world, StepContext& context) {
   solve_with_damping(world, context, context.dt, &context.projection, true);
 }
 
-// v + dt P M^-1 F: forces and impulses, so that momentum is kept to rounding however far the solve has come.
+// Adds dt P M^-1 F to the velocities, with the forces F in context.force. Forces and impulses of contact keep
+// momentum to rounding however far the solve has converged.
 void take_damping(Bodies& bodies, StepContext& context) {
   Particles& particles = bodies.particles;
   GeneralizedVelocity& change = context.correction;
@@ -41,9 +43,8 @@ void take_damping(Bodies& bodies, StepContext& context) {
 
 }  // namespace
 
-// Backward Euler for the damping, of elements as they are at x^{n+1}, where contact acts:
-// v^{n+1} = v + dt P M^-1 F_damping(v^{n+1}). The trapezoidal rule would leave half of what contact has
-// stirred up.
+// v^{n+1} = v + dt P M^-1 F_damping(v^{n+1}), which is backward Euler for the damping of the elements at
+// x^{n+1}, where contact acts. The trapezoidal rule would leave half of the motion that contact has excited.
 void damp_at_end(World& world, StepContext& context) {
   Bodies& bodies = world.bodies;
   Particles& particles = bodies.particles;

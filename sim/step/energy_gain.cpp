@@ -1,16 +1,17 @@
-// Steps that gain energy, and are taken again in shorter ones.
+// The check for steps that gain energy, which are repeated as shorter steps.
 //
-// Implicit steps are stable whatever their length as long as they are balanced, but not at their beginning:
-// the middle of a step finds the shape in which elastic forces and inertia balance, and the end lies as far
-// beyond it again. What begins to turn by an angle a within a step, as it is thrown or lands on an edge, is
-// stretched by a^2/8 there, and where a blow folds elements they are turned inside out. In stiff bodies that
-// is many times the energy of the motion. It falls with the fourth power of the step, so that a few shorter
-// ones carry the body through.
+// Implicit steps are stable at any length as long as elastic forces and inertia balance, but not when a
+// motion begins. The middle of a step finds the shape in which elastic forces and inertia balance, and the
+// end lies as far beyond it again. A body that begins to turn by an angle a within a step, because it is
+// thrown or lands on an edge, is stretched by a^2/8 at the end; elements that a blow folds are inverted. In
+// stiff bodies that is many times the energy of the motion. The gain falls with the fourth power of the step,
+// so that a few shorter steps carry the body through.
 //
-// Rigid bodies in contact gain as they turn: the contact forces of a step act at the places and along the
-// normals of its beginning, from which both turn away within it, by a quarter of a radian at most. That falls
-// with the second power of the step. Semi-implicit steps of elastic bodies are not asked, as their energy
-// goes up and down by itself.
+// Rigid bodies in contact gain energy as they turn. The contact forces of a step act at the points and along
+// the normals of its beginning, and both turn away within the step, by a quarter of a radian at most. The
+// gain falls with the second power of the step.
+//
+// Semi-implicit steps of elastic bodies are not checked, because their energy oscillates by itself.
 #include <algorithm>
 
 #include "sim/step/step.h"
@@ -18,17 +19,20 @@
 namespace duet {
 namespace {
 
-// What a step may gain, of the energy that moves and deforms bodies. Implicit ones: of fifty in a row a
-// thousandth. Of rigid bodies those that gain are few.
+// Largest gain of an implicit step, as a fraction of kinetic and elastic energy: fifty such steps gain a
+// thousandth. `rigid_share` is the same fraction for steps of rigid bodies; it is larger because few of their
+// steps gain anything.
 constexpr double implicit_share = 2e-5, rigid_share = 1e-3;
-// And of the energy that gravity gives in a step: contact lifts what rests by its tolerances.
+// Additional allowance of rigid bodies, as a fraction of the kinetic energy of a fall from rest over the
+// step: contact lifts resting bodies by its tolerances.
 constexpr double rest_share = 0.02;
 
-// Of what the refused step before has gained: a shorter one that gains more is no remedy, unless it is much,
-// more than this share of what moves and deforms.
+// A shorter step is a remedy if it gains less than `least_help` of what the refused step gained. An implicit
+// step is refused in any case if it gains more than `much` of kinetic and elastic energy.
 constexpr double least_help = 0.5, much = 2e-4;
 
-// Something whose work is not known: motors and what the scene leads about.
+// Returns whether something does work that is not measured: motors, moving kinematic bodies, and bodies that
+// have overlapped since the start of the scene.
 bool is_driven(const World& world) {
   const std::vector<Joint>& joints = world.bodies.articulation.joints;
   const std::vector<KinematicStep>& kinematic = world.context.kinematic;
@@ -42,6 +46,7 @@ bool is_driven(const World& world) {
          });
 }
 
+// Returns the mass of all dynamic and deformable bodies, kg.
 double mass_of(const Bodies& bodies) {
   double mass = 0;
   for (const DeformableBody& body : bodies.deformable) mass += body.mass;

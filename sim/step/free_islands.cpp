@@ -20,7 +20,8 @@ void FreeIslands::find(const Bodies& bodies) {
     add(rigid_ + d, island_of_[d]);
   }
   for (std::size_t i = rigid_; i-- > 0;) add(i, islands_.of_rigid(i));
-  for (const Joint& joint : bodies.articulation.joints)  // that something of infinite mass holds
+  for (const Joint& joint :
+       bodies.articulation.joints)  // joints with bodies of infinite mass hold the island
     if (islands_.of_rigid(as_index(joint.parent)) < 0 || islands_.of_rigid(as_index(joint.child)) < 0)
       for (const int body : {joint.parent, joint.child}) touch_rigid(body);
   for (const auto& [rigid, deformable] : bodies.apart_deformable)
@@ -34,7 +35,7 @@ void FreeIslands::finish() {
     const std::size_t island = as_index(island_of_[d]);
     if (is_touched_[island] != 0) continue;
     untouched_.push_back(d);
-    is_touched_[island] = 1;  // its other deformable bodies are not its first
+    is_touched_[island] = 1;  // list the island once, by its first deformable body
   }
 }
 

@@ -1,7 +1,7 @@
-// Newton's method for the velocity solves that are more than linear: the fully implicit form of step I.1
+// Newton's method for the velocity solves that are not linear. One is the fully implicit form of step I.1
 // (paper section 3, after Baraff, Witkin 1998), V = v + dt M^-1 F(x^n + dt V, V) with dt half of the step,
-// which makes the implicit midpoint rule of the motion where no contact interferes; and those that contact
-// takes part in.
+// which makes the motion follow the implicit midpoint rule if no contact interferes. The others are those
+// with contact inside.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -14,55 +14,57 @@
 namespace duet {
 namespace {
 
-constexpr std::size_t grain = 2048;
+constexpr std::size_t grain = 2048;  // particles per task of a parallel loop
 
-// The conjugate gradients leave this share of the imbalance to the next iteration: both of what moves
-// particles by themselves and of what moves all of a stiff body, of which the preconditioned measure sees
-// little.
+// Forcing term: fraction of the residual that conjugate gradients leave to the next Newton iteration. It
+// holds in the preconditioned norm and in the largest velocity; the preconditioned norm alone hardly sees a
+// motion of a whole stiff body.
 constexpr double forcing_share = 0.01;
-constexpr double rounding_share = 1e-24;  // of the square of the imbalance: only rounding is left
-// A correction is cut short where the imbalance along it has turned against it by more than this share of
-// what it was.
+constexpr double rounding_share = 1e-24;  // fraction of the squared residual that is rounding
+// A Newton correction is shortened if the residual along it turns against it by more than this fraction of
+// its value at the start.
 constexpr double slope_share = 0.5;
-constexpr double least_cut = 0.1;  // of one cut
-constexpr int most_cuts = 10;
-// The potential may not rise by more than damping can account for (the slope) and this share of itself: a
-// correction that leads over a ridge of the energy is cut short, too.
+constexpr double least_cut = 0.1;  // least factor by which one cut shortens a correction
+constexpr int most_cuts = 10;      // largest number of lengths that a line search tries
+// Largest rise of the potential along a correction, as a fraction of it, beyond what damping can account for
+// (the slope). A correction that leads over a barrier of the energy is shortened, too.
 constexpr double potential_slack = 1e-3;
 
-// Viscosity over stiffness in units of the step, which brakes deformation alone: a mode that is much faster
-// than the step shrinks by (1/2 - c) / (1/2 + c) a step, while the midpoint rule by itself would have it ring
-// forever, and grow where a step turns a body far.
+// Numerical viscosity c: viscosity over stiffness in units of the step. It damps deformation alone. A mode
+// that is much faster than the step shrinks by (1/2 - c) / (1/2 + c) per step; by the midpoint rule alone it
+// would ring forever, and grow in steps that turn a body far.
 constexpr double numerical_damping = 0.25;
 
-// A constraint may push what touches but not pull it: those that do are dropped, and the rest solved for
-// again, so many times at most.
+// Largest number of times that constraints are released. A constraint may push bodies apart but not pull them
+// together; those that pull are deactivated, and the rest is solved for again.
 constexpr int most_releases = 8;
 
-// The search with contacts is one for the least of a convex potential, with bounds of friction and
-// multipliers that are renewed whenever it has ended, so many times at most. It may take so many iterations
-// more.
+// A search with contacts minimizes a convex potential. Whenever it has converged, multipliers and bounds of
+// friction are updated, at most `most_settlings` times; it may take `most_contact_iterations` more iterations
+// than other searches.
 constexpr int most_settlings = 8, most_contact_iterations = 40;
 
-// Searches begin with so many careful iterations (see ContactForces), and are careful after one of which less
-// than this share of the correction was taken.
+// A search begins with this many careful iterations (ContactForces::set_careful). Later iterations are
+// careful if the one before took less than `least_free_share` of its correction.
 constexpr int first_careful = 3;
 constexpr double least_free_share = 0.5;
 
-// A search with contact that is piecewise linear finds two digits with its last step. It uses them, as what
-// it leaves moves bodies into those that they lie on.
+// Factor on the tolerance of searches with contact and explicit elasticity. They are piecewise linear, and
+// find two more digits with their last step. The digits are used, because the residual moves bodies into
+// those that they lie on.
 constexpr double contact_share = 0.01;
 
-// What contact leaves of the weight of a particle, at most: in short steps that is less than the tolerance.
+// Largest residual of contact, as a fraction of the velocity that gravity gives in the solve. In short steps
+// it is less than the tolerance.
 constexpr double weight_share = 0.1;
-constexpr double rounding = 1e-14;
+constexpr double rounding = 1e-14;  // relative rounding error of the residual of a solve
 
-// Where so many iterations one after the other leave more than this share of the imbalance, rounding bounds
-// it.
+// A search ends, because rounding bounds it, if this many iterations in a row leave more than the fraction
+// `most_left` of the residual.
 constexpr int most_stalls = 6;
 constexpr double most_left = 0.99;
 
-// One search for a velocity.
+// One search for a velocity: it minimizes the potential of a VelocityProblem at context.solution.
 class Search {
  public:
   Search(World& world, StepContext& context, const VelocityProblem& problem)
@@ -80,7 +82,8 @@ class Search {
   Search(const Search&) = delete;
   Search& operator=(const Search&) = delete;
 
-  // Under the constraints as they are. Whether it has converged.
+  // Runs Newton's method under the active constraints. Returns whether it has converged, with contacts at
+  // least once for some multipliers.
   bool find_balance() {
     const StepSettings& settings = world_.settings;
     if (problem_.contacts) {
@@ -90,7 +93,7 @@ class Search {
     evaluate();
     int settlings = 0, stalls = 0;
     double before = std::numeric_limits<double>::infinity();
-    bool is_settled = false;  // the multipliers are the impulses
+    bool is_settled = false;  // true if the multipliers are the impulses
     const int most = settings.newton_iterations + (problem_.contacts ? most_contact_iterations : 0);
     for (int iteration = 0;; ++iteration) {
       stop_if_asked();
@@ -116,7 +119,7 @@ class Search {
     }
   }
 
-  // Of the solution that is there: the potential of which the search seeks the least, with damping, J.
+  // Returns the potential that the search minimizes, at context.solution and with damping, J.
   double value() {
     evaluate();
     const GeneralizedVelocity& V = context_.solution;
@@ -138,8 +141,8 @@ class Search {
   }
 
  private:
-  // Contact shall leave less than the weight of a particle, in short steps, too, and no less than rounding
-  // does: of the velocities, times what damping and stiffness make of them.
+  // Bounds the tolerance for contact: below a fraction of the weight of a particle, also in short steps, and
+  // above rounding, which is that of the velocities times what damping and stiffness make of them.
   void bound_tolerance() {
     const double weight = weight_share * problem_.dt * world_.gravity.norm();
     if (weight > 0) tolerance_ = std::min(tolerance_, weight);
@@ -153,9 +156,10 @@ class Search {
     tolerance_ = std::max(tolerance_, rounding * noise);
   }
 
-  // context.unconstrained = b + dt M^-1 F - V, with the impulses of contacts, and context.imbalance = P of
-  // it, m/s. With elasticity all forces are those at x^n + dt V, where the particles are then and the
-  // elements' state of deformation, and context.force is left with the elastic forces and gravity.
+  // Sets context.unconstrained to the residual b + dt M^-1 F - V (m/s), with the impulses of contacts, and
+  // context.imbalance to P times it. With elasticity all forces are those at x^n + dt V; the particles and
+  // the elements' state of deformation are left there, and context.force holds the elastic forces and
+  // gravity.
   void evaluate() {
     Bodies& bodies = world_.bodies;
     Particles& particles = bodies.particles;
@@ -178,7 +182,7 @@ class Search {
       parallel_for(particles.size(), grain, [&](std::size_t begin, std::size_t end) {
         for (std::size_t p = begin; p < end; ++p) context_.damping_force[p] += context_.force[p];
       });
-    imbalance = V;  // its size
+    imbalance = V;  // gives it the size of V
     parallel_for(particles.size(), grain, [&](std::size_t begin, std::size_t end) {
       for (std::size_t p = begin; p < end; ++p)
         imbalance.particle[p] = b.particle[p] - V.particle[p] +
@@ -200,7 +204,7 @@ class Search {
     system_.project(imbalance);
   }
 
-  // Takes out what is not on the islands.
+  // Sets the velocities of bodies outside the searched islands to zero.
   void restrict(GeneralizedVelocity& v) const {
     if (!problem_.islands) return;
     std::size_t next = 0;
@@ -216,14 +220,15 @@ class Search {
       if (!problem_.islands->is_searched_rigid(i)) v.linear[i] = v.angular[i] = Vec3::Zero();
   }
 
+  // Returns the potential that bounds line searches, J; zero without elasticity.
   double potential() const {
     if (!problem_.is_elastic) return 0;
     return incremental_potential(world_, context_, problem_.dt) + contact_potential_;
   }
 
-  // Newton's correction, by conjugate gradients that are preconditioned by z = P B^-1 P^T r: P is
-  // self-adjoint in the masses, so that this is symmetric, and where P is no projection to the last digit,
-  // too.
+  // Finds Newton's correction by conjugate gradients with the preconditioner z = P B^-1 P^T r. P is
+  // self-adjoint in the mass inner product, so that the preconditioner is symmetric even if P has not
+  // converged to a projection.
   void find_correction() {
     Bodies& bodies = world_.bodies;
     if (problem_.is_elastic) {
@@ -266,9 +271,10 @@ class Search {
     world_.counters.cg_iterations += iterations;
   }
 
-  // Moves V along the correction: all the way, or to where the imbalance along it vanishes by the secant
-  // rule. That is the least of the energy which backward Euler minimizes along this line, as the imbalance is
-  // its negative gradient. Returns the share of the correction that it moved.
+  // Line search: moves V along the correction by its whole length, or to where the residual along it vanishes
+  // by the secant rule. That point has the least energy on the line, because the residual is the negative
+  // gradient of the energy that backward Euler minimizes. Returns the fraction of the correction that was
+  // taken.
   double search_line() {
     const double slope = system_.inner(context_.correction, context_.imbalance), start = potential();
     const double bound = start + slope + potential_slack * std::abs(start);
@@ -280,7 +286,7 @@ class Search {
       const double now = system_.inner(context_.correction, context_.imbalance);
       if (now >= -slope_share * slope && potential() <= bound) break;
       const double secant = now < 0 ? slope / (slope - now) : 0;
-      next = at * (secant > least_cut ? secant : least_cut);  // also where it is no number
+      next = at * (secant > least_cut ? secant : least_cut);  // also if the secant is NaN
     }
     return at;
   }
@@ -323,7 +329,7 @@ double incremental_potential(World& world, const StepContext& context, double dt
   return motion + of_bodies + world.bodies.forces.energy(particles.x);
 }
 
-// Elastic forces are linearized as dt^2 times what damps by dt seconds times the stiffness.
+// An elastic force acts on the block of a solve like a damping of `dt` seconds times the stiffness.
 void find_blocks(World& world, StepContext& context, double dt, bool with_elasticity) {
   InternalForces& forces = world.bodies.forces;
   const double added = world.settings.implicit_elasticity ? numerical_damping * context.dt : 0;

@@ -1,5 +1,6 @@
-// Steps I.2 and V.1: incompressible bodies (paper sections 3 and 7), and both again after the contacts of III
-// and V.4, which the paper has not.
+// Steps I.2 and V.1: incompressible bodies (paper sections 3 and 7), and both once more after the contacts of
+// III and V.4, which the paper does not have. A one-ring is the nodal volume of a particle: a quarter of each
+// tetrahedron around it.
 #include <algorithm>
 #include <cmath>
 
@@ -11,26 +12,29 @@
 namespace duet {
 namespace {
 
-// The part of its rest volume that a one-ring may gain or lose back in one step: what a blow or a bad start
-// has crushed is restored over several steps, each of which is short enough for its linearization.
+// Largest correction of a one-ring's volume in a step, as a fraction of its rest volume. A volume that a blow
+// or a bad start has compressed is restored over several steps, each of which is short enough for its
+// linearization.
 constexpr double most_correction = 0.1;
 
-// The part of its one-ring's size that pressures may move a particle in one step: what is tangled has volumes
-// that small motions hardly change, and large ones in no foreseeable way.
+// Largest displacement of a particle by pressures in a step, as a fraction of the size of its one-ring. In
+// tangled elements small motions hardly change the volumes, and large ones change them unpredictably.
 constexpr double most_travel = 0.25;
 
-// What the velocities of a step keep of the divergence that they would have without pressures. It has to be
-// little of even a small divergence, as that of a slow rotation is: it would add up over the steps.
+// Fraction of the divergence without pressures that the velocities of a step may keep. It is relative, and
+// small, because even a small divergence, such as that of a slow rotation, would add up over the steps.
 constexpr double velocity_reduction = 1e-2;
 
-// The velocities now as contact will leave them: what touches moves on together.
+// Returns the particle velocities (m/s) projected onto the contacts of context.projection, as contact will
+// leave them.
 const std::vector<Vec3>& velocities_in_contact(const Bodies& bodies, StepContext& context) {
   to_generalized(bodies, context.solution);
   context.projection.project(context.solution);
   return context.solution.particle;
 }
 
-// The part of the velocities `change` that moves no particle too far; 1 in all but wild states.
+// Returns the fraction (0 to 1) of the velocities `change` that moves no particle farther than `most_travel`
+// in `dt` (s); it is 1 in all but extreme states.
 double bounded_share(const OneRings& rings, const std::vector<Vec3>& change, double dt) {
   return parallel_reduce(
       rings.size(), 1024, 1.0,
@@ -46,6 +50,7 @@ double bounded_share(const OneRings& rings, const std::vector<Vec3>& change, dou
       [](double a, double b) { return std::min(a, b); });
 }
 
+// Multiplies the pressures and their changes of velocities by `share`.
 void scale(double share, PressureScratch& scratch) {
   for (double& q : scratch.pressure) q *= share;
   for (std::vector<Vec3>* values :
@@ -53,8 +58,8 @@ void scale(double share, PressureScratch& scratch) {
     for (Vec3& value : *values) value *= share;
 }
 
-// Finds the pressures that change the rates of the one-rings by context.pressure.rate, and what they do to
-// velocities.
+// Finds the pressures that change the rates of the one-rings by context.pressure.rate, and the changes of
+// velocities that they make. Sets context.pressure.
 void find_change(World& world, StepContext& context, const PressureSettings& settings) {
   const ContactProjection& projection = context.projection;
   PressureScratch& scratch = context.pressure;
@@ -65,6 +70,7 @@ void find_change(World& world, StepContext& context, const PressureSettings& set
   if (share < 1) scale(share, scratch);
 }
 
+// Adds the changes of context.pressure to the velocities of all bodies.
 void change_velocities(World& world, StepContext& context) {
   Bodies& bodies = world.bodies;
   const PressureScratch& scratch = context.pressure;
@@ -81,8 +87,9 @@ void change_velocities(World& world, StepContext& context) {
   }
 }
 
-// The rates that take the particles to where one-rings have their volumes at rest, between the bodies that
-// context.projection keeps together.
+// Sets context.pressure.rate (m^3/s) to the changes of rates that bring one-rings to their rest volumes in a
+// step, at most by `most_correction` of these. Linearizes the one-rings at the positions now; the velocities
+// are those under context.projection.
 void find_rates_to_rest_volumes(World& world, StepContext& context) {
   Bodies& bodies = world.bodies;
   OneRings& rings = bodies.one_rings;
@@ -90,17 +97,19 @@ void find_rates_to_rest_volumes(World& world, StepContext& context) {
   std::vector<double>& rate = context.pressure.rate;
   rings.divergence(velocities_in_contact(bodies, context), rate);
   for (std::size_t i = 0; i < rings.size(); ++i) {
-    // Flattened one-rings have less of a surface to push on: the way of their particles stays bounded.
+    // Flattened one-rings have less surface to push on: they are corrected by less, so that the displacements
+    // of their particles stay bounded.
     const double surface = std::min(1.0, std::sqrt(rings.diagonal(i) / rings.rest_diagonal(i)));
     const double most = surface * most_correction * rings.rest_volume(i);
     rate[i] = std::clamp(rings.rest_volume(i) - rings.volume(i), -most, most) / context.dt - rate[i];
   }
 }
 
-// Marks the incompressible bodies whose one-rings are to change by no more in a step than some times what a
-// fall of a step makes of their size, dt^2 g / l. Returns whether all do.
+// Marks in context.rests the incompressible bodies whose one-rings are asked to change no faster than at
+// rest, and returns whether all are. The bound for a one-ring of size l is 5 dt g l^2, in m^3/s: five times
+// the rate of its volume if one side of it falls freely for a step.
 bool find_resting(const World& world, StepContext& context) {
-  constexpr double most_falls = 5;
+  constexpr double most_falls = 5;  // speed of the bound over that of a free fall in a step
   const OneRings& rings = world.bodies.one_rings;
   const std::vector<DeformableBody>& bodies = world.bodies.deformable;
   const double fall = most_falls * context.dt * world.gravity.norm();  // m/s
@@ -118,10 +127,13 @@ bool find_resting(const World& world, StepContext& context) {
   return all;
 }
 
-// Makes context.projection that of the contacts of this step, for rates that `find_rates` finds. Where a body
-// rests, friction holds what sticks: pressures that let it slide made a box creep down a slope by 1.5 mm/s.
-// Where one lands or is crushed it does not: contact that can neither slide nor part in a solve goes on and
-// off from step to step, and feeds energy in. Whether there is any contact.
+// Makes context.projection that of the contacts of this step, and calls `find_rates` to set the rates that
+// pressures are to change. Returns whether there is any contact.
+//
+// For bodies at rest the projection also holds the tangents of sticking contacts, by their friction:
+// pressures that let them slide made a box creep down a slope by 1.5 mm/s. For a body that lands or is
+// compressed it does not, because contact that can neither slide nor part in a solve would switch on and off
+// from step to step, and feed energy in.
 template <class FindRates>
 bool project_contacts(World& world, StepContext& context, FindRates&& find_rates) {
   context.pressure.rate.assign(world.bodies.one_rings.size(), 0.0);
@@ -135,7 +147,8 @@ bool project_contacts(World& world, StepContext& context, FindRates&& find_rates
   return true;
 }
 
-// Of what changes velocities for good.
+// Returns the settings for pressures that act on v^{n+1}: tighter than those of the volume correction, whose
+// velocities are dropped after the positions have moved.
 PressureSettings velocity_settings(const World& world) {
   PressureSettings settings = world.settings.pressure;
   settings.tolerance *= velocity_reduction;
@@ -145,7 +158,8 @@ PressureSettings velocity_settings(const World& world) {
 
 }  // namespace
 
-// I.2. The contacts of this step are not known yet: pressures take account of those of the last one.
+// I.2. The contacts of this step are not known yet, so that the pressures take account of those of the last
+// step.
 void correct_volume(World& world, StepContext& context) {
   context.projection.build(world.bodies, context.memory, context.dt, world.settings.projection_sweeps);
   find_rates_to_rest_volumes(world, context);
@@ -156,9 +170,10 @@ void correct_volume(World& world, StepContext& context) {
 
 bool keeps_volume_in_contact(const World& world) { return !world.settings.implicit_elasticity; }
 
-// Contact's impulses of III change volumes once more: they take the place of those of the last step, and rub.
-// What that leaves would be made good by the next step against the pressure, p dV, where nothing took that
-// energy from the body as it was compressed: a box that lands on rough ground gained three times its energy.
+// The contact impulses of III replace those of the last step and add friction, so that they change the
+// volumes once more. The next step would restore the volumes against the pressure, p dV, although nothing
+// took that energy from the body as it was compressed: a box that landed on rough ground gained three times
+// its energy.
 void correct_volume_in_contact(World& world, StepContext& context) {
   if (!project_contacts(world, context, [&] { find_rates_to_rest_volumes(world, context); })) return;
   find_change(world, context, world.settings.pressure);
@@ -166,11 +181,11 @@ void correct_volume_in_contact(World& world, StepContext& context) {
   check_finite(world, Stage::volume_in_contact);
 }
 
-// V.1. The paper and its program take the divergence at x^{n+1/2} out of v^n, before the forces of the step.
-// That leaves the pressures' answer to these forces out of v^{n+1}, and costs a turning body a part (w
-// dt)^2/4 of its angular momentum in every step: v^n is no rotation of x^{n+1/2}. Here the pressures act
-// where the other forces do, at x^{n+1/2}, but after them, and so that v^{n+1} is without divergence where it
-// belongs, at x^{n+1}: the part that is lost is of the next order.
+// V.1. The paper removes the divergence at x^{n+1/2} from v^n, before the forces of the step. The response of
+// the pressures to these forces is then missing in v^{n+1}, and a turning body loses the fraction (w dt)^2/4
+// of its angular momentum in every step, because v^n is no rotation of x^{n+1/2}. Here the pressures act at
+// x^{n+1/2} as the other forces do, but after them, and they make v^{n+1} free of divergence at x^{n+1}. The
+// loss is then of the next order.
 void make_incompressible(World& world, StepContext& context) {
   const bool after_contact = world.settings.constraints_first && keeps_spin(world);
   if (after_contact) count_middle_forces(world, context, -1);
@@ -188,7 +203,8 @@ void make_incompressible(World& world, StepContext& context) {
   check_finite(world, Stage::make_incompressible);
 }
 
-// As correct_volume_in_contact(), of velocities and the contacts of V.4.
+// The contact impulses of V.4 bring divergence back into the velocities; the projection of V.1 is repeated
+// under these contacts.
 void keep_volume(World& world, StepContext& context) {
   Bodies& bodies = world.bodies;
   OneRings& rings = bodies.one_rings;
@@ -206,8 +222,9 @@ void keep_volume(World& world, StepContext& context) {
   check_finite(world, Stage::volume_at_end);
 }
 
-// Damping is that of the velocities that pressures leave. Without them, in a body that is compressed, it
-// would be that of particles that the elastic forces drive apart, and do work on those that stay together.
+// Damping has to act on the velocities that pressures leave. Without the pressures the solve would see
+// particles of a compressed body driven apart by the elastic forces, and the damping of that motion would do
+// work on particles that in truth stay together.
 void add_held_pressures(World& world, StepContext& context, double dt, std::vector<Vec3>& velocity) {
   OneRings& rings = world.bodies.one_rings;
   PressureScratch& scratch = context.pressure;

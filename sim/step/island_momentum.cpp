@@ -1,5 +1,5 @@
-// Momentum that a velocity solve with contact has not kept: it ends within a tolerance, and damping that is
-// found at another deformation than that of the positions has a moment. What the solve leaves of the balance
+// Momentum that a velocity solve with contact has lost, and gets back here. The solve ends within a
+// tolerance, and damping forces at another deformation than that of the positions have a moment. The residual
 //
 //   r = b + dt M^-1 (F_damping(V) + J) - V
 //
@@ -10,7 +10,8 @@
 namespace duet {
 namespace {
 
-// Adds particle `p` at x (m), with what the solve has left of its velocity over dt (s).
+// Adds particle `p` at `x` (m) to `whole`, with the residual of its velocity and the moment of its internal
+// damping force over `dt` (s).
 void add_particle(const World& world, std::size_t p, const Vec3& x, double dt, CompositeBody& whole) {
   const StepContext& context = world.context;
   const Particles& particles = world.bodies.particles;
@@ -19,14 +20,14 @@ void add_particle(const World& world, std::size_t p, const Vec3& x, double dt, C
   if (!is_held(particles, p)) whole.add(particles.mass[p], x, context.imbalance.particle[p]);
 }
 
-// What pins and mass-proportional damping give particle `p` over dt (s).
+// Returns the impulse (N s) of pins or mass-proportional damping on particle `p` over `dt` (s).
 Vec3 impulse_of_holders(const World& world, std::size_t p, double dt) {
   const StepContext& context = world.context;
   const Particles& particles = world.bodies.particles;
   if (!is_held(particles, p))
     return -dt * world.bodies.forces.elements.drag(p) * context.solution.particle[p];
-  // Internal forces have no sum, so that their part on pinned particles is what the pins take from the
-  // others. Bound particles have no mass: their bodies take it.
+  // Internal forces have no sum, so that the pins give the opposite of the forces on pinned particles to the
+  // other particles. Bound particles are held but have no mass; the forces on them act on their bodies.
   return particles.mass[p] > 0 ? Vec3(-dt * context.damping_force[p]) : Vec3::Zero();
 }
 
@@ -47,7 +48,7 @@ void return_momentum_to_islands(World& world, StepContext& context, const Island
     whole.add_turning(context.inertia[i], context.imbalance.angular[i]);
   }
   for (std::size_t i = 0; i < wholes.size(); ++i)
-    if (islands.has_joints(i))  // which may hold it to something fixed
+    if (islands.has_joints(i))  // joints may hold the island to something fixed
       wholes[i] = {};
     else
       wholes[i].finish();

@@ -1,4 +1,5 @@
-// Step V: the spin of free islands, which moving their positions would change.
+// Step V: free islands keep their spin, the angular momentum about their center of mass, which moving their
+// positions would change.
 #include <algorithm>
 
 #include "sim/contact/detection/surface_intersections.h"
@@ -8,13 +9,14 @@
 namespace duet {
 namespace {
 
-// The inertia tensor in world axes, kg m^2.
+// Returns the inertia tensor of a body in world axes, kg m^2.
 Mat3 world_inertia(const RigidState& state, const RigidProperties& properties) {
   const Mat3 axes = state.pose.orientation.toRotationMatrix();
   return axes * properties.inertia.asDiagonal() * axes.transpose();
 }
 
-// Calls rigid(i) and then particle(p) for all bodies and particles of an island.
+// Calls rigid(i) for the rigid bodies of the island of deformable body `first`, and then particle(p) for its
+// particles.
 template <class Rigid, class Particle>
 void for_each_mass(const Bodies& bodies, const FreeIslands& islands, std::size_t first, Rigid&& rigid,
                    Particle&& particle) {
@@ -22,6 +24,7 @@ void for_each_mass(const Bodies& bodies, const FreeIslands& islands, std::size_t
                           [&](std::size_t d) { for_each_particle(bodies.deformable[d], particle); });
 }
 
+// Returns mass, center and inertia tensor about the center of an island.
 MassMoments moments_of(const Bodies& bodies, const FreeIslands& islands, std::size_t first) {
   const RigidBodies& rigid = bodies.rigid;
   const Particles& particles = bodies.particles;
@@ -37,7 +40,8 @@ MassMoments moments_of(const Bodies& bodies, const FreeIslands& islands, std::si
   return moments;
 }
 
-// Turns an island by -`rate` (rad/s) about its centre of mass: no joint comes apart, nothing deforms.
+// Adds the rigid rotation -`rate` (rad/s) about the center of mass to the velocities of an island. No joint
+// comes apart, and nothing deforms.
 void turn_back(Bodies& bodies, const FreeIslands& islands, std::size_t first, const Vec3& centre,
                const Vec3& rate) {
   for_each_mass(
@@ -51,11 +55,12 @@ void turn_back(Bodies& bodies, const FreeIslands& islands, std::size_t first, co
       [&](std::size_t p) { bodies.particles.v[p] -= rate.cross(bodies.particles.x[p] - centre); });
 }
 
-// Positions move by dt v~, with the velocities of steps I and III, and not by the mean of v^n and v^{n+1}.
-// From velocities u at x^n, which for jointed bodies have the impulses of the joints there, those of the
-// joints and of drag at x^{n+1} lead to u', and forces at x^{n+1/2} to w. Moments about the origin change by
-//   sum m (x^{n+1} - x^n) x (u + (w - u')/2)
-// without any force, less what the whole of the island moves. It is of third order in dt.
+// Returns the angular momentum (kg m^2/s) that an island of mass `mass` (kg) gains without any force as its
+// positions move:
+//   sum m (x^{n+1} - x^n) x (u + (w - u')/2),  without the displacement of the center of mass.
+// Positions move by dt v~, with the velocities of steps I and III, and not by dt times the mean of v^n and
+// v^{n+1}. Velocities are u at x^n, including the impulses of joints there; impulses of joints and drag at
+// x^{n+1} lead to u', and forces at x^{n+1/2} to w. The gain is of third order in dt.
 Vec3 gain_of_moving(const StepContext& context, std::size_t first, double mass, const Bodies& bodies) {
   const FreeIslands& islands = context.free_islands;
   const RigidBodies& rigid = bodies.rigid;
@@ -79,16 +84,18 @@ Vec3 gain_of_moving(const StepContext& context, std::size_t first, double mass, 
   return gained;
 }
 
-// Solves that have contacts in them also have the joints of x^{n+1}, and damping of x^{n+1/2} that acts on
-// bones at x^{n+1}. All of these have moments that add up to nothing; what is left of the change of spin
-// about the centre of mass, less what the damping in proportion to mass takes, is gained by how they are
-// counted and by the positions.
+// Returns the angular momentum (kg m^2/s) that an island gains without any force, if its velocities come from
+// a solve with contact inside. `centre` (m) is its center of mass and `mass` its mass (kg).
+//
+// Such a solve includes the joints at x^{n+1}, and damping at x^{n+1/2} that acts on bones at x^{n+1}. Their
+// moments add up to nothing. All change of spin about the center of mass is therefore a gain, except for what
+// mass-proportional damping takes.
 Vec3 gain_of_solve(const StepContext& context, std::size_t first, const Vec3& centre, double mass,
                    const Bodies& bodies) {
   const FreeIslands& islands = context.free_islands;
   const RigidBodies& rigid = bodies.rigid;
   const Particles& particles = bodies.particles;
-  Vec3 start = Vec3::Zero();  // the centre of mass at x^n
+  Vec3 start = Vec3::Zero();  // m, center of mass at x^n
   for_each_mass(
       bodies, islands, first,
       [&](std::size_t i) { start += rigid.properties[i].mass / mass * context.rigid_n[i].pose.position; },
@@ -111,9 +118,10 @@ Vec3 gain_of_solve(const StepContext& context, std::size_t first, const Vec3& ce
   return gained;
 }
 
+// Turns the island of deformable body `first` back by what it has gained.
 void keep_spin(const StepContext& context, std::size_t first, Bodies& bodies) {
   const MassMoments moments = moments_of(bodies, context.free_islands, first);
-  bool has_bones = false, by_solve = false;  // with contact inside
+  bool has_bones = false, by_solve = false;  // by_solve: contact inside the solve
   context.free_islands.for_each_member(
       first, [&](std::size_t) { has_bones = true; },
       [&](std::size_t d) { by_solve = by_solve || context.solved_bodies[d]; });
@@ -123,7 +131,8 @@ void keep_spin(const StepContext& context, std::size_t first, Bodies& bodies) {
   turn_back(bodies, context.free_islands, first, moments.centre, rate_of_turn(moments, gained));
 }
 
-// Rigid pairs that have met without an impulse in step III have had one in step II.
+// Returns whether bodies of a pair have exchanged an impulse. A rigid pair that collided had one in step II,
+// even if it has none in step III.
 bool has_met(const ContactPair& pair, const ContactSet& contacts) {
   if (pair.guest_rigid >= 0 && pair.collided) return true;
   for (int i = pair.begin; i < pair.end; ++i)
@@ -133,6 +142,7 @@ bool has_met(const ContactPair& pair, const ContactSet& contacts) {
 
 }  // namespace
 
+// Sets context.free_islands to the islands that nothing has touched in this step.
 void find_untouched(World& world, StepContext& context) {
   const Bodies& bodies = world.bodies;
   const Particles& particles = bodies.particles;
@@ -140,7 +150,7 @@ void find_untouched(World& world, StepContext& context) {
   islands.find(bodies);
   for (const DeformableBody& body : bodies.deformable)
     for_each_particle(body, [&](std::size_t p) {
-      if (particles.mass[p] == 0) return;  // a bone's, which joints have moved as well
+      if (particles.mass[p] == 0) return;  // carried by a bone, which joints have moved as well
       if (is_held(particles, p) || particles.v[p] != context.v_n.particle[p])
         islands.touch_particle(static_cast<int>(p));
     });
@@ -153,7 +163,7 @@ void find_untouched(World& world, StepContext& context) {
   }
   const std::vector<char>& solved = context.solved_bodies;
   if (world.has(Effect::air_drag) &&
-      std::count(solved.begin(), solved.end(), true) > 0)  // gain_of_solve() would take it for a gain
+      std::count(solved.begin(), solved.end(), true) > 0)  // gain_of_solve() would count drag as a gain
     for (std::size_t i = 0; i < bodies.rigid.size(); ++i)
       if (bodies.rigid.properties[i].air_drag > 0) islands.touch_rigid(static_cast<int>(i));
   if (world.has(Effect::self_repulsion))
@@ -185,7 +195,8 @@ void count_middle_forces(World& world, StepContext& context, double sign) {
 
 bool keeps_spin(const World& world) { return world.settings.keep_spin && world.has_internal_forces(); }
 
-// Where V.4 comes first, the forces of the middle have been counted as soon as they had acted.
+// In the order in which V.4 comes before the solve, the forces of the middle have been counted when they
+// acted.
 void keep_spin(World& world, StepContext& context) {
   if (!world.settings.constraints_first) count_middle_forces(world, context, 1);
   for (const std::size_t first : context.free_islands.untouched()) keep_spin(context, first, world.bodies);

@@ -5,6 +5,7 @@
 namespace duet {
 namespace {
 
+// Sets the path velocities of one pair's contacts with the kinematic body of `step`.
 void set_path_velocities(const Bodies& bodies, const KinematicStep& step, const ContactPair& pair,
                          ContactSet& contacts) {
   const Vec3& center = bodies.rigid.state[step.body].pose.position;

@@ -9,6 +9,8 @@
 namespace duet {
 namespace {
 
+// Throws the error for particles that cannot be kept from crossing, because held ones are led through a
+// surface.
 [[noreturn]] void fail(const World& world, const std::array<int, 4>& particle) {
   SimulationFault fault;
   fault.stage = name(Stage::self_collision);
@@ -23,7 +25,7 @@ namespace {
 
 }  // namespace
 
-// I.3. The candidates are sought with room for where the particles are about to go.
+// I.3. The candidates include pairs that the predicted positions x^n + dt v bring together.
 void repel_surfaces(World& world, StepContext& context) {
   Particles& particles = world.bodies.particles;
   context.x_next.resize(particles.size());
@@ -40,7 +42,7 @@ void repel_surfaces(World& world, StepContext& context) {
                               world.bodies.faces_around, world.bodies.triangles);
   context.self_repulsion.apply(context.dt, particles.x, particles.inverse_mass, particles.v);
   context.self_repulsion.apply_elastic(context.dt, particles.inverse_mass, particles.v);
-  if (solves)  // the solves do without these impulses
+  if (solves)  // solves with contact inside leave these impulses out
     for (std::size_t p = 0; p < particles.size(); ++p) context.solved_change.particle[p] += particles.v[p];
 }
 
@@ -59,7 +61,7 @@ void repel_surfaces_at_end(World& world, StepContext& context) {
       pairs.begin(), pairs.end(), [](const RepulsionPair& pair) { return pair.distance < pair.thickness; });
 }
 
-// The average velocity (x^{n+1} - x^n)/dt changes as the positions do, and v^^n with it.
+// The mean velocity (x^{n+1} - x^n) / dt changes with the positions, and v-^n changes by the same amount.
 void collide_surfaces(World& world, StepContext& context) {
   check_finite(world, Stage::self_collision);
   Particles& particles = world.bodies.particles;

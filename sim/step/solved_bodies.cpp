@@ -1,15 +1,17 @@
-// Which deformable bodies have contact in their velocity solves (sim/step/solved_contact.cpp) in this step:
+// The choice of the deformable bodies with contact inside their velocity solves
+// (sim/step/solved_contact.cpp):
 //
 // - all of them in implicit steps;
 // - those that are strongly damped;
-// - those that crush a rigid body, one of less than a tenth of their mass, between themselves and another
-//   rigid body or another such heavy volume. Sweeps over the contacts of such a body pass on a share of the
-//   load that is as small as the ratio of the masses, and so end long before it carries what lies on it. It
-//   is not done on islands with joints, which have others to carry the load and would make a solve slow, nor
-//   on those with sheets or rods, which have no blocks of their own to precondition a solve with.
+// - those that crush a rigid body of less than a tenth of their mass between themselves and
+//   another rigid body or another such heavy volume. Sweeps over the contacts of the light body
+//   pass on a fraction of the load that is as small as the ratio of the masses, and end long
+//   before it carries what lies on it. Islands with joints are left out, because joints carry
+//   load as well and would make a solve slow. Islands with sheets or rods are left out, because
+//   these have no blocks of their own to precondition a solve with.
 //
-// The last kind is found from the contacts that held a force at the end of the last step, and once more when
-// those of this step are known.
+// Bodies of the last kind are found from the contacts that held a force at the end of the last step, and once
+// more when the contacts of this step are known.
 #include <algorithm>
 
 #include "sim/contact/detection/surface_intersections.h"
@@ -18,19 +20,25 @@
 namespace duet {
 namespace {
 
+// Ratio of masses from which a deformable body is heavy for a rigid one. A larger ratio would leave more
+// bodies to sweeps, which end before the light body carries such a load.
 constexpr double heavy_ratio = 10;
 
-// What a rigid body lies between: nothing, one heavy volume and nothing else, or two of them or any rigid
-// body.
-enum Holder : char { nothing, heavy_volume, several };
+// The neighbors of a rigid body that decide whether it can be crushed between them.
+enum Holder : char {
+  nothing,       // none
+  heavy_volume,  // one heavy deformable body, and no rigid one
+  several        // two heavy deformable bodies, or any rigid one
+};
 
+// Returns whether the deformable body is heavy for the rigid body `host`, which has to be dynamic.
 bool is_heavy(const Bodies& bodies, int host, int deformable) {
   const RigidProperties& properties = bodies.rigid.properties[as_index(host)];
   return properties.is_dynamic() &&
          heavy_ratio * properties.mass < bodies.deformable[as_index(deformable)].mass;
 }
 
-// The deformable body that is the guest of a contact.
+// Returns the deformable body that is the guest of a cached contact.
 int soft_guest(const Bodies& bodies, const CachedContact& remembered) {
   ContactPoint contact;
   contact.host = remembered.host;
@@ -40,15 +48,16 @@ int soft_guest(const Bodies& bodies, const CachedContact& remembered) {
   return static_cast<int>(body_of(bodies, surface_point(bodies, contact).particle[0]));
 }
 
-// Marks the islands that have sheets or rods.
+// Marks in `is_thin` the islands that have sheets or rods.
 void find_thin(const Bodies& bodies, const Islands& islands, std::vector<char>& is_thin) {
   is_thin.assign(islands.size(), false);
   for (const DeformableBody& body : bodies.deformable)
     if (body.thickness > 0) is_thin[as_index(islands.of_particle(body.first_particle))] = true;
 }
 
-// context.touching are a rigid body each and what touches it: another one, or a deformable one, whose numbers
-// follow; each pair once. They are joined on the islands.
+// Marks in context.solved_bodies the deformable bodies that crush a rigid one. context.touching holds each
+// pair of bodies in contact once: a rigid body and its guest, which is rigid, or deformable with numbers that
+// follow those of rigid bodies. `islands` have these pairs joined.
 void add_crushing(const Bodies& bodies, const Islands& islands, StepContext& context) {
   std::vector<char>& is_thin = context.is_solved;
   find_thin(bodies, islands, is_thin);
@@ -72,18 +81,20 @@ void add_crushing(const Bodies& bodies, const Islands& islands, StepContext& con
   }
 }
 
+// Returns whether bodies can be chosen because they crush a rigid one.
 bool looks_for_crushing(const World& world) {
   return world.may_crush && world.has_internal_forces() && !world.settings.implicit_elasticity &&
          !world.settings.constraints_first;
 }
 
-// What touched at the end of the last step.
+// Sets context.touching and context.solved to the pairs, and their islands, of the contact cache of the last
+// step.
 void find_touching(const Bodies& bodies, StepContext& context) {
   const int rigid_count = static_cast<int>(bodies.rigid.size());
   Islands& islands = context.solved;
   islands.begin(bodies);
   context.touching.clear();
-  for (const CachedContact& contact : context.memory) {  // those of a pair follow each other
+  for (const CachedContact& contact : context.memory) {  // contacts of a pair follow each other
     const bool is_rigid_pair = contact.guest_rigid >= 0;
     const std::array<int, 2> pair{
         contact.host, is_rigid_pair ? contact.guest_rigid : rigid_count + soft_guest(bodies, contact)};
@@ -138,7 +149,8 @@ void add_solved_bodies(const World& world, StepContext& context) {
   add_crushing(world.bodies, context.solved, context);
 }
 
-// As choose_solved_bodies() and add_solved_bodies() may choose, at any time.
+// The conditions are those under which choose_solved_bodies() and add_solved_bodies() may choose a body in
+// some step.
 bool solves_contact(const World& world) {
   if (!world.has_internal_forces()) return false;
   if (world.settings.implicit_elasticity) return !world.bodies.deformable.empty();

@@ -1,17 +1,18 @@
-// Contact inside the velocity solves. Sweeps over contacts move particles by their bare masses, without what
-// damps and holds them: where that is most of what a particle feels within a step, a body that lands or lies
-// is crushed at its surface by the rest of it, which goes on, and its forces make of that far more energy
-// than there was. Here contacts are part of the system, so that the whole body takes up what they give:
+// Contact inside the velocity solves. Sweeps over contacts move particles by their bare masses, without the
+// damping and stiffness around them. Where these are most of what a particle feels within a step, a body
+// that lands or rests would be crushed at its surface, between the obstacle and the rest of the body, which
+// goes on, and the elastic forces would turn that into far more energy than there was. Here contacts are part
+// of the system, so that the whole body takes up their impulses:
 //
 //   III  V = v^^n + dt/2 (g + M^-1 (F + F_damping(V) + J)), with F at x^n + dt/2 V where elasticity is
-//        implicit, else at x^n. No contact closes by more than its gap in the whole step.
+//        implicit, otherwise at x^n. No contact closes by more than its gap in the whole step.
 //   V    v^{n+1} = v^^n + dt (g + M^-1 (F(x^{n+1/2}) + F_damping(v^{n+1}) + J)). The damping is that of
-//        the end of the step: the trapezoidal rule would turn strongly damped motion round in each step, and
-//        so throw up what lands.
+//        the end of the step: the trapezoidal rule would reverse strongly damped motion in each step, and
+//        so throw up bodies that land.
 //
-// J are the impulses of contact, with Coulomb friction, over the time of the solve. Both are steps to the
-// least of a convex potential (of a sum of such with the elastic energy), so that they take energy and give
-// none: V by the midpoint rule, as a contact that pushes does not open in the step.
+// J are the impulses of contact, with Coulomb friction, over the time of the solve. Both solves minimize a
+// convex potential, or the sum of one and the elastic energy, so that they take energy and give none. For V
+// that holds by the midpoint rule, because a contact that pushes does not open in the step.
 #include <algorithm>
 
 #include "sim/contact/detection/impact_plane.h"
@@ -21,7 +22,7 @@
 namespace duet {
 namespace {
 
-// The joints that a solve for `islands` keeps, or null.
+// Returns the projection that keeps the joints of `islands` in a solve, or null if they have none.
 ContactProjection* keep_joints(World& world, StepContext& context, const Islands& islands) {
   if (!islands.has_joints()) return nullptr;
   context.projection.build(world.bodies);
@@ -30,14 +31,14 @@ ContactProjection* keep_joints(World& world, StepContext& context, const Islands
   return &context.projection;
 }
 
-// How often implicit steps of strongly damped bodies look for the middle of the step: where contact stops a
-// body that turned, the first one is far off.
+// Number of solves by which implicit steps find the middle of the step for bodies whose strain relaxes
+// slowly. The first middle is far off if contact stops a body that turned.
 constexpr int middles = 2;
 
-// The part of what surfaces lack of their distance that the position update of a step makes good.
+// Fraction of the distance that surfaces lack of their thickness that the position update of a step restores.
 constexpr double parted_share = 0.1;
 
-// Gives bodies on the islands the velocities that have been found.
+// Sets the velocities of bodies on the searched islands to `velocity`.
 void take_velocities(const GeneralizedVelocity& velocity, const Islands& islands, Bodies& bodies) {
   for (const Islands::Range& range : islands.ranges())
     for (std::size_t p = range.begin; p < range.end; ++p)
@@ -49,16 +50,17 @@ void take_velocities(const GeneralizedVelocity& velocity, const Islands& islands
   }
 }
 
-// right_side += dt M^-1 F, and what that does to bones.
+// v += dt M^-1 F for the forces F (N) on particles, including the bodies that carry particles.
 void add_forces(const Bodies& bodies, const std::vector<Vec3>& force, double dt, GeneralizedVelocity& v) {
   for (std::size_t p = 0; p < bodies.particles.size(); ++p)
     v.particle[p] += dt * bodies.particles.inverse_mass[p] * force[p];
   add_force_twists(bodies.rigid, bodies.bound, force, dt, v.linear, v.angular);
 }
 
-// Damping acts at the deformation of the middle of the step, where the way of a body that only turns has no
-// strain: at that of its beginning the body would grow with every step, and strong damping would not let it
-// shrink again. Leaves the elastic forces of the middle in context.damping_force.
+// Evaluates the elements at x^n + dt V, the middle of the step, for V in context.solution, and leaves the
+// elastic forces there in context.damping_force. Damping acts at that deformation, where the displacement of
+// a body that only turns has no strain. At the deformation of the beginning the body would grow with every
+// step, and strong damping would not let it shrink again.
 void deform_to_middle(World& world, StepContext& context, double dt) {
   Particles& particles = world.bodies.particles;
   for (std::size_t p = 0; p < particles.size(); ++p)
@@ -69,17 +71,18 @@ void deform_to_middle(World& world, StepContext& context, double dt) {
   particles.x = context.x_n;
 }
 
-// right_side = v^^n + what the stages before have changed, without what an implicit step I has solved for.
+// Sets right_side to context.middle_velocity, the velocities before this solve, less the change that the
+// solve of step I made: this solve replaces it.
 void begin_right_side(const Bodies& bodies, StepContext& context) {
   context.right_side = context.middle_velocity;
   VelocitySystem::axpy(-1, context.solved_change, context.right_side);
-  for (std::size_t p = 0; p < bodies.particles.size(); ++p)  // they are led
+  for (std::size_t p = 0; p < bodies.particles.size(); ++p)  // held particles are led
     if (is_held(bodies.particles, p)) context.right_side.particle[p] = context.middle_velocity.particle[p];
 }
 
-// right_side += dt M^-1 (F(x^n + dt V) + gravity), with the forces that deform_to_middle() has found. Those
-// of x^n would turn a body that turns: acting in the middle of the step they have a moment, which nothing in
-// the solve resists, and in stiff bodies each step would add more to it than the last.
+// right_side += dt M^-1 (F(x^n + dt V) + gravity), with the forces that deform_to_middle() has found. Forces
+// of x^n would give a turning body a moment, because they act in the middle of the step; nothing in the solve
+// resists the moment, and in stiff bodies each step would add more to it than the last.
 void add_forces_of_middle(World& world, StepContext& context, double dt) {
   const Particles& particles = world.bodies.particles;
   std::vector<Vec3>& force = context.explicit_force;
@@ -88,13 +91,16 @@ void add_forces_of_middle(World& world, StepContext& context, double dt) {
   add_forces(world.bodies, force, dt, context.right_side);
 }
 
+// Fills context.blocks and builds context.contact_forces for a solve over `dt` (s). The impulses that
+// contacts hold, times `factor`, are the multipliers.
 void build_forces(World& world, StepContext& context, const Islands& islands, double dt, double factor) {
   find_blocks(world, context, dt, world.settings.implicit_elasticity);
   context.contact_forces.build(world.bodies, context.contacts, context.graph, islands, factor,
                                context.blocks.own());
 }
 
-// Begins at the velocity v^^n, as of what rests, if that is nearer than the one without contact.
+// Starts the solve at v^^n instead of the velocity without contact, if its potential is lower, as for bodies
+// at rest. Solves with constraints keep their start.
 void begin_at_the_better(World& world, StepContext& context, const VelocityProblem& problem) {
   if (problem.projection) return;
   const double as_predicted = solve_potential(world, context, problem);
@@ -150,7 +156,7 @@ bool is_solved(const StepContext& context, const Bodies& bodies, const ContactPa
 
 namespace {
 
-// Step III on `islands`.
+// Solves step III on the searched islands of `islands`, with elasticity in the solve if `is_elastic`.
 void solve_halfway(World& world, StepContext& context, const Islands& islands, bool is_elastic) {
   if (islands.searched() == 0) return;
   Bodies& bodies = world.bodies;
@@ -192,12 +198,13 @@ void solve_halfway(World& world, StepContext& context, const Islands& islands, b
   context.contact_forces.store(1, context.contacts);
 }
 
-// In implicit steps: the islands where strain relaxes so slowly that elastic forces hardly change within the
-// step do without elasticity in the solve. Newton's method would have to find the deformation in which
-// strong damping acts together with the velocity, and fails where contact turns bodies far within a step.
+// Divides the searched islands of implicit steps into context.elastic and context.relaxing. On the latter,
+// strain relaxes so slowly that elastic forces hardly change within the step, and their solve leaves
+// elasticity out. With it, Newton's method would have to find the deformation at which strong damping acts
+// together with the velocity, and it fails where contact turns bodies far within a step.
 void find_relaxing_islands(World& world, StepContext& context) {
-  // Steps in which strain relaxes. Explicit forces are stable from half of one on, as long as bodies are
-  // hardly deformed; what is squeezed to half of its size is several times as stiff.
+  // Least number of steps in which strain relaxes. Explicit forces are stable from half a step on as long as
+  // bodies are hardly deformed, but a body that is compressed to half of its size is several times as stiff.
   constexpr double least = 10;
   context.elastic = context.relaxing = context.solved;
   for (std::size_t i = 0; i < context.solved.size(); ++i) {
@@ -237,7 +244,7 @@ void solve_contact_at_end(World& world, StepContext& context) {
   Bodies& bodies = world.bodies;
   if (context.solved.searched() == 0) return;
   const double dt = context.dt;
-  // What acts without contact and damping.
+  // b = v-^n + dt (g + M^-1 F), without contact and damping.
   GeneralizedVelocity& b = context.start_velocity;
   add_forces(bodies, context.explicit_force, dt, b);
   for (std::size_t i = 0; i < bodies.rigid.size(); ++i)
@@ -249,7 +256,7 @@ void solve_contact_at_end(World& world, StepContext& context) {
   for (std::size_t p = 0; p < bodies.particles.size(); ++p)
     if (is_held(bodies.particles, p))
       b.particle[p] = context.middle_velocity.particle[p] = bodies.particles.v[p];
-  // Contacts at x^{n+1}, as the middle of the step moves them.
+  // Contacts at x^{n+1}, with targets for the velocities of step III.
   take_velocities(context.middle_velocity, context.solved, bodies);
   follow_bodies(bodies.rigid, bodies.bound, bodies.particles);
   update_contacts(context.graph, bodies, context.contacts);
@@ -271,14 +278,16 @@ void solve_contact_at_end(World& world, StepContext& context) {
   find_velocity(
       world, context,
       {.dt = dt, .projection = projection, .contacts = &context.contact_forces, .islands = &context.solved});
-  // Forces and impulses, so that momentum is kept to rounding where the solve has converged.
+  // If the solve has converged, V plus the residual are the velocities that forces and impulses make, which
+  // keep momentum to rounding.
   double left = 0;
   for (const Vec3& v : context.imbalance.particle) left = std::max(left, v.norm());
   const bool has_converged = left <= world.settings.cg_tolerance;
   if (has_converged) VelocitySystem::axpy(1, context.imbalance, context.solution);
   for (std::size_t p = 0; p < bodies.particles.size(); ++p)
     context.force[p] = context.explicit_force[p] + context.damping_force[p];
-  // The sweeps of V.4 begin with these impulses, for steps of half the time.
+  // The sweeps of V.4 start from twice the impulses that contacts hold, so that half of them are stored. V.4
+  // applies them again; they are taken out of the velocities here.
   context.contact_forces.store(0.5, context.contacts);
   context.right_side = context.solution;
   context.contact_forces.add_stored_velocities(-1, context.right_side);

@@ -1,4 +1,4 @@
-// Seconds and calls of every stage, always on.
+// Wall-clock seconds and calls of every stage; measured always.
 #pragma once
 
 #include <array>
@@ -9,16 +9,20 @@
 
 namespace duet {
 
+/// Sums of the seconds and calls of every stage.
 class StageClock {
  public:
+  /// The sums of one stage.
   struct Entry {
-    double seconds = 0;
-    std::int64_t calls = 0;
+    double seconds = 0;      ///< s, wall-clock time
+    std::int64_t calls = 0;  ///< number of calls
   };
+  /// Returns the sums of `stage` since the last reset().
   const Entry& operator[](Stage stage) const { return entries_[static_cast<std::size_t>(stage)]; }
+  /// Sets all sums to zero.
   void reset() { entries_ = {}; }
 
-  /// Runs `work` as one call of `stage`.
+  /// Runs `work()` as one call of `stage`, and adds its duration.
   template <class Work>
   void time(Stage stage, Work&& work) {
     const auto start = std::chrono::steady_clock::now();
@@ -29,7 +33,7 @@ class StageClock {
   }
 
  private:
-  std::array<Entry, stage_count> entries_{};
+  std::array<Entry, stage_count> entries_{};  // by Stage
 };
 
 }  // namespace duet

@@ -1,8 +1,8 @@
-// The time step (paper section 2) on one page: the stages in the order in which they run.
+// The time step (paper section 2) on one page: a table of the stages in the order in which they run.
 //
 // step() goes through this table from top to bottom. The names and counts of stages in statistics, the
-// ledger, `duet explain` and the hashes of stages are made from it; tests/unit/step/stage_table_test.cpp
-// holds sim/step/README.md, which explains every stage, to it.
+// ledger, `duet explain` and the hashes of stages are made from it. sim/step/README.md explains every stage,
+// and tests/unit/step/stage_table_test.cpp compares its list of stages with this table.
 #pragma once
 
 #include <array>
@@ -18,29 +18,31 @@ namespace duet {
 /// How a stage relates to the paper.
 enum class Origin : char {
   paper = '=',  ///< as in the paper
-  other = '~',  ///< by another method, or in another order
+  other = '~',  ///< in the paper too, here by another method or in another order
   added = '+',  ///< the paper has no such stage
 };
 
-/// What a stage changes of the bodies, by which the ledger of momentum knows how to count it.
+/// The kind of change that a stage makes to bodies; the ledger of momentum counts the stage by it.
 enum class Changes {
-  nothing,    ///< none of their positions and velocities, but those of particles that others carry
-  half_step,  ///< velocities on their way to v^{n+1/2}, which moves the bodies and is dropped in step IV
-  exchange,   ///< velocities, given up for others that the step has kept
-  velocity,   ///< velocities on their way to v^{n+1}, by impulses
-  position,   ///< positions, and what moving them costs
+  nothing,    ///< no positions and velocities, except those of particles that other bodies carry
+  half_step,  ///< velocities towards v^{n+1/2}, which moves the bodies and is dropped in step IV
+  exchange,   ///< velocities, replaced by others that the step has kept
+  velocity,   ///< velocities towards v^{n+1}, by impulses
+  position,   ///< positions, or velocities that make up for the momentum that moving positions costs
 };
 
-/// The two orders of step V.
+/// The two orders of step V, as a condition of a stage.
 enum class ConstraintOrder {
-  both,
+  both,          ///< the stage runs in both orders
   after_solve,   ///< V.4 sees all forces (paper section 7)
-  before_solve,  ///< V.4 sees the explicit forces, and damping acts after it (section 7.2)
+  before_solve,  ///< V.4 sees the explicit forces only, and damping acts after it (paper section 7.2)
 };
 
+/// A set of effects as bits: bit i stands for the effect with the number i.
 using EffectMask = std::uint32_t;
 static_assert(effect_count <= 32);
 
+/// Returns the set of the given effects.
 template <class... Effects>
 constexpr EffectMask mask(Effects... effects) {
   return (EffectMask{0} | ... | (EffectMask{1} << static_cast<unsigned>(effects)));
@@ -48,70 +50,90 @@ constexpr EffectMask mask(Effects... effects) {
 
 /// When a stage runs: every condition has to hold.
 struct Needs {
-  EffectMask any = 0;      ///< effects of which the plan has one; 0: it needs none
-  EffectMask and_any = 0;  ///< more effects of which the plan has one; 0: it needs none
-  ConstraintOrder order = ConstraintOrder::both;
-  bool (*when)(const World&) = nullptr;  ///< what settings and materials ask for; null: nothing
+  EffectMask any = 0;      ///< effects of which the plan must have at least one; 0: no condition
+  EffectMask and_any = 0;  ///< further effects of which the plan must have at least one; 0: no condition
+  ConstraintOrder order = ConstraintOrder::both;  ///< the order of step V in which the stage runs
+  /// Condition on settings and materials; null: no condition.
+  bool (*when)(const World&) = nullptr;
 };
 
 /// Who runs a stage.
 enum class Timing {
   by_step,        ///< step(), at its place in the table
-  within_others,  ///< other stages, whose seconds contain its seconds
+  within_others,  ///< other stages, whose seconds include its seconds
   before_step,    ///< the caller of step()
 };
 
-/// A line of the page.
+/// A line of the table.
 struct StageRow {
-  Stage stage;
-  std::string_view label;  ///< in statistics; begins with the number of the paper
-  Origin origin;
-  Needs needs;
-  Changes changes;
+  Stage stage;             ///< the stage
+  std::string_view label;  ///< its name in statistics; begins with the number of the paper's step
+  Origin origin;           ///< its relation to the paper
+  Needs needs;             ///< when it runs
+  Changes changes;         ///< what it changes
+  /// The function that does its work; null for checks, and for stages that step() does not run.
   void (*work)(World&, StepContext&) = nullptr;
-  /// Asked where there is no work: whether the step is too long. It is only asked if a shorter one may be
-  /// taken.
+  /// The check of a row without work: returns whether the step is too long.
+  ///
+  /// It is only called if a step may be refused; null: no check.
   bool (*is_too_long)(const World&, const StepContext&) = nullptr;
-  Timing timing = Timing::by_step;
+  Timing timing = Timing::by_step;  ///< who runs the stage
 };
 
-/// Whether contact may be part of the velocity solve of some bodies (sim/step/solved_bodies.cpp).
+/// Returns whether some bodies may have contact inside their velocity solve (sim/step/solved_bodies.cpp).
 bool solves_contact(const World& world);
-/// Whether free islands keep their spin (sim/step/keep_spin.cpp).
+/// Returns whether free islands keep their spin (sim/step/keep_spin.cpp).
 bool keeps_spin(const World& world);
-/// Whether pressures of incompressible bodies act once more after contact. Implicit steps have contact inside
-/// their solves.
+/// Returns whether pressures of incompressible bodies act once more after contact.
+///
+/// They do not in implicit steps, which have contact inside their solves.
 bool keeps_volume_in_contact(const World& world);
-/// Whether damping forces are solved for in step V. Implicit steps take those of their middle, which I.1
-/// found.
+/// Returns whether damping forces are solved for in step V.
+///
+/// They are not in implicit steps, which take the forces of their middle, found by I.1.
 bool solves_at_end(const World& world);
 
+/// The rows of the table, and the names that keep them short.
 namespace stage_page {
 
 using enum Origin;
 using enum Changes;
 using enum ConstraintOrder;
 
+/// Bodies can be in contact.
 constexpr EffectMask touching = mask(Effect::rigid_contact, Effect::rigid_deformable_contact);
+/// Bodies can collide or be in contact.
 constexpr EffectMask meeting = touching | mask(Effect::rigid_collision);
+/// Rigid bodies have joints.
 constexpr EffectMask jointed = mask(Effect::articulation);
+/// Deformable bodies have internal forces.
 constexpr EffectMask elastic = mask(Effect::deformable_elasticity, Effect::springs, Effect::bending);
+/// Bodies keep their volume.
 constexpr EffectMask incompressible = mask(Effect::incompressibility);
+/// Rigid bodies carry particles of deformable bodies, or hold them by springs.
 constexpr EffectMask bones = mask(Effect::hard_bindings, Effect::soft_bindings);
 
+/// No condition.
 constexpr Needs always{};
+/// One of several effects.
 constexpr Needs any(EffectMask effects, ConstraintOrder order = both) { return {effects, 0, order}; }
+/// One effect.
 constexpr Needs effect(Effect needed) { return {mask(needed)}; }
+/// Incompressible bodies whose pressures act once more after contact.
 constexpr Needs volume_in_contact(ConstraintOrder order) {
   return {touching, incompressible, order, keeps_volume_in_contact};
 }
+/// Forces or pressures for which step V solves.
 constexpr Needs last_solve{elastic | incompressible, 0, after_solve, solves_at_end};
+/// Contact inside velocity solves.
 constexpr Needs solved_contact{elastic, 0, both, solves_contact};
+/// Free islands that keep their spin.
 constexpr Needs spin(ConstraintOrder order) { return {elastic, 0, order, keeps_spin}; }
 
 // clang-format off
+/// The table; see stage_table.
 inline constexpr auto rows = std::to_array<StageRow>({
-  // Before the step, and what it has to know of x^n
+  // Before the step, and its preparation at x^n
   {Stage::time_step_choice,     "time step choice",                    other, always, nothing,   nullptr, nullptr, Timing::before_step},
   {Stage::kinematic_motion,     "0 kinematic motion",                  added, effect(Effect::kinematic_motion), nothing, plan_motion},
   {Stage::joint_rows,           "0 joint rows",                        added, any(jointed), nothing, begin_joints},
@@ -144,7 +166,7 @@ inline constexpr auto rows = std::to_array<StageRow>({
   {Stage::air_drag,             "IV air drag",                         added, effect(Effect::air_drag), velocity, slow_in_air},
   {Stage::embedded_particles,   "IV embedded particles",               added, any(bones), nothing, follow_bones},
   {Stage::self_collision,       "IV self-collision",                   paper, effect(Effect::self_collision), velocity, collide_surfaces},
-  // V    v-^n -> v^{n+1}: what both orders begin with,
+  // V    v-^n -> v^{n+1}: the beginning that both orders share
   {Stage::repulsion_pairs,      "V repulsion pairs",                   paper, effect(Effect::self_repulsion), nothing, find_repulsions},
   {Stage::spin_at_start,        "V spin at the start",                 added, spin(both), nothing, begin_spin},
   {Stage::solve_constraints,    "V.2 constraints",                     other, last_solve, nothing, find_solve_constraints},
@@ -152,20 +174,20 @@ inline constexpr auto rows = std::to_array<StageRow>({
   {Stage::constrained_solve,    "V.2 constrained solve",               other, last_solve, nothing, constrained_solve},
   {Stage::re_evaluation,        "V.3 re-evaluation",                   paper, always, velocity, evaluate_again},
   {Stage::contact_in_solve_at_end, "V.3 contact in the solve",         added, solved_contact, velocity, solve_contact_at_end},
-  // V.1 before V.4 in the one,
+  //      order after_solve: V.1 before V.4
   {Stage::make_incompressible,  "V.1 make incompressible",             other, any(incompressible, after_solve), velocity, make_incompressible},
   {Stage::spin,                 "V spin",                              added, spin(after_solve), position, keep_spin},
-  // V.4 in both,
+  //      V.4 in both orders
   {Stage::contacts_at_end,      "V.4 contacts at the end",             added, any(touching), velocity, prepare_contacts_at_end},
   {Stage::control_at_end,       "V.4 post-stabilization and control",  other, any(jointed), velocity, control_joints_at_end},
   {Stage::contact_at_end,       "V.4 contact and post-stabilization",  other, any(touching), velocity, apply_contact_at_end},
   {Stage::repulsion_at_end,     "V.4 self-repulsion",                  paper, effect(Effect::self_repulsion), velocity, repel_surfaces_at_end},
   {Stage::volume_at_end,        "V.4 keep volume",                     added, volume_in_contact(after_solve), velocity, keep_volume},
-  // damping and V.1 after it in the other.
+  //      order before_solve: damping and V.1 after V.4
   {Stage::damping_at_end,       "V.4 damping",                         paper, any(0, before_solve), velocity, damp_at_end},
   {Stage::make_incompressible,  "V.1 make incompressible",             other, any(incompressible, before_solve), velocity, make_incompressible},
   {Stage::spin,                 "V spin",                              added, spin(before_solve), position, keep_spin},
-  // Timed within the stages above
+  // Stages that are timed within the stages above
   {Stage::elastic_forces,       "elastic forces",                      paper, always, nothing, nullptr, nullptr, Timing::within_others},
   {Stage::damping_solve,        "damping solve",                       paper, always, nothing, nullptr, nullptr, Timing::within_others},
   {Stage::shock_propagation,    "shock propagation",                   paper, always, nothing, nullptr, nullptr, Timing::within_others},
@@ -173,9 +195,12 @@ inline constexpr auto rows = std::to_array<StageRow>({
 });
 // clang-format on
 
+/// Returns the number of a stage.
 constexpr auto as_number(Stage stage) { return static_cast<std::size_t>(stage); }
 
-// The rows come in the order of Stage, but for stages that have a row in each order of step V.
+/// Counts the stages, and fails to compile unless their first rows come in the order of Stage.
+///
+/// Stages with a row in each order of step V count once.
 consteval std::size_t count_stages() {
   std::size_t count = 0;
   for (const StageRow& row : rows) {
@@ -187,21 +212,25 @@ consteval std::size_t count_stages() {
 
 }  // namespace stage_page
 
+/// The table of the time step, in the order in which the stages run.
 inline constexpr auto& stage_table = stage_page::rows;
+/// The number of stages.
 inline constexpr std::size_t stage_count = stage_page::count_stages();
 static_assert(stage_count == stage_page::as_number(Stage::joints) + 1, "the last stages have no rows");
 
-/// The first row of every stage, by Stage.
+/// The first row of every stage, indexed by Stage.
 inline constexpr std::array<StageRow, stage_count> stage_rows = [] {
   std::array<StageRow, stage_count> first{};
   for (std::size_t i = stage_table.size(); i-- > 0;)
     first[stage_page::as_number(stage_table[i].stage)] = stage_table[i];
   return first;
 }();
+/// Returns the first row of a stage.
 constexpr const StageRow& row_of(Stage stage) { return stage_rows[static_cast<std::size_t>(stage)]; }
+/// Returns the name of a stage in statistics.
 constexpr std::string_view name(Stage stage) { return row_of(stage).label; }
 
-/// Whether step() enters this row.
+/// Returns whether step() runs this row in `world`: whether all its needs are met.
 bool runs(const StageRow& row, const World& world);
 
 }  // namespace duet

@@ -6,7 +6,8 @@
 namespace duet {
 namespace {
 
-// Fills lists that keep their storage, one quantity after the other.
+// Fills a list of quantities from its beginning, and drops what is left over at the end. Entries keep their
+// storage.
 class Writer {
  public:
   explicit Writer(std::vector<QuantityHashes>& out) : out_(out) {}
@@ -14,6 +15,7 @@ class Writer {
   Writer(const Writer&) = delete;
   Writer& operator=(const Writer&) = delete;
 
+  // Starts the next quantity, and returns its empty list of hashes.
   std::vector<std::uint64_t>& begin(std::string_view name, Owner owner) {
     if (used_ == out_.size()) out_.emplace_back();
     QuantityHashes& quantity = out_[used_++];
@@ -38,12 +40,14 @@ std::uint64_t add_value(std::uint64_t hash, const Vec3& value) {
   return hash_bytes(value.data(), sizeof value, hash);
 }
 
+// Adds a quantity with the hash of(i) for every rigid body i.
 template <class Of>
 void add_rigid(Writer& writer, const RigidBodies& rigid, std::string_view name, Of&& of) {
   std::vector<std::uint64_t>& hashes = writer.begin(name, Owner::rigid);
   for (std::size_t i = 0; i < rigid.size(); ++i) hashes.push_back(of(i));
 }
 
+// Adds a quantity with a hash of the `values` of each deformable body's particles.
 void add_particles(Writer& writer, const Bodies& bodies, std::string_view name,
                    const std::vector<Vec3>& values) {
   std::vector<std::uint64_t>& hashes = writer.begin(name, Owner::deformable);
@@ -52,6 +56,7 @@ void add_particles(Writer& writer, const Bodies& bodies, std::string_view name,
         hash_values(values.data() + body.first_particle, static_cast<std::size_t>(body.particle_count)));
 }
 
+// Adds the quantities of hash_state().
 void add_state(Writer& writer, const World& world) {
   const RigidBodies& rigid = world.bodies.rigid;
   add_rigid(writer, rigid, "position",
@@ -83,7 +88,8 @@ void add_state(Writer& writer, const World& world) {
   add_scene("contact cache", hash_bytes(memory.data(), memory.size() * sizeof(CachedContact)));
 }
 
-// Of each body the contacts in which it is the guest.
+// Adds a quantity with a hash per body of the contacts in which it is the guest; add(hash, contact) extends a
+// hash.
 template <class Add>
 void add_contacts(Writer& writer, const World& world, std::string_view name, Add&& add) {
   const Bodies& bodies = world.bodies;

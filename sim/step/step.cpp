@@ -7,11 +7,13 @@
 namespace duet {
 namespace {
 
+// Restores the state of time n and returns false, the result of a refused step.
 bool refuse(World& world) {
   restore_step_start(world);
   return false;
 }
 
+// Runs a row with work, with clock, ledger and hashes around it.
 void run(const StageRow& row, World& world) {
   stop_if_asked();
   world.ledger.begin_stage(world, row.stage);
@@ -20,6 +22,7 @@ void run(const StageRow& row, World& world) {
   world.stage_hashes.end_stage(world, row.stage);
 }
 
+// Runs the check of a row without work.
 bool is_too_long(const StageRow& row, World& world) {
   bool is_too_long = false;
   world.clock.time(row.stage, [&] { is_too_long = row.is_too_long(world, world.context); });

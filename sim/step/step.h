@@ -1,5 +1,5 @@
-// One time step (paper section 2), and what its stages share. The stages themselves: sim/step/stages.h; their
-// order: sim/step/stage_table.h.
+// One time step (paper section 2), and the functions that its stages share. sim/step/stages.h declares the
+// stages, and sim/step/stage_table.h holds their order.
 #pragma once
 
 #include <limits>
@@ -10,85 +10,146 @@
 
 namespace duet {
 
-// Advances the world by `dt` (s) from `time` (s). Throws SimulationError, naming stage and body, when a value
-// stops being finite; the positions and velocities of time n are then in world.context (restore_step_start
-// puts them back).
-//
-// A step that proves too long, as bodies on joints turn farther than the rule foresaw, a joint would have to
-// do more work than is between the bodies, or the step gains energy, is refused where the caller
-// allows it: the state is then that of time n, the result is false, and a shorter step is to be tried.
+/// The caller's leave to refuse a step, and the reason why the last step was refused.
+///
+/// A step is refused if jointed bodies turn farther than the time-step rule foresaw, if the joints miss too
+/// much of the energy of the motion between them, or if the step gains energy.
 struct Refusal {
+  /// True if the caller accepts a refusal; otherwise every step is taken.
   bool is_allowed = true;
-  /// J, that the last step gained, if that is why it was refused. A shorter one that gains half as much or
-  /// more, and little, is taken: what contact gains does not go away with shorter steps.
+  /// Energy that the last refused step gained, J; infinity if it was not refused for a gain.
+  ///
+  /// A shorter step that still gains half as much or more is taken if the gain is small, because what contact
+  /// gains does not vanish with shorter steps.
   double gain = std::numeric_limits<double>::infinity();
 };
+/// Advances the world by `dt` (s) from `time` (s), and returns whether the step was taken.
+///
+/// If `refusal` is given and allows it, a step that proves too long is refused: the state is then that of
+/// time n, the result is false, and the caller tries a shorter step. Throws SimulationError, which names
+/// stage and body, when a value stops being finite or when joints or surfaces cannot be kept; the positions
+/// and velocities of time n are then in `world.context`, and restore_step_start() puts them back.
 bool step(World& world, double time, double dt, Refusal* refusal = nullptr);
 
-/// Whether a step has to be asked if it gains energy: implicit ones, and those of rigid bodies in contact.
+/// Returns whether steps of this world are checked for a gain of energy.
+///
+/// They are if elasticity is implicit, or, without internal forces, if rigid bodies are in contact.
 bool may_gain_energy(const World& world);
-/// Kinetic and elastic energy, and these with that of gravity, J.
+/// The energy that a world has.
 struct StoredEnergy {
-  double moving = 0, all = 0;
+  double moving = 0,  ///< J, kinetic and elastic energy
+      all = 0;        ///< J, kinetic and elastic energy and that of gravity
 };
+/// Returns the energy of the world now.
 StoredEnergy energy_now(const World& world);
-/// Whether the step that began with `before` has gained more than a scene that nothing drives may, and a
-/// shorter one would help. Keeps in `refusal` what it gained.
+/// Returns whether the step that began with the energy `before` is to be refused for its gain of energy.
+///
+/// A step is refused if it has gained more than a scene that nothing drives may, and if a shorter step helps.
+/// Never in scenes with motors, moving kinematic bodies, or bodies that overlapped at the start. Stores the
+/// gain in `refusal`.
 bool gains_energy(const World& world, const StoredEnergy& before, Refusal& refusal);
 
+/// Puts the positions, orientations and velocities of time n back, as begin_step() stored them.
 void restore_step_start(World& world);
-void end_step(World& world);  // w = I^-1 L without the rounding of its increments, so that a state is x, q, v
-                              // and L alone
+/// Finishes a step: recomputes what follows from the state, and checks that the state is finite.
+///
+/// w = I^-1 L is recomputed without the rounding of its increments, so that a state is x, q, v and L alone.
+/// Particles that dynamic bodies carry are placed. Throws SimulationError if a value is not finite.
+void end_step(World& world);
 
-// The longest step that the rule allows at `time` (s), and what bounds it: the settings' largest step, a
-// fraction of the elastic stability limit 2/omega_max of the elements as they are now, a quarter of their
-// size by which they deform, the turn of a rigid body (or the phase of its sinusoid), or two bodies that can
-// meet within the step, kinematic ones by the motion that is ahead of them. Of those, a step brings the ones
-// far apart no farther than almost into contact, and near ones no deeper into each other than max_travel of
-// the size of the moving and half the thickness of the standing body, so that however fast they are nothing
-// passes through.
-enum class TimeStepBound { setting, elasticity, stretching, turn, approach };
-struct TimeStepChoice {
-  double seconds = 0;
-  TimeStepBound bound = TimeStepBound::setting;
-  int body = -1, other = -1;  // who turns, or meets: rigid bodies, then deformable ones
+/// The quantity that bounds the length of a time step.
+enum class TimeStepBound {
+  setting,     ///< solver.max_time_step
+  elasticity,  ///< a fraction of the elastic stability limit 2/omega_max of the elements as they are now
+  stretching,  ///< no element may be deformed by more than a quarter of its size, or half of its volume
+  turn,        ///< no rigid body may turn by more than solver.max_rotation, nor its sinusoids' phase
+  approach     ///< no body may get too deep into another one
 };
+/// The longest time step that the rule allows, and its reason.
+struct TimeStepChoice {
+  double seconds = 0;                            ///< s
+  TimeStepBound bound = TimeStepBound::setting;  ///< which bound is the smallest
+  int body = -1,  ///< body that turns or meets another: rigid bodies are numbered before deformable ones; -1:
+                  ///< none
+      other = -1;  ///< the other body that it meets; -1: none
+};
+/// Returns the longest step that the rule allows at `time` (s), and what bounds it.
+///
+/// Two bodies bound the step only if they can meet within it; kinematic bodies count with the motion that is
+/// ahead of them. Bodies far apart may approach until they almost touch. Bodies near each other may get no
+/// deeper into each other than solver.max_travel times the thickness of a dynamic body, and half the
+/// thickness of a body that is not dynamic, so that nothing passes through another body however fast it is.
 TimeStepChoice bounded_time_step(World& world, double time);
-std::string describe(const TimeStepChoice& choice, const Bodies& bodies);  // "the turn of `bar`"
+/// Describes a choice for the user: "the turn of `bar`".
+std::string describe(const TimeStepChoice& choice, const Bodies& bodies);
+/// Returns the seconds of bounded_time_step().
 double choose_time_step(World& world, double time);
 
-// The parts of a step that are no stages, for tests that look between stages.
-void begin_step(World& world, StepContext& context);  // remembers x^n and v^n
-// Runs the stages from the first row of `first` to the last one of `last` that the scene needs, and no check.
+/// Stores x^n and v^n, and chooses the bodies with contact inside their velocity solves.
+///
+/// It comes before all stages; tests that look between stages call it themselves.
+void begin_step(World& world, StepContext& context);
+/// Runs the stages from the first row of `first` to the last row of `last` that the scene needs.
+///
+/// For tests that look between stages: it runs no check for too long steps.
 void run_stages(World& world, Stage first, Stage last);
 
-// The two contact solves of a step: III, whose velocities move the positions, and V.4.
-enum class ContactSolve { halfway, at_end };
-// Joints with their control, before contact, which then knows what control does to the bodies that it meets.
+/// The two contact solves of a step.
+enum class ContactSolve {
+  halfway,  ///< step III, for the velocities v^{n+1/2} that move the positions
+  at_end    ///< step V.4, for the velocities v^{n+1}
+};
+/// Solves for the joints with their control, before contact.
+///
+/// It also prepares context.linked, by which contact knows what joints and control do to the bodies that it
+/// meets.
 void control_joints(World& world, StepContext& context, ContactSolve solve);
-// Contact and joints in turn, until contact no longer disturbs the joints.
+/// Solves contact and joints in turn, until contact no longer disturbs the joints.
+///
+/// At most ten rounds. Joints are solved last, so that their constraints hold exactly.
 void solve_contacts(World& world, StepContext& context, ContactSolve solve);
 
-// Contact inside the velocity solves, for the islands that find_solved_islands() finds in step III, and that
-// no sweeps over the contacts go through then (sim/step/solved_contact.cpp).
-bool may_crush(const Bodies& bodies);  // whether a deformable body is much heavier than a rigid one
+/// Returns whether a dynamic rigid body has less than a tenth of the mass of some deformable body.
+///
+/// Only then can a deformable body crush a rigid one between itself and an obstacle.
+bool may_crush(const Bodies& bodies);
+/// Chooses the deformable bodies with contact inside their velocity solves in this step, at its start.
+///
+/// Sets context.solved_bodies; the contacts that held a force at the end of the last step stand for those of
+/// this step. The file sim/step/solved_bodies.cpp says which bodies are chosen, and why.
 void choose_solved_bodies(World& world, StepContext& context);
-void add_solved_bodies(const World& world, StepContext& context);  // on the islands of context.solved
+/// Adds the deformable bodies that crush a rigid one by the contacts of this step.
+///
+/// Extends context.solved_bodies; the islands of context.solved hold the contacts of this step.
+void add_solved_bodies(const World& world, StepContext& context);
+/// Finds the islands of this step's contacts that hold a chosen body, and leaves out all others.
+///
+/// Sets context.solved, whose searched islands are those with contact inside their velocity solve.
 void find_solved_islands(World& world, StepContext& context);
+/// Returns whether a pair of bodies has its contact inside a velocity solve.
 bool is_solved(const StepContext& context, const Bodies& bodies, const ContactPair& pair);
-// Brings the contacts that have impulses to the poses now, for a projection: as ArticulatedResponse::prepare.
+/// Brings the contacts that hold impulses to the poses now, and gives them the response of jointed bodies.
+///
+/// Returns what a ContactProjection needs to know of jointed bodies: see ArticulatedResponse::prepare.
 const ArticulatedResponse* link_active_contacts(World& world, StepContext& context);
-// Makes context.projection that of the contacts that hold an impulse, and of joints. `rests`: as
-// ContactProjection::build.
+/// Makes context.projection that of the contacts that hold an impulse, of self-repulsions and of joints.
+///
+/// For the deformable bodies that `rests` marks, contacts that stick are held along their tangents too; see
+/// ContactProjection::build.
 void project_active_contacts(World& world, StepContext& context, const std::vector<char>& rests = {});
 
-// Gravity and the elastic forces at the positions now, N, in context.force; also in context.explicit_force if
-// contact may be part of a solve.
+/// Sets context.force to gravity and the elastic forces (N) at the positions now.
+///
+/// If contact may be part of a solve, context.explicit_force gets the same forces.
 void find_explicit_forces(World& world, StepContext& context);
-// While it lives, the particles are at x^{n+1/2}, which is context.x_half; then at x^{n+1} again.
+/// Holds the particles at x^{n+1/2} while it lives.
+///
+/// It exchanges the particle positions with context.x_half, and exchanges them back when it ends.
 class AtMiddle {
  public:
+  /// Takes the particles of `world` from x^{n+1} to x^{n+1/2}.
   explicit AtMiddle(World& world) : world_(world) { world_.bodies.particles.x.swap(world_.context.x_half); }
+  /// Takes the particles back to x^{n+1}.
   ~AtMiddle() { world_.bodies.particles.x.swap(world_.context.x_half); }
   AtMiddle(const AtMiddle&) = delete;
   AtMiddle& operator=(const AtMiddle&) = delete;
@@ -96,73 +157,110 @@ class AtMiddle {
  private:
   World& world_;
 };
-// Takes the places where forces act on bound particles to x^{n+1/2}, where the particles stand, between the
-// rigid states of time n and those now.
+/// Sets the arms of forces on bound particles to those at x^{n+1/2}.
+///
+/// The particles stand at x^{n+1/2}; the body's center is the mean of those in `rigid_n`, the rigid states of
+/// time n, and in the states now.
 void bring_bound_to_middle(Bodies& bodies, const std::vector<RigidState>& rigid_n);
-// Gives bones the forces (N) on their flesh over `dt` (s), where they act.
+/// Applies the forces (N) on bound particles over `dt` (s) to the bodies that carry the particles.
+///
+/// `force` has an entry per particle. Forces act at the arms that BoundParticle::offset holds.
 void apply_bound_forces(Bodies& bodies, const std::vector<Vec3>& force, double dt);
-// What the pressures of the last step change of velocities within `dt` (s), at the positions now.
+/// Adds to `velocity` what the pressures of the last step change of velocities within `dt` (s).
+///
+/// `velocity` (m/s) has an entry per particle; the pressures act at the positions now.
 void add_held_pressures(World& world, StepContext& context, double dt, std::vector<Vec3>& velocity);
-// For keep_spin(): counts the velocities now with `sign`. Forces at x^{n+1/2} are what changes velocities
-// between a count with -1, which begin_spin() is the first of, and one with 1.
+/// Adds `sign` times the velocities now to context.twice_moved, for keep_spin().
+///
+/// A change of velocities between a call with -1 and one with 1 counts as forces at x^{n+1/2}. begin_spin()
+/// makes the first count with -1.
 void count_middle_forces(World& world, StepContext& context, double sign);
 
-// The implicit solve of I.1 and V.2: from the velocities v now, fills `context.solution` with V, V = v + dt
-// M^-1 (F + F_damping(V)), and `context.force` with F + F_damping(V), where F are gravity and the elastic
-// forces. Semi-implicitly F is what find_explicit_forces() has left in `context.force`; implicitly, in I.1
-// alone, it is that of x^n + dt V, where the solve leaves the particles.
-// `at_end` tells V.2 from I.1.
+/// Solves for the implicit velocity of I.1 or V.2:
+///
+///     V = v + dt M^-1 (F + F_damping(V))
+///
+/// where v are the velocities now, and F gravity and the elastic forces. `dt` (s) is half of the step. Sets
+/// context.solution to V and context.force to F + F_damping(V). Semi-implicitly, F is what
+/// find_explicit_forces() left in context.force. With implicit elasticity, in I.1 alone, F is taken at
+/// x^n + dt V; the solve leaves the particles there, and context.balanced says whether it converged.
+///
+/// `projection` holds the constraints on V, or is null. `at_end` is true in V.2 and false in I.1.
 void solve_velocity(World& world, StepContext& context, double dt, ContactProjection* projection,
                     bool at_end);
-// The conjugate gradients of the damping alone, V = b + dt M^-1 F_damping(V): from the V that
-// `context.solution` has to that of the b that `context.right_side` has (and loses). Adds F_damping(V) to
-// `context.force`. `anew`: with the damped masses of the deformation now, else with those of the last such
-// solve. Whether V is finite.
+/// Solves V = b + dt M^-1 F_damping(V) by conjugate gradients, for the damping alone.
+///
+/// The search starts at context.solution and leaves V there; b is context.right_side, which is overwritten.
+/// Adds F_damping(V) (N) to context.force. `projection` holds the constraints on V, or is null. `anew` says
+/// true if the block-Jacobi preconditioner is reassembled for the deformation now, or that of the last such
+/// solve is kept. Returns whether V is finite.
 bool solve_with_damping(World& world, StepContext& context, double dt, ContactProjection* projection,
                         bool anew);
-// What the V of the implicit solve minimizes where nothing is damped, at `context.solution`, J: 1/2 |V - v -
-// dt g|^2 in the mass norm plus the elastic energy at x^n + dt V, where it leaves the particles.
+/// Returns the potential that the implicit solve minimizes without damping, J:
+///
+///     1/2 |V - v - dt g|_M^2 + elastic energy at x^n + dt V
+///
+/// for V in context.solution and v in context.right_side; `dt` is in s. Leaves the particles at x^n + dt V.
 double incremental_potential(World& world, const StepContext& context, double dt);
-// A velocity V = b + dt M^-1 F that a solve seeks, from context.right_side b and starting at
-// context.solution, for the damping forces F at the last elastic evaluation's deformation, or with elasticity
-// for gravity, elastic and damping forces at x^n + dt V, where it leaves the particles; and for the impulses
-// of contacts, if any, under constraints that `projection` keeps, if any.
+/// An equation V = b + dt M^-1 F for a velocity, which find_velocity() solves.
+///
+/// b is context.right_side, and the search starts at context.solution. F are the damping forces at the
+/// deformation of the last elastic evaluation; with elasticity, F are gravity, elastic and damping forces at
+/// x^n + dt V, where the search leaves the particles. Impulses of contacts and constraints are added if there
+/// are any.
 struct VelocityProblem {
-  double dt = 0;  // s
-  bool is_elastic = false;
-  ContactProjection* projection = nullptr;
-  ContactForces* contacts = nullptr;
-  const Islands* islands = nullptr;  // whose velocities are sought; null: all
+  double dt = 0;                            ///< s
+  bool is_elastic = false;                  ///< true if elastic forces are part of F
+  ContactProjection* projection = nullptr;  ///< constraints on V; null: none
+  ContactForces* contacts = nullptr;        ///< contacts whose impulses are unknowns; null: none
+  const Islands* islands = nullptr;         ///< islands whose velocities are sought; null: all
 };
-// The search by Newton's method leaves in `context.imbalance` by how much V falls short of the right side
-// under the constraints. Whether that is less than the tolerance, as the bound on its iterations may end it
-// before.
+/// Solves `problem` by Newton's method, and returns whether it converged.
+///
+/// Leaves V in context.solution, and in context.imbalance the residual: by how much V falls short of the
+/// right side under the constraints, m/s. The search has converged if the residual is less than the
+/// tolerance; a bound on its iterations may end it before.
 bool find_velocity(World& world, StepContext& context, const VelocityProblem& problem);
-// Fills context.blocks for a solve of `dt` (s) with the damping, and if so with the elasticity, of the last
-// elastic evaluation's deformation.
+/// Fills context.blocks, the preconditioner, for a solve over `dt` (s).
+///
+/// The blocks hold the damping of the last elastic evaluation's deformation, and its elasticity if
+/// `with_elasticity`.
 void find_blocks(World& world, StepContext& context, double dt, bool with_elasticity);
-// J, of what the search seeks the least of, at context.solution.
+/// Returns the potential (J) that find_velocity() minimizes, at context.solution.
 double solve_potential(World& world, StepContext& context, const VelocityProblem& problem);
-// Where that was not found: positions move by twice the way to x^n + dt/2 V, the least energy that was found,
-// and that far beyond it may be far worse. So deformation stops there, and each body moves on as a whole: as
-// it would by itself, or where contact has acted, as V has it. Where contact has acted, V stays if what is
-// left of the imbalance is less than what that would take of V: in the measure of kinetic energy the error of
-// V is no larger than the imbalance, as long as the energy is convex.
+/// Applies the rigid fallback to an implicit solve that did not converge: V becomes (V + W) / 2.
+///
+/// W is the mean velocity of each deformable body: of v^n + dt/2 g, or of V if `after_contact`. Positions
+/// move by dt V, which is twice as far as x^n + dt/2 V, the least energy that was found; as far beyond it
+/// again, the energy may be far higher. So deformation stops at the least energy, and each body moves on as a
+/// whole.
+///
+/// After contact V is kept if the residual is smaller than what the fallback would take of V, both in the
+/// mass norm: in that norm the error of V is no larger than the residual, as long as the energy is convex.
 void settle(const World& world, StepContext& context, bool after_contact);
 
-// After a solve with contact over dt (s) without elasticity: the bodies of an island get as a whole, in
-// context.solution, the momentum that context.imbalance has left of it, about their positions now.
+/// Gives back the momentum that a solve with contact has lost, to islands as wholes.
+///
+/// After a solve over `dt` (s) without elasticity, each searched island in context.solution moves on as a
+/// rigid body by the momentum that context.imbalance has left of it, about the positions now. Islands with
+/// joints are left out, because their joints may hold them to something fixed.
 void return_momentum_to_islands(World& world, StepContext& context, const Islands& islands, double dt);
-// The same, in `velocity`, of every deformable body by itself, about the particles' positions x (m), and of
-// rigid bodies.
+/// Gives back the momentum that a solve with contact has lost, to every body by itself.
+///
+/// Changes `velocity`: each deformable body moves on as a rigid body by what context.imbalance has left of
+/// it, about the particle positions `x` (m), and each rigid body by its own. Does nothing if a searched
+/// island has joints.
 void return_momentum_to_bodies(const World& world, const Islands& islands, const std::vector<Vec3>& x,
                                double dt, GeneralizedVelocity& velocity);
-// What pins and mass-proportional damping gave islands in a solve over dt (s) at context.solution beyond what
-// they did without contact (context.solved_change), about the origin.
+/// Returns the impulse of pins and mass-proportional damping in a solve over `dt` (s), about the origin.
+///
+/// It counts what they give to the searched `islands` at context.solution beyond what they gave without
+/// contact, which context.solved_change holds.
 Momentum impulse_of_holders(const World& world, const Islands& islands, double dt);
 
-// Throws SimulationError, which names the stage, if a particle's or a body's state is not finite.
+/// Throws SimulationError, which names `stage`, if a particle's or a body's state is not finite.
 void check_finite(const World& world, std::string_view stage);
+/// Throws SimulationError, which names `stage`, if a particle's or a body's state is not finite.
 void check_finite(const World& world, Stage stage);
 
 }  // namespace duet

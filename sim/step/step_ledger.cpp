@@ -5,18 +5,20 @@
 namespace duet {
 namespace {
 
-bool acts_in_the_middle(Stage stage) {  // at x^{n+1/2}
+// Returns whether the forces of a stage act at x^{n+1/2}.
+bool acts_in_the_middle(Stage stage) {
   return stage == Stage::re_evaluation || stage == Stage::contact_in_solve_at_end ||
          stage == Stage::make_incompressible;
 }
 
-// Stages that go on from impulses that contacts have from stages before.
+// Returns whether a stage continues from impulses that contacts hold from earlier stages.
 bool goes_on(Stage stage) {
   return stage == Stage::contact || stage == Stage::contact_in_solve || stage == Stage::contact_at_end;
 }
 
-// What is added to moments about the origin where rigid bodies are taken at x^{n+1/2}, as forces on the
-// particles bound to them act there: `linear` (kg m/s) is what each has or gets.
+// Returns the change of moments about the origin (kg m^2/s) if rigid bodies are taken at x^{n+1/2} instead of
+// x^{n+1}, because forces on the particles bound to them act there. linear(i) returns the momentum or impulse
+// of body i (kg m/s).
 template <class Linear>
 Vec3 moment_in_the_middle(const World& world, Linear&& linear) {
   Vec3 moment = Vec3::Zero();
@@ -29,11 +31,13 @@ Vec3 moment_in_the_middle(const World& world, Linear&& linear) {
   return moment;
 }
 
+// Returns the impulse that bodies of infinite mass have given through joints.
 Momentum impulse_of_joints(const JointSolver& joints) {
   return {joints.from_outside().linear, joints.from_outside().angular};
 }
 
-// What contact adds when pressures meet it: the impulses on all bodies less those of the pressures alone.
+// Returns the impulse that contact adds to pressures under a projection: the impulses on all bodies less
+// those of the pressures alone.
 Momentum impulse_of_contact(const Bodies& bodies, const PressureScratch& pressure,
                             const std::vector<Vec3>& x) {
   std::vector<Vec3> alone(x.size(), Vec3::Zero());
@@ -88,28 +92,28 @@ const std::vector<Vec3>& StepLedger::acting_at(const World& world, Stage stage) 
   return middle_;
 }
 
-// Internal forces have no sum, so that their part on pinned particles is what the pins take from the others.
-// context.force holds them, and the weight of all particles by `gravity` (m/s^2).
+// Internal forces have no sum, so that pins give the opposite of those on pinned particles to the others.
+// context.force holds the internal forces, and the weight of all particles by `gravity` (m/s^2).
 Momentum StepLedger::impulse_of_pins(const World& world, const std::vector<Vec3>& x, const Vec3& gravity,
                                      double dt) const {
   Momentum total;
   if (!world.has_internal_forces()) return total;
   const Particles& particles = world.bodies.particles;
   for (std::size_t p = 0; p < x.size(); ++p) {
-    if (particles.inverse_mass[p] > 0 || particles.mass[p] == 0) continue;  // bound ones have no mass
+    if (particles.inverse_mass[p] > 0 || particles.mass[p] == 0) continue;  // bound particles have no mass
     const Vec3 impulse = -dt * (world.context.force[p] - particles.mass[p] * gravity);
     total += {impulse, x[p].cross(impulse)};
   }
   return total;
 }
 
-// Of damping in proportion to mass, at the velocity context.solution.
+// Mass-proportional damping acts at the velocity context.solution.
 Momentum StepLedger::impulse_of_drag(const World& world, const std::vector<Vec3>& x, double dt) const {
   Momentum total;
   if (!world.has_internal_forces()) return total;
   const Particles& particles = world.bodies.particles;
   for (std::size_t p = 0; p < x.size(); ++p) {
-    if (particles.inverse_mass[p] == 0 && particles.mass[p] > 0) continue;  // a pin's
+    if (particles.inverse_mass[p] == 0 && particles.mass[p] > 0) continue;  // counted with the pins
     const Vec3 impulse = -dt * world.bodies.forces.elements.drag(p) * world.context.solution.particle[p];
     total += {impulse, x[p].cross(impulse)};
   }
@@ -118,7 +122,7 @@ Momentum StepLedger::impulse_of_drag(const World& world, const std::vector<Vec3>
 
 Momentum StepLedger::given_by_contact(const World& world, Stage stage) {
   const StepContext& context = world.context;
-  active_.clear();  // the others are solved for later: what their contacts hold has not been applied
+  active_.clear();  // inactive pairs are solved for later: the impulses that they hold have not been applied
   for (const int p : context.graph.pairs)
     if (context.contacts.pairs[as_index(p)].active) active_.push_back(p);
   Momentum total;
@@ -145,12 +149,12 @@ Momentum StepLedger::external(const World& world, Stage stage, const std::vector
       total.angular += moment_in_the_middle(
           world, [&](std::size_t i) { return Vec3(dt * bodies.rigid.properties[i].mass * world.gravity); });
       return total += holders_of_middle_;
-    case Stage::contact_in_solve_at_end:  // its forces take the place of those of V.3
+    case Stage::contact_in_solve_at_end:  // its forces replace those of V.3
       total = impulse_of_pins(world, x, world.gravity, dt) - holders_of_middle_;
       total += impulse_of_drag(world, x, dt);
       return total += context.solve_from_outside;
     case Stage::damping_at_end:
-      // What it gains where bodies of infinite mass are in contact is theirs.
+      // If bodies of infinite mass are in contact, all of the gain is taken to be theirs.
       if (!world.has_internal_forces() || context.projection.is_held()) return gain;
       total = impulse_of_pins(world, x, Vec3::Zero(), dt);
       return total += impulse_of_drag(world, x, dt);
@@ -193,7 +197,7 @@ void StepLedger::close(LedgerEntry& entry, const Balance& before, const Balance&
 
 void StepLedger::begin_step(const World& world) {
   if (!on_) return;
-  if (in_step_) totals_ = before_step_;  // the last one failed
+  if (in_step_) totals_ = before_step_;  // the last step failed
   before_step_ = totals_;
   in_step_ = true;
   step_start_ = measure(world, world.bodies.particles.x);

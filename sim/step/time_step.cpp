@@ -1,4 +1,4 @@
-// The rule for the time step, and the check that every step ends with.
+// The time-step rule, and the check that every step ends with.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -12,36 +12,41 @@
 namespace duet {
 namespace {
 
-// Elements that a blow has almost crushed are not followed below this part of the step at rest: their stress
-// is bounded (neo_hookean.h) and the implicit damping holds them.
+// Least elastic step, as a fraction of the step at rest. Elements that a blow has almost flattened are not
+// followed below it: their stress is bounded (neo_hookean.h), and the implicit damping holds them.
 constexpr double least_elastic_share = 1.0 / 32;
 
-// That which damping has not lifted.
+// Returns the stability limit (s) at rest that undamped elasticity has, whatever damping relaxes of it.
 double elastic_limit_at_rest(const InternalForces& forces) {
   return 2 / std::sqrt(forces.elastic_squared_frequency());
 }
 
-// 2/omega_max is the stability limit of the scheme for undamped elasticity (its amplification matrix is that
-// of leapfrog).
+// Returns 2/omega_max (s) of the elements as they are now, between its value at rest and a fraction of that.
+// It is the stability limit of the scheme for undamped elasticity, whose amplification matrix is that of
+// leapfrog.
 double elastic_limit(const InternalForces& forces) {
   const double now = 2 / std::sqrt(forces.max_squared_frequency());
   const double at_rest = 2 / std::sqrt(forces.rest_squared_frequency());
   return std::clamp(now, least_elastic_share * elastic_limit_at_rest(forces), at_rest);
 }
 
-// How much of its size at rest, or twice as much of its volume, an element may be deformed by within a step:
-// the stiffness that bounds the step is that of its start, and what a blow makes of the element within it
-// must not be much more. Elements drawn out to ten times their size turn inside out by several of their
-// volumes on a way of a quarter of it, and what the steps gain from that ends in a blow-up. Not
-// followed below a part of the step at rest, either: what still grows then is beyond help.
+// Largest deformation of an element within a step, as a fraction of its size at rest; the volume may change
+// by twice the fraction. The stiffness that bounds the step is that of its start, and it must not grow much
+// within the step. Elements that are stretched to ten times their size are inverted by several of their
+// volumes on a displacement of a quarter of their size, and the energy that steps gain from that ends in a
+// blow-up.
 constexpr double most_stretching = 0.25;
+// Least step of this bound, as a fraction of the elastic step at rest. A deformation that still grows then is
+// beyond help.
 constexpr double least_stretching_share = 1.0 / 1024;
 
+// Returns the longest step (s) in which no element deforms by more than `most_stretching`.
 double stretching_limit(const InternalForces& forces, const Particles& particles) {
   return std::max(most_stretching / forces.elements.max_deformation_rate(particles.x, particles.v),
                   least_stretching_share * elastic_limit_at_rest(forces));
 }
 
+// Shortens `choice` to the bounds of elasticity and stretching.
 void bound_by_elasticity(const World& world, TimeStepChoice& choice) {
   if (!world.has_internal_forces() || world.settings.implicit_elasticity) return;
   const InternalForces& forces = world.bodies.forces;
@@ -53,10 +58,12 @@ void bound_by_elasticity(const World& world, TimeStepChoice& choice) {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-// The part of a body's thickness that others may enter within a step: a point that enters by less is found
-// inside, and outside before, so that its normal leads back to where it came from.
+// Largest depth to which others may enter a body within a step, over its thickness. A point that enters by
+// less than half was outside on the near side, so that the normal at its place inside leads back to where it
+// came from.
 constexpr double passing_share = 0.5;
 
+// Shortens `choice` to the bound on the turns of rigid bodies in a step from `time` (s) on.
 void bound_by_turn(const World& world, double time, TimeStepChoice& choice) {
   const RigidBodies& rigid = world.bodies.rigid;
   const auto bound = [&](std::size_t body, double rate) {
@@ -65,7 +72,7 @@ void bound_by_turn(const World& world, double time, TimeStepChoice& choice) {
   };
   for (std::size_t i = 0; i < rigid.size(); ++i)
     if (rigid.properties[i].is_dynamic() && rigid.properties[i].shape.kind != LevelSet::Kind::sphere)
-      bound(i, rigid.state[i].angular_velocity.norm());  // free balls turn without error
+      bound(i, rigid.state[i].angular_velocity.norm());  // free spheres turn without error
   for (const std::size_t body : world.context.joints.bodies())
     bound(body, rigid.state[body].angular_velocity.norm());
   for (const KinematicBody& kinematic : rigid.kinematic) {
@@ -74,8 +81,9 @@ void bound_by_turn(const World& world, double time, TimeStepChoice& choice) {
   }
 }
 
-// Makes the bounds on kinematic bodies hold for all of the `seconds` from `time` on: around their velocities
-// at its ends and middle, and as much farther as they move faster than that in between.
+// Makes the bounds on kinematic bodies hold for all times from `time` (s) to `time + seconds`. The velocity
+// bound is the box of the velocities at the ends and the middle, extended by how much faster they may move in
+// between.
 void look_ahead(const RigidBodies& rigid, double time, double seconds, std::vector<BodyBounds>& bounds) {
   for (const KinematicBody& kinematic : rigid.kinematic) {
     BodyBounds& body = bounds[kinematic.body];
@@ -94,13 +102,14 @@ void look_ahead(const RigidBodies& rigid, double time, double seconds, std::vect
   }
 }
 
-// How deep a body may enter this one within a step, m.
+// Returns how deep another body may enter this one within a step, m.
 double entry(const BodyBounds& body, const StepSettings& settings) {
-  if (body.is_deformable) return infinity;  // it has no inside that contact would look at
+  if (body.is_deformable) return infinity;  // a deformable body has no level set
   return body.thickness * (body.is_dynamic ? std::min(settings.max_travel, passing_share) : passing_share);
 }
 
-// Whether nothing moves fast enough to enter anything within `seconds`.
+// Returns whether no body moves fast enough to enter another within `seconds`. `acceleration` (m/s) is the
+// speed that gravity adds in that time.
 bool all_are_slow(const std::vector<BodyBounds>& bounds, const StepSettings& settings, double acceleration,
                   double seconds) {
   double speed = acceleration, depth = infinity;
@@ -111,8 +120,9 @@ bool all_are_slow(const std::vector<BodyBounds>& bounds, const StepSettings& set
   return 2 * speed * seconds <= depth;
 }
 
-// Only bodies that can meet within the step bound it: with those far apart it may end before they touch, with
-// those near each other it may not take them deeper into each other than the thinner one allows.
+// Shortens `choice` to the bound of bodies that approach each other. Only bodies that can meet within the
+// step bound it: bodies far apart may move until they almost touch, and bodies near each other may get no
+// deeper into each other than the one that allows less.
 void bound_by_approach(World& world, double time, TimeStepChoice& choice) {
   BroadPhase& broad_phase = world.context.meeting;
   bound_bodies(world.bodies, broad_phase.bounds);
@@ -148,6 +158,7 @@ void bound_by_approach(World& world, double time, TimeStepChoice& choice) {
       shorter);
 }
 
+// Throws the error for a state that is not finite.
 [[noreturn]] void fail(std::string_view stage, const std::string& body, const std::string& element,
                        const Vec3& position, double value) {
   SimulationFault fault;

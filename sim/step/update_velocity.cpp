@@ -1,4 +1,4 @@
-// Step V: velocities (paper section 7).
+// Step V.2 to V.4: velocities (paper section 7).
 #include "sim/contact/detection/impact_plane.h"
 #include "sim/contact/push_out/pinching.h"
 #include "sim/step/step.h"
@@ -42,15 +42,16 @@ void find_middle_forces(World& world, StepContext& context) {
   find_explicit_forces(world, context);
 }
 
-// V only serves to find the velocity at which V.3 evaluates the damping forces. Together they are the
+// V serves only to find the velocity at which V.3 evaluates the damping forces. V.2 and V.3 together are the
 // trapezoidal rule for the damping.
 void constrained_solve(World& world, StepContext& context) {
   const AtMiddle at_middle(world);
   solve_velocity(world, context, context.dt / 2, &context.projection, true);
 }
 
-// The seam of the paper's section 7.2: what V.2 has projected is left behind. Where constraints come before
-// the solve, the forces are the explicit ones.
+// v_**^{n+1} = v-^n + dt M^-1 (F + F_damping(V)) without P, as in the paper's section 7.2: the projections of
+// V.2 only determine the velocity V of the damping. In the order in which constraints come before the solve,
+// context.force holds the explicit forces only.
 void evaluate_again(World& world, StepContext& context) {
   Bodies& bodies = world.bodies;
   Particles& particles = bodies.particles;
@@ -68,7 +69,7 @@ void evaluate_again(World& world, StepContext& context) {
   check_finite(world, Stage::re_evaluation);
 }
 
-// The contacts that step III looked at.
+// The contacts are those of step III; no others are sought at x^{n+1}.
 void prepare_contacts_at_end(World& world, StepContext& context) {
   update_contacts(context.graph, world.bodies, context.contacts);
   find_impact_planes(world.bodies, context.v_hat_n, context.dt, world.settings.orientation,
@@ -77,7 +78,7 @@ void prepare_contacts_at_end(World& world, StepContext& context) {
   predict_contacts(context.dt, world.settings.orientation, context.graph, world.bodies, context.contacts,
                    PredictionFor::velocity_at_end);
   if (solves_contact(world)) context.contact_forces.restore_targets(context.contacts);
-  // Step III dealt with the forces of half a step: twice its impulses is where the solve begins.
+  // The solve starts from twice the impulses of step III, which dealt with the forces of half a step.
   warm_start_again(2, context.graph, world.bodies, context.contacts);
 }
 

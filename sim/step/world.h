@@ -1,4 +1,4 @@
-// Everything a time step reads and writes.
+// Everything that a time step reads and writes: settings, state, scratch and counters.
 #pragma once
 
 #include "sim/articulation/free_motion.h"
@@ -29,137 +29,166 @@
 
 namespace duet {
 
+/// The settings of the solver.
 struct StepSettings {
-  bool implicit_elasticity = false;  // in I.1 and V.2, by Newton's method; else explicit
-  int newton_iterations = 20;
-  double cfl = 0.9;                 // time step over the elastic stability limit
-  double max_travel = 0.1;          // into a moving rigid body a step, over its size
-  double max_rotation = 0.314159;   // rad a step
-  double max_time_step = 1.0 / 48;  // s
-  double cg_tolerance = 1e-3;       // m/s
-  int cg_iterations = 200;
-  int projection_sweeps = 2;
-  bool constraints_first = false;  // in step V, before the solve instead of after it
-  OrientationUpdate orientation = OrientationUpdate::exact;
-  bool keep_spin = true;  // of free islands with deformable bodies, as positions move
-  bool contact_reduction = true;
-  PushOutSettings push_out;  // without rigid_pairs, these are separated at all their contacts
-  CollisionSettings collision;
-  ContactSolveSettings contact;
-  PressureSettings pressure;
+  /// True if elasticity is implicit in I.1 and V.2, by Newton's method; otherwise it is explicit.
+  bool implicit_elasticity = false;
+  int newton_iterations = 20;       ///< largest number of Newton iterations of a solve
+  double cfl = 0.9;                 ///< time step as a fraction of the elastic stability limit
+  double max_travel = 0.1;          ///< depth that a step may enter a dynamic rigid body, over its thickness
+  double max_rotation = 0.314159;   ///< rad, largest turn of a rigid body in a step
+  double max_time_step = 1.0 / 48;  ///< s
+  double cg_tolerance = 1e-3;       ///< m/s, largest residual of a velocity solve
+  int cg_iterations = 200;          ///< largest number of conjugate-gradient iterations of a solve
+  int projection_sweeps = 2;        ///< sweeps, forward and backward, of a projection onto constraints
+  /// True if the constraints of step V come before the solve instead of after it (paper section 7.2).
+  bool constraints_first = false;
+  OrientationUpdate orientation = OrientationUpdate::exact;  ///< how dynamic bodies turn in step IV
+  /// True if free islands with deformable bodies keep their angular momentum as positions move.
+  bool keep_spin = true;
+  bool contact_reduction = true;  ///< true if contacts that others make redundant are left out
+  /// Interpenetration resolution; without `rigid_pairs`, rigid bodies are separated at all their contacts.
+  PushOutSettings push_out;
+  CollisionSettings collision;   ///< step II.1
+  ContactSolveSettings contact;  ///< steps III.3 and V.4
+  PressureSettings pressure;     ///< steps I.2 and V.1
 };
 
-// What a frame adds up over its steps.
+/// Counts over the steps of a frame.
 struct StepCounters {
-  std::int64_t cg_iterations = 0;
-  std::int64_t pressure_iterations = 0;
-  std::int64_t newton_iterations = 0;
-  std::int64_t contact_sweeps = 0;
-  std::int64_t contacts = 0;         // with an impulse, in the last step
-  std::int64_t self_repulsions = 0;  // pairs nearer than their thickness, in the last step
-  std::int64_t self_collisions = 0;  // impulses
-  std::int64_t impact_zone_particles = 0;
+  std::int64_t cg_iterations = 0;          ///< conjugate-gradient iterations of velocity solves
+  std::int64_t pressure_iterations = 0;    ///< conjugate-gradient iterations of pressure solves
+  std::int64_t newton_iterations = 0;      ///< iterations of Newton's method
+  std::int64_t contact_sweeps = 0;         ///< Gauss-Seidel sweeps over contacts
+  std::int64_t contacts = 0;               ///< contacts with an impulse, in the last step
+  std::int64_t self_repulsions = 0;        ///< pairs nearer than their thickness, in the last step
+  std::int64_t self_collisions = 0;        ///< impulses of self-collisions
+  std::int64_t impact_zone_particles = 0;  ///< particles in rigid impact zones
 };
 
-// One step's own values: sizes, times, the paper's named velocities, scratch that keeps its storage.
+/// One step's own values: sizes, times, the paper's named velocities, and scratch that keeps its storage.
+///
+/// Members that are called state are read by the next step and belong to checkpoints.
 struct StepContext {
-  double dt = 0;    // s
-  double time = 0;  // s, at the start of the step
+  double dt = 0;    ///< s, length of the step
+  double time = 0;  ///< s, at the start of the step
 
-  std::vector<Vec3> x_n;            // particle positions x^n
-  std::vector<Vec3> x_next;         // x^{n+1} as predicted, for the contact of deformable surfaces
-  std::vector<Vec3> x_half;         // x^{n+1/2} = (x^n + x^{n+1})/2, from V.2 on
-  std::vector<RigidState> rigid_n;  // rigid states of time n
-  VelocityState v_n;                // v^n
-  VelocityState difference;         // v~^{n+1/2} - v^n
-  VelocityState v_hat_n;            // v^^n, after collisions
+  std::vector<Vec3> x_n;            ///< m, particle positions x^n
+  std::vector<Vec3> x_next;         ///< m, predicted x^{n+1}, for the contact of deformable surfaces
+  std::vector<Vec3> x_half;         ///< m, x^{n+1/2} = (x^n + x^{n+1}) / 2, from V.2 on; see AtMiddle
+  std::vector<RigidState> rigid_n;  ///< rigid states of time n
+  VelocityState v_n;                ///< v^n
+  VelocityState difference;         ///< v~^{n+1/2} - v^n
+  VelocityState v_hat_n;            ///< v^^n, after collisions
 
-  BroadPhase meeting;                    // of the choice of the time step
-  std::vector<KinematicStep> kinematic;  // motions over this step
+  BroadPhase meeting;                    ///< pairs that can meet, for the choice of the time step
+  std::vector<KinematicStep> kinematic;  ///< motions of kinematic bodies over this step
 
-  JointSolver joints;
-  FreeMotion free_motion;
-  double joints_excess = 0;  // of FreeMotion
+  JointSolver joints;        ///< joints, with their rows as of the last update
+  FreeMotion free_motion;    ///< energy of jointed bodies as positions advance
+  double joints_excess = 0;  ///< FreeMotion::Outcome::excess of this step
+  /// How groups of jointed bodies respond to contact impulses.
   ArticulatedResponse linked;
-  std::vector<Pose> end_pose;                // of rigid bodies that are not dynamic, at x^{n+1}
-  Momentum joints_from_outside;              // of finish_positions, for the ledger
-  std::vector<Vec3> joint_push, joint_turn;  // N s, N m s: what joints gave each body in step III
+  std::vector<Pose> end_pose;  ///< poses at x^{n+1}, of rigid bodies that are not dynamic
+  Momentum
+      joints_from_outside;  ///< what fixed bodies gave through joints in finish_positions, for the ledger
+  std::vector<Vec3> joint_push,  ///< N s, impulse of joints on each rigid body in step III
+      joint_turn;                ///< N m s, angular impulse of joints on each rigid body in step III
 
-  ContactSet contacts;
-  ContactGraph graph;
-  ContactSolveScratch contact_solve;
-  ContactCache memory;  // of the last step that succeeded
-  CollisionScratch collision_scratch;
-  PushOutScratch push_out_scratch;
-  SeparationScratch separation_scratch;
-  ContactProjection projection;
-  PressureScratch pressure;
-  // Pa, of every one-ring, those by which the last step that succeeded kept velocities without divergence
-  // (part of the state), and those of this step.
-  std::vector<double> held_pressure, new_pressure;
-  std::vector<char>
-      rests;  // scratch: of every deformable body, whether its volumes change no faster than at rest
+  ContactSet contacts;                   ///< contacts of this step
+  ContactGraph graph;                    ///< order in which contact visits them
+  ContactSolveScratch contact_solve;     ///< scratch of the contact solver
+  ContactCache memory;                   ///< contact cache of the last step that succeeded; state
+  CollisionScratch collision_scratch;    ///< scratch of step II.1
+  PushOutScratch push_out_scratch;       ///< scratch of step IV.2
+  SeparationScratch separation_scratch;  ///< scratch of step IV.2 between rigid bodies
+  ContactProjection projection;          ///< constraints of the solve at hand
+  PressureScratch pressure;              ///< scratch of pressure solves
+  std::vector<double>
+      held_pressure,  ///< Pa, per one-ring, by which the last step kept v^{n+1} free of divergence; state
+      new_pressure;   ///< Pa, per one-ring, the same of this step
+  /// Scratch: per deformable body, whether its volumes change no faster than at rest.
+  std::vector<char> rests;
 
-  CollisionCandidates self_candidates;
-  SelfRepulsion self_repulsion;
-  SelfRepulsion
-      meeting_surfaces;  // of surfaces that meet in this step, for contact inside the velocity solves
-  SelfCollision self_collision;
+  CollisionCandidates self_candidates;  ///< pairs of surface elements that may be near each other
+  SelfRepulsion self_repulsion;         ///< self-repulsions of this step
+  /// Pairs of surfaces that meet in this step, for contact inside the velocity solves.
+  SelfRepulsion meeting_surfaces;
+  SelfCollision self_collision;  ///< self-collisions
 
-  std::vector<Vec3> force, damping_force, force_in_single;  // N; the last as VelocitySystem collects it
-  // m/s^2, (V - v)/dt of the last semi-implicit solve, I.1's or V.2's: the next one begins at v + dt a. Part
-  // of the state.
+  std::vector<Vec3> force,  ///< N, per particle, forces that the step applies
+      damping_force,        ///< N, per particle, damping forces of the last product; scratch
+      force_in_single;      ///< N, per particle, sums in single precision; scratch of VelocitySystem
+  /// m/s^2, (V - v) / dt of the last semi-implicit solve, in I.1 or V.2; the next one begins at v + dt a.
+  /// State.
   GeneralizedVelocity acceleration;
-  DampedMasses damped_masses;  // of the velocity solves
-  Islands islands;             // of the last of them
-  IslandSearch island_search;
-  GeneralizedVelocity right_side, solution, residual, direction, image;
-  GeneralizedVelocity imbalance, unconstrained, correction, preconditioned;  // of Newton's method
-  VelocityBlocks blocks;                                                     // the same
-  // Contact inside the velocity solves, of the islands of `solved` that are searched: those of deformable
-  // bodies for which that is so in this step (sim/step/solved_bodies.cpp).
-  std::vector<char> solved_bodies;           // of every deformable body
-  std::vector<char> holder;                  // scratch of that choice: of every rigid body
-  std::vector<std::array<int, 2>> touching;  // scratch of that choice
+  DampedMasses damped_masses;      ///< block-Jacobi preconditioner of the velocity solves
+  Islands islands;                 ///< islands of the last velocity solve
+  IslandSearch island_search;      ///< scratch of the velocity solves
+  GeneralizedVelocity right_side,  ///< right side b of the solve at hand
+      solution,                    ///< its solution V
+      residual,                    ///< scratch of conjugate gradients
+      direction,                   ///< scratch of conjugate gradients: search direction
+      image;                       ///< scratch of conjugate gradients: operator times direction
+  GeneralizedVelocity imbalance,   ///< m/s, residual of Newton's method under the constraints
+      unconstrained,               ///< m/s, residual of Newton's method before its projection
+      correction,                  ///< Newton's correction; also scratch
+      preconditioned;              ///< scratch: preconditioned residual
+  VelocityBlocks blocks;           ///< block preconditioner of Newton's method
+  /// Per deformable body, whether its contact is inside the velocity solve in this step.
+  ///
+  /// The file sim/step/solved_bodies.cpp says which bodies are chosen.
+  std::vector<char> solved_bodies;
+  std::vector<char> holder;                  ///< scratch of that choice, per rigid body
+  std::vector<std::array<int, 2>> touching;  ///< scratch of that choice: pairs of bodies in contact
+  /// Islands of this step's contacts; those that are searched have contact inside their velocity solve.
   Islands solved;
-  std::vector<CompositeBody> wholes;  // scratch: of every island
-  Momentum solve_from_outside;        // of pins and drag in the last solve with contact, for the ledger
-  Islands elastic, relaxing;          // of those, in implicit steps: see solve_contact_halfway()
-  std::vector<char> is_solved;        // scratch: of every island
-  ContactForces contact_forces;
-  std::vector<Vec3> explicit_force;                     // N, of the last semi-implicit solve
-  GeneralizedVelocity solved_change;                    // m/s, of step I: what its solve has added
-  GeneralizedVelocity start_velocity, middle_velocity;  // m/s, before step V, and of step III
-  FreeIslands free_islands;
-  // m/s, 2 u + w - u' of keep_spin(): of particles and, as `rigid`, of the centres of rigid bodies.
+  std::vector<CompositeBody> wholes;  ///< scratch, per island
+  /// Impulse of pins and drag in the last solve with contact, for the ledger.
+  Momentum solve_from_outside;
+  Islands elastic,  ///< in implicit steps, islands of `solved` whose solve includes elasticity
+      relaxing;     ///< in implicit steps, islands of `solved` whose strain relaxes slowly: no elasticity
+  std::vector<char> is_solved;         ///< scratch, per island
+  ContactForces contact_forces;        ///< contacts whose impulses are unknowns of the solve
+  std::vector<Vec3> explicit_force;    ///< N, per particle, explicit forces of the last solve
+  GeneralizedVelocity solved_change;   ///< m/s and rad/s, what the solve of step I has added
+  GeneralizedVelocity start_velocity,  ///< m/s and rad/s, velocities before step V
+      middle_velocity;                 ///< m/s and rad/s, velocities of step III
+  FreeIslands free_islands;            ///< islands that keep their spin
+  /// m/s, the sum 2 u + w - u' of keep_spin(): per particle, and as `rigid` per center of a rigid body.
   VelocityState twice_moved;
-  bool balanced = true;  // whether it has converged
-  std::vector<Mat3> inertia;
+  bool balanced = true;       ///< true if the last implicit solve of I.1 converged
+  std::vector<Mat3> inertia;  ///< kg m^2, world axes, per rigid body; scratch of VelocitySystem
 };
 
+/// A scene in memory: everything that a step reads and writes.
 struct World {
-  Bodies bodies;
-  EffectSet plan;
-  Vec3 gravity = Vec3::Zero();  // m/s^2
-  StepSettings settings;
-  // Of every deformable body: whether its slowest deformation is damped for more than ten times the critical
-  // damping; and the time in which strain relaxes, s: the material's viscosity over its stiffness.
+  Bodies bodies;                ///< rigid and deformable bodies
+  EffectSet plan;               ///< effects that the scene calls for
+  Vec3 gravity = Vec3::Zero();  ///< m/s^2
+  StepSettings settings;        ///< settings of the solver
+  /// Per deformable body, whether its slowest deformation has more than ten times critical damping.
   std::vector<char> strongly_damped;
+  /// Per deformable body, the time in which strain relaxes, s: viscosity over stiffness of its material.
   std::vector<double> damping_time;
-  bool may_crush = false;  // whether a deformable one is much heavier than a rigid one
-  StepContext context;
-  StageClock clock;
-  StepCounters counters;
-  StepLedger ledger;
-  StageHashes stage_hashes;
+  bool may_crush = false;    ///< true if a deformable body is much heavier than a dynamic rigid one
+  StepContext context;       ///< values of the step at hand
+  StageClock clock;          ///< seconds and calls of stages in the frame
+  StepCounters counters;     ///< counts of the frame
+  StepLedger ledger;         ///< ledger of momentum and energy
+  StageHashes stage_hashes;  ///< hashes after each stage, if they are on
 
+  /// Returns whether the plan has an effect.
   bool has(Effect effect) const { return plan[index(effect)]; }
-  // Whether bodies can run into each other.
+  /// Returns whether bodies can collide with or touch each other.
   bool meets() const { return touches() || has(Effect::rigid_collision); }
+  /// Returns whether bodies can be in contact with each other.
   bool touches() const { return has(Effect::rigid_contact) || has(Effect::rigid_deformable_contact); }
+  /// Returns whether deformable bodies have elastic or damping forces.
   bool has_internal_forces() const {
     return has(Effect::deformable_elasticity) || has(Effect::springs) || has(Effect::bending);
   }
+  /// Returns which pairs of bodies the search for contact candidates looks at.
   CandidateFilter contact_filter() const {
     return {has(Effect::rigid_collision) || has(Effect::rigid_contact), has(Effect::rigid_deformable_contact),
             settings.contact_reduction};
