@@ -1,6 +1,5 @@
-// Sums over the elements around each particle, for elements that are evaluated eight at a time (a batch) and
-// in parallel: the same for any number of threads. Batches that follow each other make a block. It has a sum
-// for every particle that they touch, so that few values go through memory on their way to the particles.
+// Blocked scatter-add: sums of element values around each particle, for elements that are evaluated eight at
+// a time (a batch) and in parallel. The sums are the same for any number of threads.
 #pragma once
 
 #include <algorithm>
@@ -17,32 +16,58 @@
 
 namespace duet {
 
+/// Sums values of elements around the particles that are their corners (a scatter-add).
+///
+/// A batch holds eight elements, one in each lane of a `Pack`. Successive batches form a block, which one
+/// thread evaluates. A block has one partial sum for every particle that its elements touch; the partial sums
+/// of a particle are then added in the order of the blocks. So few values go through memory on their way to
+/// the particles, and no result depends on the number of threads.
 class BlockSums {
  public:
+  /// Number of batches in a block; the last block may have fewer.
   static constexpr std::size_t batches_of_block = 32;
-  static constexpr std::size_t most_corners = 4;  // of an element
-  // Where the block of a batch has the sums of what lies in each lane.
+  /// Largest number of corners that an element may have.
+  static constexpr std::size_t most_corners = 4;
+  /// For one corner of a batch, the index of the partial sum of that corner's particle within the block, in
+  /// each lane.
   using Slot = std::array<std::uint16_t, pack_width>;
 
-  // The element to put into a lane, of a list in which neighbours share particles: they come into different
-  // batches of a block, as sums that follow upon each other would wait for each other. May be past the end.
+  /// Returns the index of the element to put into `lane` of `batch`, out of a list in which neighbors share
+  /// particles.
+  ///
+  /// Successive elements go into different batches of a block, because additions to the same partial sum in
+  /// successive lanes would wait for each other. `batches` is the number of all batches. The result may be
+  /// past the end of the list; that lane must then be padded.
   static std::size_t element_of(std::size_t batch, std::size_t lane, std::size_t batches) {
     const std::size_t first = batch - batch % batches_of_block;
     return first * pack_width + lane * std::min(batches_of_block, batches - first) + batch - first;
   }
-  // Sets the `slot`s of all batches from their `particle`s: arrays of one entry a corner.
+  /// Lays out the blocks for `batches` and sets the `slot` of every batch from its `particle`.
+  ///
+  /// `Batch::particle` and `Batch::slot` are arrays with one entry for each corner. Lanes that pad a batch
+  /// must repeat a valid particle.
   template <class Batch>
   void build(std::vector<Batch>& batches, std::size_t particle_count);
 
-  // The functions below leave out the particles that `mask` does not have, and the blocks that touch none of
-  // its chunks, until the next call; null for none.
+  /// Restricts the functions below to the particles of `mask` until the next call; null removes the
+  /// restriction.
+  ///
+  /// Blocks whose range of particles meets no chunk of the mask are skipped. The mask is not copied: it must
+  /// live as long as it is in use.
   void limit_to(const ParticleMask* mask) { mask_ = mask; }
+  /// Returns whether the mask, if there is one, contains `particle`.
   bool takes(std::size_t particle) const { return !mask_ || mask_->has(particle); }
 
-  // Calls add(index of a batch, sums of its block), which is to spread() what the batch has for its corners.
-  // A particle has as many sums as there are `rows`.
+  /// Computes the partial sums of all blocks in parallel: calls add(index of a batch, partial sums of its
+  /// block).
+  ///
+  /// The callback adds the values of the batch's corners to the partial sums with spread(). The partial sums
+  /// are zero before the first batch of a block. Each partial sum consists of `rows` Quads.
   template <std::size_t rows = 1, class Add>
   void fill(Add&& add);
+  /// Adds the vector `v` and the number `fourth` of each lane to the partial sum at that lane's slot.
+  ///
+  /// With `rows` greater than 1, `sums` must point to the wanted row of the block's first partial sum.
   template <std::size_t rows = 1>
   static void spread(const Slot& slot, const PackVector& v, const Pack& fourth, Quad* sums) {
     alignas(sizeof(Pack)) Quad values[pack_width];
@@ -50,33 +75,40 @@ class BlockSums {
     for (std::size_t lane = 0; lane < pack_width; ++lane) sums[rows * slot[lane]] += values[lane];
   }
 
-  // fill() for what is made of `values` of the particles: calls add(index of a batch, rows, sums), where
-  // `rows` has the values at the batch's slots, for gather(). They are sought in memory once a block instead
-  // of once a corner.
-  // Row is Quad, or QuadF for single precision: rows then have the values relative to one of their block.
+  /// Computes the partial sums from per-particle `values`: calls add(index of a batch, rows, partial sums of
+  /// its block).
+  ///
+  /// `rows` holds the values at the particles of the block, for gather(): they are read from memory once for
+  /// a block instead of once for each corner. `Row` is Quad, or QuadF for single precision; the rows of QuadF
+  /// hold the values relative to that of the block's first particle, so that differences keep their accuracy.
   template <class Row = Quad, class Add>
   void fill_from(const std::vector<Vec3>& values, Add&& add);
-  // The same without sums: calls work(index of a batch, rows).
+  /// Calls work(index of a batch, rows) like fill_from(), but computes no sums.
   template <class Row = Quad, class Work>
   void visit(const std::vector<Vec3>& values, Work&& work) const;
+  /// Returns the values of one corner in all eight lanes, from the rows of fill_from() or visit().
   static PackVector gather(const Quad* rows, const Slot& slot) {
     return load_rows([&](std::size_t lane) { return rows[slot[lane]]; });
   }
+  /// Returns the values of one corner in all eight lanes in single precision, relative to the block's first
+  /// particle.
   static PackVectorF gather(const QuadF* rows, const Slot& slot) {
     return load_rows([&](std::size_t lane) { return rows[slot[lane]]; });
   }
 
-  // Calls work(particle, its sums over all blocks: an array of `rows` Quads) in parallel, for the particles
-  // that have elements.
+  /// Calls work(particle, sum) in parallel for all particles that have elements.
+  ///
+  /// `sum` is an array of `rows` Quads, the total over all blocks.
   template <std::size_t rows = 1, class Work>
   void for_each(Work&& work) const;
-  // Adds the first three members of each particle's sum.
+  /// Adds the first three components of each particle's sum to its entry of `totals`.
   void add_to(std::vector<Vec3>& totals) const {
     for_each([&](std::size_t p, const std::array<Quad, 1>& sum) {
       totals[p] += Vec3(sum[0][0], sum[0][1], sum[0][2]);
     });
   }
-  // And the fourth, unless `fourth` is empty.
+  /// Adds the first three components of each particle's sum to `totals` and the fourth to `fourth`, unless
+  /// `fourth` is empty.
   void add_to(std::vector<Vec3>& totals, std::vector<double>& fourth) const {
     if (fourth.empty()) return add_to(totals);
     for_each([&](std::size_t p, const std::array<Quad, 1>& sum) {
@@ -86,23 +118,24 @@ class BlockSums {
   }
 
  private:
+  // Returns whether no particle between the block's first and last one is in the mask.
   bool is_idle(std::size_t block) const {
     return mask_ && !mask_->meets(particle_[first_[block]], particle_[first_[block + 1] - 1]);
   }
 
   const ParticleMask* mask_ = nullptr;
   std::size_t batches_ = 0;
-  std::vector<std::size_t> first_;       // sum of every block, and one past the last
-  std::vector<std::uint32_t> particle_;  // of every sum of the blocks, ascending in each
-  std::vector<std::uint32_t> start_;     // of every particle's entries in the next, and one past the last
-  std::vector<std::uint32_t> sum_;       // the blocks' sums by particle
-  std::vector<Quad> values_;
+  std::vector<std::size_t> first_;       // by block: index of its first partial sum; one entry past the last
+  std::vector<std::uint32_t> particle_;  // by partial sum: its particle, ascending within a block
+  std::vector<std::uint32_t> start_;     // by particle: its first entry in sum_; one entry past the last
+  std::vector<std::uint32_t> sum_;       // indices of partial sums, grouped by particle
+  std::vector<Quad> values_;             // the partial sums, `rows` Quads each
 };
 
 template <class Batch>
 void BlockSums::build(std::vector<Batch>& batches, std::size_t particle_count) {
   batches_ = batches.size();
-  std::vector<int> here;  // the particles of one block's sums
+  std::vector<int> here;  // particles of the block, ascending, each once
   particle_.clear();
   first_.assign(1, 0);
   for (std::size_t begin = 0; begin < batches.size(); begin += batches_of_block) {

@@ -8,9 +8,11 @@
 namespace duet {
 namespace {
 
+// Numbers of tetrahedra and of one-rings in a chunk of a parallel loop.
 constexpr std::size_t tet_grain = 1024;
 constexpr std::size_t ring_grain = 256;
 
+// Returns the signed volume of a tetrahedron at the positions `x` (m), m^3.
 double volume_of(const Tet& tet, const std::vector<Vec3>& x) {
   return tet_volume(x[as_index(tet[0])], x[as_index(tet[1])], x[as_index(tet[2])], x[as_index(tet[3])]);
 }

@@ -1,4 +1,4 @@
-// Incompressible bodies (Irving, Schroeder, Fedkiw 2007): volume is kept around every particle.
+// Incompressible bodies: volume is kept around every particle (Irving, Schroeder, Fedkiw 2007).
 #pragma once
 
 #include <array>
@@ -9,65 +9,94 @@
 
 namespace duet {
 
-// Volumes of the one-rings of all incompressible bodies, and their derivatives. A particle's one-ring holds a
-// quarter of every tet around it, so that the one-rings of a body add up to its volume. One constraint a
-// particle, where one a tet would leave hardly any freedom to bend ("locking"). Particles on the boundary are
-// no exception: the volume around them is as constant as elsewhere.
-//
-// The divergence D v is the rate of the volumes, with dV_t/dx from the cofactors of the tet's edge matrix;
-// the gradient D^T turns pressures into forces. Translations and rotations change no volume, hence the forces
-// of any pressures add up to zero, and so do their moments, to rounding.
+/// Nodal volumes ("one-rings") of all incompressible bodies, and their derivatives by the particles'
+/// positions.
+///
+/// The one-ring of a particle holds a quarter of the volume of every tetrahedron around it, so the one-rings
+/// of a body add up to its volume. There is one constraint for each particle; one for each tetrahedron would
+/// leave hardly any freedom to bend ("locking"). Particles on the boundary have a constraint like all others.
+///
+/// The divergence D v is the rate of the volumes for particle velocities v, with dV_t/dx from the cofactors
+/// of the tetrahedron's edge matrix; the gradient D^T turns pressures into forces. Translations and rotations
+/// change no volume. Hence the forces of any pressures add up to zero, and so do their moments, up to
+/// rounding. Source: Irving, Schroeder, Fedkiw 2007.
 class OneRings {
  public:
-  // Adds the tets of a body (global particle indices), whose volumes at `rest` are to be kept.
+  /// Adds the tetrahedra of a body (global particle indices); the volumes at `rest` (m, positions of all
+  /// particles so far) are to be kept.
   void add(const std::vector<Tet>& tets, const std::vector<Vec3>& rest);
-  // To be called once after the last add(), with the same `rest`. Particles without inverse mass do not move.
+  /// Builds the rows of D. Must be called once after the last add().
+  ///
+  /// `inverse_mass` (1/kg) and `rest` (m) have one entry for each particle. Particles with inverse mass 0 do
+  /// not move.
   void finalize(const std::vector<double>& inverse_mass, const std::vector<Vec3>& rest);
 
-  std::size_t size() const { return particle_.size(); }  // number of one-rings
+  /// Returns the number of one-rings.
+  std::size_t size() const { return particle_.size(); }
+  /// Returns the particle at the center of a one-ring.
   int particle(std::size_t ring) const { return particle_[ring]; }
-  double rest_volume(std::size_t ring) const { return rest_volume_[ring]; }  // m^3
+  /// Returns the volume that a one-ring is to keep, m^3.
+  double rest_volume(std::size_t ring) const { return rest_volume_[ring]; }
 
-  // Takes volumes and derivatives at the positions `x` (m); what follows is of the last call.
+  /// Computes volumes and derivatives at the positions `x` (m of all particles).
+  ///
+  /// volume(), diagonal(), divergence() and pressure_velocity() refer to the last call.
   void linearize(const std::vector<Vec3>& x);
-  double volume(std::size_t ring) const { return volume_[ring]; }      // m^3
-  double diagonal(std::size_t ring) const { return diagonal_[ring]; }  // of D M^-1 D^T, m^4/kg
+  /// Returns the volume of a one-ring, m^3.
+  double volume(std::size_t ring) const { return volume_[ring]; }
+  /// Returns the diagonal entry of D M^-1 D^T of a one-ring, m^4/kg.
+  double diagonal(std::size_t ring) const { return diagonal_[ring]; }
+  /// Returns the diagonal entry of D M^-1 D^T of a one-ring at rest, m^4/kg.
   double rest_diagonal(std::size_t ring) const { return rest_diagonal_[ring]; }
-  // rate = D v, m^3/s.
+  /// Computes rate = D v, the rate of each one-ring's volume, m^3/s; `v` (m/s) has one entry for each
+  /// particle.
   void divergence(const std::vector<Vec3>& v, std::vector<double>& rate) const;
-  // The same of D at the positions `x`, for a single v: leaves the derivatives as they are.
+  /// Computes rate = D v (m^3/s) with D at the positions `x` (m), without changing the derivatives of
+  /// linearize().
+  ///
+  /// It is cheaper than linearize() followed by divergence() for a single `v` (m/s). It overwrites scratch of
+  /// the object.
   void divergence_at(const std::vector<Vec3>& x, const std::vector<Vec3>& v, std::vector<double>& rate);
-  // v = M^-1 D^T q for the particles of one-rings (others stay): m/s for pressures times time, Pa s.
+  /// Computes v = M^-1 D^T q, the velocity changes (m/s) for pressures times time `q` (Pa s, one entry for
+  /// each one-ring).
+  ///
+  /// It overwrites the entries of `v` for particles that have a one-ring and leaves the others.
   void pressure_velocity(const std::vector<double>& q, std::vector<Vec3>& v) const;
 
-  // Largest |V/V_0 - 1| over the incompressible bodies; 0 without any.
+  /// Returns the largest |V/V_0 - 1| over the incompressible bodies at the positions `x` (m); 0 without any.
   double volume_error(const std::vector<Vec3>& x) const;
 
  private:
-  struct Entry {      // of one particle's row, for a particle of its one-ring
-    Vec3 divergence;  // m^2, of the row's volume by the particle's position
-    Vec3 gradient;    // m^2, of the particle's volume by the row's position
+  // Nonzero of the row of D of one one-ring, for a particle of that one-ring.
+  struct Entry {
+    Vec3 divergence;  // m^2, derivative of the row's volume by the particle's position
+    Vec3 gradient;    // m^2, derivative of the particle's volume by the position of the row's center
     int ring, particle;
   };
-  struct Incidence {  // of a tet around a particle
-    int tet, corner;
-    std::array<int, 4> entry;  // of the tet's particles, counted from the row's first
+  // A tetrahedron around a particle.
+  struct Incidence {
+    int tet, corner;           // `corner`: 0 to 3, the corner at which the particle is
+    std::array<int, 4> entry;  // for each corner of the tetrahedron, its entry counted from the row's first
   };
+  // An incompressible body.
   struct Body {
-    std::size_t first_tet, end_tet;
-    double rest_volume;  // m^3
+    std::size_t first_tet, end_tet;  // range of tets_
+    double rest_volume;              // m^3
   };
 
   std::vector<Tet> tets_;
   std::vector<Body> bodies_;
-  std::vector<int> particle_;
+  std::vector<int> particle_;  // by one-ring
+  // For each one-ring, in this order: 1/kg, m^3, m^3, m^4/kg, m^4/kg. Between add() and finalize() the rest
+  // volumes are those of particles.
   std::vector<double> inverse_mass_, rest_volume_, volume_, diagonal_, rest_diagonal_;
   std::vector<int> row_start_, incidence_start_;
   std::vector<Entry> entries_;
   std::vector<Incidence> incidences_;
-  std::vector<std::array<Vec3, 4>> tet_gradient_;  // m^2, of a quarter of the tet's volume
-  std::vector<double> tet_volume_;                 // m^3, a quarter of the tet's
-  std::vector<double> tet_rate_;                   // m^3/s, of that
+  // In m^2, by tetrahedron: derivative of a quarter of its volume by each corner.
+  std::vector<std::array<Vec3, 4>> tet_gradient_;
+  std::vector<double> tet_volume_;  // m^3, a quarter of the tetrahedron's volume
+  std::vector<double> tet_rate_;    // m^3/s, rate of a quarter of the tetrahedron's volume; scratch
 };
 
 }  // namespace duet

@@ -1,4 +1,4 @@
-// Which particles a pass over elements is for.
+// Set of particles that a pass over elements is restricted to.
 #pragma once
 
 #include <algorithm>
@@ -7,21 +7,28 @@
 
 namespace duet {
 
-// Chunks of particles are in or out as wholes.
+/// Set of particles, kept in chunks of successive indices: a chunk is either in the set or not.
 class ParticleMask {
  public:
+  /// Number of particles in a chunk; also the grain of the parallel loops over particles that use masks.
   static constexpr std::size_t chunk = 512;
 
+  /// Makes the mask one of `particles` particles that holds all of them (`in`) or none.
   void assign(std::size_t particles, bool in) { chunks_.assign((particles + chunk - 1) / chunk, in); }
-  void clear() { chunks_.clear(); }  // of no particles
-  // Takes in the chunks of the particles [begin, end).
+  /// Makes the mask one of no particles: has() must not be called before the next assign().
+  void clear() { chunks_.clear(); }
+  /// Adds the chunks of the particles [begin, end).
   void add(std::size_t begin, std::size_t end) {
     for (std::size_t c = begin / chunk; c * chunk < end; ++c) chunks_[c] = true;
   }
+  /// Returns whether the particle's chunk is in the set.
   bool has(std::size_t particle) const { return chunks_[particle / chunk]; }
+  /// Returns whether chunk number `c` is in the set.
   bool has_chunk(std::size_t c) const { return chunks_[c]; }
+  /// Returns the number of chunks, in the set or not.
   std::size_t chunks() const { return chunks_.size(); }
-  // Takes out the chunks that `others` has, and gives these the ones that are left here.
+  /// Removes the chunks that are in `others` from this set, then adds the chunks that remain here to
+  /// `others`.
   void take_new(ParticleMask& others) {
     others.chunks_.resize(chunks_.size(), false);
     for (std::size_t c = 0; c < chunks_.size(); ++c) {
@@ -30,7 +37,7 @@ class ParticleMask {
       chunks_[c] = chunks_[c] && !known;
     }
   }
-  // Whether a chunk of the particles [first, last] is in.
+  /// Returns whether a chunk of the particles [first, last], both included, is in the set.
   bool meets(std::size_t first, std::size_t last) const {
     for (std::size_t c = first / chunk; c <= last / chunk; ++c)
       if (chunks_[c]) return true;

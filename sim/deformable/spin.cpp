@@ -5,7 +5,8 @@
 namespace duet {
 
 Vec3 rate_of_turn(const MassMoments& moments, const Vec3& L) {
-  constexpr double least_share = 1e-9;  // of the largest moment of inertia
+  // Smallest moment of inertia about an axis, relative to the largest one, for the axis to carry rotation.
+  constexpr double least_share = 1e-9;
   const SymmetricEigen<3> axes = symmetric_eigen<3>(moments.inertia);
   Vec3 rate = Vec3::Zero();
   for (int i = 0; i < 3; ++i)

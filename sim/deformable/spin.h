@@ -1,4 +1,4 @@
-// How deformable bodies turn as wholes.
+// Rotation of deformable bodies as a whole: their moments of inertia, and the removal of moments from forces.
 #pragma once
 
 #include <vector>
@@ -7,13 +7,16 @@
 
 namespace duet {
 
-// Of masses at points as they lie now.
+/// Mass, center of mass and inertia of a set of point masses in the world.
 struct MassMoments {
-  double mass = 0;              // kg
-  Vec3 centre = Vec3::Zero();   // m
-  Mat3 inertia = Mat3::Zero();  // kg m^2, about the centre
+  double mass = 0;              ///< kg, total mass
+  Vec3 centre = Vec3::Zero();   ///< m, center of mass
+  Mat3 inertia = Mat3::Zero();  ///< kg m^2, about the center of mass
 };
-// `for_each_mass(visit)` calls visit(mass, x) for all of them, in the same order each time.
+/// Returns the moments of all point masses; all zero if their total mass is 0.
+///
+/// `for_each_mass(visit)` must call visit(mass in kg, position in m) for all masses, in the same order each
+/// time: it is called twice.
 template <class ForEachMass>
 MassMoments moments_of_masses(ForEachMass&& for_each_mass) {
   MassMoments moments;
@@ -34,12 +37,17 @@ MassMoments moments_of_masses(ForEachMass&& for_each_mass) {
   return moments;
 }
 
-// What turns with angular momentum L (N m s) about its centre, rad/s: nothing where it cannot, as a body on a
-// line about that line.
+/// Returns the angular velocity (rad/s) that masses with angular momentum `L` (N m s) about their center have
+/// as a rigid body.
+///
+/// The component about an axis with no moment of inertia is 0, for example about the line on which all masses
+/// lie.
 Vec3 rate_of_turn(const MassMoments& moments, const Vec3& L);
 
-// Takes the moment of `force` (N) on the particles of a body away, by forces that add up to nothing and are
-// in proportion to mass and distance.
+/// Removes the moment of `force` (N, one entry for each particle) on a body about its center of mass.
+///
+/// It subtracts m r x (x - c), where r turns the moment into an angular rate by the inverse inertia. These
+/// forces add up to zero, so the resultant stays.
 void remove_moment(const DeformableBody& body, const Particles& particles, std::vector<Vec3>& force);
 
 }  // namespace duet

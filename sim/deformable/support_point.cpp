@@ -5,8 +5,11 @@
 namespace duet {
 namespace {
 
-// By how much a face at `x` (m) with the unit normal `normal` rises in the direction `toward` from a point of
-// it at `at`, as the sine of an angle: straight uphill if that leads into the face, or else along its edges.
+// Returns by how much a face rises in the direction `toward` from a point of it, as the sine of an angle.
+//
+// The face has its corners at `x` (m) and the unit normal `normal`; the point is at `at` (m). The rise is
+// measured straight uphill if that direction leads from the point into the face, or else along the face's
+// edges.
 double rise_of(const Triangle& face, const std::array<Vec3, 3>& x, const Vec3& normal,
                const SurfacePoint& point, const Vec3& at, const Vec3& toward) {
   const Vec3 uphill = toward - toward.dot(normal) * normal;

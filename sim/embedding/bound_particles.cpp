@@ -43,9 +43,10 @@ void add_force_twists(const RigidBodies& rigid, const std::vector<BoundParticle>
 
 double equivalent_mass(const RigidProperties& body, const std::vector<BoundParticle>& bound,
                        std::size_t number) {
-  // The least c with M >= c sum J^T J, where J takes the body's twist to the velocity of a particle: the
-  // inverse of the largest eigenvalue of M^-1/2 (sum J^T J) M^-1/2, M being diagonal in the body's axes.
-  Vec6 root;  // of the diagonal of M^-1
+  // The result is the largest c with M >= c sum J^T J, where J maps the body's twist to the velocity of a
+  // particle. That is the inverse of the largest eigenvalue of M^-1/2 (sum J^T J) M^-1/2; M is diagonal in
+  // the body's axes. `root` is the diagonal of M^-1/2.
+  Vec6 root;
   root << Vec3::Constant(1 / std::sqrt(body.mass)), body.inertia.cwiseSqrt().cwiseInverse();
   Mat6 unit = Mat6::Zero();
   for (const BoundParticle& b : bound) {

@@ -1,6 +1,6 @@
-// Particles that are bound to dynamic rigid bodies (hard bindings: Sifakis, Shinar, Irving, Fedkiw 2007): the
-// flesh around a bone. They have no state and no mass of their own: they stand and move with the body, and
-// what acts on them acts on it.
+// Hard bindings: particles of flesh that dynamic rigid bodies (bones) carry (Sifakis, Shinar, Irving, Fedkiw
+// 2007). They have no state and no mass of their own: they are placed and move with the body, and forces on
+// them act on the body.
 #pragma once
 
 #include <vector>
@@ -10,29 +10,50 @@
 
 namespace duet {
 
+/// A particle that a dynamic rigid body carries.
 struct BoundParticle {
-  std::size_t particle = 0, body = 0;
-  std::size_t at = 0;  // the particle whose place forces act at: its own, or the one that is tethered to it
-  Vec3 arm = Vec3::Zero();     // m, in body space
-  Vec3 offset = Vec3::Zero();  // m, in the world, from the centre of mass, where forces act now
+  std::size_t particle = 0,  ///< index of the particle
+      body = 0;              ///< index of the rigid body
+  /// index of the particle at whose position forces act: the bound particle itself, or the one that a tether
+  /// connects to it
+  std::size_t at = 0;
+  Vec3 arm = Vec3::Zero();     ///< m, position of the particle in body space
+  Vec3 offset = Vec3::Zero();  ///< m, in the world, from the center of mass to where forces act now
 };
 
-// Binds particle p, whose mass becomes the body's: its inertia grows in proportion. The body's angular
-// velocity stays.
+/// Binds particle `p` to a dynamic body, which takes over its mass.
+///
+/// The body's inertia grows in proportion to its mass, and its angular velocity stays. The particle's mass
+/// and inverse mass become 0. Forces act at the particle itself (`at` is `p`).
 BoundParticle bind_particle(std::size_t p, std::size_t body, RigidBodies& rigid, Particles& particles);
 
-// Places the particles and gives them their velocities; offsets are those of the poses now.
+/// Places the bound particles by the bodies' poses, gives them their velocities, and updates the offsets.
+///
+/// The velocity is that of the body at the place where forces act.
 void follow_bodies(const RigidBodies& rigid, std::vector<BoundParticle>& bound, Particles& particles);
-// The velocities that twists (m/s and rad/s of all bodies) give the particles at their offsets.
+/// Sets the velocities of the bound particles (m/s) that the bodies' twists cause at the particles' offsets.
+///
+///     v = linear + angular x offset
+///
+/// `linear` (m/s) and `angular` (rad/s) have one entry for each body, `velocity` one for each particle;
+/// entries of other particles stay.
 void follow_twists(const std::vector<BoundParticle>& bound, const std::vector<Vec3>& linear,
                    const std::vector<Vec3>& angular, std::vector<Vec3>& velocity);
-// Adds `scale` times the change of twists by the forces on the particles: M^-1 (f, r x f).
+/// Adds `scale` times the change of the bodies' twists by the forces on the bound particles.
+///
+///     linear += scale f / m,   angular += scale I^-1 (offset x f)
+///
+/// `force` (N) has one entry for each particle, `linear` and `angular` one for each body. With `scale` in s
+/// the changes are in m/s and rad/s.
 void add_force_twists(const RigidBodies& rigid, const std::vector<BoundParticle>& bound,
                       const std::vector<Vec3>& force, double scale, std::vector<Vec3>& linear,
                       std::vector<Vec3>& angular);
 
-// For the bound of the time step: as if the body consisted of equal masses at its bound particles and some
-// rest. The largest such mass, kg.
+/// Returns the largest mass (kg) such that the body is at least as inert as equal masses of this size at its
+/// bound particles.
+///
+/// It stands for the mass of a bound particle in the bound of the time step. `number` is the index of the
+/// body, which must have a bound particle.
 double equivalent_mass(const RigidProperties& body, const std::vector<BoundParticle>& bound,
                        std::size_t number);
 

@@ -9,6 +9,7 @@
 namespace duet {
 namespace {
 
+// Number of positions in a chunk of a parallel loop.
 constexpr std::size_t grain = 256;
 
 Eigen::AlignedBox3d box_of(const TetMesh& mesh, const Tet& tet) {
@@ -17,7 +18,8 @@ Eigen::AlignedBox3d box_of(const TetMesh& mesh, const Tet& tet) {
   return box;
 }
 
-// They sum to one, and all of them are in [0, 1] just if the point is inside.
+// Returns the barycentric weights of `x` in a tetrahedron. They add up to 1, and all of them are in [0, 1] if
+// and only if the point is inside.
 std::array<double, 4> barycentric_weights(const TetMesh& mesh, const Tet& tet, const Vec3& x) {
   const Vec3& origin = mesh.nodes[as_index(tet[0])];
   Mat3 edges;
@@ -49,13 +51,15 @@ CarriedSurface::CarriedSurface(const Surface& surface, const TetMesh& mesh) {
       const Vec3& x = surface.positions[i];
       double best = -std::numeric_limits<double>::infinity();
       int best_tet = -1;
-      // The farther out a point lies, the farther tets are looked for.
+      // Points farther outside make the search distance grow until it meets a tetrahedron's box: first to a
+      // quarter of the largest box, then by factors of 2.
       for (double reach = 0; best_tet < 0; reach = std::max(2 * reach, longest / 4)) {
         const Eigen::AlignedBox3d near(x - Vec3::Constant(reach), x + Vec3::Constant(reach));
         tree.query(near, [&](int t) {
           const std::array<double, 4> weights = barycentric_weights(mesh, mesh.tets[as_index(t)], x);
           const double least = least_of(weights);
-          if (least > best || (least == best && t < best_tet)) {  // the same whatever the order of the visits
+          // Choosing the smaller index among equals makes the result independent of the order of the visits.
+          if (least > best || (least == best && t < best_tet)) {
             best = least;
             best_tet = t;
             carriers_[i] = {mesh.tets[as_index(t)], weights};

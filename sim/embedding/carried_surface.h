@@ -1,5 +1,5 @@
-// Surfaces of any resolution that the tets of a coarser mesh carry along (hard bindings to tets: Sifakis,
-// Shinar, Irving, Fedkiw 2007): for pictures and export, and to be touched.
+// Surfaces of any resolution that the tetrahedra of a coarser mesh carry along (hard bindings to tetrahedra:
+// Sifakis, Shinar, Irving, Fedkiw 2007). They are drawn, exported, and touched by other bodies.
 #pragma once
 
 #include <array>
@@ -10,29 +10,44 @@
 
 namespace duet {
 
-// Every position of the surface has four nodes with barycentric weights in the tet that it lies in; outside
-// of all of them, in the one that it lies least outside of, with weights that continue it. Triangles share
-// their positions, so that no crack can open.
+/// A surface whose positions are embedded in tetrahedra.
+///
+/// Every position has four nodes with barycentric weights: those of the tetrahedron that contains it. Outside
+/// of all tetrahedra it is one of the nearest, with weights that extrapolate. Triangles share their
+/// positions, so no crack can open.
 class CarriedSurface {
  public:
+  /// Makes a surface without positions.
   CarriedSurface() = default;
-  // The surface and the mesh at rest in the same coordinates, m.
+  /// Embeds the positions of `surface` in the tetrahedra of `mesh`, both at rest in the same coordinates (m).
+  ///
+  /// A position outside takes, of the tetrahedra whose bounding boxes are within a first search distance that
+  /// meets any, the one in which its smallest weight is largest. The mesh must have a tetrahedron.
   CarriedSurface(const Surface& surface, const TetMesh& mesh);
 
+  /// The embedding of one position.
   struct Carrier {
-    std::array<int, 4> nodes;
-    std::array<double, 4> weights;
+    std::array<int, 4> nodes;       ///< nodes of the mesh
+    std::array<double, 4> weights;  ///< barycentric weights; they add up to 1 and are negative outside
   };
 
+  /// Returns whether the surface has no positions.
   bool empty() const { return carriers_.empty(); }
-  const std::vector<Carrier>& carriers() const { return carriers_; }  // of the positions
-  // Moves `surface`, which has the topology of the one given, with the mesh's nodes at nodes[0], nodes[1],
-  // ...
+  /// Returns the embedding of each position.
+  const std::vector<Carrier>& carriers() const { return carriers_; }
+  /// Moves the positions of `surface` with the mesh's nodes, which `nodes` points to (m), and updates its
+  /// normals.
+  ///
+  /// `surface` must have the topology of the one that was embedded.
   void update(const Vec3* nodes, Surface& surface) const;
-  // The mean of the values at the nodes around every position, less those that it lies away from; a negative
-  // value anywhere is taken over.
+  /// Interpolates values of the nodes to the positions, as means over the four nodes without those of
+  /// negative weight.
+  ///
+  /// If a node of the tetrahedron has a negative value, the position gets the smallest one: negative values
+  /// mark, for example, inverted elements.
   void interpolate(const float* of_nodes, std::vector<float>& values) const;
-  // How far outside of its tet any position lies: minus the least barycentric weight, or 0.
+  /// Returns how far outside of its tetrahedron any position lies: minus the smallest barycentric weight, or
+  /// 0.
   double farthest_outside() const;
 
  private:

@@ -7,21 +7,23 @@
 namespace duet {
 namespace {
 
+// Number of the first altitude that is between edges.
 constexpr std::size_t first_between_edges = 4;
 
-// The corners in the order in which altitude() takes them: a vertex and its opposite face, which it sees
-// counter-clockwise, or two opposite edges. All altitudes of a tet of positive volume are positive.
+// Corners in the order in which altitude() takes them: a vertex and its opposite face, counter-clockwise as
+// seen from the vertex, or two opposite edges. All altitudes of a tetrahedron of positive volume are
+// positive.
 constexpr std::array<std::array<std::size_t, 4>, 7> corners = {
     {{0, 1, 3, 2}, {1, 0, 2, 3}, {2, 0, 3, 1}, {3, 0, 1, 2}, {0, 1, 2, 3}, {0, 2, 3, 1}, {0, 3, 1, 2}}};
 
-// Twice the area of the face, or the cross product of the edges.
+// Returns a normal vector: its length is twice the area of the face, or the area that the two edges span.
 PackVector base(std::size_t altitude, const std::array<PackVector, 4>& x) {
   const auto& c = corners[altitude];
   return altitude < first_between_edges ? cross(x[c[2]] - x[c[1]], x[c[3]] - x[c[1]])
                                         : cross(x[c[1]] - x[c[0]], x[c[3]] - x[c[2]]);
 }
 
-// sum w_i^2 / m_i for the foot in the middle of the face or of the edges.
+// Returns sum w_i^2 / m_i (1/kg) of an altitude whose ends are in the middle of the face or of the edges.
 double inverse_mass_of(std::size_t altitude, const std::array<double, 4>& inverse_mass) {
   const auto& c = corners[altitude];
   const double first = inverse_mass[c[0]];
@@ -79,7 +81,7 @@ void AltitudeSprings::finalize(const std::vector<double>& inverse_mass) {
 
 Pack AltitudeSprings::choose(const Batch& batch, const std::array<PackVector, 4>& corner, Chosen& chosen) {
   Pack largest{};
-  Pack best{};  // its number
+  Pack best{};  // number of that altitude
   chosen.rest_length = batch.rest_length[0];
   chosen.viscosity = batch.viscosity[0];
   for (std::size_t a = 0; a < altitudes; ++a) {
@@ -108,7 +110,8 @@ void AltitudeSprings::choose(const std::vector<Vec3>& x) {
   });
 }
 
-// The foot divides the face by the barycentric coordinates (1 - a - b, a, b), or the edges by -a and b.
+// The end of the altitude divides the face by the barycentric coordinates (1 - a - b, a, b), or the two edges
+// by -a and b.
 AltitudeSprings::Altitude AltitudeSprings::altitude(const Chosen& chosen, const Quad* rows) {
   std::array<PackVector, 4> corner;
   for (std::size_t i = 0; i < 4; ++i) corner[i] = BlockSums::gather(rows, chosen.slot[i]);
@@ -135,7 +138,8 @@ PackVector AltitudeSprings::difference(const Chosen& chosen, const Quad* rows) {
   return sum;
 }
 
-// `force_of(batch's number, rows of `values`)` is the force along the normal, to be spread by the weights.
+// `force_of(b, rows of values)` returns the force of batch b along the normal. It is distributed to the
+// corners by the weights.
 template <class Force>
 void AltitudeSprings::add_forces(const std::vector<Vec3>& values, std::vector<Vec3>& totals,
                                  Force&& force_of) {
@@ -172,7 +176,8 @@ void AltitudeSprings::add_damping_forces(const std::vector<Vec3>& v, std::vector
   });
 }
 
-// c w^2 n n^T for the viscosity c and the corner's weight w.
+// The block of a corner is c w^2 n n^T, with the viscosity c, its weight w and the direction n of the
+// altitude.
 void AltitudeSprings::add_damping_blocks(std::vector<SymmetricBlock>& blocks) {
   add_blocks(sums_, blocks, [&](std::size_t b, Quad* sums) {
     const Chosen& chosen = chosen_[b];
@@ -211,7 +216,7 @@ double AltitudeSprings::energy(const std::vector<Vec3>& x) const {
       [](double a, double b) { return a + b; });
 }
 
-// No weight of a shortest altitude exceeds 1: its foot lies where the base is the largest of its kind.
+// No weight of a shortest altitude exceeds 1: its ends lie where the base is the largest of its kind.
 void AltitudeSprings::add_stiffness_of(std::size_t t, std::vector<double>& stiffness) const {
   const double shortest = *std::min_element(rest_[t].length.begin(), rest_[t].length.end());
   for (const int p : tets_[t]) stiffness[as_index(p)] += rest_[t].modulus / shortest;
@@ -221,6 +226,7 @@ void AltitudeSprings::add_stiffness(std::vector<double>& stiffness) const {
   for (std::size_t t = 0; t < tets_.size(); ++t) add_stiffness_of(t, stiffness);
 }
 
+// The weights of each end add up to 1, so the bound is the sum of the two highest rates.
 double AltitudeSprings::squared_frequency(std::size_t t, const std::vector<double>& squared_rate) const {
   std::array<double, 4> rate;
   for (std::size_t i = 0; i < 4; ++i) rate[i] = squared_rate[as_index(tets_[t][i])];
@@ -235,7 +241,7 @@ double AltitudeSprings::max_squared_frequency(const std::vector<double>& squared
   return highest;
 }
 
-// Whichever altitude a tet has its spring at.
+// The shortest damping time of a tetrahedron's altitudes counts, because any of them may carry the spring.
 double AltitudeSprings::rely_on_damping(double relaxation, const std::vector<double>& squared_rate,
                                         std::vector<double>& kept) const {
   double highest = 0;
@@ -243,7 +249,7 @@ double AltitudeSprings::rely_on_damping(double relaxation, const std::vector<dou
     for (std::size_t lane = 0; lane < pack_width; ++lane) {
       const std::size_t t = BlockSums::element_of(b, lane, batches_.size());
       if (t >= tets_.size()) continue;
-      double shortest = std::numeric_limits<double>::infinity();  // damping time
+      double shortest = std::numeric_limits<double>::infinity();  // s, damping time
       for (std::size_t a = 0; a < altitudes; ++a)
         shortest = std::min(shortest, batches_[b].viscosity[a][lane] * rest_[t].length[a] / rest_[t].modulus);
       const double relaxed = relaxed_squared_frequency(relaxation * shortest);

@@ -1,12 +1,12 @@
-// Altitude springs: what keeps the tets of a mass-spring body from collapsing (Molino, Bridson, Teran, Fedkiw
-// 2003; Selle, Lentine, Fedkiw 2008). Of a tet's seven altitudes, from a vertex to the opposite face and
-// between opposite edges, the shortest one carries a spring. Altitudes are signed: that of an inverted tet is
-// negative, so that its spring turns it right side out again.
+// Altitude springs, which keep the tetrahedra of a mass-spring body from collapsing (Molino, Bridson, Teran,
+// Fedkiw 2003; Selle, Lentine, Fedkiw 2008). A tetrahedron has seven altitudes: from each vertex to the
+// opposite face, and between opposite edges. The shortest one carries a spring. Altitudes are signed: that of
+// an inverted tetrahedron is negative, so its spring turns it right side out again.
 //
-//   psi = k/2 (h - H)^2,  h = n . sum w_i x_i,  n the unit normal of the face or of the two edges
+//     psi = k/2 (h - H)^2,  h = n . sum w_i x_i,  n the unit normal of the face or of the two edges
 //
-// with the weights w of the foot of the altitude, k = modulus / H. The forces are the gradient of this
-// energy: as sum w_i x_i = h n, they need no derivative of the weights.
+// h is the altitude and H its length at rest, the w_i are the weights of its two ends, and k = modulus / H.
+// The forces are the gradient of this energy: as sum w_i x_i = h n, they need no derivative of the weights.
 #pragma once
 
 #include <array>
@@ -20,71 +20,114 @@
 
 namespace duet {
 
+/// The altitude springs of all mass-spring bodies, one for each tetrahedron.
 class AltitudeSprings {
  public:
-  // Adds the springs of a body's tets (global particle indices) at their rest positions. `modulus`: N, the
-  // force of a spring at 100 % strain; `damping`: of critical damping.
+  /// Adds the springs of a body's tetrahedra (global particle indices) at their rest positions.
+  ///
+  /// `modulus` (N) is the force of a spring at 100 % strain; `damping` is the fraction of critical damping.
   void add(const std::vector<Tet>& tets, const std::vector<Vec3>& rest, double modulus, double damping);
-  // To be called once after the last add(): lays out the batches.
+  /// Lays out the batches. Must be called once after the last add(), with the particles' inverse masses
+  /// (1/kg), which determine the critical damping.
   void finalize(const std::vector<double>& inverse_mass);
 
+  /// Returns the number of tetrahedra.
   std::size_t size() const { return tets_.size(); }
-  // See BlockSums.
+  /// Restricts the sums below to the particles of `mask` until the next call; null removes the restriction
+  /// (BlockSums::limit_to()).
   void limit_to(const ParticleMask* mask) { sums_.limit_to(mask); }
 
-  // Gives every tet the spring of its shortest altitude at `x`: the one across its largest face or pair of
-  // edges. Between two choices the forces have an energy.
+  /// Gives every tetrahedron the spring of its shortest altitude at `x` (m): the one that is perpendicular to
+  /// its largest face or pair of edges.
+  ///
+  /// Until the next call the elastic forces are the gradient of an energy.
   void choose(const std::vector<Vec3>& x);
-  // `sideways` as of Springs, for altitudes that are longer or shorter than at rest: k |h - H| / max(|h|, H).
+  /// Adds the elastic forces at the positions `x` (m) to `force` (N) and keeps the directions and weights for
+  /// damping and differentials.
+  ///
+  /// Unless `sideways` is empty, adds to each particle's entry its part (see InternalForces::finalize()) of
+  /// the geometric stiffness k |h - H| / max(|h|, H) (N/m) of altitudes that are longer or shorter than at
+  /// rest, as Springs::add_elastic_forces() does.
   void add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>& force,
                           std::vector<double>& sideways);
+  /// Adds the viscous forces for the velocities `v` (m/s) to `force` (N), in the directions of the last
+  /// add_elastic_forces(): linear in v, symmetric and negative semi-definite.
   void add_damping_forces(const std::vector<Vec3>& v, std::vector<Vec3>& force);
+  /// Adds the viscous forces like add_damping_forces(), in single precision.
   void add_damping_forces_single(const std::vector<Vec3>& v, std::vector<Vec3>& force) {
     add_dashpot_forces(dashpots_, sums_, v, force);
   }
-  void add_damping_blocks(std::vector<SymmetricBlock>& blocks);  // see InternalForces
+  /// Adds each particle's own 3x3 block of minus the operator of add_damping_forces() to `blocks`, kg/s.
+  void add_damping_blocks(std::vector<SymmetricBlock>& blocks);
+  /// Adds the change of the elastic forces for displacements `dx` (m) along the directions of the last
+  /// add_elastic_forces() to `force` (N).
+  ///
+  /// The geometric stiffness, which would destabilize an implicit solve, is left out: linear in dx, symmetric
+  /// and negative semi-definite.
   void add_force_differentials(const std::vector<Vec3>& dx, std::vector<Vec3>& force);
-  double energy(const std::vector<Vec3>& x) const;  // J, with the springs that choose(x) chooses
+  /// Returns the elastic energy at the positions `x` (m) with the springs that choose(x) would choose, J.
+  double energy(const std::vector<Vec3>& x) const;
 
-  // See InternalForces::finalize: the weights of a foot add up to 1 on its own side and on the other.
+  /// Adds to each particle's entry of `stiffness` (N/m) its part of the springs' stiffness, see
+  /// InternalForces::finalize().
+  ///
+  /// The weights of each end of an altitude add up to 1.
   void add_stiffness(std::vector<double>& stiffness) const;
+  /// Returns the highest omega^2 bound of a spring, rad^2/s^2, given the rates C_i / m_i of the particles
+  /// (InternalForces::finalize()).
   double max_squared_frequency(const std::vector<double>& squared_rate) const;
+  /// Finds which springs have enough viscosity for steps of `relaxation` times their damping time (viscosity
+  /// over stiffness, s).
+  ///
+  /// Returns the highest omega^2 bound (rad^2/s^2) that such steps stand for, over the springs that it
+  /// lowers; 0 without any. Adds the stiffness of the other springs (undamped stiffness, N/m) to `kept`.
   double rely_on_damping(double relaxation, const std::vector<double>& squared_rate,
                          std::vector<double>& kept) const;
 
  private:
-  static constexpr std::size_t altitudes =
-      7;  // of the vertices 0 to 3, of the edges at 0 to the opposite one
+  // Altitudes of a tetrahedron: from the vertices 0 to 3, then between each edge at vertex 0 and its opposite
+  // edge.
+  static constexpr std::size_t altitudes = 7;
 
+  // Adds the stiffness of tetrahedron t to the entries of its particles.
   void add_stiffness_of(std::size_t t, std::vector<double>& stiffness) const;
+  // Returns the omega^2 bound of tetrahedron t, rad^2/s^2.
   double squared_frequency(std::size_t t, const std::vector<double>& squared_rate) const;
 
+  // A tetrahedron at rest.
   struct RestTet {
-    std::array<double, altitudes> length;  // m
-    double modulus, damping;
+    std::array<double, altitudes> length;  // m, of each altitude
+    double modulus, damping;               // N; fraction of critical damping
   };
+  // Eight tetrahedra, as add() has given them.
   struct Batch {
     std::array<PackIndex, 4> particle;
     std::array<BlockSums::Slot, 4> slot;
-    std::array<Pack, altitudes> rest_length, viscosity;
-    Pack modulus;  // zero, as is the viscosity, in the lanes that pad the last batch
+    std::array<Pack, altitudes> rest_length, viscosity;  // m; N s/m
+    Pack modulus;  // N; zero, as is the viscosity, in the lanes that pad the last batch
   };
-  // The springs of a batch that choose() has chosen, with the tets' corners as altitude() takes them.
+  // The springs of a batch that choose() has selected, with the corners in the order in which altitude()
+  // takes them.
   struct Chosen {
     std::array<BlockSums::Slot, 4> slot;
-    PackMask between_edges;  // or else from the first corner to the face of the others
-    Pack rest_length, stiffness, viscosity;
-    std::array<Pack, 4> weight;  // of the last add_elastic_forces, as is the normal
+    // True for an altitude between two edges, false for one from the first corner to the face of the others.
+    PackMask between_edges;
+    Pack rest_length, stiffness, viscosity;  // m; N/m; N s/m
+    std::array<Pack, 4> weight;              // of the last add_elastic_forces(), as is the normal
     PackVector normal;
   };
+  // Signed length (m), unit direction and weights of altitudes at some positions.
   struct Altitude {
     std::array<Pack, 4> weight;
     PackVector normal;
     Pack length;
   };
-  // Returns the square of the largest base: six volumes over it are the altitude.
+  // Selects the springs of a batch at the given corners. Returns the square of the largest base (twice the
+  // area of a face, or the cross product of two edges): six volumes over the base are the altitude.
   static Pack choose(const Batch& batch, const std::array<PackVector, 4>& corner, Chosen& chosen);
+  // Computes the altitudes of `chosen` at the positions `rows`.
   static Altitude altitude(const Chosen& chosen, const Quad* rows);
+  // Returns sum w_i of the values at the corners, with the weights of the last add_elastic_forces().
   static PackVector difference(const Chosen& chosen, const Quad* rows);
   template <class Force>
   void add_forces(const std::vector<Vec3>& values, std::vector<Vec3>& totals, Force&& force_of);
@@ -92,8 +135,8 @@ class AltitudeSprings {
   std::vector<Tet> tets_;
   std::vector<RestTet> rest_;
   std::vector<Batch> batches_;
-  std::vector<Chosen> chosen_;         // of each batch
-  std::vector<Dashpots<4>> dashpots_;  // of each batch
+  std::vector<Chosen> chosen_;         // by batch
+  std::vector<Dashpots<4>> dashpots_;  // by batch
   BlockSums sums_;
 };
 

@@ -1,11 +1,10 @@
-// What the viscosity of springs between two points makes of velocities, in single precision: of a spring's
-// numbers (springs.h, altitude_springs.h) only those that the search directions of a solve need, at half the
-// size.
+// Viscous forces of springs between two points, in single precision. Only the data that the search directions
+// of a solve need is kept, at half the size of the springs' own (springs.h, altitude_springs.h).
 //
-//   f_i = -w_i s (s . sum w_j v_j),   s = sqrt(c) u
+//     f_i = -w_i s (s . sum w_j v_j),   s = sqrt(c) u
 //
-// for the viscosity c, N s/m, and the spring's direction u. Its weights w add up to zero, and so do its
-// forces, to the rounding of doubles.
+// c is the viscosity (N s/m) and u the unit direction of the spring. Its weights w add up to zero, and so do
+// its forces, up to the rounding of doubles.
 #pragma once
 
 #include <array>
@@ -16,12 +15,15 @@
 
 namespace duet {
 
-// The squared frequency that makes a limit of 2 / omega of `reach` seconds; infinite for none.
+/// Returns the squared frequency 4 / reach^2 (rad^2/s^2) whose stability limit 2 / omega is `reach` seconds;
+/// infinite if `reach` is not positive.
 double relaxed_squared_frequency(double reach);
 
+/// The dashpots of one batch of springs on `N` particles each.
 template <std::size_t N>
-class Dashpots {  // of one batch
+class Dashpots {
  public:
+  /// Sets slots, weights, viscosities (N s/m) and unit directions of the batch's springs.
   void set(const std::array<BlockSums::Slot, N>& slot, const std::array<Pack, N>& weight,
            const Pack& viscosity, const PackVector& direction) {
     slot_ = slot;
@@ -30,7 +32,8 @@ class Dashpots {  // of one batch
     for (std::size_t i = 1; i < N; ++i) weight_[i - 1] = to_single(weight[i]);
   }
 
-  // See BlockSums::fill_from.
+  /// Adds the viscous forces (N) for the velocities `rows` (m/s) to the partial sums of the batch's block,
+  /// see BlockSums::fill_from().
   void spread_forces(const QuadF* rows, Quad* sums) const {
     const PackVectorF origin = BlockSums::gather(rows, slot_[0]);
     PackF along{};  // s . sum w_j v_j
@@ -50,10 +53,11 @@ class Dashpots {  // of one batch
 
  private:
   std::array<BlockSums::Slot, N> slot_;
-  std::array<PackF, N - 1> weight_;  // of all but the first
-  PackVectorF s_;
+  std::array<PackF, N - 1> weight_;  // of all particles but the first
+  PackVectorF s_;                    // sqrt(N s/m), root of the viscosity times the direction
 };
 
+/// Adds the viscous forces of all batches for the velocities `v` (m/s) to `force` (N).
 template <std::size_t N>
 void add_dashpot_forces(const std::vector<Dashpots<N>>& dashpots, BlockSums& sums, const std::vector<Vec3>& v,
                         std::vector<Vec3>& force) {

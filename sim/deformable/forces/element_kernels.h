@@ -1,4 +1,4 @@
-// What the finite elements of a batch compute in packs, one element a lane.
+// Small products and sums that the finite elements of a batch compute in packs, one element in each lane.
 #pragma once
 
 #include <array>
@@ -8,7 +8,10 @@
 
 namespace duet {
 
-/// F for positions, its rate for velocities: D_s D_m^-1, of value(corner).
+/// Returns the gradient D_s D_m^-1 of the linear function with the values value(corner) at the four corners.
+///
+/// It is the deformation gradient F for positions, and its rate for velocities. `inverse_rest` is D_m^-1
+/// (1/m); D_s has the differences of the corners 1 to 3 from corner 0 as columns.
 template <class P, class Value>
 Matrix3<P> gradient_of(const Matrix3<P>& inverse_rest, Value&& value) {
   const VectorOf<P> origin = value(0);
@@ -22,13 +25,16 @@ Matrix3<P> gradient_of(const Matrix3<P>& inverse_rest, Value&& value) {
   return edges * inverse_rest;
 }
 
+/// Returns the product A v.
 inline PackVector product(const Matrix3<Pack>& A, const PackVector& v) {
   return {A[0][0] * v.x + A[0][1] * v.y + A[0][2] * v.z, A[1][0] * v.x + A[1][1] * v.y + A[1][2] * v.z,
           A[2][0] * v.x + A[2][1] * v.y + A[2][2] * v.z};
 }
 
-/// Adds the columns of H (N) to the sums of corners 1 to 3, and the opposite of their sum to that of corner
-/// 0.
+/// Adds the columns of H (N) to the partial sums of corners 1 to 3, and minus the sum of the columns to that
+/// of corner 0.
+///
+/// `fourth` is added as the fourth component of the partial sum of every corner.
 inline void spread_columns(const Matrix3<Pack>& H, const Pack& fourth,
                            const std::array<BlockSums::Slot, 4>& slot, Quad* sums) {
   PackVector force[4];
@@ -38,7 +44,7 @@ inline void spread_columns(const Matrix3<Pack>& H, const Pack& fourth,
   for (std::size_t i = 0; i < slot.size(); ++i) BlockSums::spread(slot[i], force[i], fourth, sums);
 }
 
-/// Adds factor v v^T to the upper half of `sum`.
+/// Adds factor v v^T to the upper triangle of `sum`.
 inline void add_square(const Pack& factor, const PackVector& v, Matrix3<Pack>& sum) {
   const Pack x = factor * v.x, y = factor * v.y;
   sum[0][0] += x * v.x;

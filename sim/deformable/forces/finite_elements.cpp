@@ -18,17 +18,18 @@
 namespace duet {
 namespace {
 
-// What elements that compression has made too stiff for the step are damped by, in steps: half a one would do
-// for a stiffness that stays as it is, one takes it to rest as a step of Newton's method would, and an
-// element may become stiffer yet within the step.
+// Damping time, in steps, of the stiffness that compression adds beyond what the step follows. Half a step
+// would be stable for a stiffness that stays as it is. One step brings an element to rest as a step of
+// Newton's method would. The value lies between, because an element may become stiffer yet within the step.
 constexpr double compression_steps = 0.75;
-// The squared frequency up to which the step follows what compression makes of an element, over that which it
-// may have at rest: blows between soft bodies stay as exact as they are, the step falls to 0.7 of that at
-// rest.
+// Squared frequency up to which the step follows an element that compression stiffens, relative to the one
+// that it may have at rest. The step falls to 1/sqrt(followed_stiffening) = 0.7 of that at rest; a larger
+// value makes it shorter yet. With 2, blows between soft bodies remain as accurate as without the limit.
 constexpr double followed_stiffening = 2;
+// Number of particles in a chunk of a parallel loop.
 constexpr std::size_t particle_grain = 512;
 
-// Whether a model tells the stiffness that damping can hold from the rest.
+// True for models that can tell the stiffness that damping can hold from the rest.
 template <class Model>
 constexpr bool can_rely_on_damping = requires(Pack modulus, Matrix3<Pack> F) {
   Model::compression_stiffness(modulus, modulus, F);
@@ -48,20 +49,22 @@ decltype(auto) with_model(MaterialModel model, Work&& work) {
   return work(NeoHookean{});
 }
 
-// What crushed and inverted elements keep of the viscosity of volume in implicit steps: all of it down to J =
-// 1/4, none from J = 0 on. Their way back changes the trace of the Green strain, which a nearly
-// incompressible material would let them do only at the pace of lambda over mu times the damping. Explicit
-// elasticity needs all of it, to hold them.
+// Returns the fraction of the viscosity of volume that compressed and inverted elements keep in implicit
+// steps: all of it down to J = 1/4, none from J = 0 on. On their way back they change the trace of the Green
+// strain. A nearly incompressible material would let them do so only over lambda / mu times the damping time.
+// Explicit elasticity needs all of the viscosity to hold such elements.
 Pack volume_share(const Matrix3<Pack>& F) {
   const Pack share = max_of(4.0 * determinant(F, cofactor(F)), Pack{});
   return select(share < Pack{} + 1.0, share, Pack{} + 1.0);
 }
 
-// A material's damping time, s, for a rate of steps times squared frequencies, 1/s: all of it, as far as
-// double precision tells the velocities of a body that is all but rigid within a step from rounding. So long
-// a time is that of hours, but for the stiffest and smallest elements.
+// Returns the damping time `seconds` (s) of a material, limited so that double precision can still tell
+// velocities in a body that is almost rigid within a step from rounding. `rate` is the step times the highest
+// squared frequency, 1/s. Only damping times of hours reach the limit, except in the stiffest and smallest
+// elements.
 double bounded_damping(double seconds, double rate) {
-  constexpr double most = 1e9;  // by which damping may slow a particle by itself in a step
+  // Largest factor by which damping may slow a particle by itself in a step.
+  constexpr double most = 1e9;
   return seconds * rate > most ? most / rate : seconds;
 }
 
@@ -90,7 +93,8 @@ void FiniteElements::finalize(const std::vector<double>& mass) {
   for (std::size_t t = 0; t < tets_.size(); ++t)
     for (int p : tets_[t]) particle_volume_[as_index(p)] += volume_[t];
   std::size_t lanes = 0;
-  for (std::size_t begin = 0, end = 0; begin < tets_.size(); begin = end) {  // the tets of a material
+  // Each pass fills the batches of one material.
+  for (std::size_t begin = 0, end = 0; begin < tets_.size(); begin = end) {
     for (; end < tets_.size() && material_of_[end] == material_of_[begin]; ++end)
       fill_lane(lanes++, end, false, scatter(end, mass));
     for (; lanes % pack_width > 0; ++lanes) fill_lane(lanes, end - 1, true, scatter(end - 1, mass));
@@ -121,7 +125,8 @@ void FiniteElements::rely_on_damping(double cfl, double relaxation) {
   cfl_ = cfl;
   relaxation_ = relaxation;
   max_squared_frequency_ = rest_squared_frequency_ = bound_at_rest();
-  // Elements may become stiffer by what the particles around them leave room for, too.
+  // An element may become stiffer by the ratio of the bound to the mean frequency around its particles, if
+  // that is lower.
   allowed_squared_frequency_.resize(batches_.size());
   for (std::size_t b = 0; b < batches_.size(); ++b)
     for (std::size_t lane = 0; lane < pack_width; ++lane) {
@@ -133,13 +138,12 @@ void FiniteElements::rely_on_damping(double cfl, double relaxation) {
     }
 }
 
-// Of each element at rest, by its stiffness alone.
 Pack FiniteElements::elastic_at_rest(std::size_t b) const {
   const Moduli here = moduli(b);
   return batches_[b].volume * scatter_[b].at_rest(here.mu, here.lambda);
 }
 
-// The largest mean around a particle at rest, with what damping holds left out.
+// For stiffness that damping holds only the relaxed limit counts.
 double FiniteElements::bound_at_rest() {
   std::fill(particle_frequency_.begin(), particle_frequency_.end(), 0);
   for (std::size_t b = 0; b < batches_.size(); ++b) {
@@ -164,8 +168,9 @@ double FiniteElements::bound_at_rest() {
   return largest == particle_frequency_.end() ? 0 : *largest;
 }
 
-// That of limits of `relaxation_` of the damping time of a batch's material, which bound its elements where
-// they would not reach as far by themselves.
+//     omega^2 = 4 / (relaxation tau)^2
+// Here tau is the damping time of the batch's material. Elements that would bound the step more tightly by
+// themselves are bounded by this instead.
 double FiniteElements::relaxed_squared_frequency(std::size_t b) const {
   const ElasticMaterial& material = material_of_batch(b);
   const double reach = relaxation_ * material.moduli.damping;
@@ -173,7 +178,7 @@ double FiniteElements::relaxed_squared_frequency(std::size_t b) const {
   return 4 / (reach * reach);
 }
 
-// Every node has the element's share, by volume, of its particle's mass.
+// Every node has the element's fraction, by volume, of its particle's mass.
 GradientScatter<double> FiniteElements::scatter(std::size_t t, const std::vector<double>& mass) const {
   Mat3 sum = Mat3::Zero();
   for (std::size_t i = 0; i < corners; ++i) {
@@ -222,14 +227,14 @@ void FiniteElements::keep_deformation(std::size_t b, const Matrix3<Pack>& F) {
   single_[b].share = to_single(batches_[b].volume / excess_damping(F));
 }
 
-// H = -V P D_m^-T holds the forces on particles 1 to 3 in its columns; particle 0 gets the opposite of their
-// sum. `fourth` goes along with each of them.
+//     H = -V P D_m^-T
+// The columns of H are the forces on particles 1 to 3; particle 0 gets minus their sum.
 void FiniteElements::spread_forces(const Batch& batch, const Matrix3<Pack>& stress, const Pack& fourth,
                                    Quad* sums) const {
   spread_columns(-batch.volume * times_transposed(stress, batch.inverse_rest), fourth, batch.slot, sums);
 }
 
-// Damps what compression adds to the stiffness of a batch for `seconds`. Kept for all products of the step.
+// The operator is kept for all products of the step.
 template <class Model>
 void FiniteElements::damp_compression(Model, std::size_t b, const Matrix3<Pack>& F, const Pack& seconds) {
   is_damped_[b] = any_of(Pack{} < seconds);
@@ -244,8 +249,6 @@ void FiniteElements::damp_compression(Model, std::size_t b, const Matrix3<Pack>&
                             to_single(-volume * viscosity.bulk)};
 }
 
-// Of the elements of a batch, as far as they are to bound the step; chooses what damps the others.
-//
 // In the scheme of steps I and V (elasticity explicit, damping implicit) a mode of frequency w with tau
 // seconds of stiffness-proportional damping is stable in every step of dt <= 2 tau, however large w dt is.
 template <class Model>
@@ -263,7 +266,7 @@ Pack FiniteElements::squared_frequency(Model, std::size_t b, const Matrix3<Pack>
     if (relaxed_squared_frequency(b) < elastic_squared_frequency_)
       return lifted_squared_frequency(Model{}, b, F, squared, soft, bound);
     if (!any_of(bound < squared)) return squared;
-    // Some other bound may have made this step a shorter one.
+    // If some other bound has made this step shorter, it follows stiffer elements.
     const double within_reach = 4 * cfl_ * cfl_ / (dt_ * dt_);
     const double more = std::max(within_reach / (followed_stiffening * rest_squared_frequency_), 1.0);
     const Pack share = 1.0 - more * bound / max_of(squared, Pack{} + std::numeric_limits<double>::min());
@@ -273,12 +276,12 @@ Pack FiniteElements::squared_frequency(Model, std::size_t b, const Matrix3<Pack>
   return squared;
 }
 
-// The same where steps go beyond the elastic limit: of what they do not follow, the material's own damping
-// holds what it can, and the rest is damped more, until a step of relaxation does not overshoot (K dt <= D,
-// twice what stability takes: what is squeezed becomes stiffer yet within a step). Damping resists changes of
-// strain only: the shears that stress alone resists, and what stretching makes stiffer, bound the step
-// (`soft`). So does what is crushed beyond the start of extrapolation (as far as `bound`): tangles come apart
-// only in steps that follow them.
+// The step does not follow all stiffness here. The material's own damping holds what it can, and the rest is
+// damped more, until a step of relaxation does not overshoot (K dt <= D). That is twice what stability
+// requires, because compressed elements become stiffer yet within a step. Damping resists changes of strain
+// only. Two kinds of stiffness therefore bound the step: shears that stress alone resists together with what
+// stretching makes stiffer (`soft`), and elements compressed beyond the start of extrapolation (up to
+// `bound`), because tangles come apart only in steps that follow them.
 template <class Model>
 Pack FiniteElements::lifted_squared_frequency(Model, std::size_t b, const Matrix3<Pack>& F,
                                               const Pack& squared, const Pack& soft, const Pack& bound) {
@@ -323,7 +326,8 @@ Matrix3<Pack> FiniteElements::damping_stress(std::size_t b, const Matrix3<Pack>&
   const Pack damping =
       Pack{} + (bounded_damping(material_of_batch(b).moduli.damping, dt_ * elastic_squared_frequency_) +
                 added_damping_);
-  // Steps as long as frames: what damps stretched elements more smooths the way out of a tangle.
+  // With added damping steps are as long as frames, and the greater viscosity of stretched elements smooths
+  // their way out of a tangle.
   if (added_damping_ > 0) return viscous_stress<Pack>(mu, volume_share(F) * lambda, damping, F, Fdot);
   const Matrix3<Pack> stress = viscous_stress<Pack>(mu, lambda, damping / excess_damping(F), F, Fdot);
   if (!is_damped_[b]) return stress;
@@ -368,14 +372,15 @@ void FiniteElements::add_damping_blocks(std::vector<SymmetricBlock>& blocks) {
     if (sums_.takes(p)) blocks[p].diagonal += Vec3::Constant(drag_[p]);
 }
 
-// With w = F G, for the gradient G (1/m) of a node's linear function, the viscous stress makes a block
-// b |G|^2 F F^T + (a + b) w w^T, and with g = F^-T G what damps compression shear/2 (|g|^2 1 + g g^T) + bulk
-// g g^T.
+// G (1/m) is the gradient of a node's linear shape function. With w = F G the viscous stress makes the block
+//     b |G|^2 F F^T + (a + b) w w^T,
+// and with g = F^-T G the damping of compression makes
+//     shear/2 (|g|^2 1 + g g^T) + bulk g g^T.
 void FiniteElements::spread_damping(std::size_t b, Quad* sums) const {
   const Batch& batch = batches_[b];
   const Matrix3<Pack>&F = deformation_[b], &D = batch.inverse_rest;
   const Moduli here = moduli(b);
-  const bool is_added_to = added_damping_ > 0;  // see damping_stress
+  const bool is_added_to = added_damping_ > 0;  // see damping_stress()
   const Pack &mu = here.mu, lambda = is_added_to ? volume_share(F) * here.lambda : here.lambda;
   const double seconds =
       bounded_damping(material_of_batch(b).moduli.damping, dt_ * elastic_squared_frequency_) + added_damping_;
@@ -442,6 +447,7 @@ double FiniteElements::energy(const std::vector<Vec3>& x) const {
 }
 
 double FiniteElements::max_deformation_rate(const std::vector<Vec3>& x, const std::vector<Vec3>& v) const {
+  // Weight of the rate of volume against that of length, see max_deformation_rate().
   constexpr double volume_weight = 0.5;
   const auto larger = [](const Pack& a, const Pack& b) { return max_of(a, b); };
   const Pack squared = parallel_reduce(

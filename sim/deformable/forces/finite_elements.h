@@ -1,4 +1,4 @@
-// Linear tetrahedral finite elements of all deformable bodies, processed in batches of eight.
+// Linear tetrahedral finite elements of all deformable bodies, evaluated in batches of eight.
 #pragma once
 
 #include <array>
@@ -17,103 +17,154 @@
 
 namespace duet {
 
+/// Elastic and viscous moduli of an isotropic material.
 struct LameParameters {
-  double mu = 0, lambda = 0;  // Pa
-  double damping = 0;         // s, viscous over elastic moduli
+  double mu = 0,       ///< Pa, shear modulus (second Lamé parameter)
+      lambda = 0;      ///< Pa, first Lamé parameter
+  double damping = 0;  ///< s, damping time: ratio of viscous to elastic moduli
 };
+/// Returns the moduli for a Young's modulus (Pa), a Poisson ratio (less than 1/2) and a damping time (s).
 LameParameters lame_parameters(double youngs_modulus, double poisson_ratio, double damping);
 
+/// Material of a body of finite elements.
 struct ElasticMaterial {
-  LameParameters moduli;
-  MaterialModel model = MaterialModel::neo_hookean;
-  double mass_damping = 0;      // 1/s, braking force over mass and velocity
-  bool is_pressurized = false;  // pressures keep its volumes: steps stay within its elastic limit
+  LameParameters moduli;                             ///< elastic and viscous moduli
+  MaterialModel model = MaterialModel::neo_hookean;  ///< form of the elastic energy
+  double mass_damping = 0;                           ///< 1/s, braking force over mass and velocity
+  /// whether pressures keep its volumes; steps then stay within its elastic limit
+  bool is_pressurized = false;
 };
 
+/// Elastic and viscous forces of the tetrahedra of all volumes, and bounds on their frequencies.
 class FiniteElements {
  public:
-  // Adds the tets of a body (global particle indices) at their rest positions.
+  /// Adds the tetrahedra of a body (global particle indices) at their rest positions (m).
   void add(const std::vector<Tet>& tets, const std::vector<Vec3>& rest, const ElasticMaterial& material);
-  // To be called once after the last add(): lays out the batches. `mass` gives the particles' masses.
+  /// Lays out the batches. Must be called once after the last add(), with the particles' masses (kg).
   void finalize(const std::vector<double>& mass);
 
+  /// Returns the number of tetrahedra.
   std::size_t size() const { return tets_.size(); }
-  // See BlockSums.
+  /// Restricts the sums below to the particles of `mask` until the next call; null removes the restriction
+  /// (BlockSums::limit_to()).
   void limit_to(const ParticleMask* mask) { sums_.limit_to(mask); }
+  /// Returns the tetrahedra of all bodies, in the order in which they were added.
   const std::vector<Tet>& tets() const { return tets_; }
+  /// Returns the volume of a tetrahedron at rest, m^3.
   double volume(std::size_t tet) const { return volume_[tet]; }
 
-  // Adds the elastic forces at `x` to `force` (N) and keeps the deformation gradients for damping_forces.
+  /// Adds the elastic forces at the positions `x` (m) to `force` (N) and keeps the deformation gradients for
+  /// damping and linearize().
+  ///
+  /// It also computes the bound max_squared_frequency() and decides which compressed elements are damped
+  /// (rely_on_damping()).
   void add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>& force);
-  // Adds the viscous forces for the velocities `v` at the last deformation gradients: linear in v, symmetric,
-  // and negative semi-definite.
+  /// Adds the viscous forces for the velocities `v` (m/s) at the last deformation gradients to `force` (N):
+  /// linear in v, symmetric and negative semi-definite.
   void add_damping_forces(const std::vector<Vec3>& v, std::vector<Vec3>& force);
-  // The same to about 1e-7 of the forces of each element, from half the memory; their sum is as exact. Not
-  // with added damping.
+  /// Adds the viscous forces in single precision: to about 1e-7 of the forces of each element, with half the
+  /// memory traffic.
+  ///
+  /// The forces of an element still add up to zero as in double precision. Added damping
+  /// (set_added_damping()) is not included, so it must be 0.
   void add_damping_forces_single(const std::vector<Vec3>& v, std::vector<Vec3>& force);
-  // Adds every particle's own block of minus the operator of add_damping_forces, kg/s.
+  /// Adds each particle's own 3x3 block of minus the operator of add_damping_forces() to `blocks`, kg/s.
   void add_damping_blocks(std::vector<SymmetricBlock>& blocks);
-  // From now on damping holds what steps no longer follow, in materials that have it and whose model can tell
-  // the two apart: elements that compression makes stiffer than any at rest bound the step no more, but are
-  // damped, for as many seconds as the step takes (see set_time_step), in proportion to what they are too
-  // stiff by, if their material's own damping is no less; and where that is tau seconds, what it damps does
-  // not make the stability limit less than `relaxation` tau. `cfl` is the part of the limit that steps take.
+  /// Lets damping hold stiff elements instead of the time step following them, from now on.
+  ///
+  /// This concerns materials with damping of tau seconds whose model can tell the two kinds of stiffness
+  /// apart (neo-Hookean). There are two effects:
+  ///
+  /// 1) Elements that compression makes stiffer than any at rest no longer bound the step if tau is at least
+  /// the step at rest. They are damped in proportion to the stiffness that exceeds the bound, for as many
+  /// seconds as the step takes (set_time_step()).
+  ///
+  /// 2) Stiffness that damping holds does not lower the stability limit below `relaxation` times tau.
+  ///
+  /// `cfl` is the fraction of the stability limit that steps take. 0 for `cfl` turns the first effect off, 0
+  /// for `relaxation` the second.
   void rely_on_damping(double cfl, double relaxation);
-  // The step, s, of the evaluations to come.
+  /// Sets the time step of the evaluations to come, s.
   void set_time_step(double dt) { dt_ = dt; }
-  // Added to the damping of every material, s, as implicit integration does.
+  /// Sets a damping time (s) that is added to that of every material, as implicit integration does.
+  ///
+  /// While it is positive, stretched elements keep the whole viscosity and compressed ones lose that of their
+  /// volume.
   void set_added_damping(double seconds) { added_damping_ = seconds; }
-  // Adds the change of the elastic forces for displacements `dx` from where linearize() was last called:
-  // linear in dx, symmetric, and (the Hessian of each element projected) negative semi-definite.
+  /// Adds the change of the elastic forces for displacements `dx` (m) from the state of the last linearize()
+  /// to `force` (N).
+  ///
+  /// It is linear in dx, symmetric and negative semi-definite, because the Hessian of each element is
+  /// projected.
   void add_force_differentials(const std::vector<Vec3>& dx, std::vector<Vec3>& force);
-  void linearize();                                 // at the last deformation gradients
-  double energy(const std::vector<Vec3>& x) const;  // J
-  // 1/s: the largest norm |Fdot| of the elements, or half the rate of J = det F where that is more, as in
-  // elements that are drawn out to several times their size.
+  /// Computes the stress differentials at the last deformation gradients.
+  void linearize();
+  /// Returns the elastic energy at the positions `x` (m), J.
+  double energy(const std::vector<Vec3>& x) const;
+  /// Returns the largest rate of deformation of an element at the positions `x` (m) and velocities `v` (m/s),
+  /// 1/s.
+  ///
+  ///     max over the elements of max(|Fdot|, |dJ/dt| / 2),   J = det F
+  ///
+  /// The rate of volume is the larger one in elements that are stretched to several times their size.
   double max_deformation_rate(const std::vector<Vec3>& x, const std::vector<Vec3>& v) const;
 
+  /// Strain statistics of all elements.
   struct Strain {
-    double min_det = 1;
-    int inverted = 0;        // elements with det F <= 0
-    int worst_tet = -1;      // that has the least determinant
-    double max_stretch = 1;  // largest principal one
+    double min_det = 1;      ///< smallest det F
+    int inverted = 0;        ///< number of elements with det F <= 0
+    int worst_tet = -1;      ///< index of the element with the smallest det F; -1: none
+    double max_stretch = 1;  ///< largest principal stretch, at least 1
   };
+  /// Returns the strain statistics at the positions `x` (m).
   Strain strain(const std::vector<Vec3>& x) const;
-  // Raises `strain`, of all particles, to the largest |stretch - 1| of the elements around them (principal
-  // stretches: singular values of F), and makes it `inverted` beside elements with det F <= 0.
+  /// Value that add_strain() gives to particles of inverted elements.
   static constexpr float inverted = -1;
+  /// Raises each particle's entry of `strain` to the largest |stretch - 1| of the elements around it, with
+  /// the principal stretches of F.
+  ///
+  /// Entries of particles of elements with det F <= 0 become `inverted`.
   void add_strain(const std::vector<Vec3>& x, std::vector<float>& strain) const;
 
-  // A bound on the square of the highest frequency in the state of the last add_elastic_forces (at rest
-  // before the first), rad^2/s^2: the largest mean over the elements around a particle, weighted by volume,
-  // of the squares of their highest frequencies w_e. With the elements' shares M_e of the masses, K_e <=
-  // w_e^2 M_e, so x.K x <= sum of w_e^2 x.M_e x, which is at most that mean of every particle times its share
-  // of x.M x. A single crushed element counts for as much as it has of its particles' masses; the fastest
-  // element by itself (Irons' theorem) would bound the step several times more.
+  /// Returns an upper bound on the square of the highest angular frequency in the state of the last
+  /// add_elastic_forces(), or at rest before the first, rad^2/s^2.
+  ///
+  ///     max over the particles of (sum V_e w_e^2 / sum V_e),   sums over the elements e around a particle
+  ///
+  /// V_e is the volume of an element at rest and w_e a bound on its highest frequency. The elements' parts
+  /// M_e of the masses satisfy K_e <= w_e^2 M_e, so x.K x is at most the sum of w_e^2 x.M_e x, which is at
+  /// most the largest of these means times x.M x. A single compressed element counts only by its fraction of
+  /// its particles' masses; the fastest element by itself (Irons' theorem) would make the step several times
+  /// shorter. Stiffness that damping holds is left out (rely_on_damping()).
   double max_squared_frequency() const { return max_squared_frequency_; }
+  /// Returns the bound of max_squared_frequency() at rest, rad^2/s^2.
   double rest_squared_frequency() const { return rest_squared_frequency_; }
-  // The latter if damping held nothing.
+  /// Returns the bound of max_squared_frequency() at rest without the help of damping, rad^2/s^2.
   double elastic_squared_frequency() const { return elastic_squared_frequency_; }
-  // For a resumed run: the next step's size depends on it.
+  /// Sets the bound of max_squared_frequency() for a resumed run, whose next step size depends on it.
   void set_max_squared_frequency(double value) { max_squared_frequency_ = value; }
 
-  bool brakes() const { return !drag_.empty(); }  // whether any damping is in proportion to mass
-  // kg/s, of mass-proportional damping on a particle.
+  /// Returns whether any material has mass-proportional damping.
+  bool brakes() const { return !drag_.empty(); }
+  /// Returns the coefficient of mass-proportional damping of a particle, kg/s.
   double drag(std::size_t particle) const { return drag_.empty() ? 0 : drag_[particle]; }
 
  private:
   static constexpr std::size_t corners = 4;
-  struct Batch {  // eight elements of one material
+  // Eight elements of one material.
+  struct Batch {
     std::array<PackIndex, 4> particle;
     std::array<BlockSums::Slot, 4> slot;
     Matrix3<Pack> inverse_rest;  // D_m^-1, 1/m
     Pack volume;                 // m^3; zero in the lanes that pad the last batch of a material
   };
-  struct SingleBatch {  // what the viscosity of a batch comes from, in single precision
+  // The data of a batch from which its viscous forces follow, in single precision.
+  struct SingleBatch {
     std::array<BlockSums::Slot, 4> slot;
     Matrix3<PackF> inverse_rest, F;
-    PackF share;  // m^3, the volume by excess_damping
+    PackF share;  // m^3, the volume divided by excess_damping()
   };
+  // Moduli of a batch, the same in all lanes.
   struct Moduli {
     Pack mu, lambda;  // Pa
   };
@@ -125,52 +176,70 @@ class FiniteElements {
     return {Pack{} + of_all.mu, Pack{} + of_all.lambda};
   }
   MaterialModel model(std::size_t batch) const { return material_of_batch(batch).model; }
+  // Returns the scatter matrix of a tetrahedron, whose nodes have its share, by volume, of their particles'
+  // masses.
   GradientScatter<double> scatter(std::size_t tet, const std::vector<double>& mass) const;
+  // Puts a tetrahedron into lane `number`, counted over all batches; `pads`: with volume 0.
   void fill_lane(std::size_t number, std::size_t tet, bool pads, const GradientScatter<double>& scatter);
-  // F for positions, its rate for velocities: of all particles, or at the batch's slots.
+  // Return the deformation gradient for positions and its rate for velocities, from the values of all
+  // particles or from the rows of a block.
   Matrix3<Pack> gradient(const Batch& batch, const std::vector<Vec3>& values) const;
   Matrix3<Pack> gradient(const Batch& batch, const Quad* rows) const;
+  // Stores F of a batch in double and single precision.
   void keep_deformation(std::size_t batch, const Matrix3<Pack>& F);
+  // Adds the damping blocks of a batch's particles to the partial sums.
   void spread_damping(std::size_t batch, Quad* sums) const;
+  // Adds the forces of the stress (Pa) to the partial sums, with `fourth` for every corner.
   void spread_forces(const Batch& batch, const Matrix3<Pack>& stress, const Pack& fourth, Quad* sums) const;
+  // Returns the omega^2 bound of each element of a batch at rest, without the help of damping, rad^2/s^2.
   Pack elastic_at_rest(std::size_t batch) const;
+  // Returns the omega^2 bound that a step of relaxation_ times the batch's damping time stands for,
+  // rad^2/s^2; infinite if there is none.
   double relaxed_squared_frequency(std::size_t batch) const;
+  // Computes particle_frequency_ at rest and returns its largest entry, rad^2/s^2.
   double bound_at_rest();
+  // Returns the omega^2 bounds (rad^2/s^2) of a batch in state F, as far as they are to bound the step, and
+  // chooses the damping of compressed elements.
   template <class Model>
   Pack squared_frequency(Model, std::size_t batch, const Matrix3<Pack>& F);
+  // Damps the stiffness that compression adds to a batch with `seconds` of it.
   template <class Model>
   void damp_compression(Model, std::size_t batch, const Matrix3<Pack>& F, const Pack& seconds);
+  // Returns the bounds of squared_frequency() where steps may exceed the elastic limit.
   template <class Model>
   Pack lifted_squared_frequency(Model, std::size_t batch, const Matrix3<Pack>& F, const Pack& squared,
                                 const Pack& soft, const Pack& bound);
+  // Returns the viscous stress of a batch for the rate `Fdot` (1/s), Pa.
   Matrix3<Pack> damping_stress(std::size_t batch, const Matrix3<Pack>& Fdot) const;
+  // Adds the forces of mass-proportional damping.
   void add_drag(const std::vector<Vec3>& v, std::vector<Vec3>& force) const;
 
   std::vector<Tet> tets_;
-  std::vector<Mat3> inverse_rest_;
-  std::vector<double> volume_;
-  std::vector<ElasticMaterial> material_;  // of the bodies, in the order they were added
-  std::vector<int> material_of_;           // by tet
+  std::vector<Mat3> inverse_rest_;         // 1/m, D_m^-1 by tetrahedron
+  std::vector<double> volume_;             // m^3, by tetrahedron
+  std::vector<ElasticMaterial> material_;  // by body, in the order in which they were added
+  std::vector<int> material_of_;           // index into material_, by tetrahedron
   std::vector<double> drag_;               // kg/s, by particle; empty without mass-proportional damping
 
   std::vector<Batch> batches_;
-  std::vector<SingleBatch> single_;                     // of each batch
-  std::vector<int> batch_material_;                     // of each batch
-  std::vector<GradientScatter<Pack>> scatter_;          // of each batch
-  std::vector<Matrix3<Pack>> deformation_;              // F of each batch
-  std::vector<StressDifferential<Pack>> differential_;  // of each batch, once linearized
+  std::vector<SingleBatch> single_;                     // by batch
+  std::vector<int> batch_material_;                     // index into material_, by batch
+  std::vector<GradientScatter<Pack>> scatter_;          // by batch
+  std::vector<Matrix3<Pack>> deformation_;              // F, by batch
+  std::vector<StressDifferential<Pack>> differential_;  // by batch, once linearized
   BlockSums sums_;
-  std::vector<double> particle_volume_;          // m^3, of the elements around each
-  std::vector<double> particle_frequency_;       // rad^2/s^2, the mean around each
-  std::vector<Pack> allowed_squared_frequency_;  // rad^2/s^2, of each batch: what leaves the bound at rest
-  // Of each batch that is damped in compression: its viscosity, Pa s, and minus its volume times that, N m s.
+  std::vector<double> particle_volume_;          // m^3, sum over the elements around each particle
+  std::vector<double> particle_frequency_;       // rad^2/s^2, mean over the elements around each particle
+  std::vector<Pack> allowed_squared_frequency_;  // rad^2/s^2, by batch: what keeps the bound at rest
+  // For each batch that is damped in compression: its viscosity (Pa s), and minus its volume times that (N m
+  // s).
   std::vector<CompressionStiffness<Pack>> compression_viscosity_;
   std::vector<CompressionStiffness<PackF>> single_compression_;
-  std::vector<char> is_damped_;  // whether any lane of a batch is, in compression
-  double cfl_ = 0;               // 0: damping holds nothing, all elements bound the step
-  double relaxation_ = 0;        // least limit of what damping holds, over its time
-  double dt_ = 0;
-  double added_damping_ = 0;
+  std::vector<char> is_damped_;  // by batch: whether any lane is damped in compression
+  double cfl_ = 0;               // fraction of the limit that steps take; 0: all elements bound the step
+  double relaxation_ = 0;        // smallest limit of what damping holds, over its damping time
+  double dt_ = 0;                // s
+  double added_damping_ = 0;     // s
   double max_squared_frequency_ = 0, rest_squared_frequency_ = 0, elastic_squared_frequency_ = 0;
 };
 

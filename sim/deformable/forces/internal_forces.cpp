@@ -20,12 +20,13 @@ void for_each_other(Forces& forces, Visit&& visit) {
 
 }  // namespace
 
-// Irons' theorem bounds the frequencies of an assembly by those of its elements, each with its shares of the
-// particles' masses, which may be divided at will. An element that stores no more than k/2 (sum w_i |u_i|)^2
-// takes a share of particle i in proportion to k w_i, and comes out with a squared frequency of at most
-// sum w_i C_i / m_i, where C_i is the sum of k w_i over all elements around the particle. Only k w_i^2 is
-// given: all elements have their w_i scaled to a sum of 2, that of a spring between two particles, as
-// otherwise what resists bending would claim too much or too little of the masses that it shares.
+//     omega^2 <= max over the elements of sum w_i C_i / m_i,   C_i = sum of k w_i around particle i
+// Irons' theorem bounds the frequencies of an assembly by those of its elements, each with parts of the
+// particles' masses that may be chosen at will. An element that stores no more than k/2 (sum w_i |u_i|)^2
+// takes a fraction of the mass of particle i in proportion to k w_i, and so has a squared frequency of at
+// most sum w_i C_i / m_i. Only k w_i^2 is given. The w_i of all elements are scaled to a sum of 2, that of a
+// spring between two particles. Otherwise bending elements would claim too large or too small a part of the
+// masses that they share.
 void InternalForces::finalize(const std::vector<double>& mass, const std::vector<double>& inverse_mass) {
   if (elements.size() > 0) elements.finalize(mass);
   membranes.finalize(mass.size());
@@ -42,7 +43,6 @@ void InternalForces::finalize(const std::vector<double>& mass, const std::vector
   bound_at_rest();
 }
 
-// Of all but the finite elements. `rate`: C_i of the particles, which become C_i / m_i.
 double InternalForces::lattice_bound(std::vector<double>& rate) const {
   for (std::size_t p = 0; p < rate.size(); ++p) rate[p] *= inverse_mass_[p];
   double highest = 0;
@@ -51,7 +51,8 @@ double InternalForces::lattice_bound(std::vector<double>& rate) const {
   return highest;
 }
 
-// The same as far as damping does not hold it, with the `sideways_` of the last add_elastic_forces.
+// The bound sum w_i C_i / m_i of finalize() has weights that add up to 2, so it is at most the largest 2 C_i
+// / m_i. Here C_i counts only the stiffness that damping does not hold.
 double InternalForces::lifted_bound() const {
   if (kept_.empty()) return lattice_squared_frequency_;
   const double unheld = parallel_reduce(

@@ -1,5 +1,5 @@
-// All forces that deformable bodies exert on themselves, as the time step and its solves see them: one sum,
-// whatever a body is made of.
+// The sum of all forces that deformable bodies exert on themselves. The time step and its solves see only
+// this sum, whatever a body is made of.
 #pragma once
 
 #include <vector>
@@ -13,73 +13,104 @@
 
 namespace duet {
 
-// A particle of finite elements belongs to no other force; springs, membranes and bending may share
-// particles.
+/// Sum of all internal forces of deformable bodies, and bounds on the frequencies that they cause.
+///
+/// Springs, membranes and bending may share particles. A particle of finite elements belongs to none of them,
+/// but may have a tether. The bounds are the larger one of that of the elements and that of all other forces.
 class InternalForces {
  public:
-  FiniteElements elements;           // of volumes
-  Membranes membranes;               // of shells
-  Springs<2> edge_springs;           // of volumes, shells and rods
-  AltitudeSprings altitude_springs;  // of volumes
-  Springs<2> bending_springs;        // of shells and rods
-  Springs<4> bending_elements;       // of shells and rods
-  Tethers tethers;                   // of flesh to bones
+  FiniteElements elements;           ///< elasticity of volumes
+  Membranes membranes;               ///< stretching of shells
+  Springs<2> edge_springs;           ///< stretching of mass-spring volumes, shells and rods
+  AltitudeSprings altitude_springs;  ///< keeps the tetrahedra of mass-spring volumes from collapsing
+  Springs<2> bending_springs;        ///< bending of shells and rods, by springs between particles
+  Springs<4> bending_elements;       ///< bending of shells and rods, by springs on their curvature
+  Tethers tethers;                   ///< soft bindings of flesh to bones
 
-  // To be called once after everything has been added, with the particles' masses (kg) and their inverses,
-  // which are 0 for those that never move.
+  /// Lays out all forces and computes the bounds at rest. Must be called once after everything has been
+  /// added.
+  ///
+  /// `mass` (kg) and `inverse_mass` (1/kg) have one entry for each particle; the inverse mass is 0 for those
+  /// that never move.
   void finalize(const std::vector<double>& mass, const std::vector<double>& inverse_mass);
+  /// Returns whether there is no force at all.
   bool empty() const;
-  // Damping forces and blocks are needed of the particles of `mask` only, until the next call; null for all.
+  /// Restricts forces and damping blocks to the particles of `mask` until the next call; null removes the
+  /// restriction.
+  ///
+  /// Tethers and mass-proportional damping are not restricted.
   void limit_to(const ParticleMask* mask);
 
-  // To be called once a step at x^n: what is chosen anew in position updates only.
+  /// Selects the altitude springs for the positions `x` (m); to be called once in a step, at x^n.
   void begin_step(const std::vector<Vec3>& x) { altitude_springs.choose(x); }
-  // Adds the elastic forces at `x` to `force` (N) and keeps the state of deformation for the other two.
+  /// Adds the elastic forces at the positions `x` (m) to `force` (N), keeps the state of deformation for
+  /// damping and differentials, and updates max_squared_frequency().
   void add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>& force);
-  // Adds the viscous forces for the velocities `v` in the state of the last add_elastic_forces: linear in v,
-  // symmetric and negative semi-definite.
+  /// Adds the viscous forces for the velocities `v` (m/s) in the state of the last add_elastic_forces() to
+  /// `force` (N): linear in v, symmetric and negative semi-definite.
   void add_damping_forces(const std::vector<Vec3>& v, std::vector<Vec3>& force);
-  // The same in single precision, but for membranes and tethers.
+  /// Adds the viscous forces like add_damping_forces(), in single precision except those of membranes and
+  /// tethers.
   void add_damping_forces_single(const std::vector<Vec3>& v, std::vector<Vec3>& force);
-  // Whether they may have a moment on a body, from bones or from a medium; else they have neither moment nor
-  // sum.
+  /// Returns whether the viscous forces on a body can have a resultant or a moment, from bones (tethers) or a
+  /// medium (mass-proportional damping).
   bool turn_bodies() const { return tethers.size() > 0 || elements.brakes(); }
-  // Adds every particle's own block of minus that operator, kg/s, of all but membranes and tethers.
+  /// Adds each particle's own 3x3 block of minus the operator of add_damping_forces() to `blocks`, kg/s,
+  /// without membranes and tethers.
   void add_damping_blocks(std::vector<SymmetricBlock>& blocks);
-  // See FiniteElements. Springs on edges and altitudes are lifted as elements are: of those whose viscosity
-  // is tau times their stiffness, limits of `relaxation` tau do.
+  /// Lets damping hold stiff elements and springs instead of the time step following them, see
+  /// FiniteElements::rely_on_damping().
+  ///
+  /// Springs on edges and altitudes are treated as elements are: if their viscosity is tau times their
+  /// stiffness, they do not lower the stability limit below `relaxation` times tau. `cfl` is the fraction of
+  /// the limit that steps take.
   void rely_on_damping(double cfl, double relaxation);
+  /// Sets the time step of the evaluations to come, s.
   void set_time_step(double dt) { elements.set_time_step(dt); }
-  // Added to the damping times of the finite elements, s.
+  /// Sets a damping time (s) that is added to that of the finite elements.
   void set_added_damping(double seconds) { elements.set_added_damping(seconds); }
-  // Adds the change of the elastic forces for displacements `dx` (m) from the state of the last
-  // add_elastic_forces, for which linearize() was called, without what would destabilize an implicit solve:
-  // linear in dx, symmetric and negative semi-definite.
+  /// Adds the change of the elastic forces for displacements `dx` (m) from the state of the last
+  /// add_elastic_forces() to `force` (N).
+  ///
+  /// linearize() must have been called for that state. The part that would destabilize an implicit solve is
+  /// left out: linear in dx, symmetric and negative semi-definite.
   void add_force_differentials(const std::vector<Vec3>& dx, std::vector<Vec3>& force);
+  /// Prepares add_force_differentials() for the state of the last add_elastic_forces().
   void linearize();
-  double energy(const std::vector<Vec3>& x) const;  // J
+  /// Returns the elastic energy at the positions `x` (m), J.
+  double energy(const std::vector<Vec3>& x) const;
 
-  // Bounds of the square of the highest frequency, rad^2/s^2: in the state of the last add_elastic_forces (at
-  // rest before the first), and at rest.
+  /// Returns an upper bound on the square of the highest angular frequency in the state of the last
+  /// add_elastic_forces(), or at rest before the first, rad^2/s^2.
   double max_squared_frequency() const { return max_squared_frequency_; }
+  /// Returns an upper bound on the square of the highest angular frequency at rest, rad^2/s^2.
   double rest_squared_frequency() const { return rest_squared_frequency_; }
-  // The latter if damping held nothing.
+  /// Returns the bound of rest_squared_frequency() without the help of damping, rad^2/s^2.
   double elastic_squared_frequency() const;
-  // For a resumed run: the next step's size depends on it.
+  /// Sets the bound of max_squared_frequency() for a resumed run, whose next step size depends on it.
   void set_max_squared_frequency(double value) { max_squared_frequency_ = value; }
 
  private:
+  // Returns the omega^2 bound of all forces but the finite elements, rad^2/s^2. Takes the sums C_i (N/m) in
+  // `rate` and turns them into C_i / m_i (rad^2/s^2), see finalize().
   double lattice_bound(std::vector<double>& rate) const;
+  // Returns the bound of lattice_bound() without the stiffness that damping holds, with the geometric
+  // stiffness of the last add_elastic_forces().
   double lifted_bound() const;
+  // Sets the bounds to those at rest.
   void bound_at_rest();
 
-  double lattice_squared_frequency_ = 0;  // of all but the finite elements, at rest
-  double relaxed_squared_frequency_ = 0;  // of what it holds
+  double lattice_squared_frequency_ = 0;  // rad^2/s^2, bound of all but the finite elements, at rest
+  double relaxed_squared_frequency_ = 0;  // rad^2/s^2, bound of the springs that damping holds
   std::vector<double> inverse_mass_;      // 1/kg
-  std::vector<double> kept_;  // N/m, sums around the particles of the stiffness that it does not; empty: all
-  std::vector<double> sideways_;      // N/m, the same of what it holds, in other directions
-  std::vector<double> squared_rate_;  // rad^2/s^2, see finalize()
-  double max_squared_frequency_ = 0, rest_squared_frequency_ = 0;
+  // N/m, by particle: sum of the undamped stiffness around it, which damping does not hold; empty if it holds
+  // nothing.
+  std::vector<double> kept_;
+  // N/m, by particle: sum of the geometric stiffness of edge and altitude springs around it; empty as kept_
+  // is.
+  std::vector<double> sideways_;
+  std::vector<double> squared_rate_;  // rad^2/s^2, C_i / m_i by particle, see finalize()
+  double max_squared_frequency_ = 0, rest_squared_frequency_ = 0;  // rad^2/s^2
 };
 
 }  // namespace duet

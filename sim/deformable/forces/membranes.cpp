@@ -8,6 +8,7 @@
 namespace duet {
 namespace {
 
+// Returns max(x, 0).
 Pack positive(const Pack& x) { return select(x > Pack{}, x, Pack{}); }
 
 }  // namespace
@@ -78,7 +79,8 @@ Membranes::Columns Membranes::times(const Columns& F, const Symmetric2& S) {
   return {S.xx * F.x + S.xy * F.y, S.xy * F.x + S.yy * F.y};
 }
 
-// `stress_of(index of the batch)` is P: the columns of -A P D_m^-T are the forces on the last two corners.
+// `stress_of(b)` returns P of batch b. The columns of -A P D_m^-T are the forces on the last two corners,
+// with the area A; the first corner gets minus their sum.
 template <class Stress>
 void Membranes::add_forces(std::vector<Vec3>& totals, Stress&& stress_of) {
   sums_.fill([&](std::size_t b, Quad* sums) {
@@ -100,7 +102,8 @@ void Membranes::add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>
     const Columns F = batch.F = gradient(batch, x);
     const Pack cxx = dot(F.x, F.x), cyy = dot(F.y, F.y), cxy = dot(F.x, F.y);
     const Symmetric2 S = stress(batch, {0.5 * (cxx - 1.0), 0.5 * (cyy - 1.0), 0.5 * cxy});
-    // Both eigenvalues of S, and the larger one of F^T F.
+    // `high` and `low` become the positive parts of both eigenvalues of h S, `stretch` the larger eigenvalue
+    // of F^T F.
     const auto deviation = [](const Symmetric2& A) {
       const Pack half = 0.5 * (A.xx - A.yy);
       return sqrt_of(half * half + A.xy * A.xy);
@@ -158,7 +161,7 @@ double Membranes::energy(const std::vector<Vec3>& x) const {
       [](double a, double b) { return a + b; });
 }
 
-// psi <= h (mu + lambda) |E|^2, and |E| at rest is at most the sum over the corners of |gradient| |u|.
+// Uses psi <= h (mu + lambda) |E|^2 and, near rest, |E| <= sum of |gradient| |u| over the corners.
 double Membranes::RestTriangle::stiffness() const {
   return 2 * area * (moduli.mu + std::max(moduli.lambda, 0.0));
 }

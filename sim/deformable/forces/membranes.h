@@ -1,12 +1,12 @@
-// Linear triangular finite elements in space: the stretching of thin shells, by the St. Venant-Kirchhoff law
-// in plane stress. With F (3 x 2) from the plane of the rest triangle and the Green strain E = (F^T F - 1) /
-// 2
+// Linear triangular finite elements in space, which resist the stretching of thin shells by the St.
+// Venant-Kirchhoff law in plane stress.
 //
-//   psi = h (mu E : E + lambda/2 (tr E)^2),  S = 2 mu E + lambda tr E 1,  P = h F S,  lambda = E nu / (1 -
-//   nu^2)
+//     psi = h (mu E : E + lambda/2 (tr E)^2)   J/m^2,   E = (F^T F - 1) / 2
+//     S = 2 mu E + lambda tr(E) 1,   P = h F S,   mu = Y / (2 (1 + nu)),   lambda = Y nu / (1 - nu^2)
 //
-// for the thickness h. A triangle can fold into its own plane's mirror image without a barrier, as cloth
-// does.
+// F (3 x 2) maps the plane of the rest triangle to space, E is the Green strain, h the thickness, Y Young's
+// modulus and nu the Poisson ratio. A triangle can be folded into the mirror image of its own plane without a
+// barrier, as cloth can.
 #pragma once
 
 #include <array>
@@ -18,65 +18,94 @@
 
 namespace duet {
 
+/// Elastic and viscous moduli of a shell in plane stress.
 struct MembraneModuli {
-  double mu = 0, lambda = 0;  // N/m: of plane stress, times the thickness
-  double damping = 0;         // s, viscous over elastic moduli
+  double mu = 0,       ///< N/m, shear modulus times the thickness
+      lambda = 0;      ///< N/m, first Lamé parameter of plane stress times the thickness
+  double damping = 0;  ///< s, damping time: ratio of viscous to elastic moduli
 };
+/// Returns the moduli for a Young's modulus (Pa), a Poisson ratio, a thickness (m) and a damping time (s).
 MembraneModuli membrane_moduli(double youngs_modulus, double poisson_ratio, double thickness, double damping);
 
+/// Stretching forces of the triangles of all shells, and bounds on their frequencies.
 class Membranes {
  public:
-  // Adds the triangles of a body (global particle indices) at their rest positions.
+  /// Adds the triangles of a body (global particle indices) at their rest positions (m).
   void add(const std::vector<Triangle>& triangles, const std::vector<Vec3>& rest,
            const MembraneModuli& moduli);
-  // To be called once after the last add(): lays out the batches.
+  /// Lays out the batches. Must be called once after the last add().
   void finalize(std::size_t particle_count);
 
+  /// Returns the number of triangles.
   std::size_t size() const { return triangles_.size(); }
-  // See BlockSums.
+  /// Restricts the sums below to the particles of `mask` until the next call; null removes the restriction
+  /// (BlockSums::limit_to()).
   void limit_to(const ParticleMask* mask) { sums_.limit_to(mask); }
 
-  // As of FiniteElements.
+  /// Adds the elastic forces at the positions `x` (m) to `force` (N) and keeps deformation and tension for
+  /// damping and differentials.
   void add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>& force);
+  /// Adds the viscous forces for the velocities `v` (m/s) in the state of the last add_elastic_forces() to
+  /// `force` (N): linear in v, symmetric and negative semi-definite.
   void add_damping_forces(const std::vector<Vec3>& v, std::vector<Vec3>& force);
-  // Adds the change of the elastic forces with a displacement `dx` (m), without what compressed triangles
-  // push to the side: linear, symmetric and negative semi-definite.
+  /// Adds the change of the elastic forces for displacements `dx` (m) from the state of the last
+  /// add_elastic_forces() to `force` (N).
+  ///
+  /// The lateral push of compressed triangles, which would destabilize an implicit solve, is left out: linear
+  /// in dx, symmetric and negative semi-definite.
   void add_force_differentials(const std::vector<Vec3>& dx, std::vector<Vec3>& force);
-  double energy(const std::vector<Vec3>& x) const;  // J
+  /// Returns the elastic energy at the positions `x` (m), J.
+  double energy(const std::vector<Vec3>& x) const;
 
-  // See InternalForces::finalize.
+  /// Adds to each particle's entry of `stiffness` (N/m) its part of the triangles' stiffness, see
+  /// InternalForces::finalize().
   void add_stiffness(std::vector<double>& stiffness) const;
+  /// Returns the highest omega^2 bound of a triangle at rest, rad^2/s^2, given the rates C_i / m_i of the
+  /// particles (InternalForces::finalize()).
   double max_squared_frequency(const std::vector<double>& squared_rate) const;
-  // The largest stiffness of a triangle over that at rest, in the state of the last add_elastic_forces.
+  /// Returns a bound on the stiffness of a triangle over that at rest, in the state of the last
+  /// add_elastic_forces().
+  ///
+  /// It is 1 before the first call, and may be less than 1 when all triangles are compressed.
   double stiffening() const { return stiffening_; }
 
  private:
+  // A triangle at rest.
   struct RestTriangle {
-    std::array<double, 3> gradient;  // 1/m, norms of the barycentric coordinates' gradients
+    std::array<double, 3> gradient;  // 1/m, norms of the gradients of the barycentric coordinates
     Eigen::Matrix2d inverse;         // D_m^-1, 1/m
     double area = 0;                 // m^2
     MembraneModuli moduli;
-    double stiffness() const;          // N/m times m^2
-    double half_of_gradients() const;  // 1/m
+    // Returns the factor k (N m) in the bound k/2 (sum gradient |u|)^2 on the energy near rest.
+    double stiffness() const;
+    // Returns half of the sum of `gradient`, 1/m.
+    double half_of_gradients() const;
   };
+  // Symmetric 2x2 matrix in eight lanes.
   struct Symmetric2 {
     Pack xx, yy, xy;
   };
+  // 3x2 matrix in eight lanes, by its columns.
   struct Columns {
     PackVector x, y;
   };
+  // Eight triangles.
   struct Batch {
     std::array<PackIndex, 3> particle;
     std::array<BlockSums::Slot, 3> slot;
-    Pack inverse[2][2];
-    Pack area;  // m^2; zero in the lanes that pad the last batch
-    Pack mu, lambda, damping;
-    Columns F;           // of the last add_elastic_forces
-    Symmetric2 tension;  // the positive part of S then, N/m
+    Pack inverse[2][2];        // 1/m, D_m^-1
+    Pack area;                 // m^2; zero in the lanes that pad the last batch
+    Pack mu, lambda, damping;  // N/m; N/m; s
+    Columns F;                 // of the last add_elastic_forces()
+    Symmetric2 tension;        // N/m, the positive part of h S then
   };
+  // Returns F for positions and its rate for velocities.
   static Columns gradient(const Batch& batch, const std::vector<Vec3>& values);
+  // Returns h S for a Green strain (N/m), or for a rate of it.
   static Symmetric2 stress(const Batch& batch, const Symmetric2& strain);
+  // Returns the rate of the Green strain, sym(F^T Fdot).
   static Symmetric2 strain_rate(const Columns& F, const Columns& rate);
+  // Returns F S.
   static Columns times(const Columns& F, const Symmetric2& S);
   template <class Stress>
   void add_forces(std::vector<Vec3>& totals, Stress&& stress_of);

@@ -7,9 +7,10 @@
 namespace duet {
 namespace {
 
-constexpr double crushed = 1e-3;  // of the rest length, below which a spring loses its direction and force
+// Length, relative to the rest length, below which a compressed spring loses its direction and force.
+constexpr double crushed = 1e-3;
 
-// 1 for the spring between two particles.
+// Returns half of the sum of |w_i|: 1 for the spring between two particles.
 template <std::size_t N>
 double half_of_weights(const Spring<N>& spring) {
   double sum = 0;
@@ -17,6 +18,7 @@ double half_of_weights(const Spring<N>& spring) {
   return sum / 2;
 }
 
+// Adds k w_i, with the weights scaled to a sum of 2, to the entries of the spring's particles (N/m).
 template <std::size_t N>
 void add_stiffness_of(const Spring<N>& spring, std::vector<double>& stiffness) {
   const double half = half_of_weights(spring);
@@ -66,8 +68,8 @@ PackVector Springs<N>::difference(const Batch& batch, const Quad* rows) {
   return sum;
 }
 
-// `force_of(batch's number, sum w_i of `values`)` is the force that the spring exerts along d, to be spread
-// by the weights.
+// `force_of(b, d)` returns the force along d of the springs of batch b, where d = sum w_i of `values`. It is
+// distributed to the particles by the weights.
 template <std::size_t N>
 template <class Force>
 void Springs<N>::add_forces(const std::vector<Vec3>& values, std::vector<Vec3>& totals, Force&& force_of) {
@@ -113,7 +115,7 @@ void Springs<N>::add_damping_forces(const std::vector<Vec3>& v, std::vector<Vec3
   });
 }
 
-// c w^2 n n^T for the viscosity c, the particle's weight w and the spring's direction n.
+// The block of a particle is c w^2 u u^T, with the viscosity c, its weight w and the spring's direction u.
 template <std::size_t N>
 void Springs<N>::add_damping_blocks(std::vector<SymmetricBlock>& blocks) {
   add_blocks(sums_, blocks, [&](std::size_t b, Quad* sums) {

@@ -1,10 +1,11 @@
-// Springs between two points, each of which moves with some particles: with d = sum w_i x_i (the weights sum
-// to zero), a spring of stiffness k, rest length L and viscosity c stores and exerts
+// Springs between two points, each of which moves with some particles. With d = sum w_i x_i, where the
+// weights add up to zero, a spring of stiffness k, rest length L and viscosity c stores and exerts
 //
-//   psi = k/2 (|d| - L)^2            f_i = -w_i (k (|d| - L) + c u . d') u,   u = d / |d|
+//     psi = k/2 (|d| - L)^2            f_i = -w_i (k (|d| - L) + c u . d') u,   u = d / |d|
 //
-// The weights (1, -1) make the ordinary spring on an edge; those of a discrete Laplacian, with L the
-// curvature at rest, make a bending element. Every force acts along d, so angular momentum is kept exactly.
+// The weights (1, -1) make the ordinary spring on an edge. The weights of a discrete Laplacian, with the
+// curvature at rest as L, make a bending element. Every force acts along d, so angular momentum is kept
+// exactly.
 #pragma once
 
 #include <array>
@@ -17,69 +18,93 @@
 
 namespace duet {
 
+/// A spring on `N` particles.
 template <std::size_t N>
 struct Spring {
-  std::array<int, N> particle;
-  std::array<double, N> weight;
-  double rest_length = 0;  // m times the weights' unit
-  double stiffness = 0;    // N/m
-  double viscosity = 0;    // N s/m
+  std::array<int, N> particle;   ///< indices of the particles
+  std::array<double, N> weight;  ///< weights of their positions in d; they add up to zero
+  double rest_length = 0;        ///< L, m times the unit of the weights
+  double stiffness = 0;          ///< k, N/m for weights without unit
+  double viscosity = 0;          ///< c, N s/m for weights without unit
 };
 
-// N particles a spring: 2 or 4.
+/// Springs on `N` particles each (2 or 4), and bounds on their frequencies.
 template <std::size_t N>
 class Springs {
  public:
+  /// Adds a spring.
   void add(const Spring<N>& spring) { springs_.push_back(spring); }
-  // To be called once after the last add(): lays out the batches.
+  /// Lays out the batches. Must be called once after the last add().
   void finalize(std::size_t particle_count);
 
+  /// Returns the number of springs.
   std::size_t size() const { return springs_.size(); }
-  // See BlockSums.
+  /// Restricts the sums below to the particles of `mask` until the next call; null removes the restriction
+  /// (BlockSums::limit_to()).
   void limit_to(const ParticleMask* mask) { sums_.limit_to(mask); }
 
-  // Adds the elastic forces at `x` to `force` (N) and keeps the directions for the other two. Where a spring
-  // is crushed below a thousandth of its rest length its direction, and with it the force, fades out.
-  // Adds to every particle's entry of `sideways`, unless that is empty, its part (see
-  // InternalForces::finalize) of the stiffness of stretched springs across their direction, k (1 - L / |d|),
-  // which their viscosity does not hold, N/m.
+  /// Adds the elastic forces at the positions `x` (m) to `force` (N) and keeps the directions for damping and
+  /// differentials.
+  ///
+  /// The direction of a spring that is compressed below a thousandth of its rest length fades out, and with
+  /// it the force.
+  ///
+  /// Unless `sideways` is empty, adds to each particle's entry its part (see InternalForces::finalize()) of
+  /// the geometric stiffness k (1 - L / |d|) (N/m) of stretched springs. It acts across their direction,
+  /// where their viscosity does not hold it.
   void add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>& force,
                           std::vector<double>& sideways);
+  /// Adds the elastic forces at the positions `x` (m) to `force` (N), without the geometric stiffness.
   void add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>& force) {
     std::vector<double> none;
     add_elastic_forces(x, force, none);
   }
-  // Linear in v, symmetric and negative semi-definite.
+  /// Adds the viscous forces for the velocities `v` (m/s) in the directions of the last add_elastic_forces()
+  /// to `force` (N): linear in v, symmetric and negative semi-definite.
   void add_damping_forces(const std::vector<Vec3>& v, std::vector<Vec3>& force);
-  // The same in single precision.
+  /// Adds the viscous forces like add_damping_forces(), in single precision.
   void add_damping_forces_single(const std::vector<Vec3>& v, std::vector<Vec3>& force) {
     add_dashpot_forces(dashpots_, sums_, v, force);
   }
-  // See InternalForces.
+  /// Adds each particle's own 3x3 block of minus the operator of add_damping_forces() to `blocks`, kg/s.
   void add_damping_blocks(std::vector<SymmetricBlock>& blocks);
-  // Adds the change of the elastic forces with a displacement `dx` (m), less what of it would destabilize:
-  // the pull of compressed springs to the side. Linear, symmetric and negative semi-definite.
+  /// Adds the change of the elastic forces for displacements `dx` (m) from the state of the last
+  /// add_elastic_forces() to `force` (N).
+  ///
+  /// The lateral push of compressed springs, which would destabilize an implicit solve, is left out: linear
+  /// in dx, symmetric and negative semi-definite.
   void add_force_differentials(const std::vector<Vec3>& dx, std::vector<Vec3>& force);
-  double energy(const std::vector<Vec3>& x) const;  // J
+  /// Returns the elastic energy at the positions `x` (m), J.
+  double energy(const std::vector<Vec3>& x) const;
 
-  // See InternalForces::finalize.
+  /// Adds to each particle's entry of `stiffness` (N/m) its part of the springs' stiffness, see
+  /// InternalForces::finalize().
   void add_stiffness(std::vector<double>& stiffness) const;
+  /// Returns the highest omega^2 bound of a spring, rad^2/s^2, given the rates C_i / m_i of the particles
+  /// (InternalForces::finalize()).
   double max_squared_frequency(const std::vector<double>& squared_rate) const;
+  /// Finds which springs have enough viscosity for steps of `relaxation` times their damping time (viscosity
+  /// over stiffness, s).
+  ///
+  /// Returns the highest omega^2 bound (rad^2/s^2) that such steps stand for, over the springs that it
+  /// lowers; 0 without any. Adds the stiffness of the other springs (undamped stiffness, N/m) to `kept`.
   double rely_on_damping(double relaxation, const std::vector<double>& squared_rate,
                          std::vector<double>& kept) const;
 
  private:
+  // Returns the omega^2 bound of a spring, rad^2/s^2.
   double squared_frequency(const Spring<N>& spring, const std::vector<double>& squared_rate) const;
 
+  // Eight springs.
   struct Batch {
     std::array<PackIndex, N> particle;
     std::array<BlockSums::Slot, N> slot;
     std::array<Pack, N> weight;
     Pack rest_length, stiffness, viscosity;  // the last two are zero in the lanes that pad the last batch
-    PackVector direction;                    // u of the last add_elastic_forces
-    Pack sideways;                           // its stiffness across u, k (1 - L / |d|), if not negative
+    PackVector direction;                    // u of the last add_elastic_forces()
+    Pack sideways;  // N/m, geometric stiffness k (1 - L / |d|) then, or 0 if that is negative
   };
-  // sum w_i of the values of all particles, or of those at the batch's slots.
+  // Return sum w_i of the values of all particles, or of the rows of a block.
   static PackVector difference(const Batch& batch, const std::vector<Vec3>& values);
   static PackVector difference(const Batch& batch, const Quad* rows);
   template <class Force>
@@ -87,15 +112,20 @@ class Springs {
 
   std::vector<Spring<N>> springs_;
   std::vector<Batch> batches_;
-  std::vector<Dashpots<N>> dashpots_;  // of each batch
+  std::vector<Dashpots<N>> dashpots_;  // by batch
   BlockSums sums_;
 };
 
 extern template class Springs<2>;
 extern template class Springs<4>;
 
-// The viscosity at which a spring of stiffness `k` (N/m) on the particles of the given masses (kg) is damped
-// `fraction` times critically: 2 f sqrt(k m), 1/m = sum w_i^2 / m_i. Particles of infinite mass have mass 0.
+/// Returns the viscosity (N s/m) at which a spring of stiffness `k` (N/m) is damped `fraction` times
+/// critically.
+///
+///     2 f sqrt(k m),   1/m = sum w_i^2 / m_i
+///
+/// The particles have the given inverse masses (1/kg), 0 for infinite mass. Returns 0 if all masses are
+/// infinite.
 template <std::size_t N>
 double critical_viscosity(double fraction, double k, const std::array<double, N>& weight,
                           const std::array<double, N>& inverse_mass);

@@ -27,7 +27,8 @@ void take_strain(const std::vector<Tet>& tets, const std::vector<Mat3>& inverse_
       strain.min_det = det;
       strain.worst_tet = static_cast<int>(t);
     }
-    if (F.squaredNorm() <= strain.max_stretch * strain.max_stretch) continue;  // no larger one in it
+    // The norm of F is an upper bound on its stretches.
+    if (F.squaredNorm() <= strain.max_stretch * strain.max_stretch) continue;
     const Vec3 squares = symmetric_eigen<3>(F.transpose() * F).values;
     strain.max_stretch = std::max(strain.max_stretch, std::sqrt(squares[2]));
   }

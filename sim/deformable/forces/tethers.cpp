@@ -7,8 +7,10 @@
 namespace duet {
 namespace {
 
+// Number of tethers in a chunk of a parallel loop.
 constexpr std::size_t grain = 256;
 
+// Returns the value at a minus the value at b.
 Vec3 difference(const Tether& tether, const std::vector<Vec3>& values) {
   return values[as_index(tether.a)] - values[as_index(tether.b)];
 }

@@ -1,9 +1,10 @@
-// Springs without length between pairs of particles, the same in all directions: soft bindings (Sifakis,
-// Shinar, Irving, Fedkiw 2007) of flesh to points that a bone carries. With d = x_a - x_b a tether of
-// stiffness k and viscosity c stores psi = k/2 d^2 and pulls a with -k d - c d'.
+// Zero-length springs between pairs of particles, the same in all directions: soft bindings of flesh to
+// points that a bone carries (Sifakis, Shinar, Irving, Fedkiw 2007).
 //
-// Forces keep angular momentum exactly where b's share of them acts at x_a, as BoundParticle::at says, and
-// the velocity of b is that of its body there.
+//     psi = k/2 d^2,   f_a = -k d - c d' = -f_b,   d = x_a - x_b
+//
+// k is the stiffness and c the viscosity. The forces keep angular momentum exactly if the force on b acts at
+// x_a, as BoundParticle::at says, and the velocity of b is that of its body at x_a.
 #pragma once
 
 #include <vector>
@@ -12,29 +13,45 @@
 
 namespace duet {
 
+/// A zero-length spring between two particles.
 struct Tether {
-  int a = 0, b = 0;      // particles; no particle is in two tethers
-  double stiffness = 0;  // N/m
-  double viscosity = 0;  // N s/m
+  int a = 0,             ///< particle of the flesh; no particle is in two tethers
+      b = 0;             ///< particle that a bone carries
+  double stiffness = 0;  ///< k, N/m
+  double viscosity = 0;  ///< c, N s/m
 };
 
+/// Forces of all tethers, and bounds on their frequencies.
 class Tethers {
  public:
+  /// Adds a tether, whose particles must not be in another one.
   void add(const Tether& tether) { tethers_.push_back(tether); }
+  /// Does nothing; all forces have this function.
   void finalize(std::size_t) {}
+  /// Returns the number of tethers.
   std::size_t size() const { return tethers_.size(); }
+  /// Returns the tethers in the order in which they were added.
   const std::vector<Tether>& all() const { return tethers_; }
 
+  /// Adds the elastic forces at the positions `x` (m) to `force` (N).
   void add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>& force) const;
+  /// Adds the viscous forces for the velocities `v` (m/s) to `force` (N).
   void add_damping_forces(const std::vector<Vec3>& v, std::vector<Vec3>& force) const;
+  /// Adds the change of the elastic forces for displacements `dx` (m) to `force` (N).
   void add_force_differentials(const std::vector<Vec3>& dx, std::vector<Vec3>& force) const;
-  double energy(const std::vector<Vec3>& x) const;  // J
+  /// Returns the elastic energy at the positions `x` (m), J.
+  double energy(const std::vector<Vec3>& x) const;
 
-  // See InternalForces::finalize.
+  /// Adds the stiffness of each tether to the entries of its two particles in `stiffness` (N/m), see
+  /// InternalForces::finalize().
   void add_stiffness(std::vector<double>& stiffness) const;
+  /// Returns the highest omega^2 bound of a tether, rad^2/s^2, given the rates C_i / m_i of the particles
+  /// (InternalForces::finalize()).
   double max_squared_frequency(const std::vector<double>& squared_rate) const;
 
  private:
+  // Adds the forces -f to particle a and f to particle b of each tether, where f is factor_of(tether) times
+  // the difference of `values` at a and b.
   template <class Factor>
   void add(const std::vector<Vec3>& values, std::vector<Vec3>& force, Factor&& factor_of) const;
 

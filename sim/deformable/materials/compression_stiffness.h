@@ -1,19 +1,24 @@
-// The positive part of what compression adds to the stiffness of an element, by itself: what such elements
-// are damped in proportion to. Written once for T = double, Pack and PackF.
+// The positive part of the stiffness that compression adds to an element. Such elements are damped in
+// proportion to it. Written once for T = double, Pack and PackF.
 #pragma once
 
 #include "sim/base/matrix3.h"
 
 namespace duet {
 
-// dF.H dF = shear |sym l|^2 + bulk tr(l)^2 with l = dF F^-1: of no size for the spin of the element, so that
-// damping in proportion to it makes no torque.
+/// Symmetric positive semi-definite operator H on changes dF of the deformation gradient.
+///
+///     dF.H dF = shear |sym l|^2 + bulk tr(l)^2,   l = dF F^-1
+///
+/// It vanishes for rotations of the element, so damping in proportion to it exerts no torque.
 template <class T>
 struct CompressionStiffness {
-  Matrix3<T> inverse;  // F^-T
-  T shear, bulk;       // Pa
+  /// F^-T, the inverse transpose of the deformation gradient; 1 at rest
+  Matrix3<T> inverse;
+  T shear,   ///< Pa, coefficient of |sym l|^2; Pa s where H is a viscosity
+      bulk;  ///< Pa, coefficient of tr(l)^2; Pa s where H is a viscosity
 
-  // H dF, Pa.
+  /// Returns H dF, in the unit of `shear` and `bulk`.
   Matrix3<T> operator*(const Matrix3<T>& dF) const {
     const Matrix3<T> l = times_transposed(dF, inverse);
     const T trace = bulk * (l[0][0] + l[1][1] + l[2][2]);

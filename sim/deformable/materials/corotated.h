@@ -1,11 +1,12 @@
-// Corotated elasticity, written once for T = double and T = Pack: linear in the stretches of the element and
-// in its change of volume (the "fixed corotated" model of Stomakhin, Howes, Schroeder, Teran 2012).
+// Corotated elasticity: linear in the stretches of the element and in its change of volume (the "fixed
+// corotated" model of Stomakhin, Howes, Schroeder, Teran 2012). Written once for T = double and T = Pack.
 //
-//   psi = mu sum (s_i - 1)^2 + lambda/2 (J - 1)^2,   J = s_1 s_2 s_3                              J/m^3
-//   P   = 2 mu (F - R) + lambda (J - 1) cof F                                                      Pa
+//     psi = mu sum (s_i - 1)^2 + lambda/2 (J - 1)^2,   J = s_1 s_2 s_3                              J/m^3
+//     P   = 2 mu (F - R) + lambda (J - 1) cof F                                                      Pa
 //
-// for the principal stretches s_i of F and its nearest rotation R. Both terms are finite and grow with the
-// distance from rest for flattened and inverted elements too, so nothing needs to be extrapolated.
+// The s_i are the principal stretches of the deformation gradient F, and R is the rotation nearest to F. Both
+// terms are finite and grow with the distance from rest for flattened and inverted elements too, so nothing
+// needs to be extrapolated.
 #pragma once
 
 #include "sim/deformable/gradient_scatter.h"
@@ -13,7 +14,9 @@
 
 namespace duet {
 
+/// The fixed corotated material model; all functions take the Lamé parameters `mu` and `lambda` in Pa.
 struct Corotated {
+  /// Returns the energy density psi at the deformation gradient `F`, J/m^3.
   template <class T>
   static T energy_density(const T& mu, const T& lambda, const Matrix3<T>& F) {
     const PrincipalStretches<T> p = principal_stretches(F);
@@ -22,13 +25,14 @@ struct Corotated {
     return mu * distance + 0.5 * lambda * (J - 1.0) * (J - 1.0);
   }
 
-  // First Piola-Kirchhoff stress.
+  /// Returns the first Piola-Kirchhoff stress at the deformation gradient `F`, Pa.
   template <class T>
   static Matrix3<T> stress(const T& mu, const T& lambda, const Matrix3<T>& F) {
     const PrincipalStretches<T> p = principal_stretches(F);
     return along_stretches(p, derivatives(mu, lambda, p.stretch).first);
   }
 
+  /// Returns the first and second derivatives of psi by the principal stretches at `s`, Pa.
   template <class T>
   static StretchDerivatives<T> derivatives(const T& mu, const T& lambda, const T (&s)[3]) {
     const T cof[3] = {s[1] * s[2], s[2] * s[0], s[0] * s[1]};
@@ -42,9 +46,12 @@ struct Corotated {
     return psi;
   }
 
-  // A bound on the square of the highest frequency of an element in state F, over its volume. The term of
-  // mu is nowhere stiffer than at rest; that of lambda is |cof F|^2 + 2 |J - 1| |F| times as stiff, and its
-  // share of the stiffness is 3 lambda / (2 mu + 3 lambda) at most.
+  /// Returns an upper bound on the square of the highest angular frequency of an element in state `F`,
+  /// divided by its volume, rad^2/(s^2 m^3).
+  ///
+  /// The term of mu is nowhere stiffer than at rest. The term of lambda is at most |cof F|^2 + 2 |J - 1| |F|
+  /// times as stiff as at rest, and its fraction of the stiffness at rest is at most 3 lambda / (2 mu + 3
+  /// lambda).
   template <class T>
   static T squared_frequency(const T& mu, const T& lambda, const Matrix3<T>& F,
                              const GradientScatter<T>& scatter) {

@@ -1,7 +1,7 @@
-// The principal stretches of a deformation gradient, and isotropic stress in their terms; written once for
-// T = double and T = Pack. Every material gives the derivatives of its energy by the stretches; stress and
-// stress differential of all of them follow (Stomakhin et al. 2012; Smith, de Goes, Kim 2019, "Analytic
-// eigensystems for isotropic distortion energies").
+// Principal stretches of a deformation gradient, and isotropic stress in terms of them. Written once for T =
+// double and T = Pack. Every material gives the derivatives of its energy by the stretches; stress and stress
+// differential follow from them (Stomakhin et al. 2012; Smith, de Goes, Kim 2019, "Analytic eigensystems for
+// isotropic distortion energies").
 #pragma once
 
 #include <initializer_list>
@@ -10,23 +10,29 @@
 
 namespace duet {
 
-// F = U diag(stretch) V^T with rotations U, V and stretch[0] >= stretch[1] >= |stretch[2]|: an inverted
-// element has the sign of its determinant in the least stretch.
+/// Singular value decomposition with rotations: F = U diag(stretch) V^T.
+///
+/// stretch[0] >= stretch[1] >= |stretch[2]|, and det F has the sign of stretch[2]: inverted elements have a
+/// negative smallest stretch.
 template <class T>
 struct PrincipalStretches {
-  Matrix3<T> U, V;
-  T stretch[3];
+  Matrix3<T> U,  ///< rotation from the axes of the stretches to the world
+      V;         ///< rotation from the axes of the stretches to the rest shape
+  T stretch[3];  ///< principal stretches, 1 at rest, in descending order
 };
 
-// Derivatives of an energy density by the stretches: psi_i and psi_ij, Pa.
+/// Derivatives of an energy density psi by the principal stretches.
 template <class T>
 struct StretchDerivatives {
-  T first[3];
-  T second[3][3];
+  T first[3];      ///< Pa, psi_i
+  T second[3][3];  ///< Pa, psi_ij; symmetric
 };
 
-// Largest eigenvalue of the symmetric matrix A^T A, from above: its trace and norm bound it (exact when two
-// are equal).
+/// Returns an upper bound on the largest eigenvalue of A^T A.
+///
+///     m + sqrt(2/3 (|G|^2 - 3 m^2)),   G = A^T A,   m = tr(G) / 3
+///
+/// The bound is exact if the two smaller eigenvalues are equal.
 template <class T>
 T squared_spectral_norm(const Matrix3<T>& A) {
   const Matrix3<T> G = transposed_times(A, A);
@@ -35,8 +41,11 @@ T squared_spectral_norm(const Matrix3<T>& A) {
   return mean + sqrt_of(max_of(deviation, T{}) * (2.0 / 3));
 }
 
-// Diagonalizes the symmetric A in place by Jacobi's method: A = Q diag Q^T, Q a rotation. The sweeps are as
-// many as bring what is off the diagonal to rounding from anywhere.
+/// Diagonalizes the symmetric matrix `A` in place by Jacobi's method and returns the rotation Q with A = Q
+/// diag Q^T.
+///
+/// Five sweeps reduce the off-diagonal elements of any matrix to rounding. Their number is fixed, so that all
+/// lanes of a pack do the same.
 template <class T>
 Matrix3<T> diagonalize(Matrix3<T>& A) {
   constexpr int sweeps = 5;
@@ -44,7 +53,8 @@ Matrix3<T> diagonalize(Matrix3<T>& A) {
   for (int i = 0; i < 3; ++i) Q[i][i] = T{} + 1.0;
   for (int i = 0; i < 3 * sweeps; ++i) {
     const int p = i % 3 == 2 ? 1 : 0, q = i % 3 == 0 ? 1 : 2, r = 3 - p - q;
-    // t = tan of the smaller angle that clears A_pq.
+    // The rotation by the smaller angle, with tangent t, makes A_pq zero. The addend 1e-300 avoids 0/0 if it
+    // is zero already and A_pp = A_qq.
     const T twice = A[p][q] + A[p][q], gap = A[q][q] - A[p][p];
     const T size = abs_of(gap) + sqrt_of(gap * gap + twice * twice) + 1e-300;
     const T t = select(gap < T{}, -twice, twice) / size;
@@ -64,21 +74,25 @@ Matrix3<T> diagonalize(Matrix3<T>& A) {
   return Q;
 }
 
+/// Parts of principal_stretches().
 namespace detail {
 
+/// Column of a 3x3 matrix.
 template <class T>
 struct Column {
-  T x[3];
+  T x[3];  ///< the components
 };
+/// Returns column `j` (0 to 2) of `A`.
 template <class T>
 Column<T> column(const Matrix3<T>& A, int j) {
   return {{A[0][j], A[1][j], A[2][j]}};
 }
+/// Returns the scalar product of `a` and `b`.
 template <class T>
 T dot(const Column<T>& a, const Column<T>& b) {
   return a.x[0] * b.x[0] + a.x[1] * b.x[1] + a.x[2] * b.x[2];
 }
-// a scaled to length 1, or `otherwise` where a is shorter than `least`.
+/// Returns `a` scaled to length 1, or `otherwise` if `a` is not longer than `least`.
 template <class T>
 Column<T> normalized(const Column<T>& a, const T& least, const Column<T>& otherwise) {
   const T length = sqrt_of(dot(a, a));
@@ -86,10 +100,10 @@ Column<T> normalized(const Column<T>& a, const T& least, const Column<T>& otherw
   for (int i = 0; i < 3; ++i) unit.x[i] = select(length > least, a.x[i] / length, otherwise.x[i]);
   return unit;
 }
-// Some unit vector across the unit vector a.
+/// Returns a unit vector that is perpendicular to the unit vector `a`.
 template <class T>
 Column<T> across(const Column<T>& a) {
-  const auto steep = abs_of(a.x[0]) > T{} + 0.6;  // then the other two are less than 0.8
+  const auto steep = abs_of(a.x[0]) > T{} + 0.6;  // then the other two components are less than 0.8
   const T x = select(steep, a.x[1], T{}), y = select(steep, -a.x[0], a.x[2]), z = select(steep, T{}, -a.x[1]);
   const T length = sqrt_of(x * x + y * y + z * z);
   return {{x / length, y / length, z / length}};
@@ -97,15 +111,17 @@ Column<T> across(const Column<T>& a) {
 
 }  // namespace detail
 
-// V diagonalizes F^T F; the columns of F V, orthogonal up to rounding, are orthonormalized from the longest
-// on.
+/// Computes the principal stretches of `F`, also for inverted, flat and zero matrices.
+///
+/// V diagonalizes F^T F. The columns of F V are orthogonal up to rounding; they are orthonormalized from the
+/// longest on to give U.
 template <class T>
 PrincipalStretches<T> principal_stretches(const Matrix3<T>& F) {
   using detail::Column;
   Matrix3<T> G = transposed_times(F, F);
   PrincipalStretches<T> p;
   p.V = diagonalize(G);
-  for (const int first : {0, 1, 0}) {  // sorts the columns: exchanged pairwise, one of the two negated
+  for (const int first : {0, 1, 0}) {  // sorts the columns: an exchanged pair has one column negated
     const int next = first + 1;
     const auto exchange = G[first][first] < G[next][next];
     const T larger = max_of(G[first][first], G[next][next]);
@@ -124,6 +140,7 @@ PrincipalStretches<T> principal_stretches(const Matrix3<T>& F) {
   const T along = detail::dot(u0, b1);
   const Column<T> rest{{b1.x[0] - along * u0.x[0], b1.x[1] - along * u0.x[1], b1.x[2] - along * u0.x[2]}};
   p.stretch[0] = detail::dot(u0, b0);
+  // Below 1e-14 of the largest stretch the second column is rounding, and any perpendicular direction does.
   const Column<T> u1 = detail::normalized(rest, 1e-14 * p.stretch[0] + 1e-150, detail::across(u0));
   p.stretch[1] = detail::dot(u1, b1);
   for (int k = 0; k < 3; ++k) {
@@ -136,7 +153,8 @@ PrincipalStretches<T> principal_stretches(const Matrix3<T>& F) {
   return p;
 }
 
-// U diag(values) V^T: the stress of a material whose energy has the derivatives `values` by the stretches.
+/// Returns U diag(values) V^T: the stress (Pa) of a material whose energy density has the derivatives
+/// `values` by the stretches.
 template <class T>
 Matrix3<T> along_stretches(const PrincipalStretches<T>& p, const T (&values)[3]) {
   Matrix3<T> scaled;

@@ -1,27 +1,37 @@
-// The change of stress for a change of the deformation gradient, dP = H : dF, with the Hessian H of the
-// energy density projected to positive semi-definite: implicit integration then descends in energy from every
-// state. Written once for T = double and T = Pack.
+// Change of stress with the deformation gradient, dP = H : dF, with the Hessian H of the energy density
+// projected to positive semi-definite. With it implicit integration descends in energy from every state.
+// Written once for T = double and T = Pack.
 #pragma once
 
 #include "sim/deformable/materials/principal_stretches.h"
 
 namespace duet {
 
-// In the axes of the stretches, D = U^T dF V, the Hessian of an isotropic energy falls apart into a 3x3
-// matrix on the diagonal of D and a 2x2 matrix for each pair D_ij, D_ji, whose eigenvectors are a shear
-// ("flip") and a rotation ("twist"). Pair k has the indices other than k.
+/// Hessian of an isotropic energy density in the axes of the principal stretches, projected to positive
+/// semi-definite.
+///
+/// In D = U^T dF V the Hessian falls apart into a 3x3 matrix on the diagonal of D and a 2x2 matrix for each
+/// pair D_ij, D_ji. The eigenvectors of a 2x2 matrix are a shear ("flip") and a rotation ("twist"). Pair k
+/// has the two indices other than k. Source: Smith, de Goes, Kim 2019.
 template <class T>
 struct StressDifferential {
-  Matrix3<T> U, V;
-  T diagonal[3][3];  // Pa; symmetric
-  T same[3];         // Pa; of D_ij on itself: half of flip + twist
-  T other[3];        // Pa; of D_ij on D_ji: half of flip - twist
+  Matrix3<T> U,      ///< rotation from the axes of the stretches to the world
+      V;             ///< rotation from the axes of the stretches to the rest shape
+  T diagonal[3][3];  ///< Pa, matrix on the diagonal of D; symmetric
+  T same[3];         ///< Pa, response of D_ij to itself by pair: half of flip + twist
+  T other[3];        ///< Pa, response of D_ij to D_ji by pair: half of flip - twist
 };
 
-// Stretches that differ (or whose sum differs from zero) by less than this are treated as if they differed by
-// it: the quotients below would only be rounding.
-inline constexpr double least_stretch_difference = 1e-5, least_stretch_sum = 1e-3;
+// Quotients with smaller differences or sums of principal stretches (1 at rest) would only be rounding: flips
+// use the limit for equal stretches below the first bound, twists divide by the second one instead of a
+// smaller sum.
+inline constexpr double least_stretch_difference = 1e-5,  ///< smallest difference of stretches to divide by
+    least_stretch_sum = 1e-3;                             ///< smallest sum of stretches to divide by
 
+/// Returns the projected Hessian at the stretches `p`, given the derivatives `psi` of the energy density by
+/// them.
+///
+/// Negative eigenvalues are set to zero: those of the 3x3 matrix, of the flips and of the twists.
 template <class T>
 StressDifferential<T> stress_differential(const PrincipalStretches<T>& p, const StretchDerivatives<T>& psi) {
   StressDifferential<T> H;
@@ -50,7 +60,7 @@ StressDifferential<T> stress_differential(const PrincipalStretches<T>& p, const 
   return H;
 }
 
-// H : dF, Pa.
+/// Returns H : dF, the change of the first Piola-Kirchhoff stress, Pa.
 template <class T>
 Matrix3<T> operator*(const StressDifferential<T>& H, const Matrix3<T>& dF) {
   const Matrix3<T> D = transposed_times(H.U, dF) * H.V;

@@ -1,4 +1,4 @@
-// Symmetric 3x3 matrices, one a particle, and their sums over elements.
+// Symmetric 3x3 matrices, one for each particle, and their sums over elements.
 #pragma once
 
 #include <vector>
@@ -8,16 +8,18 @@
 
 namespace duet {
 
+/// Symmetric 3x3 matrix.
 struct SymmetricBlock {
-  Vec3 diagonal = Vec3::Zero();
-  Vec3 other = Vec3::Zero();  // yz, xz, xy
+  Vec3 diagonal = Vec3::Zero();  ///< the entries xx, yy, zz
+  Vec3 other = Vec3::Zero();     ///< the entries yz, xz, xy
 
+  /// Returns the product of the matrix with `v`.
   Vec3 operator*(const Vec3& v) const {
     return diagonal.cwiseProduct(v) + Vec3(other.z() * v.y() + other.y() * v.z(),
                                            other.z() * v.x() + other.x() * v.z(),
                                            other.y() * v.x() + other.x() * v.y());
   }
-  // Of a positive definite one.
+  /// Returns the inverse; the matrix must be positive definite (it is not checked).
   SymmetricBlock inverse() const {
     const Vec3& d = diagonal;
     const Vec3& o = other;
@@ -34,20 +36,24 @@ struct SymmetricBlock {
   }
 };
 
-// To be called from add_blocks(): what a batch adds to the blocks of the particles at `slot`.
+/// Adds the symmetric matrices that the lanes of a batch have for one corner to the partial sums of the
+/// particles at `slot`.
+///
+/// `diagonal` holds xx, yy, zz and `other` yz, xz, xy. To be called from the callback of add_blocks().
 inline void spread_block(const BlockSums::Slot& slot, const PackVector& diagonal, const PackVector& other,
                          Quad* sums) {
   BlockSums::spread<2>(slot, diagonal, Pack{}, sums);
   BlockSums::spread<2>(slot, other, Pack{}, sums + 1);
 }
-// factor n n^T
+/// Adds factor n n^T of each lane to the partial sums of the particles at `slot`, as spread_block() does.
 inline void spread_square(const BlockSums::Slot& slot, const Pack& factor, const PackVector& n, Quad* sums) {
   const PackVector part = factor * n;
   spread_block(slot, {part.x * n.x, part.y * n.y, part.z * n.z}, {part.y * n.z, part.x * n.z, part.x * n.y},
                sums);
 }
 
-// `spread(index of a batch, sums)`, see BlockSums::fill.
+/// Adds the sums of element matrices to the matrices `blocks` of the particles: calls spread(index of a
+/// batch, partial sums), see BlockSums::fill().
 template <class Spread>
 void add_blocks(BlockSums& sums, std::vector<SymmetricBlock>& blocks, Spread&& spread) {
   sums.fill<2>(spread);

@@ -1,15 +1,18 @@
-// Viscosity of all materials, written once for T = double and T = Pack.
+// The viscosity of all materials. Written once for T = double, Pack and PackF.
 #pragma once
 
 #include "sim/base/matrix3.h"
 
 namespace duet {
 
-// What takes the part that the stretch F has in the viscous stress away again: divide the damping by it, or
-// an element drawn out to a multiple of its length creeps back many times too slowly. It is the mean square
-// of the stretches, |F|^2 / 3, from 1 (crushed elements keep what they have) to 16: beyond, more stretch
-// again brings more damping, without which elements of 1e7 Pa that are let go at 16 times their length blow
-// up.
+/// Returns the factor by which stretch alone raises the viscous stress; the damping is divided by it.
+///
+///     |F|^2 / 3, limited to 1..16
+///
+/// This is the mean square of the principal stretches. Without the division an element stretched to several
+/// times its length creeps back as many times too slowly. Compressed elements keep their damping (lower limit
+/// 1). Beyond 16 more stretch again brings more damping, without which elements of 1e7 Pa that are let go at
+/// 16 times their length blow up.
 template <class T>
 T excess_damping(const Matrix3<T>& F) {
   T square = T{};
@@ -19,10 +22,14 @@ T excess_damping(const Matrix3<T>& F) {
   return min_of(max_of(square * (1.0 / 3), T{} + least), T{} + most);
 }
 
-// Viscous stress (Pa) for the velocity gradient Fdot (1/s): P = F (2 b Edot + a tr(Edot) I) with Edot =
-// sym(F^T Fdot), the rate of the Green strain, and viscous moduli a = damping * lambda, b = damping * mu.
-// Linear in Fdot, symmetric, dissipative, and unlike a law on the rotated F it keeps angular momentum exactly
-// (P F^T is symmetric).
+/// Returns the viscous first Piola-Kirchhoff stress (Pa) for the velocity gradient `Fdot` (1/s) at the
+/// deformation gradient `F`.
+///
+///     P = F (2 b Edot + a tr(Edot) 1),   Edot = sym(F^T Fdot),   a = damping lambda,   b = damping mu
+///
+/// Edot is the rate of the Green strain. `mu` and `lambda` are the elastic moduli (Pa) and `damping` (s) the
+/// ratio of viscous to elastic moduli. The stress is linear in Fdot, symmetric and dissipative. Unlike a law
+/// on the rotated F it keeps angular momentum exactly, because P F^T is symmetric.
 template <class T>
 Matrix3<T> viscous_stress(const T& mu, const T& lambda, const T& damping, const Matrix3<T>& F,
                           const Matrix3<T>& Fdot) {

@@ -12,18 +12,22 @@ namespace {
 
 using Box = Eigen::AlignedBox3d;
 
+// Numbers in a chunk of a parallel loop: elements whose pairs are searched for, elements otherwise, and rows.
 constexpr std::size_t grain = 64, element_grain = 1024, row_grain = 256;
-// Of the range and of the way: pairs that are farther apart only by what rounding makes of it do not sleep.
+// Margin for rounding, relative to the range and to the travel: pairs that rounding alone keeps out of range
+// do not sleep.
 constexpr double rounding = 1e-9;
-// Room that a particle's box leaves it on all sides: for some updates at its pace, within these bounds, times
-// the thickness of its body and the mean length of its edges. More makes searches rarer, and the pairs that
-// they find more numerous.
+// A particle's box leaves it room on all sides: for `updates_ahead` updates at its present pace, but at least
+// `least_room` times the thickness of its body, and at most `most_room` times the mean length of the body's
+// edges. More room makes searches rarer, and the pairs that they find more numerous.
 constexpr double updates_ahead = 12, least_room = 0.5, most_room = 1;
-// Searches until a tree is split anew.
+// Number of searches after which a tree is split anew; in between it is refitted.
 constexpr std::int64_t searches_of_tree = 8;
-// So many times the number of elements that are sought anew is fewer than all: they get a tree of their own.
+// If the elements whose pairs must be searched for again are fewer than 1/`few` of all, they get a tree of
+// their own.
 constexpr std::size_t few = 8;
-// Parts of a body that were nearer than this, times h, at time 0 do not repel each other.
+// Distance at time 0, relative to h, below which parts of a body do not repel each other (Bridson et al.
+// 2002, section 6.1).
 constexpr double initial_proximity = 1.5;
 
 Box grown(const Box& box, double margin) {
@@ -36,6 +40,7 @@ Vec3 mean_position(const CollisionSurface& surface, const std::vector<Vec3>& x) 
   return sum / static_cast<double>(surface.points.size());
 }
 
+// Returns the mean length of each body's edges at time 0, m.
 std::vector<double> mean_edges(const CollisionSurface& surface) {
   std::vector<double> length(surface.bodies.size(), 0), count(surface.bodies.size(), 0);
   for (std::size_t i = 0; i < surface.edges.size(); ++i) {
@@ -48,6 +53,7 @@ std::vector<double> mean_edges(const CollisionSurface& surface) {
   return length;
 }
 
+// Returns the smallest box that contains the boxes of the particles.
 template <std::size_t N>
 Box hull(const std::array<int, N>& particles, const std::vector<Box>& boxes) {
   Box box;
@@ -68,10 +74,11 @@ std::array<int, 4> joined(const std::array<int, N>& a, const std::array<int, M>&
   return both;
 }
 
-// Of elements by their numbers; the first one is a point or an edge.
+// Bodies of two elements.
 struct Bodies {
   int first = 0, second = 0;
 };
+// Returns the bodies of two elements by their numbers; the first one is a point or an edge.
 Bodies bodies_of(const CollisionSurface& surface, std::size_t first, std::size_t second) {
   const std::size_t points = surface.points.size(), edges = surface.edges.size();
   if (first < points) return {surface.point_body[first], surface.triangle_body[second - points - edges]};
@@ -95,14 +102,15 @@ CandidatePair candidate(const CollisionSurface& surface, std::size_t first, std:
   return pair;
 }
 
+// Returns whether repulsions keep the pair apart, see CandidatePair::repels.
 bool repels(const CandidatePair& pair, const Bodies& bodies, const CollisionSurface& surface) {
   return bodies.first != bodies.second ||
          closest_points(pair.kind, corners(pair.particle, surface.initial)).difference.norm() >=
              initial_proximity * pair.thickness;
 }
 
-// What the two elements are apart at least, m: the distance of their boxes if that is a good part of `range`,
-// or their own.
+// Returns a lower bound on the distance of the two elements, m: that of their boxes if it exceeds twice the
+// `range` (m), or else the distance itself.
 double least_distance(const CandidatePair& pair, const std::vector<Vec3>& x, double range) {
   const FourPoints at = corners(pair.particle, x);
   const std::size_t first = pair.kind == ElementPair::point_triangle ? 1 : 2;
@@ -122,7 +130,7 @@ void CollisionCandidates::update(const CollisionSurface& surface, const std::vec
   wake_pairs(surface, start);
 }
 
-// With boxes that hold nothing.
+// The boxes are empty at first, so that the first search finds all pairs.
 void CollisionCandidates::begin(const CollisionSurface& surface, const std::vector<Vec3>& start) {
   mean_ = mean_position(surface, start);
   edge_length_ = mean_edges(surface);
@@ -184,7 +192,7 @@ void CollisionCandidates::search(const CollisionSurface& surface, const std::vec
   rows_.swap(next_rows_);
 }
 
-// The trees over the elements.
+// A tree is built the first time, split anew every searches_of_tree searches, and refitted otherwise.
 void CollisionCandidates::split(Elements& elements) const {
   const std::size_t count = elements.box.size();
   if (elements.tree.items().size() != count) {
@@ -200,7 +208,8 @@ void CollisionCandidates::split(Elements& elements) const {
   if (elements.few_anew) elements.tree_anew.build(elements.box, elements.anew);
 }
 
-// Of the particles that leave theirs, or soon will.
+// A particle gets a new box if less than half of its room is left on some side at the start or the end of its
+// motion.
 void CollisionCandidates::renew_boxes(const CollisionSurface& surface, const std::vector<Vec3>& start,
                                       const std::vector<Vec3>& end) {
   const Vec3 start_mean = mean_position(surface, start), start_shift = start_mean - mean_,
@@ -264,8 +273,8 @@ void CollisionCandidates::find_active(const std::vector<int>& body_of, const Col
   }
 }
 
-// The pairs of the `asking` elements with the `asked` ones; of two edges, the one of smaller number asks.
-// Those that have not been sought anew need only ask those that have.
+// In a pair of edges the one with the smaller number is the first. Elements that need no new search are
+// tested only against those that do.
 template <std::size_t N, std::size_t M>
 void CollisionCandidates::find_rows(const std::vector<std::array<int, N>>& first,
                                     const std::vector<int>& first_body, const Elements& asking,
@@ -293,7 +302,7 @@ void CollisionCandidates::find_rows(const std::vector<std::array<int, N>>& first
         if (is_asked && may_touch(i, as_index(k))) chunk.found.push_back(k);
       });
       std::sort(chunk.found.begin(), chunk.found.end());
-      Row& row = next_rows_[asking.first + i];  // within the chunk, until all are joined
+      Row& row = next_rows_[asking.first + i];  // within the chunk, until the chunks are joined
       row.begin = chunk.kept.size();
       merge_row(rows_[asking.first + i], is_anew, asked, chunk);
       row.end = chunk.kept.size();
@@ -309,11 +318,12 @@ void CollisionCandidates::find_rows(const std::vector<std::array<int, N>>& first
   }
 }
 
-// What was found, and what of the old row was not sought: two elements that have kept their boxes. What was
-// known of a pair stays so.
+// The result has the pairs that were found, and those pairs of the old row that were not searched for because
+// both elements have kept their boxes. Pairs in both keep what is known of them.
 void CollisionCandidates::merge_row(const Row& old, bool is_anew, const Elements& asked, Chunk& chunk) const {
   std::size_t known = old.begin;
-  const auto pass = [&](int second) {  // those before it
+  // Keeps the pairs of the old row before `second`.
+  const auto pass = [&](int second) {
     for (; known < old.end && kept_[known].second < second; ++known) {
       const std::size_t k = as_index(kept_[known].second) - asked.first;
       if (!is_anew && asked.is_active[k] != 0 && asked.is_anew[k] == 0) chunk.kept.push_back(kept_[known]);

@@ -5,7 +5,7 @@
 namespace duet {
 namespace {
 
-// Every edge once, from the smaller to the larger index, in ascending order.
+// Returns every edge once, from the smaller to the larger index, in ascending order.
 std::vector<std::array<int, 2>> edges_of(std::span<const Triangle> surface,
                                          std::span<const std::array<int, 2>> segments) {
   std::vector<std::array<int, 2>> edges(segments.begin(), segments.end());

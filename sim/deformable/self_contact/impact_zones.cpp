@@ -8,15 +8,18 @@
 namespace duet {
 namespace {
 
-// v and w of a zone whose reference point is `center`.
+// Rigid displacement v + w x r of a zone, with r from its reference point `center`; all in m, w in rad.
 struct RigidDisplacement {
   Vec3 center = Vec3::Zero(), linear = Vec3::Zero(), angular = Vec3::Zero();
   Vec3 at(const Vec3& x) const { return linear + angular.cross(x - center); }
 };
 
-// Turns that the particles' arrangement does not define (about their own line) are left out.
-constexpr double no_inertia = 1e-12;  // of the largest principal moment
+// Principal moments of inertia that are smaller, relative to the largest one, carry no rotation: the
+// particles do not define a rotation about the line on which they lie.
+constexpr double no_inertia = 1e-12;
 
+// Returns the rigid displacement with the linear and angular momentum of the particles' displacements, with
+// the masses weight(particle).
 template <class Weight>
 RigidDisplacement best_rigid(std::span<const int> particles, Weight&& weight, const std::vector<Vec3>& start,
                              const std::vector<Vec3>& end) {
@@ -63,7 +66,7 @@ int ImpactZones::root(int particle) const {
   return particle;
 }
 
-// The smallest index is the root, whatever the order of the calls.
+// The smallest index is the root, so the result does not depend on the order of the calls.
 bool ImpactZones::join(std::span<const int> particles) {
   int smallest = root(particles[0]);
   for (int p : particles) smallest = std::min(smallest, root(p));
@@ -113,6 +116,8 @@ bool ImpactZones::move(const std::vector<Vec3>& start, const std::vector<double>
                   particles, [&](std::size_t p) { return 1 / inverse_mass[p]; }, start, end);
     for (int i : particles) {
       const auto p = as_index(i);
+      // A held particle that differs from the rigid displacement by more than rounding (1e-9 of its own
+      // displacement) cannot be followed.
       const Vec3 target = start[p] + displacement.at(start[p]);
       if (!is_held(i))
         end[p] = target;

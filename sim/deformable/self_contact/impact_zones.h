@@ -9,34 +9,45 @@
 
 namespace duet {
 
+/// Disjoint groups of particles that are moved as rigid bodies.
 class ImpactZones {
  public:
-  void clear(std::size_t particles);  // every particle alone
+  /// Removes all zones; there are then `particles` particles, none of them in a zone.
+  void clear(std::size_t particles);
 
-  // Puts the particles into one zone, with the zones they are in. Returns whether that joined anything.
+  /// Joins the particles, and the zones that they are in, into one zone. Returns whether that changed
+  /// anything.
   bool join(std::span<const int> particles);
-  bool together(std::span<const int> particles) const;                      // in one zone
-  int particle_count() const { return static_cast<int>(members_.size()); }  // in zones
+  /// Returns whether the particles are all in one zone.
+  bool together(std::span<const int> particles) const;
+  /// Returns the number of particles that are in zones.
+  int particle_count() const { return static_cast<int>(members_.size()); }
 
-  // Gives every zone the displacement from `start` to `end` of v + w x r that has its linear and angular
-  // momentum about `start`. Along it no two particles come nearer to each other than at the start: the map
-  // I + t w^* stretches what is across w and keeps the rest, which a turn along straight lines would not.
-  // Particles without inverse mass stay where `end` has them and lead their zone. Returns false if they
-  // cannot, as they do not move like a rigid body themselves.
+  /// Replaces the motion from `start` to `end` (m) of each zone by a rigid displacement v + w x r with the
+  /// zone's linear and angular momentum about `start`.
+  ///
+  /// Along this displacement no two particles come nearer to each other than at the start: the map 1 + t w^*
+  /// stretches what is perpendicular to w and keeps the rest, whereas a rotation along straight lines would
+  /// bring them nearer. `inverse_mass` is in 1/kg. Particles with inverse mass 0 keep the position that `end`
+  /// has for them, and their zone follows them. Returns false if a zone cannot follow, because its held
+  /// particles do not move like a rigid body themselves.
   bool move(const std::vector<Vec3>& start, const std::vector<double>& inverse_mass, std::vector<Vec3>& end);
 
  private:
+  // Returns the representative of a particle's zone.
   int root(int particle) const;
 
+  // Range of members_ that belongs to one zone.
   struct Zone {
     int root = -1;
-    int begin = 0, end = 0;  // members_
+    int begin = 0, end = 0;  // indices into members_
   };
+  // Sorts members_ by zone and fills zones_.
   void sort_members();
 
-  std::vector<int> parent_;
-  std::vector<int> members_;  // particles in zones
-  std::vector<char> listed_;
+  std::vector<int> parent_;   // by particle: parent in its zone's tree, itself at the root
+  std::vector<int> members_;  // the particles that are in zones
+  std::vector<char> listed_;  // by particle: whether it is in members_
   std::vector<Zone> zones_;
 };
 

@@ -8,14 +8,17 @@
 namespace duet {
 namespace {
 
+// Number of candidates in a chunk of a parallel loop.
 constexpr std::size_t grain = 512;
-constexpr int most_rounds = 8;  // of impulses, before impact zones
-// The distance that impulses restore, as a part of the pair's thickness; repulsions see to the rest.
+// Largest number of rounds of impulses before impact zones take over.
+constexpr int most_rounds = 8;
+// Distance that impulses restore, relative to the pair's thickness; repulsions do the rest. A larger value
+// would move particles farther than a collision requires.
 constexpr double restored = 0.1;
-// Of the distance to be restored, what a pair must keep on its way.
+// Smallest distance during the motion, relative to the distance to be restored.
 constexpr double kept = 0.5;
 
-// Whether the boxes that the two elements sweep are farther apart than `gap`.
+// Returns whether the boxes that the two elements sweep are farther apart than `gap` (m).
 bool pass_each_other(ElementPair kind, const FourPoints& start, const FourPoints& end, double gap) {
   const std::size_t first = kind == ElementPair::point_triangle ? 1 : 2;
   Eigen::AlignedBox3d a, b;
@@ -23,11 +26,13 @@ bool pass_each_other(ElementPair kind, const FourPoints& start, const FourPoints
   return a.squaredExteriorDistance(b) > gap * gap;
 }
 
+// First impact of a pair.
 struct PairImpact {
   Impact impact;
-  double distance;  // m, that the pair should have in the end
+  double distance;  // m, that the pair should have at the end
 };
 
+// Returns the first impact of a pair that moves from `start` to `end` (m), if there is one.
 std::optional<PairImpact> impact_of(const CandidatePair& pair, const std::vector<Vec3>& start,
                                     const std::vector<Vec3>& end) {
   const FourPoints from = corners(pair.particle, start), to = corners(pair.particle, end);
@@ -39,8 +44,8 @@ std::optional<PairImpact> impact_of(const CandidatePair& pair, const std::vector
   return PairImpact{*impact, distance};
 }
 
-// Moves the ends so that the two points that meet end up apart along the normal. Returns whether anything
-// moved.
+// Moves the end positions so that the two points that meet are hit.distance apart along the normal. Returns
+// whether anything moved.
 bool push_apart(const CandidatePair& pair, const PairImpact& hit, const std::vector<double>& inverse_mass,
                 std::vector<Vec3>& end) {
   const std::array<double, 4>& weight = hit.impact.at.weight;
@@ -94,7 +99,8 @@ SelfCollision::Outcome SelfCollision::resolve(const CollisionSurface& surface, c
     for (const int k : impacts_) {
       const CandidatePair& pair = near[as_index(k)];
       for (int p : pair.particle) moves_[as_index(p)] = 1;
-      if (const auto hit = impact_of(pair, start, end))  // impulses before may have dealt with it
+      // Earlier impulses of this round may have resolved this impact.
+      if (const auto hit = impact_of(pair, start, end))
         outcome.impulses += push_apart(pair, *hit, inverse_mass, end);
     }
     moved_.swap(moves_);

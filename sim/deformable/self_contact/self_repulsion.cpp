@@ -11,22 +11,26 @@
 namespace duet {
 namespace {
 
+// Number of candidates in a chunk of a parallel loop.
 constexpr std::size_t grain = 512;
+// Number of sweeps over all pairs in apply().
 constexpr int rounds = 3;
-// What part of the way to the distance h a pair goes in a step, if it is nearer or a row of a solve (Bridson
-// et al. 2002, section 7.2).
+// Fraction of its distance from h that a pair covers in a step, if it is nearer than h or a row of a solve
+// (Bridson et al. 2002, section 7.2).
 constexpr double share = 0.1;
-// Rows of a solve are nearer than so many times h. Those farther away have ground to cover, and how fast they
-// do, damping is to see.
+// Largest distance of the rows of a solve, relative to h. Pairs that are farther away still have to approach,
+// and damping is to act on how fast they do.
 constexpr double row_range = 1.02;
 
-constexpr double least_weight = 1e-9;  // of a particle that a place on an element belongs to
+// Smallest barycentric weight of a particle for it to belong to a place on an element.
+constexpr double least_weight = 1e-9;
 
-// Sines of angles: by which what is pressed flat may rise, and below which edges count as parallel; and of
-// rounding.
+// Sines of angles. `nearly_flat`: largest rise of the surface around a point that pressing makes flat, and
+// largest angle between edges that count as parallel. `rounding`: angles that rounding makes.
 constexpr double nearly_flat = 0.1, rounding = 1e-9;
 
-// Bounds of the two elements along the axes: cheaper than their closest points.
+// Returns whether the boxes of the two elements are farther apart than `range` (m), which is cheaper to
+// compute than their closest points.
 bool farther_than(double range, ElementPair kind, const FourPoints& x) {
   const std::size_t first = kind == ElementPair::point_triangle ? 1 : 2;
   Eigen::AlignedBox3d a, b;
@@ -34,7 +38,7 @@ bool farther_than(double range, ElementPair kind, const FourPoints& x) {
   return a.squaredExteriorDistance(b) > range * range;
 }
 
-// m/s, faster than which no point of one element comes nearer to one of the other.
+// Returns an upper bound on the speed (m/s) at which a point of one element approaches a point of the other.
 double fastest_approach(ElementPair kind, const FourPoints& velocity) {
   const std::size_t first = kind == ElementPair::point_triangle ? 1 : 2;
   double squared = 0;
@@ -44,6 +48,7 @@ double fastest_approach(ElementPair kind, const FourPoints& velocity) {
   return std::sqrt(squared);
 }
 
+// Returns 1/(sum of w_i^2 / m_i), kg; 0 if all particles are held.
 double effective_mass(const std::array<int, 4>& particle, const std::array<double, 4>& weight,
                       const std::vector<double>& inverse_mass) {
   double sum = 0;
@@ -51,13 +56,15 @@ double effective_mass(const std::array<int, 4>& particle, const std::array<doubl
   return sum > 0 ? 1 / sum : 0;
 }
 
-// The least speed at which a pair parts, so that it comes no nearer than h within `dt`.
+// Returns the smallest normal velocity (m/s) of a pair with which it comes no nearer than h within `dt` (s),
+// or, for a row of a solve, closes no more than a tenth of its gap to h.
 double least_speed(const RepulsionPair& pair, double dt) {
   return (pair.active ? share : 1) * std::min(0.0, (pair.thickness - pair.distance) / dt);
 }
 
-// Friction acts at two points that are a distance apart, as a couple. Its angular momentum is taken out again
-// as a turn of the pair's four particles as one; those that are held fast take it up themselves.
+// Removes the angular momentum (N m s) that friction has added to a pair: its impulses act at two points at a
+// distance from each other, so they form a couple. The four particles are rotated together; if any is held,
+// nothing is done, because held particles take up the momentum.
 void take_back_turn(const RepulsionPair& pair, const Vec3& angular_momentum, const std::vector<Vec3>& x,
                     const std::vector<double>& inverse_mass, std::vector<Vec3>& v) {
   std::array<double, 4> mass;
@@ -76,13 +83,15 @@ void take_back_turn(const RepulsionPair& pair, const Vec3& angular_momentum, con
     const Vec3 arm = x[as_index(pair.particle[i])] - center;
     inertia += mass[i] * (arm.squaredNorm() * Mat3::Identity() - arm * arm.transpose());
   }
-  // Particles on a line do not turn about it, and nothing asks them to.
+  // Keeps the inertia of particles on a line invertible; no angular momentum about the line needs to be
+  // removed.
   inertia.diagonal().array() += 1e-14 * inertia.trace();
   const Vec3 turn = inertia.inverse() * angular_momentum;
   for (const int p : pair.particle) v[as_index(p)] -= turn.cross(x[as_index(p)] - center);
 }
 
-// The place of a pair's first or second element: of its particles, those that have a weight.
+// Returns the nearest point on a pair's first or second element, as the particles from `begin` to `end` that
+// have a weight.
 SurfacePoint place_of(const RepulsionPair& pair, std::size_t begin, std::size_t end) {
   SurfacePoint place;
   place.count = 0;
@@ -95,8 +104,9 @@ SurfacePoint place_of(const RepulsionPair& pair, std::size_t begin, std::size_t 
   return place;
 }
 
-// Whether a place on a surface is a support point in the direction `toward`, or lies in a dent, where there
-// is no better direction for it.
+// Returns whether a place on a surface is a support point in the direction `toward`, or lies in a dent. In a
+// dent no other direction is better: in the direction of the steepest face's normal the surface still rises
+// by more than half as much.
 bool supports(const ElementLists& around, const std::vector<Triangle>& triangles, const std::vector<Vec3>& x,
               const SurfacePoint& place, const Vec3& toward) {
   const Vec3 at = weighted(place, x);
@@ -106,11 +116,11 @@ bool supports(const ElementLists& around, const std::vector<Triangle>& triangles
   return look_around(around, triangles, x, place, at, faces.steepest).rise > faces.rise / 2;
 }
 
-// Whether a candidate is the first of all that have the same nearest places: nearest to a corner or to an
-// edge of their triangles are several.
+// Returns whether a candidate is the first of all candidates that have the same nearest places: a place at a
+// corner or on an edge belongs to several triangles.
 bool is_first(const RepulsionPair& pair, const SurfacePoint& place, const ElementLists& around,
               const std::vector<Triangle>& triangles) {
-  if (place.count == 1 && place.particle[0] < pair.particle[0]) return false;  // where both are points
+  if (place.count == 1 && place.particle[0] < pair.particle[0]) return false;  // if both are points
   for (const int t : around.of(place.particle[0])) {
     const Triangle& face = triangles[as_index(t)];
     if (!lies_on(place, face)) continue;
@@ -119,8 +129,9 @@ bool is_first(const RepulsionPair& pair, const SurfacePoint& place, const Elemen
   return true;
 }
 
-// Whether two edges of volumes cross there: neither at an end, nor side by side inside flat parts. What
-// presses such edges is carried by their ends, which are points that have pairs with faces.
+// Returns whether the edges of a pair of volumes cross at the nearest points: these are neither ends of
+// edges, nor are the edges side by side inside flat parts. In the other cases the ends of the edges carry the
+// load: they are points that have pairs with faces.
 bool cross(const RepulsionPair& pair, const SurfacePoint& first, const SurfacePoint& second,
            const std::vector<Vec3>& x, const ElementLists& around, const std::vector<Triangle>& triangles) {
   if (first.count == 1 || second.count == 1) return false;
@@ -133,9 +144,9 @@ bool cross(const RepulsionPair& pair, const SurfacePoint& first, const SurfacePo
   return is_ridge(first, -pair.normal) && is_ridge(second, pair.normal);
 }
 
-// Whether a pair is one of the few that carry what presses on a surface. A point has one with the face that
-// it is opposite to; with others only where it is nearest to a corner or an edge that no face rises from by
-// more than `most`, the sine of an angle.
+// Returns whether a pair is one of the few that carry the load between surfaces. A point has a pair with the
+// face that it is opposite to. It has pairs with other faces only if it is nearest to a corner or an edge
+// beyond which no face rises by more than `most`, the sine of an angle.
 bool can_touch(const RepulsionPair& pair, ElementPair kind, double most, const std::vector<Vec3>& x,
                const ElementLists& around, const std::vector<Triangle>& triangles) {
   const bool has_point = kind == ElementPair::point_triangle;
@@ -152,12 +163,13 @@ bool can_touch(const RepulsionPair& pair, ElementPair kind, double most, const s
   return has_point || !are_volumes || cross(pair, first, second, x, around, triangles);
 }
 
-// Which of a pair's elements move as predicted: contact that the prediction does not know of may hold one of
-// them.
+// Says which elements of a pair move as predicted: contact that the prediction does not know of may hold one
+// of them.
 enum Moving { both, first_alone, second_alone };
 
-// The pair of a candidate at the moment within `dt` (s) when it comes nearer than repulsion_range h and
-// `touches`, by conservative advancement (Mirtich 1996), if there is one.
+// Returns the pair of a candidate at the first moment within `dt` (s) at which it is nearer than
+// repulsion_range h and touches(pair) holds, or nothing. The moment is found by conservative advancement
+// (Mirtich 1996), in advances of at least dt / `most_advances`, so that they cover the step.
 template <class Touches>
 std::optional<RepulsionPair> meeting(const CandidatePair& candidate, const FourPoints& start,
                                      const FourPoints& velocity, double dt, Touches&& touches) {
@@ -185,8 +197,8 @@ std::optional<RepulsionPair> meeting(const CandidatePair& candidate, const FourP
   return {};
 }
 
-// pairs = all that find(candidate, pairs) appends for the candidates, in their order for any number of
-// threads.
+// Sets `pairs` to all that find(candidate, pairs) appends for the candidates, in the order of the candidates
+// for any number of threads.
 template <class Chunk, class Find>
 void collect(const std::vector<CandidatePair>& near, std::vector<Chunk>& chunks,
              std::vector<RepulsionPair>& pairs, Find&& find) {
@@ -261,8 +273,8 @@ void SelfRepulsion::find_meeting(const CollisionCandidates& candidates, const st
           });
 }
 
-// Friction takes as much tangential momentum as the normal impulse of the same visit allows (Coulomb), so
-// that the rounds together stay within the cone.
+// Friction takes at most as much tangential momentum as the normal impulse of the same visit allows
+// (Coulomb), so that the sum over the rounds remains in the friction cone.
 void SelfRepulsion::apply(double dt, const std::vector<Vec3>& x, const std::vector<double>& inverse_mass,
                           std::vector<Vec3>& v) const {
   for (int round = 0; round < rounds; ++round)
@@ -281,8 +293,8 @@ void SelfRepulsion::apply(double dt, const std::vector<Vec3>& x, const std::vect
     }
 }
 
-// In step I this changes positions alone, as the velocities of time n are taken up again after them: so it
-// adds no kinetic energy, and needs no spring constant to be bounded by.
+// In step I this changes positions alone, because the velocities of time n are resumed afterwards. So it adds
+// no kinetic energy, and no spring constant is needed to bound it.
 void SelfRepulsion::apply_elastic(double dt, const std::vector<double>& inverse_mass,
                                   std::vector<Vec3>& v) const {
   for (const RepulsionPair& pair : pairs_) {

@@ -1,5 +1,5 @@
 // Self-repulsions (paper sections 3 and 7, steps I.3 and V.4; Bridson et al. 2002): impulses between parts of
-// deformable surfaces, of one body or of several, that are nearer than their thickness h.
+// deformable surfaces, of one body or of several, that are nearer to each other than their thickness h.
 #pragma once
 
 #include "sim/deformable/materials/symmetric_block.h"
@@ -10,74 +10,103 @@
 
 namespace duet {
 
-// The nearest points of two elements, as a constraint on particle velocities: n . sum w_i v_i is the speed at
-// which they part.
+/// The nearest points of two elements, as a constraint on particle velocities.
+///
+/// The speed at which the points separate is n . sum w_i v_i, with the unit normal n and the weights w_i.
 struct RepulsionPair {
-  std::array<int, 4> particle{};
+  std::array<int, 4> particle{};  ///< the particles of the first element, then those of the second
+  /// barycentric weights of the nearest points, negative for the second element
   std::array<double, 4> weight{};
-  Vec3 normal = Vec3::Zero();
-  double distance = 0, thickness = 0;  // m
-  double friction = 0;
-  double mass = 0;      // kg, 1/(sum of w_i^2 / m_i)
-  double row_mass = 0;  // kg, the same with the masses of the inner product that sweep() works in
-  double target = 0;    // m/s, within a solve
-  bool active = false;  // within a solve
+  Vec3 normal = Vec3::Zero();  ///< unit, from the second element to the first
+  double distance = 0,         ///< m, along the normal
+      thickness = 0;           ///< m, the distance h that the pair keeps
+  double friction = 0;         ///< Coulomb coefficient
+  double mass = 0;             ///< kg, effective mass 1/(sum of w_i^2 / m_i); 0 if all particles are held
+  double row_mass = 0;         ///< kg, effective mass in the inner product that sweep() works in
+  double target = 0;           ///< m/s, smallest normal velocity at mid-step that a solve aims at
+  bool active = false;         ///< whether the pair is a row (constraint) of a solve
 };
 
+/// Returns sum w_i v_i, the velocity of the first nearest point relative to the second, m/s.
 Vec3 relative_velocity(const RepulsionPair& pair, const std::vector<Vec3>& v);
-// Velocities change by w_i j / m_i, which keeps linear momentum; where the impulse is along the normal,
-// angular momentum too.
+/// Applies an impulse (N s) to a pair: velocities change by w_i j / m_i.
+///
+/// This keeps linear momentum, and angular momentum too if the impulse is along the normal.
 void apply_impulse(const RepulsionPair& pair, const Vec3& impulse, const std::vector<double>& inverse_mass,
                    std::vector<Vec3>& v);
 
+/// Repulsions between deformable surfaces, as impulses and as constraints of a velocity solve.
 class SelfRepulsion {
  public:
-  // Finds the pairs nearer than repulsion_range h at `x`, where the candidates have been updated from. Their
-  // nearest points are support points of the surfaces around them, towards each other, where these are
-  // boundaries of volumes, whose triangles `around` lists for each particle: the rim of a box that slides
-  // over another one is near the surface ahead of it, too, but would only push it along.
+  /// Finds the pairs that are nearer than repulsion_range h at the positions `x` (m), where `candidates` have
+  /// been updated.
+  ///
+  /// `inverse_mass` is in 1/kg. `around` lists for each particle the `triangles` of the boundaries of
+  /// volumes. On such boundaries the nearest points must be support points toward each other. Otherwise the
+  /// rim of a box that slides over another one would be pushed along by the surface ahead of it, to which it
+  /// is also near.
   void find(const CollisionCandidates& candidates, const std::vector<Vec3>& x,
             const std::vector<double>& inverse_mass, const ElementLists& around,
             const std::vector<Triangle>& triangles);
 
-  // Finds the pairs that are nearer than repulsion_range h at `x` or come so near within `dt` (s) as `v`
-  // moves the particles, or those of one element while the other stays, as contact may hold it: with the
-  // weights and the normal of that moment, and the distance along that normal at `x`.
+  /// Finds the pairs that are nearer than repulsion_range h at `x` (m), or come so near within `dt` (s) when
+  /// `v` (m/s) moves the particles.
+  ///
+  /// It also tries the motion of one element alone, because contact may hold the other one. A pair has the
+  /// weights and the normal of the moment of meeting, and the distance along that normal at `x`. Its masses
+  /// are left at 0, so it cannot be passed to apply(). `around` and `triangles` are those of find().
   void find_meeting(const CollisionCandidates& candidates, const std::vector<Vec3>& x,
                     const std::vector<Vec3>& v, double dt, const ElementLists& around,
                     const std::vector<Triangle>& triangles);
 
-  // Inelastic impulses and friction at positions `x`: pairs do not come nearer than h within `dt` (s). Linear
-  // and angular momentum are kept.
+  /// Applies inelastic impulses with Coulomb friction at the positions `x` (m), so that pairs do not come
+  /// nearer than h within `dt` (s).
+  ///
+  /// Pairs that are active rows of a solve may close a tenth of their gap to h. Linear and angular momentum
+  /// are kept.
   void apply(double dt, const std::vector<Vec3>& x, const std::vector<double>& inverse_mass,
              std::vector<Vec3>& v) const;
-  // The elastic part: pairs nearer than h part by a tenth of what they lack in the step.
+  /// Applies elastic impulses: pairs that are nearer than h separate by a tenth of what they lack within `dt`
+  /// (s).
   void apply_elastic(double dt, const std::vector<double>& inverse_mass, std::vector<Vec3>& v) const;
 
-  // The pairs as rows of the projection in the conjugate gradients (section 7.1): those about as near as h
-  // that would come nearer within `dt` (s) if they went on from `start` by way of `velocity`, the mean of the
-  // step. In the end of it they come nearer to h by a tenth of the way, which apply() keeps to.
+  /// Activates the pairs that are to be rows (constraints) of the projection in the conjugate gradients
+  /// (paper section 7.1), and sets their targets.
+  ///
+  /// A pair becomes active if it is nearer than 1.02 h and would come nearer than h within `dt` (s) if its
+  /// velocity went from `start` (m/s) at the beginning of the step by way of the mean `velocity` (m/s). Its
+  /// target lets it approach h by a tenth of its gap by the end of the step, which apply() keeps to.
   void choose_rows(double dt, const std::vector<Vec3>& start, const std::vector<Vec3>& velocity);
-  // Drops the rows of pairs that `change` (of velocities) parts faster than by `tolerance` (m/s). Returns
-  // whether there were any.
+  /// Deactivates the pairs that the velocity change `change` (m/s) separates faster than by `tolerance`
+  /// (m/s). Returns whether there were any.
   bool release_rows(const std::vector<Vec3>& change, double tolerance);
-  // Has sweep() work in the inner product of other masses than the particles' own, which null stands for.
+  /// Makes sweep() work in the inner product of other masses than those of the particles; null goes back to
+  /// these.
+  ///
+  /// `inverse_mass` (1/kg) has a 3x3 block for each particle. It is not copied and must live as long as it is
+  /// in use.
   void use_inverse_masses(const std::vector<SymmetricBlock>* inverse_mass);
-  // Only pairs of the chunks of `mask` take part in sweep() and use_inverse_masses(), until the next call;
-  // null for all.
+  /// Restricts sweep() and use_inverse_masses() to the pairs whose first particle is in `mask` until the next
+  /// call; null removes the restriction.
   void limit_to(const ParticleMask* mask) { mask_ = mask; }
-  // One sweep over the rows to and fro, which is self-adjoint in the mass inner product. Without targets,
-  // onto n.v_rel = 0.
+  /// Projects `v` (m/s) onto the active rows, one after the other forward and backward, which is self-adjoint
+  /// in the mass inner product.
+  ///
+  /// With targets the normal velocities go to their targets, without to 0. `inverse_mass` (1/kg) is used
+  /// unless use_inverse_masses() has set other masses.
   void sweep(bool with_target, const std::vector<double>& inverse_mass, std::vector<Vec3>& v) const;
 
+  /// Returns the pairs of the last find() or find_meeting().
   const std::vector<RepulsionPair>& pairs() const { return pairs_; }
 
  private:
+  // Results of one chunk of candidates.
   struct Chunk {
     std::vector<RepulsionPair> pairs;
   };
   std::vector<Chunk> chunks_;
   std::vector<RepulsionPair> pairs_;
+  // Returns whether a pair takes part in sweep().
   bool takes(const RepulsionPair& pair) const {
     return pair.active && (!mask_ || mask_->has(static_cast<std::size_t>(pair.particle[0])));
   }

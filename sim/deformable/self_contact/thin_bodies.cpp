@@ -5,12 +5,13 @@
 namespace duet {
 namespace {
 
-constexpr double flat = 1e-6;  // rad, what counts as no curvature at rest
+// Largest bend at rest that counts as none, rad.
+constexpr double flat = 1e-6;
 
 const Vec3& at(const std::vector<Vec3>& x, int i) { return x[static_cast<std::size_t>(i)]; }
 
-// The spring of that stiffness whose rest length is what its weights make of `rest`. `angle`: what a radian
-// of bending makes of it.
+// Returns the spring with the given weights and stiffness whose rest length is the length of the weighted sum
+// of `rest`. `angle` is the length that a bend of one radian makes.
 Spring<4> curvature_spring(const std::array<int, 4>& particle, const std::array<double, 4>& weight,
                            const std::vector<Vec3>& rest, double stiffness, double damping, double angle) {
   Vec3 curvature = Vec3::Zero();
