@@ -3,7 +3,7 @@
 namespace duet::scene {
 namespace {
 
-// Written by tools/studies.
+// The table is written by tools/studies.
 constexpr PresetStudy studies[] = {
 #include "sim/scene/accuracy_studies.inc"
 };

@@ -5,6 +5,8 @@
 namespace duet::scene {
 namespace {
 
+// Returns the smooth track of one quantity through the keyframes of the camera; value_of(keyframe) gives it
+// as a vector. Without keyframes the track rests at value_of(CameraKey()).
 template <class ValueOf>
 PositionTrack track(const Camera& camera, ValueOf&& value_of) {
   std::vector<PositionKey> keys;

@@ -41,7 +41,7 @@ Resistance resistance(const DeformableShape& shape, const Material& material) {
   if (shape.is_particle()) return {};
   const bool is_rod = !shape.is_volume() && !shape.is_shell();
   Resistance result;
-  result.springs = material.has_springs || is_rod;  // a piece of a rod is an element and a spring at once
+  result.springs = material.has_springs || is_rod;  // the finite element of a rod is a spring
   result.elements = !result.springs;
   result.bending = !shape.is_volume() && (material.has_bending_springs || material.bending_factor > 0);
   return result;

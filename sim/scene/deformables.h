@@ -1,4 +1,5 @@
-// What the deformable bodies of a scene are at rest, in their own coordinates, and what holds them together.
+// Describes the deformable bodies of a scene at rest, in their own coordinates, and the forces that hold them
+// together.
 #pragma once
 
 #include <vector>
@@ -8,21 +9,26 @@
 
 namespace duet::scene {
 
-Sheet rest_sheet(const DeformableShape& shape);  // of a shell
-Curve rest_curve(const DeformableShape& shape);  // of a rod
-// Of any body; throws what TetMeshes does.
+/// Returns the nodes (m) and triangles of a shell at rest.
+Sheet rest_sheet(const DeformableShape& shape);
+/// Returns the nodes (m) of a rod at rest.
+Curve rest_curve(const DeformableShape& shape);
+/// Returns the nodes (m) of any deformable body at rest. Throws as TetMeshes::of() does.
 std::vector<Vec3> rest_nodes(const DeformableBody& body);
 
-double distance(const Pin& pin, const Vec3& x);  // m
+/// Returns the distance (m) of the point `x` (m, shape's coordinates) from the segment of the pin.
+double distance(const Pin& pin, const Vec3& x);
 
+/// Returns the material that the body names. The scene must have it.
 const Material& material_of(const Scene& scene, const DeformableBody& body);
 
-// The effects that resist the deformation of a body.
+/// The kinds of forces that resist the deformation of a body.
 struct Resistance {
-  bool elements = false;  // Effect::deformable_elasticity
-  bool springs = false;
-  bool bending = false;
+  bool elements = false;  ///< Finite elements, by Effect::deformable_elasticity.
+  bool springs = false;   ///< Springs, by Effect::springs; also the elements of rods.
+  bool bending = false;   ///< Bending elements or springs, by Effect::bending.
 };
+/// Returns the kinds of forces that resist the deformation of a body with this shape and material.
 Resistance resistance(const DeformableShape& shape, const Material& material);
 
 }  // namespace duet::scene

@@ -12,10 +12,16 @@
 namespace duet::scene {
 namespace {
 
-constexpr double large_mass_ratio = 100;  // beyond it, sweeps over contacts converge slowly
-constexpr double most_of_extent = 0.01;   // of a skin's distance from the tets: three pixels of a body of 300
-constexpr double least_cells = 3;         // across a wall; what is thinner has hardly an inside
-constexpr int many_substeps = 1000;       // a frame takes minutes rather than seconds
+// Mass ratio of bodies above which a warning is given: sweeps over contacts converge slowly there.
+constexpr double large_mass_ratio = 100;
+// Distance of a skin from the contact surface above which a warning is given, as a fraction of the skin's
+// extent: three pixels if the body is 300 pixels wide.
+constexpr double most_of_extent = 0.01;
+// Thickness of a mesh, in cells of its level set, below which a warning is given: such a mesh has hardly an
+// inside.
+constexpr double least_cells = 3;
+// Steps per frame above which a warning is given: the frame takes minutes rather than seconds.
+constexpr int many_substeps = 1000;
 
 std::string title_of(const Scene& scene) {
   std::string title = scene.title.empty() ? scene.path : scene.title;
@@ -31,7 +37,7 @@ void write_effects(std::string& out, const EffectPlan& plan) {
     if (!planned.active) out += fmt::format("  {:<25} off: {}\n", name(planned.effect), planned.reason);
 }
 
-// A line for each of the paper's steps: "  IV   1 advance position, 3 back to v^^n"
+// Writes a line for each step of the paper: "  IV   1 advance position, 3 back to v^^n".
 void write_stages(std::string& out, const WorldSizes& sizes) {
   out += "stages of a step";
   std::string_view step;
@@ -44,8 +50,9 @@ void write_stages(std::string& out, const WorldSizes& sizes) {
   out += '\n';
 }
 
-// "`bowl`", "`bowl` and 3 more bodies"
-template <class Shared>  // GridSize, TetSize or SkinSize
+// Returns the bodies that share a size (GridSize, TetSize or SkinSize) as text: "`bowl`", "`bowl` and 3 more
+// bodies".
+template <class Shared>
 std::string sharers(const Shared& shared) {
   if (shared.bodies == 1) return fmt::format("`{}`", shared.body);
   return fmt::format("`{}` and {} more {}", shared.body, shared.bodies - 1,
@@ -77,6 +84,7 @@ void write_sizes(std::string& out, const WorldSizes& sizes) {
                        mass_ratio(sizes));
 }
 
+// Returns why solver.relaxation does not raise the elastic bound.
 const char* why_not_lifted(const Solver& solver) {
   if (solver.integration == Integration::implicit) return "elasticity is implicit";
   if (solver.compression == Compression::followed) return "compression is \"followed\"";
@@ -101,13 +109,13 @@ void write_time(std::string& out, const Scene& scene, const WorldSizes& sizes,
   out += fmt::format("  the first step is bounded by {}: {:.4g} s\n", sizes.time_step_bound, sizes.time_step);
 }
 
-// "3.1 mm", "0.34 %", "2e-06 rad"
+// Returns an error as text: "3.1 mm", "0.34 %", "2e-06 rad". `unit` is empty for a relative error.
 std::string error_text(double error, std::string_view unit) {
   if (unit.empty()) return fmt::format("{:.2g} %", 100 * error);
   return unit == "m" ? fmt::format("{:.2g} mm", 1000 * error) : fmt::format("{:.2g} {}", error, unit);
 }
 
-// What the preset left of error in the studies, and at what cost.
+// Writes the errors of the presets in the studies, and their cost relative to the preset `standard`.
 void write_accuracy(std::string& out, const Scene& scene) {
   const auto chosen = static_cast<std::size_t>(scene.solver.accuracy);
   constexpr auto standard = static_cast<std::size_t>(Accuracy::standard);
@@ -131,7 +139,7 @@ TimeStepEstimate estimate_time_step(const Scene& scene, const WorldSizes& sizes)
   const double frame = 1 / scene.fps;
   double limit = std::min(frame, scene.solver.max_time_step);
   if (sizes.elastic_dt > 0) limit = std::min(limit, scene.solver.cfl * sizes.elastic_dt);
-  // A frame that is a whole number of limits but for rounding takes that number of steps.
+  // The factor keeps rounding from adding a step if the frame is a whole number of limits.
   estimate.substeps_per_frame = static_cast<int>(std::min(std::ceil(frame / limit * (1 - 1e-12)), 1e9));
   estimate.time_step = frame / estimate.substeps_per_frame;
   return estimate;
@@ -159,8 +167,9 @@ double mass_ratio(const WorldSizes& sizes) {
   return sizes.lightest > 0 ? sizes.heaviest / sizes.lightest : 1;
 }
 
-// What drives the bones acts before the flesh answers, which takes of it what the flesh resists within a
-// step.
+// Returns whether implicit steps weaken joint control that moves bones in flesh. Control acts on the bones
+// before the implicit forces of the flesh, which then take away as much of the motion as the flesh resists
+// within a step.
 bool drives_flesh_implicitly(const Scene& scene) {
   return scene.solver.integration == Integration::implicit &&
          std::any_of(scene.joints.begin(), scene.joints.end(),
@@ -169,16 +178,18 @@ bool drives_flesh_implicitly(const Scene& scene) {
                      [](const DeformableBody& body) { return !body.attach.empty(); });
 }
 
-// Damping then acts on what contact and the elastic forces have done, before the pressures answer them.
+// Returns whether incompressible bodies may gain energy, because damping acts on the velocities that contact
+// and elastic forces have changed before the pressures respond to them.
 bool is_damped_before_pressures(const Scene& scene) {
   return scene.solver.velocity_constraints == VelocityConstraints::before_solve &&
          std::any_of(scene.deformable.begin(), scene.deformable.end(),
                      [](const DeformableBody& body) { return body.incompressible; });
 }
 
+// Returns the warning for a skin that lies far from the contact surface.
 std::string skin_warning(const SkinSize& skin) {
-  const double least =
-      0.1 * std::max(skin.outside, skin.inside);  // a tenth of the other is not worth telling
+  // A distance below a tenth of the other one is not mentioned.
+  const double least = 0.1 * std::max(skin.outside, skin.inside);
   std::string what;
   if (skin.outside > least) what = fmt::format("may enter other bodies by {:.2g} m", skin.outside);
   if (skin.inside > least)

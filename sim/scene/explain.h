@@ -1,4 +1,4 @@
-// What a scene amounts to before it is simulated: effects, sizes, masses, time steps and warnings.
+// Describes a scene before it is simulated: effects, sizes, masses, time steps and warnings.
 #pragma once
 
 #include <string>
@@ -12,29 +12,32 @@
 
 namespace duet::scene {
 
-// The time step that the scene allows while no body moves fast, and what it takes to fill a frame.
+/// The time step of a scene while no body moves fast.
 struct TimeStepEstimate {
-  double elastic_bound = 0;  // s, stability limit of the elastic forces at rest; 0: no deformable body
-  double time_step = 0;      // s
-  int substeps_per_frame = 0;
+  double elastic_bound = 0;    ///< Stability limit of the elastic forces at rest, s; 0: no deformable body.
+  double time_step = 0;        ///< Time step, s, that divides a frame into equal parts.
+  int substeps_per_frame = 0;  ///< Number of such steps per frame.
 };
+/// Estimates the time step from the elastic limit, solver.cfl, solver.max_time_step and the frame rate.
 TimeStepEstimate estimate_time_step(const Scene& scene, const WorldSizes& sizes);
 
-/// Why a frame takes more than a thousand steps, and what allows larger ones; empty where it does not.
+/// Returns a warning if a frame takes more than 1000 steps, or more than solver.max_substeps allows: the
+/// reason, and the changes that allow longer steps. Otherwise returns an empty string.
 std::string step_warning(const Scene& scene, const WorldSizes& sizes);
 
-/// For each drawn surface that lies farther from what touches than a hundredth of its extent, how deep it may
-/// be drawn in others.
+/// Returns a warning for each skin that lies farther than a hundredth of its extent from the contact surface:
+/// how deep in other bodies, or how far from them, it may be drawn.
 std::vector<std::string> skin_warnings(const WorldSizes& sizes);
 
-// Heaviest to lightest dynamic body; 1 when there are none.
+/// Returns the ratio of the heaviest to the lightest dynamic or deformable body, 1; it is 1 if there is none.
 double mass_ratio(const WorldSizes& sizes);
 
-// What the user should know before spending time on the scene.
+/// Returns what the user should know before spending time on the scene, one text for each problem.
 std::vector<std::string> warnings(const Scene& scene, const EffectPlan& plan, const WorldSizes& sizes);
 
-std::string explain(const Scene& scene, const EffectPlan& plan, const WorldSizes& sizes);  // for people
-nlohmann::json explain_json(const Scene& scene, const EffectPlan& plan,
-                            const WorldSizes& sizes);  // for programs
+/// Returns the description of the scene as text for people.
+std::string explain(const Scene& scene, const EffectPlan& plan, const WorldSizes& sizes);
+/// Returns the description of the scene as JSON for programs.
+nlohmann::json explain_json(const Scene& scene, const EffectPlan& plan, const WorldSizes& sizes);
 
 }  // namespace duet::scene

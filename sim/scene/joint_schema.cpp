@@ -1,11 +1,12 @@
-// The keys of joints.
+// Defines the keys of joints, repetitions and instances.
 #include "sim/scene/schema_parts.h"
 
 namespace duet::scene {
 namespace {
 
-constexpr double most_seed = 2e9;
+constexpr double most_seed = 2e9;  // fits into an int
 
+// Bounds of the angle of a joint, degrees.
 const Bounds turns{.lower = -180, .upper = 180};
 
 Key interval_key(std::string_view name, Interval& interval, std::string_view unit, const Bounds& bounds,

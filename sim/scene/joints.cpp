@@ -10,10 +10,12 @@ namespace {
 
 constexpr double degree = std::numbers::pi / 180;
 
+// Returns a^-1 b.
 Pose inverse_times(const Pose& a, const Pose& b) {
   return {a.to_body(b.position), a.orientation.conjugate() * b.orientation};
 }
 
+// Returns the bounds of the simulator, with the values of `interval` times `unit`.
 duet::Bounds bounds(const Interval& interval, double unit) {
   duet::Bounds result;
   if (interval.least) result.least = unit * *interval.least;
@@ -21,6 +23,8 @@ duet::Bounds bounds(const Interval& interval, double unit) {
   return result;
 }
 
+// Converts a target: rotation vectors from degrees to rad, or, if the joint `travels`, displacements along x
+// (m) to vectors.
 duet::JointTarget target(const JointTarget& from, bool travels) {
   const auto value = [&](const Vec3& turn, double travel) {
     return travels ? Vec3(travel * Vec3::UnitX()) : Vec3(degree * turn);

@@ -5,7 +5,7 @@
 namespace duet::scene {
 namespace {
 
-// Takes the last key or index off the path; empty in the end.
+// Removes the last key or index from the path; the path ends empty.
 void shorten(std::string& path) {
   const auto last = path.find_last_of(".[");
   path.resize(last == std::string::npos ? 0 : last);
@@ -13,6 +13,8 @@ void shorten(std::string& path) {
 
 }  // namespace
 
+// Adds the source positions of `node` and of all nodes inside of it to `places`. `path` is the path of the
+// table that is copied, and `below` the path from there to the node.
 void CopiedPlaces::record(const toml::node& node, const std::string& path, const std::string& below,
                           Places& places) const {
   places.emplace(below, node.source().begin.line > 0 ? node.source() : find(path + below));

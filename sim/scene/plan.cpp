@@ -14,9 +14,9 @@
 namespace duet::scene {
 namespace {
 
-constexpr std::size_t names_shown = 4;
+constexpr std::size_t names_shown = 4;  // in a reason, before the others are counted
 
-// "`a`, `b`, `c`, `d` and 3 more"
+// Returns names as text: "`a`, `b`, `c`, `d` and 3 more".
 std::string listed(const std::vector<std::string>& names) {
   const std::size_t shown = std::min(names.size(), names_shown);
   std::string text = fmt::format(
@@ -29,10 +29,12 @@ std::string counted(std::size_t count, std::string_view singular, std::string_vi
   return fmt::format("{} {}", count, count == 1 ? singular : plural);
 }
 
+// Names of the bodies of a scene by kind.
 struct Bodies {
   std::vector<std::string> dynamic, kinematic, deformable;
   std::vector<std::string> fixed;  // static rigid bodies and the ground
-  std::size_t immovable() const { return kinematic.size() + fixed.size(); }  // by impulses
+  // Number of the rigid bodies that impulses do not move.
+  std::size_t immovable() const { return kinematic.size() + fixed.size(); }
 };
 
 Bodies sort_bodies(const Scene& scene) {
@@ -47,9 +49,9 @@ Bodies sort_bodies(const Scene& scene) {
   return bodies;
 }
 
-// The pairs that contact passes over: bodies that a joint holds together, unless it lets them collide, and
-// deformable bodies with the rigid ones that they are attached to; as far as --without leaves joints and
-// bindings.
+// The pairs that contact excludes: bodies that a joint holds together, unless it lets them collide, and
+// deformable bodies with the rigid bodies that they are attached to. Joints and bindings that --without
+// removes (`removed`) exclude nothing.
 class Exclusions {
  public:
   Exclusions(const Scene& scene, const EffectSet& removed) {
@@ -71,7 +73,7 @@ class Exclusions {
     return std::any_of(some.begin(), some.end(), [&](const std::string& a) { return may_touch(a, others); });
   }
 
-  // Those of the rigid bodies that may touch another one, of which one is dynamic.
+  // Returns the rigid bodies that may touch another rigid body, where at least one of the two is dynamic.
   Bodies that_meet(const Bodies& bodies) const {
     Bodies met = bodies;
     std::erase_if(met.dynamic, [&](const std::string& a) {
@@ -81,7 +83,7 @@ class Exclusions {
       std::erase_if(*others, [&](const std::string& a) { return !may_touch(a, bodies.dynamic); });
     return met;
   }
-  // Those of the rigid and the deformable bodies that may touch one of the other kind.
+  // Returns the rigid and the deformable bodies that may touch a body of the other kind.
   Bodies that_meet_deformable(const Bodies& bodies) const {
     Bodies met = bodies;
     for (std::vector<std::string>* rigid : {&met.dynamic, &met.kinematic, &met.fixed})
@@ -96,7 +98,8 @@ class Exclusions {
   std::set<std::pair<std::string, std::string>> pairs_;
 };
 
-// "3 dynamic rigid bodies (`a`, `b`, `c`), 1 kinematic one (`wheel`) and 1 static one (`ground`)"
+// Returns the rigid bodies, of which there must be one, as text:
+// "3 dynamic rigid bodies (`a`, `b`, `c`), 1 kinematic one (`wheel`) and 1 static one (`ground`)".
 std::string rigid_text(const Bodies& bodies) {
   std::vector<std::string> parts;
   const auto add = [&](const std::vector<std::string>& names, std::string_view kind) {
@@ -118,6 +121,7 @@ std::string deformable_text(const Bodies& bodies) {
                      listed(bodies.deformable));
 }
 
+// Decides on an effect between rigid bodies; `verb` says in the reason what they can do.
 PlannedEffect rigid_pairs(Effect effect, const Bodies& bodies, const Exclusions& exclusions,
                           std::string_view verb) {
   if (bodies.dynamic.empty()) return {effect, false, "no dynamic rigid body"};
@@ -144,11 +148,12 @@ PlannedEffect rigid_deformable_pairs(const Bodies& bodies, const Exclusions& exc
   return {effect, true, fmt::format("{} can touch {}", deformable_text(met), rigid_text(met))};
 }
 
-// The deformable bodies that one kind of force holds together, with their materials.
+// The deformable bodies that one kind of force holds together, and descriptions of their materials.
 struct Resisting {
   std::vector<std::string> bodies, materials;
 };
 
+// Finds the deformable bodies that forces of one kind, a member of Resistance, hold together.
 template <class Describe>
 Resisting resisting(const Scene& scene, bool Resistance::*kind, Describe&& describe) {
   Resisting found;
@@ -214,7 +219,7 @@ PlannedEffect push_out(const std::vector<PlannedEffect>& effects) {
                       contacts.size() == 1 ? "s" : "")};
 }
 
-// The dynamic rigid bodies that nothing holds to others.
+// Returns the dynamic rigid bodies that no joint and no flesh holds to other bodies.
 std::vector<std::string> loose_bodies(const Scene& scene) {
   std::set<std::string> held;
   for (const Joint& joint : scene.joints) held.insert({joint.parent, joint.child});
@@ -276,6 +281,7 @@ PlannedEffect incompressibility(const Scene& scene) {
   return {effect, true, fmt::format("asked for by {}", listed(names))};
 }
 
+// Decides on an effect between surfaces of deformable bodies.
 PlannedEffect between_surfaces(Effect effect, const Scene& scene, const Bodies& bodies) {
   if (bodies.deformable.empty()) return {effect, false, "no deformable body"};
   if (!scene.solver.deformable_collision) return {effect, false, "solver.deformable_collision is off"};
@@ -319,7 +325,8 @@ PlannedEffect articulation(const Scene& scene) {
   return {effect, true, fmt::format("{} ({})", counted(names.size(), "joint", "joints"), listed(names))};
 }
 
-// What some joints ask for besides holding together.
+// Decides on an effect that some joints ask for: asks(joint) says which. `none` is the reason if there is
+// none.
 template <class Asks>
 PlannedEffect joint_effect(Effect effect, const Scene& scene, bool articulated, Asks&& asks,
                            std::string_view none) {
@@ -331,6 +338,8 @@ PlannedEffect joint_effect(Effect effect, const Scene& scene, bool articulated, 
   return {effect, true, fmt::format("asked for by {}", listed(names))};
 }
 
+// Decides on an effect that some deformable bodies ask for: asks(body) says which. `none` is the reason if
+// there is none.
 template <class Asks>
 PlannedEffect asked_for(Effect effect, const Scene& scene, Asks&& asks, std::string_view none) {
   std::vector<std::string> names;
@@ -350,6 +359,7 @@ PlannedEffect air_drag(const Scene& scene) {
   return {Effect::air_drag, true, fmt::format("asked for by {}", listed(names))};
 }
 
+// Returns the effects that --without names.
 EffectSet removed_effects(const std::vector<std::string>& without) {
   EffectSet removed;
   for (const std::string& word : without) {
@@ -376,7 +386,7 @@ EffectPlan plan_effects(const Scene& scene, const std::vector<std::string>& with
   const Bodies bodies = sort_bodies(scene);
   const Exclusions exclusions(scene, removed);
   EffectPlan plan;
-  const auto add = [&](PlannedEffect planned) {  // in the order of the enum
+  const auto add = [&](PlannedEffect planned) {  // must be called in the order of the enum
     if (planned.active && removed[index(planned.effect)])
       planned = {planned.effect, false, std::string(removed_by_user)};
     plan.effects.push_back(std::move(planned));
@@ -385,7 +395,7 @@ EffectPlan plan_effects(const Scene& scene, const std::vector<std::string>& with
   add(rigid_pairs(Effect::rigid_contact, bodies, exclusions, "can rest on each other"));
   add(rigid_deformable_pairs(bodies, exclusions));
   add(elasticity(scene));
-  add(push_out(plan.effects));  // what has no contact left has nothing to push out
+  add(push_out(plan.effects));  // depends on the contact effects that --without leaves
   const bool contact = plan.effects[index(Effect::rigid_contact)].active;
   add(shock_propagation(scene, bodies, exclusions, contact));
   add(rolling_friction(scene, contact));

@@ -1,4 +1,5 @@
-// The effect plan: what a scene calls for, and why. The single place where effects are decided.
+// Derives the effect plan of a scene: which effects it calls for, and why. This is the only place where
+// effects are decided.
 #pragma once
 
 #include <string>
@@ -10,20 +11,24 @@
 
 namespace duet::scene {
 
-inline constexpr std::string_view removed_by_user = "removed by --without";  // reason of a PlannedEffect
+/// Reason of an effect that the scene calls for and --without removes.
+inline constexpr std::string_view removed_by_user = "removed by --without";
 
+/// One effect with the decision on it.
 struct PlannedEffect {
-  Effect effect;
-  bool active = false;  // false when the scene does not call for it, or it was removed by --without
-  std::string reason;   // "6 boxes of tets: `soft1` ..." or "no deformable body"
+  Effect effect;        ///< The effect.
+  bool active = false;  ///< False if the scene does not call for it, or if --without removes it.
+  std::string reason;   ///< Reason of the decision, such as "asked for by `ball`" or "no deformable body".
 };
 
+/// The decisions on all effects.
 struct EffectPlan {
-  std::vector<PlannedEffect> effects;  // all of them, in the order of the enum
-  EffectSet active() const;
+  std::vector<PlannedEffect> effects;  ///< All effects, in the order of the enum.
+  EffectSet active() const;            ///< Returns the set of the active effects.
 };
 
-// `without` holds names given by --without; an unknown name throws Error(usage) with a near-miss hint.
+/// Decides which effects `scene` needs. `without` holds the names of effects to remove (--without). Throws
+/// Error (usage), with a near miss as a hint, if one of them is unknown.
 EffectPlan plan_effects(const Scene& scene, const std::vector<std::string>& without = {});
 
 }  // namespace duet::scene

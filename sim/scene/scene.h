@@ -1,6 +1,5 @@
-// What a scene file says, as plain data in SI units. The reader (reader.h) is the only one that makes it from
-// a file; everything in it has been validated there. Cold data: the step never reads it, World is built from
-// it.
+// Holds what a scene file says, as plain data in SI units. Only the reader (reader/reader.h) makes it from a
+// file, and validates everything in it. A World is built from it; the time step never reads it.
 #pragma once
 
 #include <memory>
@@ -18,400 +17,558 @@
 
 namespace duet::scene {
 
-struct Location {  // of the table or key in the file; 1-based
-  int line = 0;
-  int column = 0;
+/// The position of a table or key in the scene file.
+struct Location {
+  int line = 0;    ///< Line, 1-based; 0: not in the file.
+  int column = 0;  ///< Column, 1-based; 0: not in the file.
 };
 
+/// A rotation about an axis, as files give it.
 struct Rotation {
-  Vec3 axis = Vec3::UnitY();  // world axes, any length but 0
-  double degrees = 0;
-  Vec3 vector() const { return degrees * std::numbers::pi / 180 * axis.normalized(); }  // rad
+  Vec3 axis = Vec3::UnitY();  ///< Axis of the rotation, world axes, of any length but 0.
+  double degrees = 0;         ///< Angle, degrees, counterclockwise seen against the axis; may be many turns.
+  /// Returns the rotation vector, rad, world axes.
+  Vec3 vector() const { return degrees * std::numbers::pi / 180 * axis.normalized(); }
 };
 
+/// Position and motion of a body at frame 0.
 struct Placement {
-  Vec3 position = Vec3::Zero();          // m, of the shape's centre; of the origin of a mesh's coordinates
-  Quat orientation = Quat::Identity();   // from `rotation = { axis = [x, y, z], degrees = d }`
-  Vec3 velocity = Vec3::Zero();          // m/s
-  Vec3 angular_velocity = Vec3::Zero();  // rad/s, about the centre of mass, in world axes
+  /// World position of the center of the shape, m. For a mesh: of the origin of its coordinates.
+  Vec3 position = Vec3::Zero();
+  Quat orientation = Quat::Identity();   ///< Rotation from the shape's coordinates to the world.
+  Vec3 velocity = Vec3::Zero();          ///< Velocity of the center of mass, m/s, world axes.
+  Vec3 angular_velocity = Vec3::Zero();  ///< Angular velocity about the center of mass, rad/s, world axes.
 };
 
-// Springs of a mass-spring body: a spring pulls with `stiffness` when it is stretched to twice its length.
+/// Springs of a mass-spring body.
 struct SpringLaw {
-  double stiffness = 1000;  // N
-  double damping = 1;       // of critical damping of each spring on its particles
+  double stiffness = 1000;  ///< Force of a spring that is stretched to twice its rest length, N.
+  double damping = 1;       ///< Damping of each spring as a fraction of critical, 1.
 };
 
+/// A material of deformable bodies.
 struct Material {
-  std::string name;
-  double density = 1000;        // kg/m^3
-  double youngs_modulus = 1e6;  // Pa
-  double poisson_ratio = 0.45;  // 1, in (-1, 0.5)
-  double damping =
-      0.01;  // s, stiffness-proportional Rayleigh damping: viscous moduli = damping * elastic moduli
-  double mass_damping = 0;  // 1/s, mass-proportional Rayleigh damping: braking force over mass and velocity
-  MaterialModel model = MaterialModel::neo_hookean;
-  bool has_springs = false;  // they resist stretching in place of finite elements
-  SpringLaw springs;
-  bool has_bending_springs = false;  // they resist the bending of shells and rods in place of elements
-  SpringLaw bending_springs{10, 1};
-  double bending_factor = 1;  // of bending elements, on the stiffness that the modulus and the thickness give
+  std::string name;             ///< Unique name, by which bodies refer to the material.
+  double density = 1000;        ///< Density at rest, kg/m^3.
+  double youngs_modulus = 1e6;  ///< Young's modulus, Pa.
+  double poisson_ratio = 0.45;  ///< Poisson's ratio, 1, in (-1, 0.5).
+  /// Stiffness-proportional Rayleigh damping, s: viscous moduli = damping * elastic moduli.
+  double damping = 0.01;
+  double mass_damping = 0;  ///< Mass-proportional Rayleigh damping, 1/s: braking force / (mass * velocity).
+  MaterialModel model = MaterialModel::neo_hookean;  ///< Stress at large strains; all agree at small ones.
+  bool has_springs = false;          ///< True if springs resist stretching in place of finite elements.
+  SpringLaw springs;                 ///< Law of those springs; used if `has_springs`.
+  bool has_bending_springs = false;  ///< True if springs resist bending in place of bending elements.
+  SpringLaw bending_springs{10, 1};  ///< Law of those springs; used if `has_bending_springs`.
+  /// Factor on the bending stiffness that Young's modulus and the thickness give shells and rods, 1; 0: limp.
+  double bending_factor = 1;
 };
 
-enum class ShapeKind { box, sphere, capsule, cylinder, torus, mesh };
-struct Shape {  // capsules, cylinders and tori have the axis y
-  ShapeKind kind = ShapeKind::box;
-  double radius = 0;         // m, sphere, capsule, cylinder; of a torus' centre line
-  Vec3 size = Vec3::Zero();  // m, full edge lengths, box
-  double length = 0;         // m, of a capsule's straight part; height of a cylinder
-  double tube = 0;           // m, radius of a torus' tube
-  std::string mesh_file{};   // as in the file: relative to the scene's folder
-  double scale = 1;          // m of the scene per unit of the mesh
-  int cells = 64;            // of a mesh's level set along its longest extent
-  std::shared_ptr<const TriangleMesh> mesh =
-      nullptr;  // closed; null if the scene was read without its meshes
+/// Kinds of closed shapes. Capsules, cylinders and tori have the axis y.
+enum class ShapeKind {
+  box,       ///< Box about the origin.
+  sphere,    ///< Ball about the origin.
+  capsule,   ///< Cylinder with round ends.
+  cylinder,  ///< Cylinder with flat ends.
+  torus,     ///< Ring.
+  mesh       ///< Closed triangle mesh from a file.
 };
 
-// How a kinematic body moves: duet::KinematicMotion in the terms of the file.
+/// A closed shape in its own coordinates. Members that the kind does not need keep their defaults.
+struct Shape {
+  ShapeKind kind = ShapeKind::box;  ///< Kind of the shape.
+  double radius = 0;         ///< Radius of a sphere, capsule or cylinder, or of a torus's center line, m.
+  Vec3 size = Vec3::Zero();  ///< Full edge lengths of a box, m.
+  double length = 0;         ///< Length of a capsule's straight part, or height of a cylinder, m.
+  double tube = 0;           ///< Radius of a torus's tube, m, less than `radius`.
+  std::string mesh_file{};   ///< Mesh file as the scene names it, relative to the scene's folder.
+  double scale = 1;          ///< Meters per unit of the mesh.
+  int cells = 64;            ///< Cells of a mesh's level set along its longest extent.
+  /// The closed mesh in the units of its file. Null for other kinds, and if the scene was read without
+  /// meshes.
+  std::shared_ptr<const TriangleMesh> mesh = nullptr;
+};
+
+/// A keyframe of a kinematic body's motion.
 struct Keyframe {
-  double time = 0;               // s
-  std::optional<Vec3> position;  // m
-  std::optional<Vec3> velocity;  // m/s
-  bool has_rotation = false;
-  Rotation rotation;
+  double time = 0;               ///< Time of the keyframe, s; later than that of the one before.
+  std::optional<Vec3> position;  ///< World position at that time, m. None: this keyframe has no position.
+  std::optional<Vec3> velocity;  ///< Velocity at that time, m/s. None: chosen so that nothing overshoots.
+  bool has_rotation = false;     ///< True if `rotation` is given.
+  Rotation rotation;             ///< Rotation at that time, from the body's own orientation on.
 };
+
+/// A rotation at a constant rate about an axis through the body's position, with ramps at start and stop.
 struct Spin {
-  Vec3 axis = Vec3::UnitY();   // world axes, any length but 0
-  double rate = 0;             // revolutions per second
-  double start = 0;            // s
-  std::optional<double> stop;  // s
-  double ramp = 0;             // s
+  Vec3 axis = Vec3::UnitY();   ///< Axis of the rotation, world axes, of any length but 0.
+  double rate = 0;             ///< Revolutions per second, 1/s, counterclockwise seen against the axis.
+  double start = 0;            ///< Time at which the body begins to turn, s.
+  std::optional<double> stop;  ///< Time at which it stands still again, s. None: never.
+  double ramp = 0;             ///< Duration of the acceleration and of the deceleration, s.
 };
+
+/// A sinusoidal displacement and rotation, both zero at `start`.
 struct Sinusoid {
-  Vec3 amplitude = Vec3::Zero();  // m
-  Rotation rotation;
-  double frequency = 1;        // Hz
-  double phase = 0;            // degrees
-  double start = 0;            // s
-  std::optional<double> stop;  // s
+  Vec3 amplitude = Vec3::Zero();  ///< Half the distance from end to end, m, world axes.
+  Rotation rotation;              ///< Half the rotation from end to end, about the body's position.
+  double frequency = 1;           ///< Cycles per second, Hz.
+  double phase = 0;               ///< Phase at `start`, degrees: 0 in full motion, -90 and 90 at rest.
+  double start = 0;               ///< Time at which the body begins to move, s.
+  std::optional<double> stop;     ///< Time at which it stops, wherever it is, s. None: never.
 };
+
+/// The prescribed motion of a kinematic body: duet::KinematicMotion in the terms of the file.
 struct Motion {
-  std::vector<Keyframe> keyframes;
-  Interpolation interpolation = Interpolation::smooth;
-  bool loop = false;
-  std::vector<Spin> spin;
-  std::vector<Sinusoid> sinusoid;
+  std::vector<Keyframe> keyframes;  ///< Positions and rotations at times; empty: those of the placement.
+  Interpolation interpolation = Interpolation::smooth;  ///< Interpolation between keyframes.
+  bool loop = false;               ///< True if the keyframes repeat; the last one equals the first one.
+  std::vector<Spin> spin;          ///< Rotations that are applied after the keyframes, in turn.
+  std::vector<Sinusoid> sinusoid;  ///< Sinusoidal motions that are applied after the spins.
 };
 
+/// A rigid body: dynamic, static or kinematic.
 struct RigidBody {
-  std::string name;
-  Location at;
-  Shape shape;
-  Placement placement;
-  bool is_static = false;     // infinite mass, never moves
-  bool is_kinematic = false;  // infinite mass, moves as `motion` says
-  Motion motion;
-  std::optional<double> mass;     // kg; exactly one of mass and density is given for a dynamic body
-  std::optional<double> density;  // kg/m^3
-  double friction = 0.5;          // Coulomb coefficient; a pair uses the smaller one
-  double restitution = 0.5;       // Newton's coefficient; a pair uses the smaller one
-  double rolling_friction =
-      0;  // m, lever arm of the normal force against rolling; a pair uses the larger one
-  double spinning_friction = 0;  // m, the same against spinning about the normal; a pair uses the larger one
-  std::optional<double> terminal_speed;  // m/s, at which the drag of the air carries the body's weight
-  std::optional<double> sample_spacing;  // m, of contact points on the surface
-  std::string look;                      // name of a look
+  std::string name;               ///< Name, unique among all bodies.
+  Location at;                    ///< Position of its table in the scene file.
+  Shape shape;                    ///< Shape, which is also its contact surface.
+  Placement placement;            ///< Position and motion at frame 0.
+  bool is_static = false;         ///< True if the body has infinite mass and never moves.
+  bool is_kinematic = false;      ///< True if the body has infinite mass and moves as `motion` says.
+  Motion motion;                  ///< Prescribed motion; used if `is_kinematic`.
+  std::optional<double> mass;     ///< Mass, kg. A dynamic body has exactly one of mass and density.
+  std::optional<double> density;  ///< Density, kg/m^3. A dynamic body has exactly one of mass and density.
+  double friction = 0.5;          ///< Coulomb friction coefficient, 1; a pair uses the smaller one.
+  double restitution = 0.5;       ///< Newton's coefficient of restitution, 1; a pair uses the smaller one.
+  double rolling_friction = 0;  ///< Lever arm of the normal force against rolling, m; a pair uses the larger.
+  /// Lever arm of the normal force against spin about the normal, m; a pair uses the larger one.
+  double spinning_friction = 0;
+  /// Speed at which the drag of the air equals the body's weight, m/s. None: no drag.
+  std::optional<double> terminal_speed;
+  /// Distance of the contact points on the surface, m. None: see default_sample_spacing().
+  std::optional<double> sample_spacing;
+  std::string look;  ///< Name of a look; empty: a color of its own, or plain if static.
 };
 
-// Volumes (a box is cut into a lattice, a surface filled, or tets come from a file), then shells (panel,
-// disc: in the plane y = 0, front upward), then rods, then a single particle.
+/// Kinds of deformable shapes. The order matters: volumes come first (box to tets), then shells (panel,
+/// disc), then rods (rod, helix, knot), then the particle.
 enum class DeformableKind {
-  box,
-  sphere,
-  capsule,
-  cylinder,
-  torus,
-  mesh,
-  tets,
-  panel,
-  disc,
-  rod,
-  helix,
-  knot,
-  particle
+  box,       ///< Box that is cut into a lattice of tetrahedra.
+  sphere,    ///< Ball that is filled with tetrahedra.
+  capsule,   ///< Capsule that is filled with tetrahedra.
+  cylinder,  ///< Cylinder that is filled with tetrahedra.
+  torus,     ///< Torus that is filled with tetrahedra.
+  mesh,      ///< Closed triangle mesh that is filled with tetrahedra.
+  tets,      ///< Tetrahedra from a file.
+  panel,     ///< Rectangular shell in the plane y = 0 with its front upward.
+  disc,      ///< Round shell in the plane y = 0 with its front upward.
+  rod,       ///< Rod through given points.
+  helix,     ///< Rod that is wound about the axis y.
+  knot,      ///< Closed rod on a torus about the axis y.
+  particle   ///< Single particle with a contact radius.
 };
+
+/// The shape of a deformable body at rest. Members that the kind does not need keep their defaults.
 struct DeformableShape {
-  DeformableKind kind = DeformableKind::box;
-  Vec3 size = Vec3::Zero();                       // m, of the box
-  Vec3i cells = Vec3i(4, 4, 4);                   // of the box: lattice cells along each edge
-  LatticePattern pattern = LatticePattern::five;  // of the box
-  Shape surface;                  // that is filled with tets: any but a box; its scale is a file's, too
-  std::optional<double> spacing;  // m, of the tets that fill a surface; none: default_spacing
-  bool graded = false;            // larger tets inside
-  std::string tet_file;           // as in the scene: relative to its folder
-  std::shared_ptr<const TetMesh> tets =
-      nullptr;                     // of the file; null if the scene was read without its meshes
-  Vec2 panel_size = Vec2::Zero();  // m, along x and z
-  Eigen::Vector2i panel_cells = Eigen::Vector2i(16, 16);  // two triangles a cell
-  double radius = 0;         // m, of the disc; of the helix; of the knot's ring; of the particle's ball
-  int rings = 8;             // of the disc
-  std::vector<Vec3> points;  // m, that the rod goes through
-  bool is_closed = false;    // the rod ends where it begins
-  double pitch = 0;          // m a turn, of the helix
-  double turns = 1;          // of the helix
-  double tube = 0;           // m, how far the knot winds about its ring
-  Eigen::Vector2i winding = Eigen::Vector2i(2, 3);  // of the knot, about the axis y and about its ring
-  int segments = 64;                                // of rods
+  DeformableKind kind = DeformableKind::box;      ///< Kind of the shape.
+  Vec3 size = Vec3::Zero();                       ///< Full edge lengths of a box, m.
+  Vec3i cells = Vec3i(4, 4, 4);                   ///< Lattice cells of a box along each edge.
+  LatticePattern pattern = LatticePattern::five;  ///< Division of a box's cells into tetrahedra.
+  /// Surface that is filled with tetrahedra, of any kind but a box. Its `scale` also scales a file of
+  /// tetrahedra.
+  Shape surface;
+  /// Spacing of the tetrahedra that fill a surface, m. None: default_spacing().
+  std::optional<double> spacing;
+  bool graded = false;   ///< True if the tetrahedra that fill a surface grow toward its inside.
+  std::string tet_file;  ///< File of tetrahedra as the scene names it, relative to the scene's folder.
+  /// The tetrahedra of `tet_file` in its units. Null for other kinds, and if the scene was read without
+  /// meshes.
+  std::shared_ptr<const TetMesh> tets = nullptr;
+  Vec2 panel_size = Vec2::Zero();  ///< Edge lengths of a panel along x and z, m.
+  /// Cells of a panel along x and z, two triangles each.
+  Eigen::Vector2i panel_cells = Eigen::Vector2i(16, 16);
+  double radius = 0;         ///< Radius of a disc, helix, knot's ring or particle, m.
+  int rings = 8;             ///< Rings of nodes of a disc about the middle node.
+  std::vector<Vec3> points;  ///< Points that a rod goes through in order, m.
+  bool is_closed = false;    ///< True if a rod leads from its last point back to its first.
+  double pitch = 0;          ///< Rise of one turn of a helix, m.
+  double turns = 1;          ///< Turns of a helix from end to end.
+  double tube = 0;           ///< Distance of a knot from its ring, m, less than `radius`.
+  Eigen::Vector2i winding = Eigen::Vector2i(2, 3);  ///< Turns of a knot about the axis y and about its ring.
+  int segments = 64;                                ///< Segments of a rod, helix or knot.
+  /// True for a panel or disc.
   bool is_shell() const { return kind == DeformableKind::panel || kind == DeformableKind::disc; }
+  /// True if the shape consists of tetrahedra.
   bool is_volume() const { return kind <= DeformableKind::tets; }
+  /// True for a single particle.
   bool is_particle() const { return kind == DeformableKind::particle; }
+  /// True if `surface` is filled with tetrahedra.
   bool is_filled() const {
     return is_volume() && kind != DeformableKind::box && kind != DeformableKind::tets;
   }
 };
 
-// Particles near the line from one point to another never move, or move with a kinematic body.
+/// Holds the particles near a line segment: they never move, or move with a kinematic body.
 struct Pin {
-  Vec3 from = Vec3::Zero();  // m, in the shape's coordinates at rest
-  std::optional<Vec3> to;    // m; without it, a point
-  double radius = 1e-3;      // m
-  std::string body;          // name of a kinematic rigid body; may be empty
+  Vec3 from = Vec3::Zero();  ///< First end of the segment, m, in the shape's coordinates at rest.
+  std::optional<Vec3> to;    ///< Other end, m, in the same coordinates. None: the segment is a point.
+  double radius = 1e-3;      ///< Largest distance of a held particle from the segment, m.
+  std::string body;          ///< Name of the kinematic rigid body that carries the particles; empty: none.
 };
 
-// Springs that hold flesh to bones, by their effect on the flesh alone.
+/// Springs that hold particles of flesh to bones (soft bindings).
 struct AttachSprings {
-  double gain = 1e4;   // 1/s^2, stiffness over the particle's mass
-  double damping = 1;  // of critical
+  double gain = 1e4;   ///< Stiffness of a spring over the mass of its particle, 1/s^2.
+  double damping = 1;  ///< Damping as a fraction of critical, 1.
 };
 
-// A surface that is drawn in place of the boundary and moves with the tets. Forces on it act on them.
+/// A surface that is drawn in place of the boundary of the tetrahedra and moves with them. Forces on it act
+/// on the tetrahedra.
 struct Skin {
-  std::string mesh_file;                               // as in the scene: relative to its folder
-  double scale = 1;                                    // m per unit of the mesh
-  bool contact = false;                                // rigid bodies touch its vertices, not the boundary
-  std::optional<double> mass;                          // kg, besides that of the tets, which carry it
-  std::shared_ptr<const TriangleMesh> mesh = nullptr;  // null if the scene was read without its meshes
+  std::string mesh_file;       ///< Mesh file as the scene names it, relative to the scene's folder.
+  double scale = 1;            ///< Meters per unit of the mesh.
+  bool contact = false;        ///< True if rigid bodies touch its vertices instead of the boundary.
+  std::optional<double> mass;  ///< Mass that it adds to the tetrahedra, kg. None: 0.
+  /// The closed mesh in the units of its file; null if the scene was read without its meshes.
+  std::shared_ptr<const TriangleMesh> mesh = nullptr;
 };
 
-/// Which surface of a volume made of a mesh is drawn: the mesh, or the boundary of the tets that fill it.
-enum class DrawnSurface { mesh, tetrahedra };
+/// Drawn surface of a volume that fills a mesh.
+enum class DrawnSurface {
+  mesh,       ///< The mesh.
+  tetrahedra  ///< The boundary of the tetrahedra that fill it.
+};
 
+/// A deformable body: volume, shell, rod or particle.
 struct DeformableBody {
-  std::string name;
-  Location at;
-  DeformableShape shape;
-  std::optional<double> thickness;  // m, of shells; the diameter of rods
-  std::vector<Pin> pins;
-  std::vector<std::string> attach;  // names of rigid bodies that hold the particles inside of them
-  std::optional<AttachSprings> attach_springs;  // that hold them, in place of stiff bonds
-  DrawnSurface drawn = DrawnSurface::mesh;
-  std::optional<Skin> skin;  // of volumes; the mesh itself where that is drawn and the scene names no skin
-  Placement placement;
-  std::string material;                  // name of a material
-  std::optional<double> mass;            // kg; overrides density * volume
-  std::optional<double> terminal_speed;  // m/s, at which the drag of the air carries the body's weight
-  bool incompressible = false;
-  std::optional<bool> self_collision;         // with itself; else as collides_with_itself decides
-  std::optional<double> collision_thickness;  // m; else a tenth of the surface's shortest edge
-  double collision_friction = 0.4;            // against itself and other deformable bodies
-  std::string look;
+  std::string name;                 ///< Name, unique among all bodies.
+  Location at;                      ///< Position of its table in the scene file.
+  DeformableShape shape;            ///< Shape at rest.
+  std::optional<double> thickness;  ///< Thickness of a shell or diameter of a rod, m. None: volume, particle.
+  std::vector<Pin> pins;            ///< Pins that hold some of its particles.
+  std::vector<std::string> attach;  ///< Names of the rigid bodies that hold the particles inside of them.
+  /// Springs by which `attach` holds the particles. None: they are rigidly bound (hard bindings).
+  std::optional<AttachSprings> attach_springs;
+  DrawnSurface drawn = DrawnSurface::mesh;  ///< Drawn surface of a volume that fills a mesh.
+  /// Drawn surface of a volume. The reader makes one of the mesh of a volume that fills a mesh, if the scene
+  /// gives no skin and `drawn` is `mesh`.
+  std::optional<Skin> skin;
+  Placement placement;         ///< Position and motion at frame 0.
+  std::string material;        ///< Name of its material.
+  std::optional<double> mass;  ///< Mass, kg. None: density of the material times the volume at rest.
+  /// Speed at which the drag of the air equals the body's weight, m/s. None: no drag.
+  std::optional<double> terminal_speed;
+  bool incompressible = false;  ///< True if the volume around every particle is kept.
+  /// True if the body collides with itself. None: see collides_with_itself().
+  std::optional<bool> self_collision;
+  /// Gap to itself and other deformable bodies, m. None: the thickness (for shells, limited by the mesh), or
+  /// a tenth of the shortest edge of a volume's surface.
+  std::optional<double> collision_thickness;
+  double collision_friction = 0.4;  ///< Coulomb friction coefficient against itself and deformable bodies, 1.
+  std::string look;                 ///< Name of a look; empty: a color of its own.
 };
 
-// Whether parts of the body are kept from each other: shells and rods fold where volumes hardly can.
+/// Returns whether contact of the body with itself is simulated. By default it is for shells and rods, which
+/// fold, and not for volumes, which hardly can, nor for particles.
 inline bool collides_with_itself(const DeformableBody& body) {
   return body.self_collision.value_or(!body.shape.is_volume() && body.shape.kind != DeformableKind::particle);
 }
 
-enum class JointType { point, hinge, universal, prismatic, prismatic_twist, weld };
-struct JointAxes {               // a joint's frame at the start, in the world, or in a body's own coordinates
-  std::optional<Vec3> position;  // m
-  Vec3 axis = Vec3::UnitX();     // x of the joint, any length but 0
-  std::optional<Vec3> up;        // y of the joint: what of this is at right angles to x
+/// Types of joints by the relative motions that they leave free, in the order of duet::JointKind, which
+/// defines them.
+enum class JointType {
+  point,            ///< All rotations.
+  hinge,            ///< Rotation about x.
+  universal,        ///< Rotation about the parent's x and the child's y.
+  prismatic,        ///< Translation along x.
+  prismatic_twist,  ///< Translation along x and rotation about it.
+  weld              ///< None.
 };
+
+/// The frame of a joint at the start, in the world or in the coordinates of a body's shape.
+struct JointAxes {
+  std::optional<Vec3> position;  ///< Origin of the frame, m. None: the origin of the coordinates.
+  Vec3 axis = Vec3::UnitX();     ///< Axis x of the joint, of any length but 0.
+  std::optional<Vec3> up;        ///< Its component at right angles to x is y of the joint. None: any.
+};
+
+/// Bounds of a coordinate of a joint, in degrees or m as its user says.
 struct Interval {
-  std::optional<double> least, most;
+  std::optional<double> least,  ///< Lower bound. None: unbounded.
+      most;                     ///< Upper bound. None: unbounded.
 };
+
+/// A sinusoidal part of a joint's target.
 struct TargetSwing {
-  Vec3 turn = Vec3::Zero();  // degrees about x, y and z of the joint
-  double travel = 0;         // m along x
-  double period = 1;         // s
-  double phase = 0;          // degrees
+  Vec3 turn = Vec3::Zero();  ///< Amplitude as a rotation vector in the joint's axes, degrees.
+  double travel = 0;         ///< Amplitude along x of a prismatic joint, m.
+  double period = 1;         ///< Period, s.
+  double phase = 0;          ///< Phase at the start, degrees: 0 in the middle, 90 at the end.
 };
+
+/// A keyframe of a joint's target.
 struct TargetKey {
-  double time = 0;  // s
-  Vec3 turn = Vec3::Zero();
-  double travel = 0;
+  double time = 0;           ///< Time after the start of the target, s.
+  Vec3 turn = Vec3::Zero();  ///< Rotation vector in the joint's axes, degrees.
+  double travel = 0;         ///< Displacement along x of a prismatic joint, m.
 };
-struct TargetWave {                               // of a snake; duet::BodyWave
-  double place = 0, spacing = 1, wavelength = 1;  // m
-  double period = 1;                              // s
-  double bend = 0, height = 0;                    // m
+
+/// The traveling wave of a snake as a joint's target; see duet::BodyWave.
+struct TargetWave {
+  double place = 0,    ///< Position of the joint along the spine, m.
+      spacing = 1,     ///< Distance to the joints before and after, m.
+      wavelength = 1;  ///< Wavelength along the spine, m.
+  double period = 1;   ///< Period of the wave, s.
+  double bend = 0,     ///< Amplitude to the sides, along z, m.
+      height = 0;      ///< Amplitude upward, along y, m.
 };
+
+/// Target of a controlled joint: the sum of a constant and of functions of time; see duet::JointTarget.
 struct JointTarget {
-  double start = 0;  // s
-  Vec3 turn = Vec3::Zero();
-  double travel = 0;
-  std::vector<TargetSwing> sinusoid;
-  std::vector<TargetKey> keyframes;
-  bool loop = false;
-  bool has_wave = false;
-  TargetWave wave;
+  double start = 0;  ///< Time at which the functions of time begin, s; before, the target grows linearly.
+  Vec3 turn = Vec3::Zero();           ///< Constant part: rotation vector in the joint's axes, degrees.
+  double travel = 0;                  ///< Constant part along x of a prismatic joint, m.
+  std::vector<TargetSwing> sinusoid;  ///< Sinusoidal parts.
+  std::vector<TargetKey> keyframes;   ///< Keyframes of one part, smooth between them; may be empty.
+  bool loop = false;                  ///< True if the keyframes repeat.
+  bool has_wave = false;              ///< True if `wave` is given.
+  TargetWave wave;                    ///< Traveling wave; used if `has_wave`.
 };
+
+/// Proportional-derivative control of a joint: its error e obeys e'' + damping e' + gain e = 0.
 struct JointControl {
-  double gain = 1000;                  // 1/s^2
-  std::optional<double> damping;       // 1/s; else critical
-  std::optional<double> torque_limit;  // N m, or N
-  bool x = true, y = true, z = true;
-  bool lead = false;
-  JointTarget target;
+  double gain = 1000;                  ///< Proportional gain k_p, 1/s^2.
+  std::optional<double> damping;       ///< Derivative gain k_v, 1/s. None: critical, 2 sqrt(k_p).
+  std::optional<double> torque_limit;  ///< Largest torque about an axis, N m, or force, N. None: unlimited.
+  bool x = true,       ///< True if rotation about x of a point or universal joint is controlled.
+      y = true,        ///< True if rotation about y is controlled.
+      z = true;        ///< True if rotation about z is controlled.
+  bool lead = false;   ///< True if the control knows the target's rate and does not lag by 2 / sqrt(k_p).
+  JointTarget target;  ///< Target of the control.
 };
+
+/// A joint between two rigid bodies. Either `world` has a position, or both body frames are given.
 struct Joint {
-  std::string name;
-  Location at;
-  JointType type = JointType::point;
-  std::string parent, child;  // names of rigid bodies, or `ground`
-  JointAxes world;
-  bool has_parent_frame = false, has_child_frame = false;
-  JointAxes parent_frame, child_frame;
-  Interval angle;               // degrees
-  std::optional<double> swing;  // degrees
-  Interval travel;              // m
-  double friction = 0;          // N m, or N
-  bool collide = false;
-  bool has_control = false;
-  JointControl control;
+  std::string name;                   ///< Name, unique among the joints.
+  Location at;                        ///< Position of its table in the scene file.
+  JointType type = JointType::point;  ///< Motions that it leaves free.
+  std::string parent,                 ///< Name of a rigid body, or `ground`.
+      child;                          ///< Name of another rigid body.
+  JointAxes world;                    ///< Frame in the world at the start.
+  bool has_parent_frame = false,      ///< True if `parent_frame` is given.
+      has_child_frame = false;        ///< True if `child_frame` is given.
+  JointAxes parent_frame,             ///< Frame in the coordinates of the parent's shape.
+      child_frame;                    ///< Frame in the coordinates of the child's shape.
+  Interval angle;                     ///< Bounds of the angle of a hinge or prismatic_twist joint, degrees.
+  std::optional<double> swing;        ///< Largest angle between the x axes of a point joint, degrees.
+  Interval travel;                    ///< Bounds of the displacement along x of a prismatic joint, m.
+  /// Largest friction torque about, N m, and force along, N, each axis that is free and not controlled.
+  double friction = 0;
+  bool collide = false;      ///< True if parent and child can touch each other.
+  bool has_control = false;  ///< True if `control` is given.
+  JointControl control;      ///< Control of the joint; used if `has_control`.
 };
 
-struct Ground {       // the half space y <= height, static
-  double height = 0;  // m
-  double friction = 0.5;
-  double restitution = 0.5;
-  double rolling_friction = 0;   // m
-  double spinning_friction = 0;  // m
-  std::string look;
+/// The ground: a static rigid body that fills the half space y <= height.
+struct Ground {
+  double height = 0;             ///< Height of its surface, m.
+  double friction = 0.5;         ///< Coulomb friction coefficient, 1; see RigidBody::friction.
+  double restitution = 0.5;      ///< Newton's coefficient of restitution, 1; see RigidBody::restitution.
+  double rolling_friction = 0;   ///< Lever arm against rolling, m; see RigidBody::rolling_friction.
+  double spinning_friction = 0;  ///< Lever arm against spin, m; see RigidBody::spinning_friction.
+  std::string look;              ///< Name of a look; empty: the default of the ground.
 };
 
-enum class Accuracy { draft, standard, fine };
-enum class RigidPushOut { all_contacts, deepest_points };
-enum class Switch { automatic, on, off };
-enum class Integration { semi_implicit, implicit };
-enum class Compression { damped, followed };
-enum class VelocityConstraints { after_solve, before_solve };
+/// Presets of the solver's keys; see preset().
+enum class Accuracy {
+  draft,     ///< Fast: longer steps, fewer iterations, looser tolerances.
+  standard,  ///< The default.
+  fine       ///< Slow: shorter steps, more iterations, tighter tolerances.
+};
+
+/// Interpenetration resolution between rigid bodies in step IV.2.
+enum class RigidPushOut {
+  all_contacts,   ///< All contacts at once, without friction (sim/contact/push_out/rigid_separation.h).
+  deepest_points  ///< Equations 1 and 2 of the paper (section 6.1).
+};
+
+/// A setting that may be left to the program.
+enum class Switch {
+  automatic,  ///< The effect plan decides.
+  on,         ///< On if the scene has bodies that it can act on.
+  off         ///< Off.
+};
+
+/// Time integration of the elastic forces. Damping is always implicit.
+enum class Integration {
+  semi_implicit,  ///< Elastic forces are explicit, so that stiffness bounds the time step.
+  implicit        ///< Elastic forces are implicit, solved by Newton's method.
+};
+
+/// Treatment of elements that compression makes stiffer than any is at rest.
+enum class Compression {
+  damped,   ///< They are damped more and do not shorten the time step.
+  followed  ///< They shorten the time step.
+};
+
+/// Order of contact and friction and of the implicit solve in step V.
+enum class VelocityConstraints {
+  after_solve,  ///< Contact and friction come after the solve (paper section 2).
+  before_solve  ///< They come before it (paper section 7.2); meant for very large piles.
+};
 using duet::OrientationUpdate;
 
-// Defaults come from the accuracy preset; a key in the file wins over the preset.
-enum class OverlapPolicy { part, refuse };
+/// Treatment of bodies that overlap at frame 0.
+enum class OverlapPolicy {
+  part,   ///< The first step begins with moving them apart as wholes.
+  refuse  ///< The scene is refused with a SceneError.
+};
 
+/// Accuracy and bounds of the simulation. Defaults are those of Accuracy::standard; preset() gives the
+/// others. A key in the file overrides the preset.
 struct Solver {
-  Accuracy accuracy = Accuracy::standard;
-  Integration integration = Integration::semi_implicit;  // of elastic forces; damping is always implicit
-  int newton_iterations = 20;                            // bound on those of an implicit solve
-  double cfl = 0.7;                               // time step as a fraction of the elastic stability limit
-  Compression compression = Compression::damped;  // elements that it makes stiffer than any at rest
-  double relaxation = 0;  // least limit of elasticity, over the damping time of what damping holds
-  double max_travel =
-      0.1;  // how far another body may enter a moving one in a step, as a fraction of its size
-  double max_rotation = 0.314159;   // rad, largest rotation of a rigid body a step
-  double max_time_step = 1.0 / 48;  // s
-  double cg_tolerance = 1e-3;       // m/s, largest residual velocity
-  int cg_iterations = 1000;         // bound on conjugate-gradient iterations
-  int collision_iterations = 5;     // Gauss-Seidel sweeps of step II
-  int contact_iterations = 20;      // Gauss-Seidel sweeps of steps III and V.4
-  bool whole_islands = true;        // of a few rigid bodies, after these sweeps
-  int max_substeps = 100'000;       // of a frame, after which the simulation stops
-  double volume_tolerance = 1e-4;   // largest relative error of a one-ring's volume that a step leaves
-  int pressure_iterations = 100;    // bound on iterations of the volume correction and of step V.1
-  int push_out_iterations = 4;      // geometries of step IV.2
-  int push_out_sweeps = 10;         // over the central bodies at one geometry
-  bool push_out_gradual = true;     // a growing part of every overlap at first
-  PushOutOrder push_out_order = PushOutOrder::together;
-  RigidPushOut rigid_push_out = RigidPushOut::all_contacts;
-  bool deformable_collision = true;              // of deformable bodies with each other and with themselves
-  Switch shock_propagation = Switch::automatic;  // level by level after the sweeps of contact
-  VelocityConstraints velocity_constraints = VelocityConstraints::after_solve;  // of step V
-  int projection_iterations = 2;  // forward and backward sweeps of the projection in the conjugate gradients
-  int face_samples = 4;  // lattice order of extra contact points on deformable faces; 0: vertices only
-  bool contact_reduction = true;  // of rigid flat faces, to the points that carry them
-  OrientationUpdate orientation = OrientationUpdate::exact;
-  bool keep_spin = true;                                // of soft bodies and bones that nothing touches
-  OverlapPolicy initial_overlap = OverlapPolicy::part;  // of bodies at frame 0
+  Accuracy accuracy = Accuracy::standard;                ///< Preset that the other members start from.
+  Integration integration = Integration::semi_implicit;  ///< Integration of the elastic forces.
+  int newton_iterations = 20;  ///< Largest number of Newton iterations of an implicit solve.
+  double cfl = 0.7;            ///< Time step as a fraction of the elastic stability limit.
+  Compression compression = Compression::damped;  ///< Treatment of elements that compression stiffens.
+  /// Lower bound on the elastic limit over the damping time tau of materials that damp for tau: their limit
+  /// is at least relaxation * tau. 1, in [0, 0.25]; 0: damping never raises the limit.
+  double relaxation = 0;
+  /// Largest depth by which bodies that meet may enter each other in a step, as a fraction of a moving body's
+  /// thickness, 1. Larger values make steps longer and contact less exact.
+  double max_travel = 0.1;
+  double max_rotation = 0.314159;   ///< Largest rotation of a rigid body in a step, rad.
+  double max_time_step = 1.0 / 48;  ///< Largest time step, s.
+  double cg_tolerance = 1e-3;       ///< Largest residual velocity of the conjugate gradients, m/s.
+  int cg_iterations = 1000;         ///< Largest number of conjugate-gradient iterations of a solve.
+  int collision_iterations = 5;     ///< Gauss-Seidel sweeps over the collisions of step II.
+  int contact_iterations = 20;      ///< Gauss-Seidel sweeps over the contacts of steps III and V.4.
+  /// True if small rigid islands are solved directly where sweeps leave an error.
+  bool whole_islands = true;
+  int max_substeps = 100'000;  ///< Largest number of steps of a frame; beyond it the simulation stops.
+  /// Largest relative error of the volume around a particle of an incompressible body after a step, 1.
+  double volume_tolerance = 1e-4;
+  int pressure_iterations = 100;  ///< Largest number of iterations of the pressure solves of I.2 and V.1.
+  int push_out_iterations = 4;    ///< Number of times that step IV.2 finds and resolves overlaps.
+  int push_out_sweeps = 10;  ///< Largest number of sweeps over the central bodies for one set of overlaps.
+  /// True if the first half of `push_out_iterations` removes a growing fraction of every overlap.
+  bool push_out_gradual = true;
+  PushOutOrder push_out_order = PushOutOrder::together;      ///< Order of the central bodies of step IV.2.
+  RigidPushOut rigid_push_out = RigidPushOut::all_contacts;  ///< Step IV.2 between rigid bodies.
+  bool deformable_collision = true;  ///< True if deformable bodies collide with each other and themselves.
+  Switch shock_propagation = Switch::automatic;  ///< Shock propagation after the contact sweeps.
+  /// Order of contact and solve in step V.
+  VelocityConstraints velocity_constraints = VelocityConstraints::after_solve;
+  /// Forward and backward sweeps of the contact projection in the conjugate gradients.
+  int projection_iterations = 2;
+  /// Order of the lattice of contact points on deformable faces, and on their edges from 2 on. 0: only
+  /// vertices are contact points.
+  int face_samples = 4;
+  /// True if flat rigid faces touch only with the points that carry the load.
+  bool contact_reduction = true;
+  OrientationUpdate orientation = OrientationUpdate::exact;  ///< Update of the rigid orientations.
+  bool keep_spin = true;  ///< True if deformable bodies and bones that nothing touches keep their spin.
+  OverlapPolicy initial_overlap = OverlapPolicy::part;  ///< Treatment of bodies that overlap at frame 0.
 };
 
-struct CameraKey {                     // what it leaves out is as the camera's own keys say
-  double time = 0;                     // s
-  std::optional<Vec3> position;        // m
-  std::optional<Vec3> target;          // m
-  std::optional<double> vertical_fov;  // degrees
+/// A keyframe of the camera. Members that are not given are those of the camera itself.
+struct CameraKey {
+  double time = 0;                     ///< Time of the keyframe, s.
+  std::optional<Vec3> position;        ///< Position of the eye, m.
+  std::optional<Vec3> target;          ///< Point in the middle of the picture, m.
+  std::optional<double> vertical_fov;  ///< Vertical angle of view, degrees.
 };
+
+/// The camera.
 struct Camera {
-  Vec3 position = Vec3(0, 2, 10);
-  Vec3 target = Vec3::Zero();
-  Vec3 up = Vec3::UnitY();
-  double vertical_fov = 30;               // degrees
-  std::vector<CameraKey> keyframes = {};  // it moves between them: CameraPath
+  Vec3 position = Vec3(0, 2, 10);         ///< Position of the eye, m, world space.
+  Vec3 target = Vec3::Zero();             ///< Point in the middle of the picture, m, world space.
+  Vec3 up = Vec3::UnitY();                ///< Direction that points up in the picture.
+  double vertical_fov = 30;               ///< Angle from the lower to the upper edge of the picture, degrees.
+  std::vector<CameraKey> keyframes = {};  ///< Keyframes that it moves between; see CameraPath.
 };
 
-enum class LightKind { area, point };
+/// Kinds of lights.
+enum class LightKind {
+  area,  ///< A disc that faces its target and casts soft shadows.
+  point  ///< A point that casts no shadows.
+};
+
+/// A light.
 struct Light {
-  std::string name;
-  LightKind kind = LightKind::area;
-  Vec3 position = Vec3(0, 10, 0);  // m
-  Vec3 target = Vec3::Zero();      // m; an area light is a disc that faces its target and casts soft shadows
-  double radius = 1;               // m, of the disc
-  double power = 1000;  // irradiance at distance d (facing): power / (4 pi d^2), as in the paper's pictures
-  Vec3 color = Vec3::Ones();  // linear RGB
-  bool shadow = true;         // point lights: false
+  std::string name;                  ///< Name, unique among the lights.
+  LightKind kind = LightKind::area;  ///< Kind of the light.
+  Vec3 position = Vec3(0, 10, 0);    ///< Position of the light, m, world space.
+  Vec3 target = Vec3::Zero();        ///< Point that an area light faces, m, world space.
+  double radius = 1;                 ///< Radius of the disc of an area light, m.
+  /// Power, as in the paper's pictures: a surface that faces the light at distance d has the irradiance
+  /// power / (4 pi d^2).
+  double power = 1000;
+  Vec3 color = Vec3::Ones();  ///< Color of the light, linear RGB, in [0, 1].
+  bool shadow = true;         ///< True if the light casts shadows; false for point lights.
 };
 
-struct Sky {                           // ambient light from all directions, and the background
-  Vec3 zenith = Vec3(0.45, 0.6, 0.9);  // linear RGB radiance
-  Vec3 horizon = Vec3(0.9, 0.93, 1.0);
-  double intensity = 0.5;  // factor on both as light
+/// Ambient light from all directions, which is also the background.
+struct Sky {
+  Vec3 zenith = Vec3(0.45, 0.6, 0.9);   ///< Radiance straight up, linear RGB.
+  Vec3 horizon = Vec3(0.9, 0.93, 1.0);  ///< Radiance at the horizon, linear RGB.
+  double intensity = 0.5;               ///< Factor on both as light, 1.
 };
 
+/// How a surface is drawn.
 struct Look {
-  std::string name;
-  Vec3 color = Vec3(0.8, 0.8, 0.8);   // linear RGB, base colour
-  double metallic = 0;                // 0..1
-  double roughness = 0.5;             // 0..1
-  std::string pattern;                // "" or "checker" (ground; bands that show spin on balls: "stripes")
-  Vec3 color2 = Vec3(0.6, 0.6, 0.6);  // second colour of the pattern
-  double pattern_size = 1;            // m
-  double opacity = 1;                 // 0..1, share of a pixel that hides what lies behind
-  std::vector<Vec3> spots;            // u, v, radius in texture coordinates: round spots of the second colour
+  std::string name;                  ///< Unique name, by which bodies refer to the look.
+  Vec3 color = Vec3(0.8, 0.8, 0.8);  ///< Base color, linear RGB, in [0, 1].
+  double metallic = 0;               ///< From 0 (plastic, stone, wood) to 1 (bare metal).
+  double roughness = 0.5;            ///< From 0 (mirror) to 1 (chalk).
+  std::string pattern;  ///< "checker", "stripes" (bands that show the spin of balls), or empty for none.
+  Vec3 color2 = Vec3(0.6, 0.6, 0.6);  ///< Color of the pattern and the spots, linear RGB, in [0, 1].
+  double pattern_size = 1;            ///< Size of the pattern's cells, m.
+  double opacity = 1;                 ///< Fraction of a pixel that hides what lies behind, in [0, 1].
+  /// Round spots of `color2`: u, v and radius in texture coordinates.
+  std::vector<Vec3> spots;
+  /// Largest number of spots; the renderer's shaders hold this many.
   static constexpr std::size_t most_spots = 16;
 };
 
-enum class ColorBy { look, strain };
-struct Render {
-  int width = 1280;
-  int height = 720;
-  int supersampling = 2;    // samples per pixel along each axis
-  int shadow_samples = 64;  // shadow maps shared by all shadow-casting lights and the sky
-  double exposure = 1.0;    // factor on radiance before tone mapping
-  ColorBy color = ColorBy::look;
-  double strain_range = 0.5;  // at the yellow end of the scale
+/// Meaning of the colors of deformable bodies.
+enum class ColorBy {
+  look,   ///< The look of the body.
+  strain  ///< Strain, from blue (none) to yellow (strain_range); red where elements are inverted.
 };
 
+/// Size and quality of the pictures.
+struct Render {
+  int width = 1280;               ///< Width of the picture, pixels.
+  int height = 720;               ///< Height of the picture, pixels.
+  int supersampling = 2;          ///< Samples per pixel along each axis.
+  int shadow_samples = 64;        ///< Shadow maps, shared by the shadow-casting lights and the sky; 0: none.
+  double exposure = 1.0;          ///< Factor on radiance before tone mapping, 1.
+  ColorBy color = ColorBy::look;  ///< Meaning of the colors of deformable bodies.
+  double strain_range = 0.5;      ///< |stretch - 1| at the yellow end of the strain colors, 1.
+};
+
+/// A validated scene.
 struct Scene {
-  std::string path;  // as given
-  std::string title;
-  std::string figure;               // of the paper, may be empty
-  int frames = 240;                 // frames 0..frames are written, frame 0 is the initial state
-  double fps = 24;                  // 1/s
-  Vec3 gravity = Vec3(0, -9.8, 0);  // m/s^2
-  std::vector<Material> materials;
-  std::vector<RigidBody> rigid;
-  std::vector<DeformableBody> deformable;
-  std::vector<Joint> joints;
-  std::optional<Ground> ground;
-  Solver solver;
-  Camera camera;
-  bool has_camera = false, has_sky = false;  // whether the file has [camera] and [sky]
-  std::vector<Light> lights;
-  Sky sky;
-  std::vector<Look> looks;
-  Render render;
+  std::string path;                        ///< Path of the scene file as given.
+  std::string title;                       ///< What the scene shows; may be empty.
+  std::string figure;                      ///< Figure of the paper that the scene follows; may be empty.
+  int frames = 240;                        ///< Number of the last frame; frame 0 is the initial state.
+  double fps = 24;                         ///< Frames per simulated second, 1/s.
+  Vec3 gravity = Vec3(0, -9.8, 0);         ///< Acceleration of gravity, m/s^2, world axes.
+  std::vector<Material> materials;         ///< Materials of the deformable bodies.
+  std::vector<RigidBody> rigid;            ///< Rigid bodies without the ground.
+  std::vector<DeformableBody> deformable;  ///< Deformable bodies.
+  std::vector<Joint> joints;               ///< Joints between rigid bodies.
+  std::optional<Ground> ground;            ///< The ground. None: there is none.
+  Solver solver;                           ///< Accuracy and bounds of the simulation.
+  Camera camera;                           ///< The camera.
+  bool has_camera = false,                 ///< True if the file has [camera].
+      has_sky = false;                     ///< True if the file has [sky].
+  std::vector<Light> lights;               ///< Lights; empty: the renderer may add one.
+  Sky sky;                                 ///< Ambient light and background.
+  std::vector<Look> looks;                 ///< Looks of surfaces.
+  Render render;                           ///< Size and quality of the pictures.
 };
 
 }  // namespace duet::scene

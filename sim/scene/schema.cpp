@@ -13,16 +13,19 @@ Bounds between(double lower, double upper) { return {.lower = lower, .upper = up
 Bounds above_up_to(double lower, double upper) {
   return {.lower = lower, .upper = upper, .lower_open = true};
 }
-// Fractions that the time step is proportional to: a millionth takes a million times as many steps.
+// Bounds of factors that the time step is proportional to. The smallest one takes a million times as many
+// steps as 1.
 const Bounds fraction_of_step{.lower = 1e-6, .upper = 1};
 Bounds strictly_between(double lower, double upper) { return {lower, upper, true, true}; }
 
+// Returns the choice of an enum value by its name; `names` are in the order of the enum.
 template <class Enum>
 Choice choice(Enum& target, std::vector<std::string_view> names) {
   return {std::move(names), static_cast<std::size_t>(target),
           [&target](std::size_t i) { target = static_cast<Enum>(i); }};
 }
 
+// Returns the choice of a text among `names`.
 Choice choice(std::string& target, std::vector<std::string_view> names) {
   std::size_t selected = 0;
   while (selected + 1 < names.size() && names[selected] != target) ++selected;
@@ -78,6 +81,7 @@ std::vector<Key> shape_keys(Shape& shape) {
   };
 }
 
+// Returns the key of a table of springs, which sets `given` if the file has it.
 Key springs_key(std::string_view name, SpringLaw& law, bool& given, std::string_view meaning) {
   return {
       name,
@@ -88,6 +92,7 @@ Key springs_key(std::string_view name, SpringLaw& law, bool& given, std::string_
       "", any, meaning};
 }
 
+// Bounds of the number of segments of a rod.
 const Bounds segments{.lower = 3, .upper = 1e5};
 
 std::vector<Key> shape_keys(DeformableShape& shape) {

@@ -1,4 +1,4 @@
-// Types, bounds and defaults of keys in words, for messages and the reference.
+// Writes types, bounds and defaults of keys as text, for messages and the reference.
 #include <cmath>
 
 #include <fmt/format.h>
@@ -18,6 +18,7 @@ std::string vector_text(const Vector& value) {
   return text + "]";
 }
 
+// Returns the type of a target as text.
 struct TypeText {
   std::string operator()(bool*) const { return "boolean"; }
   std::string operator()(std::optional<bool>*) const { return "boolean"; }
@@ -42,6 +43,7 @@ struct TypeText {
   std::string operator()(const List&) const { return "tables"; }
 };
 
+// Returns the value of a target as text.
 struct ValueText {
   std::string operator()(const bool* value) const { return *value ? "true" : "false"; }
   std::string operator()(const std::optional<bool>* value) const {

@@ -1,4 +1,4 @@
-// How much a scene holds, as `duet explain` prints it.
+// Holds the sizes of a scene's world, as `duet explain` prints them.
 #pragma once
 
 #include <string>
@@ -9,44 +9,56 @@
 
 namespace duet {
 
-struct GridSize {    // of a level set that bodies of one mesh share
-  std::string body;  // the first of them
-  int bodies = 0;
-  Vec3i nodes = Vec3i::Zero();
-  double spacing = 0;    // m
-  double thickness = 0;  // m, diameter of the largest ball inside
+/// Size of the level set that all bodies of one mesh at one scale share.
+struct GridSize {
+  std::string body;             ///< Name of the first of these bodies.
+  int bodies = 0;               ///< Number of these bodies.
+  Vec3i nodes = Vec3i::Zero();  ///< Nodes of the grid along each axis.
+  double spacing = 0;           ///< Distance of the nodes, m.
+  double thickness = 0;         ///< Diameter of the largest ball inside the mesh, m.
 };
-struct TetSize {     // of the tets that bodies of one shape share
-  std::string body;  // the first of them
-  int bodies = 0;
-  int tets = 0;
-  double smallest_altitude = 0;               // m, bounds the time step
-  double least_angle = 0, largest_angle = 0;  // degrees, between two faces of a tet
+/// Size of the tetrahedral mesh that all bodies of one shape share.
+struct TetSize {
+  std::string body;              ///< Name of the first of these bodies.
+  int bodies = 0;                ///< Number of these bodies.
+  int tets = 0;                  ///< Number of tetrahedra.
+  double smallest_altitude = 0;  ///< Smallest altitude of a tetrahedron, m; it bounds the time step.
+  double least_angle = 0,        ///< Smallest dihedral angle of a tetrahedron, degrees.
+      largest_angle = 0;         ///< Largest dihedral angle of a tetrahedron, degrees.
 };
-struct SkinSize {    // of a surface that is drawn in place of the tets' boundary, which touches
-  std::string body;  // the first of those that are alike
-  int bodies = 0;
-  int triangles = 0;
-  double outside = 0;  // m, the farthest that it lies out of the tets: so deep it may be drawn in others
-  double inside = 0;   // m, the farthest that it lies below their boundary: so wide a gap may be drawn
-  double extent = 0;   // m, the longest edge of the box around it
+/// Size of a skin that is drawn in place of the boundary of the tetrahedra, while that boundary is in
+/// contact.
+struct SkinSize {
+  std::string body;    ///< Name of the first of the bodies with equal sizes.
+  int bodies = 0;      ///< Number of these bodies.
+  int triangles = 0;   ///< Number of triangles.
+  double outside = 0;  ///< Largest distance outside the tetrahedra, m: it may be drawn this deep in others.
+  double inside = 0;   ///< Largest depth below their boundary, m: a gap this wide may be drawn.
+  double extent = 0;   ///< Longest edge of the axis-aligned box around the skin at rest, m.
 };
+/// Sizes of a world that has been built, its time step and the stages that it runs.
 struct WorldSizes {
-  int rigid_dynamic = 0, rigid_kinematic = 0, rigid_static = 0, deformable = 0;
-  int thin = 0;  // of the deformable ones: sheets and rods
-  int particles = 0, tets = 0, surface_triangles = 0;
-  int rigid_samples = 0;              // surface sample points of rigid bodies
-  int face_samples = 0;               // contact points on deformable faces and edges, vertices not counted
-  double lightest = 0, heaviest = 0;  // kg, of the dynamic bodies
-  std::vector<GridSize> grids;
-  std::vector<TetSize> tet_meshes;
-  std::vector<SkinSize> skins;      // without contact of their own
-  double elastic_dt = 0;            // s, the elastic bound on the time step at rest (0: no deformable body)
-  double undamped_elastic_dt = 0;   // s, the same if damping did not lift it (solver.relaxation)
-  double time_step = 0;             // s, the longest that the rule allows now
-  std::string time_step_bound;      // what bounds it, in words
-  std::vector<std::string> stages;  // labels of those of a step, in their order (sim/step/stage_table.h)
-  std::vector<InitialOverlap> initial_overlaps;
+  int rigid_dynamic = 0,        ///< Number of dynamic rigid bodies.
+      rigid_kinematic = 0,      ///< Number of kinematic rigid bodies.
+      rigid_static = 0,         ///< Number of static rigid bodies, with the ground.
+      deformable = 0;           ///< Number of deformable bodies.
+  int thin = 0;                 ///< Number of deformable bodies with a thickness: shells, rods and particles.
+  int particles = 0,            ///< Number of particles.
+      tets = 0,                 ///< Number of finite elements (tetrahedra).
+      surface_triangles = 0;    ///< Number of triangles on the contact surfaces of deformable bodies.
+  int rigid_samples = 0;        ///< Number of sample points on the surfaces of rigid bodies.
+  int face_samples = 0;         ///< Number of contact points on deformable faces and edges, without vertices.
+  double lightest = 0,          ///< Mass of the lightest dynamic or deformable body, kg; 0: there is none.
+      heaviest = 0;             ///< Mass of the heaviest dynamic or deformable body, kg; 0: there is none.
+  std::vector<GridSize> grids;  ///< Level sets of meshes.
+  std::vector<TetSize> tet_meshes;  ///< Tetrahedral meshes.
+  std::vector<SkinSize> skins;      ///< Skins that are drawn but not in contact.
+  double elastic_dt = 0;            ///< Elastic stability limit of the time step at rest, s; 0: none.
+  double undamped_elastic_dt = 0;   ///< The same limit without the effect of damping (solver.relaxation), s.
+  double time_step = 0;             ///< Largest time step that the rule allows in the current state, s.
+  std::string time_step_bound;      ///< What bounds `time_step`, such as "the turn of `bar`".
+  std::vector<std::string> stages;  ///< Labels of the stages that run, in order (sim/step/stage_table.h).
+  std::vector<InitialOverlap> initial_overlaps;  ///< Pairs of bodies that overlap at frame 0.
 };
 
 }  // namespace duet

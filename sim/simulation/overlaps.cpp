@@ -11,12 +11,13 @@
 namespace duet {
 namespace {
 
+// The deepest point found so far on the surface of a guest.
 struct Deepest {
-  double distance = 0;  // m, of the surface less half the thickness around it; negative inside
+  double distance = 0;  // m, from the host, less half the thickness around the surface; negative inside
   Vec3 place = Vec3::Zero();
 };
 
-// At one host.
+// Searches the deepest points of surfaces in one host.
 class Look {
  public:
   Look(const RigidBodies& rigid, const BodyBounds& bounds, int host, double spacing)
@@ -25,8 +26,10 @@ class Look {
         bounds_(bounds),
         spacing_(spacing) {}
 
-  // Halves what may reach deeper than what is known until it is no longer than the spacing: the distance
-  // changes by no more than the way.
+  // Updates `deepest` by the points of a triangle (m, world space) with the radius `around` (m) around it.
+  // Halves the triangle along its longest edge until its edges are no longer than the spacing. A part is
+  // skipped if none of its points can be deeper than the deepest one known: a signed distance changes by no
+  // more than the length of the displacement.
   void at_triangle(const Vec3& a, const Vec3& b, const Vec3& c, double around, Deepest& deepest) const {
     const Vec3 middle = (a + b + c) / 3;
     const double radius = std::max({(a - middle).norm(), (b - middle).norm(), (c - middle).norm()});
@@ -43,12 +46,13 @@ class Look {
   }
 
  private:
-  // At most the distance.
+  // Returns a cheap lower bound of the distance (m) of `x` from the host.
   double least_distance(const Vec3& x) const {
     const double outside = bounds_.is_half_space ? 0 : world_box(bounds_, 0).exteriorDistance(x);
     return outside > 0 ? outside : shape_.distance(pose_.to_body(x)) - shape_.tolerance();
   }
 
+  // Updates `deepest` by one point.
   void at(const Vec3& x, double around, Deepest& deepest) const {
     if (least_distance(x) - around >= deepest.distance) return;
     const double distance = shape_.exact(pose_.to_body(x)).distance - around;
@@ -61,6 +65,7 @@ class Look {
   double spacing_;
 };
 
+// Finds the deepest overlaps of all pairs of bodies whose bounds meet.
 class Finder {
  public:
   Finder(const World& world, const std::vector<BodySurface>& surfaces, double spacing)
@@ -84,6 +89,7 @@ class Finder {
   }
 
  private:
+  // Returns the deepest overlap of one pair. Two rigid bodies are searched both ways.
   Overlaps look(const BodyPair& pair) const {
     Overlaps found;
     if (pair.guest_rigid < 0) {
@@ -108,7 +114,8 @@ class Finder {
 
   Look host(int body) const { return {bodies_.rigid, search_.bounds[as_index(body)], body, spacing_}; }
 
-  // The ground has no surface of its own.
+  // Returns the deepest point of a rigid guest in the host `body`. The ground has no surface, so it is never
+  // a guest.
   Deepest of_rigid(int guest, int body) const {
     Deepest deepest;
     if (search_.bounds[as_index(guest)].is_half_space) return deepest;
@@ -120,6 +127,8 @@ class Finder {
     return deepest;
   }
 
+  // Returns the deepest point of a deformable guest in the host `body`. Segments and single particles are
+  // degenerate triangles.
   Deepest of_deformable(const DeformableBody& guest, int body) const {
     Deepest deepest;
     const Look look = host(body);

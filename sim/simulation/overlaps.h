@@ -1,5 +1,5 @@
-// How deep bodies lie in each other, looked at densely. Contact keeps points apart; what overlaps between
-// them, FrameStats::max_penetration does not see.
+// Measures how deep bodies overlap, with dense samples of their surfaces. FrameStats::max_penetration looks
+// at contact points only and misses overlaps between them.
 #pragma once
 
 #include <string>
@@ -8,19 +8,24 @@
 
 namespace duet {
 
+/// The deepest overlap of one kind of pairs.
 struct DeepestOverlap {
-  double depth = 0;           // m
-  std::string guest, host;    // the one whose surface lies deepest in the other; empty: none does
-  Vec3 place = Vec3::Zero();  // m, in world space
+  double depth = 0;           ///< Depth, m; 0: no overlap.
+  std::string guest,          ///< Name of the body whose surface lies inside the other; empty: no overlap.
+      host;                   ///< Name of the rigid body that it lies in; empty: no overlap.
+  Vec3 place = Vec3::Zero();  ///< Deepest point of the guest's surface, m, world space.
 };
 
+/// The deepest overlaps with rigid hosts: those of rigid guests and those of deformable guests.
 struct Overlaps {
-  DeepestOverlap rigid, deformable;  // of rigid guests and of deformable ones, in rigid hosts
+  DeepestOverlap rigid,  ///< Deepest overlap of a rigid body in another one.
+      deformable;        ///< Deepest overlap of a deformable body in a rigid one.
 };
 
-// Of the state now held: looks at places on the surfaces of all bodies, no farther apart than `spacing` (m,
-// of at most the sizes of the smallest parts that matter), but for pairs that contact passes over. Smooth
-// rigid surfaces are their triangles.
+/// Finds the deepest overlaps in the current state of `simulation`. Triangles and segments of all surfaces
+/// are subdivided until they are no longer than `spacing` (m), which should be at most the size of the
+/// smallest parts that matter. Pairs that contact excludes are skipped. Smooth rigid surfaces are represented
+/// by their render triangles.
 Overlaps find_overlaps(const Simulation& simulation, double spacing);
 
 }  // namespace duet

@@ -17,7 +17,8 @@
 namespace duet {
 namespace {
 
-// Every number that the next step reads but the remembered contacts, in a fixed order.
+// Calls visit(pointer, bytes) for every number that the next step reads, in a fixed order. Cached contacts
+// are not among them: they follow at the end of a saved state.
 template <class Visit>
 void visit_state(World& world, std::int64_t& frame, double& squared_frequency, Visit&& visit) {
   visit(&frame, sizeof frame);
@@ -40,9 +41,12 @@ void visit_state(World& world, std::int64_t& frame, double& squared_frequency, V
   visit(pressure.data(), pressure.size() * sizeof(double));
 }
 
-// Positions, velocities and forces beyond this have no finite squares of squares, which the step computes.
+// Largest magnitude of a loaded number, in its SI unit. The step computes fourth powers of positions,
+// velocities and forces, which must stay below the largest double, 1.8e308.
 constexpr double largest = 1e60;
-constexpr double rounding = 1e-6;  // of unit vectors, weights and places that never change
+// Largest error of unit vectors and weights, and of the poses of bodies that never move (relative beyond 1
+// m).
+constexpr double rounding = 1e-6;
 
 template <class... Values>
 [[noreturn]] void refuse(fmt::format_string<Values...> what, Values&&... values) {
@@ -50,7 +54,8 @@ template <class... Values>
                                      fmt::format(what, std::forward<Values>(values)...));
 }
 
-bool is_sound(double value) { return std::abs(value) <= largest; }  // false for NaN
+// Returns whether the value is a number of at most `largest` in magnitude; false for NaN.
+bool is_sound(double value) { return std::abs(value) <= largest; }
 bool is_sound(const Vec3& value) { return is_sound(value.x()) && is_sound(value.y()) && is_sound(value.z()); }
 
 template <class Value>
@@ -89,7 +94,8 @@ void check_rigid(const RigidBodies& rigid, const std::vector<RigidState>& built)
   }
 }
 
-// Of the contact's place on a deformable body, see ContactPoint::guest_point.
+// Checks the point, edge or face that a cached contact names on a deformable guest, see
+// ContactPoint::guest_point. `number` is the index of the contact, for messages.
 void check_soft_guest(const Bodies& bodies, const CachedContact& contact, std::size_t number) {
   const std::size_t points = bodies.points.size(), edges = bodies.edges.size();
   const bool is_on_surface = !contact.edge.normal.isZero(0);
@@ -107,6 +113,7 @@ void check_soft_guest(const Bodies& bodies, const CachedContact& contact, std::s
     refuse("contact {} is of face {}, and there are {}", number, face, bodies.triangles.size());
 }
 
+// Checks the edge contact of a cached contact.
 void check_lowest(const EdgePoint& lowest, std::size_t number) {
   for (const Vec3* vector : {&lowest.place, &lowest.normal, &lowest.foot})
     if (!is_sound(*vector)) refuse("contact {} has a place that is not finite", number);
@@ -136,6 +143,7 @@ void check_contact(const Bodies& bodies, const CachedContact& contact, std::size
            rigid.name[as_index(contact.guest_rigid)]);
 }
 
+// Returns the numbers that name a contact and by which contacts are sorted.
 auto name_of(const CachedContact& contact) {
   return std::tie(contact.host, contact.guest_rigid, contact.guest_point);
 }
@@ -149,7 +157,7 @@ void pack_state(World& world, std::int64_t frame, std::vector<unsigned char>& by
   visit_state(world, frame, frequency, [&](const void*, std::size_t more) { size += more; });
   bytes.resize(size);
   visit_state(world, frame, frequency, [&](const void* data, std::size_t more) {
-    if (more > 0) std::memcpy(bytes.data() + at, data, more);  // where there are no particles, data is null
+    if (more > 0) std::memcpy(bytes.data() + at, data, more);  // without particles, `data` is null
     at += more;
   });
   if (!memory.empty()) std::memcpy(bytes.data() + at, memory.data(), memory.size() * sizeof(CachedContact));
@@ -159,12 +167,12 @@ void unpack_state(const std::vector<unsigned char>& bytes, World& world, std::in
   double frequency = 0;
   std::size_t needed = 0;
   visit_state(world, frame, frequency, [&](const void*, std::size_t size) { needed += size; });
-  // Then follow as many remembered contacts as there were.
+  // The cached contacts follow, as many as there were when the state was saved.
   if (bytes.size() < needed || (bytes.size() - needed) % sizeof(CachedContact) != 0)
     refuse("it has {} bytes where {} and whole contacts are needed", bytes.size(), needed);
   std::size_t at = 0;
   visit_state(world, frame, frequency, [&](void* data, std::size_t size) {
-    if (size > 0) std::memcpy(data, bytes.data() + at, size);  // where there are no particles, data is null
+    if (size > 0) std::memcpy(data, bytes.data() + at, size);  // without particles, `data` is null
     at += size;
   });
   ContactCache& memory = world.context.memory;

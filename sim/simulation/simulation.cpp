@@ -29,10 +29,14 @@
 namespace duet {
 namespace {
 
-constexpr double smallest_retry = 1.0 / 64;  // of the rule's step, before a simulation is given up
-constexpr double least_refused = 1.0 / 32;   // of the rule's step; shorter ones are taken as they come out
+// Shortest step that is retried after a failure, as a fraction of the step that the rule allows; if it fails
+// too, the simulation ends. Smaller values retry longer before they give up.
+constexpr double smallest_retry = 1.0 / 64;
+// Steps longer than this fraction of the rule's step may be refused as too long for joints or energy. Shorter
+// ones are taken as they come out, so that refusals end before `smallest_retry` is reached.
+constexpr double least_refused = 1.0 / 32;
 
-// s, that the processors have spent on this program.
+// Returns the processor time (s) that all threads of this process have used.
 double processor_seconds() {
   timespec time{};
   ::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
@@ -44,19 +48,20 @@ double processor_seconds() {
 struct Simulation::Impl {
   scene::BuiltWorld built;
   scene::Scene scene;
-  std::int64_t frame = 0;
-  FrameStats stats;
-  std::vector<unsigned char> frame_start;  // the last good frame
-  std::vector<float> particle_strain;      // of the particles, as it is drawn
-  // Of volumes that springs hold together: their tets, and 1/m, of their edge matrices at rest.
+  std::int64_t frame = 0;                  // current frame
+  FrameStats stats;                        // of the current frame
+  std::vector<unsigned char> frame_start;  // saved state of the current frame, which is the last good one
+  std::vector<float> particle_strain;      // scratch: of every particle, the strain that is drawn
+  // Tetrahedra of volumes that are held by springs instead of finite elements, and the inverses of their edge
+  // matrices at rest (1/m).
   std::vector<Tet> spring_tets;
   std::vector<Mat3> spring_inverse_rest;
-  Parting parting;  // of what overlaps at frame 0
-  const std::atomic<bool>* stop = nullptr;
+  Parting parting;                          // displacements that part the bodies that overlap at frame 0
+  const std::atomic<bool>* stop = nullptr;  // flag of stop_when(), or null
 
   World& world() { return built.world; }
 
-  // A state from outside. Throws Error where it does not fit; the state before is back then.
+  // Loads a state from outside. If it does not fit, restores the current state and throws Error.
   void load_checked(const std::vector<unsigned char>& bytes) {
     const std::vector<RigidState> before = world().bodies.rigid.state;
     unpack_state(bytes, world(), frame);
@@ -68,7 +73,7 @@ struct Simulation::Impl {
     }
   }
 
-  // Of the step from `time` (s) on.
+  // Adds the bodies that were pinched in the step that began at `time` (s) to the statistics of the frame.
   void add_pinches(double time) {
     const Bodies& bodies = world().bodies;
     for (const Pinch& pinch : world().context.contacts.pinches) {
@@ -85,14 +90,17 @@ struct Simulation::Impl {
     }
   }
 
-  // Whether the frame takes more steps than the scene allows. `steps` are those that would follow; they count
-  // when some part of the frame is done, as a blow may bound the first of them alone.
+  // Returns whether the frame takes more steps than the scene allows. `steps` is the number of steps that
+  // would follow at the current step size. It counts only after `part` of the allowed steps, because a
+  // collision may shorten the first few steps alone, and only if it exceeds the allowed number by the factor
+  // `sure`, so that the estimate leaves no doubt.
   bool takes_too_many(double steps) const {
     constexpr double sure = 10, part = 0.01;
     const double most = scene.solver.max_substeps;
     return stats.substeps >= most || (stats.substeps >= part * most && stats.substeps + steps > sure * most);
   }
 
+  // Throws the error of a frame with too many steps. `time` and `dt` are those of the next step, s.
   [[noreturn]] void refuse_frame(double time, double dt, double steps) {
     SimulationFault fault;
     fault.stage = "time step";
@@ -111,8 +119,9 @@ struct Simulation::Impl {
     throw SimulationError(fault);
   }
 
-  // Divides the rest of the frame into equal steps no longer than the rule allows; a step that fails is tried
-  // again with half its size, and so is one that proves too long for the joints.
+  // Advances to the next frame. Each step is the rest of the frame divided into equal steps no longer than
+  // the fraction `share` of what the rule allows. A step that fails or is refused is repeated with half that
+  // fraction, which doubles again after each step that succeeds.
   void advance() {
     const double end = static_cast<double>(frame + 1) / scene.fps;
     double time = static_cast<double>(frame) / scene.fps;
@@ -150,7 +159,7 @@ struct Simulation::Impl {
     ++frame;
   }
 
-  // Before anything has moved.
+  // Finds the tetrahedra of volumes that are held by springs. Must be called before anything has moved.
   void take_spring_tets() {
     const Bodies& bodies = world().bodies;
     for (std::size_t d = 0; d < scene.deformable.size(); ++d) {
@@ -164,13 +173,14 @@ struct Simulation::Impl {
       spring_inverse_rest.push_back(edge_matrix(tet, bodies.particles.x).inverse());
   }
 
+  // Returns the drawn surfaces of the rigid bodies, in body space.
   std::vector<const Surface*> rigid_surfaces() const {
     std::vector<const Surface*> found;
     for (std::size_t i = 0; i < scene.rigid.size(); ++i) found.push_back(&built.shapes[i].surface.surface);
     return found;
   }
 
-  // One problem for each pair that overlaps.
+  // Throws SceneError with one problem for each pair of bodies that overlaps at frame 0.
   [[noreturn]] void refuse_overlaps() const {
     std::vector<SceneProblem> problems;
     for (const InitialOverlap& overlap : parting.overlaps) {
@@ -191,8 +201,8 @@ struct Simulation::Impl {
     throw SceneError(std::move(problems));
   }
 
-  // Looks whether the surfaces of deformable bodies are free of crossings, once those that overlap are
-  // parted.
+  // Throws SimulationError if surfaces of deformable bodies intersect or all but touch at frame 0, even after
+  // the overlapping bodies have been parted. Leaves the state unchanged otherwise.
   void check_surfaces() {
     Bodies& bodies = world().bodies;
     const std::vector<Vec3> x = bodies.particles.x;
@@ -203,7 +213,7 @@ struct Simulation::Impl {
     bodies.rigid.state = states;
   }
 
-  // What can be read from the state itself.
+  // Fills the statistics that follow from the current state alone, and saves the state in `frame_start`.
   void measure_state() {
     Bodies& bodies = world().bodies;
     stats.frame = static_cast<int>(frame);
@@ -230,6 +240,7 @@ struct Simulation::Impl {
     stats.hash = hash_bytes(frame_start.data(), frame_start.size());
   }
 
+  // Fills the statistics of what the steps of the frame did.
   void measure_work() {
     stats.stages.clear();
     for (const StageRow& row : stage_rows) {
@@ -377,11 +388,17 @@ void Simulation::rigid_motion(std::vector<RigidMotion>& out) const {
 
 namespace {
 
-// Of the surface of a thin body, which follows its particles (x, v) also with the angles between them:
-// (surface(x + h v) - surface(x)) / h, right to an order of h.
+// Appends the velocities (m/s) of the surface vertices of a thin body to `out`:
+//   (surface(x + h v) - surface(x)) / h.
+// The surface depends on the positions x (m) of its particles, which have the velocities v (m/s), and on the
+// angles between its elements; the error of the difference is of order h. `rest` is a surface with the
+// topology of the body.
 void add_thin_velocities(const scene::ThinShape& thin, Surface rest, std::span<const Vec3> x,
                          std::span<const Vec3> v, std::vector<Vec3f>& out) {
-  constexpr double h = 1e-5;  // s: the difference keeps six digits of positions that are kept to sixteen
+  // Step of the difference, s. The rounding of positions x, 1e-16 |x|, becomes 1e-11 |x| per second, and the
+  // truncation error is of order h, so that the result keeps some six digits, about as many as its floats. A
+  // larger value raises the truncation error, a smaller one the rounding error.
+  constexpr double h = 1e-5;
   std::vector<Vec3> later(x.begin(), x.end());
   for (std::size_t i = 0; i < later.size(); ++i) later[i] += h * v[i];
   std::visit([&](const auto& thick) { thick.update(x, rest); }, thin.surface);
@@ -446,6 +463,7 @@ std::vector<BodyLevelSet> Simulation::level_sets() const {
 
 namespace {
 
+// Returns the sizes of the grids of meshes, each one once.
 std::vector<GridSize> grid_sizes(const RigidBodies& rigid) {
   std::vector<GridSize> sizes;
   std::vector<const GridLevelSet*> known;

@@ -1,5 +1,5 @@
-// A scene in motion: builds the World of a scene and advances it frame by frame. What the program, the tests
-// and the studies use; the time step itself is sim/step/step.cpp.
+// Runs a scene: builds its World and advances it frame by frame. The program, the tests and the studies use
+// this class; the time step itself is in sim/step/step.cpp.
 #pragma once
 
 #include <atomic>
@@ -17,62 +17,72 @@ namespace duet {
 
 struct World;
 
+/// A simulation of one scene. It holds the state of one frame, frame 0 at first.
 class Simulation {
  public:
-  // Effects in `plan` are simulated, no others. Throws SimulationError if the initial state cannot be
-  // simulated, and SceneError where bodies overlap that solver.initial_overlap refuses.
+  /// Builds the world of `scene` with the effects of `plan` and no others. Throws Error if the world cannot
+  /// be built, SimulationError if the initial state is not finite, and SceneError if bodies overlap in a
+  /// scene with solver.initial_overlap = "refuse".
   Simulation(const scene::Scene& scene, const EffectSet& plan);
   ~Simulation();
   Simulation(const Simulation&) = delete;
   Simulation& operator=(const Simulation&) = delete;
 
-  // Keeps the ledger of momentum and energy from now on: stats().ledger. Costs time, changes no result.
+  /// Keeps the ledger of momentum and energy from now on, in stats().ledger. This costs time and changes no
+  /// result.
   void keep_ledger();
 
   /// Hands hashes of the state after every stage of every step to `sink` from now on
-  /// (sim/step/stage_hashes.h). Costs time, changes no result.
+  /// (sim/step/stage_hashes.h). This costs time and changes no result.
   void hash_stages(StageHashes::Sink sink);
 
-  int frame() const;         // of the state now held; 0 at first
-  FrameStats stats() const;  // of the frame now held (frame 0: no substeps)
+  int frame() const;         ///< Number of the current frame, 0 at first.
+  FrameStats stats() const;  ///< Statistics of the current frame. Frame 0 has no substeps.
 
-  /// The pairs of bodies that overlap at frame 0. Advancing from there begins with parting them.
+  /// Returns the pairs of bodies that overlap at frame 0. The first call of advance_frame() begins with
+  /// moving them apart.
   const std::vector<InitialOverlap>& initial_overlaps() const;
 
-  /// Hashes of the state now held, for each body and quantity; stats().hash is that of the whole state.
+  /// Returns hashes of the current state for each body and quantity. stats().hash is that of the whole state.
   std::vector<BodyHashes> state_hashes() const;
 
-  /// From now on advance_frame() gives up its frame soon after `flag` becomes true: it is looked at between
-  /// the stages of a step and in the iterations of its solvers. Null: never. The flag has to outlive its use.
+  /// Makes advance_frame() throw Stopped (sim/base/stop.h) soon after `flag` becomes true. The flag is read
+  /// between the stages of a step and in the iterations of its solvers, and has to outlive its use. Null: the
+  /// simulation never stops.
   void stop_when(const std::atomic<bool>* flag);
 
-  // Advances to the next frame. On an Error, be it a SimulationError or Stopped (sim/base/stop.h), the state
-  // of the last good frame is restored. A time step that fails is retried with half its size down to a floor
-  // before that.
+  /// Advances to the next frame. A time step that fails is retried with half its size, down to a floor. If
+  /// this fails too, or the flag of stop_when() is set, throws an Error (SimulationError or Stopped) and
+  /// restores the state of the last good frame.
   void advance_frame();
 
-  // The bodies' render surfaces in world space, in the order rigid bodies, deformable bodies of the scene
-  // (the ground has none). `out` keeps its storage from call to call; topology is constant.
+  /// Fills `out` with the render surfaces in world space: rigid bodies, then deformable bodies, in the order
+  /// of the scene. The ground has none. `out` keeps its storage from call to call; topology is constant.
   void surfaces(std::vector<BodySurface>& out) const;
-  /// The same at rest, m: rigid bodies in the axes of their pose, deformable bodies where they are at frame
-  /// 0, if the simulation has not moved yet.
+  /// Fills `out` with the render surfaces at rest, m, in the order of surfaces(). Rigid bodies are given in
+  /// the axes of their pose. Deformable bodies are given where they are now, so that this function is meant
+  /// for frame 0.
   void rest_surfaces(std::vector<BodySurface>& out) const;
-  /// Of the rigid bodies, in the scene's order.
+  /// Fills `out` with the motion of the rigid bodies, in the order of the scene.
   void rigid_motion(std::vector<RigidMotion>& out) const;
-  /// Of the positions of the render surfaces of all deformable bodies, one body after the other, m/s.
+  /// Fills `out` with the velocities (m/s, world axes) of the vertices of the render surfaces of all
+  /// deformable bodies, one body after the other.
   void surface_velocities(std::vector<Vec3f>& out) const;
-  // The signed distances of the rigid bodies, with their poses now. The size of the voxels follows the
-  // thickness of a body, and is bounded from below by the area of its surface.
+  /// Returns the signed distances of the rigid bodies with their current poses, in the order of the scene.
+  /// The voxel size follows from the thickness of a body and has a lower bound from the area of its surface;
+  /// see exported_voxel_size().
   std::vector<BodyLevelSet> level_sets() const;
 
-  // Everything the next step reads, as bytes; a simulation of the same scene that loads them continues
-  // bit-identically. load_state throws Error when the bytes do not fit this scene.
+  /// Returns everything that the next step reads, as bytes. A simulation of the same scene that loads them
+  /// continues bit-identically.
   std::vector<unsigned char> save_state() const;
+  /// Restores the state that save_state() returned. Throws Error and keeps the current state if `bytes` do
+  /// not fit this scene.
   void load_state(const std::vector<unsigned char>& bytes);
 
-  WorldSizes sizes() const;
-  World& world();
-  const World& world() const;
+  WorldSizes sizes() const;    ///< Numbers of bodies, particles and elements, for `duet explain`.
+  World& world();              ///< The world that the steps read and write.
+  const World& world() const;  ///< The world that the steps read and write.
 
  private:
   struct Impl;

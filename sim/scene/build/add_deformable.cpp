@@ -14,10 +14,12 @@
 namespace duet::scene {
 namespace {
 
-// Face samples start to act at this part of their spacing inside a body, so that flat contact rests on
-// vertices alone.
+// Depth at which face samples begin to act, as a fraction of their spacing, so that flat contact rests on
+// vertices alone. A larger value lets sharp features sink deeper into faces.
 constexpr double sample_allowance = 1e-3;
 
+// Returns a shell, rod or particle whose particles, elements and contact points begin at the current ends of
+// the lists.
 duet::DeformableBody begin_body(const DeformableBody& description, std::size_t node_count,
                                 const Bodies& bodies) {
   duet::DeformableBody body;
@@ -32,7 +34,8 @@ duet::DeformableBody begin_body(const DeformableBody& description, std::size_t n
   return body;
 }
 
-// Shares the mass of the body, if it is given, as the volumes would share that of the density.
+// Returns the masses (kg) of the nodes from their volumes (m^3): by the density of the material or, if the
+// mass of the body is given, by the density that yields this mass.
 std::vector<double> masses_of(const DeformableBody& description, const Material& material,
                               std::vector<double> volumes) {
   double total = 0;
@@ -42,8 +45,9 @@ std::vector<double> masses_of(const DeformableBody& description, const Material&
   return volumes;
 }
 
-// Points on particles that move with a dynamic body are left to the body. Those on particles that are held,
-// or that a kinematic body carries, are obstacles to rigid bodies.
+// Adds a contact point with its effective inverse mass sum w_i^2 / m_i, unless one of its particles is bound
+// to a dynamic rigid body, which touches with its own points. Points on particles that are held, or that a
+// kinematic body carries, are obstacles to rigid bodies.
 void add_point(SurfacePoint point, Bodies& bodies) {
   const Particles& particles = bodies.particles;
   for (std::size_t i = 0; i < as_index(point.count); ++i)
@@ -72,7 +76,8 @@ SurfacePoint sample_point(const BoundarySample& sample, int first_particle, doub
   return point;
 }
 
-// `samples` come after the vertices.
+// Adds the contact points of a body: first the vertices `nodes`, then `samples`. `reach` (m) is the distance
+// at which they touch.
 void add_points(const std::vector<int>& nodes, const std::vector<BoundarySample>& samples, double reach,
                 duet::DeformableBody& body, Bodies& bodies) {
   body.first_point = static_cast<int>(bodies.points.size());
@@ -84,6 +89,7 @@ void add_points(const std::vector<int>& nodes, const std::vector<BoundarySample>
   body.sample_count = body.first_point + body.point_count - vertices_end;
 }
 
+// Returns the edges of the triangles, each once.
 std::set<std::pair<int, int>> edges_of(const std::vector<Triangle>& triangles) {
   std::set<std::pair<int, int>> edges;
   for (const Triangle& t : triangles)
@@ -91,8 +97,9 @@ std::set<std::pair<int, int>> edges_of(const std::vector<Triangle>& triangles) {
   return edges;
 }
 
-// Between nodes of the body; surface points divide each of them into `parts`. Like points, those on particles
-// that move with a body are left to the body.
+// Adds the contact edges of a body, given by pairs of its nodes. Contact points divide each edge into `parts`
+// parts; below 2, no edge is added. As in add_point(), edges with a particle that is bound to a dynamic body
+// are left out.
 void add_edges(const std::set<std::pair<int, int>>& edges, int parts, double reach,
                duet::DeformableBody& body, Bodies& bodies) {
   if (parts < 2) return;
@@ -107,6 +114,8 @@ void add_edges(const std::set<std::pair<int, int>>& edges, int parts, double rea
   body.parts_per_edge = parts;
 }
 
+// Adds the forces of a shell that are in the plan: springs or membranes, and bending. The bending rigidity is
+// E t^3 / (12 (1 - nu^2)) times the material's factor, N m.
 void add_shell_forces(const std::vector<Triangle>& triangles, const std::vector<SheetEdge>& edges,
                       const Material& material, double thickness, const EffectSet& plan, Bodies& bodies) {
   const std::vector<Vec3>& x = bodies.particles.x;
@@ -133,14 +142,15 @@ void add_shell_forces(const std::vector<Triangle>& triangles, const std::vector<
   }
 }
 
-// `node(i)` is the particle of the i-th node, also one beyond the ends of a closed rod.
+// Adds the forces of a rod that are in the plan: stretching and bending. node(i) is the particle of the i-th
+// node; for a closed rod it may lie beyond the ends.
 template <class Node>
 void add_rod_forces(int segments, bool is_closed, Node&& node, const Material& material, double diameter,
                     const EffectSet& plan, Bodies& bodies) {
   const std::vector<Vec3>& x = bodies.particles.x;
   const std::vector<double>& inverse_mass = bodies.particles.inverse_mass;
   const double area = std::numbers::pi / 4 * diameter * diameter, axial = material.youngs_modulus * area;
-  // E I of a round rod, I = pi d^4 / 64
+  // Bending rigidity E I of a round rod, N m^2, with I = pi d^4 / 64 = A d^2 / 16.
   const double rigidity = material.bending_factor * axial * diameter * diameter / 16;
   if (plan[index(Effect::springs)])
     for (int i = 0; i < segments; ++i)
@@ -178,7 +188,8 @@ void add_particles(const DeformableBody& description, const EffectSet& plan, con
   const Placement& placement = description.placement;
   const Vec3 center = center_of_mass(nodes, mass);
   const bool is_hard = !description.attach_springs && plan[index(Effect::hard_bindings)];
-  std::vector<int> held(description.attach.size() + 1, 0);  // particles, by every body of `attach`; by none
+  std::vector<int> held(description.attach.size() + 1,
+                        0);  // numbers of particles by body of `attach`; last: by none
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     const auto pin =
         std::find_if(description.pins.begin(), description.pins.end(),
@@ -209,11 +220,13 @@ void add_volume_springs(const std::vector<Tet>& tets, const SpringLaw& law, Bodi
 
 namespace {
 
-// A rigid body that is thinner than the lattice of the face samples is wide could pass between them: coarse
-// faces get a finer one, down to half the thickness of the thinnest rigid body, as far as `most_samples` a
-// body reach.
+// Largest number of face samples of a body that fitted_order() may ask for. A larger value costs time in
+// contact with thin rigid bodies.
 constexpr double most_samples = 20000;
 
+// Returns the lattice order of a body's face samples, at least `order`. A rigid body that is thinner than the
+// spacing of the samples could pass between them. So the order is raised until the spacing is half the
+// thickness of the thinnest rigid body, as far as `most_samples` allows.
 int fitted_order(int order, const TetMesh& mesh, const std::vector<Triangle>& triangles,
                  const RigidBodies& rigid) {
   double thinnest = std::numeric_limits<double>::infinity(), longest = 0;
@@ -223,7 +236,7 @@ int fitted_order(int order, const TetMesh& mesh, const std::vector<Triangle>& tr
     for (std::size_t k = 0; k < 3; ++k)
       longest = std::max(longest, (mesh.nodes[as_index(t[k])] - mesh.nodes[as_index(t[(k + 1) % 3])]).norm());
   const double wanted = std::ceil(2 * longest / thinnest);
-  // A lattice of order n has about n^2 / 2 samples a triangle.
+  // A lattice of order n has about n^2 / 2 samples per triangle.
   const double affordable = std::sqrt(2 * most_samples / static_cast<double>(triangles.size()));
   return std::max(order, static_cast<int>(std::min(wanted, affordable)));
 }

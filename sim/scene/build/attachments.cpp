@@ -10,12 +10,13 @@
 namespace duet::scene {
 namespace {
 
+// The rigid body that holds a point.
 struct Holder {
-  std::size_t place = 0;  // in the list of names; their number if nothing holds the point
-  std::size_t body = 0;
+  std::size_t place = 0;  // index in the list of names; their number if nothing holds the point
+  std::size_t body = 0;   // number of the rigid body
 };
 
-// The first of the rigid bodies that the point is inside of.
+// Finds the first of the named rigid bodies that the point `x` (m, world space) lies inside of.
 Holder find_holder(const std::vector<std::string>& names, const Vec3& x, const RigidBodies& rigid) {
   for (std::size_t i = 0; i < names.size(); ++i) {
     const auto body = static_cast<std::size_t>(std::find(rigid.name.begin(), rigid.name.end(), names[i]) -
@@ -25,7 +26,8 @@ Holder find_holder(const std::vector<std::string>& names, const Vec3& x, const R
   return {names.size(), 0};
 }
 
-// The particle, which has no mass of its own or gives it away, moves with the body.
+// Makes the particle move with the rigid body. A dynamic body takes over its mass; with any other body the
+// particle loses its inverse mass.
 void hold(std::size_t particle, std::size_t body, Bodies& bodies) {
   RigidBodies& rigid = bodies.rigid;
   Particles& particles = bodies.particles;
@@ -39,6 +41,9 @@ void hold(std::size_t particle, std::size_t body, Bodies& bodies) {
   }
 }
 
+// Holds the particle to the rigid body by a zero-length spring to an anchor, a new particle without mass that
+// moves with the body. Stiffness gain * m (N/m) and damping 2 damping sqrt(gain) m (kg/s) follow from its
+// mass m.
 void tether(std::size_t particle, std::size_t body, const AttachSprings& springs, Bodies& bodies) {
   Particles& particles = bodies.particles;
   const std::size_t anchor = particles.size();
@@ -56,7 +61,6 @@ void tether(std::size_t particle, std::size_t body, const AttachSprings& springs
 
 }  // namespace
 
-// The particle moves with the kinematic body of that name, if the plan lets it move.
 void let_carry(const std::string& carrier, int particle, Bodies& bodies) {
   const std::vector<KinematicBody>& kinematic = bodies.rigid.kinematic;
   const auto found = std::find_if(kinematic.begin(), kinematic.end(), [&](const KinematicBody& body) {

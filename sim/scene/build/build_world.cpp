@@ -29,13 +29,16 @@
 namespace duet::scene {
 namespace {
 
-// Of the shortest edge of a surface: little to see, and much more than what moves in a step.
+// Default collision thickness of volumes as a fraction of the shortest edge of their surface. It is too small
+// to be seen, and much larger than the displacements of a step. A larger value leaves wider gaps.
 constexpr double default_collision_thickness = 0.1;
-// Of the same: shells that are thicker would repel their own neighbours where they fold sharply. Rods cannot
-// turn within their own width anyway.
+// Largest default collision thickness of shells as a fraction of the shortest edge. Thicker shells would
+// repel their own neighboring elements where they fold sharply. Rods need no such limit, because they cannot
+// turn within their own width.
 constexpr double largest_shell_thickness = 0.5;
 
-// `surface` is a rigid body or the ground.
+// Appends a rigid body to `rigid`. `mass` (kg) is 0 for static and kinematic bodies. `surface` gives the
+// coefficients of friction and restitution; it is a scene::RigidBody or the ground.
 template <class Surface>
 void add_rigid(RigidBodies& rigid, const std::string& name, const Solid& solid, double mass,
                const Surface& surface, const Placement& placement) {
@@ -54,7 +57,7 @@ void add_rigid(RigidBodies& rigid, const std::string& name, const Solid& solid, 
     properties.inverse_mass = 1 / mass;
     properties.inertia = mass * solid.unit_inertia;
   }
-  RigidState state;  // a placement puts the shape's own coordinates into the world
+  RigidState state;  // the placement takes the shape's own coordinates to the world
   state.pose.position = placement.position + placement.orientation * solid.frame.position;
   state.pose.orientation = placement.orientation * solid.frame.orientation;
   if (mass > 0) {
@@ -66,7 +69,7 @@ void add_rigid(RigidBodies& rigid, const std::string& name, const Solid& solid, 
   rigid.state.push_back(state);
 }
 
-// The rigid body added last follows the motion, which begins at time 0.
+// Makes the last rigid body kinematic: it follows `motion`, from the state at time 0 on.
 void make_kinematic(RigidBodies& rigid, KinematicMotion motion) {
   const MotionState start = motion_at(motion, 0);
   RigidState& state = rigid.state.back();
@@ -77,7 +80,8 @@ void make_kinematic(RigidBodies& rigid, KinematicMotion motion) {
   rigid.kinematic.push_back({rigid.size() - 1, std::move(motion)});
 }
 
-// Each particle gets a quarter of the mass of every tet around it.
+// Returns the lumped masses (kg) of the nodes: each node gets a quarter of the mass of every tetrahedron
+// around it.
 std::vector<double> lumped_masses(const TetMesh& mesh, double density) {
   std::vector<double> mass(mesh.nodes.size(), 0);
   for (const Tet& t : mesh.tets)
@@ -85,7 +89,8 @@ std::vector<double> lumped_masses(const TetMesh& mesh, double density) {
   return mass;
 }
 
-// Of a body with a skin: what is drawn, and how the tets carry it.
+// Returns the drawn surface of a body with a skin, bound to the tetrahedra that carry it. Throws Error
+// (usage) if the scene was read without meshes.
 BodyShape skinned(const scene::DeformableBody& description, const TetMesh& mesh, std::size_t first_particle) {
   if (!description.skin->mesh)
     throw Error(ExitStatus::usage,
@@ -98,10 +103,10 @@ BodyShape skinned(const scene::DeformableBody& description, const TetMesh& mesh,
   return shape;
 }
 
-// How far the skin lies from the boundary of the tets, both at rest. A vertex outside of all tets has a
-// negative weight.
+// Measures how far the vertices of the skin lie from the boundary of the tetrahedra, both at rest. A vertex
+// outside of all tetrahedra has a negative barycentric weight.
 SkinSize measure_skin(const BodyShape& skin, const TetMesh& mesh, const std::vector<Triangle>& boundary) {
-  constexpr double rounding = 1e-9;  // of weights, whose sum is 1
+  constexpr double rounding = 1e-9;  // error of a weight, absolute; the weights of a vertex add up to 1
   const TriangleTree tree(TriangleMesh{mesh.nodes, boundary, {}, {}});
   const Surface& surface = skin.surface.surface;
   SkinSize size{skin.name, 1, static_cast<int>(surface.triangles.size())};
@@ -117,6 +122,7 @@ SkinSize measure_skin(const BodyShape& skin, const TetMesh& mesh, const std::vec
   return size;
 }
 
+// Adds the size of a skin to the list, or counts it as one more body if an equal size is there.
 void add_skin_size(const SkinSize& size, std::vector<SkinSize>& sizes) {
   const auto alike = std::find_if(sizes.begin(), sizes.end(), [&](const SkinSize& other) {
     return other.triangles == size.triangles && other.outside == size.outside && other.inside == size.inside;
@@ -127,8 +133,10 @@ void add_skin_size(const SkinSize& size, std::vector<SkinSize>& sizes) {
     ++alike->bodies;
 }
 
-// Every triangle of the skin has its share of the mass by area, a third of it at each corner, and the nodes
-// that carry the corner have that by its weights: which keeps mass and centre of mass.
+// Adds the mass of a skin to the masses of the nodes that carry it. Mass is distributed over triangles by
+// area, a third of it to each corner, and from a corner to its nodes by the barycentric weights, so that
+// total mass and center of mass are kept. Throws Error (usage) if the skin reaches so far out of the
+// tetrahedra that a node's mass would not be positive.
 void add_skin_mass(const scene::DeformableBody& description, const BodyShape& skin,
                    std::vector<double>& masses) {
   const Surface& surface = skin.surface.surface;
@@ -156,9 +164,12 @@ void add_skin_mass(const scene::DeformableBody& description, const BodyShape& sk
                     description.name, *description.skin->mass, skin.skin.farthest_outside()));
 }
 
-// Whether the slowest deformation of the last body, with the frequency w of a bar as long as it is, does not
-// ring but creeps by far: damped for more than 10 times the critical 2/w. Up to three times that, contact
-// that is no part of the velocity solves does no harm.
+// Appends the damping of the last deformable body to World::strongly_damped and World::damping_time.
+//
+// With w = pi / L sqrt(E / rho), the angular frequency of the slowest deformation of a bar of the body's
+// length L, and the damping time tau, a body is strongly damped if tau w > `least`: tau is then more than 10
+// times the critical 2/w, and the body creeps instead of oscillating. Contact of such bodies is solved within
+// the velocity solves. Up to three times this limit, contact outside of them does no harm.
 void add_damping(const scene::DeformableBody& description, const Material& material, World& world) {
   constexpr double least = 20;
   const duet::DeformableBody& body = world.bodies.deformable.back();
@@ -167,14 +178,16 @@ void add_damping(const scene::DeformableBody& description, const Material& mater
   const double length = box.sizes().maxCoeff();
   const double frequency = std::numbers::pi / length * std::sqrt(material.youngs_modulus / material.density);
   double damping = material.damping * frequency, time = material.damping;
-  if (material.has_springs) {  // w over that of a spring on its particles is that of their distance
+  // The damping of springs is relative to the frequency of one spring on its particles, and w is pi over the
+  // number of particles along the body times that frequency.
+  if (material.has_springs) {
     const double count = body.particle_count;
     const double along = description.shape.is_volume()  ? math::cbrt(count)
                          : description.shape.is_shell() ? std::sqrt(count)
                                                         : count;
     damping = std::numbers::pi * material.springs.damping / along;
-    // 2 sqrt(k m) of critical damping over k, with the stiffness k of a spring as long as particles are
-    // apart.
+    // tau = 2 damping sqrt(m / k): the critical damping 2 sqrt(k m) over the stiffness k of a spring that
+    // connects neighboring particles.
     double mass = 0;
     for_each_particle(body, [&](std::size_t p) { mass += world.bodies.particles.mass[p]; });
     time = 2 * material.springs.damping *
@@ -184,6 +197,8 @@ void add_damping(const scene::DeformableBody& description, const Material& mater
   world.damping_time.push_back(time);
 }
 
+// Adds a volume: its particles, the forces of it that are in the plan, and its contact points. Returns its
+// drawn surface; the size of a skin without contact is added to `skins`.
 BodyShape add_volume(const Scene& scene, const EffectSet& plan, const scene::DeformableBody& description,
                      const TetMesh& mesh, Bodies& bodies, std::vector<SkinSize>& skins) {
   const Material& material = material_of(scene, description);
@@ -228,8 +243,9 @@ BodyShape add_volume(const Scene& scene, const EffectSet& plan, const scene::Def
     add_surface_points(mesh, triangles, scene.solver.face_samples, 0, body, bodies);
   bodies.deformable.push_back(body);
 
-  // Few triangles go around a curve of a filled surface or of tets from elsewhere, so that they meet at wide
-  // angles; only a lattice's edges are sharp for certain.
+  // Smallest angle (degrees) between normals at an edge that is drawn as sharp. On a lattice, sharp edges are
+  // known. On a filled surface, or on tetrahedra from a file, few triangles follow a curved part, so that
+  // they meet at large angles without an edge.
   const double crease = description.shape.kind == DeformableKind::box ? 40 : 75;
   if (is_drawn && !description.skin->contact) add_skin_size(measure_skin(*skin, mesh, triangles), skins);
   if (is_drawn) return std::move(*skin);
@@ -241,8 +257,8 @@ BodyShape add_volume(const Scene& scene, const EffectSet& plan, const scene::Def
   return shape;
 }
 
-// The mean length of the edges of the boundary, those of inner edges counted twice, or of a rod's segments; a
-// particle's diameter.
+// Returns the mean length (m) of the edges of a body's triangles, with inner edges counted twice, and of its
+// segments. For a single particle it is the diameter.
 double element_size(const duet::DeformableBody& body, const Bodies& bodies) {
   const std::vector<Vec3>& x = bodies.particles.x;
   double sum = 0;
@@ -259,7 +275,7 @@ double element_size(const duet::DeformableBody& body, const Bodies& bodies) {
   return count > 0 ? sum / count : body.thickness;
 }
 
-// What the bodies touch themselves and each other with.
+// Returns the surface by which deformable bodies touch themselves and each other.
 CollisionSurface collision_surface(const Scene& scene, const Bodies& bodies) {
   CollisionSurface surface;
   for (std::size_t i = 0; i < bodies.deformable.size(); ++i) {
@@ -281,8 +297,9 @@ CollisionSurface collision_surface(const Scene& scene, const Bodies& bodies) {
   return surface;
 }
 
-// Every frame's file holds all surfaces: the more round bodies there are, the smaller each one in the picture
-// and the coarser it may be. From 432 on a ball has 21 columns instead of 64.
+// Returns the resolution of the drawn surfaces of round bodies, in [1/3, 1], as shape_surface() takes it. The
+// file of every frame holds all surfaces, and the more round bodies there are, the smaller each of them is in
+// the picture. Up to 48 bodies have full resolution; from 432 on a ball has 21 columns instead of 64.
 double surface_detail(const Scene& scene) {
   const auto round = std::count_if(scene.rigid.begin(), scene.rigid.end(), [](const RigidBody& body) {
     return body.shape.kind != ShapeKind::box && body.shape.kind != ShapeKind::mesh;
@@ -290,10 +307,12 @@ double surface_detail(const Scene& scene) {
   return std::clamp(std::sqrt(48.0 / static_cast<double>(std::max<std::ptrdiff_t>(round, 1))), 1.0 / 3, 1.0);
 }
 
-// What the projection leaves of approach only touches the damping in a semi-implicit solve. In an implicit
-// one, where repulsions between surfaces are projected, it takes part in the elastic forces.
+// Smallest number of sweeps of the contact projection in an implicit solve. Velocities of approach that the
+// projection leaves affect only the damping in a semi-implicit solve. In an implicit solve, in which
+// repulsions between surfaces are projected as well, they affect the elastic forces. More sweeps cost time.
 constexpr int implicit_projection_sweeps = 10;
 
+// Converts the solver keys of a scene to the settings of the step.
 StepSettings step_settings(const Solver& solver) {
   StepSettings settings;
   settings.implicit_elasticity = solver.integration == Integration::implicit;
@@ -324,7 +343,7 @@ StepSettings step_settings(const Solver& solver) {
   return settings;
 }
 
-// Bodies and the bones that they are attached to do not touch.
+// Excludes contact between deformable bodies and the rigid bodies that they are attached to.
 void keep_apart(const Scene& scene, const EffectSet& plan, Bodies& bodies) {
   const std::vector<std::string>& names = bodies.rigid.name;
   for (std::size_t d = 0; d < scene.deformable.size(); ++d) {
@@ -337,7 +356,8 @@ void keep_apart(const Scene& scene, const EffectSet& plan, Bodies& bodies) {
   std::sort(bodies.apart_deformable.begin(), bodies.apart_deformable.end());
 }
 
-// Bound particles have no mass; for the bound of the time step they have a share of their body's.
+// Finalizes the internal forces with the masses that bound the time step. Bound particles have no mass of
+// their own; for this bound they get an equivalent mass of their rigid body.
 void finalize_forces(Bodies& bodies) {
   std::vector<double> mass = bodies.particles.mass, inverse_mass = bodies.particles.inverse_mass;
   std::map<std::size_t, double> equivalent;
@@ -350,7 +370,8 @@ void finalize_forces(Bodies& bodies) {
   bodies.forces.finalize(mass, inverse_mass);
 }
 
-// `frames` are the body spaces of the bodies in the coordinates of their shapes.
+// Adds the joints of the scene. `frames` are the body spaces of the rigid bodies in the coordinates of their
+// shapes.
 void add_joints(const Scene& scene, const EffectSet& plan, const std::vector<Pose>& frames, Bodies& bodies) {
   std::map<std::string, int> number;
   for (std::size_t i = 0; i < bodies.rigid.size(); ++i) number[bodies.rigid.name[i]] = static_cast<int>(i);
@@ -375,8 +396,9 @@ void add_joints(const Scene& scene, const EffectSet& plan, const std::vector<Pos
   std::sort(bodies.apart.begin(), bodies.apart.end());
 }
 
-// Drag carries the weight at the terminal speed: m k v^2 = m |g|. Bodies at rest in space have no weight,
-// which the reader reports.
+// Sets the drag coefficients k (1/m) of the bodies from their terminal speeds v:
+//   m k v^2 = m |g|.
+// Drag carries the weight at the terminal speed. The reader rejects terminal speeds without gravity.
 void add_air_drag(const Scene& scene, Bodies& bodies) {
   const auto drag = [&](const std::optional<double>& terminal_speed) {
     return terminal_speed ? scene.gravity.norm() / (*terminal_speed * *terminal_speed) : 0;
@@ -387,6 +409,7 @@ void add_air_drag(const Scene& scene, Bodies& bodies) {
     bodies.deformable[i].air_drag = drag(scene.deformable[i].terminal_speed);
 }
 
+// Sets the first guess of the accelerations (m/s^2), by which the first velocity solve begins, to free fall.
 void fall_freely(const Bodies& bodies, const Vec3& gravity, GeneralizedVelocity& acceleration) {
   acceleration.particle.resize(bodies.particles.size());
   for (std::size_t p = 0; p < bodies.particles.size(); ++p)

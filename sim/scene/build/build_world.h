@@ -1,4 +1,4 @@
-// From a validated scene to a World that can be stepped.
+// Converts a validated scene to a World that can be stepped.
 #pragma once
 
 #include <optional>
@@ -14,30 +14,35 @@
 
 namespace duet::scene {
 
-// A shell, a rod or a particle as it is drawn around its particles.
+/// The drawn surface of a shell, rod or particle around its particles.
 struct ThinShape {
-  std::variant<ThickSheet, Tube, Bead> surface;
-  std::size_t first_particle = 0, particle_count = 0;
+  std::variant<ThickSheet, Tube, Bead> surface;  ///< Makes the surface from positions of particles.
+  std::size_t first_particle = 0,                ///< Index of the first of its particles.
+      particle_count = 0;                        ///< Number of its particles.
 };
 
-// Render data that the step never reads.
+/// The drawn surface of a body. The step never reads it.
 struct BodyShape {
-  std::string name;
-  BoundarySurface surface;          // at rest, in body space; rigid bodies: vertex_nodes is empty
-  std::optional<ThinShape> thin{};  // of all but volumes: they have no boundary surface
-  // With a skin this is `surface`, without vertex_nodes, and the tets carry it.
-  CarriedSurface skin{};
-  std::size_t first_particle = 0;  // of those tets
+  std::string name;  ///< Name of the body.
+  /// Surface at rest, m: of rigid bodies in body space, of deformable bodies in the coordinates of the shape.
+  /// Its `vertex_nodes` (global particle indices) are empty except for volumes without a skin.
+  BoundarySurface surface;
+  /// Surface of a shell, rod or particle. None: the body is rigid or a volume.
+  std::optional<ThinShape> thin{};
+  CarriedSurface skin{};           ///< How tetrahedra carry `surface` if it is a skin; else empty.
+  std::size_t first_particle = 0;  ///< Index of the first particle of these tetrahedra.
 };
 
+/// A world with the data that only output needs.
 struct BuiltWorld {
-  World world;
-  std::vector<TetSize> tet_meshes;
-  std::vector<SkinSize> skins;    // of those without contact
-  std::vector<BodyShape> shapes;  // scene's rigid bodies, then deformable ones; the ground has none
+  World world;                      ///< The world.
+  std::vector<TetSize> tet_meshes;  ///< Sizes of the tetrahedral meshes.
+  std::vector<SkinSize> skins;      ///< Sizes of the skins that are not in contact.
+  std::vector<BodyShape> shapes;  ///< Drawn surfaces: rigid bodies, then deformable ones, without the ground.
 };
 
-// The ground, if any, is the last rigid body. Throws Error when something cannot be built.
+/// Builds the world of `scene` with the effects of `plan`. The rigid bodies keep the order of the scene; the
+/// ground, if any, is the last rigid body. Throws Error (usage) if something cannot be built.
 BuiltWorld build_world(const Scene& scene, const EffectSet& plan);
 
 }  // namespace duet::scene

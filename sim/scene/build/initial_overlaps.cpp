@@ -14,19 +14,33 @@
 namespace duet {
 namespace {
 
-constexpr double fine = 0.01, coarse = 0.25;  // slack of the depth that is reported, and on the way out
-constexpr int walk_steps = 32;                // along the normals of the deepest places
-// A walk out that is no longer than this many depths is taken without a look at other directions.
+// Relative errors of measured depths: `fine` for those that are reported and compared, `coarse` while a body
+// is moved out of another. Larger values measure faster and less exactly.
+constexpr double fine = 0.01, coarse = 0.25;
+// Largest number of displacements along the normals of the deepest points, see walk_out().
+constexpr int walk_steps = 32;
+// Length of a walk, as a multiple of the depth, up to which it is taken without trying other directions: no
+// displacement is shorter than the depth.
 constexpr double short_walk = 1.05;
-constexpr int most_strides = 100;    // along one direction
-constexpr double beyond = 1 + 1e-6;  // strides end behind the surface in spite of rounding
-constexpr int most_rounds = 50;      // of displacements
-constexpr int sweeps = 1000;         // over the overlaps of a round
-constexpr double least_gain = 0.01;  // of the sum of the squares of the depths, that a round has to take
-constexpr int most_repairs = 8;      // of a displacement that brings others to overlap
-constexpr int most_halvings = 3;     // of a round's displacement
+// Largest number of displacements along one direction, see stride_out().
+constexpr int most_strides = 100;
+// Factor on displacements by a depth, so that they end outside the surface in spite of rounding.
+constexpr double beyond = 1 + 1e-6;
+// Largest number of rounds, each of which displaces all bodies once.
+constexpr int most_rounds = 50;
+// Largest number of Gauss-Seidel sweeps over the demands of a round.
+constexpr int sweeps = 1000;
+// Smallest fraction of an island's sum of squared depths that a round must remove to be accepted.
+constexpr double least_gain = 0.01;
+// Largest number of times that a round's displacements are solved for again because they bring further pairs
+// to overlap.
+constexpr int most_repairs = 8;
+// Largest number of times that an island's displacement is reduced because it does not gain enough: it is
+// halved, and in the end dropped.
+constexpr int most_halvings = 3;
 
-// Bodies that move together.
+// Groups of bodies that move together, because joints, attachments or springs hold them together. A cluster
+// has the number of its first body.
 class Clusters {
  public:
   explicit Clusters(const Bodies& bodies)
@@ -42,7 +56,9 @@ class Clusters {
     weigh(bodies);
   }
 
+  // Returns the cluster of a body.
   int of(int body) const { return root_[as_index(body)]; }
+  // Returns the inverse mass of a cluster, 1/kg; 0 if something holds it.
   double inverse_mass(int cluster) const {
     return held_[as_index(cluster)] != 0 ? 0 : 1 / mass_[as_index(cluster)];
   }
@@ -54,11 +70,14 @@ class Clusters {
   }
   void join(int a, int b) { root_[as_index(std::max(find(a), find(b)))] = std::min(find(a), find(b)); }
 
+  // Returns the number of the deformable body that has the particle; -1: none.
   int deformable_of(const Bodies& bodies, std::size_t particle) const {
     const std::size_t body = body_of(bodies, static_cast<int>(particle));
     return body < bodies.deformable.size() ? static_cast<int>(rigid_count_ + body) : -1;
   }
 
+  // Sums the masses of the clusters and finds those that a static or kinematic body, a pin or a spring to
+  // such a body holds.
   void weigh(const Bodies& bodies) {
     for (std::size_t i = 0; i < rigid_count_; ++i) {
       mass_[as_index(root_[i])] += bodies.rigid.properties[i].mass;
@@ -71,7 +90,8 @@ class Clusters {
         if (bodies.particles.mass[p] > 0 && is_held(bodies.particles, p)) held_[cluster] = 1;
       });
     }
-    for (const Tether& tether : bodies.forces.tethers.all()) {  // to a body that no force moves
+    for (const Tether& tether :
+         bodies.forces.tethers.all()) {  // hold where the anchor is not bound to a dynamic body
       const bool is_bound =
           std::any_of(bodies.bound.begin(), bodies.bound.end(),
                       [&](const BoundParticle& b) { return b.particle == as_index(tether.b); });
@@ -83,22 +103,24 @@ class Clusters {
   std::size_t rigid_count_;
   std::vector<int> root_;
   std::vector<double> mass_;  // kg, of the clusters
-  std::vector<char> held_;
+  std::vector<char> held_;    // of the clusters: 1 if something holds it
 };
 
+// Two bodies that overlap.
 struct Overlap {
-  int a = -1, b = -1;
+  int a = -1, b = -1;  // numbers of the bodies, a < b
   OverlapProbe::Deepest deepest;
-  Vec3 way = Vec3::Zero();  // m, that takes b out of a
+  Vec3 way = Vec3::Zero();  // m, displacement that takes b out of a; zero: none found
 };
 
-// What a displacement is to do: n . (u_b - u_a) >= length.
+// A constraint on the displacements u of two bodies: n . (u_b - u_a) >= length.
 struct Demand {
   int a = -1, b = -1;
   Vec3 normal = Vec3::Zero();
-  double length = 0;  // m; negative: what may be closed
+  double length = 0;  // m; negative: the gap that may be closed
 };
 
+// Finds the overlaps of a world and the displacements that part them; see part_bodies().
 class Finder {
  public:
   Finder(const World& world, std::vector<const Surface*> rigid_surfaces)
@@ -144,6 +166,7 @@ class Finder {
     return is_rigid(body) ? bodies_.rigid.name[as_index(body)]
                           : bodies_.deformable[as_index(deformable(body))].name;
   }
+  // Returns the depth (m) to report: without the clearance, but with half the thicknesses of thin bodies.
   double depth(const Overlap& overlap) const {
     const double crossing = overlap.deepest.depth - probe_.clearance(overlap.a, overlap.b);
     return crossing > 0 ? crossing + probe_.thickness_between(overlap.a, overlap.b) : 0;
@@ -153,7 +176,7 @@ class Finder {
             overlap.deepest.place + shift_[as_index(overlap.a)]};
   }
 
-  // Whether forces move some particle of a deformable body.
+  // Returns whether forces move some particle of a deformable body.
   bool is_free(int body) const {
     bool free = false;
     for_each_particle(bodies_.deformable[as_index(deformable(body))], [&](std::size_t p) {
@@ -162,7 +185,7 @@ class Finder {
     return free;
   }
 
-  // Whether contact or self-collision keeps the two apart. a < b.
+  // Returns whether contact or self-collision keeps the two bodies apart. Requires a < b.
   bool touch(int a, int b) const {
     const CandidateFilter filter = world_.contact_filter();
     if (is_rigid(b))
@@ -181,7 +204,7 @@ class Finder {
 
   Vec3 relative_shift(int a, int b) const { return shift_[as_index(b)] - shift_[as_index(a)]; }
 
-  // All pairs that overlap where the bodies now are.
+  // Returns all pairs that overlap at the current displacements.
   std::vector<Overlap> find(double slack) {
     std::vector<Overlap> found;
     const int count = static_cast<int>(shift_.size());
@@ -200,7 +223,8 @@ class Finder {
     return found;
   }
 
-  // Along the normals of the deepest places, each by its depth. Zero if that leads nowhere.
+  // Returns the displacement (m) that takes b out of a by moving b along the normal at the deepest point by
+  // the depth there, again and again. Zero if that does not end outside.
   Vec3 walk_out(const Overlap& overlap) {
     Vec3 way = Vec3::Zero();
     OverlapProbe::Deepest deepest = overlap.deepest;
@@ -213,8 +237,8 @@ class Finder {
     return Vec3::Zero();
   }
 
-  // How far b has to go along a direction to leave a: at least by what is the deepest now. Infinite where
-  // that is more than `bound`.
+  // Returns how far (m) b has to move along `direction` to leave a. Each stride is as long as the current
+  // depth, which is a lower bound of what is left. Infinite if the distance exceeds `bound`.
   double stride_out(const Overlap& overlap, const Vec3& direction, double bound) {
     double length = 0;
     const Vec3 start = relative_shift(overlap.a, overlap.b);
@@ -227,7 +251,7 @@ class Finder {
     return std::numeric_limits<double>::infinity();
   }
 
-  // The shortest way found.
+  // Returns the shortest displacement (m) found that takes b out of a; zero if none was found.
   Vec3 way_out(const Overlap& overlap) {
     const Vec3 walk = walk_out(overlap);
     const double depth = overlap.deepest.depth;
@@ -248,6 +272,7 @@ class Finder {
   }
 
   int cluster(int body) const { return clusters_.of(body); }
+  // Returns whether displacements can move the body.
   bool can_move(int body) const {
     return clusters_.inverse_mass(cluster(body)) > 0 && frozen_[as_index(cluster(body))] == 0;
   }
@@ -255,7 +280,8 @@ class Finder {
     return cluster(overlap.a) != cluster(overlap.b) && (can_move(overlap.a) || can_move(overlap.b));
   }
 
-  // Displacements of the clusters that meet the demands.
+  // Returns the displacements (m) of the clusters that minimize sum m |u|^2 / 2 subject to the demands, by
+  // projected Gauss-Seidel on the multipliers `push`.
   std::vector<Vec3> displacements(const std::vector<Demand>& demands) const {
     std::vector<Vec3> u(shift_.size(), Vec3::Zero());
     std::vector<double> push(demands.size(), 0);
@@ -265,7 +291,7 @@ class Finder {
       return can_move(body) ? clusters_.inverse_mass(cluster(body)) : 0.0;
     };
     for (int sweep = 0; sweep < sweeps; ++sweep) {
-      double largest = 0;  // of the overlaps' lengths
+      double largest = 0;  // largest change of a relative displacement, as a fraction of the longest demand
       for (std::size_t i = 0; i < demands.size(); ++i) {
         const auto& [first, second, normal, length] = demands[i];
         Vec3 &a = u[as_index(cluster(first))], &b = u[as_index(cluster(second))];
@@ -281,7 +307,8 @@ class Finder {
     return u;
   }
 
-  // Displacements along the ways of the overlaps, by which no others get to overlap.
+  // Returns displacements (m) of the clusters that meet the demands of the overlaps. Pairs that these
+  // displacements would bring to overlap become demands as well.
   std::vector<Vec3> displacements_of(const std::vector<Overlap>& overlaps) {
     std::vector<Demand> demands;
     for (const Overlap& overlap : overlaps)
@@ -306,13 +333,14 @@ class Finder {
     return u;
   }
 
+  // Returns the displacements of the bodies after the clusters have moved by `u` from `start`, m.
   std::vector<Vec3> shifted(const std::vector<Vec3>& start, const std::vector<Vec3>& u) const {
     std::vector<Vec3> shift = start;
     for (std::size_t i = 0; i < shift.size(); ++i) shift[i] += u[as_index(clusters_.of(static_cast<int>(i)))];
     return shift;
   }
 
-  // The first cluster of those that overlaps connect.
+  // Returns the island of every cluster: the first cluster of those that overlaps of movable bodies connect.
   std::vector<int> islands(const std::vector<Overlap>& overlaps) const {
     std::vector<int> island(shift_.size());
     std::iota(island.begin(), island.end(), 0);
@@ -329,7 +357,7 @@ class Finder {
     return island;
   }
 
-  // Of every island, the sum of the squares of the depths of its bodies' overlaps.
+  // Returns the sum of squared depths (m^2) of the overlaps of every island's bodies.
   std::vector<double> squares(const std::vector<Overlap>& overlaps, const std::vector<int>& island) const {
     std::vector<double> sum(shift_.size(), 0);
     for (const Overlap& overlap : overlaps) {
@@ -342,8 +370,9 @@ class Finder {
     return sum;
   }
 
-  // Moves the bodies once, islands as far as their overlaps lessen; those whose do not stay from then on.
-  // Returns whether anything moved, and the overlaps there.
+  // Displaces the bodies once. Islands whose overlaps do not lessen move half as far, then not at all, and
+  // are frozen from then on. Returns whether anything moved, and replaces `overlaps` by those at the new
+  // positions.
   bool take_round(std::vector<Overlap>& overlaps) {
     bool any = false;
     for (Overlap& overlap : overlaps) {
@@ -385,9 +414,9 @@ class Finder {
   const Bodies& bodies_;
   OverlapProbe probe_;
   Clusters clusters_;
-  std::vector<std::pair<int, int>> near_;  // at the start
-  std::vector<Vec3> shift_;                // m, of every body
-  std::vector<char> frozen_;               // of every cluster: moving it does not help
+  std::vector<std::pair<int, int>> near_;  // pairs that contact parts and whose boxes meet at the start
+  std::vector<Vec3> shift_;                // m, current displacement of every body
+  std::vector<char> frozen_;               // of every cluster: 1 if moving it does not help
   bool has_moved_ = false;
 };
 

@@ -1,5 +1,5 @@
-// Bodies that overlap at the start of a scene: which ones, how deep, and by how much each of them is moved as
-// a whole to part them.
+// Finds the bodies that overlap at the start of a scene, how deep they do, and by how much each body is moved
+// as a whole to part them.
 #pragma once
 
 #include <string>
@@ -15,35 +15,41 @@ struct World;
 
 /// Two bodies that overlap at the start.
 struct InitialOverlap {
-  std::string first, second;
-  double depth = 0;           ///< m, of the deepest place of either surface in the other body; 0: they touch
-  Vec3 place = Vec3::Zero();  ///< m, where that is
-  Vec3 first_moves = Vec3::Zero(), second_moves = Vec3::Zero();  ///< m, to part all that overlaps
-  double left = 0;                                               ///< m, what these leave of the depth
+  std::string first,  ///< Name of one body.
+      second;         ///< Name of the other one.
+  double depth = 0;   ///< Depth of the deepest point of either surface in the other body, m; 0: they touch.
+  Vec3 place = Vec3::Zero();        ///< That point, m, world space.
+  Vec3 first_moves = Vec3::Zero(),  ///< Displacement of the first body that parts all that overlaps, m.
+      second_moves = Vec3::Zero();  ///< Displacement of the second body, m.
+  double left = 0;                  ///< Depth that remains after the displacements, m.
 };
 
-/// How the first frame begins: every body as a whole is moved by its displacement, which changes neither
+/// The displacements by which the first frame begins. Every body is moved as a whole, which changes neither
 /// elastic energy nor velocities.
 struct Parting {
-  std::vector<InitialOverlap> overlaps;
-  std::vector<std::pair<int, int>> left;  ///< rigid and deformable bodies that still overlap then, sorted
-  std::vector<Vec3> rigid, deformable;    ///< m, displacement of every body; all zero where nothing overlaps
-  bool moves() const;
+  std::vector<InitialOverlap> overlaps;   ///< All pairs that overlap.
+  std::vector<std::pair<int, int>> left;  ///< Rigid and deformable bodies that overlap afterwards, sorted.
+  std::vector<Vec3> rigid,                ///< Displacement of every rigid body, m; zero for bodies that stay.
+      deformable;                         ///< Displacement of every deformable body, m.
+  bool moves() const;                     ///< Returns whether any displacement is not zero.
 };
 
-/// Finds all pairs that contact would part and that overlap by more than rounding (1e-4 of the thinner body),
-/// and the displacements u that part them. These minimize sum m |u|^2 / 2 under n . (u_b - u_a) >= t for
-/// every pair, where t n is the shortest way found that takes b out of a: repeated at the new places as long
-/// as that lessens the overlaps of the bodies that are connected by them. Bodies that joints or attachments
-/// hold together move together; what a static or kinematic body or a pin holds stays.
+/// Finds all pairs that overlap and the displacements u (m) that part them:
+///   minimize sum m |u|^2 / 2 subject to n . (u_b - u_a) >= t for every pair (a, b),
+/// where t n is the shortest displacement found that takes b out of a. The problem is set up and solved again
+/// at the new positions as long as that lessens the overlaps of the bodies that they connect. Only pairs are
+/// considered that contact would part and that overlap by more than rounding, see
+/// OverlapProbe::least_depth(). Bodies that joints or attachments hold together move together. Bodies that a
+/// static or kinematic body or a pin holds stay. `rigid_surfaces` are the drawn surfaces of the rigid bodies
+/// in body space.
 Parting part_bodies(const World& world, std::vector<const Surface*> rigid_surfaces);
 
-/// Moves the bodies of the world by the displacements.
+/// Moves the bodies of the world, and the particles that they carry, by the displacements.
 void apply(const Parting& parting, World& world);
 
-/// "`ball` and `block` overlap by 0.6 m at (0, 0.4, 0)"
+/// Returns the overlap as text: "`ball` and `block` overlap by 0.6 m at (0, 0.4, 0)".
 std::string describe(const InitialOverlap& overlap);
-/// The same, and what the first step does about it.
+/// Returns the text of describe(), followed by the displacements and by what they leave of the depth.
 std::string describe_parting(const InitialOverlap& overlap);
 
 }  // namespace duet

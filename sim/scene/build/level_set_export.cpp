@@ -9,7 +9,7 @@
 namespace duet {
 namespace {
 
-// m^2, by closed formulas; of a mesh, the area of its bounding box.
+// Returns the area of the surface (m^2) by closed formulas; for a mesh, the area of its bounding box.
 double surface_area(const LevelSet& shape) {
   using std::numbers::pi;
   const double r = shape.radius, length = 2 * shape.half_length;
@@ -31,8 +31,9 @@ double surface_area(const LevelSet& shape) {
   return 2 * (size.x() * size.y() + size.y() * size.z() + size.z() * size.x());
 }
 
-// The size that the thickness asks for: the cells of a mesh's grid; of other shapes 1/40 of the thickness, or
-// 1/8 where a thin, wide body would have more than 100 voxels along its longest extent.
+// Returns the voxel size (m) that the thickness of the shape asks for: the cell of a mesh's grid. For other
+// shapes it is 1/40 of the thickness, or up to 1/8 if a thin, wide body would have more than 100 voxels along
+// its longest extent, `longest` (m).
 double fine_enough(const LevelSet& shape, double longest) {
   if (shape.kind == LevelSet::Kind::grid) return shape.grid->grid().spacing;
   const double thickness = shape.smallest_size();
@@ -41,10 +42,13 @@ double fine_enough(const LevelSet& shape, double longest) {
 
 }  // namespace
 
-// size >= sqrt(area / most_squares): bounds the voxels of plates. The band is six voxels deep: 6e6 in all.
-// size >= longest / most_along: bounds those of wires, whose band is wider than they are. Some 40 voxels lie
-//   across it: 8e5 in all.
-// size >= least: OpenVDB refuses transforms of a determinant below 3e-15, which is 1.44e-5 cubed.
+// The size is the largest of the following values.
+// - fine_enough(): the size that the thickness asks for.
+// - sqrt(area / most_squares): bounds the voxels of plates. The narrow band is six voxels deep, so that
+//   there are at most 6e6 voxels.
+// - longest / most_along: bounds the voxels of wires, whose band is wider than they are. Some 40 voxels
+//   lie across it, so that there are at most 8e5 voxels.
+// - least (m): OpenVDB refuses transforms with a determinant below 3e-15 = (1.44e-5)^3.
 // Files and memory of thin plates are proportional to most_squares, those of thin wires to most_along.
 double exported_voxel_size(const LevelSet& shape) {
   constexpr double most_squares = 1e6, most_along = 2e4, least = 2.2e-5;

@@ -37,7 +37,7 @@ OrientationTrack orientations(const RigidBody& body) {
 
 KinematicMotion kinematic_motion(const RigidBody& body, const Pose& frame) {
   KinematicMotion motion{positions(body), orientations(body), {}, {}, frame};
-  if (has_turning_keyframes(body)) {  // they turn the body from how it is placed
+  if (has_turning_keyframes(body)) {  // these turn the body from its placement
     motion.frame.position = body.placement.orientation * frame.position;
     motion.frame.orientation = body.placement.orientation * frame.orientation;
   }

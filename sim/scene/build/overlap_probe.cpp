@@ -10,15 +10,18 @@ namespace duet {
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
-// Of the thinner body's thickness, and of the smaller body's extent: the distance of the places looked at.
+// Spacing of the points at which overlaps are measured: the larger of `of_thickness` times the thinner body's
+// thickness and `of_extent` times the smaller body's diagonal. Larger values are faster and miss more.
 constexpr double of_thickness = 0.02, of_extent = 0.01;
 
-// Whether surface points that the tetrahedra carry touch rigid bodies in place of their boundary (a skin).
+// Returns whether rigid bodies touch the vertices of a skin that the tetrahedra carry, in place of the
+// boundary of the tetrahedra. Such points depend on four particles.
 bool touches_with_skin(const Bodies& bodies, const DeformableBody& body) {
   return body.triangle_count > 0 && body.point_count > 0 &&
          bodies.points[as_index(body.first_point)].count == 4;
 }
 
+// Returns whether the body has a closed boundary that is its contact surface.
 bool is_volume(const Bodies& bodies, const DeformableBody& body) {
   return body.triangle_count > 0 && body.thickness == 0 && !touches_with_skin(bodies, body);
 }
@@ -90,7 +93,8 @@ const OverlapProbe::Body& OverlapProbe::prepared(int body) {
   return made;
 }
 
-// Balls and capsules are what surrounds their middle; other shapes have the surface that is drawn.
+// Fills `made` for a rigid body. A ball or capsule is a point or segment with a radius around it; other
+// shapes have their drawn surface.
 void OverlapProbe::prepare_rigid(std::size_t body, Body& made) const {
   const LevelSet& shape = bodies_.rigid.properties[body].shape;
   const Pose& pose = bodies_.rigid.state[body].pose;
@@ -113,6 +117,8 @@ void OverlapProbe::prepare_rigid(std::size_t body, Body& made) const {
   }
 }
 
+// Fills `made` for a deformable body: its vertices if it touches with a skin, else its triangles and
+// segments, or its only particle. Volumes also get a signed distance.
 void OverlapProbe::prepare_deformable(const DeformableBody& body, Body& made) const {
   const std::vector<Vec3>& x = bodies_.particles.x;
   made.around = body.thickness / 2;
@@ -148,7 +154,8 @@ void OverlapProbe::prepare_deformable(const DeformableBody& body, Body& made) co
   made.mesh = std::make_unique<MeshDistance>(mesh);
 }
 
-// See collision_surface.h: the mean of the thicknesses; a little more, for what is left of the overlap.
+// Returns the distance (m) at which repulsions between two deformable bodies end: `repulsion_range` times the
+// mean of their collision thicknesses (CollisionBody::thickness), plus the clearance; 0 if one body is rigid.
 double OverlapProbe::rest_distance(int a, int b) const {
   if (!both_deformable(a, b)) return 0;
   const std::vector<CollisionBody>& collision = bodies_.collision_surface.bodies;
@@ -167,7 +174,8 @@ double OverlapProbe::thickness_between(int a, int b) const {
   return (thickness(a) + thickness(b)) / 2;
 }
 
-// At most the distance of x (m, where the host stands) from the host.
+// Returns a lower bound of the distance (m) of `x` (m, world space with the host at its position) from the
+// host.
 double OverlapProbe::least_distance(const Search& search, const Vec3& x) const {
   const auto host = as_index(search.number);
   const double outside = bounds_[host].is_half_space ? 0 : boxes_[host].exteriorDistance(x);
@@ -177,6 +185,7 @@ double OverlapProbe::least_distance(const Search& search, const Vec3& x) const {
   return shape.distance(bodies_.rigid.state[host].pose.to_body(x)) - shape.tolerance();
 }
 
+// Returns the exact signed distance of `x` from the host, with the normal in world axes.
 SignedDistance OverlapProbe::exact(const Search& search, const Vec3& x) const {
   if (!search.host->level_set) return search.host->mesh->at(x);
   const Pose& pose = bodies_.rigid.state[as_index(search.number)].pose;
@@ -185,7 +194,7 @@ SignedDistance OverlapProbe::exact(const Search& search, const Vec3& x) const {
   return found;
 }
 
-// `nearest` is at most the distance of x.
+// Updates the search by the point `x`. `nearest` is a lower bound of its distance.
 void OverlapProbe::look_at(const Vec3& x, double nearest, Search& search) const {
   const double known = std::max(search.depth, search.least);
   if (search.around - nearest <= known) return;
@@ -196,8 +205,9 @@ void OverlapProbe::look_at(const Vec3& x, double nearest, Search& search) const 
   search.normal = found.normal;
 }
 
-// Halves what may reach deeper than what is known until it is no longer than the spacing: the distance
-// changes by no more than the way.
+// Updates the search by a triangle. Halves it along its longest edge until its edges are no longer than the
+// spacing. A part is skipped if none of its points can be deeper than the deepest one known by more than the
+// slack: a signed distance changes by no more than the length of the displacement.
 void OverlapProbe::look_at(const Vec3& a, const Vec3& b, const Vec3& c, Search& search) const {
   const Vec3 middle = (a + b + c) / 3;
   const double radius = std::max({(a - middle).norm(), (b - middle).norm(), (c - middle).norm()});
@@ -217,6 +227,8 @@ void OverlapProbe::look_at(const Vec3& a, const Vec3& b, const Vec3& c, Search& 
   }
 }
 
+// Searches the deepest point of the guest, displaced by `shift`, in the host. Only points deeper than `depth`
+// (m) count. `clearance` (m) is the radius around the pieces of two deformable bodies.
 OverlapProbe::Search OverlapProbe::search_in(int host, int guest, const Vec3& shift, double slack,
                                              double clearance, double depth) {
   Search search;

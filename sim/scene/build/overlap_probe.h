@@ -1,5 +1,5 @@
-// How deep two bodies of any kind lie in each other, looked at on their surfaces, also where one of them is
-// moved as a whole.
+// Measures how deep two bodies of any kind overlap, by points on their surfaces, also with one of them
+// displaced as a whole.
 #pragma once
 
 #include <algorithm>
@@ -12,69 +12,75 @@
 
 namespace duet {
 
-/// Bodies are numbered as in guest_node: rigid ones first, then deformable ones. All of them are looked at
-/// where they stand when the probe is made.
+/// Measures overlaps of the bodies at the positions that they have when the probe is made; they must not move
+/// while it is in use. Bodies are numbered as in guest_node: rigid ones first, then deformable ones.
 class OverlapProbe {
  public:
-  /// `rigid_surfaces` are those of the rigid bodies in body space, as they are drawn; bodies beyond their
-  /// number (the ground) have none.
+  /// `rigid_surfaces` are the drawn surfaces of the rigid bodies in body space; bodies beyond their number
+  /// (the ground) have none. `bodies` must outlive the probe.
   OverlapProbe(const Bodies& bodies, std::vector<const Surface*> rigid_surfaces);
 
-  /// The place of the surface of one of two bodies that lies deepest in the other one.
+  /// The point of the surfaces of two bodies that lies deepest in the other body.
   struct Deepest {
-    double depth = 0;           ///< m, of the surface and what is around it; 0: apart
-    Vec3 place = Vec3::Zero();  ///< m, in world space, where the first body stands
-    Vec3 way = Vec3::Zero();    ///< unit, in which the second body leaves the first one there
+    double depth = 0;           ///< Depth, m, with the radius around the surface included; 0: apart.
+    Vec3 place = Vec3::Zero();  ///< The point, m, world space, with the first body at its position.
+    Vec3 way = Vec3::Zero();    ///< Unit direction in which the second body leaves the first one.
   };
-  /// Looks at the bodies `a` and `b` with b moved by `shift` (m) against a. The depth is found to the part
-  /// `slack` of it, and to the distance between the places that are looked at, a 50th of the thinner body or
-  /// a 100th of the smaller one. Overlaps below least_depth() count as none.
+  /// Returns the deepest overlap of the bodies `a` and `b` with b displaced by `shift` (m) against a. The
+  /// depth is found to within the fraction `slack` of it, and to the spacing of the points: the larger of a
+  /// 50th of the thinner body's thickness and a 100th of the smaller body's diagonal. Overlaps below
+  /// least_depth() count as none.
   Deepest deepest(int a, int b, const Vec3& shift, double slack) {
     return deepest(a, b, shift, slack, clearance(a, b));
   }
-  /// The same of the way to where repulsions have nothing to part: those of two deformable bodies act within
-  /// their collision thickness.
+  /// Returns the deepest overlap as deepest() does, but for two deformable bodies measured to the distance at
+  /// which repulsions between them end: these act within their collision thickness.
   Deepest deepest_to_rest(int a, int b, const Vec3& shift, double slack) {
     return deepest(a, b, shift, slack, rest_distance(a, b));
   }
-  /// Shallower overlaps (m) of the two are left to contact: 1e-4 of the thinner body, or 1e-5 where both are
-  /// deformable.
+  /// Returns the depth (m) below which overlaps of the two are left to contact: 1e-4 of the thinner body's
+  /// thickness, or 1e-5 of it if both are deformable.
   double least_depth(int a, int b) const {
     return (both_deformable(a, b) ? rounding_of_deformable : rounding) * thinner(a, b);
   }
 
-  /// Deformable bodies may not even touch at the start: those nearer than this (m) are looked at as if they
-  /// overlapped. Zero where one of the two is rigid.
+  /// Returns the distance (m) below which two deformable bodies count as overlapping, because they may not
+  /// even touch at the start. It is 0 if one of the two is rigid.
   double clearance(int a, int b) const { return both_deformable(a, b) ? 2 * least_depth(a, b) : 0; }
-  /// Half the thickness of thin ones of two deformable bodies, which is no part of Deepest::depth, m.
+  /// Returns the mean thickness (m) of two deformable bodies, which Deepest::depth does not include. It is 0
+  /// if one of the two is rigid.
   double thickness_between(int a, int b) const;
 
-  /// Whether the boxes around the two meet, with b moved by `shift` (m) against a.
+  /// Returns whether the bounding boxes of the two meet, with b displaced by `shift` (m) against a.
   bool boxes_meet(int a, int b, const Vec3& shift) const { return boxes_meet(a, b, shift, clearance(a, b)); }
-  /// Directions that are worth a try to part the two: axes and diagonals of either body and of the world, and
-  /// the line of their centers. Unit vectors, in which b leaves a.
+  /// Returns unit directions in which b may leave a: axes and diagonals of either body and of the world, and
+  /// the line of their centers. If one of the two is the ground, it is the ground's normal alone.
   std::vector<Vec3> directions(int a, int b, const Vec3& shift) const;
 
  private:
-  // Of the thinner body: what places in a file, rounded to some digits, let bodies overlap by is left to
-  // contact. Deformable bodies may not cross at all.
+  // Depths that are left to contact, as fractions of the thinner body's thickness: positions in a file are
+  // rounded to some digits, so that bodies that are meant to touch overlap a little. For two deformable
+  // bodies the value is smaller, as they may not cross at all. Larger values leave deeper overlaps to
+  // contact.
   static constexpr double rounding = 1e-4, rounding_of_deformable = 1e-5;
 
+  // A body prepared for searches.
   struct Body {
-    bool is_ready = false;
-    std::vector<std::array<Vec3, 3>> pieces;  // m; those of curves and points are flat triangles
-    double around = 0;                        // m, how far the body reaches beyond them
-    const LevelSet* level_set = nullptr;      // what tells inside from outside: of a rigid body,
-    std::unique_ptr<MeshDistance> mesh;       // of a deformable volume; thin bodies have no inside
+    bool is_ready = false;                    // true once the other members are filled
+    std::vector<std::array<Vec3, 3>> pieces;  // m, world space; those of curves and points are degenerate
+    double around = 0;                        // m, radius by which the body extends beyond the pieces
+    const LevelSet* level_set = nullptr;      // signed distance of a rigid body, else null
+    std::unique_ptr<MeshDistance> mesh;       // signed distance of a deformable volume, else null
     bool has_inside() const { return level_set || mesh; }
   };
+  // The state of a search for the deepest point of a guest's pieces in a host.
   struct Search {
-    const Body* host = nullptr;
-    int number = 0;     // of the host
-    double around = 0;  // m, around the guest's pieces
-    double least = 0, spacing = 0, slack = 0;
-    double depth = 0;
-    Vec3 place = Vec3::Zero(), normal = Vec3::Zero();
+    const Body* host = nullptr;                        // body whose inside is searched
+    int number = 0;                                    // its number
+    double around = 0;                                 // m, radius around the guest's pieces
+    double least = 0, spacing = 0, slack = 0;          // m, m, 1; see deepest()
+    double depth = 0;                                  // m, largest depth found so far
+    Vec3 place = Vec3::Zero(), normal = Vec3::Zero();  // m, the point there and the host's outward normal
   };
 
   bool both_deformable(int a, int b) const { return as_index(std::min(a, b)) >= bodies_.rigid.size(); }
@@ -96,8 +102,8 @@ class OverlapProbe {
   std::vector<const Surface*> rigid_surfaces_;
   std::vector<BodyBounds> bounds_;
   std::vector<Eigen::AlignedBox3d> boxes_;
-  std::vector<double> thickness_;  // m, of the thinnest extent
-  std::vector<Body> bodies_seen_;
+  std::vector<double> thickness_;  // m, of every body: its largest inner ball, or its smallest extent
+  std::vector<Body> bodies_seen_;  // of every body, filled at its first use
 };
 
 }  // namespace duet

@@ -15,14 +15,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* ending = ".tets";
+constexpr const char* ending = ".tets";  // of the names of the files
 
 TetCache& cache() {
   static TetCache the_cache;
   return the_cache;
 }
 
-// The beginning of a file. `hash` is that of all that follows it.
+// The beginning of a file. Nodes and tetrahedra follow it; `hash` is the hash of their bytes.
 struct Head {
   std::array<char, 8> magic = {'d', 'u', 'e', 't', 't', 'e', 't', '1'};
   TetKey key{};
@@ -33,6 +33,7 @@ fs::path path_of(const TetKey& key) {
   return cache().folder / fmt::format("{:016x}{:016x}{}", key[0], key[1], ending);
 }
 
+// Returns the files of the cache in `folder`; none if it cannot be read.
 std::vector<fs::directory_entry> files_of(const fs::path& folder) {
   std::vector<fs::directory_entry> files;
   std::error_code unreadable;
@@ -41,6 +42,7 @@ std::vector<fs::directory_entry> files_of(const fs::path& folder) {
   return files;
 }
 
+// Returns the mesh that the bytes of a file hold; none if they are damaged or belong to another key.
 std::optional<TetMesh> parse(const std::string& bytes, const TetKey& key) {
   Head head;
   const Head expected;
@@ -60,7 +62,7 @@ std::optional<TetMesh> parse(const std::string& bytes, const TetKey& key) {
   return mesh;
 }
 
-// Removes the files that were not used for longest until the others fit.
+// Removes the least recently used files until the others fit into TetCache::most_bytes.
 void make_room() {
   std::error_code ignored;
   std::vector<std::pair<fs::file_time_type, fs::directory_entry>> files;

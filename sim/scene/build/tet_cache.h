@@ -1,5 +1,5 @@
-/// Tetrahedra that fill a mesh, kept in files from one command to the next: filling a mesh of 65,000
-/// triangles takes seconds.
+// Caches the tetrahedra that fill a mesh in files, from one command to the next: filling a mesh of 65,000
+// triangles takes seconds.
 #pragma once
 
 #include <array>
@@ -13,37 +13,44 @@
 
 namespace duet::scene {
 
-/// Where tetrahedra are kept, and how much. Nothing is kept before set_tet_cache.
+/// Settings of the cache: its folder, its size and the program that uses it. Nothing is cached before
+/// set_tet_cache().
 struct TetCache {
-  std::filesystem::path folder;  ///< made when the first file is written
-  std::string program;           ///< names the build; another one fills meshes anew
-  std::uintmax_t most_bytes = std::uintmax_t{1}
-                              << 30;  ///< of all files; those that were not used for longest go first
+  std::filesystem::path folder;  ///< Folder, made when the first file is written; empty: no cache.
+  std::string program;           ///< Name of the build; another build does not use its files.
+  /// Largest total size of the files, bytes, 1 GiB by default. The least recently used files are removed
+  /// first.
+  std::uintmax_t most_bytes = std::uintmax_t{1} << 30;
 };
 
-/// For all meshes that this process fills from now on. To be called before threads are at work.
+/// Sets the cache for all meshes that this process fills from now on. It must be called before other threads
+/// use the cache.
 void set_tet_cache(TetCache cache);
 
-/// What a filling depends on: hash of the mesh's coordinates and triangles, of its parameters, and of the
-/// program.
+/// Hash of all that a filling depends on, two words of 64 bits.
 using TetKey = std::array<std::uint64_t, 2>;
+/// Returns the key of filling `mesh`, scaled by `scale`, with tetrahedra of `spacing` (m; none: the default),
+/// `graded` or not, by this program.
 TetKey tet_key(const TriangleMesh& mesh, double scale, std::optional<double> spacing, bool graded);
 
-/// The tetrahedra of the key, to the last bit as they were kept; none where there are none, or where their
-/// file is damaged, which is then removed. A cache that cannot be read is as good as none.
+/// Returns the cached tetrahedra of the key, bit-identical to those that were written. Returns none if there
+/// are none, if the cache cannot be read, or if their file is damaged, which is then removed.
 std::optional<TetMesh> cached_tets(const TetKey& key);
 
-/// Keeps them. A cache that cannot be written is as good as none.
+/// Writes the tetrahedra of the key to the cache, then removes old files if it is too large. Does nothing if
+/// the cache cannot be written.
 void keep_tets(const TetKey& key, const TetMesh& mesh);
 
-/// The files of the cache, and their bytes together.
+/// Size of a cache.
 struct TetCacheSize {
-  int files = 0;
-  std::uintmax_t bytes = 0;
+  int files = 0;             ///< Number of files.
+  std::uintmax_t bytes = 0;  ///< Total size of the files, bytes.
 };
+/// Returns the size of the cache in `folder`; 0 if there is no such folder.
 TetCacheSize tet_cache_size(const std::filesystem::path& folder);
 
-/// Removes them; other files in the folder stay. Throws FileError where one cannot be removed.
+/// Removes the files of the cache in `folder` and returns their size before; other files stay. Throws
+/// FileError if one cannot be removed.
 TetCacheSize clear_tet_cache(const std::filesystem::path& folder);
 
 }  // namespace duet::scene

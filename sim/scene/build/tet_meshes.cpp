@@ -28,6 +28,7 @@ bool same_surface(const DeformableShape& a, const DeformableShape& b) {
          s.length == t.length && s.tube == t.tube && s.mesh == t.mesh && s.scale == t.scale;
 }
 
+// Returns whether two shapes have the same tetrahedra.
 bool same_shape(const DeformableShape& a, const DeformableShape& b) {
   if (a.kind != b.kind) return false;
   if (a.is_filled()) return same_surface(a, b);
@@ -35,6 +36,8 @@ bool same_shape(const DeformableShape& a, const DeformableShape& b) {
   return same_lattice(a, b);
 }
 
+// Fills the surface of a body with tetrahedra (m, coordinates of the shape). Throws Error (usage) unless they
+// form one connected part.
 TetMesh filled(const DeformableBody& body) {
   const Shape& surface = body.shape.surface;
   const LevelSet inside =
@@ -53,6 +56,8 @@ TetMesh filled(const DeformableBody& body) {
   return mesh;
 }
 
+// Makes the tetrahedra of a body (m, coordinates of the shape). Those that fill a mesh come from the cache if
+// they are there, and go to it otherwise.
 TetMesh made(const DeformableBody& body) {
   const DeformableShape& shape = body.shape;
   if ((shape.kind == DeformableKind::mesh && !shape.surface.mesh) ||

@@ -1,4 +1,4 @@
-// From the shape of a deformable body in a scene to its tetrahedra.
+// Converts the shape of a deformable body in a scene to tetrahedra.
 #pragma once
 
 #include <list>
@@ -10,20 +10,21 @@
 
 namespace duet::scene {
 
-// Makes the meshes of a scene, in the coordinates of their shapes; bodies of one shape share theirs and the
-// time to make it.
+/// Makes the tetrahedral meshes of a scene. Bodies of equal shapes share a mesh, which is made once.
 class TetMeshes {
  public:
-  // Throws Error (usage), naming the body, when the spacing is too wide for its surface, or when the scene
-  // was read without its meshes.
+  /// Returns the mesh of a volume, m, in the coordinates of its shape. The reference stays valid. Throws
+  /// Error (usage), naming the body, if the spacing is too wide for its surface, or if the scene was read
+  /// without its meshes.
   const TetMesh& of(const DeformableBody& body);
-  std::vector<TetSize> sizes() const;  // in the order in which bodies asked for them
+  /// Returns the sizes of the meshes, in the order in which bodies asked for them.
+  std::vector<TetSize> sizes() const;
 
  private:
   struct Made {
-    DeformableBody body;  // the first with this shape
+    DeformableBody body;  // first body with this shape
     TetMesh mesh;
-    int bodies = 0;  // that asked for it
+    int bodies = 0;  // number of bodies that asked for it
   };
   std::list<Made> made_;
 };

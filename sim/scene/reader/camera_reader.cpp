@@ -13,11 +13,13 @@
 namespace duet::scene {
 namespace {
 
+// The reason why a camera has no view.
 struct NoView {
-  std::string_view key;  // of the camera's own keys, the one at fault
+  std::string_view key;  // key of the camera at fault
   std::string message, hint;
 };
 
+// Returns why the camera has no view; none if it has one.
 std::optional<NoView> no_view(const Camera& camera) {
   const Vec3 view = camera.target - camera.position;
   if (view.norm() == 0)

@@ -1,4 +1,4 @@
-// The rules of the camera. Internal to the reader: includes toml++.
+// Checks the rules of the camera. Internal to the reader: includes toml++.
 #pragma once
 
 #include "sim/scene/reader/document.h"
@@ -6,10 +6,11 @@
 
 namespace duet::scene {
 
-// Reports why a camera that does not move has no view.
+/// Reports why a camera without keyframes has no view: its target is its position, or `up` is zero or along
+/// the view. `table` is the table [camera].
 void check_view(const Camera& camera, const toml::table& table, Problems& problems);
-// Reports what is wrong with the keyframes of the scene's camera, or the first frame that it has no view in.
-// The number of frames and the whole camera must have been read without a problem.
+/// Reports flaws of the keyframes of the scene's camera, or the first frame in which it has no view. `table`
+/// is the table [camera]. The number of frames and the whole camera must have been read without a problem.
 void check_moving_camera(const Scene& scene, const toml::table& table, Problems& problems);
 
 }  // namespace duet::scene

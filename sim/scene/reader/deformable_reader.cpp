@@ -13,13 +13,15 @@
 namespace duet::scene {
 namespace {
 
+// Keys of the kinds of shapes, in the order of DeformableKind.
 constexpr std::array<std::string_view, 13> kinds = {"box",   "sphere", "capsule", "cylinder", "torus",
                                                     "mesh",  "tets",   "panel",   "disc",     "rod",
-                                                    "helix", "knot",   "particle"};  // as DeformableKind
+                                                    "helix", "knot",   "particle"};
 
+// Reports flaws of the points of a rod. Returns whether there are none.
 bool check_points(const DeformableShape& shape, const toml::node& at, const std::string& path,
                   Problems& problems) {
-  if (!at.is_table() || !(*at.as_table())["points"].is_array()) return false;  // has been reported
+  if (!at.is_table() || !(*at.as_table())["points"].is_array()) return false;  // reported before
   const std::size_t least = shape.is_closed ? 3 : 2;
   if (shape.points.size() < least) {
     problems.add(at.source(), path + ".points", fmt::format("has {} points", shape.points.size()),
@@ -35,6 +37,7 @@ bool check_points(const DeformableShape& shape, const toml::node& at, const std:
   return true;
 }
 
+// Reports flaws of a knot. Returns whether there are none.
 bool check_knot(const DeformableShape& shape, const toml::node& at, const std::string& path,
                 Problems& problems) {
   const std::size_t before = problems.count();
@@ -51,7 +54,7 @@ bool check_knot(const DeformableShape& shape, const toml::node& at, const std::s
   return problems.count() == before;
 }
 
-// What only shells and rods, or only volumes have.
+// Reports keys that the kind of the shape does not have, and a missing thickness.
 void check_volume_keys(const DeformableBody& body, const toml::table& table, const std::string& path,
                        Problems& problems) {
   const toml::node* given = table.get("thickness");
@@ -74,7 +77,7 @@ void check_volume_keys(const DeformableBody& body, const toml::table& table, con
                  body.shape.is_shell() ? "in m, for example 0.001 for cloth" : "in m, the rod's diameter");
 }
 
-// What belongs to volumes that carry a skin, and to bodies with bones.
+// Checks the keys of skins and of bonds to bones, and reads the mesh of a skin.
 void check_additions(DeformableBody& body, const toml::table& table, const std::string& path,
                      ShapeReader& shapes, Problems& problems) {
   const toml::node* springs = table.get("attach_springs");
@@ -101,13 +104,14 @@ void check_additions(DeformableBody& body, const toml::table& table, const std::
         "the boundary of the tetrahedra touch");
 }
 
+// Returns whether a volume that needs a mesh or tetrahedra from a file has them.
 bool has_its_mesh(const DeformableShape& shape) {
   return shape.kind == DeformableKind::tets ? shape.tets != nullptr
                                             : shape.kind != DeformableKind::mesh || shape.surface.mesh;
 }
 
-// The tetrahedra that fill a mesh have a surface of their own, coarser than the mesh. Without a skin the mesh
-// is drawn.
+// Makes the mesh that a volume fills its skin, if it has none and the mesh is to be drawn. The boundary of
+// the tetrahedra is coarser than the mesh.
 void draw_own_mesh(DeformableBody& body) {
   const Shape& surface = body.shape.surface;
   if (body.skin || body.shape.kind != DeformableKind::mesh || body.drawn == DrawnSurface::tetrahedra) return;
@@ -117,7 +121,7 @@ void draw_own_mesh(DeformableBody& body) {
   skin.mesh = surface.mesh;
 }
 
-// A pin that holds nothing is a mistake in its place.
+// Reports pins that hold no particle, which is a mistake in their position.
 void check_pins(const DeformableBody& body, const toml::table& table, const std::string& path,
                 Problems& problems) {
   const toml::node* pins = table.get("pins");

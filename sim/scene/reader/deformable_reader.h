@@ -1,4 +1,5 @@
-// The rules of a deformable body's shape, thickness and pins. Internal to the reader: includes toml++.
+// Checks the rules of a deformable body's shape, thickness, bonds, skin and pins. Internal to the reader:
+// includes toml++.
 #pragma once
 
 #include <string>
@@ -9,7 +10,9 @@
 
 namespace duet::scene {
 
-// Finishes the body's shape, whose keys have been read from `body_table`. Reports what is wrong with it.
+/// Sets the kind of the body's shape, loads its meshes, gives a volume that fills a mesh its skin, and
+/// reports flaws to `problems`. The keys of the body have been read from `body_table`, which is at `path` in
+/// the document.
 void check_deformable(DeformableBody& body, const toml::table& body_table, const std::string& path,
                       ShapeReader& shapes, Problems& problems);
 

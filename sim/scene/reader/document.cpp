@@ -12,14 +12,14 @@
 namespace duet::scene {
 namespace {
 
-constexpr const char* override_file = "--set";
+constexpr const char* override_file = "--set";  // shown in place of a file for problems of overrides
 
-// Of a key like a.b.c. The parser calls itself for each part of a key, as does whatever walks through the
-// tables that it makes: more parts by far than this overflow the stack.
+// Largest number of parts of a key such as a.b.c. The parser recurses for each part of a key, and so does all
+// code that visits the tables that it makes: many more parts than this overflow the stack.
 constexpr std::ptrdiff_t most_parts = 100;
 
-// The first line on which more parts than that follow each other, 1-based; 0 where none does. Dots of
-// sentences in strings and comments count as well, up to the line's end or the next sign that no key has.
+// Returns the first line (1-based) with a key of more than `most_parts` parts; 0 if there is none. Dots in
+// strings and comments count as well, up to the end of the line or the next character that no key has.
 std::size_t line_of_deep_key(const std::string& text) {
   std::size_t line = 1;
   std::ptrdiff_t dots = 0;
@@ -38,8 +38,8 @@ std::string trimmed(const std::string& text) {
   return text.substr(first, text.find_last_not_of(" \t\r\n") - first + 1);
 }
 
-// The value as TOML, in a table under the key "value". Something that begins like a TOML string, array or
-// table and is none is an error, not a bare word.
+// Parses the value of an override as TOML and returns it in a table under the key "value". A bare word
+// becomes a string. Text that begins like a TOML string, array or table and is none is reported.
 std::optional<toml::table> parse_value(const std::string& key, const std::string& text, Problems& problems) {
   if (text.empty()) {
     problems.add_override(key, "has no value", "write `\"\"` for an empty text");
@@ -57,7 +57,8 @@ std::optional<toml::table> parse_value(const std::string& key, const std::string
   return toml::table{{"value", text}};
 }
 
-// The table under `key`, made if absent.
+// Returns the table under `key`, which is made if absent. If the value is no table, reports it for
+// `whole_key` and returns null.
 toml::table* enter(toml::table& table, std::string_view key, const std::string& whole_key,
                    Problems& problems) {
   if (!table.contains(key)) table.insert(key, toml::table{});
@@ -67,8 +68,8 @@ toml::table* enter(toml::table& table, std::string_view key, const std::string& 
   return inner;
 }
 
-// The element of the list that the path names, and the rest of the path after the name. Names may hold dots,
-// so the longest one that fits is meant.
+// Returns the element of the list whose name `path` begins with, and the rest of the path after the name;
+// null if there is none. Names may hold dots, so that the longest name that fits is taken.
 std::pair<toml::table*, std::string> find_element(toml::array& list, const std::string& path) {
   toml::table* found = nullptr;
   std::string longest;
@@ -83,6 +84,7 @@ std::pair<toml::table*, std::string> find_element(toml::array& list, const std::
   return {found, found ? path.substr(longest.size() + 1) : std::string()};
 }
 
+// Returns the names of the elements of a list.
 std::vector<std::string> element_names(const toml::array& list) {
   std::vector<std::string> names;
   for (const toml::node& node : list)
@@ -91,6 +93,7 @@ std::vector<std::string> element_names(const toml::array& list) {
   return names;
 }
 
+// Reports an override whose `path` names no key of an element of the list `section`. `list` may be null.
 void report_missing_element(const toml::array* list, const std::string& section, const std::string& path,
                             const std::string& key, Problems& problems) {
   const std::vector<std::string> names = list ? element_names(*list) : std::vector<std::string>{};
@@ -103,7 +106,8 @@ void report_missing_element(const toml::array* list, const std::string& section,
                           did_you_mean(name, names));
 }
 
-// The table that holds the last part of `key`, and that part.
+// Returns the table that holds the last part of `key`, and that part. Tables on the path are made if absent.
+// If the path leads through something else, reports it and returns null.
 std::pair<toml::table*, std::string> resolve(toml::table& document, const std::string& key,
                                              Problems& problems) {
   toml::table* table = &document;
@@ -144,7 +148,8 @@ std::pair<toml::table*, std::string> resolve(toml::table& document, const std::s
 void Problems::add(const toml::source_region& region, std::string key, std::string message,
                    std::string hint) {
   const toml::source_region at = place(region, key);
-  // Nodes that were made by an override have no source, or that of the override's own little document.
+  // Nodes that an override made have no source position, or one in the document that the override was parsed
+  // from.
   if (at.begin.line == 0 || (at.path && *at.path == override_file)) {
     add_override(std::move(key), std::move(message), std::move(hint));
     return;
@@ -161,7 +166,8 @@ void Problems::add_global(std::string message, std::string hint) {
   problems_.push_back({file_, 0, 0, {}, std::move(message), std::move(hint)});
 }
 
-// What is wrong in every copy of a table is said once, of the first one.
+// Merges problems that are repeated in copies of a table into the first of them. Requires problems sorted by
+// place.
 std::vector<SceneProblem> said_once(const std::vector<SceneProblem>& sorted) {
   std::vector<SceneProblem> result;
   std::size_t more = 0;
@@ -170,7 +176,7 @@ std::vector<SceneProblem> said_once(const std::vector<SceneProblem>& sorted) {
       result.back().message += fmt::format(" (as in {} other {})", more, more == 1 ? "copy" : "copies");
     more = 0;
   };
-  std::string message;  // of the last one in `result`, as it was given
+  std::string message;  // original message of the last problem in `result`
   for (const SceneProblem& problem : sorted) {
     const bool again = !result.empty() && problem.line > 0 && problem.line == result.back().line &&
                        problem.column == result.back().column && problem.message == message;
@@ -242,8 +248,8 @@ void apply_override(toml::table& document, const std::string& assignment, Proble
 
 std::string serialise(const toml::table& document) {
   std::ostringstream out;
-  // Literal strings are left out: toml++ 3.3 writes control characters into them as escapes, which they do
-  // not have.
+  // Literal strings are turned off: toml++ 3.3 writes control characters into them as escapes, which literal
+  // strings do not support.
   out << toml::toml_formatter{document, toml::toml_formatter::default_flags &
                                             ~toml::format_flags::allow_literal_strings}
       << '\n';

@@ -1,5 +1,5 @@
-// The scene file as a TOML document: parsing, `--set` overrides, writing. Internal to the reader: includes
-// toml++.
+// Handles the scene file as a TOML document: parsing, `--set` overrides, writing. Internal to the reader:
+// includes toml++.
 #pragma once
 
 #include <string>
@@ -12,21 +12,30 @@
 
 namespace duet::scene {
 
-// Collects what is wrong with a scene. What an override put into the document has no place in the file: its
-// problems are shown under "--set".
+/// Collects the problems of a scene. Values that an override put into the document have no place in the file:
+/// their problems are shown under "--set".
 class Problems {
  public:
+  /// `file` is the path of the scene file as messages show it.
   explicit Problems(std::string file) : file_(std::move(file)) {}
+  /// Adds a problem of the value at `region` in the file. `key` is its path in the document; if `region` has
+  /// no line, the original of a copied value is looked up by this path. `hint` is a remedy or a near miss.
   void add(const toml::source_region& region, std::string key, std::string message, std::string hint = {});
+  /// Adds a problem of an override.
   void add_override(std::string key, std::string message, std::string hint = {});
-  void add_global(std::string message, std::string hint = {});  // about the scene as a whole
-  // Where the value at the path stands; that of its original if it is a copy.
+  /// Adds a problem of the scene as a whole.
+  void add_global(std::string message, std::string hint = {});
+  /// Returns the place of the value at `path`: `at` if it has a line, else that of the original that the
+  /// value was copied from. Its line is 0 if there is none.
   toml::source_region place(const toml::source_region& at, const std::string& path) const {
     return at.begin.line > 0 ? at : copies_.find(path);
   }
-  CopiedPlaces& copies() { return copies_; }  // what `repeat` and prefabs have made
+  /// The places of values that `repeat` and prefabs have copied.
+  CopiedPlaces& copies() { return copies_; }
+  /// Returns the number of problems so far.
   std::size_t count() const { return problems_.size(); }
-  void throw_if_any();  // SceneError, sorted by line
+  /// Throws SceneError with all problems, sorted by line, if there are any.
+  void throw_if_any();
 
  private:
   std::string file_;
@@ -34,14 +43,16 @@ class Problems {
   std::vector<SceneProblem> problems_;
 };
 
-// Throws SceneError with the parser's message, line and column.
+/// Parses the TOML document `text`; `path` is used in messages. Throws SceneError with the parser's message,
+/// line and column.
 toml::table parse_document(const std::string& text, const std::string& path);
 
-// Applies "key=value". The value is TOML; a bare word that is none is taken as a string. Elements of lists
-// are addressed by name. Keys that the schema does not know are put in as well, for the reader to report.
+/// Applies the override `assignment`, "key=value". The value is TOML; a bare word that is no TOML is taken as
+/// a string. Elements of lists are addressed by name. Keys that the schema does not know are put in as well,
+/// for the reader to report. Other flaws are added to `problems`.
 void apply_override(toml::table& document, const std::string& assignment, Problems& problems);
 
-// The document as TOML text that reads back to the same values.
+/// Returns the document as TOML text that reads back to the same values.
 std::string serialise(const toml::table& document);
 
 }  // namespace duet::scene

@@ -7,10 +7,13 @@
 namespace duet::scene {
 namespace {
 
-constexpr double most_elements = 2e5;   // bodies and joints, of about a kilobyte each
-constexpr double most_filled_in = 1e6;  // values of arrays and tables, of about a hundred bytes each
+// Largest number of bodies and joints of a scene. Each of them takes about a kilobyte in the document.
+constexpr double most_elements = 2e5;
+// Largest number of values inside of arrays and tables that parameters fill in. Each of them takes about a
+// hundred bytes.
+constexpr double most_filled_in = 1e6;
 
-// Values in an array or table, those inside of it counted; 0 of a number or text.
+// Returns the number of values in an array or table, with those of inner ones; 0 for a number or text.
 double values_in(const toml::node& node) {
   double count = 0;
   if (const toml::table* table = node.as_table())

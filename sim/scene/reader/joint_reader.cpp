@@ -15,12 +15,15 @@
 namespace duet::scene {
 namespace {
 
-constexpr double apart = 1e-4;  // m; less is closed by the first step
-constexpr double askew = 1e-3;  // rad, the same
+// Largest gap (m) and angle (rad) between the two frames of a joint at the start. The first step closes them.
+constexpr double apart = 1e-4;
+constexpr double askew = 1e-3;
 
+// Names of the types in messages, in the order of JointType.
 constexpr std::string_view type_names[] = {"point",     "hinge",           "universal",
                                            "prismatic", "prismatic_twist", "weld"};
 
+// Checks one joint.
 class JointChecker {
  public:
   JointChecker(const Joint& joint, const Scene& scene, const toml::table& table, const std::string& path,
@@ -42,12 +45,14 @@ class JointChecker {
     problems_.add(place_of(table_, key), join_path(path_, key), std::move(message), std::move(hint));
   }
 
+  // Reports a key that does not apply to the type of the joint.
   void reject(std::string_view key, bool applies) {
     if (applies || !table_.contains(key)) return;
     add(key, fmt::format("has no effect on a {} joint", type_names[static_cast<std::size_t>(joint_.type)]),
         "remove it, or choose another type");
   }
 
+  // Returns the rigid body of this name; null if there is none.
   const RigidBody* body(const std::string& name) const {
     const auto found = std::find_if(scene_.rigid.begin(), scene_.rigid.end(),
                                     [&](const RigidBody& b) { return b.name == name; });
@@ -58,6 +63,7 @@ class JointChecker {
     return body(name) || (name == "ground" && scene_.ground.has_value());
   }
 
+  // Reports flaws of the names of the two bodies. Returns whether both exist, differ, and one is dynamic.
   bool check_bodies() {
     std::vector<std::string> names;
     for (const RigidBody& b : scene_.rigid) names.push_back(b.name);
@@ -89,6 +95,7 @@ class JointChecker {
     return false;
   }
 
+  // Reports an axis or `up` that gives no frame. Returns whether there is none.
   bool check_axes(const JointAxes& axes, const std::string& path, const toml::table& table) {
     if (axes.axis.squaredNorm() == 0) {
       problems_.add(place_of(table, "axis"), join_path(path, "axis"), "has zero length",
@@ -101,6 +108,7 @@ class JointChecker {
     return false;
   }
 
+  // Reports flaws of the position and frames. Returns whether there are none.
   bool check_frames() {
     const bool in_world = table_.contains("position");
     const bool in_bodies = table_.contains("parent_frame") && table_.contains("child_frame");
@@ -170,7 +178,8 @@ class JointChecker {
                     "a wave turns point joints");
   }
 
-  // Frames in two bodies may not agree with where the bodies are.
+  // Reports frames in the two bodies that do not coincide at the start, as far as the type of the joint
+  // demands it, and limits that are exceeded there.
   void check_start() {
     const auto start = [&](const std::string& name) {
       if (const RigidBody* b = body(name)) return start_of(*b);

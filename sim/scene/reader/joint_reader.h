@@ -1,4 +1,4 @@
-// The rules of joints. Internal to the reader: includes toml++.
+// Checks the rules of joints. Internal to the reader: includes toml++.
 #pragma once
 
 #include <string>
@@ -8,8 +8,9 @@
 
 namespace duet::scene {
 
-// Reports what is wrong with a joint, whose keys have been read from `table`, in a scene whose bodies have
-// been read.
+/// Reports flaws of `joint`, whose keys have been read from `table` without a problem. `path` is the path of
+/// the table. The rigid bodies and the ground of `scene` must have been read, as the frames of the joint are
+/// compared with the poses of its bodies at the start.
 void check_joint(const Joint& joint, const Scene& scene, const toml::table& table, const std::string& path,
                  Problems& problems);
 

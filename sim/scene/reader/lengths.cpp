@@ -7,7 +7,8 @@
 namespace duet::scene {
 namespace {
 
-// All keys that are measured in metres, and the factor on a mesh.
+// All keys whose values are lengths (m), and the scale of a mesh. Keys of velocities are handled by
+// scale_lengths().
 constexpr std::array<std::string_view, 27> lengths = {"position",
                                                       "box",
                                                       "sphere",
@@ -36,7 +37,7 @@ constexpr std::array<std::string_view, 27> lengths = {"position",
                                                       "travel",
                                                       "amplitude"};
 
-// A whole number becomes a floating-point one.
+// Multiplies all numbers inside of an array or table by `factor`. Integers become floating-point numbers.
 void multiply(toml::node& node, double factor) {
   if (toml::array* array = node.as_array()) {
     for (std::size_t i = 0; i < array->size(); ++i)
@@ -53,6 +54,7 @@ void multiply(toml::node& node, double factor) {
   }
 }
 
+// Multiplies all lengths inside of an array or table by `scale`.
 void scale_inside(toml::node& node, double scale) {
   if (toml::array* array = node.as_array())
     for (toml::node& item : *array) scale_inside(item, scale);
@@ -77,7 +79,7 @@ void scale_lengths(toml::table& element, double scale) {
     shape->insert("scale", scale);
   if (toml::table* skin = element["skin"].as_table(); skin && !skin->contains("scale"))
     skin->insert("scale", scale);
-  if (toml::table* motion = element["motion"].as_table())  // of keyframes, whose places are scaled, too
+  if (toml::table* motion = element["motion"].as_table())  // velocities between scaled keyframes
     if (toml::array* keyframes = (*motion)["keyframes"].as_array())
       for (toml::node& keyframe : *keyframes)
         if (toml::node* velocity = keyframe.is_table() ? keyframe.as_table()->get("velocity") : nullptr)

@@ -11,8 +11,11 @@
 namespace duet::scene {
 namespace {
 
-constexpr double same_place = 1e-9;  // m and rad; the digits of a decimal fraction are lost below
+// Largest difference of the first and the last keyframe of a loop, m and rad, which is that of rounded
+// decimal numbers.
+constexpr double same_place = 1e-9;
 
+// Checks the motion of one body.
 class MotionChecker {
  public:
   MotionChecker(const RigidBody& body, const toml::table& body_table, const std::string& path,
@@ -42,6 +45,7 @@ class MotionChecker {
   }
 
  private:
+  // Returns the tables under a key of the motion; none if it is absent.
   std::vector<ListedTable> tables(const toml::table& table, std::string_view key) const {
     const toml::node* node = table.get(key);
     return node ? listed_tables(*node, join_path(path_, key)) : std::vector<ListedTable>{};
@@ -51,7 +55,7 @@ class MotionChecker {
     problems_.add(place_of(*at.table, key), join_path(at.path, key), std::move(message), std::move(hint));
   }
 
-  // A table that is there has an axis of some length.
+  // Reports an axis without length, if the table is given.
   void check_axis(const toml::table* table, const std::string& path, const Vec3& axis) {
     if (table && axis.squaredNorm() == 0)
       problems_.add(place_of(*table, "axis"), join_path(path, "axis"), "has zero length",
@@ -80,7 +84,8 @@ class MotionChecker {
     check_axis((*at.table)["rotation"].as_table(), join_path(at.path, "rotation"), key.rotation.axis);
   }
 
-  // What keyframes say the body's own keys cannot say too. Rotations of keyframes turn it from its own.
+  // Reports a key of the body that its keyframes replace. This holds for positions; rotations of keyframes
+  // turn the body from its own rotation.
   void check_placement(const char* key, const std::vector<ListedTable>& tables) {
     const bool keyed = std::any_of(tables.begin(), tables.end(),
                                    [&](const ListedTable& at) { return at.table->contains(key); });
@@ -90,6 +95,7 @@ class MotionChecker {
                     fmt::format("remove it: the first keyframe says the {} at the start", key));
   }
 
+  // Checks that a loop ends as it begins.
   void check_loop(const std::vector<ListedTable>& tables) {
     const Keyframe &first = motion_.keyframes.front(), &last = motion_.keyframes.back();
     for (const char* key : {"position", "rotation"}) {

@@ -1,4 +1,4 @@
-// The rules of a kinematic body's motion. Internal to the reader: includes toml++.
+// Checks the rules of a kinematic body's motion. Internal to the reader: includes toml++.
 #pragma once
 
 #include <string>
@@ -8,8 +8,8 @@
 
 namespace duet::scene {
 
-// Reports what is wrong with the motion of the body, whose keys have been read from `body_table`; bodies
-// without one have nothing wrong.
+/// Reports flaws of the motion of `body`, whose keys have been read from `body_table`, the table at `path`.
+/// Does nothing for a body without a motion.
 void check_motion(const RigidBody& body, const toml::table& body_table, const std::string& path,
                   Problems& problems);
 

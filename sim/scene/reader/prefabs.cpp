@@ -21,9 +21,10 @@
 namespace duet::scene {
 namespace {
 
-constexpr std::array<std::string_view, 3> listed = {"rigid", "deformable", "joints"};
-constexpr int most_copies = 100000;
+constexpr std::array<std::string_view, 3> listed = {"rigid", "deformable", "joints"};  // sections of prefabs
+constexpr int most_copies = 100000;  // of prefabs in a scene
 
+// Returns the three numbers of an array; none if the node is something else.
 std::optional<Vec3> vector_of(const toml::node* node) {
   const toml::array* array = node ? node->as_array() : nullptr;
   if (!array || array->size() != 3) return std::nullopt;
@@ -66,7 +67,7 @@ void replace_all(std::string& text, std::string_view from, const std::string& to
     text.replace(at, from.size(), to);
 }
 
-// The number at a path of keys with dots between; null if there is none.
+// Returns the node at a path of keys with dots between; null if there is none.
 toml::node* at_path(toml::table& table, std::string_view path) {
   toml::table* inner = &table;
   for (std::size_t dot = path.find('.'); dot != std::string_view::npos; dot = path.find('.')) {
@@ -78,16 +79,18 @@ toml::node* at_path(toml::table& table, std::string_view path) {
   return inner->get(path);
 }
 
-// Of the element at `index` of a list, as the reader names it.
+// Returns the path of the element at `index` of a list, as the reader names it.
 std::string path_of(const toml::table& element, const std::string& list, std::size_t index) {
   const std::string name = element["name"].value_or(std::string());
   return name.empty() ? fmt::format("{}[{}]", list, index) : fmt::format("{}.{}", list, name);
 }
 
+// Returns whether the text has the form "$name".
 bool names_parameter(const std::string& text) {
   return text.size() > 1 && text[0] == '$' && (std::isalpha(static_cast<unsigned char>(text[1])) != 0);
 }
 
+// Expands the document of a scene; see expand().
 class Expander {
  public:
   Expander(toml::table& document, Problems& problems) : document_(document), problems_(problems) {}
@@ -96,7 +99,8 @@ class Expander {
     take_scene_parameters();
     repeat_lists(document_, "");
     toml::table* prefabs = document_["prefabs"].as_table();
-    // Repetitions that instances make too many of are refused with these, and are not made before.
+    // If the instances ask for too many elements, they are refused below, and the repetitions in prefabs are
+    // not expanded before.
     if (prefabs && limits_.can_hold(asked_for(*prefabs)))
       for (auto&& [name, prefab] : *prefabs)
         if (toml::table* table = prefab.as_table())
@@ -109,7 +113,8 @@ class Expander {
   }
 
  private:
-  // Those of the scene count in prefabs, too, which are filled in when they are used.
+  // Takes the scene's parameters out of the document and puts their values in, except in prefabs, which are
+  // filled in when they are used.
   void take_scene_parameters() {
     const toml::table* parameters = document_["parameters"].as_table();
     if (!parameters) return;
@@ -119,7 +124,8 @@ class Expander {
       if (key.str() != "prefabs") substitute(value, {}, std::string(key.str()));
   }
 
-  // Bodies and joints in the lists of a scene or prefab, with the repetitions that are not made yet.
+  // Returns the number of bodies and joints in the lists of a scene or prefab, with the repetitions that are
+  // not expanded yet.
   static double elements_of(const toml::table& table) {
     double elements = 0;
     for (const std::string_view key : listed)
@@ -132,7 +138,7 @@ class Expander {
     return elements;
   }
 
-  // Bodies and joints that all instances would make, as far as their numbers are numbers.
+  // Returns the number of bodies and joints that all instances would make. Counts that are no integers are 1.
   double asked_for(const toml::table& prefabs) const {
     double elements = 0;
     const toml::array* instances = document_["instances"].as_array();
@@ -150,11 +156,13 @@ class Expander {
     return elements;
   }
 
+  // Expands the repetitions in the lists of the scene or of a prefab.
   void repeat_lists(toml::table& table, const std::string& path) {
     for (const std::string_view key : listed)
       if (toml::array* list = table[key].as_array()) repeat(*list, fmt::format("{}{}", path, key));
   }
 
+  // Replaces the elements of a list that have a `repeat` by their copies.
   void repeat(toml::array& list, const std::string& path) {
     const auto repeats = [](const toml::node& node) {
       return node.is_table() && node.as_table()->contains("repeat");
@@ -165,7 +173,7 @@ class Expander {
       toml::table* element = node.as_table();
       const toml::table* repeat = element ? (*element)["repeat"].as_table() : nullptr;
       if (!repeat) {
-        // Moved, not copied: a copy does not know its line in the file.
+        // The value is moved, because a copy has no line in the file.
         node.visit([&](auto& value) { result.push_back(std::move(value)); });
         continue;
       }
@@ -183,6 +191,8 @@ class Expander {
     list = std::move(result);
   }
 
+  // Returns the k-th copy, from 0, of an element: with its numbers in texts, moved by k steps and with
+  // advanced numbers.
   toml::table nth(const toml::table& element, const toml::table& repeat, const Repetition& repetition, int k,
                   const std::string& path) {
     toml::table copy = element;
@@ -211,6 +221,7 @@ class Expander {
     return copy;
   }
 
+  // Makes the copies of a prefab that the instance `table` asks for.
   void place(const toml::table& table) {
     Instance instance;
     const std::size_t before = problems_.count();
@@ -280,7 +291,7 @@ class Expander {
     }
   }
 
-  // The prefab's parameters, as the instance sets and varies them.
+  // Returns the parameters of the prefab, as the instance sets and varies them.
   toml::table parameters(const toml::table& table, const toml::table& prefab, Random& random,
                          const std::string& path) {
     toml::table values;
@@ -311,7 +322,8 @@ class Expander {
     return values;
   }
 
-  // Puts the value of a parameter in place of every text "$parameter".
+  // Replaces every text "$name" inside of `node` by the value of the parameter: that of `values`, else that
+  // of the scene.
   void substitute(toml::node& node, const toml::table& values, const std::string& path) {
     const auto replaced = [&](toml::node& value) -> const toml::node* {
       const auto* text = value.as_string();
@@ -344,6 +356,7 @@ class Expander {
     }
   }
 
+  // Adds one copy of the prefab at `pose`, with `name` as the prefix of its names.
   void add(const toml::table& table, const toml::table& prefab, const Pose& pose, const std::string& name,
            Random& random, const std::string& path) {
     const double scale = table["scale"].value_or(1.0);
@@ -355,7 +368,7 @@ class Expander {
       return;
     }
     const toml::table values = parameters(table, prefab, random, path);
-    std::set<std::string> own;  // names of its bodies
+    std::set<std::string> own;  // names of the prefab's bodies
     for (const std::string_view key : {"rigid", "deformable"})
       if (const toml::array* list = prefab[key].as_array())
         for (const toml::node& node : *list)
@@ -385,12 +398,14 @@ class Expander {
     }
   }
 
+  // Returns the source positions of the values of an element of a prefab, which are found once.
   std::shared_ptr<const Places> places_of(const toml::table& original, const std::string& path) {
     auto& places = places_[&original];
     if (!places) places = problems_.copies().of(original, path);
     return places;
   }
 
+  // Prefixes the name of an element, and its references to bodies of the prefab (`own`), by `name`.
   void rename(toml::table& element, const std::string& name, const std::set<std::string>& own) {
     const auto prefix = [&](toml::node* node, bool always) {
       auto* text = node ? node->as_string() : nullptr;
@@ -406,7 +421,8 @@ class Expander {
         if (toml::table* table = pin.as_table()) prefix(table->get("body"), false);
   }
 
-  // A turned motion: what turned by R now turns by P R P^-1, from an orientation that P has turned, too.
+  // Transforms a motion by the pose with the rotation P: a rotation R of the motion becomes P R P^-1. The
+  // orientation that it starts from is turned by P in move_body().
   void move_motion(toml::node& motion, const Pose& pose) {
     const auto turn = [&](toml::table* table, std::string_view key) {
       const auto v = table ? vector_of(table->get(key)) : std::nullopt;
@@ -427,8 +443,9 @@ class Expander {
     });
   }
 
+  // Transforms a body by the pose.
   void move_body(toml::table& body, const Pose& pose) {
-    bool keyed = false;  // positions are those of keyframes
+    bool keyed = false;  // true if keyframes give the position
     if (toml::node* motion = body.get("motion")) {
       move_motion(*motion, pose);
       if (toml::table* table = motion->as_table())
@@ -456,6 +473,7 @@ class Expander {
     body.insert_or_assign("rotation", std::move(rotation));
   }
 
+  // Transforms a joint by the pose.
   void move_joint(toml::table& joint, const Pose& pose) {
     const auto position = vector_of(joint.get("position"));
     if (!position) return;  // frames in the bodies move with them
@@ -472,11 +490,11 @@ class Expander {
 
   toml::table& document_;
   Problems& problems_;
-  std::vector<PlacedBox> placed_;
+  std::vector<PlacedBox> placed_;  // boxes of all copies that were scattered so far
   toml::table scene_parameters_;
-  std::set<std::string> reported_;
-  std::map<const toml::table*, std::shared_ptr<const Places>> places_;  // of what prefabs hold
-  int copies_ = 0;
+  std::set<std::string> reported_;  // unknown parameters that have been reported
+  std::map<const toml::table*, std::shared_ptr<const Places>> places_;  // by the elements of prefabs
+  int copies_ = 0;                                                      // copies of prefabs so far
   ExpansionLimits limits_{problems_};
 };
 

@@ -9,7 +9,7 @@
 namespace duet::scene {
 namespace {
 
-constexpr int most_tries = 10000;
+constexpr int most_tries = 10000;  // random poses of a box before random_pose() gives up
 
 }  // namespace
 
@@ -18,13 +18,15 @@ double Random::uniform(double least, double most) {
   return least + (most - least) * share;
 }
 
-Quat Random::rotation() {  // Shoemake 1992
+// Uniform random rotations: Shoemake 1992.
+Quat Random::rotation() {
   const double u = uniform(0, 1), a = uniform(0, 2 * std::numbers::pi), b = uniform(0, 2 * std::numbers::pi);
   const double r = std::sqrt(1 - u), s = std::sqrt(u);
   return {r * math::sin(a), r * math::cos(a), s * math::sin(b), s * math::cos(b)};
 }
 
-// By the axes that can separate two boxes: the edges of both and their cross products.
+// Separating axis test: two boxes are disjoint if one of their edges, or a cross product of two, separates
+// them.
 bool overlap(const PlacedBox& a, const PlacedBox& b) {
   const Mat3 A = a.pose.orientation.toRotationMatrix(), B = b.pose.orientation.toRotationMatrix();
   const Vec3 way = b.pose.position - a.pose.position;

@@ -1,4 +1,4 @@
-// Places oriented boxes at random so that none meets another.
+// Places oriented boxes at random so that no two overlap.
 #pragma once
 
 #include <cstdint>
@@ -10,26 +10,33 @@
 
 namespace duet::scene {
 
-// The same numbers on every machine: the engine is the standard's, the distribution our own.
+/// A random number generator with the same numbers on every machine: the engine is that of the C++ standard,
+/// the distributions are our own.
 class Random {
  public:
+  /// Equal seeds give equal numbers.
   explicit Random(std::uint64_t seed) : engine_(seed) {}
+  /// Returns a number that is uniformly distributed in [least, most).
   double uniform(double least, double most);
-  Quat rotation();  // uniform over all
+  /// Returns a rotation that is uniformly distributed over all rotations.
+  Quat rotation();
 
  private:
   std::mt19937_64 engine_;
 };
 
+/// An oriented box.
 struct PlacedBox {
-  Pose pose;
-  Vec3 half = Vec3::Zero();  // m
+  Pose pose;                 ///< Center (m) and axes.
+  Vec3 half = Vec3::Zero();  ///< Half edge lengths, m.
 };
 
+/// Returns whether two boxes overlap or touch, by the separating axis test.
 bool overlap(const PlacedBox& a, const PlacedBox& b);
 
-// By rejection: the first of 10000 random poses whose box lies between `lower` and `upper` (m) and meets none
-// of `placed`; none if there is no such. `turns`: with a random rotation.
+/// Finds a random pose of a box with the half edge lengths `half` (m) by rejection: the first of 10000 whose
+/// box lies between the corners `lower` and `upper` (m) and overlaps none of `placed`. Returns none if there
+/// is no such pose. If `turns`, the box gets a random rotation.
 std::optional<Pose> random_pose(const Vec3& half, const Vec3& lower, const Vec3& upper, bool turns,
                                 const std::vector<PlacedBox>& placed, Random& random);
 

@@ -24,14 +24,16 @@
 namespace duet::scene {
 namespace {
 
-constexpr int max_picture_edge = 16384;  // samples; the largest texture that software rasterisers offer
+// Largest number of samples along an edge of the picture: the largest texture that software rasterizers
+// offer.
+constexpr int max_picture_edge = 16384;
 
 Quat orientation_of(const Rotation& rotation) {
   return exponential(rotation.degrees * std::numbers::pi / 180 * rotation.axis.normalized());
 }
 
-// Builds a Scene from a document: one function a table, each of which reads by the schema and then checks the
-// rules that tie several keys together.
+// Builds a Scene from a document. There is one function for each kind of table, which reads it by the schema
+// and then checks the rules that tie several keys together.
 class SceneReader {
  public:
   SceneReader(const toml::table& document, const std::string& path, Meshes meshes, const FileMap& files,
@@ -53,10 +55,13 @@ class SceneReader {
   void read_look(const toml::table& table, const std::string& path, const std::string& name);
   void read_material(const toml::table& table, const std::string& path, const std::string& name);
 
+  // Returns the table [section]; null if it is absent or no table, which is reported.
   const toml::table* table(std::string_view section);
   Location location_of(const toml::table& table, const std::string& path) const;
+  // Calls read_element(table, path) for each table of the list [[section]].
   template <class Read>
   void for_each_in_list(std::string_view section, Read&& read_element);
+  // Calls read_element(table, path, name) for each table [section.NAME].
   template <class Read>
   void for_each_named(std::string_view section, Read&& read_element);
 
@@ -66,6 +71,7 @@ class SceneReader {
   void check_body_name(const std::string& name, const toml::table& table, const std::string& path);
   void check_unique(std::map<std::string, toml::source_region>& taken, const std::string& name,
                     const toml::table& table, const std::string& path, const std::string& hint);
+  // Reports each of `keys` that the table has.
   void reject(const toml::table& table, const std::string& path, std::initializer_list<std::string_view> keys,
               const std::string& why, const std::string& hint);
   void check_references(std::string_view section);
@@ -239,8 +245,8 @@ void SceneReader::read_light(const toml::table& table, const std::string& path) 
 void SceneReader::read_solver() {
   const toml::table* solver = table("solver");
   if (!solver) return;
-  // The preset comes first, whatever the order of the keys in the file; a misspelt one is reported with the
-  // others.
+  // The preset is applied first, whatever the order of the keys in the file. If it is misspelled, read()
+  // reports it with the other keys.
   const auto accuracy = (*solver)["accuracy"].value<std::string>();
   const auto name = std::find(std::begin(accuracy_names), std::end(accuracy_names), accuracy.value_or(""));
   if (name != std::end(accuracy_names))
@@ -326,12 +332,12 @@ void SceneReader::check_terminal_speed(const toml::table& table, const std::stri
            "it is the speed at which drag carries the weight; remove it, or set `gravity`");
 }
 
-// Whether the table has a rotation that can be used; reports a zero axis.
+// Returns whether the table has a rotation that can be used. Reports a zero axis.
 bool SceneReader::check_rotation(const Rotation& rotation, const toml::table& table,
                                  const std::string& path) {
   const toml::table* given = table["rotation"].as_table();
   if (!given) return false;
-  // Eigen leaves a vector as it is whose squared length is 0, which tiny ones reach by underflow.
+  // Eigen does not normalize a vector whose squared length is 0, which happens to tiny vectors by underflow.
   if (rotation.axis.squaredNorm() > 0) return true;
   problems_.add(place_of(*given, "axis"), path + ".rotation.axis", "has zero length",
                 "any direction, for example [0, 1, 0]");
@@ -346,6 +352,7 @@ void SceneReader::reject(const toml::table& table, const std::string& path,
       problems_.add(node->source(), join_path(path, key), why, hint);
 }
 
+// Reports names of materials or looks that do not exist, and elements that are never used.
 void SceneReader::check_references(std::string_view section) {
   const toml::table* elements = document_[section].as_table();
   const std::string kind(section.substr(0, section.size() - 1));  // "materials" -> "material"
@@ -359,7 +366,7 @@ void SceneReader::check_references(std::string_view section) {
     const std::string hint = did_you_mean(use.name, defined);
     problems_.add(use.at, use.path, fmt::format("unknown {} `{}`", kind, use.name),
                   hint.empty() ? fmt::format("add a table [{}.{}]", section, use.name) : hint);
-    // The one that was probably meant is not reported as unused on top of that.
+    // The element that was probably meant is not reported as unused in addition.
     if (const auto meant = near_miss(use.name, defined)) used.push_back(*meant);
   }
   if (!elements) return;
@@ -369,7 +376,7 @@ void SceneReader::check_references(std::string_view section) {
                     fmt::format("the {} is never used", kind), "remove it, or refer to it by this name");
 }
 
-// The bodies that pins name.
+// Reports names of rigid bodies, in pins and bonds, that do not exist, and pins on bodies without a motion.
 void SceneReader::check_carriers() {
   std::vector<std::string> names;
   for (const RigidBody& body : scene_.rigid) names.push_back(body.name);
@@ -386,7 +393,8 @@ void SceneReader::check_carriers() {
   }
 }
 
-// What only the tetrahedra of volumes have may be said of a material that some volume is made of.
+// Reports keys of materials that only finite elements of volumes use, if no volume of finite elements is made
+// of the material.
 void SceneReader::check_materials() {
   const auto has_tetrahedra = [](const DeformableBody& body, const Material& material) {
     return body.material == material.name && body.shape.is_volume() && !material.has_springs;
@@ -408,6 +416,7 @@ void SceneReader::check_materials() {
   }
 }
 
+// Returns the bytes of a scene file. Throws FileError with a near miss if there is no such file.
 std::string file_bytes(const std::string& path) {
   std::error_code ignored;
   if (std::filesystem::exists(path, ignored)) return io::read_file(path);

@@ -1,4 +1,4 @@
-// reference(): the schema as readable text.
+// Implements reference(): the schema as readable text.
 #include <algorithm>
 
 #include <fmt/format.h>
@@ -10,21 +10,24 @@
 namespace duet::scene {
 namespace {
 
+// Returns the bounds of a key, or the words of a choice, as text.
 std::string bounds_text(const Key& key) {
   if (const auto* choice = std::get_if<Choice>(&key.target))
     return fmt::format("\"{}\"", fmt::join(choice->names, "\" \""));
   return key.bounds.text();
 }
 
+// Returns the keys of the table that the key holds, or of an element of its list; none for other keys.
 std::vector<Key> inner_keys(const Key& key) {
   if (const auto* group = std::get_if<Group>(&key.target)) return group->keys;
   if (const auto* list = std::get_if<List>(&key.target)) return list->element(0);
   return {};
 }
 
-constexpr std::size_t page_width = 112;
+constexpr std::size_t page_width = 112;  // characters
 
-// Characters of the longest name, with the names of the tables around it: "shape.capsule.radius".
+// Returns the number of characters of the longest name, with the names of the tables around it:
+// "shape.capsule.radius".
 std::size_t longest_name(const std::vector<Key>& keys) {
   std::size_t longest = 0;
   for (const Key& key : keys) {
@@ -34,12 +37,14 @@ std::size_t longest_name(const std::vector<Key>& keys) {
   return longest;
 }
 
+// Writes a key and the keys inside of it. `prefix` holds the names of the tables around it, `width` is that
+// of names.
 void write_key(std::string& out, const Key& key, const std::string& prefix, std::size_t width,
                const std::string& default_value) {
   const std::string start = fmt::format("  {:<{}} {:<15} {:<11} {:<22} ", prefix + std::string(key.name),
                                         width, type_text(key), key.unit, default_value);
   const std::string bounds = bounds_text(key);
-  // Long ones get a line of their own.
+  // Bounds that do not fit get a line of their own.
   const std::string line = start + (start.size() + bounds.size() > page_width ? "\n      " : "") + bounds;
   out += line.substr(0, line.find_last_not_of(' ') + 1);
   out += fmt::format("\n      {}\n", key.meaning);
@@ -47,7 +52,8 @@ void write_key(std::string& out, const Key& key, const std::string& prefix, std:
     write_key(out, inner, prefix + std::string(key.name) + ".", width, default_text(inner));
 }
 
-// The default under each accuracy preset where they differ: "0.9 / 0.7 / 0.175".
+// Writes the keys of the solver. Where the defaults of the accuracy presets differ, it gives all three: "0.9
+// / 0.7 / 0.175".
 void write_solver(std::string& out, std::size_t width) {
   Solver draft = preset(Accuracy::draft), standard = preset(Accuracy::standard),
          fine = preset(Accuracy::fine);

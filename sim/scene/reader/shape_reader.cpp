@@ -16,12 +16,16 @@
 namespace duet::scene {
 namespace {
 
+// Largest number of contact points on a rigid body that a `sample_spacing` may ask for; more take too much
+// memory.
 constexpr double most_samples = 1e6;
-constexpr double most_cells = 256;  // along the longest extent of what is filled with tets
-constexpr std::array<std::string_view, 6> kinds = {
-    "box",      "sphere", "capsule",
-    "cylinder", "torus",  "mesh"};  // as ShapeKind, and those of DeformableKind that are filled
+// Largest number of tetrahedra along the longest extent of a filled surface that a `spacing` may ask for.
+constexpr double most_cells = 256;
+// Keys of the kinds of shapes, in the order of ShapeKind and of those kinds of DeformableKind that can be
+// filled.
+constexpr std::array<std::string_view, 6> kinds = {"box", "sphere", "capsule", "cylinder", "torus", "mesh"};
 
+// Returns `hash` continued by the mesh.
 std::uint64_t fingerprint_of(const TriangleMesh& mesh, std::uint64_t hash) {
   hash = hash_bytes(mesh.positions.data(), mesh.positions.size() * sizeof(Vec3), hash);
   return hash_bytes(mesh.triangles.data(), mesh.triangles.size() * sizeof(Triangle), hash);
@@ -32,6 +36,7 @@ std::uint64_t fingerprint_of(const TetMesh& mesh, std::uint64_t hash) {
   return hash_bytes(mesh.tets.data(), mesh.tets.size() * sizeof(Tet), hash);
 }
 
+// Returns the edge lengths (m) of the bounding box of a shape. A mesh must have been read.
 Vec3 extent(const Shape& shape) {
   if (shape.kind != ShapeKind::mesh) return level_set(shape).upper() - level_set(shape).lower();
   Eigen::AlignedBox3d box;
@@ -84,7 +89,7 @@ void ShapeReader::reject(const toml::table& table, const std::string& path,
                     fmt::format("has no effect on a {}", kind), hint);
 }
 
-// Reads the mesh and checks what ties the numbers of one shape together.
+// Reads the mesh of a shape and checks the rules that tie its numbers together.
 void ShapeReader::finish(Shape& shape, const toml::table& table, const std::string& path) {
   const toml::node& value = *table.get(kinds[static_cast<std::size_t>(shape.kind)]);
   if (shape.kind == ShapeKind::mesh && value.is_string() && meshes_ == Meshes::read)
@@ -136,7 +141,8 @@ std::shared_ptr<const Mesh> ShapeReader::loaded(std::map<std::string, std::share
   return entry->second;
 }
 
-// Too wide a spacing leaves nothing of the shape, too narrow a one asks for more tets than there is memory.
+// Reports a spacing of tetrahedra that is too wide to leave anything of the shape, or so narrow that memory
+// would not suffice.
 void ShapeReader::check_spacing(const DeformableShape& shape, const toml::table& table,
                                 const std::string& path) {
   const toml::node* node = table.get("spacing");
@@ -153,7 +159,7 @@ void ShapeReader::check_spacing(const DeformableShape& shape, const toml::table&
                 fmt::format("{:.3g} m gives four cells across it", thickness / 4));
 }
 
-// A spacing far below the body's size would ask for more contact points than there is memory.
+// Reports a spacing of contact points that is so narrow that memory would not suffice, or that has no effect.
 void ShapeReader::check_sample_spacing(const RigidBody& body, const toml::table& body_table,
                                        const std::string& path) {
   const toml::node* node = body_table.get("sample_spacing");

@@ -12,22 +12,25 @@
 namespace duet::scene {
 namespace {
 
+// A visitor of a variant with one lambda for each case.
 template <class... Cases>
 struct Overloaded : Cases... {
   using Cases::operator()...;
 };
 template <class... Cases>
-Overloaded(Cases...) -> Overloaded<Cases...>;  // clang before 17 deduces none for aggregates
+Overloaded(Cases...) -> Overloaded<Cases...>;  // clang before 17 cannot deduce it for aggregates
 
+// Returns a number as it would be written in TOML.
 std::string number_text(const toml::node& node) {
   if (const auto* integer = node.as_integer()) return std::to_string(integer->get());
   std::string text = fmt::format("{}", node.as_floating_point()->get());
-  // A whole number gets a fraction, 30.0, so that it reads as what it is. inf and nan stay.
+  // A whole floating-point number gets a fraction, such as 30.0, which tells it from an integer. inf and nan
+  // stay.
   if (text.find_first_of(".en") == std::string::npos) text += ".0";
   return text;
 }
 
-// Tables where a key that is unknown here would be at home: "[ground] and [[rigid]]".
+// Returns the headings of the sections that have a key of this name: "[ground], [[rigid]]".
 std::string homes_of(std::string_view key) {
   std::vector<std::string> homes;
   Prototype prototype;
@@ -37,18 +40,19 @@ std::string homes_of(std::string_view key) {
   return fmt::format("{}", fmt::join(homes, ", "));
 }
 
-// The least and the largest magnitude of numbers of a unit, but for zero. Products of them, such as masses
-// and moments of inertia, have to stay within the range of floating-point numbers, and time steps within
-// reach.
+// The smallest and the largest magnitude of nonzero numbers of a unit. Products of numbers, such as masses
+// and moments of inertia, have to stay within the range of floating-point numbers, and the number of time
+// steps has to stay finite in practice.
 struct Magnitude {
   double least, largest;
 };
+// Returns the magnitudes that are allowed for a unit.
 Magnitude magnitude_of(std::string_view unit) {
-  if (unit == "m") return {1e-9, 1e9};                        // a few atoms; the width of the sun
+  if (unit == "m") return {1e-9, 1e9};                        // a few atoms; about the diameter of the sun
   if (unit == "s") return {1e-12, 1e12};                      // 30,000 years
   if (unit == "Pa") return {1e-30, 1e15};                     // a thousand times the stiffness of diamond
-  if (unit == "m/s" || unit == "m/s^2") return {1e-30, 1e9};  // light is at 3e8 m/s
-  if (unit == "1/s" || unit == "rad/s") return {1e-30, 1e9};  // a turn in a nanosecond
+  if (unit == "m/s" || unit == "m/s^2") return {1e-30, 1e9};  // light travels at 3e8 m/s
+  if (unit == "1/s" || unit == "rad/s") return {1e-30, 1e9};  // one turn, or radian, in a nanosecond
   return {1e-30, 1e30};
 }
 
