@@ -1,5 +1,5 @@
-// Conjugate gradients for systems that are self-adjoint and positive definite in an inner product of their
-// own.
+// Projected conjugate gradients for systems that are self-adjoint and positive definite in an inner product
+// of their own.
 #pragma once
 
 #include <cmath>
@@ -8,22 +8,30 @@
 
 namespace duet {
 
+/// Outcome of an iterative solve.
 struct CgResult {
-  int iterations = 0;
-  double residual = 0;  // in the system's norm
-  bool converged = false;
+  int iterations = 0;      ///< Number of iterations.
+  double residual = 0;     ///< Norm of the last residual, in the unit and norm of the system.
+  bool converged = false;  ///< True if `residual` is within the tolerance.
 };
 
-// Solves P A P x = P b starting from `x`, which must satisfy the constraints that P projects onto. System has
-//   apply(v, out)   out = A v           project(v)      v = P v
-//   inner(u, v)     the inner product   measure(v)      inner(v, v), and in `norm` what the tolerance bounds
-//   accumulate(a)   takes note that x holds a times the last vector that A was applied to
-// and, if it likes, expect_reduction(factor): is told by what the first residual is to fall. What follows are
-// products with search directions, which need to be just exact enough for that.
-// `r`, `s`, `q` are scratch of x's size. Every residual is projected again, as rounding would otherwise leave
-// the constrained space (Baraff, Witkin 1998). The first one is projected several times: where P is sweeps
-// that have not converged, what is left of the forces that the constraints bear may be more than all the rest
-// of a good start's residual, and keeps the search out of the space it should stay in.
+/// Solves P A P x = P b by conjugate gradients, starting from `x`, which must satisfy the constraints that P
+/// projects onto. `System` has
+///   apply(v, out)   out = A v           project(v)      v = P v
+///   inner(u, v)     the inner product   measure(v)      inner(v, v), and in `norm` what the tolerance bounds
+///   accumulate(a)   notes that x contains a times the last vector that A was applied to
+/// with subtract(), copy(), axpy() and xpay() as in VelocitySystem, and optionally
+///   expect_reduction(factor)   tells by which factor the first residual has to fall.
+/// All later products are with search directions, which need to be exact enough for that reduction only.
+///
+/// `r`, `s` and `q` are scratch of the size of `x`. Stops when the norm of the residual is at most
+/// `tolerance`, after `max_iterations`, or when only rounding or values that are not finite are left; `x` is
+/// the last iterate then.
+///
+/// Every residual is projected again, because rounding would otherwise leave the constrained space (Baraff,
+/// Witkin 1998). The first one is projected four times: if P is sweeps that have not converged, what is left
+/// of the constraint forces can exceed the residual of a good start, and would keep the search out of the
+/// constrained space.
 template <class System, class Vector>
 CgResult conjugate_gradient(System& system, const Vector& b, double tolerance, int max_iterations, Vector& x,
                             Vector& r, Vector& s, Vector& q) {

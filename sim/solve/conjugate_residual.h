@@ -8,12 +8,14 @@
 
 namespace duet {
 
-// Minimises the residual of A x = b over the same spaces in which conjugate gradients minimise the energy
-// (Saad 2003, algorithm 6.20): it never grows from one iteration to the next, also where A is singular and b
-// outside of its range, so that the iteration may stop anywhere. Starts from x = 0. System has
-//   apply(v, out)   out = A v           inner(u, v)     the inner product
-//   norm(v)         what the tolerance bounds
-// `r`, `s`, `Ar`, `As` are scratch.
+/// Solves A x = b by conjugate residuals, starting from x = 0. Each iterate minimizes the residual over the
+/// spaces in which conjugate gradients minimize the energy (Saad 2003, algorithm 6.20). The residual never
+/// grows from one iteration to the next, even if A is singular and b outside of its range, so that the
+/// iteration may stop anywhere. `System` has
+///   apply(v, out)   out = A v           inner(u, v)     the inner product
+///   norm(v)         what the tolerance bounds
+/// with clear(), axpy() and xpay(). Stops when norm(residual) is at most `tolerance`, after `max_iterations`,
+/// or when the rest of the residual is outside of the range of A. `r`, `s`, `Ar` and `As` are scratch.
 template <class System, class Vector>
 CgResult conjugate_residual(System& system, const Vector& b, double tolerance, int max_iterations, Vector& x,
                             Vector& r, Vector& s, Vector& Ar, Vector& As) {
@@ -29,7 +31,7 @@ CgResult conjugate_residual(System& system, const Vector& b, double tolerance, i
       return result;
     system.apply(r, Ar);
     const double next = system.inner(r, Ar);
-    if (!(next > 0)) return result;  // what is left lies outside of A's range
+    if (!(next > 0)) return result;  // the rest of the residual is outside of the range of A
     if (result.iterations == 0) {
       s = r;
       As = Ar;

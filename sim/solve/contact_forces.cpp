@@ -11,17 +11,20 @@
 namespace duet {
 namespace {
 
-// The stiffness of a contact over the mass that it moves: that of a particle with what damps and holds it, as
-// far as this is less than its body's. More would leave a search between contacts that are as good as rigid.
+// Stiffness of a contact over the mass that it moves. That mass is the block of a particle with its damping
+// and elasticity, combined with the mass of its body, which bounds it. A larger value would make the search
+// one between nearly rigid contacts.
 constexpr double stiffness_share = 100;
 
-// A rigid body counts for at least this share of the mass of the heaviest body on its island, as that may
-// lean on it: a stiffness by its own mass would give way under the load.
+// Least mass of a rigid body in the choice of stiffness, over that of the heaviest body on its island. The
+// heaviest body may lean on it, and a stiffness by the mass of a light body alone would give way under the
+// load.
 constexpr double least_mass_share = 0.1;
 
+// Returns the tangential part of `v`.
 Vec3 tangent_of(const Vec3& v, const Vec3& normal) { return v - v.dot(normal) * normal; }
 
-// Velocity of the point per impulse there, where every particle moves by itself.
+// Returns the velocity of a point per impulse there, 1/kg, if every particle moves by its own block.
 Mat3 response_of(const SurfacePoint& point, const std::vector<SymmetricBlock>& own) {
   Mat3 K = Mat3::Zero();
   for (std::size_t i = 0; i < as_index(point.count); ++i) {
@@ -36,6 +39,7 @@ Mat3 response_of(const SurfacePoint& point, const std::vector<SymmetricBlock>& o
   return K;
 }
 
+// Returns the index of the deformable body that a particle belongs to.
 std::size_t body_of(const Bodies& bodies, int particle) {
   const auto after =
       std::upper_bound(bodies.deformable.begin(), bodies.deformable.end(), particle,
@@ -43,10 +47,12 @@ std::size_t body_of(const Bodies& bodies, int particle) {
   return static_cast<std::size_t>(after - bodies.deformable.begin()) - 1;
 }
 
-// A_i of the relative velocity sum of A_i v_i of a pair of points that are `arm` apart, less that by which
-// its particles turn as one: w_i 1 + m_i [arm]x I^-1 [r_i]x, with r_i from their center of mass, of which
-// they have the inertia I. An impulse j that changes v_i by A_i^T j / m_i has no moment. Particles that are
-// held take moments up themselves.
+// Returns the matrices A_i of the relative velocity sum A_i v_i of a pair of points, without the rotation of
+// its particles as a whole:
+//   A_i = w_i 1 + m_i [arm]x I^-1 [r_i]x,
+// with `arm` between the points, r_i from the center of mass of the particles, and their inertia I about it.
+// Impulses that change v_i by A_i^T j / m_i have no moment. If a particle is held, A_i = w_i 1, because it
+// takes moments up.
 std::array<Mat3, 4> map_of(const RepulsionPair& pair, const Particles& particles) {
   std::array<Mat3, 4> map;
   std::array<Vec3, 4> at;
@@ -70,18 +76,20 @@ std::array<Mat3, 4> map_of(const RepulsionPair& pair, const Particles& particles
     inertia +=
         particles.mass[as_index(pair.particle[i])] * (r.squaredNorm() * Mat3::Identity() - r * r.transpose());
   }
-  inertia.diagonal().array() += 1e-14 * inertia.trace();  // particles on a line do not turn about it
+  inertia.diagonal().array() += 1e-14 * inertia.trace();  // keeps I invertible if the particles lie on a line
   const Mat3 turn = skew(arm) * inertia.inverse();
   for (std::size_t i = 0; i < 4; ++i)
     map[i] += particles.mass[as_index(pair.particle[i])] * turn * skew(at[i] - center);
   return map;
 }
 
+// Adds `share` times a symmetric matrix to a block.
 void add(double share, const Mat3& matrix, SymmetricBlock& block) {
   block.diagonal += share * matrix.diagonal();
   block.other += share * Vec3(matrix(1, 2), matrix(0, 2), matrix(0, 1));
 }
 
+// Adds J^T S J to the block of a rigid body, with S = `slope` and J = (1, -[arm]x).
 void add_wrenches(const Mat3& slope, const Vec3& arm, Mat6& block) {
   const Mat3 cross = skew(arm), turned = cross * slope;
   block.topLeftCorner<3, 3>() += slope;
@@ -164,7 +172,7 @@ Mat3 ContactForces::rigid_response(int body, const Vec3& arm, const Islands& isl
 
 void ContactForces::add_row(Row& row, const Mat3& response) {
   const double of_normal = row.normal.dot(response * row.normal);
-  if (!(of_normal > 0)) return;  // nothing can move
+  if (!(of_normal > 0)) return;  // neither side can move along the normal
   row.normal_mass = stiffness_share / of_normal;
   row.tangential_mass = stiffness_share / std::max((response.trace() - of_normal) / 2, 1e-3 * of_normal);
   row.impulse = row.multiplier;
@@ -232,7 +240,7 @@ double ContactForces::evaluate(const GeneralizedVelocity& velocity) {
     const double before = row.multiplier.dot(row.normal);
     const double wanted = before + row.normal_mass * (row.target - v.dot(row.normal));
     const double normal = std::max(0.0, wanted);
-    row.normal_slope = wanted >= 0 ? row.normal_mass : 0;  // also of what is about to touch
+    row.normal_slope = wanted >= 0 ? row.normal_mass : 0;  // also for a contact that is about to touch
     const Vec3 sticking = tangent_of(row.multiplier - row.tangential_mass * v, row.normal);
     const double length = sticking.norm();
     potential += (normal * normal - before * before) / (2 * row.normal_mass);
@@ -310,7 +318,7 @@ Momentum ContactForces::impulse_of_pins(const Particles& particles) const {
   return total;
 }
 
-// By how much the impulse falls with the velocity.
+// Returns the decrease of the impulse by a change `velocity` of the relative velocity, N s.
 Vec3 ContactForces::slope(const Row& row, const Vec3& velocity) const {
   const double normal = velocity.dot(row.normal);
   Vec3 tangent = velocity - normal * row.normal;

@@ -1,4 +1,5 @@
-// Contacts inside a velocity solve: their impulses are unknowns of it, together with the velocities.
+// Contact inside a velocity solve: the impulses of contacts are unknowns of the solve, together with the
+// velocities.
 #pragma once
 
 #include <array>
@@ -10,105 +11,122 @@
 
 namespace duet {
 
-// The impulse of a contact is a function of its relative velocity v (m/s), by the method of multipliers
-// (Hestenes 1969; Rockafellar 1973), for the normal n, the least normal velocity w that is asked for, the
-// multiplier l (N s) and stiffnesses k (kg):
-//   normal    max(0, l_n + k_n (w - n.v))
-//   friction  l_t - k_t v_t, cut off at the bound of Coulomb's law
-// Both are gradients of convex functions of v, so that a velocity solve with them is one for the least of a
-// potential. With k infinitely large, or with multipliers that are the impulses, a contact never closes
-// faster than asked, pushes only where it does not part, and slides only at the bound of its friction. That
-// bound is the one for the normal impulse at the last set_bounds().
+/// Impulses of contacts as functions of their relative velocity v (m/s), by the method of multipliers:
+///   normal    p_n = max(0, l_n + k_n (w - n.v))
+///   friction  p_t = l_t - k_t v_t, cut to |p_t| <= bound,
+/// with the unit normal n, the target w (m/s), the multiplier l (N s) and the stiffnesses k (kg). Both are
+/// gradients of convex functions of v, so that a velocity solve with them minimizes a potential. In the limit
+/// of infinite k, or of multipliers that equal the impulses, a contact closes no faster than its target,
+/// pushes only if it does not separate, and slides only at the bound of friction. That bound is mu p_n at the
+/// last set_bounds() (Hestenes 1969; Rockafellar 1973).
 class ContactForces {
  public:
-  // Takes the contacts of the active pairs of `graph` on the islands of `islands` that are searched, at the
-  // geometry and the targets they hold. Their impulses are the multipliers, `factor` times. `own` holds the
-  // inverses of the particles' own blocks of the solve, 1/kg. Stiffnesses are a hundred times the mass that a
-  // contact moves, so that where its multiplier is unknown it closes by no more than a hundredth of the
-  // velocity that it takes up.
+  /// Takes the contacts of the active pairs of `graph` on searched `islands`, with the geometry and the
+  /// targets that they hold. The multipliers start at `factor` times the impulses of the contacts. `own` has
+  /// the inverse of the diagonal block of every particle in the solve without contact, 1/kg. Stiffnesses are
+  /// a hundred times the mass that a contact moves, so that with an unknown multiplier it closes by at most a
+  /// hundredth of the velocity that it takes up.
   void build(const Bodies& bodies, const ContactSet& contacts, const ContactGraph& graph,
              const Islands& islands, double factor, const std::vector<SymmetricBlock>& own);
-  // Adds the pairs of deformable surfaces on those islands. `seconds` are those in which the pairs may come
-  // as near as their thickness h: less than that apart, they part by `part_share` of what they lack in that
-  // time. The impulses of a pair act at its two points; by a turn of its particles as one they keep angular
-  // momentum.
+  /// Adds pairs of deformable surfaces on searched `islands`. A pair may come as near as its thickness h
+  /// within `seconds` (s). A pair that is nearer than h has to separate in that time by the fraction
+  /// `part_share` of what it lacks. The multipliers start at `factor` times the impulses of remember_pairs().
+  /// The impulses of a pair act at its two points; a rotation of its particles as a whole keeps angular
+  /// momentum.
   void add_pairs(const Bodies& bodies, const std::vector<RepulsionPair>& pairs, const Islands& islands,
                  double seconds, double part_share, double factor, const std::vector<SymmetricBlock>& own);
-  // The impulses of pairs, for solves in which the same pairs take part: step V begins with those of step
-  // III.
+  /// Forgets the impulses of pairs of surfaces.
   void forget_pairs() { remembered_.clear(); }
+  /// Remembers the impulses of pairs of surfaces for a later solve with the same pairs: step V starts with
+  /// those of step III.
   void remember_pairs();
+  /// Removes all contacts and pairs.
   void clear() {
     rows_.clear();
     out_of_reach_.clear();
   }
+  /// Returns whether there are no contacts and pairs that can act.
   bool empty() const { return rows_.empty(); }
 
-  // Finds the impulses at `velocity`, and how they change. Returns their potential, J.
+  /// Computes the impulses at `velocity`, and their derivatives. Returns their potential, J.
   double evaluate(const GeneralizedVelocity& velocity);
-  // The bounds of friction from the normal impulses of the last evaluate().
+  /// Sets the bounds of friction to mu p_n with the normal impulses of the last evaluate().
   void set_bounds();
-  // The same where a search begins, but for pairs of surfaces: they come in such numbers that where their
-  // impulses are unknown each would at first give what all together are to. Theirs are those of the
-  // multipliers.
+  /// Sets the bounds of friction at the start of a search: from the impulses of contacts, as set_bounds(),
+  /// but from the multipliers of pairs of surfaces. There are so many pairs that with unknown impulses each
+  /// would at first give what all together should give.
   void begin_bounds();
-  // Sliding friction keeps its size, so that it falls with the velocity only across its direction. A search
-  // that goes by that overshoots where bodies come to a stop. If careful, it takes friction to fall in all
-  // directions: no less than it ever does along the way, whatever the velocity becomes.
+  /// Chooses the derivative of sliding friction. The exact one (`careful` false) is zero along the direction
+  /// of sliding, because sliding friction keeps its size; Newton steps with it overshoot when bodies come to
+  /// a stop. The careful one is the same in all tangential directions, and an upper bound of what friction
+  /// loses along the step.
   void set_careful(bool careful) { is_careful_ = careful; }
-  // out += factor M^-1 of the impulses.
+  /// Adds to `out` `factor` M^-1 times the impulses of all contacts and pairs.
   void add_velocities(double factor, GeneralizedVelocity& out) const;
-  // The same of those impulses that store() gives to contacts.
+  /// Adds to `out` `factor` M^-1 times the impulses that store() gives to contacts, without those of pairs of
+  /// surfaces.
   void add_stored_velocities(double factor, GeneralizedVelocity& out) const;
-  // What held particles give to others by the impulses of pairs of surfaces, about the origin.
+  /// Returns what held particles give to others by the impulses of pairs of surfaces.
   Momentum impulse_of_pins(const Particles& particles) const;
-  // out += M^-1 of what the impulses lose with `change` of the velocity.
+  /// Adds to `out` M^-1 times the decrease of the impulses by `change` of the velocity.
   void add_differentials(const GeneralizedVelocity& change, GeneralizedVelocity& out) const;
-  // The particles' and bodies' own blocks of that, kg.
+  /// Adds the derivatives of the impulses to the diagonal blocks of every particle (kg) and of every rigid
+  /// body (kg, kg m, kg m^2).
   void add_blocks(std::vector<SymmetricBlock>& particle, std::vector<Mat6>& rigid) const;
-  // The impulses become the multipliers.
+  /// Sets the multipliers to the impulses.
   void settle();
-  // Gives the contacts `factor` times the impulses, and none to those out of reach, which would else keep
-  // what an earlier solve gave them; or the targets that they had when this was built.
+  /// Sets the impulses of contacts to `factor` times the impulses here. Sets those of contacts out of reach
+  /// to zero, which would otherwise keep the impulse of an earlier solve.
   void store(double factor, ContactSet& contacts) const;
+  /// Sets the targets of contacts to those that they had at build().
   void restore_targets(ContactSet& contacts) const;
 
  private:
+  // A contact, or a pair of deformable surfaces.
   struct Row {
-    int contact = -1;  // in the set; -1 for pairs of surfaces, which have no host
-    int pair = -1;     // in pair_maps_
-    int host = -1, guest_rigid = -1;
+    int contact = -1;                 // index into ContactSet::points; -1: a pair of surfaces
+    int pair = -1;                    // index into pair_maps_; -1: a contact
+    int host = -1, guest_rigid = -1;  // rigid bodies; -1: none
     bool moves_host = false;
-    SurfacePoint point;  // of a deformable guest
-    Vec3 normal, host_arm, guest_arm, path_velocity;
-    double target = 0, friction = 0;
-    double normal_mass = 0, tangential_mass = 0;    // kg, the stiffnesses
+    SurfacePoint point;                             // of a deformable guest, or the four particles of a pair
+    Vec3 normal,                                    // unit
+        host_arm, guest_arm,                        // m
+        path_velocity;                              // m/s, see ContactPoint
+    double target = 0,                              // m/s
+        friction = 0;                               // Coulomb coefficient
+    double normal_mass = 0, tangential_mass = 0;    // kg, the stiffnesses k_n and k_t
     Vec3 multiplier = Vec3::Zero();                 // N s
     double bound = 0;                               // N s, of friction
     Vec3 impulse = Vec3::Zero();                    // N s, on the guest
-    double normal_slope = 0, tangential_slope = 0;  // kg, by which the impulses fall with the velocity
-    Vec3 sliding = Vec3::Zero();                    // unit, the tangent along which friction does not change
+    double normal_slope = 0, tangential_slope = 0;  // kg, decrease of the impulses per velocity
+    Vec3 sliding = Vec3::Zero();  // unit, the direction of friction at its bound; zero: it sticks
   };
+  // The remembered impulse of a pair of surfaces.
   struct PairImpulse {
     std::array<int, 4> particle;
     Vec3 impulse;  // N s
   };
   Vec3 remembered_impulse(const RepulsionPair& pair) const;
+  // Returns the relative velocity of a row, m/s, without its path velocity.
   Vec3 velocity_of(const Row& row, const GeneralizedVelocity& v) const;
   Vec3 slope(const Row& row, const Vec3& velocity) const;
+  // Adds M^-1 times an impulse on the guest and its opposite on the host.
   void push(const Row& row, const Vec3& impulse, GeneralizedVelocity& v) const;
 
+  // Fills heaviest_.
   void find_heaviest(const Islands& islands);
-  // Velocity of a point of a rigid body per impulse there, 1/kg.
+  // Returns the velocity of a point of a rigid body per impulse there, 1/kg, for the choice of a stiffness.
   Mat3 rigid_response(int body, const Vec3& arm, const Islands& islands) const;
+  // Sets the stiffnesses of a row by its `response` (1/kg) and adds it, unless nothing can move along its
+  // normal.
   void add_row(Row& row, const Mat3& response);
 
   const Bodies* bodies_ = nullptr;
   std::vector<Row> rows_;
-  std::vector<int> out_of_reach_;               // contacts without a target
-  std::vector<std::array<Mat3, 4>> pair_maps_;  // A_i of v_rel = sum of A_i v_i, of pairs of surfaces
-  std::vector<PairImpulse> remembered_;         // in order of their particles
-  std::vector<double> heaviest_;                // kg, of every island
+  std::vector<int> out_of_reach_;               // contacts with the target minus infinity
+  std::vector<std::array<Mat3, 4>> pair_maps_;  // for each pair of surfaces: A_i of v_rel = sum of A_i v_i
+  std::vector<PairImpulse> remembered_;         // sorted by their particles
+  std::vector<double> heaviest_;                // kg, for each island: the mass of its heaviest body
   bool is_careful_ = true;
 };
 

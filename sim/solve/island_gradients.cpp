@@ -8,12 +8,13 @@
 namespace duet {
 namespace {
 
-constexpr int first_projections = 4;  // see conjugate_gradient()
+constexpr int first_projections = 4;  // projections of the first residual, see conjugate_gradient()
 
-// A NaN stays.
+// Returns the larger value; a NaN in `a` stays.
 double larger(double a, double b) { return b <= a || std::isnan(a) ? a : b; }
 
-// Has the system and the projection work on what is searched, and on everything again at the end.
+// Limits the system and the projection to searched islands during its lifetime. At the end, the projection
+// works with the masses of the particles again.
 class Limits {
  public:
   Limits(VelocitySystem& system, ContactProjection* projection, const Islands& islands)
@@ -35,7 +36,7 @@ class Limits {
   ContactProjection* projection_;
 };
 
-// One solve's.
+// The search of one solve: sums, step lengths and updates for each island.
 class Search {
  public:
   Search(VelocitySystem& system, Islands& islands, IslandSearch& scratch)
@@ -44,7 +45,7 @@ class Search {
     partial_.resize(islands.ranges().size());
   }
 
-  // The norms of `r`, and the shares by which directions are turned if it is not the first.
+  // Computes the norms of the residual `r`, and the weights <r, r> / <r, r>_before of the last directions.
   void measure(const GeneralizedVelocity& r) {
     sum_up([&](std::size_t p) { return system_.particle_measure(p, r); },
            [&](std::size_t i) { return system_.rigid_measure(i, r); });
@@ -54,8 +55,8 @@ class Search {
       state.left = state.sum.inner;
     });
   }
-  // The length of the step along `s`, whose product is `q`. Islands of which only rounding is left have none,
-  // and are left.
+  // Computes the step lengths <r, r> / <s, q> along the direction `s` with the product `q`. Takes islands out
+  // of the search where only rounding is left, <s, q> <= 0.
   void find_step(const GeneralizedVelocity& s, const GeneralizedVelocity& q) {
     using Measure = VelocitySystem::Measure;
     sum_up(
@@ -73,7 +74,8 @@ class Search {
     }
     islands_.update();
   }
-  // x += share s, r -= share q, and the forces of x.
+  // Updates x += share s and r -= share q, and adds share times the damping forces of the last product to
+  // those of x.
   void advance(const GeneralizedVelocity& s, const GeneralizedVelocity& q, GeneralizedVelocity& x,
                GeneralizedVelocity& r) {
     const std::vector<Vec3>& force = system_.forces();
@@ -90,7 +92,7 @@ class Search {
       r.angular[i] -= share * q.angular[i];
     });
   }
-  // s = r + share s
+  // Updates s = r + share s.
   void turn(const GeneralizedVelocity& r, GeneralizedVelocity& s) {
     for_each_range(
         [&](std::size_t p, double share) { s.particle[p] = r.particle[p] + share * s.particle[p]; });
@@ -100,11 +102,13 @@ class Search {
     });
   }
 
+  // Takes islands out of the search whose residual has a norm of at most `tolerance`.
   void leave_converged(double tolerance) {
     for (std::size_t i = 0; i < state_.size(); ++i)
       if (islands_.is_searched(i) && state_[i].norm <= tolerance) islands_.leave(i);
     islands_.update();
   }
+  // Returns the largest norm of all islands, m/s, also of those that have converged.
   double largest_norm() const {
     double largest = 0;
     for (const State& state : state_) largest = larger(largest, state.norm);
@@ -114,11 +118,13 @@ class Search {
  private:
   using State = IslandSearch::State;
 
+  // Calls work(state) for every searched island.
   template <class Work>
   void for_each_searched(Work&& work) {
     for (std::size_t i = 0; i < state_.size(); ++i)
       if (islands_.is_searched(i)) work(state_[i]);
   }
+  // Calls work(particle, share of its island) for the particles of searched islands.
   template <class Work>
   void for_each_range(Work&& work) const {
     const std::vector<Islands::Range>& ranges = islands_.ranges();
@@ -127,12 +133,14 @@ class Search {
         for (std::size_t p = ranges[k].begin; p < ranges[k].end; ++p) work(p, state_[ranges[k].island].share);
     });
   }
+  // Calls work(body, share of its island) for the rigid bodies of searched islands.
   template <class Work>
   void for_each_body(Work&& work) const {
     for (std::size_t i = 0; i < system_.rigid_count(); ++i)
       if (islands_.is_searched_rigid(i))
         work(i, state_[static_cast<std::size_t>(islands_.of_rigid(i))].share);
   }
+  // Sums up measures of particles and rigid bodies for every searched island, in a fixed order.
   template <class OfParticle, class OfBody>
   void sum_up(OfParticle&& of_particle, OfBody&& of_body) {
     const std::vector<Islands::Range>& ranges = islands_.ranges();
@@ -169,7 +177,7 @@ CgResult solve_islands(VelocitySystem& system, ContactProjection* projection, Da
     result.converged = result.residual <= tolerance;
     return result;
   };
-  if (anew) VelocitySystem::forget(masses);  // also if none are found now
+  if (anew) VelocitySystem::forget(masses);  // also if this solve assembles none
   system.apply(x, q);
   system.accumulate(1);
   VelocitySystem::subtract(b, q, r);

@@ -9,9 +9,9 @@
 namespace duet {
 namespace {
 
-constexpr std::size_t grain = 2048;
+constexpr std::size_t grain = 2048;  // one-rings of one task
 
-// One-rings that are crushed to less than this part of what a particle's motion changes at rest have no
+// Least diagonal entry of a one-ring, over its value at rest. A one-ring that is compressed to less has no
 // direction left in which pressure could act.
 constexpr double least_diagonal = 1e-12;
 
@@ -20,14 +20,14 @@ void set_zero(GeneralizedVelocity& v) {
     std::fill(values->begin(), values->end(), Vec3::Zero());
 }
 
-// y = s D P M^-1 D^T s x, with s = 1/sqrt(diagonal): Jacobi's preconditioner, applied from both sides. It
-// takes the sizes and densities of bodies and elements out of the problem.
+// The operator y = s D P M^-1 D^T s x with s = 1/sqrt(diagonal): Jacobi's preconditioner, applied from both
+// sides. It takes the sizes and densities of bodies and elements out of the problem.
 class PressureSystem {
  public:
   PressureSystem(const OneRings& rings, const ContactProjection* projection, PressureScratch& scratch)
       : rings_(rings), projection_(projection), scratch_(scratch) {}
 
-  // The change of the velocities by the pressures s x.
+  // Sets scratch.change to the change of the velocities by the pressures s x, and scratch.scaled to s x.
   void change_velocities(const std::vector<double>& x) {
     scale(x, scratch_.scaled);
     GeneralizedVelocity& change = scratch_.change;
@@ -50,7 +50,7 @@ class PressureSystem {
         },
         [](double a_part, double b_part) { return a_part + b_part; });
   }
-  // 1 where a one-ring is as far from its rate as the tolerance allows.
+  // Returns the largest error of a one-ring's rate over the error that the tolerance allows.
   double norm(const std::vector<double>& r) const {
     double largest = 0;
     for (std::size_t i = 0; i < r.size(); ++i) {
@@ -83,6 +83,7 @@ class PressureSystem {
   PressureScratch& scratch_;
 };
 
+// Sizes the scratch, and computes scales, tolerances and the right side.
 void prepare(const Bodies& bodies, double dt, const PressureSettings& settings, PressureScratch& scratch) {
   const OneRings& rings = bodies.one_rings;
   const std::size_t n = rings.size();

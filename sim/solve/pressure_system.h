@@ -1,5 +1,5 @@
-// The pressures that keep the volumes of one-rings: D P M^-1 D^T q = rate (Irving, Schroeder, Fedkiw
-// 2007), where P projects the contact constraints out of the gradient field.
+// The pressure solve of incompressible bodies: D P M^-1 D^T q = rate, where the projection P satisfies the
+// contact constraints (Irving, Schroeder, Fedkiw 2007).
 #pragma once
 
 #include "sim/contact/response/contact_projection.h"
@@ -7,26 +7,37 @@
 
 namespace duet {
 
+/// Settings of find_pressures().
 struct PressureSettings {
-  double tolerance = 1e-4;  // largest error of a one-ring's volume in a step, over its volume at rest
-  int iterations = 100;
-  double reduction = 0;  // of the largest error, at which a solve may also end
+  double tolerance = 1e-4;  ///< Largest error of a nodal volume in a step, over its volume at rest, 1.
+  int iterations = 100;     ///< Iterations at most.
+  double reduction = 0;     ///< Reduction of the largest error at which a solve may end as well, 1.
 };
 
-// Keeps its storage from solve to solve.
+/// Input, result and scratch of find_pressures(), kept from solve to solve so that nothing is allocated.
+/// One-rings are the nodal volumes.
 struct PressureScratch {
-  std::vector<double> rate;       // m^3/s, by which the rates of the one-rings are to change
-  std::vector<double> pressure;   // Pa s, that were found
-  std::vector<double> scale;      // 1 / sqrt(diagonal), (kg/m^4)^1/2; 0 for one-rings that nothing can change
-  std::vector<double> tolerance;  // m^3/s over scale
-  std::vector<double> right_side, residual, direction, image, direction_image, scaled;
-  GeneralizedVelocity change;  // of the velocities, by the pressures
+  std::vector<double> rate;  ///< Input, for each one-ring: wanted change of the rate of its volume, m^3/s.
+  std::vector<double> pressure;  ///< Result, for each one-ring: pressure times time, Pa s.
+  /// For each one-ring: 1 / sqrt(diagonal), (kg/m^4)^1/2; 0: nothing can change it.
+  std::vector<double> scale;
+  /// For each one-ring: factor that makes a scaled residual 1 at the tolerance.
+  std::vector<double> tolerance;
+  std::vector<double> right_side,  ///< Scaled right side.
+      residual,                    ///< Scaled residual.
+      direction,                   ///< Search direction.
+      image,                       ///< Product with the residual.
+      direction_image,             ///< Product with the search direction.
+      scaled;                      ///< Pressures of the last product, Pa s.
+  GeneralizedVelocity change;      ///< Result: change of the velocities by the pressures, m/s and rad/s.
 };
 
-// Finds the pressures that change the rates D v of the one-rings of `bodies`, as they were linearized last,
-// by `scratch.rate`, to within the tolerance for a step of `dt` (s), and sets `scratch.change` to P M^-1 D^T
-// q. Without a `projection` bodies are not in contact: P = 1. The impulses are internal, or of contacts and
-// equal and opposite: momentum is kept however far the iteration has come.
+/// Finds the pressures q that change the rates D v of the one-rings of `bodies` by `scratch.rate`:
+///   D P M^-1 D^T q = rate,
+/// to within the tolerance for a step of `dt` (s), and sets `scratch.change` to P M^-1 D^T q. D is the
+/// divergence at the last linearization of `bodies.one_rings`. A null `projection` means no contact: P = 1.
+/// If the iterations do not suffice, the result is the best so far. Momentum is kept in any case, because the
+/// impulses are internal, or those of contacts, which are equal and opposite.
 CgResult find_pressures(const Bodies& bodies, const ContactProjection* projection, double dt,
                         const PressureSettings& settings, PressureScratch& scratch);
 

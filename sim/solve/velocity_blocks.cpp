@@ -6,7 +6,7 @@
 namespace duet {
 namespace {
 
-constexpr std::size_t grain = 1024;
+constexpr std::size_t grain = 1024;  // particles of one task
 
 }  // namespace
 

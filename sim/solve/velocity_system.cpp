@@ -9,11 +9,13 @@
 namespace duet {
 namespace {
 
-constexpr std::size_t grain = 1024;
-// By which single precision lets the residual of a solve fall with a hundred times as much to spare: a
-// product with a search direction is off by 1e-7 of itself, and damped masses keep the operator near to one.
+constexpr std::size_t grain = 1024;  // particles of one task
+// Largest residual reduction for which products with search directions take single precision. Their relative
+// error is 1e-7, and the block-Jacobi preconditioner keeps the operator near the identity, so that a margin
+// of a factor 100 is left. A larger value would use up that margin.
 constexpr double reduction_in_single = 1e4;
 
+// Calls operation(x entry, y entry) for all particles and both parts of all twists.
 template <class Operation>
 void for_each_entry(const GeneralizedVelocity& x, GeneralizedVelocity& y, Operation&& operation) {
   parallel_for(x.particle.size(), grain, [&](std::size_t begin, std::size_t end) {
@@ -25,6 +27,7 @@ void for_each_entry(const GeneralizedVelocity& x, GeneralizedVelocity& y, Operat
   }
 }
 
+// Calls operation(value) for all values.
 template <class Operation>
 void for_each_entry(std::vector<Vec3>& values, Operation&& operation) {
   parallel_for(values.size(), grain, [&](std::size_t begin, std::size_t end) {
@@ -115,7 +118,8 @@ void VelocitySystem::weigh(GeneralizedVelocity& right_side) const {
 }
 
 void VelocitySystem::expect_reduction(double factor) {
-  // finish() must not take away what is more than rounding.
+  // finish() removes the moments of forces on bodies, which have to be rounding. Some forces have true
+  // moments.
   const bool has_moments = bodies_.forces.turn_bodies();
   in_single_ = masses_ && !implicit_elasticity_ && !has_moments && factor <= reduction_in_single;
   if (in_single_ && collected_) collected_in_single_->assign(force_.size(), Vec3::Zero());
@@ -159,7 +163,8 @@ void VelocitySystem::accumulate(double share) {
   });
 }
 
-// Where single precision is taken, damping has no moment on a body but for its rounding.
+// In single precision, damping forces have no moment on a body except for their rounding, which is removed
+// here.
 void VelocitySystem::finish() {
   if (!collected_ || !in_single_) return;
   for (const DeformableBody& body : bodies_.deformable)
@@ -188,7 +193,7 @@ double VelocitySystem::inner(const GeneralizedVelocity& u, const GeneralizedVelo
   return sum;
 }
 
-// One pass over the particles, which is what both take.
+// Inner product and norm share one pass over the particles.
 VelocitySystem::Measure VelocitySystem::measure(const GeneralizedVelocity& v) const {
   Measure result = parallel_reduce(
       v.particle.size(), grain, Measure{},

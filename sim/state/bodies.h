@@ -1,4 +1,5 @@
-// Rigid and deformable bodies together, and whole-state velocities of both kinds.
+// The state of all rigid and deformable bodies together, the velocities of both kinds as one saved state, and
+// their momentum and energy.
 #pragma once
 
 #include <algorithm>
@@ -17,73 +18,90 @@
 
 namespace duet {
 
-// A particle that moves with a kinematic body. Like every particle that is held it has no inverse mass.
+/// A prescribed particle: it moves with a kinematic body. Its inverse mass is zero, as that of every particle
+/// that is held, so that no force moves it.
 struct CarriedParticle {
-  int particle = 0;
-  std::size_t kinematic = 0;  // index into RigidBodies::kinematic
-  Vec3 arm = Vec3::Zero();    // m, in the body's space
+  int particle = 0;           ///< Index of the particle.
+  std::size_t kinematic = 0;  ///< Index into RigidBodies::kinematic of the body that carries the particle.
+  Vec3 arm = Vec3::Zero();    ///< Position of the particle in the frame of the body, m.
 };
 
+/// All rigid and deformable bodies of a scene, with what connects them.
 struct Bodies {
-  RigidBodies rigid;
-  Particles particles;
-  std::vector<CarriedParticle> carried;
-  std::vector<BoundParticle> bound;
-  InternalForces forces;    // of the deformable bodies
-  std::vector<Tet> tets;    // of all volumes
-  ElementLists neighbours;  // of each particle, in those
-  ElementLists adjoining;   // of each rigid body, see adjoining_bodies()
-  OneRings one_rings;       // of incompressible bodies
-  std::vector<DeformableBody> deformable;
-  std::vector<SurfacePoint> points;          // of all deformable bodies, body after body
-  std::vector<BoundaryEdge> edges;           // the same, of what touches with more than its particles
-  std::vector<Triangle> triangles;           // their boundaries, global particle indices
-  ElementLists faces_around;                 // of each particle, those of the boundaries of volumes
-  std::vector<std::array<int, 2>> segments;  // of rods, the same
-  Articulation articulation;                 // joints between the rigid bodies
-  std::vector<int> linked;                   // of each rigid body, see linked_bodies(); empty without joints
-  // Two rigid bodies, the lesser first, and a rigid and a deformable one, that never touch; sorted.
-  std::vector<std::pair<int, int>> apart, apart_deformable;
-  CollisionSurface collision_surface;  // of the deformable bodies in their order, if they can meet or fold
-  bool push_back = true;  // deformable bodies on rigid ones; without it, these have no use for momentum
+  RigidBodies rigid;                     ///< The rigid bodies: dynamic, kinematic and static ones.
+  Particles particles;                   ///< The particles of all deformable bodies, body after body.
+  std::vector<CarriedParticle> carried;  ///< Prescribed particles, which kinematic bodies carry.
+  std::vector<BoundParticle> bound;      ///< Embedded particles, which dynamic rigid bodies carry.
+  InternalForces forces;                 ///< Internal forces of the deformable bodies.
+  std::vector<Tet> tets;                 ///< Tetrahedra of all volumes, as global particle indices.
+  ElementLists neighbours;               ///< For each particle: its neighbors along edges of `tets`.
+  /// For each static body: the static bodies that adjoin it; empty lists for others. See adjoining_bodies().
+  ElementLists adjoining;
+  OneRings one_rings;                      ///< Nodal volumes of the incompressible bodies.
+  std::vector<DeformableBody> deformable;  ///< The deformable bodies, as ranges of the arrays here.
+  std::vector<SurfacePoint> points;        ///< Surface points of all deformable bodies, body after body.
+  /// Boundary edges of all deformable bodies that touch with more than their particles, body after body.
+  std::vector<BoundaryEdge> edges;
+  std::vector<Triangle> triangles;  ///< Boundary triangles, body after body, as global particle indices.
+  ElementLists faces_around;        ///< For each particle: the boundary triangles of volumes that contain it.
+  /// Segments of rods, body after body, as global particle indices.
+  std::vector<std::array<int, 2>> segments;
+  Articulation articulation;  ///< Joints between the rigid bodies.
+  /// For each rigid body: its jointed group, named by the first member, or -1; see linked_bodies(). Empty in
+  /// scenes without joints.
+  std::vector<int> linked;
+  /// Collision exclusions between rigid bodies: pairs with the lesser index first, sorted.
+  std::vector<std::pair<int, int>> apart,
+      apart_deformable;  ///< Collision exclusions: pairs of a rigid and a deformable body, sorted.
+  CollisionSurface collision_surface;  ///< Surfaces for self-repulsion and self-collision; empty without.
+  /// True if deformable bodies push rigid ones. If false, contact is one-way: impulses of deformable guests
+  /// do not move their rigid hosts.
+  bool push_back = true;
 };
 
-// Whether contact passes over two rigid bodies, as over those that a joint holds together.
+/// Returns whether the rigid bodies `a` and `b` are a collision exclusion, as two bodies of a joint are.
 inline bool never_touch(const Bodies& bodies, int a, int b) {
   return !bodies.apart.empty() &&
          std::binary_search(bodies.apart.begin(), bodies.apart.end(), std::pair<int, int>(std::minmax(a, b)));
 }
 
-// The same for a rigid and a deformable body, as for bones and the flesh around them.
+/// Returns whether a rigid and a deformable body are a collision exclusion, as a bone and its flesh are.
 inline bool never_touch_deformable(const Bodies& bodies, int rigid, int deformable) {
   return !bodies.apart_deformable.empty() &&
          std::binary_search(bodies.apart_deformable.begin(), bodies.apart_deformable.end(),
                             std::pair(rigid, deformable));
 }
 
-// A velocity of every particle and body. Rigid rotation is stored as angular momentum: angular velocities
-// saved before and restored after a change of orientation would create energy (paper section 2, facts of the
-// original's stage I). Of bodies without finite momentum it is the angular velocity.
+/// A saved velocity of every particle and rigid body. Rotation is stored as angular momentum, because an
+/// angular velocity that is saved before a change of orientation and restored after it would create energy.
 struct VelocityState {
-  std::vector<Vec3> particle;  // m/s
-  std::vector<Vec3> rigid;     // m/s
-  std::vector<Vec3> rotation;  // rotation_variable: kg m^2/s of dynamic bodies, rad/s of others
+  std::vector<Vec3> particle;  ///< Velocity of every particle, m/s.
+  std::vector<Vec3> rigid;     ///< Velocity of the center of mass of every rigid body, m/s.
+  /// Rotation of every rigid body, see rotation_variable(): angular momentum L (kg m^2/s, world axes) of
+  /// dynamic bodies, angular velocity (rad/s) of the others.
+  std::vector<Vec3> rotation;
 };
 
+/// Copies the velocities of `bodies` to `out`, which is resized.
 void store_velocities(const Bodies& bodies, VelocityState& out);
-void restore_velocities(const VelocityState& velocities,
-                        Bodies& bodies);  // w follows from L and the orientation now
+/// Sets the velocities of `bodies`. The angular velocity of dynamic bodies follows from L and the present
+/// orientation.
+void restore_velocities(const VelocityState& velocities, Bodies& bodies);
+/// Adds `change` to the velocities of `bodies`. The angular velocity of dynamic bodies follows from L.
 void add_velocities(const VelocityState& change, Bodies& bodies);
-// out = (velocities of `bodies` now) - base
+/// Sets out = (present velocities of `bodies`) - base.
 void velocity_difference(const Bodies& bodies, const VelocityState& base, VelocityState& out);
 
-// Linear and angular momentum about the origin, and kinetic energy.
+/// Linear and angular momentum.
 struct Momentum {
-  Vec3 linear = Vec3::Zero();   // kg m/s
-  Vec3 angular = Vec3::Zero();  // kg m^2/s
+  Vec3 linear = Vec3::Zero();   ///< Linear momentum, kg m/s.
+  Vec3 angular = Vec3::Zero();  ///< Angular momentum about the origin of the world, kg m^2/s.
 };
+/// Returns the momentum of all particles and rigid bodies at their present positions.
 Momentum momentum(const Bodies& bodies);
-double kinetic_energy(const Bodies& bodies);                             // J
-double gravitational_energy(const Bodies& bodies, const Vec3& gravity);  // J, zero at the origin
+/// Returns the kinetic energy of all particles and rigid bodies, J.
+double kinetic_energy(const Bodies& bodies);
+/// Returns the potential energy -sum m g.x in the field `gravity` (m/s^2), J. It is zero at the origin.
+double gravitational_energy(const Bodies& bodies, const Vec3& gravity);
 
 }  // namespace duet

@@ -5,11 +5,15 @@
 namespace duet {
 namespace {
 
-constexpr std::size_t most_particles = 1024;  // of a range
+// Largest number of particles of a range, which is one parallel task. Larger ranges balance worse among
+// threads; the partial sums of solves follow the ranges, so that another value changes results in the last
+// bits.
+constexpr std::size_t most_particles = 1024;
 
 }  // namespace
 
-// What bodies are made of, which stays as it is. Anchors of tethers lie in no body's range.
+// The structure is found once, because bodies keep their particles. The anchors of soft bindings (`tethers`)
+// lie in no body's range: they take the body of the particle that they are tethered to.
 void Islands::find_structure(const Bodies& bodies) {
   if (node_of_.size() == bodies.particles.size()) return;
   node_of_.resize(bodies.particles.size());
@@ -59,7 +63,7 @@ void Islands::join(std::size_t a, std::size_t b) {
 void Islands::finish() {
   island_.assign(parent_.size(), -1);
   left_ = 0;
-  for (std::size_t i = 0; i < parent_.size(); ++i) {  // a root comes before the others of its island
+  for (std::size_t i = 0; i < parent_.size(); ++i) {  // a root has the lowest number of its island
     if (is_fixed_[i]) continue;
     const std::size_t first = root(i);
     island_[i] = first == i ? static_cast<int>(left_++) : island_[first];

@@ -6,14 +6,16 @@
 namespace duet {
 namespace {
 
-// Sine of the slope from which on a contact counts as support; side by side, bodies do not carry each other.
+// Smallest |n . up| at which a contact counts as support, for its unit normal n: planes steeper than about 84
+// degrees do not count, because bodies side by side do not carry each other. A larger value would leave steep
+// contacts out of the graph.
 constexpr double least_slope = 0.1;
 
 bool is_fixed(const Bodies& bodies, int body) {
   return as_index(body) < bodies.rigid.size() && !bodies.rigid.properties[as_index(body)].is_dynamic();
 }
 
-// The normal of the pair's deepest point, from its host to its guest.
+// Returns the unit normal at the deepest point of a pair, from its host to its guest.
 Vec3 deepest_normal(const ContactSet& contacts, const ContactPair& pair) {
   const ContactPoint* deepest = &contacts.points[as_index(pair.begin)];
   for (int i = pair.begin + 1; i < pair.end; ++i)
@@ -21,7 +23,8 @@ Vec3 deepest_normal(const ContactSet& contacts, const ContactPair& pair) {
   return deepest->host == pair.host ? deepest->normal : Vec3(-deepest->normal);
 }
 
-// begin[k] .. begin[k + 1] are the positions in `sorted` of the values whose key is k.
+// Groups `values` by their `keys` in [0, count). On return, the values of key k are `sorted` from begin[k] to
+// begin[k + 1], in their given order.
 void group(const std::vector<int>& keys, const std::vector<int>& values, std::size_t count,
            std::vector<int>& begin, std::vector<int>& sorted) {
   begin.assign(count + 1, 0);
@@ -31,6 +34,7 @@ void group(const std::vector<int>& keys, const std::vector<int>& values, std::si
   for (std::size_t i = values.size(); i-- > 0;) sorted[as_index(--begin[as_index(keys[i])])] = values[i];
 }
 
+// Fills the edges of the graph, from each body to those that support it: `first_support` and `support`.
 void find_supports(const Bodies& bodies, const Vec3& gravity, const ContactSet& contacts,
                    ContactGraph& graph) {
   graph.above.clear();
@@ -47,8 +51,8 @@ void find_supports(const Bodies& bodies, const Vec3& gravity, const ContactSet& 
   group(graph.above, graph.below, graph.level.size(), graph.first_support, graph.support);
 }
 
-// Tarjan's algorithm without recursion. It completes a component after all those that support it, which are
-// ranked by then.
+// Ranks bodies by Tarjan's algorithm for strongly connected components, without recursion. The algorithm
+// completes a component after all components that support it, so that these have their levels by then.
 class Ranking {
  public:
   Ranking(const Bodies& bodies, ContactGraph& graph) : bodies_(bodies), graph_(graph) {
@@ -61,6 +65,7 @@ class Ranking {
     graph_.component.clear();
   }
 
+  // Searches all bodies that lead down from `root`, and ranks those that have no level yet.
   void search_from(int root) {
     if (graph_.number[as_index(root)] >= 0) return;
     enter(root);
@@ -90,6 +95,7 @@ class Ranking {
     graph_.component.push_back(body);
   }
 
+  // Ends the search below `body`; ranks its component if `body` is the root of it.
   void leave(int body) {
     const auto b = as_index(body);
     graph_.path.pop_back();
@@ -104,6 +110,7 @@ class Ranking {
     graph_.component.erase(first, graph_.component.end());
   }
 
+  // Gives the bodies of a component their level, one more than that of their highest support.
   void rank(std::vector<int>::const_iterator first, std::vector<int>::const_iterator last) {
     int level = 0;
     char supported = 0;
@@ -111,7 +118,7 @@ class Ranking {
       graph_.open[as_index(*member)] = 0;
       for (int i = graph_.first_support[as_index(*member)]; i < graph_.first_support[as_index(*member) + 1];
            ++i) {
-        const int below = graph_.support[as_index(i)];  // members have level 0 still
+        const int below = graph_.support[as_index(i)];  // members of the component still have level 0
         level = std::max(level, graph_.level[as_index(below)]);
         supported |= graph_.supported[as_index(below)];
       }
@@ -127,6 +134,7 @@ class Ranking {
   int counter_ = 0;
 };
 
+// Fills `first_pair` and `pair_of_body` in the order of the schedule.
 void list_pairs_of_bodies(const Bodies& bodies, const ContactSet& contacts, ContactGraph& graph) {
   std::vector<int>&body = graph.above, &pair_index = graph.below;
   body.clear();
@@ -142,6 +150,7 @@ void list_pairs_of_bodies(const Bodies& bodies, const ContactSet& contacts, Cont
   group(body, pair_index, bodies.rigid.size(), graph.first_pair, graph.pair_of_body);
 }
 
+// Returns the root of a body in the disjoint-set forest `island`, and halves the path to it.
 int first_of_island(std::vector<int>& island, int body) {
   while (island[as_index(body)] != body) {
     int& next = island[as_index(body)];
@@ -151,6 +160,7 @@ int first_of_island(std::vector<int>& island, int body) {
   return body;
 }
 
+// Joins the movable bodies of every active pair.
 void find_islands(const Bodies& bodies, const ContactSet& contacts, ContactGraph& graph) {
   std::vector<int>& island = graph.island;
   island.resize(graph.level.size());
@@ -166,12 +176,14 @@ void find_islands(const Bodies& bodies, const ContactSet& contacts, ContactGraph
     island[as_index(body)] = first_of_island(island, body);
 }
 
+// Returns whether a body is kinematic and moves now.
 bool is_moving_fixed(const Bodies& bodies, int body) {
   if (!is_fixed(bodies, body)) return false;
   const RigidState& state = bodies.rigid.state[as_index(body)];
   return !(state.velocity.isZero(0) && state.angular_velocity.isZero(0));
 }
 
+// Fills `carries_shocks`.
 void find_where_shocks_pass(const Bodies& bodies, const ContactSet& contacts, ContactGraph& graph) {
   graph.carries_shocks.assign(graph.island.size(), 1);
   for (const int p : graph.pairs) {
@@ -180,6 +192,7 @@ void find_where_shocks_pass(const Bodies& bodies, const ContactSet& contacts, Co
     const bool is_driven = is_moving_fixed(bodies, pair.host) || is_moving_fixed(bodies, guest);
     if (is_driven) graph.carries_shocks[as_index(graph.island_of(bodies, pair))] = 2;
   }
+  // Keeps shocks out of the island of a body.
   const auto bar = [&](std::size_t body) { graph.carries_shocks[as_index(graph.island[body])] = 0; };
   for (std::size_t d = 0; d < bodies.deformable.size(); ++d) bar(bodies.rigid.size() + d);
   for (const BoundParticle& bound : bodies.bound) bar(bound.body);

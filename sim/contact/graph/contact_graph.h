@@ -1,4 +1,5 @@
-// Step III.1: which bodies rest on which (paper section 5; Guendelman, Bridson, Fedkiw 2003).
+// Step III.1: the contact graph, which says which bodies rest on which (paper section 5; Guendelman, Bridson,
+// Fedkiw 2003), with the orders and schedules of contact that follow from it.
 #pragma once
 
 #include <vector>
@@ -9,41 +10,54 @@
 
 namespace duet {
 
-// Bodies are numbered as in guest_node: rigid ones first, then deformable ones. A body is supported by those
-// that it touches from above, against gravity. Static and kinematic bodies have level 0; another body's level
-// is one more than the highest that supports it, and bodies that support each other in a circle (a strongly
-// connected component of the graph) share theirs.
+/// The contact graph. Bodies are numbered as by guest_node(): rigid ones first, then deformable ones. A body
+/// is supported by the bodies that it touches from above, against gravity. Static and kinematic bodies have
+/// level 0. The level of another body is one more than that of its highest support, and the bodies of a
+/// strongly connected component, which support each other in a circle, share one level.
 struct ContactGraph {
-  std::vector<int> level;       // of every body
-  std::vector<char> supported;  // whether its supports lead down to a static or kinematic body
-  std::vector<int> island;      // of every movable body: the first body of those it is connected with
-  // Of every island, by its first body: 1 if all that it is made of are rigid bodies by themselves, as shocks
-  // would take apart what joints or flesh hold together; 2 if a kinematic body that moves touches them.
+  std::vector<int> level;       ///< For each body: its level.
+  std::vector<char> supported;  ///< For each body: 1 if it, or one that it rests on, is static or kinematic.
+  /// For each body: its contact island, named by the lowest number among its bodies. Static and kinematic
+  /// bodies are alone in theirs.
+  std::vector<int> island;
+  /// For each island, indexed by its name: whether shock propagation acts on it. 0: no, because joints, flesh
+  /// or deformable bodies belong to it, which shocks would take apart; 1: yes, all bodies are rigid and
+  /// separate; 2: yes, and a moving kinematic body touches one of them.
   std::vector<char> carries_shocks;
-  PairColoring schedule;       // the pairs that contact processes, up the graph
-  GaussSeidelPipeline sweeps;  // over the pairs in the order of `schedule`
-  ShockLayers by_level;        // those that rest on something, level by level; see separate_levels
-  bool levels_apart = false;   // by_level is up to date
+  PairColoring schedule;       ///< The order in which sweeps visit the pairs, from low to high levels.
+  GaussSeidelPipeline sweeps;  ///< Parallel sweeps over the pairs in the order of `schedule`.
+  ShockLayers by_level;        ///< Pairs with a supported lower body, level by level; see separate_levels().
+  bool levels_apart = false;   ///< True if `by_level` is up to date.
 
-  std::vector<int> pairs;       // indices of the pairs that take part
-  std::vector<int> first_pair;  // pairs of rigid body b: pair_of_body[first_pair[b], first_pair[b + 1])
-  std::vector<int> pair_of_body;
+  std::vector<int> pairs;       ///< Indices into ContactSet::pairs of the pairs that take part.
+  std::vector<int> first_pair;  ///< Pairs of rigid body b: pair_of_body[first_pair[b] ... first_pair[b + 1]).
+  std::vector<int> pair_of_body;  ///< Pair indices of all rigid bodies, body after body.
 
-  // The island of a pair's movable bodies.
+  /// Returns the island of a pair: that of its host, or of its guest if the host is static or kinematic.
   int island_of(const Bodies& bodies, const ContactPair& pair) const;
 
-  // Scratch: the graph's edges from a body to its supports, and Tarjan's search; sums of every island.
-  std::vector<int> first_support, support, above, below;
-  std::vector<int> number, lowest, next, path, component;
-  std::vector<char> open;
-  std::vector<double> power_before, power_after;
+  std::vector<int> first_support,  ///< Scratch: supports of body b are support[first_support[b] ...).
+      support,                     ///< Scratch: supporting bodies, body after body.
+      above,                       ///< Scratch: upper body of each edge of the graph.
+      below;                       ///< Scratch: lower body of each edge of the graph.
+  std::vector<int> number,         ///< Scratch of Tarjan's search: order of discovery of each body; -1: none.
+      lowest,                      ///< Scratch of Tarjan's search: lowest number that each body reaches.
+      next,                        ///< Scratch of Tarjan's search: next support of each body to look at.
+      path,                        ///< Scratch of Tarjan's search: bodies from the root to the present one.
+      component;                   ///< Scratch of Tarjan's search: stack of bodies without a component yet.
+  std::vector<char> open;          ///< Scratch of Tarjan's search: whether each body is on `component`.
+  /// Scratch of the warm start, for each island: product of the impulses with the velocities before them, J.
+  std::vector<double> power_before,
+      power_after;  ///< Scratch of the warm start, for each island: the product with the velocities after
+                    ///< them, J.
 };
 
-// Ranks the bodies and the pairs for `gravity` (m/s^2). Without `rigid_pairs` (effect rigid_contact) rigid
-// pairs are left out.
+/// Builds the graph of `contacts` for `gravity` (m/s^2). Without gravity no body supports another, and all
+/// have level 1. Sets ContactPair::active and ContactPair::level of every pair. Without `rigid_pairs` (effect
+/// rigid_contact) pairs of two rigid bodies are inactive and left out. Everything but `by_level` is filled.
 void build_contact_graph(const Bodies& bodies, const Vec3& gravity, bool rigid_pairs, ContactSet& contacts,
                          ContactGraph& graph);
-// Fills `by_level` of a graph that is otherwise built, once.
+/// Fills `by_level` of a graph that build_contact_graph() has built. Does nothing if it is up to date.
 void separate_levels(const ContactSet& contacts, ContactGraph& graph);
 
 }  // namespace duet

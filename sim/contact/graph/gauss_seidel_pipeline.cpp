@@ -8,6 +8,7 @@
 namespace duet {
 namespace {
 
+// A turn is a sweep (upper half) and a step (lower half) in one word, so that both change atomically.
 std::uint64_t turn(int sweep, int step) {
   return static_cast<std::uint64_t>(sweep) << 32 | static_cast<std::uint64_t>(step);
 }
@@ -18,12 +19,14 @@ bool is_movable(const Bodies& bodies, std::size_t node) {
   return node >= bodies.rigid.size() || bodies.rigid.properties[node].is_dynamic();
 }
 
-// The body by whose place a pair is given to a thread.
+// Returns the body whose position decides which thread gets a pair: the host, or the guest if the host cannot
+// move.
 std::size_t owner(const Bodies& bodies, const ContactPair& pair) {
   const auto [host, guest] = moved_nodes(bodies, pair);
   return is_movable(bodies, host) ? host : guest;
 }
 
+// Returns where a body is, m: its center of mass, or the first particle of a deformable body.
 const Vec3& position(const Bodies& bodies, std::size_t node) {
   if (node < bodies.rigid.size()) return bodies.rigid.state[node].pose.position;
   return bodies.particles.x[as_index(bodies.deformable[node - bodies.rigid.size()].first_particle)];
@@ -67,8 +70,8 @@ void GaussSeidelPipeline::build(const Bodies& bodies, const ContactSet& contacts
     }
 }
 
-// Cuts along the longest extent of the bodies that have pairs, so that the parts have equal numbers of
-// contact points, within what the bodies of one slice make up.
+// Cuts the longest axis of the box around all bodies with pairs into 256 slices, and gives every part
+// consecutive slices with about the same number of contact points. A slice is never divided.
 void GaussSeidelPipeline::divide(const Bodies& bodies, const ContactSet& contacts,
                                  std::span<const int> order) {
   constexpr int slices = 256;

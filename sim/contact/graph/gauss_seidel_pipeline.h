@@ -1,4 +1,4 @@
-// Gauss-Seidel sweeps over pairs of bodies, by several threads, each of which has its own pairs.
+// Gauss-Seidel sweeps over pairs of bodies by several threads, with the same bits for any number of them.
 #pragma once
 
 #include <algorithm>
@@ -13,40 +13,42 @@
 
 namespace duet {
 
-// The bodies of a pile are divided among the threads by where they are, and the pairs with them, so that
-// their data stay with one processor. Every thread visits its own pairs in the given order, sweep after
-// sweep, and does not wait for the others but where it has to: a pair may be visited as soon as both bodies
-// are done with the pairs that precede it. So every body sees its pairs in the order of one sweep after the
-// other, and the results have the same bits for any number of threads. A thread that would wait for long
-// takes a visit from another one.
+/// Parallel Gauss-Seidel sweeps. Bodies and their pairs are divided among the threads by position, so that
+/// the data of a pair stay with one processor. Every thread visits its pairs in the given order, sweep after
+/// sweep. It waits only where it must: a pair may be visited as soon as both of its bodies are done with the
+/// pairs that precede it. Every body therefore sees its pairs in the order of consecutive sweeps, and the
+/// results have the same bits for any number of threads. A thread that would wait for long takes a visit from
+/// another thread.
 class GaussSeidelPipeline {
  public:
-  // For sweeps that visit the pairs in this `order` (indices of contacts.pairs).
+  /// Prepares sweeps that visit the pairs in this `order` (indices into contacts.pairs).
   void build(const Bodies& bodies, const ContactSet& contacts, std::span<const int> order);
 
-  // Sweeps until no visit(pair index) of a sweep returned `tolerance` or more, but at most `most` times.
-  // Looks at what the visits of a sweep returned after 1, 3, 7, 15, 23 ... sweeps, as threads would have to
-  // wait for each other at the end of every one, and where there are few pairs after every one; then it calls
-  // look(). Returns the number of sweeps.
+  /// Sweeps until every visit of a sweep returned less than `tolerance`, at most `most` times. `visit` takes
+  /// a pair index and returns the size of its change, in the unit of `tolerance`. The values are compared
+  /// after 1, 3, 7, 15, 23 ... sweeps, because threads have to wait for each other at each comparison; where
+  /// there are few pairs they are compared after every sweep. `look` is called after each comparison that
+  /// does not end the loop. Returns the number of sweeps.
   template <class Visit, class Look>
   int repeat(int most, double tolerance, Visit&& visit, Look&& look) const {
     constexpr int most_at_once = 8;
     const bool overlaps = steps_.size() >= least_pairs;
     int done = 0;
     for (int count = 1; done < most; count = overlaps ? std::min(2 * count, most_at_once) : 1) {
-      if (overlaps && most - done < 2 * count) count = most - done;  // no short rest
+      if (overlaps && most - done < 2 * count) count = most - done;  // leaves no short remainder
       done += count;
       if (sweep(count, visit) < tolerance) break;
       look();
     }
     return done;
   }
+  /// Sweeps like the other overload, without `look`.
   template <class Visit>
   int repeat(int most, double tolerance, Visit&& visit) const {
     return repeat(most, tolerance, visit, [] {});
   }
 
-  // Calls visit(pair index) once for all pairs.
+  /// Calls visit(pair index) once for every pair, in an order that is equivalent to the given one.
   template <class Visit>
   void once(Visit&& visit) const {
     sweep(1, [&](int p) {
@@ -56,23 +58,27 @@ class GaussSeidelPipeline {
   }
 
  private:
-  static constexpr std::size_t least_pairs = 64;  // for more than one thread
-  static constexpr int patience = 4;              // looks at the next pair before another thread's is taken
-  static constexpr int most_parts = 64;
+  // Fewer pairs than this are swept by one thread, without synchronization.
+  static constexpr std::size_t least_pairs = 64;
+  // How often a thread looks at its next pair before it tries to take a visit from another thread.
+  static constexpr int patience = 4;
+  static constexpr int most_parts = 64;  // largest number of threads that share the pairs
 
-  struct Step {  // the visit of a pair in each sweep
+  // The visit of one pair, which every sweep repeats.
+  struct Step {
     int pair = 0;
-    // Of both bodies: whose progress to look at, or -1 of a body that cannot move; how many visits of a sweep
-    // precede this one there, and how many there are.
+    // For host and guest: place of its counter in progress_ (-1: it cannot move), how many visits of the same
+    // sweep precede this one at that body, and how many visits a sweep makes there.
     std::array<int, 2> body{-1, -1}, before{0, 0}, visits{0, 0};
   };
-  struct alignas(64) Part {  // a thread's steps
-    int begin = 0, end = 0;
-    std::uint64_t next = 0;  // sweep and step to be visited next; atomic while threads sweep
-    double largest = 0;      // visit of the last sweep
+  // The steps of one thread, alone on their cache line.
+  struct alignas(64) Part {
+    int begin = 0, end = 0;  // range in steps_
+    std::uint64_t next = 0;  // sweep (upper half) and step (lower half) to visit next; atomic during sweeps
+    double largest = 0;      // largest value that a visit of the last sweep returned
   };
 
-  // Sweeps `count` times and returns the largest visit of the last sweep, at least 0.
+  // Sweeps `count` times. Returns the largest value that a visit of the last sweep returned, at least 0.
   template <class Visit>
   double sweep(int count, Visit&& visit) const {
     const auto larger = [](double a, double b) { return std::max(a, b); };
@@ -91,7 +97,7 @@ class GaussSeidelPipeline {
     return largest;
   }
 
-  // Visits the steps of one part, and such of others as their thread is late with, until none is left.
+  // Visits the steps of the part `own`, and steps of other parts whose threads are late, until none is left.
   template <class Visit>
   void visit_part(std::size_t own, int count, Visit&& visit) const {
     double largest = 0;
@@ -114,20 +120,25 @@ class GaussSeidelPipeline {
     parts_[own].largest = largest;
   }
 
-  // The next step of a part if it can be visited now, and no other thread has taken it.
+  // Takes the next step of a part, and sets `sweep` to the sweep that it belongs to. Returns null if its
+  // bodies are not ready, another thread was faster, or all `count` sweeps are taken.
   const Step* take(Part& part, int count, int& sweep) const;
+  // Tells the threads that wait for the bodies of `step` that its visit is done.
   void finish(const Step& step, int sweep) const;
+  // Returns whether all steps of all `count` sweeps have been taken.
   bool all_taken(int count) const;
   void begin_sweeps() const;
+  // Assigns every body to a part.
   void divide(const Bodies& bodies, const ContactSet& contacts, std::span<const int> order);
 
   std::vector<Step> steps_;          // part after part, each in the given order
-  mutable std::vector<Part> parts_;  // one a thread, or one for all
-  mutable std::vector<int>
-      progress_;  // visits of every body, in the order of parts; atomic while threads sweep
-  std::vector<int> place_, degree_;  // of every body: where its progress is; pairs
-  std::vector<int> part_of_;         // scratch of the division: of every body
-  std::vector<double> weight_;       // of every slice, and those before it
+  mutable std::vector<Part> parts_;  // one for each thread, or a single one
+  // Number of visits that each body has had, ordered by part; atomic during sweeps.
+  mutable std::vector<int> progress_;
+  std::vector<int> place_,      // for each body: index of its counter in progress_
+      degree_;                  // for each body: number of its pairs
+  std::vector<int> part_of_;    // for each body: its part
+  std::vector<double> weight_;  // scratch: for each slice, number of contact points up to and including it
 };
 
 }  // namespace duet

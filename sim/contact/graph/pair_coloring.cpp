@@ -7,8 +7,8 @@
 namespace duet {
 namespace {
 
-// sorted = items in the order of their keys in [0, most]; items of one key stay in their order. `begin`
-// becomes the first position of every key, and one past the last.
+// Sorts `items` by their keys in [0, most], stably. On return `begin[k]` is the first position of key k in
+// `sorted`, and its last entry is the number of items.
 void counting_sort(std::span<const int> items, const std::vector<int>& key, int most, std::vector<int>& begin,
                    std::vector<int>& sorted) {
   begin.assign(as_index(most) + 2, 0);
@@ -29,7 +29,7 @@ void PairColoring::build(const Bodies& bodies, const ContactSet& contacts, std::
   };
   sort_by_level_and_color(bodies, contacts, pairs);
 
-  // A wave begins after the last ones that touch its bodies.
+  // A pair goes into the first wave after all earlier pairs of its movable bodies.
   last_.assign(used_.size(), -1);
   waves_ = 0;
   for (std::size_t i = 0; i < sorted_.size(); ++i) {

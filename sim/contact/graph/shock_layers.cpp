@@ -7,6 +7,7 @@
 namespace duet {
 namespace {
 
+// Returns the root of a body in the disjoint-set forest `group`, and halves the path to it.
 int first_of_group(std::vector<int>& group, int body) {
   while (group[as_index(body)] != body) {
     int& next = group[as_index(body)];

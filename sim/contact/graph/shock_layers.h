@@ -1,4 +1,4 @@
-// The pairs of a pile level by level, for what holds lower bodies as if they were fixed.
+// Shock layers: the pairs of a pile level by level, for passes that hold the lower body of each pair fixed.
 #pragma once
 
 #include <span>
@@ -9,17 +9,20 @@
 
 namespace duet {
 
-// Where only the upper body of a pair gives way, bodies of one level do not know of each other: their pairs
-// fall into groups, one for every body, or for those that carry each other on the same level. Groups of one
-// level are independent, and may each take as many sweeps as they need.
+/// Shock layers of the contact graph. If only the upper body of a pair moves, bodies of one level do not
+/// affect each other. Their pairs form groups: one for every upper body, or for upper bodies that carry each
+/// other on the same level. Groups of one level are independent, and each may take as many sweeps as it
+/// needs.
 class ShockLayers {
  public:
-  // Of `pairs` (indices of contacts.pairs), those of rigid bodies whose lower one is supported; a group has
-  // them in the order in which they are given. `level` and `supported` are of every body.
+  /// Takes those of `pairs` (indices into contacts.pairs) that join two rigid bodies and whose lower body is
+  /// supported. Within a group, pairs keep their given order. `level` and `supported` have an entry for every
+  /// body, as in ContactGraph.
   void build(const ContactSet& contacts, std::span<const int> pairs, const std::vector<int>& level,
              const std::vector<char>& supported);
 
-  // Calls solve(pair indices) for every group of one level after the other, lowest first.
+  /// Calls solve(pair indices) once for every group, level after level from the lowest, and in parallel
+  /// within a level.
   template <class Solve>
   void for_each(Solve&& solve) const {
     for (std::size_t l = 0; l + 1 < level_begin_.size(); ++l) {
@@ -32,16 +35,17 @@ class ShockLayers {
   }
 
  private:
-  static constexpr std::size_t grain = 4;  // groups; fewer are not worth another thread
+  static constexpr std::size_t grain = 4;  // groups of one task; fewer are not worth another thread
 
+  // A pair with its sort keys.
   struct Member {
     int level, group, position, pair;
   };
-  std::vector<int> pairs_;                // group after group
-  std::vector<std::size_t> group_begin_;  // into pairs_, one more than there are groups
-  std::vector<std::size_t> level_begin_;  // into the groups, one more than there are levels
-  std::vector<int> group_;                // of every body: the first body known of its group
-  std::vector<Member> members_;           // scratch
+  std::vector<int> pairs_;                // pair indices, group after group
+  std::vector<std::size_t> group_begin_;  // start of each group in pairs_, and the end
+  std::vector<std::size_t> level_begin_;  // start of each level in group_begin_, and the end
+  std::vector<int> group_;                // for each body: its parent in a disjoint-set forest of the groups
+  std::vector<Member> members_;           // scratch of build()
 };
 
 }  // namespace duet

@@ -8,14 +8,17 @@
 namespace duet {
 namespace {
 
-// Cosine of the angle between the normals of two hosts that face each other, at most.
+// Largest cosine of the angle between the normals of two hosts that face each other.
 constexpr double facing = -0.5;
-// Of the thickness, what it yields beyond that: the points of a face share particles, and targets of either
-// host that contradict each other by rounding would push without end.
+// Additional yield of the guest, over its thickness. The points of a face share particles, and without
+// play the targets of the two hosts, which contradict each other by rounding, would push without end. A
+// larger value leaves more room between the guest and its hosts.
 constexpr double play = 0.005;
-// Cosine of the angle between a sheet and the normal of a host, from which on it tells on which side that is.
+// Least cosine of the angle between the normals of a sheet and of a host at which the normal of the host
+// tells on which side of the sheet the host is.
 constexpr double tells_side = 0.2;
 
+// Adds a pinch to the list, or lowers the room of the one between the same bodies.
 void note(const Pinch& pinch, std::vector<Pinch>& pinches) {
   for (Pinch& known : pinches)
     if (std::tie(known.guest_deformable, known.first, known.second) ==
@@ -26,7 +29,7 @@ void note(const Pinch& pinch, std::vector<Pinch>& pinches) {
   pinches.push_back(pinch);
 }
 
-// Of the hosts of one guest.
+// Computes how much one guest yields between its hosts.
 class Pincher {
  public:
   Pincher(const Bodies& bodies, double dt, int guest, std::vector<Vec3>& normals, std::vector<Pinch>* pinches)
@@ -40,7 +43,8 @@ class Pincher {
     if (is_sheet_) find_normals(bodies.deformable[as_index(guest)]);
   }
 
-  // By how much the guest yields at a contact between its host and `other`, m.
+  // Returns by how much the guest yields at a contact, between the host of the contact and the host `other`,
+  // m; 0: not at all.
   double between(const ContactPoint& contact, int other) const {
     const RigidState &host = bodies_.rigid.state[as_index(contact.host)],
                      &second = bodies_.rigid.state[as_index(other)];
@@ -49,7 +53,7 @@ class Pincher {
     const Vec3 v = point_velocity(host, contact.host_arm),
                v_other = point_velocity(second, x - second.pose.position);
     const double to_host = contact.gap - contact.yielded - surface_point(bodies_, contact).allowance,
-                 to_other = shape.distance(in_other);  // m, from the middle of the guest
+                 to_other = shape.distance(in_other);  // m, both from the middle surface of the guest
     if (to_host + to_other - dt_ * (v.norm() + v_other.norm()) >= thickness_) return 0;
     const Vec3 normal = second.pose.orientation * shape.normal(in_other);
     const double end = to_host - dt_ * v.dot(contact.normal),
@@ -67,7 +71,8 @@ class Pincher {
   }
 
  private:
-  // Of the particles of a sheet, as long as the area around them.
+  // Computes a normal for every particle of a sheet, whose length is twice the area of the triangles around
+  // it.
   void find_normals(const DeformableBody& sheet) {
     const std::vector<Vec3>& x = bodies_.particles.x;
     normals_.resize(x.size());
@@ -80,8 +85,8 @@ class Pincher {
     }
   }
 
-  // Positive where the host is behind the sheet, negative where it is in front of it. At rims, where its own
-  // normal leads along the sheet, its center tells.
+  // Returns a number that is positive if the host is behind the sheet and negative if it is in front. The
+  // normal of the host tells, or its center if that normal leads along the sheet, as at a rim.
   double side(const ContactPoint& contact, const Vec3& x, int host, const Vec3& normal) const {
     const Vec3 m = weighted(surface_point(bodies_, contact), normals_).normalized();
     if (std::abs(normal.dot(m)) >= tells_side) return normal.dot(m);
@@ -119,7 +124,8 @@ void yield_where_pinched(const Bodies& bodies, double dt, ContactSet& contacts, 
         for (const ContactPair& other : hosts)
           if (other.host != pair.host && is_fixed(other))
             yielded = std::max(yielded, pincher.between(contact, other.host));
-        // Its particles hold a face: the points in between would only say the same, over and over.
+        // The particles of a pinched face hold it already; friction at the samples between them would repeat
+        // it.
         if (yielded > 0 && surface_point(bodies, contact).count > 1) contact.friction = 0;
         contact.gap += yielded - contact.yielded;
         contact.yielded = yielded;

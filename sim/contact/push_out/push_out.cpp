@@ -10,8 +10,9 @@
 namespace duet {
 namespace {
 
-constexpr int all_levels = -1;
+constexpr int all_levels = -1;  // a level that stands for all
 
+// One call of resolve_interpenetration().
 class PushOut {
  public:
   PushOut(Bodies& bodies, ContactSet& contacts, const ContactGraph& graph, const PushOutSettings& settings,
@@ -29,7 +30,8 @@ class PushOut {
     sort_central();
   }
 
-  // Opens a part of every overlap of the central bodies of a level. Returns the number of sweeps.
+  // Opens `fraction` of every overlap of the central bodies of a level. Returns the number of sweeps; 0: no
+  // overlap.
   int push(int level, double fraction) {
     measure();
     scratch_.system.begin(bodies_, scratch_.frozen);
@@ -44,7 +46,8 @@ class PushOut {
     return sweeps;
   }
 
-  // The same level by level.
+  // Opens `fraction` of every overlap level by level, from the lowest. Returns the largest number of sweeps
+  // of a level.
   int push_levels(double fraction) {
     const bool freezes = settings_.order == PushOutOrder::frozen_levels;
     const int highest =
@@ -61,20 +64,21 @@ class PushOut {
   }
 
  private:
-  // All rigid bodies that take part in contact, in the order of the contact graph.
+  // Lists the rigid bodies that take part in contact, in the order of the contact graph.
   void sort_central() {
     std::vector<int>& central = scratch_.central;
     central.clear();
     for (std::size_t body = 0; body < bodies_.rigid.size(); ++body)
       if (graph_.first_pair[body] < graph_.first_pair[body + 1]) central.push_back(static_cast<int>(body));
-    // Of one level the lightest first: between heavy bodies it then meets all of them at once, before one of
-    // them alone throws it into the next (the messenger problem).
+    // Within a level the lightest come first: a light body between heavy ones then meets all of them at once,
+    // before one of them alone throws it into the next (the messenger problem, paper section 6.1).
     const auto key = [&](int body) {
       return std::tuple(graph_.level[as_index(body)], bodies_.rigid.properties[as_index(body)].mass, body);
     };
     std::sort(central.begin(), central.end(), [&](int a, int b) { return key(a) < key(b); });
   }
 
+  // Ranks the central bodies of a level.
   void rank_central(int level) {
     scratch_.rank.assign(bodies_.rigid.size(), -1);
     for (std::size_t i = 0; i < scratch_.central.size(); ++i) {
@@ -83,7 +87,8 @@ class PushOut {
     }
   }
 
-  // The contacts still have the gaps of the start of the step.
+  // Finds the overlaps that this step leaves, from the gaps that the contacts have: those of the start of the
+  // step.
   void find_kept() {
     scratch_.kept.assign(contacts_.points.size(), 0);
     if (settings_.overlapping.empty()) return;
@@ -101,7 +106,7 @@ class PushOut {
 
   bool takes_part(const ContactPair& pair) const { return settings_.rigid_pairs || pair.guest_rigid < 0; }
 
-  // Looks at the gaps of the pairs that have moved.
+  // Measures the gaps of the pairs with a body that has moved.
   void measure() {
     parallel_for(graph_.pairs.size(), 16, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
@@ -116,8 +121,8 @@ class PushOut {
     std::fill(scratch_.moved.begin(), scratch_.moved.end(), 0);
   }
 
-  // Puts the overlaps into the system, and those that the last one opened to touching, so that this one does
-  // not close them again. Returns how many overlap.
+  // Adds the overlaps to the system, and the contacts that the last system opened and that still touch, so
+  // that this one does not close them again. Returns the number of overlaps.
   int gather(int level, double fraction) {
     std::fill(scratch_.opening.begin(), scratch_.opening.end(), 0);
     int overlapping = 0;
@@ -138,9 +143,9 @@ class PushOut {
     return scratch_.opened[as_index(i)] && scratch_.gap[as_index(i)] < tolerance(i);
   }
 
-  // All overlapping points of a deformable body, the deepest first, but no two that move the same particle:
-  // it would move twice. In any other order one that hardly overlaps could keep the deepest from its turn in
-  // every iteration of every step.
+  // Adds the overlapping points of a deformable body, the deepest first, but no two with a common particle,
+  // which would move twice. In another order a slight overlap could keep the deepest one from its turn in
+  // every iteration of every step. Returns the number of overlaps.
   int gather_points(const ContactPair& pair, double fraction) {
     std::vector<int>& order = scratch_.order;
     order.clear();
@@ -164,7 +169,8 @@ class PushOut {
     return overlapping;
   }
 
-  // The deepest overlap with another rigid body, which may have been found from either side.
+  // Adds the deepest overlap of two rigid bodies, which may have been found from either side. Returns 1 if it
+  // overlaps, else 0.
   int gather_deepest(const ContactPair& pair, double fraction) {
     int deepest = pair.begin;
     bool touched = false;
@@ -177,6 +183,7 @@ class PushOut {
     return overlaps(deepest);
   }
 
+  // Updates a contact to the present geometry and adds it to the system.
   void add(int i, const ContactPair& pair, double fraction) {
     ContactPoint& contact = contacts_.points[as_index(i)];
     update_geometry(bodies_, contact);
@@ -185,21 +192,22 @@ class PushOut {
     scratch_.system.add(contact, guest_node(bodies_, pair), -fraction * gap * contact.normal);
   }
 
-  static constexpr double solve_tolerance = 0.1 * overlap_tolerance;
+  static constexpr double solve_tolerance = 0.1 * overlap_tolerance;  // m, of the displacements of a system
 
   Bodies& bodies_;
   ContactSet& contacts_;
   const ContactGraph& graph_;
   const PushOutSettings& settings_;
   PushOutScratch& scratch_;
-  int stamp_ = 0;
+  int stamp_ = 0;  // the last mark in scratch_.taken
 };
 
 }  // namespace
 
 double overlap_kept(double depth, double size) {
-  constexpr double at_once = 1e-3, most = 0.01;  // of the size of an element
-  constexpr double part = 1.0 / 32;              // of the depth
+  // Depth that is opened at once, and largest change in a step, over the size of an element.
+  constexpr double at_once = 1e-3, most = 0.01;
+  constexpr double part = 1.0 / 32;  // change in a step over the depth
   if (!(depth > at_once * size)) return 0;
   return depth - std::min(part * depth, most * size);
 }
@@ -216,7 +224,7 @@ int resolve_interpenetration(Bodies& bodies, const ContactGraph& graph, const Pu
   int most = 0;
   for (int iteration = 1; iteration <= settings.iterations; ++iteration) {
     stop_if_asked();
-    // Removing all of every overlap at once over-corrects where normals turn as the bodies move.
+    // Removing the whole of every overlap at once would correct too much if normals turn as the bodies move.
     const double fraction =
         settings.gradual ? std::min(1.0, 2.0 * iteration / (settings.iterations + 1.0)) : 1;
     const int sweeps = settings.order == PushOutOrder::together ? push_out.push(all_levels, fraction)

@@ -11,13 +11,14 @@
 namespace duet {
 namespace {
 
-// An outer body that is held acts as one this many times as heavy as the central body: the limit of equation
-// 1 for K_o -> 0.
+// Mass of an outer body that cannot move, over that of the central body: it approximates the limit of
+// equation 1 for K_o -> 0. A larger value would lose digits in the sums of equation 2.
 constexpr double held_weight = 1e8;
-// And less so along its surface: between two walls that stand against each other a body slides out of both,
-// while one that a wedge would squeeze out by a great way goes a part of it at a time.
+// Fraction of that mass along the surface. Between two walls that face each other a body slides out of both,
+// while a body that a wedge would squeeze out by a large displacement moves by a fraction of it at a time.
 constexpr double held_sliding = 0.01;
 
+// Returns K_o^-1 of an outer body that cannot move, kg, for a central body of `central_mass` (kg).
 Mat3 held_mass(double central_mass, const Vec3& normal) {
   const Mat3 along = normal * normal.transpose();
   return held_weight * central_mass * (along + held_sliding * (Mat3::Identity() - along));
@@ -77,7 +78,8 @@ void PushOutSystem::add(const ContactPoint& contact, std::size_t guest, const Ve
     }
   } else if (const SurfacePoint& point = surface_point(*bodies_, contact);
              !is_held(guest) && point.inverse_mass > 0) {
-    // Places on one edge or face are different points for different hosts.
+    // Edge contacts and contacts in faces get a number of their own, because different hosts have different
+    // points.
     row.point = contact.is_on_edge()
                     ? static_cast<int>(bodies_->points.size() + bodies_->edges.size() + rows_.size())
                     : contact.guest_point;
@@ -90,7 +92,7 @@ void PushOutSystem::add(const ContactPoint& contact, std::size_t guest, const Ve
       row.per_impulse[i] = point.weight[i] * bodies_->particles.inverse_mass[as_index(point.particle[i])];
     }
   }
-  if (row.host < 0 && guest_inertia == 0) return;  // neither can move
+  if (row.host < 0 && guest_inertia == 0) return;  // neither side can move
   double host_inertia = 0;
   if (row.host >= 0) {
     row.host_mass = effective_mass(row.host, row.host_arm);
@@ -102,7 +104,8 @@ void PushOutSystem::add(const ContactPoint& contact, std::size_t guest, const Ve
   rows_.push_back(row);
 }
 
-// A point that overlaps one body alone is dealt with by that body, if it can move.
+// A point of a deformable body that overlaps one movable body alone is not central: that body opens the
+// overlap.
 void PushOutSystem::factor(const std::vector<int>& rank, bool points) {
   outers_.clear();
   for (std::size_t r = 0; r < rows_.size(); ++r) {
@@ -140,7 +143,7 @@ const Vec3& PushOutSystem::central_arm(const Outer& outer) const {
   return outer.reversed ? row.guest_arm : row.host_arm;
 }
 
-// The matrix of equation 2. The arms of a central point are zero.
+// Factors the matrix of equation 2. The arms of a central point are zero.
 void PushOutSystem::factor(Block& block) const {
   Mat6 system = Mat6::Zero();
   const Outer& first = outers_[as_index(block.begin)];
@@ -168,7 +171,7 @@ void PushOutSystem::factor(Block& block) const {
   block.system.compute(system);
 }
 
-// Of the guest relative to the host.
+// Returns the displacement of the guest relative to the host at a contact, m.
 Vec3 PushOutSystem::displacement(const Row& row, const Vector& u) const {
   const std::size_t bodies_begin = particle_.size();
   const auto of_body = [&](int slot, const Vec3& arm) {
@@ -196,7 +199,8 @@ void PushOutSystem::move_point(const Row& row, const Vec3& impulse, Vector& u) c
     if (row.weight[i] != 0) u[as_index(row.particle[i])] += row.per_impulse[i] * impulse;
 }
 
-// Equation 2 for the displacement (v, w) of the central body, then equation 1 for each outer one.
+// Solves equation 2 for the displacement (v, w) of the central body, then equation 1 for that of each outer
+// body.
 void PushOutSystem::project(const Block& block, double share, Vector& u) {
   Vec6 right = Vec6::Zero();
   for (int i = block.begin; i < block.end; ++i) {
@@ -257,7 +261,8 @@ double PushOutSystem::largest_error(const Vector& u) const {
   return largest;
 }
 
-// With S u = Q u + b for a sweep to and fro, solves (1 - Q) u = b.
+// A sweep to and fro is S u = Q u + b, and its fixed point solves (1 - Q) u = b, which conjugate gradients
+// find. A first sweep forth alone is enough if its error is small.
 int PushOutSystem::solve(double tolerance, int sweeps) {
   const std::size_t size = particle_.size() + 2 * body_.size();
   u_.assign(size, Vec3::Zero());

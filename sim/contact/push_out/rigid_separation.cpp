@@ -8,19 +8,22 @@
 namespace duet {
 namespace {
 
-constexpr int sweeps = 50;          // Gauss-Seidel sweeps at one geometry
-constexpr int level_sweeps = 10;    // over a group of a level that is lifted off those below
-constexpr double tolerance = 1e-8;  // m, where sweeps stop
+constexpr int sweeps = 50;        // Gauss-Seidel sweeps at one geometry, at most
+constexpr int level_sweeps = 10;  // sweeps over a group of a shock layer, at most
+// Displacement in a sweep at which sweeps stop, m over its precision: a hundredth of overlap_tolerance.
+constexpr double tolerance = 1e-8;
 
 using Displacement = SeparationScratch::Displacement;
 
+// One call of separate_rigid_bodies().
 class Separator {
  public:
   Separator(Bodies& bodies, const ArticulatedResponse* linked, ContactGraph& graph, ContactSet& contacts,
             SeparationScratch& scratch)
       : bodies_(bodies), linked_(linked), graph_(graph), contacts_(contacts), scratch_(scratch) {}
 
-  // Looks at all contacts where they are now; returns how many pairs overlap.
+  // Resets the displacements and measures all pairs at the present positions. Returns the number of pairs
+  // that overlap.
   int measure() {
     scratch_.overlaps.assign(contacts_.pairs.size(), 0);
     scratch_.measured.assign(contacts_.pairs.size(), 0);
@@ -33,7 +36,7 @@ class Separator {
     return static_cast<int>(std::count(scratch_.overlaps.begin(), scratch_.overlaps.end(), 1));
   }
 
-  // Returns the deepest overlap that is left, m over its precision.
+  // Sweeps over all pairs. Returns the deepest overlap that is left, m over its precision.
   double solve() {
     graph_.sweeps.repeat(sweeps, tolerance, [&](int p) { return update(p); });
     const auto deeper = [](double a, double b) { return std::max(a, b); };
@@ -47,6 +50,7 @@ class Separator {
         deeper);
   }
 
+  // Lifts the upper body of every pair off the lower one, level by level.
   void lift() {
     separate_levels(contacts_, graph_);
     graph_.by_level.for_each([&](std::span<const int> pairs) {
@@ -58,6 +62,7 @@ class Separator {
     });
   }
 
+  // Moves the bodies by their displacements.
   void apply() {
     RigidBodies& rigid = bodies_.rigid;
     parallel_for(rigid.size(), 64, [&](std::size_t begin, std::size_t end) {
@@ -70,6 +75,7 @@ class Separator {
  private:
   static bool is_zero(const Displacement& d) { return d.shift.isZero(0) && d.turn.isZero(0); }
 
+  // Returns whether a contact of a rigid pair overlaps by more than the tolerance.
   bool overlap(const ContactPair& pair) const {
     if (pair.guest_rigid < 0) return false;
     const auto first = contacts_.points.begin() + pair.begin, last = contacts_.points.begin() + pair.end;
@@ -78,21 +84,22 @@ class Separator {
     });
   }
 
-  // Whether the pair has to be visited: it overlaps, or a body of it moves. Its contacts are brought to the
-  // geometry of now the first time: in a heap at rest few ever are.
+  // Returns whether the pair has to be visited: it overlaps, or a body of it is displaced. Updates its
+  // contacts to the present geometry the first time, because in a heap at rest few pairs are ever visited.
   bool takes_part(int p) {
     const ContactPair& pair = contacts_.pairs[as_index(p)];
     if (pair.guest_rigid < 0) return false;
     if (!scratch_.overlaps[as_index(p)] && is_zero(scratch_.body[as_index(pair.host)]) &&
         is_zero(scratch_.body[as_index(pair.guest_rigid)]))
       return false;
-    if (!scratch_.measured[as_index(p)]) {  // written once: other threads read what lies beside it
+    if (!scratch_.measured[as_index(p)]) {  // written once, because other threads read neighboring entries
       for (int i = pair.begin; i < pair.end; ++i) measure(contacts_.points[as_index(i)]);
       scratch_.measured[as_index(p)] = 1;
     }
     return true;
   }
 
+  // Updates geometry and response of a contact.
   void measure(ContactPoint& contact) const {
     update_geometry(bodies_, contact);
     if (linked_ && linked_->takes_part(contact)) contact.response = linked_->response(contact, bodies_);
@@ -100,6 +107,7 @@ class Separator {
 
   bool is_linked(int body) const { return linked_ && linked_->contains(body); }
 
+  // Displaces a body, or its jointed group, by the pseudo-impulse `push` (kg m) at `arm`.
   void move(int body, const Vec3& arm, const Vec3& push) {
     if (is_linked(body)) {
       linked_->for_each_change(body, wrench_of(arm, push), [&](std::size_t moved, const Vec6& change) {
@@ -113,20 +121,22 @@ class Separator {
     scratch_.body[b].turn += bodies_.rigid.state[b].inverse_inertia * arm.cross(push);
   }
 
+  // Returns the displacement of a body at `arm`, m.
   Vec3 displacement(int body, const Vec3& arm) const {
     const Displacement& d = scratch_.body[as_index(body)];
     return d.shift + d.turn.cross(arm);
   }
 
-  // By how much the contact would overlap, m.
+  // Returns the overlap of a contact after the displacements, m.
   double closing(const ContactPoint& contact) const {
     return -contact.gap - contact.normal.dot(displacement(contact.guest_rigid, contact.guest_arm) -
                                              displacement(contact.host, contact.host_arm));
   }
 
+  // Returns the deepest overlap of a pair after the displacements, m over its precision.
   double left_in(int p) const {
     double deepest = 0;
-    if (!scratch_.measured[as_index(p)]) return deepest;  // nothing has moved there
+    if (!scratch_.measured[as_index(p)]) return deepest;  // no body of the pair has moved
     const ContactPair& pair = contacts_.pairs[as_index(p)];
     for (int i = pair.begin; i < pair.end; ++i)
       deepest =
@@ -134,7 +144,8 @@ class Separator {
     return deepest;
   }
 
-  // By how much the push of contact `i` has to change for it neither to overlap nor to be pushed apart, kg m.
+  // Changes the pseudo-impulse of contact `i` so that it neither overlaps nor is pushed apart. Returns the
+  // change, kg m.
   double change(int i, double normal_mass) {
     double& push = scratch_.push[as_index(i)];
     const double change = std::max(-push, normal_mass * closing(contacts_.points[as_index(i)]));
@@ -142,7 +153,7 @@ class Separator {
     return change;
   }
 
-  // One Gauss-Seidel update of a pair; returns by how much it moved its points, over their precision.
+  // Updates the contacts of a pair once. Returns the largest displacement of a point, m over its precision.
   double update(int p) {
     if (!takes_part(p)) return 0;
     const ContactPair& pair = contacts_.pairs[as_index(p)];
@@ -158,8 +169,9 @@ class Separator {
     return largest;
   }
 
-  // The same with the lower body held. Bodies of one level carry each other. Linked ones move others, which
-  // may be of any level: they stay.
+  // Updates the contacts of a pair once with the lower body held, or with both bodies free if they have one
+  // level. Jointed upper bodies stay, because they would move others of any level. Returns the largest
+  // displacement of a point, m over its precision.
   double update_upper(int p) {
     const ContactPair& pair = contacts_.pairs[as_index(p)];
     const int host_level = graph_.level[as_index(pair.host)],

@@ -7,7 +7,7 @@
 namespace duet {
 namespace {
 
-// Of the velocity at `arm` for a twist.
+// Returns the map (1, -[arm]x) from a twist (v, w) to the velocity at `arm`: v + w x arm.
 Eigen::Matrix<double, 3, 6> velocity_at(const Vec3& arm) {
   Eigen::Matrix<double, 3, 6> map;
   map << Mat3::Identity(), -skew(arm);
@@ -77,7 +77,8 @@ void ArticulatedResponse::find_groups(const Bodies& bodies) {
   }
 }
 
-// The same wrench on one member of each group at a time: groups do not know of each other.
+// Finds the columns of the responses: projects the twists of unit wrenches onto those that the joints allow.
+// One projection serves one column of every group, because joints do not connect groups.
 void ArticulatedResponse::respond(const RigidBodies& rigid, const JointSolver& joints) {
   std::size_t most = 0;
   for (const Group& group : groups_) most = std::max(most, group.members.size());
@@ -137,18 +138,25 @@ Mat3 ArticulatedResponse::factor(const ContactPoint& contact, const Bodies& bodi
 }
 
 ContactResponse ArticulatedResponse::response(const ContactPoint& contact, const Bodies& bodies) const {
-  constexpr double least_share = 1e-6;  // of the motion that the bodies by themselves would have
-  constexpr double softness = 1e-9;     // for a door moves in one direction only: K has no inverse
+  // Smallest motion along the normal, as a fraction of that of separate bodies, that is taken for more than
+  // rounding.
+  constexpr double least_share = 1e-6;
+  // Fraction of the response of separate bodies that is added to K. Joints can leave a contact one direction
+  // of motion, as that of a door, and K alone would have no inverse. A larger value would let contact bend
+  // the joints more.
+  constexpr double softness = 1e-9;
   const Mat3 K = factor(contact, bodies);
   const Vec3& n = contact.normal;
   if (!(n.dot(K * n) > least_share * n.dot(contact.response.K * n))) return {};
   return {K + softness * contact.response.K, n};
 }
 
-// Close to a joint, or where the group is folded flat, the smallest velocities of a contact are great ones of
-// its bodies: it answers like something far heavier than all that moves.
+// Near a joint, or where a group is folded flat, small velocities of a contact are large velocities of the
+// bodies: the contact responds like a mass far heavier than all that moves.
 void ArticulatedResponse::find_cramped(const ContactPoint& contact, const ContactResponse& answer,
                                        const Bodies& bodies) {
+  // Largest effective mass of a contact over the mass of the bodies that it moves. A larger value would let
+  // loops that fold flat gain energy.
   constexpr double most_masses = 50;
   double mass = 0;
   const auto count = [&](int body) {
@@ -295,7 +303,7 @@ void ArticulatedResponse::finish(RigidBodies& rigid) {
       Member& member = member_[body];
       RigidState& state = rigid.state[body];
       member.end = state;
-      if (group.is_cramped) continue;  // impulses have moved its members by themselves
+      if (group.is_cramped) continue;  // impulses have moved its members as separate bodies
       state.velocity = member.start.velocity + rigid.properties[body].inverse_mass * member.linear;
       state.angular_momentum = member.start.angular_momentum + member.angular;
       state.angular_velocity = member.start.angular_velocity + state.inverse_inertia * member.angular;

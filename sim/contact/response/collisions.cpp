@@ -15,19 +15,25 @@
 namespace duet {
 namespace {
 
-constexpr double inside_tolerance = 1e-6;    // m; particles this near count as inside
-constexpr double approach_tolerance = 1e-9;  // m/s; slower approaches are rounding
-// Points that come so near to an overlap, as a fraction of their way in the step, take part in a blow beside
-// others of their pair that overlap: which corner of a level face is the first is left to rounding.
+// Distance below which a point of a deformable body counts as inside, m. It is absolute, and does not scale
+// with the bodies.
+constexpr double inside_tolerance = 1e-6;
+// Slower approaches count as rounding, m/s. It is absolute as well.
+constexpr double approach_tolerance = 1e-9;
+// Points that come this near to an overlap, as a fraction of their path in the step, take part in a blow if
+// other points of their pair overlap, because rounding decides which corner of a level face is the first.
 constexpr double same_time = 1e-3;
-// Of what forces change of a body's velocity in the step: slower approaches are what a contact solve left
-// over.
+// Slower approaches, as a fraction of the change of a body's velocity by forces in the step, are what a
+// contact solve left over. A larger value would leave weak impacts to contact, which does not bounce.
 constexpr double least_blow = 1e-3;
-constexpr int rounds_per_iteration = 4;
-constexpr int most_blow_sweeps = 200;    // over the pairs of a blow
-constexpr int pair_sweeps = 8;           // over the points of a pair at each visit, to and fro
-constexpr double blow_precision = 1e-9;  // of the fastest approach: the largest change of a last sweep
+constexpr int rounds_per_iteration = 4;  // rounds of rigid blows for each iteration of CollisionSettings
+constexpr int most_blow_sweeps = 200;    // sweeps over the pairs of a blow
+constexpr int pair_sweeps = 8;           // passes to and fro over the points of a pair at each visit
+// Largest change of a relative velocity in the last sweep, as a fraction of the fastest approach of the
+// island.
+constexpr double blow_precision = 1e-9;
 
+// One call of process_collisions().
 class Collider {
  public:
   Collider(Bodies& bodies, const VelocityState& difference, double dt, const CollisionSettings& settings,
@@ -53,6 +59,7 @@ class Collider {
     scratch_.sweeps.build(bodies, contacts, scratch_.schedule.order());
   }
 
+  // Alternates rigid blows and sweeps over deformable pairs, until neither changes anything.
   void run() {
     const bool deformable = !bodies_.deformable.empty();
     if (!settings_.rigid_pairs) note_overlaps();
@@ -67,6 +74,7 @@ class Collider {
   }
 
  private:
+  // Returns the pose of a rigid body after dt with the velocity v_*^n + D.
   const Pose& predicted_pose(int body) {
     const auto b = as_index(body);
     if (scratch_.stale[b]) {
@@ -82,19 +90,19 @@ class Collider {
     return scratch_.predicted[b];
   }
 
-  // Of a rigid pair at the predicted positions.
+  // Returns how the guest's point of a rigid pair meets the host at the predicted positions.
   Touch predicted_touch(const ContactPoint& contact) {
     if (contact.meets_ahead) return touch_ahead(bodies_, contact, dt_, change_by_forces(contact));
     return touch(bodies_, contact.host, predicted_pose(contact.host), contact.guest_rigid,
                  predicted_pose(contact.guest_rigid), contact.guest_point, contact.edge);
   }
 
-  // Signed distance of a deformable guest's point at the predicted positions, m.
+  // Returns the gap of a deformable guest's point at the predicted positions, m.
   double predicted_distance(const ContactPoint& contact) {
     const SurfacePoint& point = surface_point(bodies_, contact);
     const Vec3 x = weighted(point, bodies_.particles.x) +
                    dt_ * (weighted(point, bodies_.particles.v) + weighted(point, difference_.particle));
-    if (!contact.is_on_edge()) {  // what is outside needs no closer look
+    if (!contact.is_on_edge()) {  // a point outside of the level set needs no closer look
       const LevelSet& shape = bodies_.rigid.properties[as_index(contact.host)].shape;
       const double distance = shape.distance(predicted_pose(contact.host).to_body(x)) + point.allowance;
       if (distance + contact.yielded >= inside_tolerance) return distance + contact.yielded;
@@ -102,7 +110,8 @@ class Collider {
     return touch(bodies_, contact, predicted_pose(contact.host), x).gap;
   }
 
-  // What forces and motions of the step add to the velocity of the guest relative to the host, m/s.
+  // Returns the part of D in the velocity of the guest relative to the host, m/s: what forces and prescribed
+  // motions of the step add.
   Vec3 change_by_forces(const ContactPoint& contact) const {
     const auto change = [&](int body, const Vec3& arm) -> Vec3 {
       const auto b = as_index(body);
@@ -120,15 +129,18 @@ class Collider {
     return relative;
   }
 
-  // Acceleration of guest towards host by the forces and motions of the step, m/s^2.
+  // Returns the acceleration of the guest towards the host by the forces and motions of the step, m/s^2.
   double approach_acceleration(const ContactPoint& contact) const {
     return -2 / dt_ * change_by_forces(contact).dot(contact.normal);
   }
 
-  // The normal velocity here with which the bodies, thrown back at the surface, would come back here. They
-  // are not there yet: on the way they gain and then lose what forces do over the gap, so that a rebound
-  // keeps its height however early in the step it is found. Where the rebound is too weak to come back, they
-  // may close the gap and no more.
+  // Returns the normal velocity after a rebound, m/s:
+  //   u' = sqrt(e^2 (u^2 + 2 a g) - 2 a g),
+  // for the normal velocity u, the acceleration a of approach, the gap g and the restitution e. The bodies
+  // are a gap away from the impact. On the way to it and back they gain and then lose the energy of the
+  // forces, so that a rebound keeps its height however early in the step it is found. If the root does not
+  // exist, the rebound is too weak to come back over the gap, and the bodies may close the gap and no more:
+  // -g / dt.
   double rebound_velocity(const ContactPoint& contact, double normal_velocity) const {
     const double gap = std::max(contact.gap, 0.0);
     const double gain = 2 * approach_acceleration(contact) * gap, e = contact.restitution;
@@ -136,14 +148,14 @@ class Collider {
     return squared > 0 ? std::sqrt(squared) : -gap / dt_;
   }
 
-  // Whether the bodies approach, faster than they may.
+  // Returns whether the bodies approach, and faster than they may.
   bool collides(const ContactPoint& contact, const Vec3& velocity) const {
     const double normal_velocity = velocity.dot(contact.normal);
     return normal_velocity < -approach_tolerance &&
            normal_velocity < rebound_velocity(contact, normal_velocity) - approach_tolerance;
   }
 
-  // That an impulse on it changes the velocities of a rigid body, and of those that are linked with it.
+  // Notes that an impulse has changed the velocity of a rigid body, or of its jointed group.
   void mark_changed(int body) {
     const auto mark = [&](std::size_t b) {
       scratch_.stale[b] = 1;
@@ -162,14 +174,15 @@ class Collider {
       apply_impulse(bodies_, contact, impulse);
   }
 
-  // All poses that impulses have made stale.
+  // Brings all predicted poses up to date.
   void predict() {
     parallel_for(bodies_.rigid.size(), 64, [&](std::size_t begin, std::size_t end) {
       for (std::size_t b = begin; b < end; ++b) predicted_pose(static_cast<int>(b));
     });
   }
 
-  // Whether a look at the pair would find what the last one found.
+  // Returns whether the bodies of a pair are unchanged since it was looked at last. If not, notes their
+  // versions.
   bool is_as_seen(std::size_t p) {
     const ContactPair& pair = contacts_.pairs[p];
     const int host = scratch_.version[as_index(pair.host)],
@@ -180,16 +193,16 @@ class Collider {
     return false;
   }
 
-  // Whether bodies close no faster than forces make them in this step, or by next to nothing of what forces
-  // change: they rest, slide or roll, and are left to the contact solve. A rebound would be lower than what a
-  // step falls.
+  // Returns whether the approach is no faster than forces make it in this step, or a tiny fraction of the
+  // change by forces. Such bodies rest, slide or roll, and are left to the contact solve: their rebound would
+  // be lower than the fall of one step.
   bool persists(const ContactPoint& contact, double normal_velocity) const {
     const auto change = [&](int body) { return difference_.rigid[as_index(body)].squaredNorm(); };
     const double forces = std::sqrt(std::max(change(contact.host), change(contact.guest_rigid)));
     return -normal_velocity < std::max(dt_ * approach_acceleration(contact), least_blow * forces);
   }
 
-  // Marks the points of rigid pairs that meet now. Returns whether there are any.
+  // Finds the blow of this round: the points of rigid pairs that meet now. Returns whether there are any.
   bool find_blow() {
     parallel_for(contacts_.pairs.size(), 16, [&](std::size_t begin, std::size_t end) {
       for (std::size_t p = begin; p < end; ++p)
@@ -202,8 +215,8 @@ class Collider {
     return !scratch_.blow.empty();
   }
 
-  // Those of one pair; their impulses are set to zero and their targets to what the blow is to leave at
-  // least.
+  // Marks the points of one pair that take part in the blow, and sets their targets to the least normal
+  // velocity that the blow has to leave. Returns whether one of them overlaps and approaches.
   bool find_points(ContactPair& pair) {
     bool meets = false;
     SampleCulling touches;
@@ -226,7 +239,7 @@ class Collider {
     return meets;
   }
 
-  // Without rigid collisions: pairs that overlap go straight to contact.
+  // Without rigid collisions all rigid pairs go straight to contact.
   void note_overlaps() {
     for (ContactPair& pair : contacts_.pairs) pair.collided |= pair.guest_rigid >= 0;
   }
@@ -237,8 +250,8 @@ class Collider {
       if (scratch_.takes_part[as_index(i)] != 0) visit(as_index(i));
   }
 
-  // The impulses of all points of the blow together, to a part of the fastest approach among the bodies that
-  // it connects.
+  // Finds and applies the impulses of all points of the blow together, by Gauss-Seidel sweeps. The tolerance
+  // of each island is a fraction of its fastest approach.
   void strike() {
     find_islands();
     for (const int p : scratch_.blow) {
@@ -267,6 +280,7 @@ class Collider {
     }
   }
 
+  // Returns the root of a body in the disjoint-set forest of the blow, and halves the path to it.
   std::size_t root(int body) {
     std::vector<int>& parent = scratch_.parent;
     while (parent[as_index(body)] != body)
@@ -277,7 +291,7 @@ class Collider {
     return root(bodies_.rigid.properties[as_index(pair.host)].is_dynamic() ? pair.host : pair.guest_rigid);
   }
 
-  // The dynamic bodies that the blow connects, with those that are linked with them.
+  // Finds the islands of the blow: dynamic bodies that its pairs and jointed groups connect.
   void find_islands() {
     scratch_.parent.resize(bodies_.rigid.size());
     std::iota(scratch_.parent.begin(), scratch_.parent.end(), 0);
@@ -297,6 +311,7 @@ class Collider {
     for (const int p : scratch_.blow) scratch_.island[as_index(p)] = island_of(contacts_.pairs[as_index(p)]);
   }
 
+  // Marks the islands as settled whose last sweep changed no relative velocity by more than the tolerance.
   void settle_islands() {
     for (const int p : scratch_.blow) scratch_.islands[scratch_.island[as_index(p)]].largest = 0;
     for (const int p : scratch_.blow) {
@@ -309,6 +324,8 @@ class Collider {
     }
   }
 
+  // Updates the points of a pair in passes to and fro. Returns the largest change of a relative velocity in
+  // the first pass, m/s.
   double update_pair(const ContactPair& pair, double tolerance) {
     double first = 0;
     for (int sweep = 0; sweep < pair_sweeps; ++sweep) {
@@ -329,10 +346,11 @@ class Collider {
     return first;
   }
 
-  // With friction, or with different coefficients at once, Moreau's law can give energy. Where the impulses j
-  // of the bodies that a blow connects would, s j is taken with the largest s in [0, 1] that does not: their
-  // energy changes by
-  //   s a + s^2 b,  a = sum j . u-,  b = sum j . (u+ - u-) / 2.
+  // Scales the impulses j of each island so that the blow adds no energy. The impulses s j change the energy
+  // by
+  //   s a + s^2 b,  a = sum j . u-,  b = sum j . (u+ - u-) / 2,
+  // and s is the largest value in [0, 1] at which this is not positive. With friction, or with different
+  // coefficients of restitution in one blow, Moreau's law can add energy.
   void keep_energy() {
     for (const int p : scratch_.blow) {
       const ContactPair& pair = contacts_.pairs[as_index(p)];
@@ -357,6 +375,7 @@ class Collider {
     }
   }
 
+  // Collides one point of a deformable body, whose relative velocity is `velocity` (m/s).
   void collide(const ContactPair& pair, ContactPoint& contact, const Vec3& velocity) {
     if (contact.response.normal_mass == 0) return;  // joints leave no motion along the normal
     const double target = rebound_velocity(contact, velocity.dot(contact.normal));
@@ -369,7 +388,7 @@ class Collider {
     ++scratch_.version[guest_node(bodies_, pair)];
   }
 
-  // One sweep over the pairs with deformable bodies; whether it changed anything.
+  // Sweeps once over the pairs with deformable bodies. Returns whether an impulse was applied.
   bool collide_deformables() {
     std::atomic<bool> changed = false;
     scratch_.sweeps.once([&](int p) {
@@ -382,6 +401,8 @@ class Collider {
     return changed;
   }
 
+  // Collides the points of one pair that are inside the host and approach. Returns whether an impulse was
+  // applied.
   bool collide_deformable(ContactPair& pair) {
     bool changed = false;
     for (int i = pair.begin; i < pair.end; ++i) {

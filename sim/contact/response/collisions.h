@@ -1,5 +1,5 @@
 // Step II.1: collisions, on time-n velocities with re-predicted positions (paper section 4; Guendelman et al.
-// 2003). Unlike there, the impulses of all points that meet at once are found together.
+// 2003). Unlike in these, the impulses of all points that meet at once are found together.
 #pragma once
 
 #include <vector>
@@ -11,61 +11,72 @@
 
 namespace duet {
 
+/// Settings of process_collisions().
 struct CollisionSettings {
-  int iterations = 5;  // rounds of blows are at most four times as many
-  OrientationUpdate orientation = OrientationUpdate::exact;
-  bool rigid_pairs = true;  // effect rigid_collision; without it rigid pairs go straight to contact
+  int iterations =
+      5;  ///< Rounds of rigid/deformable collisions at most; rigid blows have four times as many.
+  OrientationUpdate orientation = OrientationUpdate::exact;  ///< How predicted orientations are advanced.
+  bool rigid_pairs = true;  ///< Effect rigid_collision. If false, rigid pairs go straight to contact.
 };
 
-// Predicted poses x* = x^n + dt (v_*^n + D), kept up to date while impulses change v_*^n.
+/// Scratch of process_collisions(), kept from step to step so that nothing is allocated.
 struct CollisionScratch {
+  /// For each rigid body: the predicted pose, x* = x^n + dt (v_*^n + D) for its position.
   std::vector<Pose> predicted;
-  std::vector<char> stale;
-  // How often impulses have changed a body (numbered as in guest_node), and what that count was for both
-  // bodies of a pair when a look at the pair found nothing to do.
-  std::vector<int> version;
+  std::vector<char> stale;   ///< For each rigid body: whether impulses have changed it since `predicted`.
+  std::vector<int> version;  ///< For each body, numbered as by guest_node(): how often impulses changed it.
+  /// Versions of the bodies of a pair when the pair was looked at last; -1: never.
   struct Seen {
-    int host = -1, guest = -1;
+    int host = -1,   ///< Version of the host.
+        guest = -1;  ///< Version of the guest.
   };
+  /// For each pair. If both versions are the same as now, a look would find nothing new.
   std::vector<Seen> seen;
-  // Of every contact point: whether it takes part in the blow of this round, its relative velocity (m/s)
-  // before the blow, and its impulse (N s) of the rounds before.
-  std::vector<char> takes_part;
-  std::vector<Vec3> velocity_before, impulse_before;
-  std::vector<char> struck;  // whether a pair takes part in the blow
-  std::vector<int> blow;     // these pairs
-  GaussSeidelPipeline blow_sweeps;
-  std::vector<int> parent;  // of every rigid body, in a tree of those that the blow connects
-  struct Island {           // of bodies that the blow connects, at its root
-    double tolerance = 0;   // m/s, for the change of a relative velocity in the last sweep
-    double largest = 0;     // of the last sweep, over the tolerance
-    bool is_settled = false;
-    double linear = 0, quadratic = 0;  // J, what the blow does to its kinetic energy: Collider::keep_energy
+  std::vector<char> takes_part;  ///< For each contact point: whether it takes part in the blow of this round.
+  std::vector<Vec3> velocity_before,  ///< For each contact point: relative velocity before the blow, m/s.
+      impulse_before;                 ///< For each contact point: its impulse of earlier rounds, N s.
+  std::vector<char> struck;           ///< For each pair: whether it takes part in the blow.
+  std::vector<int> blow;              ///< Indices of the pairs that take part in the blow.
+  GaussSeidelPipeline blow_sweeps;    ///< Sweeps over `blow`.
+  /// For each rigid body: its parent in a disjoint-set forest of the blow's islands.
+  std::vector<int> parent;
+  /// The bodies that a blow connects.
+  struct Island {
+    double tolerance = 0;  ///< Largest change of a relative velocity in a sweep that ends the sweeps, m/s.
+    double largest = 0;    ///< Largest change of a relative velocity in the last sweep, over `tolerance`, 1.
+    bool is_settled = false;  ///< True if `largest` is below 1, so that sweeps pass over the island.
+    double linear = 0,        ///< Change of kinetic energy by the blow: linear term in its scale, J.
+        quadratic = 0;        ///< Change of kinetic energy by the blow: quadratic term in its scale, J.
   };
-  std::vector<Island> islands;
-  std::vector<std::size_t> island;  // of every pair of the blow
-  std::vector<double> change;       // of the last visit of every such pair, over the tolerance
-  std::vector<int> pairs;
-  PairColoring schedule;
-  GaussSeidelPipeline sweeps;
+  std::vector<Island> islands;      ///< For each rigid body; used at the root of each island in `parent`.
+  std::vector<std::size_t> island;  ///< For each pair of the blow: index into `islands`.
+  /// For each pair of the blow: change by its last visit, over the tolerance, 1.
+  std::vector<double> change;
+  std::vector<int> pairs;      ///< Indices of all pairs.
+  PairColoring schedule;       ///< Order of all pairs.
+  GaussSeidelPipeline sweeps;  ///< Sweeps over all pairs.
 };
 
-// `bodies` holds positions and velocities of time n, `difference` is D = v~^{n+1/2} - v^n. Changes the
-// velocities to v_*^n and marks the pairs that were found overlapping, approaching or not, as collided:
-// contact later looks at no other rigid pairs, so that elastic bodies bounce before contact stops them. What
-// closes no faster than forces make it in a step is left to contact.
-//
-// Rigid bodies meet in rounds. In a round, all points that would overlap at the predicted positions and
-// approach form one blow: impulses j >= 0 along the normals after which
-//   v_n+ >= -e v_n-,  complementary to j,
-// with friction on Coulomb's cone (Moreau's law; without friction it takes (1 - e^2) of the energy that a
-// blow with e = 0 takes, so it never gives any). Bodies that this brings together are the next round's: a row
-// of balls passes a blow on from one to the next, and a face that lands level leaves level (Smith, Kaufman,
-// Vouga, Tamstorf, Grinspun 2012, "Reflections on simultaneous impact").
-//
-// `linked` (or null) is what prepared the contacts: a blow on a body that joints hold moves all that they
-// hold together, as the joints let it. Joints put right after a blow on the body alone would take energy
-// away: of a ball of radius r on a rod of length l the fraction 2/5 (r/l)^2.
+/// Processes the collisions of a step: changes the velocities v^n of `bodies` to v_*^n. `bodies` holds
+/// positions and velocities of time n, and `difference` is D = v~^{n+1/2} - v^n. Marks pairs that overlap at
+/// predicted positions, approaching or not, as ContactPair::collided: contact later looks at no other rigid
+/// pairs, so that elastic bodies bounce before contact stops them. Contacts that close no faster than the
+/// forces of one step make them are left to contact. The impulses add up in ContactPoint::impulse.
+///
+/// Rigid bodies meet in rounds. In a round, all points that would overlap at the predicted positions and
+/// approach form one blow: impulses j >= 0 along the normals after which
+///   v_n+ >= -e v_n-,  complementary to j,
+/// with friction on Coulomb's cone (Moreau's law). Without friction it takes (1 - e^2) of the energy that a
+/// blow with e = 0 takes, so that it never adds energy. Bodies that a blow brings together belong to the next
+/// round: a row of balls passes a blow on from one to the next, and a face that lands level leaves level
+/// (Smith, Kaufman, Vouga, Tamstorf, Grinspun 2012, "Reflections on simultaneous impact").
+///
+/// Points of deformable bodies collide one after the other (paper section 4). Their restitution is 0, because
+/// deformable bodies store and return energy by themselves.
+///
+/// `linked` is the articulated response that prepared the contacts, or null: a blow on a jointed body moves
+/// its whole group as the joints allow. A joint solve after a blow on the body alone would take energy away:
+/// for a ball of radius r on a rod of length l the fraction 2/5 (r/l)^2.
 void process_collisions(Bodies& bodies, const VelocityState& difference, double dt,
                         const CollisionSettings& settings, ArticulatedResponse* linked, ContactSet& contacts,
                         CollisionScratch& scratch);

@@ -9,6 +9,7 @@ namespace duet {
 
 namespace {
 
+// Returns the index of the deformable body that a particle belongs to.
 std::size_t body_of(const Bodies& bodies, int particle) {
   const auto after =
       std::upper_bound(bodies.deformable.begin(), bodies.deformable.end(), particle,
@@ -36,7 +37,7 @@ void ContactProjection::begin(const Bodies& bodies, int sweeps, const Articulate
 
 namespace {
 
-// Strictly within its cone.
+// Returns whether the friction impulse (N s) of a contact is strictly within its cone.
 bool sticks(const ContactPoint& contact, const Vec3& friction) {
   constexpr double rounding = 1e-6;
   const double most = contact.friction * contact.impulse.dot(contact.normal);
@@ -67,10 +68,10 @@ void ContactProjection::add(const ContactPoint& contact, bool holds_sticking) {
   add_row(row, contact, is_held);
 }
 
-// Along row.normal.
 void ContactProjection::add_row(Row& row, const ContactPoint& contact, bool is_held) {
-  // A block treats its guests as independent: right for particles, not for face samples that share
-  // particles. Those that are held have no mass to divide by.
+  // A block treats its guests as independent of each other, which is right for particles, but not for face
+  // samples that share particles. Held particles cannot be in a block, because they have no mass to divide
+  // by.
   if (!contact.is_rigid_pair() && row.point.count == 1 && !is_held) {
     row.mass = 1 / row.point.inverse_mass;
     Block& block = blocks_[as_index(contact.host)];
@@ -139,8 +140,9 @@ void ContactProjection::factor(Block& block) const {
     const Vec6 wrench = wrench_of(row.host_arm, row.normal);
     block.weight += row.mass * wrench * wrench.transpose();
   }
-  if (const ArticulatedResponse* links =
-          links_of(block.host)) {  // joints may hold it as if it had no end of mass
+  if (const ArticulatedResponse* links = links_of(block.host)) {
+    // (1 + R W)^-1 R with the response R and the weight W: unlike (R^-1 + W)^-1 it exists if joints hold the
+    // host.
     const Mat6 response = links->response_of(block.host, block.host);
     block.inverse = solve_general<6>(Mat6::Identity() + response * block.weight, response);
     return;
@@ -238,8 +240,8 @@ void ContactProjection::push_host(const Row& row, const Vec3& j, GeneralizedVelo
   push_rigid(row.host, row.host_arm, -j, v);
 }
 
-// Equation 4: the host's change of velocity (dv, dw) from the normal velocities it has to take up, then
-// equation 3 for the impulse on every particle.
+// Solves equation 4 for the change of velocity (dv, dw) of the host by the normal velocities that it has to
+// take up, then equation 3 for the impulse on every particle.
 void ContactProjection::project_block(const Block& block, bool with_target, GeneralizedVelocity& v) const {
   Vec6 right = Vec6::Zero();
   const auto host = as_index(block.host);
@@ -272,7 +274,8 @@ void ContactProjection::project_row(const Row& row, bool with_target, Generalize
   push_host(row, impulse, v);
 }
 
-// Impulses on linked bodies keep their joints: these need to be put right but once.
+// If articulated response contains all jointed bodies, contact impulses keep the joints, which are then
+// projected once before the sweeps instead of within each sweep.
 void ContactProjection::sweep_all(bool with_target, GeneralizedVelocity& v) const {
   const bool keeps_joints = linked_ && linked_->is_complete();
   if (joints_ && keeps_joints) joints_->project(bodies_->rigid, v.linear, v.angular);

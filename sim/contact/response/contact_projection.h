@@ -1,4 +1,5 @@
-// Contact constraints in the conjugate gradients (paper sections 7.1 and 7.3, equations 3 and 4).
+// Projection of velocities onto contact, joint and repulsion constraints, for use inside conjugate gradients
+// (paper sections 7.1 and 7.3, equations 3 and 4).
 #pragma once
 
 #include <vector>
@@ -12,116 +13,143 @@
 
 namespace duet {
 
-// Unknowns of the implicit solve: velocities of all particles and twists of all rigid bodies.
+/// The unknowns of a velocity solve: velocities of all particles and twists of all rigid bodies, in world
+/// axes. It is used for changes, residuals and search directions of them as well.
 struct GeneralizedVelocity {
-  std::vector<Vec3> particle;  // m/s
-  std::vector<Vec3> linear;    // m/s
-  std::vector<Vec3> angular;   // rad/s
+  std::vector<Vec3> particle;  ///< Velocity of every particle, m/s.
+  std::vector<Vec3> linear;    ///< Velocity of the center of mass of every rigid body, m/s.
+  std::vector<Vec3> angular;   ///< Angular velocity of every rigid body, rad/s.
 };
 
-// Projects generalized velocities so that touching points keep their normal relative velocity. Each
-// application is impulses, equal and opposite, so momentum is kept; sweeps go forward and then backward, so
-// the operator is self-adjoint in the mass inner product even where it has not converged.
+/// A projection of generalized velocities onto those that satisfy constraints: touching points have no normal
+/// relative velocity, joints hold, and near surfaces do not approach. It works by impulses that are equal and
+/// opposite at one place, so that momentum is kept. Sweeps go forward and then backward, so that the operator
+/// is self-adjoint in the mass inner product even if the sweeps have not converged (paper section 7.3).
+///
+/// A rigid body against all single particles that it touches is one block, solved exactly by equation 4.
+/// Other contacts are single rows. Constraints form an active set: choose() activates, release() deactivates.
 class ContactProjection {
  public:
-  // Takes the contacts of `graph` that hold an impulse, at the geometry they hold, and the pairs of
-  // `repulsions`, if any, as the innermost of each sweep. `linked` is what prepared the contacts, or null.
-  // Contacts of the deformable bodies that `rests` names, if there are any, hold the tangential components of
-  // the relative velocity as well where they stick.
+  /// Takes the contacts of `graph` that hold an impulse, with their present normals, arms and responses, and
+  /// the pairs of `repulsions` (or null), which are innermost in each sweep. `sweeps` is the number of sweeps
+  /// to and fro of one projection. `linked` is the articulated response that prepared the contacts, or null.
+  /// `rests` has an entry for every deformable body, or is empty: the contacts of marked bodies that stick
+  /// have rows along both tangents, too.
   void build(const Bodies& bodies, const ContactSet& contacts, const ContactGraph& graph, int sweeps,
              SelfRepulsion* repulsions = nullptr, const ArticulatedResponse* linked = nullptr,
              const std::vector<char>& rests = {});
-  // Takes the contacts that held one at the end of the last step, at the positions now.
-  // Their impulses count as those of `duration` (s). Contacts of the deformable bodies that `left_out` names,
-  // if there are any, are left out.
+  /// Takes the cached contacts of the last step, with the geometry of the present positions. Their impulses
+  /// are scaled to `duration` (s). `left_out` has an entry for every deformable body, or is empty: the
+  /// contacts of marked bodies are left out. `linked` must be what ArticulatedResponse::prepare() returned
+  /// for `memory`.
   void build(const Bodies& bodies, const ContactCache& memory, double duration, int sweeps,
              const ArticulatedResponse* linked = nullptr, const std::vector<char>& left_out = {});
-  // Takes no contact.
+  /// Takes no contact, so that only joints are projected, if add_joints() follows.
   void build(const Bodies& bodies);
-  // Keeps joints together, too, exactly, until the next build. The solver has been prepared for projection.
+  /// Adds joints as constraints until the next build. They are kept exactly. `joints` must have been prepared
+  /// for projection, and must outlive the use of this object.
   void add_joints(const JointSolver& joints) {
     joints_ = &joints;
     held_ = held_ || joints.is_held();
   }
-  // Projects in the inner product of other masses of the particles until the next build: `inverse_mass`,
-  // 1/kg, or null for their own.
+  /// Projects in the inner product of other particle masses until the next build: `inverse_mass` has a block
+  /// (1/kg) for every particle and must outlive the use. Null restores the masses of the particles.
   void use_inverse_masses(const std::vector<SymmetricBlock>* inverse_mass);
+  /// Returns whether there are no contacts, repulsions and joints, so that the projection is the identity.
   bool empty() const { return rows_.empty() && block_rows_ == 0 && !repulsions_ && !joints_; }
-  // Joins the bodies that it lets move each other, but for those with joints, which are joined anyway.
+  /// Joins the bodies that contacts and active repulsion pairs connect. Islands::begin() has joined bodies of
+  /// joints.
   void join(Islands& islands) const;
-  // Only what acts on islands that are searched takes part in project() and use_inverse_masses(), until the
-  // next call; null for all.
+  /// Limits project(), satisfy() and use_inverse_masses() to the constraints of searched `islands`, until the
+  /// next call. Null removes the limit. Joints are not limited.
   void limit_to(const Islands* islands);
-  // Whether a body of infinite mass takes part.
+  /// Returns whether a body or particle of infinite mass takes part, so that momentum is exchanged with the
+  /// outside.
   bool is_held() const { return held_; }
 
-  // Asks n.v_rel to be half of what it is for `start` (so that the extrapolated end-of-step value is zero),
-  // and drops for this solve the constraints that part anyway at `velocity`. Of pairs of deformable surfaces
-  // those are rows that would come too near within the step of `dt` (s): SelfRepulsion::choose_rows().
+  /// Sets the targets and the active set of a solve. The target of n.v_rel is half of its value at `start`,
+  /// so that the extrapolation 2 V - v^n to the end of the step has none. Constraints that already separate
+  /// faster at `velocity` are inactive. Repulsion pairs are active if they would come too near within `dt`
+  /// (s), see SelfRepulsion::choose_rows().
   void choose(double dt, const GeneralizedVelocity& start, const GeneralizedVelocity& velocity);
-  // Makes `velocity` satisfy what is asked.
+  /// Projects `velocity` onto those with n.v_rel = target at the active constraints.
   void satisfy(GeneralizedVelocity& velocity) const;
-  // Adds what the friction of the chosen contacts does to `velocity`. Projection leaves the tangents free:
-  // what friction holds, or drags along, would be damped as if it slid freely, and friction after the solve,
-  // which sees the masses of particles without what damps them, would move them far too much in every step.
+  /// Adds M^-1 times the friction impulses of the active contacts to `velocity`. The projection leaves
+  /// tangential motion free: without this, damping would act as if everything slid freely, and friction after
+  /// the solve, which sees the masses of particles without their damping, would move them far too much in
+  /// every step.
   void add_friction(GeneralizedVelocity& velocity) const;
-  // Drops, for this solve, the constraints that hold back what `change` (of velocities, without
-  // constraints) would part faster than by `tolerance` (m/s). Returns whether there were any.
+  /// Deactivates constraints that would have to pull: those that `change`, the change of velocities without
+  /// constraints, separates faster than `tolerance` (m/s). Returns whether there were any.
   bool release(const GeneralizedVelocity& change, double tolerance);
-  // Projects onto n.v_rel = 0.
+  /// Projects `velocity` onto those with n.v_rel = 0 at the active constraints.
   void project(GeneralizedVelocity& velocity) const;
 
  private:
-  struct Row {  // one contact point
-    int host = -1, guest_rigid = -1;
-    SurfacePoint point;  // of a deformable guest
-    Vec3 normal, host_arm, guest_arm;
-    Vec3 friction;       // N s, on the guest
-    double of_host = 0;  // 1/kg, in the inverse of a single row's mass
-    double mass = 0;     // kg, 1/(n.K n) of the guest alone in a block, of the pair in a single row
-    double target = 0;   // m/s
+  // The constraint of one contact point along one direction.
+  struct Row {
+    int host = -1, guest_rigid = -1;  // rigid bodies; guest_rigid -1: the guest is deformable
+    SurfacePoint point;               // of a deformable guest
+    Vec3 normal,                      // unit: the normal, or a tangent of a contact that sticks
+        host_arm, guest_arm;          // m
+    Vec3 friction;                    // N s, friction impulse on the guest
+    double of_host = 0;  // 1/kg, what the host adds to 1/mass of a single row with a deformable guest
+    double mass = 0;     // kg, 1/(n.K n): of the guest alone in a block, of both bodies in a single row
+    double target = 0;   // m/s, wanted relative velocity along `normal`
     bool active = true;
-    int island = -1;  // of limit_to
+    int island = -1;  // set by limit_to()
   };
-  struct Block {  // one rigid body against all particles it touches: equation 4
+  // One rigid body against all single particles that it touches: equation 4.
+  struct Block {
     int host = -1;
     std::vector<Row> rows;
-    Mat6 inverse = Mat6::Zero();
-    Mat6 weight = Mat6::Zero();  // kg, kg m, kg m^2: of the particles, for twists of a linked host
+    Mat6 inverse = Mat6::Zero();  // inverse of the matrix of equation 4
+    Mat6 weight = Mat6::Zero();   // kg, kg m, kg m^2: sum over active rows of mass w w^T with the wrench w of
+                                  // a unit push
   };
   void begin(const Bodies& bodies, int sweeps, const ArticulatedResponse* linked);
+  // Adds the row of a contact along its normal, and if it `holds_sticking` and sticks, those along two
+  // tangents.
   void add(const ContactPoint& contact, bool holds_sticking);
+  // Adds `row`, which is along row.normal, to a block or as a single row. `is_held`: no particle of the guest
+  // can move.
   void add_row(Row& row, const ContactPoint& contact, bool is_held);
   void factor_blocks();
   void factor(Block& block) const;
   void project_block(const Block& block, bool with_target, GeneralizedVelocity& v) const;
   void project_row(const Row& row, bool with_target, GeneralizedVelocity& v) const;
+  // Makes one sweep to and fro over all constraints.
   void sweep(bool with_target, bool with_joints, GeneralizedVelocity& v) const;
   void sweep_all(bool with_target, GeneralizedVelocity& v) const;
   bool takes(const Row& row) const {
     return row.active && (!islands_ || islands_->is_searched(static_cast<std::size_t>(row.island)));
   }
-  // Those that the body is linked with, or null.
+  // Returns the articulated response if it contains the body, else null.
   const ArticulatedResponse* links_of(int body) const {
     return linked_ && linked_->contains(body) ? linked_ : nullptr;
   }
+  // Adds M^-1 times an impulse on a rigid body, or on its jointed group.
   void push_rigid(int body, const Vec3& arm, const Vec3& impulse, GeneralizedVelocity& v) const;
-  // 1/kg, of the particles of a deformable guest along the normal.
+  // Returns the inverse effective mass of a deformable guest along row.normal, 1/kg.
   double inverse_mass_of_guest(const Row& row) const;
+  // Returns the relative velocity along row.normal, m/s.
   double normal_velocity(const Row& row, const GeneralizedVelocity& v) const;
-  void push(const Row& row, const Vec3& impulse, GeneralizedVelocity& v) const;       // on the guest
-  void push_host(const Row& row, const Vec3& impulse, GeneralizedVelocity& v) const;  // the opposite
+  // Adds M^-1 times an impulse on the guest.
+  void push(const Row& row, const Vec3& impulse, GeneralizedVelocity& v) const;
+  // Adds M^-1 times the opposite of an impulse on the host.
+  void push_host(const Row& row, const Vec3& impulse, GeneralizedVelocity& v) const;
 
   const Bodies* bodies_ = nullptr;
-  const std::vector<SymmetricBlock>* inverse_mass_ = nullptr;  // null: that of the particles
-  std::vector<Block> blocks_;  // reused from step to step; the first `used_` count
-  std::size_t used_ = 0, block_rows_ = 0;
-  std::vector<Row> rows_;
+  const std::vector<SymmetricBlock>* inverse_mass_ = nullptr;  // null: the masses of the particles
+  // one for each rigid body, reused from step to step; only the first `used_` count
+  std::vector<Block> blocks_;
+  std::size_t used_ = 0, block_rows_ = 0;  // number of rigid bodies; number of rows in blocks
+  std::vector<Row> rows_;                  // single rows
   bool held_ = false;
   SelfRepulsion* repulsions_ = nullptr;
   const JointSolver* joints_ = nullptr;
   const ArticulatedResponse* linked_ = nullptr;
-  const Islands* islands_ = nullptr;
+  const Islands* islands_ = nullptr;  // null: all
   int sweeps_ = 1;
 };
 

@@ -13,23 +13,24 @@
 namespace duet {
 namespace {
 
-constexpr int shock_iterations = 10;  // Gauss-Seidel sweeps over a group of a level
-// In a sweep, of a deformable body on something that no impulse moves: its contacts hardly know of each
-// other.
+constexpr int shock_iterations = 10;  // Gauss-Seidel sweeps over a group of a shock layer, at most
+// Passes over the contacts of a deformable body on a static or kinematic host, at each visit. Two are enough,
+// because these contacts hardly affect each other.
 constexpr int soft_repeats = 2;
-// ContactGraph::carries_shocks of an island that a kinematic body moves: nothing in it is slow, and what the
-// shocks give comes from that body.
+// Value of ContactGraph::carries_shocks for an island that a moving kinematic body drives. Nothing in it
+// counts as being at rest, and the energy that shocks add comes from that body.
 constexpr char driven = 2;
-// What the sweeps leave, in units of their tolerance, where solving an island as a whole is worth its work.
+// Smallest error after the sweeps, in units of their tolerance, at which an island is solved as a whole. A
+// smaller value would spend that work on islands that a few more sweeps settle.
 constexpr double worth_solving = 30;
-// Parts of the speed that gravity gives in a step. What moves by less is at rest, for shocks: it may be no
-// more than what the sweeps have left. Where bodies move past each other by more, sliding seldom lets a whole
-// solution be found, nor is it missed.
+// Fractions of the speed |g| dt that gravity gives in a step. `rest_share`: a surface that moves more slowly
+// counts as being at rest for shocks, because the sweeps may leave as much. `slide_share`: islands with
+// faster relative velocities are not solved as a whole, because friction seldom lets the rounds converge
+// there; the solution is not missed either.
 constexpr double rest_share = 0.02, slide_share = 0.5;
-constexpr double anything = std::numeric_limits<double>::infinity();
+constexpr double anything = std::numeric_limits<double>::infinity();  // speed at which nothing is limited
 
-// One Gauss-Seidel update of a contact; returns how much it changed the relative velocity, over its
-// precision.
+// Updates a contact once. Returns the change of its relative velocity, m/s over its precision.
 double update_contact(Bodies& bodies, ArticulatedResponse* linked, ContactPoint& contact) {
   const Vec3 velocity = relative_velocity(bodies, contact);
   if (contact.impulse.isZero(0) && !is_pinched_fast(contact) &&
@@ -45,8 +46,10 @@ double update_contact(Bodies& bodies, ArticulatedResponse* linked, ContactPoint&
   return (contact.response.K * change).norm() / contact.precision;
 }
 
-// Rolling and spinning friction of a rigid pair: an angular impulse along the axis of spin (the mean normal)
-// and one across it, each no more than its coefficient allows for the pair's normal impulse.
+// Updates rolling and spinning friction of a rigid pair: an angular impulse along the axis of spin, which is
+// the mean normal, and one across it. Each is at most its coefficient (m) times the normal impulse of the
+// pair. Returns the change of a relative velocity, m/s, at the distance of half the smallest size of the
+// bodies.
 double update_rotation(Bodies& bodies, ArticulatedResponse* linked, const ContactSet& contacts,
                        ContactPair& pair) {
   Vec3 pressure = Vec3::Zero();
@@ -88,9 +91,10 @@ double update_rotation(Bodies& bodies, ArticulatedResponse* linked, const Contac
   return (K * change).norm() * std::min(a.shape.smallest_size(), b.shape.smallest_size()) / 2;
 }
 
-// Several sweeps over the contacts of one pair, to and fro: a face that lands flat shall not be tilted by the
-// order of its points. What the first sweep leaves without an impulse, two thirds of the contacts of a pile,
-// waits for the next visit. Returns the first sweep's change of relative velocity.
+// Updates the contacts of one pair in several passes to and fro, so that the order of its points does not
+// tilt a face that lands flat. Contacts without an impulse after the first pass, two thirds of the contacts
+// of a pile, wait for the next visit. Returns the largest change of a relative velocity in the first pass,
+// m/s over its precision.
 double update_pair(Bodies& bodies, ArticulatedResponse* linked, const ContactSolveSettings& settings,
                    ContactSet& contacts, ContactPair& pair) {
   double first = 0;
@@ -114,7 +118,8 @@ double update_pair(Bodies& bodies, ArticulatedResponse* linked, const ContactSol
   return first;
 }
 
-// An update of a contact by an impulse on one body, the other being as if fixed.
+// An update of a contact by an impulse on its upper body alone, as if the lower one were fixed. `at_rest`
+// (m/s) bounds the velocity of a lower surface that counts as being at rest.
 class UpperUpdate {
  public:
   UpperUpdate(Bodies& bodies, double tolerance, double at_rest, int upper)
@@ -146,8 +151,9 @@ class UpperUpdate {
   }
 
  private:
-  // How the surface of the lower body moves, m/s: along the normal, and beside it as the body rolls. Where it
-  // slides, or turns about the normal, it takes the upper body along.
+  // Returns the part of the velocity of the lower body's surface that shocks must not follow, m/s: its
+  // component along the normal, and the tangential velocity by rolling. Sliding and turning about the normal
+  // are left out, because they may take the upper body along.
   Vec3 own_motion(const ContactPoint& contact, bool upper_is_guest) const {
     const RigidState& lower =
         bodies_.rigid.state[as_index(upper_is_guest ? contact.host : contact.guest_rigid)];
@@ -163,7 +169,8 @@ class UpperUpdate {
   int upper_;
 };
 
-// Joints connect islands: those that they hold all go on together.
+// Marks the islands with joints. Joints connect islands, so that these are swept until all of them have
+// settled.
 void find_jointed(const Bodies& bodies, const ContactGraph& graph, bool is_linked,
                   ContactSolveScratch& scratch) {
   scratch.is_jointed.assign(graph.island.size(), 0);
@@ -174,7 +181,7 @@ void find_jointed(const Bodies& bodies, const ContactGraph& graph, bool is_linke
         scratch.is_jointed[as_index(island)] = 1;
 }
 
-// The fastest relative velocity at contacts of the pairs that press, m/s.
+// Returns the largest relative velocity at contacts of `pairs` that hold an impulse, m/s.
 double fastest(const Bodies& bodies, const ContactSet& contacts, std::span<const int> pairs) {
   double squared = 0;
   for (const int p : pairs)
@@ -184,8 +191,8 @@ double fastest(const Bodies& bodies, const ContactSet& contacts, std::span<const
   return std::sqrt(squared);
 }
 
-// Solves those islands of a few rigid bodies as a whole that sweeps have left unsettled. Returns whether
-// there are any for which that is as good as being settled, see scratch.is_solved.
+// Solves as a whole those islands of a few rigid bodies that sweeps have left unsettled. Marks the islands
+// that have converged in scratch.is_solved, and returns whether there are any.
 bool solve_small_islands(Bodies& bodies, const ContactGraph& graph, const ContactSolveSettings& settings,
                          ContactSet& contacts, ContactSolveScratch& scratch) {
   std::vector<std::array<int, 2>>& unsettled = scratch.unsettled;
@@ -218,7 +225,7 @@ bool solve_small_islands(Bodies& bodies, const ContactGraph& graph, const Contac
 
 }  // namespace
 
-// Bodies that do not touch do not matter to each other: every island is swept until it has settled.
+// Every island is swept until it has settled, because bodies that do not touch do not affect each other.
 int solve_contact(Bodies& bodies, const ContactGraph& graph, const ContactSolveSettings& settings,
                   ContactSet& contacts, ContactSolveScratch& scratch, ArticulatedResponse* linked) {
   scratch.change.assign(contacts.pairs.size(), 0);

@@ -7,18 +7,22 @@
 namespace duet {
 namespace {
 
-constexpr double parallel = 1e-12;  // what the normals of a patch may differ by: rounding
-constexpr double thinnest = 1e-6;   // width of a patch over its length, below which it is a line
-constexpr double beside = 1e-9;     // of a line's length: how far beside it the load may be
-constexpr double sliding = 0.9;     // of all that friction can hold: a face that holds more slides
-constexpr double rounding = 1e-12;  // of the load
-constexpr int most_rounds = 8;      // of dropping points that would have to pull
+constexpr double parallel = 1e-12;  // largest difference of the unit normals of a patch, which is rounding
+constexpr double thinnest = 1e-6;   // width of a patch over its length below which it counts as a line
+constexpr double beside =
+    1e-9;  // largest distance of the load from the line of such a patch, over its length
+// Friction over the largest possible one, beyond which a face counts as sliding.
+constexpr double sliding = 0.9;
+constexpr double rounding = 1e-12;  // largest pull that counts as zero, over the load
+constexpr int most_rounds = 8;      // rounds of dropping points that would have to pull, at most
 
+// One patch of a pair. All its quantities are in the plane of its first point.
 class Patch {
  public:
   Patch(const Bodies& bodies, int number, std::span<ContactPoint> points)
       : bodies_(bodies), points_(points), number_(number) {}
 
+  // Spreads the load. Does nothing if it is not to be spread, or if no distribution without pull is found.
   void spread(double tolerance) {
     if (!choose_points(tolerance)) return;
     for (int round = 0; round < most_rounds; ++round) {
@@ -35,15 +39,15 @@ class Patch {
       if (point.patch == number_ && point.takes_part) visit(point);
   }
 
-  // The place of a point along the plane, m.
+  // Returns the coordinates of a point in the plane, m.
   Eigen::Vector2d place(const ContactPoint& point) const {
     const Vec3& position = bodies_.rigid.state[as_index(point.host)].pose.position;
     const Vec3 x = position + point.host_arm - origin_;
     return {along_u_.dot(x), along_w_.dot(x)};
   }
 
-  // Marks the points that take part, and finds the plane and the load. Whether there is something to choose,
-  // as there is not for three points, and the face slides.
+  // Marks the points that take part, and finds the plane and the load. Returns whether the load is to be
+  // spread: the face slides, and has more than three points, whose impulses the load does not determine.
   bool choose_points(double tolerance) {
     int count = 0;
     const ContactPoint* first = nullptr;
@@ -60,7 +64,7 @@ class Patch {
         along_u_ = normal_.unitOrthogonal();
         along_w_ = normal_.cross(along_u_);
       }
-      // Points of either body: their normals are opposite.
+      // Points of the two bodies have opposite normals.
       if (std::min((point.normal - normal_).norm(), (point.normal + normal_).norm()) > parallel) return false;
       point.takes_part = true;
       ++count;
@@ -77,10 +81,10 @@ class Patch {
     return load_ > 0 && holding > sliding * most;
   }
 
-  // Of all impulses that give the load, the least ones: share (P/S + g . (x - m)) with the sum S of the
-  // shares, their middle m and C g = M, where M are the moments of the load and C the second moments of the
-  // shares about m. Of points on a line C has no inverse, and g lies along the line.
-  // Whether the points can carry the load: those of a line can if it acts on the line.
+  // Finds the distribution p_i = share_i (P/S + g . (x_i - m)) of the load P, with the sum S of the shares,
+  // their center m, and C g = M, where M are the moments of the load and C the second moments of the shares
+  // about m. For points on a line C has no inverse, and g lies along the line. Returns whether the points can
+  // carry the load: those on a line can if the load acts on the line.
   bool solve() {
     double sum = 0;
     Eigen::Vector2d middle(0, 0);
@@ -117,11 +121,13 @@ class Patch {
     return true;
   }
 
+  // Drops the points that would have to pull.
   void drop_pulling() {
     for (ContactPoint& point : points_)
       if (point.patch == number_ && point.takes_part) point.takes_part = point.spread >= 0;
   }
 
+  // Replaces the normal impulses by the distribution.
   void take() {
     for (ContactPoint& point : points_) {
       if (point.patch != number_) continue;
@@ -134,9 +140,9 @@ class Patch {
   std::span<ContactPoint> points_;
   int number_;
   Vec3 normal_, along_u_, along_w_, origin_;
-  double load_ = 0;                // N s
-  Eigen::Vector2d moments_{0, 0};  // N m s, about the origin
-  bool pulling_ = false;
+  double load_ = 0;                // N s, sum of the normal impulses
+  Eigen::Vector2d moments_{0, 0};  // N m s, first moments of the normal impulses about origin_
+  bool pulling_ = false;           // true if a point would have to pull
 };
 
 }  // namespace

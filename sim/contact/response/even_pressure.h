@@ -1,19 +1,22 @@
-// How the load of a flat contact spreads over its points.
+// Distribution of the load of a flat contact over its points.
 #pragma once
 
 #include "sim/contact/detection/contact_point.h"
 
 namespace duet {
 
-// The normal impulses of a flat face's points are not determined by the motion: any that give the same force
-// and moments move the bodies alike, but friction holds where the load is. Of all these the ones that
-// minimize
-//   sum of p_i^2 / share_i,  p_i >= 0,
-// are p_i = share_i times a linear function of the place: pressure that is even where the load is in the
-// middle, and grows towards the side to which it moves. Sets the normal impulses of the pair's patches to
-// them, as far as its points touch: those that hold an impulse or close at no less than their target, to
-// within `tolerance` (m/s). Bodies and their velocities stay as they are. Faces that stick keep their
-// impulses: how these spread does not matter, and what has come to rest is not stirred up.
+/// Spreads the normal impulses p_i over the points of each patch (flat face) of a pair, with the same force
+/// and moments:
+///   minimize sum p_i^2 / share_i,  p_i >= 0.
+/// The solution is p_i = share_i times a linear function of the place: pressure that is even if the load is
+/// in the middle, and grows towards the side to which the load moves. The motion does not determine the p_i,
+/// because all that have the same force and moments move the bodies alike, but friction acts where the load
+/// is.
+///
+/// Takes the points that touch: those that hold an impulse, or whose normal velocity exceeds their target by
+/// at most `tolerance` (m/s, times ContactPoint::precision). Changes ContactPoint::impulse only, not bodies
+/// and velocities. Leaves patches of fewer than four touching points alone, and patches that stick: their
+/// distribution does not matter, and bodies that have come to rest are not stirred up.
 void spread_evenly(const Bodies& bodies, double tolerance, const ContactPair& pair, ContactSet& contacts);
 
 }  // namespace duet

@@ -9,15 +9,17 @@
 namespace duet {
 namespace {
 
-// rho in units of the mass that a contact feels by itself, in the first attempt and in one that is made where
-// that ends in a circle of contacts that stick and slip in turn. Greater ones leave less of an error, until
-// rounding does.
+// rho in units of the effective mass of a contact, for the first attempt and for a second one, which is made
+// if the first ends in a cycle of contacts that stick and slip in turn. A larger value leaves a smaller
+// error, until rounding bounds it.
 constexpr std::array<double, 2> rho{1e6, 1e3};
-constexpr int patience = 7;  // rounds without getting better
+constexpr int patience = 7;  // rounds without improvement that end an attempt
+// Newton steps of a round, Newton steps of all rounds, and halvings of a step, at most.
 constexpr int most_steps = 20, most_in_all = 100, most_halvings = 12;
-constexpr double on_cone = 1 - 1e-9;  // part of the friction cone beyond which a contact slides
-constexpr double enough_fall = 1e-4;  // of what the slope promises, of a step along it (Armijo)
-constexpr double no_slope = 1e-15, no_fall = 1e-14;  // of the value: rounding
+constexpr double on_cone = 1 - 1e-9;  // fraction of the friction cone beyond which a contact slides
+constexpr double enough_fall = 1e-4;  // least fall of the value, over that of its slope (Armijo)
+// Slope and fall that count as rounding, over the value.
+constexpr double no_slope = 1e-15, no_fall = 1e-14;
 
 }  // namespace
 
@@ -89,8 +91,9 @@ IslandSolver::Row IslandSolver::row_of(const ContactPoint& contact) const {
   return row;
 }
 
-// What slides takes the friction of an update of its contact alone; not after a round that has made things
-// worse, whose velocities say little.
+// Decides for each contact whether it sticks, from a Gauss-Seidel update of it alone. A contact that slides
+// gets the friction of that update; after a round that increased the error it keeps its friction, because the
+// velocities of such a round say little.
 void IslandSolver::begin_round(const Bodies& bodies, const ContactSet& contacts, double scale, bool is_best) {
   for (Row& row : rows_) {
     const ContactPoint& contact = contacts.points[row.point];
@@ -107,7 +110,7 @@ void IslandSolver::begin_round(const Bodies& bodies, const ContactSet& contacts,
   }
 }
 
-// The impulses of the round, within their cones, act on the bodies.
+// Applies the impulses of the round, cut to their cones, to the bodies.
 void IslandSolver::end_round(Bodies& bodies, ContactSet& contacts) const {
   for (const Row& row : rows_) {
     ContactPoint& contact = contacts.points[row.point];
@@ -129,7 +132,7 @@ double IslandSolver::error(const Bodies& bodies, const ContactSet& contacts) con
     if (contact.impulse.isZero(0) && velocity.dot(contact.normal) >= contact.target) continue;
     const Vec3 push = updated_impulse(contact, contact.response, velocity) - contact.impulse;
     const double off = (contact.response.K * push).norm() / contact.precision;
-    if (!(off <= largest)) largest = off;  // what is not finite as well
+    if (!(off <= largest)) largest = off;  // also takes a NaN
   }
   return largest;
 }
@@ -144,7 +147,7 @@ void IslandSolver::restore(Bodies& bodies, ContactSet& contacts) const {
   for (const Body& body : bodies_) bodies.rigid.state[body.number] = body.best;
 }
 
-// Of the relative velocity, m/s: J times the twists.
+// Returns the change of the relative velocity at a contact, m/s: J times the twists.
 Vec3 IslandSolver::change(const Row& row, const Twists& twists) {
   Vec3 sum = Vec3::Zero();
   for (std::size_t k = 0; k < 2; ++k) {
@@ -165,8 +168,10 @@ Vec3 IslandSolver::tangent(const Row& row, const Vec3& velocity) {
   return row.tangent - row.tangent_rho * (velocity - velocity.dot(row.normal) * row.normal);
 }
 
-// dv.M dv / 2 + sum of p_n^2 / (2 rho_n) + sum of p_t^2 / (2 rho_t) over what sticks, and p.J dv of the
-// impulses that act already. Its gradient is M dv - J^T dp.
+// Returns the function of dv that a round minimizes, J:
+//   dv.M dv / 2 + sum p_n^2 / (2 rho_n) + sum over sticking contacts p_t^2 / (2 rho_t) + p0.J dv - sliding
+//   friction . J dv,
+// with the impulses p0 that act already. Its gradient is M dv - J^T dp.
 double IslandSolver::value(const Twists& twists) const {
   double sum = 0;
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
@@ -212,7 +217,8 @@ void IslandSolver::find_gradient() {
   }
 }
 
-// M + J^T D J with D = rho of what presses and of what sticks.
+// Sets the matrix to M + J^T D J, the derivative of the gradient. D is rho_n of contacts that push and rho_t
+// of contacts that stick.
 void IslandSolver::find_matrix() {
   std::fill(matrix_.begin(), matrix_.end(), 0.0);
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
@@ -228,7 +234,7 @@ void IslandSolver::find_matrix() {
   }
 }
 
-// J of the body k is +-(I, -skew(arm)).
+// The block of J for body k of a contact is +-(1, -[arm]x), with the plus sign for the guest.
 void IslandSolver::add_to_matrix(const Row& row, const Mat3& stiffness) {
   const std::array<Mat3, 2> arm{skew(row.arm[0]), skew(row.arm[1])};
   for (std::size_t a = 0; a < 2; ++a)
@@ -251,9 +257,9 @@ void IslandSolver::add_block(std::size_t row, std::size_t column, const Mat3& bl
       matrix_[(column + as_index(j)) * twists_.size() + row + as_index(i)] += block(i, j);
 }
 
-// matrix step = -gradient, by L D L^T in place. False where rounding leaves no positive pivot. Dense: the
-// block factor of the joints would order the bodies anew in every step, and drops pivots as small as these
-// may be.
+// Solves matrix step = -gradient by a dense L D L^T factorization in place. Returns false if rounding leaves
+// no positive pivot. The sparse factorization of the joint solver is not used, because it would order the
+// bodies again in every step, and drops pivots as small as some are here.
 bool IslandSolver::solve_for_step() {
   const std::size_t size = twists_.size();
   for (std::size_t j = 0; j < size; ++j) {
@@ -277,7 +283,8 @@ bool IslandSolver::solve_for_step() {
   return true;
 }
 
-// Newton's method for the least value(), with steps that are halved until it falls. Returns their number.
+// Minimizes value() by Newton's method, with steps that are halved until the value falls enough. Returns the
+// number of steps.
 int IslandSolver::minimize() {
   const std::size_t size = twists_.size();
   std::fill(twists_.begin(), twists_.end(), 0.0);

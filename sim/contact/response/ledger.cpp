@@ -9,16 +9,19 @@
 namespace duet {
 namespace {
 
+// Adds a linear momentum (kg m/s) at `x` (m), and its moment about the origin.
 void add_at(Momentum& total, const Vec3& x, const Vec3& linear) {
   total.linear += linear;
   total.angular += x.cross(linear);
 }
 
+// Returns the position of a contact in the world, m.
 Vec3 contact_place(const Bodies& bodies, const ContactPoint& contact) {
   return bodies.rigid.state[as_index(contact.host)].pose.position + contact.host_arm;
 }
 
-// Pinned particles keep their share of an impulse from the body.
+// Adds what the held particles of a contact's guest give to others: they take their fraction of the impulse
+// up, so that the body does not get it.
 void add_pinned(const Bodies& bodies, const ContactPoint& contact, Momentum& total) {
   if (contact.is_rigid_pair()) return;
   const SurfacePoint& point = surface_point(bodies, contact);
@@ -86,11 +89,11 @@ Momentum contact_impulse(const Bodies& bodies, const ContactSet& contacts, const
     for (int i = pair.begin; i < pair.end; ++i) add_pinned(bodies, contacts.points[as_index(i)], total);
     const bool by_host = !properties[as_index(pair.host)].is_dynamic();
     const bool by_guest = pair.guest_rigid >= 0 && !properties[as_index(pair.guest_rigid)].is_dynamic();
-    if (by_host == by_guest) continue;  // between bodies of finite mass, or no impulse at all
+    if (by_host == by_guest) continue;  // both bodies have finite mass, or neither can get an impulse
     const double sign = by_host ? 1 : -1;
     total.angular += sign * pair.angular_impulse;
     for (int i = pair.begin; i < pair.end; ++i) {
-      // Where reduced contacts of one pair are seen from either body, the impulse is on their own guest.
+      // Contacts of one pair may be seen from either body, and the impulse is on the guest of the contact.
       const ContactPoint& contact = contacts.points[as_index(i)];
       const double towards_guest = properties[as_index(contact.host)].is_dynamic() ? -1 : 1;
       add_at(total, contact_place(bodies, contact), towards_guest * contact.impulse);

@@ -1,12 +1,14 @@
-// The relative velocity that a row of a velocity solve is about.
+// The relative velocity at a contact that is a row of a velocity solve.
 #pragma once
 
 #include "sim/contact/response/contact_projection.h"
 
 namespace duet {
 
-/// v_guest - v_host at a contact, m/s: v + omega x arm of rigid bodies, the weighted mean of a deformable
-/// guest's particles. A Row has host, host_arm, guest_rigid (-1: deformable), guest_arm and point.
+/// Returns the relative velocity v_guest - v_host at a contact, m/s. For rigid bodies it is v + omega x arm
+/// at the contact, for a deformable guest the weighted mean of its particles. `Row` has the members host,
+/// host_arm, guest_rigid
+/// (-1: the guest is deformable), guest_arm and point, as those of ContactPoint.
 template <class Row>
 Vec3 row_velocity(const Row& row, const GeneralizedVelocity& v) {
   const auto host = as_index(row.host);

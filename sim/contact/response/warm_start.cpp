@@ -11,11 +11,13 @@
 namespace duet {
 namespace {
 
+// Returns the key by which the cache is sorted.
 template <class Contact>
 auto name_of(const Contact& contact) {
   return std::tie(contact.host, contact.guest_rigid, contact.guest_point);
 }
 
+// Returns the cached contact of the same name, or null.
 const CachedContact* find(const ContactCache& memory, const ContactPoint& contact) {
   const auto found =
       std::lower_bound(memory.begin(), memory.end(), contact,
@@ -23,36 +25,41 @@ const CachedContact* find(const ContactCache& memory, const ContactPoint& contac
   return found == memory.end() || name_of(*found) != name_of(contact) ? nullptr : &*found;
 }
 
+// Returns the impulse of the cached force over `duration` (s), at most the cached impulse, N s; zero: not in
+// the cache.
 Vec3 remembered_impulse(const ContactCache& memory, const ContactPoint& contact, double duration) {
   const CachedContact* found = find(memory, contact);
   return found ? Vec3(std::min(1.0, duration / found->duration) * found->impulse) : Vec3::Zero();
 }
 
-// See predict_contacts: `velocity`, or what of it touching without an overlap allows a deformable guest's
-// point.
+// Returns the relative velocity (m/s) with which the gap at the end of the step is predicted. It is
+// `velocity`, except that the point of a deformable guest does not close by more than its gap.
 Vec3 expected_velocity(const ContactPoint& contact, const Vec3& velocity, double dt) {
   if (contact.is_rigid_pair()) return velocity;
   const double closing = velocity.dot(contact.normal), allowed = -std::max(contact.gap, 0.0) / dt;
   return closing < allowed ? Vec3(velocity + (allowed - closing) * contact.normal) : velocity;
 }
 
-// See predict_contacts. Where the normal has turned far, another side of the host is nearest then: the gap
-// there says nothing about this normal.
+// Returns the target of predict_contacts(), m/s. If the point overlaps then and the normal has turned far,
+// another side of the host is nearest, and the gap there says nothing about this normal: the contact may
+// close its gap then.
 double target_velocity(const ContactPoint& contact, const Vec3& velocity, const Touch& predicted, double dt) {
-  constexpr double least_agreement = 0.9;  // cosine of the turn of the normal: 26 degrees
-  constexpr double most_turn = 0.1;        // of the speed, that a curved host may turn towards its normal
+  constexpr double least_agreement = 0.9;  // least cosine of the turn of the normal, at 26 degrees
+  // Largest target over the speed: the part of a motion that a curved host may turn towards its normal.
+  constexpr double most_turn = 0.1;
   if (predicted.gap < 0 && predicted.normal.dot(contact.normal) < least_agreement)
     return -std::max(contact.gap, 0.0) / dt;
   return std::min(velocity.dot(contact.normal) - (predicted.gap - std::min(contact.gap, 0.0)) / dt,
                   most_turn * velocity.norm());
 }
 
-constexpr double out_of_reach = -std::numeric_limits<double>::infinity();  // a target that is always reached
+// Target of a contact that does not act: every velocity reaches it.
+constexpr double out_of_reach = -std::numeric_limits<double>::infinity();
 
-// The target at the end of a step, m/s, of a contact that touches now:
-//   (1 - w) target + w max(target, -max(gap, 0) / dt),   w = min(1, (1 - n . n') / least_turn)
-// n' is the normal where the next step would lead. If it has turned, the point leaves its face there (a point
-// that slides beyond an edge, a wheel over a gap), and the gap there says nothing about this moment.
+// Returns the target at the end of a step, m/s, of a contact that touches now:
+//   (1 - w) target + w max(target, -max(gap, 0) / dt),   w = min(1, (1 - n . n') / least_turn),
+// with the normal n' where the next step would lead. If it has turned, the point leaves its face there (a
+// point that slides beyond an edge, a wheel over a gap), and the gap there says nothing about this moment.
 double target_at_end(const ContactPoint& contact, const Touch& next, double target, double dt) {
   constexpr double least_turn = 1e-4;  // 1 - cosine of 0.8 degrees
   const double w = std::clamp((1 - contact.normal.dot(next.normal)) / least_turn, 0.0, 1.0);
@@ -60,6 +67,8 @@ double target_at_end(const ContactPoint& contact, const Touch& next, double targ
   return w == 1 || std::isinf(target) ? closed : target + w * (closed - target);
 }
 
+// Returns the target of a contact, m/s, by the rules of predict_contacts(). `deepest` collects the contacts
+// of the pair.
 double target_of(const Bodies& bodies, const std::vector<Pose>& predicted_poses, double dt,
                  PredictionFor stage, const ContactPoint& contact, SampleCulling& deepest) {
   if (contact.meets_ahead)
@@ -75,7 +84,7 @@ double target_of(const Bodies& bodies, const std::vector<Pose>& predicted_poses,
              : target;
 }
 
-// Applies `factor` (of an island, by the pair's host or guest) times the impulses that the contacts hold.
+// Applies factor(island of the pair) times the impulses that the contacts of active pairs hold.
 template <class Factor>
 void apply_impulses(const ContactGraph& graph, Bodies& bodies, ContactSet& contacts, Factor&& factor) {
   graph.sweeps.once([&](int p) {
@@ -94,7 +103,8 @@ void apply_impulses(const ContactGraph& graph, Bodies& bodies, ContactSet& conta
   });
 }
 
-// Adds to every island the power of its impulses: their product with the velocities now less the targets.
+// Sets `island` to the sum over the contacts of every island of p . (v_rel - target n), J, with their
+// impulses p and the present velocities.
 void add_power(const ContactGraph& graph, const Bodies& bodies, ContactSet& contacts,
                std::vector<double>& island) {
   island.assign(graph.level.size(), 0);
@@ -116,9 +126,9 @@ void add_power(const ContactGraph& graph, const Bodies& bodies, ContactSet& cont
   }
 }
 
-// Applies the impulses that the contacts hold. In islands of bodies that they would bring farther from their
-// targets than none at all, only the share that is best: what a blow left behind would stir the bodies up
-// more than the iterations that follow could mend. Contacts out of reach take none.
+// Applies the impulses that the contacts hold, except those of contacts out of reach, which become zero. If
+// they would bring an island farther from its targets than no impulses, they are scaled by the best fraction:
+// the impulses of a blow would otherwise stir the bodies up more than the sweeps that follow could mend.
 void apply_best_share(ContactGraph& graph, Bodies& bodies, ContactSet& contacts) {
   for (ContactPoint& contact : contacts.points)
     if (std::isinf(contact.target)) contact.impulse.setZero();
@@ -126,8 +136,9 @@ void apply_best_share(ContactGraph& graph, Bodies& bodies, ContactSet& contacts)
   add_power(graph, bodies, contacts, before);
   apply_impulses(graph, bodies, contacts, [](int) { return 1.0; });
   add_power(graph, bodies, contacts, after);
-  // Along the impulses the distance from the targets (in kinetic energy) has the slope `before` at 0 and
-  // `after` at 1, and is a parabola: half of their sum at 1.
+  // The distance from the targets, in kinetic energy, is a parabola in the fraction s of the impulses. Its
+  // slope is `before` at s = 0 and `after` at s = 1, so that its value at 1 is half of their sum, and its
+  // minimum lies at before / (before - after). `after` becomes the change of the fraction from 1.
   for (std::size_t i = 0; i < before.size(); ++i)
     after[i] = before[i] + after[i] > 0 ? std::clamp(before[i] / (before[i] - after[i]), 0.0, 1.0) - 1 : 0;
   apply_impulses(graph, bodies, contacts, [&](int island) { return after[as_index(island)]; });
@@ -142,11 +153,12 @@ void apply_best_share(ContactGraph& graph, Bodies& bodies, ContactSet& contacts)
   });
 }
 
-// A round host turns the normal of a point that it passes over: its mean over the step is that of the middle.
-// At the end of the step it would lean in the direction of the motion and speed it up. Where it turns far, it
-// is that of another side.
+// Sets the normal to the mean of that at the start of the step and the present one, which is the normal at
+// the middle of the step. A round host turns the normal of a point that passes over it; at the end of the
+// step it would lean in the direction of the motion and speed it up. If it has turned by more than 26
+// degrees, it belongs to another side, and stays.
 void turn_to_middle(ContactPoint& contact) {
-  constexpr double least_agreement = 0.9;  // cosine
+  constexpr double least_agreement = 0.9;  // least cosine of the turn of the normal
   if (contact.first_normal == contact.normal || contact.first_normal.dot(contact.normal) < least_agreement)
     return;
   contact.normal = (contact.first_normal + contact.normal).normalized();

@@ -1,5 +1,6 @@
-// Where contact solves begin: at the forces that bodies exerted on each other a moment ago. Resting contact
-// then converges over the steps, and in a few sweeps each.
+// The contact cache and warm starts: contact solves begin at the forces of the last step, so that resting
+// contact converges over the steps, in a few sweeps each. The speculative targets of contacts are found here,
+// too.
 #pragma once
 
 #include <vector>
@@ -8,52 +9,67 @@
 
 namespace duet {
 
+/// A contact of the last step with its impulse. `host`, `guest_rigid` and `guest_point` together name the
+/// contact.
 struct CachedContact {
-  int host = -1, guest_rigid = -1, guest_point = -1;  // as in ContactPoint; together they name a contact
-  int unused = 0;               // written with the rest, so that saved states have no undefined bytes
-  Vec3 impulse = Vec3::Zero();  // N s, on the guest
-  double duration = 0;          // s, over which it acted
-  EdgePoint edge = {};          // as in ContactPoint
+  int host = -1,                ///< Rigid body with the level set, as in ContactPoint.
+      guest_rigid = -1,         ///< Rigid guest, as in ContactPoint; -1: the guest is deformable.
+      guest_point = -1;         ///< Number of the point of the guest, as in ContactPoint.
+  int unused = 0;               ///< Padding with a value, so that saved states have no undefined bytes.
+  Vec3 impulse = Vec3::Zero();  ///< Impulse on the guest, N s, world.
+  double duration = 0;          ///< Time over which the impulse acted, s.
+  EdgePoint edge = {};          ///< Plane of an edge contact, as in ContactPoint.
 };
 
-// The contacts that held a force at the end of the last step, sorted by their names. Part of the state.
+/// The contact cache: the contacts that held an impulse at the end of the last step, sorted by their names.
+/// It is part of the state of a simulation.
 using ContactCache = std::vector<CachedContact>;
 
-// Brings the contacts of `graph` to the positions now; the normals of those of deformable bodies to halfway
-// from where they were found.
+/// Updates normal, arms, gap and response of the contacts of `graph` for the present positions. Normals of
+/// contacts with deformable guests become the mean of the present normal and that of the start of the step.
 void update_contacts(const ContactGraph& graph, const Bodies& bodies, ContactSet& contacts);
 
-// What the targets are for: the velocity that moves the bodies through the step, or the one that they end it
-// with.
-enum class PredictionFor { motion_in_step, velocity_at_end };
+/// The velocity that speculative targets bound.
+enum class PredictionFor {
+  motion_in_step,  ///< The velocity that moves the bodies through the step (step III).
+  velocity_at_end  ///< The velocity with which the bodies end the step (step V).
+};
 
-// Sets the targets of the contacts from where the bodies would be after `dt` (s) with the velocities now,
-// when contacts have no impulse yet. Where a contact would then have gap', it may keep of its normal velocity
-// what leaves it a gap of zero, to first order about this motion:
-//   target = v_rel.n - (gap' - min(gap, 0)) / dt
-// So nothing closes by more than its gap, on curved surfaces and with turning bodies too, and overlaps are
-// left to push-out. Forces within a deformable body move its particles far in a step, and beside an edge the
-// gap does not change in proportion: there it is looked for where the point will be, with no more of v_rel.n
-// than closes the gap. Contacts that meet ahead (impact_plane.h) have the target -gap / dt of their plane.
-// For the velocity at the end of a step, contacts that touch then and stay are not let down by where the next
-// step leads:
-//   target >= -max(gap, 0) / dt
+/// Sets ContactPoint::target of the contacts of `graph`, m/s:
+///   target = v_rel.n - (gap' - min(gap, 0)) / dt,
+/// where gap' is the gap after `dt` (s) with the present velocities, which must not contain impulses of
+/// contact yet. To first order about this motion, a contact with this target closes by no more than its gap,
+/// on curved surfaces and with turning bodies too. Overlaps are left to interpenetration resolution.
+/// `orientation` says how poses are predicted.
+/// The target is at most a tenth of |v_rel|, the part of a motion that a curved host may turn towards its
+/// normal. Other exceptions: for a deformable guest, gap' is that of the point after a motion with no more of
+/// v_rel.n than closes the gap, because internal forces move particles far in a step, and beside an edge the
+/// gap does not change in proportion. A contact that meets another plane ahead (impact_plane.h) has the
+/// target -gap / dt of that plane. A contact that another one carries the load for, see SampleCulling, has
+/// the target minus infinity. For PredictionFor::velocity_at_end, a contact that touches and stays, and whose
+/// normal turns in the next step, has
+///   target >= -max(gap, 0) / dt,
+/// so that the end of the next step does not let it down.
 void predict_contacts(double dt, OrientationUpdate orientation, const ContactGraph& graph,
                       const Bodies& bodies, ContactSet& contacts,
                       PredictionFor stage = PredictionFor::motion_in_step);
 
-// Gives the contacts of `graph` the impulse that their remembered forces make in `duration` (s), and the
-// others none. Never more than they had, and never so much that an island of bodies in contact is farther
-// from its targets (in kinetic energy) than without: the impulse of a blow is no force to go on with.
+/// Starts the contacts at the forces in the cache `memory`: sets the impulse of each contact to its cached
+/// force times `duration` (s), or to zero, and applies the impulses of active pairs to the velocities. No
+/// impulse exceeds the cached one, and those of an island are scaled down if they would bring it farther from
+/// its targets (in kinetic energy) than no impulses at all, because the impulse of a blow is not a lasting
+/// force. Also fills contacts.is_cold.
 void warm_start(const ContactCache& memory, double duration, ContactGraph& graph, Bodies& bodies,
                 ContactSet& contacts);
 
-// The same with `factor` times the impulses that the contacts hold. Rigid pairs that neither collided nor
-// hold an impulse become inactive: they are still on their way to each other, and elastic bodies shall bounce
-// before contact stops them.
+/// Starts the contacts at `factor` times the impulses that they hold, and applies them to the velocities,
+/// scaled down as by warm_start(). Deactivates rigid pairs that did not collide, hold no impulse and do not
+/// slide or roll onto a level plane: they still approach each other, and elastic bodies have to bounce before
+/// contact stops them.
 void warm_start_again(double factor, ContactGraph& graph, Bodies& bodies, ContactSet& contacts);
 
-// `duration` (s) is the time over which the contacts' impulses acted.
+/// Replaces the contact cache `memory` by the contacts of `graph` that hold an impulse, which acted over
+/// `duration` (s).
 void remember(const ContactSet& contacts, const ContactGraph& graph, double duration, ContactCache& memory);
 
 }  // namespace duet
