@@ -37,6 +37,7 @@ struct SimulateOptions {
   std::optional<Frames> frames;  // none: all of the scene
   int threads = 0;               // 0: all cores
   bool resume = false;
+  std::optional<double> stop_after;  // s of wall time, after which no further frame is begun; none: never
   bool allow_other_build = false;    // resume frames of other numerics, too
   bool ledger = false;               // momentum and energy of every stage
   bool hash_stages = false;          // the state after every stage, as hashes

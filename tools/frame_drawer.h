@@ -1,6 +1,7 @@
 // Draws frames in a thread of its own while the simulation goes on, from the files that the simulation wrote.
 #pragma once
 
+#include <chrono>
 #include <condition_variable>
 #include <deque>
 #include <exception>
@@ -26,8 +27,13 @@ class FrameDrawer {
   // Queues a frame whose mesh is written. Throws what made an earlier frame fail.
   void add(int frame);
 
-  // Waits until all frames are drawn or the program is interrupted. Throws what made a frame fail.
-  void finish();
+  // Waits until all frames are drawn, the program is interrupted, or the time `until` has come and a frame is
+  // drawn; frames that wait then are dropped, after the one in hand. Returns whether all are drawn. Throws
+  // what made a frame fail.
+  bool finish(std::chrono::steady_clock::time_point until);
+
+  // Wall time (s) of drawing a frame, on average; 0 before the first one. For after finish().
+  double seconds_per_frame() const { return drawn_ > 0 ? seconds_ / drawn_ : 0; }
 
  private:
   void work(const scene::Scene& scene, const io::Manifest& manifest);
@@ -39,7 +45,9 @@ class FrameDrawer {
   std::mutex mutex_;
   std::condition_variable changed_;
   std::deque<int> waiting_;
-  bool ready_ = false, closed_ = false;
+  bool ready_ = false, closed_ = false, ended_ = false;
+  int drawn_ = 0;
+  double seconds_ = 0;  // wall time of drawing these
   std::exception_ptr failure_;
   std::thread thread_;  // last: it uses all of the above
 };

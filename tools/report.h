@@ -39,7 +39,7 @@ class Report {
   void start(const std::string& what, const std::string& folder, int first_frame, int last_frame,
              int frames_to_draw);
   void simulated(const FrameStats& stats);
-  void drawn(int frame);
+  void drawn(int frame, double seconds);       // wall time of drawing it
   void exported(int frame, int done, int of);  // `done` of the frames, with this one
   void note(const std::string& text);
   void error(const std::string& text);
@@ -55,6 +55,7 @@ class Report {
   std::chrono::steady_clock::time_point started_;
   int first_frame_ = 0, last_frame_ = 0, frames_to_draw_ = 0;
   int simulated_ = 0, drawn_ = 0;
+  double drawing_seconds_ = 0;   // wall time of drawing these
   std::string simulation_line_;  // the part of the live line that `simulated` writes
   bool live_line_shown_ = false;
   std::string error_;

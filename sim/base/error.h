@@ -16,6 +16,7 @@ enum class ExitStatus {
   usage = 2,         // bad command line or scene
   simulation = 3,    // the simulation failed; the last good frame and checkpoint are kept
   files = 4,         // a file or folder could not be read or written, or a run-time library is missing
+  unfinished = 75,   // --stop-after: the time was over before the work; the same command goes on
   interrupted = 130  // SIGINT; the run can be resumed
 };
 

@@ -9,7 +9,9 @@
 #include <utility>
 #include <vector>
 
+#include <pthread.h>
 #include <tbb/global_control.h>
+#include <time.h>
 
 namespace duet {
 namespace {
@@ -17,6 +19,12 @@ namespace {
 using Work = void (*)(void* state, std::size_t chunk);
 
 int hardware_threads() { return std::max(1, static_cast<int>(std::thread::hardware_concurrency())); }
+
+double seconds_of(clockid_t clock) {
+  timespec time{};
+  ::clock_gettime(clock, &time);
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
 
 // The threads that help the one that calls run(). A time step makes hundreds of calls of some ten
 // microseconds each, which is what waking a sleeping thread takes: helpers look out for the next call for a
@@ -34,6 +42,16 @@ class Team {
     announce();
     for (std::thread& thread : threads_) thread.join();
   }
+  // Processor time (s) of the helpers.
+  double processor_seconds() {
+    double seconds = 0;
+    for (std::thread& thread : threads_) {
+      clockid_t clock{};
+      if (::pthread_getcpuclockid(thread.native_handle(), &clock) == 0) seconds += seconds_of(clock);
+    }
+    return seconds;
+  }
+
   Team(const Team&) = delete;
   Team& operator=(const Team&) = delete;
 
@@ -146,6 +164,10 @@ void set_thread_count(int count) {
 }
 
 int thread_count() { return pool().threads; }
+
+double loop_processor_seconds() {
+  return seconds_of(CLOCK_THREAD_CPUTIME_ID) + pool().team->processor_seconds();
+}
 
 void detail::run_chunks(std::size_t chunks, void (*body)(void*, std::size_t), void* state) {
   Pool& p = pool();

@@ -14,6 +14,9 @@ namespace duet {
 void set_thread_count(int count);
 int thread_count();
 
+// Processor time (s) that the calling thread and the threads that help in its loops have spent so far.
+double loop_processor_seconds();
+
 // For loops that wait for another thread: tells the processor so.
 inline void relax() {
 #if defined(__x86_64__)

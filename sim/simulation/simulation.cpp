@@ -11,7 +11,6 @@
 
 #include <Eigen/LU>
 #include <fmt/format.h>
-#include <time.h>
 
 #include "sim/base/error.h"
 #include "sim/base/hash.h"
@@ -31,13 +30,6 @@ namespace {
 
 constexpr double smallest_retry = 1.0 / 64;  // of the rule's step, before a simulation is given up
 constexpr double least_refused = 1.0 / 32;   // of the rule's step; shorter ones are taken as they come out
-
-// s, that the processors have spent on this program.
-double processor_seconds() {
-  timespec time{};
-  ::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
-  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
-}
 
 }  // namespace
 
@@ -305,7 +297,7 @@ void Simulation::advance_frame() {
   impl.stats.pinched.clear();
   impl.stats.dt_min = impl.stats.dt_max = 0;
   const auto start = std::chrono::steady_clock::now();
-  const double processor_start = processor_seconds();
+  const double processor_start = loop_processor_seconds();
   try {
     if (impl.frame == 0 && impl.parting.moves()) apply(impl.parting, impl.world());
     impl.advance();
@@ -314,7 +306,7 @@ void Simulation::advance_frame() {
     throw;
   }
   impl.stats.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  impl.stats.processor_seconds = processor_seconds() - processor_start;
+  impl.stats.processor_seconds = loop_processor_seconds() - processor_start;
   impl.measure_state();
   impl.measure_work();
 }
