@@ -106,6 +106,12 @@ void add_simulate(CLI::App& app, CommandLine& line, bool draw) {
   CLI::Option* resume =
       app.add_flag("--resume", options.resume,
                    "Continue the run in the folder after its last whole frame; removes nothing");
+  app.add_option(
+         "--stop-after", options.stop_after,
+         "Begin no further frame when this wall time is over, and end with status 75; with --resume the "
+         "same command goes on until all is there. Each call simulates one frame at least")
+      ->check(CLI::PositiveNumber)
+      ->type_name("SECONDS");
   app.add_flag("--overwrite", options.overwrite,
                "Replace the run in the folder: its frames, pictures, statistics and checkpoints are removed "
                "first. Without it and --resume a folder that holds a run is refused")

@@ -27,10 +27,22 @@ void FrameDrawer::add(int frame) {
   changed_.notify_all();
 }
 
-void FrameDrawer::finish() {
+bool FrameDrawer::finish(std::chrono::steady_clock::time_point until) {
   close(false);
+  bool in_time = false;
+  {
+    std::unique_lock lock(mutex_);
+    const auto ended = [this] { return ended_; };
+    if (until == std::chrono::steady_clock::time_point::max())
+      changed_.wait(lock, ended);
+    else if (!changed_.wait_until(lock, until, ended))
+      changed_.wait(lock, [this] { return ended_ || drawn_ > 0; });
+    in_time = ended_ || waiting_.empty();
+  }
+  if (!in_time) close(true);
   thread_.join();
   if (failure_) std::rethrow_exception(failure_);
+  return in_time;
 }
 
 void FrameDrawer::close(bool drop_waiting) {
@@ -53,8 +65,10 @@ void FrameDrawer::work(const scene::Scene& scene, const io::Manifest& manifest) 
   } catch (...) {
     const std::lock_guard lock(mutex_);
     failure_ = std::current_exception();
-    changed_.notify_all();
   }
+  const std::lock_guard lock(mutex_);
+  ended_ = true;
+  changed_.notify_all();
 }
 
 void FrameDrawer::draw_frames(render::SequenceRenderer& renderer) {
@@ -67,8 +81,14 @@ void FrameDrawer::draw_frames(render::SequenceRenderer& renderer) {
       frame = waiting_.front();
       waiting_.pop_front();
     }
+    const auto begin = std::chrono::steady_clock::now();
     renderer.render_frame(run_, frame);
-    report_.drawn(frame);
+    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    report_.drawn(frame, seconds);
+    const std::lock_guard lock(mutex_);
+    seconds_ += seconds;
+    ++drawn_;
+    changed_.notify_all();
   }
 }
 

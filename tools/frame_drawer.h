@@ -1,6 +1,7 @@
 // Draws frames in a thread of its own while the simulation goes on, from the files that it has written.
 #pragma once
 
+#include <chrono>
 #include <condition_variable>
 #include <deque>
 #include <exception>
@@ -46,7 +47,9 @@ class FrameDrawer {
   std::condition_variable changed_;
   // These members are shared by the threads; `mutex_` protects them.
   std::deque<int> waiting_;
-  bool ready_ = false, closed_ = false;
+  bool ready_ = false, closed_ = false, ended_ = false;
+  int drawn_ = 0;
+  double seconds_ = 0;  // wall time of drawing these
   std::exception_ptr failure_;
   std::thread thread_;  // last, because it uses all other members
 };

@@ -19,8 +19,7 @@ namespace {
 
 constexpr const char* exit_statuses =
     "Exit status: 0 done; 1 pictures or hashes differ; 2 bad usage or scene; 3 the simulation failed; 4 a "
-    "file or "
-    "library; 130 interrupted.";
+    "file or library; 75 the time of --stop-after is over; 130 interrupted.";
 
 // Returns the command line as it can be typed into a shell again.
 std::string quoted(const std::vector<std::string>& words) {

@@ -173,8 +173,10 @@ class Preview {
       }
       if (interrupted()) throw Stopped();
       simulation_.surfaces(surfaces_);
+      const auto begin = std::chrono::steady_clock::now();
       sheet_.add(renderer.draw(surfaces_, frame / read_.scene.fps));
-      if (frames_.size() > 1) report_.drawn(frame);
+      const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+      if (frames_.size() > 1) report_.drawn(frame, seconds);
     }
     if (interrupted()) throw Stopped();
   }

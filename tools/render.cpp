@@ -95,8 +95,9 @@ Outcome render(const RenderOptions& options, Report& report) {
     if (interrupted())
       return {ExitStatus::interrupted, fmt::format("before frame {} was drawn; continue with --frames {}:{}",
                                                    frame, frame, frames.back())};
+    const auto start = std::chrono::steady_clock::now();
     renderer.render_frame(run, frame, to);
-    report.drawn(frame);
+    report.drawn(frame, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
   }
   std::string video;
   if (!options.frames)

@@ -42,6 +42,8 @@ const char* word_of(ExitStatus status) {
       return "interrupted";
     case ExitStatus::differs:
       return "differs";
+    case ExitStatus::unfinished:
+      return "unfinished";
     default:
       return "failed";
   }
@@ -110,12 +112,16 @@ void Report::simulated(const FrameStats& stats) {
                        stats.max_penetration));
 }
 
-void Report::drawn(int frame) {
+void Report::drawn(int frame, double seconds) {
   const std::lock_guard lock(mutex_);
   ++drawn_;
+  drawing_seconds_ += seconds;
   if (json_ && !quiet_)
-    write_to(stdout,
-             line_of({{"event", "drawn"}, {"frame", frame}, {"drawn", drawn_}, {"of", frames_to_draw_}}));
+    write_to(stdout, line_of({{"event", "drawn"},
+                              {"frame", frame},
+                              {"seconds", seconds},
+                              {"drawn", drawn_},
+                              {"of", frames_to_draw_}}));
   std::string live = fmt::format("drawn {}/{}", drawn_, frames_to_draw_);
   if (!simulation_line_.empty()) {
     live = simulation_line_ + "  " + live;
@@ -190,9 +196,9 @@ void Report::progress(const std::string& live, const std::string& line) {
 // Simulation and drawing run side by side, so that the slower one decides. Both are extrapolated linearly.
 std::string Report::time_left() const {
   const double so_far = std::chrono::duration<double>(std::chrono::steady_clock::now() - started_).count();
-  const auto left = [&](int done, int total) { return done > 0 ? so_far / done * (total - done) : 0.0; };
-  const double seconds =
-      std::max(left(simulated_, last_frame_ - first_frame_), left(drawn_, frames_to_draw_));
+  double seconds = 0;
+  if (simulated_ > 0) seconds = so_far / simulated_ * (last_frame_ - first_frame_ - simulated_);
+  if (drawn_ > 0) seconds = std::max(seconds, drawing_seconds_ / drawn_ * (frames_to_draw_ - drawn_));
   return seconds > 0 ? clock_text(seconds) : std::string();
 }
 

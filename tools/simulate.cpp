@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <fstream>
 #include <memory>
+#include <optional>
 #include <thread>
 #include <utility>
 
@@ -128,6 +129,7 @@ class Run {
   const std::uint64_t identity_;
   io::RunDirectory directory_;
   const int last_, first_;
+  std::chrono::steady_clock::time_point until_;  // begins no further frame then
   Simulation simulation_;
   std::vector<BodySurface> surfaces_;
   std::vector<BodySurface> rest_;  // at rest; emptied once they are written
@@ -155,6 +157,7 @@ Run::Run(const SimulateOptions& options, Report& report)
       directory_{run_folder(options.scene, options.out)},
       last_(options.frames ? options.frames->last : read_.scene.frames),
       first_(options.frames ? options.frames->first.value_or(0) : 0),
+      until_(end_of(options.stop_after)),
       simulation_(read_.scene, effects_) {
   simulation_.stop_when(&stop_flag());
   if (options.ledger) simulation_.keep_ledger();
@@ -396,8 +399,9 @@ Outcome Run::work() {
     for (const std::string& warning : scene::skin_warnings(sizes)) report_.note(warning);
     record();
   }
-  while (recorded_ < last_) {
+  for (bool advanced = false; recorded_ < last_; advanced = true) {
     if (interrupted()) return stopped(ExitStatus::interrupted);
+    if (advanced && time_is_over()) return stopped(ExitStatus::unfinished);
     try {
       simulation_.advance_frame();
     } catch (const Stopped&) {
@@ -408,8 +412,9 @@ Outcome Run::work() {
   }
   std::string video;
   if (drawer_) {
-    drawer_->finish();
+    const bool all_drawn = drawer_->finish(until_);
     if (interrupted()) return stopped(ExitStatus::interrupted);
+    if (!all_drawn) return stopped(ExitStatus::unfinished);
     const std::string name = io::video_path(directory_, manifest_).stem().string();
     video = "; " + render::encode_video(directory_, name, manifest_.fps, "ffmpeg", &stop_flag());
     if (interrupted()) return stopped(ExitStatus::interrupted);
@@ -419,8 +424,12 @@ Outcome Run::work() {
     pinched += fmt::format("; `{}` ({:.3g} m) pinched between `{}` and `{}`, at least {:.3g} m apart",
                            pinch.body, pinch.thickness, pinch.first, pinch.second, pinch.room);
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  const std::string text = fmt::format("frames {} to {} in {}, {:.1f} s{}{}{}", first_, last_,
-                                       directory_.root.string(), seconds, totals_.text(), pinched, video);
+  std::string drawing;
+  if (drawer_ && drawer_->seconds_per_frame() > 0)
+    drawing = fmt::format("; {:.2g} s of drawing a picture", drawer_->seconds_per_frame());
+  const std::string text =
+      fmt::format("frames {} to {} in {}, {:.1f} s{}{}{}{}", first_, last_, directory_.root.string(), seconds,
+                  totals_.text(), drawing, pinched, video);
   if (faults_.empty()) return {ExitStatus::done, text};
   return {
       ExitStatus::files,

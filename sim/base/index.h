@@ -3,6 +3,8 @@
 
 #include <cstddef>
 
+#include "sim/base/assert.h"
+
 namespace duet {
 
 /// Converts a nonnegative index to the type by which containers are indexed.

@@ -9,7 +9,9 @@
 #include <utility>
 #include <vector>
 
+#include <pthread.h>
 #include <tbb/global_control.h>
+#include <time.h>
 
 namespace duet {
 namespace {
@@ -38,6 +40,16 @@ class Team {
     announce();
     for (std::thread& thread : threads_) thread.join();
   }
+  // Processor time (s) of the helpers.
+  double processor_seconds() {
+    double seconds = 0;
+    for (std::thread& thread : threads_) {
+      clockid_t clock{};
+      if (::pthread_getcpuclockid(thread.native_handle(), &clock) == 0) seconds += seconds_of(clock);
+    }
+    return seconds;
+  }
+
   Team(const Team&) = delete;
   Team& operator=(const Team&) = delete;
 
@@ -160,6 +172,10 @@ void set_thread_count(int count) {
 }
 
 int thread_count() { return pool().threads; }
+
+double loop_processor_seconds() {
+  return seconds_of(CLOCK_THREAD_CPUTIME_ID) + pool().team->processor_seconds();
+}
 
 void detail::run_chunks(std::size_t chunks, void (*body)(void*, std::size_t), void* state) {
   Pool& p = pool();

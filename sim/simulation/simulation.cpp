@@ -11,7 +11,6 @@
 
 #include <Eigen/LU>
 #include <fmt/format.h>
-#include <time.h>
 
 #include "sim/base/error.h"
 #include "sim/base/hash.h"
@@ -316,7 +315,7 @@ void Simulation::advance_frame() {
   impl.stats.pinched.clear();
   impl.stats.dt_min = impl.stats.dt_max = 0;
   const auto start = std::chrono::steady_clock::now();
-  const double processor_start = processor_seconds();
+  const double processor_start = loop_processor_seconds();
   try {
     if (impl.frame == 0 && impl.parting.moves()) apply(impl.parting, impl.world());
     impl.advance();
@@ -325,7 +324,7 @@ void Simulation::advance_frame() {
     throw;
   }
   impl.stats.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  impl.stats.processor_seconds = processor_seconds() - processor_start;
+  impl.stats.processor_seconds = loop_processor_seconds() - processor_start;
   impl.measure_state();
   impl.measure_work();
 }

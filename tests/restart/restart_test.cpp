@@ -283,6 +283,31 @@ TEST_F(Restart, FrameWindowWritesOnlyItsFrames) {
   }
 }
 
+// A task that is given again and again, with little time each: every call does a frame at least.
+TEST_F(Restart, ShortTasksGoOnToTheSameRun) {
+  const std::vector<std::string> task = {"run",      tiny,     "--out",    run.root.string(),
+                                         "--frames", "4",      "--resume", "--stop-after",
+                                         "1e-6",     "--quiet"};
+  int calls = 0, frames = 0;
+  for (; calls < 20; ++calls) {
+    const Finished finished = run_duet(task);
+    ASSERT_TRUE(finished.status == 75 || finished.status == 0) << finished.errors;
+    const int simulated = expect_whole_files(run);
+    EXPECT_TRUE(simulated == frames + 1 || frames == 5 || calls == 0) << simulated << " after " << frames;
+    frames = simulated;
+    if (finished.status == 0) break;
+    EXPECT_NE(finished.last_line().find("--resume"), std::string::npos) << finished.last_line();
+  }
+  EXPECT_GE(calls, 3) << "calls before the last one: each simulates one frame of four";
+  const Finished whole =
+      run_duet({"run", tiny, "--out", reference.root.string(), "--frames", "4", "--quiet"});
+  ASSERT_EQ(whole.status, 0) << whole.errors;
+  expect_same_run(run, reference, 4);
+  for (int frame = 0; frame <= 4; ++frame)
+    EXPECT_EQ(io::read_file(run.image(frame)), io::read_file(reference.image(frame))) << frame;
+  EXPECT_TRUE(fs::exists(run.root / "tiny.mp4"));
+}
+
 // The file of the bodies that never move: one for all frames, written with the first of them.
 class StaticLevelSets : public Restart {
  protected:

@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <thread>
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <time.h>
 
 namespace duet::parallel_test {
 namespace {
@@ -79,6 +81,31 @@ TEST_F(ThreadCount, WhatAChunkThrowsReachesTheCaller) {
     };
     EXPECT_THROW(parallel_for(100, 1, work), std::runtime_error);
     EXPECT_NO_THROW(parallel_for(30, 1, work)) << "the next call is not affected";
+  }
+}
+
+double own_processor_seconds() {
+  timespec time{};
+  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
+void work_for(double seconds) {
+  for (const double end = own_processor_seconds() + seconds; own_processor_seconds() < end;) {
+  }
+}
+
+// Processor time does not depend on what else the machine does.
+TEST_F(ThreadCount, ProcessorTimeIsThatOfLoopsAlone) {
+  for (int threads : {1, 3}) {
+    set_thread_count(threads);
+    const double before = loop_processor_seconds();
+    parallel_for(6, 1, [](std::size_t, std::size_t) { work_for(0.01); });
+    EXPECT_GE(loop_processor_seconds() - before, 0.06);
+    const double start = loop_processor_seconds();
+    std::thread other([] { work_for(0.2); });
+    other.join();
+    EXPECT_LT(loop_processor_seconds() - start, 0.1);
   }
 }
 
