@@ -39,6 +39,7 @@ struct SimulateOptions {
   std::optional<Frames> frames;      // empty: all frames of the scene
   int threads = 0;                   // 0: all cores
   bool resume = false;               // continue after the last checkpoint
+  std::optional<double> stop_after;  // s of wall time after which no further frame begins; empty: never
   bool allow_other_build = false;    // resume a run of another version of the numerics
   bool ledger = false;               // record momentum and energy around every stage
   bool hash_stages = false;          // record a hash of the state after every stage

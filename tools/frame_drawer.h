@@ -29,9 +29,13 @@ class FrameDrawer {
   // Queues a frame whose mesh has been written. Throws the error of an earlier frame, if one failed.
   void add(int frame);
 
-  // Waits until all queued frames are drawn or the program is interrupted. Throws the error of a frame, if
-  // one failed. Nothing can be added afterwards.
-  void finish();
+  // Waits until all queued frames are drawn, the program is interrupted, or the time `until` has come and a
+  // frame is drawn; frames that wait then are dropped, after the one in hand. Returns whether all are drawn.
+  // Throws the error of a frame, if one failed. Nothing can be added afterwards.
+  bool finish(std::chrono::steady_clock::time_point until);
+
+  // Returns the mean wall time (s) of drawing a frame; 0 before the first one. To be called after finish().
+  double seconds_per_frame() const { return drawn_ > 0 ? seconds_ / drawn_ : 0; }
 
  private:
   // Body of the thread: makes the renderer and draws.
@@ -48,8 +52,8 @@ class FrameDrawer {
   // These members are shared by the threads; `mutex_` protects them.
   std::deque<int> waiting_;
   bool ready_ = false, closed_ = false, ended_ = false;
-  int drawn_ = 0;
-  double seconds_ = 0;  // wall time of drawing these
+  int drawn_ = 0;       // frames so far
+  double seconds_ = 0;  // wall time of drawing them
   std::exception_ptr failure_;
   std::thread thread_;  // last, because it uses all other members
 };

@@ -193,7 +193,8 @@ void Report::progress(const std::string& live, const std::string& line) {
   live_line_shown_ = live_;
 }
 
-// Simulation and drawing run side by side, so that the slower one decides. Both are extrapolated linearly.
+// Simulation and drawing run side by side, so that the slower one decides. Both are extrapolated linearly. A
+// picture waits for its frame: the time until the first picture says nothing about how long drawing takes.
 std::string Report::time_left() const {
   const double so_far = std::chrono::duration<double>(std::chrono::steady_clock::now() - started_).count();
   double seconds = 0;

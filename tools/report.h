@@ -42,8 +42,8 @@ class Report {
              int frames_to_draw);
   // Reports a simulated frame, and the time that is left.
   void simulated(const FrameStats& stats);
-  // Reports a drawn frame.
-  void drawn(int frame);
+  // Reports a frame that took `seconds` (s) of wall time to draw.
+  void drawn(int frame, double seconds);
   // Reports an exported frame, the `done`-th of `of`.
   void exported(int frame, int done, int of);
   // Prints a note, unless `quiet`.
@@ -66,6 +66,7 @@ class Report {
   std::chrono::steady_clock::time_point started_;
   int first_frame_ = 0, last_frame_ = 0, frames_to_draw_ = 0;
   int simulated_ = 0, drawn_ = 0;  // frames so far
+  double drawing_seconds_ = 0;     // wall time of drawing them
   std::string simulation_line_;    // part of the live line about the simulation
   bool live_line_shown_ = false;
   std::string error_;  // text of the last error; empty: none

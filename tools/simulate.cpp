@@ -53,6 +53,14 @@ std::string machine_text() {
                      system.sysname, system.machine);
 }
 
+// Returns the time at which a run that may take `seconds` of wall time from now on begins no further frame.
+std::chrono::steady_clock::time_point end_of(std::optional<double> seconds) {
+  using Clock = std::chrono::steady_clock;
+  constexpr double longest = 1e9;  // s, some 30 years: longer times do not fit the integers of the clock
+  if (!seconds || *seconds > longest) return Clock::time_point::max();
+  return Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(*seconds));
+}
+
 // Sums up the cost of the frames that this process simulated, and the deepest penetration of them and of the
 // frame before.
 class Totals {
@@ -106,6 +114,8 @@ class Run {
   void record();
   // Writes meshes, values and level sets of the current frame.
   void write_frame(int frame, const FrameStats& stats);
+  // Returns whether the wall time of --stop-after is over.
+  bool time_is_over() const { return std::chrono::steady_clock::now() >= until_; }
   // Returns whether meshes and pictures of the frame are asked for.
   bool wanted(int frame) const { return !options_.stats_only && frame >= first_ && frame <= last_; }
   // Returns whether the frame has a mesh.
@@ -129,7 +139,7 @@ class Run {
   const std::uint64_t identity_;
   io::RunDirectory directory_;
   const int last_, first_;
-  std::chrono::steady_clock::time_point until_;  // begins no further frame then
+  std::chrono::steady_clock::time_point until_;  // no further frame begins then
   Simulation simulation_;
   std::vector<BodySurface> surfaces_;
   std::vector<BodySurface> rest_;  // at rest; emptied once they are written

@@ -22,6 +22,8 @@ enum class ExitStatus {
   simulation = 3,
   /// A file or folder could not be read or written, or a run-time library is missing.
   files = 4,
+  /// The time of --stop-after was over before the work; the same command with --resume goes on.
+  unfinished = 75,
   /// SIGINT stopped the run, which can be resumed.
   interrupted = 130
 };

@@ -8,6 +8,9 @@
 namespace duet {
 
 /// Converts a nonnegative index to the type by which containers are indexed.
-constexpr std::size_t as_index(int i) { return static_cast<std::size_t>(i); }
+constexpr std::size_t as_index(int i) {
+  DUET_ASSERT(i >= 0);
+  return static_cast<std::size_t>(i);
+}
 
 }  // namespace duet

@@ -22,6 +22,13 @@ using Work = void (*)(void* state, std::size_t chunk);
 // Returns the number of hardware threads, at least 1.
 int hardware_threads() { return std::max(1, static_cast<int>(std::thread::hardware_concurrency())); }
 
+// Returns the processor time (s) that a clock of a thread shows.
+double seconds_of(clockid_t clock) {
+  timespec time{};
+  ::clock_gettime(clock, &time);
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
 // The helper threads of the one that calls run(). A time step makes hundreds of calls of some ten
 // microseconds each. Waking a sleeping thread takes as long, so helpers poll for the next job for a while
 // before they sleep. Each thread takes the chunks of its own part first. These are the same ones in the next

@@ -16,6 +16,10 @@ void set_thread_count(int count);
 /// Returns the number of threads that all loops use.
 int thread_count();
 
+/// Returns the processor time (s) that the calling thread and the helper threads of its loops have used so
+/// far.
+double loop_processor_seconds();
+
 /// Tells the processor that the calling loop waits for another thread. Does nothing on processors other than
 /// x86-64.
 inline void relax() {

@@ -35,13 +35,6 @@ constexpr double smallest_retry = 1.0 / 64;
 // ones are taken as they come out, so that refusals end before `smallest_retry` is reached.
 constexpr double least_refused = 1.0 / 32;
 
-// Returns the processor time (s) that all threads of this process have used.
-double processor_seconds() {
-  timespec time{};
-  ::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
-  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
-}
-
 }  // namespace
 
 struct Simulation::Impl {
