@@ -158,8 +158,8 @@ Difference compare(const Picture& a, const Picture& b, int tolerance) {
                  static_cast<double>(different.size());
   for (std::size_t i = 0; i < different.size(); ++i)
     if (different[i])
-      result.largest_patch =
-          std::max(result.largest_patch, take_patch(different, a.width, a.height, static_cast<int>(i)));
+      result.max_patch =
+          std::max(result.max_patch, take_patch(different, a.width, a.height, static_cast<int>(i)));
   return result;
 }
 
@@ -170,11 +170,10 @@ std::string broken_bounds(const Difference& difference, const Bounds& bounds) {
   if (!(difference.share <= bounds.share))
     broken.push_back(fmt::format("{:.3g} % of the pixels off by more than {}/255 > {:.3g} %",
                                  100 * difference.share, bounds.tolerance, 100 * bounds.share));
-  if (difference.largest_patch > bounds.largest_patch)
-    broken.push_back(
-        fmt::format("a patch of {} such pixels > {}", difference.largest_patch, bounds.largest_patch));
-  if (!(difference.ssim >= bounds.least_ssim))
-    broken.push_back(fmt::format("SSIM {:.4g} < {:.4g}", difference.ssim, bounds.least_ssim));
+  if (difference.max_patch > bounds.max_patch)
+    broken.push_back(fmt::format("a patch of {} such pixels > {}", difference.max_patch, bounds.max_patch));
+  if (!(difference.ssim >= bounds.min_ssim))
+    broken.push_back(fmt::format("SSIM {:.4g} < {:.4g}", difference.ssim, bounds.min_ssim));
   return fmt::format("{}", fmt::join(broken, ", "));
 }
 

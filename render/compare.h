@@ -15,7 +15,7 @@ struct Difference {
   double rmse = 0;     ///< root mean square difference over all channels of all pixels, 0 to 1
   double share = 0;    ///< fraction of pixels that differ, i.e. have a channel off by more than the tolerance
   /// Number of pixels in the largest connected group of pixels that differ; corners connect.
-  int largest_patch = 0;
+  int max_patch = 0;
   /// Mean structural similarity of the luma (Wang et al. 2004), -1 to 1; 1 for equal pictures.
   double ssim = 1;
 };
@@ -25,11 +25,11 @@ struct Difference {
 /// that was measured (a mesh of 21 instead of 20 thousand triangles: RMSE 0.0076, 7 % of the pixels). Larger
 /// bounds let such changes pass; smaller ones fail on other processors.
 struct Bounds {
-  int tolerance = 4;       ///< in steps of 1/255: a pixel differs if one of its channels is off by more
-  double rmse = 0.0005;    ///< largest RMSE
-  double share = 0.001;    ///< largest fraction of pixels that differ
-  int largest_patch = 7;   ///< largest number of pixels in a connected group of pixels that differ
-  double least_ssim = -1;  ///< smallest structural similarity; -1: any
+  int tolerance = 4;     ///< in steps of 1/255: a pixel differs if one of its channels is off by more
+  double rmse = 0.0005;  ///< largest RMSE
+  double share = 0.001;  ///< largest fraction of pixels that differ
+  int max_patch = 7;     ///< largest number of pixels in a connected group of pixels that differ
+  double min_ssim = -1;  ///< smallest structural similarity; -1: any
 };
 
 /// Measures how much `a` and `b` differ. `tolerance` is that of Bounds (steps of 1/255). Throws Error (usage)

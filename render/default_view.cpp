@@ -24,7 +24,7 @@ const Vec3 to_lamp = Vec3(-0.6, 1, 0.7).normalized();
 
 // The ball around the moving bodies and their paths.
 struct Ball {
-  Vec3 centre = Vec3::Zero();  // m
+  Vec3 center = Vec3::Zero();  // m
   double radius = 0;           // m
 };
 
@@ -63,15 +63,15 @@ std::optional<Ball> around_what_moves(const scene::Scene& scene, const io::Manif
 // Moves the camera back until the ball, enlarged by `margin`, fits into its vertical field of view.
 void place_camera(const Ball& ball, scene::Camera& camera) {
   const double half = camera.vertical_fov / 2 * std::numbers::pi / 180;
-  camera.target = ball.centre;
-  camera.position = ball.centre + margin * ball.radius / std::sin(half) * to_camera;
+  camera.target = ball.center;
+  camera.position = ball.center + margin * ball.radius / std::sin(half) * to_camera;
 }
 
 scene::Light lamp(const Ball& ball) {
   scene::Light light;
   const double distance = lamp_distance * ball.radius;
-  light.position = ball.centre + distance * to_lamp;
-  light.target = ball.centre;
+  light.position = ball.center + distance * to_lamp;
+  light.target = ball.center;
   light.radius = lamp_radius * ball.radius;
   light.power = irradiance * 4 * std::numbers::pi * distance * distance;
   return light;

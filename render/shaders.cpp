@@ -13,7 +13,7 @@ std::string header() {
       "#version 330 core\n"
       "const int block = {}, max_looks = {}, max_lights = {}, max_samples = {}, max_mirrors = {};\n"
       "const int look_codes = 2 * max_looks, strain_pattern = {}, max_spots = {};\n",
-      block, max_looks, max_lights, max_shadow_samples, max_mirrors, strain_pattern, scene::Look::most_spots);
+      block, max_looks, max_lights, max_shadow_samples, max_mirrors, strain_pattern, scene::Look::max_spots);
 }
 
 // Octahedral maps of unit vectors: fold() projects a unit vector to the octahedron |x| + |y| + |z| = 1, whose

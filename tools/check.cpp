@@ -37,7 +37,7 @@ std::size_t check_start(const scene::Scene& scene) {
   try {
     const Simulation simulation(scene, scene::plan_effects(scene).active());
     for (const InitialOverlap& overlap : simulation.initial_overlaps())
-      print(fmt::format("{}: {}\n", scene.path, describe_parting(overlap)));
+      print(fmt::format("{}: {}\n", scene.path, describe_separation(overlap)));
     if (const std::string warning = scene::step_warning(scene, simulation.sizes()); !warning.empty())
       print(fmt::format("{}: {}\n", scene.path, warning));
     return 0;

@@ -338,11 +338,11 @@ void add_bounds(CLI::App& app, render::Bounds& bounds) {
       ->check(between(0, 1))
       ->type_name("X")
       ->capture_default_str();
-  app.add_option("--max-patch", bounds.largest_patch, "Largest connected patch of different pixels")
+  app.add_option("--max-patch", bounds.max_patch, "Largest connected patch of different pixels")
       ->check(CLI::NonNegativeNumber)
       ->type_name("N")
       ->capture_default_str();
-  app.add_option("--min-ssim", bounds.least_ssim,
+  app.add_option("--min-ssim", bounds.min_ssim,
                  "Smallest structural similarity, 1 for equal pictures; default: any")
       ->check(between(-1, 1))
       ->type_name("X");
@@ -407,7 +407,7 @@ void add_hashes(CLI::App& app, CommandLine& line) {
       "missing.");
   app.callback([&line] {
     line.hashes.json = line.json;
-    line.fills_anew = true;
+    line.bypass_cache = true;
     line.command = [&line](Report&) { return hashes(line.hashes); };
   });
 }

@@ -30,7 +30,7 @@ struct CommandLine {
   CompareOptions compare;
   HashesOptions hashes;
   CacheOptions cache;
-  bool fills_anew = false;  // fill meshes with tetrahedra without the cache
+  bool bypass_cache = false;  // fill meshes with tetrahedra without the cache
   // Text of --frames; empty: not given.
   std::string frames;
   bool quiet = false, json = false;         // print only the outcome and errors; print JSON

@@ -112,7 +112,7 @@ void print_pair(const CompareOptions& options, const Pair& pair, const render::D
     const nlohmann::ordered_json object = {
         {"event", "pair"},        {"a", pair.a.string()}, {"b", pair.b.string()},
         {"same", broken.empty()}, {"maximum", d.maximum}, {"mean", d.mean},
-        {"rmse", d.rmse},         {"share", d.share},     {"largest_patch", d.largest_patch},
+        {"rmse", d.rmse},         {"share", d.share},     {"largest_patch", d.max_patch},
         {"ssim", d.ssim}};
     return print(json_text(object) + "\n");
   }
@@ -120,7 +120,7 @@ void print_pair(const CompareOptions& options, const Pair& pair, const render::D
       fmt::format("{}  {}: maximum {:.3g}, mean {:.3g}, RMSE {:.3g}, {:.3g} % off by more than {}/255, "
                   "largest patch {} px, SSIM {:.5f}\n",
                   broken.empty() ? "same   " : "differs", pair.name, d.maximum, d.mean, d.rmse, 100 * d.share,
-                  options.bounds.tolerance, d.largest_patch, d.ssim));
+                  options.bounds.tolerance, d.max_patch, d.ssim));
 }
 
 }  // namespace

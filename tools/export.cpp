@@ -87,13 +87,13 @@ io::ExportedLooks looks_of(const scene::Scene& described, const io::Manifest& ma
   looks.height = scene.render.height;
   // Place in `looks` by the place in `table`; -1: no body has it.
   std::vector<int> place(table.looks.size(), -1);
-  std::vector<bool> is_worn(table.looks.size());
-  for (const auto& [body, look] : table.of_body) is_worn[static_cast<std::size_t>(look)] = true;
+  std::vector<bool> is_used(table.looks.size());
+  for (const auto& [body, look] : table.of_body) is_used[static_cast<std::size_t>(look)] = true;
   std::set<std::string> names;
   for (const scene::Look& look : scene.looks) names.insert(look.name);
   int palette = 0;
   for (std::size_t i = 0; i < table.looks.size(); ++i) {
-    if (!is_worn[i]) continue;
+    if (!is_used[i]) continue;
     place[i] = static_cast<int>(looks.looks.size());
     looks.looks.push_back(table.looks[i]);
     std::string& name = looks.looks.back().name;

@@ -49,7 +49,7 @@ void open_standard_streams() {
 // Carries out the command. An exception becomes an outcome.
 Outcome run_command(const CommandLine& line, Report& report) {
   try {
-    if (!line.fills_anew) use_cache();
+    if (!line.bypass_cache) use_cache();
     return line.command(report);
   } catch (...) {
     const ExitStatus status = report.failure(std::current_exception());

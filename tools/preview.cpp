@@ -22,9 +22,9 @@ namespace fs = std::filesystem;
 constexpr int default_width = 320, default_height = 180;  // pixels
 constexpr int gap = 4;                                    // pixels between the pictures of a sheet
 constexpr unsigned char gap_level = 255;                  // white
-constexpr int most_columns = 5;                           // largest number of pictures in a row of a sheet
+constexpr int max_columns = 5;                            // largest number of pictures in a row of a sheet
 // Largest number of pixels of a sheet: 1.5 GB, or twice a picture of the largest size (16384 x 16384).
-constexpr std::int64_t most_pixels =
+constexpr std::int64_t max_pixels =
     512LL * 1024 * 1024;  // of a sheet, 1.5 GB: twice a picture of the largest size
 
 // Returns the number of columns of a sheet of `count` pictures: at least as many as rows and, among these,
@@ -34,7 +34,7 @@ int columns_of(int count) {
   while (fewest * fewest < count) ++fewest;
   int best = fewest;
   const auto empty = [&](int columns) { return (count + columns - 1) / columns * columns - count; };
-  for (int columns = fewest; columns <= most_columns; ++columns)
+  for (int columns = fewest; columns <= max_columns; ++columns)
     if (empty(columns) < empty(best)) best = columns;
   return best;
 }
@@ -47,7 +47,7 @@ class Sheet {
     const int rows = (count + columns_ - 1) / columns_;
     const std::int64_t all_width = std::int64_t{columns_} * (width + gap) - gap,
                        all_height = std::int64_t{rows} * (height + gap) - gap;
-    if (all_width * all_height > most_pixels)
+    if (all_width * all_height > max_pixels)
       throw Error(ExitStatus::usage,
                   fmt::format("a sheet of {} x {} pixels is too large (give a smaller --width "
                               "and --height, or fewer --moments)",

@@ -350,7 +350,7 @@ void Run::note_overlaps() {
   constexpr std::size_t most = 10;
   const std::vector<InitialOverlap>& overlaps = simulation_.initial_overlaps();
   for (std::size_t i = 0; i < std::min(most, overlaps.size()); ++i)
-    report_.note(describe_parting(overlaps[i]));
+    report_.note(describe_separation(overlaps[i]));
   if (overlaps.size() > most)
     report_.note(fmt::format("{} more pairs of bodies overlap: `duet check {}` names them all",
                              overlaps.size() - most, options_.scene.name));

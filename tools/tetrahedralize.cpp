@@ -20,7 +20,7 @@
 namespace duet::tools {
 namespace {
 
-constexpr double least_cells = 2, most_cells = 512;  // number of lattice cells along the longest extent
+constexpr double min_cells = 2, max_cells = 512;  // number of lattice cells along the longest extent
 
 // The report of a filled surface.
 struct Result {
@@ -56,10 +56,10 @@ std::optional<double> wanted_spacing(const TetrahedralizeOptions& options, const
   if (options.cells) return extent / *options.cells;
   if (!options.spacing) return {};
   const double cells = extent / *options.spacing;
-  if (!(cells >= least_cells && cells <= most_cells))
+  if (!(cells >= min_cells && cells <= max_cells))
     throw Error(ExitStatus::usage,
                 fmt::format("--spacing {:.6g}: must be in [{:.4g}, {:.4g}] for a mesh {:.4g} across",
-                            *options.spacing, extent / most_cells, extent / least_cells, extent));
+                            *options.spacing, extent / max_cells, extent / min_cells, extent));
   return options.spacing;
 }
 
@@ -83,9 +83,8 @@ std::string text_of(const Result& result) {
       "dihedral angles {:.1f} to {:.1f} degrees, smallest altitude {:.3g} m, edges {:.3g} to {:.3g} m\n"
       "volume {:.6g} m^3, {:+.3f} % against the surface; {:.2f} s\n"
       "dihedral angles in degrees\n",
-      q.tets, q.nodes, result.boundary_triangles, result.spacing, q.least_angle, q.largest_angle,
-      q.smallest_altitude, q.shortest_edge, q.longest_edge, q.volume, 100 * result.volume_error(),
-      result.seconds);
+      q.tets, q.nodes, result.boundary_triangles, result.spacing, q.min_angle, q.max_angle, q.min_altitude,
+      q.shortest_edge, q.longest_edge, q.volume, 100 * result.volume_error(), result.seconds);
   const std::size_t most = *std::max_element(q.angles.begin(), q.angles.end());
   for (std::size_t i = 0; i < q.angles.size(); ++i)
     if (q.angles[i] > 0)
@@ -101,10 +100,10 @@ nlohmann::json json_of(const Result& result) {
           {"boundary_triangles", result.boundary_triangles},
           {"parts", result.parts},
           {"spacing", result.spacing},
-          {"least_dihedral_angle", q.least_angle},
-          {"largest_dihedral_angle", q.largest_angle},
+          {"least_dihedral_angle", q.min_angle},
+          {"largest_dihedral_angle", q.max_angle},
           {"dihedral_angles", q.angles},
-          {"smallest_altitude", q.smallest_altitude},
+          {"smallest_altitude", q.min_altitude},
           {"shortest_edge", q.shortest_edge},
           {"longest_edge", q.longest_edge},
           {"volume", q.volume},
@@ -129,7 +128,7 @@ Outcome tetrahedralize(const TetrahedralizeOptions& options, Report& report) {
         ExitStatus::usage,
         fmt::format("no tetrahedron fits inside at a spacing of {:.4g} m; the surface is {:.3g} m at its "
                     "thickest: lower --spacing",
-                    result.spacing, inside.smallest_size()));
+                    result.spacing, inside.min_size()));
   result.quality = tet_quality(mesh);
   result.boundary_triangles = boundary(mesh).size();
   result.parts = connected_parts(mesh);

@@ -15,11 +15,11 @@ namespace {
 constexpr double dependent = 1e-10;
 // Bound of |s - 1|, so that motion near a turning point is neither stopped nor doubled. Steps that need a
 // fifth of it are refused if they can be (sim/step/articulate.cpp).
-constexpr double largest_change = 0.05;
+constexpr double max_change = 0.05;
 // Least internal energy, as a fraction of the whole, that an energy error is compared with. Without it,
 // groups that hardly move within themselves would report large relative errors, and steps would be refused
 // for them.
-constexpr double least_internal = 0.005;
+constexpr double min_internal = 0.005;
 
 // Returns the inertia tensor in world axes (kg m^2) times `w`.
 Vec3 times_inertia(const RigidState& state, const RigidProperties& properties, const Vec3& w) {
@@ -271,7 +271,7 @@ double FreeMotion::correct(const JointSolver& joints, RigidBodies& rigid, const 
   const double slope = 2 * internal + power, square = slope * slope - 4 * internal * excess;
   const double wanted =
       slope > 0 && square >= 0 ? -2 * excess / (slope + std::sqrt(square)) : -excess / internal;
-  const double change = std::clamp(wanted, -largest_change, largest_change);
+  const double change = std::clamp(wanted, -max_change, max_change);
   for (const std::size_t i : group.members) {
     RigidState& state = rigid.state[i];
     const Vec3 impulse = rigid.properties[i].mass * change * linear_[i],
@@ -283,7 +283,7 @@ double FreeMotion::correct(const JointSolver& joints, RigidBodies& rigid, const 
     outside.linear += impulse;
     outside.angular += state.pose.position.cross(impulse) + moment;
   }
-  return std::abs(excess) / (4 * kick + std::max(internal, least_internal * energy));
+  return std::abs(excess) / (4 * kick + std::max(internal, min_internal * energy));
 }
 
 }  // namespace duet

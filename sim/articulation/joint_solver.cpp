@@ -16,16 +16,16 @@ constexpr double infinite = std::numeric_limits<double>::infinity();
 constexpr double solved = 1e-11;
 // Largest number of rounds of Newton's method for velocities. A few are enough, because joints turn little in
 // a step.
-constexpr int most_rounds = 12;
+constexpr int max_rounds = 12;
 // Largest number of lengths that are tried for one Newton step of positions, each half of the one before.
-constexpr int most_cuts = 3;
+constexpr int max_cuts = 3;
 // Largest number of rounds of Levenberg's method for positions.
-constexpr int most_softened = 40;
+constexpr int max_softened = 40;
 // Bounds of Levenberg's softness, as a fraction of the diagonal. The search ends when the upper one does not
 // help, because then no step brings the joints nearer to each other.
-constexpr double least_softness = 1e-8, largest_softness = 1e-2;
+constexpr double min_softness = 1e-8, max_softness = 1e-2;
 // Largest number of changes of the active set, which holds the bounded rows that are at a bound.
-constexpr int most_revisions = 10;
+constexpr int max_revisions = 10;
 // A limit counts as reached if less than this slack is left, m or rad.
 constexpr double at_limit = 1e-9;
 // A row held at a bound is freed if its residual leads away from the bound by more than this, m/s or rad/s.
@@ -38,7 +38,7 @@ constexpr double fitting = 1e-7;
 // Bounds of the energy that making positions fit may add to the velocities that keep the joints together: a
 // fraction of their energy, and over dt^2 a constant in J s^2, for frames that are a little apart at the
 // start. Larger corrections would whip bodies about; the velocities at x^n are made to fit instead.
-constexpr double largest_correction = 0.1, loose_correction = 1e-8;
+constexpr double max_correction = 0.1, loose_correction = 1e-8;
 
 }  // namespace
 
@@ -214,9 +214,9 @@ bool JointSolver::revise_bounds(RigidBodies& rigid, Residual&& residual) {
 template <class Prepare, class Residual>
 double JointSolver::satisfy(RigidBodies& rigid, Prepare&& prepare, Residual&& residual) {
   double first = 0;
-  for (int revision = 0; revision <= most_revisions; ++revision) {
+  for (int revision = 0; revision <= max_revisions; ++revision) {
     double before = infinite;
-    for (int round = 0; round < most_rounds; ++round) {
+    for (int round = 0; round < max_rounds; ++round) {
       stop_if_asked();
       prepare();
       double largest = 0;
@@ -325,7 +325,7 @@ double JointSolver::pre_stabilize(const Articulation& articulation, RigidBodies&
   for_each_row([&](std::size_t j, std::size_t r) {
     if (rows_[r].role == RowRole::structure) worst = std::max(worst, dt * std::abs(lacking(j, r)));
   });
-  const double most = jointed_energy(rigid) * largest_correction + loose_correction / (dt * dt);
+  const double most = jointed_energy(rigid) * max_correction + loose_correction / (dt * dt);
   if (worst <= fitting && changed_energy(rigid) <= most) return std::max(off, off_ahead);
   fits_ = false;
   restore_states(rigid);
@@ -462,7 +462,7 @@ bool JointSolver::approach(const Articulation& articulation, RigidBodies& rigid,
   });
   save_states(rigid);
   double share = 1;
-  for (int cut = 0; cut < most_cuts; ++cut, share /= 2) {
+  for (int cut = 0; cut < max_cuts; ++cut, share /= 2) {
     for_each_row([&](std::size_t j, std::size_t r) {
       const JointRow& row = rows_[r];
       const double impulse = share * residual_[r];
@@ -479,15 +479,15 @@ bool JointSolver::approach(const Articulation& articulation, RigidBodies& rigid,
 // directions than elsewhere, and Newton's steps are far too long; softness shortens them.
 double JointSolver::assemble(const Articulation& articulation, RigidBodies& rigid) {
   double softness = 0;
-  for (int round = 0; round < most_softened; ++round) {
+  for (int round = 0; round < max_softened; ++round) {
     update(articulation, rigid);
     if (gaps(articulation, rigid).largest <= assembled) break;
     if (approach(articulation, rigid, softness)) {
-      softness = softness > least_softness ? softness / 10 : 0;
+      softness = softness > min_softness ? softness / 10 : 0;
       for (const std::size_t body : jointed_)
         update_orientation_dependents(rigid.state[body], rigid.properties[body]);
-    } else if (softness < largest_softness) {
-      softness = std::max(least_softness, 100 * softness);
+    } else if (softness < max_softness) {
+      softness = std::max(min_softness, 100 * softness);
     } else {
       break;
     }

@@ -32,12 +32,12 @@ struct SymmetricEigen {
 template <int n>
 SymmetricEigen<n> symmetric_eigen(const SquareMatrix<n>& matrix) {
   // Bound on the number of sweeps. Convergence is quadratic, and 5 to 8 sweeps are usual.
-  constexpr int most_sweeps = 20;
+  constexpr int max_sweeps = 20;
   SquareMatrix<n> A = matrix;
   SymmetricEigen<n> result;
   SquareMatrix<n>& Q = result.vectors;
   Q.setIdentity();
-  for (int sweep = 0; sweep < most_sweeps; ++sweep) {
+  for (int sweep = 0; sweep < max_sweeps; ++sweep) {
     double off_diagonal = 0, diagonal = 0;
     for (int i = 0; i < n; ++i) {
       diagonal += A(i, i) * A(i, i);

@@ -77,7 +77,7 @@ bool write_all(int fd, const std::string& bytes) {
 
 // Bound on the number of temporary names that are tried for one path. Each existing one was left by a killed
 // program with the same process id.
-constexpr int most_left = 10'000;
+constexpr int max_left = 10'000;
 
 // Returns a name that is unique among the threads and processes that may write at the same time.
 fs::path temporary_name(const fs::path& path) {
@@ -123,7 +123,7 @@ void write_atomically(const fs::path& path, const std::string& bytes) {
   };
   int created = create();
   // Process ids repeat in containers, so that a killed program may have left files of this name.
-  for (int left = 0; created < 0 && errno == EEXIST && left < most_left; ++left) {
+  for (int left = 0; created < 0 && errno == EEXIST && left < max_left; ++left) {
     temporary = temporary_name(path);
     created = create();
   }
@@ -215,7 +215,7 @@ int frame_of_file(const fs::path& path, const std::string& extension) {
   int frame = -1;
   const char* end = stem.data() + stem.size();
   const auto [rest, error] = std::from_chars(stem.data(), end, frame);
-  return error == std::errc() && rest == end && frame >= 0 && frame <= most_frames ? frame : -1;
+  return error == std::errc() && rest == end && frame >= 0 && frame <= max_frames ? frame : -1;
 }
 
 }  // namespace duet::io

@@ -55,7 +55,7 @@ std::vector<fs::path> files_in(const fs::path& folder);
 void remove_temporaries(const fs::path& folder);
 
 /// Returns the frame number in the name of a frame's file: 12 for "0012.obj" with the extension ".obj".
-/// Returns -1 for any other name and for numbers above `most_frames`.
+/// Returns -1 for any other name and for numbers above `max_frames`.
 int frame_of_file(const fs::path& path, const std::string& extension);
 
 }  // namespace duet::io

@@ -4,10 +4,10 @@
 namespace duet {
 
 /// The largest frame number: 11.6 hours at 24 frames per second.
-inline constexpr int most_frames = 1'000'000;
+inline constexpr int max_frames = 1'000'000;
 /// The lowest frame rate, 1/s: frames of 1000 s.
-inline constexpr double least_fps = 1e-3;
+inline constexpr double min_fps = 1e-3;
 /// The highest frame rate, 1/s: frames of 0.1 ms.
-inline constexpr double most_fps = 1e4;
+inline constexpr double max_fps = 1e4;
 
 }  // namespace duet

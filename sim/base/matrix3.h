@@ -81,16 +81,16 @@ T determinant(const Matrix3<T>& a, const Matrix3<T>& cof) {
 }
 
 /// Rounds the entries to single precision.
-inline Matrix3<PackF> to_single(const Matrix3<Pack>& a) {
-  Matrix3<PackF> b;
+inline Matrix3<float8> to_single(const Matrix3<double8>& a) {
+  Matrix3<float8> b;
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) b[i][j] = to_single(a[i][j]);
   return b;
 }
 
 /// Converts the entries to double precision, exactly.
-inline Matrix3<Pack> to_double(const Matrix3<PackF>& a) {
-  Matrix3<Pack> b;
+inline Matrix3<double8> to_double(const Matrix3<float8>& a) {
+  Matrix3<double8> b;
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) b[i][j] = to_double(a[i][j]);
   return b;

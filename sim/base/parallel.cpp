@@ -38,7 +38,7 @@ class Team {
   // Starts the helpers. They do not poll if there are more threads than hardware threads, because they would
   // delay each other.
   explicit Team(int helpers)
-      : looks_(helpers < hardware_threads() ? looks_before_sleep : 0),
+      : polls_(helpers < hardware_threads() ? polls_before_sleep : 0),
         parts_(static_cast<std::size_t>(helpers) + 1) {
     for (std::size_t i = 1; i < parts_.size(); ++i) threads_.emplace_back([this, i] { help(i); });
   }
@@ -80,8 +80,8 @@ class Team {
     }
     announce();
     take_chunks(0);
-    for (int looks = 0; finished_.load(std::memory_order_acquire) < chunks; ++looks)
-      looks < looks_before_sleep ? relax() : std::this_thread::yield();
+    for (int polls = 0; finished_.load(std::memory_order_acquire) < chunks; ++polls)
+      polls < polls_before_sleep ? pause_cpu() : std::this_thread::yield();
     const std::exception_ptr failure = std::exchange(failure_, nullptr);
     failed_ = false;
     busy_.store(false, std::memory_order_release);
@@ -93,7 +93,7 @@ class Team {
   static constexpr std::uint64_t closed = 0xffffffff;
   // Number of times that a thread polls before it sleeps: about 0.1 ms, several times the duration of a call.
   // More would keep processors busy between time steps.
-  static constexpr int looks_before_sleep = 4000;
+  static constexpr int polls_before_sleep = 4000;
 
   // The chunks of one thread, in a cache line of their own. `ticket` holds the job number in its upper 32
   // bits and the next chunk in its lower ones; `end` is one past the last chunk.
@@ -112,7 +112,8 @@ class Team {
   void help(std::size_t own) {
     for (std::uint32_t seen = 0; !ends_; seen = jobs_.load(std::memory_order_acquire)) {
       take_chunks(own);
-      for (int looks = 0; looks < looks_ && jobs_.load(std::memory_order_relaxed) == seen; ++looks) relax();
+      for (int polls = 0; polls < polls_ && jobs_.load(std::memory_order_relaxed) == seen; ++polls)
+        pause_cpu();
       jobs_.wait(seen, std::memory_order_acquire);
     }
   }
@@ -140,7 +141,7 @@ class Team {
     if (taken > 0) finished_.fetch_add(taken, std::memory_order_release);
   }
 
-  int looks_;  // number of times that helpers poll
+  int polls_;  // number of times that helpers poll
   std::atomic<bool> ends_{false}, busy_{false}, failed_{false};
   std::exception_ptr failure_;
   std::uint64_t job_ = 0;    // number of the current job

@@ -22,7 +22,7 @@ double loop_processor_seconds();
 
 /// Tells the processor that the calling loop waits for another thread. Does nothing on processors other than
 /// x86-64.
-inline void relax() {
+inline void pause_cpu() {
 #if defined(__x86_64__)
   __builtin_ia32_pause();
 #endif
@@ -54,14 +54,14 @@ void parallel_for(std::size_t n, std::size_t grain, Body&& body) {
 }
 
 /// Returns `zero` joined with map(begin, end) of all ranges of [0, n), in their order. There are at most 64
-/// ranges, of at least `least_grain` items; they depend on n alone, so the result is the same for any thread
+/// ranges, of at least `min_grain` items; they depend on n alone, so the result is the same for any thread
 /// count. `join` must be associative up to rounding, and `zero` is its neutral element.
 template <class Value, class Map, class Join>
-Value parallel_reduce(std::size_t n, std::size_t least_grain, Value zero, Map&& map, Join&& join) {
+Value parallel_reduce(std::size_t n, std::size_t min_grain, Value zero, Map&& map, Join&& join) {
   // Bound on the number of ranges, whose results are kept on the stack.
-  constexpr std::size_t most_chunks = 64;
-  const std::size_t grain = std::max(least_grain, (n + most_chunks - 1) / most_chunks);
-  std::array<Value, most_chunks> partial;
+  constexpr std::size_t max_chunks = 64;
+  const std::size_t grain = std::max(min_grain, (n + max_chunks - 1) / max_chunks);
+  std::array<Value, max_chunks> partial;
   const std::size_t chunks = (n + grain - 1) / grain;
   parallel_for(n, grain,
                [&](std::size_t begin, std::size_t end) { partial[begin / grain] = map(begin, end); });

@@ -28,6 +28,6 @@ inline Vec3 logarithm(const Quat& q) {
 
 /// Returns the unit quaternion of the smallest rotation that takes the direction of `from` to that of `to`.
 /// Opposite directions are turned by pi about some axis perpendicular to them. Neither vector may be zero.
-Quat shortest_turn(const Vec3& from, const Vec3& to);
+Quat shortest_rotation(const Vec3& from, const Vec3& to);
 
 }  // namespace duet

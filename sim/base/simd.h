@@ -1,13 +1,13 @@
 // Packs: eight doubles at once, with the same results on every machine, because every operation is a
 // correctly rounded one of IEEE 754. A pack is one AVX-512 register or two vectors of four doubles (see
-// two_quads.h).
+// double4.h).
 #pragma once
 
 #include <cmath>
 #include <cstddef>
 #include <type_traits>
 
-#include "sim/base/two_quads.h"
+#include "sim/base/double4.h"
 
 namespace duet {
 
@@ -15,17 +15,17 @@ namespace duet {
 inline constexpr std::size_t pack_width = 8;
 #if defined(__AVX512F__)
 /// Eight doubles.
-using Pack = double __attribute__((vector_size(8 * pack_width)));
+using double8 = double __attribute__((vector_size(8 * pack_width)));
 #else
 /// Eight doubles.
-using Pack = TwoQuads;
+using double8 = double4x2;
 #endif
 /// The result of comparing packs: in each lane all bits are set where the comparison holds, and none
 /// elsewhere.
-using PackMask = decltype(Pack{} < Pack{});
+using mask8 = decltype(double8{} < double8{});
 
 /// Eight floats, for places where single precision is enough: they halve the memory traffic.
-using PackF = float __attribute__((vector_size(4 * pack_width)));
+using float8 = float __attribute__((vector_size(4 * pack_width)));
 
 /// Eight 3-vectors, stored by coordinate. `P` is Pack or PackF.
 template <class P>
@@ -35,9 +35,9 @@ struct VectorOf {
       z{};  ///< The z coordinates of all lanes.
 };
 /// Eight 3-vectors of doubles.
-using PackVector = VectorOf<Pack>;
+using vector8 = VectorOf<double8>;
 /// Eight 3-vectors of floats.
-using PackVectorF = VectorOf<PackF>;
+using vector8f = VectorOf<float8>;
 
 /// Returns the natural logarithm of positive normal numbers, to 2 units in the last place. x = 2^k m with m
 /// in [sqrt(1/2), sqrt(2)], and ln m = 2 artanh(s) with s = (m - 1)/(m + 1), whose series needs 11 terms for
@@ -82,19 +82,21 @@ auto load_eight(Row&& row) {
 // The functions below have one definition for each kind of Pack.
 #if defined(__AVX512F__)
 /// Returns `a` in the lanes where `condition` holds and `b` in the others.
-inline Pack select(const PackMask& condition, const Pack& a, const Pack& b) { return condition ? a : b; }
+inline double8 select(const mask8& condition, const double8& a, const double8& b) {
+  return condition ? a : b;
+}
 /// Returns the square root in each lane, correctly rounded.
-inline Pack sqrt_of(const Pack& x) { return _mm512_maskz_sqrt_pd(0xff, x); }
+inline double8 sqrt_of(const double8& x) { return _mm512_maskz_sqrt_pd(0xff, x); }
 /// Returns the natural logarithm in each lane; see log_of_lanes().
-inline Pack log_of(const Pack& x) { return log_of_lanes(x); }
+inline double8 log_of(const double8& x) { return log_of_lanes(x); }
 /// Returns a bit for each lane in which the mask is set: bit i for lane i.
-inline unsigned lanes_of(const PackMask& mask) {
+inline unsigned lanes_of(const mask8& mask) {
   return _mm512_cmp_epi64_mask(reinterpret_cast<__m512i>(mask), __m512i{}, _MM_CMPINT_NE);
 }
 /// Rounds each lane to single precision.
-inline PackF to_single(const Pack& x) { return __builtin_convertvector(x, PackF); }
+inline float8 to_single(const double8& x) { return __builtin_convertvector(x, float8); }
 /// Converts each lane to double precision, exactly.
-inline Pack to_double(const PackF& x) { return __builtin_convertvector(x, Pack); }
+inline double8 to_double(const float8& x) { return __builtin_convertvector(x, double8); }
 /// Returns the first three entries of the rows row(0), ..., row(7) by coordinate. `Row` is callable; rows of
 /// Quads give a PackVector, rows of QuadFs a PackVectorF.
 template <class Row>
@@ -102,11 +104,11 @@ auto load_rows(Row&& row) {
   return load_eight(row);
 }
 /// Writes the eight rows (x, y, z, w) to `out`, one Quad for each lane.
-inline void store_rows(const PackVector& v, const Pack& w, Quad* out) {
-  const Pack xy_low = __builtin_shufflevector(v.x, v.y, 0, 8, 1, 9, 2, 10, 3, 11);
-  const Pack xy_high = __builtin_shufflevector(v.x, v.y, 4, 12, 5, 13, 6, 14, 7, 15);
-  const Pack z_low = __builtin_shufflevector(v.z, w, 0, 8, 1, 9, 2, 10, 3, 11);
-  const Pack z_high = __builtin_shufflevector(v.z, w, 4, 12, 5, 13, 6, 14, 7, 15);
+inline void store_rows(const vector8& v, const double8& w, double4* out) {
+  const double8 xy_low = __builtin_shufflevector(v.x, v.y, 0, 8, 1, 9, 2, 10, 3, 11);
+  const double8 xy_high = __builtin_shufflevector(v.x, v.y, 4, 12, 5, 13, 6, 14, 7, 15);
+  const double8 z_low = __builtin_shufflevector(v.z, w, 0, 8, 1, 9, 2, 10, 3, 11);
+  const double8 z_high = __builtin_shufflevector(v.z, w, 4, 12, 5, 13, 6, 14, 7, 15);
   out[0] = __builtin_shufflevector(xy_low, z_low, 0, 1, 8, 9);
   out[1] = __builtin_shufflevector(xy_low, z_low, 2, 3, 10, 11);
   out[2] = __builtin_shufflevector(xy_low, z_low, 4, 5, 12, 13);
@@ -118,37 +120,37 @@ inline void store_rows(const PackVector& v, const Pack& w, Quad* out) {
 }
 #else
 /// Returns the natural logarithm in each lane; see log_of_lanes().
-inline Pack log_of(const Pack& x) { return {log_of_lanes(x.low), log_of_lanes(x.high)}; }
+inline double8 log_of(const double8& x) { return {log_of_lanes(x.low), log_of_lanes(x.high)}; }
 /// Rounds each lane to single precision.
-inline PackF to_single(const Pack& x) {
-  return __builtin_shufflevector(__builtin_convertvector(x.low, QuadF),
-                                 __builtin_convertvector(x.high, QuadF), 0, 1, 2, 3, 4, 5, 6, 7);
+inline float8 to_single(const double8& x) {
+  return __builtin_shufflevector(__builtin_convertvector(x.low, float4),
+                                 __builtin_convertvector(x.high, float4), 0, 1, 2, 3, 4, 5, 6, 7);
 }
 /// Converts each lane to double precision, exactly.
-inline Pack to_double(const PackF& x) {
-  return {__builtin_convertvector(__builtin_shufflevector(x, x, 0, 1, 2, 3), Quad),
-          __builtin_convertvector(__builtin_shufflevector(x, x, 4, 5, 6, 7), Quad)};
+inline double8 to_double(const float8& x) {
+  return {__builtin_convertvector(__builtin_shufflevector(x, x, 0, 1, 2, 3), double4),
+          __builtin_convertvector(__builtin_shufflevector(x, x, 4, 5, 6, 7), double4)};
 }
 /// Returns the first three entries of the rows row(0), ..., row(7) by coordinate. `Row` is callable; rows of
 /// Quads give a PackVector, rows of QuadFs a PackVectorF.
 template <class Row>
 auto load_rows(Row&& row) {
-  if constexpr (std::is_same_v<std::remove_cvref_t<decltype(row(0))>, QuadF>) {
+  if constexpr (std::is_same_v<std::remove_cvref_t<decltype(row(0))>, float4>) {
     return load_eight(row);
   } else {
     const FirstThree low = load_four(row(0), row(1), row(2), row(3));
     const FirstThree high = load_four(row(4), row(5), row(6), row(7));
-    return PackVector{{low.x, high.x}, {low.y, high.y}, {low.z, high.z}};
+    return vector8{{low.x, high.x}, {low.y, high.y}, {low.z, high.z}};
   }
 }
 /// Writes the eight rows (x, y, z, w) to `out`, one Quad for each lane.
-inline void store_rows(const PackVector& v, const Pack& w, Quad* out) {
+inline void store_rows(const vector8& v, const double8& w, double4* out) {
   store_four(v.x.low, v.y.low, v.z.low, w.low, out);
   store_four(v.x.high, v.y.high, v.z.high, w.high, out + 4);
 }
 #endif
 /// Returns whether the mask is set in any lane.
-inline bool any_of(const PackMask& condition) { return lanes_of(condition) != 0; }
+inline bool any_of(const mask8& condition) { return lanes_of(condition) != 0; }
 
 // The functions below let formulas be written once for T = double, T = Pack and, as far as needed, T = PackF.
 
@@ -172,6 +174,6 @@ T abs_of(const T& a) {
 /// Returns the square root of `x`.
 inline double sqrt_of(double x) { return std::sqrt(x); }
 /// Returns the natural logarithm of `x`, with the bits that packs give.
-inline double log_of(double x) { return log_of_lanes(Quad{} + x)[0]; }
+inline double log_of(double x) { return log_of_lanes(double4{} + x)[0]; }
 
 }  // namespace duet

@@ -19,7 +19,7 @@ double volume_of(const Tet& tet, const std::vector<Vec3>& x) {
 
 }  // namespace
 
-void OneRings::add(const std::vector<Tet>& tets, const std::vector<Vec3>& rest) {
+void NodalVolumes::add(const std::vector<Tet>& tets, const std::vector<Vec3>& rest) {
   Body body{tets_.size(), tets_.size() + tets.size(), 0};
   rest_volume_.resize(rest.size(), 0);  // by particle until finalize()
   for (const Tet& tet : tets) {
@@ -31,7 +31,7 @@ void OneRings::add(const std::vector<Tet>& tets, const std::vector<Vec3>& rest) 
   bodies_.push_back(body);
 }
 
-void OneRings::finalize(const std::vector<double>& inverse_mass, const std::vector<Vec3>& rest) {
+void NodalVolumes::finalize(const std::vector<double>& inverse_mass, const std::vector<Vec3>& rest) {
   std::vector<std::vector<int>> tets_of(inverse_mass.size());
   for (std::size_t t = 0; t < tets_.size(); ++t)
     for (int p : tets_[t]) tets_of[as_index(p)].push_back(static_cast<int>(t));
@@ -46,20 +46,20 @@ void OneRings::finalize(const std::vector<double>& inverse_mass, const std::vect
   rest_volume_.resize(size());
 
   std::vector<int> row;  // particles of the one-ring, ascending
-  for (int centre : particle_) {
+  for (int center : particle_) {
     row_start_.push_back(static_cast<int>(entries_.size()));
     incidence_start_.push_back(static_cast<int>(incidences_.size()));
     row.clear();
-    for (int t : tets_of[as_index(centre)])
+    for (int t : tets_of[as_index(center)])
       row.insert(row.end(), tets_[as_index(t)].begin(), tets_[as_index(t)].end());
     std::sort(row.begin(), row.end());
     row.erase(std::unique(row.begin(), row.end()), row.end());
     for (int p : row) entries_.push_back({Vec3::Zero(), Vec3::Zero(), ring_of[as_index(p)], p});
-    for (int t : tets_of[as_index(centre)]) {
+    for (int t : tets_of[as_index(center)]) {
       Incidence incidence{t, 0, {}};
       for (int c = 0; c < 4; ++c) {
         const int p = tets_[as_index(t)][as_index(c)];
-        if (p == centre) incidence.corner = c;
+        if (p == center) incidence.corner = c;
         incidence.entry[as_index(c)] =
             static_cast<int>(std::lower_bound(row.begin(), row.end(), p) - row.begin());
       }
@@ -77,7 +77,7 @@ void OneRings::finalize(const std::vector<double>& inverse_mass, const std::vect
   rest_diagonal_ = diagonal_;
 }
 
-void OneRings::linearize(const std::vector<Vec3>& x) {
+void NodalVolumes::linearize(const std::vector<Vec3>& x) {
   parallel_for(tets_.size(), tet_grain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
       const Vec3& origin = x[as_index(tets_[t][0])];
@@ -116,8 +116,8 @@ void OneRings::linearize(const std::vector<Vec3>& x) {
   });
 }
 
-void OneRings::divergence_at(const std::vector<Vec3>& x, const std::vector<Vec3>& v,
-                             std::vector<double>& rate) {
+void NodalVolumes::divergence_at(const std::vector<Vec3>& x, const std::vector<Vec3>& v,
+                                 std::vector<double>& rate) {
   parallel_for(tets_.size(), tet_grain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
       const auto edges = [&](const std::vector<Vec3>& values) {
@@ -141,7 +141,7 @@ void OneRings::divergence_at(const std::vector<Vec3>& x, const std::vector<Vec3>
   });
 }
 
-void OneRings::divergence(const std::vector<Vec3>& v, std::vector<double>& rate) const {
+void NodalVolumes::divergence(const std::vector<Vec3>& v, std::vector<double>& rate) const {
   rate.resize(size());
   parallel_for(size(), ring_grain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
@@ -153,7 +153,7 @@ void OneRings::divergence(const std::vector<Vec3>& v, std::vector<double>& rate)
   });
 }
 
-void OneRings::pressure_velocity(const std::vector<double>& q, std::vector<Vec3>& v) const {
+void NodalVolumes::pressure_velocity(const std::vector<double>& q, std::vector<Vec3>& v) const {
   parallel_for(size(), ring_grain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       Vec3 sum = Vec3::Zero();
@@ -164,7 +164,7 @@ void OneRings::pressure_velocity(const std::vector<double>& q, std::vector<Vec3>
   });
 }
 
-double OneRings::volume_error(const std::vector<Vec3>& x) const {
+double NodalVolumes::volume_error(const std::vector<Vec3>& x) const {
   double largest = 0;
   for (const Body& body : bodies_) {
     double volume = 0;

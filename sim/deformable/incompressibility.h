@@ -20,7 +20,7 @@ namespace duet {
 /// of the tetrahedron's edge matrix; the gradient D^T turns pressures into forces. Translations and rotations
 /// change no volume. Hence the forces of any pressures add up to zero, and so do their moments, up to
 /// rounding. Source: Irving, Schroeder, Fedkiw 2007.
-class OneRings {
+class NodalVolumes {
  public:
   /// Adds the tetrahedra of a body (global particle indices); the volumes at `rest` (m, positions of all
   /// particles so far) are to be kept.

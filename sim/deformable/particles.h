@@ -36,13 +36,13 @@ struct SurfacePoint {
   /// m, contact offset: the depth below the other surface at which the point starts to act. A positive one
   /// keeps face samples out of flat contact that vertices carry; a negative one gives a body a thickness
   /// around its particles.
-  double allowance = 0;
+  double contact_offset = 0;
 };
 
 /// Edge of the boundary, which sharp edges of rigid bodies can cross anywhere between its surface points.
 struct BoundaryEdge {
   std::array<int, 2> particle{0, 0};  ///< indices of the two end particles
-  double allowance = 0;               ///< m, contact offset with the meaning of SurfacePoint::allowance
+  double contact_offset = 0;          ///< m, contact offset with the meaning of SurfacePoint::contact_offset
 };
 
 /// One deformable body: its ranges of the shared arrays, and its constants.

@@ -10,7 +10,7 @@ namespace duet {
 /// Mass, center of mass and inertia of a set of point masses in the world.
 struct MassMoments {
   double mass = 0;              ///< kg, total mass
-  Vec3 centre = Vec3::Zero();   ///< m, center of mass
+  Vec3 center = Vec3::Zero();   ///< m, center of mass
   Mat3 inertia = Mat3::Zero();  ///< kg m^2, about the center of mass
 };
 /// Returns the moments of all point masses; all zero if their total mass is 0.
@@ -22,14 +22,14 @@ MassMoments moments_of_masses(ForEachMass&& for_each_mass) {
   MassMoments moments;
   for_each_mass([&](double mass, const Vec3& x) {
     moments.mass += mass;
-    moments.centre += mass * x;
+    moments.center += mass * x;
   });
   if (moments.mass == 0) return {};
-  moments.centre /= moments.mass;
+  moments.center /= moments.mass;
   double square = 0;
   Mat3 squares = Mat3::Zero();
   for_each_mass([&](double mass, const Vec3& x) {
-    const Vec3 r = x - moments.centre;
+    const Vec3 r = x - moments.center;
     square += mass * r.squaredNorm();
     squares += mass * r * r.transpose();
   });
@@ -42,7 +42,7 @@ MassMoments moments_of_masses(ForEachMass&& for_each_mass) {
 ///
 /// The component about an axis with no moment of inertia is 0, for example about the line on which all masses
 /// lie.
-Vec3 rate_of_turn(const MassMoments& moments, const Vec3& L);
+Vec3 angular_velocity_of(const MassMoments& moments, const Vec3& L);
 
 /// Removes the moment of `force` (N, one entry for each particle) on a body about its center of mass.
 ///

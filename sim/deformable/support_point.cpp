@@ -63,7 +63,7 @@ FacesAround look_around(const ElementLists& around, const std::vector<Triangle>&
     if (!(size > 0)) continue;
     found.area += area;
     ++found.count;
-    found.most_facing = std::max(found.most_facing, area.dot(toward) / size);
+    found.max_facing = std::max(found.max_facing, area.dot(toward) / size);
     const double rise = rise_of(face, x, area / size, point, at, toward);
     if (rise <= found.rise) continue;
     found.rise = rise;

@@ -14,7 +14,7 @@ namespace duet {
 ///
 /// The surface rises by more where the point lies in a dent, and all the more where the other body is beside
 /// the point instead of opposite to it. A larger value lets points in deeper dents touch.
-inline constexpr double most_rise = 0.5;
+inline constexpr double max_rise = 0.5;
 
 /// Smallest cosine of the angle between a face's outward normal and a direction for the face to count as
 /// facing that direction squarely (18 degrees).
@@ -31,7 +31,7 @@ struct FacesAround {
   Vec3 area = Vec3::Zero();  ///< m^2, sum of the faces' areas along their outward normals
   int count = 0;  ///< number of faces that have an area; 0 where no boundary face contains the point
   /// cosine of the smallest angle between a face normal and the direction; -1 without faces
-  double most_facing = -1;
+  double max_facing = -1;
   /// sine of the largest angle by which a face rises beyond the point in the direction; -1 without faces
   double rise = -1;
   Vec3 steepest = Vec3::Zero();  ///< unit outward normal of the face that rises most; zero without faces

@@ -20,7 +20,7 @@ constexpr std::size_t row = 12;            // hashes on a line "bodies", which t
 constexpr std::string_view indent = "  ";  // begins the lines below a frame
 // A group needs at least this many bodies; fewer have a line each. A larger value gives longer files that
 // name the quantity of more bodies.
-constexpr std::size_t least_group = 8;
+constexpr std::size_t min_group = 8;
 constexpr std::string_view bodies = "bodies", group = "group ";
 
 // Folds a hash of 64 bits into 8 hexadecimal digits.
@@ -102,14 +102,14 @@ std::vector<std::string> words_of(const std::string& line) {
 
 }  // namespace
 
-std::vector<HashLine> hash_lines(const std::vector<BodyHashes>& all, std::size_t most_lines) {
+std::vector<HashLine> hash_lines(const std::vector<BodyHashes>& all, std::size_t max_lines) {
   std::map<std::string, std::vector<const BodyHashes*>> groups;
-  if (all.size() > most_lines)
+  if (all.size() > max_lines)
     for (const BodyHashes& body : all) groups[stem(label_of(body))].push_back(&body);
   std::vector<HashLine> lines;
   for (const BodyHashes& body : all) {
     const auto found = groups.find(stem(label_of(body)));
-    if (found == groups.end() || found->second.size() < least_group)
+    if (found == groups.end() || found->second.size() < min_group)
       lines.push_back(line_of(body));
     else if (found->second[0] == &body)
       add_group(found->first, found->second, lines);

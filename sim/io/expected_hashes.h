@@ -30,10 +30,10 @@ struct FrameHashes {
   std::vector<HashLine> lines;  ///< hashes of bodies and quantities; empty if only the whole state is hashed
 };
 
-/// Returns the lines of all bodies and of the scene, in their order. If there are more than `most_lines`
+/// Returns the lines of all bodies and of the scene, in their order. If there are more than `max_lines`
 /// bodies, those whose names differ only in digits are grouped, unless the group would have fewer than 8
 /// members.
-std::vector<HashLine> hash_lines(const std::vector<BodyHashes>& bodies, std::size_t most_lines = 100);
+std::vector<HashLine> hash_lines(const std::vector<BodyHashes>& bodies, std::size_t max_lines = 100);
 
 /// Returns the hash as 16 hexadecimal digits.
 std::string whole_hash(std::uint64_t hash);

@@ -41,8 +41,8 @@ void sample_block(const BodyLevelSet& body, openvdb::FloatTree& tree, const open
   const auto distance = [&](const Vec3& voxel) { return body.distance(voxel * body.voxel_size); };
   const Vec3 corner(origin.x(), origin.y(), origin.z());
   const double to_corner = 0.5 * std::sqrt(3.0) * (Leaf::DIM - 1);  // half diagonal of the block, voxels
-  const double at_centre = distance(corner + Vec3::Constant(0.5 * (Leaf::DIM - 1)));
-  if (std::abs(at_centre) >= band + to_corner * body.voxel_size) return;
+  const double center_distance = distance(corner + Vec3::Constant(0.5 * (Leaf::DIM - 1)));
+  if (std::abs(center_distance) >= band + to_corner * body.voxel_size) return;
 
   Leaf* leaf = tree.touchLeaf(origin);
   for (openvdb::Index i = 0; i < Leaf::SIZE; ++i) {
@@ -54,7 +54,7 @@ void sample_block(const BodyLevelSet& body, openvdb::FloatTree& tree, const open
       leaf->setValueOff(i, static_cast<float>(d < 0 ? -band : band));
     }
   }
-  if (leaf->isEmpty()) tree.addTile(1, origin, static_cast<float>(at_centre < 0 ? -band : band), false);
+  if (leaf->isEmpty()) tree.addTile(1, origin, static_cast<float>(center_distance < 0 ? -band : band), false);
 }
 
 // Samples the narrow band of a body's level set, with body axes and the voxel as unit of the grid's

@@ -22,7 +22,7 @@ int frame_of_line(std::string_view line) {
   const auto frame = object.find("frame");
   if (frame == object.end() || !frame->is_number_integer()) return -1;
   const double number = frame->get<double>();
-  return number >= 0 && number <= most_frames ? static_cast<int>(number) : -1;
+  return number >= 0 && number <= max_frames ? static_cast<int>(number) : -1;
 }
 
 // Calls visit(line, frame_of_line(line)) for each line that has its line end, which is part of `line`.

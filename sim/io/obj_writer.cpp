@@ -46,13 +46,13 @@ class Rounding {
     Eigen::AlignedBox3d box;
     for (const Vec3& x : surface.positions) box.extend(x);
     const double extent = box.isEmpty() ? 0 : box.sizes().maxCoeff();
-    while (extent > 0 && extent * places_ < 0x1p24 && places_ < largest_exact) places_ *= 10;
+    while (extent > 0 && extent * places_ < 0x1p24 && places_ < max_exact) places_ *= 10;
   }
 
   Vec3 operator()(const Vec3& x) const { return {rounded(x.x()), rounded(x.y()), rounded(x.z())}; }
 
  private:
-  static constexpr double largest_exact = 1e22;  // largest power of ten that is exactly a double
+  static constexpr double max_exact = 1e22;  // largest power of ten that is exactly a double
 
   double rounded(double x) const {
     const double count = x * places_;

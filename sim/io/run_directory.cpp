@@ -196,18 +196,18 @@ Manifest read_manifest(const RunDirectory& run) {
     document.at("command").get_to(manifest.command);
     manifest.origin = read_origin(document);
     for (const nlohmann::json& entry : document.value("earlier", nlohmann::json::array()))
-      manifest.earlier.push_back({count_within(entry, "last_frame", most_frames), read_origin(entry)});
-    manifest.fps = number_within(document, "fps", least_fps, most_fps);
-    manifest.frames = count_within(document, "frames", most_frames);
+      manifest.earlier.push_back({count_within(entry, "last_frame", max_frames), read_origin(entry)});
+    manifest.fps = number_within(document, "fps", min_fps, max_fps);
+    manifest.frames = count_within(document, "frames", max_frames);
     document.at("units").get_to(manifest.units);
-    constexpr int most_elements = std::numeric_limits<int>::max();
+    constexpr int max_elements = std::numeric_limits<int>::max();
     for (const nlohmann::json& entry : document.at("bodies"))
-      manifest.bodies.push_back(
-          {entry.at("name"), entry.at("kind"), entry.at("look"), entry.value("material", ""),
-           count_within(entry, "vertices", most_elements), count_within(entry, "triangles", most_elements),
-           read_box(entry), entry.contains("normals") ? count_within(entry, "normals", most_elements) : 0,
-           entry.contains("uvs") ? count_within(entry, "uvs", most_elements) : 0,
-           entry.value("has_strain", true)});
+      manifest.bodies.push_back({entry.at("name"), entry.at("kind"), entry.at("look"),
+                                 entry.value("material", ""), count_within(entry, "vertices", max_elements),
+                                 count_within(entry, "triangles", max_elements), read_box(entry),
+                                 entry.contains("normals") ? count_within(entry, "normals", max_elements) : 0,
+                                 entry.contains("uvs") ? count_within(entry, "uvs", max_elements) : 0,
+                                 entry.value("has_strain", true)});
     return manifest;
   } catch (const nlohmann::json::exception& error) {
     fail(error.what());

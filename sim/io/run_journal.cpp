@@ -116,7 +116,7 @@ bool RunJournal::parse_line(std::string_view line, bool is_first) {
   try {
     if (is_first) {
       const double frame = object.at("first_frame").get<double>();
-      if (object.at("journal") != 1 || !(frame >= 0 && frame <= most_frames + 1.0)) return false;
+      if (object.at("journal") != 1 || !(frame >= 0 && frame <= max_frames + 1.0)) return false;
       first_frame_ = static_cast<int>(frame);
       return true;
     }

@@ -51,8 +51,8 @@ std::string stats_json(const FrameStats& stats) {
                             {"angular_momentum_defect", stage.angular_momentum_defect},
                             {"kinetic", stage.kinetic},
                             {"stored", stage.stored}};
-    object["pushed_mass"] = stats.pushed_mass;
-    object["pushed_moment"] = stats.pushed_moment;
+    object["pushed_mass"] = stats.max_mass_shift;
+    object["pushed_moment"] = stats.max_moment_shift;
   }
   for (const PinchStats& pinch : stats.pinched)
     object["pinched"].push_back({{"body", pinch.body},

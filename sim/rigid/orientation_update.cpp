@@ -12,9 +12,9 @@ namespace {
 // Longer pieces would need more terms.
 constexpr double longest_piece = 0.1;
 // Largest number of pieces: 6.4 rad, about a turn in a step. Longer turns are beyond what a step resolves.
-constexpr int most_pieces = 64;
+constexpr int max_pieces = 64;
 // Largest number of terms of the series: more than a piece needs.
-constexpr std::size_t most_terms = 24;
+constexpr std::size_t max_terms = 24;
 
 // Returns the product of the quaternions a and (0, b).
 Quat times_vector(const Quat& a, const Vec3& b) {
@@ -26,15 +26,15 @@ Quat times_vector(const Quat& a, const Vec3& b) {
 // `dt`. Term k of each series includes its factor dt^k. Afterwards m is scaled to its first length, which the
 // motion keeps.
 Quat advance(const Mat3& J, double dt, Vec3& m) {
-  constexpr double rounding = 0x1p-56;          // relative size of a term that double precision does not see
-  std::array<Vec3, most_terms> momentum, rate;  // terms of m and of J m
-  std::array<Quat, most_terms> turn;            // terms of the rotation
+  constexpr double rounding = 0x1p-56;         // relative size of a term that double precision does not see
+  std::array<Vec3, max_terms> momentum, rate;  // terms of m and of J m
+  std::array<Quat, max_terms> turn;            // terms of the rotation
   momentum[0] = m;
   rate[0] = J * m;
   turn[0] = Quat::Identity();
   Quat sum = turn[0];
   const double size = m.norm();
-  for (std::size_t k = 0; k + 1 < most_terms; ++k) {
+  for (std::size_t k = 0; k + 1 < max_terms; ++k) {
     Vec3 change = Vec3::Zero();
     Eigen::Vector4d turn_change = Eigen::Vector4d::Zero();
     for (std::size_t i = 0; i <= k; ++i) {
@@ -59,7 +59,7 @@ Quat free_rotation(const Mat3& inverse_inertia, const Vec3& L, double dt) {
   const Vec3 w = inverse_inertia * L;
   const double angle = std::abs(dt) * w.norm();
   if (angle == 0) return Quat::Identity();
-  if (!(angle < longest_piece * most_pieces)) return exponential(dt * w);
+  if (!(angle < longest_piece * max_pieces)) return exponential(dt * w);
   const int pieces = static_cast<int>(std::ceil(angle / longest_piece));
   Vec3 m = L;
   Quat rotation = Quat::Identity();

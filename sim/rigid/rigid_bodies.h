@@ -35,7 +35,7 @@ struct RigidProperties {
   std::vector<Vec3> samples;    ///< m, body space: points that are tested against other bodies' level sets
   std::vector<Vec3> inside;     ///< m, body space: per sample, a point that lies deeper inside the body
   std::vector<char> on_flat;    ///< per sample, 1 if it lies in a flat face
-  FeatureEdges ridges;          ///< feature edges, along which the body can touch between its samples
+  FeatureEdges feature_edges;   ///< feature edges, along which the body can touch between its samples
   double mass = 0,              ///< kg; 0: not dynamic
       inverse_mass = 0;         ///< 1/kg; 0: not dynamic
   Vec3 inertia = Vec3::Zero();  ///< kg m^2, principal moments

@@ -16,10 +16,10 @@ namespace {
 constexpr double large_mass_ratio = 100;
 // Distance of a skin from the contact surface above which a warning is given, as a fraction of the skin's
 // extent: three pixels if the body is 300 pixels wide.
-constexpr double most_of_extent = 0.01;
+constexpr double max_of_extent = 0.01;
 // Thickness of a mesh, in cells of its level set, below which a warning is given: such a mesh has hardly an
 // inside.
-constexpr double least_cells = 3;
+constexpr double min_cells = 3;
 // Steps per frame above which a warning is given: the frame takes minutes rather than seconds.
 constexpr int many_substeps = 1000;
 
@@ -72,7 +72,7 @@ void write_sizes(std::string& out, const WorldSizes& sizes) {
   for (const TetSize& mesh : sizes.tet_meshes)
     out += fmt::format(
         "  {} tetrahedra of {}: smallest altitude {:.3g} m, dihedral angles {:.1f} to {:.1f} degrees\n",
-        mesh.tets, sharers(mesh), mesh.smallest_altitude, mesh.least_angle, mesh.largest_angle);
+        mesh.tets, sharers(mesh), mesh.min_altitude, mesh.min_angle, mesh.max_angle);
   for (const SkinSize& skin : sizes.skins)
     out += fmt::format(
         "  {} triangles drawn of {}: at most {:.2g} m outside of the tetrahedra, which touch in their place, "
@@ -85,7 +85,7 @@ void write_sizes(std::string& out, const WorldSizes& sizes) {
 }
 
 // Returns why solver.relaxation does not raise the elastic bound.
-const char* why_not_lifted(const Solver& solver) {
+const char* why_not_relaxed(const Solver& solver) {
   if (solver.integration == Integration::implicit) return "elasticity is implicit";
   if (solver.compression == Compression::followed) return "compression is \"followed\"";
   return "no neo-Hookean material that is not incompressible, nor springs, are damped for so long";
@@ -103,7 +103,7 @@ void write_time(std::string& out, const Scene& scene, const WorldSizes& sizes,
                        sizes.undamped_elastic_dt, scene.solver.relaxation);
   else if (scene.solver.relaxation > 0)
     out += fmt::format("  (solver.relaxation = {:.4g} lifts nothing: {})\n", scene.solver.relaxation,
-                       why_not_lifted(scene.solver));
+                       why_not_relaxed(scene.solver));
   out += fmt::format("  at least {} substeps a frame of at most {:.4g} s; fast bodies that meet take more\n",
                      estimate.substeps_per_frame, estimate.time_step);
   out += fmt::format("  the first step is bounded by {}: {:.4g} s\n", sizes.time_step_bound, sizes.time_step);
@@ -204,7 +204,7 @@ std::string skin_warning(const SkinSize& skin) {
 std::vector<std::string> skin_warnings(const WorldSizes& sizes) {
   std::vector<std::string> found;
   for (const SkinSize& skin : sizes.skins)
-    if (std::max(skin.outside, skin.inside) > most_of_extent * skin.extent)
+    if (std::max(skin.outside, skin.inside) > max_of_extent * skin.extent)
       found.push_back(skin_warning(skin));
   return found;
 }
@@ -228,13 +228,13 @@ std::vector<std::string> warnings(const Scene& scene, const EffectPlan& plan, co
     found.emplace_back(
         "incompressible bodies in contact may gain energy with solver.velocity_constraints = "
         "\"before_solve\": use \"after_solve\"");
-  for (const InitialOverlap& overlap : sizes.initial_overlaps) found.push_back(describe_parting(overlap));
+  for (const InitialOverlap& overlap : sizes.initial_overlaps) found.push_back(describe_separation(overlap));
   for (const GridSize& grid : sizes.grids)
-    if (grid.thickness < least_cells * grid.spacing)
+    if (grid.thickness < min_cells * grid.spacing)
       found.push_back(fmt::format(
           "the mesh of {} is at its thickest {:.3g} m, less than {:.0f} cells of its level set: raise "
           "shape.cells, or other bodies may pass through",
-          sharers(grid), grid.thickness, least_cells));
+          sharers(grid), grid.thickness, min_cells));
   for (std::string& warning : skin_warnings(sizes)) found.push_back(std::move(warning));
   if (std::string warning = step_warning(scene, sizes); !warning.empty()) found.push_back(std::move(warning));
   for (const PlannedEffect& planned : plan.effects)
@@ -275,8 +275,8 @@ nlohmann::json explain_json(const Scene& scene, const EffectPlan& plan, const Wo
     tet_meshes.push_back({{"body", mesh.body},
                           {"bodies", mesh.bodies},
                           {"tets", mesh.tets},
-                          {"smallest_altitude", mesh.smallest_altitude},
-                          {"dihedral_angles", {mesh.least_angle, mesh.largest_angle}}});
+                          {"smallest_altitude", mesh.min_altitude},
+                          {"dihedral_angles", {mesh.min_angle, mesh.max_angle}}});
   json skins = json::array();
   for (const SkinSize& skin : sizes.skins)
     skins.push_back({{"body", skin.body},

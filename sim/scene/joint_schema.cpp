@@ -4,7 +4,7 @@
 namespace duet::scene {
 namespace {
 
-constexpr double most_seed = 2e9;  // fits into an int
+constexpr double max_seed = 2e9;  // fits into an int
 
 // Bounds of the angle of a joint, degrees.
 const Bounds turns{.lower = -180, .upper = 180};
@@ -70,7 +70,7 @@ Key control_key(Joint& joint) {
 
 }  // namespace
 
-std::vector<Key> keys(TargetSwing& swing) {
+std::vector<Key> keys(TargetSinusoid& swing) {
   return {
       {"turn", &swing.turn, "degrees", any, "amplitude, a rotation vector in the joint's axes"},
       {"travel", &swing.travel, "m", any, "amplitude along x; prismatic joints only"},
@@ -157,7 +157,7 @@ std::vector<Key> keys(Instance& instance) {
               {"turn", &scatter.turn, "", any, "with random rotations"}},
              &instance.has_scatter},
        "", any, "many at random places, clear of each other and of all scattered before"},
-      {"seed", &instance.seed, "", Bounds{.lower = 0, .upper = most_seed}, "of the random numbers"},
+      {"seed", &instance.seed, "", Bounds{.lower = 0, .upper = max_seed}, "of the random numbers"},
   };
 }
 

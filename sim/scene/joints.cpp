@@ -32,7 +32,7 @@ duet::JointTarget target(const JointTarget& from, bool travels) {
   duet::JointTarget to;
   to.start = from.start;
   to.constant = value(from.turn, from.travel);
-  for (const TargetSwing& swing : from.sinusoid)
+  for (const TargetSinusoid& swing : from.sinusoid)
     to.sinusoids.push_back({value(swing.turn, swing.travel), swing.period, degree * swing.phase});
   std::vector<PositionKey> keys;
   for (const TargetKey& key : from.keyframes) keys.push_back({key.time, value(key.turn, key.travel)});

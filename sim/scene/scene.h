@@ -298,7 +298,7 @@ struct Interval {
 };
 
 /// A sinusoidal part of a joint's target.
-struct TargetSwing {
+struct TargetSinusoid {
   Vec3 turn = Vec3::Zero();  ///< Amplitude as a rotation vector in the joint's axes, degrees.
   double travel = 0;         ///< Amplitude along x of a prismatic joint, m.
   double period = 1;         ///< Period, s.
@@ -325,13 +325,13 @@ struct TargetWave {
 /// Target of a controlled joint: the sum of a constant and of functions of time; see duet::JointTarget.
 struct JointTarget {
   double start = 0;  ///< Time at which the functions of time begin, s; before, the target grows linearly.
-  Vec3 turn = Vec3::Zero();           ///< Constant part: rotation vector in the joint's axes, degrees.
-  double travel = 0;                  ///< Constant part along x of a prismatic joint, m.
-  std::vector<TargetSwing> sinusoid;  ///< Sinusoidal parts.
-  std::vector<TargetKey> keyframes;   ///< Keyframes of one part, smooth between them; may be empty.
-  bool loop = false;                  ///< True if the keyframes repeat.
-  bool has_wave = false;              ///< True if `wave` is given.
-  TargetWave wave;                    ///< Traveling wave; used if `has_wave`.
+  Vec3 turn = Vec3::Zero();              ///< Constant part: rotation vector in the joint's axes, degrees.
+  double travel = 0;                     ///< Constant part along x of a prismatic joint, m.
+  std::vector<TargetSinusoid> sinusoid;  ///< Sinusoidal parts.
+  std::vector<TargetKey> keyframes;      ///< Keyframes of one part, smooth between them; may be empty.
+  bool loop = false;                     ///< True if the keyframes repeat.
+  bool has_wave = false;                 ///< True if `wave` is given.
+  TargetWave wave;                       ///< Traveling wave; used if `has_wave`.
 };
 
 /// Proportional-derivative control of a joint: its error e obeys e'' + damping e' + gain e = 0.
@@ -528,7 +528,7 @@ struct Look {
   /// Round spots of `color2`: u, v and radius in texture coordinates.
   std::vector<Vec3> spots;
   /// Largest number of spots; the renderer's shaders hold this many.
-  static constexpr std::size_t most_spots = 16;
+  static constexpr std::size_t max_spots = 16;
 };
 
 /// Meaning of the colors of deformable bodies.

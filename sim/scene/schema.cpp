@@ -149,9 +149,9 @@ std::vector<Key> keys(Scene& scene) {
   return {
       {"title", &scene.title, "", any, "what the scene shows"},
       {"figure", &scene.figure, "", any, "the figure of the paper that the scene follows"},
-      {"frames", &scene.frames, "", between(1, most_frames),
+      {"frames", &scene.frames, "", between(1, max_frames),
        "frames to simulate; frame 0, the initial state, comes on top"},
-      {"fps", &scene.fps, "1/s", between(least_fps, most_fps), "frames per simulated second"},
+      {"fps", &scene.fps, "1/s", between(min_fps, max_fps), "frames per simulated second"},
       {"gravity", &scene.gravity, "m/s^2", any, "acceleration of all bodies; y is up"},
   };
 }

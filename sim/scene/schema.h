@@ -159,7 +159,7 @@ std::vector<Key> keys(RigidEntry& entry);
 /// Returns the keys of a table [[deformable]].
 std::vector<Key> keys(DeformableEntry& entry);
 /// Returns the keys of an element of `control.target.sinusoid`.
-std::vector<Key> keys(TargetSwing& swing);
+std::vector<Key> keys(TargetSinusoid& swing);
 /// Returns the keys of an element of `control.target.keyframes`.
 std::vector<Key> keys(TargetKey& key);
 /// Returns the keys of a table [[joints]].

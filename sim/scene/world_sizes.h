@@ -19,12 +19,12 @@ struct GridSize {
 };
 /// Size of the tetrahedral mesh that all bodies of one shape share.
 struct TetSize {
-  std::string body;              ///< Name of the first of these bodies.
-  int bodies = 0;                ///< Number of these bodies.
-  int tets = 0;                  ///< Number of tetrahedra.
-  double smallest_altitude = 0;  ///< Smallest altitude of a tetrahedron, m; it bounds the time step.
-  double least_angle = 0,        ///< Smallest dihedral angle of a tetrahedron, degrees.
-      largest_angle = 0;         ///< Largest dihedral angle of a tetrahedron, degrees.
+  std::string body;         ///< Name of the first of these bodies.
+  int bodies = 0;           ///< Number of these bodies.
+  int tets = 0;             ///< Number of tetrahedra.
+  double min_altitude = 0;  ///< Smallest altitude of a tetrahedron, m; it bounds the time step.
+  double min_angle = 0,     ///< Smallest dihedral angle of a tetrahedron, degrees.
+      max_angle = 0;        ///< Largest dihedral angle of a tetrahedron, degrees.
 };
 /// Size of a skin that is drawn in place of the boundary of the tetrahedra, while that boundary is in
 /// contact.

@@ -109,8 +109,8 @@ struct FrameStats {
   std::uint64_t hash = 0;                ///< Hash of the bytes of Simulation::save_state().
   std::vector<LedgerStats> ledger;       ///< Empty unless Simulation::keep_ledger() was called.
   std::vector<PinchStats> pinched;       ///< Empty unless a body was pinched in the frame.
-  double pushed_mass = 0,  ///< Largest |sum m dx| by push-out in a step, kg m; 0 without the ledger.
-      pushed_moment = 0;   ///< Largest |sum m x * dx + I theta| by it, kg m^2; 0 without the ledger.
+  double max_mass_shift = 0,  ///< Largest |sum m dx| by push-out in a step, kg m; 0 without the ledger.
+      max_moment_shift = 0;   ///< Largest |sum m x * dx + I theta| by it, kg m^2; 0 without the ledger.
 };
 
 }  // namespace duet

@@ -33,7 +33,7 @@ class Look {
   void at_triangle(const Vec3& a, const Vec3& b, const Vec3& c, double around, Deepest& deepest) const {
     const Vec3 middle = (a + b + c) / 3;
     const double radius = std::max({(a - middle).norm(), (b - middle).norm(), (c - middle).norm()});
-    if (least_distance(middle) - radius - around >= deepest.distance) return;
+    if (min_distance(middle) - radius - around >= deepest.distance) return;
     const double ab = (b - a).norm(), bc = (c - b).norm(), ca = (a - c).norm();
     if (std::max({ab, bc, ca}) <= spacing_) {
       for (const Vec3& x : {middle, a, b, c}) at(x, around, deepest);
@@ -47,14 +47,14 @@ class Look {
 
  private:
   // Returns a cheap lower bound of the distance (m) of `x` from the host.
-  double least_distance(const Vec3& x) const {
+  double min_distance(const Vec3& x) const {
     const double outside = bounds_.is_half_space ? 0 : world_box(bounds_, 0).exteriorDistance(x);
     return outside > 0 ? outside : shape_.distance(pose_.to_body(x)) - shape_.tolerance();
   }
 
   // Updates `deepest` by one point.
   void at(const Vec3& x, double around, Deepest& deepest) const {
-    if (least_distance(x) - around >= deepest.distance) return;
+    if (min_distance(x) - around >= deepest.distance) return;
     const double distance = shape_.exact(pose_.to_body(x)).distance - around;
     if (distance < deepest.distance) deepest = {distance, x};
   }
@@ -93,11 +93,11 @@ class Finder {
   Overlaps look(const BodyPair& pair) const {
     Overlaps found;
     if (pair.guest_rigid < 0) {
-      if (!never_touch_deformable(bodies_, pair.host, pair.guest_deformable)) {
+      if (!is_excluded_deformable(bodies_, pair.host, pair.guest_deformable)) {
         const DeformableBody& guest = bodies_.deformable[as_index(pair.guest_deformable)];
         found.deformable = overlap(of_deformable(guest, pair.host), guest.name, pair.host);
       }
-    } else if (!never_touch(bodies_, pair.host, pair.guest_rigid)) {
+    } else if (!is_excluded(bodies_, pair.host, pair.guest_rigid)) {
       const DeepestOverlap one = overlap(of_rigid(pair.guest_rigid, pair.host),
                                          bodies_.rigid.name[as_index(pair.guest_rigid)], pair.host);
       const DeepestOverlap other = overlap(of_rigid(pair.host, pair.guest_rigid),

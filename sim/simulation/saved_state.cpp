@@ -12,7 +12,7 @@
 
 #include "sim/base/error.h"
 #include "sim/base/index.h"
-#include "sim/contact/detection/deepest_point.h"
+#include "sim/contact/detection/shape_support_point.h"
 
 namespace duet {
 namespace {
@@ -20,9 +20,9 @@ namespace {
 // Calls visit(pointer, bytes) for every number that the next step reads, in a fixed order. Cached contacts
 // are not among them: they follow at the end of a saved state.
 template <class Visit>
-void visit_state(World& world, std::int64_t& frame, double& squared_frequency, Visit&& visit) {
+void visit_state(World& world, std::int64_t& frame, double& omega_squared, Visit&& visit) {
   visit(&frame, sizeof frame);
-  visit(&squared_frequency, sizeof squared_frequency);
+  visit(&omega_squared, sizeof omega_squared);
   Particles& particles = world.bodies.particles;
   visit(particles.x.data(), particles.x.size() * sizeof(Vec3));
   visit(particles.v.data(), particles.v.size() * sizeof(Vec3));
@@ -37,7 +37,7 @@ void visit_state(World& world, std::int64_t& frame, double& squared_frequency, V
   GeneralizedVelocity& acceleration = world.context.acceleration;
   for (std::vector<Vec3>* values : {&acceleration.particle, &acceleration.linear, &acceleration.angular})
     visit(values->data(), values->size() * sizeof(Vec3));
-  std::vector<double>& pressure = world.context.held_pressure;
+  std::vector<double>& pressure = world.context.pressure_n;
   visit(pressure.data(), pressure.size() * sizeof(double));
 }
 
@@ -138,7 +138,7 @@ void check_contact(const Bodies& bodies, const CachedContact& contact, std::size
     refuse("contact {} acted for no time", number);
   check_lowest(contact.edge, number);
   if (contact.guest_rigid < 0) return check_soft_guest(bodies, contact, number);
-  if (contact.guest_point < 0 && deepest_numbers(rigid.properties[as_index(contact.guest_rigid)].shape) == 0)
+  if (contact.guest_point < 0 && support_numbers(rigid.properties[as_index(contact.guest_rigid)].shape) == 0)
     refuse("contact {} is of a deepest point of `{}`, which has none", number,
            rigid.name[as_index(contact.guest_rigid)]);
 }
@@ -151,7 +151,7 @@ auto name_of(const CachedContact& contact) {
 }  // namespace
 
 void pack_state(World& world, std::int64_t frame, std::vector<unsigned char>& bytes) {
-  double frequency = world.bodies.forces.max_squared_frequency();
+  double frequency = world.bodies.forces.max_omega_squared();
   const ContactCache& memory = world.context.memory;
   std::size_t size = memory.size() * sizeof(CachedContact), at = 0;
   visit_state(world, frame, frequency, [&](const void*, std::size_t more) { size += more; });
@@ -190,7 +190,7 @@ void unpack_state(const std::vector<unsigned char>& bytes, World& world, std::in
 void check_state(const World& loaded, std::int64_t frame, const std::vector<RigidState>& built) {
   const Bodies& bodies = loaded.bodies;
   if (frame < 0 || frame >= std::numeric_limits<int>::max()) refuse("it is of frame {}", frame);
-  const double frequency = bodies.forces.max_squared_frequency();
+  const double frequency = bodies.forces.max_omega_squared();
   if (!(frequency >= 0 && is_sound(frequency))) refuse("its bound on frequencies is not finite");
   check_particles(loaded);
   check_rigid(bodies.rigid, built);
@@ -198,7 +198,7 @@ void check_state(const World& loaded, std::int64_t frame, const std::vector<Rigi
   for (const std::vector<Vec3>* values :
        {&acceleration.particle, &acceleration.linear, &acceleration.angular})
     check_all(std::span(*values), "the last solve", "acceleration");
-  check_all(std::span<const double>(loaded.context.held_pressure), "the last solve", "pressure");
+  check_all(std::span<const double>(loaded.context.pressure_n), "the last solve", "pressure");
   const ContactCache& memory = loaded.context.memory;
   for (std::size_t i = 0; i < memory.size(); ++i) check_contact(bodies, memory[i], i);
   if (!std::is_sorted(memory.begin(), memory.end(),

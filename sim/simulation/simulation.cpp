@@ -30,10 +30,10 @@ namespace {
 
 // Shortest step that is retried after a failure, as a fraction of the step that the rule allows; if it fails
 // too, the simulation ends. Smaller values retry longer before they give up.
-constexpr double smallest_retry = 1.0 / 64;
+constexpr double min_retry = 1.0 / 64;
 // Steps longer than this fraction of the rule's step may be refused as too long for joints or energy. Shorter
-// ones are taken as they come out, so that refusals end before `smallest_retry` is reached.
-constexpr double least_refused = 1.0 / 32;
+// ones are taken as they come out, so that refusals end before `min_retry` is reached.
+constexpr double min_refused = 1.0 / 32;
 
 }  // namespace
 
@@ -48,7 +48,7 @@ struct Simulation::Impl {
   // matrices at rest (1/m).
   std::vector<Tet> spring_tets;
   std::vector<Mat3> spring_inverse_rest;
-  Parting parting;                          // displacements that part the bodies that overlap at frame 0
+  InitialSeparation parting;                // displacements that part the bodies that overlap at frame 0
   const std::atomic<bool>* stop = nullptr;  // flag of stop_when(), or null
 
   World& world() { return built.world; }
@@ -126,7 +126,7 @@ struct Simulation::Impl {
       const double dt = (end - time) / steps;
       if (takes_too_many(steps)) refuse_frame(time, dt, steps);
       try {
-        refusal.is_allowed = share > least_refused;
+        refusal.is_allowed = share > min_refused;
         if (!step(world(), time, dt, &refusal)) {
           share /= 2;
           continue;
@@ -134,7 +134,7 @@ struct Simulation::Impl {
       } catch (SimulationError& error) {
         restore_step_start(world());
         share /= 2;
-        if (share >= smallest_retry) continue;
+        if (share >= min_retry) continue;
         error.fault().time = time;
         error.fault().frame = static_cast<int>(frame) + 1;
         error.fault().substep = stats.substeps;
@@ -219,7 +219,7 @@ struct Simulation::Impl {
     stats.min_det_F = strain.min_det;
     stats.inverted = strain.inverted;
     stats.max_stretch = strain.max_stretch;
-    stats.volume_error = bodies.one_rings.volume_error(bodies.particles.x);
+    stats.volume_error = bodies.nodal_volumes.volume_error(bodies.particles.x);
     stats.kinetic = kinetic_energy(bodies);
     stats.potential = gravitational_energy(bodies, world().gravity);
     stats.elastic = world().has_internal_forces() ? bodies.forces.energy(bodies.particles.x) : 0;
@@ -259,8 +259,8 @@ struct Simulation::Impl {
     for (const StageRow& row : stage_rows)
       if (StepLedger::counts(row.stage)) add(row.label, ledger[row.stage]);
     add("step", ledger.whole_step());
-    stats.pushed_mass = ledger.push_out().linear_largest;
-    stats.pushed_moment = ledger.push_out().angular_largest;
+    stats.max_mass_shift = ledger.push_out().linear_largest;
+    stats.max_moment_shift = ledger.push_out().angular_largest;
   }
 };
 
@@ -269,7 +269,7 @@ Simulation::Simulation(const scene::Scene& scene, const EffectSet& plan) : impl_
   impl_->scene = scene;
   impl_->take_spring_tets();
   check_finite(impl_->world(), "0 initial state");
-  impl_->parting = part_bodies(impl_->world(), impl_->rigid_surfaces());
+  impl_->parting = separate_overlapping_bodies(impl_->world(), impl_->rigid_surfaces());
   if (scene.solver.initial_overlap == scene::OverlapPolicy::refuse && !impl_->parting.overlaps.empty())
     impl_->refuse_overlaps();
   impl_->world().settings.push_out.overlapping = impl_->parting.left;
@@ -510,9 +510,9 @@ WorldSizes Simulation::sizes() const {
   sizes.skins = impl_->built.skins;
   sizes.particles = static_cast<int>(bodies.particles.size());
   sizes.tets = static_cast<int>(bodies.forces.elements.size());
-  if (bodies.forces.rest_squared_frequency() > 0) {
-    sizes.elastic_dt = 2 / std::sqrt(bodies.forces.rest_squared_frequency());
-    sizes.undamped_elastic_dt = 2 / std::sqrt(bodies.forces.elastic_squared_frequency());
+  if (bodies.forces.rest_omega_squared() > 0) {
+    sizes.elastic_dt = 2 / std::sqrt(bodies.forces.rest_omega_squared());
+    sizes.undamped_elastic_dt = 2 / std::sqrt(bodies.forces.elastic_omega_squared());
   }
   if (!std::isfinite(sizes.lightest)) sizes.lightest = 0;
   return sizes;

@@ -19,7 +19,7 @@ constexpr double stiffness_share = 100;
 // Least mass of a rigid body in the choice of stiffness, over that of the heaviest body on its island. The
 // heaviest body may lean on it, and a stiffness by the mass of a light body alone would give way under the
 // load.
-constexpr double least_mass_share = 0.1;
+constexpr double min_mass_share = 0.1;
 
 // Returns the tangential part of `v`.
 Vec3 tangent_of(const Vec3& v, const Vec3& normal) { return v - v.dot(normal) * normal; }
@@ -165,7 +165,7 @@ Mat3 ContactForces::rigid_response(int body, const Vec3& arm, const Islands& isl
   const auto b = as_index(body);
   const RigidProperties& properties = bodies_->rigid.properties[b];
   if (!properties.is_dynamic()) return Mat3::Zero();
-  const double least = least_mass_share * heaviest_[as_index(islands.of_rigid(b))];
+  const double least = min_mass_share * heaviest_[as_index(islands.of_rigid(b))];
   return std::min(1.0, properties.mass / least) *
          impulse_factor(bodies_->rigid.state[b], properties.inverse_mass, arm);
 }
@@ -201,7 +201,7 @@ void ContactForces::add_pairs(const Bodies& bodies, const std::vector<RepulsionP
             .path_velocity = Vec3::Zero(),
             .target = (lacking > 0 ? part_share : 1) * lacking / seconds,
             .friction = pair.friction,
-            .multiplier = factor * remembered_impulse(pair)};
+            .multiplier = factor * cached_impulse(pair)};
     Mat3 K = response_of(row.point, own);
     const std::size_t a = body_of(bodies, pair.particle.front()), b = body_of(bodies, pair.particle.back());
     K.diagonal().array() += 1 / bodies.deformable[a].mass + 1 / bodies.deformable[b].mass;
@@ -211,14 +211,14 @@ void ContactForces::add_pairs(const Bodies& bodies, const std::vector<RepulsionP
   }
 }
 
-void ContactForces::remember_pairs() {
+void ContactForces::store_pairs() {
   for (const Row& row : rows_)
     if (row.pair >= 0 && !row.impulse.isZero(0)) remembered_.push_back({row.point.particle, row.impulse});
   std::sort(remembered_.begin(), remembered_.end(),
             [](const PairImpulse& a, const PairImpulse& b) { return a.particle < b.particle; });
 }
 
-Vec3 ContactForces::remembered_impulse(const RepulsionPair& pair) const {
+Vec3 ContactForces::cached_impulse(const RepulsionPair& pair) const {
   const auto found = std::lower_bound(
       remembered_.begin(), remembered_.end(), pair.particle,
       [](const PairImpulse& a, const std::array<int, 4>& particle) { return a.particle < particle; });
@@ -352,7 +352,7 @@ void ContactForces::add_blocks(std::vector<SymmetricBlock>& particle, std::vecto
   }
 }
 
-void ContactForces::settle() {
+void ContactForces::update_multipliers() {
   for (Row& row : rows_) row.multiplier = row.impulse;
 }
 

@@ -30,7 +30,7 @@ class ContactForces {
              const Islands& islands, double factor, const std::vector<SymmetricBlock>& own);
   /// Adds pairs of deformable surfaces on searched `islands`. A pair may come as near as its thickness h
   /// within `seconds` (s). A pair that is nearer than h has to separate in that time by the fraction
-  /// `part_share` of what it lacks. The multipliers start at `factor` times the impulses of remember_pairs().
+  /// `part_share` of what it lacks. The multipliers start at `factor` times the impulses of store_pairs().
   /// The impulses of a pair act at its two points; a rotation of its particles as a whole keeps angular
   /// momentum.
   void add_pairs(const Bodies& bodies, const std::vector<RepulsionPair>& pairs, const Islands& islands,
@@ -39,7 +39,7 @@ class ContactForces {
   void forget_pairs() { remembered_.clear(); }
   /// Remembers the impulses of pairs of surfaces for a later solve with the same pairs: step V starts with
   /// those of step III.
-  void remember_pairs();
+  void store_pairs();
   /// Removes all contacts and pairs.
   void clear() {
     rows_.clear();
@@ -74,7 +74,7 @@ class ContactForces {
   /// body (kg, kg m, kg m^2).
   void add_blocks(std::vector<SymmetricBlock>& particle, std::vector<Mat6>& rigid) const;
   /// Sets the multipliers to the impulses.
-  void settle();
+  void update_multipliers();
   /// Sets the impulses of contacts to `factor` times the impulses here. Sets those of contacts out of reach
   /// to zero, which would otherwise keep the impulse of an earlier solve.
   void store(double factor, ContactSet& contacts) const;
@@ -106,7 +106,7 @@ class ContactForces {
     std::array<int, 4> particle;
     Vec3 impulse;  // N s
   };
-  Vec3 remembered_impulse(const RepulsionPair& pair) const;
+  Vec3 cached_impulse(const RepulsionPair& pair) const;
   // Returns the relative velocity of a row, m/s, without its path velocity.
   Vec3 velocity_of(const Row& row, const GeneralizedVelocity& v) const;
   Vec3 slope(const Row& row, const Vec3& velocity) const;

@@ -166,7 +166,7 @@ class Search {
 
 }  // namespace
 
-CgResult solve_islands(VelocitySystem& system, ContactProjection* projection, DampedMasses& masses, bool anew,
+CgResult solve_islands(VelocitySystem& system, ContactProjection* projection, BlockJacobi& masses, bool anew,
                        Islands& islands, const GeneralizedVelocity& b, double tolerance, int max_iterations,
                        GeneralizedVelocity& x, IslandSearch& scratch) {
   GeneralizedVelocity &r = scratch.residual, &s = scratch.direction, &q = scratch.image;
@@ -189,7 +189,7 @@ CgResult solve_islands(VelocitySystem& system, ContactProjection* projection, Da
 
   const Limits limits(system, projection, islands);
   system.use(masses, false);
-  system.weigh(r);
+  system.apply_preconditioner(r);
   if (projection) projection->use_inverse_masses(&masses.inverse);
   for (int i = 0; i < first_projections; ++i) system.project(r);
   search.measure(r);

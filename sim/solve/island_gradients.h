@@ -31,7 +31,7 @@ struct IslandSearch {
 /// particles if `anew`, else only where it has not been assembled yet. `system` and `projection` (or null)
 /// work with it until the function returns. On return `islands` has no searched island that has converged.
 /// The result holds the largest norm (m/s) of all islands.
-CgResult solve_islands(VelocitySystem& system, ContactProjection* projection, DampedMasses& masses, bool anew,
+CgResult solve_islands(VelocitySystem& system, ContactProjection* projection, BlockJacobi& masses, bool anew,
                        Islands& islands, const GeneralizedVelocity& b, double tolerance, int max_iterations,
                        GeneralizedVelocity& x, IslandSearch& search);
 

@@ -13,7 +13,7 @@ constexpr std::size_t grain = 2048;  // one-rings of one task
 
 // Least diagonal entry of a one-ring, over its value at rest. A one-ring that is compressed to less has no
 // direction left in which pressure could act.
-constexpr double least_diagonal = 1e-12;
+constexpr double min_diagonal = 1e-12;
 
 void set_zero(GeneralizedVelocity& v) {
   for (std::vector<Vec3>* values : {&v.particle, &v.linear, &v.angular})
@@ -24,7 +24,7 @@ void set_zero(GeneralizedVelocity& v) {
 // sides. It takes the sizes and densities of bodies and elements out of the problem.
 class PressureSystem {
  public:
-  PressureSystem(const OneRings& rings, const ContactProjection* projection, PressureScratch& scratch)
+  PressureSystem(const NodalVolumes& rings, const ContactProjection* projection, PressureScratch& scratch)
       : rings_(rings), projection_(projection), scratch_(scratch) {}
 
   // Sets scratch.change to the change of the velocities by the pressures s x, and scratch.scaled to s x.
@@ -78,14 +78,14 @@ class PressureSystem {
     });
   }
 
-  const OneRings& rings_;
+  const NodalVolumes& rings_;
   const ContactProjection* projection_;
   PressureScratch& scratch_;
 };
 
 // Sizes the scratch, and computes scales, tolerances and the right side.
 void prepare(const Bodies& bodies, double dt, const PressureSettings& settings, PressureScratch& scratch) {
-  const OneRings& rings = bodies.one_rings;
+  const NodalVolumes& rings = bodies.nodal_volumes;
   const std::size_t n = rings.size();
   for (std::vector<double>* values :
        {&scratch.pressure, &scratch.scale, &scratch.tolerance, &scratch.scaled, &scratch.right_side})
@@ -97,7 +97,7 @@ void prepare(const Bodies& bodies, double dt, const PressureSettings& settings, 
 
   for (std::size_t i = 0; i < n; ++i) {
     const double diagonal = rings.diagonal(i);
-    const bool acts = diagonal > least_diagonal * rings.rest_diagonal(i);
+    const bool acts = diagonal > min_diagonal * rings.rest_diagonal(i);
     scratch.scale[i] = acts ? 1 / std::sqrt(diagonal) : 0;
     scratch.tolerance[i] = acts ? std::sqrt(diagonal) * dt / (settings.tolerance * rings.rest_volume(i)) : 0;
     scratch.right_side[i] = scratch.scale[i] * scratch.rate[i];
@@ -109,7 +109,7 @@ void prepare(const Bodies& bodies, double dt, const PressureSettings& settings, 
 CgResult find_pressures(const Bodies& bodies, const ContactProjection* projection, double dt,
                         const PressureSettings& settings, PressureScratch& scratch) {
   prepare(bodies, dt, settings, scratch);
-  PressureSystem system(bodies.one_rings, projection, scratch);
+  PressureSystem system(bodies.nodal_volumes, projection, scratch);
   const double tolerance = std::max(1.0, settings.reduction * system.norm(scratch.right_side));
   const CgResult result =
       conjugate_residual(system, scratch.right_side, tolerance, settings.iterations, scratch.pressure,

@@ -35,9 +35,9 @@ struct PressureScratch {
 /// Finds the pressures q that change the rates D v of the one-rings of `bodies` by `scratch.rate`:
 ///   D P M^-1 D^T q = rate,
 /// to within the tolerance for a step of `dt` (s), and sets `scratch.change` to P M^-1 D^T q. D is the
-/// divergence at the last linearization of `bodies.one_rings`. A null `projection` means no contact: P = 1.
-/// If the iterations do not suffice, the result is the best so far. Momentum is kept in any case, because the
-/// impulses are internal, or those of contacts, which are equal and opposite.
+/// divergence at the last linearization of `bodies.nodal_volumes`. A null `projection` means no contact: P
+/// = 1. If the iterations do not suffice, the result is the best so far. Momentum is kept in any case,
+/// because the impulses are internal, or those of contacts, which are equal and opposite.
 CgResult find_pressures(const Bodies& bodies, const ContactProjection* projection, double dt,
                         const PressureSettings& settings, PressureScratch& scratch);
 

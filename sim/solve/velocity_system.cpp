@@ -76,7 +76,7 @@ void VelocitySystem::limit_to(const Islands* islands) {
   bodies_.forces.limit_to(islands ? &islands->mask() : nullptr);
 }
 
-void VelocitySystem::use(DampedMasses& masses, bool anew) {
+void VelocitySystem::use(BlockJacobi& masses, bool anew) {
   masses_ = &masses;
   const Particles& particles = bodies_.particles;
   masses.mass.resize(particles.size());
@@ -107,7 +107,7 @@ void VelocitySystem::use(DampedMasses& masses, bool anew) {
   });
 }
 
-void VelocitySystem::weigh(GeneralizedVelocity& right_side) const {
+void VelocitySystem::apply_preconditioner(GeneralizedVelocity& right_side) const {
   if (!masses_) return;
   const Particles& particles = bodies_.particles;
   for_each_range(right_side.particle.size(), [&](std::size_t begin, std::size_t end) {

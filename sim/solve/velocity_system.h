@@ -14,7 +14,7 @@ namespace duet {
 /// damping. In the inner product of these masses the operator is nearer to the identity, so that conjugate
 /// gradients in it are preconditioned. The projection works in the same inner product, so that it is
 /// self-adjoint there even if its sweeps have not converged.
-struct DampedMasses {
+struct BlockJacobi {
   std::vector<SymmetricBlock> mass,  ///< For each particle: m + dt C, kg.
       inverse;                       ///< For each particle: inverse of `mass`, 1/kg; zero if it is held.
   ParticleMask known,                ///< Particles whose blocks have been assembled.
@@ -44,13 +44,13 @@ class VelocitySystem {
 
   /// Makes the system work in the inner product of `masses`, as the projection must, too. Assembles the
   /// blocks that are needed and missing for the present deformation; if `anew`, assembles all needed blocks
-  /// again. The right side, or a residual, must then go through weigh().
-  void use(DampedMasses& masses, bool anew);
+  /// again. The right side, or a residual, must then go through apply_preconditioner().
+  void use(BlockJacobi& masses, bool anew);
   /// Marks all blocks of `masses` as missing.
-  static void forget(DampedMasses& masses) { masses.known.clear(); }
+  static void forget(BlockJacobi& masses) { masses.known.clear(); }
   /// Multiplies the particles of a right side or residual by (m + dt C)^-1 m, which takes it to the inner
   /// product of use(). Does nothing without use().
-  void weigh(GeneralizedVelocity& right_side) const;
+  void apply_preconditioner(GeneralizedVelocity& right_side) const;
   /// Limits all functions to the particles of searched `islands`, until the next call. Values of other
   /// particles are then undefined. Null removes the limit.
   void limit_to(const Islands* islands);
@@ -139,7 +139,7 @@ class VelocitySystem {
   const Islands* islands_ = nullptr;
   std::vector<Vec3>& force_;
   std::vector<Vec3>*collected_ = nullptr, *collected_in_single_ = nullptr;
-  const DampedMasses* masses_ = nullptr;
+  const BlockJacobi* masses_ = nullptr;
   std::vector<Mat3>& inertia_;  // kg m^2, for each rigid body, world axes
 };
 

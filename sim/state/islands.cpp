@@ -8,25 +8,26 @@ namespace {
 // Largest number of particles of a range, which is one parallel task. Larger ranges balance worse among
 // threads; the partial sums of solves follow the ranges, so that another value changes results in the last
 // bits.
-constexpr std::size_t most_particles = 1024;
+constexpr std::size_t max_particles = 1024;
 
 }  // namespace
 
-// The structure is found once, because bodies keep their particles. The anchors of soft bindings (`tethers`)
-// lie in no body's range: they take the body of the particle that they are tethered to.
+// The structure is found once, because bodies keep their particles. The anchors of soft bindings
+// (`zero_length_springs`) lie in no body's range: they take the body of the particle that they are tethered
+// to.
 void Islands::find_structure(const Bodies& bodies) {
   if (node_of_.size() == bodies.particles.size()) return;
   node_of_.resize(bodies.particles.size());
   for (std::size_t d = 0; d < bodies.deformable.size(); ++d)
     for_each_particle(bodies.deformable[d],
                       [&](std::size_t p) { node_of_[p] = static_cast<int>(bodies.rigid.size() + d); });
-  for (const Tether& tether : bodies.forces.tethers.all())
+  for (const ZeroLengthSpring& tether : bodies.forces.zero_length_springs.all())
     node_of_[as_index(tether.b)] = node_of_[as_index(tether.a)];
   bodies_.clear();
   for (std::size_t p = 0; p < node_of_.size(); ++p) {
     const std::size_t node = as_index(node_of_[p]);
     const bool goes_on = !bodies_.empty() && bodies_.back().island == node &&
-                         bodies_.back().end - bodies_.back().begin < most_particles;
+                         bodies_.back().end - bodies_.back().begin < max_particles;
     if (goes_on)
       ++bodies_.back().end;
     else
@@ -46,7 +47,8 @@ void Islands::begin(const Bodies& bodies) {
     body_jointed_[as_index(joint.parent)] = body_jointed_[as_index(joint.child)] = true;
     join_rigid(joint.parent, joint.child);
   }
-  for (const BoundParticle& bound : bodies.bound) join(bound.body, node_of(static_cast<int>(bound.particle)));
+  for (const EmbeddedParticle& bound : bodies.bound)
+    join(bound.body, node_of(static_cast<int>(bound.particle)));
 }
 
 std::size_t Islands::root(std::size_t node) {

@@ -21,8 +21,8 @@ void advance_position(World& world, StepContext& context) {
 void push_out(World& world, StepContext& context) {
   const PushOutSettings& settings = world.settings.push_out;
   if (!settings.rigid_pairs && world.has(Effect::rigid_contact))
-    separate_rigid_bodies(world.bodies, context.linked.prepared(), context.graph, settings.iterations,
-                          context.contacts, context.separation_scratch);
+    separate_rigid_bodies(world.bodies, context.articulated_response.prepared(), context.graph,
+                          settings.iterations, context.contacts, context.separation_scratch);
   if (settings.rigid_pairs || world.has(Effect::rigid_deformable_contact))
     resolve_interpenetration(world.bodies, context.graph, settings, context.contacts,
                              context.push_out_scratch);

@@ -142,7 +142,7 @@ bool solve_with_damping(World& world, StepContext& context, double dt, ContactPr
   VelocitySystem system(world.bodies, dt, false, projection, context.damping_force, context.inertia);
   system.collect_forces(context.force, context.force_in_single);
   const CgResult result = solve_islands(
-      system, projection, context.damped_masses, anew, context.islands, context.right_side,
+      system, projection, context.block_jacobi, anew, context.islands, context.right_side,
       world.settings.cg_tolerance, world.settings.cg_iterations, context.solution, context.island_search);
   system.finish();
   world.counters.cg_iterations += result.iterations;
@@ -171,10 +171,10 @@ void solve_velocity(World& world, StepContext& context, double dt, ContactProjec
   follow_twists(world.bodies.bound, context.solution.linear, context.solution.angular,
                 context.solution.particle);
   satisfy_contacts(world.bodies, context, projection);
-  context.balanced = find_velocity(world, context, {.dt = dt, .is_elastic = true, .projection = projection});
+  context.converged = find_velocity(world, context, {.dt = dt, .is_elastic = true, .projection = projection});
 }
 
-void settle(const World& world, StepContext& context, bool after_contact) {
+void apply_rigid_fallback(const World& world, StepContext& context, bool after_contact) {
   const Particles& particles = world.bodies.particles;
   std::vector<Vec3>& whole = context.correction.particle;
   whole.resize(particles.size());
@@ -188,7 +188,7 @@ void settle(const World& world, StepContext& context, bool after_contact) {
   for (std::size_t p = 0; p < particles.size(); ++p) {
     whole[p] = 0.5 * (context.solution.particle[p] + whole[p]);
     taken += particles.mass[p] * (context.solution.particle[p] - whole[p]).squaredNorm();
-    left += particles.mass[p] * context.imbalance.particle[p].squaredNorm();
+    left += particles.mass[p] * context.newton_residual.particle[p].squaredNorm();
   }
   if (after_contact && left < taken) return;
   context.solution.particle = whole;
@@ -236,7 +236,7 @@ void advance_semi_implicitly(World& world, StepContext& context) {
   ContactProjection* projection = nullptr;
   if (world.has_internal_forces() && (!bodies.bound.empty() || !context.memory.empty())) {
     context.projection.build(bodies, context.memory, dt, world.settings.projection_sweeps,
-                             context.linked.prepare(bodies, context.joints, context.memory),
+                             context.articulated_response.prepare(bodies, context.joints, context.memory),
                              context.solved_bodies);
     projection = &context.projection;
     if (world.has(Effect::articulation)) {  // V of bound and touching particles depends on joints
@@ -266,7 +266,7 @@ void advance_implicitly(World& world, StepContext& context) {
   }
   solve_velocity(world, context, context.dt / 2, joints, false);
   bodies.particles.x = context.x_n;
-  if (!context.balanced) settle(world, context, false);
+  if (!context.converged) apply_rigid_fallback(world, context, false);
   VelocitySystem::subtract(context.solution, context.right_side, context.solved_change);
   bodies.particles.v = context.solution.particle;
   for (std::size_t i = 0; i < bodies.rigid.size(); ++i)

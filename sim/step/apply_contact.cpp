@@ -13,17 +13,18 @@ constexpr int cold_start = 10;
 constexpr int joint_rounds = 10,  // largest number of rounds in which contact and joints take turns
     joint_share = 4;              // in such a round contact gets its number of sweeps divided by this
 
-// Solves contact once in `round` (from 0) of the turns with joints. `linked` is the response of jointed
-// bodies, or null; if it knows all joints, the first round gets all sweeps.
-void sweep_contacts(World& world, StepContext& context, int round, ArticulatedResponse* linked) {
+// Solves contact once in `round` (from 0) of the turns with joints. `articulated_response` is the response of
+// jointed bodies, or null; if it knows all joints, the first round gets all sweeps.
+void sweep_contacts(World& world, StepContext& context, int round,
+                    ArticulatedResponse* articulated_response) {
   ContactSolveSettings settings = world.settings.contact;
   settings.fall = world.gravity.norm() * context.dt;
   if (round == 0) settings.cold_iterations = (cold_start - 1) * settings.iterations;
-  const bool knows_joints = linked && linked->is_complete();
+  const bool knows_joints = articulated_response && articulated_response->is_complete();
   if (world.has(Effect::articulation) && !(round == 0 && knows_joints))
     settings.iterations = (settings.iterations + joint_share - 1) / joint_share;
-  world.counters.contact_sweeps +=
-      solve_contact(world.bodies, context.graph, settings, context.contacts, context.contact_solve, linked);
+  world.counters.contact_sweeps += solve_contact(world.bodies, context.graph, settings, context.contacts,
+                                                 context.contact_solve, articulated_response);
   if (world.has(Effect::shock_propagation))
     world.clock.time(Stage::shock_propagation,
                      [&] { propagate_shocks(world.bodies, context.graph, settings, context.contacts); });
@@ -45,7 +46,8 @@ double solve_joints(World& world, StepContext& context, ContactSolve solve) {
 }  // namespace
 
 void control_joints(World& world, StepContext& context, ContactSolve solve) {
-  if (world.touches()) context.linked.prepare(world.bodies, context.joints, true, context.contacts);
+  if (world.touches())
+    context.articulated_response.prepare(world.bodies, context.joints, true, context.contacts);
   context.joints.begin_impulses(world.bodies.articulation,
                                 solve == ContactSolve::at_end ? context.dt : context.dt / 2);
   solve_joints(world, context, solve);
@@ -55,15 +57,15 @@ void control_joints(World& world, StepContext& context, ContactSolve solve) {
 // joints, one or two rounds are enough.
 void solve_contacts(World& world, StepContext& context, ContactSolve solve) {
   const bool joints = world.has(Effect::articulation);
-  ArticulatedResponse* linked = joints ? context.linked.prepared() : nullptr;
+  ArticulatedResponse* articulated_response = joints ? context.articulated_response.prepared() : nullptr;
   for (int round = 0; round < joint_rounds; ++round) {
     stop_if_asked();
-    if (linked) linked->begin(world.bodies.rigid);
-    sweep_contacts(world, context, round, linked);
+    if (articulated_response) articulated_response->begin(world.bodies.rigid);
+    sweep_contacts(world, context, round, articulated_response);
     if (!joints) break;
-    if (linked) linked->finish(world.bodies.rigid);
+    if (articulated_response) articulated_response->finish(world.bodies.rigid);
     double off = solve_joints(world, context, solve);
-    if (linked) off = linked->difference(world.bodies.rigid);
+    if (articulated_response) off = articulated_response->difference(world.bodies.rigid);
     if (off < world.settings.contact.tolerance) break;
   }
 }
@@ -71,16 +73,16 @@ void solve_contacts(World& world, StepContext& context, ContactSolve solve) {
 const ArticulatedResponse* link_active_contacts(World& world, StepContext& context) {
   for (ContactPoint& contact : context.contacts.points)
     if (!contact.impulse.isZero(0)) update_geometry(world.bodies, contact);
-  return context.linked.prepare(world.bodies, context.joints, false, context.contacts);
+  return context.articulated_response.prepare(world.bodies, context.joints, false, context.contacts);
 }
 
 void find_contact_graph(World& world, StepContext& context) {
   Bodies& bodies = world.bodies;
   build_contact_graph(bodies, world.gravity, world.has(Effect::rigid_contact), context.contacts,
                       context.graph);
-  if (world.has(Effect::shock_propagation)) separate_levels(context.contacts, context.graph);
+  if (world.has(Effect::shock_propagation)) build_shock_layers(context.contacts, context.graph);
   set_path_velocities(bodies, context.kinematic, context.graph, context.contacts);
-  predict_contacts(context.dt, world.settings.orientation, context.graph, bodies, context.contacts);
+  find_speculative_targets(context.dt, world.settings.orientation, context.graph, bodies, context.contacts);
 }
 
 void leave_contact_to_solve(World& world, StepContext& context) {

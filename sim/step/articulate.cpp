@@ -19,16 +19,16 @@ constexpr double joined = 1e-6;
 constexpr double turns_on = 1.5;
 // Largest energy error of the motion between the joints, as a fraction of its energy (FreeMotion::Outcome).
 // Steps that whip a body about miss a few percent and need to be shorter to follow it; other steps miss 1e-5.
-constexpr double largest_excess = 0.02;
+constexpr double max_excess = 0.02;
 // Least turn in a step, over solver.max_rotation, at which a shorter step is a remedy. The energy error grows
 // with the third power of the turn; in bodies at rest all that moves is rounding. It holds for positions that
 // do not fit without contact, too.
-constexpr double least_turn = 1e-3;
+constexpr double min_turn = 1e-3;
 // Least turn in a step in contact, over solver.max_rotation, at which a shorter step is a remedy for
 // positions that do not fit. They fit in a shorter step if a body is whipped about. At smaller turns contact
 // leaves them no room, as in a heap, and a step of a 32nd fits no better: a heap of 24 jointed rows took 48
 // steps in a frame instead of 6.
-constexpr double least_whip = 0.1;
+constexpr double min_whip = 0.1;
 
 // Throws the error for joints that are `gap` (m or rad) apart after the step.
 [[noreturn]] void fail(const World& world, double gap) {
@@ -64,7 +64,7 @@ void begin_joints(World& world, StepContext& context) {
   context.joints_from_outside = {};
   const RigidBodies& rigid = world.bodies.rigid;
   context.joints.update(world.bodies.articulation, rigid);
-  context.linked.outdate();
+  context.articulated_response.outdate();
   if (world.has(Effect::pd_control))
     context.joints.plan_control(world.bodies.articulation, rigid, context.time, context.dt);
   context.end_pose.resize(rigid.size());
@@ -74,15 +74,15 @@ void begin_joints(World& world, StepContext& context) {
 
 bool joints_turn_too_far(const World& world, const StepContext& context) {
   const bool in_contact = world.touches() && count_active(context.contacts, context.graph) > 0;
-  const double most = context.joints.fits() ? turns_on : in_contact ? least_whip : least_turn;
+  const double most = context.joints.fits() ? turns_on : in_contact ? min_whip : min_turn;
   return context.dt * fastest_turn(context, world.bodies.rigid.state) > most * world.settings.max_rotation;
 }
 
 bool joints_miss_energy(const World& world, const StepContext& context) {
-  if (!(context.joints_excess > largest_excess)) return false;
+  if (!(context.joints_excess > max_excess)) return false;
   const double rate =
       std::max(fastest_turn(context, context.rigid_n), fastest_turn(context, world.bodies.rigid.state));
-  return rate > least_turn * world.settings.max_rotation / context.dt;
+  return rate > min_turn * world.settings.max_rotation / context.dt;
 }
 
 // Interpenetration resolution has moved bodies one by one; joints are assembled again here. The velocities
@@ -108,7 +108,7 @@ void finish_positions(World& world, StepContext& context) {
   for (std::size_t i = 0; i < rigid.size(); ++i)
     update_orientation_dependents(rigid.state[i], rigid.properties[i]);
   context.joints.update(world.bodies.articulation, rigid);
-  context.linked.outdate();
+  context.articulated_response.outdate();
   context.joints.stabilize(rigid);
   context.joints_from_outside = from_outside;
   context.joints_from_outside +=

@@ -23,15 +23,16 @@ void return_to_start(World& world, StepContext& context) {
 // back, because stabilize_collided() solves for them and counts them.
 void collide(World& world, StepContext& context) {
   Bodies& bodies = world.bodies;
-  ArticulatedResponse* linked = world.has(Effect::articulation)
-                                    ? context.linked.prepare(bodies, context.joints, false, context.contacts)
-                                    : nullptr;
-  if (linked) linked->begin(bodies.rigid);
-  process_collisions(bodies, context.difference, context.dt, world.settings.collision, linked,
+  ArticulatedResponse* articulated_response =
+      world.has(Effect::articulation)
+          ? context.articulated_response.prepare(bodies, context.joints, false, context.contacts)
+          : nullptr;
+  if (articulated_response) articulated_response->begin(bodies.rigid);
+  process_collisions(bodies, context.difference, context.dt, world.settings.collision, articulated_response,
                      context.contacts, context.collision_scratch);
-  if (!linked) return;
-  linked->finish(bodies.rigid);
-  linked->release(context.contacts);
+  if (!articulated_response) return;
+  articulated_response->finish(bodies.rigid);
+  articulated_response->release(context.contacts);
 }
 
 void stabilize_collided(World& world, StepContext& context) { context.joints.stabilize(world.bodies.rigid); }

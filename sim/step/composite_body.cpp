@@ -19,7 +19,7 @@ Vec3 CompositeBody::arm(const Vec3& x) {
 void CompositeBody::add(double m, const Vec3& x, const Vec3& lacking) {
   const Vec3 r = arm(x);
   moments_.mass += m;
-  moments_.centre += m * r;
+  moments_.center += m * r;
   moments_.inertia += inertia_of_point(m, r);
   linear_ += m * lacking;
   angular_ += m * r.cross(lacking);
@@ -34,11 +34,11 @@ void CompositeBody::add_moment(const Vec3& x, const Vec3& impulse) { angular_ +=
 
 void CompositeBody::finish() {
   if (!(moments_.mass > 0)) return;
-  moments_.centre /= moments_.mass;
-  moments_.inertia -= inertia_of_point(moments_.mass, moments_.centre);
-  angular_ -= moments_.centre.cross(linear_);
+  moments_.center /= moments_.mass;
+  moments_.inertia -= inertia_of_point(moments_.mass, moments_.center);
+  angular_ -= moments_.center.cross(linear_);
   velocity_ = linear_ / moments_.mass;
-  turn_ = rate_of_turn(moments_, angular_);
+  turn_ = angular_velocity_of(moments_, angular_);
 }
 
 }  // namespace duet

@@ -24,7 +24,7 @@ class CompositeBody {
   /// Computes the rigid motion from all that was added.
   void finish();
   /// Returns the velocity (m/s) of the rigid motion at `x` (m); zero if no mass was added.
-  Vec3 velocity_at(const Vec3& x) const { return velocity_ + turn_.cross(x - place_ - moments_.centre); }
+  Vec3 velocity_at(const Vec3& x) const { return velocity_ + turn_.cross(x - place_ - moments_.center); }
   /// Returns the angular velocity (rad/s, world axes) of the rigid motion.
   const Vec3& turn() const { return turn_; }
 

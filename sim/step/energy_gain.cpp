@@ -27,9 +27,9 @@ constexpr double implicit_share = 2e-5, rigid_share = 1e-3;
 // step: contact lifts resting bodies by its tolerances.
 constexpr double rest_share = 0.02;
 
-// A shorter step is a remedy if it gains less than `least_help` of what the refused step gained. An implicit
+// A shorter step is a remedy if it gains less than `min_help` of what the refused step gained. An implicit
 // step is refused in any case if it gains more than `much` of kinetic and elastic energy.
-constexpr double least_help = 0.5, much = 2e-4;
+constexpr double min_help = 0.5, much = 2e-4;
 
 // Returns whether something does work that is not measured: motors, moving kinematic bodies, and bodies that
 // have overlapped since the start of the scene.
@@ -81,7 +81,7 @@ bool gains_energy(const World& world, const StoredEnergy& before, Refusal& refus
     allowed += rigid_share * now.moving + rest_share * 0.5 * mass * fall * fall;
   }
   if (!(gain > allowed)) return false;
-  const bool helps = gain < least_help * refusal.gain || (is_implicit && gain > much * now.moving);
+  const bool helps = gain < min_help * refusal.gain || (is_implicit && gain > much * now.moving);
   refusal.gain = gain;
   return helps;
 }

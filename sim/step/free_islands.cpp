@@ -24,7 +24,7 @@ void FreeIslands::find(const Bodies& bodies) {
        bodies.articulation.joints)  // joints with bodies of infinite mass hold the island
     if (islands_.of_rigid(as_index(joint.parent)) < 0 || islands_.of_rigid(as_index(joint.child)) < 0)
       for (const int body : {joint.parent, joint.child}) touch_rigid(body);
-  for (const auto& [rigid, deformable] : bodies.apart_deformable)
+  for (const auto& [rigid, deformable] : bodies.collision_exclusions_deformable)
     if (islands_.of_rigid(as_index(rigid)) < 0)
       touch_particle(bodies.deformable[as_index(deformable)].first_particle);
 }

@@ -24,8 +24,8 @@ constexpr double rounding_share = 1e-24;  // fraction of the squared residual th
 // A Newton correction is shortened if the residual along it turns against it by more than this fraction of
 // its value at the start.
 constexpr double slope_share = 0.5;
-constexpr double least_cut = 0.1;  // least factor by which one cut shortens a correction
-constexpr int most_cuts = 10;      // largest number of lengths that a line search tries
+constexpr double min_cut = 0.1;  // least factor by which one cut shortens a correction
+constexpr int max_cuts = 10;     // largest number of lengths that a line search tries
 // Largest rise of the potential along a correction, as a fraction of it, beyond what damping can account for
 // (the slope). A correction that leads over a barrier of the energy is shortened, too.
 constexpr double potential_slack = 1e-3;
@@ -37,17 +37,17 @@ constexpr double numerical_damping = 0.25;
 
 // Largest number of times that constraints are released. A constraint may push bodies apart but not pull them
 // together; those that pull are deactivated, and the rest is solved for again.
-constexpr int most_releases = 8;
+constexpr int max_releases = 8;
 
 // A search with contacts minimizes a convex potential. Whenever it has converged, multipliers and bounds of
-// friction are updated, at most `most_settlings` times; it may take `most_contact_iterations` more iterations
-// than other searches.
-constexpr int most_settlings = 8, most_contact_iterations = 40;
+// friction are updated, at most `max_multiplier_updates` times; it may take `max_contact_iterations` more
+// iterations than other searches.
+constexpr int max_multiplier_updates = 8, max_contact_iterations = 40;
 
 // A search begins with this many careful iterations (ContactForces::set_careful). Later iterations are
-// careful if the one before took less than `least_free_share` of its correction.
+// careful if the one before took less than `min_free_share` of its correction.
 constexpr int first_careful = 3;
-constexpr double least_free_share = 0.5;
+constexpr double min_free_share = 0.5;
 
 // Factor on the tolerance of searches with contact and explicit elasticity. They are piecewise linear, and
 // find two more digits with their last step. The digits are used, because the residual moves bodies into
@@ -60,9 +60,9 @@ constexpr double weight_share = 0.1;
 constexpr double rounding = 1e-14;  // relative rounding error of the residual of a solve
 
 // A search ends, because rounding bounds it, if this many iterations in a row leave more than the fraction
-// `most_left` of the residual.
-constexpr int most_stalls = 6;
-constexpr double most_left = 0.99;
+// `max_left` of the residual.
+constexpr int max_stalls = 6;
+constexpr double max_left = 0.99;
 
 // One search for a velocity: it minimizes the potential of a VelocityProblem at context.solution.
 class Search {
@@ -84,7 +84,7 @@ class Search {
 
   // Runs Newton's method under the active constraints. Returns whether it has converged, with contacts at
   // least once for some multipliers.
-  bool find_balance() {
+  bool converge() {
     const StepSettings& settings = world_.settings;
     if (problem_.contacts) {
       problem_.contacts->set_careful(true);
@@ -93,28 +93,28 @@ class Search {
     evaluate();
     int settlings = 0, stalls = 0;
     double before = std::numeric_limits<double>::infinity();
-    bool is_settled = false;  // true if the multipliers are the impulses
-    const int most = settings.newton_iterations + (problem_.contacts ? most_contact_iterations : 0);
+    bool multipliers_final = false;  // true if the multipliers are the impulses
+    const int most = settings.newton_iterations + (problem_.contacts ? max_contact_iterations : 0);
     for (int iteration = 0;; ++iteration) {
       stop_if_asked();
-      const double imbalance = system_.norm(context_.imbalance);
-      if (imbalance <= tolerance_) {
-        if (!problem_.contacts || is_settled || settlings++ >= most_settlings) return true;
-        problem_.contacts->settle();
+      const double newton_residual = system_.norm(context_.newton_residual);
+      if (newton_residual <= tolerance_) {
+        if (!problem_.contacts || multipliers_final || settlings++ >= max_multiplier_updates) return true;
+        problem_.contacts->update_multipliers();
         problem_.contacts->set_bounds();
         problem_.contacts->set_careful(true);
         evaluate();
-        is_settled = true;
+        multipliers_final = true;
         continue;
       }
-      is_settled = false;
-      stalls = imbalance > most_left * before ? stalls + 1 : 0;
-      before = imbalance;
-      if (iteration >= most || stalls >= most_stalls || !std::isfinite(imbalance)) return settlings > 0;
+      multipliers_final = false;
+      stalls = newton_residual > max_left * before ? stalls + 1 : 0;
+      before = newton_residual;
+      if (iteration >= most || stalls >= max_stalls || !std::isfinite(newton_residual)) return settlings > 0;
       world_.clock.time(Stage::damping_solve, [&] { find_correction(); });
       const double share = search_line();
       if (problem_.contacts)
-        problem_.contacts->set_careful(iteration + 1 < first_careful || share < least_free_share);
+        problem_.contacts->set_careful(iteration + 1 < first_careful || share < min_free_share);
       ++world_.counters.newton_iterations;
     }
   }
@@ -164,7 +164,7 @@ class Search {
     Bodies& bodies = world_.bodies;
     Particles& particles = bodies.particles;
     const GeneralizedVelocity &V = context_.solution, &b = context_.right_side;
-    GeneralizedVelocity& imbalance = context_.imbalance;
+    GeneralizedVelocity& newton_residual = context_.newton_residual;
     context_.damping_force.assign(particles.size(), Vec3::Zero());
     if (problem_.is_elastic) {
       context_.force.resize(particles.size());
@@ -182,26 +182,26 @@ class Search {
       parallel_for(particles.size(), grain, [&](std::size_t begin, std::size_t end) {
         for (std::size_t p = begin; p < end; ++p) context_.damping_force[p] += context_.force[p];
       });
-    imbalance = V;  // gives it the size of V
+    newton_residual = V;  // gives it the size of V
     parallel_for(particles.size(), grain, [&](std::size_t begin, std::size_t end) {
       for (std::size_t p = begin; p < end; ++p)
-        imbalance.particle[p] = b.particle[p] - V.particle[p] +
-                                problem_.dt * particles.inverse_mass[p] * context_.damping_force[p];
+        newton_residual.particle[p] = b.particle[p] - V.particle[p] +
+                                      problem_.dt * particles.inverse_mass[p] * context_.damping_force[p];
     });
     for (std::size_t i = 0; i < V.linear.size(); ++i) {
-      imbalance.linear[i] = b.linear[i] - V.linear[i];
-      imbalance.angular[i] = b.angular[i] - V.angular[i];
+      newton_residual.linear[i] = b.linear[i] - V.linear[i];
+      newton_residual.angular[i] = b.angular[i] - V.angular[i];
     }
-    add_force_twists(bodies.rigid, bodies.bound, context_.damping_force, problem_.dt, imbalance.linear,
-                     imbalance.angular);
+    add_force_twists(bodies.rigid, bodies.bound, context_.damping_force, problem_.dt, newton_residual.linear,
+                     newton_residual.angular);
     if (problem_.contacts) {
       contact_potential_ = problem_.contacts->evaluate(V);
-      problem_.contacts->add_velocities(1, imbalance);
+      problem_.contacts->add_velocities(1, newton_residual);
     }
-    follow_twists(bodies.bound, imbalance.linear, imbalance.angular, imbalance.particle);
-    restrict(imbalance);
-    context_.unconstrained = imbalance;
-    system_.project(imbalance);
+    follow_twists(bodies.bound, newton_residual.linear, newton_residual.angular, newton_residual.particle);
+    restrict(newton_residual);
+    context_.unconstrained = newton_residual;
+    system_.project(newton_residual);
   }
 
   // Sets the velocities of bodies outside the searched islands to zero.
@@ -238,7 +238,7 @@ class Search {
     context_.blocks.add(bodies, context_.inertia, problem_.contacts);
     GeneralizedVelocity &x = context_.correction, &r = context_.residual, &s = context_.direction,
                         &q = context_.image, &z = context_.preconditioned;
-    r = context_.imbalance;
+    r = context_.newton_residual;
     const auto precondition = [&] {
       context_.blocks.apply(bodies, context_.inertia, r, z);
       restrict(z);
@@ -276,17 +276,17 @@ class Search {
   // gradient of the energy that backward Euler minimizes. Returns the fraction of the correction that was
   // taken.
   double search_line() {
-    const double slope = system_.inner(context_.correction, context_.imbalance), start = potential();
+    const double slope = system_.inner(context_.correction, context_.newton_residual), start = potential();
     const double bound = start + slope + potential_slack * std::abs(start);
     double at = 0, next = 1;
-    for (int cut = 0; cut < most_cuts; ++cut) {
+    for (int cut = 0; cut < max_cuts; ++cut) {
       VelocitySystem::axpy(next - at, context_.correction, context_.solution);
       at = next;
       evaluate();
-      const double now = system_.inner(context_.correction, context_.imbalance);
+      const double now = system_.inner(context_.correction, context_.newton_residual);
       if (now >= -slope_share * slope && potential() <= bound) break;
       const double secant = now < 0 ? slope / (slope - now) : 0;
-      next = at * (secant > least_cut ? secant : least_cut);  // also if the secant is NaN
+      next = at * (secant > min_cut ? secant : min_cut);  // also if the secant is NaN
     }
     return at;
   }
@@ -346,12 +346,12 @@ bool find_velocity(World& world, StepContext& context, const VelocityProblem& pr
   ContactProjection* projection = problem.projection;
   if (problem.is_elastic) world.bodies.forces.set_added_damping(numerical_damping * 2 * problem.dt);
   Search search(world, context, problem);
-  bool balanced = search.find_balance();
-  for (int release = 0; projection && release < most_releases; ++release) {
+  bool converged = search.converge();
+  for (int release = 0; projection && release < max_releases; ++release) {
     if (!projection->release(context.unconstrained, world.settings.cg_tolerance)) break;
-    balanced = search.find_balance();
+    converged = search.converge();
   }
-  return balanced;
+  return converged;
 }
 
 }  // namespace duet

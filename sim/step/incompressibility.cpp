@@ -15,11 +15,11 @@ namespace {
 // Largest correction of a one-ring's volume in a step, as a fraction of its rest volume. A volume that a blow
 // or a bad start has compressed is restored over several steps, each of which is short enough for its
 // linearization.
-constexpr double most_correction = 0.1;
+constexpr double max_correction = 0.1;
 
 // Largest displacement of a particle by pressures in a step, as a fraction of the size of its one-ring. In
 // tangled elements small motions hardly change the volumes, and large ones change them unpredictably.
-constexpr double most_travel = 0.25;
+constexpr double max_travel = 0.25;
 
 // Fraction of the divergence without pressures that the velocities of a step may keep. It is relative, and
 // small, because even a small divergence, such as that of a slow rotation, would add up over the steps.
@@ -33,16 +33,16 @@ const std::vector<Vec3>& velocities_in_contact(const Bodies& bodies, StepContext
   return context.solution.particle;
 }
 
-// Returns the fraction (0 to 1) of the velocities `change` that moves no particle farther than `most_travel`
+// Returns the fraction (0 to 1) of the velocities `change` that moves no particle farther than `max_travel`
 // in `dt` (s); it is 1 in all but extreme states.
-double bounded_share(const OneRings& rings, const std::vector<Vec3>& change, double dt) {
+double bounded_share(const NodalVolumes& rings, const std::vector<Vec3>& change, double dt) {
   return parallel_reduce(
       rings.size(), 1024, 1.0,
       [&](std::size_t begin, std::size_t end) {
         double share = 1;
         for (std::size_t i = begin; i < end; ++i) {
           const double way = dt * change[static_cast<std::size_t>(rings.particle(i))].norm();
-          const double most = most_travel * math::cbrt(rings.rest_volume(i));
+          const double most = max_travel * math::cbrt(rings.rest_volume(i));
           if (way > most) share = std::min(share, most / way);
         }
         return share;
@@ -66,7 +66,7 @@ void find_change(World& world, StepContext& context, const PressureSettings& set
   const CgResult result =
       find_pressures(world.bodies, projection.empty() ? nullptr : &projection, context.dt, settings, scratch);
   world.counters.pressure_iterations += result.iterations;
-  const double share = bounded_share(world.bodies.one_rings, scratch.change.particle, context.dt);
+  const double share = bounded_share(world.bodies.nodal_volumes, scratch.change.particle, context.dt);
   if (share < 1) scale(share, scratch);
 }
 
@@ -88,11 +88,11 @@ void change_velocities(World& world, StepContext& context) {
 }
 
 // Sets context.pressure.rate (m^3/s) to the changes of rates that bring one-rings to their rest volumes in a
-// step, at most by `most_correction` of these. Linearizes the one-rings at the positions now; the velocities
+// step, at most by `max_correction` of these. Linearizes the one-rings at the positions now; the velocities
 // are those under context.projection.
 void find_rates_to_rest_volumes(World& world, StepContext& context) {
   Bodies& bodies = world.bodies;
-  OneRings& rings = bodies.one_rings;
+  NodalVolumes& rings = bodies.nodal_volumes;
   rings.linearize(bodies.particles.x);
   std::vector<double>& rate = context.pressure.rate;
   rings.divergence(velocities_in_contact(bodies, context), rate);
@@ -100,7 +100,7 @@ void find_rates_to_rest_volumes(World& world, StepContext& context) {
     // Flattened one-rings have less surface to push on: they are corrected by less, so that the displacements
     // of their particles stay bounded.
     const double surface = std::min(1.0, std::sqrt(rings.diagonal(i) / rings.rest_diagonal(i)));
-    const double most = surface * most_correction * rings.rest_volume(i);
+    const double most = surface * max_correction * rings.rest_volume(i);
     rate[i] = std::clamp(rings.rest_volume(i) - rings.volume(i), -most, most) / context.dt - rate[i];
   }
 }
@@ -109,10 +109,10 @@ void find_rates_to_rest_volumes(World& world, StepContext& context) {
 // rest, and returns whether all are. The bound for a one-ring of size l is 5 dt g l^2, in m^3/s: five times
 // the rate of its volume if one side of it falls freely for a step.
 bool find_resting(const World& world, StepContext& context) {
-  constexpr double most_falls = 5;  // speed of the bound over that of a free fall in a step
-  const OneRings& rings = world.bodies.one_rings;
+  constexpr double max_falls = 5;  // speed of the bound over that of a free fall in a step
+  const NodalVolumes& rings = world.bodies.nodal_volumes;
   const std::vector<DeformableBody>& bodies = world.bodies.deformable;
-  const double fall = most_falls * context.dt * world.gravity.norm();  // m/s
+  const double fall = max_falls * context.dt * world.gravity.norm();  // m/s
   context.rests.assign(bodies.size(), false);
   bool all = true;
   std::size_t d = 0, last = bodies.size();  // one-rings follow their bodies
@@ -136,7 +136,7 @@ bool find_resting(const World& world, StepContext& context) {
 // from step to step, and feed energy in.
 template <class FindRates>
 bool project_contacts(World& world, StepContext& context, FindRates&& find_rates) {
-  context.pressure.rate.assign(world.bodies.one_rings.size(), 0.0);
+  context.pressure.rate.assign(world.bodies.nodal_volumes.size(), 0.0);
   find_resting(world, context);
   project_active_contacts(world, context, context.rests);
   if (context.projection.empty()) return false;
@@ -187,18 +187,18 @@ void correct_volume_in_contact(World& world, StepContext& context) {
 // x^{n+1/2} as the other forces do, but after them, and they make v^{n+1} free of divergence at x^{n+1}. The
 // loss is then of the next order.
 void make_incompressible(World& world, StepContext& context) {
-  const bool after_contact = world.settings.constraints_first && keeps_spin(world);
+  const bool after_contact = world.settings.constraints_before_solve && keeps_spin(world);
   if (after_contact) count_middle_forces(world, context, -1);
   Bodies& bodies = world.bodies;
-  OneRings& rings = bodies.one_rings;
+  NodalVolumes& rings = bodies.nodal_volumes;
   std::vector<double>& rate = context.pressure.rate;
   rings.divergence_at(bodies.particles.x, velocities_in_contact(bodies, context), rate);
   for (double& r : rate) r = -r;
   rings.linearize(context.x_half);
   find_change(world, context, velocity_settings(world));
   change_velocities(world, context);
-  for (std::size_t i = 0; i < context.held_pressure.size(); ++i)
-    context.new_pressure[i] = context.pressure.pressure[i] / context.dt;
+  for (std::size_t i = 0; i < context.pressure_n.size(); ++i)
+    context.pressure_next[i] = context.pressure.pressure[i] / context.dt;
   if (after_contact) count_middle_forces(world, context, 1);
   check_finite(world, Stage::make_incompressible);
 }
@@ -207,7 +207,7 @@ void make_incompressible(World& world, StepContext& context) {
 // under these contacts.
 void keep_volume(World& world, StepContext& context) {
   Bodies& bodies = world.bodies;
-  OneRings& rings = bodies.one_rings;
+  NodalVolumes& rings = bodies.nodal_volumes;
   rings.linearize(bodies.particles.x);
   const auto find_rates = [&] {
     std::vector<double>& rate = context.pressure.rate;
@@ -217,8 +217,8 @@ void keep_volume(World& world, StepContext& context) {
   if (!project_contacts(world, context, find_rates)) return;
   find_change(world, context, velocity_settings(world));
   change_velocities(world, context);
-  for (std::size_t i = 0; i < context.held_pressure.size(); ++i)
-    context.new_pressure[i] += context.pressure.pressure[i] / context.dt;
+  for (std::size_t i = 0; i < context.pressure_n.size(); ++i)
+    context.pressure_next[i] += context.pressure.pressure[i] / context.dt;
   check_finite(world, Stage::volume_at_end);
 }
 
@@ -226,10 +226,10 @@ void keep_volume(World& world, StepContext& context) {
 // particles of a compressed body driven apart by the elastic forces, and the damping of that motion would do
 // work on particles that in truth stay together.
 void add_held_pressures(World& world, StepContext& context, double dt, std::vector<Vec3>& velocity) {
-  OneRings& rings = world.bodies.one_rings;
+  NodalVolumes& rings = world.bodies.nodal_volumes;
   PressureScratch& scratch = context.pressure;
   scratch.scaled.resize(rings.size());
-  for (std::size_t i = 0; i < rings.size(); ++i) scratch.scaled[i] = dt * context.held_pressure[i];
+  for (std::size_t i = 0; i < rings.size(); ++i) scratch.scaled[i] = dt * context.pressure_n[i];
   scratch.change.particle.assign(world.bodies.particles.size(), Vec3::Zero());
   rings.linearize(world.bodies.particles.x);
   rings.pressure_velocity(scratch.scaled, scratch.change.particle);

@@ -17,7 +17,7 @@ void add_particle(const World& world, std::size_t p, const Vec3& x, double dt, C
   const Particles& particles = world.bodies.particles;
   const Vec3 drag = -world.bodies.forces.elements.drag(p) * context.solution.particle[p];
   whole.add_moment(x, -dt * (context.damping_force[p] - drag));
-  if (!is_held(particles, p)) whole.add(particles.mass[p], x, context.imbalance.particle[p]);
+  if (!is_held(particles, p)) whole.add(particles.mass[p], x, context.newton_residual.particle[p]);
 }
 
 // Returns the impulse (N s) of pins or mass-proportional damping on particle `p` over `dt` (s).
@@ -44,8 +44,8 @@ void return_momentum_to_islands(World& world, StepContext& context, const Island
     if (!islands.is_searched_rigid(i)) continue;
     CompositeBody& whole = wholes[as_index(islands.of_rigid(i))];
     whole.add(bodies.rigid.properties[i].mass, bodies.rigid.state[i].pose.position,
-              context.imbalance.linear[i]);
-    whole.add_turning(context.inertia[i], context.imbalance.angular[i]);
+              context.newton_residual.linear[i]);
+    whole.add_turning(context.inertia[i], context.newton_residual.angular[i]);
   }
   for (std::size_t i = 0; i < wholes.size(); ++i)
     if (islands.has_joints(i))  // joints may hold the island to something fixed
@@ -70,8 +70,8 @@ void return_momentum_to_bodies(const World& world, const Islands& islands, const
   if (islands.has_joints()) return;
   for (std::size_t i = 0; i < bodies.rigid.size(); ++i) {
     if (!islands.is_searched_rigid(i)) continue;
-    velocity.linear[i] += world.context.imbalance.linear[i];
-    velocity.angular[i] += world.context.imbalance.angular[i];
+    velocity.linear[i] += world.context.newton_residual.linear[i];
+    velocity.angular[i] += world.context.newton_residual.angular[i];
   }
   for (const DeformableBody& body : bodies.deformable) {
     if (!islands.is_searched(as_index(islands.of_particle(body.first_particle)))) continue;

@@ -42,17 +42,17 @@ MassMoments moments_of(const Bodies& bodies, const FreeIslands& islands, std::si
 
 // Adds the rigid rotation -`rate` (rad/s) about the center of mass to the velocities of an island. No joint
 // comes apart, and nothing deforms.
-void turn_back(Bodies& bodies, const FreeIslands& islands, std::size_t first, const Vec3& centre,
+void turn_back(Bodies& bodies, const FreeIslands& islands, std::size_t first, const Vec3& center,
                const Vec3& rate) {
   for_each_mass(
       bodies, islands, first,
       [&](std::size_t i) {
         RigidState& state = bodies.rigid.state[i];
-        state.velocity -= rate.cross(state.pose.position - centre);
+        state.velocity -= rate.cross(state.pose.position - center);
         state.angular_velocity -= rate;
         state.angular_momentum -= world_inertia(state, bodies.rigid.properties[i]) * rate;
       },
-      [&](std::size_t p) { bodies.particles.v[p] -= rate.cross(bodies.particles.x[p] - centre); });
+      [&](std::size_t p) { bodies.particles.v[p] -= rate.cross(bodies.particles.x[p] - center); });
 }
 
 // Returns the angular momentum (kg m^2/s) that an island of mass `mass` (kg) gains without any force as its
@@ -85,12 +85,12 @@ Vec3 gain_of_moving(const StepContext& context, std::size_t first, double mass, 
 }
 
 // Returns the angular momentum (kg m^2/s) that an island gains without any force, if its velocities come from
-// a solve with contact inside. `centre` (m) is its center of mass and `mass` its mass (kg).
+// a solve with contact inside. `center` (m) is its center of mass and `mass` its mass (kg).
 //
 // Such a solve includes the joints at x^{n+1}, and damping at x^{n+1/2} that acts on bones at x^{n+1}. Their
 // moments add up to nothing. All change of spin about the center of mass is therefore a gain, except for what
 // mass-proportional damping takes.
-Vec3 gain_of_solve(const StepContext& context, std::size_t first, const Vec3& centre, double mass,
+Vec3 gain_of_solve(const StepContext& context, std::size_t first, const Vec3& center, double mass,
                    const Bodies& bodies) {
   const FreeIslands& islands = context.free_islands;
   const RigidBodies& rigid = bodies.rigid;
@@ -106,11 +106,11 @@ Vec3 gain_of_solve(const StepContext& context, std::size_t first, const Vec3& ce
       [&](std::size_t i) {
         const RigidState &now = rigid.state[i], &then = context.rigid_n[i];
         gained += now.angular_momentum - then.angular_momentum +
-                  rigid.properties[i].mass * ((now.pose.position - centre).cross(now.velocity) -
+                  rigid.properties[i].mass * ((now.pose.position - center).cross(now.velocity) -
                                               (then.pose.position - start).cross(then.velocity));
       },
       [&](std::size_t p) {
-        const Vec3 arm = particles.x[p] - centre, arm_then = context.x_n[p] - start;
+        const Vec3 arm = particles.x[p] - center, arm_then = context.x_n[p] - start;
         gained += particles.mass[p] * (arm.cross(particles.v[p]) - arm_then.cross(context.v_n.particle[p]));
         const double drag = bodies.forces.elements.drag(p);
         if (drag > 0) gained += context.dt * drag / 2 * (arm + arm_then).cross(context.solution.particle[p]);
@@ -126,9 +126,9 @@ void keep_spin(const StepContext& context, std::size_t first, Bodies& bodies) {
       first, [&](std::size_t) { has_bones = true; },
       [&](std::size_t d) { by_solve = by_solve || context.solved_bodies[d]; });
   const Vec3 gained = has_bones && by_solve
-                          ? gain_of_solve(context, first, moments.centre, moments.mass, bodies)
+                          ? gain_of_solve(context, first, moments.center, moments.mass, bodies)
                           : gain_of_moving(context, first, moments.mass, bodies);
-  turn_back(bodies, context.free_islands, first, moments.centre, rate_of_turn(moments, gained));
+  turn_back(bodies, context.free_islands, first, moments.center, angular_velocity_of(moments, gained));
 }
 
 // Returns whether bodies of a pair have exchanged an impulse. A rigid pair that collided had one in step II,
@@ -198,7 +198,7 @@ bool keeps_spin(const World& world) { return world.settings.keep_spin && world.h
 // In the order in which V.4 comes before the solve, the forces of the middle have been counted when they
 // acted.
 void keep_spin(World& world, StepContext& context) {
-  if (!world.settings.constraints_first) count_middle_forces(world, context, 1);
+  if (!world.settings.constraints_before_solve) count_middle_forces(world, context, 1);
   for (const std::size_t first : context.free_islands.untouched()) keep_spin(context, first, world.bodies);
 }
 

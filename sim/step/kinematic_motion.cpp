@@ -38,7 +38,7 @@ void evaluate_motions(const RigidBodies& rigid, double end, double dt, std::vect
 }
 
 void carry(const std::vector<KinematicStep>& steps, const std::vector<Vec3>& x_n, double dt, Bodies& bodies) {
-  for (const CarriedParticle& carried : bodies.carried) {
+  for (const PrescribedParticle& carried : bodies.carried) {
     const auto p = as_index(carried.particle);
     const Vec3 end = steps[carried.kinematic].end.pose.to_world(carried.arm);
     bodies.particles.v[p] = (end - x_n[p]) / dt;
@@ -46,12 +46,12 @@ void carry(const std::vector<KinematicStep>& steps, const std::vector<Vec3>& x_n
 }
 
 void place_carried(const std::vector<KinematicStep>& steps, Bodies& bodies) {
-  for (const CarriedParticle& carried : bodies.carried)
+  for (const PrescribedParticle& carried : bodies.carried)
     bodies.particles.x[as_index(carried.particle)] = steps[carried.kinematic].end.pose.to_world(carried.arm);
 }
 
 void end_carrying(const std::vector<KinematicStep>& steps, Bodies& bodies) {
-  for (const CarriedParticle& carried : bodies.carried) {
+  for (const PrescribedParticle& carried : bodies.carried) {
     const MotionState& end = steps[carried.kinematic].end;
     bodies.particles.v[as_index(carried.particle)] =
         end.velocity + end.angular_velocity.cross(end.pose.orientation * carried.arm);

@@ -34,8 +34,9 @@ void repel_surfaces(World& world, StepContext& context) {
   context.self_candidates.update(world.bodies.collision_surface, particles.x, context.x_next);
   const bool solves = solves_contact(world);
   if (solves) {
-    context.meeting_surfaces.find_meeting(context.self_candidates, particles.x, particles.v, context.dt,
-                                          world.bodies.faces_around, world.bodies.triangles);
+    context.approaching_surfaces.find_approaching(context.self_candidates, particles.x, particles.v,
+                                                  context.dt, world.bodies.faces_around,
+                                                  world.bodies.triangles);
     for (std::size_t p = 0; p < particles.size(); ++p) context.solved_change.particle[p] -= particles.v[p];
   }
   context.self_repulsion.find(context.self_candidates, particles.x, particles.inverse_mass,

@@ -84,7 +84,7 @@ void add_crushing(const Bodies& bodies, const Islands& islands, StepContext& con
 // Returns whether bodies can be chosen because they crush a rigid one.
 bool looks_for_crushing(const World& world) {
   return world.may_crush && world.has_internal_forces() && !world.settings.implicit_elasticity &&
-         !world.settings.constraints_first;
+         !world.settings.constraints_before_solve;
 }
 
 // Sets context.touching and context.solved to the pairs, and their islands, of the contact cache of the last
@@ -123,7 +123,7 @@ void choose_solved_bodies(World& world, StepContext& context) {
   const Bodies& bodies = world.bodies;
   std::vector<char>& solved = context.solved_bodies;
   if (!world.has_internal_forces() ||
-      (world.settings.constraints_first && !world.settings.implicit_elasticity)) {
+      (world.settings.constraints_before_solve && !world.settings.implicit_elasticity)) {
     solved.assign(bodies.deformable.size(), false);
     return;
   }
@@ -154,7 +154,7 @@ void add_solved_bodies(const World& world, StepContext& context) {
 bool solves_contact(const World& world) {
   if (!world.has_internal_forces()) return false;
   if (world.settings.implicit_elasticity) return !world.bodies.deformable.empty();
-  return !world.settings.constraints_first &&
+  return !world.settings.constraints_before_solve &&
          (world.may_crush || std::find(world.strongly_damped.begin(), world.strongly_damped.end(), true) !=
                                  world.strongly_damped.end());
 }

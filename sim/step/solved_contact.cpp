@@ -132,7 +132,7 @@ void find_solved_islands(World& world, StepContext& context) {
       islands.join_particle(pair.host, bodies.deformable[as_index(pair.guest_deformable)].first_particle);
   }
   if (world.has(Effect::self_repulsion))
-    for (const RepulsionPair& pair : context.meeting_surfaces.pairs())
+    for (const RepulsionPair& pair : context.approaching_surfaces.pairs())
       islands.join_particles(pair.particle.front(), pair.particle.back());
   islands.finish();
   add_solved_bodies(world, context);
@@ -163,7 +163,7 @@ void solve_halfway(World& world, StepContext& context, const Islands& islands, b
   const double dt = context.dt / 2;
   build_forces(world, context, islands, dt, 1);
   if (world.has(Effect::self_repulsion))
-    context.contact_forces.add_pairs(bodies, context.meeting_surfaces.pairs(), islands, context.dt,
+    context.contact_forces.add_pairs(bodies, context.approaching_surfaces.pairs(), islands, context.dt,
                                      parted_share, 0, context.blocks.own());
   const bool is_implicit = world.settings.implicit_elasticity;
   if (context.contact_forces.empty() && is_implicit && !islands.has_joints()) return;
@@ -178,16 +178,16 @@ void solve_halfway(World& world, StepContext& context, const Islands& islands, b
                                 .contacts = &context.contact_forces,
                                 .islands = &islands};
   begin_at_the_better(world, context, problem);
-  bool balanced = find_velocity(world, context, problem);
+  bool converged = find_velocity(world, context, problem);
   for (int i = 1; i < middles && !is_elastic && is_implicit; ++i) {
     begin_right_side(bodies, context);
     deform_to_middle(world, context, dt);
     add_forces_of_middle(world, context, dt);
-    balanced = find_velocity(world, context, problem);
+    converged = find_velocity(world, context, problem);
   }
-  context.contact_forces.remember_pairs();
+  context.contact_forces.store_pairs();
   bodies.particles.x = context.x_n;
-  if (!balanced && is_elastic) settle(world, context, true);
+  if (!converged && is_elastic) apply_rigid_fallback(world, context, true);
   if (!world.settings.implicit_elasticity) {
     context.solve_from_outside = context.contact_forces.impulse_of_pins(bodies.particles);
     context.solve_from_outside += impulse_of_holders(world, islands, dt);
@@ -262,7 +262,7 @@ void solve_contact_at_end(World& world, StepContext& context) {
   update_contacts(context.graph, bodies, context.contacts);
   find_impact_planes(bodies, context.v_hat_n, dt, world.settings.orientation, world.gravity.norm() * dt * dt,
                      context.contacts);
-  predict_contacts(dt, world.settings.orientation, context.graph, bodies, context.contacts);
+  find_speculative_targets(dt, world.settings.orientation, context.graph, bodies, context.contacts);
   to_generalized(bodies, context.solution);
   context.right_side = b;
   build_forces(world, context, context.solved, dt, 2);
@@ -281,9 +281,9 @@ void solve_contact_at_end(World& world, StepContext& context) {
   // If the solve has converged, V plus the residual are the velocities that forces and impulses make, which
   // keep momentum to rounding.
   double left = 0;
-  for (const Vec3& v : context.imbalance.particle) left = std::max(left, v.norm());
+  for (const Vec3& v : context.newton_residual.particle) left = std::max(left, v.norm());
   const bool has_converged = left <= world.settings.cg_tolerance;
-  if (has_converged) VelocitySystem::axpy(1, context.imbalance, context.solution);
+  if (has_converged) VelocitySystem::axpy(1, context.newton_residual, context.solution);
   for (std::size_t p = 0; p < bodies.particles.size(); ++p)
     context.force[p] = context.explicit_force[p] + context.damping_force[p];
   // The sweeps of V.4 start from twice the impulses that contacts hold, so that half of them are stored. V.4

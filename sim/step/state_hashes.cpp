@@ -75,13 +75,13 @@ void add_state(Writer& writer, const World& world) {
   const auto add_scene = [&](std::string_view name, std::uint64_t hash) {
     writer.begin(name, Owner::scene).push_back(hash);
   };
-  add_scene("frequency bound", add_value(hash_seed, world.bodies.forces.max_squared_frequency()));
+  add_scene("frequency bound", add_value(hash_seed, world.bodies.forces.max_omega_squared()));
   const GeneralizedVelocity& acceleration = world.context.acceleration;
   add_scene("particle accelerations",
             hash_values(acceleration.particle.data(), acceleration.particle.size()));
   add_scene("linear accelerations", hash_values(acceleration.linear.data(), acceleration.linear.size()));
   add_scene("angular accelerations", hash_values(acceleration.angular.data(), acceleration.angular.size()));
-  const std::vector<double>& pressure = world.context.held_pressure;
+  const std::vector<double>& pressure = world.context.pressure_n;
   if (!pressure.empty())
     add_scene("pressures", hash_bytes(pressure.data(), pressure.size() * sizeof(double)));
   const ContactCache& memory = world.context.memory;

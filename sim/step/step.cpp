@@ -35,7 +35,7 @@ bool runs(const StageRow& row, const World& world) {
   const EffectMask plan = static_cast<EffectMask>(world.plan.to_ulong());
   const auto has = [&](EffectMask effects) { return effects == 0 || (plan & effects) != 0; };
   const ConstraintOrder order =
-      world.settings.constraints_first ? ConstraintOrder::before_solve : ConstraintOrder::after_solve;
+      world.settings.constraints_before_solve ? ConstraintOrder::before_solve : ConstraintOrder::after_solve;
   const Needs& needs = row.needs;
   return row.timing == Timing::by_step && has(needs.any) && has(needs.and_any) &&
          (needs.order == ConstraintOrder::both || needs.order == order) &&
@@ -64,7 +64,7 @@ bool step(World& world, double time, double dt, Refusal* refusal) {
   if (may_gain && gains_energy(world, energy, *refusal)) return refuse(world);
   world.ledger.end_step(world);
   if (world.touches()) remember(context.contacts, context.graph, dt, context.memory);
-  std::swap(context.held_pressure, context.new_pressure);
+  std::swap(context.pressure_n, context.pressure_next);
   world.stage_hashes.end_step(world);
   return true;
 }

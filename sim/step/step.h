@@ -164,7 +164,7 @@ class AtMiddle {
 void bring_bound_to_middle(Bodies& bodies, const std::vector<RigidState>& rigid_n);
 /// Applies the forces (N) on bound particles over `dt` (s) to the bodies that carry the particles.
 ///
-/// `force` has an entry per particle. Forces act at the arms that BoundParticle::offset holds.
+/// `force` has an entry per particle. Forces act at the arms that EmbeddedParticle::offset holds.
 void apply_bound_forces(Bodies& bodies, const std::vector<Vec3>& force, double dt);
 /// Adds to `velocity` what the pressures of the last step change of velocities within `dt` (s).
 ///
@@ -237,7 +237,7 @@ double solve_potential(World& world, StepContext& context, const VelocityProblem
 ///
 /// After contact V is kept if the residual is smaller than what the fallback would take of V, both in the
 /// mass norm: in that norm the error of V is no larger than the residual, as long as the energy is convex.
-void settle(const World& world, StepContext& context, bool after_contact);
+void apply_rigid_fallback(const World& world, StepContext& context, bool after_contact);
 
 /// Gives back the momentum that a solve with contact has lost, to islands as wholes.
 ///

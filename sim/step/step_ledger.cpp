@@ -41,7 +41,7 @@ Momentum impulse_of_joints(const JointSolver& joints) {
 Momentum impulse_of_contact(const Bodies& bodies, const PressureScratch& pressure,
                             const std::vector<Vec3>& x) {
   std::vector<Vec3> alone(x.size(), Vec3::Zero());
-  bodies.one_rings.pressure_velocity(pressure.pressure, alone);
+  bodies.nodal_volumes.pressure_velocity(pressure.pressure, alone);
   Momentum total;
   for (std::size_t p = 0; p < x.size(); ++p) {
     if (bodies.particles.inverse_mass[p] == 0) continue;
@@ -144,7 +144,7 @@ Momentum StepLedger::external(const World& world, Stage stage, const std::vector
       return total += impulse_of_drag(world, x, dt / 2);
     case Stage::re_evaluation:
       holders_of_middle_ = impulse_of_pins(world, x, world.gravity, dt);
-      if (!world.settings.constraints_first) holders_of_middle_ += impulse_of_drag(world, x, dt);
+      if (!world.settings.constraints_before_solve) holders_of_middle_ += impulse_of_drag(world, x, dt);
       total = gravity_impulse(bodies, x, world.gravity, dt);
       total.angular += moment_in_the_middle(
           world, [&](std::size_t i) { return Vec3(dt * bodies.rigid.properties[i].mass * world.gravity); });

@@ -14,20 +14,20 @@ namespace {
 
 // Least elastic step, as a fraction of the step at rest. Elements that a blow has almost flattened are not
 // followed below it: their stress is bounded (neo_hookean.h), and the implicit damping holds them.
-constexpr double least_elastic_share = 1.0 / 32;
+constexpr double min_elastic_share = 1.0 / 32;
 
 // Returns the stability limit (s) at rest that undamped elasticity has, whatever damping relaxes of it.
 double elastic_limit_at_rest(const InternalForces& forces) {
-  return 2 / std::sqrt(forces.elastic_squared_frequency());
+  return 2 / std::sqrt(forces.elastic_omega_squared());
 }
 
 // Returns 2/omega_max (s) of the elements as they are now, between its value at rest and a fraction of that.
 // It is the stability limit of the scheme for undamped elasticity, whose amplification matrix is that of
 // leapfrog.
 double elastic_limit(const InternalForces& forces) {
-  const double now = 2 / std::sqrt(forces.max_squared_frequency());
-  const double at_rest = 2 / std::sqrt(forces.rest_squared_frequency());
-  return std::clamp(now, least_elastic_share * elastic_limit_at_rest(forces), at_rest);
+  const double now = 2 / std::sqrt(forces.max_omega_squared());
+  const double at_rest = 2 / std::sqrt(forces.rest_omega_squared());
+  return std::clamp(now, min_elastic_share * elastic_limit_at_rest(forces), at_rest);
 }
 
 // Largest deformation of an element within a step, as a fraction of its size at rest; the volume may change
@@ -35,15 +35,15 @@ double elastic_limit(const InternalForces& forces) {
 // within the step. Elements that are stretched to ten times their size are inverted by several of their
 // volumes on a displacement of a quarter of their size, and the energy that steps gain from that ends in a
 // blow-up.
-constexpr double most_stretching = 0.25;
+constexpr double max_stretching = 0.25;
 // Least step of this bound, as a fraction of the elastic step at rest. A deformation that still grows then is
 // beyond help.
-constexpr double least_stretching_share = 1.0 / 1024;
+constexpr double min_stretching_share = 1.0 / 1024;
 
-// Returns the longest step (s) in which no element deforms by more than `most_stretching`.
+// Returns the longest step (s) in which no element deforms by more than `max_stretching`.
 double stretching_limit(const InternalForces& forces, const Particles& particles) {
-  return std::max(most_stretching / forces.elements.max_deformation_rate(particles.x, particles.v),
-                  least_stretching_share * elastic_limit_at_rest(forces));
+  return std::max(max_stretching / forces.elements.max_deformation_rate(particles.x, particles.v),
+                  min_stretching_share * elastic_limit_at_rest(forces));
 }
 
 // Shortens `choice` to the bounds of elasticity and stretching.
@@ -137,8 +137,8 @@ void bound_by_approach(World& world, double time, TimeStepChoice& choice) {
   const int rigid_count = static_cast<int>(world.bodies.rigid.size());
   const auto limit_of = [&](const BodyPair& pair) {
     const int guest = pair.guest_rigid >= 0 ? pair.guest_rigid : rigid_count + pair.guest_deformable;
-    if (pair.guest_rigid >= 0 && never_touch(world.bodies, pair.host, pair.guest_rigid)) return choice;
-    if (pair.guest_rigid < 0 && never_touch_deformable(world.bodies, pair.host, pair.guest_deformable))
+    if (pair.guest_rigid >= 0 && is_excluded(world.bodies, pair.host, pair.guest_rigid)) return choice;
+    if (pair.guest_rigid < 0 && is_excluded_deformable(world.bodies, pair.host, pair.guest_deformable))
       return choice;
     const BodyBounds& a = broad_phase.bounds[static_cast<std::size_t>(pair.host)];
     const BodyBounds& b = broad_phase.bounds[static_cast<std::size_t>(guest)];

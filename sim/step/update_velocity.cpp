@@ -65,7 +65,7 @@ void evaluate_again(World& world, StepContext& context) {
     bodies.rigid.state[step.body].angular_velocity = step.end.angular_velocity;
   }
   end_carrying(context.kinematic, bodies);
-  if (world.settings.constraints_first && keeps_spin(world)) count_middle_forces(world, context, 1);
+  if (world.settings.constraints_before_solve && keeps_spin(world)) count_middle_forces(world, context, 1);
   check_finite(world, Stage::re_evaluation);
 }
 
@@ -75,8 +75,8 @@ void prepare_contacts_at_end(World& world, StepContext& context) {
   find_impact_planes(world.bodies, context.v_hat_n, context.dt, world.settings.orientation,
                      world.gravity.norm() * context.dt * context.dt, context.contacts);
   yield_where_pinched(world.bodies, context.dt, context.contacts, nullptr);
-  predict_contacts(context.dt, world.settings.orientation, context.graph, world.bodies, context.contacts,
-                   PredictionFor::velocity_at_end);
+  find_speculative_targets(context.dt, world.settings.orientation, context.graph, world.bodies,
+                           context.contacts, PredictionFor::velocity_at_end);
   if (solves_contact(world)) context.contact_forces.restore_targets(context.contacts);
   // The solve starts from twice the impulses of step III, which dealt with the forces of half a step.
   warm_start_again(2, context.graph, world.bodies, context.contacts);

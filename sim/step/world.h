@@ -42,7 +42,7 @@ struct StepSettings {
   int cg_iterations = 200;          ///< largest number of conjugate-gradient iterations of a solve
   int projection_sweeps = 2;        ///< sweeps, forward and backward, of a projection onto constraints
   /// True if the constraints of step V come before the solve instead of after it (paper section 7.2).
-  bool constraints_first = false;
+  bool constraints_before_solve = false;
   OrientationUpdate orientation = OrientationUpdate::exact;  ///< how dynamic bodies turn in step IV
   /// True if free islands with deformable bodies keep their angular momentum as positions move.
   bool keep_spin = true;
@@ -88,7 +88,7 @@ struct StepContext {
   FreeMotion free_motion;    ///< energy of jointed bodies as positions advance
   double joints_excess = 0;  ///< FreeMotion::Outcome::excess of this step
   /// How groups of jointed bodies respond to contact impulses.
-  ArticulatedResponse linked;
+  ArticulatedResponse articulated_response;
   std::vector<Pose> end_pose;  ///< poses at x^{n+1}, of rigid bodies that are not dynamic
   Momentum
       joints_from_outside;  ///< what fixed bodies gave through joints in finish_positions, for the ledger
@@ -105,15 +105,15 @@ struct StepContext {
   ContactProjection projection;          ///< constraints of the solve at hand
   PressureScratch pressure;              ///< scratch of pressure solves
   std::vector<double>
-      held_pressure,  ///< Pa, per one-ring, by which the last step kept v^{n+1} free of divergence; state
-      new_pressure;   ///< Pa, per one-ring, the same of this step
+      pressure_n,     ///< Pa, per one-ring, by which the last step kept v^{n+1} free of divergence; state
+      pressure_next;  ///< Pa, per one-ring, the same of this step
   /// Scratch: per deformable body, whether its volumes change no faster than at rest.
   std::vector<char> rests;
 
   CollisionCandidates self_candidates;  ///< pairs of surface elements that may be near each other
   SelfRepulsion self_repulsion;         ///< self-repulsions of this step
   /// Pairs of surfaces that meet in this step, for contact inside the velocity solves.
-  SelfRepulsion meeting_surfaces;
+  SelfRepulsion approaching_surfaces;
   SelfCollision self_collision;  ///< self-collisions
 
   std::vector<Vec3> force,  ///< N, per particle, forces that the step applies
@@ -122,19 +122,19 @@ struct StepContext {
   /// m/s^2, (V - v) / dt of the last semi-implicit solve, in I.1 or V.2; the next one begins at v + dt a.
   /// State.
   GeneralizedVelocity acceleration;
-  DampedMasses damped_masses;      ///< block-Jacobi preconditioner of the velocity solves
-  Islands islands;                 ///< islands of the last velocity solve
-  IslandSearch island_search;      ///< scratch of the velocity solves
-  GeneralizedVelocity right_side,  ///< right side b of the solve at hand
-      solution,                    ///< its solution V
-      residual,                    ///< scratch of conjugate gradients
-      direction,                   ///< scratch of conjugate gradients: search direction
-      image;                       ///< scratch of conjugate gradients: operator times direction
-  GeneralizedVelocity imbalance,   ///< m/s, residual of Newton's method under the constraints
-      unconstrained,               ///< m/s, residual of Newton's method before its projection
-      correction,                  ///< Newton's correction; also scratch
-      preconditioned;              ///< scratch: preconditioned residual
-  VelocityBlocks blocks;           ///< block preconditioner of Newton's method
+  BlockJacobi block_jacobi;             ///< block-Jacobi preconditioner of the velocity solves
+  Islands islands;                      ///< islands of the last velocity solve
+  IslandSearch island_search;           ///< scratch of the velocity solves
+  GeneralizedVelocity right_side,       ///< right side b of the solve at hand
+      solution,                         ///< its solution V
+      residual,                         ///< scratch of conjugate gradients
+      direction,                        ///< scratch of conjugate gradients: search direction
+      image;                            ///< scratch of conjugate gradients: operator times direction
+  GeneralizedVelocity newton_residual,  ///< m/s, residual of Newton's method under the constraints
+      unconstrained,                    ///< m/s, residual of Newton's method before its projection
+      correction,                       ///< Newton's correction; also scratch
+      preconditioned;                   ///< scratch: preconditioned residual
+  VelocityBlocks blocks;                ///< block preconditioner of Newton's method
   /// Per deformable body, whether its contact is inside the velocity solve in this step.
   ///
   /// The file sim/step/solved_bodies.cpp says which bodies are chosen.
@@ -157,7 +157,7 @@ struct StepContext {
   FreeIslands free_islands;            ///< islands that keep their spin
   /// m/s, the sum 2 u + w - u' of keep_spin(): per particle, and as `rigid` per center of a rigid body.
   VelocityState twice_moved;
-  bool balanced = true;       ///< true if the last implicit solve of I.1 converged
+  bool converged = true;      ///< true if the last implicit solve of I.1 converged
   std::vector<Mat3> inertia;  ///< kg m^2, world axes, per rigid body; scratch of VelocitySystem
 };
 

@@ -80,11 +80,11 @@ double two_threads(Work&& work) {
 // Seconds in which one thread reads so many bytes from memory.
 double stream_seconds(double bytes) {
   constexpr std::size_t size = 256 << 20;  // more than caches hold
-  std::vector<Pack> data(size / sizeof(Pack), Pack{} + 1.0);
+  std::vector<double8> data(size / sizeof(double8), double8{} + 1.0);
   double best = 1;
   for (int run = 0; run < 10; ++run) {
     const std::clock_t start = std::clock();
-    Pack sum[4] = {};
+    double8 sum[4] = {};
     for (std::size_t i = 0; i + 4 <= data.size(); i += 4)
       for (std::size_t k = 0; k < 4; ++k) sum[k] += data[i + k];
     benchmark::DoNotOptimize(sum);
@@ -124,9 +124,9 @@ void cg_iterations(benchmark::State& state, Solve solve) {
   GeneralizedVelocity b, x, r, s, q;
   to_generalized(bodies, b);
   x = b;
-  DampedMasses masses;
+  BlockJacobi masses;
   if (!implicit) system.use(masses, true);  // as steps do
-  system.weigh(b);
+  system.apply_preconditioner(b);
   constexpr int most = 6;
   // Out of reach of so many iterations, but not of single precision.
   const double tolerance = in_single ? 1e-3 * conjugate_gradient(system, b, 0, 0, x, r, s, q).residual : 0;

@@ -175,7 +175,7 @@ void expect_reference(const Variant& variant, const render::Picture& picture) {
 }
 
 // The largest dynamic body: it surely is to be seen.
-std::size_t largest_body(const Film& film) {
+std::size_t max_body(const Film& film) {
   std::size_t largest = 0;
   double most = -1;
   for (std::size_t i = 0; i < film.surfaces.size(); ++i) {
@@ -197,7 +197,7 @@ bool passes(const Variant& variant, const render::Picture& picture) {
 // Shows that the comparison can fail: for a body that is moved by a twentieth of its size, for one of a
 // colour darker by a tenth, for lights that throw no shadows.
 void expect_changes_to_fail(const Variant& variant, const Film& film) {
-  const std::size_t body = largest_body(film);
+  const std::size_t body = max_body(film);
   std::vector<BodySurface> moved = film.surfaces;
   Bounding box;
   box.extend(moved[body].surface);

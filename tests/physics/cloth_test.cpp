@@ -146,7 +146,7 @@ scene::Scene spring_box() {
   return scene;
 }
 
-double least_volume(const Bodies& bodies, const std::vector<Tet>& tets) {
+double min_volume(const Bodies& bodies, const std::vector<Tet>& tets) {
   double least = 1e9;
   for (const Tet& t : tets)
     least = std::min(least, tet_volume(bodies.particles.x[static_cast<std::size_t>(t[0])],
@@ -181,10 +181,10 @@ TEST(MassSpringBox, RecoversFromInversion) {
     std::vector<Vec3>& x = simulation.world().bodies.particles.x;
     for (Vec3& place : x)
       place.y() = damage == 0 ? 0.5 : damage == 1 ? 1 - place.y() : 0.5 + 0.1 * (place.y() - 0.5);
-    EXPECT_LT(least_volume(simulation.world().bodies, mesh.tets), damage == 2 ? 0.01 : 1e-12);
+    EXPECT_LT(min_volume(simulation.world().bodies, mesh.tets), damage == 2 ? 0.01 : 1e-12);
     for (int frame = 0; frame < 48; ++frame) simulation.advance_frame();
     const double cell = 1.0 / 27;
-    EXPECT_GT(least_volume(simulation.world().bodies, mesh.tets), 0.5 * cell / 6);
+    EXPECT_GT(min_volume(simulation.world().bodies, mesh.tets), 0.5 * cell / 6);
   }
 }
 

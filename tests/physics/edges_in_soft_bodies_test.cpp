@@ -116,7 +116,7 @@ TEST(EdgesInSoftBodies, EnterAtCornersNeither) {
   auto& cube = test::add_box(scene, "cube", Vec3(0, -std::sqrt(0.75), 0), Vec3(1, 1, 1), 1);
   cube.is_static = true;
   cube.mass.reset();
-  cube.placement.orientation = shortest_turn(Vec3(1, 1, 1), Vec3::UnitY());
+  cube.placement.orientation = shortest_rotation(Vec3(1, 1, 1), Vec3::UnitY());
   test::add_soft_box(scene, "block", Vec3(0.17, 0.52, 0.29), Vec3(2, 1, 2), 4, 2e5).shape.cells =
       Vec3i(4, 2, 4);
   Simulation simulation(scene, test::plan(scene));

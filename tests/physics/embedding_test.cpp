@@ -33,7 +33,7 @@ scene::DeformableBody& add_bones_in_flesh(scene::Scene& scene, const Vec3& size,
   return flesh;
 }
 
-double largest_speed(const World& world) {
+double max_speed(const World& world) {
   double largest = 0;
   for (const Vec3& v : world.bodies.particles.v) largest = std::max(largest, v.norm());
   return largest;
@@ -56,7 +56,7 @@ TEST(Embedding, BoundParticlesStandAndMoveWithTheirBone) {
   simulation.advance_frame();
   const Bodies& bodies = simulation.world().bodies;
   const RigidState& bone = bodies.rigid.state[0];
-  for (const BoundParticle& bound : bodies.bound) {
+  for (const EmbeddedParticle& bound : bodies.bound) {
     EXPECT_LT((bodies.particles.x[bound.particle] - bone.pose.to_world(bound.arm)).norm(), 1e-14);
     EXPECT_LT(
         (bodies.particles.v[bound.particle] - point_velocity(bone, bone.pose.orientation * bound.arm)).norm(),
@@ -165,7 +165,7 @@ TEST(Embedding, SoftBindingsKeepMomentumAndComeToRest) {
   Simulation simulation(scene, test::plan(scene));
   simulation.keep_ledger();
   World& world = simulation.world();
-  ASSERT_GE(world.bodies.forces.tethers.size(), 8u);
+  ASSERT_GE(world.bodies.forces.zero_length_springs.size(), 8u);
   const Momentum start = momentum(world.bodies);
   double defect = 0;
   for (int frame = 0; frame < 24; ++frame) {
@@ -179,7 +179,7 @@ TEST(Embedding, SoftBindingsKeepMomentumAndComeToRest) {
   test::expect_below((momentum(world.bodies).linear - start.linear).norm() / start.linear.norm(), 1e-10,
                      "linear_momentum");
   double off = 0;
-  for (const Tether& tether : world.bodies.forces.tethers.all())
+  for (const ZeroLengthSpring& tether : world.bodies.forces.zero_length_springs.all())
     off = std::max(off, (world.bodies.particles.x[static_cast<std::size_t>(tether.a)] -
                          world.bodies.particles.x[static_cast<std::size_t>(tether.b)])
                             .norm());
@@ -200,7 +200,7 @@ TEST(Embedding, SoftBindingsCarryTheWeightOfTheirFlesh) {
     for (int frame = 0; frame < 96; ++frame) simulation.advance_frame();
     const Bodies& bodies = simulation.world().bodies;
     double weight = 0, pull = 0;
-    for (const Tether& tether : bodies.forces.tethers.all())
+    for (const ZeroLengthSpring& tether : bodies.forces.zero_length_springs.all())
       pull += tether.stiffness * (bodies.particles.x[static_cast<std::size_t>(tether.b)] -
                                   bodies.particles.x[static_cast<std::size_t>(tether.a)])
                                      .y();
@@ -253,7 +253,7 @@ TEST(Embedding, NothingExplodesWhateverTheMassesAndTheModulus) {
       double largest = 0;
       for (int frame = 0; frame < (youngs_modulus > 1e6 ? 3 : 12); ++frame) {
         simulation.advance_frame();
-        largest = std::max(largest, largest_speed(simulation.world()));
+        largest = std::max(largest, max_speed(simulation.world()));
       }
       test::expect_below(largest, 4 * most, fmt::format("speed_at_{:.0e}_Pa_{:.0e}", youngs_modulus, ratio));
     }

@@ -138,7 +138,7 @@ TEST(EverydayRigidGroove, ACubeFitsIntoARightAngle) {
 TEST(EverydayRigidGroove, BoxesComeToRestInIt) {
   const Vec3 half(0.15, 0.25, 0.125);
   const auto mesh = std::make_shared<TriangleMesh>(test::box_mesh(-half, half));
-  double most_gain = 0;
+  double max_gain = 0;
   test::Cases cases(7);  // 9 of 60
   for (const double angle : {0.35, 0.6, 0.785, 0.9})
     for (const double friction : {0.0, 0.01, 0.3})
@@ -165,7 +165,7 @@ TEST(EverydayRigidGroove, BoxesComeToRestInIt) {
             gain = std::max(gain, energy - least);
             least = std::min(least, energy);
           }
-          most_gain = std::max(most_gain, gain);
+          max_gain = std::max(max_gain, gain);
           const auto b = test::index_of_shape(simulation.world().bodies);
           const RigidState& state = simulation.world().bodies.rigid.state[b];
           const std::string name =
@@ -173,7 +173,7 @@ TEST(EverydayRigidGroove, BoxesComeToRestInIt) {
           EXPECT_LT(state.velocity.norm(), 1e-6 * size + 2e-6) << name;
           EXPECT_LT(simulation.stats().max_penetration, 2e-6 * size) << name;
         }
-  test::expect_below(most_gain, 4e-3, "most_gain");
+  test::expect_below(max_gain, 4e-3, "most_gain");
 }
 
 }  // namespace

@@ -101,7 +101,7 @@ Rolled roll(const scene::Scene& scene, double size, int frames, const Vec3& velo
 }
 
 TEST(EverydayRigidOverhang, WheelsRollOnRailsThatAreNarrowerThanThey) {
-  double most_change = 0, most_hop = 0;
+  double max_change = 0, max_hop = 0;
   int number = 0;
   for (const Case& rail : rails())
     for (const Case& wheel : wheels())
@@ -117,11 +117,11 @@ TEST(EverydayRigidOverhang, WheelsRollOnRailsThatAreNarrowerThanThey) {
         EXPECT_LT(rolled.change, 1e-4) << name;
         EXPECT_LT(rolled.across, 1e-4) << name;
         EXPECT_LT(rolled.hop, 1e-4) << name;
-        most_change = std::max(most_change, rolled.change);
-        most_hop = std::max(most_hop, rolled.hop);
+        max_change = std::max(max_change, rolled.change);
+        max_hop = std::max(max_hop, rolled.hop);
       }
-  test::record_margin("most_change_of_speed", most_change, "each below 1e-4");
-  test::record_margin("most_hop_over_radius", most_hop, "each below 1e-4");
+  test::record_margin("most_change_of_speed", max_change, "each below 1e-4");
+  test::record_margin("most_hop_over_radius", max_hop, "each below 1e-4");
 }
 
 // What it loses where it rolls over a gap between two tables is what a wheel loses that lies on them with the
@@ -196,7 +196,7 @@ TEST(EverydayRigidOverhang, FlatBodiesTurnAsTheySlideAlongRails) {
     scene::Shape shape;
     double fastest;  // rad/s
   };
-  double most_change = 0, most_hop = 0;
+  double max_change = 0, max_hop = 0;
   test::Cases cases(7);
   for (const auto& [name, shape, fastest] : std::vector<Turning>{
            {"box", {.kind = ShapeKind::box, .size = Vec3(1, 0.2, 1)}, 2},
@@ -235,18 +235,18 @@ TEST(EverydayRigidOverhang, FlatBodiesTurnAsTheySlideAlongRails) {
                 fmt::format("{} on {}, {} m/s, {} rad/s, size {}", name, rail.name, speed, spin, size);
             EXPECT_LT(change, 2e-2) << what;
             EXPECT_LT(hop, 2e-4) << what;
-            most_change = std::max(most_change, change);
-            most_hop = std::max(most_hop, hop);
+            max_change = std::max(max_change, change);
+            max_hop = std::max(max_hop, hop);
           }
-  test::record_margin("most_change_of_speed", most_change, "m/s, each below 2e-2");
-  test::record_margin("most_hop_m", most_hop, "each below 2e-4");
+  test::record_margin("most_change_of_speed", max_change, "m/s, each below 2e-2");
+  test::record_margin("most_hop_m", max_hop, "each below 2e-4");
 }
 
 // On a table of one to 1000 times its width, where samples of either one need not be near where its edges
 // leave the table: what has its centre of mass over the table by a hundredth of its width stays, what has it
 // beyond by as much falls.
 TEST(EverydayRigidOverhang, SmallBodiesStandAsFarOutOnTablesAsTheyCan) {
-  double most_moved = 0;
+  double max_moved = 0;
   auto mesh = std::make_shared<TriangleMesh>(test::box_mesh(-Vec3(0.5, 0.5, 0.5), Vec3(0.5, 0.5, 0.5)));
   std::vector<std::pair<std::string, scene::Shape>> bodies{
       {"box", {.kind = ShapeKind::box, .size = Vec3(1, 1, 1)}},
@@ -287,16 +287,16 @@ TEST(EverydayRigidOverhang, SmallBodiesStandAsFarOutOnTablesAsTheyCan) {
             EXPECT_GT(moved, 0.3) << what;
           } else {
             EXPECT_LT(moved, 1e-4) << what;
-            most_moved = std::max(most_moved, moved);
+            max_moved = std::max(max_moved, moved);
           }
         }
-  test::record_margin("most_moved_over_width", most_moved, "each below 1e-4");
+  test::record_margin("most_moved_over_width", max_moved, "each below 1e-4");
 }
 
 // On logs that are longer than it is wide, and shorter, up to 8500 times as heavy as they. Light bodies below
 // heavy ones were as if fixed for shock propagation, so that they led the slab and braked it.
 TEST(EverydayRigidOverhang, SlabsRollOnLogs) {
-  double most_change = 0, most_hop = 0;
+  double max_change = 0, max_hop = 0;
   for (const ShapeKind kind : {ShapeKind::cylinder, ShapeKind::capsule})
     for (const double length : {0.8, 1.2})
       for (const double density : {100.0, 3000.0, 50000.0})
@@ -330,17 +330,17 @@ TEST(EverydayRigidOverhang, SlabsRollOnLogs) {
           // What a thousandfold load leaves of the fall of a step, g/48 s, where shocks do not pass.
           EXPECT_LT(rolled.across * speed, 0.03 * 9.8 / 48) << name;
           EXPECT_LT(rolled.hop, 1e-3) << name;
-          most_change = std::max(most_change, rolled.change);
-          most_hop = std::max(most_hop, rolled.hop);
+          max_change = std::max(max_change, rolled.change);
+          max_hop = std::max(max_hop, rolled.hop);
         }
-  test::record_margin("most_change_of_speed", most_change, "each below 1e-3");
-  test::record_margin("most_hop_over_radius", most_hop, "each below 1e-3");
+  test::record_margin("most_change_of_speed", max_change, "each below 1e-3");
+  test::record_margin("most_hop_over_radius", max_hop, "each below 1e-3");
 }
 
 // The peg stands on the ground, two static bodies that adjoin. The ground was taken for what the peg's top
 // goes on as, so that the ring's other side, far below it, was pushed up to it: by 0.4 m, between two frames.
 TEST(EverydayRigidOverhang, ARingFallsOverAPegThatStandsOnTheGround) {
-  double most_gain = 0;
+  double max_gain = 0;
   for (const ShapeKind kind : {ShapeKind::cylinder, ShapeKind::box})
     for (const double beside : {0.05, 0.15, 0.25, 0.35})
       for (const double tilt : {0.0, 0.3, 0.9, 1.5}) {
@@ -374,9 +374,9 @@ TEST(EverydayRigidOverhang, ARingFallsOverAPegThatStandsOnTheGround) {
         }
         EXPECT_LT(gain, 2e-3) << "peg of kind " << static_cast<int>(kind) << ", " << beside
                               << " m beside it, tilted by " << tilt;
-        most_gain = std::max(most_gain, gain);
+        max_gain = std::max(max_gain, gain);
       }
-  test::record_margin("most_gain", most_gain, "each below 2e-3");
+  test::record_margin("most_gain", max_gain, "each below 2e-3");
 }
 
 }  // namespace

@@ -71,7 +71,7 @@ scene::Scene on_tiles(const Mover& mover, bool first_is_mesh, bool second_is_mes
 // was thrown back by the side of a second tile that was a mesh, as far away the grid of that does not tell
 // its edge well enough to see that it is at the seam.
 TEST(EverydayRigidSeams, TilesOfBoxesAndMeshesAreOneFloor) {
-  double most_lost = 0, most_hop = 0;
+  double max_lost = 0, max_hop = 0;
   test::Cases cases(5);  // 16 of 78
   for (const Mover& mover : movers())
     for (const auto& [first, second] : {std::pair(true, true), std::pair(false, true)})
@@ -100,11 +100,11 @@ TEST(EverydayRigidSeams, TilesOfBoxesAndMeshesAreOneFloor) {
             EXPECT_GT(state.pose.position.x(), 0) << what;
             EXPECT_LT(lost, 1e-4) << what;
             EXPECT_LT(hop, 1e-4) << what;
-            most_lost = std::max(most_lost, lost);
-            most_hop = std::max(most_hop, hop);
+            max_lost = std::max(max_lost, lost);
+            max_hop = std::max(max_hop, hop);
           }
-  test::record_margin("most_lost_speed", most_lost, "each below 1e-4");
-  test::record_margin("most_hop", most_hop, "of the height, each below 1e-4");
+  test::record_margin("most_lost_speed", max_lost, "each below 1e-4");
+  test::record_margin("most_hop", max_hop, "of the height, each below 1e-4");
 }
 
 }  // namespace

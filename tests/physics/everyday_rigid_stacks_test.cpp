@@ -15,7 +15,7 @@ namespace {
 
 // Of the length in 2 s. Where friction keeps a step's solution from being found, sweeps leave some 1e-5 m/s;
 // by sweeps alone eight bricks creep ten times as far, or fall.
-constexpr double most_creep = 5e-4;
+constexpr double max_creep = 5e-4;
 constexpr double length = 0.2, height = 0.06, width = 0.1;  // m, of a brick
 
 // Bricks over the edge of a table at x = 0, the one on top as far out as it can be, the one below it as far
@@ -45,7 +45,7 @@ scene::Scene leaning_out(int count, double share, double size) {
 }
 
 // How far a brick has come at most from where it was, m.
-double most_moved(const Simulation& simulation, const std::vector<Vec3>& start) {
+double max_moved(const Simulation& simulation, const std::vector<Vec3>& start) {
   double most = 0;
   for (std::size_t i = 0; i < start.size(); ++i)
     most = std::max(most, (simulation.world().bodies.rigid.state[i].pose.position - start[i]).norm());
@@ -83,7 +83,7 @@ double lean_out(int count, double share, const Variant& variant) {
   Simulation simulation(scene, test::plan(scene));
   const std::vector<Vec3> start = places(simulation);
   for (int frame = 0; frame < 48; ++frame) simulation.advance_frame();
-  return most_moved(simulation, start) / (variant.size * length);
+  return max_moved(simulation, start) / (variant.size * length);
 }
 
 TEST(EverydayRigidStacks, StandAsFarOutAsTheyCan) {
@@ -92,7 +92,7 @@ TEST(EverydayRigidStacks, StandAsFarOutAsTheyCan) {
     for (const int count : {1, 2, 4, 8})
       for (const double share : {0.9, 0.98}) {
         const double moved = lean_out(count, share, variant);
-        EXPECT_LT(moved, most_creep) << count << " bricks, " << share << " of the way, " << variant.name;
+        EXPECT_LT(moved, max_creep) << count << " bricks, " << share << " of the way, " << variant.name;
         most = std::max(most, moved);
       }
   test::record_margin("most_moved_over_length", most, "each below 5e-4");

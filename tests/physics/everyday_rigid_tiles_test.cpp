@@ -104,7 +104,7 @@ Passed pass(const scene::Scene& scene, double speed, double size, double turn) {
 // The loss of what pivots around the second edge of a gap from the first: its centre turns by
 // a = 2 asin(gap / 2 R), and keeps (I + m R^2 cos a) / (I + m R^2) of its speed, I no less than 2/5 m R^2. A
 // rebound from the edge adds as much again at most.
-double most_loss(const Passing& passing, double gap) {
+double max_loss(const Passing& passing, double gap) {
   if (passing.radius == 0) return 0;
   const double ratio = gap / (2 * passing.radius);
   return 2 * (1 - (0.4 + 1 - 2 * ratio * ratio) / 1.4);
@@ -113,7 +113,7 @@ double most_loss(const Passing& passing, double gap) {
 // It was thrown up or back: the corner of a box that lies, having fallen by g dt^2 / 2 as predicted, was
 // taken to hit the side of the second tile, and a ball what of that is nearest to it from afar.
 TEST(EverydayRigidTiles, GapsAndLowerTilesThrowNothing) {
-  double most_change = 0, most_hop = 0;
+  double max_change = 0, max_hop = 0;
   int number = 0;
   for (const Passing& body : passing())
     for (const Floor& floor : {Floor{1e-4, 0}, Floor{1e-3, 0}, Floor{1e-2, 0}, Floor{5e-2, 0}, Floor{0, 1e-3},
@@ -128,21 +128,21 @@ TEST(EverydayRigidTiles, GapsAndLowerTilesThrowNothing) {
         const std::string name =
             fmt::format("{} at {} sizes/s of {} m, gap {}, drop {}{}, turned by {}", body.name, speed, size,
                         tiles.gap, tiles.drop, tiles.is_mesh ? ", meshes" : "", turn);
-        const double loss = std::max(0.0, -passed.change - most_loss(body, floor.gap));
+        const double loss = std::max(0.0, -passed.change - max_loss(body, floor.gap));
         EXPECT_LT(loss, 2e-3) << name;
         EXPECT_LT(passed.change, 2e-3) << name;
         EXPECT_LT(passed.hop, 0.02) << name;
-        most_change = std::max({most_change, loss, passed.change});
-        most_hop = std::max(most_hop, passed.hop);
+        max_change = std::max({max_change, loss, passed.change});
+        max_hop = std::max(max_hop, passed.hop);
       }
-  test::record_margin("most_change_of_speed", most_change, "each below 2e-3");
-  test::record_margin("most_hop_in_sizes", most_hop, "each below 0.02");
+  test::record_margin("most_change_of_speed", max_change, "each below 2e-3");
+  test::record_margin("most_hop_in_sizes", max_hop, "each below 0.02");
 }
 
 // Tiles that adjoin are one floor at any speed: the points of a flat body that begin the step over the first
 // tile and end it over the second lay on neither, and the body dipped by 3 % of its height.
 TEST(EverydayRigidTiles, TilesThatAdjoinAreOneFloor) {
-  double most_change = 0, most_hop = 0, most_overlap = 0;
+  double max_change = 0, max_hop = 0, max_overlap = 0;
   int number = 0;
   for (const Passing& body : passing())
     for (const double speed : {10.0, 60.0, 300.0})
@@ -155,13 +155,13 @@ TEST(EverydayRigidTiles, TilesThatAdjoinAreOneFloor) {
         EXPECT_LT(std::abs(passed.change), 1e-4) << name;
         EXPECT_LT(passed.hop, 1e-4) << name;
         EXPECT_LT(passed.overlap, 1e-4) << name;
-        most_change = std::max(most_change, std::abs(passed.change));
-        most_hop = std::max(most_hop, passed.hop);
-        most_overlap = std::max(most_overlap, passed.overlap);
+        max_change = std::max(max_change, std::abs(passed.change));
+        max_hop = std::max(max_hop, passed.hop);
+        max_overlap = std::max(max_overlap, passed.overlap);
       }
-  test::record_margin("most_change_of_speed", most_change, "below 1e-4");
-  test::record_margin("most_hop_in_sizes", most_hop, "below 1e-4");
-  test::record_margin("most_overlap_in_sizes", most_overlap, "below 1e-4");
+  test::record_margin("most_change_of_speed", max_change, "below 1e-4");
+  test::record_margin("most_hop_in_sizes", max_hop, "below 1e-4");
+  test::record_margin("most_overlap_in_sizes", max_overlap, "below 1e-4");
 }
 
 // A box reaches over the side of the floor by almost half of its width, and slides along that side. Its lower

@@ -172,7 +172,7 @@ TEST(EverydaySoftSpin, StaysNoneWhileMusclesMove) {
 // Muscles that bend flesh in implicit steps store no more in it than in short semi-implicit ones, whatever
 // the step: the flesh that answers them takes part in the solve after they have acted.
 TEST(EverydaySoftSpin, MusclesDoNotWindFleshUpInImplicitSteps) {
-  const auto most_stored = [](scene::Integration integration, double longest_step, double gain) {
+  const auto max_stored = [](scene::Integration integration, double longest_step, double gain) {
     scene::Scene scene = bones_in_flesh(2, JointType::point, Vec3::Zero(), 3e6);
     scene.solver.integration = integration;
     scene.solver.max_time_step = longest_step;
@@ -188,10 +188,10 @@ TEST(EverydaySoftSpin, MusclesDoNotWindFleshUpInImplicitSteps) {
     return most;
   };
   for (const double gain : {40.0, 400.0}) {
-    const double expected = most_stored(scene::Integration::semi_implicit, 1.0 / 24, gain);
+    const double expected = max_stored(scene::Integration::semi_implicit, 1.0 / 24, gain);
     EXPECT_GT(expected, 1) << "the flesh is bent";
     for (const double step : {1.0 / 24, 1.0 / 48, 1.0 / 200})
-      test::expect_below(most_stored(scene::Integration::implicit, step, gain) / expected, 1.2,
+      test::expect_below(max_stored(scene::Integration::implicit, step, gain) / expected, 1.2,
                          fmt::format("stored, over that of short steps, gain_{:.0f}", gain));
   }
 }

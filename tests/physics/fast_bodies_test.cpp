@@ -58,7 +58,7 @@ TEST_P(FastBullet, DoesNotPassThroughThePlate) {
   const auto& state = world.bodies.rigid.state;
   const double speed = shot.speed;
   Vec3 before = state[0].pose.to_body(state[1].pose.position);  // of the bullet, in the plate's own space
-  double time = 0, least_distance = before.norm();
+  double time = 0, min_distance = before.norm();
   int steps = 0;
   for (; time < 3.0 / 24 && steps < 20000; ++steps) {
     const double dt = choose_time_step(world, time);
@@ -72,10 +72,10 @@ TEST_P(FastBullet, DoesNotPassThroughThePlate) {
     }
     EXPECT_LE(max_penetration(world.bodies, world.contact_filter()), shot.thickness / 2);
     before = now;
-    least_distance = std::min(least_distance, std::abs(now.z()));
+    min_distance = std::min(min_distance, std::abs(now.z()));
   }
   EXPECT_GE(time, 3.0 / 24);
-  EXPECT_LT(least_distance, 0.06) << "it came near the plate";
+  EXPECT_LT(min_distance, 0.06) << "it came near the plate";
   EXPECT_GT((state[1].velocity - scene.rigid[1].placement.velocity).norm(), 0.3 * speed) << "it was hit";
   std::printf("%d substeps\n", steps);
 }

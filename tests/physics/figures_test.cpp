@@ -42,7 +42,7 @@ TEST(Figures, TheChainHoldsTogetherAndPassesTheTwistOn) {
     film.advance(1);
     std::vector<Vec3> members;
     for (const char* name : {"ring1", "soft3", "ring4", "soft6", "ring7", "soft9", "ring10"})
-      members.push_back(film.centres(name).front());
+      members.push_back(film.centers(name).front());
     for (std::size_t i = 0; i + 1 < members.size(); ++i) {
       double& most = i % 2 == 0 ? longest_loop : farthest;
       most = std::max(most, (members[i + 1] - members[i]).norm());
@@ -69,9 +69,9 @@ TEST(Figures, TheTrampolineTossesAllUpAndCatchesThem) {
   const auto heights = [&] {
     std::vector<double> result;
     for (const char* name : {"ball", "red", "orange", "yellow"})
-      for (const Vec3& centre : film.centres(name)) {
-        EXPECT_LT(std::hypot(centre.x(), centre.z()), 7) << name << " is beside the cloth";
-        result.push_back(centre.y());
+      for (const Vec3& center : film.centers(name)) {
+        EXPECT_LT(std::hypot(center.x(), center.z()), 7) << name << " is beside the cloth";
+        result.push_back(center.y());
       }
     return result;
   };
@@ -97,9 +97,9 @@ TEST(Figures, TheSnakeWindsUpTheStairs) {
   Film film("snake", coarse({setting("prefabs.snake.parameters.spacing", 0.2, 0.28),
                              "prefabs.snake.parameters.start=0"}));
   film.advance(24);  // it has landed
-  const Vec3 start = film.centres("snake-skin").front();
+  const Vec3 start = film.centers("snake-skin").front();
   film.advance(96);
-  const Vec3 way = film.centres("snake-skin").front() - start;
+  const Vec3 way = film.centers("snake-skin").front() - start;
   test::expect_above(-way.z(), 6, "way_to_the_stairs_m");
   test::expect_above(way.y(), 0.25, "climbed_m");
   test::expect_below(film.gap, 1e-6, "gap_m");
@@ -114,7 +114,7 @@ TEST(Figures, MaggotsStayInTheBowl) {
   film.advance(36);
   for (int frame = 36; frame < 60; ++frame) {
     film.advance(1);
-    for (const Vec3& part : film.centres("maggot")) {
+    for (const Vec3& part : film.centers("maggot")) {
       EXPECT_LT((part - Vec3(0, 5.1, 0)).norm(), 4.2) << "frame " << frame;
       EXPECT_LT(part.y(), 5.1) << "frame " << frame;
     }

@@ -19,7 +19,7 @@ scene::Scene hard_scene(const std::string& name) {
 }
 
 // m, the least distance between two segments of a rod that are `apart` segments apart or more.
-double least_gap(const Bodies& bodies, std::size_t apart) {
+double min_gap(const Bodies& bodies, std::size_t apart) {
   double least = 1;
   const std::vector<Vec3>& x = bodies.particles.x;
   const auto at = [&](int p) { return x[static_cast<std::size_t>(p)]; };
@@ -32,14 +32,14 @@ double least_gap(const Bodies& bodies, std::size_t apart) {
   return least;
 }
 
-double least_gap_on_the_way(const std::vector<std::string>& without) {
+double min_gap_on_the_way(const std::vector<std::string>& without) {
   scene::Scene scene = hard_scene("knotted_rope");
   scene.deformable[0].shape.segments = 64;
   Simulation simulation(scene, scene::plan_effects(scene, without).active());
   double least = 1;
   while (simulation.frame() < 120) {
     simulation.advance_frame();
-    least = std::min(least, least_gap(simulation.world().bodies, 6));
+    least = std::min(least, min_gap(simulation.world().bodies, 6));
   }
   return least;
 }
@@ -48,10 +48,10 @@ double least_gap_on_the_way(const std::vector<std::string>& without) {
 // nothing stopped them.
 TEST(Folding, ARopeThatIsKnottedKeepsItsStrandsADiameterApart) {
   const double diameter = *hard_scene("knotted_rope").deformable[0].thickness;
-  const double gap = least_gap_on_the_way({}) / diameter;
+  const double gap = min_gap_on_the_way({}) / diameter;
   test::expect_above(gap, 0.99, "least distance of the strands over the diameter");
   EXPECT_LT(gap, 1.01);
-  EXPECT_LT(least_gap_on_the_way({"self_repulsion", "self_collision"}), 0.5 * diameter);
+  EXPECT_LT(min_gap_on_the_way({"self_repulsion", "self_collision"}), 0.5 * diameter);
 }
 
 TEST(Folding, AClothOnABallAndASpikeDoesNotCrossItself) {

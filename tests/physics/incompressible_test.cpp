@@ -17,8 +17,8 @@ namespace {
 using test::expect_above;
 using test::expect_below;
 
-double largest_ring_error(Bodies& bodies) {
-  OneRings& rings = bodies.one_rings;
+double max_ring_error(Bodies& bodies) {
+  NodalVolumes& rings = bodies.nodal_volumes;
   rings.linearize(bodies.particles.x);
   double largest = 0;
   for (std::size_t i = 0; i < rings.size(); ++i)
@@ -56,23 +56,23 @@ scene::Scene dropped(bool incompressible) {
 }
 
 struct Errors {
-  double largest = 0, mean = 0, largest_ring = 0;
+  double largest = 0, mean = 0, max_ring = 0;
 };
 Errors volume_errors(const scene::Scene& scene, int frames) {
   Simulation simulation(scene, test::plan(scene));
   Bodies& bodies = simulation.world().bodies;
-  OneRings volume;  // also of bodies that do not keep theirs
+  NodalVolumes volume;  // also of bodies that do not keep theirs
   volume.add(bodies.forces.elements.tets(), bodies.particles.x);
   Errors errors;
   for (int frame = 0; frame < frames; ++frame) {
     simulation.advance_frame();
     const double error = volume.volume_error(bodies.particles.x);
-    if (bodies.one_rings.size() > 0) {
+    if (bodies.nodal_volumes.size() > 0) {
       EXPECT_DOUBLE_EQ(error, simulation.stats().volume_error);
     }
     errors.largest = std::max(errors.largest, error);
     errors.mean += error / frames;
-    errors.largest_ring = std::max(errors.largest_ring, largest_ring_error(bodies));
+    errors.max_ring = std::max(errors.max_ring, max_ring_error(bodies));
   }
   return errors;
 }
@@ -82,7 +82,7 @@ TEST(Incompressible, SqueezedBallKeepsItsVolume) {
   expect_below(kept.largest, 0.005, "largest volume error");
   expect_below(kept.mean, 0.001, "mean volume error");
   // Around single particles contact has its say after the correction, by some of what a step moves them.
-  expect_below(kept.largest_ring, 0.03, "largest error of a one-ring");
+  expect_below(kept.max_ring, 0.03, "largest error of a one-ring");
   expect_above(volume_errors(squeezed(false), 21).largest, 0.02, "that of nu = 0.45 alone");
 }
 
@@ -90,7 +90,7 @@ TEST(Incompressible, DroppedBallKeepsItsVolume) {
   const Errors kept = volume_errors(dropped(true), 26);
   expect_below(kept.largest, 0.005, "largest volume error");
   expect_below(kept.mean, 0.001, "mean volume error");
-  expect_below(kept.largest_ring, 0.03, "largest error of a one-ring");
+  expect_below(kept.max_ring, 0.03, "largest error of a one-ring");
   expect_above(volume_errors(dropped(false), 18).largest, 0.02, "that of nu = 0.45 alone");
 }
 
@@ -123,14 +123,14 @@ TEST(Incompressible, SpinningBodyKeepsItsMomentum) {
     Simulation simulation(scene, test::plan(scene));
     const auto spin = [&] {  // about the centre of mass
       const Particles& particles = simulation.world().bodies.particles;
-      Vec3 centre = Vec3::Zero();
+      Vec3 center = Vec3::Zero();
       double mass = 0;
       for (std::size_t p = 0; p < particles.size(); ++p) {
-        centre += particles.mass[p] * particles.x[p];
+        center += particles.mass[p] * particles.x[p];
         mass += particles.mass[p];
       }
       const Momentum total = momentum(simulation.world().bodies);
-      return Vec3(total.angular - (centre / mass).cross(total.linear));
+      return Vec3(total.angular - (center / mass).cross(total.linear));
     };
     const Vec3 linear = simulation.stats().momentum, angular = spin();
     for (int frame = 0; frame < 24; ++frame) simulation.advance_frame();
@@ -193,7 +193,7 @@ TEST(Incompressible, RecoversFromBadStates) {
     EXPECT_EQ(simulation.stats().inverted, 0);
     expect_above(simulation.stats().min_det_F, 0.9, "least det F");
     expect_below(simulation.stats().volume_error, 1e-3, "volume error");
-    expect_below(largest_ring_error(simulation.world().bodies), 1e-2, "largest error of a one-ring");
+    expect_below(max_ring_error(simulation.world().bodies), 1e-2, "largest error of a one-ring");
   };
   recover("flat", [](const Vec3& p) { return Vec3(p.x(), 0, p.z()); });
   recover("crushed", [](const Vec3& p) { return Vec3(p.x(), 0.1 * p.y(), p.z()); });

@@ -19,13 +19,13 @@ using test::expect_below;
 Vec3 spin_of(const Simulation& simulation) {  // of one body, about its centre of mass
   const Particles& particles = simulation.world().bodies.particles;
   double mass = 0;
-  Vec3 centre = Vec3::Zero();
+  Vec3 center = Vec3::Zero();
   for (std::size_t p = 0; p < particles.size(); ++p) {
     mass += particles.mass[p];
-    centre += particles.mass[p] * particles.x[p];
+    center += particles.mass[p] * particles.x[p];
   }
   const Momentum total = momentum(simulation.world().bodies);
-  return total.angular - (centre / mass).cross(total.linear);
+  return total.angular - (center / mass).cross(total.linear);
 }
 
 // What 12 frames take from the spin of a body that tumbles, flies and falls.

@@ -41,7 +41,7 @@ TEST(MovingPins, ParticlesFollowTheirBodyToRounding) {
     ASSERT_EQ(bodies.carried.size(), 12U) << "the nine of the top and three below";
     for (int frame = 0; frame < 24; ++frame) {
       simulation.advance_frame();
-      for (const CarriedParticle& carried : bodies.carried) {
+      for (const PrescribedParticle& carried : bodies.carried) {
         const auto p = static_cast<std::size_t>(carried.particle);
         const RigidState& hand = bodies.rigid.state[0];
         const Vec3 place = hand.pose.to_world(carried.arm);

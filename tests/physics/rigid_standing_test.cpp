@@ -98,7 +98,7 @@ scene::Scene heavy_on_light(double friction, const Vec3& velocity) {
 }
 
 // The most by which a box has moved from its place above the one at the bottom.
-double most_apart(const scene::Scene& scene, int frames) {
+double max_apart(const scene::Scene& scene, int frames) {
   Simulation simulation(scene, test::plan(scene));
   const RigidBodies& rigid = simulation.world().bodies.rigid;
   const auto at = [&](std::size_t i) { return rigid.state[i].pose.position; };
@@ -128,14 +128,14 @@ TEST(HeavyOnLight, RidesALift) {
     key.time = time;
     key.position = place;
   }
-  test::expect_below(most_apart(scene, 50), 1e-5, "most_apart_m");
+  test::expect_below(max_apart(scene, 50), 1e-5, "most_apart_m");
 }
 
 // All boxes slide with the same friction at all of their sides, so that they are braked alike.
 TEST(HeavyOnLight, SlidesAsOne) {
   scene::Scene scene = heavy_on_light(0.1, Vec3(1, 0, 0));
   scene.ground = scene::Ground{.friction = 0.1, .restitution = 0, .look = {}};
-  test::expect_below(most_apart(scene, 16), 0.05, "most_apart_m");
+  test::expect_below(max_apart(scene, 16), 0.05, "most_apart_m");
 }
 
 }  // namespace

@@ -34,7 +34,7 @@ double strain_left(double relaxation) {
   for (Vec3& x : world.bodies.particles.x) x *= 1.01;
   const double start = test::mechanical_energy(world), limit = test::rule_step(world);
   if (relaxation > 0) {
-    EXPECT_GT(limit, 3 * world.settings.cfl * 2 / std::sqrt(world.bodies.forces.elastic_squared_frequency()));
+    EXPECT_GT(limit, 3 * world.settings.cfl * 2 / std::sqrt(world.bodies.forces.elastic_omega_squared()));
   }
   const auto steps = static_cast<int>(std::ceil(tau / limit));
   for (int i = 0; i < steps; ++i) step(world, 0, tau / steps);

@@ -86,7 +86,7 @@ TEST(VelocityOrders, PinsFollowAMovingBody) {
       largest = std::max(largest, simulation.stats().elastic);
       stretch = std::max(stretch, simulation.stats().max_stretch);
       const RigidState& hand = bodies.rigid.state[0];
-      for (const CarriedParticle& carried : bodies.carried) {
+      for (const PrescribedParticle& carried : bodies.carried) {
         const Vec3 arm = hand.pose.to_world(carried.arm) - hand.pose.position;
         off = std::max(off,
                        (bodies.particles.v[as_index(carried.particle)] - point_velocity(hand, arm)).norm());
@@ -192,7 +192,7 @@ TEST(VelocityOrders, AttachmentsMoveWithTheirBonesAndKeepMomentum) {
       double off = 0;
       for (int frame = 0; frame < 6; ++frame) {
         simulation.advance_frame();
-        for (const BoundParticle& bound : bodies.bound)
+        for (const EmbeddedParticle& bound : bodies.bound)
           off = std::max(
               off, (bodies.particles.v[bound.particle] - point_velocity(bodies.rigid.state[0], bound.offset))
                        .norm());
@@ -222,9 +222,9 @@ TEST(VelocityOrders, IncompressibleBodiesEndWithoutDivergence) {
     std::vector<double> divergence;
     for (int frame = 0; frame < 12; ++frame) {
       simulation.advance_frame();
-      bodies.one_rings.divergence_at(bodies.particles.x, bodies.particles.v, divergence);
+      bodies.nodal_volumes.divergence_at(bodies.particles.x, bodies.particles.v, divergence);
       for (std::size_t i = 0; i < divergence.size(); ++i)
-        rate = std::max(rate, std::abs(divergence[i]) / bodies.one_rings.rest_volume(i));
+        rate = std::max(rate, std::abs(divergence[i]) / bodies.nodal_volumes.rest_volume(i));
       error = std::max(error, simulation.stats().volume_error);
     }
     test::expect_below(rate, 2e-2, named(solve, "divergence_per_s"));

@@ -56,7 +56,7 @@ inline void add_loop(scene::Scene& scene, int links, scene::JointType type, cons
     scene::RigidBody& link =
         add_box(scene, fmt::format("loop{}", i), (corner(i) + corner(i + 1)) / 2, Vec3(0.9, 0.1, 0.1), 10);
     const Vec3 along = corner(i + 1) - corner(i);
-    link.placement.orientation = shortest_turn(Vec3::UnitX(), along);
+    link.placement.orientation = shortest_rotation(Vec3::UnitX(), along);
   }
   for (int i = 0; i < links; ++i)
     add_joint(scene, type, fmt::format("loop{}", i), fmt::format("loop{}", (i + 1) % links), corner(i + 1),

@@ -15,7 +15,7 @@ inline double mechanical_energy(const World& world) {
 // Returns the time step (s) that the rule for elastic forces chooses at rest, if nothing else bounds it: cfl
 // * 2 / omega.
 inline double rule_step(const World& world) {
-  return world.settings.cfl * 2 / std::sqrt(world.bodies.forces.rest_squared_frequency());
+  return world.settings.cfl * 2 / std::sqrt(world.bodies.forces.rest_omega_squared());
 }
 
 }  // namespace duet::test

@@ -21,7 +21,7 @@ struct Film {
   // Largest drift of a joint and largest penetration at the end of a frame (m).
   double gap = 0, penetration = 0;
   double least_det = 1;               // least determinant of a deformation gradient at the end of a frame
-  std::vector<BodySurface> surfaces;  // scratch of centres()
+  std::vector<BodySurface> surfaces;  // scratch of centers()
 
   // Reads scenes/NAME.toml, changed by `overrides` ("key=value").
   explicit Film(const std::string& name, const std::vector<std::string>& overrides = {})
@@ -37,7 +37,7 @@ struct Film {
         .rigid.state[static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin())];
   }
   // Returns the means of the vertices (m) of all bodies whose names begin with `beginning`, in their order.
-  std::vector<Vec3> centres(const std::string& beginning) {
+  std::vector<Vec3> centers(const std::string& beginning) {
     simulation.surfaces(surfaces);
     std::vector<Vec3> found;
     for (const BodySurface& body : surfaces) {

@@ -110,10 +110,10 @@ inline std::string fallen(const Bodies& bodies, double size) {
 
 // Simulates a scene and checks three bounds. Energy never rises by more than a hundredth of that of frame 0:
 // free flight conserves it, and the rest is the error of contact, which is of first order in the step. Bodies
-// overlap by less than `most_overlap` of their `size` (m). No body falls through the ground. Stops at the
+// overlap by less than `max_overlap` of their `size` (m). No body falls through the ground. Stops at the
 // first violation.
-inline Outcome keep_promises(const scene::Scene& scene, double size, int frames, double most_overlap) {
-  constexpr double most_gain = 1e-2;
+inline Outcome keep_promises(const scene::Scene& scene, double size, int frames, double max_overlap) {
+  constexpr double max_gain = 1e-2;
   Simulation simulation(scene, plan(scene));
   const auto energy_of = [](const FrameStats& stats) {
     return stats.kinetic + stats.potential + stats.elastic;
@@ -128,9 +128,9 @@ inline Outcome keep_promises(const scene::Scene& scene, double size, int frames,
     const auto violated = [&](const std::string& what) {
       outcome.violation = fmt::format("frame {}: {}", frame, what);
     };
-    if (!(gain < most_gain))
+    if (!(gain < max_gain))
       violated(fmt::format("energy rose by {:.2g} of what there was at first", gain));
-    else if (!(stats.max_penetration < most_overlap * size))
+    else if (!(stats.max_penetration < max_overlap * size))
       violated(fmt::format("bodies overlap by {:.2g} of their size", stats.max_penetration / size));
     else if (const std::string what = fallen(simulation.world().bodies, size); !what.empty())
       violated(what);

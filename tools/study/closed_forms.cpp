@@ -11,7 +11,7 @@ namespace duet::study {
 
 using std::numbers::pi;
 
-double way_down_slope(double slope, double friction, double gravity, double speed, double t) {
+double slide_distance(double slope, double friction, double gravity, double speed, double t) {
   const double angle = slope * pi / 180;
   const double pull = gravity * std::sin(angle), brake = friction * gravity * std::cos(angle);
   if (speed == 0 && pull <= brake) return 0;

@@ -8,7 +8,7 @@ namespace duet::study {
 // Returns the distance (m) that a body has slid down a slope after `t` (s) from `speed` (m/s), with Coulomb
 // friction: v t + a t^2/2 with a = g (sin - mu cos). It stops where friction wins. `slope` is in degrees,
 // `gravity` in m/s^2.
-double way_down_slope(double slope, double friction, double gravity, double speed, double t);
+double slide_distance(double slope, double friction, double gravity, double speed, double t);
 
 // Returns the angle of a pendulum from the vertical (rad) at time `t` (s), released at rest from `amplitude`
 // (rad, between 0 and pi). `rate` is the angular frequency of small swings, sqrt(m g l / I) (rad/s).

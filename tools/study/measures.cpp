@@ -56,7 +56,7 @@ double slide_error(const Measure& measure, const RunResult& result) {
   for (const auto& body : result.scene.deformable)
     if (body.name == measure.body) speed = body.placement.velocity.dot(downhill);
   const double way =
-      way_down_slope(measure.slope, measure.friction, result.scene.gravity.norm(), speed, result.seconds());
+      slide_distance(measure.slope, measure.friction, result.scene.gravity.norm(), speed, result.seconds());
   return std::abs(displacement(measure, result).dot(downhill) / way - 1);
 }
 
@@ -88,8 +88,8 @@ double pendulum_error(const Measure& measure, const RunResult& result) {
   const Vec3 axis = joint.axis.normalized(), down = result.scene.gravity.normalized();
   const RigidProperties& properties = world.bodies.rigid.properties[index];
   const Pose& pose = world.bodies.rigid.state[index].pose;
-  const auto angle = [&](const Vec3& centre) {
-    const Vec3 arm = centre - *joint.position;
+  const auto angle = [&](const Vec3& center) {
+    const Vec3 arm = center - *joint.position;
     return std::atan2(axis.dot(down.cross(arm)), down.dot(arm));
   };
   const double length = (result.start[index] - *joint.position).norm();
@@ -178,7 +178,7 @@ double number(const nlohmann::json& frame, const char* key) { return frame.at(ke
 double energy(const nlohmann::json& frame) {
   return number(frame, "kinetic") + number(frame, "potential") + number(frame, "elastic");
 }
-double largest_kinetic(const RunResult& result) {
+double max_kinetic(const RunResult& result) {
   return largest(result, [](const auto& frame) { return number(frame, "kinetic"); });
 }
 Vec3 vector(const nlohmann::json& frame, const char* key) {
@@ -242,20 +242,19 @@ double evaluate(const Measure& measure, const RunResult& result, const RunResult
       if (!measure.body.empty()) centre_index(measure, world);
       return state_difference(world, exact, measure.body);
     }
-    case MeasureKind::centres:
+    case MeasureKind::centers:
       return centres_difference(measure, world, reference->simulation->world());
     case MeasureKind::penetration:
       return largest(result, [](const auto& frame) { return number(frame, "max_penetration"); });
     case MeasureKind::energy: {
       const double start = energy(result.frames.front());
       return largest(result, [&](const auto& frame) { return std::abs(energy(frame) - start); }) /
-             largest_kinetic(result);
+             max_kinetic(result);
     }
     case MeasureKind::energy_gain:
-      return energy_gain(result) / largest_kinetic(result);
+      return energy_gain(result) / max_kinetic(result);
     case MeasureKind::momentum:
-      return momentum_change(result, "momentum") /
-             std::sqrt(2 * dynamic_mass(world) * largest_kinetic(result));
+      return momentum_change(result, "momentum") / std::sqrt(2 * dynamic_mass(world) * max_kinetic(result));
     case MeasureKind::angular_momentum:
       return momentum_change(result, "angular_momentum") /
              vector(result.frames.front(), "angular_momentum").norm();

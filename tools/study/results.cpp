@@ -67,7 +67,7 @@ double cost_between(const Point& a, const Point& b, double target) {
 // last value.
 void extrapolate(const Results& results, std::size_t m, double target, TenTimes& answer) {
   // A smaller least order admits errors that hardly fall; a larger factor `farthest` extrapolates farther.
-  constexpr double least_order = 0.5, farthest = 10;
+  constexpr double min_order = 0.5, farthest = 10;
   for (const Knob& knob : results.spec.knobs) {
     if (knob.order != OrderOf::steps) continue;
     std::vector<Point> points;
@@ -77,7 +77,7 @@ void extrapolate(const Results& results, std::size_t m, double target, TenTimes&
     if (points.size() < 3) continue;
     const double order = -slope(points);
     const Point& best = points.back();
-    if (!(order > least_order) || best.error > farthest * target) continue;
+    if (!(order > min_order) || best.error > farthest * target) continue;
     const double factor =
         best.cost * std::pow(best.error / target, 1 / order) / cost_of(results, results.shipped);
     if (factor >= answer.factor) continue;

@@ -25,8 +25,8 @@ namespace fs = std::filesystem;
 using Frames = std::vector<nlohmann::json>;
 using Value = std::function<double(const nlohmann::json&)>;
 
-constexpr std::size_t most_pictures = 12;  // pictures of a run on its page
-constexpr int thumbnail_width = 480;       // pixels; smallest width of such a picture
+constexpr std::size_t max_pictures = 12;  // pictures of a run on its page
+constexpr int thumbnail_width = 480;      // pixels; smallest width of such a picture
 
 // Returns a smaller picture, of which each pixel is the mean of factor x factor pixels. The mean is taken of
 // sRGB values as they are, which is good enough to look at, but not to measure.
@@ -109,7 +109,7 @@ class RunPage {
     for (std::size_t frame = 0; frame < frames_.size(); ++frame)
       if (fs::exists(run_.image(static_cast<int>(frame)))) drawn.push_back(static_cast<int>(frame));
     if (drawn.empty()) return;
-    const std::size_t count = std::min(drawn.size(), most_pictures);
+    const std::size_t count = std::min(drawn.size(), max_pictures);
     std::vector<Page::Picture> pictures;
     for (std::size_t i = 0; i < count; ++i) {
       const int frame = drawn[count > 1 ? i * (drawn.size() - 1) / (count - 1) : 0];

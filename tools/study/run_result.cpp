@@ -65,8 +65,8 @@ RunResult load_result(const Run& run) {
 
 std::vector<Vec3> centres_of_mass(const World& world) {
   const Bodies& bodies = world.bodies;
-  std::vector<Vec3> centres;
-  for (const RigidState& state : bodies.rigid.state) centres.push_back(state.pose.position);
+  std::vector<Vec3> centers;
+  for (const RigidState& state : bodies.rigid.state) centers.push_back(state.pose.position);
   for (const DeformableBody& body : bodies.deformable) {
     Vec3 sum = Vec3::Zero();
     double mass = 0;
@@ -75,9 +75,9 @@ std::vector<Vec3> centres_of_mass(const World& world) {
       sum += bodies.particles.mass[p] * bodies.particles.x[p];
       mass += bodies.particles.mass[p];
     }
-    centres.push_back(sum / mass);
+    centers.push_back(sum / mass);
   }
-  return centres;
+  return centers;
 }
 
 int rigid_index(const World& world, const std::string& name) {

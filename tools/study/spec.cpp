@@ -254,13 +254,13 @@ class SpecReader {
 }  // namespace
 
 bool needs_reference(MeasureKind kind) {
-  return kind == MeasureKind::state || kind == MeasureKind::centres || kind == MeasureKind::image;
+  return kind == MeasureKind::state || kind == MeasureKind::centers || kind == MeasureKind::image;
 }
 
 std::string unit_of(MeasureKind kind) {
   switch (kind) {
     case MeasureKind::state:
-    case MeasureKind::centres:
+    case MeasureKind::centers:
     case MeasureKind::penetration:
     case MeasureKind::joints:
       return "m";

@@ -21,7 +21,7 @@ enum class MeasureKind {
   // Center of mass of a clamped bar that is suddenly loaded by its weight; relative to its sag at rest.
   vibrating_bar,
   state,        // root mean square distance of particles and rigid bodies from the reference; m
-  centres,      // root mean square distance of centers of mass from the reference, for meshes that differ; m
+  centers,      // root mean square distance of centers of mass from the reference, for meshes that differ; m
   penetration,  // deepest penetration at the end of a frame; m
   energy,       // largest change of the total energy; relative to the largest kinetic energy
   // Largest rise of the total energy above an earlier frame; relative to the largest kinetic energy.

@@ -9,7 +9,7 @@ namespace duet::study {
 namespace {
 
 // Smallest fraction of a bar that a stage of its own takes; a larger one makes fewer, larger parts.
-constexpr double least_share = 0.01;
+constexpr double min_share = 0.01;
 constexpr const char* rest = "other";
 
 double sum(const StageSeconds& seconds) {
@@ -38,7 +38,7 @@ BarChart stage_chart(const std::string& name, const std::string& title, const st
   for (const auto& [bar, seconds] : bars) {
     const double total = sum(seconds);
     for (const auto& [stage, value] : seconds)
-      if (stage != rest && value > least_share * total &&
+      if (stage != rest && value > min_share * total &&
           std::find(chart.parts.begin(), chart.parts.end(), stage) == chart.parts.end())
         chart.parts.push_back(stage);
   }

@@ -23,7 +23,7 @@ BodyBounds bounds_of(const RigidState& state, const RigidProperties& properties)
   bounds.axes = state.pose.orientation.toRotationMatrix();
   bounds.center = state.pose.position;
   bounds.velocity = state.velocity;
-  bounds.thickness = shape.smallest_size();
+  bounds.thickness = shape.min_size();
   bounds.is_static = !properties.moves();
   bounds.is_dynamic = properties.is_dynamic();
   bounds.is_half_space = shape.kind == LevelSet::Kind::half_space;

@@ -26,7 +26,7 @@ struct BodyBounds {
   /// deformable bodies, and without the component along the axis for bodies that are round about one.
   Vec3 spin = Vec3::Zero();
   double arm = 0;              ///< m: lever arm on which `spin` moves the surface, at most.
-  double thickness = 0;        ///< m: LevelSet::smallest_size() of a rigid body. Zero for deformable bodies.
+  double thickness = 0;        ///< m: LevelSet::min_size() of a rigid body. Zero for deformable bodies.
   bool is_half_space = false;  ///< True if the volume is a half space; `half` and `radius` then mean nothing.
   bool is_static = false;      ///< True if the body is rigid and never moves.
   bool is_dynamic = true;      ///< True if forces move the body, and for all deformable bodies.

@@ -46,8 +46,8 @@ void make_room(std::vector<BodyPair>& pairs, std::size_t count) {
 }  // namespace
 
 const std::vector<BodyPair>& BroadPhase::find(const CandidateFilter& filter) {
-  start_anew(filter);
-  find_those_who_left();
+  reset_if_changed(filter);
+  update_boxes();
   if (!those_anew_.empty()) {
     update_tree();
     update_near();
@@ -62,7 +62,7 @@ const std::vector<BodyPair>& BroadPhase::find(const CandidateFilter& filter) {
 
 // Forgets all boxes and pairs if the bodies differ in number or kind from those of the last call, or if the
 // filter wants other pairs.
-void BroadPhase::start_anew(const CandidateFilter& filter) {
+void BroadPhase::reset_if_changed(const CandidateFilter& filter) {
   const bool same = kind_.size() == bounds.size() && filter_.rigid_pairs == filter.rigid_pairs &&
                     filter_.rigid_deformable == filter.rigid_deformable &&
                     std::equal(kind_.begin(), kind_.end(), bounds.begin(),
@@ -86,8 +86,8 @@ void BroadPhase::start_anew(const CandidateFilter& filter) {
 
 // Updates the boxes, replaces the roomy boxes that no longer fit, and lists the bodies whose pairs have to be
 // searched for. Half spaces have no boxes, because all bodies are near them; their pairs are searched for
-// only after start_anew().
-void BroadPhase::find_those_who_left() {
+// only after reset_if_changed().
+void BroadPhase::update_boxes() {
   parallel_for(bounded_.size(), bodies_at_once, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
       const auto i = as_index(bounded_[k]);

@@ -61,8 +61,8 @@ class BroadPhase {
     std::vector<BodyPair> pairs;
     std::size_t begin = 0;  // index at which they go into the joined list
   };
-  void start_anew(const CandidateFilter& filter);
-  void find_those_who_left();
+  void reset_if_changed(const CandidateFilter& filter);
+  void update_boxes();
   void update_tree();
   void update_near();
   void query(int body, std::vector<BodyPair>& found) const;

@@ -5,13 +5,13 @@
 
 #include "sim/base/parallel.h"
 #include "sim/contact/detection/contact_reduction.h"
-#include "sim/contact/detection/deepest_point.h"
 #include "sim/contact/detection/faces_around.h"
 #include "sim/contact/detection/facing.h"
 #include "sim/contact/detection/friction_fade.h"
 #include "sim/contact/detection/internal_edges.h"
 #include "sim/contact/detection/line_contact.h"
 #include "sim/contact/detection/near_visits.h"
+#include "sim/contact/detection/shape_support_point.h"
 #include "sim/contact/detection/support_face_contacts.h"
 
 namespace duet {
@@ -20,7 +20,7 @@ namespace {
 // Smallest size (m) of bodies whose contacts have the full tolerances of the solvers. These are absolute
 // speeds and lengths; below this size they shrink in proportion to the body. A larger value makes solves of
 // small bodies more precise and longer.
-constexpr double least_size = 0.05;
+constexpr double min_size = 0.05;
 constexpr std::size_t pairs_at_once = 16;  // for each task of a parallel loop
 
 // dt (1.5 v + 0.05 m/s): the speculative margin (m) of a point whose relative speed is at most v (m/s). It is
@@ -58,7 +58,7 @@ class Finder {
       CandidateSearch::Chunk& chunk = search_.chunks[begin / pairs_at_once];
       chunk.pairs.clear();
       chunk.touches.clear();
-      chunk.ridges.clear();
+      chunk.feature_edges.clear();
       for (std::size_t i = begin; i < end; ++i) find_touches(pairs[i], chunk);
       // Room for twice as many is reserved, so that storage stops growing once a scene has warmed up.
       if (chunk.touches.capacity() < 2 * chunk.touches.size())
@@ -80,15 +80,14 @@ class Finder {
     broad_phase.margin.resize(broad_phase.bounds.size());
     parallel_for(broad_phase.bounds.size(), 64, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i)
-        broad_phase.margin[i] =
-            reach(fastest(broad_phase.bounds[i]) + largest_change(static_cast<int>(i)), dt_);
+        broad_phase.margin[i] = reach(fastest(broad_phase.bounds[i]) + max_change(static_cast<int>(i)), dt_);
     });
     return broad_phase.find(filter_);
   }
 
   // Returns a bound on how much forces changed the velocities of the points of a body, m/s. `body` is an
   // index into BroadPhase::bounds.
-  double largest_change(int body) const {
+  double max_change(int body) const {
     const std::size_t rigid_count = bodies_.rigid.size();
     return as_index(body) < rigid_count
                ? difference_.rigid[as_index(body)].norm() +
@@ -105,8 +104,8 @@ class Finder {
   // Appends the touches of a pair of bodies to `chunk`, unless the pair never touches.
   void find_touches(const BodyPair& pair, CandidateSearch::Chunk& chunk) const {
     const int begin = static_cast<int>(chunk.touches.size());
-    if (pair.guest_rigid >= 0 && never_touch(bodies_, pair.host, pair.guest_rigid)) return;
-    if (pair.guest_rigid < 0 && never_touch_deformable(bodies_, pair.host, pair.guest_deformable)) return;
+    if (pair.guest_rigid >= 0 && is_excluded(bodies_, pair.host, pair.guest_rigid)) return;
+    if (pair.guest_rigid < 0 && is_excluded_deformable(bodies_, pair.host, pair.guest_deformable)) return;
     if (pair.guest_rigid >= 0)
       find_rigid(pair, chunk);
     else
@@ -173,7 +172,7 @@ class Finder {
     if (filter_.reduce_contacts) reduce_contacts(guest.arm, samples, chunk.touches, chunk.reduction);
     find_faces_at_samples(pair, margin, begin, chunk);
     find_places(pair, is_reversed, margin, chunk);
-    if (filter_.reduce_contacts) adopt_others(guest.arm, begin, chunk.touches, chunk.reduction);
+    if (filter_.reduce_contacts) add_to_patches(guest.arm, begin, chunk.touches, chunk.reduction);
   }
 
   // Adds the further faces of a mesh that the samples among the touches from `begin` on touch, see
@@ -187,7 +186,7 @@ class Finder {
     const std::size_t end = chunk.touches.size();
     for (std::size_t i = begin; i < end; ++i)
       if (chunk.touches[i].point >= 0)
-        find_faces_around_sample(host, guest, in_host, margin, i, chunk.touches, chunk.ridges);
+        find_faces_around_sample(host, guest, in_host, margin, i, chunk.touches, chunk.feature_edges);
   }
 
   // Appends the touches of support points with several faces of a mesh, see find_faces_around(), without
@@ -198,11 +197,11 @@ class Finder {
     const std::size_t first = chunk.touches.size();
     find_faces_around(bodies_.rigid.properties[h].shape,
                       bodies_.rigid.properties[as_index(pair.guest_rigid)].shape,
-                      in_host_of(bodies_.rigid, pair), margin, chunk.touches, chunk.ridges);
+                      in_host_of(bodies_.rigid, pair), margin, chunk.touches, chunk.feature_edges);
     for (std::size_t i = first; i < chunk.touches.size(); ++i) chunk.touches[i].reversed = is_reversed;
     const Pose& pose = bodies_.rigid.state[h].pose;
     const auto is_hidden = [&](const NearPoint& touch) {
-      const EdgePoint& place = chunk.ridges[as_index(touch.ridge)].edge;
+      const EdgePoint& place = chunk.feature_edges[as_index(touch.ridge)].edge;
       return hidden_foot(bodies_, pair.host, pose.to_world(place.foot), pose.orientation * place.normal)
           .has_value();
     };
@@ -214,11 +213,11 @@ class Finder {
   // Appends the edge contacts of the pair's rigid guest.
   void find_places(const BodyPair& pair, bool is_reversed, double margin,
                    CandidateSearch::Chunk& chunk) const {
-    const std::size_t first = chunk.ridges.size();
-    find_feature_edges(bodies_, pair, is_reversed, margin, chunk.ridges);
+    const std::size_t first = chunk.feature_edges.size();
+    find_feature_edges(bodies_, pair, is_reversed, margin, chunk.feature_edges);
     const RigidProperties& guest = bodies_.rigid.properties[as_index(pair.guest_rigid)];
-    for (std::size_t i = first; i < chunk.ridges.size(); ++i) {
-      const EdgeContact& near = chunk.ridges[i];
+    for (std::size_t i = first; i < chunk.feature_edges.size(); ++i) {
+      const EdgeContact& near = chunk.feature_edges[i];
       chunk.touches.push_back({.point = static_cast<int>(guest.samples.size()) + near.node,
                                .reversed = is_reversed,
                                .position = near.edge.foot,
@@ -235,15 +234,15 @@ class Finder {
     const auto d = bodies_.rigid.size() + as_index(pair.guest_deformable);
     const BodyBounds& guest = search_.broad_phase.bounds[d];
     const double speed =
-        fastest(guest) + largest_change(static_cast<int>(d)) + fastest(host) + difference_.rigid[h].norm();
+        fastest(guest) + max_change(static_cast<int>(d)) + fastest(host) + difference_.rigid[h].norm();
     const double margin = reach(speed, dt_);
     if (separation(host, guest) > margin) return;
     const double around = bodies_.deformable[as_index(pair.guest_deformable)].thickness / 2;
     visit_near(bodies_, search_, pair, margin + around, [&](NearPoint touch) {
       const SurfacePoint& point = bodies_.points[as_index(touch.point)];
-      touch.gap += point.allowance;
+      touch.gap += point.contact_offset;
       if (neither_moves(bodies_, point, h)) return;
-      if (touch.gap < reach_of(point, search_.point[as_index(touch.point)], h))
+      if (touch.gap < speculative_margin_of(point, search_.point[as_index(touch.point)], h))
         chunk.touches.push_back(touch);
     });
     ContactPoint contact;
@@ -253,26 +252,30 @@ class Finder {
       put_on_surface(bodies_, contact);
       const SurfacePoint& point = contact.on_surface;
       if (neither_moves(bodies_, point, h)) return;
-      const double gap = near.distance + point.allowance;
-      if (!(gap < reach_of(point, weighted(point, bodies_.particles.x), h))) return;
+      const double gap = near.distance + point.contact_offset;
+      if (!(gap < speculative_margin_of(point, weighted(point, bodies_.particles.x), h))) return;
       chunk.touches.push_back({.point = contact.guest_point,
                                .position = near.edge.foot,
                                .normal = near.edge.normal,
                                .gap = gap,
-                               .ridge = static_cast<int>(chunk.ridges.size())});
-      chunk.ridges.push_back(near);
+                               .ridge = static_cast<int>(chunk.feature_edges.size())});
+      chunk.feature_edges.push_back(near);
     };
-    const auto margin_of = [&](const BoundaryEdge& edge) { return reach_of(edge, h) - edge.allowance; };
+    const auto margin_of = [&](const BoundaryEdge& edge) {
+      return speculative_margin_of(edge, h) - edge.contact_offset;
+    };
     visit_places(bodies_, search_.broad_phase, pair, margin + around, margin_of, chunk, take);
   }
 
   // Returns the speculative margin (m) of a deformable guest's point at `x` (m, world).
-  double reach_of(const SurfacePoint& point, const Vec3& x, std::size_t host) const {
-    return reach_of(x, weighted(point, bodies_.particles.v), weighted(point, difference_.particle), host);
+  double speculative_margin_of(const SurfacePoint& point, const Vec3& x, std::size_t host) const {
+    return speculative_margin_of(x, weighted(point, bodies_.particles.v),
+                                 weighted(point, difference_.particle), host);
   }
   // Returns the speculative margin (m) of a point at `x` (m, world) with the velocity `velocity`, which
   // forces changed by `difference` (m/s).
-  double reach_of(const Vec3& x, const Vec3& velocity, const Vec3& difference, std::size_t host) const {
+  double speculative_margin_of(const Vec3& x, const Vec3& velocity, const Vec3& difference,
+                               std::size_t host) const {
     const RigidState& state = bodies_.rigid.state[host];
     const Vec3 v = velocity - point_velocity(state, x - state.pose.position);
     const Vec3 change = difference - difference_.rigid[host];
@@ -280,13 +283,13 @@ class Finder {
   }
   // Returns a speculative margin (m) that holds for all points of an edge: the greater one of its ends.
   // Velocities are linear along the edge, so that none of its points reaches farther.
-  double reach_of(const BoundaryEdge& edge, std::size_t host) const {
+  double speculative_margin_of(const BoundaryEdge& edge, std::size_t host) const {
     constexpr double slack = 1 + 1e-9;  // against rounding
     double farthest = 0;
     for (const int particle : edge.particle) {
       const auto p = as_index(particle);
-      farthest = std::max(
-          farthest, reach_of(bodies_.particles.x[p], bodies_.particles.v[p], difference_.particle[p], host));
+      farthest = std::max(farthest, speculative_margin_of(bodies_.particles.x[p], bodies_.particles.v[p],
+                                                          difference_.particle[p], host));
     }
     return slack * farthest;
   }
@@ -336,8 +339,8 @@ class Finder {
     contact.patch = near.patch;
     contact.share = near.share;
     if (near.ridge >= 0) {
-      contact.edge = chunk.ridges[as_index(near.ridge)].edge;
-      contact.keeper = chunk.ridges[as_index(near.ridge)].keeper;
+      contact.edge = chunk.feature_edges[as_index(near.ridge)].edge;
+      contact.plane_frame = chunk.feature_edges[as_index(near.ridge)].plane_frame;
     }
     contact.friction = host.friction;
     // Deformable bodies have no restitution, because they store and return energy by themselves (paper
@@ -347,14 +350,13 @@ class Finder {
       const RigidProperties& guest = bodies_.rigid.properties[as_index(pair.guest_rigid)];
       contact.friction = std::min(host.friction, guest.friction);
       contact.restitution = std::min(host.restitution, guest.restitution);
-      contact.precision =
-          std::min(1.0, std::min(host.shape.smallest_size(), guest.shape.smallest_size()) / least_size);
+      contact.precision = std::min(1.0, std::min(host.shape.min_size(), guest.shape.min_size()) / min_size);
     }
     if (pair.guest_rigid < 0 && contact.is_on_edge()) put_on_surface(bodies_, contact);
     update_geometry(bodies_, contact);
     contact.first_normal = contact.normal;
     if (pair.guest_rigid < 0)
-      contact.friction *= lying_share(bodies_, surface_point(bodies_, contact), contact.normal);
+      contact.friction *= friction_fade_fraction(bodies_, surface_point(bodies_, contact), contact.normal);
     return contact;
   }
 

@@ -11,7 +11,7 @@ namespace {
 constexpr double foot_tolerance = 0.002;
 // Cosine of 73 degrees. A larger value would exclude corners that touch at a slant: at the corner of a box
 // that stands upright the cosine is 0.58.
-constexpr double least_facing = 0.3;
+constexpr double min_facing = 0.3;
 constexpr double
     // Relative to the distance from `x` to `inside`: a point no farther than this below the end of a wall is
     // level with that end. Twice as much would let a body slide over edges that it has run into twice as
@@ -81,7 +81,7 @@ ContactPlane plane_of(const Shape& shape, const Vec3& x, const Vec3& inside) {
 
 }  // namespace
 
-bool faces(const Vec3& normal, const Vec3& way) { return normal.dot(way) > least_facing * way.norm(); }
+bool faces(const Vec3& normal, const Vec3& way) { return normal.dot(way) > min_facing * way.norm(); }
 
 ContactPlane contact_plane(const LevelSet& shape, const Vec3& x, const Vec3& inside) {
   return plane_of(OfLevelSet{shape}, x, inside);

@@ -4,11 +4,11 @@
 #include <cmath>
 #include <limits>
 
-#include "sim/contact/detection/deepest_point.h"
 #include "sim/contact/detection/edge_contacts.h"
 #include "sim/contact/detection/facing.h"
 #include "sim/contact/detection/friction_fade.h"
 #include "sim/contact/detection/internal_edges.h"
+#include "sim/contact/detection/shape_support_point.h"
 
 namespace duet {
 Mat3 impulse_factor(const RigidState& state, double inverse_mass, const Vec3& arm) {
@@ -38,10 +38,10 @@ bool is_on_edge(const RigidProperties& guest, int point) {
 
 // Returns a rigid guest's sample or support point, named as ContactPoint::guest_point, in the body space of
 // the host.
-DeepestPoint in_space_of(const RigidProperties& host, const Pose& host_pose, const RigidProperties& guest,
-                         const Pose& guest_pose, int point) {
+ShapeSupportPoint in_space_of(const RigidProperties& host, const Pose& host_pose,
+                              const RigidProperties& guest, const Pose& guest_pose, int point) {
   const Pose in_host = in_space_of(host_pose, guest_pose);
-  if (point < 0) return deepest_point(guest.shape, deepest_number(guest.shape, point), in_host, host.shape);
+  if (point < 0) return support_point(guest.shape, support_number(guest.shape, point), in_host, host.shape);
   return {in_host.to_world(guest.samples[as_index(point)]), in_host.to_world(guest.inside[as_index(point)])};
 }
 
@@ -109,7 +109,7 @@ Touch touch_at_ridge(const EdgePoint& lowest, const LevelSet& host, const Pose& 
 Touch touch_of_face(const EdgePoint& lowest, const Pose& host_pose, const LevelSet& guest,
                     const Pose& guest_pose, int k) {
   const Vec3 normal = host_pose.orientation * lowest.normal;
-  const DeepestPoint deepest = deepest_point(guest, k, guest_pose.orientation.conjugate() * normal);
+  const ShapeSupportPoint deepest = support_point(guest, k, guest_pose.orientation.conjugate() * normal);
   const Vec3 x = guest_pose.to_world(deepest.position);
   return {x, normal, normal.dot(x - host_pose.to_world(lowest.foot))};
 }
@@ -127,7 +127,7 @@ Touch in_world(const Vec3& x, const ContactPlane& plane, const Pose& host_pose) 
 Touch touch_of_continued(const Bodies& bodies, const Vec3& normal, const Vec3& foot, double size, int other,
                          const Pose& guest_pose, const LevelSet& guest, int k) {
   constexpr double near = 1e-3;  // greatest distance of its foot beside the surface, relative to `size`
-  const DeepestPoint deepest = deepest_point(guest, k, guest_pose.orientation.conjugate() * normal);
+  const ShapeSupportPoint deepest = support_point(guest, k, guest_pose.orientation.conjugate() * normal);
   const Vec3 x = guest_pose.to_world(deepest.position);
   const double gap = normal.dot(x - foot);
   const LevelSet& shape = bodies.rigid.properties[as_index(other)].shape;
@@ -146,14 +146,14 @@ int body_below_deepest(const Bodies& bodies, int host, const Touch& found, const
   const auto others = bodies.adjoining.of(host);
   if (others.begin() == others.end()) return -1;
   const Vec3 x = guest_pose.to_world(
-      deepest_point(guest, k, guest_pose.orientation.conjugate() * found.normal).position);
+      support_point(guest, k, guest_pose.orientation.conjugate() * found.normal).position);
   const Vec3 foot = found.position - found.gap * found.normal;
   const Vec3 below = x - found.normal.dot(x - foot) * found.normal;
   const auto above = [&](int body) {  // signed distance of `below` from the body, m
     return bodies.rigid.properties[as_index(body)].shape.distance(
         bodies.rigid.state[as_index(body)].pose.to_body(below));
   };
-  const double nothing = rounding * bodies.rigid.properties[as_index(host)].shape.smallest_size();
+  const double nothing = rounding * bodies.rigid.properties[as_index(host)].shape.min_size();
   if (above(host) <= nothing) return -1;
   const auto other =
       std::find_if(others.begin(), others.end(), [&](int body) { return std::abs(above(body)) <= nothing; });
@@ -167,8 +167,8 @@ Touch touch(const RigidProperties& host, const Pose& host_pose, const RigidPrope
   if (is_on_edge(guest, sample))
     return touch_at_ridge(lowest, host.shape, host_pose, guest.shape, guest_pose);
   if (sample < 0 && !lowest.normal.isZero(0))
-    return touch_of_face(lowest, host_pose, guest.shape, guest_pose, deepest_number(guest.shape, sample));
-  const DeepestPoint point = in_space_of(host, host_pose, guest, guest_pose, sample);
+    return touch_of_face(lowest, host_pose, guest.shape, guest_pose, support_number(guest.shape, sample));
+  const ShapeSupportPoint point = in_space_of(host, host_pose, guest, guest_pose, sample);
   return in_world(point.position, contact_plane(host.shape, point.position, point.inside), host_pose);
 }
 
@@ -178,18 +178,18 @@ Touch touch(const Bodies& bodies, int host, const Pose& host_pose, int guest, co
   if (is_on_edge(properties[as_index(guest)], sample) || (sample < 0 && !lowest.normal.isZero(0)))
     return touch(properties[as_index(host)], host_pose, properties[as_index(guest)], guest_pose, sample,
                  lowest);
-  const DeepestPoint point =
+  const ShapeSupportPoint point =
       in_space_of(properties[as_index(host)], host_pose, properties[as_index(guest)], guest_pose, sample);
   const ContactPlane plane = exposed_plane(bodies, host, host_pose, point.position, point.inside,
                                            sample < 0 ? PointKind::deepest : PointKind::fixed);
   const Touch found = in_world(point.position, plane, host_pose);
   if (sample >= 0) return found;
   const LevelSet& shape = properties[as_index(guest)].shape;
-  const int k = deepest_number(shape, sample),
+  const int k = support_number(shape, sample),
             other = plane.continued_by >= 0 ? plane.continued_by
                                             : body_below_deepest(bodies, host, found, guest_pose, shape, k);
   if (other < 0) return found;
-  const double size = properties[as_index(host)].shape.smallest_size();
+  const double size = properties[as_index(host)].shape.min_size();
   return touch_of_continued(bodies, found.normal, host_pose.to_world(plane.foot), size, other, guest_pose,
                             shape, k);
 }
@@ -201,12 +201,12 @@ namespace {
 Touch touch(const Bodies& bodies, int host, const Pose& host_pose, const SurfacePoint& point, const Vec3& x) {
   const LevelSet& shape = bodies.rigid.properties[as_index(host)].shape;
   const Vec3 in_host = host_pose.to_body(x);
-  WayOut way{host_pose.orientation * shape.normal(in_host), -shape.distance(in_host)};
+  Exit way{host_pose.orientation * shape.normal(in_host), -shape.distance(in_host)};
   if (const auto hidden = hidden_foot(bodies, host, x + way.depth * way.normal, way.normal))
-    way = way_out_of_seam(bodies, host, x, inward_direction(bodies, point), way, *hidden);
+    way = exit_from_union(bodies, host, x, inward_direction(bodies, point), way, *hidden);
   else
-    way = way_out_faced(bodies, host, host_pose, point, x, way);
-  return {x, way.normal, point.allowance - way.depth};
+    way = faced_exit(bodies, host, host_pose, point, x, way);
+  return {x, way.normal, point.contact_offset - way.depth};
 }
 
 // Returns the touch of a contact whose plane is that of a deformable guest's face. Its normal is the one of
@@ -221,8 +221,8 @@ Touch touch_on_face(const Bodies& bodies, const ContactPoint& contact, const Pos
   Vec3 normal = length > 0 ? Vec3(area / length) : outward;
   if (normal.dot(outward) < 0) normal = -normal;
   Vec3 foot = contact.edge.foot;
-  if (contact.keeper.deepest >= 0)
-    foot = deepest_point(bodies.rigid.properties[as_index(contact.host)].shape, contact.keeper.deepest,
+  if (contact.plane_frame.deepest >= 0)
+    foot = support_point(bodies.rigid.properties[as_index(contact.host)].shape, contact.plane_frame.deepest,
                          host_pose.orientation.conjugate() * -normal)
                .position;
   foot = host_pose.to_world(foot);
@@ -248,12 +248,12 @@ Touch touch_on_edge(const Bodies& bodies, const ContactPoint& contact, const Pos
 Touch touch_on_ridge(const Bodies& bodies, const ContactPoint& contact, const Pose& host_pose,
                      const Vec3& x) {
   const Vec3 normal = host_pose.orientation * contact.edge.normal;
-  switch (contact.keeper.kind) {
-    case PlaneKeeper::Kind::face:
+  switch (contact.plane_frame.kind) {
+    case PlaneFrame::Kind::face:
       return touch_on_face(bodies, contact, host_pose, normal, x);
-    case PlaneKeeper::Kind::edge:
+    case PlaneFrame::Kind::edge:
       return touch_on_edge(bodies, contact, host_pose, x);
-    case PlaneKeeper::Kind::host:
+    case PlaneFrame::Kind::host:
       break;
   }
   return {x, normal, normal.dot(x - host_pose.to_world(contact.edge.foot))};
@@ -265,7 +265,7 @@ Touch touch(const Bodies& bodies, const ContactPoint& contact, const Pose& host_
   const SurfacePoint& point = surface_point(bodies, contact);
   Touch found = contact.is_on_edge() ? touch_on_ridge(bodies, contact, host_pose, x)
                                      : touch(bodies, contact.host, host_pose, point, x);
-  found.gap += contact.is_on_edge() ? point.allowance + contact.yielded : contact.yielded;
+  found.gap += contact.is_on_edge() ? point.contact_offset + contact.yielded : contact.yielded;
   return found;
 }
 
@@ -287,11 +287,11 @@ void put_on_surface(const Bodies& bodies, ContactPoint& contact) {
   const std::size_t number = as_index(contact.guest_point) - bodies.points.size();
   if (number < bodies.edges.size()) {
     for (const int particle : bodies.edges[number].particle) add(particle);
-    point.allowance = bodies.edges[number].allowance;
+    point.contact_offset = bodies.edges[number].contact_offset;
   } else {
     for (const int particle : bodies.triangles[static_cast<std::size_t>(contact.edge.face)]) add(particle);
     const std::size_t guest = (number - bodies.edges.size()) % bodies.deformable.size();
-    point.allowance = -bodies.deformable[guest].thickness / 2;
+    point.contact_offset = -bodies.deformable[guest].thickness / 2;
   }
 }
 
@@ -335,11 +335,11 @@ void move_on_face(const Bodies& bodies, const Vec3& x, SurfacePoint& point) {
 // Moves contacts with the faces and edges of a deformable body along with the host. At a place that stays
 // behind they would turn the host.
 void follow_host(const Bodies& bodies, ContactPoint& contact) {
-  if (contact.keeper.kind == PlaneKeeper::Kind::host) return;
+  if (contact.plane_frame.kind == PlaneFrame::Kind::host) return;
   SurfacePoint& point = contact.on_surface;
   const Pose& pose = bodies.rigid.state[as_index(contact.host)].pose;
   const Touch now = touch(bodies, contact, pose, weighted(point, bodies.particles.x));
-  if (contact.keeper.kind == PlaneKeeper::Kind::face) {
+  if (contact.plane_frame.kind == PlaneFrame::Kind::face) {
     move_on_face(bodies, now.foot, point);
   } else {
     const Vec3 &first = bodies.particles.x[as_index(point.particle[0])],
@@ -352,7 +352,7 @@ void follow_host(const Bodies& bodies, ContactPoint& contact) {
   // The next step begins with this place and plane, from the contact cache.
   contact.edge.normal = pose.orientation.conjugate() * now.normal;
   const LevelSet& shape = bodies.rigid.properties[as_index(contact.host)].shape;
-  const double to_surface = contact.keeper.kind == PlaneKeeper::Kind::edge ? radius_of_ball(shape) : 0;
+  const double to_surface = contact.plane_frame.kind == PlaneFrame::Kind::edge ? radius_of_ball(shape) : 0;
   contact.edge.foot = pose.to_body(now.foot + to_surface * now.normal);
   std::copy_n(point.weight.begin(), 3, contact.edge.weight.begin());
   point.inverse_mass = 0;

@@ -41,8 +41,8 @@ struct ContactPoint {
   /// proportion to the size of the smaller body below that.
   double precision = 1;
   ContactResponse response;  ///< Change of the relative velocity by impulses at the contact.
-  /// m/s: least normal velocity of the guest relative to the host, set by predict_contacts(). Minus infinity:
-  /// the contact is out of reach and exerts nothing.
+  /// m/s: least normal velocity of the guest relative to the host, set by find_speculative_targets(). Minus
+  /// infinity: the contact is out of reach and exerts nothing.
   double target = 0;
   /// N s: impulse on the guest, accumulated by the collisions and later by the contact solve.
   Vec3 impulse = Vec3::Zero();
@@ -57,7 +57,7 @@ struct ContactPoint {
   /// Plane of an edge contact, or of a contact in a face, as found at the beginning of the step. Its normal
   /// is zero for all other contacts.
   EdgePoint edge;
-  PlaneKeeper keeper;       ///< The body or feature that the plane of `edge` moves with.
+  PlaneFrame plane_frame;   ///< The body or feature that the plane of `edge` moves with.
   SurfacePoint on_surface;  ///< Place of the contact on an edge or a face of a deformable guest.
   /// m: by how much a pinched guest is thinner at the contact, see pinching.h. What is pinched sticks if
   /// there is friction.
@@ -110,7 +110,7 @@ struct Pinch {
 struct ContactSet {
   std::vector<ContactPoint> points;  ///< Contact points, those of each pair next to each other.
   std::vector<ContactPair> pairs;    ///< Pairs of bodies that have contact points.
-  std::vector<Pose> predicted;       ///< Scratch of predict_contacts(): poses of the rigid bodies.
+  std::vector<Pose> predicted;       ///< Scratch of find_speculative_targets(): poses of the rigid bodies.
   /// For every island: whether the contact cache holds none of its contacts, see warm_start().
   std::vector<char> is_cold;
   CandidateSearch search;           ///< Scratch of find_candidates().
@@ -181,10 +181,9 @@ inline void apply_impulse(Bodies& bodies, const ContactPoint& contact, const Vec
 struct Touch {
   Vec3 position;  ///< m: the guest's point.
   Vec3 normal;    ///< Unit: outward normal of the host.
-  /// m: signed distance of the point from the host, plus SurfacePoint::allowance on a deformable guest and
-  /// ContactPoint::yielded on a pinched one.
-  /// It is infinite if the point is beside an edge, see ContactPlane::faces, or above a surface that a
-  /// neighbor of the host hides, see hidden_foot().
+  /// m: signed distance of the point from the host, plus SurfacePoint::contact_offset on a deformable guest
+  /// and ContactPoint::yielded on a pinched one. It is infinite if the point is beside an edge, see
+  /// ContactPlane::faces, or above a surface that a neighbor of the host hides, see hidden_foot().
   double gap = 0;
   /// m: point of the host that touches, if the plane moves with a face of a deformable guest; if it moves
   /// with an edge, the center of the ball of the host that touches. Not set for other contacts.

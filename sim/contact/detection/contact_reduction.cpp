@@ -15,16 +15,16 @@ namespace {
 // Tolerance for points of one plane, relative to the guest's size, and for unit normals of one plane. It is
 // above the rounding of poses; a larger value would let dropped points sink deeper.
 constexpr double flatness = 1e-6;
-constexpr std::size_t least_touches = 5;  // a face with fewer touches is not worth the search
+constexpr std::size_t min_touches = 5;  // a face with fewer touches is not worth the search
 // Place of the carriers between the middle of a facet (0) and its corners (1), if points are there. Under
 // even pressure the mean distance from the middle is farther out: 0.54 of that of the corners for a square,
 // 0.67 for a disc.
 constexpr double carrier_place = 0.5;
 // Least fraction of the load, for points that carry some only when the body is about to tip.
-constexpr double least_share = 1e-3;
+constexpr double min_share = 1e-3;
 // Least cosine of the angle between two faces that lie on each other: 8 degrees.
 constexpr double level = 0.99;
-constexpr int most_faces = 8;  // most faces of the host that are looked at: if there are more, it is curved
+constexpr int max_faces = 8;  // most faces of the host that are looked at: if there are more, it is curved
 
 // Values of ReductionScratch::state.
 constexpr char untouched = 0, kept_first = 1, dropped = 2;
@@ -55,8 +55,8 @@ class Reduction {
     scratch_.normals.resize(count);
     for (std::size_t i = 0; i < count; ++i) scratch_.normals[i] = touches_[begin_ + i].normal;
     taken_ = 0;
-    for (int face = 0; face < most_faces && gather_face(); ++face)
-      if (scratch_.face.size() >= least_touches) reduce_face();
+    for (int face = 0; face < max_faces && gather_face(); ++face)
+      if (scratch_.face.size() >= min_touches) reduce_face();
     arrange();
   }
 
@@ -91,14 +91,14 @@ class Reduction {
     const std::vector<FlatPoint>& face = scratch_.face;
     const FlatPoint lowest = *std::min_element(
         face.begin(), face.end(), [](const FlatPoint& a, const FlatPoint& b) { return a.height < b.height; });
-    double least_slope = std::numeric_limits<double>::infinity();
+    double min_slope = std::numeric_limits<double>::infinity();
     for (const FlatPoint& p : face)
       if (const double run = distance(lowest, p); run > tolerance_)
-        least_slope = std::min(least_slope, (p.height - lowest.height) / run);
+        min_slope = std::min(min_slope, (p.height - lowest.height) / run);
     FlatPoint end = lowest;
     for (const FlatPoint& p : face) {
       const double run = distance(lowest, p);
-      if (p.height - lowest.height - least_slope * run <= tolerance_ && run > distance(lowest, end)) end = p;
+      if (p.height - lowest.height - min_slope * run <= tolerance_ && run > distance(lowest, end)) end = p;
     }
     const double length = distance(lowest, end);
     if (length <= tolerance_) return;
@@ -109,10 +109,10 @@ class Reduction {
         const double along = u * (p.u - lowest.u) + w * (p.w - lowest.w);
         const double across = side * (u * (p.w - lowest.w) - w * (p.u - lowest.u));
         if (across > tolerance_)
-          tilt = std::min(tilt, (p.height - lowest.height - least_slope * along) / across);
+          tilt = std::min(tilt, (p.height - lowest.height - min_slope * along) / across);
       }
       if (std::isfinite(tilt))
-        reduce_facet({lowest, least_slope * u - side * tilt * w, least_slope * w + side * tilt * u});
+        reduce_facet({lowest, min_slope * u - side * tilt * w, min_slope * w + side * tilt * u});
     }
   }
 
@@ -129,7 +129,7 @@ class Reduction {
       if (support.above(p) < -tolerance_) return;  // a point is below the plane: rounding misled the search
       if (support.above(p) <= tolerance_ && state(p) != dropped) facet.push_back(p);
     }
-    if (facet.size() < least_touches) return;
+    if (facet.size() < min_touches) return;
     find_hull();
     if (scratch_.hull.size() < 3) return;
     for (const FlatPoint& p : scratch_.face)
@@ -179,13 +179,13 @@ class Reduction {
 
   NearPoint& touch_of(const FlatPoint& p) { return touches_[begin_ + as_index(p.touch)]; }
 
-  // Makes a touch a point of `patch`, with at least `least_share` of its load. Touches of another patch stay
+  // Makes a touch a point of `patch`, with at least `min_share` of its load. Touches of another patch stay
   // there.
   void take(const FlatPoint& p, int patch, double share) {
     NearPoint& touch = touch_of(p);
     if (touch.patch >= 0 && touch.patch != patch) return;
     touch.patch = patch;
-    touch.share += std::max(share, least_share);
+    touch.share += std::max(share, min_share);
   }
 
   char& state(const FlatPoint& p) { return scratch_.state[as_index(p.touch)]; }
@@ -326,11 +326,11 @@ class Reduction {
 
 void reduce_contacts(double size, std::size_t begin, std::vector<NearPoint>& touches,
                      ReductionScratch& scratch) {
-  if (touches.size() - begin >= least_touches) Reduction(size, begin, touches, scratch).run();
+  if (touches.size() - begin >= min_touches) Reduction(size, begin, touches, scratch).run();
 }
 
-void adopt_others(double size, std::size_t begin, std::vector<NearPoint>& touches,
-                  const ReductionScratch& scratch) {
+void add_to_patches(double size, std::size_t begin, std::vector<NearPoint>& touches,
+                    const ReductionScratch& scratch) {
   for (const ContactPatch& patch : scratch.patches) {
     const Vec3* corner = scratch.hull_corners.data() + patch.first_corner;
     const Vec3 across = (corner[1] - corner[0]).cross(corner[2] - corner[0]).normalized();
@@ -343,7 +343,7 @@ void adopt_others(double size, std::size_t begin, std::vector<NearPoint>& touche
           std::abs(across.dot(x - corner[0])) > flatness * size)
         continue;
       touch.patch = patch.number;
-      touch.share = least_share;
+      touch.share = min_share;
     }
   }
 }
@@ -383,7 +383,7 @@ void join_patches(double size, const Pose& guest_in_host, std::size_t begin, std
       if (is_above(corners, patch.normal, x, flatness * size)) return true;
       const bool is_parallel = (opposite + patch.normal).norm() <= flatness;
       touch.patch = is_parallel ? patch.number : -1;
-      touch.share = is_parallel ? least_share : 0;
+      touch.share = is_parallel ? min_share : 0;
       return false;
     };
     touches.erase(

@@ -27,8 +27,8 @@ void reduce_contacts(double size, std::size_t begin, std::vector<NearPoint>& tou
 /// Makes support points and edge contacts points of a patch if they lie in its plane. It looks at the touches
 /// from `begin` on. Examples are the support point on the rim on which a can stands, and the place where an
 /// edge passes the end of a face. `size` (m) is that of the guest.
-void adopt_others(double size, std::size_t begin, std::vector<NearPoint>& touches,
-                  const ReductionScratch& scratch);
+void add_to_patches(double size, std::size_t begin, std::vector<NearPoint>& touches,
+                    const ReductionScratch& scratch);
 
 /// Joins patches that two rigid bodies found on each other. All touches from `begin` on belong to that pair,
 /// found in both directions. Points of one body that lie beneath a patch of the other are dropped, because

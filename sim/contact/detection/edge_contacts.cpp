@@ -11,22 +11,22 @@ constexpr double far = std::numeric_limits<double>::infinity();
 // Least fall of the distance towards a minimum, relative to the distance between two nodes of the line.
 // Shallower minima are those of lines that lie along a face; a larger value would miss edges that cross at a
 // small angle.
-constexpr double least_fall = 0.005;
+constexpr double min_fall = 0.005;
 // Least change of the slope of the distance from one part of a deformable body's edge to the next at which an
 // edge of the host may lie between them. A bend that this overlooks is no deeper than a quarter of this value
 // times the length of a part. Neither is the jolt at the moment when the end of the edge passes the host's
 // edge and the depth that was overlooked begins to count.
-constexpr double least_bend = 0.001;
+constexpr double min_bend = 0.001;
 // Precision of the place of a minimum, relative to the distance between two nodes or to a part.
 constexpr double precision = 0.01;
 constexpr double edge_of_bend = 1e-3;  // least slope away from a bend, relative to the change of slope at it
 constexpr double golden = 0.6180339887498949;  // golden ratio less 1: by which a search interval shrinks
 // Least length of the mean of the unit normals on the two sides of a minimum. It is shorter if an edge has
 // gone through the host, so that the normals are almost opposite.
-constexpr double least_mean = 0.3;
+constexpr double min_mean = 0.3;
 // Least cosine of the angle between the direction into the guest and the normal of a surface that its edge
 // faces.
-constexpr double least_facing = 0.2;
+constexpr double min_facing = 0.2;
 // Least cosine of the angle between a face of the host and the plane of a deformable body's edge that lies on
 // it. Points touch there along the face's own normal, and normals that are nearly equal would be one
 // constraint twice over: the contact problem would be ill-conditioned.
@@ -80,7 +80,7 @@ std::optional<Plane> plane_of_both(const LevelSet& host, const Vec3& x1, const V
   const double share = slope2 > slope1 ? std::clamp(-slope1 / (slope2 - slope1), 0.0, 1.0) : 0.5;
   const Vec3 mean = (1 - share) * n1 + share * n2;
   const double length = mean.norm();
-  if (!(length > least_mean)) return std::nullopt;
+  if (!(length > min_mean)) return std::nullopt;
   const double height = ((1 - share) * (n1.dot(x1) - distance1) + share * (n2.dot(x2) - distance2)) / length;
   return Plane{mean / length, height};
 }
@@ -112,9 +112,10 @@ double golden_section(double low, double high, const Function& at) {
 // first one.
 class Walk {
  public:
-  Walk(const FeatureEdges& ridges, const FeatureEdges::Line& line, const Pose& pose, const LevelSet& host,
-       const Eigen::AlignedBox3d& near, double margin, bool looks_at_faces, std::vector<EdgeContact>& found)
-      : ridges_(ridges),
+  Walk(const FeatureEdges& feature_edges, const FeatureEdges::Line& line, const Pose& pose,
+       const LevelSet& host, const Eigen::AlignedBox3d& near, double margin, bool looks_at_faces,
+       std::vector<EdgeContact>& found)
+      : ridges_(feature_edges),
         line_(line),
         pose_(pose),
         host_(host),
@@ -178,7 +179,7 @@ class Walk {
     if (least - line_.radius >= margin_) return;
     if (is_axis()) {
       if (lies_on_face(i, t) || is_end(i, t) || !is_on_side((i + t) * line_.longest, least)) return;
-    } else if (std::min(at(first), at(last)) - least < least_fall * line_.longest) {
+    } else if (std::min(at(first), at(last)) - least < min_fall * line_.longest) {
       if (looks_at_faces_) lies_on_face(i, t);
       return;
     }
@@ -186,7 +187,7 @@ class Walk {
     // for rounding. The contacts are then at the ends of the face.
     const double beside =
         std::min(at(std::max(first, t - 2 * precision)), at(std::min(last, t + 2 * precision)));
-    const bool is_flat = beside - least < least_fall * 2 * precision * line_.longest;
+    const bool is_flat = beside - least < min_fall * 2 * precision * line_.longest;
     if (is_flat && looks_at_faces_ && lies_on_face(i, t)) return;
     take(i, std::clamp(t, first + precision, last - precision), least);
   }
@@ -257,7 +258,7 @@ class Walk {
     const double low = last_flat(at, -1, is_flat), high = last_flat(at, 1, is_flat);
     const double at_low = face_at(low).distance, at_high = face_at(high).distance,
                  sag = face_at((low + high) / 2).distance - (at_low + at_high) / 2;
-    const double most = (is_axis() ? lies_along : least_fall) * (high - low) * line_.longest;
+    const double most = (is_axis() ? lies_along : min_fall) * (high - low) * line_.longest;
     if (high - low < precision || std::max(std::abs(at_high - at_low), std::abs(sag)) > most) return false;
     next_ = static_cast<int>(high) + 1;
     if (high - low > count - 1 + precision) return true;
@@ -283,7 +284,7 @@ class Walk {
       return;
     const int count = line_.end - line_.begin, node = line_.begin + (i + count) % count;
     const Vec3 inward = pose_.orientation * ridges_.inward[as_index(node)];
-    if (!inward.isZero(0) && normal.dot(inward) < least_facing) return;
+    if (!inward.isZero(0) && normal.dot(inward) < min_facing) return;
     EdgeContact found;
     found.edge = {place, normal, x - distance * normal, line_.radius};
     found.node = node;
@@ -299,7 +300,7 @@ class Walk {
     if (!plane) return;
     const Vec3& normal = plane->normal;
     const Vec3 inward = pose_.orientation * ridges_.inward[as_index(line_.begin + i)];
-    if (!inward.isZero(0) && normal.dot(inward) < least_facing) return;
+    if (!inward.isZero(0) && normal.dot(inward) < min_facing) return;
     const Vec3 place_in_guest = place(i, t), x = pose_.to_world(place_in_guest);
     EdgeContact found;
     found.edge = {place_in_guest, normal, x - (normal.dot(x) - plane->height) * normal, line_.radius};
@@ -335,7 +336,7 @@ std::optional<EdgeContact> place_on_edge(const Vec3& first, const Vec3& second, 
   }
   const Vec3 x = place(at), foot = x - (plane->normal.dot(x) - plane->height) * plane->normal;
   return EdgeContact{.edge = {x, plane->normal, foot, 0, {1 - at / parts, at / parts}},
-                     .keeper = {},
+                     .plane_frame = {},
                      .distance = least,
                      .precision = precision * (second - first).norm() / parts};
 }
@@ -358,7 +359,7 @@ std::optional<EdgeContact> nearest_place_on_edge(const Vec3& first, const Vec3& 
   least = distance_at(at);
   if (!(least < margin)) return std::nullopt;
   std::optional<EdgeContact> found = place_on_edge(first, second, parts, at, least, host);
-  if (found) found->keeper.kind = PlaneKeeper::Kind::edge;
+  if (found) found->plane_frame.kind = PlaneFrame::Kind::edge;
   return found;
 }
 
@@ -373,22 +374,22 @@ double radius_of_ball(const LevelSet& shape) {
   return shape.kind == LevelSet::Kind::torus ? shape.tube : shape.radius;
 }
 
-bool feature_edges_count(const LevelSet& guest, const LevelSet& host, bool is_reversed) {
+bool can_touch_with_feature_edges(const LevelSet& guest, const LevelSet& host, bool is_reversed) {
   if (host.kind == LevelSet::Kind::half_space)
     return false;  // touched at the ends of lines, or all along them
   if (!is_swept_by_ball(host)) return true;
   return host.kind != LevelSet::Kind::sphere && is_swept_by_ball(guest) && !is_reversed;
 }
 
-void find_edge_contacts(const FeatureEdges& ridges, const Pose& pose, const LevelSet& host,
+void find_edge_contacts(const FeatureEdges& feature_edges, const Pose& pose, const LevelSet& host,
                         const Eigen::AlignedBox3d& near, double margin, std::vector<EdgeContact>& found,
                         bool with_edges_on_faces) {
-  for (const FeatureEdges::Line& line : ridges.lines)
-    Walk(ridges, line, pose, host, near, margin, with_edges_on_faces || line.radius > 0, found).find();
+  for (const FeatureEdges::Line& line : feature_edges.lines)
+    Walk(feature_edges, line, pose, host, near, margin, with_edges_on_faces || line.radius > 0, found).find();
 }
 
-bool edges_count(const LevelSet& host, const FeatureEdges& ridges) {
-  return !ridges.lines.empty() || is_swept_by_ball(host);
+bool can_touch_soft_edges(const LevelSet& host, const FeatureEdges& feature_edges) {
+  return !feature_edges.lines.empty() || is_swept_by_ball(host);
 }
 
 // On hosts with edges the search looks for places at which the distance bends, not for minima: an edge that
@@ -411,7 +412,7 @@ std::optional<EdgeContact> edge_contact_on(const Vec3& first, const Vec3& second
   std::optional<EdgeContact> lowest;
   for (int i = 1; i < parts; ++i) {
     const double here = bend(i);
-    if (!(here > least_bend * part && here > bend(i - 1) && here >= bend(i + 1))) continue;
+    if (!(here > min_bend * part && here > bend(i - 1) && here >= bend(i + 1))) continue;
     if (distance[as_index(i)] - part > reach) continue;
     Distances distances(host);
     const auto at_part = [&](double t) { return distances.at(place(t)); };
@@ -423,9 +424,9 @@ std::optional<EdgeContact> edge_contact_on(const Vec3& first, const Vec3& second
     // line with a slope between those on its two sides is least.
     const double first_slope = (at_part(i - 1 + precision) - at_part(i - 1)) / precision;
     const double last_slope = (at_part(i + 1) - at_part(i + 1 - precision)) / precision;
-    const double least_away = edge_of_bend * std::max(0.0, last_slope - first_slope);
+    const double min_away = edge_of_bend * std::max(0.0, last_slope - first_slope);
     const double slope =
-        std::clamp(0.0, first_slope + least_away, std::max(first_slope, last_slope) - least_away);
+        std::clamp(0.0, first_slope + min_away, std::max(first_slope, last_slope) - min_away);
     const double at =
         std::clamp(golden_section(i - 1, i + 1, [&](double t) { return at_part(t) - slope * t; }),
                    i - 1 + precision, i + 1 - precision);

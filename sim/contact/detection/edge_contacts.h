@@ -27,7 +27,7 @@ struct EdgePoint {
 };
 
 /// Says what the plane of an edge contact or of a contact in a face moves with.
-struct PlaneKeeper {
+struct PlaneFrame {
   /// Bodies and features that a plane can move with.
   enum class Kind : int {
     host,  ///< The host: the plane stays on it where it was found.
@@ -40,8 +40,8 @@ struct PlaneKeeper {
 
 /// An edge contact, or a contact in a face of a deformable guest, as the searches find it.
 struct EdgeContact {
-  EdgePoint edge;      ///< The place and its plane.
-  PlaneKeeper keeper;  ///< The body or feature that the plane moves with.
+  EdgePoint edge;          ///< The place and its plane.
+  PlaneFrame plane_frame;  ///< The body or feature that the plane moves with.
   /// Number of the place: on a rigid guest the node of its feature edges next to it, or a number after them,
   /// see find_faces_around_sample(); in a face of a deformable guest the feature of the host, see
   /// at_corner().
@@ -59,9 +59,9 @@ double radius_of_ball(const LevelSet& shape);
 /// Returns whether the feature edges of a guest can touch a host where no sample or support point of either
 /// would show it. `is_reversed` is set for one of the two directions of a pair of bodies, so that two middle
 /// lines are searched once.
-bool feature_edges_count(const LevelSet& guest, const LevelSet& host, bool is_reversed);
+bool can_touch_with_feature_edges(const LevelSet& guest, const LevelSet& host, bool is_reversed);
 
-/// Appends to `found` the edge contacts along the feature edges `ridges` of a guest that are less than
+/// Appends to `found` the edge contacts along the feature edges `feature_edges` of a guest that are less than
 /// `margin` (m) from `host`.
 ///
 /// They are local minima of the distance to the host, by golden section on the exact distance. Lines that lie
@@ -71,13 +71,13 @@ bool feature_edges_count(const LevelSet& guest, const LevelSet& host, bool is_re
 /// lies along. For edges that happens only `with_edges_on_faces`: edges of the other body that are searched
 /// as well show the same places where they cross. `pose` is that of the guest in the host's body space, and
 /// everything outside of the box `near` (m, host's body space) is farther from the host than the margin.
-void find_edge_contacts(const FeatureEdges& ridges, const Pose& pose, const LevelSet& host,
+void find_edge_contacts(const FeatureEdges& feature_edges, const Pose& pose, const LevelSet& host,
                         const Eigen::AlignedBox3d& near, double margin, std::vector<EdgeContact>& found,
                         bool with_edges_on_faces = true);
 
 /// Returns whether edges of deformable bodies can touch a host between their surface points, because they
-/// cross its feature edges `ridges` or are nearest to it as a round body.
-bool edges_count(const LevelSet& host, const FeatureEdges& ridges);
+/// cross its feature edges `feature_edges` or are nearest to it as a round body.
+bool can_touch_soft_edges(const LevelSet& host, const FeatureEdges& feature_edges);
 
 /// Finds the edge contact of a deformable body's straight edge from `first` to `second` (m, in the host's
 /// body space) with `host`. For a round host it is the place nearest to it; for others, the lowest of the

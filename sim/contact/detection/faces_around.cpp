@@ -5,7 +5,7 @@
 #include <iterator>
 
 #include "sim/contact/detection/contact_plane.h"
-#include "sim/contact/detection/deepest_point.h"
+#include "sim/contact/detection/shape_support_point.h"
 #include "sim/geometry/level_set/grid_level_set.h"
 #include "sim/geometry/mesh/sharp_edge.h"
 
@@ -22,7 +22,7 @@ constexpr double beyond_edge = 1e-9;     // rounding, relative to a face's area 
 constexpr double rise = 1e-6;
 constexpr int planes_of_sample = 4;  // most planes that one sample touches: they number its contacts
 // Greatest depth of another point of the guest below a support point at which the plane of the nearest
-// surface counts, relative to the distance from the support point to DeepestPoint::inside.
+// surface counts, relative to the distance from the support point to ShapeSupportPoint::inside.
 constexpr double same_point = 0.002;
 
 // Returns whether the foot of the perpendicular from `x` (m, host's body space) on the face's plane lies in
@@ -94,14 +94,14 @@ void find_faces_around(const LevelSet& host, const LevelSet& guest, const Pose& 
     place.edge.foot = x - gap * normal;
     place.distance = gap;
   };
-  for (int k = 0; k < deepest_point_count(guest); ++k) {
-    const DeepestPoint nearest = deepest_point(guest, k, in_host, host);
+  for (int k = 0; k < support_point_count(guest); ++k) {
+    const ShapeSupportPoint nearest = support_point(guest, k, in_host, host);
     const ContactPlane plane = contact_plane(host, nearest.position, nearest.inside);
     const std::size_t first = places.size();
     host.grid->exact().for_each_face(around, [&](int number, const MeshDistance::Face& face) {
       const Vec3& n = face.normal;
       if (n.isZero(0) || n.dot(plane.normal) > other_plane) return;
-      const DeepestPoint deepest = deepest_point(guest, k, turn.transpose() * n);
+      const ShapeSupportPoint deepest = support_point(guest, k, turn.transpose() * n);
       const Vec3 x = in_host.to_world(deepest.position);
       const double gap = n.dot(x - face.corner[0]);
       if (!(gap < margin) || n.dot(in_host.to_world(deepest.inside) - face.corner[0]) <= 0 ||
@@ -109,13 +109,13 @@ void find_faces_around(const LevelSet& host, const LevelSet& guest, const Pose& 
         return;
       const auto is_same = [&](const EdgeContact& found) {
         return found.edge.normal.dot(n) > same_plane &&
-               std::abs(found.distance - gap) <= beyond_edge * host.smallest_size();
+               std::abs(found.distance - gap) <= beyond_edge * host.min_size();
       };
       if (std::any_of(places.begin() + static_cast<std::ptrdiff_t>(first), places.end(), is_same)) return;
       add(k, 1 + number, x, n, gap);
     });
     if (places.size() == first) continue;
-    const DeepestPoint towards = deepest_point(guest, k, turn.transpose() * plane.normal);
+    const ShapeSupportPoint towards = support_point(guest, k, turn.transpose() * plane.normal);
     const double gap = plane.normal.dot(in_host.to_world(towards.position) - plane.foot);
     if (plane.gap - gap <= same_point * (nearest.inside - nearest.position).norm())
       add(k, 0, nearest.position, plane.normal, plane.gap);
@@ -131,7 +131,7 @@ void find_faces_around_sample(const LevelSet& host, const RigidProperties& guest
   const auto sample = as_index(own.point);
   const Vec3 inside = in_host.to_world(guest.inside[sample]);
   const std::size_t first = places.size();
-  const int first_number = static_cast<int>(guest.ridges.nodes.size()) + planes_of_sample * own.point;
+  const int first_number = static_cast<int>(guest.feature_edges.nodes.size()) + planes_of_sample * own.point;
   const auto add = [&](const Vec3& normal, double gap) {
     EdgeContact& place = places.emplace_back();
     place.node = first_number + static_cast<int>(places.size() - 1 - first);
@@ -140,7 +140,7 @@ void find_faces_around_sample(const LevelSet& host, const RigidProperties& guest
     place.edge.foot = x - gap * normal;
     place.distance = gap;
   };
-  const double least_rise = rise * host.smallest_size();
+  const double min_rise = rise * host.min_size();
   add(own.normal, own.gap);
   const auto visit = [&](int, const MeshDistance::Face& face) {
     const Vec3& n = face.normal;
@@ -151,10 +151,10 @@ void find_faces_around_sample(const LevelSet& host, const RigidProperties& guest
     const bool is_other = std::none_of(known, places.end(), [&](const EdgeContact& found) {
       return found.edge.normal.dot(n) > (found.node == first_number ? sharp_edge : same_plane);
     });
-    if (!is_other || !rises(face, places[first].edge, least_rise)) return;
+    if (!is_other || !rises(face, places[first].edge, min_rise)) return;
     const auto is_crease = [&](const Vec3& a, const Vec3& b) {
       return std::any_of(known, places.end(), [&](const EdgeContact& found) {
-        return lies_in(found.edge, a, least_rise) && lies_in(found.edge, b, least_rise);
+        return lies_in(found.edge, a, min_rise) && lies_in(found.edge, b, min_rise);
       });
     };
     if (is_opposite(face, x, is_crease)) add(n, gap);

@@ -32,7 +32,7 @@ constexpr double farther_in = 1e-3;
 // Returns whether the surface of the host is sharp where it is nearest to `x` (m, in the host's body space),
 // a point outside of it.
 bool is_nearest_to_edge(const LevelSet& shape, const Vec3& x) {
-  const double below = below_edge * shape.smallest_size();
+  const double below = below_edge * shape.min_size();
   return shape.distance(x - (shape.distance(x) + below) * shape.normal(x)) > -flat * below;
 }
 
@@ -40,9 +40,9 @@ bool is_nearest_to_edge(const LevelSet& shape, const Vec3& x) {
 // world) that may be at an edge of the host. It is the side nearest to a place a little farther in on the
 // face. Of several faces the one that faces its side most squarely counts, and only within 18 degrees;
 // nothing if there is none.
-std::optional<WayOut> way_out_beside(const Bodies& bodies, const LevelSet& shape, const Pose& pose,
-                                     const SurfacePoint& point, const Vec3& x) {
-  std::optional<WayOut> found;
+std::optional<Exit> way_out_beside(const Bodies& bodies, const LevelSet& shape, const Pose& pose,
+                                   const SurfacePoint& point, const Vec3& x) {
+  std::optional<Exit> found;
   double facing = squarely;
   for (const int t : bodies.faces_around.of(point.particle[0])) {
     const Triangle& face = bodies.triangles[as_index(t)];
@@ -57,7 +57,7 @@ std::optional<WayOut> way_out_beside(const Bodies& bodies, const LevelSet& shape
     const Vec3 area = (corner[1] - corner[0]).cross(corner[2] - corner[0]);
     if (const double now = -normal.dot(area); now > facing * area.norm()) {
       facing = now / area.norm();
-      found = WayOut{normal, normal.dot(inward) - distance};
+      found = Exit{normal, normal.dot(inward) - distance};
     }
   }
   return found;
@@ -65,8 +65,8 @@ std::optional<WayOut> way_out_beside(const Bodies& bodies, const LevelSet& shape
 
 }  // namespace
 
-WayOut way_out_faced(const Bodies& bodies, int host, const Pose& pose, const SurfacePoint& point,
-                     const Vec3& x, const WayOut& nearest) {
+Exit faced_exit(const Bodies& bodies, int host, const Pose& pose, const SurfacePoint& point, const Vec3& x,
+                const Exit& nearest) {
   const LevelSet& shape = bodies.rigid.properties[as_index(host)].shape;
   if (bodies.faces_around.first.empty() || point.count > 3 || is_swept_by_ball(shape) ||
       shape.kind == LevelSet::Kind::half_space ||
@@ -74,10 +74,10 @@ WayOut way_out_faced(const Bodies& bodies, int host, const Pose& pose, const Sur
     return nearest;
   const FacesAround around = look_around(bodies.faces_around, bodies.triangles, bodies.particles.x, point,
                                          weighted(point, bodies.particles.x), -nearest.normal);
-  if (around.count == 0 || around.rise <= most_rise) return nearest;
+  if (around.count == 0 || around.rise <= max_rise) return nearest;
   if (const auto beside = way_out_beside(bodies, shape, pose, point, x)) return *beside;
   if (nearest.depth < 0) {
-    if (around.most_facing >= least_facing && !is_nearest_to_edge(shape, pose.to_body(x))) return nearest;
+    if (around.max_facing >= min_facing && !is_nearest_to_edge(shape, pose.to_body(x))) return nearest;
     return {nearest.normal, -std::numeric_limits<double>::infinity()};
   }
   const double size = std::sqrt(2 * around.area.norm() / around.count);
@@ -91,14 +91,14 @@ WayOut way_out_faced(const Bodies& bodies, int host, const Pose& pose, const Sur
   while (out - in > at_surface * size) (is_out((in + out) / 2) ? out : in) = (in + out) / 2;
   const Vec3 exit = x + (out + at_surface * size) * way;
   const Vec3 normal = pose.orientation * shape.normal(pose.to_body(exit));
-  if (!(normal.dot(way) >= least_facing)) return nearest;
+  if (!(normal.dot(way) >= min_facing)) return nearest;
   return {normal, normal.dot(exit - x) - shape.distance(pose.to_body(exit))};
 }
 
 bool is_support_point(const Bodies& bodies, const SurfacePoint& point, const Vec3& x, const Vec3& normal) {
   return bodies.faces_around.first.empty() ||
          look_around(bodies.faces_around, bodies.triangles, bodies.particles.x, point, x, -normal).rise <=
-             most_rise;
+             max_rise;
 }
 
 ElementLists faces_around(const Bodies& bodies) {

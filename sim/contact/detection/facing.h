@@ -25,12 +25,12 @@ namespace duet {
 ///
 /// In all other cases the result is `nearest`: for points on no face, points of sheets and rods, hosts
 /// without edges, and longer exits.
-WayOut way_out_faced(const Bodies& bodies, int host, const Pose& pose, const SurfacePoint& point,
-                     const Vec3& x, const WayOut& nearest);
+Exit faced_exit(const Bodies& bodies, int host, const Pose& pose, const SurfacePoint& point, const Vec3& x,
+                const Exit& nearest);
 
 /// Returns whether the boundary of a deformable body can touch a plane with its place `point` at `x` (m,
 /// world). `normal` (unit, world) is the plane's normal, outward of the host. It can if the place is the
-/// support point of the boundary around it in the direction -`normal`, see way_out_faced(), or lies on no
+/// support point of the boundary around it in the direction -`normal`, see faced_exit(), or lies on no
 /// face of a volume.
 bool is_support_point(const Bodies& bodies, const SurfacePoint& point, const Vec3& x, const Vec3& normal);
 

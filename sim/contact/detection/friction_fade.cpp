@@ -14,15 +14,15 @@ constexpr double lies = 0.5, crosses = 0.7;
 
 Vec3 inward_direction(const Bodies& bodies, const SurfacePoint& point) {
   Vec3 sum = Vec3::Zero();
-  if (bodies.neighbours.first.empty()) return sum;
+  if (bodies.neighbors.first.empty()) return sum;
   const std::vector<Vec3>& x = bodies.particles.x;
   for (std::size_t i = 0; i < as_index(point.count); ++i)
-    for (const int other : bodies.neighbours.of(point.particle[i]))
+    for (const int other : bodies.neighbors.of(point.particle[i]))
       sum += point.weight[i] * (x[as_index(other)] - x[as_index(point.particle[i])]);
   return sum.normalized();
 }
 
-double lying_share(const Bodies& bodies, const SurfacePoint& point, const Vec3& normal) {
+double friction_fade_fraction(const Bodies& bodies, const SurfacePoint& point, const Vec3& normal) {
   const std::vector<Vec3>& x = bodies.particles.x;
   const Vec3& first = x[as_index(point.particle[0])];
   const auto edge = [&](std::size_t i) { return Vec3(x[as_index(point.particle[i])] - first); };
@@ -37,7 +37,7 @@ double lying_share(const Bodies& bodies, const SurfacePoint& point, const Vec3& 
   return std::clamp((crosses - across) / (crosses - lies), 0.0, 1.0);
 }
 
-ElementLists neighbours(std::size_t particles, const std::vector<Tet>& tets) {
+ElementLists neighbors(std::size_t particles, const std::vector<Tet>& tets) {
   const ElementLists around = elements_around(particles, tets);
   ElementLists lists;
   lists.first.push_back(0);

@@ -20,10 +20,10 @@ Vec3 inward_direction(const Bodies& bodies, const SurfacePoint& point);
 /// around the edge. So friction fades out between 30 and 45 degrees: of the angle between an edge of the
 /// boundary and the surface, of that between a face and the surface, or for a particle of the angle by which
 /// inward_direction() leads behind the surface.
-double lying_share(const Bodies& bodies, const SurfacePoint& point, const Vec3& normal);
+double friction_fade_fraction(const Bodies& bodies, const SurfacePoint& point, const Vec3& normal);
 
 /// Returns for every one of `particles` particles those that share a tetrahedron with it, in ascending order
 /// and without itself.
-ElementLists neighbours(std::size_t particles, const std::vector<Tet>& tets);
+ElementLists neighbors(std::size_t particles, const std::vector<Tet>& tets);
 
 }  // namespace duet

@@ -17,7 +17,7 @@ namespace {
 constexpr double level = 1e-4;
 // The path within a step is searched in steps as long as the distance to the host, but no shorter than the
 // lesser of these: a fraction of the path, and a fraction of the host's smallest size.
-constexpr double least_part = 1.0 / 32, least_size_part = 0.25;
+constexpr double min_part = 1.0 / 32, min_size_part = 0.25;
 // Least cosine of the angle between the normals of the plane at the beginning and of the one that is met for
 // the former to stay: 0.8 degrees.
 constexpr double same_normal = 0.9999;
@@ -101,13 +101,13 @@ struct Meeting {
 };
 
 // Returns where the path first leads deeper than `depth` (m), or its end. `length` (m) is the length of the
-// path, `least_step` (m) the shortest step of the search along it.
-Meeting first_meeting(const Path& path, double length, double depth, double least_step) {
+// path, `min_step` (m) the shortest step of the search along it.
+Meeting first_meeting(const Path& path, double length, double depth, double min_step) {
   double outside = 0;
   Touch touch = path.at(0);
   for (int look = 0; look < most_looks && outside < 1; ++look) {
-    const double step = std::max(touch.gap, least_step) / length;
-    const double next = std::min(1.0, outside + (std::isfinite(step) ? step : least_part));
+    const double step = std::max(touch.gap, min_step) / length;
+    const double next = std::min(1.0, outside + (std::isfinite(step) ? step : min_part));
     touch = path.at(next);
     if (touch.gap >= -depth) {
       outside = next;
@@ -179,14 +179,14 @@ void put_at_point(const Bodies& bodies, const Path& path, const Meeting& meeting
 // equation holds nearly; for points that are no samples it returns true.
 bool meets_from_outside(const Bodies& bodies, const Path& path, const Meeting& meeting,
                         const ContactPoint& contact) {
-  constexpr double probe = 0.01;          // e, relative to the guest's smallest size
-  constexpr double least_distance = 0.8;  // relative to e: smooth meshes with flat faces reach 0.9
+  constexpr double probe = 0.01;        // e, relative to the guest's smallest size
+  constexpr double min_distance = 0.8;  // relative to e: smooth meshes with flat faces reach 0.9
   if (!contact.is_sample()) return true;
   const LevelSet& guest = bodies.rigid.properties[as_index(contact.guest_rigid)].shape;
-  const double e = probe * guest.smallest_size();
+  const double e = probe * guest.min_size();
   const Vec3 x = meeting.touch.position - e * meeting.touch.normal;
   return united_distance(bodies, contact.guest_rigid, path.pose(contact.guest_rigid, meeting.time), x) >
-         least_distance * e;
+         min_distance * e;
 }
 
 // Returns whether the host is round where the bodies meet, so that a plane that stays on it would turn with
@@ -212,19 +212,18 @@ bool is_linked(const Bodies& bodies, int body) {
 std::optional<Meeting> meeting_of(const Bodies& bodies, const Path& path, double length, double depth,
                                   double fall, const ContactPoint& contact) {
   const Touch end = path.at(1);
-  const bool is_ridge = contact.is_on_edge(), is_apart = contact.gap > depth;
-  if (end.gap > depth + fall && (!is_ridge || path.gap_to_plane(1) > 0)) return {};
+  const bool is_feature_edge = contact.is_on_edge(), is_apart = contact.gap > depth;
+  if (end.gap > depth + fall && (!is_feature_edge || path.gap_to_plane(1) > 0)) return {};
   if (!is_apart) {
     // At an edge of the host the nearest face may be on either side of it. An edge contact whose plane still
     // touches there keeps it.
-    if (is_ridge && std::abs(path.gap_to_plane(1)) <= depth) return {};
+    if (is_feature_edge && std::abs(path.gap_to_plane(1)) <= depth) return {};
     return std::abs(end.gap) <= depth ? std::optional(Meeting{1, end}) : std::nullopt;
   }
-  if (!is_ridge && end.gap >= -depth) return Meeting{1, end};
-  if (!is_ridge && end.normal.dot(contact.normal) > same_normal) return Meeting{1, end};
+  if (!is_feature_edge && end.gap >= -depth) return Meeting{1, end};
+  if (!is_feature_edge && end.normal.dot(contact.normal) > same_normal) return Meeting{1, end};
   const LevelSet& host = bodies.rigid.properties[as_index(contact.host)].shape;
-  return first_meeting(path, length, depth,
-                       std::min(least_part * length, least_size_part * host.smallest_size()));
+  return first_meeting(path, length, depth, std::min(min_part * length, min_size_part * host.min_size()));
 }
 
 // Gives one contact the plane in which its bodies meet, if it needs another one than it has, and sets
@@ -261,7 +260,7 @@ void look_ahead(const Bodies& bodies, const Path& path, double dt, double fall, 
 }  // namespace
 
 double level_depth(const Bodies& bodies, const ContactPoint& contact) {
-  const auto size = [&](int body) { return bodies.rigid.properties[as_index(body)].shape.smallest_size(); };
+  const auto size = [&](int body) { return bodies.rigid.properties[as_index(body)].shape.min_size(); };
   return level * std::min(size(contact.host), size(contact.guest_rigid));
 }
 

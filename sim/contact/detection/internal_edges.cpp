@@ -58,10 +58,10 @@ Vec3 normal_of(const RigidBodies& rigid, int body, const Vec3& x) {
 
 // Returns the least of the smallest sizes of the host and its adjoining bodies, m. The adjoining ones count
 // because the ground has no size of its own.
-double smallest_size(const Bodies& bodies, int host) {
-  double size = bodies.rigid.properties[as_index(host)].shape.smallest_size();
+double min_size(const Bodies& bodies, int host) {
+  double size = bodies.rigid.properties[as_index(host)].shape.min_size();
   for (const int other : bodies.adjoining.of(host))
-    size = std::min(size, bodies.rigid.properties[as_index(other)].shape.smallest_size());
+    size = std::min(size, bodies.rigid.properties[as_index(other)].shape.min_size());
   return size;
 }
 
@@ -77,9 +77,8 @@ Nearest nearest(const Bodies& bodies, int host, const Vec3& x) {
 
 // Returns whether a point at `x` (m, world) outside is above the surface of the exit `way`. That surface may
 // be the host's or an adjoining body's, from which the point may slide onto the host within the step.
-bool is_over(const Bodies& bodies, int host, const Vec3& x, const WayOut& way) {
-  return nearest(bodies, host, x + way.depth * way.normal).distance <=
-         tolerance * smallest_size(bodies, host);
+bool is_over(const Bodies& bodies, int host, const Vec3& x, const Exit& way) {
+  return nearest(bodies, host, x + way.depth * way.normal).distance <= tolerance * min_size(bodies, host);
 }
 
 }  // namespace
@@ -106,7 +105,7 @@ void remove_hidden_samples(Bodies& bodies) {
     const int body = static_cast<int>(b);
     RigidProperties& properties = bodies.rigid.properties[b];
     const Pose& pose = bodies.rigid.state[b].pose;
-    const double near = tolerance * properties.shape.smallest_size();
+    const double near = tolerance * properties.shape.min_size();
     // A node or sample stays if no other body adjoins it, or if most of a small ball about it is outside of
     // all bodies, as at a convex edge. About a point of a face half of the ball is.
     const auto stays = [&](const Vec3& x) {
@@ -130,16 +129,16 @@ void remove_hidden_samples(Bodies& bodies) {
     properties.inside.resize(kept);
     properties.on_flat.resize(kept);
     std::vector<char> ridge_stays;
-    for (const Vec3& node : properties.ridges.nodes) ridge_stays.push_back(stays(pose.to_world(node)));
-    keep_nodes(ridge_stays, properties.ridges);
+    for (const Vec3& node : properties.feature_edges.nodes) ridge_stays.push_back(stays(pose.to_world(node)));
+    keep_nodes(ridge_stays, properties.feature_edges);
   }
 }
 
 std::optional<HiddenFoot> hidden_foot(const Bodies& bodies, int host, const Vec3& foot, const Vec3& normal) {
   if (bodies.adjoining.first.empty()) return {};
   for (const int other : bodies.adjoining.of(host)) {
-    const double near = tolerance * std::min(bodies.rigid.properties[as_index(host)].shape.smallest_size(),
-                                             bodies.rigid.properties[as_index(other)].shape.smallest_size());
+    const double near = tolerance * std::min(bodies.rigid.properties[as_index(host)].shape.min_size(),
+                                             bodies.rigid.properties[as_index(other)].shape.min_size());
     const double distance = distance_to(bodies.rigid, other, foot);
     if (distance > near) continue;
     if (distance < -near) return HiddenFoot{foot, Vec3::Zero(), other};
@@ -158,12 +157,12 @@ std::optional<HiddenFoot> hidden_foot(const Bodies& bodies, int host, const Vec3
   return {};
 }
 
-bool is_at_seam(const Bodies& bodies, int host, const Vec3& foot, double precision) {
+bool is_at_internal_edge(const Bodies& bodies, int host, const Vec3& foot, double precision) {
   if (bodies.adjoining.first.empty()) return false;
   for (const int other : bodies.adjoining.of(host))
     if (distance_to(bodies.rigid, other, foot) - precision <=
-        tolerance * std::min(bodies.rigid.properties[as_index(host)].shape.smallest_size(),
-                             bodies.rigid.properties[as_index(other)].shape.smallest_size()))
+        tolerance * std::min(bodies.rigid.properties[as_index(host)].shape.min_size(),
+                             bodies.rigid.properties[as_index(other)].shape.min_size()))
       return true;
   return false;
 }
@@ -179,9 +178,9 @@ double united_distance(const Bodies& bodies, int body, const Pose& pose, const V
   return distance;
 }
 
-WayOut way_out_of_seam(const Bodies& bodies, int host, const Vec3& x, const Vec3& inward, const WayOut& way,
-                       const HiddenFoot& hidden) {
-  const double size = smallest_size(bodies, host);
+Exit exit_from_union(const Bodies& bodies, int host, const Vec3& x, const Vec3& inward, const Exit& way,
+                     const HiddenFoot& hidden) {
+  const double size = min_size(bodies, host);
   const double beyond = tolerance * size;
   if (way.depth < -beyond) {
     if (hidden.others_normal.isZero()) return {way.normal, -std::numeric_limits<double>::infinity()};
@@ -212,7 +211,7 @@ ContactPlane exposed_plane(const Bodies& bodies, int host, const Pose& pose, con
   // Between the nodes of its grid the surface of a mesh is not known precisely enough to tell whether a foot
   // is at an internal edge. So the exact plane counts there.
   if (shape.kind == LevelSet::Kind::grid &&
-      is_at_seam(bodies, host, pose.to_world(plane.foot), shape.tolerance()))
+      is_at_internal_edge(bodies, host, pose.to_world(plane.foot), shape.tolerance()))
     plane = exact_contact_plane(shape, x, inside);
   const Vec3 normal = pose.orientation * plane.normal, position = pose.to_world(x);
   const std::optional<HiddenFoot> hidden = hidden_foot(bodies, host, pose.to_world(plane.foot), normal);
@@ -224,7 +223,7 @@ ContactPlane exposed_plane(const Bodies& bodies, int host, const Pose& pose, con
     return plane;
   }
   const Vec3 inward = pose.orientation * (inside - x).normalized();
-  const WayOut way = way_out_of_seam(bodies, host, position, inward, {normal, -plane.gap}, *hidden);
+  const Exit way = exit_from_union(bodies, host, position, inward, {normal, -plane.gap}, *hidden);
   plane.normal = pose.orientation.conjugate() * way.normal;
   plane.gap = -way.depth;
   if (plane.gap >= 0 && std::isfinite(plane.gap) && inside != x)

@@ -24,7 +24,7 @@ ElementLists adjoining_bodies(const Bodies& bodies);
 void remove_hidden_samples(Bodies& bodies);
 
 /// The exit of a point from a host: the surface through which it would leave, in world space.
-struct WayOut {
+struct Exit {
   Vec3 normal = Vec3::Zero();  ///< Unit: outward normal of the surface, the exit direction.
   double depth = 0;            ///< m: depth below that surface; negative outside.
 };
@@ -48,12 +48,12 @@ std::optional<HiddenFoot> hidden_foot(const Bodies& bodies, int host, const Vec3
 /// If that is zero or leads out only after half the smallest size of these bodies, the result is `way`.
 /// Outside of the host, the exit is through the adjoining body's surface; if the surfaces face each other,
 /// the point touches nothing (depth -infinity).
-WayOut way_out_of_seam(const Bodies& bodies, int host, const Vec3& x, const Vec3& inward, const WayOut& way,
-                       const HiddenFoot& hidden);
+Exit exit_from_union(const Bodies& bodies, int host, const Vec3& x, const Vec3& inward, const Exit& way,
+                     const HiddenFoot& hidden);
 
 /// Returns whether another static body adjoins `host` at `foot` (m, world), a point of its surface that is
 /// known up to `precision` (m).
-bool is_at_seam(const Bodies& bodies, int host, const Vec3& foot, double precision);
+bool is_at_internal_edge(const Bodies& bodies, int host, const Vec3& foot, double precision);
 
 /// Returns the signed distance (m) of `x` (m, world) from the union of `body`, with the pose `pose`, and the
 /// static bodies that adjoin it.

@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "sim/contact/detection/deepest_point.h"
 #include "sim/contact/detection/near_visits.h"
+#include "sim/contact/detection/shape_support_point.h"
 
 namespace duet {
 namespace {
@@ -41,7 +41,7 @@ class Lines {
   bool is_end(std::size_t i, int k) const {
     const NearPoint& touch = chunk_.touches[i];
     return touch.reversed == is_reversed_ && touch.point < 0 && touch.patch < 0 &&
-           deepest_number(guest_, touch.point) == k && std::isfinite(touch.gap);
+           support_number(guest_, touch.point) == k && std::isfinite(touch.gap);
   }
 
   // Returns whether the touches i and j are near one plane, and almost equally high above it.
@@ -76,15 +76,15 @@ class Lines {
   // Computes position and gap of the point that `touch.point` names, against the plane of the touch. Returns
   // whether the point is near that plane as well.
   bool place(NearPoint& touch) const {
-    const int k = deepest_number(guest_, touch.point);
+    const int k = support_number(guest_, touch.point);
     if (touch.ridge >= 0) {
-      const EdgePoint& face = chunk_.ridges[as_index(touch.ridge)].edge;
+      const EdgePoint& face = chunk_.feature_edges[as_index(touch.ridge)].edge;
       touch.position = in_host_.to_world(
-          deepest_point(guest_, k, in_host_.orientation.conjugate() * face.normal).position);
+          support_point(guest_, k, in_host_.orientation.conjugate() * face.normal).position);
       touch.gap = face.normal.dot(touch.position - face.foot);
       return true;
     }
-    const DeepestPoint deepest = deepest_point(guest_, k, in_host_, host_);
+    const ShapeSupportPoint deepest = support_point(guest_, k, in_host_, host_);
     const ContactPlane plane =
         exposed_plane(bodies_, pair_.host, bodies_.rigid.state[as_index(pair_.host)].pose, deepest.position,
                       deepest.inside, PointKind::deepest);
@@ -115,7 +115,7 @@ void add_lines(const Bodies& bodies, const BodyPair& pair, bool is_reversed, std
                CandidateSearch::Chunk& chunk) {
   const LevelSet& host = bodies.rigid.properties[as_index(pair.host)].shape;
   const LevelSet& guest = bodies.rigid.properties[as_index(pair.guest_rigid)].shape;
-  if (deepest_numbers(guest) == deepest_point_count(guest) || rolls_over_samples(host)) return;
+  if (support_numbers(guest) == support_point_count(guest) || rolls_over_samples(host)) return;
   Lines(bodies, pair, is_reversed, chunk).find(begin);
 }
 

@@ -29,7 +29,7 @@ double max_penetration(const Bodies& bodies, const CandidateFilter& filter) {
         };
         for (std::size_t i = begin; i < end; ++i) {
           if (pairs[i].guest_rigid < 0) {
-            if (never_touch_deformable(bodies, pairs[i].host, pairs[i].guest_deformable)) continue;
+            if (is_excluded_deformable(bodies, pairs[i].host, pairs[i].guest_deformable)) continue;
             const double around = bodies.deformable[as_index(pairs[i].guest_deformable)].thickness / 2;
             const auto h = as_index(pairs[i].host);
             visit_near(bodies, search, pairs[i], around, [&](NearPoint near) {
@@ -51,14 +51,14 @@ double max_penetration(const Bodies& bodies, const CandidateFilter& filter) {
                 });
             continue;
           }
-          if (never_touch(bodies, pairs[i].host, pairs[i].guest_rigid)) continue;
+          if (is_excluded(bodies, pairs[i].host, pairs[i].guest_rigid)) continue;
           for (const bool is_reversed : {false, true}) {
             const BodyPair pair = is_reversed ? reversed(pairs[i]) : pairs[i];
             if (search.broad_phase.bounds[as_index(pair.guest_rigid)].is_half_space) continue;
             visit_near(bodies.rigid, pair, 0, look);
-            std::vector<EdgeContact> ridges;
-            find_feature_edges(bodies, pair, is_reversed, 0, ridges);
-            for (const EdgeContact& near : ridges) deepest = std::min(deepest, near.distance);
+            std::vector<EdgeContact> feature_edges;
+            find_feature_edges(bodies, pair, is_reversed, 0, feature_edges);
+            for (const EdgeContact& near : feature_edges) deepest = std::min(deepest, near.distance);
           }
         }
         return deepest;

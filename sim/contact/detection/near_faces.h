@@ -21,12 +21,12 @@ struct NearFace {
 /// Least cosine of the angle between a face's outward normal and the direction into a host that touches the
 /// face. At a cube's corner the cosine is 0.58 towards its faces. A larger value would lose contacts of blunt
 /// corners that touch at a slant; a smaller one would let a host touch a face from behind.
-constexpr double least_facing = 0.2;
+constexpr double min_facing = 0.2;
 
 /// Returns how deep below a face of the size `size` (m) a point that touches it may be, m. It is half the
 /// distance between the surface points of the face. Nothing deeper is looked for, because bodies that move
 /// are found before they are inside.
-inline double most_below(const DeformableBody& guest, double size) {
+inline double max_below(const DeformableBody& guest, double size) {
   return 0.5 * size / guest.parts_per_edge;
 }
 

@@ -33,15 +33,17 @@ void find_feature_edges(const Bodies& bodies, const BodyPair& pair, bool is_reve
   const RigidBodies& rigid = bodies.rigid;
   const auto h = as_index(pair.host);
   const RigidProperties& guest = rigid.properties[as_index(pair.guest_rigid)];
-  if (guest.ridges.lines.empty() || !feature_edges_count(guest.shape, rigid.properties[h].shape, is_reversed))
+  if (guest.feature_edges.lines.empty() ||
+      !can_touch_with_feature_edges(guest.shape, rigid.properties[h].shape, is_reversed))
     return;
   const PosedHost host(rigid.state[h], rigid.properties[h], margin);
   const auto first = static_cast<std::ptrdiff_t>(found.size());
-  find_edge_contacts(guest.ridges, in_host_of(rigid, pair), host.shape, host.box(), margin, found,
-                     !is_reversed || rigid.properties[h].ridges.lines.empty());
+  find_edge_contacts(guest.feature_edges, in_host_of(rigid, pair), host.shape, host.box(), margin, found,
+                     !is_reversed || rigid.properties[h].feature_edges.lines.empty());
   const auto counts = [&](const EdgeContact& near) {
     return !is_told_by_axis(near, host.shape, guest.shape, is_reversed) &&
-           !is_at_seam(bodies, pair.host, rigid.state[h].pose.to_world(near.edge.foot), near.precision);
+           !is_at_internal_edge(bodies, pair.host, rigid.state[h].pose.to_world(near.edge.foot),
+                                near.precision);
   };
   found.erase(std::remove_if(found.begin() + first, found.end(), std::not_fn(counts)), found.end());
 }

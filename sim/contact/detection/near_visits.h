@@ -7,9 +7,9 @@
 #include <optional>
 
 #include "sim/contact/detection/contact_point.h"
-#include "sim/contact/detection/deepest_point.h"
 #include "sim/contact/detection/facing.h"
 #include "sim/contact/detection/internal_edges.h"
+#include "sim/contact/detection/shape_support_point.h"
 #include "sim/contact/detection/support_face_contacts.h"
 
 namespace duet {
@@ -83,13 +83,13 @@ void visit_near(const RigidBodies& rigid, const BodyPair& pair, double margin, V
   const RigidProperties& guest = rigid.properties[as_index(pair.guest_rigid)];
   const Vec3 offset = host.to_body * (pose.position - host.center);
   const Pose in_host = in_host_of(rigid, pair);
-  for (int k = 0; k < deepest_point_count(guest.shape); ++k) {
-    const DeepestPoint deepest = deepest_point(guest.shape, k, in_host, host.shape);
+  for (int k = 0; k < support_point_count(guest.shape); ++k) {
+    const ShapeSupportPoint deepest = support_point(guest.shape, k, in_host, host.shape);
     const double gap = host.shape.distance(deepest.position);
     if (gap < margin)
       visit(NearPoint{.point = -1 - k, .position = deepest.position, .gap = gap}, deepest.inside);
   }
-  if (touches_with_deepest_point(host.shape, guest.shape)) return;
+  if (ignores_samples(host.shape, guest.shape)) return;
   const bool rolls = rolls_over_samples(host.shape);
   const Mat3 rotation = host.to_body * pose.orientation.toRotationMatrix();
   const Eigen::AlignedBox3d region = host.region(rotation, offset);
@@ -145,7 +145,7 @@ void visit_edges(const Bodies& bodies, const BodyBounds& bounds, const BodyPair&
   const auto h = as_index(pair.host);
   const RigidProperties& properties = bodies.rigid.properties[h];
   const DeformableBody& body = bodies.deformable[as_index(pair.guest_deformable)];
-  if (body.edge_count == 0 || !edges_count(properties.shape, properties.ridges)) return;
+  if (body.edge_count == 0 || !can_touch_soft_edges(properties.shape, properties.feature_edges)) return;
   const PosedHost host(bodies.rigid.state[h], properties, margin);
   const Eigen::AlignedBox3d box = world_box(bounds, margin);
   const auto hull = [](const Vec3& a, const Vec3& b) {
@@ -169,7 +169,7 @@ void visit_edges(const Bodies& bodies, const BodyBounds& bounds, const BodyPair&
     std::copy_n(near->edge.weight.begin(), 2, point.weight.begin());
     if (is_support_point(bodies, point, pose.to_world(near->edge.place),
                          pose.orientation * near->edge.normal) &&
-        !is_at_seam(bodies, pair.host, pose.to_world(near->edge.foot), near->precision))
+        !is_at_internal_edge(bodies, pair.host, pose.to_world(near->edge.foot), near->precision))
       visit(static_cast<int>(bodies.points.size()) + e, *near);
   }
 }
@@ -185,10 +185,10 @@ void visit_places(const Bodies& bodies, const BroadPhase& broad_phase, const Bod
   const RigidProperties& host = bodies.rigid.properties[as_index(pair.host)];
   const BodyBounds& bounds = broad_phase.bounds[as_index(pair.host)];
   chunk.in_faces.clear();
-  if (corners_count(guest, host.ridges))
-    find_places_at_corners(bodies, guest, bounds, pair.host, margin, chunk.corners, chunk.in_faces);
-  if (deepest_points_count(guest, host.shape))
-    find_places_at_deepest_points(bodies, guest, bounds, pair.host, margin, chunk.in_faces);
+  if (has_vertex_face_contacts(guest, host.feature_edges))
+    find_vertex_face_contacts(bodies, guest, bounds, pair.host, margin, chunk.corners, chunk.in_faces);
+  if (has_support_face_contacts(guest, host.shape))
+    find_support_face_contacts(bodies, guest, bounds, pair.host, margin, chunk.in_faces);
   for (const EdgeContact& near : chunk.in_faces)
     visit(at_corner(bodies, pair.guest_deformable, near.node), near);
 }

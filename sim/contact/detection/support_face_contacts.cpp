@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "sim/contact/detection/deepest_point.h"
 #include "sim/contact/detection/internal_edges.h"
 #include "sim/contact/detection/near_faces.h"
+#include "sim/contact/detection/shape_support_point.h"
 #include "sim/contact/detection/vertex_face_contacts.h"
 #include "sim/geometry/queries/closest_points.h"
 
@@ -39,7 +39,7 @@ class Search {
         guest_(guest),
         host_(host),
         shape_(bodies.rigid.properties[as_index(host)].shape),
-        first_number_(static_cast<int>(bodies.rigid.properties[as_index(host)].ridges.corner_count())),
+        first_number_(static_cast<int>(bodies.rigid.properties[as_index(host)].feature_edges.corner_count())),
         margin_(margin),
         first_(found.size()),
         found_(found) {}
@@ -48,7 +48,7 @@ class Search {
   void look_at_face(const NearFace& face) {
     if (!is_coarse_for(shape_, face.size / guest_.parts_per_edge)) return;
     const int number = first_number_ + numbers_of_a_face * (face.number - guest_.first_triangle);
-    for (int k = 0; k < deepest_point_count(shape_); ++k) {
+    for (int k = 0; k < support_point_count(shape_); ++k) {
       look_at_side(face, face.normal, k, number + k);
       if (guest_.thickness > 0) look_at_side(face, -face.normal, k, number + 2 + k);
     }
@@ -59,33 +59,33 @@ class Search {
   // touch.
   void look_at_side(const NearFace& face, const Vec3& outward, int k, int number) {
     if (!has_deepest_point(shape_, k, outward)) return;
-    const DeepestPoint point = deepest_point(shape_, k, outward);
+    const ShapeSupportPoint point = support_point(shape_, k, outward);
     const Vec3& x = point.position;
     const double height = outward.dot(x - face.x[0]);
-    if (!(height < margin_ && height >= -most_below(guest_, face.size))) return;
+    if (!(height < margin_ && height >= -max_below(guest_, face.size))) return;
     const Vec3 weight = nearest_weights(face.x[0], face.x[1], face.x[2], x);
     const Vec3 place = weight[0] * face.x[0] + weight[1] * face.x[1] + weight[2] * face.x[2];
     if (!((x - height * outward - place).norm() <= rounding * face.size)) return;
     const Vec3 inward = (point.inside - x).normalized();
-    if (!(outward.dot(inward) > least_facing)) return;
+    if (!(outward.dot(inward) > min_facing)) return;
     EdgeContact near;
     EdgePoint& lowest = near.edge;
     lowest.place = place;
     lowest.foot = x;
     // A rim touches as a corner does. The plane is that of the cap, and stays on the host, for a cylinder
     // that stands on the face. For one that rolls it is the face's, and moves with the face.
-    CornerNormal normal{-outward, false};
-    if (is_rim(shape_)) normal = normal_at_corner(shape_, x, inward, -outward);
+    VertexNormal normal{-outward, false};
+    if (is_rim(shape_)) normal = normal_at_vertex(shape_, x, inward, -outward);
     const bool stands = normal.is_hosts_own && std::abs(normal.normal.y()) > cap;
     lowest.normal = stands || !normal.is_hosts_own ? normal.normal : Vec3(-outward);
-    if (!stands) near.keeper.kind = PlaneKeeper::Kind::face;
+    if (!stands) near.plane_frame.kind = PlaneFrame::Kind::face;
     lowest.weight = {weight[0], weight[1], weight[2]};
     lowest.face = face.number;
-    near.keeper.deepest = k;
+    near.plane_frame.deepest = k;
     near.node = number;
     near.distance = lowest.normal.dot(place - x);
     if (!is_found(near, face.size) &&
-        !is_at_seam(bodies_, host_, bodies_.rigid.state[as_index(host_)].pose.to_world(x), 0))
+        !is_at_internal_edge(bodies_, host_, bodies_.rigid.state[as_index(host_)].pose.to_world(x), 0))
       found_.push_back(near);
   }
 
@@ -111,17 +111,17 @@ class Search {
 
 }  // namespace
 
-bool deepest_points_count(const DeformableBody& guest, const LevelSet& host) {
-  return guest.triangle_count > 0 && guest.edge_count > 0 && deepest_point_count(host) > 0;
+bool has_support_face_contacts(const DeformableBody& guest, const LevelSet& host) {
+  return guest.triangle_count > 0 && guest.edge_count > 0 && support_point_count(host) > 0;
 }
 
 bool is_coarse_for(const LevelSet& host, double apart) {
   return !is_swept_by_ball(host) || apart > coarse * radius_of_ball(host);
 }
 
-void find_places_at_deepest_points(const Bodies& bodies, const DeformableBody& guest,
-                                   const BodyBounds& host_bounds, int host, double margin,
-                                   std::vector<EdgeContact>& found) {
+void find_support_face_contacts(const Bodies& bodies, const DeformableBody& guest,
+                                const BodyBounds& host_bounds, int host, double margin,
+                                std::vector<EdgeContact>& found) {
   Search search(bodies, guest, host, margin, found);
   visit_near_faces(bodies, guest, host, world_box(host_bounds, margin), margin,
                    [&](const NearFace& face) { search.look_at_face(face); });

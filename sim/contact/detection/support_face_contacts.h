@@ -10,7 +10,7 @@
 namespace duet {
 
 /// Returns whether the support points of a host can touch the faces of `guest` between their surface points.
-bool deepest_points_count(const DeformableBody& guest, const LevelSet& host);
+bool has_support_face_contacts(const DeformableBody& guest, const LevelSet& host);
 
 /// Returns whether a host may be so deep between two points of a flat face or a straight edge, `apart` (m)
 /// from each other, that a contact between them is needed. For hosts with edges it always is; for those swept
@@ -21,10 +21,10 @@ bool is_coarse_for(const LevelSet& host, double apart);
 /// of `host` towards it, the place on the face that the support point is above.
 ///
 /// The support point has to be less than `margin` (m) outside of the face, or no deeper inside than
-/// most_below(). Sheets are looked at from both sides. EdgeContact::node continues the numbers of the host's
+/// max_below(). Sheets are looked at from both sides. EdgeContact::node continues the numbers of the host's
 /// corners and convex vertices. `host_bounds` are the bounds of `host`.
-void find_places_at_deepest_points(const Bodies& bodies, const DeformableBody& guest,
-                                   const BodyBounds& host_bounds, int host, double margin,
-                                   std::vector<EdgeContact>& found);
+void find_support_face_contacts(const Bodies& bodies, const DeformableBody& guest,
+                                const BodyBounds& host_bounds, int host, double margin,
+                                std::vector<EdgeContact>& found);
 
 }  // namespace duet

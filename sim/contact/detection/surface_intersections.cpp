@@ -13,7 +13,7 @@ namespace {
 
 // Least distance of two surfaces, relative to their thickness. Below it rounding leaves no side to keep them
 // on.
-constexpr double least_gap = 1e-6;
+constexpr double min_gap = 1e-6;
 
 // Throws the error for surfaces that meet at the particles `first` and `second`. `value` is their distance
 // (m) or the number of pairs of triangles, `how` the predicate of the message.
@@ -71,7 +71,7 @@ void check_surfaces_apart(const Bodies& bodies) {
   candidates.update(surface, x, x);
   for (const CandidatePair& pair : candidates.near()) {
     const double distance = closest_points(pair.kind, corners(pair.particle, x)).difference.norm();
-    if (distance < least_gap * pair.thickness)
+    if (distance < min_gap * pair.thickness)
       fail(bodies, pair.particle[0], pair.particle[3], distance, "touch");
   }
 }

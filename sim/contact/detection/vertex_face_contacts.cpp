@@ -14,7 +14,7 @@ namespace {
 // corner. Between faces that turn by up to 50 degrees the cosine is greater, beside rims of blocks and of
 // sheets it is less. Other points touch at rims, and a contact of the corner there would repeat them with a
 // slanted normal.
-constexpr double least_upright = 0.9;
+constexpr double min_upright = 0.9;
 // Relative difference up to which squared distances are equal, as those of the faces around an edge or a
 // particle.
 constexpr double rounding = 1e-9;
@@ -32,7 +32,7 @@ constexpr double grading = 2;
 // Returns, for two faces that a corner is equally far from across an edge or a particle, whether the corner
 // belongs to `face` rather than to that of `nearest`. It belongs to the one whose normal it is nearer to; if
 // it lies on both, to the one that the host faces.
-bool tells_more(const NearFace& face, const Vec3& way, const Vec3& inward, const CornerSearch& nearest) {
+bool tells_more(const NearFace& face, const Vec3& way, const Vec3& inward, const VertexSearch& nearest) {
   const double height = std::abs(way.dot(face.normal)), other = std::abs(nearest.way.dot(nearest.normal));
   if (std::max(height, other) > at_face * face.size) return height > other;
   return face.normal.dot(inward) > nearest.normal.dot(inward);
@@ -41,7 +41,7 @@ bool tells_more(const NearFace& face, const Vec3& way, const Vec3& inward, const
 // Updates `nearest` with the place of `face` that is nearest to a corner, if that is nearer than the one
 // found so far. Corners farther than `reach` (m) are passed over.
 void look_at(const NearFace& face, double reach, const Vec3& corner, const Vec3& inward,
-             CornerSearch& nearest) {
+             VertexSearch& nearest) {
   const double on_face = at_face * face.size, slack = rounding * nearest.squared + on_face * on_face;
   const double most = std::min(reach * reach, nearest.squared + slack);
   const double height = face.normal.dot(corner - face.x[0]);
@@ -63,53 +63,54 @@ void look_at(const NearFace& face, double reach, const Vec3& corner, const Vec3&
 // Searches the faces of one guest, in the body space of a host, for those nearest to the host's corners.
 class Search {
  public:
-  Search(const Bodies& bodies, const DeformableBody& guest, int host, double margin, CornerSearches& scratch)
+  Search(const Bodies& bodies, const DeformableBody& guest, int host, double margin, VertexSearches& scratch)
       : guest_(guest),
         properties_(bodies.rigid.properties[as_index(host)]),
         margin_(margin),
         scratch_(scratch) {
     scratch.corners.clear();
-    scratch.slot.assign(properties_.ridges.corner_count(), -1);
+    scratch.slot.assign(properties_.feature_edges.corner_count(), -1);
   }
 
   // Updates the nearest places of all corners that are near the face.
   void look_at_face(const NearFace& face) {
-    const double reach = margin_ + grading * most_below(guest_, face.size);
+    const double reach = margin_ + grading * max_below(guest_, face.size);
     const Vec3 beside = Vec3::Constant(reach);
-    properties_.ridges.corner_tree->query(
+    properties_.feature_edges.corner_tree->query(
         {face.box.min() - beside, face.box.max() + beside}, [&](int number) {
           int& slot = scratch_.slot[as_index(number)];
           if (slot < 0) {
             slot = static_cast<int>(scratch_.corners.size());
             scratch_.corners.emplace_back().corner = number;
           }
-          look_at(face, reach, properties_.ridges.corner(number), properties_.ridges.inward_of(number),
-                  scratch_.corners[as_index(slot)]);
+          look_at(face, reach, properties_.feature_edges.corner(number),
+                  properties_.feature_edges.inward_of(number), scratch_.corners[as_index(slot)]);
         });
   }
 
   // Returns the contact of a corner at its nearest place, if they touch there.
-  std::optional<EdgeContact> place_at(const CornerSearch& nearest) const {
-    const FeatureEdges& ridges = properties_.ridges;
-    const Vec3 &corner = ridges.corner(nearest.corner), &inward = ridges.inward_of(nearest.corner);
+  std::optional<EdgeContact> place_at(const VertexSearch& nearest) const {
+    const FeatureEdges& feature_edges = properties_.feature_edges;
+    const Vec3 &corner = feature_edges.corner(nearest.corner),
+               &inward = feature_edges.inward_of(nearest.corner);
     const bool is_back = guest_.thickness > 0 && nearest.normal.dot(inward) < 0;
     const Vec3 outward = is_back ? Vec3(-nearest.normal) : nearest.normal;
     const double height = nearest.way.dot(outward), length = nearest.way.norm();
-    if (length > at_face * nearest.size && !(std::abs(height) >= least_upright * length)) return std::nullopt;
-    if (!(height < margin_ && height >= -most_below(guest_, nearest.size))) return std::nullopt;
-    if (!(outward.dot(inward) > least_facing)) return std::nullopt;
+    if (length > at_face * nearest.size && !(std::abs(height) >= min_upright * length)) return std::nullopt;
+    if (!(height < margin_ && height >= -max_below(guest_, nearest.size))) return std::nullopt;
+    if (!(outward.dot(inward) > min_facing)) return std::nullopt;
     EdgeContact found;
     EdgePoint& lowest = found.edge;
     lowest.place = corner - nearest.way;
     lowest.foot = corner;
-    const CornerNormal at_corner = normal_at_corner(properties_.shape, corner, inward, -outward);
+    const VertexNormal at_corner = normal_at_vertex(properties_.shape, corner, inward, -outward);
     lowest.normal = at_corner.normal;
     lowest.weight = {nearest.weight[0], nearest.weight[1], nearest.weight[2]};
     lowest.face = nearest.face;
     // Over a face the plane moves with the face. A corner beside the rim of the boundary is above no face
     // that it could slide over, so that its plane stays on the host.
     const bool is_above = (nearest.way - height * outward).norm() <= at_face * nearest.size;
-    if (is_above && !at_corner.is_hosts_own) found.keeper.kind = PlaneKeeper::Kind::face;
+    if (is_above && !at_corner.is_hosts_own) found.plane_frame.kind = PlaneFrame::Kind::face;
     found.node = nearest.corner;
     found.distance = lowest.normal.dot(lowest.place - lowest.foot);
     return found;
@@ -119,39 +120,39 @@ class Search {
   const DeformableBody& guest_;
   const RigidProperties& properties_;
   double margin_;
-  CornerSearches& scratch_;
+  VertexSearches& scratch_;
 };
 
 }  // namespace
 
-CornerNormal normal_at_corner(const LevelSet& host, const Vec3& corner, const Vec3& inward,
+VertexNormal normal_at_vertex(const LevelSet& host, const Vec3& corner, const Vec3& inward,
                               const Vec3& toward) {
   // This direction leads to the place where the face on the side of the plane is nearest.
   const Vec3 way = inward - 0.5 * inward.dot(toward) * toward;
-  const Vec3 own = host.normal(corner + way_in * host.smallest_size() * way);
+  const Vec3 own = host.normal(corner + way_in * host.min_size() * way);
   if (own.dot(toward) > lies_flat) return {own, true};
   return {toward, false};
 }
 
-bool corners_count(const DeformableBody& guest, const FeatureEdges& ridges) {
-  return guest.triangle_count > 0 && guest.edge_count > 0 && ridges.corner_count() > 0;
+bool has_vertex_face_contacts(const DeformableBody& guest, const FeatureEdges& feature_edges) {
+  return guest.triangle_count > 0 && guest.edge_count > 0 && feature_edges.corner_count() > 0;
 }
 
-void find_places_at_corners(const Bodies& bodies, const DeformableBody& guest, const BodyBounds& host_bounds,
-                            int host, double margin, CornerSearches& scratch,
-                            std::vector<EdgeContact>& found) {
+void find_vertex_face_contacts(const Bodies& bodies, const DeformableBody& guest,
+                               const BodyBounds& host_bounds, int host, double margin,
+                               VertexSearches& scratch, std::vector<EdgeContact>& found) {
   const RigidProperties& properties = bodies.rigid.properties[as_index(host)];
   const Pose& pose = bodies.rigid.state[as_index(host)].pose;
   Search search(bodies, guest, host, margin, scratch);
   visit_near_faces(bodies, guest, host, world_box(host_bounds, margin), margin,
                    [&](const NearFace& face) { search.look_at_face(face); });
   std::sort(scratch.corners.begin(), scratch.corners.end(),
-            [](const CornerSearch& a, const CornerSearch& b) { return a.corner < b.corner; });
-  for (const CornerSearch& nearest : scratch.corners) {
+            [](const VertexSearch& a, const VertexSearch& b) { return a.corner < b.corner; });
+  for (const VertexSearch& nearest : scratch.corners) {
     if (nearest.face < 0) continue;
-    const Vec3& corner = properties.ridges.corner(nearest.corner);
+    const Vec3& corner = properties.feature_edges.corner(nearest.corner);
     const auto place = search.place_at(nearest);
-    if (place && !is_at_seam(bodies, host, pose.to_world(corner), 0)) found.push_back(*place);
+    if (place && !is_at_internal_edge(bodies, host, pose.to_world(corner), 0)) found.push_back(*place);
   }
 }
 

@@ -12,7 +12,7 @@ namespace duet {
 
 /// The result so far of a search at one corner or convex vertex of a host. Vectors are in the host's body
 /// space.
-struct CornerSearch {
+struct VertexSearch {
   int corner = -1;  ///< Number of the corner or convex vertex, as in FeatureEdges::corner_tree.
   /// m^2: squared length of `way`.
   double squared = std::numeric_limits<double>::infinity();
@@ -22,29 +22,29 @@ struct CornerSearch {
   double size = 0;             ///< m: NearFace::size of that face.
   int face = -1;               ///< Index of that face in Bodies::triangles; -1: none found.
 };
-/// Scratch of find_places_at_corners().
-struct CornerSearches {
-  std::vector<CornerSearch> corners;  ///< The corners that faces are near.
+/// Scratch of find_vertex_face_contacts().
+struct VertexSearches {
+  std::vector<VertexSearch> corners;  ///< The corners that faces are near.
   std::vector<int> slot;  ///< For every corner of the host: its index in `corners`; -1: not there.
 };
 
-/// Returns whether corners or convex vertices of a host with the feature edges `ridges` can touch the faces
-/// of `guest`.
-bool corners_count(const DeformableBody& guest, const FeatureEdges& ridges);
+/// Returns whether corners or convex vertices of a host with the feature edges `feature_edges` can touch the
+/// faces of `guest`.
+bool has_vertex_face_contacts(const DeformableBody& guest, const FeatureEdges& feature_edges);
 
 /// Appends the vertex-face contacts of `host` with `guest`: for each corner of `host`, the nearest place on
 /// the boundary of `guest`; then for each convex vertex, which are numbered on from the corners.
 ///
 /// The corner has to be less than `margin` (m) outside of the boundary, or no deeper inside than
-/// most_below(), with the rest of the host on the outer side. Sheets are looked at from both sides. The plane
+/// max_below(), with the rest of the host on the outer side. Sheets are looked at from both sides. The plane
 /// goes through the corner. Its normal is the face's, or the host's own if that lies flat on the face.
 /// EdgeContact::node is the number of the corner. `host_bounds` are the bounds of `host`.
-void find_places_at_corners(const Bodies& bodies, const DeformableBody& guest, const BodyBounds& host_bounds,
-                            int host, double margin, CornerSearches& scratch,
-                            std::vector<EdgeContact>& found);
+void find_vertex_face_contacts(const Bodies& bodies, const DeformableBody& guest,
+                               const BodyBounds& host_bounds, int host, double margin,
+                               VertexSearches& scratch, std::vector<EdgeContact>& found);
 
 /// The normal of a contact at a corner of a host.
-struct CornerNormal {
+struct VertexNormal {
   Vec3 normal;                ///< Unit, in the host's body space: outward of the host.
   bool is_hosts_own = false;  ///< True if it is the normal of a face of the host.
 };
@@ -54,7 +54,7 @@ struct CornerNormal {
 /// It is `toward`, or the normal of a face of the host that lies flat on the plane, to within 20 degrees.
 /// Other contacts there act along the normals of the host, and normals that are nearly equal would be one
 /// constraint twice over: the contact problem would be ill-conditioned.
-CornerNormal normal_at_corner(const LevelSet& host, const Vec3& corner, const Vec3& inward,
+VertexNormal normal_at_vertex(const LevelSet& host, const Vec3& corner, const Vec3& inward,
                               const Vec3& toward);
 
 }  // namespace duet

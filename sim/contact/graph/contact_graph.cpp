@@ -9,7 +9,7 @@ namespace {
 // Smallest |n . up| at which a contact counts as support, for its unit normal n: planes steeper than about 84
 // degrees do not count, because bodies side by side do not carry each other. A larger value would leave steep
 // contacts out of the graph.
-constexpr double least_slope = 0.1;
+constexpr double min_slope = 0.1;
 
 bool is_fixed(const Bodies& bodies, int body) {
   return as_index(body) < bodies.rigid.size() && !bodies.rigid.properties[as_index(body)].is_dynamic();
@@ -44,7 +44,7 @@ void find_supports(const Bodies& bodies, const Vec3& gravity, const ContactSet& 
     const ContactPair& pair = contacts.pairs[as_index(p)];
     const int guest = static_cast<int>(guest_node(bodies, pair));
     const double slope = deepest_normal(contacts, pair).dot(up);
-    if (std::abs(slope) < least_slope) continue;
+    if (std::abs(slope) < min_slope) continue;
     graph.above.push_back(slope > 0 ? guest : pair.host);
     graph.below.push_back(slope > 0 ? pair.host : guest);
   }
@@ -195,7 +195,7 @@ void find_where_shocks_pass(const Bodies& bodies, const ContactSet& contacts, Co
   // Keeps shocks out of the island of a body.
   const auto bar = [&](std::size_t body) { graph.carries_shocks[as_index(graph.island[body])] = 0; };
   for (std::size_t d = 0; d < bodies.deformable.size(); ++d) bar(bodies.rigid.size() + d);
-  for (const BoundParticle& bound : bodies.bound) bar(bound.body);
+  for (const EmbeddedParticle& bound : bodies.bound) bar(bound.body);
   for (const Joint& joint : bodies.articulation.joints) {
     bar(as_index(joint.parent));
     bar(as_index(joint.child));
@@ -235,14 +235,14 @@ void build_contact_graph(const Bodies& bodies, const Vec3& gravity, bool rigid_p
   find_where_shocks_pass(bodies, contacts, graph);
   graph.schedule.build(bodies, contacts, graph.pairs);
   graph.sweeps.build(bodies, contacts, graph.schedule.order());
-  graph.levels_apart = false;
+  graph.shock_layers_current = false;
   list_pairs_of_bodies(bodies, contacts, graph);
 }
 
-void separate_levels(const ContactSet& contacts, ContactGraph& graph) {
-  if (graph.levels_apart) return;
-  graph.by_level.build(contacts, graph.schedule.order(), graph.level, graph.supported);
-  graph.levels_apart = true;
+void build_shock_layers(const ContactSet& contacts, ContactGraph& graph) {
+  if (graph.shock_layers_current) return;
+  graph.shock_layers.build(contacts, graph.schedule.order(), graph.level, graph.supported);
+  graph.shock_layers_current = true;
 }
 
 }  // namespace duet

@@ -26,8 +26,8 @@ struct ContactGraph {
   std::vector<char> carries_shocks;
   PairColoring schedule;       ///< The order in which sweeps visit the pairs, from low to high levels.
   GaussSeidelPipeline sweeps;  ///< Parallel sweeps over the pairs in the order of `schedule`.
-  ShockLayers by_level;        ///< Pairs with a supported lower body, level by level; see separate_levels().
-  bool levels_apart = false;   ///< True if `by_level` is up to date.
+  ShockLayers shock_layers;  ///< Pairs with a supported lower body, level by level; see build_shock_layers().
+  bool shock_layers_current = false;  ///< True if `shock_layers` is up to date.
 
   std::vector<int> pairs;       ///< Indices into ContactSet::pairs of the pairs that take part.
   std::vector<int> first_pair;  ///< Pairs of rigid body b: pair_of_body[first_pair[b] ... first_pair[b + 1]).
@@ -54,10 +54,11 @@ struct ContactGraph {
 
 /// Builds the graph of `contacts` for `gravity` (m/s^2). Without gravity no body supports another, and all
 /// have level 1. Sets ContactPair::active and ContactPair::level of every pair. Without `rigid_pairs` (effect
-/// rigid_contact) pairs of two rigid bodies are inactive and left out. Everything but `by_level` is filled.
+/// rigid_contact) pairs of two rigid bodies are inactive and left out. Everything but `shock_layers` is
+/// filled.
 void build_contact_graph(const Bodies& bodies, const Vec3& gravity, bool rigid_pairs, ContactSet& contacts,
                          ContactGraph& graph);
-/// Fills `by_level` of a graph that build_contact_graph() has built. Does nothing if it is up to date.
-void separate_levels(const ContactSet& contacts, ContactGraph& graph);
+/// Fills `shock_layers` of a graph that build_contact_graph() has built. Does nothing if it is up to date.
+void build_shock_layers(const ContactSet& contacts, ContactGraph& graph);
 
 }  // namespace duet

@@ -36,8 +36,8 @@ const Vec3& position(const Bodies& bodies, std::size_t node) {
 
 void GaussSeidelPipeline::build(const Bodies& bodies, const ContactSet& contacts,
                                 std::span<const int> order) {
-  const int threads = std::min(thread_count(), most_parts);
-  parts_.assign(order.size() < least_pairs ? 1 : as_index(threads), Part{});
+  const int threads = std::min(thread_count(), max_parts);
+  parts_.assign(order.size() < min_pairs ? 1 : as_index(threads), Part{});
   steps_.resize(order.size());
   if (parts_.size() == 1) {
     for (std::size_t i = 0; i < order.size(); ++i) steps_[i] = Step{.pair = order[i]};
@@ -95,7 +95,7 @@ void GaussSeidelPipeline::divide(const Bodies& bodies, const ContactSet& contact
   part_of_.resize(nodes);
   place_.resize(nodes);
   progress_.resize(nodes);
-  std::array<int, most_parts + 1> first{};
+  std::array<int, max_parts + 1> first{};
   for (std::size_t node = 0; node < nodes; ++node) {
     const double before = weight_[slice_of(node)] / std::max(total, 1.0);
     part_of_[node] = std::min(last, static_cast<int>(before * (last + 1)));

@@ -31,10 +31,10 @@ class GaussSeidelPipeline {
   /// does not end the loop. Returns the number of sweeps.
   template <class Visit, class Look>
   int repeat(int most, double tolerance, Visit&& visit, Look&& look) const {
-    constexpr int most_at_once = 8;
-    const bool overlaps = steps_.size() >= least_pairs;
+    constexpr int max_at_once = 8;
+    const bool overlaps = steps_.size() >= min_pairs;
     int done = 0;
-    for (int count = 1; done < most; count = overlaps ? std::min(2 * count, most_at_once) : 1) {
+    for (int count = 1; done < most; count = overlaps ? std::min(2 * count, max_at_once) : 1) {
       if (overlaps && most - done < 2 * count) count = most - done;  // leaves no short remainder
       done += count;
       if (sweep(count, visit) < tolerance) break;
@@ -59,10 +59,10 @@ class GaussSeidelPipeline {
 
  private:
   // Fewer pairs than this are swept by one thread, without synchronization.
-  static constexpr std::size_t least_pairs = 64;
+  static constexpr std::size_t min_pairs = 64;
   // How often a thread looks at its next pair before it tries to take a visit from another thread.
   static constexpr int patience = 4;
-  static constexpr int most_parts = 64;  // largest number of threads that share the pairs
+  static constexpr int max_parts = 64;  // largest number of threads that share the pairs
 
   // The visit of one pair, which every sweep repeats.
   struct Step {
@@ -111,7 +111,7 @@ class GaussSeidelPipeline {
         part = own;
         looks = 0;
       } else if (looks < patience) {
-        relax();
+        pause_cpu();
       } else {
         if (all_taken(count)) break;
         part = (part + 1) % parts_.size();

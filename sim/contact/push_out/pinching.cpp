@@ -52,7 +52,7 @@ class Pincher {
     const Vec3 x = host.pose.position + contact.host_arm, in_other = second.pose.to_body(x);
     const Vec3 v = point_velocity(host, contact.host_arm),
                v_other = point_velocity(second, x - second.pose.position);
-    const double to_host = contact.gap - contact.yielded - surface_point(bodies_, contact).allowance,
+    const double to_host = contact.gap - contact.yielded - surface_point(bodies_, contact).contact_offset,
                  to_other = shape.distance(in_other);  // m, both from the middle surface of the guest
     if (to_host + to_other - dt_ * (v.norm() + v_other.norm()) >= thickness_) return 0;
     const Vec3 normal = second.pose.orientation * shape.normal(in_other);

@@ -254,7 +254,7 @@ double PushOutSystem::inner(const Vector& a, const Vector& b) const {
   return sum;
 }
 
-double PushOutSystem::largest_error(const Vector& u) const {
+double PushOutSystem::max_error(const Vector& u) const {
   double largest = 0;
   for (const Row& row : rows_)
     largest = std::max(largest, std::abs((row.apart - displacement(row, u)).dot(row.normal)));
@@ -268,7 +268,7 @@ int PushOutSystem::solve(double tolerance, int sweeps) {
   u_.assign(size, Vec3::Zero());
   sweep_forth(1, u_);
   int done = 1;
-  if (largest_error(u_) <= tolerance || done >= sweeps) return done;
+  if (max_error(u_) <= tolerance || done >= sweeps) return done;
   sweep_back(1, u_);
   ++done;
   residual_ = u_;
@@ -289,7 +289,7 @@ int PushOutSystem::solve(double tolerance, int sweeps) {
       residual_[i] -= alpha * image_[i];
     }
     const double next = inner(residual_, residual_);
-    if (done + 2 > sweeps || largest_error(u_) <= tolerance) break;
+    if (done + 2 > sweeps || max_error(u_) <= tolerance) break;
     for (std::size_t i = 0; i < size; ++i) direction_[i] = residual_[i] + next / rho * direction_[i];
     rho = next;
   }

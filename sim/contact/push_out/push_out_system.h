@@ -90,7 +90,7 @@ class PushOutSystem {
   // Returns the mass inner product.
   double inner(const Vector& a, const Vector& b) const;
   // Returns the largest error of a displacement along its normal, m.
-  double largest_error(const Vector& u) const;
+  double max_error(const Vector& u) const;
 
   const Bodies* bodies_ = nullptr;
   std::vector<char> held_;                            // for each body: whether it is held; empty: none

@@ -52,8 +52,8 @@ class Separator {
 
   // Lifts the upper body of every pair off the lower one, level by level.
   void lift() {
-    separate_levels(contacts_, graph_);
-    graph_.by_level.for_each([&](std::span<const int> pairs) {
+    build_shock_layers(contacts_, graph_);
+    graph_.shock_layers.for_each([&](std::span<const int> pairs) {
       for (int i = 0; i < level_sweeps; ++i) {
         double largest = 0;
         for (const int p : pairs) largest = std::max(largest, update_upper(p));

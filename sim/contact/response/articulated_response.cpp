@@ -43,8 +43,8 @@ std::vector<int> linked_bodies(const Bodies& bodies, std::size_t largest) {
 }
 
 bool ArticulatedResponse::is_complete() const {
-  return others_.empty() &&
-         std::none_of(groups_.begin(), groups_.end(), [](const Group& group) { return group.is_cramped; });
+  return others_.empty() && std::none_of(groups_.begin(), groups_.end(),
+                                         [](const Group& group) { return group.is_ill_conditioned; });
 }
 
 void ArticulatedResponse::find_groups(const Bodies& bodies) {
@@ -140,24 +140,24 @@ Mat3 ArticulatedResponse::factor(const ContactPoint& contact, const Bodies& bodi
 ContactResponse ArticulatedResponse::response(const ContactPoint& contact, const Bodies& bodies) const {
   // Smallest motion along the normal, as a fraction of that of separate bodies, that is taken for more than
   // rounding.
-  constexpr double least_share = 1e-6;
+  constexpr double min_share = 1e-6;
   // Fraction of the response of separate bodies that is added to K. Joints can leave a contact one direction
   // of motion, as that of a door, and K alone would have no inverse. A larger value would let contact bend
   // the joints more.
   constexpr double softness = 1e-9;
   const Mat3 K = factor(contact, bodies);
   const Vec3& n = contact.normal;
-  if (!(n.dot(K * n) > least_share * n.dot(contact.response.K * n))) return {};
+  if (!(n.dot(K * n) > min_share * n.dot(contact.response.K * n))) return {};
   return {K + softness * contact.response.K, n};
 }
 
 // Near a joint, or where a group is folded flat, small velocities of a contact are large velocities of the
 // bodies: the contact responds like a mass far heavier than all that moves.
-void ArticulatedResponse::find_cramped(const ContactPoint& contact, const ContactResponse& answer,
-                                       const Bodies& bodies) {
+void ArticulatedResponse::mark_ill_conditioned(const ContactPoint& contact, const ContactResponse& answer,
+                                               const Bodies& bodies) {
   // Largest effective mass of a contact over the mass of the bodies that it moves. A larger value would let
   // loops that fold flat gain energy.
-  constexpr double most_masses = 50;
+  constexpr double max_masses = 50;
   double mass = 0;
   const auto count = [&](int body) {
     const auto b = as_index(body);
@@ -171,9 +171,9 @@ void ArticulatedResponse::find_cramped(const ContactPoint& contact, const Contac
     count(contact.guest_rigid);
   else if (const double inverse = surface_point(bodies, contact).inverse_mass; inverse > 0)
     mass += 1 / inverse;
-  if (answer.normal_mass <= most_masses * mass) return;
+  if (answer.normal_mass <= max_masses * mass) return;
   for (const int body : {contact.host, contact.guest_rigid})
-    if (body >= 0 && contains(body)) groups_[as_index(group_of_[as_index(body)])].is_cramped = true;
+    if (body >= 0 && contains(body)) groups_[as_index(group_of_[as_index(body)])].is_ill_conditioned = true;
 }
 
 void ArticulatedResponse::update(const Bodies& bodies, JointSolver& joints, bool with_control) {
@@ -201,7 +201,7 @@ ArticulatedResponse* ArticulatedResponse::prepare(const Bodies& bodies, JointSol
   is_used_ = false;
   if (bodies.linked.empty()) return nullptr;
   if (group_of_.empty()) find_groups(bodies);
-  for (Group& group : groups_) group.is_cramped = false;
+  for (Group& group : groups_) group.is_ill_conditioned = false;
   const auto takes = [&](const ContactPoint& contact) { return takes_part(contact); };
   if (std::none_of(contacts.points.begin(), contacts.points.end(), takes)) return nullptr;
   update(bodies, joints, with_control);
@@ -209,7 +209,7 @@ ArticulatedResponse* ArticulatedResponse::prepare(const Bodies& bodies, JointSol
   for (std::size_t i = 0; i < own_.size(); ++i) own_[i] = contacts.points[i].response;
   answer(bodies, contacts);
   for (const ContactPoint& contact : contacts.points)
-    if (takes_part(contact)) find_cramped(contact, contact.response, bodies);
+    if (takes_part(contact)) mark_ill_conditioned(contact, contact.response, bodies);
   if (!is_complete()) answer(bodies, contacts);
   is_used_ = true;
   return this;
@@ -232,7 +232,7 @@ const ArticulatedResponse* ArticulatedResponse::prepare(const Bodies& bodies, Jo
   is_used_ = false;
   if (bodies.linked.empty()) return nullptr;
   if (group_of_.empty()) find_groups(bodies);
-  for (Group& group : groups_) group.is_cramped = false;
+  for (Group& group : groups_) group.is_ill_conditioned = false;
   const auto takes = [&](const CachedContact& contact) {
     return contains(contact.host) || (contact.guest_rigid >= 0 && contains(contact.guest_rigid));
   };
@@ -247,7 +247,7 @@ const ArticulatedResponse* ArticulatedResponse::prepare(const Bodies& bodies, Jo
     contact.edge = remembered.edge;
     if (contact.is_on_edge() && !contact.is_rigid_pair()) put_on_surface(bodies, contact);
     update_geometry(bodies, contact);
-    find_cramped(contact, response(contact, bodies), bodies);
+    mark_ill_conditioned(contact, response(contact, bodies), bodies);
   }
   is_used_ = true;
   return this;
@@ -303,7 +303,7 @@ void ArticulatedResponse::finish(RigidBodies& rigid) {
       Member& member = member_[body];
       RigidState& state = rigid.state[body];
       member.end = state;
-      if (group.is_cramped) continue;  // impulses have moved its members as separate bodies
+      if (group.is_ill_conditioned) continue;  // impulses have moved its members as separate bodies
       state.velocity = member.start.velocity + rigid.properties[body].inverse_mass * member.linear;
       state.angular_momentum = member.start.angular_momentum + member.angular;
       state.angular_velocity = member.start.angular_velocity + state.inverse_inertia * member.angular;

@@ -56,7 +56,7 @@ class ArticulatedResponse {
   /// Returns whether a rigid body belongs to a jointed group that is not ill-conditioned.
   bool contains(int body) const {
     const int group = group_of_[static_cast<std::size_t>(body)];
-    return group >= 0 && !groups_[static_cast<std::size_t>(group)].is_cramped;
+    return group >= 0 && !groups_[static_cast<std::size_t>(group)].is_ill_conditioned;
   }
   /// Returns whether it contains all dynamic bodies with joints.
   bool is_complete() const;
@@ -114,7 +114,7 @@ class ArticulatedResponse {
     // True if the group is ill-conditioned: contact and joints together leave its members hardly any motion,
     // as in a loop that lies flat. Its members then count as separate bodies, and contact and joint solves
     // alternate.
-    bool is_cramped = false;
+    bool is_ill_conditioned = false;
   };
   // A rigid body.
   struct Member {
@@ -139,7 +139,7 @@ class ArticulatedResponse {
   // Sets the responses of all contacts: under the joints if they take part, else those of separate bodies.
   void answer(const Bodies& bodies, ContactSet& contacts) const;
   // Marks the groups of a contact as ill-conditioned if its response `answer` shows it.
-  void find_cramped(const ContactPoint& contact, const ContactResponse& answer, const Bodies& bodies);
+  void mark_ill_conditioned(const ContactPoint& contact, const ContactResponse& answer, const Bodies& bodies);
 
   bool is_current_ = false,          // true if the responses belong to the present rows and poses
       has_control_ = false,          // true if they include controlled joints

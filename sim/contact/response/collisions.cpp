@@ -25,9 +25,9 @@ constexpr double approach_tolerance = 1e-9;
 constexpr double same_time = 1e-3;
 // Slower approaches, as a fraction of the change of a body's velocity by forces in the step, are what a
 // contact solve left over. A larger value would leave weak impacts to contact, which does not bounce.
-constexpr double least_blow = 1e-3;
+constexpr double min_blow = 1e-3;
 constexpr int rounds_per_iteration = 4;  // rounds of rigid blows for each iteration of CollisionSettings
-constexpr int most_blow_sweeps = 200;    // sweeps over the pairs of a blow
+constexpr int max_blow_sweeps = 200;     // sweeps over the pairs of a blow
 constexpr int pair_sweeps = 8;           // passes to and fro over the points of a pair at each visit
 // Largest change of a relative velocity in the last sweep, as a fraction of the fastest approach of the
 // island.
@@ -66,8 +66,8 @@ class Collider {
     for (int round = 0; round < rounds_per_iteration * settings_.iterations; ++round) {
       stop_if_asked();
       predict();
-      const bool blow = settings_.rigid_pairs && find_blow();
-      if (blow) strike();
+      const bool blow = settings_.rigid_pairs && find_impact();
+      if (blow) apply_impact();
       const bool changed = deformable && round < settings_.iterations && collide_deformables();
       if (!blow && !changed) break;
     }
@@ -104,7 +104,7 @@ class Collider {
                    dt_ * (weighted(point, bodies_.particles.v) + weighted(point, difference_.particle));
     if (!contact.is_on_edge()) {  // a point outside of the level set needs no closer look
       const LevelSet& shape = bodies_.rigid.properties[as_index(contact.host)].shape;
-      const double distance = shape.distance(predicted_pose(contact.host).to_body(x)) + point.allowance;
+      const double distance = shape.distance(predicted_pose(contact.host).to_body(x)) + point.contact_offset;
       if (distance + contact.yielded >= inside_tolerance) return distance + contact.yielded;
     }
     return touch(bodies_, contact, predicted_pose(contact.host), x).gap;
@@ -199,11 +199,11 @@ class Collider {
   bool persists(const ContactPoint& contact, double normal_velocity) const {
     const auto change = [&](int body) { return difference_.rigid[as_index(body)].squaredNorm(); };
     const double forces = std::sqrt(std::max(change(contact.host), change(contact.guest_rigid)));
-    return -normal_velocity < std::max(dt_ * approach_acceleration(contact), least_blow * forces);
+    return -normal_velocity < std::max(dt_ * approach_acceleration(contact), min_blow * forces);
   }
 
   // Finds the blow of this round: the points of rigid pairs that meet now. Returns whether there are any.
-  bool find_blow() {
+  bool find_impact() {
     parallel_for(contacts_.pairs.size(), 16, [&](std::size_t begin, std::size_t end) {
       for (std::size_t p = begin; p < end; ++p)
         scratch_.struck[p] =
@@ -252,7 +252,7 @@ class Collider {
 
   // Finds and applies the impulses of all points of the blow together, by Gauss-Seidel sweeps. The tolerance
   // of each island is a fraction of its fastest approach.
-  void strike() {
+  void apply_impact() {
     find_islands();
     for (const int p : scratch_.blow) {
       CollisionScratch::Island& island = scratch_.islands[island_of(contacts_.pairs[as_index(p)])];
@@ -266,11 +266,11 @@ class Collider {
     scratch_.blow_sweeps.build(bodies_, contacts_, scratch_.blow);
     const auto visit = [&](int p) {
       const CollisionScratch::Island& island = scratch_.islands[scratch_.island[as_index(p)]];
-      if (island.is_settled) return 0.0;
+      if (island.multipliers_final) return 0.0;
       const double change = update_pair(contacts_.pairs[as_index(p)], island.tolerance);
       return scratch_.change[as_index(p)] = change / island.tolerance;
     };
-    scratch_.blow_sweeps.repeat(most_blow_sweeps, 1, visit, [&] { settle_islands(); });
+    scratch_.blow_sweeps.repeat(max_blow_sweeps, 1, visit, [&] { settle_islands(); });
     keep_energy();
     for (const int p : scratch_.blow) {
       const ContactPair& pair = contacts_.pairs[as_index(p)];
@@ -320,7 +320,7 @@ class Collider {
     }
     for (const int p : scratch_.blow) {
       CollisionScratch::Island& island = scratch_.islands[scratch_.island[as_index(p)]];
-      island.is_settled = island.largest < 1;
+      island.multipliers_final = island.largest < 1;
     }
   }
 

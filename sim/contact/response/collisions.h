@@ -44,9 +44,9 @@ struct CollisionScratch {
   struct Island {
     double tolerance = 0;  ///< Largest change of a relative velocity in a sweep that ends the sweeps, m/s.
     double largest = 0;    ///< Largest change of a relative velocity in the last sweep, over `tolerance`, 1.
-    bool is_settled = false;  ///< True if `largest` is below 1, so that sweeps pass over the island.
-    double linear = 0,        ///< Change of kinetic energy by the blow: linear term in its scale, J.
-        quadratic = 0;        ///< Change of kinetic energy by the blow: quadratic term in its scale, J.
+    bool multipliers_final = false;  ///< True if `largest` is below 1, so that sweeps pass over the island.
+    double linear = 0,               ///< Change of kinetic energy by the blow: linear term in its scale, J.
+        quadratic = 0;  ///< Change of kinetic energy by the blow: quadratic term in its scale, J.
   };
   std::vector<Island> islands;      ///< For each rigid body; used at the root of each island in `parent`.
   std::vector<std::size_t> island;  ///< For each pair of the blow: index into `islands`.

@@ -307,7 +307,7 @@ void ContactProjection::choose(double dt, const GeneralizedVelocity& start,
     if (!blocks_[b].rows.empty()) factor(blocks_[b]);
   }
   for (Row& row : rows_) decide(row);
-  if (repulsions_) repulsions_->choose_rows(dt, start.particle, velocity.particle);
+  if (repulsions_) repulsions_->activate_rows(dt, start.particle, velocity.particle);
 }
 
 void ContactProjection::satisfy(GeneralizedVelocity& velocity) const { sweep_all(true, velocity); }
@@ -337,7 +337,7 @@ bool ContactProjection::release(const GeneralizedVelocity& change, double tolera
     if (changed) factor(blocks_[b]);
   }
   for (Row& row : rows_) decide(row);
-  if (repulsions_) any = repulsions_->release_rows(change.particle, tolerance) || any;
+  if (repulsions_) any = repulsions_->deactivate_rows(change.particle, tolerance) || any;
   return any;
 }
 

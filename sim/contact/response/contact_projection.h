@@ -70,7 +70,7 @@ class ContactProjection {
   /// Sets the targets and the active set of a solve. The target of n.v_rel is half of its value at `start`,
   /// so that the extrapolation 2 V - v^n to the end of the step has none. Constraints that already separate
   /// faster at `velocity` are inactive. Repulsion pairs are active if they would come too near within `dt`
-  /// (s), see SelfRepulsion::choose_rows().
+  /// (s), see SelfRepulsion::activate_rows().
   void choose(double dt, const GeneralizedVelocity& start, const GeneralizedVelocity& velocity);
   /// Projects `velocity` onto those with n.v_rel = target at the active constraints.
   void satisfy(GeneralizedVelocity& velocity) const;

@@ -70,12 +70,12 @@ double update_rotation(Bodies& bodies, ArticulatedResponse* linked, const Contac
   const Vec3 wanted = pair.angular_impulse - K.inverse() * relative;
   const Vec3 axis = normal_impulse > 0 ? Vec3(pressure / normal_impulse) : Vec3::UnitY();
   const double spin = wanted.dot(axis);
-  const double most_spin = std::max(a.spinning_friction, b.spinning_friction) * normal_impulse;
-  const double most_roll = std::max(a.rolling_friction, b.rolling_friction) * normal_impulse;
+  const double max_spin = std::max(a.spinning_friction, b.spinning_friction) * normal_impulse;
+  const double max_roll = std::max(a.rolling_friction, b.rolling_friction) * normal_impulse;
   Vec3 roll = wanted - spin * axis;
   const double rolling = roll.norm();
-  if (rolling > most_roll) roll *= most_roll / rolling;
-  const Vec3 total = std::clamp(spin, -most_spin, most_spin) * axis + roll;
+  if (rolling > max_roll) roll *= max_roll / rolling;
+  const Vec3 total = std::clamp(spin, -max_spin, max_spin) * axis + roll;
   const Vec3 change = total - pair.angular_impulse;
   pair.angular_impulse = total;
   const auto turn = [&](int body, const Vec3& moment) {
@@ -88,7 +88,7 @@ double update_rotation(Bodies& bodies, ArticulatedResponse* linked, const Contac
   };
   turn(pair.guest_rigid, change);
   turn(pair.host, -change);
-  return (K * change).norm() * std::min(a.shape.smallest_size(), b.shape.smallest_size()) / 2;
+  return (K * change).norm() * std::min(a.shape.min_size(), b.shape.min_size()) / 2;
 }
 
 // Updates the contacts of one pair in several passes to and fro, so that the order of its points does not
@@ -211,7 +211,7 @@ bool solve_small_islands(Bodies& bodies, const ContactGraph& graph, const Contac
     scratch.island_pairs.clear();
     for (; end < unsettled.size() && unsettled[end][0] == unsettled[begin][0]; ++end)
       scratch.island_pairs.push_back(graph.pairs[as_index(unsettled[end][1])]);
-    if (scratch.island_pairs.size() > IslandSolver::most_pairs ||
+    if (scratch.island_pairs.size() > IslandSolver::max_pairs ||
         fastest(bodies, contacts, scratch.island_pairs) > slide_share * settings.fall)
       continue;
     const double left =
@@ -229,11 +229,11 @@ bool solve_small_islands(Bodies& bodies, const ContactGraph& graph, const Contac
 int solve_contact(Bodies& bodies, const ContactGraph& graph, const ContactSolveSettings& settings,
                   ContactSet& contacts, ContactSolveScratch& scratch, ArticulatedResponse* linked) {
   scratch.change.assign(contacts.pairs.size(), 0);
-  scratch.is_settled.assign(graph.island.size(), 0);
+  scratch.multipliers_final.assign(graph.island.size(), 0);
   const auto island_of = [&](const ContactPair& pair) { return as_index(graph.island_of(bodies, pair)); };
   const auto update = [&](int p) {
     ContactPair& pair = contacts.pairs[as_index(p)];
-    if (!pair.active || scratch.is_settled[island_of(pair)] != 0) return 0.0;
+    if (!pair.active || scratch.multipliers_final[island_of(pair)] != 0) return 0.0;
     return scratch.change[as_index(p)] = update_pair(bodies, linked, settings, contacts, pair);
   };
   find_jointed(bodies, graph, linked != nullptr, scratch);
@@ -244,13 +244,14 @@ int solve_contact(Bodies& bodies, const ContactGraph& graph, const ContactSolveS
       largest = std::max(largest, scratch.change[as_index(p)]);
     }
     for (std::size_t i = 0; i < scratch.island_change.size(); ++i)
-      scratch.is_settled[i] = scratch.island_change[i] < settings.tolerance && scratch.is_jointed[i] == 0;
+      scratch.multipliers_final[i] =
+          scratch.island_change[i] < settings.tolerance && scratch.is_jointed[i] == 0;
   };
   const auto sweep = [&](int most, const std::vector<char>* among = nullptr) {
     const auto look = [&] {
       settle_islands();
-      for (std::size_t i = 0; among && i < scratch.is_settled.size(); ++i)
-        if ((*among)[i] == 0) scratch.is_settled[i] = 1;
+      for (std::size_t i = 0; among && i < scratch.multipliers_final.size(); ++i)
+        if ((*among)[i] == 0) scratch.multipliers_final[i] = 1;
     };
     if (among) look();
     return graph.sweeps.repeat(most, settings.tolerance, update, look);
@@ -285,7 +286,7 @@ void propagate_shocks(Bodies& bodies, const ContactGraph& graph, const ContactSo
       largest = std::max(largest, update_upper(contacts.points[as_index(i)]));
     return largest;
   };
-  graph.by_level.for_each([&](std::span<const int> pairs) {
+  graph.shock_layers.for_each([&](std::span<const int> pairs) {
     for (int iteration = 0; iteration < shock_iterations; ++iteration) {
       double largest = 0;
       for (const int p : pairs)

@@ -28,8 +28,8 @@ struct ContactSolveSettings {
 /// ContactGraph.
 struct ContactSolveScratch {
   std::vector<double> change;  ///< For each pair: change of a relative velocity by its last visit, m/s.
-  std::vector<double> island_change;  ///< For each island: the largest `change` of its pairs, m/s.
-  std::vector<char> is_settled;       ///< For each island: whether sweeps pass over it.
+  std::vector<double> island_change;    ///< For each island: the largest `change` of its pairs, m/s.
+  std::vector<char> multipliers_final;  ///< For each island: whether sweeps pass over it.
   /// For each island: whether a joint holds one of its bodies. Filled with articulated response only.
   std::vector<char> is_jointed;
   std::vector<char> is_solved;  ///< For each island: whether it was solved as a whole after the sweeps.
@@ -52,8 +52,8 @@ int solve_contact(Bodies& bodies, const ContactGraph& graph, const ContactSolveS
 
 /// Propagates shocks (Guendelman et al. 2003): level by level, the upper bodies alone take up what the sweeps
 /// left, as if the lower ones were fixed. Only rigid pairs whose lower body is supported take part, so that
-/// bodies in free flight keep their momentum, and only in islands that carry shocks. ContactGraph::by_level
-/// must be up to date.
+/// bodies in free flight keep their momentum, and only in islands that carry shocks.
+/// ContactGraph::shock_layers must be up to date.
 ///
 /// A lower body whose surface moves would lead the upper one as if it had unlimited energy. Unless a
 /// kinematic body drives the island, the pass is therefore limited: if the surface of the lower body rolls

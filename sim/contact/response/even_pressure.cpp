@@ -14,7 +14,7 @@ constexpr double beside =
 // Friction over the largest possible one, beyond which a face counts as sliding.
 constexpr double sliding = 0.9;
 constexpr double rounding = 1e-12;  // largest pull that counts as zero, over the load
-constexpr int most_rounds = 8;      // rounds of dropping points that would have to pull, at most
+constexpr int max_rounds = 8;       // rounds of dropping points that would have to pull, at most
 
 // One patch of a pair. All its quantities are in the plane of its first point.
 class Patch {
@@ -25,7 +25,7 @@ class Patch {
   // Spreads the load. Does nothing if it is not to be spread, or if no distribution without pull is found.
   void spread(double tolerance) {
     if (!choose_points(tolerance)) return;
-    for (int round = 0; round < most_rounds; ++round) {
+    for (int round = 0; round < max_rounds; ++round) {
       if (!solve()) return;
       if (!pulling_) return take();
       drop_pulling();

@@ -15,7 +15,7 @@ namespace {
 constexpr std::array<double, 2> rho{1e6, 1e3};
 constexpr int patience = 7;  // rounds without improvement that end an attempt
 // Newton steps of a round, Newton steps of all rounds, and halvings of a step, at most.
-constexpr int most_steps = 20, most_in_all = 100, most_halvings = 12;
+constexpr int max_steps = 20, max_in_all = 100, max_halvings = 12;
 constexpr double on_cone = 1 - 1e-9;  // fraction of the friction cone beyond which a contact slides
 constexpr double enough_fall = 1e-4;  // least fall of the value, over that of its slope (Armijo)
 // Slope and fall that count as rounding, over the value.
@@ -30,7 +30,7 @@ double IslandSolver::solve(Bodies& bodies, std::span<const int> pairs, double to
   keep(bodies, contacts);
   int steps = 0;
   for (const double scale : rho) {
-    for (int round = 0, last = 0; steps < most_in_all && round - last < patience && !(now < tolerance);
+    for (int round = 0, last = 0; steps < max_in_all && round - last < patience && !(now < tolerance);
          ++round) {
       stop_if_asked();
       begin_round(bodies, contacts, scale, now <= best);
@@ -289,7 +289,7 @@ int IslandSolver::minimize() {
   const std::size_t size = twists_.size();
   std::fill(twists_.begin(), twists_.end(), 0.0);
   double now = value(twists_);
-  for (int n = 0; n < most_steps; ++n) {
+  for (int n = 0; n < max_steps; ++n) {
     find_gradient();
     find_matrix();
     if (!solve_for_step()) return n;
@@ -301,7 +301,7 @@ int IslandSolver::minimize() {
       for (std::size_t i = 0; i < size; ++i) trial_[i] = twists_[i] + share * step_[i];
       next = value(trial_);
       if (next <= now + enough_fall * share * slope) break;
-      if (halving == most_halvings) return n;
+      if (halving == max_halvings) return n;
       share /= 2;
     }
     std::swap(twists_, trial_);
@@ -309,7 +309,7 @@ int IslandSolver::minimize() {
     now = next;
     if (is_done) return n + 1;
   }
-  return most_steps;
+  return max_steps;
 }
 
 }  // namespace duet

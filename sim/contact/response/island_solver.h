@@ -30,7 +30,7 @@ class IslandSolver {
   /// Largest number of pairs of an island that is solved. The work grows with the cube of the number of
   /// bodies: with 64 pairs, and without a limit of the sliding velocity, the attempts took 40 % of the time
   /// of piles.
-  static constexpr std::size_t most_pairs = 32;
+  static constexpr std::size_t max_pairs = 32;
 
   /// Solves for the active pairs among `pairs` (indices into contacts.pairs), which must be rigid. Starts
   /// from the impulses that the contacts hold, which the velocities must contain already. Sets impulses and

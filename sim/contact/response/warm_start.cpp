@@ -27,7 +27,7 @@ const CachedContact* find(const ContactCache& memory, const ContactPoint& contac
 
 // Returns the impulse of the cached force over `duration` (s), at most the cached impulse, N s; zero: not in
 // the cache.
-Vec3 remembered_impulse(const ContactCache& memory, const ContactPoint& contact, double duration) {
+Vec3 cached_impulse(const ContactCache& memory, const ContactPoint& contact, double duration) {
   const CachedContact* found = find(memory, contact);
   return found ? Vec3(std::min(1.0, duration / found->duration) * found->impulse) : Vec3::Zero();
 }
@@ -40,35 +40,35 @@ Vec3 expected_velocity(const ContactPoint& contact, const Vec3& velocity, double
   return closing < allowed ? Vec3(velocity + (allowed - closing) * contact.normal) : velocity;
 }
 
-// Returns the target of predict_contacts(), m/s. If the point overlaps then and the normal has turned far,
-// another side of the host is nearest, and the gap there says nothing about this normal: the contact may
+// Returns the target of find_speculative_targets(), m/s. If the point overlaps then and the normal has turned
+// far, another side of the host is nearest, and the gap there says nothing about this normal: the contact may
 // close its gap then.
 double target_velocity(const ContactPoint& contact, const Vec3& velocity, const Touch& predicted, double dt) {
-  constexpr double least_agreement = 0.9;  // least cosine of the turn of the normal, at 26 degrees
+  constexpr double min_agreement = 0.9;  // least cosine of the turn of the normal, at 26 degrees
   // Largest target over the speed: the part of a motion that a curved host may turn towards its normal.
-  constexpr double most_turn = 0.1;
-  if (predicted.gap < 0 && predicted.normal.dot(contact.normal) < least_agreement)
+  constexpr double max_turn = 0.1;
+  if (predicted.gap < 0 && predicted.normal.dot(contact.normal) < min_agreement)
     return -std::max(contact.gap, 0.0) / dt;
   return std::min(velocity.dot(contact.normal) - (predicted.gap - std::min(contact.gap, 0.0)) / dt,
-                  most_turn * velocity.norm());
+                  max_turn * velocity.norm());
 }
 
 // Target of a contact that does not act: every velocity reaches it.
 constexpr double out_of_reach = -std::numeric_limits<double>::infinity();
 
 // Returns the target at the end of a step, m/s, of a contact that touches now:
-//   (1 - w) target + w max(target, -max(gap, 0) / dt),   w = min(1, (1 - n . n') / least_turn),
+//   (1 - w) target + w max(target, -max(gap, 0) / dt),   w = min(1, (1 - n . n') / min_turn),
 // with the normal n' where the next step would lead. If it has turned, the point leaves its face there (a
 // point that slides beyond an edge, a wheel over a gap), and the gap there says nothing about this moment.
 double target_at_end(const ContactPoint& contact, const Touch& next, double target, double dt) {
-  constexpr double least_turn = 1e-4;  // 1 - cosine of 0.8 degrees
-  const double w = std::clamp((1 - contact.normal.dot(next.normal)) / least_turn, 0.0, 1.0);
+  constexpr double min_turn = 1e-4;  // 1 - cosine of 0.8 degrees
+  const double w = std::clamp((1 - contact.normal.dot(next.normal)) / min_turn, 0.0, 1.0);
   const double closed = std::max(target, -std::max(contact.gap, 0.0) / dt);
   return w == 1 || std::isinf(target) ? closed : target + w * (closed - target);
 }
 
-// Returns the target of a contact, m/s, by the rules of predict_contacts(). `deepest` collects the contacts
-// of the pair.
+// Returns the target of a contact, m/s, by the rules of find_speculative_targets(). `deepest` collects the
+// contacts of the pair.
 double target_of(const Bodies& bodies, const std::vector<Pose>& predicted_poses, double dt,
                  PredictionFor stage, const ContactPoint& contact, SampleCulling& deepest) {
   if (contact.meets_ahead)
@@ -158,8 +158,8 @@ void apply_best_share(ContactGraph& graph, Bodies& bodies, ContactSet& contacts)
 // step it would lean in the direction of the motion and speed it up. If it has turned by more than 26
 // degrees, it belongs to another side, and stays.
 void turn_to_middle(ContactPoint& contact) {
-  constexpr double least_agreement = 0.9;  // least cosine of the turn of the normal
-  if (contact.first_normal == contact.normal || contact.first_normal.dot(contact.normal) < least_agreement)
+  constexpr double min_agreement = 0.9;  // least cosine of the turn of the normal
+  if (contact.first_normal == contact.normal || contact.first_normal.dot(contact.normal) < min_agreement)
     return;
   contact.normal = (contact.first_normal + contact.normal).normalized();
   contact.response = ContactResponse(contact.response.K, contact.normal);
@@ -180,8 +180,8 @@ void update_contacts(const ContactGraph& graph, const Bodies& bodies, ContactSet
   });
 }
 
-void predict_contacts(double dt, OrientationUpdate orientation, const ContactGraph& graph,
-                      const Bodies& bodies, ContactSet& contacts, PredictionFor stage) {
+void find_speculative_targets(double dt, OrientationUpdate orientation, const ContactGraph& graph,
+                              const Bodies& bodies, ContactSet& contacts, PredictionFor stage) {
   const RigidBodies& rigid = bodies.rigid;
   contacts.predicted.resize(rigid.size());
   parallel_for(rigid.size(), 64, [&](std::size_t begin, std::size_t end) {
@@ -205,7 +205,7 @@ void warm_start(const ContactCache& memory, double duration, ContactGraph& graph
   for (ContactPair& pair : contacts.pairs) pair.angular_impulse.setZero();
   parallel_for(contacts.points.size(), 64, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
-      contacts.points[i].impulse = remembered_impulse(memory, contacts.points[i], duration);
+      contacts.points[i].impulse = cached_impulse(memory, contacts.points[i], duration);
   });
   contacts.is_cold.assign(graph.island.size(), 1);
   for (const int p : graph.pairs) {

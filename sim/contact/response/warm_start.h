@@ -50,9 +50,9 @@ enum class PredictionFor {
 /// normal turns in the next step, has
 ///   target >= -max(gap, 0) / dt,
 /// so that the end of the next step does not let it down.
-void predict_contacts(double dt, OrientationUpdate orientation, const ContactGraph& graph,
-                      const Bodies& bodies, ContactSet& contacts,
-                      PredictionFor stage = PredictionFor::motion_in_step);
+void find_speculative_targets(double dt, OrientationUpdate orientation, const ContactGraph& graph,
+                              const Bodies& bodies, ContactSet& contacts,
+                              PredictionFor stage = PredictionFor::motion_in_step);
 
 /// Starts the contacts at the forces in the cache `memory`: sets the impulse of each contact to its cached
 /// force times `duration` (s), or to zero, and applies the impulses of active pairs to the velocities. No

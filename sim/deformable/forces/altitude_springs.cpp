@@ -17,7 +17,7 @@ constexpr std::array<std::array<std::size_t, 4>, 7> corners = {
     {{0, 1, 3, 2}, {1, 0, 2, 3}, {2, 0, 3, 1}, {3, 0, 1, 2}, {0, 1, 2, 3}, {0, 2, 3, 1}, {0, 3, 1, 2}}};
 
 // Returns a normal vector: its length is twice the area of the face, or the area that the two edges span.
-PackVector base(std::size_t altitude, const std::array<PackVector, 4>& x) {
+vector8 base(std::size_t altitude, const std::array<vector8, 4>& x) {
   const auto& c = corners[altitude];
   return altitude < first_between_edges ? cross(x[c[2]] - x[c[1]], x[c[3]] - x[c[1]])
                                         : cross(x[c[1]] - x[c[0]], x[c[3]] - x[c[2]]);
@@ -37,15 +37,15 @@ void AltitudeSprings::add(const std::vector<Tet>& tets, const std::vector<Vec3>&
                           double damping) {
   for (const Tet& tet : tets) {
     std::array<Vec3, 4> corner;
-    std::array<PackVector, 4> x;
+    std::array<vector8, 4> x;
     for (std::size_t i = 0; i < 4; ++i) {
       corner[i] = rest[as_index(tet[i])];
-      x[i] = {Pack{} + corner[i].x(), Pack{} + corner[i].y(), Pack{} + corner[i].z()};
+      x[i] = {double8{} + corner[i].x(), double8{} + corner[i].y(), double8{} + corner[i].z()};
     }
     RestTet entry{{}, modulus, damping};
     const double volume = tet_volume(corner[0], corner[1], corner[2], corner[3]);
     for (std::size_t a = 0; a < altitudes; ++a) {
-      const PackVector here = base(a, x);
+      const vector8 here = base(a, x);
       entry.length[a] = 6 * volume / std::sqrt(dot(here, here)[0]);
     }
     tets_.push_back(tet);
@@ -58,7 +58,7 @@ void AltitudeSprings::finalize(const std::vector<double>& inverse_mass) {
   for (std::size_t slot = 0; slot < batches_.size() * pack_width; ++slot) {
     Batch& batch = batches_[slot / pack_width];
     const std::size_t lane = slot % pack_width;
-    const std::size_t element = BlockSums::element_of(slot / pack_width, lane, batches_.size());
+    const std::size_t element = ScatterAdd::element_of(slot / pack_width, lane, batches_.size());
     const bool pads = element >= tets_.size();
     const std::size_t t = pads ? tets_.size() - 1 : element;
     std::array<double, 4> inverse;
@@ -79,17 +79,17 @@ void AltitudeSprings::finalize(const std::vector<double>& inverse_mass) {
   sums_.build(batches_, inverse_mass.size());
 }
 
-Pack AltitudeSprings::choose(const Batch& batch, const std::array<PackVector, 4>& corner, Chosen& chosen) {
-  Pack largest{};
-  Pack best{};  // number of that altitude
+double8 AltitudeSprings::choose(const Batch& batch, const std::array<vector8, 4>& corner, Chosen& chosen) {
+  double8 largest{};
+  double8 best{};  // number of that altitude
   chosen.rest_length = batch.rest_length[0];
   chosen.viscosity = batch.viscosity[0];
   for (std::size_t a = 0; a < altitudes; ++a) {
-    const PackVector here = base(a, corner);
-    const Pack squared = dot(here, here);
-    const PackMask larger = squared > largest;
+    const vector8 here = base(a, corner);
+    const double8 squared = dot(here, here);
+    const mask8 larger = squared > largest;
     largest = select(larger, squared, largest);
-    best = select(larger, Pack{} + static_cast<double>(a), best);
+    best = select(larger, double8{} + static_cast<double>(a), best);
     chosen.rest_length = select(larger, batch.rest_length[a], chosen.rest_length);
     chosen.viscosity = select(larger, batch.viscosity[a], chosen.viscosity);
   }
@@ -103,38 +103,38 @@ Pack AltitudeSprings::choose(const Batch& batch, const std::array<PackVector, 4>
 }
 
 void AltitudeSprings::choose(const std::vector<Vec3>& x) {
-  sums_.visit(x, [&](std::size_t b, const Quad* rows) {
-    std::array<PackVector, 4> corner;
-    for (std::size_t i = 0; i < 4; ++i) corner[i] = BlockSums::gather(rows, batches_[b].slot[i]);
+  sums_.visit(x, [&](std::size_t b, const double4* rows) {
+    std::array<vector8, 4> corner;
+    for (std::size_t i = 0; i < 4; ++i) corner[i] = ScatterAdd::gather(rows, batches_[b].slot[i]);
     choose(batches_[b], corner, chosen_[b]);
   });
 }
 
 // The end of the altitude divides the face by the barycentric coordinates (1 - a - b, a, b), or the two edges
 // by -a and b.
-AltitudeSprings::Altitude AltitudeSprings::altitude(const Chosen& chosen, const Quad* rows) {
-  std::array<PackVector, 4> corner;
-  for (std::size_t i = 0; i < 4; ++i) corner[i] = BlockSums::gather(rows, chosen.slot[i]);
-  const PackMask& edges = chosen.between_edges;
-  const PackVector e = select(edges, corner[1] - corner[0], corner[2] - corner[1]);
-  const PackVector f = corner[3] - select(edges, corner[2], corner[1]);
-  const PackVector r = corner[0] - select(edges, corner[2], corner[1]);
-  const PackVector N = cross(e, f);
-  const Pack squared = dot(N, N);
-  const PackMask exists = squared > Pack{} + std::numeric_limits<double>::min();
-  const Pack inverse = select(exists, 1.0 / select(exists, squared, Pack{} + 1.0), Pack{});
-  const Pack a = inverse * dot(cross(r, f), N), b = inverse * dot(cross(e, r), N);
+AltitudeSprings::Altitude AltitudeSprings::altitude(const Chosen& chosen, const double4* rows) {
+  std::array<vector8, 4> corner;
+  for (std::size_t i = 0; i < 4; ++i) corner[i] = ScatterAdd::gather(rows, chosen.slot[i]);
+  const mask8& edges = chosen.between_edges;
+  const vector8 e = select(edges, corner[1] - corner[0], corner[2] - corner[1]);
+  const vector8 f = corner[3] - select(edges, corner[2], corner[1]);
+  const vector8 r = corner[0] - select(edges, corner[2], corner[1]);
+  const vector8 N = cross(e, f);
+  const double8 squared = dot(N, N);
+  const mask8 exists = squared > double8{} + std::numeric_limits<double>::min();
+  const double8 inverse = select(exists, 1.0 / select(exists, squared, double8{} + 1.0), double8{});
+  const double8 a = inverse * dot(cross(r, f), N), b = inverse * dot(cross(e, r), N);
   Altitude result;
   result.normal = sqrt_of(inverse) * N;
   result.length = dot(r, result.normal);
-  result.weight = {select(edges, 1.0 + a, Pack{} + 1.0), select(edges, -a, a + b - 1.0),
+  result.weight = {select(edges, 1.0 + a, double8{} + 1.0), select(edges, -a, a + b - 1.0),
                    select(edges, b - 1.0, -a), -b};
   return result;
 }
 
-PackVector AltitudeSprings::difference(const Chosen& chosen, const Quad* rows) {
-  PackVector sum = chosen.weight[0] * BlockSums::gather(rows, chosen.slot[0]);
-  for (std::size_t i = 1; i < 4; ++i) sum = sum + chosen.weight[i] * BlockSums::gather(rows, chosen.slot[i]);
+vector8 AltitudeSprings::difference(const Chosen& chosen, const double4* rows) {
+  vector8 sum = chosen.weight[0] * ScatterAdd::gather(rows, chosen.slot[0]);
+  for (std::size_t i = 1; i < 4; ++i) sum = sum + chosen.weight[i] * ScatterAdd::gather(rows, chosen.slot[i]);
   return sum;
 }
 
@@ -143,34 +143,34 @@ PackVector AltitudeSprings::difference(const Chosen& chosen, const Quad* rows) {
 template <class Force>
 void AltitudeSprings::add_forces(const std::vector<Vec3>& values, std::vector<Vec3>& totals,
                                  Force&& force_of) {
-  sums_.fill_from(values, [&](std::size_t b, const Quad* rows, Quad* sums) {
+  sums_.fill_from(values, [&](std::size_t b, const double4* rows, double4* sums) {
     const Chosen& chosen = chosen_[b];
-    const Pack force = force_of(b, rows);
+    const double8 force = force_of(b, rows);
     for (std::size_t i = 0; i < 4; ++i)
-      BlockSums::spread(chosen.slot[i], (force * chosen.weight[i]) * chosen.normal, Pack{}, sums);
+      ScatterAdd::spread(chosen.slot[i], (force * chosen.weight[i]) * chosen.normal, double8{}, sums);
   });
   sums_.add_to(totals);
 }
 
 void AltitudeSprings::add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>& force,
-                                         std::vector<double>& sideways) {
-  sums_.fill_from(x, [&](std::size_t b, const Quad* rows, Quad* sums) {
+                                         std::vector<double>& geometric_stiffness) {
+  sums_.fill_from(x, [&](std::size_t b, const double4* rows, double4* sums) {
     Chosen& chosen = chosen_[b];
     const Altitude now = altitude(chosen, rows);
     chosen.weight = now.weight;
     chosen.normal = now.normal;
     dashpots_[b].set(chosen.slot, chosen.weight, chosen.viscosity, chosen.normal);
-    const Pack along = chosen.stiffness * (chosen.rest_length - now.length);
-    const Pack side = abs_of(along) / max_of(abs_of(now.length), chosen.rest_length);
+    const double8 along = chosen.stiffness * (chosen.rest_length - now.length);
+    const double8 side = abs_of(along) / max_of(abs_of(now.length), chosen.rest_length);
     for (std::size_t i = 0; i < 4; ++i)
-      BlockSums::spread(chosen.slot[i], (along * chosen.weight[i]) * chosen.normal,
-                        abs_of(chosen.weight[i]) * side, sums);
+      ScatterAdd::spread(chosen.slot[i], (along * chosen.weight[i]) * chosen.normal,
+                         abs_of(chosen.weight[i]) * side, sums);
   });
-  sums_.add_to(force, sideways);
+  sums_.add_to(force, geometric_stiffness);
 }
 
 void AltitudeSprings::add_damping_forces(const std::vector<Vec3>& v, std::vector<Vec3>& force) {
-  add_forces(v, force, [&](std::size_t b, const Quad* rows) {
+  add_forces(v, force, [&](std::size_t b, const double4* rows) {
     const Chosen& chosen = chosen_[b];
     return -chosen.viscosity * dot(chosen.normal, difference(chosen, rows));
   });
@@ -179,7 +179,7 @@ void AltitudeSprings::add_damping_forces(const std::vector<Vec3>& v, std::vector
 // The block of a corner is c w^2 n n^T, with the viscosity c, its weight w and the direction n of the
 // altitude.
 void AltitudeSprings::add_damping_blocks(std::vector<SymmetricBlock>& blocks) {
-  add_blocks(sums_, blocks, [&](std::size_t b, Quad* sums) {
+  add_blocks(sums_, blocks, [&](std::size_t b, double4* sums) {
     const Chosen& chosen = chosen_[b];
     for (std::size_t i = 0; i < 4; ++i)
       spread_square(chosen.slot[i], chosen.viscosity * chosen.weight[i] * chosen.weight[i], chosen.normal,
@@ -188,7 +188,7 @@ void AltitudeSprings::add_damping_blocks(std::vector<SymmetricBlock>& blocks) {
 }
 
 void AltitudeSprings::add_force_differentials(const std::vector<Vec3>& dx, std::vector<Vec3>& force) {
-  add_forces(dx, force, [&](std::size_t b, const Quad* rows) {
+  add_forces(dx, force, [&](std::size_t b, const double4* rows) {
     const Chosen& chosen = chosen_[b];
     return -chosen.stiffness * dot(chosen.normal, difference(chosen, rows));
   });
@@ -196,19 +196,20 @@ void AltitudeSprings::add_force_differentials(const std::vector<Vec3>& dx, std::
 
 double AltitudeSprings::energy(const std::vector<Vec3>& x) const {
   return parallel_reduce(
-      batches_.size(), BlockSums::batches_of_block, 0.0,
+      batches_.size(), ScatterAdd::batches_of_block, 0.0,
       [&](std::size_t begin, std::size_t end) {
         double sum = 0;
         for (std::size_t b = begin; b < end; ++b) {
-          std::array<PackVector, 4> corner;
+          std::array<vector8, 4> corner;
           for (std::size_t i = 0; i < 4; ++i) corner[i] = gather(x, batches_[b].particle[i]);
           Chosen chosen;
-          const Pack largest = sqrt_of(choose(batches_[b], corner, chosen));
-          const Pack six_volumes =
+          const double8 largest = sqrt_of(choose(batches_[b], corner, chosen));
+          const double8 six_volumes =
               dot(corner[1] - corner[0], cross(corner[2] - corner[0], corner[3] - corner[0]));
-          const PackMask exists = largest > Pack{};
-          const Pack length = select(exists, six_volumes / select(exists, largest, Pack{} + 1.0), Pack{});
-          const Pack stretch = length - chosen.rest_length;
+          const mask8 exists = largest > double8{};
+          const double8 length =
+              select(exists, six_volumes / select(exists, largest, double8{} + 1.0), double8{});
+          const double8 stretch = length - chosen.rest_length;
           sum += sum_of_lanes(0.5 * chosen.stiffness * stretch * stretch);
         }
         return sum;
@@ -227,36 +228,35 @@ void AltitudeSprings::add_stiffness(std::vector<double>& stiffness) const {
 }
 
 // The weights of each end add up to 1, so the bound is the sum of the two highest rates.
-double AltitudeSprings::squared_frequency(std::size_t t, const std::vector<double>& squared_rate) const {
+double AltitudeSprings::omega_squared(std::size_t t, const std::vector<double>& squared_rate) const {
   std::array<double, 4> rate;
   for (std::size_t i = 0; i < 4; ++i) rate[i] = squared_rate[as_index(tets_[t][i])];
   std::sort(rate.begin(), rate.end());
   return rate[2] + rate[3];
 }
 
-double AltitudeSprings::max_squared_frequency(const std::vector<double>& squared_rate) const {
+double AltitudeSprings::max_omega_squared(const std::vector<double>& squared_rate) const {
   double highest = 0;
-  for (std::size_t t = 0; t < tets_.size(); ++t)
-    highest = std::max(highest, squared_frequency(t, squared_rate));
+  for (std::size_t t = 0; t < tets_.size(); ++t) highest = std::max(highest, omega_squared(t, squared_rate));
   return highest;
 }
 
 // The shortest damping time of a tetrahedron's altitudes counts, because any of them may carry the spring.
 double AltitudeSprings::rely_on_damping(double relaxation, const std::vector<double>& squared_rate,
-                                        std::vector<double>& kept) const {
+                                        std::vector<double>& undamped_stiffness) const {
   double highest = 0;
   for (std::size_t b = 0; b < batches_.size(); ++b)
     for (std::size_t lane = 0; lane < pack_width; ++lane) {
-      const std::size_t t = BlockSums::element_of(b, lane, batches_.size());
+      const std::size_t t = ScatterAdd::element_of(b, lane, batches_.size());
       if (t >= tets_.size()) continue;
       double shortest = std::numeric_limits<double>::infinity();  // s, damping time
       for (std::size_t a = 0; a < altitudes; ++a)
         shortest = std::min(shortest, batches_[b].viscosity[a][lane] * rest_[t].length[a] / rest_[t].modulus);
       const double relaxed = relaxed_squared_frequency(relaxation * shortest);
-      if (relaxed < squared_frequency(t, squared_rate))
+      if (relaxed < omega_squared(t, squared_rate))
         highest = std::max(highest, relaxed);
       else
-        add_stiffness_of(t, kept);
+        add_stiffness_of(t, undamped_stiffness);
     }
   return highest;
 }

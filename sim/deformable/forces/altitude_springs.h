@@ -13,9 +13,9 @@
 #include <vector>
 
 #include "sim/base/pack_vector.h"
-#include "sim/deformable/block_sums.h"
 #include "sim/deformable/forces/dashpots.h"
 #include "sim/deformable/materials/symmetric_block.h"
+#include "sim/deformable/scatter_add.h"
 #include "sim/geometry/mesh/tet_mesh.h"
 
 namespace duet {
@@ -34,7 +34,7 @@ class AltitudeSprings {
   /// Returns the number of tetrahedra.
   std::size_t size() const { return tets_.size(); }
   /// Restricts the sums below to the particles of `mask` until the next call; null removes the restriction
-  /// (BlockSums::limit_to()).
+  /// (ScatterAdd::limit_to()).
   void limit_to(const ParticleMask* mask) { sums_.limit_to(mask); }
 
   /// Gives every tetrahedron the spring of its shortest altitude at `x` (m): the one that is perpendicular to
@@ -45,11 +45,11 @@ class AltitudeSprings {
   /// Adds the elastic forces at the positions `x` (m) to `force` (N) and keeps the directions and weights for
   /// damping and differentials.
   ///
-  /// Unless `sideways` is empty, adds to each particle's entry its part (see InternalForces::finalize()) of
-  /// the geometric stiffness k |h - H| / max(|h|, H) (N/m) of altitudes that are longer or shorter than at
-  /// rest, as Springs::add_elastic_forces() does.
+  /// Unless `geometric_stiffness` is empty, adds to each particle's entry its part (see
+  /// InternalForces::finalize()) of the geometric stiffness k |h - H| / max(|h|, H) (N/m) of altitudes that
+  /// are longer or shorter than at rest, as Springs::add_elastic_forces() does.
   void add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>& force,
-                          std::vector<double>& sideways);
+                          std::vector<double>& geometric_stiffness);
   /// Adds the viscous forces for the velocities `v` (m/s) to `force` (N), in the directions of the last
   /// add_elastic_forces(): linear in v, symmetric and negative semi-definite.
   void add_damping_forces(const std::vector<Vec3>& v, std::vector<Vec3>& force);
@@ -75,14 +75,15 @@ class AltitudeSprings {
   void add_stiffness(std::vector<double>& stiffness) const;
   /// Returns the highest omega^2 bound of a spring, rad^2/s^2, given the rates C_i / m_i of the particles
   /// (InternalForces::finalize()).
-  double max_squared_frequency(const std::vector<double>& squared_rate) const;
+  double max_omega_squared(const std::vector<double>& squared_rate) const;
   /// Finds which springs have enough viscosity for steps of `relaxation` times their damping time (viscosity
   /// over stiffness, s).
   ///
   /// Returns the highest omega^2 bound (rad^2/s^2) that such steps stand for, over the springs that it
-  /// lowers; 0 without any. Adds the stiffness of the other springs (undamped stiffness, N/m) to `kept`.
+  /// lowers; 0 without any. Adds the stiffness of the other springs (undamped stiffness, N/m) to
+  /// `undamped_stiffness`.
   double rely_on_damping(double relaxation, const std::vector<double>& squared_rate,
-                         std::vector<double>& kept) const;
+                         std::vector<double>& undamped_stiffness) const;
 
  private:
   // Altitudes of a tetrahedron: from the vertices 0 to 3, then between each edge at vertex 0 and its opposite
@@ -92,7 +93,7 @@ class AltitudeSprings {
   // Adds the stiffness of tetrahedron t to the entries of its particles.
   void add_stiffness_of(std::size_t t, std::vector<double>& stiffness) const;
   // Returns the omega^2 bound of tetrahedron t, rad^2/s^2.
-  double squared_frequency(std::size_t t, const std::vector<double>& squared_rate) const;
+  double omega_squared(std::size_t t, const std::vector<double>& squared_rate) const;
 
   // A tetrahedron at rest.
   struct RestTet {
@@ -102,33 +103,33 @@ class AltitudeSprings {
   // Eight tetrahedra, as add() has given them.
   struct Batch {
     std::array<PackIndex, 4> particle;
-    std::array<BlockSums::Slot, 4> slot;
-    std::array<Pack, altitudes> rest_length, viscosity;  // m; N s/m
-    Pack modulus;  // N; zero, as is the viscosity, in the lanes that pad the last batch
+    std::array<ScatterAdd::Slot, 4> slot;
+    std::array<double8, altitudes> rest_length, viscosity;  // m; N s/m
+    double8 modulus;  // N; zero, as is the viscosity, in the lanes that pad the last batch
   };
   // The springs of a batch that choose() has selected, with the corners in the order in which altitude()
   // takes them.
   struct Chosen {
-    std::array<BlockSums::Slot, 4> slot;
+    std::array<ScatterAdd::Slot, 4> slot;
     // True for an altitude between two edges, false for one from the first corner to the face of the others.
-    PackMask between_edges;
-    Pack rest_length, stiffness, viscosity;  // m; N/m; N s/m
-    std::array<Pack, 4> weight;              // of the last add_elastic_forces(), as is the normal
-    PackVector normal;
+    mask8 between_edges;
+    double8 rest_length, stiffness, viscosity;  // m; N/m; N s/m
+    std::array<double8, 4> weight;              // of the last add_elastic_forces(), as is the normal
+    vector8 normal;
   };
   // Signed length (m), unit direction and weights of altitudes at some positions.
   struct Altitude {
-    std::array<Pack, 4> weight;
-    PackVector normal;
-    Pack length;
+    std::array<double8, 4> weight;
+    vector8 normal;
+    double8 length;
   };
   // Selects the springs of a batch at the given corners. Returns the square of the largest base (twice the
   // area of a face, or the cross product of two edges): six volumes over the base are the altitude.
-  static Pack choose(const Batch& batch, const std::array<PackVector, 4>& corner, Chosen& chosen);
+  static double8 choose(const Batch& batch, const std::array<vector8, 4>& corner, Chosen& chosen);
   // Computes the altitudes of `chosen` at the positions `rows`.
-  static Altitude altitude(const Chosen& chosen, const Quad* rows);
+  static Altitude altitude(const Chosen& chosen, const double4* rows);
   // Returns sum w_i of the values at the corners, with the weights of the last add_elastic_forces().
-  static PackVector difference(const Chosen& chosen, const Quad* rows);
+  static vector8 difference(const Chosen& chosen, const double4* rows);
   template <class Force>
   void add_forces(const std::vector<Vec3>& values, std::vector<Vec3>& totals, Force&& force_of);
 
@@ -137,7 +138,7 @@ class AltitudeSprings {
   std::vector<Batch> batches_;
   std::vector<Chosen> chosen_;         // by batch
   std::vector<Dashpots<4>> dashpots_;  // by batch
-  BlockSums sums_;
+  ScatterAdd sums_;
 };
 
 }  // namespace duet

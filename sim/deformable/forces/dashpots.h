@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "sim/base/pack_vector.h"
-#include "sim/deformable/block_sums.h"
+#include "sim/deformable/scatter_add.h"
 
 namespace duet {
 
@@ -24,44 +24,44 @@ template <std::size_t N>
 class Dashpots {
  public:
   /// Sets slots, weights, viscosities (N s/m) and unit directions of the batch's springs.
-  void set(const std::array<BlockSums::Slot, N>& slot, const std::array<Pack, N>& weight,
-           const Pack& viscosity, const PackVector& direction) {
+  void set(const std::array<ScatterAdd::Slot, N>& slot, const std::array<double8, N>& weight,
+           const double8& viscosity, const vector8& direction) {
     slot_ = slot;
-    const Pack root = sqrt_of(viscosity);
+    const double8 root = sqrt_of(viscosity);
     s_ = {to_single(root * direction.x), to_single(root * direction.y), to_single(root * direction.z)};
     for (std::size_t i = 1; i < N; ++i) weight_[i - 1] = to_single(weight[i]);
   }
 
   /// Adds the viscous forces (N) for the velocities `rows` (m/s) to the partial sums of the batch's block,
-  /// see BlockSums::fill_from().
-  void spread_forces(const QuadF* rows, Quad* sums) const {
-    const PackVectorF origin = BlockSums::gather(rows, slot_[0]);
-    PackF along{};  // s . sum w_j v_j
+  /// see ScatterAdd::fill_from().
+  void spread_forces(const float4* rows, double4* sums) const {
+    const vector8f origin = ScatterAdd::gather(rows, slot_[0]);
+    float8 along{};  // s . sum w_j v_j
     for (std::size_t i = 1; i < N; ++i) {
-      const PackVectorF v = BlockSums::gather(rows, slot_[i]) - origin;
+      const vector8f v = ScatterAdd::gather(rows, slot_[i]) - origin;
       along += weight_[i - 1] * (s_.x * v.x + s_.y * v.y + s_.z * v.z);
     }
-    PackVector rest{};
+    vector8 rest{};
     for (std::size_t i = 1; i < N; ++i) {
-      const PackF share = -weight_[i - 1] * along;
-      const PackVector force{to_double(share * s_.x), to_double(share * s_.y), to_double(share * s_.z)};
-      BlockSums::spread(slot_[i], force, Pack{}, sums);
+      const float8 share = -weight_[i - 1] * along;
+      const vector8 force{to_double(share * s_.x), to_double(share * s_.y), to_double(share * s_.z)};
+      ScatterAdd::spread(slot_[i], force, double8{}, sums);
       rest = rest - force;
     }
-    BlockSums::spread(slot_[0], rest, Pack{}, sums);
+    ScatterAdd::spread(slot_[0], rest, double8{}, sums);
   }
 
  private:
-  std::array<BlockSums::Slot, N> slot_;
-  std::array<PackF, N - 1> weight_;  // of all particles but the first
-  PackVectorF s_;                    // sqrt(N s/m), root of the viscosity times the direction
+  std::array<ScatterAdd::Slot, N> slot_;
+  std::array<float8, N - 1> weight_;  // of all particles but the first
+  vector8f s_;                        // sqrt(N s/m), root of the viscosity times the direction
 };
 
 /// Adds the viscous forces of all batches for the velocities `v` (m/s) to `force` (N).
 template <std::size_t N>
-void add_dashpot_forces(const std::vector<Dashpots<N>>& dashpots, BlockSums& sums, const std::vector<Vec3>& v,
-                        std::vector<Vec3>& force) {
-  sums.fill_from<QuadF>(v, [&](std::size_t b, const QuadF* rows, Quad* block_sums) {
+void add_dashpot_forces(const std::vector<Dashpots<N>>& dashpots, ScatterAdd& sums,
+                        const std::vector<Vec3>& v, std::vector<Vec3>& force) {
+  sums.fill_from<float4>(v, [&](std::size_t b, const float4* rows, double4* block_sums) {
     dashpots[b].spread_forces(rows, block_sums);
   });
   sums.add_to(force);

@@ -4,7 +4,7 @@
 #include <array>
 
 #include "sim/base/matrix3.h"
-#include "sim/deformable/block_sums.h"
+#include "sim/deformable/scatter_add.h"
 
 namespace duet {
 
@@ -26,7 +26,7 @@ Matrix3<P> gradient_of(const Matrix3<P>& inverse_rest, Value&& value) {
 }
 
 /// Returns the product A v.
-inline PackVector product(const Matrix3<Pack>& A, const PackVector& v) {
+inline vector8 product(const Matrix3<double8>& A, const vector8& v) {
   return {A[0][0] * v.x + A[0][1] * v.y + A[0][2] * v.z, A[1][0] * v.x + A[1][1] * v.y + A[1][2] * v.z,
           A[2][0] * v.x + A[2][1] * v.y + A[2][2] * v.z};
 }
@@ -35,18 +35,18 @@ inline PackVector product(const Matrix3<Pack>& A, const PackVector& v) {
 /// of corner 0.
 ///
 /// `fourth` is added as the fourth component of the partial sum of every corner.
-inline void spread_columns(const Matrix3<Pack>& H, const Pack& fourth,
-                           const std::array<BlockSums::Slot, 4>& slot, Quad* sums) {
-  PackVector force[4];
+inline void spread_columns(const Matrix3<double8>& H, const double8& fourth,
+                           const std::array<ScatterAdd::Slot, 4>& slot, double4* sums) {
+  vector8 force[4];
   for (int k = 0; k < 3; ++k) force[k + 1] = {H[0][k], H[1][k], H[2][k]};
   force[0] = {-(force[1].x + force[2].x + force[3].x), -(force[1].y + force[2].y + force[3].y),
               -(force[1].z + force[2].z + force[3].z)};
-  for (std::size_t i = 0; i < slot.size(); ++i) BlockSums::spread(slot[i], force[i], fourth, sums);
+  for (std::size_t i = 0; i < slot.size(); ++i) ScatterAdd::spread(slot[i], force[i], fourth, sums);
 }
 
 /// Adds factor v v^T to the upper triangle of `sum`.
-inline void add_square(const Pack& factor, const PackVector& v, Matrix3<Pack>& sum) {
-  const Pack x = factor * v.x, y = factor * v.y;
+inline void add_square(const double8& factor, const vector8& v, Matrix3<double8>& sum) {
+  const double8 x = factor * v.x, y = factor * v.y;
   sum[0][0] += x * v.x;
   sum[0][1] += x * v.y;
   sum[0][2] += x * v.z;

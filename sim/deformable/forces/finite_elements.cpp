@@ -31,7 +31,7 @@ constexpr std::size_t particle_grain = 512;
 
 // True for models that can tell the stiffness that damping can hold from the rest.
 template <class Model>
-constexpr bool can_rely_on_damping = requires(Pack modulus, Matrix3<Pack> F) {
+constexpr bool can_rely_on_damping = requires(double8 modulus, Matrix3<double8> F) {
   Model::compression_stiffness(modulus, modulus, F);
 };
 
@@ -53,9 +53,9 @@ decltype(auto) with_model(MaterialModel model, Work&& work) {
 // steps: all of it down to J = 1/4, none from J = 0 on. On their way back they change the trace of the Green
 // strain. A nearly incompressible material would let them do so only over lambda / mu times the damping time.
 // Explicit elasticity needs all of the viscosity to hold such elements.
-Pack volume_share(const Matrix3<Pack>& F) {
-  const Pack share = max_of(4.0 * determinant(F, cofactor(F)), Pack{});
-  return select(share < Pack{} + 1.0, share, Pack{} + 1.0);
+double8 volume_share(const Matrix3<double8>& F) {
+  const double8 share = max_of(4.0 * determinant(F, cofactor(F)), double8{});
+  return select(share < double8{} + 1.0, share, double8{} + 1.0);
 }
 
 // Returns the damping time `seconds` (s) of a material, limited so that double precision can still tell
@@ -138,7 +138,7 @@ void FiniteElements::rely_on_damping(double cfl, double relaxation) {
     }
 }
 
-Pack FiniteElements::elastic_at_rest(std::size_t b) const {
+double8 FiniteElements::elastic_at_rest(std::size_t b) const {
   const Moduli here = moduli(b);
   return batches_[b].volume * scatter_[b].at_rest(here.mu, here.lambda);
 }
@@ -149,13 +149,13 @@ double FiniteElements::bound_at_rest() {
   for (std::size_t b = 0; b < batches_.size(); ++b) {
     const Batch& batch = batches_[b];
     const Moduli here = moduli(b);
-    Pack squared = elastic_at_rest(b);
+    double8 squared = elastic_at_rest(b);
     with_model(model(b), [&]<class Model>(Model) {
       if constexpr (can_rely_on_damping<Model>) {
-        Matrix3<Pack> rest{};
-        for (int i = 0; i < 3; ++i) rest[i][i] = Pack{} + 1.0;
-        const Pack soft = Model::soft_squared_frequency(here.mu, here.lambda, rest, scatter_[b]);
-        squared = min_of(squared, max_of(batch.volume * soft, Pack{} + relaxed_squared_frequency(b)));
+        Matrix3<double8> rest{};
+        for (int i = 0; i < 3; ++i) rest[i][i] = double8{} + 1.0;
+        const double8 soft = Model::uncompressed_omega_squared(here.mu, here.lambda, rest, scatter_[b]);
+        squared = min_of(squared, max_of(batch.volume * soft, double8{} + relaxed_squared_frequency(b)));
       }
     });
     for (std::size_t lane = 0; lane < pack_width; ++lane)
@@ -212,16 +212,16 @@ void FiniteElements::fill_lane(std::size_t number, std::size_t t, bool pads,
   scatter_.back().largest[lane] = scatter.largest;
 }
 
-Matrix3<Pack> FiniteElements::gradient(const Batch& batch, const std::vector<Vec3>& values) const {
+Matrix3<double8> FiniteElements::gradient(const Batch& batch, const std::vector<Vec3>& values) const {
   return gradient_of(batch.inverse_rest, [&](std::size_t i) { return gather(values, batch.particle[i]); });
 }
 
-Matrix3<Pack> FiniteElements::gradient(const Batch& batch, const Quad* rows) const {
+Matrix3<double8> FiniteElements::gradient(const Batch& batch, const double4* rows) const {
   return gradient_of(batch.inverse_rest,
-                     [&](std::size_t i) { return BlockSums::gather(rows, batch.slot[i]); });
+                     [&](std::size_t i) { return ScatterAdd::gather(rows, batch.slot[i]); });
 }
 
-void FiniteElements::keep_deformation(std::size_t b, const Matrix3<Pack>& F) {
+void FiniteElements::keep_deformation(std::size_t b, const Matrix3<double8>& F) {
   deformation_[b] = F;
   single_[b].F = to_single(F);
   single_[b].share = to_single(batches_[b].volume / excess_damping(F));
@@ -229,22 +229,23 @@ void FiniteElements::keep_deformation(std::size_t b, const Matrix3<Pack>& F) {
 
 //     H = -V P D_m^-T
 // The columns of H are the forces on particles 1 to 3; particle 0 gets minus their sum.
-void FiniteElements::spread_forces(const Batch& batch, const Matrix3<Pack>& stress, const Pack& fourth,
-                                   Quad* sums) const {
+void FiniteElements::spread_forces(const Batch& batch, const Matrix3<double8>& stress, const double8& fourth,
+                                   double4* sums) const {
   spread_columns(-batch.volume * times_transposed(stress, batch.inverse_rest), fourth, batch.slot, sums);
 }
 
 // The operator is kept for all products of the step.
 template <class Model>
-void FiniteElements::damp_compression(Model, std::size_t b, const Matrix3<Pack>& F, const Pack& seconds) {
-  is_damped_[b] = any_of(Pack{} < seconds);
+void FiniteElements::damp_compression(Model, std::size_t b, const Matrix3<double8>& F,
+                                      const double8& seconds) {
+  is_damped_[b] = any_of(double8{} < seconds);
   if (!is_damped_[b]) return;
   const Moduli here = moduli(b);
-  CompressionStiffness<Pack>& viscosity = compression_viscosity_[b];
+  CompressionStiffness<double8>& viscosity = compression_viscosity_[b];
   viscosity = Model::compression_stiffness(here.mu, here.lambda, F);
   viscosity.shear *= seconds;
   viscosity.bulk *= seconds;
-  const Pack& volume = batches_[b].volume;
+  const double8& volume = batches_[b].volume;
   single_compression_[b] = {to_single(viscosity.inverse), to_single(-volume * viscosity.shear),
                             to_single(-volume * viscosity.bulk)};
 }
@@ -252,25 +253,26 @@ void FiniteElements::damp_compression(Model, std::size_t b, const Matrix3<Pack>&
 // In the scheme of steps I and V (elasticity explicit, damping implicit) a mode of frequency w with tau
 // seconds of stiffness-proportional damping is stable in every step of dt <= 2 tau, however large w dt is.
 template <class Model>
-Pack FiniteElements::squared_frequency(Model, std::size_t b, const Matrix3<Pack>& F) {
+double8 FiniteElements::omega_squared(Model, std::size_t b, const Matrix3<double8>& F) {
   const Batch& batch = batches_[b];
   const Moduli here = moduli(b);
-  const Pack &mu = here.mu, &lambda = here.lambda;
-  const Pack squared = batch.volume * Model::squared_frequency(mu, lambda, F, scatter_[b]);
+  const double8 &mu = here.mu, &lambda = here.lambda;
+  const double8 squared = batch.volume * Model::omega_squared(mu, lambda, F, scatter_[b]);
   is_damped_[b] = false;
   if constexpr (can_rely_on_damping<Model>) {
     const double own = material_of_batch(b).moduli.damping;
     if (cfl_ == 0 || own < 2 * cfl_ / std::sqrt(rest_squared_frequency_)) return squared;
-    const Pack soft = batch.volume * Model::soft_squared_frequency(mu, lambda, F, scatter_[b]);
-    const Pack bound = max_of(allowed_squared_frequency_[b], soft);
+    const double8 soft = batch.volume * Model::uncompressed_omega_squared(mu, lambda, F, scatter_[b]);
+    const double8 bound = max_of(allowed_squared_frequency_[b], soft);
     if (relaxed_squared_frequency(b) < elastic_squared_frequency_)
-      return lifted_squared_frequency(Model{}, b, F, squared, soft, bound);
+      return relaxed_omega_squared(Model{}, b, F, squared, soft, bound);
     if (!any_of(bound < squared)) return squared;
     // If some other bound has made this step shorter, it follows stiffer elements.
     const double within_reach = 4 * cfl_ * cfl_ / (dt_ * dt_);
     const double more = std::max(within_reach / (followed_stiffening * rest_squared_frequency_), 1.0);
-    const Pack share = 1.0 - more * bound / max_of(squared, Pack{} + std::numeric_limits<double>::min());
-    damp_compression(Model{}, b, F, compression_steps * std::min(dt_, own) * max_of(share, Pack{}));
+    const double8 share =
+        1.0 - more * bound / max_of(squared, double8{} + std::numeric_limits<double>::min());
+    damp_compression(Model{}, b, F, compression_steps * std::min(dt_, own) * max_of(share, double8{}));
     return min_of(bound, squared);
   }
   return squared;
@@ -283,78 +285,79 @@ Pack FiniteElements::squared_frequency(Model, std::size_t b, const Matrix3<Pack>
 // stretching makes stiffer (`soft`), and elements compressed beyond the start of extrapolation (up to
 // `bound`), because tangles come apart only in steps that follow them.
 template <class Model>
-Pack FiniteElements::lifted_squared_frequency(Model, std::size_t b, const Matrix3<Pack>& F,
-                                              const Pack& squared, const Pack& soft, const Pack& bound) {
-  const PackMask is_crushed = determinant(F, cofactor(F)) < Pack{} + Model::extrapolation_start;
-  const Pack within_reach = Pack{} + 4 * cfl_ * cfl_ / (dt_ * dt_);
+double8 FiniteElements::relaxed_omega_squared(Model, std::size_t b, const Matrix3<double8>& F,
+                                              const double8& squared, const double8& soft,
+                                              const double8& bound) {
+  const mask8 is_extrapolated = determinant(F, cofactor(F)) < double8{} + Model::extrapolation_start;
+  const double8 within_reach = double8{} + 4 * cfl_ * cfl_ / (dt_ * dt_);
   if (any_of(within_reach < squared)) {
     const Moduli here = moduli(b);
     const double own = material_of_batch(b).moduli.damping;
-    const Pack needed = (dt_ / own) * Model::compression_over_viscosity(here.mu, here.lambda, F);
-    const Pack held = within_reach / max_of(squared, Pack{} + std::numeric_limits<double>::min()) +
-                      select(is_crushed, Pack{}, 1.0 / needed);
-    damp_compression(Model{}, b, F, std::min(dt_, own) * max_of(1.0 - held, Pack{}));
+    const double8 needed = (dt_ / own) * Model::compression_over_viscosity(here.mu, here.lambda, F);
+    const double8 held = within_reach / max_of(squared, double8{} + std::numeric_limits<double>::min()) +
+                         select(is_extrapolated, double8{}, 1.0 / needed);
+    damp_compression(Model{}, b, F, std::min(dt_, own) * max_of(1.0 - held, double8{}));
   }
-  const Pack relaxed = max_of(Pack{} + relaxed_squared_frequency(b), soft);
-  return min_of(squared, select(is_crushed, bound, relaxed));
+  const double8 relaxed = max_of(double8{} + relaxed_squared_frequency(b), soft);
+  return min_of(squared, select(is_extrapolated, bound, relaxed));
 }
 
 void FiniteElements::add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>& force) {
   if (tets_.empty()) return;
-  sums_.fill_from(x, [&](std::size_t b, const Quad* rows, Quad* sums) {
+  sums_.fill_from(x, [&](std::size_t b, const double4* rows, double4* sums) {
     const Batch& batch = batches_[b];
-    const Matrix3<Pack> F = gradient(batch, rows);
+    const Matrix3<double8> F = gradient(batch, rows);
     keep_deformation(b, F);
     const Moduli here = moduli(b);
-    const Pack &mu = here.mu, &lambda = here.lambda;
+    const double8 &mu = here.mu, &lambda = here.lambda;
     with_model(model(b), [&]<class Model>(Model) {
-      const Pack weighted_frequency = batch.volume * squared_frequency(Model{}, b, F);
+      const double8 weighted_frequency = batch.volume * omega_squared(Model{}, b, F);
       spread_forces(batch, Model::stress(mu, lambda, F), weighted_frequency, sums);
     });
   });
-  sums_.for_each([&](std::size_t p, const std::array<Quad, 1>& sum) {
+  sums_.for_each([&](std::size_t p, const std::array<double4, 1>& sum) {
     force[p] += Vec3(sum[0][0], sum[0][1], sum[0][2]);
     particle_frequency_[p] = sum[0][3] / particle_volume_[p];
   });
   max_squared_frequency_ = *std::max_element(particle_frequency_.begin(), particle_frequency_.end());
 }
 
-Matrix3<Pack> FiniteElements::damping_stress(std::size_t b, const Matrix3<Pack>& Fdot) const {
-  const Matrix3<Pack>& F = deformation_[b];
+Matrix3<double8> FiniteElements::damping_stress(std::size_t b, const Matrix3<double8>& Fdot) const {
+  const Matrix3<double8>& F = deformation_[b];
   const Moduli here = moduli(b);
-  const Pack &mu = here.mu, &lambda = here.lambda;
-  const Pack damping =
-      Pack{} + (bounded_damping(material_of_batch(b).moduli.damping, dt_ * elastic_squared_frequency_) +
-                added_damping_);
+  const double8 &mu = here.mu, &lambda = here.lambda;
+  const double8 damping =
+      double8{} + (bounded_damping(material_of_batch(b).moduli.damping, dt_ * elastic_squared_frequency_) +
+                   added_damping_);
   // With added damping steps are as long as frames, and the greater viscosity of stretched elements smooths
   // their way out of a tangle.
-  if (added_damping_ > 0) return viscous_stress<Pack>(mu, volume_share(F) * lambda, damping, F, Fdot);
-  const Matrix3<Pack> stress = viscous_stress<Pack>(mu, lambda, damping / excess_damping(F), F, Fdot);
+  if (added_damping_ > 0) return viscous_stress<double8>(mu, volume_share(F) * lambda, damping, F, Fdot);
+  const Matrix3<double8> stress = viscous_stress<double8>(mu, lambda, damping / excess_damping(F), F, Fdot);
   if (!is_damped_[b]) return stress;
   return stress + compression_viscosity_[b] * Fdot;
 }
 
 void FiniteElements::add_damping_forces(const std::vector<Vec3>& v, std::vector<Vec3>& force) {
-  sums_.fill_from(v, [&](std::size_t b, const Quad* rows, Quad* sums) {
-    spread_forces(batches_[b], damping_stress(b, gradient(batches_[b], rows)), Pack{}, sums);
+  sums_.fill_from(v, [&](std::size_t b, const double4* rows, double4* sums) {
+    spread_forces(batches_[b], damping_stress(b, gradient(batches_[b], rows)), double8{}, sums);
   });
   sums_.add_to(force);
   add_drag(v, force);
 }
 
 void FiniteElements::add_damping_forces_single(const std::vector<Vec3>& v, std::vector<Vec3>& force) {
-  sums_.fill_from<QuadF>(v, [&](std::size_t b, const QuadF* rows, Quad* sums) {
+  sums_.fill_from<float4>(v, [&](std::size_t b, const float4* rows, double4* sums) {
     const SingleBatch& batch = single_[b];
-    const Matrix3<PackF> Fdot = gradient_of(
-        batch.inverse_rest, [&](std::size_t i) { return BlockSums::gather(rows, batch.slot[i]); });
+    const Matrix3<float8> Fdot = gradient_of(
+        batch.inverse_rest, [&](std::size_t i) { return ScatterAdd::gather(rows, batch.slot[i]); });
     const LameParameters& moduli = material_of_batch(b).moduli;
-    const PackF stress_share =
+    const float8 stress_share =
         -static_cast<float>(bounded_damping(moduli.damping, dt_ * elastic_squared_frequency_)) * batch.share;
-    const PackF mu = PackF{} + static_cast<float>(moduli.mu),
-                lambda = PackF{} + static_cast<float>(moduli.lambda);
-    Matrix3<PackF> stress = viscous_stress(mu, lambda, stress_share, batch.F, Fdot);
+    const float8 mu = float8{} + static_cast<float>(moduli.mu),
+                 lambda = float8{} + static_cast<float>(moduli.lambda);
+    Matrix3<float8> stress = viscous_stress(mu, lambda, stress_share, batch.F, Fdot);
     if (is_damped_[b]) stress = stress + single_compression_[b] * Fdot;
-    spread_columns(to_double(times_transposed(stress, batch.inverse_rest)), Pack{}, batch.slot, sums);
+    spread_columns(to_double(times_transposed(stress, batch.inverse_rest)), double8{}, batch.slot, sums);
   });
   sums_.add_to(force);
   add_drag(v, force);
@@ -367,7 +370,7 @@ void FiniteElements::add_drag(const std::vector<Vec3>& v, std::vector<Vec3>& for
 }
 
 void FiniteElements::add_damping_blocks(std::vector<SymmetricBlock>& blocks) {
-  add_blocks(sums_, blocks, [&](std::size_t b, Quad* sums) { spread_damping(b, sums); });
+  add_blocks(sums_, blocks, [&](std::size_t b, double4* sums) { spread_damping(b, sums); });
   for (std::size_t p = 0; p < drag_.size(); ++p)
     if (sums_.takes(p)) blocks[p].diagonal += Vec3::Constant(drag_[p]);
 }
@@ -376,30 +379,30 @@ void FiniteElements::add_damping_blocks(std::vector<SymmetricBlock>& blocks) {
 //     b |G|^2 F F^T + (a + b) w w^T,
 // and with g = F^-T G the damping of compression makes
 //     shear/2 (|g|^2 1 + g g^T) + bulk g g^T.
-void FiniteElements::spread_damping(std::size_t b, Quad* sums) const {
+void FiniteElements::spread_damping(std::size_t b, double4* sums) const {
   const Batch& batch = batches_[b];
-  const Matrix3<Pack>&F = deformation_[b], &D = batch.inverse_rest;
+  const Matrix3<double8>&F = deformation_[b], &D = batch.inverse_rest;
   const Moduli here = moduli(b);
   const bool is_added_to = added_damping_ > 0;  // see damping_stress()
-  const Pack &mu = here.mu, lambda = is_added_to ? volume_share(F) * here.lambda : here.lambda;
+  const double8 &mu = here.mu, lambda = is_added_to ? volume_share(F) * here.lambda : here.lambda;
   const double seconds =
       bounded_damping(material_of_batch(b).moduli.damping, dt_ * elastic_squared_frequency_) + added_damping_;
-  const Pack damping = is_added_to ? batch.volume * seconds : batch.volume * seconds / excess_damping(F);
-  const Matrix3<Pack> of_gradient = (damping * mu) * times_transposed(F, F);
-  const Pack of_image = damping * (lambda + mu);
-  const CompressionStiffness<Pack>& compression = compression_viscosity_[b];
-  const Pack shear = 0.5 * batch.volume * compression.shear, bulk = batch.volume * compression.bulk + shear;
+  const double8 damping = is_added_to ? batch.volume * seconds : batch.volume * seconds / excess_damping(F);
+  const Matrix3<double8> of_gradient = (damping * mu) * times_transposed(F, F);
+  const double8 of_image = damping * (lambda + mu);
+  const CompressionStiffness<double8>& compression = compression_viscosity_[b];
+  const double8 shear = 0.5 * batch.volume * compression.shear,
+                bulk = batch.volume * compression.bulk + shear;
   for (std::size_t i = 0; i < corners; ++i) {
-    PackVector G{-(D[0][0] + D[1][0] + D[2][0]), -(D[0][1] + D[1][1] + D[2][1]),
-                 -(D[0][2] + D[1][2] + D[2][2])};
+    vector8 G{-(D[0][0] + D[1][0] + D[2][0]), -(D[0][1] + D[1][1] + D[2][1]), -(D[0][2] + D[1][2] + D[2][2])};
     if (i > 0)
       G = {D[static_cast<int>(i) - 1][0], D[static_cast<int>(i) - 1][1], D[static_cast<int>(i) - 1][2]};
-    Matrix3<Pack> sum = (G.x * G.x + G.y * G.y + G.z * G.z) * of_gradient;
+    Matrix3<double8> sum = (G.x * G.x + G.y * G.y + G.z * G.z) * of_gradient;
     add_square(of_image, product(F, G), sum);
     if (is_damped_[b]) {
-      const PackVector g = product(compression.inverse, G);
+      const vector8 g = product(compression.inverse, G);
       add_square(bulk, g, sum);
-      const Pack of_all = shear * (g.x * g.x + g.y * g.y + g.z * g.z);
+      const double8 of_all = shear * (g.x * g.x + g.y * g.y + g.z * g.z);
       for (int k = 0; k < 3; ++k) sum[k][k] += of_all;
     }
     spread_block(batch.slot[i], {sum[0][0], sum[1][1], sum[2][2]}, {sum[1][2], sum[0][2], sum[0][1]}, sums);
@@ -408,11 +411,11 @@ void FiniteElements::spread_damping(std::size_t b, Quad* sums) const {
 
 void FiniteElements::linearize() {
   differential_.resize(batches_.size());
-  parallel_for(batches_.size(), BlockSums::batches_of_block, [&](std::size_t begin, std::size_t end) {
+  parallel_for(batches_.size(), ScatterAdd::batches_of_block, [&](std::size_t begin, std::size_t end) {
     for (std::size_t b = begin; b < end; ++b) {
       const Moduli here = moduli(b);
-      const Pack &mu = here.mu, &lambda = here.lambda;
-      const PrincipalStretches<Pack> p = principal_stretches(deformation_[b]);
+      const double8 &mu = here.mu, &lambda = here.lambda;
+      const PrincipalStretches<double8> p = principal_stretches(deformation_[b]);
       with_model(model(b), [&]<class Model>(Model) {
         differential_[b] = stress_differential(p, Model::derivatives(mu, lambda, p.stretch));
       });
@@ -421,22 +424,22 @@ void FiniteElements::linearize() {
 }
 
 void FiniteElements::add_force_differentials(const std::vector<Vec3>& dx, std::vector<Vec3>& force) {
-  sums_.fill_from(dx, [&](std::size_t b, const Quad* rows, Quad* sums) {
-    spread_forces(batches_[b], differential_[b] * gradient(batches_[b], rows), Pack{}, sums);
+  sums_.fill_from(dx, [&](std::size_t b, const double4* rows, double4* sums) {
+    spread_forces(batches_[b], differential_[b] * gradient(batches_[b], rows), double8{}, sums);
   });
   sums_.add_to(force);
 }
 
 double FiniteElements::energy(const std::vector<Vec3>& x) const {
   return parallel_reduce(
-      batches_.size(), BlockSums::batches_of_block, 0.0,
+      batches_.size(), ScatterAdd::batches_of_block, 0.0,
       [&](std::size_t begin, std::size_t end) {
         double sum = 0;
         for (std::size_t b = begin; b < end; ++b) {
           const Batch& batch = batches_[b];
-          const Matrix3<Pack> F = gradient(batch, x);
+          const Matrix3<double8> F = gradient(batch, x);
           const Moduli here = moduli(b);
-          const Pack &mu = here.mu, &lambda = here.lambda;
+          const double8 &mu = here.mu, &lambda = here.lambda;
           with_model(model(b), [&]<class Model>(Model) {
             sum += sum_of_lanes(batch.volume * Model::energy_density(mu, lambda, F));
           });
@@ -449,14 +452,14 @@ double FiniteElements::energy(const std::vector<Vec3>& x) const {
 double FiniteElements::max_deformation_rate(const std::vector<Vec3>& x, const std::vector<Vec3>& v) const {
   // Weight of the rate of volume against that of length, see max_deformation_rate().
   constexpr double volume_weight = 0.5;
-  const auto larger = [](const Pack& a, const Pack& b) { return max_of(a, b); };
-  const Pack squared = parallel_reduce(
-      batches_.size(), BlockSums::batches_of_block, Pack{},
+  const auto larger = [](const double8& a, const double8& b) { return max_of(a, b); };
+  const double8 squared = parallel_reduce(
+      batches_.size(), ScatterAdd::batches_of_block, double8{},
       [&](std::size_t begin, std::size_t end) {
-        Pack largest{};
+        double8 largest{};
         for (std::size_t b = begin; b < end; ++b) {
-          const Matrix3<Pack> rate = gradient(batches_[b], v);
-          const Pack of_volume = volume_weight * contraction(cofactor(gradient(batches_[b], x)), rate);
+          const Matrix3<double8> rate = gradient(batches_[b], v);
+          const double8 of_volume = volume_weight * contraction(cofactor(gradient(batches_[b], x)), rate);
           largest = max_of(largest, max_of(squared_norm(rate), of_volume * of_volume));
         }
         return largest;

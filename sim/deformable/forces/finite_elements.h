@@ -7,12 +7,12 @@
 
 #include "sim/base/matrix3.h"
 #include "sim/base/types.h"
-#include "sim/deformable/block_sums.h"
 #include "sim/deformable/gradient_scatter.h"
 #include "sim/deformable/materials/compression_stiffness.h"
 #include "sim/deformable/materials/material_model.h"
 #include "sim/deformable/materials/stress_differential.h"
 #include "sim/deformable/materials/symmetric_block.h"
+#include "sim/deformable/scatter_add.h"
 #include "sim/geometry/mesh/tet_mesh.h"
 
 namespace duet {
@@ -46,7 +46,7 @@ class FiniteElements {
   /// Returns the number of tetrahedra.
   std::size_t size() const { return tets_.size(); }
   /// Restricts the sums below to the particles of `mask` until the next call; null removes the restriction
-  /// (BlockSums::limit_to()).
+  /// (ScatterAdd::limit_to()).
   void limit_to(const ParticleMask* mask) { sums_.limit_to(mask); }
   /// Returns the tetrahedra of all bodies, in the order in which they were added.
   const std::vector<Tet>& tets() const { return tets_; }
@@ -56,7 +56,7 @@ class FiniteElements {
   /// Adds the elastic forces at the positions `x` (m) to `force` (N) and keeps the deformation gradients for
   /// damping and linearize().
   ///
-  /// It also computes the bound max_squared_frequency() and decides which compressed elements are damped
+  /// It also computes the bound max_omega_squared() and decides which compressed elements are damped
   /// (rely_on_damping()).
   void add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>& force);
   /// Adds the viscous forces for the velocities `v` (m/s) at the last deformation gradients to `force` (N):
@@ -136,12 +136,12 @@ class FiniteElements {
   /// most the largest of these means times x.M x. A single compressed element counts only by its fraction of
   /// its particles' masses; the fastest element by itself (Irons' theorem) would make the step several times
   /// shorter. Stiffness that damping holds is left out (rely_on_damping()).
-  double max_squared_frequency() const { return max_squared_frequency_; }
-  /// Returns the bound of max_squared_frequency() at rest, rad^2/s^2.
-  double rest_squared_frequency() const { return rest_squared_frequency_; }
-  /// Returns the bound of max_squared_frequency() at rest without the help of damping, rad^2/s^2.
-  double elastic_squared_frequency() const { return elastic_squared_frequency_; }
-  /// Sets the bound of max_squared_frequency() for a resumed run, whose next step size depends on it.
+  double max_omega_squared() const { return max_squared_frequency_; }
+  /// Returns the bound of max_omega_squared() at rest, rad^2/s^2.
+  double rest_omega_squared() const { return rest_squared_frequency_; }
+  /// Returns the bound of max_omega_squared() at rest without the help of damping, rad^2/s^2.
+  double elastic_omega_squared() const { return elastic_squared_frequency_; }
+  /// Sets the bound of max_omega_squared() for a resumed run, whose next step size depends on it.
   void set_max_squared_frequency(double value) { max_squared_frequency_ = value; }
 
   /// Returns whether any material has mass-proportional damping.
@@ -154,26 +154,26 @@ class FiniteElements {
   // Eight elements of one material.
   struct Batch {
     std::array<PackIndex, 4> particle;
-    std::array<BlockSums::Slot, 4> slot;
-    Matrix3<Pack> inverse_rest;  // D_m^-1, 1/m
-    Pack volume;                 // m^3; zero in the lanes that pad the last batch of a material
+    std::array<ScatterAdd::Slot, 4> slot;
+    Matrix3<double8> inverse_rest;  // D_m^-1, 1/m
+    double8 volume;                 // m^3; zero in the lanes that pad the last batch of a material
   };
   // The data of a batch from which its viscous forces follow, in single precision.
   struct SingleBatch {
-    std::array<BlockSums::Slot, 4> slot;
-    Matrix3<PackF> inverse_rest, F;
-    PackF share;  // m^3, the volume divided by excess_damping()
+    std::array<ScatterAdd::Slot, 4> slot;
+    Matrix3<float8> inverse_rest, F;
+    float8 share;  // m^3, the volume divided by excess_damping()
   };
   // Moduli of a batch, the same in all lanes.
   struct Moduli {
-    Pack mu, lambda;  // Pa
+    double8 mu, lambda;  // Pa
   };
   const ElasticMaterial& material_of_batch(std::size_t batch) const {
     return material_[static_cast<std::size_t>(batch_material_[batch])];
   }
   Moduli moduli(std::size_t batch) const {
     const LameParameters& of_all = material_of_batch(batch).moduli;
-    return {Pack{} + of_all.mu, Pack{} + of_all.lambda};
+    return {double8{} + of_all.mu, double8{} + of_all.lambda};
   }
   MaterialModel model(std::size_t batch) const { return material_of_batch(batch).model; }
   // Returns the scatter matrix of a tetrahedron, whose nodes have its share, by volume, of their particles'
@@ -183,16 +183,17 @@ class FiniteElements {
   void fill_lane(std::size_t number, std::size_t tet, bool pads, const GradientScatter<double>& scatter);
   // Return the deformation gradient for positions and its rate for velocities, from the values of all
   // particles or from the rows of a block.
-  Matrix3<Pack> gradient(const Batch& batch, const std::vector<Vec3>& values) const;
-  Matrix3<Pack> gradient(const Batch& batch, const Quad* rows) const;
+  Matrix3<double8> gradient(const Batch& batch, const std::vector<Vec3>& values) const;
+  Matrix3<double8> gradient(const Batch& batch, const double4* rows) const;
   // Stores F of a batch in double and single precision.
-  void keep_deformation(std::size_t batch, const Matrix3<Pack>& F);
+  void keep_deformation(std::size_t batch, const Matrix3<double8>& F);
   // Adds the damping blocks of a batch's particles to the partial sums.
-  void spread_damping(std::size_t batch, Quad* sums) const;
+  void spread_damping(std::size_t batch, double4* sums) const;
   // Adds the forces of the stress (Pa) to the partial sums, with `fourth` for every corner.
-  void spread_forces(const Batch& batch, const Matrix3<Pack>& stress, const Pack& fourth, Quad* sums) const;
+  void spread_forces(const Batch& batch, const Matrix3<double8>& stress, const double8& fourth,
+                     double4* sums) const;
   // Returns the omega^2 bound of each element of a batch at rest, without the help of damping, rad^2/s^2.
-  Pack elastic_at_rest(std::size_t batch) const;
+  double8 elastic_at_rest(std::size_t batch) const;
   // Returns the omega^2 bound that a step of relaxation_ times the batch's damping time stands for,
   // rad^2/s^2; infinite if there is none.
   double relaxed_squared_frequency(std::size_t batch) const;
@@ -201,16 +202,16 @@ class FiniteElements {
   // Returns the omega^2 bounds (rad^2/s^2) of a batch in state F, as far as they are to bound the step, and
   // chooses the damping of compressed elements.
   template <class Model>
-  Pack squared_frequency(Model, std::size_t batch, const Matrix3<Pack>& F);
+  double8 omega_squared(Model, std::size_t batch, const Matrix3<double8>& F);
   // Damps the stiffness that compression adds to a batch with `seconds` of it.
   template <class Model>
-  void damp_compression(Model, std::size_t batch, const Matrix3<Pack>& F, const Pack& seconds);
-  // Returns the bounds of squared_frequency() where steps may exceed the elastic limit.
+  void damp_compression(Model, std::size_t batch, const Matrix3<double8>& F, const double8& seconds);
+  // Returns the bounds of omega_squared() where steps may exceed the elastic limit.
   template <class Model>
-  Pack lifted_squared_frequency(Model, std::size_t batch, const Matrix3<Pack>& F, const Pack& squared,
-                                const Pack& soft, const Pack& bound);
+  double8 relaxed_omega_squared(Model, std::size_t batch, const Matrix3<double8>& F, const double8& squared,
+                                const double8& soft, const double8& bound);
   // Returns the viscous stress of a batch for the rate `Fdot` (1/s), Pa.
-  Matrix3<Pack> damping_stress(std::size_t batch, const Matrix3<Pack>& Fdot) const;
+  Matrix3<double8> damping_stress(std::size_t batch, const Matrix3<double8>& Fdot) const;
   // Adds the forces of mass-proportional damping.
   void add_drag(const std::vector<Vec3>& v, std::vector<Vec3>& force) const;
 
@@ -222,19 +223,19 @@ class FiniteElements {
   std::vector<double> drag_;               // kg/s, by particle; empty without mass-proportional damping
 
   std::vector<Batch> batches_;
-  std::vector<SingleBatch> single_;                     // by batch
-  std::vector<int> batch_material_;                     // index into material_, by batch
-  std::vector<GradientScatter<Pack>> scatter_;          // by batch
-  std::vector<Matrix3<Pack>> deformation_;              // F, by batch
-  std::vector<StressDifferential<Pack>> differential_;  // by batch, once linearized
-  BlockSums sums_;
-  std::vector<double> particle_volume_;          // m^3, sum over the elements around each particle
-  std::vector<double> particle_frequency_;       // rad^2/s^2, mean over the elements around each particle
-  std::vector<Pack> allowed_squared_frequency_;  // rad^2/s^2, by batch: what keeps the bound at rest
+  std::vector<SingleBatch> single_;                        // by batch
+  std::vector<int> batch_material_;                        // index into material_, by batch
+  std::vector<GradientScatter<double8>> scatter_;          // by batch
+  std::vector<Matrix3<double8>> deformation_;              // F, by batch
+  std::vector<StressDifferential<double8>> differential_;  // by batch, once linearized
+  ScatterAdd sums_;
+  std::vector<double> particle_volume_;             // m^3, sum over the elements around each particle
+  std::vector<double> particle_frequency_;          // rad^2/s^2, mean over the elements around each particle
+  std::vector<double8> allowed_squared_frequency_;  // rad^2/s^2, by batch: what keeps the bound at rest
   // For each batch that is damped in compression: its viscosity (Pa s), and minus its volume times that (N m
   // s).
-  std::vector<CompressionStiffness<Pack>> compression_viscosity_;
-  std::vector<CompressionStiffness<PackF>> single_compression_;
+  std::vector<CompressionStiffness<double8>> compression_viscosity_;
+  std::vector<CompressionStiffness<float8>> single_compression_;
   std::vector<char> is_damped_;  // by batch: whether any lane is damped in compression
   double cfl_ = 0;               // fraction of the limit that steps take; 0: all elements bound the step
   double relaxation_ = 0;        // smallest limit of what damping holds, over its damping time

@@ -15,7 +15,7 @@ void for_each_other(Forces& forces, Visit&& visit) {
   visit(forces.altitude_springs);
   visit(forces.bending_springs);
   visit(forces.bending_elements);
-  visit(forces.tethers);
+  visit(forces.zero_length_springs);
 }
 
 }  // namespace
@@ -34,7 +34,7 @@ void InternalForces::finalize(const std::vector<double>& mass, const std::vector
   altitude_springs.finalize(inverse_mass);
   bending_springs.finalize(mass.size());
   bending_elements.finalize(mass.size());
-  tethers.finalize(mass.size());
+  zero_length_springs.finalize(mass.size());
 
   inverse_mass_ = inverse_mass;
   squared_rate_.assign(mass.size(), 0);
@@ -47,20 +47,21 @@ double InternalForces::lattice_bound(std::vector<double>& rate) const {
   for (std::size_t p = 0; p < rate.size(); ++p) rate[p] *= inverse_mass_[p];
   double highest = 0;
   for_each_other(*this,
-                 [&](const auto& force) { highest = std::max(highest, force.max_squared_frequency(rate)); });
+                 [&](const auto& force) { highest = std::max(highest, force.max_omega_squared(rate)); });
   return highest;
 }
 
 // The bound sum w_i C_i / m_i of finalize() has weights that add up to 2, so it is at most the largest 2 C_i
 // / m_i. Here C_i counts only the stiffness that damping does not hold.
-double InternalForces::lifted_bound() const {
-  if (kept_.empty()) return lattice_squared_frequency_;
+double InternalForces::relaxed_bound() const {
+  if (undamped_stiffness_.empty()) return lattice_squared_frequency_;
   const double unheld = parallel_reduce(
-      kept_.size(), 4096, 0.0,
+      undamped_stiffness_.size(), 4096, 0.0,
       [&](std::size_t begin, std::size_t end) {
         double highest = 0;
         for (std::size_t p = begin; p < end; ++p)
-          highest = std::max(highest, 2 * inverse_mass_[p] * (kept_[p] + sideways_[p]));
+          highest =
+              std::max(highest, 2 * inverse_mass_[p] * (undamped_stiffness_[p] + geometric_stiffness_[p]));
         return highest;
       },
       [](double a, double b) { return std::max(a, b); });
@@ -68,7 +69,7 @@ double InternalForces::lifted_bound() const {
 }
 
 void InternalForces::bound_at_rest() {
-  rest_squared_frequency_ = std::max(elements.rest_squared_frequency(), lifted_bound());
+  rest_squared_frequency_ = std::max(elements.rest_omega_squared(), relaxed_bound());
   max_squared_frequency_ = rest_squared_frequency_;
 }
 
@@ -84,23 +85,24 @@ void InternalForces::limit_to(const ParticleMask* mask) {
 void InternalForces::rely_on_damping(double cfl, double relaxation) {
   elements.rely_on_damping(cfl, relaxation);
   relaxed_squared_frequency_ = 0;
-  kept_.clear();
+  undamped_stiffness_.clear();
   if (relaxation > 0) {
-    kept_.assign(squared_rate_.size(), 0);
-    membranes.add_stiffness(kept_);
-    bending_springs.add_stiffness(kept_);
-    bending_elements.add_stiffness(kept_);
-    tethers.add_stiffness(kept_);
-    relaxed_squared_frequency_ = std::max(edge_springs.rely_on_damping(relaxation, squared_rate_, kept_),
-                                          altitude_springs.rely_on_damping(relaxation, squared_rate_, kept_));
+    undamped_stiffness_.assign(squared_rate_.size(), 0);
+    membranes.add_stiffness(undamped_stiffness_);
+    bending_springs.add_stiffness(undamped_stiffness_);
+    bending_elements.add_stiffness(undamped_stiffness_);
+    zero_length_springs.add_stiffness(undamped_stiffness_);
+    relaxed_squared_frequency_ =
+        std::max(edge_springs.rely_on_damping(relaxation, squared_rate_, undamped_stiffness_),
+                 altitude_springs.rely_on_damping(relaxation, squared_rate_, undamped_stiffness_));
   }
-  if (relaxed_squared_frequency_ == 0) kept_.clear();
-  sideways_.assign(kept_.size(), 0);
+  if (relaxed_squared_frequency_ == 0) undamped_stiffness_.clear();
+  geometric_stiffness_.assign(undamped_stiffness_.size(), 0);
   bound_at_rest();
 }
 
-double InternalForces::elastic_squared_frequency() const {
-  return std::max(elements.elastic_squared_frequency(), lattice_squared_frequency_);
+double InternalForces::elastic_omega_squared() const {
+  return std::max(elements.elastic_omega_squared(), lattice_squared_frequency_);
 }
 
 bool InternalForces::empty() const {
@@ -111,15 +113,14 @@ bool InternalForces::empty() const {
 
 void InternalForces::add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>& force) {
   elements.add_elastic_forces(x, force);
-  std::fill(sideways_.begin(), sideways_.end(), 0);
+  std::fill(geometric_stiffness_.begin(), geometric_stiffness_.end(), 0);
   membranes.add_elastic_forces(x, force);
-  edge_springs.add_elastic_forces(x, force, sideways_);
-  altitude_springs.add_elastic_forces(x, force, sideways_);
+  edge_springs.add_elastic_forces(x, force, geometric_stiffness_);
+  altitude_springs.add_elastic_forces(x, force, geometric_stiffness_);
   bending_springs.add_elastic_forces(x, force);
   bending_elements.add_elastic_forces(x, force);
-  tethers.add_elastic_forces(x, force);
-  max_squared_frequency_ =
-      std::max(elements.max_squared_frequency(), membranes.stiffening() * lifted_bound());
+  zero_length_springs.add_elastic_forces(x, force);
+  max_squared_frequency_ = std::max(elements.max_omega_squared(), membranes.stiffening() * relaxed_bound());
 }
 
 void InternalForces::add_damping_forces(const std::vector<Vec3>& v, std::vector<Vec3>& force) {

@@ -9,7 +9,7 @@
 #include "sim/deformable/forces/finite_elements.h"
 #include "sim/deformable/forces/membranes.h"
 #include "sim/deformable/forces/springs.h"
-#include "sim/deformable/forces/tethers.h"
+#include "sim/deformable/forces/zero_length_springs.h"
 
 namespace duet {
 
@@ -19,13 +19,13 @@ namespace duet {
 /// but may have a tether. The bounds are the larger one of that of the elements and that of all other forces.
 class InternalForces {
  public:
-  FiniteElements elements;           ///< elasticity of volumes
-  Membranes membranes;               ///< stretching of shells
-  Springs<2> edge_springs;           ///< stretching of mass-spring volumes, shells and rods
-  AltitudeSprings altitude_springs;  ///< keeps the tetrahedra of mass-spring volumes from collapsing
-  Springs<2> bending_springs;        ///< bending of shells and rods, by springs between particles
-  Springs<4> bending_elements;       ///< bending of shells and rods, by springs on their curvature
-  Tethers tethers;                   ///< soft bindings of flesh to bones
+  FiniteElements elements;                ///< elasticity of volumes
+  Membranes membranes;                    ///< stretching of shells
+  Springs<2> edge_springs;                ///< stretching of mass-spring volumes, shells and rods
+  AltitudeSprings altitude_springs;       ///< keeps the tetrahedra of mass-spring volumes from collapsing
+  Springs<2> bending_springs;             ///< bending of shells and rods, by springs between particles
+  Springs<4> bending_elements;            ///< bending of shells and rods, by springs on their curvature
+  ZeroLengthSprings zero_length_springs;  ///< soft bindings of flesh to bones
 
   /// Lays out all forces and computes the bounds at rest. Must be called once after everything has been
   /// added.
@@ -44,7 +44,7 @@ class InternalForces {
   /// Selects the altitude springs for the positions `x` (m); to be called once in a step, at x^n.
   void begin_step(const std::vector<Vec3>& x) { altitude_springs.choose(x); }
   /// Adds the elastic forces at the positions `x` (m) to `force` (N), keeps the state of deformation for
-  /// damping and differentials, and updates max_squared_frequency().
+  /// damping and differentials, and updates max_omega_squared().
   void add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>& force);
   /// Adds the viscous forces for the velocities `v` (m/s) in the state of the last add_elastic_forces() to
   /// `force` (N): linear in v, symmetric and negative semi-definite.
@@ -54,7 +54,7 @@ class InternalForces {
   void add_damping_forces_single(const std::vector<Vec3>& v, std::vector<Vec3>& force);
   /// Returns whether the viscous forces on a body can have a resultant or a moment, from bones (tethers) or a
   /// medium (mass-proportional damping).
-  bool turn_bodies() const { return tethers.size() > 0 || elements.brakes(); }
+  bool turn_bodies() const { return zero_length_springs.size() > 0 || elements.brakes(); }
   /// Adds each particle's own 3x3 block of minus the operator of add_damping_forces() to `blocks`, kg/s,
   /// without membranes and tethers.
   void add_damping_blocks(std::vector<SymmetricBlock>& blocks);
@@ -82,12 +82,12 @@ class InternalForces {
 
   /// Returns an upper bound on the square of the highest angular frequency in the state of the last
   /// add_elastic_forces(), or at rest before the first, rad^2/s^2.
-  double max_squared_frequency() const { return max_squared_frequency_; }
+  double max_omega_squared() const { return max_squared_frequency_; }
   /// Returns an upper bound on the square of the highest angular frequency at rest, rad^2/s^2.
-  double rest_squared_frequency() const { return rest_squared_frequency_; }
-  /// Returns the bound of rest_squared_frequency() without the help of damping, rad^2/s^2.
-  double elastic_squared_frequency() const;
-  /// Sets the bound of max_squared_frequency() for a resumed run, whose next step size depends on it.
+  double rest_omega_squared() const { return rest_squared_frequency_; }
+  /// Returns the bound of rest_omega_squared() without the help of damping, rad^2/s^2.
+  double elastic_omega_squared() const;
+  /// Sets the bound of max_omega_squared() for a resumed run, whose next step size depends on it.
   void set_max_squared_frequency(double value) { max_squared_frequency_ = value; }
 
  private:
@@ -96,7 +96,7 @@ class InternalForces {
   double lattice_bound(std::vector<double>& rate) const;
   // Returns the bound of lattice_bound() without the stiffness that damping holds, with the geometric
   // stiffness of the last add_elastic_forces().
-  double lifted_bound() const;
+  double relaxed_bound() const;
   // Sets the bounds to those at rest.
   void bound_at_rest();
 
@@ -105,10 +105,10 @@ class InternalForces {
   std::vector<double> inverse_mass_;      // 1/kg
   // N/m, by particle: sum of the undamped stiffness around it, which damping does not hold; empty if it holds
   // nothing.
-  std::vector<double> kept_;
+  std::vector<double> undamped_stiffness_;
   // N/m, by particle: sum of the geometric stiffness of edge and altitude springs around it; empty as kept_
   // is.
-  std::vector<double> sideways_;
+  std::vector<double> geometric_stiffness_;
   std::vector<double> squared_rate_;  // rad^2/s^2, C_i / m_i by particle, see finalize()
   double max_squared_frequency_ = 0, rest_squared_frequency_ = 0;  // rad^2/s^2
 };

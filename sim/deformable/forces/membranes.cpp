@@ -9,7 +9,7 @@ namespace duet {
 namespace {
 
 // Returns max(x, 0).
-Pack positive(const Pack& x) { return select(x > Pack{}, x, Pack{}); }
+double8 positive(const double8& x) { return select(x > double8{}, x, double8{}); }
 
 }  // namespace
 
@@ -43,7 +43,7 @@ void Membranes::finalize(std::size_t particle_count) {
   for (std::size_t slot = 0; slot < batches_.size() * pack_width; ++slot) {
     Batch& batch = batches_[slot / pack_width];
     const std::size_t lane = slot % pack_width;
-    const std::size_t element = BlockSums::element_of(slot / pack_width, lane, batches_.size());
+    const std::size_t element = ScatterAdd::element_of(slot / pack_width, lane, batches_.size());
     const bool pads = element >= triangles_.size();
     const std::size_t t = pads ? triangles_.size() - 1 : element;
     for (std::size_t i = 0; i < 3; ++i) batch.particle[i][lane] = triangles_[t][i];
@@ -59,15 +59,15 @@ void Membranes::finalize(std::size_t particle_count) {
 }
 
 Membranes::Columns Membranes::gradient(const Batch& batch, const std::vector<Vec3>& values) {
-  const PackVector origin = gather(values, batch.particle[0]);
-  const PackVector e = gather(values, batch.particle[1]) - origin,
-                   f = gather(values, batch.particle[2]) - origin;
+  const vector8 origin = gather(values, batch.particle[0]);
+  const vector8 e = gather(values, batch.particle[1]) - origin,
+                f = gather(values, batch.particle[2]) - origin;
   return {batch.inverse[0][0] * e + batch.inverse[1][0] * f,
           batch.inverse[0][1] * e + batch.inverse[1][1] * f};
 }
 
 Membranes::Symmetric2 Membranes::stress(const Batch& batch, const Symmetric2& strain) {
-  const Pack spherical = batch.lambda * (strain.xx + strain.yy), twice = 2.0 * batch.mu;
+  const double8 spherical = batch.lambda * (strain.xx + strain.yy), twice = 2.0 * batch.mu;
   return {twice * strain.xx + spherical, twice * strain.yy + spherical, twice * strain.xy};
 }
 
@@ -83,15 +83,15 @@ Membranes::Columns Membranes::times(const Columns& F, const Symmetric2& S) {
 // with the area A; the first corner gets minus their sum.
 template <class Stress>
 void Membranes::add_forces(std::vector<Vec3>& totals, Stress&& stress_of) {
-  sums_.fill([&](std::size_t b, Quad* sums) {
+  sums_.fill([&](std::size_t b, double4* sums) {
     const Columns P = stress_of(b);
     const Batch& batch = batches_[b];
-    const Pack area = -batch.area;
-    const PackVector second = area * (batch.inverse[0][0] * P.x + batch.inverse[0][1] * P.y);
-    const PackVector third = area * (batch.inverse[1][0] * P.x + batch.inverse[1][1] * P.y);
-    BlockSums::spread(batch.slot[0], PackVector{} - (second + third), Pack{}, sums);
-    BlockSums::spread(batch.slot[1], second, Pack{}, sums);
-    BlockSums::spread(batch.slot[2], third, Pack{}, sums);
+    const double8 area = -batch.area;
+    const vector8 second = area * (batch.inverse[0][0] * P.x + batch.inverse[0][1] * P.y);
+    const vector8 third = area * (batch.inverse[1][0] * P.x + batch.inverse[1][1] * P.y);
+    ScatterAdd::spread(batch.slot[0], vector8{} - (second + third), double8{}, sums);
+    ScatterAdd::spread(batch.slot[1], second, double8{}, sums);
+    ScatterAdd::spread(batch.slot[2], third, double8{}, sums);
   });
   sums_.add_to(totals);
 }
@@ -100,22 +100,23 @@ void Membranes::add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>
   add_forces(force, [&](std::size_t b) {
     Batch& batch = batches_[b];
     const Columns F = batch.F = gradient(batch, x);
-    const Pack cxx = dot(F.x, F.x), cyy = dot(F.y, F.y), cxy = dot(F.x, F.y);
+    const double8 cxx = dot(F.x, F.x), cyy = dot(F.y, F.y), cxy = dot(F.x, F.y);
     const Symmetric2 S = stress(batch, {0.5 * (cxx - 1.0), 0.5 * (cyy - 1.0), 0.5 * cxy});
     // `high` and `low` become the positive parts of both eigenvalues of h S, `stretch` the larger eigenvalue
     // of F^T F.
     const auto deviation = [](const Symmetric2& A) {
-      const Pack half = 0.5 * (A.xx - A.yy);
+      const double8 half = 0.5 * (A.xx - A.yy);
       return sqrt_of(half * half + A.xy * A.xy);
     };
-    const Pack mean = 0.5 * (S.xx + S.yy), spread = deviation(S);
-    const Pack high = positive(mean + spread), low = positive(mean - spread);
-    const Pack stretch = 0.5 * (cxx + cyy) + deviation({cxx, cyy, cxy});
-    const Pack turned =
-        select(spread > Pack{}, 0.5 * (high - low) / select(spread > Pack{}, spread, Pack{} + 1.0), Pack{});
-    const Pack middle = 0.5 * (high + low);
+    const double8 mean = 0.5 * (S.xx + S.yy), spread = deviation(S);
+    const double8 high = positive(mean + spread), low = positive(mean - spread);
+    const double8 stretch = 0.5 * (cxx + cyy) + deviation({cxx, cyy, cxy});
+    const double8 turned =
+        select(spread > double8{}, 0.5 * (high - low) / select(spread > double8{}, spread, double8{} + 1.0),
+               double8{});
+    const double8 middle = 0.5 * (high + low);
     batch.tension = {middle + turned * (S.xx - mean), middle + turned * (S.yy - mean), turned * S.xy};
-    const Pack at_rest = 2.0 * (batch.mu + positive(batch.lambda)), factor = stretch + high / at_rest;
+    const double8 at_rest = 2.0 * (batch.mu + positive(batch.lambda)), factor = stretch + high / at_rest;
     batch_stiffening_[b] = factor[0];
     for (std::size_t lane = 1; lane < pack_width; ++lane)
       batch_stiffening_[b] = std::max<double>(batch_stiffening_[b], factor[lane]);
@@ -146,7 +147,7 @@ void Membranes::add_force_differentials(const std::vector<Vec3>& dx, std::vector
 
 double Membranes::energy(const std::vector<Vec3>& x) const {
   return parallel_reduce(
-      batches_.size(), BlockSums::batches_of_block, 0.0,
+      batches_.size(), ScatterAdd::batches_of_block, 0.0,
       [&](std::size_t begin, std::size_t end) {
         double sum = 0;
         for (std::size_t b = begin; b < end; ++b) {
@@ -177,7 +178,7 @@ void Membranes::add_stiffness(std::vector<double>& stiffness) const {
           rest_[t].stiffness() * rest_[t].half_of_gradients() * rest_[t].gradient[i];
 }
 
-double Membranes::max_squared_frequency(const std::vector<double>& squared_rate) const {
+double Membranes::max_omega_squared(const std::vector<double>& squared_rate) const {
   double highest = 0;
   for (std::size_t t = 0; t < triangles_.size(); ++t) {
     double sum = 0;

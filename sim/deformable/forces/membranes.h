@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "sim/base/pack_vector.h"
-#include "sim/deformable/block_sums.h"
+#include "sim/deformable/scatter_add.h"
 #include "sim/geometry/mesh/tet_mesh.h"
 
 namespace duet {
@@ -39,7 +39,7 @@ class Membranes {
   /// Returns the number of triangles.
   std::size_t size() const { return triangles_.size(); }
   /// Restricts the sums below to the particles of `mask` until the next call; null removes the restriction
-  /// (BlockSums::limit_to()).
+  /// (ScatterAdd::limit_to()).
   void limit_to(const ParticleMask* mask) { sums_.limit_to(mask); }
 
   /// Adds the elastic forces at the positions `x` (m) to `force` (N) and keeps deformation and tension for
@@ -62,7 +62,7 @@ class Membranes {
   void add_stiffness(std::vector<double>& stiffness) const;
   /// Returns the highest omega^2 bound of a triangle at rest, rad^2/s^2, given the rates C_i / m_i of the
   /// particles (InternalForces::finalize()).
-  double max_squared_frequency(const std::vector<double>& squared_rate) const;
+  double max_omega_squared(const std::vector<double>& squared_rate) const;
   /// Returns a bound on the stiffness of a triangle over that at rest, in the state of the last
   /// add_elastic_forces().
   ///
@@ -83,21 +83,21 @@ class Membranes {
   };
   // Symmetric 2x2 matrix in eight lanes.
   struct Symmetric2 {
-    Pack xx, yy, xy;
+    double8 xx, yy, xy;
   };
   // 3x2 matrix in eight lanes, by its columns.
   struct Columns {
-    PackVector x, y;
+    vector8 x, y;
   };
   // Eight triangles.
   struct Batch {
     std::array<PackIndex, 3> particle;
-    std::array<BlockSums::Slot, 3> slot;
-    Pack inverse[2][2];        // 1/m, D_m^-1
-    Pack area;                 // m^2; zero in the lanes that pad the last batch
-    Pack mu, lambda, damping;  // N/m; N/m; s
-    Columns F;                 // of the last add_elastic_forces()
-    Symmetric2 tension;        // N/m, the positive part of h S then
+    std::array<ScatterAdd::Slot, 3> slot;
+    double8 inverse[2][2];        // 1/m, D_m^-1
+    double8 area;                 // m^2; zero in the lanes that pad the last batch
+    double8 mu, lambda, damping;  // N/m; N/m; s
+    Columns F;                    // of the last add_elastic_forces()
+    Symmetric2 tension;           // N/m, the positive part of h S then
   };
   // Returns F for positions and its rate for velocities.
   static Columns gradient(const Batch& batch, const std::vector<Vec3>& values);
@@ -114,7 +114,7 @@ class Membranes {
   std::vector<RestTriangle> rest_;
   std::vector<Batch> batches_;
   std::vector<double> batch_stiffening_;
-  BlockSums sums_;
+  ScatterAdd sums_;
   double stiffening_ = 1;
 };
 

@@ -38,7 +38,7 @@ void Springs<N>::finalize(std::size_t particle_count) {
   for (std::size_t slot = 0; slot < batches_.size() * pack_width; ++slot) {
     Batch& batch = batches_[slot / pack_width];
     const std::size_t lane = slot % pack_width;
-    const std::size_t s = BlockSums::element_of(slot / pack_width, lane, batches_.size());
+    const std::size_t s = ScatterAdd::element_of(slot / pack_width, lane, batches_.size());
     const bool pads = s >= springs_.size();
     const Spring<N>& spring = pads ? springs_.back() : springs_[s];
     for (std::size_t i = 0; i < N; ++i) {
@@ -48,23 +48,23 @@ void Springs<N>::finalize(std::size_t particle_count) {
     batch.rest_length[lane] = spring.rest_length;
     batch.stiffness[lane] = pads ? 0 : spring.stiffness;
     batch.viscosity[lane] = pads ? 0 : spring.viscosity;
-    batch.sideways[lane] = 0;
+    batch.geometric_stiffness[lane] = 0;
   }
   sums_.build(batches_, particle_count);
   dashpots_.resize(batches_.size());
 }
 
 template <std::size_t N>
-PackVector Springs<N>::difference(const Batch& batch, const std::vector<Vec3>& values) {
-  PackVector sum = batch.weight[0] * gather(values, batch.particle[0]);
+vector8 Springs<N>::difference(const Batch& batch, const std::vector<Vec3>& values) {
+  vector8 sum = batch.weight[0] * gather(values, batch.particle[0]);
   for (std::size_t i = 1; i < N; ++i) sum = sum + batch.weight[i] * gather(values, batch.particle[i]);
   return sum;
 }
 
 template <std::size_t N>
-PackVector Springs<N>::difference(const Batch& batch, const Quad* rows) {
-  PackVector sum = batch.weight[0] * BlockSums::gather(rows, batch.slot[0]);
-  for (std::size_t i = 1; i < N; ++i) sum = sum + batch.weight[i] * BlockSums::gather(rows, batch.slot[i]);
+vector8 Springs<N>::difference(const Batch& batch, const double4* rows) {
+  vector8 sum = batch.weight[0] * ScatterAdd::gather(rows, batch.slot[0]);
+  for (std::size_t i = 1; i < N; ++i) sum = sum + batch.weight[i] * ScatterAdd::gather(rows, batch.slot[i]);
   return sum;
 }
 
@@ -73,43 +73,43 @@ PackVector Springs<N>::difference(const Batch& batch, const Quad* rows) {
 template <std::size_t N>
 template <class Force>
 void Springs<N>::add_forces(const std::vector<Vec3>& values, std::vector<Vec3>& totals, Force&& force_of) {
-  sums_.fill_from(values, [&](std::size_t b, const Quad* rows, Quad* sums) {
+  sums_.fill_from(values, [&](std::size_t b, const double4* rows, double4* sums) {
     const Batch& batch = batches_[b];
-    const PackVector force = force_of(b, difference(batch, rows));
+    const vector8 force = force_of(b, difference(batch, rows));
     for (std::size_t i = 0; i < N; ++i)
-      BlockSums::spread(batch.slot[i], batch.weight[i] * force, Pack{}, sums);
+      ScatterAdd::spread(batch.slot[i], batch.weight[i] * force, double8{}, sums);
   });
   sums_.add_to(totals);
 }
 
 template <std::size_t N>
 void Springs<N>::add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>& force,
-                                    std::vector<double>& sideways) {
-  sums_.fill_from(x, [&](std::size_t b, const Quad* rows, Quad* sums) {
+                                    std::vector<double>& geometric_stiffness) {
+  sums_.fill_from(x, [&](std::size_t b, const double4* rows, double4* sums) {
     Batch& batch = batches_[b];
-    const PackVector d = difference(batch, rows);
-    const Pack length = sqrt_of(dot(d, d));
-    const Pack shortest = crushed * batch.rest_length;
-    const Pack divisor = select(length > shortest, length, shortest);
-    const PackMask extends = divisor > Pack{};
-    const Pack inverse = select(extends, 1.0 / select(extends, divisor, Pack{} + 1.0), Pack{});
+    const vector8 d = difference(batch, rows);
+    const double8 length = sqrt_of(dot(d, d));
+    const double8 shortest = crushed * batch.rest_length;
+    const double8 divisor = select(length > shortest, length, shortest);
+    const mask8 extends = divisor > double8{};
+    const double8 inverse = select(extends, 1.0 / select(extends, divisor, double8{} + 1.0), double8{});
     batch.direction = inverse * d;
-    const Pack side = batch.stiffness * (1.0 - batch.rest_length * inverse);
-    batch.sideways = select(side > Pack{}, side, Pack{});
+    const double8 side = batch.stiffness * (1.0 - batch.rest_length * inverse);
+    batch.geometric_stiffness = select(side > double8{}, side, double8{});
     dashpots_[b].set(batch.slot, batch.weight, batch.viscosity, batch.direction);
-    const PackVector along = (batch.stiffness * (batch.rest_length - length)) * batch.direction;
-    Pack half{};
-    for (const Pack& weight : batch.weight) half += 0.5 * abs_of(weight);
+    const vector8 along = (batch.stiffness * (batch.rest_length - length)) * batch.direction;
+    double8 half{};
+    for (const double8& weight : batch.weight) half += 0.5 * abs_of(weight);
     for (std::size_t i = 0; i < N; ++i)
-      BlockSums::spread(batch.slot[i], batch.weight[i] * along,
-                        half * abs_of(batch.weight[i]) * batch.sideways, sums);
+      ScatterAdd::spread(batch.slot[i], batch.weight[i] * along,
+                         half * abs_of(batch.weight[i]) * batch.geometric_stiffness, sums);
   });
-  sums_.add_to(force, sideways);
+  sums_.add_to(force, geometric_stiffness);
 }
 
 template <std::size_t N>
 void Springs<N>::add_damping_forces(const std::vector<Vec3>& v, std::vector<Vec3>& force) {
-  add_forces(v, force, [&](std::size_t b, const PackVector& difference) {
+  add_forces(v, force, [&](std::size_t b, const vector8& difference) {
     const Batch& batch = batches_[b];
     return (-batch.viscosity * dot(batch.direction, difference)) * batch.direction;
   });
@@ -118,7 +118,7 @@ void Springs<N>::add_damping_forces(const std::vector<Vec3>& v, std::vector<Vec3
 // The block of a particle is c w^2 u u^T, with the viscosity c, its weight w and the spring's direction u.
 template <std::size_t N>
 void Springs<N>::add_damping_blocks(std::vector<SymmetricBlock>& blocks) {
-  add_blocks(sums_, blocks, [&](std::size_t b, Quad* sums) {
+  add_blocks(sums_, blocks, [&](std::size_t b, double4* sums) {
     const Batch& batch = batches_[b];
     for (std::size_t i = 0; i < N; ++i)
       spread_square(batch.slot[i], batch.viscosity * batch.weight[i] * batch.weight[i], batch.direction,
@@ -128,23 +128,23 @@ void Springs<N>::add_damping_blocks(std::vector<SymmetricBlock>& blocks) {
 
 template <std::size_t N>
 void Springs<N>::add_force_differentials(const std::vector<Vec3>& dx, std::vector<Vec3>& force) {
-  add_forces(dx, force, [&](std::size_t b, const PackVector& d) {
+  add_forces(dx, force, [&](std::size_t b, const vector8& d) {
     const Batch& batch = batches_[b];
-    const Pack along = (batch.sideways - batch.stiffness) * dot(batch.direction, d);
-    return along * batch.direction - batch.sideways * d;
+    const double8 along = (batch.geometric_stiffness - batch.stiffness) * dot(batch.direction, d);
+    return along * batch.direction - batch.geometric_stiffness * d;
   });
 }
 
 template <std::size_t N>
 double Springs<N>::energy(const std::vector<Vec3>& x) const {
   return parallel_reduce(
-      batches_.size(), BlockSums::batches_of_block, 0.0,
+      batches_.size(), ScatterAdd::batches_of_block, 0.0,
       [&](std::size_t begin, std::size_t end) {
         double sum = 0;
         for (std::size_t b = begin; b < end; ++b) {
           const Batch& batch = batches_[b];
-          const PackVector d = difference(batch, x);
-          const Pack stretch = sqrt_of(dot(d, d)) - batch.rest_length;
+          const vector8 d = difference(batch, x);
+          const double8 stretch = sqrt_of(dot(d, d)) - batch.rest_length;
           sum += sum_of_lanes(0.5 * batch.stiffness * stretch * stretch);
         }
         return sum;
@@ -158,7 +158,7 @@ void Springs<N>::add_stiffness(std::vector<double>& stiffness) const {
 }
 
 template <std::size_t N>
-double Springs<N>::squared_frequency(const Spring<N>& spring, const std::vector<double>& squared_rate) const {
+double Springs<N>::omega_squared(const Spring<N>& spring, const std::vector<double>& squared_rate) const {
   double sum = 0;
   for (std::size_t i = 0; i < N; ++i)
     sum += std::abs(spring.weight[i]) * squared_rate[as_index(spring.particle[i])];
@@ -166,23 +166,22 @@ double Springs<N>::squared_frequency(const Spring<N>& spring, const std::vector<
 }
 
 template <std::size_t N>
-double Springs<N>::max_squared_frequency(const std::vector<double>& squared_rate) const {
+double Springs<N>::max_omega_squared(const std::vector<double>& squared_rate) const {
   double highest = 0;
-  for (const Spring<N>& spring : springs_)
-    highest = std::max(highest, squared_frequency(spring, squared_rate));
+  for (const Spring<N>& spring : springs_) highest = std::max(highest, omega_squared(spring, squared_rate));
   return highest;
 }
 
 template <std::size_t N>
 double Springs<N>::rely_on_damping(double relaxation, const std::vector<double>& squared_rate,
-                                   std::vector<double>& kept) const {
+                                   std::vector<double>& undamped_stiffness) const {
   double highest = 0;
   for (const Spring<N>& spring : springs_) {
     const double relaxed = relaxed_squared_frequency(relaxation * spring.viscosity / spring.stiffness);
-    if (relaxed < squared_frequency(spring, squared_rate))
+    if (relaxed < omega_squared(spring, squared_rate))
       highest = std::max(highest, relaxed);
     else
-      add_stiffness_of(spring, kept);
+      add_stiffness_of(spring, undamped_stiffness);
   }
   return highest;
 }

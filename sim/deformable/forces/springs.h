@@ -12,9 +12,9 @@
 #include <vector>
 
 #include "sim/base/pack_vector.h"
-#include "sim/deformable/block_sums.h"
 #include "sim/deformable/forces/dashpots.h"
 #include "sim/deformable/materials/symmetric_block.h"
+#include "sim/deformable/scatter_add.h"
 
 namespace duet {
 
@@ -40,7 +40,7 @@ class Springs {
   /// Returns the number of springs.
   std::size_t size() const { return springs_.size(); }
   /// Restricts the sums below to the particles of `mask` until the next call; null removes the restriction
-  /// (BlockSums::limit_to()).
+  /// (ScatterAdd::limit_to()).
   void limit_to(const ParticleMask* mask) { sums_.limit_to(mask); }
 
   /// Adds the elastic forces at the positions `x` (m) to `force` (N) and keeps the directions for damping and
@@ -49,11 +49,11 @@ class Springs {
   /// The direction of a spring that is compressed below a thousandth of its rest length fades out, and with
   /// it the force.
   ///
-  /// Unless `sideways` is empty, adds to each particle's entry its part (see InternalForces::finalize()) of
-  /// the geometric stiffness k (1 - L / |d|) (N/m) of stretched springs. It acts across their direction,
-  /// where their viscosity does not hold it.
+  /// Unless `geometric_stiffness` is empty, adds to each particle's entry its part (see
+  /// InternalForces::finalize()) of the geometric stiffness k (1 - L / |d|) (N/m) of stretched springs. It
+  /// acts across their direction, where their viscosity does not hold it.
   void add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>& force,
-                          std::vector<double>& sideways);
+                          std::vector<double>& geometric_stiffness);
   /// Adds the elastic forces at the positions `x` (m) to `force` (N), without the geometric stiffness.
   void add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>& force) {
     std::vector<double> none;
@@ -82,38 +82,39 @@ class Springs {
   void add_stiffness(std::vector<double>& stiffness) const;
   /// Returns the highest omega^2 bound of a spring, rad^2/s^2, given the rates C_i / m_i of the particles
   /// (InternalForces::finalize()).
-  double max_squared_frequency(const std::vector<double>& squared_rate) const;
+  double max_omega_squared(const std::vector<double>& squared_rate) const;
   /// Finds which springs have enough viscosity for steps of `relaxation` times their damping time (viscosity
   /// over stiffness, s).
   ///
   /// Returns the highest omega^2 bound (rad^2/s^2) that such steps stand for, over the springs that it
-  /// lowers; 0 without any. Adds the stiffness of the other springs (undamped stiffness, N/m) to `kept`.
+  /// lowers; 0 without any. Adds the stiffness of the other springs (undamped stiffness, N/m) to
+  /// `undamped_stiffness`.
   double rely_on_damping(double relaxation, const std::vector<double>& squared_rate,
-                         std::vector<double>& kept) const;
+                         std::vector<double>& undamped_stiffness) const;
 
  private:
   // Returns the omega^2 bound of a spring, rad^2/s^2.
-  double squared_frequency(const Spring<N>& spring, const std::vector<double>& squared_rate) const;
+  double omega_squared(const Spring<N>& spring, const std::vector<double>& squared_rate) const;
 
   // Eight springs.
   struct Batch {
     std::array<PackIndex, N> particle;
-    std::array<BlockSums::Slot, N> slot;
-    std::array<Pack, N> weight;
-    Pack rest_length, stiffness, viscosity;  // the last two are zero in the lanes that pad the last batch
-    PackVector direction;                    // u of the last add_elastic_forces()
-    Pack sideways;  // N/m, geometric stiffness k (1 - L / |d|) then, or 0 if that is negative
+    std::array<ScatterAdd::Slot, N> slot;
+    std::array<double8, N> weight;
+    double8 rest_length, stiffness, viscosity;  // the last two are zero in the lanes that pad the last batch
+    vector8 direction;                          // u of the last add_elastic_forces()
+    double8 geometric_stiffness;  // N/m, geometric stiffness k (1 - L / |d|) then, or 0 if that is negative
   };
   // Return sum w_i of the values of all particles, or of the rows of a block.
-  static PackVector difference(const Batch& batch, const std::vector<Vec3>& values);
-  static PackVector difference(const Batch& batch, const Quad* rows);
+  static vector8 difference(const Batch& batch, const std::vector<Vec3>& values);
+  static vector8 difference(const Batch& batch, const double4* rows);
   template <class Force>
   void add_forces(const std::vector<Vec3>& values, std::vector<Vec3>& totals, Force&& force_of);
 
   std::vector<Spring<N>> springs_;
   std::vector<Batch> batches_;
   std::vector<Dashpots<N>> dashpots_;  // by batch
-  BlockSums sums_;
+  ScatterAdd sums_;
 };
 
 extern template class Springs<2>;

@@ -53,8 +53,8 @@ struct Corotated {
   /// times as stiff as at rest, and its fraction of the stiffness at rest is at most 3 lambda / (2 mu + 3
   /// lambda).
   template <class T>
-  static T squared_frequency(const T& mu, const T& lambda, const Matrix3<T>& F,
-                             const GradientScatter<T>& scatter) {
+  static T omega_squared(const T& mu, const T& lambda, const Matrix3<T>& F,
+                         const GradientScatter<T>& scatter) {
     const Matrix3<T> cof = cofactor(F);
     const T change = abs_of(determinant(F, cof) - 1.0);
     const T volumetric = squared_spectral_norm(cof) + 2.0 * change * sqrt_of(squared_spectral_norm(F));

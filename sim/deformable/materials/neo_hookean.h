@@ -86,8 +86,8 @@ struct NeoHookean {
   /// positive J the first part of d2J can be combined with g'' (`together`). The remainder of d2J is then at
   /// most |dF|^2 times J |F^-1|^2 for g' < 0, and times |F| for g' > 0.
   template <class T>
-  static T squared_frequency(const T& mu, const T& lambda, const Matrix3<T>& F,
-                             const GradientScatter<T>& scatter) {
+  static T omega_squared(const T& mu, const T& lambda, const Matrix3<T>& F,
+                         const GradientScatter<T>& scatter) {
     const Matrix3<T> cof = cofactor(F);
     const T J = determinant(F, cof), volume_part = scatter.of_part(cof);
     const Volumetric<T> g = volumetric(mu, lambda, J);
@@ -101,14 +101,14 @@ struct NeoHookean {
                   select(T{} < g.first, together, min_of(apart, together)));
   }
 
-  /// Returns the bound of squared_frequency() for the stiffness without compression_stiffness(), divided by
+  /// Returns the bound of omega_squared() for the stiffness without compression_stiffness(), divided by
   /// the element's volume, rad^2/(s^2 m^3).
   ///
   /// The remaining terms are mu |dF|^2 and the part of g' d2J that stretching makes (g' > 0) or that lies
   /// beyond the start of extrapolation.
   template <class T>
-  static T soft_squared_frequency(const T& mu, const T& lambda, const Matrix3<T>& F,
-                                  const GradientScatter<T>& scatter) {
+  static T uncompressed_omega_squared(const T& mu, const T& lambda, const Matrix3<T>& F,
+                                      const GradientScatter<T>& scatter) {
     const T J = determinant(F, cofactor(F)), slope = volumetric(mu, lambda, J).first;
     const T rest = select(J < T{} + extrapolation_start, abs_of(slope), max_of(slope, T{}));
     return (mu + rest * sqrt_of(squared_spectral_norm(F))) * scatter.largest;

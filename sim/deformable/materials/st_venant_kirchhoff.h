@@ -75,8 +75,8 @@ struct StVenantKirchhoff {
   /// For the largest stretch s, the term of mu is at most (3 s^2 - 1)/2 times as stiff as at rest, and the
   /// term of lambda at most s^2 + |tr E| times, with the Green strain E.
   template <class T>
-  static T squared_frequency(const T& mu, const T& lambda, const Matrix3<T>& F,
-                             const GradientScatter<T>& scatter) {
+  static T omega_squared(const T& mu, const T& lambda, const Matrix3<T>& F,
+                         const GradientScatter<T>& scatter) {
     const T largest = squared_spectral_norm(F);
     const T trace = 0.5 * (squared_norm(F) - 3.0);
     const T stiffening = max_of(max_of(0.5 * (3.0 * largest - 1.0), largest + abs_of(trace)), T{} + 1.0);

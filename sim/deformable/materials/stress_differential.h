@@ -25,8 +25,8 @@ struct StressDifferential {
 // Quotients with smaller differences or sums of principal stretches (1 at rest) would only be rounding: flips
 // use the limit for equal stretches below the first bound, twists divide by the second one instead of a
 // smaller sum.
-inline constexpr double least_stretch_difference = 1e-5,  ///< smallest difference of stretches to divide by
-    least_stretch_sum = 1e-3;                             ///< smallest sum of stretches to divide by
+inline constexpr double min_stretch_difference = 1e-5,  ///< smallest difference of stretches to divide by
+    min_stretch_sum = 1e-3;                             ///< smallest sum of stretches to divide by
 
 /// Returns the projected Hessian at the stretches `p`, given the derivatives `psi` of the energy density by
 /// them.
@@ -49,10 +49,10 @@ StressDifferential<T> stress_differential(const PrincipalStretches<T>& p, const 
     for (int j = 0; j < 3; ++j) H.diagonal[k][j] = positive[k][j];
     const int i = (k + 1) % 3, j = (k + 2) % 3;
     const T difference = p.stretch[i] - p.stretch[j], sum = p.stretch[i] + p.stretch[j];
-    const auto apart = abs_of(difference) > T{} + least_stretch_difference;
+    const auto apart = abs_of(difference) > T{} + min_stretch_difference;
     const T flip = select(apart, (psi.first[i] - psi.first[j]) / select(apart, difference, T{} + 1.0),
                           0.5 * (psi.second[i][i] + psi.second[j][j]) - psi.second[i][j]);
-    const T twist = (psi.first[i] + psi.first[j]) / max_of(sum, T{} + least_stretch_sum);
+    const T twist = (psi.first[i] + psi.first[j]) / max_of(sum, T{} + min_stretch_sum);
     const T shear = max_of(flip, T{}), turn = max_of(twist, T{});
     H.same[k] = 0.5 * (shear + turn);
     H.other[k] = 0.5 * (shear - turn);

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "sim/base/types.h"
-#include "sim/deformable/block_sums.h"
+#include "sim/deformable/scatter_add.h"
 
 namespace duet {
 
@@ -40,24 +40,25 @@ struct SymmetricBlock {
 /// particles at `slot`.
 ///
 /// `diagonal` holds xx, yy, zz and `other` yz, xz, xy. To be called from the callback of add_blocks().
-inline void spread_block(const BlockSums::Slot& slot, const PackVector& diagonal, const PackVector& other,
-                         Quad* sums) {
-  BlockSums::spread<2>(slot, diagonal, Pack{}, sums);
-  BlockSums::spread<2>(slot, other, Pack{}, sums + 1);
+inline void spread_block(const ScatterAdd::Slot& slot, const vector8& diagonal, const vector8& other,
+                         double4* sums) {
+  ScatterAdd::spread<2>(slot, diagonal, double8{}, sums);
+  ScatterAdd::spread<2>(slot, other, double8{}, sums + 1);
 }
 /// Adds factor n n^T of each lane to the partial sums of the particles at `slot`, as spread_block() does.
-inline void spread_square(const BlockSums::Slot& slot, const Pack& factor, const PackVector& n, Quad* sums) {
-  const PackVector part = factor * n;
+inline void spread_square(const ScatterAdd::Slot& slot, const double8& factor, const vector8& n,
+                          double4* sums) {
+  const vector8 part = factor * n;
   spread_block(slot, {part.x * n.x, part.y * n.y, part.z * n.z}, {part.y * n.z, part.x * n.z, part.x * n.y},
                sums);
 }
 
 /// Adds the sums of element matrices to the matrices `blocks` of the particles: calls spread(index of a
-/// batch, partial sums), see BlockSums::fill().
+/// batch, partial sums), see ScatterAdd::fill().
 template <class Spread>
-void add_blocks(BlockSums& sums, std::vector<SymmetricBlock>& blocks, Spread&& spread) {
+void add_blocks(ScatterAdd& sums, std::vector<SymmetricBlock>& blocks, Spread&& spread) {
   sums.fill<2>(spread);
-  sums.for_each<2>([&](std::size_t p, const std::array<Quad, 2>& sum) {
+  sums.for_each<2>([&](std::size_t p, const std::array<double4, 2>& sum) {
     blocks[p].diagonal += Vec3(sum[0][0], sum[0][1], sum[0][2]);
     blocks[p].other += Vec3(sum[1][0], sum[1][1], sum[1][2]);
   });

@@ -18,9 +18,9 @@ constexpr std::size_t grain = 64, element_grain = 1024, row_grain = 256;
 // do not sleep.
 constexpr double rounding = 1e-9;
 // A particle's box leaves it room on all sides: for `updates_ahead` updates at its present pace, but at least
-// `least_room` times the thickness of its body, and at most `most_room` times the mean length of the body's
+// `min_room` times the thickness of its body, and at most `max_room` times the mean length of the body's
 // edges. More room makes searches rarer, and the pairs that they find more numerous.
-constexpr double updates_ahead = 12, least_room = 0.5, most_room = 1;
+constexpr double updates_ahead = 12, min_room = 0.5, max_room = 1;
 // Number of searches after which a tree is split anew; in between it is refitted.
 constexpr std::int64_t searches_of_tree = 8;
 // If the elements whose pairs must be searched for again are fewer than 1/`few` of all, they get a tree of
@@ -111,7 +111,7 @@ bool repels(const CandidatePair& pair, const Bodies& bodies, const CollisionSurf
 
 // Returns a lower bound on the distance of the two elements, m: that of their boxes if it exceeds twice the
 // `range` (m), or else the distance itself.
-double least_distance(const CandidatePair& pair, const std::vector<Vec3>& x, double range) {
+double min_distance(const CandidatePair& pair, const std::vector<Vec3>& x, double range) {
   const FourPoints at = corners(pair.particle, x);
   const std::size_t first = pair.kind == ElementPair::point_triangle ? 1 : 2;
   Box a, b;
@@ -177,7 +177,7 @@ void CollisionCandidates::search(const CollisionSurface& surface, const std::vec
   body_box_.assign(surface.bodies.size(), Box());
   for (std::size_t i = 0; i < points_.box.size(); ++i)
     body_box_[as_index(surface.point_body[i])].extend(points_.box[i]);
-  find_neighbours();
+  find_neighbors();
   find_active(surface.point_body, surface, points_);
   find_active(surface.edge_body, surface, edges_);
   find_active(surface.triangle_body, surface, triangles_);
@@ -221,8 +221,8 @@ void CollisionCandidates::renew_boxes(const CollisionSurface& surface, const std
     if (is_renewed_[p] == 0) continue;
     const auto body = as_index(surface.point_body[i]);
     const double pace = std::max((start[p] - start_mean - last_[p]).norm(), way.diagonal().norm());
-    const double least = least_room * surface.bodies[body].thickness;
-    room_[p] = std::clamp(updates_ahead * pace, least, std::max(least, most_room * edge_length_[body]));
+    const double least = min_room * surface.bodies[body].thickness;
+    room_[p] = std::clamp(updates_ahead * pace, least, std::max(least, max_room * edge_length_[body]));
     particle_box_[p] = grown(way, room_[p]);
   }
 }
@@ -242,12 +242,12 @@ void CollisionCandidates::renew(const std::vector<std::array<int, N>>& corners,
   });
 }
 
-void CollisionCandidates::find_neighbours() {
-  neighbours_.resize(body_box_.size());
+void CollisionCandidates::find_neighbors() {
+  neighbors_.resize(body_box_.size());
   for (std::size_t a = 0; a < body_box_.size(); ++a) {
-    neighbours_[a].clear();
+    neighbors_[a].clear();
     for (std::size_t b = 0; b < body_box_.size(); ++b)
-      if (a != b && body_box_[a].intersects(body_box_[b])) neighbours_[a].push_back(static_cast<int>(b));
+      if (a != b && body_box_[a].intersects(body_box_[b])) neighbors_[a].push_back(static_cast<int>(b));
   }
 }
 
@@ -257,7 +257,7 @@ void CollisionCandidates::find_active(const std::vector<int>& body_of, const Col
     for (std::size_t i = begin; i < end; ++i) {
       const auto body = as_index(body_of[i]);
       const bool is_active = surface.bodies[body].itself ||
-                             std::any_of(neighbours_[body].begin(), neighbours_[body].end(), [&](int other) {
+                             std::any_of(neighbors_[body].begin(), neighbors_[body].end(), [&](int other) {
                                return body_box_[as_index(other)].intersects(elements.box[i]);
                              });
       if (is_active != (elements.is_active[i] != 0)) elements.is_anew[i] = 1;
@@ -385,7 +385,7 @@ void CollisionCandidates::wake_pairs(const CollisionSurface& surface, const std:
         if (a.including + b.including < kept.until) continue;
         CandidatePair pair = candidate(surface, i, as_index(kept.second));
         const double range = repulsion_range * pair.thickness, way = a.before + b.before;
-        kept.until = way + least_distance(pair, start, range) - range - rounding * (range + way);
+        kept.until = way + min_distance(pair, start, range) - range - rounding * (range + way);
         if (a.including + b.including < kept.until) continue;
         if (!kept.is_examined)
           kept.repels = repels(pair, bodies_of(surface, i, as_index(kept.second)), surface);

@@ -114,7 +114,7 @@ class CollisionCandidates {
   // Builds or refits the trees over the elements.
   void split(Elements& elements) const;
   // Finds for each body the others whose boxes meet its own.
-  void find_neighbours();
+  void find_neighbors();
   // Determines which elements are active.
   void find_active(const std::vector<int>& body_of, const CollisionSurface& surface,
                    Elements& elements) const;
@@ -136,7 +136,7 @@ class CollisionCandidates {
   std::vector<double> room_;       // m, by particle: room that its box leaves it on all sides
   std::vector<char> is_renewed_;   // by particle: whether it got a new box in this search
   std::vector<Box> body_box_;      // m, by body: hull of its particles' boxes
-  std::vector<std::vector<int>> neighbours_;  // by body: the bodies whose boxes meet its own
+  std::vector<std::vector<int>> neighbors_;  // by body: the bodies whose boxes meet its own
   Elements points_, edges_, triangles_;
   std::vector<Chunk> chunks_;
   std::vector<Kept> kept_, next_;      // all pairs; those of the search in progress

@@ -11,7 +11,7 @@ namespace {
 // Number of candidates in a chunk of a parallel loop.
 constexpr std::size_t grain = 512;
 // Largest number of rounds of impulses before impact zones take over.
-constexpr int most_rounds = 8;
+constexpr int max_rounds = 8;
 // Distance that impulses restore, relative to the pair's thickness; repulsions do the rest. A larger value
 // would move particles farther than a collision requires.
 constexpr double restored = 0.1;
@@ -86,7 +86,7 @@ SelfCollision::Outcome SelfCollision::resolve(const CollisionSurface& surface, c
                                               CollisionCandidates& candidates, std::vector<Vec3>& end) {
   Outcome outcome;
   moved_.assign(start.size(), 1);
-  for (int round = 0; round < most_rounds; ++round) {
+  for (int round = 0; round < max_rounds; ++round) {
     stop_if_asked();
     candidates.update(surface, start, end);
     const std::vector<CandidatePair>& near = candidates.near();

@@ -23,7 +23,7 @@ constexpr double share = 0.1;
 constexpr double row_range = 1.02;
 
 // Smallest barycentric weight of a particle for it to belong to a place on an element.
-constexpr double least_weight = 1e-9;
+constexpr double min_weight = 1e-9;
 
 // Sines of angles. `nearly_flat`: largest rise of the surface around a point that pressing makes flat, and
 // largest angle between edges that count as parallel. `rounding`: angles that rounding makes.
@@ -58,15 +58,16 @@ double effective_mass(const std::array<int, 4>& particle, const std::array<doubl
 
 // Returns the smallest normal velocity (m/s) of a pair with which it comes no nearer than h within `dt` (s),
 // or, for a row of a solve, closes no more than a tenth of its gap to h.
-double least_speed(const RepulsionPair& pair, double dt) {
+double min_speed(const RepulsionPair& pair, double dt) {
   return (pair.active ? share : 1) * std::min(0.0, (pair.thickness - pair.distance) / dt);
 }
 
 // Removes the angular momentum (N m s) that friction has added to a pair: its impulses act at two points at a
 // distance from each other, so they form a couple. The four particles are rotated together; if any is held,
 // nothing is done, because held particles take up the momentum.
-void take_back_turn(const RepulsionPair& pair, const Vec3& angular_momentum, const std::vector<Vec3>& x,
-                    const std::vector<double>& inverse_mass, std::vector<Vec3>& v) {
+void remove_angular_momentum(const RepulsionPair& pair, const Vec3& angular_momentum,
+                             const std::vector<Vec3>& x, const std::vector<double>& inverse_mass,
+                             std::vector<Vec3>& v) {
   std::array<double, 4> mass;
   double total = 0;
   Vec3 center = Vec3::Zero();
@@ -97,7 +98,7 @@ SurfacePoint place_of(const RepulsionPair& pair, std::size_t begin, std::size_t 
   place.count = 0;
   for (std::size_t i = begin; i < end; ++i) {
     const double weight = std::abs(pair.weight[i]);
-    if (!(weight > least_weight)) continue;
+    if (!(weight > min_weight)) continue;
     place.particle[as_index(place.count)] = pair.particle[i];
     place.weight[as_index(place.count++)] = weight;
   }
@@ -112,7 +113,7 @@ bool supports(const ElementLists& around, const std::vector<Triangle>& triangles
   const Vec3 at = weighted(place, x);
   const FacesAround faces = look_around(around, triangles, x, place, at, toward);
   if (faces.rise <= nearly_flat) return true;
-  if (faces.rise > most_rise) return false;
+  if (faces.rise > max_rise) return false;
   return look_around(around, triangles, x, place, at, faces.steepest).rise > faces.rise / 2;
 }
 
@@ -138,10 +139,10 @@ bool cross(const RepulsionPair& pair, const SurfacePoint& first, const SurfacePo
   const Vec3 a = x[as_index(pair.particle[1])] - x[as_index(pair.particle[0])],
              b = x[as_index(pair.particle[3])] - x[as_index(pair.particle[2])];
   if (a.cross(b).squaredNorm() > nearly_flat * nearly_flat * a.squaredNorm() * b.squaredNorm()) return true;
-  const auto is_ridge = [&](const SurfacePoint& place, const Vec3& toward) {
+  const auto is_feature_edge = [&](const SurfacePoint& place, const Vec3& toward) {
     return look_around(around, triangles, x, place, weighted(place, x), toward).rise < -nearly_flat;
   };
-  return is_ridge(first, -pair.normal) && is_ridge(second, pair.normal);
+  return is_feature_edge(first, -pair.normal) && is_feature_edge(second, pair.normal);
 }
 
 // Returns whether a pair is one of the few that carry the load between surfaces. A point has a pair with the
@@ -169,16 +170,16 @@ enum Moving { both, first_alone, second_alone };
 
 // Returns the pair of a candidate at the first moment within `dt` (s) at which it is nearer than
 // repulsion_range h and touches(pair) holds, or nothing. The moment is found by conservative advancement
-// (Mirtich 1996), in advances of at least dt / `most_advances`, so that they cover the step.
+// (Mirtich 1996), in advances of at least dt / `max_advances`, so that they cover the step.
 template <class Touches>
 std::optional<RepulsionPair> meeting(const CandidatePair& candidate, const FourPoints& start,
                                      const FourPoints& velocity, double dt, Touches&& touches) {
-  constexpr int most_advances = 12;
+  constexpr int max_advances = 12;
   const double speed = fastest_approach(candidate.kind, velocity),
                range = repulsion_range * candidate.thickness;
   if (farther_than(range + dt * speed, candidate.kind, start)) return {};
   double time = 0;
-  for (int advance = 0; advance < most_advances && time < dt; ++advance) {
+  for (int advance = 0; advance < max_advances && time < dt; ++advance) {
     FourPoints at = start;
     for (std::size_t i = 0; i < 4; ++i) at[i] += time * velocity[i];
     const ClosestPoints closest = closest_points(candidate.kind, at);
@@ -192,7 +193,7 @@ std::optional<RepulsionPair> meeting(const CandidatePair& candidate, const FourP
       if (touches(pair)) return pair;
     }
     if (!(speed > 0)) return {};
-    time += std::max((distance - candidate.thickness) / speed, dt / most_advances);
+    time += std::max((distance - candidate.thickness) / speed, dt / max_advances);
   }
   return {};
 }
@@ -248,9 +249,9 @@ void SelfRepulsion::find(const CollisionCandidates& candidates, const std::vecto
           });
 }
 
-void SelfRepulsion::find_meeting(const CollisionCandidates& candidates, const std::vector<Vec3>& x,
-                                 const std::vector<Vec3>& v, double dt, const ElementLists& around,
-                                 const std::vector<Triangle>& triangles) {
+void SelfRepulsion::find_approaching(const CollisionCandidates& candidates, const std::vector<Vec3>& x,
+                                     const std::vector<Vec3>& v, double dt, const ElementLists& around,
+                                     const std::vector<Triangle>& triangles) {
   collect(candidates.near(), chunks_, pairs_,
           [&](const CandidatePair& candidate, std::vector<RepulsionPair>& found) {
             if (!candidate.repels) return;
@@ -281,7 +282,7 @@ void SelfRepulsion::apply(double dt, const std::vector<Vec3>& x, const std::vect
     for (const RepulsionPair& pair : pairs_) {
       const Vec3 relative = relative_velocity(pair, v);
       const double speed = relative.dot(pair.normal);
-      const double change = least_speed(pair, dt) - speed;
+      const double change = min_speed(pair, dt) - speed;
       if (change <= 0) continue;
       apply_impulse(pair, pair.mass * change * pair.normal, inverse_mass, v);
       const Vec3 tangential = relative - speed * pair.normal;
@@ -289,7 +290,7 @@ void SelfRepulsion::apply(double dt, const std::vector<Vec3>& x, const std::vect
       if (!(slip > 0) || !(pair.friction > 0)) continue;
       const Vec3 friction = -pair.mass * std::min(1.0, pair.friction * change / slip) * tangential;
       apply_impulse(pair, friction, inverse_mass, v);
-      take_back_turn(pair, (pair.distance * pair.normal).cross(friction), x, inverse_mass, v);
+      remove_angular_momentum(pair, (pair.distance * pair.normal).cross(friction), x, inverse_mass, v);
     }
 }
 
@@ -305,18 +306,18 @@ void SelfRepulsion::apply_elastic(double dt, const std::vector<double>& inverse_
   }
 }
 
-void SelfRepulsion::choose_rows(double dt, const std::vector<Vec3>& start,
-                                const std::vector<Vec3>& velocity) {
+void SelfRepulsion::activate_rows(double dt, const std::vector<Vec3>& start,
+                                  const std::vector<Vec3>& velocity) {
   for (RepulsionPair& pair : pairs_) {
     pair.active = false;
     const double from = relative_velocity(pair, start).dot(pair.normal),
                  mean = relative_velocity(pair, velocity).dot(pair.normal);
-    pair.active = pair.distance < row_range * pair.thickness && 2 * mean - from <= least_speed(pair, dt);
-    pair.target = 0.5 * (from + least_speed(pair, dt));
+    pair.active = pair.distance < row_range * pair.thickness && 2 * mean - from <= min_speed(pair, dt);
+    pair.target = 0.5 * (from + min_speed(pair, dt));
   }
 }
 
-bool SelfRepulsion::release_rows(const std::vector<Vec3>& change, double tolerance) {
+bool SelfRepulsion::deactivate_rows(const std::vector<Vec3>& change, double tolerance) {
   bool any = false;
   for (RepulsionPair& pair : pairs_) {
     if (!pair.active || relative_velocity(pair, change).dot(pair.normal) <= tolerance) continue;

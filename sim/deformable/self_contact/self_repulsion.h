@@ -55,9 +55,9 @@ class SelfRepulsion {
   /// It also tries the motion of one element alone, because contact may hold the other one. A pair has the
   /// weights and the normal of the moment of meeting, and the distance along that normal at `x`. Its masses
   /// are left at 0, so it cannot be passed to apply(). `around` and `triangles` are those of find().
-  void find_meeting(const CollisionCandidates& candidates, const std::vector<Vec3>& x,
-                    const std::vector<Vec3>& v, double dt, const ElementLists& around,
-                    const std::vector<Triangle>& triangles);
+  void find_approaching(const CollisionCandidates& candidates, const std::vector<Vec3>& x,
+                        const std::vector<Vec3>& v, double dt, const ElementLists& around,
+                        const std::vector<Triangle>& triangles);
 
   /// Applies inelastic impulses with Coulomb friction at the positions `x` (m), so that pairs do not come
   /// nearer than h within `dt` (s).
@@ -76,10 +76,10 @@ class SelfRepulsion {
   /// A pair becomes active if it is nearer than 1.02 h and would come nearer than h within `dt` (s) if its
   /// velocity went from `start` (m/s) at the beginning of the step by way of the mean `velocity` (m/s). Its
   /// target lets it approach h by a tenth of its gap by the end of the step, which apply() keeps to.
-  void choose_rows(double dt, const std::vector<Vec3>& start, const std::vector<Vec3>& velocity);
+  void activate_rows(double dt, const std::vector<Vec3>& start, const std::vector<Vec3>& velocity);
   /// Deactivates the pairs that the velocity change `change` (m/s) separates faster than by `tolerance`
   /// (m/s). Returns whether there were any.
-  bool release_rows(const std::vector<Vec3>& change, double tolerance);
+  bool deactivate_rows(const std::vector<Vec3>& change, double tolerance);
   /// Makes sweep() work in the inner product of other masses than those of the particles; null goes back to
   /// these.
   ///
@@ -96,7 +96,7 @@ class SelfRepulsion {
   /// unless use_inverse_masses() has set other masses.
   void sweep(bool with_target, const std::vector<double>& inverse_mass, std::vector<Vec3>& v) const;
 
-  /// Returns the pairs of the last find() or find_meeting().
+  /// Returns the pairs of the last find() or find_approaching().
   const std::vector<RepulsionPair>& pairs() const { return pairs_; }
 
  private:

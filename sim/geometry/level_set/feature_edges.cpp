@@ -17,11 +17,11 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 // Least number of nodes of a circle.
-constexpr int least_around = 24;
+constexpr int min_around = 24;
 // Distance by which the surface falls off one spacing beside a convex vertex, as a fraction of the spacing.
 // On a radius of curvature of ten spacings it falls off by this fraction. A larger value finds only sharper
 // vertices.
-constexpr double least_bend = 0.05;
+constexpr double min_bend = 0.05;
 
 // Returns the number of pieces no longer than `spacing` that divide a length. A length that is a whole number
 // of them but for rounding gets that number.
@@ -31,45 +31,46 @@ int pieces_of(double length, double spacing) {
 
 // Appends the line whose nodes are those from `begin` on. The other arguments are members of
 // FeatureEdges::Line.
-void end_line(int begin, bool is_closed, double radius, double around, FeatureEdges& ridges) {
-  FeatureEdges::Line line{begin, static_cast<int>(ridges.nodes.size()), is_closed, radius, around};
+void end_line(int begin, bool is_closed, double radius, double around, FeatureEdges& feature_edges) {
+  FeatureEdges::Line line{begin, static_cast<int>(feature_edges.nodes.size()), is_closed, radius, around};
   for (int i = line.begin; i < line.end; ++i) {
     if (i + 1 == line.end && !is_closed) break;
     const int next = i + 1 < line.end ? i + 1 : line.begin;
-    const double chord = (ridges.nodes[as_index(next)] - ridges.nodes[as_index(i)]).norm();
+    const double chord = (feature_edges.nodes[as_index(next)] - feature_edges.nodes[as_index(i)]).norm();
     const double way =
         around > 0
             ? 2 * around * math::atan2(chord, std::sqrt(std::max(0.0, 4 * around * around - chord * chord)))
             : chord;
     line.longest = std::max(line.longest, way);
   }
-  ridges.lines.push_back(line);
+  feature_edges.lines.push_back(line);
 }
 
 // Appends nodes on the segment from `a` to `b`, with `a` and without `b`.
-void add_nodes(const Vec3& a, const Vec3& b, double spacing, FeatureEdges& ridges) {
+void add_nodes(const Vec3& a, const Vec3& b, double spacing, FeatureEdges& feature_edges) {
   const int n = pieces_of((b - a).norm(), spacing);
-  for (int i = 0; i < n; ++i) ridges.nodes.push_back(a + (b - a) * i / n);
+  for (int i = 0; i < n; ++i) feature_edges.nodes.push_back(a + (b - a) * i / n);
 }
 
 // Appends a straight line from `a` to `b`.
-void add_line(const Vec3& a, const Vec3& b, double radius, double spacing, FeatureEdges& ridges) {
-  const int begin = static_cast<int>(ridges.nodes.size());
-  add_nodes(a, b, spacing, ridges);
-  ridges.nodes.push_back(b);
-  end_line(begin, false, radius, 0, ridges);
+void add_line(const Vec3& a, const Vec3& b, double radius, double spacing, FeatureEdges& feature_edges) {
+  const int begin = static_cast<int>(feature_edges.nodes.size());
+  add_nodes(a, b, spacing, feature_edges);
+  feature_edges.nodes.push_back(b);
+  end_line(begin, false, radius, 0, feature_edges);
 }
 
 // Appends a circle of radius `around` about the axis y at height `y`.
-void add_circle(double around, double y, double radius, double spacing, FeatureEdges& ridges) {
-  const int n = std::max(least_around, pieces_of(2 * pi * around, spacing));
-  const int begin = static_cast<int>(ridges.nodes.size());
+void add_circle(double around, double y, double radius, double spacing, FeatureEdges& feature_edges) {
+  const int n = std::max(min_around, pieces_of(2 * pi * around, spacing));
+  const int begin = static_cast<int>(feature_edges.nodes.size());
   for (int i = 0; i < n; ++i)
-    ridges.nodes.emplace_back(around * math::sin(2 * pi * i / n), y, around * math::cos(2 * pi * i / n));
-  end_line(begin, true, radius, around, ridges);
+    feature_edges.nodes.emplace_back(around * math::sin(2 * pi * i / n), y,
+                                     around * math::cos(2 * pi * i / n));
+  end_line(begin, true, radius, around, feature_edges);
 }
 
-void add_box_edges(const Vec3& half, double spacing, FeatureEdges& ridges) {
+void add_box_edges(const Vec3& half, double spacing, FeatureEdges& feature_edges) {
   for (int axis = 0; axis < 3; ++axis)
     for (int edge = 0; edge < 4; ++edge) {
       Vec3 end;
@@ -78,67 +79,67 @@ void add_box_edges(const Vec3& half, double spacing, FeatureEdges& ridges) {
       end[(axis + 2) % 3] = (edge & 2 ? 1 : -1) * half[(axis + 2) % 3];
       Vec3 begin = end;
       begin[axis] = -half[axis];
-      add_line(begin, end, 0, spacing, ridges);
+      add_line(begin, end, 0, spacing, feature_edges);
     }
 }
 
 // Sets the inward directions of all nodes of sharp edges.
-void find_inward(const LevelSet& shape, FeatureEdges& ridges) {
-  const std::vector<Vec3> inside = points_inside(shape, ridges.nodes);
-  ridges.inward.assign(ridges.nodes.size(), Vec3::Zero());
-  for (const FeatureEdges::Line& line : ridges.lines)
+void find_inward(const LevelSet& shape, FeatureEdges& feature_edges) {
+  const std::vector<Vec3> inside = points_inside(shape, feature_edges.nodes);
+  feature_edges.inward.assign(feature_edges.nodes.size(), Vec3::Zero());
+  for (const FeatureEdges::Line& line : feature_edges.lines)
     for (auto i = as_index(line.begin); line.radius == 0 && i < as_index(line.end); ++i)
-      ridges.inward[i] = (inside[i] - ridges.nodes[i]).normalized();
+      feature_edges.inward[i] = (inside[i] - feature_edges.nodes[i]).normalized();
 }
 
 // Finds the places where three or more edges end. Ends of edges that meet are at exactly the same place.
-void find_corners(FeatureEdges& ridges) {
+void find_corners(FeatureEdges& feature_edges) {
   std::map<std::array<double, 3>, std::vector<int>> ends;
-  for (const FeatureEdges::Line& line : ridges.lines) {
+  for (const FeatureEdges::Line& line : feature_edges.lines) {
     if (line.is_closed || line.radius > 0) continue;
     for (const int i : {line.begin, line.end - 1}) {
-      const Vec3& x = ridges.nodes[as_index(i)];
+      const Vec3& x = feature_edges.nodes[as_index(i)];
       ends[{x.x(), x.y(), x.z()}].push_back(i);
     }
   }
   for (const auto& [place, nodes] : ends)
-    if (nodes.size() >= 3) ridges.corners.push_back(nodes.front());
+    if (nodes.size() >= 3) feature_edges.corners.push_back(nodes.front());
 }
 
 // Builds the tree over the corners and convex vertices.
-void plant_tree(FeatureEdges& ridges) {
+void build_tree(FeatureEdges& feature_edges) {
   std::vector<Eigen::AlignedBox3d> boxes;
   std::vector<int> items;
-  for (std::size_t i = 0; i < ridges.corner_count(); ++i) {
+  for (std::size_t i = 0; i < feature_edges.corner_count(); ++i) {
     items.push_back(static_cast<int>(i));
-    boxes.emplace_back(ridges.corner(items.back()));
+    boxes.emplace_back(feature_edges.corner(items.back()));
   }
   const auto tree = std::make_shared<BoxTree>();
   tree->build(boxes, items);
-  ridges.corner_tree = tree;
+  feature_edges.corner_tree = tree;
 }
 
 // Returns whether the surface falls off on both sides of `x` in some direction along it.
-bool bends_outwards(const LevelSet& shape, const Vec3& x, const Vec3& inward, double spacing) {
+bool bends_outward(const LevelSet& shape, const Vec3& x, const Vec3& inward, double spacing) {
   constexpr int directions = 8;  // over half a turn
-  const Mat3 axes = shortest_turn(Vec3::UnitZ(), inward).toRotationMatrix();
+  const Mat3 axes = shortest_rotation(Vec3::UnitZ(), inward).toRotationMatrix();
   for (int k = 0; k < directions; ++k) {
     const double angle = pi * k / directions;
     const Vec3 way = spacing * (math::cos(angle) * axes.col(0) + math::sin(angle) * axes.col(1));
-    if (std::min(shape.distance(x + way), shape.distance(x - way)) > least_bend * spacing) return true;
+    if (std::min(shape.distance(x + way), shape.distance(x - way)) > min_bend * spacing) return true;
   }
   return false;
 }
 
 // Adds the samples at which the mesh bends outward as convex vertices.
-void add_bulges(const LevelSet& shape, const std::vector<Vec3>& samples, const std::vector<Vec3>& inside,
-                double spacing, FeatureEdges& ridges) {
+void add_convex_vertices(const LevelSet& shape, const std::vector<Vec3>& samples,
+                         const std::vector<Vec3>& inside, double spacing, FeatureEdges& feature_edges) {
   for (std::size_t i = 0; i < samples.size(); ++i) {
     const Vec3 inward = (inside[i] - samples[i]).normalized();
-    if (!bends_outwards(shape, samples[i], inward, spacing)) continue;
-    ridges.bulges.push_back(static_cast<int>(ridges.nodes.size()));
-    ridges.nodes.push_back(samples[i]);
-    ridges.inward.push_back(inward);
+    if (!bends_outward(shape, samples[i], inward, spacing)) continue;
+    feature_edges.convex_vertices.push_back(static_cast<int>(feature_edges.nodes.size()));
+    feature_edges.nodes.push_back(samples[i]);
+    feature_edges.inward.push_back(inward);
   }
 }
 
@@ -212,57 +213,59 @@ std::vector<std::vector<int>> lines_of(const std::vector<SharpEdge>& edges) {
 }  // namespace
 
 FeatureEdges find_feature_edges(const LevelSet& shape, double spacing) {
-  FeatureEdges ridges;
+  FeatureEdges feature_edges;
   switch (shape.kind) {
     case LevelSet::Kind::box:
-      add_box_edges(shape.half, spacing, ridges);
+      add_box_edges(shape.half, spacing, feature_edges);
       break;
     case LevelSet::Kind::cylinder:
       for (const double y : {-shape.half_length, shape.half_length})
-        add_circle(shape.radius, y, 0, spacing, ridges);
+        add_circle(shape.radius, y, 0, spacing, feature_edges);
       [[fallthrough]];
     case LevelSet::Kind::capsule:
-      add_line(Vec3(0, -shape.half_length, 0), Vec3(0, shape.half_length, 0), shape.radius, spacing, ridges);
+      add_line(Vec3(0, -shape.half_length, 0), Vec3(0, shape.half_length, 0), shape.radius, spacing,
+               feature_edges);
       break;
     case LevelSet::Kind::torus:
-      add_circle(shape.radius, 0, shape.tube, spacing, ridges);
+      add_circle(shape.radius, 0, shape.tube, spacing, feature_edges);
       break;
     case LevelSet::Kind::sphere:
     case LevelSet::Kind::grid:
     case LevelSet::Kind::half_space:
       break;
   }
-  find_inward(shape, ridges);
-  find_corners(ridges);
-  plant_tree(ridges);
-  return ridges;
+  find_inward(shape, feature_edges);
+  find_corners(feature_edges);
+  build_tree(feature_edges);
+  return feature_edges;
 }
 
 FeatureEdges find_feature_edges(const TriangleMesh& mesh, const LevelSet& shape,
                                 const std::vector<Vec3>& samples, const std::vector<Vec3>& inside,
                                 double spacing) {
-  FeatureEdges ridges;
+  FeatureEdges feature_edges;
   for (const std::vector<int>& line : lines_of(sharp_edges(mesh))) {
-    const int begin = static_cast<int>(ridges.nodes.size());
+    const int begin = static_cast<int>(feature_edges.nodes.size());
     const auto vertex = [&](std::size_t i) { return mesh.positions[as_index(line[i])]; };
-    for (std::size_t i = 0; i + 1 < line.size(); ++i) add_nodes(vertex(i), vertex(i + 1), spacing, ridges);
+    for (std::size_t i = 0; i + 1 < line.size(); ++i)
+      add_nodes(vertex(i), vertex(i + 1), spacing, feature_edges);
     const bool is_closed = line.front() == line.back();
-    if (!is_closed) ridges.nodes.push_back(vertex(line.size() - 1));
-    end_line(begin, is_closed, 0, 0, ridges);
+    if (!is_closed) feature_edges.nodes.push_back(vertex(line.size() - 1));
+    end_line(begin, is_closed, 0, 0, feature_edges);
   }
-  find_inward(shape, ridges);
-  add_bulges(shape, samples, inside, spacing, ridges);
-  find_corners(ridges);
-  plant_tree(ridges);
-  return ridges;
+  find_inward(shape, feature_edges);
+  add_convex_vertices(shape, samples, inside, spacing, feature_edges);
+  find_corners(feature_edges);
+  build_tree(feature_edges);
+  return feature_edges;
 }
 
-void keep_nodes(const std::vector<char>& stays, FeatureEdges& ridges) {
+void keep_nodes(const std::vector<char>& stays, FeatureEdges& feature_edges) {
   if (std::find(stays.begin(), stays.end(), 0) == stays.end()) return;
   FeatureEdges kept;
   // The new numbers of the nodes that are kept; -1 for others.
   std::vector<int> number(stays.size(), -1);
-  for (const FeatureEdges::Line& line : ridges.lines) {
+  for (const FeatureEdges::Line& line : feature_edges.lines) {
     const int count = line.end - line.begin;
     const auto node = [&](int i) { return as_index(line.begin + i % count); };
     // A closed line is opened at a node that goes.
@@ -281,21 +284,21 @@ void keep_nodes(const std::vector<char>& stays, FeatureEdges& ridges) {
         continue;
       }
       number[node(i)] = static_cast<int>(kept.nodes.size());
-      kept.nodes.push_back(ridges.nodes[node(i)]);
-      kept.inward.push_back(ridges.inward[node(i)]);
+      kept.nodes.push_back(feature_edges.nodes[node(i)]);
+      kept.inward.push_back(feature_edges.inward[node(i)]);
     }
     end();
   }
-  for (const int corner : ridges.corners)
+  for (const int corner : feature_edges.corners)
     if (stays[as_index(corner)] != 0) kept.corners.push_back(number[as_index(corner)]);
-  for (const int bulge : ridges.bulges) {
+  for (const int bulge : feature_edges.convex_vertices) {
     if (stays[as_index(bulge)] == 0) continue;
-    kept.bulges.push_back(static_cast<int>(kept.nodes.size()));
-    kept.nodes.push_back(ridges.nodes[as_index(bulge)]);
-    kept.inward.push_back(ridges.inward[as_index(bulge)]);
+    kept.convex_vertices.push_back(static_cast<int>(kept.nodes.size()));
+    kept.nodes.push_back(feature_edges.nodes[as_index(bulge)]);
+    kept.inward.push_back(feature_edges.inward[as_index(bulge)]);
   }
-  plant_tree(kept);
-  ridges = std::move(kept);
+  build_tree(kept);
+  feature_edges = std::move(kept);
 }
 
 Vec3 place_between(const FeatureEdges::Line& line, const Vec3& first, const Vec3& second, double t) {

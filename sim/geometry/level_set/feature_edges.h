@@ -13,7 +13,7 @@
 namespace duet {
 
 /// The feature edges, corners and convex vertices of a body, in its body space. Code names such a set
-/// `ridges`.
+/// `feature_edges`.
 struct FeatureEdges {
   /// A feature edge: consecutive nodes with straight segments or arcs between them.
   struct Line {
@@ -36,22 +36,22 @@ struct FeatureEdges {
   /// One node for every place where three or more edges end.
   std::vector<int> corners;
   /// The convex vertices: nodes on no line, which are samples of a mesh at which it bends outward.
-  std::vector<int> bulges;
+  std::vector<int> convex_vertices;
   /// Boxes of the corners and the convex vertices in body space. Item numbers count the corners first and
-  /// then go on through `bulges`.
+  /// then go on through `convex_vertices`.
   std::shared_ptr<const BoxTree> corner_tree;
   /// Returns the position (m) of the corner or convex vertex with this number in `corner_tree`.
   const Vec3& corner(int number) const { return nodes[node_of(number)]; }
   /// Returns the inward direction of the corner or convex vertex with this number in `corner_tree`.
   const Vec3& inward_of(int number) const { return inward[node_of(number)]; }
   /// Returns the number of corners and convex vertices.
-  std::size_t corner_count() const { return corners.size() + bulges.size(); }
+  std::size_t corner_count() const { return corners.size() + convex_vertices.size(); }
 
  private:
   // Returns the node of the corner or convex vertex with this number in `corner_tree`.
   std::size_t node_of(int number) const {
     const auto n = static_cast<std::size_t>(number);
-    return static_cast<std::size_t>(n < corners.size() ? corners[n] : bulges[n - corners.size()]);
+    return static_cast<std::size_t>(n < corners.size() ? corners[n] : convex_vertices[n - corners.size()]);
   }
 };
 
@@ -70,7 +70,7 @@ FeatureEdges find_feature_edges(const TriangleMesh& mesh, const LevelSet& shape,
 
 /// Removes the nodes for which `stays` is zero, with the segments that end there; `stays` has one entry per
 /// node. Lines are cut into the pieces that remain, and a piece of one node is no line.
-void keep_nodes(const std::vector<char>& stays, FeatureEdges& ridges);
+void keep_nodes(const std::vector<char>& stays, FeatureEdges& feature_edges);
 
 /// Returns the point between two neighboring nodes `first` and `second` of `line` (m): t = 0 is the first one
 /// and t = 1 the second. On circles it lies on the arc.

@@ -174,7 +174,7 @@ Vec3 LevelSet::upper() const {
 
 Vec3 LevelSet::lower() const { return kind == Kind::grid ? grid->lower() : Vec3(-upper()); }
 
-double LevelSet::smallest_size() const {
+double LevelSet::min_size() const {
   switch (kind) {
     case Kind::sphere:
     case Kind::capsule:

@@ -90,7 +90,7 @@ struct LevelSet {
   Vec3 upper() const;
   /// Returns the diameter of the largest ball that fits inside (m); infinite for the half space. Meshes give
   /// GridLevelSet::thickness().
-  double smallest_size() const;
+  double min_size() const;
 };
 
 /// Returns the volume of a shape, m^3. It is infinite for the half space and for meshes, for which

@@ -14,9 +14,9 @@ namespace {
 constexpr double pi = std::numbers::pi;
 // Samples on edges of thin boxes are at most this many times denser than elsewhere. A larger value lets
 // thinner plates cross edge to edge without a gap between samples, but adds samples.
-constexpr double most_on_edge = 8;
+constexpr double max_on_edge = 8;
 // Least number of samples on the widest ring of a round body, so that it rolls smoothly.
-constexpr int least_around = 24;
+constexpr int min_around = 24;
 
 // Returns the number of intervals no longer than `spacing` that divide a length. A length that is a whole
 // number of them but for rounding gets that number.
@@ -28,7 +28,7 @@ int intervals(double length, double spacing) {
 // edges of two such boxes cross over the length of a thickness, so samples no farther apart than the
 // thickness do not miss each other.
 void add_edge_samples(const Vec3& half, const Vec3i& n, double spacing, std::vector<Vec3>& samples) {
-  const double apart = std::max(2 * half.minCoeff(), spacing / most_on_edge);
+  const double apart = std::max(2 * half.minCoeff(), spacing / max_on_edge);
   for (int axis = 0; axis < 3; ++axis) {
     const int parts = intervals(2 * half[axis] / n[axis], apart), count = n[axis] * parts;
     for (int i = 1; i < count; ++i) {
@@ -102,9 +102,9 @@ std::vector<Vec3> torus_samples(double radius, double tube, double spacing) {
   return rings.take();
 }
 
-// Returns `spacing`, or less if the widest ring of a round body would get fewer than `least_around` samples.
+// Returns `spacing`, or less if the widest ring of a round body would get fewer than `min_around` samples.
 double round_spacing(double widest_radius, double spacing) {
-  return std::min(spacing, 2 * pi * widest_radius / least_around);
+  return std::min(spacing, 2 * pi * widest_radius / min_around);
 }
 
 // A possible sample of a mesh.
@@ -260,7 +260,7 @@ std::vector<char> on_flat_faces(const LevelSet& shape, const std::vector<Vec3>& 
   // Greatest distance from the tangent plane, as a fraction of the radius of the circle, at which the surface
   // counts as flat. A surface whose radius of curvature is the smallest size falls off by half of 1e-3.
   constexpr double flatness = 1e-5;
-  const double size = shape.smallest_size(), step = way * size;
+  const double size = shape.min_size(), step = way * size;
   std::vector<char> flat;
   flat.reserve(samples.size());
   for (const Vec3& x : samples) {
@@ -278,7 +278,7 @@ std::vector<char> on_flat_faces(const LevelSet& shape, const std::vector<Vec3>& 
 }
 
 std::vector<Vec3> points_inside(const LevelSet& shape, const std::vector<Vec3>& samples) {
-  const double way = shape.smallest_size() / 4, around = way / 10;
+  const double way = shape.min_size() / 4, around = way / 10;
   std::vector<Vec3> inside;
   inside.reserve(samples.size());
   for (const Vec3& x : samples) {

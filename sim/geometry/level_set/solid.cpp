@@ -15,7 +15,7 @@ Solid make_solid(const LevelSet& shape, std::optional<double> sample_spacing, do
   solid.samples = surface_samples(shape, spacing);
   solid.inside = points_inside(solid.level_set, solid.samples);
   solid.on_flat = on_flat_faces(solid.level_set, solid.samples);
-  solid.ridges = find_feature_edges(shape, spacing);
+  solid.feature_edges = find_feature_edges(shape, spacing);
   solid.surface = shape_surface(shape, detail);
   return solid;
 }
@@ -32,7 +32,7 @@ Solid make_solid(const TriangleMesh& mesh, double scale, int cells, std::optiona
   solid.samples = surface_samples(body, spacing);
   solid.inside = points_inside(solid.level_set, solid.samples);
   solid.on_flat = on_flat_faces(solid.level_set, solid.samples);
-  solid.ridges = find_feature_edges(body, solid.level_set, solid.samples, solid.inside, spacing);
+  solid.feature_edges = find_feature_edges(body, solid.level_set, solid.samples, solid.inside, spacing);
   solid.surface = mesh_surface(body);
   return solid;
 }

@@ -19,11 +19,11 @@ struct Solid {
   Vec3 unit_inertia = Vec3::Zero();  ///< Principal moments of inertia per unit mass, m^2.
   /// Body space in the own coordinates of the shape; the identity except for meshes.
   Pose frame;
-  std::vector<Vec3> samples;  ///< Points that are tested against the level sets of other bodies, m.
-  std::vector<Vec3> inside;   ///< A point inside the body for each sample, see points_inside(), m.
-  std::vector<char> on_flat;  ///< Nonzero for samples in flat faces, see on_flat_faces().
-  FeatureEdges ridges;        ///< Feature edges, corners and convex vertices.
-  Surface surface;            ///< The surface as it is drawn.
+  std::vector<Vec3> samples;   ///< Points that are tested against the level sets of other bodies, m.
+  std::vector<Vec3> inside;    ///< A point inside the body for each sample, see points_inside(), m.
+  std::vector<char> on_flat;   ///< Nonzero for samples in flat faces, see on_flat_faces().
+  FeatureEdges feature_edges;  ///< Feature edges, corners and convex vertices.
+  Surface surface;             ///< The surface as it is drawn.
 };
 
 /// Returns the solid of a shape with a formula. `sample_spacing` is in m and is by default that of

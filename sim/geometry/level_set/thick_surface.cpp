@@ -118,13 +118,13 @@ Vec3 Tube::tangent(std::span<const Vec3> x, std::size_t node) const {
 // over all of it.
 void Tube::update(std::span<const Vec3> x, Surface& surface) const {
   Vec3 along = tangent(x, 0);
-  const Vec3 start = shortest_turn(first_tangent_, along) * first_normal_;
+  const Vec3 start = shortest_rotation(first_tangent_, along) * first_normal_;
   double mismatch = 0;
   if (is_closed_) {
     Vec3 normal = start, previous = along;
     for (std::size_t ring = 1; ring <= x.size(); ++ring) {
       const Vec3 next = tangent(x, ring % x.size());
-      normal = shortest_turn(previous, next) * normal;
+      normal = shortest_rotation(previous, next) * normal;
       previous = next;
     }
     mismatch = math::atan2(start.cross(normal).dot(along), start.dot(normal));
@@ -132,7 +132,7 @@ void Tube::update(std::span<const Vec3> x, Surface& surface) const {
   Vec3 normal = start;
   for (std::size_t ring = 0; ring < x.size(); ++ring) {
     const Vec3 next = tangent(x, ring);
-    normal = shortest_turn(along, next) * normal;
+    normal = shortest_rotation(along, next) * normal;
     along = next;
     const double twist = mismatch * static_cast<double>(ring) / static_cast<double>(x.size());
     for (std::size_t k = 0; k < sides; ++k) {

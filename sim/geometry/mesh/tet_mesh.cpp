@@ -211,7 +211,7 @@ std::vector<BoundarySample> boundary_samples(const TetMesh& mesh, const std::vec
 }
 
 BoundarySurface boundary_surface(const TetMesh& mesh, const std::vector<Triangle>& triangles, double crease) {
-  const double least_cosine = math::cos(crease * std::numbers::pi / 180);
+  const double min_cosine = math::cos(crease * std::numbers::pi / 180);
   BoundarySurface result;
   Surface& surface = result.surface;
   std::map<int, int> vertex_of_node;
@@ -230,7 +230,7 @@ BoundarySurface boundary_surface(const TetMesh& mesh, const std::vector<Triangle
       }
       auto& fan = groups[entry->second];
       auto group = std::find_if(fan.begin(), fan.end(),
-                                [&](const auto& g) { return g.second.dot(normal) >= least_cosine; });
+                                [&](const auto& g) { return g.second.dot(normal) >= min_cosine; });
       if (group == fan.end()) {
         fan.emplace_back(static_cast<int>(surface.normals.size()), normal);
         surface.normals.push_back(normal.cast<float>());

@@ -9,7 +9,7 @@ namespace duet {
 namespace {
 
 // Fraction of the cube of the longest edge of a tet below which it counts as having no volume.
-constexpr double least_volume = 1e-9;
+constexpr double min_volume = 1e-9;
 
 std::string place(const Vec3& x) { return fmt::format("[{:.6g}, {:.6g}, {:.6g}]", x.x(), x.y(), x.z()); }
 
@@ -60,7 +60,7 @@ void check_volumes(const TetMesh& mesh, MeshReport& report) {
   std::string first;
   for (const Tet& tet : mesh.tets) {
     const double edge = longest_edge(mesh, tet);
-    if (volume(mesh, tet) > least_volume * edge * edge * edge) continue;
+    if (volume(mesh, tet) > min_volume * edge * edge * edge) continue;
     if (flat++ == 0) first = place(center(mesh, tet));
   }
   if (flat > 0)

@@ -34,10 +34,10 @@ struct Corners {
 void include(TetQuality& quality, const TetMesh& mesh, const Tet& tet) {
   const Corners corners(mesh, tet);
   quality.volume += corners.volume();
-  quality.smallest_altitude = std::min(quality.smallest_altitude, smallest_altitude(mesh, tet));
+  quality.min_altitude = std::min(quality.min_altitude, min_altitude(mesh, tet));
   for (const double angle : dihedral_angles(mesh, tet)) {
-    quality.least_angle = std::min(quality.least_angle, angle);
-    quality.largest_angle = std::max(quality.largest_angle, angle);
+    quality.min_angle = std::min(quality.min_angle, angle);
+    quality.max_angle = std::max(quality.max_angle, angle);
     ++quality.angles[std::min<std::size_t>(static_cast<std::size_t>(angle / 10), quality.angles.size() - 1)];
   }
   for (std::size_t i = 0; i < 4; ++i)
@@ -51,9 +51,9 @@ void include(TetQuality& quality, const TetMesh& mesh, const Tet& tet) {
 // Returns the quality of two disjoint sets of tets together.
 TetQuality joined(TetQuality a, const TetQuality& b) {
   a.volume += b.volume;
-  a.least_angle = std::min(a.least_angle, b.least_angle);
-  a.largest_angle = std::max(a.largest_angle, b.largest_angle);
-  a.smallest_altitude = std::min(a.smallest_altitude, b.smallest_altitude);
+  a.min_angle = std::min(a.min_angle, b.min_angle);
+  a.max_angle = std::max(a.max_angle, b.max_angle);
+  a.min_altitude = std::min(a.min_altitude, b.min_altitude);
   a.shortest_edge = std::min(a.shortest_edge, b.shortest_edge);
   a.longest_edge = std::max(a.longest_edge, b.longest_edge);
   for (std::size_t i = 0; i < a.angles.size(); ++i) a.angles[i] += b.angles[i];
@@ -90,7 +90,7 @@ bool has_dihedral_angles_within(const TetMesh& mesh, const Tet& tet, double leas
   return true;
 }
 
-double smallest_altitude(const TetMesh& mesh, const Tet& tet) {
+double min_altitude(const TetMesh& mesh, const Tet& tet) {
   const Corners corners(mesh, tet);
   double squared = 0;  // square of twice the largest area of a face, m^4
   for (const Vec3& normal : corners.face_normals()) squared = std::max(squared, normal.squaredNorm());
@@ -100,7 +100,7 @@ double smallest_altitude(const TetMesh& mesh, const Tet& tet) {
 TetQuality tet_quality(const TetMesh& mesh) {
   constexpr double infinity = std::numeric_limits<double>::infinity();
   TetQuality none;
-  none.least_angle = none.smallest_altitude = none.shortest_edge = infinity;
+  none.min_angle = none.min_altitude = none.shortest_edge = infinity;
   TetQuality quality = parallel_reduce(
       mesh.tets.size(), grain, none,
       [&](std::size_t begin, std::size_t end) {

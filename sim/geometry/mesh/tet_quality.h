@@ -9,12 +9,12 @@ namespace duet {
 
 /// Quality of a tetrahedral mesh. All values are 0 if it has no tet.
 struct TetQuality {
-  std::size_t nodes = 0,     ///< Number of nodes.
-      tets = 0;              ///< Number of tets.
-  double volume = 0;         ///< Total volume, m^3.
-  double least_angle = 0;    ///< Smallest dihedral angle, degrees.
-  double largest_angle = 0;  ///< Largest dihedral angle, degrees.
-  double smallest_altitude =
+  std::size_t nodes = 0,  ///< Number of nodes.
+      tets = 0;           ///< Number of tets.
+  double volume = 0;      ///< Total volume, m^3.
+  double min_angle = 0;   ///< Smallest dihedral angle, degrees.
+  double max_angle = 0;   ///< Largest dihedral angle, degrees.
+  double min_altitude =
       0;  ///< Smallest distance from a node to the opposite face, m; it bounds the time step.
   double shortest_edge = 0;  ///< Length of the shortest edge, m.
   double longest_edge = 0;   ///< Length of the longest edge, m.
@@ -30,7 +30,7 @@ bool has_dihedral_angles_within(const TetMesh& mesh, const Tet& tet, double leas
                                 double largest);  // degrees
 /// Returns the smallest distance (m) from a node of `tet` to the opposite face; negative for a tet of
 /// negative volume.
-double smallest_altitude(const TetMesh& mesh, const Tet& tet);
+double min_altitude(const TetMesh& mesh, const Tet& tet);
 
 /// Measures all tets of a mesh.
 TetQuality tet_quality(const TetMesh& mesh);

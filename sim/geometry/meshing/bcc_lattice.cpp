@@ -16,7 +16,7 @@ constexpr int bits = 21;
 // Bound on the slope of a level set: 1, with a margin for the error that interpolation adds. A larger value
 // keeps more cells around the surface.
 constexpr double lipschitz = 1.1;
-// Distance to the surface, in spacings, beyond which no node is moved onto it: least_cut_place() of a short
+// Distance to the surface, in spacings, beyond which no node is moved onto it: min_cut_place() of a short
 // edge times its length, 0.40 sqrt(3)/2, rounded up.
 constexpr double reach = 0.35;
 

@@ -23,13 +23,13 @@ bool differ(Side a, Side b) { return a != b && a != Side::surface && b != Side::
 // form, which keeps the bracket and converges faster than bisection.
 double find_cut(const LevelSet& shape, const Vec3& inside, const Vec3& outside, double at_inside,
                 double at_outside) {
-  constexpr int most_steps = 60;
+  constexpr int max_steps = 60;
   constexpr double tolerance = 1e-13;
   double low = 0, high = 1, below = at_inside, above = at_outside;
   if (above == 0) return 1;
   int last = 0;
   double place = 0;
-  for (int step = 0; step < most_steps && high - low > tolerance; ++step) {
+  for (int step = 0; step < max_steps && high - low > tolerance; ++step) {
     place = low + (high - low) * below / (below - above);
     const double value = shape.distance(inside + place * (outside - inside));
     if (std::abs(value) <= tolerance * (at_outside - at_inside)) break;
@@ -228,7 +228,7 @@ class Cutter {
       if (!differ(side(cut.inside), side(cut.outside))) continue;  // one end has moved already
       const Vec3 &a = result_.positions[as_index(cut.inside)], &b = result_.positions[as_index(cut.outside)];
       const double part = cut.inside == node ? cut.place : 1 - cut.place, length = (b - a).norm();
-      if (part < least_place(cut) && part * length < least) {
+      if (part < min_place(cut) && part * length < least) {
         least = part * length;
         nearest = a + cut.place * (b - a);
       }
@@ -236,8 +236,8 @@ class Cutter {
     return nearest;
   }
 
-  double least_place(const Cut& cut) const {
-    return least_cut_place(result_.lattice.is_long(cut.inside, cut.outside));
+  double min_place(const Cut& cut) const {
+    return min_cut_place(result_.lattice.is_long(cut.inside, cut.outside));
   }
 
   // Returns whether the boundary is a manifold at a node on the surface.
@@ -257,7 +257,7 @@ class Cutter {
   // it instead.
   void drop_spent_cuts() {
     std::erase_if(result_.cuts, [&](const Cut& cut) { return !differ(side(cut.inside), side(cut.outside)); });
-    for (Cut& cut : result_.cuts) cut.place = std::clamp(cut.place, least_place(cut), 1 - least_place(cut));
+    for (Cut& cut : result_.cuts) cut.place = std::clamp(cut.place, min_place(cut), 1 - min_place(cut));
   }
 
   Side side(int node) const { return result_.sides[as_index(node)]; }

@@ -25,7 +25,7 @@ struct Cut {
 /// Returns the fraction of an edge within which a cut moves the end of that edge: alpha_long or alpha_short
 /// in section 3 of Labelle and Shewchuk 2007. The values balance the least against the largest dihedral angle
 /// over all cases that the stencils can meet. Larger values move more nodes.
-constexpr double least_cut_place(bool is_long) { return is_long ? 0.26 : 0.40; }
+constexpr double min_cut_place(bool is_long) { return is_long ? 0.26 : 0.40; }
 
 /// A lattice whose nodes know their side of the surface. No cut lies next to a node: the node has moved onto
 /// the nearest of its close cuts. All other cuts keep the least distance from both ends of their edge that

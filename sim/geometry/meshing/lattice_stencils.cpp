@@ -72,7 +72,7 @@ class Stuffing {
       // least angle is chosen.
       const std::array<int, 3> at_a{a, cut(a, c), cut(a, d)}, at_b{b, cut(b, c), cut(b, d)};
       const std::array<int, 3> swapped_at_a{a, at_a[2], at_a[1]}, swapped_at_b{b, at_b[2], at_b[1]};
-      if (least_angle_of_prism(at_a, at_b) >= least_angle_of_prism(swapped_at_a, swapped_at_b))
+      if (min_angle_of_prism(at_a, at_b) >= min_angle_of_prism(swapped_at_a, swapped_at_b))
         add_prism(at_a, at_b);
       else
         add_prism(swapped_at_a, swapped_at_b);
@@ -100,7 +100,7 @@ class Stuffing {
     for (const Tet& tet : tets_of_prism(a, b)) add(tet);
   }
   // Returns the smallest dihedral angle of these tets, degrees.
-  double least_angle_of_prism(const std::array<int, 3>& a, const std::array<int, 3>& b) const {
+  double min_angle_of_prism(const std::array<int, 3>& a, const std::array<int, 3>& b) const {
     double least = 180;
     for (const Tet& tet : tets_of_prism(a, b))
       for (const double angle : dihedral_angles(mesh_, tet)) least = std::min(least, angle);

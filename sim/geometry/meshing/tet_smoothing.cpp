@@ -16,15 +16,15 @@ namespace duet {
 namespace {
 
 // Bound on the number of sweeps over the nodes of flat tets.
-constexpr int most_sweeps = 12;
+constexpr int max_sweeps = 12;
 // The step lengths of a search begin at the first value and are halved down to the second, in spacings.
 constexpr double first_move = 0.12, last_move = 0.015;
 // Distance from the surface, in spacings, beyond which a node of the boundary counts as off it and does not
 // move.
 constexpr double off_surface = 1e-3;
 // Factor by which a move must raise the least altitude around the node to be kept.
-constexpr double least_gain = 1.001;
-// Lower bound of least_facing() after a move: 60 degrees. If a triangle is tilted more than that before the
+constexpr double min_gain = 1.001;
+// Lower bound of min_facing() after a move: 60 degrees. If a triangle is tilted more than that before the
 // move, no triangle may be tilted more afterward.
 constexpr double wanted_facing = 0.5;
 
@@ -53,11 +53,11 @@ class Smoother {
     tets_around_ = elements_around(mesh.nodes.size(), mesh.tets);
     triangles_around_ = elements_around(mesh.nodes.size(), triangles_);
     find_fixed();
-    moved_in_.assign(mesh.nodes.size(), -most_sweeps);
+    moved_in_.assign(mesh.nodes.size(), -max_sweeps);
   }
 
   void run() {
-    for (sweep_ = 0; sweep_ < most_sweeps; ++sweep_) {
+    for (sweep_ = 0; sweep_ < max_sweeps; ++sweep_) {
       choose_nodes();
       if (chosen_.empty()) return;
       color();
@@ -88,7 +88,7 @@ class Smoother {
     std::vector<char> is_flat(mesh_.tets.size());
     parallel_for(mesh_.tets.size(), 1024, [&](std::size_t begin, std::size_t end) {
       for (std::size_t t = begin; t < end; ++t)
-        is_flat[t] = static_cast<char>(smallest_altitude(mesh_, mesh_.tets[t]) < goal_);
+        is_flat[t] = static_cast<char>(min_altitude(mesh_, mesh_.tets[t]) < goal_);
     });
     chosen_.clear();
     for (int i = 0; i < static_cast<int>(mesh_.nodes.size()); ++i) {
@@ -143,11 +143,11 @@ class Smoother {
 
   // Returns the least altitude around a node, or some value that is not above `floor` as soon as one is
   // found. `flattest` is the tet that was the flattest the last time; it is tested first and updated.
-  double least_altitude(int node, double floor, int& flattest) const {
-    double least = smallest_altitude(mesh_, mesh_.tets[as_index(flattest)]);
+  double min_altitude(int node, double floor, int& flattest) const {
+    double least = min_altitude(mesh_, mesh_.tets[as_index(flattest)]);
     for (const int t : tets_around(node)) {
       if (least <= floor) return least;
-      if (const double altitude = smallest_altitude(mesh_, mesh_.tets[as_index(t)]); altitude < least) {
+      if (const double altitude = min_altitude(mesh_, mesh_.tets[as_index(t)]); altitude < least) {
         least = altitude;
         flattest = t;
       }
@@ -159,14 +159,14 @@ class Smoother {
   bool keeps_angles(int node) const {
     const std::span<const int> tets = tets_around(node);
     return std::all_of(tets.begin(), tets.end(), [&](int t) {
-      return has_dihedral_angles_within(mesh_, mesh_.tets[as_index(t)], least_dihedral_angle,
-                                        largest_dihedral_angle);
+      return has_dihedral_angles_within(mesh_, mesh_.tets[as_index(t)], min_dihedral_angle,
+                                        max_dihedral_angle);
     });
   }
 
   // Returns the cosine of the largest angle between the normal of the surface and that of a triangle around
   // the node. If all triangles face outward, they cannot fold over each other.
-  double least_facing(int node) const {
+  double min_facing(int node) const {
     double least = 1;
     for (const int t : triangles_around_.of(node)) {
       const Triangle& triangle = triangles_[as_index(t)];
@@ -179,11 +179,11 @@ class Smoother {
 
   // Moves `x` onto the surface by Newton steps. Returns false if it is still off the surface afterward.
   bool put_on_surface(Vec3& x) const {
-    constexpr int most_steps = 4;
+    constexpr int max_steps = 4;
     // Distance in spacings at which the search ends.
     constexpr double exact = 1e-13;
     double distance = shape_.distance(x);
-    for (int i = 0; i < most_steps && std::abs(distance) > exact * spacing_; ++i) {
+    for (int i = 0; i < max_steps && std::abs(distance) > exact * spacing_; ++i) {
       x -= distance * shape_.normal(x);
       distance = shape_.distance(x);
     }
@@ -196,17 +196,17 @@ class Smoother {
     Vec3& x = mesh_.nodes[as_index(node)];
     const Vec3 start = x;
     int flattest = tets_around(node).front();
-    double best = least_altitude(node, -std::numeric_limits<double>::infinity(), flattest);
+    double best = min_altitude(node, -std::numeric_limits<double>::infinity(), flattest);
     if (best >= goal_) return false;
-    const double facing = std::min(wanted_facing, least_facing(node));
+    const double facing = std::min(wanted_facing, min_facing(node));
     Vec3 kept = start;
     for (double step = first_move * spacing_; step > last_move * spacing_; step /= 2) {
       const Vec3 from = kept;
       for (const Vec3& direction : directions()) {
         x = from + step * direction;
         if (place_[as_index(node)] == Place::surface && !put_on_surface(x)) continue;
-        const double least = least_altitude(node, least_gain * best, flattest);
-        if (least <= least_gain * best || !keeps_angles(node) || least_facing(node) < facing) continue;
+        const double least = min_altitude(node, min_gain * best, flattest);
+        if (least <= min_gain * best || !keeps_angles(node) || min_facing(node) < facing) continue;
         best = least;
         kept = x;
       }

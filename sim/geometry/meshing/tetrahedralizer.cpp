@@ -17,17 +17,17 @@ TetMesh tetrahedralize(const LevelSet& shape, double spacing, bool graded) {
 }
 
 double default_spacing(const LevelSet& shape) {
-  return std::min(shape.smallest_size() / 4, (shape.upper() - shape.lower()).maxCoeff() / 10);
+  return std::min(shape.min_size() / 4, (shape.upper() - shape.lower()).maxCoeff() / 10);
 }
 
 LevelSet fine_level_set(const TriangleMesh& mesh, std::optional<double> spacing) {
   // Bounds on the number of grid cells along the longest extent. The lower one also applies without a
   // spacing; the upper one bounds memory, which grows with its cube.
-  constexpr double least_cells = 64, most_cells = 256;
+  constexpr double min_cells = 64, max_cells = 256;
   Eigen::AlignedBox3d box;
   for (const Vec3& x : mesh.positions) box.extend(x);
   const double wanted = spacing ? 2 * box.sizes().maxCoeff() / *spacing : 0;
-  const int cells = static_cast<int>(std::clamp(std::ceil(wanted), least_cells, most_cells));
+  const int cells = static_cast<int>(std::clamp(std::ceil(wanted), min_cells, max_cells));
   return LevelSet::mesh(std::make_shared<const GridLevelSet>(mesh, cells, GridLevelSet::SharpEdges::rounded));
 }
 

@@ -12,10 +12,10 @@ namespace duet {
 
 /// Lower bound of the dihedral angles of every mesh, whatever the level set, in degrees. It is that of the
 /// worst cut that the stencils can meet.
-inline constexpr double least_dihedral_angle = 9.5;
+inline constexpr double min_dihedral_angle = 9.5;
 /// Upper bound of the dihedral angles of every mesh, whatever the level set, in degrees. It is that of the
 /// worst cut that the stencils can meet.
-inline constexpr double largest_dihedral_angle = 161.5;
+inline constexpr double max_dihedral_angle = 161.5;
 
 /// Fills the inside of `shape` with tets of a body-centered cubic lattice with cells of `spacing` (m), fitted
 /// to the surface. If `graded`, cells double in size with their depth below the surface, which keeps its
@@ -27,7 +27,7 @@ inline constexpr double largest_dihedral_angle = 161.5;
 /// the same for any thread count.
 TetMesh tetrahedralize(const LevelSet& shape, double spacing, bool graded = false);
 
-/// Returns a spacing (m) that gives four cells across LevelSet::smallest_size() and at least ten along the
+/// Returns a spacing (m) that gives four cells across LevelSet::min_size() and at least ten along the
 /// longest extent.
 double default_spacing(const LevelSet& shape);
 

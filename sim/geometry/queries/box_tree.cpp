@@ -8,7 +8,7 @@ void BoxTree::build(const std::vector<Eigen::AlignedBox3d>& boxes, const std::ve
   // near each other.
   items_.reserve(boxes.size());
   leaves_.reserve(boxes.size());
-  nodes_.reserve(boxes.size() / (width - 1) + most_pending);  // one node per level may not be full
+  nodes_.reserve(boxes.size() / (width - 1) + max_pending);  // one node per level may not be full
   if (items != items_) {
     items_ = items;
     leaves_.resize(items.size());

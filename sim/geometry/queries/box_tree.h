@@ -28,7 +28,7 @@ class BoxTree {
   template <class Visit>
   void query(const Eigen::AlignedBox3d& box, Visit&& visit) const {
     if (nodes_.empty()) return;
-    std::array<int, most_pending> pending;
+    std::array<int, max_pending> pending;
     std::size_t size = 0;
     pending[size++] = 0;
     while (size > 0) {
@@ -53,7 +53,7 @@ class BoxTree {
       int child;
       double squared;
     };
-    std::array<Pending, most_pending> pending;
+    std::array<Pending, max_pending> pending;
     std::size_t size = 0;
     pending[size++] = {0, 0};
     while (size > 0) {
@@ -64,7 +64,7 @@ class BoxTree {
         continue;
       }
       const Node& node = nodes_[static_cast<std::size_t>(next.child)];
-      const Quad away = node.squared_distances(x);
+      const double4 away = node.squared_distances(x);
       const std::size_t first = size;
       for (unsigned lanes = lanes_of(away < squared); lanes != 0; lanes &= lanes - 1) {
         const int lane = __builtin_ctz(lanes);
@@ -80,7 +80,7 @@ class BoxTree {
   static constexpr int width = 4;
   // Bound on the number of nodes that wait in a search: each of at most 16 levels leaves up to 3. A tree of
   // 4^16 items has 16 levels.
-  static constexpr std::size_t most_pending = 3 * 16 + 1;
+  static constexpr std::size_t max_pending = 3 * 16 + 1;
   // An item with its box, in the order of the tree.
   struct Leaf {
     Eigen::AlignedBox3d box;
@@ -88,12 +88,12 @@ class BoxTree {
   };
   struct Node {
     // Bounds of the boxes of the children by axis, one lane per child; empty boxes where there is no child.
-    std::array<Quad, 3> lower, upper;
+    std::array<double4, 3> lower, upper;
     // Index of a node, which comes after its parent, or ~item.
     std::array<int, width> child;
     Node() {
-      lower.fill(Quad{} + std::numeric_limits<double>::infinity());
-      upper.fill(Quad{} - std::numeric_limits<double>::infinity());
+      lower.fill(double4{} + std::numeric_limits<double>::infinity());
+      upper.fill(double4{} - std::numeric_limits<double>::infinity());
       child.fill(-1);
     }
     // Sets the box of a child.
@@ -102,22 +102,23 @@ class BoxTree {
     Eigen::AlignedBox3d hull() const;
     // Returns a bit for each child whose box meets `box`.
     unsigned meeting(const Eigen::AlignedBox3d& box) const {
-      const auto on = [&](std::size_t axis, double least, double most) -> QuadMask {
+      const auto on = [&](std::size_t axis, double least, double most) -> mask4 {
         return (lower[axis] <= most) & (upper[axis] >= least);
       };
       const Vec3 &least = box.min(), &most = box.max();
-      const QuadMask meets =
+      const mask4 meets =
           on(0, least.x(), most.x()) & on(1, least.y(), most.y()) & on(2, least.z(), most.z());
       return lanes_of(meets);
     }
     // Returns the squared distances (m^2) from `x` to the boxes of the children; infinite where there is no
     // child.
-    Quad squared_distances(const Vec3& x) const {
-      Quad squared{};
+    double4 squared_distances(const Vec3& x) const {
+      double4 squared{};
       for (std::size_t axis = 0; axis < 3; ++axis) {
         const double at = x[static_cast<Eigen::Index>(axis)];
-        const Quad below = lower[axis] - at, above = at - upper[axis], beside = below > above ? below : above;
-        squared += beside > 0 ? beside * beside : Quad{};
+        const double4 below = lower[axis] - at, above = at - upper[axis],
+                      beside = below > above ? below : above;
+        squared += beside > 0 ? beside * beside : double4{};
       }
       return squared;
     }

@@ -7,7 +7,7 @@ namespace duet {
 namespace {
 
 // Bound on the number of planes that are tried. Beyond it the test reports an impact, which is safe.
-constexpr int most_planes = 100;
+constexpr int max_planes = 100;
 // Distance in gaps below which elements count as meeting. A smaller value takes more planes; a larger one
 // stops elements earlier.
 constexpr double contact = 1.25;
@@ -16,7 +16,7 @@ constexpr double contact = 1.25;
 constexpr double rounding = 32 * std::numeric_limits<double>::epsilon();
 
 // Returns the largest magnitude of a coordinate.
-double largest_coordinate(const FourPoints& x) {
+double max_coordinate(const FourPoints& x) {
   double largest = 0;
   for (const Vec3& corner : x) largest = std::max(largest, corner.lpNorm<Eigen::Infinity>());
   return largest;
@@ -68,10 +68,10 @@ std::optional<Impact> first_impact(ElementPair kind, const FourPoints& start, co
     origin[i] = start[i] - start[0];
     now.motion[i] = end[i] - start[i];
   }
-  const double error = rounding * (largest_coordinate(origin) + largest_coordinate(now.motion));
+  const double error = rounding * (max_coordinate(origin) + max_coordinate(now.motion));
   const double kept = gap + error;
   Impact impact;
-  for (int plane = 0; plane < most_planes; ++plane) {
+  for (int plane = 0; plane < max_planes; ++plane) {
     for (std::size_t i = 0; i < 4; ++i) now.corner[i] = origin[i] + impact.time * now.motion[i];
     impact.at = closest_points(kind, now.corner);
     const double distance = impact.at.difference.norm();

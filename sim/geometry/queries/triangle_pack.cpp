@@ -6,9 +6,9 @@
 namespace duet {
 namespace {
 
-PackVector operator-(const PackVector& a, const PackVector& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+vector8 operator-(const vector8& a, const vector8& b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
 // Sums in the order of dot_in_order().
-Pack dot(const PackVector& a, const PackVector& b) { return (a.x * b.x + a.y * b.y) + a.z * b.z; }
+double8 dot(const vector8& a, const vector8& b) { return (a.x * b.x + a.y * b.y) + a.z * b.z; }
 
 }  // namespace
 
@@ -28,31 +28,31 @@ Vec3 TrianglePack::corner(std::size_t k, std::size_t lane) const {
 
 // Computes nearest_weights() with selections instead of early returns. The first of its returns is selected
 // last, so that it takes precedence.
-Pack TrianglePack::squared_distances(const Vec3& x) const {
-  const PackVector &a = corner_[0], &b = corner_[1], &c = corner_[2];
-  const PackVector at = {Pack{} + x.x(), Pack{} + x.y(), Pack{} + x.z()};
-  const PackVector ab = b - a, ac = c - a, ax = at - a, bx = at - b, cx = at - c;
-  const Pack d1 = dot(ab, ax), d2 = dot(ac, ax), d3 = dot(ab, bx), d4 = dot(ac, bx), d5 = dot(ab, cx),
-             d6 = dot(ac, cx);
-  const Pack on_c = d1 * d4 - d3 * d2, on_b = d5 * d2 - d1 * d6, on_a = d3 * d6 - d5 * d4;
-  const Pack sum = on_a + on_b + on_c, none{}, all = none + 1.0;
-  PackVector w = {1.0 - on_b / sum - on_c / sum, on_b / sum, on_c / sum};
-  const auto take = [&w](const PackMask& where, const Pack& on_first, const Pack& on_second,
-                         const Pack& on_third) {
+double8 TrianglePack::squared_distances(const Vec3& x) const {
+  const vector8 &a = corner_[0], &b = corner_[1], &c = corner_[2];
+  const vector8 at = {double8{} + x.x(), double8{} + x.y(), double8{} + x.z()};
+  const vector8 ab = b - a, ac = c - a, ax = at - a, bx = at - b, cx = at - c;
+  const double8 d1 = dot(ab, ax), d2 = dot(ac, ax), d3 = dot(ab, bx), d4 = dot(ac, bx), d5 = dot(ab, cx),
+                d6 = dot(ac, cx);
+  const double8 on_c = d1 * d4 - d3 * d2, on_b = d5 * d2 - d1 * d6, on_a = d3 * d6 - d5 * d4;
+  const double8 sum = on_a + on_b + on_c, none{}, all = none + 1.0;
+  vector8 w = {1.0 - on_b / sum - on_c / sum, on_b / sum, on_c / sum};
+  const auto take = [&w](const mask8& where, const double8& on_first, const double8& on_second,
+                         const double8& on_third) {
     w = {select(where, on_first, w.x), select(where, on_second, w.y), select(where, on_third, w.z)};
   };
-  const Pack along_bc = (d4 - d3) / ((d4 - d3) + (d5 - d6)), along_ac = d2 / (d2 - d6),
-             along_ab = d1 / (d1 - d3);
+  const double8 along_bc = (d4 - d3) / ((d4 - d3) + (d5 - d6)), along_ac = d2 / (d2 - d6),
+                along_ab = d1 / (d1 - d3);
   take((on_a <= 0) & (d4 >= d3) & (d5 >= d6), none, 1.0 - along_bc, along_bc);
   take((on_b <= 0) & (d2 >= 0) & (d6 <= 0), 1.0 - along_ac, none, along_ac);
   take((on_c <= 0) & (d1 >= 0) & (d3 <= 0), 1.0 - along_ab, along_ab, none);
   take((d6 >= 0) & (d5 <= d6), none, none, all);
   take((d3 >= 0) & (d4 <= d3), none, all, none);
   take((d1 <= 0) & (d2 <= 0), all, none, none);
-  const PackVector nearest = {w.x * a.x + w.y * b.x + w.z * c.x, w.x * a.y + w.y * b.y + w.z * c.y,
-                              w.x * a.z + w.y * b.z + w.z * c.z};
-  const PackVector way = nearest - at;
-  Pack squared = dot(way, way);
+  const vector8 nearest = {w.x * a.x + w.y * b.x + w.z * c.x, w.x * a.y + w.y * b.y + w.z * c.y,
+                           w.x * a.z + w.y * b.z + w.z * c.z};
+  const vector8 way = nearest - at;
+  double8 squared = dot(way, way);
   for (unsigned lanes = degenerate_; lanes != 0; lanes &= lanes - 1) {
     const auto lane = static_cast<std::size_t>(__builtin_ctz(lanes));
     const Vec3 p = corner(0, lane), q = corner(1, lane), r = corner(2, lane),

@@ -14,7 +14,7 @@ namespace {
 // Greatest number of triangles of a leaf.
 constexpr int leaf_size = 4;
 // Bound on the depth of the tree: every split halves the number of triangles.
-constexpr std::size_t most_levels = 64;
+constexpr std::size_t max_levels = 64;
 
 }  // namespace
 
@@ -79,7 +79,7 @@ TriangleTree::Nearest TriangleTree::nearest(const Vec3& x) const {
     int node;
     double squared;  // squared distance to its box, m^2
   };
-  std::array<Pending, most_levels> stack;
+  std::array<Pending, max_levels> stack;
   std::size_t size = 0;
   stack[size++] = {0, nodes_[0].box.squaredExteriorDistance(x)};
   double least = std::numeric_limits<double>::infinity();
@@ -113,7 +113,7 @@ TriangleTree::Nearest TriangleTree::nearest(const Vec3& x, double at_most) const
   double least = at_most * at_most * slack;
   std::size_t nearest = triangles_.size();
   pack_tree_.query_near(x, least, [&](int number) {
-    const Pack squared = packs_[as_index(number)].squared_distances(x);
+    const double8 squared = packs_[as_index(number)].squared_distances(x);
     for (unsigned lanes = lanes_of(squared < least); lanes != 0; lanes &= lanes - 1) {
       const auto lane = static_cast<std::size_t>(__builtin_ctz(lanes));
       if (!(squared[lane] < least)) continue;

@@ -22,10 +22,10 @@ enum class CacheKind { pc2, mdd };
 
 // Frames are gathered in memory before each body's file is opened to append them. Files are thus opened
 // rarely, and the number of bodies is not bounded by that of open files. Frames are gathered until all
-// bodies together have about `gathered_bytes` bytes or `most_gathered_frames` frames. Larger values need
+// bodies together have about `gathered_bytes` bytes or `max_gathered_frames` frames. Larger values need
 // more memory and open files more rarely.
 constexpr std::size_t gathered_bytes = 64 << 20;
-constexpr std::size_t most_gathered_frames = 256;
+constexpr std::size_t max_gathered_frames = 256;
 
 // Appends the bytes of a number in the given order.
 template <class Number>
@@ -45,8 +45,8 @@ Vec3 origin_of(const Surface& surface) {
   if (box.isEmpty()) return Vec3::Zero();
   const double extent = box.sizes().maxCoeff();
   const double farthest = std::max(box.min().cwiseAbs().maxCoeff(), box.max().cwiseAbs().maxCoeff());
-  constexpr double most_extents = 128;
-  if (farthest <= most_extents * extent) return Vec3::Zero();
+  constexpr double max_extents = 128;
+  if (farthest <= max_extents * extent) return Vec3::Zero();
   // The center is rounded to multiples of a power of two near the extent, so that the origin is short to
   // write.
   const double unit = extent > 0 ? std::ldexp(1.0, std::ilogb(extent)) : 0;
@@ -171,8 +171,8 @@ ExportNotes export_caches(const ExportedRun& run, CacheKind kind, const fs::path
   }
   if (!run.looks().looks.empty()) write_materials(run, folder / "materials.mtl");
   write_json(cache_description(run, caches, format), folder / "export.json");
-  const std::size_t most = std::clamp<std::size_t>(gathered_bytes / std::max<std::size_t>(frame_bytes, 1), 1,
-                                                   most_gathered_frames);
+  const std::size_t most =
+      std::clamp<std::size_t>(gathered_bytes / std::max<std::size_t>(frame_bytes, 1), 1, max_gathered_frames);
   std::size_t gathered = 0;
   int written = run.frames().front() - 1;
   for (const int frame : run.frames()) {

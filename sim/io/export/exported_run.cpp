@@ -13,7 +13,7 @@
 namespace duet::io {
 namespace {
 
-constexpr double half_root = std::numbers::sqrt2 / 2;  // sine and cosine of half of 90 degrees
+constexpr double half_sqrt2 = std::numbers::sqrt2 / 2;  // sine and cosine of half of 90 degrees
 
 bool is_wanted(const std::string& name, const std::vector<std::string>& patterns) {
   return patterns.empty() || std::any_of(patterns.begin(), patterns.end(),
@@ -49,7 +49,7 @@ std::vector<int> frames_with_values(const RunDirectory& run) {
 ExportedRun::ExportedRun(RunDirectory run, const ExportChoice& choice)
     : run_(std::move(run)),
       manifest_(read_manifest(run_)),
-      axes_(choice.up == 'z' ? Quat(half_root, half_root, 0, 0) : Quat::Identity()),
+      axes_(choice.up == 'z' ? Quat(half_sqrt2, half_sqrt2, 0, 0) : Quat::Identity()),
       scale_(choice.scale),
       up_(choice.up) {
   require_matches(choice, manifest_);

@@ -99,12 +99,12 @@ ExportNotes notes_of(const ExportedRun& run, const FormatOptions& options, const
   if (!run.missing().empty())
     notes.push_back(fmt::format("{} frames are missing (the first is {}): bodies move evenly over each gap",
                                 run.missing().size(), run.missing().front()));
-  const auto is_worn = [&](std::size_t look) {
+  const auto is_used = [&](std::size_t look) {
     return std::any_of(run.bodies().begin(), run.bodies().end(),
                        [&](const ExportedBody& body) { return static_cast<std::size_t>(body.look) == look; });
   };
   for (std::size_t i = 0; i < looks.looks.size(); ++i)
-    if (is_worn(i) && (!looks.looks[i].pattern.empty() || !looks.looks[i].spots.empty())) {
+    if (is_used(i) && (!looks.looks[i].pattern.empty() || !looks.looks[i].spots.empty())) {
       notes.emplace_back("materials have the first color of a look, without its pattern and spots");
       break;
     }

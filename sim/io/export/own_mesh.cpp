@@ -126,7 +126,7 @@ std::optional<std::vector<int>> match_points(const std::vector<Vec3>& points,
                                              const std::vector<Vec3>& positions, double tolerance) {
   // A mesh matches if at most one in this many points is far from all positions. Vertices that no face uses
   // are such points; a larger value demands that there are fewer.
-  constexpr std::size_t most_strangers = 2;
+  constexpr std::size_t max_strangers = 2;
   if (positions.empty()) return std::nullopt;
   const Cells cells(positions, 2 * tolerance);
   std::vector<int> found(points.size(), -1);
@@ -141,7 +141,7 @@ std::optional<std::vector<int>> match_points(const std::vector<Vec3>& points,
     });
     if (found[i] < 0) ++strangers;
   }
-  if (strangers * most_strangers > points.size()) return std::nullopt;
+  if (strangers * max_strangers > points.size()) return std::nullopt;
   for (std::size_t i = 0; i < points.size(); ++i)
     if (found[i] < 0) found[i] = nearest_of_all(points[i], positions);
   return found;

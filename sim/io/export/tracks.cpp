@@ -57,7 +57,7 @@ void PoseTracks::add(const FrameValues& values) {
 const Vec3& LocalOrigin::follow(const std::vector<Vec3>& positions) {
   // Distance of the body's center up to which the origin stays, relative to the body's size. Floats lose
   // two bits of the shape by it, and doubling it costs another bit.
-  constexpr double longest_way = 4;
+  constexpr double max_drift = 4;
   Eigen::AlignedBox3d box;
   for (const Vec3& x : positions) box.extend(x);
   if (box.isEmpty()) return place_;
@@ -65,7 +65,7 @@ const Vec3& LocalOrigin::follow(const std::vector<Vec3>& positions) {
   if (size_ < 0) {
     size_ = box.diagonal().norm();
     place_ = center;
-  } else if ((center - place_).norm() > longest_way * size_) {
+  } else if ((center - place_).norm() > max_drift * size_) {
     place_ = center;
   }
   return place_;

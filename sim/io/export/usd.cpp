@@ -26,7 +26,7 @@ const std::string body_indent(12, ' '), mesh_indent(16, ' ');
 class UsdStage {
  public:
   UsdStage(const ExportedRun& run, const FormatOptions& options, const fs::path& folder,
-           std::uint64_t most_inside);
+           std::uint64_t max_inline_bytes);
 
   // Reads all frames and writes all files.
   void write();
@@ -75,7 +75,7 @@ bool is_still(const ExportedBody& body) { return body.kind == "static"; }
 std::string frame_file(int frame) { return fmt::format("frames/{:04}.usda", frame); }
 
 UsdStage::UsdStage(const ExportedRun& run, const FormatOptions& options, const fs::path& folder,
-                   std::uint64_t most_inside)
+                   std::uint64_t max_inline_bytes)
     : run_(run),
       max_bytes_(options.max_bytes),
       folder_(folder),
@@ -95,7 +95,7 @@ UsdStage::UsdStage(const ExportedRun& run, const FormatOptions& options, const f
     deformable_bodies_.push_back(i);
   }
   samples_.resize(deformables_.size());
-  has_clips_ = bytes > most_inside && frames > 1;
+  has_clips_ = bytes > max_inline_bytes && frames > 1;
 }
 
 void UsdStage::write() {
@@ -331,14 +331,14 @@ ExportNotes notes_of(const ExportedRun& run, const FormatOptions& options) {
 }  // namespace
 
 ExportNotes export_usd(const ExportedRun& run, const FormatOptions& options, const fs::path& folder,
-                       std::uint64_t most_inside) {
-  UsdStage stage(run, options, folder, most_inside);
+                       std::uint64_t max_inline_bytes) {
+  UsdStage stage(run, options, folder, max_inline_bytes);
   stage.write();
   return notes_of(run, options);
 }
 
 ExportNotes export_usd(const ExportedRun& run, const FormatOptions& options, const fs::path& folder) {
-  return export_usd(run, options, folder, usd_most_inside);
+  return export_usd(run, options, folder, usd_max_inline_bytes);
 }
 
 }  // namespace duet::io

@@ -11,12 +11,12 @@ namespace duet::io {
 /// text is held in memory while it is written, and by readers from opening the stage on, which takes them
 /// about a second for this size. A larger bound makes fewer files, and both need more time and memory in
 /// proportion.
-inline constexpr std::uint64_t usd_most_inside = 32'000'000;
+inline constexpr std::uint64_t usd_max_inline_bytes = 32'000'000;
 
 /// Writes a USD stage as the function of exporters.h does, with another bound: if the values of moving
-/// bodies take more than about `most_inside` bytes in all frames, they go into a file a frame. Throws Error
-/// (usage) once the stage exceeds FormatOptions::max_bytes, and FileError.
+/// bodies take more than about `max_inline_bytes` bytes in all frames, they go into a file a frame. Throws
+/// Error (usage) once the stage exceeds FormatOptions::max_bytes, and FileError.
 ExportNotes export_usd(const ExportedRun& run, const FormatOptions& options, const fs::path& folder,
-                       std::uint64_t most_inside);
+                       std::uint64_t max_inline_bytes);
 
 }  // namespace duet::io

@@ -61,7 +61,7 @@ void add_point(SurfacePoint point, Bodies& bodies) {
 SurfacePoint vertex_point(int particle, double reach) {
   SurfacePoint point;
   point.particle[0] = particle;
-  point.allowance = -reach;
+  point.contact_offset = -reach;
   return point;
 }
 
@@ -72,7 +72,7 @@ SurfacePoint sample_point(const BoundarySample& sample, int first_particle, doub
     point.particle[i] = first_particle + sample.node[i];
     point.weight[i] = sample.weight[i];
   }
-  point.allowance = sample_allowance * sample.spacing - reach;
+  point.contact_offset = sample_allowance * sample.spacing - reach;
   return point;
 }
 
@@ -201,7 +201,8 @@ void add_particles(const DeformableBody& description, const EffectSet& plan, con
     particles.v.push_back(is_pinned ? Vec3(Vec3::Zero()) : velocity);
     particles.mass.push_back(mass[i]);
     particles.inverse_mass.push_back(is_pinned ? 0 : 1 / mass[i]);
-    if (is_pinned && !pin->body.empty()) let_carry(pin->body, static_cast<int>(particles.size()) - 1, bodies);
+    if (is_pinned && !pin->body.empty())
+      prescribe_particle(pin->body, static_cast<int>(particles.size()) - 1, bodies);
     if (!is_pinned && is_hard) ++held[attach(description.attach, particles.size() - 1, bodies)];
   }
   if (is_hard) check_attached(description, held);
@@ -222,22 +223,22 @@ namespace {
 
 // Largest number of face samples of a body that fitted_order() may ask for. A larger value costs time in
 // contact with thin rigid bodies.
-constexpr double most_samples = 20000;
+constexpr double max_samples = 20000;
 
 // Returns the lattice order of a body's face samples, at least `order`. A rigid body that is thinner than the
 // spacing of the samples could pass between them. So the order is raised until the spacing is half the
-// thickness of the thinnest rigid body, as far as `most_samples` allows.
+// thickness of the thinnest rigid body, as far as `max_samples` allows.
 int fitted_order(int order, const TetMesh& mesh, const std::vector<Triangle>& triangles,
                  const RigidBodies& rigid) {
   double thinnest = std::numeric_limits<double>::infinity(), longest = 0;
   for (const RigidProperties& properties : rigid.properties)
-    thinnest = std::min(thinnest, properties.shape.smallest_size());
+    thinnest = std::min(thinnest, properties.shape.min_size());
   for (const Triangle& t : triangles)
     for (std::size_t k = 0; k < 3; ++k)
       longest = std::max(longest, (mesh.nodes[as_index(t[k])] - mesh.nodes[as_index(t[(k + 1) % 3])]).norm());
   const double wanted = std::ceil(2 * longest / thinnest);
   // A lattice of order n has about n^2 / 2 samples per triangle.
-  const double affordable = std::sqrt(2 * most_samples / static_cast<double>(triangles.size()));
+  const double affordable = std::sqrt(2 * max_samples / static_cast<double>(triangles.size()));
   return std::max(order, static_cast<int>(std::min(wanted, affordable)));
 }
 

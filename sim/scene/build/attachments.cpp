@@ -32,19 +32,19 @@ void hold(std::size_t particle, std::size_t body, Bodies& bodies) {
   RigidBodies& rigid = bodies.rigid;
   Particles& particles = bodies.particles;
   if (rigid.properties[body].is_dynamic()) {
-    bodies.bound.push_back(bind_particle(particle, body, rigid, particles));
+    bodies.bound.push_back(embed_particle(particle, body, rigid, particles));
     particles.v[particle] = point_velocity(rigid.state[body], bodies.bound.back().offset);
   } else {
     particles.inverse_mass[particle] = 0;
     particles.v[particle].setZero();
-    let_carry(rigid.name[body], static_cast<int>(particle), bodies);
+    prescribe_particle(rigid.name[body], static_cast<int>(particle), bodies);
   }
 }
 
 // Holds the particle to the rigid body by a zero-length spring to an anchor, a new particle without mass that
 // moves with the body. Stiffness gain * m (N/m) and damping 2 damping sqrt(gain) m (kg/s) follow from its
 // mass m.
-void tether(std::size_t particle, std::size_t body, const AttachSprings& springs, Bodies& bodies) {
+void add_soft_binding(std::size_t particle, std::size_t body, const AttachSprings& springs, Bodies& bodies) {
   Particles& particles = bodies.particles;
   const std::size_t anchor = particles.size();
   const Vec3 x = particles.x[particle];
@@ -55,13 +55,14 @@ void tether(std::size_t particle, std::size_t body, const AttachSprings& springs
   hold(anchor, body, bodies);
   if (bodies.rigid.properties[body].is_dynamic()) bodies.bound.back().at = particle;
   const double mass = particles.mass[particle];
-  bodies.forces.tethers.add({static_cast<int>(particle), static_cast<int>(anchor), springs.gain * mass,
-                             2 * springs.damping * std::sqrt(springs.gain) * mass});
+  bodies.forces.zero_length_springs.add({static_cast<int>(particle), static_cast<int>(anchor),
+                                         springs.gain * mass,
+                                         2 * springs.damping * std::sqrt(springs.gain) * mass});
 }
 
 }  // namespace
 
-void let_carry(const std::string& carrier, int particle, Bodies& bodies) {
+void prescribe_particle(const std::string& carrier, int particle, Bodies& bodies) {
   const std::vector<KinematicBody>& kinematic = bodies.rigid.kinematic;
   const auto found = std::find_if(kinematic.begin(), kinematic.end(), [&](const KinematicBody& body) {
     return bodies.rigid.name[body.body] == carrier;
@@ -91,7 +92,7 @@ void check_attached(const DeformableBody& description, const std::vector<int>& h
               description.name, description.attach[i]));
 }
 
-void attach_softly(const Scene& scene, Bodies& bodies) {
+void add_soft_bindings(const Scene& scene, Bodies& bodies) {
   for (std::size_t d = 0; d < scene.deformable.size(); ++d) {
     const DeformableBody& description = scene.deformable[d];
     if (!description.attach_springs || description.attach.empty()) continue;
@@ -102,7 +103,7 @@ void attach_softly(const Scene& scene, Bodies& bodies) {
       const Holder holder = find_holder(description.attach, bodies.particles.x[as_index(p)], bodies.rigid);
       ++held[holder.place];
       if (holder.place < description.attach.size())
-        tether(as_index(p), holder.body, *description.attach_springs, bodies);
+        add_soft_binding(as_index(p), holder.body, *description.attach_springs, bodies);
     }
     check_attached(description, held);
   }

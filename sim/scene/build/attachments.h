@@ -11,7 +11,7 @@ namespace duet::scene {
 
 /// Makes the particle move with the kinematic body named `carrier`. Does nothing if there is no such body, as
 /// when the plan leaves out kinematic motion.
-void let_carry(const std::string& carrier, int particle, Bodies& bodies);
+void prescribe_particle(const std::string& carrier, int particle, Bodies& bodies);
 
 /// Binds the particle to the first of the rigid bodies `names` that it lies inside of. Returns the index of
 /// that name; if it lies inside none, returns the number of names and binds nothing.
@@ -24,6 +24,6 @@ void check_attached(const DeformableBody& description, const std::vector<int>& h
 /// Adds the soft bindings of the scene: every particle inside a bone that holds it by springs gets an anchor,
 /// which is a particle without mass that the bone carries, and a zero-length spring to it. Must be called
 /// once, after all deformable bodies have their particles. Throws as check_attached() does.
-void attach_softly(const Scene& scene, Bodies& bodies);
+void add_soft_bindings(const Scene& scene, Bodies& bodies);
 
 }  // namespace duet::scene

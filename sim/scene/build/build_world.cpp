@@ -35,7 +35,7 @@ constexpr double default_collision_thickness = 0.1;
 // Largest default collision thickness of shells as a fraction of the shortest edge. Thicker shells would
 // repel their own neighboring elements where they fold sharply. Rods need no such limit, because they cannot
 // turn within their own width.
-constexpr double largest_shell_thickness = 0.5;
+constexpr double max_shell_thickness = 0.5;
 
 // Appends a rigid body to `rigid`. `mass` (kg) is 0 for static and kinematic bodies. `surface` gives the
 // coefficients of friction and restitution; it is a scene::RigidBody or the ground.
@@ -47,7 +47,7 @@ void add_rigid(RigidBodies& rigid, const std::string& name, const Solid& solid, 
   properties.samples = solid.samples;
   properties.inside = solid.inside;
   properties.on_flat = solid.on_flat;
-  properties.ridges = solid.ridges;
+  properties.feature_edges = solid.feature_edges;
   properties.friction = surface.friction;
   properties.restitution = surface.restitution;
   properties.rolling_friction = surface.rolling_friction;
@@ -235,7 +235,7 @@ BodyShape add_volume(const Scene& scene, const EffectSet& plan, const scene::Def
         {lame_parameters(material.youngs_modulus, material.poisson_ratio, material.damping), material.model,
          material.mass_damping, description.incompressible});
   if (resists.springs && plan[index(Effect::springs)]) add_volume_springs(tets, material.springs, bodies);
-  if (description.incompressible) bodies.one_rings.add(tets, bodies.particles.x);
+  if (description.incompressible) bodies.nodal_volumes.add(tets, bodies.particles.x);
   body.tet_count = static_cast<int>(bodies.forces.elements.size()) - body.first_tet;
   if (skin && description.skin->contact)
     add_surface_points(skin->skin, body, bodies);
@@ -288,7 +288,7 @@ CollisionSurface collision_surface(const Scene& scene, const Bodies& bodies) {
     const double shortest = shortest_edge(bodies.particles.x, triangles, segments);
     const double thickness = description.collision_thickness.value_or(
         description.shape.is_volume()  ? default_collision_thickness * shortest
-        : description.shape.is_shell() ? std::min(body.thickness, largest_shell_thickness * shortest)
+        : description.shape.is_shell() ? std::min(body.thickness, max_shell_thickness * shortest)
                                        : body.thickness);
     surface.add({collides_with_itself(description), thickness, description.collision_friction}, triangles,
                 segments);
@@ -329,7 +329,7 @@ StepSettings step_settings(const Solver& solver) {
                        .gradual = solver.push_out_gradual,
                        .rigid_pairs = solver.rigid_push_out == RigidPushOut::deepest_points,
                        .order = solver.push_out_order};
-  settings.constraints_first = solver.velocity_constraints == VelocityConstraints::before_solve;
+  settings.constraints_before_solve = solver.velocity_constraints == VelocityConstraints::before_solve;
   settings.projection_sweeps =
       std::max(solver.projection_iterations, settings.implicit_elasticity ? implicit_projection_sweeps : 1);
   settings.contact_reduction = solver.contact_reduction;
@@ -350,10 +350,10 @@ void keep_apart(const Scene& scene, const EffectSet& plan, Bodies& bodies) {
     const scene::DeformableBody& body = scene.deformable[d];
     if (!plan[index(body.attach_springs ? Effect::soft_bindings : Effect::hard_bindings)]) continue;
     for (const std::string& name : body.attach)
-      bodies.apart_deformable.emplace_back(std::find(names.begin(), names.end(), name) - names.begin(),
-                                           static_cast<int>(d));
+      bodies.collision_exclusions_deformable.emplace_back(
+          std::find(names.begin(), names.end(), name) - names.begin(), static_cast<int>(d));
   }
-  std::sort(bodies.apart_deformable.begin(), bodies.apart_deformable.end());
+  std::sort(bodies.collision_exclusions_deformable.begin(), bodies.collision_exclusions_deformable.end());
 }
 
 // Finalizes the internal forces with the masses that bound the time step. Bound particles have no mass of
@@ -361,7 +361,7 @@ void keep_apart(const Scene& scene, const EffectSet& plan, Bodies& bodies) {
 void finalize_forces(Bodies& bodies) {
   std::vector<double> mass = bodies.particles.mass, inverse_mass = bodies.particles.inverse_mass;
   std::map<std::size_t, double> equivalent;
-  for (const BoundParticle& bound : bodies.bound) {
+  for (const EmbeddedParticle& bound : bodies.bound) {
     if (!equivalent.contains(bound.body))
       equivalent[bound.body] = equivalent_mass(bodies.rigid.properties[bound.body], bodies.bound, bound.body);
     mass[bound.particle] = equivalent[bound.body];
@@ -390,10 +390,10 @@ void add_joints(const Scene& scene, const EffectSet& plan, const std::vector<Pos
     joint.child = child;
     joint.parent_frame = in_body_space(parent, joint.parent_frame);
     joint.child_frame = in_body_space(child, joint.child_frame);
-    if (!joint.collides) bodies.apart.push_back(std::minmax(parent, child));
+    if (!joint.collides) bodies.collision_exclusions.push_back(std::minmax(parent, child));
     bodies.articulation.joints.push_back(std::move(joint));
   }
-  std::sort(bodies.apart.begin(), bodies.apart.end());
+  std::sort(bodies.collision_exclusions.begin(), bodies.collision_exclusions.end());
 }
 
 // Sets the drag coefficients k (1/m) of the bodies from their terminal speeds v:
@@ -446,7 +446,7 @@ BuiltWorld build_world(const Scene& scene, const EffectSet& plan) {
     add_damping(body, material_of(scene, body), world);
   }
   for (duet::DeformableBody& body : bodies.deformable) body.element_size = element_size(body, bodies);
-  if (plan[index(Effect::soft_bindings)]) attach_softly(scene, bodies);
+  if (plan[index(Effect::soft_bindings)]) add_soft_bindings(scene, bodies);
   for (duet::DeformableBody& body : bodies.deformable)
     for_each_particle(body, [&](std::size_t p) { body.mass += bodies.particles.mass[p]; });
   world.may_crush = may_crush(bodies);
@@ -454,9 +454,9 @@ BuiltWorld build_world(const Scene& scene, const EffectSet& plan) {
   if (plan[index(Effect::air_drag)]) add_air_drag(scene, bodies);
   finalize_forces(bodies);
   keep_apart(scene, plan, bodies);
-  bodies.neighbours = neighbours(bodies.particles.size(), bodies.tets);
+  bodies.neighbors = neighbors(bodies.particles.size(), bodies.tets);
   bodies.faces_around = faces_around(bodies);
-  bodies.one_rings.finalize(bodies.particles.inverse_mass, bodies.particles.x);
+  bodies.nodal_volumes.finalize(bodies.particles.inverse_mass, bodies.particles.x);
   if (plan[index(Effect::self_repulsion)] || plan[index(Effect::self_collision)])
     bodies.collision_surface = collision_surface(scene, bodies);
   if (scene.ground) {
@@ -485,8 +485,8 @@ BuiltWorld build_world(const Scene& scene, const EffectSet& plan) {
   world.settings.contact.angular_friction = world.has(Effect::rolling_friction);
   if (world.has_internal_forces() && !world.settings.implicit_elasticity) {
     fall_freely(bodies, world.gravity, world.context.acceleration);
-    for (std::vector<double>* pressure : {&world.context.held_pressure, &world.context.new_pressure})
-      pressure->assign(bodies.one_rings.size(), 0.0);
+    for (std::vector<double>* pressure : {&world.context.pressure_n, &world.context.pressure_next})
+      pressure->assign(bodies.nodal_volumes.size(), 0.0);
   }
   return built;
 }

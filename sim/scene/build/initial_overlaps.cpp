@@ -17,27 +17,27 @@ namespace {
 // Relative errors of measured depths: `fine` for those that are reported and compared, `coarse` while a body
 // is moved out of another. Larger values measure faster and less exactly.
 constexpr double fine = 0.01, coarse = 0.25;
-// Largest number of displacements along the normals of the deepest points, see walk_out().
+// Largest number of displacements along the normals of the deepest points, see exit_along_normals().
 constexpr int walk_steps = 32;
 // Length of a walk, as a multiple of the depth, up to which it is taken without trying other directions: no
 // displacement is shorter than the depth.
 constexpr double short_walk = 1.05;
-// Largest number of displacements along one direction, see stride_out().
-constexpr int most_strides = 100;
+// Largest number of displacements along one direction, see exit_along_direction().
+constexpr int max_strides = 100;
 // Factor on displacements by a depth, so that they end outside the surface in spite of rounding.
 constexpr double beyond = 1 + 1e-6;
 // Largest number of rounds, each of which displaces all bodies once.
-constexpr int most_rounds = 50;
+constexpr int max_rounds = 50;
 // Largest number of Gauss-Seidel sweeps over the demands of a round.
 constexpr int sweeps = 1000;
 // Smallest fraction of an island's sum of squared depths that a round must remove to be accepted.
-constexpr double least_gain = 0.01;
+constexpr double min_gain = 0.01;
 // Largest number of times that a round's displacements are solved for again because they bring further pairs
 // to overlap.
-constexpr int most_repairs = 8;
+constexpr int max_repairs = 8;
 // Largest number of times that an island's displacement is reduced because it does not gain enough: it is
 // halved, and in the end dropped.
-constexpr int most_halvings = 3;
+constexpr int max_halvings = 3;
 
 // Groups of bodies that move together, because joints, attachments or springs hold them together. A cluster
 // has the number of its first body.
@@ -47,7 +47,7 @@ class Clusters {
       : rigid_count_(bodies.rigid.size()), root_(rigid_count_ + bodies.deformable.size()) {
     std::iota(root_.begin(), root_.end(), 0);
     for (const Joint& joint : bodies.articulation.joints) join(joint.parent, joint.child);
-    for (const BoundParticle& bound : bodies.bound)
+    for (const EmbeddedParticle& bound : bodies.bound)
       if (const int body = deformable_of(bodies, bound.at); body >= 0)
         join(static_cast<int>(bound.body), body);
     for (std::size_t i = 0; i < root_.size(); ++i) root_[i] = find(static_cast<int>(i));
@@ -90,12 +90,12 @@ class Clusters {
         if (bodies.particles.mass[p] > 0 && is_held(bodies.particles, p)) held_[cluster] = 1;
       });
     }
-    for (const Tether& tether :
-         bodies.forces.tethers.all()) {  // hold where the anchor is not bound to a dynamic body
+    for (const ZeroLengthSpring& add_soft_binding :
+         bodies.forces.zero_length_springs.all()) {  // hold where the anchor is not bound to a dynamic body
       const bool is_bound =
           std::any_of(bodies.bound.begin(), bodies.bound.end(),
-                      [&](const BoundParticle& b) { return b.particle == as_index(tether.b); });
-      const int body = deformable_of(bodies, as_index(tether.a));
+                      [&](const EmbeddedParticle& b) { return b.particle == as_index(add_soft_binding.b); });
+      const int body = deformable_of(bodies, as_index(add_soft_binding.a));
       if (!is_bound && body >= 0) held_[as_index(root_[as_index(body)])] = 1;
     }
   }
@@ -120,7 +120,7 @@ struct Demand {
   double length = 0;  // m; negative: the gap that may be closed
 };
 
-// Finds the overlaps of a world and the displacements that part them; see part_bodies().
+// Finds the overlaps of a world and the displacements that part them; see separate_overlapping_bodies().
 class Finder {
  public:
   Finder(const World& world, std::vector<const Surface*> rigid_surfaces)
@@ -135,12 +135,12 @@ class Finder {
         if (probe_.boxes_meet(a, b, Vec3::Zero()) && touch(a, b)) near_.emplace_back(a, b);
   }
 
-  Parting part() {
-    Parting parting;
+  InitialSeparation part() {
+    InitialSeparation parting;
     std::vector<Overlap> overlaps = find(fine);
     const std::vector<Overlap> first = overlaps;
     for (const Overlap& overlap : first) parting.overlaps.push_back(described(overlap));
-    for (int round = 0; round < most_rounds && !overlaps.empty(); ++round)
+    for (int round = 0; round < max_rounds && !overlaps.empty(); ++round)
       if (!take_round(overlaps)) break;
     for (std::size_t i = 0; i < first.size(); ++i) {
       InitialOverlap& overlap = parting.overlaps[i];
@@ -189,10 +189,10 @@ class Finder {
   bool touch(int a, int b) const {
     const CandidateFilter filter = world_.contact_filter();
     if (is_rigid(b))
-      return filter.rigid_pairs && (is_dynamic(a) || is_dynamic(b)) && !never_touch(bodies_, a, b);
+      return filter.rigid_pairs && (is_dynamic(a) || is_dynamic(b)) && !is_excluded(bodies_, a, b);
     if (is_rigid(a))
       return filter.rigid_deformable && (is_dynamic(a) || is_free(b)) &&
-             !never_touch_deformable(bodies_, a, deformable(b));
+             !is_excluded_deformable(bodies_, a, deformable(b));
     if (!is_free(a) && !is_free(b)) return false;
     const auto is_particle = [&](int body) {
       const DeformableBody& one = bodies_.deformable[as_index(deformable(body))];
@@ -225,7 +225,7 @@ class Finder {
 
   // Returns the displacement (m) that takes b out of a by moving b along the normal at the deepest point by
   // the depth there, again and again. Zero if that does not end outside.
-  Vec3 walk_out(const Overlap& overlap) {
+  Vec3 exit_along_normals(const Overlap& overlap) {
     Vec3 way = Vec3::Zero();
     OverlapProbe::Deepest deepest = overlap.deepest;
     for (int i = 0; i < walk_steps; ++i) {
@@ -239,10 +239,10 @@ class Finder {
 
   // Returns how far (m) b has to move along `direction` to leave a. Each stride is as long as the current
   // depth, which is a lower bound of what is left. Infinite if the distance exceeds `bound`.
-  double stride_out(const Overlap& overlap, const Vec3& direction, double bound) {
+  double exit_along_direction(const Overlap& overlap, const Vec3& direction, double bound) {
     double length = 0;
     const Vec3 start = relative_shift(overlap.a, overlap.b);
-    for (int i = 0; i < most_strides && length < bound; ++i) {
+    for (int i = 0; i < max_strides && length < bound; ++i) {
       const double depth =
           probe_.deepest_to_rest(overlap.a, overlap.b, start + length * direction, coarse).depth;
       if (depth == 0) return length;
@@ -252,8 +252,8 @@ class Finder {
   }
 
   // Returns the shortest displacement (m) found that takes b out of a; zero if none was found.
-  Vec3 way_out(const Overlap& overlap) {
-    const Vec3 walk = walk_out(overlap);
+  Vec3 shortest_exit(const Overlap& overlap) {
+    const Vec3 walk = exit_along_normals(overlap);
     const double depth = overlap.deepest.depth;
     if (!walk.isZero(0) && walk.norm() <= short_walk * depth) return walk;
     Vec3 shortest = walk;
@@ -262,7 +262,7 @@ class Finder {
         probe_.directions(overlap.a, overlap.b, relative_shift(overlap.a, overlap.b));
     directions.insert(directions.begin(), overlap.deepest.way);
     for (const Vec3& direction : directions) {
-      const double stride = stride_out(overlap, direction, length);
+      const double stride = exit_along_direction(overlap, direction, length);
       if (stride < length) {
         length = stride;
         shortest = stride * direction;
@@ -316,7 +316,7 @@ class Finder {
         demands.push_back({overlap.a, overlap.b, overlap.way / length, length});
     const std::vector<Vec3> start = shift_;
     std::vector<Vec3> u = displacements(demands);
-    for (int i = 0; i < most_repairs; ++i) {
+    for (int i = 0; i < max_repairs; ++i) {
       const std::size_t count = demands.size();
       shift_ = shifted(start, u);
       for (const Overlap& met : find(fine)) {
@@ -377,7 +377,7 @@ class Finder {
     bool any = false;
     for (Overlap& overlap : overlaps) {
       if (!can_part(overlap)) continue;
-      overlap.way = way_out(overlap);
+      overlap.way = shortest_exit(overlap);
       any = any || !overlap.way.isZero(0);
     }
     if (!any) return false;
@@ -386,7 +386,7 @@ class Finder {
     const std::vector<int> island = islands(overlaps);
     const std::vector<double> before = squares(overlaps, island);
     std::vector<double> fraction(shift_.size(), 1);
-    for (int halvings = 0; halvings <= most_halvings; ++halvings) {
+    for (int halvings = 0; halvings <= max_halvings; ++halvings) {
       for (std::size_t i = 0; i < shift_.size(); ++i) {
         const auto c = as_index(clusters_.of(static_cast<int>(i)));
         shift_[i] = start[i] + fraction[as_index(island[c])] * u[c];
@@ -395,9 +395,9 @@ class Finder {
       const std::vector<double> after = squares(overlaps, island);
       bool all_gain = true;
       for (std::size_t i = 0; i < shift_.size(); ++i) {
-        if (fraction[i] == 0 || before[i] == 0 || after[i] <= (1 - least_gain) * before[i]) continue;
+        if (fraction[i] == 0 || before[i] == 0 || after[i] <= (1 - min_gain) * before[i]) continue;
         all_gain = false;
-        fraction[i] = halvings + 1 < most_halvings ? fraction[i] / 2 : 0;
+        fraction[i] = halvings + 1 < max_halvings ? fraction[i] / 2 : 0;
       }
       if (all_gain) break;
     }
@@ -422,17 +422,18 @@ class Finder {
 
 }  // namespace
 
-bool Parting::moves() const {
+bool InitialSeparation::moves() const {
   const auto moves = [](const Vec3& u) { return !u.isZero(0); };
   return std::any_of(rigid.begin(), rigid.end(), moves) ||
          std::any_of(deformable.begin(), deformable.end(), moves);
 }
 
-Parting part_bodies(const World& world, std::vector<const Surface*> rigid_surfaces) {
+InitialSeparation separate_overlapping_bodies(const World& world,
+                                              std::vector<const Surface*> rigid_surfaces) {
   return Finder(world, std::move(rigid_surfaces)).part();
 }
 
-void apply(const Parting& parting, World& world) {
+void apply(const InitialSeparation& parting, World& world) {
   Bodies& bodies = world.bodies;
   for (std::size_t i = 0; i < parting.rigid.size(); ++i)
     bodies.rigid.state[i].pose.position += parting.rigid[i];
@@ -450,7 +451,7 @@ std::string describe(const InitialOverlap& overlap) {
   return fmt::format("{} overlap by {:.3g} m {}", pair, overlap.depth, place);
 }
 
-std::string describe_parting(const InitialOverlap& overlap) {
+std::string describe_separation(const InitialOverlap& overlap) {
   std::string text = describe(overlap);
   const auto moved = [](const std::string& name, const Vec3& by) {
     return fmt::format("`{}` by ({:.4g}, {:.4g}, {:.4g}) m", name, by.x(), by.y(), by.z());

@@ -26,7 +26,7 @@ struct InitialOverlap {
 
 /// The displacements by which the first frame begins. Every body is moved as a whole, which changes neither
 /// elastic energy nor velocities.
-struct Parting {
+struct InitialSeparation {
   std::vector<InitialOverlap> overlaps;   ///< All pairs that overlap.
   std::vector<std::pair<int, int>> left;  ///< Rigid and deformable bodies that overlap afterwards, sorted.
   std::vector<Vec3> rigid,                ///< Displacement of every rigid body, m; zero for bodies that stay.
@@ -39,17 +39,17 @@ struct Parting {
 /// where t n is the shortest displacement found that takes b out of a. The problem is set up and solved again
 /// at the new positions as long as that lessens the overlaps of the bodies that they connect. Only pairs are
 /// considered that contact would part and that overlap by more than rounding, see
-/// OverlapProbe::least_depth(). Bodies that joints or attachments hold together move together. Bodies that a
+/// OverlapProbe::min_depth(). Bodies that joints or attachments hold together move together. Bodies that a
 /// static or kinematic body or a pin holds stay. `rigid_surfaces` are the drawn surfaces of the rigid bodies
 /// in body space.
-Parting part_bodies(const World& world, std::vector<const Surface*> rigid_surfaces);
+InitialSeparation separate_overlapping_bodies(const World& world, std::vector<const Surface*> rigid_surfaces);
 
 /// Moves the bodies of the world, and the particles that they carry, by the displacements.
-void apply(const Parting& parting, World& world);
+void apply(const InitialSeparation& parting, World& world);
 
 /// Returns the overlap as text: "`ball` and `block` overlap by 0.6 m at (0, 0.4, 0)".
 std::string describe(const InitialOverlap& overlap);
 /// Returns the text of describe(), followed by the displacements and by what they leave of the depth.
-std::string describe_parting(const InitialOverlap& overlap);
+std::string describe_separation(const InitialOverlap& overlap);
 
 }  // namespace duet

@@ -36,7 +36,7 @@ double surface_area(const LevelSet& shape) {
 // its longest extent, `longest` (m).
 double fine_enough(const LevelSet& shape, double longest) {
   if (shape.kind == LevelSet::Kind::grid) return shape.grid->grid().spacing;
-  const double thickness = shape.smallest_size();
+  const double thickness = shape.min_size();
   return std::max(thickness / 40, std::min(thickness / 8, longest / 100));
 }
 
@@ -44,17 +44,17 @@ double fine_enough(const LevelSet& shape, double longest) {
 
 // The size is the largest of the following values.
 // - fine_enough(): the size that the thickness asks for.
-// - sqrt(area / most_squares): bounds the voxels of plates. The narrow band is six voxels deep, so that
+// - sqrt(area / max_squares): bounds the voxels of plates. The narrow band is six voxels deep, so that
 //   there are at most 6e6 voxels.
-// - longest / most_along: bounds the voxels of wires, whose band is wider than they are. Some 40 voxels
+// - longest / max_along: bounds the voxels of wires, whose band is wider than they are. Some 40 voxels
 //   lie across it, so that there are at most 8e5 voxels.
 // - least (m): OpenVDB refuses transforms with a determinant below 3e-15 = (1.44e-5)^3.
-// Files and memory of thin plates are proportional to most_squares, those of thin wires to most_along.
+// Files and memory of thin plates are proportional to max_squares, those of thin wires to max_along.
 double exported_voxel_size(const LevelSet& shape) {
-  constexpr double most_squares = 1e6, most_along = 2e4, least = 2.2e-5;
+  constexpr double max_squares = 1e6, max_along = 2e4, least = 2.2e-5;
   const double longest = (shape.upper() - shape.lower()).maxCoeff();
-  return std::max({fine_enough(shape, longest), std::sqrt(surface_area(shape) / most_squares),
-                   longest / most_along, least});
+  return std::max({fine_enough(shape, longest), std::sqrt(surface_area(shape) / max_squares),
+                   longest / max_along, least});
 }
 
 }  // namespace duet

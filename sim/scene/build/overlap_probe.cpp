@@ -36,7 +36,7 @@ OverlapProbe::OverlapProbe(const Bodies& bodies, std::vector<const Surface*> rig
   for (std::size_t i = 0; i < bounds_.size(); ++i) {
     boxes_.push_back(bounds_[i].is_half_space ? Eigen::AlignedBox3d() : world_box(bounds_[i], 0));
     const double extent = bounds_[i].is_half_space ? infinity : boxes_[i].sizes().minCoeff();
-    thickness_.push_back(i < rigid_count ? bodies.rigid.properties[i].shape.smallest_size() : extent);
+    thickness_.push_back(i < rigid_count ? bodies.rigid.properties[i].shape.min_size() : extent);
   }
 }
 
@@ -176,7 +176,7 @@ double OverlapProbe::thickness_between(int a, int b) const {
 
 // Returns a lower bound of the distance (m) of `x` (m, world space with the host at its position) from the
 // host.
-double OverlapProbe::least_distance(const Search& search, const Vec3& x) const {
+double OverlapProbe::min_distance(const Search& search, const Vec3& x) const {
   const auto host = as_index(search.number);
   const double outside = bounds_[host].is_half_space ? 0 : boxes_[host].exteriorDistance(x);
   if (outside > 0) return outside;
@@ -211,14 +211,14 @@ void OverlapProbe::look_at(const Vec3& x, double nearest, Search& search) const 
 void OverlapProbe::look_at(const Vec3& a, const Vec3& b, const Vec3& c, Search& search) const {
   const Vec3 middle = (a + b + c) / 3;
   const double radius = std::max({(a - middle).norm(), (b - middle).norm(), (c - middle).norm()});
-  const double nearest = least_distance(search, middle);
+  const double nearest = min_distance(search, middle);
   if (search.around - nearest + radius <= std::max((1 + search.slack) * search.depth, search.least)) return;
   look_at(middle, nearest, search);
   const double ab = (b - a).norm(), bc = (c - b).norm(), ca = (a - c).norm();
   const double longest = std::max({ab, bc, ca});
   if (longest <= search.spacing) {
     for (const Vec3* corner : {&a, &b, &c})
-      if (longest > 0) look_at(*corner, least_distance(search, *corner), search);
+      if (longest > 0) look_at(*corner, min_distance(search, *corner), search);
   } else if (ab >= bc && ab >= ca) {
     look_at(a, (a + b) / 2, c, search);
     look_at((a + b) / 2, b, c, search);
@@ -238,7 +238,7 @@ OverlapProbe::Search OverlapProbe::search_in(int host, int guest, const Vec3& sh
   if (!search.host->has_inside()) return search;
   search.number = host;
   search.around = both_deformable(guest, host) ? clearance : looks.around;
-  search.least = least_depth(host, guest);
+  search.least = min_depth(host, guest);
   search.spacing = spacing(host, guest);
   search.slack = slack;
   for (const auto& piece : looks.pieces)

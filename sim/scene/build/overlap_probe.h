@@ -29,7 +29,7 @@ class OverlapProbe {
   /// Returns the deepest overlap of the bodies `a` and `b` with b displaced by `shift` (m) against a. The
   /// depth is found to within the fraction `slack` of it, and to the spacing of the points: the larger of a
   /// 50th of the thinner body's thickness and a 100th of the smaller body's diagonal. Overlaps below
-  /// least_depth() count as none.
+  /// min_depth() count as none.
   Deepest deepest(int a, int b, const Vec3& shift, double slack) {
     return deepest(a, b, shift, slack, clearance(a, b));
   }
@@ -40,13 +40,13 @@ class OverlapProbe {
   }
   /// Returns the depth (m) below which overlaps of the two are left to contact: 1e-4 of the thinner body's
   /// thickness, or 1e-5 of it if both are deformable.
-  double least_depth(int a, int b) const {
+  double min_depth(int a, int b) const {
     return (both_deformable(a, b) ? rounding_of_deformable : rounding) * thinner(a, b);
   }
 
   /// Returns the distance (m) below which two deformable bodies count as overlapping, because they may not
   /// even touch at the start. It is 0 if one of the two is rigid.
-  double clearance(int a, int b) const { return both_deformable(a, b) ? 2 * least_depth(a, b) : 0; }
+  double clearance(int a, int b) const { return both_deformable(a, b) ? 2 * min_depth(a, b) : 0; }
   /// Returns the mean thickness (m) of two deformable bodies, which Deepest::depth does not include. It is 0
   /// if one of the two is rigid.
   double thickness_between(int a, int b) const;
@@ -92,7 +92,7 @@ class OverlapProbe {
   const Body& prepared(int body);
   void prepare_rigid(std::size_t body, Body& made) const;
   void prepare_deformable(const DeformableBody& body, Body& made) const;
-  double least_distance(const Search& search, const Vec3& x) const;
+  double min_distance(const Search& search, const Vec3& x) const;
   SignedDistance exact(const Search& search, const Vec3& x) const;
   void look_at(const Vec3& x, double nearest, Search& search) const;
   void look_at(const Vec3& a, const Vec3& b, const Vec3& c, Search& search) const;

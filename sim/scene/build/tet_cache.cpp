@@ -62,7 +62,7 @@ std::optional<TetMesh> parse(const std::string& bytes, const TetKey& key) {
   return mesh;
 }
 
-// Removes the least recently used files until the others fit into TetCache::most_bytes.
+// Removes the least recently used files until the others fit into TetCache::max_bytes.
 void make_room() {
   std::error_code ignored;
   std::vector<std::pair<fs::file_time_type, fs::directory_entry>> files;
@@ -73,7 +73,7 @@ void make_room() {
   }
   std::sort(files.begin(), files.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
   for (const auto& [time, entry] : files) {
-    if (bytes <= cache().most_bytes) return;
+    if (bytes <= cache().max_bytes) return;
     bytes -= std::min(bytes, entry.file_size(ignored));
     fs::remove(entry.path(), ignored);
   }

@@ -20,7 +20,7 @@ struct TetCache {
   std::string program;           ///< Name of the build; another build does not use its files.
   /// Largest total size of the files, bytes, 1 GiB by default. The least recently used files are removed
   /// first.
-  std::uintmax_t most_bytes = std::uintmax_t{1} << 30;
+  std::uintmax_t max_bytes = std::uintmax_t{1} << 30;
 };
 
 /// Sets the cache for all meshes that this process fills from now on. It must be called before other threads

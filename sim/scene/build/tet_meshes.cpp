@@ -91,8 +91,8 @@ std::vector<TetSize> TetMeshes::sizes() const {
   std::vector<TetSize> sizes;
   for (const Made& one : made_) {
     const TetQuality quality = tet_quality(one.mesh);
-    sizes.push_back({one.body.name, one.bodies, static_cast<int>(quality.tets), quality.smallest_altitude,
-                     quality.least_angle, quality.largest_angle});
+    sizes.push_back({one.body.name, one.bodies, static_cast<int>(quality.tets), quality.min_altitude,
+                     quality.min_angle, quality.max_angle});
   }
   return sizes;
 }

@@ -16,9 +16,9 @@ constexpr const char* override_file = "--set";  // shown in place of a file for 
 
 // Largest number of parts of a key such as a.b.c. The parser recurses for each part of a key, and so does all
 // code that visits the tables that it makes: many more parts than this overflow the stack.
-constexpr std::ptrdiff_t most_parts = 100;
+constexpr std::ptrdiff_t max_parts = 100;
 
-// Returns the first line (1-based) with a key of more than `most_parts` parts; 0 if there is none. Dots in
+// Returns the first line (1-based) with a key of more than `max_parts` parts; 0 if there is none. Dots in
 // strings and comments count as well, up to the end of the line or the next character that no key has.
 std::size_t line_of_deep_key(const std::string& text) {
   std::size_t line = 1;
@@ -27,7 +27,7 @@ std::size_t line_of_deep_key(const std::string& text) {
     const char c = text[i];
     if (c == '\n') ++line;
     if (c == '\n' || c == '=' || c == ',' || c == '#' || c == '[' || c == '{') dots = 0;
-    if (c == '.' && (i == 0 || text[i - 1] != '.') && ++dots > most_parts) return line;
+    if (c == '.' && (i == 0 || text[i - 1] != '.') && ++dots > max_parts) return line;
   }
   return 0;
 }
@@ -168,7 +168,7 @@ void Problems::add_global(std::string message, std::string hint) {
 
 // Merges problems that are repeated in copies of a table into the first of them. Requires problems sorted by
 // place.
-std::vector<SceneProblem> said_once(const std::vector<SceneProblem>& sorted) {
+std::vector<SceneProblem> merge_repeated_problems(const std::vector<SceneProblem>& sorted) {
   std::vector<SceneProblem> result;
   std::size_t more = 0;
   const auto close = [&] {
@@ -197,7 +197,7 @@ void Problems::throw_if_any() {
   std::stable_sort(problems_.begin(), problems_.end(), [](const SceneProblem& a, const SceneProblem& b) {
     return std::pair(a.line, a.column) < std::pair(b.line, b.column);
   });
-  throw SceneError(said_once(problems_));
+  throw SceneError(merge_repeated_problems(problems_));
 }
 
 toml::table parse_document(const std::string& text, const std::string& path) {
@@ -206,7 +206,7 @@ toml::table parse_document(const std::string& text, const std::string& path) {
                        static_cast<int>(line),
                        1,
                        {},
-                       fmt::format("TOML syntax: a key has more than {} parts with dots between", most_parts),
+                       fmt::format("TOML syntax: a key has more than {} parts with dots between", max_parts),
                        "keys of scenes have at most six"}});
   try {
     return toml::parse(text, path);
@@ -232,9 +232,9 @@ void apply_override(toml::table& document, const std::string& assignment, Proble
     problems.add_override(key, "has an empty part between its dots");
     return;
   }
-  if (std::count(key.begin(), key.end(), '.') > most_parts) {
+  if (std::count(key.begin(), key.end(), '.') > max_parts) {
     problems.add_override(key.substr(0, 40) + "...",
-                          fmt::format("has more than {} parts with dots between", most_parts),
+                          fmt::format("has more than {} parts with dots between", max_parts),
                           "keys of scenes have at most six");
     return;
   }
@@ -246,7 +246,7 @@ void apply_override(toml::table& document, const std::string& assignment, Proble
       [&, &target = *table, &last = name](auto& node) { target.insert_or_assign(last, node); });
 }
 
-std::string serialise(const toml::table& document) {
+std::string serialize(const toml::table& document) {
   std::ostringstream out;
   // Literal strings are turned off: toml++ 3.3 writes control characters into them as escapes, which literal
   // strings do not support.

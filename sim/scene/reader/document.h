@@ -53,6 +53,6 @@ toml::table parse_document(const std::string& text, const std::string& path);
 void apply_override(toml::table& document, const std::string& assignment, Problems& problems);
 
 /// Returns the document as TOML text that reads back to the same values.
-std::string serialise(const toml::table& document);
+std::string serialize(const toml::table& document);
 
 }  // namespace duet::scene

@@ -22,7 +22,7 @@ namespace duet::scene {
 namespace {
 
 constexpr std::array<std::string_view, 3> listed = {"rigid", "deformable", "joints"};  // sections of prefabs
-constexpr int most_copies = 100000;  // of prefabs in a scene
+constexpr int max_copies = 100000;  // of prefabs in a scene
 
 // Returns the three numbers of an array; none if the node is something else.
 std::optional<Vec3> vector_of(const toml::node* node) {
@@ -360,8 +360,8 @@ class Expander {
   void add(const toml::table& table, const toml::table& prefab, const Pose& pose, const std::string& name,
            Random& random, const std::string& path) {
     const double scale = table["scale"].value_or(1.0);
-    if (++copies_ > most_copies) {
-      if (copies_ == most_copies + 1)
+    if (++copies_ > max_copies) {
+      if (copies_ == max_copies + 1)
         problems_.add(table.source(), path,
                       fmt::format("is the {}th copy of a prefab, the last that is made", copies_),
                       "lower its grid or its scatter.count");

@@ -9,7 +9,7 @@
 namespace duet::scene {
 namespace {
 
-constexpr int most_tries = 10000;  // random poses of a box before random_pose() gives up
+constexpr int max_tries = 10000;  // random poses of a box before random_pose() gives up
 
 }  // namespace
 
@@ -46,7 +46,7 @@ bool overlap(const PlacedBox& a, const PlacedBox& b) {
 
 std::optional<Pose> random_pose(const Vec3& half, const Vec3& lower, const Vec3& upper, bool turns,
                                 const std::vector<PlacedBox>& placed, Random& random) {
-  for (int i = 0; i < most_tries; ++i) {
+  for (int i = 0; i < max_tries; ++i) {
     PlacedBox box{{Vec3::Zero(), turns ? random.rotation() : Quat::Identity()}, half};
     const Vec3 reach = box.pose.orientation.toRotationMatrix().cwiseAbs() * half;
     bool fits = true;

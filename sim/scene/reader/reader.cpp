@@ -183,9 +183,9 @@ void SceneReader::read_look(const toml::table& table, const std::string& path, c
     reject(table, path, {"pattern_size"}, "has no effect without a pattern", "add a `pattern`");
   if (look.pattern.empty() && look.spots.empty())
     reject(table, path, {"color2"}, "has no effect without a pattern", "add a `pattern` or `spots`");
-  if (look.spots.size() > Look::most_spots)
+  if (look.spots.size() > Look::max_spots)
     reject(table, path, {"spots"}, fmt::format("are {}", look.spots.size()),
-           fmt::format("at most {} can be drawn", Look::most_spots));
+           fmt::format("at most {} can be drawn", Look::max_spots));
 }
 
 void SceneReader::read_rigid(const toml::table& table, const std::string& path) {
@@ -438,7 +438,7 @@ ReadResult read_text(const std::string& text, const std::string& path,
   Problems problems(path);
   toml::table document = parse_document(text, path);
   for (const std::string& assignment : overrides) apply_override(document, assignment, problems);
-  const std::string as_run = overrides.empty() ? text : serialise(document);
+  const std::string as_run = overrides.empty() ? text : serialize(document);
   expand(document, problems);
   SceneReader reader(document, path, meshes, files, problems);
   Scene scene = reader.read();

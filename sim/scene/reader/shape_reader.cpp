@@ -18,9 +18,9 @@ namespace {
 
 // Largest number of contact points on a rigid body that a `sample_spacing` may ask for; more take too much
 // memory.
-constexpr double most_samples = 1e6;
+constexpr double max_samples = 1e6;
 // Largest number of tetrahedra along the longest extent of a filled surface that a `spacing` may ask for.
-constexpr double most_cells = 256;
+constexpr double max_cells = 256;
 // Keys of the kinds of shapes, in the order of ShapeKind and of those kinds of DeformableKind that can be
 // filled.
 constexpr std::array<std::string_view, 6> kinds = {"box", "sphere", "capsule", "cylinder", "torus", "mesh"};
@@ -149,9 +149,8 @@ void ShapeReader::check_spacing(const DeformableShape& shape, const toml::table&
   const Shape& surface = shape.surface;
   if (!node || !shape.spacing || (surface.kind == ShapeKind::mesh && !surface.mesh)) return;
   const Vec3 size = extent(surface);
-  const double thickness =
-      surface.kind == ShapeKind::mesh ? size.minCoeff() : level_set(surface).smallest_size();
-  const double least = size.maxCoeff() / most_cells, largest = thickness / 2;
+  const double thickness = surface.kind == ShapeKind::mesh ? size.minCoeff() : level_set(surface).min_size();
+  const double least = size.maxCoeff() / max_cells, largest = thickness / 2;
   if (!(largest > 0) || (*shape.spacing >= least && *shape.spacing <= largest)) return;
   problems_.add(node->source(), path + ".spacing",
                 fmt::format("must be in [{:.4g}, {:.4g}] m for this shape, is {:.4g} m", least, largest,
@@ -173,9 +172,9 @@ void ShapeReader::check_sample_spacing(const RigidBody& body, const toml::table&
   const Vec3 size = extent(body.shape);
   const double area = 2 * (size.x() * size.y() + size.y() * size.z() + size.z() * size.x());
   const double count = area / (*body.sample_spacing * *body.sample_spacing);
-  if (count > most_samples)
+  if (count > max_samples)
     problems_.add(node->source(), path + ".sample_spacing",
-                  fmt::format("asks for about {:.2g} contact points, must be <= {:.0g}", count, most_samples),
+                  fmt::format("asks for about {:.2g} contact points, must be <= {:.0g}", count, max_samples),
                   fmt::format("{:.3g} m gives a thousand", std::sqrt(area / 1000)));
 }
 

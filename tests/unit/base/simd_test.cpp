@@ -34,7 +34,7 @@ class TwoQuadsTest : public testing::Test {
   }
   template <class Work>
   void expect_lanes_of(Work work) {
-    const TwoQuads both = work(a, b), first = work(a, 0.75), second = work(0.75, b);
+    const double4x2 both = work(a, b), first = work(a, 0.75), second = work(0.75, b);
     for (std::size_t lane = 0; lane < 8; ++lane) {
       EXPECT_EQ(both[lane], work(a[lane], b[lane])) << lane;
       EXPECT_EQ(first[lane], work(a[lane], 0.75)) << lane;
@@ -51,12 +51,12 @@ class TwoQuadsTest : public testing::Test {
     EXPECT_EQ(lanes_of(compare(a, b)), both);
     EXPECT_EQ(lanes_of(compare(a, a[5])), with_one);
     EXPECT_EQ(lanes_of(compare(a, b) & compare(a, a[5])), both & with_one);
-    const TwoQuads chosen = select(compare(a, b), a, b);
+    const double4x2 chosen = select(compare(a, b), a, b);
     for (unsigned lane = 0; lane < 8; ++lane)
       EXPECT_EQ(chosen[lane], compare(a[lane], b[lane]) ? a[lane] : b[lane]) << lane;
   }
 
-  TwoQuads a, b;
+  double4x2 a, b;
 };
 
 TEST_F(TwoQuadsTest, ComputesEveryLaneByItself) {
@@ -64,7 +64,7 @@ TEST_F(TwoQuadsTest, ComputesEveryLaneByItself) {
   expect_lanes_of(std::minus<>{});
   expect_lanes_of(std::multiplies<>{});
   expect_lanes_of(std::divides<>{});
-  TwoQuads sum = a, product = a;
+  double4x2 sum = a, product = a;
   sum += b;
   product *= b;
   for (std::size_t lane = 0; lane < 8; ++lane) {
@@ -83,10 +83,10 @@ TEST_F(TwoQuadsTest, ComparesEveryLaneByItself) {
 }
 
 TEST(Simd, SingleAndDoublePrecisionKeepTheirLanes) {
-  Pack x;
+  double8 x;
   for (std::size_t lane = 0; lane < pack_width; ++lane) x[lane] = 1.0 / static_cast<double>(lane + 3);
-  const PackF single = to_single(x);
-  const Pack back = to_double(single);
+  const float8 single = to_single(x);
+  const double8 back = to_double(single);
   for (std::size_t lane = 0; lane < pack_width; ++lane) {
     EXPECT_EQ(single[lane], static_cast<float>(x[lane])) << lane;
     EXPECT_EQ(back[lane], static_cast<double>(single[lane])) << lane;
@@ -97,11 +97,11 @@ TEST(Simd, RowsComeBackFromPacks) {
   double rows[pack_width][4];
   for (std::size_t i = 0; i < pack_width; ++i)
     for (std::size_t k = 0; k < 4; ++k) rows[i][k] = static_cast<double>(10 * i + k);
-  const PackVector packs = load_rows([&](std::size_t i) {
-    return Quad{rows[i][0], rows[i][1], rows[i][2], rows[i][3]};
+  const vector8 packs = load_rows([&](std::size_t i) {
+    return double4{rows[i][0], rows[i][1], rows[i][2], rows[i][3]};
   });
-  Quad stored[pack_width];
-  Pack w;
+  double4 stored[pack_width];
+  double8 w;
   for (std::size_t i = 0; i < pack_width; ++i) w[i] = rows[i][3];
   store_rows(packs, w, stored);
   for (std::size_t i = 0; i < pack_width; ++i) {

@@ -105,7 +105,7 @@ TEST(ContactPoint, OfCornersActOnTheFacesThatTheyPressIn) {
   scene::Scene scene = test::free_space();
   const double half = std::sqrt(0.75);
   add_box(scene, "cube", Vec3::Zero(), Vec3(1, 1, 1), 10).placement.orientation =
-      shortest_turn(Vec3(1, 1, 1), Vec3::UnitY());
+      shortest_rotation(Vec3(1, 1, 1), Vec3::UnitY());
   add_soft_box(scene, "upper", Vec3(0.17, half + 0.495, 0.29), Vec3(2, 1, 2), 2);
   add_soft_box(scene, "lower", Vec3(0.17, -half - 0.495, 0.29), Vec3(2, 1, 2), 2);
   Simulation simulation(scene, test::plan(scene));
@@ -231,7 +231,7 @@ TEST(WarmStart, LeavesRigidPairsThatNeitherCollidedNorTouchInactive) {
   build_contact_graph(bodies, simulation.world().gravity, true, contacts, graph);
   EXPECT_EQ(graph.schedule.order().size(), 2u);
   bodies.rigid.state[1].velocity = Vec3(0, -1e-3, 0);
-  predict_contacts(0.1, OrientationUpdate::exact, graph, bodies, contacts);
+  find_speculative_targets(0.1, OrientationUpdate::exact, graph, bodies, contacts);
   ContactSolveScratch scratch;
   solve_contact(bodies, graph, {}, contacts, scratch);
   warm_start_again(2, graph, bodies, contacts);
@@ -253,7 +253,7 @@ TEST(ContactSolve, ConvergesToTheConditionsOfContact) {
   ContactSet contacts = candidates(bodies, dt);
   ContactGraph graph;
   build_contact_graph(bodies, simulation.world().gravity, true, contacts, graph);
-  predict_contacts(dt, OrientationUpdate::exact, graph, bodies, contacts);
+  find_speculative_targets(dt, OrientationUpdate::exact, graph, bodies, contacts);
   ContactSolveScratch scratch;
   const int sweeps =
       solve_contact(bodies, graph, {.iterations = 2000, .tolerance = 1e-12}, contacts, scratch);

@@ -16,7 +16,7 @@ using test::shaken_lattice;
 struct Body {
   TetMesh mesh = shaken_lattice(Vec3i(3, 4, 2), 0.1, 1);
   std::vector<double> mass = corner_masses(mesh, 800), inverse_mass;
-  OneRings rings;
+  NodalVolumes rings;
   Body() {
     for (double m : mass) inverse_mass.push_back(1 / m);
     rings.add(mesh.tets, mesh.nodes);
@@ -42,7 +42,7 @@ std::vector<Vec3> moved(const std::vector<Vec3>& x, double amount, const std::ve
   return result;
 }
 
-TEST(OneRings, AddUpToTheBody) {
+TEST(NodalVolumes, AddUpToTheBody) {
   Body body;
   double volume = 0, rest = 0;
   const auto x = moved(body.mesh.nodes, 0.3, random_vectors(body.mesh.nodes.size(), 2));
@@ -60,7 +60,7 @@ TEST(OneRings, AddUpToTheBody) {
 
 // Volumes are cubic in the positions, for which this formula of five points is exact: only rounding is left,
 // of sums of some 24 tets.
-TEST(OneRings, DivergenceIsTheDerivativeOfTheVolumes) {
+TEST(NodalVolumes, DivergenceIsTheDerivativeOfTheVolumes) {
   Body body;
   const auto x = moved(body.mesh.nodes, 0.2, random_vectors(body.mesh.nodes.size(), 3));
   const auto v = random_vectors(x.size(), 4);
@@ -80,7 +80,7 @@ TEST(OneRings, DivergenceIsTheDerivativeOfTheVolumes) {
   for (std::size_t i = 0; i < rate.size(); ++i) EXPECT_NEAR(at_once[i], rate[i], 1e-14) << i;
 }
 
-TEST(OneRings, GradientIsTheAdjointOfTheDivergence) {
+TEST(NodalVolumes, GradientIsTheAdjointOfTheDivergence) {
   Body body;
   const auto x = moved(body.mesh.nodes, 0.3, random_vectors(body.mesh.nodes.size(), 3));
   const auto v = random_vectors(x.size(), 4);
@@ -108,7 +108,7 @@ TEST(OneRings, GradientIsTheAdjointOfTheDivergence) {
   }
 }
 
-TEST(OneRings, RigidMotionsChangeNoVolumeAndPressuresNoMomentum) {
+TEST(NodalVolumes, RigidMotionsChangeNoVolumeAndPressuresNoMomentum) {
   Body body;
   const auto x = moved(body.mesh.nodes, 0.3, random_vectors(body.mesh.nodes.size(), 3));
   body.rings.linearize(x);

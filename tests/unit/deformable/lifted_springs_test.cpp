@@ -67,7 +67,7 @@ struct Block {
     forces.begin_step(x);
     std::vector<Vec3> force(x.size(), Vec3::Zero());
     forces.add_elastic_forces(x, force);
-    const double dt = 2 * cfl / std::sqrt(forces.max_squared_frequency());
+    const double dt = 2 * cfl / std::sqrt(forces.max_omega_squared());
     const Eigen::MatrixXd D = matrix(
         [&](const std::vector<Vec3>& v, std::vector<Vec3>& out) { forces.add_damping_forces(v, out); });
     const Eigen::MatrixXd K = matrix([&](const std::vector<Vec3>& dx, std::vector<Vec3>& out) {
@@ -96,8 +96,8 @@ TEST(LiftedSprings, AreStableInHardStates) {
             Vec3(2, 0.8, 0.8), Vec3(3, 0.5, 1), Vec3(3, 3, 1), Vec3(1, 1, 0.05), Vec3(1, 1, -0.5)})
         for (const double jitter : {0.0, 0.04, 0.1}) {
           Block block(size, damping);
-          const double elastic = block.forces.elastic_squared_frequency();
-          longest = std::max(longest, std::sqrt(elastic / block.forces.rest_squared_frequency()));
+          const double elastic = block.forces.elastic_omega_squared();
+          longest = std::max(longest, std::sqrt(elastic / block.forces.rest_omega_squared()));
           for (Vec3& place : block.x) {
             place = place.cwiseProduct(stretch);
             for (int k = 0; k < 3; ++k) place[k] += jitter * size[k] * std::abs(stretch[k]) * uniform(random);
@@ -123,8 +123,8 @@ TEST(LiftedSprings, LimitsAreThoseOfTheirDampingTime) {
     forces.edge_springs.add({{2, 3}, {1, -1}, 1, k, critical_viscosity<2>(second, k, {1, -1}, {1, 1})});
     forces.finalize(mass, inverse);
     forces.rely_on_damping(cfl, relaxed);
-    EXPECT_DOUBLE_EQ(forces.elastic_squared_frequency(), 2 * k);
-    return 2 / std::sqrt(forces.rest_squared_frequency());
+    EXPECT_DOUBLE_EQ(forces.elastic_omega_squared(), 2 * k);
+    return 2 / std::sqrt(forces.rest_omega_squared());
   };
   EXPECT_DOUBLE_EQ(limit(0, 0), std::sqrt(2 / k));
   EXPECT_DOUBLE_EQ(limit(0, 0.25), std::sqrt(2 / k));
@@ -142,9 +142,9 @@ TEST(LiftedSprings, StretchingBoundsTheStep) {
   forces.rely_on_damping(cfl, relaxation);
   std::vector<Vec3> force(2, Vec3::Zero());
   forces.add_elastic_forces({Vec3::Zero(), Vec3(0, stretched, 0)}, force);
-  EXPECT_DOUBLE_EQ(forces.max_squared_frequency(), 2 * k * (1 - 1 / stretched));
+  EXPECT_DOUBLE_EQ(forces.max_omega_squared(), 2 * k * (1 - 1 / stretched));
   forces.add_elastic_forces({Vec3::Zero(), Vec3(0, 0.5, 0)}, force);
-  EXPECT_DOUBLE_EQ(forces.max_squared_frequency(), forces.rest_squared_frequency());
+  EXPECT_DOUBLE_EQ(forces.max_omega_squared(), forces.rest_omega_squared());
 }
 
 }  // namespace

@@ -50,7 +50,7 @@ struct Block {
   double growth() {
     std::vector<Vec3> force(x.size(), Vec3::Zero());
     elements.add_elastic_forces(x, force);
-    const double dt = 2 * cfl / std::sqrt(elements.max_squared_frequency());
+    const double dt = 2 * cfl / std::sqrt(elements.max_omega_squared());
     elements.set_time_step(dt);
     elements.add_elastic_forces(x, force);
     const Eigen::MatrixXd D = matrix(
@@ -118,8 +118,8 @@ TEST(LiftedSteps, AreStableInHardStates) {
       for (const double jitter : {0.0, 0.04, 0.1})
         for (const double youngs_modulus : {1e7, 2e8}) {
           Block block(size, youngs_modulus);
-          const double elastic_limit = 2 / std::sqrt(block.elements.elastic_squared_frequency());
-          const double limit = 2 / std::sqrt(block.elements.rest_squared_frequency());
+          const double elastic_limit = 2 / std::sqrt(block.elements.elastic_omega_squared());
+          const double limit = 2 / std::sqrt(block.elements.rest_omega_squared());
           longest = std::max(longest, limit / elastic_limit);
           for (Vec3& place : block.x) {
             place = place.cwiseProduct(stretch);

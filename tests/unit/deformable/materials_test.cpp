@@ -28,8 +28,8 @@ class Material : public ::testing::Test {
  protected:
   static double energy(const Mat3& F) { return Model::energy_density(mu, lambda, matrix_of(F)); }
   static Mat3 stress(const Mat3& F) { return eigen_of(Model::stress(mu, lambda, matrix_of(F))); }
-  static double squared_frequency(const Mat3& F, const GradientScatter<double>& scatter) {
-    return Model::squared_frequency(mu, lambda, matrix_of(F), scatter);
+  static double omega_squared(const Mat3& F, const GradientScatter<double>& scatter) {
+    return Model::omega_squared(mu, lambda, matrix_of(F), scatter);
   }
   static StressDifferential<double> differential(const Mat3& F) {
     const PrincipalStretches<double> p = principal_stretches(matrix_of(F));
@@ -52,7 +52,7 @@ struct Element {
     return {matrix_of(S), eigenvalues(S)[2]};
   }
   // The largest eigenvalue of M^-1 K over the volume, where `hessian` takes dF, row by row, to dP.
-  double squared_frequency(const Eigen::Matrix<double, 9, 9>& hessian) const {
+  double omega_squared(const Eigen::Matrix<double, 9, 9>& hessian) const {
     Eigen::MatrixXd B = Eigen::MatrixXd::Zero(9, 12);  // dF of displacements times the roots of the masses
     for (int i = 0; i < 4; ++i)
       for (int r = 0; r < 3; ++r)
@@ -98,8 +98,8 @@ TYPED_TEST(Material, RestHasNoStressAndTheLinearStiffnessOfItsLameParameters) {
   EXPECT_LT(this->stress(Mat3::Identity()).norm(), 1e-15);
   EXPECT_EQ(this->energy(Mat3::Identity()), 0);
   const Element element;
-  EXPECT_NEAR(this->squared_frequency(Mat3::Identity(), element.scatter()),
-              element.scatter().at_rest(mu, lambda), 1e-12 * element.scatter().at_rest(mu, lambda));
+  EXPECT_NEAR(this->omega_squared(Mat3::Identity(), element.scatter()), element.scatter().at_rest(mu, lambda),
+              1e-12 * element.scatter().at_rest(mu, lambda));
   const Mat3 strain = (Mat3() << 1, 0.2, 0, 0.2, -0.4, 0.1, 0, 0.1, 0.3).finished();
   const Mat3 linear = 2 * mu * strain + lambda * strain.trace() * Mat3::Identity();
   constexpr double h = 1e-7;
@@ -161,8 +161,8 @@ TYPED_TEST(Material, FrequencyBoundHoldsInEveryState) {
       const Mat3 dP = derivative([&](const Mat3& G) { return this->stress(G); }, F, unit_matrix(k), 1e-5);
       hessian.col(k) = Eigen::Map<const Eigen::Matrix<double, 9, 1>>(Mat3(dP.transpose()).data());
     }
-    const double exact = element.squared_frequency(0.5 * (hessian + hessian.transpose())),
-                 bound = this->squared_frequency(F, element.scatter());
+    const double exact = element.omega_squared(0.5 * (hessian + hessian.transpose())),
+                 bound = this->omega_squared(F, element.scatter());
     EXPECT_LE(exact, bound * (1 + 1e-6)) << F;  // of the differences
     worst = std::max(worst, bound / exact);
   }
@@ -207,8 +207,8 @@ TEST(CompressionStiffness, IsWhatCompressionAddsAndLeavesASoftElement) {
         EXPECT_NEAR(dF.dot(left * dF), 0, 1e-6 * dF.dot(damped * dF)) << F;
       }
     }
-    const double soft = NeoHookean::soft_squared_frequency(mu, lambda, matrix_of(F), element.scatter());
-    EXPECT_LE(element.squared_frequency(left + mu * Mat9::Identity()), soft * (1 + 1e-6)) << F;
+    const double soft = NeoHookean::uncompressed_omega_squared(mu, lambda, matrix_of(F), element.scatter());
+    EXPECT_LE(element.omega_squared(left + mu * Mat9::Identity()), soft * (1 + 1e-6)) << F;
   }
 }
 
@@ -232,13 +232,13 @@ TYPED_TEST(Material, PacksGiveTheSameBitsAsScalars) {
   const std::vector<Mat3> all = deformations();
   ASSERT_EQ(all.size() % pack_width, 0);
   for (std::size_t start = 0; start < all.size(); start += pack_width) {
-    Matrix3<Pack> F;
+    Matrix3<double8> F;
     for (std::size_t lane = 0; lane < pack_width; ++lane)
       for (int k = 0; k < 9; ++k) F[k / 3][k % 3][lane] = all[start + lane](k / 3, k % 3);
-    const Pack m = Pack{} + mu, l = Pack{} + lambda;
-    const Matrix3<Pack> P = TypeParam::stress(m, l, F);
-    const PrincipalStretches<Pack> p = principal_stretches(F);
-    const Matrix3<Pack> HF = stress_differential(p, TypeParam::derivatives(m, l, p.stretch)) * F;
+    const double8 m = double8{} + mu, l = double8{} + lambda;
+    const Matrix3<double8> P = TypeParam::stress(m, l, F);
+    const PrincipalStretches<double8> p = principal_stretches(F);
+    const Matrix3<double8> HF = stress_differential(p, TypeParam::derivatives(m, l, p.stretch)) * F;
     for (std::size_t lane = 0; lane < pack_width; ++lane) {
       const Mat3 scalar = this->stress(all[start + lane]);
       const Mat3 differential =

@@ -35,7 +35,7 @@ TEST(SupportPoint, OfAPlaneIsEveryPointInTheDirectionOfItsNormal) {
                           std::sin(angle) * std::sin(turn));
         const FacesAround faces = plane.look(point, toward);
         EXPECT_NEAR(faces.rise, std::sin(angle), 1e-15) << point.count << ' ' << angle << ' ' << turn;
-        EXPECT_NEAR(faces.most_facing, std::cos(angle), 1e-15);
+        EXPECT_NEAR(faces.max_facing, std::cos(angle), 1e-15);
       }
   EXPECT_EQ(plane.look(at_particle(0), Vec3::UnitY()).count, 4);
   EXPECT_EQ(plane.look(middle_of_edge, Vec3::UnitY()).count, 2);

@@ -36,8 +36,8 @@ std::vector<BodyHashes> many() {
 }
 
 FrameHashes frame(int number, std::uint64_t whole, const std::vector<BodyHashes>& bodies,
-                  std::size_t most_lines = 100) {
-  return {number, whole_hash(whole), hash_lines(bodies, most_lines)};
+                  std::size_t max_lines = 100) {
+  return {number, whole_hash(whole), hash_lines(bodies, max_lines)};
 }
 
 // As it is read from a file.

@@ -30,7 +30,7 @@ TEST(Compare, APictureEqualsItself) {
   EXPECT_EQ(d.mean, 0);
   EXPECT_EQ(d.rmse, 0);
   EXPECT_EQ(d.share, 0);
-  EXPECT_EQ(d.largest_patch, 0);
+  EXPECT_EQ(d.max_patch, 0);
   EXPECT_EQ(d.ssim, 1);
   EXPECT_EQ(broken_bounds(d, {}), "");
 }
@@ -42,7 +42,7 @@ TEST(Compare, AUniformDifferenceHasItsOwnValue) {
   EXPECT_NEAR(d.mean, 0.2 / 3, 1e-15);
   EXPECT_NEAR(d.rmse, 0.2 / std::sqrt(3), 1e-15);
   EXPECT_EQ(d.share, 1);
-  EXPECT_EQ(d.largest_patch, 200);
+  EXPECT_EQ(d.max_patch, 200);
 }
 
 // Of 100 pixels one is off by 1 in all channels: mean 0.01, root of the mean square 0.1.
@@ -54,7 +54,7 @@ TEST(Compare, ASingleDifferenceIsAveraged) {
   EXPECT_NEAR(d.mean, 0.01, 1e-15);
   EXPECT_NEAR(d.rmse, 0.1, 1e-15);
   EXPECT_EQ(d.share, 0.01);
-  EXPECT_EQ(d.largest_patch, 1);
+  EXPECT_EQ(d.max_patch, 1);
   EXPECT_LT(d.ssim, 1);
 }
 
@@ -75,7 +75,7 @@ TEST(Compare, PatchesConnectBySidesAndCorners) {
   for (const auto& [x, y] : {std::pair(5, 4), {11, 0}, {0, 1 + 5}, {11, 8}, {10, 8}, {0, 8}})
     channel(b, x, y, 0) = 0;  // the picture's left and right borders do not connect
   const Difference d = compare(a, b);
-  EXPECT_EQ(d.largest_patch, 5);
+  EXPECT_EQ(d.max_patch, 5);
   EXPECT_DOUBLE_EQ(d.share, 11.0 / (12 * 9));
 }
 
@@ -105,7 +105,7 @@ TEST(Compare, StructuralSimilaritySeesStructure) {
 
 TEST(Compare, EveryBoundCanBeBroken) {
   const Difference good{
-      .maximum = 0.9, .mean = 0.9, .rmse = 0.0005, .share = 0.001, .largest_patch = 7, .ssim = 0.5};
+      .maximum = 0.9, .mean = 0.9, .rmse = 0.0005, .share = 0.001, .max_patch = 7, .ssim = 0.5};
   EXPECT_EQ(broken_bounds(good, {}), "") << "what lies on a bound passes";
   Difference d = good;
   d.rmse = 0.00051;
@@ -114,9 +114,9 @@ TEST(Compare, EveryBoundCanBeBroken) {
   d.share = 0.0011;
   EXPECT_EQ(broken_bounds(d, {}), "0.11 % of the pixels off by more than 4/255 > 0.1 %");
   d = good;
-  d.largest_patch = 8;
+  d.max_patch = 8;
   EXPECT_EQ(broken_bounds(d, {}), "a patch of 8 such pixels > 7");
-  EXPECT_EQ(broken_bounds(good, {.least_ssim = 0.6}), "SSIM 0.5 < 0.6");
+  EXPECT_EQ(broken_bounds(good, {.min_ssim = 0.6}), "SSIM 0.5 < 0.6");
   d.rmse = std::nan("");
   EXPECT_EQ(broken_bounds(d, {}), "RMSE nan > 0.0005, a patch of 8 such pixels > 7");
 }

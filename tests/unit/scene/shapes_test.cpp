@@ -36,7 +36,7 @@ TEST(RigidShapes, EveryKindBecomesItsLevelSet) {
   EXPECT_DOUBLE_EQ(level_set("{ torus = { radius = 3, tube = 1 } }").distance(Vec3(3, 5, 0)), 4);
   // The largest ball lies in the bend, between the outer faces and the inner edge: radius (2 - sqrt(2)) / 2
   // for walls of 0.5. Its principal axes are turned by 45 degrees, so that its longest extent is sqrt(2).
-  EXPECT_NEAR(level_set("{ mesh = \"bracket.obj\", scale = 2 }").smallest_size(), (2 - std::sqrt(2.0)), 0.05);
+  EXPECT_NEAR(level_set("{ mesh = \"bracket.obj\", scale = 2 }").min_size(), (2 - std::sqrt(2.0)), 0.05);
   EXPECT_NEAR(level_set("{ mesh = \"bracket.obj\", cells = 20 }").grid->grid().spacing, std::sqrt(2.0) / 20,
               1e-6);
 }

@@ -108,11 +108,11 @@ TEST(SoftShapes, EqualShapesShareTheirMeshAndExplainShowsItsQuality) {
   const WorldSizes sizes = Simulation(scene, plan.active()).sizes();
   ASSERT_EQ(sizes.tet_meshes.size(), 3U);
   EXPECT_EQ(sizes.tet_meshes[0].bodies, 2);
-  EXPECT_GT(sizes.tet_meshes[0].least_angle, least_dihedral_angle);
-  EXPECT_LT(sizes.tet_meshes[0].largest_angle, largest_dihedral_angle);
-  EXPECT_GT(sizes.tet_meshes[0].smallest_altitude, sizes.tet_meshes[1].smallest_altitude);
+  EXPECT_GT(sizes.tet_meshes[0].min_angle, min_dihedral_angle);
+  EXPECT_LT(sizes.tet_meshes[0].max_angle, max_dihedral_angle);
+  EXPECT_GT(sizes.tet_meshes[0].min_altitude, sizes.tet_meshes[1].min_altitude);
   // The corner of a cell of 0.25 m, cut off: the altitude on the slanted face.
-  EXPECT_NEAR(sizes.tet_meshes[2].smallest_altitude, 0.25 / std::sqrt(3.0), 1e-12);
+  EXPECT_NEAR(sizes.tet_meshes[2].min_altitude, 0.25 / std::sqrt(3.0), 1e-12);
   const std::string text = explain(scene, plan, sizes);
   EXPECT_NE(text.find("tetrahedra of `soft0` and 1 more body: smallest altitude"), std::string::npos) << text;
   EXPECT_EQ(explain_json(scene, plan, sizes)["sizes"]["tet_meshes"][0]["tets"], sizes.tet_meshes[0].tets);

@@ -34,7 +34,7 @@ TEST(StopScope, CountsForItsThreadAndItsLifetime) {
   EXPECT_NO_THROW(stop_if_asked());
 }
 
-constexpr int most_stops = 3, last_frame = 1;
+constexpr int max_stops = 3, last_frame = 1;
 
 std::atomic<bool> asked{false};
 static_assert(std::atomic<bool>::is_always_lock_free, "set by a signal handler");
@@ -75,8 +75,8 @@ class Request {
 int advance_with_stops(Simulation& simulation, double frame_time) {
   const int frame = simulation.frame();
   const std::uint64_t hash = simulation.stats().hash;
-  for (int stops = 0; stops < most_stops; ++stops) {
-    const Request request(frame_time * (2 * stops + 1) / (2 * most_stops + 2));
+  for (int stops = 0; stops < max_stops; ++stops) {
+    const Request request(frame_time * (2 * stops + 1) / (2 * max_stops + 2));
     bool is_stopped = false;
     try {
       simulation.advance_frame();
@@ -89,7 +89,7 @@ int advance_with_stops(Simulation& simulation, double frame_time) {
   }
   asked = false;
   simulation.advance_frame();
-  return most_stops;
+  return max_stops;
 }
 
 // Wherever in its step a frame was given up, it comes out the same afterwards, from the very simulation that

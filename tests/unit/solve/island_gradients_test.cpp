@@ -57,7 +57,7 @@ class IslandSolve : public ::testing::Test {
   ContactProjection projection_;
   Islands islands_;
   IslandSearch search_;
-  DampedMasses masses_;
+  BlockJacobi masses_;
   std::vector<Vec3> force_;
   std::vector<Mat3> inertia_;
   GeneralizedVelocity b_;

@@ -27,13 +27,13 @@ Bodies bodies_of(const TetMesh& mesh, double density) {
   particles.v.resize(mesh.nodes.size(), Vec3::Zero());
   particles.mass = test::corner_masses(mesh, density);
   for (double m : particles.mass) particles.inverse_mass.push_back(1 / m);
-  bodies.one_rings.add(mesh.tets, mesh.nodes);
-  bodies.one_rings.finalize(particles.inverse_mass, mesh.nodes);
+  bodies.nodal_volumes.add(mesh.tets, mesh.nodes);
+  bodies.nodal_volumes.finalize(particles.inverse_mass, mesh.nodes);
   return bodies;
 }
 
 void stop_rates(const Bodies& bodies, PressureScratch& scratch, const std::vector<Vec3>& v) {
-  bodies.one_rings.divergence(v, scratch.rate);
+  bodies.nodal_volumes.divergence(v, scratch.rate);
   for (double& rate : scratch.rate) rate *= -1;
 }
 
@@ -67,10 +67,10 @@ TEST(PressureSystem, ProjectionIsIdempotentAndSelfAdjoint) {
   const auto u = test::random_vectors(n, 2), v = test::random_vectors(n, 3);
   const auto Pu = projected(bodies, u), Pv = projected(bodies, v);
   std::vector<double> rate;
-  bodies.one_rings.divergence(Pv, rate);
+  bodies.nodal_volumes.divergence(Pv, rate);
   double largest = 0;
   for (std::size_t i = 0; i < rate.size(); ++i)
-    largest = std::max(largest, std::abs(rate[i]) / bodies.one_rings.rest_volume(i));
+    largest = std::max(largest, std::abs(rate[i]) / bodies.nodal_volumes.rest_volume(i));
   expect_below(largest, 1e-12, "divergence left, 1/s");  // of velocities of 1 m/s over 1 m
   // The residual that rounding leaves is amplified by the system's condition, some 1e3.
   expect_below(size(bodies, difference(projected(bodies, Pv), Pv)) / size(bodies, v), 1e-12, "P P v - P v");
@@ -107,9 +107,10 @@ TEST(PressureSystem, MoreIterationsNeverLeaveMore) {
   double before = std::numeric_limits<double>::infinity();
   for (int iterations = 0; iterations < 40; ++iterations) {
     std::vector<double> rate;
-    bodies.one_rings.divergence(projected(bodies, v, {1e-14, iterations}), rate);
+    bodies.nodal_volumes.divergence(projected(bodies, v, {1e-14, iterations}), rate);
     double squared = 0;
-    for (std::size_t i = 0; i < rate.size(); ++i) squared += rate[i] * rate[i] / bodies.one_rings.diagonal(i);
+    for (std::size_t i = 0; i < rate.size(); ++i)
+      squared += rate[i] * rate[i] / bodies.nodal_volumes.diagonal(i);
     EXPECT_LE(squared, before * (1 + 1e-12)) << iterations;
     before = squared;
   }
@@ -120,8 +121,8 @@ TEST(PressureSystem, MoreIterationsNeverLeaveMore) {
 TEST(PressureSystem, OneStepRestoresVolumes) {
   Bodies bodies = bodies_of(test::shaken_lattice(Vec3i(4, 4, 4), 0.1, 1), 800);
   for (Vec3& x : bodies.particles.x) x.y() *= 0.94;
-  OneRings& rings = bodies.one_rings;
-  const auto largest_error = [&] {
+  NodalVolumes& rings = bodies.nodal_volumes;
+  const auto max_error = [&] {
     rings.linearize(bodies.particles.x);
     double largest = 0;
     for (std::size_t i = 0; i < rings.size(); ++i)
@@ -130,7 +131,7 @@ TEST(PressureSystem, OneStepRestoresVolumes) {
   };
   PressureScratch scratch;
   scratch.rate.resize(rings.size());
-  double error = largest_error();
+  double error = max_error();
   EXPECT_NEAR(error, 0.06, 1e-12);
   for (int step = 0; step < 3; ++step) {
     for (std::size_t i = 0; i < rings.size(); ++i)
@@ -138,7 +139,7 @@ TEST(PressureSystem, OneStepRestoresVolumes) {
     EXPECT_TRUE(find_pressures(bodies, nullptr, dt, {1e-10, 400}, scratch).converged);
     for (std::size_t p = 0; p < bodies.particles.size(); ++p)
       bodies.particles.x[p] += dt * scratch.change.particle[p];
-    const double next = largest_error();
+    const double next = max_error();
     expect_below(next, std::max(error * error, 1e-9), "largest error of a one-ring");
     error = next;
   }
@@ -148,10 +149,10 @@ TEST(PressureSystem, PinnedParticlesStay) {
   TetMesh mesh = test::shaken_lattice(Vec3i(3, 3, 3), 0.1, 1);
   Bodies bodies = bodies_of(mesh, 800);
   const auto v = test::random_vectors(mesh.nodes.size(), 3);
-  bodies.one_rings = {};
-  bodies.one_rings.add(mesh.tets, mesh.nodes);
+  bodies.nodal_volumes = {};
+  bodies.nodal_volumes.add(mesh.tets, mesh.nodes);
   for (std::size_t i = 0; i < mesh.nodes.size(); i += 3) bodies.particles.inverse_mass[i] = 0;
-  bodies.one_rings.finalize(bodies.particles.inverse_mass, mesh.nodes);
+  bodies.nodal_volumes.finalize(bodies.particles.inverse_mass, mesh.nodes);
   const auto after = projected(bodies, v, {1e-6, 400});
   for (std::size_t i = 0; i < mesh.nodes.size(); ++i) {
     if (i % 3 == 0)
@@ -184,9 +185,9 @@ TEST(PressureSystem, PressureInAGlassIsHydrostatic) {
     else
       bodies.particles.inverse_mass[i] = 0;
   }
-  bodies.one_rings = {};
-  bodies.one_rings.add(mesh.tets, mesh.nodes);
-  bodies.one_rings.finalize(bodies.particles.inverse_mass, mesh.nodes);
+  bodies.nodal_volumes = {};
+  bodies.nodal_volumes.add(mesh.tets, mesh.nodes);
+  bodies.nodal_volumes.finalize(bodies.particles.inverse_mass, mesh.nodes);
   PressureScratch scratch;
   stop_rates(bodies, scratch, v);
   find_pressures(bodies, nullptr, dt, {1e-15, 400}, scratch);

@@ -126,14 +126,14 @@ TEST_F(ConstrainedSystem, ConjugateGradientsCollectTheForcesOfTheirSolution) {
 // not.
 TEST_F(ConstrainedSystem, SinglePrecisionIsTakenWhereItIsEnough) {
   projection_.build(world().bodies, world().context.contacts, world().context.graph, 200);  // P P = P
-  DampedMasses masses;
+  BlockJacobi masses;
   std::vector<Vec3> unused(world().bodies.particles.size());
   world().bodies.forces.add_elastic_forces(world().bodies.particles.x, unused);  // as they lie now
   VelocitySystem exact = system(&projection_);
   exact.use(masses, true);
   projection_.use_inverse_masses(&masses.inverse);
   GeneralizedVelocity b = random_velocity(world().bodies, 9), start = b, r, s, q, residual;
-  exact.weigh(b);
+  exact.apply_preconditioner(b);
   exact.project(start);
   const double before = conjugate_gradient(exact, b, 0, 0, start, r, s, q).residual;
   for (const double factor : {1e3, 1e8}) {
@@ -178,14 +178,14 @@ TEST(VelocitySystem, DampingOfMassKeepsItsMoment) {
   bodies.forces.add_elastic_forces(bodies.particles.x, force);
   std::vector<Mat3> inertia;
   VelocitySystem A(bodies, 1e-3, false, nullptr, force, inertia);
-  DampedMasses masses;
+  BlockJacobi masses;
   A.use(masses, true);
   GeneralizedVelocity b, x, r, s, q;
   to_generalized(bodies, b);
   x = b;
   for (std::size_t p = 0; p < b.particle.size(); ++p)
     b.particle[p] = Vec3(1, 5, 2).cross(bodies.particles.x[p]);
-  A.weigh(b);
+  A.apply_preconditioner(b);
   std::vector<Vec3> collected(b.particle.size(), Vec3::Zero()), expected = collected;
   A.collect_forces(collected, scratch);
   EXPECT_TRUE(conjugate_gradient(A, b, 1e-3, 100, x, r, s, q).converged);
@@ -204,7 +204,7 @@ TEST(VelocitySystem, DampingOfMassKeepsItsMoment) {
 // solution under constraints is the same: stationarity does not know of inner products.
 TEST_F(ConstrainedSystem, DampedMassesPreconditionWithoutChangingTheSolution) {
   projection_.build(world().bodies, world().context.contacts, world().context.graph, 200);
-  DampedMasses masses;
+  BlockJacobi masses;
   const GeneralizedVelocity b = random_velocity(world().bodies, 9);
   GeneralizedVelocity plain = b, x, r, s, q, weighed = b;
   VelocitySystem A = system(&projection_);
@@ -215,7 +215,7 @@ TEST_F(ConstrainedSystem, DampedMassesPreconditionWithoutChangingTheSolution) {
 
   VelocitySystem C = system(&projection_);
   C.use(masses, true);
-  C.weigh(weighed);
+  C.apply_preconditioner(weighed);
   projection_.use_inverse_masses(&masses.inverse);
   const GeneralizedVelocity u = random_velocity(world().bodies, 3), v = random_velocity(world().bodies, 4);
   GeneralizedVelocity Cu, Cv, Pu = u, Pv = v;
@@ -304,7 +304,7 @@ TEST(ConstrainedSystemOfAllKinds, IsSymmetricAndPositiveSemidefinite) {
   ASSERT_TRUE(std::any_of(repulsions.pairs().begin(), repulsions.pairs().end(),
                           [](const RepulsionPair& pair) { return pair.active; }))
       << "soft on soft";
-  double asymmetry = 0, least_curvature = 1e9, most_kept = 0;
+  double asymmetry = 0, min_curvature = 1e9, max_kept = 0;
   std::vector<Vec3> force;
   std::vector<Mat3> inertia;
   ContactProjection projection;
@@ -325,17 +325,17 @@ TEST(ConstrainedSystemOfAllKinds, IsSymmetricAndPositiveSemidefinite) {
       A.project(Pu);
       A.project(Pv);
       asymmetry = std::max(asymmetry, std::abs(A.inner(u, Pv) - A.inner(v, Pu)) / A.inner(u, u));
-      most_kept = std::max(most_kept, A.inner(Pu, Pu) / A.inner(u, u));
+      max_kept = std::max(max_kept, A.inner(Pu, Pu) / A.inner(u, u));
       const GeneralizedVelocity PAPu = operate(u), PAPv = operate(v);
       const double curvature = A.inner(u, PAPu);
       asymmetry = std::max(asymmetry, std::abs(A.inner(u, PAPv) - A.inner(v, PAPu)) / curvature);
-      least_curvature = std::min(least_curvature, curvature / A.inner(u, u));
+      min_curvature = std::min(min_curvature, curvature / A.inner(u, u));
     }
   }
   test::expect_below(asymmetry, 1e-12, "asymmetry of P and of P A P, relative");
-  test::expect_above(least_curvature, 0, "least <u, P A P u> / <u, u>");
+  test::expect_above(min_curvature, 0, "least <u, P A P u> / <u, u>");
 
-  test::expect_below(most_kept, 0.999, "largest <P u, P u> / <u, u>");
+  test::expect_below(max_kept, 0.999, "largest <P u, P u> / <u, u>");
 
   // Converged, P P = P. Pairs of surfaces are more than what they hold together, and almost repeat each
   // other: how fast they stop is tested above, by themselves.
@@ -420,7 +420,7 @@ TEST(ConstrainedSystemOfLinkedBodies, IsSymmetricAndKeepsTheJoints) {
   ContactProjection projection;
   std::vector<Vec3> force;
   std::vector<Mat3> inertia;
-  double asymmetry = 0, most_kept = 0, off = 0;
+  double asymmetry = 0, max_kept = 0, off = 0;
   for (const int sweeps : {1, 3}) {
     projection.build(world.bodies, context.contacts, context.graph, sweeps, nullptr, linked);
     projection.add_joints(context.joints);
@@ -432,7 +432,7 @@ TEST(ConstrainedSystemOfLinkedBodies, IsSymmetricAndKeepsTheJoints) {
       P.project(Pu);
       P.project(Pv);
       asymmetry = std::max(asymmetry, std::abs(P.inner(u, Pv) - P.inner(v, Pu)) / P.inner(u, u));
-      most_kept = std::max(most_kept, P.inner(Pu, Pu) / P.inner(u, u));
+      max_kept = std::max(max_kept, P.inner(Pu, Pu) / P.inner(u, u));
       std::vector<Vec3> linear = Pu.linear, angular = Pu.angular;
       context.joints.project(world.bodies.rigid, linear, angular);
       for (std::size_t i = 0; i < linear.size(); ++i)
@@ -440,7 +440,7 @@ TEST(ConstrainedSystemOfLinkedBodies, IsSymmetricAndKeepsTheJoints) {
     }
   }
   test::expect_below(asymmetry, 1e-12, "asymmetry, relative");
-  test::expect_below(most_kept, 0.999, "largest <P u, P u> / <u, u>");
+  test::expect_below(max_kept, 0.999, "largest <P u, P u> / <u, u>");
   test::expect_below(off, 1e-12, "what the joints lack, m/s or rad/s");
 }
 

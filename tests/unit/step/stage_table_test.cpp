@@ -77,7 +77,7 @@ TEST(StageTable, EntersRowsByTheirEffects) {
   World world;
   for (const StageRow& row : stage_table) {
     if (row.needs.any == 0 || row.needs.when || row.timing != Timing::by_step) continue;
-    world.settings.constraints_first = row.needs.order == ConstraintOrder::before_solve;
+    world.settings.constraints_before_solve = row.needs.order == ConstraintOrder::before_solve;
     world.plan.reset();
     EXPECT_FALSE(runs(row, world)) << row.label;
     for (int effect = 0; effect < effect_count; ++effect) {

@@ -18,7 +18,7 @@ TEST(TimeStep, FollowsTheElasticLimitAndItsShare) {
   test::add_soft_box(scene, "soft", Vec3::Zero(), Vec3(2, 2, 2), 6);
   Simulation simulation(scene, test::plan(scene));
   World& world = simulation.world();
-  const double limit = 2 / std::sqrt(world.bodies.forces.rest_squared_frequency());
+  const double limit = 2 / std::sqrt(world.bodies.forces.rest_omega_squared());
   world.settings.cfl = 0.9;
   EXPECT_DOUBLE_EQ(choose_time_step(world, 0), 0.9 * limit);
   world.settings.cfl = 0.3;
@@ -43,7 +43,7 @@ TEST(TimeStep, FollowsThePaceOfDeformation) {
   Simulation simulation(scene, test::plan(scene));
   World& world = simulation.world();
   Particles& particles = world.bodies.particles;
-  const double limit = 2 / std::sqrt(world.bodies.forces.rest_squared_frequency());
+  const double limit = 2 / std::sqrt(world.bodies.forces.rest_omega_squared());
   for (const double rate : {1.0, 1e3, 1e9}) {  // 1/s, of a shear
     for (std::size_t p = 0; p < particles.size(); ++p) particles.v[p] = Vec3(rate * particles.x[p].y(), 5, 0);
     const TimeStepChoice choice = bounded_time_step(world, 0);

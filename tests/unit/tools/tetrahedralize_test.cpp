@@ -24,7 +24,7 @@ TEST(Tetrahedralize, ReportsTheMeshThatItWrites) {
   const TetQuality quality = tet_quality(mesh);
   EXPECT_EQ(report["tets"], mesh.tets.size());
   EXPECT_EQ(report["boundary_triangles"], boundary(mesh).size());
-  EXPECT_EQ(report["least_dihedral_angle"], quality.least_angle);
+  EXPECT_EQ(report["least_dihedral_angle"], quality.min_angle);
   EXPECT_EQ(report["parts"], 1);
   EXPECT_NEAR(report["volume_error"], 0, 0.1);  // 20 cells leave five across an arm, whose edges are cut off
 }

@@ -13,8 +13,8 @@
 
 #include "sim/base/parallel.h"
 #include "sim/contact/detection/contact_candidates.h"
-#include "sim/contact/detection/deepest_point.h"
 #include "sim/contact/detection/max_penetration.h"
+#include "sim/contact/detection/shape_support_point.h"
 #include "sim/step/world.h"
 
 namespace duet::broad_phase_test {
@@ -295,8 +295,8 @@ std::set<PointName> points_inside_after(const Bodies& bodies, double dt) {
       const RigidProperties& guest = bodies.rigid.properties[g];
       if (g == h || (!host.is_dynamic() && !guest.is_dynamic())) continue;
       const int samples = static_cast<int>(guest.samples.size());
-      for (int i = -deepest_point_count(guest.shape); i < samples; ++i) {
-        if (i >= 0 && (touches_with_deepest_point(host.shape, guest.shape) ||
+      for (int i = -support_point_count(guest.shape); i < samples; ++i) {
+        if (i >= 0 && (ignores_samples(host.shape, guest.shape) ||
                        (rolls_over_samples(host.shape) && guest.on_flat[static_cast<std::size_t>(i)] != 0)))
           continue;
         const double now = touch(host, state[h].pose, guest, state[g].pose, i).gap;
@@ -308,7 +308,7 @@ std::set<PointName> points_inside_after(const Bodies& bodies, double dt) {
     for (std::size_t i = 0; i < bodies.points.size(); ++i) {
       const Vec3 x = weighted(bodies.points[i], bodies.particles.x) +
                      dt * weighted(bodies.points[i], bodies.particles.v);
-      if (host.shape.distance(later[h].to_body(x)) + bodies.points[i].allowance < 0)
+      if (host.shape.distance(later[h].to_body(x)) + bodies.points[i].contact_offset < 0)
         inside.insert({static_cast<int>(h), -1, static_cast<int>(i)});
     }
   }

@@ -21,10 +21,11 @@ using test::random_vector;
 
 const Eigen::AlignedBox3d everywhere(Vec3::Constant(-100), Vec3::Constant(100));
 
-std::vector<EdgeContact> edge_contacts(const FeatureEdges& ridges, const Pose& pose, const LevelSet& host,
-                                       double margin, const Eigen::AlignedBox3d& near = everywhere) {
+std::vector<EdgeContact> edge_contacts(const FeatureEdges& feature_edges, const Pose& pose,
+                                       const LevelSet& host, double margin,
+                                       const Eigen::AlignedBox3d& near = everywhere) {
   std::vector<EdgeContact> found;
-  find_edge_contacts(ridges, pose, host, near, margin, found);
+  find_edge_contacts(feature_edges, pose, host, near, margin, found);
   return found;
 }
 
@@ -66,7 +67,7 @@ const LevelSet shapes[] = {LevelSet::box(Vec3(1, 0.6, 0.4)), LevelSet::cylinder(
 // after. The places and the planes' feet are not at nodes. Rounding only, over the hundredth of the way
 // between nodes on which normals are told apart.
 TEST(EdgeContacts, OfCrossingEdgesLieInThePlaneOfBoth) {
-  const FeatureEdges ridges = find_feature_edges(cube, 0.125);
+  const FeatureEdges feature_edges = find_feature_edges(cube, 0.125);
   std::mt19937 random(1);
   int told = 0;
   for (int i = 0; i < 2000; ++i) {
@@ -77,7 +78,7 @@ TEST(EdgeContacts, OfCrossingEdgesLieInThePlaneOfBoth) {
     const double height = 0.3 * random_vector(random).x(), beyond = 0.2 * random_vector(random).x();
     for (const double gap : {1e-3, -1e-3}) {
       const Pose pose = cube_on_edge(along, normal, Vec3(0.5, 0.5, height) + gap * normal, beyond);
-      const auto found = edge_contacts(ridges, pose, cube, 0.01);
+      const auto found = edge_contacts(feature_edges, pose, cube, 0.01);
       ASSERT_EQ(found.size(), 1U);
       const EdgePoint& lowest = found[0].edge;
       EXPECT_LT((lowest.normal - normal).norm(), 1e-10);
@@ -87,7 +88,7 @@ TEST(EdgeContacts, OfCrossingEdgesLieInThePlaneOfBoth) {
       // Along either edge, or both, the plane stays right; a gap opens along the normal.
       RigidProperties host, guest;
       host.shape = guest.shape = cube;
-      guest.ridges = ridges;
+      guest.feature_edges = feature_edges;
       const Pose moved{pose.position + 0.1 * along - 0.2 * Vec3::UnitZ() + 0.5 * normal, pose.orientation};
       const Touch touches = touch(host, Pose(), guest, moved, found[0].node, lowest);
       EXPECT_NEAR(touches.gap, gap + 0.5, 1e-10);
@@ -102,7 +103,7 @@ TEST(EdgeContacts, OfCrossingEdgesLieInThePlaneOfBoth) {
 // the upper one's lowest point, over a place of the lower one's circle.
 TEST(EdgeContacts, OfRingsAreThoseOfTheirMiddleLines) {
   const LevelSet ring = LevelSet::torus(1, 0.2);
-  const FeatureEdges ridges = find_feature_edges(ring, 0.11);
+  const FeatureEdges feature_edges = find_feature_edges(ring, 0.11);
   const double step =
       6.283185307179586 / 200;  // a fraction of that between nodes: the place is between any two
   for (int i = 0; i < 200; ++i)
@@ -113,7 +114,7 @@ TEST(EdgeContacts, OfRingsAreThoseOfTheirMiddleLines) {
       const Quat upright = turned(0.7 + 1.5707963267948966, Vec3::UnitY()) *
                            turned(1.5707963267948966, Vec3::UnitX()) * turned(turn, Vec3::UnitY());
       const Pose pose{place + Vec3(0, 1.4 + gap, 0), upright};
-      const auto found = edge_contacts(ridges, pose, ring, 0.01);
+      const auto found = edge_contacts(feature_edges, pose, ring, 0.01);
       ASSERT_EQ(found.size(), 1U);
       EXPECT_NEAR(found[0].distance, gap, 1e-6);  // a hundredth of 0.11 m off the lowest point of a circle
       EXPECT_NEAR(gap_of(found[0], pose), gap, 1e-5);
@@ -126,12 +127,12 @@ TEST(EdgeContacts, OfRingsAreThoseOfTheirMiddleLines) {
 // the plate, it touches these: their planes.
 TEST(EdgeContacts, OfEdgesAlongAFaceAreWhereTheyPassItsEnd) {
   const LevelSet plate = LevelSet::box(Vec3(0.7, 0.2, 3));
-  const FeatureEdges ridges = find_feature_edges(cube, 0.125);
+  const FeatureEdges feature_edges = find_feature_edges(cube, 0.125);
   for (const double height : {-1e-4, 0.0, 1e-4})
     for (const double tilt : {0.0, 0.002}) {
       const Pose pose{Vec3(0.03, 0.6 + height, 0.1),
                       turned(tilt, Vec3::UnitZ()) * turned(0.3, Vec3::UnitY())};
-      auto found = edge_contacts(ridges, pose, plate, 0.01);
+      auto found = edge_contacts(feature_edges, pose, plate, 0.01);
       EXPECT_EQ(found.size(), 4U) << height << ' ' << tilt;
       for (const EdgeContact& near : found) {
         // Below a face, the side is nearer from as far before the edge as it is deep.
@@ -139,11 +140,11 @@ TEST(EdgeContacts, OfEdgesAlongAFaceAreWhereTheyPassItsEnd) {
         EXPECT_LT((near.edge.normal - Vec3::UnitY()).norm(), 1e-12) << height << ' ' << tilt;
       }
       found.clear();
-      find_edge_contacts(ridges, pose, plate, everywhere, 0.01, found, false);
+      find_edge_contacts(feature_edges, pose, plate, everywhere, 0.01, found, false);
       EXPECT_TRUE(found.empty()) << height << ' ' << tilt;
     }
   const Pose pose{Vec3(0.03, 0.6, 0.1), turned(0.05, Vec3::UnitZ()) * turned(0.3, Vec3::UnitY())};
-  const auto found = edge_contacts(ridges, pose, plate, 0.05);
+  const auto found = edge_contacts(feature_edges, pose, plate, 0.05);
   EXPECT_GE(found.size(), 2U);
   for (const EdgeContact& near : found) {
     const double gap = gap_of(near, pose);
@@ -157,14 +158,14 @@ TEST(EdgeContacts, OfEdgesAlongAFaceAreWhereTheyPassItsEnd) {
 // equally low but for rounding, which must not choose one of its ends.
 TEST(EdgeContacts, OfEdgesOverAShortFaceAreBothOfItsEnds) {
   const LevelSet plate = LevelSet::box(Vec3(0.7, 0.2, 6));
-  const FeatureEdges ridges = find_feature_edges(LevelSet::box(Vec3(4, 4, 4)), 0.63);
+  const FeatureEdges feature_edges = find_feature_edges(LevelSet::box(Vec3(4, 4, 4)), 0.63);
   for (const double height : {-1e-9, 0.0, 1e-9})
     for (const double tilt : {-1e-9, 0.0, 1e-9})
       for (double shift = 0; shift < 0.7; shift += 0.04) {
         const Pose pose{Vec3(shift, 2.1 + height, 0), turned(tilt, Vec3::UnitZ())};
         const std::string name = fmt::format("height {}, tilt {}, shift {}", height, tilt, shift);
         int ends[2] = {0, 0};
-        for (const EdgeContact& near : edge_contacts(ridges, pose, plate, 0.01)) {
+        for (const EdgeContact& near : edge_contacts(feature_edges, pose, plate, 0.01)) {
           const double x = pose.to_world(near.edge.place).x();
           EXPECT_NEAR(std::abs(x), 0.35, 1e-6) << name;
           EXPECT_LT((near.edge.normal - Vec3::UnitY()).norm(), 1e-12) << name;
@@ -197,13 +198,13 @@ TEST(EdgeContacts, AreTheSameWithNothingSkipped) {
   int told = 0;
   for (int i = 0; i < 3000; ++i) {
     const LevelSet &guest = shapes[i % 4], &host = shapes[i / 4 % 4];
-    const FeatureEdges ridges = find_feature_edges(guest, 0.1);
+    const FeatureEdges feature_edges = find_feature_edges(guest, 0.1);
     const Pose pose{0.8 * random_vector(random), random_rotation(random)};
     const double margin = 0.02;
     const Eigen::AlignedBox3d near(host.lower() - Vec3::Constant(margin),
                                    host.upper() + Vec3::Constant(margin));
-    const auto found = edge_contacts(ridges, pose, host, margin, near);
-    auto all = edge_contacts(ridges, pose, host, 10);
+    const auto found = edge_contacts(feature_edges, pose, host, margin, near);
+    auto all = edge_contacts(feature_edges, pose, host, 10);
     all.erase(
         std::remove_if(all.begin(), all.end(), [&](const EdgeContact& a) { return a.distance >= margin; }),
         all.end());
@@ -223,14 +224,14 @@ struct DenseLook {
   double least = std::numeric_limits<double>::infinity(), known = least;
 };
 
-void look_densely(const FeatureEdges& ridges, const Pose& pose, const LevelSet& host, bool is_reversed,
+void look_densely(const FeatureEdges& feature_edges, const Pose& pose, const LevelSet& host, bool is_reversed,
                   const LevelSet& guest, DenseLook& look) {
-  if (feature_edges_count(guest, host, is_reversed))
-    for (const EdgeContact& near : edge_contacts(ridges, pose, host, 0.02))
+  if (can_touch_with_feature_edges(guest, host, is_reversed))
+    for (const EdgeContact& near : edge_contacts(feature_edges, pose, host, 0.02))
       look.known = std::min(look.known, near.distance);
-  for (const FeatureEdges::Line& line : ridges.lines) {
+  for (const FeatureEdges::Line& line : feature_edges.lines) {
     const int count = line.end - line.begin;
-    const auto node = [&](int i) { return ridges.nodes[as_index(line.begin + i % count)]; };
+    const auto node = [&](int i) { return feature_edges.nodes[as_index(line.begin + i % count)]; };
     for (int i = 0; i < (line.is_closed ? count : count - 1); ++i)
       for (int k = 0; k <= 20; ++k) {
         const Vec3 x = place_between(line, node(i), node(i + 1), k / 20.0);
@@ -249,7 +250,7 @@ TEST(EdgeContacts, MissNothingOfAFirstTouch) {
   int told = 0;
   for (int i = 0; i < 640; ++i) {
     const LevelSet &guest = shapes[i % 4], &host = shapes[i / 4 % 4];
-    const FeatureEdges ridges = find_feature_edges(guest, 0.1), others = find_feature_edges(host, 0.1);
+    const FeatureEdges feature_edges = find_feature_edges(guest, 0.1), others = find_feature_edges(host, 0.1);
     const Vec3 from = random_vector(random).normalized(), beside = 0.3 * random_vector(random);
     const Quat orientation = random_rotation(random);
     DenseLook look;
@@ -257,7 +258,7 @@ TEST(EdgeContacts, MissNothingOfAFirstTouch) {
       const Pose pose{beside + way * from, orientation};
       const Pose inverse{-(orientation.conjugate() * pose.position), orientation.conjugate()};
       look = {};
-      look_densely(ridges, pose, host, false, guest, look);
+      look_densely(feature_edges, pose, host, false, guest, look);
       look_densely(others, inverse, guest, true, host, look);
     }
     if (look.least > 0) continue;  // past it, or through a ring
@@ -273,7 +274,7 @@ TEST(EdgeContacts, OnAMeshAreThoseOfItsExactSurface) {
   const LevelSet mesh = LevelSet::mesh(
       std::make_shared<GridLevelSet>(test::box_mesh(Vec3::Constant(-0.5), Vec3::Constant(0.5)), 16));
   ASSERT_GT(mesh.tolerance(), 0.06);
-  const FeatureEdges ridges = find_feature_edges(cube, 0.125);
+  const FeatureEdges feature_edges = find_feature_edges(cube, 0.125);
   std::mt19937 random(6);
   for (int i = 0; i < 200; ++i) {
     const Vec3 normal = Vec3(1, 1 + 0.5 * random_vector(random).x(), 0).normalized(),
@@ -282,7 +283,7 @@ TEST(EdgeContacts, OnAMeshAreThoseOfItsExactSurface) {
     const double height = 0.3 * random_vector(random).x(), beyond = 0.2 * random_vector(random).x();
     for (const double gap : {9e-3, 1e-3, -1e-3}) {
       const Pose pose = cube_on_edge(along, normal, Vec3(0.5, 0.5, height) + gap * normal, beyond);
-      const auto found = edge_contacts(ridges, pose, mesh, 0.01);
+      const auto found = edge_contacts(feature_edges, pose, mesh, 0.01);
       ASSERT_EQ(found.size(), 1U);
       EXPECT_LT((found[0].edge.normal - normal).norm(), 1e-10);
       EXPECT_NEAR(gap_of(found[0], pose), gap, 1e-11);
@@ -308,20 +309,20 @@ TEST(EdgeContacts, OfRimsThatFaceAwayAreNone) {
 
 TEST(EdgeContacts, AreLookedForOneWayRoundBetweenRoundBodies) {
   const LevelSet ring = LevelSet::torus(1, 0.2), ball = LevelSet::sphere(1);
-  EXPECT_TRUE(feature_edges_count(ring, ring, false));
-  EXPECT_FALSE(feature_edges_count(ring, ring, true));
-  EXPECT_TRUE(feature_edges_count(ring, cube, true));   // its middle line over the cube's edges
-  EXPECT_FALSE(feature_edges_count(cube, ring, true));  // which are no nearer by themselves
-  EXPECT_TRUE(feature_edges_count(cube, cube, true));
-  EXPECT_FALSE(feature_edges_count(ring, ball, false));  // a ball's deepest point knows
-  EXPECT_FALSE(feature_edges_count(cube, LevelSet::half_space(), false));
+  EXPECT_TRUE(can_touch_with_feature_edges(ring, ring, false));
+  EXPECT_FALSE(can_touch_with_feature_edges(ring, ring, true));
+  EXPECT_TRUE(can_touch_with_feature_edges(ring, cube, true));   // its middle line over the cube's edges
+  EXPECT_FALSE(can_touch_with_feature_edges(cube, ring, true));  // which are no nearer by themselves
+  EXPECT_TRUE(can_touch_with_feature_edges(cube, cube, true));
+  EXPECT_FALSE(can_touch_with_feature_edges(ring, ball, false));  // a ball's deepest point knows
+  EXPECT_FALSE(can_touch_with_feature_edges(cube, LevelSet::half_space(), false));
 }
 
 // A soft edge across the upright edge at x = y = 1/2 of a cube: the plane of both, like that of two rigid
 // ones, wherever between its points it crosses. Rounding only, as there.
 TEST(EdgeContacts, OfSoftEdgesLieInThePlaneOfBoth) {
-  const FeatureEdges ridges = find_feature_edges(cube, 0.125);
-  EXPECT_TRUE(edges_count(cube, ridges));
+  const FeatureEdges feature_edges = find_feature_edges(cube, 0.125);
+  EXPECT_TRUE(can_touch_soft_edges(cube, feature_edges));
   std::mt19937 random(2);
   std::vector<double> scratch;
   int told = 0;
@@ -406,7 +407,7 @@ TEST(EdgeContacts, OfSoftEdgesAreNoneBesideTheEdgesOfTheHost) {
   EXPECT_FALSE(is_none(Vec3(0.3, 0.72, 0), Vec3(0.72, 0.3, 0), 0.02));
   const LevelSet plate = LevelSet::box(Vec3(2, 0.2, 2));
   EXPECT_FALSE(edge_contact_on(Vec3(0.1, -0.6, 0), Vec3(0.2, 0.6, 0), 4, plate, 0.01, scratch));
-  EXPECT_FALSE(edges_count(LevelSet::half_space(), find_feature_edges(LevelSet::half_space(), 0.1)));
+  EXPECT_FALSE(can_touch_soft_edges(LevelSet::half_space(), find_feature_edges(LevelSet::half_space(), 0.1)));
 }
 
 // Halfway between the nearest points to which a ball, a tube or a rod comes; none where that is an end.

@@ -14,7 +14,7 @@
 #include "sim/base/rotation.h"
 #include "sim/contact/detection/contact_plane.h"
 #include "sim/contact/detection/contact_point.h"
-#include "sim/contact/detection/deepest_point.h"
+#include "sim/contact/detection/shape_support_point.h"
 #include "sim/step/world.h"
 
 namespace duet::faces_around_test {
@@ -56,8 +56,8 @@ TEST(FacesAround, HaveTheGapsThatTheContactFinds) {
         Pose pose{0.8 * random_vector(random), exponential(3 * random_vector(random))};
         const auto distance = [&] {
           double least = 1;
-          for (int k = 0; k < deepest_point_count(shape); ++k)
-            least = std::min(least, host.shape.distance(deepest_point(shape, k, pose, host.shape).position));
+          for (int k = 0; k < support_point_count(shape); ++k)
+            least = std::min(least, host.shape.distance(support_point(shape, k, pose, host.shape).position));
           return least;
         };
         for (int step = 0; step < 3; ++step) pose.position -= distance() * host.shape.normal(pose.position);

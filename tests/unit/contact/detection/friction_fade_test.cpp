@@ -28,7 +28,7 @@ double share_at(double angle, bool is_face) {
   Bodies bodies;
   const double a = angle * std::acos(-1) / 180;
   bodies.particles.x = {Vec3(0, 0, 0), Vec3(2 * std::cos(a), 2 * std::sin(a), 0), Vec3(0, 0, 1)};
-  return lying_share(bodies, is_face ? point_on({0, 1, 2}) : point_on({0, 1}), up);
+  return friction_fade_fraction(bodies, is_face ? point_on({0, 1, 2}) : point_on({0, 1}), up);
 }
 
 TEST(Lying, FrictionEndsWhereEdgesAndFacesCrossTheSurface) {
@@ -56,15 +56,15 @@ TEST(Lying, AParticleHasFrictionUnlessItsElementsAreBehindTheSurface) {
     EXPECT_GT(inward.dot(-from_middle.normalized()), 0.9);
     for (int axis = 0; axis < 3; ++axis) {
       const Vec3 outward = from_middle[axis] > 0 ? Vec3(Vec3::Unit(axis)) : Vec3(-Vec3::Unit(axis));
-      EXPECT_EQ(lying_share(bodies, point_on({p}), -outward), 1);
+      EXPECT_EQ(friction_fade_fraction(bodies, point_on({p}), -outward), 1);
     }
-    EXPECT_EQ(lying_share(bodies, point_on({p}), from_middle.normalized()), 0);
+    EXPECT_EQ(friction_fade_fraction(bodies, point_on({p}), from_middle.normalized()), 0);
   }
   EXPECT_EQ(corners, 8);
 }
 
 TEST(Lying, NeighboursAreThoseOfAllTetsOnce) {
-  const ElementLists lists = neighbours(6, {{0, 1, 2, 3}, {3, 2, 1, 4}});
+  const ElementLists lists = neighbors(6, {{0, 1, 2, 3}, {3, 2, 1, 4}});
   const auto of = [&](int p) { return std::vector<int>(lists.of(p).begin(), lists.of(p).end()); };
   EXPECT_EQ(of(0), (std::vector<int>{1, 2, 3}));
   EXPECT_EQ(of(2), (std::vector<int>{0, 1, 3, 4}));

@@ -75,9 +75,10 @@ TEST_F(Planks, KeepTheRidgesThatAreLeft) {
     const RigidProperties& properties = bodies().rigid.properties[body];
     const Vec3 in_body = bodies().rigid.state[body].pose.to_body(x);
     double nearest = std::numeric_limits<double>::infinity();
-    for (const FeatureEdges::Line& line : properties.ridges.lines)
+    for (const FeatureEdges::Line& line : properties.feature_edges.lines)
       for (auto i = static_cast<std::size_t>(line.begin); i + 1 < static_cast<std::size_t>(line.end); ++i) {
-        const Vec3 from = properties.ridges.nodes[i], along = properties.ridges.nodes[i + 1] - from;
+        const Vec3 from = properties.feature_edges.nodes[i],
+                   along = properties.feature_edges.nodes[i + 1] - from;
         const double t = std::clamp((in_body - from).dot(along) / along.squaredNorm(), 0.0, 1.0);
         nearest = std::min(nearest, (from + t * along - in_body).norm());
       }
@@ -89,18 +90,18 @@ TEST_F(Planks, KeepTheRidgesThatAreLeft) {
   EXPECT_LT(ridge(0, Vec3(-4, 0, 0.1)), 1e-12);
   EXPECT_LT(ridge(2, Vec3(1, 1, 0.1)), 1e-12);
   EXPECT_GT(ridge(2, Vec3(1, 0, 0.1)), 0.5);
-  EXPECT_EQ(bodies().rigid.properties[3].ridges.lines.size(), 12U);
+  EXPECT_EQ(bodies().rigid.properties[3].feature_edges.lines.size(), 12U);
   for (const RigidProperties& properties : bodies().rigid.properties)
-    EXPECT_EQ(properties.ridges.nodes.size(), properties.ridges.inward.size());
+    EXPECT_EQ(properties.feature_edges.nodes.size(), properties.feature_edges.inward.size());
 }
 
 TEST_F(Planks, KnowTheirSeams) {
-  EXPECT_TRUE(is_at_seam(bodies(), 0, Vec3(0, 0, 0.3), 0));
-  EXPECT_TRUE(is_at_seam(bodies(), 1, Vec3(0, 0, 0.3), 0));
-  EXPECT_TRUE(is_at_seam(bodies(), 1, Vec3(1.5, 0, 0.3), 0));  // under the step
-  EXPECT_FALSE(is_at_seam(bodies(), 0, Vec3(-0.1, 0, 0.3), 0));
-  EXPECT_TRUE(is_at_seam(bodies(), 0, Vec3(-0.1, 0, 0.3), 0.11));  // up to what it is known
-  EXPECT_FALSE(is_at_seam(bodies(), 3, Vec3(0, 3.5, 0), 0));
+  EXPECT_TRUE(is_at_internal_edge(bodies(), 0, Vec3(0, 0, 0.3), 0));
+  EXPECT_TRUE(is_at_internal_edge(bodies(), 1, Vec3(0, 0, 0.3), 0));
+  EXPECT_TRUE(is_at_internal_edge(bodies(), 1, Vec3(1.5, 0, 0.3), 0));  // under the step
+  EXPECT_FALSE(is_at_internal_edge(bodies(), 0, Vec3(-0.1, 0, 0.3), 0));
+  EXPECT_TRUE(is_at_internal_edge(bodies(), 0, Vec3(-0.1, 0, 0.3), 0.11));  // up to what it is known
+  EXPECT_FALSE(is_at_internal_edge(bodies(), 3, Vec3(0, 3.5, 0), 0));
 }
 
 TEST_F(Planks, HideTheirSidesFromEachOther) {
@@ -131,10 +132,10 @@ TEST_F(Planks, DoNotHideTheirTopsBesideTheSeam) {
 
 TEST_F(Planks, ALowPointLeavesThemUpwards) {
   const Vec3 x(1.0 / 1024, -1.0 / 64, 0), inward = Vec3(0.25, 1, 0).normalized();
-  const WayOut side{Vec3(-1, 0, 0), 1.0 / 1024};
+  const Exit side{Vec3(-1, 0, 0), 1.0 / 1024};
   const auto hidden = hidden_foot(bodies(), 1, Vec3(0, x.y(), 0), side.normal);
   ASSERT_TRUE(hidden);
-  const WayOut way = way_out_of_seam(bodies(), 1, x, inward, side, *hidden);
+  const Exit way = exit_from_union(bodies(), 1, x, inward, side, *hidden);
   EXPECT_EQ(way.normal, Vec3(0, 1, 0));
   EXPECT_NEAR(way.depth, 1.0 / 64, 1e-15);
 }
@@ -142,10 +143,10 @@ TEST_F(Planks, ALowPointLeavesThemUpwards) {
 // Of a point below the planks: their tops are too far away.
 TEST_F(Planks, TheGroundBelowThemIsHiddenAndStaysTheWayOut) {
   const Vec3 x(-1, -1 - 1.0 / 64, 0), up(0, 1, 0);
-  const WayOut ground{up, 1.0 / 64};
+  const Exit ground{up, 1.0 / 64};
   const auto hidden = hidden_foot(bodies(), 5, Vec3(-1, -1, 0), up);
   ASSERT_TRUE(hidden);
-  const WayOut way = way_out_of_seam(bodies(), 5, x, up, ground, *hidden);
+  const Exit way = exit_from_union(bodies(), 5, x, up, ground, *hidden);
   EXPECT_EQ(way.normal, up);
   EXPECT_EQ(way.depth, 1.0 / 64);
 }
@@ -154,7 +155,7 @@ TEST_F(Planks, APointAboveTheOneMeetsThePlaneOfBoth) {
   const Vec3 x(-0.25, 1.0 / 1024, 0);
   const HiddenFoot rim{Vec3(0, 0, 0), Vec3(0, 1, 0)};
   const Vec3 normal = x.normalized();
-  const WayOut way = way_out_of_seam(bodies(), 1, x, Vec3(0, 1, 0), {normal, -x.norm()}, rim);
+  const Exit way = exit_from_union(bodies(), 1, x, Vec3(0, 1, 0), {normal, -x.norm()}, rim);
   EXPECT_EQ(way.normal, Vec3(0, 1, 0));
   EXPECT_EQ(way.depth, -1.0 / 1024);
 }

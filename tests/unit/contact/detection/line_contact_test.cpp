@@ -12,7 +12,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include "sim/contact/detection/deepest_point.h"
+#include "sim/contact/detection/shape_support_point.h"
 
 namespace duet::line_contact_test {
 namespace {
@@ -122,14 +122,14 @@ TEST(LineContact, IsNoneWhereTheBodyStandsTiltsOrLiesOnARoundOne) {
 
 TEST(LineContact, NumbersOfItsPointsAreTold) {
   const LevelSet pill = LevelSet::capsule(0.1, 1), ball = LevelSet::sphere(1);
-  EXPECT_EQ(deepest_numbers(pill), 4);
-  EXPECT_EQ(deepest_numbers(ball), 1);
+  EXPECT_EQ(support_numbers(pill), 4);
+  EXPECT_EQ(support_numbers(ball), 1);
   for (const LevelSet& shape : {pill, LevelSet::cylinder(0.1, 1)})
     for (int k = 0; k < 4; ++k) {
-      EXPECT_EQ(deepest_number(shape, -1 - k), k);
+      EXPECT_EQ(support_number(shape, -1 - k), k);
       EXPECT_EQ(with_number(shape, -1 - k, 3), -4);
       for (const int face : {0, 1, 17}) {
-        EXPECT_EQ(deepest_number(shape, against_face(shape, k, face)), k);
+        EXPECT_EQ(support_number(shape, against_face(shape, k, face)), k);
         EXPECT_EQ(with_number(shape, against_face(shape, k, face), 2), against_face(shape, 2, face));
       }
     }

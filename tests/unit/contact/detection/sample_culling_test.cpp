@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "sim/contact/detection/deepest_point.h"
+#include "sim/contact/detection/shape_support_point.h"
 #include "sim/geometry/level_set/shape_samples.h"
 
 namespace duet::sample_culling_test {
@@ -46,7 +46,7 @@ Asked on_ground(const Guest& guest, int sample) {
 // With the guest's deepest points told.
 SampleCulling told(const Guest& guest) {
   SampleCulling deepest;
-  for (int k = 0; k < deepest_point_count(guest.properties.shape); ++k) {
+  for (int k = 0; k < support_point_count(guest.properties.shape); ++k) {
     const Asked asked = on_ground(guest, -1 - k);
     EXPECT_FALSE(deepest.carry_for(asked.contact, asked.touch)) << "deepest points always count";
   }

@@ -10,8 +10,8 @@
 #include "tests/support/thin_bodies.h"
 #include <gtest/gtest.h>
 
-#include "sim/contact/detection/deepest_point.h"
 #include "sim/contact/detection/max_penetration.h"
+#include "sim/contact/detection/shape_support_point.h"
 
 namespace duet::support_face_contacts_test {
 namespace {
@@ -45,7 +45,7 @@ class Places {
     std::vector<BodyBounds> bounds;
     bound_bodies(bodies(), bounds);
     std::vector<EdgeContact> found;
-    find_places_at_deepest_points(bodies(), bodies().deformable[0], bounds[0], 0, margin, found);
+    find_support_face_contacts(bodies(), bodies().deformable[0], bounds[0], 0, margin, found);
     return found;
   }
   // m, of places in the body, looked at on a lattice of each face.
@@ -88,25 +88,25 @@ TEST(DeepestInFaces, AndEdgesAndPointsShowAllThatOverlaps) {
        {LevelSet::sphere(0.1), LevelSet::sphere(0.4), LevelSet::capsule(0.08, 0.3),
         LevelSet::torus(0.2, 0.06), LevelSet::cylinder(0.15, 0.2), LevelSet::cylinder(0.8, 0.5)}) {
     places.host().shape = shape;
-    places.host().ridges = find_feature_edges(shape, 0.1);
+    places.host().feature_edges = find_feature_edges(shape, 0.1);
     for (int i = 0; i < 60; ++i) {
       const auto t =
           static_cast<int>(uniform(random) * static_cast<double>(places.bodies().triangles.size()));
       const double u = uniform(random), v = (1 - u) * uniform(random);
       const auto [a, b, c] = places.corners(t);
       const Vec3 n = places.normal(t);
-      const double depth = 0.02 * uniform(random) * shape.smallest_size();
+      const double depth = 0.02 * uniform(random) * shape.min_size();
       places.pose().orientation = test::random_rotation(random);
       const Vec3 in_body = places.pose().orientation.conjugate() * n;
       Vec3 lowest = Vec3::Zero();
-      for (int k = 0; k < deepest_point_count(shape); ++k) {
-        const Vec3 x = deepest_point(shape, k, in_body).position;
+      for (int k = 0; k < support_point_count(shape); ++k) {
+        const Vec3 x = support_point(shape, k, in_body).position;
         if (x.dot(in_body) < lowest.dot(in_body)) lowest = x;
       }
       places.pose().position =
           (1 - u - v) * a + u * b + v * c - depth * n - places.pose().orientation * lowest;
       const double deepest = places.deepest_place();
-      if (deepest > 0.05 * shape.smallest_size()) continue;  // in other faces beside a fold
+      if (deepest > 0.05 * shape.min_size()) continue;  // in other faces beside a fold
       ++told;
       between_points += deepest > places.deepest_surface_point() + 1e-3;
       EXPECT_GT(max_penetration(places.bodies(), {}), deepest - 1e-4)
@@ -122,7 +122,7 @@ TEST(DeepestInFaces, AreOnTheSurfaceOfTheirBody) {
   Places places(ball_and_block(0.1));
   std::mt19937 random(11);
   for (Vec3& x : places.bodies().particles.x) x += 0.05 * test::random_vector(random);
-  const int corners = static_cast<int>(places.host().ridges.corner_count());
+  const int corners = static_cast<int>(places.host().feature_edges.corner_count());
   int told = 0;
   for (const LevelSet& shape : {LevelSet::sphere(0.1), LevelSet::capsule(0.08, 0.3),
                                 LevelSet::torus(0.2, 0.06), LevelSet::cylinder(0.15, 0.2)}) {
@@ -193,7 +193,7 @@ TEST(DeepestInFaces, AreLeftOutWherePointsLieDense) {
 TEST(DeepestInFaces, TouchWithTheRimsOfACylinder) {
   Places places(ball_and_block(0.1));
   places.host().shape = LevelSet::cylinder(0.2, 0.3);
-  places.host().ridges = find_feature_edges(places.host().shape, 0.1);
+  places.host().feature_edges = find_feature_edges(places.host().shape, 0.1);
   places.pose().orientation = Quat(Eigen::AngleAxisd(EIGEN_PI / 2, Vec3::UnitZ()));
   places.pose().position = Vec3(0.31, 1.2 + 0.001, 0.12);
   const auto found = places.find(0.01);
@@ -204,7 +204,7 @@ TEST(DeepestInFaces, TouchWithTheRimsOfACylinder) {
     EXPECT_NEAR(near.distance, 0.001, 1e-15);
     EXPECT_NEAR(std::abs(near.edge.foot.y()), 0.15, 1e-15);
     EXPECT_LT((places.pose().orientation * near.edge.normal + Vec3::UnitY()).norm(), 1e-14);
-    EXPECT_GE(near.node, static_cast<int>(places.host().ridges.corner_count()));
+    EXPECT_GE(near.node, static_cast<int>(places.host().feature_edges.corner_count()));
   }
   EXPECT_EQ(numbers.size(), 2U);
   places.pose().orientation = Quat::Identity();

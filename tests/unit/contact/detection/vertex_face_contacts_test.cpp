@@ -31,17 +31,17 @@ class Corners {
   Bodies& bodies() { return simulation_.world().bodies; }
   // Has the first corner of body 0 be at x, and the body lie in the direction `inward` from there.
   void put(const Vec3& x, const Vec3& inward) {
-    const FeatureEdges& ridges = bodies().rigid.properties[0].ridges;
-    const auto node = static_cast<std::size_t>(ridges.corners[0]);
+    const FeatureEdges& feature_edges = bodies().rigid.properties[0].feature_edges;
+    const auto node = static_cast<std::size_t>(feature_edges.corners[0]);
     Pose& pose = bodies().rigid.state[0].pose;
-    pose.orientation = shortest_turn(ridges.inward[node], inward);
-    pose.position = x - pose.orientation * ridges.nodes[node];
+    pose.orientation = shortest_rotation(feature_edges.inward[node], inward);
+    pose.position = x - pose.orientation * feature_edges.nodes[node];
   }
   std::vector<EdgeContact> find(double margin) {
     std::vector<BodyBounds> bounds;
     bound_bodies(bodies(), bounds);
     std::vector<EdgeContact> found;
-    find_places_at_corners(bodies(), bodies().deformable[0], bounds[0], 0, margin, scratch_, found);
+    find_vertex_face_contacts(bodies(), bodies().deformable[0], bounds[0], 0, margin, scratch_, found);
     return found;
   }
   // Of a place, in the world.
@@ -56,12 +56,13 @@ class Corners {
 
  private:
   Simulation simulation_;
-  CornerSearches scratch_;
+  VertexSearches scratch_;
 };
 
 TEST(CornersInFaces, TouchTheFaceBelowThem) {
   Corners corners(cube_and_block());
-  EXPECT_TRUE(corners_count(corners.bodies().deformable[0], corners.bodies().rigid.properties[0].ridges));
+  EXPECT_TRUE(has_vertex_face_contacts(corners.bodies().deformable[0],
+                                       corners.bodies().rigid.properties[0].feature_edges));
   for (const double height : {0.009, 0.0, -0.03}) {
     const Vec3 x(0.31, 1 + height, -0.17);
     corners.put(x, Vec3(0.2, 1, 0.1).normalized());
@@ -131,15 +132,15 @@ TEST(CornersInFaces, SoDoBulges) {
   Pose& pose = corners.bodies().rigid.state[0].pose;
   const Vec3 thin = Vec3::Unit(std::distance(
       properties.inertia.data(), std::max_element(properties.inertia.data(), properties.inertia.data() + 3)));
-  pose.orientation = shortest_turn(thin, Vec3::UnitY());
+  pose.orientation = shortest_rotation(thin, Vec3::UnitY());
   pose.position = Vec3(0.1, 1 + tube - depth, 0.07);
   std::vector<int> expected, found;
-  for (int i = 0; i < static_cast<int>(properties.ridges.corner_count()); ++i)
-    if (pose.to_world(properties.ridges.corner(i)).y() < 1 + margin) expected.push_back(i);
+  for (int i = 0; i < static_cast<int>(properties.feature_edges.corner_count()); ++i)
+    if (pose.to_world(properties.feature_edges.corner(i)).y() < 1 + margin) expected.push_back(i);
   for (const EdgeContact& near : corners.find(margin)) {
     found.push_back(near.node);
     const Vec3 x = pose.to_world(near.edge.foot);
-    EXPECT_LT((x - pose.to_world(properties.ridges.corner(near.node))).norm(), 1e-12);
+    EXPECT_LT((x - pose.to_world(properties.feature_edges.corner(near.node))).norm(), 1e-12);
     EXPECT_LT((corners.surface_point(near) - Vec3(x.x(), 1, x.z())).norm(), 1e-12);
     const Vec3 from_axis = x - pose.position, flat(from_axis.x(), 0, from_axis.z());
     const Vec3 normal = (from_axis - 0.5 * flat.normalized()).normalized();

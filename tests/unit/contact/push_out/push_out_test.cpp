@@ -114,8 +114,8 @@ TEST(PushOut, WhatIsDeepestComesFirst) {
   ContactScene box(scene, 0.01);
   expect_above(deepest(box), 0.9 * depth, "overlap before");
   push_out_once(box);
-  constexpr double allowance = 1e-3 * 2 * half_edge;  // m: so deep points between vertices may lie
-  expect_below(deepest(box), allowance + overlap_tolerance, "overlap after one iteration");
+  constexpr double contact_offset = 1e-3 * 2 * half_edge;  // m: so deep points between vertices may lie
+  expect_below(deepest(box), contact_offset + overlap_tolerance, "overlap after one iteration");
 }
 
 scene::RigidBody& add_wall(scene::Scene& scene, const std::string& name, const Vec3& position, double degrees,

@@ -33,7 +33,7 @@ void set_motion(ContactScene& ball, const Vec3& velocity, const Vec3& spin) {
 constexpr ContactSolveSettings exact = {.iterations = 5000, .tolerance = 1e-15, .angular_friction = true};
 
 void solve(ContactScene& scene, const ContactSolveSettings& settings) {
-  predict_contacts(dt, OrientationUpdate::exact, scene.graph, scene.bodies, scene.contacts);
+  find_speculative_targets(dt, OrientationUpdate::exact, scene.graph, scene.bodies, scene.contacts);
   warm_start({}, dt, scene.graph, scene.bodies, scene.contacts);
   ContactSolveScratch scratch;
   solve_contact(scene.bodies, scene.graph, settings, scene.contacts, scratch);
@@ -134,7 +134,7 @@ double shortfall(const ContactScene& scene) {
 
 TEST(ShockPropagation, BringsAHeavyBoxOnALightOneToRestInOnePass) {
   ContactScene tower(heavy_on_light(true), dt);
-  separate_levels(tower.contacts, tower.graph);
+  build_shock_layers(tower.contacts, tower.graph);
   const ContactSolveSettings brief = {.iterations = 2, .whole_islands = false};
   solve(tower, brief);
   EXPECT_GT(shortfall(tower), 0.5 * g * dt) << "sweeps alone must leave something to do";
@@ -151,7 +151,7 @@ TEST(ShockPropagation, LeavesBodiesInFreeFlightAlone) {
   scene.rigid[1].placement.velocity = Vec3(0, 2, 0);  // they meet
   ContactScene pair(scene, dt);
   ASSERT_FALSE(pair.contacts.points.empty());
-  separate_levels(pair.contacts, pair.graph);
+  build_shock_layers(pair.contacts, pair.graph);
   const Momentum before = momentum(pair.bodies);
   solve(pair, {.iterations = 1, .repeats = 1, .whole_islands = false});
   ASSERT_GT(shortfall(pair), 1e-3);
@@ -171,7 +171,7 @@ TEST(ShockPropagation, ReachesOnlyWhatIsSupported) {
   test::add_box(scene, "above", Vec3(5, 8, 0), Vec3(1, 1, 1), 2).placement.velocity = Vec3(0, -1, 0);
   test::add_box(scene, "below", Vec3(5, 7, 0), Vec3(1, 1, 1), 1).placement.velocity = Vec3(0, 1, 0);
   ContactScene both(scene, dt);
-  separate_levels(both.contacts, both.graph);
+  build_shock_layers(both.contacts, both.graph);
   ASSERT_FALSE(both.graph.supported[3]);
   solve(both, {.iterations = 1, .repeats = 1, .whole_islands = false});
   const Vec3 above = both.state(2).velocity, below = both.state(3).velocity;
@@ -188,7 +188,7 @@ TEST(ContactSolve, LeavesSeparatingBodiesAlone) {
   scene.rigid[0].placement.velocity = Vec3(0, 2, 0);
   scene.rigid[1].placement.velocity = Vec3(0, 1, 0);
   ContactScene rising(scene, dt);
-  separate_levels(rising.contacts, rising.graph);
+  build_shock_layers(rising.contacts, rising.graph);
   solve(rising, exact);
   propagate_shocks(rising.bodies, rising.graph, exact, rising.contacts);
   EXPECT_EQ(rising.state(0).velocity, Vec3(0, 2, 0));
@@ -200,9 +200,9 @@ TEST(ContactSolve, LeavesSeparatingBodiesAlone) {
 TEST(ContactSolve, TakesBackWhatWasGivenTooMuchAndNoMore) {
   for (const bool by_shock : {false, true}) {
     ContactScene ball = ball_on_ground(0, 0);
-    separate_levels(ball.contacts, ball.graph);
+    build_shock_layers(ball.contacts, ball.graph);
     set_motion(ball, Vec3(0, 1, 0), Vec3::Zero());
-    predict_contacts(dt, OrientationUpdate::exact, ball.graph, ball.bodies, ball.contacts);
+    find_speculative_targets(dt, OrientationUpdate::exact, ball.graph, ball.bodies, ball.contacts);
     ContactPoint& contact = ball.contacts.points[0];
     contact.impulse = Vec3(0, 4, 0);
     apply_impulse(ball.bodies, contact, contact.impulse);

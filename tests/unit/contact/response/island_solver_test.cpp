@@ -32,7 +32,7 @@ ContactScene column(const std::vector<double>& masses, double lean, const Vec3& 
 
 // Returns the largest change that an update would still make, m/s.
 double solve(ContactScene& scene, double tolerance) {
-  predict_contacts(dt, OrientationUpdate::exact, scene.graph, scene.bodies, scene.contacts);
+  find_speculative_targets(dt, OrientationUpdate::exact, scene.graph, scene.bodies, scene.contacts);
   warm_start({}, dt, scene.graph, scene.bodies, scene.contacts);
   return IslandSolver().solve(scene.bodies, scene.graph.pairs, tolerance, scene.contacts);
 }
@@ -90,7 +90,7 @@ TEST(IslandSolver, HoldsByFrictionWhatFrictionCanHold) {
 TEST(IslandSolver, AgreesWithSweeps) {
   const auto result = [](bool whole) {
     ContactScene scene = column({1, 3, 2}, 0.15, Vec3(0.03, 0, 0.01));
-    predict_contacts(dt, OrientationUpdate::exact, scene.graph, scene.bodies, scene.contacts);
+    find_speculative_targets(dt, OrientationUpdate::exact, scene.graph, scene.bodies, scene.contacts);
     warm_start({}, dt, scene.graph, scene.bodies, scene.contacts);
     if (whole) {
       EXPECT_LT(IslandSolver().solve(scene.bodies, scene.graph.pairs, 1e-12, scene.contacts), 1e-12);

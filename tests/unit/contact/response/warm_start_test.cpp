@@ -49,7 +49,7 @@ ContactCache memory_of_rest(const ContactScene& cube, double duration) {
 TEST(WarmStart, RememberedForcesCarryARestingCube) {
   ContactScene cube = falling_cube();
   cube.state(0).velocity = Vec3(0, -g * dt, 0);
-  predict_contacts(dt, OrientationUpdate::exact, cube.graph, cube.bodies, cube.contacts);
+  find_speculative_targets(dt, OrientationUpdate::exact, cube.graph, cube.bodies, cube.contacts);
   const ContactCache memory = memory_of_rest(cube, dt);
   ASSERT_EQ(memory.size(), 4u);
   warm_start(memory, dt, cube.graph, cube.bodies, cube.contacts);
@@ -68,7 +68,7 @@ TEST(WarmStart, WhatASolveEndedWithIsWhatTheNextOneBeginsWith) {
   const auto fall = [&] {
     cube.state(0) = start;
     cube.state(0).velocity = Vec3(0.001, -g * dt, 0);
-    predict_contacts(dt, OrientationUpdate::exact, cube.graph, cube.bodies, cube.contacts);
+    find_speculative_targets(dt, OrientationUpdate::exact, cube.graph, cube.bodies, cube.contacts);
   };
   fall();
   warm_start({}, dt, cube.graph, cube.bodies, cube.contacts);
@@ -92,7 +92,7 @@ TEST(WarmStart, AForceLastsAsLongAsTheStepButNoLongerThanItDid) {
   ContactScene cube = falling_cube();
   for (const double duration : {dt / 4, dt, 4 * dt}) {
     cube.state(0).velocity = Vec3(0, -g, 0);  // so much that every impulse is of use
-    predict_contacts(dt, OrientationUpdate::exact, cube.graph, cube.bodies, cube.contacts);
+    find_speculative_targets(dt, OrientationUpdate::exact, cube.graph, cube.bodies, cube.contacts);
     warm_start(memory_of_rest(cube, dt), duration, cube.graph, cube.bodies, cube.contacts);
     const double expected = g * std::min(duration, dt);
     EXPECT_NEAR(cube.state(0).velocity.y() + g, expected, 1e-14) << duration;
@@ -118,7 +118,7 @@ TEST(WarmStart, ABlowIsCutToWhatHelpsAndOtherIslandsKeepTheirs) {
   const double fall = g * dt;
   balls.state(0).velocity = balls.state(2).velocity = Vec3(0, -fall, 0);
   balls.state(1).velocity = Vec3(0, 1, 0);
-  predict_contacts(dt, OrientationUpdate::exact, balls.graph, balls.bodies, balls.contacts);
+  find_speculative_targets(dt, OrientationUpdate::exact, balls.graph, balls.bodies, balls.contacts);
   ContactCache memory;
   for (const ContactPoint& contact : balls.contacts.points) {
     const double factor[] = {10, 1, 1};
@@ -143,7 +143,7 @@ TEST(WarmStart, ABlowLeavesTheSpeedThatClosesTheGap) {
   ball.state(0).pose.position.y() += 1.0 / 128;
   ball.state(0).velocity = Vec3(0, -3, 0);
   ball.find(dt);
-  predict_contacts(dt, OrientationUpdate::exact, ball.graph, ball.bodies, ball.contacts);
+  find_speculative_targets(dt, OrientationUpdate::exact, ball.graph, ball.bodies, ball.contacts);
   ASSERT_EQ(ball.contacts.points.size(), 1u);
   warm_start({remembered(ball.contacts.points[0], Vec3(0, 100, 0), dt)}, dt, ball.graph, ball.bodies,
              ball.contacts);
@@ -235,7 +235,7 @@ TEST(WarmStart, AnotherPointOfTheSameBodiesTakesNothing) {
   ContactCache memory = memory_of_rest(cube, dt);
   for (CachedContact& past : memory) past.guest_point += 100000;
   cube.state(0).velocity = Vec3(0, -g * dt, 0);
-  predict_contacts(dt, OrientationUpdate::exact, cube.graph, cube.bodies, cube.contacts);
+  find_speculative_targets(dt, OrientationUpdate::exact, cube.graph, cube.bodies, cube.contacts);
   warm_start(memory, dt, cube.graph, cube.bodies, cube.contacts);
   EXPECT_EQ(cube.state(0).velocity, Vec3(0, -g * dt, 0));
 }
@@ -249,7 +249,7 @@ TEST(PredictContacts, ABallMayCloseJustItsGap) {
       test::add_ball(scene, "ball", Vec3(2, 1 + height, 0), 1, 2).placement.velocity = velocity;
       ContactScene ball(scene, 1);
       ASSERT_EQ(ball.contacts.points.size(), 1u);
-      predict_contacts(dt, OrientationUpdate::exact, ball.graph, ball.bodies, ball.contacts);
+      find_speculative_targets(dt, OrientationUpdate::exact, ball.graph, ball.bodies, ball.contacts);
       EXPECT_NEAR(ball.contacts.points[0].target, -std::max(height, 0.0) / dt, 1e-12);
     }
 }
@@ -264,7 +264,7 @@ TEST(PredictContacts, FollowTheArcOfATurningCube) {
   cube.placement.velocity = Vec3(0, -fall, 0);
   cube.placement.angular_velocity = Vec3(0, 0, spin);
   ContactScene turning(scene, dt);
-  predict_contacts(dt, OrientationUpdate::exact, turning.graph, turning.bodies, turning.contacts);
+  find_speculative_targets(dt, OrientationUpdate::exact, turning.graph, turning.bodies, turning.contacts);
   const double a = spin * dt;
   int corners = 0;
   for (const ContactPoint& contact : turning.contacts.points) {
@@ -285,7 +285,7 @@ TEST(PredictContacts, OnACurvedHostTheGapOpensByItself) {
   test::add_ball(scene, "host", Vec3(0, 0, 0), 1, 2);
   test::add_ball(scene, "guest", Vec3(0, 2, 0), 1, 2).placement.velocity = Vec3(1, 0, 0);
   ContactScene balls(scene, dt);
-  predict_contacts(dt, OrientationUpdate::exact, balls.graph, balls.bodies, balls.contacts);
+  find_speculative_targets(dt, OrientationUpdate::exact, balls.graph, balls.bodies, balls.contacts);
   ASSERT_EQ(balls.contacts.points.size(), 2u);  // the deepest point of each
   for (const ContactPoint& contact : balls.contacts.points)
     EXPECT_NEAR(contact.target, -(std::sqrt(4 + dt * dt) - 2) / dt, 1e-13);
@@ -302,7 +302,8 @@ TEST(PredictContacts, OfASoftBodyAreAboutTheMotionThatContactAllows) {
       auto& guest = test::add_soft_box(scene, "guest", Vec3(0, 2.5 + gap, 0), Vec3(1, 1, 1), 2);
       guest.placement.velocity = Vec3(sideways, -inward, 0);
       ContactScene touching(scene, dt);
-      predict_contacts(dt, OrientationUpdate::exact, touching.graph, touching.bodies, touching.contacts);
+      find_speculative_targets(dt, OrientationUpdate::exact, touching.graph, touching.bodies,
+                               touching.contacts);
       const auto& points = touching.contacts.points;
       const auto first = std::find_if(points.begin(), points.end(), [&](const ContactPoint& contact) {
         return (weighted(surface_point(touching.bodies, contact), touching.bodies.particles.x) -
@@ -322,7 +323,7 @@ TEST(PredictContacts, BeyondTheMiddleOfABodyTheGapNowCounts) {
   test::add_ball(scene, "host", Vec3(0, 0, 0), 1, 2);
   test::add_ball(scene, "guest", Vec3(0, 2.25, 0), 1, 2).placement.velocity = Vec3(0, -3 / dt, 0);
   ContactScene balls(scene, dt);
-  predict_contacts(dt, OrientationUpdate::exact, balls.graph, balls.bodies, balls.contacts);
+  find_speculative_targets(dt, OrientationUpdate::exact, balls.graph, balls.bodies, balls.contacts);
   ASSERT_EQ(balls.contacts.points.size(), 2u);
   for (const ContactPoint& contact : balls.contacts.points) EXPECT_NEAR(contact.target, -0.25 / dt, 1e-13);
 }
@@ -336,7 +337,7 @@ TEST(PredictContacts, SamplesBesideADeepestPointAreOutOfReach) {
   wheel.placement.velocity = Vec3(1, 0, 0);
   wheel.placement.angular_velocity = Vec3(0, 0, -1 / 0.6);
   ContactScene rolling(scene, dt);
-  predict_contacts(dt, OrientationUpdate::exact, rolling.graph, rolling.bodies, rolling.contacts);
+  find_speculative_targets(dt, OrientationUpdate::exact, rolling.graph, rolling.bodies, rolling.contacts);
   int samples = 0;
   for (const ContactPoint& contact : rolling.contacts.points) {
     EXPECT_EQ(std::isinf(contact.target), contact.is_sample());

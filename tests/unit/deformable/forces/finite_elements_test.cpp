@@ -209,7 +209,7 @@ TEST(FiniteElements, MassDampingBrakesEveryParticleAlike) {
 TEST(FiniteElements, FrequencyBoundHoldsAndIsNotWasteful) {
   Block block;
   std::vector<Vec3> v = block.random_field(5, 1);
-  double squared_frequency = 0;
+  double omega_squared = 0;
   for (int i = 0; i < 300; ++i) {
     double norm = 0;
     for (const Vec3& a : v) norm += a.squaredNorm();
@@ -224,10 +224,10 @@ TEST(FiniteElements, FrequencyBoundHoldsAndIsNotWasteful) {
       v[p] = -force[p] / block.mass[p] / h;
       size += v[p].squaredNorm();
     }
-    squared_frequency = std::sqrt(size);
+    omega_squared = std::sqrt(size);
   }
-  EXPECT_LT(squared_frequency, block.elements.rest_squared_frequency());
-  EXPECT_GT(squared_frequency, 0.3 * block.elements.rest_squared_frequency());
+  EXPECT_LT(omega_squared, block.elements.rest_omega_squared());
+  EXPECT_GT(omega_squared, 0.3 * block.elements.rest_omega_squared());
 }
 
 // Elements that are crushed bound the step only as far as it follows them, and are damped instead: without
@@ -253,13 +253,13 @@ TEST(FiniteElements, CrushedElementsAreDampedInsteadOfBoundingTheStep) {
     EXPECT_LT(torque.norm(), 1e-12 * scale);
     return -dot(v, force);
   };
-  const double at_rest = block.elements.rest_squared_frequency(), dt = 2 * cfl / std::sqrt(at_rest);
+  const double at_rest = block.elements.rest_omega_squared(), dt = 2 * cfl / std::sqrt(at_rest);
   EXPECT_DOUBLE_EQ(dissipation(block, 0.9, dt), dissipation(follower, 0.9, dt));  // the step follows
-  EXPECT_DOUBLE_EQ(block.elements.max_squared_frequency(), follower.elements.max_squared_frequency());
+  EXPECT_DOUBLE_EQ(block.elements.max_omega_squared(), follower.elements.max_omega_squared());
   const double plain = dissipation(follower, 0.4, dt);
-  EXPECT_GT(follower.elements.max_squared_frequency(), 4 * at_rest);
+  EXPECT_GT(follower.elements.max_omega_squared(), 4 * at_rest);
   const double half = dissipation(block, 0.4, dt / 2), whole = dissipation(block, 0.4, dt);
-  EXPECT_LE(block.elements.max_squared_frequency(), 2 * at_rest * (1 + 1e-12));
+  EXPECT_LE(block.elements.max_omega_squared(), 2 * at_rest * (1 + 1e-12));
   EXPECT_GT(half, 1.05 * plain);
   EXPECT_GT(whole, half);
   // Steps that are short enough for the crushed elements need none of it.
@@ -271,10 +271,10 @@ TEST(FiniteElements, CrushedElementsAreDampedInsteadOfBoundingTheStep) {
 TEST(FiniteElements, StrongDampingLiftsTheElasticBound) {
   Block block;
   constexpr double cfl = 0.7, tau = 0.01;
-  const double elastic = block.elements.rest_squared_frequency();
+  const double elastic = block.elements.rest_omega_squared();
   const auto at_rest = [&](double step) {
     block.elements.rely_on_damping(cfl, step / (cfl * tau));
-    return block.elements.rest_squared_frequency();
+    return block.elements.rest_omega_squared();
   };
   const double own_step = 2 * cfl / std::sqrt(elastic);
   EXPECT_DOUBLE_EQ(at_rest(0), elastic);
@@ -283,30 +283,30 @@ TEST(FiniteElements, StrongDampingLiftsTheElasticBound) {
   const double soft = at_rest(1e6 * own_step);  // mu of lambda + 2 mu, about, for Poisson's ratio of 0.45
   EXPECT_GT(soft, elastic / 25);
   EXPECT_LT(soft, elastic / 10);
-  EXPECT_DOUBLE_EQ(block.elements.elastic_squared_frequency(), elastic);
+  EXPECT_DOUBLE_EQ(block.elements.elastic_omega_squared(), elastic);
 
   std::vector<Vec3> x = block.x, unused = zeros(x.size());
   at_rest(1.2 * own_step);
   block.elements.set_time_step(1.2 * own_step);
   block.elements.add_elastic_forces(x, unused);
-  EXPECT_NEAR(block.elements.max_squared_frequency(), elastic / 1.44, 1e-12 * elastic);
+  EXPECT_NEAR(block.elements.max_omega_squared(), elastic / 1.44, 1e-12 * elastic);
   for (Vec3& place : x) place.y() *= 8;  // drawn out, by what damping does not resist
   block.elements.add_elastic_forces(x, unused);
-  EXPECT_GT(block.elements.max_squared_frequency(), 1.5 * elastic / 1.44);
+  EXPECT_GT(block.elements.max_omega_squared(), 1.5 * elastic / 1.44);
   for (Vec3& place : x) place.y() *= 0.02;  // crushed beyond where its law is extrapolated
   block.elements.add_elastic_forces(x, unused);
-  EXPECT_GT(block.elements.max_squared_frequency(), 1.9 * elastic);
+  EXPECT_GT(block.elements.max_omega_squared(), 1.9 * elastic);
   block.elements.set_time_step(tau / 2);
   at_rest(1e6 * own_step);  // steps longer than tau are not held by it
   block.elements.add_elastic_forces(block.x, unused);
-  EXPECT_DOUBLE_EQ(block.elements.max_squared_frequency(), elastic);
+  EXPECT_DOUBLE_EQ(block.elements.max_omega_squared(), elastic);
 }
 
 // Every particle's own block is what the operator does to its velocity alone, crushed elements included.
 TEST(FiniteElements, DampingBlocksAreThoseOfTheOperator) {
   Block block(3, MaterialModel::neo_hookean, 3.0), follower(3, MaterialModel::neo_hookean, 3.0);
   block.elements.rely_on_damping(0.7, 0);
-  block.elements.set_time_step(2 * 0.7 / std::sqrt(block.elements.rest_squared_frequency()));
+  block.elements.set_time_step(2 * 0.7 / std::sqrt(block.elements.rest_omega_squared()));
   std::vector<Vec3> x = block.moved(block.random_field(7, 0.05)), unused = zeros(x.size());
   for (Vec3& place : x) place.y() *= 0.4;
   block.elements.add_elastic_forces(x, unused);
@@ -334,7 +334,7 @@ TEST(FiniteElements, DampingInSinglePrecisionIsOffByItsRounding) {
   for (const double squeeze : {1.0, 0.4}) {
     Block block(3, MaterialModel::neo_hookean, 3.0);
     block.elements.rely_on_damping(0.7, 0);
-    block.elements.set_time_step(2 * 0.7 / std::sqrt(block.elements.rest_squared_frequency()));
+    block.elements.set_time_step(2 * 0.7 / std::sqrt(block.elements.rest_omega_squared()));
     std::vector<Vec3> x = block.moved(block.random_field(7, 0.05)), exact = zeros(x.size()), single = exact;
     for (Vec3& place : x) place.y() *= squeeze;
     block.elements.add_elastic_forces(x, exact);
@@ -361,8 +361,8 @@ TEST(FiniteElements, FrequencyBoundHoldsUnderCompression) {
   for (Vec3& place : block.x) place.y() *= 0.5;
   std::vector<Vec3> v = block.random_field(5, 1), base = zeros(v.size());
   block.elements.add_elastic_forces(block.x, base);
-  const double bound = block.elements.max_squared_frequency();
-  EXPECT_GT(bound, 2 * block.elements.rest_squared_frequency());
+  const double bound = block.elements.max_omega_squared();
+  EXPECT_GT(bound, 2 * block.elements.rest_omega_squared());
   double highest = 0;
   for (int i = 0; i < 300; ++i) {
     double norm = 0;

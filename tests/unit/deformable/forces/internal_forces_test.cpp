@@ -291,7 +291,7 @@ TEST(InternalForces, FrequencyBoundHoldsAtRestAndStretched) {
         highest = std::sqrt(dot(next, next));
         mode = std::move(next);
       }
-      const double bound = s.forces.max_squared_frequency();
+      const double bound = s.forces.max_omega_squared();
       EXPECT_LE(highest, bound * (1 + 1e-12)) << stretch;
       EXPECT_GE(highest, bound / (s.name == "altitude springs" ? 6.5
                                   : s.name == "rod"            ? 1.5

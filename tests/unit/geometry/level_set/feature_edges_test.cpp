@@ -16,24 +16,28 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-const Vec3& node(const FeatureEdges& ridges, int i) { return ridges.nodes[static_cast<std::size_t>(i)]; }
+const Vec3& node(const FeatureEdges& feature_edges, int i) {
+  return feature_edges.nodes[static_cast<std::size_t>(i)];
+}
 
 // Along the chords between nodes; m.
-double length_of(const FeatureEdges& ridges) {
+double length_of(const FeatureEdges& feature_edges) {
   double length = 0;
-  for (const FeatureEdges::Line& line : ridges.lines) {
-    for (int i = line.begin; i + 1 < line.end; ++i) length += (node(ridges, i + 1) - node(ridges, i)).norm();
-    if (line.is_closed) length += (node(ridges, line.begin) - node(ridges, line.end - 1)).norm();
+  for (const FeatureEdges::Line& line : feature_edges.lines) {
+    for (int i = line.begin; i + 1 < line.end; ++i)
+      length += (node(feature_edges, i + 1) - node(feature_edges, i)).norm();
+    if (line.is_closed)
+      length += (node(feature_edges, line.begin) - node(feature_edges, line.end - 1)).norm();
   }
   return length;
 }
 
 // No two neighbours are farther apart than `longest` says, and that is no more than `spacing`.
-void expect_spacing(const FeatureEdges& ridges, double spacing) {
-  for (const FeatureEdges::Line& line : ridges.lines) {
+void expect_spacing(const FeatureEdges& feature_edges, double spacing) {
+  for (const FeatureEdges::Line& line : feature_edges.lines) {
     EXPECT_LE(line.longest, spacing * (1 + 1e-12));
     for (int i = line.begin; i + 1 < line.end; ++i)
-      EXPECT_LE((node(ridges, i + 1) - node(ridges, i)).norm(), line.longest * (1 + 1e-12));
+      EXPECT_LE((node(feature_edges, i + 1) - node(feature_edges, i)).norm(), line.longest * (1 + 1e-12));
   }
 }
 
@@ -67,18 +71,19 @@ TriangleMesh prism(int corners, double radius, double height) {
 }
 
 TEST(FeatureEdges, OfABoxAreItsEdges) {
-  const FeatureEdges ridges = find_feature_edges(LevelSet::box(Vec3(2, 1, 0.5)), 0.3);
-  EXPECT_EQ(ridges.lines.size(), 12U);
-  EXPECT_NEAR(length_of(ridges), 4 * (2 + 1 + 0.5), 1e-14);
-  expect_spacing(ridges, 0.3);
-  for (std::size_t i = 0; i < ridges.nodes.size(); ++i) {
-    const Vec3 share = ridges.nodes[i].cwiseQuotient(Vec3(1, 0.5, 0.25)).cwiseAbs();
+  const FeatureEdges feature_edges = find_feature_edges(LevelSet::box(Vec3(2, 1, 0.5)), 0.3);
+  EXPECT_EQ(feature_edges.lines.size(), 12U);
+  EXPECT_NEAR(length_of(feature_edges), 4 * (2 + 1 + 0.5), 1e-14);
+  expect_spacing(feature_edges, 0.3);
+  for (std::size_t i = 0; i < feature_edges.nodes.size(); ++i) {
+    const Vec3 share = feature_edges.nodes[i].cwiseQuotient(Vec3(1, 0.5, 0.25)).cwiseAbs();
     EXPECT_GE((share.array() > 1 - 1e-12).count(), 2) << "on no edge";
-    EXPECT_LT(ridges.inward[i].dot(ridges.nodes[i]), 0);
-    EXPECT_NEAR(ridges.inward[i].norm(), 1, 1e-14);
+    EXPECT_LT(feature_edges.inward[i].dot(feature_edges.nodes[i]), 0);
+    EXPECT_NEAR(feature_edges.inward[i].norm(), 1, 1e-14);
   }
-  EXPECT_EQ(ridges.corners.size(), 8U);
-  for (const int corner : ridges.corners) EXPECT_EQ(node(ridges, corner).cwiseAbs(), Vec3(1, 0.5, 0.25));
+  EXPECT_EQ(feature_edges.corners.size(), 8U);
+  for (const int corner : feature_edges.corners)
+    EXPECT_EQ(node(feature_edges, corner).cwiseAbs(), Vec3(1, 0.5, 0.25));
 }
 
 TEST(FeatureEdges, OfRoundBodiesAreMiddleLinesAndRims) {
@@ -131,18 +136,18 @@ TEST(FeatureEdges, OfMeshesAreTheirSharpConvexEdges) {
 // Their surface falls off on both sides: at edges and on all of a tube, on a drum's side and rims but not on
 // its ends, and on its side only where samples lie so far apart that it counts.
 TEST(FeatureEdges, BulgesOfMeshesAreWhereTheyBendOutwards) {
-  const auto for_bulges = [](const FeatureEdges& ridges, auto&& visit) {
-    for (const int bulge : ridges.bulges) {
-      visit(node(ridges, bulge));
-      EXPECT_NEAR(ridges.inward[static_cast<std::size_t>(bulge)].norm(), 1, 1e-14);
+  const auto for_bulges = [](const FeatureEdges& feature_edges, auto&& visit) {
+    for (const int bulge : feature_edges.convex_vertices) {
+      visit(node(feature_edges, bulge));
+      EXPECT_NEAR(feature_edges.inward[static_cast<std::size_t>(bulge)].norm(), 1, 1e-14);
     }
-    return ridges.bulges.size();
+    return feature_edges.convex_vertices.size();
   };
   const FeatureEdges box = ridges_of(test::box_mesh(Vec3(-1, -1, -1), Vec3(1, 1, 1)), 0.3);
   EXPECT_GE(for_bulges(box, [](const Vec3& x) { EXPECT_GE((x.array().abs() > 1 - 1e-12).count(), 2); }),
             12U * 6U + 8U);
   const TriangleMesh torus = test::torus_mesh(1, 0.4, 48, 24);
-  EXPECT_EQ(ridges_of(torus, 0.25).bulges.size(), surface_samples(torus, 0.25).size());
+  EXPECT_EQ(ridges_of(torus, 0.25).convex_vertices.size(), surface_samples(torus, 0.25).size());
   const TriangleMesh drum = prism(128, 1, 0.5);
   const LevelSet drum_shape = LevelSet::mesh(std::make_shared<GridLevelSet>(drum, 128));
   constexpr double beside = 0.051;  // m, of the rims: as far as they count in the directions into the drum
@@ -159,27 +164,27 @@ TEST(FeatureEdges, BulgesOfMeshesAreWhereTheyBendOutwards) {
 }
 
 TEST(FeatureEdges, FindTheirCornersAndBulgesInABox) {
-  FeatureEdges ridges = ridges_of(test::box_mesh(Vec3(-1, -1, -1), Vec3(1, 1, 1)), 0.3);
+  FeatureEdges feature_edges = ridges_of(test::box_mesh(Vec3(-1, -1, -1), Vec3(1, 1, 1)), 0.3);
   const auto expect_found = [&] {
     const Eigen::AlignedBox3d box(Vec3(-2, -0.7, -2), Vec3(-0.5, 2, 1));
     std::vector<int> found, expected;
-    ridges.corner_tree->query(box, [&](int number) { found.push_back(number); });
+    feature_edges.corner_tree->query(box, [&](int number) { found.push_back(number); });
     std::sort(found.begin(), found.end());
-    for (int i = 0; i < static_cast<int>(ridges.corner_count()); ++i)
-      if (box.contains(ridges.corner(i))) expected.push_back(i);
+    for (int i = 0; i < static_cast<int>(feature_edges.corner_count()); ++i)
+      if (box.contains(feature_edges.corner(i))) expected.push_back(i);
     EXPECT_EQ(found, expected);
     EXPECT_GE(found.size(), 8U);
-    EXPECT_LT(found.size(), ridges.corner_count());
+    EXPECT_LT(found.size(), feature_edges.corner_count());
   };
   expect_found();
-  const std::size_t all = ridges.bulges.size();
+  const std::size_t all = feature_edges.convex_vertices.size();
   std::vector<char> stays;
-  for (const Vec3& x : ridges.nodes) stays.push_back(x.y() < 0.5);
-  keep_nodes(stays, ridges);
-  EXPECT_LT(ridges.bulges.size(), all);
-  EXPECT_EQ(ridges.corners.size(), 4U);
-  for (std::size_t i = 0; i < ridges.corner_count(); ++i)
-    EXPECT_LT(ridges.corner(static_cast<int>(i)).y(), 0.5);
+  for (const Vec3& x : feature_edges.nodes) stays.push_back(x.y() < 0.5);
+  keep_nodes(stays, feature_edges);
+  EXPECT_LT(feature_edges.convex_vertices.size(), all);
+  EXPECT_EQ(feature_edges.corners.size(), 4U);
+  for (std::size_t i = 0; i < feature_edges.corner_count(); ++i)
+    EXPECT_LT(feature_edges.corner(static_cast<int>(i)).y(), 0.5);
   expect_found();
 }
 

@@ -173,10 +173,10 @@ TEST(LevelSet, BoundsAndSizes) {
     EXPECT_LT((box.max() - shape.upper()).norm(), 1e-6);
     EXPECT_NEAR(radius, shape.bounding_radius(), 1e-6);
   }
-  EXPECT_DOUBLE_EQ(LevelSet::capsule(1, 4).smallest_size(), 2);
-  EXPECT_DOUBLE_EQ(LevelSet::cylinder(2, 3).smallest_size(), 3);
-  EXPECT_DOUBLE_EQ(LevelSet::cylinder(1, 3).smallest_size(), 2);
-  EXPECT_DOUBLE_EQ(LevelSet::torus(3, 0.5).smallest_size(), 1);
+  EXPECT_DOUBLE_EQ(LevelSet::capsule(1, 4).min_size(), 2);
+  EXPECT_DOUBLE_EQ(LevelSet::cylinder(2, 3).min_size(), 3);
+  EXPECT_DOUBLE_EQ(LevelSet::cylinder(1, 3).min_size(), 2);
+  EXPECT_DOUBLE_EQ(LevelSet::torus(3, 0.5).min_size(), 1);
 }
 
 TEST(LevelSet, MassPropertiesKnownByHand) {

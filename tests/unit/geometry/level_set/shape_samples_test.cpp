@@ -20,7 +20,7 @@ bool contains(const std::vector<Vec3>& samples, const Vec3& x) {
 }
 
 // The farthest that a point of the mesh is from a sample, found by dense random points.
-double largest_gap(const TriangleMesh& mesh, const std::vector<Vec3>& samples) {
+double max_gap(const TriangleMesh& mesh, const std::vector<Vec3>& samples) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> uniform(0, 1);
   double largest = 0;
@@ -121,7 +121,7 @@ TEST(ShapeSamples, MeshesHaveNoGaps) {
        {Case{test::l_mesh(), 0.3}, Case{test::l_mesh(), 1.7}, Case{test::torus_mesh(1, 0.4, 60, 30), 0.25},
         Case{test::tetrahedron(Vec3::Zero(), Vec3(3, 0, 0), Vec3(0, 0.1, 0), Vec3(0, 0, 1)), 0.3}}) {
     const std::vector<Vec3> samples = surface_samples(c.mesh, c.spacing);
-    EXPECT_LE(largest_gap(c.mesh, samples), c.spacing);
+    EXPECT_LE(max_gap(c.mesh, samples), c.spacing);
     const TriangleTree tree(c.mesh);
     for (const Vec3& x : samples) EXPECT_LT(tree.nearest(x).distance, 1e-12);
   }

@@ -55,7 +55,7 @@ TEST(Sheet, EdgesAreFoundOnceWithWhatIsOppositeToThem) {
   }
 }
 
-double largest_spread(const Curve& curve) {
+double max_spread(const Curve& curve) {
   double least = 1e9, most = 0;
   for (std::size_t i = 0; i + 1 < curve.nodes.size() + (curve.is_closed ? 1 : 0); ++i) {
     const double length = (curve.nodes[(i + 1) % curve.nodes.size()] - curve.nodes[i]).norm();
@@ -75,10 +75,10 @@ TEST(Curve, NodesAreEvenlySpacedFromEndToEnd) {
       curve_through({Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(-1, 0, 0), Vec3(0, -1, 0)}, 40, true);
   EXPECT_EQ(closed.nodes.size(), 40U);
   // Chords of equal arcs differ by the square of their bend.
-  EXPECT_LT(largest_spread(open), 0.05);
-  EXPECT_LT(largest_spread(closed), 0.05);
-  EXPECT_LT(largest_spread(torus_knot(1, 0.4, 2, 3, 100)), 0.01);
-  EXPECT_LT(largest_spread(helix(1, 0.3, 3, 60)), 1e-3);
+  EXPECT_LT(max_spread(open), 0.05);
+  EXPECT_LT(max_spread(closed), 0.05);
+  EXPECT_LT(max_spread(torus_knot(1, 0.4, 2, 3, 100)), 0.01);
+  EXPECT_LT(max_spread(helix(1, 0.3, 3, 60)), 1e-3);
 
   const Curve straight = curve_through({Vec3(0, 0, 0), Vec3(3, 0, 0)}, 3, false);
   for (int i = 0; i < 4; ++i) EXPECT_NEAR((straight.nodes[as_index(i)] - Vec3(i, 0, 0)).norm(), 0, 1e-12);

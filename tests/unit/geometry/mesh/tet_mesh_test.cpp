@@ -49,8 +49,8 @@ TEST(TetMesh, BoundaryIsClosedOutwardAndOfTheRightArea) {
 TEST(TetMesh, EveryPatternFillsTheBoxWithTheAnglesItStates) {
   struct Stated {
     LatticePattern pattern;
-    std::size_t tets;                   // of 3 x 2 x 4 cells
-    double least_angle, largest_angle;  // degrees, of cubic cells
+    std::size_t tets;             // of 3 x 2 x 4 cells
+    double min_angle, max_angle;  // degrees, of cubic cells
   };
   const double corner = std::acos(1 / std::sqrt(3.0)) * 180 / EIGEN_PI;  // of a cube, cut off
   // Body-centred cubic: four tets for each of 46 faces between cells, two for each of 52 faces outside.
@@ -61,8 +61,8 @@ TEST(TetMesh, EveryPatternFillsTheBoxWithTheAnglesItStates) {
     const TetQuality quality = tet_quality(mesh);
     EXPECT_EQ(quality.tets, stated.tets);
     EXPECT_NEAR(quality.volume, 24, 1e-12);
-    EXPECT_NEAR(quality.least_angle, stated.least_angle, 1e-10);
-    EXPECT_NEAR(quality.largest_angle, stated.largest_angle, 1e-10);
+    EXPECT_NEAR(quality.min_angle, stated.min_angle, 1e-10);
+    EXPECT_NEAR(quality.max_angle, stated.max_angle, 1e-10);
     EXPECT_EQ(boundary(mesh).size(), 104U);  // two a face of a cell: neighbours match inside
     EXPECT_TRUE(test::is_closed_manifold(boundary(mesh)));
     for (const Tet& tet : mesh.tets) EXPECT_GT(volume(mesh, tet), 0);

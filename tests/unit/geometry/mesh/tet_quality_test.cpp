@@ -15,7 +15,7 @@ TEST(TetQuality, OfTheRegularTet) {
   const double edge = 2 * std::sqrt(2.0);
   for (const double angle : dihedral_angles(mesh, mesh.tets[0]))
     EXPECT_NEAR(angle, std::acos(1.0 / 3) * degrees, 1e-12);
-  EXPECT_NEAR(smallest_altitude(mesh, mesh.tets[0]), edge * std::sqrt(2.0 / 3), 1e-14);
+  EXPECT_NEAR(min_altitude(mesh, mesh.tets[0]), edge * std::sqrt(2.0 / 3), 1e-14);
   const TetQuality quality = tet_quality(mesh);
   EXPECT_NEAR(quality.volume, edge * edge * edge / (6 * std::sqrt(2.0)), 1e-14);
   EXPECT_EQ(quality.angles[7], 6U);  // 70 to 80 degrees
@@ -28,9 +28,9 @@ TEST(TetQuality, OfTheRegularTet) {
 TEST(TetQuality, OfTheCornerOfACube) {
   const TetMesh mesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {{0, 1, 2, 3}}};
   const TetQuality quality = tet_quality(mesh);
-  EXPECT_NEAR(quality.least_angle, std::acos(1 / std::sqrt(3.0)) * degrees, 1e-12);
-  EXPECT_NEAR(quality.largest_angle, 90, 1e-12);
-  EXPECT_NEAR(quality.smallest_altitude, 1 / std::sqrt(3.0), 1e-15);
+  EXPECT_NEAR(quality.min_angle, std::acos(1 / std::sqrt(3.0)) * degrees, 1e-12);
+  EXPECT_NEAR(quality.max_angle, 90, 1e-12);
+  EXPECT_NEAR(quality.min_altitude, 1 / std::sqrt(3.0), 1e-15);
 }
 
 // A flat tet's angles keep their digits.
@@ -39,8 +39,8 @@ TEST(TetQuality, OfASliver) {
   const TetMesh mesh{{{1, 0, h}, {-1, 0, h}, {0, 1, -h}, {0, -1, -h}}, {{0, 1, 3, 2}}};
   const TetQuality quality = tet_quality(mesh);
   // Two edges of length 2 cross 2 h apart: from each, the other's ends lie 1 to both sides and 2 h away.
-  EXPECT_NEAR(180 - quality.largest_angle, 2 * std::atan(2 * h) * degrees, 1e-12);
-  EXPECT_GT(quality.least_angle, 0);
+  EXPECT_NEAR(180 - quality.max_angle, 2 * std::atan(2 * h) * degrees, 1e-12);
+  EXPECT_GT(quality.min_angle, 0);
 }
 
 TEST(TetQuality, CountsEveryAngleOnce) {

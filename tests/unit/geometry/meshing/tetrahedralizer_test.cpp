@@ -70,7 +70,7 @@ class ExtremeTet {
   void move_from_here(int i, const Vec3i& edge) {
     const std::size_t node = static_cast<std::size_t>(i);
     moves_[node] = edge;
-    const double part = least_cut_place(edge.cwiseAbs().sum() == 2);
+    const double part = min_cut_place(edge.cwiseAbs().sum() == 2);
     cut_.positions[node] = lattice_.position(i) + part / 2 * edge.cast<double>();
     move_from(i + 1);
     cut_.positions[node] = lattice_.position(i);
@@ -79,7 +79,7 @@ class ExtremeTet {
   void cut_from(std::size_t c) {
     if (c == cut_.cuts.size()) return measure();
     Cut& cut = cut_.cuts[c];
-    const double margin = least_cut_place(lattice_.is_long(cut.inside, cut.outside));
+    const double margin = min_cut_place(lattice_.is_long(cut.inside, cut.outside));
     for (const double place : {margin, 0.5, 1 - margin}) {
       cut.place = place;
       cut_from(c + 1);
@@ -106,10 +106,10 @@ TEST(Tetrahedralizer, NoCutOfATetBreaksTheStatedAngles) {
   for (const int offset : {0, -2}) {  // both parities
     ExtremeTet tet(offset);
     tet.visit_all();
-    EXPECT_GT(tet.least, least_dihedral_angle);
-    EXPECT_LT(tet.least, least_dihedral_angle + 0.1);  // the statement is no weaker than it need be
-    EXPECT_LT(tet.largest, largest_dihedral_angle);
-    EXPECT_GT(tet.largest, largest_dihedral_angle - 0.1);
+    EXPECT_GT(tet.least, min_dihedral_angle);
+    EXPECT_LT(tet.least, min_dihedral_angle + 0.1);  // the statement is no weaker than it need be
+    EXPECT_LT(tet.largest, max_dihedral_angle);
+    EXPECT_GT(tet.largest, max_dihedral_angle - 0.1);
   }
 }
 
@@ -123,8 +123,8 @@ double farthest_boundary_node(const TetMesh& mesh, const LevelSet& shape) {
 
 void expect_good(const TetMesh& mesh) {
   const TetQuality quality = tet_quality(mesh);
-  EXPECT_GT(quality.least_angle, least_dihedral_angle);
-  EXPECT_LT(quality.largest_angle, largest_dihedral_angle);
+  EXPECT_GT(quality.min_angle, min_dihedral_angle);
+  EXPECT_LT(quality.max_angle, max_dihedral_angle);
   EXPECT_TRUE(test::is_closed_manifold(boundary(mesh)));
   for (const Tet& tet : mesh.tets) ASSERT_GT(volume(mesh, tet), 0);
 }
@@ -151,7 +151,7 @@ TEST(Tetrahedralizer, FillsEveryShapeToItsSurface) {
       EXPECT_EQ(connected_parts(mesh), 1);
       EXPECT_LT(farthest_boundary_node(mesh, shape), 1e-12);  // regula falsi stops at 1e-13 of an edge
       // Cut tets alone are as flat as 0.12 of the spacing; smoothing is what makes the time step.
-      EXPECT_GT(tet_quality(mesh).smallest_altitude, 0.3 * spacing);
+      EXPECT_GT(tet_quality(mesh).min_altitude, 0.3 * spacing);
       // Chords and cut-off edges lie inside by at most about (a cell)^2 / (8 radius) and a third of a cell.
       EXPECT_LT(volume(mesh), volume(shape));
       EXPECT_GT(volume(mesh), 0.96 * volume(shape));
@@ -198,7 +198,7 @@ TEST(Tetrahedralizer, StaysManifoldWhereItCannotResolve) {
   TriangleMesh knot = read_mesh(test::source_folder() + "/assets/knot.obj");
   ASSERT_TRUE(repair(knot).flaws.empty());
   const LevelSet knotted = fine_level_set(knot, {});
-  const double thickness = knotted.smallest_size();
+  const double thickness = knotted.min_size();
   for (const double part : {0.4, 0.7, 0.9, 1.1}) expect_good(tetrahedralize(knotted, part * thickness));
   for (const double height : {0.06, 0.09, 0.13})
     expect_good(tetrahedralize(LevelSet::box(Vec3(1, height, 0.8)), 0.1));

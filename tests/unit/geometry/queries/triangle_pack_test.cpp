@@ -33,7 +33,7 @@ TEST(TrianglePack, HasTheDistancesOfItsTriangles) {
     for (int k = 0; k < 30; ++k) {
       // Now and then on a corner, where squared distances are zero.
       const Vec3 x = k == 0 ? triangles[1][0] : Vec3(1.5 * random_vector(random));
-      const Pack squared = pack.squared_distances(x);
+      const double8 squared = pack.squared_distances(x);
       for (std::size_t lane = 0; lane < pack_width; ++lane) {
         const auto& [a, b, c] = triangles[lane];
         EXPECT_EQ(squared[lane], square_in_order(nearest_point(a, b, c, x) - x)) << i << ' ' << lane;

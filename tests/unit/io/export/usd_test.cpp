@@ -154,7 +154,7 @@ double size_of(const Surface& surface) {
   return box.diagonal().norm();
 }
 
-double largest_difference(const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
+double max_difference(const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
   EXPECT_EQ(a.size(), b.size());
   double result = 0;
   for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i)
@@ -218,13 +218,13 @@ void expect_same_motion(const fs::path& folder, const ExportedRun& run, bool has
         box.extend(x);
         x = orient * x + translate;
       }
-      EXPECT_LT(largest_difference(points, surface.positions), tolerance * size_of(surface));
+      EXPECT_LT(max_difference(points, surface.positions), tolerance * size_of(surface));
       const std::vector<Vec3> extent = at_frame.vectors(shape, "extent", frame);
       EXPECT_EQ(extent.at(0), box.min());
       EXPECT_EQ(extent.at(1), box.max());
       std::vector<Vec3> normals = at_frame.vectors(shape, "primvars:normals", frame);
       for (Vec3& n : normals) n = orient * n;
-      EXPECT_LT(largest_difference(normals, doubles(surface.normals)), 2e-4);
+      EXPECT_LT(max_difference(normals, doubles(surface.normals)), 2e-4);
       if (frame == run.frames().front()) expect_same_faces(root, shape, surface);
       if (body.is_rigid()) continue;
       std::vector<Vec3f> speeds;
@@ -244,10 +244,10 @@ ExportedRun exported(const RunDirectory& run, const scene::Scene& scene, const E
 
 // Writes into a folder that is there, as the command does.
 ExportNotes write(const ExportedRun& run, const fs::path& folder,
-                  std::uint64_t most_inside = usd_most_inside) {
+                  std::uint64_t max_inline_bytes = usd_max_inline_bytes) {
   fs::remove_all(folder);
   create_folder(folder);
-  return export_usd(run, {}, folder, most_inside);
+  return export_usd(run, {}, folder, max_inline_bytes);
 }
 
 TEST(Usd, ShowsEveryVertexOfEveryFrame) {
@@ -299,9 +299,9 @@ TEST(Usd, ABodyThatGoesFarKeepsItsShape) {
     for (Vec3& x : values.points) x += Vec3(0, -0.3, 100) * values.frame + 0.01 * x.cwiseProduct(x);
   };
   const ExportedRun run = exported(test::record_run(scene, 3, scratch / "run", move), scene);
-  for (const std::uint64_t most_inside : {usd_most_inside, std::uint64_t{0}}) {
-    write(run, scratch / "usd", most_inside);
-    expect_same_motion(scratch / "usd", run, most_inside == 0, 3e-7);
+  for (const std::uint64_t max_inline_bytes : {usd_max_inline_bytes, std::uint64_t{0}}) {
+    write(run, scratch / "usd", max_inline_bytes);
+    expect_same_motion(scratch / "usd", run, max_inline_bytes == 0, 3e-7);
   }
 }
 

@@ -4,7 +4,7 @@
 //     psi = k/2 d^2,   f_a = -k d - c d' = -f_b,   d = x_a - x_b
 //
 // k is the stiffness and c the viscosity. The forces keep angular momentum exactly if the force on b acts at
-// x_a, as BoundParticle::at says, and the velocity of b is that of its body at x_a.
+// x_a, as EmbeddedParticle::at says, and the velocity of b is that of its body at x_a.
 #pragma once
 
 #include <vector>
@@ -14,7 +14,7 @@
 namespace duet {
 
 /// A zero-length spring between two particles.
-struct Tether {
+struct ZeroLengthSpring {
   int a = 0,             ///< particle of the flesh; no particle is in two tethers
       b = 0;             ///< particle that a bone carries
   double stiffness = 0;  ///< k, N/m
@@ -22,16 +22,16 @@ struct Tether {
 };
 
 /// Forces of all tethers, and bounds on their frequencies.
-class Tethers {
+class ZeroLengthSprings {
  public:
   /// Adds a tether, whose particles must not be in another one.
-  void add(const Tether& tether) { tethers_.push_back(tether); }
+  void add(const ZeroLengthSpring& tether) { tethers_.push_back(tether); }
   /// Does nothing; all forces have this function.
   void finalize(std::size_t) {}
   /// Returns the number of tethers.
   std::size_t size() const { return tethers_.size(); }
   /// Returns the tethers in the order in which they were added.
-  const std::vector<Tether>& all() const { return tethers_; }
+  const std::vector<ZeroLengthSpring>& all() const { return tethers_; }
 
   /// Adds the elastic forces at the positions `x` (m) to `force` (N).
   void add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>& force) const;
@@ -47,7 +47,7 @@ class Tethers {
   void add_stiffness(std::vector<double>& stiffness) const;
   /// Returns the highest omega^2 bound of a tether, rad^2/s^2, given the rates C_i / m_i of the particles
   /// (InternalForces::finalize()).
-  double max_squared_frequency(const std::vector<double>& squared_rate) const;
+  double max_omega_squared(const std::vector<double>& squared_rate) const;
 
  private:
   // Adds the forces -f to particle a and f to particle b of each tether, where f is factor_of(tether) times
@@ -55,7 +55,7 @@ class Tethers {
   template <class Factor>
   void add(const std::vector<Vec3>& values, std::vector<Vec3>& force, Factor&& factor_of) const;
 
-  std::vector<Tether> tethers_;
+  std::vector<ZeroLengthSpring> tethers_;
 };
 
 }  // namespace duet

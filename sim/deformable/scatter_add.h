@@ -18,16 +18,16 @@ namespace duet {
 
 /// Sums values of elements around the particles that are their corners (a scatter-add).
 ///
-/// A batch holds eight elements, one in each lane of a `Pack`. Successive batches form a block, which one
+/// A batch holds eight elements, one in each lane of a `double8`. Successive batches form a block, which one
 /// thread evaluates. A block has one partial sum for every particle that its elements touch; the partial sums
 /// of a particle are then added in the order of the blocks. So few values go through memory on their way to
 /// the particles, and no result depends on the number of threads.
-class BlockSums {
+class ScatterAdd {
  public:
   /// Number of batches in a block; the last block may have fewer.
   static constexpr std::size_t batches_of_block = 32;
   /// Largest number of corners that an element may have.
-  static constexpr std::size_t most_corners = 4;
+  static constexpr std::size_t max_corners = 4;
   /// For one corner of a batch, the index of the partial sum of that corner's particle within the block, in
   /// each lane.
   using Slot = std::array<std::uint16_t, pack_width>;
@@ -69,8 +69,8 @@ class BlockSums {
   ///
   /// With `rows` greater than 1, `sums` must point to the wanted row of the block's first partial sum.
   template <std::size_t rows = 1>
-  static void spread(const Slot& slot, const PackVector& v, const Pack& fourth, Quad* sums) {
-    alignas(sizeof(Pack)) Quad values[pack_width];
+  static void spread(const Slot& slot, const vector8& v, const double8& fourth, double4* sums) {
+    alignas(sizeof(double8)) double4 values[pack_width];
     store_rows(v, fourth, values);
     for (std::size_t lane = 0; lane < pack_width; ++lane) sums[rows * slot[lane]] += values[lane];
   }
@@ -81,18 +81,18 @@ class BlockSums {
   /// `rows` holds the values at the particles of the block, for gather(): they are read from memory once for
   /// a block instead of once for each corner. `Row` is Quad, or QuadF for single precision; the rows of QuadF
   /// hold the values relative to that of the block's first particle, so that differences keep their accuracy.
-  template <class Row = Quad, class Add>
+  template <class Row = double4, class Add>
   void fill_from(const std::vector<Vec3>& values, Add&& add);
   /// Calls work(index of a batch, rows) like fill_from(), but computes no sums.
-  template <class Row = Quad, class Work>
+  template <class Row = double4, class Work>
   void visit(const std::vector<Vec3>& values, Work&& work) const;
   /// Returns the values of one corner in all eight lanes, from the rows of fill_from() or visit().
-  static PackVector gather(const Quad* rows, const Slot& slot) {
+  static vector8 gather(const double4* rows, const Slot& slot) {
     return load_rows([&](std::size_t lane) { return rows[slot[lane]]; });
   }
   /// Returns the values of one corner in all eight lanes in single precision, relative to the block's first
   /// particle.
-  static PackVectorF gather(const QuadF* rows, const Slot& slot) {
+  static vector8f gather(const float4* rows, const Slot& slot) {
     return load_rows([&](std::size_t lane) { return rows[slot[lane]]; });
   }
 
@@ -103,7 +103,7 @@ class BlockSums {
   void for_each(Work&& work) const;
   /// Adds the first three components of each particle's sum to its entry of `totals`.
   void add_to(std::vector<Vec3>& totals) const {
-    for_each([&](std::size_t p, const std::array<Quad, 1>& sum) {
+    for_each([&](std::size_t p, const std::array<double4, 1>& sum) {
       totals[p] += Vec3(sum[0][0], sum[0][1], sum[0][2]);
     });
   }
@@ -111,7 +111,7 @@ class BlockSums {
   /// `fourth` is empty.
   void add_to(std::vector<Vec3>& totals, std::vector<double>& fourth) const {
     if (fourth.empty()) return add_to(totals);
-    for_each([&](std::size_t p, const std::array<Quad, 1>& sum) {
+    for_each([&](std::size_t p, const std::array<double4, 1>& sum) {
       totals[p] += Vec3(sum[0][0], sum[0][1], sum[0][2]);
       fourth[p] += sum[0][3];
     });
@@ -129,11 +129,11 @@ class BlockSums {
   std::vector<std::uint32_t> particle_;  // by partial sum: its particle, ascending within a block
   std::vector<std::uint32_t> start_;     // by particle: its first entry in sum_; one entry past the last
   std::vector<std::uint32_t> sum_;       // indices of partial sums, grouped by particle
-  std::vector<Quad> values_;             // the partial sums, `rows` Quads each
+  std::vector<double4> values_;          // the partial sums, `rows` Quads each
 };
 
 template <class Batch>
-void BlockSums::build(std::vector<Batch>& batches, std::size_t particle_count) {
+void ScatterAdd::build(std::vector<Batch>& batches, std::size_t particle_count) {
   batches_ = batches.size();
   std::vector<int> here;  // particles of the block, ascending, each once
   particle_.clear();
@@ -164,25 +164,25 @@ void BlockSums::build(std::vector<Batch>& batches, std::size_t particle_count) {
 }
 
 template <std::size_t rows, class Add>
-void BlockSums::fill(Add&& add) {
+void ScatterAdd::fill(Add&& add) {
   values_.resize(std::max(values_.size(), rows * sum_.size()));
   parallel_for(batches_, batches_of_block, [&](std::size_t begin, std::size_t end) {
     const std::size_t block = begin / batches_of_block;
     if (is_idle(block)) return;
-    Quad* sums = values_.data() + rows * first_[block];
-    std::fill(sums, values_.data() + rows * first_[block + 1], Quad{});
+    double4* sums = values_.data() + rows * first_[block];
+    std::fill(sums, values_.data() + rows * first_[block + 1], double4{});
     for (std::size_t b = begin; b < end; ++b) add(b, sums);
   });
 }
 
 template <class Row, class Work>
-void BlockSums::visit(const std::vector<Vec3>& values, Work&& work) const {
+void ScatterAdd::visit(const std::vector<Vec3>& values, Work&& work) const {
   parallel_for(batches_, batches_of_block, [&](std::size_t begin, std::size_t end) {
     if (is_idle(begin / batches_of_block)) return;
     const std::size_t first = first_[begin / batches_of_block], last = first_[begin / batches_of_block + 1];
-    Row rows[most_corners * batches_of_block * pack_width];
+    Row rows[max_corners * batches_of_block * pack_width];
     using Scalar = std::remove_cvref_t<decltype(rows[0][0])>;
-    const Vec3 origin = std::is_same_v<Row, Quad> ? Vec3(Vec3::Zero()) : values[particle_[first]];
+    const Vec3 origin = std::is_same_v<Row, double4> ? Vec3(Vec3::Zero()) : values[particle_[first]];
     for (std::size_t k = first; k < last; ++k) {
       const Vec3 value = values[particle_[k]] - origin;
       rows[k - first] =
@@ -193,24 +193,24 @@ void BlockSums::visit(const std::vector<Vec3>& values, Work&& work) const {
 }
 
 template <class Row, class Add>
-void BlockSums::fill_from(const std::vector<Vec3>& values, Add&& add) {
+void ScatterAdd::fill_from(const std::vector<Vec3>& values, Add&& add) {
   visit<Row>(values, [&](std::size_t b, const Row* rows) {
     const std::size_t block = b / batches_of_block;
-    Quad* sums = values_.data() + first_[block];
-    if (b % batches_of_block == 0) std::fill(sums, values_.data() + first_[block + 1], Quad{});
+    double4* sums = values_.data() + first_[block];
+    if (b % batches_of_block == 0) std::fill(sums, values_.data() + first_[block + 1], double4{});
     add(b, rows, sums);
   });
 }
 
 template <std::size_t rows, class Work>
-void BlockSums::for_each(Work&& work) const {
+void ScatterAdd::for_each(Work&& work) const {
   if (batches_ == 0) return;
   constexpr std::size_t grain = ParticleMask::chunk;
   parallel_for(start_.size() - 1, grain, [&](std::size_t begin, std::size_t end) {
     if (mask_ && !mask_->has_chunk(begin / grain)) return;
     for (std::size_t p = begin; p < end; ++p) {
       if (start_[p] == start_[p + 1]) continue;
-      std::array<Quad, rows> sum{};
+      std::array<double4, rows> sum{};
       for (std::uint32_t k = start_[p]; k < start_[p + 1]; ++k)
         for (std::size_t row = 0; row < rows; ++row) sum[row] += values_[rows * sum_[k] + row];
       work(p, sum);

@@ -11,7 +11,7 @@
 namespace duet {
 
 /// A particle that a dynamic rigid body carries.
-struct BoundParticle {
+struct EmbeddedParticle {
   std::size_t particle = 0,  ///< index of the particle
       body = 0;              ///< index of the rigid body
   /// index of the particle at whose position forces act: the bound particle itself, or the one that a tether
@@ -25,19 +25,19 @@ struct BoundParticle {
 ///
 /// The body's inertia grows in proportion to its mass, and its angular velocity stays. The particle's mass
 /// and inverse mass become 0. Forces act at the particle itself (`at` is `p`).
-BoundParticle bind_particle(std::size_t p, std::size_t body, RigidBodies& rigid, Particles& particles);
+EmbeddedParticle embed_particle(std::size_t p, std::size_t body, RigidBodies& rigid, Particles& particles);
 
 /// Places the bound particles by the bodies' poses, gives them their velocities, and updates the offsets.
 ///
 /// The velocity is that of the body at the place where forces act.
-void follow_bodies(const RigidBodies& rigid, std::vector<BoundParticle>& bound, Particles& particles);
+void follow_bodies(const RigidBodies& rigid, std::vector<EmbeddedParticle>& bound, Particles& particles);
 /// Sets the velocities of the bound particles (m/s) that the bodies' twists cause at the particles' offsets.
 ///
 ///     v = linear + angular x offset
 ///
 /// `linear` (m/s) and `angular` (rad/s) have one entry for each body, `velocity` one for each particle;
 /// entries of other particles stay.
-void follow_twists(const std::vector<BoundParticle>& bound, const std::vector<Vec3>& linear,
+void follow_twists(const std::vector<EmbeddedParticle>& bound, const std::vector<Vec3>& linear,
                    const std::vector<Vec3>& angular, std::vector<Vec3>& velocity);
 /// Adds `scale` times the change of the bodies' twists by the forces on the bound particles.
 ///
@@ -45,7 +45,7 @@ void follow_twists(const std::vector<BoundParticle>& bound, const std::vector<Ve
 ///
 /// `force` (N) has one entry for each particle, `linear` and `angular` one for each body. With `scale` in s
 /// the changes are in m/s and rad/s.
-void add_force_twists(const RigidBodies& rigid, const std::vector<BoundParticle>& bound,
+void add_force_twists(const RigidBodies& rigid, const std::vector<EmbeddedParticle>& bound,
                       const std::vector<Vec3>& force, double scale, std::vector<Vec3>& linear,
                       std::vector<Vec3>& angular);
 
@@ -54,7 +54,7 @@ void add_force_twists(const RigidBodies& rigid, const std::vector<BoundParticle>
 ///
 /// It stands for the mass of a bound particle in the bound of the time step. `number` is the index of the
 /// body, which must have a bound particle.
-double equivalent_mass(const RigidProperties& body, const std::vector<BoundParticle>& bound,
+double equivalent_mass(const RigidProperties& body, const std::vector<EmbeddedParticle>& bound,
                        std::size_t number);
 
 }  // namespace duet

@@ -1,4 +1,4 @@
-#include "sim/contact/detection/deepest_point.h"
+#include "sim/contact/detection/shape_support_point.h"
 
 #include <algorithm>
 #include <cmath>
@@ -10,7 +10,7 @@
 
 #include "sim/contact/detection/contact_point.h"
 
-namespace duet::deepest_point_test {
+namespace duet::shape_support_point_test {
 namespace {
 
 using test::random_rotation;
@@ -33,7 +33,7 @@ std::optional<Vec3> lowest_point(const LevelSet& shape, double side, const Pose&
 
 // Rounding: a dozen operations on numbers up to 5, and up to 1 / 0.05 times as much in the direction of a
 // short projection.
-TEST(DeepestPoint, OverAPlaneIsTheLowestPointAtAnyOrientation) {
+TEST(ShapeSupportPoint, OverAPlaneIsTheLowestPointAtAnyOrientation) {
   std::mt19937 random(1);
   RigidProperties ground, guest;
   ground.shape = LevelSet::half_space();
@@ -45,7 +45,7 @@ TEST(DeepestPoint, OverAPlaneIsTheLowestPointAtAnyOrientation) {
     for (const LevelSet& shape : {LevelSet::sphere(0.7), LevelSet::capsule(0.3, 1.1),
                                   LevelSet::cylinder(0.6, 0.5), LevelSet::torus(0.8, 0.3)}) {
       guest.shape = shape;
-      for (int k = 0; k < deepest_point_count(shape); ++k) {
+      for (int k = 0; k < support_point_count(shape); ++k) {
         const auto expected = lowest_point(shape, k == 0 ? 1 : -1, pose, -up);
         if (!expected) continue;
         ++told;
@@ -53,35 +53,35 @@ TEST(DeepestPoint, OverAPlaneIsTheLowestPointAtAnyOrientation) {
         EXPECT_LT((lowest.position - *expected).norm(), 1e-13);
         EXPECT_LT((lowest.normal - up).norm(), 1e-15);
         EXPECT_NEAR(lowest.gap, up.dot(*expected - plane.position), 1e-14);
-        const DeepestPoint same = deepest_point(shape, k, pose.orientation.conjugate() * up);
+        const ShapeSupportPoint same = support_point(shape, k, pose.orientation.conjugate() * up);
         EXPECT_LT((pose.to_world(same.position) - *expected).norm(), 1e-13);
-        EXPECT_LT(shape.distance(same.inside), -0.17 * shape.smallest_size());
+        EXPECT_LT(shape.distance(same.inside), -0.17 * shape.min_size());
       }
     }
   }
   EXPECT_GT(told, 2300);  // of 2400: one in 800 directions is that steep
 }
 
-TEST(DeepestPoint, OfCirclesThatLieFlatIsAnyOfThem) {
+TEST(ShapeSupportPoint, OfCirclesThatLieFlatIsAnyOfThem) {
   const LevelSet ground = LevelSet::half_space();
   const Pose pose{Vec3(3, 2, 1), Quat::Identity()};
-  const DeepestPoint ring = deepest_point(LevelSet::torus(0.75, 0.25), 0, pose, ground);
+  const ShapeSupportPoint ring = support_point(LevelSet::torus(0.75, 0.25), 0, pose, ground);
   EXPECT_EQ(ring.position.y(), 1.75);
   EXPECT_EQ((ring.inside - pose.position).norm(), 0.75);
   const LevelSet can = LevelSet::cylinder(0.5, 2);
-  EXPECT_EQ(deepest_point(can, 0, pose, ground).position.y(), 3);
-  EXPECT_EQ(deepest_point(can, 1, pose, ground).position.y(), 1);
+  EXPECT_EQ(support_point(can, 0, pose, ground).position.y(), 3);
+  EXPECT_EQ(support_point(can, 1, pose, ground).position.y(), 1);
 }
 
 // A radius in, under balls and tubes; under rims a quarter of the least size, halfway between cap and side.
-TEST(DeepestPoint, InnerPointsLieSomeWayIn) {
+TEST(ShapeSupportPoint, InnerPointsLieSomeWayIn) {
   std::mt19937 random(2);
   const LevelSet can = LevelSet::cylinder(0.6, 0.5), ring = LevelSet::torus(0.8, 0.3),
                  pill = LevelSet::capsule(0.3, 1.1);
   for (int i = 0; i < 50; ++i) {
     const Pose pose{2 * random_vector(random), random_rotation(random)};
     const auto expect_depth = [&](const LevelSet& shape, int k, double depth) {
-      const DeepestPoint point = deepest_point(shape, k, pose, LevelSet::half_space());
+      const ShapeSupportPoint point = support_point(shape, k, pose, LevelSet::half_space());
       EXPECT_NEAR(shape.distance(pose.to_body(point.position)), 0, 1e-14);
       EXPECT_NEAR(shape.distance(pose.to_body(point.inside)), -depth, 1e-14);
     };
@@ -92,13 +92,13 @@ TEST(DeepestPoint, InnerPointsLieSomeWayIn) {
   }
 }
 
-TEST(DeepestPoint, ShapesWithEdgesHaveNone) {
-  EXPECT_EQ(deepest_point_count(LevelSet::box(Vec3(1, 1, 1))), 0);
-  EXPECT_EQ(deepest_point_count(LevelSet::half_space()), 0);
+TEST(ShapeSupportPoint, ShapesWithEdgesHaveNone) {
+  EXPECT_EQ(support_point_count(LevelSet::box(Vec3(1, 1, 1))), 0);
+  EXPECT_EQ(support_point_count(LevelSet::half_space()), 0);
 }
 
 // The least distance of 10^4 points of the torus from the host.
-double least_distance(const LevelSet& torus, const Pose& pose, const LevelSet& host) {
+double min_distance(const LevelSet& torus, const Pose& pose, const LevelSet& host) {
   double least = 1e9;
   for (int i = 0; i < 100; ++i)
     for (int j = 0; j < 100; ++j) {
@@ -130,9 +130,9 @@ TEST_P(TorusOn, NoPointIsDeeper) {
       if (around != (off_axis < torus.radius) || off_axis < 0.05) continue;
     }
     ++tried;
-    const DeepestPoint deepest = deepest_point(torus, 0, pose, host);
+    const ShapeSupportPoint deepest = support_point(torus, 0, pose, host);
     EXPECT_NEAR(torus.distance(pose.to_body(deepest.position)), 0, 1e-14);
-    EXPECT_LE(host.distance(deepest.position), least_distance(torus, pose, host) + 1e-14) << tried;
+    EXPECT_LE(host.distance(deepest.position), min_distance(torus, pose, host) + 1e-14) << tried;
   }
 }
 
@@ -142,7 +142,7 @@ INSTANTIATE_TEST_SUITE_P(Hosts, TorusOn, testing::Values("box", "ball", "pin"),
 
 // On a ball the first step is exact for rims too, whose middles it starts from. The later ones take the
 // normal beneath the rim and would lead to its far side where the ball is small.
-TEST(DeepestPoint, OfARimOverABallIsItsNearestPoint) {
+TEST(ShapeSupportPoint, OfARimOverABallIsItsNearestPoint) {
   const LevelSet can = LevelSet::cylinder(0.8, 0.6), ball = LevelSet::sphere(0.4);
   std::mt19937 random(5);
   for (int i = 0; i < 60; ++i) {
@@ -154,7 +154,7 @@ TEST(DeepestPoint, OfARimOverABallIsItsNearestPoint) {
         const Vec3 x(can.radius * std::sin(around), k == 0 ? 0.3 : -0.3, can.radius * std::cos(around));
         least = std::min(least, ball.distance(pose.to_world(x)));
       }
-      const DeepestPoint deepest = deepest_point(can, k, pose, ball);
+      const ShapeSupportPoint deepest = support_point(can, k, pose, ball);
       EXPECT_LE(ball.distance(deepest.position), least + 1e-14);
       EXPECT_NEAR(can.distance(pose.to_body(deepest.position)), 0, 1e-14);
     }
@@ -165,7 +165,7 @@ TEST(DeepestPoint, OfARimOverABallIsItsNearestPoint) {
 // the distance D a ring of radius R sees normals that differ by R / D at most, or, where they lie aslant to
 // its plane, twice that of their part in it: 0.22 here. After four steps the angle is off by 0.22^4, and the
 // gap by R times half its square, 6e-7 m. Of 10^4 points of the ring the best is off by less than 1e-8 m.
-TEST(DeepestPoint, OnCurvedHostsTheStepsConverge) {
+TEST(ShapeSupportPoint, OnCurvedHostsTheStepsConverge) {
   const LevelSet ring = LevelSet::torus(0.2, 0.05);
   std::mt19937 random(4);
   for (const LevelSet& host : {LevelSet::capsule(0.3, 2), LevelSet::box(Vec3(1, 2, 1.5))}) {
@@ -181,11 +181,11 @@ TEST(DeepestPoint, OnCurvedHostsTheStepsConverge) {
         const Vec3 x(ring.radius * std::sin(around), 0, ring.radius * std::cos(around));
         least = std::min(least, host.distance(pose.to_world(x)) - ring.tube);
       }
-      const Vec3 deepest = deepest_point(ring, 0, pose, host).position;
+      const Vec3 deepest = support_point(ring, 0, pose, host).position;
       EXPECT_NEAR(host.distance(deepest), least, 1e-6);
     }
   }
 }
 
 }  // namespace
-}  // namespace duet::deepest_point_test
+}  // namespace duet::shape_support_point_test

@@ -1,4 +1,4 @@
-#include "sim/contact/detection/deepest_point.h"
+#include "sim/contact/detection/shape_support_point.h"
 
 #include <array>
 #include <cmath>
@@ -15,7 +15,7 @@ namespace {
 constexpr int steps = 4;
 
 // Returns the support point of a ball towards a surface with the normal `n`.
-DeepestPoint of_ball(const Vec3& center, double radius, const Vec3& n) {
+ShapeSupportPoint of_ball(const Vec3& center, double radius, const Vec3& n) {
   return {center - radius * n, center};
 }
 
@@ -33,12 +33,13 @@ Vec3 normal_to_surface(const LevelSet& host, const Vec3& x) {
 }
 
 // Returns the support point of a ball towards a host.
-DeepestPoint of_ball(const Vec3& center, double radius, const LevelSet& host) {
+ShapeSupportPoint of_ball(const Vec3& center, double radius, const LevelSet& host) {
   return of_ball(center, radius, normal_to_surface(host, center));
 }
 
-// Returns by how much DeepestPoint::inside of a rim lies in from it along the radius and along the axis, m.
-double way_in_from_rim(const LevelSet& shape) { return shape.smallest_size() / 4 * std::sqrt(0.5); }
+// Returns by how much ShapeSupportPoint::inside of a rim lies in from it along the radius and along the axis,
+// m.
+double way_in_from_rim(const LevelSet& shape) { return shape.min_size() / 4 * std::sqrt(0.5); }
 
 // Returns the direction (unit, host's body space) from the center of a ring to its support point, for the
 // host's normal `n` at the ring. The ring lies in the plane of the shape's axes x and z. If the normal is at
@@ -58,7 +59,7 @@ class Nearest {
 
   // Takes the point of a step at `x` (m, host's body space). Returns false if the step has not moved it, so
   // that further steps are of no use.
-  bool take(const Vec3& x, const DeepestPoint& point) {
+  bool take(const Vec3& x, const ShapeSupportPoint& point) {
     if (x == last_) return false;
     last_ = x;
     const double distance = host_.distance(x);
@@ -68,17 +69,17 @@ class Nearest {
     }
     return true;
   }
-  const DeepestPoint& point() const { return point_; }
+  const ShapeSupportPoint& point() const { return point_; }
 
  private:
   const LevelSet& host_;
   double least_ = std::numeric_limits<double>::infinity();
   Vec3 last_ = Vec3::Constant(least_);
-  DeepestPoint point_{Vec3::Zero(), Vec3::Zero()};
+  ShapeSupportPoint point_{Vec3::Zero(), Vec3::Zero()};
 };
 
 // Returns the support point of a torus at `pose` towards a host.
-DeepestPoint of_torus(const LevelSet& shape, const Pose& pose, const LevelSet& host) {
+ShapeSupportPoint of_torus(const LevelSet& shape, const Pose& pose, const LevelSet& host) {
   Vec3 center = pose.position;
   Nearest nearest(host);
   for (int i = 0; i < steps; ++i) {
@@ -100,11 +101,11 @@ double side_of(int k) { return k < 2 ? place_along(k) : 0; }
 
 // Returns support point k of a cylinder at `pose` towards a host: the nearest point of the circle about the
 // axis on which it lies, a rim for the first two.
-DeepestPoint of_circle(const LevelSet& shape, int k, const Pose& pose, const LevelSet& host) {
+ShapeSupportPoint of_circle(const LevelSet& shape, int k, const Pose& pose, const LevelSet& host) {
   const Vec3 axis = pose.orientation * Vec3::UnitY();
   const Vec3 center = pose.position + place_along(k) * shape.half_length * axis;
   const double way = way_in_from_rim(shape);
-  DeepestPoint point{center, center};
+  ShapeSupportPoint point{center, center};
   Nearest nearest(host);
   for (int i = 0; i < steps; ++i) {
     const Vec3 direction = deepest_direction(host.normal(point.inside), pose.orientation);
@@ -117,9 +118,9 @@ DeepestPoint of_circle(const LevelSet& shape, int k, const Pose& pose, const Lev
 
 }  // namespace
 
-bool rolls_over_samples(const LevelSet& host) { return deepest_point_count(host) > 0; }
+bool rolls_over_samples(const LevelSet& host) { return support_point_count(host) > 0; }
 
-bool touches_with_deepest_point(const LevelSet& host, const LevelSet& guest) {
+bool ignores_samples(const LevelSet& host, const LevelSet& guest) {
   return host.kind == LevelSet::Kind::capsule || host.kind == LevelSet::Kind::torus ||
          (host.kind == LevelSet::Kind::sphere && guest.kind != LevelSet::Kind::grid);
 }
@@ -130,7 +131,7 @@ bool is_beside_side(const LevelSet& host, const Vec3& x) {
   return beyond_end <= 0 && math::hypot(x.x(), x.z()) - host.radius >= beyond_end;
 }
 
-int deepest_point_count(const LevelSet& shape) {
+int support_point_count(const LevelSet& shape) {
   switch (shape.kind) {
     case LevelSet::Kind::sphere:
     case LevelSet::Kind::torus:
@@ -146,11 +147,11 @@ int deepest_point_count(const LevelSet& shape) {
   return 0;
 }
 
-int deepest_numbers(const LevelSet& shape) {
-  return deepest_point_count(shape) == 2 ? 4 : deepest_point_count(shape);
+int support_numbers(const LevelSet& shape) {
+  return support_point_count(shape) == 2 ? 4 : support_point_count(shape);
 }
 
-DeepestPoint deepest_point(const LevelSet& shape, int k, const Pose& pose, const LevelSet& host) {
+ShapeSupportPoint support_point(const LevelSet& shape, int k, const Pose& pose, const LevelSet& host) {
   switch (shape.kind) {
     case LevelSet::Kind::torus:
       return of_torus(shape, pose, host);
@@ -163,19 +164,19 @@ DeepestPoint deepest_point(const LevelSet& shape, int k, const Pose& pose, const
   }
 }
 
-int deepest_number(const LevelSet& shape, int guest_point) {
-  return (-1 - guest_point) % deepest_numbers(shape);
+int support_number(const LevelSet& shape, int guest_point) {
+  return (-1 - guest_point) % support_numbers(shape);
 }
 
 int against_face(const LevelSet& shape, int k, int face) {
-  return -1 - (k + deepest_numbers(shape) * (1 + face));
+  return -1 - (k + support_numbers(shape) * (1 + face));
 }
 
 int with_number(const LevelSet& shape, int guest_point, int k) {
-  return guest_point + deepest_number(shape, guest_point) - k;
+  return guest_point + support_number(shape, guest_point) - k;
 }
 
-DeepestPoint deepest_point(const LevelSet& shape, int k, const Vec3& n) {
+ShapeSupportPoint support_point(const LevelSet& shape, int k, const Vec3& n) {
   switch (shape.kind) {
     case LevelSet::Kind::torus:
       return of_ball(shape.radius * deepest_direction(n, Quat::Identity()), shape.tube, n);

@@ -4,14 +4,14 @@
 namespace duet {
 
 void bring_bound_to_middle(Bodies& bodies, const std::vector<RigidState>& rigid_n) {
-  for (BoundParticle& bound : bodies.bound)
+  for (EmbeddedParticle& bound : bodies.bound)
     bound.offset = bodies.particles.x[bound.at] -
                    0.5 * (rigid_n[bound.body].pose.position + bodies.rigid.state[bound.body].pose.position);
 }
 
 void apply_bound_forces(Bodies& bodies, const std::vector<Vec3>& force, double dt) {
   RigidBodies& rigid = bodies.rigid;
-  for (const BoundParticle& bound : bodies.bound)
+  for (const EmbeddedParticle& bound : bodies.bound)
     apply_impulse(rigid.state[bound.body], rigid.properties[bound.body], bound.offset,
                   dt * force[bound.particle]);
 }

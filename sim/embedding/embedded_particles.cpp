@@ -1,10 +1,10 @@
-#include "sim/embedding/bound_particles.h"
+#include "sim/embedding/embedded_particles.h"
 
 #include "sim/base/dense_solvers.h"
 
 namespace duet {
 
-BoundParticle bind_particle(std::size_t p, std::size_t body, RigidBodies& rigid, Particles& particles) {
+EmbeddedParticle embed_particle(std::size_t p, std::size_t body, RigidBodies& rigid, Particles& particles) {
   RigidProperties& properties = rigid.properties[body];
   RigidState& state = rigid.state[body];
   const Vec3 angular_velocity = state.angular_velocity;
@@ -17,8 +17,8 @@ BoundParticle bind_particle(std::size_t p, std::size_t body, RigidBodies& rigid,
   return {p, body, p, state.pose.to_body(particles.x[p]), particles.x[p] - state.pose.position};
 }
 
-void follow_bodies(const RigidBodies& rigid, std::vector<BoundParticle>& bound, Particles& particles) {
-  for (BoundParticle& b : bound) {
+void follow_bodies(const RigidBodies& rigid, std::vector<EmbeddedParticle>& bound, Particles& particles) {
+  for (EmbeddedParticle& b : bound) {
     const RigidState& state = rigid.state[b.body];
     particles.x[b.particle] = state.pose.to_world(b.arm);
     b.offset = particles.x[b.at] - state.pose.position;
@@ -26,22 +26,22 @@ void follow_bodies(const RigidBodies& rigid, std::vector<BoundParticle>& bound, 
   }
 }
 
-void follow_twists(const std::vector<BoundParticle>& bound, const std::vector<Vec3>& linear,
+void follow_twists(const std::vector<EmbeddedParticle>& bound, const std::vector<Vec3>& linear,
                    const std::vector<Vec3>& angular, std::vector<Vec3>& velocity) {
-  for (const BoundParticle& b : bound)
+  for (const EmbeddedParticle& b : bound)
     velocity[b.particle] = linear[b.body] + angular[b.body].cross(b.offset);
 }
 
-void add_force_twists(const RigidBodies& rigid, const std::vector<BoundParticle>& bound,
+void add_force_twists(const RigidBodies& rigid, const std::vector<EmbeddedParticle>& bound,
                       const std::vector<Vec3>& force, double scale, std::vector<Vec3>& linear,
                       std::vector<Vec3>& angular) {
-  for (const BoundParticle& b : bound) {
+  for (const EmbeddedParticle& b : bound) {
     linear[b.body] += scale * rigid.properties[b.body].inverse_mass * force[b.particle];
     angular[b.body] += scale * (rigid.state[b.body].inverse_inertia * b.offset.cross(force[b.particle]));
   }
 }
 
-double equivalent_mass(const RigidProperties& body, const std::vector<BoundParticle>& bound,
+double equivalent_mass(const RigidProperties& body, const std::vector<EmbeddedParticle>& bound,
                        std::size_t number) {
   // The result is the largest c with M >= c sum J^T J, where J maps the body's twist to the velocity of a
   // particle. That is the inverse of the largest eigenvalue of M^-1/2 (sum J^T J) M^-1/2; M is diagonal in
@@ -49,7 +49,7 @@ double equivalent_mass(const RigidProperties& body, const std::vector<BoundParti
   Vec6 root;
   root << Vec3::Constant(1 / std::sqrt(body.mass)), body.inertia.cwiseSqrt().cwiseInverse();
   Mat6 unit = Mat6::Zero();
-  for (const BoundParticle& b : bound) {
+  for (const EmbeddedParticle& b : bound) {
     if (b.body != number) continue;
     Eigen::Matrix<double, 3, 6> jacobian;
     jacobian << Mat3::Identity(), -skew(b.arm);

@@ -7,27 +7,27 @@
 namespace duet {
 
 /// A support point of a shape.
-struct DeepestPoint {
+struct ShapeSupportPoint {
   Vec3 position;  ///< m: the point, on the surface of the shape.
   Vec3 inside;    ///< m: a point of the shape some way in from `position`, see contact_plane().
 };
 
 /// Returns how many support points a shape has: one for a ball or a torus, one for each end of a capsule, one
 /// for each rim of a cylinder, and none for other shapes.
-int deepest_point_count(const LevelSet& shape);
+int support_point_count(const LevelSet& shape);
 
 /// Returns how many numbers `k` of support points a shape has. Capsules and cylinders have two more than
-/// deepest_point_count(): the points of the side at a third of the way from its middle to either end, which
+/// support_point_count(): the points of the side at a third of the way from its middle to either end, which
 /// are used where such a body lies on a face (line_contact.h).
-int deepest_numbers(const LevelSet& shape);
+int support_numbers(const LevelSet& shape);
 
 /// Returns support point `k` of `shape` towards `host`. The result and `pose`, that of the shape, are in the
 /// body space of `host`. For tori, rims and the side of cylinders it is the best of a few fixed-point steps,
 /// the first of which is exact for flat hosts and balls.
-DeepestPoint deepest_point(const LevelSet& shape, int k, const Pose& pose, const LevelSet& host);
+ShapeSupportPoint support_point(const LevelSet& shape, int k, const Pose& pose, const LevelSet& host);
 /// Returns the number k of the support point that `guest_point` names. ContactPoint::guest_point is -1 - k
 /// towards the nearest surface, and a smaller number of the kind of against_face() for another face.
-int deepest_number(const LevelSet& shape, int guest_point);
+int support_number(const LevelSet& shape, int guest_point);
 /// Returns ContactPoint::guest_point for support point `k` of a shape against face number `face` of its host.
 int against_face(const LevelSet& shape, int k, int face);
 /// Returns `guest_point` with its support point replaced by number `k`. The face that it is against, if any,
@@ -36,7 +36,7 @@ int with_number(const LevelSet& shape, int guest_point, int k);
 
 /// Returns support point `k` of `shape` towards a plane with the unit normal `n`, which points to the shape's
 /// side of the plane. All is in the shape's own body space. The result is exact.
-DeepestPoint deepest_point(const LevelSet& shape, int k, const Vec3& n);
+ShapeSupportPoint support_point(const LevelSet& shape, int k, const Vec3& n);
 
 /// Returns whether a host touches the flat faces of others with its support points alone, because it is
 /// round. Samples of these faces would be bumps on which it loses speed.
@@ -44,7 +44,7 @@ bool rolls_over_samples(const LevelSet& host);
 /// Returns whether samples of a guest tell nothing about how it touches `host`. So it is for capsules and
 /// tori, which touch at the places on their center line that are nearest to the guest (edge_contacts.h), and
 /// for balls if the distance from the guest is exact: their support point is all that touches.
-bool touches_with_deepest_point(const LevelSet& host, const LevelSet& guest);
+bool ignores_samples(const LevelSet& host, const LevelSet& guest);
 /// Returns whether the surface of a cylinder nearest to `x` (m, body space) is its side, which touches as a
 /// capsule does. Returns false for all other shapes.
 bool is_beside_side(const LevelSet& host, const Vec3& x);
