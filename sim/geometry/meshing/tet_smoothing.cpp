@@ -143,7 +143,7 @@ class Smoother {
 
   // Returns the least altitude around a node, or some value that is not above `floor` as soon as one is
   // found. `flattest` is the tet that was the flattest the last time; it is tested first and updated.
-  double min_altitude(int node, double floor, int& flattest) const {
+  double min_altitude_around(int node, double floor, int& flattest) const {
     double least = min_altitude(mesh_, mesh_.tets[as_index(flattest)]);
     for (const int t : tets_around(node)) {
       if (least <= floor) return least;
@@ -196,7 +196,7 @@ class Smoother {
     Vec3& x = mesh_.nodes[as_index(node)];
     const Vec3 start = x;
     int flattest = tets_around(node).front();
-    double best = min_altitude(node, -std::numeric_limits<double>::infinity(), flattest);
+    double best = min_altitude_around(node, -std::numeric_limits<double>::infinity(), flattest);
     if (best >= goal_) return false;
     const double facing = std::min(wanted_facing, min_facing(node));
     Vec3 kept = start;
@@ -205,7 +205,7 @@ class Smoother {
       for (const Vec3& direction : directions()) {
         x = from + step * direction;
         if (place_[as_index(node)] == Place::surface && !put_on_surface(x)) continue;
-        const double least = min_altitude(node, min_gain * best, flattest);
+        const double least = min_altitude_around(node, min_gain * best, flattest);
         if (least <= min_gain * best || !keeps_angles(node) || min_facing(node) < facing) continue;
         best = least;
         kept = x;

@@ -412,9 +412,9 @@ TEST(ConstrainedSystemOfLinkedBodies, IsSymmetricAndKeepsTheJoints) {
   for (int i = 0; i < 10; ++i) step(world, i * 1e-3, 1e-3);
   StepContext& context = world.context;
   for (ContactPoint& contact : context.contacts.points) update_geometry(world.bodies, contact);
-  context.linked.outdate();
+  context.articulated_response.outdate();
   const ArticulatedResponse* linked =
-      context.linked.prepare(world.bodies, context.joints, false, context.contacts);
+      context.articulated_response.prepare(world.bodies, context.joints, false, context.contacts);
   ASSERT_TRUE(linked && linked->is_complete());
   context.joints.prepare_projection(world.bodies.rigid);
   ContactProjection projection;
