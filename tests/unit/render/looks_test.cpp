@@ -48,7 +48,8 @@ TEST(Looks, NoNameMeansTheDefaultLookForStaticBodies) {
   EXPECT_EQ(look_of(table, "second").color, scene::Look{}.color);
 }
 
-// Neighbours can be told apart, the named looks stay, and a thousand bodies need no more than the palette.
+// Consecutive bodies have colors that can be told apart, named looks stay, and a thousand bodies need no more
+// looks than the palette has.
 TEST(Looks, NoNameMeansAColourOfThePaletteForWhatMoves) {
   io::Manifest manifest = wearing("");
   for (int i = 2; i < 1000; ++i) {
