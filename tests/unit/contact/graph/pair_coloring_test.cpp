@@ -13,9 +13,10 @@ namespace {
 using test::Crowd;
 using test::random_crowd;
 
-// As many waves as the longest chain of pairs, each of which shares a movable body with the one before it.
+// The number of waves is the length of the longest chain of pairs each of which shares a movable body with
+// the one before.
 TEST(PairSchedules, OrderHoldsEveryPairOnceAndInAsFewWavesAsItSays) {
-  PairColoring schedule;  // one for all: nothing of an earlier crowd may stay
+  PairColoring schedule;  // one object for all seeds: nothing of an earlier crowd may stay
   for (unsigned seed = 0; seed < 8; ++seed) {
     const Crowd crowd = random_crowd(seed, 40 + 50 * static_cast<int>(seed % 3), 200);
     schedule.build(crowd.bodies, crowd.contacts, crowd.pairs);
@@ -37,6 +38,7 @@ TEST(PairSchedules, OrderHoldsEveryPairOnceAndInAsFewWavesAsItSays) {
   }
 }
 
+// Each body sees its pairs in the order of their levels, as shock propagation needs it.
 TEST(PairSchedules, EveryBodyMeetsItsPairsUpTheLevels) {
   const Crowd crowd = random_crowd(11, 60, 250);
   PairColoring schedule;
@@ -50,6 +52,7 @@ TEST(PairSchedules, EveryBodyMeetsItsPairsUpTheLevels) {
     }
 }
 
+// The order contains the given pairs and no others, and is empty without pairs.
 TEST(PairSchedules, OnlyTheGivenPairsTakePart) {
   Crowd crowd = random_crowd(13, 60, 250);
   crowd.pairs.resize(100);
@@ -62,8 +65,8 @@ TEST(PairSchedules, OnlyTheGivenPairsTakePart) {
   EXPECT_EQ(schedule.waves(), 0);
 }
 
-// Pairs between neighbours of a row, every second one at once; a static body, host or guest, orders nothing:
-// bodies on it need one wave, and a row of them three.
+// Pairs between neighbors of a row take two waves, every second pair at a time. A static body, as host or
+// guest, is not movable and orders nothing: bodies on it take one wave, and a row of them three.
 TEST(PairSchedules, ARowTakesTwoWavesAndAStaticBodyNone) {
   Crowd row, table, ceiling, row_on_table;
   row.bodies = test::loose_bodies(101);
