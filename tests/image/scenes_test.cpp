@@ -275,7 +275,7 @@ TEST_P(Scenes, AreTheSameOnOneThread) {
 // Another processor rounds differently, and every impact amplifies the difference. A relative change of
 // gravity by 1e-12 is a thousand times as large as rounding, so that a variant whose picture survives it ends
 // before rounding shows.
-TEST_P(Scenes, DoNotHangOnRounding) {
+TEST_P(Scenes, SurviveAChangeOfGravityBy1e12) {
   Film film(GetParam(), 1e-12);
   film.advance_to(GetParam().frame);
   const render::Difference difference =

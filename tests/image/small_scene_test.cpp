@@ -21,7 +21,7 @@ TEST(SmallScene, EveryBodyIsWhereTheCameraFormulaPutsIt) {
   EXPECT_TRUE(is_gray(pixel_of(picture, scene, ball_center)));
 }
 
-TEST(SmallScene, ColoursFollowTheLooks) {
+TEST(SmallScene, ColorsFollowTheLooks) {
   const scene::Scene scene = small_scene();
   io::Manifest swapped = small_manifest();
   std::swap(swapped.bodies[1].look, swapped.bodies[2].look);

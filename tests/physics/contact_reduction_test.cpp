@@ -82,7 +82,7 @@ double slide(double degrees, bool reduction) {
 
 // Closed form of sliding with Coulomb friction, a = g (sin A - mu cos A). At 15 degrees the box stops after
 // v^2 / (2 |a|), at 40 degrees it accelerates all the time.
-TEST(ContactReduction, ABoxOnAnInclineSlidesAndSticksAsWithAllSamples) {
+TEST(ContactReduction, ABoxOnAnInclineMovesAsWithAllSamples) {
   const auto acceleration = [](double degrees) {
     const double angle = degrees * EIGEN_PI / 180;
     return gravity * (std::sin(angle) - friction * std::cos(angle));

@@ -76,7 +76,7 @@ TEST(EverydayRigidCradle, KeepsItsEnergyWhateverItsCounts) {
 }
 
 // Other joints, lengths and steps, and gaps between the balls, have the same bound of 1 %.
-TEST(EverydayRigidCradle, KeepsItsEnergyWhateverJointsLengthsAndSteps) {
+TEST(EverydayRigidCradle, KeepsEnergyForAllJointsLengthsAndSteps) {
   for (const JointType joint : {JointType::hinge, JointType::universal})
     test::expect_below(change_of_energy({.joint = joint}), most,
                        joint == JointType::hinge ? "hinges" : "universal_joints");

@@ -130,7 +130,7 @@ void expect_even_pressure(const Face& face, Support support, double size, double
 
 // Load that is spread unevenly over redundant points changes the lever arm, by 10 % and more where sweeps
 // alone decide.
-TEST(EverydayRigidFriction, ASpinningFaceStopsAsEvenPressureStopsIt) {
+TEST(EverydayRigidFriction, ASpinningFaceStopsAsUnderEvenPressure) {
   for (const Face& face : faces_and_lines())
     for (const Support support :
          {Support::ground, Support::static_box, Support::mesh, Support::kinematic_box, Support::dynamic_box})

@@ -107,7 +107,7 @@ Rolled roll(const scene::Scene& scene, double size, int frames, const Vec3& velo
 // A wheel on two narrow rails keeps its speed, its line and its height as on a plane; 1e-4 leaves room for
 // the tolerance of the contact solve. Contact at the ends of the wheel alone, beside the rails, would let it
 // fall between them.
-TEST(EverydayRigidOverhang, WheelsRollOnRailsThatAreNarrowerThanThey) {
+TEST(EverydayRigidOverhang, WheelsRollOnRailsNarrowerThanTheyAre) {
   double max_change = 0, max_hop = 0;
   int number = 0;
   for (const Case& rail : rails())
@@ -135,7 +135,7 @@ TEST(EverydayRigidOverhang, WheelsRollOnRailsThatAreNarrowerThanThey) {
 // lies on them with its whole length: its axis turns about the second edge, which acts as a slope of gap / (2
 // R). A wheel that flies over a part of the gap meets that edge in one step or in none, so the two may differ
 // by what the fall of one step, g dt, gives along the slope.
-TEST(EverydayRigidOverhang, GapsCostNoMoreThanWheelsThatDoNotReachOver) {
+TEST(EverydayRigidOverhang, GapsCostWideWheelsNoMoreThanNarrowOnes) {
   double most = 0;
   for (const ShapeKind kind : {ShapeKind::cylinder, ShapeKind::capsule})
     for (const double gap : {0.001, 0.005, 0.02})
@@ -254,7 +254,7 @@ TEST(EverydayRigidOverhang, FlatBodiesTurnAsTheySlideAlongRails) {
 // A body with its center of mass over the table by a hundredth of its width stands, and one with it beyond
 // the edge by as much falls. The tables are two to 1000 times as wide as the body, so that samples of neither
 // need be near the places where the body's edges leave the table.
-TEST(EverydayRigidOverhang, SmallBodiesStandAsFarOutOnTablesAsTheyCan) {
+TEST(EverydayRigidOverhang, SmallBodiesStandUpToTheTippingPoint) {
   double max_moved = 0;
   auto mesh = std::make_shared<TriangleMesh>(test::box_mesh(-Vec3(0.5, 0.5, 0.5), Vec3(0.5, 0.5, 0.5)));
   std::vector<std::pair<std::string, scene::Shape>> bodies{
@@ -350,7 +350,7 @@ TEST(EverydayRigidOverhang, SlabsRollOnLogs) {
 // A ring falls over a peg that stands on the ground, so that two static bodies adjoin. When the ground was
 // taken for the continuation of the peg's top, the far side of the ring, deep below that top, was pushed up
 // to it by 0.4 m between two frames. Such an error shows as a gain of energy.
-TEST(EverydayRigidOverhang, ARingFallsOverAPegThatStandsOnTheGround) {
+TEST(EverydayRigidOverhang, ARingFallsOverAPegOnTheGround) {
   double max_gain = 0;
   for (const ShapeKind kind : {ShapeKind::cylinder, ShapeKind::box})
     for (const double beside : {0.05, 0.15, 0.25, 0.35})

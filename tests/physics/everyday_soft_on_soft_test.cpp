@@ -132,7 +132,7 @@ double added_friction(const Sliding& s, double& way) {
 
 // A box decelerates by mu g, and travels as far as its mean speed says. When friction stopped positions and
 // not velocities, boxes traveled half as far, in jerks.
-TEST(EverydaySoftOnSoft, SlideAsFarAsFrictionLetsThemInImplicitSteps) {
+TEST(EverydaySoftOnSoft, SlideByTheFrictionDistanceInImplicitSteps) {
   for (const Sliding& s : {Sliding{0}, Sliding{0.05}, Sliding{0.2}, Sliding{0.4}, Sliding{0.2, 1},
                            Sliding{0.2, 2, 0.05}, Sliding{0.2, 2, 20}}) {
     SCOPED_TRACE(testing::Message() << "friction " << s.friction << ", speed " << s.speed << ", size "

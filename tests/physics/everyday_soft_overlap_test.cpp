@@ -208,7 +208,7 @@ TEST(EverydaySoftOverlap, OfAnyDepthStiffnessAndSizeAsWell) {
 
 // A body that lies completely inside another leaves in the exit direction with the shortest path: here
 // upwards, by 1 - 0.3 + 0.25 m.
-TEST(EverydaySoftOverlap, BodiesInsideOfOthersLeaveByTheShortestWay) {
+TEST(EverydaySoftOverlap, BodiesInsideOthersLeaveByTheShortestPath) {
   for (const bool soft_inside : {true, false}) {
     scene::Scene scene = test::free_space();
     const Vec3 off(0.1, 0.3, -0.2);

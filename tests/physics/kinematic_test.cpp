@@ -252,7 +252,7 @@ TEST(KinematicBody, PassesThroughOthersOfItsKindAndStopsForNothing) {
 }
 
 // Without the effect `kinematic_motion` the body does not move and the stage does not run.
-TEST(KinematicBody, WithoutTheEffectStaysWhereItIsAndNothingIsEntered) {
+TEST(KinematicBody, WithoutTheEffectItStaysAndNoStageRuns) {
   scene::Scene scene = turntable(2, 0.5);
   scene.rigid[1].placement.velocity.setZero();
   scene.rigid[1].placement.angular_velocity.setZero();

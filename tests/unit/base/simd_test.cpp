@@ -101,7 +101,7 @@ TEST(Simd, SingleAndDoublePrecisionKeepTheirLanes) {
 }
 
 // Rows of four numbers that are transposed into packs and back are unchanged, to the bit.
-TEST(Simd, RowsComeBackFromPacks) {
+TEST(Simd, RowsSurviveTransposition) {
   double rows[pack_width][4];
   for (std::size_t i = 0; i < pack_width; ++i)
     for (std::size_t k = 0; k < 4; ++k) rows[i][k] = static_cast<double>(10 * i + k);

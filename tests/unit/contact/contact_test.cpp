@@ -83,7 +83,7 @@ void expect_the_same_anew(const Bodies& bodies, const ContactPoint& contact) {
 // A soft block lies over the edge of a beam. Contacts where its own edges cross that edge act between the
 // particles of the block's edges, in the plane of both edges, and the contact cache restores them in the next
 // step. The block's underside is 5 mm below the beam's edge, hence the gap.
-TEST(ContactPoint, OfSoftEdgesActWhereTheyCross) {
+TEST(ContactPoint, SoftEdgeContactsActWhereEdgesCross) {
   scene::Scene scene = test::free_space();
   add_box(scene, "beam", Vec3::Zero(), Vec3(1, 1, 5), 10).placement.orientation =
       Quat(Eigen::AngleAxisd(0.4, Vec3::UnitY())) * Quat(Eigen::AngleAxisd(EIGEN_PI / 4, Vec3::UnitZ()));
@@ -111,7 +111,7 @@ TEST(ContactPoint, OfSoftEdgesActWhereTheyCross) {
 // the middle of a face, where no surface point is near. The contact acts on the three particles of the face,
 // its depth is the penetration that is reported, and the two contacts have names of their own that stay the
 // same from step to step.
-TEST(ContactPoint, OfCornersActOnTheFacesThatTheyPressIn) {
+TEST(ContactPoint, VertexFaceContactsActOnTheirFaces) {
   scene::Scene scene = test::free_space();
   const double half = std::sqrt(0.75);
   add_box(scene, "cube", Vec3::Zero(), Vec3(1, 1, 1), 10).placement.orientation =
@@ -138,7 +138,7 @@ TEST(ContactPoint, OfCornersActOnTheFacesThatTheyPressIn) {
 
 // A ball flies at 10 m/s towards a soft box 0.5 m away. There are no candidates in a step in which it cannot
 // reach the box, and only points of the face ahead of it in a longer one.
-TEST(ContactCandidates, FindWhatCanTouchWithinTheStepAndNothingElse) {
+TEST(ContactCandidates, AreWhatCanTouchWithinTheStep) {
   scene::Scene scene = test::free_space();
   add_soft_box(scene, "soft", Vec3(0, 0, 0), Vec3(2, 2, 2), 4);
   add_ball(scene, "ball", Vec3(0, 2.5, 0), 1, 10).placement.velocity = Vec3(0, -10, 0);
@@ -220,7 +220,7 @@ TEST(ContactCandidates, ABallTouchesAPlaneWithItsLowestPoint) {
 
 // The level of a body in the contact graph is the length of the chain of supports down to the ground, also
 // through deformable bodies.
-TEST(ContactGraph, LevelsAreDistancesFromTheGroundThroughSoftBodiesToo) {
+TEST(ContactGraph, LevelsCountSoftBodiesToo) {
   const scene::Scene scene = test::small_stack();
   Simulation simulation(scene, test::plan(scene));
   Bodies& bodies = simulation.world().bodies;
@@ -240,7 +240,7 @@ TEST(ContactGraph, LevelsAreDistancesFromTheGroundThroughSoftBodiesToo) {
 // Bodies that approach each other but have not collided yet stay inactive in the contact solve of stage V.4:
 // otherwise it would stop them before the next collision stage could let them bounce. Pairs that touch, or
 // that collided, are active.
-TEST(WarmStart, LeavesRigidPairsThatNeitherCollidedNorTouchInactive) {
+TEST(WarmStart, LeavesApproachingRigidPairsInactive) {
   scene::Scene scene = test::on_ground();
   add_ball(scene, "falling", Vec3(0, 1.001, 0), 1, 10);
   add_ball(scene, "resting", Vec3(5, 1, 0), 1, 10);
@@ -295,7 +295,7 @@ TEST(ContactSolve, ConvergesToTheConditionsOfContact) {
 
 // An overlap of 0.1 m of free balls is removed by displacements in the inverse ratio of their masses: 30 x1 +
 // 10 x2 = 19 kg m stays to rounding.
-TEST(PushOut, SeparatesAnOverlappingPairAboutItsCentreOfMass) {
+TEST(Interpenetration, KeepsThePairsCenterOfMass) {
   scene::Scene scene = test::free_space();
   add_ball(scene, "heavy", Vec3(0, 0, 0), 1, 30);
   add_ball(scene, "light", Vec3(1.9, 0, 0), 1, 10);
@@ -317,7 +317,7 @@ TEST(PushOut, SeparatesAnOverlappingPairAboutItsCentreOfMass) {
 // A light ball lies between two heavy ones that overlap it by 5 %. With the light ball as the central body,
 // one system sees both overlaps at once, and a single iteration leaves less than a thousandth of the overlap.
 // Pairs one after the other would push it back and forth.
-TEST(PushOut, OneSweepFreesALightBodyBetweenHeavyOnes) {
+TEST(Interpenetration, OneSweepFreesALightBodyBetweenHeavyOnes) {
   scene::Scene scene = test::free_space();
   add_ball(scene, "left", Vec3(-1.9, 0, 0), 1, 1000);
   add_ball(scene, "middle", Vec3(0, 0, 0), 1, 1);
@@ -335,7 +335,7 @@ TEST(PushOut, OneSweepFreesALightBodyBetweenHeavyOnes) {
 
 // A soft box that is sunk into the ground by 5 cm is lifted out to within the overlap tolerance of 1e-6 m,
 // and no tetrahedron of it inverts.
-TEST(PushOut, ASoftBoxIsLiftedOffTheGroundAndStaysWhole) {
+TEST(Interpenetration, ASoftBoxIsLiftedOffTheGroundAndStaysWhole) {
   scene::Scene scene = test::on_ground();
   add_soft_box(scene, "soft", Vec3(0, 0.95, 0), Vec3(2, 2, 2), 2);
   Simulation simulation(scene, test::plan(scene));

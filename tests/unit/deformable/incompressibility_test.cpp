@@ -115,7 +115,7 @@ TEST(NodalVolumes, GradientIsTheAdjointOfTheDivergence) {
 }
 
 // Rigid motions change no volume, and pressures no momentum and no angular momentum.
-TEST(NodalVolumes, RigidMotionsChangeNoVolumeAndPressuresNoMomentum) {
+TEST(NodalVolumes, RigidMotionsKeepThemAndPressuresMomentum) {
   Body body;
   const auto x = moved(body.mesh.nodes, 0.3, random_vectors(body.mesh.nodes.size(), 3));
   body.rings.linearize(x);

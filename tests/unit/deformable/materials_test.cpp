@@ -102,7 +102,7 @@ TYPED_TEST(Material, StressIsTheGradientOfTheEnergyInsideOutAsWell) {
 
 // At rest the stress vanishes, and for small strains it is 2 mu e + lambda tr(e) 1 (Hooke's law). The omega^2
 // bound and the differential at rest are those of linear elasticity.
-TYPED_TEST(Material, RestHasNoStressAndTheLinearStiffnessOfItsLameParameters) {
+TYPED_TEST(Material, AtRestHasNoStressAndTheStiffnessOfHooke) {
   EXPECT_LT(this->stress(Mat3::Identity()).norm(), 1e-15);
   EXPECT_EQ(this->energy(Mat3::Identity()), 0);
   const Element element;
@@ -142,7 +142,7 @@ TYPED_TEST(Material, FlatAndInvertedElementsArePushedBack) {
 
 // The differential is the energy's Hessian, found from differences of the stress, with its negative
 // eigenvalues set to zero. The bounds of 1e-6 are those of the differences.
-TYPED_TEST(Material, DifferentialIsTheHessianProjectedToPositiveSemiDefinite) {
+TYPED_TEST(Material, DifferentialIsTheProjectedHessian) {
   for (const Mat3& F : deformations()) {
     Mat9 hessian, projected;
     const StressDifferential<double> H = this->differential(F);
@@ -187,7 +187,7 @@ TYPED_TEST(Material, FrequencyBoundHoldsInEveryState) {
 // The stiffness that damps compressed elements is all of the stiffness that compression adds, except for its
 // negative part, and rotations are not damped. The remaining stiffness has a bound of its own,
 // `uncompressed_omega_squared`. Both hold in all states that explicit steps have to survive.
-TEST(CompressionStiffness, IsWhatCompressionAddsAndLeavesASoftElement) {
+TEST(CompressionStiffness, IsAllThatCompressionAdds) {
   const Element element;
   std::vector<Mat3> states = deformations();
   const Mat3 turn = Eigen::AngleAxisd(0.7, Vec3(1, 2, -1).normalized()).toRotationMatrix();

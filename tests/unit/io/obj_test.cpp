@@ -227,7 +227,7 @@ TEST(Obj, MalformedLinesAreErrorsWithTheirLine) {
 
 // The strain in a file of an earlier version has one number for each vertex of its own body. Anything else is
 // an error that names the line.
-TEST(Obj, StrainIsOfAllPositions) {
+TEST(Obj, StrainOfOldFilesCoversAllVertices) {
   const ScratchFolder scratch;
   EXPECT_NE(failure_of(scratch, "o a\nv 0 0 0\nv 0 0 0\n# strain 1\n")
                 .find("line 4: object `a` has 2 vertices and the strain of 1"),

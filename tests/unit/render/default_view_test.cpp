@@ -51,7 +51,7 @@ TEST(DefaultView, ShowsWhatMoves) {
 
 // A ball of 2 cm that rolls at 3 m/s does not leave the picture at once: 2 s of its path are in view, or as
 // much as the scene lasts.
-TEST(DefaultView, ShowsTheWayOfWhatStartsWithAVelocity) {
+TEST(DefaultView, ShowsThePathOfBodiesThatStartWithAVelocity) {
   for (const double seconds : {0.5, 10.0}) {
     scene::Scene scene;
     scene.rigid.resize(2);

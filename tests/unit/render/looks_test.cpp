@@ -50,7 +50,7 @@ TEST(Looks, NoNameMeansTheDefaultLookForStaticBodies) {
 
 // Consecutive bodies have colors that can be told apart, named looks stay, and a thousand bodies need no more
 // looks than the palette has.
-TEST(Looks, NoNameMeansAColourOfThePaletteForWhatMoves) {
+TEST(Looks, MovingBodiesWithoutALookTakePaletteColors) {
   io::Manifest manifest = wearing("");
   for (int i = 2; i < 1000; ++i) {
     manifest.bodies.emplace_back().name = std::to_string(i);

@@ -114,7 +114,7 @@ TEST(KinematicMotion, PassesThroughItsKeysAndRestsOutsideOfThem) {
 
 // A smooth track is monotonic in a coordinate whose keys are, and stays at a position that two keys share: an
 // overshoot would push a body through its neighbor.
-TEST(KinematicMotion, SmoothTracksStartAndEndAtRestAndNeverOvershoot) {
+TEST(KinematicMotion, SmoothTracksEndAtRestWithoutOvershoot) {
   const KinematicMotion motion =
       through({{0, Vec3(0, 0, 0)}, {1, Vec3(5, 0, -1)}, {2, Vec3(5, 0, -1)}, {2.2, Vec3(6, -3, 8)}});
   EXPECT_TRUE(motion_at(motion, 0).velocity.isZero(0));
@@ -179,7 +179,7 @@ TEST(KinematicMotion, KeysWithOneAxisTurnAsOftenAsTheirAnglesSay) {
 
 // Between keys about different axes the rotation is the shortest one, at constant rate (spherical
 // interpolation).
-TEST(KinematicMotion, KeysWithTwoAxesTurnTheShortWay) {
+TEST(KinematicMotion, KeysWithTwoAxesTakeTheShortestRotation) {
   const KinematicMotion motion =
       turning({{0, Vec3::UnitX(), 3 * pi / 2}, {1, Vec3::UnitY(), 5 * pi / 2}}, linear);
   const Quat from = exponential(Vec3(-pi / 2, 0, 0)), to = exponential(Vec3(0, pi / 2, 0));

@@ -51,7 +51,7 @@ TEST(RigidBodies, OrientationUpdateConvergesAtItsOrder) {
 
 // Angular momentum stays to the bit. Energy stays to rounding with the exact update, and with the
 // second-order one its error is less than a tenth of that with the first-order one.
-TEST(RigidBodies, FreeRotationKeepsAngularMomentumAndNearlyItsEnergy) {
+TEST(RigidBodies, FreeRotationKeepsMomentumAndNearlyEnergy) {
   const RigidProperties properties = box_properties(Vec3(1, 2, 3), 5);
   const RigidState start = spin(0, 2, OrientationUpdate::exact),
                    exact = spin(50, 2, OrientationUpdate::exact),

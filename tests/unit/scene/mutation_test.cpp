@@ -37,13 +37,13 @@ bool read_damaged(const std::string& text) {
   return true;
 }
 
-TEST(DamagedScene, Truncations) {
+TEST(DamagedScene, TruncatedTextIsASceneOrAnError) {
   const std::string text = stack_text();
   std::mt19937 random(1);
   for (int i = 0; i < 300; ++i) read_damaged(text.substr(0, random() % text.size()));
 }
 
-TEST(DamagedScene, ByteMutations) {
+TEST(DamagedScene, MutatedTextIsASceneOrAnError) {
   const std::string text = stack_text();
   std::mt19937 random(2);
   // Bytes that mean something to TOML reach more branches of the reader than arbitrary ones.
@@ -75,7 +75,7 @@ TEST(DamagedScene, ByteMutations) {
   EXPECT_LT(accepted, 570);
 }
 
-TEST(DamagedScene, ValuesOfEveryTypeForEveryKey) {
+TEST(DamagedScene, AnyTypeForAnyKeyIsASceneOrAnError) {
   const std::string text = stack_text();
   std::size_t begin = 0;
   while (begin < text.size()) {

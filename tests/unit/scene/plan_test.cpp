@@ -165,7 +165,7 @@ TEST(EffectPlan, SurfacesMeetWhereBodiesCanOrAreAskedTo) {
   EXPECT_EQ(reason(folding), "off: `soft0` is the only deformable body, and its self_collision is off");
 }
 
-TEST(EffectPlan, IncompressibilityIsOfTheBodiesThatAskForIt) {
+TEST(EffectPlan, IncompressibilityIsOnIfABodyAsksForIt) {
   Scene scene = scene_with(0, 0, 1, false);
   EXPECT_EQ(plan_effects(scene).effects[index(Effect::incompressibility)].reason,
             "no deformable body is incompressible");

@@ -125,7 +125,7 @@ mass = 2
   EXPECT_NE(found[0].find("the mesh of `c`"), std::string::npos) << "walls thinner than a cell";
 }
 
-TEST(RigidShapes, SampleSpacing) {
+TEST(RigidShapes, SampleSpacingSetsTheNumberOfSamples) {
   const auto samples = [](const std::string& keys) {
     return built(scene_of("[[rigid]]\nname = \"a\"\nmass = 2\n" + keys))
         .world.bodies.rigid.properties[0]

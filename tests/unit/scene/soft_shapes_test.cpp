@@ -80,7 +80,7 @@ TEST(SoftShapes, AMeshAndAFileOfTetsLieInTheirOwnCoordinates) {
 
 // A body spins about its center of mass, wherever the origin of its mesh is: the spin adds no linear
 // momentum.
-TEST(SoftShapes, SpinIsAboutTheCentreOfMass) {
+TEST(SoftShapes, SpinIsAboutTheCenterOfMass) {
   Scene scene = scene_of({"{ mesh = \"bowl.obj\" }"});
   scene.deformable[0].placement.angular_velocity = Vec3(0, 0, 5);
   scene.deformable[0].placement.velocity = Vec3(1, 0, 0);
@@ -91,7 +91,7 @@ TEST(SoftShapes, SpinIsAboutTheCentreOfMass) {
   EXPECT_LT((momentum - mass_of(world) * Vec3(1, 0, 0)).norm(), 1e-10 * mass_of(world));
 }
 
-TEST(SoftShapes, PatternsOfTheLattice) {
+TEST(SoftShapes, LatticePatternsHaveTheirNumberOfTets) {
   for (const auto& [pattern, tets] : {std::pair("five", 5 * 8), {"six", 6 * 8}, {"bcc", 4 * 12 + 2 * 24}}) {
     const BuiltWorld world =
         built(scene_of({fmt::format("{{ box = [1, 1, 1], cells = [2, 2, 2], pattern = \"{}\" }}", pattern)}));
@@ -100,7 +100,7 @@ TEST(SoftShapes, PatternsOfTheLattice) {
   }
 }
 
-TEST(SoftShapes, EqualShapesShareTheirMeshAndExplainShowsItsQuality) {
+TEST(SoftShapes, EqualShapesShareAMeshAndExplainShowsItsQuality) {
   const std::string ball = "{ sphere = 0.5, spacing = 0.2 }";
   Scene scene = scene_of({ball, ball, "{ sphere = 0.5, spacing = 0.1 }", "{ box = [1, 1, 1] }"});
   for (std::size_t i = 0; i < 4; ++i)  // The bodies must not intersect.

@@ -38,7 +38,7 @@ class ConstrainedSystem : public ::testing::Test {
 };
 
 // A = 1 + M^-1 damping is symmetric in the mass inner product, and at least the identity.
-TEST_F(ConstrainedSystem, OperatorIsSymmetricAndPositiveDefiniteInTheMassInnerProduct) {
+TEST_F(ConstrainedSystem, OperatorIsSymmetricPositiveDefinite) {
   VelocitySystem A = system(nullptr);
   for (unsigned seed = 1; seed < 6; ++seed) {
     const GeneralizedVelocity u = random_velocity(world().bodies, seed),
@@ -54,7 +54,7 @@ TEST_F(ConstrainedSystem, OperatorIsSymmetricAndPositiveDefiniteInTheMassInnerPr
 
 // One symmetric sweep is self-adjoint in the mass inner product, as conjugate gradients require, and takes
 // energy out. A sweep in one direction alone would not be symmetric.
-TEST_F(ConstrainedSystem, ProjectionIsSymmetricAfterOneSweepAndKeepsMomentum) {
+TEST_F(ConstrainedSystem, ProjectionIsSymmetricAfterOneSweep) {
   VelocitySystem P = system(&projection_);
   for (unsigned seed = 1; seed < 6; ++seed) {
     const GeneralizedVelocity u = random_velocity(world().bodies, seed),
@@ -91,7 +91,7 @@ TEST_F(ConstrainedSystem, ProjectionConverges) {
 
 // The true projected residual P (b - A x) is as small as the search says, with a factor of ten for the
 // recurrence of the residual.
-TEST_F(ConstrainedSystem, ConjugateGradientsReachTheToleranceUnderConstraints) {
+TEST_F(ConstrainedSystem, ConjugateGradientsReachTheTolerance) {
   // With this many sweeps P P = P.
   projection_.build(world().bodies, world().context.contacts, world().context.graph, 200);
   VelocitySystem A = system(&projection_);
@@ -109,7 +109,7 @@ TEST_F(ConstrainedSystem, ConjugateGradientsReachTheToleranceUnderConstraints) {
 
 // The forces that are summed during the search are the damping forces of the solution, to the rounding of as
 // many sums.
-TEST_F(ConstrainedSystem, ConjugateGradientsCollectTheForcesOfTheirSolution) {
+TEST_F(ConstrainedSystem, CollectsTheForcesOfItsSolution) {
   VelocitySystem A = system(&projection_);
   const GeneralizedVelocity b = random_velocity(world().bodies, 12);
   GeneralizedVelocity x = b, r, s, q;
@@ -215,7 +215,7 @@ TEST(VelocitySystem, DampingOfMassKeepsItsMoment) {
 // In the inner product of the block-Jacobi preconditioner operator and projection are self-adjoint as well.
 // The solution under constraints is the same, because stationarity does not depend on the inner product, and
 // it takes fewer iterations.
-TEST_F(ConstrainedSystem, DampedMassesPreconditionWithoutChangingTheSolution) {
+TEST_F(ConstrainedSystem, PreconditionerKeepsTheSolution) {
   projection_.build(world().bodies, world().context.contacts, world().context.graph, 200);
   BlockJacobi masses;
   const GeneralizedVelocity b = random_velocity(world().bodies, 9);
@@ -260,7 +260,7 @@ TEST_F(ConstrainedSystem, DampedMassesPreconditionWithoutChangingTheSolution) {
 }
 
 // Pairs of two soft bodies that repel each other are rows of the same projection, which stays symmetric.
-TEST(ConstrainedSystemOfSoftBodies, RepulsionsKeepTheProjectionSymmetric) {
+TEST(RepulsionsInProjection, KeepItSymmetric) {
   scene::Scene scene = test::on_ground(0.4);
   test::add_soft_box(scene, "lower", Vec3(0, 0.5, 0), Vec3(1, 1, 1), 2);
   test::add_soft_box(scene, "upper", Vec3(0.1, 1.54, 0.05), Vec3(1, 1, 1), 2);
@@ -298,7 +298,7 @@ TEST(ConstrainedSystemOfSoftBodies, RepulsionsKeepTheProjectionSymmetric) {
 
 // Contacts of rigid with rigid bodies, of rigid with soft ones, and repulsions of soft bodies are rows of one
 // projection; each kind is present.
-TEST(ConstrainedSystemOfAllKinds, IsSymmetricAndPositiveSemidefinite) {
+TEST(ProjectionOfAllContacts, IsSymmetricAndPositiveSemidefinite) {
   scene::Scene scene = test::on_ground(0.4);
   test::add_soft_box(scene, "lower", Vec3(0, 0.5, 0), Vec3(1, 1, 1), 2);
   test::add_soft_box(scene, "upper", Vec3(0.1, 1.54, 0.05), Vec3(1, 1, 1), 2);
@@ -401,7 +401,7 @@ TEST(FrictionOfTheProjection, GivesTheHostWhatItTakesFromTheGuest) {
 
 // A soft box and a rigid one are on two light plates, which are joined to each other and to a post. Impulses
 // on the plates keep the joints (articulated response), so that one joint solve before the sweeps is enough.
-TEST(ConstrainedSystemOfLinkedBodies, IsSymmetricAndKeepsTheJoints) {
+TEST(ProjectionOfJointedBodies, IsSymmetricAndKeepsTheJoints) {
   scene::Scene scene = test::free_space();
   scene.gravity = Vec3(0, -9.8, 0);
   scene::RigidBody& post = test::add_box(scene, "post", Vec3(-1.5, 0, 0), Vec3(0.9, 0.2, 1), 1);

@@ -72,7 +72,7 @@ TEST(Islands, BonesAndTheirJointsJoinTheFlesh) {
 
 // Every particle of a searched island is in one range of at most 1024 particles and in the mask. An island
 // that is left is in neither.
-TEST(Islands, LeavesWhatIsNoLongerSearched) {
+TEST(Islands, LeaveRangesAndMaskWhenDone) {
   scene::Scene scene = test::free_space();
   test::add_soft_box(scene, "small", Vec3::Zero(), Vec3(1, 1, 1), 2);
   test::add_soft_box(scene, "large", Vec3(5, 0, 0), Vec3(1, 1, 1), 14);  // 3375 particles

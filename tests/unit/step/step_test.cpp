@@ -14,7 +14,7 @@ namespace duet::step_test {
 namespace {
 
 // For a body at rest the step is the setting `cfl` times the elastic limit 2 / omega_max.
-TEST(TimeStep, FollowsTheElasticLimitAndItsShare) {
+TEST(TimeStep, IsAFractionOfTheElasticLimit) {
   scene::Scene scene = test::free_space();
   test::add_soft_box(scene, "soft", Vec3::Zero(), Vec3(2, 2, 2), 6);
   Simulation simulation(scene, test::plan(scene));
@@ -86,7 +86,7 @@ TimeStepChoice choice_before_plate(double distance, double thickness, bool is_st
 
 // Fast bodies must not pass through each other within a step, and steps must not be shorter than that
 // requires.
-TEST(TimeStep, EndsBeforeFastBodiesMeetAndThenLetsThemEnterAsFarAsTheThinnerOneAllows) {
+TEST(TimeStep, LetsFastBodiesMeetAndOverlapByAFraction) {
   constexpr double speed = 200;
   // A plate that is far away bounds nothing. On the approach the step ends at half of the depth that may be
   // entered, which is a tenth of the ball here.

@@ -37,7 +37,7 @@ class CompareCommand : public testing::Test {
   const ScratchFolder scratch_;
 };
 
-TEST_F(CompareCommand, SamePicturesHaveStatusZeroAndDifferentOnesStatusOne) {
+TEST_F(CompareCommand, StatusIsZeroForEqualAndOneForDifferent) {
   const std::string a = draw("a.png", 0), same = draw("same.png", 0), b = draw("b.png", 3);
   const Finished equal = compare({a, same});
   EXPECT_EQ(equal.status, 0) << equal.errors;

@@ -64,7 +64,7 @@ TEST(Processor, NothingIsSaidWhereNothingIsLacking) {
   EXPECT_EQ(lack(features_of_level(3), everything), "");
 }
 
-TEST(Processor, ALesserProcessorIsToldInASentence) {
+TEST(Processor, MissingFeaturesAreNamedInASentence) {
   EXPECT_EQ(
       lack(features_of_level(4), features_of_level(3)),
       "test_unit: this processor lacks AVX512F, AVX512BW, AVX512CD, AVX512DQ and AVX512VL, which the program "

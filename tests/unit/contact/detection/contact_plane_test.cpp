@@ -40,7 +40,7 @@ TEST(ContactPlane, ACornerJustInsideARimIsNotPushedOffSideways) {
 
 // A point that is more than half through a thin card is nearest to the far face. It leaves by the face
 // through which it came in, on whose side its body is.
-TEST(ContactPlane, APointThatIsMoreThanHalfThroughLeavesByTheFaceItEntered) {
+TEST(ContactPlane, APointHalfThroughLeavesByTheFaceItEntered) {
   const LevelSet card = LevelSet::box(Vec3(2, 0.125, 2));
   const Vec3 point(0.25, -0.03125, 0.25);
   ASSERT_EQ(card.normal(point), Vec3(0, -1, 0));
@@ -78,7 +78,7 @@ TEST(ContactPlane, APointBesideAnEdgeFacesNothing) {
 // The point is beside the plate, and its body lies up and away from it. From the inner point the nearest
 // place is the edge, whose normal is that of no face. The plane is then that of the side, which the point is
 // opposite to.
-TEST(ContactPlane, BesideAnEdgeTheNearestFaceCountsForABodyOnItsOuterSide) {
+TEST(ContactPlane, BesideAnEdgeItIsThatOfTheNearestFace) {
   const ContactPlane plane = contact_plane(plate, Vec3(1.25, 0.25, 0), Vec3(1.75, 0.75, 0));
   EXPECT_EQ(plane.normal, Vec3(1, 0, 0));
   EXPECT_EQ(plane.gap, 0.25);
@@ -107,7 +107,7 @@ TEST(ContactPlane, OfABallIsTheTangentPlaneBelowThePoint) {
 
 // Both points are inside of the ball. Beyond its center the nearest surface would be on the far side; the
 // inner point decides in which direction the body leaves.
-TEST(ContactPlane, InsideABallTheInnerPointTellsTheWayOut) {
+TEST(ContactPlane, InsideABallTheInnerPointTellsTheExit) {
   const LevelSet ball = LevelSet::sphere(1);
   for (const double height : {0.25, -0.25}) {
     const ContactPlane plane = contact_plane(ball, Vec3(0, height, 0), Vec3(0, 0.5, 0));

@@ -47,7 +47,7 @@ bool keeps(const std::vector<NearPoint>& kept, const Vec3& position) {
 
 // A cube of samples 0.1 m apart on a face keeps its four corners and four points that carry the load, whether
 // the face is the ground or the top of a plate.
-TEST(ContactReduction, ABoxOnAFaceKeepsItsCornersAndFourPointsThatCarryIt) {
+TEST(ContactReduction, ABoxOnAFaceKeepsCornersAndFourLoadPoints) {
   const LevelSet box = LevelSet::box(Vec3(1, 1, 1)), plate = LevelSet::box(Vec3(4, 1, 4));
   for (const LevelSet& host : {LevelSet::half_space(), plate}) {
     const double top = host.kind == LevelSet::Kind::half_space ? 0 : 0.5;
@@ -63,7 +63,7 @@ TEST(ContactReduction, ABoxOnAFaceKeepsItsCornersAndFourPointsThatCarryIt) {
 
 // Only points above a flat face form a patch. If points beside the rim belonged to it, the hull would reach
 // beyond the plate, and the box would not tip over.
-TEST(ContactReduction, OnlyPointsThatReallyTouchAFaceAreTakenTogether) {
+TEST(ContactReduction, PatchesHoldOnlyPointsAboveTheFace) {
   // Half of the box stands on a plate. Points beyond the plate's rim are above no face and are kept.
   const LevelSet plate = LevelSet::box(Vec3(2, 1, 2));
   const auto all = touches(plate, LevelSet::box(Vec3(1, 1, 1)), at(Vec3(1.03, 1, 0)), 0.04);

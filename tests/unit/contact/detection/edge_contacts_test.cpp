@@ -185,7 +185,7 @@ TEST(EdgeContacts, OfEdgesOverAShortFaceAreBothOfItsEnds) {
 
 // A rod has gone through a plate. Along its edges the nearest surface changes from one face of the plate to
 // the other, with opposite normals, so there is no plane in which they could touch.
-TEST(EdgeContacts, OfWhatHasGoneThroughAreNone) {
+TEST(EdgeContacts, IgnoresEdgesThatHaveGoneThrough) {
   const LevelSet plate = LevelSet::box(Vec3(2, 0.1, 2));
   const FeatureEdges rod = find_feature_edges(LevelSet::box(Vec3(0.2, 3, 0.2)), 0.1);
   EXPECT_TRUE(edge_contacts(rod, {Vec3(0.1, 0.2, 0), turned(0.1, Vec3::UnitX())}, plate, 0.01).empty());
@@ -305,7 +305,7 @@ TEST(EdgeContacts, OnAMeshAreThoseOfItsExactSurface) {
 
 // A thin plate leans on the upright edge of a box, across it. Only its two rims on the side of the box touch.
 // Those on the other side are only 1 cm farther and must not: they face away.
-TEST(EdgeContacts, OfRimsThatFaceAwayAreNone) {
+TEST(EdgeContacts, IgnoresRimsThatFaceAway) {
   const LevelSet post = LevelSet::box(Vec3(1, 1, 3));
   const FeatureEdges plate = find_feature_edges(LevelSet::box(Vec3(1, 1, 0.01)), 0.125);
   const Quat leaning = turned(0.7853981633974483, Vec3::UnitZ()) * turned(1.5707963267948966, Vec3::UnitY());
@@ -320,7 +320,7 @@ TEST(EdgeContacts, OfRimsThatFaceAwayAreNone) {
 
 // The feature edges of two round bodies are searched in one of the two directions of their pair. Otherwise
 // their center lines would be found twice, with two contacts at one place.
-TEST(EdgeContacts, AreLookedForOneWayRoundBetweenRoundBodies) {
+TEST(EdgeContacts, OfRoundBodiesAreSearchedInOneDirection) {
   const LevelSet ring = LevelSet::torus(1, 0.2), ball = LevelSet::sphere(1);
   EXPECT_TRUE(can_touch_with_feature_edges(ring, ring, false));
   EXPECT_FALSE(can_touch_with_feature_edges(ring, ring, true));

@@ -35,7 +35,7 @@ double share_at(double angle, bool is_face) {
 
 // Friction fades linearly in the sine s of the angle, from s = 0.5 (30 degrees) to s = 0.7 (44 degrees): at s
 // = 0.6 half of it is left.
-TEST(Lying, FrictionEndsWhereEdgesAndFacesCrossTheSurface) {
+TEST(FrictionFade, EndsWhereEdgesAndFacesCrossTheSurface) {
   for (const bool is_face : {false, true}) {
     EXPECT_EQ(share_at(0, is_face), 1);
     EXPECT_EQ(share_at(-29.9, is_face), 1);
@@ -47,7 +47,7 @@ TEST(Lying, FrictionEndsWhereEdgesAndFacesCrossTheSurface) {
 
 // A corner particle of a soft box keeps its friction on surfaces that its elements lie on. It has none on a
 // surface that has its elements behind it: there the body would hang on an edge.
-TEST(Lying, AParticleHasFrictionUnlessItsElementsAreBehindTheSurface) {
+TEST(FrictionFade, EndsForParticlesInFrontOfTheirElements) {
   scene::Scene scene = test::on_ground();
   test::add_soft_box(scene, "box", Vec3(0, 0.5, 0), Vec3(1, 1, 1), 2);
   Simulation simulation(scene, test::plan(scene));
@@ -70,7 +70,7 @@ TEST(Lying, AParticleHasFrictionUnlessItsElementsAreBehindTheSurface) {
 
 // The neighbors of a particle are those with which it shares a tetrahedron, ascending, each once, and without
 // itself.
-TEST(Lying, NeighboursAreThoseOfAllTetsOnce) {
+TEST(FrictionFade, NeighborsShareATetAndAreListedOnce) {
   const ElementLists lists = neighbors(6, {{0, 1, 2, 3}, {3, 2, 1, 4}});
   const auto of = [&](int p) { return std::vector<int>(lists.of(p).begin(), lists.of(p).end()); };
   EXPECT_EQ(of(0), (std::vector<int>{1, 2, 3}));

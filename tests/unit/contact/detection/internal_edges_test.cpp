@@ -15,7 +15,7 @@ namespace {
 
 // Two planks that meet at x = 0 with their tops at y = 0; on the right one, from x = 1 on, a step of 1 m; and
 // a box that touches none of them. All stand on a ground or float above it.
-class Planks : public ::testing::Test {
+class InternalEdges : public ::testing::Test {
  protected:
   Planks() : scene_(test::free_space()), simulation_(build()) {}
   Simulation build() {
@@ -44,7 +44,7 @@ class Planks : public ::testing::Test {
 
 // Static bodies that touch are listed with each other, the ground included; bodies apart and dynamic ones are
 // not.
-TEST_F(Planks, AdjoinWhereTheyTouch) {
+TEST_F(InternalEdges, AdjoinWhereTheyTouch) {
   EXPECT_EQ(adjoining(0), (std::vector<int>{1, 5}));
   EXPECT_EQ(adjoining(1), (std::vector<int>{0, 2, 5}));
   EXPECT_EQ(adjoining(5), (std::vector<int>{0, 1}));  // body 5 is the ground
@@ -55,7 +55,7 @@ TEST_F(Planks, AdjoinWhereTheyTouch) {
 
 // Where the planks adjoin, the samples along the edges of their tops are gone; those of edges at the outside
 // stay. A sample that is left at the internal edge is a bump that bodies collide with.
-TEST_F(Planks, KeepTheSamplesOfEdgesThatAreLeft) {
+TEST_F(InternalEdges, KeepTheSamplesOfExposedEdges) {
   const auto has_sample = [&](std::size_t body, const Vec3& x) {
     const RigidProperties& properties = bodies().rigid.properties[body];
     const Vec3 in_body = bodies().rigid.state[body].pose.to_body(x);
@@ -74,7 +74,7 @@ TEST_F(Planks, KeepTheSamplesOfEdgesThatAreLeft) {
 
 // Feature edges at internal edges are gone, like the samples there. The lines keep the vertices in which they
 // end.
-TEST_F(Planks, KeepTheRidgesThatAreLeft) {
+TEST_F(InternalEdges, KeepTheExposedFeatureEdges) {
   const auto ridge = [&](std::size_t body, const Vec3& x) {  // m: distance of x from the nearest feature edge
     const RigidProperties& properties = bodies().rigid.properties[body];
     const Vec3 in_body = bodies().rigid.state[body].pose.to_body(x);
@@ -101,7 +101,7 @@ TEST_F(Planks, KeepTheRidgesThatAreLeft) {
 
 // A foot is at an internal edge if an adjoining body is there, also below the step, and within the precision
 // with which the foot is known.
-TEST_F(Planks, KnowTheirSeams) {
+TEST_F(InternalEdges, AreFoundWhereBodiesAdjoin) {
   EXPECT_TRUE(is_at_internal_edge(bodies(), 0, Vec3(0, 0, 0.3), 0));
   EXPECT_TRUE(is_at_internal_edge(bodies(), 1, Vec3(0, 0, 0.3), 0));
   EXPECT_TRUE(is_at_internal_edge(bodies(), 1, Vec3(1.5, 0, 0.3), 0));  // under the step
@@ -113,7 +113,7 @@ TEST_F(Planks, KnowTheirSeams) {
 
 // Sides that adjoining bodies hide are distinguished from exposed surfaces. A hidden side that acts is a
 // ghost collision; an exposed one that does not is a hole.
-TEST_F(Planks, HideTheirSidesFromEachOther) {
+TEST_F(InternalEdges, HideTheirSidesFromEachOther) {
   const Vec3 left(-1, 0, 0), up(0, 1, 0);
   // A point on the left plank sees the side of the right plank, 1/64 m deep and at the rim. Deep down the two
   // surfaces face each other (zero normal); at the rim the top of the left plank goes on.
@@ -132,7 +132,7 @@ TEST_F(Planks, HideTheirSidesFromEachOther) {
 // A foot beside the internal edge, so near that it counts as being on both planks, is on one common top. From
 // 1e-4 m (the tolerance `adjoin_within` times a smallest size of 1 m) the sides below count as facing each
 // other. A top that hides itself would drop bodies through the floor.
-TEST_F(Planks, DoNotHideTheirTopsBesideTheSeam) {
+TEST_F(InternalEdges, DoNotHideTheTopBesideThem) {
   const Vec3 up(0, 1, 0);
   for (const double beside : {1e-16, 1e-12, 1e-9, 1e-6, 1.6e-5, 5e-5, 9.9e-5, 1.1e-4}) {
     EXPECT_FALSE(hidden_foot(bodies(), 1, Vec3(beside, 0, 0.3), up)) << beside;
@@ -145,7 +145,7 @@ TEST_F(Planks, DoNotHideTheirTopsBesideTheSeam) {
 
 // A sample 1/64 m deep and 1/1024 m behind the internal edge is nearest to the hidden side, but leaves the
 // union through the top.
-TEST_F(Planks, ALowPointLeavesThemUpwards) {
+TEST_F(InternalEdges, ALowPointLeavesThroughTheTop) {
   const Vec3 x(1.0 / 1024, -1.0 / 64, 0), inward = Vec3(0.25, 1, 0).normalized();
   const Exit side{Vec3(-1, 0, 0), 1.0 / 1024};
   const auto hidden = hidden_foot(bodies(), 1, Vec3(0, x.y(), 0), side.normal);
@@ -157,7 +157,7 @@ TEST_F(Planks, ALowPointLeavesThemUpwards) {
 
 // A point is below the planks and in the ground. The tops of the planks are too far away to leave by (more
 // than half the smallest size), so the exit stays that of the ground.
-TEST_F(Planks, TheGroundBelowThemIsHiddenAndStaysTheWayOut) {
+TEST_F(InternalEdges, KeepTheExitOfTheGroundFarBelow) {
   const Vec3 x(-1, -1 - 1.0 / 64, 0), up(0, 1, 0);
   const Exit ground{up, 1.0 / 64};
   const auto hidden = hidden_foot(bodies(), 5, Vec3(-1, -1, 0), up);
@@ -168,7 +168,7 @@ TEST_F(Planks, TheGroundBelowThemIsHiddenAndStaysTheWayOut) {
 }
 
 // The exit from a hidden rim, for a point outside, is the plane of the surface that both tops share.
-TEST_F(Planks, APointAboveTheOneMeetsThePlaneOfBoth) {
+TEST_F(InternalEdges, APointAboveTheOneMeetsThePlaneOfBoth) {
   const Vec3 x(-0.25, 1.0 / 1024, 0);
   const HiddenFoot rim{Vec3(0, 0, 0), Vec3(0, 1, 0)};
   const Vec3 normal = x.normalized();
@@ -179,7 +179,7 @@ TEST_F(Planks, APointAboveTheOneMeetsThePlaneOfBoth) {
 
 // A point of a flat body is level with both tops and over the left one: it faces the right plank, onto which
 // it may slide. A point beside both planks does not.
-TEST_F(Planks, APointLevelWithBothFacesTheOtherPlank) {
+TEST_F(InternalEdges, APointLevelWithBothFacesTheOtherPlank) {
   const auto plane_at = [&](const Vec3& x) {
     const Pose& pose = bodies().rigid.state[1].pose;
     return exposed_plane(bodies(), 1, pose, pose.to_body(x), pose.to_body(x + Vec3(0, 0.125, 0)),

@@ -62,7 +62,7 @@ const LevelSet torus = LevelSet::torus(0.5, 0.1);
 // above the limit of 0.02 from 2.3 degrees on, and within 5.7 degrees the sample is nearer than a tenth of
 // the radius. So no sample of a wheel acts, however it is turned: a sample that takes load would brake the
 // rolling.
-TEST(SampleCulling, CarryARollingWheelAlone) {
+TEST(SampleCulling, DropsAllSamplesOfARollingWheel) {
   for (int i = 0; i < 20; ++i) {
     const Quat turned = upright * Quat(Eigen::AngleAxisd(0.1 * i, Vec3::UnitY()));
     const Guest wheel(torus, Vec3(3, 0.6, 1), turned);
@@ -80,7 +80,7 @@ TEST(SampleCulling, CarryARollingWheelAlone) {
 
 // A torus that lies flat has one support point, which acts only for the samples within a tenth of the size.
 // The other samples of the circle must act, or the ring would tip over.
-TEST(SampleCulling, OfATorusThatLiesFlatCarryOnlyTheSamplesBesideThem) {
+TEST(SampleCulling, OnAFlatTorusDropsSamplesNearTheSupport) {
   const Guest ring(torus, Vec3(3, 0.1, 1));
   SampleCulling deepest = told(ring);
   const Vec3 lowest = on_ground(ring, -1).touch.position;
@@ -100,7 +100,7 @@ TEST(SampleCulling, OfATorusThatLiesFlatCarryOnlyTheSamplesBesideThem) {
 
 // A support point acts for samples with the same host and a normal within 11.5 degrees of its own. It does
 // not act for other hosts, other sides, or points of deformable bodies.
-TEST(SampleCulling, CarryOnlyForTheirHostAndNormal) {
+TEST(SampleCulling, NeedsTheSameHostAndNormal) {
   const Guest wheel(torus, Vec3(0, 0.6, 0), upright);
   SampleCulling deepest = told(wheel);
   Asked beside = on_ground(wheel, -1);
@@ -128,7 +128,7 @@ TEST(SampleCulling, CarryOnlyForTheirHostAndNormal) {
 
 // A sample that is deeper than the support point acts. It can be: the fixed-point steps do not find the
 // support point on every host.
-TEST(SampleCulling, DoNotCarryForSamplesThatAreDeeper) {
+TEST(SampleCulling, KeepsSamplesDeeperThanTheSupportPoint) {
   const Guest wheel(torus, Vec3(0, 0.6, 0), upright);
   SampleCulling deepest = told(wheel);
   Asked deeper = on_ground(wheel, -1);

@@ -81,7 +81,7 @@ class Places {
 // size. The reported penetration is no less than that on a dense lattice, to 1e-4 m: along edges the search
 // may miss (precision of the place)^2 / (2 radius). In at least 30 cases the surface points alone show less
 // by a millimeter.
-TEST(DeepestInFaces, AndEdgesAndPointsShowAllThatOverlaps) {
+TEST(SupportFaceContacts, WithEdgesAndPointsShowEveryOverlap) {
   Places places(ball_and_block(0.1));
   std::mt19937 random(3);
   std::uniform_real_distribution<double> uniform(0, 1);
@@ -122,7 +122,7 @@ TEST(DeepestInFaces, AndEdgesAndPointsShowAllThatOverlaps) {
 
 // Each contact is on the surface of its host, opposite its place in the face, at the normal of the host
 // there, and has a number of its own after those of the corners.
-TEST(DeepestInFaces, AreOnTheSurfaceOfTheirBody) {
+TEST(SupportFaceContacts, AreOnTheSurfaceOfTheirBody) {
   Places places(ball_and_block(0.1));
   std::mt19937 random(11);
   for (Vec3& x : places.bodies().particles.x) x += 0.05 * test::random_vector(random);
@@ -159,7 +159,7 @@ TEST(DeepestInFaces, AreOnTheSurfaceOfTheirBody) {
 
 // A ball over a face, an edge or a particle of a plane touches at one place. A contact for each of the faces
 // around would push with several times the force. There is none out of reach, too deep, or beside the block.
-TEST(DeepestInFaces, TouchAtOnePlaceAboveEdgesOfAPlane) {
+TEST(SupportFaceContacts, TouchAtOnePlaceAboveEdgesOfAPlane) {
   const double radius = 0.1, depth = 0.002;
   Places places(ball_and_block(radius));
   for (const Vec3& x : {Vec3(0.31, 1, 0.12), Vec3(0.5, 1, 0), Vec3(0.5, 1, 0.5), Vec3(0, 1, 0)}) {
@@ -184,7 +184,7 @@ TEST(DeepestInFaces, TouchAtOnePlaceAboveEdgesOfAPlane) {
 
 // Between the points of a fine face a large ball is less than a four-hundredth of its size deeper than at the
 // points (apart^2 / (8 radius)), so the search is left out. For a cylinder it never is.
-TEST(DeepestInFaces, AreLeftOutWherePointsLieDense) {
+TEST(SupportFaceContacts, AreSkippedWherePointsAreDense) {
   const double apart = std::sqrt(2) / 4, radius = 2;
   Places places(ball_and_block(radius));
   places.pose().position = Vec3(0.31, 1 + radius - 1e-3, 0.12);
@@ -197,7 +197,7 @@ TEST(DeepestInFaces, AreLeftOutWherePointsLieDense) {
 
 // A cylinder that lies on its side on the block touches with each rim, at the normal of its side and with a
 // number of its own. One that stands on the block touches with one rim, at any of its points.
-TEST(DeepestInFaces, TouchWithTheRimsOfACylinder) {
+TEST(SupportFaceContacts, TouchWithTheRimsOfACylinder) {
   Places places(ball_and_block(0.1));
   places.host().shape = LevelSet::cylinder(0.2, 0.3);
   places.host().feature_edges = find_feature_edges(places.host().shape, 0.1);
@@ -224,7 +224,7 @@ TEST(DeepestInFaces, TouchWithTheRimsOfACylinder) {
 
 // A sheet touches from either side. The distance is that of the ball from its middle surface; contact
 // accounts for the thickness with the contact offset.
-TEST(DeepestInFaces, TouchEitherSideOfASheet) {
+TEST(SupportFaceContacts, TouchEitherSideOfASheet) {
   scene::Scene scene = test::free_space();
   test::add_ball(scene, "ball", Vec3(0, 9, 0), 0.1, 10);
   test::add_material(scene, "canvas");

@@ -63,7 +63,7 @@ class Corners {
 
 // A corner above, on and below a face has its distance from the face, its place below it and the normal of
 // the face; the bounds are rounding.
-TEST(CornersInFaces, TouchTheFaceBelowThem) {
+TEST(VertexFaceContacts, TouchTheFaceBelowThem) {
   Corners corners(cube_and_block());
   EXPECT_TRUE(has_vertex_face_contacts(corners.bodies().deformable[0],
                                        corners.bodies().rigid.properties[0].feature_edges));
@@ -84,7 +84,7 @@ TEST(CornersInFaces, TouchTheFaceBelowThem) {
 
 // The cube stands on a face that leans by 3 degrees. All its corners touch along the cube's own normal: with
 // the normal of the face, contacts with nearly equal normals would make the problem ill-conditioned.
-TEST(CornersInFaces, TouchAlongTheNormalOfAFaceThatLiesFlat) {
+TEST(VertexFaceContacts, UseTheHostsNormalOnFacesThatLieFlat) {
   Corners corners(cube_and_block());
   for (Vec3& x : corners.bodies().particles.x) x.y() += 0.05 * x.x();
   Pose& pose = corners.bodies().rigid.state[0].pose;
@@ -99,7 +99,7 @@ TEST(CornersInFaces, TouchAlongTheNormalOfAFaceThatLiesFlat) {
 }
 
 // Corners out of reach, too deep, inside of the other body or beside it have no contact with a face.
-TEST(CornersInFaces, DoNotTouchWhatTheyPointAwayFromOrAreBeside) {
+TEST(VertexFaceContacts, IgnoreFacesBesideOrBehindThem) {
   Corners corners(cube_and_block());
   const auto is_none = [&](const Vec3& x, const Vec3& inward) {
     corners.put(x, inward);
@@ -114,7 +114,7 @@ TEST(CornersInFaces, DoNotTouchWhatTheyPointAwayFromOrAreBeside) {
 
 // A corner of the cube is at a corner of the block, as between stacked boxes. Rounding decides which of the
 // block's faces is nearest, but the contact is always with the face that the cube is above.
-TEST(CornersInFaces, OnACornerTouchTheFaceThatTheirBodyIsAbove) {
+TEST(VertexFaceContacts, AtACornerUseTheFaceBelowTheirBody) {
   Corners corners(cube_and_block());
   const Vec3 corner(1, 1, 1), inward = Vec3(-1, 1, -1).normalized();
   std::mt19937 random(7);
@@ -128,7 +128,7 @@ TEST(CornersInFaces, OnACornerTouchTheFaceThatTheirBodyIsAbove) {
 
 // The convex vertices of a mesh touch like corners: the tube of a ring lies on the top of the block, and its
 // vertices below the margin touch along their own normals.
-TEST(CornersInFaces, SoDoBulges) {
+TEST(VertexFaceContacts, ConvexVerticesTouchAsCorners) {
   // The rows of vertices next to the lowest one are 11 degrees up; those after them are above the margin.
   const double tube = 0.2, depth = 0.01, margin = 0.004;
   scene::Scene scene = cube_and_block();
@@ -162,7 +162,7 @@ TEST(CornersInFaces, SoDoBulges) {
 // particles. The sign of the distance is compared with a test of all tetrahedra, and its size with the
 // nearest point of all triangles. At edges and particles the distance along the normal is less than the
 // length, but at least 0.9 * 0.94 of it.
-TEST(CornersInFaces, KnowHowFarTheyAreFromABoundaryOfAnyShape) {
+TEST(VertexFaceContacts, HaveTheDistanceFromAnyBoundary) {
   Corners corners(cube_and_block());
   Bodies& bodies = corners.bodies();
   std::mt19937 random(5);
@@ -208,7 +208,7 @@ TEST(CornersInFaces, KnowHowFarTheyAreFromABoundaryOfAnyShape) {
 
 // A corner touches a sheet from either side, on the side from which its body comes even if it has passed
 // through, and touches nothing beside it.
-TEST(CornersInFaces, TouchEitherSideOfASheetAndNothingBesideIt) {
+TEST(VertexFaceContacts, TouchBothSidesOfASheetNotBesideIt) {
   scene::Scene scene = test::free_space();
   test::add_box(scene, "cube", Vec3(0, 9, 0), Vec3::Constant(0.4), 10);
   test::add_material(scene, "canvas");

@@ -25,7 +25,7 @@ ContactGraph graph_of(const Bodies& bodies, ContactSet& contacts, const Vec3& g 
 
 // In a tower every box is one level above the one below. The boxes are listed from the top down, so that no
 // order of the list gives the levels.
-TEST(ContactGraph, ATowerHasALevelAStorey) {
+TEST(ContactGraph, EveryBoxOfATowerHasALevelOfItsOwn) {
   scene::Scene scene = test::on_ground();
   for (int i = 0; i < 5; ++i)
     test::add_box(scene, "box" + std::to_string(i), Vec3(0, 4.5 - i, 0), Vec3(1, 1, 1), 1);
@@ -60,7 +60,7 @@ TEST(ContactGraph, ARingOfBodiesThatSupportEachOtherSharesALevel) {
 
 // The ring 1, 2, 3 is on top of 0, which stands on the ground (6). Bodies 4 and 5 make a ring on top of that
 // one.
-TEST(ContactGraph, RingsRankAboveWhatCarriesThem) {
+TEST(ContactGraph, RingsAreOneLevelAboveTheirSupport) {
   const Bodies bodies = loose_bodies(7, {6});
   const Vec3 slope = Vec3(1, 0.5, 0).normalized();
   ContactSet contacts;
@@ -79,7 +79,7 @@ TEST(ContactGraph, RingsRankAboveWhatCarriesThem) {
 
 // A level is the longest chain of supports down to the ground and not the shortest: body 2 stands on the
 // ground and on 1.
-TEST(ContactGraph, LevelsFollowTheLongestWay) {
+TEST(ContactGraph, LevelsFollowTheLongestPath) {
   const Bodies bodies = loose_bodies(4, {3});
   ContactSet contacts;
   add_pair(contacts, 2, 3, -up);  // the ground as guest
@@ -164,7 +164,7 @@ TEST(ContactGraph, TheDeepestContactOfAPairDecides) {
 }
 
 // Bodies 0, 1 and 2, 3 are towers on the ground (5), which joins no islands. Body 4 is a bridge that does.
-TEST(ContactGraph, TowersOnOneGroundAreIslandsUntilABridgeJoinsThem) {
+TEST(ContactGraph, TowersAreIslandsUntilABridgeJoinsThem) {
   const Bodies bodies = loose_bodies(6, {5});
   ContactSet contacts;
   add_pair(contacts, 5, 0, up);

@@ -15,7 +15,7 @@ using test::random_crowd;
 
 // The number of waves is the length of the longest chain of pairs each of which shares a movable body with
 // the one before.
-TEST(PairSchedules, OrderHoldsEveryPairOnceAndInAsFewWavesAsItSays) {
+TEST(PairColoring, HoldsEveryPairOnceInTheCountedWaves) {
   PairColoring schedule;  // one object for all seeds: nothing of an earlier crowd may stay
   for (unsigned seed = 0; seed < 8; ++seed) {
     const Crowd crowd = random_crowd(seed, 40 + 50 * static_cast<int>(seed % 3), 200);
@@ -39,7 +39,7 @@ TEST(PairSchedules, OrderHoldsEveryPairOnceAndInAsFewWavesAsItSays) {
 }
 
 // Each body sees its pairs in the order of their levels, as shock propagation needs it.
-TEST(PairSchedules, EveryBodyMeetsItsPairsUpTheLevels) {
+TEST(PairColoring, EveryBodyMeetsItsPairsUpTheLevels) {
   const Crowd crowd = random_crowd(11, 60, 250);
   PairColoring schedule;
   schedule.build(crowd.bodies, crowd.contacts, crowd.pairs);
@@ -53,7 +53,7 @@ TEST(PairSchedules, EveryBodyMeetsItsPairsUpTheLevels) {
 }
 
 // The order contains the given pairs and no others, and is empty without pairs.
-TEST(PairSchedules, OnlyTheGivenPairsTakePart) {
+TEST(PairColoring, OnlyTheGivenPairsTakePart) {
   Crowd crowd = random_crowd(13, 60, 250);
   crowd.pairs.resize(100);
   PairColoring schedule;
@@ -67,7 +67,7 @@ TEST(PairSchedules, OnlyTheGivenPairsTakePart) {
 
 // Pairs between neighbors of a row take two waves, every second pair at a time. A static body, as host or
 // guest, is not movable and orders nothing: bodies on it take one wave, and a row of them three.
-TEST(PairSchedules, ARowTakesTwoWavesAndAStaticBodyNone) {
+TEST(PairColoring, ARowTakesTwoWavesAndAStaticBodyNone) {
   Crowd row, table, ceiling, row_on_table;
   row.bodies = test::loose_bodies(101);
   table.bodies = ceiling.bodies = row_on_table.bodies = test::loose_bodies(101, {0});

@@ -41,7 +41,7 @@ struct Pile {
 
 // Groups are the pairs of one upper body, or of upper bodies that carry each other; the pair on the flying
 // body 7 is in no group.
-TEST(ShockLayers, AreThePairsOfOneUpperBodyOrOfThoseThatCarryEachOther) {
+TEST(ShockLayers, GroupPairsByTheirUpperBodies) {
   const Pile pile;
   EXPECT_EQ(groups_of(pile.groups({0, 1, 2, 3, 4, 5, 6, 7})), (Groups{{1}, {2}, {0, 3}, {4, 6, 7}}));
 }

@@ -77,7 +77,7 @@ int pairwise_sweeps(ContactScene& scene, int most) {
 // A row of light balls between two heavy ones takes at most 1, 10 and 20 sweeps with central bodies, and at
 // least ten times as many pair by pair, and the center of mass stays. If a central body saw its neighbors one
 // after the other, the number of sweeps would grow with the mass ratio.
-TEST(PushOut, MessengerRowsNeedFewSweepsWherePairsNeedThousands) {
+TEST(Interpenetration, MessengerRowsNeedTenTimesFewerSweeps) {
   for (const int light : {1, 3, 8}) {
     SCOPED_TRACE(light);
     ContactScene balls(row(light), 0.01);
@@ -94,7 +94,7 @@ TEST(PushOut, MessengerRowsNeedFewSweepsWherePairsNeedThousands) {
 
 // A particle is a central body as well: two heavy balls overlap the corner of a light soft box from both
 // sides.
-TEST(PushOut, AParticleBetweenHeavyBodiesIsCentralToo) {
+TEST(Interpenetration, AParticleBetweenHeavyBodiesIsCentralToo) {
   scene::Scene scene = test::free_space();
   test::add_soft_box(scene, "soft", Vec3::Zero(), Vec3(1, 1, 1), 1).mass = 1;
   for (const double side : {-1., 1.})  // they meet the upper right corner in the middle between them
@@ -113,7 +113,7 @@ TEST(PushOut, AParticleBetweenHeavyBodiesIsCentralToo) {
 // A wide ball is 5 mm deep in the middle of an edge, and 0.01 mm at the ends of the edge, which come first in
 // the list of contacts. One iteration opens the middle too, though it moves the same particles: the contacts
 // of a pair are taken from the deepest on.
-TEST(PushOut, WhatIsDeepestComesFirst) {
+TEST(Interpenetration, WhatIsDeepestComesFirst) {
   constexpr double depth = 5e-3, at_ends = 1e-5, half_edge = 0.25;
   const double radius = (half_edge * half_edge + depth * depth) / (2 * (depth - at_ends));
   scene::Scene scene = test::free_space();
@@ -148,7 +148,7 @@ Vec3 below_face(double degrees, double half_thickness = 0.5) {
 
 // A ball is too deep in a wedge, with a heavy ball on it. It is lifted out of both walls at once, together
 // with what it carries, and the walls stay, whether they are static or kinematic.
-TEST(PushOut, LiftsARowOfBallsOutOfAWedge) {
+TEST(Interpenetration, LiftsARowOfBallsOutOfAWedge) {
   for (const bool is_kinematic : {false, true}) {
     scene::Scene scene = test::free_space();
     add_wall(scene, "left", below_face(-45), -45, is_kinematic);
@@ -170,7 +170,7 @@ TEST(PushOut, LiftsARowOfBallsOutOfAWedge) {
 
 // Three balls are 5 % too deep between two walls that lean outward by 2 degrees each. They slide out upward
 // in 30 steps.
-TEST(PushOut, FreesBallsFromANarrowingSlot) {
+TEST(Interpenetration, FreesBallsFromANarrowingSlot) {
   scene::Scene scene = test::free_space();
   for (const double side : {-1., 1.}) {
     const double degrees = side * 88;
@@ -199,7 +199,7 @@ TEST(PushOut, FreesBallsFromANarrowingSlot) {
 // A pile on the ground is lifted by all orders of the central bodies: together, or level by level with the
 // lower bodies held. Only the order `levels`, in which lower bodies are not held, leaves more: it carries
 // heavy bodies no better than pairs do.
-TEST(PushOut, EveryOrderLiftsAPileOffTheGround) {
+TEST(Interpenetration, EveryOrderLiftsAPileOffTheGround) {
   for (const PushOutOrder order :
        {PushOutOrder::together, PushOutOrder::levels, PushOutOrder::frozen_levels}) {
     scene::Scene scene = test::on_ground();
@@ -219,7 +219,7 @@ TEST(PushOut, EveryOrderLiftsAPileOffTheGround) {
 
 // Gradual iterations remove 2/5, 4/5 and then all of the overlaps; either way nothing is left after four
 // iterations.
-TEST(PushOut, GradualIterationsRemoveGrowingParts) {
+TEST(Interpenetration, GradualIterationsRemoveGrowingFractions) {
   for (const bool gradual : {true, false}) {
     ContactScene pair(row(0), 0.01);
     PushOutScratch scratch;
@@ -245,7 +245,7 @@ TEST(PushOut, GradualIterationsRemoveGrowingParts) {
 // An overlap that a deformable body has had since the start of the scene decreases in each step by a 32nd of
 // itself, and by at most a hundredth of an element. One that is below a thousandth of an element is removed
 // at once. The law is relative to the element size, so it holds from 1 mm to 1 km.
-TEST(PushOut, OverlapsFromBeforeTheStepOpenGradually) {
+TEST(Interpenetration, OverlapsFromTheStartOpenGradually) {
   for (const double size : {1e-3, 1.0, 1e3}) {
     EXPECT_EQ(overlap_kept(-0.1 * size, size), 0);
     EXPECT_EQ(overlap_kept(1e-3 * size, size), 0);

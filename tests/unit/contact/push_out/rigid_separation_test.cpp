@@ -26,7 +26,7 @@ int separate(ContactScene& scene, int geometries = iterations, const Articulated
 
 // Two free boxes share the displacement in the inverse ratio of their masses and do not turn, because they
 // lie flat on each other. Velocities and angular momenta stay to the bit.
-TEST(Separation, PartsFreeBoxesByTheirOverlapAboutTheirCentreOfMass) {
+TEST(RigidSeparation, MovesFreeBoxesAboutTheirCenterOfMass) {
   const double overlap = 0.01;
   scene::Scene scene = test::free_space();
   test::add_box(scene, "heavy", Vec3(0, 0, 0), Vec3(1, 1, 1), 3).placement.velocity = Vec3(1, 2, 3);
@@ -50,7 +50,7 @@ TEST(Separation, PartsFreeBoxesByTheirOverlapAboutTheirCentreOfMass) {
 
 // A corner is in a face, off its center, so that the separation turns both boxes. Turning by about 0.01 rad
 // changes the overlap to second order, and the next geometry removes that.
-TEST(Separation, KeepsTheCentreOfMassOfBodiesThatTurn) {
+TEST(RigidSeparation, KeepsTheCenterOfMassOfTurningBodies) {
   scene::Scene scene = test::free_space();
   test::add_box(scene, "heavy", Vec3(0, 0, 0), Vec3(2, 1, 2), 3);
   test::add_box(scene, "light", Vec3(0.6, 1.2, 0.5), Vec3(1, 1, 1), 1).placement.orientation =
@@ -67,7 +67,7 @@ TEST(Separation, KeepsTheCentreOfMassOfBodiesThatTurn) {
 
 // A stack in which every box is sunk into the one below is lifted to exact contact: no overlap and no gap is
 // left.
-TEST(Separation, AStackOnTheGroundIsLiftedWithoutGaps) {
+TEST(RigidSeparation, AStackOnTheGroundIsLiftedWithoutGaps) {
   const double overlap = 0.002;
   scene::Scene scene = test::on_ground();
   for (int i = 0; i < 3; ++i)
@@ -86,7 +86,7 @@ TEST(Separation, AStackOnTheGroundIsLiftedWithoutGaps) {
 
 // Bodies that do not overlap, or by less than the tolerance of contact, stay to the bit, also while another
 // pair of the scene is separated.
-TEST(Separation, LeavesOthersAlone) {
+TEST(RigidSeparation, LeavesOthersAlone) {
   scene::Scene scene = test::on_ground();
   test::add_box(scene, "touching", Vec3(0, 0.5, 0), Vec3(1, 1, 1), 1);
   test::add_box(scene, "above", Vec3(0, 1.5 - overlap_tolerance / 2, 0), Vec3(1, 1, 1), 1);
@@ -103,7 +103,7 @@ TEST(Separation, LeavesOthersAlone) {
 
 // A box that is lifted off the ground must not be pushed into the box on top of it. That one is ten times as
 // heavy, so each sweep alone would leave 10/11 of the error; with the lower box held it is lifted at once.
-TEST(Separation, PushesThroughToTheBodiesAbove) {
+TEST(RigidSeparation, PushesThroughToTheBodiesAbove) {
   scene::Scene scene = test::on_ground();
   test::add_box(scene, "sunk", Vec3(0, 0.49, 0), Vec3(1, 1, 1), 1);
   test::add_box(scene, "above", Vec3(0, 1.49, 0), Vec3(1, 1, 1), 10);
@@ -115,7 +115,7 @@ TEST(Separation, PushesThroughToTheBodiesAbove) {
 
 // Each box of a tower is sunk into the one below and is a hundred times as heavy. One geometry is enough, and
 // no box is lifted by more than it had sunk.
-TEST(Separation, LiftsHeavyBodiesOffLightOnes) {
+TEST(RigidSeparation, LiftsHeavyBodiesOffLightOnes) {
   scene::Scene scene = test::on_ground();
   const double overlap = 0.01;
   for (int i = 0; i < 4; ++i)
@@ -132,7 +132,7 @@ TEST(Separation, LiftsHeavyBodiesOffLightOnes) {
 
 // A heavy plank is sunk into two light blocks that share its load unevenly. It is lifted and tilts by no more
 // than a hundredth of the angle that lifting it off one block alone would give.
-TEST(Separation, LiftsAHeavyPlankOffTwoLightBlocks) {
+TEST(RigidSeparation, LiftsAHeavyPlankOffTwoLightBlocks) {
   scene::Scene scene = test::on_ground();
   for (const double x : {-1.0, 1.5})
     test::add_box(scene, x < 0 ? "left" : "right", Vec3(x, 0.5, 0), Vec3(0.5, 1, 0.5), 1);
@@ -146,7 +146,7 @@ TEST(Separation, LiftsAHeavyPlankOffTwoLightBlocks) {
 
 // In free flight no body is held, and the center of mass stays. Holding lower bodies, as on the ground, would
 // move it.
-TEST(Separation, HoldsNobodyInFreeFlight) {
+TEST(RigidSeparation, HoldsNobodyInFreeFlight) {
   scene::Scene scene = test::on_ground();
   const double overlap = 0.01;
   for (int i = 0; i < 3; ++i)
@@ -166,7 +166,7 @@ TEST(Separation, HoldsNobodyInFreeFlight) {
 
 // A pair that does not overlap yet is measured as soon as one of its bodies is moved into the other,
 // whichever is listed first. Contact is flat, so one geometry is enough.
-TEST(Separation, SeesAtOnceWhatABodyIsPushedInto) {
+TEST(RigidSeparation, SeesAtOnceWhatABodyIsPushedInto) {
   for (const bool upper_first : {false, true}) {
     scene::Scene scene = test::on_ground();
     for (const bool upper : {upper_first, !upper_first})
@@ -181,7 +181,7 @@ TEST(Separation, SeesAtOnceWhatABodyIsPushedInto) {
 // A box is 1 mm deep in the second link of a chain. With the articulated response the chain gives way as its
 // joints allow, to first order: the joints' errors are of the order of the square of the overlap over the
 // length of a link. If the link moves by itself, its joints open by at least a quarter of the overlap.
-TEST(Separation, MovesLinkedBodiesAsTheirJointsLetThem) {
+TEST(RigidSeparation, MovesJointedBodiesAsTheirJointsAllow) {
   const double overlap = 1e-3;
   scene::Scene scene = test::free_space();
   test::add_chain(scene, 3, scene::JointType::point, true);

@@ -85,7 +85,7 @@ TEST(SpinningFriction, SlowsATopByItsLeverArm) {
 
 // The moments act about different axes: rolling friction leaves spin about the normal alone, and spinning
 // friction leaves rolling alone.
-TEST(SpinningFriction, LeavesRollingAloneAndRollingFrictionLeavesSpin) {
+TEST(SpinningFriction, AndRollingFrictionActOnTheirOwnAxes) {
   ContactScene top = ball_on_ground(0.02, 0);
   set_motion(top, Vec3(0, -g * dt, 0), Vec3(0, 3, 0));
   solve(top, exact);

@@ -49,7 +49,7 @@ ContactCache memory_of_rest(const ContactScene& cube, double duration) {
 
 // Cached forces of rest stop the fall of one step. The bounds are rounding of sums of products of the size g
 // dt.
-TEST(WarmStart, RememberedForcesCarryARestingCube) {
+TEST(WarmStart, CachedForcesHoldARestingCube) {
   ContactScene cube = falling_cube();
   cube.state(0).velocity = Vec3(0, -g * dt, 0);
   find_speculative_targets(dt, OrientationUpdate::exact, cube.graph, cube.bodies, cube.contacts);
@@ -119,7 +119,7 @@ ContactScene balls_on_ground(int count) {
 // Ball 0 has ten times the impulse that stops it in the cache, ball 1 an impulse though it already rises, and
 // ball 2 its weight. Each island is scaled by itself: to the fraction that brings its contact to its target,
 // to nothing, and not at all.
-TEST(WarmStart, ABlowIsCutToWhatHelpsAndOtherIslandsKeepTheirs) {
+TEST(WarmStart, ScalesBlowsDownIslandByIsland) {
   ContactScene balls = balls_on_ground(3);
   ASSERT_EQ(balls.contacts.points.size(), 3u);
   const double fall = g * dt;
@@ -169,7 +169,7 @@ double kinetic_energy_of(const ContactScene& scene) {
 // impulses together decrease it, all of them are applied. Otherwise the energy after the warm start is no
 // larger than with none of them and with any fraction of them, in steps of 0.05. Random impulses reach all
 // three cases at least ten times.
-TEST(WarmStart, TheShareOfAnIslandIsTheBestOne) {
+TEST(WarmStart, ScalesEachIslandByTheBestFraction) {
   scene::Scene scene = test::on_ground();
   test::add_box(scene, "lower", Vec3(0, 0.5, 0), Vec3(1, 1, 1), 3);
   test::add_box(scene, "upper", Vec3(0.2, 1.5, 0.1), Vec3(1, 1, 1), 5);
@@ -253,7 +253,7 @@ TEST(WarmStart, AnotherPointOfTheSameBodiesTakesNothing) {
 
 // A ball that is `height` (m) above the ground may close its gap within the step and no more; a ball that
 // overlaps may stay as deep. The bound is rounding of the position, 1e-16 m, over 1/64 s, with a margin.
-TEST(PredictContacts, ABallMayCloseJustItsGap) {
+TEST(SpeculativeTargets, ABallMayCloseJustItsGap) {
   for (const double height : {0.01, 0.001, 0.0, -0.001, -0.01})
     for (const Vec3& velocity : {Vec3(0, -3, 0), Vec3(5, -1, -2), Vec3(0, 0, 0), Vec3(0, -200, 0)}) {
       scene::Scene scene = test::on_ground();
@@ -268,7 +268,7 @@ TEST(PredictContacts, ABallMayCloseJustItsGap) {
 // A point at the arm r of a turning cube, after the angle a about z, lies r.x sin a + r.y cos a above the
 // center. The target of every corner and sample contains its exact height. To first order the target is minus
 // the gap over the time; the rest is r.y a^2 / (2 dt), and terms of order a^3 / dt.
-TEST(PredictContacts, FollowTheArcOfATurningCube) {
+TEST(SpeculativeTargets, FollowTheArcOfATurningCube) {
   constexpr double height = 0.52, fall = 0.75, spin = 3;
   scene::Scene scene = test::on_ground();
   auto& cube = test::add_box(scene, "cube", Vec3(0, height, 0), Vec3(1, 1, 1), 6);
@@ -292,7 +292,7 @@ TEST(PredictContacts, FollowTheArcOfATurningCube) {
 
 // A ball glides off another one. After the distance s = 1/64 m along the tangent the gap is sqrt(4 + s^2) - 2
 // (m).
-TEST(PredictContacts, OnACurvedHostTheGapOpensByItself) {
+TEST(SpeculativeTargets, OnACurvedHostTheGapOpensByItself) {
   scene::Scene scene = test::free_space();
   test::add_ball(scene, "host", Vec3(0, 0, 0), 1, 2);
   test::add_ball(scene, "guest", Vec3(0, 2, 0), 1, 2).placement.velocity = Vec3(1, 0, 0);
@@ -306,7 +306,7 @@ TEST(PredictContacts, OnACurvedHostTheGapOpensByItself) {
 // A particle of a soft body would move far in a step if nothing stopped it. Only the part of its normal
 // velocity that closes the gap enters the prediction. On a ball the particle follows the tangent by s = 5/64
 // m.
-TEST(PredictContacts, OfASoftBodyAreAboutTheMotionThatContactAllows) {
+TEST(SpeculativeTargets, OfSoftBodiesCountTheMotionUpToContact) {
   const double sideways = 5, radius = 2;
   for (const double gap : {0.0, 0.01})
     for (const double inward : {1.0, 10.0, 100.0}) {
@@ -332,7 +332,7 @@ TEST(PredictContacts, OfASoftBodyAreAboutTheMotionThatContactAllows) {
 
 // A ball would pass through the center of another one within the step. The gap on the far side means nothing,
 // and the present gap counts.
-TEST(PredictContacts, BeyondTheMiddleOfABodyTheGapNowCounts) {
+TEST(SpeculativeTargets, BeyondABodysCenterUseThePresentGap) {
   scene::Scene scene = test::free_space();
   test::add_ball(scene, "host", Vec3(0, 0, 0), 1, 2);
   test::add_ball(scene, "guest", Vec3(0, 2.25, 0), 1, 2).placement.velocity = Vec3(0, -3 / dt, 0);
@@ -343,7 +343,7 @@ TEST(PredictContacts, BeyondTheMiddleOfABodyTheGapNowCounts) {
 }
 
 // The support point of a rolling wheel acts for its samples, whose targets are minus infinity.
-TEST(PredictContacts, SamplesBesideADeepestPointAreOutOfReach) {
+TEST(SpeculativeTargets, IgnoreSamplesBesideASupportPoint) {
   scene::Scene scene = test::on_ground();
   auto& wheel = test::add_ball(scene, "wheel", Vec3(0, 0.6, 0), 1, 2);
   wheel.shape = {.kind = scene::ShapeKind::torus, .radius = 0.5, .tube = 0.1};

@@ -153,7 +153,7 @@ TEST_P(AnyModel, ForceDifferentialsAreTheDerivativeOfTheForces) {
 
 // With many inverted elements the projected stiffness is still symmetric and never adds energy, as the
 // conjugate gradients of implicit steps need it.
-TEST_P(AnyModel, StiffnessIsSymmetricAndPositiveSemiDefiniteForInvertedElementsToo) {
+TEST_P(AnyModel, InvertedElementsHavePositiveSemidefiniteStiffness) {
   Block block(3, GetParam());
   for (unsigned seed = 20; seed < 25; ++seed) {
     const std::vector<Vec3> x = block.moved(block.random_field(seed, 0.6));
@@ -251,7 +251,7 @@ TEST(FiniteElements, FrequencyBoundHoldsAndIsNotWasteful) {
 // Compressed elements bound the step only up to twice the omega^2 bound at rest (the state that the step
 // still follows), and are damped instead: without moment, symmetrically, and more strongly for longer steps.
 // `follower` is a block whose steps follow the stiffness.
-TEST(FiniteElements, CrushedElementsAreDampedInsteadOfBoundingTheStep) {
+TEST(FiniteElements, CompressedElementsAreDampedAtTheSameStep) {
   Block block, follower;
   constexpr double cfl = 0.7;
   block.elements.rely_on_damping(cfl, 0);
@@ -287,7 +287,7 @@ TEST(FiniteElements, CrushedElementsAreDampedInsteadOfBoundingTheStep) {
 
 // Damping of tau seconds relaxes the limit of the stiffness that it holds to `relaxation` times tau, and
 // leaves the limit of shear that stress alone resists.
-TEST(FiniteElements, StrongDampingLiftsTheElasticBound) {
+TEST(FiniteElements, StrongDampingRelaxesTheElasticBound) {
   Block block;
   constexpr double cfl = 0.7, tau = 0.01;
   const double elastic = block.elements.rest_omega_squared();
@@ -410,7 +410,7 @@ TEST(FiniteElements, FrequencyBoundHoldsUnderCompression) {
 // The rate is the largest rate of a length, or half of the relative rate of the volume if that is more. A
 // motion along z at 1/s changes lengths by 1/s; in a block that is stretched by four along x and y it changes
 // the volume by 16 times the volume at rest per second.
-TEST(FiniteElements, RateOfDeformationIsThatOfLengthsOrHalfThatOfTheVolume) {
+TEST(FiniteElements, DeformationRateCountsLengthsAndVolumes) {
   const Block block(2);
   std::vector<Vec3> x = block.x, v = block.x;
   for (Vec3& rate : v) rate = Vec3(0, 0, rate.z());

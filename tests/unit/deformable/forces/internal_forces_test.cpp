@@ -218,7 +218,7 @@ TEST(InternalForces, TurnWithTheBody) {
 
 // Differentials and damping are symmetric and never add energy, also in strongly deformed states where
 // springs are compressed.
-TEST(InternalForces, DifferentialsAndDampingAreSymmetricAndSemidefinite) {
+TEST(InternalForces, DifferentialsAndDampingAreSemidefinite) {
   for (Specimen& s : specimens()) {
     SCOPED_TRACE(s.name);
     for (const double size : {0.05, 0.6}) {
@@ -344,7 +344,7 @@ Sheet hexagon(double radius, int rings) {
 // triangles give this in every direction, and a panel along its cells. Edges of the border have no second
 // side and carry no bending, which costs 2 % at this resolution; their fraction falls with the number of
 // cells. Across its cells a panel is up to 1.5 times as stiff.
-TEST(InternalForces, BendingOfARolledSheetStoresWhatPlateTheorySays) {
+TEST(InternalForces, RolledSheetsStoreTheEnergyOfPlateTheory) {
   const double radius = 2, rigidity = 3, per_area = rigidity / (2 * radius * radius);
   const auto stiffness = [&](const Sheet& sheet, double area, double degrees) {
     const double angle = degrees * std::numbers::pi / 180, c = std::cos(angle), s = std::sin(angle);

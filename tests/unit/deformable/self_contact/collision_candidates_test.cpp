@@ -104,7 +104,7 @@ Sheets two_sheets(double gap) {
 
 // No pair of two waving sheets comes near while it sleeps, though most pairs sleep and few motions cause a
 // search. A sum of distances that forgets the motion of one of the two elements would let pairs pass.
-TEST(CollisionCandidates, NoPairSleepsThroughAMeetingOfWavingSheets) {
+TEST(CollisionCandidates, WakeAllNearPairsOfWavingSheets) {
   const Sheets sheets = two_sheets(0.06);
   CollisionCandidates candidates;
   Watched watched;
@@ -123,7 +123,7 @@ TEST(CollisionCandidates, NoPairSleepsThroughAMeetingOfWavingSheets) {
 
 // A sheet falls past another one, which stays, and folds one half onto the other. So pairs of one body come
 // near, and pairs of two bodies of which only one moves.
-TEST(CollisionCandidates, NoPairSleepsThroughTheFoldingOfASheetThatFalls) {
+TEST(CollisionCandidates, WakeAllNearPairsOfAFoldingSheet) {
   Sheets sheets;
   sheets.add(5, 0.1, Vec3(0, 0, 0), thickness);
   sheets.add(4, 0.1, Vec3(0.52, 0.1, 0.05), thickness);

@@ -38,7 +38,7 @@ std::vector<Vec3> velocities(const Sheets& sheets, const Vec3& lower, const Vec3
 
 // Pairs nearer than 1.1 thicknesses are found, each with its distance. Elements of one sheet that are as near
 // as that at rest are not: they would be blown apart.
-TEST(SelfRepulsion, FindsPairsWithinRangeAndLeavesOutNeighboursAtRest) {
+TEST(SelfRepulsion, FindsPairsInRangeExceptNeighborsAtRest) {
   EXPECT_TRUE(pairs_of(layers(1.11 * thickness)).pairs().empty());
   const Sheets near = layers(1.09 * thickness);
   const SelfRepulsion repulsion = pairs_of(near);

@@ -110,7 +110,7 @@ TEST_F(MeshFile, EveryFormatIsRead) {
 {"bufferView": 1, "componentType": 5123, "count": 12, "type": "SCALAR"}]})");
 }
 
-TEST_F(MeshFile, PolygonsNormalsAndTextureCoordinates) {
+TEST_F(MeshFile, ReadsPolygonsNormalsAndTextureCoordinates) {
   // This is a prism over a concave outline of area 3, given as polygons.
   const std::string prism =
       "v 0 0 1\nv 2 0 1\nv 2 1 1\nv 1 1 1\nv 1 2 1\nv 0 2 1\nv 0 0 0\nv 2 0 0\nv 2 1 0\nv 1 1 0\nv 1 2 0\nv "
@@ -145,7 +145,7 @@ TEST_F(MeshFile, WhatCannotBeReadIsNamed) {
 
 // A PLY file that is cut off is an error. One with a changed byte is an error or a mesh whose indices are in
 // range, and never a crash.
-TEST_F(MeshFile, DamagedPly) {
+TEST_F(MeshFile, DamagedPlyIsAnErrorOrASoundMesh) {
   std::mt19937 random(29);
   for (const char* format : {"ascii", "binary_little_endian", "binary_big_endian"}) {
     const std::string good = ply(format);

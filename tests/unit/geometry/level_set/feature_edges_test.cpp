@@ -73,7 +73,7 @@ TriangleMesh prism(int corners, double radius, double height) {
 
 // The feature edges of a box are its 12 edges with their whole length, its 8 corners, and inward directions
 // of unit length.
-TEST(FeatureEdges, OfABoxAreItsEdges) {
+TEST(FeatureEdges, ABoxHasItsTwelveEdges) {
   const FeatureEdges feature_edges = find_feature_edges(LevelSet::box(Vec3(2, 1, 0.5)), 0.3);
   EXPECT_EQ(feature_edges.lines.size(), 12U);
   EXPECT_NEAR(length_of(feature_edges), 4 * (2 + 1 + 0.5), 1e-14);
@@ -89,7 +89,7 @@ TEST(FeatureEdges, OfABoxAreItsEdges) {
     EXPECT_EQ(node(feature_edges, corner).cwiseAbs(), Vec3(1, 0.5, 0.25));
 }
 
-TEST(FeatureEdges, OfRoundBodiesAreMiddleLinesAndRims) {
+TEST(FeatureEdges, RoundBodiesHaveMiddleLinesAndRims) {
   const FeatureEdges torus = find_feature_edges(LevelSet::torus(2, 0.5), 0.25);
   ASSERT_EQ(torus.lines.size(), 1U);
   EXPECT_TRUE(torus.lines[0].is_closed);
@@ -119,7 +119,7 @@ TEST(FeatureEdges, OfRoundBodiesAreMiddleLinesAndRims) {
   EXPECT_TRUE(find_feature_edges(LevelSet::half_space(), 0.25).lines.empty());
 }
 
-TEST(FeatureEdges, OfMeshesAreTheirSharpConvexEdges) {
+TEST(FeatureEdges, MeshesHaveTheirSharpConvexEdges) {
   const FeatureEdges box = ridges_of(test::box_mesh(Vec3(-1, -1, -1), Vec3(1, 1, 1)), 0.3);
   // Corners end the lines, and the diagonals of faces are no feature edges.
   EXPECT_EQ(box.lines.size(), 12U);
@@ -143,7 +143,7 @@ TEST(FeatureEdges, OfMeshesAreTheirSharpConvexEdges) {
 // torus, and on the side and the rims of a drum but not on its ends. On the drum's side they count only where
 // samples are so far apart that the surface bends noticeably between them: at a spacing of 0.2 m, and not at
 // 0.05 m.
-TEST(FeatureEdges, BulgesOfMeshesAreWhereTheyBendOutwards) {
+TEST(FeatureEdges, ConvexVerticesAreWhereMeshesBendOutward) {
   const auto for_bulges = [](const FeatureEdges& feature_edges, auto&& visit) {
     for (const int bulge : feature_edges.convex_vertices) {
       visit(node(feature_edges, bulge));
@@ -174,7 +174,7 @@ TEST(FeatureEdges, BulgesOfMeshesAreWhereTheyBendOutwards) {
 
 // The tree finds exactly the corners and convex vertices in a box, also after keep_nodes() has renumbered
 // them.
-TEST(FeatureEdges, FindTheirCornersAndBulgesInABox) {
+TEST(FeatureEdges, TreeFindsCornersAndConvexVerticesInABox) {
   FeatureEdges feature_edges = ridges_of(test::box_mesh(Vec3(-1, -1, -1), Vec3(1, 1, 1)), 0.3);
   const auto expect_found = [&] {
     const Eigen::AlignedBox3d box(Vec3(-2, -0.7, -2), Vec3(-0.5, 2, 1));
@@ -201,7 +201,7 @@ TEST(FeatureEdges, FindTheirCornersAndBulgesInABox) {
 
 // Dropping nodes splits a closed line into open ones that keep the order of the nodes, and drops corners with
 // their nodes.
-TEST(FeatureEdges, KeepWhatLiesBetweenNodesThatStay) {
+TEST(FeatureEdges, DroppingNodesSplitsLinesInOrder) {
   FeatureEdges torus = find_feature_edges(LevelSet::torus(2, 0.5), 0.25);
   const FeatureEdges whole = torus;
   std::vector<char> stays(51, 1);

@@ -32,7 +32,7 @@ TEST(LevelSet, BoxDistancesKnownByHand) {
   EXPECT_TRUE(box.normal(Vec3(-4, 6, 0)).isApprox(Vec3(-0.6, 0.8, 0)));
 }
 
-TEST(LevelSet, SphereAndHalfSpace) {
+TEST(LevelSet, SphereAndHalfSpaceDistancesKnownByHand) {
   const LevelSet sphere = LevelSet::sphere(2);
   EXPECT_DOUBLE_EQ(sphere.distance(Vec3(0, 3, 4)), 3);
   EXPECT_TRUE(sphere.normal(Vec3(0, 3, 4)).isApprox(Vec3(0, 0.6, 0.8)));
@@ -163,7 +163,7 @@ TEST(LevelSet, DistancesAreExactOnBothSides) {
   }
 }
 
-TEST(LevelSet, BoundsAndSizes) {
+TEST(LevelSet, BoundsAndSizesAreThoseOfTheSurface) {
   for (const LevelSet& shape : finite_shapes()) {
     const TriangleMesh mesh = test::mesh_of(shape_surface(shape));
     Eigen::AlignedBox3d box;

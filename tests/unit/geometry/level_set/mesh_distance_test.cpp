@@ -117,7 +117,7 @@ TEST(MeshDistance, PlanesEndAtTheBordersOfOpenMeshes) {
 
 // The distance with a bound on the search equals the one without to the last bit, on both sides of the
 // surface, if the bound is not smaller.
-TEST(MeshDistance, IsTheSameWithinABound) {
+TEST(MeshDistance, ABoundOnTheSearchChangesNoBit) {
   const MeshDistance mesh(test::torus_mesh(1, 0.4, 16, 9));
   std::mt19937 random(3);
   int inside = 0;

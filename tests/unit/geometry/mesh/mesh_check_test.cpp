@@ -29,13 +29,13 @@ TEST(MeshCheck, AClosedMeshPassesAsItIs) {
   }
 }
 
-TEST(MeshCheck, OpenEdges) {
+TEST(MeshCheck, NamesOpenEdges) {
   TriangleMesh mesh = box();
   mesh.triangles.pop_back();  // The triangle that is removed is {1, 7, 5}.
   expect_flaw(mesh, "has 3 open edges, the first from [1, 0, 0] to [1, 0, 1]", "fill the holes");
 }
 
-TEST(MeshCheck, TrianglesThatFaceOppositeWays) {
+TEST(MeshCheck, NamesTrianglesOfOppositeOrientation) {
   TriangleMesh mesh = box();
   std::swap(mesh.triangles[0][0], mesh.triangles[0][1]);
   expect_flaw(mesh,
@@ -43,7 +43,7 @@ TEST(MeshCheck, TrianglesThatFaceOppositeWays) {
               "recalculate the normals");
 }
 
-TEST(MeshCheck, NonManifoldEdges) {
+TEST(MeshCheck, NamesNonManifoldEdges) {
   TriangleMesh mesh = box();  // A second box is added that shares one edge with this one.
   const TriangleMesh other = test::box_mesh(Vec3(1, 1, 0), Vec3(2, 2, 1));
   for (Triangle t : other.triangles) {
@@ -55,7 +55,7 @@ TEST(MeshCheck, NonManifoldEdges) {
               "split the mesh");
 }
 
-TEST(MeshCheck, PartsThatAreNotConnected) {
+TEST(MeshCheck, NamesDisconnectedParts) {
   TriangleMesh mesh = box();
   const TriangleMesh other = test::box_mesh(Vec3(3, 0, 0), Vec3(4, 1, 1));
   for (Triangle t : other.triangles) {
@@ -67,7 +67,7 @@ TEST(MeshCheck, PartsThatAreNotConnected) {
               "a body of its own");
 }
 
-TEST(MeshCheck, NoVolumeAndNoTriangle) {
+TEST(MeshCheck, RefusesMeshesWithoutVolumeOrTriangles) {
   TriangleMesh flat = box();
   for (Vec3& x : flat.positions) x.y() *= 1e-5;
   EXPECT_TRUE(repair(flat).flaws.empty()) << "thin is not flat";
@@ -78,7 +78,7 @@ TEST(MeshCheck, NoVolumeAndNoTriangle) {
   expect_flaw(TriangleMesh{}, "has no triangle", "triangles or polygons");
 }
 
-TEST(MeshCheck, CoordinatesThatAreNoNumbers) {
+TEST(MeshCheck, RefusesCoordinatesThatAreNotFinite) {
   TriangleMesh mesh = box();
   mesh.positions[3].y() = std::nan("");
   expect_flaw(mesh, "has 1 vertex with coordinates that are no finite numbers", "export");

@@ -40,7 +40,7 @@ TEST(Sheet, PanelsAndDiscsFaceUpwardAndFillTheirOutline) {
 // Euler's formula for a sheet without holes: vertices - edges + triangles = 1. Each triangle is found once
 // from each of its three edges, as the edge with its opposite corner, which finds lost, doubled and wrongly
 // paired edges.
-TEST(Sheet, EdgesAreFoundOnceWithWhatIsOppositeToThem) {
+TEST(Sheet, EdgesAreFoundOnceWithTheirOppositeCorners) {
   for (const Sheet& sheet : {panel(Vec2(3, 2), 5, 4), disc(1, 4)}) {
     const std::vector<SheetEdge> found = edges(sheet);
     EXPECT_EQ(sheet.nodes.size() - found.size() + sheet.triangles.size(), 1U);

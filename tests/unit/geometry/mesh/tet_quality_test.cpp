@@ -10,7 +10,7 @@ namespace {
 
 constexpr double degrees = 180 / EIGEN_PI;
 
-TEST(TetQuality, OfTheRegularTet) {
+TEST(TetQuality, RegularTetHasItsKnownAnglesAndAltitude) {
   const TetMesh mesh{{{1, 1, 1}, {1, -1, -1}, {-1, -1, 1}, {-1, 1, -1}}, {{0, 1, 2, 3}}};
   const double edge = 2 * std::sqrt(2.0);
   for (const double angle : dihedral_angles(mesh, mesh.tets[0]))
@@ -25,7 +25,7 @@ TEST(TetQuality, OfTheRegularTet) {
 
 // The corner of a cube has right dihedral angles at its three short edges and acos(1 / sqrt(3)) at the
 // others. Its shortest altitude, 1 / sqrt(3), is the one on the slanted face.
-TEST(TetQuality, OfTheCornerOfACube) {
+TEST(TetQuality, CubeCornerHasItsKnownAnglesAndAltitude) {
   const TetMesh mesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {{0, 1, 2, 3}}};
   const TetQuality quality = tet_quality(mesh);
   EXPECT_NEAR(quality.min_angle, std::acos(1 / std::sqrt(3.0)) * degrees, 1e-12);
@@ -35,7 +35,7 @@ TEST(TetQuality, OfTheCornerOfACube) {
 
 // Angles of an almost flat tetrahedron keep their digits. A formula through the cosine would lose half of
 // them near 180 degrees.
-TEST(TetQuality, OfASliver) {
+TEST(TetQuality, AnglesOfASliverKeepTheirDigits) {
   const double h = 1e-7;
   const TetMesh mesh{{{1, 0, h}, {-1, 0, h}, {0, 1, -h}, {0, -1, -h}}, {{0, 1, 3, 2}}};
   const TetQuality quality = tet_quality(mesh);

@@ -23,7 +23,7 @@ Vec3 sorted(Vec3 v) {
 
 // Second moments about the origin are 1e4 times as large here as those about the center of mass, and sums
 // about it would lose four digits. mass_properties() sums about a vertex.
-TEST(MassOfMesh, UnitCubeFarFromTheOrigin) {
+TEST(MassOfMesh, IsAccurateFarFromTheOrigin) {
   const Vec3 lower(100, -20, 7);
   const MassProperties mass = mass_properties(test::box_mesh(lower, lower + Vec3::Ones()));
   EXPECT_NEAR(mass.volume, 1, 1e-12);
@@ -36,7 +36,7 @@ TEST(MassOfMesh, UnitCubeFarFromTheOrigin) {
 // center, <x x> - <x>^2 = 1/10 - 1/16 = 3/80 and <x y> - <x><y> = 1/20 - 1/16 = -1/80. The eigenvalues of
 // this covariance are 3/80 - 2/80 = 1/80 (along the diagonal) and 4/80 twice. The moments of inertia are the
 // trace 9/80 less the eigenvalues: 8/80 and 5/80 twice.
-TEST(MassOfMesh, CornerTetrahedron) {
+TEST(MassOfMesh, CornerTetrahedronHasItsKnownMoments) {
   const MassProperties mass =
       mass_properties(test::tetrahedron(Vec3::Zero(), Vec3::UnitX(), Vec3::UnitY(), Vec3::UnitZ()));
   EXPECT_NEAR(mass.volume, 1.0 / 6, 1e-15);
@@ -84,7 +84,7 @@ TEST(MassOfMesh, DoesNotDependOnTheFrame) {
 
 // In the frame that mass_properties() returns, the center of mass is at the origin and the axes are
 // principal.
-TEST(MassOfMesh, BodyFrameIsCentredAndPrincipal) {
+TEST(MassOfMesh, BodyFrameIsCenteredAndPrincipal) {
   const TriangleMesh mesh = test::l_mesh();
   const MassProperties mass = mass_properties(in_frame(mesh, 2, Pose{}));
   EXPECT_NEAR(mass.volume, 8 * 3, 1e-12) << "scaled by 2";

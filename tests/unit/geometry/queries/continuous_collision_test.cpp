@@ -82,7 +82,7 @@ constexpr ElementPair kinds[] = {ElementPair::point_triangle, ElementPair::edge_
 
 // Until the impact time, the elements are at least the gap apart, by densely sampled distances. At the impact
 // they are about the gap apart, so that the time is not much too early.
-TEST(ContinuousCollision, KeepsApartWhatItPassesInAllFamilies) {
+TEST(ContinuousCollision, KeepsTheGapUntilTheImpactInAllFamilies) {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> uniform(0, 1);
   for (const auto& family : families)
@@ -138,7 +138,7 @@ TEST(ContinuousCollision, NoCrossingIsMissed) {
       }
 }
 
-TEST(ContinuousCollision, WhatTouchesAtTheStartMeetsThere) {
+TEST(ContinuousCollision, TouchingElementsHaveTheImpactTimeZero) {
   const FourPoints touching = {Vec3(0.2, 0.3, 0), Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0)};
   FourPoints away = touching;
   away[0].z() = 1;
@@ -148,7 +148,7 @@ TEST(ContinuousCollision, WhatTouchesAtTheStartMeetsThere) {
   EXPECT_EQ(impact->normal, Vec3::Zero());
 }
 
-TEST(ContinuousCollision, KnownTimesAndNormals) {
+TEST(ContinuousCollision, MatchesKnownTimesAndNormals) {
   const FourPoints above = {Vec3(0.2, 0.3, 1), Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0)};
   FourPoints below = above;
   below[0].z() = -1;

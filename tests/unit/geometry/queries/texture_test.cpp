@@ -52,7 +52,7 @@ Surface coarse_tube(double radius, int rows, int columns, double turn) {
   return surface;
 }
 
-TEST(Texture, PassesToASurfaceNearbyAndGoesOnAcrossTheSeam) {
+TEST(Texture, TransfersToANearbySurfaceAcrossTheTextureSeam) {
   const double radius = 0.5, around = 2 * pi * radius;
   const TriangleMesh mesh = tube(radius, 24, 48);
   Surface surface = coarse_tube(radius, 9, 14, 0.1);

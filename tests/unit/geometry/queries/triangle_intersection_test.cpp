@@ -54,7 +54,7 @@ bool crosses(const Vec3& p, const Vec3& q) {
   return triangles_meet({p, q, q + Vec3(1e-3, 1e-3, 5)}, wall);
 }
 
-TEST(TriangleIntersection, KnownCases) {
+TEST(TriangleIntersection, MatchesKnownCases) {
   EXPECT_TRUE(crosses(Vec3(0.2, 0.2, -1), Vec3(0.2, 0.2, 1)));
   EXPECT_FALSE(crosses(Vec3(0.2, 0.2, 1e-300), Vec3(0.2, 0.3, 1)));
   EXPECT_TRUE(crosses(Vec3(0.2, 0.2, 0), Vec3(0.2, 0.3, 1)));  // A corner is on the face.
@@ -63,7 +63,7 @@ TEST(TriangleIntersection, KnownCases) {
   EXPECT_FALSE(crosses(Vec3(0.5, std::nextafter(0.5, 1), -1), Vec3(0.5, std::nextafter(0.5, 1), 1)));
 }
 
-TEST(TriangleIntersection, InOnePlane) {
+TEST(TriangleIntersection, IsExactForCoplanarTriangles) {
   const std::array<Vec3, 3> wall = {Vec3(0, 0, 2), Vec3(1, 0, 2), Vec3(0, 1, 2)};
   const auto moved = [&](double x, double y) {
     std::array<Vec3, 3> other = wall;

@@ -265,7 +265,7 @@ TEST(Glb, OneFrameAndOneKindOfBodyAreEnough) {
 
 // q and -q are the same rotation. A viewer that interpolates between opposite signs would spin the body, so
 // consecutive keys must have a positive dot product.
-TEST(Glb, QuaternionsTakeTheShorterWay) {
+TEST(Glb, QuaternionsTakeTheShorterArc) {
   const ScratchFolder scratch;
   const scene::Scene scene = test::one_of_each();
   const auto flip = [](FrameValues& values) {

@@ -345,7 +345,7 @@ TEST(Usd, OneFrameAndOneKindOfBodyAreEnough) {
 
 // q and -q are the same rotation. A viewer that interpolates between opposite signs would spin the body, so
 // consecutive frames must have a positive dot product.
-TEST(Usd, QuaternionsTakeTheShorterWay) {
+TEST(Usd, QuaternionsTakeTheShorterArc) {
   const ScratchFolder scratch;
   const scene::Scene scene = test::one_of_each();
   const auto flip = [](FrameValues& values) {

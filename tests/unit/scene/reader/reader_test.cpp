@@ -147,7 +147,7 @@ TEST(SceneReader, EveryProblemComesInOneGoSortedByLine) {
   }
 }
 
-TEST(SceneReader, HintsNameTheNearestKeyTheRightTableOrAllKnownKeys) {
+TEST(SceneReader, HintsNameTheNearestKeyTheTableOrAllKnownKeys) {
   EXPECT_NE(problem_of(ball + "postion = [0, 1, 0]\n").find("did you mean `position`?"), std::string::npos);
   EXPECT_NE(problem_of(ball + "poisson_ratio = 0.3\n").find("`poisson_ratio` belongs to [materials.NAME]"),
             std::string::npos);
