@@ -164,7 +164,7 @@ TEST(TimeStep, FollowsTheMotionOfKinematicBodiesOverTheStepToCome) {
 
 // Returns the ratio of the mechanical energy after 3000 steps to that at the start, for an undamped body with
 // the time step `cfl` times the limit of the rule. The body rings without growing at 0.9 of the limit, and
-// blows up beyond it.
+// impacts up beyond it.
 double energy_after(double cfl) {
   scene::Scene scene = test::free_space();
   test::add_soft_box(scene, "soft", Vec3::Zero(), Vec3(1, 1, 1), 2, 1e5);
@@ -180,7 +180,7 @@ double energy_after(double cfl) {
   return test::mechanical_energy(world) / start;
 }
 
-// An undamped body is stable at 0.9 of the limit and blows up at 3 times the limit: the rule neither fails
+// An undamped body is stable at 0.9 of the limit and impacts up at 3 times the limit: the rule neither fails
 // nor wastes more than that.
 TEST(TimeStep, RuleIsStableWithoutDampingAndNotFarFromTheLimit) {
   EXPECT_LT(energy_after(0.9), 1.5);  // the energy of an explicit symplectic scheme wavers without growing

@@ -70,7 +70,7 @@ TEST(FacesAround, HaveTheGapsThatTheContactFinds) {
         find_faces_around(host.shape, shape, pose, 0.05, touches, places);
         for (const NearPoint& near : touches) {
           ++found;
-          const EdgePoint& face = places[as_index(near.ridge)].edge;
+          const EdgePoint& face = places[as_index(near.plane_index)].edge;
           const double later = touch(host, Pose(), guest, pose, near.point, face).gap;
           EXPECT_NEAR(later, near.gap, 0.002 * 0.25) << i;  // 0.25 m: greatest depth of inner points
         }
@@ -98,7 +98,7 @@ std::vector<std::pair<Vec3, double>> planes_of(const RigidProperties& host, cons
   find_faces_around_sample(host.shape, guest, Pose(), 0.05, 0, touches, places);
   std::vector<std::pair<Vec3, double>> planes;
   for (const NearPoint& near : touches)
-    if (near.ridge >= 0) planes.emplace_back(near.normal, near.gap);
+    if (near.plane_index >= 0) planes.emplace_back(near.normal, near.gap);
   return planes;
 }
 

@@ -75,7 +75,8 @@ TEST_F(InternalEdges, KeepTheSamplesOfExposedEdges) {
 // Feature edges at internal edges are gone, like the samples there. The lines keep the vertices in which they
 // end.
 TEST_F(InternalEdges, KeepTheExposedFeatureEdges) {
-  const auto ridge = [&](std::size_t body, const Vec3& x) {  // m: distance of x from the nearest feature edge
+  const auto edge_distance = [&](std::size_t body,
+                                 const Vec3& x) {  // m: distance of x from the nearest feature edge
     const RigidProperties& properties = bodies().rigid.properties[body];
     const Vec3 in_body = bodies().rigid.state[body].pose.to_body(x);
     double nearest = std::numeric_limits<double>::infinity();
@@ -88,12 +89,12 @@ TEST_F(InternalEdges, KeepTheExposedFeatureEdges) {
       }
     return nearest;
   };
-  EXPECT_GT(ridge(0, Vec3(0, 0, 0.1)), 0.5);
-  EXPECT_GT(ridge(1, Vec3(0, 0, 0.1)), 0.5);
-  EXPECT_LT(ridge(0, Vec3(-0.03, 0, 2)), 1e-12);
-  EXPECT_LT(ridge(0, Vec3(-4, 0, 0.1)), 1e-12);
-  EXPECT_LT(ridge(2, Vec3(1, 1, 0.1)), 1e-12);
-  EXPECT_GT(ridge(2, Vec3(1, 0, 0.1)), 0.5);
+  EXPECT_GT(edge_distance(0, Vec3(0, 0, 0.1)), 0.5);
+  EXPECT_GT(edge_distance(1, Vec3(0, 0, 0.1)), 0.5);
+  EXPECT_LT(edge_distance(0, Vec3(-0.03, 0, 2)), 1e-12);
+  EXPECT_LT(edge_distance(0, Vec3(-4, 0, 0.1)), 1e-12);
+  EXPECT_LT(edge_distance(2, Vec3(1, 1, 0.1)), 1e-12);
+  EXPECT_GT(edge_distance(2, Vec3(1, 0, 0.1)), 0.5);
   EXPECT_EQ(bodies().rigid.properties[3].feature_edges.lines.size(), 12U);
   for (const RigidProperties& properties : bodies().rigid.properties)
     EXPECT_EQ(properties.feature_edges.nodes.size(), properties.feature_edges.inward.size());

@@ -42,13 +42,13 @@ void expect_spacing(const FeatureEdges& feature_edges, double spacing) {
   }
 }
 
-FeatureEdges ridges_of(const TriangleMesh& mesh, const LevelSet& shape, double spacing) {
+FeatureEdges feature_edges_of(const TriangleMesh& mesh, const LevelSet& shape, double spacing) {
   const std::vector<Vec3> samples = surface_samples(mesh, spacing);
   return find_feature_edges(mesh, shape, samples, points_inside(shape, samples), spacing);
 }
 
-FeatureEdges ridges_of(const TriangleMesh& mesh, double spacing) {
-  return ridges_of(mesh, LevelSet::mesh(std::make_shared<GridLevelSet>(mesh, 32)), spacing);
+FeatureEdges feature_edges_of(const TriangleMesh& mesh, double spacing) {
+  return feature_edges_of(mesh, LevelSet::mesh(std::make_shared<GridLevelSet>(mesh, 32)), spacing);
 }
 
 // Returns a closed prism about the y axis, from y = 0 to `height`, with outward faces.
@@ -120,23 +120,23 @@ TEST(FeatureEdges, RoundBodiesHaveMiddleLinesAndRims) {
 }
 
 TEST(FeatureEdges, MeshesHaveTheirSharpConvexEdges) {
-  const FeatureEdges box = ridges_of(test::box_mesh(Vec3(-1, -1, -1), Vec3(1, 1, 1)), 0.3);
+  const FeatureEdges box = feature_edges_of(test::box_mesh(Vec3(-1, -1, -1), Vec3(1, 1, 1)), 0.3);
   // Corners end the lines, and the diagonals of faces are no feature edges.
   EXPECT_EQ(box.lines.size(), 12U);
   EXPECT_EQ(box.corners.size(), 8U);
   EXPECT_NEAR(length_of(box), 24, 1e-13);
   expect_spacing(box, 0.3);
   // An L has 18 edges. The concave one, of length 1, is no feature edge.
-  EXPECT_NEAR(length_of(ridges_of(test::l_mesh(), 0.3)), 2 * 8 + 6 - 1, 1e-13);
+  EXPECT_NEAR(length_of(feature_edges_of(test::l_mesh(), 0.3)), 2 * 8 + 6 - 1, 1e-13);
   // Neighboring sides of a prism of 64 sides meet at 5.6 degrees, so that only its two rims are feature
   // edges. In a prism of six sides they meet at 60 degrees, and all edges are feature edges.
-  const FeatureEdges round = ridges_of(prism(64, 1, 0.5), 10);
+  const FeatureEdges round = feature_edges_of(prism(64, 1, 0.5), 10);
   ASSERT_EQ(round.lines.size(), 2U);
   EXPECT_TRUE(round.lines[0].is_closed && round.lines[1].is_closed);
   EXPECT_TRUE(round.corners.empty());
   EXPECT_NEAR(length_of(round), 2 * 64 * 2 * std::sin(pi / 64), 1e-13);
-  EXPECT_NEAR(length_of(ridges_of(prism(6, 1, 0.5), 10)), 12 * 1 + 6 * 0.5, 1e-13);
-  EXPECT_TRUE(ridges_of(test::torus_mesh(1, 0.4, 48, 24), 10).lines.empty());
+  EXPECT_NEAR(length_of(feature_edges_of(prism(6, 1, 0.5), 10)), 12 * 1 + 6 * 0.5, 1e-13);
+  EXPECT_TRUE(feature_edges_of(test::torus_mesh(1, 0.4, 48, 24), 10).lines.empty());
 }
 
 // Convex vertices are samples from which the surface falls off on both sides: at edges, everywhere on a
@@ -144,18 +144,19 @@ TEST(FeatureEdges, MeshesHaveTheirSharpConvexEdges) {
 // samples are so far apart that the surface bends noticeably between them: at a spacing of 0.2 m, and not at
 // 0.05 m.
 TEST(FeatureEdges, ConvexVerticesAreWhereMeshesBendOutward) {
-  const auto for_bulges = [](const FeatureEdges& feature_edges, auto&& visit) {
+  const auto for_convex_vertices = [](const FeatureEdges& feature_edges, auto&& visit) {
     for (const int bulge : feature_edges.convex_vertices) {
       visit(node(feature_edges, bulge));
       EXPECT_NEAR(feature_edges.inward[static_cast<std::size_t>(bulge)].norm(), 1, 1e-14);
     }
     return feature_edges.convex_vertices.size();
   };
-  const FeatureEdges box = ridges_of(test::box_mesh(Vec3(-1, -1, -1), Vec3(1, 1, 1)), 0.3);
-  EXPECT_GE(for_bulges(box, [](const Vec3& x) { EXPECT_GE((x.array().abs() > 1 - 1e-12).count(), 2); }),
-            12U * 6U + 8U);
+  const FeatureEdges box = feature_edges_of(test::box_mesh(Vec3(-1, -1, -1), Vec3(1, 1, 1)), 0.3);
+  EXPECT_GE(
+      for_convex_vertices(box, [](const Vec3& x) { EXPECT_GE((x.array().abs() > 1 - 1e-12).count(), 2); }),
+      12U * 6U + 8U);
   const TriangleMesh torus = test::torus_mesh(1, 0.4, 48, 24);
-  EXPECT_EQ(ridges_of(torus, 0.25).convex_vertices.size(), surface_samples(torus, 0.25).size());
+  EXPECT_EQ(feature_edges_of(torus, 0.25).convex_vertices.size(), surface_samples(torus, 0.25).size());
   const TriangleMesh drum = prism(128, 1, 0.5);
   const LevelSet drum_shape = LevelSet::mesh(std::make_shared<GridLevelSet>(drum, 128));
   // In m: samples this near a rim may count, because their inward directions average normals around them.
@@ -165,17 +166,17 @@ TEST(FeatureEdges, ConvexVerticesAreWhereMeshesBendOutward) {
     EXPECT_GT(std::hypot(x.x(), x.z()), 1 - beside);
     on_side += x.y() > beside && x.y() < 0.5 - beside;
   };
-  EXPECT_GT(for_bulges(ridges_of(drum, drum_shape, 0.2), is_around), 0U);
+  EXPECT_GT(for_convex_vertices(feature_edges_of(drum, drum_shape, 0.2), is_around), 0U);
   EXPECT_GT(on_side, 2 * pi / 0.2);
   on_side = 0;
-  EXPECT_GT(for_bulges(ridges_of(drum, drum_shape, 0.05), is_around), 0U);
+  EXPECT_GT(for_convex_vertices(feature_edges_of(drum, drum_shape, 0.05), is_around), 0U);
   EXPECT_EQ(on_side, 0);
 }
 
 // The tree finds exactly the corners and convex vertices in a box, also after keep_nodes() has renumbered
 // them.
 TEST(FeatureEdges, TreeFindsCornersAndConvexVerticesInABox) {
-  FeatureEdges feature_edges = ridges_of(test::box_mesh(Vec3(-1, -1, -1), Vec3(1, 1, 1)), 0.3);
+  FeatureEdges feature_edges = feature_edges_of(test::box_mesh(Vec3(-1, -1, -1), Vec3(1, 1, 1)), 0.3);
   const auto expect_found = [&] {
     const Eigen::AlignedBox3d box(Vec3(-2, -0.7, -2), Vec3(-0.5, 2, 1));
     std::vector<int> found, expected;

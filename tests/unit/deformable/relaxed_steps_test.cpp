@@ -11,7 +11,7 @@
 #include "sim/deformable/forces/finite_elements.h"
 #include "sim/deformable/materials/neo_hookean.h"
 
-namespace duet::lifted_steps_test {
+namespace duet::relaxed_steps_test {
 namespace {
 
 constexpr double tau = 0.01, cfl = 0.7, relaxation = 0.1;
@@ -75,9 +75,9 @@ struct Block {
 };
 
 // The viscosity V of one second, times the factor q that the rule computes, is at least the stiffness C of
-// compression in all directions: C <= q V. Elements whose damping is too weak in one direction would blow up
-// there.
-TEST(LiftedSteps, ViscosityHoldsTheStiffnessOfCompression) {
+// compression in all directions: C <= q V. Elements whose damping is too weak in one direction would impact
+// up there.
+TEST(RelaxedSteps, ViscosityHoldsTheStiffnessOfCompression) {
   using Mat9 = Eigen::Matrix<double, 9, 9>;
   const auto of = [](auto&& stress) {
     Mat9 A;
@@ -115,7 +115,7 @@ TEST(LiftedSteps, ViscosityHoldsTheStiffnessOfCompression) {
 
 // In all states the largest eigenvalue stays below 4 cfl^2, that of an undamped oscillator at the chosen
 // fraction of the limit, with 0.1 % for the differences. Steps reach more than 3.5 times the elastic limit.
-TEST(LiftedSteps, AreStableInHardStates) {
+TEST(RelaxedSteps, AreStableInHardStates) {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> uniform(-1, 1);
   double worst = 0, longest = 0;
@@ -143,4 +143,4 @@ TEST(LiftedSteps, AreStableInHardStates) {
 }
 
 }  // namespace
-}  // namespace duet::lifted_steps_test
+}  // namespace duet::relaxed_steps_test

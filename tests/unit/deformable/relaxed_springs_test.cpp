@@ -1,4 +1,4 @@
-// Stability of relaxed step limits for springs, as lifted_steps_test.cpp shows it for finite elements.
+// Stability of relaxed step limits for springs, as relaxed_steps_test.cpp shows it for finite elements.
 // Springs with more than critical damping allow steps beyond the limit of their stiffness, which are stable
 // as long as dt^2 K - 2 dt D <= 4 M.
 #include <algorithm>
@@ -11,7 +11,7 @@
 
 #include "sim/deformable/forces/internal_forces.h"
 
-namespace duet::lifted_springs_test {
+namespace duet::relaxed_springs_test {
 namespace {
 
 constexpr double cfl = 0.7, relaxation = 0.25;
@@ -92,7 +92,7 @@ struct Block {
 // In flat, long, stretched, compressed and inverted states the largest eigenvalue stays below 4 cfl^2, that
 // of an undamped oscillator at the chosen fraction of the limit, with 0.1 % for the differences. Steps reach
 // more than ten times the elastic limit, so the damping does matter.
-TEST(LiftedSprings, AreStableInHardStates) {
+TEST(RelaxedSprings, AreStableInHardStates) {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> uniform(-1, 1);
   double worst = 0, longest = 0;
@@ -121,7 +121,7 @@ TEST(LiftedSprings, AreStableInHardStates) {
 // A spring with f times the critical damping has a damping time of tau = 2 f sqrt(m / k) seconds, where 1/m =
 // 1/m_1 + 1/m_2, and its limit is `relaxation` times tau. A spring with little damping keeps its elastic
 // limit, which then bounds the step.
-TEST(LiftedSprings, LimitsAreThoseOfTheirDampingTime) {
+TEST(RelaxedSprings, LimitsAreThoseOfTheirDampingTime) {
   const double k = 100, damping = 20;
   const std::vector<double> mass = {2, 3, 1, 1}, inverse = {1.0 / 2, 1.0 / 3, 1, 1};
   const auto limit = [&](double second, double relaxed) {
@@ -143,7 +143,7 @@ TEST(LiftedSprings, LimitsAreThoseOfTheirDampingTime) {
 
 // A stretched spring of length |d| with the rest length L resists sideways displacements by k (1 - L / |d|).
 // Damping does not hold this geometric stiffness, so it bounds the step.
-TEST(LiftedSprings, StretchingBoundsTheStep) {
+TEST(RelaxedSprings, StretchingBoundsTheStep) {
   const double k = 100, stretched = 1.5;
   InternalForces forces;
   forces.edge_springs.add({{0, 1}, {1, -1}, 1, k, critical_viscosity<2>(100, k, {1, -1}, {1, 1})});
@@ -157,4 +157,4 @@ TEST(LiftedSprings, StretchingBoundsTheStep) {
 }
 
 }  // namespace
-}  // namespace duet::lifted_springs_test
+}  // namespace duet::relaxed_springs_test
