@@ -14,7 +14,7 @@ namespace duet {
 struct Particles {
   std::vector<Vec3> x;  ///< m, positions in the world
   std::vector<Vec3> v;  ///< m/s, velocities in the world
-  /// kg; 0 if a dynamic rigid body has taken it over, and for anchors of tethers
+  /// kg; 0 if a dynamic rigid body has taken it over, and for anchors of zero-length springs
   std::vector<double> mass;
   std::vector<double> inverse_mass;  ///< 1/kg; 0 for a particle that no force moves
   /// Returns the number of particles.

@@ -14,8 +14,8 @@ namespace duet {
 struct EmbeddedParticle {
   std::size_t particle = 0,  ///< index of the particle
       body = 0;              ///< index of the rigid body
-  /// index of the particle at whose position forces act: the bound particle itself, or the one that a tether
-  /// connects to it
+  /// index of the particle at whose position forces act: the bound particle itself, or the one that a
+  /// zero-length spring connects to it
   std::size_t at = 0;
   Vec3 arm = Vec3::Zero();     ///< m, position of the particle in body space
   Vec3 offset = Vec3::Zero();  ///< m, in the world, from the center of mass to where forces act now

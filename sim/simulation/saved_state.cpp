@@ -181,7 +181,7 @@ void unpack_state(const std::vector<unsigned char>& bytes, World& world, std::in
     std::memcpy(static_cast<void*>(&contact), bytes.data() + at, sizeof contact);
     at += sizeof contact;
   }
-  world.bodies.forces.set_max_squared_frequency(frequency);
+  world.bodies.forces.set_max_omega_squared(frequency);
   RigidBodies& rigid = world.bodies.rigid;
   for (std::size_t i = 0; i < rigid.size(); ++i)
     update_orientation_dependents(rigid.state[i], rigid.properties[i]);

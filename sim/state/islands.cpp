@@ -21,8 +21,8 @@ void Islands::find_structure(const Bodies& bodies) {
   for (std::size_t d = 0; d < bodies.deformable.size(); ++d)
     for_each_particle(bodies.deformable[d],
                       [&](std::size_t p) { node_of_[p] = static_cast<int>(bodies.rigid.size() + d); });
-  for (const ZeroLengthSpring& tether : bodies.forces.zero_length_springs.all())
-    node_of_[as_index(tether.b)] = node_of_[as_index(tether.a)];
+  for (const ZeroLengthSpring& spring : bodies.forces.zero_length_springs.all())
+    node_of_[as_index(spring.b)] = node_of_[as_index(spring.a)];
   bodies_.clear();
   for (std::size_t p = 0; p < node_of_.size(); ++p) {
     const std::size_t node = as_index(node_of_[p]);

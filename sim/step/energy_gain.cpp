@@ -3,9 +3,9 @@
 // Implicit steps are stable at any length as long as elastic forces and inertia balance, but not when a
 // motion begins. The middle of a step finds the shape in which elastic forces and inertia balance, and the
 // end lies as far beyond it again. A body that begins to turn by an angle a within a step, because it is
-// thrown or lands on an edge, is stretched by a^2/8 at the end; elements that a blow folds are inverted. In
-// stiff bodies that is many times the energy of the motion. The gain falls with the fourth power of the step,
-// so that a few shorter steps carry the body through.
+// thrown or lands on an edge, is stretched by a^2/8 at the end; elements that an impact folds are inverted.
+// In stiff bodies that is many times the energy of the motion. The gain falls with the fourth power of the
+// step, so that a few shorter steps carry the body through.
 //
 // Rigid bodies in contact gain energy as they turn. The contact forces of a step act at the points and along
 // the normals of its beginning, and both turn away within the step, by a quarter of a radian at most. The
@@ -23,7 +23,7 @@ namespace {
 // thousandth. `rigid_share` is the same fraction for steps of rigid bodies; it is larger because few of their
 // steps gain anything.
 constexpr double implicit_share = 2e-5, rigid_share = 1e-3;
-// Additional allowance of rigid bodies, as a fraction of the kinetic energy of a fall from rest over the
+// Additional contact offset of rigid bodies, as a fraction of the kinetic energy of a fall from rest over the
 // step: contact lifts resting bodies by its tolerances.
 constexpr double rest_share = 0.02;
 

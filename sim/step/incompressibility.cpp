@@ -12,8 +12,8 @@
 namespace duet {
 namespace {
 
-// Largest correction of a one-ring's volume in a step, as a fraction of its rest volume. A volume that a blow
-// or a bad start has compressed is restored over several steps, each of which is short enough for its
+// Largest correction of a one-ring's volume in a step, as a fraction of its rest volume. A volume that an
+// impact or a bad start has compressed is restored over several steps, each of which is short enough for its
 // linearization.
 constexpr double max_correction = 0.1;
 

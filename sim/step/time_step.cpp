@@ -12,7 +12,7 @@
 namespace duet {
 namespace {
 
-// Least elastic step, as a fraction of the step at rest. Elements that a blow has almost flattened are not
+// Least elastic step, as a fraction of the step at rest. Elements that an impact has almost flattened are not
 // followed below it: their stress is bounded (neo_hookean.h), and the implicit damping holds them.
 constexpr double min_elastic_share = 1.0 / 32;
 
@@ -34,7 +34,7 @@ double elastic_limit(const InternalForces& forces) {
 // by twice the fraction. The stiffness that bounds the step is that of its start, and it must not grow much
 // within the step. Elements that are stretched to ten times their size are inverted by several of their
 // volumes on a displacement of a quarter of their size, and the energy that steps gain from that ends in a
-// blow-up.
+// impact-up.
 constexpr double max_stretching = 0.25;
 // Least step of this bound, as a fraction of the elastic step at rest. A deformation that still grows then is
 // beyond help.

@@ -1,17 +1,16 @@
-// The same falling boxes in Duet and in Bullet 3: N unit cubes in a loose lattice, each a little turned, fall
-// on a plane and pile up for three seconds. Counters, per simulation:
+// Falling boxes in Duet and, from the same start, in Bullet 3: N unit cubes in a loose lattice, each with a
+// small random rotation, fall on a plane and pile up for three seconds. The counters of a simulation are:
 //
 //   s/s           wall seconds per simulated second
-//   penetration   m, the deepest overlap of any two boxes or of a box and the plane at a frame's end
-//   energy_gain   the largest rise of kinetic + potential energy from one frame's end to a later one's, over
-//   the
-//                 energy that falling sets free; what only dissipates gains none
+//   penetration   m, deepest overlap of any two boxes or of a box and the plane at the end of a frame
+//   energy_gain   largest rise of kinetic + potential energy from the end of one frame to that of a later
+//                 one, over the energy that the fall has set free; a dissipative simulation gains none
 //   speed         m/s, root mean square over the bodies at the end
 //
-// Overlaps are measured by one and the same function for both, which knows nothing of either's collision
-// detection. Bullet runs with its own defaults (10 iterations, contact margins, sleeping) at 240 steps a
-// second. Duet's largest step is set to the same 1/240 s; its rule takes shorter ones where a body would
-// travel too far.
+// One function measures the overlaps of both programs, and knows nothing of their collision detection.
+// Bullet runs with its own defaults (10 iterations, contact margins, sleeping) at 240 steps per second.
+// Duet's largest step is set to the same 1/240 s; its rule takes shorter ones where a body would travel too
+// far.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -32,8 +31,9 @@ namespace {
 
 constexpr double seconds = 3, frames_a_second = 24, gravity = 9.8, friction = 0.5;
 constexpr int steps_a_second = 240;
-const Vec3 half = Vec3::Constant(0.5);  // m, of every box; their mass is 1 kg
+const Vec3 half = Vec3::Constant(0.5);  // m, of every box; each has a mass of 1 kg
 
+// Motion of one box, in both programs.
 struct Box {
   Pose pose;
   Vec3 velocity = Vec3::Zero(), angular_velocity = Vec3::Zero();
@@ -57,8 +57,8 @@ std::vector<Box> lattice(int side) {
   return boxes;
 }
 
-// m; the points of a 5 x 5 grid on every face against the exact distance to every other box and to the plane
-// y = 0.
+// Returns the deepest overlap in m. It takes the points of a 5 x 5 grid on every face and their exact
+// distance to every other box and to the plane y = 0.
 double deepest_overlap(const std::vector<Box>& boxes) {
   std::vector<Vec3> points;
   for (int i = 0; i < 125; ++i) {
@@ -77,7 +77,7 @@ double deepest_overlap(const std::vector<Box>& boxes) {
   return deepest;
 }
 
-double energy(const std::vector<Box>& boxes) {  // J
+double energy(const std::vector<Box>& boxes) {  // J; boxes of 1 kg and 1 m, so that m = 1 and I = 1/6
   double sum = 0;
   for (const Box& box : boxes)
     sum += 0.5 * box.velocity.squaredNorm() + 0.5 / 6 * box.angular_velocity.squaredNorm() +
@@ -167,8 +167,8 @@ class BulletRun {
     const Quat& q = pose.orientation;
     info.m_startWorldTransform = btTransform(
         btQuaternion(single(q.x()), single(q.y()), single(q.z()), single(q.w())), single(pose.position));
-    info.m_friction =
-        single(std::sqrt(friction));  // Bullet multiplies the two bodies' coefficients: a pair has `friction`
+    // Bullet multiplies the coefficients of two bodies, so that a pair has `friction`.
+    info.m_friction = single(std::sqrt(friction));
     bodies_.push_back(std::make_unique<btRigidBody>(info));
     world_.addRigidBody(bodies_.back().get());
   }

@@ -1,7 +1,8 @@
-// The search for contacts on piles: what it costs per body and pair, and how that grows. The layouts are a
-// heap of boxes as wide as it is high, and tall columns; both loose (falling) or touching (resting).
+// The search for contacts in piles: its cost per body and pair, and how that grows. The layouts are a heap
+// of boxes as wide as it is high, and tall columns; both loose (falling) or touching (resting). The counters
+// are:
 //
-//   kept, found   pairs a call that persisted, and that had to be looked for
+//   kept, found   pairs per call that persisted, and that had to be searched for
 #include <cmath>
 #include <random>
 
@@ -18,7 +19,7 @@ constexpr double dt = 1.0 / 240;  // s
 
 enum class Layout { heap, columns };
 
-// Cubes of 1 m, turned and moving at random if they fall, on the ground.
+// Returns cubes of 1 m on the ground. If they fall, they have random rotations and velocities.
 Bodies boxes(int count, Layout layout, bool falling) {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> uniform(-1, 1);
@@ -60,6 +61,7 @@ VelocityState no_change(const Bodies& bodies) {
   return change;
 }
 
+// Sets the counters of pairs and of the time for each.
 void count(benchmark::State& state, std::size_t pairs) {
   using benchmark::Counter;
   state.SetComplexityN(state.range(0));
@@ -75,7 +77,8 @@ void pairs_of_bodies(benchmark::State& state, Layout layout, bool falling, int t
   std::size_t pairs = 0;
   int call = 0;
   for (auto _ : state) {
-    const double way = call++ % 100 < 50 ? dt : -dt;  // to and fro, so that they stay together
+    // The boxes move to and fro, so that they stay together.
+    const double way = call++ % 100 < 50 ? dt : -dt;
     for (RigidState& body : bodies.rigid.state) body.pose.position += way * body.velocity;
     bound_bodies(bodies, broad_phase.bounds);
     broad_phase.margin.assign(broad_phase.bounds.size(), 0.025);

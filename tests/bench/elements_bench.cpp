@@ -1,9 +1,11 @@
-// What finite elements cost: their forces, and an iteration of the conjugate gradients of the semi-implicit
-// and of the implicit solve, for 10^3 to 10^6 tets of neo-Hookean material in healthy states.
+// Cost of finite elements: of their forces, and of an iteration of the conjugate gradients of the
+// semi-implicit and of the implicit solve, for 10^3 to 10^6 tetrahedra of neo-Hookean material in healthy
+// states. The counters are:
 //
 //   tets/s           elements whose forces (or products) are evaluated in a second
-//   over_stream      time over that which the same bytes take to be read once, measured in the same run:
-//                    those of the elements, of their forces on the way to the particles, and of the vectors
+//   over_stream      time over the time for one reading of the same bytes, measured in the same run; they
+//                    are the bytes of the elements, of their forces on the way to the particles, and of the
+//                    vectors
 //   two_threads      wall seconds on one thread over those on two, the least of rounds that take turns
 #include <algorithm>
 #include <array>
@@ -22,17 +24,17 @@
 namespace duet {
 namespace {
 
-// Bytes of an element that a product reads or writes: where its particles are and the forces on them, D_m^-1,
-// volume and frequency, F, and its share of the forces of its block, written and read; with implicit
-// elasticity the stress differential, and the rest a second time. Of a particle, its velocity in the vectors
-// of an iteration, read or written.
-constexpr double block_bytes = 2 * 0.5 * 32;  // a block of 256 elements touches about half as many particles
+// Bytes that a product reads or writes. For an element they are the indices of its particles and the forces
+// on them, D_m^-1, volume and omega^2, F, and its fraction of the forces of its block, written and read.
+// Implicit elasticity adds the stress differential and a second reading of the rest. For a particle they are
+// its velocity in the vectors of an iteration, read or written.
+constexpr double block_bytes = 2 * 0.5 * 32;  // A block of 256 elements touches about half as many particles.
 constexpr double element_bytes = 16 + 8 + 72 + 2 * 8 + 72 + block_bytes;
 constexpr double single_bytes = 8 + 36 + 36 + 4 + block_bytes;
 constexpr double differential_bytes = sizeof(StressDifferential<double>) + 16 + 8 + 72 + 2 * 8 + block_bytes;
 constexpr double particle_bytes = 24 * 14;
 
-// A cube of cells^3 cells, waved.
+// A cube of cells^3 cells with a wavy deformation.
 struct Cube {
   explicit Cube(int cells) {
     scene::Scene scene = test::free_space();
@@ -50,12 +52,13 @@ struct Cube {
   std::vector<Vec3> force;
 };
 
-// Of this process: other programs run beside.
+// Returns the processor time of this process since `start` in s. Other programs may run beside it.
 double seconds_since(std::clock_t start) {
   return static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
 }
 
-// How many times as fast `work` is on two threads. Each has its rounds long enough for its caches to fill.
+// Returns how many times as fast `work` is on two threads as on one. Rounds on one and on two threads take
+// turns, and are long enough for the caches to fill.
 template <class Work>
 double two_threads(Work&& work) {
   constexpr double round_seconds = 0.1;
@@ -77,7 +80,7 @@ double two_threads(Work&& work) {
   return least[0] / least[1];
 }
 
-// Seconds in which one thread reads so many bytes from memory.
+// Returns the seconds in which one thread reads so many bytes from memory.
 double stream_seconds(double bytes) {
   constexpr std::size_t size = 256 << 20;  // more than caches hold
   std::vector<double8> data(size / sizeof(double8), double8{} + 1.0);
@@ -109,7 +112,8 @@ void elastic_forces(benchmark::State& state) {
 
 enum class Solve { semi_implicit, semi_implicit_in_double, implicit };
 
-// One iteration as conjugate_gradient.h has it: a product, its projection, two inner products, three updates.
+// Measures one iteration of conjugate_gradient.h: a product, its projection, two inner products, and three
+// updates.
 void cg_iterations(benchmark::State& state, Solve solve) {
   const bool implicit = solve == Solve::implicit, in_single = solve == Solve::semi_implicit;
   set_thread_count(1);
@@ -128,7 +132,7 @@ void cg_iterations(benchmark::State& state, Solve solve) {
   if (!implicit) system.use(masses, true);  // as steps do
   system.apply_preconditioner(b);
   constexpr int most = 6;
-  // Out of reach of so many iterations, but not of single precision.
+  // The tolerance is out of reach of so many iterations, but within that of single precision.
   const double tolerance = in_single ? 1e-3 * conjugate_gradient(system, b, 0, 0, x, r, s, q).residual : 0;
   const GeneralizedVelocity first = x;
   int iterations = 0;
@@ -154,7 +158,7 @@ void cg_in_double(benchmark::State& state) { cg_iterations(state, Solve::semi_im
 void cg_implicit(benchmark::State& state) { cg_iterations(state, Solve::implicit); }
 
 void sizes(benchmark::internal::Benchmark* bench) {
-  for (const int cells : {6, 13, 28, 58}) bench->Arg(cells);  // 1,080 to 975,560 tets
+  for (const int cells : {6, 13, 28, 58}) bench->Arg(cells);  // 1,080 to 975,560 tetrahedra
   bench->Unit(benchmark::kMillisecond)->MinTime(0.3)->Complexity(benchmark::oN);
 }
 

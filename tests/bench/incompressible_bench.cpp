@@ -1,8 +1,8 @@
-// What keeping volumes adds to a time step: a soft cube that has fallen on the ground, compressible and
-// incompressible, from the same state on.
+// Cost of incompressibility in a time step: a soft cube that has fallen on the ground, compressible and
+// incompressible, advances from the same state. The counters are:
 //
-//   tets        elements
-//   iterations  of the pressure solves, two a step
+//   tets        number of elements
+//   iterations  iterations of the pressure solves per step, which has two solves
 #include "tests/support/scenes.h"
 #include <benchmark/benchmark.h>
 

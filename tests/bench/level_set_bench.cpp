@@ -1,5 +1,5 @@
-// Nanoseconds a query of each kind of level set takes, at points around the surface: `near` ones in the order
-// of a body's samples, `random` ones without any order.
+// Time of a query of each kind of level set, at points around the surface: `near` points are in the order of
+// a body's samples, and `random` points in no order.
 #include <random>
 #include <string>
 
@@ -28,7 +28,8 @@ LevelSet shape_named(const std::string& name) {
   return knot().level_set;
 }
 
-// Within a tenth of the body's size of its bounds; along a line that sweeps them row by row, or in no order.
+// Returns points of a box that exceeds the bounds of the shape by a tenth of its size. They are in rows, or
+// in no order.
 std::vector<Vec3> points_around(const LevelSet& shape, bool in_order) {
   constexpr int n = 40;
   const Vec3 lower = shape.lower(), size = shape.upper() - lower;
@@ -72,7 +73,7 @@ void distance_and_normal(benchmark::State& state, const std::string& name) {
   count_queries(state, points.size());
 }
 
-// Far away there is no grid; the nearest triangle is searched for.
+// Far away there is no grid, and the query searches for the nearest triangle.
 void distance_beyond_the_grid(benchmark::State& state) {
   const LevelSet shape = knot().level_set;
   std::vector<Vec3> points = points_around(shape, true);

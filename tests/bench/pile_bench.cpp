@@ -1,12 +1,12 @@
-// What a time step costs as piles grow and with threads: boxes, balls, rings and capsules that have fallen
-// into a tray, eight layers of them however many there are. Every size is simulated for one and a half
-// seconds, in which it heaps up; from the state reached, the same steps are then timed again and again.
+// Cost of a time step as piles grow, and with threads. Boxes, balls, rings and capsules have fallen into a
+// tray, in eight layers for every number of bodies. Every size is simulated for one and a half seconds, in
+// which it heaps up. The same steps from the state reached are then timed again and again. The counters are:
 //
 //   s/step      wall seconds of a time step
 //   contacts    contact points that hold a force at the end
-//   kept, found pairs of the broad phase a step that persisted, and that had to be looked for
+//   kept, found pairs of the broad phase per step that persisted, and that had to be searched for
 //
-// The fit that the library prints for one size against another is the growth of the time of a step.
+// The fit that the library prints over the sizes is the growth of the time of a step.
 #include <chrono>
 #include <cmath>
 #include <map>
@@ -23,7 +23,8 @@ namespace duet {
 namespace {
 
 constexpr int layers = 8, frames_to_heap_up = 36, frames_timed = 4;
-constexpr double cell = 0.85;  // m, of the lattice that the bodies fall from; none reaches into the next
+// Spacing of the lattice from which the bodies fall, in m. No body reaches into the next cell.
+constexpr double cell = 0.85;
 
 scene::Shape shape_of(int body) {
   scene::Shape shape;
@@ -77,7 +78,7 @@ scene::Scene tray_of(int count) {
   return scene;
 }
 
-// A heap, built when it is first asked for.
+// A heap of bodies, which is built when it is first asked for.
 struct Heap {
   std::unique_ptr<Simulation> simulation;
   std::vector<unsigned char> state;

@@ -1,5 +1,5 @@
-// How long it takes to fill a surface with tets, by its resolution, and with a level set that is a formula or
-// has to be made from a mesh first.
+// Time of filling a surface with tetrahedra, by resolution, and with a level set that is a formula or has to
+// be made from a mesh first.
 #include <cmath>
 #include <string>
 

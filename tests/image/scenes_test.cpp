@@ -1,6 +1,6 @@
-// A short variant of every figure's scene: its picture is that of tests/image/references, and the physics of
-// its frames is sound. Variants are listed in tools/figures.toml; `tools/update-references` renews the
-// pictures.
+// Tests of a short variant of every figure's scene: its picture equals the one in tests/image/references
+// within bounds, and the physics of its frames is sound. The variants are listed in tools/figures.toml.
+// `tools/update-references` renews the pictures.
 #include "tests/support/scenes.h"
 
 #include <algorithm>
@@ -26,13 +26,14 @@ namespace fs = std::filesystem;
 
 const fs::path source = test::source_folder();
 
+// A scene with the settings and the frame of its short variant.
 struct Variant {
   std::string scene;
-  int frame = 0;  // the last one, which is drawn
+  int frame = 0;  // the last frame, which is drawn
   std::vector<std::string> set;
   fs::path reference() const { return source / "tests/image/references" / (scene + ".png"); }
-  // Where the picture and its difference from the reference are left, for a person and for
-  // tools/update-references.
+  // Returns the file to which the test writes the picture, or with `what` its difference from the reference.
+  // A person and tools/update-references look at it.
   fs::path drawn(const std::string& what = {}) const {
     return fs::path(test::duet_program()).parent_path() / "image_tests" / (scene + what + ".png");
   }
@@ -40,7 +41,7 @@ struct Variant {
 
 void PrintTo(const Variant& variant, std::ostream* out) {
   *out << variant.scene;
-}  // GoogleTest asks for this name
+}  // GoogleTest requires this name.
 
 std::vector<std::string> texts(const toml::node_view<toml::node>& array) {
   std::vector<std::string> result;
@@ -61,6 +62,7 @@ std::vector<Variant> variants() {
   return result;
 }
 
+// The axis-aligned bounding box of some surfaces.
 struct Bounding {
   Vec3 low = Vec3::Constant(1e30), high = Vec3::Constant(-1e30);  // m
   void extend(const Surface& surface) {
@@ -69,7 +71,8 @@ struct Bounding {
       high = high.cwiseMax(x);
     }
   }
-  // The middle one of its sides: of a ring its width, of cloth one of its edges.
+  // Returns the middle one of the lengths of the sides, in m: for a ring its width, and for cloth one of its
+  // edges.
   double size() const {
     std::array<double, 3> sides = {high.x() - low.x(), high.y() - low.y(), high.z() - low.z()};
     std::sort(sides.begin(), sides.end());
@@ -77,10 +80,10 @@ struct Bounding {
   }
 };
 
-// A simulated variant with what its checks look at.
+// A simulated variant, with the quantities that its checks need.
 class Film {
  public:
-  // `more_gravity`: relative.
+  // `more_gravity` is a relative change of gravity.
   explicit Film(const Variant& variant, double more_gravity = 0)
       : scene(read(variant, more_gravity)), simulation_(scene, test::plan(scene)) {
     simulation_.surfaces(surfaces);
@@ -103,7 +106,8 @@ class Film {
     simulation_.surfaces(surfaces);
   }
 
-  // No overlap deeper than 2 % of the smallest body, nothing inside out, all bodies about where they were.
+  // Checks that no overlap is deeper than 2 % of the smallest body, that no element is inverted, and that all
+  // bodies are within the size of the scene from where they were.
   void check_physics() const {
     test::expect_below(penetration_, 0.02 * smallest_, "penetration_m");
     EXPECT_EQ(inverted_, 0);
@@ -131,7 +135,7 @@ class Film {
   const scene::Scene scene;
   io::Manifest manifest;
   std::vector<BodySurface> surfaces;
-  std::vector<std::uint64_t> hashes;  // of frame 0 and all that followed
+  std::vector<std::uint64_t> hashes;  // of frame 0 and all frames that followed
 
  private:
   static scene::Scene read(const Variant& variant, double more_gravity) {
@@ -149,12 +153,13 @@ class Film {
 
   Simulation simulation_;
   Bounding start_;
-  double smallest_ = 1e30;  // m, of the dynamic bodies
-  double penetration_ = 0;  // m
-  int inverted_ = 0;        // tets
+  double smallest_ = 1e30;  // m, of the smallest dynamic body
+  double penetration_ = 0;  // m, largest of all frames
+  int inverted_ = 0;        // tetrahedra, most of all frames
 };
 
-// The same picture within the bounds; what is found is left beside the program.
+// Checks that the picture equals the reference within the bounds, and leaves the picture and a difference
+// that is found beside the program.
 void expect_reference(const Variant& variant, const render::Picture& picture) {
   io::create_folder(variant.drawn().parent_path());
   io::remove_file(variant.drawn("-difference"));
@@ -174,7 +179,7 @@ void expect_reference(const Variant& variant, const render::Picture& picture) {
                 << variant.scene << "`";
 }
 
-// The largest dynamic body: it surely is to be seen.
+// Returns the largest dynamic body, which is surely in view.
 std::size_t max_body(const Film& film) {
   std::size_t largest = 0;
   double most = -1;
@@ -189,13 +194,14 @@ std::size_t max_body(const Film& film) {
   return largest;
 }
 
+// Returns whether the picture equals the reference of the variant within the bounds.
 bool passes(const Variant& variant, const render::Picture& picture) {
   return render::broken_bounds(render::compare(picture, render::read_picture(variant.reference())), {})
       .empty();
 }
 
-// Shows that the comparison can fail: for a body that is moved by a twentieth of its size, for one of a
-// colour darker by a tenth, for lights that throw no shadows.
+// Checks that the comparison can fail: for a body that is moved by a twentieth of its size, for one with a
+// color that is a tenth darker, and for lights without shadows.
 void expect_changes_to_fail(const Variant& variant, const Film& film) {
   const std::size_t body = max_body(film);
   std::vector<BodySurface> moved = film.surfaces;
@@ -214,7 +220,8 @@ void expect_changes_to_fail(const Variant& variant, const Film& film) {
   EXPECT_FALSE(passes(variant, film.draw(unshadowed, film.surfaces))) << "no shadows";
 }
 
-// What tools/figures draws exists: frames within the scene's, further views whose changes the scene accepts.
+// Everything that tools/figures draws exists: its frames are within those of the scenes, and the scenes
+// accept the changes of its views.
 TEST(Figures, AreOfFramesAndViewsThatTheScenesHave) {
   toml::table file = toml::parse_file((source / "tools/figures.toml").string());
   for (const Variant& variant : variants()) {
@@ -252,6 +259,7 @@ TEST_P(Scenes, LookLikeTheirReferences) {
   if (!HasFailure()) expect_changes_to_fail(GetParam(), film);
 }
 
+// The states of all frames have the same hashes on one and on two threads.
 TEST_P(Scenes, AreTheSameOnOneThread) {
   const int frames = std::max(2, GetParam().frame / 4);
   std::vector<std::vector<std::uint64_t>> hashes;
@@ -264,9 +272,10 @@ TEST_P(Scenes, AreTheSameOnOneThread) {
   EXPECT_EQ(hashes[0], hashes[1]);
 }
 
-// Another processor rounds otherwise, which every blow makes more of. A millionth of a millionth of gravity
-// is a thousand times that: the variants end before it shows.
-TEST_P(Scenes, DoNotHangOnRounding) {
+// Another processor rounds differently, and every impact amplifies the difference. A relative change of
+// gravity by 1e-12 is a thousand times as large as rounding, so that a variant whose picture survives it ends
+// before rounding shows.
+TEST_P(Scenes, SurviveAChangeOfGravityBy1e12) {
   Film film(GetParam(), 1e-12);
   film.advance_to(GetParam().frame);
   const render::Difference difference =

@@ -1,4 +1,5 @@
-// Frames of a run directory: what is drawn, and what is said when the folder is not as it should be.
+// Tests of frames of a run directory: which picture is drawn, and which message comes if the folder is not as
+// it should be.
 #include <filesystem>
 #include <fstream>
 #include <sstream>
@@ -22,7 +23,7 @@ class Sequence : public testing::Test {
     io::write_obj(run_.mesh(0), small_bodies());
   }
 
-  // What the error that drawing the frame ends with says.
+  // Returns the message of the FileError with which drawing the frame ends.
   std::string failure(const io::Manifest& manifest, int frame) const {
     render::SequenceRenderer renderer(small_scene(), manifest);
     try {
@@ -64,7 +65,7 @@ TEST_F(Sequence, AMovingCameraIsWhereItIsAtTheFramesTime) {
   io::write_obj(run_.mesh(3), small_bodies());
   render::SequenceRenderer renderer(moving, small_manifest());
   renderer.render_frame(run_, 3);
-  renderer.render_frame(run_, 0);  // back again
+  renderer.render_frame(run_, 0);  // The renderer goes back to an earlier frame.
   const std::vector<unsigned char> at_start =
       render::SequenceRenderer(small_scene(), small_manifest()).draw(small_bodies());
   const std::vector<unsigned char> at_end =

@@ -1,4 +1,4 @@
-// A ball and two boxes on the ground, and what the tests ask of their picture.
+// The small scene, which is a ball and two boxes on the ground, and functions that read its picture.
 #pragma once
 
 #include <array>
@@ -14,6 +14,7 @@
 
 namespace duet::image_tests {
 
+// A pixel of a picture: sRGB bytes.
 struct Pixel {
   int r = 0, g = 0, b = 0;
 };
@@ -30,16 +31,18 @@ struct Picture {
   bool operator==(const Picture&) const = default;
 };
 
+// Returns the linear value of an sRGB byte, from 0 to 1.
 inline double linear(int byte) {
   const double c = byte / 255.0;
   return c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4);
 }
 
+// Returns the relative luminance of a pixel, from 0 to 1 (coefficients of ITU-R BT.709).
 inline double luminance(Pixel p) {
   return 0.2126 * linear(p.r) + 0.7152 * linear(p.g) + 0.0722 * linear(p.b);
 }
 
-// Families of colours that the small scene's looks fall into, in light and in shade.
+// Families of colors to which the looks of the small scene belong, in light and in shade.
 inline bool is_orange(Pixel p) { return p.r > 1.3 * p.g && p.g > 1.3 * p.b; }
 inline bool is_green(Pixel p) { return p.g > 1.3 * p.r && p.g > 1.3 * p.b; }
 inline bool is_gray(Pixel p) { return std::abs(p.r - p.g) < 40 && std::abs(p.g - p.b) < 40; }
@@ -88,6 +91,7 @@ inline io::Manifest small_manifest() {
   return manifest;
 }
 
+// Returns the surface moved to `pose`.
 inline BodySurface placed(const std::string& name, Surface surface, const Pose& pose) {
   for (Vec3& x : surface.positions) x = pose.to_world(x);
   for (Vec3f& n : surface.normals) n = (pose.orientation * n.cast<double>()).cast<float>();
@@ -108,6 +112,7 @@ inline Picture draw(const scene::Scene& scene, const io::Manifest& manifest = sm
   return {scene.render.width, scene.render.height, renderer.draw(bodies)};
 }
 
+// Returns the pixel at which the camera of the scene sees `point` (m), if nothing hides it.
 inline Pixel pixel_of(const Picture& picture, const scene::Scene& scene, const Vec3& point) {
   const Vec2 at = render::make_view(scene.camera, picture.width, picture.height)
                       .to_pixel(point, picture.width, picture.height);

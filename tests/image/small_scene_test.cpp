@@ -1,6 +1,6 @@
-// What must be true of any picture of the small scene: bodies where the camera formula puts them, shadows on
-// the side away from the light, smooth edges, the same bits every time. Every predicate is also shown to fail
-// when it should.
+// Tests of what must hold for any picture of the small scene: bodies are where the camera formula puts them,
+// shadows are on the side away from the light, edges are smooth, and every drawing gives the same bits. The
+// tests also show that most of their predicates fail when they should.
 #include "tests/image/small_scene.h"
 
 #include "tests/support/osmesa.h"
@@ -21,7 +21,7 @@ TEST(SmallScene, EveryBodyIsWhereTheCameraFormulaPutsIt) {
   EXPECT_TRUE(is_gray(pixel_of(picture, scene, ball_center)));
 }
 
-TEST(SmallScene, ColoursFollowTheLooks) {
+TEST(SmallScene, ColorsFollowTheLooks) {
   const scene::Scene scene = small_scene();
   io::Manifest swapped = small_manifest();
   std::swap(swapped.bodies[1].look, swapped.bodies[2].look);
@@ -44,7 +44,7 @@ TEST(SmallScene, BackgroundWhereNothingProjects) {
             luminance(pixel_of(empty, scene, orange_center)));
 }
 
-// The light comes from the right, so the ground just left of the orange box lies in shadow.
+// The light comes from the right, so that the ground just left of the orange box is in shadow.
 TEST(SmallScene, TheGroundIsDarkerOnTheShadowSide) {
   scene::Scene scene = small_scene();
   const Vec3 left(-1.5, 0, 0.2), front(0, 0, 3.6);
@@ -57,12 +57,12 @@ TEST(SmallScene, TheGroundIsDarkerOnTheShadowSide) {
             0.6 * luminance(pixel_of(unshadowed, scene, front)));
 }
 
-// At the foot of a wall nearly half of the sky is hidden, even without a lamp.
+// The foot of a wall is darker, because the wall hides nearly half of the sky from it, even without a lamp.
 TEST(SmallScene, TheSkyThrowsSoftShadowsAtContacts) {
   scene::Scene scene = small_scene();
   scene.lights.clear();
   scene.looks[0].roughness = 1;
-  scene.render.exposure = 3;  // for finer steps
+  scene.render.exposure = 3;  // for finer steps of the bytes
   scene.render.shadow_samples = 128;
   scene.sky = {.zenith = {0.5, 0.5, 0.5}, .horizon = {0.5, 0.5, 0.5}, .intensity = 1};
   io::Manifest manifest = small_manifest();
@@ -75,14 +75,14 @@ TEST(SmallScene, TheSkyThrowsSoftShadowsAtContacts) {
   const auto share = [&](const Vec3& point) {
     return luminance(pixel_of(with, scene, point)) / luminance(pixel_of(without, scene, point));
   };
-  // A long wall seen from the ground up to the angle a hides the share (1 - cos a) / 2 of a uniform sky.
-  // Sampling it in 128 directions is good to a few hundredths; the ground's sheen, a twentieth of its light,
-  // is shaded less.
+  // A long wall, seen from the ground up to the angle a, hides the fraction (1 - cos a) / 2 of a uniform sky.
+  // Sampling in 128 directions is accurate to a few hundredths. The sheen of the ground, a twentieth of its
+  // light, is shaded less. Together they give the bound of 0.08.
   EXPECT_NEAR(share({0.2, 0, 1.15}), 1 - 0.5 * (1 - std::cos(std::atan(4 / 0.15))), 0.08);
   EXPECT_NEAR(share({0.2, 0, 3.6}), 1 - 0.5 * (1 - std::cos(std::atan(4 / 2.6))), 0.08);
 }
 
-// Irradiance falls with the square of the distance: power / (4 pi d^2).
+// Irradiance falls with the square of the distance: E = P / (4 pi d^2).
 TEST(SmallScene, LightFallsWithTheSquareOfTheDistance) {
   scene::Scene scene = small_scene();
   scene.ground.reset();
@@ -97,19 +97,19 @@ TEST(SmallScene, LightFallsWithTheSquareOfTheDistance) {
   const double near = linear(pixel_of(draw(scene, manifest, box), scene, {0, 2, 0}).r);
   scene.lights[0].position.y() = 22;  // twice as far from the top face
   const double far = linear(pixel_of(draw(scene, manifest, box), scene, {0, 2, 0}).r);
-  EXPECT_NEAR(near / far, 4, 0.12);  // a step of the darker byte is 2.5 %
-  // 400 / (4 pi 10^2) on a matte surface of colour 0.9, of whose light 4 % glance off and come back as a
-  // highlight.
+  EXPECT_NEAR(near / far, 4, 0.12);  // A step of the darker byte is 2.5 %.
+  // E = 400 / (4 pi 10^2) = 0.318 on a matte surface of color 0.9 gives the radiance 0.9 E / pi. The surface
+  // reflects 4 % of the light at once, which come back as a highlight.
   EXPECT_NEAR(near, 0.318 * 0.9 / 3.1416, 0.006);
 }
 
-// Chalk looks alike from all sides: under a lamp as far as the sun, the floor is as bright at a grazing view
-// as from above.
+// A matte surface has the same radiance in all directions: under a lamp as far as the sun, the floor is as
+// bright at a grazing view as from above.
 TEST(SmallScene, AChalkFloorIsAsBrightAtAGrazingView) {
   scene::Scene scene = small_scene();
   scene.sky = {.zenith = Vec3::Zero(), .horizon = Vec3::Zero(), .intensity = 0};
   scene.looks[0].roughness = 1;
-  scene.looks[0].pattern = "checker";  // of one colour
+  scene.looks[0].pattern = "checker";  // of one color
   scene.looks[0].color2 = scene.looks[0].color;
   const double height = 1e4, irradiance = 2;
   scene.lights = {{.name = "lamp",
@@ -119,15 +119,17 @@ TEST(SmallScene, AChalkFloorIsAsBrightAtAGrazingView) {
   for (const Vec3& eye : {Vec3(0, 12, 1), Vec3(0, 1.2, 12)}) {  // 85 and 6 degrees above the floor
     scene.camera.target = {6, 0, 0};                            // beside the bodies
     scene.camera.position = scene.camera.target + eye;
-    // Of the light, 4 % glance off the surface, and come back as a highlight from above; the fade to the
-    // black horizon takes 1 - exp(-1/64) at the camera's target.
+    // The bound of 5 % is for 4 % of the light that the surface reflects at once, which come back as a
+    // highlight from above, and for the fade to the black horizon, which takes 1 - exp(-1/64) at the camera's
+    // target.
     EXPECT_NEAR(luminance(pixel_of(draw(scene), scene, scene.camera.target)), 0.5 * irradiance / 3.14159,
                 0.05 * 0.5 * irradiance / 3.14159)
         << eye.transpose();
   }
 }
 
-// Pixels on the ball's outline against the sky that lie clearly between the two sides' colours.
+// Returns the number of pixels on outlines whose blue is clearly between that of the bright side on the left
+// and that of the dark side on the right.
 int intermediate_pixels(const Picture& picture) {
   int count = 0;
   for (int y = 0; y < picture.height; ++y)
@@ -144,15 +146,15 @@ TEST(SmallScene, SupersamplingSmoothsTheEdges) {
   scene.lights.clear();
   scene.sky.horizon = scene.sky.zenith = Vec3(0.6, 0.6, 0.6);
   io::Manifest manifest = small_manifest();
-  manifest.bodies[0].look = "orange";  // its blue is far below the sky's
-  scene.looks[1].roughness = 1;        // and stays so towards the outline
+  manifest.bodies[0].look = "orange";  // The blue of this look is far below that of the sky,
+  scene.looks[1].roughness = 1;        // and a rough surface keeps it so toward the outline.
   manifest.bodies.resize(1);
   std::vector<BodySurface> ball = small_bodies();
   ball.resize(1);
   const Picture smooth = draw(scene, manifest, ball);
   scene.render.supersampling = 1;
   const Picture jagged = draw(scene, manifest, ball);
-  EXPECT_GT(intermediate_pixels(smooth), 20);  // of about 35 rows that the outline crosses
+  EXPECT_GT(intermediate_pixels(smooth), 20);  // The outline crosses about 35 rows.
   EXPECT_LT(intermediate_pixels(jagged), 3);
 }
 
@@ -175,13 +177,13 @@ TEST(SmallScene, PatternsShowOnBodies) {
   EXPECT_GT(other, 8);
 }
 
-// The front of a silver box is a mirror in the plane z = 0: the orange box before it shows again behind that
-// plane.
+// The front of a silver box is a mirror in the plane z = 0. The orange box in front of it appears again
+// behind that plane.
 TEST(SmallScene, MetalShowsTheMirrorImageOfABody) {
   scene::Scene scene = small_scene();
   scene.camera.position = {0, 2, 12};
   const Vec3 before(2.2, 1, 4),
-      image(1.7, 1, -3);  // the second: on the image of the side away from the camera
+      image(1.7, 1, -3);  // This point is on the mirror image of the far side of the orange box.
   io::Manifest manifest = small_manifest();
   manifest.bodies.erase(manifest.bodies.begin());
   manifest.bodies[1].look = "silver";
@@ -193,7 +195,7 @@ TEST(SmallScene, MetalShowsTheMirrorImageOfABody) {
   EXPECT_FALSE(is_orange(pixel_of(draw(scene, manifest, bodies), scene, image)));
 }
 
-// Before a bare sky: half of the light comes from the body, half from what is behind.
+// In front of a bare sky, half of the light comes from a body of opacity 0.5 and half from behind it.
 TEST(SmallScene, ABodyThatIsNotSolidLetsTheBackgroundThrough) {
   scene::Scene scene = small_scene();
   scene.ground.reset();
@@ -206,11 +208,11 @@ TEST(SmallScene, ABodyThatIsNotSolidLetsTheBackgroundThrough) {
   const double solid = red(1), none = red(0), half = red(0.5);
   EXPECT_NEAR(none, 0.2, 0.005);
   EXPECT_LT(solid, none - 0.05);
-  EXPECT_NEAR(half, 0.5 * (solid + none), 0.005);  // a step of a byte is 0.004
+  EXPECT_NEAR(half, 0.5 * (solid + none), 0.005);  // A step of a byte is 0.004.
   EXPECT_EQ(red(0.6), half) << "2 of the 4 samples of a pixel";
 }
 
-// Texture coordinates of a deformable box are metres across its faces: a spot lies where it is said to, and
+// Texture coordinates of a deformable box are meters across its faces. A spot lies where the scene says, and
 // only there.
 TEST(SmallScene, SpotsShowWhereTheyLie) {
   scene::Scene scene = small_scene();
@@ -235,19 +237,20 @@ TEST(SmallScene, TwoDrawsAreIdentical) {
   render::SequenceRenderer renderer(scene, small_manifest());
   const std::vector<unsigned char> first = renderer.draw(small_bodies());
   std::vector<BodySurface> moved = small_bodies();
-  for (Vec3& x : moved[0].surface.positions) x.x() -= 0.01;  // half a pixel: the comparison must see it
+  for (Vec3& x : moved[0].surface.positions) x.x() -= 0.01;  // Half a pixel, which the comparison must see.
   EXPECT_NE(renderer.draw(moved), first);
   EXPECT_EQ(renderer.draw(small_bodies()), first);
-  EXPECT_EQ(draw(scene).rgb, first);  // a context of its own
+  EXPECT_EQ(draw(scene).rgb, first);  // This drawing has its own context.
 }
 
 render::Difference difference(const Picture& a, const Picture& b) {
   return render::compare({a.width, a.height, a.rgb}, {b.width, b.height, b.rgb});
 }
 
-// Ten kilometers away floats are 1 mm apart: the picture is drawn from the camera on, not from the origin.
+// Ten kilometers from the origin, floats are 1 mm apart. The picture is the same there, because it is drawn
+// relative to the camera and not to the origin.
 TEST(SmallScene, FarFromTheOriginThePictureIsTheSame) {
-  const Vec3 away(12000, 40, -8000);  // whole periods of the ground's pattern, 4 m
+  const Vec3 away(12000, 40, -8000);  // whole periods of the pattern of the ground, 4 m
   const scene::Scene scene = small_scene();
   scene::Scene moved = scene;
   moved.camera.position += away;
@@ -269,7 +272,7 @@ TEST(SmallScene, FarFromTheOriginThePictureIsTheSame) {
   EXPECT_NE(broken(), "");
 }
 
-// A grain from a centimeter away and a mountain from 30 km look like the same scene in meters.
+// A grain seen from a centimeter and a mountain seen from 30 km look like the same scene in meters.
 TEST(SmallScene, ThePictureDoesNotDependOnTheUnit) {
   scene::Scene scene = small_scene();
   scene.looks[0].pattern = "checker";  // of one color
@@ -292,6 +295,7 @@ TEST(SmallScene, ThePictureDoesNotDependOnTheUnit) {
   }
 }
 
+// EGL and OSMesa are two ways to the same rasterizer, and must give the same picture.
 TEST(SmallScene, EveryLibraryOfTheSystemDrawsTheSameBits) {
   const scene::Scene scene = small_scene();
   const auto by = [&](render::Backend backend) {

@@ -1,5 +1,5 @@
-// Pictures that show strain: the colours' order along the scale, red where elements are inverted, from the
-// simulation through the file of the frame to the pixels.
+// Tests of pictures that show strain: the order of colors along the scale, and red where elements are
+// inverted, from the simulation through the files of the frame to the pixels.
 #include <tuple>
 
 #include "tests/image/small_scene.h"
@@ -71,7 +71,7 @@ TEST(StrainPicture, InvertedIsRedAndOnlyThat) {
 TEST(StrainPicture, HasItsScaleInTheCorner) {
   const StrainedBoxes boxes;
   const Picture picture = boxes.picture();
-  const int y = picture.height - 7, side = 5;  // 180 / 36
+  const int y = picture.height - 7, side = 5;  // A field of the scale is 180 / 36 pixels wide.
   EXPECT_TRUE(is_blue(picture.at(side + 1, y)));
   EXPECT_TRUE(is_yellow(picture.at(9 * side - 2, y)));
   EXPECT_TRUE(is_red(picture.at(10 * side, y)));
@@ -89,7 +89,8 @@ TEST(StrainPicture, AFrameWithoutStrainIsRefused) {
   }
 }
 
-// A soft cube of which one corner is pushed through the opposite face of its tet: red there, not elsewhere.
+// One corner of a soft cube is pushed through the opposite face of its tetrahedron. The picture is red there
+// and nowhere else.
 TEST(StrainPicture, AnInvertedElementOfASimulationShowsRed) {
   scene::Scene scene = test::free_space();
   scene.camera = {.position = {4, 4, 4}, .target = {0, 0, 0}, .vertical_fov = 40};
@@ -118,13 +119,13 @@ TEST(StrainPicture, AnInvertedElementOfASimulationShowsRed) {
   };
   const auto count_red = [](const Picture& picture) {
     int count = 0;
-    for (int y = 0; y < picture.height * 3 / 4; ++y)  // above the scale
+    for (int y = 0; y < picture.height * 3 / 4; ++y)  // only the pixels above the scale
       for (int x = 0; x < picture.width; ++x) count += is_red(picture.at(x, y)) ? 1 : 0;
     return count;
   };
   EXPECT_EQ(count_red(draw_by_file()), 0);
   for (Vec3& x : simulation.world().bodies.particles.x)
-    if (x.minCoeff() > 0.9) x = Vec3::Constant(0.4);  // the corner's only tet reaches 0.5 in
+    if (x.minCoeff() > 0.9) x = Vec3::Constant(0.4);  // The only tetrahedron of the corner reaches in to 0.5.
   const Picture picture = draw_by_file();
   EXPECT_GT(count_red(picture), 30);
   EXPECT_TRUE(is_red(pixel_of(picture, scene, Vec3(0.85, 0.85, 0.7)))) << "beside the corner";

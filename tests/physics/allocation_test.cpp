@@ -1,5 +1,5 @@
-// Nothing allocates in a warmed-up step. malloc itself is counted: Eigen and the standard library both end
-// there.
+// A step allocates no memory once it has warmed up. The tests count calls of malloc itself, because Eigen and
+// the standard library both end there.
 #include <atomic>
 #include <cmath>
 #include <cstdlib>
@@ -35,6 +35,7 @@ extern "C" void* aligned_alloc(std::size_t alignment, std::size_t size) {
 namespace duet::allocation_test {
 namespace {
 
+// Checks the counter itself, without which the other tests could not fail.
 TEST(Allocation, CountingSeesVectorsAndEigen) {
   const long before = allocations;
   std::vector<double>* vector = new std::vector<double>(100, 1.0);
@@ -45,6 +46,7 @@ TEST(Allocation, CountingSeesVectorsAndEigen) {
   delete vector;
 }
 
+// The scene has a stack of rigid and incompressible soft boxes under a kinematic box that spins and swings.
 TEST(Allocation, NoneInAWarmedUpStep) {
   set_thread_count(1);
   scene::Scene scene = test::small_stack();
@@ -65,8 +67,9 @@ TEST(Allocation, NoneInAWarmedUpStep) {
   set_thread_count(0);
 }
 
-// Balls that swing out of the room around their boxes and back, one of them far: pairs come and go, and after
-// one period have all been seen.
+// The balls swing back and forth, one of them far beyond the margin around its box, so that pairs of the
+// broad phase come and go. After one period all pairs have been seen, and the second period must not
+// allocate.
 TEST(Allocation, NoneWhenPairsOfTheBroadPhaseComeAndGo) {
   set_thread_count(1);
   scene::Scene scene = test::on_ground();
@@ -95,6 +98,7 @@ TEST(Allocation, NoneWhenPairsOfTheBroadPhaseComeAndGo) {
   set_thread_count(0);
 }
 
+// The soft boxes touch each other and themselves, so that the search for self-contact runs as well.
 TEST(Allocation, NoneInAWarmedUpStepOfSoftBodiesThatTouch) {
   set_thread_count(1);
   scene::Scene scene = test::on_ground();
@@ -113,7 +117,8 @@ TEST(Allocation, NoneInAWarmedUpStepOfSoftBodiesThatTouch) {
   EXPECT_LT(world.context.self_candidates.searches() - searches, 10) << "pairs are kept while bodies stand";
 }
 
-// Two free bones in flesh, and a cradle whose balls strike each other: both take up all that hangs together.
+// Two free bones in flesh and a cradle of jointed balls that strike each other exercise the articulated
+// response, which treats all bodies of a jointed group together.
 TEST(Allocation, NoneInAWarmedUpStepOfBonesInFleshAndOfACradle) {
   set_thread_count(1);
   scene::Scene scene = test::free_space();
@@ -132,7 +137,7 @@ TEST(Allocation, NoneInAWarmedUpStepOfBonesInFleshAndOfACradle) {
   Simulation simulation(scene, test::plan(scene));
   World& world = simulation.world();
   const std::vector<unsigned char> start = simulation.save_state();
-  for (int i = 0; i < 4; ++i) simulation.advance_frame();  // the balls have met
+  for (int i = 0; i < 4; ++i) simulation.advance_frame();  // by now the balls have met
   simulation.load_state(start);
   const double dt = choose_time_step(world, 0);
   const long before = allocations;
@@ -142,6 +147,7 @@ TEST(Allocation, NoneInAWarmedUpStepOfBonesInFleshAndOfACradle) {
   set_thread_count(0);
 }
 
+// The scene has mass-spring cloth on a ball, a panel of elements, a rod and a mass-spring volume.
 TEST(Allocation, NoneInAWarmedUpStepOfShellsRodsAndSprings) {
   set_thread_count(1);
   scene::Scene scene = test::on_ground();
@@ -155,7 +161,8 @@ TEST(Allocation, NoneInAWarmedUpStepOfShellsRodsAndSprings) {
   test::add_panel(scene, "felt", Vec3(-2, 0.02, 0), Vec2(0.8, 0.8), 6, 0.01);
   test::add_rope(scene, "rope", {Vec3(3, 0.02, 0), Vec3(4, 0.02, 0)}, 12, 0.03);
   Simulation simulation(scene, test::plan(scene));
-  // Until the cloth has draped over the ball: lists of contacts grow as it touches more of it.
+  // The warm-up lasts until the cloth has draped over the ball, because lists of contacts grow as it touches
+  // more of it.
   for (int i = 0; i < 30; ++i) simulation.advance_frame();
   World& world = simulation.world();
   const double dt = choose_time_step(world, 0);
@@ -166,6 +173,8 @@ TEST(Allocation, NoneInAWarmedUpStepOfShellsRodsAndSprings) {
   set_thread_count(0);
 }
 
+// The scene is a controlled chain with limits and friction in its joints, whose first two links are bones in
+// flesh.
 TEST(Allocation, NoneInAWarmedUpStepOfJointsAndFleshOnBones) {
   set_thread_count(1);
   scene::Scene scene = test::on_ground();
@@ -184,7 +193,7 @@ TEST(Allocation, NoneInAWarmedUpStepOfJointsAndFleshOnBones) {
   flesh.shape.cells = Vec3i(20, 4, 4);
   flesh.attach = {"link0", "link1"};
   Simulation simulation(scene, test::plan(scene));
-  // Six periods of the motion: by then no step brings more contacts than there were before.
+  // Six periods of the motion pass first. After them no step brings more contacts than there were before.
   for (int i = 0; i < 36; ++i) simulation.advance_frame();
   World& world = simulation.world();
   const double dt = choose_time_step(world, 1.5);

@@ -14,11 +14,12 @@ namespace {
 
 using scene::JointType;
 
+// Returns kinetic plus potential energy, in J.
 double energy_of(const World& world) {
   return kinetic_energy(world.bodies) + gravitational_energy(world.bodies, world.gravity);
 }
 
-// The largest gap of a joint so far, m, and error of a fixed angle, rad.
+// The largest errors of the joints so far: the gap in m, and the error of a fixed angle in rad.
 struct Drift {
   double gap = 0, angle = 0;
   void look(const World& world) {
@@ -28,12 +29,13 @@ struct Drift {
   }
 };
 
-// A rod of 1 m that swings about its end from `degrees` below the horizontal.
+// A rod of 1 m and 10 kg that swings about its end, released from `degrees` below the horizontal.
 struct Swing {
-  double period = 0;  // s, from its first two passages in the same direction
-  double energy = 0;  // largest error over m g L
+  double period = 0;  // s, mean over the passages through the vertical in one direction
+  double energy = 0;  // largest error of the energy over m g L
 };
 
+// Simulates the rod for `seconds` with steps of `dt` (s).
 Swing swing(double degrees, double dt, double seconds,
             scene::OrientationUpdate update = scene::OrientationUpdate::exact) {
   scene::Scene scene;
@@ -61,14 +63,19 @@ Swing swing(double degrees, double dt, double seconds,
   return result;
 }
 
+// The period of a swinging rod is that of the physical pendulum, to 1e-3. A wrong inertia or a joint that
+// takes energy changes it.
 TEST(Articulation, APendulumSwingsWithItsPeriod) {
-  // I / (m g d) with I = m (L^2/3 + w^2/12) about the end; the amplitude of 5 degrees adds a^2/16.
+  // T = 2 pi sqrt(I / (m g d)) (1 + a^2 / 16), the physical pendulum at the amplitude a = 5 degrees. I = m
+  // (L^2/3 + w^2/12) about the end, and d = L/2.
   const double a = 5 * EIGEN_PI / 180, inertia = (1 + 0.01) / 12.0 + 0.25;
   const double period = 2 * EIGEN_PI * std::sqrt(inertia / (9.8 * 0.5)) * (1 + a * a / 16);
   const Swing measured = swing(85, 1.0 / 96, 20);
   test::expect_below(std::abs(measured.period / period - 1), 1e-3, "relative_error_of_the_period");
 }
 
+// The default orientation update is the exact rotation with a correction of the energy. It must keep the
+// energy of a pendulum at any amplitude and step; the bound of 1e-5 m g L is a measurement with a margin.
 TEST(Articulation, APendulumKeepsItsEnergy) {
   for (const double degrees : {-80.0, -30.0, 0.0, 30.0, 85.0})
     for (const double dt : {1.0 / 48, 1.0 / 96, 1.0 / 384})
@@ -76,7 +83,8 @@ TEST(Articulation, APendulumKeepsItsEnergy) {
                          fmt::format("energy_from_{}_degrees_step_{:.2g}", degrees, dt));
 }
 
-// Without the correction of the energy, as the paper's update of orientations has it.
+// The second-order orientation update of the paper has no correction of the energy, so its error must fall
+// with the square of the step. Below an order of 1.8, a first-order term has entered.
 TEST(Articulation, ThePapersEnergyErrorFallsAtSecondOrder) {
   double before = 0;
   for (const double dt : {1.0 / 96, 1.0 / 192, 1.0 / 384}) {
@@ -87,6 +95,8 @@ TEST(Articulation, ThePapersEnergyErrorFallsAtSecondOrder) {
   }
 }
 
+// A free chain keeps linear and angular momentum, because the impulses at a joint are equal and opposite at
+// one place. The bounds are rounding, accumulated over 2000 steps.
 TEST(Articulation, FreeChainsKeepMomentum) {
   scene::Scene scene = test::free_space();
   test::add_chain(scene, 3, JointType::point, false);
@@ -94,7 +104,7 @@ TEST(Articulation, FreeChainsKeepMomentum) {
   scene.rigid[2].placement.velocity = Vec3(1, 3, -2);
   Simulation simulation(scene, test::plan(scene));
   World& world = simulation.world();
-  step(world, 0, 1e-3);  // that makes the velocities fit
+  step(world, 0, 1e-3);  // fits the velocities to the joints
   const Momentum start = momentum(world.bodies);
   Drift drift;
   double linear = 0, angular = 0;
@@ -110,7 +120,8 @@ TEST(Articulation, FreeChainsKeepMomentum) {
   test::expect_below(drift.gap, 1e-9, "gap");
 }
 
-// The peg gives what the rod does not have from gravity.
+// A stage of joints, control or contact must book every impulse that it gives. The peg takes up the momentum
+// that gravity gives to the hinged rods.
 TEST(Articulation, TheLedgerOfAPendulumIsBalanced) {
   scene::Scene scene;
   test::add_chain(scene, 3, JointType::hinge, true);
@@ -127,16 +138,19 @@ TEST(Articulation, TheLedgerOfAPendulumIsBalanced) {
     }
     step_defect = std::max(step_defect, ledger.whole_step().linear_defect);
   }
-  // The momenta are some 100 kg m/s.
+  // The momenta are some 100 kg m/s, so the bound is rounding.
   test::expect_below(stage_defect, 1e-9, "defect_of_a_stage");
   test::expect_below(step_defect, 1e-9, "linear_defect_of_a_step");
 }
 
+// The worst errors of a chain that hangs from a peg and swings.
 struct Hanging {
   double gap = 0, angle = 0, energy = 0;
-  double jitter = 0;  // m/s, the fastest body at the end
+  double jitter = 0;  // m/s, speed of the fastest body at the end
 };
 
+// Simulates a chain of `links` rods whose last one has the mass `last` (kg). The energy is the largest gain
+// over the fall of the last body by the length of the chain.
 Hanging hang(int links, double last, double seconds) {
   scene::Scene scene;
   scene.solver.max_time_step = 1.0 / 96;
@@ -154,12 +168,16 @@ Hanging hang(int links, double last, double seconds) {
   return {drift.gap, drift.angle, energy / (world.bodies.rigid.properties.back().mass * 9.8 * links)};
 }
 
+// The bound of 1e-5 m on gaps is a millionth of the chain's length of 10 m. A joint solution that corrects
+// gaps too weakly drifts beyond it.
 TEST(Articulation, AChainOfTenLinksHoldsTogether) {
   const Hanging chain = hang(10, 10, 30);
   test::expect_below(chain.gap, 1e-5, "gap_over_30_s");
   test::record_margin("energy_gained", chain.energy, "of the fall's");
 }
 
+// A mass ratio of 100 or 1000 at the end of a chain must not open its joints; iterative joint solvers fail
+// here.
 TEST(Articulation, HeavyEndsDoNotPullChainsApart) {
   for (const double ratio : {100.0, 1000.0}) {
     const Hanging chain = hang(10, 10 * ratio, 5);
@@ -168,6 +186,8 @@ TEST(Articulation, HeavyEndsDoNotPullChainsApart) {
   }
 }
 
+// Simulates three seconds and checks that joints stay within 1e-4 (m and rad) and that no energy above 1 J is
+// gained.
 void expect_closed(const scene::Scene& scene, const std::string& what) {
   Simulation simulation(scene, test::plan(scene));
   World& world = simulation.world();
@@ -184,6 +204,8 @@ void expect_closed(const scene::Scene& scene, const std::string& what) {
   test::expect_below(energy, 1, "energy_gained_" + what);
 }
 
+// A closed loop of point joints hangs from a peg. Its constraints are redundant, which makes the system of a
+// direct solution singular.
 TEST(Articulation, LoopsStayClosed) {
   for (const int links : {6, 20}) {
     scene::Scene scene;
@@ -195,7 +217,8 @@ TEST(Articulation, LoopsStayClosed) {
   }
 }
 
-// Four parallel hinges leave one freedom and constrain the rest three times more than is needed.
+// Four parallel hinges leave a four-bar linkage one degree of freedom, and constrain the others three times
+// more than needed. The redundant rows must not stop the swing or make the joint solution fail.
 TEST(Articulation, AnOverConstrainedFourBarSwings) {
   scene::Scene scene;
   test::add_peg(scene, "left", Vec3(0, 0, 0));
@@ -211,7 +234,8 @@ TEST(Articulation, AnOverConstrainedFourBarSwings) {
   expect_closed(scene, "four_bar");
 }
 
-// A ring of hinges that hangs from a corner folds flat until its links touch.
+// A ring of hinges that hangs from a corner folds flat until its links touch, where the constraints are
+// ill-conditioned.
 TEST(Articulation, ALoopThatFoldsFlatHoldsTogether) {
   scene::Scene scene;
   test::add_loop(scene, 4, JointType::hinge, Vec3(0, 0, 0));
@@ -220,7 +244,8 @@ TEST(Articulation, ALoopThatFoldsFlatHoldsTogether) {
   expect_closed(scene, "flat");
 }
 
-// A hinge in free space between a heavy parent and a light child, that turns to a target of one radian.
+// Returns a hinge in free space between two equal links, controlled to a target angle of one radian with the
+// given gain (1/s^2).
 scene::Scene actuated(double gain) {
   scene::Scene scene = test::free_space();
   test::add_chain(scene, 2, JointType::hinge, false);
@@ -231,12 +256,15 @@ scene::Scene actuated(double gain) {
   return scene;
 }
 
+// Returns the angle (rad) of the joint that was added last.
 double angle_of_joint(const World& world) {
   const Joint& joint = world.bodies.articulation.joints.back();
   return angle_of(JointFrames(joint, world.bodies.rigid.state[static_cast<std::size_t>(joint.parent)].pose,
                               world.bodies.rigid.state[static_cast<std::size_t>(joint.child)].pose));
 }
 
+// The controller is critically damped: the angle is 1 - (1 + w t) exp(-w t) with w^2 equal to the gain. The
+// bound of 0.01 rad leaves room for the error of steps of 1/96 s at w = 10/s.
 TEST(JointControl, StepResponseIsTheCriticallyDampedCurve) {
   const double gain = 100, omega = std::sqrt(gain);
   Simulation simulation(actuated(gain), test::plan(actuated(gain)));
@@ -251,6 +279,8 @@ TEST(JointControl, StepResponseIsTheCriticallyDampedCurve) {
   test::expect_below(largest, 0.01, "error_rad_of_1");
 }
 
+// The control takes the closed-form solution of its equation over each step (Weinstein, Guendelman, Fedkiw
+// 2008), so any gain is stable. An explicit control force diverges once gain times dt^2 exceeds some 4.
 TEST(JointControl, AnyGainIsStableAndArrives) {
   for (const double gain : {1e1, 1e2, 1e3, 1e4, 1e5, 1e6}) {
     Simulation simulation(actuated(gain), test::plan(actuated(gain)));
@@ -266,12 +296,14 @@ TEST(JointControl, AnyGainIsStableAndArrives) {
     test::expect_below(std::abs(angle_of_joint(world) - 1), 1e-9,
                        fmt::format("error_at_the_end_{:.0e}", gain));
     test::expect_below(overshoot, 0.01, fmt::format("overshoot_{:.0e}", gain));
-    // The torques on the two are equal and opposite.
+    // The torques on the two links are equal and opposite.
     test::expect_below(momentum(world.bodies).angular.norm(), 1e-10, "angular_momentum");
     test::expect_below(momentum(world.bodies).linear.norm(), 1e-11, "linear_momentum");
   }
 }
 
+// The control sets the rate of a joint, whatever torque that takes, so a joint under load rests at its target
+// and not at load / stiffness beside it.
 TEST(JointControl, HoldsALoadWithoutSagging) {
   scene::Scene scene;
   test::add_chain(scene, 3, JointType::hinge, true, 100);
@@ -286,19 +318,25 @@ TEST(JointControl, HoldsALoadWithoutSagging) {
   test::expect_below(std::abs(world.bodies.rigid.state.back().pose.position.y()), 1e-6, "sagging_m");
 }
 
+// A limit on the torque bounds the change of angular momentum: |L| <= 2 N m t. The control must use at least
+// half of it here, because its gain asks for more.
 TEST(JointControl, TorqueStaysWithinItsLimit) {
   scene::Scene scene = actuated(1e4);
   scene.joints.back().control.torque_limit = 2;
   Simulation simulation(scene, test::plan(scene));
   World& world = simulation.world();
-  // The two turn about the hinge like one of them about a fixed one (by symmetry), with half of the angle.
+  // By symmetry the two links turn about the hinge as one of them would about a fixed hinge, with half of the
+  // angle.
   const double inertia = 10 * (1 + 0.01) / 12;
   for (int i = 0; i < 48; ++i) step(world, i / 96.0, 1 / 96.0);
+  // The torque of at most 2 N m changes the angular momentum by at most 2 N m times 0.5 s.
   const double angular = inertia * world.bodies.rigid.state[1].angular_velocity.z();
   test::expect_below(angular, 2 * 0.5 * (1 + 1e-9), "angular_momentum_after_half_a_second");
   test::expect_above(angular, 0.5, "angular_momentum_after_half_a_second");
 }
 
+// A rod that falls onto the limit of its hinge stops there without bouncing or drifting, and leaves it freely
+// when gravity is reversed. A limit that pulls as well as pushes would hold the rod.
 TEST(JointLimits, StopAHingeAndLetItGo) {
   scene::Scene scene;
   test::add_chain(scene, 1, JointType::hinge, true);
@@ -317,6 +355,8 @@ TEST(JointLimits, StopAHingeAndLetItGo) {
   test::expect_above(angle_of_joint(world), -0.5, "angle_after_being_let_go");
 }
 
+// Friction of 4 N m brakes a wheel with I = 2 kg m^2 by 2 rad/s^2: from 5 to 3 rad/s after 1 s, and to rest,
+// without turning back, before 3 s.
 TEST(JointFriction, StopsASpinLikeABrake) {
   scene::Scene scene;
   scene.gravity.setZero();
@@ -324,7 +364,7 @@ TEST(JointFriction, StopsASpinLikeABrake) {
   test::add_box(scene, "wheel", Vec3(0, 0, 0.2), Vec3(1, 1, 0.1), 12);
   scene.rigid.back().placement.angular_velocity = Vec3(0, 0, 5);
   test::add_joint(scene, JointType::hinge, "peg", "wheel", Vec3(0, 0, 0.2), Vec3::UnitZ());
-  scene.joints.back().friction = 4;  // I = 2 kg m^2: 2 rad/s^2
+  scene.joints.back().friction = 4;  // N m; I = 2 kg m^2, hence 2 rad/s^2
   Simulation simulation(scene, test::plan(scene));
   World& world = simulation.world();
   for (int i = 0; i < 96; ++i) step(world, i / 96.0, 1 / 96.0);

@@ -12,11 +12,12 @@
 namespace duet::cloth_test {
 namespace {
 
+// Returns kinetic, elastic and potential energy, in J.
 double total_energy(const World& world) {
   return test::mechanical_energy(world) + gravitational_energy(world.bodies, world.gravity);
 }
 
-// A cloth of 0.3 m held along one edge, let go flat.
+// Returns a cloth of 0.3 m that is held along one edge and let go from the horizontal.
 scene::Scene hanging_cloth(bool springs, double damping) {
   scene::Scene scene;
   scene.title = "test";
@@ -35,8 +36,9 @@ scene::Scene hanging_cloth(bool springs, double damping) {
   return scene;
 }
 
-// A small step: elasticity is explicit, and what its rule has for an energy swings with the square of the
-// step.
+// With damping and gravity alone the total energy never rises. The step is small, because elasticity is
+// explicit and the energy that its rule conserves differs from the true one by an oscillation of second order
+// in the step.
 TEST(Cloth, HangingWithDampingLosesEnergyAtEveryFrame) {
   for (const bool springs : {false, true}) {
     SCOPED_TRACE(springs ? "springs" : "elements");
@@ -52,15 +54,16 @@ TEST(Cloth, HangingWithDampingLosesEnergyAtEveryFrame) {
       EXPECT_LT(now, last) << frame;
       last = now;
     }
-    // J, what its weight of 0.36 N does where it falls by half of its length, of which it still swings with
-    // some.
+    // The cloth's weight of 0.36 N does a work of m g L/2 (J) when its middle falls by half of its length. A
+    // quarter of that must be lost, because the cloth still swings with some of it.
     EXPECT_GT(start - last, 0.25 * 0.4 * 0.09 * 9.8 * 0.15);
   }
 }
 
-// A free pendulum of its length would take 0.9 s to swing to and fro; 100 times that. Without damping nothing
-// may be lost or won but what the oscillation of the rule's error makes, which is of second order in the
-// step.
+// Without damping, the total energy may differ from the start only by the oscillation of the explicit rule,
+// which is of second order in the step. The test runs for 100 periods of a rigid plate of this length, T = 2
+// pi sqrt(2 L / (3 g)) = 0.9 s; a drift would add up to more than the bound of 1 % of the energy of the
+// swing.
 TEST(Cloth, HangingWithoutDampingKeepsItsEnergyForAHundredPeriods) {
   for (const bool springs : {false, true}) {
     SCOPED_TRACE(springs ? "springs" : "elements");
@@ -82,7 +85,7 @@ TEST(Cloth, HangingWithoutDampingKeepsItsEnergyForAHundredPeriods) {
   }
 }
 
-// What a panel that spins in free space loses of its angular momentum in a second, as a part of it.
+// Returns the relative change of the angular momentum of a panel that spins in free space for a second.
 double angular_momentum_defect(double cfl, bool keep_spin) {
   scene::Scene scene = hanging_cloth(false, 0.01);
   scene.solver.keep_spin = keep_spin;
@@ -99,9 +102,9 @@ double angular_momentum_defect(double cfl, bool keep_spin) {
   return (after.angular_momentum - before.angular_momentum).norm() / before.angular_momentum.norm();
 }
 
-// What keeps the panel together gives it no momentum. Left to itself, moving positions by v^{n+1/2} leaves a
-// defect of the angular momentum of second order in the step: a quarter at half of it, 3.4 where the order
-// is 1.75.
+// Internal forces give no momentum. With `keep_spin` the angular momentum is kept to rounding. Without it,
+// moving positions by v^{n+1/2} leaves a defect of second order in the step: half of the step leaves a
+// quarter of the defect, and the bound of 1/3.4 corresponds to an order of 1.75.
 TEST(Cloth, FreeMotionKeepsMomentum) {
   test::expect_below(angular_momentum_defect(0.7, true), 1e-12, "angular momentum");
   const double defect = angular_momentum_defect(0.125, false);
@@ -109,8 +112,9 @@ TEST(Cloth, FreeMotionKeepsMomentum) {
   test::expect_below(3.4 * defect / angular_momentum_defect(0.25, false), 1, "times what theory says");
 }
 
-// A hanging chain of rod pieces takes the shape of the catenary: its sag for a rope 1.2 times as long as the
-// distance of its ends is 0.2857 of it.
+// A hanging rope of many segments takes the shape of the catenary. For a rope 1.2 times as long as the
+// distance of its ends, the sag is 0.2857 of that distance. The bound of 1 % leaves room for the rope's
+// stretch and its 60 segments.
 TEST(Rope, HangsInTheCatenary) {
   scene::Scene scene;
   scene.title = "test";
@@ -118,7 +122,7 @@ TEST(Rope, HangsInTheCatenary) {
   hemp.youngs_modulus = 1e7;
   hemp.damping = 0.05;
   hemp.bending_factor = 0;
-  // The arc of a circle of that length, from end to end.
+  // The rope starts as an arc of a circle of the right length, from end to end.
   std::vector<Vec3> arc;
   const double half = 1.0265;  // rad: half / sin(half) = 1.2
   for (int i = 0; i <= 40; ++i) {
@@ -133,11 +137,12 @@ TEST(Rope, HangsInTheCatenary) {
   const auto& x = simulation.world().bodies.particles.x;
   double lowest = 0;
   for (const Vec3& place : x) lowest = std::min(lowest, place.y());
-  // sinh(u)/u = 1.2 at u = 1.0645; the sag is (cosh u - 1) / (2 u)
+  // For the catenary, sinh(u) / u = 1.2 at u = 1.0645, and the sag is (cosh u - 1) / (2 u).
   const double u = 1.0645, sag = (std::cosh(u) - 1) / (2 * u);
   EXPECT_NEAR(-lowest, sag, 0.01 * sag);
 }
 
+// Returns a mass-spring volume of 1 m that stands on the ground.
 scene::Scene spring_box() {
   scene::Scene scene = test::on_ground();
   test::add_soft_box(scene, "box", Vec3(0, 0.501, 0), Vec3(1, 1, 1), 3);
@@ -146,6 +151,7 @@ scene::Scene spring_box() {
   return scene;
 }
 
+// Returns the smallest signed volume (m^3) of the tetrahedra, negative if one is inverted.
 double min_volume(const Bodies& bodies, const std::vector<Tet>& tets) {
   double least = 1e9;
   for (const Tet& t : tets)
@@ -156,6 +162,8 @@ double min_volume(const Bodies& bodies, const std::vector<Tet>& tets) {
   return least;
 }
 
+// A volume of springs alone, without finite elements, carries its weight: after a second it has lost less
+// than a tenth of its height, hardly moves and does not sink into the ground.
 TEST(MassSpringBox, StandsAndCarriesItsWeight) {
   const scene::Scene scene = spring_box();
   const EffectSet plan = test::plan(scene);
@@ -169,7 +177,8 @@ TEST(MassSpringBox, StandsAndCarriesItsWeight) {
   EXPECT_LT(simulation.stats().max_penetration, 2e-3);
 }
 
-// Flattened, turned inside out, thrown at random into its box: altitude springs bring every tet back.
+// A volume that is flattened, turned inside out, or squeezed to a tenth recovers: altitude springs bring
+// every tetrahedron back to at least half of its volume.
 TEST(MassSpringBox, RecoversFromInversion) {
   scene::Scene scene = spring_box();
   scene.ground.reset();
@@ -188,7 +197,9 @@ TEST(MassSpringBox, RecoversFromInversion) {
   }
 }
 
-// A cloth on a ball and a ground touches them with half of its thickness.
+// The surface of a cloth lies half of its thickness from its particles, so these rest that far from a ball
+// and from the ground. The bounds are a tenth of that distance. Contact that ignores the thickness leaves
+// them at 0.
 TEST(Cloth, RestsOnABallHalfOfItsThicknessAway) {
   scene::Scene scene = test::on_ground();
   scene::RigidBody& ball = test::add_ball(scene, "ball", Vec3(0, 0.3, 0), 0.3, 1);
@@ -214,7 +225,8 @@ TEST(Cloth, RestsOnABallHalfOfItsThicknessAway) {
   EXPECT_GT(lowest, 0.01 - 1e-3);
 }
 
-// What pins hold stays where it is to the last bit, whatever pulls and falls.
+// Pinned particles keep their position to the last bit and have no velocity, whatever pulls at them or falls
+// on them. Any stage that moves particles without looking at the inverse mass would break this.
 TEST(Cloth, PinnedParticlesNeverMove) {
   scene::Scene scene = hanging_cloth(true, 0.01);
   test::add_ball(scene, "ball", Vec3(0, 0.1, -0.1), 0.05, 0.05);

@@ -1,4 +1,4 @@
-// Flat faces that touch with the points that carry them behave as those that touch with all their samples.
+// Reduced contact points of flat faces carry load and friction as well as all their samples do.
 #include <cmath>
 
 #include "tests/support/scenes.h"
@@ -12,20 +12,24 @@ namespace {
 
 constexpr double friction = 0.5, gravity = 9.8;
 
+// A body that spins about the vertical on its flat face.
 struct Face {
   const char* name;
-  Vec3 size;            // m; of a cylinder: diameter, height, 0
-  double lever;         // m, of friction under even pressure: mean distance from the middle of the face
-  double unit_inertia;  // m^2, about the normal
+  Vec3 size;     // m; for cylinders diameter, height and 0
+  double lever;  // m, mean distance from the middle of the face: lever arm of friction under even pressure
+  double unit_inertia;  // m^2, moment of inertia about the normal over the mass
 };
 
-// Means over the square (side/6)(sqrt2 + ln(1 + sqrt2)) and the disc 2/3 of the radius.
+// The mean distance from the middle is (side/6) (sqrt 2 + ln(1 + sqrt 2)) for a square and 2/3 of the radius
+// for a disc.
 const Face faces[] = {{"cube", Vec3(1, 1, 1), 0.38260, 1.0 / 6},
                       {"slab", Vec3(1, 0.2, 1), 0.38260, 1.0 / 6},
                       {"cylinder", Vec3(1, 1, 0), 1.0 / 3, 0.125}};
 
 class SpinningFace : public testing::TestWithParam<Face> {};
 
+// Friction under even pressure stops a spin w in the time t = w i / (mu g r), where i is the inertia over the
+// mass and r the mean distance from the middle.
 TEST_P(SpinningFace, StopsWhenEvenPressureStopsIt) {
   const Face& face = GetParam();
   scene::Scene scene = test::on_ground(friction);
@@ -46,18 +50,20 @@ TEST_P(SpinningFace, StopsWhenEvenPressureStopsIt) {
     simulation.advance_frame();
     time += 1 / scene.fps;
   }
-  // How the load spreads over redundant points is up to the sweeps of the contact solve: with all samples it
-  // is 11 % early for the cube, 13 % late for the slab, and the cylinder spins for ever on its middle.
+  // Without reduction, the sweeps of the contact solve decide how the load spreads over redundant points:
+  // with all samples the cube stops 11 % early, the slab 13 % late, and the cylinder spins forever on the
+  // point in its middle.
   EXPECT_NEAR(time, stop, 0.2 * stop);
   EXPECT_LT(simulation.stats().max_penetration, 1e-5);
-  // It hardly wanders: with all samples, by 0.075 m.
+  // The body hardly wanders. With all samples it wandered by 0.075 m.
   EXPECT_LT(std::hypot(state.pose.position.x(), state.pose.position.z()), 0.06);
 }
 
 INSTANTIATE_TEST_SUITE_P(Faces, SpinningFace, testing::ValuesIn(faces),
                          [](const auto& face) { return face.param.name; });
 
-// Distance that a box on an incline has slid after a second, m.
+// Returns the distance (m) that a box on an incline has slid after a second, with or without contact
+// reduction.
 double slide(double degrees, bool reduction) {
   scene::Scene scene = test::on_ground(friction);
   const double angle = degrees * EIGEN_PI / 180;
@@ -74,14 +80,16 @@ double slide(double degrees, bool reduction) {
   return simulation.world().bodies.rigid.state[0].pose.position.x();
 }
 
-TEST(ContactReduction, ABoxOnAnInclineSlidesAndSticksAsWithAllSamples) {
-  // 15 degrees: stops after v^2/2a; 40 degrees: is accelerated all the way.
+// Closed form of sliding with Coulomb friction, a = g (sin A - mu cos A). At 15 degrees the box stops after
+// v^2 / (2 |a|), at 40 degrees it accelerates all the time.
+TEST(ContactReduction, ABoxOnAnInclineMovesAsWithAllSamples) {
   const auto acceleration = [](double degrees) {
     const double angle = degrees * EIGEN_PI / 180;
     return gravity * (std::sin(angle) - friction * std::cos(angle));
   };
   const double stops = -0.5 / acceleration(15), slides = 1 + acceleration(40) / 2;
-  // A third of what it slides in its first step, 5 mm; with all samples it comes 4 and 7 mm too far.
+  // The bound is a third of the distance that the box slides in its first step, which is 5 mm. With all
+  // samples the error is 4 and 7 mm, so that path has four times the bound.
   const double tolerance = 0.002;
   EXPECT_NEAR(slide(15, true), stops, tolerance);
   EXPECT_NEAR(slide(40, true), slides, tolerance);
@@ -89,8 +97,9 @@ TEST(ContactReduction, ABoxOnAnInclineSlidesAndSticksAsWithAllSamples) {
   EXPECT_NEAR(slide(40, false), slides, 4 * tolerance);
 }
 
-// The points of a tower at rest are the same from step to step. (Where boxes of one size lie flush, the
-// points on their edges come and go, reduced or not.)
+// The contact points of a tower at rest are the same from step to step; a reduction that chooses other points
+// in every step would keep the tower trembling. Each box is narrower than the one below, because points on
+// edges come and go, reduced or not, where boxes of one size lie flush.
 TEST(ContactReduction, ATowerAtRestKeepsItsPoints) {
   scene::Scene scene = test::on_ground(friction);
   scene.solver.max_time_step = 1.0 / 480;
@@ -112,12 +121,14 @@ TEST(ContactReduction, ATowerAtRestKeepsItsPoints) {
     last = now;
     EXPECT_LT(simulation.stats().max_penetration, 1e-5);
   }
-  EXPECT_LE(changes, 2);               // a sample that lies on an edge may come and go
-  EXPECT_LE(last.size(), 3u * 7 * 8);  // of three times 465: seven faces with corners and carriers
+  EXPECT_LE(changes, 2);  // a sample that lies on an edge may come and go
+  // Three numbers describe a point, and seven faces have at most eight points each. All samples would be 465
+  // points.
+  EXPECT_LE(last.size(), 3u * 7 * 8);
   const auto& bodies = simulation.world().bodies;
   for (std::size_t i = 0; i < 4; ++i) {
     const Vec3 moved = bodies.rigid.state[i].pose.position - scene.rigid[i].placement.position;
-    EXPECT_LT(moved.norm(), 0.005) << "box " << i;  // with all samples, 0.004
+    EXPECT_LT(moved.norm(), 0.005) << "box " << i;  // with all samples: 0.004 m
   }
 }
 

@@ -1,4 +1,6 @@
-// Figures 1, 5, 7, 9 and 10: the first moments of their scenes.
+// The first moments of the scenes of figures 1, 5, 7, 9 and 10 of Shinar et al. 2008: joints hold, flesh is
+// not inverted, and bodies move as the figures show. Bounds are measurements with a margin, except where a
+// comment says otherwise.
 #include <algorithm>
 #include <cmath>
 
@@ -14,7 +16,8 @@ namespace {
 using test::Film;
 using test::turn_about_x;
 
-// The crank has turned by 135 degrees; the bar has passed on some of it, and the box on top has tipped.
+// When the crank has turned by 135 degrees, the soft bar has passed on a part of that twist, and the hinged
+// box has tipped. The twist of the parent lies between a noticeable angle and the whole 135 degrees.
 TEST(Creatures, TheBarTurnsTheHingedBox) {
   Film film("bar");
   film.advance(60);
@@ -26,7 +29,7 @@ TEST(Creatures, TheBarTurnsTheHingedBox) {
   test::expect_below(film.penetration, 0.04, "penetration");
 }
 
-// It lies on the ground and bends to and fro, 57 degrees at each joint.
+// The maggot lies on the ground and bends to and fro by 57 degrees (1 rad) at each joint.
 TEST(Creatures, TheMaggotWriggles) {
   Film film("maggot");
   const auto bend = [&] {
@@ -48,6 +51,7 @@ TEST(Creatures, TheMaggotWriggles) {
   test::expect_below(film.penetration, 0.01, "penetration");
 }
 
+// The first contacts and motions of both must not open joints or invert flesh.
 TEST(Creatures, TheSnakeAndTheFishHoldTogether) {
   for (const auto& [body, frames] : {std::pair("snake", 16), {"fish", 6}}) {
     Film film(body);
@@ -58,6 +62,7 @@ TEST(Creatures, TheSnakeAndTheFishHoldTogether) {
   }
 }
 
+// The scene has coarser flesh than the figure, to save time.
 TEST(Creatures, TheChainHangs) {
   Film film("chain", {"deformable.soft3.shape.spacing=0.16", "deformable.soft6.shape.spacing=0.16",
                       "deformable.soft9.shape.spacing=0.16"});

@@ -1,4 +1,4 @@
-// Rigid bodies meet where their edges cross, anywhere between the samples of their surfaces.
+// Rigid bodies touch where their edges cross, anywhere between the samples of their surfaces.
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -17,8 +17,9 @@
 namespace duet::crossing_edges_test {
 namespace {
 
-// Two equal boxes whose long edges meet at right angles in their middles, which are in the middle between two
-// samples. The push passes through both centres: no spin, and the speeds of a central impact.
+// Two equal boxes meet with the middles of two edges at right angles, halfway between two samples. The normal
+// passes through both centers of mass, so the result is that of a central impact, v' = v (1 +- e) / 2,
+// without spin. Contact at samples alone lets the edges pass through each other until a sample is inside.
 TEST(CrossingEdges, OfTwoBoxesBounceLikeACentralImpact) {
   const double speed = 2, restitution = 0.5, half = std::sqrt(0.5);
   scene::Scene scene = test::free_space();
@@ -40,8 +41,9 @@ TEST(CrossingEdges, OfTwoBoxesBounceLikeACentralImpact) {
     overlap = std::max(overlap, 2 * half - (state[1].pose.position - state[0].pose.position).y());
   }
   EXPECT_LT(overlap, 1e-12);
-  // A place is known to half a hundredth of the way between two nodes. An impulse that far off the centre
-  // turns the box, and friction stops a part of what its edge then slips by.
+  // The place of an edge contact is known to half a hundredth of the distance between two nodes of the edge.
+  // An impulse that far from the center turns the box, and friction takes a part of the slip that the turn
+  // brings.
   const double change = speed * (1 + restitution) / 2, off = 0.005 * 1.1 / 9, inertia = (1.1 * 1.1 + 1) / 12,
                spin = change * off / inertia;
   for (const RigidState& box : state) {
@@ -52,7 +54,8 @@ TEST(CrossingEdges, OfTwoBoxesBounceLikeACentralImpact) {
   EXPECT_NEAR(state[1].velocity.y(), change - speed, spin * off);
 }
 
-// m, of what `edges` has in `other`: the deepest of places an eighth of every edge apart.
+// Returns how deep (m) the edges of `edges` are inside of `other`, which `box` bounds. It looks at nine
+// points of every edge, an eighth of its length apart.
 double depth(const TriangleMesh& edges, const MeshDistance& other, const Eigen::AlignedBox3d& box) {
   double deepest = 0;
   for (const auto& triangle : edges.triangles)
@@ -68,8 +71,8 @@ double depth(const TriangleMesh& edges, const MeshDistance& other, const Eigen::
   return deepest;
 }
 
-// Rings of a mesh, 30 cm thick, with sharp edges, fall on each other. All their edges are looked along, not
-// only where contact is looked for.
+// Rings of a mesh, 30 cm thick and with sharp edges, fall on each other from random poses. The depth is
+// measured along all edges, independently of the places at which contact detection looks.
 TEST(CrossingEdges, OfRingsInAHeapStayOutOfEachOther) {
   const int count = 6;
   scene::Scene scene = test::on_ground(0.3);
@@ -106,9 +109,11 @@ TEST(CrossingEdges, OfRingsInAHeapStayOutOfEachOther) {
     }
     touching += simulation.stats().contacts;
   }
-  // That they meet: how many contacts press at the ends of frames is left to chance, some 100.
+  // The rings must have met. How many contacts press at the ends of frames is left to chance; there are some
+  // 100.
   EXPECT_GT(touching, 50);
-  // 13.4 mm without ridges. Samples look up a grid with cells of 11 mm that rounds edges off.
+  // Without edge contacts the depth was 13.4 mm. The bound is above what samples leave: they look up a grid
+  // of distances with cells of 11 mm, which rounds edges off.
   test::expect_below(deepest, 2e-3, "overlap_m");
 }
 

@@ -1,5 +1,5 @@
-// A soft block under a plate that falls and crushes it: elements that are damped instead of bounding the step
-// go the same way in fewer steps.
+// A soft block under a plate that falls and crushes it. Compressed elements stiffen, and either bound the
+// time step or are damped instead; both must give the same motion, the second in fewer steps.
 #include <algorithm>
 
 #include "tests/support/margin.h"
@@ -11,14 +11,16 @@
 namespace duet::crushing_test {
 namespace {
 
+// Results of the fall.
 struct Crushed {
-  double height = 0;          // m, of the plate's middle
-  double lowest_min_det = 1;  // of all frames
+  double height = 0;          // m, of the plate's middle at the end
+  double lowest_min_det = 1;  // smallest det F of all frames
   int steps = 0;
 };
 
-// 15 times the Young's modulus presses on it. The steps are too long for what becomes of the elements, which
-// are damped little otherwise: without what compression brings some of them turn inside out.
+// Simulates the fall of a plate whose weight over the block's area is 15 times the Young's modulus. The steps
+// are too long for the stiffness of compressed elements, which have little damping otherwise: without a
+// treatment of compression some of them turn inside out.
 Crushed crush(scene::Compression compression) {
   scene::Scene scene = test::on_ground();
   test::add_soft_box(scene, "soft", Vec3(0, 0.05, 0), Vec3(0.4, 0.1, 0.4), 4, 1e5);
@@ -37,6 +39,8 @@ Crushed crush(scene::Compression compression) {
   return result;
 }
 
+// Damped elements must fall as deep as followed ones, to 0.5 mm of a fall of 74 mm, without inverting, and in
+// at most 0.7 of the steps.
 TEST(Crushing, DampedElementsGoWhereFollowedOnesDo) {
   const Crushed damped = crush(scene::Compression::damped), followed = crush(scene::Compression::followed);
   test::expect_below(followed.height, 0.06, "height under the plate, m, of 0.12 m at the start");

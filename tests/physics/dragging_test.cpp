@@ -1,4 +1,4 @@
-// Friction drags soft bodies along: by as much as its cone allows, however much they are damped.
+// Friction drags soft bodies by as much as the friction cone allows, whatever their damping.
 #include <cmath>
 
 #include "tests/support/margin.h"
@@ -13,14 +13,15 @@ namespace {
 using scene::Integration;
 using test::expect_below;
 
+// State of the slab after a second.
 struct Dragged {
-  double shear = 0;     // m, of the lower face
-  double friction = 0;  // over the normal force, of what holds the free particles
-  double stretch = 0;   // the largest
+  double shear = 0;     // m, mean displacement of the lower face
+  double friction = 0;  // horizontal over vertical component of the elastic force on the free particles
+  double stretch = 0;   // largest stretch of an element
 };
 
-// A slab of 0.4 x 0.2 x 0.4 m that hangs from its upper face, squeezed by a tenth, a second after a belt
-// below it has begun to run at 1 m/s.
+// Simulates a slab of 0.4 x 0.2 x 0.4 m that hangs from its upper face and is squeezed by a tenth against a
+// belt below it, which runs at 1 m/s, for one second.
 Dragged dragged(double friction, double damping, Integration integration) {
   constexpr int cells = 2;
   scene::Scene scene = test::free_space();
@@ -57,8 +58,10 @@ Dragged dragged(double friction, double damping, Integration integration) {
   return result;
 }
 
-// Friction that only saw the masses of the particles, without what damps them, would draw those of the most
-// damped slab out to eleven times their distance.
+// In steady sliding the elastic force must lie on the friction cone, |F_t| = mu F_n, and the shear must not
+// depend on the damping. Friction that saw only the masses of the particles, without their damping, would
+// stretch the most damped slab to eleven times its size. The bounds of 2 and 3 % are measurements with a
+// margin.
 TEST(Dragging, IsByTheFrictionOfItsConeHoweverDamped) {
   for (const double friction : {0.2, 0.5}) {
     const double shear = dragged(friction, 0.001, Integration::semi_implicit).shear;
@@ -68,7 +71,7 @@ TEST(Dragging, IsByTheFrictionOfItsConeHoweverDamped) {
       expect_below(std::abs(slab.shear / shear - 1), 0.02, "shear, relative");
       expect_below(slab.stretch, 1.2, "stretch");
     }
-    // At 20 steps a frame.
+    // The implicit integration runs with 20 steps a frame.
     const Dragged slab = dragged(friction, 0.01, Integration::implicit);
     expect_below(std::abs(slab.friction / friction - 1), 0.03, "friction, implicit, relative");
   }

@@ -1,4 +1,5 @@
-// What sharp edges press into soft bodies: contact bears the load, not push-out.
+// Sharp and round features of rigid bodies that press into soft bodies: contact bears the load, not
+// interpenetration resolution, and nothing enters between the points of contact.
 #include <algorithm>
 #include <cmath>
 
@@ -16,9 +17,10 @@
 namespace duet::edges_in_soft_bodies_test {
 namespace {
 
-// A ring of a mesh lies on a soft box. Beside its rims the level set's value grows by less than the way along
-// its gradient; taken for a distance, contact would let the box in by a third of a millimetre in every step,
-// and push-out would press it back, for ever and at 4 J a frame. What contact leaves to it is the tolerance.
+// A ring of a mesh lies on a soft box, and interpenetration resolution must have nothing to do. Beside the
+// ring's rims the level set's value grows by less than the distance along its gradient. If contact took the
+// value for a distance, it would let the box in by a third of a millimeter in every step, and
+// interpenetration resolution would push it out again, at 4 J a frame. Contact leaves only its tolerance.
 TEST(EdgesInSoftBodies, AreBorneByContact) {
   const double mass = 2000;
   scene::Scene scene = test::on_ground(0.6);
@@ -48,7 +50,8 @@ TEST(EdgesInSoftBodies, AreBorneByContact) {
   test::expect_below(most / (mass * 9.8), 1e-6, "push-out's work in a step over the ring's weight, m");
 }
 
-// m, of the boundary of the deformable bodies in rigid body 0, looked at on a lattice of each triangle.
+// Returns how deep (m) the boundary of the deformable bodies is inside rigid body 0, measured on a lattice of
+// every triangle.
 double deepest_place(const Bodies& bodies) {
   constexpr int order = 32;
   const LevelSet& shape = bodies.rigid.properties[0].shape;
@@ -65,8 +68,8 @@ double deepest_place(const Bodies& bodies) {
   return -least;
 }
 
-// A block of cells of half a metre falls on the edge of a beam that crosses its edges askew. Held by its
-// points alone, which are 12 cm apart, it lets the beam in by 23 mm.
+// A block with cells of half a meter falls on the edge of a beam that crosses the block's edges askew. With
+// contact at its points alone, which are 12 cm apart, the beam enters by 23 mm.
 TEST(EdgesInSoftBodies, EnterNowhereBetweenPoints) {
   scene::Scene scene = test::free_space();
   scene.gravity = Vec3(0, -9.8, 0);
@@ -87,7 +90,7 @@ TEST(EdgesInSoftBodies, EnterNowhereBetweenPoints) {
   test::expect_below(deepest, 1e-3, "deepest place of the block's boundary, m");
 }
 
-// m, how far the corners of rigid body 0, a box, are inside of the deformable bodies.
+// Returns how deep (m) the vertices of rigid body 0, a box, are inside the deformable bodies.
 double deepest_corner(const Bodies& bodies) {
   const RigidProperties& box = bodies.rigid.properties[0];
   double deepest = 0;
@@ -108,8 +111,8 @@ double deepest_corner(const Bodies& bodies) {
   return deepest;
 }
 
-// The same on the upright corner of a cube, below the middle of a face. Held by its points alone it lets the
-// corner in by 77 mm.
+// A block falls on the upright vertex of a cube, which meets the middle of a face. With contact at the
+// block's points alone the vertex enters by 77 mm.
 TEST(EdgesInSoftBodies, EnterAtCornersNeither) {
   scene::Scene scene = test::free_space();
   scene.gravity = Vec3(0, -9.8, 0);
@@ -121,7 +124,7 @@ TEST(EdgesInSoftBodies, EnterAtCornersNeither) {
       Vec3i(4, 2, 4);
   Simulation simulation(scene, test::plan(scene));
   double deepest = 0, corner = 0;
-  for (int frame = 1; frame <= 12; ++frame) {  // then it has fallen off
+  for (int frame = 1; frame <= 12; ++frame) {  // later the block has fallen off
     simulation.advance_frame();
     deepest = std::max(deepest, deepest_place(simulation.world().bodies));
     corner = std::max(corner, deepest_corner(simulation.world().bodies));
@@ -130,8 +133,9 @@ TEST(EdgesInSoftBodies, EnterAtCornersNeither) {
   test::expect_below(corner, 1e-3, "deepest corner of the cube, m");
 }
 
-// m, of the boundary of a block in a rigid body that it falls on, in ten frames. The body's highest place is
-// the origin, the middle of the block's bottom 2 cm above and `beside` that.
+// Returns how deep (m) the boundary of a falling block has been inside a static rigid body within ten frames.
+// The body's highest point is the origin, and the middle of the block's bottom starts 2 cm above it,
+// displaced by `beside` (m).
 double deepest_under_block(const scene::RigidBody& body, const Vec3& beside) {
   scene::Scene scene = test::free_space();
   scene.fps = 24;
@@ -152,7 +156,9 @@ double deepest_under_block(const scene::RigidBody& body, const Vec3& beside) {
   return deepest;
 }
 
-// The same on the round end of an upright spindle, 16 cm in radius: its points alone let it in by 25 mm.
+// A block falls on the round end of an upright spindle with a radius of 16 cm. With contact at the block's
+// points alone the end enters by 25 mm. The bound of 3 mm is the height of the round end within the sample
+// spacing of 6 cm.
 TEST(EdgesInSoftBodies, EnterNowhereOnRoundEnds) {
   scene::Scene scene;
   scene::RigidBody& link = test::add_mesh(scene, "link", test::asset("lathe_link.obj"), 0.65, 1);
@@ -163,6 +169,7 @@ TEST(EdgesInSoftBodies, EnterNowhereOnRoundEnds) {
                      "deepest place of the block's boundary, m");
 }
 
+// Returns a cylinder along y, with its dimensions in m.
 scene::RigidBody cylinder(double radius, double height) {
   scene::RigidBody body;
   body.name = "cylinder";
@@ -172,7 +179,8 @@ scene::RigidBody cylinder(double radius, double height) {
   return body;
 }
 
-// The same on the rim of a peg that leans by half a right angle: points and edges alone let it in by 6.6 mm.
+// A block falls on the rim of a peg that leans by 45 degrees. With contact at points and edges alone the rim
+// enters by 6.6 mm.
 TEST(EdgesInSoftBodies, EnterNowhereOnRims) {
   scene::RigidBody peg = cylinder(1, 2);
   peg.placement.position = Vec3(0, -std::sqrt(2), 0);
@@ -181,8 +189,8 @@ TEST(EdgesInSoftBodies, EnterNowhereOnRims) {
                      "deepest place of the block's boundary, m");
 }
 
-// The same on a marble of 10 cm, below faces, edges, nodes and diagonals, which points alone let in by 3 to 7
-// mm.
+// A block falls on a marble of 10 cm below a face, an edge, a node and a diagonal of its mesh. With contact
+// at points alone the marble enters by 3 to 7 mm.
 TEST(EdgesInSoftBodies, EnterNowhereOnMarbles) {
   for (const Vec3& beside : {Vec3(0.17, 0, 0.29), Vec3(0.25, 0, 0), Vec3(0.25, 0, 0.25), Vec3(0.1, 0, 0.1)}) {
     scene::Scene scene;
@@ -191,16 +199,17 @@ TEST(EdgesInSoftBodies, EnterNowhereOnMarbles) {
   }
 }
 
+// Returns a soft box of 1 m that stands on the ground.
 scene::Scene soft_box_on_ground() {
   scene::Scene scene = test::on_ground(0.5);
   scene.fps = 24;
-  scene.solver.cg_tolerance = 1e-8;  // by default what it leaves is 2 mm/s
+  scene.solver.cg_tolerance = 1e-8;  // the default tolerance leaves a residual of 2 mm/s
   test::add_soft_box(scene, "soft", Vec3(0, 0.5, 0), Vec3(1, 1, 1), 3);
   scene.materials[0].damping = 0.05;
   return scene;
 }
 
-// m/s, of the particles.
+// Returns the largest speed (m/s) of a particle within the third second.
 double fastest_in_third_second(Simulation& simulation) {
   for (int frame = 1; frame <= 48; ++frame) simulation.advance_frame();
   double speed = 0;
@@ -211,10 +220,11 @@ double fastest_in_third_second(Simulation& simulation) {
   return speed;
 }
 
-// A rigid box lies on a wider soft one, whose edges stick out under its rims: they touch there in every step,
-// lying along its bottom as well as bent up. With contacts that come and go it kept trembling, by 16 mm/s.
-// What is left is what sweeps of contact leave: with a tolerance of 1e-6 to 1e-8 m/s and 20 or 100 sweeps it
-// was 0.7e-5 to 1e-4 m/s in all but one of twelve half seconds.
+// A rigid box lies on a wider soft one, whose edges stick out under the rims of the rigid one. They touch
+// there in every step, both lying flat along the bottom and bent up. If these contacts come and go, the soft
+// box keeps trembling at 16 mm/s. The bound is what the sweeps of the contact solve leave: with tolerances of
+// 1e-6 to 1e-8 m/s and 20 or 100 sweeps it was 0.7e-5 to 1e-4 m/s in all but one of twelve measurements of
+// half a second.
 TEST(EdgesInSoftBodies, LieStillUnderRims) {
   scene::Scene scene = soft_box_on_ground();
   test::add_box(scene, "rigid", Vec3(0, 1.2, 0), Vec3(0.8, 0.4, 0.8), 1500).friction = 0.5;
@@ -223,8 +233,9 @@ TEST(EdgesInSoftBodies, LieStillUnderRims) {
   test::expect_below(speed, 1e-4, "fastest particle, m/s");
 }
 
-// A cylinder stands upright on the soft box. Which place of its rim is deepest in a face is told by little;
-// left out where that is next to nothing, it came and went, and the box kept trembling, by 0.6 to 2 mm/s.
+// A cylinder stands upright on the soft box. Which place of its rim is the support point of a face hardly
+// differs in depth along the rim. If the contact were left out where that difference is next to nothing, it
+// would come and go, and the box would keep trembling at 0.6 to 2 mm/s.
 TEST(EdgesInSoftBodies, StandStillUnderCylinders) {
   scene::Scene scene = soft_box_on_ground();
   scene.rigid.push_back(cylinder(0.35, 0.6));

@@ -1,4 +1,5 @@
-// Elastic bodies left to themselves: what they must keep, and frequencies and deflections known on paper.
+// Elastic bodies that are left to themselves: what they must keep, and frequencies and heights known from
+// theory.
 #include <algorithm>
 #include <cmath>
 #include <random>
@@ -16,6 +17,7 @@ namespace {
 
 using scene::Integration;
 
+// Returns a soft box in free space without damping, with `cells` lattice cells.
 scene::Scene undamped_box(const Vec3& size, const Vec3i& cells, double youngs_modulus, double poisson_ratio,
                           Integration integration) {
   scene::Scene scene = test::free_space();
@@ -26,10 +28,12 @@ scene::Scene undamped_box(const Vec3& size, const Vec3i& cells, double youngs_mo
   return scene;
 }
 
-// A cube of 1 m that is set spinning at 5 rad/s without its centrifugal stretch, and so rings.
+// The largest relative errors of a cube of 1 m within ten seconds. It is set spinning at 5 rad/s without its
+// centrifugal stretch, and so it rings.
 struct SpinErrors {
-  double momentum = 0, energy = 0;  // relative, the largest on the way
+  double momentum = 0, energy = 0;  // relative to the start
 };
+// Simulates the cube with steps of `step_over_rule` times the step that the rule for elasticity chooses.
 SpinErrors spin(Integration integration, double youngs_modulus, double step_over_rule,
                 bool keep_spin = true) {
   scene::Scene scene = undamped_box(Vec3(1, 1, 1), Vec3i(3, 3, 3), youngs_modulus, 0.3, integration);
@@ -48,9 +52,9 @@ SpinErrors spin(Integration integration, double youngs_modulus, double step_over
   return errors;
 }
 
-// Angular momentum is kept to rounding, implicitly up to the tolerance of the solves. Without damping, what
-// is left of the energy's error is that of the ringing; the numerical damping of the implicit rule takes a
-// tenth of its energy, 0.1 % of all.
+// Angular momentum is kept to rounding, and in the implicit integration to the tolerance of the solves.
+// Without damping the energy's error is that of the ringing. The implicit rule damps it numerically and takes
+// a tenth of its energy, which is 0.1 % of the whole.
 TEST(ElasticMotion, SpinningCubeKeepsMomentumAndEnergy) {
   const SpinErrors explicitly = spin(Integration::semi_implicit, 1e6, 1);
   test::expect_below(explicitly.momentum, 1e-12, "angular momentum, semi-implicit");
@@ -62,7 +66,8 @@ TEST(ElasticMotion, SpinningCubeKeepsMomentumAndEnergy) {
                      "the same, ten times the rule's step");
 }
 
-// Left to itself, explicit elasticity has a defect of second order in the step over a given time.
+// Without `keep_spin`, explicit elasticity has a defect of second order in the step over a given time, so
+// half of the step must leave at most a quarter of it.
 TEST(ElasticMotion, WithoutKeepSpinTheDefectFallsWithTheStep) {
   const SpinErrors coarse = spin(Integration::semi_implicit, 1e6, 0.5, false),
                    fine = spin(Integration::semi_implicit, 1e6, 0.25, false);
@@ -70,8 +75,9 @@ TEST(ElasticMotion, WithoutKeepSpinTheDefectFallsWithTheStep) {
   test::expect_below(fine.energy, coarse.energy / 4, "energy, at half the step");
 }
 
-// The lowest longitudinal mode of a free bar: f = sqrt(E / rho) / (2 L). 20 cells along it leave an error of
-// (pi/20)^2 / 24 = 0.1 %, the integration (omega dt)^2 / 24 of much less.
+// The lowest longitudinal mode of a free bar has f = sqrt(E / rho) / (2 L). An error of (pi/20)^2 /
+// 24 = 0.1 % comes from 20 cells along the bar, and one of (omega dt)^2 / 24, much smaller, from the
+// integration. The bound is 1 %; wrong masses of particles or a wrong stiffness would exceed it.
 TEST(ElasticMotion, StretchedBarRingsAtItsFrequency) {
   for (const Integration integration : {Integration::semi_implicit, Integration::implicit}) {
     scene::Scene scene = undamped_box(Vec3(1, 0.1, 0.1), Vec3i(20, 2, 2), 1e6, 0, integration);
@@ -82,7 +88,7 @@ TEST(ElasticMotion, StretchedBarRingsAtItsFrequency) {
     for (Vec3& p : x) p.x() += 1e-3 * std::sin(EIGEN_PI * p.x());
     const double dt = test::rule_step(world) / 4, expected = std::sqrt(1e6 / 1000) / 2;
     const auto length = [&] { return x.back().x() - x.front().x(); };
-    // Times at which the bar passes through its length at rest.
+    // These are the times at which the bar passes through its length at rest.
     std::vector<double> crossings;
     for (double time = 0, before = length() - 1; crossings.size() < 9; time += dt) {
       step(world, 0, dt);
@@ -95,7 +101,8 @@ TEST(ElasticMotion, StretchedBarRingsAtItsFrequency) {
   }
 }
 
-// Both integrations approach the same motion as the step falls: a box thrown with a shear.
+// Both integrations approach the same motion of a box with an initial shear as the step falls. An error that
+// the step does not remove in one of them keeps them apart.
 TEST(ElasticMotion, ImplicitAndSemiImplicitAgreeAsTheStepFalls) {
   const auto positions = [](Integration integration, int steps) {
     scene::Scene scene = undamped_box(Vec3(1, 1, 1), Vec3i(2, 2, 2), 1e5, 0.3, integration);
@@ -120,8 +127,8 @@ TEST(ElasticMotion, ImplicitAndSemiImplicitAgreeAsTheStepFalls) {
   EXPECT_LT(fine, coarse / 3);  // of first order: implicit steps add viscosity in proportion to the step
 }
 
-// One step a frame, ten and a hundred times the elastic limit: it lands, rebounds and stays in one piece, and
-// never has more energy than at the start.
+// With one implicit step a frame, which is ten and a hundred times the limit of explicit elasticity, the box
+// lands, rebounds and stays in one piece. Its energy never exceeds that of the start by more than 1 %.
 TEST(ElasticMotion, BoxLandsWithOneImplicitStepAFrame) {
   for (const double youngs_modulus : {1e6, 1e8}) {
     SCOPED_TRACE(youngs_modulus);
@@ -141,8 +148,8 @@ TEST(ElasticMotion, BoxLandsWithOneImplicitStepAFrame) {
   }
 }
 
-// What is left of the weight's balance from step to step makes it tremble, with hardly any energy: contact
-// holds it up and never holds it down.
+// The residual of the weight's balance from step to step makes the box tremble, with hardly any energy,
+// because contact holds it up and never holds it down.
 TEST(ElasticMotion, StiffBoxStandsWithOneImplicitStepAFrame) {
   for (const double youngs_modulus : {1e7, 1e8}) {
     SCOPED_TRACE(youngs_modulus);
@@ -156,13 +163,14 @@ TEST(ElasticMotion, StiffBoxStandsWithOneImplicitStepAFrame) {
       simulation.advance_frame();
       most = std::max(most, simulation.stats().kinetic);
     }
-    // A hundredth of what it could fall by. Which of its modes tremble how much, rounding decides: 0.4 to 14
-    // J have been seen. A blow-up has millions.
+    // The bound is a hundredth of the potential energy. Rounding decides which modes tremble and how much:
+    // 0.4 to 14 J have been measured. An instability has millions.
     test::expect_below(most, 49, "kinetic energy, J, of 1 t whose potential energy is 4900 J");
   }
 }
 
-// m, by how much the middle of an undamped ball of 0.5 m, let fall by 0.5 m, comes up again.
+// Returns the height (m) to which the middle of an undamped ball of 0.5 m comes up again after a fall of
+// 0.5 m.
 double rebound(double cfl) {
   constexpr double radius = 0.25, drop = 0.5, gravity = 9.8;
   scene::Scene scene = test::on_ground();
@@ -188,17 +196,19 @@ double rebound(double cfl) {
   return highest;
 }
 
-// It falls for 0.32 s. What it does not get back is left in its ringing, and in the vertices that the ground
-// has stopped; the step has no part in that.
+// The ball falls for 0.32 s. It does not recover the energy that stays in its ringing and in the vertices
+// that the ground has stopped. This loss must not depend on the step: the height converges as the step falls.
 TEST(ElasticMotion, UndampedBallReboundsToAHeightThatConverges) {
   const double fine = rebound(0.05);
   test::expect_above(fine, 0.35, "height, m, after a fall of 0.5 m");
-  for (const double cfl : {0.4, 0.2, 0.1})  // of first order in the step, and less than 1 % at all of them
+  for (const double cfl : {0.4, 0.2, 0.1})  // of first order in the step, and below 1 % for all of them
     test::expect_below(std::abs(rebound(cfl) / fine - 1), 0.02 * cfl, "error of the height");
 }
 
+// Ways to deform a body beyond recognition: random positions, a plane, a reflection, a tenth of the size.
 enum class Damage { random, flat, inside_out, compressed };
 
+// Applies the deformation to the positions `x` (m).
 void damage(Damage kind, unsigned seed, std::vector<Vec3>& x) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> uniform(-0.1, 0.1);
@@ -211,7 +221,8 @@ void damage(Damage kind, unsigned seed, std::vector<Vec3>& x) {
   }
 }
 
-// A cube of 0.2 m, implicitly with steps as long as frames.
+// Returns the statistics after `frames` frames of a cube of 0.2 m that starts with the damage. Implicit steps
+// are as long as frames.
 FrameStats after_damage(Damage kind, MaterialModel model, double youngs_modulus, double poisson_ratio,
                         int frames, Integration integration, unsigned seed = 1) {
   scene::Scene scene =
@@ -222,14 +233,15 @@ FrameStats after_damage(Damage kind, MaterialModel model, double youngs_modulus,
   Simulation simulation(scene, test::plan(scene));
   Bodies& bodies = simulation.world().bodies;
   damage(kind, seed, bodies.particles.x);
-  // The rule for the step takes the state of the last evaluation, which is not to be the one before the
-  // damage.
+  // The rule for the step uses the state of the last evaluation of the forces, which must not be the one
+  // before the damage.
   std::vector<Vec3> force(bodies.particles.size(), Vec3::Zero());
   bodies.forces.add_elastic_forces(bodies.particles.x, force);
   for (int frame = 0; frame < frames; ++frame) simulation.advance_frame();
   return simulation.stats();
 }
 
+// Checks that no element is inverted after `frames` frames.
 void expect_recovery(Damage kind, MaterialModel model, double youngs_modulus, double poisson_ratio,
                      int frames, Integration integration = Integration::implicit) {
   const FrameStats stats = after_damage(kind, model, youngs_modulus, poisson_ratio, frames, integration);
@@ -237,6 +249,8 @@ void expect_recovery(Damage kind, MaterialModel model, double youngs_modulus, do
   EXPECT_GT(stats.min_det_F, 0);
 }
 
+// Two seconds are enough for every kind of damage. A stress that is not defined beyond inversion, or that
+// pushes inverted elements further, leaves some inverted.
 TEST(Recovery, FromAnyDamageImplicitly) {
   for (const Damage kind : {Damage::random, Damage::flat, Damage::inside_out, Damage::compressed}) {
     SCOPED_TRACE(static_cast<int>(kind));
@@ -246,11 +260,11 @@ TEST(Recovery, FromAnyDamageImplicitly) {
   expect_recovery(Damage::inside_out, MaterialModel::st_venant_kirchhoff, 1e3, 0.3, 48);
 }
 
-// Random starts are turned over and over: a quarter of a second is enough for most of them. Of 40 starts with
-// a Poisson ratio of 0.3 all have recovered after 13 frames; of 40 nearly incompressible ones 36 have after
-// half a second, and three stay as they are, locked in a state whose energy is a minimum. So of these the
-// number counts. Not of St. Venant-Kirchhoff: its energy knows F^T F alone, so that an element that has been
-// reflected is at rest.
+// Random starts turn over and over, and a quarter of a second is enough for most of them. Of 40 starts with a
+// Poisson ratio of 0.3 all had recovered after 13 frames. Of 40 nearly incompressible ones 36 had after half
+// a second, and three stayed locked in a state whose energy is a minimum, so the test counts these. St.
+// Venant-Kirchhoff materials are left out: their energy is a function of F^T F alone, so a reflected element
+// is at rest.
 TEST(Recovery, OfStiffAndOfNearlyIncompressibleMaterialsImplicitly) {
   const int starts = test::runs_in_full() ? 12 : 4;
   constexpr int frames = 18;
@@ -273,6 +287,7 @@ TEST(Recovery, OfStiffAndOfNearlyIncompressibleMaterialsImplicitly) {
   expect_recovery(Damage::inside_out, MaterialModel::st_venant_kirchhoff, 1e3, 0.45, 48);
 }
 
+// The explicit rule recovers as well, with the steps that it chooses.
 TEST(Recovery, FromAnyDamageSemiImplicitly) {
   for (const Damage kind : {Damage::random, Damage::flat, Damage::inside_out, Damage::compressed}) {
     SCOPED_TRACE(static_cast<int>(kind));
@@ -282,7 +297,8 @@ TEST(Recovery, FromAnyDamageSemiImplicitly) {
     }
     expect_recovery(kind, MaterialModel::st_venant_kirchhoff, 1e4, 0.3, 60, Integration::semi_implicit);
   }
-  // Drawn out to fifteen times their size, elements turned inside out by several volumes in a step.
+  // Elements are stretched to fifteen times their size, and some turn inside out by several volumes in a
+  // step.
   expect_recovery(Damage::random, MaterialModel::neo_hookean, 1e3, 0.45, 36, Integration::semi_implicit);
 }
 

@@ -1,4 +1,4 @@
-// Bones inside of flesh: particles that move with rigid bodies.
+// Bones inside flesh: particles that are embedded in rigid bodies or bound to them by zero-length springs.
 #include <algorithm>
 #include <cmath>
 
@@ -13,7 +13,7 @@
 namespace duet::embedding_test {
 namespace {
 
-// A soft block of 1 m with a bone across its middle, in free space.
+// Returns a soft block of 1 m in free space with a bone across its middle.
 scene::Scene block_with_bone(double youngs_modulus, double bone_mass) {
   scene::Scene scene = test::free_space();
   test::add_box(scene, "bone", Vec3(0, 0, 0), Vec3(0.6, 0.3, 0.3), bone_mass);
@@ -23,7 +23,7 @@ scene::Scene block_with_bone(double youngs_modulus, double bone_mass) {
   return scene;
 }
 
-// Two bones that a joint holds together, in a soft bar.
+// Adds two bones, connected by a joint, inside a soft bar.
 scene::DeformableBody& add_bones_in_flesh(scene::Scene& scene, const Vec3& size, const Vec3i& cells,
                                           double youngs_modulus) {
   test::add_chain(scene, 2, scene::JointType::point, false);
@@ -33,12 +33,14 @@ scene::DeformableBody& add_bones_in_flesh(scene::Scene& scene, const Vec3& size,
   return flesh;
 }
 
+// Returns the speed (m/s) of the fastest particle.
 double max_speed(const World& world) {
   double largest = 0;
   for (const Vec3& v : world.bodies.particles.v) largest = std::max(largest, v.norm());
   return largest;
 }
 
+// The mass of embedded particles goes to their bone, so that the sum is bone plus flesh, 1050 kg.
 TEST(Embedding, NoMassIsLost) {
   scene::Scene scene = block_with_bone(1e5, 50);
   Simulation simulation(scene, test::plan(scene));
@@ -49,6 +51,7 @@ TEST(Embedding, NoMassIsLost) {
   EXPECT_NEAR(mass, 50 + 1000, 1e-9);
 }
 
+// Embedded particles follow x = q arm + p and v = v_bone + w x arm to rounding.
 TEST(Embedding, BoundParticlesStandAndMoveWithTheirBone) {
   scene::Scene scene = block_with_bone(1e5, 50);
   scene.rigid[0].placement.angular_velocity = Vec3(1, 2, 3);
@@ -64,7 +67,8 @@ TEST(Embedding, BoundParticlesStandAndMoveWithTheirBone) {
   }
 }
 
-// The bone shakes the flesh: nothing but the two act on each other.
+// The bone shakes the flesh. Only the two act on each other, so linear momentum is kept to rounding, and in
+// semi-implicit steps no stage of the solve may have a defect in the ledger.
 TEST(Embedding, BoneAndFleshKeepMomentum) {
   for (const scene::Integration integration :
        {scene::Integration::semi_implicit, scene::Integration::implicit}) {
@@ -93,7 +97,7 @@ TEST(Embedding, BoneAndFleshKeepMomentum) {
   }
 }
 
-// The alternate order of step V: constraints before the solve.
+// The alternate order of step V, constraints before the solve, keeps momentum as well.
 TEST(Embedding, ConstraintsFirstKeepMomentumToo) {
   scene::Scene scene = block_with_bone(1e5, 200);
   scene.solver.velocity_constraints = scene::VelocityConstraints::before_solve;
@@ -116,8 +120,8 @@ TEST(Embedding, ConstraintsFirstKeepMomentumToo) {
                      "linear_momentum");
 }
 
-// What damps the flesh in the alternate order leaves the joints between its bones as they are: they take part
-// in the solve.
+// In the alternate order the damping of the flesh must leave the joints between its bones closed, because
+// they take part in the solve. Joints that were only projected before the solve would show a velocity gap.
 TEST(Embedding, ConstraintsFirstKeepJointsToo) {
   scene::Scene scene = test::free_space();
   scene::DeformableBody& flesh = add_bones_in_flesh(scene, Vec3(2.2, 0.4, 0.4), Vec3i(16, 4, 4), 1e5);
@@ -137,7 +141,7 @@ TEST(Embedding, ConstraintsFirstKeepJointsToo) {
   }
 }
 
-// Bones with a joint, flesh and contact go on from a saved state to the same bits.
+// Bones with a joint, flesh and contact continue from a saved state with the same bits.
 TEST(Embedding, ResumesToTheSameBits) {
   scene::Scene scene = test::on_ground();
   scene::DeformableBody& flesh = add_bones_in_flesh(scene, Vec3(2.2, 0.4, 0.4), Vec3i(16, 4, 4), 1e5);
@@ -156,7 +160,8 @@ TEST(Embedding, ResumesToTheSameBits) {
   }
 }
 
-// Springs hold the flesh as long as nothing pulls, and give and take the same.
+// Zero-length springs act on flesh and bone with equal and opposite forces at one place, so they give no
+// momentum, and they return the flesh to its bone.
 TEST(Embedding, SoftBindingsKeepMomentumAndComeToRest) {
   scene::Scene scene = block_with_bone(1e5, 200);
   scene.deformable[0].attach_springs = scene::AttachSprings{1e4, 1};
@@ -184,10 +189,12 @@ TEST(Embedding, SoftBindingsKeepMomentumAndComeToRest) {
                          world.bodies.particles.x[static_cast<std::size_t>(tether.b)])
                             .norm());
   test::expect_below(off, 1e-2,
-                     "flesh off its bone, m");  // a centrifugal pull of some (2/s)^2 0.5 m on 1e4/s^2
+                     // The centrifugal acceleration is some (2/s)^2 0.5 m, and the springs have 1e4/s^2.
+                     "flesh off its bone, m");
 }
 
-// Flesh on a static bone hangs from its springs alone, and sinks by what they give.
+// Flesh on a static bone hangs from its springs alone. At rest their force is its weight, whatever their
+// stiffness.
 TEST(Embedding, SoftBindingsCarryTheWeightOfTheirFlesh) {
   for (const double gain : {1e3, 1e4}) {
     scene::Scene scene = block_with_bone(1e6, 50);
@@ -195,7 +202,7 @@ TEST(Embedding, SoftBindingsCarryTheWeightOfTheirFlesh) {
     scene.rigid[0].mass.reset();
     scene.rigid[0].is_static = true;
     scene.deformable[0].attach_springs = scene::AttachSprings{gain, 1};
-    scene.solver.cg_tolerance = 1e-6;  // what the solve leaves open is a force for a step
+    scene.solver.cg_tolerance = 1e-6;  // the residual of a solve acts as a force for a step
     Simulation simulation(scene, test::plan(scene));
     for (int frame = 0; frame < 96; ++frame) simulation.advance_frame();
     const Bodies& bodies = simulation.world().bodies;
@@ -209,13 +216,14 @@ TEST(Embedding, SoftBindingsCarryTheWeightOfTheirFlesh) {
   }
 }
 
+// A bone without particles inside it is a mistake of the scene, and building must fail.
 TEST(Embedding, ABoneThatHoldsNothingIsReported) {
   scene::Scene scene = block_with_bone(1e5, 50);
   scene.rigid[0].placement.position = Vec3(5, 0, 0);
   EXPECT_THROW(Simulation(scene, test::plan(scene)), Error);
 }
 
-// A static bone holds its flesh up; a kinematic one carries it along at its own velocity.
+// A static bone holds its flesh up, and a kinematic bone moves its flesh at its own velocity.
 TEST(Embedding, StaticAndKinematicBonesHoldTheirFlesh) {
   for (const bool moves : {false, true}) {
     scene::Scene scene = block_with_bone(1e5, 50);
@@ -231,7 +239,8 @@ TEST(Embedding, StaticAndKinematicBonesHoldTheirFlesh) {
     Vec3 center = Vec3::Zero();
     for (const Vec3& x : bodies.particles.x) center += x / static_cast<double>(bodies.particles.size());
     EXPECT_LT(center.norm(), 0.1);
-    // A corner's particle has gone about by a quarter of a turn: from (-, -) to (-, +) in x and z.
+    // The particle at a corner has gone about with the bone by a quarter of a turn: from (-, -) to (-, +) in
+    // x and z.
     const Vec3& corner = bodies.particles.x[0];
     EXPECT_LT(corner.x(), 0);
     EXPECT_EQ(corner.z() > 0, moves);
@@ -239,7 +248,8 @@ TEST(Embedding, StaticAndKinematicBonesHoldTheirFlesh) {
   }
 }
 
-// From flesh that hardly feels its bone to bones that hardly feel their flesh.
+// Ratios of mass and moduli range from flesh that hardly feels its bone to a bone that hardly feels its
+// flesh. No particle gets faster than four times the speed that the fall can give it.
 TEST(Embedding, NothingExplodesWhateverTheMassesAndTheModulus) {
   for (const double youngs_modulus : {1e3, 1e5, 1e7})
     for (const double ratio : {1e-2, 1.0, 1e3}) {
@@ -259,7 +269,8 @@ TEST(Embedding, NothingExplodesWhateverTheMassesAndTheModulus) {
     }
 }
 
-// Two bones with a controlled joint bend the flesh around them; the momentum of the whole stays nothing.
+// Two bones with a controlled joint bend the flesh around them. The control acts inside the body, so the
+// momentum of the whole stays zero and no stage has a defect.
 TEST(Embedding, ControlledBonesBendTheirFlesh) {
   scene::Scene scene = test::free_space();
   add_bones_in_flesh(scene, Vec3(2.4, 0.5, 0.5), Vec3i(24, 5, 5), 2e5);
@@ -286,7 +297,7 @@ TEST(Embedding, ControlledBonesBendTheirFlesh) {
   test::expect_below(std::abs(turned.norm() - 40 * EIGEN_PI / 180), 0.01, "error_of_the_angle");
   test::record_margin("twist", angle, "rad");
   test::expect_below(JointSolver::drift(world.bodies.articulation, rigid).gap, 1e-9, "gap");
-  // Momenta of some 100 kg m/s were exchanged.
+  // The parts exchanged momenta of some 100 kg m/s, so the bounds are rounding.
   test::expect_below(defect, 1e-8, "defect_of_a_stage");
   test::expect_below(momentum(world.bodies).linear.norm(), 1e-8, "linear_momentum");
 }

@@ -1,5 +1,5 @@
-// Half the step, half the error, where there is one: bodies that land flat, slide and begin to roll, against
-// theory.
+// Halving the step halves the error, where there is one: bodies that land flat, slide and begin to roll,
+// against closed forms.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -16,10 +16,12 @@ namespace {
 using test::Support;
 
 constexpr double gravity = 9.8;  // m/s^2
-// s; the rule for the step allows them all.
+// Time steps (s), all of which the rule for the step allows.
 constexpr std::array steps{1.0 / 160, 1.0 / 320, 1.0 / 640, 1.0 / 1280};
+// Time steps (s) for errors that hardly depend on the step.
 constexpr std::array longer_and_shorter{1.0 / 48, 1.0 / 160, 1.0 / 640};
 
+// Advances by `seconds`, with a shorter last step.
 void simulate(Simulation& simulation, double seconds) {
   World& world = simulation.world();
   for (double time = 0; time < seconds * (1 - 1e-9);) {
@@ -29,7 +31,7 @@ void simulate(Simulation& simulation, double seconds) {
   }
 }
 
-// Of the straight line through log error over log step (least squares).
+// Returns the slope of the straight line through log error over log step, by least squares.
 double order_of(const std::array<double, steps.size()>& errors) {
   double x = 0, y = 0, xx = 0, xy = 0;
   for (std::size_t i = 0; i < steps.size(); ++i) {
@@ -40,14 +42,15 @@ double order_of(const std::array<double, steps.size()>& errors) {
   return (n * xy - x * y) / (n * xx - x * x);
 }
 
+// How a body lands.
 struct Landing {
   double drop = 1;  // m
   double restitution = 0, friction = 0;
 };
 
-constexpr double sideways = 4;  // m/s
+constexpr double sideways = 4;  // m/s, initial speed along x
 
-// Where it is 0.3 of the time of its fall after it has landed, less where it should be (m).
+// Returns the position minus the closed form (m), 0.3 of the duration of the fall after the landing.
 Vec3 error_of_landing(const test::EverydayShape& shape, const Landing& how, double longest_step) {
   scene::Scene scene;
   test::add_support(scene, Support::static_box, 1);
@@ -63,7 +66,7 @@ Vec3 error_of_landing(const test::EverydayShape& shape, const Landing& how, doub
   const RigidState& state = bodies.rigid.state[test::index_of_shape(bodies)];
   const double fall = std::sqrt(2 * how.drop / gravity), impact = gravity * fall, after = 0.3 * fall;
   simulate(simulation, fall + after);
-  const double v = sideways - how.friction * (1 + how.restitution) * impact;  // m/s, after the blow
+  const double v = sideways - how.friction * (1 + how.restitution) * impact;  // m/s, after the impact
   Vec3 expected(sideways * fall + v * after, shape.height, 0);
   if (how.restitution == 0)
     expected.x() -= 0.5 * how.friction * gravity * after * after;
@@ -72,12 +75,13 @@ Vec3 error_of_landing(const test::EverydayShape& shape, const Landing& how, doub
   return state.pose.position - expected;
 }
 
+// Returns whether the shape lands on a face of some height. The others roll, or tip by their sideways speed.
 bool lands_on_a_face(const test::EverydayShape& shape) {
   return shape.name != "ball" && shape.name != "slab" && !shape.name.starts_with("lying");
 }
 
-// When in a step it lands is known to the step, so of four times in a step the worst counts; of all steps the
-// same ones.
+// The time of an impact is resolved to a step only, so the error is of first order and depends on where in a
+// step the body lands. Of four such places, the same for all lengths of steps, the worst counts.
 TEST(EverydayRigidConvergence, OfRebounds) {
   constexpr double fall = 0.45;  // s, a whole number of all steps
   constexpr int times = 4;
@@ -91,7 +95,7 @@ TEST(EverydayRigidConvergence, OfRebounds) {
           const Landing how{
               .drop = 0.5 * gravity * seconds * seconds, .restitution = restitution, .friction = 0.1};
           errors[i] = std::max(errors[i], error_of_landing(shape, how, steps[i]).norm());
-          // Not earlier or later than by a step, with the change of velocity.
+          // The body rebounds at most one step early or late, with the change of velocity of the impact.
           EXPECT_LT(errors[i], std::hypot(1, how.friction) * (1 + restitution) * gravity * seconds * steps[i])
               << shape.name;
         }
@@ -100,7 +104,8 @@ TEST(EverydayRigidConvergence, OfRebounds) {
   }
 }
 
-// No step is too long for what lies where it lands: the sweeps end at 1e-9 of the speed.
+// Without a rebound the time of landing within a step leaves no error, so steps of any length end at the same
+// place. The bound is what sweeps leave, which end at 1e-9 of the speed.
 TEST(EverydayRigidConvergence, IsAtItsEndWhereNothingRebounds) {
   for (const test::EverydayShape& shape : test::shapes_that_lie_flat()) {
     if (!lands_on_a_face(shape)) continue;
@@ -114,7 +119,8 @@ TEST(EverydayRigidConvergence, IsAtItsEndWhereNothingRebounds) {
   }
 }
 
-// Friction turns sliding into rolling within some step: an error of the second order, below 1e-4 of the way.
+// Friction turns sliding into rolling within some step, which leaves an error of second order: mu g dt^2 / 2,
+// plus 2e-6 m for the tolerance of the contact solve.
 TEST(EverydayRigidConvergence, OfSlidingThatTurnsIntoRolling) {
   constexpr double friction = 0.2, seconds = 2;
   for (const test::EverydayShape& shape : test::shapes_that_roll())

@@ -1,5 +1,5 @@
-// Elastic blows between bodies that joints hold lose no energy: a blow moves all that the joints hold
-// together, as they let it. Newton's cradle, balls that strike doors and chains.
+// Elastic impacts between jointed bodies lose no energy, because an impact moves all that the joints connect:
+// Newton's cradle, balls that strike doors, and balls that strike chains.
 #include <algorithm>
 #include <cmath>
 
@@ -18,6 +18,7 @@ double energy(const World& world) {  // J
   return kinetic_energy(world.bodies) + gravitational_energy(world.bodies, world.gravity);
 }
 
+// A Newton's cradle.
 struct Cradle {
   int balls = 5, lifted = 1;
   JointType joint = JointType::point;
@@ -29,6 +30,7 @@ struct Cradle {
 constexpr double radius = 0.1;                 // m
 constexpr double angle = 30 * EIGEN_PI / 180;  // of the lifted balls
 
+// Builds the cradle at rest, its first balls lifted.
 scene::Scene build(const Cradle& cradle) {
   scene::Scene scene;
   scene.title = "cradle";
@@ -46,7 +48,7 @@ scene::Scene build(const Cradle& cradle) {
   return scene;
 }
 
-// What five seconds change of the energy, over that of the lifted balls.
+// Returns the largest change of the energy within five seconds, over the energy of the lifted balls.
 double change_of_energy(const Cradle& cradle) {
   const scene::Scene scene = build(cradle);
   Simulation simulation(scene, test::plan(scene));
@@ -60,17 +62,21 @@ double change_of_energy(const Cradle& cradle) {
   return change;
 }
 
-// A blow on a ball by itself, put right by its joint, takes 2/5 (radius / length)^2 of its energy: 0.4 % at a
-// length of 1 m, ten times that at 0.3 m. What is left comes from contact between balls that stay together.
+// Bound of the relative change of energy. An impulse on a ball by itself, which its joint corrects
+// afterwards, would take 2/5 (radius / length)^2 of its energy: 0.4 % at a length of 1 m and ten times that
+// at 0.3 m, for each impact. The remaining change comes from contact between balls that stay together.
 constexpr double most = 0.01;
 
+// The bound holds for any number of balls and of lifted balls. Treating jointed balls as free ones in an
+// impact loses energy with every impact.
 TEST(EverydayRigidCradle, KeepsItsEnergyWhateverItsCounts) {
   for (const auto& [balls, lifted] : {std::pair(2, 1), {3, 1}, {4, 2}, {5, 1}, {5, 2}, {7, 3}, {9, 1}})
     test::expect_below(change_of_energy({.balls = balls, .lifted = lifted}), most,
                        fmt::format("{}_balls_{}_lifted", balls, lifted));
 }
 
-TEST(EverydayRigidCradle, KeepsItsEnergyWhateverJointsLengthsAndSteps) {
+// Other joints, lengths and steps, and gaps between the balls, have the same bound of 1 %.
+TEST(EverydayRigidCradle, KeepsEnergyForAllJointsLengthsAndSteps) {
   for (const JointType joint : {JointType::hinge, JointType::universal})
     test::expect_below(change_of_energy({.joint = joint}), most,
                        joint == JointType::hinge ? "hinges" : "universal_joints");
@@ -82,8 +88,8 @@ TEST(EverydayRigidCradle, KeepsItsEnergyWhateverJointsLengthsAndSteps) {
     test::expect_below(change_of_energy({.gap = gap}), most, fmt::format("gap_{}", gap));
 }
 
-// What comes of the energy of a ball of 1 kg that flies at 3 m/s, without gravity, into jointed bodies: its
-// last value over its first.
+// Returns the ratio of the last to the first energy of a scene without gravity in which a ball of 1 kg flies
+// from `from` at 3 m/s into jointed bodies.
 double kept(scene::Scene scene, const Vec3& from, double restitution) {
   scene::RigidBody& ball = test::add_ball(scene, "ball", from, 0.1, 1);
   ball.placement.velocity = Vec3(0, 0, -3);
@@ -99,8 +105,9 @@ double kept(scene::Scene scene, const Vec3& from, double restitution) {
   return energy(world) / start;
 }
 
-// A door that is hinged at its edge answers at x from the hinge like a mass of I / x^2, and so the blow takes
-// 1 - e^2 of the energy of both bodies' approach: (1 - e^2) (m I/x^2) / (m + I/x^2) v^2 / 2.
+// A door that is hinged at its edge has the effective mass M = I / x^2 at the distance x from the hinge. An
+// impact with the restitution e takes (1 - e^2) (m M) / (m + M) v^2 / 2. A door that answered as a free body
+// would have another effective mass.
 TEST(EverydayRigidCradle, DoorsAreStruckWithTheirRestitution) {
   for (const double e : {0.0, 0.5, 1.0})
     for (const double x : {0.3, 0.5, 0.8}) {
@@ -117,7 +124,7 @@ TEST(EverydayRigidCradle, DoorsAreStruckWithTheirRestitution) {
     }
 }
 
-// Elastic blows on free chains: all the energy and the momentum stay.
+// Elastic impacts on free chains keep the energy, whatever the joints and wherever they strike.
 TEST(EverydayRigidCradle, FreeChainsAreStruckElastically) {
   for (const JointType joint : {JointType::point, JointType::hinge, JointType::weld})
     for (const double x : {0.2, 1.5, 2.9}) {

@@ -1,5 +1,5 @@
-// What lies in a groove of a mesh touches both of its sides: it rests, rolls along, and comes to rest there
-// when it is dropped, whatever its shape, the angle of the groove, the size and the step.
+// A body in a groove of a mesh touches both sides: it rests there, rolls along, and comes to rest when it is
+// dropped, whatever its shape, the angle of the groove, the size and the step.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -15,14 +15,15 @@
 namespace duet::everyday_rigid_groove_test {
 namespace {
 
+// A shape of size 1 in the groove.
 struct InGroove {
   std::string name;
-  scene::Shape shape;  // of the size 1
+  scene::Shape shape;  // for the size 1
   Quat orientation = Quat::Identity();
-  double radius = 0;  // from its middle to both sides
+  double radius = 0;  // m, from its middle to both sides
 };
 
-// With their axis across the groove, the ring stands upright in it: all roll along.
+// Returns round shapes that rest in the groove; capsule and cylinder have their axes along it.
 std::vector<InGroove> round_shapes() {
   using scene::ShapeKind;
   const Quat along = exponential(Vec3(0, 0, EIGEN_PI / 2));
@@ -31,6 +32,8 @@ std::vector<InGroove> round_shapes() {
           {"cylinder", {.kind = ShapeKind::cylinder, .radius = 0.3, .length = 0.8}, along, 0.3}};
 }
 
+// Returns the body in a groove whose sides rise at `angle` (rad), `above` sizes above its place of rest.
+// Gravity is proportional to `size`.
 scene::Scene scene_of(const InGroove& body, double angle, double size, double above) {
   scene::Scene scene;
   auto mesh = std::make_shared<TriangleMesh>(test::groove(angle));
@@ -52,6 +55,7 @@ scene::Scene scene_of(const InGroove& body, double angle, double size, double ab
   return scene;
 }
 
+// A contact with the nearest side alone would let the body drift into the other one.
 TEST(EverydayRigidGroove, WhatLiesInItRests) {
   test::Cases cases(4);  // 7 of 27
   for (const double angle : {0.35, 0.785, 1.1})
@@ -65,13 +69,15 @@ TEST(EverydayRigidGroove, WhatLiesInItRests) {
         for (int frame = 0; frame < 24; ++frame) simulation.advance_frame();
         const auto b = test::index_of_shape(simulation.world().bodies);
         const RigidState& state = simulation.world().bodies.rigid.state[b];
-        // The contact solve's 1e-6 m/s, for a second, are the most.
+        // The tolerance of the contact solve, 1e-6 m/s, allows for a drift of that speed over a second.
         EXPECT_LT((state.pose.position - start).norm(), 1e-6 * size + 1e-6)
             << body.name << ", " << angle << ", " << size;
         EXPECT_LT(state.velocity.norm(), 1e-6 * size + 2e-6) << body.name << ", " << angle << ", " << size;
       }
 }
 
+// At rest the body's middle is r / cos(angle) above the bottom of the groove. Bounds are measurements with a
+// margin.
 TEST(EverydayRigidGroove, WhatFallsIntoItComesToRestAtItsBottom) {
   for (const double angle : {0.5, 0.785})
     for (InGroove body : round_shapes()) {
@@ -87,6 +93,8 @@ TEST(EverydayRigidGroove, WhatFallsIntoItComesToRestAtItsBottom) {
     }
 }
 
+// A ball that rolls along both sides without slipping keeps speed and height; contact that changes sides
+// would brake it.
 TEST(EverydayRigidGroove, ABallRollsAlongIt) {
   for (const double angle : {0.35, 0.785, 1.1})
     for (const double speed : {0.5, 3.0}) {
@@ -94,7 +102,7 @@ TEST(EverydayRigidGroove, ABallRollsAlongIt) {
       scene::Scene scene = scene_of(ball, angle, 1, 0);
       scene::RigidBody& body = scene.rigid.back();
       body.placement.velocity = Vec3(speed, 0, 0);
-      // Without slipping: the points that touch are radius cos(angle) below the axis.
+      // Without slipping, the points of contact are r cos(angle) below the axis.
       body.placement.angular_velocity = Vec3(0, 0, -speed / (ball.radius * std::cos(angle)));
       const double height = body.placement.position.y();
       Simulation simulation(scene, test::plan(scene));
@@ -109,7 +117,8 @@ TEST(EverydayRigidGroove, ABallRollsAlongIt) {
     }
 }
 
-// A cube on its edge, and one made of triangles, fit into a groove of a right angle.
+// A cube, as a box and as a mesh, stands on its edge in a groove with a right angle, and touches both sides
+// with its faces.
 TEST(EverydayRigidGroove, ACubeFitsIntoARightAngle) {
   const auto cube = std::make_shared<TriangleMesh>(test::box_mesh(-Vec3(0.4, 0.3, 0.3), Vec3(0.4, 0.3, 0.3)));
   for (const bool is_mesh : {false, true})
@@ -133,8 +142,10 @@ TEST(EverydayRigidGroove, ACubeFitsIntoARightAngle) {
     }
 }
 
-// Of a box that comes to lie on one side, the edge in the bottom of the groove touches both: with one of them
-// alone it kept speeds of 0.1 m/s that moved nothing. Any box, however it has landed.
+// When a box comes to lie on one side of the groove, its edge in the bottom touches both sides. With a
+// contact at one of them alone it kept velocities of 0.1 m/s that moved nothing. The test drops boxes with
+// several turns, frictions and sizes; the bounds on speed and penetration are the tolerance of the contact
+// solve.
 TEST(EverydayRigidGroove, BoxesComeToRestInIt) {
   const Vec3 half(0.15, 0.25, 0.125);
   const auto mesh = std::make_shared<TriangleMesh>(test::box_mesh(-half, half));
@@ -157,7 +168,8 @@ TEST(EverydayRigidGroove, BoxesComeToRestInIt) {
           if (turn == 1.3) scene.solver.max_time_step = 4e-3;
           Simulation simulation(scene, test::plan(scene));
           double least = std::numeric_limits<double>::infinity(), gain = 0;
-          const double scale = 8 * half.prod() * 1000 * 9.8 * std::pow(size, 5);  // J, as g is of the size
+          // Energy (J) of a fall by a size; gravity is proportional to the size.
+          const double scale = 8 * half.prod() * 1000 * 9.8 * std::pow(size, 5);
           for (int frame = 0; frame < 96; ++frame) {
             simulation.advance_frame();
             const FrameStats stats = simulation.stats();

@@ -1,5 +1,5 @@
-// Bodies that land flat leave level, on the spot, and with the speed that their restitution says: any shape,
-// on anything, of any size, with any step.
+// Bodies that land flat rebound without turning, in the same place, and with the speed that their restitution
+// says, for any shape, support, size and step.
 #include <algorithm>
 #include <cmath>
 
@@ -17,25 +17,28 @@ using test::Support;
 
 constexpr double gravity = 9.8;  // m/s^2
 
+// How a body lands.
 struct Landing {
   double size = 1;  // m
   double drop = 1;  // sizes
   double restitution = 0.5;
   double friction = 0.5;
-  double sideways = 0;  // of the speed of impact
+  double sideways = 0;  // over the speed of impact
   double longest_step = 1.0 / 48;
 };
 
+// Velocities and energy after the landing.
 struct Left {
-  double up = 0;        // speed at the surface on the way up over that on the way down
-  double sideways = 0;  // speeds over that on the way down
+  double up = 0;        // speed on the way up over that on the way down, both at the surface
+  double sideways = 0;  // speed along x over that on the way down
+  // Speed along z over that on the way down.
   double across = 0;
   double spin = 0;    // half a size times the angular velocity, over that speed
-  double energy = 0;  // gained, over that before
+  double energy = 0;  // relative gain
 };
 
-// The fall and the rebound, to half of the time until the next impact; without restitution as long as it
-// fell.
+// Simulates the fall and the rebound, up to half of the time until the next impact, or, with little
+// restitution, for 0.3 of the time of the fall.
 Left land(const test::EverydayShape& shape, Support support, const Landing& how) {
   scene::Scene scene;
   test::add_support(scene, support, how.size);
@@ -78,13 +81,14 @@ Left land(const test::EverydayShape& shape, Support support, const Landing& how)
   return left;
 }
 
+// Checks a landing without sideways speed.
 void expect_level(const test::EverydayShape& shape, Support support, const Landing& how) {
   const Left left = land(shape, support, how);
   const std::string name = fmt::format("{} on {}, size {}, e {}, step {}", shape.name, name_of(support),
                                        how.size, how.restitution, how.longest_step);
   SCOPED_TRACE(name);
-  // Sweeps find the impulses of a blow to 1e-10 of its speed, and a level mesh of doubles is level to 1e-7 of
-  // its grid's single precision.
+  // Sweeps find the impulses of an impact to 1e-10 of its speed, and a level mesh of doubles is level to
+  // 1e-7, the single precision of its grid.
   EXPECT_LT(left.spin, 1e-6) << name;
   EXPECT_LT(std::hypot(left.sideways, left.across), 1e-6) << name;
   EXPECT_NEAR(left.up, how.restitution, how.restitution > 0 ? 0.01 * how.restitution : 1e-3) << name;
@@ -94,6 +98,8 @@ void expect_level(const test::EverydayShape& shape, Support support, const Landi
   }
 }
 
+// The speed after the impact is e times that before. Impulses that differ among the points of a face would
+// turn the body.
 TEST(EverydayRigidLanding, EveryShapeLeavesLevelWithItsRestitution) {
   for (const test::EverydayShape& shape : test::shapes_that_lie_flat())
     for (const double restitution : {0.0, 0.5, 1.0})
@@ -101,6 +107,7 @@ TEST(EverydayRigidLanding, EveryShapeLeavesLevelWithItsRestitution) {
         expect_level(shape, Support::ground, {.restitution = restitution, .friction = friction});
 }
 
+// The support must not matter, nor the internal edges of tiles and meshes.
 TEST(EverydayRigidLanding, WhateverItLandsOn) {
   test::Cases cases(3);  // 11 of 32
   for (const test::EverydayShape& shape : test::shapes_that_lie_flat())
@@ -108,6 +115,8 @@ TEST(EverydayRigidLanding, WhateverItLandsOn) {
       if (cases.takes()) expect_level(shape, support, {});
 }
 
+// Neither size nor step may matter. Absolute thresholds of speeds or lengths in the solver would show at the
+// ends of the range.
 TEST(EverydayRigidLanding, AtAnySizeAndStep) {
   for (const test::EverydayShape& shape : test::shapes_that_lie_flat())
     for (const double size : {1e-2, 0.2, 30.0})
@@ -115,20 +124,21 @@ TEST(EverydayRigidLanding, AtAnySizeAndStep) {
         expect_level(shape, Support::ground, {.size = size, .longest_step = longest_step});
 }
 
-// The blow of m (1 + e) v along the normal has a friction of mu times that, on every point alike: what lands
-// flat with a speed to the side loses mu (1 + e) v of it, and neither turns nor leaves its line.
+// The impulse m (1 + e) v along the normal brings friction of mu times that, evenly over all points. A body
+// that lands flat with a sideways speed loses mu (1 + e) v of it, and neither turns nor leaves its line.
 TEST(EverydayRigidLanding, FrictionOfABlowIsThatOfCoulomb) {
   for (const test::EverydayShape& shape : test::shapes_that_lie_flat()) {
     if (shape.name.starts_with("lying") || shape.name == "ball" || shape.name == "slab")
-      continue;  // they roll, or tip
+      continue;  // they roll or tip
     const Left left = land(shape, Support::ground, {.restitution = 0, .friction = 0.1, .sideways = 0.5});
-    // 0.3 of the time of the fall follows, of sliding with friction.
+    // After the landing the body slides with friction for 0.3 of the time of the fall.
     test::expect_below(std::abs(left.sideways - (0.5 - 0.1 - 0.1 * 0.3)), 2e-3, "speed_" + shape.name);
     test::expect_below(left.across, 1e-6, "across_" + shape.name);
   }
 }
 
-// A row of balls that touch: the first one's blow leaves with the last one, at e = 1 with all of its speed.
+// In a row of touching balls with e = 1, the last ball leaves with the whole speed of the first, and all
+// others rest. Solving all impacts at once would share the momentum among several balls.
 TEST(EverydayRigidLanding, ARowOfBallsPassesABlowOn) {
   for (const int count : {3, 5, 9}) {
     scene::Scene scene = test::free_space();

@@ -1,5 +1,5 @@
-// Bodies that reach over the sides of what they lie on. Cylinders and capsules, as wheels on rails and logs
-// below slabs, touch where these sides end, which is no place on them, and roll as on a wide plane.
+// Bodies that reach over the sides of what they lie on. Cylinders and capsules, as wheels on rails and as
+// logs below slabs, touch along a line that ends where these sides end, and roll as on a wide plane.
 #include <algorithm>
 #include <cmath>
 
@@ -16,13 +16,13 @@ namespace {
 
 using scene::ShapeKind;
 
-// Lengths are in parts of the scene's size, which is what it is scaled with.
+// A named shape. Lengths are relative to the size of the scene, by which scale() multiplies them.
 struct Case {
   std::string name;
   scene::Shape shape;
 };
 
-// A wheel's axis is along y; it is turned to lie along z. Its radius is 0.2.
+// Returns wheels with a radius of 0.2. Their axis is y in the body frame, and on_rails() turns it to z.
 std::vector<Case> wheels() {
   return {{"long cylinder", {.kind = ShapeKind::cylinder, .radius = 0.2, .length = 1.2}},
           {"cylinder that ends over the rails", {.kind = ShapeKind::cylinder, .radius = 0.2, .length = 0.62}},
@@ -30,7 +30,7 @@ std::vector<Case> wheels() {
           {"capsule that ends over the rails", {.kind = ShapeKind::capsule, .radius = 0.2, .length = 0.62}}};
 }
 
-// Along x, 40 long; their middle is 0.05 below the wheel.
+// Returns rails along x with a length of 40. Their middle lies 0.05 below the wheel.
 std::vector<Case> rails() {
   std::vector<Case> rails{{"box", {.kind = ShapeKind::box, .size = Vec3(40, 0.1, 0.1)}},
                           {"narrow box", {.kind = ShapeKind::box, .size = Vec3(40, 0.1, 0.01)}},
@@ -42,8 +42,9 @@ std::vector<Case> rails() {
   return rails;
 }
 
+// Multiplies all lengths of a scene by `size`, gravity included, so that motions take the same time.
 void scale(scene::Scene& scene, double size) {
-  scene.gravity *= size;  // times stay as they are
+  scene.gravity *= size;
   for (scene::RigidBody& body : scene.rigid) {
     body.shape = test::scaled(body.shape, size);
     body.placement.position *= size;
@@ -51,6 +52,7 @@ void scale(scene::Scene& scene, double size) {
   }
 }
 
+// Returns a wheel that rolls without slipping along two static rails at z = -0.3 and z = 0.3.
 scene::Scene on_rails(const Case& wheel, const Case& rail, double speed) {
   scene::Scene scene;
   scene.gravity = Vec3(0, -9.8, 0);
@@ -78,11 +80,13 @@ scene::Scene on_rails(const Case& wheel, const Case& rail, double speed) {
   return scene;
 }
 
-// The most by which the velocity of "body" differs from the one it began with, along and across it, and its
-// height from `height`, over its speed and `radius`; velocity, height and radius in parts of the size (m).
+// The largest deviations of a body called "body": of its velocity along and across the direction of motion,
+// over its speed, and of its height from `height`, over `radius`. Velocity, height and radius are relative to
+// the size.
 struct Rolled {
   double change = 0, across = 0, hop = 0;
 };
+// Simulates `frames` frames and returns the deviations.
 Rolled roll(const scene::Scene& scene, double size, int frames, const Vec3& velocity, double height,
             double radius) {
   Simulation simulation(scene, test::plan(scene));
@@ -100,7 +104,10 @@ Rolled roll(const scene::Scene& scene, double size, int frames, const Vec3& velo
   return rolled;
 }
 
-TEST(EverydayRigidOverhang, WheelsRollOnRailsThatAreNarrowerThanThey) {
+// A wheel on two narrow rails keeps its speed, its line and its height as on a plane; 1e-4 leaves room for
+// the tolerance of the contact solve. Contact at the ends of the wheel alone, beside the rails, would let it
+// fall between them.
+TEST(EverydayRigidOverhang, WheelsRollOnRailsNarrowerThanTheyAre) {
   double max_change = 0, max_hop = 0;
   int number = 0;
   for (const Case& rail : rails())
@@ -124,11 +131,11 @@ TEST(EverydayRigidOverhang, WheelsRollOnRailsThatAreNarrowerThanThey) {
   test::record_margin("most_hop_over_radius", max_hop, "each below 1e-4");
 }
 
-// What it loses where it rolls over a gap between two tables is what a wheel loses that lies on them with the
-// whole of its side: its axis goes around the second edge, which acted as a slope that stops it. A wheel that
-// flies over a part of the gap meets that edge, of slope gap / (2 R), in one step or in none: the two may
-// differ by what a step's fall g dt gives along it.
-TEST(EverydayRigidOverhang, GapsCostNoMoreThanWheelsThatDoNotReachOver) {
+// A wheel that reaches over the sides of two tables loses no more at the gap between them than a wheel that
+// lies on them with its whole length: its axis turns about the second edge, which acts as a slope of gap / (2
+// R). A wheel that flies over a part of the gap meets that edge in one step or in none, so the two may differ
+// by what the fall of one step, g dt, gives along the slope.
+TEST(EverydayRigidOverhang, GapsCostWideWheelsNoMoreThanNarrowOnes) {
   double most = 0;
   for (const ShapeKind kind : {ShapeKind::cylinder, ShapeKind::capsule})
     for (const double gap : {0.001, 0.005, 0.02})
@@ -155,8 +162,9 @@ TEST(EverydayRigidOverhang, GapsCostNoMoreThanWheelsThatDoNotReachOver) {
   test::record_margin("most_difference_but_for_a_step", most, "each below 2e-3");
 }
 
-// Level with the rails' tops, points of its lower face that come from beside a rail slide over it: they hit
-// its side, which ends there, and stopped what has no friction.
+// Points of a flat body's lower face that come from beside a rail, level with its top, must slide over it.
+// When they were taken to hit the rail's side, which ends at that height, they stopped bodies without
+// friction.
 TEST(EverydayRigidOverhang, FlatBodiesSlideAlongRails) {
   double most = 0;
   for (const auto& [name, shape] : std::vector<std::pair<std::string, scene::Shape>>{
@@ -179,7 +187,7 @@ TEST(EverydayRigidOverhang, FlatBodiesSlideAlongRails) {
             for (int frame = 0; frame < 10; ++frame) simulation.advance_frame();
             const double expected = speed - friction * 9.8 * 10 / 24;
             const double off = (rigid.state[b].velocity / size - Vec3(expected, 0, 0)).norm() / speed;
-            // The points that carry it change as it slides; on one corner, friction turns it.
+            // The points that carry the body change as it slides. On a single corner, friction turns it.
             EXPECT_LT(off, friction == 0 ? 2e-3 : 0.05) << name << " turned by " << turn << ", " << speed
                                                         << " m/s, friction " << friction << ", size " << size;
             if (friction == 0) most = std::max(most, off);
@@ -187,9 +195,10 @@ TEST(EverydayRigidOverhang, FlatBodiesSlideAlongRails) {
   test::record_margin("most_lost_without_friction", most, "each below 2e-3");
 }
 
-// Without friction nothing should change how they slide and turn slowly. What comes from beside a rail, level
-// with its top, struck its side: a box had a tenth of its speed left and turned back. A ring lost a tenth a
-// second to the samples of the rails' edges, which are no bumps for it.
+// Without friction nothing may change how flat bodies slide and slowly turn on rails. When points that come
+// from beside a rail, level with its top, struck its side, a box kept a tenth of its speed and turned back. A
+// ring lost a tenth of its speed in a second to the samples of the rails' edges, which must be no bumps for
+// it.
 TEST(EverydayRigidOverhang, FlatBodiesTurnAsTheySlideAlongRails) {
   struct Turning {
     std::string name;
@@ -208,7 +217,7 @@ TEST(EverydayRigidOverhang, FlatBodiesTurnAsTheySlideAlongRails) {
       for (const double spin : {0.0, 0.5, 1.0, 2.0})
         for (const double speed : {0.0, 0.3, 1.0})
           for (const double size : {1.0, 0.01, 20.0}) {
-            // The grid of a mesh takes longer than the motion.
+            // Building the grid of a mesh takes longer than the motion, so meshes run in few cases.
             if (spin > fastest || (rail.name == "mesh" && (size != 1 || speed == 0.3))) continue;
             if (!cases.takes()) continue;
             scene::Scene scene = on_rails({name, shape}, rail, speed);
@@ -222,7 +231,7 @@ TEST(EverydayRigidOverhang, FlatBodiesTurnAsTheySlideAlongRails) {
             const auto& rigid = simulation.world().bodies.rigid;
             const auto b = test::index_of_shape(simulation.world().bodies);
             double change = 0, hop = 0;
-            // The narrow box falls between the rails when it has turned by more than a radian.
+            // A narrow box that has turned by more than a radian falls between the rails.
             const int frames = spin > 1 ? static_cast<int>(24 / spin) : 24;
             for (int frame = 0; frame < frames; ++frame) {
               simulation.advance_frame();
@@ -242,10 +251,10 @@ TEST(EverydayRigidOverhang, FlatBodiesTurnAsTheySlideAlongRails) {
   test::record_margin("most_hop_m", max_hop, "each below 2e-4");
 }
 
-// On a table of one to 1000 times its width, where samples of either one need not be near where its edges
-// leave the table: what has its centre of mass over the table by a hundredth of its width stays, what has it
-// beyond by as much falls.
-TEST(EverydayRigidOverhang, SmallBodiesStandAsFarOutOnTablesAsTheyCan) {
+// A body with its center of mass over the table by a hundredth of its width stands, and one with it beyond
+// the edge by as much falls. The tables are two to 1000 times as wide as the body, so that samples of neither
+// need be near the places where the body's edges leave the table.
+TEST(EverydayRigidOverhang, SmallBodiesStandUpToTheTippingPoint) {
   double max_moved = 0;
   auto mesh = std::make_shared<TriangleMesh>(test::box_mesh(-Vec3(0.5, 0.5, 0.5), Vec3(0.5, 0.5, 0.5)));
   std::vector<std::pair<std::string, scene::Shape>> bodies{
@@ -293,8 +302,8 @@ TEST(EverydayRigidOverhang, SmallBodiesStandAsFarOutOnTablesAsTheyCan) {
   test::record_margin("most_moved_over_width", max_moved, "each below 1e-4");
 }
 
-// On logs that are longer than it is wide, and shorter, up to 8500 times as heavy as they. Light bodies below
-// heavy ones were as if fixed for shock propagation, so that they led the slab and braked it.
+// A slab rolls on light logs, which are shorter or longer than it is wide, and up to 8500 times lighter. When
+// shock propagation took the light bodies below heavy ones as fixed, they dragged and braked the slab.
 TEST(EverydayRigidOverhang, SlabsRollOnLogs) {
   double max_change = 0, max_hop = 0;
   for (const ShapeKind kind : {ShapeKind::cylinder, ShapeKind::capsule})
@@ -327,7 +336,8 @@ TEST(EverydayRigidOverhang, SlabsRollOnLogs) {
           const Rolled rolled = roll(scene, 1, 30, Vec3(speed, 0, 0), 0.2, 0.05);
           const std::string name = fmt::format("{} m logs, density {}, {} m/s", length, density, speed);
           EXPECT_LT(rolled.change, 1e-3) << name;
-          // What a thousandfold load leaves of the fall of a step, g/48 s, where shocks do not pass.
+          // The bound is 3 % of g / 48 s, the fall of a step: what a thousandfold load leaves of it where
+          // shock propagation is not in use.
           EXPECT_LT(rolled.across * speed, 0.03 * 9.8 / 48) << name;
           EXPECT_LT(rolled.hop, 1e-3) << name;
           max_change = std::max(max_change, rolled.change);
@@ -337,9 +347,10 @@ TEST(EverydayRigidOverhang, SlabsRollOnLogs) {
   test::record_margin("most_hop_over_radius", max_hop, "each below 1e-3");
 }
 
-// The peg stands on the ground, two static bodies that adjoin. The ground was taken for what the peg's top
-// goes on as, so that the ring's other side, far below it, was pushed up to it: by 0.4 m, between two frames.
-TEST(EverydayRigidOverhang, ARingFallsOverAPegThatStandsOnTheGround) {
+// A ring falls over a peg that stands on the ground, so that two static bodies adjoin. When the ground was
+// taken for the continuation of the peg's top, the far side of the ring, deep below that top, was pushed up
+// to it by 0.4 m between two frames. Such an error shows as a gain of energy.
+TEST(EverydayRigidOverhang, ARingFallsOverAPegOnTheGround) {
   double max_gain = 0;
   for (const ShapeKind kind : {ShapeKind::cylinder, ShapeKind::box})
     for (const double beside : {0.05, 0.15, 0.25, 0.35})

@@ -1,5 +1,5 @@
-// What rolls keeps its speed, its height and its line: every round shape, on anything, at any speed, with any
-// step; and down a slope it has the textbook acceleration.
+// Rolling bodies keep their speed, height and line: every round shape, on any support, at any speed, with any
+// step. Down a slope they have the acceleration of the textbook.
 #include <algorithm>
 #include <cmath>
 
@@ -15,15 +15,17 @@ namespace {
 
 using test::Support;
 
+// Duration of a run, s.
 constexpr double seconds = 2;
 
+// The largest deviations of a rolling body.
 struct Rolled {
-  double speed = 0;  // largest deviations: of the speed, over it
+  double speed = 0;  // of the speed, relative to it
   double hop = 0;    // of the height, over the radius
-  double drift = 0;  // across, over the radius
+  double drift = 0;  // sideways, over the radius
 };
 
-// At `speed` sizes a second, without slipping.
+// Rolls the shape for two seconds at `speed` sizes per second, without slipping at the start.
 Rolled roll(const test::EverydayShape& shape, Support support, double size, double speed,
             double longest_step) {
   scene::Scene scene;
@@ -47,6 +49,8 @@ Rolled roll(const test::EverydayShape& shape, Support support, double size, doub
   return rolled;
 }
 
+// Checks that nothing brakes or turns the body: 1e-4 and 1e-3 leave room for the tolerance of the contact
+// solve.
 void expect_steady(const test::EverydayShape& shape, Support support, double size, double speed,
                    double longest_step = 1.0 / 48) {
   const Rolled rolled = roll(shape, support, size, speed, longest_step);
@@ -57,6 +61,8 @@ void expect_steady(const test::EverydayShape& shape, Support support, double siz
   EXPECT_LT(rolled.drift, 1e-3) << name;
 }
 
+// A round body touches flat supports at its support points alone. Contacts at samples, at the edges of a
+// support's triangles or at internal edges of tiles would brake it or make it hop.
 TEST(EverydayRigidRolling, KeepsItsSpeedOnAnything) {
   test::Cases cases(5);  // 15 of 72
   for (const test::EverydayShape& shape : test::shapes_that_roll())
@@ -66,6 +72,7 @@ TEST(EverydayRigidRolling, KeepsItsSpeedOnAnything) {
         if (cases.takes()) expect_steady(shape, support, 1, speed);
 }
 
+// Neither speed, size nor step may matter.
 TEST(EverydayRigidRolling, AtAnySpeedSizeAndStep) {
   test::Cases cases(5);  // 9 of 42
   for (const test::EverydayShape& shape : test::shapes_that_roll()) {
@@ -77,7 +84,8 @@ TEST(EverydayRigidRolling, AtAnySpeedSizeAndStep) {
   }
 }
 
-// a = g sin(angle) / (1 + I / (m r^2)), on a box that is turned, from rest.
+// a = g sin(angle) / (1 + I / (m r^2)), from rest, on an inclined box. The body must roll without slipping:
+// tan(angle) = 0.58 is below the friction of 0.8.
 TEST(EverydayRigidRolling, DownASlopeItHasTheTextbookAcceleration) {
   constexpr double angle = 30 * EIGEN_PI / 180, gravity = 9.8;
   for (const test::EverydayShape& shape : test::shapes_that_roll()) {
@@ -95,7 +103,7 @@ TEST(EverydayRigidRolling, DownASlopeItHasTheTextbookAcceleration) {
     for (int frame = 1; frame <= seconds * scene.fps; ++frame) simulation.advance_frame();
     const auto& properties =
         simulation.world().bodies.rigid.properties[test::index_of_shape(simulation.world().bodies)];
-    // All of them turn about y of their own but the ball, whose moments are the same.
+    // All shapes but the ball, whose moments are equal, turn about the y axis of their body frame.
     const double ratio = properties.inertia.y() / (properties.mass * shape.height * shape.height);
     const double theory = gravity * std::sin(angle) / (1 + ratio) * seconds;
     const double speed = simulation.world()
@@ -105,8 +113,8 @@ TEST(EverydayRigidRolling, DownASlopeItHasTheTextbookAcceleration) {
   }
 }
 
-// Let go while it slides and does not turn, a body rolls once friction has taken 1 / (1 + m r^2 / I) of its
-// speed.
+// A body that starts to slide without turning rolls once friction has taken the fraction 1 / (1 + m r^2 / I)
+// of its speed, so that v = v_0 / (1 + I / (m r^2)), whatever the friction.
 TEST(EverydayRigidRolling, SlidingTurnsIntoRolling) {
   test::Cases cases(2);  // 9 of 18
   for (const test::EverydayShape& shape : test::shapes_that_roll())

@@ -1,5 +1,5 @@
-// Static tiles that lie side by side, of boxes and of meshes, are one floor: what rolls or slides over the
-// seam between two of them keeps its speed and its height.
+// Static tiles of boxes and meshes that lie side by side are one floor: a body that rolls or slides over the
+// internal edge between two of them keeps its speed and its height.
 #include <algorithm>
 #include <cmath>
 
@@ -16,14 +16,15 @@ namespace {
 
 using scene::ShapeKind;
 
-// Lengths are in parts of the scene's size.
+// A body that crosses the internal edge. Lengths are relative to the size of the scene.
 struct Mover {
   std::string name;
   scene::Shape shape;
-  double height;  // of its centre above the floor
-  double radius;  // that it rolls on about the axis z, or zero: then it slides without friction
+  double height;  // of its center above the floor
+  double radius;  // of rolling about z; 0 for bodies that slide without friction
 };
 
+// Returns bodies that roll and bodies that slide.
 std::vector<Mover> movers() {
   return {{"small ball", {.kind = ShapeKind::sphere, .radius = 0.02}, 0.02, 0.02},
           {"ball", {.kind = ShapeKind::sphere, .radius = 0.1}, 0.1, 0.1},
@@ -32,7 +33,8 @@ std::vector<Mover> movers() {
           {"capsule", {.kind = ShapeKind::capsule, .radius = 0.04, .length = 0.1}, 0.04, 0.04}};
 }
 
-// Two tiles of 1 x 0.1 x 1 that meet at x = 0, as a mesh or a box each.
+// Returns two tiles of 1 x 0.1 x 1 that meet at x = 0, each a mesh or a box, and a body at x = `start` that
+// moves towards +x.
 scene::Scene on_tiles(const Mover& mover, bool first_is_mesh, bool second_is_mesh, double start, double speed,
                       double size) {
   scene::Scene scene;
@@ -67,9 +69,10 @@ scene::Scene on_tiles(const Mover& mover, bool first_is_mesh, bool second_is_mes
   return scene;
 }
 
-// Where it passes the seam within a step matters: each starts from several places. A ball of 4 cm at 2 m/s
-// was thrown back by the side of a second tile that was a mesh, as far away the grid of that does not tell
-// its edge well enough to see that it is at the seam.
+// The place at which a body passes the internal edge within a step matters, so each starts from several
+// places. A ball of 4 cm at 2 m/s was thrown back by the side of a second tile that is a mesh: from the
+// distance of a step, the grid of distances did not tell the edge of the tile well enough to see that the
+// ball meets it there.
 TEST(EverydayRigidSeams, TilesOfBoxesAndMeshesAreOneFloor) {
   double max_lost = 0, max_hop = 0;
   test::Cases cases(5);  // 16 of 78
@@ -79,8 +82,8 @@ TEST(EverydayRigidSeams, TilesOfBoxesAndMeshesAreOneFloor) {
         for (const double start : {-0.3, -0.311})
           for (const double size : {1.0, 20.0}) {
             if (size != 1 && start != -0.311) continue;
-            // What has a flat bottom and passes its own width in a step is let down by up to a millimetre
-            // there.
+            // A flat body that passes its own width within a step sinks by up to a millimeter at the edge, so
+            // fast flat bodies are left out.
             if (mover.radius == 0 && speed > 2) continue;
             if (!cases.takes()) continue;
             const scene::Scene scene = on_tiles(mover, first, second, start, speed, size);

@@ -1,4 +1,4 @@
-// Stacks that hardly stand, stand, and those that cannot, fall: nothing creeps towards an edge because a
+// Stacks at the limit of balance stand, and those beyond it fall: nothing creeps towards an edge because a
 // solver gives up.
 #include <algorithm>
 #include <string>
@@ -13,14 +13,14 @@
 namespace duet::everyday_rigid_stacks_test {
 namespace {
 
-// Of the length in 2 s. Where friction keeps a step's solution from being found, sweeps leave some 1e-5 m/s;
-// by sweeps alone eight bricks creep ten times as far, or fall.
+// Largest displacement of a brick in 2 s, over its length. Where friction keeps sweeps from finding the
+// solution of a step, they leave some 1e-5 m/s. By sweeps alone eight bricks creep ten times as far, or fall.
 constexpr double max_creep = 5e-4;
 constexpr double length = 0.2, height = 0.06, width = 0.1;  // m, of a brick
 
-// Bricks over the edge of a table at x = 0, the one on top as far out as it can be, the one below it as far
-// as both together can be, and so on: 1/2, 1/4, 1/6, 1/8 ... of their length beyond the next one, times
-// `share`. Lengths are times `size`, which gravity is as well, so that times stay.
+// Returns bricks that lean over the edge of a table at x = 0. The top one stands as far out as it can, the
+// one below it as far as both together can, and so on: 1/2, 1/4, 1/6, 1/8 ... of the length beyond the next
+// one, times `share`. All lengths and gravity are multiplied by `size`, so that motions take the same time.
 scene::Scene leaning_out(int count, double share, double size) {
   scene::Scene scene;
   scene.gravity = Vec3(0, -9.8, 0) * size;
@@ -44,7 +44,7 @@ scene::Scene leaning_out(int count, double share, double size) {
   return scene;
 }
 
-// How far a brick has come at most from where it was, m.
+// Returns the largest displacement (m) of a body from its position in `start`.
 double max_moved(const Simulation& simulation, const std::vector<Vec3>& start) {
   double most = 0;
   for (std::size_t i = 0; i < start.size(); ++i)
@@ -52,19 +52,22 @@ double max_moved(const Simulation& simulation, const std::vector<Vec3>& start) {
   return most;
 }
 
+// Returns the positions of all rigid bodies (m).
 std::vector<Vec3> places(const Simulation& simulation) {
   std::vector<Vec3> places;
   for (const RigidState& state : simulation.world().bodies.rigid.state) places.push_back(state.pose.position);
   return places;
 }
 
+// Settings under which stacks must stand or fall alike.
 struct Variant {
   std::string name;
   double size = 1;
   scene::Accuracy accuracy = scene::Accuracy::standard;
-  double longest_step = 0;  // s, or 0 for that of the rule
+  double longest_step = 0;  // s; 0 for the step of the rule
 };
 
+// Returns the accuracies, a shorter step and other sizes.
 const std::vector<Variant>& variants() {
   static const std::vector<Variant> all{{.name = "standard"},
                                         {.name = "draft", .accuracy = scene::Accuracy::draft},
@@ -75,7 +78,7 @@ const std::vector<Variant>& variants() {
   return all;
 }
 
-// Over 2 s, in parts of the bricks' length.
+// Returns the largest displacement of a brick within 2 s, over the bricks' length.
 double lean_out(int count, double share, const Variant& variant) {
   scene::Scene scene = leaning_out(count, share, variant.size);
   scene.solver = scene::preset(variant.accuracy);
@@ -86,6 +89,7 @@ double lean_out(int count, double share, const Variant& variant) {
   return max_moved(simulation, start) / (variant.size * length);
 }
 
+// At 90 % and 98 % of the largest overhang (the harmonic series) the stack is in balance.
 TEST(EverydayRigidStacks, StandAsFarOutAsTheyCan) {
   double most = 0;
   for (const Variant& variant : variants())
@@ -98,6 +102,8 @@ TEST(EverydayRigidStacks, StandAsFarOutAsTheyCan) {
   test::record_margin("most_moved_over_length", most, "each below 5e-4");
 }
 
+// At 102 % the bricks' centers of mass are beyond their supports, so the stack falls. Contacts that pull
+// would hold it.
 TEST(EverydayRigidStacks, FallWhereTheyCannotStand) {
   for (const Variant& variant : variants())
     for (const int count : {1, 2, 4, 8})

@@ -1,6 +1,5 @@
-// Floors of tiles that do not quite touch, or of which the next is lower: bodies pass from one to the other.
-// What slides level over a gap keeps its speed; what rolls loses no more than its pivoting around the second
-// edge takes.
+// Floors of tiles with gaps or with a lower second tile. A body that slides over a gap keeps its speed, and a
+// body that rolls loses no more than pivoting about the second edge takes.
 #include <algorithm>
 #include <cmath>
 
@@ -16,14 +15,15 @@ namespace {
 
 using scene::ShapeKind;
 
-// Lengths are in parts of the scene's size.
+// A body that passes from one tile to the next. Lengths are relative to the size of the scene.
 struct Passing {
   std::string name;
   scene::Shape shape;
-  double radius = 0;  // of what rolls; 0 of what slides without friction
-  double height = 0;  // of the middle over the floor
+  double radius = 0;  // of rolling; 0 for bodies that slide without friction
+  double height = 0;  // of the center over the floor
 };
 
+// Returns two bodies that roll and two that slide.
 std::vector<Passing> passing() {
   return {{"ball", {.kind = ShapeKind::sphere, .radius = 0.2}, 0.2, 0.2},
           {"can", {.kind = ShapeKind::cylinder, .radius = 0.2, .length = 0.6}, 0.2, 0.2},
@@ -31,11 +31,13 @@ std::vector<Passing> passing() {
           {"puck", {.kind = ShapeKind::cylinder, .radius = 0.5, .length = 0.6}, 0, 0.3}};
 }
 
+// Arrangement of the two tiles, in sizes.
 struct Floor {
-  double gap = 0, drop = 0;  // between the tiles; by how much the second is lower
+  double gap = 0, drop = 0;  // distance of the tiles; by how much the second one is lower
   bool is_mesh = false;
 };
 
+// Returns a tile on the side `side` (-1 or 1) of the gap.
 scene::RigidBody tile(const std::string& name, const Floor& floor, double side) {
   scene::RigidBody tile;
   tile.name = name;
@@ -51,7 +53,8 @@ scene::RigidBody tile(const std::string& name, const Floor& floor, double side) 
   return tile;
 }
 
-// Towards +x, turned about the vertical by `turn` (rad) as a whole.
+// Returns a body that moves along +x over the tiles. The whole scene is turned about the vertical by `turn`
+// (rad).
 scene::Scene on_tiles(const Passing& passing, const Floor& floor, double speed, double size, double turn) {
   scene::Scene scene;
   scene.gravity = Vec3(0, -9.8 * size, 0);
@@ -77,12 +80,14 @@ scene::Scene on_tiles(const Passing& passing, const Floor& floor, double speed, 
   return scene;
 }
 
+// Result of a passage.
 struct Passed {
   Vec3 position;       // m, at the end
-  double change = 0;   // of the speed along the way, over that speed: at the end
-  double hop = 0;      // above the first tile, in parts of the size
-  double overlap = 0;  // in parts of the size
+  double change = 0;   // of the speed along the path at the end, over the speed at the start
+  double hop = 0;      // largest height above the start, in sizes
+  double overlap = 0;  // largest penetration, in sizes
 };
+// Simulates 5.5 sizes of the path, from 3 before the gap.
 Passed pass(const scene::Scene& scene, double speed, double size, double turn) {
   Simulation simulation(scene, test::plan(scene));
   const RigidState& state =
@@ -101,17 +106,18 @@ Passed pass(const scene::Scene& scene, double speed, double size, double turn) {
   return passed;
 }
 
-// The loss of what pivots around the second edge of a gap from the first: its centre turns by
-// a = 2 asin(gap / 2 R), and keeps (I + m R^2 cos a) / (I + m R^2) of its speed, I no less than 2/5 m R^2. A
-// rebound from the edge adds as much again at most.
+// Returns the largest relative loss of speed at a gap. A body that pivots from the first to the second edge
+// turns its center's direction by a = 2 asin(gap / (2 R)) and keeps (I + m R^2 cos a) / (I + m R^2) of its
+// speed, with I at least 2/5 m R^2. A rebound from the edge adds at most as much again.
 double max_loss(const Passing& passing, double gap) {
   if (passing.radius == 0) return 0;
   const double ratio = gap / (2 * passing.radius);
   return 2 * (1 - (0.4 + 1 - 2 * ratio * ratio) / 1.4);
 }
 
-// It was thrown up or back: the corner of a box that lies, having fallen by g dt^2 / 2 as predicted, was
-// taken to hit the side of the second tile, and a ball what of that is nearest to it from afar.
+// Bodies were thrown up or back here. The predicted position of a flat box's corner, fallen by g dt^2 / 2,
+// was taken to hit the side of the second tile, and so was the point of that side that is nearest to a ball
+// from afar.
 TEST(EverydayRigidTiles, GapsAndLowerTilesThrowNothing) {
   double max_change = 0, max_hop = 0;
   int number = 0;
@@ -139,8 +145,8 @@ TEST(EverydayRigidTiles, GapsAndLowerTilesThrowNothing) {
   test::record_margin("most_hop_in_sizes", max_hop, "each below 0.02");
 }
 
-// Tiles that adjoin are one floor at any speed: the points of a flat body that begin the step over the first
-// tile and end it over the second lay on neither, and the body dipped by 3 % of its height.
+// Adjoining tiles are one floor at any speed. Points of a flat body that begin a step over the first tile and
+// end it over the second one lay on neither, and the body sank by 3 % of its height.
 TEST(EverydayRigidTiles, TilesThatAdjoinAreOneFloor) {
   double max_change = 0, max_hop = 0, max_overlap = 0;
   int number = 0;
@@ -164,10 +170,11 @@ TEST(EverydayRigidTiles, TilesThatAdjoinAreOneFloor) {
   test::record_margin("most_overlap_in_sizes", max_overlap, "below 1e-4");
 }
 
-// A box reaches over the side of the floor by almost half of its width, and slides along that side. Its lower
-// edge lies in the plane of the floor where it crosses the rim: the rim's other face is not what it meets,
-// and the corners of the tiles at the seam are not hit along the rim. At 25 sizes/s every step has other
-// points, whose gaps differ by what the solve leaves: the box is 2e-4 sizes off its line after ten steps.
+// A box reaches over the side of the floor by almost half of its width and slides along that side. Its lower
+// edge lies in the plane of the floor where it crosses the rim, so it must touch neither the rim's other face
+// nor, along the rim, the corners of the tiles at the internal edge. At 25 sizes/s every step has other
+// contact points, whose gaps differ by the tolerance of the solve: after ten steps the box is 2e-4 sizes off
+// its line, and the bound is 3e-4.
 TEST(EverydayRigidTiles, BoxesSlideAlongTheSideThatTheyReachOver) {
   double most = 0;
   int number = 0;
@@ -177,7 +184,8 @@ TEST(EverydayRigidTiles, BoxesSlideAlongTheSideThatTheyReachOver) {
       const double size = sizes[number % 3], turn = turns[number++ % 2];
       scene::Scene scene = on_tiles(passing()[2], {0, 0, is_mesh}, speed, size, turn);
       Vec3& x = scene.rigid[0].placement.position;
-      x += size * (exponential(Vec3(0, turn, 0)) * Vec3(0, 0, 2.99 - 0.13));  // 1 cm inside a rim at 3 m
+      // 1 cm inside a rim at 3 m, for the size 1
+      x += size * (exponential(Vec3(0, turn, 0)) * Vec3(0, 0, 2.99 - 0.13));
       const Vec3 before = x;
       const Passed passed = pass(scene, speed, size, turn);
       const std::string name = fmt::format("{} sizes/s of {} m{}", speed, size, is_mesh ? ", meshes" : "");

@@ -1,5 +1,5 @@
-// Everyday scenes come out right with any accuracy, and however they are turned, moved and mirrored as a
-// whole: no direction of space is another than the others.
+// Results are invariant under rotation, translation and reflection of the whole scene, at every accuracy: no
+// direction of space is special.
 #include <array>
 #include <cmath>
 
@@ -18,29 +18,34 @@ using test::Support;
 
 constexpr double gravity = 9.8;  // m/s^2
 
-// Where a scene is: mirrored at x = 0, turned, moved, in this order.
+// A rigid motion or reflection of a scene: reflected at x = 0, rotated, translated, in this order.
 struct Place {
   std::string name;
   bool is_mirrored = false;
   Vec3 turn = Vec3::Zero();  // rotation vector, rad
   Vec3 move = Vec3::Zero();  // m
 
+  // Maps directions and velocities.
   Vec3 direction(const Vec3& v) const {
     return exponential(turn) * (is_mirrored ? Vec3(-v.x(), v.y(), v.z()) : v);
   }
+  // Maps positions.
   Vec3 position(const Vec3& x) const { return direction(x) + move; }
-  // Of axes of rotation, which keep their part along the mirror's normal.
+  // Maps axial vectors, such as angular velocities. A reflection keeps their component along its normal and
+  // negates the others.
   Vec3 axial(const Vec3& w) const { return (is_mirrored ? -1.0 : 1.0) * direction(w); }
+  // Maps orientations. The reflection of a rotation is conjugated by the mirror.
   Quat orientation(const Quat& q) const {
     return exponential(turn) * (is_mirrored ? Quat(q.w(), q.x(), -q.y(), -q.z()) : q);
   }
-  // The other way.
+  // Inverse of direction().
   Vec3 back(const Vec3& v) const {
     const Vec3 turned = exponential(-turn) * v;
     return is_mirrored ? Vec3(-turned.x(), turned.y(), turned.z()) : turned;
   }
 };
 
+// Returns the placements that every case is tested in.
 const std::array<Place, 4>& places() {
   static const std::array<Place, 4> all{
       {{.name = "as it is"},
@@ -53,8 +58,10 @@ const std::array<Place, 4>& places() {
   return all;
 }
 
+// Accuracies that every case is tested with.
 constexpr std::array accuracies{scene::Accuracy::draft, scene::Accuracy::standard, scene::Accuracy::fine};
 
+// A running scene and its placement.
 struct Thrown {
   Simulation simulation;
   const Place& place;
@@ -68,17 +75,20 @@ struct Thrown {
     const Bodies& bodies = simulation.world().bodies;
     return bodies.rigid.properties[test::index_of_shape(bodies)];
   }
-  // As if the scene had not been moved.
+  // Displacement since the start, mapped back to the scene as it was.
   Vec3 moved() const { return place.back(state().pose.position - start); }
+  // Velocity, mapped back.
   Vec3 velocity() const { return place.back(state().velocity); }
 };
 
+// How the body starts.
 struct Motion {
   double above = 0;  // m
   Vec3 velocity = Vec3::Zero(), spin = Vec3::Zero();
-  double friction = 0.5, restitution = 0.5, slope = 0;  // rad, of gravity towards +x
+  double friction = 0.5, restitution = 0.5, slope = 0;  // slope in rad, of gravity towards +x
 };
 
+// Builds the scene, places it, and returns its simulation.
 Thrown start(const test::EverydayShape& shape, Support support, const Motion& motion, const Place& place,
              scene::Accuracy accuracy) {
   scene::Scene scene;
@@ -101,6 +111,7 @@ Thrown start(const test::EverydayShape& shape, Support support, const Motion& mo
   return {Simulation(scene, test::plan(scene)), place, at};
 }
 
+// Calls `check` for every accuracy, placement and shape.
 template <class Check>
 void for_each_place(const std::vector<test::EverydayShape>& shapes, Support support, Check&& check) {
   for (const scene::Accuracy accuracy : accuracies)
@@ -112,9 +123,11 @@ void for_each_place(const std::vector<test::EverydayShape>& shapes, Support supp
       }
 }
 
+// Number of frames of a case.
 constexpr int frames = 12;
 constexpr double seconds = frames / 24.0;
 
+// Speed, height and line stay, to 1e-4, 1e-4 and 1e-3, as in EverydayRigidRolling.
 TEST(EverydayRigidTurned, RollingKeepsItsSpeed) {
   test::Cases cases(5);  // 29 of 144
   for (const Support support : {Support::static_box, Support::mesh})
@@ -135,6 +148,7 @@ TEST(EverydayRigidTurned, RollingKeepsItsSpeed) {
                    });
 }
 
+// a = g sin(slope) / (1 + I / (m r^2)).
 TEST(EverydayRigidTurned, DownASlopeItHasTheTextbookAcceleration) {
   for_each_place(test::shapes_that_roll(), Support::static_box,
                  [&](const test::EverydayShape& shape, const Place& place, scene::Accuracy accuracy) {
@@ -149,6 +163,8 @@ TEST(EverydayRigidTurned, DownASlopeItHasTheTextbookAcceleration) {
                  });
 }
 
+// The speed of rebound is e times that of impact. Sideways motion and spin are bounded as in
+// EverydayRigidLanding.
 TEST(EverydayRigidTurned, LandingIsLevelAndReboundsAsGiven) {
   for_each_place(test::shapes_that_lie_flat(), Support::static_box,
                  [&](const test::EverydayShape& shape, const Place& place, scene::Accuracy accuracy) {
@@ -164,6 +180,8 @@ TEST(EverydayRigidTurned, LandingIsLevelAndReboundsAsGiven) {
                  });
 }
 
+// The distance is v^2 / (2 mu g) along the initial direction; 0.4 % is the error of the step in which the
+// body stops.
 TEST(EverydayRigidTurned, SlidingStopsWhereCoulombSays) {
   std::vector<test::EverydayShape> flat;
   for (const test::EverydayShape& shape : test::shapes_that_lie_flat())

@@ -1,4 +1,4 @@
-// Strongly damped soft bodies: they fall as all bodies do, stay down where they land, and never gain energy,
+// Strongly damped soft bodies fall as all bodies do, stay down where they land, and never gain energy,
 // however strong the damping.
 #include <algorithm>
 #include <cmath>
@@ -17,13 +17,14 @@ using scene::Integration;
 
 constexpr double gravity = 9.8, density = 1000;  // m/s^2, kg/m^3
 
+// Measurements of a fall.
 struct Course {
-  double gained = 0;  // energy above that of any frame before, over that of the fall
-  double flight = 0;  // by which the fall was off, over the drop
-  double moving = 0;  // energy of motion at the end, over that of the fall
+  double gained = 0;  // largest rise of the energy above an earlier frame, over the energy of the fall
+  double flight = 0;  // relative error of the distance fallen
+  double moving = 0;  // kinetic energy at the end, over the energy of the fall
 };
 
-// A cube falls by half its size and has as long again to come to rest.
+// Drops a cube by half of its size, and waits longer than it fell.
 Course drop(double youngs_modulus, double size, double damping, Integration integration) {
   scene::Scene scene = test::on_ground();
   scene.gravity = Vec3(0, -gravity, 0);
@@ -32,7 +33,7 @@ Course drop(double youngs_modulus, double size, double damping, Integration inte
   scene.materials[0].poisson_ratio = 0.3;
   scene.materials[0].damping = damping;
   scene.solver.integration = integration;
-  scene.fps = 8 / std::sqrt(size / gravity);  // it takes 8 frames down
+  scene.fps = 8 / std::sqrt(size / gravity);  // the fall takes 8 frames
   Simulation simulation(scene, test::plan(scene));
   const double fall = gravity * density * std::pow(size, 4) / 2;  // J
   const double start = simulation.stats().potential;
@@ -52,20 +53,23 @@ Course drop(double youngs_modulus, double size, double damping, Integration inte
 
 class EverydaySoftDamping : public testing::TestWithParam<Integration> {};
 
-// It used to gain 6 kJ at 10 s, and implicitly 6e17 J at 100 s.
+// Damping gives no energy, does not slow free fall, and keeps a cube whose lowest mode is overdamped from
+// rebounding. The integrations used to gain 6 kJ at a damping of 10 s (semi-implicit) and 6e17 J at 100 s
+// (implicit). The bounds are measurements with a margin.
 TEST_P(EverydaySoftDamping, OnlyTakesEnergy) {
   double gained = 0, flight = 0;
   for (const double youngs_modulus : {1e3, 1e5, 1e7})
     for (const double size : {0.05, 0.5, 5.0})
       for (const double damping : {0.01, 0.1, 1.0, 10.0, 100.0, 1e4, 1e8}) {
-        const double speed = std::sqrt(youngs_modulus / density);  // m/s, of its waves
-        if (gravity * size > 0.1 * speed * speed) continue;        // it would be crushed
+        const double speed = std::sqrt(youngs_modulus / density);  // m/s, of elastic waves
+        if (gravity * size > 0.1 * speed * speed) continue;        // it would be compressed too far
         if (GetParam() == Integration::semi_implicit && speed > 60 * std::sqrt(size)) continue;  // too slow
         SCOPED_TRACE(fmt::format("{:g} Pa, {:g} m, damping of {:g} s", youngs_modulus, size, damping));
         const Course course = drop(youngs_modulus, size, damping, GetParam());
         EXPECT_LT(course.gained, 1e-3);
         EXPECT_LT(course.flight, 0.01);
-        // What creeps does not leave the ground.
+        // The lowest mode is overdamped by a factor of more than ten: the cube creeps and does not leave the
+        // ground.
         if (damping * speed * EIGEN_PI > 10 * size) {
           EXPECT_LT(course.moving, 0.01);
         }
@@ -76,8 +80,9 @@ TEST_P(EverydaySoftDamping, OnlyTakesEnergy) {
   test::expect_below(flight, 0.01, "way fallen, relative");
 }
 
-// Thrown at the ground askew, it turns as it lands; springs are damped as elements are. Implicitly both used
-// to gain energy in the steps in which Newton's method did not find how strong damping turns with them.
+// A body that is thrown at the ground at an angle turns as it lands. Springs are damped as elements are. Both
+// used to gain energy in implicit steps in which Newton's method did not find how strong damping turns with
+// the body.
 TEST_P(EverydaySoftDamping, OnlyTakesEnergyOfWhatIsThrown) {
   double gained = 0;
   for (const bool has_springs : {false, true})

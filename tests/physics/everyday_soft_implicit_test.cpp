@@ -1,5 +1,5 @@
-// Loads on soft bodies in implicit steps: they rest, as deep as elasticity says, from rubber foam to stone,
-// of any size and with any step; what lands brings no energy with it.
+// Loads on soft bodies in implicit steps rest, as deep as elasticity says, on materials from rubber foam to
+// stone, at any size and with any step. Bodies that land gain no energy.
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -17,21 +17,24 @@ namespace {
 
 constexpr double gravity = 9.8, density = 1000;  // m/s^2, kg/m^3
 
+// A soft cube under a rigid box.
 struct Load {
   double youngs_modulus = 1e7;  // Pa
   double size = 1;              // m, of a soft cube
-  double mass = 0.1;            // of a rigid box on it, over the cube's
-  double footprint = 1;         // of the box, over the cube's side
+  double mass = 0.1;            // of the box, over the cube's mass
+  double footprint = 1;         // side of the box over the cube's
   double longest_step = 1.0 / 24;
   double poisson_ratio = 0;
   double friction = 0;
 };
 
+// Returns a text that describes the load.
 std::string name_of(const Load& load) {
   return fmt::format("{:g} Pa, {:g} m, load {:g}, steps of {:g} s", load.youngs_modulus, load.size, load.mass,
                      load.longest_step);
 }
 
+// Returns the cube on the ground with the box on it, both at the height of the unloaded cube.
 scene::Scene loaded(const Load& load) {
   scene::Scene scene = test::on_ground(load.friction);
   scene.gravity = Vec3(0, -gravity, 0);
@@ -40,7 +43,7 @@ scene::Scene loaded(const Load& load) {
   scene::Material& material = scene.materials[0];
   material.density = density;
   material.poisson_ratio = load.poisson_ratio;
-  // The slowest way to swing, by which it sinks in, about critically damped.
+  // The slowest mode, in which the load sinks, is about critically damped.
   const double frequency = 1.6 / load.size * std::sqrt(load.youngs_modulus / density / (1 + 3 * load.mass));
   material.damping = 1 / frequency;
   scene::RigidBody& box =
@@ -54,21 +57,23 @@ scene::Scene loaded(const Load& load) {
   return scene;
 }
 
-// m, by which the top of the cube sinks.
+// Returns how far (m) the top of the cube sinks by theory.
 double sinking(const Load& load) {
   return load.size * test::shortening(load.youngs_modulus, gravity * density * load.size, load.mass);
 }
 
+// Measurements of the load and of the energy.
 struct Rest {
-  double sunk = 0;     // m, by the load at the end
-  double risen = 0;    // m, by the load above its start, at most
-  double moving = 0;   // m/s, of the load at the end
-  double kinetic = 0;  // J, of all at the end
-  double gained = 0;   // J, of the total energy above that of any frame before
-  double above = 0;    // J, of the total energy above that of the start
-  double drift = 0;    // m, of the load sideways
+  double sunk = 0;     // m, how far the load has sunk at the end
+  double risen = 0;    // m, largest height of the load above its start
+  double moving = 0;   // m/s, speed of the load at the end
+  double kinetic = 0;  // J, of all bodies at the end
+  double gained = 0;   // J, largest rise of the total energy above an earlier frame
+  double above = 0;    // J, largest rise of the total energy above the start
+  double drift = 0;    // m, sideways displacement of the load
 };
 
+// Simulates the loaded cube.
 Rest rest(const Load& load, int frames = 18) {
   const scene::Scene scene = loaded(load);
   Simulation simulation(scene, test::plan(scene));
@@ -96,13 +101,15 @@ Rest rest(const Load& load, int frames = 18) {
   return found;
 }
 
-// What the load and the cube's weight do on their way down, J: the most that motion can have.
+// Returns the work (J) of the load and of the cube's weight on their way down, which is the most energy that
+// motion can have.
 double exchanged(const Load& load) {
   const double weight = gravity * density * load.size * load.size * load.size;
   return (load.mass + 0.5) * weight * sinking(load);
 }
 
-// The lattice of 3 cells bears a column of 1 % less than a finer one.
+// The sinking is compared with the compressed column of shortening(), to 4 %: the lattice of 3 cells carries
+// 1 % less than a finer one. Energy may rise by 1 % of what is exchanged on the way, never above the start.
 TEST(EverydaySoftImplicit, LoadsSinkByTheory) {
   double worst = 0, gained = 0, risen = 0;
   for (const Load& load : {Load{1e3, 0.01, 0.1}, Load{1e4, 0.1, 0.1}, Load{1e5, 0.1, 1}, Load{1e5, 1, 0.1},
@@ -110,7 +117,7 @@ TEST(EverydaySoftImplicit, LoadsSinkByTheory) {
                            Load{1e8, 1, 1}, Load{1e9, 1, 0.1}, Load{1e9, 10, 1}})
     for (const double step : {1.0 / 24, 1.0 / 100}) {
       Load each = load;
-      each.footprint = 1.2;  // its edges shall not lie on the cube's
+      each.footprint = 1.2;  // its edges must not lie on the cube's
       each.friction = 0.5;
       each.longest_step = step;
       SCOPED_TRACE(name_of(each));
@@ -127,13 +134,15 @@ TEST(EverydaySoftImplicit, LoadsSinkByTheory) {
   test::expect_below(risen, 1e-6, "rise, over the size");
 }
 
-// They used to be thrown: a tenth of its weight, by 0.42 m to 48 m.
+// Loads used to be thrown: one with a tenth of the cube's weight, by 0.42 m to 48 m. They must not rise by
+// more than 1e-6 of the size, and must come to rest.
 TEST(EverydaySoftImplicit, LoadsRest) {
   double risen = 0, speed = 0, drift = 0;
   for (const double youngs_modulus : {1e5, 1e6, 1e7, 1e8, 1e9})
     for (const double size : {0.3, 1.0, 5.0})
       for (const double step : {1.0 / 24, 1.0 / 48, 1.0 / 250}) {
-        const double mass = 1 / (1 + 3 * size);  // 100 kg on 1 m, 9 kg on 0.3 m: less than what crushes it
+        // 100 kg on 1 m, 9 kg on 0.3 m: too little to compress the cube far
+        const double mass = 1 / (1 + 3 * size);
         const Load load{youngs_modulus, size, mass, 0.5, step, 0.3, 0.5};
         if (gravity * density * size > 0.05 * youngs_modulus) continue;
         SCOPED_TRACE(name_of(load));
@@ -150,6 +159,7 @@ TEST(EverydaySoftImplicit, LoadsRest) {
   test::expect_below(drift, 1e-3, "drift, over the size");
 }
 
+// Steps far shorter than a frame must not throw loads either.
 TEST(EverydaySoftImplicit, LoadsRestInStepsOfAMillisecond) {
   for (const Load& load :
        {Load{1e5, 0.1, 0.5, 0.5, 1e-3, 0.3, 0.5}, Load{1e7, 1, 0.1, 0.5, 1e-3, 0.3, 0.5},
@@ -162,7 +172,8 @@ TEST(EverydaySoftImplicit, LoadsRestInStepsOfAMillisecond) {
   }
 }
 
-// At rest from the start and for good: no trembling, with one step a frame.
+// A cube that stands on the ground does not tremble in implicit steps as long as frames: no particle is
+// faster than the tolerance of the solves, 1e-3 m/s.
 TEST(EverydaySoftImplicit, CubesLieStill) {
   double speed = 0;
   for (const double youngs_modulus : {1e6, 1e7, 1e8}) {
@@ -178,13 +189,13 @@ TEST(EverydaySoftImplicit, CubesLieStill) {
   test::expect_below(speed, 1e-3, "m/s, of any particle");
 }
 
-// A cube that falls by half its size never has more energy than it has had, and comes to lie.
+// A cube that falls by half its size never gains energy, up to 1 % of that of the fall, and comes to rest.
 TEST(EverydaySoftImplicit, LandingsBringNoEnergy) {
   double gained = 0, left = 0;
   for (const double youngs_modulus : {1e4, 1e6, 1e8})
     for (const double size : {0.1, 1.0})
       for (const double step : {1.0 / 24, 1.0 / 100}) {
-        if (gravity * density * size > 0.2 * youngs_modulus) continue;  // it would be crushed
+        if (gravity * density * size > 0.2 * youngs_modulus) continue;  // it would be compressed too far
         SCOPED_TRACE(fmt::format("{:g} Pa, {:g} m, steps of {:g} s", youngs_modulus, size, step));
         scene::Scene scene = test::on_ground();
         test::add_soft_box(scene, "soft", Vec3(0, size, 0), Vec3::Constant(size), 3, youngs_modulus);
@@ -209,7 +220,7 @@ TEST(EverydaySoftImplicit, LandingsBringNoEnergy) {
   test::expect_below(left, 0.01, "energy of motion at the end, over that of the fall");
 }
 
-// What slides is slowed down by mu g.
+// Friction slows a sliding body by mu g. The bound of 1 % is a measurement with a margin.
 TEST(EverydaySoftImplicit, SlidesByItsFriction) {
   constexpr double friction = 0.3;
   double worst = 0;
@@ -232,7 +243,7 @@ TEST(EverydaySoftImplicit, SlidesByItsFriction) {
         }
         return momentum / mass;
       };
-      for (int frame = 0; frame < 2; ++frame) simulation.advance_frame();  // it settles
+      for (int frame = 0; frame < 2; ++frame) simulation.advance_frame();  // until it has settled
       const double before = speed();
       for (int frame = 0; frame < 10; ++frame) simulation.advance_frame();
       worst = std::max(worst, std::abs((before - speed()) / (friction * gravity * 10 / scene.fps) - 1));
@@ -240,7 +251,8 @@ TEST(EverydaySoftImplicit, SlidesByItsFriction) {
   test::expect_below(worst, 0.01, "deceleration, relative");
 }
 
-// Rims lie on rims, so that from step to step points get in and out of reach of the faces beside them.
+// The rims of soft boxes lie on the edges of rigid ones, so that from step to step points come into and go
+// out of reach of the faces beside them. These changes must not feed energy in.
 TEST(EverydaySoftImplicit, StacksOfSoftAndRigidBodiesLoseEnergy) {
   for (const double longest : {1.0 / 24, 1.0 / 48}) {
     scene::Scene scene = test::on_ground(0.5);

@@ -1,5 +1,5 @@
-// Incompressible soft bodies in contact: as they land on a corner, on smooth and on rough things that move or
-// do not, energy is what it was, or less; on a slope that holds them they stay.
+// Incompressible soft bodies in contact. As they land on a corner, on smooth and rough, moving and static
+// supports, energy does not rise; on a slope whose friction holds them they stay.
 #include <algorithm>
 #include <cmath>
 
@@ -17,15 +17,19 @@ namespace {
 
 constexpr double gravity = 9.8, density = 1000;  // m/s^2, kg/m^3
 
+// Kinds of supports that a body lands on.
 enum class Onto { ground, static_box, box };
 
+// How a body lands.
 struct Landing {
   Onto onto = Onto::ground;
-  double youngs_modulus = 0;  // over density, gravity and size
-  double damping = 0;         // over the time that a fall by the size takes
+  double youngs_modulus = 0;  // over density times gravity times size
+  double damping = 0;         // over sqrt(size / gravity), the scale of the time of a fall by the size
   double friction = 0;
 };
 
+// Returns a rotated incompressible cube that falls onto the ground, or onto a static or a light movable box
+// on it.
 scene::Scene landing(const Landing& how, double size) {
   scene::Scene scene = test::on_ground(how.friction);
   scene.gravity = Vec3(0, -gravity, 0);
@@ -50,9 +54,10 @@ scene::Scene landing(const Landing& how, double size) {
   return scene;
 }
 
-// Volumes that contact had pressed in were made good by the next step, against the pressure; and damping was
-// that of velocities without pressures: a strongly damped box on rough ground gained 370 % of its energy.
-// The stiffest bodies still gain 0.4 to 2.4 % on smooth things, in 4 of these 54 scenes.
+// Volumes that contact had compressed used to be restored by the next step against the pressure, and damping
+// acted on velocities without the pressure's part: a strongly damped box on rough ground gained 370 % of its
+// energy. The stiffest bodies still gain 0.4 to 2.4 % on smooth supports, in 4 of these 54 scenes, hence the
+// bound of 3 % and the count.
 TEST(EverydaySoftIncompressible, LandsWithoutGainingEnergy) {
   double most = 0;
   int gaining = 0;
@@ -73,7 +78,8 @@ TEST(EverydaySoftIncompressible, LandsWithoutGainingEnergy) {
                      fmt::format("scenes of {} that gain more than a thousandth", cases.taken()));
 }
 
-// Damping that acts on velocities without the pressures gained 0.4 to 2 % in these.
+// Damping that acted on velocities without the pressure's part gained 0.4 to 2 % of the energy in these
+// scenes.
 TEST(EverydaySoftIncompressible, IsDampedUnderItsPressures) {
   double most = 0;
   for (const Onto onto : {Onto::ground, Onto::static_box})
@@ -85,7 +91,7 @@ TEST(EverydaySoftIncompressible, IsDampedUnderItsPressures) {
   test::expect_below(most, 1e-3, "energy gained, over the most that moves");
 }
 
-// Pressures let what friction holds slide in every step: 1.5 mm/s.
+// The pressure solve used to let a body that friction holds slide in every step, at 1.5 mm/s.
 TEST(EverydaySoftIncompressible, RestsOnASlope) {
   for (const double size : {0.02, 0.5}) {
     scene::Scene scene = test::on_ground(1);

@@ -13,15 +13,17 @@
 namespace duet::everyday_soft_on_soft_test {
 namespace {
 
+// A tower of soft cubes.
 struct Tower {
   int boxes = 2;
-  double youngs_modulus = 1e5;  // Pa, of a size of 0.2 m
+  double youngs_modulus = 1e5;  // Pa, for a size of 0.2 m
   double friction = 0.4;
   double size = 0.2;  // m
   double damping = 0.01;
 };
 
-// Cubes of three cells a side that fall by an eightieth of their size onto each other.
+// Returns cubes with three cells a side that fall onto each other from an eightieth of their size. Modulus,
+// damping and time scale with the size.
 scene::Scene tower(const Tower& t) {
   scene::Scene scene = test::on_ground(0.5);
   const double pace = std::sqrt(t.size / 0.2), gap = 0.025 * t.size;
@@ -38,7 +40,8 @@ scene::Scene tower(const Tower& t) {
   return scene;
 }
 
-// Contact held surfaces between h and 1.1 h and damping did not know of it: energy rose by 1 to 10 %.
+// Contact that holds surfaces between h and 1.1 h apart, unknown to the damping, raised the energy by 1 to
+// 10 %.
 TEST(EverydaySoftOnSoft, TowersGainNoEnergy) {
   test::Cases cases(3);  // 4 of 11
   const auto expect_no_gain = [&](const Tower& t) {
@@ -54,28 +57,31 @@ TEST(EverydaySoftOnSoft, TowersGainNoEnergy) {
   for (const double size : {0.02, 2.0, 20.0}) expect_no_gain({.boxes = 3, .size = size});
 }
 
-// What surfaces give and take while they cover the ground to each other is all that undamped ones gain.
+// Without damping, the energy that surfaces store while they cross the collision thickness of each other, and
+// return, is all that a tower gains.
 TEST(EverydaySoftOnSoft, UndampedTowersGainLittle) {
   test::expect_below(test::gain_of(tower({.damping = 0}), 24), 2e-3, "energy gained, over what moves");
 }
 
-// Where meshes coincide, each corner is nearest to a corner, and so to six triangles and a dozen of edges.
+// Where meshes coincide, every vertex is nearest to a vertex, and thus to six triangles and a dozen edges.
+// Only few of these pairs may carry the load.
 TEST(EverydaySoftOnSoft, FewPairsCarryWhatMeshesThatCoincidePress) {
   Simulation simulation(tower({}), test::plan(tower({})));
   for (int frame = 0; frame < 3; ++frame) {
     simulation.advance_frame();
     const auto& pairs = simulation.world().context.self_repulsion.pairs();
-    EXPECT_GE(pairs.size(), 16U);   // corners
-    EXPECT_LE(pairs.size(), 150U);  // 600 of all that are as near
+    EXPECT_GE(pairs.size(), 16U);   // the vertices of the faces
+    EXPECT_LE(pairs.size(), 150U);  // 600 pairs are as near
   }
 }
 
+// A box that slides over a slab.
 struct Sliding {
-  double friction = 0, speed = 2, size = 1;  // m/s and m, of a size of 1
-  double fall = 1e-4;                        // sizes, to where the surfaces touch
+  double friction = 0, speed = 2, size = 1;  // m/s for the size 1; m
+  double fall = 1e-4;                        // sizes, height of the fall until the surfaces touch
 };
 
-// A box on a slab, in implicit steps of half a frame.
+// Returns a box on a slab, for implicit steps of half a frame.
 scene::Scene slab_and_box(const Sliding& s) {
   scene::Scene scene = test::on_ground(1);
   const double pace = std::sqrt(s.size);
@@ -96,7 +102,7 @@ scene::Scene slab_and_box(const Sliding& s) {
   return scene;
 }
 
-// Of the box.
+// Returns the mean of the x components of `values`, weighted by mass, of the box.
 double mean_x(const Bodies& bodies, const std::vector<Vec3>& values) {
   double sum = 0, mass = 0;
   for_each_particle(bodies.deformable.back(), [&](std::size_t p) {
@@ -106,7 +112,8 @@ double mean_x(const Bodies& bodies, const std::vector<Vec3>& values) {
   return sum / mass;
 }
 
-// The deceleration over that of gravity, without what it is to be.
+// Returns the deceleration over that of gravity minus the friction asked for, and sets `way` to the distance
+// traveled over that of the mean speed.
 double added_friction(const Sliding& s, double& way) {
   const scene::Scene scene = slab_and_box(s);
   Simulation simulation(scene, test::plan(scene));
@@ -123,21 +130,23 @@ double added_friction(const Sliding& s, double& way) {
   return (start - end) / (seconds * scene.gravity.norm()) - s.friction;
 }
 
-// Friction stopped positions and not velocities: boxes went half of their way, in jerks.
-TEST(EverydaySoftOnSoft, SlideAsFarAsFrictionLetsThemInImplicitSteps) {
+// A box decelerates by mu g, and travels as far as its mean speed says. When friction stopped positions and
+// not velocities, boxes traveled half as far, in jerks.
+TEST(EverydaySoftOnSoft, SlideByTheFrictionDistanceInImplicitSteps) {
   for (const Sliding& s : {Sliding{0}, Sliding{0.05}, Sliding{0.2}, Sliding{0.4}, Sliding{0.2, 1},
                            Sliding{0.2, 2, 0.05}, Sliding{0.2, 2, 20}}) {
     SCOPED_TRACE(testing::Message() << "friction " << s.friction << ", speed " << s.speed << ", size "
                                     << s.size);
     double way = 0;
     test::expect_below(std::abs(added_friction(s, way)), 3e-3, "friction added");
-    test::expect_below(std::abs(way - 1), 1e-2, "way, over that of the mean speed");  // first order
+    test::expect_below(std::abs(way - 1), 1e-2, "way, over that of the mean speed");  // of first order
   }
 }
 
-// Friction acts on what falling has gathered, too, as the box lands, and then until it rests:
-// way = v t + (v - mu g t)^2 / (2 mu g) with the time t of the fall. The slab rests on the ground: where only
-// the prediction, in which it falls as well, said what meets, the box sank in, and went 7 % too far.
+// Friction also acts on the momentum of the fall when the box lands, and then until it rests: distance = v t
+// + (v - mu g t)^2 / (2 mu g) with the time t of the fall. The slab rests on the ground. When only the
+// prediction, in which the slab falls as well, told which surfaces meet, the box sank in and slid 7 % too
+// far.
 TEST(EverydaySoftOnSoft, LandAsTheySlide) {
   for (const double fall : {1e-4, 5e-4, 1e-3}) {
     const Sliding s{.friction = 0.2, .speed = 1, .fall = fall};
@@ -153,8 +162,8 @@ TEST(EverydaySoftOnSoft, LandAsTheySlide) {
   }
 }
 
-// Squeezed to half of its height by plates that open again, in implicit steps of any length that is allowed.
-// Without elasticity in the solve it was torn there, and a frame took minutes.
+// A ball is squeezed to half of its height by plates that open again, in implicit steps of any allowed
+// length. Without elasticity in the solve the ball was torn, and a frame took minutes.
 TEST(EverydaySoftOnSoft, BallsBetweenPlatesComeBackInImplicitSteps) {
   for (const double longest : {1.0, 5e-3, 2e-3}) {
     scene::Scene scene = test::free_space();
@@ -187,7 +196,7 @@ TEST(EverydaySoftOnSoft, BallsBetweenPlatesComeBackInImplicitSteps) {
       most = std::max(most, stats.elastic);
       substeps = std::max(substeps, static_cast<int>(stats.substeps));
     }
-    EXPECT_GT(most, 10);  // J, of what it is squeezed by
+    EXPECT_GT(most, 10);  // J, stored when squeezed
     test::expect_below(simulation.stats().elastic, 1e-3 * most, "J left");
     EXPECT_LE(substeps, 3 / std::min(longest, 1 / 48.0) / scene.fps);
   }

@@ -1,5 +1,5 @@
-// Bodies that overlap at the start: all kinds are found with their depth, and parted without energy from
-// nothing.
+// Bodies that overlap at the start: overlaps of all kinds of bodies are found with their depth, and separated
+// without adding energy.
 #include <algorithm>
 #include <cmath>
 
@@ -15,10 +15,12 @@
 namespace duet::everyday_soft_overlap_test {
 namespace {
 
+// Bodies that overlap a host at the start.
 enum class Guest { soft_box, soft_ball, cloth, rope, particle, rigid_box, rigid_ball };
+// Bodies that a guest is inside of.
 enum class Host { ground, static_box, static_mesh, kinematic_box, light_box, heavy_ball, soft_box };
 
-constexpr double half = 0.5;  // of the size, from a host's middle to its top
+constexpr double half = 0.5;  // Distance from a host's center to its top, over the size.
 
 const char* name_of(Guest guest) {
   constexpr const char* names[] = {"soft box", "soft ball", "cloth",     "rope",
@@ -31,6 +33,7 @@ const char* name_of(Host host) {
   return names[static_cast<std::size_t>(host)];
 }
 
+// Adds a ball of tetrahedra.
 scene::DeformableBody& add_soft_ball(scene::Scene& scene, std::string_view name, const Vec3& position,
                                      double radius, double youngs_modulus) {
   scene::DeformableBody& ball = test::add_soft_box(scene, name, position, Vec3::Ones(), 1, youngs_modulus);
@@ -41,7 +44,7 @@ scene::DeformableBody& add_soft_ball(scene::Scene& scene, std::string_view name,
   return ball;
 }
 
-// A host whose top, a face or a pole, is at the origin.
+// Adds a host whose top, a face or a pole, is at the origin.
 void add_host(scene::Scene& scene, Host host, double size, double youngs_modulus) {
   const Vec3 middle(0, -half * size, 0), extent = Vec3::Constant(size);
   const double mass = 1000 * size * size * size;
@@ -72,7 +75,8 @@ void add_host(scene::Scene& scene, Host host, double size, double youngs_modulus
   if (host != Host::light_box) box.mass.reset();
 }
 
-// A guest of half the host's size, flat or a ball, whose lowest point is `depth` (m) below the host's top.
+// Adds a guest of half the host's size, flat or a ball, whose lowest point is `depth` (m) below the host's
+// top.
 void add_guest(scene::Scene& scene, Guest guest, double size, double depth, double youngs_modulus) {
   const double extent = size / 2, mass = 1000 * extent * extent * extent;
   const Vec3 middle(0.05 * size, extent / 2 - depth, 0.03 * size), thin = middle - Vec3(0, extent / 2, 0);
@@ -113,11 +117,12 @@ void add_guest(scene::Scene& scene, Guest guest, double size, double depth, doub
   }
 }
 
+// A guest in a host.
 struct Case {
   Guest guest;
   Host host;
   double size = 1;              // m
-  double depth = 0.1;           // sizes
+  double depth = 0.1;           // over the size
   double youngs_modulus = 1e6;  // Pa
 };
 
@@ -126,17 +131,20 @@ std::string text_of(const Case& c) {
                      c.youngs_modulus);
 }
 
+// Returns the scene of a case, with frames as long as a few passages of a wave through the body.
 scene::Scene scene_of(const Case& c) {
   scene::Scene scene = test::free_space();
   add_host(scene, c.host, c.size, c.youngs_modulus);
   add_guest(scene, c.guest, c.size, c.depth * c.size, c.youngs_modulus);
-  scene.fps = 100 * std::sqrt(c.youngs_modulus / 1e6) / c.size;  // some times of a wave through it a frame
+  scene.fps = 100 * std::sqrt(c.youngs_modulus / 1e6) / c.size;
   scene.solver.max_time_step = 1 / scene.fps;
   return scene;
 }
 
+// Returns whether contact between the two exists: particles do not touch soft bodies.
 bool may_touch(const Case& c) { return !(c.guest == Guest::particle && c.host == Host::soft_box); }
 
+// Returns the center of mass (m) of all particles and bodies.
 Vec3 center_of_mass(const Bodies& bodies) {
   Vec3 sum = Vec3::Zero();
   double mass = 0;
@@ -151,15 +159,17 @@ Vec3 center_of_mass(const Bodies& bodies) {
   return sum / mass;
 }
 
-// Whole bodies are moved: what deforms them is only what contact makes of the gap that rounding leaves.
+// Checks that initial overlaps are removed by moving whole bodies. The only deformation is what contact makes
+// of the gap that rounding leaves, so the energy stays below 1e-6 E size^3, and the center of mass of free
+// bodies stays.
 void expect_parted(const Case& c) {
   SCOPED_TRACE(text_of(c));
   const scene::Scene scene = scene_of(c);
   Simulation simulation(scene, test::plan(scene));
   ASSERT_EQ(simulation.initial_overlaps().size(), 1U);
   const InitialOverlap& overlap = simulation.initial_overlaps().front();
-  // A ball of tetrahedra is cut off by a fraction of their size, and from a ball's pole what lies beside it
-  // falls off.
+  // The tetrahedra of a ball cut off a fraction of their size from it, and beside the pole of a ball the
+  // surface falls away, so round bodies have a wider bound.
   const bool is_round = c.guest == Guest::soft_ball || c.host == Host::heavy_ball;
   EXPECT_NEAR(overlap.depth, c.depth * c.size, (is_round ? 0.02 : 1e-4) * c.size);
   EXPECT_EQ(overlap.left, 0);
@@ -178,6 +188,7 @@ void expect_parted(const Case& c) {
     test::expect_below((center_of_mass(simulation.world().bodies) - center).norm() / c.size, 1e-6, "center");
 }
 
+// A kind of body that is left out of the search stays overlapped, and contact then throws it.
 TEST(EverydaySoftOverlap, AllKindsArePartedWithoutEnergy) {
   for (const Guest guest : {Guest::soft_box, Guest::soft_ball, Guest::cloth, Guest::rope, Guest::particle,
                             Guest::rigid_box, Guest::rigid_ball})
@@ -186,6 +197,8 @@ TEST(EverydaySoftOverlap, AllKindsArePartedWithoutEnergy) {
       if (const Case c{guest, host}; may_touch(c)) expect_parted(c);
 }
 
+// Neither depth, stiffness nor size may matter; absolute lengths in the search would show at the ends of the
+// range.
 TEST(EverydaySoftOverlap, OfAnyDepthStiffnessAndSizeAsWell) {
   for (const double depth : {0.002, 0.02, 0.2})
     for (const double youngs_modulus : {1e3, 1e6, 1e9})
@@ -193,8 +206,9 @@ TEST(EverydaySoftOverlap, OfAnyDepthStiffnessAndSizeAsWell) {
         expect_parted({Guest::soft_ball, Host::static_box, size, depth, youngs_modulus});
 }
 
-// Also bodies that lie wholly in each other, by the shortest way out.
-TEST(EverydaySoftOverlap, BodiesInsideOfOthersLeaveByTheShortestWay) {
+// A body that lies completely inside another leaves in the exit direction with the shortest path: here
+// upwards, by 1 - 0.3 + 0.25 m.
+TEST(EverydaySoftOverlap, BodiesInsideOthersLeaveByTheShortestPath) {
   for (const bool soft_inside : {true, false}) {
     scene::Scene scene = test::free_space();
     const Vec3 off(0.1, 0.3, -0.2);
@@ -219,7 +233,7 @@ TEST(EverydaySoftOverlap, BodiesInsideOfOthersLeaveByTheShortestWay) {
   }
 }
 
-// Two layers of overlapping bodies on each other: all are parted at once, and lie where they would without.
+// Overlapping bodies in a pile are separated together, with all overlaps gone at once and no energy added.
 TEST(EverydaySoftOverlap, PilesArePartedTogether) {
   scene::Scene scene = test::on_ground();
   scene.gravity.setZero();
@@ -237,7 +251,8 @@ TEST(EverydaySoftOverlap, PilesArePartedTogether) {
   EXPECT_LT(simulation.stats().kinetic + simulation.stats().elastic, 1e-3);
 }
 
-// What joints and attachments hold together is one: it neither overlaps in itself nor comes apart.
+// Bodies that joints and attachments connect move as one: they do not count as overlapping each other, and
+// they keep their arrangement.
 TEST(EverydaySoftOverlap, JointsAndAttachmentsMoveTogether) {
   scene::Scene scene = test::on_ground();
   scene.gravity.setZero();
@@ -247,7 +262,7 @@ TEST(EverydaySoftOverlap, JointsAndAttachmentsMoveTogether) {
   flesh.attach = {"bone0", "bone1"};
   test::add_joint(scene, scene::JointType::weld, "bone0", "bone1", Vec3(0, 0.1, 0));
   Simulation simulation(scene, test::plan(scene));
-  ASSERT_EQ(simulation.initial_overlaps().size(), 1U);  // the flesh and the ground
+  ASSERT_EQ(simulation.initial_overlaps().size(), 1U);  // of the flesh and the ground
   EXPECT_NEAR(simulation.initial_overlaps().front().depth, 0.1, 1e-9);
   const Bodies& bodies = simulation.world().bodies;
   simulation.advance_frame();
@@ -256,6 +271,7 @@ TEST(EverydaySoftOverlap, JointsAndAttachmentsMoveTogether) {
   EXPECT_LT(simulation.stats().kinetic + simulation.stats().elastic, 1e-3);
 }
 
+// With `OverlapPolicy::refuse` the scene is an error that names the body and the depth.
 TEST(EverydaySoftOverlap, IsRefusedIfTheSceneSaysSo) {
   for (const Guest guest : {Guest::soft_box, Guest::cloth, Guest::rigid_ball})
     for (const Host host : {Host::ground, Host::light_box, Host::soft_box}) {
@@ -274,8 +290,8 @@ TEST(EverydaySoftOverlap, IsRefusedIfTheSceneSaysSo) {
     }
 }
 
-// A ball between two walls that no displacement frees: it deforms, slowly enough for the energy to be that of
-// the state in which it comes to rest.
+// No displacement frees a ball between two walls that are too close. The ball deforms, slowly enough for the
+// energy to exceed that of the final state by at most a tenth.
 TEST(EverydaySoftOverlap, WhatMustDeformGainsTheEnergyOfThat) {
   for (const double youngs_modulus : {1e4, 1e6, 1e8})
     for (const double depth : {0.02, 0.1}) {
@@ -289,7 +305,8 @@ TEST(EverydaySoftOverlap, WhatMustDeformGainsTheEnergyOfThat) {
         wall.friction = 0;
       }
       add_soft_ball(scene, "ball", Vec3::Zero(), 0.5, youngs_modulus);
-      scene.materials.back().damping = 0.1 / std::sqrt(youngs_modulus / 1000);  // of what a wave takes
+      // The damping time is a fraction of the time that a wave takes through the ball.
+      scene.materials.back().damping = 0.1 / std::sqrt(youngs_modulus / 1000);
       scene.fps = 24 * std::sqrt(youngs_modulus / 1e4);
       Simulation simulation(scene, test::plan(scene));
       EXPECT_EQ(simulation.initial_overlaps().size(), 2U);

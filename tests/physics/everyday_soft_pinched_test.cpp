@@ -1,5 +1,5 @@
-// Cloth, ropes and balls between plates that leave less room than they are thick: it is said, and nothing is
-// thrown.
+// Cloth, ropes and particles between plates that leave less room than they are thick. The statistics report
+// it, and no body is thrown.
 #include <algorithm>
 #include <cmath>
 
@@ -12,21 +12,24 @@
 namespace duet::everyday_soft_pinched_test {
 namespace {
 
+// Kinds of thin bodies.
 enum class Thin { cloth, rope, particle };
 
+// A thin body between two plates.
 struct Press {
   Thin thin = Thin::cloth;
-  double size = 1;       // times half a meter
-  double least = 0.004;  // sizes, the gap that the plates close to; the thickness is 0.005
+  double size = 1;       // 1 for half a meter
+  double least = 0.004;  // sizes, smallest gap between the plates; the thickness is 0.005
   double friction = 0.8;
   double youngs_modulus = 1e6;  // Pa
-  bool both_move = true;        // else the lower plate is static
+  bool both_move = true;        // false: the lower plate is static
 };
 
-// The time that a wave takes through it, in terms of that of a meter at 1e6 Pa.
+// Returns the time that a wave takes through the body, over that through a meter at 1e6 Pa.
 double pace(const Press& press) { return press.size * std::sqrt(1e6 / press.youngs_modulus); }
 
-// The plates close within 0.1 s at this pace, hold for as long, and open within as long again.
+// Adds the plate on the side `side` (-1 or 1). Moving plates close within 0.1 s times pace(), hold for as
+// long, and open within as long again.
 void add_plate(scene::Scene& scene, const Press& press, double side) {
   const double size = press.size, open = 0.02;
   scene::RigidBody& plate =
@@ -50,6 +53,7 @@ void add_plate(scene::Scene& scene, const Press& press, double side) {
   }
 }
 
+// Returns the thin body between the plates.
 scene::Scene scene_of(const Press& press) {
   scene::Scene scene = test::free_space();
   const double size = press.size, thickness = 0.005 * size;
@@ -60,7 +64,7 @@ scene::Scene scene_of(const Press& press) {
   material.density = 300;
   material.youngs_modulus = press.youngs_modulus;
   material.damping = 0.01;
-  // On a static lower plate it lies from the start.
+  // On a static lower plate the body lies from the start.
   const Vec3 middle(0, press.both_move ? 0 : size * (0.0025 - press.least / 2), 0);
   if (press.thin == Thin::cloth) {
     test::add_panel(scene, "thin", middle, size * Vec2(0.5, 0.5), 8, thickness);
@@ -78,6 +82,8 @@ scene::Scene scene_of(const Press& press) {
   return scene;
 }
 
+// Checks that a pinched body stays in place, gains little energy, is reported with the right bodies,
+// thickness, room and time, and takes at most three times the substeps of a scene with enough room.
 void expect_stays(const Press& press) {
   SCOPED_TRACE(fmt::format("thin {}, size {}, gap {}, friction {}, {} Pa, both {}",
                            static_cast<int>(press.thin), press.size, press.least, press.friction,
@@ -116,10 +122,13 @@ void expect_stays(const Press& press) {
   test::expect_below(off / press.size, press.both_move ? 0.001 : 0.003, "moved, sizes");
 }
 
+// The gap ranges from just below the thickness to plates that overlap. Contact that insists on the whole
+// thickness from both plates cannot be satisfied, and throws the cloth.
 TEST(EverydaySoftPinched, ClothStaysWhereItIs) {
   for (const double least : {0.0049, 0.004, 0.002, 0.0, -0.01}) expect_stays({.least = least});
 }
 
+// Displacement and energy are bounded relative to the size.
 TEST(EverydaySoftPinched, OfAnySizeStiffnessAndFriction) {
   for (const double size : {0.05, 20.0}) expect_stays({.size = size});
   for (const double youngs_modulus : {1e4, 1e8})
@@ -127,11 +136,13 @@ TEST(EverydaySoftPinched, OfAnySizeStiffnessAndFriction) {
   for (const double friction : {0.0, 0.2}) expect_stays({.friction = friction});
 }
 
+// Contact with rods and particles has the same promise as contact with cloth.
 TEST(EverydaySoftPinched, SoDoRopesAndParticles) {
   for (const Thin thin : {Thin::rope, Thin::particle})
     for (const double least : {0.004, 0.001}) expect_stays({.thin = thin, .least = least});
 }
 
+// A static lower plate on which the body lies makes the body pinched from the side of the moving plate alone.
 TEST(EverydaySoftPinched, AndOnePlateMayBeStatic) {
   for (const double least : {0.004, 0.0}) expect_stays({.least = least, .both_move = false});
 }

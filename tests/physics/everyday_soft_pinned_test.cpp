@@ -1,4 +1,5 @@
-// What is pinned, or carried by a kinematic body, is an obstacle to rigid bodies like any kinematic body.
+// Deformable bodies that are pinned, or prescribed by a kinematic body, are obstacles to rigid bodies like
+// any kinematic body.
 #include <algorithm>
 #include <cmath>
 
@@ -14,17 +15,18 @@ namespace {
 
 constexpr double gravity = 9.8;  // m/s^2
 
+// A held deformable body and a body that falls on it.
 struct Case {
   bool is_cloth = true;
   bool is_ball = true;
   double size = 1;           // m
   double drop = 0.3;         // sizes
-  bool carried = false;      // by a kinematic body that rises and moves sideways
-  double spacing = 1.0 / 6;  // of the mesh, sizes
+  bool carried = false;      // prescribed by a kinematic body that rises and moves sideways
+  double spacing = 1.0 / 6;  // of the mesh, in sizes
 };
 
-// A sheet or a block of the given size, all of it held, with its top at y = 0, and a body a fifth as large
-// above a place that is no particle's.
+// Returns a sheet or a block of the given size whose particles are all held, with its top at y = 0, and a
+// rigid body a fifth as large above it, beside all particles.
 scene::Scene scene_of(const Case& c) {
   scene::Scene scene = test::free_space();
   scene.gravity = Vec3(0, -gravity, 0);
@@ -58,6 +60,8 @@ scene::Scene scene_of(const Case& c) {
   return scene;
 }
 
+// Checks that the rigid body rests on the held one after two seconds, and that held particles follow their
+// prescribed motion to rounding. The heights' bound of 1e-4 sizes is a measurement with a margin.
 void expect_rests(const Case& c) {
   SCOPED_TRACE(fmt::format("cloth {}, ball {}, size {}, carried {}, spacing {}", c.is_cloth, c.is_ball,
                            c.size, c.carried, c.spacing));
@@ -78,32 +82,35 @@ void expect_rests(const Case& c) {
   const RigidState& state = bodies.rigid.state[body];
   test::expect_below(std::abs(state.pose.position.y() - moved.y() - 0.1 * c.size) / c.size, 1e-4,
                      "height, sizes");
-  // A ball that the carrier has left rolling crosses lines of the mesh.
+  // A ball that the carrier has set rolling crosses lines of the mesh, which costs a larger bound.
   const double rolls = c.carried && c.is_ball ? 5e-3 : 1e-3;
   test::expect_below(std::abs(state.velocity.y()) / std::sqrt(gravity * c.size), rolls, "speed");
   test::expect_below(deepest / c.size, 2e-3, "penetration, sizes");
 }
 
+// Two faces without free particles must carry a body as well as many do.
 TEST(EverydaySoftPinned, PinnedFacesCarryBodies) {
   for (const bool is_cloth : {true, false})
     for (const bool is_ball : {true, false})
       for (const double spacing : {1.0, 1.0 / 6}) expect_rests({is_cloth, is_ball, 1, 0.3, false, spacing});
 }
 
+// A body on particles that a kinematic body moves is lifted and led along as on that body itself.
 TEST(EverydaySoftPinned, SoDoCarriedOnes) {
   for (const bool is_cloth : {true, false})
     for (const bool is_ball : {true, false})
       expect_rests({.is_cloth = is_cloth, .is_ball = is_ball, .carried = true});
 }
 
+// Bounds are relative to the size.
 TEST(EverydaySoftPinned, OfAnySize) {
-  test::Cases cases(3);  // small cloth and a large block, of 4
+  test::Cases cases(3);  // 2 of 4: small cloth and a large block
   for (const double size : {0.01, 100.0})
     for (const bool is_cloth : {true, false})
       if (cases.takes()) expect_rests({.is_cloth = is_cloth, .size = size});
 }
 
-// Neither of them moves: there is no contact between what is held and what stands.
+// No force moves a held or a static body, so there is no contact between them, even if they overlap.
 TEST(EverydaySoftPinned, HeldPartsDoNotTouchWhatNoForceMoves) {
   scene::Scene scene = scene_of({});
   scene.rigid.clear();
@@ -117,7 +124,8 @@ TEST(EverydaySoftPinned, HeldPartsDoNotTouchWhatNoForceMoves) {
   EXPECT_EQ(simulation.stats().contacts, 0);
 }
 
-// What the pins give is from outside: the ledger has no defect.
+// Impulses on pinned particles come from outside, and the ledger must book them as such: no stage has a
+// defect.
 TEST(EverydaySoftPinned, TheLedgerCountsWhatTheyGive) {
   const scene::Scene scene = scene_of({.drop = 0.01});
   Simulation simulation(scene, test::plan(scene));

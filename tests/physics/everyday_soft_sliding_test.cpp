@@ -1,5 +1,5 @@
-// What slides and rolls over a soft body: the lines of its mesh are no obstacles, and its faces push no body
-// on.
+// Bodies that slide and roll over a soft body: the lines of its mesh are no obstacles, and its faces drive no
+// body on.
 #include <algorithm>
 #include <cmath>
 
@@ -16,7 +16,8 @@ namespace {
 
 constexpr double gravity = 9.8;  // m/s^2
 
-// A slab, 3 x 0.3 x 0.8 sizes, with its lower side pinned and the middle of its upper side at the origin.
+// Returns a slab of 3 x 0.3 x 0.8 sizes. Its lower side is pinned, and the middle of its upper side is at the
+// origin.
 scene::Scene slab(const Vec3i& cells, double youngs_modulus, double size) {
   scene::Scene scene = test::free_space();
   scene.gravity = Vec3(0, -gravity, 0);
@@ -36,23 +37,26 @@ scene::Scene slab(const Vec3i& cells, double youngs_modulus, double size) {
   return scene;
 }
 
+// Kinds of bodies that slide.
 enum class Slider { box, turned_box, disc, mesh_cube, soft_box };
 
+// A body that slides over the slab.
 struct Sliding {
   Slider slider = Slider::box;
   double friction = 0;
   Vec3i cells = Vec3i(12, 2, 3);
-  double youngs_modulus = 2e6;  // Pa, of a slab of the size 1
-  double speed = 1.5;           // m/s, the same
+  double youngs_modulus = 2e6;  // Pa, of the slab, for the size 1
+  double speed = 1.5;           // m/s, for the size 1
   double size = 1;
-  double shortest = 1;  // of the steps of the rule
+  double shortest = 1;  // longest step over that of the rule
 };
 
+// Adds the sliding body, with its lower side on the slab.
 void add_slider(scene::Scene& scene, const Sliding& c) {
   const double s = c.size, thickness = 0.25 * s;
   const Vec3 place(-0.9 * s, thickness / 2, 0.03 * s), velocity(c.speed * std::sqrt(s), 0, 0);
   if (c.slider == Slider::soft_box) {
-    const double gap = 0.02 * s;  // about what the two surfaces keep
+    const double gap = 0.02 * s;  // about the distance that the two surfaces keep
     scene::DeformableBody& body = test::add_soft_box(scene, "slider", place + Vec3(0, gap, 0),
                                                      Vec3(0.5 * s, thickness, 0.5 * s), 2, 2e6 * s);
     scene.materials.back().damping = 0.01 * std::sqrt(s);
@@ -76,6 +80,7 @@ void add_slider(scene::Scene& scene, const Sliding& c) {
   body.friction = c.friction;
 }
 
+// Returns the velocity (m/s) of the sliding body, rigid or soft.
 Vec3 velocity_of(const Bodies& bodies) {
   if (!bodies.rigid.state.empty()) return bodies.rigid.state.front().velocity;
   Vec3 momentum = Vec3::Zero();
@@ -87,8 +92,8 @@ Vec3 velocity_of(const Bodies& bodies) {
   return momentum / mass;
 }
 
-// The deceleration over the g of gravity once it has sunk in, without what it is to be. A frictionless one
-// loses what waves in the slab take away.
+// Returns the deceleration over g after the body has sunk in, minus the friction asked for. Without friction,
+// a body loses only what waves in the slab take away.
 double added_friction(const Sliding& c) {
   scene::Scene scene = slab(c.cells, c.youngs_modulus, c.size);
   add_slider(scene, c);
@@ -113,31 +118,38 @@ std::string name_of(const Sliding& c) {
                      c.size, c.shortest);
 }
 
+// Checks that the mesh changes the deceleration by less than `most` g.
 void expect_slides(const Sliding& c, double most) {
   test::expect_below(std::abs(added_friction(c)), most, name_of(c));
 }
 
+// The deceleration is mu g to 1e-3 g. Edges and vertices of the mesh that catch the lower edges of a body
+// would brake it many times as much.
 TEST(EverydaySoftSliding, RigidBodiesFeelTheFrictionGiven) {
   for (const Slider slider : {Slider::box, Slider::turned_box, Slider::disc, Slider::mesh_cube})
     for (const double friction : {0.0, 0.2}) expect_slides({slider, friction}, 1e-3);
 }
 
+// The mesh, its stiffness, speed, size and step must not matter.
 TEST(EverydaySoftSliding, OnAnyMeshAtAnySpeedSizeAndStep) {
   expect_slides({.cells = Vec3i(25, 3, 7)}, 1e-3);
   expect_slides({.slider = Slider::turned_box, .cells = Vec3i(7, 1, 2)}, 1e-3);
   expect_slides({.slider = Slider::turned_box, .speed = 3}, 1e-3);
   expect_slides({.slider = Slider::turned_box, .friction = 0.2, .shortest = 0.25}, 1e-3);
   for (const double size : {0.02, 50.0}) expect_slides({.slider = Slider::turned_box, .size = size}, 1e-3);
-  // It lies 6 mm deep: what it leads through the damped slab is lost.
+  // On the softest slab the body lies 6 mm deep, and the damped motion that it drives through the slab costs
+  // energy.
   expect_slides({.slider = Slider::turned_box, .youngs_modulus = 2e5}, 3e-3);
 }
 
+// The surfaces of two soft bodies keep their distance by repulsions; the bound is a measurement with a
+// margin.
 TEST(EverydaySoftSliding, SoftOnSoftToo) {
   for (const double friction : {0.0, 0.1}) expect_slides({Slider::soft_box, friction}, 3e-3);
 }
 
-// A body that rolls, or slides without friction, never gets faster: damping takes, and nothing gives. At its
-// start it sinks in.
+// Checks that a body that rolls, or slides without friction, never gets faster: damping takes energy and
+// nothing gives any. At its start the body sinks in.
 void expect_never_faster(const scene::Shape& shape, double lowest, double friction, const Vec3i& cells,
                          double damping, double shortest) {
   SCOPED_TRACE(fmt::format("shape {}, friction {}, cells {}, damping {}, steps {}",
@@ -171,9 +183,10 @@ void expect_never_faster(const scene::Shape& shape, double lowest, double fricti
     fastest = std::max(fastest, std::hypot(v.x(), v.z()));
   }
   test::expect_below(rise / kinetic, 1e-3, "rise of the energy, of what moves");
-  test::expect_below(fastest, 1.002, "speed, m/s");  // springing, it may take that from its spin
+  test::expect_below(fastest, 1.002, "speed, m/s");  // as it springs, it may take that from its spin
 }
 
+// A contact normal that tilts forward as a body passes from face to face would drive it on.
 TEST(EverydaySoftSliding, WhatRollsGetsNoFaster) {
   const scene::Shape ball{.kind = scene::ShapeKind::sphere, .radius = 0.2};
   const scene::Shape capsule{.kind = scene::ShapeKind::capsule, .radius = 0.15, .length = 0.3};

@@ -1,5 +1,5 @@
-// Flesh on bones that nothing else touches keeps its angular momentum, whatever joints and bonds hold it
-// together, at any spin, step and integration; what falls keeps its spin about its center of mass.
+// Flesh on bones that nothing else touches keeps its angular momentum, whatever joints and bindings connect
+// it, at any spin, step and integration. A body that falls keeps its spin about its center of mass.
 #include <algorithm>
 #include <cmath>
 
@@ -14,12 +14,13 @@ namespace {
 
 using scene::JointType;
 
-// What positions once took from the spin is of the order (w dt)^2, 1e-3 to 1e-2 in a second. What is left is
-// rounding, 1e-16 in every one of some thousand steps, of moments that nearly cancel.
+// Bound of the relative change of angular momentum. Without its correction, moving positions takes a fraction
+// of order (w dt)^2 of the spin, 1e-3 to 1e-2 in a second. With it only rounding remains: 1e-16 in each of
+// some thousand steps, of moments that nearly cancel.
 constexpr double rounding = 1e-11;
 
-// Bones of 1 m in a row along x, each jointed to the one before, in a bar of flesh that reaches over their
-// ends; all turn about the middle at `spin` (rad/s).
+// Returns bones of 1 m in a row along x, each jointed to the one before, in a bar of flesh that reaches over
+// their ends. All turn about the middle at `spin` (rad/s).
 scene::Scene bones_in_flesh(int bones, JointType type, const Vec3& spin, double youngs_modulus = 1e5) {
   scene::Scene scene = test::free_space();
   test::add_chain(scene, bones, type, false);
@@ -37,12 +38,13 @@ scene::Scene bones_in_flesh(int bones, JointType type, const Vec3& spin, double 
   return scene;
 }
 
-// Sum of all masses' moments about their common center, and what their magnitudes add up to.
+// The sum of all angular momenta about the common center of mass, and the sum of their magnitudes (kg m^2/s).
 struct Spin {
   Vec3 sum = Vec3::Zero();
   double magnitude = 0;
 };
 
+// Returns the spin of all bodies.
 Spin spin_of(const Bodies& bodies) {
   const Particles& particles = bodies.particles;
   const RigidBodies& rigid = bodies.rigid;
@@ -73,8 +75,7 @@ Spin spin_of(const Bodies& bodies) {
   return spin;
 }
 
-// The largest change of spin over the frames, relative to the largest sum of its parts' magnitudes. The first
-// frame may make velocities fit.
+// Returns the largest change of spin over the frames, relative to the largest sum of magnitudes.
 double change_of_spin(const scene::Scene& scene, double seconds) {
   Simulation simulation(scene, test::plan(scene));
   const Bodies& bodies = simulation.world().bodies;
@@ -91,6 +92,7 @@ double change_of_spin(const scene::Scene& scene, double seconds) {
 
 const Vec3 tumbling(0.4, 1, 2);  // rad/s
 
+// Joints of every type transmit equal and opposite impulses and torques.
 TEST(EverydaySoftSpin, HoldsForAllJoints) {
   for (const auto& [type, name] : {std::pair(JointType::point, "point"),
                                    {JointType::hinge, "hinge"},
@@ -104,6 +106,7 @@ TEST(EverydaySoftSpin, HoldsForAllJoints) {
     }
 }
 
+// The change is rounding at any rate and step, though the correction grows with (w dt)^2.
 TEST(EverydaySoftSpin, HoldsAtAnySpinAndStep) {
   for (const double rate : {0.1, 1.0, 5.0})
     for (const double step : {1.0 / 48, 5e-4}) {
@@ -114,12 +117,14 @@ TEST(EverydaySoftSpin, HoldsAtAnySpinAndStep) {
     }
 }
 
+// Gravity acts at the center of mass and gives no spin.
 TEST(EverydaySoftSpin, HoldsInFreeFall) {
   scene::Scene scene = bones_in_flesh(2, JointType::point, tumbling);
   scene.gravity = Vec3(0, -9.8, 0);
   test::expect_below(change_of_spin(scene, 1), rounding, "in_free_fall");
 }
 
+// Zero-length springs keep spin as embedded particles do.
 TEST(EverydaySoftSpin, HoldsWithOneBoneAndWithSprings) {
   for (const int bones : {1, 2}) {
     scene::Scene scene = bones_in_flesh(bones, JointType::point, tumbling);
@@ -129,7 +134,8 @@ TEST(EverydaySoftSpin, HoldsWithOneBoneAndWithSprings) {
   }
 }
 
-// Implicit steps find velocities with their joints and damping in one solve; so do those of strong damping.
+// Implicit steps find velocities together with joints and damping in one solve, and so do solves of strongly
+// damped flesh and of the alternate order. All of them keep the spin.
 TEST(EverydaySoftSpin, HoldsInImplicitStepsAndWithOtherSolves) {
   for (const double youngs_modulus : {1e5, 1e6}) {
     scene::Scene scene = bones_in_flesh(2, JointType::point, tumbling, youngs_modulus);
@@ -140,13 +146,14 @@ TEST(EverydaySoftSpin, HoldsInImplicitStepsAndWithOtherSolves) {
     scene.solver.integration = scene::Integration::implicit;
     test::expect_below(change_of_spin(scene, 1), rounding, fmt::format("implicit_{:.0e}_Pa", youngs_modulus));
     scene.solver.integration = scene::Integration::semi_implicit;
-    scene.materials.back().damping = 20;  // s: a hundred times the critical damping and more
+    scene.materials.back().damping = 20;  // s, a hundred times critical damping and more
     test::expect_below(change_of_spin(scene, 1), rounding,
                        fmt::format("strongly_damped_{:.0e}_Pa", youngs_modulus));
   }
 }
 
-// Without solver.keep_spin positions take a spin with them that is no rounding.
+// Without `solver.keep_spin` moving positions takes spin, by far more than rounding. This shows that the
+// other tests of this file can fail.
 TEST(EverydaySoftSpin, IsLostWithoutItsKeeping) {
   scene::Scene scene = bones_in_flesh(2, JointType::point, 5 * tumbling);
   scene.solver.keep_spin = false;
@@ -155,7 +162,8 @@ TEST(EverydaySoftSpin, IsLostWithoutItsKeeping) {
   test::expect_above(change_of_spin(scene, 1), 1e-5, "implicit");
 }
 
-// Controlled joints bend flesh that is at rest at first, as a cat turns in the air without any spin.
+// Controlled joints bend flesh that is at rest at first. The sum of its angular momentum stays zero, as that
+// of a cat that turns in the air.
 TEST(EverydaySoftSpin, StaysNoneWhileMusclesMove) {
   for (const double gain : {40.0, 400.0}) {
     scene::Scene scene = bones_in_flesh(2, JointType::point, Vec3::Zero());
@@ -167,10 +175,8 @@ TEST(EverydaySoftSpin, StaysNoneWhileMusclesMove) {
   }
 }
 
-// Two bars in one world, one of which a joint holds to a static body: that one swings, the other keeps its
-// spin.
-// Muscles that bend flesh in implicit steps store no more in it than in short semi-implicit ones, whatever
-// the step: the flesh that answers them takes part in the solve after they have acted.
+// Controlled joints that bend flesh in implicit steps store no more energy in it than in short semi-implicit
+// steps, whatever the step, because the flesh takes part in the solve after they have acted.
 TEST(EverydaySoftSpin, MusclesDoNotWindFleshUpInImplicitSteps) {
   const auto max_stored = [](scene::Integration integration, double longest_step, double gain) {
     scene::Scene scene = bones_in_flesh(2, JointType::point, Vec3::Zero(), 3e6);
@@ -196,6 +202,9 @@ TEST(EverydaySoftSpin, MusclesDoNotWindFleshUpInImplicitSteps) {
   }
 }
 
+// Two bars are in one world, and a joint connects one of them to a static body. That one swings and takes
+// momentum from its peg; the other one must keep its spin. A correction that sums over all bodies would mix
+// them.
 TEST(EverydaySoftSpin, OfOneIslandIsItsOwn) {
   scene::Scene scene = bones_in_flesh(2, JointType::point, tumbling);
   test::add_peg(scene, "peg", Vec3(5, 5, 0));

@@ -1,5 +1,5 @@
 // Soft bodies that turn in implicit steps as long as a frame, stiff or soft, damped or not, in flight, as
-// they land and as they roll over a rigid body: energy is what it was, or less.
+// they land, and as they roll over a rigid body: energy never rises.
 #include <algorithm>
 #include <cmath>
 
@@ -18,9 +18,10 @@ using scene::Integration;
 
 constexpr double gravity = 9.8, density = 1000;  // m/s^2, kg/m^3
 
-// They fall freely, both of them: nothing is between them. In implicit steps the flesh's particles in the
-// bone were a step's fall behind it, so that flesh with a damping of 1 s had 3 % of the energy of the fall
-// after 0.1 s, and more in short steps than in long ones.
+// A bone and its flesh fall freely side by side, with nothing between them, so the flesh must not be
+// strained. In implicit steps the particles inside the bone used to be a step's fall behind it: flesh with a
+// damping of 1 s then stored 3 % of the energy of the fall after 0.1 s, and more with short steps than with
+// long ones.
 TEST(EverydaySoftThrown, ABoneFallsWithItsFlesh) {
   double strain = 0;
   for (const Integration integration : {Integration::implicit, Integration::semi_implicit})
@@ -40,19 +41,21 @@ TEST(EverydaySoftThrown, ABoneFallsWithItsFlesh) {
         for (int frame = 0; frame < 4; ++frame) simulation.advance_frame();
         strain = std::max(strain, simulation.stats().elastic / simulation.stats().kinetic);
       }
-  // What the solves leave, 1e-3 m/s, is at most that of the energy of the fall.
+  // The residual of the solves, 1e-3 m/s, is at most that fraction of the energy of the fall.
   test::expect_below(strain, 1e-5, "elastic energy over that of the fall");
 }
 
+// How a body is thrown.
 struct Throw {
-  double youngs_modulus = 0;  // over density, gravity and size
-  double damping = 0;         // over the time that a fall by the size takes
+  double youngs_modulus = 0;  // over density times gravity times size
+  double damping = 0;         // over sqrt(size / gravity), the scale of the time of a fall by the size
   double turn = 0;            // rad in a step
   bool has_bone = false;
   bool is_rod = false;
-  bool lands = true;  // on a capsule, which rolls on the ground; else it flies
+  bool lands = true;  // on a capsule that rolls on the ground; false: it flies
 };
 
+// Returns the thrown body, with implicit steps of half a frame.
 scene::Scene thrown(const Throw& how, double size) {
   scene::Scene scene = test::on_ground(0.5);
   if (!how.lands) scene.ground.reset();
@@ -95,7 +98,7 @@ scene::Scene thrown(const Throw& how, double size) {
 }
 
 // The first steps in which a stiff body turns used to stretch it, up to several times the energy of its
-// motion; a damped one grew by the same share in every step, to 1e12 J in 20 frames.
+// motion, and a damped one grew by a constant factor in every step, to 1e12 J in 20 frames.
 TEST(EverydaySoftThrown, LongImplicitStepsGainNoEnergy) {
   constexpr int frames = 12;
   double gain = 0;
@@ -114,7 +117,7 @@ TEST(EverydaySoftThrown, LongImplicitStepsGainNoEnergy) {
               0.03);
   for (const double damping : {1e-4, 0.3})
     look_at({.youngs_modulus = 1e4, .damping = damping, .turn = 0.2, .is_rod = true}, 0.03);
-  // A step may gain 2e-5 of what moves, and a frame has two steps if none is refused.
+  // A step may gain 2e-5 of the kinetic plus elastic energy, and a frame has two steps if none is repeated.
   test::expect_below(gain, 1e-3, "energy gained, over what moves");
 }
 

@@ -1,5 +1,6 @@
-// What is to be seen in figures 1, 4, 7 and 9, in coarse variants of their scenes; coarser in short runs than
-// in long ones.
+// Events that figures 1, 4, 7 and 9 of Shinar et al. 2008 show, in coarse variants of their scenes, coarser
+// in short runs than in long ones. Bounds are geometry where a comment derives them, else measurements with a
+// margin.
 #include <algorithm>
 #include <cmath>
 
@@ -14,21 +15,22 @@ namespace {
 using test::Film;
 using test::turn_about_x;
 
+// Adds settings of coarse solves to the overrides of a scene.
 std::vector<std::string> coarse(std::vector<std::string> overrides) {
   overrides.insert(overrides.end(),
                    {"solver.cg_tolerance=1e-3", "solver.contact_iterations=10", "solver.face_samples=2"});
   return overrides;
 }
 
-// A setting that has one value in the long tests and another in the others.
+// Returns a setting that has one value in the long tests and another in the others.
 std::string setting(const std::string& key, double full, double quick) {
   return fmt::format("{}={}", key, test::runs_in_full() ? full : quick);
 }
 
-// Figure 1. The last ring makes a turn within 1.5 s, and the chain passes it on from member to member. None
-// leaves its neighbours: rings of 1 m with tubes of 0.25 m do not even touch 2.5 m apart (soft ones stretch,
-// so that 2 m, the most for round ones that go through each other, is no bound), and a loop of six links
-// of 1.2 m, pulled straight between two of them, adds its 3.6 m to the radii of their holes.
+// Figure 1. The last ring makes a turn within 1.5 s, and the chain passes it on from member to member. No
+// member leaves its neighbors: rings of 1 m with tubes of 0.25 m do not touch if they are 2.5 m apart. (Round
+// rings that are linked would be at most 2 m apart, but soft ones stretch.) A loop of six links of 1.2 m,
+// pulled straight between two rings, adds its 3.6 m to the radii of their holes.
 TEST(Figures, TheChainHoldsTogetherAndPassesTheTwistOn) {
   if (!test::runs_in_full()) GTEST_SKIP() << "part of tools/test --full";
   Film film("chain", coarse({setting("parameters.spacing", 0.23, 0.25),
@@ -58,7 +60,8 @@ TEST(Figures, TheChainHoldsTogetherAndPassesTheTwistOn) {
   test::expect_below(film.gap, 1e-6, "gap_m");
 }
 
-// Figure 4. All land on the cloth and sink it; the rim's stroke tosses them up, and they fall back onto it.
+// Figure 4. All bodies land on the cloth and sink it, the stroke of the rim tosses them up, and they fall
+// back onto it.
 TEST(Figures, TheTrampolineTossesAllUpAndCatchesThem) {
   Film film(
       "trampoline",
@@ -86,17 +89,17 @@ TEST(Figures, TheTrampolineTossesAllUpAndCatchesThem) {
   }
   const std::vector<double> after = heights();
   for (std::size_t i = 0; i < before.size(); ++i) {
-    EXPECT_LT(before[i], 3);  // the rim
+    EXPECT_LT(before[i], 3);  // m, height of the rim
     test::expect_above(apex[i] - before[i], 1.5, "apex_m");
     EXPECT_LT(after[i], 3);
   }
 }
 
-// Figure 7. It winds itself sideways, and up the stairs, of which the lowest are 35 and 55 cm high.
+// Figure 7. The snake winds sideways and up the stairs, the lowest of which are 35 and 55 cm high.
 TEST(Figures, TheSnakeWindsUpTheStairs) {
   Film film("snake", coarse({setting("prefabs.snake.parameters.spacing", 0.2, 0.28),
                              "prefabs.snake.parameters.start=0"}));
-  film.advance(24);  // it has landed
+  film.advance(24);  // by now it has landed
   const Vec3 start = film.centers("snake-skin").front();
   film.advance(96);
   const Vec3 way = film.centers("snake-skin").front() - start;
@@ -105,8 +108,8 @@ TEST(Figures, TheSnakeWindsUpTheStairs) {
   test::expect_below(film.gap, 1e-6, "gap_m");
 }
 
-// Figure 9. Ten maggots, or four, fall into the bowl, which is hollow to 4.2 m about its centre, and stay
-// there.
+// Figure 9. Ten maggots, or four in short runs, fall into the bowl, which is hollow up to 4.2 m from its
+// center, and stay there.
 TEST(Figures, MaggotsStayInTheBowl) {
   Film film("bowl", coarse({"prefabs.maggot.parameters.spacing=0.22",
                             setting("instances.maggot.scatter.count", 10, 4),

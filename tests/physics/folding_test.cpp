@@ -1,5 +1,5 @@
-// The scenes of cloth, knots and links, coarser than they ship: nothing passes through itself or anything
-// else.
+// The scenes of cloth, knots and links, coarser than they ship: no deformable body passes through itself or
+// others.
 #include <algorithm>
 
 #include "tests/support/margin.h"
@@ -14,11 +14,12 @@
 namespace duet::folding_test {
 namespace {
 
+// Returns a scene of scenes/hard.
 scene::Scene hard_scene(const std::string& name) {
   return scene::read(test::source_folder() + "/scenes/hard/" + name + ".toml").scene;
 }
 
-// m, the least distance between two segments of a rod that are `apart` segments apart or more.
+// Returns the smallest distance (m) of two segments of a rod that are at least `apart` segments apart.
 double min_gap(const Bodies& bodies, std::size_t apart) {
   double least = 1;
   const std::vector<Vec3>& x = bodies.particles.x;
@@ -32,6 +33,8 @@ double min_gap(const Bodies& bodies, std::size_t apart) {
   return least;
 }
 
+// Returns the smallest distance (m) of the strands of the knot within 120 frames, without the effects of the
+// list.
 double min_gap_on_the_way(const std::vector<std::string>& without) {
   scene::Scene scene = hard_scene("knotted_rope");
   scene.deformable[0].shape.segments = 64;
@@ -44,8 +47,8 @@ double min_gap_on_the_way(const std::vector<std::string>& without) {
   return least;
 }
 
-// The hands pull it tight: strands lie on each other a diameter apart, and would pass through each other if
-// nothing stopped them.
+// Hands pull the knot tight, so that strands lie a diameter apart, to 1 %. Without repulsions and collisions
+// they pass through each other, which shows that the test can fail.
 TEST(Folding, ARopeThatIsKnottedKeepsItsStrandsADiameterApart) {
   const double diameter = *hard_scene("knotted_rope").deformable[0].thickness;
   const double gap = min_gap_on_the_way({}) / diameter;
@@ -54,6 +57,7 @@ TEST(Folding, ARopeThatIsKnottedKeepsItsStrandsADiameterApart) {
   EXPECT_LT(min_gap_on_the_way({"self_repulsion", "self_collision"}), 0.5 * diameter);
 }
 
+// No two triangles of the cloth may intersect at the end of a frame, while it folds.
 TEST(Folding, AClothOnABallAndASpikeDoesNotCrossItself) {
   scene::Scene scene = hard_scene("cloth");
   scene.deformable[0].shape.panel_cells = {28, 27};
@@ -62,14 +66,15 @@ TEST(Folding, AClothOnABallAndASpikeDoesNotCrossItself) {
   for (int frame = 1; frame <= 36; ++frame) {
     simulation.advance_frame();
     ASSERT_EQ(simulation.stats().self_intersections, 0) << "frame " << frame;
-    // A twentieth of the edges of this coarse cloth, whose samples the tip of the spike slips between; at
-    // full size it is 0.05 mm.
+    // The bound is a twentieth of the edges of this coarse cloth, whose samples the tip of the spike slips
+    // between. At the shipped size the penetration is 0.05 mm.
     EXPECT_LT(simulation.stats().max_penetration, 4e-3);
     touches += simulation.stats().self_repulsions;
   }
   EXPECT_GT(touches, 10) << "it folds";
 }
 
+// Two linked soft rings do not come apart, and none of their elements is inverted.
 TEST(Folding, RingsStayLinked) {
   scene::Scene scene = hard_scene("linked_rings");
   for (scene::DeformableBody& ring : scene.deformable) ring.shape.spacing = 0.14;
@@ -79,7 +84,7 @@ TEST(Folding, RingsStayLinked) {
     ASSERT_EQ(simulation.stats().self_intersections, 0) << "frame " << frame;
     ASSERT_EQ(simulation.stats().inverted, 0) << "frame " << frame;
   }
-  // The lower ring hangs on the upper one; if it had come loose it would lie on the ground, 0.15 m high.
+  // The lower ring hangs from the upper one. Had it come loose, it would lie on the ground, 0.15 m high.
   const Bodies& bodies = simulation.world().bodies;
   double height = 0;
   for (int i = 0; i < bodies.deformable[1].particle_count; ++i)

@@ -1,4 +1,5 @@
-// Figure 8: a rigid box, a deformable one and a single particle slide down a slope as Coulomb's law says.
+// Figure 8 of Shinar et al. 2008: a rigid box, a deformable one and a single particle slide down a slope as
+// Coulomb's law says, x = v t + (g sin A - mu g cos A) t^2 / 2.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -17,7 +18,7 @@ namespace {
 
 constexpr double gravity = 9.8, friction = 0.2;
 
-// Centre of mass of a deformable body, m.
+// Returns the center of mass (m) of a deformable body.
 Vec3 centre_of(const Bodies& bodies, std::size_t index) {
   const DeformableBody& body = bodies.deformable[index];
   Vec3 sum = Vec3::Zero();
@@ -30,15 +31,17 @@ Vec3 centre_of(const Bodies& bodies, std::size_t index) {
   return sum / mass;
 }
 
-// Distances down the slope of the exact ball, the rigid box, the soft one and the particle, m.
+// Distances (m) down the slope of the ball that is prescribed by the exact solution, the rigid box, the soft
+// box and the particle.
 struct Travel {
   double exact = 0, box = 0, soft = 0, particle = 0;
 };
 
+// A scene in motion that measures distances from its start.
 class Slide {
  public:
   explicit Slide(const scene::Scene& scene) : simulation_(scene, test::plan(scene)), start_(places()) {}
-  // `downhill` is the unit vector along the slope.
+  // Advances and returns the distances along `downhill`, the unit vector down the slope.
   Travel after(int frames, const Vec3& downhill) {
     for (int i = 0; i < frames; ++i) simulation_.advance_frame();
     const std::array<Vec3, 4> now = places();
@@ -56,12 +59,14 @@ class Slide {
   std::array<Vec3, 4> start_;
 };
 
+// Returns the unit vector down a slope of the given angle.
 Vec3 downhill(double degrees) {
   const double a = degrees * std::numbers::pi / 180;
   return Vec3(-std::cos(a), -std::sin(a), 0);
 }
 
-// Way after t seconds from the speed v on; it ends where friction has stopped the body.
+// Returns the distance (m) after `t` (s) from the speed `v` (m/s) on. It ends where friction has stopped the
+// body.
 double theory(double degrees, double v, double t) {
   const double a = degrees * std::numbers::pi / 180;
   const double acceleration = gravity * (std::sin(a) - friction * std::cos(a));
@@ -69,16 +74,18 @@ double theory(double degrees, double v, double t) {
   return v * t + acceleration * t * t / 2;
 }
 
+// Checks |measured - expected| / scale < bound.
 void expect_near(double measured, double expected, double scale, double bound, const std::string& what) {
   test::expect_below(std::abs(measured - expected) / scale, bound, what);
 }
 
+// Returns a scene of the folder scenes/.
 scene::Scene figure(const std::string& name) {
   return scene::read(test::source_folder() + "/scenes/" + name + ".toml").scene;
 }
 
-// The scene with all lengths of the bodies times `factor`; the material's stiffness with it, so that it is
-// crushed by its weight as much, and steps grow with the bodies' size as far as may be.
+// Returns the scene with all lengths of bodies times `factor`. The stiffness of the material grows with them,
+// so that the weight compresses it as much, and steps grow with the size as far as they may.
 scene::Scene resized(scene::Scene scene, double factor) {
   const Vec3 origin = Vec3::Zero();
   scene.rigid[0].shape.size *= factor;
@@ -94,8 +101,9 @@ scene::Scene resized(scene::Scene scene, double factor) {
   return scene;
 }
 
-// A second of the figure at its step. The soft box is let go without its weight on the ground and shakes at
-// first: what it gains then, half a centimetre a second, is a tenth of a percent of the way after 4 s.
+// One second of the figure at its step. The soft box starts without its weight on the ground and shakes at
+// first. The half centimeter per second that it gains then is 0.1 % of the distance after 4 s, which the
+// bound is relative to.
 TEST(Friction, BodiesSlideAsCoulombSays) {
   Slide slide(figure("friction"));
   const Travel travel = slide.after(24, downhill(20));
@@ -106,6 +114,8 @@ TEST(Friction, BodiesSlideAsCoulombSays) {
   expect_near(travel.soft, expected, theory(20, 0, 4), 0.001, "deformable box, over the way of 4 s");
 }
 
+// The law has no length scale: bodies a tenth and ten times as large slide alike. Absolute tolerances of
+// speed or length in contact would show here.
 TEST(Friction, SizeDoesNotMatter) {
   for (const double factor : {0.1, 10.0}) {
     Slide slide(resized(figure("friction"), factor));
@@ -119,7 +129,7 @@ TEST(Friction, SizeDoesNotMatter) {
   }
 }
 
-// At 10 degrees friction wins: from 1 m/s all stop after 4.38 s and 2.19 m.
+// At 10 degrees friction exceeds gravity: from 1 m/s all bodies stop after 4.38 s and 2.19 m.
 TEST(Friction, SlowsBodiesDownAsCoulombSays) {
   Slide slide(figure("study/friction_stop"));
   const Travel travel = slide.after(24, downhill(10));

@@ -1,4 +1,4 @@
-// Rigid bodies on soft ones and soft on rigid: they settle whatever the ratio of their masses, and stand.
+// Rigid bodies on soft ones come to rest and stand, whatever the ratio of their masses.
 #include <algorithm>
 #include <cmath>
 
@@ -12,13 +12,13 @@
 namespace duet::heavy_on_soft_test {
 namespace {
 
-// A soft cube of 1 m and 10 kg under a rigid one of `ratio` times its mass. Its stiffness lets the heaviest
-// compress it by a few percent.
+// Returns a soft cube of 1 m and 10 kg under a rigid one of `ratio` times its mass. Its stiffness lets the
+// heaviest load compress it by a few percent.
 scene::Scene loaded(double ratio) {
   scene::Scene scene = test::on_ground(0.4);
   auto& soft = test::add_soft_box(scene, "soft", Vec3(0, 0.5, 0), Vec3(1, 1, 1), 2, 2e7);
   soft.mass = 10;
-  // The heaviest swings at 14 rad/s, the others at 45 and more: all come to rest in 30 frames.
+  // The heaviest load swings at 14 rad/s, the others at 45 rad/s and more: all come to rest in 30 frames.
   scene.materials[0].damping = ratio > 1000 ? 0.03 : 0.003;
   test::add_box(scene, "load", Vec3(0, 1.5, 0), Vec3(1, 1, 1), 10 * ratio).restitution = 0;
   return scene;
@@ -26,6 +26,8 @@ scene::Scene loaded(double ratio) {
 
 class HeavyOnSoft : public testing::TestWithParam<double> {};
 
+// Bounds are measurements with a margin. Contact that converges more slowly with a larger mass ratio lets
+// heavy loads sink in, drift or tilt, or gains energy.
 TEST_P(HeavyOnSoft, Settles) {
   const double ratio = GetParam();
   const scene::Scene scene = loaded(ratio);

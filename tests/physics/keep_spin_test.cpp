@@ -1,5 +1,5 @@
-// Deformable bodies that nothing touches keep their angular momentum to rounding; others are left alone. The
-// tests of those with bones are in tests/physics/everyday_soft_spin_test.cpp.
+// Deformable bodies that nothing touches keep their angular momentum to rounding, and others are not
+// corrected. The tests of bodies with bones are in tests/physics/everyday_soft_spin_test.cpp.
 #include <cmath>
 #include <functional>
 
@@ -16,7 +16,7 @@ using test::add_soft_box;
 using test::expect_above;
 using test::expect_below;
 
-Vec3 spin_of(const Simulation& simulation) {  // of one body, about its centre of mass
+Vec3 spin_of(const Simulation& simulation) {  // of one body, about its center of mass
   const Particles& particles = simulation.world().bodies.particles;
   double mass = 0;
   Vec3 center = Vec3::Zero();
@@ -28,7 +28,7 @@ Vec3 spin_of(const Simulation& simulation) {  // of one body, about its centre o
   return total.angular - (center / mass).cross(total.linear);
 }
 
-// What 12 frames take from the spin of a body that tumbles, flies and falls.
+// Returns the relative change of the spin in 12 frames of a body that tumbles, flies and falls.
 double lost(scene::Scene scene) {
   scene.gravity = Vec3(0, -9.8, 0);
   scene.deformable[0].placement.velocity = Vec3(3, 5, -1);
@@ -39,6 +39,7 @@ double lost(scene::Scene scene) {
   return (spin_of(simulation) - before).norm() / before.norm();
 }
 
+// Returns a scene with one body of the given kind.
 scene::Scene one(scene::DeformableKind kind) {
   scene::Scene scene = test::free_space();
   scene::DeformableBody& body = add_soft_box(scene, "soft", Vec3::Zero(), Vec3(1, 1, 1), 3, 1e5);
@@ -47,6 +48,8 @@ scene::Scene one(scene::DeformableKind kind) {
   return scene;
 }
 
+// Internal forces give no angular momentum, so its change is rounding. Without `keep_spin` moving positions
+// takes more than 1e-5.
 TEST(KeepSpin, HoldsForVolumesDampedOrNot) {
   scene::Scene scene = one(scene::DeformableKind::box);
   expect_below(lost(scene), 1e-12, "damped");
@@ -56,15 +59,15 @@ TEST(KeepSpin, HoldsForVolumesDampedOrNot) {
   expect_above(lost(scene), 1e-5, "undamped and left to itself");
 }
 
-// What brakes every particle in proportion to its mass takes momentum and spin away at its rate c: no solve
-// may give the spin back. The trapezoidal rule is off by (c dt)^2 / 12 of c t, 1e-5 at steps of 5 ms.
+// Damping in proportion to mass takes momentum and spin at its rate c, as exp(-c t); the correction must not
+// give this spin back. The trapezoidal rule is off by (c dt)^2 / 12 of c t, which is 1e-5 at steps of 5 ms.
 TEST(KeepSpin, IsTakenAwayByTheDampingOfMass) {
   scene::Scene scene = one(scene::DeformableKind::box);
   scene.materials[0].mass_damping = 2;
   expect_below(std::abs(lost(scene) - (1 - std::exp(-2 * 0.5))), 2e-5, "off the exponential");
 }
 
-// A rod cannot turn about the line that it lies on, and gives nothing to divide by there.
+// A straight rod has no inertia about its line, so the correction must not divide by it.
 TEST(KeepSpin, HoldsForARodOnALine) {
   scene::Scene scene = one(scene::DeformableKind::rod);
   scene.deformable[0].shape.points = {Vec3(-0.5, 0, 0), Vec3(0.5, 0, 0)};
@@ -73,7 +76,7 @@ TEST(KeepSpin, HoldsForARodOnALine) {
   expect_below(lost(scene), 1e-12, "a rod");
 }
 
-// Whether 12 frames are the same with keep_spin and without.
+// Returns whether 12 frames have the same bits with `keep_spin` and without.
 bool leaves_alone(scene::Scene scene) {
   Simulation with(scene, test::plan(scene));
   scene.solver.keep_spin = false;
@@ -85,6 +88,7 @@ bool leaves_alone(scene::Scene scene) {
   return with.stats().hash == without.stats().hash;
 }
 
+// Contact with another soft body changes spin, and the correction must not undo that.
 TEST(KeepSpin, LeavesAloneWhatLiesOnAnotherSoftBody) {
   scene::Scene scene = test::on_ground(0.4);
   scene.ground.reset();
@@ -97,6 +101,8 @@ TEST(KeepSpin, LeavesAloneWhatLiesOnAnotherSoftBody) {
   EXPECT_TRUE(leaves_alone(scene));
 }
 
+// The correction applies to bodies in free flight alone, together with the bones that fly with them. A body
+// that the ground, a pin, a static body or a jointed bone holds gets its spin from outside.
 TEST(KeepSpin, LeavesAloneWhatIsTouchedHeldOrTied) {
   scene::Scene scene = test::on_ground(0.4);
   scene::DeformableBody& body = add_soft_box(scene, "soft", Vec3(0, 0.499, 0), Vec3(1, 1, 1), 2, 1e5);

@@ -1,4 +1,5 @@
-// Bodies that move as the scene prescribes carry, push and shake the others, and nothing disturbs them.
+// Kinematic bodies move as the scene prescribes. They carry, push and shake the others, and nothing disturbs
+// them.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -18,6 +19,7 @@ using test::add_soft_box;
 
 constexpr double pi = std::numbers::pi, g = 9.8;
 
+// Makes the body kinematic, with the given motion.
 RigidBody& make_kinematic(RigidBody& body, const scene::Motion& motion) {
   body.mass.reset();
   body.is_kinematic = true;
@@ -25,18 +27,21 @@ RigidBody& make_kinematic(RigidBody& body, const scene::Motion& motion) {
   return body;
 }
 
+// Returns a rotation about y at `rate` (rad/s).
 scene::Motion spin(double rate) {
   scene::Motion motion;
   motion.spin = {{Vec3::UnitY(), rate / (2 * pi), 0, {}, 0}};
   return motion;
 }
 
+// Returns an oscillation of `frequency` (Hz).
 scene::Motion shake(const Vec3& amplitude, double frequency) {
   scene::Motion motion;
   motion.sinusoid = {{amplitude, {}, frequency, -90, 0, {}}};  // starts at rest, at the lower end
   return motion;
 }
 
+// Returns a uniform motion from `from` that lasts `time` (s).
 scene::Motion steady(const Vec3& from, const Vec3& velocity, double time) {
   scene::Motion motion;
   motion.interpolation = Interpolation::linear;
@@ -44,15 +49,18 @@ scene::Motion steady(const Vec3& from, const Vec3& velocity, double time) {
   return motion;
 }
 
+// Returns the state of a rigid body.
 const RigidState& state(const Simulation& simulation, std::size_t body) {
   return simulation.world().bodies.rigid.state[body];
 }
 
+// Returns the position (m) of a rigid body.
 const Vec3& position(const Simulation& simulation, std::size_t body) {
   return state(simulation, body).pose.position;
 }
 
-// A disc of 2 m radius whose top is at y = 0, and a box that turns with it from the start, 1 m off the axis.
+// Returns a disc of 2 m radius whose top is at y = 0, and a box 1 m off the axis that turns with it from the
+// start.
 scene::Scene turntable(double rate, double friction) {
   scene::Scene scene;
   RigidBody disc;
@@ -70,9 +78,9 @@ scene::Scene turntable(double rate, double friction) {
   return scene;
 }
 
-// The circle asks for w^2 r, friction can give mu g. Three seconds are one to one and a half turns;
-// velocities along the tangent at the beginning of every step would carry the box outward by 4 to 6 cm in
-// that time.
+// The circle needs the acceleration w^2 r, and friction can give mu g. The three seconds are one to one and a
+// half turns. Contact velocities taken along the tangent at the beginning of every step would carry the box
+// outward by 4 to 6 cm in that time.
 TEST(Turntable, ABoxStaysInItsPlaceWhileFrictionSuffices) {
   for (const double share : {0.5, 0.9}) {
     SCOPED_TRACE(share);
@@ -82,16 +90,17 @@ TEST(Turntable, ABoxStaysInItsPlaceWhileFrictionSuffices) {
     Simulation simulation(scene, test::plan(scene));
     for (int frame = 1; frame <= 72; ++frame) simulation.advance_frame();
     const Pose& disc = state(simulation, 0).pose;
-    // Sweeps stop when they change no velocity by more than 1e-6 m/s; what is left then is a few times that,
-    // over 3 s, and at the box's edges 0.2 m off its centre.
+    // Sweeps stop when they change no velocity by more than 1e-6 m/s. The remaining error is a few times
+    // that, over 3 s, and at the edges of the box, 0.2 m off its center.
     EXPECT_LT((disc.to_body(position(simulation, 1)) - Vec3(1, 0.45, 0)).norm(), 1e-5);
     EXPECT_LT(state(simulation, 1).pose.orientation.angularDistance(disc.orientation), 1e-5 / 0.2);
-    // The disc itself is where 3 s of turning bring it, whatever stands on it.
+    // The disc itself must be where 3 s of turning bring it, whatever stands on it.
     EXPECT_LT(disc.orientation.angularDistance(Quat(Eigen::AngleAxisd(3 * rate, Vec3::UnitY()))), 1e-13);
     EXPECT_EQ(disc.position, Vec3(0, -0.25, 0));
   }
 }
 
+// At 1.1 times the limit of friction the box must slide off.
 TEST(Turntable, ABoxSlidesOffWhereFrictionDoesNotSuffice) {
   const scene::Scene scene = turntable(std::sqrt(1.1 * 0.5 * g), 0.5);
   Simulation simulation(scene, test::plan(scene));
@@ -103,31 +112,35 @@ TEST(Turntable, ABoxSlidesOffWhereFrictionDoesNotSuffice) {
 struct Ride {
   static constexpr double omega = 4 * pi;
   double amplitude;
-  std::vector<double> gap;  // m, at every frame
+  std::vector<double> gap;  // m, between box and platform, at every frame
 
   explicit Ride(double share) : amplitude(share * g / (omega * omega)) {
     scene::Scene scene;
     make_kinematic(add_box(scene, "platform", Vec3(0, -0.5, 0), Vec3(4, 1, 4), 1),
                    shake(Vec3(0, amplitude, 0), omega / (2 * pi)));
     add_box(scene, "box", Vec3(0, 0.2, 0), Vec3(0.4, 0.4, 0.4),
-            10);  // restitution 0.5, which must not matter
+            10);  // the default restitution of 0.5 must not matter
     Simulation simulation(scene, test::plan(scene));
     for (int frame = 1; frame <= 48; ++frame) {
       simulation.advance_frame();
       gap.push_back(position(simulation, 1).y() - position(simulation, 0).y() - 0.7);
-      // A cosine of 1 m amplitude and more loses its last bits only.
+      // The cosine of an amplitude of 1 m and more loses its last bits only.
       EXPECT_NEAR(position(simulation, 0).y(), height(frame / 24.0) - 0.5, 1e-14);
     }
   }
+  // Height of the platform (m) at the time `t` (s), from theory.
   double height(double t) const { return amplitude * (1 - std::cos(omega * t)); }
 };
 
+// Below A w^2 = g contact never ends. A platform whose velocity contact sees at the wrong time of the step
+// would throw the box or let it sink.
 TEST(ShakenPlatform, KeepsABoxThatItDoesNotAccelerateBeyondGravity) {
   for (const double share : {0.8, 0.95})
-    for (double gap : Ride(share).gap)
-      EXPECT_NEAR(gap, 0, 1e-6) << share;  // as deep as contact lets bodies be
+    for (double gap : Ride(share).gap) EXPECT_NEAR(gap, 0, 1e-6) << share;  // the tolerance of contact
 }
 
+// Beyond A w^2 = g the box leaves the platform where cos(w t) = -g / (A w^2), with the platform's speed, and
+// flies a parabola.
 TEST(ShakenPlatform, ThrowsABoxWhereItFallsFasterThanGravity) {
   const double share = 1.5;
   const Ride ride(share);
@@ -139,16 +152,16 @@ TEST(ShakenPlatform, ThrowsABoxWhereItFallsFasterThanGravity) {
     const double expected =
         flight < 0 ? 0 : ride.height(release) + speed * flight - g / 2 * flight * flight - ride.height(t);
     if (expected < 0) break;  // it has landed
-    // The step in which it is let go is 1/48 s long, over which the platform's acceleration changes by
-    // 0.4 g: the release is felt late or early by no more than the part of it that the step averages.
+    // The release falls into a step of 1/48 s, in which the platform's acceleration changes by 0.4 g. It
+    // comes early or late by at most the part of that change that the step averages.
     EXPECT_NEAR(ride.gap[i], expected, 1e-3) << "frame " << i + 1;
     in_flight += expected > 0.01 ? 1 : 0;
   }
   EXPECT_GT(in_flight, 2);
 }
 
-// A plate comes up to a ball at rest at 2 m/s: it takes it along, or throws it ahead at (1 + e) times its own
-// speed.
+// A plate comes at 2 m/s to a ball at rest. It pushes the ball along, or throws it ahead at (1 + e) times its
+// own speed; an infinite mass takes no recoil.
 TEST(Paddle, HandsOnExactlyItsVelocity) {
   for (const double restitution : {0.0, 0.5, 1.0}) {
     scene::Scene scene = test::free_space();
@@ -166,7 +179,8 @@ TEST(Paddle, HandsOnExactlyItsVelocity) {
   }
 }
 
-// A box put down on a belt at 2 m/s slides for v / (mu g) and half that time times v, then rides along.
+// A box that is put on a belt at v = 2 m/s slides for the time v / (mu g), with the acceleration mu g, and
+// then moves with the belt.
 TEST(Conveyor, TakesABoxAlongByFriction) {
   constexpr double friction = 0.4, speed = 2, time = speed / (friction * g);
   scene::Scene scene;
@@ -178,14 +192,13 @@ TEST(Conveyor, TakesABoxAlongByFriction) {
     simulation.advance_frame();
     const double t = frame / 24.0, sliding = std::min(t, time);
     EXPECT_NEAR(state(simulation, 1).velocity.x(), friction * g * sliding, 1e-4 * speed);
-    // Of the step in which the slip ends it is not known when it ended.
+    // When slipping ends within a step is not resolved.
     EXPECT_NEAR(position(simulation, 1).x(), friction * g / 2 * sliding * sliding + speed * (t - sliding),
                 speed / 48 / 48);
   }
 }
 
-// Nothing comes between a soft box and the platform under it while that goes to and fro below the limit of
-// friction.
+// A platform oscillates below the limit of friction. A soft box on it keeps contact and moves with it.
 TEST(ShakenPlatform, ASoftBoxFollows) {
   constexpr double amplitude = 0.15, frequency = 0.7;
   scene::Scene scene;
@@ -215,10 +228,12 @@ TEST(ShakenPlatform, ASoftBoxFollows) {
       EXPECT_LT((particles.v[bottom[k]] - platform.velocity).norm(), 1e-9);
     }
   }
-  EXPECT_LT(slip, 1e-3);  // a little creeps where the box presses least
+  EXPECT_LT(slip, 1e-3);  // it creeps a little where it presses least
   EXPECT_NEAR(farthest, 2 * amplitude, 1e-3);
 }
 
+// Kinematic bodies ignore the ground, each other, and heavy dynamic bodies, even one that is caught between
+// them.
 TEST(KinematicBody, PassesThroughOthersOfItsKindAndStopsForNothing) {
   scene::Scene scene = test::on_ground();
   make_kinematic(add_box(scene, "lift", Vec3::Zero(), Vec3(1, 0.2, 1), 1),
@@ -236,7 +251,8 @@ TEST(KinematicBody, PassesThroughOthersOfItsKindAndStopsForNothing) {
   }
 }
 
-TEST(KinematicBody, WithoutTheEffectStaysWhereItIsAndNothingIsEntered) {
+// Without the effect `kinematic_motion` the body does not move and the stage does not run.
+TEST(KinematicBody, WithoutTheEffectItStaysAndNoStageRuns) {
   scene::Scene scene = turntable(2, 0.5);
   scene.rigid[1].placement.velocity.setZero();
   scene.rigid[1].placement.angular_velocity.setZero();
@@ -248,7 +264,7 @@ TEST(KinematicBody, WithoutTheEffectStaysWhereItIsAndNothingIsEntered) {
   EXPECT_GT(turning.world().clock[Stage::kinematic_motion].calls, 0);
   EXPECT_GT(turning.stats().kinetic, 0.1);
 
-  // The same bits as of a scene in which the disc is static.
+  // A scene in which the disc is static has the same bits.
   scene.rigid[0].is_kinematic = false;
   scene.rigid[0].is_static = true;
   Simulation fixed(scene, test::plan(scene));
@@ -256,6 +272,7 @@ TEST(KinematicBody, WithoutTheEffectStaysWhereItIsAndNothingIsEntered) {
   EXPECT_EQ(still.save_state(), fixed.save_state());
 }
 
+// The prescribed motion depends on time alone, so a resumed run continues with the same bits.
 TEST(KinematicBody, AResumedRunContinuesBitIdentically) {
   scene::Scene scene = turntable(1.5, 0.5);
   scene.rigid[0].motion.sinusoid = {{Vec3(0.1, 0.05, 0), {Vec3::UnitX(), 3}, 1.3, 20, 0, {}}};

@@ -1,4 +1,4 @@
-// The ledger accounts for every change of momentum, and keeping it changes nothing.
+// The ledger accounts for every change of momentum, and keeping it changes no result.
 #include <algorithm>
 
 #include "tests/support/margin.h"
@@ -14,7 +14,7 @@ using test::add_ball;
 using test::add_box;
 using test::add_soft_box;
 
-// A spinning ball between two soft boxes and a rigid one, in free space, all of them in each other's way.
+// Returns a spinning ball between two soft boxes and a rigid one, in free space, which run into each other.
 scene::Scene crowd() {
   scene::Scene scene = test::free_space();
   add_soft_box(scene, "left", Vec3(-2.02, 0.3, 0), Vec3(2, 2, 2), 3).placement.velocity = Vec3(4, 0, 0);
@@ -25,7 +25,7 @@ scene::Scene crowd() {
   return scene;
 }
 
-// The same falling on rough ground.
+// Returns the bodies of crowd(), which fall on rough ground.
 scene::Scene fallen() {
   scene::Scene scene = crowd();
   scene.gravity = Vec3(0, -9.8, 0);
@@ -35,17 +35,18 @@ scene::Scene fallen() {
   return scene;
 }
 
+// Returns the scene with all its deformable bodies made incompressible.
 scene::Scene made_incompressible(scene::Scene scene) {
   for (scene::DeformableBody& body : scene.deformable) body.incompressible = true;
   return scene;
 }
 
-// Every stage that changes velocities gives what comes from outside and nothing else, to rounding: 1e-10 of
-// the momentum that the bodies bring along. Returns what came from outside.
+// Checks that every stage that changes velocities gives external momentum and no other, to 1e-10 of the
+// momentum of a soft box. Returns the external momentum.
 Vec3 expect_balance(const scene::Scene& scene, int frames) {
   Simulation simulation(scene, test::plan(scene));
   simulation.keep_ledger();
-  const double linear = 4 * 8000, angular = 2 * linear;  // kg m/s, kg m^2/s, of one soft box
+  const double linear = 4 * 8000, angular = 2 * linear;  // kg m/s and kg m^2/s, of one soft box
   double max_defect = 0, max_change = 0;
   Vec3 external = Vec3::Zero();
   const Vec3 first_velocity = simulation.world().bodies.rigid.state[0].velocity;
@@ -62,7 +63,7 @@ Vec3 expect_balance(const scene::Scene& scene, int frames) {
         continue;  // moving positions leaves an angular defect of second order
       EXPECT_LT(stage.angular_momentum_defect, 1e-10 * angular) << stage.name << ", frame " << frame;
     }
-    // The frame's change is the step's, and the sum of gravity and ground.
+    // The change over a frame is that of the step in the ledger, and the sum of what gravity and ground gave.
     const LedgerStats& step = stats.ledger.back();
     EXPECT_LT((stats.momentum - before.momentum - step.external_momentum).norm(), 1e-10 * linear);
     EXPECT_LT((stats.momentum - before.momentum - step.momentum).norm(), 1e-10 * linear);
@@ -76,14 +77,16 @@ Vec3 expect_balance(const scene::Scene& scene, int frames) {
   return external;
 }
 
+// All forces are internal, so the external momentum is exactly zero.
 TEST(Ledger, NothingComesFromOutsideInFreeSpace) { EXPECT_EQ(expect_balance(crowd(), 8), Vec3::Zero()); }
 
 TEST(Ledger, GravityAndGroundAccountForTheRest) {
-  // Half a second of gravity on 20 t less what the ground gave: it did give.
+  // The momentum that the ground gave reduces that of gravity, which is half a second of g on 20 t, by at
+  // least a tenth.
   EXPECT_GT(expect_balance(fallen(), 12).y(), -0.9 * 0.5 * 9.8 * 2e4);
 }
 
-// The alternate order of step V, contact before the damping solve, in which the constraints take part.
+// The alternate order of step V has contact before the damping solve, in which the constraints take part.
 TEST(Ledger, ConstraintsBeforeTheSolveKeepMomentumToo) {
   scene::Scene scene = crowd();
   scene.solver.velocity_constraints = scene::VelocityConstraints::before_solve;
@@ -93,7 +96,7 @@ TEST(Ledger, ConstraintsBeforeTheSolveKeepMomentumToo) {
   EXPECT_GT(expect_balance(scene, 12).y(), -0.9 * 0.5 * 9.8 * 2e4);
 }
 
-// What pins and mass-proportional damping take is from outside: a box that hangs, braked, and is hit.
+// Impulses of pins and of mass-proportional damping are external: a box that hangs, is braked, and is hit.
 TEST(Ledger, PinsAndMassDampingAreFromOutside) {
   scene::Scene scene = crowd();
   scene.gravity = Vec3(0, -9.8, 0);
@@ -103,15 +106,16 @@ TEST(Ledger, PinsAndMassDampingAreFromOutside) {
   pin.to = Vec3(-1, 1, -1);
   pin.radius = 0.1;
   scene.deformable[0].pins.push_back(pin);
-  // The impulse on pins is that of forces at the solution of the solve, which has to be there.
+  // The impulse on pins is computed from forces at the solution of the solve, so the solve must be accurate.
   scene.solver.cg_tolerance = 1e-13;
   const Vec3 external = expect_balance(scene, 8);
   const double gravity_alone = -9.8 * 8 / 24 * 2e4;
   EXPECT_GT((external - Vec3(0, gravity_alone, 0)).norm(), 1e3) << "pins and damping have done something";
 }
 
-// Where pressures meet contact, their impulses act at x^{n+1/2} and those of contact at x^{n+1}: what bodies
-// give each other then has a moment of second order, as that of moving positions.
+// Pressures give no momentum. Where they meet contact, their impulses act at x^{n+1/2} and those of contact
+// at x^{n+1}, so impulses between bodies have a moment of second order, as moving positions has; therefore
+// moments are compared in the stages of pressures alone.
 TEST(Ledger, PressuresGiveNothing) {
   for (const bool on_ground : {false, true}) {
     Simulation simulation(made_incompressible(on_ground ? fallen() : crowd()),
@@ -131,7 +135,9 @@ TEST(Ledger, PressuresGiveNothing) {
   }
 }
 
-// From one geometry to the next, arms change by what the first has moved: a moment of second order.
+// Interpenetration resolution keeps sum m d and sum x cross m d at zero, with d the displacements and x the
+// positions, within one iteration. From one iteration to the next arms change by d, which leaves a moment of
+// second order.
 TEST(Ledger, PushOutKeepsCentreOfMassAndMoment) {
   scene::Scene scene = crowd();
   scene.solver.push_out_iterations = 1;
@@ -139,12 +145,13 @@ TEST(Ledger, PushOutKeepsCentreOfMassAndMoment) {
   simulation.keep_ledger();
   for (int frame = 0; frame < 8; ++frame) {
     simulation.advance_frame();
-    // kg m: 20 t moved by a rounding error of metres
+    // The bound is in kg m: a rounding error of meters, times 20 t.
     EXPECT_LT(simulation.stats().max_mass_shift, 1e-10 * 2e4);
     EXPECT_LT(simulation.stats().max_moment_shift, 1e-10 * 2e4);
   }
 }
 
+// Runs with and without the ledger have the same bits.
 TEST(Ledger, ChangesNoResult) {
   const scene::Scene scene = fallen();
   Simulation plain(scene, test::plan(scene)), watched(scene, test::plan(scene));

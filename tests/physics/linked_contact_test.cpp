@@ -1,4 +1,5 @@
-// What lies on bodies that joints hold feels their joints, not their masses.
+// Contact with jointed bodies uses the articulated response: loads feel the joints, not the masses of single
+// bodies.
 #include <algorithm>
 #include <cmath>
 
@@ -16,8 +17,8 @@
 namespace duet::linked_contact_test {
 namespace {
 
-// The height of the centre of mass of a load of 1 m and 1000 kg, two seconds after it was put on a plate of
-// `mass` (kg) that is welded to a static post; a plate without mass is static itself.
+// Returns the height (m) of the center of mass of a load of 1 m and 1000 kg, two seconds after it was put on
+// a plate of `mass` (kg) that is welded to a static post. A plate without mass is static itself.
 double height_on_plate(double mass, bool is_soft,
                        scene::VelocityConstraints order = scene::VelocityConstraints::after_solve) {
   scene::Scene scene = test::free_space();
@@ -57,8 +58,9 @@ double height_on_plate(double mass, bool is_soft,
   return height / sum;
 }
 
-// With contact and joints in turn, the soft load sank in by 20 mm on a plate of 10 kg, and fell through that
-// of 0.1 kg.
+// A plate that is welded to a static body carries a load as that body does, whatever its mass, to 1e-5 m.
+// When contact and joints were solved in turn, the soft load sank in by 20 mm on a plate of 10 kg, and fell
+// through that of 0.1 kg.
 TEST(LinkedContact, AWeldedPlateBearsLikeAWall) {
   for (const bool is_soft : {true, false}) {
     const double on_wall = height_on_plate(0, is_soft);
@@ -68,7 +70,8 @@ TEST(LinkedContact, AWeldedPlateBearsLikeAWall) {
   }
 }
 
-// With contact before the solve, too. This once answered as the joints let it and was pushed as if by itself.
+// A welded plate carries a load to 1e-5 m with contact before the solve as well. In that order the plate once
+// responded with its joints but was pushed as a free body.
 TEST(LinkedContact, AWeldedPlateBearsWithConstraintsFirst) {
   const scene::VelocityConstraints order = scene::VelocityConstraints::before_solve;
   const double on_wall = height_on_plate(0, true, order);
@@ -76,9 +79,9 @@ TEST(LinkedContact, AWeldedPlateBearsWithConstraintsFirst) {
     test::expect_below(std::abs(height_on_plate(mass, true, order) - on_wall), 1e-5, "soft load, m");
 }
 
-// Rings of six links that collapse onto themselves and each other: what their contacts ask of velocities is
-// met while the joints hold, but for what the sweeps leave. With contact and joints in turn 10 mm/s were
-// left.
+// Rings of six links collapse onto themselves and each other. Their contacts must reach the target velocities
+// while the joints hold, up to the tolerance of the sweeps. When contact and joints were solved in turn,
+// 10 mm/s of approach were left.
 TEST(LinkedContact, FoldedLoopsKeepTheirContacts) {
   scene::Scene scene = test::on_ground(0.4);
   scene.gravity = Vec3(0, -9.8, 0);
@@ -116,9 +119,9 @@ TEST(LinkedContact, FoldedLoopsKeepTheirContacts) {
   test::expect_below(simulation.stats().max_penetration, 1e-5, "penetration, m");
 }
 
-// A loop of six links that lies flat, three beside three, with the two in the middle 2 mm in each other; the
-// others weigh a hundred times as much. Push-out that moved the two by themselves was undone by the joints in
-// every step, and loops that were wedged in a pile sank into themselves by 26 mm and more.
+// A loop of six links lies flat, three beside three. Its two middle links overlap by 2 mm, and the others
+// weigh a hundred times as much. When interpenetration resolution moved the two by themselves, the joints
+// undid it in every step, and loops that were wedged in a pile sank into themselves by 26 mm and more.
 TEST(LinkedContact, WhatOverlapsInALoopParts) {
   scene::Scene scene = test::free_space();
   scene.fps = 24;
@@ -139,7 +142,8 @@ TEST(LinkedContact, WhatOverlapsInALoopParts) {
   test::expect_below(simulation.stats().max_penetration, 1e-5, "penetration, m");
 }
 
-// Threads share the pairs of a heap of three-part chains: a visit of one part moves the others.
+// Threads share the pairs of a heap of chains of three bodies, in which a visit to one body changes the
+// others. The coloring of pairs must keep such pairs apart.
 TEST(LinkedContact, AHeapHasTheSameBitsForAnyNumberOfThreads) {
   std::vector<std::uint64_t> hashes;
   const int frames = test::runs_in_full() ? 8 : 5;

@@ -1,4 +1,4 @@
-// Two-way coupling: what one body gains the other loses, in every stage and over a whole run.
+// Two-way coupling: one body gains the momentum that the other loses, in every stage and over a whole run.
 #include <functional>
 
 #include "tests/support/scenes.h"
@@ -14,7 +14,7 @@ using test::add_box;
 using test::add_soft_box;
 using test::free_space;
 
-// A ball that hits one deformable box off centre, spinning, with friction.
+// Returns a spinning ball that hits a deformable box off its center, with friction.
 scene::Scene ball_hits_soft_box() {
   scene::Scene scene = free_space();
   add_soft_box(scene, "soft", Vec3(0, 0, 0), Vec3(2, 2, 2), 4);
@@ -25,6 +25,7 @@ scene::Scene ball_hits_soft_box() {
   return scene;
 }
 
+// Returns a spinning ball that hits a spinning rigid box off its center.
 scene::Scene ball_hits_rigid_box() {
   scene::Scene scene = free_space();
   add_box(scene, "box", Vec3(0, 0, 0), Vec3(2, 2, 2), 6000).placement.angular_velocity = Vec3(0.3, 0.2, -0.1);
@@ -34,7 +35,7 @@ scene::Scene ball_hits_rigid_box() {
   return scene;
 }
 
-// A rigid box between two soft ones that come together on it, all in contact and spinning.
+// Returns a rigid box between two soft ones that close in on it, all in contact, two of them spinning.
 scene::Scene sandwich() {
   scene::Scene scene = free_space();
   add_soft_box(scene, "left", Vec3(-2.02, 0.3, 0), Vec3(2, 2, 2), 3).placement.velocity = Vec3(4, 0, 0);
@@ -45,11 +46,12 @@ scene::Scene sandwich() {
   return scene;
 }
 
-// Magnitudes that the momenta of single bodies reach in these scenes: what relative errors are relative to.
+// Sums of the magnitudes of all momenta and moments of momentum in a scene, the scale of relative errors.
 struct Scale {
   double linear = 0, angular = 0;
 };
 
+// Returns the scale of the bodies as they are now.
 Scale scale_of(const Bodies& bodies) {
   Scale scale;
   const auto add = [&](const Vec3& x, const Vec3& p) {
@@ -64,11 +66,13 @@ Scale scale_of(const Bodies& bodies) {
   return scale;
 }
 
+// Compares momenta before and after stages.
 class Ledger {
  public:
   explicit Ledger(World& world) : world_(world), scale_(scale_of(world.bodies)) {}
 
-  // Runs a stage that changes velocities and expects both momenta to stay, about the positions it acts at.
+  // Runs a stage that changes velocities, and checks that it keeps both momenta, about the positions at which
+  // it acts.
   void stage(const char* name, const std::function<void()>& run) {
     const Momentum before = momentum(world_.bodies);
     run();
@@ -82,6 +86,7 @@ class Ledger {
   Scale scale_;
 };
 
+// Checks the stages of 120 steps. The bound of 1e-10 is rounding.
 void expect_stages_keep_momentum(const scene::Scene& scene) {
   Simulation simulation(scene, test::plan(scene));
   World& world = simulation.world();
@@ -93,7 +98,7 @@ void expect_stages_keep_momentum(const scene::Scene& scene) {
     context.dt = choose_time_step(world, 0);
     begin_step(world, context);
     ledger.stage("I", [&] { run_stages(world, Stage::advance_velocity, Stage::air_drag_halfway); });
-    // II replaces v~^{n+1/2} by v^^{n+1/2}; between them lie the impulses alone.
+    // Step II replaces v~^{n+1/2} by v^^{n+1/2}; they differ by impulses alone.
     ledger.stage("II", [&] { run_stages(world, Stage::contact_candidates, Stage::re_evolution); });
     ledger.stage("III", [&] { run_stages(world, Stage::contact_graph, Stage::turn_of_joints); });
     const Vec3 linear = momentum(world.bodies).linear;
@@ -101,7 +106,7 @@ void expect_stages_keep_momentum(const scene::Scene& scene) {
     EXPECT_LT((momentum(world.bodies).linear - linear).norm(), 1e-10 * scale_of(world.bodies).linear) << "IV";
     run_stages(world, Stage::back_to_collided, Stage::self_collision);
     {
-      // V.2 and V.3 act at x^{n+1/2}: there, not at x^{n+1}, do its forces have no moment.
+      // V.2 and V.3 act at x^{n+1/2}: their forces have no moment there, but do at x^{n+1}.
       const std::vector<Vec3> before = world.bodies.particles.v;
       run_stages(world, Stage::repulsion_pairs, Stage::contact_in_solve_at_end);
       Vec3 moment = Vec3::Zero(), sum = Vec3::Zero();
@@ -119,13 +124,15 @@ void expect_stages_keep_momentum(const scene::Scene& scene) {
   EXPECT_GT((world.bodies.rigid.state.back().velocity - first_velocity).norm(), 0.1) << "nothing was tested";
 }
 
+// Each stage that changes velocities acts with equal and opposite impulses at one place. A stage that lets
+// the two sides differ, or act at different points, changes the linear or the angular momentum.
 TEST(Momentum, EveryStageKeepsItWhenABallHitsASoftBox) { expect_stages_keep_momentum(ball_hits_soft_box()); }
 TEST(Momentum, EveryStageKeepsItWhenABallHitsARigidBox) {
   expect_stages_keep_momentum(ball_hits_rigid_box());
 }
 TEST(Momentum, EveryStageKeepsItInASandwich) { expect_stages_keep_momentum(sandwich()); }
 
-// Over a run: linear momentum to rounding, and both bodies' velocities really change.
+// Checks that a run keeps linear momentum to rounding, gains no energy, and that the ball really hits.
 void expect_run_keeps_linear_momentum(const scene::Scene& scene) {
   Simulation simulation(scene, test::plan(scene));
   const FrameStats start = simulation.stats();
@@ -134,17 +141,19 @@ void expect_run_keeps_linear_momentum(const scene::Scene& scene) {
   for (int frame = 0; frame < 12; ++frame) {
     simulation.advance_frame();
     EXPECT_LT((simulation.stats().momentum - start.momentum).norm(), 1e-10 * scale);
-    // 2 % of the side: contact keeps overlap out at every frame's end.
+    // The bound is 2 % of the side: contact keeps bodies apart at the end of every frame.
     EXPECT_LT(simulation.stats().max_penetration, 0.02 * 2);
   }
   EXPECT_GT((simulation.world().bodies.rigid.state.back().velocity - ball_velocity).norm(), 5) << "no impact";
   EXPECT_LE(simulation.stats().kinetic + simulation.stats().elastic, start.kinetic + start.elastic);
 }
 
+// A whole run must keep the momentum that each stage keeps.
 TEST(Momentum, RunKeepsItWhenABallHitsASoftBox) { expect_run_keeps_linear_momentum(ball_hits_soft_box()); }
 TEST(Momentum, RunKeepsItWhenABallHitsARigidBox) { expect_run_keeps_linear_momentum(ball_hits_rigid_box()); }
 
-// Moving positions with v^{n+1/2} leaves an angular defect of second order in the step, unless it is mended.
+// Returns the change of angular momentum in a step of dt / 2^halvings. Without `keep_spin`, moving positions
+// with v^{n+1/2} leaves a defect of second order in the step.
 double angular_defect_per_step(int halvings) {
   scene::Scene scene = free_space();
   auto& soft = add_soft_box(scene, "soft", Vec3(0.5, 0, 0), Vec3(2, 1, 1), 3);
@@ -152,8 +161,8 @@ double angular_defect_per_step(int halvings) {
   scene.solver.keep_spin = false;
   Simulation simulation(scene, test::plan(scene));
   World& world = simulation.world();
-  // Some steps first, so that the box is stretched and rings: at rest the forces vanish and so would the
-  // defect.
+  // The box first takes some steps so that it is stretched and rings. At rest the forces vanish, and with
+  // them the defect.
   const double dt = choose_time_step(world, 0);
   for (int i = 0; i < 40; ++i) step(world, 0, dt);
   const Vec3 before = momentum(world.bodies).angular;
@@ -161,11 +170,14 @@ double angular_defect_per_step(int halvings) {
   return (momentum(world.bodies).angular - before).norm();
 }
 
+// Halving the step must reduce the defect of a step as theory says; a first-order error in the positions
+// would not fall as fast.
 TEST(Momentum, AngularDefectOfMovingIsOfSecondOrder) {
   const double coarse = angular_defect_per_step(1), fine = angular_defect_per_step(2);
   RecordProperty("defect", std::to_string(coarse));
   EXPECT_GT(coarse, 0);
-  // Per step the defect falls at least fourfold with half the step (0.5 for the higher-order terms).
+  // The defect of a step falls at least fourfold with half of the step. A factor of 3.5 leaves room for terms
+  // of higher order.
   EXPECT_LT(fine, coarse / 3.5);
 }
 

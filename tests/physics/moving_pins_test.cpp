@@ -1,4 +1,4 @@
-// Particles that pins hold, in their place or on a kinematic body.
+// Particles that pins hold in their place or that follow a kinematic body (prescribed particles).
 #include "tests/support/thin_bodies.h"
 #include <gtest/gtest.h>
 
@@ -10,14 +10,17 @@ namespace {
 using scene::Integration;
 using scene::VelocityConstraints;
 
+// Combinations of integration and order of step V.
 struct Solve {
   Integration integration = Integration::semi_implicit;
   VelocityConstraints constraints = VelocityConstraints::after_solve;
 };
+// The combinations that the reader accepts.
 constexpr Solve solves[] = {
     {}, {Integration::implicit}, {Integration::semi_implicit, VelocityConstraints::before_solve}};
 
-// Keeps its place for 0.1 s, then moves along and turns; the soft box of 0.2 m hangs on it with its top.
+// Returns a soft box of 0.2 m whose top hangs from a kinematic body. That body keeps its place for 0.1 s,
+// then moves along and turns.
 scene::Scene box_on_a_hand(const Solve& solve) {
   scene::Scene scene = test::free_space();
   scene.gravity = Vec3(0, -9.8, 0);
@@ -33,6 +36,8 @@ scene::Scene box_on_a_hand(const Solve& solve) {
   return scene;
 }
 
+// x = q arm + p and v = v_body + w x arm, to rounding, for all solves. Particles that keep an older velocity
+// of their body drift off it.
 TEST(MovingPins, ParticlesFollowTheirBodyToRounding) {
   for (const Solve& solve : solves) {
     const scene::Scene scene = box_on_a_hand(solve);
@@ -54,7 +59,8 @@ TEST(MovingPins, ParticlesFollowTheirBodyToRounding) {
   }
 }
 
-// Where the search for a balance is given up, bodies move on as wholes: not what is held.
+// When the solve does not converge and bodies move on as a whole (the rigid fallback), held particles must
+// still keep their place. One Newton iteration at a high stiffness provokes that.
 TEST(MovingPins, NothingElseMovesThem) {
   scene::Scene scene = box_on_a_hand({Integration::implicit});
   scene.materials[0].youngs_modulus = 1e8;
@@ -77,7 +83,7 @@ TEST(MovingPins, NothingElseMovesThem) {
     }
 }
 
-// A body that is led away at a constant speed, with which all of it begins, is not deformed at all.
+// A body that is led at the constant velocity with which all of it begins is not deformed.
 TEST(MovingPins, ABodyThatIsLedAlongKeepsItsShape) {
   for (const Solve& solve : solves) {
     scene::Scene scene = box_on_a_hand(solve);
@@ -87,7 +93,7 @@ TEST(MovingPins, ABodyThatIsLedAlongKeepsItsShape) {
                                        {2, Vec3(4, 0.2, 0), {}, false, {}}};
     scene.rigid[0].motion.interpolation = Interpolation::linear;
     scene.deformable[0].placement.velocity = Vec3(2, 0, 0);
-    scene.solver.cg_tolerance = 1e-10;  // m/s, which velocities may differ by
+    scene.solver.cg_tolerance = 1e-10;  // m/s, by which velocities may differ
     Simulation simulation(scene, test::plan(scene));
     for (int frame = 0; frame < 12; ++frame) simulation.advance_frame();
     EXPECT_LT(simulation.stats().elastic, 1e-12) << "besides 16 J that it has";

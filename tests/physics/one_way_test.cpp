@@ -1,4 +1,5 @@
-// What is lost where deformable bodies do not push back (--without two_way), against the two-way coupling.
+// The one-way coupling (--without two_way), in which deformable bodies do not push back, against the two-way
+// coupling.
 #include "tests/support/margin.h"
 #include "tests/support/places.h"
 #include "tests/support/scenes.h"
@@ -10,12 +11,14 @@
 namespace duet::one_way_test {
 namespace {
 
+// Result of a strike.
 struct Outcome {
-  Vec3 ball = Vec3::Zero(), start = Vec3::Zero();  // m/s, of the ball that strikes
-  double momentum = 0;                             // gained, over what the ball brings
-  double energy = 0;                               // of all bodies at the end, over that at the start
+  Vec3 ball = Vec3::Zero(), start = Vec3::Zero();  // velocities of the ball, m/s
+  double momentum = 0;  // change of the total momentum, over that of the ball at the start
+  double energy = 0;    // kinetic plus elastic energy at the end over that at the start
 };
 
+// Simulates scenes/study/one_way.toml without the effects of the list.
 Outcome strike(const std::vector<std::string>& without) {
   scene::Scene scene = scene::read(test::source_folder() + "/scenes/study/one_way.toml").scene;
   Simulation simulation(scene, scene::plan_effects(scene, without).active());
@@ -31,6 +34,8 @@ Outcome strike(const std::vector<std::string>& without) {
   return outcome;
 }
 
+// Two-way coupling keeps momentum to rounding and gains no energy. Without it, momentum and energy appear
+// from nothing. This checks that the effect can be switched off, and that the test would notice.
 TEST(TwoWay, WithoutItMomentumComesFromNothing) {
   const Outcome both = strike({});
   test::expect_below(both.momentum, 1e-10, "two-way: momentum gained");

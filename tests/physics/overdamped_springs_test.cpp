@@ -1,5 +1,5 @@
-// Springs that are damped beyond critically creep: steps that follow their damping time and not their
-// stiffness (solver.relaxation) tell the same story.
+// Springs beyond critical damping creep. Steps that follow their damping time instead of their stiffness
+// (`solver.relaxation`) must lead to the same state of rest.
 #include <cmath>
 
 #include "tests/support/margin.h"
@@ -13,13 +13,15 @@ namespace {
 
 constexpr double gravity = 30;  // m/s^2
 
+// State at the end.
 struct End {
-  double height = 0;   // m, of the centre of mass
+  double height = 0;   // m, of the center of mass
   double elastic = 0;  // J
   int substeps = 0;
 };
 
-// A box of springs has fallen on the ground under three times its weight and come to rest.
+// Returns the state of a box of springs that has fallen on the ground under three times its weight and come
+// to rest.
 End fallen(double relaxation) {
   scene::Scene scene = test::on_ground(0);
   scene.fps = 24;
@@ -36,8 +38,8 @@ End fallen(double relaxation) {
   return {stats.potential / (gravity * 1000), stats.elastic, stats.substeps};
 }
 
-// Without friction, which keeps what the way to it was, rest is one state: the box has sunk by 31 mm. Steps
-// of 14 ms and of 4 ms leave it trembling by less than a tenth of a micrometre.
+// Without friction, which remembers the path, rest is one state, in which the box has sunk by 31 mm. Steps of
+// 14 ms and of 4 ms leave it trembling by less than 0.1 micrometers, a tenth of the bound on the height.
 TEST(OverdampedSprings, ComeToTheSameRestInLongerSteps) {
   const End followed = fallen(0), lifted = fallen(0.25);
   EXPECT_LT(lifted.substeps, 0.4 * followed.substeps);

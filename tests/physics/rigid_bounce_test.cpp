@@ -1,5 +1,5 @@
-// Balls rebound to the height that their restitution says; slip turns into rolling at the speed that friction
-// leaves.
+// Balls rebound to the height that their restitution gives; sliding turns into rolling at the speed that
+// friction leaves.
 #include <algorithm>
 #include <cmath>
 
@@ -14,7 +14,7 @@ namespace {
 
 constexpr double gravity = 9.8;  // m/s^2
 
-// Advances to the time `end` (s) by the program's rule for the time step, and looks after every step.
+// Advances to the time `end` (s) by the program's rule for the time step, and calls `look` after every step.
 template <class Look>
 void run(World& world, double end, Look&& look) {
   for (double time = 0; time < end;) {
@@ -27,9 +27,10 @@ void run(World& world, double end, Look&& look) {
 
 class Rebound : public testing::TestWithParam<double> {};
 
-// The lowest point falls 1 m. A step that sees an overlap ahead reverses the velocity up to one step's
-// travel, 9 cm, above the ground, with what the ball would gain and lose on the way. The highest frame is up
-// to half a step from the top of the path.
+// A ball whose lowest point falls from h = 1 m rises to e^2 h. A step that predicts an overlap reverses the
+// velocity up to one step's travel, 9 cm, above the ground, with what the ball would gain and lose on that
+// path. The highest sampled position is up to half a step from the top of the path. The bound is 1 % of the
+// height.
 TEST_P(Rebound, ReachesItsHeight) {
   const double restitution = GetParam(), radius = 0.05, height = 1;
   scene::Scene scene = test::on_ground(0.5, restitution);
@@ -38,7 +39,7 @@ TEST_P(Rebound, ReachesItsHeight) {
   const double impact = std::sqrt(2 * height / gravity);
   bool was_hit = false;
   double highest = 0, lowest = height;
-  // Until the next impact; a ball that does not bounce is watched for as long as it fell.
+  // The run lasts until the next impact; a ball that does not bounce is watched for as long as it fell.
   run(simulation.world(), impact * (1 + 2 * (restitution > 0 ? restitution : 0.5)),
       [&](const RigidState& ball) {
         lowest = std::min(lowest, ball.pose.position.y() - radius);
@@ -55,13 +56,16 @@ INSTANTIATE_TEST_SUITE_P(Restitution, Rebound, testing::Values(0.0, 0.5, 1.0), [
   return fmt::format("of_{:.0f}_percent", 100 * restitution.param);
 });
 
+// A body that rolls.
 struct Roller {
   const char* name;
-  double outer_radius;  // m, from the axis of the spin to the ground
-  double tube;          // m; 0: a ball
-  double gyration;      // m^2, moment of inertia about the axis of the spin per unit mass
+  double outer_radius;  // m, from the axis of rotation to the ground
+  double tube;          // m, radius of the tube; 0: a ball
+  double gyration;      // m^2, moment of inertia about the axis over the mass
 };
 
+// The inertia over the mass is 2/5 R^2 for a ball and r^2 + 3/4 t^2 for a torus with the radius r and the
+// tube t.
 const Roller rollers[] = {
     {"ball", 0.5, 0, 0.4 * 0.5 * 0.5},
     {"hoop", 0.5, 0.05, 0.45 * 0.45 + 0.75 * 0.05 * 0.05},
@@ -69,8 +73,9 @@ const Roller rollers[] = {
 
 class Rolling : public testing::TestWithParam<Roller> {};
 
-// Spinning and let go on the ground, it slides until friction has turned a part of the spin into speed: about
-// the point of contact no force has a moment, so gyration * spin = (gyration + radius^2) * final spin.
+// A spinning body that is dropped on the ground slides until friction has turned a part of its spin into
+// speed. No force has a moment about the point of contact, so k w = (k + R^2) w', with k the inertia over the
+// mass.
 TEST_P(Rolling, EndsAtTheTextbookSpeed) {
   const Roller& roller = GetParam();
   const double spin = 8, friction = 0.4, drop = 0.02;
@@ -94,7 +99,7 @@ TEST_P(Rolling, EndsAtTheTextbookSpeed) {
                      "final_spin_error");
   test::expect_below(std::abs(end.velocity.z()) / final_speed, 1e-3, "sideways_speed");
 
-  // And it keeps rolling: nothing on a plane takes its speed.
+  // The body must keep rolling, because nothing on a plane takes its speed.
   run(simulation.world(), 2, [](const RigidState&) {});
   test::expect_below(std::abs(end.velocity.x() / final_speed - 1), 0.01, "speed_error_after_2_s");
 }

@@ -17,20 +17,23 @@ constexpr double gravity = 9.8;  // m/s^2
 constexpr double degree = std::numbers::pi / 180;
 
 const Vec3 cube(1, 1, 1);
-// m; ten times what the contact solver's tolerance of 1e-6 m/s adds up to in a second.
+// Bound (m) for what must not move: ten times what the contact solver's tolerance of 1e-6 m/s adds up to in a
+// second.
 constexpr double rest_tolerance = 1e-5;
 constexpr double turn_tolerance = 1e-4;  // rad; the smallest cube, 0.1 m, tilted by that height
 
 enum class Incline { tilted_gravity, tilted_box };
 
+// Displacement of a block after a second.
 struct Slide {
   double distance = 0;  // m, down the slope
-  double aside = 0;     // m, across it
-  double off = 0;       // m, away from it or into it
+  double aside = 0;     // m, across the slope
+  double off = 0;       // m, away from or into the slope
   double turned = 0;    // rad
 };
 
-// A block of the given size (m; y across the slope) let go on it, after one second.
+// Returns where a block of the given size (m; y is normal to the slope) is one second after it was released
+// on the slope of the given angle (rad).
 Slide slide(double friction, double angle, const Vec3& size, Incline incline = Incline::tilted_gravity) {
   scene::Scene scene;
   const Quat tilt =
@@ -56,12 +59,15 @@ Slide slide(double friction, double angle, const Vec3& size, Incline incline = I
   return {moved.x(), std::abs(moved.z()), std::abs(moved.y()), pose.orientation.angularDistance(tilt)};
 }
 
+// Returns g (sin a - mu cos a) t^2 / 2 (m) after t = 1 s, or 0 where the block sticks.
 double theory(double friction, double angle) {
   return 0.5 * gravity * std::max(0.0, std::sin(angle) - friction * std::cos(angle));
 }
 
 class InclineTest : public testing::TestWithParam<double> {};
 
+// Distances are within 0.5 % of theory, and blocks that stick do not creep. Friction below its cone, or above
+// it, shows at one of the angles.
 TEST_P(InclineTest, SlidesOrSticksAtEveryAngle) {
   const double size = GetParam();
   double error = 0, crept = 0, off = 0, aside = 0, turned = 0;
@@ -90,6 +96,7 @@ TEST_P(InclineTest, SlidesOrSticksAtEveryAngle) {
 INSTANTIATE_TEST_SUITE_P(Sizes, InclineTest, testing::Values(0.1, 1, 10),
                          [](const auto& size) { return fmt::format("cube_of_{:.0f}_cm", 100 * size.param); });
 
+// A block sticks for mu > tan(angle) and slides for mu < tan(angle), to 0.01.
 TEST(InclineThreshold, LiesAtTheTangentOfTheAngle) {
   for (const double angle : {5.0, 20.0, 40.0}) {
     const double threshold = std::tan(angle * degree);
@@ -103,7 +110,8 @@ TEST(InclineThreshold, LiesAtTheTangentOfTheAngle) {
   }
 }
 
-// The incline is a static box whose surface points meet the box's level set, and the other way round.
+// The incline is a static box, so that samples of either box meet the level set of the other. The result must
+// be that of a level ground under tilted gravity.
 TEST(InclineBox, IsTheSameAsTiltedGravity) {
   for (const double friction : {0.1, 0.8}) {
     const double angle = 30 * degree;
@@ -115,8 +123,9 @@ TEST(InclineBox, IsTheSameAsTiltedGravity) {
   }
 }
 
-// Without friction nothing acts along a level slab. Its own surface points pass below the box's edges on the
-// way, where the box's level set has normals of two faces.
+// Without friction no force acts along a level slab. The slab's own samples pass below the edges of the box
+// on its way, where the level set of the box has the normals of two faces; a tilted normal would brake the
+// box.
 TEST(InclineBox, KeepsItsSpeedOnALevelSlab) {
   constexpr double speed = 2;
   scene::Scene scene;
@@ -133,8 +142,9 @@ TEST(InclineBox, KeepsItsSpeedOnALevelSlab) {
   test::expect_below((end.pose.position - Vec3(2 * speed, 0.5, 0)).norm(), rest_tolerance, "place_error_m");
 }
 
-// A block that sticks stands while its weight acts inside its base (tan(angle) < width / height); one that
-// slides, while friction's moment is less than what its base can bear (friction < width / height).
+// A block that sticks stands while its weight acts inside its base, tan(angle) < width / height. A block that
+// slides stands while the moment of friction is less than what its base can bear, mu < width / height. Both
+// cases are tested on either side of the limit, 0.5.
 TEST(InclineToppling, BlockStandsWhereTheoryLetsIt) {
   const Vec3 block(1, 2, 1);
   const struct {

@@ -13,12 +13,14 @@
 namespace duet::rigid_pile_test {
 namespace {
 
-constexpr std::size_t fixed = 29,
-                      bodies = 60;  // 25 pegs and 4 walls; boxes, balls, rings, capsules, brackets
+// `fixed` counts 25 pegs and 4 walls; `bodies` counts boxes, balls, rings, capsules and brackets.
+constexpr std::size_t fixed = 29, bodies = 60;
 constexpr int frames = 84;
-constexpr double inner_half = 3.6;  // m, of the tray
-constexpr double thinnest = 0.32;   // m, the diameter of the capsules, of which nothing may enter 1 %
+constexpr double inner_half = 3.6;  // m, half of the tray's inside
+constexpr double thinnest = 0.32;   // m, the diameter of the capsules, which penetration is relative to
 
+// Penetration stays below 1 % of the thinnest body, and less than 1 % of the largest kinetic energy is left
+// at the end.
 TEST(Pile, ComesToRestInTheTrayWithoutOverlap) {
   scene::Scene scene = scene::read(test::source_folder() + "/scenes/hard/pile.toml").scene;
   scene.rigid.resize(fixed + bodies);
@@ -30,9 +32,9 @@ TEST(Pile, ComesToRestInTheTrayWithoutOverlap) {
     const FrameStats stats = simulation.stats();
     penetration = std::max(penetration, stats.max_penetration);
     fallen = std::max(fallen, stats.kinetic);
-    // Nothing bounces, friction and contact take energy. Only push-out brings some, by lifting what had
-    // overlapped within a step (up to 0.6 J a frame were seen, where falling sets free 24 000; without
-    // push-out the energy never rises).
+    // No body bounces, and friction and contact take energy. Only interpenetration resolution brings some, by
+    // lifting bodies that had overlapped within a step: up to 0.6 J a frame were measured, where falling sets
+    // free 24,000 J. Without interpenetration resolution the energy never rises.
     if (frame > 1) {
       EXPECT_LT(stats.kinetic + stats.potential, energy + 1e-4 * fallen) << "frame " << frame;
     }
@@ -48,7 +50,7 @@ TEST(Pile, ComesToRestInTheTrayWithoutOverlap) {
   }
 }
 
-// All 500 bodies while they fall onto the pegs and each other: heavy and light ones, fast and on edges.
+// All 500 bodies, heavy and light, fast and on edges, stay out of each other while they fall onto the pegs.
 TEST(Pile, TheWholeOfItStaysOutOfEachOther) {
   if (!test::runs_in_full()) GTEST_SKIP() << "part of tools/test --full";
   const scene::Scene scene = scene::read(test::source_folder() + "/scenes/hard/pile.toml").scene;

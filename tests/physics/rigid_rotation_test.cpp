@@ -1,5 +1,5 @@
-// A box without torque that spins about its middle axis and keeps turning over: the orientation update of
-// section 4.1 against the solution in closed form.
+// The orientation updates of Shinar et al. 2008, section 4.1, against the closed form of a torque-free box
+// that spins about its middle axis and keeps turning over.
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -16,14 +16,16 @@ namespace {
 
 constexpr double seconds = 10;
 constexpr double spin = 3,
-                 wobble = 0.3;  // rad/s about the middle and the short axis: it turns over four times
+                 wobble = 0.3;  // rad/s, about the middle and the short axis: the box turns over four times
 
+// Errors of a run.
 struct Outcome {
   double orientation = 0;  // rad, from the closed form, at the end
-  double energy = 0;       // the largest deviation of the kinetic energy, over its start
-  double momentum = 0;     // the same of the angular momentum
+  double energy = 0;       // largest relative change of the kinetic energy
+  double momentum = 0;     // largest relative change of the angular momentum
 };
 
+// Simulates the box for ten seconds in equal steps.
 Outcome tumble(int steps, scene::OrientationUpdate update) {
   scene::Scene scene = test::free_space();
   auto& box = test::add_box(scene, "box", Vec3(0, 0, 0), Vec3(3, 2, 1), 12);  // I = 5, 10, 13 kg m^2
@@ -46,8 +48,9 @@ Outcome tumble(int steps, scene::OrientationUpdate update) {
   return outcome;
 }
 
+// The slope of log error over log step must be within 0.1 of the order.
 TEST(RigidRotation, ErrorFallsWithTheOrderOfTheUpdate) {
-  // The steps of the first order are finer: where its error is of the order of a turn it has no order.
+  // The first-order update takes finer steps: an error as large as a turn has no order.
   for (const auto& [update, name, coarsest, least, most] :
        {std::tuple{scene::OrientationUpdate::second_order, "second-order", 16000, 1.9, 2.1},
         std::tuple{scene::OrientationUpdate::first_order, "first-order", 64000, 0.9, 1.1}}) {
@@ -68,6 +71,8 @@ TEST(RigidRotation, ErrorFallsWithTheOrderOfTheUpdate) {
   }
 }
 
+// Both updates keep angular momentum, which is the stored quantity. The second-order update must have an
+// energy error at least ten times smaller than the first-order one.
 TEST(RigidRotation, EnergyAndMomentumAreKept) {
   constexpr int steps = 1000;  // a hundred a second
   const Outcome second = tumble(steps, scene::OrientationUpdate::second_order);

@@ -12,6 +12,7 @@ namespace {
 
 constexpr double gravity = 9.8, radius = 0.5;
 
+// Advances from `begin` to `end` (s), with a shorter last step.
 void run(World& world, double begin, double end) {
   for (double time = begin; time < end;) {
     const double dt = std::min(choose_time_step(world, time), end - time);
@@ -20,6 +21,7 @@ void run(World& world, double begin, double end) {
   }
 }
 
+// Returns a ball at rest on the ground.
 scene::Scene ball_on_ground() {
   scene::Scene scene = test::on_ground(0.5, 0);
   auto& ball = test::add_ball(scene, "ball", Vec3(0, radius, 0), radius, 2);
@@ -27,10 +29,10 @@ scene::Scene ball_on_ground() {
   return scene;
 }
 
-// The normal force times the lever arm b brakes the rolling, against the inertia 7/5 m R^2 about the point of
-// contact: the deceleration is 5/7 b g / R, until the ball stops and stays. The ball rests on the ground from
-// the start, and a step is exact under constant forces, so only rounding is to be seen; but for the step in
-// which the ball stops, which may be off by a dt^2 / 2 = 6e-5 m of 7 m.
+// The normal force with the lever arm b brakes the rolling, against the inertia 7/5 m R^2 about the point of
+// contact: the deceleration is 5/7 b g / R until the ball stops. The ball rests on the ground from the start,
+// and a step is exact under constant forces, so the bound is rounding. Only the step in which the ball stops
+// may be off, by a dt^2 / 2 = 6e-5 m of 7 m.
 TEST(RollingFriction, StopsABallAfterItsDistance) {
   const double b = 0.02, speed = 2, deceleration = 5.0 / 7.0 * b * gravity / radius;
   scene::Scene scene = ball_on_ground();
@@ -51,7 +53,8 @@ TEST(RollingFriction, StopsABallAfterItsDistance) {
   test::expect_below(std::abs(ball.pose.position.z()), 1e-12, "sideways_m");
 }
 
-// I alpha = b m g with I = 2/5 m R^2.
+// Spinning friction: I alpha = b m g with I = 2/5 m R^2, until the ball stops. It must neither move nor turn
+// back.
 TEST(SpinningFriction, StopsATopAfterItsTime) {
   const double b = 0.01, spin = 4, deceleration = b * gravity / (0.4 * radius * radius);
   scene::Scene scene = ball_on_ground();

@@ -1,4 +1,5 @@
-// Figure 3: a rigid ball hits a row of rigid and incompressible soft ones that touch each other.
+// Figure 3 of Shinar et al. 2008: a rigid ball hits a row of rigid and incompressible soft ones that touch
+// each other.
 #include <algorithm>
 #include <array>
 
@@ -13,8 +14,8 @@
 namespace duet::row_test {
 namespace {
 
-// The scene with the ball a quarter of a metre before the row: what comes before the blow is free rolling.
-// Its soft balls are coarser, for the sake of time.
+// Returns the scene with the ball a quarter of a meter before the row, because the motion before the impact
+// is free rolling, and with coarser soft balls, to save time.
 scene::Scene row() {
   scene::Scene scene = scene::read(test::source_folder() + "/scenes/row.toml").scene;
   scene.rigid[0].placement.position = Vec3(-2.25, 0, 0);
@@ -22,7 +23,7 @@ scene::Scene row() {
   return scene;
 }
 
-// Least and largest x of the balls in the order of the row, m.
+// Returns the smallest and the largest x (m) of the balls, in the order of the row.
 std::array<std::array<double, 2>, 6> extents(const Bodies& bodies) {
   std::array<std::array<double, 2>, 6> result;
   const std::array<std::size_t, 4> rigid_places = {0, 1, 3, 5};
@@ -42,6 +43,8 @@ std::array<std::array<double, 2>, 6> extents(const Bodies& bodies) {
   return result;
 }
 
+// Momentum defects of stages are rounding. The other bounds are measurements with a margin: 0.5 % of a
+// volume, 0.1 % of the energy, and 1 % of the diameter for penetration.
 TEST(Row, KeepsMomentumVolumeAndEnergy) {
   Simulation simulation(row(), test::plan(row()));
   simulation.keep_ledger();
@@ -64,17 +67,19 @@ TEST(Row, KeepsMomentumVolumeAndEnergy) {
   test::expect_below(volume, 0.005, "largest error of a ball's volume");
   test::expect_below(risen, 0.001, "energy risen, over that of the blow");
   test::expect_below(penetration, 0.02, "penetration, m");
-  // The last ball is the fastest, and far ahead.
+  // The last ball is the fastest, by more than 1 m/s.
   const Bodies& bodies = simulation.world().bodies;
   for (std::size_t i = 0; i < 3; ++i)
     EXPECT_GT(bodies.rigid.state[3].velocity.x(), bodies.rigid.state[i].velocity.x() + 1);
 }
 
+// The impact passes through the row, and the gap before the last ball opens first. A solver that treats
+// contacts independently of each other opens the gaps in another order.
 TEST(Row, LastBallLeavesFirst) {
   const scene::Scene scene = row();
   Simulation simulation(scene, test::plan(scene));
   World& world = simulation.world();
-  constexpr double apart = 0.02;  // m: more than the skin of a soft ball swings after the blow
+  constexpr double apart = 0.02;  // m: more than the skin of a soft ball swings after the impact
   std::array<double, 6> left{};   // s, when a gap opened before this ball
   left.fill(1e9);
   for (double time = 0; time < 0.25;) {

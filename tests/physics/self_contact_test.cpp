@@ -1,4 +1,4 @@
-// Deformable bodies against each other and against themselves.
+// Contact of deformable bodies with each other and with themselves.
 #include <algorithm>
 
 #include "tests/support/scenes.h"
@@ -11,6 +11,7 @@
 namespace duet::self_contact_test {
 namespace {
 
+// Returns the center of mass (m) of a deformable body.
 Vec3 center_of(const Simulation& simulation, std::size_t body) {
   const Bodies& bodies = simulation.world().bodies;
   const DeformableBody& range = bodies.deformable[body];
@@ -24,11 +25,12 @@ Vec3 center_of(const Simulation& simulation, std::size_t body) {
   return sum / mass;
 }
 
+// Returns the calls of a stage so far.
 const StageClock::Entry& calls_of(const Simulation& simulation, Stage stage) {
   return simulation.world().clock[stage];
 }
 
-// One soft box dropped on another, off its middle and on vertices that do not match.
+// Returns a soft box that is dropped on another one, off its middle and with vertices that do not match.
 scene::Scene two_boxes(double drop = 0.06) {
   scene::Scene scene = test::on_ground(0.5);
   test::add_soft_box(scene, "lower", Vec3(0, 0.5, 0), Vec3(1, 1, 1), 2);
@@ -36,6 +38,8 @@ scene::Scene two_boxes(double drop = 0.06) {
   return scene;
 }
 
+// The upper box comes to rest on the lower one without intersections. Bounds are measurements with a margin,
+// where no comment derives them.
 TEST(SelfContact, OneSoftBoxStandsOnAnother) {
   const scene::Scene scene = two_boxes();
   Simulation simulation(scene, test::plan(scene));
@@ -50,13 +54,15 @@ TEST(SelfContact, OneSoftBoxStandsOnAnother) {
   settle(48);
   const Vec3 after = center_of(simulation, 1);
   EXPECT_LT((after - before).norm(), 2e-3) << "the sway of the fall is still dying down";
-  // The surfaces keep about the thickness apart, a tenth of the shortest edge (1/3 m and 1/2 m).
+  // The surfaces keep about their thickness as distance, which is a tenth of the shortest edge (1/3 m and
+  // 1/2 m).
   const double gap = 0.1 * (1.0 / 3 + 1.0 / 2) / 2;
   EXPECT_NEAR(after.y(), 1.5 + gap, 0.6 * gap);
   EXPECT_LT(simulation.stats().kinetic, 0.1) << "of 9800 J a metre";
   EXPECT_GT(simulation.stats().self_repulsions, 0);
 }
 
+// Repulsions must not hold surfaces together: a box that is thrown up leaves as in free flight.
 TEST(SelfContact, WhatTouchedPartsFreely) {
   const scene::Scene scene = two_boxes();
   Simulation simulation(scene, test::plan(scene));
@@ -67,12 +73,12 @@ TEST(SelfContact, WhatTouchedPartsFreely) {
     world.bodies.particles.v[static_cast<std::size_t>(upper.first_particle + i)] = Vec3(0, 2, 0);
   const double start = center_of(simulation, 1).y();
   simulation.advance_frame();
-  // It flies as if nothing were there, but for what the lower one springs back after it.
+  // The upper box flies freely, except for the push of the lower one as it springs back.
   const double flight = 2.0 / 24 - 0.5 * 9.8 / 24 / 24;
   EXPECT_NEAR(center_of(simulation, 1).y() - start, flight, 0.05 * flight);
 }
 
-// Two boxes that hit each other off their centres at 10 m/s.
+// Returns two boxes that hit each other off their centers, each at `speed` (m/s).
 scene::Scene crash(double speed) {
   scene::Scene scene = test::free_space();
   test::add_soft_box(scene, "a", Vec3(-0.7, 0, 0), Vec3(1, 1, 1), 3).placement.velocity = Vec3(speed, 0, 0);
@@ -82,6 +88,8 @@ scene::Scene crash(double speed) {
   return scene;
 }
 
+// Linear momentum is kept to rounding, and kinetic plus elastic energy never exceeds the start. At the higher
+// speed collisions must act, not only repulsions.
 TEST(SelfContact, ACrashKeepsMomentumAndCreatesNoEnergy) {
   for (const double speed : {3.0, 30.0}) {
     const scene::Scene scene = crash(speed);
@@ -94,10 +102,10 @@ TEST(SelfContact, ACrashKeepsMomentumAndCreatesNoEnergy) {
       const FrameStats now = simulation.stats();
       ASSERT_EQ(now.self_intersections, 0);
       EXPECT_LT((now.momentum - start.momentum).norm(), 1e-10 * 2000 * speed);
-      // Repulsions keep the angular momentum too; impulses of collisions act where surfaces meet on their
-      // way, which leaves a moment of second order in the step (positions that move by the velocity of its
-      // middle leave the same).
-      const double scale = 2000 * speed;  // of all masses, at a metre from the middle
+      // Repulsions keep angular momentum to rounding. Impulses of collisions act where surfaces meet within
+      // the step, which leaves a moment of second order in the step, as moving positions with the velocity of
+      // the middle of the step does.
+      const double scale = 2000 * speed;  // kg m/s, of all masses, at a meter from the middle
       for (const Stage stage : {Stage::self_repulsion, Stage::repulsion_at_end})
         EXPECT_LT(simulation.world().ledger[stage].angular_defect, 1e-12 * scale);
       EXPECT_LT(simulation.world().ledger[Stage::self_collision].angular_defect, 2e-3 * scale);
@@ -111,7 +119,7 @@ TEST(SelfContact, ACrashKeepsMomentumAndCreatesNoEnergy) {
   }
 }
 
-// A thin sheet on its edge falls into folds on the ground.
+// Returns a thin sheet on its edge that falls into folds on the ground.
 scene::Scene falling_sheet() {
   scene::Scene scene = test::on_ground(0.5);
   scene::DeformableBody& sheet =
@@ -123,6 +131,8 @@ scene::Scene falling_sheet() {
   return scene;
 }
 
+// No two triangles of the sheet intersect at the end of a frame while it folds. Without the two effects the
+// result must differ, and intersections are not counted.
 TEST(SelfContact, ASheetFoldsWithoutCrossingItself) {
   const scene::Scene scene = falling_sheet();
   Simulation simulation(scene, test::plan(scene));
@@ -139,6 +149,7 @@ TEST(SelfContact, ASheetFoldsWithoutCrossingItself) {
   EXPECT_NE(without.stats().hash, simulation.stats().hash);
 }
 
+// The number of threads must not change any bit.
 TEST(SelfContact, ResultsDoNotDependOnThreads) {
   const scene::Scene scene = falling_sheet();
   std::vector<std::uint64_t> hashes;
@@ -152,7 +163,7 @@ TEST(SelfContact, ResultsDoNotDependOnThreads) {
   EXPECT_EQ(hashes[0], hashes[1]);
 }
 
-// A run that goes on from a saved state has sought its pairs at other times.
+// A resumed run has searched for its pairs at other times, and must still have the same bits.
 TEST(SelfContact, AResumedRunGoesOnBitIdentically) {
   const scene::Scene scene = falling_sheet();
   Simulation whole(scene, test::plan(scene)), resumed(scene, test::plan(scene));
@@ -165,6 +176,7 @@ TEST(SelfContact, AResumedRunGoesOnBitIdentically) {
   }
 }
 
+// Self-contact must not change any bit of bodies that do not touch.
 TEST(SelfContact, BodiesThatStayApartAreNotTouchedByIt) {
   const scene::Scene scene = two_boxes(3);
   Simulation with(scene, test::plan(scene));
@@ -180,7 +192,8 @@ TEST(SelfContact, BodiesThatStayApartAreNotTouchedByIt) {
   EXPECT_EQ(calls_of(without, Stage::repulsion_at_end).calls, 0);
 }
 
-// Two that only touch are no less of a problem: which side of each other they are on is left to rounding.
+// Two bodies that only touch are as much of a problem as overlapping ones, because rounding decides on which
+// side of each other they are. They are separated, or refused with an error that names both.
 TEST(SelfContact, BodiesThatMeetAtTheStartArePartedOrRefused) {
   for (const double gap : {-0.1, 0.0, 1e-12}) {
     scene::Scene scene = two_boxes(gap);

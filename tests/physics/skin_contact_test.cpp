@@ -1,4 +1,5 @@
-// Skins that are touched: what acts on their vertices acts on the tets around them, and nothing is lost.
+// Skins in contact: forces on their vertices are distributed to the tetrahedra around them, without loss of
+// momentum.
 #include <algorithm>
 #include <map>
 #include <memory>
@@ -13,7 +14,7 @@
 namespace duet::skin_contact_test {
 namespace {
 
-// A ball's surface from an octahedron, split n times.
+// Returns the surface of a ball: an octahedron that is split `splits` times.
 std::shared_ptr<const TriangleMesh> ball_mesh(double radius, int splits) {
   TriangleMesh mesh;
   mesh.positions = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
@@ -39,7 +40,8 @@ std::shared_ptr<const TriangleMesh> ball_mesh(double radius, int splits) {
   return std::make_shared<const TriangleMesh>(std::move(mesh));
 }
 
-// A ball of 0.4 m in a box of 1 m made of 2 x 2 x 2 cells: only the ball is there to be touched.
+// Adds a ball of 0.4 m inside a box of 1 m that consists of 2 x 2 x 2 cells. With `contact`, only the ball
+// can be touched.
 scene::DeformableBody& add_ball_in_box(scene::Scene& scene, const Vec3& position, bool contact) {
   scene::DeformableBody& body = test::add_soft_box(scene, "soft", position, Vec3(1, 1, 1), 2, 1e5);
   body.skin.emplace();
@@ -49,12 +51,14 @@ scene::DeformableBody& add_ball_in_box(scene::Scene& scene, const Vec3& position
   return body;
 }
 
+// Returns the smallest y (m).
 double lowest(const std::vector<Vec3>& positions) {
   double y = 1e9;
   for (const Vec3& x : positions) y = std::min(y, x.y());
   return y;
 }
 
+// With contact at the skin the skin rests on the ground, otherwise the tetrahedra do, to 1 mm.
 TEST(SkinContact, ABodyRestsOnItsSkin) {
   for (const bool contact : {true, false}) {
     scene::Scene scene = test::on_ground();
@@ -68,7 +72,8 @@ TEST(SkinContact, ABodyRestsOnItsSkin) {
     for (const Vec3& x : simulation.world().bodies.particles.x) tets = std::min(tets, x.y());
     if (contact) {
       EXPECT_NEAR(skin, 0, 1e-3);
-      EXPECT_LT(tets, -0.05);  // the box's corners hang beside the ball, below the ground that it rests on
+      // The corners of the box hang beside the ball, below the ground on which it rests.
+      EXPECT_LT(tets, -0.05);
     } else {
       EXPECT_NEAR(tets, 0, 1e-3);
       EXPECT_GT(skin, 0.05);
@@ -76,6 +81,8 @@ TEST(SkinContact, ABodyRestsOnItsSkin) {
   }
 }
 
+// Impulses on the skin act on the particles with the same sum and moment, so no stage has a defect, to
+// rounding.
 TEST(SkinContact, KeepsMomentumWithWhatTouchesIt) {
   scene::Scene scene = test::free_space();
   scene::DeformableBody& soft = add_ball_in_box(scene, Vec3(0, 0, 0), true);
@@ -97,7 +104,7 @@ TEST(SkinContact, KeepsMomentumWithWhatTouchesIt) {
   test::expect_below(defect, 1e-10, "defect_of_a_stage");
 }
 
-// 250 kg on the skin: carried by the tets' nodes, about the same centre.
+// A skin of 250 kg adds its mass to the particles that carry it, with the same center of mass.
 TEST(SkinContact, ItsMassIsTheBodys) {
   scene::Scene scene = test::free_space();
   add_ball_in_box(scene, Vec3(1, 2, 3), false).skin->mass = 250;
@@ -110,7 +117,7 @@ TEST(SkinContact, ItsMassIsTheBodys) {
     center += particles.mass[p] * particles.x[p];
   }
   EXPECT_NEAR(mass, 1250, 1e-9);
-  EXPECT_LT((center / mass - Vec3(1, 2, 3)).norm(), 1e-6);  // the skin's positions are in single precision
+  EXPECT_LT((center / mass - Vec3(1, 2, 3)).norm(), 1e-6);  // the positions of the skin have single precision
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
-// Particles of coarse soft bodies that hang on an edge of a rigid body or in a seam between two: friction
-// would hold them there for good, and the elements that pull them back would be drawn out without end.
+// Particles of coarse soft bodies that could catch at an edge of a rigid body or at an internal edge between
+// two. Friction would hold them there forever, and the elements that pull them back would stretch without
+// end.
 #include <algorithm>
 
 #include "tests/support/full.h"
@@ -14,6 +15,7 @@ namespace {
 
 using test::expect_below;
 
+// Adds a static box with a friction of 0.8.
 void add_static_box(scene::Scene& scene, const std::string& name, const Vec3& position, const Vec3& size) {
   scene::RigidBody& box = test::add_box(scene, name, position, size, 1);
   box.mass.reset();
@@ -21,17 +23,17 @@ void add_static_box(scene::Scene& scene, const std::string& name, const Vec3& po
   box.friction = 0.8;
 }
 
-// Where a node of a slab of 0.4 x 0.1 x 0.4 m without weight, pinned everywhere else, is a second after it
-// was let go at `start`.
+// Returns where a node of a weightless slab of 0.4 x 0.1 x 0.4 m is a second after it was released at
+// `start`. All other nodes are pinned.
 Vec3 final_place(scene::Scene& scene, const Vec3& center, const Vec3& node, const Vec3& start) {
   scene::DeformableBody& slab = test::add_soft_box(scene, "slab", center, Vec3(0.4, 0.1, 0.4), 2, 2e5);
   slab.shape.cells = Vec3i(2, 1, 2);
-  scene.materials.back().poisson_ratio = 0;  // squeezed from above it would not turn aside
+  scene.materials.back().poisson_ratio = 0;  // so that it does not move sideways when squeezed from above
   for (const double x : {-0.2, 0.0, 0.2})
     for (const double y : {-0.05, 0.05})
       for (const double z : {-0.2, 0.0, 0.2})
         if (Vec3(x, y, z) != node) slab.pins.push_back({Vec3(x, y, z), {}, 1e-3, {}});
-  scene.solver.face_samples = 0;  // would lift the node beside it
+  scene.solver.face_samples = 0;  // these would lift the node beside it
   Simulation simulation(scene, test::plan(scene));
   std::vector<Vec3>& x = simulation.world().bodies.particles.x;
   const Vec3 place = center + node;
@@ -41,15 +43,18 @@ Vec3 final_place(scene::Scene& scene, const Vec3& center, const Vec3& node, cons
   return *particle;
 }
 
+// A particle that hangs in front of a step must return to its place on top. Friction at the riser must not
+// hold it there.
 TEST(Snagging, NoParticleStaysInFrontOfAStep) {
   scene::Scene scene = test::free_space();
   add_static_box(scene, "step", Vec3(0, -0.5, 0), Vec3(6, 1, 8));  // ends at z = 4
-  // Its elements pull it against the riser, and upwards by less than friction holds.
+  // The node's elements pull it against the riser, and upwards by less than friction holds.
   const Vec3 center(0, 0.055, 3.6), node(0, -0.05, 0.2), hanging(0, -0.05, 4.001);
   expect_below((final_place(scene, center, node, hanging) - center - node).norm(), 1e-3, "distance, m");
 }
 
-// Each of two planks would push the particle aside, into the other one, as deep as it is.
+// A particle between two planks, below their top: each plank by itself would push it sideways into the other
+// one, as deep as it is. It must be lifted onto the common surface.
 TEST(Snagging, ASeamBearsWhatLiesOnIt) {
   scene::Scene scene = test::free_space();
   add_static_box(scene, "left", Vec3(-2, -0.5, 0), Vec3(4, 1, 8));
@@ -58,7 +63,8 @@ TEST(Snagging, ASeamBearsWhatLiesOnIt) {
   expect_below(std::abs(final_place(scene, center, node, low).y()), 1e-9, "depth, m");
 }
 
-// A box of 1e7 Pa with the damping time 0.02 s, drawn out along x and let go.
+// Returns the largest stretch after `frames` frames of a box of 1e7 Pa with a damping time of 0.02 s that was
+// released at `start` times its length.
 double stretch_after(int frames, double start) {
   scene::Scene scene = test::free_space();
   test::add_soft_box(scene, "box", Vec3(0, 0, 0), Vec3(1, 1, 1), 2, 1e7);
@@ -69,14 +75,15 @@ double stretch_after(int frames, double start) {
   return simulation.stats().max_stretch;
 }
 
-// Viscosity of the Green strain grows with the square of the stretch: bounded at four times that at rest, as
-// it was, it left the first box at 2.8. Without any bound the second one blows up.
+// Viscosity of the Green strain grows with the square of the stretch. When it was bounded at four times that
+// at rest, as it was before, the first box still had a stretch of 2.8. Without a bound the second one becomes
+// unstable.
 TEST(Snagging, WhatIsDrawnOutComesBackAndStaysWhole) {
   expect_below(stretch_after(20, 6), 1.5, "from 6 times the length");
   expect_below(stretch_after(20, 20), 20, "from 20 times the length");
 }
 
-// A box slides and turns over 50 planks as over one floor; it would trip over the first of them.
+// A box slides and turns over 50 planks as over one floor; edges between planks would stop it.
 TEST(Snagging, PlanksAreAFloor) {
   for (const bool is_soft : {false, true}) {
     Vec3 place[2];
@@ -96,7 +103,7 @@ TEST(Snagging, PlanksAreAFloor) {
       placement.velocity = Vec3(4, 0, 1.3);
       placement.orientation = Quat(Eigen::AngleAxisd(0.3, Vec3::UnitY()));
       Simulation simulation(scene, test::plan(scene));
-      const int frames = test::runs_in_full() ? 24 : 10;  // over 11 seams, or 4
+      const int frames = test::runs_in_full() ? 24 : 10;  // over 11 internal edges, or 4
       for (int frame = 0; frame < frames; ++frame) simulation.advance_frame();
       const Bodies& bodies = simulation.world().bodies;
       place[planks > 1] = is_soft ? bodies.particles.x.front() : bodies.rigid.state.back().pose.position;

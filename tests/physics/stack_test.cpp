@@ -1,4 +1,4 @@
-// Figure 2: the stack stands, is knocked down, and comes to rest.
+// Figure 2 of Shinar et al. 2008: the stack stands, is knocked down, and comes to rest.
 #include <algorithm>
 #include <cmath>
 
@@ -15,19 +15,21 @@ namespace duet::stack_test {
 namespace {
 
 constexpr double side = 2;  // m, of a box
-constexpr int settled_from = 72,
-              hit = 89;  // frames: the oscillation of the start has died down; the ball arrives
-// Frames after the figure's: the soft box from the top turns over for the last time.
+// Frames: at `settled_from` the oscillation of the start has decayed, at `hit` the ball arrives.
+constexpr int settled_from = 72, hit = 89;
+// Frames after those of the figure: a soft box from the top turns over for the last time.
 constexpr int coming_to_rest = 36;
 constexpr int rocking =
-    12;  // frames: a soft box that leans against the ball still rocks, on its edge and off it
+    12;  // frames: a soft box that leans against the ball still rocks, on and off its edge
 
+// State of all bodies.
 struct Snapshot {
   std::vector<Vec3> centers;     // m: box2, box4, box6, soft1, soft3, soft5
   std::vector<double> rotation;  // degrees, of the rigid boxes
-  std::vector<double> lowest;    // m, lowest point of every body, the ball's last
+  std::vector<double> lowest;    // m, y of the lowest point of every body; the ball's is last
 };
 
+// Returns the state of the stack's bodies.
 Snapshot look(const World& world) {
   Snapshot result;
   const Bodies& bodies = world.bodies;
@@ -56,6 +58,8 @@ Snapshot look(const World& world) {
   return result;
 }
 
+// The bounds on motion are 0.1 % and 2 % of a side before the impact. Afterwards all bodies must lie on the
+// ground, to 2 % of a side.
 TEST(Stack, StandsIsKnockedDownAndComesToRest) {
   std::vector<std::string> coarser;  // the figure's soft boxes have 6 x 6 x 6 cells
   if (!test::runs_in_full())
@@ -70,11 +74,12 @@ TEST(Stack, StandsIsKnockedDownAndComesToRest) {
   for (int frame = 1; frame <= last; ++frame) {
     simulation.advance_frame();
     const FrameStats stats = simulation.stats();
-    // 2 % of a side at every frame's end; really half a millimetre, the allowance of the face samples.
+    // The bound is 2 % of a side at the end of every frame. Measured is half a millimeter, the contact offset
+    // of the face samples.
     ASSERT_LT(stats.max_penetration, 0.02 * side) << "frame " << frame;
     ASSERT_EQ(stats.inverted, 0) << "frame " << frame;
-    // Friction, damping and inelastic contact take energy; nothing brings any (1e-4: the elastic energy of an
-    // explicit scheme wavers).
+    // Friction, damping and inelastic contact take energy, and nothing adds any. The bound of 1e-4 leaves
+    // room for the elastic energy of an explicit scheme, which oscillates.
     const double energy = stats.kinetic + stats.potential + stats.elastic;
     EXPECT_LT(energy, previous_energy * (1 + 1e-4)) << "frame " << frame;
     previous_energy = energy;
@@ -83,7 +88,8 @@ TEST(Stack, StandsIsKnockedDownAndComesToRest) {
     if (frame == hit + 12) kinetic_after_hit = stats.kinetic;
   }
 
-  // It stands: sideways from the start, upright, and at rest once the first settling has died down.
+  // The stack stands: it does not move sideways from the start, stays upright, and rests once the first
+  // settling has decayed.
   std::vector<Vec3> settled(6, Vec3::Zero());
   for (int frame = settled_from; frame < hit; ++frame)
     for (std::size_t i = 0; i < 6; ++i)
@@ -98,11 +104,11 @@ TEST(Stack, StandsIsKnockedDownAndComesToRest) {
       if (i < 3) turned = std::max(turned, standing[f].rotation[i]);
     }
   std::printf("sideways %.5f m, moved %.4f m, turned %.4f degrees\n", sideways, moved, turned);
-  EXPECT_LT(sideways, 0.001 * side);  // 20 times below what is asked: the scheme has no bias worth the name
+  EXPECT_LT(sideways, 0.001 * side);  // 20 times below the bound asked for: the scheme has no bias
   EXPECT_LT(moved, 0.02 * side);
   EXPECT_LT(turned, 2);
 
-  // It falls, and at the end everything lies on the ground.
+  // The stack falls, and at the end all bodies lie on the ground.
   const Snapshot end = look(simulation.world());
   EXPECT_GT((end.centers[2] - start.centers[2]).norm(), 8);  // the top box came down from 11 m
   for (std::size_t i = 0; i < end.lowest.size(); ++i) {
@@ -113,7 +119,8 @@ TEST(Stack, StandsIsKnockedDownAndComesToRest) {
   EXPECT_LT(simulation.stats().kinetic, 0.2 * kinetic_after_hit);  // the ball rolls on
 }
 
-// Boxes of 4e6 Pa are stiff enough for the column not to buckle; those of the figure are not, see the scene.
+// The stack stands for a minute if its soft boxes have 4e6 Pa, which is stiff enough for the column not to
+// buckle; those of the figure are not, see the scene.
 TEST(Stack, StandsForAMinuteWhereItDoesNotBuckle) {
   std::vector<std::string> coarser;
   for (const char* body : {"soft1", "soft3", "soft5"})

@@ -1,4 +1,5 @@
-// Thin rigid bodies do not slip between the vertices of coarse soft faces, nor fast ones through cloth.
+// Thin rigid bodies do not slip between the vertices of coarse soft faces, and fast ones do not pass through
+// cloth.
 #include <algorithm>
 #include <cmath>
 
@@ -12,8 +13,8 @@
 namespace duet::thin_on_soft_test {
 namespace {
 
-// A rod of 4 cm lies down on a block of two cells of 1 m, between its vertices and off the lattice of
-// samples that faces have anyway.
+// A rod of 4 cm lies on a block with cells of 1 m, between its vertices and off the lattice of samples that
+// faces have by default.
 TEST(ThinOnSoft, ARodLiesOnACoarseBlockBetweenItsVertices) {
   for (const double beside : {0.06, 0.31}) {
     scene::Scene scene = test::on_ground(0.4);
@@ -30,12 +31,13 @@ TEST(ThinOnSoft, ARodLiesOnACoarseBlockBetweenItsVertices) {
       simulation.advance_frame();
       lowest = std::min(lowest, simulation.world().bodies.rigid.state[0].pose.position.y());
     }
-    // The face gives way by a millimetre or two and samples may be half the rod's radius off its middle.
+    // The face yields by a millimeter or two, and samples may be half the rod's radius off its middle.
     test::expect_above(lowest, 0.98, "lowest point of the rod's axis, m");
     EXPECT_LT(simulation.world().bodies.rigid.state[0].velocity.norm(), 0.5);
   }
 }
 
+// A ball at 100 m/s moves by a multiple of its size in a frame. Contact must find the cloth within the step.
 TEST(ThinOnSoft, AFastBallDoesNotPassThroughCloth) {
   scene::Scene scene = test::free_space();
   scene::Material cotton;
@@ -58,7 +60,7 @@ TEST(ThinOnSoft, AFastBallDoesNotPassThroughCloth) {
   const std::vector<Vec3> before = bodies.particles.x;
   simulation.advance_frame();
   simulation.advance_frame();
-  // The cloth wraps itself around the ball; what the ball has struck is in front of it still.
+  // The cloth wraps itself around the ball. The part that the ball struck must still be in front of it.
   const Vec3 ball = bodies.rigid.state[0].pose.position;
   double nearest = 1e9;
   for (std::size_t p = 0; p < before.size(); ++p) {

@@ -1,6 +1,6 @@
-// Both orders of step V, and both integrations, hold what other stages of a step rely on: pins, prescribed
-// motions, joints, attachments and incompressibility. Constraints before the solve with implicit integration
-// is refused by the reader (tests/broken/constraints_first_implicit.toml).
+// Both orders of step V and both integrations keep what other stages of a step rely on: pins, prescribed
+// motions, joints, attachments and incompressibility. The reader refuses constraints before the solve with
+// implicit integration (tests/broken/constraints_first_implicit.toml).
 #include <algorithm>
 #include <cmath>
 
@@ -15,24 +15,29 @@ namespace {
 using scene::Integration;
 using scene::VelocityConstraints;
 
+// A combination of integration and order of step V.
 struct Solve {
   const char* name;
   Integration integration = Integration::semi_implicit;
   VelocityConstraints constraints = VelocityConstraints::after_solve;
 };
+// The combinations that the reader accepts.
 constexpr Solve solves[] = {
     {"semi_implicit_after"},
     {"semi_implicit_before", Integration::semi_implicit, VelocityConstraints::before_solve},
     {"implicit_after", Integration::implicit}};
 
+// Returns the scene with the settings of `solve`.
 scene::Scene with(const Solve& solve, scene::Scene scene) {
   scene.solver.integration = solve.integration;
   scene.solver.velocity_constraints = solve.constraints;
   return scene;
 }
 
+// Returns the name of a measured value, with that of the solve.
 std::string named(const Solve& solve, const std::string& what) { return what + "_" + solve.name; }
 
+// Adds a kinematic box that moves from `start` to `end` within a second.
 scene::RigidBody& add_hand(scene::Scene& scene, const Vec3& start, const Vec3& end) {
   scene::RigidBody& hand = test::add_box(scene, "hand", start, Vec3(0.3, 0.1, 0.3), 1);
   hand.mass.reset();
@@ -41,7 +46,8 @@ scene::RigidBody& add_hand(scene::Scene& scene, const Vec3& start, const Vec3& e
   return hand;
 }
 
-// A box of 0.2 m and 8 kg hangs with its top on a hand that begins at rest and moves 1 m in 1 s.
+// Returns a soft box of 0.2 m and 8 kg whose top hangs from a kinematic body. That body starts at rest and
+// moves by 1 m in 1 s.
 scene::Scene box_on_a_hand() {
   scene::Scene scene = test::free_space();
   scene.gravity = Vec3(0, -9.8, 0);
@@ -51,6 +57,7 @@ scene::Scene box_on_a_hand() {
   return scene;
 }
 
+// Pinned particles keep place and zero velocity to the last bit.
 TEST(VelocityOrders, PinsKeepTheirPlacesToTheBit) {
   for (const Solve& solve : solves) {
     scene::Scene scene = with(solve, box_on_a_hand());
@@ -70,10 +77,11 @@ TEST(VelocityOrders, PinsKeepTheirPlacesToTheBit) {
   }
 }
 
-// Particles that kept the velocity of frame 0 while their hand moved on once tore at the box: 358 J and a
-// stretch of 2.82. A bar of its height that hangs holds (rho g)^2 A L^3 / (6 E) = 0.051 J, and the box, which
-// three particles below its top hold as well, less. Damping acts at other velocities in the two orders: they
-// differ by its share of the forces, 1 % as the box begins to fall.
+// Particles that kept the velocity of frame 0 while their kinematic body moved on once tore at the box, with
+// 358 J and a stretch of 2.82. A hanging bar of the box's height holds (rho g)^2 A L^3 / (6 E) = 0.051 J, and
+// the box, which three particles below its top hold as well, less. Damping acts at other velocities in the
+// two orders, so that their energies differ by its fraction of the forces, 1 % as the box begins to fall; the
+// bound is 3 %.
 TEST(VelocityOrders, PinsFollowAMovingBody) {
   double elastic[std::size(solves)] = {};
   for (std::size_t i = 0; i < std::size(solves); ++i) {
@@ -100,8 +108,9 @@ TEST(VelocityOrders, PinsFollowAMovingBody) {
   EXPECT_NEAR(elastic[1], elastic[0], 0.03 * elastic[0]);
 }
 
-// After a step a kinematic body has the exact velocity of time n+1, to the last bits of its formula, and what
-// rubs on it has come along: friction of 0.8 can give four times the 2 m/s^2 that the plate asks for.
+// After a step a kinematic body has the exact velocity of time n+1, to the last bits of its formula, and a
+// body on it has followed by friction: a coefficient of 0.8 can give four times the 2 m/s^2 that the plate
+// needs.
 TEST(VelocityOrders, PrescribedMotionsEndExactlyAndLeadAlong) {
   for (const Solve& solve : solves) {
     scene::Scene scene = test::free_space();
@@ -111,7 +120,7 @@ TEST(VelocityOrders, PrescribedMotionsEndExactlyAndLeadAlong) {
     plate.is_kinematic = true;
     plate.friction = 0.8;
     plate.motion.sinusoid = {
-        {Vec3(0.5, 0, 0), {}, 1 / EIGEN_PI, 0, 0, {}}};  // 0.5 m, 2 rad/s: 1 m/s, 2 m/s^2
+        {Vec3(0.5, 0, 0), {}, 1 / EIGEN_PI, 0, 0, {}}};  // 0.5 m at 2 rad/s: 1 m/s, 2 m/s^2
     scene::DeformableBody& box =
         test::add_soft_box(scene, "box", Vec3(0, 0.2, 0), Vec3(0.4, 0.4, 0.4), 2, 1e5);
     box.placement.velocity = Vec3(1, 0, 0);
@@ -136,7 +145,7 @@ TEST(VelocityOrders, PrescribedMotionsEndExactlyAndLeadAlong) {
   }
 }
 
-// Two bones with a joint in flesh that swings; one of them hangs from a peg.
+// Returns two jointed bones in flesh that swings, one of which hangs from a peg.
 scene::Scene arm_in_flesh() {
   scene::Scene scene = test::free_space();
   scene.gravity = Vec3(0, -9.8, 0);
@@ -148,8 +157,8 @@ scene::Scene arm_in_flesh() {
   return scene;
 }
 
-// The joints come last in a step, or are part of the projection of what comes after them: they fit to
-// rounding.
+// The joints come last in a step, or are part of the projection of what comes after them, so they are
+// satisfied to rounding.
 TEST(VelocityOrders, JointsHoldInFlesh) {
   for (const Solve& solve : solves) {
     const scene::Scene scene = with(solve, arm_in_flesh());
@@ -173,7 +182,8 @@ TEST(VelocityOrders, JointsHoldInFlesh) {
   }
 }
 
-// Particles that bones carry move with them to rounding; flesh on springs takes what it gives, to rounding.
+// Embedded particles move with their bones to rounding. Zero-length springs give flesh and bone opposite
+// impulses, so momentum is kept to rounding.
 TEST(VelocityOrders, AttachmentsMoveWithTheirBonesAndKeepMomentum) {
   for (const Solve& solve : solves)
     for (const bool by_springs : {false, true}) {
@@ -204,9 +214,8 @@ TEST(VelocityOrders, AttachmentsMoveWithTheirBonesAndKeepMomentum) {
     }
 }
 
-// v^{n+1} is without divergence at x^{n+1} in either order, but for the hundredth of it that the pressure
-// solve may leave: of the 2/s at which the pins stop the box. Volumes stay to the tolerance of a step, which
-// is 1e-4.
+// In either order v^{n+1} has no divergence at x^{n+1}, except for the tolerance of the pressure solve: a
+// hundredth of the 2/s at which the pins stop the box. Volumes stay within the tolerance of a step, 1e-4.
 TEST(VelocityOrders, IncompressibleBodiesEndWithoutDivergence) {
   for (const Solve& solve : solves) {
     scene::Scene scene = test::free_space();
@@ -232,7 +241,7 @@ TEST(VelocityOrders, IncompressibleBodiesEndWithoutDivergence) {
   }
 }
 
-// All of them at once: no stage of the ledger gives what it does not have, in either order.
+// In either order no stage of the ledger has a defect, with pins, joints and drag together.
 TEST(VelocityOrders, TheLedgerIsBalancedWithPinsJointsAndDrag) {
   for (const VelocityConstraints order :
        {VelocityConstraints::after_solve, VelocityConstraints::before_solve}) {
@@ -241,7 +250,7 @@ TEST(VelocityOrders, TheLedgerIsBalancedWithPinsJointsAndDrag) {
     scene.deformable[0].pins = {
         {.from = Vec3(1.9, -0.15, 0), .to = Vec3(1.9, 0.15, 0), .radius = 0.16, .body = {}}};
     scene.solver.velocity_constraints = order;
-    scene.solver.cg_tolerance = 1e-13;  // the impulse on pins is that of forces at the solution
+    scene.solver.cg_tolerance = 1e-13;  // the impulse on pins is that of forces at the solution of the solve
     Simulation simulation(scene, test::plan(scene));
     simulation.keep_ledger();
     double linear = 0, angular = 0;
@@ -255,7 +264,8 @@ TEST(VelocityOrders, TheLedgerIsBalancedWithPinsJointsAndDrag) {
           angular = std::max(angular, stage.angular_momentum_defect);
       }
     }
-    // 20 kg of bones and 144 kg of flesh fall within 0.25 s: momenta of some 100 kg m/s.
+    // 20 kg of bones and 144 kg of flesh fall for 0.25 s, with momenta of some 100 kg m/s, so the bounds are
+    // rounding.
     const char* solve = order == VelocityConstraints::after_solve ? "after" : "before";
     test::expect_below(linear, 1e-8, std::string("linear_defect_") + solve);
     test::expect_below(angular, 1e-8, std::string("angular_defect_") + solve);

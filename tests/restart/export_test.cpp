@@ -1,5 +1,5 @@
-// `duet export` as a user meets it: what it writes of real runs, what it refuses, and what a failure leaves
-// behind.
+// Tests of `duet export` through the program: what it writes of real runs, what it refuses, and what a
+// failure leaves behind.
 #include <algorithm>
 #include <csignal>
 #include <cstdlib>
@@ -38,6 +38,7 @@ class Export : public testing::Test {
     words.insert(words.end(), more.begin(), more.end());
     return run_duet(words, scratch.path());
   }
+  // Checks that the export is refused with this status and message, and that it leaves no file behind.
   void refuse(int status, const std::string& format, const std::vector<std::string>& more,
               const std::string& said) const {
     const std::set<fs::path> before = files();
@@ -55,15 +56,15 @@ class Export : public testing::Test {
   }
 };
 
-// A position in a run's OBJ files is rounded: by half of the last place of six decimals, or of 2^-24 of the
-// extent.
+// Returns the rounding of positions in the OBJ files of a run: half of the last place of six decimals, or of
+// 2^-24 of the extent, whichever is less (m).
 double rounding_of(const Surface& surface) {
   Eigen::AlignedBox3d box;
   for (const Vec3& x : surface.positions) box.extend(x);
   return 0.5 * std::min(1e-6, box.sizes().maxCoeff() * 0x1p-24) + 1e-12;
 }
 
-// The values of a run place every kind of body where its meshes have it.
+// The values of a run place bodies of every kind where its meshes have them.
 TEST_F(Export, ValuesPlaceBodiesWhereTheirMeshesAre) {
   for (const char* scene : {tiny.c_str(), "hard/cloth", "hard/skin", "hard/soft_shapes", "hard/ropes",
                             "hard/shapes", "hard/kinematic", "maggot"}) {
@@ -96,8 +97,8 @@ TEST_F(Export, ValuesPlaceBodiesWhereTheirMeshesAre) {
   }
 }
 
-// Before anything touches, the velocity at a frame is the mean of the differences to the frames before and
-// after.
+// Before anything touches, the velocity at a frame equals the central difference of positions. The bound is
+// 0.1 m/s at frames of 1/24 s, where bodies move at more than 0.3 m/s.
 TEST_F(Export, VelocitiesAreThoseOfTheMotion) {
   for (const char* scene : {tiny.c_str(), "hard/cloth"}) {
     simulate(scene, {"--frames", "2"});
@@ -224,7 +225,7 @@ TEST_F(Export, DamagedRunsAreRefused) {
   refuse(4, "obj", {"--out", "none"}, "run/values/bodies.npy: is missing");
 }
 
-// A file may not grow beyond a bound, which is reported like a full disk.
+// The limit on file sizes is reported like a full disk.
 TEST_F(Export, AFullDiskLeavesNothing) {
   simulate(tiny, {"--frames", "40"});
   rlimit before{};
@@ -239,7 +240,7 @@ TEST_F(Export, AFullDiskLeavesNothing) {
   }
 }
 
-// The program prints a line a frame into a pipe that nobody reads: the signal meets it at work.
+// The program prints a line per frame into a pipe that nobody reads, so that the signal meets it at work.
 TEST_F(Export, AnInterruptLeavesNothing) {
   simulate(tiny, {"--set", "frames=150"});
   for (const std::string& format : formats) {
@@ -255,7 +256,7 @@ TEST_F(Export, AnInterruptLeavesNothing) {
   }
 }
 
-// A run that a program writes meanwhile is exported as far as it has come.
+// A run that a program still writes is exported as far as it has come.
 TEST_F(Export, ARunThatGrowsIsExportedAsItIs) {
   Program simulation({"sim", tiny, "--set", "frames=4000", "--out", run.root.string()});
   while (const auto line = simulation.line())
@@ -273,7 +274,8 @@ TEST_F(Export, ARunThatGrowsIsExportedAsItIs) {
   finish(simulation);
 }
 
-// A second signal ends the program at once; the next export of the name clears away what it left.
+// A killed program leaves its unfinished files under a temporary name. The next export of that name removes
+// them.
 TEST_F(Export, AKilledExportIsClearedAwayByTheNext) {
   simulate(tiny, {"--set", "frames=150"});
   const std::set<fs::path> before = files();
@@ -290,7 +292,8 @@ TEST_F(Export, AKilledExportIsClearedAwayByTheNext) {
   EXPECT_EQ(files().size(), before.size() + 3);
 }
 
-// The commands of the page, with fewer frames: the words after `build/duet` of the lines of its section.
+// The commands of the documentation run, with fewer frames: the test takes the words after `build/duet` on
+// the lines of the section.
 TEST_F(Export, CommandsOfThePageRun) {
   const std::string page = io::read_file(source_folder() + "/tools/README.md");
   const std::size_t begin = page.find("\n## Take it to Blender"), end = page.find("\n## ", begin + 1);
@@ -335,7 +338,7 @@ TEST_F(Export, NumPyReadsValuesInALine) {
   EXPECT_EQ(rest, " (26, 3) (3, 3)");
 }
 
-// The add-on's bodies are, at every frame, where the meshes of the run are.
+// At every frame, the bodies that the Blender add-on imports are where the meshes of the run are.
 TEST_F(Export, BlenderPlacesBodiesWhereTheirMeshesAre) {
   if (!shell_says("command -v blender")) GTEST_SKIP() << "blender is not installed";
   simulate(tiny, {"--frames", "10"});

@@ -1,4 +1,5 @@
-// Checkpoints whose checksum is right and whose numbers are not: they are refused, or simulated without harm.
+// Tests of checkpoints whose checksum is right and whose numbers are wrong: they are refused, or simulated
+// without harm.
 #include <atomic>
 #include <chrono>
 #include <cstring>
@@ -24,8 +25,8 @@ using Bytes = std::vector<unsigned char>;
 
 const std::string forged_scene = source_folder() + "/tests/restart/forged.toml";
 
-// Replaces one number of four or eight bytes, or one bit, or the number of contacts. Half of the forgeries
-// are among the last bytes, where the contacts are.
+// Returns the state with one number of four or eight bytes replaced, one bit flipped, or fewer contacts. Half
+// of the forgeries are among the last bytes, which hold the contacts.
 Bytes forged(Bytes state, std::mt19937_64& random) {
   constexpr std::int32_t integers[] = {-1, -2, 0, 1, 7, 1000, 1 << 30, 2147483647, -2147483647 - 1};
   constexpr double numbers[] = {1e300,
@@ -58,7 +59,7 @@ Bytes forged(Bytes state, std::mt19937_64& random) {
   return state;
 }
 
-// Forged velocities may ask for more steps than anybody waits for.
+// Advances by a frame for at most 0.1 s. Forged velocities may ask for more steps than anybody waits for.
 void advance_for_a_moment(Simulation& simulation) {
   std::atomic<bool> stop = false;
   simulation.stop_when(&stop);
@@ -89,7 +90,8 @@ TEST(ForgedCheckpoints, NeverEndTheSimulatorByASignal) {
       simulation.load_state(forged(whole, random));
       advance_for_a_moment(simulation);
     } catch (const Error& error) {
-      if (error.status() != ExitStatus::files) continue;  // it was taken, and could not be simulated
+      // The state was accepted, and could not be simulated.
+      if (error.status() != ExitStatus::files) continue;
       EXPECT_EQ(simulation.save_state(), whole) << "a refused state changes nothing";
       ++refused;
     }
@@ -97,7 +99,8 @@ TEST(ForgedCheckpoints, NeverEndTheSimulatorByASignal) {
   EXPECT_GT(refused, 50);
 }
 
-// As the program meets them: it knows the hash of every frame's state from the statistics.
+// The program knows the hash of the state of every frame from the statistics, so that it refuses every forged
+// checkpoint.
 TEST(ForgedCheckpoints, AreRefusedByResume) {
   ScratchFolder scratch;
   const io::RunDirectory run{scratch / "run"};

@@ -1,4 +1,5 @@
-// SIGINT and SIGTERM end a run in the middle of a frame, which would take minutes, and lose nothing.
+// Tests that SIGINT and SIGTERM end a run in the middle of a frame, which would take minutes, and lose
+// nothing.
 #include <csignal>
 #include <memory>
 
@@ -13,7 +14,7 @@
 namespace duet::test::interrupt_test {
 namespace {
 
-// Some 400,000 substeps a frame.
+// This step makes about 400,000 substeps per frame.
 const std::string long_frames = "solver.max_time_step=1e-7";
 
 class Interrupt : public testing::Test {
@@ -51,7 +52,7 @@ TEST_F(Interrupt, EndsALongFrameAndSaysWhichWasGivenUp) {
 
 TEST_F(Interrupt, ASecondSignalEndsAtOnce) {
   const auto program = start();
-  program->signal(SIGSTOP);  // both come before it can answer the first one
+  program->signal(SIGSTOP);  // Both signals arrive before the program can answer the first one.
   program->signal(SIGINT);
   program->signal(SIGTERM);
   program->signal(SIGCONT);
@@ -60,7 +61,8 @@ TEST_F(Interrupt, ASecondSignalEndsAtOnce) {
   EXPECT_TRUE(contains(stopped.errors, "ended at once")) << stopped.errors;
 }
 
-// A frame of a thousand steps, so that the signals come in the middle of one.
+// A frame that was given up is computed to the same bits afterwards. Its thousand steps make sure that the
+// signals arrive in the middle of a frame.
 TEST_F(Interrupt, AGivenUpFrameIsComputedToTheSameBits) {
   const std::vector<std::string> scene = {"--set", "solver.max_time_step=4e-5", "--frames", "6", "--quiet"};
   const io::RunDirectory reference{scratch / "reference"};
@@ -72,7 +74,7 @@ TEST_F(Interrupt, AGivenUpFrameIsComputedToTheSameBits) {
   };
   ASSERT_EQ(run_duet(words(reference, nullptr)).status, 0);
   int given_up = 0;
-  // Later from time to time, because programs that check themselves take long to start.
+  // The signal comes later each time, because programs that are built with sanitizers take long to start.
   for (int i = 0; i < 100 && given_up < 10; ++i) {
     Program program(words(run, "--resume"));
     program.compute_for(0.02 + 0.012 * i);
@@ -80,7 +82,7 @@ TEST_F(Interrupt, AGivenUpFrameIsComputedToTheSameBits) {
     const Finished stopped = finish(program);
     given_up += contains(stopped.last_line(), " was given up") ? 1 : 0;
     if (stopped.status == 0) break;
-    // 143 before the program has come to its first lines.
+    // The status is 143 before the program has come to its first lines.
     ASSERT_TRUE(stopped.status == 130 || stopped.status == 143) << stopped.status << stopped.errors;
   }
   EXPECT_GT(given_up, 0);

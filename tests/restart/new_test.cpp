@@ -1,4 +1,4 @@
-// A new scene is one command away, and its picture another: `duet new` and `duet preview`.
+// Tests of `duet new` and `duet preview`: a new scene takes one command, and its picture another.
 #include <csignal>
 #include <regex>
 #include <set>
@@ -17,7 +17,7 @@ namespace {
 
 const std::vector<std::string> templates = {"drop", "stack", "cloth", "rope", "creature", "chain"};
 
-// Everything below the folder, by its path from there.
+// Returns everything below the folder, by its path relative to the folder.
 std::set<std::string> files_below(const fs::path& folder) {
   std::set<std::string> files;
   for (const auto& entry : fs::recursive_directory_iterator(folder))
@@ -25,7 +25,8 @@ std::set<std::string> files_below(const fs::path& folder) {
   return files;
 }
 
-// The first place of each key has a comment, and so the template explains all of them.
+// Checks that the first occurrence of each key has a comment, so that the template explains all of its keys,
+// and that lines and files are short.
 void expect_comments(const std::string& name, const std::string& text) {
   const std::regex key("^([a-z_0-9]+) = ");
   std::set<std::string> explained;
@@ -48,7 +49,7 @@ class New : public testing::Test {
   ScratchFolder scratch;
   Finished run(const std::vector<std::string>& words) const { return run_duet(words, scratch.path()); }
 
-  // The command fails with the status, says so, and leaves no files but those that were there.
+  // Checks that the command fails with this status and message, and leaves no new files.
   void expect_refused(const std::vector<std::string>& words, int status, const std::string& message) const {
     const std::set<std::string> before = files_below(scratch.path());
     const Finished finished = run(words);
@@ -103,7 +104,7 @@ TEST_F(New, ReplacesAFileOnlyWhenAsked) {
 }
 
 TEST_F(New, AFolderThatCannotBeWrittenHasStatusFour) {
-  // Also the superuser, who may write anywhere, makes no files there.
+  // Even the superuser, who may write anywhere, can make no files there.
   expect_refused({"new", "/proc/x"}, 4, "cannot");
   if (::geteuid() == 0) return;
   fs::create_directory(scratch / "closed");
@@ -112,7 +113,8 @@ TEST_F(New, AFolderThatCannotBeWrittenHasStatusFour) {
 }
 
 TEST_F(New, AMeshOfAnySizeFallsOnTheStep) {
-  // A tetrahedron 1000 units wide, away from its origin, beside the scene's folder.
+  // The mesh is a tetrahedron that is 1000 units wide, away from its origin, and beside the folder of the
+  // scene.
   fs::create_directory(scratch / "scenes of \"mine\"");
   io::write_atomically(scratch / "a mesh.obj",
                        "v 5000 0 0\nv 6000 0 0\nv 5500 0 900\nv 5500 800 400\n"
@@ -143,7 +145,7 @@ TEST_F(New, RefusesAMeshThatNoSceneAccepts) {
 
 class Preview : public New {
  protected:
-  // A picture of the size with many colors.
+  // Checks that there is a picture of this size with many colors.
   void expect_picture(const fs::path& path, int width, int height) const {
     const render::Picture picture = render::read_picture(path);
     EXPECT_EQ(picture.width, width);
@@ -182,7 +184,7 @@ TEST_F(Preview, ShowsTheFrameThatARunDraws) {
   const render::Picture preview = render::read_picture(scratch / "out/tiny-preview.png");
   const render::Picture image = render::read_picture(scratch / "out/tiny/image/0002.png");
   ASSERT_EQ(preview.rgb.size(), image.rgb.size());
-  std::size_t different = 0;  // the run's meshes are rounded
+  std::size_t different = 0;  // The meshes of the run are rounded.
   for (std::size_t i = 0; i < image.rgb.size(); ++i)
     if (std::abs(preview.rgb[i] - image.rgb[i]) > 2) ++different;
   EXPECT_LE(different, image.rgb.size() / 100);
@@ -200,7 +202,7 @@ TEST_F(Preview, MomentsMakeASheet) {
   };
   for (int y = 0; y < sheet.height; ++y)
     for (int x = 64; x < 68; ++x) EXPECT_EQ(level(x, y), 255) << "a gap";
-  // The first picture is the one of frame 0, the last one that of frame 10.
+  // The first picture of the sheet is that of frame 0, and the last one that of frame 10.
   for (const auto& [frame, left, top] : {std::array{0, 0, 0}, std::array{10, 136, 40}}) {
     ASSERT_EQ(run({"preview", tiny, "--frame", std::to_string(frame), "--width", "64", "--height", "36",
                    "--out", "one.png"})

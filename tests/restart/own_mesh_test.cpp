@@ -1,5 +1,6 @@
-// A cache plays on the user's own model: it comes with the user's file, and its point i is vertex i of that
-// file, whatever order, polygons, seams and loose vertices the file has.
+// Tests that an exported cache moves the user's own model. The cache comes with the user's file, and its
+// point i is vertex i of that file, whatever order of vertices, polygons, texture seams and unused vertices
+// the file has.
 #include "sim/io/export/own_mesh.h"
 
 #include <array>
@@ -19,8 +20,8 @@
 namespace duet::test::own_mesh_test {
 namespace {
 
-// A box of quads whose vertices stand in an order that no reader of meshes would choose, after a vertex that
-// no face uses; two more are at the places of others, as at the seam of a texture.
+// A box of quads. Its vertices are in an order that no reader of meshes would choose, and follow a vertex
+// that no face uses. Two more vertices are at the positions of others, as at a texture seam.
 constexpr const char* model = R"(# a model
 v 9 9 9
 v -0.4 0.3 0.2
@@ -78,7 +79,7 @@ material = "jelly"
                      far);
 }
 
-// The frames of a PC2 file.
+// Returns the points of every frame of a PC2 file.
 std::vector<std::vector<Vec3>> read_pc2(const fs::path& path) {
   const std::string bytes = io::read_file(path);
   std::array<std::int32_t, 2> head{};
@@ -95,8 +96,8 @@ std::vector<std::vector<Vec3>> read_pc2(const fs::path& path) {
   return frames;
 }
 
-// Whether the points are the model's vertices, scaled, turned and moved: by the distances between all that
-// faces use.
+// Checks that the points are the vertices of the model, scaled, rotated and translated. It compares the
+// distances between all vertices that faces use.
 void expect_shape(const std::vector<Vec3>& points, double scale, double tolerance, const std::string& where) {
   const std::vector<Vec3> vertices = io::obj_vertices(model);
   ASSERT_EQ(points.size(), vertices.size()) << where;
@@ -115,7 +116,7 @@ TEST_P(OwnMesh, PointIOfACacheIsVertexIOfTheFile) {
   const Finished simulated = run_duet({"sim", "model.toml", "--out", "run", "--quiet"}, scratch.path());
   ASSERT_EQ(simulated.status, 0) << simulated.errors;
   fs::remove(scratch / "model.obj");
-  // Single precision, of a few sizes from the origin that the cache has of its own.
+  // m: single precision at a few body sizes from the origin that the cache has of its own
   constexpr double rounding = 2e-6;
   for (const std::vector<std::string>& axes : {std::vector<std::string>{}, {"--up", "z", "--scale", "100"}}) {
     std::vector<std::string> words = {"export", "run", "--to", "pc2", "--overwrite", "--quiet"};
@@ -142,7 +143,7 @@ TEST_P(OwnMesh, PointIOfACacheIsVertexIOfTheFile) {
 
 INSTANTIATE_TEST_SUITE_P(NearAndFar, OwnMesh, testing::Values(0.0, 1e5));
 
-// The lines of an OBJ text that begin with the keyword.
+// Returns the lines of an OBJ text that begin with the keyword.
 std::vector<std::string> lines_of(const std::string& text, const std::string& keyword) {
   std::vector<std::string> found;
   std::istringstream lines(text);
@@ -151,8 +152,8 @@ std::vector<std::string> lines_of(const std::string& text, const std::string& ke
   return found;
 }
 
-// Polygons, texture coordinates, groups and materials, with the indices of a file in which other bodies come
-// before.
+// An OBJ sequence keeps the user's polygons, texture coordinates, groups and materials, with the indices of a
+// file in which other bodies come first.
 TEST(OwnMeshFiles, AnObjSequenceKeepsTheUsersPolygons) {
   const ScratchFolder scratch;
   io::write_atomically(scratch / "model.obj", model);
@@ -182,8 +183,8 @@ TEST(OwnMeshFiles, AnObjSequenceKeepsTheUsersPolygons) {
     vertices += 11;
     uvs += 2;
   }
-  // The tolerance of the rigid body is the rounding of meshes, which are read in single precision.
-  // One of the user's materials in two looks is two materials.
+  // The tolerance of the rigid body is the rounding of meshes, which are read in single precision. One
+  // material of the user's file in two looks becomes two materials.
   EXPECT_EQ(lines_of(hard_part, "usemtl"), std::vector<std::string>{"usemtl paint"});
   EXPECT_EQ(lines_of(soft_part, "usemtl"), std::vector<std::string>{"usemtl paint-2"});
   const std::string materials = io::read_file(scratch / "run/export/obj/materials.mtl");

@@ -1,4 +1,4 @@
-// Runs the program `duet` as a child process, the way a user's shell does.
+// Runs the program `duet` as a child process, as the shell of a user does.
 #pragma once
 
 #include <array>
@@ -23,14 +23,16 @@ namespace duet::test {
 
 namespace fs = std::filesystem;
 
-// A scene of a rigid and a soft body whose frames take some milliseconds.
+// A scene with a rigid and a soft body, whose frames take a few milliseconds.
 inline const std::string tiny = source_folder() + "/tests/restart/tiny.toml";
 
+// A child process with its standard output as a pipe and its standard error as a file. The destructor kills
+// it if it still runs.
 class Program {
  public:
-  // Starts the program, `duet` unless another one is given, with the arguments in the folder. Its standard
-  // output is a pipe of one page: a program that prints a line a frame cannot run ahead of a test that does
-  // not read, so that a signal always meets it at work.
+  // Starts `program` with the arguments in the folder. Its standard output is a pipe of one page. A program
+  // that prints a line per frame thus cannot run ahead of a test that does not read, and a signal always
+  // meets it at work.
   explicit Program(const std::vector<std::string>& arguments, const fs::path& folder = source_folder(),
                    const std::string& program = duet_program()) {
     std::array<int, 2> pipe_ends{};
@@ -45,7 +47,8 @@ class Program {
     argv.push_back(nullptr);
     child_ = ::fork();
     if (child_ == 0) {
-      ::setenv("DUET_CACHE", "off", 0);  // tests fill every mesh anew, and leave nothing in the user's folder
+      // Tests fill every mesh again, and leave nothing in the user's cache.
+      ::setenv("DUET_CACHE", "off", 0);
       ::dup2(pipe_ends[1], STDOUT_FILENO);
       ::dup2(::fileno(errors_), STDERR_FILENO);
       if (::chdir(folder.c_str()) == 0) ::execv(argv[0], argv.data());
@@ -65,7 +68,7 @@ class Program {
   Program(const Program&) = delete;
   Program& operator=(const Program&) = delete;
 
-  // The next line of standard output without its end; nothing when the program closed it.
+  // Returns the next line of standard output without its end, or nothing once the program has closed it.
   std::optional<std::string> line() {
     std::string text;
     for (int c = std::fgetc(output_); c != EOF; c = std::fgetc(output_)) {
@@ -75,12 +78,12 @@ class Program {
     return text.empty() ? std::nullopt : std::optional(text);
   }
 
-  // The reader of the log goes away.
+  // Closes the reading end of the pipe, as a reader of the log that goes away.
   void close_output() {
     if (output_ != nullptr) std::fclose(std::exchange(output_, nullptr));
   }
 
-  // s that the program has computed since its start; nothing once it has ended.
+  // Returns the processor time of the program since its start in s, or nothing once it has ended.
   std::optional<double> processor_time() const {
     clockid_t clock{};
     timespec used{};
@@ -90,8 +93,8 @@ class Program {
       return std::nullopt;
     return static_cast<double>(used.tv_sec) + 1e-9 * static_cast<double>(used.tv_nsec);
   }
-  // Waits until it has computed for `seconds` more, or has ended: it has come as far then on a busy machine
-  // as on a quiet one.
+  // Waits until the program has computed for `seconds` more, or has ended. It has then come as far on a busy
+  // machine as on a quiet one.
   void compute_for(double seconds) const {
     const std::optional<double> begin = processor_time();
     for (std::optional<double> now = begin; now && *now < *begin + seconds; now = processor_time())
@@ -100,7 +103,7 @@ class Program {
 
   void signal(int number) const { ::kill(child_, number); }
 
-  // Waits for the end; the exit status, or 128 + signal as shells give it.
+  // Waits for the end. Returns the exit status, or 128 + signal as shells give it.
   int wait() {
     int status = 0;
     while (::waitpid(child_, &status, 0) < 0 && errno == EINTR) continue;
@@ -108,7 +111,7 @@ class Program {
     return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
   }
 
-  // Standard error so far.
+  // Returns the standard error so far.
   std::string errors() {
     std::rewind(errors_);
     std::string text;
@@ -122,6 +125,7 @@ class Program {
   FILE* errors_ = nullptr;
 };
 
+// The outcome of a program that has ended.
 struct Finished {
   int status = 0;
   std::vector<std::string> output;  // lines

@@ -1,5 +1,5 @@
-// A run can be repeated from its folder, elsewhere and without the files it was made of; pictures of another
-// look or size go to a folder of their own.
+// Tests that a run can be repeated from its folder, elsewhere and without the files that it was made from,
+// and that pictures of another look or size go to a folder of their own.
 #include "tests/restart/program.h"
 #include "tests/support/text.h"
 #include <gtest/gtest.h>
@@ -9,8 +9,8 @@
 namespace duet::test::repeat_test {
 namespace {
 
-// A scene with comments that names a mesh in each of the ways that scenes do: of a rigid body, of tetrahedra
-// to fill and of a skin, from a folder beside its own.
+// A scene with comments that names a mesh in each of the possible ways: for a rigid body, for tetrahedra and
+// for a skin, all from a folder beside its own.
 constexpr const char* scene_text = R"(# Kept as written.
 title = "Own meshes"     # also this
 frames = 3
@@ -56,7 +56,7 @@ f 3 4 8 7
 f 4 1 5 8
 )";
 
-// A tetrahedron whose buffer is a file of its own.
+// A tetrahedron whose buffer is a separate file.
 constexpr const char* skin =
     R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
 "meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1}]}],
@@ -92,7 +92,7 @@ class Repeat : public testing::Test {
     EXPECT_EQ(finished.status, 0) << finished.errors;
     return finished;
   }
-  // Hashes of the states, without the seconds that the lines also have.
+  // Returns the hashes of the states, without the times that the lines also have.
   std::vector<std::string> hashes(const std::string& run) const {
     std::vector<std::string> found;
     const std::string text = io::read_file(scratch / run / "stats.jsonl");
@@ -167,7 +167,7 @@ TEST_F(Repeat, ADamagedMeshIsRefused) {
   EXPECT_FALSE(fs::exists(scratch / "again")) << "nothing was begun";
 }
 
-// Exports replace exports alone, also where they are one file.
+// Exports replace only exports, also where an export is a single file.
 TEST_F(Repeat, AnExportReplacesNoOtherFile) {
   duet({"sim", "scenes/own.toml", "--frames", "1", "--out", "run"});
   for (const char* target : {"scenes/own.toml", "run/manifest.json", "run/stats.jsonl", "/dev/null"}) {
@@ -193,7 +193,7 @@ TEST_F(Repeat, PicturesGoToAFolderOfTheirOwn) {
   const std::string picture = io::read_file(scratch / "preview/image/0001.png");
   EXPECT_NE(picture, before);
 
-  // Only what is missing, cut off or of another size is drawn again.
+  // Only pictures that are missing, cut off or of another size are drawn again.
   std::vector<std::string> again = preview;
   again.emplace_back("--skip-existing");
   write("preview/image/0000.png", before);

@@ -1,4 +1,5 @@
-// A run that is stopped at any moment leaves whole files only, and goes on as if it had never been stopped.
+// Tests that a run that is stopped at any moment leaves only whole files, and goes on as if it had never been
+// stopped.
 #include <algorithm>
 #include <map>
 
@@ -27,7 +28,7 @@ std::vector<nlohmann::json> statistics(const io::RunDirectory& run) {
   return lines;
 }
 
-// Everything but the wall times, which no two runs share.
+// Returns the line without its times, which differ from run to run.
 nlohmann::json without_times(nlohmann::json line) {
   line.erase("seconds");
   line.erase("processor_seconds");
@@ -35,7 +36,8 @@ nlohmann::json without_times(nlohmann::json line) {
   return line;
 }
 
-// The same frames, bit by bit. (VDB files carry a random identifier, so their voxels are compared elsewhere.)
+// Checks that both runs have the same frames up to `last`, bit by bit. VDB files carry a random identifier,
+// so that other tests compare their voxels.
 void expect_same_run(const io::RunDirectory& run, const io::RunDirectory& reference, int last) {
   const auto lines = statistics(run), expected = statistics(reference);
   ASSERT_EQ(lines.size(), static_cast<std::size_t>(last) + 1);
@@ -48,7 +50,7 @@ void expect_same_run(const io::RunDirectory& run, const io::RunDirectory& refere
   }
 }
 
-// Every file with a final name is whole; returns the number of meshes.
+// Checks that every file with a final name is whole, and returns the number of meshes.
 int expect_whole_files(const io::RunDirectory& run) {
   int meshes = 0;
   for (const auto& entry : fs::directory_iterator(run.root / "mesh")) {
@@ -64,6 +66,7 @@ int expect_whole_files(const io::RunDirectory& run) {
   return meshes;
 }
 
+// Returns the number of temporary files below the folder.
 int leftovers(const fs::path& root) {
   int count = 0;
   for (const auto& entry : fs::recursive_directory_iterator(root))
@@ -72,7 +75,7 @@ int leftovers(const fs::path& root) {
 }
 
 // Starts a simulation and sends the signal when frame 1 is reported. The lines of --json fill the pipe long
-// before frame 40, so the simulation is still at work then.
+// before frame 40, so that the simulation is then still at work.
 Finished interrupt_simulation(const fs::path& out, int signal) {
   Program program({"sim", tiny, "--out", out.string(), "--json", "--overwrite"});
   while (const auto line = program.line())
@@ -104,7 +107,7 @@ class Restart : public testing::Test {
     manifest.origin.numerics = numerics_version + 1;
     io::write_manifest(run, manifest);
   }
-  // The path and content of everything in the run directory.
+  // Returns the path and content of every file in the run directory.
   std::map<fs::path, std::string> all_files() const {
     std::map<fs::path, std::string> files;
     for (const auto& entry : fs::recursive_directory_iterator(run.root))
@@ -114,6 +117,8 @@ class Restart : public testing::Test {
   Finished resume() { return run_duet({"sim", tiny, "--out", run.root.string(), "--quiet", "--resume"}); }
 };
 
+// An interrupted run exits with status 130, leaves whole files, and continues to the bits of a run that was
+// never stopped. State that a checkpoint lacks is found.
 TEST_F(Restart, InterruptedRunContinuesBitIdentically) {
   for (const int signal : {SIGINT, SIGTERM}) {
     const Finished stopped = interrupt_simulation(run.root, signal);
@@ -135,12 +140,14 @@ TEST_F(Restart, InterruptedRunContinuesBitIdentically) {
   expect_same_run(run, reference, 40);
 }
 
+// SIGKILL gives the program no chance to clean up. Its files are whole all the same, and the run continues to
+// the same bits.
 TEST_F(Restart, KilledRunContinuesBitIdentically) {
   const Finished killed = interrupt_simulation(run.root, SIGKILL);
   ASSERT_EQ(killed.status, 128 + SIGKILL);
   expect_whole_files(run);
   EXPECT_EQ(io::check_run(run).faults, std::vector<std::string>());
-  for (int frames = 1; frames <= 4; ++frames) {  // and killed again, each time a little further on
+  for (int frames = 1; frames <= 4; ++frames) {  // The run is killed again, each time a little later.
     Program program({"sim", tiny, "--out", run.root.string(), "--resume", "--json"});
     for (int seen = 0; seen < frames;) {
       const auto line = program.line();
@@ -159,6 +166,7 @@ TEST_F(Restart, KilledRunContinuesBitIdentically) {
   expect_same_run(run, reference, 40);
 }
 
+// Sums must not depend on the number of threads: runs with 1, 2 and 3 threads are equal bit by bit.
 TEST_F(Restart, ThreadsDoNotChangeTheRun) {
   const auto simulate = [&](const io::RunDirectory& out, const char* threads) {
     const Finished finished = run_duet({"sim", "stack", "--frames", "4", "--threads", threads, "--out",
@@ -212,7 +220,8 @@ TEST_F(Restart, ResumeRefusesAnotherScene) {
   EXPECT_EQ(fs::last_write_time(run.mesh(2)), mesh_time);
 }
 
-// The same bits go on, so there is nothing to say; the manifest alone tells who computed which frames.
+// Another variant of the same numerics computes the same bits, so that the program says nothing. Only the
+// manifest tells which program computed which frames.
 TEST_F(Restart, AnotherVariantOfTheSameNumericsContinues) {
   simulate_reference();
   ASSERT_EQ(run_duet({"sim", tiny, "--out", run.root.string(), "--frames", "3", "--quiet"}).status, 0);
@@ -258,7 +267,7 @@ TEST_F(Restart, CheckpointsOfAnotherFormatAreRefusedAndKept) {
   ASSERT_EQ(run_duet({"sim", tiny, "--out", run.root.string(), "--frames", "3", "--quiet"}).status, 0);
   for (const char* name : {"0002.bin", "0003.bin"}) {
     std::string bytes = io::read_file(run.checkpoint() / name);
-    bytes[8] = 5;  // the number of the format follows the mark of eight bytes
+    bytes[8] = 5;  // The number of the format follows the mark of eight bytes.
     io::write_atomically(run.checkpoint() / name, bytes);
   }
   const auto files = all_files();
@@ -283,7 +292,8 @@ TEST_F(Restart, FrameWindowWritesOnlyItsFrames) {
   }
 }
 
-// A task that is given again and again, with little time each: every call does a frame at least.
+// A task with little time is given again and again. Every call computes at least one frame, and the result
+// equals that of one long call.
 TEST_F(Restart, ShortTasksGoOnToTheSameRun) {
   const std::vector<std::string> task = {"run",      tiny,     "--out",    run.root.string(),
                                          "--frames", "4",      "--resume", "--stop-after",
@@ -308,7 +318,7 @@ TEST_F(Restart, ShortTasksGoOnToTheSameRun) {
   EXPECT_TRUE(fs::exists(run.root / "tiny.mp4"));
 }
 
-// The file of the bodies that never move: one for all frames, written with the first of them.
+// Static bodies have one file of level sets for all frames, which is written with the first of them.
 class StaticLevelSets : public Restart {
  protected:
   void simulate(const std::vector<std::string>& more) {
@@ -367,7 +377,8 @@ TEST_F(StaticLevelSets, WhereNothingMovesAreAllThereAre) {
   }
 }
 
-// Pictures of `duet run` are those of `duet render`, also after an interruption: both draw the files.
+// The pictures of `duet run` equal those of `duet render`, also after an interruption, because both draw the
+// files.
 TEST_F(Restart, InterruptedRunIsDrawnLikeTheWhole) {
   {
     Program program({"run", tiny, "--out", run.root.string(), "--frames", "12", "--json"});

@@ -1,5 +1,5 @@
-// Every file of a run that is damaged or lost is named: by `duet verify`, by whatever reads it, and by
-// --resume.
+// Tests that every damaged or lost file of a run is named, by `duet verify`, by every command that reads it,
+// and by --resume.
 #include <algorithm>
 #include <csignal>
 #include <functional>
@@ -34,7 +34,7 @@ class Verify : public testing::Test {
     const Finished finished = duet(words);
     ASSERT_EQ(finished.status, 0) << finished.errors;
   }
-  // The paths of all files of the run but the journal, from its folder on.
+  // Returns the paths of all files of the run but the journal, relative to its folder.
   std::vector<std::string> files() const {
     std::vector<std::string> found;
     for (const auto& entry : fs::recursive_directory_iterator(run.root))
@@ -42,6 +42,7 @@ class Verify : public testing::Test {
         found.push_back(entry.path().lexically_relative(run.root).generic_string());
     return found;
   }
+  // Flips a bit of the file, at the fraction `where` of its length.
   void flip(const fs::path& path, double where = 0.5) const {
     std::string bytes = io::read_file(path);
     bytes[static_cast<std::size_t>(where * static_cast<double>(bytes.size() - 1))] ^= 4;
@@ -93,7 +94,7 @@ TEST_F(Verify, EveryFileIsListedAndEveryDamageIsNamed) {
   expect_refused({"verify", "run"}, {"run/mesh/0001.obj: is damaged", "run/image/0002.png: is missing"});
 }
 
-// Whenever a run is killed, what is there is not taken for damaged, and a resumed run is whole.
+// Whenever a run is killed, its files are not taken for damaged, and a resumed run is whole.
 TEST_F(Verify, AKilledRunHasNoDamage) {
   const std::vector<std::string> words = {"sim", tiny, "--out", run.root.string(), "--json", "--resume"};
   for (int kill = 0; kill < 12; ++kill) {
@@ -116,7 +117,7 @@ TEST_F(Verify, AKilledRunHasNoDamage) {
 TEST_F(Verify, ReadersRefuseWhatIsDamaged) {
   simulate({"run", "--frames", "4"});
   const std::string mesh = io::read_file(run.mesh(2)), stats = io::read_file(run.stats());
-  // A number that is off by one digit is an OBJ as good as any.
+  // A number with another digit still makes a valid OBJ file, so that only the hash can tell.
   std::string other = mesh;
   const std::size_t digit = other.find_first_of("123456", other.find("\nv "));
   other[digit] ^= 1;
@@ -138,7 +139,7 @@ TEST_F(Verify, ReadersRefuseWhatIsDamaged) {
   expect_refused({"render", "run"}, {"run/scene.toml", "is damaged"});
 }
 
-// Frames that are lost are not passed over, neither at once nor later.
+// Resuming names lost frames, both at once and in later checks, and does not pass over them silently.
 TEST_F(Verify, ResumeNamesWhatIsLostAndGoesOn) {
   simulate({"sim", "--frames", "5"});
   flip(run.mesh(2));
@@ -168,7 +169,8 @@ TEST_F(Verify, DamagedPicturesAreDrawnAgain) {
   EXPECT_EQ(duet({"verify", "run"}).status, 0);
 }
 
-// What programs without journals wrote can be continued, and is said not to be checked.
+// A run of a program without journals can be continued, and `duet verify` says that its first frames are not
+// checked.
 TEST_F(Verify, ARunWithoutAJournalGetsOne) {
   simulate({"sim", "--frames", "2"});
   fs::remove(io::journal_path(run.root));

@@ -20,10 +20,10 @@ struct NearPoint {
   /// Unit, in the host's body space: outward normal of the host's surface that the point rests against. Zero
   /// for surface points of deformable guests, whose normals are found later.
   Vec3 normal = Vec3::Zero();
-  double gap = 0;    ///< m: signed distance of the point from the host; with the allowance, if it has one.
-  int ridge = -1;    ///< Index of the plane that it was found with in Chunk::feature_edges; -1: none.
-  int patch = -1;    ///< Number of its patch, see ContactPoint::patch; -1: none.
-  double share = 0;  ///< Fraction of the patch's load, see ContactPoint::share.
+  double gap = 0;  ///< m: signed distance of the point from the host; with the contact offset, if it has one.
+  int plane_index = -1;  ///< Index of the plane that it was found with in Chunk::feature_edges; -1: none.
+  int patch = -1;        ///< Number of its patch, see ContactPoint::patch; -1: none.
+  double share = 0;      ///< Fraction of the patch's load, see ContactPoint::share.
 };
 
 /// A flat face of one body that lies on a flat face of another. The convex hull of the points that touch
@@ -88,9 +88,9 @@ struct CandidateSearch {
     std::vector<PairTouches> pairs;  ///< Pairs of bodies that have touches.
     std::vector<NearPoint> touches;  ///< Touches of all `pairs`.
     std::vector<EdgeContact>
-        feature_edges;                  ///< Edge contacts and other planes that NearPoint::ridge refers to.
-    std::vector<double> edge;           ///< m: scratch of edge_contact_on(), distances along an edge.
-    VertexSearches corners;             ///< Scratch of find_vertex_face_contacts().
+        planes;                ///< Edge contacts and other planes that NearPoint::plane_index refers to.
+    std::vector<double> edge;  ///< m: scratch of edge_contact_on(), distances along an edge.
+    VertexSearches corners;    ///< Scratch of find_vertex_face_contacts().
     std::vector<EdgeContact> in_faces;  ///< Scratch of visit_places(): contacts in the faces of one guest.
     ReductionScratch reduction;         ///< Scratch and patches of the pair that is looked at.
     std::size_t first_pair = 0,         ///< Index of the first of `pairs` in ContactSet::pairs.

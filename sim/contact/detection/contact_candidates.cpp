@@ -58,7 +58,7 @@ class Finder {
       CandidateSearch::Chunk& chunk = search_.chunks[begin / pairs_at_once];
       chunk.pairs.clear();
       chunk.touches.clear();
-      chunk.feature_edges.clear();
+      chunk.planes.clear();
       for (std::size_t i = begin; i < end; ++i) find_touches(pairs[i], chunk);
       // Room for twice as many is reserved, so that storage stops growing once a scene has warmed up.
       if (chunk.touches.capacity() < 2 * chunk.touches.size())
@@ -186,7 +186,7 @@ class Finder {
     const std::size_t end = chunk.touches.size();
     for (std::size_t i = begin; i < end; ++i)
       if (chunk.touches[i].point >= 0)
-        find_faces_around_sample(host, guest, in_host, margin, i, chunk.touches, chunk.feature_edges);
+        find_faces_around_sample(host, guest, in_host, margin, i, chunk.touches, chunk.planes);
   }
 
   // Appends the touches of support points with several faces of a mesh, see find_faces_around(), without
@@ -197,11 +197,11 @@ class Finder {
     const std::size_t first = chunk.touches.size();
     find_faces_around(bodies_.rigid.properties[h].shape,
                       bodies_.rigid.properties[as_index(pair.guest_rigid)].shape,
-                      in_host_of(bodies_.rigid, pair), margin, chunk.touches, chunk.feature_edges);
+                      in_host_of(bodies_.rigid, pair), margin, chunk.touches, chunk.planes);
     for (std::size_t i = first; i < chunk.touches.size(); ++i) chunk.touches[i].reversed = is_reversed;
     const Pose& pose = bodies_.rigid.state[h].pose;
     const auto is_hidden = [&](const NearPoint& touch) {
-      const EdgePoint& place = chunk.feature_edges[as_index(touch.ridge)].edge;
+      const EdgePoint& place = chunk.planes[as_index(touch.plane_index)].edge;
       return hidden_foot(bodies_, pair.host, pose.to_world(place.foot), pose.orientation * place.normal)
           .has_value();
     };
@@ -213,17 +213,17 @@ class Finder {
   // Appends the edge contacts of the pair's rigid guest.
   void find_places(const BodyPair& pair, bool is_reversed, double margin,
                    CandidateSearch::Chunk& chunk) const {
-    const std::size_t first = chunk.feature_edges.size();
-    find_feature_edges(bodies_, pair, is_reversed, margin, chunk.feature_edges);
+    const std::size_t first = chunk.planes.size();
+    find_feature_edges(bodies_, pair, is_reversed, margin, chunk.planes);
     const RigidProperties& guest = bodies_.rigid.properties[as_index(pair.guest_rigid)];
-    for (std::size_t i = first; i < chunk.feature_edges.size(); ++i) {
-      const EdgeContact& near = chunk.feature_edges[i];
+    for (std::size_t i = first; i < chunk.planes.size(); ++i) {
+      const EdgeContact& near = chunk.planes[i];
       chunk.touches.push_back({.point = static_cast<int>(guest.samples.size()) + near.node,
                                .reversed = is_reversed,
                                .position = near.edge.foot,
                                .normal = near.edge.normal,
                                .gap = near.distance,
-                               .ridge = static_cast<int>(i)});
+                               .plane_index = static_cast<int>(i)});
     }
   }
 
@@ -258,8 +258,8 @@ class Finder {
                                .position = near.edge.foot,
                                .normal = near.edge.normal,
                                .gap = gap,
-                               .ridge = static_cast<int>(chunk.feature_edges.size())});
-      chunk.feature_edges.push_back(near);
+                               .plane_index = static_cast<int>(chunk.planes.size())});
+      chunk.planes.push_back(near);
     };
     const auto margin_of = [&](const BoundaryEdge& edge) {
       return speculative_margin_of(edge, h) - edge.contact_offset;
@@ -338,9 +338,9 @@ class Finder {
     contact.guest_point = near.point;
     contact.patch = near.patch;
     contact.share = near.share;
-    if (near.ridge >= 0) {
-      contact.edge = chunk.feature_edges[as_index(near.ridge)].edge;
-      contact.plane_frame = chunk.feature_edges[as_index(near.ridge)].plane_frame;
+    if (near.plane_index >= 0) {
+      contact.edge = chunk.planes[as_index(near.plane_index)].edge;
+      contact.plane_frame = chunk.planes[as_index(near.plane_index)].plane_frame;
     }
     contact.friction = host.friction;
     // Deformable bodies have no restitution, because they store and return energy by themselves (paper

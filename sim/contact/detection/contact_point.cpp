@@ -96,8 +96,8 @@ Touch touch_of_side(const EdgePoint& lowest, const LevelSet& host, const Pose& h
 }
 
 // Returns the touch of an edge contact of a rigid guest.
-Touch touch_at_ridge(const EdgePoint& lowest, const LevelSet& host, const Pose& host_pose,
-                     const LevelSet& guest, const Pose& guest_pose) {
+Touch touch_at_edge(const EdgePoint& lowest, const LevelSet& host, const Pose& host_pose,
+                    const LevelSet& guest, const Pose& guest_pose) {
   if (!(lowest.radius > 0 && has_round_side(guest))) return touch_at(lowest, host_pose, guest_pose);
   if (has_round_side(host) && std::abs(lowest.normal.y()) < on_side)
     return touch_of_sides(lowest, host, host_pose, guest_pose);
@@ -164,8 +164,7 @@ int body_below_deepest(const Bodies& bodies, int host, const Touch& found, const
 
 Touch touch(const RigidProperties& host, const Pose& host_pose, const RigidProperties& guest,
             const Pose& guest_pose, int sample, const EdgePoint& lowest) {
-  if (is_on_edge(guest, sample))
-    return touch_at_ridge(lowest, host.shape, host_pose, guest.shape, guest_pose);
+  if (is_on_edge(guest, sample)) return touch_at_edge(lowest, host.shape, host_pose, guest.shape, guest_pose);
   if (sample < 0 && !lowest.normal.isZero(0))
     return touch_of_face(lowest, host_pose, guest.shape, guest_pose, support_number(guest.shape, sample));
   const ShapeSupportPoint point = in_space_of(host, host_pose, guest, guest_pose, sample);
@@ -245,7 +244,7 @@ Touch touch_on_edge(const Bodies& bodies, const ContactPoint& contact, const Pos
 
 // Returns the touch of a contact on an edge or a face of a deformable guest, with the place at `x` (m,
 // world).
-Touch touch_on_ridge(const Bodies& bodies, const ContactPoint& contact, const Pose& host_pose,
+Touch touch_on_plane(const Bodies& bodies, const ContactPoint& contact, const Pose& host_pose,
                      const Vec3& x) {
   const Vec3 normal = host_pose.orientation * contact.edge.normal;
   switch (contact.plane_frame.kind) {
@@ -263,7 +262,7 @@ Touch touch_on_ridge(const Bodies& bodies, const ContactPoint& contact, const Po
 
 Touch touch(const Bodies& bodies, const ContactPoint& contact, const Pose& host_pose, const Vec3& x) {
   const SurfacePoint& point = surface_point(bodies, contact);
-  Touch found = contact.is_on_edge() ? touch_on_ridge(bodies, contact, host_pose, x)
+  Touch found = contact.is_on_edge() ? touch_on_plane(bodies, contact, host_pose, x)
                                      : touch(bodies, contact.host, host_pose, point, x);
   found.gap += contact.is_on_edge() ? point.contact_offset + contact.yielded : contact.yielded;
   return found;

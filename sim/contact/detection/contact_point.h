@@ -133,7 +133,7 @@ inline const SurfacePoint& surface_point(const Bodies& bodies, const ContactPoin
 /// convex vertices keep their number on whichever face they are, support points have one for each face.
 int at_corner(const Bodies& bodies, int guest_deformable, int corner);
 /// Sets `contact.on_surface` for a contact on an edge or a face of a deformable guest, from its `guest_point`
-/// and `edge`: particles, weights, inverse mass and allowance.
+/// and `edge`: particles, weights, inverse mass and contact offset.
 void put_on_surface(const Bodies& bodies, ContactPoint& contact);
 
 /// Applies an impulse that only turns to one rigid body: `moment` (N m s, world). Bodies that are not dynamic

@@ -336,9 +336,9 @@ void add_to_patches(double size, std::size_t begin, std::vector<NearPoint>& touc
     const Vec3 across = (corner[1] - corner[0]).cross(corner[2] - corner[0]).normalized();
     for (std::size_t i = begin; i < touches.size(); ++i) {
       NearPoint& touch = touches[i];
-      if ((touch.point >= 0 && touch.ridge < 0) || touch.patch >= 0 || touch.reversed != patch.reversed)
+      if ((touch.point >= 0 && touch.plane_index < 0) || touch.patch >= 0 || touch.reversed != patch.reversed)
         continue;
-      const Vec3 x = touch.ridge < 0 ? touch.position : Vec3(touch.position + touch.gap * touch.normal);
+      const Vec3 x = touch.plane_index < 0 ? touch.position : Vec3(touch.position + touch.gap * touch.normal);
       if ((touch.normal - patch.normal).norm() > flatness ||
           std::abs(across.dot(x - corner[0])) > flatness * size)
         continue;

@@ -115,7 +115,7 @@ class Walk {
   Walk(const FeatureEdges& feature_edges, const FeatureEdges::Line& line, const Pose& pose,
        const LevelSet& host, const Eigen::AlignedBox3d& near, double margin, bool looks_at_faces,
        std::vector<EdgeContact>& found)
-      : ridges_(feature_edges),
+      : feature_edges_(feature_edges),
         line_(line),
         pose_(pose),
         host_(host),
@@ -151,7 +151,7 @@ class Walk {
   // Returns the position of node `i` of the line, which goes round on closed lines, m, guest's body space.
   const Vec3& node(int i) const {
     const int count = line_.end - line_.begin;
-    return ridges_.nodes[as_index(line_.begin + (i + count) % count)];
+    return feature_edges_.nodes[as_index(line_.begin + (i + count) % count)];
   }
 
   // Returns the signed distance of node `i` from the host, m; if that is out of reach, a lower bound of it.
@@ -283,7 +283,7 @@ class Walk {
     if (!(distance - line_.radius < margin_) || (is_axis() && !is_on_side(s * line_.longest, distance)))
       return;
     const int count = line_.end - line_.begin, node = line_.begin + (i + count) % count;
-    const Vec3 inward = pose_.orientation * ridges_.inward[as_index(node)];
+    const Vec3 inward = pose_.orientation * feature_edges_.inward[as_index(node)];
     if (!inward.isZero(0) && normal.dot(inward) < min_facing) return;
     EdgeContact found;
     found.edge = {place, normal, x - distance * normal, line_.radius};
@@ -299,7 +299,7 @@ class Walk {
                                                      pose_.to_world(place(i, t + precision)));
     if (!plane) return;
     const Vec3& normal = plane->normal;
-    const Vec3 inward = pose_.orientation * ridges_.inward[as_index(line_.begin + i)];
+    const Vec3 inward = pose_.orientation * feature_edges_.inward[as_index(line_.begin + i)];
     if (!inward.isZero(0) && normal.dot(inward) < min_facing) return;
     const Vec3 place_in_guest = place(i, t), x = pose_.to_world(place_in_guest);
     EdgeContact found;
@@ -310,7 +310,7 @@ class Walk {
     found_.push_back(found);
   }
 
-  const FeatureEdges& ridges_;
+  const FeatureEdges& feature_edges_;
   const FeatureEdges::Line& line_;
   const Pose& pose_;
   const LevelSet& host_;

@@ -63,7 +63,7 @@ void put_planes(const RigidProperties& guest, std::size_t touch, std::size_t fir
     plane.point = static_cast<int>(guest.samples.size()) + places[i].node;
     plane.normal = places[i].edge.normal;
     plane.gap = places[i].distance;
-    plane.ridge = static_cast<int>(i);
+    plane.plane_index = static_cast<int>(i);
     if (i == first) {
       touches[touch] = plane;
       continue;
@@ -88,7 +88,7 @@ void find_faces_around(const LevelSet& host, const LevelSet& guest, const Pose& 
                        .position = x,
                        .normal = normal,
                        .gap = gap,
-                       .ridge = static_cast<int>(places.size())});
+                       .plane_index = static_cast<int>(places.size())});
     EdgeContact& place = places.emplace_back();
     place.edge.normal = normal;
     place.edge.foot = x - gap * normal;

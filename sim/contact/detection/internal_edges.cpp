@@ -128,9 +128,9 @@ void remove_hidden_samples(Bodies& bodies) {
     properties.samples.resize(kept);
     properties.inside.resize(kept);
     properties.on_flat.resize(kept);
-    std::vector<char> ridge_stays;
-    for (const Vec3& node : properties.feature_edges.nodes) ridge_stays.push_back(stays(pose.to_world(node)));
-    keep_nodes(ridge_stays, properties.feature_edges);
+    std::vector<char> edge_stays;
+    for (const Vec3& node : properties.feature_edges.nodes) edge_stays.push_back(stays(pose.to_world(node)));
+    keep_nodes(edge_stays, properties.feature_edges);
   }
 }
 

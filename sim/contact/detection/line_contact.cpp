@@ -48,7 +48,7 @@ class Lines {
   bool lie_on_one_plane(std::size_t i, std::size_t j) const {
     const NearPoint &a = chunk_.touches[i], &b = chunk_.touches[j];
     const double length = (a.position - b.position).norm();
-    return (a.ridge >= 0) == (b.ridge >= 0) && (a.normal - b.normal).norm() <= flatness &&
+    return (a.plane_index >= 0) == (b.plane_index >= 0) && (a.normal - b.normal).norm() <= flatness &&
            std::abs(a.normal.dot(a.position - b.position)) <= slope * length &&
            std::abs(a.gap - b.gap) <= slope * length;
   }
@@ -77,8 +77,8 @@ class Lines {
   // whether the point is near that plane as well.
   bool place(NearPoint& touch) const {
     const int k = support_number(guest_, touch.point);
-    if (touch.ridge >= 0) {
-      const EdgePoint& face = chunk_.feature_edges[as_index(touch.ridge)].edge;
+    if (touch.plane_index >= 0) {
+      const EdgePoint& face = chunk_.planes[as_index(touch.plane_index)].edge;
       touch.position = in_host_.to_world(
           support_point(guest_, k, in_host_.orientation.conjugate() * face.normal).position);
       touch.gap = face.normal.dot(touch.position - face.foot);

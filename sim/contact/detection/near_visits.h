@@ -106,7 +106,7 @@ void visit_near(const RigidBodies& rigid, const BodyPair& pair, double margin, V
 
 /// Calls visit(near) for the surface points of the pair's deformable guest whose distance from the host is
 /// less than `margin` (m). `near` is a NearPoint with number, position and gap; the gap is the distance,
-/// without the allowance of the point. place_points() has to be called before.
+/// without the contact offset of the point. place_points() has to be called before.
 template <class Visit>
 void visit_near(const Bodies& bodies, const CandidateSearch& search, const BodyPair& pair, double margin,
                 Visit&& visit) {
@@ -135,10 +135,9 @@ void visit_near(const Bodies& bodies, const CandidateSearch& search, const BodyP
 
 /// Calls visit(number, near) for the edge contacts of the pair's deformable guest with its host, at most one
 /// for each boundary edge. `number` is ContactPoint::guest_point, `near` an EdgeContact. Its distance,
-/// without the allowance of the edge, is less than `margin` and margin_of(edge) (both m). Places that are no
-/// support points, places at internal edges, and edges that need no contact between their surface points
-/// (is_coarse_for()) are left out. `bounds` are those of the host; `scratch`
-/// keeps its storage.
+/// without the contact offset of the edge, is less than `margin` and margin_of(edge) (both m). Places that
+/// are no support points, places at internal edges, and edges that need no contact between their surface
+/// points (is_coarse_for()) are left out. `bounds` are those of the host; `scratch` keeps its storage.
 template <class MarginOf, class Visit>
 void visit_edges(const Bodies& bodies, const BodyBounds& bounds, const BodyPair& pair, double margin,
                  const MarginOf& margin_of, std::vector<double>& scratch, Visit&& visit) {

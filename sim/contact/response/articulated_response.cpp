@@ -107,11 +107,11 @@ void ArticulatedResponse::respond(const RigidBodies& rigid, const JointSolver& j
     }
 }
 
-Mat6 ArticulatedResponse::response_of(int body, int struck) const {
+Mat6 ArticulatedResponse::response_of(int body, int is_hit) const {
   const int group = group_of_[as_index(body)];
-  if (group_of_[as_index(struck)] != group) return Mat6::Zero();
+  if (group_of_[as_index(is_hit)] != group) return Mat6::Zero();
   return groups_[as_index(group)].response.block<6, 6>(first_row(as_index(body)),
-                                                       first_row(as_index(struck)));
+                                                       first_row(as_index(is_hit)));
 }
 
 Mat3 ArticulatedResponse::factor(const ContactPoint& contact, const Bodies& bodies) const {
@@ -263,9 +263,9 @@ void ArticulatedResponse::begin(const RigidBodies& rigid) {
 }
 
 void ArticulatedResponse::push(RigidBodies& rigid, int body, const Vec6& wrench) {
-  Member& struck = member_[as_index(body)];
-  struck.linear += wrench.head<3>();
-  struck.angular += wrench.tail<3>();
+  Member& is_hit = member_[as_index(body)];
+  is_hit.linear += wrench.head<3>();
+  is_hit.angular += wrench.tail<3>();
   for_each_change(body, wrench, [&](std::size_t moved, const Vec6& change) {
     RigidState& state = rigid.state[moved];
     state.velocity += change.head<3>();

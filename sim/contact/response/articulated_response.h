@@ -84,9 +84,9 @@ class ArticulatedResponse {
     for (const std::size_t moved : group.members)
       work(moved, Vec6(group.response.block<6, 6>(first_row(moved), column) * wrench));
   }
-  /// Returns the change of the twist of `body` per wrench on `struck`: 1/kg, 1/(kg m), 1/(kg m^2). Zero if
+  /// Returns the change of the twist of `body` per wrench on `is_hit`: 1/kg, 1/(kg m), 1/(kg m^2). Zero if
   /// they belong to different groups. Both must have a group.
-  Mat6 response_of(int body, int struck) const;
+  Mat6 response_of(int body, int is_hit) const;
   /// Returns the response of a contact that takes part, and that holds the response of separate bodies.
   /// Returns a zero response if the joints leave no motion along the normal.
   ContactResponse response(const ContactPoint& contact, const Bodies& bodies) const;

@@ -20,18 +20,18 @@ namespace {
 constexpr double inside_tolerance = 1e-6;
 // Slower approaches count as rounding, m/s. It is absolute as well.
 constexpr double approach_tolerance = 1e-9;
-// Points that come this near to an overlap, as a fraction of their path in the step, take part in a blow if
-// other points of their pair overlap, because rounding decides which corner of a level face is the first.
+// Points that come this near to an overlap, as a fraction of their path in the step, take part in an impact
+// if other points of their pair overlap, because rounding decides which corner of a level face is the first.
 constexpr double same_time = 1e-3;
 // Slower approaches, as a fraction of the change of a body's velocity by forces in the step, are what a
 // contact solve left over. A larger value would leave weak impacts to contact, which does not bounce.
-constexpr double min_blow = 1e-3;
-constexpr int rounds_per_iteration = 4;  // rounds of rigid blows for each iteration of CollisionSettings
-constexpr int max_blow_sweeps = 200;     // sweeps over the pairs of a blow
+constexpr double min_impact = 1e-3;
+constexpr int rounds_per_iteration = 4;  // rounds of rigid impacts for each iteration of CollisionSettings
+constexpr int max_impact_sweeps = 200;   // sweeps over the pairs of an impact
 constexpr int pair_sweeps = 8;           // passes to and fro over the points of a pair at each visit
 // Largest change of a relative velocity in the last sweep, as a fraction of the fastest approach of the
 // island.
-constexpr double blow_precision = 1e-9;
+constexpr double impact_precision = 1e-9;
 
 // One call of process_collisions().
 class Collider {
@@ -52,24 +52,24 @@ class Collider {
     scratch_.takes_part.assign(contacts.points.size(), 0);
     scratch_.velocity_before.resize(contacts.points.size());
     scratch_.impulse_before.resize(contacts.points.size());
-    scratch_.struck.assign(contacts.pairs.size(), 0);
+    scratch_.is_hit.assign(contacts.pairs.size(), 0);
     scratch_.pairs.resize(contacts.pairs.size());
     std::iota(scratch_.pairs.begin(), scratch_.pairs.end(), 0);
     scratch_.schedule.build(bodies, contacts, scratch_.pairs);
     scratch_.sweeps.build(bodies, contacts, scratch_.schedule.order());
   }
 
-  // Alternates rigid blows and sweeps over deformable pairs, until neither changes anything.
+  // Alternates rigid impacts and sweeps over deformable pairs, until neither changes anything.
   void run() {
     const bool deformable = !bodies_.deformable.empty();
     if (!settings_.rigid_pairs) note_overlaps();
     for (int round = 0; round < rounds_per_iteration * settings_.iterations; ++round) {
       stop_if_asked();
       predict();
-      const bool blow = settings_.rigid_pairs && find_impact();
-      if (blow) apply_impact();
+      const bool impact = settings_.rigid_pairs && find_impact();
+      if (impact) apply_impact();
       const bool changed = deformable && round < settings_.iterations && collide_deformables();
-      if (!blow && !changed) break;
+      if (!impact && !changed) break;
     }
   }
 
@@ -199,24 +199,24 @@ class Collider {
   bool persists(const ContactPoint& contact, double normal_velocity) const {
     const auto change = [&](int body) { return difference_.rigid[as_index(body)].squaredNorm(); };
     const double forces = std::sqrt(std::max(change(contact.host), change(contact.guest_rigid)));
-    return -normal_velocity < std::max(dt_ * approach_acceleration(contact), min_blow * forces);
+    return -normal_velocity < std::max(dt_ * approach_acceleration(contact), min_impact * forces);
   }
 
-  // Finds the blow of this round: the points of rigid pairs that meet now. Returns whether there are any.
+  // Finds the impact of this round: the points of rigid pairs that meet now. Returns whether there are any.
   bool find_impact() {
     parallel_for(contacts_.pairs.size(), 16, [&](std::size_t begin, std::size_t end) {
       for (std::size_t p = begin; p < end; ++p)
-        scratch_.struck[p] =
+        scratch_.is_hit[p] =
             contacts_.pairs[p].guest_rigid >= 0 && !is_as_seen(p) && find_points(contacts_.pairs[p]);
     });
-    scratch_.blow.clear();
+    scratch_.impact.clear();
     for (const int p : scratch_.schedule.order())
-      if (scratch_.struck[as_index(p)] != 0) scratch_.blow.push_back(p);
-    return !scratch_.blow.empty();
+      if (scratch_.is_hit[as_index(p)] != 0) scratch_.impact.push_back(p);
+    return !scratch_.impact.empty();
   }
 
-  // Marks the points of one pair that take part in the blow, and sets their targets to the least normal
-  // velocity that the blow has to leave. Returns whether one of them overlaps and approaches.
+  // Marks the points of one pair that take part in the impact, and sets their targets to the least normal
+  // velocity that the impact has to leave. Returns whether one of them overlaps and approaches.
   bool find_points(ContactPair& pair) {
     bool meets = false;
     SampleCulling touches;
@@ -250,29 +250,29 @@ class Collider {
       if (scratch_.takes_part[as_index(i)] != 0) visit(as_index(i));
   }
 
-  // Finds and applies the impulses of all points of the blow together, by Gauss-Seidel sweeps. The tolerance
-  // of each island is a fraction of its fastest approach.
+  // Finds and applies the impulses of all points of the impact together, by Gauss-Seidel sweeps. The
+  // tolerance of each island is a fraction of its fastest approach.
   void apply_impact() {
     find_islands();
-    for (const int p : scratch_.blow) {
+    for (const int p : scratch_.impact) {
       CollisionScratch::Island& island = scratch_.islands[island_of(contacts_.pairs[as_index(p)])];
       for_each_point(contacts_.pairs[as_index(p)], [&](std::size_t i) {
         const double speed = -scratch_.velocity_before[i].dot(contacts_.points[i].normal);
-        island.tolerance = std::max(island.tolerance, blow_precision * speed);
+        island.tolerance = std::max(island.tolerance, impact_precision * speed);
         scratch_.impulse_before[i] = contacts_.points[i].impulse;
         contacts_.points[i].impulse.setZero();
       });
     }
-    scratch_.blow_sweeps.build(bodies_, contacts_, scratch_.blow);
+    scratch_.impact_sweeps.build(bodies_, contacts_, scratch_.impact);
     const auto visit = [&](int p) {
       const CollisionScratch::Island& island = scratch_.islands[scratch_.island[as_index(p)]];
       if (island.multipliers_final) return 0.0;
       const double change = update_pair(contacts_.pairs[as_index(p)], island.tolerance);
       return scratch_.change[as_index(p)] = change / island.tolerance;
     };
-    scratch_.blow_sweeps.repeat(max_blow_sweeps, 1, visit, [&] { settle_islands(); });
+    scratch_.impact_sweeps.repeat(max_impact_sweeps, 1, visit, [&] { settle_islands(); });
     keep_energy();
-    for (const int p : scratch_.blow) {
+    for (const int p : scratch_.impact) {
       const ContactPair& pair = contacts_.pairs[as_index(p)];
       for_each_point(pair, [&](std::size_t i) { contacts_.points[i].impulse += scratch_.impulse_before[i]; });
       mark_changed(pair.host);
@@ -280,7 +280,7 @@ class Collider {
     }
   }
 
-  // Returns the root of a body in the disjoint-set forest of the blow, and halves the path to it.
+  // Returns the root of a body in the disjoint-set forest of the impact, and halves the path to it.
   std::size_t root(int body) {
     std::vector<int>& parent = scratch_.parent;
     while (parent[as_index(body)] != body)
@@ -291,13 +291,13 @@ class Collider {
     return root(bodies_.rigid.properties[as_index(pair.host)].is_dynamic() ? pair.host : pair.guest_rigid);
   }
 
-  // Finds the islands of the blow: dynamic bodies that its pairs and jointed groups connect.
+  // Finds the islands of the impact: dynamic bodies that its pairs and jointed groups connect.
   void find_islands() {
     scratch_.parent.resize(bodies_.rigid.size());
     std::iota(scratch_.parent.begin(), scratch_.parent.end(), 0);
     for (std::size_t b = 0; linked_ && b < bodies_.linked.size(); ++b)
       if (bodies_.linked[b] >= 0) scratch_.parent[b] = bodies_.linked[b];
-    for (const int p : scratch_.blow) {
+    for (const int p : scratch_.impact) {
       const ContactPair& pair = contacts_.pairs[as_index(p)];
       if (!bodies_.rigid.properties[as_index(pair.host)].is_dynamic() ||
           !bodies_.rigid.properties[as_index(pair.guest_rigid)].is_dynamic())
@@ -308,17 +308,18 @@ class Collider {
     scratch_.islands.assign(bodies_.rigid.size(), {});
     scratch_.island.resize(contacts_.pairs.size());
     scratch_.change.resize(contacts_.pairs.size());
-    for (const int p : scratch_.blow) scratch_.island[as_index(p)] = island_of(contacts_.pairs[as_index(p)]);
+    for (const int p : scratch_.impact)
+      scratch_.island[as_index(p)] = island_of(contacts_.pairs[as_index(p)]);
   }
 
   // Marks the islands as settled whose last sweep changed no relative velocity by more than the tolerance.
   void settle_islands() {
-    for (const int p : scratch_.blow) scratch_.islands[scratch_.island[as_index(p)]].largest = 0;
-    for (const int p : scratch_.blow) {
+    for (const int p : scratch_.impact) scratch_.islands[scratch_.island[as_index(p)]].largest = 0;
+    for (const int p : scratch_.impact) {
       double& largest = scratch_.islands[scratch_.island[as_index(p)]].largest;
       largest = std::max(largest, scratch_.change[as_index(p)]);
     }
-    for (const int p : scratch_.blow) {
+    for (const int p : scratch_.impact) {
       CollisionScratch::Island& island = scratch_.islands[scratch_.island[as_index(p)]];
       island.multipliers_final = island.largest < 1;
     }
@@ -346,13 +347,13 @@ class Collider {
     return first;
   }
 
-  // Scales the impulses j of each island so that the blow adds no energy. The impulses s j change the energy
-  // by
+  // Scales the impulses j of each island so that the impact adds no energy. The impulses s j change the
+  // energy by
   //   s a + s^2 b,  a = sum j . u-,  b = sum j . (u+ - u-) / 2,
   // and s is the largest value in [0, 1] at which this is not positive. With friction, or with different
-  // coefficients of restitution in one blow, Moreau's law can add energy.
+  // coefficients of restitution in one impact, Moreau's law can add energy.
   void keep_energy() {
-    for (const int p : scratch_.blow) {
+    for (const int p : scratch_.impact) {
       const ContactPair& pair = contacts_.pairs[as_index(p)];
       CollisionScratch::Island& work = scratch_.islands[scratch_.island[as_index(p)]];
       for_each_point(pair, [&](std::size_t i) {
@@ -362,7 +363,7 @@ class Collider {
         work.quadratic += contact.impulse.dot(relative_velocity(bodies_, contact) - before) / 2;
       });
     }
-    for (const int p : scratch_.blow) {
+    for (const int p : scratch_.impact) {
       const ContactPair& pair = contacts_.pairs[as_index(p)];
       const CollisionScratch::Island& work = scratch_.islands[scratch_.island[as_index(p)]];
       if (work.linear + work.quadratic <= 0) continue;

@@ -14,7 +14,7 @@ namespace duet {
 /// Settings of process_collisions().
 struct CollisionSettings {
   int iterations =
-      5;  ///< Rounds of rigid/deformable collisions at most; rigid blows have four times as many.
+      5;  ///< Rounds of rigid/deformable collisions at most; rigid impacts have four times as many.
   OrientationUpdate orientation = OrientationUpdate::exact;  ///< How predicted orientations are advanced.
   bool rigid_pairs = true;  ///< Effect rigid_collision. If false, rigid pairs go straight to contact.
 };
@@ -32,25 +32,26 @@ struct CollisionScratch {
   };
   /// For each pair. If both versions are the same as now, a look would find nothing new.
   std::vector<Seen> seen;
-  std::vector<char> takes_part;  ///< For each contact point: whether it takes part in the blow of this round.
-  std::vector<Vec3> velocity_before,  ///< For each contact point: relative velocity before the blow, m/s.
+  std::vector<char>
+      takes_part;  ///< For each contact point: whether it takes part in the impact of this round.
+  std::vector<Vec3> velocity_before,  ///< For each contact point: relative velocity before the impact, m/s.
       impulse_before;                 ///< For each contact point: its impulse of earlier rounds, N s.
-  std::vector<char> struck;           ///< For each pair: whether it takes part in the blow.
-  std::vector<int> blow;              ///< Indices of the pairs that take part in the blow.
-  GaussSeidelPipeline blow_sweeps;    ///< Sweeps over `blow`.
-  /// For each rigid body: its parent in a disjoint-set forest of the blow's islands.
+  std::vector<char> is_hit;           ///< For each pair: whether it takes part in the impact.
+  std::vector<int> impact;            ///< Indices of the pairs that take part in the impact.
+  GaussSeidelPipeline impact_sweeps;  ///< Sweeps over `impact`.
+  /// For each rigid body: its parent in a disjoint-set forest of the impact's islands.
   std::vector<int> parent;
-  /// The bodies that a blow connects.
+  /// The bodies that an impact connects.
   struct Island {
     double tolerance = 0;  ///< Largest change of a relative velocity in a sweep that ends the sweeps, m/s.
     double largest = 0;    ///< Largest change of a relative velocity in the last sweep, over `tolerance`, 1.
     bool multipliers_final = false;  ///< True if `largest` is below 1, so that sweeps pass over the island.
-    double linear = 0,               ///< Change of kinetic energy by the blow: linear term in its scale, J.
-        quadratic = 0;  ///< Change of kinetic energy by the blow: quadratic term in its scale, J.
+    double linear = 0,               ///< Change of kinetic energy by the impact: linear term in its scale, J.
+        quadratic = 0;  ///< Change of kinetic energy by the impact: quadratic term in its scale, J.
   };
   std::vector<Island> islands;      ///< For each rigid body; used at the root of each island in `parent`.
-  std::vector<std::size_t> island;  ///< For each pair of the blow: index into `islands`.
-  /// For each pair of the blow: change by its last visit, over the tolerance, 1.
+  std::vector<std::size_t> island;  ///< For each pair of the impact: index into `islands`.
+  /// For each pair of the impact: change by its last visit, over the tolerance, 1.
   std::vector<double> change;
   std::vector<int> pairs;      ///< Indices of all pairs.
   PairColoring schedule;       ///< Order of all pairs.
@@ -64,19 +65,19 @@ struct CollisionScratch {
 /// forces of one step make them are left to contact. The impulses add up in ContactPoint::impulse.
 ///
 /// Rigid bodies meet in rounds. In a round, all points that would overlap at the predicted positions and
-/// approach form one blow: impulses j >= 0 along the normals after which
+/// approach form one impact: impulses j >= 0 along the normals after which
 ///   v_n+ >= -e v_n-,  complementary to j,
 /// with friction on Coulomb's cone (Moreau's law). Without friction it takes (1 - e^2) of the energy that a
-/// blow with e = 0 takes, so that it never adds energy. Bodies that a blow brings together belong to the next
-/// round: a row of balls passes a blow on from one to the next, and a face that lands level leaves level
-/// (Smith, Kaufman, Vouga, Tamstorf, Grinspun 2012, "Reflections on simultaneous impact").
+/// impact with e = 0 takes, so that it never adds energy. Bodies that an impact brings together belong to the
+/// next round: a row of balls passes an impact on from one to the next, and a face that lands level leaves
+/// level (Smith, Kaufman, Vouga, Tamstorf, Grinspun 2012, "Reflections on simultaneous impact").
 ///
 /// Points of deformable bodies collide one after the other (paper section 4). Their restitution is 0, because
 /// deformable bodies store and return energy by themselves.
 ///
-/// `linked` is the articulated response that prepared the contacts, or null: a blow on a jointed body moves
-/// its whole group as the joints allow. A joint solve after a blow on the body alone would take energy away:
-/// for a ball of radius r on a rod of length l the fraction 2/5 (r/l)^2.
+/// `linked` is the articulated response that prepared the contacts, or null: an impact on a jointed body
+/// moves its whole group as the joints allow. A joint solve after an impact on the body alone would take
+/// energy away: for a ball of radius r on a rod of length l the fraction 2/5 (r/l)^2.
 void process_collisions(Bodies& bodies, const VelocityState& difference, double dt,
                         const CollisionSettings& settings, ArticulatedResponse* linked, ContactSet& contacts,
                         CollisionScratch& scratch);

@@ -128,7 +128,7 @@ void add_power(const ContactGraph& graph, const Bodies& bodies, ContactSet& cont
 
 // Applies the impulses that the contacts hold, except those of contacts out of reach, which become zero. If
 // they would bring an island farther from its targets than no impulses, they are scaled by the best fraction:
-// the impulses of a blow would otherwise stir the bodies up more than the sweeps that follow could mend.
+// the impulses of an impact would otherwise stir the bodies up more than the sweeps that follow could mend.
 void apply_best_share(ContactGraph& graph, Bodies& bodies, ContactSet& contacts) {
   for (ContactPoint& contact : contacts.points)
     if (std::isinf(contact.target)) contact.impulse.setZero();

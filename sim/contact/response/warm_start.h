@@ -57,7 +57,7 @@ void find_speculative_targets(double dt, OrientationUpdate orientation, const Co
 /// Starts the contacts at the forces in the cache `memory`: sets the impulse of each contact to its cached
 /// force times `duration` (s), or to zero, and applies the impulses of active pairs to the velocities. No
 /// impulse exceeds the cached one, and those of an island are scaled down if they would bring it farther from
-/// its targets (in kinetic energy) than no impulses at all, because the impulse of a blow is not a lasting
+/// its targets (in kinetic energy) than no impulses at all, because the impulse of an impact is not a lasting
 /// force. Also fills contacts.is_cold.
 void warm_start(const ContactCache& memory, double duration, ContactGraph& graph, Bodies& bodies,
                 ContactSet& contacts);

@@ -252,7 +252,7 @@ double AltitudeSprings::rely_on_damping(double relaxation, const std::vector<dou
       double shortest = std::numeric_limits<double>::infinity();  // s, damping time
       for (std::size_t a = 0; a < altitudes; ++a)
         shortest = std::min(shortest, batches_[b].viscosity[a][lane] * rest_[t].length[a] / rest_[t].modulus);
-      const double relaxed = relaxed_squared_frequency(relaxation * shortest);
+      const double relaxed = relaxed_omega_squared(relaxation * shortest);
       if (relaxed < omega_squared(t, squared_rate))
         highest = std::max(highest, relaxed);
       else

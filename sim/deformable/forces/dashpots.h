@@ -15,9 +15,9 @@
 
 namespace duet {
 
-/// Returns the squared frequency 4 / reach^2 (rad^2/s^2) whose stability limit 2 / omega is `reach` seconds;
+/// Returns the omega^2 4 / reach^2 (rad^2/s^2) whose stability limit 2 / omega is `reach` seconds;
 /// infinite if `reach` is not positive.
-double relaxed_squared_frequency(double reach);
+double relaxed_omega_squared(double reach);
 
 /// The dashpots of one batch of springs on `N` particles each.
 template <std::size_t N>

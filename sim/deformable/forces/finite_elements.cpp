@@ -24,7 +24,7 @@ namespace {
 constexpr double compression_steps = 0.75;
 // Squared frequency up to which the step follows an element that compression stiffens, relative to the one
 // that it may have at rest. The step falls to 1/sqrt(followed_stiffening) = 0.7 of that at rest; a larger
-// value makes it shorter yet. With 2, blows between soft bodies remain as accurate as without the limit.
+// value makes it shorter yet. With 2, impacts between soft bodies remain as accurate as without the limit.
 constexpr double followed_stiffening = 2;
 // Number of particles in a chunk of a parallel loop.
 constexpr std::size_t particle_grain = 512;
@@ -60,7 +60,7 @@ double8 volume_share(const Matrix3<double8>& F) {
 
 // Returns the damping time `seconds` (s) of a material, limited so that double precision can still tell
 // velocities in a body that is almost rigid within a step from rounding. `rate` is the step times the highest
-// squared frequency, 1/s. Only damping times of hours reach the limit, except in the stiffest and smallest
+// omega^2, 1/s. Only damping times of hours reach the limit, except in the stiffest and smallest
 // elements.
 double bounded_damping(double seconds, double rate) {
   // Largest factor by which damping may slow a particle by itself in a step.
@@ -110,7 +110,7 @@ void FiniteElements::finalize(const std::vector<double>& mass) {
     single_[b].inverse_rest = to_single(batches_[b].inverse_rest);
   }
 
-  elastic_squared_frequency_ = bound_at_rest();
+  elastic_omega_squared_ = bound_at_rest();
   rely_on_damping(0, 0);
 
   for (std::size_t t = 0; t < tets_.size(); ++t) {
@@ -124,17 +124,17 @@ void FiniteElements::finalize(const std::vector<double>& mass) {
 void FiniteElements::rely_on_damping(double cfl, double relaxation) {
   cfl_ = cfl;
   relaxation_ = relaxation;
-  max_squared_frequency_ = rest_squared_frequency_ = bound_at_rest();
+  max_omega_squared_ = rest_omega_squared_ = bound_at_rest();
   // An element may become stiffer by the ratio of the bound to the mean frequency around its particles, if
   // that is lower.
-  allowed_squared_frequency_.resize(batches_.size());
+  allowed_omega_squared_.resize(batches_.size());
   for (std::size_t b = 0; b < batches_.size(); ++b)
     for (std::size_t lane = 0; lane < pack_width; ++lane) {
       double mean = std::numeric_limits<double>::min();
       for (const PackIndex& particle : batches_[b].particle)
         mean = std::max(mean, particle_frequency_[as_index(particle[lane])]);
-      const double room = std::max(rest_squared_frequency_ / mean, 1.0);
-      allowed_squared_frequency_[b][lane] = followed_stiffening * room * elastic_at_rest(b)[lane];
+      const double room = std::max(rest_omega_squared_ / mean, 1.0);
+      allowed_omega_squared_[b][lane] = followed_stiffening * room * elastic_at_rest(b)[lane];
     }
 }
 
@@ -155,7 +155,7 @@ double FiniteElements::bound_at_rest() {
         Matrix3<double8> rest{};
         for (int i = 0; i < 3; ++i) rest[i][i] = double8{} + 1.0;
         const double8 soft = Model::uncompressed_omega_squared(here.mu, here.lambda, rest, scatter_[b]);
-        squared = min_of(squared, max_of(batch.volume * soft, double8{} + relaxed_squared_frequency(b)));
+        squared = min_of(squared, max_of(batch.volume * soft, double8{} + relaxed_omega_squared_of(b)));
       }
     });
     for (std::size_t lane = 0; lane < pack_width; ++lane)
@@ -171,7 +171,7 @@ double FiniteElements::bound_at_rest() {
 //     omega^2 = 4 / (relaxation tau)^2
 // Here tau is the damping time of the batch's material. Elements that would bound the step more tightly by
 // themselves are bounded by this instead.
-double FiniteElements::relaxed_squared_frequency(std::size_t b) const {
+double FiniteElements::relaxed_omega_squared_of(std::size_t b) const {
   const ElasticMaterial& material = material_of_batch(b);
   const double reach = relaxation_ * material.moduli.damping;
   if (reach <= 0 || material.is_pressurized) return std::numeric_limits<double>::infinity();
@@ -261,15 +261,15 @@ double8 FiniteElements::omega_squared(Model, std::size_t b, const Matrix3<double
   is_damped_[b] = false;
   if constexpr (can_rely_on_damping<Model>) {
     const double own = material_of_batch(b).moduli.damping;
-    if (cfl_ == 0 || own < 2 * cfl_ / std::sqrt(rest_squared_frequency_)) return squared;
+    if (cfl_ == 0 || own < 2 * cfl_ / std::sqrt(rest_omega_squared_)) return squared;
     const double8 soft = batch.volume * Model::uncompressed_omega_squared(mu, lambda, F, scatter_[b]);
-    const double8 bound = max_of(allowed_squared_frequency_[b], soft);
-    if (relaxed_squared_frequency(b) < elastic_squared_frequency_)
+    const double8 bound = max_of(allowed_omega_squared_[b], soft);
+    if (relaxed_omega_squared_of(b) < elastic_omega_squared_)
       return relaxed_omega_squared(Model{}, b, F, squared, soft, bound);
     if (!any_of(bound < squared)) return squared;
     // If some other bound has made this step shorter, it follows stiffer elements.
     const double within_reach = 4 * cfl_ * cfl_ / (dt_ * dt_);
-    const double more = std::max(within_reach / (followed_stiffening * rest_squared_frequency_), 1.0);
+    const double more = std::max(within_reach / (followed_stiffening * rest_omega_squared_), 1.0);
     const double8 share =
         1.0 - more * bound / max_of(squared, double8{} + std::numeric_limits<double>::min());
     damp_compression(Model{}, b, F, compression_steps * std::min(dt_, own) * max_of(share, double8{}));
@@ -298,7 +298,7 @@ double8 FiniteElements::relaxed_omega_squared(Model, std::size_t b, const Matrix
                          select(is_extrapolated, double8{}, 1.0 / needed);
     damp_compression(Model{}, b, F, std::min(dt_, own) * max_of(1.0 - held, double8{}));
   }
-  const double8 relaxed = max_of(double8{} + relaxed_squared_frequency(b), soft);
+  const double8 relaxed = max_of(double8{} + relaxed_omega_squared_of(b), soft);
   return min_of(squared, select(is_extrapolated, bound, relaxed));
 }
 
@@ -319,7 +319,7 @@ void FiniteElements::add_elastic_forces(const std::vector<Vec3>& x, std::vector<
     force[p] += Vec3(sum[0][0], sum[0][1], sum[0][2]);
     particle_frequency_[p] = sum[0][3] / particle_volume_[p];
   });
-  max_squared_frequency_ = *std::max_element(particle_frequency_.begin(), particle_frequency_.end());
+  max_omega_squared_ = *std::max_element(particle_frequency_.begin(), particle_frequency_.end());
 }
 
 Matrix3<double8> FiniteElements::damping_stress(std::size_t b, const Matrix3<double8>& Fdot) const {
@@ -327,8 +327,8 @@ Matrix3<double8> FiniteElements::damping_stress(std::size_t b, const Matrix3<dou
   const Moduli here = moduli(b);
   const double8 &mu = here.mu, &lambda = here.lambda;
   const double8 damping =
-      double8{} + (bounded_damping(material_of_batch(b).moduli.damping, dt_ * elastic_squared_frequency_) +
-                   added_damping_);
+      double8{} +
+      (bounded_damping(material_of_batch(b).moduli.damping, dt_ * elastic_omega_squared_) + added_damping_);
   // With added damping steps are as long as frames, and the greater viscosity of stretched elements smooths
   // their way out of a tangle.
   if (added_damping_ > 0) return viscous_stress<double8>(mu, volume_share(F) * lambda, damping, F, Fdot);
@@ -352,7 +352,7 @@ void FiniteElements::add_damping_forces_single(const std::vector<Vec3>& v, std::
         batch.inverse_rest, [&](std::size_t i) { return ScatterAdd::gather(rows, batch.slot[i]); });
     const LameParameters& moduli = material_of_batch(b).moduli;
     const float8 stress_share =
-        -static_cast<float>(bounded_damping(moduli.damping, dt_ * elastic_squared_frequency_)) * batch.share;
+        -static_cast<float>(bounded_damping(moduli.damping, dt_ * elastic_omega_squared_)) * batch.share;
     const float8 mu = float8{} + static_cast<float>(moduli.mu),
                  lambda = float8{} + static_cast<float>(moduli.lambda);
     Matrix3<float8> stress = viscous_stress(mu, lambda, stress_share, batch.F, Fdot);
@@ -386,7 +386,7 @@ void FiniteElements::spread_damping(std::size_t b, double4* sums) const {
   const bool is_added_to = added_damping_ > 0;  // see damping_stress()
   const double8 &mu = here.mu, lambda = is_added_to ? volume_share(F) * here.lambda : here.lambda;
   const double seconds =
-      bounded_damping(material_of_batch(b).moduli.damping, dt_ * elastic_squared_frequency_) + added_damping_;
+      bounded_damping(material_of_batch(b).moduli.damping, dt_ * elastic_omega_squared_) + added_damping_;
   const double8 damping = is_added_to ? batch.volume * seconds : batch.volume * seconds / excess_damping(F);
   const Matrix3<double8> of_gradient = (damping * mu) * times_transposed(F, F);
   const double8 of_image = damping * (lambda + mu);

@@ -136,13 +136,13 @@ class FiniteElements {
   /// most the largest of these means times x.M x. A single compressed element counts only by its fraction of
   /// its particles' masses; the fastest element by itself (Irons' theorem) would make the step several times
   /// shorter. Stiffness that damping holds is left out (rely_on_damping()).
-  double max_omega_squared() const { return max_squared_frequency_; }
+  double max_omega_squared() const { return max_omega_squared_; }
   /// Returns the bound of max_omega_squared() at rest, rad^2/s^2.
-  double rest_omega_squared() const { return rest_squared_frequency_; }
+  double rest_omega_squared() const { return rest_omega_squared_; }
   /// Returns the bound of max_omega_squared() at rest without the help of damping, rad^2/s^2.
-  double elastic_omega_squared() const { return elastic_squared_frequency_; }
+  double elastic_omega_squared() const { return elastic_omega_squared_; }
   /// Sets the bound of max_omega_squared() for a resumed run, whose next step size depends on it.
-  void set_max_squared_frequency(double value) { max_squared_frequency_ = value; }
+  void set_max_omega_squared(double value) { max_omega_squared_ = value; }
 
   /// Returns whether any material has mass-proportional damping.
   bool brakes() const { return !drag_.empty(); }
@@ -196,7 +196,7 @@ class FiniteElements {
   double8 elastic_at_rest(std::size_t batch) const;
   // Returns the omega^2 bound that a step of relaxation_ times the batch's damping time stands for,
   // rad^2/s^2; infinite if there is none.
-  double relaxed_squared_frequency(std::size_t batch) const;
+  double relaxed_omega_squared_of(std::size_t batch) const;
   // Computes particle_frequency_ at rest and returns its largest entry, rad^2/s^2.
   double bound_at_rest();
   // Returns the omega^2 bounds (rad^2/s^2) of a batch in state F, as far as they are to bound the step, and
@@ -229,9 +229,9 @@ class FiniteElements {
   std::vector<Matrix3<double8>> deformation_;              // F, by batch
   std::vector<StressDifferential<double8>> differential_;  // by batch, once linearized
   ScatterAdd sums_;
-  std::vector<double> particle_volume_;             // m^3, sum over the elements around each particle
-  std::vector<double> particle_frequency_;          // rad^2/s^2, mean over the elements around each particle
-  std::vector<double8> allowed_squared_frequency_;  // rad^2/s^2, by batch: what keeps the bound at rest
+  std::vector<double> particle_volume_;         // m^3, sum over the elements around each particle
+  std::vector<double> particle_frequency_;      // rad^2/s^2, mean over the elements around each particle
+  std::vector<double8> allowed_omega_squared_;  // rad^2/s^2, by batch: what keeps the bound at rest
   // For each batch that is damped in compression: its viscosity (Pa s), and minus its volume times that (N m
   // s).
   std::vector<CompressionStiffness<double8>> compression_viscosity_;
@@ -241,7 +241,7 @@ class FiniteElements {
   double relaxation_ = 0;        // smallest limit of what damping holds, over its damping time
   double dt_ = 0;                // s
   double added_damping_ = 0;     // s
-  double max_squared_frequency_ = 0, rest_squared_frequency_ = 0, elastic_squared_frequency_ = 0;
+  double max_omega_squared_ = 0, rest_omega_squared_ = 0, elastic_omega_squared_ = 0;
 };
 
 }  // namespace duet

@@ -23,7 +23,7 @@ void for_each_other(Forces& forces, Visit&& visit) {
 //     omega^2 <= max over the elements of sum w_i C_i / m_i,   C_i = sum of k w_i around particle i
 // Irons' theorem bounds the frequencies of an assembly by those of its elements, each with parts of the
 // particles' masses that may be chosen at will. An element that stores no more than k/2 (sum w_i |u_i|)^2
-// takes a fraction of the mass of particle i in proportion to k w_i, and so has a squared frequency of at
+// takes a fraction of the mass of particle i in proportion to k w_i, and so has a omega^2 of at
 // most sum w_i C_i / m_i. Only k w_i^2 is given. The w_i of all elements are scaled to a sum of 2, that of a
 // spring between two particles. Otherwise bending elements would claim too large or too small a part of the
 // masses that they share.
@@ -39,7 +39,7 @@ void InternalForces::finalize(const std::vector<double>& mass, const std::vector
   inverse_mass_ = inverse_mass;
   squared_rate_.assign(mass.size(), 0);
   for_each_other(*this, [&](const auto& force) { force.add_stiffness(squared_rate_); });
-  lattice_squared_frequency_ = lattice_bound(squared_rate_);
+  lattice_omega_squared_ = lattice_bound(squared_rate_);
   bound_at_rest();
 }
 
@@ -54,7 +54,7 @@ double InternalForces::lattice_bound(std::vector<double>& rate) const {
 // The bound sum w_i C_i / m_i of finalize() has weights that add up to 2, so it is at most the largest 2 C_i
 // / m_i. Here C_i counts only the stiffness that damping does not hold.
 double InternalForces::relaxed_bound() const {
-  if (undamped_stiffness_.empty()) return lattice_squared_frequency_;
+  if (undamped_stiffness_.empty()) return lattice_omega_squared_;
   const double unheld = parallel_reduce(
       undamped_stiffness_.size(), 4096, 0.0,
       [&](std::size_t begin, std::size_t end) {
@@ -65,12 +65,12 @@ double InternalForces::relaxed_bound() const {
         return highest;
       },
       [](double a, double b) { return std::max(a, b); });
-  return std::min(lattice_squared_frequency_, std::max(relaxed_squared_frequency_, unheld));
+  return std::min(lattice_omega_squared_, std::max(relaxed_omega_squared_, unheld));
 }
 
 void InternalForces::bound_at_rest() {
-  rest_squared_frequency_ = std::max(elements.rest_omega_squared(), relaxed_bound());
-  max_squared_frequency_ = rest_squared_frequency_;
+  rest_omega_squared_ = std::max(elements.rest_omega_squared(), relaxed_bound());
+  max_omega_squared_ = rest_omega_squared_;
 }
 
 void InternalForces::limit_to(const ParticleMask* mask) {
@@ -84,7 +84,7 @@ void InternalForces::limit_to(const ParticleMask* mask) {
 
 void InternalForces::rely_on_damping(double cfl, double relaxation) {
   elements.rely_on_damping(cfl, relaxation);
-  relaxed_squared_frequency_ = 0;
+  relaxed_omega_squared_ = 0;
   undamped_stiffness_.clear();
   if (relaxation > 0) {
     undamped_stiffness_.assign(squared_rate_.size(), 0);
@@ -92,17 +92,17 @@ void InternalForces::rely_on_damping(double cfl, double relaxation) {
     bending_springs.add_stiffness(undamped_stiffness_);
     bending_elements.add_stiffness(undamped_stiffness_);
     zero_length_springs.add_stiffness(undamped_stiffness_);
-    relaxed_squared_frequency_ =
+    relaxed_omega_squared_ =
         std::max(edge_springs.rely_on_damping(relaxation, squared_rate_, undamped_stiffness_),
                  altitude_springs.rely_on_damping(relaxation, squared_rate_, undamped_stiffness_));
   }
-  if (relaxed_squared_frequency_ == 0) undamped_stiffness_.clear();
+  if (relaxed_omega_squared_ == 0) undamped_stiffness_.clear();
   geometric_stiffness_.assign(undamped_stiffness_.size(), 0);
   bound_at_rest();
 }
 
 double InternalForces::elastic_omega_squared() const {
-  return std::max(elements.elastic_omega_squared(), lattice_squared_frequency_);
+  return std::max(elements.elastic_omega_squared(), lattice_omega_squared_);
 }
 
 bool InternalForces::empty() const {
@@ -120,7 +120,7 @@ void InternalForces::add_elastic_forces(const std::vector<Vec3>& x, std::vector<
   bending_springs.add_elastic_forces(x, force);
   bending_elements.add_elastic_forces(x, force);
   zero_length_springs.add_elastic_forces(x, force);
-  max_squared_frequency_ = std::max(elements.max_omega_squared(), membranes.stiffening() * relaxed_bound());
+  max_omega_squared_ = std::max(elements.max_omega_squared(), membranes.stiffening() * relaxed_bound());
 }
 
 void InternalForces::add_damping_forces(const std::vector<Vec3>& v, std::vector<Vec3>& force) {

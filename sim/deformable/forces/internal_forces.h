@@ -16,7 +16,8 @@ namespace duet {
 /// Sum of all internal forces of deformable bodies, and bounds on the frequencies that they cause.
 ///
 /// Springs, membranes and bending may share particles. A particle of finite elements belongs to none of them,
-/// but may have a tether. The bounds are the larger one of that of the elements and that of all other forces.
+/// but may have a zero-length spring. The bounds are the larger one of that of the elements and that of all
+/// other forces.
 class InternalForces {
  public:
   FiniteElements elements;                ///< elasticity of volumes
@@ -38,7 +39,7 @@ class InternalForces {
   /// Restricts forces and damping blocks to the particles of `mask` until the next call; null removes the
   /// restriction.
   ///
-  /// Tethers and mass-proportional damping are not restricted.
+  /// Zero-length springs and mass-proportional damping are not restricted.
   void limit_to(const ParticleMask* mask);
 
   /// Selects the altitude springs for the positions `x` (m); to be called once in a step, at x^n.
@@ -50,13 +51,13 @@ class InternalForces {
   /// `force` (N): linear in v, symmetric and negative semi-definite.
   void add_damping_forces(const std::vector<Vec3>& v, std::vector<Vec3>& force);
   /// Adds the viscous forces like add_damping_forces(), in single precision except those of membranes and
-  /// tethers.
+  /// zero-length springs.
   void add_damping_forces_single(const std::vector<Vec3>& v, std::vector<Vec3>& force);
-  /// Returns whether the viscous forces on a body can have a resultant or a moment, from bones (tethers) or a
-  /// medium (mass-proportional damping).
+  /// Returns whether the viscous forces on a body can have a resultant or a moment, from bones (zero-length
+  /// springs) or a medium (mass-proportional damping).
   bool turn_bodies() const { return zero_length_springs.size() > 0 || elements.brakes(); }
   /// Adds each particle's own 3x3 block of minus the operator of add_damping_forces() to `blocks`, kg/s,
-  /// without membranes and tethers.
+  /// without membranes and zero-length springs.
   void add_damping_blocks(std::vector<SymmetricBlock>& blocks);
   /// Lets damping hold stiff elements and springs instead of the time step following them, see
   /// FiniteElements::rely_on_damping().
@@ -82,13 +83,13 @@ class InternalForces {
 
   /// Returns an upper bound on the square of the highest angular frequency in the state of the last
   /// add_elastic_forces(), or at rest before the first, rad^2/s^2.
-  double max_omega_squared() const { return max_squared_frequency_; }
+  double max_omega_squared() const { return max_omega_squared_; }
   /// Returns an upper bound on the square of the highest angular frequency at rest, rad^2/s^2.
-  double rest_omega_squared() const { return rest_squared_frequency_; }
+  double rest_omega_squared() const { return rest_omega_squared_; }
   /// Returns the bound of rest_omega_squared() without the help of damping, rad^2/s^2.
   double elastic_omega_squared() const;
   /// Sets the bound of max_omega_squared() for a resumed run, whose next step size depends on it.
-  void set_max_squared_frequency(double value) { max_squared_frequency_ = value; }
+  void set_max_omega_squared(double value) { max_omega_squared_ = value; }
 
  private:
   // Returns the omega^2 bound of all forces but the finite elements, rad^2/s^2. Takes the sums C_i (N/m) in
@@ -100,17 +101,17 @@ class InternalForces {
   // Sets the bounds to those at rest.
   void bound_at_rest();
 
-  double lattice_squared_frequency_ = 0;  // rad^2/s^2, bound of all but the finite elements, at rest
-  double relaxed_squared_frequency_ = 0;  // rad^2/s^2, bound of the springs that damping holds
-  std::vector<double> inverse_mass_;      // 1/kg
+  double lattice_omega_squared_ = 0;  // rad^2/s^2, bound of all but the finite elements, at rest
+  double relaxed_omega_squared_ = 0;  // rad^2/s^2, bound of the springs that damping holds
+  std::vector<double> inverse_mass_;  // 1/kg
   // N/m, by particle: sum of the undamped stiffness around it, which damping does not hold; empty if it holds
   // nothing.
   std::vector<double> undamped_stiffness_;
   // N/m, by particle: sum of the geometric stiffness of edge and altitude springs around it; empty as kept_
   // is.
   std::vector<double> geometric_stiffness_;
-  std::vector<double> squared_rate_;  // rad^2/s^2, C_i / m_i by particle, see finalize()
-  double max_squared_frequency_ = 0, rest_squared_frequency_ = 0;  // rad^2/s^2
+  std::vector<double> squared_rate_;                       // rad^2/s^2, C_i / m_i by particle, see finalize()
+  double max_omega_squared_ = 0, rest_omega_squared_ = 0;  // rad^2/s^2
 };
 
 }  // namespace duet

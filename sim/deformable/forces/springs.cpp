@@ -28,7 +28,7 @@ void add_stiffness_of(const Spring<N>& spring, std::vector<double>& stiffness) {
 
 }  // namespace
 
-double relaxed_squared_frequency(double reach) {
+double relaxed_omega_squared(double reach) {
   return reach > 0 ? 4 / (reach * reach) : std::numeric_limits<double>::infinity();
 }
 
@@ -177,7 +177,7 @@ double Springs<N>::rely_on_damping(double relaxation, const std::vector<double>&
                                    std::vector<double>& undamped_stiffness) const {
   double highest = 0;
   for (const Spring<N>& spring : springs_) {
-    const double relaxed = relaxed_squared_frequency(relaxation * spring.viscosity / spring.stiffness);
+    const double relaxed = relaxed_omega_squared(relaxation * spring.viscosity / spring.stiffness);
     if (relaxed < omega_squared(spring, squared_rate))
       highest = std::max(highest, relaxed);
     else

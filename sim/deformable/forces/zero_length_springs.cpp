@@ -7,12 +7,12 @@
 namespace duet {
 namespace {
 
-// Number of tethers in a chunk of a parallel loop.
+// Number of zero-length springs in a chunk of a parallel loop.
 constexpr std::size_t grain = 256;
 
 // Returns the value at a minus the value at b.
-Vec3 difference(const ZeroLengthSpring& tether, const std::vector<Vec3>& values) {
-  return values[as_index(tether.a)] - values[as_index(tether.b)];
+Vec3 difference(const ZeroLengthSpring& spring, const std::vector<Vec3>& values) {
+  return values[as_index(spring.a)] - values[as_index(spring.b)];
 }
 
 }  // namespace
@@ -20,22 +20,22 @@ Vec3 difference(const ZeroLengthSpring& tether, const std::vector<Vec3>& values)
 template <class Factor>
 void ZeroLengthSprings::add(const std::vector<Vec3>& values, std::vector<Vec3>& force,
                             Factor&& factor_of) const {
-  parallel_for(tethers_.size(), grain, [&](std::size_t begin, std::size_t end) {
+  parallel_for(springs_.size(), grain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
-      const ZeroLengthSpring& tether = tethers_[i];
-      const Vec3 pull = factor_of(tether) * difference(tether, values);
-      force[as_index(tether.a)] -= pull;
-      force[as_index(tether.b)] += pull;
+      const ZeroLengthSpring& spring = springs_[i];
+      const Vec3 pull = factor_of(spring) * difference(spring, values);
+      force[as_index(spring.a)] -= pull;
+      force[as_index(spring.b)] += pull;
     }
   });
 }
 
 void ZeroLengthSprings::add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>& force) const {
-  add(x, force, [](const ZeroLengthSpring& tether) { return tether.stiffness; });
+  add(x, force, [](const ZeroLengthSpring& spring) { return spring.stiffness; });
 }
 
 void ZeroLengthSprings::add_damping_forces(const std::vector<Vec3>& v, std::vector<Vec3>& force) const {
-  add(v, force, [](const ZeroLengthSpring& tether) { return tether.viscosity; });
+  add(v, force, [](const ZeroLengthSpring& spring) { return spring.viscosity; });
 }
 
 void ZeroLengthSprings::add_force_differentials(const std::vector<Vec3>& dx, std::vector<Vec3>& force) const {
@@ -44,20 +44,20 @@ void ZeroLengthSprings::add_force_differentials(const std::vector<Vec3>& dx, std
 
 double ZeroLengthSprings::energy(const std::vector<Vec3>& x) const {
   double sum = 0;
-  for (const ZeroLengthSpring& tether : tethers_)
-    sum += 0.5 * tether.stiffness * difference(tether, x).squaredNorm();
+  for (const ZeroLengthSpring& spring : springs_)
+    sum += 0.5 * spring.stiffness * difference(spring, x).squaredNorm();
   return sum;
 }
 
 void ZeroLengthSprings::add_stiffness(std::vector<double>& stiffness) const {
-  for (const ZeroLengthSpring& tether : tethers_)
-    for (const int p : {tether.a, tether.b}) stiffness[as_index(p)] += tether.stiffness;
+  for (const ZeroLengthSpring& spring : springs_)
+    for (const int p : {spring.a, spring.b}) stiffness[as_index(p)] += spring.stiffness;
 }
 
 double ZeroLengthSprings::max_omega_squared(const std::vector<double>& squared_rate) const {
   double highest = 0;
-  for (const ZeroLengthSpring& tether : tethers_)
-    highest = std::max(highest, squared_rate[as_index(tether.a)] + squared_rate[as_index(tether.b)]);
+  for (const ZeroLengthSpring& spring : springs_)
+    highest = std::max(highest, squared_rate[as_index(spring.a)] + squared_rate[as_index(spring.b)]);
   return highest;
 }
 

@@ -15,23 +15,23 @@ namespace duet {
 
 /// A zero-length spring between two particles.
 struct ZeroLengthSpring {
-  int a = 0,             ///< particle of the flesh; no particle is in two tethers
+  int a = 0,             ///< particle of the flesh; no particle is in two zero-length springs
       b = 0;             ///< particle that a bone carries
   double stiffness = 0;  ///< k, N/m
   double viscosity = 0;  ///< c, N s/m
 };
 
-/// Forces of all tethers, and bounds on their frequencies.
+/// Forces of all zero-length springs, and bounds on their frequencies.
 class ZeroLengthSprings {
  public:
-  /// Adds a tether, whose particles must not be in another one.
-  void add(const ZeroLengthSpring& tether) { tethers_.push_back(tether); }
+  /// Adds a zero-length spring, whose particles must not be in another one.
+  void add(const ZeroLengthSpring& spring) { springs_.push_back(spring); }
   /// Does nothing; all forces have this function.
   void finalize(std::size_t) {}
-  /// Returns the number of tethers.
-  std::size_t size() const { return tethers_.size(); }
-  /// Returns the tethers in the order in which they were added.
-  const std::vector<ZeroLengthSpring>& all() const { return tethers_; }
+  /// Returns the number of zero-length springs.
+  std::size_t size() const { return springs_.size(); }
+  /// Returns the zero-length springs in the order in which they were added.
+  const std::vector<ZeroLengthSpring>& all() const { return springs_; }
 
   /// Adds the elastic forces at the positions `x` (m) to `force` (N).
   void add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>& force) const;
@@ -42,20 +42,20 @@ class ZeroLengthSprings {
   /// Returns the elastic energy at the positions `x` (m), J.
   double energy(const std::vector<Vec3>& x) const;
 
-  /// Adds the stiffness of each tether to the entries of its two particles in `stiffness` (N/m), see
-  /// InternalForces::finalize().
+  /// Adds the stiffness of each zero-length spring to the entries of its two particles in `stiffness` (N/m),
+  /// see InternalForces::finalize().
   void add_stiffness(std::vector<double>& stiffness) const;
-  /// Returns the highest omega^2 bound of a tether, rad^2/s^2, given the rates C_i / m_i of the particles
-  /// (InternalForces::finalize()).
+  /// Returns the highest omega^2 bound of a zero-length spring, rad^2/s^2, given the rates C_i / m_i of the
+  /// particles (InternalForces::finalize()).
   double max_omega_squared(const std::vector<double>& squared_rate) const;
 
  private:
-  // Adds the forces -f to particle a and f to particle b of each tether, where f is factor_of(tether) times
-  // the difference of `values` at a and b.
+  // Adds the forces -f to particle a and f to particle b of each zero-length spring, where f is
+  // factor_of(zero-length spring) times the difference of `values` at a and b.
   template <class Factor>
   void add(const std::vector<Vec3>& values, std::vector<Vec3>& force, Factor&& factor_of) const;
 
-  std::vector<ZeroLengthSpring> tethers_;
+  std::vector<ZeroLengthSpring> springs_;
 };
 
 }  // namespace duet

@@ -77,7 +77,7 @@ struct NeoHookean {
   /// Returns an upper bound on the square of the highest angular frequency of an element in state `F`,
   /// divided by its volume, rad^2/(s^2 m^3).
   ///
-  /// The time step follows the compression that a blow causes by this bound. The Hessian of the energy
+  /// The time step follows the compression that an impact causes by this bound. The Hessian of the energy
   /// density is
   ///
   ///     mu |dF|^2 + g'' (cof F : dF)^2 + g' d2J,   d2J = ((cof F : dF)^2 - J^2 tr((dF F^-1)^2)) / J.

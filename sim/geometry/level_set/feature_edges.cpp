@@ -291,11 +291,11 @@ void keep_nodes(const std::vector<char>& stays, FeatureEdges& feature_edges) {
   }
   for (const int corner : feature_edges.corners)
     if (stays[as_index(corner)] != 0) kept.corners.push_back(number[as_index(corner)]);
-  for (const int bulge : feature_edges.convex_vertices) {
-    if (stays[as_index(bulge)] == 0) continue;
+  for (const int vertex : feature_edges.convex_vertices) {
+    if (stays[as_index(vertex)] == 0) continue;
     kept.convex_vertices.push_back(static_cast<int>(kept.nodes.size()));
-    kept.nodes.push_back(feature_edges.nodes[as_index(bulge)]);
-    kept.inward.push_back(feature_edges.inward[as_index(bulge)]);
+    kept.nodes.push_back(feature_edges.nodes[as_index(vertex)]);
+    kept.inward.push_back(feature_edges.inward[as_index(vertex)]);
   }
   build_tree(kept);
   feature_edges = std::move(kept);

@@ -16,7 +16,7 @@ namespace {
 
 // Depth at which face samples begin to act, as a fraction of their spacing, so that flat contact rests on
 // vertices alone. A larger value lets sharp features sink deeper into faces.
-constexpr double sample_allowance = 1e-3;
+constexpr double sample_contact_offset = 1e-3;
 
 // Returns a shell, rod or particle whose particles, elements and contact points begin at the current ends of
 // the lists.
@@ -72,7 +72,7 @@ SurfacePoint sample_point(const BoundarySample& sample, int first_particle, doub
     point.particle[i] = first_particle + sample.node[i];
     point.weight[i] = sample.weight[i];
   }
-  point.contact_offset = sample_allowance * sample.spacing - reach;
+  point.contact_offset = sample_contact_offset * sample.spacing - reach;
   return point;
 }
 

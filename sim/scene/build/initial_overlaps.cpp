@@ -17,7 +17,7 @@ namespace {
 // Relative errors of measured depths: `fine` for those that are reported and compared, `coarse` while a body
 // is moved out of another. Larger values measure faster and less exactly.
 constexpr double fine = 0.01, coarse = 0.25;
-// Largest number of displacements along the normals of the deepest points, see exit_along_normals().
+// Largest number of displacements along the normals of the support points, see exit_along_normals().
 constexpr int walk_steps = 32;
 // Length of a walk, as a multiple of the depth, up to which it is taken without trying other directions: no
 // displacement is shorter than the depth.
@@ -223,7 +223,7 @@ class Finder {
     return found;
   }
 
-  // Returns the displacement (m) that takes b out of a by moving b along the normal at the deepest point by
+  // Returns the displacement (m) that takes b out of a by moving b along the normal at the support point by
   // the depth there, again and again. Zero if that does not end outside.
   Vec3 exit_along_normals(const Overlap& overlap) {
     Vec3 way = Vec3::Zero();

@@ -227,7 +227,7 @@ void OverlapProbe::look_at(const Vec3& a, const Vec3& b, const Vec3& c, Search& 
   }
 }
 
-// Searches the deepest point of the guest, displaced by `shift`, in the host. Only points deeper than `depth`
+// Searches the support point of the guest, displaced by `shift`, in the host. Only points deeper than `depth`
 // (m) count. `clearance` (m) is the radius around the pieces of two deformable bodies.
 OverlapProbe::Search OverlapProbe::search_in(int host, int guest, const Vec3& shift, double slack,
                                              double clearance, double depth) {

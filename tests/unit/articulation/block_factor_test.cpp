@@ -9,14 +9,17 @@
 namespace duet::block_factor_test {
 namespace {
 
-// J M^-1 J^T of random rows between bodies, dense and by blocks.
+// A random matrix S = J M^-1 J^T with the block structure of joints between bodies, dense and by blocks.
 struct System {
+  // Scalar rows of each block row, pairs of block rows that are coupled, and S itself.
   std::vector<int> rows;
   std::vector<std::pair<int, int>> couplings;
   Eigen::MatrixXd dense;
 };
 
-// A ring of `count` blocks of different sizes with a chord, as symmetric positive definite.
+// Returns the system of `count` block rows of 1 to 9 rows that are coupled in a ring, with one chord across
+// it. Every coupling adds A^T A with a random A of 6 rows, so that the matrix is symmetric positive
+// semi-definite.
 System ring(int count, unsigned seed) {
   System system;
   std::mt19937 random(seed);
@@ -33,7 +36,7 @@ System ring(int count, unsigned seed) {
       const std::pair<int, int> pair = std::minmax(i, j);
       if (std::find(system.couplings.begin(), system.couplings.end(), pair) == system.couplings.end())
         system.couplings.push_back(pair);
-      Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(6, first.back());  // J^T of two blocks
+      Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(6, first.back());  // A: six rows over two blocks
       for (Eigen::Index r = 0; r < 6; ++r) {
         for (int c = first[static_cast<std::size_t>(i)]; c < first[static_cast<std::size_t>(i) + 1]; ++c)
           rows(r, c) = number(random);
@@ -45,6 +48,7 @@ System ring(int count, unsigned seed) {
   return system;
 }
 
+// Factors the system by blocks and returns the solution for the right side `right`.
 std::vector<BlockFactor::Segment> solve(const System& system, const Eigen::VectorXd& right) {
   BlockFactor factor;
   factor.analyze(system.rows, system.couplings);
@@ -65,6 +69,7 @@ std::vector<BlockFactor::Segment> solve(const System& system, const Eigen::Vecto
   return x;
 }
 
+// Returns the segments of a block vector, one after the other.
 Eigen::VectorXd joined(const std::vector<BlockFactor::Segment>& x) {
   Eigen::Index size = 0;
   for (const auto& segment : x) size += segment.size();
@@ -77,6 +82,9 @@ Eigen::VectorXd joined(const std::vector<BlockFactor::Segment>& x) {
   return all;
 }
 
+// The block solution agrees with the dense LU solution of Eigen. With 1 on the diagonal the matrices are well
+// conditioned, so the bound of 1e-12 (relative) is rounding with a margin. A ring with a chord has fill-in:
+// an error in the elimination of blocks that are not neighbors at first shows here.
 TEST(BlockFactor, SolvesLikeADenseOne) {
   for (const int count : {1, 2, 3, 7, 12}) {
     System system = ring(count, 7);
@@ -88,7 +96,9 @@ TEST(BlockFactor, SolvesLikeADenseOne) {
   }
 }
 
-// Rows that say the same twice: what can be had is found, and nothing gets large.
+// A row that repeats another one is left out: the system is still solved to 1e-9 (relative), which is ten
+// times the pivot at which a row counts as dependent, and the solution stays of the size of the one that the
+// right side was made from. A division by the pivot of the dependent row would make the solution large.
 TEST(BlockFactor, DependentRowsTakeNoPart) {
   System system = ring(6, 3);
   const Eigen::Index last = system.dense.rows() - 1;
@@ -103,7 +113,9 @@ TEST(BlockFactor, DependentRowsTakeNoPart) {
   EXPECT_LT(x.norm(), 10 * wanted.norm());
 }
 
-// Memory comes in steps of 16 bytes, vectors take up to 64: every gap moves the blocks on by 48.
+// The bits of the solution do not depend on the addresses of the blocks. The allocator aligns memory to 16
+// bytes and vectors take up to 64: every gap of 40 bytes moves the next blocks on by 48. Sums that depend on
+// alignment would break the determinism of runs.
 TEST(BlockFactor, SolvesTheSameWhereverItsBlocksAre) {
   const System system = ring(12, 7);
   const Eigen::VectorXd right = Eigen::VectorXd::LinSpaced(system.dense.rows(), -1, 1);

@@ -1,4 +1,5 @@
-// Scalar products are summed up in the same order with every version of Eigen.
+// Scalar products are summed in the same order with every version of Eigen, so that results have the same
+// bits.
 #include <gtest/gtest.h>
 
 #include "sim/base/types.h"
@@ -6,10 +7,12 @@
 namespace duet::eigen_order_test {
 namespace {
 
-constexpr double tiny = 0x1p-53;  // half of the last place of 1
+constexpr double tiny = 0x1p-53;  // half the unit in the last place of 1
 
+// A scalar product of three terms is a_1 b_1 + (a_2 b_2 + a_3 b_3) in every form in which the code writes it.
 TEST(EigenOrder, ScalarProductsEndWithTheirFirstTerm) {
-  // 1 + (tiny + tiny) is the next number after 1, (1 + tiny) + tiny is 1.
+  // The sum 1 + (tiny + tiny) is the double after 1, while (1 + tiny) + tiny rounds to 1: the result tells
+  // the order. A new version of Eigen that sums from the front fails here.
   const Vec3 a(1, tiny, tiny), ones(1, 1, 1);
   EXPECT_EQ(a.dot(ones), 1 + 2 * tiny);
   EXPECT_EQ(ones.dot(a), 1 + 2 * tiny);
@@ -18,7 +21,7 @@ TEST(EigenOrder, ScalarProductsEndWithTheirFirstTerm) {
   EXPECT_EQ(a.sum(), 1 + 2 * tiny);
 }
 
-// Halves first: (a + (b + c)) + (d + (e + f)).
+// Six terms are summed as halves: (a + (b + c)) + (d + (e + f)).
 TEST(EigenOrder, SixTermsAreSummedUpInHalves) {
   Vec6 a;
   a << 1, tiny, tiny, 0, tiny, tiny;

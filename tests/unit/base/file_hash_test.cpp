@@ -15,7 +15,7 @@ std::uint64_t hash_of(std::string_view text) {
   return hash.value();
 }
 
-// What the reference implementation prints for them (`xxhsum -H1`).
+// The expected values are what the reference implementation prints for these texts (`xxhsum -H1`).
 TEST(FileHash, IsXxh64) {
   for (const auto& [text, expected] : {std::pair<std::string_view, std::uint64_t>{"", 0xef46db3751d8e999},
                                        {"a", 0xd24ec4f1a98c6e5b},
@@ -25,6 +25,8 @@ TEST(FileHash, IsXxh64) {
     EXPECT_EQ(hash_of(text), expected) << text;
 }
 
+// A hash depends on the bytes alone and not on the pieces in which they arrive. The sizes from 0 to 200 and
+// pieces of up to 39 bytes cross the block size of 32 bytes in all ways.
 TEST(FileHash, DoesNotDependOnThePieces) {
   std::mt19937 random(1);
   std::string text(1000, '\0');
@@ -42,6 +44,8 @@ TEST(FileHash, DoesNotDependOnThePieces) {
   }
 }
 
+// The hash changes with every single bit of 100 bytes: a damaged file does not go unnoticed because a byte is
+// skipped.
 TEST(FileHash, TellsEveryFlippedBit) {
   std::string text(100, 'x');
   const std::uint64_t whole = hash_of(text);

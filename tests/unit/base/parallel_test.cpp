@@ -12,11 +12,13 @@
 namespace duet::parallel_test {
 namespace {
 
+// Restores the default number of threads after each test.
 class ThreadCount : public ::testing::Test {
  protected:
   void TearDown() override { set_thread_count(0); }
 };
 
+// The number of items is prime to the chunk size, so that the last chunk is shorter.
 TEST_F(ThreadCount, EveryItemIsVisitedOnce) {
   for (int threads : {1, 2, 3}) {
     set_thread_count(threads);
@@ -28,6 +30,8 @@ TEST_F(ThreadCount, EveryItemIsVisitedOnce) {
   }
 }
 
+// The sum is that of chunks of fixed size in a fixed order. A sum in the order in which threads finish would
+// differ in the last bits.
 TEST_F(ThreadCount, SumsAreBitIdenticalForAnyThreadCount) {
   const auto sum = [](std::size_t begin, std::size_t end) {
     double total = 0;
@@ -48,9 +52,10 @@ TEST_F(ThreadCount, SumsAreBitIdenticalForAnyThreadCount) {
   EXPECT_NEAR(one, sum(0, 100003), 1e-9);  // rounding of another order of summation
 }
 
-// Calls as short as a time step makes them: helpers look out for the next one, or are asleep already.
+// Calls as short as those of a time step follow each other: helper threads are still looking out for the next
+// call or are already asleep. A lost or repeated chunk would show as a count other than 2000.
 TEST_F(ThreadCount, ManyShortCallsLoseAndRepeatNothing) {
-  for (int threads : {2, 5}) {  // 5: more than there may be processors
+  for (int threads : {2, 5}) {  // 5 is more than some machines have processors
     set_thread_count(threads);
     std::vector<int> visits(64, 0);
     for (int call = 0; call < 2000; ++call)
@@ -62,6 +67,7 @@ TEST_F(ThreadCount, ManyShortCallsLoseAndRepeatNothing) {
   }
 }
 
+// A loop inside of a loop runs to its end, without a deadlock when all helpers are inside of the outer one.
 TEST_F(ThreadCount, CallsFromWithinCallsAreCarriedOut) {
   set_thread_count(3);
   std::vector<int> visits(40 * 50, 0);
@@ -73,6 +79,8 @@ TEST_F(ThreadCount, CallsFromWithinCallsAreCarriedOut) {
   EXPECT_EQ(std::count(visits.begin(), visits.end(), 1), 2000);
 }
 
+// An exception of one chunk reaches the caller on any number of threads, and leaves no state that affects the
+// next call.
 TEST_F(ThreadCount, WhatAChunkThrowsReachesTheCaller) {
   for (int threads : {1, 3}) {
     set_thread_count(threads);
@@ -84,18 +92,22 @@ TEST_F(ThreadCount, WhatAChunkThrowsReachesTheCaller) {
   }
 }
 
+// Returns the processor time of this thread, s.
 double own_processor_seconds() {
   timespec time{};
   ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
   return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
 
+// Occupies the processor for `seconds` of its own time.
 void work_for(double seconds) {
   for (const double end = own_processor_seconds() + seconds; own_processor_seconds() < end;) {
   }
 }
 
-// Processor time does not depend on what else the machine does.
+// The clock counts the processor time of loops and not that of other threads. Processor time does not depend
+// on the load of the machine, so that the bounds hold on a busy one: six chunks take at least 0.06 s
+// together, and the 0.2 s of a foreign thread do not count.
 TEST_F(ThreadCount, ProcessorTimeIsThatOfLoopsAlone) {
   for (int threads : {1, 3}) {
     set_thread_count(threads);
@@ -109,6 +121,7 @@ TEST_F(ThreadCount, ProcessorTimeIsThatOfLoopsAlone) {
   }
 }
 
+// A loop without items calls nothing and returns.
 TEST_F(ThreadCount, NothingToDoIsFine) {
   parallel_for(0, 8, [](std::size_t, std::size_t) { FAIL(); });
 }

@@ -1,5 +1,6 @@
-// The state has the same bits on every machine, so nothing in sim/ may call what the C library, Eigen or the
-// standard library compute in a way of their own: these are the names that are looked for.
+// Guards the promise that the state has the same bits on every machine: nothing in sim/ may call functions
+// whose bits depend on the C library, on Eigen or on the standard library. The test searches the sources for
+// their names.
 #include <filesystem>
 #include <fstream>
 #include <regex>
@@ -14,6 +15,7 @@
 namespace duet::portable_sources_test {
 namespace {
 
+// A forbidden pattern and what to use instead of it.
 struct Forbidden {
   std::regex pattern;
   const char* instead;
@@ -35,9 +37,10 @@ const std::vector<Forbidden> forbidden = {
      "square roots, quotients, products and sums"},
 };
 
-// A line without what follows //.
+// Returns a line without its `//` comment.
 std::string code_of(const std::string& line) { return line.substr(0, line.find("//")); }
 
+// Returns a message for every forbidden name in `file`.
 std::vector<std::string> findings_in(const std::string& name, std::istream& file) {
   std::vector<std::string> found;
   std::string line;
@@ -48,6 +51,7 @@ std::vector<std::string> findings_in(const std::string& name, std::istream& file
   return found;
 }
 
+// The count of files proves that the search has found the sources.
 TEST(PortableSources, SimCallsNothingWhoseBitsDependOnTheMachine) {
   namespace fs = std::filesystem;
   int files = 0;
@@ -60,6 +64,8 @@ TEST(PortableSources, SimCallsNothingWhoseBitsDependOnTheMachine) {
   EXPECT_GT(files, 200);
 }
 
+// Every pattern finds an example of its name, and neither comments nor allowed functions are reported. A
+// pattern that matches nothing would let the test above pass for no reason.
 TEST(PortableSources, EachForbiddenNameIsFound) {
   for (const char* line : {"const double x = std::sin(y);", "a.ldlt().solve(b)",
                            "std::uniform_real_distribution<> d;", "Quat(Eigen::AngleAxisd(1, n))",

@@ -5,6 +5,7 @@
 namespace duet::printable_test {
 namespace {
 
+// Letters of all languages, signs and quotation marks stay; printable() keeps line breaks and tabs as well.
 TEST(Printable, KeepsTextOfAllLanguages) {
   for (const char* text : {"", "a b", "Kugel auf Gummi: 30 \u00b0, \u00e4\u00f6\u00fc", "\u7403",
                            "\U0001f3b1", "\u00a0", "`$(x)` '\"\\"})
@@ -12,6 +13,8 @@ TEST(Printable, KeepsTextOfAllLanguages) {
   EXPECT_EQ(printable("two\nlines\tand a tab"), "two\nlines\tand a tab");
 }
 
+// Control characters, also those of Unicode that change colors or the direction of writing, are shown as
+// bytes. A name in a scene could otherwise command the terminal.
 TEST(Printable, ShowsControlCharactersAsBytes) {
   EXPECT_EQ(printable("\x1b[31mred\x07\x7f\r"), "\\x1b[31mred\\x07\\x7f\\x0d");
   EXPECT_EQ(printable(std::string_view("a\0b", 3)), "a\\x00b");
@@ -21,6 +24,7 @@ TEST(Printable, ShowsControlCharactersAsBytes) {
   EXPECT_EQ(printable_line("two\nlines\t\u2028"), "two\\x0alines\\x09\\xe2\\x80\\xa8");
 }
 
+// Bytes that are not valid UTF-8 are shown as bytes: incomplete, overlong, surrogate and too large codes.
 TEST(Printable, ShowsBytesThatAreNoUtf8) {
   for (const auto& [text, shown] : {std::pair{"\xff", "\\xff"},
                                     {"a\xc3", "a\\xc3"},

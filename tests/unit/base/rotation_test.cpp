@@ -5,8 +5,11 @@
 namespace duet::rotation_test {
 namespace {
 
-constexpr double rounding = 4e-15;  // of a dozen operations on numbers around 1
+// Rounding of a dozen operations on numbers around 1.
+constexpr double rounding = 4e-15;
 
+// The rotation maps one direction to the other and leaves the normal of both where it is: a rotation about
+// any other axis would be longer.
 TEST(ShortestTurn, TakesOneDirectionToTheOtherAboutTheNormalOfBoth) {
   const Vec3 from(1, 2, -0.5), to(-0.3, 0.4, 2);
   const Quat turn = shortest_rotation(from, to);
@@ -16,10 +19,12 @@ TEST(ShortestTurn, TakesOneDirectionToTheOtherAboutTheNormalOfBoth) {
   EXPECT_LT((shortest_rotation(from, 3 * from).coeffs() - Quat::Identity().coeffs()).norm(), rounding);
 }
 
+// For opposite directions any axis across them is right, and the result is still a unit quaternion.
 TEST(ShortestTurn, OfOppositeDirectionsIsHalfATurnAcross) {
   for (const Vec3& from : {Vec3(1, 0, 0), Vec3(0, 0, -2), Vec3(1, -2, 0.5)}) {
     const Quat turn = shortest_rotation(from, -from);
-    EXPECT_LT((turn * from + from).norm(), 1e-7 * from.norm());  // found by cosines near -1
+    // Directions that are so near to opposite count as opposite.
+    EXPECT_LT((turn * from + from).norm(), 1e-7 * from.norm());
     EXPECT_NEAR(turn.norm(), 1, rounding);
   }
 }

@@ -10,6 +10,8 @@
 namespace duet::simd_test {
 namespace {
 
+// The logarithm is compared with std::log, which itself may be off by up to one unit: 2 epsilon relative
+// leaves room for both.
 TEST(Simd, LogarithmIsGoodToTwoUnitsInTheLastPlace) {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> exponent(-700, 700), near_one(0.5, 2);
@@ -21,7 +23,8 @@ TEST(Simd, LogarithmIsGoodToTwoUnitsInTheLastPlace) {
   EXPECT_EQ(log_of(1.0), 0);
 }
 
-// TwoQuads is in use where vectors have no eight doubles, and is to have the same bits as they do everywhere.
+// double4x2 takes the place of double8 where the machine has no vectors of eight doubles, and must give the
+// same bits: every lane is computed by itself, for operations with a second vector and with a number.
 class TwoQuadsTest : public testing::Test {
  protected:
   TwoQuadsTest() {
@@ -29,7 +32,7 @@ class TwoQuadsTest : public testing::Test {
     std::uniform_real_distribution<double> number(0.5, 2);
     for (std::size_t lane = 0; lane < 8; ++lane) {
       a[lane] = number(random);
-      b[lane] = lane == 2 ? a[lane] : number(random);  // equal in one
+      b[lane] = lane == 2 ? a[lane] : number(random);  // lane 2 is equal in both, for <= and >=
     }
   }
   template <class Work>
@@ -41,6 +44,7 @@ class TwoQuadsTest : public testing::Test {
       EXPECT_EQ(second[lane], work(0.75, b[lane])) << lane;
     }
   }
+  // Expects that comparisons, masks and selection act on every lane by itself.
   template <class Compare>
   void expect_lanes_where(Compare compare) {
     unsigned both = 0, with_one = 0;
@@ -59,6 +63,7 @@ class TwoQuadsTest : public testing::Test {
   double4x2 a, b;
 };
 
+// Sums, products, quotients, signs and roots of every lane have the bits of the scalar operation.
 TEST_F(TwoQuadsTest, ComputesEveryLaneByItself) {
   expect_lanes_of(std::plus<>{});
   expect_lanes_of(std::minus<>{});
@@ -75,6 +80,7 @@ TEST_F(TwoQuadsTest, ComputesEveryLaneByItself) {
   }
 }
 
+// Comparisons, masks and selection of every lane agree with the scalar comparison, for equal numbers as well.
 TEST_F(TwoQuadsTest, ComparesEveryLaneByItself) {
   expect_lanes_where(std::less<>{});
   expect_lanes_where(std::greater<>{});
@@ -82,6 +88,7 @@ TEST_F(TwoQuadsTest, ComparesEveryLaneByItself) {
   expect_lanes_where(std::greater_equal<>{});
 }
 
+// Conversions round as a cast does and keep the order of the lanes.
 TEST(Simd, SingleAndDoublePrecisionKeepTheirLanes) {
   double8 x;
   for (std::size_t lane = 0; lane < pack_width; ++lane) x[lane] = 1.0 / static_cast<double>(lane + 3);
@@ -93,7 +100,8 @@ TEST(Simd, SingleAndDoublePrecisionKeepTheirLanes) {
   }
 }
 
-TEST(Simd, RowsComeBackFromPacks) {
+// Rows of four numbers that are transposed into packs and back are unchanged, to the bit.
+TEST(Simd, RowsSurviveTransposition) {
   double rows[pack_width][4];
   for (std::size_t i = 0; i < pack_width; ++i)
     for (std::size_t k = 0; k < 4; ++k) rows[i][k] = static_cast<double>(10 * i + k);

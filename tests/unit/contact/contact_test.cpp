@@ -1,4 +1,5 @@
-// Contact candidates, the contact graph, the contact solve and push-out.
+// Tests of contact as a whole: candidates, the contact graph, the contact solve and interpenetration
+// resolution together.
 #include <algorithm>
 #include <set>
 #include <vector>
@@ -23,6 +24,7 @@ using test::add_ball;
 using test::add_box;
 using test::add_soft_box;
 
+// Returns a difference of velocities that is zero for all bodies.
 VelocityState no_difference(const Bodies& bodies) {
   VelocityState state;
   store_velocities(bodies, state);
@@ -32,13 +34,15 @@ VelocityState no_difference(const Bodies& bodies) {
   return state;
 }
 
+// Finds the contact candidates of a step of `dt` (s).
 ContactSet candidates(const Bodies& bodies, double dt) {
   ContactSet contacts;
   find_candidates(bodies, {}, dt, no_difference(bodies), contacts);
   return contacts;
 }
 
-// Of an impulse at the contact; K is what it does to the relative velocity.
+// Applies an impulse at the contact and expects that it keeps linear and angular momentum, and that the
+// relative velocity changes by K times the impulse.  The bounds are rounding.
 void expect_equal_and_opposite(Bodies& bodies, const ContactPoint& contact) {
   const Momentum before = momentum(bodies);
   const Vec3 velocity = relative_velocity(bodies, contact), impulse(3, -5, 7);
@@ -49,6 +53,8 @@ void expect_equal_and_opposite(Bodies& bodies, const ContactPoint& contact) {
   EXPECT_LT((relative_velocity(bodies, contact) - velocity - contact.response.K * impulse).norm(), 1e-12);
 }
 
+// Impulses at all contacts of a stack of rigid and soft boxes act on both sides, equal and opposite, at one
+// place. Arms to two different places would change the angular momentum.
 TEST(ContactPoint, ImpulsesAreEqualAndOppositeAtOnePlace) {
   const scene::Scene scene = test::small_stack();
   Simulation simulation(scene, test::plan(scene));
@@ -61,7 +67,8 @@ TEST(ContactPoint, ImpulsesAreEqualAndOppositeAtOnePlace) {
   }
 }
 
-// As a step later, from what is remembered of a place on a deformable guest's edge or face.
+// Expects that a contact at an edge or face of a deformable guest is found again from what the contact cache
+// keeps of it (its names and its EdgePoint), as in the next step.
 void expect_the_same_anew(const Bodies& bodies, const ContactPoint& contact) {
   ContactPoint again;
   again.host = contact.host;
@@ -73,9 +80,10 @@ void expect_the_same_anew(const Bodies& bodies, const ContactPoint& contact) {
   EXPECT_LT((again.response.K - contact.response.K).norm(), 1e-14 * contact.response.K.norm());
 }
 
-// A block over the edge of a beam: what its own edges touch there acts between their particles, in the plane
-// of both edges, and stays the same when a step later it is built anew from what is remembered.
-TEST(ContactPoint, OfSoftEdgesActWhereTheyCross) {
+// A soft block lies over the edge of a beam. Contacts where its own edges cross that edge act between the
+// particles of the block's edges, in the plane of both edges, and the contact cache restores them in the next
+// step. The block's underside is 5 mm below the beam's edge, hence the gap.
+TEST(ContactPoint, SoftEdgeContactsActWhereEdgesCross) {
   scene::Scene scene = test::free_space();
   add_box(scene, "beam", Vec3::Zero(), Vec3(1, 1, 5), 10).placement.orientation =
       Quat(Eigen::AngleAxisd(0.4, Vec3::UnitY())) * Quat(Eigen::AngleAxisd(EIGEN_PI / 4, Vec3::UnitZ()));
@@ -92,16 +100,18 @@ TEST(ContactPoint, OfSoftEdgesActWhereTheyCross) {
     expect_equal_and_opposite(bodies, contact);
     expect_the_same_anew(bodies, contact);
   }
-  EXPECT_GE(told, 4);  // of edges 1 m apart, and across their squares
-  // The overlap that is told is that of the edges: their points, 25 cm apart, are above. A place is found to
-  // half a hundredth of that way, on a slope of one half.
+  EXPECT_GE(told, 4);  // edges are 1 m apart, and diagonals cross their squares
+  // The penetration that is reported is that of the edge contacts: the surface points of the block's edges,
+  // 25 cm apart, are above the beam. On a slope of 1/sqrt(2) the gap of 5 mm is a distance of 5 mm / sqrt(2).
+  // The search finds a place to a hundredth of 25 cm, so up to half of that along the slope is missing.
   EXPECT_NEAR(max_penetration(bodies, {}), 0.005 / std::sqrt(2), 0.25 * 0.005 / 2);
 }
 
-// A cube stands on a corner that has pressed in a face of two blocks at once, one above and one below:
-// contact acts there on the face's particles, as the overlap that is told, and from step to step it has the
-// same name.
-TEST(ContactPoint, OfCornersActOnTheFacesThatTheyPressIn) {
+// A cube stands on one corner and presses another one into a block above it. Both corners are 5 mm deep in
+// the middle of a face, where no surface point is near. The contact acts on the three particles of the face,
+// its depth is the penetration that is reported, and the two contacts have names of their own that stay the
+// same from step to step.
+TEST(ContactPoint, VertexFaceContactsActOnTheirFaces) {
   scene::Scene scene = test::free_space();
   const double half = std::sqrt(0.75);
   add_box(scene, "cube", Vec3::Zero(), Vec3(1, 1, 1), 10).placement.orientation =
@@ -112,7 +122,7 @@ TEST(ContactPoint, OfCornersActOnTheFacesThatTheyPressIn) {
   Bodies& bodies = simulation.world().bodies;
   std::set<int> names;
   for (const ContactPoint& contact : candidates(bodies, 1e-3).points) {
-    ASSERT_TRUE(contact.is_on_edge());  // no point is near
+    ASSERT_TRUE(contact.is_on_edge());  // no surface point of a block is near
     const double side = contact.on_surface.particle[0] < bodies.deformable[1].first_particle ? 1 : -1;
     EXPECT_EQ(contact.on_surface.count, 3);
     EXPECT_NEAR(contact.gap, -0.005, 1e-12);
@@ -126,23 +136,30 @@ TEST(ContactPoint, OfCornersActOnTheFacesThatTheyPressIn) {
   EXPECT_NEAR(max_penetration(bodies, {}), 0.005, 1e-12);
 }
 
-TEST(ContactCandidates, FindWhatCanTouchWithinTheStepAndNothingElse) {
+// A ball flies at 10 m/s towards a soft box 0.5 m away. There are no candidates in a step in which it cannot
+// reach the box, and only points of the face ahead of it in a longer one.
+TEST(ContactCandidates, AreWhatCanTouchWithinTheStep) {
   scene::Scene scene = test::free_space();
   add_soft_box(scene, "soft", Vec3(0, 0, 0), Vec3(2, 2, 2), 4);
   add_ball(scene, "ball", Vec3(0, 2.5, 0), 1, 10).placement.velocity = Vec3(0, -10, 0);
   Simulation simulation(scene, test::plan(scene));
   const Bodies& bodies = simulation.world().bodies;
-  EXPECT_TRUE(candidates(bodies, 0.01).points.empty());  // 0.1 m of a gap of 0.5 m
+  // In 0.01 s the ball closes 0.1 m of the gap of 0.5 m.
+  EXPECT_TRUE(candidates(bodies, 0.01).points.empty());
   const ContactSet near = candidates(bodies, 0.06);
   ASSERT_EQ(near.pairs.size(), 1u);
   for (const ContactPoint& contact : near.points) {
-    EXPECT_NEAR(touch(bodies, contact).position.y(), 1, 1e-14);  // the face below the ball, not the far ones
-    EXPECT_LT(contact.gap, 0.06 * (1.5 * 10 + 0.1));             // the margin is half the motion
+    // The points are on the face below the ball and not on the far ones.
+    EXPECT_NEAR(touch(bodies, contact).position.y(), 1, 1e-14);
+    // The speculative margin is dt (1.5 v + 0.05 m/s).
+    EXPECT_LT(contact.gap, 0.06 * (1.5 * 10 + 0.1));
   }
 }
 
-// A soft box hangs over the edge of a beam, and turns and stretches: the ends of its edges move at different
-// speeds. What reaches the beam within the step is found, also where one end of its edge would not.
+// A soft block hangs over the edge of a beam, turns and stretches, so that the ends of its edges move at
+// different speeds. Every edge contact whose own point can reach the beam within the step is a candidate,
+// also where an end of the edge is too slow to. `expected` counts them by a direct search with the
+// interpolated velocity; a margin from one end alone would miss more than 50 of them.
 TEST(ContactCandidates, FindSoftEdgesOfWhichOnlyOneEndIsFast) {
   scene::Scene scene = test::free_space();
   auto& beam = add_box(scene, "beam", Vec3::Zero(), Vec3(1, 1, 5), 1);
@@ -179,7 +196,7 @@ TEST(ContactCandidates, FindSoftEdgesOfWhichOnlyOneEndIsFast) {
       std::copy_n(near->edge.weight.begin(), 2, place.weight.begin());
       if (!is_support_point(bodies, place, pose.to_world(near->edge.place),
                             pose.orientation * near->edge.normal))
-        continue;  // the beam is beside it
+        continue;  // the beam is beside the edge and not below it
       ++expected;
       of_one_end += !(near->distance < dt * std::min(at_a.norm(), at_b.norm()) / 2);
       EXPECT_TRUE(found.contains(static_cast<int>(bodies.points.size()) + e)) << i << ' ' << e;
@@ -189,6 +206,7 @@ TEST(ContactCandidates, FindSoftEdgesOfWhichOnlyOneEndIsFast) {
   EXPECT_GT(of_one_end, 50);
 }
 
+// A ball that overlaps the ground by 1 mm has one contact, at its support point, with that gap.
 TEST(ContactCandidates, ABallTouchesAPlaneWithItsLowestPoint) {
   scene::Scene scene = test::on_ground();
   add_ball(scene, "ball", Vec3(3, 0.999, 2), 1, 10);
@@ -200,7 +218,9 @@ TEST(ContactCandidates, ABallTouchesAPlaneWithItsLowestPoint) {
   EXPECT_NEAR(max_penetration(simulation.world().bodies, {}), 0.001, 1e-15);
 }
 
-TEST(ContactGraph, LevelsAreDistancesFromTheGroundThroughSoftBodiesToo) {
+// The level of a body in the contact graph is the length of the chain of supports down to the ground, also
+// through deformable bodies.
+TEST(ContactGraph, LevelsCountSoftBodiesToo) {
   const scene::Scene scene = test::small_stack();
   Simulation simulation(scene, test::plan(scene));
   Bodies& bodies = simulation.world().bodies;
@@ -217,9 +237,10 @@ TEST(ContactGraph, LevelsAreDistancesFromTheGroundThroughSoftBodiesToo) {
   EXPECT_EQ(last, 4);
 }
 
-// On the way to each other, bodies that have not collided must not be stopped by V.4: they shall bounce
-// first.
-TEST(WarmStart, LeavesRigidPairsThatNeitherCollidedNorTouchInactive) {
+// Bodies that approach each other but have not collided yet stay inactive in the contact solve of stage V.4:
+// otherwise it would stop them before the next collision stage could let them bounce. Pairs that touch, or
+// that collided, are active.
+TEST(WarmStart, LeavesApproachingRigidPairsInactive) {
   scene::Scene scene = test::on_ground();
   add_ball(scene, "falling", Vec3(0, 1.001, 0), 1, 10);
   add_ball(scene, "resting", Vec3(5, 1, 0), 1, 10);
@@ -241,8 +262,9 @@ TEST(WarmStart, LeavesRigidPairsThatNeitherCollidedNorTouchInactive) {
   for (const ContactPair& pair : contacts.pairs) EXPECT_TRUE(pair.active);
 }
 
-// No contact closes faster than its gap allows, every impulse lies in its cone, and separating contacts have
-// none.
+// The converged solution satisfies the conditions of contact: no contact closes faster than its gap allows,
+// every impulse lies in its friction cone, and contacts that separate have none (Signorini and Coulomb). The
+// sweeps end when one changes less than 1e-12 m/s, far below the bounds.
 TEST(ContactSolve, ConvergesToTheConditionsOfContact) {
   const scene::Scene scene = test::small_stack();
   Simulation simulation(scene, test::plan(scene));
@@ -271,7 +293,9 @@ TEST(ContactSolve, ConvergesToTheConditionsOfContact) {
   }
 }
 
-TEST(PushOut, SeparatesAnOverlappingPairAboutItsCentreOfMass) {
+// An overlap of 0.1 m of free balls is removed by displacements in the inverse ratio of their masses: 30 x1 +
+// 10 x2 = 19 kg m stays to rounding.
+TEST(Interpenetration, KeepsThePairsCenterOfMass) {
   scene::Scene scene = test::free_space();
   add_ball(scene, "heavy", Vec3(0, 0, 0), 1, 30);
   add_ball(scene, "light", Vec3(1.9, 0, 0), 1, 10);
@@ -285,13 +309,15 @@ TEST(PushOut, SeparatesAnOverlappingPairAboutItsCentreOfMass) {
   EXPECT_GT(resolve_interpenetration(bodies, graph, {.iterations = 8}, contacts, scratch), 0);
   const double heavy = bodies.rigid.state[0].pose.position.x(),
                light = bodies.rigid.state[1].pose.position.x();
-  EXPECT_NEAR(light - heavy, 2, 1e-5);  // touching, up to what contact takes for touching
+  EXPECT_NEAR(light - heavy, 2, 1e-5);  // the overlap tolerance of contact
   EXPECT_NEAR(30 * heavy + 10 * light, 19, 1e-12);
   EXPECT_LT(heavy, 0);
 }
 
-// A light ball between two heavy ones that overlap it by 5 %: the central body sees both at once.
-TEST(PushOut, OneSweepFreesALightBodyBetweenHeavyOnes) {
+// A light ball lies between two heavy ones that overlap it by 5 %. With the light ball as the central body,
+// one system sees both overlaps at once, and a single iteration leaves less than a thousandth of the overlap.
+// Pairs one after the other would push it back and forth.
+TEST(Interpenetration, OneSweepFreesALightBodyBetweenHeavyOnes) {
   scene::Scene scene = test::free_space();
   add_ball(scene, "left", Vec3(-1.9, 0, 0), 1, 1000);
   add_ball(scene, "middle", Vec3(0, 0, 0), 1, 1);
@@ -307,7 +333,9 @@ TEST(PushOut, OneSweepFreesALightBodyBetweenHeavyOnes) {
   EXPECT_LT(max_penetration(bodies, {}), 1e-3 * 0.1);
 }
 
-TEST(PushOut, ASoftBoxIsLiftedOffTheGroundAndStaysWhole) {
+// A soft box that is sunk into the ground by 5 cm is lifted out to within the overlap tolerance of 1e-6 m,
+// and no tetrahedron of it inverts.
+TEST(Interpenetration, ASoftBoxIsLiftedOffTheGroundAndStaysWhole) {
   scene::Scene scene = test::on_ground();
   add_soft_box(scene, "soft", Vec3(0, 0.95, 0), Vec3(2, 2, 2), 2);
   Simulation simulation(scene, test::plan(scene));

@@ -13,6 +13,7 @@ using test::corner_masses;
 using test::random_vectors;
 using test::shaken_lattice;
 
+// A lattice with jittered nodes, with particles of 800 kg/m^3 and its nodal volumes.
 struct Body {
   TetMesh mesh = shaken_lattice(Vec3i(3, 4, 2), 0.1, 1);
   std::vector<double> mass = corner_masses(mesh, 800), inverse_mass;
@@ -22,6 +23,7 @@ struct Body {
     rings.add(mesh.tets, mesh.nodes);
     rings.finalize(inverse_mass, mesh.nodes);
   }
+  // Returns the nodal volumes at the positions `x`, m^3.
   std::vector<double> volumes(const std::vector<Vec3>& x) {
     rings.linearize(x);
     std::vector<double> result;
@@ -36,12 +38,14 @@ std::vector<double> random_pressures(std::size_t count) {
   return q;
 }
 
+// Returns x + amount v.
 std::vector<Vec3> moved(const std::vector<Vec3>& x, double amount, const std::vector<Vec3>& v) {
   std::vector<Vec3> result = x;
   for (std::size_t i = 0; i < x.size(); ++i) result[i] += amount * v[i];
   return result;
 }
 
+// Nodal volumes add up to the volume of the body, and at rest to its mass over its density.
 TEST(NodalVolumes, AddUpToTheBody) {
   Body body;
   double volume = 0, rest = 0;
@@ -58,8 +62,8 @@ TEST(NodalVolumes, AddUpToTheBody) {
   EXPECT_NEAR(body.rings.volume_error(twice), 7, 1e-12);
 }
 
-// Volumes are cubic in the positions, for which this formula of five points is exact: only rounding is left,
-// of sums of some 24 tets.
+// Volumes are cubic in the positions, and the difference formula with five points is exact for cubics. So the
+// bound is the rounding of sums over some 24 tetrahedra. divergence_at() gives the same without linearize().
 TEST(NodalVolumes, DivergenceIsTheDerivativeOfTheVolumes) {
   Body body;
   const auto x = moved(body.mesh.nodes, 0.2, random_vectors(body.mesh.nodes.size(), 3));
@@ -80,6 +84,8 @@ TEST(NodalVolumes, DivergenceIsTheDerivativeOfTheVolumes) {
   for (std::size_t i = 0; i < rate.size(); ++i) EXPECT_NEAR(at_once[i], rate[i], 1e-14) << i;
 }
 
+// The pressure gradient is the adjoint of the divergence in the mass inner product, q . D v = <M^-1 D^T q,
+// v>, to rounding. Otherwise the pressure system would not be symmetric, and pressures would change momentum.
 TEST(NodalVolumes, GradientIsTheAdjointOfTheDivergence) {
   Body body;
   const auto x = moved(body.mesh.nodes, 0.3, random_vectors(body.mesh.nodes.size(), 3));
@@ -98,7 +104,7 @@ TEST(NodalVolumes, GradientIsTheAdjointOfTheDivergence) {
   }
   EXPECT_NEAR(work, power, 1e-14 * size);
 
-  // The diagonal is that of the product of both.
+  // The diagonal is that of the product D M^-1 D^T.
   for (const std::size_t i : {0UL, 17UL, 30UL}) {
     std::vector<double> unit(body.rings.size(), 0);
     unit[i] = 1;
@@ -108,7 +114,8 @@ TEST(NodalVolumes, GradientIsTheAdjointOfTheDivergence) {
   }
 }
 
-TEST(NodalVolumes, RigidMotionsChangeNoVolumeAndPressuresNoMomentum) {
+// Rigid motions change no volume, and pressures no momentum and no angular momentum.
+TEST(NodalVolumes, RigidMotionsKeepThemAndPressuresMomentum) {
   Body body;
   const auto x = moved(body.mesh.nodes, 0.3, random_vectors(body.mesh.nodes.size(), 3));
   body.rings.linearize(x);

@@ -1,6 +1,6 @@
-// What every material model promises: stress is the gradient of an energy, turns with the body, has the
-// stiffness of its moduli at rest and drives crushed elements open; its differential is the exact projection
-// of the energy's Hessian.
+// Laws that every material model keeps: the stress is the gradient of an energy, turns with the body, has the
+// stiffness of its moduli at rest and opens compressed elements; its differential is the exact projection of
+// the energy's Hessian to positive semi-definite.
 #include <algorithm>
 
 #include "tests/support/deformations.h"
@@ -36,7 +36,8 @@ class Material : public ::testing::Test {
     return stress_differential(p, Model::derivatives(mu, lambda, p.stretch));
   }
 };
-// A flat tet with four different masses: gradients of its nodes' functions, and what they make of a Hessian.
+// A flat tetrahedron with four different masses: the gradients of its shape functions, and what they make of
+// a Hessian.
 struct Element {
   Mat3 inverse_rest = (Mat3() << 1, 0.2, 0.1, -0.3, 1.4, 0.2, 0.3, -0.5, 3).finished();
   std::array<double, 4> mass = {0.3, 0.4, 0.2, 0.5};
@@ -45,15 +46,17 @@ struct Element {
     return i == 0 ? Vec3(-inverse_rest.colwise().sum().transpose())
                   : Vec3(inverse_rest.row(i - 1).transpose());
   }
+  // Returns the sum of g g^T / m over the nodes, with its largest eigenvalue.
   GradientScatter<double> scatter() const {
     Mat3 S = Mat3::Zero();
     for (int i = 0; i < 4; ++i)
       S += gradient(i) * gradient(i).transpose() / mass[static_cast<std::size_t>(i)];
     return {matrix_of(S), eigenvalues(S)[2]};
   }
-  // The largest eigenvalue of M^-1 K over the volume, where `hessian` takes dF, row by row, to dP.
+  // Returns the largest eigenvalue of M^-1 K per volume, where `hessian` maps dF to dP, both row by row.
   double omega_squared(const Eigen::Matrix<double, 9, 9>& hessian) const {
-    Eigen::MatrixXd B = Eigen::MatrixXd::Zero(9, 12);  // dF of displacements times the roots of the masses
+    // Maps displacements, times the roots of the masses, to dF.
+    Eigen::MatrixXd B = Eigen::MatrixXd::Zero(9, 12);
     for (int i = 0; i < 4; ++i)
       for (int r = 0; r < 3; ++r)
         for (int c = 0; c < 3; ++c)
@@ -74,7 +77,8 @@ Mat3 unit_matrix(int k) {
   return m;
 }
 
-// Central difference of fourth order: truncation leaves h^4 times the fifth derivative, rounding 1e-16 / h.
+// Returns the central difference of fourth order. Truncation is h^4 times the fifth derivative, rounding
+// 1e-16 / h.
 template <class Function>
 auto derivative(Function&& f, const Mat3& F, const Mat3& direction, double h) {
   using Value = decltype(f(F));
@@ -83,6 +87,8 @@ auto derivative(Function&& f, const Mat3& F, const Mat3& direction, double h) {
   return Value((8 * near - far) / (12 * h));
 }
 
+// P = dE/dF by central differences, also for inverted deformations and on both sides of the start of the
+// extrapolation.
 TYPED_TEST(Material, StressIsTheGradientOfTheEnergyInsideOutAsWell) {
   for (const Mat3& F : deformations()) {
     const Mat3 P = this->stress(F);
@@ -94,7 +100,9 @@ TYPED_TEST(Material, StressIsTheGradientOfTheEnergyInsideOutAsWell) {
   }
 }
 
-TYPED_TEST(Material, RestHasNoStressAndTheLinearStiffnessOfItsLameParameters) {
+// At rest the stress vanishes, and for small strains it is 2 mu e + lambda tr(e) 1 (Hooke's law). The omega^2
+// bound and the differential at rest are those of linear elasticity.
+TYPED_TEST(Material, AtRestHasNoStressAndTheStiffnessOfHooke) {
   EXPECT_LT(this->stress(Mat3::Identity()).norm(), 1e-15);
   EXPECT_EQ(this->energy(Mat3::Identity()), 0);
   const Element element;
@@ -103,12 +111,14 @@ TYPED_TEST(Material, RestHasNoStressAndTheLinearStiffnessOfItsLameParameters) {
   const Mat3 strain = (Mat3() << 1, 0.2, 0, 0.2, -0.4, 0.1, 0, 0.1, 0.3).finished();
   const Mat3 linear = 2 * mu * strain + lambda * strain.trace() * Mat3::Identity();
   constexpr double h = 1e-7;
-  EXPECT_LT((this->stress(Mat3::Identity() + h * strain) / h - linear).norm(), 1e-5);  // O(h)
+  // The bound leaves room for terms of the order of h.
+  EXPECT_LT((this->stress(Mat3::Identity() + h * strain) / h - linear).norm(), 1e-5);
   const Mat3 spin = skew(Vec3(1, 2, 3));
   const Mat3 dP = eigen_of(this->differential(Mat3::Identity()) * matrix_of(strain + spin));
-  EXPECT_LT((dP - linear).norm(), 1e-14);  // without resistance to turning
+  EXPECT_LT((dP - linear).norm(), 1e-14);  // rotation meets no resistance
 }
 
+// The law is objective, P(R F) = R P(F), and isotropic, P(F R) = P(F) R, and P F^T is symmetric.
 TYPED_TEST(Material, StressTurnsWithTheBodyAndHasNoMoment) {
   const Mat3 R = Quat(0.3, 0.5, -0.7, 0.4).normalized().toRotationMatrix();
   for (const Mat3& F : deformations()) {
@@ -121,15 +131,18 @@ TYPED_TEST(Material, StressTurnsWithTheBodyAndHasNoMoment) {
   }
 }
 
+// Elements that are compressed along one axis, flat or inverted are driven open.
 TYPED_TEST(Material, FlatAndInvertedElementsArePushedBack) {
   for (const double depth : {0.2, 0.05, 0.0, -0.3, -0.9}) {
     const Mat3 F = Vec3(1, 1, depth).asDiagonal();
-    // Work done by the stress for an increase of the depth is negative: the element wants to open.
+    // The stress does negative work for an increase of the depth: the element opens.
     EXPECT_LT(this->stress(F)(2, 2), 0) << depth;
   }
 }
 
-TYPED_TEST(Material, DifferentialIsTheHessianProjectedToPositiveSemiDefinite) {
+// The differential is the energy's Hessian, found from differences of the stress, with its negative
+// eigenvalues set to zero. The bounds of 1e-6 are those of the differences.
+TYPED_TEST(Material, DifferentialIsTheProjectedHessian) {
   for (const Mat3& F : deformations()) {
     Mat9 hessian, projected;
     const StressDifferential<double> H = this->differential(F);
@@ -147,7 +160,7 @@ TYPED_TEST(Material, DifferentialIsTheHessianProjectedToPositiveSemiDefinite) {
   }
 }
 
-// Explicit steps are bounded by it: it must hold in every state, and what it wastes is time.
+// The bound limits explicit steps: it must hold in every state, and its excess is wasted time.
 TYPED_TEST(Material, FrequencyBoundHoldsInEveryState) {
   const Element element;
   std::vector<Mat3> states = deformations();
@@ -163,16 +176,18 @@ TYPED_TEST(Material, FrequencyBoundHoldsInEveryState) {
     }
     const double exact = element.omega_squared(0.5 * (hessian + hessian.transpose())),
                  bound = this->omega_squared(F, element.scatter());
-    EXPECT_LE(exact, bound * (1 + 1e-6)) << F;  // of the differences
+    EXPECT_LE(exact, bound * (1 + 1e-6)) << F;  // error of the differences
     worst = std::max(worst, bound / exact);
   }
-  // Steps are shorter than they need be by the root of it: in the worst state half as long, or a third.
+  // Steps are shorter than necessary by the square root of the ratio: by a half in the worst state, or by two
+  // thirds.
   test::expect_below(worst, std::is_same_v<TypeParam, NeoHookean> ? 4 : 9, "bound over exact");
 }
 
-// What damps crushed elements is all of the stiffness that compression adds, but for what is negative; what
-// is left is bounded by itself. Both hold in states that explicit steps are to survive.
-TEST(CompressionStiffness, IsWhatCompressionAddsAndLeavesASoftElement) {
+// The stiffness that damps compressed elements is all of the stiffness that compression adds, except for its
+// negative part, and rotations are not damped. The remaining stiffness has a bound of its own,
+// `uncompressed_omega_squared`. Both hold in all states that explicit steps have to survive.
+TEST(CompressionStiffness, IsAllThatCompressionAdds) {
   const Element element;
   std::vector<Mat3> states = deformations();
   const Mat3 turn = Eigen::AngleAxisd(0.7, Vec3(1, 2, -1).normalized()).toRotationMatrix();
@@ -182,7 +197,7 @@ TEST(CompressionStiffness, IsWhatCompressionAddsAndLeavesASoftElement) {
   for (const Mat3& F : states) {
     const double J = F.determinant();
     const CompressionStiffness<double> C = NeoHookean::compression_stiffness(mu, lambda, matrix_of(F));
-    Mat9 added, damped;  // to the mu |dF|^2 of the rest; rows are dP row by row
+    Mat9 added, damped;  // rows hold dP row by row; mu |dF|^2 of the rest is left out
     for (int k = 0; k < 9; ++k) {
       const auto stress = [](const Mat3& G) {
         return eigen_of(NeoHookean::stress(mu, lambda, matrix_of(G)));
@@ -199,7 +214,7 @@ TEST(CompressionStiffness, IsWhatCompressionAddsAndLeavesASoftElement) {
     EXPECT_LT((damped - damped.transpose()).norm(), 1e-13 * damped.norm()) << F;
     EXPECT_GT(eigenvalues(damped)[0], -1e-13 * damped.norm()) << F;
     const Mat9 left = 0.5 * (added + added.transpose()) - damped;
-    if (J > 1.1 * NeoHookean::extrapolation_start && J < 1) {  // differences stay on one side
+    if (J > 1.1 * NeoHookean::extrapolation_start && J < 1) {  // differences stay on one side of both limits
       EXPECT_LT(eigenvalues(left)[8], 1e-6 * damped.norm()) << F;
       for (const Mat3& pure : {Mat3(Mat3::Identity()), Mat3(Vec3(1, -2, 0.5).asDiagonal())}) {
         const Mat3 row_by_row = Mat3(pure * F).transpose();
@@ -212,10 +227,11 @@ TEST(CompressionStiffness, IsWhatCompressionAddsAndLeavesASoftElement) {
   }
 }
 
+// For random deformations of any rank the differential is finite, symmetric and never negative, to rounding.
 TYPED_TEST(Material, DifferentialIsPositiveSemiDefiniteForAnyDeformation) {
   std::mt19937 random(3);
   for (int i = 0; i < 200; ++i) {
-    // Of rank 3, 2, 1 and 0.
+    // F has rank 3, 2, 1 or 0.
     Mat3 F = test::random_matrix(random, 2);
     for (int k = 0; k < i % 4; ++k) F.col(k) = k == 2 ? Vec3::Zero() : Vec3(2 * F.col(2));
     const StressDifferential<double> H = this->differential(F);
@@ -228,6 +244,7 @@ TYPED_TEST(Material, DifferentialIsPositiveSemiDefiniteForAnyDeformation) {
   }
 }
 
+// Stress and differential have the same bits in packs of eight as one by one.
 TYPED_TEST(Material, PacksGiveTheSameBitsAsScalars) {
   const std::vector<Mat3> all = deformations();
   ASSERT_EQ(all.size() % pack_width, 0);
@@ -251,9 +268,9 @@ TYPED_TEST(Material, PacksGiveTheSameBitsAsScalars) {
   }
 }
 
-// Simple compression along one axis, the others held: stress grows with it throughout, though plain St.
-// Venant-Kirchhoff elements would give way from 1/sqrt 3 on and rest again inside out. (Beyond -1 another
-// axis is the shortest, and the one that opens.)
+// Under compression along one axis, with the others held, the stress grows all the way. Plain St.
+// Venant-Kirchhoff elements would give way from a stretch of 1 / sqrt(3) on and come to rest inside out.
+// (Below -1 another axis is the shortest, and it is that one that opens.)
 TEST(StVenantKirchhoff, ResistsCompressionMoreAndMore) {
   double last = 0;
   for (double s = 0.99; s > -0.995; s -= 0.01) {

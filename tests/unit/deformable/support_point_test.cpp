@@ -7,7 +7,8 @@
 namespace duet::support_point_test {
 namespace {
 
-// Four triangles around the middle particle 0 at (0, height, 0), the others at y = 0 and a distance of 1.
+// Four triangles around the particle 0 at (0, height, 0). The other particles are at y = 0, 1 m from the
+// axis.
 struct Pyramid {
   explicit Pyramid(double height)
       : x{Vec3(0, height, 0), Vec3::UnitX(), -Vec3::UnitZ(), -Vec3::UnitX(), Vec3::UnitZ()},
@@ -23,7 +24,7 @@ struct Pyramid {
 
 SurfacePoint at_particle(int p) { return {.particle = {p, 0, 0, 0}}; }
 
-// On a plane any way but straight up rises, by the sine of its angle to that.
+// On a plane every direction but the normal rises, by the sine of its angle from the normal.
 TEST(SupportPoint, OfAPlaneIsEveryPointInTheDirectionOfItsNormal) {
   const Pyramid plane(0);
   const SurfacePoint middle_of_edge{.particle = {0, 1, 0, 0}, .weight = {0.5, 0.5, 0, 0}, .count = 2};
@@ -42,8 +43,8 @@ TEST(SupportPoint, OfAPlaneIsEveryPointInTheDirectionOfItsNormal) {
   EXPECT_EQ(plane.look(in_face, Vec3::UnitY()).count, 1);
 }
 
-// The top of a pyramid is one for all directions between the normals of its sides, and its faces fall away
-// from it by their slope; a dent rises by it.
+// The top of a pyramid is a support point for all directions between the normals of its sides, from which its
+// faces fall away by their slope. The bottom of a dent rises by that slope and is none.
 TEST(SupportPoint, OfATopIsTheTopAndOfADentNone) {
   for (const double height : {0.2, 1.0, 5.0}) {
     const double steep = height / std::sqrt(0.5 + height * height);  // sine of the slope of a side
@@ -55,6 +56,7 @@ TEST(SupportPoint, OfATopIsTheTopAndOfADentNone) {
   }
 }
 
+// A point on no boundary face has no faces around it and rises nowhere.
 TEST(SupportPoint, OnNoFaceThereIsNothingThatRises) {
   const Pyramid plane(0);
   const SurfacePoint across{.particle = {1, 3, 0, 0}, .weight = {0.5, 0.5, 0, 0}, .count = 2};

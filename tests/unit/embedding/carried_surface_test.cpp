@@ -8,6 +8,7 @@
 namespace duet::carried_surface_test {
 namespace {
 
+// The surface of a torus, embedded in tetrahedra of 8 cm.
 struct Carried {
   LevelSet shape = LevelSet::torus(0.4, 0.15);
   TetMesh mesh = tetrahedralize(shape, 0.08);
@@ -15,8 +16,8 @@ struct Carried {
   CarriedSurface carried{surface, mesh};
 };
 
-// Weights that sum to one and reproduce positions take every affine map of the nodes over to the surface,
-// whether a position lies inside of the coarse tets or beyond their flat faces.
+// The barycentric weights sum to one and reproduce the positions, so they carry every affine map of the nodes
+// over to the surface, whether a position lies inside of the coarse tetrahedra or beyond their flat faces.
 TEST(CarriedSurface, FollowsAffineMapsExactly) {
   Carried test;
   Mat3 A;
@@ -32,14 +33,16 @@ TEST(CarriedSurface, FollowsAffineMapsExactly) {
   for (const Vec3f& n : moved.normals) EXPECT_NEAR(n.norm(), 1, 1e-5);
 }
 
-// The surface bulges out of the coarse boundary by its sagitta: (a cell)^2 / (8 radius), of a tet some 0.4
-// cells high.
+// The surface bulges out of the coarse boundary by its sagitta, a^2 / (8 R) for cells of the size a, while
+// tetrahedra are some 0.4 cells high: barycentric weights of -0.4 are not reached.
 TEST(CarriedSurface, LiesCloseToItsTets) {
   const Carried test;
   EXPECT_GT(test.carried.farthest_outside(), 0);
   EXPECT_LT(test.carried.farthest_outside(), 0.4);
 }
 
+// A constant is interpolated to itself, and a negative value, which marks inverted elements, reaches the
+// surface without being averaged.
 TEST(CarriedSurface, ValuesAreInterpolatedAndMarksAreKept) {
   const Carried test;
   std::vector<float> values, of_nodes(test.mesh.nodes.size(), 0.25F);

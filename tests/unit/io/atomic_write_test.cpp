@@ -1,4 +1,5 @@
-// A file is whole or absent, and a failure says which file, why, and what to do.
+// Tests that a file is whole or absent after a write, and that a failure says which file, why, and what to
+// do.
 #include <csignal>
 #include <fstream>
 
@@ -16,11 +17,12 @@ namespace {
 
 using test::ScratchFolder;
 
+// Returns the number of entries of a folder, which finds temporary files left behind.
 int entries(const fs::path& folder) {
   return static_cast<int>(std::distance(fs::directory_iterator(folder), fs::directory_iterator()));
 }
 
-// The message of the FileError that `work` throws.
+// Returns the message of the FileError that `work` throws.
 template <class Work>
 std::string failure(Work work) {
   try {
@@ -54,7 +56,8 @@ TEST(AtomicWrite, NamesThePathTheReasonAndARemedy) {
   EXPECT_NE(text.find("choose another path"), std::string::npos) << text;
 }
 
-// Root may write everywhere but into the system's own tables.
+// Root may write everywhere except into the tables of the system, so that /proc stands for a folder without
+// write permission.
 TEST(AtomicWrite, FailsWhereNothingCanBeCreated) {
   failure([] { write_atomically("/proc/duet-test", "x"); });
   failure([] { create_folder("/proc/duet-test"); });
@@ -67,7 +70,8 @@ TEST(AtomicWrite, LeavesNothingBehindWhenTheTargetIsAFolder) {
   EXPECT_EQ(entries(scratch.path()), 1);
 }
 
-// A file that may not grow stands for a full disk: the write fails in the middle.
+// A limit on file sizes stands for a full disk: the write fails in the middle, and the old file stays as it
+// was.
 TEST(AtomicWrite, KeepsTheOldFileWhenTheNewOneDoesNotFit) {
   const ScratchFolder scratch;
   const fs::path path = scratch / "0000.obj";
@@ -91,7 +95,8 @@ TEST(AtomicWrite, KeepsTheOldFileWhenTheNewOneDoesNotFit) {
   EXPECT_EQ(entries(scratch.path()), 1);
 }
 
-// In containers all programs may have one number, and the files that a killed one left stay.
+// In containers all programs may have one process number, and the temporary files of a killed one stay. Names
+// that are taken must not block a write.
 TEST(AtomicWrite, FilesThatAKilledProgramLeftDoNotBlock) {
   const ScratchFolder scratch;
   const fs::path path = scratch / "0000.obj";
@@ -112,6 +117,7 @@ TEST(AtomicWrite, EveryCommonReasonHasARemedy) {
   }
 }
 
+// Files of /proc have the size 0, although they have content. A reader that trusts the size returns nothing.
 TEST(Files, ReadsAFileWithoutASize) { EXPECT_FALSE(read_file("/proc/self/status").empty()); }
 
 TEST(Files, ReadingAMissingFileOrAFolderFails) {

@@ -83,11 +83,12 @@ TEST_F(CheckpointTest, TheNumericsThatComputedItAreKept) {
   EXPECT_TRUE(search.faults.empty());
 }
 
-// Files of other versions may be shorter than this version's header.
+// A checkpoint of another format version is reported as such and not as damaged. Its file may be shorter than
+// the header of this version.
 TEST_F(CheckpointTest, AnotherFormatIsNoDamage) {
   for (const int frame : {3, 4}) {
     std::string bytes = read_file(checkpoint_path(run, frame)).substr(0, frame == 3 ? 1000 : 20);
-    bytes[8] = 5;  // the number of the format follows the mark of eight bytes
+    bytes[8] = 5;  // The number of the format follows the mark of eight bytes.
     write_atomically(checkpoint_path(run, frame), bytes);
   }
   const CheckpointSearch search = find_checkpoint(run, scene);

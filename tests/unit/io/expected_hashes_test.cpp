@@ -23,7 +23,7 @@ std::vector<BodyHashes> few() {
           {Owner::scene, {}, {{"contact cache", 40}}}};
 }
 
-// Pairs of jointed links, a floor, and the scene.
+// Returns hashes of 30 pairs of jointed links, a floor, and the scene.
 std::vector<BodyHashes> many() {
   std::vector<BodyHashes> bodies;
   for (std::uint64_t i = 1; i <= 30; ++i) {
@@ -40,7 +40,7 @@ FrameHashes frame(int number, std::uint64_t whole, const std::vector<BodyHashes>
   return {number, whole_hash(whole), hash_lines(bodies, max_lines)};
 }
 
-// As it is read from a file.
+// Returns the hashes of a frame after they were written to a file and read again.
 FrameHashes committed(const FrameHashes& frame) {
   const ScratchFolder scratch;
   write_atomically(scratch / "a.txt", expected_text("about", {frame}));
@@ -113,6 +113,8 @@ TEST(ExpectedHashes, OfManyBodiesAreGroupedAndStillNameOne) {
   EXPECT_EQ(difference->bodies, 1);
 }
 
+// If there are more than 100 bodies, those whose names differ only in digits are grouped. The bound of 100 kB
+// keeps files of expected hashes small enough for the repository.
 TEST(ExpectedHashes, OfFortyHundredBodiesFitIntoHundredKilobytes) {
   std::vector<BodyHashes> bodies;
   for (std::uint64_t i = 0; i < 4000; ++i) bodies.push_back(rigid(fmt::format("ball{}", i), i));

@@ -1,4 +1,4 @@
-// The files are read back by OpenVDB itself, as other programs do.
+// Tests of the level-set files. OpenVDB itself reads them back, as other programs do.
 #include "sim/io/level_set_writer.h"
 
 #include <map>
@@ -63,8 +63,8 @@ TEST_F(LevelSetFile, ValuesAreTheDistancesOfTheRotatedBox) {
         const double exact = box.distance(pose.to_body(world));
         const double value =
             static_cast<double>(sampler.wsSample(openvdb::Vec3d(world.x(), world.y(), world.z())));
-        // Trilinear interpolation of a distance is off by less than half a voxel, at edges too; one voxel
-        // from the band's rim on, some of the eight values are the background.
+        // Trilinear interpolation of a distance is off by less than half a voxel, also at edges. Within one
+        // voxel of the edge of the narrow band, some of the eight values are the background.
         if (std::abs(exact) < band - voxel) {
           EXPECT_NEAR(value, exact, 0.5 * voxel);
           ++within_band;
@@ -76,7 +76,8 @@ TEST_F(LevelSetFile, ValuesAreTheDistancesOfTheRotatedBox) {
   EXPECT_GT(within_band, 500);
 }
 
-// Ten boxes take hardly more than one, and each is where it belongs.
+// Bodies of one shape share their voxels: ten boxes take hardly more space than one, and each of them has its
+// own place. The bound allows 2000 bytes of metadata for each further box.
 TEST_F(LevelSetFile, BodiesOfOneShapeShareTheirVoxels) {
   bodies.resize(1);
   LevelSetWriter(bodies).write(run, 0, 0, bodies);
@@ -106,7 +107,7 @@ TEST_F(LevelSetFile, VoxelsAreExact) {
   for (auto value = grid->cbeginValueOn(); value; ++value, ++voxels) {
     const openvdb::Vec3d at = grid->indexToWorld(value.getCoord());
     const double exact = box.distance(pose.to_body(Vec3(at.x(), at.y(), at.z())));
-    ASSERT_NEAR(static_cast<double>(*value), exact, 1e-7);  // |value| <= 0.15, float spacing 1.5e-8
+    ASSERT_NEAR(static_cast<double>(*value), exact, 1e-7);  // |value| <= 0.15, where floats are 1.5e-8 apart
   }
   const double surface = 2 * (1 * 0.6 + 0.6 * 2 + 1 * 2);
   EXPECT_NEAR(voxels, surface * 6 / (voxel * voxel), 0.15 * voxels)
@@ -131,7 +132,7 @@ TEST_F(LevelSetFile, GridsCarryNamesMetadataAndThePose) {
   }
   const openvdb::Vec3d origin = later["box"]->indexToWorld(openvdb::Vec3d(0, 0, 0));
   for (int axis = 0; axis < 3; ++axis) EXPECT_NEAR(origin[axis], bodies[0].pose.position[axis], 1e-12);
-  // The voxels are those of the first frame: a pose resamples nothing.
+  // The voxels are those of the first frame: a change of pose resamples nothing.
   EXPECT_TRUE(first["box"]->tree().hasSameTopology(later["box"]->tree()));
   for (auto a = first["box"]->cbeginValueOn(), b = later["box"]->cbeginValueOn(); a; ++a, ++b)
     ASSERT_EQ(*a, *b);
@@ -145,7 +146,8 @@ TEST_F(LevelSetFile, NamesCanBeLookedUpWithoutReadingTheGrids) {
   EXPECT_TRUE(file.hasGrid("box"));
 }
 
-// The middle plane lies on nodes: a plate has an inside, however thin.
+// The middle plane of a body lies on nodes of its grid, so that even a plate thinner than a voxel has an
+// inside.
 TEST_F(LevelSetFile, APlateThinnerThanAVoxelHasAnInside) {
   bodies = {body("box", LevelSet::box(Vec3(1, 0.004, 1)), voxel, pose)};
   LevelSetWriter(bodies).write(run, 0, 0, bodies);
@@ -158,6 +160,7 @@ TEST_F(LevelSetFile, APlateThinnerThanAVoxelHasAnInside) {
     }
 }
 
+// OpenVDB refuses transforms with tiny voxels. A grain 0.1 mm wide is still written.
 TEST_F(LevelSetFile, TheSmallestGrainsAreWritten) {
   const LevelSet grain = LevelSet::sphere(5e-5);
   bodies = {body("box", grain, exported_voxel_size(grain), pose)};

@@ -18,7 +18,7 @@ using test::ScratchFolder;
 
 std::uint32_t bits(float value) { return std::bit_cast<std::uint32_t>(value); }
 
-// Any finite float, all exponents alike.
+// Returns a finite float with random bits, so that all exponents are equally likely.
 float any_float(std::mt19937& random) {
   while (true) {
     const float value = std::bit_cast<float>(static_cast<std::uint32_t>(random()));
@@ -26,7 +26,7 @@ float any_float(std::mt19937& random) {
   }
 }
 
-// A body some 6 m wide around the origin.
+// Returns a body about 6 m wide around the origin, with random positions, normals and texture coordinates.
 BodySurface body(const std::string& name, int triangles, std::mt19937& random) {
   BodySurface result{name, {}};
   Surface& surface = result.surface;
@@ -49,6 +49,8 @@ void expect_same_bits(const std::vector<Vector>& a, const std::vector<Vector>& b
     for (int k = 0; k < a[i].size(); ++k) EXPECT_EQ(bits(a[i][k]), bits(b[i][k])) << "element " << i;
 }
 
+// Normals, texture coordinates and indices come back to the last bit. Positions come back up to half of the
+// last place of a float for a body 6 m wide: 6 * 2^-25 m.
 TEST(Obj, RoundTripKeepsAllButTheLastDigitsOfPositions) {
   const ScratchFolder scratch;
   std::mt19937 random(7);
@@ -84,7 +86,8 @@ TEST(Obj, WhatWasReadIsWrittenAgainAsItWas) {
   EXPECT_EQ(read_file(scratch / "0001.obj"), read_file(scratch / "0000.obj"));
 }
 
-// The error is that of a float relative to the body's size, and 1e-6 m at most; doubles at 10 km: 2e-12 m.
+// Positions are rounded to the precision of a float relative to the size of the body, and to 1e-6 m at most,
+// wherever the body is. Doubles at 10 km add 2e-12 m.
 TEST(Obj, PositionsAreAsPreciseFarFromTheOrigin) {
   const ScratchFolder scratch;
   std::mt19937 random(9);
@@ -114,7 +117,7 @@ TEST(Obj, PositionsHaveNoMoreDigitsThanTheySay) {
       << text;
 }
 
-// Runs of earlier versions hold floats in their shortest form.
+// Runs of earlier versions hold floats in their shortest form, and other programs write more digits.
 TEST(Obj, ReadsFilesWithAnyNumberOfDigits) {
   const ScratchFolder scratch;
   write_atomically(scratch / "0000.obj", "o a\nv 0.1 -1e-07 12345.679\nv 0.12345678901234567 1e+30 -0\n");
@@ -124,7 +127,8 @@ TEST(Obj, ReadsFilesWithAnyNumberOfDigits) {
   EXPECT_EQ(read[1], Vec3(0.12345678901234567, 1e30, 0));
 }
 
-// The file as other programs see it: indices from one through the whole file, shortest numbers.
+// The text is what other programs expect: indices count from one through the whole file, and numbers are in
+// their shortest form.
 TEST(Obj, TextIsPlainObj) {
   const ScratchFolder scratch;
   const Surface triangle{{{0, 0, 0}, {0.1, 0, 0}, {0, 1e-7, 0}},
@@ -148,7 +152,7 @@ TEST(Obj, HoldsNoStrain) {
   EXPECT_EQ(obj_text({{"a", triangle}}), text);
 }
 
-// Earlier versions of Duet wrote the strain into OBJ files, in lines of any length.
+// Earlier versions of Duet wrote the strain into OBJ files, in lines of any length. It is still read.
 TEST(Obj, ReadsStrainOfEarlierVersions) {
   const ScratchFolder scratch;
   std::vector<float> strain;
@@ -165,7 +169,7 @@ TEST(Obj, ReadsStrainOfEarlierVersions) {
   EXPECT_EQ(read_obj(scratch / "0000.obj")[0].surface.strain, strain);
 }
 
-// Blender's importer gives up at lines of more than 65,536 characters.
+// Blender's importer gives up on lines of more than 65,536 characters.
 TEST(Obj, NoLineIsLongerThanAThousandCharacters) {
   Surface surface{{}, {{0, 0, 1}}, {{0, 0}}, {{Corner{}, Corner{1}, Corner{2}}}};
   for (int i = 0; i < 20000; ++i) {
@@ -191,7 +195,7 @@ std::string failure_of(const ScratchFolder& scratch, const std::string& text) {
 
 TEST(Obj, MalformedLinesAreErrorsWithTheirLine) {
   const ScratchFolder scratch;
-  const std::string head = "o a\nv 0 0 0\nvt 0 0\nvn 0 0 1\n";  // 4 lines
+  const std::string head = "o a\nv 0 0 0\nvt 0 0\nvn 0 0 1\n";  // The head has 4 lines.
   for (const char* line : {"v 1 2",
                            "v 1 2 x",
                            "v 1 2 nan",
@@ -221,8 +225,9 @@ TEST(Obj, MalformedLinesAreErrorsWithTheirLine) {
   EXPECT_NE(failure_of(scratch, "v 0 0 0\n").find("line 1: "), std::string::npos);
 }
 
-// A body refers to its own vertices only.
-TEST(Obj, StrainIsOfAllPositions) {
+// The strain in a file of an earlier version has one number for each vertex of its own body. Anything else is
+// an error that names the line.
+TEST(Obj, StrainOfOldFilesCoversAllVertices) {
   const ScratchFolder scratch;
   EXPECT_NE(failure_of(scratch, "o a\nv 0 0 0\nv 0 0 0\n# strain 1\n")
                 .find("line 4: object `a` has 2 vertices and the strain of 1"),
@@ -257,7 +262,8 @@ TEST(Obj, AFileThatEndsWithinALineIsAnError) {
   }
 }
 
-// Whatever the bytes, the reader returns or throws FileError; the sanitizers watch it.
+// Whatever bytes are damaged, the reader returns or throws a FileError. The sanitizers watch for reads out of
+// range.
 TEST(Obj, DamagedBytesNeverBreakTheReader) {
   const ScratchFolder scratch;
   std::mt19937 random(11);

@@ -52,7 +52,7 @@ TEST(RunFolder, ManifestRoundTrip) {
   EXPECT_FALSE(read.bodies[1].box.has_value());
 }
 
-// Runs of programs that did not write compiler, variant and numerics can still be drawn, resumed and
+// Runs of programs that did not yet write compiler, variant and numerics can still be drawn, resumed and
 // replaced.
 TEST(RunFolder, AManifestWithoutVariantIsRead) {
   const ScratchFolder scratch;
@@ -76,7 +76,8 @@ TEST(RunFolder, EarlierFramesKeepTheirOrigin) {
   run.origin = b;
   EXPECT_EQ(earlier_frames(run, 12, b), run.earlier);
   EXPECT_EQ(earlier_frames(run, 12, a), (std::vector<EarlierFrames>{{9, a}, {12, b}}));
-  // Checkpoints were lost: frames of b, and some of a, are computed anew.
+  // Checkpoints were lost, so that frames of b, and some of a, are computed again by the program of the last
+  // argument.
   EXPECT_EQ(earlier_frames(run, 8, b), (std::vector<EarlierFrames>{{8, a}}));
   EXPECT_TRUE(earlier_frames(run, 8, a).empty());
 }
@@ -91,7 +92,8 @@ TEST(RunFolder, AManifestThatIsNoneIsAFileError) {
   }
 }
 
-// Counts that no run has would be looped over, or become negative ones.
+// Counts that no run can have are refused. The reader would loop over them, or they would become negative
+// when narrowed.
 TEST(RunFolder, AManifestOfImpossibleNumbersIsAFileError) {
   const ScratchFolder scratch;
   const RunDirectory run{scratch.path()};
@@ -131,7 +133,7 @@ TEST(RunFolder, FileNamesHaveFourDigitsAndGrow) {
   EXPECT_EQ(run.image(12345), fs::path("out/stack/image/12345.png"));
 }
 
-// Nobody's files are lost to a mistyped --out.
+// A folder with files that are not of a run is refused, so that a mistyped --out loses nobody's files.
 TEST(RunFolder, AFolderWithOtherFilesIsRefused) {
   const ScratchFolder scratch;
   write_atomically(scratch / "thesis.txt", "years of work");
@@ -142,7 +144,8 @@ TEST(RunFolder, AFolderWithOtherFilesIsRefused) {
   EXPECT_THROW(RunLock{RunDirectory{scratch / "thesis.txt"}}, FileError);
 }
 
-// A program writes the journal's first line before the manifest.
+// A program writes the first line of the journal before the manifest. A folder with a journal alone is thus
+// what a program killed early left, and may be used again.
 TEST(RunFolder, AFolderWithAJournalAloneIsOfAKilledRun) {
   const ScratchFolder scratch;
   const RunDirectory run{scratch / "run"};

@@ -25,7 +25,7 @@ class Journal : public testing::Test {
     for (const char* folder : {"mesh", "levelset", "image", "checkpoint"}) create_folder(scratch / folder);
   }
   std::string text() const { return read_file(journal_path(run.root)); }
-  // The journal as another program reads it.
+  // Returns the journal as another program reads it.
   std::shared_ptr<RunJournal> reread() const { return RunJournal::read(run.root); }
 };
 
@@ -48,7 +48,8 @@ TEST_F(Journal, ListsWhatIsWrittenAndSaysWhatIsDamaged) {
   EXPECT_EQ(reread()->fault(run.mesh(2)), "") << "not listed";
 }
 
-// A program that is killed between two calls leaves no file that seems damaged.
+// While a file changes, the journal lists it as changing and does not check it. A program that is killed
+// between two calls thus leaves no file that seems damaged.
 TEST_F(Journal, FilesThatChangeAreNotCheckedMeanwhile) {
   run.write(run.mesh(0), "old");
   const std::string listed = text();
@@ -74,7 +75,7 @@ TEST_F(Journal, GrowingFilesAreCheckedAsFarAsTheyAreListed) {
     LineLog log(run, run.stats(), -1);
     log.append(R"({"frame":0})");
     log.list();
-    log.append(R"({"frame":1})");  // and killed
+    log.append(R"({"frame":1})");  // The program is killed here, before the line is listed.
   }
   EXPECT_EQ(reread()->fault(run.stats()), "");
   const std::string whole = read_file(run.stats());
@@ -117,7 +118,8 @@ TEST_F(Journal, ALineThatWasNotWrittenToItsEndIsCutOff) {
   }
 }
 
-// Whatever becomes of a line, a file that is not checked any more is said so.
+// Whichever bit of the journal flips, the check reports a fault: no listed file becomes an unchecked one
+// without notice.
 TEST_F(Journal, DamageOfTheJournalIsNamed) {
   run.write(run.mesh(0), "a mesh");
   run.write(run.mesh(1), "another mesh");
@@ -128,12 +130,13 @@ TEST_F(Journal, DamageOfTheJournalIsNamed) {
   const std::size_t first_frame = whole.find("\"first_frame\":0") + 14;
   for (std::size_t i = 0; i < whole.size(); ++i)
     for (const int bit : {0, 1, 6}) {
-      if (i == first_frame) continue;  // another number there is as good for files that are listed
+      if (i == first_frame) continue;  // Another first frame is as good for files that are listed.
       std::string damaged = whole;
       damaged[i] ^= static_cast<char>(1 << bit);
       write_atomically(journal_path(run.root), damaged);
       const RunCheck check = check_run(run);
-      const bool is_last_end = i + 1 == whole.size();  // the line of the newest checkpoint is torn then
+      // Without its end, the line of the newest checkpoint is torn, which is a note.
+      const bool is_last_end = i + 1 == whole.size();
       EXPECT_FALSE(check.faults.empty() && !(is_last_end && !check.notes.empty())) << damaged;
     }
   for (const std::string& forged : {std::string(R"({"file":"../../secret","bytes":1,"hash":"0"})"),
@@ -154,7 +157,7 @@ TEST_F(Journal, DamageOfTheJournalIsNamed) {
   EXPECT_EQ(check_run(run).faults.size(), 1U);
 }
 
-// A run that a program without journals began.
+// A program without journals began the run. Its frames are not checked, and the check notes this.
 TEST_F(Journal, FilesBeforeItsFirstFrameAreANote) {
   run.journal.reset();
   fs::remove(journal_path(run.root));

@@ -21,7 +21,8 @@ class StageLogs : public testing::Test {
     test::add_ball(scene_, "second", Vec3(2, 0.3, 0), 0.25, 5);
     test::add_soft_box(scene_, "cube", Vec3(5, 0.6, 0), Vec3(1, 1, 1), 1);
   }
-  // Three frames, with a change of the world before the third, in a folder of that name.
+  // Runs `frames` frames in a folder of that name, changes the world before the third one, and returns the
+  // folder.
   template <class Change>
   RunDirectory run(const std::string& name, Change&& change, int frames = 3) {
     const RunDirectory directory{scratch_ / name};
@@ -53,6 +54,8 @@ TEST_F(StageLogs, OfTheSameSceneHaveNoDifference) {
   EXPECT_TRUE(comparison.text().ends_with("up to frame 3 are equal")) << comparison.text();
 }
 
+// A change of one velocity by 1e-13 m/s, which only the bits show, is located by frame, step, stage, quantity
+// and body.
 TEST_F(StageLogs, NameTheFirstStageQuantityAndBodyThatDiffer) {
   const RunDirectory plain = run("a"),
                      changed =

@@ -72,7 +72,7 @@ TEST(StatsLog, ResumingKeepsTheLinesUpToTheResumedFrame) {
     StatsLog log(run);
     for (int frame = 0; frame < 5; ++frame) log.append(stats_of(frame));
   }
-  write_atomically(run.stats(), read_file(run.stats()) + "{\"frame\":1,\"ti");  // torn by a power cut
+  write_atomically(run.stats(), read_file(run.stats()) + "{\"frame\":1,\"ti");  // A power cut tore this line.
   {
     StatsLog log(run, 2);
     log.append(stats_of(3));
@@ -84,6 +84,8 @@ TEST(StatsLog, ResumingKeepsTheLinesUpToTheResumedFrame) {
   EXPECT_EQ(read_file(run.stats()), "");
 }
 
+// A limit on file sizes stands for a full disk. The line that does not fit is cut off again, so that the file
+// ends with a whole line.
 TEST(StatsLog, ALineThatDoesNotFitIsNotThere) {
   const ScratchFolder scratch;
   const RunDirectory run{scratch.path()};

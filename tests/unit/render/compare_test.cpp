@@ -1,4 +1,4 @@
-// Measures of difference whose values are known on paper.
+// Tests of measures of difference between pictures whose values are known on paper.
 #include "render/compare.h"
 
 #include <cmath>
@@ -19,6 +19,7 @@ Picture uniform(int width, int height, int r, int g, int b) {
 
 Picture gray(int width, int height, int value) { return uniform(width, height, value, value, value); }
 
+// Returns channel `c` (0: red) of the pixel at (x, y), counted from the upper left.
 unsigned char& channel(Picture& picture, int x, int y, int c) {
   return picture.rgb[static_cast<std::size_t>(3 * (y * picture.width + x) + c)];
 }
@@ -35,7 +36,8 @@ TEST(Compare, APictureEqualsItself) {
   EXPECT_EQ(broken_bounds(d, {}), "");
 }
 
-// One of three channels off by 51/255 = 0.2, all over.
+// One of three channels is off by 51/255 = 0.2 in all pixels: the mean is 0.2 / 3 and the root mean square
+// 0.2 / sqrt(3).
 TEST(Compare, AUniformDifferenceHasItsOwnValue) {
   const Difference d = compare(uniform(20, 10, 100, 50, 50), uniform(20, 10, 151, 50, 50));
   EXPECT_DOUBLE_EQ(d.maximum, 0.2);
@@ -45,7 +47,7 @@ TEST(Compare, AUniformDifferenceHasItsOwnValue) {
   EXPECT_EQ(d.max_patch, 200);
 }
 
-// Of 100 pixels one is off by 1 in all channels: mean 0.01, root of the mean square 0.1.
+// One of 100 pixels is off by 1 in all channels: the mean is 0.01 and the root mean square 0.1.
 TEST(Compare, ASingleDifferenceIsAveraged) {
   const Picture a = gray(10, 10, 0);
   Picture b = a;
@@ -73,21 +75,22 @@ TEST(Compare, PatchesConnectBySidesAndCorners) {
   Picture b = a;
   for (const auto& [x, y] : {std::pair(0, 0), {1, 1}, {2, 0}, {3, 1}, {3, 2}}) channel(b, x, y, 2) = 0;
   for (const auto& [x, y] : {std::pair(5, 4), {11, 0}, {0, 1 + 5}, {11, 8}, {10, 8}, {0, 8}})
-    channel(b, x, y, 0) = 0;  // the picture's left and right borders do not connect
+    channel(b, x, y, 0) = 0;  // The left and right borders of the picture do not connect.
   const Difference d = compare(a, b);
   EXPECT_EQ(d.max_patch, 5);
   EXPECT_DOUBLE_EQ(d.share, 11.0 / (12 * 9));
 }
 
-// Of two flat pictures structural similarity leaves the term of luminance: (2 x y + c1) / (x^2 + y^2 + c1),
-// at the border as in the middle.
+// For two flat pictures, structural similarity is its luminance term (2 x y + c1) / (x^2 + y^2 + c1), at the
+// border as in the middle.
 TEST(Compare, StructuralSimilarityOfFlatPictures) {
   const double x = 51 / 255.0, y = 153 / 255.0, c1 = 1e-4;
   EXPECT_NEAR(compare(gray(17, 13, 51), gray(17, 13, 153)).ssim, (2 * x * y + c1) / (x * x + y * y + c1),
               1e-12);
 }
 
-// The same brightness, the structure the other way round.
+// Two pictures have the same brightness and opposite structure, so that their structural similarity is near
+// -1.
 TEST(Compare, StructuralSimilaritySeesStructure) {
   Picture a = gray(32, 32, 100), b = a, faint = a;
   for (int y = 0; y < 32; ++y)

@@ -13,7 +13,7 @@ namespace {
 const LibraryNames no_library = {.osmesa = {"libduet-none.so.8", "libduet-none.so.6"},
                                  .egl = {"libduet-none.so.1"}};
 
-// The message of the FileError that making a context ends with; its exit status is checked.
+// Returns the message of the FileError with which making a context ends, and checks its exit status.
 std::string failure(Backend backend, const LibraryNames& libraries) {
   try {
     create_context(backend, libraries);

@@ -9,7 +9,7 @@
 namespace duet::render::default_view_test {
 namespace {
 
-// A box of `size` that moves, and a floor of a hundred times that which does not.
+// Returns a run with a moving box of edge `size` (m) and a static floor that is a hundred times as wide.
 io::Manifest manifest_of(double size, const Vec3& place) {
   io::Manifest manifest;
   manifest.bodies.resize(2);
@@ -22,8 +22,8 @@ io::Manifest manifest_of(double size, const Vec3& place) {
   return manifest;
 }
 
-// Every corner of what moves is in the picture, which it fills for the most part, whatever its size and
-// place.
+// Every corner of the moving bodies is in the picture, and they fill at least 0.4 of its height, whatever
+// their size and place are.
 TEST(DefaultView, ShowsWhatMoves) {
   for (const double size : {1e-3, 1.0, 1e3})
     for (const Vec3& place : {Vec3(0, 0, 0), Vec3(50, -3, 1e4)})
@@ -49,9 +49,9 @@ TEST(DefaultView, ShowsWhatMoves) {
       }
 }
 
-// A ball of 2 cm that rolls at 3 m/s does not leave the picture at once: 2 s of its way are in it, or as much
-// as the scene lasts.
-TEST(DefaultView, ShowsTheWayOfWhatStartsWithAVelocity) {
+// A ball of 2 cm that rolls at 3 m/s does not leave the picture at once: 2 s of its path are in view, or as
+// much as the scene lasts.
+TEST(DefaultView, ShowsThePathOfBodiesThatStartWithAVelocity) {
   for (const double seconds : {0.5, 10.0}) {
     scene::Scene scene;
     scene.rigid.resize(2);
@@ -72,7 +72,7 @@ TEST(DefaultView, ShowsTheGroundBelow) {
   EXPECT_GT(seen.camera.position.y(), -4);
 }
 
-// The lamp is above, on the camera's side, and as bright for large scenes as for small ones.
+// The lamp is above, on the side of the camera, and gives the same irradiance in scenes of all sizes.
 TEST(DefaultView, LightsWhatMovesAlike) {
   double before = 0;
   for (const double size : {1e-3, 1.0, 1e3}) {

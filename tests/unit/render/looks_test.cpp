@@ -48,8 +48,9 @@ TEST(Looks, NoNameMeansTheDefaultLookForStaticBodies) {
   EXPECT_EQ(look_of(table, "second").color, scene::Look{}.color);
 }
 
-// Neighbours can be told apart, the named looks stay, and a thousand bodies need no more than the palette.
-TEST(Looks, NoNameMeansAColourOfThePaletteForWhatMoves) {
+// Consecutive bodies have colors that can be told apart, named looks stay, and a thousand bodies need no more
+// looks than the palette has.
+TEST(Looks, MovingBodiesWithoutALookTakePaletteColors) {
   io::Manifest manifest = wearing("");
   for (int i = 2; i < 1000; ++i) {
     manifest.bodies.emplace_back().name = std::to_string(i);

@@ -7,8 +7,8 @@
 namespace duet::render::projection_test {
 namespace {
 
-// Looks down the negative z axis from z = 10; 90 degrees high, so that half the height at distance 10 is 10
-// m.
+// Returns a camera that looks down the negative z axis from z = 10, with a vertical field of view of 90
+// degrees. Half of the height at distance 10 is thus 10 m.
 View wide_view() {
   return make_view({.position = {0, 0, 10}, .target = {0, 0, 0}, .up = {0, 1, 0}, .vertical_fov = 90}, 200,
                    100);
@@ -19,17 +19,19 @@ TEST(Projection, PixelsAgreeWithHandNumbers) {
   EXPECT_NEAR((view.to_pixel({0, 0, 0}, 200, 100) - Vec2(100, 50)).norm(), 0, 1e-10);
   EXPECT_NEAR((view.to_pixel({20, 10, 0}, 200, 100) - Vec2(200, 0)).norm(), 0, 1e-10);  // right, up
   EXPECT_NEAR((view.to_pixel({-5, -5, 5}, 200, 100) - Vec2(50, 100)).norm(), 0,
-              1e-10);  // half as far, twice as large
+              1e-10);  // at half the distance, twice as large
 }
 
 TEST(Projection, MatrixAgreesWithHandNumbers) {
   const Mat4 m = wide_view().projection(5, 15);
   const auto clip = [&](const Vec3& x) -> Vec3 { return (m * x.homogeneous()).hnormalized(); };
-  EXPECT_NEAR((clip({0, 0, 5}) - Vec3(0, 0, -1)).norm(), 0, 1e-12);          // the near plane
-  EXPECT_NEAR((clip({0, 0, -5}) - Vec3(0, 0, 1)).norm(), 0, 1e-12);          // the far plane
+  EXPECT_NEAR((clip({0, 0, 5}) - Vec3(0, 0, -1)).norm(), 0, 1e-12);          // near plane
+  EXPECT_NEAR((clip({0, 0, -5}) - Vec3(0, 0, 1)).norm(), 0, 1e-12);          // far plane
   EXPECT_NEAR((clip({10, -5, 0}) - Vec3(0.5, -0.5, 0.5)).norm(), 0, 1e-12);  // depth (20 - 150 / 10) / 10
 }
 
+// The matrix of OpenGL and to_pixel() are two formulas for one camera, and agree for a camera with a tilted
+// up vector.
 TEST(Projection, MatrixAndPixelsAgreeForATiltedCamera) {
   const View view =
       make_view({.position = {-32, 6, -28}, .target = {-2, 5, 1.6}, .up = {0.02, 1, 0.1}, .vertical_fov = 20},

@@ -16,6 +16,8 @@ scene::Scene lit_scene(int samples) {
   return scene;
 }
 
+// The area light and the sky share the samples: with both, the sky gets five eighths. A light without area
+// takes none.
 TEST(ShadowSamples, AreSharedBetweenLightsAndSky) {
   const ShadowSampleSet set = make_shadow_samples(lit_scene(64));
   EXPECT_EQ(set.samples.size(), 64u);
@@ -26,10 +28,11 @@ TEST(ShadowSamples, AreSharedBetweenLightsAndSky) {
   EXPECT_EQ(make_shadow_samples(dark).lights, 64);
 
   scene::Scene overcast = lit_scene(64);
-  overcast.lights.erase(overcast.lights.begin());  // the point light throws no shadow
+  overcast.lights.erase(overcast.lights.begin());  // The point light casts no shadow.
   EXPECT_EQ(make_shadow_samples(overcast).lights, 0);
 }
 
+// The weights of the samples of a light add up to its whole radiant intensity, power / (4 pi).
 TEST(ShadowSamples, CarryTheWholeLight) {
   const ShadowSampleSet set = make_shadow_samples(lit_scene(64));
   double light = 0, irradiance = 0;
@@ -38,14 +41,14 @@ TEST(ShadowSamples, CarryTheWholeLight) {
       EXPECT_NEAR(sample.place.norm(), 1, 1e-12);
       irradiance += sample.weight * sample.place.y();
     } else {
-      EXPECT_NEAR(sample.place.y(), 20, 1e-9);  // the disc faces straight down
+      EXPECT_NEAR(sample.place.y(), 20, 1e-9);  // The disc faces straight down.
       EXPECT_LE((sample.place - Vec3(0, 20, 0)).norm(), 3);
       light += sample.weight;
     }
   }
   EXPECT_NEAR(light, 5000 / (4 * std::numbers::pi), 1e-9);
-  // A white sky of radiance 0.5 sends pi / 2 on level ground; midpoints in height integrate a linear function
-  // exactly.
+  // A white sky of radiance L = 0.5 gives the irradiance pi L on level ground. Midpoints in height integrate
+  // a linear function exactly.
   EXPECT_NEAR(irradiance, 0.5 * std::numbers::pi, 1e-9);
 }
 
@@ -63,7 +66,7 @@ TEST(ShadowSamples, TheFrustumHoldsItsCastersTightly) {
       }
     EXPECT_GE(low.minCoeff(), 0);
     EXPECT_LE(high.maxCoeff(), 1);
-    EXPECT_LT(low.head<2>().maxCoeff(), 4.0 / 512);  // a margin of two texels, no more
+    EXPECT_LT(low.head<2>().maxCoeff(), 4.0 / 512);  // a margin of two texels, and no more
     EXPECT_GT(high.head<2>().minCoeff(), 1 - 4.0 / 512);
   }
 }
@@ -71,8 +74,8 @@ TEST(ShadowSamples, TheFrustumHoldsItsCastersTightly) {
 TEST(ShadowSamples, BodiesWhoseShadowFallsOutOfViewAreLeftOut) {
   const View view = make_view({.position = {0, 2, 10}, .target = {0, 0, 0}, .vertical_fov = 30}, 160, 90);
   const ShadowSample from_right = {true, Vec3(1, 1, 0).normalized(), 1};
-  const Bounds far_right = {{30, 30, -1}, {31, 31, 1}};  // its shadow lands about the origin
-  const Bounds far_left = {{-31, 0, -1}, {-30, 1, 1}};   // its shadow falls further left
+  const Bounds far_right = {{30, 30, -1}, {31, 31, 1}};  // Its shadow lands near the origin.
+  const Bounds far_left = {{-31, 0, -1}, {-30, 1, 1}};   // Its shadow falls farther to the left.
   EXPECT_TRUE(shadow_is_seen(from_right, far_right, view, 100, 0));
   EXPECT_FALSE(shadow_is_seen(from_right, far_left, view, 100, 0));
 }

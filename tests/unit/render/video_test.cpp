@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A run with four pictures; its folder's name would trip a shell and a file-name pattern.
+// A run with four pictures. The name of its folder would trip a shell and a file-name pattern.
 class Video : public testing::Test {
  protected:
   Video() {
@@ -60,7 +60,8 @@ TEST_F(Video, AFailingProgramIsANoteWithItsWords) {
   EXPECT_EQ(files(), std::vector<std::string>{"image"});
 }
 
-// ffmpeg would end the video before the first of them without a word.
+// Pictures that are missing or empty in between are named. ffmpeg would end the video before the first of
+// them without a message.
 TEST_F(Video, MissingAndEmptyPicturesInBetweenAreNamed) {
   fs::remove(run_.image(4));
   std::ofstream(run_.image(5)).flush();
@@ -83,7 +84,7 @@ TEST_F(Video, IsGivenUpWhenAsked) {
 
 std::atomic<bool> asked{false};
 
-// The signal that asks for it interrupts the wait for the program's words.
+// The signal that asks for the end interrupts the wait for the output of the encoder.
 TEST_F(Video, IsGivenUpByASignalWhileItIsMade) {
   const fs::path encoder = run_.root / "encoder";
   std::ofstream(encoder)

@@ -13,6 +13,7 @@ namespace {
 constexpr double pi = std::numbers::pi;
 const Interpolation smooth = Interpolation::smooth, linear = Interpolation::linear;
 
+// Returns a motion that stays at the origin.
 KinematicMotion at_rest() {
   KinematicMotion motion;
   motion.position = {.time = {0}, .value = {Vec3::Zero()}, .increment = {}};
@@ -20,6 +21,7 @@ KinematicMotion at_rest() {
   return motion;
 }
 
+// Returns a motion with a position track through the keys.
 KinematicMotion through(const std::vector<PositionKey>& keys, Interpolation interpolation = smooth,
                         bool loop = false) {
   KinematicMotion motion = at_rest();
@@ -27,6 +29,7 @@ KinematicMotion through(const std::vector<PositionKey>& keys, Interpolation inte
   return motion;
 }
 
+// Returns a motion with an orientation track through the keys.
 KinematicMotion turning(const std::vector<OrientationKey>& keys, Interpolation interpolation = smooth,
                         bool loop = false) {
   KinematicMotion motion = at_rest();
@@ -34,7 +37,8 @@ KinematicMotion turning(const std::vector<OrientationKey>& keys, Interpolation i
   return motion;
 }
 
-// Everything at once, of a body whose centre of mass is not where its shape's coordinates begin.
+// Returns a motion with all kinds of tracks at once, for a body whose center of mass is not the origin of its
+// shape's coordinates.
 KinematicMotion everything() {
   KinematicMotion motion = through(
       {{0, Vec3(1, 2, 3)}, {0.7, Vec3(2, 2, 1)}, {2, Vec3(2, -1, 4), Vec3(1, 0, -2)}, {2.5, Vec3(3, 0, 3)}});
@@ -51,7 +55,7 @@ KinematicMotion everything() {
   return motion;
 }
 
-// Central differences of the pose against the velocities.
+// Expects that the velocities are the derivatives of the pose, by central differences.
 void expect_velocities_are_derivatives(const KinematicMotion& motion, double time) {
   SCOPED_TRACE(time);
   constexpr double h = 1e-5;
@@ -59,12 +63,14 @@ void expect_velocities_are_derivatives(const KinematicMotion& motion, double tim
                     after = motion_at(motion, time + h);
   const Vec3 velocity = (after.pose.position - before.pose.position) / (2 * h);
   const Vec3 spin = logarithm(after.pose.orientation * before.pose.orientation.conjugate()) / (2 * h);
-  // h^2/6 times third derivatives of some 1e3, and rounding of 1e-16/h
+  // The bounds are h^2 / 6 times third derivatives of some 1e3, and rounding of 1e-16 / h, with a margin.
   EXPECT_LT((velocity - now.velocity).norm(), 2e-7);
   EXPECT_LT((spin - now.angular_velocity).norm(), 2e-7);
   EXPECT_NEAR(now.pose.orientation.norm(), 1, 1e-15);
 }
 
+// log(exp(v)) = v for angles below pi, tiny ones included; both signs of a quaternion give the same rotation,
+// and the result is the rotation of less than half a turn.
 TEST(Rotation, LogarithmUndoesTheExponential) {
   for (const Vec3& v : {Vec3(0, 0, 0), Vec3(1e-9, 0, 2e-9), Vec3(0.3, -0.2, 0.1), Vec3(0, 3.14159, 0)})
     EXPECT_LT((logarithm(exponential(v)) - v).norm(), 1e-15 * (1 + v.norm()));
@@ -74,12 +80,15 @@ TEST(Rotation, LogarithmUndoesTheExponential) {
       << "the short way";
 }
 
+// The law holds at times before, between and after all keys, starts and stops; none of the times is at one of
+// them.
 TEST(KinematicMotion, VelocitiesAreTheDerivativesOfThePose) {
   const KinematicMotion motion = everything();
   for (int i = -10; i < 290; ++i) expect_velocities_are_derivatives(motion, 0.01 * i + 0.0037);
 }
 
-// C1: whatever is not told to jump does not, at keys, starts and stops.
+// Smooth tracks are C1: the velocity does not jump at keys, starts and stops, where a jump would be an impact
+// for the bodies that touch it.
 TEST(KinematicMotion, VelocitiesAreContinuousInTime) {
   const KinematicMotion motion = everything();
   for (double time : {0.0, 0.2, 0.3, 0.7, 1.0, 1.4, 1.8, 2.0, 2.2, 2.5, 2.6, 0.4}) {
@@ -89,6 +98,7 @@ TEST(KinematicMotion, VelocitiesAreContinuousInTime) {
   }
 }
 
+// Before the first key and from the last one on the body rests at that key's position.
 TEST(KinematicMotion, PassesThroughItsKeysAndRestsOutsideOfThem) {
   const std::vector<PositionKey> keys = {{1, Vec3(1, 0, 2)}, {2, Vec3(3, -1, 0)}, {2.5, Vec3(3, 4, 1)}};
   for (const Interpolation interpolation : {smooth, linear}) {
@@ -102,7 +112,9 @@ TEST(KinematicMotion, PassesThroughItsKeysAndRestsOutsideOfThem) {
   }
 }
 
-TEST(KinematicMotion, SmoothTracksStartAndEndAtRestAndNeverOvershoot) {
+// A smooth track is monotonic in a coordinate whose keys are, and stays at a position that two keys share: an
+// overshoot would push a body through its neighbor.
+TEST(KinematicMotion, SmoothTracksEndAtRestWithoutOvershoot) {
   const KinematicMotion motion =
       through({{0, Vec3(0, 0, 0)}, {1, Vec3(5, 0, -1)}, {2, Vec3(5, 0, -1)}, {2.2, Vec3(6, -3, 8)}});
   EXPECT_TRUE(motion_at(motion, 0).velocity.isZero(0));
@@ -110,7 +122,7 @@ TEST(KinematicMotion, SmoothTracksStartAndEndAtRestAndNeverOvershoot) {
   Vec3 last = motion_at(motion, 0).pose.position;
   for (double time = 0; time <= 2.2; time += 0.01) {
     const Vec3 now = motion_at(motion, time).pose.position;
-    EXPECT_GE(now.x(), last.x() - 1e-14) << time;  // from 0 to 5, held, to 6
+    EXPECT_GE(now.x(), last.x() - 1e-14) << time;  // from 0 to 5, then held, then to 6
     if (time >= 1 && time <= 2) {
       EXPECT_LT((now - Vec3(5, 0, -1)).norm(), 1e-15);
     }
@@ -118,6 +130,7 @@ TEST(KinematicMotion, SmoothTracksStartAndEndAtRestAndNeverOvershoot) {
   }
 }
 
+// The velocity is constant between keys, and at a key it is that of the part that follows.
 TEST(KinematicMotion, LinearTracksHaveConstantVelocity) {
   const KinematicMotion motion =
       through({{0, Vec3(0, 0, 0)}, {2, Vec3(4, 0, 0)}, {3, Vec3(4, 5, 0)}}, linear);
@@ -127,7 +140,8 @@ TEST(KinematicMotion, LinearTracksHaveConstantVelocity) {
   EXPECT_TRUE(motion_at(motion, 0.3).pose.position.isApprox(Vec3(0.6, 0, 0), 1e-14));
 }
 
-// The analytic body of figure 8: a constant acceleration, to the last digit.
+// The analytic body of the scene of figure 8: a cubic between two keys with velocities is a parabola, so the
+// acceleration is constant, to rounding.
 TEST(KinematicMotion, VelocitiesAtKeysMakeAParabola) {
   const Vec3 a(-1.4, -0.5, 0);
   const KinematicMotion motion = through({{0, Vec3::Zero(), Vec3::Zero()}, {4, 8 * a, 4 * a}});
@@ -137,7 +151,9 @@ TEST(KinematicMotion, VelocitiesAtKeysMakeAParabola) {
   }
 }
 
-// The twisting chain of figure 1: 5.75 turns in 23 s, held for one, and unwound.
+// The twisting chain of figure 1: keys about one axis turn by 5.75 turns in 23 s, hold for 1 s, and unwind.
+// An angle of -11.5 pi about the opposite axis is the same rotation as 11.5 pi, so that nothing turns between
+// the two.
 TEST(KinematicMotion, KeysWithOneAxisTurnAsOftenAsTheirAnglesSay) {
   const std::vector<OrientationKey> keys = {{2, Vec3::UnitX(), 0},
                                             {25, Vec3::UnitX(), 11.5 * pi},
@@ -151,17 +167,19 @@ TEST(KinematicMotion, KeysWithOneAxisTurnAsOftenAsTheirAnglesSay) {
   }
   EXPECT_LT(motion_at(motion, 25.5).angular_velocity.norm(), 1e-13);
   EXPECT_LT((motion_at(motion, 30).angular_velocity + Vec3(pi / 2, 0, 0)).norm(), 1e-13);
-  // Smooth, the same turns take as long.
+  // A smooth track makes the same turns in the same time.
   double angle = 0;
   const KinematicMotion gentle = turning(keys);
   for (double time = 2; time < 25; time += 0.01) {
     EXPECT_GE(motion_at(gentle, time).angular_velocity.x(), 0);
     angle += 0.01 * motion_at(gentle, time + 0.005).angular_velocity.x();
   }
-  EXPECT_NEAR(angle, 11.5 * pi, 1e-4);  // the midpoint rule's error
+  EXPECT_NEAR(angle, 11.5 * pi, 1e-4);  // error of the midpoint rule
 }
 
-TEST(KinematicMotion, KeysWithTwoAxesTurnTheShortWay) {
+// Between keys about different axes the rotation is the shortest one, at constant rate (spherical
+// interpolation).
+TEST(KinematicMotion, KeysWithTwoAxesTakeTheShortestRotation) {
   const KinematicMotion motion =
       turning({{0, Vec3::UnitX(), 3 * pi / 2}, {1, Vec3::UnitY(), 5 * pi / 2}}, linear);
   const Quat from = exponential(Vec3(-pi / 2, 0, 0)), to = exponential(Vec3(0, pi / 2, 0));
@@ -169,6 +187,7 @@ TEST(KinematicMotion, KeysWithTwoAxesTurnTheShortWay) {
   EXPECT_NEAR(motion_at(motion, 0.3).angular_velocity.norm(), from.angularDistance(to), 1e-14);
 }
 
+// A loop repeats with its period, and position, velocity and rate are continuous where it begins again.
 TEST(KinematicMotion, LoopsRepeatWithoutAJolt) {
   KinematicMotion motion =
       through({{1, Vec3(0, 0, 0)}, {2, Vec3(2, 1, 0)}, {4, Vec3(0, 0, 0)}}, smooth, true);
@@ -184,6 +203,7 @@ TEST(KinematicMotion, LoopsRepeatWithoutAJolt) {
   EXPECT_LT((motion_at(motion, 4 - 1e-9).velocity - motion_at(motion, 4 + 1e-9).velocity).norm(), 1e-7);
 }
 
+// The rate of a spin rises and falls within its ramps, and is half of the full rate in the middle of each.
 TEST(KinematicMotion, SpinTurnsAtItsRateBetweenItsRamps) {
   KinematicMotion motion = at_rest();
   motion.spins = {{Vec3::UnitY(), 3, 1, 9, 2}};
@@ -192,7 +212,7 @@ TEST(KinematicMotion, SpinTurnsAtItsRateBetweenItsRamps) {
   EXPECT_EQ(motion_at(motion, 5).angular_velocity.y(), 3);
   EXPECT_NEAR(motion_at(motion, 8).angular_velocity.y(), 1.5, 1e-15);
   EXPECT_NEAR(motion_at(motion, 9).angular_velocity.y(), 0, 1e-15);
-  // Each ramp makes half of the angle of its time at the full rate.
+  // Each ramp makes half of the angle that the full rate makes in its time.
   EXPECT_LT(motion_at(motion, 20).pose.orientation.angularDistance(exponential(Vec3(0, 3 * (8 - 2), 0))),
             1e-14);
 
@@ -201,7 +221,8 @@ TEST(KinematicMotion, SpinTurnsAtItsRateBetweenItsRamps) {
   EXPECT_LT(motion_at(motion, 0.5).pose.orientation.angularDistance(exponential(Vec3(0, 1.5, 0))), 1e-15);
 }
 
-// The rim of figure 4's trampoline: 3 m up to 2 s, 4 - cos(pi (t - 2)) up to 4 s, and 3 m again.
+// The rim of the trampoline of figure 4 is at 3 m up to 2 s, at 4 - cos(pi (t - 2)) m up to 4 s, and at 3 m
+// after that.
 TEST(KinematicMotion, SinusoidStartsAndStopsWhereTheBodyIs) {
   KinematicMotion motion = at_rest();
   motion.position.value[0] = Vec3(0, 3, 0);
@@ -214,18 +235,22 @@ TEST(KinematicMotion, SinusoidStartsAndStopsWhereTheBodyIs) {
   }
 }
 
+// A motion is given for the shape's coordinates. A point of the shape takes the same path when the body's
+// frame is its center of mass.
 TEST(KinematicMotion, BodySpaceFollowsTheShapesOwnCoordinates) {
   const KinematicMotion motion = everything();
   KinematicMotion bare = motion;
   bare.frame = Pose{};
   for (double time : {0.1, 0.9, 2.3}) {
     const MotionState body = motion_at(motion, time), shape = motion_at(bare, time);
-    const Vec3 point(0.2, 0.5, -0.3);  // of the shape
+    const Vec3 point(0.2, 0.5, -0.3);  // in the shape's coordinates
     EXPECT_LT((body.pose.to_world(motion.frame.to_body(point)) - shape.pose.to_world(point)).norm(), 1e-14);
     EXPECT_EQ(body.angular_velocity, shape.angular_velocity);
   }
 }
 
+// Bounds over an interval hold for all sampled times, and for simple tracks they are exact or within a factor
+// of 2: time steps depend on them.
 TEST(KinematicMotion, BoundsHoldAndAreNotFarFromTheTruth) {
   const KinematicMotion motion = everything();
   for (double begin = -0.5; begin < 3; begin += 0.05) {

@@ -8,6 +8,7 @@
 namespace duet::rigid_bodies_test {
 namespace {
 
+// Returns the properties of a box of the given size (m) and mass (kg).
 RigidProperties box_properties(const Vec3& size, double mass) {
   RigidProperties properties;
   properties.shape = LevelSet::box(size);
@@ -17,7 +18,7 @@ RigidProperties box_properties(const Vec3& size, double mass) {
   return properties;
 }
 
-// Free rotation for `time` seconds about nearly the middle axis; returns the last state.
+// Returns the state after a free rotation of `time` (s) about nearly the middle axis, in `steps` steps.
 RigidState spin(int steps, double time, OrientationUpdate update) {
   const RigidProperties properties = box_properties(Vec3(1, 2, 3), 5);
   RigidState state;
@@ -29,9 +30,11 @@ RigidState spin(int steps, double time, OrientationUpdate update) {
   return state;
 }
 
+// Returns the angle between two orientations, rad.
 double angle_between(const Quat& a, const Quat& b) { return a.angularDistance(b); }
 
-// Section 4.1: halving the step divides the orientation's error by four, by two with the first-order update.
+// Halving the step divides the error of the orientation by four with the second-order update (Shinar et al.
+// 2008, section 4.1), and by two with the first-order update.
 TEST(RigidBodies, OrientationUpdateConvergesAtItsOrder) {
   const RigidState exact = spin(100, 2, OrientationUpdate::exact);
   const auto slope = [&](OrientationUpdate update) {
@@ -41,24 +44,29 @@ TEST(RigidBodies, OrientationUpdateConvergesAtItsOrder) {
   };
   EXPECT_NEAR(slope(OrientationUpdate::second_order), 2, 0.1);
   EXPECT_NEAR(slope(OrientationUpdate::first_order), 1, 0.1);
-  // Long and short steps have the same motion, up to the rounding of 200 steps.
+  // The exact update gives the same motion in long and short steps, to the rounding of 200 steps.
   EXPECT_LT(angle_between(spin(7, 2, OrientationUpdate::exact).pose.orientation, exact.pose.orientation),
             1e-13);
 }
 
-TEST(RigidBodies, FreeRotationKeepsAngularMomentumAndNearlyItsEnergy) {
+// Angular momentum stays to the bit. Energy stays to rounding with the exact update, and with the
+// second-order one its error is less than a tenth of that with the first-order one.
+TEST(RigidBodies, FreeRotationKeepsMomentumAndNearlyEnergy) {
   const RigidProperties properties = box_properties(Vec3(1, 2, 3), 5);
   const RigidState start = spin(0, 2, OrientationUpdate::exact),
                    exact = spin(50, 2, OrientationUpdate::exact),
                    second = spin(500, 2, OrientationUpdate::second_order),
                    first = spin(500, 2, OrientationUpdate::first_order);
-  EXPECT_EQ(second.angular_momentum, start.angular_momentum);  // it is the variable that is kept
+  // The angular momentum is the variable that is stored.
+  EXPECT_EQ(second.angular_momentum, start.angular_momentum);
   const double energy = kinetic_energy(start, properties);
   const double error = std::abs(kinetic_energy(second, properties) - energy);
   EXPECT_LT(error, 0.1 * std::abs(kinetic_energy(first, properties) - energy));
   EXPECT_NEAR(kinetic_energy(exact, properties), energy, 1e-14 * energy);
 }
 
+// Half a second at (1, 2, 3) m/s and pi rad/s moves and turns the pose by known amounts, and to_body() undoes
+// to_world().
 TEST(RigidBodies, PoseAfterAQuarterTurn) {
   const RigidProperties properties = box_properties(Vec3(1, 1, 1), 1);
   RigidState state;
@@ -69,6 +77,7 @@ TEST(RigidBodies, PoseAfterAQuarterTurn) {
   EXPECT_TRUE(pose.to_body(pose.to_world(Vec3(3, 2, 1))).isApprox(Vec3(3, 2, 1), 1e-14));
 }
 
+// A rotation of 1e-9 rad keeps its relative precision: sin(a) / a from a difference would lose it.
 TEST(RigidBodies, TinyRotationsKeepTheirDigits) {
   const RigidProperties properties = box_properties(Vec3(1, 1, 1), 1);
   RigidState state;
@@ -76,7 +85,7 @@ TEST(RigidBodies, TinyRotationsKeepTheirDigits) {
   EXPECT_NEAR(evolved_pose(state, 1, OrientationUpdate::exact).orientation.y(), 0.5e-9, 1e-24);
 }
 
-// Kinematic bodies have no inertia; they turn at their prescribed rate.
+// Kinematic bodies have no inertia, and turn at their prescribed rate with every update.
 TEST(RigidBodies, ABodyWithoutInertiaTurnsAtItsRate) {
   RigidState state;
   state.angular_velocity = Vec3(0, 0, 2);
@@ -87,6 +96,7 @@ TEST(RigidBodies, ABodyWithoutInertiaTurnsAtItsRate) {
               1e-15);
 }
 
+// The energy is m v^2 / 2 + I_z w^2 / 2 with I_z = m (a^2 + b^2) / 12.
 TEST(RigidBodies, KineticEnergyOfASpinningBox) {
   const RigidProperties properties = box_properties(Vec3(2, 3, 4), 12);
   RigidState state;

@@ -1,5 +1,5 @@
-// Every file of tests/broken has one flaw (several.toml: several) and says in its first lines, as
-// "# expect LINE: fragment", what the reader must report about it, and nothing else.
+// Every file of tests/broken has one flaw (several.toml has several). Its first lines say, as "# expect LINE:
+// fragment", what the reader must report, and the reader must report nothing else.
 #include <algorithm>
 #include <filesystem>
 #include <fstream>

@@ -37,15 +37,16 @@ keyframes = [
 ])"));
   expect_view(path.at(0), {0, 2, 10}, {0, 1, 0}, 30);
   expect_view(path.at(1), {0, 2, 10}, {0, 1, 0}, 30);
-  expect_view(path.at(3), {4, 2, 10}, {4, 1, 0}, 30);  // what a keyframe leaves out is the camera's own
+  expect_view(path.at(3), {4, 2, 10}, {4, 1, 0}, 30);  // A keyframe leaves out what the camera itself gives.
   expect_view(path.at(5), {8, 2, 10}, {0, 1, 0}, 20);
   expect_view(path.at(9), {8, 2, 10}, {0, 1, 0}, 20);
   EXPECT_EQ(path.at(4).up, Vec3(0, 1, 0.1));
   EXPECT_TRUE(path.at(4).keyframes.empty());
 }
 
-// Cubics with the velocities 0, 2, 0 m/s at the keys at 0, 4 and 8 m: between the first two the Hermite form
-// gives x(1/2) = 4 / 2 - 2 s * 2 m/s / 8. The field of view turns around at its middle key.
+// The path is a cubic with the velocities 0, 2, 0 m/s at the keys at 0, 4 and 8 m. Between the first two, the
+// Hermite form gives x(1/2) = 4 / 2 - 2 s * 2 m/s / 8 = 1.5 m. The field of view reverses at its middle key
+// without overshooting.
 TEST(CameraPath, MovesSmoothlyWithoutOvershooting) {
   const CameraPath path(camera_of(R"(
 vertical_fov = 30
@@ -61,7 +62,7 @@ keyframes = [
   for (double time = 0; time < 6; time += 0.01) EXPECT_GE(path.at(time).vertical_fov, 20 - 1e-12);
 }
 
-// A view that a user holds still for another picture: --set camera.keyframes=[].
+// An empty list of keyframes holds the view still, for another picture with --set camera.keyframes=[].
 TEST(CameraPath, AnEmptyListMovesNothing) {
   expect_view(CameraPath(camera_of("position = [1, 2, 3]\nkeyframes = []")).at(4), {1, 2, 3}, {0, 0, 0}, 30);
 }

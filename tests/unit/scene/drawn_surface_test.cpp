@@ -1,5 +1,5 @@
-// A deformable body made of a mesh is drawn by that mesh, vertex by vertex, and the distance from what
-// touches is told.
+// Tests that a deformable body made of a mesh is drawn by that mesh, vertex by vertex, and that its distance
+// from the tetrahedra, which touch other bodies, is reported.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -16,7 +16,7 @@
 namespace duet::scene::drawn_surface_test {
 namespace {
 
-// A double cone of n sides: its tips are where a filling falls short of the mesh.
+// A double cone of n sides. The tetrahedra fall short of the mesh at its tips.
 constexpr int sides = 24;
 std::string double_cone() {
   std::string text = "v 0 1 0\nv 0 -1 0\n";
@@ -77,7 +77,8 @@ TEST(DrawnSurface, ItsDistanceFromTheTetrahedraIsTold) {
     const Drawn cone(fmt::format("shape = {{ mesh = \"cone.obj\", spacing = {} }}", spacing));
     const WorldSizes sizes = cone.simulation.sizes();
     ASSERT_EQ(sizes.skins.size(), 1U);
-    // The tips are the farthest: the boundary of the tetrahedra is the surface of drawn = "tetrahedra".
+    // The tips are farthest from the tetrahedra, whose boundary is the surface that drawn = "tetrahedra"
+    // shows.
     const Drawn tets(
         fmt::format("shape = {{ mesh = \"cone.obj\", spacing = {} }}\ndrawn = \"tetrahedra\"", spacing));
     double top = -1;

@@ -1,4 +1,5 @@
-// Scenes that ask for what no machine has: refused in a moment with the place, the bound and a remedy.
+// Tests that scenes that ask for more than any machine has are refused quickly, with the place, the bound and
+// a remedy.
 #include <ctime>
 #include <sstream>
 #include <string>
@@ -13,7 +14,7 @@
 namespace duet::scene::hostile_scene_test {
 namespace {
 
-// The text of all problems of the scene.
+// Returns the text of all problems of the scene, and checks that finding them took less than 1.5 s.
 std::string refusal_of(const std::string& text, const std::vector<std::string>& overrides = {}) {
   const std::clock_t start = std::clock();  // processor time, which other programs do not lengthen
   std::string refusal;
@@ -51,7 +52,7 @@ TEST(HostileScenes, MagnitudesBeyondAllBodiesAreRefused) {
   expect_refused(ball("shape = { sphere = 1 }\nmass = 1\nposition = [0, -1e300, 0]"), "rigid.ball.position");
 }
 
-// A step of 1e-20 s never fills a frame, and neither does one as short as such numbers make it.
+// A time step of 1e-20 s never fills a frame, and neither does one that such numbers make as short.
 TEST(HostileScenes, NumbersThatAllowNoTimeStepAreRefused) {
   const std::string material = "[materials.m]\n";
   const std::string spin =
@@ -72,7 +73,7 @@ TEST(HostileScenes, NumbersThatAllowNoTimeStepAreRefused) {
     expect_refused(text, words);
 }
 
-// Beyond the bounds of `int` an integer would become another one.
+// An integer beyond the range of `int` would silently become another one.
 TEST(HostileScenes, EveryIntegerKeyHasBoundsWithinThoseOfInt) {
   int integers = 0;
   std::istringstream lines(reference());

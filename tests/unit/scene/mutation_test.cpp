@@ -1,4 +1,4 @@
-// Damaged scene files give a scene or a SceneError with places, never anything else.
+// Tests that a damaged scene file gives a scene or a SceneError with places, and never anything else.
 #include <fstream>
 #include <iterator>
 #include <random>
@@ -19,8 +19,8 @@ std::string stack_text() {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-// Reads the text; what is accepted must also survive being written and read again. Returns whether it was
-// accepted.
+// Reads the text and returns whether it was accepted. A scene that is accepted must also survive being
+// written and read again.
 bool read_damaged(const std::string& text) {
   try {
     read_text(text, "damaged.toml");
@@ -37,16 +37,16 @@ bool read_damaged(const std::string& text) {
   return true;
 }
 
-TEST(DamagedScene, Truncations) {
+TEST(DamagedScene, TruncatedTextIsASceneOrAnError) {
   const std::string text = stack_text();
   std::mt19937 random(1);
   for (int i = 0; i < 300; ++i) read_damaged(text.substr(0, random() % text.size()));
 }
 
-TEST(DamagedScene, ByteMutations) {
+TEST(DamagedScene, MutatedTextIsASceneOrAnError) {
   const std::string text = stack_text();
   std::mt19937 random(2);
-  // Bytes that mean something to TOML hit more branches of the reader than arbitrary ones.
+  // Bytes that mean something to TOML reach more branches of the reader than arbitrary ones.
   const std::string telling = "[]{}=.,\"'#-+e0123456789 \n\t\\_azAZ";
   int accepted = 0;
   for (int i = 0; i < 600; ++i) {
@@ -69,13 +69,13 @@ TEST(DamagedScene, ByteMutations) {
     SCOPED_TRACE(i);
     accepted += read_damaged(damaged) ? 1 : 0;
   }
-  // Digits that change leave a scene; if nothing were accepted, the mutations would only test the TOML
+  // A changed digit leaves a valid scene. If nothing were accepted, the mutations would only test the TOML
   // parser.
   EXPECT_GT(accepted, 30);
   EXPECT_LT(accepted, 570);
 }
 
-TEST(DamagedScene, ValuesOfEveryTypeForEveryKey) {
+TEST(DamagedScene, AnyTypeForAnyKeyIsASceneOrAnError) {
   const std::string text = stack_text();
   std::size_t begin = 0;
   while (begin < text.size()) {

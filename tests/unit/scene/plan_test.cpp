@@ -9,6 +9,7 @@
 namespace duet::scene::plan_test {
 namespace {
 
+// Returns a scene with these numbers of bodies of each kind.
 Scene scene_with(int dynamic, int fixed, int deformable, bool ground, int kinematic = 0) {
   Scene scene;
   for (int i = 0; i < dynamic + fixed; ++i) {
@@ -31,9 +32,10 @@ Scene scene_with(int dynamic, int fixed, int deformable, bool ground, int kinema
   return scene;
 }
 
-// One letter an effect in the order of the enum: C rigid collision, R rigid contact, D rigid/deformable
-// contact, E elasticity, P push-out, S shock propagation, L rolling friction, K kinematic motion, I
-// incompressibility, N self-repulsion, X self-collision, M springs, B bending, T two-way.
+// Returns one letter for each active effect in the order of the enum: C rigid collision, R rigid contact, D
+// rigid/deformable contact, E elasticity, P interpenetration resolution (`push_out`), S shock propagation, L
+// rolling friction, K kinematic motion, I incompressibility, N self-repulsion, X self-collision, M springs, B
+// bending, T two-way coupling.
 std::string active(const EffectPlan& plan) {
   std::string text;
   for (std::size_t i = 0; i < plan.effects.size(); ++i) {
@@ -89,8 +91,8 @@ Joint joint_between(const std::string& parent, const std::string& child) {
   return joint;
 }
 
-// Bones that a joint and their flesh hold together touch neither each other nor the flesh: no contact is
-// called for, until there is something else to touch.
+// Bones that a joint and their flesh hold together touch neither each other nor the flesh. The plan has no
+// contact until there is something else to touch.
 TEST(EffectPlan, JointsAndAttachmentsKeepPairsFromTouching) {
   const auto contacts = [](const Scene& scene, const std::vector<std::string>& without = {}) {
     std::string text;
@@ -121,7 +123,7 @@ TEST(EffectPlan, JointsAndAttachmentsKeepPairsFromTouching) {
   EXPECT_EQ(plan_effects(scene).effects[index(Effect::rigid_deformable_contact)].reason,
             "1 deformable body (`soft0`) can touch 1 dynamic rigid body (`rigid1`)");
   scene.deformable[0].attach = {"rigid0", "rigid1"};
-  scene.ground.emplace();  // carries the bones and the flesh, which push on nothing that moves
+  scene.ground.emplace();  // The ground carries the bones and the flesh, which push on nothing that moves.
   EXPECT_EQ(contacts(scene), "CRDP");
   scene.joints.push_back(joint_between("ground", "rigid0"));
   EXPECT_EQ(plan_effects(scene).effects[index(Effect::rigid_contact)].reason,
@@ -154,7 +156,7 @@ TEST(EffectPlan, SurfacesMeetWhereBodiesCanOrAreAskedTo) {
   scene.solver.deformable_collision = false;
   EXPECT_EQ(reason(scene), "off: solver.deformable_collision is off");
   EXPECT_EQ(reason(scene_with(2, 0, 0, true)), "off: no deformable body");
-  Scene folding = scene_with(0, 0, 1, true);  // shells and rods do unless they are told not to
+  Scene folding = scene_with(0, 0, 1, true);  // Shells and rods touch themselves unless they are told not to.
   for (const DeformableKind kind : {DeformableKind::panel, DeformableKind::knot}) {
     folding.deformable[0].shape.kind = kind;
     EXPECT_EQ(reason(folding), "`soft0` can touch itself");
@@ -163,7 +165,7 @@ TEST(EffectPlan, SurfacesMeetWhereBodiesCanOrAreAskedTo) {
   EXPECT_EQ(reason(folding), "off: `soft0` is the only deformable body, and its self_collision is off");
 }
 
-TEST(EffectPlan, IncompressibilityIsOfTheBodiesThatAskForIt) {
+TEST(EffectPlan, IncompressibilityIsOnIfABodyAsksForIt) {
   Scene scene = scene_with(0, 0, 1, false);
   EXPECT_EQ(plan_effects(scene).effects[index(Effect::incompressibility)].reason,
             "no deformable body is incompressible");

@@ -7,6 +7,7 @@
 
 namespace duet::scene {
 
+// Visitor that compares the targets of two keys of the schema by value.
 struct SameTarget {
   template <class T>
   bool operator()(T* a, T* b) const {
@@ -32,7 +33,7 @@ struct SameTarget {
   }
   template <class A, class B>
   bool operator()(const A&, const B&) const {
-    return false;  // keys of one table have one type
+    return false;  // Keys of one table have one type.
   }
 };
 

@@ -1,4 +1,4 @@
-// Rigid shapes from the scene file to the world.
+// Tests of rigid shapes from the scene file to the world.
 #include <cmath>
 
 #include "tests/support/places.h"
@@ -34,14 +34,15 @@ TEST(RigidShapes, EveryKindBecomesItsLevelSet) {
   EXPECT_DOUBLE_EQ(level_set("{ capsule = { radius = 1, length = 4 } }").distance(Vec3(0, 5, 0)), 2);
   EXPECT_DOUBLE_EQ(level_set("{ cylinder = { radius = 1, height = 4 } }").distance(Vec3(0, 5, 0)), 3);
   EXPECT_DOUBLE_EQ(level_set("{ torus = { radius = 3, tube = 1 } }").distance(Vec3(3, 5, 0)), 4);
-  // The largest ball lies in the bend, between the outer faces and the inner edge: radius (2 - sqrt(2)) / 2
-  // for walls of 0.5. Its principal axes are turned by 45 degrees, so that its longest extent is sqrt(2).
+  // The largest inscribed ball lies in the bend, between the outer faces and the inner edge: its radius is (2
+  // - sqrt(2)) / 2 for walls of 0.5. The principal axes are turned by 45 degrees, so that the longest extent
+  // is sqrt(2).
   EXPECT_NEAR(level_set("{ mesh = \"bracket.obj\", scale = 2 }").min_size(), (2 - std::sqrt(2.0)), 0.05);
   EXPECT_NEAR(level_set("{ mesh = \"bracket.obj\", cells = 20 }").grid->grid().spacing, std::sqrt(2.0) / 20,
               1e-6);
 }
 
-// The mesh lies where its file, `position` and `rotation` say, wherever its centre of mass is.
+// A mesh lies where its file, `position` and `rotation` say, wherever its center of mass is.
 TEST(RigidShapes, AMeshLiesWhereTheSceneSays) {
   const Scene scene = scene_of(R"(
 [[rigid]]
@@ -62,14 +63,15 @@ density = 100
     const Vec3 expected = Vec3(10, 20, 30) + 2 * Vec3(-file[i].y(), file[i].x(), file[i].z());
     EXPECT_LT((surfaces[0].surface.positions[i] - expected).norm(), 1e-12);
   }
-  // Legs 2 long, 0.5 thick, 1 wide: volume 1.75; 1 of it is centred at 1 along the leg and 0.25 across.
+  // The legs are 2 long, 0.5 thick and 1 wide, so that the volume is 1.75. A leg of volume 1 is centered at 1
+  // along and 0.25 across.
   const RigidBodies& rigid = simulation.world().bodies.rigid;
-  EXPECT_NEAR(rigid.properties[0].mass, 175, 1e-4);  // the file holds floats
+  EXPECT_NEAR(rigid.properties[0].mass, 175, 1e-4);  // The file holds floats.
   const double along = (1 * 1 + 0.75 * 0.25) / 1.75, across = (1 * 0.25 + 0.75 * 1.25) / 1.75;
   EXPECT_LT((rigid.state[0].pose.position - (Vec3(10, 20, 30) + Vec3(-across, along, 0.5))).norm(), 1e-5);
   EXPECT_EQ(rigid.state[0].velocity, Vec3(1, 0, 0)) << "of the centre of mass";
   EXPECT_LT((rigid.state[0].angular_velocity - Vec3(0, 0, 3)).norm(), 1e-12);
-  // What is exported is placed alike.
+  // Exported level sets have the same placement.
   const BodyLevelSet exported = simulation.level_sets()[0];
   EXPECT_LT(exported.distance(exported.pose.to_body(Vec3(10 - 0.25, 20 + 1.5, 30.5))), -0.2);
   EXPECT_GT(exported.distance(exported.pose.to_body(Vec3(10 - 1.5, 20 + 1.5, 30.5))), 0.9);
@@ -123,7 +125,7 @@ mass = 2
   EXPECT_NE(found[0].find("the mesh of `c`"), std::string::npos) << "walls thinner than a cell";
 }
 
-TEST(RigidShapes, SampleSpacing) {
+TEST(RigidShapes, SampleSpacingSetsTheNumberOfSamples) {
   const auto samples = [](const std::string& keys) {
     return built(scene_of("[[rigid]]\nname = \"a\"\nmass = 2\n" + keys))
         .world.bodies.rigid.properties[0]
@@ -137,7 +139,7 @@ TEST(RigidShapes, SampleSpacing) {
 
 TEST(RigidShapes, RepairsAreNoted) {
   const test::ScratchFolder scratch;
-  // The corner tetrahedron, inside out.
+  // This is the corner tetrahedron of the unit cube, inside out.
   io::write_atomically(scratch / "t.obj",
                        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 4 2\nf 1 3 4\nf 2 4 3\n");
   const std::string text = "[[rigid]]\nname = \"a\"\nmass = 2\nshape = { mesh = \"t.obj\" }\n";
@@ -148,7 +150,8 @@ TEST(RigidShapes, RepairsAreNoted) {
                         (scratch / "t.obj").string()));
 }
 
-// A run that is continued after its mesh has changed would be another run.
+// A run that is continued after its mesh has changed would mix two scenes. The fingerprint of the meshes
+// tells them apart.
 TEST(RigidShapes, TheFingerprintFollowsTheMesh) {
   const test::ScratchFolder scratch;
   const std::string text = "[[rigid]]\nname = \"a\"\nmass = 2\nshape = { mesh = \"t.obj\" }\n";

@@ -1,4 +1,4 @@
-// Deformable shapes from the scene file to the world.
+// Tests of deformable shapes from the scene file to the world.
 #include <cmath>
 
 #include "tests/support/places.h"
@@ -52,7 +52,7 @@ TEST(SoftShapes, EveryKindIsFilledAndWeighsWhatItsVolumeSays) {
         {"{ torus = { radius = 0.5, tube = 0.2 }, spacing = 0.05, graded = true }",
          LevelSet::torus(0.5, 0.2)}}) {
     SCOPED_TRACE(shape);
-    // Cut off along chords and rims: less than 4 % at about five cells to the radius.
+    // Chords and rims cut off less than 4 % at about five cells per radius.
     const double mass = mass_of(built(scene_of({shape}))), exact = 1000 * volume(level_set);
     EXPECT_LT(mass, exact);
     EXPECT_GT(mass, 0.96 * exact);
@@ -70,16 +70,17 @@ TEST(SoftShapes, AMeshAndAFileOfTetsLieInTheirOwnCoordinates) {
   ASSERT_EQ(x.size(), mesh.nodes.size());
   for (std::size_t i = 0; i < x.size(); ++i) EXPECT_EQ(x[i], Vec3(1, 2, 3) + 2 * mesh.nodes[i]);
 
-  const BuiltWorld bowl =
-      built(scene_of({"{ mesh = \"bowl.obj\" }"}));  // half a ball of 0.5 m about the origin
+  // The bowl is half a ball of radius 0.5 m about the origin.
+  const BuiltWorld bowl = built(scene_of({"{ mesh = \"bowl.obj\" }"}));
   for (const Vec3& node : bowl.world.bodies.particles.x) {
     EXPECT_LT(node.norm(), 0.51);
     EXPECT_LT(node.y(), 0.05);
   }
 }
 
-// A body spins about its centre of mass, wherever the mesh's origin is.
-TEST(SoftShapes, SpinIsAboutTheCentreOfMass) {
+// A body spins about its center of mass, wherever the origin of its mesh is: the spin adds no linear
+// momentum.
+TEST(SoftShapes, SpinIsAboutTheCenterOfMass) {
   Scene scene = scene_of({"{ mesh = \"bowl.obj\" }"});
   scene.deformable[0].placement.angular_velocity = Vec3(0, 0, 5);
   scene.deformable[0].placement.velocity = Vec3(1, 0, 0);
@@ -90,7 +91,7 @@ TEST(SoftShapes, SpinIsAboutTheCentreOfMass) {
   EXPECT_LT((momentum - mass_of(world) * Vec3(1, 0, 0)).norm(), 1e-10 * mass_of(world));
 }
 
-TEST(SoftShapes, PatternsOfTheLattice) {
+TEST(SoftShapes, LatticePatternsHaveTheirNumberOfTets) {
   for (const auto& [pattern, tets] : {std::pair("five", 5 * 8), {"six", 6 * 8}, {"bcc", 4 * 12 + 2 * 24}}) {
     const BuiltWorld world =
         built(scene_of({fmt::format("{{ box = [1, 1, 1], cells = [2, 2, 2], pattern = \"{}\" }}", pattern)}));
@@ -99,10 +100,10 @@ TEST(SoftShapes, PatternsOfTheLattice) {
   }
 }
 
-TEST(SoftShapes, EqualShapesShareTheirMeshAndExplainShowsItsQuality) {
+TEST(SoftShapes, EqualShapesShareAMeshAndExplainShowsItsQuality) {
   const std::string ball = "{ sphere = 0.5, spacing = 0.2 }";
   Scene scene = scene_of({ball, ball, "{ sphere = 0.5, spacing = 0.1 }", "{ box = [1, 1, 1] }"});
-  for (std::size_t i = 0; i < 4; ++i)  // apart, for they may not intersect
+  for (std::size_t i = 0; i < 4; ++i)  // The bodies must not intersect.
     scene.deformable[i].placement.position.x() = 3 * static_cast<double>(i);
   const EffectPlan plan = plan_effects(scene);
   const WorldSizes sizes = Simulation(scene, plan.active()).sizes();
@@ -111,7 +112,7 @@ TEST(SoftShapes, EqualShapesShareTheirMeshAndExplainShowsItsQuality) {
   EXPECT_GT(sizes.tet_meshes[0].min_angle, min_dihedral_angle);
   EXPECT_LT(sizes.tet_meshes[0].max_angle, max_dihedral_angle);
   EXPECT_GT(sizes.tet_meshes[0].min_altitude, sizes.tet_meshes[1].min_altitude);
-  // The corner of a cell of 0.25 m, cut off: the altitude on the slanted face.
+  // The altitude on the slanted face of a cell's cut-off corner, for cells of 0.25 m.
   EXPECT_NEAR(sizes.tet_meshes[2].min_altitude, 0.25 / std::sqrt(3.0), 1e-12);
   const std::string text = explain(scene, plan, sizes);
   EXPECT_NE(text.find("tetrahedra of `soft0` and 1 more body: smallest altitude"), std::string::npos) << text;

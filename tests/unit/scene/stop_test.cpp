@@ -1,4 +1,4 @@
-// Giving up a frame: soon, and without a trace.
+// Tests that a frame can be given up, soon and without a trace.
 #include "sim/base/stop.h"
 
 #include <atomic>
@@ -39,7 +39,7 @@ constexpr int max_stops = 3, last_frame = 1;
 std::atomic<bool> asked{false};
 static_assert(std::atomic<bool>::is_always_lock_free, "set by a signal handler");
 
-// s that this thread has computed. Unlike time, it does not depend on what else the machine does.
+// Returns the processor time of this thread in s. Unlike wall time, it does not depend on other programs.
 double computed() {
   timespec used{};
   ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &used);
@@ -71,7 +71,8 @@ class Request {
   timer_t timer_{};
 };
 
-// Advances by a frame, which is given up again and again, later in it from time to time. Returns how often.
+// Advances by a frame, which is given up at most `max_stops` times before, each time later in the frame.
+// Returns how often it was given up, and checks that the state is then that of the last frame.
 int advance_with_stops(Simulation& simulation, double frame_time) {
   const int frame = simulation.frame();
   const std::uint64_t hash = simulation.stats().hash;
@@ -83,7 +84,8 @@ int advance_with_stops(Simulation& simulation, double frame_time) {
     } catch (const Stopped&) {
       is_stopped = true;
     }
-    if (!is_stopped) return stops;  // the clock of processor time ticks every few milliseconds
+    // The timer of processor time ticks every few milliseconds, so that a short frame may end first.
+    if (!is_stopped) return stops;
     EXPECT_EQ(simulation.frame(), frame);
     EXPECT_EQ(simulation.stats().hash, hash);
   }
@@ -92,10 +94,10 @@ int advance_with_stops(Simulation& simulation, double frame_time) {
   return max_stops;
 }
 
-// Wherever in its step a frame was given up, it comes out the same afterwards, from the very simulation that
-// was stopped.
+// Wherever in its step a frame was given up, the same simulation computes the same frame afterwards, to the
+// last bit. State that a step changes in place and does not restore is found.
 TEST(Stop, LeavesTheStateOfTheLastFrame) {
-  set_thread_count(1);  // all is computed in the thread that the request looks at
+  set_thread_count(1);  // One thread computes all, so that the request measures all of the work.
   int stops = 0;
   for (const auto& [name, override_text] : {std::pair{"hard/ropes", ""},
                                             {"hard/incompressible", ""},

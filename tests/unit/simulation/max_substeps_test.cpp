@@ -1,5 +1,5 @@
-// A frame that needs more steps than the scene allows stops with what bounds them, and the frame before is
-// kept.
+// A frame that needs more steps than the scene allows ends with an error that names what bounds the steps,
+// and the frame before it is kept.
 #include "tests/support/scenes.h"
 #include "tests/support/text.h"
 #include <gtest/gtest.h>
@@ -10,7 +10,7 @@
 namespace duet::test::max_substeps_test {
 namespace {
 
-// A rod that turns so fast that a frame takes thousands of steps.
+// Returns a rod that turns so fast (`rate`, rad/s) that a frame takes thousands of steps.
 scene::Scene spinning_rod(double rate) {
   scene::Scene scene = free_space();
   scene::RigidBody& rod = add_box(scene, "rod", Vec3::Zero(), Vec3(1, 0.1, 0.1), 1);
@@ -18,6 +18,7 @@ scene::Scene spinning_rod(double rate) {
   return scene;
 }
 
+// Returns the message of the error with which the next frame ends; empty if it succeeds.
 std::string failure_of(Simulation& simulation) {
   try {
     simulation.advance_frame();
@@ -27,6 +28,7 @@ std::string failure_of(Simulation& simulation) {
   return {};
 }
 
+// The message names the frame, the bound, the body whose turn makes the steps short, and the setting.
 TEST(MaxSubsteps, AFrameThatTakesMoreIsRefusedWithItsCause) {
   scene::Scene scene = spinning_rod(2000);
   scene.solver.max_substeps = 100;
@@ -40,14 +42,17 @@ TEST(MaxSubsteps, AFrameThatTakesMoreIsRefusedWithItsCause) {
       << "the frame before is kept";
 }
 
+// A frame that would take far too many steps is refused after 200 of them and not after the allowed 20,000.
 TEST(MaxSubsteps, AFrameThatTakesFarMoreIsRefusedSoon) {
-  scene::Scene scene = spinning_rod(2e6);  // some 300,000 steps of a frame
+  scene::Scene scene = spinning_rod(2e6);  // about 300,000 steps in a frame
   scene.solver.max_substeps = 20'000;
   Simulation simulation(scene, plan(scene));
   const std::string failure = failure_of(simulation);
   EXPECT_TRUE(contains(failure, "substep 200)")) << failure;
 }
 
+// A frame that takes exactly the allowed number of steps is simulated, with the same result as without the
+// bound.
 TEST(MaxSubsteps, AFrameThatTakesThemIsSimulated) {
   scene::Scene scene = spinning_rod(2000);
   Simulation counting(scene, plan(scene));

@@ -1,5 +1,5 @@
-// The velocities of drawn surfaces are those with which their positions move: of boundaries, skins, cloth and
-// rods.
+// The velocities of drawn surfaces are the rates at which their positions change, for boundaries, skins,
+// cloth and rods.
 #include "tests/support/meshes.h"
 #include "tests/support/recorded_run.h"
 #include "tests/support/scenes.h"
@@ -10,6 +10,7 @@
 namespace duet::test::surface_velocities_test {
 namespace {
 
+// Returns the surface positions of all bodies from number `rigid` on.
 std::vector<Vec3> deformable_positions(const Simulation& simulation, std::size_t rigid) {
   std::vector<BodySurface> bodies;
   simulation.surfaces(bodies);
@@ -19,6 +20,7 @@ std::vector<Vec3> deformable_positions(const Simulation& simulation, std::size_t
   return positions;
 }
 
+// The velocities agree with central differences of the drawn positions while all particles move with theirs.
 TEST(SurfaceVelocities, AreThoseOfThePositions) {
   for (const bool has_skin : {false, true}) {
     scene::Scene scene = one_of_each();
@@ -29,14 +31,14 @@ TEST(SurfaceVelocities, AreThoseOfThePositions) {
     }
     Simulation simulation(scene, plan(scene));
     Particles& particles = simulation.world().bodies.particles;
-    // Parts turn, stretch and shear, each particle otherwise than its neighbors.
+    // Bodies turn, stretch and shear, so that every particle moves differently from its neighbors.
     for (std::size_t i = 0; i < particles.size(); ++i) {
       const Vec3& x = particles.x[i];
       particles.v[i] = Vec3(1, 2, 3).cross(x) + Vec3(x.y() * x.z(), -x.x(), 0.3 * x.x() * x.x());
     }
     std::vector<Vec3f> velocities;
     simulation.surface_velocities(velocities);
-    constexpr double h = 1e-4;  // central differences err by h^2, and floats by 1e-7
+    constexpr double h = 1e-4;  // central differences err by h^2, floats by 1e-7
     for (std::size_t i = 0; i < particles.size(); ++i) particles.x[i] += h * particles.v[i];
     const std::vector<Vec3> after = deformable_positions(simulation, scene.rigid.size());
     for (std::size_t i = 0; i < particles.size(); ++i) particles.x[i] -= 2 * h * particles.v[i];

@@ -1,5 +1,5 @@
-// Contacts inside a velocity solve, on random velocities: their impulses are the gradient of their potential,
-// push and never pull, and their blocks are those of their derivative.
+// Contacts inside of a velocity solve, on random velocities: their impulses are the gradient of a potential,
+// push and never pull, and their blocks are the diagonal of their derivative.
 #include "sim/solve/contact_forces.h"
 
 #include <algorithm>
@@ -15,10 +15,11 @@ namespace {
 
 using test::random_velocity;
 
+// The contacts of a stack after a few steps, built for a solve.
 class ContactsInSolve : public ::testing::Test {
  protected:
   ContactsInSolve() : scene_(test::small_stack()), simulation_(scene_, test::plan(scene_)) {
-    for (int i = 0; i < 3; ++i) step(world(), 0, 1e-3);  // contacts carry weight
+    for (int i = 0; i < 3; ++i) step(world(), 0, 1e-3);  // so that contacts carry weight
     islands_.begin(bodies());
     islands_.finish();
     blocks_.find(bodies(), 1e-3);
@@ -33,10 +34,11 @@ class ContactsInSolve : public ::testing::Test {
       part->assign(part->size(), Vec3::Zero());
     return v;
   }
+  // Returns the inner product with the mass matrix.
   double inner(const GeneralizedVelocity& u, const GeneralizedVelocity& v) {
     return VelocitySystem(bodies(), 1e-3, false, nullptr, force_, inertia_).inner(u, v);
   }
-  // The potential at `at` + `share` of `direction`, with the bounds of friction at `at`.
+  // Returns the potential at `at` + `share` `direction`, with the bounds of friction from `at`, J.
   double potential(const GeneralizedVelocity& at, double share, const GeneralizedVelocity& direction) {
     contacts_.evaluate(at);
     contacts_.set_bounds();
@@ -54,6 +56,8 @@ class ContactsInSolve : public ::testing::Test {
   std::vector<Mat3> inertia_;
 };
 
+// The derivative of the potential along d is -d . impulses, by central differences. A Newton search minimizes
+// that potential.
 TEST_F(ContactsInSolve, ImpulsesAreTheGradientOfTheirPotential) {
   ASSERT_FALSE(contacts_.empty());
   for (unsigned seed = 1; seed < 6; ++seed) {
@@ -68,6 +72,8 @@ TEST_F(ContactsInSolve, ImpulsesAreTheGradientOfTheirPotential) {
   }
 }
 
+// The differentials are the derivative of the impulses; the careful ones are at least as large, to bound what
+// friction loses along a step.
 TEST_F(ContactsInSolve, DifferentialsAreTheirDerivative) {
   for (const bool careful : {false, true})
     for (unsigned seed = 1; seed < 6; ++seed) {
@@ -83,12 +89,14 @@ TEST_F(ContactsInSolve, DifferentialsAreTheirDerivative) {
       VelocitySystem::axpy(-1, before, after);
       const double falls = -inner(d, after) / share, expected = inner(d, change);
       if (careful)
-        EXPECT_GE(expected, 0.9999 * falls);  // no less than it falls
+        EXPECT_GE(expected, 0.9999 * falls);  // an upper bound of the decrease
       else
         EXPECT_NEAR(falls, expected, 1e-4 * expected);
     }
 }
 
+// Each impulse pushes and lies in its friction cone, and together they change the total momentum by no more
+// than the static ground gives.
 TEST_F(ContactsInSolve, ImpulsesKeepMomentumAndNeverPull) {
   for (unsigned seed = 1; seed < 6; ++seed) {
     potential(random_velocity(bodies(), seed), 0, zero());
@@ -112,7 +120,7 @@ TEST_F(ContactsInSolve, ImpulsesKeepMomentumAndNeverPull) {
       add(bodies().particles.mass[p], impulses.particle[p]);
     for (std::size_t i = 0; i < bodies().rigid.size(); ++i)
       add(bodies().rigid.properties[i].mass, impulses.linear[i]);
-    // What is left of the sum is the ground's, which has no mass to show it.
+    // The rest of the sum is the impulse of the ground, which has no velocity that would show it.
     Vec3 from_ground = Vec3::Zero();
     for (const ContactPoint& contact : found.points)
       if (!bodies().rigid.properties[as_index(contact.host)].is_dynamic()) from_ground += contact.impulse;
@@ -120,7 +128,8 @@ TEST_F(ContactsInSolve, ImpulsesKeepMomentumAndNeverPull) {
   }
 }
 
-// Contacts out of reach have no part in the solve. What an earlier one gave them would act a second time.
+// Contacts out of reach take no part in the solve. If they kept the impulse of an earlier solve, it would act
+// a second time.
 TEST_F(ContactsInSolve, WhatIsOutOfReachHasNoImpulse) {
   ContactSet found = world().context.contacts;
   ASSERT_FALSE(found.points.empty());
@@ -143,7 +152,8 @@ TEST_F(ContactsInSolve, WhatIsOutOfReachHasNoImpulse) {
   EXPECT_GT(out_of_reach, 0);
 }
 
-// The blocks are the diagonal of the derivative: those of a particle, or a body, alone.
+// The blocks are the diagonal of the derivative: what it does to the velocity of one particle, or of one
+// body, alone.
 TEST_F(ContactsInSolve, BlocksAreTheDiagonal) {
   potential(random_velocity(bodies(), 4), 0, zero());
   contacts_.set_careful(false);

@@ -1,4 +1,4 @@
-// Velocity solves island by island: a stack in contact, and a soft box far away from it.
+// Velocity solves island by island, for a stack in contact and a soft box far away from it.
 #include "sim/solve/island_gradients.h"
 
 #include <algorithm>
@@ -16,12 +16,14 @@ class IslandSolve : public ::testing::Test {
  protected:
   static scene::Scene build() {
     scene::Scene scene = test::small_stack();
-    test::add_soft_box(scene, "far", Vec3(20, 10, 0), Vec3(1, 1, 1), 10);  // more than a chunk of particles
+    // The box has more particles than one chunk of a parallel loop.
+    test::add_soft_box(scene, "far", Vec3(20, 10, 0), Vec3(1, 1, 1), 10);
     return scene;
   }
   IslandSolve() : scene_(build()), simulation_(scene_, test::plan(scene_)) {
-    for (int i = 0; i < 3; ++i) step(world(), 0, 1e-3);  // contacts carry weight, elements are strained
-    projection_.build(bodies(), world().context.contacts, world().context.graph, 200);  // P P = P
+    for (int i = 0; i < 3; ++i) step(world(), 0, 1e-3);  // contacts then carry weight, elements are strained
+    // With this many sweeps P P = P.
+    projection_.build(bodies(), world().context.contacts, world().context.graph, 200);
     std::vector<Vec3> unused(bodies().particles.size());
     bodies().forces.add_elastic_forces(bodies().particles.x, unused);
     b_ = random_velocity(bodies(), 9);
@@ -35,7 +37,7 @@ class IslandSolve : public ::testing::Test {
     islands_.finish();
     return solve_islands(system, &projection_, masses_, true, islands_, b_, tolerance, most, x, search_);
   }
-  // P (b - A x), m/s, by the particles' own masses.
+  // Returns the norm of P (b - A x) by the particles' own masses, m/s.
   double residual(const GeneralizedVelocity& x) {
     VelocitySystem plain = system();
     GeneralizedVelocity Ax, r;
@@ -44,7 +46,7 @@ class IslandSolve : public ::testing::Test {
     plain.project(r);
     return plain.norm(r);
   }
-  // From where a solve may begin.
+  // Returns a velocity from which a solve may begin: P b.
   GeneralizedVelocity start() {
     GeneralizedVelocity x = b_;
     projection_.project(x);
@@ -63,6 +65,7 @@ class IslandSolve : public ::testing::Test {
   GeneralizedVelocity b_;
 };
 
+// The solutions of the two islands are that of the whole system, to the tolerance of the solves.
 TEST_F(IslandSolve, FindsTheSolutionOfTheWholeSystem) {
   VelocitySystem A = system(), whole = system();
   GeneralizedVelocity x = start(), expected = x, r, s, q;
@@ -75,8 +78,9 @@ TEST_F(IslandSolve, FindsTheSolutionOfTheWholeSystem) {
   EXPECT_LT(whole.norm(r), 1e-9);
 }
 
-// In either precision: of what is solved for, of what has converged before the other, and of what no step was
-// taken for.
+// The forces that a solve collects are the damping forces of its solution, in single precision (loose
+// tolerance) and double: for islands that are solved, for one that converges before the other, and for one
+// that needs no iteration.
 TEST_F(IslandSolve, CollectsTheForcesOfItsSolution) {
   for (const bool far_moves : {true, false})
     for (const double tolerance : {1e-2, 1e-8}) {
@@ -97,8 +101,8 @@ TEST_F(IslandSolve, CollectsTheForcesOfItsSolution) {
     }
 }
 
-// What moves as a whole is damped by nothing: its start is its solution. No block of its masses is found, and
-// not a bit of it changes, while the stack is solved for.
+// A body that moves as a whole is not damped, so its start is its solution. While the stack is solved, its
+// velocity stays to the bit and the preconditioner is not assembled for it.
 TEST_F(IslandSolve, LeavesAloneWhatBeginsAtItsSolution) {
   for_each_particle(far(), [&](std::size_t p) { b_.particle[p] = Vec3(1, 2, 3); });
   VelocitySystem A = system();
@@ -112,8 +116,7 @@ TEST_F(IslandSolve, LeavesAloneWhatBeginsAtItsSolution) {
   EXPECT_EQ(masses_.mass.back().diagonal, Vec3::Zero());
   EXPECT_LT(residual(x), 1e-5);
 
-  b_.particle.back() +=
-      Vec3(1, 0, 0);  // now it does not, and its masses are found with the others' as they are
+  b_.particle.back() += Vec3(1, 0, 0);  // not the solution any more: its blocks are added to the others
   const SymmetricBlock known = masses_.mass[0];
   A.use(masses_, false);
   EXPECT_TRUE(masses_.known.has(x.particle.size() - 1));
@@ -121,6 +124,8 @@ TEST_F(IslandSolve, LeavesAloneWhatBeginsAtItsSolution) {
   EXPECT_EQ(masses_.mass[0].diagonal, known.diagonal);
 }
 
+// A solve restricts operator and projection to islands that are searched. After it ends without convergence,
+// both act on all bodies again.
 TEST_F(IslandSolve, LeavesNoLimitsBehind) {
   VelocitySystem A = system();
   const GeneralizedVelocity u = random_velocity(bodies(), 4);
@@ -129,7 +134,7 @@ TEST_F(IslandSolve, LeavesNoLimitsBehind) {
   A.project(Pu);
   GeneralizedVelocity x = start();
   for_each_particle(far(), [&](std::size_t p) { b_.particle[p] = x.particle[p] = Vec3(1, 2, 3); });
-  const CgResult result = solve(A, 1e-10, 2, x);  // given up
+  const CgResult result = solve(A, 1e-10, 2, x);  // ends without convergence
   EXPECT_EQ(result.iterations, 2);
   EXPECT_FALSE(result.converged);
   EXPECT_GT(result.residual, 1e-10);
@@ -142,6 +147,7 @@ TEST_F(IslandSolve, LeavesNoLimitsBehind) {
   EXPECT_LT(plain.norm(difference), 1e-13);  // rows have had other masses in between
 }
 
+// A right side that is not a number gives a residual that is none either, so that the caller notices.
 TEST_F(IslandSolve, SaysSoWhereThereIsNoSolution) {
   VelocitySystem A = system();
   GeneralizedVelocity x = start();

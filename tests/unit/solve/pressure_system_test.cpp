@@ -17,9 +17,10 @@ namespace {
 using test::expect_below;
 
 constexpr double dt = 0.01;  // s
-// Far below what rounding leaves, so that solves end at it.
+// Far below what rounding leaves, so that solves end at the rounding.
 constexpr PressureSettings exact{1e-14, 400};
 
+// Returns bodies with the particles and nodal volumes of a mesh of the given density (kg/m^3).
 Bodies bodies_of(const TetMesh& mesh, double density) {
   Bodies bodies;
   Particles& particles = bodies.particles;
@@ -32,12 +33,13 @@ Bodies bodies_of(const TetMesh& mesh, double density) {
   return bodies;
 }
 
+// Sets the wanted rates of the nodal volumes to those that stop the changes by `v`.
 void stop_rates(const Bodies& bodies, PressureScratch& scratch, const std::vector<Vec3>& v) {
   bodies.nodal_volumes.divergence(v, scratch.rate);
   for (double& rate : scratch.rate) rate *= -1;
 }
 
-// The velocities nearest to `v` (in kinetic energy) that change no volume.
+// Returns the velocities nearest to `v` (in kinetic energy) that change no nodal volume.
 std::vector<Vec3> projected(const Bodies& bodies, const std::vector<Vec3>& v,
                             PressureSettings settings = exact) {
   PressureScratch scratch;
@@ -48,6 +50,7 @@ std::vector<Vec3> projected(const Bodies& bodies, const std::vector<Vec3>& v,
   return result;
 }
 
+// Returns the inner product with the masses.
 double product(const Bodies& bodies, const std::vector<Vec3>& u, const std::vector<Vec3>& v) {
   double sum = 0;
   for (std::size_t i = 0; i < u.size(); ++i) sum += bodies.particles.mass[i] * u[i].dot(v[i]);
@@ -61,6 +64,7 @@ std::vector<Vec3> difference(std::vector<Vec3> a, const std::vector<Vec3>& b) {
 
 double size(const Bodies& bodies, const std::vector<Vec3>& v) { return std::sqrt(product(bodies, v, v)); }
 
+// The projection to velocities without divergence is idempotent and self-adjoint in the mass inner product.
 TEST(PressureSystem, ProjectionIsIdempotentAndSelfAdjoint) {
   const Bodies bodies = bodies_of(test::shaken_lattice(Vec3i(3, 4, 3), 0.1, 1), 800);
   const std::size_t n = bodies.particles.size();
@@ -71,8 +75,8 @@ TEST(PressureSystem, ProjectionIsIdempotentAndSelfAdjoint) {
   double largest = 0;
   for (std::size_t i = 0; i < rate.size(); ++i)
     largest = std::max(largest, std::abs(rate[i]) / bodies.nodal_volumes.rest_volume(i));
-  expect_below(largest, 1e-12, "divergence left, 1/s");  // of velocities of 1 m/s over 1 m
-  // The residual that rounding leaves is amplified by the system's condition, some 1e3.
+  expect_below(largest, 1e-12, "divergence left, 1/s");  // velocities are 1 m/s over 1 m
+  // The residual that rounding leaves is amplified by the condition number of the system, some 1e3.
   expect_below(size(bodies, difference(projected(bodies, Pv), Pv)) / size(bodies, v), 1e-12, "P P v - P v");
   const double scale = size(bodies, u) * size(bodies, v);
   expect_below(std::abs(product(bodies, Pu, v) - product(bodies, u, Pv)) / scale, 1e-12, "<Pu, v> - <u, Pv>");
@@ -80,6 +84,8 @@ TEST(PressureSystem, ProjectionIsIdempotentAndSelfAdjoint) {
   EXPECT_GT(size(bodies, Pv), 0.5 * size(bodies, v));
 }
 
+// Every iterate of the search is a combination of pressure gradients, each of which keeps linear and angular
+// momentum. So momentum is kept wherever the search stops.
 TEST(PressureSystem, KeepsMomentumWhereverItStops) {
   const Bodies bodies = bodies_of(test::shaken_lattice(Vec3i(3, 4, 3), 0.1, 1), 800);
   const auto v = test::random_vectors(bodies.particles.size(), 3);
@@ -94,13 +100,14 @@ TEST(PressureSystem, KeepsMomentumWhereverItStops) {
       angular += bodies.particles.x[i].cross(impulse);
       sum += impulse.norm();
     }
-    // Adding and subtracting rounds every velocity, some 1 m/s, once.
+    // Adding and subtracting rounds every velocity, of some 1 m/s, once.
     EXPECT_LE(linear.norm(), 1e-14 * sum + 1e-30) << iterations;
     EXPECT_LE(angular.norm(), 1e-14 * sum + 1e-30) << iterations;
   }
 }
 
-// The residual of conjugate residuals cannot grow, in the norm that they minimise.
+// Conjugate residuals minimize the residual in the norm of the diagonal preconditioner, so it cannot grow
+// from one iteration to the next.
 TEST(PressureSystem, MoreIterationsNeverLeaveMore) {
   const Bodies bodies = bodies_of(test::shaken_lattice(Vec3i(3, 4, 3), 0.1, 1), 800);
   const auto v = test::random_vectors(bodies.particles.size(), 3);
@@ -117,7 +124,8 @@ TEST(PressureSystem, MoreIterationsNeverLeaveMore) {
   EXPECT_LT(before, 1e-6 * size(bodies, v));
 }
 
-// A squeezed body: Newton's method on the volumes of the one-rings converges quadratically.
+// A body is compressed by 6 %. Newton's method on the nodal volumes converges quadratically: each step leaves
+// at most the square of the relative error before.
 TEST(PressureSystem, OneStepRestoresVolumes) {
   Bodies bodies = bodies_of(test::shaken_lattice(Vec3i(4, 4, 4), 0.1, 1), 800);
   for (Vec3& x : bodies.particles.x) x.y() *= 0.94;
@@ -145,6 +153,7 @@ TEST(PressureSystem, OneStepRestoresVolumes) {
   }
 }
 
+// Particles without inverse mass keep their velocity, and all others change theirs.
 TEST(PressureSystem, PinnedParticlesStay) {
   TetMesh mesh = test::shaken_lattice(Vec3i(3, 3, 3), 0.1, 1);
   Bodies bodies = bodies_of(mesh, 800);
@@ -162,11 +171,11 @@ TEST(PressureSystem, PinnedParticlesStay) {
   }
 }
 
-// Water in a glass: walls and bottom hold what gravity has set in motion. What acts is the mean pressure of a
-// tet's corners: rho g times the depth, and exactly so, as pressures are linear in between. (Pressures of the
-// corners themselves are only determined up to those that cancel in every tet. A lattice whose nodes can be
-// coloured such that every tet has one of each of four colours has three such modes; nothing ever feels
-// them.)
+// Water in a glass: walls and bottom hold the water that gravity has set in motion. The mean pressure of a
+// tetrahedron's four nodes acts, and it is exactly rho g times the depth, because the pressure is linear.
+// (Nodal pressures are only determined up to modes that cancel in every tetrahedron. A lattice whose nodes
+// can be colored such that every tetrahedron has one node of each of four colors has three such modes, which
+// no particle feels.)
 TEST(PressureSystem, PressureInAGlassIsHydrostatic) {
   const Vec3i cells(5, 8, 4);
   const double density = 800, g = 9.8, top = 4;  // kg/m^3, m/s^2, m
@@ -196,7 +205,7 @@ TEST(PressureSystem, PressureInAGlassIsHydrostatic) {
     fastest = std::max(fastest, (v[i] + scratch.change.particle[i]).norm());
   for (const Tet& tet : mesh.tets) {
     double pressure = 0, depth = 0;
-    bool is_inside = true;  // beside the walls, pressures are felt by few particles and not all determined
+    bool is_inside = true;  // near the walls few particles feel pressures, which are not all determined
     for (const int i : tet) {
       const Vec3& x = mesh.nodes[static_cast<std::size_t>(i)];
       pressure += scratch.pressure[static_cast<std::size_t>(i)] / 4;

@@ -1,4 +1,4 @@
-// The operator of the implicit solve and its contact projection, on random vectors.
+// The operator of the implicit solve and its contact projection, on random velocities.
 #include "sim/solve/velocity_system.h"
 
 #include <algorithm>
@@ -15,13 +15,14 @@ namespace {
 
 using test::random_velocity;
 
+// The velocity system of a stack after a few steps, with the projection of its contacts.
 class ConstrainedSystem : public ::testing::Test {
  protected:
   ConstrainedSystem() : scene_(test::small_stack()), simulation_(scene_, test::plan(scene_)) {
     World& w = world();
-    for (int i = 0; i < 3; ++i) step(w, 0, 1e-3);  // contacts carry weight, elements are strained
+    for (int i = 0; i < 3; ++i) step(w, 0, 1e-3);  // contacts then carry weight, elements are strained
     projection_.build(w.bodies, w.context.contacts, w.context.graph,
-                      1);  // those that V.4 left with an impulse
+                      1);  // the contacts that V.4 left with an impulse
   }
   World& world() { return simulation_.world(); }
   VelocitySystem system(const ContactProjection* projection) {
@@ -36,7 +37,8 @@ class ConstrainedSystem : public ::testing::Test {
   std::vector<Mat3> inertia_;
 };
 
-TEST_F(ConstrainedSystem, OperatorIsSymmetricAndPositiveDefiniteInTheMassInnerProduct) {
+// A = 1 + M^-1 damping is symmetric in the mass inner product, and at least the identity.
+TEST_F(ConstrainedSystem, OperatorIsSymmetricPositiveDefinite) {
   VelocitySystem A = system(nullptr);
   for (unsigned seed = 1; seed < 6; ++seed) {
     const GeneralizedVelocity u = random_velocity(world().bodies, seed),
@@ -50,7 +52,9 @@ TEST_F(ConstrainedSystem, OperatorIsSymmetricAndPositiveDefiniteInTheMassInnerPr
   }
 }
 
-TEST_F(ConstrainedSystem, ProjectionIsSymmetricAfterOneSweepAndKeepsMomentum) {
+// One symmetric sweep is self-adjoint in the mass inner product, as conjugate gradients require, and takes
+// energy out. A sweep in one direction alone would not be symmetric.
+TEST_F(ConstrainedSystem, ProjectionIsSymmetricAfterOneSweep) {
   VelocitySystem P = system(&projection_);
   for (unsigned seed = 1; seed < 6; ++seed) {
     const GeneralizedVelocity u = random_velocity(world().bodies, seed),
@@ -64,6 +68,7 @@ TEST_F(ConstrainedSystem, ProjectionIsSymmetricAfterOneSweepAndKeepsMomentum) {
   }
 }
 
+// With 200 sweeps P P = P, and the contacts with an impulse have no relative normal velocity left.
 TEST_F(ConstrainedSystem, ProjectionConverges) {
   projection_.build(world().bodies, world().context.contacts, world().context.graph, 200);
   VelocitySystem P = system(&projection_);
@@ -84,8 +89,11 @@ TEST_F(ConstrainedSystem, ProjectionConverges) {
     }
 }
 
-TEST_F(ConstrainedSystem, ConjugateGradientsReachTheToleranceUnderConstraints) {
-  projection_.build(world().bodies, world().context.contacts, world().context.graph, 200);  // P P = P
+// The true projected residual P (b - A x) is as small as the search says, with a factor of ten for the
+// recurrence of the residual.
+TEST_F(ConstrainedSystem, ConjugateGradientsReachTheTolerance) {
+  // With this many sweeps P P = P.
+  projection_.build(world().bodies, world().context.contacts, world().context.graph, 200);
   VelocitySystem A = system(&projection_);
   const GeneralizedVelocity b = random_velocity(world().bodies, 9);
   GeneralizedVelocity x = b, r, s, q;
@@ -99,13 +107,15 @@ TEST_F(ConstrainedSystem, ConjugateGradientsReachTheToleranceUnderConstraints) {
   EXPECT_LT(A.norm(residual), 1e-8);
 }
 
-// The sum that is made on the way is the damping force of the solution, to the rounding of as many sums.
-TEST_F(ConstrainedSystem, ConjugateGradientsCollectTheForcesOfTheirSolution) {
+// The forces that are summed during the search are the damping forces of the solution, to the rounding of as
+// many sums.
+TEST_F(ConstrainedSystem, CollectsTheForcesOfItsSolution) {
   VelocitySystem A = system(&projection_);
   const GeneralizedVelocity b = random_velocity(world().bodies, 12);
   GeneralizedVelocity x = b, r, s, q;
   A.project(x);
-  std::vector<Vec3> collected(x.particle.size(), Vec3(1, 2, 3)), expected = collected;  // something is there
+  // The forces are not zero at first, because the solve adds to them.
+  std::vector<Vec3> collected(x.particle.size(), Vec3(1, 2, 3)), expected = collected;
   std::vector<Vec3> unused;
   A.collect_forces(collected, unused);
   const CgResult result = conjugate_gradient(A, b, 1e-6, 400, x, r, s, q);
@@ -121,14 +131,16 @@ TEST_F(ConstrainedSystem, ConjugateGradientsCollectTheForcesOfTheirSolution) {
   EXPECT_LT(difference, 1e-12 * largest);
 }
 
-// A residual that is to fall by little takes its products in single precision and is what it says it is all
-// the same, and the forces are those of the solution, without sum or moment; one that is to fall by much does
-// not.
+// A residual that has to fall by a factor of 1e3 takes its products in single precision, and one that has to
+// fall by 1e8 does not. Either way the true residual is below its tolerance (2 % for the rounding of floats),
+// and the collected forces are those of the solution, without sum or moment.
 TEST_F(ConstrainedSystem, SinglePrecisionIsTakenWhereItIsEnough) {
-  projection_.build(world().bodies, world().context.contacts, world().context.graph, 200);  // P P = P
+  // With this many sweeps P P = P.
+  projection_.build(world().bodies, world().context.contacts, world().context.graph, 200);
   BlockJacobi masses;
   std::vector<Vec3> unused(world().bodies.particles.size());
-  world().bodies.forces.add_elastic_forces(world().bodies.particles.x, unused);  // as they lie now
+  // Damping is prepared for the present positions.
+  world().bodies.forces.add_elastic_forces(world().bodies.particles.x, unused);
   VelocitySystem exact = system(&projection_);
   exact.use(masses, true);
   projection_.use_inverse_masses(&masses.inverse);
@@ -163,11 +175,11 @@ TEST_F(ConstrainedSystem, SinglePrecisionIsTakenWhereItIsEnough) {
     }
     EXPECT_LT(difference, (factor < 1e4 ? 1e-6 : 1e-12) * largest);
     EXPECT_LT(sum.norm(), 1e-12 * largest);
-    EXPECT_LT(moment.norm(), 1e-12 * largest);  // m
+    EXPECT_LT(moment.norm(), 1e-12 * largest);  // m: lever arms are about 1
   }
 }
 
-// What brakes particles in proportion to their mass has a moment, which is not taken for rounding.
+// Mass-proportional damping has a moment, which the solve must not remove as if it were rounding.
 TEST(VelocitySystem, DampingOfMassKeepsItsMoment) {
   scene::Scene scene = test::free_space();
   test::add_soft_box(scene, "box", Vec3::Zero(), Vec3(1, 1, 1), 3, 1e5);
@@ -200,9 +212,10 @@ TEST(VelocitySystem, DampingOfMassKeepsItsMoment) {
   EXPECT_LT((moment(collected) - moment(expected)).norm(), 1e-12 * moment(expected).norm());
 }
 
-// In the inner product of masses that are damped, operator and projection are self-adjoint again, and the
-// solution under constraints is the same: stationarity does not know of inner products.
-TEST_F(ConstrainedSystem, DampedMassesPreconditionWithoutChangingTheSolution) {
+// In the inner product of the block-Jacobi preconditioner operator and projection are self-adjoint as well.
+// The solution under constraints is the same, because stationarity does not depend on the inner product, and
+// it takes fewer iterations.
+TEST_F(ConstrainedSystem, PreconditionerKeepsTheSolution) {
   projection_.build(world().bodies, world().context.contacts, world().context.graph, 200);
   BlockJacobi masses;
   const GeneralizedVelocity b = random_velocity(world().bodies, 9);
@@ -225,7 +238,7 @@ TEST_F(ConstrainedSystem, DampedMassesPreconditionWithoutChangingTheSolution) {
   C.project(Pv);
   EXPECT_NEAR(C.inner(u, Cv), C.inner(v, Cu), 1e-12 * C.inner(u, u));
   EXPECT_NEAR(C.inner(u, Pv), C.inner(v, Pu), 1e-12 * C.inner(u, u));
-  // Rows that kept the particles' own masses would need many more sweeps.
+  // Rows with the particles' own masses would need many more sweeps in this inner product.
   projection_.build(world().bodies, world().context.contacts, world().context.graph, 1);
   const auto left_by_one_sweep = [&](const std::vector<SymmetricBlock>* inverse_mass) {
     projection_.use_inverse_masses(inverse_mass);
@@ -246,8 +259,8 @@ TEST_F(ConstrainedSystem, DampedMassesPreconditionWithoutChangingTheSolution) {
   EXPECT_LT(A.norm(r), 1e-8);
 }
 
-// Pairs of two soft bodies that repel each other are rows of the same projection.
-TEST(ConstrainedSystemOfSoftBodies, RepulsionsKeepTheProjectionSymmetric) {
+// Pairs of two soft bodies that repel each other are rows of the same projection, which stays symmetric.
+TEST(RepulsionsInProjection, KeepItSymmetric) {
   scene::Scene scene = test::on_ground(0.4);
   test::add_soft_box(scene, "lower", Vec3(0, 0.5, 0), Vec3(1, 1, 1), 2);
   test::add_soft_box(scene, "upper", Vec3(0.1, 1.54, 0.05), Vec3(1, 1, 1), 2);
@@ -277,13 +290,15 @@ TEST(ConstrainedSystemOfSoftBodies, RepulsionsKeepTheProjectionSymmetric) {
     EXPECT_NEAR(P.inner(u, Pv), P.inner(v, Pu), 1e-12 * P.inner(u, u));
     EXPECT_LT(P.inner(Pu, Pu), 0.999 * P.inner(u, u));
     if (sweeps == 1) continue;
-    // Corners shared by many pairs make rows that almost repeat each other: what is left fades slowly.
+    // Particles that belong to many pairs make rows that almost repeat each other, so what is left decreases
+    // slowly with the sweeps.
     EXPECT_LT(fastest_row(Pu), 0.01 * fastest_row(u));
   }
 }
 
-// Rigid on rigid, rigid on soft and soft on soft in one projection: every kind of row takes part.
-TEST(ConstrainedSystemOfAllKinds, IsSymmetricAndPositiveSemidefinite) {
+// Contacts of rigid with rigid bodies, of rigid with soft ones, and repulsions of soft bodies are rows of one
+// projection; each kind is present.
+TEST(ProjectionOfAllContacts, IsSymmetricAndPositiveSemidefinite) {
   scene::Scene scene = test::on_ground(0.4);
   test::add_soft_box(scene, "lower", Vec3(0, 0.5, 0), Vec3(1, 1, 1), 2);
   test::add_soft_box(scene, "upper", Vec3(0.1, 1.54, 0.05), Vec3(1, 1, 1), 2);
@@ -337,8 +352,8 @@ TEST(ConstrainedSystemOfAllKinds, IsSymmetricAndPositiveSemidefinite) {
 
   test::expect_below(max_kept, 0.999, "largest <P u, P u> / <u, u>");
 
-  // Converged, P P = P. Pairs of surfaces are more than what they hold together, and almost repeat each
-  // other: how fast they stop is tested above, by themselves.
+  // After many sweeps P P = P. Repulsions are left out here: their rows are more than they can determine and
+  // almost repeat each other. The test above shows how fast they converge.
   projection.build(world.bodies, contacts, world.context.graph, 4000, nullptr);
   VelocitySystem P(world.bodies, 1e-3, false, &projection, force, inertia);
   GeneralizedVelocity once = random_velocity(world.bodies, 3);
@@ -350,7 +365,8 @@ TEST(ConstrainedSystemOfAllKinds, IsSymmetricAndPositiveSemidefinite) {
                      "|P P u - P u| / |P u|");
 }
 
-// Of a soft box that slides over a rigid one, both free.
+// A soft box slides over a rigid one, both free. The friction of the projection acts on both, so momentum and
+// angular momentum stay.
 TEST(FrictionOfTheProjection, GivesTheHostWhatItTakesFromTheGuest) {
   scene::Scene scene = test::free_space();
   test::add_box(scene, "host", Vec3(0, -0.5, 0), Vec3(2, 1, 2), 50).friction = 0.4;
@@ -365,7 +381,7 @@ TEST(FrictionOfTheProjection, GivesTheHostWhatItTakesFromTheGuest) {
   to_generalized(world.bodies, v);
   for (std::vector<Vec3>* part : {&v.particle, &v.linear, &v.angular})
     for (Vec3& value : *part) value.setZero();
-  projection.choose(1, v, v);  // all
+  projection.choose(1, v, v);  // activates all rows
   projection.add_friction(v);
   const Bodies& bodies = world.bodies;
   Vec3 linear = Vec3::Zero(), angular = Vec3::Zero();
@@ -383,9 +399,9 @@ TEST(FrictionOfTheProjection, GivesTheHostWhatItTakesFromTheGuest) {
   test::expect_below(angular.norm() / turned, 1e-12, "angular momentum, relative");
 }
 
-// A soft box and a rigid one on two light plates that are jointed to each other and to a post: impulses on
-// the plates keep their joints, so that these are put right once, before the sweeps.
-TEST(ConstrainedSystemOfLinkedBodies, IsSymmetricAndKeepsTheJoints) {
+// A soft box and a rigid one are on two light plates, which are joined to each other and to a post. Impulses
+// on the plates keep the joints (articulated response), so that one joint solve before the sweeps is enough.
+TEST(ProjectionOfJointedBodies, IsSymmetricAndKeepsTheJoints) {
   scene::Scene scene = test::free_space();
   scene.gravity = Vec3(0, -9.8, 0);
   scene::RigidBody& post = test::add_box(scene, "post", Vec3(-1.5, 0, 0), Vec3(0.9, 0.2, 1), 1);

@@ -1,4 +1,4 @@
-// Which bodies move each other in a velocity solve.
+// Islands: the bodies that move each other in a velocity solve.
 #include "sim/state/islands.h"
 
 #include "tests/support/places.h"
@@ -11,6 +11,7 @@
 namespace duet::islands_test {
 namespace {
 
+// Returns the islands of a world, with or without the joining by contacts and repulsions.
 Islands find(World& world, bool with_contacts = true) {
   StepContext& context = world.context;
   Islands islands;
@@ -23,12 +24,13 @@ Islands find(World& world, bool with_contacts = true) {
   return islands;
 }
 
+// Returns the island of a deformable body.
 int of_deformable(const Bodies& bodies, const Islands& islands, std::size_t body) {
   return islands.of_particle(bodies.deformable[body].first_particle);
 }
 
-// Two stacks on the same ground, a box beside them that touches nothing, and two soft boxes whose surfaces
-// repel each other.
+// Two stacks stand on the same ground, beside a box that touches nothing and two soft boxes whose surfaces
+// repel each other. Contacts and repulsions join islands; the static ground belongs to none.
 TEST(Islands, ContactJoinsButTheGroundDoesNot) {
   scene::Scene scene = test::on_ground(0.4);
   test::add_soft_box(scene, "soft", Vec3(0, 0.5, 0), Vec3(1, 1, 1), 2);
@@ -57,9 +59,10 @@ TEST(Islands, ContactJoinsButTheGroundDoesNot) {
   EXPECT_NE(rigid("load"), rigid("other load"));
   EXPECT_EQ(of_deformable(bodies, islands, 2), of_deformable(bodies, islands, 3));
   EXPECT_NE(rigid("alone"), rigid("load"));
-  EXPECT_EQ(find(world, false).size(), 7u);  // every body by itself
+  EXPECT_EQ(find(world, false).size(), 7u);  // every body is its own island
 }
 
+// In the scene `maggot`, bones, joints and flesh are one island without any contact.
 TEST(Islands, BonesAndTheirJointsJoinTheFlesh) {
   const scene::Scene scene = scene::read(test::source_folder() + "/scenes/maggot.toml").scene;
   Simulation simulation(scene, test::plan(scene));
@@ -67,8 +70,9 @@ TEST(Islands, BonesAndTheirJointsJoinTheFlesh) {
   EXPECT_EQ(find(simulation.world(), false).size(), 1u);
 }
 
-// Every particle of an island that is searched lies in one range, and in the mask.
-TEST(Islands, LeavesWhatIsNoLongerSearched) {
+// Every particle of a searched island is in one range of at most 1024 particles and in the mask. An island
+// that is left is in neither.
+TEST(Islands, LeaveRangesAndMaskWhenDone) {
   scene::Scene scene = test::free_space();
   test::add_soft_box(scene, "small", Vec3::Zero(), Vec3(1, 1, 1), 2);
   test::add_soft_box(scene, "large", Vec3(5, 0, 0), Vec3(1, 1, 1), 14);  // 3375 particles

@@ -12,8 +12,9 @@ namespace {
 const std::vector<Vec3> corners{Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0.2, 2, 0), Vec3(0.3, -0.4, 3)};
 const Vec3 u(0.3, -0.2, 0.5), w(1, 2, -0.7);  // m/s, rad/s
 
-// What all lack as one rigid body comes back to each of them, of any size, at any place. The sums are about
-// the first of the points: of places in a distance D rounding leaves D/size 1e-16.
+// Several masses lack the velocities of one rigid motion: the composite body gives that motion back, at any
+// size and place. Sums are about the first point, so that at the distance D from the origin rounding leaves
+// 1e-16 D / size, relative.
 TEST(CompositeBody, GivesBackTheMotionOfARigidBody) {
   for (const double size : {1e-4, 1.0, 1e3})
     for (const Vec3& place : {Vec3(0, 0, 0), Vec3(1e4, -2e3, 5e3)}) {
@@ -35,7 +36,7 @@ TEST(CompositeBody, GivesBackTheMotionOfARigidBody) {
     }
 }
 
-// Of other motion as much as has momentum: two masses that part have none.
+// A motion without momentum is not changed: two equal masses that move away from each other have none.
 TEST(CompositeBody, LeavesWhatHasNoMomentum) {
   CompositeBody whole;
   whole.add(2, Vec3(1, 0, 0), Vec3(3, 0, 0));
@@ -44,17 +45,19 @@ TEST(CompositeBody, LeavesWhatHasNoMomentum) {
   EXPECT_LT(whole.velocity_at(Vec3(1, 1, 1)).norm(), 1e-15);
 }
 
+// A couple that is added with impulses of zero sum cancels the angular momentum of the masses.
 TEST(CompositeBody, TakesAMomentBack) {
   CompositeBody whole;
   whole.add(2, Vec3(1, 0, 0), Vec3(0, 3, 0));
   whole.add(2, Vec3(-1, 0, 0), Vec3(0, -3, 0));
-  whole.add_moment(Vec3(0, 0, 5), Vec3(-1, 0, 0));  // a couple about z of 12 N m s
+  whole.add_moment(Vec3(0, 0, 5), Vec3(-1, 0, 0));  // a couple of -12 N m s about z
   whole.add_moment(Vec3(0, 12, 5), Vec3(1, 0, 0));
   whole.finish();
   EXPECT_LT(whole.turn().norm(), 1e-15);
 }
 
-// Nothing turns about the line that all of it lies on, and one point does not turn.
+// A composite whose masses lie on a line gets no rotation about that line, a single point gets none at all,
+// and an empty composite has zero velocity.
 TEST(CompositeBody, DoesNotTurnAboutALine) {
   CompositeBody rod, point;
   rod.add(1, Vec3(0, 0, 1), Vec3(0, 0, 0));

@@ -13,7 +13,7 @@
 namespace duet::stage_hashes_test {
 namespace {
 
-// The names of the bodies whose hashes are others, each with the quantities: "ball: velocity".
+// Returns which quantities of which bodies have different hashes, for example "ball: velocity".
 std::set<std::string> differences(const std::vector<BodyHashes>& a, const std::vector<BodyHashes>& b) {
   std::set<std::string> found;
   EXPECT_EQ(a.size(), b.size());
@@ -31,6 +31,7 @@ scene::Scene ball_on_cube() {
   return scene;
 }
 
+// A change of one number, however small, changes the hash of its body and quantity and of no other.
 TEST(StateHashes, NameBodyAndQuantityOfEveryChange) {
   const scene::Scene scene = ball_on_cube();
   Simulation simulation(scene, test::plan(scene));
@@ -57,6 +58,7 @@ TEST(StateHashes, NameBodyAndQuantityOfEveryChange) {
   EXPECT_EQ(differences(before, simulation.state_hashes()), Names{"cube: velocities"});
 }
 
+// All bodies are listed, rigid ones first, and the entry without a name is that of the scene.
 TEST(StateHashes, HaveAllBodiesRigidOnesFirst) {
   const scene::Scene scene = ball_on_cube();
   const Simulation simulation(scene, test::plan(scene));
@@ -69,6 +71,8 @@ TEST(StateHashes, HaveAllBodiesRigidOnesFirst) {
   EXPECT_EQ(hashes[3].quantities.size(), 5U);
 }
 
+// The contact cache and the accelerations from which solves begin are part of the state, and their changes
+// are named.
 TEST(StateHashes, OfTheSceneTellWhereSolvesBegin) {
   const scene::Scene scene = ball_on_cube();
   Simulation simulation(scene, test::plan(scene));
@@ -81,13 +85,14 @@ TEST(StateHashes, OfTheSceneTellWhereSolvesBegin) {
             (std::set<std::string>{": contact cache", ": particle accelerations"}));
 }
 
+// A copy of a StageRecord.
 struct Record {
   int frame, step;
   std::string stage;
   std::vector<QuantityHashes> quantities;
 };
 
-// The records of a scene's first two frames, with a change of its world before the second.
+// Returns the records of a scene's first two frames, with a change of its world before the second one.
 template <class Change>
 std::vector<Record> records(const scene::Scene& scene, Change&& change) {
   Simulation simulation(scene, test::plan(scene));
@@ -101,6 +106,7 @@ std::vector<Record> records(const scene::Scene& scene, Change&& change) {
   return result;
 }
 
+// Records are in the order of frames and steps, from the beginning of the first step to the end of the last.
 TEST(StageHashes, FollowTheStagesOfEveryStep) {
   const std::vector<Record> all = records(ball_on_cube(), [](World&) {});
   ASSERT_FALSE(all.empty());
@@ -115,6 +121,7 @@ TEST(StageHashes, FollowTheStagesOfEveryStep) {
     EXPECT_LE(std::tuple(all[i - 1].frame, all[i - 1].step), std::tuple(all[i].frame, all[i].step));
 }
 
+// Two runs of one scene have the same records.
 TEST(StageHashes, OfTheSameSceneAreTheSame) {
   const std::vector<Record> a = records(ball_on_cube(), [](World&) {}),
                             b = records(ball_on_cube(), [](World&) {});
@@ -124,6 +131,8 @@ TEST(StageHashes, OfTheSameSceneAreTheSame) {
       ASSERT_EQ(a[i].quantities[q].hashes, b[i].quantities[q].hashes) << a[i].stage;
 }
 
+// The first record that differs names the step and the quantity of a change of 1e-12 m/s: that is how a
+// difference between machines is found.
 TEST(StageHashes, DifferFromTheStepWhereABodyWasChanged) {
   const std::vector<Record> a = records(ball_on_cube(), [](World&) {}),
                             b = records(ball_on_cube(), [](World&world) {
@@ -145,6 +154,7 @@ TEST(StageHashes, DifferFromTheStepWhereABodyWasChanged) {
   EXPECT_EQ(quantities, std::set<std::string_view>{"velocity"});
 }
 
+// A run with hashes of its stages has the same state as one without.
 TEST(StageHashes, ChangeNoResult) {
   const scene::Scene scene = ball_on_cube();
   Simulation plain(scene, test::plan(scene)), hashed(scene, test::plan(scene));

@@ -1,4 +1,4 @@
-// The table of stages: complete, in the order of the paper, and told by sim/step/README.md as it is.
+// The table of stages is complete, in the order of the paper, and the same as in sim/step/README.md.
 #include "sim/step/stage_table.h"
 
 #include <algorithm>
@@ -17,10 +17,12 @@
 namespace duet::stage_table_test {
 namespace {
 
+// Returns the labels of the stages that run in a scene.
 std::vector<std::string> stages_of(const scene::Scene& scene) {
   return Simulation(scene, test::plan(scene)).sizes().stages;
 }
 
+// Each stage has one row, whose label is its name everywhere else.
 TEST(StageTable, HasOneLabelForEachStage) {
   std::set<std::string_view> labels;
   for (const StageRow& row : stage_table) {
@@ -30,6 +32,8 @@ TEST(StageTable, HasOneLabelForEachStage) {
   EXPECT_EQ(labels.size(), stage_count);
 }
 
+// A row of a step either does work or checks the length of the step, and the rows that run within others do
+// neither.
 TEST(StageTable, GivesEveryStageOfAStepWorkOrACheck) {
   for (const StageRow& row : stage_table) {
     const bool acts = row.work != nullptr, checks = row.is_too_long != nullptr;
@@ -37,7 +41,8 @@ TEST(StageTable, GivesEveryStageOfAStepWorkOrACheck) {
   }
 }
 
-// The paper's numbers, but for V.1, which `[~]` comes after V.3.
+// The stages with numbers are those of the paper in its order, except that V.1 comes after V.3, which the
+// README marks with `[~]`.
 TEST(StageTable, HasTheNumbersOfThePaperInTheirOrder) {
   std::vector<std::string> numbers;
   for (const StageRow& row : stage_table) {
@@ -50,6 +55,8 @@ TEST(StageTable, HasTheNumbersOfThePaperInTheirOrder) {
                                                "III.3", "IV.1", "IV.2", "IV.3", "V.2", "V.3", "V.1", "V.4"}));
 }
 
+// The README's table lists the stages of a step with their origin and label, in their order, with functions
+// that exist.
 TEST(StageTable, IsTheTableOfTheReadme) {
   const std::string page = io::read_file(test::source_folder() + "/sim/step/README.md");
   const std::regex line(R"(\| `\[(.)\]` \| [^|]+ \| `([^`]+)` \| `([a-z_]+)` \|)");
@@ -72,7 +79,7 @@ TEST(StageTable, IsTheTableOfTheReadme) {
   }
 }
 
-// Every row with effects runs if one of them is planned, and not without any.
+// Each row that needs effects runs if one of them is planned, and does not run without any.
 TEST(StageTable, EntersRowsByTheirEffects) {
   World world;
   for (const StageRow& row : stage_table) {
@@ -88,6 +95,7 @@ TEST(StageTable, EntersRowsByTheirEffects) {
   }
 }
 
+// A scene with one rigid ball runs the stages of rigid contact and nothing for deformable bodies.
 TEST(StageTable, OfABallOverTheGroundIsShort) {
   scene::Scene scene = test::on_ground();
   test::add_ball(scene, "ball", Vec3(0, 2, 0), 1, 10);
@@ -100,8 +108,8 @@ TEST(StageTable, OfABallOverTheGroundIsShort) {
                                       "V.4 contacts at the end", "V.4 contact and post-stabilization"}));
 }
 
-// The two orders of step V have the same stages up to V.3, but for what solves for damping there; then the
-// same V.4.
+// The two orders of step V differ only in the constraints and the solve for damping. Before these they have
+// the same stages, and after them the same V.4.
 TEST(StageTable, BothOrdersShareBeginningAndConstraints) {
   scene::Scene scene = test::on_ground();
   test::add_soft_box(scene, "box", Vec3(0, 1, 0), Vec3(1, 1, 1), 2).incompressible = true;
@@ -125,6 +133,7 @@ TEST(StageTable, BothOrdersShareBeginningAndConstraints) {
                                      std::find(before.begin(), before.end(), "V.2 forces of the middle")));
 }
 
+// Statistics list all stages by their labels, also those that a scene does not run.
 TEST(StageTable, StatisticsHaveItsNamesInItsOrder) {
   const scene::Scene scene = test::on_ground();
   const std::vector<StageStats> stages = Simulation(scene, test::plan(scene)).stats().stages;

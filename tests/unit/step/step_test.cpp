@@ -13,7 +13,8 @@
 namespace duet::step_test {
 namespace {
 
-TEST(TimeStep, FollowsTheElasticLimitAndItsShare) {
+// For a body at rest the step is the setting `cfl` times the elastic limit 2 / omega_max.
+TEST(TimeStep, IsAFractionOfTheElasticLimit) {
   scene::Scene scene = test::free_space();
   test::add_soft_box(scene, "soft", Vec3::Zero(), Vec3(2, 2, 2), 6);
   Simulation simulation(scene, test::plan(scene));
@@ -25,7 +26,8 @@ TEST(TimeStep, FollowsTheElasticLimitAndItsShare) {
   EXPECT_DOUBLE_EQ(choose_time_step(world, 0), 0.3 * limit);
 }
 
-// A start at the right side, without the acceleration of the last solve, takes three iterations a solve here.
+// A solve starts from the velocity that the acceleration of the last solve predicts, which leaves it less
+// than two iterations on average. A start at the right side takes three iterations in this scene.
 TEST(ConjugateGradients, HaveLittleToDoWhereMotionGoesOnAsBefore) {
   scene::Scene scene = test::small_stack();
   Simulation simulation(scene, test::plan(scene));
@@ -35,8 +37,8 @@ TEST(ConjugateGradients, HaveLittleToDoWhereMotionGoesOnAsBefore) {
       << "of two solves in " << stats.substeps << " substeps";
 }
 
-// Elements deform by a quarter of their size in a step at most, but no step is less than 1/1024 of the one at
-// rest.
+// Elements deform by at most a quarter of their size in a step, but no step is shorter than 1/1024 of the one
+// at rest.
 TEST(TimeStep, FollowsThePaceOfDeformation) {
   scene::Scene scene = test::free_space();
   test::add_soft_box(scene, "soft", Vec3::Zero(), Vec3(2, 2, 2), 6);
@@ -44,7 +46,7 @@ TEST(TimeStep, FollowsThePaceOfDeformation) {
   World& world = simulation.world();
   Particles& particles = world.bodies.particles;
   const double limit = 2 / std::sqrt(world.bodies.forces.rest_omega_squared());
-  for (const double rate : {1.0, 1e3, 1e9}) {  // 1/s, of a shear
+  for (const double rate : {1.0, 1e3, 1e9}) {  // 1/s: rate of a shear
     for (std::size_t p = 0; p < particles.size(); ++p) particles.v[p] = Vec3(rate * particles.x[p].y(), 5, 0);
     const TimeStepChoice choice = bounded_time_step(world, 0);
     EXPECT_NEAR(choice.seconds, std::max(std::min(0.7 * limit, 0.25 / rate), limit / 1024), 1e-12 * limit);
@@ -53,17 +55,19 @@ TEST(TimeStep, FollowsThePaceOfDeformation) {
   }
 }
 
+// A body turns by at most 0.314159 rad (a tenth of pi) in a step.
 TEST(TimeStep, FollowsTheTurnOfRigidBodies) {
   scene::Scene scene = test::free_space();
   test::add_ball(scene, "ball", Vec3::Zero(), 0.5, 1).placement.angular_velocity = Vec3(0, 2000, 0);
   test::add_box(scene, "box", Vec3(3, 0, 0), Vec3(1, 1, 1), 1).placement.angular_velocity = Vec3(0, 1000, 0);
   Simulation spinning(scene, test::plan(scene));
   const TimeStepChoice choice = bounded_time_step(spinning.world(), 0);
-  EXPECT_DOUBLE_EQ(choice.seconds, 0.314159 / 1000);  // balls turn without error
+  EXPECT_DOUBLE_EQ(choice.seconds, 0.314159 / 1000);  // balls turn without error and bound nothing
   EXPECT_EQ(describe(choice, spinning.world().bodies), "the turn of `box`");
 }
 
-// A ball of 1 m flies at 200 m/s towards a plate.
+// Returns the time step with a ball of 1 m that flies towards a plate at 200 m/s, at `angle` (rad) from the
+// line to it. The plate is `distance` (m) away and has `thickness` (m).
 TimeStepChoice choice_before_plate(double distance, double thickness, bool is_static, double angle = 0) {
   scene::Scene scene = test::free_space();
   test::add_ball(scene, "ball", Vec3::Zero(), 0.5, 1).placement.velocity =
@@ -80,22 +84,27 @@ TimeStepChoice choice_before_plate(double distance, double thickness, bool is_st
   return choice;
 }
 
-TEST(TimeStep, EndsBeforeFastBodiesMeetAndThenLetsThemEnterAsFarAsTheThinnerOneAllows) {
+// Fast bodies must not pass through each other within a step, and steps must not be shorter than that
+// requires.
+TEST(TimeStep, LetsFastBodiesMeetAndOverlapByAFraction) {
   constexpr double speed = 200;
-  // Far away: nothing. On the way: up to half the depth that may be entered, here a tenth of the ball.
+  // A plate that is far away bounds nothing. On the approach the step ends at half of the depth that may be
+  // entered, which is a tenth of the ball here.
   EXPECT_EQ(choice_before_plate(5, 1, true).bound, TimeStepBound::setting);
   EXPECT_DOUBLE_EQ(choice_before_plate(2, 1, true).seconds, (2 - 0.05) / speed);
   EXPECT_DOUBLE_EQ(choice_before_plate(0, 1, true).seconds, 0.1 / speed);
-  // Half of a thin standing plate, a tenth of a moving one.
+  // Half of a thin static plate may be entered, and a tenth of a dynamic one.
   EXPECT_DOUBLE_EQ(choice_before_plate(0, 0.01, true).seconds, 0.005 / speed);
   EXPECT_DOUBLE_EQ(choice_before_plate(0, 0.01, false).seconds, 0.001 / speed);
   EXPECT_DOUBLE_EQ(choice_before_plate(2, 0.01, false).seconds, (2 - 0.0005) / speed);
-  // What glances off counts with its approach alone; what moves along or away does not count.
+  // The velocity of approach alone counts: a ball that passes or moves away is not bounded.
   EXPECT_NEAR(choice_before_plate(0.1, 1, true, EIGEN_PI / 3).seconds, 2 * 0.1 / speed, 1e-12);
   EXPECT_EQ(choice_before_plate(0.1, 1, true, EIGEN_PI / 2).bound, TimeStepBound::setting);
   EXPECT_EQ(choice_before_plate(0.1, 1, true, EIGEN_PI).bound, TimeStepBound::setting);
 }
 
+// The approach counts the velocity of a soft body, and the velocity that a rotation gives to the ends of a
+// bar.
 TEST(TimeStep, CountsTheSpeedOfSoftBodiesAndOfTurningOnes) {
   scene::Scene scene = test::free_space();
   auto& soft = test::add_soft_box(scene, "soft", Vec3(0, 0, 1.6), Vec3(1, 1, 1), 2, 1e3);
@@ -114,10 +123,12 @@ TEST(TimeStep, CountsTheSpeedOfSoftBodiesAndOfTurningOnes) {
   Simulation turning(scene, test::plan(scene));
   const TimeStepChoice turn = bounded_time_step(turning.world(), 0);
   EXPECT_EQ(turn.bound, TimeStepBound::approach);
-  // It is 0.2 m away, and its corners move no faster than their lever arm asks for.
+  // The bar is 0.2 m away, and its corners move with the lever arm hypot(1, 0.05, 0.05).
   EXPECT_NEAR(turn.seconds, (0.2 - 0.005) / (12 * std::hypot(1, 0.05, 0.05)), 1e-9);
 }
 
+// A kinematic body bounds the step by its motion in the step to come, which may begin at a later key, and by
+// its turn and the phase of its oscillation.
 TEST(TimeStep, FollowsTheMotionOfKinematicBodiesOverTheStepToCome) {
   scene::Scene scene = test::free_space();
   scene::RigidBody& plate = test::add_box(scene, "plate", Vec3::Zero(), Vec3(4, 0.1, 4), 1);
@@ -141,18 +152,19 @@ TEST(TimeStep, FollowsTheMotionOfKinematicBodiesOverTheStepToCome) {
   scene.rigid[0].motion.spin = {{Vec3::UnitY(), 20, 0, {}, 0}};
   EXPECT_DOUBLE_EQ(choice(0).seconds, 0.314159 / (40 * EIGEN_PI));
 
-  scene.rigid[0].motion = {};  // a fast oscillation that goes nowhere is still one that shakes others
+  scene.rigid[0].motion = {};  // a fast oscillation of small amplitude shakes other bodies nevertheless
   scene.rigid[0].motion.sinusoid = {{Vec3(0, 1e-4, 0), {}, 40, 0, 0, {}}};
   EXPECT_DOUBLE_EQ(choice(0).seconds, 0.314159 / (80 * EIGEN_PI));
 
-  // Towards a ball that is further away than it can come: nothing but the phase.
+  // The ball is farther away than the plate can come: the phase alone could bound the step, and does not.
   scene.rigid[0].motion.sinusoid = {{Vec3(0, 1, 0), {}, 2, 0, 0, {}}};
   scene.rigid[1].placement.position.y() = 20;
   EXPECT_EQ(choice(0).seconds, 1.0 / 48);
 }
 
-// The stability limit of the rule is one: an undamped body rings at 0.9 of it without growing, and blows up
-// beyond it.
+// Returns the ratio of the mechanical energy after 3000 steps to that at the start, for an undamped body with
+// the time step `cfl` times the limit of the rule. The body rings without growing at 0.9 of the limit, and
+// impacts up beyond it.
 double energy_after(double cfl) {
   scene::Scene scene = test::free_space();
   test::add_soft_box(scene, "soft", Vec3::Zero(), Vec3(1, 1, 1), 2, 1e5);
@@ -168,11 +180,14 @@ double energy_after(double cfl) {
   return test::mechanical_energy(world) / start;
 }
 
+// An undamped body is stable at 0.9 of the limit and impacts up at 3 times the limit: the rule neither fails
+// nor wastes more than that.
 TEST(TimeStep, RuleIsStableWithoutDampingAndNotFarFromTheLimit) {
-  EXPECT_LT(energy_after(0.9), 1.5);  // an explicit symplectic scheme's energy wavers, but does not grow
+  EXPECT_LT(energy_after(0.9), 1.5);  // the energy of an explicit symplectic scheme wavers without growing
   EXPECT_THROW(EXPECT_GT(energy_after(3), 1e3), SimulationError);
 }
 
+// The hash of the state after three frames does not depend on the number of threads.
 TEST(Step, ResultsAreBitIdenticalForAnyThreadCount) {
   const scene::Scene scene = test::small_stack();
   std::vector<std::uint64_t> hashes;
@@ -187,6 +202,8 @@ TEST(Step, ResultsAreBitIdenticalForAnyThreadCount) {
   EXPECT_EQ(hashes[0], hashes[2]);
 }
 
+// The clock of a stage counts its calls: a rigid scene never enters the stages of deformable bodies, and a
+// soft body alone never enters those of contact.
 TEST(Step, AnEffectThatIsNotCalledForIsNeverEntered) {
   scene::Scene scene = test::on_ground();
   test::add_ball(scene, "ball", Vec3(0, 2, 0), 1, 10);
@@ -206,6 +223,8 @@ TEST(Step, AnEffectThatIsNotCalledForIsNeverEntered) {
   EXPECT_GT(floating.world().clock[Stage::elastic_forces].calls, 0);
 }
 
+// A NaN ends the frame with an error that names the stage, the body and a remedy, and the last good frame is
+// restored.
 TEST(Step, AStateThatStopsBeingFiniteNamesStageBodyAndParticle) {
   const scene::Scene scene = test::small_stack();
   Simulation simulation(scene, test::plan(scene));
@@ -222,12 +241,14 @@ TEST(Step, AStateThatStopsBeingFiniteNamesStageBodyAndParticle) {
     EXPECT_EQ(error.fault().frame, 1);
     EXPECT_NE(std::string(error.what()).find("solver.cfl"), std::string::npos);
   }
-  // The last good frame is back.
+  // The last good frame is restored.
   EXPECT_TRUE(particles.v[first + 3].allFinite());
   simulation.load_state(simulation.save_state());
   EXPECT_EQ(simulation.stats().hash, hash);
 }
 
+// A run from a saved state has the same state, to the byte, as one that went through; a state of the wrong
+// length is refused.
 TEST(Simulation, AResumedRunContinuesBitIdentically) {
   const scene::Scene scene = test::small_stack();
   Simulation whole(scene, test::plan(scene)), first(scene, test::plan(scene)),

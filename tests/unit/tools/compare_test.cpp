@@ -1,4 +1,4 @@
-// `duet compare` as a user meets it.
+// Tests of `duet compare` through the program.
 #include <algorithm>
 
 #include "tests/restart/program.h"
@@ -16,7 +16,8 @@ namespace {
 
 class CompareCommand : public testing::Test {
  protected:
-  // A gray picture of 40 x 30 pixels with a white square, `side` wide.
+  // Draws a gray picture of 40 x 30 pixels with a white square that is `side` pixels wide, and returns its
+  // path.
   std::string draw(const std::string& name, int side, int width = 40) const {
     std::vector<unsigned char> rgb(static_cast<std::size_t>(3 * width * 30), 100);
     for (int y = 0; y < side; ++y)
@@ -36,7 +37,7 @@ class CompareCommand : public testing::Test {
   const ScratchFolder scratch_;
 };
 
-TEST_F(CompareCommand, SamePicturesHaveStatusZeroAndDifferentOnesStatusOne) {
+TEST_F(CompareCommand, StatusIsZeroForEqualAndOneForDifferent) {
   const std::string a = draw("a.png", 0), same = draw("same.png", 0), b = draw("b.png", 3);
   const Finished equal = compare({a, same});
   EXPECT_EQ(equal.status, 0) << equal.errors;
@@ -81,7 +82,7 @@ TEST_F(CompareCommand, RunsAreComparedByTheirPictures) {
     io::write_manifest({scratch_ / name}, io::Manifest{});
   }
   draw("two/ledger.png", 1);
-  const Finished runs = compare({"one", "two"});  // the first by its name in out/
+  const Finished runs = compare({"one", "two"});  // `one` is found by its name in out/.
   EXPECT_EQ(runs.status, 0) << runs.errors;
   EXPECT_EQ(compare({"one", path("two/image")}).status, 0);
 }

@@ -1,4 +1,4 @@
-// `duet hashes` as a user meets it, and `duet sim --hash-stages`.
+// Tests of `duet hashes` and of `duet sim --hash-stages` through the program.
 #include "tests/restart/program.h"
 #include "tests/support/text.h"
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@ class HashesCommand : public testing::Test {
     write_scene("1");
     table("[tiny]\nscene = \"tiny.toml\"\nshort = 2\nlater = 4\n");
   }
-  void write_scene(const std::string& height) const {  // of the ball, m
+  void write_scene(const std::string& height) const {  // `height` of the ball in m
     std::string text = io::read_file(source_folder() + "/tests/restart/tiny.toml");
     const std::string position = "position = [0.05, 1, 0]";
     text.replace(text.find(position), position.size(), "position = [0.05, " + height + ", 0]");

@@ -1,5 +1,5 @@
-// Names that somebody else chose, of files, bodies and stages: they are shown, and nothing that they say is
-// done.
+// Tests with names of files, bodies and stages that somebody else chose. They are shown, and nothing in them
+// is executed.
 #include <algorithm>
 
 #include "tests/restart/program.h"
@@ -15,7 +15,7 @@
 namespace duet::test::hostile_names_test {
 namespace {
 
-// All that a shell, gnuplot, HTML or a terminal could take for a command.
+// This name holds everything that a shell, gnuplot, HTML or a terminal could take for a command.
 const std::string hostile = "`touch pwned` $(touch pwned) @x 'a' \"b\"; <b>&amp\\ \x1b[31mred\x07";
 
 bool has_control_characters(const std::string& text) {
@@ -40,7 +40,7 @@ class HostileNames : public testing::Test {
     const Finished finished = run_duet(words, scratch.path());
     ASSERT_EQ(finished.status, 0) << finished.errors;
   }
-  // Whether a command that the names hold was run, in whatever folder.
+  // Returns whether a command in one of the names was run, in whatever folder.
   bool something_ran() const {
     for (const auto& entry : fs::recursive_directory_iterator(scratch.path()))
       if (entry.path().filename() == "pwned") return true;
@@ -54,12 +54,13 @@ TEST_F(HostileNames, ReportShowsStagesAndTitlesAndRunsNothing) {
   std::string stats = io::read_file(run.stats()), manifest = io::read_file(run.manifest());
   const std::string stage = "\"I.1 advance velocity\":{";
   ASSERT_TRUE(contains(stats, stage));
-  // With half a second, because a stage that takes hardly any time has no area of its own in the chart.
+  // The stage takes half a second, because a stage that takes hardly any time has no area of its own in the
+  // chart.
   replace(stats, stage, nlohmann::json(hostile).dump() + ":{\"seconds\":0.5,\"calls\":1},\"unused\":{");
   replace(manifest, "\"Tiny\"", nlohmann::json(hostile).dump());
   io::write_atomically(run.stats(), stats);
   io::write_atomically(run.manifest(), manifest);
-  fs::remove(io::journal_path(run.root));  // which would tell that they were changed
+  fs::remove(io::journal_path(run.root));  // The journal would tell that the files were changed.
 
   const Finished finished = run_duet({"report", "run"}, scratch.path());
   ASSERT_EQ(finished.status, 0) << finished.errors;
@@ -122,14 +123,14 @@ TEST_F(HostileNames, NoCommandPrintsTerminalCommands) {
   io::write_atomically(scratch / "scenes/scene.toml", io::read_file(scratch / "scene.toml"));
   for (const std::vector<std::string>& words :
        {std::vector<std::string>{"sim", "scene.toml", "--frames", "1"},
-        {"sim", "scene.toml", "--frames", "1"},  // refused: the folder holds a run
+        {"sim", "scene.toml", "--frames", "1"},  // This one is refused, because the folder holds a run.
         {"sim", hostile + ".toml", "--frames", "1"},
         {"check", hostile + ".toml"},
         {"explain", hostile + ".toml"},
         {"explain", hostile + ".toml", "--json"},
         {"list"},
         {"new", hostile},
-        {"new", hostile},  // refused: it is there
+        {"new", hostile},  // This one is refused, because the file exists.
         {"new", "x", "--mesh", hostile},
         {"new", "x", "--template", hostile},
         {"preview", hostile + ".toml"},

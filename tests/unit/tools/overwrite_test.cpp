@@ -1,4 +1,4 @@
-// Frames that somebody may want are removed by --overwrite alone.
+// Tests that only --overwrite removes frames that somebody may want.
 #include <algorithm>
 #include <csignal>
 #include <map>
@@ -28,7 +28,7 @@ class Overwrite : public testing::Test {
     const Finished finished = simulate({"--frames", frame});
     ASSERT_EQ(finished.status, 0) << finished.errors;
   }
-  // The path and content of everything in the run directory.
+  // Returns the path and content of every file in the run directory.
   std::map<fs::path, std::string> all_files() const {
     std::map<fs::path, std::string> files;
     for (const auto& entry : fs::recursive_directory_iterator(run.root))
@@ -40,7 +40,8 @@ class Overwrite : public testing::Test {
     bytes[bytes.size() / 2] ^= 1;
     io::write_atomically(path, bytes);
   }
-  // The run is refused with the exit status and the words, and stays as it is.
+  // Checks that the run is refused with this exit status and a message of one line with these words, and that
+  // its folder does not change.
   void expect_refused(const std::vector<std::string>& more, int status,
                       const std::vector<std::string>& said) {
     const auto before = all_files();
@@ -105,7 +106,7 @@ TEST_F(Overwrite, ResumeWithoutAWholeCheckpointKeepsEverything) {
   EXPECT_EQ(io::read_file(run.checkpoint()), "no folder");
 }
 
-// The program was killed between the files of frame 0.
+// The program was killed while it wrote the files of frame 0. There is nothing to resume, so the run starts.
 TEST_F(Overwrite, ResumeOfARunWithoutAWholeFrameBeginsIt) {
   simulate_to("0");
   fs::remove(run.checkpoint() / "0000.bin");
@@ -125,7 +126,8 @@ TEST_F(Overwrite, TheCommandThatContinuesDoesNotOverwrite) {
   EXPECT_TRUE(contains(stopped.last_line(), run.root.string() + " --resume`")) << stopped.last_line();
 }
 
-// `hard/pile` and `pile` are two scenes, and so are two files of one name.
+// `hard/pile` and `pile` are two scenes with two folders. Two files of one name share a folder, and the
+// second one is refused.
 TEST(DefaultFolder, TellsScenesApart) {
   const ScratchFolder scratch;
   io::create_folder(scratch / "scenes/hard");

@@ -1,4 +1,5 @@
-// The check of the processor at a program's start, and the choice among the programs of a portable build.
+// Tests of the check of the processor when a program starts, and of the choice among the programs of a
+// portable build.
 #include "tools/processor/processor.h"
 
 #include <cstdlib>
@@ -26,11 +27,13 @@ constexpr FeatureSet everything = ~FeatureSet{0};
 
 using test::contains;
 
+// Returns the sentence about the features that `present` lacks, or an empty string.
 std::string lack(FeatureSet required, FeatureSet present) {
   char text[sentence_size];
   return describe_lack("build/test_unit", required, present, text) ? text : std::string();
 }
 
+// Returns the sentence with which the launcher refuses `wanted`.
 std::string refusal(const char* wanted, FeatureSet present) {
   char text[sentence_size];
   describe_refusal(wanted, choose(wanted, present), present, text);
@@ -45,7 +48,7 @@ TEST(Processor, LevelsContainTheLowerOnes) {
     if (level == 1) continue;
     const FeatureSet lower = features_of_level(level - 1), set = features_of_level(level);
     EXPECT_EQ(lower & set, lower);
-    for (int bit = 0; bit < 64; ++bit) {  // a level lacks nothing
+    for (int bit = 0; bit < 64; ++bit) {  // Without any one of its own features, a level is not reached.
       const FeatureSet one = FeatureSet{1} << bit;
       if ((set & ~lower & one) == 0) continue;
       EXPECT_EQ(level_of(everything & ~one), level - 1) << bit;
@@ -61,7 +64,7 @@ TEST(Processor, NothingIsSaidWhereNothingIsLacking) {
   EXPECT_EQ(lack(features_of_level(3), everything), "");
 }
 
-TEST(Processor, ALesserProcessorIsToldInASentence) {
+TEST(Processor, MissingFeaturesAreNamedInASentence) {
   EXPECT_EQ(
       lack(features_of_level(4), features_of_level(3)),
       "test_unit: this processor lacks AVX512F, AVX512BW, AVX512CD, AVX512DQ and AVX512VL, which the program "
@@ -75,7 +78,7 @@ TEST(Processor, ALesserProcessorIsToldInASentence) {
 }
 
 TEST(Processor, TheBestCodeThatRunsIsChosen) {
-  const int best[] = {1, 1, 3, 4};  // a portable program has no code for level 2
+  const int best[] = {1, 1, 3, 4};  // A portable program has no code for level 2.
   for (int level = 1; level <= 4; ++level)
     for (const char* nothing : {static_cast<const char*>(nullptr), ""}) {
       const Choice choice = choose(nothing, features_of_level(level));
@@ -105,7 +108,7 @@ TEST(Processor, RefusalsNameWhatThereIs) {
   EXPECT_LT(refusal(std::string(5000, 'x').c_str(), everything).size(), 150U);
 }
 
-// This program runs, so its processor has what it needs.
+// This program runs, so its processor has all features that the program needs.
 TEST(Processor, ThisOneRunsWhatTheTestsWereCompiledFor) {
   EXPECT_EQ(required_features & ~present_features(), 0U);
 #if defined(__x86_64__)
@@ -119,7 +122,7 @@ TEST(Processor, ThisOneRunsWhatTheTestsWereCompiledFor) {
   level = 2;
 #endif
   EXPECT_EQ(level_of(required_features), level);
-  // The compiler's own reading of the processor.
+  // The compiler's own detection of the processor must agree.
   __builtin_cpu_init();
   EXPECT_EQ((present_features() & features_of_level(4) & ~features_of_level(3)) ==
                 (features_of_level(4) & ~features_of_level(3)),
@@ -132,7 +135,7 @@ TEST(Processor, ThisOneRunsWhatTheTestsWereCompiledFor) {
 #endif
 }
 
-// A launcher in an installed place, with scripts for programs.
+// The launcher in a scratch folder as if installed, with scripts in place of the programs.
 class Launcher : public testing::Test {
  protected:
   test::ScratchFolder scratch;
@@ -143,7 +146,7 @@ class Launcher : public testing::Test {
     fs::copy_file(test::launcher(), scratch / "bin/duet");
     install("libexec/duet");
   }
-  // The scripts say which code they are, and repeat their arguments and standard input.
+  // Writes the scripts. Each prints its folder, its level and its arguments, and exits with status 130.
   void install(const std::string& folder) {
     fs::create_directories(scratch / folder);
     for (const int level : portable_levels) {
@@ -205,8 +208,8 @@ TEST_F(Launcher, NamesAProgramThatIsMissing) {
   EXPECT_TRUE(contains(finished.errors, "libexec/duet/duet-x86-64: No such file")) << finished.errors;
 }
 
-// Emulates a processor of level 2, on which programs for better ones have to stop with a sentence. Under qemu
-// a program takes seconds to start: `tools/test --full` alone does this.
+// A program for a better processor stops on an emulated one of level 2 with a sentence, and not by an illegal
+// instruction. Programs take seconds to start under qemu, so that only `tools/test --full` runs this test.
 TEST(Processor, ProgramsStopOnALesserOneWithASentence) {
   const std::string emulator = "/usr/bin/qemu-x86_64-static";
   if (std::getenv("DUET_FULL") == nullptr) GTEST_SKIP() << "part of tools/test --full";
@@ -214,7 +217,7 @@ TEST(Processor, ProgramsStopOnALesserOneWithASentence) {
   test::Program program({"-cpu", "Nehalem", test::duet_program(), "--version"}, test::source_folder(),
                         emulator);
   const Finished finished = test::finish(program);
-  if (level_of(required_features) > 2) {  // the program is compiled as the tests are
+  if (level_of(required_features) > 2) {  // The program is compiled for the same processor as the tests.
     EXPECT_EQ(finished.status, 2);
     EXPECT_TRUE(contains(finished.errors, "duet: this processor lacks AVX, AVX2")) << finished.errors;
     EXPECT_TRUE(finished.output.empty());

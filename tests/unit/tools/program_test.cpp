@@ -1,4 +1,4 @@
-// The program as a user meets it: exit statuses, messages, and a last line that states the outcome.
+// Tests of the program as a user meets it: exit statuses, messages, and a last line that states the outcome.
 #include "tests/restart/program.h"
 
 #include <algorithm>
@@ -24,7 +24,7 @@ namespace {
 TEST(Program, HelpAndVersionSucceed) {
   const Finished version = run_duet({"--version"});
   EXPECT_EQ(version.status, 0);
-  // Such as: duet 0.1.0 (0123456789ab), g++ 12.2.0, native (x86-64-v4), numerics 1
+  // An example is: duet 0.1.0 (0123456789ab), g++ 12.2.0, native (x86-64-v4), numerics 1
   EXPECT_TRUE(version.last_line().starts_with("duet 0.")) << version.last_line();
   EXPECT_TRUE(contains(version.last_line(), "++ ")) << version.last_line();
   EXPECT_TRUE(version.last_line().ends_with(fmt::format(", numerics {}", numerics_version)))
@@ -90,8 +90,9 @@ TEST(Program, ListShowsTheShippedScenesAndTheyAreValid) {
   EXPECT_EQ(check.last_line(), "scenes/stack.toml: ok");
 }
 
-// Two boxes of 1 m with a bar of 3 m and 2 cm between them, from square ring to square ring along the axis x.
-// The bar lies beside the axis, between the nodes of the lattice.
+// Returns an OBJ mesh of two boxes of 1 m with a bar between them that is 3 m long and 2 cm thick. Square
+// rings along the x axis bound the parts. The bar is beside the axis, between the nodes of the lattice, and
+// is lost when the mesh is filled.
 std::string dumbbell() {
   const std::array<std::pair<int, double>, 6> rings{
       {{0, 0.5}, {1, 0.5}, {1, 0.01}, {4, 0.01}, {4, 0.5}, {5, 0.5}}};
@@ -135,7 +136,7 @@ TEST(Program, CheckShowsAllProblemsWithTheirPlaces) {
   EXPECT_EQ(finished.output[3], "failed: 3 problems");
 }
 
-// Numbers within their bounds may still ask for millions of steps: `check` says so before anybody waits for
+// Numbers within their bounds may still ask for millions of steps. `check` says so before anybody waits for
 // them.
 TEST(Program, CheckNamesFramesOfThousandsOfSteps) {
   for (const char* setting :
@@ -181,7 +182,8 @@ TEST(Program, OverlapsAreThoseOfTheScenesRun) {
       run_duet({"overlaps", tiny, "--out", out, "--set", corners_only, "--json", "--spacing", "0.005"});
   ASSERT_EQ(json.output.size(), 1U) << json.errors;
   const auto found = nlohmann::json::parse(json.output[0]);
-  // Between the corners of the draft's cells of 25 cm the ball sinks into the cube.
+  // Between the corners of the cube's cells, which are 25 cm wide in the draft preset, the ball sinks into
+  // the cube.
   EXPECT_EQ(found["deformable"]["guest"], "cube");
   EXPECT_EQ(found["deformable"]["host"], "ball");
   EXPECT_GT(found["deformable"]["depth"], 1e-3);
@@ -226,7 +228,8 @@ TEST(Program, HelpThatCannotBeWrittenHasStatusFour) {
   EXPECT_TRUE(contains(finished.errors, "standard output: cannot write: No space left")) << finished.errors;
 }
 
-// Files that are no libraries stand before the real ones: as on a machine where these are missing or broken.
+// Files that are no libraries precede the real ones in the search path, as on a machine where these are
+// missing or broken.
 TEST(Program, WithoutOpenGlItSaysWhatToInstallAndStillSimulates) {
   const ScratchFolder scratch;
   for (const char* library : {"libOSMesa.so.8", "libOSMesa.so.6", "libEGL.so.1"})
@@ -252,7 +255,8 @@ TEST(Program, WithoutFfmpegThePicturesAreThereAndANote) {
   EXPECT_TRUE(fs::exists(scratch / "run/image/0001.png"));
 }
 
-// The disk fills up in the middle of a run: status 4, whole frames, and a way to go on.
+// When the disk fills up in the middle of a run, the program exits with status 4, keeps whole frames, and
+// says how to go on.
 TEST(Program, ADiskThatFillsUpKeepsTheFramesSoFar) {
   const ScratchFolder scratch;
   const io::RunDirectory run{scratch / "run"};
@@ -262,7 +266,8 @@ TEST(Program, ADiskThatFillsUpKeepsTheFramesSoFar) {
   const auto stats_size = fs::file_size(run.stats());
   const auto largest = std::max({fs::file_size(run.mesh(1)), fs::file_size(run.level_set(1)),
                                  fs::file_size(run.checkpoint() / "0001.bin"), stats_size});
-  // Statistics are the one file that grows: all others fit, and sooner or later a line does not.
+  // The statistics are the one file that grows: all others fit below the limit, and sooner or later a line of
+  // the statistics does not.
   const rlimit limit{largest + 4 * stats_size, before.rlim_max};
   std::signal(SIGXFSZ, SIG_IGN);
   ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &limit), 0);
@@ -292,7 +297,7 @@ TEST(Program, ALogHasALineAFrameAndEndsWithTheOutcome) {
   EXPECT_EQ(nlohmann::json::parse(json.last_line())["status"], 0);
 }
 
-// `duet sim ... | head -1`: the log's reader goes away, the run goes on.
+// In `duet sim ... | head -1` the reader of the log closes the pipe, and the run goes on.
 TEST(Program, AReaderThatGoesAwayDoesNotStopTheRun) {
   const ScratchFolder scratch;
   const io::RunDirectory run{scratch / "run"};

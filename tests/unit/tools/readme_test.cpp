@@ -1,4 +1,5 @@
-// The pages of documentation tell the truth: their scenes run as written, and their links lead somewhere.
+// Tests that the pages of documentation are true: their scenes run as written, and their links lead
+// somewhere.
 #include <algorithm>
 #include <cctype>
 #include <regex>
@@ -35,7 +36,7 @@ std::string text_of(const fs::path& page) {
   return io::read_file((fs::path(source_folder()) / page).string());
 }
 
-/// The whole scenes of a page: its blocks of TOML that begin with a title.
+// Returns the whole scenes of a page, which are its blocks of TOML that begin with a title.
 std::vector<std::string> scenes_of(const std::string& page) {
   const std::string text = text_of(page), fence = "```toml\n", start = fence + "title";
   std::vector<std::string> scenes;
@@ -46,7 +47,7 @@ std::vector<std::string> scenes_of(const std::string& page) {
   return scenes;
 }
 
-/// The anchor of a heading, as GitHub makes it.
+// Returns the anchor of a heading, as GitHub makes it.
 std::string anchor_of(const std::string& heading) {
   std::string anchor;
   for (const char c : heading)
@@ -93,7 +94,7 @@ TEST(Readme, ScenesOfTheTutorialRun) {
   }
 }
 
-// The keys that the program reads are the keys that the page of the language lists.
+// The page about the scene language lists every key that the program reads.
 TEST(Readme, TheLanguageListsEveryKey) {
   const std::string text = text_of("scenes/README.md");
   const std::string listed = text.substr(text.find("## Key reference"));
@@ -103,7 +104,8 @@ TEST(Readme, TheLanguageListsEveryKey) {
   int keys = 0;
   for (const std::string& line : reference.output) {
     std::smatch match;
-    if (!std::regex_match(line, match, key) || match[1] == "key") continue;  // that is the tables' head
+    // Lines with the word `key` are the heads of tables.
+    if (!std::regex_match(line, match, key) || match[1] == "key") continue;
     ++keys;
     EXPECT_TRUE(contains(listed, fmt::format("`{}`", match[1].str()))) << line;
   }

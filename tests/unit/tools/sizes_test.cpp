@@ -1,4 +1,4 @@
-// Bodies of any size: the program checks, simulates and draws them.
+// Tests that the program checks, simulates and draws bodies of any size.
 #include <algorithm>
 #include <cmath>
 
@@ -12,15 +12,16 @@
 namespace duet::test::sizes_test {
 namespace {
 
+// A body of some size and place.
 struct Sized {
   std::string name, shape;
-  double size;      // m, height above the ground; the run lasts a fifth of the fall
+  double size;      // m, height above the ground; the body falls through a fifth of it in the run
   double position;  // m, along each horizontal axis
 };
 
-void PrintTo(const Sized& sized, std::ostream* out) { *out << sized.name; }  // GoogleTest asks for this name
+void PrintTo(const Sized& sized, std::ostream* out) { *out << sized.name; }  // GoogleTest requires this name.
 
-// A mesh some two `scale` wide.
+// Returns a mesh that is about 2 `scale` wide (m).
 std::string bracket(double scale) {
   return fmt::format("{{ mesh = \"{}/assets/bracket.obj\", scale = {} }}", source_folder(), scale);
 }
@@ -66,7 +67,8 @@ shadow_samples = 4
   ASSERT_EQ(drawn.status, 0) << drawn.errors;
   EXPECT_TRUE(fs::exists(run.image(2)));
   EXPECT_LT(fs::file_size(run.level_set(2)) + fs::file_size(run.static_level_sets()), 8e6);
-  // The body falls, and its vertices are where they are to a millionth of its size, or as doubles can say it.
+  // The body falls. Its vertices are precise to a millionth of its size or to the rounding of doubles at its
+  // place.
   const std::vector<Vec3> first = io::read_obj(run.mesh(0)).at(0).surface.positions,
                           last = io::read_obj(run.mesh(2)).at(0).surface.positions;
   for (std::size_t i = 0; i < last.size(); ++i) {

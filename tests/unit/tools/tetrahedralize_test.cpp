@@ -1,4 +1,4 @@
-// `duet tetrahedralize`: what it writes can be simulated, what it reports is true, and bad meshes are named.
+// Tests of `duet tetrahedralize`: its output can be simulated, its report is true, and bad meshes are named.
 #include "tests/restart/program.h"
 #include "tests/support/places.h"
 #include <gtest/gtest.h>
@@ -26,7 +26,7 @@ TEST(Tetrahedralize, ReportsTheMeshThatItWrites) {
   EXPECT_EQ(report["boundary_triangles"], boundary(mesh).size());
   EXPECT_EQ(report["least_dihedral_angle"], quality.min_angle);
   EXPECT_EQ(report["parts"], 1);
-  EXPECT_NEAR(report["volume_error"], 0, 0.1);  // 20 cells leave five across an arm, whose edges are cut off
+  EXPECT_NEAR(report["volume_error"], 0, 0.1);  // 20 cells leave five across an arm, whose edges are cut off.
 }
 
 TEST(Tetrahedralize, WhatItWritesIsABodyOfAScene) {

@@ -7,6 +7,7 @@
 namespace duet::body_bounds_test {
 namespace {
 
+// Returns the bounds of a ball.
 BodyBounds ball(const Vec3& center, double radius, const Vec3& velocity) {
   BodyBounds bounds;
   bounds.center = center;
@@ -15,7 +16,10 @@ BodyBounds ball(const Vec3& center, double radius, const Vec3& velocity) {
   return bounds;
 }
 
-// A ball above another one: v t + g t^2 = way, where the way is what they are apart less half of the depth.
+// A ball is above another one, which may fall away or stand. With the speed v downward and gravity g the time
+// t solves v t + g t^2 = distance - depth / 2, where the distance is `size` (see time_apart()). The test
+// substitutes t into that equation at sizes from 1e-4 to 1e3 m; without speed and gravity, and with a speed
+// apart, the time is infinite.
 TEST(TimeApart, IsTheTimeOfASpeedThatGravityAddsTo) {
   for (const double size : {1e-4, 1.0, 1e3})
     for (const double v : {-2.0, -1e-3, 0.0, 1e-3, 5.0})
@@ -31,13 +35,14 @@ TEST(TimeApart, IsTheTimeOfASpeedThatGravityAddsTo) {
       }
 }
 
-// Gravity along the plane between them brings them no nearer.
+// Gravity along the separating plane brings the bodies no nearer, so that only the speed of 2 m/s counts: 0.9
+// m / 2 m/s.
 TEST(TimeApart, GravityCountsAcrossThePlaneBetweenThem) {
   const BodyBounds a = ball(Vec3::Zero(), 1, Vec3::Zero()), b = ball(Vec3(3, 0, 0), 1, Vec3(-2, 0, 0));
   EXPECT_NEAR(time_apart(a, b, 0.2, Vec3(0, -9.8, 0)), 0.9 / 2, 1e-12);
 }
 
-// Boxes that interlock may move by the depth, whichever way.
+// Interlocked boxes have no separating plane. They may move by `depth` in any direction: 3 t + g t^2 = depth.
 TEST(TimeApart, OfBodiesWithNoPlaneBetweenThemIsThatOfTheDepth) {
   BodyBounds a = ball(Vec3::Zero(), 0, Vec3(0, 3, 0)), b = ball(Vec3::Zero(), 0, Vec3::Zero());
   a.half = b.half = Vec3(1, 1, 1);

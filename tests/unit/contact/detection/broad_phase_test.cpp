@@ -1,5 +1,5 @@
-// Pairs of the broad phase and the contact candidates that follow from them, against all pairs and all
-// points.
+// Compares the pairs of the broad phase, and the contact candidates that follow from them, with brute force
+// over all pairs and all points.
 #include "sim/contact/detection/broad_phase.h"
 
 #include <algorithm>
@@ -22,6 +22,7 @@ namespace {
 
 constexpr double frame = 1.0 / 24;  // s
 
+// Gives a body a random place within `size` (m), orientation, velocity up to `speed` (m/s) and spin (rad/s).
 void move_at_random(scene::Placement& placement, std::mt19937& random, double size, double speed,
                     double spin) {
   placement.position = size * test::random_vector(random);
@@ -30,13 +31,13 @@ void move_at_random(scene::Placement& placement, std::mt19937& random, double si
   placement.angular_velocity = spin * test::random_vector(random);
 }
 
-// All shapes, from cards and long bars to a hall that holds all others, some at 500 m/s or spinning fast;
-// static ones, a ground and soft boxes.
+// A random crowd of all shapes: cards, long bars, and a ball of 4 m that holds all others, some at 500 m/s or
+// spinning fast; with static bodies, a ground and soft boxes.
 scene::Scene crowd(unsigned seed) {
   std::mt19937 random(seed);
   scene::Scene scene = test::on_ground();
   scene.ground->height = -1;
-  scene.solver.deformable_collision = false;  // they intersect
+  scene.solver.deformable_collision = false;  // the soft boxes intersect each other at the start
   for (int i = 0; i < 60; ++i) {
     const std::string name = "body" + std::to_string(i);
     auto& body = i % 3 == 0 ? test::add_ball(scene, name, Vec3::Zero(), i == 30 ? 4 : 0.2, 1)
@@ -67,6 +68,7 @@ scene::Scene crowd(unsigned seed) {
   return scene;
 }
 
+// Returns the pairs that the bounds and margins of a broad phase demand, by brute force and in its order.
 std::vector<BodyPair> all_pairs(const BroadPhase& broad_phase, int rigid_count) {
   const auto& bounds = broad_phase.bounds;
   const auto meets = [&](std::size_t a, std::size_t b) {
@@ -89,8 +91,10 @@ std::vector<BodyPair> all_pairs(const BroadPhase& broad_phase, int rigid_count) 
   return pairs;
 }
 
+// The pairs of boxes that meet within their margins are found completely and in the order of brute force, on
+// any number of threads. The order of pairs decides the order of contacts, and so the bits of the state.
 TEST(BroadPhase, FindsThePairsOfAllAgainstAllInTheirOrder) {
-  BroadPhase broad_phase;  // one for all: nothing of an earlier scene may stay
+  BroadPhase broad_phase;  // one object for all seeds: nothing of an earlier scene may stay
   std::size_t found = 0, possible = 0;
   for (unsigned seed = 0; seed < 6; ++seed) {
     const scene::Scene scene = crowd(seed);
@@ -113,7 +117,8 @@ TEST(BroadPhase, FindsThePairsOfAllAgainstAllInTheirOrder) {
   EXPECT_LT(found, possible / 4) << "the scenes are too dense to tell anything";
 }
 
-// Most bodies jostle and some fly, as they do in a scene; now and then one stops, starts or is put elsewhere.
+// Moves bodies from call to call as in a scene: most of them jostle and some fly, and now and then one stops,
+// starts or is placed elsewhere.
 class Motion {
  public:
   Motion(const Bodies& bodies, unsigned seed) : random_(seed), speed_(bodies.rigid.size()) {
@@ -140,10 +145,12 @@ class Motion {
  private:
   std::mt19937 random_;
   std::uniform_real_distribution<double> uniform_{0, 1};
-  std::vector<double> speed_;  // m a call
+  std::vector<double> speed_;  // m per call
 };
 
-// Pairs that persist are those that were found anew: with margins that change as the time step does.
+// Pairs that persist from call to call are those that a fresh search would find, while margins change as the
+// time step does. The counters prove that both cases occur, and they do not depend on the number of threads.
+// A body that left its enlarged box unnoticed would miss a pair.
 TEST(BroadPhase, FindsThePairsOfAllAgainstAllHoweverBodiesMoved) {
   const scene::Scene scene = crowd(7);
   Simulation simulation(scene, test::plan(scene));
@@ -171,7 +178,7 @@ TEST(BroadPhase, FindsThePairsOfAllAgainstAllHoweverBodiesMoved) {
   EXPECT_EQ(alone.counts().found, together.counts().found);
 }
 
-// A heap of balls 1 mm apart: 3 x 4 x 4 pairs along each axis, and more across.
+// A heap of 4 x 4 x 4 balls that are 1 mm apart: 48 neighboring pairs along each axis, and more across.
 struct Heap {
   Bodies bodies;
   BroadPhase broad_phase;
@@ -182,6 +189,7 @@ struct Heap {
       test::add_ball(scene, "ball" + std::to_string(i), 0.201 * Vec3(i % 4, i / 4 % 4, i / 16), 0.1, 1);
     bodies = Simulation(scene, test::plan(scene)).world().bodies;
   }
+  // Returns the number of pairs with a margin of 1 mm for every body.
   std::size_t find(const CandidateFilter& filter = {}) {
     bound_bodies(bodies, broad_phase.bounds);
     broad_phase.margin.assign(broad_phase.bounds.size(), 1e-3);
@@ -189,6 +197,7 @@ struct Heap {
   }
 };
 
+// Bodies that stay within their enlarged boxes keep their pairs: no call after the first searches for any.
 TEST(BroadPhase, KeepsThePairsOfBodiesThatStayWhereTheyAre) {
   Heap heap;
   const std::size_t pairs = heap.find();
@@ -197,18 +206,20 @@ TEST(BroadPhase, KeepsThePairsOfBodiesThatStayWhereTheyAre) {
   EXPECT_GE(found, static_cast<std::int64_t>(pairs));
   EXPECT_EQ(heap.broad_phase.counts().kept, 0);
   for (int call = 1; call <= 5; ++call) {
-    for (RigidState& state : heap.bodies.rigid.state) state.pose.position.x() += 5e-4;  // in all 2.5 mm
+    for (RigidState& state : heap.bodies.rigid.state) state.pose.position.x() += 5e-4;  // 2.5 mm in total
     EXPECT_EQ(heap.find(), pairs);
     EXPECT_EQ(heap.broad_phase.counts().found, found);
     EXPECT_EQ(heap.broad_phase.counts().kept, call * found);
   }
 }
 
+// If one body leaves its box, only its own pairs are searched again.
 TEST(BroadPhase, LooksOnlyForThePairsOfTheBodyThatLeft) {
   Heap heap;
   heap.find();
   const std::int64_t all = heap.broad_phase.counts().found;
-  heap.bodies.rigid.state[0].pose.position = Vec3(-10, 0, 0);  // out of the corner, where it had 3 to 7 pairs
+  // The ball leaves the corner of the heap, where it had 3 to 7 pairs.
+  heap.bodies.rigid.state[0].pose.position = Vec3(-10, 0, 0);
   heap.find();
   EXPECT_EQ(heap.broad_phase.counts().found, all);
   const std::int64_t kept = heap.broad_phase.counts().kept;
@@ -220,7 +231,8 @@ TEST(BroadPhase, LooksOnlyForThePairsOfTheBodyThatLeft) {
   EXPECT_EQ(heap.broad_phase.counts().kept, kept + kept);
 }
 
-// A cannon ball that has come to rest does not keep the room of its flight.
+// A body that was fast and has come to rest gets a small box again: it does not keep the enlarged box of its
+// flight, whose many pairs would be tested in every step.
 TEST(BroadPhase, WhatCameToRestHasLittleRoom) {
   Heap heap;
   heap.find();
@@ -238,6 +250,8 @@ TEST(BroadPhase, WhatCameToRestHasLittleRoom) {
   EXPECT_EQ(at_rest, calm.broad_phase.counts().found);
 }
 
+// A call without rigid pairs returns none of those that were kept, and the next call with them returns all
+// again.
 TEST(BroadPhase, ForgetsPairsThatAreNoLongerWanted) {
   Heap heap;
   const std::size_t pairs = heap.find();
@@ -245,7 +259,8 @@ TEST(BroadPhase, ForgetsPairsThatAreNoLongerWanted) {
   EXPECT_EQ(heap.find(), pairs);
 }
 
-// A run that is resumed has other roomy boxes than the one that went through, and must not show it.
+// The enlarged boxes of a resumed run differ from those of the run that went through, and this must not show
+// in the state. A run that went on to another state and returned has different boxes again.
 TEST(BroadPhase, LeavesNoTraceInASimulation) {
   std::mt19937 random(4);
   scene::Scene scene = test::on_ground();
@@ -271,6 +286,7 @@ TEST(BroadPhase, LeavesNoTraceInASimulation) {
   EXPECT_GT(through.world().context.contacts.search.broad_phase.counts().kept, 0);
 }
 
+// Returns the difference of the velocities of all bodies from themselves, which is zero.
 VelocityState no_change(const Bodies& bodies) {
   VelocityState now, change;
   store_velocities(bodies, now);
@@ -280,9 +296,10 @@ VelocityState no_change(const Bodies& bodies) {
 
 using PointName = std::tuple<int, int, int>;  // host, rigid guest, point
 
-// Contact starts from every point that would lie inside a body at the end of the step if nothing pushed; not
-// from those on the far side of a body that goes in as a whole, and those beside an edge, nor from those for
-// which a round host's own deepest points stand.
+// Returns the points that would lie inside of a body at the end of the step if nothing pushed them. Contact
+// has to start from all of these, except points on the far side of a body that goes in as a whole, points
+// beside an edge (their gap is infinite), and samples that the support points of a round host or guest stand
+// for.
 std::set<PointName> points_inside_after(const Bodies& bodies, double dt) {
   const std::vector<RigidState>& state = bodies.rigid.state;
   std::vector<Pose> later;
@@ -315,6 +332,9 @@ std::set<PointName> points_inside_after(const Bodies& bodies, double dt) {
   return inside;
 }
 
+// No point that ends up inside of a body within the step is missing among the candidates, and none is found
+// twice. A margin that forgets spin, or the motion of one of the two bodies, would miss points of the fast
+// bodies.
 TEST(ContactCandidates, MissNoPointThatEndsUpInsideABody) {
   ContactSet contacts;
   CandidateFilter filter;
@@ -340,6 +360,7 @@ TEST(ContactCandidates, MissNoPointThatEndsUpInsideABody) {
   }
 }
 
+// Candidates, their order and their gaps have the same bits for any number of threads.
 TEST(ContactCandidates, AreTheSameForAnyNumberOfThreads) {
   const scene::Scene scene = crowd(20);
   Simulation simulation(scene, test::plan(scene));
@@ -367,6 +388,7 @@ TEST(ContactCandidates, AreTheSameForAnyNumberOfThreads) {
   EXPECT_GT(alone.size(), 1000u);
 }
 
+// The reported penetration is the largest over all samples, balls and surface points, by brute force.
 TEST(ContactCandidates, DeepestPenetrationIsThatOfAllPoints) {
   for (unsigned seed = 30; seed < 33; ++seed) {
     const scene::Scene scene = crowd(seed);

@@ -1,4 +1,5 @@
-// All coordinates are sums of few powers of two unless said otherwise, so that the answers are exact.
+// All coordinates are sums of few powers of two unless a comment says otherwise, so that the answers are
+// exact.
 #include "sim/contact/detection/contact_plane.h"
 
 #include <cmath>
@@ -11,8 +12,10 @@
 namespace duet::contact_plane_test {
 namespace {
 
-const LevelSet plate = LevelSet::box(Vec3(2, 1, 2));  // its faces at x, z = +-1 and y = +-0.5
+const LevelSet plate = LevelSet::box(Vec3(2, 1, 2));  // its faces are at x, z = +-1 and y = +-0.5
 
+// A corner above or below a plate has the normal of that face and its distance from it, although its inner
+// point is not straight above.
 TEST(ContactPlane, ACornerAboveAFaceHasTheNormalOfTheFace) {
   const ContactPlane plane = contact_plane(plate, Vec3(0.25, 0.625, -0.5), Vec3(0.375, 0.75, -0.375));
   EXPECT_EQ(plane.normal, Vec3(0, 1, 0));
@@ -24,7 +27,8 @@ TEST(ContactPlane, ACornerAboveAFaceHasTheNormalOfTheFace) {
   EXPECT_TRUE(below.faces);
 }
 
-// The nearest surface is the side, 1/1024 away; the body stands on the top, 1/64 deep.
+// The point stands on the top, 1/64 m deep, and 1/1024 m from the side, which is the nearest surface. The
+// plane is that of the top: the nearest surface would push the body off sideways.
 TEST(ContactPlane, ACornerJustInsideARimIsNotPushedOffSideways) {
   const Vec3 corner(1 - 1.0 / 1024, 0.5 - 1.0 / 64, 0);
   ASSERT_EQ(plate.normal(corner), Vec3(1, 0, 0));
@@ -34,7 +38,9 @@ TEST(ContactPlane, ACornerJustInsideARimIsNotPushedOffSideways) {
   EXPECT_TRUE(plane.faces);
 }
 
-TEST(ContactPlane, APointThatIsMoreThanHalfThroughLeavesByTheFaceItEntered) {
+// A point that is more than half through a thin card is nearest to the far face. It leaves by the face
+// through which it came in, on whose side its body is.
+TEST(ContactPlane, APointHalfThroughLeavesByTheFaceItEntered) {
   const LevelSet card = LevelSet::box(Vec3(2, 0.125, 2));
   const Vec3 point(0.25, -0.03125, 0.25);
   ASSERT_EQ(card.normal(point), Vec3(0, -1, 0));
@@ -44,7 +50,8 @@ TEST(ContactPlane, APointThatIsMoreThanHalfThroughLeavesByTheFaceItEntered) {
   EXPECT_TRUE(plane.faces);
 }
 
-// The body reaches over the edge: its inner point lies above the top, the point hangs down beside the plate.
+// A body reaches over the edge of the plate: its inner point lies above the top, and its surface point hangs
+// down beside the plate. The point faces nothing, so that no contact holds the body back there.
 TEST(ContactPlane, APointBesideAnEdgeFacesNothing) {
   const Vec3 point(1.25, 0.25, 0), inside(0.75, 1, 0);
   const ContactPlane plane = contact_plane(plate, point, inside);
@@ -52,7 +59,7 @@ TEST(ContactPlane, APointBesideAnEdgeFacesNothing) {
   EXPECT_EQ(plane.gap, 0.25);
   EXPECT_FALSE(plane.faces);
 
-  // As a sample of a body it has no gap.
+  // A sample in that place has an infinite gap.
   RigidProperties host, guest;
   host.shape = plate;
   guest.samples = {point};
@@ -60,7 +67,7 @@ TEST(ContactPlane, APointBesideAnEdgeFacesNothing) {
   EXPECT_EQ(touch(host, Pose(), guest, Pose(), 0).gap, std::numeric_limits<double>::infinity());
   guest.samples = {Vec3(0.75, 0.625, 0)};
   EXPECT_EQ(touch(host, Pose(), guest, Pose(), 0).gap, 0.125);
-  // One that overlaps has one nevertheless: it must get out somewhere.
+  // A sample that overlaps has a finite gap nevertheless, because it must leave somewhere.
   guest.samples = {Vec3(1 - 1.0 / 64, -0.25, 0)};
   guest.inside = {Vec3(0.75, -0.25, 0)};
   const Touch overlap = touch(host, Pose(), guest, Pose(), 0);
@@ -68,16 +75,17 @@ TEST(ContactPlane, APointBesideAnEdgeFacesNothing) {
   EXPECT_EQ(overlap.normal, Vec3(1, 0, 0));
 }
 
-// Beside the plate, with its body up and away: the way inwards leads into the region of the edge, whose
-// normal is none of a face; the side is what the point is opposite to.
-TEST(ContactPlane, BesideAnEdgeTheNearestFaceCountsForABodyOnItsOuterSide) {
+// The point is beside the plate, and its body lies up and away from it. From the inner point the nearest
+// place is the edge, whose normal is that of no face. The plane is then that of the side, which the point is
+// opposite to.
+TEST(ContactPlane, BesideAnEdgeItIsThatOfTheNearestFace) {
   const ContactPlane plane = contact_plane(plate, Vec3(1.25, 0.25, 0), Vec3(1.75, 0.75, 0));
   EXPECT_EQ(plane.normal, Vec3(1, 0, 0));
   EXPECT_EQ(plane.gap, 0.25);
   EXPECT_TRUE(plane.faces);
 }
 
-// Lengths along (0.6, 0.8, 0) are not exact: a few roundings of numbers of size 2.
+// Lengths along (0.6, 0.8, 0) are not exact: the bounds are a few roundings of numbers of size 2.
 TEST(ContactPlane, OfABallIsTheTangentPlaneBelowThePoint) {
   const LevelSet ball = LevelSet::sphere(1);
   const Vec3 up(0.6, 0.8, 0);
@@ -85,20 +93,21 @@ TEST(ContactPlane, OfABallIsTheTangentPlaneBelowThePoint) {
   EXPECT_LT((plane.normal - up).norm(), 1e-15);
   EXPECT_NEAR(plane.gap, 0.5, 1e-15);
   EXPECT_TRUE(plane.faces);
-  // Not below the inner point, but faced.
+  // A point that is not below the inner point faces the ball as well.
   const ContactPlane aslant = contact_plane(ball, Vec3(0, 1.25, 0), Vec3(0.5, 1.75, 0));
   EXPECT_EQ(aslant.normal, Vec3(0, 1, 0));
   EXPECT_EQ(aslant.gap, 0.25);
   EXPECT_TRUE(aslant.faces);
-  // The body lies beside the point, along the tangent.
+  // The body lies beside the point, along the tangent: it does not face the ball.
   const ContactPlane along = contact_plane(ball, Vec3(0, 1.25, 0), Vec3(1, 1.25, 0));
   EXPECT_EQ(along.normal, Vec3(0, 1, 0));
   EXPECT_EQ(along.gap, 0.25);
   EXPECT_FALSE(along.faces);
 }
 
-// Both points are inside the ball, and beyond its centre the nearest surface would be on the other side.
-TEST(ContactPlane, InsideABallTheInnerPointTellsTheWayOut) {
+// Both points are inside of the ball. Beyond its center the nearest surface would be on the far side; the
+// inner point decides in which direction the body leaves.
+TEST(ContactPlane, InsideABallTheInnerPointTellsTheExit) {
   const LevelSet ball = LevelSet::sphere(1);
   for (const double height : {0.25, -0.25}) {
     const ContactPlane plane = contact_plane(ball, Vec3(0, height, 0), Vec3(0, 0.5, 0));
@@ -108,7 +117,7 @@ TEST(ContactPlane, InsideABallTheInnerPointTellsTheWayOut) {
   }
 }
 
-// A ball that has sunk in by more than its radius still touches with its lowest point.
+// A ball that has sunk into the ground by more than its radius still touches with its support point.
 TEST(ContactPlane, OfABallDeepInTheGround) {
   RigidProperties ground, ball;
   ground.shape = LevelSet::half_space();
@@ -119,8 +128,9 @@ TEST(ContactPlane, OfABallDeepInTheGround) {
   EXPECT_EQ(lowest.gap, -1.25);
 }
 
-// What comes from the side at the height of a wall's end goes over it; what is lower hits it, and so does
-// what comes against an edge.
+// A point at the height of the end of a wall that comes from the side passes over it. A point at a lower
+// height hits the wall, and so does a point that comes against an edge. Otherwise a box that slides over
+// level tiles would hit the walls between them.
 TEST(ContactPlane, AtTheEndOfAWallItIsNoObstacle) {
   const LevelSet box = LevelSet::box(Vec3(1, 1, 1));
   const auto faces = [&](const Vec3& x, const Vec3& way) { return contact_plane(box, x, x + way).faces; };

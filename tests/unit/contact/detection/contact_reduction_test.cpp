@@ -11,7 +11,7 @@
 namespace duet::contact_reduction_test {
 namespace {
 
-// The samples of a guest nearer than `margin` to a host.
+// Returns the samples of a guest that are nearer than `margin` (m) to a host.
 std::vector<NearPoint> touches(const LevelSet& host, const LevelSet& guest, const Pose& pose, double margin,
                                double spacing = 0.1) {
   std::vector<NearPoint> found;
@@ -24,12 +24,14 @@ std::vector<NearPoint> touches(const LevelSet& host, const LevelSet& guest, cons
   return found;
 }
 
+// Returns what the reduction keeps of `all`, for a guest of `size` (m).
 std::vector<NearPoint> reduced(double size, std::vector<NearPoint> all) {
   ReductionScratch scratch;
   reduce_contacts(size, 0, all, scratch);
   return all;
 }
 
+// Returns the numbers of the points.
 std::set<int> names(const std::vector<NearPoint>& list) {
   std::set<int> result;
   for (const NearPoint& touch : list) result.insert(touch.point);
@@ -43,7 +45,9 @@ bool keeps(const std::vector<NearPoint>& kept, const Vec3& position) {
                      [&](const NearPoint& touch) { return (touch.position - position).norm() < 1e-12; });
 }
 
-TEST(ContactReduction, ABoxOnAFaceKeepsItsCornersAndFourPointsThatCarryIt) {
+// A cube of samples 0.1 m apart on a face keeps its four corners and four points that carry the load, whether
+// the face is the ground or the top of a plate.
+TEST(ContactReduction, ABoxOnAFaceKeepsCornersAndFourLoadPoints) {
   const LevelSet box = LevelSet::box(Vec3(1, 1, 1)), plate = LevelSet::box(Vec3(4, 1, 4));
   for (const LevelSet& host : {LevelSet::half_space(), plate}) {
     const double top = host.kind == LevelSet::Kind::half_space ? 0 : 0.5;
@@ -57,8 +61,10 @@ TEST(ContactReduction, ABoxOnAFaceKeepsItsCornersAndFourPointsThatCarryIt) {
   }
 }
 
-TEST(ContactReduction, OnlyPointsThatReallyTouchAFaceAreTakenTogether) {
-  // Half of the box stands on a plate; points next to the plate's rim are above no face.
+// Only points above a flat face form a patch. If points beside the rim belonged to it, the hull would reach
+// beyond the plate, and the box would not tip over.
+TEST(ContactReduction, PatchesHoldOnlyPointsAboveTheFace) {
+  // Half of the box stands on a plate. Points beyond the plate's rim are above no face and are kept.
   const LevelSet plate = LevelSet::box(Vec3(2, 1, 2));
   const auto all = touches(plate, LevelSet::box(Vec3(1, 1, 1)), at(Vec3(1.03, 1, 0)), 0.04);
   const auto kept = reduced(1, all);
@@ -68,11 +74,12 @@ TEST(ContactReduction, OnlyPointsThatReallyTouchAFaceAreTakenTogether) {
       EXPECT_TRUE(keeps(kept, touch.position));
     }
   }
-  // the corners of what stands on the plate
+  // The corners of the part that stands on the plate are kept.
   EXPECT_TRUE(keeps(kept, Vec3(0.53, 0.5, -0.5)));
   EXPECT_TRUE(keeps(kept, Vec3(0.93, 0.5, 0.5)));
 }
 
+// Points on a curved host and fewer than five points are all kept: nothing else stands for them.
 TEST(ContactReduction, CurvedHostsAndFewPointsKeepAll) {
   const LevelSet ball = LevelSet::sphere(1), box = LevelSet::box(Vec3(1, 1, 1));
   const auto on_ball = touches(ball, box, at(Vec3(0, 1.5, 0)), 0.3);
@@ -84,11 +91,12 @@ TEST(ContactReduction, CurvedHostsAndFewPointsKeepAll) {
   EXPECT_EQ(reduced(1, corner).size(), corner.size());
 }
 
+// A ring that lies flat keeps the whole circle on which it lies, so that it rests on it in every direction.
 TEST(ContactReduction, ARingKeepsItsRim) {
   const LevelSet ring = LevelSet::torus(0.5, 0.1);
   const auto all = touches(LevelSet::half_space(), ring, at(Vec3(0, 0.1, 0)), 0.01, 0.05);
   const auto kept = reduced(0.6, all);
-  // One circle of samples lies lowest: all of them are corners of their hull.
+  // The samples of one circle lie lowest. All of them are corners of their convex hull, and are kept.
   std::size_t lowest = 0;
   for (const NearPoint& touch : all)
     if (touch.gap < 1e-12) {
@@ -98,8 +106,9 @@ TEST(ContactReduction, ARingKeepsItsRim) {
   EXPECT_GE(lowest, 24u);
 }
 
-// What is promised: however the guest turns and moves within a step, no dropped point lies deeper below the
-// face than the deepest one kept.
+// Checks the promise of reduce_contacts(): however the guest turns by up to 45 degrees within a step, no
+// dropped point lies deeper below the face than the deepest one kept, to within a few millionths of the
+// guest's size.
 TEST(ContactReduction, NoDroppedPointCanSinkBelowTheKeptOnes) {
   std::mt19937 random(3);
   std::size_t dropped = 0;
@@ -107,7 +116,7 @@ TEST(ContactReduction, NoDroppedPointCanSinkBelowTheKeptOnes) {
                                         LevelSet::torus(0.4, 0.1)};
   for (int i = 0; i < 400; ++i) {
     const LevelSet& guest = guests[static_cast<std::size_t>(i) % guests.size()];
-    // On a face, tilted slightly, on an edge, or anyhow.
+    // The guest lies on a face, is tilted slightly, lies on an edge, or has a random orientation.
     Quat turn = Quat::Identity();
     if (i % 5 == 1) turn = Quat(Eigen::AngleAxisd(1e-3, test::random_vector(random).normalized()));
     if (i % 5 == 2) turn = Quat(Eigen::AngleAxisd(0.4, Vec3::UnitX()));
@@ -127,7 +136,7 @@ TEST(ContactReduction, NoDroppedPointCanSinkBelowTheKeptOnes) {
         for (const NearPoint& touch : list) least = std::min(least, (further * touch.position).y());
         return least;
       };
-      EXPECT_GE(deepest(all), deepest(kept) - 3e-6);  // some millionths of the guest's size
+      EXPECT_GE(deepest(all), deepest(kept) - 3e-6);  // a few millionths of the guest's size
     }
   }
   EXPECT_GT(dropped, 5000u);

@@ -21,6 +21,7 @@ using test::random_vector;
 
 const Eigen::AlignedBox3d everywhere(Vec3::Constant(-100), Vec3::Constant(100));
 
+// Returns the edge contacts of a guest at `pose` that are less than `margin` (m) from `host`.
 std::vector<EdgeContact> edge_contacts(const FeatureEdges& feature_edges, const Pose& pose,
                                        const LevelSet& host, double margin,
                                        const Eigen::AlignedBox3d& near = everywhere) {
@@ -29,15 +30,16 @@ std::vector<EdgeContact> edge_contacts(const FeatureEdges& feature_edges, const 
   return found;
 }
 
+// Returns the gap (m) between the place of an edge contact and its plane, less the radius of the ball there.
 double gap_of(const EdgeContact& near, const Pose& pose) {
   return near.edge.normal.dot(pose.to_world(near.edge.place) - near.edge.foot) - near.edge.radius;
 }
 
 Quat turned(double angle, const Vec3& axis) { return Quat(Eigen::AngleAxisd(angle, axis)); }
 
-// A cube whose edge through y = z = -1/2 runs along the unit vector `along`, with the cube on the side of the
-// unit normal `normal` of it, in the middle between its two faces; the edge's point x = `beyond` is at
-// `place`.
+// Returns the pose of a cube of 1 m that stands on one of its edges. The edge runs along the unit vector
+// `along`, the unit vector `normal` bisects the angle between its two faces and leads into the cube, and the
+// point of the edge at `beyond` (m, from its middle) is at `place` (m).
 Pose cube_on_edge(const Vec3& along, const Vec3& normal, const Vec3& place, double beyond) {
   Mat3 from, to;
   from << Vec3::UnitX(), Vec3(0, 1, 1).normalized(), Vec3(0, -1, 1).normalized();
@@ -46,9 +48,9 @@ Pose cube_on_edge(const Vec3& along, const Vec3& normal, const Vec3& place, doub
   return {place - orientation * Vec3(beyond, -0.5, -0.5), orientation};
 }
 
-// The unit normal to an edge along `along` and the upright edge at x = y = 1/2 of a cube, outward; none where
-// they are almost parallel, or it is almost that of a face: the smaller of its parts below `least` of the
-// other.
+// Returns the outward unit normal to both an edge along `along` and the upright edge at x = y = 1/2 of a
+// cube. Returns nothing if the edges are almost parallel, or if the normal is almost that of a face: if one
+// of its components is less than `least` times the other.
 std::optional<Vec3> normal_of_crossing(const Vec3& along, double least) {
   Vec3 normal = along.cross(Vec3::UnitZ());
   if (normal.norm() < 0.3) return std::nullopt;
@@ -62,10 +64,11 @@ const LevelSet cube = LevelSet::box(Vec3(1, 1, 1));
 const LevelSet shapes[] = {LevelSet::box(Vec3(1, 0.6, 0.4)), LevelSet::cylinder(0.4, 0.9),
                            LevelSet::torus(0.6, 0.2), LevelSet::capsule(0.2, 0.8)};
 
-// The edge of one cube crosses the upright edge at x = y = 1/2 of the other at any angles: both lie in the
-// planes of contact, so the normal is that to both edges, and the gap is along it, before they touch and
-// after. The places and the planes' feet are not at nodes. Rounding only, over the hundredth of the way
-// between nodes on which normals are told apart.
+// The edge of one cube crosses the upright edge at x = y = 1/2 of the other one at random angles, before and
+// after they touch. Both edges lie in the plane of the contact, so the normal is the one to both edges, and
+// the gap is along it. The crossing is at no node of either edge. The bounds are rounding over the distance
+// of the two places from which the plane is made, a hundredth of that between nodes. A plane from the level
+// set's gradient at one place alone would be that of a face.
 TEST(EdgeContacts, OfCrossingEdgesLieInThePlaneOfBoth) {
   const FeatureEdges feature_edges = find_feature_edges(cube, 0.125);
   std::mt19937 random(1);
@@ -85,7 +88,7 @@ TEST(EdgeContacts, OfCrossingEdgesLieInThePlaneOfBoth) {
       EXPECT_NEAR(gap_of(found[0], pose), gap, 1e-11);
       EXPECT_LT((lowest.place - Vec3(beyond, -0.5, -0.5)).norm(), 0.01);
       EXPECT_EQ(found[0].distance < 0, gap < 0);
-      // Along either edge, or both, the plane stays right; a gap opens along the normal.
+      // Along either edge the plane stays right; a displacement along the normal opens the gap by its length.
       RigidProperties host, guest;
       host.shape = guest.shape = cube;
       guest.feature_edges = feature_edges;
@@ -99,32 +102,35 @@ TEST(EdgeContacts, OfCrossingEdgesLieInThePlaneOfBoth) {
   EXPECT_GT(told, 500);
 }
 
-// Two rings, one upright through the other's tube: their middle lines, circles of radius 1, come nearest in
-// the upper one's lowest point, over a place of the lower one's circle.
+// Two rings cross, one of them upright through the tube of the other. Their center lines, circles with a
+// radius of 1 m, come nearest at the lowest point of the upper one, over a point of the lower one. The
+// upright ring turns in 200 small steps, so that this point passes all places between two nodes.
 TEST(EdgeContacts, OfRingsAreThoseOfTheirMiddleLines) {
   const LevelSet ring = LevelSet::torus(1, 0.2);
   const FeatureEdges feature_edges = find_feature_edges(ring, 0.11);
-  const double step =
-      6.283185307179586 / 200;  // a fraction of that between nodes: the place is between any two
+  const double step = 6.283185307179586 / 200;  // a small fraction of the distance between nodes
   for (int i = 0; i < 200; ++i)
     for (const double gap : {2e-3, -2e-3}) {
       const double turn = i * step;
-      // Its axis lies level, across the lower circle.
+      // The axis of the upright ring is horizontal, across the lower circle.
       const Vec3 place(std::sin(0.7), 0, std::cos(0.7));
       const Quat upright = turned(0.7 + 1.5707963267948966, Vec3::UnitY()) *
                            turned(1.5707963267948966, Vec3::UnitX()) * turned(turn, Vec3::UnitY());
       const Pose pose{place + Vec3(0, 1.4 + gap, 0), upright};
       const auto found = edge_contacts(feature_edges, pose, ring, 0.01);
       ASSERT_EQ(found.size(), 1U);
-      EXPECT_NEAR(found[0].distance, gap, 1e-6);  // a hundredth of 0.11 m off the lowest point of a circle
+      // The precision of the place is a hundredth of 0.11 m. Its square over twice the radius of the circle
+      // is the bound.
+      EXPECT_NEAR(found[0].distance, gap, 1e-6);
       EXPECT_NEAR(gap_of(found[0], pose), gap, 1e-5);
       EXPECT_LT((found[0].edge.normal - Vec3::UnitY()).norm(), 2e-3);
     }
 }
 
-// What lies flat is held up by samples, and by its edges where these pass the plate's edges only; and tilted
-// by a tenth of a degree it still is. Tilted by three degrees and lifted, so that its edges cross those of
-// the plate, it touches these: their planes.
+// A cube lies flat on a plate that is narrower than it. Samples hold it up, and the edge contacts are only
+// where its edges pass the edges of the plate, also when it is tilted by 0.002 rad. Without
+// `with_edges_on_faces` there are none. When it is tilted by 0.05 rad and lifted, so that its edges cross
+// those of the plate, the contacts have the planes of both edges.
 TEST(EdgeContacts, OfEdgesAlongAFaceAreWhereTheyPassItsEnd) {
   const LevelSet plate = LevelSet::box(Vec3(0.7, 0.2, 3));
   const FeatureEdges feature_edges = find_feature_edges(cube, 0.125);
@@ -135,7 +141,7 @@ TEST(EdgeContacts, OfEdgesAlongAFaceAreWhereTheyPassItsEnd) {
       auto found = edge_contacts(feature_edges, pose, plate, 0.01);
       EXPECT_EQ(found.size(), 4U) << height << ' ' << tilt;
       for (const EdgeContact& near : found) {
-        // Below a face, the side is nearer from as far before the edge as it is deep.
+        // Below a face, the side is the nearer surface from as far before the edge as the place is deep.
         EXPECT_NEAR(std::abs(pose.to_world(near.edge.place).x()), 0.35, 1.1e-3) << height << ' ' << tilt;
         EXPECT_LT((near.edge.normal - Vec3::UnitY()).norm(), 1e-12) << height << ' ' << tilt;
       }
@@ -154,8 +160,9 @@ TEST(EdgeContacts, OfEdgesAlongAFaceAreWhereTheyPassItsEnd) {
   }
 }
 
-// The nodes of the edges are so far apart that one or none of them is over the plate. All that is over it is
-// equally low but for rounding, which must not choose one of its ends.
+// The nodes of the edges are so far apart that one or none of them is over the plate. All places over the
+// plate are equally low but for rounding, and rounding must not choose one end: both ends are found for all
+// heights and tilts of 1e-9 and all positions of the nodes.
 TEST(EdgeContacts, OfEdgesOverAShortFaceAreBothOfItsEnds) {
   const LevelSet plate = LevelSet::box(Vec3(0.7, 0.2, 6));
   const FeatureEdges feature_edges = find_feature_edges(LevelSet::box(Vec3(4, 4, 4)), 0.63);
@@ -176,8 +183,9 @@ TEST(EdgeContacts, OfEdgesOverAShortFaceAreBothOfItsEnds) {
       }
 }
 
-// A rod through a plate: the nearest way out of its edges is along the plate's faces, on either side.
-TEST(EdgeContacts, OfWhatHasGoneThroughAreNone) {
+// A rod has gone through a plate. Along its edges the nearest surface changes from one face of the plate to
+// the other, with opposite normals, so there is no plane in which they could touch.
+TEST(EdgeContacts, IgnoresEdgesThatHaveGoneThrough) {
   const LevelSet plate = LevelSet::box(Vec3(2, 0.1, 2));
   const FeatureEdges rod = find_feature_edges(LevelSet::box(Vec3(0.2, 3, 0.2)), 0.1);
   EXPECT_TRUE(edge_contacts(rod, {Vec3(0.1, 0.2, 0), turned(0.1, Vec3::UnitX())}, plate, 0.01).empty());
@@ -191,8 +199,8 @@ TEST(EdgeContacts, OfWhatHasGoneThroughAreNone) {
   }
 }
 
-// Nodes are skipped by how far off the last one was. With a margin that lets none be skipped the same places
-// come out.
+// The search skips nodes by their distance from the host. With a box and a margin that let it skip none, the
+// same places are found, to the bit.
 TEST(EdgeContacts, AreTheSameWithNothingSkipped) {
   std::mt19937 random(3);
   int told = 0;
@@ -218,12 +226,13 @@ TEST(EdgeContacts, AreTheSameWithNothingSkipped) {
   EXPECT_GT(told, 300);
 }
 
-// Of a dense look along the lines of one body or both: m, the nearest or deepest of all places, and that of
-// nodes and the places found.
+// Distances (m, negative inside) from a dense look along the feature edges of one body or both: `least` is
+// the smallest of all places, and `known` that of the nodes and the contacts found.
 struct DenseLook {
   double least = std::numeric_limits<double>::infinity(), known = least;
 };
 
+// Looks at the feature edges of `guest` at `pose`, 20 places between two nodes, and updates `look`.
 void look_densely(const FeatureEdges& feature_edges, const Pose& pose, const LevelSet& host, bool is_reversed,
                   const LevelSet& guest, DenseLook& look) {
   if (can_touch_with_feature_edges(guest, host, is_reversed))
@@ -242,9 +251,10 @@ void look_densely(const FeatureEdges& feature_edges, const Pose& pose, const Lev
   }
 }
 
-// Bodies that come into each other by up to 1 cm from somewhere: nothing on the lines of either is deeper
-// than nodes and places found by more than the fall that counts as flat, a two-hundredth of the way of up to
-// 0.1 m between nodes.
+// Random bodies approach until they overlap by up to 1 cm. No place on the feature edges of either is deeper
+// than the nodes and the edge contacts found by more than the fall that counts as flat (`min_fall`), 0.005 of
+// the distance of up to 0.1 m between nodes. A first touch that is missed would let bodies sink into each
+// other until the next sample.
 TEST(EdgeContacts, MissNothingOfAFirstTouch) {
   std::mt19937 random(4);
   int told = 0;
@@ -261,7 +271,7 @@ TEST(EdgeContacts, MissNothingOfAFirstTouch) {
       look_densely(feature_edges, pose, host, false, guest, look);
       look_densely(others, inverse, guest, true, host, look);
     }
-    if (look.least > 0) continue;  // past it, or through a ring
+    if (look.least > 0) continue;  // the bodies miss each other, or one goes through a ring
     ++told;
     EXPECT_GT(look.least, -0.01);
     EXPECT_LT(look.known - look.least, 0.005 * 0.1) << i;
@@ -269,7 +279,8 @@ TEST(EdgeContacts, MissNothingOfAFirstTouch) {
   EXPECT_GT(told, 300);
 }
 
-// The grid of a mesh rounds its edges off by a third of a cell, here 2 cm; the places know the mesh.
+// The grid of a mesh rounds off its edges by a third of a cell, here 2 cm. The edge contacts are those of the
+// exact surface, with the bounds of two boxes.
 TEST(EdgeContacts, OnAMeshAreThoseOfItsExactSurface) {
   const LevelSet mesh = LevelSet::mesh(
       std::make_shared<GridLevelSet>(test::box_mesh(Vec3::Constant(-0.5), Vec3::Constant(0.5)), 16));
@@ -292,9 +303,9 @@ TEST(EdgeContacts, OnAMeshAreThoseOfItsExactSurface) {
   }
 }
 
-// A thin plate leans on the upright edge of a box, across it. Its rims on that side touch; those on the other
-// side are as near but for 1 cm.
-TEST(EdgeContacts, OfRimsThatFaceAwayAreNone) {
+// A thin plate leans on the upright edge of a box, across it. Only its two rims on the side of the box touch.
+// Those on the other side are only 1 cm farther and must not: they face away.
+TEST(EdgeContacts, IgnoresRimsThatFaceAway) {
   const LevelSet post = LevelSet::box(Vec3(1, 1, 3));
   const FeatureEdges plate = find_feature_edges(LevelSet::box(Vec3(1, 1, 0.01)), 0.125);
   const Quat leaning = turned(0.7853981633974483, Vec3::UnitZ()) * turned(1.5707963267948966, Vec3::UnitY());
@@ -307,19 +318,21 @@ TEST(EdgeContacts, OfRimsThatFaceAwayAreNone) {
   }
 }
 
-TEST(EdgeContacts, AreLookedForOneWayRoundBetweenRoundBodies) {
+// The feature edges of two round bodies are searched in one of the two directions of their pair. Otherwise
+// their center lines would be found twice, with two contacts at one place.
+TEST(EdgeContacts, OfRoundBodiesAreSearchedInOneDirection) {
   const LevelSet ring = LevelSet::torus(1, 0.2), ball = LevelSet::sphere(1);
   EXPECT_TRUE(can_touch_with_feature_edges(ring, ring, false));
   EXPECT_FALSE(can_touch_with_feature_edges(ring, ring, true));
-  EXPECT_TRUE(can_touch_with_feature_edges(ring, cube, true));   // its middle line over the cube's edges
-  EXPECT_FALSE(can_touch_with_feature_edges(cube, ring, true));  // which are no nearer by themselves
+  EXPECT_TRUE(can_touch_with_feature_edges(ring, cube, true));  // its center line over the edges of the cube
+  EXPECT_FALSE(can_touch_with_feature_edges(cube, ring, true));
   EXPECT_TRUE(can_touch_with_feature_edges(cube, cube, true));
-  EXPECT_FALSE(can_touch_with_feature_edges(ring, ball, false));  // a ball's deepest point knows
+  EXPECT_FALSE(can_touch_with_feature_edges(ring, ball, false));  // the support point of the ball is enough
   EXPECT_FALSE(can_touch_with_feature_edges(cube, LevelSet::half_space(), false));
 }
 
-// A soft edge across the upright edge at x = y = 1/2 of a cube: the plane of both, like that of two rigid
-// ones, wherever between its points it crosses. Rounding only, as there.
+// A soft edge crosses the upright edge at x = y = 1/2 of a cube. The contact has the plane of both edges
+// wherever between the points of the soft edge they cross; the bounds are rounding, as for two rigid edges.
 TEST(EdgeContacts, OfSoftEdgesLieInThePlaneOfBoth) {
   const FeatureEdges feature_edges = find_feature_edges(cube, 0.125);
   EXPECT_TRUE(can_touch_soft_edges(cube, feature_edges));
@@ -339,7 +352,8 @@ TEST(EdgeContacts, OfSoftEdgesLieInThePlaneOfBoth) {
       ASSERT_TRUE(near);
       const EdgePoint& lowest = near->edge;
       EXPECT_LT((lowest.normal - normal).norm(), 1e-10);
-      // A hundredth of a quarter of the way, and what the bisector of the faces leans over from the normal.
+      // The place is known to a hundredth of a quarter of the edge, and it is off by up to 1.5 gaps because
+      // the bisector of the two faces leans from the normal.
       EXPECT_NEAR(lowest.weight[1], share, 0.005 + 1.5 * std::abs(gap) / 0.4);
       EXPECT_NEAR(normal.dot(first + lowest.weight[1] * (second - first) - lowest.foot), gap, 1e-11);
       EXPECT_EQ(near->distance < 0, gap < 0);
@@ -349,7 +363,8 @@ TEST(EdgeContacts, OfSoftEdgesLieInThePlaneOfBoth) {
   EXPECT_GT(told, 500);
 }
 
-// What is out of reach is left out early; what is not is the same as if all had been looked at.
+// Edges that are out of reach are left out early. The others have the same contact, to the bit, as with a
+// margin that leaves none out.
 TEST(EdgeContacts, OfSoftEdgesAreTheSameWithNothingSkipped) {
   const LevelSet mesh = LevelSet::mesh(
       std::make_shared<GridLevelSet>(test::box_mesh(Vec3::Constant(-0.5), Vec3::Constant(0.5)), 16));
@@ -376,8 +391,10 @@ TEST(EdgeContacts, OfSoftEdgesAreTheSameWithNothingSkipped) {
   EXPECT_GT(left_out, 1000);
 }
 
-// Lying on the face, an edge has no lowest place, and rising from it it has that of its end: it touches at
-// the plane of the face, as it does before and after. Where it comes down on the face from beyond as well.
+// An edge that lies on the face has no minimum of the distance, and one that rises from it is lowest at its
+// end. Either touches at the plane of the face, as it does before and after, so that the contact does not
+// vanish when a body tilts. An edge that comes down on the face from beyond it is found as well. The bound of
+// 0.002 m on the place is twice the precision of the place, a hundredth of a part of the edge.
 TEST(EdgeContacts, OfSoftEdgesAreKeptWhereTheyOnlyRise) {
   std::vector<double> scratch;
   for (const double rise : {0.0, 0.02, -0.02}) {
@@ -394,8 +411,9 @@ TEST(EdgeContacts, OfSoftEdgesAreKeptWhereTheyOnlyRise) {
   }
 }
 
-// Points carry edges that lie on a face, cross it or end above it; and what is out of reach counts no more
-// than an edge that has gone through the body.
+// Surface points carry edges that lie on a face, cross it or end above it: these have no edge contact. Edges
+// out of reach and edges that have gone through the body have none either, and a half space has no edges at
+// all.
 TEST(EdgeContacts, OfSoftEdgesAreNoneBesideTheEdgesOfTheHost) {
   std::vector<double> scratch;
   const auto is_none = [&](const Vec3& first, const Vec3& second, double margin) {
@@ -410,7 +428,8 @@ TEST(EdgeContacts, OfSoftEdgesAreNoneBesideTheEdgesOfTheHost) {
   EXPECT_FALSE(can_touch_soft_edges(LevelSet::half_space(), find_feature_edges(LevelSet::half_space(), 0.1)));
 }
 
-// Halfway between the nearest points to which a ball, a tube or a rod comes; none where that is an end.
+// The place on a soft edge is the one nearest to a ball, a ring or a rod, at the known nearest point between
+// the ends. There is no contact if the nearest place is an end of the edge.
 TEST(EdgeContacts, OfSoftEdgesAreTheNearestToRoundBodies) {
   std::vector<double> scratch;
   const LevelSet ball = LevelSet::sphere(0.5), ring = LevelSet::torus(0.6, 0.2),
@@ -422,7 +441,7 @@ TEST(EdgeContacts, OfSoftEdgesAreTheNearestToRoundBodies) {
       const auto near = edge_contact_on(place - at * along, place + (1 - at) * along, 4, host, 0.02, scratch);
       ASSERT_TRUE(near.has_value()) << at;
       EXPECT_NEAR(near->distance, height,
-                  3e-5);  // the square of the precision, 1/100 of 1/4 m, over a diameter
+                  3e-5);  // precision 1/100 of 1/4 m, squared over a diameter
       EXPECT_LT((near->edge.place - place).norm(), 0.01 * along.norm() / 4);
       EXPECT_GT(near->edge.normal.dot(normal), 1 - 1e-4);
       EXPECT_NEAR(near->edge.weight[1], at, 0.0025);
@@ -434,15 +453,16 @@ TEST(EdgeContacts, OfSoftEdgesAreTheNearestToRoundBodies) {
   const auto is_none = [&](const Vec3& first, const Vec3& second, double margin) {
     return !edge_contact_on(first, second, 4, ball, margin, scratch);
   };
-  EXPECT_TRUE(is_none(Vec3(0, 0.501, 0), Vec3(0, 1.501, 0), 0.01));       // its end
-  EXPECT_TRUE(is_none(Vec3(0.4, 0.501, 0), Vec3(1, 0.501, 0), 0.5));      // the same
+  EXPECT_TRUE(is_none(Vec3(0, 0.501, 0), Vec3(0, 1.501, 0), 0.01));       // its end is nearest
+  EXPECT_TRUE(is_none(Vec3(0.4, 0.501, 0), Vec3(1, 0.501, 0), 0.5));      // its end is nearest, slantwise
   EXPECT_TRUE(is_none(Vec3(-0.4, 0.511, 0), Vec3(0.6, 0.511, 0), 0.01));  // out of reach
 }
 
-// A small body that lies on a large one and reaches over its edge at x = 0: where its edges, rim or circle
-// pass that edge.
+// A small body lies on a large table and reaches over the table's edge at x = 0. The edge contacts are where
+// its edges, rim or circle pass that edge. Without them a body would have no contact between its last sample
+// on the table and the table's edge.
 TEST(EdgeContacts, AreWhereEdgesOnAFacePassItsEnd) {
-  const LevelSet table = LevelSet::box(Vec3(10, 1, 10));  // its top at y = 0, from x = -10 to 0
+  const LevelSet table = LevelSet::box(Vec3(10, 1, 10));  // its top is at y = 0, from x = -10 to 0
   const auto on_table = [&](const LevelSet& shape, double spacing, const Pose& pose) {
     const Pose in_table{pose.position + Vec3(5, 0.5, 0), pose.orientation};
     std::vector<Vec3> places;
@@ -466,11 +486,12 @@ TEST(EdgeContacts, AreWhereEdgesOnAFacePassItsEnd) {
         const double height = round.kind == LevelSet::Kind::torus ? 0.1 : 0.2;
         const std::vector<Vec3> of_round = on_table(round, spacing, {Vec3(x, height, 0.1)});
         ASSERT_EQ(of_round.size(), 2u) << x << " " << spacing;
-        EXPECT_LT((of_round[0] - Vec3(0, 0, 0.1 - half)).norm(), 1e-6);  // normals there turn by 1e-6
+        // Normals there turn by 1e-6 within the precision of the place.
+        EXPECT_LT((of_round[0] - Vec3(0, 0, 0.1 - half)).norm(), 1e-6);
         EXPECT_LT((of_round[1] - Vec3(0, 0, 0.1 + half)).norm(), 1e-6);
       }
     }
-  // Beside the table, level with its top, its side is no obstacle.
+  // Beside the table and level with its top there is nothing to touch.
   EXPECT_TRUE(on_table(LevelSet::box(Vec3(1, 0.4, 20)), 0.1, {Vec3(0.51, 0.2, 0)}).empty());
 }
 

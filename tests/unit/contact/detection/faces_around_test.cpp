@@ -1,4 +1,5 @@
-// What a body touches of a mesh beside the nearest face is where the contact will look for it.
+// The support points and samples of a body touch several faces of a mesh beside the nearest one, with the
+// gaps that the contact then finds there.
 #include "sim/contact/detection/faces_around.h"
 
 #include <algorithm>
@@ -26,7 +27,8 @@ Vec3 random_vector(std::mt19937& random) {
   return {x, y, z};
 }
 
-// In its body space, whose origin in that of the mesh is `middle`.
+// Returns the properties of a static mesh. They are in its body space, whose origin in the space of `mesh` is
+// `middle`.
 RigidProperties static_mesh(const TriangleMesh& mesh, Vec3* middle = nullptr) {
   scene::Scene scene = test::free_space();
   scene::RigidBody& body = test::add_mesh(scene, "mesh", std::make_shared<TriangleMesh>(mesh), 1, 1);
@@ -38,9 +40,10 @@ RigidProperties static_mesh(const TriangleMesh& mesh, Vec3* middle = nullptr) {
   return rigid.properties[0];
 }
 
-// In a groove and around edges and corners, at any orientation. Of a rim that comes near an edge another
-// point may be deepest towards the nearest face, and far below it: by 0.15 m, which threw the body into the
-// air.
+// Random bodies lie in a groove and around edges and corners of a box, at any orientation. The gap of each
+// contact with a face is the one that touch() finds for it later. A rim near an edge may have another support
+// point towards the nearest face, far below that face: when the search took it, the gaps differed by 0.15 m,
+// which threw the body into the air.
 TEST(FacesAround, HaveTheGapsThatTheContactFinds) {
   std::mt19937 random(1);
   int found = 0;
@@ -67,9 +70,9 @@ TEST(FacesAround, HaveTheGapsThatTheContactFinds) {
         find_faces_around(host.shape, shape, pose, 0.05, touches, places);
         for (const NearPoint& near : touches) {
           ++found;
-          const EdgePoint& face = places[as_index(near.ridge)].edge;
+          const EdgePoint& face = places[as_index(near.plane_index)].edge;
           const double later = touch(host, Pose(), guest, pose, near.point, face).gap;
-          EXPECT_NEAR(later, near.gap, 0.002 * 0.25) << i;  // inner points lie up to 0.25 m in
+          EXPECT_NEAR(later, near.gap, 0.002 * 0.25) << i;  // 0.25 m: greatest depth of inner points
         }
       }
     }
@@ -77,7 +80,8 @@ TEST(FacesAround, HaveTheGapsThatTheContactFinds) {
   EXPECT_GT(found, 1000);
 }
 
-// The normals and gaps of the planes that one sample has, the nearest first; none where one is enough.
+// Returns the normals and gaps of the planes that one sample of a body gets, the nearest first. The list is
+// empty if one plane is enough.
 std::vector<std::pair<Vec3, double>> planes_of(const RigidProperties& host, const Vec3& x,
                                                const Vec3& inwards) {
   RigidProperties guest;
@@ -94,12 +98,12 @@ std::vector<std::pair<Vec3, double>> planes_of(const RigidProperties& host, cons
   find_faces_around_sample(host.shape, guest, Pose(), 0.05, 0, touches, places);
   std::vector<std::pair<Vec3, double>> planes;
   for (const NearPoint& near : touches)
-    if (near.ridge >= 0) planes.emplace_back(near.normal, near.gap);
+    if (near.plane_index >= 0) planes.emplace_back(near.normal, near.gap);
   return planes;
 }
 
-// A sample in a crease has a plane for each side, at its distance; also where it stands beside the bottom,
-// from which one side begins.
+// A sample in a concave crease has a plane for each side, at its distance, also where the sample is beside
+// the bottom of the crease, from which one side rises. On one side of the groove alone one plane is enough.
 TEST(FacesAround, ASampleInACreaseHasThePlanesOfBothSides) {
   for (const double angle : {0.4, 0.8, 1.2}) {
     Vec3 middle;
@@ -120,7 +124,8 @@ TEST(FacesAround, ASampleInACreaseHasThePlanesOfBothSides) {
   }
 }
 
-// Three walls of a room meet, a box has edges and corners outwards alone.
+// A sample in the corner of a room, where three walls meet, has three planes. A box has convex edges and
+// corners alone, and a sample beside them has no further planes.
 TEST(FacesAround, ASampleInTheCornerOfARoomHasThreePlanes) {
   TriangleMesh room = test::box_mesh(-Vec3(1, 1, 1), Vec3(1, 1, 1)),
                hole = test::box_mesh(-Vec3(0.8, 0.8, 0.8), Vec3(0.8, 0.8, 0.8));

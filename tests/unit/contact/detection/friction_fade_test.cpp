@@ -12,6 +12,7 @@ namespace {
 
 const Vec3 up(0, 1, 0);
 
+// Returns a surface point with equal weights on `particles`.
 SurfacePoint point_on(std::initializer_list<int> particles) {
   SurfacePoint point;
   point.count = static_cast<int>(particles.size());
@@ -23,7 +24,8 @@ SurfacePoint point_on(std::initializer_list<int> particles) {
   return point;
 }
 
-// Share of an edge, or a face, that rises at the angle, in degrees.
+// Returns the fraction of friction that an edge, or a face, keeps on a horizontal surface from which it rises
+// at `angle` (degrees).
 double share_at(double angle, bool is_face) {
   Bodies bodies;
   const double a = angle * std::acos(-1) / 180;
@@ -31,7 +33,9 @@ double share_at(double angle, bool is_face) {
   return friction_fade_fraction(bodies, is_face ? point_on({0, 1, 2}) : point_on({0, 1}), up);
 }
 
-TEST(Lying, FrictionEndsWhereEdgesAndFacesCrossTheSurface) {
+// Friction fades linearly in the sine s of the angle, from s = 0.5 (30 degrees) to s = 0.7 (44 degrees): at s
+// = 0.6 half of it is left.
+TEST(FrictionFade, EndsWhereEdgesAndFacesCrossTheSurface) {
   for (const bool is_face : {false, true}) {
     EXPECT_EQ(share_at(0, is_face), 1);
     EXPECT_EQ(share_at(-29.9, is_face), 1);
@@ -41,8 +45,9 @@ TEST(Lying, FrictionEndsWhereEdgesAndFacesCrossTheSurface) {
   }
 }
 
-// A box has friction on its faces, edges and corners, none where it is on the wrong side of them.
-TEST(Lying, AParticleHasFrictionUnlessItsElementsAreBehindTheSurface) {
+// A corner particle of a soft box keeps its friction on surfaces that its elements lie on. It has none on a
+// surface that has its elements behind it: there the body would hang on an edge.
+TEST(FrictionFade, EndsForParticlesInFrontOfTheirElements) {
   scene::Scene scene = test::on_ground();
   test::add_soft_box(scene, "box", Vec3(0, 0.5, 0), Vec3(1, 1, 1), 2);
   Simulation simulation(scene, test::plan(scene));
@@ -63,7 +68,9 @@ TEST(Lying, AParticleHasFrictionUnlessItsElementsAreBehindTheSurface) {
   EXPECT_EQ(corners, 8);
 }
 
-TEST(Lying, NeighboursAreThoseOfAllTetsOnce) {
+// The neighbors of a particle are those with which it shares a tetrahedron, ascending, each once, and without
+// itself.
+TEST(FrictionFade, NeighborsShareATetAndAreListedOnce) {
   const ElementLists lists = neighbors(6, {{0, 1, 2, 3}, {3, 2, 1, 4}});
   const auto of = [&](int p) { return std::vector<int>(lists.of(p).begin(), lists.of(p).end()); };
   EXPECT_EQ(of(0), (std::vector<int>{1, 2, 3}));

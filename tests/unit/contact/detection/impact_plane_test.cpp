@@ -8,8 +8,8 @@
 namespace duet::impact_plane_test {
 namespace {
 
-// A ball of radius 0.5 whose center is `height` (m) above the top of a static box that begins at x = 0, 0.3 m
-// before it.
+// Returns a ball with a radius of 0.5 m whose center is `height` (m) above the top of a static box. The box
+// begins at x = 0, 0.3 m ahead of the ball's center.
 scene::Scene ball_beside_box(const Vec3& velocity, double height) {
   scene::Scene scene = test::free_space();
   scene::RigidBody& box = test::add_box(scene, "box", Vec3(2, -1, 0), Vec3(4, 2, 4), 1);
@@ -24,7 +24,7 @@ scene::Scene ball_beside_box(const Vec3& velocity, double height) {
   return scene;
 }
 
-// The contact of the ball with the box after looking ahead `dt` (s).
+// Returns the contact of the ball with the box after looking ahead by `dt` (s).
 ContactPoint ahead(const scene::Scene& scene, double dt) {
   test::ContactScene contacts(scene, dt);
   VelocityState velocity;
@@ -35,6 +35,8 @@ ContactPoint ahead(const scene::Scene& scene, double dt) {
   return {};
 }
 
+// A ball that is level with the top and comes from beside the box meets the top and not its edge, so that it
+// rolls on without a jolt.
 TEST(ImpactPlane, IsTheTopThatABallRollsOnto) {
   const ContactPoint contact = ahead(ball_beside_box(Vec3(10, 0, 0), 0.5), 0.1);
   ASSERT_TRUE(contact.meets_ahead);
@@ -43,7 +45,8 @@ TEST(ImpactPlane, IsTheTopThatABallRollsOnto) {
   EXPECT_NEAR(contact.gap, 0, 1e-12);
 }
 
-// sin a = 0.2 / 0.5 where the ball, 0.2 m lower than the top allows, meets the edge.
+// The ball, whose center is at the height h = 0.3 m, meets the edge of the box with its normal along the line
+// from the edge to its center: (-d, h) / 0.5 with d^2 + h^2 = 0.5^2.
 TEST(ImpactPlane, IsTheOneAtTheEdgeThatABallHits) {
   const double height = 0.3, distance = std::sqrt(0.5 * 0.5 - height * height);
   scene::Scene scene = ball_beside_box(Vec3(10, 0, 0), height);
@@ -51,18 +54,20 @@ TEST(ImpactPlane, IsTheOneAtTheEdgeThatABallHits) {
   const ContactPoint contact = ahead(scene, 0.1);
   ASSERT_TRUE(contact.meets_ahead);
   EXPECT_FALSE(contact.is_level_ahead);
-  // The meeting is noticed when the ball is 1e-4 of its size inside.
+  // The meeting is noticed when the ball is 1e-4 of its size deep, hence the bounds.
   EXPECT_LT((contact.normal - Vec3(-distance, height, 0) / 0.5).norm(), 1e-3);
   EXPECT_NEAR(contact.gap, (0.7 - distance) * distance / 0.5, 1e-3);
 }
 
+// Bodies that do not reach each other within the step keep the plane at the start of the step.
 TEST(ImpactPlane, StaysThatOfNowWhereNothingIsReached) {
   EXPECT_FALSE(ahead(ball_beside_box(Vec3(0.1, 0, 0), 0.5), 0.1).meets_ahead);
   EXPECT_FALSE(ahead(ball_beside_box(Vec3(0, 10, 0), 0.5), 0.1).meets_ahead);
 }
 
-// A box slides along the rim of two bars in a row, which it reaches over, its underside a little below the
-// rim. Its front does not hit the corner of the second bar, which it passes along the rim.
+// A box slides along the rim of two bars in a row. It reaches over the rim, and its underside is 1 cm below
+// it. The front of the box must not hit the corner of the second bar, which it passes along the rim: points
+// that would be hit along their own surface get an infinite gap.
 TEST(ImpactPlane, IsNoneOfPointsThatAreHitAlongTheirEdge) {
   scene::Scene scene = test::free_space();
   test::add_box(scene, "box", Vec3(0, 0.49, 1), Vec3(1, 1, 1), 1).placement.velocity = Vec3(10, 0, 0);

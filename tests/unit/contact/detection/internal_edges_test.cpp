@@ -1,4 +1,4 @@
-// Static boxes side by side, with coordinates that are exact.
+// Static boxes side by side are one surface. All coordinates are exact doubles.
 #include "sim/contact/detection/internal_edges.h"
 
 #include <algorithm>
@@ -13,9 +13,9 @@
 namespace duet::internal_edges_test {
 namespace {
 
-// Two planks that meet at x = 0 with their tops at y = 0, a step on the right one from x = 1 on that is 1 m
-// high, and a box apart.
-class Planks : public ::testing::Test {
+// Two planks that meet at x = 0 with their tops at y = 0; on the right one, from x = 1 on, a step of 1 m; and
+// a box that touches none of them. All stand on a ground or float above it.
+class InternalEdges : public ::testing::Test {
  protected:
   Planks() : scene_(test::free_space()), simulation_(build()) {}
   Simulation build() {
@@ -42,17 +42,20 @@ class Planks : public ::testing::Test {
   Simulation simulation_;
 };
 
-TEST_F(Planks, AdjoinWhereTheyTouch) {
+// Static bodies that touch are listed with each other, the ground included; bodies apart and dynamic ones are
+// not.
+TEST_F(InternalEdges, AdjoinWhereTheyTouch) {
   EXPECT_EQ(adjoining(0), (std::vector<int>{1, 5}));
   EXPECT_EQ(adjoining(1), (std::vector<int>{0, 2, 5}));
-  EXPECT_EQ(adjoining(5), (std::vector<int>{0, 1}));  // the ground
+  EXPECT_EQ(adjoining(5), (std::vector<int>{0, 1}));  // body 5 is the ground
   EXPECT_EQ(adjoining(2), std::vector<int>{1});
   EXPECT_TRUE(adjoining(3).empty());
-  EXPECT_TRUE(adjoining(4).empty());  // it moves
+  EXPECT_TRUE(adjoining(4).empty());  // body 4 moves
 }
 
-// Side by side at the seam the edges of the tops are gone, those of the outer sides are there.
-TEST_F(Planks, KeepTheSamplesOfEdgesThatAreLeft) {
+// Where the planks adjoin, the samples along the edges of their tops are gone; those of edges at the outside
+// stay. A sample that is left at the internal edge is a bump that bodies collide with.
+TEST_F(InternalEdges, KeepTheSamplesOfExposedEdges) {
   const auto has_sample = [&](std::size_t body, const Vec3& x) {
     const RigidProperties& properties = bodies().rigid.properties[body];
     const Vec3 in_body = bodies().rigid.state[body].pose.to_body(x);
@@ -61,17 +64,19 @@ TEST_F(Planks, KeepTheSamplesOfEdgesThatAreLeft) {
   };
   EXPECT_FALSE(has_sample(0, Vec3(0, 0, 0)));
   EXPECT_FALSE(has_sample(1, Vec3(0, 0, 0)));
-  EXPECT_TRUE(has_sample(0, Vec3(0, 0, 2)));   // the rim that both have in common
+  EXPECT_TRUE(has_sample(0, Vec3(0, 0, 2)));   // the rim that both planks have in common
   EXPECT_TRUE(has_sample(0, Vec3(-4, 0, 2)));  // a corner
   EXPECT_TRUE(has_sample(2, Vec3(1, 1, 2)));   // the step's edge
-  EXPECT_FALSE(has_sample(2, Vec3(1, 0, 0)));  // the corner that it makes with the floor
+  EXPECT_FALSE(has_sample(2, Vec3(1, 0, 0)));  // the concave corner between step and floor
   for (const RigidProperties& properties : bodies().rigid.properties)
     EXPECT_EQ(properties.samples.size(), properties.inside.size());
 }
 
-// So are the ridges; the corners that lines end in stay.
-TEST_F(Planks, KeepTheRidgesThatAreLeft) {
-  const auto ridge = [&](std::size_t body, const Vec3& x) {  // m, from the nearest line
+// Feature edges at internal edges are gone, like the samples there. The lines keep the vertices in which they
+// end.
+TEST_F(InternalEdges, KeepTheExposedFeatureEdges) {
+  const auto edge_distance = [&](std::size_t body,
+                                 const Vec3& x) {  // m: distance of x from the nearest feature edge
     const RigidProperties& properties = bodies().rigid.properties[body];
     const Vec3 in_body = bodies().rigid.state[body].pose.to_body(x);
     double nearest = std::numeric_limits<double>::infinity();
@@ -84,32 +89,39 @@ TEST_F(Planks, KeepTheRidgesThatAreLeft) {
       }
     return nearest;
   };
-  EXPECT_GT(ridge(0, Vec3(0, 0, 0.1)), 0.5);
-  EXPECT_GT(ridge(1, Vec3(0, 0, 0.1)), 0.5);
-  EXPECT_LT(ridge(0, Vec3(-0.03, 0, 2)), 1e-12);
-  EXPECT_LT(ridge(0, Vec3(-4, 0, 0.1)), 1e-12);
-  EXPECT_LT(ridge(2, Vec3(1, 1, 0.1)), 1e-12);
-  EXPECT_GT(ridge(2, Vec3(1, 0, 0.1)), 0.5);
+  EXPECT_GT(edge_distance(0, Vec3(0, 0, 0.1)), 0.5);
+  EXPECT_GT(edge_distance(1, Vec3(0, 0, 0.1)), 0.5);
+  EXPECT_LT(edge_distance(0, Vec3(-0.03, 0, 2)), 1e-12);
+  EXPECT_LT(edge_distance(0, Vec3(-4, 0, 0.1)), 1e-12);
+  EXPECT_LT(edge_distance(2, Vec3(1, 1, 0.1)), 1e-12);
+  EXPECT_GT(edge_distance(2, Vec3(1, 0, 0.1)), 0.5);
   EXPECT_EQ(bodies().rigid.properties[3].feature_edges.lines.size(), 12U);
   for (const RigidProperties& properties : bodies().rigid.properties)
     EXPECT_EQ(properties.feature_edges.nodes.size(), properties.feature_edges.inward.size());
 }
 
-TEST_F(Planks, KnowTheirSeams) {
+// A foot is at an internal edge if an adjoining body is there, also below the step, and within the precision
+// with which the foot is known.
+TEST_F(InternalEdges, AreFoundWhereBodiesAdjoin) {
   EXPECT_TRUE(is_at_internal_edge(bodies(), 0, Vec3(0, 0, 0.3), 0));
   EXPECT_TRUE(is_at_internal_edge(bodies(), 1, Vec3(0, 0, 0.3), 0));
   EXPECT_TRUE(is_at_internal_edge(bodies(), 1, Vec3(1.5, 0, 0.3), 0));  // under the step
   EXPECT_FALSE(is_at_internal_edge(bodies(), 0, Vec3(-0.1, 0, 0.3), 0));
-  EXPECT_TRUE(is_at_internal_edge(bodies(), 0, Vec3(-0.1, 0, 0.3), 0.11));  // up to what it is known
+  // The internal edge is within the precision of the foot.
+  EXPECT_TRUE(is_at_internal_edge(bodies(), 0, Vec3(-0.1, 0, 0.3), 0.11));
   EXPECT_FALSE(is_at_internal_edge(bodies(), 3, Vec3(0, 3.5, 0), 0));
 }
 
-TEST_F(Planks, HideTheirSidesFromEachOther) {
+// Sides that adjoining bodies hide are distinguished from exposed surfaces. A hidden side that acts is a
+// ghost collision; an exposed one that does not is a hole.
+TEST_F(InternalEdges, HideTheirSidesFromEachOther) {
   const Vec3 left(-1, 0, 0), up(0, 1, 0);
-  // The right one's side, 1/64 m deep and at the rim, as a point on the left one sees it.
+  // A point on the left plank sees the side of the right plank, 1/64 m deep and at the rim. Deep down the two
+  // surfaces face each other (zero normal); at the rim the top of the left plank goes on.
   EXPECT_EQ(hidden_foot(bodies(), 1, Vec3(0, -1.0 / 64, 0), left)->others_normal, Vec3(0, 0, 0));
   EXPECT_EQ(hidden_foot(bodies(), 1, Vec3(0, 0, 0), left)->others_normal, up);
-  // Their tops, the riser also where it stands on the floor, and sides that look outwards are not hidden.
+  // These places are not hidden: the tops, the riser of the step (also where it stands on the floor), and
+  // sides that face outward.
   EXPECT_FALSE(hidden_foot(bodies(), 1, Vec3(0, 0, 0), up));
   EXPECT_FALSE(hidden_foot(bodies(), 1, Vec3(0.5, 0, 0), up));
   EXPECT_FALSE(hidden_foot(bodies(), 2, Vec3(1, 0, 0), left));
@@ -118,8 +130,10 @@ TEST_F(Planks, HideTheirSidesFromEachOther) {
   EXPECT_FALSE(hidden_foot(bodies(), 3, Vec3(0, 3.5, 0), -up));
 }
 
-// A foot beside the seam, so near that it counts as being on both: there is one top.
-TEST_F(Planks, DoNotHideTheirTopsBesideTheSeam) {
+// A foot beside the internal edge, so near that it counts as being on both planks, is on one common top. From
+// 1e-4 m (the tolerance `adjoin_within` times a smallest size of 1 m) the sides below count as facing each
+// other. A top that hides itself would drop bodies through the floor.
+TEST_F(InternalEdges, DoNotHideTheTopBesideThem) {
   const Vec3 up(0, 1, 0);
   for (const double beside : {1e-16, 1e-12, 1e-9, 1e-6, 1.6e-5, 5e-5, 9.9e-5, 1.1e-4}) {
     EXPECT_FALSE(hidden_foot(bodies(), 1, Vec3(beside, 0, 0.3), up)) << beside;
@@ -130,7 +144,9 @@ TEST_F(Planks, DoNotHideTheirTopsBesideTheSeam) {
   }
 }
 
-TEST_F(Planks, ALowPointLeavesThemUpwards) {
+// A sample 1/64 m deep and 1/1024 m behind the internal edge is nearest to the hidden side, but leaves the
+// union through the top.
+TEST_F(InternalEdges, ALowPointLeavesThroughTheTop) {
   const Vec3 x(1.0 / 1024, -1.0 / 64, 0), inward = Vec3(0.25, 1, 0).normalized();
   const Exit side{Vec3(-1, 0, 0), 1.0 / 1024};
   const auto hidden = hidden_foot(bodies(), 1, Vec3(0, x.y(), 0), side.normal);
@@ -140,8 +156,9 @@ TEST_F(Planks, ALowPointLeavesThemUpwards) {
   EXPECT_NEAR(way.depth, 1.0 / 64, 1e-15);
 }
 
-// Of a point below the planks: their tops are too far away.
-TEST_F(Planks, TheGroundBelowThemIsHiddenAndStaysTheWayOut) {
+// A point is below the planks and in the ground. The tops of the planks are too far away to leave by (more
+// than half the smallest size), so the exit stays that of the ground.
+TEST_F(InternalEdges, KeepTheExitOfTheGroundFarBelow) {
   const Vec3 x(-1, -1 - 1.0 / 64, 0), up(0, 1, 0);
   const Exit ground{up, 1.0 / 64};
   const auto hidden = hidden_foot(bodies(), 5, Vec3(-1, -1, 0), up);
@@ -151,7 +168,8 @@ TEST_F(Planks, TheGroundBelowThemIsHiddenAndStaysTheWayOut) {
   EXPECT_EQ(way.depth, 1.0 / 64);
 }
 
-TEST_F(Planks, APointAboveTheOneMeetsThePlaneOfBoth) {
+// The exit from a hidden rim, for a point outside, is the plane of the surface that both tops share.
+TEST_F(InternalEdges, APointAboveTheOneMeetsThePlaneOfBoth) {
   const Vec3 x(-0.25, 1.0 / 1024, 0);
   const HiddenFoot rim{Vec3(0, 0, 0), Vec3(0, 1, 0)};
   const Vec3 normal = x.normalized();
@@ -160,9 +178,9 @@ TEST_F(Planks, APointAboveTheOneMeetsThePlaneOfBoth) {
   EXPECT_EQ(way.depth, -1.0 / 1024);
 }
 
-// A point of a flat body that is level with both tops, and over the left one: it may slide onto the right
-// one. Beside both it does not.
-TEST_F(Planks, APointLevelWithBothFacesTheOtherPlank) {
+// A point of a flat body is level with both tops and over the left one: it faces the right plank, onto which
+// it may slide. A point beside both planks does not.
+TEST_F(InternalEdges, APointLevelWithBothFacesTheOtherPlank) {
   const auto plane_at = [&](const Vec3& x) {
     const Pose& pose = bodies().rigid.state[1].pose;
     return exposed_plane(bodies(), 1, pose, pose.to_body(x), pose.to_body(x + Vec3(0, 0.125, 0)),

@@ -1,4 +1,5 @@
-// What lies on its side touches at four points with the shares of an even line, whatever it lies on.
+// A body that lies on its side touches at four points whose load fractions make the forces and moments of an
+// even line load, whatever it lies on.
 #include "sim/contact/detection/line_contact.h"
 
 #include <cmath>
@@ -28,7 +29,7 @@ std::vector<scene::Shape> shapes() {
           {.kind = ShapeKind::capsule, .radius = 0.1, .length = 2 * half_length}};
 }
 
-// The points of each patch of the scene that are no samples.
+// Returns the contacts of each patch of the scene that are support points and no samples.
 std::map<int, std::vector<ContactPoint>> lines_in(const scene::Scene& scene) {
   test::ContactScene found(scene, 0.01);
   std::map<int, std::vector<ContactPoint>> lines;
@@ -37,9 +38,10 @@ std::map<int, std::vector<ContactPoint>> lines_in(const scene::Scene& scene) {
   return lines;
 }
 
-// Rounding of places up to 10 m off. Force and moments of even pressure, and the moment with which friction
-// brakes spinning: sums of the shares times 1, x, x^2 and |x|, with x along the line from its middle in half
-// lengths.
+// Expects that the load fractions of the four points have the moments of an even line load: with x along the
+// line from its middle, in half lengths, the means of 1, x, x^2 and |x| are 1, 0, 1/3 and 1/2. The means give
+// the force, the moments of even pressure, and the moment with which friction brakes spinning. The bounds are
+// rounding of places up to 10 m away.
 void expect_even_line(const std::vector<ContactPoint>& line, const std::string& name) {
   ASSERT_EQ(line.size(), 4U) << name;
   Vec3 middle = Vec3::Zero();
@@ -60,6 +62,8 @@ void expect_even_line(const std::vector<ContactPoint>& line, const std::string& 
   EXPECT_NEAR(lever, 1.0 / 2, 1e-14) << name;
 }
 
+// Cylinders and capsules on their sides have one patch of four points on every kind of flat support, whatever
+// their direction.
 TEST(LineContact, LiesOnFacesOfAllKinds) {
   for (const scene::Shape& shape : shapes())
     for (const Support support :
@@ -76,6 +80,7 @@ TEST(LineContact, LiesOnFacesOfAllKinds) {
       }
 }
 
+// In a groove the same body has a line contact with each side.
 TEST(LineContact, LiesOnBothSidesOfAGroove) {
   for (const scene::Shape& shape : shapes()) {
     scene::Scene scene;
@@ -93,6 +98,8 @@ TEST(LineContact, LiesOnBothSidesOfAGroove) {
   }
 }
 
+// There is no line contact if the body stands, tilts by 0.05 rad, or lies on a round body. A coin has at most
+// its rims and never four points.
 TEST(LineContact, IsNoneWhereTheBodyStandsTiltsOrLiesOnARoundOne) {
   const auto count = [](const scene::Shape& shape, const Quat& orientation, Support support, double above) {
     scene::Scene scene;
@@ -120,6 +127,7 @@ TEST(LineContact, IsNoneWhereTheBodyStandsTiltsOrLiesOnARoundOne) {
   for (const auto& [number, line] : lines_in(scene)) EXPECT_LT(line.size(), 4U);
 }
 
+// The numbers of the two inner points come after those of the ends, also against further faces of a mesh.
 TEST(LineContact, NumbersOfItsPointsAreTold) {
   const LevelSet pill = LevelSet::capsule(0.1, 1), ball = LevelSet::sphere(1);
   EXPECT_EQ(support_numbers(pill), 4);

@@ -13,6 +13,7 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
+// A rigid guest with samples 0.05 m apart.
 struct Guest {
   RigidProperties properties;
   Pose pose;
@@ -25,12 +26,13 @@ struct Guest {
   }
 };
 
+// A contact and its touch, as SampleCulling is asked about it.
 struct Asked {
   ContactPoint contact;
   Touch touch;
 };
 
-// Of the guest (body 1) on the ground (body 0).
+// Returns sample or support point `sample` of the guest (body 1) on the ground (body 0).
 Asked on_ground(const Guest& guest, int sample) {
   RigidProperties ground;
   ground.shape = LevelSet::half_space();
@@ -43,7 +45,7 @@ Asked on_ground(const Guest& guest, int sample) {
   return asked;
 }
 
-// With the guest's deepest points told.
+// Returns a SampleCulling that has recorded the support points of the guest.
 SampleCulling told(const Guest& guest) {
   SampleCulling deepest;
   for (int k = 0; k < support_point_count(guest.properties.shape); ++k) {
@@ -56,10 +58,11 @@ SampleCulling told(const Guest& guest) {
 const Quat upright(Eigen::AngleAxisd(EIGEN_PI / 2, Vec3::UnitX()));
 const LevelSet torus = LevelSet::torus(0.5, 0.1);
 
-// On the rim, at the angle p from the lowest point, the slope is sin(p / 2): above 0.02 from 2.3 degrees on;
-// within 5.7 degrees the point is nearer than a tenth of the radius anyway. So no sample counts, however the
-// wheel is turned.
-TEST(SampleCulling, CarryARollingWheelAlone) {
+// On the rim at the angle p from the lowest point, the slope up from the support point is sin(p / 2). It is
+// above the limit of 0.02 from 2.3 degrees on, and within 5.7 degrees the sample is nearer than a tenth of
+// the radius. So no sample of a wheel acts, however it is turned: a sample that takes load would brake the
+// rolling.
+TEST(SampleCulling, DropsAllSamplesOfARollingWheel) {
   for (int i = 0; i < 20; ++i) {
     const Quat turned = upright * Quat(Eigen::AngleAxisd(0.1 * i, Vec3::UnitY()));
     const Guest wheel(torus, Vec3(3, 0.6, 1), turned);
@@ -75,16 +78,18 @@ TEST(SampleCulling, CarryARollingWheelAlone) {
   }
 }
 
-TEST(SampleCulling, OfATorusThatLiesFlatCarryOnlyTheSamplesBesideThem) {
+// A torus that lies flat has one support point, which acts only for the samples within a tenth of the size.
+// The other samples of the circle must act, or the ring would tip over.
+TEST(SampleCulling, OnAFlatTorusDropsSamplesNearTheSupport) {
   const Guest ring(torus, Vec3(3, 0.1, 1));
   SampleCulling deepest = told(ring);
   const Vec3 lowest = on_ground(ring, -1).touch.position;
   int beside = 0, away = 0;
   for (int sample = 0; sample < static_cast<int>(ring.properties.samples.size()); ++sample) {
     const Asked asked = on_ground(ring, sample);
-    if (std::abs(asked.touch.gap) > 1e-12) continue;  // the circle of samples on which it lies
+    if (std::abs(asked.touch.gap) > 1e-12) continue;  // only the circle of samples on which it lies
     const double distance = (asked.touch.position - lowest).norm();
-    // A tenth of the arm, which is hypot(0.5, 0.1) long for all of them.
+    // The limit is a tenth of the distance from the center of mass, hypot(0.5, 0.1) for all of them.
     const bool is_beside = distance < 0.1 * std::hypot(0.5, 0.1);
     (is_beside ? beside : away) += 1;
     EXPECT_EQ(deepest.carry_for(asked.contact, asked.touch), is_beside) << distance;
@@ -93,7 +98,9 @@ TEST(SampleCulling, OfATorusThatLiesFlatCarryOnlyTheSamplesBesideThem) {
   EXPECT_GT(away, 50);
 }
 
-TEST(SampleCulling, CarryOnlyForTheirHostAndNormal) {
+// A support point acts for samples with the same host and a normal within 11.5 degrees of its own. It does
+// not act for other hosts, other sides, or points of deformable bodies.
+TEST(SampleCulling, NeedsTheSameHostAndNormal) {
   const Guest wheel(torus, Vec3(0, 0.6, 0), upright);
   SampleCulling deepest = told(wheel);
   Asked beside = on_ground(wheel, -1);
@@ -119,8 +126,9 @@ TEST(SampleCulling, CarryOnlyForTheirHostAndNormal) {
   EXPECT_FALSE(SampleCulling().carry_for(beside.contact, beside.touch)) << "nothing was told";
 }
 
-// A sample that lies lower than the deepest point (its steps do not find it on every host) counts.
-TEST(SampleCulling, DoNotCarryForSamplesThatAreDeeper) {
+// A sample that is deeper than the support point acts. It can be: the fixed-point steps do not find the
+// support point on every host.
+TEST(SampleCulling, KeepsSamplesDeeperThanTheSupportPoint) {
   const Guest wheel(torus, Vec3(0, 0.6, 0), upright);
   SampleCulling deepest = told(wheel);
   Asked deeper = on_ground(wheel, -1);

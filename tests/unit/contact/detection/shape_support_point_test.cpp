@@ -17,8 +17,9 @@ using test::random_rotation;
 using test::random_vector;
 constexpr double pi = std::numbers::pi;
 
-// The lowest point towards `down` (unit) of the ball, of an end (`side` +-1) of the capsule, of a rim of the
-// cylinder, of the torus; nothing where a whole circle lies nearly as low, so that rounding chooses of it.
+// Returns the point of a shape that is lowest in the direction `down` (unit): of a ball, of an end of a
+// capsule or a rim of a cylinder (`side` is +1 or -1), or of a torus. Returns nothing if a whole circle is
+// nearly as low, so that rounding chooses one of its points.
 std::optional<Vec3> lowest_point(const LevelSet& shape, double side, const Pose& pose, const Vec3& down) {
   const Vec3 axis = pose.orientation * Vec3::UnitY();
   const Vec3 across = down - down.dot(axis) * axis;
@@ -31,8 +32,9 @@ std::optional<Vec3> lowest_point(const LevelSet& shape, double side, const Pose&
   return end + shape.radius * across.normalized() + (is_rim ? 0 : shape.tube) * down;
 }
 
-// Rounding: a dozen operations on numbers up to 5, and up to 1 / 0.05 times as much in the direction of a
-// short projection.
+// Over a plane, the support points are the lowest points, at any position and orientation. The bounds are
+// rounding of a dozen operations on numbers up to 5, and 1 / 0.05 times as much in the direction of a short
+// projection.
 TEST(ShapeSupportPoint, OverAPlaneIsTheLowestPointAtAnyOrientation) {
   std::mt19937 random(1);
   RigidProperties ground, guest;
@@ -59,9 +61,10 @@ TEST(ShapeSupportPoint, OverAPlaneIsTheLowestPointAtAnyOrientation) {
       }
     }
   }
-  EXPECT_GT(told, 2300);  // of 2400: one in 800 directions is that steep
+  EXPECT_GT(told, 2300);  // one in 800 directions is within the limit of lowest_point()
 }
 
+// If a whole circle is lowest, any point of it may be the support point, but it has to be on the circle.
 TEST(ShapeSupportPoint, OfCirclesThatLieFlatIsAnyOfThem) {
   const LevelSet ground = LevelSet::half_space();
   const Pose pose{Vec3(3, 2, 1), Quat::Identity()};
@@ -73,7 +76,8 @@ TEST(ShapeSupportPoint, OfCirclesThatLieFlatIsAnyOfThem) {
   EXPECT_EQ(support_point(can, 1, pose, ground).position.y(), 1);
 }
 
-// A radius in, under balls and tubes; under rims a quarter of the least size, halfway between cap and side.
+// Inner points lie a radius deep under balls and tubes. Under rims they lie a quarter of the smallest size
+// in, halfway between cap and side: 0.125 sqrt(1/2) deep here.
 TEST(ShapeSupportPoint, InnerPointsLieSomeWayIn) {
   std::mt19937 random(2);
   const LevelSet can = LevelSet::cylinder(0.6, 0.5), ring = LevelSet::torus(0.8, 0.3),
@@ -87,17 +91,18 @@ TEST(ShapeSupportPoint, InnerPointsLieSomeWayIn) {
     };
     expect_depth(ring, 0, 0.3);
     for (const int k : {0, 1}) expect_depth(can, k, 0.125 * std::sqrt(0.5));
-    // The ball at the upper end of a capsule is lowest inside of it.
+    // The end ball that is higher has its lowest point inside of the capsule, and is left out.
     expect_depth(pill, (pose.orientation * Vec3::UnitY()).y() < 0 ? 0 : 1, 0.3);
   }
 }
 
+// Boxes and half spaces touch with samples and feature edges, and have no support points.
 TEST(ShapeSupportPoint, ShapesWithEdgesHaveNone) {
   EXPECT_EQ(support_point_count(LevelSet::box(Vec3(1, 1, 1))), 0);
   EXPECT_EQ(support_point_count(LevelSet::half_space()), 0);
 }
 
-// The least distance of 10^4 points of the torus from the host.
+// Returns the smallest distance (m) of 10^4 points of the torus from the host.
 double min_distance(const LevelSet& torus, const Pose& pose, const LevelSet& host) {
   double least = 1e9;
   for (int i = 0; i < 100; ++i)
@@ -110,9 +115,10 @@ double min_distance(const LevelSet& torus, const Pose& pose, const LevelSet& hos
   return least;
 }
 
-// To rounding: over a face the steps are exact, and on a ball the first one is, in the plane through the axis
-// of the torus and the middle of the ball. The point is on the surface, so nothing can be deeper than the
-// deepest of all points but by the same rounding.
+// No point of a torus is deeper in a box or a ball than its support point, but for rounding. Over a face the
+// fixed-point steps are exact; on a ball the first one is, in the plane through the axis of the torus and the
+// center of the ball. The support point lies on the torus, so it cannot be deeper than the deepest of all
+// points either.
 class TorusOn : public testing::TestWithParam<const char*> {};
 
 TEST_P(TorusOn, NoPointIsDeeper) {
@@ -123,7 +129,7 @@ TEST_P(TorusOn, NoPointIsDeeper) {
   int tried = 0;
   while (tried < 60) {
     Pose pose{2 * random_vector(random), random_rotation(random)};
-    if (!on_ball) pose.position.y() += 3.2;  // overlaps by 0.1 at most, over the middle of the face
+    if (!on_ball) pose.position.y() += 3.2;  // overlaps by 0.1 m at most, over the middle of the face
     if (on_ball) {
       const Vec3 axis = pose.orientation * Vec3::UnitY();
       const double off_axis = (pose.position - pose.position.dot(axis) * axis).norm();
@@ -136,12 +142,12 @@ TEST_P(TorusOn, NoPointIsDeeper) {
   }
 }
 
-// "pin": the middle of the ball lies inside the hole, seen along the axis.
+// In the case "pin" the center of the ball lies in the hole of the torus, as seen along its axis.
 INSTANTIATE_TEST_SUITE_P(Hosts, TorusOn, testing::Values("box", "ball", "pin"),
                          [](const auto& host) { return host.param; });
 
-// On a ball the first step is exact for rims too, whose middles it starts from. The later ones take the
-// normal beneath the rim and would lead to its far side where the ball is small.
+// On a ball the first step is exact for rims too, from whose center it starts. The later steps take the
+// normal below the rim, and around a small ball would lead to its far side: the best of all steps counts.
 TEST(ShapeSupportPoint, OfARimOverABallIsItsNearestPoint) {
   const LevelSet can = LevelSet::cylinder(0.8, 0.6), ball = LevelSet::sphere(0.4);
   std::mt19937 random(5);
@@ -161,10 +167,11 @@ TEST(ShapeSupportPoint, OfARimOverABallIsItsNearestPoint) {
   }
 }
 
-// On hosts that curve, or whose nearest point moves along an edge, every step brings the direction nearer. At
-// the distance D a ring of radius R sees normals that differ by R / D at most, or, where they lie aslant to
-// its plane, twice that of their part in it: 0.22 here. After four steps the angle is off by 0.22^4, and the
-// gap by R times half its square, 6e-7 m. Of 10^4 points of the ring the best is off by less than 1e-8 m.
+// On hosts that curve, or whose nearest point moves along an edge, every step brings the direction nearer by
+// a factor. At the distance D a ring with the radius R sees normals that differ by R / D at most, or by up to
+// twice that of their component in its plane if they are slanted: 0.22 here. After four steps the angle is
+// off by 0.22^4 and the gap by R / 2 times its square, 6e-7 m, below the bound of 1e-6 m. The best of 10^4
+// points of the ring is off by less than 1e-8 m.
 TEST(ShapeSupportPoint, OnCurvedHostsTheStepsConverge) {
   const LevelSet ring = LevelSet::torus(0.2, 0.05);
   std::mt19937 random(4);

@@ -16,8 +16,8 @@
 namespace duet::support_face_contacts_test {
 namespace {
 
-// A ball and a soft box of cells of 1 m about the origin, 2 m wide: its points are a quarter of an edge
-// apart.
+// Returns a ball and a soft box of 2 m about the origin. Its cells are 1 m wide, and its surface points a
+// quarter of an edge apart.
 scene::Scene ball_and_block(double radius) {
   scene::Scene scene = test::free_space();
   test::add_ball(scene, "ball", Vec3(0, 9, 0), radius, 10);
@@ -25,6 +25,7 @@ scene::Scene ball_and_block(double radius) {
   return scene;
 }
 
+// A scene of a rigid host (body 0) and a soft guest, and the searches on it.
 class Places {
  public:
   explicit Places(const scene::Scene& scene) : simulation_(scene, test::plan(scene)) {}
@@ -48,7 +49,8 @@ class Places {
     find_support_face_contacts(bodies(), bodies().deformable[0], bounds[0], 0, margin, found);
     return found;
   }
-  // m, of places in the body, looked at on a lattice of each face.
+  // Returns the depth (m) of the deepest place of the guest in the host, from a lattice of 40 divisions on
+  // each face.
   double deepest_place() {
     constexpr int order = 40;
     double least = 0;
@@ -63,7 +65,7 @@ class Places {
     }
     return -least;
   }
-  // m, of surface points.
+  // Returns the depth (m) of the deepest surface point.
   double deepest_surface_point() {
     double least = 0;
     for (const SurfacePoint& point : bodies().points)
@@ -75,10 +77,11 @@ class Places {
   Simulation simulation_;
 };
 
-// The body sinks into any place of a crumpled block, at any orientation, by up to a fiftieth of its size.
-// What contact sees is no less than what the lattice finds: along edges it misses (precision of the place)^2
-// / (2 radius) < 1e-4 m.
-TEST(DeepestInFaces, AndEdgesAndPointsShowAllThatOverlaps) {
+// Round bodies sink into random places of a crumpled block, at any orientation, by up to a fiftieth of their
+// size. The reported penetration is no less than that on a dense lattice, to 1e-4 m: along edges the search
+// may miss (precision of the place)^2 / (2 radius). In at least 30 cases the surface points alone show less
+// by a millimeter.
+TEST(SupportFaceContacts, WithEdgesAndPointsShowEveryOverlap) {
   Places places(ball_and_block(0.1));
   std::mt19937 random(3);
   std::uniform_real_distribution<double> uniform(0, 1);
@@ -106,7 +109,7 @@ TEST(DeepestInFaces, AndEdgesAndPointsShowAllThatOverlaps) {
       places.pose().position =
           (1 - u - v) * a + u * b + v * c - depth * n - places.pose().orientation * lowest;
       const double deepest = places.deepest_place();
-      if (deepest > 0.05 * shape.min_size()) continue;  // in other faces beside a fold
+      if (deepest > 0.05 * shape.min_size()) continue;  // it is deeper in other faces beside a fold
       ++told;
       between_points += deepest > places.deepest_surface_point() + 1e-3;
       EXPECT_GT(max_penetration(places.bodies(), {}), deepest - 1e-4)
@@ -117,8 +120,9 @@ TEST(DeepestInFaces, AndEdgesAndPointsShowAllThatOverlaps) {
   EXPECT_GT(between_points, 30);
 }
 
-// Right below the face, on the surface of the body, at its normal there, and each with a number of its own.
-TEST(DeepestInFaces, AreOnTheSurfaceOfTheirBody) {
+// Each contact is on the surface of its host, opposite its place in the face, at the normal of the host
+// there, and has a number of its own after those of the corners.
+TEST(SupportFaceContacts, AreOnTheSurfaceOfTheirBody) {
   Places places(ball_and_block(0.1));
   std::mt19937 random(11);
   for (Vec3& x : places.bodies().particles.x) x += 0.05 * test::random_vector(random);
@@ -153,7 +157,9 @@ TEST(DeepestInFaces, AreOnTheSurfaceOfTheirBody) {
   EXPECT_GT(told, 250);
 }
 
-TEST(DeepestInFaces, TouchAtOnePlaceAboveEdgesOfAPlane) {
+// A ball over a face, an edge or a particle of a plane touches at one place. A contact for each of the faces
+// around would push with several times the force. There is none out of reach, too deep, or beside the block.
+TEST(SupportFaceContacts, TouchAtOnePlaceAboveEdgesOfAPlane) {
   const double radius = 0.1, depth = 0.002;
   Places places(ball_and_block(radius));
   for (const Vec3& x : {Vec3(0.31, 1, 0.12), Vec3(0.5, 1, 0), Vec3(0.5, 1, 0.5), Vec3(0, 1, 0)}) {
@@ -176,8 +182,9 @@ TEST(DeepestInFaces, TouchAtOnePlaceAboveEdgesOfAPlane) {
   EXPECT_TRUE(is_none(Vec3(1.005, 1 + radius - depth, 0)));    // beside the block
 }
 
-// Between points of a fine face a large ball lies no deeper than a four-hundredth of its size.
-TEST(DeepestInFaces, AreLeftOutWherePointsLieDense) {
+// Between the points of a fine face a large ball is less than a four-hundredth of its size deeper than at the
+// points (apart^2 / (8 radius)), so the search is left out. For a cylinder it never is.
+TEST(SupportFaceContacts, AreSkippedWherePointsAreDense) {
   const double apart = std::sqrt(2) / 4, radius = 2;
   Places places(ball_and_block(radius));
   places.pose().position = Vec3(0.31, 1 + radius - 1e-3, 0.12);
@@ -188,9 +195,9 @@ TEST(DeepestInFaces, AreLeftOutWherePointsLieDense) {
   EXPECT_TRUE(is_coarse_for(LevelSet::cylinder(radius, radius), apart));
 }
 
-// A cylinder lies on its side on the block: each rim touches, at the side's normal, and with a number of its
-// own. It stands on it: one rim touches anywhere.
-TEST(DeepestInFaces, TouchWithTheRimsOfACylinder) {
+// A cylinder that lies on its side on the block touches with each rim, at the normal of its side and with a
+// number of its own. One that stands on the block touches with one rim, at any of its points.
+TEST(SupportFaceContacts, TouchWithTheRimsOfACylinder) {
   Places places(ball_and_block(0.1));
   places.host().shape = LevelSet::cylinder(0.2, 0.3);
   places.host().feature_edges = find_feature_edges(places.host().shape, 0.1);
@@ -215,7 +222,9 @@ TEST(DeepestInFaces, TouchWithTheRimsOfACylinder) {
   EXPECT_NEAR(standing[0].edge.foot.y(), -0.15, 1e-15);
 }
 
-TEST(DeepestInFaces, TouchEitherSideOfASheet) {
+// A sheet touches from either side. The distance is that of the ball from its middle surface; contact
+// accounts for the thickness with the contact offset.
+TEST(SupportFaceContacts, TouchEitherSideOfASheet) {
   scene::Scene scene = test::free_space();
   test::add_ball(scene, "ball", Vec3(0, 9, 0), 0.1, 10);
   test::add_material(scene, "canvas");

@@ -17,7 +17,7 @@
 namespace duet::vertex_face_contacts_test {
 namespace {
 
-// A cube and a soft box of cells of 1 m about the origin, 2 m wide.
+// Returns a cube and a soft box of 2 m about the origin, with cells of 1 m.
 scene::Scene cube_and_block() {
   scene::Scene scene = test::free_space();
   test::add_box(scene, "cube", Vec3(0, 9, 0), Vec3::Constant(0.4), 10);
@@ -25,11 +25,12 @@ scene::Scene cube_and_block() {
   return scene;
 }
 
+// A scene of a rigid host (body 0) and a soft guest, and the search for vertex-face contacts on it.
 class Corners {
  public:
   explicit Corners(const scene::Scene& scene) : simulation_(scene, test::plan(scene)) {}
   Bodies& bodies() { return simulation_.world().bodies; }
-  // Has the first corner of body 0 be at x, and the body lie in the direction `inward` from there.
+  // Moves body 0 such that its first corner is at `x` and the body lies in the direction `inward` from there.
   void put(const Vec3& x, const Vec3& inward) {
     const FeatureEdges& feature_edges = bodies().rigid.properties[0].feature_edges;
     const auto node = static_cast<std::size_t>(feature_edges.corners[0]);
@@ -44,8 +45,9 @@ class Corners {
     find_vertex_face_contacts(bodies(), bodies().deformable[0], bounds[0], 0, margin, scratch_, found);
     return found;
   }
-  // Of a place, in the world.
+  // Returns the normal of a contact in the world.
   Vec3 normal(const EdgeContact& near) { return bodies().rigid.state[0].pose.orientation * near.edge.normal; }
+  // Returns the place of a contact on its face, m, world.
   Vec3 surface_point(const EdgeContact& near) {
     const Triangle& face = bodies().triangles[static_cast<std::size_t>(near.edge.face)];
     Vec3 x = Vec3::Zero();
@@ -59,7 +61,9 @@ class Corners {
   VertexSearches scratch_;
 };
 
-TEST(CornersInFaces, TouchTheFaceBelowThem) {
+// A corner above, on and below a face has its distance from the face, its place below it and the normal of
+// the face; the bounds are rounding.
+TEST(VertexFaceContacts, TouchTheFaceBelowThem) {
   Corners corners(cube_and_block());
   EXPECT_TRUE(has_vertex_face_contacts(corners.bodies().deformable[0],
                                        corners.bodies().rigid.properties[0].feature_edges));
@@ -70,7 +74,7 @@ TEST(CornersInFaces, TouchTheFaceBelowThem) {
     ASSERT_EQ(found.size(), 1U);
     EXPECT_EQ(found[0].node, 0);
     EXPECT_NEAR(found[0].distance, height, 1e-14);
-    EXPECT_LT((corners.normal(found[0]) + Vec3::UnitY()).norm(), 1e-12);  // out of the cube
+    EXPECT_LT((corners.normal(found[0]) + Vec3::UnitY()).norm(), 1e-12);  // outward of the cube
     EXPECT_LT((corners.surface_point(found[0]) - Vec3(0.31, 1, -0.17)).norm(), 1e-14);
     const Pose& pose = corners.bodies().rigid.state[0].pose;
     EXPECT_LT((pose.to_world(found[0].edge.foot) - x).norm(), 1e-14);
@@ -78,8 +82,9 @@ TEST(CornersInFaces, TouchTheFaceBelowThem) {
   }
 }
 
-// Where the cube stands on a face that leans by 3 degrees, all corners touch along the cube's own normal.
-TEST(CornersInFaces, TouchAlongTheNormalOfAFaceThatLiesFlat) {
+// The cube stands on a face that leans by 3 degrees. All its corners touch along the cube's own normal: with
+// the normal of the face, contacts with nearly equal normals would make the problem ill-conditioned.
+TEST(VertexFaceContacts, UseTheHostsNormalOnFacesThatLieFlat) {
   Corners corners(cube_and_block());
   for (Vec3& x : corners.bodies().particles.x) x.y() += 0.05 * x.x();
   Pose& pose = corners.bodies().rigid.state[0].pose;
@@ -89,11 +94,12 @@ TEST(CornersInFaces, TouchAlongTheNormalOfAFaceThatLiesFlat) {
   ASSERT_EQ(found.size(), 4U);
   for (const EdgeContact& near : found) {
     EXPECT_LT((corners.normal(near) + Vec3::UnitY()).norm(), 1e-14);
-    EXPECT_NEAR(std::abs(near.distance), 0.05 * 0.2, 1e-4);  // two above, two below
+    EXPECT_NEAR(std::abs(near.distance), 0.05 * 0.2, 1e-4);  // two corners are above the face, two below
   }
 }
 
-TEST(CornersInFaces, DoNotTouchWhatTheyPointAwayFromOrAreBeside) {
+// Corners out of reach, too deep, inside of the other body or beside it have no contact with a face.
+TEST(VertexFaceContacts, IgnoreFacesBesideOrBehindThem) {
   Corners corners(cube_and_block());
   const auto is_none = [&](const Vec3& x, const Vec3& inward) {
     corners.put(x, inward);
@@ -106,9 +112,9 @@ TEST(CornersInFaces, DoNotTouchWhatTheyPointAwayFromOrAreBeside) {
   EXPECT_TRUE(is_none(Vec3(1.005, 1.004, 0), Vec3(1, 1, 0).normalized()));  // at its rim, askew
 }
 
-// Rounding decides which face is nearest where corners lie on corners, as between boxes that are stacked;
-// which of them touches it must not.
-TEST(CornersInFaces, OnACornerTouchTheFaceThatTheirBodyIsAbove) {
+// A corner of the cube is at a corner of the block, as between stacked boxes. Rounding decides which of the
+// block's faces is nearest, but the contact is always with the face that the cube is above.
+TEST(VertexFaceContacts, AtACornerUseTheFaceBelowTheirBody) {
   Corners corners(cube_and_block());
   const Vec3 corner(1, 1, 1), inward = Vec3(-1, 1, -1).normalized();
   std::mt19937 random(7);
@@ -120,10 +126,11 @@ TEST(CornersInFaces, OnACornerTouchTheFaceThatTheirBodyIsAbove) {
   }
 }
 
-// The tube of a ring lies on the block's top: its samples touch, along its own normals.
-TEST(CornersInFaces, SoDoBulges) {
-  const double tube = 0.2, depth = 0.01,
-               margin = 0.004;  // its next rows are 11 degrees up, those after them above the margin
+// The convex vertices of a mesh touch like corners: the tube of a ring lies on the top of the block, and its
+// vertices below the margin touch along their own normals.
+TEST(VertexFaceContacts, ConvexVerticesTouchAsCorners) {
+  // The rows of vertices next to the lowest one are 11 degrees up; those after them are above the margin.
+  const double tube = 0.2, depth = 0.01, margin = 0.004;
   scene::Scene scene = cube_and_block();
   scene.rigid.clear();
   test::add_mesh(scene, "ring", std::make_shared<TriangleMesh>(test::torus_mesh(0.5, tube, 64, 32)), 1, 1);
@@ -144,16 +151,18 @@ TEST(CornersInFaces, SoDoBulges) {
     EXPECT_LT((corners.surface_point(near) - Vec3(x.x(), 1, x.z())).norm(), 1e-12);
     const Vec3 from_axis = x - pose.position, flat(from_axis.x(), 0, from_axis.z());
     const Vec3 normal = (from_axis - 0.5 * flat.normalized()).normalized();
-    EXPECT_LT((corners.normal(near) - normal).norm(), 0.1);  // to what the facets of the mesh turn by
+    EXPECT_LT((corners.normal(near) - normal).norm(), 0.1);  // the facets of the mesh turn by as much
     EXPECT_LT(near.distance, margin);
   }
   EXPECT_GT(found.size(), 10U);
   EXPECT_EQ(found, expected);
 }
 
-// The block is crumpled; the corner lies anywhere near its boundary, above faces, edges and particles. On
-// which side it is, tetrahedra tell.
-TEST(CornersInFaces, KnowHowFarTheyAreFromABoundaryOfAnyShape) {
+// The block is crumpled, and the corner of the cube is anywhere near its boundary: above faces, edges and
+// particles. The sign of the distance is compared with a test of all tetrahedra, and its size with the
+// nearest point of all triangles. At edges and particles the distance along the normal is less than the
+// length, but at least 0.9 * 0.94 of it.
+TEST(VertexFaceContacts, HaveTheDistanceFromAnyBoundary) {
   Corners corners(cube_and_block());
   Bodies& bodies = corners.bodies();
   std::mt19937 random(5);
@@ -197,7 +206,9 @@ TEST(CornersInFaces, KnowHowFarTheyAreFromABoundaryOfAnyShape) {
   EXPECT_GT(outside, 100);
 }
 
-TEST(CornersInFaces, TouchEitherSideOfASheetAndNothingBesideIt) {
+// A corner touches a sheet from either side, on the side from which its body comes even if it has passed
+// through, and touches nothing beside it.
+TEST(VertexFaceContacts, TouchBothSidesOfASheetNotBesideIt) {
   scene::Scene scene = test::free_space();
   test::add_box(scene, "cube", Vec3(0, 9, 0), Vec3::Constant(0.4), 10);
   test::add_material(scene, "canvas");

@@ -16,14 +16,16 @@ using Flags = std::vector<char>;
 
 const Vec3 gravity(0, -9.8, 0), up(0, 1, 0), sideways(1, 0, 0);
 
+// Builds the contact graph for the gravity `g` (m/s^2).
 ContactGraph graph_of(const Bodies& bodies, ContactSet& contacts, const Vec3& g = gravity) {
   ContactGraph graph;
   build_contact_graph(bodies, g, true, contacts, graph);
   return graph;
 }
 
-// Named from the top down, so that no order of the list gives the levels.
-TEST(ContactGraph, ATowerHasALevelAStorey) {
+// In a tower every box is one level above the one below. The boxes are listed from the top down, so that no
+// order of the list gives the levels.
+TEST(ContactGraph, EveryBoxOfATowerHasALevelOfItsOwn) {
   scene::Scene scene = test::on_ground();
   for (int i = 0; i < 5; ++i)
     test::add_box(scene, "box" + std::to_string(i), Vec3(0, 4.5 - i, 0), Vec3(1, 1, 1), 1);
@@ -33,7 +35,8 @@ TEST(ContactGraph, ATowerHasALevelAStorey) {
   EXPECT_EQ(tower.graph.island, (Levels{0, 0, 0, 0, 0, 5}));
 }
 
-// 0 leans on 1, 1 on 2 and 2 on 0; 2 also stands on the ground (4), and 3 on 1.
+// Body 0 leans on 1, 1 on 2 and 2 on 0; body 2 also stands on the ground (4), and 3 on 1. The ring is one
+// strongly connected component and shares a level.
 TEST(ContactGraph, ARingOfBodiesThatSupportEachOtherSharesALevel) {
   const Bodies bodies = loose_bodies(5, {4});
   const Vec3 slope = Vec3(1, 0.5, 0).normalized();
@@ -55,8 +58,9 @@ TEST(ContactGraph, ARingOfBodiesThatSupportEachOtherSharesALevel) {
   EXPECT_EQ(pair_levels, (Levels{1, 1, 1, 2, 1}));
 }
 
-// The ring 1, 2, 3 on top of 0, which stands on the ground (6); 4 and 5 make a ring on top of that one.
-TEST(ContactGraph, RingsRankAboveWhatCarriesThem) {
+// The ring 1, 2, 3 is on top of 0, which stands on the ground (6). Bodies 4 and 5 make a ring on top of that
+// one.
+TEST(ContactGraph, RingsAreOneLevelAboveTheirSupport) {
   const Bodies bodies = loose_bodies(7, {6});
   const Vec3 slope = Vec3(1, 0.5, 0).normalized();
   ContactSet contacts;
@@ -73,8 +77,9 @@ TEST(ContactGraph, RingsRankAboveWhatCarriesThem) {
   EXPECT_EQ(graph.supported, (Flags{1, 1, 1, 1, 1, 1, 1}));
 }
 
-// A level is the longest way down, not the shortest: 2 stands on the ground and on 1.
-TEST(ContactGraph, LevelsFollowTheLongestWay) {
+// A level is the longest chain of supports down to the ground and not the shortest: body 2 stands on the
+// ground and on 1.
+TEST(ContactGraph, LevelsFollowTheLongestPath) {
   const Bodies bodies = loose_bodies(4, {3});
   ContactSet contacts;
   add_pair(contacts, 2, 3, -up);  // the ground as guest
@@ -84,6 +89,8 @@ TEST(ContactGraph, LevelsFollowTheLongestWay) {
   EXPECT_EQ(graph_of(bodies, contacts).level, (Levels{1, 2, 3, 0}));
 }
 
+// A body is supported only if a chain of contacts against gravity leads down to a static body. Bodies on a
+// falling body, below a static one or beside it are not, and shock propagation must not act on them.
 TEST(ContactGraph, WhatHangsFreeIsNotSupported) {
   const Bodies bodies = loose_bodies(5, {4});
   ContactSet contacts;
@@ -95,7 +102,7 @@ TEST(ContactGraph, WhatHangsFreeIsNotSupported) {
   EXPECT_EQ(graph.supported, (Flags{0, 0, 0, 0, 1}));
 }
 
-// From a slope of a tenth on, a contact carries.
+// A contact supports if the vertical component of its normal is at least a tenth: 0.09 does not, 0.11 does.
 TEST(ContactGraph, WallsCarryFromASlopeOfATenthOn) {
   const Bodies bodies = loose_bodies(3, {2});
   ContactSet contacts;
@@ -104,6 +111,8 @@ TEST(ContactGraph, WallsCarryFromASlopeOfATenthOn) {
   EXPECT_EQ(graph_of(bodies, contacts).supported, (Flags{0, 1, 1}));
 }
 
+// Without gravity no body supports another. A changed gravity changes supports, because the graph follows its
+// direction.
 TEST(ContactGraph, WithoutGravityNothingRestsOnAnything) {
   const Bodies bodies = loose_bodies(3, {2});
   ContactSet contacts;
@@ -112,25 +121,27 @@ TEST(ContactGraph, WithoutGravityNothingRestsOnAnything) {
   const ContactGraph graph = graph_of(bodies, contacts, Vec3::Zero());
   EXPECT_EQ(graph.level, (Levels{1, 1, 0}));
   EXPECT_EQ(graph.supported, (Flags{0, 0, 1}));
-  // Along another gravity the same pairs are walls, or ceilings.
+  // Along another gravity the same contacts are walls or ceilings.
   EXPECT_EQ(graph_of(bodies, contacts, Vec3(3, 0, 0)).supported, (Flags{0, 0, 1}));
   EXPECT_EQ(graph_of(bodies, contacts, Vec3(0, 5, 0)).level, (Levels{2, 1, 0}));
 }
 
+// Kinematic bodies have level 0 and support others, and join no islands.
 TEST(ContactGraph, KinematicBodiesCarryLikeStaticOnes) {
   Bodies bodies = loose_bodies(4, {2, 3});
   bodies.rigid.properties[2].is_kinematic = true;
   ContactSet contacts;
   add_pair(contacts, 2, 0, up);
   add_pair(contacts, 3, 1, up);
-  add_pair(contacts, 3, 2, up);  // that the kinematic body stands on something does not matter
+  add_pair(contacts, 3, 2, up);  // a kinematic body that stands on something stays at level 0
   const ContactGraph graph = graph_of(bodies, contacts);
   EXPECT_EQ(graph.level, (Levels{1, 1, 0, 0}));
   EXPECT_EQ(graph.supported, (Flags{1, 1, 1, 1}));
   EXPECT_EQ(graph.island, (Levels{0, 1, 2, 3}));
 }
 
-// Found from either body's side, the contact that overlaps most says which way a pair leans.
+// The contacts of a pair can be found from either body. The one that overlaps most says which body supports
+// the other.
 TEST(ContactGraph, TheDeepestContactOfAPairDecides) {
   const Bodies bodies = loose_bodies(3, {2});
   ContactSet contacts;
@@ -140,20 +151,20 @@ TEST(ContactGraph, TheDeepestContactOfAPairDecides) {
   ContactPoint reversed = contacts.points.back();
   reversed.host = 1;
   reversed.guest_rigid = 0;
-  reversed.normal = -up;  // of body 1, down to body 0
+  reversed.normal = -up;  // outward of body 1, down to body 0
   reversed.gap = -0.02;
   contacts.points.push_back(reversed);
   pair.end = 3;
   EXPECT_EQ(graph_of(bodies, contacts).level, (Levels{1, 2, 0}));
-  contacts.points[2].gap = 0.02;  // now the wall is nearer
+  contacts.points[2].gap = 0.02;  // the contact with the horizontal normal is now the nearer one
   EXPECT_EQ(graph_of(bodies, contacts).level, (Levels{1, 1, 0}));
   contacts.points[2].gap = -0.02;
-  contacts.points[2].normal = up;  // body 0 on body 1: a ring with nothing but body 0 on the ground
+  contacts.points[2].normal = up;  // body 0 now rests on body 1
   EXPECT_EQ(graph_of(bodies, contacts).level, (Levels{2, 1, 0}));
 }
 
-// Towers 0, 1 and 2, 3 on the ground (5); the bridge 4.
-TEST(ContactGraph, TowersOnOneGroundAreIslandsUntilABridgeJoinsThem) {
+// Bodies 0, 1 and 2, 3 are towers on the ground (5), which joins no islands. Body 4 is a bridge that does.
+TEST(ContactGraph, TowersAreIslandsUntilABridgeJoinsThem) {
   const Bodies bodies = loose_bodies(6, {5});
   ContactSet contacts;
   add_pair(contacts, 5, 0, up);
@@ -174,6 +185,7 @@ TEST(ContactGraph, TowersOnOneGroundAreIslandsUntilABridgeJoinsThem) {
   EXPECT_EQ(joined.level, (Levels{1, 2, 1, 2, 3, 0}));
 }
 
+// Each pair is listed for both of its bodies.
 TEST(ContactGraph, ListsThePairsOfEveryBody) {
   const Bodies bodies = loose_bodies(4, {3});
   ContactSet contacts;
@@ -193,6 +205,7 @@ TEST(ContactGraph, ListsThePairsOfEveryBody) {
   EXPECT_EQ(pairs_of(3), (Levels{0, 2}));
 }
 
+// Without the effect of rigid contact, rigid pairs are inactive and neither support nor join bodies.
 TEST(ContactGraph, WithoutTheEffectRigidPairsAreLeftOut) {
   const Bodies bodies = loose_bodies(3, {2});
   ContactSet contacts;

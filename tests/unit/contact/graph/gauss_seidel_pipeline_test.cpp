@@ -11,12 +11,13 @@ using test::random_crowd;
 
 constexpr int to_the_end = 1000;  // sweeps
 
-class SweepPipelines : public testing::Test {
+// Restores the default number of threads after each test.
+class GaussSeidelPipeline : public testing::Test {
  protected:
   ~SweepPipelines() override { set_thread_count(0); }
 };
 
-// For the number of threads that there is when it is made.
+// A crowd with its coloring and its pipeline, built for the present number of threads.
 struct Sweeps {
   Crowd crowd;
   PairColoring schedule;
@@ -28,9 +29,10 @@ struct Sweeps {
   }
 };
 
-// A crowd in a row, so that threads share few bodies; the bodies are all in one place; and few pairs a
-// thread.
-TEST_F(SweepPipelines, GiveTheBitsOfOneSweepAfterTheOtherOnAnyNumberOfThreads) {
+// Parallel sweeps give the same bits as sequential ones, on any number of threads. The crowds are a row, in
+// which threads share few bodies; bodies that are all in one place; and few pairs for each thread.
+// Crowd::mix() depends on the order of visits, so a pair that is visited too early shows.
+TEST_F(GaussSeidelPipeline, HasTheBitsOfSequentialSweeps) {
   for (const auto& [pairs, in_a_row] : {std::pair(900, true), {900, false}, {70, true}})
     for (const int threads : {1, 2, 3, 7}) {
       set_thread_count(threads);
@@ -54,8 +56,8 @@ TEST_F(SweepPipelines, GiveTheBitsOfOneSweepAfterTheOtherOnAnyNumberOfThreads) {
     }
 }
 
-// A hundred short runs, as a time step makes them, each of which begins anew.
-TEST_F(SweepPipelines, BeginAnewWithEveryRun) {
+// A hundred short runs follow each other as in time steps, and each starts from a clean state.
+TEST_F(GaussSeidelPipeline, StartsEveryRunAfresh) {
   set_thread_count(2);
   const Sweeps sweeps(random_crowd(25, 200, 400));
   std::vector<double> expected = sweeps.crowd.numbers(), value = expected;
@@ -66,8 +68,9 @@ TEST_F(SweepPipelines, BeginAnewWithEveryRun) {
   EXPECT_EQ(value, expected);
 }
 
-// Every sweep a pair returns half of what it did before: what counts is the last sweep.
-TEST_F(SweepPipelines, StopAtTheToleranceOfTheLastSweep) {
+// Every visit of a pair returns half of the value before, so sweep k returns 2^-k. The tolerance is compared
+// with the last sweep alone, after 1, 3, 7, 15 ... sweeps, or after each sweep if there are few pairs.
+TEST_F(GaussSeidelPipeline, StopAtTheToleranceOfTheLastSweep) {
   for (const auto& [pairs, threads] : {std::pair(30, 1), {30, 2}, {200, 1}, {200, 2}}) {
     set_thread_count(threads);
     const Sweeps sweeps(random_crowd(23, 100, pairs));
@@ -83,7 +86,8 @@ TEST_F(SweepPipelines, StopAtTheToleranceOfTheLastSweep) {
   }
 }
 
-TEST_F(SweepPipelines, TakeNoPairsAtAll) {
+// Without pairs the first sweep ends the loop.
+TEST_F(GaussSeidelPipeline, TakeNoPairsAtAll) {
   Crowd crowd = random_crowd(24, 50, 100);
   crowd.pairs.clear();
   const Sweeps sweeps(std::move(crowd));

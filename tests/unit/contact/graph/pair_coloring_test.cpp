@@ -13,9 +13,10 @@ namespace {
 using test::Crowd;
 using test::random_crowd;
 
-// As many waves as the longest chain of pairs, each of which shares a movable body with the one before it.
-TEST(PairSchedules, OrderHoldsEveryPairOnceAndInAsFewWavesAsItSays) {
-  PairColoring schedule;  // one for all: nothing of an earlier crowd may stay
+// The number of waves is the length of the longest chain of pairs each of which shares a movable body with
+// the one before.
+TEST(PairColoring, HoldsEveryPairOnceInTheCountedWaves) {
+  PairColoring schedule;  // one object for all seeds: nothing of an earlier crowd may stay
   for (unsigned seed = 0; seed < 8; ++seed) {
     const Crowd crowd = random_crowd(seed, 40 + 50 * static_cast<int>(seed % 3), 200);
     schedule.build(crowd.bodies, crowd.contacts, crowd.pairs);
@@ -37,7 +38,8 @@ TEST(PairSchedules, OrderHoldsEveryPairOnceAndInAsFewWavesAsItSays) {
   }
 }
 
-TEST(PairSchedules, EveryBodyMeetsItsPairsUpTheLevels) {
+// Each body sees its pairs in the order of their levels, as shock propagation needs it.
+TEST(PairColoring, EveryBodyMeetsItsPairsUpTheLevels) {
   const Crowd crowd = random_crowd(11, 60, 250);
   PairColoring schedule;
   schedule.build(crowd.bodies, crowd.contacts, crowd.pairs);
@@ -50,7 +52,8 @@ TEST(PairSchedules, EveryBodyMeetsItsPairsUpTheLevels) {
     }
 }
 
-TEST(PairSchedules, OnlyTheGivenPairsTakePart) {
+// The order contains the given pairs and no others, and is empty without pairs.
+TEST(PairColoring, OnlyTheGivenPairsTakePart) {
   Crowd crowd = random_crowd(13, 60, 250);
   crowd.pairs.resize(100);
   PairColoring schedule;
@@ -62,9 +65,9 @@ TEST(PairSchedules, OnlyTheGivenPairsTakePart) {
   EXPECT_EQ(schedule.waves(), 0);
 }
 
-// Pairs between neighbours of a row, every second one at once; a static body, host or guest, orders nothing:
-// bodies on it need one wave, and a row of them three.
-TEST(PairSchedules, ARowTakesTwoWavesAndAStaticBodyNone) {
+// Pairs between neighbors of a row take two waves, every second pair at a time. A static body, as host or
+// guest, is not movable and orders nothing: bodies on it take one wave, and a row of them three.
+TEST(PairColoring, ARowTakesTwoWavesAndAStaticBodyNone) {
   Crowd row, table, ceiling, row_on_table;
   row.bodies = test::loose_bodies(101);
   table.bodies = ceiling.bodies = row_on_table.bodies = test::loose_bodies(101, {0});

@@ -11,7 +11,7 @@ namespace {
 
 using Groups = std::vector<std::vector<int>>;
 
-// In the order in which they are solved by one thread.
+// Returns the groups in the order in which one thread solves them.
 Groups groups_of(const ShockLayers& levels) {
   set_thread_count(1);
   Groups groups;
@@ -20,7 +20,8 @@ Groups groups_of(const ShockLayers& levels) {
   return groups;
 }
 
-// Body 0 carries 1 and 2; these carry 3 together; 4 and 5 carry each other on 2; 6 rests on 7, which flies.
+// Body 0 carries 1 and 2. These two carry 3 together, 4 and 5 carry each other on 2, and 6 rests on 7, which
+// is in free flight.
 struct Pile {
   ContactSet contacts;
   std::vector<int> level{0, 1, 1, 2, 2, 2, 2, 1};
@@ -38,11 +39,14 @@ struct Pile {
   }
 };
 
-TEST(ShockLayers, AreThePairsOfOneUpperBodyOrOfThoseThatCarryEachOther) {
+// Groups are the pairs of one upper body, or of upper bodies that carry each other; the pair on the flying
+// body 7 is in no group.
+TEST(ShockLayers, GroupPairsByTheirUpperBodies) {
   const Pile pile;
   EXPECT_EQ(groups_of(pile.groups({0, 1, 2, 3, 4, 5, 6, 7})), (Groups{{1}, {2}, {0, 3}, {4, 6, 7}}));
 }
 
+// Within a group the pairs keep their given order, which decides the bits of the result.
 TEST(ShockLayers, KeepTheOrderOfTheGivenPairs) {
   const Pile pile;
   EXPECT_EQ(groups_of(pile.groups({7, 3, 2, 0, 4, 1, 6})), (Groups{{1}, {2}, {3, 0}, {7, 4, 6}}));
@@ -50,6 +54,7 @@ TEST(ShockLayers, KeepTheOrderOfTheGivenPairs) {
   EXPECT_EQ(groups_of(pile.groups({})), Groups{});
 }
 
+// Pairs with deformable bodies are in no group.
 TEST(ShockLayers, LeaveOutDeformableBodies) {
   Pile pile;
   pile.contacts.pairs[1].guest_deformable = 0;
@@ -57,7 +62,8 @@ TEST(ShockLayers, LeaveOutDeformableBodies) {
   EXPECT_EQ(groups_of(pile.groups({1, 2})), (Groups{{2}}));
 }
 
-// Forty towers of five: no level begins before all of the one below have ended.
+// Forty towers of five boxes: on any number of threads, no level begins before all groups of the level below
+// have ended.
 TEST(ShockLayers, AreSolvedLevelAfterLevelOnAnyNumberOfThreads) {
   constexpr int towers = 40, height = 5;
   ContactSet contacts;

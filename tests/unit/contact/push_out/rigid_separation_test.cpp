@@ -14,16 +14,19 @@ namespace {
 
 using test::ContactScene;
 
-constexpr double sweep_tolerance = 1e-8;  // m, where the sweeps at one geometry end
+constexpr double sweep_tolerance = 1e-8;  // m: the largest displacement in the last sweep at one geometry
 constexpr int iterations = 4;
 
+// Separates the rigid bodies of a scene, at most at `geometries` geometries. Returns the number of pairs that
+// overlapped.
 int separate(ContactScene& scene, int geometries = iterations, const ArticulatedResponse* linked = nullptr) {
   SeparationScratch scratch;
   return separate_rigid_bodies(scene.bodies, linked, scene.graph, geometries, scene.contacts, scratch);
 }
 
-// The overlap is parted in the inverse ratio of the masses, and the boxes stay as they are turned.
-TEST(Separation, PartsFreeBoxesByTheirOverlapAboutTheirCentreOfMass) {
+// Two free boxes share the displacement in the inverse ratio of their masses and do not turn, because they
+// lie flat on each other. Velocities and angular momenta stay to the bit.
+TEST(RigidSeparation, MovesFreeBoxesAboutTheirCenterOfMass) {
   const double overlap = 0.01;
   scene::Scene scene = test::free_space();
   test::add_box(scene, "heavy", Vec3(0, 0, 0), Vec3(1, 1, 1), 3).placement.velocity = Vec3(1, 2, 3);
@@ -33,7 +36,7 @@ TEST(Separation, PartsFreeBoxesByTheirOverlapAboutTheirCentreOfMass) {
   const RigidState before[] = {boxes.state(0), boxes.state(1)};
   EXPECT_EQ(separate(boxes), 1);
   const Vec3 heavy = boxes.state(0).pose.position, light = boxes.state(1).pose.position;
-  // Rounding: the shifts are sums of some hundred pushes of at most their size.
+  // The bound is rounding: displacements are sums of some hundred pushes of at most their size.
   EXPECT_LT((3 * heavy + light - Vec3(0, 1 - overlap, 0)).norm(), 1e-15);
   EXPECT_LT((light - heavy - Vec3(0, 1, 0)).norm(), 2 * sweep_tolerance);
   EXPECT_LT((heavy - Vec3(0, -overlap / 4, 0)).norm(), 2 * sweep_tolerance);
@@ -45,9 +48,9 @@ TEST(Separation, PartsFreeBoxesByTheirOverlapAboutTheirCentreOfMass) {
   }
 }
 
-// Corner in face, off centre: it turns them too. What the turn adds, 0.01 squared, is left to the next
-// geometry.
-TEST(Separation, KeepsTheCentreOfMassOfBodiesThatTurn) {
+// A corner is in a face, off its center, so that the separation turns both boxes. Turning by about 0.01 rad
+// changes the overlap to second order, and the next geometry removes that.
+TEST(RigidSeparation, KeepsTheCenterOfMassOfTurningBodies) {
   scene::Scene scene = test::free_space();
   test::add_box(scene, "heavy", Vec3(0, 0, 0), Vec3(2, 1, 2), 3);
   test::add_box(scene, "light", Vec3(0.6, 1.2, 0.5), Vec3(1, 1, 1), 1).placement.orientation =
@@ -62,7 +65,9 @@ TEST(Separation, KeepsTheCentreOfMassOfBodiesThatTurn) {
   EXPECT_GT(boxes.state(1).pose.orientation.angularDistance(scene.rigid[1].placement.orientation), 1e-4);
 }
 
-TEST(Separation, AStackOnTheGroundIsLiftedWithoutGaps) {
+// A stack in which every box is sunk into the one below is lifted to exact contact: no overlap and no gap is
+// left.
+TEST(RigidSeparation, AStackOnTheGroundIsLiftedWithoutGaps) {
   const double overlap = 0.002;
   scene::Scene scene = test::on_ground();
   for (int i = 0; i < 3; ++i)
@@ -73,15 +78,15 @@ TEST(Separation, AStackOnTheGroundIsLiftedWithoutGaps) {
   EXPECT_LT(max_penetration(stack.bodies, {}), overlap_tolerance);
   for (std::size_t i = 0; i < 3; ++i) {
     const Vec3 place(0, 0.5 + static_cast<double>(i), 0);
-    // From above the place can be missed by the tolerance of every box below, and from there by as much.
+    // A box can miss its place by the overlap tolerance of every box below, and from above by as much.
     EXPECT_LT((stack.state(i).pose.position - place).norm(), 4 * overlap_tolerance) << i;
   }
   EXPECT_EQ(stack.state(3).pose.position, Vec3(0, 0, 0));
 }
 
-// What does not overlap, or by less than contact minds, stays to the bit; so does a pair next to one that is
-// parted.
-TEST(Separation, LeavesOthersAlone) {
+// Bodies that do not overlap, or by less than the tolerance of contact, stay to the bit, also while another
+// pair of the scene is separated.
+TEST(RigidSeparation, LeavesOthersAlone) {
   scene::Scene scene = test::on_ground();
   test::add_box(scene, "touching", Vec3(0, 0.5, 0), Vec3(1, 1, 1), 1);
   test::add_box(scene, "above", Vec3(0, 1.5 - overlap_tolerance / 2, 0), Vec3(1, 1, 1), 1);
@@ -96,9 +101,9 @@ TEST(Separation, LeavesOthersAlone) {
   EXPECT_EQ(separate(bodies), 0);
 }
 
-// Lifted off the ground, a box must not be pushed into the one that stands on it. Sweeps alone leave 10/11 of
-// the error each where the upper body is ten times as heavy; held from below it is lifted at once.
-TEST(Separation, PushesThroughToTheBodiesAbove) {
+// A box that is lifted off the ground must not be pushed into the box on top of it. That one is ten times as
+// heavy, so each sweep alone would leave 10/11 of the error; with the lower box held it is lifted at once.
+TEST(RigidSeparation, PushesThroughToTheBodiesAbove) {
   scene::Scene scene = test::on_ground();
   test::add_box(scene, "sunk", Vec3(0, 0.49, 0), Vec3(1, 1, 1), 1);
   test::add_box(scene, "above", Vec3(0, 1.49, 0), Vec3(1, 1, 1), 10);
@@ -108,9 +113,9 @@ TEST(Separation, PushesThroughToTheBodiesAbove) {
   EXPECT_NEAR(tower.state(1).pose.position.y(), 1.5, 1e-3 * 0.01);
 }
 
-// A tower whose every box is sunk into the one below and weighs a hundred times as much: one geometry is
-// enough, and no box is lifted more than it had sunk.
-TEST(Separation, LiftsHeavyBodiesOffLightOnes) {
+// Each box of a tower is sunk into the one below and is a hundred times as heavy. One geometry is enough, and
+// no box is lifted by more than it had sunk.
+TEST(RigidSeparation, LiftsHeavyBodiesOffLightOnes) {
   scene::Scene scene = test::on_ground();
   const double overlap = 0.01;
   for (int i = 0; i < 4; ++i)
@@ -125,9 +130,9 @@ TEST(Separation, LiftsHeavyBodiesOffLightOnes) {
   }
 }
 
-// The same between two light ones that share the load, off the middle: it tilts by no more than a hundredth
-// of what it would if it were lifted off one of them alone.
-TEST(Separation, LiftsAHeavyPlankOffTwoLightBlocks) {
+// A heavy plank is sunk into two light blocks that share its load unevenly. It is lifted and tilts by no more
+// than a hundredth of the angle that lifting it off one block alone would give.
+TEST(RigidSeparation, LiftsAHeavyPlankOffTwoLightBlocks) {
   scene::Scene scene = test::on_ground();
   for (const double x : {-1.0, 1.5})
     test::add_box(scene, x < 0 ? "left" : "right", Vec3(x, 0.5, 0), Vec3(0.5, 1, 0.5), 1);
@@ -139,8 +144,9 @@ TEST(Separation, LiftsAHeavyPlankOffTwoLightBlocks) {
   EXPECT_LT(bench.state(2).pose.orientation.angularDistance(Quat::Identity()), 1e-2 * 0.01 / 2.5);
 }
 
-// In free flight there is nothing to hold: the centre of mass stays.
-TEST(Separation, HoldsNobodyInFreeFlight) {
+// In free flight no body is held, and the center of mass stays. Holding lower bodies, as on the ground, would
+// move it.
+TEST(RigidSeparation, HoldsNobodyInFreeFlight) {
   scene::Scene scene = test::on_ground();
   const double overlap = 0.01;
   for (int i = 0; i < 3; ++i)
@@ -158,9 +164,9 @@ TEST(Separation, HoldsNobodyInFreeFlight) {
   EXPECT_NEAR(center(), before, 1e-13);  // rounding of the sum
 }
 
-// Pairs that do not overlap yet are looked at as soon as one of their bodies moves, whichever of the two is
-// named first: flat contact needs one geometry only.
-TEST(Separation, SeesAtOnceWhatABodyIsPushedInto) {
+// A pair that does not overlap yet is measured as soon as one of its bodies is moved into the other,
+// whichever is listed first. Contact is flat, so one geometry is enough.
+TEST(RigidSeparation, SeesAtOnceWhatABodyIsPushedInto) {
   for (const bool upper_first : {false, true}) {
     scene::Scene scene = test::on_ground();
     for (const bool upper : {upper_first, !upper_first})
@@ -172,10 +178,10 @@ TEST(Separation, SeesAtOnceWhatABodyIsPushedInto) {
   }
 }
 
-// A box a millimetre in the second link of a chain. The chain gives way as its joints let it, to first order:
-// what they are off by then is of the order of the overlap's square over a link's length. By itself the link
-// leaves them behind by a good part of the overlap.
-TEST(Separation, MovesLinkedBodiesAsTheirJointsLetThem) {
+// A box is 1 mm deep in the second link of a chain. With the articulated response the chain gives way as its
+// joints allow, to first order: the joints' errors are of the order of the square of the overlap over the
+// length of a link. If the link moves by itself, its joints open by at least a quarter of the overlap.
+TEST(RigidSeparation, MovesJointedBodiesAsTheirJointsAllow) {
   const double overlap = 1e-3;
   scene::Scene scene = test::free_space();
   test::add_chain(scene, 3, scene::JointType::point, true);

@@ -1,4 +1,4 @@
-// Impulses on bodies that joints hold together.
+// Impulses on groups of bodies that joints connect.
 #include "sim/contact/response/articulated_response.h"
 
 #include <algorithm>
@@ -12,7 +12,7 @@
 namespace duet::articulated_response_test {
 namespace {
 
-// Three boxes in a row, jointed to each other and the last one to a static one; a box on the first, with no
+// A row of three dynamic boxes and a static one, joined to each other, and a box on the first one without a
 // joint.
 class Links : public ::testing::Test {
  protected:
@@ -39,7 +39,7 @@ class Links : public ::testing::Test {
     return Simulation(scene_, test::plan(scene_));
   }
   World& world() { return simulation_.world(); }
-  // Where the load touches; false without contacts.
+  // Prepares the response of the contacts where the load touches. Returns false if there are none.
   bool begin(ArticulatedResponse& linked) {
     simulation_.advance_frame();
     Bodies& bodies = world().bodies;
@@ -54,15 +54,19 @@ class Links : public ::testing::Test {
   Simulation simulation_;
 };
 
+// Dynamic bodies that joints connect form one group; the static body, and the load without a joint, belong to
+// none.
 TEST_F(Links, AreTheDynamicBodiesThatJointsConnect) {
   const Bodies& bodies = world().bodies;
   EXPECT_EQ(bodies.linked, (std::vector<int>{0, 0, 0, -1, -1}));
-  EXPECT_EQ(linked_bodies(bodies, 2), (std::vector<int>{-1, -1, -1, -1, -1}));  // too many
+  // A group of three bodies is larger than the limit of two.
+  EXPECT_EQ(linked_bodies(bodies, 2), (std::vector<int>{-1, -1, -1, -1, -1}));
 }
 
-// What they predict is what the joint solver makes of the same impulses.
+// The velocities that the response predicts for two impulses on the group are those that a joint solve makes
+// of the same impulses.
 TEST_F(Links, AnswerAsTheirJointsLetThem) {
-  simulation_.advance_frame();  // the load touches
+  simulation_.advance_frame();  // the load touches from then on
   Bodies& bodies = world().bodies;
   StepContext& context = world().context;
   context.joints.update(bodies.articulation, bodies.rigid);
@@ -85,7 +89,8 @@ class ControlledLinks : public Links {
   ControlledLinks() : Links(true) {}
 };
 
-// The same where a joint is controlled: it holds its rate against impulses.
+// With a controlled joint, which keeps its rate under impulses, the prediction agrees as well; a response
+// without the control differs by more than 0.01 m/s.
 TEST_F(ControlledLinks, AnswerAsTheirControlLetsThem) {
   simulation_.advance_frame();
   Bodies& bodies = world().bodies;
@@ -112,7 +117,8 @@ TEST_F(ControlledLinks, AnswerAsTheirControlLetsThem) {
   test::expect_above(linked.difference(bodies.rigid), 0.01, "difference without control, m/s");
 }
 
-// The change of the relative velocity is that of the contact's response.
+// An impulse at each contact of the group changes the relative velocity by the matrix K of the contact times
+// the impulse.
 TEST_F(Links, MakeTheResponseOfTheirContacts) {
   Bodies& bodies = world().bodies;
   ArticulatedResponse linked;
@@ -125,10 +131,11 @@ TEST_F(Links, MakeTheResponseOfTheirContacts) {
     const Vec3 change = relative_velocity(bodies, contact) - before;
     off = std::max(off, (change - contact.response.K * impulse).norm() / change.norm());
   }
-  test::expect_below(off, 1e-8, "response, relative");  // it has an inverse: K is made softer by 1e-9
+  test::expect_below(off, 1e-8, "response, relative");  // K is softened by 1e-9 so that it has an inverse
 }
 
-// The same of a contact between two of them: each moves the other through the joints.
+// A contact between two members of the group has the matrix K of the joints, too: each member moves the other
+// one.
 TEST_F(Links, MakeTheResponseOfContactsBetweenThem) {
   Bodies& bodies = world().bodies;
   ArticulatedResponse linked;
@@ -144,7 +151,8 @@ TEST_F(Links, MakeTheResponseOfContactsBetweenThem) {
   const Vec3 before = relative_velocity(bodies, contact), impulse(0.3, 2, -0.7);
   linked.apply_impulse(bodies, contact, impulse);
   const Vec3 change = relative_velocity(bodies, contact) - before;
-  test::expect_below((change - K * impulse).norm() / change.norm(), 1e-7, "response, relative");  // as above
+  // K is softened by 1e-9 here as well.
+  test::expect_below((change - K * impulse).norm() / change.norm(), 1e-7, "response, relative");
 }
 
 }  // namespace

@@ -15,16 +15,17 @@ using test::ContactScene;
 
 constexpr double dt = 1.0 / 64, g = 9.8;
 
-// A ball of 2 kg and 0.5 m radius that touches the ground.
+// Returns a ball of 2 kg with a radius of 0.5 m that touches the ground.
 ContactScene ball_on_ground(double rolling, double spinning, double friction = 0.5) {
   scene::Scene scene = test::on_ground(friction);
   scene.ground->rolling_friction = rolling;
   auto& ball = test::add_ball(scene, "ball", Vec3(0, 0.5, 0), 0.5, 2);
   ball.friction = friction;
-  ball.spinning_friction = spinning;  // a pair uses the larger one of both bodies
+  ball.spinning_friction = spinning;  // a pair uses the larger value of both bodies
   return {scene, dt};
 }
 
+// Sets the velocity (m/s) and angular velocity (rad/s) of the ball.
 void set_motion(ContactScene& ball, const Vec3& velocity, const Vec3& spin) {
   ball.state(0).velocity = velocity;
   set_angular_velocity(ball.state(0), ball.bodies.rigid.properties[0], spin);
@@ -32,6 +33,7 @@ void set_motion(ContactScene& ball, const Vec3& velocity, const Vec3& spin) {
 
 constexpr ContactSolveSettings exact = {.iterations = 5000, .tolerance = 1e-15, .angular_friction = true};
 
+// Solves the contacts of a scene without a contact cache.
 void solve(ContactScene& scene, const ContactSolveSettings& settings) {
   find_speculative_targets(dt, OrientationUpdate::exact, scene.graph, scene.bodies, scene.contacts);
   warm_start({}, dt, scene.graph, scene.bodies, scene.contacts);
@@ -39,9 +41,10 @@ void solve(ContactScene& scene, const ContactSolveSettings& settings) {
   solve_contact(scene.bodies, scene.graph, settings, scene.contacts, scratch);
 }
 
-// About the point of contact the weight's impulse m g dt has the moment b m g dt against rolling, and the
-// ball the inertia 7/5 m R^2: its speed changes by 5/7 b g dt / R. Gauss-Seidel between friction and that
-// moment ends when a sweep changes less than 1e-15, at some ten times as much.
+// About the point of contact the weight's impulse m g dt has the moment b m g dt against rolling, where b (m)
+// is the lever arm of rolling friction, and the ball has the inertia 7/5 m R^2. So its speed changes by 5/7 b
+// g dt / R. Sweeps between friction and that moment end when one changes less than 1e-15 m/s, at an error of
+// some ten times as much.
 TEST(RollingFriction, SlowsABallByFiveSevenths) {
   const double b = 0.02;
   ContactScene ball = ball_on_ground(b, 0);
@@ -54,15 +57,18 @@ TEST(RollingFriction, SlowsABallByFiveSevenths) {
   EXPECT_NEAR(ball.contacts.pairs[0].angular_impulse.norm(), b * 2 * g * dt, 1e-13);
 }
 
+// Rolling friction could take 5/7 b g dt / R = 0.0044 m/s: a ball that rolls more slowly stops, and does not
+// roll back.
 TEST(RollingFriction, StopsAtRestAndNoFarther) {
   ContactScene ball = ball_on_ground(0.02, 0);
-  set_motion(ball, Vec3(0.001, -g * dt, 0), Vec3(0, 0, -0.002));  // 0.0044 m/s could be taken
+  set_motion(ball, Vec3(0.001, -g * dt, 0), Vec3(0, 0, -0.002));
   solve(ball, exact);
   EXPECT_LT(ball.state(0).velocity.norm(), 1e-13);
   EXPECT_LT(ball.state(0).angular_velocity.norm(), 1e-13);
 }
 
-// The spin about the normal loses b m g dt over the inertia 2/5 m R^2, whatever the friction coefficient.
+// The spin about the normal changes by b m g dt over the inertia 2/5 m R^2, whatever the friction coefficient
+// is, and a small spin stops.
 TEST(SpinningFriction, SlowsATopByItsLeverArm) {
   const double b = 0.001;
   for (const double friction : {0.0, 0.5}) {
@@ -77,7 +83,9 @@ TEST(SpinningFriction, SlowsATopByItsLeverArm) {
   }
 }
 
-TEST(SpinningFriction, LeavesRollingAloneAndRollingFrictionLeavesSpin) {
+// The moments act about different axes: rolling friction leaves spin about the normal alone, and spinning
+// friction leaves rolling alone.
+TEST(SpinningFriction, AndRollingFrictionActOnTheirOwnAxes) {
   ContactScene top = ball_on_ground(0.02, 0);
   set_motion(top, Vec3(0, -g * dt, 0), Vec3(0, 3, 0));
   solve(top, exact);
@@ -88,6 +96,7 @@ TEST(SpinningFriction, LeavesRollingAloneAndRollingFrictionLeavesSpin) {
   EXPECT_NEAR(roller.state(0).velocity.x(), 1, 1e-13);
 }
 
+// Without `angular_friction` the solve ignores both coefficients.
 TEST(RollingFriction, NeedsItsEffect) {
   ContactScene ball = ball_on_ground(0.02, 0.02);
   set_motion(ball, Vec3(1, -g * dt, 0), Vec3(0, 1, -2));
@@ -96,7 +105,8 @@ TEST(RollingFriction, NeedsItsEffect) {
   EXPECT_NEAR(ball.state(0).angular_velocity.y(), 1, 1e-15);
 }
 
-// Between two free balls the moments are opposite: angular momentum stays. They press on each other along x.
+// Between two free balls that press on each other along x the friction moments are opposite, so that momentum
+// and angular momentum stay.
 TEST(RollingFriction, KeepsMomentum) {
   scene::Scene scene = test::free_space();
   for (const double side : {-1.0, 1.0}) {
@@ -114,7 +124,7 @@ TEST(RollingFriction, KeepsMomentum) {
   EXPECT_LT((after.angular - before.angular).norm(), 1e-13);
 }
 
-// A box of a tonne on one of a kilogramme, both with the speed of a step's fall.
+// Returns a box of 1000 kg on one of 1 kg, both with the speed that gravity adds in one step.
 scene::Scene heavy_on_light(bool ground) {
   scene::Scene scene = ground ? test::on_ground() : test::free_space();
   scene.gravity = Vec3(0, -g, 0);
@@ -124,7 +134,7 @@ scene::Scene heavy_on_light(bool ground) {
   return scene;
 }
 
-// The worst that a contact is short of its target, m/s.
+// Returns by how much the worst contact is short of its target, m/s.
 double shortfall(const ContactScene& scene) {
   double most = 0;
   for (const ContactPoint& contact : scene.contacts.points)
@@ -132,6 +142,8 @@ double shortfall(const ContactScene& scene) {
   return most;
 }
 
+// Shock propagation brings a heavy box on a light one to rest in one pass, where two sweeps leave more than
+// half of the fall.
 TEST(ShockPropagation, BringsAHeavyBoxOnALightOneToRestInOnePass) {
   ContactScene tower(heavy_on_light(true), dt);
   build_shock_layers(tower.contacts, tower.graph);
@@ -139,16 +151,17 @@ TEST(ShockPropagation, BringsAHeavyBoxOnALightOneToRestInOnePass) {
   solve(tower, brief);
   EXPECT_GT(shortfall(tower), 0.5 * g * dt) << "sweeps alone must leave something to do";
   propagate_shocks(tower.bodies, tower.graph, brief, tower.contacts);
-  // Every level ends after ten sweeps, or when none changes a velocity by more than 1e-6 m/s; what is left is
+  // Each level ends after ten sweeps, or when a sweep changes no velocity by more than 1e-6 m/s. That leaves
   // a ten-thousandth of the fall.
   EXPECT_LT(shortfall(tower), 1e-4 * g * dt);
   for (const std::size_t body : {0u, 1u}) EXPECT_LT(tower.state(body).velocity.norm(), 1e-4 * g * dt);
 }
 
-// Without the ground nobody is supported: shocks leave what the sweeps left, to the bit.
+// Without the ground no body is supported: shock propagation leaves the state after the sweeps as it is, to
+// the bit.
 TEST(ShockPropagation, LeavesBodiesInFreeFlightAlone) {
   scene::Scene scene = heavy_on_light(false);
-  scene.rigid[1].placement.velocity = Vec3(0, 2, 0);  // they meet
+  scene.rigid[1].placement.velocity = Vec3(0, 2, 0);  // the boxes approach
   ContactScene pair(scene, dt);
   ASSERT_FALSE(pair.contacts.points.empty());
   build_shock_layers(pair.contacts, pair.graph);
@@ -161,11 +174,11 @@ TEST(ShockPropagation, LeavesBodiesInFreeFlightAlone) {
     EXPECT_EQ(pair.state(body).velocity, states[body].velocity);
     EXPECT_EQ(pair.state(body).angular_momentum, states[body].angular_momentum);
   }
-  // Rounding of momenta of 150 N s.
+  // The bound is rounding of momenta of 150 N s.
   EXPECT_LT((momentum(pair.bodies).linear - before.linear).norm(), 1e-12);
 }
 
-// Two more boxes meet in the air next to a tower: only the tower is treated.
+// Two more boxes meet in the air beside a tower: shock propagation acts on the tower alone.
 TEST(ShockPropagation, ReachesOnlyWhatIsSupported) {
   scene::Scene scene = heavy_on_light(true);
   test::add_box(scene, "above", Vec3(5, 8, 0), Vec3(1, 1, 1), 2).placement.velocity = Vec3(0, -1, 0);
@@ -182,7 +195,7 @@ TEST(ShockPropagation, ReachesOnlyWhatIsSupported) {
   EXPECT_NE(both.state(0).velocity, heavy);
 }
 
-// A contact that already is as its target says is not one to act on, in sweeps and in shocks.
+// Contacts that already separate get no impulse, from sweeps and from shock propagation.
 TEST(ContactSolve, LeavesSeparatingBodiesAlone) {
   scene::Scene scene = heavy_on_light(true);
   scene.rigid[0].placement.velocity = Vec3(0, 2, 0);
@@ -196,7 +209,8 @@ TEST(ContactSolve, LeavesSeparatingBodiesAlone) {
   EXPECT_EQ(count_active(rising.contacts, rising.graph), 0);
 }
 
-// An impulse on a ball that rises anyway is taken back, all of it and no more: contact does not pull.
+// A contact holds an impulse though its ball rises anyway. The solve takes back all of it and no more,
+// because contact does not pull.
 TEST(ContactSolve, TakesBackWhatWasGivenTooMuchAndNoMore) {
   for (const bool by_shock : {false, true}) {
     ContactScene ball = ball_on_ground(0, 0);

@@ -18,24 +18,26 @@ using test::ContactScene;
 
 constexpr double dt = 1.0 / 64, g = 9.8;
 
+// Returns the entry of the contact cache for a contact with `impulse` (N s) over `duration` (s).
 CachedContact remembered(const ContactPoint& contact, const Vec3& impulse, double duration) {
   return {contact.host, contact.guest_rigid, contact.guest_point, 0, impulse, duration};
 }
 
+// Sorts the entries as warm_start() requires.
 void sort_by_name(ContactCache& memory) {
   std::sort(memory.begin(), memory.end(), [](const auto& a, const auto& b) {
     return std::tie(a.host, a.guest_rigid, a.guest_point) < std::tie(b.host, b.guest_rigid, b.guest_point);
   });
 }
 
-// A cube of 1 m and 3 kg that rests on the ground and was given the speed of a step's fall.
+// Returns a cube of 1 m and 3 kg that rests on the ground.
 ContactScene falling_cube() {
   scene::Scene scene = test::on_ground();
   test::add_box(scene, "cube", Vec3(0, 0.5, 0), Vec3(1, 1, 1), 3);
   return {scene, dt};
 }
 
-// Of that cube: a quarter of its weight on each of the lower corners.
+// Returns a contact cache for that cube: a quarter of its weight on each of its lower corners.
 ContactCache memory_of_rest(const ContactScene& cube, double duration) {
   ContactCache memory;
   for (const ContactPoint& contact : cube.contacts.points)
@@ -45,8 +47,9 @@ ContactCache memory_of_rest(const ContactScene& cube, double duration) {
   return memory;
 }
 
-// Rounding of sums of products of size g dt.
-TEST(WarmStart, RememberedForcesCarryARestingCube) {
+// Cached forces of rest stop the fall of one step. The bounds are rounding of sums of products of the size g
+// dt.
+TEST(WarmStart, CachedForcesHoldARestingCube) {
   ContactScene cube = falling_cube();
   cube.state(0).velocity = Vec3(0, -g * dt, 0);
   find_speculative_targets(dt, OrientationUpdate::exact, cube.graph, cube.bodies, cube.contacts);
@@ -56,12 +59,14 @@ TEST(WarmStart, RememberedForcesCarryARestingCube) {
   EXPECT_LT(cube.state(0).velocity.norm(), 1e-15);
   EXPECT_LT(cube.state(0).angular_velocity.norm(), 1e-15);
   EXPECT_EQ(count_active(cube.contacts, cube.graph), 4);
-  // Nothing is left to do.
+  // The solve has nothing left to do and ends after one sweep.
   ContactSolveScratch scratch;
   EXPECT_EQ(solve_contact(cube.bodies, cube.graph, {}, cube.contacts, scratch), 1);
   EXPECT_LT(cube.state(0).velocity.norm(), 1e-14);
 }
 
+// The impulses that a solve ended with, cached and applied again in the same state, give its solution at
+// once.
 TEST(WarmStart, WhatASolveEndedWithIsWhatTheNextOneBeginsWith) {
   ContactScene cube = falling_cube();
   const RigidState start = cube.state(0);
@@ -80,7 +85,7 @@ TEST(WarmStart, WhatASolveEndedWithIsWhatTheNextOneBeginsWith) {
   ASSERT_FALSE(memory.empty());
   EXPECT_EQ(static_cast<int>(memory.size()), count_active(cube.contacts, cube.graph));
   EXPECT_TRUE(std::is_sorted(memory.begin(), memory.end(), [](const auto& a, const auto& b) {
-    return a.guest_point < b.guest_point;  // of one host and guest
+    return a.guest_point < b.guest_point;  // host and guest are the same for all
   }));
   fall();
   warm_start(memory, dt, cube.graph, cube.bodies, cube.contacts);
@@ -88,10 +93,11 @@ TEST(WarmStart, WhatASolveEndedWithIsWhatTheNextOneBeginsWith) {
   EXPECT_LT(cube.state(0).angular_velocity.norm(), 1e-12);
 }
 
+// A cached force acts over the next step, in proportion to its length, but no longer than it acted before.
 TEST(WarmStart, AForceLastsAsLongAsTheStepButNoLongerThanItDid) {
   ContactScene cube = falling_cube();
   for (const double duration : {dt / 4, dt, 4 * dt}) {
-    cube.state(0).velocity = Vec3(0, -g, 0);  // so much that every impulse is of use
+    cube.state(0).velocity = Vec3(0, -g, 0);  // so fast that no impulse is scaled down
     find_speculative_targets(dt, OrientationUpdate::exact, cube.graph, cube.bodies, cube.contacts);
     warm_start(memory_of_rest(cube, dt), duration, cube.graph, cube.bodies, cube.contacts);
     const double expected = g * std::min(duration, dt);
@@ -103,16 +109,17 @@ TEST(WarmStart, AForceLastsAsLongAsTheStepButNoLongerThanItDid) {
   }
 }
 
-// Balls of 2 kg that touch the ground, each an island of its own.
+// Returns balls of 2 kg that touch the ground, each an island of its own.
 ContactScene balls_on_ground(int count) {
   scene::Scene scene = test::on_ground();
   for (int i = 0; i < count; ++i) test::add_ball(scene, "ball" + std::to_string(i), Vec3(3 * i, 1, 0), 1, 2);
   return {scene, dt};
 }
 
-// Ball 0 remembers ten times what stops it, ball 1 a blow that lifts what leaves already, ball 2 its weight.
-// The best part of a blow is what brings its one contact to its target, all but rounding.
-TEST(WarmStart, ABlowIsCutToWhatHelpsAndOtherIslandsKeepTheirs) {
+// Ball 0 has ten times the impulse that stops it in the cache, ball 1 an impulse though it already rises, and
+// ball 2 its weight. Each island is scaled by itself: to the fraction that brings its contact to its target,
+// to nothing, and not at all.
+TEST(WarmStart, ScalesBlowsDownIslandByIsland) {
   ContactScene balls = balls_on_ground(3);
   ASSERT_EQ(balls.contacts.points.size(), 3u);
   const double fall = g * dt;
@@ -137,7 +144,7 @@ TEST(WarmStart, ABlowIsCutToWhatHelpsAndOtherIslandsKeepTheirs) {
   EXPECT_EQ(kept, Vec3(0, 2 * fall, 0)) << "to the bit";
 }
 
-// One that may still close a gap of 1/128 m is stopped no more than to 0.5 m/s.
+// A ball that may still close a gap of 1/128 m in 1/64 s is slowed down to 0.5 m/s and no further.
 TEST(WarmStart, ABlowLeavesTheSpeedThatClosesTheGap) {
   ContactScene ball = balls_on_ground(1);
   ball.state(0).pose.position.y() += 1.0 / 128;
@@ -150,6 +157,7 @@ TEST(WarmStart, ABlowLeavesTheSpeedThatClosesTheGap) {
   EXPECT_NEAR(ball.state(0).velocity.y(), -0.5, 1e-13);
 }
 
+// Returns the kinetic energy of all rigid bodies, J.
 double kinetic_energy_of(const ContactScene& scene) {
   double energy = 0;
   for (std::size_t i = 0; i < scene.bodies.rigid.size(); ++i)
@@ -157,10 +165,11 @@ double kinetic_energy_of(const ContactScene& scene) {
   return energy;
 }
 
-// With all targets at rest, the distance from them is the kinetic energy itself. For impulses in any
-// directions it is no larger than with none and with any share of them. A share that gives more than none is
-// 1 where even all of them make it less.
-TEST(WarmStart, TheShareOfAnIslandIsTheBestOne) {
+// With all targets at rest, the distance of an island from its targets is its kinetic energy. If the cached
+// impulses together decrease it, all of them are applied. Otherwise the energy after the warm start is no
+// larger than with none of them and with any fraction of them, in steps of 0.05. Random impulses reach all
+// three cases at least ten times.
+TEST(WarmStart, ScalesEachIslandByTheBestFraction) {
   scene::Scene scene = test::on_ground();
   test::add_box(scene, "lower", Vec3(0, 0.5, 0), Vec3(1, 1, 1), 3);
   test::add_box(scene, "upper", Vec3(0.2, 1.5, 0.1), Vec3(1, 1, 1), 5);
@@ -209,7 +218,7 @@ TEST(WarmStart, TheShareOfAnIslandIsTheBestOne) {
     } else {
       (energy < without * (1 - 1e-12) ? some : none) += 1;
     }
-    // The contacts hold what was applied.
+    // The contacts hold the impulses that were applied: taking them back restores the velocities.
     for (const ContactPoint& contact : tower.contacts.points)
       apply_impulse(tower.bodies, contact, -contact.impulse);
     for (std::size_t body = 0; body < 2; ++body)
@@ -220,6 +229,7 @@ TEST(WarmStart, TheShareOfAnIslandIsTheBestOne) {
   EXPECT_GT(none, 10);
 }
 
+// A contact with the target minus infinity gets no impulse from the cache: it would push without touching.
 TEST(WarmStart, ContactsOutOfReachTakeNothing) {
   ContactScene ball = balls_on_ground(1);
   ball.state(0).velocity = Vec3(0, -1, 0);
@@ -230,6 +240,7 @@ TEST(WarmStart, ContactsOutOfReachTakeNothing) {
   EXPECT_TRUE(ball.contacts.points[0].impulse.isZero(0));
 }
 
+// A cached impulse belongs to the point that its entry names and to no other point of the same bodies.
 TEST(WarmStart, AnotherPointOfTheSameBodiesTakesNothing) {
   ContactScene cube = falling_cube();
   ContactCache memory = memory_of_rest(cube, dt);
@@ -240,9 +251,9 @@ TEST(WarmStart, AnotherPointOfTheSameBodiesTakesNothing) {
   EXPECT_EQ(cube.state(0).velocity, Vec3(0, -g * dt, 0));
 }
 
-// A ball `height` above the ground may close its gap within the step, and no more; where it overlaps, it may
-// stay so deep. Rounding of its position, 1e-16, over the time of 1/64 s.
-TEST(PredictContacts, ABallMayCloseJustItsGap) {
+// A ball that is `height` (m) above the ground may close its gap within the step and no more; a ball that
+// overlaps may stay as deep. The bound is rounding of the position, 1e-16 m, over 1/64 s, with a margin.
+TEST(SpeculativeTargets, ABallMayCloseJustItsGap) {
   for (const double height : {0.01, 0.001, 0.0, -0.001, -0.01})
     for (const Vec3& velocity : {Vec3(0, -3, 0), Vec3(5, -1, -2), Vec3(0, 0, 0), Vec3(0, -200, 0)}) {
       scene::Scene scene = test::on_ground();
@@ -254,10 +265,10 @@ TEST(PredictContacts, ABallMayCloseJustItsGap) {
     }
 }
 
-// A point on the face of a turning cube at the arm r, after the angle a about z, lies r.x sin a + r.y cos a
-// above its centre: the exact height of every corner and sample enters its target. To first order that is
-// minus the gap over the time; what is more is r.y a^2 / 2 dt, and of order a^3 / dt.
-TEST(PredictContacts, FollowTheArcOfATurningCube) {
+// A point at the arm r of a turning cube, after the angle a about z, lies r.x sin a + r.y cos a above the
+// center. The target of every corner and sample contains its exact height. To first order the target is minus
+// the gap over the time; the rest is r.y a^2 / (2 dt), and terms of order a^3 / dt.
+TEST(SpeculativeTargets, FollowTheArcOfATurningCube) {
   constexpr double height = 0.52, fall = 0.75, spin = 3;
   scene::Scene scene = test::on_ground();
   auto& cube = test::add_box(scene, "cube", Vec3(0, height, 0), Vec3(1, 1, 1), 6);
@@ -279,21 +290,23 @@ TEST(PredictContacts, FollowTheArcOfATurningCube) {
   EXPECT_GE(corners, 4);
 }
 
-// A ball glides off another one: after the way s = 1/64 m along the tangent, its gap is sqrt(4 + s^2) - 2.
-TEST(PredictContacts, OnACurvedHostTheGapOpensByItself) {
+// A ball glides off another one. After the distance s = 1/64 m along the tangent the gap is sqrt(4 + s^2) - 2
+// (m).
+TEST(SpeculativeTargets, OnACurvedHostTheGapOpensByItself) {
   scene::Scene scene = test::free_space();
   test::add_ball(scene, "host", Vec3(0, 0, 0), 1, 2);
   test::add_ball(scene, "guest", Vec3(0, 2, 0), 1, 2).placement.velocity = Vec3(1, 0, 0);
   ContactScene balls(scene, dt);
   find_speculative_targets(dt, OrientationUpdate::exact, balls.graph, balls.bodies, balls.contacts);
-  ASSERT_EQ(balls.contacts.points.size(), 2u);  // the deepest point of each
+  ASSERT_EQ(balls.contacts.points.size(), 2u);  // the support point of each
   for (const ContactPoint& contact : balls.contacts.points)
     EXPECT_NEAR(contact.target, -(std::sqrt(4 + dt * dt) - 2) / dt, 1e-13);
 }
 
-// A particle of a soft body moves far in a step if nothing stops it: as much of its velocity as closes the
-// gap is all that counts of it. On a ball it follows the tangent by s = 5/64 m.
-TEST(PredictContacts, OfASoftBodyAreAboutTheMotionThatContactAllows) {
+// A particle of a soft body would move far in a step if nothing stopped it. Only the part of its normal
+// velocity that closes the gap enters the prediction. On a ball the particle follows the tangent by s = 5/64
+// m.
+TEST(SpeculativeTargets, OfSoftBodiesCountTheMotionUpToContact) {
   const double sideways = 5, radius = 2;
   for (const double gap : {0.0, 0.01})
     for (const double inward : {1.0, 10.0, 100.0}) {
@@ -317,8 +330,9 @@ TEST(PredictContacts, OfASoftBodyAreAboutTheMotionThatContactAllows) {
     }
 }
 
-// One that would pass through the middle of the other: the gap on its far side tells nothing.
-TEST(PredictContacts, BeyondTheMiddleOfABodyTheGapNowCounts) {
+// A ball would pass through the center of another one within the step. The gap on the far side means nothing,
+// and the present gap counts.
+TEST(SpeculativeTargets, BeyondABodysCenterUseThePresentGap) {
   scene::Scene scene = test::free_space();
   test::add_ball(scene, "host", Vec3(0, 0, 0), 1, 2);
   test::add_ball(scene, "guest", Vec3(0, 2.25, 0), 1, 2).placement.velocity = Vec3(0, -3 / dt, 0);
@@ -328,8 +342,8 @@ TEST(PredictContacts, BeyondTheMiddleOfABodyTheGapNowCounts) {
   for (const ContactPoint& contact : balls.contacts.points) EXPECT_NEAR(contact.target, -0.25 / dt, 1e-13);
 }
 
-// The samples of a rolling wheel are left to its deepest point.
-TEST(PredictContacts, SamplesBesideADeepestPointAreOutOfReach) {
+// The support point of a rolling wheel acts for its samples, whose targets are minus infinity.
+TEST(SpeculativeTargets, IgnoreSamplesBesideASupportPoint) {
   scene::Scene scene = test::on_ground();
   auto& wheel = test::add_ball(scene, "wheel", Vec3(0, 0.6, 0), 1, 2);
   wheel.shape = {.kind = scene::ShapeKind::torus, .radius = 0.5, .tube = 0.1};
@@ -346,6 +360,7 @@ TEST(PredictContacts, SamplesBesideADeepestPointAreOutOfReach) {
   EXPECT_GE(samples, 1);
 }
 
+// After a displacement of the ball, gap and arms are those of its new position.
 TEST(UpdateContacts, TakesGapsAndArmsAtThePositionsNow) {
   ContactScene ball = balls_on_ground(1);
   ball.state(0).pose.position += Vec3(0.5, 0.25, 0);

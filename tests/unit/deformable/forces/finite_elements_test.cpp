@@ -8,6 +8,8 @@
 namespace duet::finite_elements_test {
 namespace {
 
+// A block of 1 x 1.5 x 2 m with `cells` cells along each edge, E = 1e5 Pa, a Poisson's ratio of 0.45 and
+// damping of 0.01 s. The particles have the masses of 1000 kg/m^3.
 struct Block {
   FiniteElements elements;
   std::vector<Vec3> x;
@@ -25,6 +27,7 @@ struct Block {
     elements.add(mesh.tets, x, {lame_parameters(1e5, 0.45, 0.01), model, mass_damping});
     elements.finalize(mass);
   }
+  // Returns a vector for each particle with components in [-size, size].
   std::vector<Vec3> random_field(unsigned seed, double size) const {
     std::mt19937 random(seed);
     std::uniform_real_distribution<double> uniform(-size, size);
@@ -33,6 +36,7 @@ struct Block {
       for (int k = 0; k < 3; ++k) v[k] = uniform(random);
     return field;
   }
+  // Returns the positions at rest, displaced by `by`.
   std::vector<Vec3> moved(const std::vector<Vec3>& by) const {
     std::vector<Vec3> result = x;
     for (std::size_t i = 0; i < x.size(); ++i) result[i] += by[i];
@@ -48,13 +52,17 @@ double dot(const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
   return sum;
 }
 
+// lambda = E nu / ((1 + nu) (1 - 2 nu)) and mu = E / (2 (1 + nu)), with the values for E = 2e6 Pa and nu =
+// 0.45.
 TEST(FiniteElements, LameParametersFromYoungAndPoisson) {
   const LameParameters p = lame_parameters(2e6, 0.45, 0.01);
   EXPECT_NEAR(p.lambda, 3.1034e6 * 2, 1e3);
   EXPECT_NEAR(p.mu, 0.344828e6 * 2, 1);
 }
 
-// Force = -dE/dx, for a mild deformation and for one with many inverted elements.
+// The force is -dE/dx, for a mild deformation and for one with many inverted elements, by central
+// differences. Truncation and rounding stay below the bound of 1e-6, relative to the largest force. An
+// extrapolation whose energy and stress do not belong together shows in the second case.
 TEST(FiniteElements, ForcesAreTheGradientOfTheEnergy) {
   Block block(2);
   for (double size : {0.05, 0.6}) {
@@ -78,6 +86,8 @@ TEST(FiniteElements, ForcesAreTheGradientOfTheEnergy) {
   }
 }
 
+// Elastic and viscous forces have neither sum nor moment, to rounding: a stress that is not symmetric would
+// turn bodies in free flight.
 TEST(FiniteElements, InternalForcesHaveNoResultantAndNoMoment) {
   Block block;
   const std::vector<Vec3> x = block.moved(block.random_field(2, 0.2)), v = block.random_field(3, 1);
@@ -95,6 +105,8 @@ TEST(FiniteElements, InternalForcesHaveNoResultantAndNoMoment) {
   EXPECT_LT(moment.norm(), 1e-12 * scale);
 }
 
+// The damping operator G is symmetric, u . G v = v . G u, and takes energy out, u . G u < 0: conjugate
+// gradients need both.
 TEST(FiniteElements, DampingIsSymmetricAndTakesEnergyOut) {
   Block block;
   std::vector<Vec3> unused = zeros(block.x.size());
@@ -114,7 +126,8 @@ INSTANTIATE_TEST_SUITE_P(FiniteElements, AnyModel,
                          ::testing::Values(MaterialModel::neo_hookean, MaterialModel::corotated,
                                            MaterialModel::st_venant_kirchhoff));
 
-// In a state of tension, where no element's Hessian needs to be projected.
+// The block is under tension, where no element's Hessian has to be projected, so that the differentials are
+// the derivative of the forces by central differences.
 TEST_P(AnyModel, ForceDifferentialsAreTheDerivativeOfTheForces) {
   Block block(2, GetParam());
   std::vector<Vec3> x = block.moved(block.random_field(6, 0.001));
@@ -138,7 +151,9 @@ TEST_P(AnyModel, ForceDifferentialsAreTheDerivativeOfTheForces) {
     EXPECT_LT((differential[i] - (up[i] - down[i]) / (2 * h)).norm(), 1e-6 * largest);
 }
 
-TEST_P(AnyModel, StiffnessIsSymmetricAndPositiveSemiDefiniteForInvertedElementsToo) {
+// With many inverted elements the projected stiffness is still symmetric and never adds energy, as the
+// conjugate gradients of implicit steps need it.
+TEST_P(AnyModel, InvertedElementsHavePositiveSemidefiniteStiffness) {
   Block block(3, GetParam());
   for (unsigned seed = 20; seed < 25; ++seed) {
     const std::vector<Vec3> x = block.moved(block.random_field(seed, 0.6));
@@ -154,7 +169,8 @@ TEST_P(AnyModel, StiffnessIsSymmetricAndPositiveSemiDefiniteForInvertedElementsT
   }
 }
 
-// Batches hold elements of one model each, however the bodies that they come from are mixed.
+// Batches hold elements of one model each, however the bodies are mixed: each body has the forces, and the
+// sum has the energy, that it has alone.
 TEST(FiniteElements, SeveralModelsTogetherActAsEachAlone) {
   const MaterialModel models[] = {MaterialModel::corotated, MaterialModel::neo_hookean,
                                   MaterialModel::st_venant_kirchhoff, MaterialModel::corotated};
@@ -192,6 +208,7 @@ TEST(FiniteElements, SeveralModelsTogetherActAsEachAlone) {
   EXPECT_NEAR(together.energy(x), energy, 1e-13 * energy);
 }
 
+// Mass-proportional damping adds the force -c m v to each particle.
 TEST(FiniteElements, MassDampingBrakesEveryParticleAlike) {
   Block block(2, MaterialModel::neo_hookean, 3.0), undamped(2);
   const std::vector<Vec3> v = block.random_field(9, 1);
@@ -204,8 +221,9 @@ TEST(FiniteElements, MassDampingBrakesEveryParticleAlike) {
     EXPECT_LT((damped[i] - viscous[i] + 3.0 * block.mass[i] * v[i]).norm(), 1e-12 * damped[i].norm());
 }
 
-// Irons: no mode of the assembled body is faster than the bound that the time step is chosen by. The fastest
-// one is found by power iteration on M^-1 K.
+// No mode of the assembled body is faster than the bound from which the time step is chosen (by the argument
+// of Irons' theorem). The fastest mode is found by power iteration on M^-1 K. The lower limit of 0.3 bounds
+// the time that is wasted: steps are at most 1 / sqrt(0.3) times shorter than necessary.
 TEST(FiniteElements, FrequencyBoundHoldsAndIsNotWasteful) {
   Block block;
   std::vector<Vec3> v = block.random_field(5, 1);
@@ -230,9 +248,10 @@ TEST(FiniteElements, FrequencyBoundHoldsAndIsNotWasteful) {
   EXPECT_GT(omega_squared, 0.3 * block.elements.rest_omega_squared());
 }
 
-// Elements that are crushed bound the step only as far as it follows them, and are damped instead: without
-// torque, symmetrically, and more the longer the step is.
-TEST(FiniteElements, CrushedElementsAreDampedInsteadOfBoundingTheStep) {
+// Compressed elements bound the step only up to twice the omega^2 bound at rest (the state that the step
+// still follows), and are damped instead: without moment, symmetrically, and more strongly for longer steps.
+// `follower` is a block whose steps follow the stiffness.
+TEST(FiniteElements, CompressedElementsAreDampedAtTheSameStep) {
   Block block, follower;
   constexpr double cfl = 0.7;
   block.elements.rely_on_damping(cfl, 0);
@@ -262,13 +281,13 @@ TEST(FiniteElements, CrushedElementsAreDampedInsteadOfBoundingTheStep) {
   EXPECT_LE(block.elements.max_omega_squared(), 2 * at_rest * (1 + 1e-12));
   EXPECT_GT(half, 1.05 * plain);
   EXPECT_GT(whole, half);
-  // Steps that are short enough for the crushed elements need none of it.
+  // Steps that are short enough for the compressed elements need no additional damping.
   EXPECT_DOUBLE_EQ(dissipation(block, 0.4, 2 * cfl / std::sqrt(100 * at_rest)), plain);
 }
 
-// Damping of tau seconds lifts the bound of what it holds to the part of tau that steps may take, and leaves
-// that of the shear that stress alone resists.
-TEST(FiniteElements, StrongDampingLiftsTheElasticBound) {
+// Damping of tau seconds relaxes the limit of the stiffness that it holds to `relaxation` times tau, and
+// leaves the limit of shear that stress alone resists.
+TEST(FiniteElements, StrongDampingRelaxesTheElasticBound) {
   Block block;
   constexpr double cfl = 0.7, tau = 0.01;
   const double elastic = block.elements.rest_omega_squared();
@@ -280,7 +299,9 @@ TEST(FiniteElements, StrongDampingLiftsTheElasticBound) {
   EXPECT_DOUBLE_EQ(at_rest(0), elastic);
   EXPECT_DOUBLE_EQ(at_rest(0.1 * own_step), elastic) << "not beyond what the elements allow by themselves";
   EXPECT_NEAR(at_rest(1.2 * own_step), elastic / 1.44, 1e-12 * elastic);
-  const double soft = at_rest(1e6 * own_step);  // mu of lambda + 2 mu, about, for Poisson's ratio of 0.45
+  // Damping holds all but about mu / (lambda + 2 mu) of the stiffness, an eleventh for a Poisson's ratio of
+  // 0.45.
+  const double soft = at_rest(1e6 * own_step);
   EXPECT_GT(soft, elastic / 25);
   EXPECT_LT(soft, elastic / 10);
   EXPECT_DOUBLE_EQ(block.elements.elastic_omega_squared(), elastic);
@@ -290,19 +311,21 @@ TEST(FiniteElements, StrongDampingLiftsTheElasticBound) {
   block.elements.set_time_step(1.2 * own_step);
   block.elements.add_elastic_forces(x, unused);
   EXPECT_NEAR(block.elements.max_omega_squared(), elastic / 1.44, 1e-12 * elastic);
-  for (Vec3& place : x) place.y() *= 8;  // drawn out, by what damping does not resist
+  for (Vec3& place : x) place.y() *= 8;  // stretched in a way that damping does not resist
   block.elements.add_elastic_forces(x, unused);
   EXPECT_GT(block.elements.max_omega_squared(), 1.5 * elastic / 1.44);
-  for (Vec3& place : x) place.y() *= 0.02;  // crushed beyond where its law is extrapolated
+  for (Vec3& place : x) place.y() *= 0.02;  // compressed beyond the start of the extrapolated law
   block.elements.add_elastic_forces(x, unused);
   EXPECT_GT(block.elements.max_omega_squared(), 1.9 * elastic);
   block.elements.set_time_step(tau / 2);
-  at_rest(1e6 * own_step);  // steps longer than tau are not held by it
+  at_rest(1e6 * own_step);  // damping of tau does not hold steps longer than tau
   block.elements.add_elastic_forces(block.x, unused);
   EXPECT_DOUBLE_EQ(block.elements.max_omega_squared(), elastic);
 }
 
-// Every particle's own block is what the operator does to its velocity alone, crushed elements included.
+// The diagonal block of each particle is what the damping operator does to the velocity of that particle
+// alone, compressed elements included. Wrong blocks would make the block-Jacobi preconditioner useless
+// without any other sign.
 TEST(FiniteElements, DampingBlocksAreThoseOfTheOperator) {
   Block block(3, MaterialModel::neo_hookean, 3.0), follower(3, MaterialModel::neo_hookean, 3.0);
   block.elements.rely_on_damping(0.7, 0);
@@ -328,8 +351,9 @@ TEST(FiniteElements, DampingBlocksAreThoseOfTheOperator) {
   EXPECT_GT(damped_more, static_cast<int>(x.size()) / 2);
 }
 
-// Single precision has the same forces to its rounding, crushed elements and braked particles included, and
-// their sum vanishes as exactly.
+// Damping forces in single precision differ from those in double precision by the rounding of floats (3e-7, a
+// few units of 6e-8), with compressed elements and mass-proportional damping included. Their sum vanishes as
+// exactly as in double precision, so that no momentum is lost.
 TEST(FiniteElements, DampingInSinglePrecisionIsOffByItsRounding) {
   for (const double squeeze : {1.0, 0.4}) {
     Block block(3, MaterialModel::neo_hookean, 3.0);
@@ -355,7 +379,8 @@ TEST(FiniteElements, DampingInSinglePrecisionIsOffByItsRounding) {
   }
 }
 
-// The same in a state of compression, with the differences of the forces about it.
+// Under compression the bound holds as well: power iteration uses the differences of the forces about the
+// compressed state.
 TEST(FiniteElements, FrequencyBoundHoldsUnderCompression) {
   Block block;
   for (Vec3& place : block.x) place.y() *= 0.5;
@@ -382,8 +407,10 @@ TEST(FiniteElements, FrequencyBoundHoldsUnderCompression) {
   EXPECT_GT(highest, 0.3 * bound);
 }
 
-// Drawn out by four along x and y, a motion along z at 1/s changes the volume by 16 a second.
-TEST(FiniteElements, RateOfDeformationIsThatOfLengthsOrHalfThatOfTheVolume) {
+// The rate is the largest rate of a length, or half of the relative rate of the volume if that is more. A
+// motion along z at 1/s changes lengths by 1/s; in a block that is stretched by four along x and y it changes
+// the volume by 16 times the volume at rest per second.
+TEST(FiniteElements, DeformationRateCountsLengthsAndVolumes) {
   const Block block(2);
   std::vector<Vec3> x = block.x, v = block.x;
   for (Vec3& rate : v) rate = Vec3(0, 0, rate.z());
@@ -392,6 +419,7 @@ TEST(FiniteElements, RateOfDeformationIsThatOfLengthsOrHalfThatOfTheVolume) {
   EXPECT_NEAR(block.elements.max_deformation_rate(x, v), 8, 1e-13);
 }
 
+// The statistics have the smallest determinant, the largest stretch and the number of inverted tetrahedra.
 TEST(FiniteElements, StrainStatisticsFindTheWorstTet) {
   Block block(1);
   std::vector<Vec3> x = block.x;
@@ -401,14 +429,15 @@ TEST(FiniteElements, StrainStatisticsFindTheWorstTet) {
   EXPECT_EQ(block.elements.strain(x).max_stretch, 1);
   for (Vec3& p : x) p.y() = -p.y();
   EXPECT_EQ(block.elements.strain(x).inverted, 5);
-  // Drawn out along a diagonal, in no element's own axes.
+  // The block is stretched along a diagonal, which is no axis of any element.
   const Vec3 axis = Vec3(1, 2, 3).normalized();
   for (std::size_t i = 0; i < x.size(); ++i) x[i] = block.x[i] + 1.5 * axis.dot(block.x[i]) * axis;
   EXPECT_NEAR(block.elements.strain(x).max_stretch, 2.5, 1e-14);
 }
 
-// Of a stretched, sheared and turned block every particle has the largest principal stretch: here those of
-// diag(1.5, 0.7, 1), and of a simple shear by s: sqrt(1 + s^2/4) +- s/2.
+// All particles of a block that is stretched, sheared and turned get the largest difference of a principal
+// stretch from 1. The stretches are those of diag(1.5, 0.7, 1), and for a simple shear s they are sqrt(1 +
+// s^2/4) +- s/2. The bound of 1e-6 is that of floats.
 TEST(FiniteElements, StrainIsTheLargestPrincipalStretch) {
   Block block(2);
   const Mat3 turn = Eigen::AngleAxisd(0.7, Vec3(1, 2, 3).normalized()).toRotationMatrix();
@@ -429,13 +458,14 @@ TEST(FiniteElements, StrainIsTheLargestPrincipalStretch) {
   EXPECT_EQ(strain_of(Vec3(1, 1, -0.9).asDiagonal()), FiniteElements::inverted);
 }
 
+// The particles of an inverted element are marked, and others are not.
 TEST(FiniteElements, OneInvertedElementMarksItsParticles) {
   Block block(2);
   std::vector<Vec3> x = block.x;
   const Tet& tet = block.elements.tets()[7];
   const auto at = [&](std::size_t i) -> Vec3& { return x[static_cast<std::size_t>(tet[i])]; };
   const Vec3 middle = (at(1) + at(2) + at(3)) / 3;
-  at(0) += 1.1 * (middle - at(0));  // through the opposite face
+  at(0) += 1.1 * (middle - at(0));  // moves one particle through the opposite face
   std::vector<float> strain(x.size(), 0);
   block.elements.add_strain(x, strain);
   const int marked = static_cast<int>(std::count(strain.begin(), strain.end(), FiniteElements::inverted));

@@ -5,6 +5,7 @@
 namespace duet::zero_length_springs_test {
 namespace {
 
+// Forces are -dE/dx by central differences, and opposite on the two particles of a spring.
 TEST(ZeroLengthSprings, ForcesAreTheGradientOfTheEnergyAndOpposite) {
   ZeroLengthSprings zero_length_springs;
   zero_length_springs.add({0, 2, 30, 4});
@@ -20,10 +21,11 @@ TEST(ZeroLengthSprings, ForcesAreTheGradientOfTheEnergyAndOpposite) {
       above[p][axis] += h;
       below[p][axis] -= h;
       const double slope = (zero_length_springs.energy(above) - zero_length_springs.energy(below)) / (2 * h);
-      EXPECT_NEAR(force[p][axis], -slope, 1e-8);  // quadratic: rounding alone
+      EXPECT_NEAR(force[p][axis], -slope, 1e-8);  // the energy is quadratic: rounding alone
     }
 }
 
+// Damping forces are the coefficient times the relative velocity, and opposite on both particles.
 TEST(ZeroLengthSprings, DampingOpposesTheRelativeVelocity) {
   ZeroLengthSprings zero_length_springs;
   zero_length_springs.add({0, 1, 30, 4});
@@ -33,7 +35,7 @@ TEST(ZeroLengthSprings, DampingOpposesTheRelativeVelocity) {
   EXPECT_EQ(force[1], Vec3(4, 0, 0));
 }
 
-// Two free particles of masses m and M on a spring: k (1/m + 1/M).
+// Two free particles with the masses m and M on a spring of stiffness k have omega^2 = k (1/m + 1/M).
 TEST(ZeroLengthSprings, FrequencyIsExactForOnePair) {
   ZeroLengthSprings zero_length_springs;
   zero_length_springs.add({0, 1, 30, 4});

@@ -11,6 +11,8 @@ namespace {
 using test::eigen_of;
 using test::matrix_of;
 
+// Expects that F = U diag(s) V^T with rotations U and V, the singular values of Eigen, and a negative last
+// stretch for a reflection. The bounds are rounding relative to |F|.
 void expect_decomposed(const Mat3& F) {
   const PrincipalStretches<double> p = principal_stretches(matrix_of(F));
   const Mat3 U = eigen_of(p.U), V = eigen_of(p.V);
@@ -29,12 +31,15 @@ void expect_decomposed(const Mat3& F) {
   }
 }
 
+// The decomposition holds for mild, strong, flat and inverted deformations, and for random ones of two
+// magnitudes.
 TEST(PrincipalStretches, DecomposeAnyDeformation) {
   for (const Mat3& F : test::deformations()) expect_decomposed(F);
   std::mt19937 random(5);
   for (int i = 0; i < 1000; ++i) expect_decomposed(test::random_matrix(random, i % 2 ? 1 : 1e4));
 }
 
+// Equal and zero stretches leave the rotations undetermined; the decomposition must hold nevertheless.
 TEST(PrincipalStretches, AlikeFlatAndVanishingOnesAreNoException) {
   const Mat3 R = Quat(0.3, 0.5, -0.7, 0.4).normalized().toRotationMatrix();
   expect_decomposed(Mat3::Identity());
@@ -47,6 +52,7 @@ TEST(PrincipalStretches, AlikeFlatAndVanishingOnesAreNoException) {
   expect_decomposed(Mat3::Zero());
 }
 
+// The bound of the squared spectral norm holds for all deformations, and is exact for F = 1.
 TEST(PrincipalStretches, SpectralNormBoundHoldsAndIsTightAtRest) {
   EXPECT_DOUBLE_EQ(squared_spectral_norm(matrix_of(Mat3::Identity())), 1);
   for (const Mat3& F : test::deformations()) {

@@ -20,7 +20,8 @@ Name name_of(ElementPair kind, const std::array<int, 4>& p) {
   return {static_cast<int>(kind), p[0], p[1], p[2], p[3]};
 }
 
-// Whether the elements come within the range somewhere on the way, as far as many samples of it tell.
+// Returns whether the elements come within the range of repulsions during the motion, according to nine
+// samples of it.
 bool come_near(ElementPair kind, const std::array<int, 4>& p, const std::vector<Vec3>& start,
                const std::vector<Vec3>& end) {
   const FourPoints a = corners(p, start), b = corners(p, end);
@@ -32,7 +33,7 @@ bool come_near(ElementPair kind, const std::array<int, 4>& p, const std::vector<
   return false;
 }
 
-// All pairs that come near, without any search.
+// Returns all pairs that come near, by brute force.
 std::set<Name> all_near(const CollisionSurface& surface, const std::vector<Vec3>& start,
                         const std::vector<Vec3>& end) {
   std::set<Name> names;
@@ -50,8 +51,8 @@ std::set<Name> all_near(const CollisionSurface& surface, const std::vector<Vec3>
   return names;
 }
 
-// Two sheets fall fast as one, wave, and slide over each other, nearer at some times and places than at
-// others.
+// Returns the positions of two sheets at a time (s). They fall fast together, wave, and slide over each
+// other, so that pairs are nearer at some times and places than at others.
 std::vector<Vec3> positions(const Sheets& sheets, double time) {
   std::vector<Vec3> x = sheets.x;
   for (std::size_t p = 0; p < x.size(); ++p) {
@@ -62,7 +63,7 @@ std::vector<Vec3> positions(const Sheets& sheets, double time) {
   return x;
 }
 
-// The pairs that are near at `x`, in their order.
+// Returns the pairs of the candidates that are near at `x`, in their order.
 std::vector<Name> near_at(const CollisionCandidates& candidates, const std::vector<Vec3>& x) {
   std::vector<Name> names;
   for (const CandidatePair& pair : candidates.near())
@@ -71,11 +72,13 @@ std::vector<Name> near_at(const CollisionCandidates& candidates, const std::vect
   return names;
 }
 
+// Counts over all calls of watch(): awake pairs, kept pairs, and pairs that came near.
 struct Watched {
   std::size_t near = 0, pairs = 0, meetings = 0;
 };
 
-// Updates the candidates and expects them to hold everything that comes near.
+// Updates the candidates and expects that they contain every pair that comes near, none of them twice, and
+// that the near ones do not depend on earlier searches.
 void watch(const CollisionSurface& surface, const std::vector<Vec3>& start, const std::vector<Vec3>& end,
            CollisionCandidates& candidates, Watched& watched) {
   candidates.update(surface, start, end);
@@ -99,7 +102,9 @@ Sheets two_sheets(double gap) {
   return sheets;
 }
 
-TEST(CollisionCandidates, NoPairSleepsThroughAMeetingOfWavingSheets) {
+// No pair of two waving sheets comes near while it sleeps, though most pairs sleep and few motions cause a
+// search. A sum of distances that forgets the motion of one of the two elements would let pairs pass.
+TEST(CollisionCandidates, WakeAllNearPairsOfWavingSheets) {
   const Sheets sheets = two_sheets(0.06);
   CollisionCandidates candidates;
   Watched watched;
@@ -112,17 +117,17 @@ TEST(CollisionCandidates, NoPairSleepsThroughAMeetingOfWavingSheets) {
     watch(sheets.surface, end, end, candidates, watched);
   }
   EXPECT_GT(watched.meetings, 300U);
-  EXPECT_LT(candidates.searches(), 40);  // of 120 motions
+  EXPECT_LT(candidates.searches(), 40);  // the sheets make 120 motions
   EXPECT_LT(watched.near, watched.pairs / 4) << "most pairs sleep";
 }
 
-// A sheet folds, a half onto the other, as it falls past another one, which stays: pairs of one body meet,
-// and pairs of two bodies of which only one moves.
-TEST(CollisionCandidates, NoPairSleepsThroughTheFoldingOfASheetThatFalls) {
+// A sheet falls past another one, which stays, and folds one half onto the other. So pairs of one body come
+// near, and pairs of two bodies of which only one moves.
+TEST(CollisionCandidates, WakeAllNearPairsOfAFoldingSheet) {
   Sheets sheets;
   sheets.add(5, 0.1, Vec3(0, 0, 0), thickness);
   sheets.add(4, 0.1, Vec3(0.52, 0.1, 0.05), thickness);
-  const std::size_t first = 36;  // of the second sheet, 25 particles
+  const std::size_t first = 36;  // the second sheet begins there and has 25 particles
   const auto at = [&](double time) {
     std::vector<Vec3> x = sheets.x;
     for (std::size_t p = first; p < x.size(); ++p) {
@@ -139,7 +144,7 @@ TEST(CollisionCandidates, NoPairSleepsThroughTheFoldingOfASheetThatFalls) {
     watch(sheets.surface, at(step * dt), at((step + 1) * dt), candidates, watched);
     watch(sheets.surface, at(step * dt), at(step * dt), candidates, watched);
   }
-  // Of all pairs that are near at a time, those within the second sheet, and the others.
+  // Returns how many of the pairs that are near at a time are within the second sheet, and how many are not.
   const auto meetings = [&](double time) {
     const std::set<Name> near = all_near(sheets.surface, at(time), at(time));
     const auto within = std::count_if(near.begin(), near.end(), [&](const Name& n) {
@@ -152,7 +157,8 @@ TEST(CollisionCandidates, NoPairSleepsThroughTheFoldingOfASheetThatFalls) {
   EXPECT_LT(watched.near, watched.pairs / 2) << "most pairs sleep";
 }
 
-// Straight at each other: travels and distances add up exactly, nothing wakes a pair too early.
+// Two sheets approach along straight lines. The sums of travels and distances are then exact, and no pair
+// wakes before it can come near.
 TEST(CollisionCandidates, PairsThatCloseStraightWakeWhenTheyMeet) {
   const double gap = 0.08, speed = 1, dt = 0.0013;
   const Sheets sheets = two_sheets(gap);

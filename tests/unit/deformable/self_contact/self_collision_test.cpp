@@ -18,13 +18,15 @@ Sheets two_sheets() {
   return sheets;
 }
 
+// Returns the positions with random displacements of up to `size` (m) along each axis.
 std::vector<Vec3> displaced(const std::vector<Vec3>& x, double size, std::mt19937& random) {
   std::vector<Vec3> moved = x;
   for (Vec3& position : moved) position += size * test::random_vector(random);
   return moved;
 }
 
-// Crumples the sheets by random moves of every particle, up to several edges long.
+// Random displacements of all particles, up to several edges long, crumple two sheets: nothing crosses, and
+// momentum is that of the wanted displacements.
 TEST(SelfCollision, NothingCrossesHoweverParticlesMove) {
   std::mt19937 random(11);
   Sheets sheets = two_sheets();
@@ -46,14 +48,16 @@ TEST(SelfCollision, NothingCrossesHoweverParticlesMove) {
     const auto [linear, angular] = test::momentum_of(start, sheets.x, sheets.inverse_mass);
     const auto [wanted_linear, wanted_angular] = test::momentum_of(start, wanted, sheets.inverse_mass);
     EXPECT_LE((linear - wanted_linear).norm(), 1e-13);
-    // Impulses act where points meet, a displacement away from where they started: so the defect is of second
-    // order.
+    // Impulses act where elements meet, a displacement away from their starting positions, so the defect of
+    // angular momentum is of second order in the displacements.
     EXPECT_LE((angular - wanted_angular).norm(), 0.05 * mass * size * size);
   }
   EXPECT_GT(impulses, 100);
   EXPECT_GT(zone_particles, 0);
 }
 
+// The end positions have the same bits for any number of threads, and for candidates that were kept or found
+// afresh.
 TEST(SelfCollision, DoesNotDependOnThreadsOrOnEarlierSearches) {
   std::mt19937 random(12);
   Sheets sheets = two_sheets();
@@ -73,7 +77,7 @@ TEST(SelfCollision, DoesNotDependOnThreadsOrOnEarlierSearches) {
   set_thread_count(0);
 }
 
-// One particle falls on a triangle of three times its mass: they end up a tenth of the thickness apart.
+// One particle falls on a triangle with three times its mass, and both end up a tenth of the thickness apart.
 struct Drop {
   CollisionSurface surface;
   std::vector<Vec3> start{Vec3(0.3, 1, 0.3), Vec3(0, 0, 0),     Vec3(1, 0, 0),
@@ -91,6 +95,8 @@ struct Drop {
   }
 };
 
+// One impulse stops the particle at the tenth of the thickness above the triangle, and the sum of momenta
+// stays.
 TEST(SelfCollision, AParticleStopsAtATenthOfTheThickness) {
   const Drop drop;
   std::vector<Vec3> end = drop.start;
@@ -103,6 +109,8 @@ TEST(SelfCollision, AParticleStopsAtATenthOfTheThickness) {
   EXPECT_NEAR(end[0].y() + end[1].y() + end[2].y() + end[3].y(), -1, 1e-14);
 }
 
+// Held particles do not move, and the free one takes the whole correction. If all are held, the outcome names
+// the pair.
 TEST(SelfCollision, HeldParticlesStayWhereTheyAreTold) {
   Drop drop;
   for (const std::size_t p : {1, 2, 3}) drop.inverse_mass[p] = 0;
@@ -112,7 +120,7 @@ TEST(SelfCollision, HeldParticlesStayWhereTheyAreTold) {
   EXPECT_NEAR(end[0].y(), 0.1 * Drop::thickness, 1e-14);
   for (const std::size_t p : {1, 2, 3}) EXPECT_EQ(end[p], drop.start[p]);
 
-  drop.inverse_mass[0] = 0;  // now nothing can give way
+  drop.inverse_mass[0] = 0;  // now no particle can give way
   end = drop.start;
   end[0].y() = -1;
   const auto outcome = drop.resolve(end);
@@ -120,6 +128,8 @@ TEST(SelfCollision, HeldParticlesStayWhereTheyAreTold) {
   EXPECT_EQ(*outcome.unresolved, (std::array<int, 4>{0, 1, 2, 3}));
 }
 
+// Zones that share a particle become one, zones move rigidly with the momentum of their particles, and
+// particles outside of zones stay as they are.
 TEST(ImpactZones, KeepMomentumAndDistances) {
   std::mt19937 random(13);
   std::vector<Vec3> start(12);
@@ -145,7 +155,8 @@ TEST(ImpactZones, KeepMomentumAndDistances) {
   const auto [linear, angular] = test::momentum_of(start, end, inverse_mass);
   const auto [wanted_linear, wanted_angular] = test::momentum_of(start, wanted, inverse_mass);
   EXPECT_LE((linear - wanted_linear).norm(), 1e-13);
-  // Of particles on a line, only what turns the line about itself has no place to go: and that is nothing.
+  // The particles 8 to 11 lie on a line. The angular momentum about that line is zero anyway, so nothing is
+  // lost there.
   EXPECT_LE((angular - wanted_angular).norm(), 1e-12 * 100);
   for (std::size_t p = 0; p < 6; ++p)
     for (std::size_t q = 0; q < p; ++q)

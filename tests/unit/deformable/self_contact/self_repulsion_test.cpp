@@ -12,7 +12,7 @@ using test::Sheets;
 
 constexpr double thickness = 0.02, dt = 1e-3;
 
-// One sheet over another, `gap` apart, each with a quad's diagonal across those of the other.
+// Returns two sheets, one over the other at a distance of `gap` (m), whose diagonals cross.
 Sheets layers(double gap, double friction = 0) {
   Sheets sheets;
   sheets.add(4, 0.1, Vec3(0, 0, 0), thickness, friction);
@@ -20,6 +20,7 @@ Sheets layers(double gap, double friction = 0) {
   return sheets;
 }
 
+// Finds the repulsion pairs of the sheets as they lie.
 SelfRepulsion pairs_of(const Sheets& sheets) {
   CollisionCandidates candidates;
   candidates.update(sheets.surface, sheets.x, sheets.x);
@@ -28,40 +29,45 @@ SelfRepulsion pairs_of(const Sheets& sheets) {
   return repulsion;
 }
 
-// The two sheets move as wholes: velocities of their particles.
+// Returns velocities of the particles such that each sheet moves as a whole.
 std::vector<Vec3> velocities(const Sheets& sheets, const Vec3& lower, const Vec3& upper) {
   std::vector<Vec3> v(sheets.x.size(), upper);
   std::fill(v.begin(), v.begin() + 25, lower);
   return v;
 }
 
-TEST(SelfRepulsion, FindsPairsWithinRangeAndLeavesOutNeighboursAtRest) {
+// Pairs nearer than 1.1 thicknesses are found, each with its distance. Elements of one sheet that are as near
+// as that at rest are not: they would be blown apart.
+TEST(SelfRepulsion, FindsPairsInRangeExceptNeighborsAtRest) {
   EXPECT_TRUE(pairs_of(layers(1.11 * thickness)).pairs().empty());
   const Sheets near = layers(1.09 * thickness);
   const SelfRepulsion repulsion = pairs_of(near);
-  // All 16 particles of the upper sheet are over the lower one, and 9 of the lower one are under the upper.
+  // All 16 particles of the upper sheet are over the lower one, and 9 of the lower sheet are under the upper
+  // one.
   const auto points =
       std::count_if(repulsion.pairs().begin(), repulsion.pairs().end(),
                     [](const RepulsionPair& p) { return p.weight[0] == 1 && p.weight[1] < 0; });
   EXPECT_EQ(points, 16 + 9);
   for (const RepulsionPair& pair : repulsion.pairs()) EXPECT_NEAR(pair.distance, 1.09 * thickness, 1e-15);
-  Sheets fine;  // its own thickness reaches over its triangles
+  Sheets fine;  // its thickness is more than the size of its triangles
   fine.add(4, 0.1, Vec3::Zero(), 0.15);
   EXPECT_TRUE(pairs_of(fine).pairs().empty());
 }
 
+// The fastest approach that repulsions leave is min(0, (h - gap) / dt): sheets nearer than the thickness h
+// come no nearer, and others come as near as h within the step.
 TEST(SelfRepulsion, StopsApproachAtTheThickness) {
   for (const double gap : {0.5 * thickness, 1.05 * thickness}) {
     const Sheets sheets = layers(gap);
     const SelfRepulsion repulsion = pairs_of(sheets);
     std::vector<Vec3> v = velocities(sheets, Vec3::Zero(), Vec3(0.3, -2, 0));
-    for (int i = 0; i < 200; ++i) repulsion.apply(dt, sheets.x, sheets.inverse_mass, v);  // to convergence
+    for (int i = 0; i < 200; ++i) repulsion.apply(dt, sheets.x, sheets.inverse_mass, v);
     const double least = std::min(0.0, (thickness - gap) / dt);
     double nearest = 1;
     for (const RepulsionPair& pair : repulsion.pairs())
       nearest = std::min(nearest, relative_velocity(pair, v).dot(pair.normal));
     EXPECT_NEAR(nearest, least, 1e-9);
-    // What parts already is left alone.
+    // Pairs that separate already are left alone.
     const std::vector<Vec3> parting = velocities(sheets, Vec3::Zero(), Vec3(1, 2, 0));
     std::vector<Vec3> after = parting;
     repulsion.apply(dt, sheets.x, sheets.inverse_mass, after);
@@ -69,10 +75,11 @@ TEST(SelfRepulsion, StopsApproachAtTheThickness) {
   }
 }
 
-// Rows are pairs about as near as h that would come nearer in the step: they go a tenth of the way.
+// The rows of a solve are pairs about as near as h that would come nearer than h in the step. Their target
+// lets them go a tenth of the distance.
 TEST(SelfRepulsion, RowsAreThoseThatWouldComeTooNear) {
   struct Case {
-    double gap, mean;  // of the thickness; of the speed that leads to the thickness within the step
+    double gap, mean;  // in thicknesses; in speeds that lead to the thickness within the step
     bool is_row;
   };
   for (const Case& c : {Case{0.5, 0.1, true}, Case{1.01, 1.1, true}, Case{1.01, 0.4, false},
@@ -90,7 +97,7 @@ TEST(SelfRepulsion, RowsAreThoseThatWouldComeTooNear) {
       }
     }
     std::vector<Vec3> end = velocities(sheets, Vec3::Zero(), Vec3(0, -2 * way, 0));
-    for (int i = 0; i < 200; ++i) repulsion.apply(dt, sheets.x, sheets.inverse_mass, end);  // to convergence
+    for (int i = 0; i < 200; ++i) repulsion.apply(dt, sheets.x, sheets.inverse_mass, end);
     double nearest = 1;
     for (const RepulsionPair& pair : repulsion.pairs())
       nearest = std::min(nearest, relative_velocity(pair, end).dot(pair.normal));
@@ -98,18 +105,21 @@ TEST(SelfRepulsion, RowsAreThoseThatWouldComeTooNear) {
   }
 }
 
+// The elastic part separates sheets at a tenth of what is missing to the thickness in each step.
 TEST(SelfRepulsion, ElasticPartRecoversATenthOfWhatIsMissing) {
   const double gap = 0.6 * thickness;
   const Sheets sheets = layers(gap);
   const SelfRepulsion repulsion = pairs_of(sheets);
   std::vector<Vec3> v(sheets.x.size(), Vec3::Zero());
-  for (int i = 0; i < 5000; ++i) repulsion.apply_elastic(dt, sheets.inverse_mass, v);  // to convergence
+  for (int i = 0; i < 5000; ++i) repulsion.apply_elastic(dt, sheets.inverse_mass, v);  // until it converges
   double slowest = 1e9;
   for (const RepulsionPair& pair : repulsion.pairs())
     slowest = std::min(slowest, relative_velocity(pair, v).dot(pair.normal));
   EXPECT_NEAR(slowest, 0.1 * (thickness - gap) / dt, 1e-6);
 }
 
+// Friction of a repulsion follows Coulomb's law: slow slip nearly stops, fast slip loses the friction
+// coefficient times the change of normal velocity.
 TEST(SelfRepulsion, FrictionStopsSlowSlipAndOnlySlowsFastSlip) {
   const Sheets sheets = layers(0.5 * thickness, 0.5);
   const SelfRepulsion repulsion = pairs_of(sheets);
@@ -125,17 +135,19 @@ TEST(SelfRepulsion, FrictionStopsSlowSlipAndOnlySlowsFastSlip) {
     }
     return std::array{upper.x() / upper_mass - lower.x() / lower_mass, 1 + upper.y() / upper_mass};
   };
-  EXPECT_LT(std::abs(slip_after(0.1)[0]), 0.03);  // within the cone nearly all of it goes in three rounds
-  // Coulomb: of a fast slip, friction times the change of normal momentum. The lower sheet's share of both is
-  // the same, so the ratio of the upper sheet's is exact.
+  EXPECT_LT(std::abs(slip_after(0.1)[0]), 0.03);  // within the cone three rounds take nearly all of it
+  // A fast slip decreases, by Coulomb's law, by the friction coefficient times the change of the normal
+  // velocity. The lower sheet has the same fractions of both, so the ratio of the upper sheet's impulses is
+  // exact.
   std::vector<Vec3> v = velocities(sheets, Vec3::Zero(), Vec3(100, -1, 0));
   repulsion.apply(dt, sheets.x, sheets.inverse_mass, v);
   Vec3 impulse = Vec3::Zero();
   for (std::size_t p = 25; p < v.size(); ++p) impulse += (v[p] - Vec3(100, -1, 0)) / sheets.inverse_mass[p];
-  // What keeps angular momentum shifts a part of the order (gap/edge)^2 between the sheets.
+  // Impulses that keep angular momentum shift a fraction of the order of (gap / edge)^2 between the sheets.
   EXPECT_NEAR(-impulse.x() / impulse.y(), 0.5, 0.01);
 }
 
+// Impulses and the elastic part keep linear and angular momentum.
 TEST(SelfRepulsion, KeepsMomentum) {
   std::mt19937 random(3);
   const Sheets sheets = layers(0.5 * thickness, 0.5);
@@ -157,6 +169,8 @@ TEST(SelfRepulsion, KeepsMomentum) {
   EXPECT_LE((after.second - before.second).norm(), 1e-12);
 }
 
+// A sweep over the rows is self-adjoint in the mass inner product and adds no energy, as the projection of a
+// solve has to be; repeated sweeps reach the targets.
 TEST(SelfRepulsion, RowsProjectSelfAdjointly) {
   std::mt19937 random(4);
   const Sheets sheets = layers(0.5 * thickness);

@@ -1,4 +1,5 @@
-// Files of each format, written here so that it is known what is in them.
+// Tests of the mesh reader with files of every format, which the tests write themselves so that the content
+// is known.
 #include "sim/geometry/files/mesh_file.h"
 
 #include "tests/support/meshes.h"
@@ -14,7 +15,7 @@
 namespace duet::mesh_file_test {
 namespace {
 
-// The corner tetrahedron, whose volume is 1/6.
+// The corner tetrahedron of the unit cube, of volume 1/6.
 const TriangleMesh tetrahedron = test::tetrahedron(Vec3::Zero(), Vec3::UnitX(), Vec3::UnitY(), Vec3::UnitZ());
 
 class MeshFile : public testing::Test {
@@ -45,12 +46,15 @@ class MeshFile : public testing::Test {
   }
 };
 
+// Appends the bytes of `value`, in reverse order if `swapped`.
 template <class Value>
 void append(std::string& bytes, Value value, bool swapped) {
   std::string raw(reinterpret_cast<const char*>(&value), sizeof value);
   bytes += swapped ? std::string(raw.rbegin(), raw.rend()) : raw;
 }
 
+// Returns a PLY file of the tetrahedron with a color, an empty element and mixed types, which a reader has to
+// skip or convert.
 std::string ply(const std::string& format) {
   std::string bytes = "ply\nformat " + format +
                       " 1.0\ncomment made by hand\nelement vertex 4\nproperty float x\nproperty float y\n"
@@ -96,7 +100,8 @@ TEST_F(MeshFile, EveryFormatIsRead) {
   expect_tetrahedron("t.STL", stl + "endsolid t\n");
   for (const char* format : {"ascii", "binary_little_endian", "binary_big_endian"})
     expect_tetrahedron("t.ply", ply(format));
-  // 4 positions of 3 floats, then 12 indices of 16 bits; the node doubles y and halves x.
+  // The buffer holds 4 positions of 3 floats and 12 indices of 16 bits. The node scales x by 1/2 and y by 2,
+  // which keeps the volume.
   expect_tetrahedron("t.gltf", R"({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}],
 "nodes": [{"mesh": 0, "scale": [0.5, 2, 1]}], "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
 "buffers": [{"byteLength": 72, "uri": "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAAAAAAAAAAAAIA/AAACAAEAAAABAAMAAAADAAIAAQACAAMA"}],
@@ -105,8 +110,8 @@ TEST_F(MeshFile, EveryFormatIsRead) {
 {"bufferView": 1, "componentType": 5123, "count": 12, "type": "SCALAR"}]})");
 }
 
-TEST_F(MeshFile, PolygonsNormalsAndTextureCoordinates) {
-  // A prism over a concave outline, as polygons.
+TEST_F(MeshFile, ReadsPolygonsNormalsAndTextureCoordinates) {
+  // This is a prism over a concave outline of area 3, given as polygons.
   const std::string prism =
       "v 0 0 1\nv 2 0 1\nv 2 1 1\nv 1 1 1\nv 1 2 1\nv 0 2 1\nv 0 0 0\nv 2 0 0\nv 2 1 0\nv 1 1 0\nv 1 2 0\nv "
       "0 2 0\n"
@@ -138,8 +143,9 @@ TEST_F(MeshFile, WhatCannotBeReadIsNamed) {
                "line 4");
 }
 
-// Wherever a PLY file is cut off or changed, there is an error or a mesh, and never a crash.
-TEST_F(MeshFile, DamagedPly) {
+// A PLY file that is cut off is an error. One with a changed byte is an error or a mesh whose indices are in
+// range, and never a crash.
+TEST_F(MeshFile, DamagedPlyIsAnErrorOrASoundMesh) {
   std::mt19937 random(29);
   for (const char* format : {"ascii", "binary_little_endian", "binary_big_endian"}) {
     const std::string good = ply(format);

@@ -27,6 +27,8 @@ void expect_refused(const std::string& name, const std::string& text, const std:
   }
 }
 
+// Two tetrahedra that share a face, in the format of Medit, with marks and boundary triangles that the reader
+// skips.
 const std::string two_tets_medit = R"(MeshVersionFormatted 1
 # written by hand
 Dimension
@@ -48,6 +50,8 @@ Tetrahedra
 End
 )";
 
+// The two tetrahedra of `two_tets_medit` in version 2.2 of the format of Gmsh, with node numbers that have
+// gaps.
 const std::string two_tets_gmsh_2 = R"($MeshFormat
 2.2 0 8
 $EndMeshFormat
@@ -67,6 +71,8 @@ $Elements
 $EndElements
 )";
 
+// The two tetrahedra of `two_tets_medit` in version 4.1 of the format of Gmsh, with nodes in two blocks, one
+// of them with parameters.
 const std::string two_tets_gmsh_4 = R"($MeshFormat
 4.1 0 8
 $EndMeshFormat
@@ -142,7 +148,8 @@ TEST(TetMeshFile, DamagedFilesAreRefusedWithTheirLine) {
   EXPECT_THROW(read_tet_mesh("/nowhere/a.mesh"), FileError);
 }
 
-// Whatever a damaged file says, the reader ends with an error or a mesh whose indices are sound.
+// Whichever byte of a file is damaged, the reader throws a FileError or returns a mesh whose indices are in
+// range.
 TEST(TetMeshFile, NoDamageCrashesTheReader) {
   for (const auto& [name, text] : {std::pair("a.mesh", two_tets_medit), std::pair("a.msh", two_tets_gmsh_2),
                                    std::pair("b.msh", two_tets_gmsh_4)})

@@ -20,7 +20,7 @@ const Vec3& node(const FeatureEdges& feature_edges, int i) {
   return feature_edges.nodes[static_cast<std::size_t>(i)];
 }
 
-// Along the chords between nodes; m.
+// Returns the total length of the chords between nodes, in m.
 double length_of(const FeatureEdges& feature_edges) {
   double length = 0;
   for (const FeatureEdges::Line& line : feature_edges.lines) {
@@ -32,7 +32,8 @@ double length_of(const FeatureEdges& feature_edges) {
   return length;
 }
 
-// No two neighbours are farther apart than `longest` says, and that is no more than `spacing`.
+// Checks that consecutive nodes are at most `longest` apart, and that `longest` is at most `spacing` (both in
+// m).
 void expect_spacing(const FeatureEdges& feature_edges, double spacing) {
   for (const FeatureEdges::Line& line : feature_edges.lines) {
     EXPECT_LE(line.longest, spacing * (1 + 1e-12));
@@ -41,16 +42,16 @@ void expect_spacing(const FeatureEdges& feature_edges, double spacing) {
   }
 }
 
-FeatureEdges ridges_of(const TriangleMesh& mesh, const LevelSet& shape, double spacing) {
+FeatureEdges feature_edges_of(const TriangleMesh& mesh, const LevelSet& shape, double spacing) {
   const std::vector<Vec3> samples = surface_samples(mesh, spacing);
   return find_feature_edges(mesh, shape, samples, points_inside(shape, samples), spacing);
 }
 
-FeatureEdges ridges_of(const TriangleMesh& mesh, double spacing) {
-  return ridges_of(mesh, LevelSet::mesh(std::make_shared<GridLevelSet>(mesh, 32)), spacing);
+FeatureEdges feature_edges_of(const TriangleMesh& mesh, double spacing) {
+  return feature_edges_of(mesh, LevelSet::mesh(std::make_shared<GridLevelSet>(mesh, 32)), spacing);
 }
 
-// About the axis y, from its foot at y = 0 to `height`; faces outward.
+// Returns a closed prism about the y axis, from y = 0 to `height`, with outward faces.
 TriangleMesh prism(int corners, double radius, double height) {
   TriangleMesh mesh;
   std::vector<int> bottom, top;
@@ -70,7 +71,9 @@ TriangleMesh prism(int corners, double radius, double height) {
   return mesh;
 }
 
-TEST(FeatureEdges, OfABoxAreItsEdges) {
+// The feature edges of a box are its 12 edges with their whole length, its 8 corners, and inward directions
+// of unit length.
+TEST(FeatureEdges, ABoxHasItsTwelveEdges) {
   const FeatureEdges feature_edges = find_feature_edges(LevelSet::box(Vec3(2, 1, 0.5)), 0.3);
   EXPECT_EQ(feature_edges.lines.size(), 12U);
   EXPECT_NEAR(length_of(feature_edges), 4 * (2 + 1 + 0.5), 1e-14);
@@ -86,14 +89,14 @@ TEST(FeatureEdges, OfABoxAreItsEdges) {
     EXPECT_EQ(node(feature_edges, corner).cwiseAbs(), Vec3(1, 0.5, 0.25));
 }
 
-TEST(FeatureEdges, OfRoundBodiesAreMiddleLinesAndRims) {
+TEST(FeatureEdges, RoundBodiesHaveMiddleLinesAndRims) {
   const FeatureEdges torus = find_feature_edges(LevelSet::torus(2, 0.5), 0.25);
   ASSERT_EQ(torus.lines.size(), 1U);
   EXPECT_TRUE(torus.lines[0].is_closed);
   EXPECT_EQ(torus.lines[0].radius, 0.5);
-  EXPECT_EQ(torus.nodes.size(), 51U);  // 2 pi 2 / 0.25 = 50.3
+  EXPECT_EQ(torus.nodes.size(), 51U);  // The circle has 2 pi 2 / 0.25 = 50.3 intervals, rounded up.
   EXPECT_NEAR(torus.lines[0].longest, 4 * pi / 51, 1e-14);
-  // Half way between two nodes, on the circle and not on its chord.
+  // A place half way between two nodes lies on the circle and not on its chord.
   const Vec3 middle = place_between(torus.lines[0], torus.nodes[0], torus.nodes[1], 0.5);
   EXPECT_LT((middle - 2 * Vec3(std::sin(pi / 51), 0, std::cos(pi / 51))).norm(), 1e-14);
 
@@ -104,67 +107,76 @@ TEST(FeatureEdges, OfRoundBodiesAreMiddleLinesAndRims) {
   EXPECT_FALSE(cylinder.lines[2].is_closed);
   const Vec3 on_rim = cylinder.nodes[0];
   EXPECT_EQ(std::abs(on_rim.y()), 1.5);
-  // Near the bisector of the side and the end: points_inside() takes the mean of a few normals.
+  // The inward direction at a rim is near the bisector of the side and the end. The bound allows for
+  // points_inside(), which averages 27 normals around the node.
   EXPECT_LT((cylinder.inward[0] - Vec3(-on_rim.x(), -on_rim.y() / 1.5, -on_rim.z()).normalized()).norm(),
             0.1);
 
-  EXPECT_TRUE(cylinder.corners.empty());  // the axis ends inside of the ends
+  EXPECT_TRUE(cylinder.corners.empty());  // The axis ends inside the end faces: its ends are no corners.
 
   EXPECT_EQ(find_feature_edges(LevelSet::capsule(0.5, 1), 0.25).nodes.size(), 5U);
   EXPECT_TRUE(find_feature_edges(LevelSet::sphere(1), 0.25).lines.empty());
   EXPECT_TRUE(find_feature_edges(LevelSet::half_space(), 0.25).lines.empty());
 }
 
-TEST(FeatureEdges, OfMeshesAreTheirSharpConvexEdges) {
-  const FeatureEdges box = ridges_of(test::box_mesh(Vec3(-1, -1, -1), Vec3(1, 1, 1)), 0.3);
-  EXPECT_EQ(box.lines.size(), 12U);  // corners end them; the diagonals of faces are none
+TEST(FeatureEdges, MeshesHaveTheirSharpConvexEdges) {
+  const FeatureEdges box = feature_edges_of(test::box_mesh(Vec3(-1, -1, -1), Vec3(1, 1, 1)), 0.3);
+  // Corners end the lines, and the diagonals of faces are no feature edges.
+  EXPECT_EQ(box.lines.size(), 12U);
   EXPECT_EQ(box.corners.size(), 8U);
   EXPECT_NEAR(length_of(box), 24, 1e-13);
   expect_spacing(box, 0.3);
-  // 18 edges of an L, but for the concave one of length 1.
-  EXPECT_NEAR(length_of(ridges_of(test::l_mesh(), 0.3)), 2 * 8 + 6 - 1, 1e-13);
-  // A prism of 64 sides turns by 5.6 degrees from side to side: two rims. One of six turns by 60.
-  const FeatureEdges round = ridges_of(prism(64, 1, 0.5), 10);
+  // An L has 18 edges. The concave one, of length 1, is no feature edge.
+  EXPECT_NEAR(length_of(feature_edges_of(test::l_mesh(), 0.3)), 2 * 8 + 6 - 1, 1e-13);
+  // Neighboring sides of a prism of 64 sides meet at 5.6 degrees, so that only its two rims are feature
+  // edges. In a prism of six sides they meet at 60 degrees, and all edges are feature edges.
+  const FeatureEdges round = feature_edges_of(prism(64, 1, 0.5), 10);
   ASSERT_EQ(round.lines.size(), 2U);
   EXPECT_TRUE(round.lines[0].is_closed && round.lines[1].is_closed);
   EXPECT_TRUE(round.corners.empty());
   EXPECT_NEAR(length_of(round), 2 * 64 * 2 * std::sin(pi / 64), 1e-13);
-  EXPECT_NEAR(length_of(ridges_of(prism(6, 1, 0.5), 10)), 12 * 1 + 6 * 0.5, 1e-13);
-  EXPECT_TRUE(ridges_of(test::torus_mesh(1, 0.4, 48, 24), 10).lines.empty());
+  EXPECT_NEAR(length_of(feature_edges_of(prism(6, 1, 0.5), 10)), 12 * 1 + 6 * 0.5, 1e-13);
+  EXPECT_TRUE(feature_edges_of(test::torus_mesh(1, 0.4, 48, 24), 10).lines.empty());
 }
 
-// Their surface falls off on both sides: at edges and on all of a tube, on a drum's side and rims but not on
-// its ends, and on its side only where samples lie so far apart that it counts.
-TEST(FeatureEdges, BulgesOfMeshesAreWhereTheyBendOutwards) {
-  const auto for_bulges = [](const FeatureEdges& feature_edges, auto&& visit) {
+// Convex vertices are samples from which the surface falls off on both sides: at edges, everywhere on a
+// torus, and on the side and the rims of a drum but not on its ends. On the drum's side they count only where
+// samples are so far apart that the surface bends noticeably between them: at a spacing of 0.2 m, and not at
+// 0.05 m.
+TEST(FeatureEdges, ConvexVerticesAreWhereMeshesBendOutward) {
+  const auto for_convex_vertices = [](const FeatureEdges& feature_edges, auto&& visit) {
     for (const int bulge : feature_edges.convex_vertices) {
       visit(node(feature_edges, bulge));
       EXPECT_NEAR(feature_edges.inward[static_cast<std::size_t>(bulge)].norm(), 1, 1e-14);
     }
     return feature_edges.convex_vertices.size();
   };
-  const FeatureEdges box = ridges_of(test::box_mesh(Vec3(-1, -1, -1), Vec3(1, 1, 1)), 0.3);
-  EXPECT_GE(for_bulges(box, [](const Vec3& x) { EXPECT_GE((x.array().abs() > 1 - 1e-12).count(), 2); }),
-            12U * 6U + 8U);
+  const FeatureEdges box = feature_edges_of(test::box_mesh(Vec3(-1, -1, -1), Vec3(1, 1, 1)), 0.3);
+  EXPECT_GE(
+      for_convex_vertices(box, [](const Vec3& x) { EXPECT_GE((x.array().abs() > 1 - 1e-12).count(), 2); }),
+      12U * 6U + 8U);
   const TriangleMesh torus = test::torus_mesh(1, 0.4, 48, 24);
-  EXPECT_EQ(ridges_of(torus, 0.25).convex_vertices.size(), surface_samples(torus, 0.25).size());
+  EXPECT_EQ(feature_edges_of(torus, 0.25).convex_vertices.size(), surface_samples(torus, 0.25).size());
   const TriangleMesh drum = prism(128, 1, 0.5);
   const LevelSet drum_shape = LevelSet::mesh(std::make_shared<GridLevelSet>(drum, 128));
-  constexpr double beside = 0.051;  // m, of the rims: as far as they count in the directions into the drum
+  // In m: samples this near a rim may count, because their inward directions average normals around them.
+  constexpr double beside = 0.051;
   int on_side = 0;
   const auto is_around = [&](const Vec3& x) {
     EXPECT_GT(std::hypot(x.x(), x.z()), 1 - beside);
     on_side += x.y() > beside && x.y() < 0.5 - beside;
   };
-  EXPECT_GT(for_bulges(ridges_of(drum, drum_shape, 0.2), is_around), 0U);
+  EXPECT_GT(for_convex_vertices(feature_edges_of(drum, drum_shape, 0.2), is_around), 0U);
   EXPECT_GT(on_side, 2 * pi / 0.2);
   on_side = 0;
-  EXPECT_GT(for_bulges(ridges_of(drum, drum_shape, 0.05), is_around), 0U);
+  EXPECT_GT(for_convex_vertices(feature_edges_of(drum, drum_shape, 0.05), is_around), 0U);
   EXPECT_EQ(on_side, 0);
 }
 
-TEST(FeatureEdges, FindTheirCornersAndBulgesInABox) {
-  FeatureEdges feature_edges = ridges_of(test::box_mesh(Vec3(-1, -1, -1), Vec3(1, 1, 1)), 0.3);
+// The tree finds exactly the corners and convex vertices in a box, also after keep_nodes() has renumbered
+// them.
+TEST(FeatureEdges, TreeFindsCornersAndConvexVerticesInABox) {
+  FeatureEdges feature_edges = feature_edges_of(test::box_mesh(Vec3(-1, -1, -1), Vec3(1, 1, 1)), 0.3);
   const auto expect_found = [&] {
     const Eigen::AlignedBox3d box(Vec3(-2, -0.7, -2), Vec3(-0.5, 2, 1));
     std::vector<int> found, expected;
@@ -188,14 +200,17 @@ TEST(FeatureEdges, FindTheirCornersAndBulgesInABox) {
   expect_found();
 }
 
-TEST(FeatureEdges, KeepWhatLiesBetweenNodesThatStay) {
+// Dropping nodes splits a closed line into open ones that keep the order of the nodes, and drops corners with
+// their nodes.
+TEST(FeatureEdges, DroppingNodesSplitsLinesInOrder) {
   FeatureEdges torus = find_feature_edges(LevelSet::torus(2, 0.5), 0.25);
   const FeatureEdges whole = torus;
   std::vector<char> stays(51, 1);
   keep_nodes(stays, torus);
   EXPECT_EQ(torus.nodes, whole.nodes);
   EXPECT_TRUE(torus.lines[0].is_closed);
-  stays[10] = stays[12] = stays[20] = 0;  // 11 is left alone; the line goes on past the last node
+  // Node 11 is left alone and dropped. The last line goes on past the last node.
+  stays[10] = stays[12] = stays[20] = 0;
   keep_nodes(stays, torus);
   ASSERT_EQ(torus.lines.size(), 2U);
   std::vector<Vec3> expected(whole.nodes.begin() + 13, whole.nodes.begin() + 20);

@@ -13,11 +13,13 @@
 namespace duet::grid_level_set_test {
 namespace {
 
+// Returns a random point of the box from `lower` to `upper`.
 Vec3 point_within(std::mt19937& random, const Vec3& lower, const Vec3& upper) {
   return (lower + upper) / 2 + (upper - lower).cwiseProduct(test::random_vector(random)) / 2;
 }
 
-// Exact in an L: inside when in either of its boxes.
+// Returns the exact signed distance of an L-shaped body, which is the union of two boxes. `tree` holds its
+// surface.
 double distance_to_l(const TriangleTree& tree, const Vec3& x) {
   const bool in_depth = x.z() > 0 && x.z() < 1;
   const bool lower = x.x() > 0 && x.x() < 2 && x.y() > 0 && x.y() < 1;
@@ -36,6 +38,8 @@ class GridOfL : public testing::Test {
   std::mt19937 random{19};
 };
 
+// The values at the nodes are exact distances rounded to floats. A wrong sign behind the concave edge of the
+// L is found.
 TEST_F(GridOfL, NodesHoldExactDistances) {
   const DenseGrid& nodes = grid.grid();
   EXPECT_DOUBLE_EQ(nodes.spacing, h);
@@ -44,12 +48,14 @@ TEST_F(GridOfL, NodesHoldExactDistances) {
       for (int i = 0; i < nodes.count.x(); i += 3) {
         const Vec3 x = nodes.origin + h * Vec3(i, j, k);
         const double expected = distance_to_l(tree, x);
-        if (std::abs(expected) < 1e-9) continue;  // on the surface, either sign
-        EXPECT_NEAR(static_cast<double>(nodes.values[nodes.index(i, j, k)]), expected, 1e-6);  // floats
+        if (std::abs(expected) < 1e-9) continue;  // A point on the surface may have either sign.
+        // Values are stored as floats.
+        EXPECT_NEAR(static_cast<double>(nodes.values[nodes.index(i, j, k)]), expected, 1e-6);
       }
 }
 
-// Between nodes, a distance that is linear there is met; a kink costs up to a part of the cell.
+// Between nodes, the grid reproduces a distance that is linear there. At a kink of the distance, trilinear
+// interpolation is off by up to half a cell, and by 5 % of one in the root mean square.
 TEST_F(GridOfL, InterpolatesBetweenNodes) {
   double squares = 0;
   constexpr int n = 3000;
@@ -63,10 +69,11 @@ TEST_F(GridOfL, InterpolatesBetweenNodes) {
   EXPECT_LT(std::sqrt(squares / n), 0.05 * h);
 }
 
+// The normal is the gradient of the interpolated distance by central differences, normalized.
 TEST_F(GridOfL, NormalsAreTheGradientOfTheDistance) {
   for (int i = 0; i < 500; ++i) {
     const Vec3 x = point_within(random, grid.lower(), grid.upper());
-    const double step = 1e-5 * h;  // rarely across the border of two cells
+    const double step = 1e-5 * h;  // m: so small that the difference rarely crosses the border of two cells
     Vec3 gradient;
     for (int axis = 0; axis < 3; ++axis)
       gradient[axis] =
@@ -79,6 +86,7 @@ TEST_F(GridOfL, NormalsAreTheGradientOfTheDistance) {
   }
 }
 
+// Beyond the nodes of the grid, the distance and the normal come from the nearest point of the mesh.
 TEST_F(GridOfL, IsExactBeyondItsNodes) {
   for (int i = 0; i < 500; ++i) {
     const Vec3 x = point_within(random, Vec3::Constant(-9), Vec3::Constant(9));
@@ -96,7 +104,8 @@ TEST_F(GridOfL, IsContinuousWhereItsNodesEnd) {
     Vec3 x = point_within(random, nodes.origin, last);
     x.y() = last.y();
     const double inside = grid.distance(x - Vec3(0, 1e-9, 0)), outside = grid.distance(x + Vec3(0, 1e-9, 0));
-    EXPECT_NEAR(inside, outside, 0.05 * h);  // curvature of the distance over a cell, 5 cells away
+    // The bound is the curvature of the distance over a cell, 5 cells away from the surface.
+    EXPECT_NEAR(inside, outside, 0.05 * h);
   }
 }
 
@@ -104,9 +113,11 @@ TEST_F(GridOfL, KnowsItsSizes) {
   EXPECT_EQ(grid.lower(), Vec3(0, 0, 0));
   EXPECT_EQ(grid.upper(), Vec3(2, 2, 1));
   EXPECT_DOUBLE_EQ(grid.bounding_radius(), std::sqrt(6));
-  EXPECT_NEAR(grid.thickness(), 1, 2 * h);  // legs are 1 wide and 1 deep
+  EXPECT_NEAR(grid.thickness(), 1, 2 * h);  // The legs are 1 m wide and 1 m deep.
 }
 
+// A comparison with NaN is false, so that a careless range check would read outside of the grid. The
+// sanitizers watch.
 TEST_F(GridOfL, WhatIsNotANumberIsNotInTheGrid) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   for (const Vec3& x : {Vec3(nan, 0, 0), Vec3(0, nan, 0), Vec3(1, 1, nan)})
@@ -120,9 +131,9 @@ TEST(GridLevelSet, AgreesWithTheFormulaOfATorus) {
   for (int i = 0; i < 2000; ++i) {
     const Vec3 x = point_within(random, Vec3(-1.5, -0.5, -1.5), Vec3(1.5, 0.5, 1.5));
     const double to_line = torus.distance(x) + 0.3;
-    if (to_line < 0.1) continue;  // the kink within the tube
+    if (to_line < 0.1) continue;  // The distance has a kink at the middle line of the tube.
     EXPECT_NEAR(grid.distance(x), torus.distance(x), 0.1 * grid.grid().spacing);
-    if (to_line < 0.6) {  // kinks beyond it: on the axis
+    if (to_line < 0.6) {  // Beyond this distance the kink on the axis of the torus is near.
       EXPECT_GT(grid.normal(x).dot(torus.normal(x)), 0.99);
     }
   }
@@ -133,7 +144,7 @@ TEST(Solid, AMeshBodyLiesInItsFrame) {
   const Solid solid = make_solid(mesh, 0.5, 32);
   EXPECT_NEAR(solid.volume, 3.0 / 8, 1e-14);
   EXPECT_LT((solid.frame.position - Vec3(5, 5, 3) / 12).norm(), 1e-14);
-  // Surface, samples and level set are one body.
+  // The surface, the samples and the level set describe one body.
   for (std::size_t i = 0; i < mesh.positions.size(); ++i)
     EXPECT_LT(
         (solid.frame.to_world(solid.surface.positions[i].cast<double>()) - 0.5 * mesh.positions[i]).norm(),

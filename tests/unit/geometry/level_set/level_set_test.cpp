@@ -26,24 +26,25 @@ TEST(LevelSet, BoxDistancesKnownByHand) {
   EXPECT_DOUBLE_EQ(box.distance(Vec3(0, 0, 0)), -1);
   EXPECT_DOUBLE_EQ(box.distance(Vec3(0.75, 1.5, 0)), -0.25);
   EXPECT_DOUBLE_EQ(box.distance(Vec3(0, 3, 0)), 1);
-  EXPECT_DOUBLE_EQ(box.distance(Vec3(1 + 3, 2 + 4, 0)), 5);      // nearest is an edge
-  EXPECT_DOUBLE_EQ(box.distance(Vec3(1 + 2, 2 + 3, 3 + 6)), 7);  // nearest is a corner
+  EXPECT_DOUBLE_EQ(box.distance(Vec3(1 + 3, 2 + 4, 0)), 5);      // An edge is nearest.
+  EXPECT_DOUBLE_EQ(box.distance(Vec3(1 + 2, 2 + 3, 3 + 6)), 7);  // A corner is nearest.
   EXPECT_TRUE(box.normal(Vec3(0.1, -1.9, 0)).isApprox(Vec3(0, -1, 0)));
   EXPECT_TRUE(box.normal(Vec3(-4, 6, 0)).isApprox(Vec3(-0.6, 0.8, 0)));
 }
 
-TEST(LevelSet, SphereAndHalfSpace) {
+TEST(LevelSet, SphereAndHalfSpaceDistancesKnownByHand) {
   const LevelSet sphere = LevelSet::sphere(2);
   EXPECT_DOUBLE_EQ(sphere.distance(Vec3(0, 3, 4)), 3);
   EXPECT_TRUE(sphere.normal(Vec3(0, 3, 4)).isApprox(Vec3(0, 0.6, 0.8)));
-  EXPECT_NEAR(sphere.normal(Vec3::Zero()).norm(), 1, 1e-15);  // any direction, but one
+  // Any direction is right at the center, but it must be one.
+  EXPECT_NEAR(sphere.normal(Vec3::Zero()).norm(), 1, 1e-15);
   EXPECT_DOUBLE_EQ(LevelSet::half_space().distance(Vec3(5, -2, 1)), -2);
 }
 
 TEST(LevelSet, CapsuleDistancesKnownByHand) {
-  const LevelSet capsule = LevelSet::capsule(1, 4);  // the line from y = -2 to 2
+  const LevelSet capsule = LevelSet::capsule(1, 4);  // The middle line runs from y = -2 to 2.
   EXPECT_DOUBLE_EQ(capsule.distance(Vec3(3, 1, 4)), 4);
-  EXPECT_DOUBLE_EQ(capsule.distance(Vec3(3, -6, 0)), 4);  // nearest is the lower end
+  EXPECT_DOUBLE_EQ(capsule.distance(Vec3(3, -6, 0)), 4);  // The lower end is nearest.
   EXPECT_DOUBLE_EQ(capsule.distance(Vec3(0, 1.5, 0)), -1);
   EXPECT_DOUBLE_EQ(capsule.distance(Vec3(0, 2.5, 0)), -0.5);
   EXPECT_TRUE(capsule.normal(Vec3(3, -6, 0)).isApprox(Vec3(0.6, -0.8, 0)));
@@ -51,9 +52,9 @@ TEST(LevelSet, CapsuleDistancesKnownByHand) {
 
 TEST(LevelSet, CylinderDistancesKnownByHand) {
   const LevelSet cylinder = LevelSet::cylinder(2, 2);
-  EXPECT_DOUBLE_EQ(cylinder.distance(Vec3(3, 0.5, 4)), 3);  // the side
-  EXPECT_DOUBLE_EQ(cylinder.distance(Vec3(1, -4, 1)), 3);   // the lower cap
-  EXPECT_DOUBLE_EQ(cylinder.distance(Vec3(5, 5, 0)), 5);    // the rim
+  EXPECT_DOUBLE_EQ(cylinder.distance(Vec3(3, 0.5, 4)), 3);  // The side is nearest.
+  EXPECT_DOUBLE_EQ(cylinder.distance(Vec3(1, -4, 1)), 3);   // The lower cap is nearest.
+  EXPECT_DOUBLE_EQ(cylinder.distance(Vec3(5, 5, 0)), 5);    // The rim is nearest.
   EXPECT_DOUBLE_EQ(cylinder.distance(Vec3(1.5, 0, 0)), -0.5);
   EXPECT_DOUBLE_EQ(cylinder.distance(Vec3(0, 0.75, 0)), -0.25);
   EXPECT_TRUE(cylinder.normal(Vec3(5, -5, 0)).isApprox(Vec3(0.6, -0.8, 0)));
@@ -63,14 +64,14 @@ TEST(LevelSet, CylinderDistancesKnownByHand) {
 TEST(LevelSet, TorusDistancesKnownByHand) {
   const LevelSet torus = LevelSet::torus(3, 1);
   EXPECT_DOUBLE_EQ(torus.distance(Vec3::Zero()), 2);
-  EXPECT_DOUBLE_EQ(torus.distance(Vec3(0, 4, 0)), 4);  // 5 from the ring's centre line
+  EXPECT_DOUBLE_EQ(torus.distance(Vec3(0, 4, 0)), 4);  // The point is 5 from the middle line of the ring.
   EXPECT_DOUBLE_EQ(torus.distance(Vec3(3, 0, 4)), 1);
   EXPECT_DOUBLE_EQ(torus.distance(Vec3(0, 0.5, -3)), -0.5);
   EXPECT_TRUE(torus.normal(Vec3(0, 0, 2)).isApprox(Vec3(0, 0, -1)));
   EXPECT_TRUE(torus.normal(Vec3(0, 0.5, -3)).isApprox(Vec3(0, 1, 0)));
 }
 
-// The gradient by central differences is the normal, wherever the distance is smooth.
+// The normal equals the gradient of the distance by central differences, wherever the distance is smooth.
 TEST(LevelSet, NormalIsTheGradient) {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> uniform(-3, 3);
@@ -85,7 +86,8 @@ TEST(LevelSet, NormalIsTheGradient) {
       for (int k = 0; k < 3; ++k)
         gradient[k] =
             (shape.distance(x + h * Vec3::Unit(k)) - shape.distance(x - h * Vec3::Unit(k))) / (2 * h);
-      if (std::abs(gradient.norm() - 1) > 1e-6) continue;  // on a medial plane
+      // The point is on the medial surface, where the gradient is not defined.
+      if (std::abs(gradient.norm() - 1) > 1e-6) continue;
       ++smooth;
       EXPECT_LT((gradient - shape.normal(x)).norm(), 1e-6);
     }
@@ -99,13 +101,13 @@ TEST(LevelSet, NormalsAreUnitWhereTheNearestPointIsNotUnique) {
     for (const Vec3& x : {Vec3(0, 0, 0), Vec3(0, 0.4, 0), Vec3(0, -5, 0), Vec3(0, -0.75, 0), Vec3(1.2, 0, 0),
                           Vec3(0, 0, -1.2), Vec3(0.9, 0.75, 0), Vec3(-1, 1.5, 0.7)}) {
       EXPECT_NEAR(shape.normal(x).norm(), 1, 1e-14);
-      // It leads to one of the nearest points.
+      // The normal leads to one of the nearest points of the surface.
       EXPECT_NEAR(shape.distance(x - shape.distance(x) * shape.normal(x)), 0, 1e-14);
     }
 }
 
-// Points all over the surface, no place of which is farther than `spacing` from one. Round shapes are turned
-// from their outlines in the plane of x and y.
+// Returns points all over the surface, such that no point of it is farther than `spacing` (m) from one of
+// them. Round shapes are surfaces of revolution of their outlines in the xy plane.
 std::vector<Vec3> dense_points(const LevelSet& shape, double spacing) {
   if (shape.kind == LevelSet::Kind::box) return surface_samples(shape, spacing);
   std::vector<Vec2> outline;
@@ -142,7 +144,8 @@ std::vector<Vec3> dense_points(const LevelSet& shape, double spacing) {
   return points;
 }
 
-// Points on the surface tell the distance of any point to within their own spacing.
+// The distance of a point is at most the distance of the nearest surface point and at least that less the
+// spacing of these points, inside and outside.
 TEST(LevelSet, DistancesAreExactOnBothSides) {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> uniform(-2.2, 2.2);
@@ -160,7 +163,7 @@ TEST(LevelSet, DistancesAreExactOnBothSides) {
   }
 }
 
-TEST(LevelSet, BoundsAndSizes) {
+TEST(LevelSet, BoundsAndSizesAreThoseOfTheSurface) {
   for (const LevelSet& shape : finite_shapes()) {
     const TriangleMesh mesh = test::mesh_of(shape_surface(shape));
     Eigen::AlignedBox3d box;
@@ -183,18 +186,19 @@ TEST(LevelSet, MassPropertiesKnownByHand) {
   EXPECT_NEAR(volume(LevelSet::sphere(2)), 33.510321638291124, 1e-12);
   EXPECT_DOUBLE_EQ(volume(LevelSet::box(Vec3(2, 3, 4))), 24);
   EXPECT_TRUE(unit_inertia(LevelSet::sphere(2)).isApprox(Vec3::Constant(1.6)));
-  EXPECT_TRUE(
-      unit_inertia(LevelSet::box(Vec3(2, 3, 4))).isApprox(Vec3(25, 20, 13) / 12));  // (b^2 + c^2) / 12
+  // Per unit mass the moments are (b^2 + c^2) / 12.
+  EXPECT_TRUE(unit_inertia(LevelSet::box(Vec3(2, 3, 4))).isApprox(Vec3(25, 20, 13) / 12));
   EXPECT_DOUBLE_EQ(volume(LevelSet::cylinder(2, 3)), 12 * pi);
   EXPECT_TRUE(unit_inertia(LevelSet::cylinder(2, 3)).isApprox(Vec3(1.75, 2, 1.75)));
   EXPECT_DOUBLE_EQ(volume(LevelSet::torus(3, 1)), 6 * pi * pi);
   EXPECT_TRUE(unit_inertia(LevelSet::torus(3, 1)).isApprox(Vec3(5.125, 9.75, 5.125)));
   EXPECT_DOUBLE_EQ(volume(LevelSet::capsule(1, 3)), 3 * pi + 4 * pi / 3);
-  EXPECT_TRUE(unit_inertia(LevelSet::capsule(1, 1e-9)).isApprox(Vec3::Constant(0.4), 1e-8));  // a sphere
+  // A capsule without length is a sphere.
+  EXPECT_TRUE(unit_inertia(LevelSet::capsule(1, 1e-9)).isApprox(Vec3::Constant(0.4), 1e-8));
 }
 
-// The render surfaces have their vertices on the shape, so the formulas must agree with the integrals over
-// them but for what the facets cut off: (pi / n)^2 / 3 = 0.33 % of a length for the 32 rows of the tube.
+// The render surfaces have their vertices on the shape, so the formulas agree with integrals over the facets
+// up to what the facets cut off: (pi / n)^2 / 3 = 0.33 % of a length for the n = 32 rows of the torus.
 TEST(LevelSet, FormulasAgreeWithIntegralsOverFacets) {
   for (const LevelSet& shape : finite_shapes()) {
     const MassProperties facets = mass_properties(test::mesh_of(shape_surface(shape)));

@@ -14,7 +14,8 @@ namespace {
 
 using test::random_vector;
 
-// Rounding of numbers up to 2; of the normal where an edge or a corner is nearest, that over the distance.
+// The distance to a mesh of a box equals the formula up to rounding of numbers up to 2. The normal, where an
+// edge or a corner is nearest, is rounded by that over the distance.
 TEST(MeshDistance, OfABoxIsThatOfItsFormula) {
   const Vec3 half(1, 0.5, 0.25);
   const MeshDistance mesh(test::box_mesh(-half, half));
@@ -28,7 +29,8 @@ TEST(MeshDistance, OfABoxIsThatOfItsFormula) {
   }
 }
 
-// Near an edge as sharp as a knife's most points lie behind one of its two faces, though outside.
+// Near an edge as sharp as a knife's, most outside points lie behind one of its two faces. A sign from the
+// normal of the nearest triangle alone would call them inside.
 TEST(MeshDistance, KnowsTheSidesOfAKnifeEdge) {
   const TriangleMesh blade =
       test::tetrahedron(Vec3(0, 0.02, 1), Vec3(0, -0.02, 1), Vec3(-1, 0, 0), Vec3(1, 0, 0));
@@ -41,7 +43,8 @@ TEST(MeshDistance, KnowsTheSidesOfAKnifeEdge) {
   int inside = 0;
   for (int i = 0; i < 20000; ++i) {
     const Vec3 x = Vec3(0, 0, 0.2) + random_vector(random).cwiseProduct(Vec3(1, 0.05, 0.5));
-    double above = -std::numeric_limits<double>::infinity();  // the highest of the planes of its faces
+    // Signed distance of the highest of the planes of the faces: negative inside of this convex body.
+    double above = -std::numeric_limits<double>::infinity();
     for (std::size_t t = 0; t < 4; ++t)
       above = std::max(above, area_vector(mesh, t).normalized().dot(x - mesh.corner(t, 0)));
     inside += above < 0;
@@ -61,17 +64,19 @@ TEST(MeshDistance, OnTheSurfaceHasTheNormalsOfItsFeatures) {
   EXPECT_EQ(corner.distance, 0);
   EXPECT_LT((face.normal - Vec3(0, 0, 1)).norm(), 1e-15);
   EXPECT_LT((edge.normal - Vec3(1, 0, 1).normalized()).norm(), 1e-15);
-  // However many triangles of a face meet there.
+  // The normal does not depend on how many triangles of each face meet at the corner.
   EXPECT_LT((corner.normal - Vec3(1, 1, 1).normalized()).norm(), 1e-15);
 }
 
-// However near a place is to a large face: the way from its foot is all rounding there. Bodies that lay on
-// rails took the rail's side, which a normal off by 1e-6 made rise above its top, for a wall. A box turned
-// anyhow has a flat edge in each face.
+// Above and below a flat place, the normal is that of its face, however near the point is: the difference
+// between a point and its foot is all rounding there. A normal that was off by 1e-6 made a rail's side rise
+// above its top, and bodies that lay on rails took it for a wall. A box in general orientation has a flat
+// edge, the diagonal, in each face.
 TEST(MeshDistance, NormalsOfFlatPlacesAreThoseOfTheirFaces) {
   std::mt19937 random(4);
   for (const double length : {1.0, 40.0, 1000.0}) {
-    const double rounding = 1e-15 * length;  // of the corners, 0.1 m apart, m
+    // Rounding of the corners in m. They are 0.1 m apart across the box.
+    const double rounding = 1e-15 * length;
     const Vec3 half(length / 2, 0.05, 0.05);
     TriangleMesh box = test::box_mesh(-half, half);
     const Quat turn = exponential(Vec3(0.3, 0.7, 0.4));
@@ -94,7 +99,8 @@ TEST(MeshDistance, NormalsOfFlatPlacesAreThoseOfTheirFaces) {
   }
 }
 
-// Beside the border of an open mesh, level with it, the border is what is near, and not the plane.
+// Beside the border of an open mesh, and level with it, the border is the nearest feature, and not the plane
+// of the face.
 TEST(MeshDistance, PlanesEndAtTheBordersOfOpenMeshes) {
   TriangleMesh sheet;
   sheet.positions = {Vec3(0, 0, 0), Vec3(0, 0, 1), Vec3(1, 0, 1), Vec3(1, 0, 0)};
@@ -109,8 +115,9 @@ TEST(MeshDistance, PlanesEndAtTheBordersOfOpenMeshes) {
     }
 }
 
-// On both sides, to the last bit.
-TEST(MeshDistance, IsTheSameWithinABound) {
+// The distance with a bound on the search equals the one without to the last bit, on both sides of the
+// surface, if the bound is not smaller.
+TEST(MeshDistance, ABoundOnTheSearchChangesNoBit) {
   const MeshDistance mesh(test::torus_mesh(1, 0.4, 16, 9));
   std::mt19937 random(3);
   int inside = 0;

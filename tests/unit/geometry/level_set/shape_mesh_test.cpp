@@ -9,8 +9,9 @@
 namespace duet::shape_mesh_test {
 namespace {
 
-// Every edge of a closed, consistently oriented surface is run through once each way; normals are unit and
-// go with the triangles; all indices are of something.
+// Checks that every edge occurs once in each direction (the surface is closed and consistently oriented),
+// that normals are unit vectors on the side of their triangles, that all indices are in range, and that the
+// volume (m^3) is as expected.
 void expect_closed(const Surface& surface, double volume_expected, double tolerance) {
   std::map<std::pair<int, int>, int> edges;
   for (const auto& t : surface.triangles) {
@@ -35,21 +36,24 @@ TEST(ShapeMesh, SurfacesAreClosedAndOutward) {
   expect_closed(shape_surface(LevelSet::box(Vec3(2, 3, 4))), 24, 1e-5);
   for (const LevelSet& shape :
        {LevelSet::sphere(1), LevelSet::capsule(0.5, 1), LevelSet::cylinder(0.5, 2), LevelSet::torus(2, 0.5)})
-    expect_closed(shape_surface(shape), volume(shape), 0.01 * volume(shape));  // facets cut less than 1 % off
+    // Facets cut less than 1 % off.
+    expect_closed(shape_surface(shape), volume(shape), 0.01 * volume(shape));
 }
 
 TEST(ShapeMesh, WithLessDetailSurfacesStayClosed) {
   for (const LevelSet& shape : {LevelSet::sphere(1), LevelSet::capsule(0.5, 1), LevelSet::cylinder(0.5, 2),
                                 LevelSet::torus(2, 0.5)}) {
     const Surface surface = shape_surface(shape, 1.0 / 3);
-    expect_closed(surface, volume(shape), 0.08 * volume(shape));  // 21 columns cut 3 % off, 11 rows as much
+    // 21 columns cut 3 % off, and 11 rows as much.
+    expect_closed(surface, volume(shape), 0.08 * volume(shape));
     EXPECT_LT(5 * surface.triangles.size(), 2 * shape_surface(shape).triangles.size());
   }
 }
 
 TEST(ShapeMesh, TheRimsOfACylinderAreSharp) {
   const Surface surface = shape_surface(LevelSet::cylinder(1, 2));
-  EXPECT_EQ(surface.positions.size(), 2U * 64 + 2);  // shared by cap and side, poles apart
+  // Cap and side share the vertices of a rim. The poles have their own.
+  EXPECT_EQ(surface.positions.size(), 2U * 64 + 2);
   EXPECT_EQ(surface.normals.size(), 4U * 64 + 2);
   for (const auto& t : surface.triangles) {
     const float first = surface.normals[as_index(t[0].normal)].y();
@@ -61,9 +65,10 @@ TEST(ShapeMesh, NormalsOfAMeshSplitAtCreases) {
   const Surface box = mesh_surface(test::box_mesh(Vec3::Zero(), Vec3::Ones()));
   expect_closed(box, 1, 1e-6);
   EXPECT_EQ(box.positions.size(), 8U);
-  EXPECT_EQ(box.normals.size(), 24U);  // three at every corner
+  EXPECT_EQ(box.normals.size(), 24U);  // Every corner has three normals.
   const Surface torus = mesh_surface(test::torus_mesh(1, 0.4, 48, 24));
-  EXPECT_EQ(torus.normals.size(), torus.positions.size());  // smooth
+  // All edges are smooth, so that every vertex has one normal.
+  EXPECT_EQ(torus.normals.size(), torus.positions.size());
 }
 
 TEST(ShapeMesh, NormalsAndTextureCoordinatesOfTheFileWin) {

@@ -19,7 +19,8 @@ bool contains(const std::vector<Vec3>& samples, const Vec3& x) {
   return false;
 }
 
-// The farthest that a point of the mesh is from a sample, found by dense random points.
+// Returns the greatest distance of a point of the mesh from its nearest sample (m), found with 60 random
+// points on each triangle.
 double max_gap(const TriangleMesh& mesh, const std::vector<Vec3>& samples) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> uniform(0, 1);
@@ -47,17 +48,18 @@ TEST(ShapeSamples, ACubeHasEightIntervalsAnEdgeUnlessToldOtherwise) {
   EXPECT_EQ(surface_samples(box, 100).size(), 8U) << "the corners are always there";
 }
 
-// Edges of thin boxes cross over the length of their thickness only: some sample must lie on it.
+// The edges of two thin crossing boxes overlap only over a length of their thickness, and a sample must lie
+// on it. Otherwise the edges would slip through each other.
 TEST(ShapeSamples, EdgesOfThinBoxesDoNotSlipPastEachOther) {
   for (const double thickness : {0.05, 0.01, 0.004}) {
     const LevelSet plate = LevelSet::box(Vec3(1, 1, thickness));
     const std::vector<Vec3> samples = surface_samples(plate, default_sample_spacing(volume(plate)));
-    EXPECT_LT(samples.size(), 7500U);  // 5408 without the additional ones on edges
+    EXPECT_LT(samples.size(), 7500U);  // There are 5408 without the additional samples on edges.
     std::mt19937 random(2);
     std::uniform_real_distribution<double> uniform(-1, 1);
     for (int i = 0; i < 50; ++i) {
-      // One stands on its edge; the other stands across it, its edge twice the thickness below that of the
-      // first.
+      // One box stands on its edge. The other stands across it, and its edge is twice the thickness below
+      // that of the first.
       const Pose other{Vec3(0.4 * uniform(random), 1 - 2 * thickness, 0.4 * uniform(random)),
                        Quat(Eigen::AngleAxisd(EIGEN_PI / 2 + 0.5 * uniform(random), Vec3::UnitY()))};
       bool found = false;
@@ -74,7 +76,7 @@ TEST(ShapeSamples, LieOnTheSurfaceWithoutGaps) {
        {LevelSet::box(Vec3(1, 2, 3)), LevelSet::cylinder(0.8, 1.1), LevelSet::torus(1, 0.3)}) {
     const std::vector<Vec3> samples = surface_samples(shape, spacing);
     for (const Vec3& x : samples) EXPECT_NEAR(shape.distance(x), 0, 1e-15);
-    // The nearest other sample of every sample.
+    // Every sample has another one within the spacing.
     for (const Vec3& x : samples) {
       double nearest = 1e9;
       for (const Vec3& y : samples)
@@ -92,13 +94,14 @@ TEST(ShapeSamples, TouchWhereShapesTouchFirst) {
   EXPECT_GE(on_rim, 24) << "rims are fine enough to roll on";
   for (const Vec3& x : cylinder) EXPECT_EQ(std::abs(x.y()), 0.5) << "nothing between the rims";
   const std::vector<Vec3> torus = surface_samples(LevelSet::torus(1, 0.25), 0.1);
-  EXPECT_TRUE(contains(torus, Vec3(0, 0.25, 1)));  // top and bottom, on which it lies
+  EXPECT_TRUE(contains(torus, Vec3(0, 0.25, 1)));  // The torus lies on its top or its bottom.
   EXPECT_TRUE(contains(torus, Vec3(0, -0.25, 1)));
   EXPECT_TRUE(surface_samples(LevelSet::sphere(1), 0.2).empty());
   EXPECT_TRUE(surface_samples(LevelSet::capsule(0.5, 1), 0.2).empty());
 }
 
-// Inside the faces of a box and the caps of a cylinder, and nowhere on edges, rims and what is round.
+// Flat faces are the interior of the faces of a box and of the caps of a cylinder. Edges, rims and round
+// surfaces are not flat.
 TEST(ShapeSamples, FlatFacesAreTold) {
   const LevelSet box = LevelSet::box(Vec3(1, 2, 3)), cylinder = LevelSet::cylinder(0.8, 1.1),
                  torus = LevelSet::torus(1, 0.3);
@@ -116,7 +119,7 @@ TEST(ShapeSamples, MeshesHaveNoGaps) {
     TriangleMesh mesh;
     double spacing;
   };
-  // Coarse and fine meshes, and a sliver.
+  // The cases are coarse and fine meshes, and a sliver.
   for (const Case& c :
        {Case{test::l_mesh(), 0.3}, Case{test::l_mesh(), 1.7}, Case{test::torus_mesh(1, 0.4, 60, 30), 0.25},
         Case{test::tetrahedron(Vec3::Zero(), Vec3(3, 0, 0), Vec3(0, 0.1, 0), Vec3(0, 0, 1)), 0.3}}) {
@@ -129,14 +132,15 @@ TEST(ShapeSamples, MeshesHaveNoGaps) {
 
 TEST(ShapeSamples, FineMeshesAreThinnedAndKeepTheirCorners) {
   const TriangleMesh torus = test::torus_mesh(1, 0.4, 120, 60);  // 7200 vertices
-  EXPECT_LT(surface_samples(torus, 0.25).size(), 700U);          // area / (0.6 * 0.25)^2
+  EXPECT_LT(surface_samples(torus, 0.25).size(), 700U);          // The bound is the area over (0.6 * 0.25)^2.
   const TriangleMesh box = test::box_mesh(Vec3::Zero(), Vec3(1, 0.02, 1));
   const std::vector<Vec3> samples = surface_samples(box, 0.25);
   for (const Vec3& corner : box.positions)
     EXPECT_TRUE(contains(samples, corner)) << "both sides of a thin plate: " << corner.transpose();
 }
 
-// There its faces touch first, and a point on both of them would have the normal of neither.
+// Samples avoid the creases of a mesh. The faces of a groove touch a body first, and a point on both of them
+// would have the normal of neither.
 TEST(ShapeSamples, NoneLiesInACreaseOfAMesh) {
   const TriangleMesh groove = test::groove(0.6);
   const std::vector<Vec3> samples = surface_samples(groove, 0.1);

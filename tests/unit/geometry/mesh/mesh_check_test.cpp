@@ -10,6 +10,7 @@ namespace {
 
 TriangleMesh box() { return test::box_mesh(Vec3::Zero(), Vec3::Ones()); }
 
+// Repairs `mesh` and checks that it has one flaw, with this message, and that its remedy names `remedy`.
 void expect_flaw(TriangleMesh mesh, const std::string& message, const std::string& remedy) {
   const MeshReport report = repair(mesh);
   ASSERT_EQ(report.flaws.size(), 1U) << (report.flaws.empty() ? "" : report.flaws[1].message);
@@ -28,13 +29,13 @@ TEST(MeshCheck, AClosedMeshPassesAsItIs) {
   }
 }
 
-TEST(MeshCheck, OpenEdges) {
+TEST(MeshCheck, NamesOpenEdges) {
   TriangleMesh mesh = box();
-  mesh.triangles.pop_back();  // {1, 7, 5}
+  mesh.triangles.pop_back();  // The triangle that is removed is {1, 7, 5}.
   expect_flaw(mesh, "has 3 open edges, the first from [1, 0, 0] to [1, 0, 1]", "fill the holes");
 }
 
-TEST(MeshCheck, TrianglesThatFaceOppositeWays) {
+TEST(MeshCheck, NamesTrianglesOfOppositeOrientation) {
   TriangleMesh mesh = box();
   std::swap(mesh.triangles[0][0], mesh.triangles[0][1]);
   expect_flaw(mesh,
@@ -42,8 +43,8 @@ TEST(MeshCheck, TrianglesThatFaceOppositeWays) {
               "recalculate the normals");
 }
 
-TEST(MeshCheck, NonManifoldEdges) {
-  TriangleMesh mesh = box();  // and a second one that shares an edge
+TEST(MeshCheck, NamesNonManifoldEdges) {
+  TriangleMesh mesh = box();  // A second box is added that shares one edge with this one.
   const TriangleMesh other = test::box_mesh(Vec3(1, 1, 0), Vec3(2, 2, 1));
   for (Triangle t : other.triangles) {
     for (int& v : t) v += 8;
@@ -54,7 +55,7 @@ TEST(MeshCheck, NonManifoldEdges) {
               "split the mesh");
 }
 
-TEST(MeshCheck, PartsThatAreNotConnected) {
+TEST(MeshCheck, NamesDisconnectedParts) {
   TriangleMesh mesh = box();
   const TriangleMesh other = test::box_mesh(Vec3(3, 0, 0), Vec3(4, 1, 1));
   for (Triangle t : other.triangles) {
@@ -66,7 +67,7 @@ TEST(MeshCheck, PartsThatAreNotConnected) {
               "a body of its own");
 }
 
-TEST(MeshCheck, NoVolumeAndNoTriangle) {
+TEST(MeshCheck, RefusesMeshesWithoutVolumeOrTriangles) {
   TriangleMesh flat = box();
   for (Vec3& x : flat.positions) x.y() *= 1e-5;
   EXPECT_TRUE(repair(flat).flaws.empty()) << "thin is not flat";
@@ -77,14 +78,14 @@ TEST(MeshCheck, NoVolumeAndNoTriangle) {
   expect_flaw(TriangleMesh{}, "has no triangle", "triangles or polygons");
 }
 
-TEST(MeshCheck, CoordinatesThatAreNoNumbers) {
+TEST(MeshCheck, RefusesCoordinatesThatAreNotFinite) {
   TriangleMesh mesh = box();
   mesh.positions[3].y() = std::nan("");
   expect_flaw(mesh, "has 1 vertex with coordinates that are no finite numbers", "export");
 }
 
 TEST(MeshCheck, SplitVerticesAreJoined) {
-  // Every triangle with corners of its own, as STL files have them: no word about it.
+  // Every triangle has corners of its own, as in STL files. Joining equal positions is no repair to report.
   const TriangleMesh whole = box();
   TriangleMesh soup;
   for (std::size_t t = 0; t < whole.triangles.size(); ++t) {
@@ -96,7 +97,7 @@ TEST(MeshCheck, SplitVerticesAreJoined) {
   MeshReport report = repair(joined);
   EXPECT_TRUE(report.flaws.empty() && report.repairs.empty());
   EXPECT_EQ(joined.positions.size(), 8U);
-  // With rounding between them: said.
+  // Joining vertices that differ by rounding is reported.
   soup.positions[5] += Vec3(1e-7, 0, -1e-7);
   report = repair(soup);
   EXPECT_TRUE(report.flaws.empty());

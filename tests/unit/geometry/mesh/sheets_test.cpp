@@ -13,6 +13,7 @@
 namespace duet::sheets_test {
 namespace {
 
+// Returns the sum of the area vectors of the triangles (m^2), and checks that each of them faces upward.
 Vec3 area_vector_of(const Sheet& sheet) {
   Vec3 sum = Vec3::Zero();
   for (const Triangle& t : sheet.triangles) {
@@ -25,6 +26,8 @@ Vec3 area_vector_of(const Sheet& sheet) {
   return sum;
 }
 
+// The area of a panel is its length times its width, and that of a disc of r rings is that of a regular
+// polygon of 6 r sides. A triangle that is missing, doubled or turned over changes the sum of area vectors.
 TEST(Sheet, PanelsAndDiscsFaceUpwardAndFillTheirOutline) {
   EXPECT_NEAR((area_vector_of(panel(Vec2(3, 2), 5, 4)) - Vec3(0, 6, 0)).norm(), 0, 1e-13);
   const Sheet round = disc(2, 6);
@@ -34,9 +37,10 @@ TEST(Sheet, PanelsAndDiscsFaceUpwardAndFillTheirOutline) {
   EXPECT_EQ(round.triangles.size(), 6U * 6 * 6);
 }
 
-// Euler: vertices - edges + triangles = 1 for a sheet without holes; opposite corners belong to the edge's
-// two triangles.
-TEST(Sheet, EdgesAreFoundOnceWithWhatIsOppositeToThem) {
+// Euler's formula for a sheet without holes: vertices - edges + triangles = 1. Each triangle is found once
+// from each of its three edges, as the edge with its opposite corner, which finds lost, doubled and wrongly
+// paired edges.
+TEST(Sheet, EdgesAreFoundOnceWithTheirOppositeCorners) {
   for (const Sheet& sheet : {panel(Vec2(3, 2), 5, 4), disc(1, 4)}) {
     const std::vector<SheetEdge> found = edges(sheet);
     EXPECT_EQ(sheet.nodes.size() - found.size() + sheet.triangles.size(), 1U);
@@ -55,6 +59,7 @@ TEST(Sheet, EdgesAreFoundOnceWithWhatIsOppositeToThem) {
   }
 }
 
+// Returns the length of the longest segment over that of the shortest one, less 1.
 double max_spread(const Curve& curve) {
   double least = 1e9, most = 0;
   for (std::size_t i = 0; i + 1 < curve.nodes.size() + (curve.is_closed ? 1 : 0); ++i) {
@@ -74,7 +79,8 @@ TEST(Curve, NodesAreEvenlySpacedFromEndToEnd) {
   const Curve closed =
       curve_through({Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(-1, 0, 0), Vec3(0, -1, 0)}, 40, true);
   EXPECT_EQ(closed.nodes.size(), 40U);
-  // Chords of equal arcs differ by the square of their bend.
+  // Nodes are at equal distances along the arc. Chords of equal arcs differ by the square of the angle by
+  // which they bend.
   EXPECT_LT(max_spread(open), 0.05);
   EXPECT_LT(max_spread(closed), 0.05);
   EXPECT_LT(max_spread(torus_knot(1, 0.4, 2, 3, 100)), 0.01);
@@ -84,6 +90,8 @@ TEST(Curve, NodesAreEvenlySpacedFromEndToEnd) {
   for (int i = 0; i < 4; ++i) EXPECT_NEAR((straight.nodes[as_index(i)] - Vec3(i, 0, 0)).norm(), 0, 1e-12);
 }
 
+// Three turns of a pitch of 0.5 m rise by 1.5 m. Nodes between the ends are on a fine polygon instead of the
+// helix, hence the bound of 1 mm on the radius.
 TEST(Curve, HelixRisesByItsPitch) {
   const Curve wire = helix(2, 0.5, 3, 90);
   EXPECT_NEAR(wire.nodes.front().y(), -0.75, 1e-12);
@@ -91,7 +99,8 @@ TEST(Curve, HelixRisesByItsPitch) {
   for (const Vec3& x : wire.nodes) EXPECT_NEAR(std::hypot(x.x(), x.z()), 2, 1e-3);
 }
 
-// Every edge of a closed surface is run through once in each direction.
+// Checks that every edge of the surface occurs once in each direction, which holds for closed, consistently
+// oriented surfaces.
 void expect_closed(const Surface& surface) {
   std::map<std::pair<int, int>, int> directed;
   for (const auto& t : surface.triangles)
@@ -110,6 +119,8 @@ double volume_of(const Surface& surface) {
   return mass_properties(mesh).volume;
 }
 
+// The surface of a thick sheet encloses area times thickness, at rest and after a rigid motion, which also
+// turns its normals.
 TEST(ThickSurface, OfASheetIsClosedAndFollowsIt) {
   const Sheet sheet = panel(Vec2(3, 2), 6, 4);
   const ThickSheet thick(sheet, 0.02);
@@ -124,6 +135,8 @@ TEST(ThickSurface, OfASheetIsClosedAndFollowsIt) {
   EXPECT_LT((surface.normals[0] - (turn * Vec3::UnitY()).cast<float>()).norm(), 1e-5F);
 }
 
+// A tube of 12 sides has the section 6 sin(2 pi / 12) r^2, and its volume is that times its length. The bound
+// of 2e-3 is for the bends between the segments of the ring. A ring whose ends do not meet is not closed.
 TEST(ThickSurface, OfARodIsClosedAndAsThickAsIt) {
   const double sector = 2 * std::numbers::pi / 12, section = 6 * std::sin(sector) * 0.1 * 0.1;
   const Tube rod(curve_through({Vec3(0, 0, 0), Vec3(3, 0, 0)}, 10, false), 0.1);

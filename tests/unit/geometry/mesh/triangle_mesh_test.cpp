@@ -21,7 +21,9 @@ Vec3 sorted(Vec3 v) {
   return v;
 }
 
-TEST(MassOfMesh, UnitCubeFarFromTheOrigin) {
+// Second moments about the origin are 1e4 times as large here as those about the center of mass, and sums
+// about it would lose four digits. mass_properties() sums about a vertex.
+TEST(MassOfMesh, IsAccurateFarFromTheOrigin) {
   const Vec3 lower(100, -20, 7);
   const MassProperties mass = mass_properties(test::box_mesh(lower, lower + Vec3::Ones()));
   EXPECT_NEAR(mass.volume, 1, 1e-12);
@@ -30,11 +32,11 @@ TEST(MassOfMesh, UnitCubeFarFromTheOrigin) {
   EXPECT_EQ(mass.frame.orientation.coeffs(), Quat::Identity().coeffs()) << "its axes are principal already";
 }
 
-// Unit corner tetrahedron: volume 1/6, centre (1/4, 1/4, 1/4); per unit mass about the centre,
-// <x x> - <x>^2 = 1/10 - 1/16 = 3/80 and <x y> - <x><y> = 1/20 - 1/16 = -1/80. The eigenvalues of that
-// covariance are 3/80 - 2/80 = 1/80 (along the diagonal) and 4/80 twice; the inertia is the trace 9/80 less
-// those: 8/80 and 5/80 twice.
-TEST(MassOfMesh, CornerTetrahedron) {
+// The corner tetrahedron of the unit cube has volume 1/6 and center (1/4, 1/4, 1/4). Per unit mass about the
+// center, <x x> - <x>^2 = 1/10 - 1/16 = 3/80 and <x y> - <x><y> = 1/20 - 1/16 = -1/80. The eigenvalues of
+// this covariance are 3/80 - 2/80 = 1/80 (along the diagonal) and 4/80 twice. The moments of inertia are the
+// trace 9/80 less the eigenvalues: 8/80 and 5/80 twice.
+TEST(MassOfMesh, CornerTetrahedronHasItsKnownMoments) {
   const MassProperties mass =
       mass_properties(test::tetrahedron(Vec3::Zero(), Vec3::UnitX(), Vec3::UnitY(), Vec3::UnitZ()));
   EXPECT_NEAR(mass.volume, 1.0 / 6, 1e-15);
@@ -54,13 +56,16 @@ TEST(MassOfMesh, TorusConvergesToTheFormula) {
     const double error = std::abs(mass.volume - volume(torus)) / volume(torus) +
                          (mass.unit_inertia - unit_inertia(torus)).norm();
     if (last > 0) {
-      EXPECT_NEAR(last / error, 4, 0.1);  // facets cut off a part of second order
+      // The facets cut off a volume of second order, so that halving them quarters the error.
+      EXPECT_NEAR(last / error, 4, 0.1);
       EXPECT_LT(error, 0.01);
     }
     last = error;
   }
 }
 
+// Volume, center and principal moments are those of the body, whatever frame its mesh is given in, up to
+// rounding.
 TEST(MassOfMesh, DoesNotDependOnTheFrame) {
   const TriangleMesh mesh = test::l_mesh();
   const MassProperties mass = mass_properties(mesh);
@@ -77,7 +82,9 @@ TEST(MassOfMesh, DoesNotDependOnTheFrame) {
   }
 }
 
-TEST(MassOfMesh, BodyFrameIsCentredAndPrincipal) {
+// In the frame that mass_properties() returns, the center of mass is at the origin and the axes are
+// principal.
+TEST(MassOfMesh, BodyFrameIsCenteredAndPrincipal) {
   const TriangleMesh mesh = test::l_mesh();
   const MassProperties mass = mass_properties(in_frame(mesh, 2, Pose{}));
   EXPECT_NEAR(mass.volume, 8 * 3, 1e-12) << "scaled by 2";
@@ -88,6 +95,7 @@ TEST(MassOfMesh, BodyFrameIsCentredAndPrincipal) {
   EXPECT_LT((mass.frame.to_world(body.positions[3]) - 2 * mesh.positions[3]).norm(), 1e-14);
 }
 
+// The tree finds the same nearest point as a search of all triangles, to the last bit.
 TEST(TriangleTree, FindsTheNearestPoint) {
   const TriangleMesh mesh = test::torus_mesh(1, 0.4, 16, 9);
   const TriangleTree tree(mesh);
@@ -107,7 +115,8 @@ TEST(TriangleTree, FindsTheNearestPoint) {
   }
 }
 
-// The same to the last bit, whatever the bound: the truth, more, none, or less by mistake.
+// The distance is the same to the last bit for every bound on the search: the true distance, a greater one,
+// none, and a smaller one, which a caller can pass by mistake.
 TEST(TriangleTree, FindsTheSameDistanceWithinABound) {
   const TriangleTree trees[] = {TriangleTree(test::torus_mesh(1, 0.4, 16, 9)),
                                 TriangleTree(test::box_mesh(Vec3::Zero(), Vec3(1, 2, 3)))};
@@ -125,7 +134,8 @@ TEST(TriangleTree, FindsTheSameDistanceWithinABound) {
   }
 }
 
-// The nearest point beats all others of a fine lattice over the triangle, and by no more than its spacing.
+// The nearest point is at most as far as every node of a fine lattice over the triangle, and nearer by no
+// more than the spacing of the lattice.
 TEST(TriangleTree, NearestPointOfATriangle) {
   std::mt19937 random(17);
   for (int i = 0; i < 200; ++i) {
@@ -138,7 +148,7 @@ TEST(TriangleTree, NearestPointOfATriangle) {
       for (int k = 0; j + k <= n; ++k)
         least = std::min(least, (a + (b - a) * j / n + (c - a) * k / n - x).norm());
     EXPECT_LE(found, least + 1e-14);
-    EXPECT_GE(found, least - 3.5 / n);  // edges are shorter than 3.5
+    EXPECT_GE(found, least - 3.5 / n);  // Edges are shorter than 3.5.
   }
 }
 

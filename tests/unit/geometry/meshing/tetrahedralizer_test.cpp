@@ -19,7 +19,8 @@
 namespace duet::tetrahedralizer_test {
 namespace {
 
-// One tet of the lattice with the sides of its corners, moved nodes and cuts as extreme as they can be.
+// Visits one tetrahedron of the lattice with all combinations of sides of its corners, and with moved nodes
+// and cuts at the ends of their ranges. It measures the dihedral angles of the pieces inside.
 class ExtremeTet {
  public:
   explicit ExtremeTet(int offset) {
@@ -50,8 +51,9 @@ class ExtremeTet {
  private:
   Side side(int i) const { return cut_.sides[static_cast<std::size_t>(i)]; }
 
-  // A node on the surface has stayed, or moved along any of its edges as far as a cut may draw it. Two nodes
-  // cannot have moved to cuts of their common edge: the first one ends it.
+  // Moves node `i` and all later ones. A node on the surface has stayed or has moved along any of its edges
+  // as far as a cut may draw it. Two nodes cannot have moved along their common edge: the first move removes
+  // the cut.
   void move_from(int i) {
     if (i == 4) return cut_from(0);
     const std::size_t node = static_cast<std::size_t>(i);
@@ -101,18 +103,21 @@ class ExtremeTet {
   std::vector<Vec3i> moves_ = std::vector<Vec3i>(4, Vec3i::Zero());
 };
 
-// The worst cuts lie at the ends of their ranges (denser sampling finds none worse), so that these bound all.
+// The extreme cuts lie at the ends of their ranges (denser sampling finds none worse), so that they bound
+// all. The bounds in the header hold, and are no weaker than they need be: angles come within 0.1 degrees of
+// them.
 TEST(Tetrahedralizer, NoCutOfATetBreaksTheStatedAngles) {
-  for (const int offset : {0, -2}) {  // both parities
+  for (const int offset : {0, -2}) {  // The two offsets are the two parities of the lattice.
     ExtremeTet tet(offset);
     tet.visit_all();
     EXPECT_GT(tet.least, min_dihedral_angle);
-    EXPECT_LT(tet.least, min_dihedral_angle + 0.1);  // the statement is no weaker than it need be
+    EXPECT_LT(tet.least, min_dihedral_angle + 0.1);  // The stated bound is attained to 0.1 degrees.
     EXPECT_LT(tet.largest, max_dihedral_angle);
     EXPECT_GT(tet.largest, max_dihedral_angle - 0.1);
   }
 }
 
+// Returns the greatest distance of a boundary node from the surface of `shape`, in m.
 double farthest_boundary_node(const TetMesh& mesh, const LevelSet& shape) {
   double farthest = 0;
   for (const Triangle& t : boundary(mesh))
@@ -145,27 +150,30 @@ TEST(Tetrahedralizer, FillsEveryShapeToItsSurface) {
   for (const auto& [name, shape] : shapes())
     for (const bool graded : {false, true}) {
       SCOPED_TRACE(fmt::format("{}{}", name, graded ? ", graded" : ""));
-      const double spacing = 0.053;  // no fraction of the sizes
+      const double spacing = 0.053;  // m: no simple fraction of the sizes
       const TetMesh mesh = tetrahedralize(shape, spacing, graded);
       expect_good(mesh);
       EXPECT_EQ(connected_parts(mesh), 1);
-      EXPECT_LT(farthest_boundary_node(mesh, shape), 1e-12);  // regula falsi stops at 1e-13 of an edge
-      // Cut tets alone are as flat as 0.12 of the spacing; smoothing is what makes the time step.
+      EXPECT_LT(farthest_boundary_node(mesh, shape), 1e-12);  // m: regula falsi stops at 1e-13 of an edge.
+      // Cut tetrahedra alone have altitudes down to 0.12 of the spacing. Smoothing raises them, and with them
+      // the stable time step.
       EXPECT_GT(tet_quality(mesh).min_altitude, 0.3 * spacing);
-      // Chords and cut-off edges lie inside by at most about (a cell)^2 / (8 radius) and a third of a cell.
+      // Chords lie inside the surface by at most about (a cell)^2 / (8 radius), and cut-off edges by a third
+      // of a cell.
       EXPECT_LT(volume(mesh), volume(shape));
       EXPECT_GT(volume(mesh), 0.96 * volume(shape));
     }
 }
 
-// Curved surfaces are cut along chords, whose error falls with the square of their length.
+// Curved surfaces are cut along chords, whose error falls with the square of their length: halving the
+// spacing quarters the error of the volume.
 TEST(Tetrahedralizer, VolumeConvergesAtSecondOrder) {
   for (const LevelSet& shape : {LevelSet::sphere(0.5), LevelSet::torus(0.4, 0.15)}) {
     const auto error = [&](double spacing) {
       return 1 - volume(tetrahedralize(shape, spacing)) / volume(shape);
     };
     const double coarse = error(0.08), middle = error(0.04), fine = error(0.02);
-    // The lattice meets the surface at other places every time, which moves single ratios around 4.
+    // The lattice meets the surface at other places for every spacing, which moves single ratios around 4.
     EXPECT_NEAR(coarse / middle, 4, 0.6);
     EXPECT_NEAR(middle / fine, 4, 0.6);
   }
@@ -185,15 +193,15 @@ TEST(Tetrahedralizer, GradingKeepsTheSurfaceAndSavesTetsInside) {
   const LevelSet ball = LevelSet::sphere(1);
   const TetMesh uniform = tetrahedralize(ball, 0.05), graded = tetrahedralize(ball, 0.05, true);
   expect_good(graded);
-  // The same nodes on the same surface, up to how smoothing moves them along it.
+  // Both meshes have the same boundary nodes, up to how smoothing moves them along the surface.
   EXPECT_EQ(boundary_points(graded).size(), boundary_points(uniform).size());
   EXPECT_LT(graded.tets.size(), uniform.tets.size() / 2);
-  EXPECT_NEAR(volume(graded), volume(uniform), 1e-5 * volume(uniform));  // no gaps and no overlaps
-  EXPECT_GT(tet_quality(graded).longest_edge, 0.19);                     // cells of four spacings
+  EXPECT_NEAR(volume(graded), volume(uniform), 1e-5 * volume(uniform));  // There are no gaps and no overlaps.
+  EXPECT_GT(tet_quality(graded).longest_edge, 0.19);  // The inner cells have edges of four spacings.
 }
 
-// Walls and gaps of about a cell have no room for the surface on both sides of a node; what is left of them
-// must still be a body.
+// Walls and gaps of about a cell have no room for the surface on both sides of a node. The mesh need not have
+// the shape there, but must stay a manifold with positive volumes.
 TEST(Tetrahedralizer, StaysManifoldWhereItCannotResolve) {
   TriangleMesh knot = read_mesh(test::source_folder() + "/assets/knot.obj");
   ASSERT_TRUE(repair(knot).flaws.empty());
@@ -203,10 +211,10 @@ TEST(Tetrahedralizer, StaysManifoldWhereItCannotResolve) {
   for (const double height : {0.06, 0.09, 0.13})
     expect_good(tetrahedralize(LevelSet::box(Vec3(1, height, 0.8)), 0.1));
   for (const double tube : {0.06, 0.08, 0.11}) {
-    const LevelSet ring = LevelSet::torus(0.12, tube);  // a hole that closes
+    const LevelSet ring = LevelSet::torus(0.12, tube);  // The hole of the ring closes as the tube grows.
     const TetMesh mesh = tetrahedralize(ring, 0.1);
     expect_good(mesh);
-    EXPECT_LT(farthest_boundary_node(mesh, ring), 0.035);  // 0.4 of a short edge
+    EXPECT_LT(farthest_boundary_node(mesh, ring), 0.035);  // m: about 0.4 of a short edge
   }
 }
 
@@ -221,7 +229,8 @@ TEST(Tetrahedralizer, FillsAMeshOfTwentyThousandTriangles) {
   const TetMesh mesh = tetrahedralize(inside, 0.1);
   expect_good(mesh);
   EXPECT_EQ(connected_parts(mesh), 1);
-  // The grid of distances has cells of half the spacing and is off by their square over 8 tubes.
+  // The grid of distances has cells of h = 0.05 m, half the spacing, and is off by h^2 / (8 tube radii) at a
+  // chord. The bound, h^2 / (2 tube radii), leaves a factor of four.
   EXPECT_LT(farthest_boundary_node(mesh, LevelSet::torus(1, 0.4)), 0.05 * 0.05 / 0.4 / 2);
   EXPECT_NEAR(volume(mesh) / mass_properties(torus).volume, 1, 0.02);
 }

@@ -10,7 +10,7 @@
 namespace duet::box_tree_test {
 namespace {
 
-// Small boxes, some huge ones, and some far away from all others.
+// Returns small boxes, some huge ones, and some far away from all others.
 std::vector<Eigen::AlignedBox3d> random_boxes(std::mt19937& random, int count) {
   std::vector<Eigen::AlignedBox3d> boxes;
   for (int i = 0; i < count; ++i) {
@@ -32,7 +32,7 @@ std::vector<int> found(const BoxTree& tree, const Eigen::AlignedBox3d& box) {
 TEST(BoxTree, FindsExactlyTheBoxesThatMeet) {
   std::mt19937 random(5);
   BoxTree tree;
-  for (const int count : {0, 1, 4, 5, 300, 299, 299, 40}) {  // one tree, built anew for ever other boxes
+  for (const int count : {0, 1, 4, 5, 300, 299, 299, 40}) {  // One tree is built again for changing boxes.
     const std::vector<Eigen::AlignedBox3d> boxes = random_boxes(random, count);
     std::vector<int> items;
     for (int i = 0; i < count; ++i)
@@ -68,7 +68,8 @@ TEST(BoxTree, FindsThemWhereTheyHaveMovedTo) {
   }
 }
 
-// It is found, and what is farther off than what visit knows is not looked at.
+// The search finds the nearest box. It does not visit boxes that are farther than the least distance known so
+// far, and thus looks at fewer than 10 of 300 on average.
 TEST(BoxTree, FindsTheNearestBox) {
   std::mt19937 random(7);
   for (const int count : {0, 1, 5, 300}) {

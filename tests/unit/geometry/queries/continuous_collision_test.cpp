@@ -10,6 +10,7 @@ namespace {
 
 using test::random_vector;
 
+// Linear motion of the four corners of a pair of elements, for t from 0 to 1.
 struct Path {
   FourPoints start, end;
   FourPoints at(double t) const {
@@ -26,7 +27,8 @@ FourPoints random_corners(std::mt19937& random, double scale) {
   return x;
 }
 
-// Moves that hide crossings from tests that seek roots of the volume the corners span.
+// Families of motions. Most hide crossings from tests that seek roots of the volume that the four corners
+// span.
 const std::vector<std::function<Path(std::mt19937&)>> families = {
     [](std::mt19937& r) {
       return Path{random_corners(r, 1), random_corners(r, 1)};
@@ -36,12 +38,12 @@ const std::vector<std::function<Path(std::mt19937&)>> families = {
       for (std::size_t i = 0; i < 4; ++i) path.end[i] = path.start[i] + 0.1 * random_vector(r);
       return path;
     },
-    [](std::mt19937& r) {  // all in one plane, always
+    [](std::mt19937& r) {  // All corners stay in one plane.
       Path path{random_corners(r, 1), random_corners(r, 1)};
       for (std::size_t i = 0; i < 4; ++i) path.start[i].z() = path.end[i].z() = 0.3;
       return path;
     },
-    [](std::mt19937& r) {  // edges that stay parallel; triangles that stay on a line
+    [](std::mt19937& r) {  // Edges stay parallel, and triangles stay on a line.
       Path path{random_corners(r, 1), {}};
       const Vec3 direction = random_vector(r), first = random_vector(r), second = random_vector(r);
       path.start[1] = path.start[0] + direction;
@@ -49,7 +51,7 @@ const std::vector<std::function<Path(std::mt19937&)>> families = {
       for (std::size_t i = 0; i < 4; ++i) path.end[i] = path.start[i] + (i < 2 ? first : second);
       return path;
     },
-    [](std::mt19937& r) {  // one element without extent
+    [](std::mt19937& r) {  // One element has no extent.
       Path path{random_corners(r, 1), random_corners(r, 1)};
       path.start[3] = path.start[2];
       path.end[3] = path.end[2];
@@ -59,10 +61,10 @@ const std::vector<std::function<Path(std::mt19937&)>> families = {
       const FourPoints x = random_corners(r, 1);
       return Path{x, x};
     },
-    [](std::mt19937& r) {  // very fast past each other
+    [](std::mt19937& r) {  // The elements pass each other very fast.
       return Path{random_corners(r, 1), random_corners(r, 1000)};
     },
-    [](std::mt19937& r) {  // tiny elements far out
+    [](std::mt19937& r) {  // The elements are tiny and far from the origin.
       Path path{random_corners(r, 1e-5), random_corners(r, 1e-5)};
       const Vec3 place(1e3, -2e3, 5e2);
       for (std::size_t i = 0; i < 4; ++i) {
@@ -78,8 +80,9 @@ const std::vector<std::function<Path(std::mt19937&)>> families = {
 
 constexpr ElementPair kinds[] = {ElementPair::point_triangle, ElementPair::edge_edge};
 
-// The promise, against densely sampled distances.
-TEST(ContinuousCollision, KeepsApartWhatItPassesInAllFamilies) {
+// Until the impact time, the elements are at least the gap apart, by densely sampled distances. At the impact
+// they are about the gap apart, so that the time is not much too early.
+TEST(ContinuousCollision, KeepsTheGapUntilTheImpactInAllFamilies) {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> uniform(0, 1);
   for (const auto& family : families)
@@ -88,7 +91,7 @@ TEST(ContinuousCollision, KeepsApartWhatItPassesInAllFamilies) {
         const Path path = family(random);
         const double start = path.distance(kind, 0);
         if (start < 1e-15 * path.start[0].norm())
-          continue;  // crossed edges of one plane touch from the start
+          continue;  // Crossed edges of one plane touch from the start.
         const double gap = start * std::pow(10.0, -5 * uniform(random)) / 2;
         const auto impact = first_impact(kind, path.start, path.end, gap);
         // Distances far from the origin are measured here with that much rounding.
@@ -99,13 +102,14 @@ TEST(ContinuousCollision, KeepsApartWhatItPassesInAllFamilies) {
           ASSERT_GE(path.distance(kind, t), gap - rounding);
         }
         if (!impact) continue;
-        // Not sooner than need be: no plane was short of what the closest points tell.
+        // The impact is not reported sooner than necessary: the search ends within 1.25 gaps, plus rounding.
         EXPECT_LE(path.distance(kind, impact->time), 1.26 * gap + 1e-12 * path.at(1)[0].norm());
         EXPECT_NEAR(impact->normal.norm(), 1, 1e-12);
       }
 }
 
-// A corner of one element is led exactly through the other at a random moment: nothing may pass.
+// A corner of one element is led exactly through the other element at a random time. An impact must be found
+// at that time or before.
 TEST(ContinuousCollision, NoCrossingIsMissed) {
   std::mt19937 random(4);
   std::uniform_real_distribution<double> uniform(0, 1);
@@ -114,7 +118,7 @@ TEST(ContinuousCollision, NoCrossingIsMissed) {
       for (const ElementPair kind : kinds) {
         Path path = family(random);
         const double t = 0.05 + 0.95 * uniform(random);
-        // Barycentric coordinates of where they meet, corners and edges often enough.
+        // Barycentric coordinates of the meeting point, on edges and corners in every fourth motion each.
         double u = uniform(random), v = uniform(random) * (1 - u);
         if (i % 4 == 1) v = 0;
         if (i % 4 == 2) u = v = 0;
@@ -122,7 +126,7 @@ TEST(ContinuousCollision, NoCrossingIsMissed) {
         if (kind == ElementPair::point_triangle) {
           const Vec3 target = (1 - u - v) * x[1] + u * x[2] + v * x[3];
           path.end[0] = path.start[0] + (target - path.start[0]) / t;
-        } else {  // move the first edge as a whole
+        } else {  // The first edge moves as a whole.
           const Vec3 shift = (1 - v) * x[2] + v * x[3] - (1 - u) * x[0] - u * x[1];
           for (std::size_t k = 0; k < 2; ++k) path.end[k] += shift / t;
         }
@@ -134,7 +138,7 @@ TEST(ContinuousCollision, NoCrossingIsMissed) {
       }
 }
 
-TEST(ContinuousCollision, WhatTouchesAtTheStartMeetsThere) {
+TEST(ContinuousCollision, TouchingElementsHaveTheImpactTimeZero) {
   const FourPoints touching = {Vec3(0.2, 0.3, 0), Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0)};
   FourPoints away = touching;
   away[0].z() = 1;
@@ -144,11 +148,11 @@ TEST(ContinuousCollision, WhatTouchesAtTheStartMeetsThere) {
   EXPECT_EQ(impact->normal, Vec3::Zero());
 }
 
-TEST(ContinuousCollision, KnownTimesAndNormals) {
+TEST(ContinuousCollision, MatchesKnownTimesAndNormals) {
   const FourPoints above = {Vec3(0.2, 0.3, 1), Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0)};
   FourPoints below = above;
   below[0].z() = -1;
-  const double gap = 0.01;  // widened by the bound on rounding: 2e-14 here
+  const double gap = 0.01;  // The function widens the gap by its bound on rounding, which is 2e-14 here.
   const auto fall = first_impact(ElementPair::point_triangle, above, below, gap);
   ASSERT_TRUE(fall);
   EXPECT_NEAR(fall->time, (1 - gap) / 2, 2e-14);
@@ -163,7 +167,7 @@ TEST(ContinuousCollision, KnownTimesAndNormals) {
   EXPECT_NEAR(cross->time, (1 - gap) / 4, 2e-14);
   EXPECT_NEAR((cross->normal - Vec3::UnitZ()).norm(), 0, 1e-14);
 
-  FourPoints grazing = above;  // past the triangle's corner, twice the gap away
+  FourPoints grazing = above;  // The point passes the corner of the triangle at twice the gap.
   grazing[0] = Vec3(-1, -2 * gap, 0);
   FourPoints gone = grazing;
   gone[0].x() = 2;
@@ -171,7 +175,7 @@ TEST(ContinuousCollision, KnownTimesAndNormals) {
   EXPECT_TRUE(first_impact(ElementPair::point_triangle, grazing, gone, 2.1 * gap));
 }
 
-// Sliding at a distance, as cloth does on cloth, must not count as an impact, however far it goes.
+// Sliding at a distance greater than the gap, as cloth on cloth, is no impact, however far the slide goes.
 TEST(ContinuousCollision, SlidingIsNoImpact) {
   const FourPoints start = {Vec3(0.2, 0.3, 1e-6), Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0)};
   FourPoints end = start;

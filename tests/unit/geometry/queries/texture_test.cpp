@@ -11,8 +11,8 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-// A tube about the axis x between x = -2 and 2; textures lie along x and around it, in metres, with a seam at
-// the angle 0.
+// Returns a tube about the x axis between x = -2 and 2. Texture coordinates are lengths along x and around
+// the tube, in meters, with a texture seam at the angle 0.
 TriangleMesh tube(double radius, int rows, int columns) {
   TriangleMesh mesh;
   const auto place = [&](int row, int column) {
@@ -36,7 +36,8 @@ TriangleMesh tube(double radius, int rows, int columns) {
   return mesh;
 }
 
-// The same tube of coarser triangles, turned by a part of them, so that some lie across the seam.
+// Returns a tube of coarser triangles, turned about its axis by `turn` (rad), so that some of its triangles
+// lie across the texture seam.
 Surface coarse_tube(double radius, int rows, int columns, double turn) {
   const TriangleMesh mesh = tube(radius, rows, columns);
   Surface surface;
@@ -51,7 +52,7 @@ Surface coarse_tube(double radius, int rows, int columns, double turn) {
   return surface;
 }
 
-TEST(Texture, PassesToASurfaceNearbyAndGoesOnAcrossTheSeam) {
+TEST(Texture, TransfersToANearbySurfaceAcrossTheTextureSeam) {
   const double radius = 0.5, around = 2 * pi * radius;
   const TriangleMesh mesh = tube(radius, 24, 48);
   Surface surface = coarse_tube(radius, 9, 14, 0.1);
@@ -63,7 +64,8 @@ TEST(Texture, PassesToASurfaceNearbyAndGoesOnAcrossTheSeam) {
       const Vec3& x = surface.positions[static_cast<std::size_t>(corner.position)];
       const Vec2f& uv = surface.uvs[static_cast<std::size_t>(corner.uv)];
       EXPECT_NEAR(uv.x(), x.x(), 1e-5);
-      // Up to a whole turn; planes of triangles stand off from the circle.
+      // The coordinate around the tube equals the arc length up to whole turns. The tolerance is for the
+      // planes of triangles, which stand off from the circle.
       const double angle = std::atan2(x.z(), x.y());
       const double turns = (static_cast<double>(uv.y()) - radius * angle) / around;
       EXPECT_NEAR(turns, std::round(turns), 0.02);
@@ -77,7 +79,8 @@ TEST(Texture, PassesToASurfaceNearbyAndGoesOnAcrossTheSeam) {
   EXPECT_LT(surface.uvs.size(), 2 * surface.positions.size());
 }
 
-// On a mesh without a seam every position has one place in the texture, that of the nearest point.
+// On a mesh without a texture seam, every position has one place in the texture, that of the nearest point of
+// the mesh.
 TEST(Texture, IsExactOnAPlane) {
   TriangleMesh mesh;
   mesh.positions = {{0, 0, 0}, {2, 0, 0}, {2, 1, 0}, {0, 1, 0}};

@@ -12,9 +12,10 @@ namespace {
 
 using test::random_vector;
 
+// The sign of the orientation is exact for points that are one unit in the last place off a plane. A
+// determinant in plain doubles fails here.
 TEST(Orientation, IsExactNextToAPlane) {
-  // Points of a plane whose normal (1, 2, -3) makes all its products exact in integers, moved by single units
-  // in the last place.
+  // The points lie in a plane with normal (1, 2, -3), whose products are exact in integers.
   std::mt19937 random(5);
   std::uniform_int_distribution<int> integer(-1000000, 1000000);
   const auto on_plane = [&] {
@@ -25,8 +26,9 @@ TEST(Orientation, IsExactNextToAPlane) {
     Vec3 a = on_plane(), b = on_plane(), c = on_plane(), d = on_plane();
     EXPECT_EQ(orientation(a, b, c, d), 0);
     Vec3 above = d;
-    above.x() = std::nextafter(d.x(), 1e9);        // farther along the plane's normal
-    const double turn = (b - a).cross(c - a).x();  // exact: integers below 2^53
+    // The point moves to the side to which the plane's normal points.
+    above.x() = std::nextafter(d.x(), 1e9);
+    const double turn = (b - a).cross(c - a).x();  // The cross product is exact: its integers are below 2^53.
     if (turn == 0) continue;
     const int side = turn > 0 ? 1 : -1;
     EXPECT_EQ(orientation(a, b, c, above), side);
@@ -36,28 +38,32 @@ TEST(Orientation, IsExactNextToAPlane) {
 }
 
 TEST(Orientation, IsExactNextToALine) {
+  // Three points near a diagonal, a few units in the last place off it, are a classical test of robust
+  // predicates.
   for (int i = 0; i < 100; ++i)
-    for (int k = 0; k < 100; ++k) {  // the classic: three points near a diagonal, a few ulps off it
+    for (int k = 0; k < 100; ++k) {
       const double ulp = std::numeric_limits<double>::epsilon() / 2;
       const Vec2 a(0.5 + i * ulp, 0.5 + k * ulp), b(12, 12), c(24, 24);
       EXPECT_EQ(orientation(a, b, c), (k > i) - (k < i));
     }
 }
 
+// Returns whether a triangle with the edge from p to q meets a triangle in the plane z = 0.
 bool crosses(const Vec3& p, const Vec3& q) {
   const std::array<Vec3, 3> wall = {Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0)};
   return triangles_meet({p, q, q + Vec3(1e-3, 1e-3, 5)}, wall);
 }
 
-TEST(TriangleIntersection, KnownCases) {
+TEST(TriangleIntersection, MatchesKnownCases) {
   EXPECT_TRUE(crosses(Vec3(0.2, 0.2, -1), Vec3(0.2, 0.2, 1)));
   EXPECT_FALSE(crosses(Vec3(0.2, 0.2, 1e-300), Vec3(0.2, 0.3, 1)));
-  EXPECT_TRUE(crosses(Vec3(0.2, 0.2, 0), Vec3(0.2, 0.3, 1)));   // a corner on the face
-  EXPECT_TRUE(crosses(Vec3(0.5, 0.5, -1), Vec3(0.5, 0.5, 1)));  // through an edge
+  EXPECT_TRUE(crosses(Vec3(0.2, 0.2, 0), Vec3(0.2, 0.3, 1)));  // A corner is on the face.
+  // The edge of one triangle passes through an edge of the other.
+  EXPECT_TRUE(crosses(Vec3(0.5, 0.5, -1), Vec3(0.5, 0.5, 1)));
   EXPECT_FALSE(crosses(Vec3(0.5, std::nextafter(0.5, 1), -1), Vec3(0.5, std::nextafter(0.5, 1), 1)));
 }
 
-TEST(TriangleIntersection, InOnePlane) {
+TEST(TriangleIntersection, IsExactForCoplanarTriangles) {
   const std::array<Vec3, 3> wall = {Vec3(0, 0, 2), Vec3(1, 0, 2), Vec3(0, 1, 2)};
   const auto moved = [&](double x, double y) {
     std::array<Vec3, 3> other = wall;
@@ -66,14 +72,15 @@ TEST(TriangleIntersection, InOnePlane) {
   };
   EXPECT_TRUE(triangles_meet(wall, moved(0.3, 0.3)));
   EXPECT_TRUE(triangles_meet(wall, moved(0, 0)));
-  EXPECT_TRUE(triangles_meet(wall, moved(1, 0)));  // corner on corner
+  EXPECT_TRUE(triangles_meet(wall, moved(1, 0)));  // A corner meets a corner.
   EXPECT_FALSE(triangles_meet(wall, moved(std::nextafter(1.0, 2), 0)));
   const std::array<Vec3, 3> within = {Vec3(0.2, 0.2, 2), Vec3(0.3, 0.2, 2), Vec3(0.2, 0.3, 2)};
   EXPECT_TRUE(triangles_meet(wall, within));
   EXPECT_TRUE(triangles_meet(within, wall));
 }
 
-// Against the barycentric solution of the two lines of intersection, away from cases that rounding decides.
+// The predicate agrees with the barycentric solution for the points where edges meet triangles, away from
+// cases that rounding decides.
 TEST(TriangleIntersection, AgreesWithALinearSolveOnRandomTriangles) {
   std::mt19937 random(6);
   const auto edge_meets = [](const Vec3& p, const Vec3& q, const std::array<Vec3, 3>& t, double& margin) {
@@ -105,7 +112,7 @@ TEST(TriangleIntersection, AgreesWithALinearSolveOnRandomTriangles) {
 TEST(TriangleIntersection, CountsPairsWithoutACommonVertex) {
   TriangleMesh mesh = test::box_mesh(Vec3::Zero(), Vec3::Ones());
   EXPECT_TRUE(intersecting_triangles(mesh.positions, mesh.triangles).empty());
-  // A spike that enters the lower face of the box (two triangles), off their diagonal, and ends inside.
+  // A spike enters the lower face of the box (two triangles) off their diagonal, and ends inside.
   const int first = static_cast<int>(mesh.positions.size());
   for (const Vec3& x : {Vec3(0.7, 0.2, 0.5), Vec3(0.6, 0.1, -1), Vec3(0.8, 0.1, -1), Vec3(0.7, 0.3, -1)})
     mesh.positions.push_back(x);

@@ -15,8 +15,9 @@ namespace {
 
 using test::random_vector;
 
-// To the last bit: the search for distances may take either, and no result depends on which. From points all
-// around, so nearest to faces, edges and corners; some of the triangles are edges or points.
+// Distances of a pack equal those of its single triangles to the last bit, so that no result depends on which
+// of them a search uses. The points lie all around: faces, edges and corners are nearest. Some of the
+// triangles degenerate to edges or points.
 TEST(TrianglePack, HasTheDistancesOfItsTriangles) {
   std::mt19937 random(21);
   int regions[3] = {};
@@ -31,7 +32,7 @@ TEST(TrianglePack, HasTheDistancesOfItsTriangles) {
       triangles.push_back(t);
     }
     for (int k = 0; k < 30; ++k) {
-      // Now and then on a corner, where squared distances are zero.
+      // The first point is a corner of a triangle, where squared distances are zero.
       const Vec3 x = k == 0 ? triangles[1][0] : Vec3(1.5 * random_vector(random));
       const double8 squared = pack.squared_distances(x);
       for (std::size_t lane = 0; lane < pack_width; ++lane) {

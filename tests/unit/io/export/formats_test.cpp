@@ -1,4 +1,5 @@
-// Every format holds the numbers of the run: read back by the rules of the format, not by code that wrote it.
+// Tests that every format holds the numbers of the run. Files are read back by the rules of the format, and
+// not by the code that wrote them.
 #include <charconv>
 #include <cstring>
 #include <map>
@@ -23,7 +24,7 @@ using nlohmann::json;
 using test::contains;
 using test::SampleRun;
 
-// A run and a folder that one format was written to.
+// A sample run, and a folder to which one format was written.
 class Written {
  public:
   Written(ExportNotes (*format)(const ExportedRun&, const FormatOptions&, const fs::path&),
@@ -36,7 +37,7 @@ class Written {
   }
 
   json description(const char* file = "export.json") const { return json::parse(read_file(folder / file)); }
-  // The bodies at the frame.
+  // Returns the surfaces of the bodies at a frame.
   std::vector<Surface> placed(int frame) const {
     std::vector<Surface> surfaces;
     const FrameValues values = run.read(frame);
@@ -69,7 +70,7 @@ std::vector<std::string> split(const std::string& text, char separator) {
 
 Vec3 vec3(const json& x) { return {x.at(0).get<double>(), x.at(1).get<double>(), x.at(2).get<double>()}; }
 
-// The meshes of an OBJ file, without its materials, which read_obj does not know.
+// Reads the meshes of an OBJ file. Its lines about materials, which read_obj() refuses, are left out.
 std::vector<BodySurface> read_meshes(const fs::path& path) {
   std::string text;
   for (const std::string& line : split(read_file(path), '\n'))
@@ -79,7 +80,7 @@ std::vector<BodySurface> read_meshes(const fs::path& path) {
   return read_obj(scratch / "mesh.obj");
 }
 
-// Takes numbers from bytes in order.
+// Takes numbers from bytes in order, of either byte order.
 class Bytes {
  public:
   Bytes(std::string bytes, std::size_t at, bool is_big = false)
@@ -211,7 +212,8 @@ TEST(ExportPly, HoldsPositionsVelocitiesAndStrain) {
     const std::size_t head = bytes.find(end) + end.size();
     const std::string text = bytes.substr(0, head);
     EXPECT_TRUE(text.starts_with("ply\nformat binary_little_endian 1.0\n"));
-    // A sharp cube has three vertices at a corner, a smooth one those that its texture coordinates need.
+    // A sharp cube has three vertices at each corner, and a smooth one as many as its texture coordinates
+    // need.
     const SplitSurfaces all = split_surfaces(written.run);
     EXPECT_TRUE(contains(text, fmt::format("element vertex {}\nproperty double x\n", all.vertices.size())))
         << text;
@@ -253,7 +255,8 @@ TEST(ExportPly, HoldsPositionsVelocitiesAndStrain) {
   }
 }
 
-// Reads a cache of either kind: its samples of points.
+// Reads a point cache of either kind. It returns the points of each sample, and sets `times` to the times of
+// the samples (MDD, in s) or to the first frame (PC2).
 std::vector<std::vector<Vec3f>> read_cache(const fs::path& path, std::vector<float>& times) {
   const std::string bytes = read_file(path);
   const bool is_pc2 = path.extension() == ".pc2";
@@ -264,7 +267,7 @@ std::vector<std::vector<Vec3f>> read_cache(const fs::path& path, std::vector<flo
     EXPECT_EQ(bytes.substr(0, 12), std::string("POINTCACHE2\0", 12));
     EXPECT_EQ(in.take<std::int32_t>(), 1);
     points = in.take<std::int32_t>();
-    times.push_back(in.take<float>());  // the first frame
+    times.push_back(in.take<float>());  // first frame
     EXPECT_EQ(in.take<float>(), 1);
     samples = in.take<std::int32_t>();
   } else {
@@ -279,6 +282,8 @@ std::vector<std::vector<Vec3f>> read_cache(const fs::path& path, std::vector<flo
   return cache;
 }
 
+// Checks that the cache of every body moves the vertices of its mesh to where the run has them, up to the
+// rounding of floats about `origin`, and that the origin is zero only without a `shift`.
 void expect_caches(const Written& written, const std::string& format, const Vec3& shift) {
   const json description = written.description();
   EXPECT_EQ(description.at("first_frame"), 1);
@@ -332,7 +337,7 @@ TEST(ExportCaches, AMissingFrameShowsTheOneBefore) {
   EXPECT_TRUE(contains(written.notes[1], "missing shows the one before")) << written.notes[1];
 }
 
-// The array of a .vtp file by its name.
+// Reads the arrays of a .vtp file by their names, from raw or compressed appended data.
 class PolyFile {
  public:
   explicit PolyFile(const fs::path& path) : bytes_(read_file(path)) {
@@ -444,7 +449,8 @@ TEST(ExportVtk, HoldsTheFieldsOfEveryVertex) {
   }
 }
 
-// Each vertex is there once for each normal and texture coordinate that a triangle gives it.
+// Every vertex of the run occurs once for each pair of normal and texture coordinates that a triangle gives
+// it, and no more often.
 TEST(SplitSurfaces, HaveOneNormalAVertex) {
   const SampleRun sample;
   const ExportedRun run = sample.exported();

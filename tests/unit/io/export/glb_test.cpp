@@ -1,4 +1,5 @@
-// GLB files read back with a small reader of glTF: what a viewer shows at each frame is where the run has it.
+// Tests of GLB files, which are read back with a small reader of glTF: what a viewer shows at each frame is
+// where the run has it.
 #include <cmath>
 #include <cstring>
 #include <numbers>
@@ -24,6 +25,7 @@ std::size_t components(const json& accessor) {
   return type == "SCALAR" ? 1 : static_cast<std::size_t>(type.back() - '0');
 }
 
+// Reader of a GLB file: its JSON root and its binary chunk.
 struct Glb {
   json root;
   std::string binary;
@@ -82,7 +84,7 @@ struct Glb {
   bool animates(const std::string& node, const std::string& path) const {
     return !output(node, path).empty();
   }
-  // Values of an animated property at all keys; none where it is not animated.
+  // Returns the values of an animated property at all keys. They are empty if the property is not animated.
   std::vector<float> output(const std::string& node, const std::string& path) const {
     if (!root.contains("animations")) return {};
     const json& animation = root.at("animations").at(0);
@@ -91,7 +93,7 @@ struct Glb {
         return floats(animation.at("samplers").at(channel.at("sampler").get<std::size_t>()).at("output"));
     return {};
   }
-  // The property of a node at a key.
+  // Returns the property of a node at a key, animated or not.
   std::vector<double> at(const std::string& name, const std::string& path, std::size_t key) const {
     const std::vector<float> values = output(name, path);
     if (values.empty()) return node(name).at(path);
@@ -101,8 +103,9 @@ struct Glb {
   }
 };
 
+// Vertices of one body as a viewer shows them.
 struct Shown {
-  std::vector<Vec3> positions, normals;  // in world space, in the run's axes
+  std::vector<Vec3> positions, normals;  // in world space, in the axes of the run
   std::vector<int> run_vertices;
 };
 
@@ -115,7 +118,8 @@ std::vector<Vec3> vectors(const std::vector<float>& values) {
   return result;
 }
 
-// The mesh of a body at a key, as the specification says: morph, then rotate, then translate.
+// Returns the mesh of a body at a key by the glTF specification: morph targets first, then the rotation, then
+// the translation.
 Shown show(const Glb& glb, const std::string& body, std::size_t key) {
   const json& primitive = glb.primitive(body);
   Shown shown;
@@ -156,7 +160,8 @@ double size_of(const Surface& surface) {
   return box.diagonal().norm();
 }
 
-// Every vertex, and the corners of every triangle, at every frame. `tolerance`: of the body's size.
+// Checks every vertex, normal and triangle corner at every frame. `tolerance` is relative to the size of the
+// body.
 void expect_same_motion(const Glb& glb, const ExportedRun& run, double tolerance) {
   for (std::size_t key = 0; key < run.frames().size(); ++key) {
     const FrameValues values = run.read(run.frames()[key]);
@@ -192,6 +197,7 @@ ExportedRun exported(const RunDirectory& run, const scene::Scene& scene, const E
   return result;
 }
 
+// The tolerance of 1e-6 of a body's size is the rounding of floats.
 TEST(Glb, ShowsEveryVertexOfEveryFrame) {
   const ScratchFolder scratch;
   const scene::Scene scene = test::one_of_each();
@@ -209,6 +215,8 @@ TEST(Glb, ShowsEveryVertexOfEveryFrame) {
             json({"frame 1", "frame 2", "frame 3", "frame 4"}));
 }
 
+// Floats at 10 km are 1 mm apart. The exporter moves the scene to an origin of its own and says so, and
+// shapes keep 3e-6 of their size.
 TEST(Glb, KeepsItsDigitsTenKilometersAway) {
   const ScratchFolder scratch;
   const scene::Scene scene = test::one_of_each(Vec3(8000, 100, -6000));
@@ -255,7 +263,9 @@ TEST(Glb, OneFrameAndOneKindOfBodyAreEnough) {
   }
 }
 
-TEST(Glb, QuaternionsTakeTheShorterWay) {
+// q and -q are the same rotation. A viewer that interpolates between opposite signs would spin the body, so
+// consecutive keys must have a positive dot product.
+TEST(Glb, QuaternionsTakeTheShorterArc) {
   const ScratchFolder scratch;
   const scene::Scene scene = test::one_of_each();
   const auto flip = [](FrameValues& values) {
@@ -312,6 +322,8 @@ TEST(Glb, MorphTargetsThatMoveFewVerticesAreSparse) {
   EXPECT_LE(accessor.at("sparse").at("count"), 3);
 }
 
+// A body of 0.1 m that travels 300 m would lose its shape to floats if only its vertices moved. The node
+// carries the motion.
 TEST(Glb, ABodyThatGoesFarKeepsItsShape) {
   const ScratchFolder scratch;
   scene::Scene scene = test::free_space();

@@ -1,5 +1,5 @@
-// A run directory made from formulas: rigid bodies that move along lines and turn about axes, a deformable
-// one whose points swing.
+// A run directory made from formulas: rigid bodies move along lines and turn about axes, and the points of
+// deformable ones swing.
 #pragma once
 
 #include <cmath>
@@ -16,7 +16,8 @@
 
 namespace duet::test {
 
-// A cube of the edge length. Its edges are sharp, or its normals shared by the faces around a corner.
+// Returns a cube with edges of length `edge` (m). Its edges are sharp, or the faces around a corner share a
+// normal.
 inline Surface cube(double edge, bool is_sharp) {
   Surface surface;
   for (int i = 0; i < 8; ++i)
@@ -38,11 +39,13 @@ inline Surface cube(double edge, bool is_sharp) {
   return surface;
 }
 
+// Writes a run directory with a rigid, a static and two deformable bodies, and knows its values at every
+// frame.
 class SampleRun {
  public:
-  static constexpr double fps = 1000;  // so that differences between frames are nearly velocities
+  static constexpr double fps = 1000;  // 1/s: so high that differences between frames are nearly velocities
 
-  // `shift` moves everything away from the origin.
+  // Makes the run; `shift` (m) moves everything away from the origin.
   explicit SampleRun(const Vec3& shift = Vec3::Zero()) : shift_(shift) {
     bodies.push_back({"block", cube(0.5, true)});
     bodies.push_back({"wall", cube(2, true)});
@@ -71,7 +74,7 @@ class SampleRun {
       run.write(run.values(frame), io::npy_text(values(frame)));
   }
 
-  // What the file of the frame holds.
+  // Returns what the file of a frame holds.
   io::FrameValues values(int frame) const {
     io::FrameValues result;
     result.frame = frame;
@@ -104,7 +107,7 @@ class SampleRun {
   ScratchFolder scratch;
   io::RunDirectory run{scratch / "run"};
   io::Manifest manifest;
-  std::vector<BodySurface> bodies;  // at rest
+  std::vector<BodySurface> bodies;  // surfaces at rest
 
  private:
   Vec3 home(std::size_t body) const { return shift_ + Vec3(2.0 * static_cast<double>(body), 1.0 / 7, -1); }
@@ -112,7 +115,7 @@ class SampleRun {
   Vec3 shift_;
 };
 
-// Two looks, worn in turn, and a view.
+// Returns two looks, which bodies wear in turn, and a view.
 inline io::ExportedLooks sample_looks() {
   io::ExportedLooks looks;
   looks.looks.resize(2);

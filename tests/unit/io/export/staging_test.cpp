@@ -1,4 +1,4 @@
-// Nothing has its name before it is whole.
+// Tests that no exported file or folder has its name before it is whole.
 #include "sim/io/export/staging.h"
 
 #include <csignal>
@@ -24,6 +24,7 @@ int entries(const fs::path& folder) {
   return static_cast<int>(std::distance(fs::directory_iterator(folder), fs::directory_iterator()));
 }
 
+// Returns the message of the Error that `work` throws, and checks its status.
 template <class Work>
 std::string failure(ExitStatus status, Work work) {
   try {
@@ -95,7 +96,7 @@ TEST(Staging, RemovesWhatKilledProgramsLeft) {
     write_atomically(scratch / name / "0000.obj", "x");
   }
   const int held = ::open((scratch / "export.tmp4343").c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  ASSERT_EQ(::flock(held, LOCK_EX), 0);  // a program that still writes
+  ASSERT_EQ(::flock(held, LOCK_EX), 0);  // The lock stands for a program that still writes.
   { const Staging staging(scratch / "export", false, true); }
   EXPECT_FALSE(fs::exists(scratch / "export.tmp4242"));
   EXPECT_TRUE(fs::exists(scratch / "export.tmp4343/0000.obj"));

@@ -1,5 +1,5 @@
-// USD stages read back with a small reader of the text that the exporter writes: what a stage shows at each
-// frame is where the run has it. tools/check-exports opens stages with Pixar's library.
+// Tests of USD stages, which are read back with a small reader of the text that the exporter writes: what a
+// stage shows at each frame is where the run has it. tools/check-exports opens stages with Pixar's library.
 #include "sim/io/export/usd.h"
 
 #include <cmath>
@@ -21,6 +21,7 @@ namespace {
 
 using test::ScratchFolder;
 
+// Key of values that hold for all frames.
 constexpr int no_frame = -1;
 
 std::string trimmed(const std::string& line) {
@@ -33,7 +34,8 @@ std::string quoted(const std::string& line) {
   return line.substr(begin, line.find('"', begin) - begin);
 }
 
-// The values of attributes by path of the prim, name and frame, as text, and lines of metadata.
+// Reader of a stage: the values of attributes as text, by path of the prim, name and frame, and the lines of
+// metadata of prims.
 class Usda {
  public:
   explicit Usda(const fs::path& path) : lines_(read_file(path)) {
@@ -51,8 +53,8 @@ class Usda {
   bool has(const std::string& prim, const std::string& name) const {
     return values_.contains(prim + "." + name);
   }
-  // The value of an attribute at a frame, as stages interpolate: frames between two with the same value have
-  // none.
+  // Returns the value of an attribute at a frame by the interpolation of stages. A frame between two others
+  // of the same value may have none of its own.
   std::string text(const std::string& prim, const std::string& name, int frame) const {
     const auto found = values_.find(prim + "." + name);
     if (found == values_.end()) {
@@ -169,6 +171,7 @@ std::vector<Vec3> doubles(const std::vector<Vec3f>& vectors) {
   return result;
 }
 
+// Checks that the triangles, normal indices and texture indices of a mesh equal those of `surface`.
 void expect_same_faces(const Usda& usda, const std::string& mesh, const Surface& surface) {
   const std::vector<double> faces = usda.numbers(mesh, "faceVertexIndices");
   ASSERT_EQ(faces.size(), 3 * surface.triangles.size());
@@ -187,7 +190,8 @@ void expect_same_faces(const Usda& usda, const std::string& mesh, const Surface&
   }
 }
 
-// Every body at every frame; bodies are those of the stage in the order rigid, deformable.
+// Checks every body at every frame. `tolerance` is relative to the size of a body, and `has_clips` says
+// whether the stage has a file for each frame.
 void expect_same_motion(const fs::path& folder, const ExportedRun& run, bool has_clips, double tolerance) {
   const Usda root(folder / "run.usda");
   for (const int frame : run.frames()) {
@@ -242,7 +246,7 @@ ExportedRun exported(const RunDirectory& run, const scene::Scene& scene, const E
   return result;
 }
 
-// Writes into a folder that is there, as the command does.
+// Writes into a folder that exists, as the command does.
 ExportNotes write(const ExportedRun& run, const fs::path& folder,
                   std::uint64_t max_inline_bytes = usd_max_inline_bytes) {
   fs::remove_all(folder);
@@ -283,6 +287,7 @@ TEST(Usd, LongRunsHaveAFileAFrame) {
   EXPECT_NE(clips.find("@./frames/0004.usda@"), std::string::npos);
 }
 
+// Floats at 10 km are 1 mm apart. Translations are doubles, so that shapes keep 1e-7 of their size.
 TEST(Usd, KeepsItsDigitsTenKilometersAway) {
   const ScratchFolder scratch;
   const scene::Scene scene = test::one_of_each(Vec3(8000, 100, -6000));
@@ -291,6 +296,8 @@ TEST(Usd, KeepsItsDigitsTenKilometersAway) {
   expect_same_motion(scratch / "usd", run, false, 1e-7);
 }
 
+// A body of 0.1 m that travels 300 m would lose its shape to floats if only its points moved. The prim
+// carries the motion.
 TEST(Usd, ABodyThatGoesFarKeepsItsShape) {
   const ScratchFolder scratch;
   scene::Scene scene = test::free_space();
@@ -336,7 +343,9 @@ TEST(Usd, OneFrameAndOneKindOfBodyAreEnough) {
   }
 }
 
-TEST(Usd, QuaternionsTakeTheShorterWay) {
+// q and -q are the same rotation. A viewer that interpolates between opposite signs would spin the body, so
+// consecutive frames must have a positive dot product.
+TEST(Usd, QuaternionsTakeTheShorterArc) {
   const ScratchFolder scratch;
   const scene::Scene scene = test::one_of_each();
   const auto flip = [](FrameValues& values) {
@@ -408,6 +417,8 @@ TEST(Usd, CarriesLooksCameraAndLights) {
     EXPECT_LT((forward - (camera.target - camera.position).normalized()).norm(), 1e-12);
   }
   const std::vector<std::string> lights{"/run/lights/_", "/run/lights/__2"};
+  // Far away, a sphere light of radius r and radiance L gives the irradiance pi r^2 L / d^2, which must equal
+  // that of the scene's light, power / (4 pi d^2).
   for (const std::string& light : lights) {
     const double radius = usda.numbers(light, "inputs:radius").at(0);
     const double radiance =

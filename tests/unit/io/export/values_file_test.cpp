@@ -1,4 +1,5 @@
-// The numbers of a run come back to the bit, and files that are not of the run are refused.
+// Tests that the numbers of a run come back to the last bit, and that files that do not belong to the run are
+// refused.
 #include "sim/io/values_file.h"
 
 #include <bit>
@@ -20,7 +21,7 @@ void expect_same(const Vectors& a, const Vectors& b) {
   for (std::size_t i = 0; i < a.size(); ++i) EXPECT_EQ(a[i], b[i]) << i;
 }
 
-// The message of the FileError that `work` throws.
+// Returns the message of the FileError that `work` throws.
 template <class Work>
 std::string failure(Work work) {
   try {
@@ -33,6 +34,7 @@ std::string failure(Work work) {
   return {};
 }
 
+// Checks that a file of frame 1 with these bytes is refused with a message that contains `said`.
 void refuse_frame(const SampleRun& sample, const std::string& bytes, const std::string& said) {
   write_atomically(sample.run.values(1), bytes);
   const std::string text = failure([&] { read_values(sample.run, sample.manifest.bodies, 1); });
@@ -40,6 +42,7 @@ void refuse_frame(const SampleRun& sample, const std::string& bytes, const std::
   EXPECT_TRUE(contains(text, sample.run.values(1).string())) << text;
 }
 
+// Checks that a file of surfaces with these bytes is refused with a message that contains `said`.
 void refuse_bodies(const SampleRun& sample, const std::string& bytes, const std::string& said) {
   write_atomically(sample.run.body_values(), bytes);
   const std::string text = failure([&] { read_rest_surfaces(sample.run, sample.manifest.bodies); });
@@ -89,7 +92,8 @@ TEST(ValuesFile, SurfacesAtRestComeBackToTheBit) {
   }
 }
 
-// The rules of the format: the head's length is a multiple of 64, and the records of numbers follow.
+// The format of NumPy requires that the length of the head is a multiple of 64. Here it is followed by the
+// frame and its time, 2 rigid bodies of 13 doubles, and 16 points.
 TEST(ValuesFile, HeadsAreThoseOfNumPy) {
   const SampleRun sample;
   const std::string frame = npy_text(sample.values(0));

@@ -21,7 +21,8 @@ TEST(LevelSetExport, CompactShapesAreFortyVoxelsThick) {
   }
 }
 
-// However thin: squares of a voxel on the surface, and voxels along it.
+// However thin a shape is, its surface bounds the number of voxels: at most 1e6 voxel faces on a sheet and
+// 2e4 voxels along a wire.
 TEST(LevelSetExport, TheSurfaceBoundsTheVoxels) {
   for (const double thickness : {0.1, 0.01, 1e-3, 1e-4, 1e-6}) {
     const double sheet = exported_voxel_size(LevelSet::box(Vec3(2, thickness, 2)));
@@ -34,7 +35,7 @@ TEST(LevelSetExport, TheSurfaceBoundsTheVoxels) {
   }
 }
 
-// OpenVDB takes a matrix of a determinant below 3e-15 for a singular one.
+// OpenVDB takes a matrix with a determinant below 3e-15 for a singular one.
 TEST(LevelSetExport, NoVoxelIsTooSmallForOpenVdb) {
   for (const LevelSet& shape : {LevelSet::sphere(5e-5), LevelSet::box(Vec3(1e-2, 1e-4, 1e-2)),
                                 LevelSet::torus(1e-3, 1e-5), mesh_plate(Vec3(1e-4, 1e-4, 1e-4))})

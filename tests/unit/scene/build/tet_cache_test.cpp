@@ -1,4 +1,4 @@
-// Tetrahedra that are kept in files come back to the last bit, or not at all.
+// Tests that tetrahedra kept in files come back to the last bit, or not at all.
 #include "sim/scene/build/tet_cache.h"
 
 #include <chrono>
@@ -74,9 +74,9 @@ TEST_F(TetCacheFiles, WithAnyDamageAreLeftOutAndRemoved) {
 }
 
 TEST_F(TetCacheFiles, LeaveTheOldestWhereRoomIsScarce) {
-  set_tet_cache({scratch / "cache", "build 1", 450});  // two files of some 170 bytes
+  set_tet_cache({scratch / "cache", "build 1", 450});  // bytes: room for two files of about 170 bytes each
   for (const double scale : {1.0, 2.0}) keep_tets(key(scale), mesh);
-  // The times of files that are written within a tick are equal: they are set apart.
+  // Files that are written within one tick of the clock have equal times, so the test sets their times back.
   const auto now = std::filesystem::file_time_type::clock::now();
   for (const auto& file : io::files_in(scratch / "cache"))
     std::filesystem::last_write_time(file, now - std::chrono::hours(1));

@@ -1,4 +1,4 @@
-// Repetition, prefabs and instances, as the reader sees them.
+// Tests of repetition, prefabs and instances through the scene reader.
 #include <numbers>
 
 #include <gtest/gtest.h>
@@ -45,6 +45,7 @@ axis = [1, 0, 0]
 control = { gain = "$gain" }
 )";
 
+// Lengths of an instance are multiplied by its scale, and masses by the cube of it.
 TEST(Prefabs, InstancesOfAnotherSizeKeepTheirDensity) {
   const Scene scene = read_scene(std::string(legs) + R"(
 [[instances]]
@@ -75,7 +76,7 @@ step = [1, 0, 0]
 )");
   ASSERT_EQ(scene.rigid.size(), 7u);
   EXPECT_EQ(scene.rigid[0].placement.position.y(), 4);
-  EXPECT_EQ(scene.joints[0].control.gain, 100);  // the prefab's own comes first
+  EXPECT_EQ(scene.joints[0].control.gain, 100);  // The prefab's own parameter precedes the scene's.
   const std::string unknown = problems_of(
       "[parameters]\na = 1\n[[rigid]]\nname = \"x\"\nshape = { sphere = "
       "\"$b\" }\nmass = 1\n");
@@ -168,7 +169,8 @@ seed = )" + std::to_string(seed));
   EXPECT_NE(a.joints[0].control.gain, a.joints[1].control.gain);
 }
 
-// A gate that swings, a wheel and a piston, turned by a quarter about y and moved: as a whole.
+// A swinging gate, a wheel and a piston are turned by 90 degrees about y, scaled and moved as a whole, and
+// their prescribed motions with them.
 TEST(Prefabs, MotionsMoveWithTheirInstance) {
   const Scene scene = read_scene(R"(
 [[prefabs.machine.rigid]]
@@ -198,13 +200,13 @@ scale = 2
   const auto near = [](const Vec3& a, const Vec3& b) { return (a - b).norm() < 1e-12; };
   ASSERT_EQ(scene.rigid.size(), 3u);
   const std::vector<Keyframe>& keys = scene.rigid[0].motion.keyframes;
-  EXPECT_TRUE(near(*keys[1].position, Vec3(0, 10, -6)));  // x has become -z, and all lengths are doubled
+  EXPECT_TRUE(near(*keys[1].position, Vec3(0, 10, -6)));  // x has become -z, and all lengths are doubled.
   EXPECT_TRUE(near(*keys[1].velocity, Vec3(0, 0, -2)));
   EXPECT_TRUE(near(scene.rigid[1].motion.spin[0].axis, Vec3(1, 0, 0)));
   EXPECT_TRUE(near(scene.rigid[1].placement.position, Vec3(4, 12, 0)));
   EXPECT_TRUE(near(scene.rigid[2].motion.sinusoid[0].amplitude, Vec3(0, 0, -2)));
   EXPECT_TRUE(near(scene.rigid[2].motion.sinusoid[0].rotation.axis, Vec3(0, 0, -1)));
-  // What the gate's corner does in the world is what it does in the prefab, turned.
+  // The rotation of the gate in the world is its rotation in the prefab, turned with the instance.
   const Quat turn(Eigen::AngleAxisd(std::numbers::pi / 2, Vec3::UnitY()));
   const Quat own(Eigen::AngleAxisd(std::numbers::pi / 6, Vec3::UnitY())),
       swing(Eigen::AngleAxisd(std::numbers::pi / 2, Vec3::UnitX()));
@@ -212,7 +214,7 @@ scale = 2
   EXPECT_LT(pose.orientation.angularDistance(turn * swing * own), 1e-12);
 }
 
-// What is wrong in a copy is shown where it was written, and once.
+// A mistake in a copy is reported at the line where it was written, and once for all copies.
 TEST(Prefabs, MistakesInCopiesAreFoundInTheFile) {
   EXPECT_NE(problems_of(R"([[prefabs.leg.rigid]]
 name = "thigh"
@@ -247,13 +249,13 @@ repeat = { count = 5, step = [0.3, 0, 0] }
             std::string::npos)
       << text;
   EXPECT_NE(text.find("test.toml:6:12: rigid.toe1.velocity"), std::string::npos) << text;
-  // Without a name it is known by its place in the list.
+  // A body without a name is known by its place in the list.
   const std::string unnamed = problems_of(
       "[[rigid]]\nshape = { sphere = 0.1 }\nmass = 1\nfriction = -3\nrepeat = { count = 2, step = [1, 0, 0] "
       "}\n");
   EXPECT_NE(unnamed.find("test.toml:4:12: rigid[0].friction"), std::string::npos) << unnamed;
   const Scene scene = read_scene(std::string(legs) + "[[instances]]\nname = \"a\"\nprefab = \"leg\"\n");
-  EXPECT_EQ(scene.rigid[1].at.line, 9);  // of the shin
+  EXPECT_EQ(scene.rigid[1].at.line, 9);  // line of the shin
 }
 
 TEST(Prefabs, MistakesAreNamed) {

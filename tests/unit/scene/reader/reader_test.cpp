@@ -30,6 +30,7 @@ std::vector<SceneProblem> problems_of(const std::string& text,
   return {};
 }
 
+// Returns the text of the only problem of the scene.
 std::string problem_of(const std::string& text, const std::vector<std::string>& overrides = {}) {
   const auto problems = problems_of(text, overrides);
   EXPECT_EQ(problems.size(), 1u) << (problems.size() > 1 ? problems[1].text() : "");
@@ -110,7 +111,7 @@ TEST(SceneReader, KeysWinOverThePresetWhereverTheyStand) {
 TEST(SceneReader, RotationIsCounterClockwiseAboutItsAxis) {
   const Scene scene = scene_of(ball + "rotation = { axis = [0, 2, 0], degrees = 90 }\n");
   const Vec3 turned = scene.rigid[0].placement.orientation * Vec3::UnitX();
-  // Exact up to the rounding of sin and cos.
+  // The result is exact up to the rounding of sin and cos.
   EXPECT_LT((turned - Vec3(0, 0, -1)).norm(), 1e-15);
 }
 
@@ -146,7 +147,7 @@ TEST(SceneReader, EveryProblemComesInOneGoSortedByLine) {
   }
 }
 
-TEST(SceneReader, HintsNameTheNearestKeyTheRightTableOrAllKnownKeys) {
+TEST(SceneReader, HintsNameTheNearestKeyTheTableOrAllKnownKeys) {
   EXPECT_NE(problem_of(ball + "postion = [0, 1, 0]\n").find("did you mean `position`?"), std::string::npos);
   EXPECT_NE(problem_of(ball + "poisson_ratio = 0.3\n").find("`poisson_ratio` belongs to [materials.NAME]"),
             std::string::npos);
@@ -221,7 +222,7 @@ TEST(SceneOverrides, AreCheckedLikeTheFile) {
 TEST(SceneOverrides, CannotSmuggleInASecondKey) { EXPECT_EQ(scene_of(ball, {"title=1\nfps = 3"}).fps, 24); }
 
 TEST(SceneOverrides, SourceReadsBackToTheSameScene) {
-  // 0.1 + 0.2 needs all 17 digits; the title needs escapes.
+  // 0.1 + 0.2 needs all 17 digits, and the title needs escapes.
   const ReadResult result = read(
       stack_path, {"rigid.ball.friction=0.30000000000000004", "title=\"a 'b' \\\"c\\\" \\u0007 \\\\ d\"",
                    "rigid.ball.rotation={axis=[1,2,3],degrees=33.3}", "sky.intensity=1e-7", "fps=23.976"});

@@ -1,4 +1,4 @@
-// The reference and the reader say the same: every key of one is a key of the other.
+// Tests that the reference and the reader agree: every key of one is a key of the other.
 #include <algorithm>
 #include <set>
 #include <sstream>
@@ -14,11 +14,12 @@
 namespace duet::scene::reference_test {
 namespace {
 
-// "[[rigid]] shape.box" for every key of the reference; "top" for those before the first table.
+// Returns "[[rigid]] shape.box" and the like for every key of the reference, with "top" for those before the
+// first table.
 std::set<std::string> keys_of_reference() {
   std::set<std::string> keys;
   std::string section;
-  bool in_table = false;  // below the line of column titles
+  bool in_table = false;  // true below the line of column titles
   std::istringstream lines(reference());
   for (std::string line; std::getline(lines, line);) {
     const bool indented = line.starts_with("  ");
@@ -34,7 +35,7 @@ std::set<std::string> keys_of_reference() {
   return keys;
 }
 
-// Every key there is, none left at its default.
+// A scene with every key, none of which has its default value.
 const char* const full_scene = R"(
 title = "All keys"
 figure = "7"
@@ -340,11 +341,11 @@ std::set<std::string> keys_of_full_scene() {
   std::istringstream lines(full_scene);
   for (std::string line; std::getline(lines, line);) {
     if (line.starts_with("[[prefabs"))
-      section.clear();  // they hold tables of the others
+      section.clear();  // Prefabs hold tables of the other kinds.
     else if (line.starts_with('['))
       section = line == "[materials.SOLID]" ? "[materials.NAME]" : line;
     std::vector<std::string> outer;  // {"shape", "shape.capsule"} within `shape = { capsule = { radius = 2`
-    std::string last;                // the key whose value comes next
+    std::string last;                // key whose value comes next
     for (std::size_t i = 0; i < line.size(); ++i) {
       if (line[i] == '{') outer.push_back(last);
       if (line[i] == '}') {
@@ -391,7 +392,7 @@ TEST(SceneReference, EveryKeyIsKnownToTheReader) {
     SCOPED_TRACE(entry);
     const auto space = entry.find(' ');
     const std::string section = entry.substr(0, space), key = entry.substr(space + 1);
-    // No key takes a date, so that a known key is told apart from an unknown one by its message.
+    // No key takes a date, so that the message tells a known key from an unknown one.
     const std::string text = fmt::format("{}\n{} = 2024-02-29\n", section == "top" ? "" : section, key);
     try {
       read_text(text, "one.toml");
