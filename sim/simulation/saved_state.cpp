@@ -152,7 +152,7 @@ auto name_of(const CachedContact& contact) {
 
 void pack_state(World& world, std::int64_t frame, std::vector<unsigned char>& bytes) {
   double frequency = world.bodies.forces.max_omega_squared();
-  const ContactCache& memory = world.context.memory;
+  const ContactCache& memory = world.context.contact_cache;
   std::size_t size = memory.size() * sizeof(CachedContact), at = 0;
   visit_state(world, frame, frequency, [&](const void*, std::size_t more) { size += more; });
   bytes.resize(size);
@@ -175,7 +175,7 @@ void unpack_state(const std::vector<unsigned char>& bytes, World& world, std::in
     if (size > 0) std::memcpy(data, bytes.data() + at, size);  // without particles, `data` is null
     at += size;
   });
-  ContactCache& memory = world.context.memory;
+  ContactCache& memory = world.context.contact_cache;
   memory.resize((bytes.size() - needed) / sizeof(CachedContact));
   for (CachedContact& contact : memory) {
     std::memcpy(static_cast<void*>(&contact), bytes.data() + at, sizeof contact);
@@ -199,7 +199,7 @@ void check_state(const World& loaded, std::int64_t frame, const std::vector<Rigi
        {&acceleration.particle, &acceleration.linear, &acceleration.angular})
     check_all(std::span(*values), "the last solve", "acceleration");
   check_all(std::span<const double>(loaded.context.pressure_n), "the last solve", "pressure");
-  const ContactCache& memory = loaded.context.memory;
+  const ContactCache& memory = loaded.context.contact_cache;
   for (std::size_t i = 0; i < memory.size(); ++i) check_contact(bodies, memory[i], i);
   if (!std::is_sorted(memory.begin(), memory.end(),
                       [](const CachedContact& a, const CachedContact& b) { return name_of(a) < name_of(b); }))

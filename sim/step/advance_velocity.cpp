@@ -234,10 +234,11 @@ void advance_semi_implicitly(World& world, StepContext& context) {
   Particles& particles = bodies.particles;
   const double dt = context.dt / 2;
   ContactProjection* projection = nullptr;
-  if (world.has_internal_forces() && (!bodies.bound.empty() || !context.memory.empty())) {
-    context.projection.build(bodies, context.memory, dt, world.settings.projection_sweeps,
-                             context.articulated_response.prepare(bodies, context.joints, context.memory),
-                             context.solved_bodies);
+  if (world.has_internal_forces() && (!bodies.bound.empty() || !context.contact_cache.empty())) {
+    context.projection.build(
+        bodies, context.contact_cache, dt, world.settings.projection_sweeps,
+        context.articulated_response.prepare(bodies, context.joints, context.contact_cache),
+        context.solved_bodies);
     projection = &context.projection;
     if (world.has(Effect::articulation)) {  // V of bound and touching particles depends on joints
       context.joints.prepare_projection(bodies.rigid);

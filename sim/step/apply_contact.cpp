@@ -94,7 +94,7 @@ void leave_contact_to_solve(World& world, StepContext& context) {
 }
 
 void start_contact_warm(World& world, StepContext& context) {
-  warm_start(context.memory, context.dt / 2, context.graph, world.bodies, context.contacts);
+  warm_start(context.contact_cache, context.dt / 2, context.graph, world.bodies, context.contacts);
 }
 
 void control_joints(World& world, StepContext& context) {

@@ -161,7 +161,7 @@ PressureSettings velocity_settings(const World& world) {
 // I.2. The contacts of this step are not known yet, so that the pressures take account of those of the last
 // step.
 void correct_volume(World& world, StepContext& context) {
-  context.projection.build(world.bodies, context.memory, context.dt, world.settings.projection_sweeps);
+  context.projection.build(world.bodies, context.contact_cache, context.dt, world.settings.projection_sweeps);
   find_rates_to_rest_volumes(world, context);
   find_change(world, context, world.settings.pressure);
   change_velocities(world, context);

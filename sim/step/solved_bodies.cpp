@@ -94,7 +94,7 @@ void find_touching(const Bodies& bodies, StepContext& context) {
   Islands& islands = context.solved;
   islands.begin(bodies);
   context.touching.clear();
-  for (const CachedContact& contact : context.memory) {  // contacts of a pair follow each other
+  for (const CachedContact& contact : context.contact_cache) {  // contacts of a pair follow each other
     const bool is_rigid_pair = contact.guest_rigid >= 0;
     const std::array<int, 2> pair{
         contact.host, is_rigid_pair ? contact.guest_rigid : rigid_count + soft_guest(bodies, contact)};

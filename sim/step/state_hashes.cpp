@@ -84,7 +84,7 @@ void add_state(Writer& writer, const World& world) {
   const std::vector<double>& pressure = world.context.pressure_n;
   if (!pressure.empty())
     add_scene("pressures", hash_bytes(pressure.data(), pressure.size() * sizeof(double)));
-  const ContactCache& memory = world.context.memory;
+  const ContactCache& memory = world.context.contact_cache;
   add_scene("contact cache", hash_bytes(memory.data(), memory.size() * sizeof(CachedContact)));
 }
 

@@ -63,7 +63,7 @@ bool step(World& world, double time, double dt, Refusal* refusal) {
   end_step(world);
   if (may_gain && gains_energy(world, energy, *refusal)) return refuse(world);
   world.ledger.end_step(world);
-  if (world.touches()) remember(context.contacts, context.graph, dt, context.memory);
+  if (world.touches()) remember(context.contacts, context.graph, dt, context.contact_cache);
   std::swap(context.pressure_n, context.pressure_next);
   world.stage_hashes.end_step(world);
   return true;

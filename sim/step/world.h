@@ -98,7 +98,7 @@ struct StepContext {
   ContactSet contacts;                   ///< contacts of this step
   ContactGraph graph;                    ///< order in which contact visits them
   ContactSolveScratch contact_solve;     ///< scratch of the contact solver
-  ContactCache memory;                   ///< contact cache of the last step that succeeded; state
+  ContactCache contact_cache;            ///< contact cache of the last step that succeeded; state
   CollisionScratch collision_scratch;    ///< scratch of step II.1
   PushOutScratch push_out_scratch;       ///< scratch of step IV.2
   SeparationScratch separation_scratch;  ///< scratch of step IV.2 between rigid bodies

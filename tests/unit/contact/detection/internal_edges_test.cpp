@@ -17,7 +17,7 @@ namespace {
 // a box that touches none of them. All stand on a ground or float above it.
 class InternalEdges : public ::testing::Test {
  protected:
-  Planks() : scene_(test::free_space()), simulation_(build()) {}
+  InternalEdges() : scene_(test::free_space()), simulation_(build()) {}
   Simulation build() {
     const auto add = [&](const std::string& name, const Vec3& position, const Vec3& size) {
       scene::RigidBody& box = test::add_box(scene_, name, position, size, 1);

@@ -12,9 +12,9 @@ using test::random_crowd;
 constexpr int to_the_end = 1000;  // sweeps
 
 // Restores the default number of threads after each test.
-class GaussSeidelPipeline : public testing::Test {
+class PipelinedSweeps : public testing::Test {
  protected:
-  ~SweepPipelines() override { set_thread_count(0); }
+  ~PipelinedSweeps() override { set_thread_count(0); }
 };
 
 // A crowd with its coloring and its pipeline, built for the present number of threads.
@@ -32,7 +32,7 @@ struct Sweeps {
 // Parallel sweeps give the same bits as sequential ones, on any number of threads. The crowds are a row, in
 // which threads share few bodies; bodies that are all in one place; and few pairs for each thread.
 // Crowd::mix() depends on the order of visits, so a pair that is visited too early shows.
-TEST_F(GaussSeidelPipeline, HasTheBitsOfSequentialSweeps) {
+TEST_F(PipelinedSweeps, HasTheBitsOfSequentialSweeps) {
   for (const auto& [pairs, in_a_row] : {std::pair(900, true), {900, false}, {70, true}})
     for (const int threads : {1, 2, 3, 7}) {
       set_thread_count(threads);
@@ -57,7 +57,7 @@ TEST_F(GaussSeidelPipeline, HasTheBitsOfSequentialSweeps) {
 }
 
 // A hundred short runs follow each other as in time steps, and each starts from a clean state.
-TEST_F(GaussSeidelPipeline, StartsEveryRunAfresh) {
+TEST_F(PipelinedSweeps, StartsEveryRunAfresh) {
   set_thread_count(2);
   const Sweeps sweeps(random_crowd(25, 200, 400));
   std::vector<double> expected = sweeps.crowd.numbers(), value = expected;
@@ -70,7 +70,7 @@ TEST_F(GaussSeidelPipeline, StartsEveryRunAfresh) {
 
 // Every visit of a pair returns half of the value before, so sweep k returns 2^-k. The tolerance is compared
 // with the last sweep alone, after 1, 3, 7, 15 ... sweeps, or after each sweep if there are few pairs.
-TEST_F(GaussSeidelPipeline, StopAtTheToleranceOfTheLastSweep) {
+TEST_F(PipelinedSweeps, StopAtTheToleranceOfTheLastSweep) {
   for (const auto& [pairs, threads] : {std::pair(30, 1), {30, 2}, {200, 1}, {200, 2}}) {
     set_thread_count(threads);
     const Sweeps sweeps(random_crowd(23, 100, pairs));
@@ -87,7 +87,7 @@ TEST_F(GaussSeidelPipeline, StopAtTheToleranceOfTheLastSweep) {
 }
 
 // Without pairs the first sweep ends the loop.
-TEST_F(GaussSeidelPipeline, TakeNoPairsAtAll) {
+TEST_F(PipelinedSweeps, TakeNoPairsAtAll) {
   Crowd crowd = random_crowd(24, 50, 100);
   crowd.pairs.clear();
   const Sweeps sweeps(std::move(crowd));
