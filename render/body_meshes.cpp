@@ -20,7 +20,7 @@ static_assert(sizeof(ShadedCorner) == 10 * sizeof(float));
 std::size_t at(int index) { return static_cast<std::size_t>(index); }
 
 // The box around the positions; an empty one at the origin without positions.
-Bounds bounds_of(const std::vector<Vec3f>& positions) {
+Box bounds_of(const std::vector<Vec3f>& positions) {
   if (positions.empty()) return {};
   Vec3f low = positions.front(), high = low;
   for (const Vec3f& x : positions) {

@@ -27,7 +27,7 @@ class BodyMeshes {
   /// Returns the number of bodies that upload() was given.
   int count() const { return static_cast<int>(ranges_.size()); }
   /// Returns the box around a body (m, relative to the origin of upload(), axes of the world).
-  const Bounds& bounds(int body) const { return ranges_[static_cast<std::size_t>(body)].bounds; }
+  const Box& bounds(int body) const { return ranges_[static_cast<std::size_t>(body)].bounds; }
 
   /// Returns the length on the surface that one unit of the texture coordinates u and v takes (m), as the
   /// mean over the area. It belongs to the first upload of a body of this name: a pattern stretches with the
@@ -46,7 +46,7 @@ class BodyMeshes {
   struct Range {
     // Interval of entries in corners_ and in indices_: both have one for each corner of a triangle.
     int first_corner = 0, corners = 0;
-    Bounds bounds;
+    Box bounds;
     Vec2 texture_scale = Vec2::Ones();
   };
 

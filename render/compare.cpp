@@ -163,7 +163,7 @@ Difference compare(const Picture& a, const Picture& b, int tolerance) {
   return result;
 }
 
-std::string broken_bounds(const Difference& difference, const Bounds& bounds) {
+std::string broken_bounds(const Difference& difference, const DifferenceBounds& bounds) {
   std::vector<std::string> broken;
   if (!(difference.rmse <= bounds.rmse))
     broken.push_back(fmt::format("RMSE {:.3g} > {:.3g}", difference.rmse, bounds.rmse));

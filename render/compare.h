@@ -24,7 +24,7 @@ struct Difference {
 /// processor (RMSE 9e-5, single pixels off by up to 17/255; tests/PROTOCOL.md) and the smallest real change
 /// that was measured (a mesh of 21 instead of 20 thousand triangles: RMSE 0.0076, 7 % of the pixels). Larger
 /// bounds let such changes pass; smaller ones fail on other processors.
-struct Bounds {
+struct DifferenceBounds {
   int tolerance = 4;     ///< in steps of 1/255: a pixel differs if one of its channels is off by more
   double rmse = 0.0005;  ///< largest RMSE
   double share = 0.001;  ///< largest fraction of pixels that differ
@@ -32,13 +32,13 @@ struct Bounds {
   double min_ssim = -1;  ///< smallest structural similarity; -1: any
 };
 
-/// Measures how much `a` and `b` differ. `tolerance` is that of Bounds (steps of 1/255). Throws Error (usage)
-/// if the sizes differ.
-Difference compare(const Picture& a, const Picture& b, int tolerance = Bounds().tolerance);
+/// Measures how much `a` and `b` differ. `tolerance` is that of DifferenceBounds (steps of 1/255). Throws
+/// Error (usage) if the sizes differ.
+Difference compare(const Picture& a, const Picture& b, int tolerance = DifferenceBounds().tolerance);
 
 /// Lists the bounds that `difference` breaks, in words: "RMSE 0.0123 > 0.0005, ...". The text is empty if
 /// there are none. NaN breaks a bound.
-std::string broken_bounds(const Difference& difference, const Bounds& bounds);
+std::string broken_bounds(const Difference& difference, const DifferenceBounds& bounds);
 
 /// Draws where and how much `a` and `b` differ. Equal pixels show `a` in dark gray. The others take a color
 /// by the logarithm of the difference of their worst channel: from blue (1/255) over red (16/255) and orange

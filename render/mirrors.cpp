@@ -16,7 +16,7 @@ constexpr int side = 128;  // texels
 constexpr double half_width = 1 + 8.0 / side;
 constexpr float nothing = 1e30f;  // m, stored distance where there is no body
 
-Vec3 middle(const Bounds& bounds) { return 0.5 * (bounds.low + bounds.high); }
+Vec3 middle(const Box& bounds) { return 0.5 * (bounds.low + bounds.high); }
 
 // Returns the six views along the axes. mirror_place() in shaders.cpp counts on their order: +x, -x, +y, -y,
 // +z, -z.
@@ -36,7 +36,7 @@ std::array<View, 6> views_from(const Vec3& eye) {
 
 // Returns a rough upper bound of the solid angle that the bounds take in a view; 0: no part of them can be
 // seen.
-double apparent_size(const Bounds& bounds, const View& view) {
+double apparent_size(const Box& bounds, const View& view) {
   const std::array<Vec3, 8> corners = bounds.corners();
   for (const Vec3& inward : view.inward_normals())
     if (std::all_of(corners.begin(), corners.end(),
@@ -116,7 +116,7 @@ void Mirrors::draw_view(int layer, const View& view, int mirror, const BodyMeshe
   gl_.ClearBufferfv(GL_COLOR, 1, far_away.data());
   gl_.ClearBufferfv(GL_DEPTH, 0, &farthest);
 
-  const Bounds& own = meshes.bounds(mirror);
+  const Box& own = meshes.bounds(mirror);
   const double size = (own.high - own.low).norm();
   program.set("projection", view.projection(0.02 * size, 1000 * size));
   program.set("eye", view.eye);

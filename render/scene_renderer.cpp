@@ -240,8 +240,8 @@ Vec2 SceneRenderer::depth_range() const {
 }
 
 void SceneRenderer::draw_shadow_maps() {
-  std::vector<Bounds> bounds;
-  Bounds all;
+  std::vector<Box> bounds;
+  Box all;
   for (int body = 0; body < meshes_.count(); ++body) {
     bounds.push_back(meshes_.bounds(body));
     all.low = body == 0 ? bounds.back().low : Vec3(all.low.cwiseMin(bounds.back().low));
@@ -265,9 +265,9 @@ void SceneRenderer::draw_shadow_maps() {
                                 static_cast<GLint>(i));
     gl_.Clear(GL_DEPTH_BUFFER_BIT);
     std::vector<int> bodies;
-    std::vector<Bounds> casters;
+    std::vector<Box> casters;
     for (int body = 0; body < meshes_.count(); ++body) {
-      const Bounds& b = bounds[static_cast<std::size_t>(body)];
+      const Box& b = bounds[static_cast<std::size_t>(body)];
       if (!shadow_is_seen(sample, b, view_, reach, ground)) continue;
       bodies.push_back(body);
       casters.push_back(b);

@@ -33,11 +33,12 @@ vec3 unfold(vec2 f) {
 
 // Patterns are averaged over the width of a pixel, so that they never flicker.
 constexpr const char* patterns = R"(
-// A wave of period 2 that is +1 on (0, 1) and -1 on (1, 2), averaged over `width`.
+// Returns the mean over `width` around x of the square wave that is +1 on (0, 1), -1 on (1, 2) and has the period 2.
 float square_wave(float x, float width) {
   return (abs(mod(x - 0.5 * width, 2.0) - 1.0) - abs(mod(x + 0.5 * width, 2.0) - 1.0)) / width;
 }
-// Share of the second colour; pattern 1: checker, 2: stripes across x.
+// Returns the weight of the second color, 0 to 1, at the place x (bands) of a pattern: 0 none, 1 checker, 2 stripes
+// across x. `width` is that of a pixel (bands).
 float pattern_blend(int pattern, vec2 x, vec2 width) {
   if (pattern == 0) return 0.0;
   width = max(width, vec2(1e-4));
@@ -57,19 +58,22 @@ const int ground_look = 1;
 constexpr const char* surface_lookup = R"(
 uniform sampler2D surfaces;
 uniform sampler2D depths;
-uniform vec3 eye, forward, right, up;  // right and up reach to the picture's border
+// Place of the camera (m) and its axes: right and up lead to the border of the picture at distance 1.
+uniform vec3 eye, forward, right, up;
 uniform vec2 depth_range;
 uniform ivec2 picture;
 uniform int supersampling;
 
 struct Surface { bool hit; vec3 position; vec3 normal; float z; int look; int mirror; float blend; };
 
-vec3 ray_through(vec2 at) {  // `at` in pixels; its component along `forward` is 1
+// Returns the ray through the place `at` (pixels) of the picture. Its component along `forward` is 1.
+vec3 ray_through(vec2 at) {
   vec2 x = 2.0 * at / vec2(picture) - 1.0;
   return forward + x.x * right + x.y * up;
 }
 
-Surface surface_at(ivec2 place) {  // in samples
+// Returns the nearest surface at the sample `place`; its z is the distance along the view (m).
+Surface surface_at(ivec2 place) {
   vec3 ray = ray_through((vec2(place) + 0.5) / float(supersampling));
   vec4 body = texelFetch(surfaces, place, 0);
   float depth = texelFetch(depths, place, 0).x;
@@ -92,14 +96,15 @@ Surface surface_at(ivec2 place) {  // in samples
 constexpr const char* shadow_lookup = R"(
 struct ShadowSample {
   mat4 to_map;
-  vec4 place;   // w = 1: point on a light, w = 0: direction of the sky
-  vec4 weight;  // luminance, texel's width
+  vec4 place;   // w = 1: point on a light (m), w = 0: unit direction towards the sky
+  vec4 weight;  // x: luminance of the irradiance, y: width of a texel (m); of lights at distance 1 m
 };
 layout(std140) uniform ShadowSamples { ShadowSample samples[max_samples]; };
 uniform sampler2DArrayShadow shadow_maps;
 
-// 1 where nothing stands between the point and the sample. The maps hold the bodies' far sides, so a shift by a
-// fraction of a texel is enough.
+// Returns the visibility of sample i: 1 if nothing stands between it and the point, 0 if a body does, and values
+// between them at the border of a shadow. The maps hold the far sides of bodies, so that a shift of the point by half a
+// texel keeps surfaces from shadowing themselves. `distance_to_light` is in m, and 1 for the sky.
 float visible(int i, vec3 position, vec3 normal, float distance_to_light) {
   vec3 shifted = position + normal * (0.5 * samples[i].weight.y * distance_to_light);
   vec4 m = samples[i].to_map * vec4(shifted, 1.0);
@@ -110,11 +115,12 @@ float visible(int i, vec3 position, vec3 normal, float distance_to_light) {
 )";
 
 constexpr const char* visibility_main = R"(
-uniform ivec2 tile;    // this ninth's place in the target
-uniform ivec2 phase;   // its pixel in every block
+uniform ivec2 tile;    // corner of this ninth of the pixels in the target (texels)
+uniform ivec2 phase;   // place of the pixel in every block that belongs to this ninth
 uniform int first_sample, light_samples, all_samples;
-layout(location = 0) out vec4 shares;  // light that arrives and that would without shadows; the same of the sky
-layout(location = 1) out vec4 key;     // normal, distance along the view
+// Luminance of the irradiance; x, y: of area lights with and without shadows; z, w: of the sky with and without them.
+layout(location = 0) out vec4 shares;
+layout(location = 1) out vec4 key;  // xyz: normal; w: distance along the view (m), -1: no surface
 
 void main() {
   ivec2 pixel = min(block * (ivec2(gl_FragCoord.xy) - tile) + phase, picture - 1);
@@ -140,18 +146,19 @@ void main() {
 constexpr const char* environment = R"(
 struct Look { vec4 color_metallic; vec4 color2_roughness; };
 layout(std140) uniform Looks { Look looks[max_looks]; };
-struct Light { vec4 place_radius; vec4 color_shadow; };  // colour: irradiance at 1 m
+// place_radius: m; color_shadow: irradiance at distance 1 m, and w > 0 if the light casts shadows.
+struct Light { vec4 place_radius; vec4 color_shadow; };
 layout(std140) uniform Lights { Light lights[max_lights]; };
 uniform int light_count;
 uniform vec3 zenith, horizon;
-uniform vec3 target;  // of the camera: the lights' glow is drawn as seen from there
+uniform vec3 target;  // m, target of the camera: the place from which the background shows the glow of the lights
 uniform float sky_intensity;
-uniform float fade_distance;
+uniform float fade_distance;  // m, distance at which the ground has faded by 1 - 1/e
 const float pi = 3.14159265;
-const float glow_strength = 0.8;  // of a white surface that faces the light
+const float glow_strength = 0.8;  // relative to the radiance of a white surface that faces the light
 
-// The sky in direction d as seen from `position`: a gradient, and a broad glow around every area light, which tells
-// the faces of a mirroring body apart.
+// Returns the radiance of the sky in direction d, seen from `position`: a gradient and a broad glow around every area
+// light. The glow makes the faces of a mirroring body differ.
 vec3 sky(vec3 position, vec3 d) {
   float x = 1.0 - clamp(d.y, 0.0, 1.0), x2 = x * x;
   vec3 radiance = mix(zenith, horizon, x2 * x2);
@@ -165,23 +172,26 @@ vec3 sky(vec3 position, vec3 d) {
   return radiance;
 }
 
-// Irradiance from the unobstructed sky on a surface that sees the share (1 + n.y) / 2 of it.
+// Returns the irradiance of the unobstructed sky on a surface with the normal n, which sees the fraction (1 + n.y) / 2
+// of it.
 vec3 sky_irradiance(vec3 n) {
   float share = 0.5 + 0.5 * n.y;
   return pi * sky_intensity * share * mix(horizon, zenith, mix(0.76, 0.93, max(n.y, 0.0)));
 }
 
-// How far the ground has faded into the horizon at distance d.
+// Returns 1 - exp(-(d / fade_distance)^2), the weight of the horizon's color in that of the ground at distance d (m).
 float faded(float d) {
   float x = d / fade_distance;
   return 1.0 - exp(-x * x);
 }
 
+// Returns the color of the ground; `blend` is the weight of its second color.
 vec3 ground_color(float blend) {
   return mix(looks[ground_look].color_metallic.rgb, looks[ground_look].color2_roughness.rgb, blend);
 }
 
-// Light that the ground sends up from `position` on it; `lit`: share of the area lights' light that arrives.
+// Returns the radiance of the ground at `position` on it. `lit` is the fraction of the light of area lights that
+// arrives there.
 vec3 ground_radiance(vec3 position, float lit) {
   vec3 irradiance = sky_irradiance(vec3(0.0, 1.0, 0.0));
   for (int i = 0; i < light_count; ++i) {
@@ -193,7 +203,8 @@ vec3 ground_radiance(vec3 position, float lit) {
   return irradiance * ground_color(0.5) / pi;
 }
 
-// What a mirror of this roughness shows in direction d: the sky, or the ground with the lights' shadows on it.
+// Returns the radiance that a mirror of this roughness shows in direction d: that of the sky, or of the ground with the
+// shadows of the first `shadow_lookups` samples. Other bodies are not in it.
 vec3 reflected(vec3 position, vec3 d, float roughness, int shadow_lookups) {
   float blur = 0.01 + 0.6 * roughness * roughness;
   vec3 above = sky(position, d);
@@ -204,7 +215,7 @@ vec3 reflected(vec3 position, vec3 d, float roughness, int shadow_lookups) {
   vec3 there = position + path * d;
   there.y = ground_height;
   float lit = 0.0, lookups = 0.0;
-  for (int i = 0; i < shadow_lookups; i += 2) {  // half of them suffice for an image of a shadow
+  for (int i = 0; i < shadow_lookups; i += 2) {  // every second one is enough for a mirrored shadow
     lit += visible(i, there, vec3(0.0, 1.0, 0.0), length(samples[i].place.xyz - there));
     lookups += 1.0;
   }
@@ -216,12 +227,14 @@ vec3 reflected(vec3 position, vec3 d, float roughness, int shadow_lookups) {
 // Look-up of reflections in the views from the center of a mirroring body along the six directions of the
 // axes: colors and distances.
 constexpr const char* mirror_lookup = R"(
-uniform sampler2DArray mirror_colors;     // light times coverage, coverage
-uniform sampler2DArray mirror_distances;  // m from the middle
+uniform sampler2DArray mirror_colors;     // rgb: radiance times coverage, a: coverage
+uniform sampler2DArray mirror_distances;  // m from the center
 uniform vec3 mirror_centers[max_mirrors];
-uniform float mirror_half_width;  // of a view at distance 1; a little more than 1, for blurred look-ups at the border
-uniform float mirror_side;        // texels
+// Half the width of a view at distance 1. It is more than 1, because blurred look-ups at the border read beyond it.
+uniform float mirror_half_width;
+uniform float mirror_side;  // width of a view (texels)
 
+// Returns texture coordinates and layer of the direction d in the views of a mirror.
 vec3 mirror_place(int mirror, vec3 d) {
   vec3 a = abs(d);
   bool x = a.x >= a.y && a.x >= a.z, y = !x && a.y >= a.z;
@@ -231,13 +244,14 @@ vec3 mirror_place(int mirror, vec3 d) {
   return vec3(0.5 + 0.5 * place, float(6 * mirror + (x ? 0 : y ? 2 : 4) + (side < 0.0 ? 1 : 0)));
 }
 
-// How far the point p, relative to the middle, lies behind what the middle sees in its direction.
+// Returns the distance (m) by which the point p, relative to the center, lies behind the surface that the center sees
+// in its direction.
 float behind(int mirror, vec3 p) {
   return length(p) - textureLod(mirror_distances, mirror_place(mirror, p), 0.0).x;
 }
 
-// The bodies that a ray meets, and their share of the light (w). Marches until the ray gets behind what the middle
-// sees, then halves the last step.
+// Returns the radiance of the bodies that the ray from `position` along d meets, and their coverage in w. Marches until
+// the ray gets behind the surfaces that the center sees, then bisects the last step.
 vec4 mirrored_bodies(int mirror, vec3 position, vec3 d, float alpha) {
   const int steps = 40, halvings = 5;
   float reach = has_ground == 1 && d.y < 0.0 ? (position.y - ground_height) / -d.y : 1e30;
@@ -249,7 +263,7 @@ vec4 mirrored_bodies(int mirror, vec3 position, vec3 d, float alpha) {
     before = after;
     after = after * 1.11 + 0.03 * size;
     float depth = behind(mirror, start + after * d);
-    met = depth > 0.0 && depth < 2.0 * (after - before) + size;  // bodies are about as thick as this one
+    met = depth > 0.0 && depth < 2.0 * (after - before) + size;  // takes bodies for as thick as this one
   }
   count = met ? halvings : 0;
   for (int i = 0; i < count; ++i) {
@@ -304,13 +318,13 @@ uniform ivec2 tile_size;
 uniform int light_samples;
 uniform int ground_pattern;
 uniform float ground_pattern_size;
-uniform vec2 ground_pattern_origin;  // where the pattern is at the eye, in bands
+uniform vec2 ground_pattern_origin;  // bands, place of the eye in the pattern
 uniform float exposure;
-uniform float pixel_size;  // m at distance 1 m
+uniform float pixel_size;  // width of a pixel (m) at distance 1 m
 layout(location = 0) out vec4 color;
 
-// Shares of the lights' and the sky's light that arrive at s, gathered from the pixels around that show the same
-// surface: about the same normal, on the same tangent plane.
+// Returns the fractions of the light of area lights (x) and of the sky (y) that arrive at s. They are gathered from
+// those of the 3 x 3 pixels around that show the surface of s: about the normal of s, on its tangent plane.
 vec2 visibility(ivec2 pixel, Surface s) {
   vec4 same = vec4(0.0), all = vec4(0.0);
   for (int dy = -1; dy <= 1; ++dy)
@@ -329,12 +343,14 @@ vec2 visibility(ivec2 pixel, Surface s) {
   return vec2(sum.y > 0.0 ? sum.x / sum.y : 1.0, sum.w > 0.0 ? sum.z / sum.w : 1.0);
 }
 
+// Returns the reflectance of a surface by Schlick (1994), between those at normal incidence and at grazing angles.
 vec3 schlick(vec3 normal_incidence, vec3 grazing, float cosine) {
   float x = 1.0 - clamp(cosine, 0.0, 1.0), x2 = x * x;
   return normal_incidence + (grazing - normal_incidence) * (x2 * x2 * x);
 }
 
-// Cook-Torrance with the GGX distribution; a light's disc widens the lobe and dims it in proportion.
+// Returns the specular BRDF of Cook and Torrance (1982) with the GGX distribution (Walter et al. 2007) and the masking
+// of Hammon (2017). The disc of a light widens the lobe by `widening` and dims it in proportion.
 vec3 specular(vec3 n, vec3 v, vec3 l, float alpha, float widening, vec3 f0) {
   vec3 h = normalize(l + v);
   float nl = max(dot(n, l), 0.0), nv = max(dot(n, v), 1e-3), nh = clamp(dot(n, h), 0.0, 1.0);
@@ -352,9 +368,10 @@ vec3 shade(ivec2 pixel, Surface s, vec2 arriving) {
   float alpha = roughness * roughness;
   vec3 n = s.normal, v = normalize(eye - s.position);
   float nv = dot(n, v);
-  if (nv < 0.05) n = normalize(n + (0.05 - nv) * v);  // interpolated normals may turn away at the silhouette
+  if (nv < 0.05) n = normalize(n + (0.05 - nv) * v);  // interpolated normals may face away at silhouettes
   nv = max(dot(n, v), 0.05);
-  // What a dielectric mirrors does not get under its surface; a rough one mirrors little even at a grazing view.
+  // Light that a dielectric mirrors does not get under its surface. A rough surface mirrors little, even at grazing
+  // angles.
   vec3 glancing = vec3(1.0 - roughness), dielectric = vec3(0.04), f0 = mix(dielectric, base, metallic);
   vec3 mirror_share = schlick(f0, max(f0, glancing), nv);
   vec3 diffuse = (1.0 - schlick(dielectric, max(dielectric, glancing), nv)) * base * (1.0 - metallic) / pi;
@@ -381,8 +398,8 @@ vec3 shade(ivec2 pixel, Surface s, vec2 arriving) {
   return sum + ambient * diffuse + mirror * mirror_share * open;
 }
 
-// Straight up to the knee, then bent towards white. The largest channel is bent and the others keep their
-// proportion to it, so that bright orange stays orange; only far beyond white a colour pales.
+// Returns the color c for display: equal to c up to the knee, bent towards white above. The largest channel is bent and
+// the others keep their proportion to it, so that bright orange stays orange; a color pales far beyond white only.
 vec3 tone_curve(vec3 c) {
   const float knee = 0.72;
   float peak = max(c.r, max(c.g, c.b));
@@ -398,15 +415,15 @@ constexpr const char* shading_main = R"(
 void main() {
   ivec2 pixel = ivec2(gl_FragCoord.xy), corner = supersampling * pixel;
   int samples_per_pixel = supersampling * supersampling;
-  Surface centre = surface_at(corner + supersampling / 2);
+  Surface center = surface_at(corner + supersampling / 2);
   bool uniform_pixel = true;
   for (int i = 0; i < samples_per_pixel; ++i) {
     Surface s = surface_at(corner + ivec2(i % supersampling, i / supersampling));
-    uniform_pixel = uniform_pixel && s.hit == centre.hit && s.look == centre.look &&
-                    dot(s.normal, centre.normal) > 0.97 && abs(s.blend - centre.blend) < 0.02;
+    uniform_pixel = uniform_pixel && s.hit == center.hit && s.look == center.look &&
+                    dot(s.normal, center.normal) > 0.97 && abs(s.blend - center.blend) < 0.02;
   }
 
-  // Width of the pixel on the ground, from the rays next to it.
+  // The width of the pixel on the ground follows from the rays through its neighbors.
   vec3 ray = ray_through(vec2(pixel) + 0.5);
   float drop = ground_height - eye.y;
   vec2 here = ray.xz * (drop / min(ray.y, -1e-6));
@@ -414,7 +431,7 @@ void main() {
   vec2 width = max(abs(ray_right.xz * (drop / min(ray_right.y, -1e-6)) - here),
                    abs(ray_up.xz * (drop / min(ray_up.y, -1e-6)) - here));
 
-  int count = uniform_pixel ? (centre.hit ? 1 : 0) : samples_per_pixel;
+  int count = uniform_pixel ? (center.hit ? 1 : 0) : samples_per_pixel;
   vec3 sum = vec3(0.0);
   for (int i = 0; i < count; ++i) {
     ivec2 place = uniform_pixel ? corner + supersampling / 2
@@ -427,7 +444,7 @@ void main() {
     vec3 radiance = shade(pixel, s, visibility(pixel, s));
     if (s.look == ground_look) radiance = mix(radiance, sky(target, normalize(vec3(ray.x, 0.0, ray.z))), faded(s.z));
     radiance = s.hit ? radiance : background;
-    radiance = mix(vec3(0.0), radiance, greaterThan(radiance, vec3(0.0)));  // no NaN passes
+    radiance = mix(vec3(0.0), radiance, greaterThan(radiance, vec3(0.0)));  // NaN becomes 0
     sum += min(radiance, vec3(16.0));
   }
   sum = count == 0 ? sky(target, normalize(ray)) : sum / float(count);
@@ -476,14 +493,14 @@ uniform int supersampling;
 uniform float opacity;
 uniform int spot_count;
 uniform vec3 spots[max_spots];  // place and radius in texture coordinates
-uniform vec2 repeats;  // of the pattern along the texture coordinates
+uniform vec2 repeats;  // bands of the pattern in a unit of the texture coordinates
 uniform float strain_range;
 in vec3 world_normal, world_position;
 in vec2 texture_place, strain;
 layout(location = 0) out vec4 surface;
 
-// A body that is not solid covers a share of the samples of every pixel: the middle one, whose light and shadow all of
-// the pixel is given, first.
+// Returns whether the body covers this sample. A translucent body covers the fraction `opacity` of the samples of every
+// pixel, the middle one first, because the pixel is lit and shadowed as its middle sample is.
 bool covered() {
   ivec2 place = ivec2(gl_FragCoord.xy) % supersampling;
   int count = supersampling * supersampling, middle = (supersampling + 1) * (supersampling / 2);

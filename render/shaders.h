@@ -16,6 +16,10 @@ namespace duet::render::shaders {
 /// width of the window from which the shading pass gathers visibility: then every pixel gathers from all
 /// maps.
 inline constexpr int block = 3;
+static_assert(
+    block == 3,
+    "visibility() in shaders.cpp gathers from 3 x 3 pixels: with other blocks it would miss a part of "
+    "the shadow maps, or count one twice");
 /// Largest number of lights in a scene.
 inline constexpr int max_lights = 32;
 /// Largest number of shadow maps.

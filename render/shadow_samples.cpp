@@ -52,7 +52,7 @@ constexpr double nearest_fraction = 0.01, steepest_slope = 4;
 
 }  // namespace
 
-std::array<Vec3, 8> Bounds::corners() const {
+std::array<Vec3, 8> Box::corners() const {
   std::array<Vec3, 8> points;
   for (unsigned i = 0; i < 8; ++i)
     points[i] = {i & 1 ? high.x() : low.x(), i & 2 ? high.y() : low.y(), i & 4 ? high.z() : low.z()};
@@ -78,7 +78,7 @@ ShadowSampleSet make_shadow_samples(const scene::Scene& scene) {
   return set;
 }
 
-bool shadow_is_seen(const ShadowSample& sample, const Bounds& bounds, const View& view, double reach,
+bool shadow_is_seen(const ShadowSample& sample, const Box& bounds, const View& view, double reach,
                     std::optional<double> ground) {
   std::array<Vec3, 16> hull;  // corners of the body's box, then the ends of their shadows
   const std::array<Vec3, 8> corners = bounds.corners();
@@ -95,9 +95,9 @@ bool shadow_is_seen(const ShadowSample& sample, const Bounds& bounds, const View
   return true;
 }
 
-ShadowFrustum fit_shadow_frustum(const ShadowSample& sample, const std::vector<Bounds>& casters, int side) {
-  Bounds all = casters.front();
-  for (const Bounds& b : casters) {
+ShadowFrustum fit_shadow_frustum(const ShadowSample& sample, const std::vector<Box>& casters, int side) {
+  Box all = casters.front();
+  for (const Box& b : casters) {
     all.low = all.low.cwiseMin(b.low);
     all.high = all.high.cwiseMax(b.high);
   }
@@ -106,7 +106,7 @@ ShadowFrustum fit_shadow_frustum(const ShadowSample& sample, const std::vector<B
   const Vec3 right = forward.unitOrthogonal(), up = right.cross(forward);
 
   std::vector<Vec3> points;
-  for (const Bounds& b : casters)
+  for (const Box& b : casters)
     for (const Vec3& corner : b.corners()) {
       const Vec3 d = corner - origin;
       points.emplace_back(right.dot(d), up.dot(d), forward.dot(d));

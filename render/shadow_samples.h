@@ -30,7 +30,7 @@ struct ShadowSampleSet {
 ShadowSampleSet make_shadow_samples(const scene::Scene& scene);
 
 /// An axis-aligned box.
-struct Bounds {
+struct Box {
   Vec3 low = Vec3::Zero(),  ///< m, its corner with the least coordinates
       high = Vec3::Zero();  ///< m, its corner with the greatest coordinates
   /// Returns the eight corners; bits 0, 1, 2 of the place choose high x, y, z.
@@ -40,7 +40,7 @@ struct Bounds {
 /// Returns whether the body within `bounds` can throw a shadow of this sample on anything that the camera
 /// sees; true in doubt. Shadows are followed for `reach` (m), or down to the height `ground` (m) if there is
 /// one. All places are in one frame.
-bool shadow_is_seen(const ShadowSample& sample, const Bounds& bounds, const View& view, double reach,
+bool shadow_is_seen(const ShadowSample& sample, const Box& bounds, const View& view, double reach,
                     std::optional<double> ground);
 
 /// The projection of a shadow map.
@@ -52,6 +52,6 @@ struct ShadowFrustum {
 
 /// Returns the smallest projection of the sample that holds all `casters`, for a map of `side` x `side`
 /// texels. There must be a caster.
-ShadowFrustum fit_shadow_frustum(const ShadowSample& sample, const std::vector<Bounds>& casters, int side);
+ShadowFrustum fit_shadow_frustum(const ShadowSample& sample, const std::vector<Box>& casters, int side);
 
 }  // namespace duet::render

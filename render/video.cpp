@@ -171,7 +171,7 @@ std::string encode_video(const io::RunDirectory& run, const std::string& name, d
   if (!first) return fmt::format("no video: {} holds no pictures", (run.root / "image").string());
 
   const fs::path video = run.root / (name + ".mp4");
-  const std::string unfinished = fmt::format("{}.mp4{}{}", name, io::temporary_mark, getpid());
+  const std::string unfinished = io::temporary_name(video).filename().string();
   const Outcome outcome = run_program(ffmpeg_command(ffmpeg, fps, *first, "./" + unfinished), run.root, stop);
   std::error_code problem;
   if (outcome.start_error == 0 && outcome.status == 0) {

@@ -30,28 +30,35 @@ std::size_t check_filling(const scene::Scene& scene) {
   return count;
 }
 
-// Builds the scene and prints the problems that only this shows: bodies without any of the particles attached
-// to them, bodies that overlap, and frames of thousands of steps. Returns 1 if the scene cannot be built,
-// else 0: overlaps and long frames are warnings.
-std::size_t check_start(const scene::Scene& scene) {
+// Warnings that only building the scene shows, and the reason why it cannot be built.
+struct StartCheck {
+  std::vector<std::string> warnings;  // overlaps that are parted before the first step; frames of many steps
+  std::string problem;                // empty if the scene can be simulated
+};
+
+// Builds the scene. Throws SceneError if bodies lack what is attached to them.
+StartCheck check_start(const scene::Scene& scene) {
+  StartCheck check;
   try {
     const Simulation simulation(scene, scene::plan_effects(scene).active());
     for (const InitialOverlap& overlap : simulation.initial_overlaps())
-      print(fmt::format("{}: {}\n", scene.path, describe_separation(overlap)));
-    if (const std::string warning = scene::step_warning(scene, simulation.sizes()); !warning.empty())
-      print(fmt::format("{}: {}\n", scene.path, warning));
-    return 0;
+      check.warnings.push_back(describe_separation(overlap));
+    if (std::string warning = scene::step_warning(scene, simulation.sizes()); !warning.empty())
+      check.warnings.push_back(std::move(warning));
   } catch (const SceneError&) {
     throw;
   } catch (const Error& error) {
-    print(fmt::format("{}: {}\n", scene.path, error.what()));
-    return 1;
+    check.problem = error.what();
   }
+  return check;
 }
 
-Outcome problems_found(std::size_t count) {
-  return {ExitStatus::usage, fmt::format("{} problem{}", count, count == 1 ? "" : "s")};
+// Returns "1 warning", "3 warnings".
+std::string counted(std::size_t count, const char* what) {
+  return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
 }
+
+Outcome problems_found(std::size_t count) { return {ExitStatus::usage, counted(count, "problem")}; }
 
 }  // namespace
 
@@ -64,8 +71,17 @@ Outcome check(const CheckOptions& options) {
     const scene::ReadResult read = read_scene(options.scene);
     for (const std::string& note : read.notes) print(note + '\n');
     if (const std::size_t count = check_filling(read.scene); count > 0) return problems_found(count);
-    if (const std::size_t count = check_start(read.scene); count > 0) return problems_found(count);
-    print(fmt::format("{}: ok\n", read.scene.path));
+    const StartCheck start = check_start(read.scene);
+    for (const std::string& warning : start.warnings)
+      print(fmt::format("{}: warning: {}\n", read.scene.path, warning));
+    if (!start.problem.empty()) {
+      print(fmt::format("{}: {}\n", read.scene.path, start.problem));
+      return problems_found(1);
+    }
+    // A scene with warnings can be simulated, so that the status is that of success.
+    const std::string warned =
+        start.warnings.empty() ? "" : ", with " + counted(start.warnings.size(), "warning");
+    print(fmt::format("{}: ok{}\n", read.scene.path, warned));
     return {};
   } catch (const SceneError& error) {
     for (const SceneProblem& problem : error.problems()) print(problem.text() + '\n');

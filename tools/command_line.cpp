@@ -324,7 +324,7 @@ void add_overlaps(CLI::App& app, CommandLine& line) {
   });
 }
 
-void add_bounds(CLI::App& app, render::Bounds& bounds) {
+void add_bounds(CLI::App& app, render::DifferenceBounds& bounds) {
   app.add_option("--tolerance", bounds.tolerance,
                  "A pixel is different when a channel is off by more than N/255")
       ->check(CLI::Range(0, 255))

@@ -159,10 +159,10 @@ struct HashesOptions {
 
 // Options of `duet compare`.
 struct CompareOptions {
-  std::string a, b;              // two pictures, or two folders of pictures or runs
-  std::optional<Frames> frames;  // of folders; empty: all pictures
-  render::Bounds bounds;         // within which pictures count as equal
-  std::string picture;           // where the difference is drawn; empty: nowhere
+  std::string a, b;                 // two pictures, or two folders of pictures or runs
+  std::optional<Frames> frames;     // of folders; empty: all pictures
+  render::DifferenceBounds bounds;  // within which pictures count as equal
+  std::string picture;              // where the difference is drawn; empty: nowhere
   bool quiet = false, json = false;
 };
 

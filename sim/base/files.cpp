@@ -79,10 +79,19 @@ bool write_all(int fd, const std::string& bytes) {
 // program with the same process id.
 constexpr int max_left = 10'000;
 
-// Returns a name that is unique among the threads and processes that may write at the same time.
-fs::path temporary_name(const fs::path& path) {
-  static std::atomic<unsigned> count{0};
-  return fmt::format("{}{}{}-{}", path.string(), temporary_mark, ::getpid(), count++);
+// Removes the digits at the end of the text and returns whether there were any.
+bool take_digits(std::string_view& text) {
+  const std::size_t size = text.find_last_not_of("0123456789") + 1;  // 0: all are digits
+  const bool found = size < text.size();
+  text = text.substr(0, size);
+  return found;
+}
+
+// Removes `end` from the end of the text and returns whether it was there.
+bool take_end(std::string_view& text, std::string_view end) {
+  if (!text.ends_with(end)) return false;
+  text.remove_suffix(end.size());
+  return true;
 }
 
 // Opens a file. Without O_NONBLOCK, opening a pipe would wait for a writer.
@@ -114,6 +123,18 @@ std::size_t read_some(int file, const fs::path& path, char* bytes, std::size_t m
 FileError system_error(const fs::path& path, const std::string& action, int error_number) {
   return {path.string(), fmt::format("{}: {}", action, std::generic_category().message(error_number)),
           remedy_for(error_number)};
+}
+
+fs::path temporary_name(const fs::path& path) {
+  static std::atomic<unsigned> count{0};
+  return fmt::format("{}{}{}-{}", path.string(), temporary_mark, ::getpid(), count++);
+}
+
+bool is_temporary(const fs::path& path) {
+  const std::string name = path.filename().string();
+  std::string_view rest = name;
+  return take_digits(rest) && take_end(rest, "-") && take_digits(rest) && take_end(rest, temporary_mark) &&
+         !rest.empty();
 }
 
 void write_atomically(const fs::path& path, const std::string& bytes) {
@@ -206,7 +227,7 @@ std::vector<fs::path> files_in(const fs::path& folder) {
 
 void remove_temporaries(const fs::path& folder) {
   for (const fs::path& path : files_in(folder))
-    if (path.extension().string().starts_with(temporary_mark)) remove_file(path);
+    if (std::error_code error; is_temporary(path) && !fs::is_directory(path, error)) remove_file(path);
 }
 
 int frame_of_file(const fs::path& path, const std::string& extension) {

@@ -14,9 +14,17 @@ namespace duet::io {
 /// The file system library of C++.
 namespace fs = std::filesystem;
 
-/// The suffix of a file that is being written: "0003.obj.tmp4711" becomes "0003.obj" once it is whole. A
-/// killed program may leave one behind; remove_temporaries() removes them.
+/// Text between the name of a file that is being written and the process id: "0003.obj.tmp4711-0" becomes
+/// "0003.obj" once it is whole. A killed program may leave one behind; remove_temporaries() removes them.
 inline constexpr const char* temporary_mark = ".tmp";
+
+/// Returns a name beside `path` for a file that is being written: `path`, temporary_mark, the process id, "-"
+/// and a number. It is unique among the threads and processes that may write at the same time.
+fs::path temporary_name(const fs::path& path);
+/// Returns whether the name is one that temporary_name() makes: it ends in temporary_mark, digits, "-" and
+/// digits, and does not begin with them. Other names with temporary_mark in them, such as "notes.tmpl" and
+/// "x.tmp", are those of the user's files.
+bool is_temporary(const fs::path& path);
 
 /// Returns the error for a failed system call on `path`, such as "cannot write: No space left on device (free
 /// some space ...)". `action` is what was tried and `error_number` an errno value, to which a remedy is added
@@ -50,8 +58,9 @@ bool holds_bytes(const fs::path& path);
 /// as empty. Throws FileError if the folder exists and cannot be read.
 std::vector<fs::path> files_in(const fs::path& folder);
 
-/// Removes the temporary files that interrupted writes left in `folder`, not in its subfolders. A missing
-/// folder counts as empty. Throws FileError.
+/// Removes the temporary files that interrupted writes left in `folder`, not in its subfolders: files for
+/// which is_temporary() holds. Other files and folders stay. A missing folder counts as empty. Throws
+/// FileError.
 void remove_temporaries(const fs::path& folder);
 
 /// Returns the frame number in the name of a frame's file: 12 for "0012.obj" with the extension ".obj".

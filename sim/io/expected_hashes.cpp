@@ -31,9 +31,38 @@ std::string short_hash(std::uint64_t hash) {
 // Continues the hash of a sequence of hashes with the next one.
 std::uint64_t join(std::uint64_t hash, std::uint64_t next) { return hash_bytes(&next, sizeof next, hash); }
 
+bool is_control(char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; }
+
+// Returns the name as it stands in a label: see HashLine::label.
+std::string quoted(const std::string& name) {
+  const auto is_plain = [](char c) { return !is_control(c) && c != ' ' && c != '"' && c != '\\'; };
+  if (!name.empty() && std::all_of(name.begin(), name.end(), is_plain)) return name;
+  std::string text = "\"";
+  for (const char c : name) {
+    if (is_control(c)) {
+      text += fmt::format("\\x{:02x}", static_cast<unsigned char>(c));
+      continue;
+    }
+    if (c == '"' || c == '\\') text += '\\';
+    text += c;
+  }
+  return text + '"';
+}
+
+// Returns the name that quoted() was given, but control characters as \xHH.
+std::string unquoted(const std::string& text) {
+  if (!text.starts_with('"') || text.size() < 2) return text;
+  std::string name;
+  for (std::size_t i = 1; i + 1 < text.size(); ++i) {
+    if (text[i] == '\\' && text[i + 1] != 'x') ++i;
+    name += text[i];
+  }
+  return name;
+}
+
 std::string label_of(const BodyHashes& body) {
   if (body.owner == Owner::scene) return "scene";
-  return (body.owner == Owner::rigid ? "rigid " : "deformable ") + body.name;
+  return (body.owner == Owner::rigid ? "rigid " : "deformable ") + quoted(body.name);
 }
 
 // Replaces each run of digits by a star: "loop12-link3" becomes "loop*-link*". Bodies of one stem form a
@@ -93,11 +122,25 @@ std::size_t trailing_hashes(const std::vector<std::string>& words) {
   return words.size() - label;
 }
 
-std::vector<std::string> words_of(const std::string& line) {
-  std::istringstream stream(line);
+// Returns the words of a line, which blanks separate. A name in quotes is one word, with its quotes; one
+// whose quotes are not closed ends with the line.
+std::vector<std::string> words_of(std::string_view line) {
+  constexpr std::string_view blanks = " \t\r";
   std::vector<std::string> words;
-  for (std::string word; stream >> word;) words.push_back(word);
-  return words;
+  while (true) {
+    line.remove_prefix(std::min(line.find_first_not_of(blanks), line.size()));
+    if (line.empty()) return words;
+    std::size_t end = 0;
+    if (line[0] == '"') {
+      for (end = 1; end < line.size() && line[end] != '"'; ++end)
+        if (line[end] == '\\') ++end;
+      end = std::min(end + 1, line.size());
+    } else {
+      end = std::min(line.find_first_of(blanks), line.size());
+    }
+    words.emplace_back(line.substr(0, end));
+    line.remove_prefix(end);
+  }
 }
 
 }  // namespace
@@ -193,7 +236,7 @@ std::optional<HashDifference> compare_hashes(const FrameHashes& expected, const 
       if (!is_row && difference.quantity.empty()) difference.quantity = now->names[k];
       if (now->label != "scene" && !is_group && (is_row || first)) {
         if (difference.bodies++ == 0)
-          difference.body = is_row ? now->names[k] : now->label.substr(now->label.find(' ') + 1);
+          difference.body = is_row ? now->names[k] : unquoted(now->label.substr(now->label.find(' ') + 1));
       }
       first = false;
     }

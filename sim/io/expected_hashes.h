@@ -16,7 +16,10 @@ namespace duet::io {
 /// the label "group rigid ball* 320" and a hash for each quantity of all members together. Lines with the
 /// label "bodies" follow it, with one hash for each member.
 struct HashLine {
-  std::string label;  ///< "rigid box", "deformable cloth", "scene", "group rigid ball* 320" or "bodies"
+  /// "rigid box", "deformable cloth", "scene", "group rigid ball* 320" or "bodies". A name that is not one
+  /// plain word stands in double quotes, with backslashes before quotes and backslashes and control
+  /// characters as \xHH: `rigid "my ball"`.
+  std::string label;
   std::vector<std::string> hashes;  ///< 8 hexadecimal digits each
   /// For each hash the name of its quantity, or of its body in a line "bodies". The list is empty in lines
   /// that read_expected() returns: files do not hold the names.

@@ -42,21 +42,29 @@ std::set<std::string> files_of_run(const RunDirectory& run) {
 }
 
 // Compares a file with the journal. Returns a sentence about what is wrong, or an empty text.
-std::string fault_of(const RunDirectory& run, const std::string& name) {
+std::string fault_of(const RunDirectory& run, const RunJournal& journal, const std::string& name) {
   const fs::path path = run.root / name;
   try {
-    const std::string fault = run.journal->fault(path);
+    const std::string fault = journal.fault(path);
     return fault.empty() ? std::string() : fmt::format("{}: {}", path.string(), fault);
   } catch (const FileError& error) {
     return error.what();
   }
 }
 
-// Compares the files with the journal as it was read, which `run` must have.
+// Compares the files with the journal as it is now. A run without a journal has one fault that says so.
 RunCheck check_once(const RunDirectory& run) {
   RunCheck check;
-  check.faults = run.journal->faults();
-  const std::map<std::string, RunJournal::Entry> entries = run.journal->entries();
+  const std::shared_ptr<RunJournal> journal = RunJournal::read(run.root);
+  if (!journal) {
+    check.faults.push_back(
+        fmt::format("{}: is missing: the files of the run cannot be checked (programs before 28 November "
+                    "2026 wrote none)",
+                    journal_path(run.root).string()));
+    return check;
+  }
+  check.faults = journal->faults();
+  const std::map<std::string, RunJournal::Entry> entries = journal->entries();
   int newest = -1;  // frame of the newest checkpoint that is listed
   for (const auto& [name, entry] : entries) {
     if (entry.state == State::whole && fs::path(name).parent_path() == "checkpoint")
@@ -65,7 +73,7 @@ RunCheck check_once(const RunDirectory& run) {
       check.notes.push_back(fmt::format("{}: was about to be replaced when the program that wrote it ended",
                                         (run.root / name).string()));
     if (entry.state != State::whole) continue;
-    if (std::string fault = fault_of(run, name); !fault.empty())
+    if (std::string fault = fault_of(run, *journal, name); !fault.empty())
       check.faults.push_back(std::move(fault));
     else
       ++check.whole;
@@ -75,7 +83,7 @@ RunCheck check_once(const RunDirectory& run) {
     if (entries.contains(name)) continue;
     const int frame = frame_of(name);
     const std::string path = (run.root / name).string();
-    if (frame >= 0 && frame < run.journal->first_frame())
+    if (frame >= 0 && frame < journal->first_frame())
       ++before;
     else if (frame > newest || newest < 0 || fs::path(name).parent_path() == "image")
       check.notes.push_back(path +
@@ -87,7 +95,7 @@ RunCheck check_once(const RunDirectory& run) {
   if (before > 0)
     check.notes.push_back(
         fmt::format("{}: lists files from frame {} on; {} of earlier frames are not checked",
-                    journal_path(run.root).string(), run.journal->first_frame(), before));
+                    journal_path(run.root).string(), journal->first_frame(), before));
   return check;
 }
 
@@ -104,25 +112,22 @@ std::string frames_text(const std::vector<int>& frames) {
 }
 
 RunCheck check_run(const RunDirectory& run) {
-  RunDirectory with_journal = open_run(run.root);
-  if (!with_journal.journal)
-    return {
-        0,
-        {fmt::format("{}: is missing: the files of the run cannot be checked (programs before 28 November "
-                     "2026 wrote none)",
-                     journal_path(run.root).string())},
-        {}};
-  RunCheck check = check_once(with_journal);
+  // Returns the size of the journal; 0 if there is none.
+  const auto journal_size = [&] {
+    std::error_code missing;
+    const std::uintmax_t size = fs::file_size(journal_path(run.root), missing);
+    return missing ? 0 : size;
+  };
   // A simulation that goes on meanwhile replaces and removes files, which looks like faults. It appends to
-  // the journal when it does so: the check is repeated until the journal has the same size before and after
-  // it.
-  std::error_code none;
-  for (std::uintmax_t size = 0;
-       !check.faults.empty() && size != fs::file_size(journal_path(run.root), none) && !none;) {
-    size = fs::file_size(journal_path(run.root), none);
-    with_journal = open_run(run.root);
-    check = check_once(with_journal);
-  }
+  // the journal when it does so, and a simulation anew removes the journal: the check is repeated until the
+  // journal has the same size before and after it.
+  RunCheck check;
+  std::uintmax_t before = 0, after = journal_size();
+  do {
+    before = after;
+    check = check_once(run);
+    after = journal_size();
+  } while (!check.faults.empty() && after != before);
   return check;
 }
 
@@ -135,7 +140,8 @@ std::vector<std::string> faults_of_kept(const RunDirectory& run, int last) {
       const bool is_kept =
           (folder == "mesh" || folder == "levelset" || folder == "values") && frame >= 0 && frame <= last;
       if (!is_kept && !(is_growing(name) && folder.empty())) continue;
-      if (std::string fault = fault_of(run, name); !fault.empty()) faults.push_back(std::move(fault));
+      if (std::string fault = fault_of(run, *run.journal, name); !fault.empty())
+        faults.push_back(std::move(fault));
     }
   std::vector<int> missing;
   const std::vector<int> frames =

@@ -19,7 +19,8 @@ struct RunCheck {
 /// Compares every file that the run's journal lists, and looks for files of a run that it does not list. A
 /// run without a journal has one fault that says so. Files that are not listed and belong to frames after
 /// the newest checkpoint are notes, not faults: a program may be writing them, or was killed while it did.
-/// If a simulation goes on meanwhile, a check with faults is repeated until the journal stays as it is.
+/// If a simulation goes on meanwhile, a check with faults is repeated until the journal stays as it is. A
+/// journal that is removed meanwhile is missing.
 /// Throws FileError if the journal cannot be read.
 RunCheck check_run(const RunDirectory& run);
 

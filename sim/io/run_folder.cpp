@@ -42,8 +42,7 @@ void require_run_or_empty(const RunDirectory& run) {
   const fs::directory_iterator entries(run.root, error);
   if (error) throw system_error(run.root, "cannot read the folder", error.value());
   const bool empty = std::all_of(begin(entries), end(entries), [&](const fs::directory_entry& entry) {
-    return entry.path().extension().string().starts_with(temporary_mark) ||
-           entry.path() == journal_path(run.root);
+    return is_temporary(entry.path()) || entry.path() == journal_path(run.root);
   });
   if (empty) return;
   if (!fs::exists(run.manifest()))

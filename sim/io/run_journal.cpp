@@ -70,10 +70,16 @@ FileMark mark_of_file(const fs::path& path, std::uint64_t most) {
 }
 
 std::shared_ptr<RunJournal> RunJournal::read(const fs::path& root) {
+  const fs::path path = journal_path(root);
   std::error_code missing;
-  if (!fs::exists(journal_path(root), missing)) return nullptr;
+  if (!fs::exists(path, missing)) return nullptr;
   std::shared_ptr<RunJournal> journal(new RunJournal(root));
-  journal->parse(read_file(journal_path(root)));
+  try {
+    journal->parse(read_file(path));
+  } catch (const FileError&) {
+    if (!fs::exists(path, missing)) return nullptr;  // another program has just removed it
+    throw;
+  }
   return journal;
 }
 

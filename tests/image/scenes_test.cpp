@@ -169,7 +169,7 @@ void expect_reference(const Variant& variant, const render::Picture& picture) {
       << ", then `tools/update-references " << variant.scene << "`";
   const render::Picture reference = render::read_picture(variant.reference());
   const render::Difference difference = render::compare(picture, reference);
-  test::record_margin("RMSE", difference.rmse, fmt::format("at most {}", render::Bounds().rmse));
+  test::record_margin("RMSE", difference.rmse, fmt::format("at most {}", render::DifferenceBounds().rmse));
   const std::string broken = render::broken_bounds(difference, {});
   if (broken.empty()) return;
   render::write_png(variant.drawn("-difference").string(), picture.width, picture.height,
@@ -280,7 +280,7 @@ TEST_P(Scenes, SurviveAChangeOfGravityBy1e12) {
   film.advance_to(GetParam().frame);
   const render::Difference difference =
       render::compare(film.draw(), render::read_picture(GetParam().reference()));
-  test::record_margin("RMSE", difference.rmse, fmt::format("at most {}", render::Bounds().rmse));
+  test::record_margin("RMSE", difference.rmse, fmt::format("at most {}", render::DifferenceBounds().rmse));
   EXPECT_EQ(render::broken_bounds(difference, {}), "") << "end the variant at an earlier frame";
 }
 

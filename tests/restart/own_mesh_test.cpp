@@ -192,15 +192,39 @@ TEST(OwnMeshFiles, AnObjSequenceKeepsTheUsersPolygons) {
     EXPECT_TRUE(contains(materials, name)) << name;
 }
 
-TEST(OwnMeshFiles, IndicesThatCountBackwardsAndFacesOfNothing) {
-  const std::function<std::string(const std::string&)> no_material = [](const std::string&) {
-    return std::string();
-  };
+std::string no_material(const std::string&) { return {}; }
+
+// Positive indices count in the whole file, negative ones in what comes before them.
+TEST(OwnMeshFiles, FacesMayComeBeforeTheirVertices) {
+  const io::OwnObj obj("f 1/2 2/1 3/1\no first\nv 0 0 0\nv 1 0 0\nf -2 -1 3\nv 0 1 0\nvt 0 0\nvt 1 1\n",
+                       "body", 10, 20, no_material);
+  EXPECT_EQ(obj.damaged_faces(), 0);
+  io::TextBuilder text;
+  obj.add(text, {Vec3::Zero()}, {0, 0, 0});
+  EXPECT_EQ(
+      text.take(),
+      "o body\nv 0 0 0\nv 0 0 0\nv 0 0 0\nvt 0 0\nvt 1 1\nf 11/22 12/21 13/21\no body.first\nf 11 12 13\n");
+}
+
+TEST(OwnMeshFiles, IndicesOutOfRangeAreCounted) {
   const io::OwnObj obj(
-      "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nf -3//1 -2//1 -1//-1\nf 1 2 4\nf 0 1 2\no next\nv 5 5 5\nf 1 2 "
+      "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/2 3/1\nf 1/1 2/1 3/1\nf 1 2 4\nf -4 1 2\nf 1 2 x\n"
+      "f 1 2 99999999999\n",
+      "body", 0, 0, no_material);
+  EXPECT_EQ(obj.damaged_faces(), 5);
+  io::TextBuilder text;
+  obj.add(text, {}, {});
+  EXPECT_EQ(text.take(), "o body\nvt 0 0\nf 1 2 3\nf 1/1 2/1 3/1\n")
+      << "no face has a half of its coordinates";
+}
+
+TEST(OwnMeshFiles, IndicesThatCountBackwardsAndFacesOfNothing) {
+  const io::OwnObj obj(
+      "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nf -3//1 -2//1 -1//-1\nf 0 1 2\no next\nv 5 5 5\nf 1 2 "
       "4\n",
       "body", 10, 20, no_material);
   EXPECT_EQ(obj.vertices(), 4);
+  EXPECT_EQ(obj.damaged_faces(), 1);
   io::TextBuilder text;
   obj.add(text, {Vec3(1, 2, 3), Vec3::Zero()}, {0, 1, 1, 0});
   EXPECT_EQ(text.take(), "o body\nv 1 2 3\nv 0 0 0\nv 0 0 0\nv 1 2 3\nf 11 12 13\no body.next\nf 11 12 14\n");

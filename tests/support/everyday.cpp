@@ -1,7 +1,5 @@
 #include "tests/support/everyday.h"
 
-#include <algorithm>
-
 #include <fmt/format.h>
 
 namespace duet::test {
@@ -84,10 +82,7 @@ scene::RigidBody& add_shape(scene::Scene& scene, const EverydayShape& everyday, 
   return scene.rigid.back();
 }
 
-std::size_t index_of_shape(const Bodies& bodies) {
-  const auto& names = bodies.rigid.name;
-  return static_cast<std::size_t>(std::find(names.begin(), names.end(), "body") - names.begin());
-}
+std::size_t index_of_shape(const Bodies& bodies) { return index_of_name(bodies.rigid.name, "body"); }
 
 std::vector<EverydayShape> shapes_that_lie_flat() {
   using scene::Shape;

@@ -41,7 +41,7 @@ scene::Shape scaled(scene::Shape shape, double size);
 scene::RigidBody& add_shape(scene::Scene& scene, const EverydayShape& everyday, double size, double above);
 
 // Returns the place among the rigid bodies of the one that add_shape() added; the ground is one of them as
-// well.
+// well. Throws std::out_of_range if there is none.
 std::size_t index_of_shape(const Bodies& bodies);
 
 // Returns shapes at rest, among them cylinders and capsules that lie on their side.

@@ -30,11 +30,9 @@ struct Film {
 
   // Returns the bodies as they are now.
   const Bodies& bodies() { return simulation.world().bodies; }
-  // Returns the state of the rigid body called `name`, which must exist.
+  // Returns the state of the rigid body called `name`. Throws std::out_of_range if there is none.
   const RigidState& body(const std::string& name) {
-    const std::vector<std::string>& names = bodies().rigid.name;
-    return bodies()
-        .rigid.state[static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin())];
+    return bodies().rigid.state[index_of_name(bodies().rigid.name, name)];
   }
   // Returns the means of the vertices (m) of all bodies whose names begin with `beginning`, in their order.
   std::vector<Vec3> centers(const std::string& beginning) {

@@ -13,7 +13,9 @@ Vec3 random_vector(std::mt19937& random) {
 }
 
 Quat random_rotation(std::mt19937& random) {
-  return Quat(Eigen::AngleAxisd(3 * random_vector(random).x(), random_vector(random).normalized()));
+  // The axis has a statement of its own: compilers evaluate the arguments of a call in different orders.
+  const Vec3 axis = random_vector(random).normalized();
+  return Quat(Eigen::AngleAxisd(3 * random_vector(random).x(), axis));
 }
 
 std::shared_ptr<TriangleMesh> asset(const std::string& file) {

@@ -18,7 +18,8 @@ namespace duet::test {
 // Returns a uniformly distributed vector in [-1, 1]^3.
 Vec3 random_vector(std::mt19937& random);
 
-// Returns a rotation by -3 to 3 rad about a random axis. It is not uniformly distributed.
+// Returns a rotation by -3 to 3 rad about a random axis. It is not uniformly distributed. Draws the axis
+// first, then the angle.
 Quat random_rotation(std::mt19937& random);
 
 // Reads a mesh of the folder assets/. The test fails if the mesh has flaws.

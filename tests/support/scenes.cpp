@@ -1,6 +1,8 @@
 #include "tests/support/scenes.h"
 
+#include <algorithm>
 #include <memory>
+#include <stdexcept>
 #include <string>
 #include <utility>
 
@@ -70,6 +72,12 @@ scene::DeformableBody& add_soft_box(scene::Scene& scene, std::string_view name, 
   body.material = material.name;
   scene.deformable.push_back(body);
   return scene.deformable.back();
+}
+
+std::size_t index_of_name(const std::vector<std::string>& names, const std::string& name) {
+  const auto found = std::find(names.begin(), names.end(), name);
+  if (found == names.end()) throw std::out_of_range("no body is called `" + name + "`");
+  return static_cast<std::size_t>(found - names.begin());
 }
 
 EffectSet plan(const scene::Scene& scene) { return scene::plan_effects(scene).active(); }

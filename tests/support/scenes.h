@@ -5,6 +5,7 @@
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "sim/scene/plan.h"
 #include "sim/scene/scene.h"
@@ -35,6 +36,10 @@ scene::RigidBody& add_ball(scene::Scene& scene, std::string_view name, const Vec
 // `youngs_modulus` is in Pa.
 scene::DeformableBody& add_soft_box(scene::Scene& scene, std::string_view name, const Vec3& position,
                                     const Vec3& size, int cells, double youngs_modulus = 2e6);
+
+// Returns the index of `name` in `names`. Throws std::out_of_range with the name if it is not there, so that
+// a test with a misspelled name fails.
+std::size_t index_of_name(const std::vector<std::string>& names, const std::string& name);
 
 // Returns the effects that the scene needs.
 EffectSet plan(const scene::Scene& scene);

@@ -4,6 +4,7 @@
 #include <array>
 #include <bit>
 #include <charconv>
+#include <cmath>
 #include <cstring>
 #include <optional>
 #include <sstream>
@@ -162,7 +163,8 @@ class PlyReader {
   // the size of the file.
   const std::vector<double>& values(const Property& property) {
     const double count = property.count ? number(*property.count) : 1;
-    if (!(count >= 0 && count <= static_cast<double>(bytes_.size()))) fail("a list has an impossible length");
+    if (!(count >= 0 && count <= static_cast<double>(bytes_.size())) || count != std::floor(count))
+      fail("a list has an impossible length");
     values_.clear();
     for (double i = 0; i < count; ++i) values_.push_back(number(property.type));
     return values_;
@@ -213,7 +215,7 @@ class PlyReader {
   void add_polygon(const std::vector<double>& indices) {
     std::vector<int> polygon;
     for (const double index : indices) {
-      if (!(index >= 0 && index < static_cast<double>(mesh_.positions.size())))
+      if (!(index >= 0 && index < static_cast<double>(mesh_.positions.size())) || index != std::floor(index))
         fail(fmt::format("a face has the vertex {} of {}", index, mesh_.positions.size()));
       polygon.push_back(static_cast<int>(index));
     }

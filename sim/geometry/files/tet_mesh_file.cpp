@@ -1,5 +1,6 @@
 #include "sim/geometry/files/tet_mesh_file.h"
 
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <filesystem>
@@ -30,6 +31,21 @@ class Words {
     const std::size_t begin = at_;
     while (at_ < text_.size() && !is_space(text_[at_])) ++at_;
     return std::string_view(text_).substr(begin, at_ - begin);
+  }
+
+  void skip(std::size_t words) {
+    for (std::size_t i = 0; i < words; ++i) next();
+  }
+
+  // Returns how many numbers follow until a word that is none, or `most` if there are more. Reads no word.
+  std::size_t numbers_ahead(std::size_t most) {
+    const std::size_t at = at_;
+    const int line = line_;
+    std::size_t count = 0;
+    while (count < most && is_number(next())) ++count;
+    at_ = at;
+    line_ = line;
+    return count;
   }
 
   void skip_line() {
@@ -67,6 +83,13 @@ class Words {
   }
 
  private:
+  // Also true for words that begin like a number: damaged ones.
+  static bool is_number(std::string_view word) {
+    double value = 0;
+    return !word.empty() &&
+           (std::string_view("+-.0123456789").find(word[0]) != std::string_view::npos ||
+            std::from_chars(word.data(), word.data() + word.size(), value).ec == std::errc());
+  }
   static bool is_space(char c) { return c == ' ' || c == '\n' || c == '\r' || c == '\t'; }
 
   const std::string& path_;
@@ -85,6 +108,21 @@ Vec3 read_point(Words& words) {
   return x;
 }
 
+// Reads the items of a section of a Medit file by `read`: `size` numbers each. Line ends mean no more than
+// blanks in this format. After each item comes its reference number, which is skipped; files that have none,
+// which the format does not allow but programs write, are told from others by the count of numbers. Throws
+// FileError if there are more numbers than those of the items.
+template <class Read>
+void read_items(Words& words, std::size_t count, std::size_t size, Read&& read) {
+  const bool has_references = words.numbers_ahead(count * size + 1) != count * size;
+  for (std::size_t i = 0; i < count; ++i) {
+    read();
+    if (has_references) words.number<double>("a reference number");
+  }
+  if (words.numbers_ahead(1) > 0)
+    words.fail(fmt::format("more numbers follow than those of the {} items of the section", count));
+}
+
 // Reads a Medit file. Words of other sections, and the version of the format, are skipped.
 TetMesh read_medit(Words& words) {
   TetMesh mesh;
@@ -94,13 +132,10 @@ TetMesh read_medit(Words& words) {
         words.fail("the dimension is not 3", "give a mesh of tetrahedra");
     } else if (word == "Vertices") {
       const std::size_t count = words.count("the number of vertices");
-      for (std::size_t i = 0; i < count; ++i) {
-        mesh.nodes.push_back(read_point(words));
-        words.skip_line();  // skips the reference number of the vertex
-      }
+      read_items(words, count, 3, [&] { mesh.nodes.push_back(read_point(words)); });
     } else if (word == "Tetrahedra") {
       const std::size_t count = words.count("the number of tetrahedra");
-      for (std::size_t i = 0; i < count; ++i) {
+      read_items(words, count, 4, [&] {
         Tet tet{};
         for (int& node : tet) {
           node = words.number<int>("a vertex") - 1;
@@ -108,8 +143,7 @@ TetMesh read_medit(Words& words) {
             words.fail(fmt::format("vertex {} is not among the {} of the mesh", node + 1, mesh.nodes.size()));
         }
         mesh.tets.push_back(tet);
-        words.skip_line();
-      }
+      });
     }
   }
   return mesh;
@@ -140,6 +174,10 @@ class GmshReader {
   using Tag = long long;
   // Types of elements: tetrahedra of 4 and 10 nodes. The corners come first in both.
   static constexpr int tet4 = 4, tet10 = 11;
+  // Numbers of nodes of the elements, by type from 1 on: of the lines, triangles, quads, tetrahedra,
+  // hexahedra, prisms, pyramids and points of first and second order.
+  static constexpr std::array<std::size_t, 19> node_counts = {2,  3,  4,  4,  8, 6, 5,  3,  6, 9,
+                                                              10, 27, 18, 14, 1, 8, 20, 15, 13};
 
   void read_nodes_2() {
     const std::size_t count = words_.count("the number of nodes");
@@ -164,12 +202,16 @@ class GmshReader {
     const std::size_t blocks = words_.count("the number of blocks");
     for (int i = 0; i < 3; ++i) words_.number<Tag>("a number of nodes");
     for (std::size_t block = 0; block < blocks; ++block) {
-      for (int i = 0; i < 3; ++i) words_.number<Tag>("the head of a block");
+      const Tag dimension = words_.number<Tag>("the head of a block");
+      words_.number<Tag>("the head of a block");
+      const bool is_parametric = words_.number<Tag>("the head of a block") != 0;
+      if (dimension < 0 || dimension > 3) words_.fail("the dimension of a block is not 0 to 3");
       std::vector<Tag> tags(words_.count("the number of nodes"));
       for (Tag& tag : tags) tag = words_.number<Tag>("a node's number");
       for (const Tag tag : tags) {
         add_node(tag, read_point(words_));
-        words_.skip_line();  // skips the parameters of the point on its curve or surface
+        // Skips the parameters of the point on its curve or surface.
+        if (is_parametric) words_.skip(static_cast<std::size_t>(dimension));
       }
     }
   }
@@ -194,8 +236,11 @@ class GmshReader {
     mesh_.nodes.push_back(x);
   }
 
-  // Reads the nodes of an element; only the corners of tetrahedra are kept.
+  // Reads the nodes of an element; only the corners of tetrahedra are kept. An element of a type whose number
+  // of nodes is not known here takes the rest of its line, as Gmsh writes it.
   void read_element(int type) {
+    const bool is_known = type >= 1 && type <= static_cast<int>(node_counts.size());
+    std::size_t left = is_known ? node_counts[static_cast<std::size_t>(type) - 1] : 0;
     if (type == tet4 || type == tet10) {
       Tet tet{};
       for (int& node : tet) {
@@ -205,8 +250,12 @@ class GmshReader {
         node = found->second;
       }
       mesh_.tets.push_back(tet);
+      left -= tet.size();
     }
-    words_.skip_line();
+    if (is_known)
+      words_.skip(left);
+    else
+      words_.skip_line();
   }
 
   Words& words_;

@@ -75,9 +75,11 @@ void check_faces(const TetMesh& mesh, MeshReport& report) {
   const std::vector<TetFace> faces = sorted_faces(mesh);
   std::size_t crowded = 0;
   std::string first;
-  for (std::size_t i = 2; i < faces.size(); ++i)
-    if (faces[i].nodes == faces[i - 2].nodes && crowded++ == 0)
-      first = place(mesh.nodes[as_index(faces[i].nodes[0])]);
+  const auto equal = [&](std::size_t i, std::size_t k) { return faces[i].nodes == faces[k].nodes; };
+  for (std::size_t i = 2; i < faces.size(); ++i) {
+    const bool is_third = equal(i, i - 2) && (i == 2 || !equal(i, i - 3));  // later ones are of the same face
+    if (is_third && crowded++ == 0) first = place(mesh.nodes[as_index(faces[i].nodes[0])]);
+  }
   if (crowded > 0)
     report.flaws.push_back(
         {fmt::format("has {} that more than two tetrahedra share, {}at {}", counted(crowded, "face", "faces"),

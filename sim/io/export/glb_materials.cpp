@@ -12,7 +12,7 @@ double unit(double x) { return std::clamp(x, 0.0, 1.0); }
 
 }  // namespace
 
-Json gltf_material(const scene::Look& look) {
+Json gltf_material(const scene::Look& look, double scale) {
   Json material = {{"name", look.name}};
   material["pbrMetallicRoughness"] = {
       {"baseColorFactor",
@@ -21,8 +21,9 @@ Json gltf_material(const scene::Look& look) {
       {"roughnessFactor", unit(look.roughness)}};
   if (look.opacity < 1) material["alphaMode"] = "BLEND";
   if (!look.pattern.empty())
-    material["extras"] = {
-        {"pattern", look.pattern}, {"color2", json_of(look.color2)}, {"pattern_size", look.pattern_size}};
+    material["extras"] = {{"pattern", look.pattern},
+                          {"color2", json_of(look.color2)},
+                          {"pattern_size", scale * look.pattern_size}};
   return material;
 }
 

@@ -8,8 +8,9 @@
 namespace duet::io {
 
 /// Returns a material of the core specification: base color, metallic, roughness, and opacity as alpha,
-/// each clamped to [0, 1]. A pattern is not drawn, and is described in `extras`.
-Json gltf_material(const scene::Look& look);
+/// each clamped to [0, 1]. A pattern is not drawn, and is described in `extras`, with the size of its cells
+/// in the unit of the export. `scale` is the units of the export in a meter.
+Json gltf_material(const scene::Look& look, double scale);
 
 /// Returns a point light of KHR_lights_punctual, for a node at the light's position: intensity = power
 /// scale^2 / (4 pi). Both kinds of our lights give the irradiance power / (4 pi d^2) at distance d, facing

@@ -146,7 +146,8 @@ std::string GlbScene::mesh_start(const ExportedBody& body, const Geometry& geome
 
 int GlbScene::material(int look) {
   const auto [entry, is_new] = material_of_look_.try_emplace(look, static_cast<int>(materials_.size()));
-  if (is_new) materials_.push_back(gltf_material(run_.looks().looks.at(static_cast<std::size_t>(look))));
+  if (is_new)
+    materials_.push_back(gltf_material(run_.looks().looks.at(static_cast<std::size_t>(look)), run_.scale()));
   return entry->second;
 }
 

@@ -92,6 +92,12 @@ Sequence make_sequence(const ExportedRun& run, Materials& materials) {
     OwnObj obj(obj_statements(read_file(own[i]->file)), printable_line(body.name), vertices, uvs, material);
     vertices += obj.vertices();
     uvs += obj.uvs();
+    if (const int damaged = obj.damaged_faces(); damaged > 0)
+      sequence.notes.push_back(fmt::format(
+          "{} of the OBJ file of `{}` {} vertices or texture coordinates that the file does not have, and {} "
+          "left out or written without texture coordinates",
+          damaged == 1 ? "a face" : fmt::format("{} faces", damaged), printable_line(body.name),
+          damaged == 1 ? "names" : "name", damaged == 1 ? "is" : "are"));
     sequence.own.push_back({i, std::move(own[i]->positions), std::move(obj), body.rest});
   }
   return sequence;

@@ -25,14 +25,24 @@ std::string_view take_word(std::string_view& text) {
   return word;
 }
 
-// Parses an index of OBJ, which counts from 1, or backwards from -1, among the `count` elements so far.
-// Returns it counted from 1; 0 if the word is not the index of one of them.
-int index_of(std::string_view word, int count) {
+// Parses an index of OBJ. A positive one counts from 1 among the `count` elements of the file, a negative one
+// backwards from -1 among the `so_far` elements before its line. Returns the index counted from 1; 0 if the
+// word is not the index of such an element.
+int index_of(std::string_view word, int so_far, int count) {
   int index = 0;
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), index);
-  if (error != std::errc() || end != word.data() + word.size()) return 0;
-  if (index < 0) index += count + 1;
-  return index >= 1 && index <= count ? index : 0;
+  if (error != std::errc() || end != word.data() + word.size() || index < -so_far || index > count) return 0;
+  return index < 0 ? index + so_far + 1 : index;
+}
+
+// Calls visit(line) for each line of the text, without blanks at its beginning and end.
+template <class Visit>
+void for_lines(std::string_view text, Visit&& visit) {
+  while (!text.empty()) {
+    const std::size_t end = std::min(text.find('\n'), text.size());
+    visit(trimmed(text.substr(0, end)));
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
 }
 
 }  // namespace
@@ -40,11 +50,13 @@ int index_of(std::string_view word, int count) {
 OwnObj::OwnObj(std::string_view text, const std::string& body, int vertices_before, int uvs_before,
                const std::function<std::string(const std::string&)>& material)
     : body_(body), vertices_before_(vertices_before), uvs_before_(uvs_before), material_(material) {
-  while (!text.empty()) {
-    const std::size_t end = std::min(text.find('\n'), text.size());
-    read_line(trimmed(text.substr(0, end)));
-    text.remove_prefix(std::min(end + 1, text.size()));
-  }
+  // Faces may name elements that come after them, so that these are counted first.
+  for_lines(text, [&](std::string_view line) {
+    const std::string_view keyword = take_word(line);
+    vertices_ += keyword == "v" ? 1 : 0;
+    uvs_ += keyword == "vt" ? 1 : 0;
+  });
+  for_lines(text, [&](std::string_view line) { read_line(line); });
 }
 
 void OwnObj::read_line(std::string_view line) {
@@ -52,45 +64,54 @@ void OwnObj::read_line(std::string_view line) {
   const std::string_view keyword = take_word(rest);
   rest = trimmed(rest);
   if (keyword == "v") {
-    ++vertices_;
+    ++vertices_so_far_;
   } else if (keyword == "vt") {
-    ++uvs_;
-    tail_ += fmt::format("vt {}\n", rest);
+    ++uvs_so_far_;
+    uv_lines_ += fmt::format("vt {}\n", rest);
   } else if (keyword == "f") {
     begin_faces();
     add_face(rest);
+    ++faces_so_far_;
   } else if (keyword == "o") {
-    if (++objects_ > 1 || vertices_ > 0) tail_ += fmt::format("o {}.{}\n", body_, rest);
+    if (++objects_ > 1 || vertices_so_far_ + faces_so_far_ > 0)
+      faces_ += fmt::format("o {}.{}\n", body_, rest);
   } else if (keyword == "g" || keyword == "s") {
-    tail_ += fmt::format("{} {}\n", keyword, rest);
+    faces_ += fmt::format("{} {}\n", keyword, rest);
   } else if (keyword == "usemtl") {
     has_material_ = true;
     if (const std::string name = material_(std::string(rest)); !name.empty())
-      tail_ += "usemtl " + name + '\n';
+      faces_ += "usemtl " + name + '\n';
   }
 }
 
 void OwnObj::begin_faces() {
   if (has_material_) return;
   has_material_ = true;
-  if (const std::string name = material_(""); !name.empty()) tail_ += "usemtl " + name + '\n';
+  if (const std::string name = material_(""); !name.empty()) faces_ += "usemtl " + name + '\n';
 }
 
 void OwnObj::add_face(std::string_view corners) {
-  std::string face = "f";
-  while (true) {
-    const std::string_view corner = take_word(corners);
-    if (corner.empty()) break;
+  std::string face = "f", without_uvs = "f";
+  bool lacks_uv = false;
+  for (std::string_view corner = take_word(corners); !corner.empty(); corner = take_word(corners)) {
     const std::size_t slash = corner.find('/');
-    const int vertex = index_of(corner.substr(0, slash), vertices_);
-    if (vertex == 0) return;
-    face += fmt::format(" {}", vertices_before_ + vertex);
+    const int vertex = index_of(corner.substr(0, slash), vertices_so_far_, vertices_);
+    if (vertex == 0) {
+      ++damaged_faces_;
+      return;
+    }
+    const std::string place = fmt::format(" {}", vertices_before_ + vertex);
+    face += place;
+    without_uvs += place;
     if (slash == std::string_view::npos) continue;
-    const std::string_view after = corner.substr(slash + 1);
-    if (const int uv = index_of(after.substr(0, after.find('/')), uvs_); uv != 0)
-      face += fmt::format("/{}", uvs_before_ + uv);
+    const std::string_view after = corner.substr(slash + 1), word = after.substr(0, after.find('/'));
+    if (word.empty()) continue;
+    const int uv = index_of(word, uvs_so_far_, uvs_);
+    lacks_uv |= uv == 0;
+    face += fmt::format("/{}", uvs_before_ + uv);
   }
-  tail_ += face + '\n';
+  damaged_faces_ += lacks_uv ? 1 : 0;
+  faces_ += (lacks_uv ? without_uvs : face) + '\n';
 }
 
 void OwnObj::add(TextBuilder& text, const std::vector<Vec3>& positions, const std::vector<int>& order) const {
@@ -102,7 +123,8 @@ void OwnObj::add(TextBuilder& text, const std::vector<Vec3>& positions, const st
     text.numbers(' ', positions[static_cast<std::size_t>(i)]);
     text.add("\n");
   }
-  text.add(tail_);
+  text.add(uv_lines_);
+  text.add(faces_);
 }
 
 }  // namespace duet::io

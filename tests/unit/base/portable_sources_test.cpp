@@ -3,6 +3,7 @@
 // their names.
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <regex>
 #include <sstream>
 #include <string>
@@ -75,6 +76,53 @@ TEST(PortableSources, EachForbiddenNameIsFound) {
   }
   std::istringstream comment("// std::sin(y) differs\nmath::sin(x) + std::sqrt(y);");
   EXPECT_TRUE(findings_in("", comment).empty());
+}
+
+// Appends the types that a file defines in named namespaces, "duet::render::Box". Definitions of types begin
+// at the first character of a line, as tools/format has them.
+void find_types(std::istream& file, std::vector<std::string>& found) {
+  static const std::regex space(R"(namespace ([\w:]+) \{)"),
+      type(R"((struct|class|enum class) (\w+)( final)?( : .*)? \{.*)");
+  std::string line, name;
+  bool is_hidden = false;  // within a namespace without a name
+  std::smatch match;
+  while (std::getline(file, line)) {
+    if (line == "namespace {") is_hidden = true;
+    if (line == "}  // namespace") is_hidden = false;
+    if (std::regex_match(line, match, space)) name = match[1];
+    if (!is_hidden && std::regex_match(line, match, type)) found.push_back(name + "::" + match[2].str());
+  }
+}
+
+// Two types of one name in one namespace break the rule of one definition, which no compiler and no linker
+// sees: a program then takes the constructor of one for the other.
+TEST(Sources, DefineEachTypeOnce) {
+  namespace fs = std::filesystem;
+  std::map<std::string, std::string> files;  // by type
+  for (const char* folder : {"/sim", "/render", "/tools"})
+    for (const fs::directory_entry& entry :
+         fs::recursive_directory_iterator(test::source_folder() + folder)) {
+      if (entry.path().extension() != ".h" && entry.path().extension() != ".cpp") continue;
+      std::ifstream file(entry.path());
+      std::vector<std::string> types;
+      find_types(file, types);
+      for (const std::string& type : types) {
+        const auto [known, is_new] = files.emplace(type, entry.path().string());
+        EXPECT_TRUE(is_new) << type << " is defined in " << known->second << " and " << entry.path();
+      }
+    }
+  EXPECT_GT(files.size(), 300U);
+}
+
+TEST(Sources, DefinitionsAreFoundWhereTheirNamesAreSeen) {
+  std::istringstream source(
+      "namespace duet::render {\nstruct Known;\nnamespace {\nstruct Hidden {\n};\n}  // namespace\n"
+      "struct Box {\n  struct Inner {\n  };\n};\nenum class Kind { a, b };\nclass Last final : public Box "
+      "{\n");
+  std::vector<std::string> types;
+  find_types(source, types);
+  EXPECT_EQ(types,
+            (std::vector<std::string>{"duet::render::Box", "duet::render::Kind", "duet::render::Last"}));
 }
 
 }  // namespace

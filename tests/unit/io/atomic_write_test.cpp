@@ -108,6 +108,25 @@ TEST(AtomicWrite, FilesThatAKilledProgramLeftDoNotBlock) {
   EXPECT_EQ(entries(scratch.path()), 1);
 }
 
+// A user's files stay, also those with names that resemble the program's own.
+TEST(AtomicWrite, OnlyNamesThatTheProgramMakesAreTemporary) {
+  const ScratchFolder scratch;
+  EXPECT_TRUE(is_temporary(temporary_name(scratch / "0000.obj")));
+  EXPECT_TRUE(is_temporary("mesh/0000.obj.tmp4711-0"));
+  const std::vector<std::string> others = {"notes.tmpl",     "x.tmp",       "x.tmp12",    "x.tmp-1",
+                                           "x.tmp12-",       "x.tmp12-3.h", ".tmp12-3",   "tmp12-3",
+                                           "x.tmp12-before", "12-3",        "x.tmp1 2-3", "x.tmp12-3a"};
+  for (const std::string& name : others) {
+    EXPECT_FALSE(is_temporary(name)) << name;
+    write_atomically(scratch / name, "the user's");
+  }
+  create_folder(scratch / "folder.tmp12-3/inside");
+  write_atomically(scratch / "0000.obj.tmp4711-12", "left over");
+  remove_temporaries(scratch.path());
+  EXPECT_FALSE(fs::exists(scratch / "0000.obj.tmp4711-12"));
+  EXPECT_EQ(entries(scratch.path()), static_cast<int>(others.size()) + 1) << "the folder stays as well";
+}
+
 TEST(AtomicWrite, EveryCommonReasonHasARemedy) {
   for (const int reason :
        {ENOSPC, EDQUOT, EROFS, EACCES, EPERM, EFBIG, EMFILE, ENOENT, ENOTDIR, EISDIR, EIO}) {

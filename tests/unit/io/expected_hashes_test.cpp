@@ -68,6 +68,32 @@ TEST(ExpectedHashes, AreReadAsTheyWereWritten) {
   EXPECT_FALSE(compare_hashes(read[1], second));
 }
 
+TEST(ExpectedHashes, NamesMayHoldBlanksQuotesAndControlCharacters) {
+  const std::vector<std::string> names = {"my ball", "",      " x ",      "a\tb\nc", "\"",         "a\\",
+                                          "\\x1b",   "\x1b[", "deadbeef", "a\" b",   "two  blanks"};
+  std::vector<BodyHashes> bodies;
+  for (const std::string& name : names) bodies.push_back(rigid(name, 10));
+  const FrameHashes expected = committed(frame(3, 1, bodies));
+  ASSERT_EQ(expected.lines.size(), names.size());
+  EXPECT_EQ(expected.lines[0].label, "rigid \"my ball\"");
+  EXPECT_EQ(expected.lines[8].label, "rigid deadbeef") << "plain words stand as they are";
+  for (const HashLine& line : expected.lines) EXPECT_EQ(line.hashes.size(), 2U) << line.label;
+  EXPECT_FALSE(compare_hashes(expected, frame(3, 1, bodies)));
+  bodies[0].quantities[1].hash = 99;
+  EXPECT_EQ(compare_hashes(expected, frame(3, 2, bodies))->text(), "frame 3: velocity of `my ball`");
+  bodies[0].quantities[1].hash = 11;
+  bodies[9].quantities[0].hash = 99;
+  EXPECT_EQ(compare_hashes(expected, frame(3, 2, bodies))->text(), "frame 3: position of `a\" b`");
+
+  std::vector<BodyHashes> alike;
+  for (std::uint64_t i = 0; i < 20; ++i) alike.push_back(rigid(fmt::format("my ball {}", i), i));
+  const FrameHashes grouped = committed(frame(1, 1, alike, 10));
+  EXPECT_EQ(grouped.lines.at(0).label, "group rigid \"my ball *\" 20");
+  EXPECT_FALSE(compare_hashes(grouped, frame(1, 1, alike, 10)));
+  alike[13].quantities[0].hash = 99;
+  EXPECT_EQ(compare_hashes(grouped, frame(1, 2, alike, 10))->text(), "frame 1: position of `my ball 13`");
+}
+
 TEST(ExpectedHashes, NameTheBodyAndItsFirstQuantityThatDiffer) {
   const FrameHashes expected = committed(frame(3, 1, few()));
   std::vector<BodyHashes> bodies = few();
@@ -137,7 +163,9 @@ TEST(ExpectedHashes, OfADamagedFileAreErrors) {
   for (const char* text :
        {"", "# nothing\n", "frame 1\n", "frame x 0000000000000001\n", "frame 1 12\n",
         "  rigid box 0000000a\n", "frame 1 0000000000000001\n  rigid box\n",
-        "frame 1 0000000000000001\n  rigid box 0000\n", "frame 1 0000000000000001\n  group\n"}) {
+        "frame 1 0000000000000001\n  rigid box 0000\n",
+        "frame 1 0000000000000001\n  rigid \"my box 0000000a\n",
+        "frame 1 0000000000000001\n  rigid my box 0000000a\n", "frame 1 0000000000000001\n  group\n"}) {
     write_atomically(scratch / "a.txt", text);
     EXPECT_THROW(read_expected(scratch / "a.txt"), FileError) << text;
   }

@@ -152,8 +152,13 @@ TEST(RunFolder, AFolderWithAJournalAloneIsOfAKilledRun) {
   create_folder(run.root);
   write_atomically(journal_path(run.root), "{\"journal\":1,\"first_frame\":0}\n");
   EXPECT_NO_THROW(RunLock{run});
-  write_atomically(run.root / "mine.txt", "");
-  EXPECT_THROW(RunLock{run}, FileError);
+  write_atomically(run.root / "manifest.json.tmp4711-0", "half a man");
+  EXPECT_NO_THROW(RunLock{run});
+  for (const char* name : {"mine.txt", "mine.tmpl", "mine.tmp"}) {
+    write_atomically(run.root / name, "");
+    EXPECT_THROW(RunLock{run}, FileError) << name;
+    remove_file(run.root / name);
+  }
 }
 
 TEST(RunFolder, OneSimulationAtATime) {
@@ -217,7 +222,12 @@ TEST(RunFolder, AContinuedRunKeepsItsFrames) {
   write_atomically(run.mesh(0), "frame");
   write_atomically(run.static_level_sets(), "what never moves");
   write_atomically(run.mesh(1).concat(".tmp77-0"), "half a fr");
+  write_atomically(run.root / "stack.mp4.tmp77-0", "half a vid");
+  const fs::path notes = run.root / "notes.tmpl", mesh = run.root / "mesh" / "mine.tmp";
+  for (const fs::path& path : {notes, mesh}) write_atomically(path, "the user's");
   continue_run(run, manifest(), "frames = 1\n");
+  EXPECT_FALSE(fs::exists(run.root / "stack.mp4.tmp77-0"));
+  for (const fs::path& path : {notes, mesh}) EXPECT_EQ(read_file(path), "the user's") << path;
   EXPECT_TRUE(fs::exists(run.mesh(0)));
   EXPECT_TRUE(fs::exists(run.static_level_sets()));
   EXPECT_FALSE(fs::exists(run.mesh(1).concat(".tmp77-0")));

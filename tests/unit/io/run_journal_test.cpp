@@ -1,5 +1,8 @@
 #include "sim/io/run_journal.h"
 
+#include <atomic>
+#include <thread>
+
 #include "tests/support/scratch_folder.h"
 #include "tests/support/text.h"
 #include <gtest/gtest.h>
@@ -155,6 +158,29 @@ TEST_F(Journal, DamageOfTheJournalIsNamed) {
   }
   fs::remove(journal_path(run.root));
   EXPECT_EQ(check_run(run).faults.size(), 1U);
+}
+
+// A simulation anew removes the journal, at any moment of a check.
+TEST_F(Journal, MayVanishWhileItsRunIsChecked) {
+  run.write(run.mesh(0), "a mesh");
+  write_atomically(run.mesh(0), "a mess");
+  run.journal.reset();
+  std::atomic<bool> stop = false;
+  std::thread other([&] {
+    while (!stop) {
+      fs::rename(journal_path(run.root), scratch / "aside");
+      fs::rename(scratch / "aside", journal_path(run.root));
+    }
+  });
+  for (int i = 0; i < 2000; ++i) {
+    const RunCheck check = check_run(run);
+    ASSERT_EQ(check.faults.size(), 1U);
+    ASSERT_TRUE(contains(check.faults[0], "0000.obj: is damaged") ||
+                contains(check.faults[0], "journal.jsonl: is missing"))
+        << check.faults[0];
+  }
+  stop = true;
+  other.join();
 }
 
 // A program without journals began the run. Its frames are not checked, and the check notes this.

@@ -53,12 +53,12 @@ TEST(ShadowSamples, CarryTheWholeLight) {
 }
 
 TEST(ShadowSamples, TheFrustumHoldsItsCastersTightly) {
-  const std::vector<Bounds> casters = {{{-1, 0, -1}, {1, 2, 1}}, {{3, 1, -2}, {4, 5, 0}}};
+  const std::vector<Box> casters = {{{-1, 0, -1}, {1, 2, 1}}, {{3, 1, -2}, {4, 5, 0}}};
   for (const ShadowSample& sample :
        {ShadowSample{false, {2, 30, -1}, 1}, ShadowSample{true, Vec3(0.6, 0.8, 0), 1}}) {
     const ShadowFrustum frustum = fit_shadow_frustum(sample, casters, 512);
     Vec3 low = Vec3::Ones(), high = Vec3::Zero();
-    for (const Bounds& b : casters)
+    for (const Box& b : casters)
       for (const Vec3& corner : b.corners()) {
         const Vec3 m = (frustum.to_map * corner.homogeneous()).hnormalized();
         low = low.cwiseMin(m);
@@ -74,8 +74,8 @@ TEST(ShadowSamples, TheFrustumHoldsItsCastersTightly) {
 TEST(ShadowSamples, BodiesWhoseShadowFallsOutOfViewAreLeftOut) {
   const View view = make_view({.position = {0, 2, 10}, .target = {0, 0, 0}, .vertical_fov = 30}, 160, 90);
   const ShadowSample from_right = {true, Vec3(1, 1, 0).normalized(), 1};
-  const Bounds far_right = {{30, 30, -1}, {31, 31, 1}};  // Its shadow lands near the origin.
-  const Bounds far_left = {{-31, 0, -1}, {-30, 1, 1}};   // Its shadow falls farther to the left.
+  const Box far_right = {{30, 30, -1}, {31, 31, 1}};  // Its shadow lands near the origin.
+  const Box far_left = {{-31, 0, -1}, {-30, 1, 1}};   // Its shadow falls farther to the left.
   EXPECT_TRUE(shadow_is_seen(from_right, far_right, view, 100, 0));
   EXPECT_FALSE(shadow_is_seen(from_right, far_left, view, 100, 0));
 }

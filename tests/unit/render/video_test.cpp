@@ -11,6 +11,7 @@
 
 #include "render/sequence.h"
 #include "sim/base/error.h"
+#include "sim/base/files.h"
 
 namespace duet::render::video_test {
 namespace {
@@ -58,6 +59,19 @@ TEST_F(Video, AFailingProgramIsANoteWithItsWords) {
   EXPECT_NE(note.find("no video"), std::string::npos) << note;
   EXPECT_NE(note.find("failed with status"), std::string::npos) << note;
   EXPECT_EQ(files(), std::vector<std::string>{"image"});
+}
+
+// The next simulation then removes it if the program is killed.
+TEST_F(Video, HasATemporaryNameUntilItIsWhole) {
+  const fs::path program = scratch_ / "program";
+  std::ofstream(program) << "#!/bin/sh\nfor word; do last=$word; done\necho \"$last\" > name\nexit 1\n";
+  fs::permissions(program, fs::perms::owner_all);
+  encode_video(run_, "ball", 24, program.string());
+  std::string name;
+  std::ifstream seen(run_.root / "name");
+  std::getline(seen, name);
+  EXPECT_TRUE(name.starts_with("./ball.mp4.tmp")) << name;
+  EXPECT_TRUE(io::is_temporary(name)) << name;
 }
 
 // Pictures that are missing or empty in between are named. ffmpeg would end the video before the first of

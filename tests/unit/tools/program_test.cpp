@@ -145,10 +145,28 @@ TEST(Program, CheckNamesFramesOfThousandsOfSteps) {
     const Finished finished = run_duet({"check", tiny, "--set", setting});
     EXPECT_EQ(finished.status, 0) << finished.errors;
     ASSERT_EQ(finished.output.size(), 2U) << setting;
+    EXPECT_TRUE(finished.last_line().ends_with(": ok, with 1 warning")) << finished.last_line();
     EXPECT_TRUE(contains(finished.output[0], "substeps a frame") ||
                 contains(finished.output[0], "the first step is"))
         << setting << ": " << finished.output[0];
   }
+}
+
+TEST(Program, CheckWarnsOfBodiesThatAreParted) {
+  const ScratchFolder scratch;
+  io::write_atomically(scratch / "two.toml",
+                       "[[rigid]]\nname = \"a\"\nshape = { sphere = 1 }\nmass = 1\n"
+                       "[[rigid]]\nname = \"b\"\nshape = { sphere = 1 }\nmass = 1\nposition = [1.5, 0, 0]\n");
+  const Finished warned = run_duet({"check", "two.toml"}, scratch.path());
+  EXPECT_EQ(warned.status, 0) << warned.errors;
+  ASSERT_EQ(warned.output.size(), 2U);
+  EXPECT_TRUE(warned.output[0].starts_with("two.toml: warning: `a` and `b` overlap by 0.5 m"))
+      << warned.output[0];
+  EXPECT_EQ(warned.last_line(), "two.toml: ok, with 1 warning");
+  const Finished refused =
+      run_duet({"check", "two.toml", "--set", "solver.initial_overlap=\"refuse\""}, scratch.path());
+  EXPECT_EQ(refused.status, 2);
+  EXPECT_EQ(refused.last_line(), "failed: 1 problem");
 }
 
 TEST(Program, ReferenceAndExplainPrintText) {

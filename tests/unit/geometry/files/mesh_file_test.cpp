@@ -143,6 +143,15 @@ TEST_F(MeshFile, WhatCannotBeReadIsNamed) {
                "line 4");
 }
 
+TEST_F(MeshFile, PlyIndicesAndLengthsOfListsAreWhole) {
+  const std::string head =
+      "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+      "element face 1\nproperty list float float vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n";
+  EXPECT_EQ(read_mesh(write("whole.ply", head + "3.0 0 1 2e0\n")).triangles.size(), 1U);
+  expect_error(write("index.ply", head + "3 0 1.5 2\n"), "a face has the vertex 1.5 of 3");
+  expect_error(write("length.ply", head + "2.5 0 1 2\n"), "a list has an impossible length");
+}
+
 // A PLY file that is cut off is an error. One with a changed byte is an error or a mesh whose indices are in
 // range, and never a crash.
 TEST_F(MeshFile, DamagedPlyIsAnErrorOrASoundMesh) {

@@ -1,5 +1,6 @@
 #include "sim/geometry/files/tet_mesh_file.h"
 
+#include <algorithm>
 #include <fstream>
 
 #include "tests/support/scratch_folder.h"
@@ -113,6 +114,29 @@ TEST(TetMeshFile, ReadsWhatOtherProgramsWrite) {
   }
 }
 
+// Line ends are blanks in Medit's format, and in Gmsh's for all elements whose numbers of nodes are known.
+TEST(TetMeshFile, ItemsMayShareLinesAndTakeSeveral) {
+  std::string medit = two_tets_medit.substr(two_tets_medit.find("Dimension"));
+  std::string gmsh_2 = two_tets_gmsh_2, gmsh_4 = two_tets_gmsh_4;
+  for (std::string* text : {&medit, &gmsh_2, &gmsh_4}) std::replace(text->begin(), text->end(), '\n', ' ');
+  std::string broken = two_tets_medit.substr(two_tets_medit.find("Dimension"));
+  std::replace(broken.begin(), broken.end(), ' ', '\n');
+  for (const TetMesh& mesh : {read_text("a.mesh", medit), read_text("b.mesh", broken),
+                              read_text("a.msh", gmsh_2), read_text("b.msh", gmsh_4)}) {
+    EXPECT_EQ(mesh.nodes, (std::vector<Vec3>{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 1, 1}}));
+    EXPECT_EQ(mesh.tets, (std::vector<Tet>{{0, 1, 2, 3}, {1, 2, 3, 4}}));
+  }
+}
+
+TEST(TetMeshFile, MeditIsReadWithoutReferenceNumbers) {
+  const TetMesh mesh =
+      read_text("a.mesh",
+                "MeshVersionFormatted 2\nDimension 3\nVertices 5\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n"
+                "1 1 1\nTetrahedra 2\n1 2 3 4\n2 3 4 5\nEnd\n");
+  EXPECT_EQ(mesh.nodes, (std::vector<Vec3>{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 1, 1}}));
+  EXPECT_EQ(mesh.tets, (std::vector<Tet>{{0, 1, 2, 3}, {1, 2, 3, 4}}));
+}
+
 TEST(TetMeshFile, MeditKeepsEveryBit) {
   const TetMesh mesh = tetrahedralize(LevelSet::sphere(0.3), 0.1);
   const TetMesh again = read_text("ball.mesh", medit_text(mesh));
@@ -139,6 +163,9 @@ TEST(TetMeshFile, DamagedFilesAreRefusedWithTheirLine) {
   expect_refused("a.mesh", replaced(two_tets_medit, "\n5\n", "\n500000\n"), "has no room for");
   expect_refused("a.mesh", replaced(two_tets_medit, "Dimension\n3", "Dimension\n2"),
                  "the dimension is not 3");
+  expect_refused("a.mesh", replaced(two_tets_medit, "0 1 0 7", "0 1 0"),
+                 "line 12: expected a reference number, found `Triangles`");
+  expect_refused("a.mesh", replaced(two_tets_medit, "0 1 0 7", "0 1 0 7 8"), "more numbers follow");
   expect_refused("a.mesh", "", "has no tetrahedron");
   expect_refused("a.msh", replaced(two_tets_gmsh_2, "20 30 40 50", "20 30 40 60"), "there is no node 60");
   expect_refused("a.msh", replaced(two_tets_gmsh_2, "2.2 0 8", "2.2 1 8"), "binary");
@@ -185,7 +212,11 @@ TEST(TetMeshCheck, RepairsWhatIsSafeAndNamesTheRest) {
 
   TetMesh doubled = mesh;
   doubled.tets.push_back(doubled.tets[0]);
-  EXPECT_NE(repair(doubled).flaws.at(0).message.find("more than two tetrahedra share"), std::string::npos);
+  doubled.tets.push_back(doubled.tets[0]);
+  // These are the faces of the first tetrahedron; the second has one of them as well.
+  EXPECT_TRUE(repair(doubled).flaws.at(0).message.starts_with(
+      "has 4 faces that more than two tetrahedra share, the first at"))
+      << repair(doubled).flaws.at(0).message;
 
   TetMesh apart = mesh;
   for (int i = 0; i < 4; ++i) apart.nodes.push_back(mesh.nodes[static_cast<std::size_t>(i)] + Vec3(5, 0, 0));

@@ -248,6 +248,23 @@ TEST(Glb, TakesOtherAxesUnitsAndFrames) {
   EXPECT_FLOAT_EQ(times[1], 4.0F / 24);
 }
 
+TEST(Glb, SizesOfPatternsAreInTheUnitOfTheExport) {
+  const ScratchFolder scratch;
+  scene::Scene scene = test::one_of_each();
+  scene.looks.emplace_back().name = "squares";
+  scene.looks.back().pattern = "checker";
+  scene.looks.back().pattern_size = 0.5;
+  scene.rigid.back().look = "squares";
+  ExportChoice choice;
+  choice.scale = 100;
+  export_glb(exported(test::record_run(scene, 1, scratch / "run"), scene, choice), {}, scratch / "a.glb");
+  const Glb glb(scratch / "a.glb");
+  double size = 0;
+  for (const json& material : glb.root.at("materials"))
+    if (material.at("name") == "squares") size = material.at("extras").at("pattern_size");
+  EXPECT_DOUBLE_EQ(size, 50);
+}
+
 TEST(Glb, OneFrameAndOneKindOfBodyAreEnough) {
   const ScratchFolder scratch;
   for (const char* names : {"box*", "cloth", "*"}) {
