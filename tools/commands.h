@@ -130,6 +130,15 @@ struct ExportOptions {
   bool overwrite = false;
 };
 
+struct ViewOptions {
+  std::string run;                  // folder of a run, or the name of a run in out/
+  std::string out;                  // HTML file; empty: view.html in the run's folder
+  std::vector<std::string> bodies;  // patterns of names; empty: all bodies
+  std::optional<Frames> frames;     // none: all that are there
+  double max_megabytes = 40;        // of the page; frames are left out where it would be larger
+  bool overwrite = false;
+};
+
 struct HashesOptions {
   std::vector<std::string> scenes;  // entries of tests/hashes/frames.toml; empty: all
   std::string folder;               // of the expected hashes; empty: tests/hashes
@@ -170,6 +179,7 @@ Outcome export_run(const ExportOptions& options, Report& report);
 /// Throws Error (usage) where there is no such format.
 void require_format(const std::string& name);
 std::string export_formats();  // their names and what they are, a line each
+Outcome view(const ViewOptions& options, Report& report);
 Outcome cache(const CacheOptions& options);
 Outcome list();
 
