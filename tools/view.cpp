@@ -115,22 +115,26 @@ Json summary(const io::Manifest& manifest) {
           {"last_frame", manifest.frames}};
 }
 
-// Frames of the run so that they fit into `room` bytes: all, or every second, third ... one.
+// Frames of the run so that they and the `fixed` bytes of all else fit into `most` bytes: all, or every
+// second, third ... one.
 std::vector<int> pack_thinned(const io::ExportedRun& run, const view::Measures& measures,
-                              std::optional<double> ground, double room, Contents& contents) {
+                              std::optional<double> ground, double fixed, double most, Contents& contents) {
+  const double room = most - fixed;
   for (std::size_t step = 1;;) {
     const std::vector<int> frames = view::thinned(run.frames(), step);
-    contents.frames = view::pack(run, measures, frames, ground, static_cast<std::size_t>(std::max(room, 0.0)));
+    contents.frames =
+        view::pack(run, measures, frames, ground, static_cast<std::size_t>(std::max(room, 0.0)));
     const auto bytes = static_cast<double>(contents.frames.bytes);
     if (bytes <= room) {
       contents.run["every"] = step;
       return frames;
     }
     if (frames.size() <= 2)
-      throw Error(ExitStatus::usage,
-                  fmt::format("--max-size: two frames of these bodies take more (give at least {:.1f}, or fewer "
-                              "bodies with --bodies)",
-                              std::ceil(10 * bytes / 1e6 + 2) / 10));
+      throw Error(
+          ExitStatus::usage,
+          fmt::format("--max-size: two frames of these bodies take more (give at least {:.1f}, or fewer "
+                      "bodies with --bodies)",
+                      std::ceil(10 * (fixed + bytes) / 1e6) / 10));
     // As many frames fewer as the bytes so far tell, if all take the same; one in ten is taken for granted.
     const double excess = bytes / std::max(room, 1.0) * static_cast<double>(frames.size()) /
                           static_cast<double>(contents.frames.frames);
@@ -152,14 +156,12 @@ void add_bodies(const ViewOptions& options, const io::RunDirectory& run, Content
   const scene::Scene scene = scene::read(run.scene().string(), {}, scene::Meshes::leave).scene;
   exported.set_looks(looks_of(scene, exported.manifest()));
   const int count = static_cast<int>(exported.frames().size());
-  report.start(exported.manifest().title, target.string(), exported.frames().front(), exported.frames().back(),
-               0);
-  const view::Measures measures = [&] {
-    exported.set_watch([](int) {
-      if (interrupted()) throw Interrupted();
-    });
-    return view::measure(exported);
-  }();
+  report.start(exported.manifest().title, target.string(), exported.frames().front(),
+               exported.frames().back(), 0);
+  exported.set_watch([](int) {
+    if (interrupted()) throw Interrupted();
+  });
+  const view::Measures measures = view::measure(exported);
   int newest = -1, done = 0;
   exported.set_watch([&](int frame) {
     if (interrupted()) throw Interrupted();
@@ -168,24 +170,29 @@ void add_bodies(const ViewOptions& options, const io::RunDirectory& run, Content
     report.exported(frame, ++done, count);
   });
   contents.meshes = view::mesh_block(exported);
-  // The description and the page's own files are small beside the frames, but not beside those of a small bound.
-  const std::size_t fixed = contents.meshes.size() + view::page_end().size() +
-                            view::page_head("", contents.run).size() +
-                            view::describe(exported, measures, exported.frames()).dump().size();
-  const std::optional<double> ground = scene.ground ? std::optional(scene.ground->height) : std::nullopt;
-  const std::vector<int> frames =
-      pack_thinned(exported, measures, ground, options.max_megabytes * 1e6 - static_cast<double>(fixed), contents);
-  contents.run.update(view::describe(exported, measures, frames));
+  contents.run.update(view::describe(exported, measures, exported.frames()));
   contents.run.update(surroundings(scene, exported.manifest(), measures.origin));
+  contents.run["frames"] = exported.frames();
+  constexpr std::size_t for_notes = 2000;  // bytes, also for the marks around blocks
+  const std::size_t fixed = view::page_head(exported.manifest().title, contents.run).size() +
+                            contents.meshes.size() + view::page_end().size() + for_notes;
+  const std::optional<double> ground = scene.ground ? std::optional(scene.ground->height) : std::nullopt;
+  const std::vector<int> frames = pack_thinned(exported, measures, ground, static_cast<double>(fixed),
+                                               options.max_megabytes * 1e6, contents);
+  contents.run.update(view::describe(exported, measures, frames));
   contents.run["frames"] = frames;
   contents.frame_count = frames.size();
   contents.body_count = exported.bodies().size();
 
   if (const std::size_t step = contents.run.at("every"); step > 1)
-    contents.notes.push_back(fmt::format(
-        "the page would take more than {:g} MB with all {} frames (--max-size): it has every {}{} one, and the "
-        "last one",
-        options.max_megabytes, count, step, step == 2 ? "nd" : step == 3 ? "rd" : "th"));
+    contents.notes.push_back(
+        fmt::format("the page would take more than {:g} MB with all {} frames (--max-size): it has every "
+                    "{}{} one, and the "
+                    "last one",
+                    options.max_megabytes, count, step,
+                    step == 2   ? "nd"
+                    : step == 3 ? "rd"
+                                : "th"));
   if (!exported.missing().empty())
     contents.notes.push_back(fmt::format("{} {} not in the run", io::frames_text(exported.missing()),
                                          exported.missing().size() == 1 ? "is" : "are"));
@@ -242,10 +249,10 @@ Outcome view(const ViewOptions& options, Report& report) {
   staging.finish();
   for (const std::string& note : contents.notes) report.note(note);
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  return {ExitStatus::done,
-          fmt::format("{} of {}, {}, in {}, {:.1f} s; open it in a browser",
-                      counted(contents.frame_count, "frame", "frames"),
-                      counted(contents.body_count, "body", "bodies"), size_text(bytes), target.string(), seconds)};
+  return {ExitStatus::done, fmt::format("{} of {}, {}, in {}, {:.1f} s; open it in a browser",
+                                        counted(contents.frame_count, "frame", "frames"),
+                                        counted(contents.body_count, "body", "bodies"), size_text(bytes),
+                                        target.string(), seconds)};
 }
 
 }  // namespace duet::tools

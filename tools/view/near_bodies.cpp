@@ -43,8 +43,8 @@ std::vector<std::vector<std::uint8_t>> NearBodies::at(const io::FrameValues& val
   if (ground_)
     for (std::size_t i = 0; i < placed_.size(); ++i)
       if (!is_static(run_.bodies()[i])) mark_near_ground(i);
-  // Sweep along x: of boxes in the order of their lower ends, only those that begin before another one ends meet
-  // it.
+  // Sweep along x: of boxes in the order of their lower ends, only those that begin before another one ends
+  // meet it.
   std::vector<std::size_t> order(placed_.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::sort(order.begin(), order.end(),

@@ -10,8 +10,9 @@
 
 namespace duet::view {
 
-/// A vertex is near another surface within this fraction of the size (diagonal of the box) of the smaller body.
-/// Twice as much would color the whole lower half of a body of some centimeters that lies on another one.
+/// A vertex is near another surface within this fraction of the size (diagonal of the box) of the smaller
+/// body. Twice as much would color the whole lower half of a body of some centimeters that lies on another
+/// one.
 inline constexpr double near_fraction = 0.01;
 
 class NearBodies {
@@ -20,8 +21,8 @@ class NearBodies {
   NearBodies(const io::ExportedRun& run, std::optional<double> ground);
 
   /// For each body a byte a position: 255 (1 - d / reach), rounded up, at the distance d to the nearest other
-  /// surface within reach, and 0 beyond. Bodies with no such position have none at all. Surfaces of one and the
-  /// same body are not looked at, nor are two static bodies.
+  /// surface within reach, and 0 beyond. Bodies with no such position have none at all. Surfaces of one and
+  /// the same body are not looked at, nor are two static bodies.
   std::vector<std::vector<std::uint8_t>> at(const io::FrameValues& values);
 
  private:
@@ -33,9 +34,10 @@ class NearBodies {
 
   const io::ExportedRun& run_;
   std::optional<double> ground_;
-  std::vector<std::size_t> shape_of_;               // the first body with the same rest surface
-  std::vector<std::optional<TriangleTree>> trees_;  // of rigid shapes at rest, of deformable bodies at the frame
-  std::vector<TriangleMesh> meshes_;                // of the trees
+  std::vector<std::size_t> shape_of_;  // the first body with the same rest surface
+  std::vector<std::optional<TriangleTree>>
+      trees_;                         // of rigid shapes at rest, of deformable bodies at the frame
+  std::vector<TriangleMesh> meshes_;  // of the trees
   std::vector<Surface> placed_;
   std::vector<Eigen::AlignedBox3d> boxes_;
   std::vector<std::vector<std::uint8_t>> marks_;

@@ -48,7 +48,8 @@ std::string deflated(std::string_view bytes) {
   const int status = compress2(reinterpret_cast<Bytef*>(packed.data()), &size,
                                reinterpret_cast<const Bytef*>(bytes.data()), bytes.size(), 6);
   if (status != Z_OK)
-    throw Error(ExitStatus::files, "zlib cannot compress the page (free some memory, or choose fewer frames)");
+    throw Error(ExitStatus::files,
+                "zlib cannot compress the page (free some memory, or choose fewer frames)");
   packed.resize(size);
   return packed;
 }

@@ -1,5 +1,5 @@
-/// How the page of `duet view` holds numbers: whole numbers that are small where motion is smooth, in bytes that
-/// zlib makes few of. packing.js reads what this writes.
+/// How the page of `duet view` holds numbers: whole numbers that are small where motion is smooth, in bytes
+/// that zlib makes few of. packing.js reads what this writes.
 #pragma once
 
 #include <array>

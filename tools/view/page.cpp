@@ -10,9 +10,9 @@ namespace duet::view {
 namespace {
 
 // The scripts in the order in which they stand in the page. They share one scope: each uses those before it.
-constexpr const char* scripts[] = {"data.js",     "vectors.js", "shaders.js", "geometry.js", "shadow.js",
-                                   "renderer.js", "camera.js",  "charts.js",  "panels.js",   "input.js",
-                                   "main.js"};
+constexpr const char* scripts[] = {"data.js",   "vectors.js",  "shaders.js", "geometry.js",
+                                   "shadow.js", "renderer.js", "camera.js",  "charts.js",
+                                   "panels.js", "input.js",    "main.js"};
 
 std::string_view page_file(std::string_view name) {
   for (const PageFile& file : page_files())

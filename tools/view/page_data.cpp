@@ -16,8 +16,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// Bytes of a block before it is compressed: the page says how far it has come after each one, and holds one of
-// them twice while it unpacks it.
+// Bytes of a block before it is compressed: the page says how far it has come after each one, and holds one
+// of them twice while it unpacks it.
 constexpr std::size_t block_bytes = 4'000'000;
 
 Json json_of(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
@@ -27,8 +27,8 @@ bool has_uv(const io::ExportedRun& run, const io::ExportedBody& body) {
   return (!look.pattern.empty() || !look.spots.empty()) && !body.rest.uvs.empty();
 }
 
-// For each body its mesh: bodies with the same rest surface share one, which then has texture coordinates if any
-// of them needs these.
+// For each body its mesh: bodies with the same rest surface share one, which then has texture coordinates if
+// any of them needs these.
 struct MeshList {
   std::vector<std::size_t> bodies;  // the first one of each mesh
   std::vector<bool> uv;             // of each mesh
@@ -219,7 +219,8 @@ Measures measure(const io::ExportedRun& run) {
     for (const float strain : values.strain)
       measures.max_strain = std::max(measures.max_strain, static_cast<double>(strain));
   }
-  // A thousandth more, so that the rounding of the center puts no position outside; a flat body has a thickness.
+  // A thousandth more, so that the rounding of the center puts no position outside; a flat body has a
+  // thickness.
   for (const Vec3& extent : extents) {
     const double least = std::max(1e-6 * extent.norm(), 1e-12);
     measures.extents.push_back((1.001 * extent).cwiseMax(least).cast<float>());
@@ -272,8 +273,7 @@ Json describe(const io::ExportedRun& run, const Measures& measures, const std::v
                  {"camera", camera_of(run, measures.origin, frames)}};
   for (std::size_t i = 0; i < run.bodies().size(); ++i) {
     const io::ExportedBody& body = run.bodies()[i];
-    Json entry = {
-        {"name", body.name}, {"kind", body.kind}, {"look", body.look}, {"mesh", list.of_body[i]}};
+    Json entry = {{"name", body.name}, {"kind", body.kind}, {"look", body.look}, {"mesh", list.of_body[i]}};
     if (!body.is_rigid()) {
       entry["extent"] = json_of(measures.extents[i].cast<double>());
       entry["strain"] = static_cast<bool>(measures.has_strain[i]);
