@@ -196,7 +196,8 @@ class Renderer {
     program.number("skyIntensity", run.sky.intensity);
     program.number("exposure", run.exposure);
     program.integer("hasGround", run.ground ? 1 : 0);
-    program.vector("groundColor", run.ground ? run.ground.color : [0, 0, 0]);
+    program.number("groundHeight", run.ground ? run.ground.height : 0);
+    program.vector("groundColor", run.ground ? this.groundColors().mean : [0, 0, 0]);
     program.integer("hasShadow", this.shadow.matrix ? 1 : 0);
     program.number("shadowTexel", this.shadow.texel || 0);
     program.matrix("toShadow", this.shadow.matrix || view.projection);
@@ -215,6 +216,13 @@ class Renderer {
     gl.depthMask(true);
   }
 
+  /// The colors of the ground's pattern and its width, m. A plain ground shows a faint one, by which its place is seen.
+  groundColors() {
+    const {color, color2, pattern, pattern_size: size} = this.run.ground;
+    const second = pattern ? color2 : scaled(color, 0.94);
+    return {first: color, second, mean: scaled(add(color, second), 0.5), size: pattern ? size : 2};
+  }
+
   drawGround(view) {
     const {gl, run} = this, {ground, origin} = run, program = this.programs.ground;
     this.light(program, view);
@@ -222,11 +230,10 @@ class Renderer {
     program.vector("middle", [view.eye[0], ground.height, view.eye[2]]);
     program.number("reach", view.far);
     program.number("fade", view.fade);
-    // A plain ground shows a faint pattern, so that its place can be seen.
-    const isPlain = !ground.pattern, size = isPlain ? 2 : ground.pattern_size;
-    program.vector("color", ground.color);
-    program.vector("color2", isPlain ? scaled(ground.color, 0.94) : ground.color2);
-    program.integer("pattern", isPlain ? 1 : patternNumbers[ground.pattern] || 0);
+    const {first, second, size} = this.groundColors();
+    program.vector("color", first);
+    program.vector("color2", second);
+    program.integer("pattern", patternNumbers[ground.pattern || "checker"] || 0);
     program.number("patternSize", size);
     program.number("roughness", ground.roughness);
     program.vectors("patternOrigin", [origin[0] / size % 2, origin[2] / size % 2], 2);

@@ -52,6 +52,17 @@ vec3 schlick(vec3 f0, float cosine) {
   float x = 1.0 - clamp(cosine, 0.0, 1.0), x2 = x * x;
   return f0 + (1.0 - f0) * (x2 * x2 * x);
 }
+// Light that comes from below x: half of the lights' arrives at the ground there.
+vec3 groundRadiance(vec3 x) {
+  if (!hasGround) return 0.5 * skyIntensity * horizon;
+  vec3 irradiance = skyIrradiance(vec3(0.0, 1.0, 0.0));
+  for (int i = 0; i < lightCount; ++i) {
+    vec3 d = lightPlace[i].xyz - vec3(x.x, groundHeight, x.z);
+    float squared = dot(d, d);
+    irradiance += 0.5 * lightColor[i].rgb * max(d.y, 0.0) / (squared * sqrt(squared));
+  }
+  return groundColor * irradiance / pi;
+}
 // Radiance of a surface toward the eye: Lambert, Cook-Torrance with the GGX distribution, sky, and light from below.
 vec3 shade(vec3 x, vec3 n, vec3 base, float metallic, float roughness) {
   vec3 v = normalize(eye - x), f0 = mix(vec3(0.04), base, metallic);
@@ -68,7 +79,7 @@ vec3 shade(vec3 x, vec3 n, vec3 base, float metallic, float roughness) {
     float part = lightColor[i].w > 0.5 ? arriving(x, n) : 1.0;
     sum += lightColor[i].rgb * (part * nl / (range * range)) * (diffuse + schlick(f0, dot(v, h)) * lobe);
   }
-  vec3 below = hasGround ? groundColor * skyIrradiance(vec3(0.0, 1.0, 0.0)) / pi : 0.5 * skyIntensity * horizon;
+  vec3 below = groundRadiance(x);
   vec3 mirror = reflect(-v, n);
   vec3 seen = mix(below, sky(mirror), smoothstep(-0.3, 0.3, mirror.y));
   return sum + diffuse * (skyIrradiance(n) + pi * below * (0.5 - 0.5 * n.y)) +
