@@ -25,6 +25,17 @@ Eigen::AlignedBox3d widened(Eigen::AlignedBox3d box, double by) {
   return box;
 }
 
+// As io::place, without the normals, which nobody asks for here.
+void place_positions(const io::ExportedBody& body, const io::FrameValues& values, std::vector<Vec3>& out) {
+  if (!body.is_rigid()) {
+    for (std::size_t i = 0; i < out.size(); ++i) out[i] = values.points.at(body.first_point + i);
+    return;
+  }
+  const Pose& pose = values.rigid.at(as_index(body.row)).pose;
+  const Mat3 rotation = pose.orientation.toRotationMatrix();
+  for (std::size_t i = 0; i < out.size(); ++i) out[i] = rotation * body.rest.positions[i] + pose.position;
+}
+
 }  // namespace
 
 NearBodies::NearBodies(const io::ExportedRun& run, std::optional<double> ground)
@@ -68,7 +79,7 @@ void NearBodies::place_bodies(const io::FrameValues& values) {
   for (std::size_t i = 0; i < placed_.size(); ++i) {
     const io::ExportedBody& body = run_.bodies()[i];
     if (!body.is_rigid()) trees_[i].reset();
-    io::place(body, values, placed_[i]);
+    place_positions(body, values, placed_[i].positions);
     boxes_[i].setEmpty();
     for (const Vec3& x : placed_[i].positions) boxes_[i].extend(x);
   }

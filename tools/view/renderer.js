@@ -169,6 +169,10 @@ class Renderer {
   }
 
   drawShadows(how, bounds) {
+    // The map stays as it is while only the camera moves.
+    const key = `${this.frame} ${how.shadows} ${how.shown}`;
+    if (key === this.shadowKey) return;
+    this.shadowKey = key;
     const program = this.programs.depth, isOff = !how.shadows;
     this.shadow.render(isOff ? null : this.caster, bounds.center, Math.max(bounds.radius, 1e-9), matrix => {
       program.use();
