@@ -202,10 +202,12 @@ void add_bodies(const ViewOptions& options, const io::RunDirectory& run, Content
 }
 
 // A run without values/ has statistics alone.
-void add_no_bodies(Contents& contents) {
+void add_no_bodies(const io::RunDirectory& run, Contents& contents) {
   contents.run["bodies"] = Json::array();
   contents.run["frames"] = contents.run["stats"]["frame"];
   contents.frame_count = contents.run["frames"].size();
+  if (contents.frame_count == 0)
+    throw FileError(run.root.string(), "has no frame yet", "continue it with `duet sim SCENE --resume`");
   contents.notes.emplace_back(
       "the run has no motion of its bodies (values/; --stats-only, or an older program): the page shows its "
       "statistics alone");
@@ -237,7 +239,7 @@ Outcome view(const ViewOptions& options, Report& report) {
     if (fs::exists(run.body_values()) || contents.run["stats"].is_null())
       add_bodies(options, run, contents, report, target);
     else
-      add_no_bodies(contents);
+      add_no_bodies(run, contents);
     contents.run["notes"] = contents.notes;
     write(contents, manifest.title, staging.path());
     if (interrupted()) throw Interrupted();

@@ -191,6 +191,9 @@ TEST_F(View, ShowsWhatIsThere) {
   EXPECT_TRUE(statistics.last_line().starts_with("done: 3 frames of 0 bodies, ")) << statistics.last_line();
   EXPECT_TRUE(contains(page().run().at("notes").at(0), "the run has no motion of its bodies"));
 
+  fs::remove(io::journal_path(run.root));  // which would tell of what follows
+  io::write_atomically(run.stats(), "");
+  refuse(4, {"--out", "none.html"}, "run: has no frame yet");
   io::remove_file(run.stats());
   refuse(4, {"--out", "none.html"}, "run/values/bodies.npy");
 }
