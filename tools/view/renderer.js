@@ -1,4 +1,6 @@
-// Draws a frame of the run with WebGL 2.
+// Draws a frame of the run with WebGL 2. No library stands between: bodies with poses, vertices and colors are all there is
+// to draw, the light is that of Duet's pictures, and the page needs no package where it is made, whatever version of
+// three.js a system has (before release 150 or so it was a script, now it is modules, which a page from a file cannot load).
 
 class Program {
   constructor(gl, vertex, fragment) {
