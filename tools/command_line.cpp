@@ -306,6 +306,37 @@ void add_export(CLI::App& app, CommandLine& line) {
   });
 }
 
+void add_view(CLI::App& app, CommandLine& line) {
+  ViewOptions& options = line.view;
+  app.add_option("run", options.run, "Folder of a run, or the name of one in out/")
+      ->type_name("RUN")
+      ->required();
+  app.add_option("--out", options.out, "HTML file to write; default view.html in the folder of the run")
+      ->type_name("PAGE.html");
+  add_repeatable(app, "--bodies", options.bodies, "PATTERN",
+                 "Only the bodies whose names match, * for any characters; repeatable");
+  app.add_option("--frames", line.frames, "N: frame N. A:B: frames A to B. Default: all that are there")
+      ->type_name("N|A:B");
+  app.add_option("--max-size", options.max_megabytes,
+                 "Largest page: where all frames would take more, every second, third ... one is taken, and "
+                 "the last one")
+      ->check(between(0.1, 400))
+      ->type_name("MB")
+      ->capture_default_str();
+  app.add_flag("--overwrite", options.overwrite, "Replace the page that is there");
+  add_report(app, line);
+  app.footer(
+      "The page needs a browser with WebGL 2 (all since 2021) and no network.\n"
+      "Exit status: 0 done; 2 bad usage, or a file that is there; 4 a file is missing, damaged or cannot be "
+      "written; 130 interrupted.");
+  app.callback([&line] {
+    line.command = [&line](Report& report) {
+      if (!line.frames.empty()) line.view.frames = parse_frames(line.frames);
+      return view(line.view, report);
+    };
+  });
+}
+
 void add_overlaps(CLI::App& app, CommandLine& line) {
   OverlapOptions& options = line.overlaps;
   add_scene(app, options.scene)->required();
@@ -462,6 +493,7 @@ void add_commands(CLI::App& app, CommandLine& line) {
   add_verify(*app.add_subcommand("verify", "Whether the files of a run are as it wrote them"), line);
   add_export(*app.add_subcommand("export", "A run for other programs: Blender, Houdini, ParaView, NumPy"),
              line);
+  add_view(*app.add_subcommand("view", "A run as one page that plays it in a browser"), line);
   add_overlaps(*app.add_subcommand("overlaps", "How deep bodies lie in each other at the end of a run"),
                line);
   add_compare(*app.add_subcommand("compare", "How much pictures differ, and whether by more than bounds"),

@@ -26,6 +26,7 @@ struct CommandLine {
   ReportOptions report;
   VerifyOptions verify;
   ExportOptions export_run;
+  ViewOptions view;
   OverlapOptions overlaps;
   CompareOptions compare;
   HashesOptions hashes;

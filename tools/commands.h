@@ -145,6 +145,16 @@ struct ExportOptions {
   bool overwrite = false;               // replace an existing export
 };
 
+// Options of `duet view`.
+struct ViewOptions {
+  std::string run;                  // folder of a run, or the name of a run in out/
+  std::string out;                  // HTML file; empty: view.html in the run's folder
+  std::vector<std::string> bodies;  // patterns of names; empty: all bodies
+  std::optional<Frames> frames;     // empty: all that are there
+  double max_megabytes = 40;        // MB; frames are left out of a larger page
+  bool overwrite = false;           // replace an earlier page
+};
+
 // Options of `duet hashes`.
 struct HashesOptions {
   std::vector<std::string> scenes;  // entries of frames.toml in the folder; empty: all
@@ -204,6 +214,8 @@ Outcome export_run(const ExportOptions& options, Report& report);
 void require_format(const std::string& name);
 // Returns the export formats with a description, one a line.
 std::string export_formats();
+// Writes a run as a page for a browser.
+Outcome view(const ViewOptions& options, Report& report);
 // Prints the size of the cache of tetrahedra, or clears it.
 Outcome cache(const CacheOptions& options);
 // Prints the scenes that ship.

@@ -3,15 +3,14 @@
 #include <array>
 #include <chrono>
 #include <cmath>
-#include <set>
 
 #include "tools/commands.h"
+#include "tools/exported_looks.h"
 #include "tools/interrupt.h"
 #include "tools/scene_files.h"
+#include "tools/wording.h"
 #include <fmt/format.h>
 
-#include "render/default_view.h"
-#include "render/looks.h"
 #include "sim/base/files.h"
 #include "sim/base/near_miss.h"
 #include "sim/io/export/description.h"
@@ -67,46 +66,6 @@ const Format& find_format(const std::string& name) {
   throw Error(ExitStatus::usage, fmt::format("no such format: {} ({})", name, did_you_mean(name, names)));
 }
 
-// Returns `wanted`, or a variation of it that is not in `names`, and adds it there.
-std::string unused_name(const std::string& wanted, std::set<std::string>& names) {
-  std::string name = wanted;
-  for (int next = 2; !names.insert(name).second; ++next) name = fmt::format("{}-{}", wanted, next);
-  return name;
-}
-
-// Returns the looks that the bodies of the manifest have, with camera and lights, as in pictures. Looks
-// without a name get one: "default" or "palette-N".
-io::ExportedLooks looks_of(const scene::Scene& described, const io::Manifest& manifest) {
-  scene::Scene scene = render::with_default_view(described, manifest);
-  scene.render.color = scene::ColorBy::look;  // the colors of strain are for pictures alone
-  const render::LookTable table = render::assign_looks(scene, manifest);
-  io::ExportedLooks looks;
-  looks.camera = scene.camera;
-  looks.lights = scene.lights;
-  looks.width = scene.render.width;
-  looks.height = scene.render.height;
-  // Place in `looks` by the place in `table`; -1: no body has it.
-  std::vector<int> place(table.looks.size(), -1);
-  std::vector<bool> is_used(table.looks.size());
-  for (const auto& [body, look] : table.of_body) is_used[static_cast<std::size_t>(look)] = true;
-  std::set<std::string> names;
-  for (const scene::Look& look : scene.looks) names.insert(look.name);
-  int palette = 0;
-  for (std::size_t i = 0; i < table.looks.size(); ++i) {
-    if (!is_used[i]) continue;
-    place[i] = static_cast<int>(looks.looks.size());
-    looks.looks.push_back(table.looks[i]);
-    std::string& name = looks.looks.back().name;
-    if (name.empty())
-      name = unused_name(
-          i == render::LookTable::plain ? std::string("default") : fmt::format("palette-{}", ++palette),
-          names);
-  }
-  for (const io::ManifestBody& body : manifest.bodies)
-    looks.of_body.push_back(place[static_cast<std::size_t>(table.of_body.at(body.name))]);
-  return looks;
-}
-
 // Returns the size of a file, or of all files in a folder.
 std::uintmax_t bytes_in(const fs::path& path) {
   if (!fs::is_directory(path)) return fs::file_size(path);
@@ -114,18 +73,6 @@ std::uintmax_t bytes_in(const fs::path& path) {
   for (const fs::directory_entry& entry : fs::recursive_directory_iterator(path))
     if (entry.is_regular_file()) bytes += entry.file_size();
   return bytes;
-}
-
-std::string size_text(std::uintmax_t bytes) {
-  const auto size = static_cast<double>(bytes);
-  if (size < 1e3) return fmt::format("{} bytes", bytes);
-  return size < 1e6   ? fmt::format("{:.1f} kB", size / 1e3)
-         : size < 1e9 ? fmt::format("{:.1f} MB", size / 1e6)
-                      : fmt::format("{:.2f} GB", size / 1e9);
-}
-
-std::string counted(std::size_t count, const char* one, const char* many) {
-  return fmt::format("{} {}", count, count == 1 ? one : many);
 }
 
 // Returns the file or folder to write to.

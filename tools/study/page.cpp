@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cctype>
-#include <cstdint>
 
+#include "tools/base64.h"
 #include <fmt/format.h>
 
 #include "sim/base/files.h"
@@ -25,20 +25,6 @@ svg { max-width: 100%; height: auto; display: block; margin: 0.8em 0; }
 figure { margin: 0; width: 300px; } figure img { width: 100%; display: block; } figcaption { font-size: 12px; }
 @media print { body { max-width: none; margin: 0; } svg, figure, tr { break-inside: avoid; } h2 { break-after: avoid; } }
 )";
-
-std::string base64(const std::string& bytes) {
-  static constexpr char letters[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string text;
-  text.reserve((bytes.size() + 2) / 3 * 4);
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    std::uint32_t group = 0;
-    for (std::size_t k = 0; k < 3; ++k)
-      group = group << 8 | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0U);
-    for (std::size_t k = 0; k < 4; ++k)
-      text += i + k > bytes.size() ? '=' : letters[group >> (18 - 6 * k) & 63U];
-  }
-  return text;
-}
 
 // Returns whether a cell shows a number and is aligned to the right.
 bool is_number(const std::string& text) {
@@ -106,7 +92,7 @@ void Page::pictures(const std::vector<Picture>& pictures) {
   for (const Picture& picture : pictures)
     body_ += fmt::format(
         "<figure><img alt=\"{0}\" src=\"data:image/png;base64,{1}\"><figcaption>{0}</figcaption></figure>\n",
-        escaped(picture.caption), base64(io::read_file(picture.file)));
+        escaped(picture.caption), tools::base64(io::read_file(picture.file)));
   body_ += "</div>\n";
 }
 

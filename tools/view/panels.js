@@ -1,0 +1,191 @@
+// What stands beside the picture: bodies, the picked one, the run's numbers, the legend.
+
+const byId = id => document.getElementById(id);
+
+/// The color of the scale's fraction t, as bodyFragment of shaders.js has it, for CSS.
+function colorOf(t, color) {
+  const mix = (a, b, s) => a.map((x, i) => x + (b[i] - x) * s);
+  const low = [0.02, 0.10, 0.42], middle = [0.03, 0.36, 0.28], high = [1.0, 0.72, 0.05];
+  let c = t < 0.5 ? mix(low, middle, 2 * t) : mix(middle, high, 2 * t - 1);
+  if (color === "contact") c = mix([0.42, 0.42, 0.42], [0.9, 0.16, 0.02], Math.min(t / 0.6, 1));
+  return cssOf(c);
+}
+
+/// A color of linear light for CSS.
+function cssOf(linear) {
+  const encoded = linear.map(x => x <= 0.0031308 ? 12.92 * x : 1.055 * x ** (1 / 2.4) - 0.055);
+  return `rgb(${encoded.map(x => Math.round(255 * Math.max(0, Math.min(1, x)))).join(" ")})`;
+}
+
+/// Charts of the whole run, and what it says of itself.
+class RunPanel {
+  constructor(run, seek) {
+    this.stats = run.stats;
+    this.charts = [];
+    for (const note of [...run.notes, `Simulated by ${run.program}`]) byId("notes").append(element("p", {}, note));
+    if (!run.stats || run.stats.frame.length === 0) return;
+    const {stats} = run, {frame} = stats, total = frame.map((_, i) =>
+      ["kinetic", "potential", "elastic"].reduce((sum, key) => sum + (stats[key][i] === null ? NaN : stats[key][i]), 0));
+    const add = (title, unit, series) => {
+      if (!series.some(s => s.values.some(Number.isFinite))) return;
+      const chart = new Chart({title, unit, frames: frame, series}, seek);
+      byId("charts").append(chart.figure);
+      this.charts.push(chart);
+    };
+    add("Energy", "J", [
+      {name: "kinetic", values: stats.kinetic}, {name: "potential", values: stats.potential},
+      {name: "elastic", values: stats.elastic}, {name: "total", values: total}
+    ]);
+    add("Contacts", "", [{name: "contacts", values: stats.contacts}]);
+    add("Deepest penetration", "m", [{name: "penetration", values: stats.max_penetration}]);
+    add("Steps a frame", "", [{name: "steps", values: stats.substeps}]);
+    add("Time to simulate a frame", "s", [{name: "seconds", values: stats.seconds}]);
+  }
+  show(frame) { for (const chart of this.charts) chart.show(frame); }
+}
+
+/// The list of bodies: a box to show or hide each, and a button to pick it.
+class BodyList {
+  constructor(run, changed, pick) {
+    this.shown = new Set(run.bodies.map((_, i) => i));
+    this.rows = run.bodies.map((body, i) => {
+      const row = element("li"), box = element("input", {type: "checkbox", "aria-label": `Show ${body.name}`});
+      box.checked = true;
+      box.addEventListener("change", () => {
+        this.shown[box.checked ? "add" : "delete"](i);
+        changed();
+      });
+      const swatch = element("span", {class: "swatch"});
+      swatch.style.background = cssOf(run.looks[body.look].color);
+      const button = element("button", {type: "button", "aria-pressed": "false", title: body.name}, body.name);
+      button.addEventListener("click", () => pick(i));
+      row.append(box, swatch, button, element("small", {}, body.kind));
+      return {row, box, button, name: body.name.toLowerCase()};
+    });
+    byId("bodies").append(...this.rows.map(({row}) => row));
+    byId("body-count").textContent = `(${run.bodies.length})`;
+    const filter = byId("filter");
+    filter.addEventListener("input", () => {
+      for (const {row, name} of this.rows) row.hidden = !name.includes(filter.value.toLowerCase());
+    });
+    const set = isShown => {
+      this.rows.forEach(({row, box}, i) => {
+        if (row.hidden) return;
+        box.checked = isShown;
+        this.shown[isShown ? "add" : "delete"](i);
+      });
+      changed();
+    };
+    byId("show-all").addEventListener("click", () => set(true));
+    byId("hide-all").addEventListener("click", () => set(false));
+  }
+  mark(picked) {
+    this.rows.forEach(({button}, i) => button.setAttribute("aria-pressed", String(i === picked)));
+    if (picked < 0) return;
+    // Only the list scrolls, not all that stands beside the picture.
+    const list = byId("bodies"), {row} = this.rows[picked], top = row.offsetTop - list.offsetTop;
+    if (top < list.scrollTop || top + row.offsetHeight > list.scrollTop + list.clientHeight)
+      list.scrollTop = top - list.clientHeight / 2;
+  }
+}
+
+/// The picked body: its numbers at the frame, and over time.
+class BodyPanel {
+  constructor(run, geometry, seek) {
+    Object.assign(this, {run, geometry, seek, charts: [], body: -1});
+    this.pick(-1);
+  }
+  pick(body) {
+    const host = byId("selection"), {run, geometry} = this;
+    this.body = body;
+    this.charts = [];
+    this.outputs = {};
+    host.replaceChildren();
+    if (body < 0) {
+      host.append(element("p", {}, "Click a body, or choose it in the list below, to see its numbers."));
+      return;
+    }
+    const {name, kind, mesh, strain, isRigid} = run.bodies[body], list = element("dl");
+    const row = (key, text) => {
+      const output = element("dd", {}, text);
+      list.append(element("dt", {}, key), output);
+      return output;
+    };
+    row("name", name);
+    row("kind", kind);
+    row("surface", `${run.meshes[mesh].positionCount} vertices, ${run.meshes[mesh].triangleCount} triangles`);
+    for (const key of [isRigid ? "center of mass, m" : "mean position, m", "velocity, m/s", "speed, m/s"]) this.outputs[key] = row(key, "");
+    if (isRigid) this.outputs["turning, rad/s"] = row("turning, rad/s", "");
+    if (strain) this.outputs["largest strain"] = row("largest strain", "");
+    host.append(list);
+    const frames = run.states.map((_, i) => i), number = frames.map(i => run.frames[i]);
+    const add = (title, unit, series) => {
+      const chart = new Chart({title, unit, frames: number, series}, this.seek);
+      host.append(chart.figure);
+      this.charts.push(chart);
+    };
+    const middles = frames.map(i => geometry.middle(body, i));
+    add("Position", "m", ["x", "y", "z"].map((axis, k) => ({name: axis, values: middles.map(x => x[k])})));
+    add("Speed", "m/s", [{name: "speed", values: frames.map(i => norm(geometry.velocity(body, i)))}]);
+    if (strain)
+      add("Largest strain", "", [{name: "strain", values: frames.map(i => {
+        const most = geometry.strain(body, i);
+        return most < 0 ? NaN : most;
+      })}]);
+  }
+  show(i) {
+    if (this.body < 0) return;
+    const {geometry, body, outputs, run} = this, v = geometry.velocity(body, i), {isRigid, strain} = run.bodies[body];
+    const three = x => x.map(short).join(", ");
+    outputs[isRigid ? "center of mass, m" : "mean position, m"].textContent = three(geometry.middle(body, i));
+    outputs["velocity, m/s"].textContent = three(v);
+    outputs["speed, m/s"].textContent = short(norm(v));
+    if (isRigid) outputs["turning, rad/s"].textContent = short(norm(geometry.pose(body, i).spin));
+    if (strain) {
+      const most = geometry.strain(body, i);
+      outputs["largest strain"].textContent = most < 0 ? "an element is inverted" : short(most);
+    }
+    for (const chart of this.charts) chart.show(run.frames[i]);
+  }
+}
+
+/// The scale of the colors, whose end can be set.
+class Legend {
+  constructor(run, geometry, changed) {
+    this.run = run;
+    this.tops = {strain: run.max_strain > 0 ? Math.min(run.max_strain, Math.max(run.strain_range, 1e-6)) : 1, speed: this.fastest(geometry)};
+    this.input = byId("legend-top");
+    this.input.addEventListener("change", () => {
+      const value = Number(this.input.value);
+      if (value > 0) this.tops[this.color] = value;
+      this.show(this.color);
+      changed();
+    });
+  }
+  /// m/s, the speed below which bodies are in 95 of 100 cases: a single jump would leave all others dark.
+  fastest(geometry) {
+    const all = this.run.bodies.flatMap((body, i) => body.kind === "static" ? [] : this.run.states.map((state, frame) =>
+      body.isRigid ? norm(geometry.velocity(i, frame)) : state.row[body.row + 9]));
+    all.sort((a, b) => a - b);
+    return Number((all[Math.floor(0.95 * (all.length - 1))] || this.run.max_speed || 1).toPrecision(2));
+  }
+  get top() { return this.tops[this.color] || 1; }
+  show(color) {
+    this.color = color;
+    byId("legend").hidden = color === "look";
+    if (color === "look") return;
+    const near = `${short(100 * this.run.near_fraction)} % of the size of the smaller body`;
+    byId("legend-name").textContent =
+      {strain: "Strain, largest |stretch - 1|", speed: "Speed, m/s", contact: "Near another body or the ground"}[color];
+    byId("legend-note").textContent = {
+      strain: "Red: an element is inverted. Gray: the body has no strain.",
+      speed: "Of the surface, as it moves and turns.",
+      contact: `Red: a vertex touches; gray: it is farther away than ${near}.`
+    }[color];
+    const stops = Array.from({length: 13}, (_, i) => colorOf(i / 12, color));
+    byId("legend-bar").style.background = `linear-gradient(to right, ${stops.join(", ")})`;
+    byId("legend-scale").hidden = color === "contact";
+    byId("legend-scale").style.display = color === "contact" ? "none" : "";
+    this.input.value = short(this.top);
+  }
+}

@@ -1,0 +1,19 @@
+#include "tools/wording.h"
+
+#include <fmt/format.h>
+
+namespace duet::tools {
+
+std::string size_text(std::uintmax_t bytes) {
+  const auto size = static_cast<double>(bytes);
+  if (size < 1e3) return fmt::format("{} bytes", bytes);
+  return size < 1e6   ? fmt::format("{:.1f} kB", size / 1e3)
+         : size < 1e9 ? fmt::format("{:.1f} MB", size / 1e6)
+                      : fmt::format("{:.2f} GB", size / 1e9);
+}
+
+std::string counted(std::size_t count, const char* one, const char* many) {
+  return fmt::format("{} {}", count, count == 1 ? one : many);
+}
+
+}  // namespace duet::tools

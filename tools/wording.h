@@ -1,0 +1,15 @@
+// Numbers in the program's sentences.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+namespace duet::tools {
+
+/// "12 bytes", "3.4 kB", "5.6 MB" or "7.89 GB".
+std::string size_text(std::uintmax_t bytes);
+
+/// "1 frame", "2 frames".
+std::string counted(std::size_t count, const char* one, const char* many);
+
+}  // namespace duet::tools
