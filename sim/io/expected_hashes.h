@@ -18,7 +18,7 @@ namespace duet::io {
 struct HashLine {
   /// "rigid box", "deformable cloth", "scene", "group rigid ball* 320" or "bodies". A name that is not one
   /// plain word stands in double quotes, with backslashes before quotes and backslashes and control
-  /// characters as \xHH: `rigid "my ball"`.
+  /// characters as `\xHH`: `rigid "my ball"`.
   std::string label;
   std::vector<std::string> hashes;  ///< 8 hexadecimal digits each
   /// For each hash the name of its quantity, or of its body in a line "bodies". The list is empty in lines

@@ -70,17 +70,19 @@ FileMark mark_of_file(const fs::path& path, std::uint64_t most) {
 }
 
 std::shared_ptr<RunJournal> RunJournal::read(const fs::path& root) {
+  // Another program may remove the journal between the look for it and its reading, and write a new one at
+  // once. An error that lasts is there at each of the attempts.
+  constexpr int attempts = 10;
   const fs::path path = journal_path(root);
   std::error_code missing;
-  if (!fs::exists(path, missing)) return nullptr;
-  std::shared_ptr<RunJournal> journal(new RunJournal(root));
-  try {
-    journal->parse(read_file(path));
-  } catch (const FileError&) {
-    if (!fs::exists(path, missing)) return nullptr;  // another program has just removed it
-    throw;
-  }
-  return journal;
+  for (int attempt = 1; fs::exists(path, missing); ++attempt) try {
+      std::shared_ptr<RunJournal> journal(new RunJournal(root));
+      journal->parse(read_file(path));
+      return journal;
+    } catch (const FileError&) {
+      if (attempt == attempts) throw;
+    }
+  return nullptr;
 }
 
 std::shared_ptr<RunJournal> RunJournal::open(const fs::path& root, int first_frame) {
