@@ -115,7 +115,7 @@ class BodyPanel {
     row("kind", kind);
     row("surface", `${run.meshes[mesh].positionCount} vertices, ${run.meshes[mesh].triangleCount} triangles`);
     for (const key of [isRigid ? "center of mass, m" : "mean position, m", "velocity, m/s", "speed, m/s"]) this.outputs[key] = row(key, "");
-    if (isRigid) this.outputs["turning, rad/s"] = row("turning, rad/s", "");
+    if (isRigid) this.outputs["angular speed, rad/s"] = row("angular speed, rad/s", "");
     if (strain) this.outputs["largest strain"] = row("largest strain", "");
     host.append(list);
     const frames = run.states.map((_, i) => i), number = frames.map(i => run.frames[i]);
@@ -140,7 +140,7 @@ class BodyPanel {
     outputs[isRigid ? "center of mass, m" : "mean position, m"].textContent = three(geometry.middle(body, i));
     outputs["velocity, m/s"].textContent = three(v);
     outputs["speed, m/s"].textContent = short(norm(v));
-    if (isRigid) outputs["turning, rad/s"].textContent = short(norm(geometry.pose(body, i).spin));
+    if (isRigid) outputs["angular speed, rad/s"].textContent = short(norm(geometry.pose(body, i).spin));
     if (strain) {
       const most = geometry.strain(body, i);
       outputs["largest strain"].textContent = most < 0 ? "an element is inverted" : short(most);
@@ -179,7 +179,7 @@ class Legend {
       {strain: "Strain, largest |stretch - 1|", speed: "Speed, m/s", contact: "Near another body or the ground"}[color];
     byId("legend-note").textContent = {
       strain: "Red: an element is inverted. Gray: the body has no strain.",
-      speed: "Of the surface, as it moves and turns.",
+      speed: "The speed of each vertex, by translation, rotation and deformation.",
       contact: `Red: a vertex touches; gray: it is farther away than ${near}.`
     }[color];
     const stops = Array.from({length: 13}, (_, i) => colorOf(i / 12, color));
