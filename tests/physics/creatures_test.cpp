@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "tests/support/film.h"
+#include "tests/support/full.h"
 #include "tests/support/margin.h"
 #include <fmt/format.h>
 
@@ -53,6 +54,7 @@ TEST(Creatures, TheMaggotWriggles) {
 
 // The first contacts and motions of both must not open joints or invert flesh.
 TEST(Creatures, TheSnakeAndTheFishHoldTogether) {
+  if (!test::runs_in_full()) GTEST_SKIP() << "part of tools/test --full";
   for (const auto& [body, frames] : {std::pair("snake", 16), {"fish", 6}}) {
     Film film(body);
     film.advance(frames);

@@ -63,6 +63,7 @@ TEST(Figures, TheChainHoldsTogetherAndPassesTheTwistOn) {
 // Figure 4. All bodies land on the cloth and sink it, the stroke of the rim tosses them up, and they fall
 // back onto it.
 TEST(Figures, TheTrampolineTossesAllUpAndCatchesThem) {
+  if (!test::runs_in_full()) GTEST_SKIP() << "part of tools/test --full";
   Film film(
       "trampoline",
       coarse({"parameters.balls=3", "parameters.red=1", "parameters.orange=1", "parameters.yellow=1",
@@ -97,6 +98,7 @@ TEST(Figures, TheTrampolineTossesAllUpAndCatchesThem) {
 
 // Figure 7. The snake winds sideways and up the stairs, the lowest of which are 35 and 55 cm high.
 TEST(Figures, TheSnakeWindsUpTheStairs) {
+  if (!test::runs_in_full()) GTEST_SKIP() << "part of tools/test --full";
   Film film("snake", coarse({setting("prefabs.snake.parameters.spacing", 0.2, 0.28),
                              "prefabs.snake.parameters.start=0"}));
   film.advance(24);  // by now it has landed
@@ -111,6 +113,7 @@ TEST(Figures, TheSnakeWindsUpTheStairs) {
 // Figure 9. Ten maggots, or four in short runs, fall into the bowl, which is hollow up to 4.2 m from its
 // center, and stay there.
 TEST(Figures, MaggotsStayInTheBowl) {
+  if (!test::runs_in_full()) GTEST_SKIP() << "part of tools/test --full";
   Film film("bowl", coarse({"prefabs.maggot.parameters.spacing=0.22",
                             setting("instances.maggot.scatter.count", 10, 4),
                             "instances.maggot.scatter.upper=[2.6, 7, 2.6]"}));

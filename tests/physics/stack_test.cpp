@@ -122,6 +122,7 @@ TEST(Stack, StandsIsKnockedDownAndComesToRest) {
 // The stack stands for a minute if its soft boxes have 4e6 Pa, which is stiff enough for the column not to
 // buckle; those of the figure are not, see the scene.
 TEST(Stack, StandsForAMinuteWhereItDoesNotBuckle) {
+  if (!test::runs_in_full()) GTEST_SKIP() << "part of tools/test --full";
   std::vector<std::string> coarser;
   for (const char* body : {"soft1", "soft3", "soft5"})
     coarser.push_back(std::string("deformable.") + body + ".shape.cells=[2,2,2]");
