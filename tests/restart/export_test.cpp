@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "tests/restart/program.h"
+#include "tests/restart/simulated_run.h"
 #include "tests/support/text.h"
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -21,17 +22,8 @@ namespace {
 
 const std::vector<std::string> formats = {"transforms", "obj", "ply", "pc2", "mdd", "vtk"};
 
-class Export : public testing::Test {
+class Export : public SimulatedRun {
  protected:
-  ScratchFolder scratch;
-  io::RunDirectory run{scratch / "run"};
-
-  void simulate(const std::string& scene, const std::vector<std::string>& more) const {
-    std::vector<std::string> words = {"sim", scene, "--out", run.root.string(), "--quiet", "--overwrite"};
-    words.insert(words.end(), more.begin(), more.end());
-    const Finished finished = run_duet(words);
-    ASSERT_EQ(finished.status, 0) << scene << finished.errors;
-  }
   Finished duet_export(const std::string& format, const std::vector<std::string>& more = {},
                        const char* how = "--quiet") const {
     std::vector<std::string> words = {"export", "run", "--to", format, how};

@@ -3,6 +3,7 @@
 #include <set>
 
 #include "tests/restart/program.h"
+#include "tests/restart/simulated_run.h"
 #include "tests/restart/view_page.h"
 #include "tests/support/text.h"
 #include <fmt/format.h>
@@ -17,17 +18,8 @@ namespace {
 
 using view_page::ViewPage;
 
-class View : public testing::Test {
+class View : public SimulatedRun {
  protected:
-  ScratchFolder scratch;
-  io::RunDirectory run{scratch / "run"};
-
-  void simulate(const std::string& scene, const std::vector<std::string>& more) const {
-    std::vector<std::string> words = {"sim", scene, "--out", run.root.string(), "--quiet", "--overwrite"};
-    words.insert(words.end(), more.begin(), more.end());
-    const Finished finished = run_duet(words);
-    ASSERT_EQ(finished.status, 0) << scene << finished.errors;
-  }
   Finished view(const std::vector<std::string>& more = {}, const char* how = "--quiet") const {
     std::vector<std::string> words = {"view", "run", how};
     words.insert(words.end(), more.begin(), more.end());
