@@ -4,6 +4,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "sim/base/index.h"
+
 namespace duet::render {
 namespace {
 
@@ -16,8 +18,6 @@ struct ShadedCorner {
   float strain, inverted;
 };
 static_assert(sizeof(ShadedCorner) == 10 * sizeof(float));
-
-std::size_t at(int index) { return static_cast<std::size_t>(index); }
 
 // The box around the positions; an empty one at the origin without positions.
 Box bounds_of(const std::vector<Vec3f>& positions) {
@@ -40,8 +40,10 @@ Vec2 texture_scale_of(const Surface& surface) {
     Eigen::Matrix<double, 3, 2> edges;
     Eigen::Matrix2d uv_edges;
     for (int k = 0; k < 2; ++k) {
-      edges.col(k) = surface.positions[at(t[at(k + 1)].position)] - surface.positions[at(t[0].position)];
-      uv_edges.col(k) = (surface.uvs[at(t[at(k + 1)].uv)] - surface.uvs[at(t[0].uv)]).cast<double>();
+      edges.col(k) = surface.positions[as_index(t[as_index(k + 1)].position)] -
+                     surface.positions[as_index(t[0].position)];
+      uv_edges.col(k) =
+          (surface.uvs[as_index(t[as_index(k + 1)].uv)] - surface.uvs[as_index(t[0].uv)]).cast<double>();
     }
     if (std::abs(uv_edges.determinant()) < 1e-12) continue;
     const double a = edges.col(0).cross(edges.col(1)).norm();
@@ -85,14 +87,14 @@ void BodyMeshes::upload(const std::vector<BodySurface>& bodies, const Vec3& orig
 
     const std::uint32_t base = static_cast<std::uint32_t>(positions.size());
     const auto strain = [&](const Corner& c) {
-      return surface.strain.empty() ? 0.0F : surface.strain[at(c.position)];
+      return surface.strain.empty() ? 0.0F : surface.strain[as_index(c.position)];
     };
     for (const auto& triangle : surface.triangles) {
       const bool inverted =
           std::any_of(triangle.begin(), triangle.end(), [&](const Corner& c) { return strain(c) < 0; });
       for (const Corner& c : triangle) {
-        corners.push_back({place[at(c.position)], surface.normals[at(c.normal)], surface.uvs[at(c.uv)],
-                           strain(c), inverted ? 1.0F : 0.0F});
+        corners.push_back({place[as_index(c.position)], surface.normals[as_index(c.normal)],
+                           surface.uvs[as_index(c.uv)], strain(c), inverted ? 1.0F : 0.0F});
         indices.push_back(base + static_cast<std::uint32_t>(c.position));
       }
     }
@@ -105,16 +107,16 @@ void BodyMeshes::upload(const std::vector<BodySurface>& bodies, const Vec3& orig
 }
 
 void BodyMeshes::draw_shaded(int body) const {
-  const Range& range = ranges_[at(body)];
+  const Range& range = ranges_[as_index(body)];
   shaded_.bind();
   gl_.DrawArrays(GL_TRIANGLES, range.first_corner, range.corners);
 }
 
 void BodyMeshes::draw_shape(int body) const {
-  const Range& range = ranges_[at(body)];
+  const Range& range = ranges_[as_index(body)];
   shape_.bind();
   gl_.DrawElements(GL_TRIANGLES, range.corners, GL_UNSIGNED_INT,
-                   reinterpret_cast<const void*>(at(range.first_corner) * sizeof(std::uint32_t)));
+                   reinterpret_cast<const void*>(as_index(range.first_corner) * sizeof(std::uint32_t)));
 }
 
 }  // namespace duet::render

@@ -10,13 +10,12 @@
 #include <fmt/ranges.h>
 
 #include "sim/base/error.h"
+#include "sim/base/index.h"
 
 namespace duet::render {
 namespace {
 
 using Plane = std::vector<double>;
-
-std::size_t at(int index) { return static_cast<std::size_t>(index); }
 
 void require_same_size(const Picture& a, const Picture& b) {
   if (a.width != b.width || a.height != b.height)
@@ -43,7 +42,7 @@ double luma(const Picture& picture, std::size_t pixel) {
 // Counts the marked pixels that are connected with `start` by sides or corners, and unmarks them.
 int take_patch(std::vector<bool>& marked, int width, int height, int start) {
   std::vector<int> waiting = {start};
-  marked[at(start)] = false;
+  marked[as_index(start)] = false;
   int count = 0;
   while (!waiting.empty()) {
     const int here = waiting.back(), x = here % width, y = here / width;
@@ -52,8 +51,8 @@ int take_patch(std::vector<bool>& marked, int width, int height, int start) {
     for (int v = std::max(y - 1, 0); v <= std::min(y + 1, height - 1); ++v)
       for (int u = std::max(x - 1, 0); u <= std::min(x + 1, width - 1); ++u) {
         const int next = v * width + u;
-        if (!marked[at(next)]) continue;
-        marked[at(next)] = false;
+        if (!marked[as_index(next)]) continue;
+        marked[as_index(next)] = false;
         waiting.push_back(next);
       }
   }
@@ -65,7 +64,8 @@ int take_patch(std::vector<bool>& marked, int width, int height, int start) {
 class GaussianMean {
  public:
   GaussianMean(int width, int height) : width_(width), height_(height) {
-    for (int i = -radius; i <= radius; ++i) weights_[at(i + radius)] = std::exp(-i * i / (2 * 1.5 * 1.5));
+    for (int i = -radius; i <= radius; ++i)
+      weights_[as_index(i + radius)] = std::exp(-i * i / (2 * 1.5 * 1.5));
   }
   Plane operator()(const Plane& values) const {
     return along(along(values, width_, height_, 1, width_), height_, width_, width_, 1);
@@ -81,11 +81,11 @@ class GaussianMean {
       for (int i = 0; i < length; ++i) {
         double sum = 0, weight = 0;
         for (int k = std::max(-radius, -i); k <= std::min(radius, length - 1 - i); ++k) {
-          const double w = weights_[at(k + radius)];
-          sum += w * values[at(line * line_step + (i + k) * step)];
+          const double w = weights_[as_index(k + radius)];
+          sum += w * values[as_index(line * line_step + (i + k) * step)];
           weight += w;
         }
-        means[at(line * line_step + i * step)] = sum / weight;
+        means[as_index(line * line_step + i * step)] = sum / weight;
       }
     return means;
   }

@@ -30,9 +30,9 @@ void add_corner(TextBuilder& text, int position, int uv, int normal) {
 }
 
 // Estimates the length of the text in bytes, so that the builder rarely has to grow.
-std::size_t expected_size(const std::vector<BodySurface>& bodies) {
+std::size_t expected_size(const std::vector<BodySurface>& surfaces) {
   std::size_t size = 0;
-  for (const auto& [name, surface] : bodies)
+  for (const auto& [name, surface] : surfaces)
     size += name.size() + 40 * (surface.positions.size() + surface.normals.size()) + 24 * surface.uvs.size() +
             48 * surface.triangles.size();
   return size;

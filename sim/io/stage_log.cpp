@@ -47,11 +47,11 @@ std::string digits_of(const std::vector<std::uint64_t>& hashes) {
 
 // Reads a file hashes.jsonl line by line, and holds the hashes of all quantities after the stage it has
 // reached.
-class Reader {
+class StageHashReader {
  public:
   using Quantity = std::pair<std::string, std::string>;  // name of the owner, name of the quantity
 
-  explicit Reader(const RunDirectory& run) : path_(run.stage_hashes()), file_(path_) {
+  explicit StageHashReader(const RunDirectory& run) : path_(run.stage_hashes()), file_(path_) {
     if (!file_)
       throw FileError(path_.string(), "cannot be read", "`duet sim SCENE --hash-stages --out DIR` writes it");
     run.require_whole(path_);
@@ -95,12 +95,12 @@ class Reader {
     if (owner == "deformable") return deformable_[index];
     return index < rigid_.size() ? rigid_[index] : deformable_[index - rigid_.size()];
   }
-  bool has_quantities_of(const Reader& other) const {
+  bool has_quantities_of(const StageHashReader& other) const {
     return std::equal(quantities_.begin(), quantities_.end(), other.quantities_.begin(),
                       other.quantities_.end(),
                       [](const auto& mine, const auto& theirs) { return mine.first == theirs.first; });
   }
-  bool has_bodies_of(const Reader& other) const {
+  bool has_bodies_of(const StageHashReader& other) const {
     return rigid_ == other.rigid_ && deformable_ == other.deformable_;
   }
   const fs::path& path() const { return path_; }
@@ -151,7 +151,7 @@ class Reader {
 };
 
 // Compares the stages that two readers have reached.
-std::optional<StageDifference> difference_of(const Reader& a, const Reader& b) {
+std::optional<StageDifference> difference_of(const StageHashReader& a, const StageHashReader& b) {
   StageDifference difference;
   difference.frame = a.frame;
   difference.step = a.step;
@@ -200,7 +200,7 @@ void StageLog::append(const StageRecord& record) {
 }
 
 StageComparison compare_stages(const RunDirectory& a, const RunDirectory& b) {
-  Reader one(a), two(b);
+  StageHashReader one(a), two(b);
   if (!one.has_bodies_of(two))
     throw Error(ExitStatus::usage, fmt::format("{} and {} are of scenes with other bodies",
                                                one.path().string(), two.path().string()));

@@ -72,9 +72,9 @@ class Writer {
 
 // Hands out the values after the head of a file, in their order. The constructor throws FileError unless
 // the file has the expected head and `body_bytes` bytes after it, so that no take() reads beyond its end.
-class Reader {
+class ValuesReader {
  public:
-  Reader(const fs::path& path, std::string bytes, const std::string& head, std::size_t body_bytes)
+  ValuesReader(const fs::path& path, std::string bytes, const std::string& head, std::size_t body_bytes)
       : bytes_(std::move(bytes)), at_(head.size()) {
     if (!bytes_.starts_with(head) || bytes_.size() != head.size() + body_bytes)
       throw FileError(path.string(), "does not hold the values of the bodies that manifest.json lists",
@@ -199,8 +199,8 @@ FrameValues read_values(const RunDirectory& run, const std::vector<ManifestBody>
   for (const ManifestBody& body : listed) body.is_deformable() ? points += count_of(body.vertices) : ++rigid;
   const fs::path path = run.values(frame);
   constexpr std::size_t of_rigid = 13 * sizeof(double), of_point = 3 * sizeof(double) + 4 * sizeof(float);
-  Reader reader(path, read_bytes(run, path), frame_head(rigid, points),
-                sizeof(std::int64_t) + sizeof(double) + rigid * of_rigid + points * of_point);
+  ValuesReader reader(path, read_bytes(run, path), frame_head(rigid, points),
+                      sizeof(std::int64_t) + sizeof(double) + rigid * of_rigid + points * of_point);
   FrameValues values;
   std::int64_t number = 0;
   reader.take(&number, 1);
@@ -236,9 +236,9 @@ std::vector<BodySurface> read_rest_surfaces(const RunDirectory& run,
     all.triangles += count_of(body.triangles);
   }
   const fs::path path = run.body_values();
-  Reader reader(path, read_bytes(run, path), bodies_head(all),
-                all.positions * sizeof(Vec3) + all.normals * sizeof(Vec3f) + all.uvs * sizeof(Vec2f) +
-                    all.triangles * 3 * sizeof(Corner));
+  ValuesReader reader(path, read_bytes(run, path), bodies_head(all),
+                      all.positions * sizeof(Vec3) + all.normals * sizeof(Vec3f) + all.uvs * sizeof(Vec2f) +
+                          all.triangles * 3 * sizeof(Corner));
   std::vector<BodySurface> bodies(listed.size());
   const auto each = [&](const auto& take) {
     for (std::size_t i = 0; i < bodies.size(); ++i) take(bodies[i].surface, listed[i]);

@@ -9,7 +9,7 @@
 namespace duet {
 namespace {
 
-constexpr std::size_t grain = 2048;  // one-rings of one task
+constexpr std::size_t rings_at_once = 2048;  // one-rings of one task
 
 // Least diagonal entry of a one-ring, over its value at rest. A one-ring that is compressed to less has no
 // direction left in which pressure could act.
@@ -42,7 +42,7 @@ class PressureSystem {
   }
   double inner(const std::vector<double>& a, const std::vector<double>& b) const {
     return parallel_reduce(
-        a.size(), grain, 0.0,
+        a.size(), rings_at_once, 0.0,
         [&](std::size_t begin, std::size_t end) {
           double part = 0;
           for (std::size_t i = begin; i < end; ++i) part += a[i] * b[i];
@@ -73,7 +73,7 @@ class PressureSystem {
  private:
   template <class Operation>
   static void for_each(const std::vector<double>& x, std::vector<double>& y, Operation&& operation) {
-    parallel_for(x.size(), grain, [&](std::size_t begin, std::size_t end) {
+    parallel_for(x.size(), rings_at_once, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) y[i] = operation(i, x[i], y[i]);
     });
   }

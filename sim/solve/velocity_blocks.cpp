@@ -6,7 +6,7 @@
 namespace duet {
 namespace {
 
-constexpr std::size_t grain = 1024;  // particles of one task
+constexpr std::size_t blocks_at_once = 1024;  // particles of one task
 
 }  // namespace
 
@@ -15,7 +15,7 @@ void VelocityBlocks::find(Bodies& bodies, double dt) {
   block_.assign(particles.size(), SymmetricBlock{});
   own_.resize(particles.size());
   bodies.forces.add_damping_blocks(block_);
-  parallel_for(particles.size(), grain, [&](std::size_t begin, std::size_t end) {
+  parallel_for(particles.size(), blocks_at_once, [&](std::size_t begin, std::size_t end) {
     for (std::size_t p = begin; p < end; ++p) {
       own_[p] = SymmetricBlock{};
       if (particles.inverse_mass[p] == 0) continue;
@@ -37,7 +37,7 @@ void VelocityBlocks::add(const Bodies& bodies, const std::vector<Mat3>& inertia,
     rigid_[i].bottomRightCorner<3, 3>() = inertia[i];
   }
   if (contacts) contacts->add_blocks(inverse_, rigid_);
-  parallel_for(inverse_.size(), grain, [&](std::size_t begin, std::size_t end) {
+  parallel_for(inverse_.size(), blocks_at_once, [&](std::size_t begin, std::size_t end) {
     for (std::size_t p = begin; p < end; ++p)
       inverse_[p] = bodies.particles.inverse_mass[p] > 0 ? inverse_[p].inverse() : SymmetricBlock{};
   });
@@ -53,7 +53,7 @@ void VelocityBlocks::apply(const Bodies& bodies, const std::vector<Mat3>& inerti
   out.particle.resize(residual.particle.size());
   out.linear.resize(residual.linear.size());
   out.angular.resize(residual.angular.size());
-  parallel_for(particles.size(), grain, [&](std::size_t begin, std::size_t end) {
+  parallel_for(particles.size(), blocks_at_once, [&](std::size_t begin, std::size_t end) {
     for (std::size_t p = begin; p < end; ++p)
       out.particle[p] = inverse_[p] * Vec3(particles.mass[p] * residual.particle[p]);
   });

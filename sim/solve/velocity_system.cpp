@@ -9,7 +9,7 @@
 namespace duet {
 namespace {
 
-constexpr std::size_t grain = 1024;  // particles of one task
+constexpr std::size_t particles_at_once = 1024;  // particles of one task
 // Largest residual reduction for which products with search directions take single precision. Their relative
 // error is 1e-7, and the block-Jacobi preconditioner keeps the operator near the identity, so that a margin
 // of a factor 100 is left. A larger value would use up that margin.
@@ -18,7 +18,7 @@ constexpr double reduction_in_single = 1e4;
 // Calls operation(x entry, y entry) for all particles and both parts of all twists.
 template <class Operation>
 void for_each_entry(const GeneralizedVelocity& x, GeneralizedVelocity& y, Operation&& operation) {
-  parallel_for(x.particle.size(), grain, [&](std::size_t begin, std::size_t end) {
+  parallel_for(x.particle.size(), particles_at_once, [&](std::size_t begin, std::size_t end) {
     for (std::size_t p = begin; p < end; ++p) operation(x.particle[p], y.particle[p]);
   });
   for (std::size_t i = 0; i < x.linear.size(); ++i) {
@@ -30,7 +30,7 @@ void for_each_entry(const GeneralizedVelocity& x, GeneralizedVelocity& y, Operat
 // Calls operation(value) for all values.
 template <class Operation>
 void for_each_entry(std::vector<Vec3>& values, Operation&& operation) {
-  parallel_for(values.size(), grain, [&](std::size_t begin, std::size_t end) {
+  parallel_for(values.size(), particles_at_once, [&](std::size_t begin, std::size_t end) {
     for (std::size_t p = begin; p < end; ++p) operation(values[p]);
   });
 }
@@ -62,7 +62,7 @@ VelocitySystem::VelocitySystem(Bodies& bodies, double dt, bool implicit_elastici
 template <class Work>
 void VelocitySystem::for_each_range(std::size_t particles, Work&& work) const {
   if (!islands_) {
-    parallel_for(particles, grain, work);
+    parallel_for(particles, particles_at_once, work);
     return;
   }
   const std::vector<Islands::Range>& ranges = islands_->ranges();
@@ -158,7 +158,7 @@ void VelocitySystem::apply(const GeneralizedVelocity& v, GeneralizedVelocity& ou
 void VelocitySystem::accumulate(double share) {
   if (!collected_) return;
   std::vector<Vec3>& sum = in_single_ ? *collected_in_single_ : *collected_;
-  parallel_for(force_.size(), grain, [&](std::size_t begin, std::size_t end) {
+  parallel_for(force_.size(), particles_at_once, [&](std::size_t begin, std::size_t end) {
     for (std::size_t p = begin; p < end; ++p) sum[p] += share * force_[p];
   });
 }
@@ -169,7 +169,7 @@ void VelocitySystem::finish() {
   if (!collected_ || !in_single_) return;
   for (const DeformableBody& body : bodies_.deformable)
     remove_moment(body, bodies_.particles, *collected_in_single_);
-  parallel_for(force_.size(), grain, [&](std::size_t begin, std::size_t end) {
+  parallel_for(force_.size(), particles_at_once, [&](std::size_t begin, std::size_t end) {
     for (std::size_t p = begin; p < end; ++p) (*collected_)[p] += (*collected_in_single_)[p];
   });
 }
@@ -182,7 +182,7 @@ void VelocitySystem::project(GeneralizedVelocity& v) const {
 
 double VelocitySystem::inner(const GeneralizedVelocity& u, const GeneralizedVelocity& v) const {
   double sum = parallel_reduce(
-      u.particle.size(), grain, 0.0,
+      u.particle.size(), particles_at_once, 0.0,
       [&](std::size_t begin, std::size_t end) {
         double part = 0;
         for (std::size_t p = begin; p < end; ++p) part += particle_inner(p, u.particle[p], v.particle[p]);
@@ -196,7 +196,7 @@ double VelocitySystem::inner(const GeneralizedVelocity& u, const GeneralizedVelo
 // Inner product and norm share one pass over the particles.
 VelocitySystem::Measure VelocitySystem::measure(const GeneralizedVelocity& v) const {
   Measure result = parallel_reduce(
-      v.particle.size(), grain, Measure{},
+      v.particle.size(), particles_at_once, Measure{},
       [&](std::size_t begin, std::size_t end) {
         Measure part;
         for (std::size_t p = begin; p < end; ++p) part.add(particle_measure(p, v));

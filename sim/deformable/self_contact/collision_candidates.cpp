@@ -13,7 +13,7 @@ namespace {
 using Box = Eigen::AlignedBox3d;
 
 // Numbers in a chunk of a parallel loop: elements whose pairs are searched for, elements otherwise, and rows.
-constexpr std::size_t grain = 64, element_grain = 1024, row_grain = 256;
+constexpr std::size_t searches_at_once = 64, elements_at_once = 1024, rows_at_once = 256;
 // Margin for rounding, relative to the range and to the travel: pairs that rounding alone keeps out of range
 // do not sleep.
 constexpr double rounding = 1e-9;
@@ -231,7 +231,7 @@ template <std::size_t N>
 void CollisionCandidates::renew(const std::vector<std::array<int, N>>& corners,
                                 const std::vector<int>& body_of, const CollisionSurface& surface,
                                 Elements& elements) const {
-  parallel_for(corners.size(), element_grain, [&](std::size_t begin, std::size_t end) {
+  parallel_for(corners.size(), elements_at_once, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       elements.is_anew[i] = std::any_of(corners[i].begin(), corners[i].end(),
                                         [&](int p) { return is_renewed_[as_index(p)] != 0; });
@@ -253,7 +253,7 @@ void CollisionCandidates::find_neighbors() {
 
 void CollisionCandidates::find_active(const std::vector<int>& body_of, const CollisionSurface& surface,
                                       Elements& elements) const {
-  parallel_for(body_of.size(), element_grain, [&](std::size_t begin, std::size_t end) {
+  parallel_for(body_of.size(), elements_at_once, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const auto body = as_index(body_of[i]);
       const bool is_active = surface.bodies[body].itself ||
@@ -281,15 +281,15 @@ void CollisionCandidates::find_rows(const std::vector<std::array<int, N>>& first
                                     const std::vector<std::array<int, M>>& second,
                                     const std::vector<int>& second_body, const Elements& asked,
                                     const CollisionSurface& surface) {
-  const std::size_t chunks = (asking.active.size() + grain - 1) / grain;
+  const std::size_t chunks = (asking.active.size() + searches_at_once - 1) / searches_at_once;
   if (chunks_.size() < chunks) chunks_.resize(chunks);
   const auto may_touch = [&](std::size_t i, std::size_t k) {
     if (&asking == &asked && k <= i) return false;
     if (first_body[i] != second_body[k]) return true;
     return surface.bodies[as_index(first_body[i])].itself && !share_particle(first[i], second[k]);
   };
-  parallel_for(asking.active.size(), grain, [&](std::size_t begin, std::size_t end) {
-    Chunk& chunk = chunks_[begin / grain];
+  parallel_for(asking.active.size(), searches_at_once, [&](std::size_t begin, std::size_t end) {
+    Chunk& chunk = chunks_[begin / searches_at_once];
     chunk.kept.clear();
     for (std::size_t a = begin; a < end; ++a) {
       const auto i = as_index(asking.active[a]);
@@ -309,7 +309,8 @@ void CollisionCandidates::find_rows(const std::vector<std::array<int, N>>& first
     }
   });
   for (std::size_t c = 0; c < chunks; ++c) {
-    for (std::size_t a = c * grain; a < std::min((c + 1) * grain, asking.active.size()); ++a) {
+    for (std::size_t a = c * searches_at_once; a < std::min((c + 1) * searches_at_once, asking.active.size());
+         ++a) {
       Row& row = next_rows_[asking.first + as_index(asking.active[a])];
       row.begin += next_.size();
       row.end += next_.size();
@@ -343,7 +344,7 @@ void CollisionCandidates::merge_row(const Row& old, bool is_anew, const Elements
 void CollisionCandidates::add_travels(const CollisionSurface& surface, const std::vector<Vec3>& start,
                                       const std::vector<Vec3>& end) {
   const Vec3 start_mean = mean_position(surface, start), end_mean = mean_position(surface, end);
-  parallel_for(surface.points.size(), element_grain, [&](std::size_t begin, std::size_t stop) {
+  parallel_for(surface.points.size(), elements_at_once, [&](std::size_t begin, std::size_t stop) {
     for (std::size_t i = begin; i < stop; ++i) {
       const auto p = as_index(surface.points[i][0]);
       const Vec3 from = start[p] - start_mean;
@@ -353,7 +354,7 @@ void CollisionCandidates::add_travels(const CollisionSurface& surface, const std
     }
   });
   const auto add = [&](const auto& corners, std::size_t first) {
-    parallel_for(corners.size(), element_grain, [&](std::size_t begin, std::size_t stop) {
+    parallel_for(corners.size(), elements_at_once, [&](std::size_t begin, std::size_t stop) {
       for (std::size_t i = begin; i < stop; ++i) {
         double stretch = 0, further = 0;
         for (const int p : corners[i]) {
@@ -372,10 +373,10 @@ void CollisionCandidates::add_travels(const CollisionSurface& surface, const std
 }
 
 void CollisionCandidates::wake_pairs(const CollisionSurface& surface, const std::vector<Vec3>& start) {
-  const std::size_t chunks = (rows_.size() + row_grain - 1) / row_grain;
+  const std::size_t chunks = (rows_.size() + rows_at_once - 1) / rows_at_once;
   if (chunks_.size() < chunks) chunks_.resize(chunks);
-  parallel_for(rows_.size(), row_grain, [&](std::size_t begin, std::size_t stop) {
-    std::vector<CandidatePair>& near = chunks_[begin / row_grain].near;
+  parallel_for(rows_.size(), rows_at_once, [&](std::size_t begin, std::size_t stop) {
+    std::vector<CandidatePair>& near = chunks_[begin / rows_at_once].near;
     near.clear();
     for (std::size_t i = begin; i < stop; ++i) {
       const Travel& a = travel_[i];

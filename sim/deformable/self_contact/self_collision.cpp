@@ -9,7 +9,7 @@ namespace duet {
 namespace {
 
 // Number of candidates in a chunk of a parallel loop.
-constexpr std::size_t grain = 512;
+constexpr std::size_t collisions_at_once = 512;
 // Largest number of rounds of impulses before impact zones take over.
 constexpr int max_rounds = 8;
 // Distance that impulses restore, relative to the pair's thickness; repulsions do the rest. A larger value
@@ -67,10 +67,10 @@ template <class Filter>
 void SelfCollision::find_impacts(const CollisionCandidates& candidates, const std::vector<Vec3>& start,
                                  const std::vector<Vec3>& end, Filter&& concerned) {
   const std::vector<CandidatePair>& near = candidates.near();
-  const std::size_t chunks = (near.size() + grain - 1) / grain;
+  const std::size_t chunks = (near.size() + collisions_at_once - 1) / collisions_at_once;
   if (chunks_.size() < chunks) chunks_.resize(chunks);
-  parallel_for(near.size(), grain, [&](std::size_t begin, std::size_t stop) {
-    std::vector<int>& found = chunks_[begin / grain].impacts;
+  parallel_for(near.size(), collisions_at_once, [&](std::size_t begin, std::size_t stop) {
+    std::vector<int>& found = chunks_[begin / collisions_at_once].impacts;
     found.clear();
     for (std::size_t i = begin; i < stop; ++i) {
       if (concerned(near[i]) && impact_of(near[i], start, end)) found.push_back(static_cast<int>(i));

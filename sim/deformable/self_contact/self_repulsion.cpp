@@ -12,7 +12,7 @@ namespace duet {
 namespace {
 
 // Number of candidates in a chunk of a parallel loop.
-constexpr std::size_t grain = 512;
+constexpr std::size_t repulsions_at_once = 512;
 // Number of sweeps over all pairs in apply().
 constexpr int rounds = 3;
 // Fraction of its distance from h that a pair covers in a step, if it is nearer than h or a row of a solve
@@ -26,8 +26,8 @@ constexpr double row_range = 1.02;
 constexpr double min_weight = 1e-9;
 
 // Sines of angles. `nearly_flat`: largest rise of the surface around a point that pressing makes flat, and
-// largest angle between edges that count as parallel. `rounding`: angles that rounding makes.
-constexpr double nearly_flat = 0.1, rounding = 1e-9;
+// largest angle between edges that count as parallel. `min_angle`: angles that rounding makes.
+constexpr double nearly_flat = 0.1, min_angle = 1e-9;
 
 // Returns whether the boxes of the two elements are farther apart than `range` (m), which is cheaper to
 // compute than their closest points.
@@ -203,10 +203,10 @@ std::optional<RepulsionPair> meeting(const CandidatePair& candidate, const FourP
 template <class Chunk, class Find>
 void collect(const std::vector<CandidatePair>& near, std::vector<Chunk>& chunks,
              std::vector<RepulsionPair>& pairs, Find&& find) {
-  const std::size_t count = (near.size() + grain - 1) / grain;
+  const std::size_t count = (near.size() + repulsions_at_once - 1) / repulsions_at_once;
   if (chunks.size() < count) chunks.resize(count);
-  parallel_for(near.size(), grain, [&](std::size_t begin, std::size_t end) {
-    std::vector<RepulsionPair>& found = chunks[begin / grain].pairs;
+  parallel_for(near.size(), repulsions_at_once, [&](std::size_t begin, std::size_t end) {
+    std::vector<RepulsionPair>& found = chunks[begin / repulsions_at_once].pairs;
     found.clear();
     for (std::size_t c = begin; c < end; ++c) find(near[c], found);
   });
@@ -242,7 +242,7 @@ void SelfRepulsion::find(const CollisionCandidates& candidates, const std::vecto
             if (distance >= range || !(distance > 0)) return;
             RepulsionPair pair{candidate.particle, closest.weight,      closest.difference / distance,
                                distance,           candidate.thickness, candidate.friction};
-            if (!around.first.empty() && !can_touch(pair, candidate.kind, rounding, x, around, triangles))
+            if (!around.first.empty() && !can_touch(pair, candidate.kind, min_angle, x, around, triangles))
               return;
             pair.mass = pair.row_mass = effective_mass(pair.particle, pair.weight, inverse_mass);
             found.push_back(pair);

@@ -15,9 +15,9 @@
 namespace duet {
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 // Least number of nodes of a circle.
-constexpr int min_around = 24;
+constexpr int min_circle_edges = 24;
 // Distance by which the surface falls off one spacing beside a convex vertex, as a fraction of the spacing.
 // On a radius of curvature of ten spacings it falls off by this fraction. A larger value finds only sharper
 // vertices.
@@ -62,7 +62,7 @@ void add_line(const Vec3& a, const Vec3& b, double radius, double spacing, Featu
 
 // Appends a circle of radius `around` about the axis y at height `y`.
 void add_circle(double around, double y, double radius, double spacing, FeatureEdges& feature_edges) {
-  const int n = std::max(min_around, pieces_of(2 * pi * around, spacing));
+  const int n = std::max(min_circle_edges, pieces_of(2 * pi * around, spacing));
   const int begin = static_cast<int>(feature_edges.nodes.size());
   for (int i = 0; i < n; ++i)
     feature_edges.nodes.emplace_back(around * math::sin(2 * pi * i / n), y,

@@ -11,7 +11,7 @@
 namespace duet {
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 // A face of the cube [-1, 1]^3: its outward axis and two tangents with axis = u x v.
 struct CubeFace {

@@ -11,12 +11,12 @@
 namespace duet {
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 // Samples on edges of thin boxes are at most this many times denser than elsewhere. A larger value lets
 // thinner plates cross edge to edge without a gap between samples, but adds samples.
 constexpr double max_on_edge = 8;
 // Least number of samples on the widest ring of a round body, so that it rolls smoothly.
-constexpr int min_around = 24;
+constexpr int min_ring_samples = 24;
 
 // Returns the number of intervals no longer than `spacing` that divide a length. A length that is a whole
 // number of them but for rounding gets that number.
@@ -52,8 +52,8 @@ std::vector<Vec3> box_samples(const Vec3& half, double spacing) {
   for (int i = 0; i <= n.x(); ++i)
     for (int j = 0; j <= n.y(); ++j)
       for (int k = 0; k <= n.z(); ++k) {
-        const bool on_surface = i == 0 || j == 0 || k == 0 || i == n.x() || j == n.y() || k == n.z();
-        if (on_surface)
+        const bool is_outer = i == 0 || j == 0 || k == 0 || i == n.x() || j == n.y() || k == n.z();
+        if (is_outer)
           samples.emplace_back(
               half.cwiseProduct(Vec3(2.0 * i / n.x() - 1, 2.0 * j / n.y() - 1, 2.0 * k / n.z() - 1)));
       }
@@ -102,9 +102,10 @@ std::vector<Vec3> torus_samples(double radius, double tube, double spacing) {
   return rings.take();
 }
 
-// Returns `spacing`, or less if the widest ring of a round body would get fewer than `min_around` samples.
+// Returns `spacing`, or less if the widest ring of a round body would get fewer than `min_ring_samples`
+// samples.
 double round_spacing(double widest_radius, double spacing) {
-  return std::min(spacing, 2 * pi * widest_radius / min_around);
+  return std::min(spacing, 2 * pi * widest_radius / min_ring_samples);
 }
 
 // A possible sample of a mesh.
@@ -120,16 +121,16 @@ struct Candidate {
 std::vector<Vec3> thinned(const std::vector<Candidate>& candidates, double distance) {
   // Cosine of 45 degrees.
   constexpr double same_way = 0.7;
-  using Cell = std::array<std::int64_t, 3>;
-  std::map<Cell, std::vector<const Candidate*>> cells;
+  using Bin = std::array<std::int64_t, 3>;
+  std::map<Bin, std::vector<const Candidate*>> cells;
   const auto cell_of = [&](const Vec3& x) {
-    Cell cell;
+    Bin cell;
     for (int i = 0; i < 3; ++i)
       cell[static_cast<std::size_t>(i)] = static_cast<std::int64_t>(std::floor(x[i] / distance));
     return cell;
   };
   const auto is_covered = [&](const Candidate& candidate) {
-    const Cell middle = cell_of(candidate.position);
+    const Bin middle = cell_of(candidate.position);
     for (std::int64_t n = 0; n < 27; ++n) {
       const auto cell = cells.find({middle[0] + n % 3 - 1, middle[1] + n / 3 % 3 - 1, middle[2] + n / 9 - 1});
       if (cell == cells.end()) continue;

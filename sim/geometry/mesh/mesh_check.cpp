@@ -8,6 +8,8 @@
 
 #include <fmt/format.h>
 
+#include "sim/geometry/mesh/report_words.h"
+
 namespace duet {
 namespace {
 
@@ -15,13 +17,7 @@ namespace {
 // or printed digits. A larger value would join small details.
 constexpr double joined_distance = 1e-6;
 // Fraction of the cube of the diagonal below which a mesh counts as enclosing no volume.
-constexpr double min_volume = 1e-9;
-
-std::string place(const Vec3& x) { return fmt::format("[{:.6g}, {:.6g}, {:.6g}]", x.x(), x.y(), x.z()); }
-
-std::string counted(std::size_t count, std::string_view singular, std::string_view plural) {
-  return fmt::format("{} {}", count, count == 1 ? singular : plural);
-}
+constexpr double min_enclosed_volume = 1e-9;
 
 double diagonal(const TriangleMesh& mesh) {
   Eigen::AlignedBox3d box;
@@ -225,7 +221,7 @@ bool is_finite(const TriangleMesh& mesh, std::vector<MeshFlaw>& flaws) {
 // Reports a mesh without volume and turns one that faces inward.
 void check_volume(TriangleMesh& mesh, MeshReport& report) {
   const double size = diagonal(mesh), volume = mass_properties(mesh).volume;
-  if (!(std::abs(volume) > min_volume * size * size * size)) {
+  if (!(std::abs(volume) > min_enclosed_volume * size * size * size)) {
     report.flaws.push_back({fmt::format("encloses no volume ({:.3g} m^3 before scaling, {:.3g} m across)",
                                         std::abs(volume), size),
                             "a body needs a surface with an inside: give a flat one some thickness"});

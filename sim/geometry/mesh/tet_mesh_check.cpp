@@ -5,17 +5,13 @@
 
 #include <fmt/format.h>
 
+#include "sim/geometry/mesh/report_words.h"
+
 namespace duet {
 namespace {
 
 // Fraction of the cube of the longest edge of a tet below which it counts as having no volume.
-constexpr double min_volume = 1e-9;
-
-std::string place(const Vec3& x) { return fmt::format("[{:.6g}, {:.6g}, {:.6g}]", x.x(), x.y(), x.z()); }
-
-std::string counted(std::size_t count, std::string_view singular, std::string_view plural) {
-  return fmt::format("{} {}", count, count == 1 ? singular : plural);
-}
+constexpr double min_tet_volume = 1e-9;
 
 Vec3 center(const TetMesh& mesh, const Tet& tet) {
   Vec3 sum = Vec3::Zero();
@@ -60,7 +56,7 @@ void check_volumes(const TetMesh& mesh, MeshReport& report) {
   std::string first;
   for (const Tet& tet : mesh.tets) {
     const double edge = longest_edge(mesh, tet);
-    if (volume(mesh, tet) > min_volume * edge * edge * edge) continue;
+    if (volume(mesh, tet) > min_tet_volume * edge * edge * edge) continue;
     if (flat++ == 0) first = place(center(mesh, tet));
   }
   if (flat > 0)

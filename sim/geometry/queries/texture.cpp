@@ -3,12 +3,27 @@
 #include <algorithm>
 #include <array>
 
-#include <Eigen/Dense>
-
 #include "sim/geometry/queries/triangle_tree.h"
 
 namespace duet {
 namespace {
+
+// Returns the pseudoinverse of the matrix E whose columns are two edges of a triangle: its rows are the dual
+// basis b x n / n^2 and n x a / n^2 with n = a x b, the normal. Edges that are parallel up to rounding have
+// rank one, where the pseudoinverse is E^T / |E|^2.
+Eigen::Matrix<double, 2, 3> pseudoinverse(const Eigen::Matrix<double, 3, 2>& edges) {
+  const Vec3 a = edges.col(0), b = edges.col(1), n = a.cross(b);
+  Eigen::Matrix<double, 2, 3> inverse;
+  if (n.squaredNorm() > 1e-28 * a.squaredNorm() * b.squaredNorm()) {
+    inverse.row(0) = b.cross(n) / n.squaredNorm();
+    inverse.row(1) = n.cross(a) / n.squaredNorm();
+  } else {
+    const double size = edges.squaredNorm();
+    inverse = size > 0 ? Eigen::Matrix<double, 2, 3>(edges.transpose() / size)
+                       : Eigen::Matrix<double, 2, 3>::Zero();
+  }
+  return inverse;
+}
 
 // The texture of one triangle of a mesh, extended to all of its plane.
 struct PlaneTexture {
@@ -25,7 +40,7 @@ struct PlaneTexture {
       edges.col(k) = mesh.corner(triangle, as_index(k + 1)) - origin;
       changes.col(k) = corners[as_index(k + 1)].cast<double>() - uv;
     }
-    gradient = changes * edges.completeOrthogonalDecomposition().pseudoInverse();
+    gradient = changes * pseudoinverse(edges);
   }
   Vec2 at(const Vec3& x) const { return uv + gradient * (x - origin); }
 };

@@ -33,8 +33,9 @@ using Corners = std::array<Vec3, 3>;
 // that keeps the area of the triangle.
 bool coplanar_segment_meets(const Vec3& p, const Vec3& q, const Corners& triangle) {
   for (int axis = 0; axis < 3; ++axis) {
-    const auto flat = [&](const Vec3& x) { return Vec2(x[(axis + 1) % 3], x[(axis + 2) % 3]); };
-    const Vec2 a = flat(triangle[0]), b = flat(triangle[1]), c = flat(triangle[2]), u = flat(p), v = flat(q);
+    const auto projected = [&](const Vec3& x) { return Vec2(x[(axis + 1) % 3], x[(axis + 2) % 3]); };
+    const Vec2 a = projected(triangle[0]), b = projected(triangle[1]), c = projected(triangle[2]),
+               u = projected(p), v = projected(q);
     const int turn = orientation(a, b, c);
     if (turn == 0) continue;
     const bool inside =

@@ -14,9 +14,9 @@ namespace duet::scene {
 namespace {
 
 // Keys of the kinds of shapes, in the order of DeformableKind.
-constexpr std::array<std::string_view, 13> kinds = {"box",   "sphere", "capsule", "cylinder", "torus",
-                                                    "mesh",  "tets",   "panel",   "disc",     "rod",
-                                                    "helix", "knot",   "particle"};
+constexpr std::array<std::string_view, 13> deformable_kinds = {
+    "box",   "sphere", "capsule", "cylinder", "torus", "mesh",    "tets",
+    "panel", "disc",   "rod",     "helix",    "knot",  "particle"};
 
 // Reports flaws of the points of a rod. Returns whether there are none.
 bool check_points(const DeformableShape& shape, const toml::node& at, const std::string& path,
@@ -147,12 +147,12 @@ void check_deformable(DeformableBody& body, const toml::table& body_table, const
   if (!table) return;
   const std::string at = path + ".shape";
   const std::size_t before = problems.count();
-  const auto kind = only_kind(*table, kinds, at, problems);
+  const auto kind = only_kind(*table, deformable_kinds, at, problems);
   if (!kind) return;
   DeformableShape& shape = body.shape;
   shape.kind = static_cast<DeformableKind>(*kind);
-  const toml::node& value = *table->get(kinds[*kind]);
-  const std::string key = fmt::format("{}.{}", at, kinds[*kind]);
+  const toml::node& value = *table->get(deformable_kinds[*kind]);
+  const std::string key = fmt::format("{}.{}", at, deformable_kinds[*kind]);
   check_volume_keys(body, body_table, path, problems);
   check_additions(body, body_table, path, shapes, problems);
   if (shape.is_volume()) {
@@ -162,7 +162,7 @@ void check_deformable(DeformableBody& body, const toml::table& body_table, const
     for (const std::string_view other : {"cells", "pattern", "spacing", "graded", "scale"})
       if (const toml::node* node = table->get(other))
         problems.add(node->source(), fmt::format("{}.{}", at, other),
-                     fmt::format("has no effect on a {}", kinds[*kind]), "it belongs to a volume");
+                     fmt::format("has no effect on a {}", deformable_kinds[*kind]), "it belongs to a volume");
   }
   if (shape.kind == DeformableKind::rod && !check_points(shape, value, key, problems)) return;
   if (shape.kind == DeformableKind::knot && !check_knot(shape, value, key, problems)) return;

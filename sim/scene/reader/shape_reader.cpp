@@ -23,7 +23,8 @@ constexpr double max_samples = 1e6;
 constexpr double max_cells = 256;
 // Keys of the kinds of shapes, in the order of ShapeKind and of those kinds of DeformableKind that can be
 // filled.
-constexpr std::array<std::string_view, 6> kinds = {"box", "sphere", "capsule", "cylinder", "torus", "mesh"};
+constexpr std::array<std::string_view, 6> shape_kinds = {"box",      "sphere", "capsule",
+                                                         "cylinder", "torus",  "mesh"};
 
 // Returns `hash` continued by the mesh.
 std::uint64_t fingerprint_of(const TriangleMesh& mesh, std::uint64_t hash) {
@@ -48,11 +49,11 @@ Vec3 extent(const Shape& shape) {
 
 void ShapeReader::check(RigidBody& body, const toml::table& body_table, const std::string& path) {
   const toml::table* table = body_table["shape"].as_table();
-  const auto kind = table ? only_kind(*table, kinds, path + ".shape", problems_) : std::nullopt;
+  const auto kind = table ? only_kind(*table, shape_kinds, path + ".shape", problems_) : std::nullopt;
   if (!kind) return;
   body.shape.kind = static_cast<ShapeKind>(*kind);
   if (body.shape.kind != ShapeKind::mesh)
-    reject(*table, path + ".shape", {"scale", "cells"}, kinds[*kind], "it belongs to a mesh");
+    reject(*table, path + ".shape", {"scale", "cells"}, shape_kinds[*kind], "it belongs to a mesh");
   finish(body.shape, *table, path + ".shape");
   check_sample_spacing(body, body_table, path);
 }
@@ -61,7 +62,7 @@ void ShapeReader::check(DeformableShape& shape, const toml::table& table, const 
   const bool is_box = shape.kind == DeformableKind::box, is_file = shape.kind == DeformableKind::tets;
   const std::string_view word = is_box    ? "box"
                                 : is_file ? "file of tetrahedra"
-                                          : kinds[static_cast<std::size_t>(shape.kind)];
+                                          : shape_kinds[static_cast<std::size_t>(shape.kind)];
   if (!is_box)
     reject(table, path, {"cells", "pattern"}, word,
            "it belongs to a box; what is filled with tetrahedra has a `spacing`");
@@ -91,7 +92,7 @@ void ShapeReader::reject(const toml::table& table, const std::string& path,
 
 // Reads the mesh of a shape and checks the rules that tie its numbers together.
 void ShapeReader::finish(Shape& shape, const toml::table& table, const std::string& path) {
-  const toml::node& value = *table.get(kinds[static_cast<std::size_t>(shape.kind)]);
+  const toml::node& value = *table.get(shape_kinds[static_cast<std::size_t>(shape.kind)]);
   if (shape.kind == ShapeKind::mesh && value.is_string() && meshes_ == Meshes::read)
     load_mesh(shape, value, path + ".mesh");
   if (shape.kind == ShapeKind::torus && shape.tube > 0 && shape.radius > 0 && shape.tube >= shape.radius)
