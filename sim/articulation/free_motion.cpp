@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
 
 #include "sim/base/dense_solvers.h"
+#include "sim/base/disjoint_sets.h"
 
 namespace duet {
 namespace {
@@ -25,12 +25,6 @@ constexpr double min_internal = 0.005;
 Vec3 times_inertia(const RigidState& state, const RigidProperties& properties, const Vec3& w) {
   const Quat& q = state.pose.orientation;
   return q * properties.inertia.cwiseProduct(q.conjugate() * w);
-}
-
-// Returns the root of `body` in a forest of disjoint sets, and shortens the path to it.
-std::size_t root_of(std::vector<std::size_t>& parent, std::size_t body) {
-  while (parent[body] != body) body = parent[body] = parent[parent[body]];
-  return body;
 }
 
 // Constraint rows a_i on the twist (v, w) of a rigid body, together with M^-1 a_i, made orthonormal in the
@@ -87,22 +81,18 @@ void FreeMotion::analyze(const Articulation& articulation, const RigidBodies& ri
   const auto is_dynamic = [&](int body) {
     return rigid.properties[static_cast<std::size_t>(body)].is_dynamic();
   };
-  std::vector<std::size_t> parent(rigid.size());
-  std::iota(parent.begin(), parent.end(), std::size_t{0});
+  DisjointSets jointed(rigid.size());
   std::vector<char> has_joint(rigid.size(), 0);
   for (const Joint& joint : articulation.joints) {
-    const auto a = static_cast<std::size_t>(joint.parent), b = static_cast<std::size_t>(joint.child);
-    has_joint[a] = has_joint[b] = 1;
-    if (!is_dynamic(joint.parent) || !is_dynamic(joint.child)) continue;
-    const std::size_t root_a = root_of(parent, a), root_b = root_of(parent, b);
-    parent[std::max(root_a, root_b)] = std::min(root_a, root_b);
+    has_joint[as_index(joint.parent)] = has_joint[as_index(joint.child)] = 1;
+    if (is_dynamic(joint.parent) && is_dynamic(joint.child)) jointed.join(joint.parent, joint.child);
   }
   std::vector<std::size_t> group_of(rigid.size(), rigid.size());
   for (std::size_t body = 0; body < rigid.size(); ++body) {
     if (!has_joint[body]) continue;
     bodies_.push_back(body);
     if (!rigid.properties[body].is_dynamic()) continue;
-    std::size_t& group = group_of[root_of(parent, body)];
+    std::size_t& group = group_of[as_index(jointed.first(static_cast<int>(body)))];
     if (group == rigid.size()) {
       group = groups_.size();
       groups_.emplace_back();
@@ -113,7 +103,7 @@ void FreeMotion::analyze(const Articulation& articulation, const RigidBodies& ri
     const Joint& joint = articulation.joints[j];
     if (is_dynamic(joint.parent) == is_dynamic(joint.child)) continue;
     const int body = is_dynamic(joint.parent) ? joint.parent : joint.child;
-    groups_[group_of[root_of(parent, static_cast<std::size_t>(body))]].fixed_joints.push_back(j);
+    groups_[group_of[as_index(jointed.first(body))]].fixed_joints.push_back(j);
     any_fixed_ = true;
   }
   for (std::vector<Vec3>* values : {&linear_, &angular_, &fall_, &fall_turn_, &path_linear_, &path_momentum_})

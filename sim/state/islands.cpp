@@ -38,9 +38,8 @@ void Islands::find_structure(const Bodies& bodies) {
 void Islands::begin(const Bodies& bodies) {
   find_structure(bodies);
   const std::size_t rigid = bodies.rigid.size(), nodes = rigid + bodies.deformable.size();
-  parent_.resize(nodes);
+  sets_.reset(nodes);
   is_fixed_.assign(nodes, false);
-  for (std::size_t i = 0; i < nodes; ++i) parent_[i] = i;
   for (std::size_t i = 0; i < rigid; ++i) is_fixed_[i] = !bodies.rigid.properties[i].is_dynamic();
   body_jointed_.assign(nodes, false);
   for (const Joint& joint : bodies.articulation.joints) {
@@ -51,27 +50,21 @@ void Islands::begin(const Bodies& bodies) {
     join(bound.body, node_of(static_cast<int>(bound.particle)));
 }
 
-std::size_t Islands::root(std::size_t node) {
-  while (parent_[node] != node) node = parent_[node] = parent_[parent_[node]];
-  return node;
-}
-
 void Islands::join(std::size_t a, std::size_t b) {
   if (is_fixed_[a] || is_fixed_[b]) return;
-  const std::size_t first = root(a), second = root(b);
-  parent_[std::max(first, second)] = std::min(first, second);
+  sets_.join(static_cast<int>(a), static_cast<int>(b));
 }
 
 void Islands::finish() {
-  island_.assign(parent_.size(), -1);
+  island_.assign(sets_.size(), -1);
   left_ = 0;
-  for (std::size_t i = 0; i < parent_.size(); ++i) {  // a root has the lowest number of its island
+  for (std::size_t i = 0; i < sets_.size(); ++i) {
     if (is_fixed_[i]) continue;
-    const std::size_t first = root(i);
+    const auto first = as_index(sets_.first(static_cast<int>(i)));
     island_[i] = first == i ? static_cast<int>(left_++) : island_[first];
   }
   jointed_.assign(left_, false);
-  for (std::size_t i = 0; i < parent_.size(); ++i)
+  for (std::size_t i = 0; i < sets_.size(); ++i)
     if (body_jointed_[i] && island_[i] >= 0) jointed_[as_index(island_[i])] = true;
   searched_.assign(left_, true);
   ranges_ = bodies_;

@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "sim/base/disjoint_sets.h"
 #include "sim/deformable/particle_mask.h"
 #include "sim/state/bodies.h"
 
@@ -74,17 +75,15 @@ class Islands {
   }
   // Finds the parts of the partition that do not change in a run: the bodies of particles and their ranges.
   void find_structure(const Bodies& bodies);
-  // Returns the root of a body in the forest `parent_`, and halves the path to it.
-  std::size_t root(std::size_t node);
   // Joins the islands of two bodies, unless one of them is static or kinematic.
   void join(std::size_t a, std::size_t b);
 
-  std::size_t left_ = 0;             // number of searched islands
-  std::vector<std::size_t> parent_;  // for every body: its parent in a disjoint-set forest of the islands
-  std::vector<char> is_fixed_;       // for every body: whether it is static or kinematic
-  std::vector<char> body_jointed_;   // for every body: whether it has a joint
-  std::vector<char> jointed_;        // for every island: whether it has a joint
-  std::vector<int> island_;          // for every body: its island; -1: none
+  std::size_t left_ = 0;            // number of searched islands
+  DisjointSets sets_;               // of the bodies: the islands
+  std::vector<char> is_fixed_;      // for every body: whether it is static or kinematic
+  std::vector<char> body_jointed_;  // for every body: whether it has a joint
+  std::vector<char> jointed_;       // for every island: whether it has a joint
+  std::vector<int> island_;         // for every body: its island; -1: none
   std::vector<int> node_of_;   // for every particle: its body; for anchors of soft bindings that of the flesh
   std::vector<Range> bodies_;  // ranges of all bodies, with the number of the body in place of the island
   std::vector<char> searched_;  // for every island: whether a solve still works on it

@@ -1,7 +1,6 @@
 #include "sim/contact/graph/contact_graph.h"
 
 #include <algorithm>
-#include <numeric>
 
 namespace duet {
 namespace {
@@ -150,30 +149,18 @@ void list_pairs_of_bodies(const Bodies& bodies, const ContactSet& contacts, Cont
   group(body, pair_index, bodies.rigid.size(), graph.first_pair, graph.pair_of_body);
 }
 
-// Returns the root of a body in the disjoint-set forest `island`, and halves the path to it.
-int first_of_island(std::vector<int>& island, int body) {
-  while (island[as_index(body)] != body) {
-    int& next = island[as_index(body)];
-    next = island[as_index(next)];
-    body = next;
-  }
-  return body;
-}
-
 // Joins the movable bodies of every active pair.
 void find_islands(const Bodies& bodies, const ContactSet& contacts, ContactGraph& graph) {
-  std::vector<int>& island = graph.island;
-  island.resize(graph.level.size());
-  std::iota(island.begin(), island.end(), 0);
+  graph.joined.reset(graph.level.size());
   for (int p : graph.pairs) {
     const ContactPair& pair = contacts.pairs[as_index(p)];
     const int guest = static_cast<int>(guest_node(bodies, pair));
     if (is_fixed(bodies, pair.host) || is_fixed(bodies, guest)) continue;
-    const int a = first_of_island(island, pair.host), b = first_of_island(island, guest);
-    island[as_index(std::max(a, b))] = std::min(a, b);
+    graph.joined.join(pair.host, guest);
   }
-  for (int body = 0; body < static_cast<int>(island.size()); ++body)
-    island[as_index(body)] = first_of_island(island, body);
+  graph.island.resize(graph.level.size());
+  for (int body = 0; body < static_cast<int>(graph.island.size()); ++body)
+    graph.island[as_index(body)] = graph.joined.first(body);
 }
 
 // Returns whether a body is kinematic and moves now.

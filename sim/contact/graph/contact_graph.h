@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "sim/base/disjoint_sets.h"
 #include "sim/contact/graph/gauss_seidel_pipeline.h"
 #include "sim/contact/graph/pair_coloring.h"
 #include "sim/contact/graph/shock_layers.h"
@@ -20,6 +21,7 @@ struct ContactGraph {
   /// For each body: its contact island, named by the lowest number among its bodies. Static and kinematic
   /// bodies are alone in theirs.
   std::vector<int> island;
+  DisjointSets joined;  ///< Scratch: the bodies, joined by the pairs that touch.
   /// For each island, indexed by its name: whether shock propagation acts on it. 0: no, because joints, flesh
   /// or deformable bodies belong to it, which shocks would take apart; 1: yes, all bodies are rigid and
   /// separate; 2: yes, and a moving kinematic body touches one of them.

@@ -1,28 +1,14 @@
 #include "sim/contact/graph/shock_layers.h"
 
 #include <algorithm>
-#include <numeric>
 #include <tuple>
 
 namespace duet {
-namespace {
-
-// Returns the root of a body in the disjoint-set forest `group`, and halves the path to it.
-int first_of_group(std::vector<int>& group, int body) {
-  while (group[as_index(body)] != body) {
-    int& next = group[as_index(body)];
-    next = group[as_index(next)];
-    body = next;
-  }
-  return body;
-}
-
-}  // namespace
+namespace {}  // namespace
 
 void ShockLayers::build(const ContactSet& contacts, std::span<const int> pairs, const std::vector<int>& level,
                         const std::vector<char>& supported) {
-  group_.resize(level.size());
-  std::iota(group_.begin(), group_.end(), 0);
+  groups_.reset(level.size());
   members_.clear();
   for (const int p : pairs) {
     const ContactPair& pair = contacts.pairs[as_index(p)];
@@ -31,13 +17,10 @@ void ShockLayers::build(const ContactSet& contacts, std::span<const int> pairs, 
     const bool host_is_upper = host_level > guest_level;
     if (!supported[as_index(host_is_upper ? pair.guest_rigid : pair.host)]) continue;
     const int upper = host_is_upper ? pair.host : pair.guest_rigid;
-    if (host_level == guest_level) {
-      const int a = first_of_group(group_, pair.host), b = first_of_group(group_, pair.guest_rigid);
-      group_[as_index(std::max(a, b))] = std::min(a, b);
-    }
+    if (host_level == guest_level) groups_.join(pair.host, pair.guest_rigid);
     members_.push_back({std::max(host_level, guest_level), upper, static_cast<int>(members_.size()), p});
   }
-  for (Member& member : members_) member.group = first_of_group(group_, member.group);
+  for (Member& member : members_) member.group = groups_.first(member.group);
   std::sort(members_.begin(), members_.end(), [](const Member& a, const Member& b) {
     return std::tie(a.level, a.group, a.position) < std::tie(b.level, b.group, b.position);
   });

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "sim/base/disjoint_sets.h"
 #include "sim/base/parallel.h"
 #include "sim/contact/detection/contact_point.h"
 
@@ -44,7 +45,7 @@ class ShockLayers {
   std::vector<int> pairs_;                // pair indices, group after group
   std::vector<std::size_t> group_begin_;  // start of each group in pairs_, and the end
   std::vector<std::size_t> level_begin_;  // start of each level in group_begin_, and the end
-  std::vector<int> group_;                // for each body: its parent in a disjoint-set forest of the groups
+  DisjointSets groups_;                   // of bodies of one level that touch each other
   std::vector<Member> members_;           // scratch of build()
 };
 

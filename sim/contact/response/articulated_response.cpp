@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
+
+#include "sim/base/disjoint_sets.h"
 
 namespace duet {
 namespace {
@@ -17,28 +18,22 @@ Eigen::Matrix<double, 3, 6> velocity_at(const Vec3& arm) {
 }  // namespace
 
 std::vector<int> linked_bodies(const Bodies& bodies, std::size_t largest) {
-  std::vector<int> first(bodies.rigid.size());
-  std::iota(first.begin(), first.end(), 0);
-  const auto root = [&](int body) {
-    while (first[as_index(body)] != body) body = first[as_index(body)];
-    return as_index(body);
-  };
+  DisjointSets groups(bodies.rigid.size());
+  const int count = static_cast<int>(groups.size());
   const auto is_dynamic = [&](int body) { return bodies.rigid.properties[as_index(body)].is_dynamic(); };
   for (const Joint& joint : bodies.articulation.joints) {
-    if (!is_dynamic(joint.parent) || !is_dynamic(joint.child)) continue;
-    const auto [a, b] = std::minmax({root(joint.parent), root(joint.child)});
-    first[b] = static_cast<int>(a);
+    if (is_dynamic(joint.parent) && is_dynamic(joint.child)) groups.join(joint.parent, joint.child);
   }
-  std::vector<std::size_t> members(first.size(), 0);
-  std::vector<char> jointed(first.size(), 0);
-  for (int body = 0; body < static_cast<int>(first.size()); ++body) ++members[root(body)];
+  std::vector<std::size_t> members(groups.size(), 0);
+  std::vector<char> jointed(groups.size(), 0);
+  for (int body = 0; body < count; ++body) ++members[as_index(groups.first(body))];
   for (const Joint& joint : bodies.articulation.joints)
     for (const int body : {joint.parent, joint.child})
       if (is_dynamic(body)) jointed[as_index(body)] = 1;
-  std::vector<int> linked(first.size(), -1);
-  for (int body = 0; body < static_cast<int>(first.size()); ++body)
-    if (jointed[as_index(body)] != 0 && members[root(body)] <= largest)
-      linked[as_index(body)] = static_cast<int>(root(body));
+  std::vector<int> linked(groups.size(), -1);
+  for (int body = 0; body < count; ++body)
+    if (jointed[as_index(body)] != 0 && members[as_index(groups.first(body))] <= largest)
+      linked[as_index(body)] = groups.first(body);
   return linked;
 }
 

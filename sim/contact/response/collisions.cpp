@@ -280,30 +280,21 @@ class Collider {
     }
   }
 
-  // Returns the root of a body in the disjoint-set forest of the impact, and halves the path to it.
-  std::size_t root(int body) {
-    std::vector<int>& parent = scratch_.parent;
-    while (parent[as_index(body)] != body)
-      body = parent[as_index(body)] = parent[as_index(parent[as_index(body)])];
-    return as_index(body);
-  }
   std::size_t island_of(const ContactPair& pair) {
-    return root(bodies_.rigid.properties[as_index(pair.host)].is_dynamic() ? pair.host : pair.guest_rigid);
+    const bool host_moves = bodies_.rigid.properties[as_index(pair.host)].is_dynamic();
+    return as_index(scratch_.joined.first(host_moves ? pair.host : pair.guest_rigid));
   }
 
   // Finds the islands of the impact: dynamic bodies that its pairs and jointed groups connect.
   void find_islands() {
-    scratch_.parent.resize(bodies_.rigid.size());
-    std::iota(scratch_.parent.begin(), scratch_.parent.end(), 0);
+    scratch_.joined.reset(bodies_.rigid.size());
     for (std::size_t b = 0; linked_ && b < bodies_.linked.size(); ++b)
-      if (bodies_.linked[b] >= 0) scratch_.parent[b] = bodies_.linked[b];
+      if (bodies_.linked[b] >= 0) scratch_.joined.join(static_cast<int>(b), bodies_.linked[b]);
     for (const int p : scratch_.impact) {
       const ContactPair& pair = contacts_.pairs[as_index(p)];
-      if (!bodies_.rigid.properties[as_index(pair.host)].is_dynamic() ||
-          !bodies_.rigid.properties[as_index(pair.guest_rigid)].is_dynamic())
-        continue;
-      const auto [low, high] = std::minmax({root(pair.host), root(pair.guest_rigid)});
-      scratch_.parent[high] = static_cast<int>(low);
+      if (bodies_.rigid.properties[as_index(pair.host)].is_dynamic() &&
+          bodies_.rigid.properties[as_index(pair.guest_rigid)].is_dynamic())
+        scratch_.joined.join(pair.host, pair.guest_rigid);
     }
     scratch_.islands.assign(bodies_.rigid.size(), {});
     scratch_.island.resize(contacts_.pairs.size());

@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "sim/base/disjoint_sets.h"
 #include "sim/contact/graph/gauss_seidel_pipeline.h"
 #include "sim/contact/graph/pair_coloring.h"
 #include "sim/contact/response/articulated_response.h"
@@ -39,8 +40,7 @@ struct CollisionScratch {
   std::vector<char> is_hit;           ///< For each pair: whether it takes part in the impact.
   std::vector<int> impact;            ///< Indices of the pairs that take part in the impact.
   GaussSeidelPipeline impact_sweeps;  ///< Sweeps over `impact`.
-  /// For each rigid body: its parent in a disjoint-set forest of the impact's islands.
-  std::vector<int> parent;
+  DisjointSets joined;                ///< The rigid bodies, joined to the impact's islands.
   /// The bodies that an impact connects.
   struct Island {
     double tolerance = 0;  ///< Largest change of a relative velocity in a sweep that ends the sweeps, m/s.
@@ -49,7 +49,7 @@ struct CollisionScratch {
     double linear = 0,               ///< Change of kinetic energy by the impact: linear term in its scale, J.
         quadratic = 0;  ///< Change of kinetic energy by the impact: quadratic term in its scale, J.
   };
-  std::vector<Island> islands;      ///< For each rigid body; used at the root of each island in `parent`.
+  std::vector<Island> islands;      ///< For each rigid body; used at the first body of each island.
   std::vector<std::size_t> island;  ///< For each pair of the impact: index into `islands`.
   /// For each pair of the impact: change by its last visit, over the tolerance, 1.
   std::vector<double> change;

@@ -1,7 +1,6 @@
 #include "sim/deformable/self_contact/impact_zones.h"
 
 #include <algorithm>
-#include <numeric>
 
 #include "sim/base/dense_solvers.h"
 
@@ -54,49 +53,36 @@ RigidDisplacement best_rigid(std::span<const int> particles, Weight&& weight, co
 }  // namespace
 
 void ImpactZones::clear(std::size_t particles) {
-  parent_.resize(particles);
-  std::iota(parent_.begin(), parent_.end(), 0);
+  sets_.reset(particles);
   listed_.assign(particles, 0);
   members_.clear();
   zones_.clear();
 }
 
-int ImpactZones::root(int particle) const {
-  while (parent_[as_index(particle)] != particle) particle = parent_[as_index(particle)];
-  return particle;
-}
-
-// The smallest index is the root, so the result does not depend on the order of the calls.
 bool ImpactZones::join(std::span<const int> particles) {
-  int smallest = root(particles[0]);
-  for (int p : particles) smallest = std::min(smallest, root(p));
   bool joined = false;
   for (int p : particles) {
     if (!listed_[as_index(p)]) members_.push_back(p);
     listed_[as_index(p)] = 1;
-    const int top = root(p);
-    joined |= top != smallest;
-    parent_[as_index(top)] = smallest;
-    parent_[as_index(p)] = smallest;
+    joined |= sets_.join(particles[0], p);
   }
   return joined;
 }
 
 bool ImpactZones::together(std::span<const int> particles) const {
-  const int first = root(particles[0]);
-  return std::all_of(particles.begin(), particles.end(), [&](int p) { return root(p) == first; });
+  const int first = sets_.first(particles[0]);
+  return std::all_of(particles.begin(), particles.end(), [&](int p) { return sets_.first(p) == first; });
 }
 
 void ImpactZones::sort_members() {
-  for (int p : members_) parent_[as_index(p)] = root(p);
   std::sort(members_.begin(), members_.end(), [&](int a, int b) {
-    const int root_a = parent_[as_index(a)], root_b = parent_[as_index(b)];
-    return root_a != root_b ? root_a < root_b : a < b;
+    const int first_a = sets_.first(a), first_b = sets_.first(b);
+    return first_a != first_b ? first_a < first_b : a < b;
   });
   zones_.clear();
   for (std::size_t i = 0; i < members_.size(); ++i) {
-    const int top = parent_[as_index(members_[i])];
-    if (zones_.empty() || zones_.back().root != top) zones_.push_back({top, static_cast<int>(i), 0});
+    const int first = sets_.first(members_[i]);
+    if (zones_.empty() || zones_.back().first != first) zones_.push_back({first, static_cast<int>(i), 0});
     zones_.back().end = static_cast<int>(i) + 1;
   }
 }

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "sim/base/disjoint_sets.h"
 #include "sim/base/types.h"
 
 namespace duet {
@@ -34,18 +35,15 @@ class ImpactZones {
   bool move(const std::vector<Vec3>& start, const std::vector<double>& inverse_mass, std::vector<Vec3>& end);
 
  private:
-  // Returns the representative of a particle's zone.
-  int root(int particle) const;
-
   // Range of members_ that belongs to one zone.
   struct Zone {
-    int root = -1;
+    int first = -1;          // its particle of the lowest number
     int begin = 0, end = 0;  // indices into members_
   };
   // Sorts members_ by zone and fills zones_.
   void sort_members();
 
-  std::vector<int> parent_;   // by particle: parent in its zone's tree, itself at the root
+  DisjointSets sets_;         // of the particles: the zones
   std::vector<int> members_;  // the particles that are in zones
   std::vector<char> listed_;  // by particle: whether it is in members_
   std::vector<Zone> zones_;

@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "sim/base/disjoint_sets.h"
 #include "sim/geometry/mesh/report_words.h"
 
 namespace duet {
@@ -25,32 +26,12 @@ double diagonal(const TriangleMesh& mesh) {
   return box.diagonal().norm();
 }
 
-// Disjoint sets of vertices, each known by its least member.
-class Sets {
- public:
-  explicit Sets(std::size_t size) : parent_(size) { std::iota(parent_.begin(), parent_.end(), 0); }
-  int find(int i) {
-    while (parent_[as_index(i)] != i) i = parent_[as_index(i)] = parent_[as_index(parent_[as_index(i)])];
-    return i;
-  }
-  // Joins the sets of `a` and `b` and returns whether they were different.
-  bool join(int a, int b) {
-    a = find(a);
-    b = find(b);
-    if (a != b) parent_[as_index(std::max(a, b))] = std::min(a, b);
-    return a != b;
-  }
-
- private:
-  std::vector<int> parent_;
-};
-
 // Renumbers the vertices so that each set becomes one, at the position of its least member.
-void merge(TriangleMesh& mesh, Sets& sets) {
+void merge(TriangleMesh& mesh, DisjointSets& sets) {
   std::vector<int> renumbered(mesh.positions.size(), -1);
   std::vector<Vec3> positions;
   for (std::size_t v = 0; v < mesh.positions.size(); ++v)
-    if (const int first = sets.find(static_cast<int>(v)); first == static_cast<int>(v)) {
+    if (const int first = sets.first(static_cast<int>(v)); first == static_cast<int>(v)) {
       renumbered[v] = static_cast<int>(positions.size());
       positions.push_back(mesh.positions[v]);
     } else {
@@ -71,7 +52,7 @@ void merge_equal(TriangleMesh& mesh) {
   std::iota(order.begin(), order.end(), 0);
   std::sort(order.begin(), order.end(),
             [&](int a, int b) { return std::pair(key(a), a) < std::pair(key(b), b); });
-  Sets sets(order.size());
+  DisjointSets sets(order.size());
   for (std::size_t i = 1; i < order.size(); ++i)
     if (key(order[i - 1]) == key(order[i])) sets.join(order[i - 1], order[i]);
   merge(mesh, sets);
@@ -83,7 +64,7 @@ std::size_t merge_near(TriangleMesh& mesh) {
   if (distance == 0) return 0;
   const auto cell = [&](double x) { return static_cast<std::int64_t>(std::floor(x / (4 * distance))); };
   std::map<std::array<std::int64_t, 3>, std::vector<int>> cells;
-  Sets sets(mesh.positions.size());
+  DisjointSets sets(mesh.positions.size());
   std::size_t joined = 0;
   for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
     const Vec3& x = mesh.positions[v];
@@ -193,14 +174,14 @@ void check_edges(const TriangleMesh& mesh, std::vector<MeshFlaw>& flaws) {
 
 // Reports a mesh that falls into several parts.
 void check_parts(const TriangleMesh& mesh, std::vector<MeshFlaw>& flaws) {
-  Sets sets(mesh.positions.size());
+  DisjointSets sets(mesh.positions.size());
   for (const Triangle& t : mesh.triangles) {
     sets.join(t[0], t[1]);
     sets.join(t[1], t[2]);
   }
   std::vector<int> parts;
   for (std::size_t v = 0; v < mesh.positions.size(); ++v)
-    if (sets.find(static_cast<int>(v)) == static_cast<int>(v)) parts.push_back(static_cast<int>(v));
+    if (sets.first(static_cast<int>(v)) == static_cast<int>(v)) parts.push_back(static_cast<int>(v));
   if (parts.size() > 1)
     flaws.push_back({fmt::format("falls into {} parts that are not connected, the second one at {}",
                                  parts.size(), place(mesh.positions[as_index(parts[1])])),

@@ -1,10 +1,10 @@
 #include "sim/geometry/mesh/tet_mesh_check.h"
 
 #include <algorithm>
-#include <numeric>
 
 #include <fmt/format.h>
 
+#include "sim/base/disjoint_sets.h"
 #include "sim/geometry/mesh/report_words.h"
 
 namespace duet {
@@ -86,21 +86,11 @@ void check_faces(const TetMesh& mesh, MeshReport& report) {
 }  // namespace
 
 int connected_parts(const TetMesh& mesh) {
-  std::vector<int> parent(mesh.tets.size());
-  std::iota(parent.begin(), parent.end(), 0);
-  const auto root = [&](int i) {
-    while (parent[as_index(i)] != i) i = parent[as_index(i)] = parent[as_index(parent[as_index(i)])];
-    return i;
-  };
+  DisjointSets connected(mesh.tets.size());
   int parts = static_cast<int>(mesh.tets.size());
   const std::vector<TetFace> faces = sorted_faces(mesh);
   for (std::size_t i = 1; i < faces.size(); ++i)
-    if (faces[i].nodes == faces[i - 1].nodes) {
-      const int a = root(faces[i - 1].tet), b = root(faces[i].tet);
-      if (a == b) continue;
-      parent[as_index(std::max(a, b))] = std::min(a, b);
-      --parts;
-    }
+    if (faces[i].nodes == faces[i - 1].nodes && connected.join(faces[i - 1].tet, faces[i].tet)) --parts;
   return parts;
 }
 

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 
 #include <fmt/format.h>
 
+#include "sim/base/disjoint_sets.h"
 #include "sim/contact/detection/surface_intersections.h"
 #include "sim/scene/build/overlap_probe.h"
 #include "sim/step/world.h"
@@ -45,12 +45,12 @@ class Clusters {
  public:
   explicit Clusters(const Bodies& bodies)
       : rigid_count_(bodies.rigid.size()), root_(rigid_count_ + bodies.deformable.size()) {
-    std::iota(root_.begin(), root_.end(), 0);
-    for (const Joint& joint : bodies.articulation.joints) join(joint.parent, joint.child);
+    DisjointSets sets(root_.size());
+    for (const Joint& joint : bodies.articulation.joints) sets.join(joint.parent, joint.child);
     for (const EmbeddedParticle& bound : bodies.bound)
       if (const int body = deformable_of(bodies, bound.at); body >= 0)
-        join(static_cast<int>(bound.body), body);
-    for (std::size_t i = 0; i < root_.size(); ++i) root_[i] = find(static_cast<int>(i));
+        sets.join(static_cast<int>(bound.body), body);
+    for (std::size_t i = 0; i < root_.size(); ++i) root_[i] = sets.first(static_cast<int>(i));
     mass_.assign(root_.size(), 0);
     held_.assign(root_.size(), 0);
     weigh(bodies);
@@ -64,12 +64,6 @@ class Clusters {
   }
 
  private:
-  int find(int body) {
-    while (root_[as_index(body)] != body) body = root_[as_index(body)];
-    return body;
-  }
-  void join(int a, int b) { root_[as_index(std::max(find(a), find(b)))] = std::min(find(a), find(b)); }
-
   // Returns the number of the deformable body that has the particle; -1: none.
   int deformable_of(const Bodies& bodies, std::size_t particle) const {
     const std::size_t body = body_of(bodies, static_cast<int>(particle));
@@ -342,18 +336,12 @@ class Finder {
 
   // Returns the island of every cluster: the first cluster of those that overlaps of movable bodies connect.
   std::vector<int> islands(const std::vector<Overlap>& overlaps) const {
-    std::vector<int> island(shift_.size());
-    std::iota(island.begin(), island.end(), 0);
-    const auto find = [&](int i) {
-      while (island[as_index(i)] != i) i = island[as_index(i)];
-      return i;
-    };
+    DisjointSets sets(shift_.size());
     for (const Overlap& overlap : overlaps) {
-      if (!can_move(overlap.a) || !can_move(overlap.b)) continue;
-      const int a = find(cluster(overlap.a)), b = find(cluster(overlap.b));
-      island[as_index(std::max(a, b))] = std::min(a, b);
+      if (can_move(overlap.a) && can_move(overlap.b)) sets.join(cluster(overlap.a), cluster(overlap.b));
     }
-    for (int i = 0; i < static_cast<int>(island.size()); ++i) island[as_index(i)] = find(i);
+    std::vector<int> island(shift_.size());
+    for (int i = 0; i < static_cast<int>(island.size()); ++i) island[as_index(i)] = sets.first(i);
     return island;
   }
 
