@@ -8,13 +8,13 @@ EmbeddedParticle embed_particle(std::size_t p, std::size_t body, RigidBodies& ri
   RigidProperties& properties = rigid.properties[body];
   RigidState& state = rigid.state[body];
   const Vec3 angular_velocity = state.angular_velocity;
-  const double mass = properties.mass + particles.mass[p];
+  const double own = particles.mass[p], mass = properties.mass + own;
   properties.inertia *= mass / properties.mass;
   properties.mass = mass;
   properties.inverse_mass = 1 / mass;
   set_angular_velocity(state, properties, angular_velocity);
   particles.mass[p] = particles.inverse_mass[p] = 0;
-  return {p, body, p, state.pose.to_body(particles.x[p]), particles.x[p] - state.pose.position};
+  return {p, body, p, own, state.pose.to_body(particles.x[p]), particles.x[p] - state.pose.position};
 }
 
 void follow_bodies(const RigidBodies& rigid, std::vector<EmbeddedParticle>& bound, Particles& particles) {

@@ -17,6 +17,7 @@ struct EmbeddedParticle {
   /// index of the particle at whose position forces act: the bound particle itself, or the one that a
   /// zero-length spring connects to it
   std::size_t at = 0;
+  double mass = 0;             ///< kg, mass of the particle that the body has taken over
   Vec3 arm = Vec3::Zero();     ///< m, position of the particle in body space
   Vec3 offset = Vec3::Zero();  ///< m, in the world, from the center of mass to where forces act now
 };

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include <Eigen/LU>
 
@@ -87,7 +88,12 @@ void FiniteElements::add(const std::vector<Tet>& tets, const std::vector<Vec3>& 
   material_.push_back(material);
 }
 
-void FiniteElements::finalize(const std::vector<double>& mass) {
+void FiniteElements::finalize(const std::vector<double>& mass, const std::vector<double>& own_mass,
+                              std::vector<double> outer_omega_squared) {
+  outer_omega_squared_ = std::move(outer_omega_squared);
+  max_outer_omega_squared_ = 0;
+  for (const double outer : outer_omega_squared_)
+    max_outer_omega_squared_ = std::max(max_outer_omega_squared_, outer);
   particle_volume_.assign(mass.size(), 0);
   particle_frequency_.assign(mass.size(), 0);
   for (std::size_t t = 0; t < tets_.size(); ++t)
@@ -117,7 +123,7 @@ void FiniteElements::finalize(const std::vector<double>& mass) {
     const double rate = material_[as_index(material_of_[t])].mass_damping;
     if (rate > 0) drag_.resize(mass.size(), 0);
     if (rate > 0)
-      for (int p : tets_[t]) drag_[as_index(p)] = rate * mass[as_index(p)];
+      for (int p : tets_[t]) drag_[as_index(p)] = rate * own_mass[as_index(p)];
   }
 }
 
@@ -145,7 +151,8 @@ double8 FiniteElements::elastic_at_rest(std::size_t b) const {
 
 // For stiffness that damping holds only the relaxed limit counts.
 double FiniteElements::bound_at_rest() {
-  std::fill(particle_frequency_.begin(), particle_frequency_.end(), 0);
+  for (std::size_t p = 0; p < particle_frequency_.size(); ++p)
+    particle_frequency_[p] = particle_volume_[p] > 0 ? outer_omega_squared(p) : 0;
   for (std::size_t b = 0; b < batches_.size(); ++b) {
     const Batch& batch = batches_[b];
     const Moduli here = moduli(b);
@@ -289,7 +296,8 @@ double8 FiniteElements::relaxed_omega_squared(Model, std::size_t b, const Matrix
                                               const double8& squared, const double8& soft,
                                               const double8& bound) {
   const mask8 is_extrapolated = determinant(F, cofactor(F)) < double8{} + Model::extrapolation_start;
-  const double8 within_reach = double8{} + 4 * cfl_ * cfl_ / (dt_ * dt_);
+  const double8 within_reach =
+      double8{} + std::max(4 * cfl_ * cfl_ / (dt_ * dt_) - max_outer_omega_squared_, 0.0);
   if (any_of(within_reach < squared)) {
     const Moduli here = moduli(b);
     const double own = material_of_batch(b).moduli.damping;
@@ -317,7 +325,7 @@ void FiniteElements::add_elastic_forces(const std::vector<Vec3>& x, std::vector<
   });
   sums_.for_each([&](std::size_t p, const std::array<double4, 1>& sum) {
     force[p] += Vec3(sum[0][0], sum[0][1], sum[0][2]);
-    particle_frequency_[p] = sum[0][3] / particle_volume_[p];
+    particle_frequency_[p] = outer_omega_squared(p) + sum[0][3] / particle_volume_[p];
   });
   max_omega_squared_ = *std::max_element(particle_frequency_.begin(), particle_frequency_.end());
 }

@@ -30,7 +30,7 @@ LameParameters lame_parameters(double youngs_modulus, double poisson_ratio, doub
 struct ElasticMaterial {
   LameParameters moduli;                             ///< elastic and viscous moduli
   MaterialModel model = MaterialModel::neo_hookean;  ///< form of the elastic energy
-  double mass_damping = 0;                           ///< 1/s, braking force over mass and velocity
+  double mass_damping = 0;                           ///< 1/s, braking force over own mass and velocity
   /// whether pressures keep its volumes; steps then stay within its elastic limit
   bool is_pressurized = false;
 };
@@ -40,8 +40,16 @@ class FiniteElements {
  public:
   /// Adds the tetrahedra of a body (global particle indices) at their rest positions (m).
   void add(const std::vector<Tet>& tets, const std::vector<Vec3>& rest, const ElasticMaterial& material);
-  /// Lays out the batches. Must be called once after the last add(), with the particles' masses (kg).
-  void finalize(const std::vector<double>& mass);
+  /// Lays out the batches. Must be called once after the last add().
+  ///
+  /// `mass` (kg) has the inertia that a force on each particle meets: that of its bone for a particle which a
+  /// bone carries. `own_mass` (kg) has the mass of the material around each particle, which mass-proportional
+  /// damping brakes.
+  ///
+  /// `outer_omega_squared` (rad^2/s^2) bounds what other forces on each particle add to the bounds
+  /// max_omega_squared() and so on; it is empty if there are none.
+  void finalize(const std::vector<double>& mass, const std::vector<double>& own_mass,
+                std::vector<double> outer_omega_squared);
 
   /// Returns the number of tetrahedra.
   std::size_t size() const { return tets_.size(); }
@@ -129,13 +137,15 @@ class FiniteElements {
   /// Returns an upper bound on the square of the highest angular frequency in the state of the last
   /// add_elastic_forces(), or at rest before the first, rad^2/s^2.
   ///
-  ///     max over the particles of (sum V_e w_e^2 / sum V_e),   sums over the elements e around a particle
+  ///     max over the particles of (h + sum V_e w_e^2 / sum V_e),   sums over the elements e around a
+  ///     particle
   ///
   /// V_e is the volume of an element at rest and w_e a bound on its highest frequency. The elements' parts
   /// M_e of the masses satisfy K_e <= w_e^2 M_e, so x.K x is at most the sum of w_e^2 x.M_e x, which is at
-  /// most the largest of these means times x.M x. A single compressed element counts only by its fraction of
-  /// its particles' masses; the fastest element by itself (Irons' theorem) would make the step several times
-  /// shorter. Stiffness that damping holds is left out (rely_on_damping()).
+  /// most the largest of these means times x.M x. Other forces on the particle, with K_o <= h M, add their h
+  /// (finalize()). A single compressed element counts only by its fraction of its particles' masses; the
+  /// fastest element by itself (Irons' theorem) would make the step several times shorter. Stiffness that
+  /// damping holds is left out (rely_on_damping()).
   double max_omega_squared() const { return max_omega_squared_; }
   /// Returns the bound of max_omega_squared() at rest, rad^2/s^2.
   double rest_omega_squared() const { return rest_omega_squared_; }
@@ -199,6 +209,10 @@ class FiniteElements {
   double relaxed_omega_squared_of(std::size_t batch) const;
   // Computes particle_frequency_ at rest and returns its largest entry, rad^2/s^2.
   double bound_at_rest();
+  // Returns the omega^2 bound of other forces on a particle, rad^2/s^2.
+  double outer_omega_squared(std::size_t particle) const {
+    return outer_omega_squared_.empty() ? 0 : outer_omega_squared_[particle];
+  }
   // Returns the omega^2 bounds (rad^2/s^2) of a batch in state F, as far as they are to bound the step, and
   // chooses the damping of compressed elements.
   template <class Model>
@@ -229,8 +243,12 @@ class FiniteElements {
   std::vector<Matrix3<double8>> deformation_;              // F, by batch
   std::vector<StressDifferential<double8>> differential_;  // by batch, once linearized
   ScatterAdd sums_;
-  std::vector<double> particle_volume_;         // m^3, sum over the elements around each particle
-  std::vector<double> particle_frequency_;      // rad^2/s^2, mean over the elements around each particle
+  std::vector<double> particle_volume_;  // m^3, sum over the elements around each particle
+  // rad^2/s^2, by particle of elements: mean over the elements around it, plus the bound of other forces on
+  // it; 0 for other particles.
+  std::vector<double> particle_frequency_;
+  std::vector<double> outer_omega_squared_;     // rad^2/s^2, by particle: bound of other forces; empty: none
+  double max_outer_omega_squared_ = 0;          // rad^2/s^2, its largest entry
   std::vector<double8> allowed_omega_squared_;  // rad^2/s^2, by batch: what keeps the bound at rest
   // For each batch that is damped in compression: its viscosity (Pa s), and minus its volume times that (N m
   // s).

@@ -27,8 +27,10 @@ void for_each_other(Forces& forces, Visit&& visit) {
 // most sum w_i C_i / m_i. Only k w_i^2 is given. The w_i of all elements are scaled to a sum of 2, that of a
 // spring between two particles. Otherwise bending elements would claim too large or too small a part of the
 // masses that they share.
-void InternalForces::finalize(const std::vector<double>& mass, const std::vector<double>& inverse_mass) {
-  if (elements.size() > 0) elements.finalize(mass);
+void InternalForces::finalize(const std::vector<double>& mass, const std::vector<double>& inverse_mass,
+                              const std::vector<double>& own_mass) {
+  if (elements.size() > 0)
+    elements.finalize(mass, own_mass, zero_length_springs.omega_squared_by_particle(inverse_mass));
   membranes.finalize(mass.size());
   edge_springs.finalize(mass.size());
   altitude_springs.finalize(inverse_mass);
@@ -40,6 +42,13 @@ void InternalForces::finalize(const std::vector<double>& mass, const std::vector
   squared_rate_.assign(mass.size(), 0);
   for_each_other(*this, [&](const auto& force) { force.add_stiffness(squared_rate_); });
   lattice_omega_squared_ = lattice_bound(squared_rate_);
+  membrane_omega_squared_ = 0;
+  if (membranes.size() > 0) {
+    std::vector<double> rate(mass.size(), 0);
+    membranes.add_stiffness(rate);
+    for (std::size_t p = 0; p < rate.size(); ++p) rate[p] *= inverse_mass[p];
+    membrane_omega_squared_ = membranes.max_omega_squared(rate);
+  }
   bound_at_rest();
 }
 
@@ -120,7 +129,9 @@ void InternalForces::add_elastic_forces(const std::vector<Vec3>& x, std::vector<
   bending_springs.add_elastic_forces(x, force);
   bending_elements.add_elastic_forces(x, force);
   zero_length_springs.add_elastic_forces(x, force);
-  max_omega_squared_ = std::max(elements.max_omega_squared(), membranes.stiffening() * relaxed_bound());
+  // Stretching makes membranes stiffer, and nothing else: K <= K at rest + (stiffening - 1) K of membranes.
+  max_omega_squared_ = std::max(elements.max_omega_squared(),
+                                relaxed_bound() + (membranes.stiffening() - 1) * membrane_omega_squared_);
 }
 
 void InternalForces::add_damping_forces(const std::vector<Vec3>& v, std::vector<Vec3>& force) {

@@ -16,8 +16,8 @@ namespace duet {
 /// Sum of all internal forces of deformable bodies, and bounds on the frequencies that they cause.
 ///
 /// Springs, membranes and bending may share particles. A particle of finite elements belongs to none of them,
-/// but may have a zero-length spring. The bounds are the larger one of that of the elements and that of all
-/// other forces.
+/// but may have a zero-length spring. The bounds are the larger one of that of the elements, with the
+/// zero-length springs on their particles, and that of all other forces.
 class InternalForces {
  public:
   FiniteElements elements;                ///< elasticity of volumes
@@ -31,9 +31,11 @@ class InternalForces {
   /// Lays out all forces and computes the bounds at rest. Must be called once after everything has been
   /// added.
   ///
-  /// `mass` (kg) and `inverse_mass` (1/kg) have one entry for each particle; the inverse mass is 0 for those
-  /// that never move.
-  void finalize(const std::vector<double>& mass, const std::vector<double>& inverse_mass);
+  /// All arguments have one entry for each particle. `mass` (kg) and `inverse_mass` (1/kg) are the inertia
+  /// that a force on it meets; the inverse mass is 0 for those that never move. `own_mass` (kg) is the mass
+  /// of the material around it (FiniteElements::finalize()).
+  void finalize(const std::vector<double>& mass, const std::vector<double>& inverse_mass,
+                const std::vector<double>& own_mass);
   /// Returns whether there is no force at all.
   bool empty() const;
   /// Restricts forces and damping blocks to the particles of `mask` until the next call; null removes the
@@ -101,9 +103,10 @@ class InternalForces {
   // Sets the bounds to those at rest.
   void bound_at_rest();
 
-  double lattice_omega_squared_ = 0;  // rad^2/s^2, bound of all but the finite elements, at rest
-  double relaxed_omega_squared_ = 0;  // rad^2/s^2, bound of the springs that damping holds
-  std::vector<double> inverse_mass_;  // 1/kg
+  double lattice_omega_squared_ = 0;   // rad^2/s^2, bound of all but the finite elements, at rest
+  double membrane_omega_squared_ = 0;  // rad^2/s^2, bound of the membranes alone, at rest
+  double relaxed_omega_squared_ = 0;   // rad^2/s^2, bound of the springs that damping holds
+  std::vector<double> inverse_mass_;   // 1/kg
   // N/m, by particle: sum of the undamped stiffness around it, which damping does not hold; empty if it holds
   // nothing.
   std::vector<double> undamped_stiffness_;

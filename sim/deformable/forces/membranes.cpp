@@ -123,7 +123,7 @@ void Membranes::add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>
     return times(F, S);
   });
   if (!triangles_.empty())
-    stiffening_ = *std::max_element(batch_stiffening_.begin(), batch_stiffening_.end());
+    stiffening_ = std::max(1.0, *std::max_element(batch_stiffening_.begin(), batch_stiffening_.end()));
 }
 
 void Membranes::add_damping_forces(const std::vector<Vec3>& v, std::vector<Vec3>& force) {

@@ -66,7 +66,7 @@ class Membranes {
   /// Returns a bound on the stiffness of a triangle over that at rest, in the state of the last
   /// add_elastic_forces().
   ///
-  /// It is 1 before the first call, and may be less than 1 when all triangles are compressed.
+  /// It is at least 1, so that compressed triangles count as at rest, and 1 before the first call.
   double stiffening() const { return stiffening_; }
 
  private:

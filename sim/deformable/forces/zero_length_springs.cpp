@@ -61,4 +61,15 @@ double ZeroLengthSprings::max_omega_squared(const std::vector<double>& squared_r
   return highest;
 }
 
+std::vector<double> ZeroLengthSprings::omega_squared_by_particle(
+    const std::vector<double>& inverse_mass) const {
+  std::vector<double> bound;
+  if (!springs_.empty()) bound.assign(inverse_mass.size(), 0);
+  for (const ZeroLengthSpring& spring : springs_) {
+    const std::size_t a = as_index(spring.a), b = as_index(spring.b);
+    bound[a] = bound[b] = spring.stiffness * (inverse_mass[a] + inverse_mass[b]);
+  }
+  return bound;
+}
+
 }  // namespace duet

@@ -48,6 +48,13 @@ class ZeroLengthSprings {
   /// Returns the highest omega^2 bound of a zero-length spring, rad^2/s^2, given the rates C_i / m_i of the
   /// particles (InternalForces::finalize()).
   double max_omega_squared(const std::vector<double>& squared_rate) const;
+  /// Returns the omega^2 bound (rad^2/s^2) of the spring of each particle; 0 for particles without a spring.
+  ///
+  ///     k (1/m_a + 1/m_b)
+  ///
+  /// `inverse_mass` (1/kg) has one entry for each particle, 0 for infinite mass. The result is empty if there
+  /// are no springs.
+  std::vector<double> omega_squared_by_particle(const std::vector<double>& inverse_mass) const;
 
  private:
   // Adds the forces -f to particle a and f to particle b of each zero-length spring, where f is

@@ -328,12 +328,14 @@ StepSettings step_settings(const Solver& solver) {
                        .sweeps = solver.push_out_sweeps,
                        .gradual = solver.push_out_gradual,
                        .rigid_pairs = solver.rigid_push_out == RigidPushOut::deepest_points,
+  std::vector<double> own_mass = mass;
                        .order = solver.push_out_order};
   settings.constraints_before_solve = solver.velocity_constraints == VelocityConstraints::before_solve;
   settings.projection_sweeps =
       std::max(solver.projection_iterations, settings.implicit_elasticity ? implicit_projection_sweeps : 1);
   settings.contact_reduction = solver.contact_reduction;
   settings.orientation = solver.orientation;
+    own_mass[bound.particle] = bound.mass;
   settings.keep_spin = solver.keep_spin;
   settings.collision.iterations = solver.collision_iterations;
   settings.collision.orientation = solver.orientation;
@@ -357,7 +359,8 @@ void keep_apart(const Scene& scene, const EffectSet& plan, Bodies& bodies) {
 }
 
 // Finalizes the internal forces with the masses that bound the time step. Bound particles have no mass of
-// their own; for this bound they get an equivalent mass of their rigid body.
+// their own; for this bound they get an equivalent mass of their rigid body. Mass-proportional damping brakes
+// the mass that they had before.
 void finalize_forces(Bodies& bodies) {
   std::vector<double> mass = bodies.particles.mass, inverse_mass = bodies.particles.inverse_mass;
   std::map<std::size_t, double> equivalent;
@@ -367,7 +370,7 @@ void finalize_forces(Bodies& bodies) {
     mass[bound.particle] = equivalent[bound.body];
     inverse_mass[bound.particle] = 1 / mass[bound.particle];
   }
-  bodies.forces.finalize(mass, inverse_mass);
+  bodies.forces.finalize(mass, inverse_mass, own_mass);
 }
 
 // Adds the joints of the scene. `frames` are the body spaces of the rigid bodies in the coordinates of their

@@ -29,7 +29,7 @@ struct Block {
     mass.assign(x.size(), 0);
     for (std::size_t t = 0; t < mesh.tets.size(); ++t)
       for (int i : mesh.tets[t]) mass[static_cast<std::size_t>(i)] += 250 * elements.volume(t);
-    elements.finalize(mass);
+    elements.finalize(mass, mass, {});
     elements.rely_on_damping(cfl, relaxation);
   }
 

@@ -25,7 +25,7 @@ struct Block {
             250 * tet_volume(x[static_cast<std::size_t>(t[0])], x[static_cast<std::size_t>(t[1])],
                              x[static_cast<std::size_t>(t[2])], x[static_cast<std::size_t>(t[3])]);
     elements.add(mesh.tets, x, {lame_parameters(1e5, 0.45, 0.01), model, mass_damping});
-    elements.finalize(mass);
+    elements.finalize(mass, mass, {});
   }
   // Returns a vector for each particle with components in [-size, size].
   std::vector<Vec3> random_field(unsigned seed, double size) const {
@@ -190,14 +190,14 @@ TEST(FiniteElements, SeveralModelsTogetherActAsEachAlone) {
     }
     together.add(tets, rest, {lame_parameters(1e5, 0.3, 0), models[body]});
   }
-  together.finalize(std::vector<double>(rest.size(), 1));
+  together.finalize(std::vector<double>(rest.size(), 1), {}, {});
   std::vector<Vec3> force = zeros(rest.size());
   together.add_elastic_forces(x, force);
   double energy = 0;
   for (std::size_t body = 0; body < std::size(models); ++body) {
     FiniteElements alone;
     alone.add(mesh.tets, mesh.nodes, {lame_parameters(1e5, 0.3, 0), models[body]});
-    alone.finalize(std::vector<double>(nodes, 1));
+    alone.finalize(std::vector<double>(nodes, 1), {}, {});
     const std::vector<Vec3> here(x.begin(), x.begin() + static_cast<std::ptrdiff_t>(nodes));
     std::vector<Vec3> expected = zeros(nodes);
     alone.add_elastic_forces(here, expected);

@@ -38,7 +38,7 @@ struct Specimen {
       inverse_mass.push_back(1 / mass.back());
     }
     fill(*this);
-    forces.finalize(mass, inverse_mass);
+    forces.finalize(mass, inverse_mass, mass);
     forces.begin_step(rest);
   }
   // Returns a random vector for each particle with components of up to `size`.
@@ -310,6 +310,86 @@ TEST(InternalForces, FrequencyBoundHoldsAtRestAndStretched) {
                                                                : 3.5))
           << stretch;
     }
+  }
+}
+
+// Returns the highest omega^2 of the forces at the last elastic evaluation, by power iteration, rad^2/s^2.
+double highest_omega_squared(Specimen& s) {
+  double highest = 0;
+  std::vector<Vec3> mode = s.field(9, 1);
+  for (int i = 0; i < 400; ++i) {
+    const double norm = std::sqrt(dot(mode, mode));
+    for (Vec3& u : mode) u /= norm;
+    std::vector<Vec3> next = s.differential(mode);
+    for (std::size_t p = 0; p < next.size(); ++p) next[p] *= -s.inverse_mass[p];
+    highest = std::sqrt(dot(next, next));
+    mode = std::move(next);
+  }
+  return highest;
+}
+
+// Zero-length springs hold the particles of elements to anchors that never move, or to other particles. The
+// stiffnesses of both add up: with springs of the elements' own frequency the larger of the two bounds is too
+// small.
+TEST(InternalForces, BoundOfElementsWithSpringsIsASum) {
+  const TetMesh block = box_lattice(Vec3(1, 1.2, 0.9), Vec3i(2, 2, 2));
+  for (const bool to_particles : {false, true}) {
+    double alone = 0;  // rad^2/s^2, the bound of the elements
+    for (const double gain : {0.0, 0.5, 1.0, 2.0}) {
+      SCOPED_TRACE(testing::Message() << gain << " to particles " << to_particles);
+      std::vector<Vec3> x = block.nodes;
+      x.insert(x.end(), block.nodes.begin(), block.nodes.end());
+      const int count = static_cast<int>(block.nodes.size());
+      Specimen s("elements and springs", x, [&](Specimen& of) {
+        of.forces.elements.add(block.tets, of.rest, {lame_parameters(1e4, 0.3, 0), {}, 0});
+        for (int p = 0; p < count; ++p) {
+          if (!to_particles) of.inverse_mass[as_index(count + p)] = 0;
+          if (gain > 0)
+            of.forces.zero_length_springs.add({p, count + p, gain * alone * of.mass[as_index(p)], 0});
+        }
+      });
+      s.elastic(s.rest);
+      s.forces.linearize();
+      if (gain == 0) alone = s.forces.max_omega_squared();
+      const double highest = highest_omega_squared(s), bound = s.forces.max_omega_squared();
+      EXPECT_LE(highest, bound * (1 + 1e-12));
+      EXPECT_GE(highest, bound / 4);
+      EXPECT_DOUBLE_EQ(s.forces.elastic_omega_squared(), bound);
+      EXPECT_DOUBLE_EQ(s.forces.rest_omega_squared(), bound);
+      if (gain == 1) {
+        EXPECT_GT(highest, 1.3 * alone) << "the larger bound would not hold";
+      }
+    }
+  }
+}
+
+// Returns the bound of a stretched spring, strongly damped, beside a triangle that is stretched by `stretch`.
+double bound_beside_membrane(double stretch) {
+  const std::vector<Vec3> triangle{Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 0, 1)};
+  std::vector<Vec3> x = triangle;
+  x.emplace_back(5, 0, 0);
+  x.emplace_back(6, 0, 0);
+  InternalForces forces;
+  forces.membranes.add({{0, 1, 2}}, x, membrane_moduli(1e3, 0.3, 0.01, 0));
+  const double k = 1e4;
+  forces.edge_springs.add({{3, 4}, {1, -1}, 1, k, critical_viscosity<2>(100, k, {1, -1}, {1, 1})});
+  const std::vector<double> ones(x.size(), 1);
+  forces.finalize(ones, ones, ones);
+  forces.rely_on_damping(0.7, 0.25);
+  for (std::size_t i = 0; i < 3; ++i) x[i] *= stretch;
+  x[4].x() = 6.5;
+  std::vector<Vec3> force = zeros(x.size());
+  forces.add_elastic_forces(x, force);
+  return forces.max_omega_squared();
+}
+
+// A triangle that is compressed, or stretched, says nothing about other forces. The stretched spring has the
+// geometric stiffness k (1 - 1/1.5) between two masses of 1 kg.
+TEST(InternalForces, MembranesDoNotScaleOtherBounds) {
+  for (const double stretch : {0.2, 0.7, 1.0, 1.5}) {
+    const double spring = 2e4 / 3, bound = bound_beside_membrane(stretch);
+    EXPECT_GE(bound, spring * (1 - 1e-12)) << stretch;
+    EXPECT_LE(bound, 1.2 * spring) << stretch;
   }
 }
 
