@@ -39,6 +39,8 @@ class Springs {
 
   /// Returns the number of springs.
   std::size_t size() const { return springs_.size(); }
+  /// Returns the springs in the order in which they were added.
+  const std::vector<Spring<N>>& all() const { return springs_; }
   /// Restricts the sums below to the particles of `mask` until the next call; null removes the restriction
   /// (ScatterAdd::limit_to()).
   void limit_to(const ParticleMask* mask) { sums_.limit_to(mask); }

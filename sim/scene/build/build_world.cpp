@@ -4,7 +4,6 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <numbers>
 
 #include <fmt/format.h>
 
@@ -19,6 +18,7 @@
 #include "sim/geometry/queries/triangle_tree.h"
 #include "sim/scene/build/add_deformable.h"
 #include "sim/scene/build/attachments.h"
+#include "sim/scene/build/body_damping.h"
 #include "sim/scene/build/motion.h"
 #include "sim/scene/build/tet_meshes.h"
 #include "sim/scene/deformables.h"
@@ -164,39 +164,6 @@ void add_skin_mass(const scene::DeformableBody& description, const BodyShape& sk
                     description.name, *description.skin->mass, skin.skin.farthest_outside()));
 }
 
-// Appends the damping of the last deformable body to World::strongly_damped and World::damping_time.
-//
-// With w = pi / L sqrt(E / rho), the angular frequency of the slowest deformation of a bar of the body's
-// length L, and the damping time tau, a body is strongly damped if tau w > `least`: tau is then more than 10
-// times the critical 2/w, and the body creeps instead of oscillating. Contact of such bodies is solved within
-// the velocity solves. Up to three times this limit, contact outside of them does no harm.
-void add_damping(const scene::DeformableBody& description, const Material& material, World& world) {
-  constexpr double least = 20;
-  const duet::DeformableBody& body = world.bodies.deformable.back();
-  Eigen::AlignedBox3d box;
-  for_each_particle(body, [&](std::size_t p) { box.extend(world.bodies.particles.x[p]); });
-  const double length = box.sizes().maxCoeff();
-  const double frequency = std::numbers::pi / length * std::sqrt(material.youngs_modulus / material.density);
-  double damping = material.damping * frequency, time = material.damping;
-  // The damping of springs is relative to the frequency of one spring on its particles, and w is pi over the
-  // number of particles along the body times that frequency.
-  if (material.has_springs) {
-    const double count = body.particle_count;
-    const double along = description.shape.is_volume()  ? math::cbrt(count)
-                         : description.shape.is_shell() ? std::sqrt(count)
-                                                        : count;
-    damping = std::numbers::pi * material.springs.damping / along;
-    // tau = 2 damping sqrt(m / k): the critical damping 2 sqrt(k m) over the stiffness k of a spring that
-    // connects neighboring particles.
-    double mass = 0;
-    for_each_particle(body, [&](std::size_t p) { mass += world.bodies.particles.mass[p]; });
-    time = 2 * material.springs.damping *
-           std::sqrt(mass / count * length / (along * material.springs.stiffness));
-  }
-  world.strongly_damped.push_back(length > 0 && damping > least);
-  world.damping_time.push_back(time);
-}
-
 // Adds a volume: its particles, the forces of it that are in the plan, and its contact points. Returns its
 // drawn surface; the size of a skin without contact is added to `skins`.
 BodyShape add_volume(const Scene& scene, const EffectSet& plan, const scene::DeformableBody& description,
@@ -328,14 +295,12 @@ StepSettings step_settings(const Solver& solver) {
                        .sweeps = solver.push_out_sweeps,
                        .gradual = solver.push_out_gradual,
                        .rigid_pairs = solver.rigid_push_out == RigidPushOut::deepest_points,
-  std::vector<double> own_mass = mass;
                        .order = solver.push_out_order};
   settings.constraints_before_solve = solver.velocity_constraints == VelocityConstraints::before_solve;
   settings.projection_sweeps =
       std::max(solver.projection_iterations, settings.implicit_elasticity ? implicit_projection_sweeps : 1);
   settings.contact_reduction = solver.contact_reduction;
   settings.orientation = solver.orientation;
-    own_mass[bound.particle] = bound.mass;
   settings.keep_spin = solver.keep_spin;
   settings.collision.iterations = solver.collision_iterations;
   settings.collision.orientation = solver.orientation;
@@ -363,12 +328,14 @@ void keep_apart(const Scene& scene, const EffectSet& plan, Bodies& bodies) {
 // the mass that they had before.
 void finalize_forces(Bodies& bodies) {
   std::vector<double> mass = bodies.particles.mass, inverse_mass = bodies.particles.inverse_mass;
+  std::vector<double> own_mass = mass;
   std::map<std::size_t, double> equivalent;
   for (const EmbeddedParticle& bound : bodies.bound) {
     if (!equivalent.contains(bound.body))
       equivalent[bound.body] = equivalent_mass(bodies.rigid.properties[bound.body], bodies.bound, bound.body);
     mass[bound.particle] = equivalent[bound.body];
     inverse_mass[bound.particle] = 1 / mass[bound.particle];
+    own_mass[bound.particle] = bound.mass;
   }
   bodies.forces.finalize(mass, inverse_mass, own_mass);
 }
@@ -446,7 +413,9 @@ BuiltWorld build_world(const Scene& scene, const EffectSet& plan) {
                            : body.shape.is_shell()    ? add_shell(scene, plan, body, bodies)
                            : body.shape.is_particle() ? add_particle(scene, body, bodies)
                                                       : add_rod(scene, plan, body, bodies));
-    add_damping(body, material_of(scene, body), world);
+    const BodyDamping damping = damping_of_last(body, material_of(scene, body), bodies);
+    world.strongly_damped.push_back(damping.is_strong());
+    world.damping_time.push_back(damping.time);
   }
   for (duet::DeformableBody& body : bodies.deformable) body.element_size = element_size(body, bodies);
   if (plan[index(Effect::soft_bindings)]) add_soft_bindings(scene, bodies);
