@@ -68,6 +68,52 @@ TEST_F(ConstrainedSystem, ProjectionIsSymmetricAfterOneSweep) {
   }
 }
 
+// Returns linear and angular momentum of the velocities `v`, the latter about the origin.
+Momentum momentum_of(const Bodies& bodies, const GeneralizedVelocity& v) {
+  Momentum sum;
+  for (std::size_t p = 0; p < bodies.particles.size(); ++p) {
+    const Vec3 linear = bodies.particles.mass[p] * v.particle[p];
+    sum += {linear, bodies.particles.x[p].cross(linear)};
+  }
+  for (std::size_t i = 0; i < bodies.rigid.size(); ++i) {
+    if (!bodies.rigid.properties[i].is_dynamic()) continue;
+    const Pose& pose = bodies.rigid.state[i].pose;
+    const Vec3 linear = bodies.rigid.properties[i].mass * v.linear[i],
+               in_body = pose.orientation.conjugate() * v.angular[i];
+    sum += {linear, pose.position.cross(linear) +
+                        pose.orientation * bodies.rigid.properties[i].inertia.cwiseProduct(in_body)};
+  }
+  return sum;
+}
+
+// The impulses of a projection act on both bodies at one place, wherever its sweeps end: a stack that is
+// pressed together in free space keeps its momentum to rounding.
+TEST(ContactProjection, KeepsMomentumWhereverItStops) {
+  scene::Scene scene = test::small_stack();
+  scene.ground.reset();
+  scene.gravity.setZero();
+  scene.rigid[1].placement.velocity = Vec3(0, -1, 0);
+  Simulation simulation(scene, test::plan(scene));
+  World& world = simulation.world();
+  for (int i = 0; i < 3; ++i) step(world, 0, 1e-3);
+  for (const int sweeps : {1, 200}) {
+    ContactProjection projection;
+    projection.build(world.bodies, world.context.contacts, world.context.graph, sweeps);
+    ASSERT_FALSE(projection.empty());
+    GeneralizedVelocity v = random_velocity(world.bodies, 4);
+    const Momentum before = momentum_of(world.bodies, v);
+    const GeneralizedVelocity start = v;
+    projection.project(v);
+    const Momentum change = momentum_of(world.bodies, v) - before;
+    double moved = 0;  // kg m/s
+    for (std::size_t p = 0; p < v.particle.size(); ++p)
+      moved += world.bodies.particles.mass[p] * (v.particle[p] - start.particle[p]).norm();
+    EXPECT_GT(moved, 10) << sweeps;
+    test::expect_below(change.linear.norm() / moved, 1e-12, "change of momentum, over what has moved");
+    test::expect_below(change.angular.norm() / moved, 1e-12, "change of angular momentum, over that, m");
+  }
+}
+
 // With 200 sweeps P P = P, and the contacts with an impulse have no relative normal velocity left.
 TEST_F(ConstrainedSystem, ProjectionConverges) {
   projection_.build(world().bodies, world().context.contacts, world().context.graph, 200);
