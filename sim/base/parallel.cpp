@@ -179,6 +179,14 @@ void set_thread_count(int count) {
   pool() = Pool(count > 0 ? count : hardware_threads());
 }
 
+void forget_threads() {
+  // Their destructors would wait for the threads.
+  (void)pool().team.release();
+  (void)pool().limit.release();
+  pool().threads = 1;
+  pool().team = std::make_unique<Team>(0);
+}
+
 int thread_count() { return pool().threads; }
 
 double loop_processor_seconds() {

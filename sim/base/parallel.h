@@ -16,6 +16,10 @@ void set_thread_count(int count);
 /// Returns the number of threads that all loops use.
 int thread_count();
 
+/// Continues with one thread in a process that fork() has just made: the threads of the other process are not
+/// in it. set_thread_count() starts new ones. What belonged to those that are gone is never released.
+void forget_threads();
+
 /// Returns the processor time (s) that the calling thread and the helper threads of its loops have used so
 /// far.
 double loop_processor_seconds();

@@ -22,7 +22,9 @@
 #include "sim/scene/build/build_world.h"
 #include "sim/scene/build/level_set_export.h"
 #include "sim/scene/deformables.h"
+#include "sim/scene/plan.h"
 #include "sim/simulation/saved_state.h"
+#include "sim/simulation/steering.h"
 #include "sim/step/step.h"
 
 namespace duet {
@@ -50,8 +52,26 @@ struct Simulation::Impl {
   std::vector<Mat3> spring_inverse_rest;
   InitialSeparation parting;                // displacements that part the bodies that overlap at frame 0
   const std::atomic<bool>* stop = nullptr;  // flag of stop_when(), or null
+  // A kinematic body on the way to a target of set_target(), by its index into RigidBodies::kinematic.
+  struct Aimed {
+    std::size_t kinematic;
+    std::int64_t frame;  // at which it gets there
+  };
+  std::vector<Aimed> aimed;
 
   World& world() { return built.world; }
+
+  // Returns the time of a frame, s.
+  double time_of(std::int64_t number) const { return static_cast<double>(number) / scene.fps; }
+
+  // Stops the kinematic bodies that have reached their targets.
+  void stop_aimed() {
+    std::erase_if(aimed, [&](const Aimed& one) {
+      if (one.frame > frame) return false;
+      stop_body(world().bodies.rigid, one.kinematic, time_of(one.frame));
+      return true;
+    });
+  }
 
   // Loads a state from outside. If it does not fit, restores the current state and throws Error.
   void load_checked(const std::vector<unsigned char>& bytes) {
@@ -310,6 +330,7 @@ void Simulation::advance_frame() {
   const auto start = std::chrono::steady_clock::now();
   const double processor_start = loop_processor_seconds();
   try {
+    impl.stop_aimed();
     if (impl.frame == 0 && impl.parting.moves()) apply(impl.parting, impl.world());
     impl.advance();
   } catch (const Error&) {
@@ -318,6 +339,7 @@ void Simulation::advance_frame() {
   }
   impl.stats.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   impl.stats.processor_seconds = loop_processor_seconds() - processor_start;
+  impl.world().applied.clear();
   impl.measure_state();
   impl.measure_work();
 }
@@ -326,6 +348,44 @@ std::vector<unsigned char> Simulation::save_state() const { return impl_->frame_
 
 void Simulation::load_state(const std::vector<unsigned char>& bytes) {
   impl_->load_checked(bytes);
+  impl_->measure_state();
+}
+
+void Simulation::set_target(const std::string& name, const Vec3& value) {
+  aim_joint(impl_->world().bodies.articulation, name, value,
+            {impl_->time_of(impl_->frame), impl_->time_of(impl_->frame + 1)});
+}
+
+void Simulation::set_target(const std::string& name, const Pose& pose) {
+  const std::size_t number = aim_body(impl_->world().bodies.rigid, name, pose,
+                                      {impl_->time_of(impl_->frame), impl_->time_of(impl_->frame + 1)});
+  std::erase_if(impl_->aimed, [&](const Impl::Aimed& one) { return one.kinematic == number; });
+  impl_->aimed.push_back({number, impl_->frame + 1});
+}
+
+void Simulation::add_force(const std::string& name, const Vec3& force, const Vec3& moment,
+                           const std::optional<Vec3>& at) {
+  push_body(impl_->world(), name, force, moment, at);
+}
+
+void Simulation::release(const std::string& name, std::optional<double> density) {
+  const scene::Scene changed = released(impl_->scene, name, density);
+  // Effects that were left out on purpose stay out.
+  const EffectSet left_out = scene::plan_effects(impl_->scene).active() & ~impl_->world().plan;
+  scene::BuiltWorld built = scene::build_world(changed, scene::plan_effects(changed).active() & ~left_out);
+  impl_->stop_aimed();
+  carry_over(impl_->world(), built.world);
+  // Indices of kinematic bodies move up if one is released.
+  const auto body_of = [&](const Impl::Aimed& one) {
+    return impl_->world().bodies.rigid.kinematic[one.kinematic].body;
+  };
+  std::vector<Impl::Aimed> aimed;
+  for (std::size_t k = 0; k < built.world.bodies.rigid.kinematic.size(); ++k)
+    for (const Impl::Aimed& one : impl_->aimed)
+      if (body_of(one) == built.world.bodies.rigid.kinematic[k].body) aimed.push_back({k, one.frame});
+  impl_->aimed = std::move(aimed);
+  impl_->built = std::move(built);
+  impl_->scene = changed;
   impl_->measure_state();
 }
 

@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -55,6 +56,30 @@ class Simulation {
   /// this fails too, or the flag of stop_when() is set, throws an Error (SimulationError or Stopped) and
   /// restores the state of the last good frame.
   void advance_frame();
+
+  /// Steering, between two frames. Saved states do not hold what these functions change, so that a simulation
+  /// that loads one has to be steered again. All throw Error (usage) and change nothing if there is no joint
+  /// or body `name`, or a number is not finite.
+  ///
+  /// Lets the target of the controlled joint `name` go linearly from its present value to `value` over the
+  /// next frame, where it stays. `value` is a rotation vector in the joint's frame, rad; hinges read its x
+  /// component, and prismatic joints take that as the travel, m.
+  void set_target(const std::string& name, const Vec3& value);
+  /// Moves the kinematic body `name` over the next frame to `pose` (center of mass and principal axes, as
+  /// rigid_motion() returns them), with constant velocity and by the shortest rotation. It stops there unless
+  /// it gets another target.
+  void set_target(const std::string& name, const Pose& pose);
+  /// Adds a force (N) and a moment (N m), both in world axes, on the body `name` during the next frame. A
+  /// rigid body takes the force at its center of mass, or at the world position `at` (m). A deformable body
+  /// takes it distributed by mass, or on the free particle nearest to `at`, and no moment. Forces on one body
+  /// add up. Throws Error if the body is not dynamic.
+  void add_force(const std::string& name, const Vec3& force, const Vec3& moment = Vec3::Zero(),
+                 const std::optional<Vec3>& at = {});
+  /// Lets go of what is called `name` from the next frame on: removes a joint; removes the pins and
+  /// attachments of a deformable body; or makes a static or kinematic rigid body dynamic with `density`
+  /// (kg/m^3). Positions and velocities stay. It builds the world anew, which takes as long as the
+  /// constructor.
+  void release(const std::string& name, std::optional<double> density = {});
 
   /// Fills `out` with the render surfaces in world space: rigid bodies, then deformable bodies, in the order
   /// of the scene. The ground has none. `out` keeps its storage from call to call; topology is constant.

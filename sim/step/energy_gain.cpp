@@ -31,12 +31,12 @@ constexpr double rest_share = 0.02;
 // step is refused in any case if it gains more than `much` of kinetic and elastic energy.
 constexpr double min_help = 0.5, much = 2e-4;
 
-// Returns whether something does work that is not measured: motors, moving kinematic bodies, and bodies that
-// have overlapped since the start of the scene.
+// Returns whether something does work that is not measured: applied forces, motors, moving kinematic bodies,
+// and bodies that have overlapped since the start of the scene.
 bool is_driven(const World& world) {
   const std::vector<Joint>& joints = world.bodies.articulation.joints;
   const std::vector<KinematicStep>& kinematic = world.context.kinematic;
-  return !world.settings.push_out.overlapping.empty() ||
+  return world.applied.any || !world.settings.push_out.overlapping.empty() ||
          std::any_of(joints.begin(), joints.end(), [](const Joint& joint) { return joint.control.on; }) ||
          std::any_of(kinematic.begin(), kinematic.end(), [&](const KinematicStep& step) {
            const RigidState& before = world.context.rigid_n[step.body];

@@ -92,6 +92,8 @@ bool keeps_volume_in_contact(const World& world);
 ///
 /// They are not in implicit steps, which take the forces of their middle, found by I.1.
 bool solves_at_end(const World& world);
+/// Returns whether forces from outside act (sim/step/applied_forces.h).
+bool has_applied_forces(const World& world);
 
 /// The rows of the table, and the names that keep them short.
 namespace stage_page {
@@ -127,6 +129,8 @@ constexpr Needs volume_in_contact(ConstraintOrder order) {
 constexpr Needs last_solve{elastic | incompressible, 0, after_solve, solves_at_end};
 /// Contact inside velocity solves.
 constexpr Needs solved_contact{elastic, 0, both, solves_contact};
+/// Forces from outside.
+constexpr Needs applied{0, 0, both, has_applied_forces};
 /// Free islands that keep their spin.
 constexpr Needs spin(ConstraintOrder order) { return {elastic, 0, order, keeps_spin}; }
 
@@ -142,6 +146,7 @@ inline constexpr auto rows = std::to_array<StageRow>({
   {Stage::volume_correction,    "I.2 volume correction",               other, any(incompressible), half_step, correct_volume},
   {Stage::self_repulsion,       "I.3 self-repulsion",                  paper, effect(Effect::self_repulsion), half_step, repel_surfaces},
   {Stage::air_drag_halfway,     "I air drag",                          added, effect(Effect::air_drag), half_step, slow_in_air_halfway},
+  {Stage::applied_forces_halfway, "I applied forces",                  added, applied, half_step, push_bodies_halfway},
   // II   v^n -> v^^n, v~^{n+1/2} -> v^^{n+1/2}
   {Stage::contact_candidates,   "II contact candidates",               paper, any(meeting), nothing, find_contacts},
   {Stage::back_to_start,        "II back to v^n",                      paper, any(meeting | jointed), exchange, return_to_start},
@@ -164,6 +169,7 @@ inline constexpr auto rows = std::to_array<StageRow>({
   {Stage::post_stabilization,   "IV.3 post-stabilization",             other, any(jointed), velocity, finish_positions},
   {Stage::energy_of_joints,     "IV.3 energy of joints",               added, any(jointed), nothing, nullptr, joints_miss_energy},
   {Stage::air_drag,             "IV air drag",                         added, effect(Effect::air_drag), velocity, slow_in_air},
+  {Stage::applied_forces,       "IV applied forces",                   added, applied, velocity, push_bodies},
   {Stage::embedded_particles,   "IV embedded particles",               added, any(bones), nothing, follow_bones},
   {Stage::self_collision,       "IV self-collision",                   paper, effect(Effect::self_collision), velocity, collide_surfaces},
   // V    v-^n -> v^{n+1}: the beginning that both orders share

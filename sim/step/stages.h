@@ -18,10 +18,11 @@ enum class Stage {
   kinematic_motion,  ///< plan_motion()
   joint_rows,        ///< begin_joints()
 
-  advance_velocity,   ///< I.1, advance_velocity()
-  volume_correction,  ///< I.2, correct_volume()
-  self_repulsion,     ///< I.3, repel_surfaces()
-  air_drag_halfway,   ///< slow_in_air_halfway()
+  advance_velocity,        ///< I.1, advance_velocity()
+  volume_correction,       ///< I.2, correct_volume()
+  self_repulsion,          ///< I.3, repel_surfaces()
+  air_drag_halfway,        ///< slow_in_air_halfway()
+  applied_forces_halfway,  ///< push_bodies_halfway()
 
   contact_candidates,  ///< find_contacts()
   back_to_start,       ///< return_to_start()
@@ -44,6 +45,7 @@ enum class Stage {
   post_stabilization,  ///< IV.3, finish_positions()
   energy_of_joints,    ///< joints_miss_energy()
   air_drag,            ///< slow_in_air()
+  applied_forces,      ///< push_bodies()
   embedded_particles,  ///< follow_bones()
   self_collision,      ///< collide_surfaces()
 
@@ -86,6 +88,8 @@ void correct_volume(World& world, StepContext& context);
 void repel_surfaces(World& world, StepContext& context);
 /// Slows v~^{n+1/2} of bodies with a terminal speed by the air drag of half a step.
 void slow_in_air_halfway(World& world, StepContext& context);
+/// Adds the impulses of applied forces over half a step to v~^{n+1/2}.
+void push_bodies_halfway(World& world, StepContext& context);
 
 /// Collects all contacts that may be reached within the step at v~^{n+1/2}: sets context.contacts.
 void find_contacts(World& world, StepContext& context);
@@ -128,6 +132,8 @@ void finish_positions(World& world, StepContext& context);
 bool joints_miss_energy(const World& world, const StepContext& context);
 /// Slows v-^n of bodies with a terminal speed by the air drag of the whole step.
 void slow_in_air(World& world, StepContext& context);
+/// Adds the impulses of applied forces over the whole step to v-^n.
+void push_bodies(World& world, StepContext& context);
 /// Moves the particles that dynamic bodies carry to their positions at x^{n+1}, and sets their velocities.
 void follow_bones(World& world, StepContext& context);
 /// Changes x^{n+1} so that no deformable surfaces have crossed, and v-^n by that change over dt.

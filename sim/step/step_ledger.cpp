@@ -167,6 +167,8 @@ Momentum StepLedger::external(const World& world, Stage stage, const std::vector
       return context.joints_from_outside;
     case Stage::air_drag_halfway:
     case Stage::air_drag:
+    case Stage::applied_forces_halfway:
+    case Stage::applied_forces:
       return gain;
     case Stage::collisions:
       return contact_impulse(bodies, context.contacts, context.collision_scratch.pairs);

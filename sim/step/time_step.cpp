@@ -109,7 +109,7 @@ double entry(const BodyBounds& body, const StepSettings& settings) {
 }
 
 // Returns whether no body moves fast enough to enter another within `seconds`. `acceleration` (m/s) is the
-// speed that gravity adds in that time.
+// speed that gravity and applied forces add in that time.
 bool all_are_slow(const std::vector<BodyBounds>& bounds, const StepSettings& settings, double acceleration,
                   double seconds) {
   double speed = acceleration, depth = infinity;
@@ -127,7 +127,8 @@ void bound_by_approach(World& world, double time, TimeStepChoice& choice) {
   BroadPhase& broad_phase = world.context.meeting;
   bound_bodies(world.bodies, broad_phase.bounds);
   look_ahead(world.bodies.rigid, time, choice.seconds, broad_phase.bounds);
-  const double seconds = choice.seconds, acceleration = world.gravity.norm() * seconds;
+  const double seconds = choice.seconds, push = world.applied.acceleration,
+               acceleration = (world.gravity.norm() + push) * seconds;
   if (all_are_slow(broad_phase.bounds, world.settings, acceleration, seconds)) return;
   broad_phase.margin.resize(broad_phase.bounds.size());
   for (std::size_t i = 0; i < broad_phase.margin.size(); ++i)
@@ -143,7 +144,10 @@ void bound_by_approach(World& world, double time, TimeStepChoice& choice) {
     const BodyBounds& a = broad_phase.bounds[static_cast<std::size_t>(pair.host)];
     const BodyBounds& b = broad_phase.bounds[static_cast<std::size_t>(guest)];
     const double depth = std::min(entry(a, world.settings), entry(b, world.settings));
-    return TimeStepChoice{time_apart(a, b, depth, world.gravity), TimeStepBound::approach, pair.host, guest};
+    double apart = time_apart(a, b, depth, world.gravity);
+    // u t + p t^2 = depth bounds the time of bodies that begin to move fast: t <= sqrt(depth / p).
+    if (push > 0) apart = std::min(apart, std::sqrt(std::max(depth, separation(a, b)) / push));
+    return TimeStepChoice{apart, TimeStepBound::approach, pair.host, guest};
   };
   const auto shorter = [](const TimeStepChoice& a, const TimeStepChoice& b) {
     return b.seconds < a.seconds ? b : a;

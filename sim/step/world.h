@@ -19,6 +19,7 @@
 #include "sim/solve/pressure_system.h"
 #include "sim/solve/velocity_blocks.h"
 #include "sim/solve/velocity_system.h"
+#include "sim/step/applied_forces.h"
 #include "sim/step/composite_body.h"
 #include "sim/step/effects.h"
 #include "sim/step/free_islands.h"
@@ -166,6 +167,7 @@ struct World {
   Bodies bodies;                ///< rigid and deformable bodies
   EffectSet plan;               ///< effects that the scene calls for
   Vec3 gravity = Vec3::Zero();  ///< m/s^2
+  AppliedForces applied;        ///< forces from outside, besides those of the scene; no state
   StepSettings settings;        ///< settings of the solver
   /// Per deformable body, whether its slowest deformation has more than ten times critical damping.
   std::vector<char> strongly_damped;
