@@ -127,13 +127,32 @@ struct BodyFrame {
   const Topology::Body& body() const { return frame->topology->bodies[number]; }
 };
 
-// Returns row `body.rigid` of an array of rigid bodies. Raises AttributeError for deformable bodies.
+// Returns a getter of the rows of one body in an array of the frame.
+template <class Number, class Element>
+auto part(std::vector<Element> FrameData::*values, Rows Topology::Body::*range) {
+  return [=](const BodyFrame& b) {
+    return rows<Element, Number>((*b.frame).*values, b.body().*range, py::cast(b.frame));
+  };
+}
+
+// Returns a getter of the rows of one body in an array that all frames share.
 template <class Element>
-py::array rigid_row(const BodyFrame& b, const std::vector<Element>& values, std::vector<py::ssize_t> shape) {
-  if (b.body().rigid < 0)
-    throw py::attribute_error("`" + b.body().name + "` is deformable: it has no pose and twist of its own");
-  return view(reinterpret_cast<const double*>(values.data() + b.body().rigid), std::move(shape),
-              py::cast(b.frame));
+auto shared_part(std::vector<Element> Topology::*values, Rows Topology::Body::*range) {
+  return [=](const BodyFrame& b) {
+    return rows<Element, std::int32_t>((*b.frame->topology).*values, b.body().*range, py::cast(b.frame));
+  };
+}
+
+// Returns a getter of the row of one body in an array of rigid bodies, which raises AttributeError for
+// deformable ones.
+template <class Element>
+auto pose(std::vector<Element> FrameData::*values, std::vector<py::ssize_t> shape) {
+  return [=](const BodyFrame& b) {
+    if (b.body().rigid < 0)
+      throw py::attribute_error("`" + b.body().name + "` is deformable: it has no pose and twist of its own");
+    const Element& row = ((*b.frame).*values)[as_index(b.body().rigid)];
+    return view(reinterpret_cast<const double*>(&row), shape, py::cast(b.frame));
+  };
 }
 
 py::dict energies_of(const FrameStats& stats) {
@@ -165,65 +184,52 @@ py::dict statistics_of(const FrameStats& s) {
 using Shared = std::shared_ptr<FrameData>;
 
 void bind_body(py::module_& module) {
-  py::class_<BodyFrame>(module, "BodyFrame")
-      .def_property_readonly("name", [](const BodyFrame& b) { return b.body().name; })
-      .def_property_readonly("kind", [](const BodyFrame& b) { return b.body().kind; })
-      .def_property_readonly("points",
-                             [](const BodyFrame& b) {
-                               return rows<Vec3, double>(b.frame->points, b.body().points, py::cast(b.frame));
-                             })
-      .def_property_readonly("velocities",
-                             [](const BodyFrame& b) {
-                               return rows<Vec3, double>(b.frame->velocities, b.body().points,
-                                                         py::cast(b.frame));
-                             })
-      .def_property_readonly("strain",
-                             [](const BodyFrame& b) {
-                               return rows<float, float>(b.frame->strain, b.body().points, py::cast(b.frame));
-                             })
-      .def_property_readonly("triangles",
-                             [](const BodyFrame& b) {
-                               return rows<std::array<std::int32_t, 3>, std::int32_t>(
-                                   b.frame->topology->own_triangles, b.body().triangles, py::cast(b.frame));
-                             })
-      .def_property_readonly("particles",
-                             [](const BodyFrame& b) {
-                               return rows<Vec3, double>(b.frame->particles, b.body().particles,
-                                                         py::cast(b.frame));
-                             })
+  using Body = Topology::Body;
+  py::class_<BodyFrame>(
+      module, "BodyFrame",
+      "One body at one frame. All arrays are read-only views without a copy, in world axes.")
+      .def_property_readonly(
+          "name", [](const BodyFrame& b) { return b.body().name; }, "Name in the scene.")
+      .def_property_readonly(
+          "kind", [](const BodyFrame& b) { return b.body().kind; },
+          "'rigid', 'kinematic', 'static' or 'deformable'.")
+      .def_property_readonly("points", part<double>(&FrameData::points, &Body::points),
+                             "(n, 3), m: points of the drawn surface.")
+      .def_property_readonly("velocities", part<double>(&FrameData::velocities, &Body::points),
+                             "(n, 3), m/s: velocities of the points.")
+      .def_property_readonly(
+          "strain", part<float>(&FrameData::strain, &Body::points),
+          "(n,): largest |principal stretch - 1| around each point; -1 where an element is "
+          "inverted.")
+      .def_property_readonly("triangles", shared_part(&Topology::own_triangles, &Body::triangles),
+                             "(m, 3): rows of `points`, counter-clockwise seen from outside.")
+      .def_property_readonly("particles", part<double>(&FrameData::particles, &Body::particles),
+                             "(p, 3), m: particles; none of a rigid body.")
       .def_property_readonly("particle_velocities",
-                             [](const BodyFrame& b) {
-                               return rows<Vec3, double>(b.frame->particle_velocities, b.body().particles,
-                                                         py::cast(b.frame));
-                             })
-      .def_property_readonly("tetrahedra",
-                             [](const BodyFrame& b) {
-                               return rows<Tet, std::int32_t>(b.frame->topology->own_tetrahedra,
-                                                              b.body().tetrahedra, py::cast(b.frame));
-                             })
-      .def_property_readonly("transform",
-                             [](const BodyFrame& b) {
-                               return rigid_row(b, b.frame->transforms, {4, 4});
-                             })
-      .def_property_readonly("position",
-                             [](const BodyFrame& b) { return rigid_row(b, b.frame->positions, {3}); })
-      .def_property_readonly("orientation",
-                             [](const BodyFrame& b) { return rigid_row(b, b.frame->orientations, {4}); })
-      .def_property_readonly("velocity",
-                             [](const BodyFrame& b) { return rigid_row(b, b.frame->rigid_velocities, {3}); })
-      .def_property_readonly("angular_velocity", [](const BodyFrame& b) {
-        return rigid_row(b, b.frame->angular_velocities, {3});
-      });
+                             part<double>(&FrameData::particle_velocities, &Body::particles), "(p, 3), m/s.")
+      .def_property_readonly("tetrahedra", shared_part(&Topology::own_tetrahedra, &Body::tetrahedra),
+                             "(t, 4): rows of `particles`.")
+      .def_property_readonly("transform", pose(&FrameData::transforms, {4, 4}),
+                             "(4, 4): from body space (center of mass, principal axes) to the world.")
+      .def_property_readonly("position", pose(&FrameData::positions, {3}), "(3,), m: center of mass.")
+      .def_property_readonly("orientation", pose(&FrameData::orientations, {4}),
+                             "(4,): unit quaternion w, x, y, z.")
+      .def_property_readonly("velocity", pose(&FrameData::rigid_velocities, {3}),
+                             "(3,), m/s: of the center of mass.")
+      .def_property_readonly("angular_velocity", pose(&FrameData::angular_velocities, {3}), "(3,), rad/s.");
 }
 
 }  // namespace
 
-std::shared_ptr<const Topology> topology_of(const Simulation& simulation, const scene::Scene& scene) {
+std::shared_ptr<const Topology> topology_of(const Simulation& simulation, const scene::Scene& scene,
+                                            const Topology* before) {
   auto topology = std::make_shared<Topology>();
   const Bodies& bodies = simulation.world().bodies;
   topology->rigid = scene.rigid.size();
   std::size_t points = 0, number = 0;
-  for (const BodySurface& surface : surfaces_of(simulation)) {
+  const std::vector<BodySurface> surfaces = surfaces_of(simulation);
+  topology->listed = before ? before->listed : io::manifest_bodies(scene, surfaces);
+  for (const BodySurface& surface : surfaces) {
     Topology::Body body;
     body.name = surface.name;
     if (number < topology->rigid) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "sim/geometry/mesh/tet_mesh.h"
+#include "sim/io/run_directory.h"
 #include "sim/scene/scene.h"
 #include "sim/simulation/simulation.h"
 
@@ -33,6 +34,8 @@ struct Topology {
       own_triangles;                                   // the same as rows of the points of their body
   std::vector<Tet> tetrahedra,                         // as rows of all particles
       own_tetrahedra;                                  // as rows of the particles of their body
+  // The bodies with their boxes at frame 0, from which the renderer takes a view if the scene has no camera.
+  std::vector<io::ManifestBody> listed;
   std::size_t rigid = 0;                               // number of rigid bodies, without the ground
 };
 
@@ -59,8 +62,10 @@ struct FrameData {
   std::vector<BodySurface> surfaces;  // for the renderer
 };
 
-// Returns what is equal in all frames of a simulation of `scene`.
-std::shared_ptr<const Topology> topology_of(const Simulation& simulation, const scene::Scene& scene);
+// Returns what is equal in all frames of a simulation of `scene`. `before` is what was equal before a body was
+// released; null at the beginning.
+std::shared_ptr<const Topology> topology_of(const Simulation& simulation, const scene::Scene& scene,
+                                            const Topology* before);
 
 // Returns the current frame of a simulation.
 std::shared_ptr<FrameData> capture(const Simulation& simulation, std::shared_ptr<const Topology> topology);

@@ -75,7 +75,7 @@ std::unique_ptr<Renderer> renderer_of(const scene::ReadResult& read, const Frame
   io::Manifest manifest;
   manifest.fps = read.scene.fps;
   manifest.frames = read.scene.frames;
-  manifest.bodies = io::manifest_bodies(read.scene, frame.surfaces);
+  manifest.bodies = frame.topology->listed;
   return std::make_unique<Renderer>(read.scene, manifest);
 }
 

@@ -90,7 +90,7 @@ class SteeredSimulation {
       : scene_(read.scene) {
     const EffectSet plan = scene::plan_effects(scene_, without).active();
     run_unlocked([&](const std::atomic<bool>*) { simulation_.emplace(scene_, plan); });
-    topology_ = topology_of(*simulation_, scene_);
+    topology_ = topology_of(*simulation_, scene_, nullptr);
   }
 
   // Calls work(simulation), unlocked, unless another thread uses the simulation.
@@ -119,7 +119,7 @@ class SteeredSimulation {
   void release(const std::string& name, std::optional<double> density) {
     work([&](Simulation& simulation) {
       simulation.release(name, density);
-      topology_ = topology_of(simulation, scene_);
+      topology_ = topology_of(simulation, scene_, topology_.get());
     });
   }
   const scene::Scene& scene() const { return scene_; }
@@ -153,6 +153,12 @@ void bind_simulation(py::module_& module) {
   module.def("forget_threads", &forget_threads);
   py::class_<Sim>(module, "Simulation")
       .def(py::init<const scene::ReadResult&, const std::vector<std::string>&>())
+      .def_property_readonly("number",
+                             [](Sim& s) {
+                               int number = 0;
+                               s.work([&](Simulation& simulation) { number = simulation.frame(); });
+                               return number;
+                             })
       .def("advance", &Sim::advance)
       .def("frame", &Sim::frame)
       .def("aim_joint",

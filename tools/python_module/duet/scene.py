@@ -278,7 +278,7 @@ class Scene:
             file = self._file_for_program(Path(folder))
             options = ["--out", os.fspath(out)]
             options += [f"--frames={frames}"] if frames is not None else []
-            options += [f"--threads={threads}"] if threads is not None else []
+            options += [f"--threads={threads}"] if threads else []
             options += ["--overwrite"] * overwrite + ["--resume"] * resume
             program.call("run" if draw else "sim", file, *options)
         return Run(out)
@@ -288,7 +288,8 @@ class Scene:
         data = self._read_with_meshes()
         text = data.source
         for name, path in data.files.items():
-            text = text.replace(toml.value_text(name), toml.value_text(os.path.abspath(path)))
+            for quoted in (f'"{name}"', f"'{name}'"):
+                text = text.replace(quoted, toml.value_text(os.path.abspath(path)))
         file = folder / (Path(self._path).stem + ".toml")
         file.write_text(text, encoding="utf-8")
         return file

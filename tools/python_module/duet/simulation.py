@@ -221,7 +221,8 @@ class Simulation:
         if self._frame is not None:
             if self._frame.number >= self.last:
                 raise StopIteration
-            self._core.advance()
+            if self._core.number == self._frame.number:  # else an interrupt came when it had arrived
+                self._core.advance()
         self._frame = Frame(self._core.frame(), self._scene)
         return self._frame
 

@@ -48,13 +48,13 @@ class Examples(unittest.TestCase):
     def test_stop_at_event(self):
         output, _ = self.run_example("stop_at_event.py")
         self.assertIn("the rope breaks at 0.4", output)
-        self.assertLess(self.number(r"with (-\d+\.\d+) m/s", output), -5)
+        self.assertGreater(self.number(r"has (\S+) m/s", output), 4)
 
     def test_batch(self):
         output, _ = self.run_example("batch.py")
         strains = [float(one) for one in re.findall(r"strain (\S+)", output)]
         self.assertEqual(len(strains), 5)
-        self.assertEqual(strains, sorted(strains))
+        self.assertLess(2 * strains[0], strains[-1])
 
     def test_mesh_from_arrays(self):
         output, files = self.run_example("mesh_from_arrays.py")

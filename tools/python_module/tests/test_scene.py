@@ -63,7 +63,7 @@ class Keys(unittest.TestCase):
         scene = duet.Scene(BOX)
         self.assertEqual(scene["rigid.box.shape.box"], [1, 2, 3])
         self.assertEqual(scene["rigid.box.friction"], 0.5)
-        self.assertEqual(scene["solver.cfl"], 0.9)
+        self.assertEqual(scene["solver.cfl"], 0.7)
         self.assertEqual(scene["gravity"], [0, -9.8, 0])
         self.assertIsNone(scene["deformable.jelly.mass"])
         scene["rigid.box.friction"] = 0.25
