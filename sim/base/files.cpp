@@ -79,6 +79,31 @@ bool write_all(int fd, const std::string& bytes) {
 // program with the same process id.
 constexpr int max_left = 10'000;
 
+// Opens a new file with a name that temporary_name() gives. Returns the name and the descriptor, which is
+// negative on failure, with the reason in errno. Process ids repeat in containers and on other machines, so
+// that a killed program may have left files of this name, or a program elsewhere writes one.
+std::pair<fs::path, int> open_temporary(const fs::path& path) {
+  fs::path temporary;
+  int created = -1;
+  for (int left = 0; left <= max_left; ++left) {
+    temporary = temporary_name(path);
+    created = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    if (created >= 0 || errno != EEXIST) break;
+  }
+  return {temporary, created};
+}
+
+// Returns the number of the process in a name that temporary_name() gives; -1 for other names.
+long process_of(const fs::path& path) {
+  const std::string name = path.filename().string();
+  const std::size_t mark = name.rfind(temporary_mark);
+  long process = -1;
+  if (mark != std::string::npos)
+    std::from_chars(name.data() + mark + std::string_view(temporary_mark).size(), name.data() + name.size(),
+                    process);
+  return process;
+}
+
 // Removes the digits at the end of the text and returns whether there were any.
 bool take_digits(std::string_view& text) {
   const std::size_t size = text.find_last_not_of("0123456789") + 1;  // 0: all are digits
@@ -137,17 +162,15 @@ bool is_temporary(const fs::path& path) {
          !rest.empty();
 }
 
+fs::path create_temporary(const fs::path& path) {
+  const auto [temporary, created] = open_temporary(path);
+  if (created < 0) throw system_error(path, "cannot write", errno);
+  ::close(created);
+  return temporary;
+}
+
 void write_atomically(const fs::path& path, const std::string& bytes) {
-  fs::path temporary = temporary_name(path);
-  const auto create = [&] {
-    return ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-  };
-  int created = create();
-  // Process ids repeat in containers, so that a killed program may have left files of this name.
-  for (int left = 0; created < 0 && errno == EEXIST && left < max_left; ++left) {
-    temporary = temporary_name(path);
-    created = create();
-  }
+  const auto [temporary, created] = open_temporary(path);
   Descriptor file(created);
   if (file.get() < 0) throw system_error(path, "cannot write", errno);
   if (write_all(file.get(), bytes) && file.close() && ::rename(temporary.c_str(), path.c_str()) == 0) return;
@@ -225,9 +248,11 @@ std::vector<fs::path> files_in(const fs::path& folder) {
   return files;
 }
 
-void remove_temporaries(const fs::path& folder) {
+void remove_temporaries(const fs::path& folder, const std::set<long>& writers) {
   for (const fs::path& path : files_in(folder))
-    if (std::error_code error; is_temporary(path) && !fs::is_directory(path, error)) remove_file(path);
+    if (std::error_code error;
+        is_temporary(path) && !writers.contains(process_of(path)) && !fs::is_directory(path, error))
+      remove_file(path);
 }
 
 int frame_of_file(const fs::path& path, const std::string& extension) {

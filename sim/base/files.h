@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -59,9 +60,13 @@ bool holds_bytes(const fs::path& path);
 std::vector<fs::path> files_in(const fs::path& folder);
 
 /// Removes the temporary files that interrupted writes left in `folder`, not in its subfolders: files for
-/// which is_temporary() holds. Other files and folders stay. A missing folder counts as empty. Throws
-/// FileError.
-void remove_temporaries(const fs::path& folder);
+/// which is_temporary() holds. Files that the processes `writers` write, other files and folders stay. A
+/// missing folder counts as empty. Throws FileError.
+void remove_temporaries(const fs::path& folder, const std::set<long>& writers = {});
+
+/// Creates an empty file with a name that temporary_name() gives, and returns the name. No other program on
+/// any machine gets the same one. Throws FileError.
+fs::path create_temporary(const fs::path& path);
 
 /// Returns the frame number in the name of a frame's file: 12 for "0012.obj" with the extension ".obj".
 /// Returns -1 for any other name and for numbers above `max_frames`.

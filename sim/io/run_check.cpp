@@ -112,11 +112,14 @@ std::string frames_text(const std::vector<int>& frames) {
 }
 
 RunCheck check_run(const RunDirectory& run) {
-  // Returns the size of the journal; 0 if there is none.
+  // Returns the size of the journal and its parts; 0 if there is none.
   const auto journal_size = [&] {
     std::error_code missing;
-    const std::uintmax_t size = fs::file_size(journal_path(run.root), missing);
-    return missing ? 0 : size;
+    std::uintmax_t size = fs::file_size(journal_path(run.root), missing);
+    if (missing) size = 0;
+    for (const fs::path& part : files_in(run.root / "journal"))
+      if (const std::uintmax_t more = fs::file_size(part, missing); !missing) size += more;
+    return size;
   };
   // A simulation that goes on meanwhile replaces and removes files, which looks like faults. It appends to
   // the journal when it does so, and a simulation anew removes the journal: the check is repeated until the

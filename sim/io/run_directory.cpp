@@ -91,7 +91,7 @@ void RunDirectory::write(const fs::path& path, const std::string& bytes) const {
   // If the journal lists these very bytes, the file is as listed before and after the write: no line
   // "replacing" is needed.
   const std::optional<RunJournal::Entry> listed = journal->entry(path);
-  if (!listed || listed->mark != mark) journal->replace(path);
+  if (!listed || listed->mark != mark) journal->replace(path, mark);
   write_atomically(path, bytes);
   journal->list(path, mark);
 }

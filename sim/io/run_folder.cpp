@@ -2,11 +2,8 @@
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <utility>
 
-#include <fcntl.h>
-#include <sys/file.h>
 #include <unistd.h>
 
 #include "sim/base/files.h"
@@ -35,14 +32,15 @@ void remove_frames(const fs::path& folder, const std::string& extension) {
 }
 
 // Throws FileError unless the folder is one to which a simulation may write. It holds a run with a readable
-// manifest, or nothing but temporary files and a journal, which a program may leave that is killed before
-// it writes the manifest.
+// manifest, or nothing but temporary files, a journal and a claim, which a program may leave that is killed
+// before it writes the manifest.
 void require_run_or_empty(const RunDirectory& run) {
   std::error_code error;
   const fs::directory_iterator entries(run.root, error);
   if (error) throw system_error(run.root, "cannot read the folder", error.value());
   const bool empty = std::all_of(begin(entries), end(entries), [&](const fs::directory_entry& entry) {
-    return is_temporary(entry.path()) || entry.path() == journal_path(run.root);
+    return is_temporary(entry.path()) || entry.path() == journal_path(run.root) ||
+           entry.path() == run.root / "claim" || entry.path() == run.root / "journal";
   });
   if (empty) return;
   if (!fs::exists(run.manifest()))
@@ -70,22 +68,15 @@ HeldRun held_run(const RunDirectory& run) {
   return held;
 }
 
-RunLock::RunLock(const RunDirectory& run) : root_(run.root) {
+RunLock::RunLock(const RunDirectory& run, const std::string& work, double wait) : root_(run.root) {
   create_folder(run.root);
   require_run_or_empty(run);
-  folder_ = ::open(run.root.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (folder_ < 0) throw system_error(run.root, "cannot open the folder", errno);
-  // File systems without locks fail in other ways, which are ignored: the lock is only a safeguard.
-  if (::flock(folder_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
-    ::close(folder_);
-    throw FileError(run.root.string(), "another simulation is writing to this folder",
-                    "wait for it, or choose another folder with --out");
-  }
+  claim_ = std::make_unique<RunClaim>(run.root, work, wait);
 }
 
 RunLock::~RunLock() {
+  claim_.reset();
   ::rmdir(root_.c_str());  // fails if the folder is not empty
-  ::close(folder_);
 }
 
 void clear_run(const RunDirectory& run) {
@@ -95,13 +86,15 @@ void clear_run(const RunDirectory& run) {
   remove_file(run.body_values());
   remove_file(run.stats());
   remove_file(run.stage_hashes());
+  for (const fs::path& part : files_in(run.root / "journal")) remove_file(part);
   // The journal goes last: if the program is killed before, the rest of the run is still checked.
   remove_file(journal_path(run.root));
 }
 
 void continue_run(const RunDirectory& run, const Manifest& manifest, const std::string& scene_source) {
-  remove_temporaries(run.root);
-  for (const auto& [folder, extension] : numbered_files(run)) remove_temporaries(folder);
+  const std::set<long> writers = RunJournal::writers_of_parts(run.root);
+  remove_temporaries(run.root, writers);
+  for (const auto& [folder, extension] : numbered_files(run)) remove_temporaries(folder, writers);
   write_description(run, manifest, scene_source);
 }
 

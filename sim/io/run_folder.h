@@ -2,28 +2,34 @@
 // it for a resumed one.
 #pragma once
 
+#include <memory>
 #include <set>
 #include <string>
 
+#include "sim/io/run_claim.h"
 #include "sim/io/run_directory.h"
 
 namespace duet::io {
 
-/// Holds a run directory for one simulation. The lock is one of the system (flock), which releases it when
-/// the program ends, however it ends. On file systems without locks nothing is held.
+/// Holds a run directory for one simulation by its claim, which others tell from that of a program that has
+/// ended.
 class RunLock {
  public:
-  /// Creates the folder if it is missing, and locks it. Throws FileError if another simulation holds it, if
-  /// it has files but no readable manifest.json, or if it cannot be opened.
-  explicit RunLock(const RunDirectory& run);
-  /// Releases the lock, and removes the folder if it is empty.
+  /// Creates the folder if it is missing, and takes its claim for some `work`, such as "duet sim"; waits up
+  /// to `wait` (s) for it. Throws FileError if another program holds it, if the folder has files but no
+  /// readable manifest.json, or if it cannot be written.
+  explicit RunLock(const RunDirectory& run, const std::string& work = "duet sim", double wait = 0);
+  /// Releases the claim, and removes the folder if it is empty.
   ~RunLock();
   RunLock(const RunLock&) = delete;
   RunLock& operator=(const RunLock&) = delete;
 
+  /// Throws FileError if another program has taken the claim over. To be called before every group of writes.
+  void require_held() const { claim_->require_held(); }
+
  private:
   fs::path root_;
-  int folder_ = -1;  // descriptor of the folder, locked
+  std::unique_ptr<RunClaim> claim_;
 };
 
 /// Content of a run directory that an earlier simulation left.
@@ -43,8 +49,9 @@ HeldRun held_run(const RunDirectory& run);
 /// earlier run. Files that no run writes stay. Throws FileError.
 void clear_run(const RunDirectory& run);
 
-/// Prepares the folder for the frames to come: removes temporary files that a killed program left, writes
-/// the manifest and `scene_source` as scene.toml, and creates the folders of the frames. Throws FileError.
+/// Prepares the folder for the frames to come: removes temporary files that a killed program left, but not
+/// those of programs that draw pictures at the same time, writes the manifest and `scene_source` as
+/// scene.toml, and creates the folders of the frames. Throws FileError.
 void continue_run(const RunDirectory& run, const Manifest& manifest, const std::string& scene_source);
 
 /// Returns the path of the run's video, which has the name of the scene file: stack.mp4 for

@@ -24,6 +24,7 @@ using State = RunJournal::Entry::State;
 // Texts of "state" in the file, by State. A line without "state" lists a whole file.
 constexpr const char* states[] = {"", "replacing", "removed"};
 constexpr const char* flawed = "flawed";  // further text of "state", which sets Entry::is_flawed
+constexpr const char* closed = "closed";  // "state" in the last line of a part
 
 // Parses a hexadecimal number; returns none if the text is not one.
 std::optional<std::uint64_t> number_of(const std::string& hexadecimal) {
@@ -46,6 +47,27 @@ std::string difference(const FileMark& found, const FileMark& listed) {
     return fmt::format("is damaged: it has {} bytes, and {} were written", found.bytes, listed.bytes);
   return fmt::format("is damaged: its {} bytes have the hash {:016x}, and {:016x} was written", found.bytes,
                      found.hash, listed.hash);
+}
+
+// Returns whether another program lists the file with the mark `found`.
+bool is_listed_by_others(const FileMark& found, const RunJournal::Entry& entry) {
+  return std::find(entry.others.begin(), entry.others.end(), found) != entry.others.end();
+}
+
+fs::path parts_folder(const fs::path& root) { return root / "journal"; }
+
+// Returns the texts of the parts of a journal by their paths. A part that vanishes meanwhile is left out.
+std::map<fs::path, std::string> texts_of_parts(const fs::path& root) {
+  std::map<fs::path, std::string> parts;
+  std::error_code missing;
+  if (!fs::is_directory(parts_folder(root), missing)) return parts;
+  for (const fs::path& path : files_in(parts_folder(root)))
+    if (is_growing(path)) try {
+        parts[path] = read_file(path);
+      } catch (const FileError&) {
+        if (fs::exists(path, missing)) throw;
+      }
+  return parts;
 }
 
 }  // namespace
@@ -77,7 +99,10 @@ std::shared_ptr<RunJournal> RunJournal::read(const fs::path& root) {
   std::error_code missing;
   for (int attempt = 1; fs::exists(path, missing); ++attempt) try {
       std::shared_ptr<RunJournal> journal(new RunJournal(root));
-      journal->parse(read_file(path));
+      const auto parts =
+          texts_of_parts(root);  // first: a part that is gone is merged into the journal by now
+      journal->parse(path, read_file(path));
+      journal->merge(parts);
       return journal;
     } catch (const FileError&) {
       if (attempt == attempts) throw;
@@ -86,10 +111,10 @@ std::shared_ptr<RunJournal> RunJournal::read(const fs::path& root) {
 }
 
 std::shared_ptr<RunJournal> RunJournal::open(const fs::path& root, int first_frame) {
-  std::shared_ptr<RunJournal> journal = read(root);
-  if (!journal) journal.reset(new RunJournal(root));
+  std::shared_ptr<RunJournal> journal(new RunJournal(root));
   const fs::path path = journal_path(root);
   const std::string text = fs::exists(path) ? read_file(path) : std::string();
+  if (fs::exists(path)) journal->parse(path, text);
   const std::size_t whole = text.rfind('\n') == std::string::npos ? 0 : text.rfind('\n') + 1;
   if (whole < text.size() && ::truncate(path.c_str(), static_cast<off_t>(whole)) != 0)
     throw system_error(path, "cannot write", errno);
@@ -97,6 +122,7 @@ std::shared_ptr<RunJournal> RunJournal::open(const fs::path& root, int first_fra
     journal->first_frame_ = first_frame;
     journal->write_line(Json{{"journal", 1}, {"first_frame", first_frame}}.dump());
   }
+  journal->absorb_parts();
   return journal;
 }
 
@@ -104,18 +130,17 @@ RunJournal::~RunJournal() {
   if (file_ >= 0) ::close(file_);
 }
 
-void RunJournal::parse(std::string_view text) {
+void RunJournal::parse(const fs::path& path, std::string_view text) {
   int number = 0;
   for (std::size_t end = 0; (end = text.find('\n')) != std::string_view::npos; text.remove_prefix(end + 1)) {
     ++number;
     if (!parse_line(text.substr(0, end), number == 1))
       faults_.push_back(fmt::format("{}: line {} is damaged: the files of its run are not all checked",
-                                    journal_path(root_).string(), number));
+                                    path.string(), number));
   }
   // A last line without an end was not written whole, as after a power failure. It is ignored.
   if (number == 0)
-    faults_.push_back(
-        fmt::format("{}: holds no line: the files of its run are not checked", journal_path(root_).string()));
+    faults_.push_back(fmt::format("{}: holds no line: the files of its run are not checked", path.string()));
 }
 
 bool RunJournal::parse_line(std::string_view line, bool is_first) {
@@ -126,6 +151,11 @@ bool RunJournal::parse_line(std::string_view line, bool is_first) {
       const double frame = object.at("first_frame").get<double>();
       if (object.at("journal") != 1 || !(frame >= 0 && frame <= max_frames + 1.0)) return false;
       first_frame_ = static_cast<int>(frame);
+      if (object.contains("writer")) writer_ = read_process(object.at("writer").dump());
+      return true;
+    }
+    if (writer_ && object.value("state", "") == closed) {
+      is_closed_ = true;
       return true;
     }
     const std::string name = object.at("file").get<std::string>();
@@ -140,11 +170,12 @@ bool RunJournal::parse_line(std::string_view line, bool is_first) {
     if (found == std::end(states)) return false;
     entry.state = static_cast<State>(found - std::begin(states));
     if (entry.state == State::removed) entry.is_flawed = false;
-    if (entry.state != State::whole) return true;
+    if (entry.state != State::whole && !object.contains("hash")) return true;
     const Json& bytes = object.at("bytes");
     const std::optional<std::uint64_t> hash = number_of(object.at("hash").get<std::string>());
     if (!bytes.is_number_unsigned() || !hash) return false;
     entry.mark = {bytes.get<std::uint64_t>(), *hash};
+    entry.made_of = number_of(object.value("made_of", "0")).value_or(0);
     return true;
   } catch (const Json::exception&) {
     return false;
@@ -165,43 +196,47 @@ std::optional<std::string> RunJournal::name_of(const fs::path& path) const {
 }
 
 void RunJournal::write_line(const std::string& line) {
-  const fs::path path = journal_path(root_);
+  const fs::path path = own_path();
   if (file_ < 0) file_ = ::open(path.c_str(), O_WRONLY | O_APPEND | O_CREAT | O_CLOEXEC, 0666);
   if (file_ < 0) throw system_error(path, "cannot write", errno);
   append_line(file_, path, line);
 }
 
-void RunJournal::append(const std::string& name, const char* state, const std::optional<FileMark>& mark) {
+void RunJournal::append(const std::string& name, const char* state, const std::optional<FileMark>& mark,
+                        std::uint64_t made_of) {
   Json object = {{"file", name}};
+  if (*state != '\0') object["state"] = state;
   if (mark) {
     object["bytes"] = mark->bytes;
     object["hash"] = fmt::format("{:016x}", mark->hash);
-  } else {
-    object["state"] = state;
   }
+  if (made_of != 0) object["made_of"] = fmt::format("{:016x}", made_of);
   write_line(object.dump());
 }
 
-void RunJournal::list(const fs::path& path, const FileMark& mark) {
+void RunJournal::list(const fs::path& path, const FileMark& mark, std::uint64_t made_of) {
   const std::optional<std::string> name = name_of(path);
   if (!name) return;
   const std::lock_guard lock(mutex_);
   if (const auto known = entries_.find(*name);
-      known != entries_.end() && known->second.state == State::whole && known->second.mark == mark)
+      known != entries_.end() && known->second.state == State::whole && known->second.mark == mark &&
+      known->second.made_of == made_of && known->second.others.empty())
     return;
-  append(*name, "", mark);
+  append(*name, "", mark, made_of);
   Entry& entry = entries_[*name];
   entry.state = State::whole;
   entry.mark = mark;
+  entry.made_of = made_of;
+  entry.others.clear();
 }
 
-void RunJournal::replace(const fs::path& path) {
+void RunJournal::replace(const fs::path& path, const std::optional<FileMark>& next) {
   const std::optional<std::string> name = name_of(path);
   if (!name) return;
   const std::lock_guard lock(mutex_);
   const auto entry = entries_.find(*name);
   if (entry == entries_.end() || entry->second.state != State::whole) return;
-  append(*name, states[static_cast<int>(State::replacing)], std::nullopt);
+  append(*name, states[static_cast<int>(State::replacing)], part_.empty() ? std::nullopt : next);
   entry->second.state = State::replacing;
 }
 
@@ -242,7 +277,8 @@ std::string RunJournal::fault(const fs::path& path, std::string_view bytes) cons
   if (listed->is_flawed) return "was damaged when its run was continued";
   if (listed->state != State::whole) return {};
   if (is_growing(path)) bytes = bytes.substr(0, listed->mark.bytes);
-  return difference(mark_of(bytes), listed->mark);
+  const FileMark found = mark_of(bytes);
+  return is_listed_by_others(found, *listed) ? std::string() : difference(found, listed->mark);
 }
 
 std::string RunJournal::fault(const fs::path& path) const {
@@ -254,9 +290,11 @@ std::string RunJournal::fault(const fs::path& path) const {
   const std::uint64_t size = fs::file_size(path, error);
   if (error == std::errc::no_such_file_or_directory) return "is missing";
   // A file of the wrong length is damaged without reading it.
-  if (!error && (is_growing(path) ? size < listed->mark.bytes : size != listed->mark.bytes))
+  if (!error && listed->others.empty() &&
+      (is_growing(path) ? size < listed->mark.bytes : size != listed->mark.bytes))
     return difference({size, 0}, listed->mark);
-  return difference(mark_of_file(path, is_growing(path) ? listed->mark.bytes : UINT64_MAX), listed->mark);
+  const FileMark found = mark_of_file(path, is_growing(path) ? listed->mark.bytes : UINT64_MAX);
+  return is_listed_by_others(found, *listed) ? std::string() : difference(found, listed->mark);
 }
 
 }  // namespace duet::io

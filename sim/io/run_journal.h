@@ -8,9 +8,12 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "sim/io/run_claim.h"
 
 namespace duet::io {
 
@@ -45,6 +48,12 @@ bool is_growing(const fs::path& path);
 /// bytes after these are not checked. "state":"flawed" marks a growing file that was found damaged when its
 /// run was continued.
 ///
+/// Only the program that holds the claim of the run (RunClaim) appends to journal.jsonl. Programs that draw
+/// pictures meanwhile have a part of the journal each, journal/HOST-PROCESS-START-NUMBER.jsonl, because
+/// several machines cannot append to one file of a shared file system. Readers read the parts as well. A
+/// picture that two programs drew is whole if it is as one of them lists it. Parts whose writers have ended
+/// are merged into journal.jsonl.
+///
 /// All members may be called from any thread. Paths are those of files in the run's folder; other paths,
 /// and names that are not UTF-8, are not listed.
 class RunJournal {
@@ -59,6 +68,10 @@ class RunJournal {
     } state = State::whole;  ///< state of the file
     bool is_flawed = false;  ///< true if a growing file was found damaged when its run was continued
     FileMark mark;           ///< length and hash; valid in the state `whole`
+    /// Hash of what the file was made of, such as the pictures of a video; 0: unknown.
+    std::uint64_t made_of = 0;
+    /// Further marks of a whole file, which other programs that write it at the same time list.
+    std::vector<FileMark> others = {};
   };
 
   /// Reads the journal of the run in the folder `root`; returns null if there is none. Throws FileError if
@@ -66,17 +79,28 @@ class RunJournal {
   static std::shared_ptr<RunJournal> read(const fs::path& root);
 
   /// Opens the journal for a simulation that writes the frames from `first_frame` on. Creates the journal
-  /// if there is none, and cuts off a last line without an end. Throws FileError.
+  /// if there is none, cuts off a last line without an end, and merges the parts whose writers have ended. To
+  /// be called by the holder of the run's claim. Throws FileError.
   static std::shared_ptr<RunJournal> open(const fs::path& root, int first_frame);
+
+  /// Makes this journal, which read() returned, append to a part of its own from now on. Throws FileError.
+  void begin_part();
+  /// Ends the part, and merges it into journal.jsonl if no other program holds the claim of the run;
+  /// otherwise its holder or a later program does so. Does nothing without a part. Throws FileError.
+  void end_part();
+  /// Returns the numbers of the processes that write parts, and that run or may run on another machine.
+  static std::set<long> writers_of_parts(const fs::path& root);
 
   ~RunJournal();
   RunJournal(const RunJournal&) = delete;
   RunJournal& operator=(const RunJournal&) = delete;
 
-  /// Lists a file after it was written, unless it is listed like this already. Throws FileError.
-  void list(const fs::path& path, const FileMark& mark);
-  /// Notes that another file is about to take the place of a listed one. Throws FileError.
-  void replace(const fs::path& path);
+  /// Lists a file after it was written, unless it is listed like this already. `made_of` is that of the
+  /// entry. Throws FileError.
+  void list(const fs::path& path, const FileMark& mark, std::uint64_t made_of = 0);
+  /// Notes that another file, with the mark `next`, is about to take the place of a listed one. Throws
+  /// FileError.
+  void replace(const fs::path& path, const std::optional<FileMark>& next = std::nullopt);
   /// Notes that a file is about to be removed. Throws FileError.
   void remove(const fs::path& path);
   /// Notes that a growing file is damaged and is going to grow on. Throws FileError.
@@ -101,12 +125,21 @@ class RunJournal {
 
  private:
   explicit RunJournal(const fs::path& root) : root_(root) {}
-  // Reads the lines of the file into the members.
-  void parse(std::string_view text);
+  // Reads the lines of the file `path` into the members.
+  void parse(const fs::path& path, std::string_view text);
+  // Adds what a part lists.
+  void merge(const RunJournal& part);
+  // Adds what the parts of the run list, whose texts are given by their paths.
+  void merge(const std::map<fs::path, std::string>& parts);
+  // Appends what the parts list whose writers have ended, removes these parts, and adds the others.
+  void absorb_parts();
+  // Returns the file to which this journal appends.
+  fs::path own_path() const;
   // Reads a line into the members. Returns false if it is not a line of a journal.
   bool parse_line(std::string_view line, bool is_first);
-  // Appends a line about a file: its mark, or else its state.
-  void append(const std::string& name, const char* state, const std::optional<FileMark>& mark);
+  // Appends a line about a file: its state, unless that is empty, and its mark, if there is one.
+  void append(const std::string& name, const char* state, const std::optional<FileMark>& mark,
+              std::uint64_t made_of = 0);
   // Appends a line to the file, which it opens or creates first if need be.
   void write_line(const std::string& line);
   // Returns the name under which a file is listed; none if it cannot be listed.
@@ -118,6 +151,10 @@ class RunJournal {
   std::vector<std::string> faults_;
   int first_frame_ = 0;
   int file_ = -1;  // descriptor, opened for the first line that is appended
+  fs::path part_;  // part to which this journal appends; empty: none
+  // Of a part that was read: its writer, and whether it has written its last line.
+  std::optional<ProcessName> writer_;
+  bool is_closed_ = false;
 };
 
 /// Returns the path of the journal of the run in the folder.
