@@ -6,6 +6,7 @@
 #include "tools/commands.h"
 #include "tools/interrupt.h"
 #include "tools/scene_files.h"
+#include "tools/sheet.h"
 #include <fmt/format.h>
 
 #include "render/picture.h"
@@ -20,63 +21,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int default_width = 320, default_height = 180;  // pixels
-constexpr int gap = 4;                                    // pixels between the pictures of a sheet
-constexpr unsigned char gap_level = 255;                  // white
-constexpr int max_columns = 5;                            // largest number of pictures in a row of a sheet
-// Largest number of pixels of a sheet: 1.5 GB, or twice a picture of the largest size (16384 x 16384).
-constexpr std::int64_t max_pixels =
-    512LL * 1024 * 1024;  // of a sheet, 1.5 GB: twice a picture of the largest size
-
-// Returns the number of columns of a sheet of `count` pictures: at least as many as rows and, among these,
-// the number that leaves the fewest places empty.
-int columns_of(int count) {
-  int fewest = 1;
-  while (fewest * fewest < count) ++fewest;
-  int best = fewest;
-  const auto empty = [&](int columns) { return (count + columns - 1) / columns * columns - count; };
-  for (int columns = fewest; columns <= max_columns; ++columns)
-    if (empty(columns) < empty(best)) best = columns;
-  return best;
-}
-
-// A sheet of pictures of one size in rows from the top left, with gaps between them. Throws Error (usage) if
-// it is too large.
-class Sheet {
- public:
-  Sheet(int count, int width, int height) : columns_(columns_of(count)), width_(width), height_(height) {
-    const int rows = (count + columns_ - 1) / columns_;
-    const std::int64_t all_width = std::int64_t{columns_} * (width + gap) - gap,
-                       all_height = std::int64_t{rows} * (height + gap) - gap;
-    if (all_width * all_height > max_pixels)
-      throw Error(ExitStatus::usage,
-                  fmt::format("a sheet of {} x {} pixels is too large (give a smaller --width "
-                              "and --height, or fewer --moments)",
-                              all_width, all_height));
-    picture_.width = static_cast<int>(all_width);
-    picture_.height = static_cast<int>(all_height);
-    picture_.rgb.assign(static_cast<std::size_t>(3 * all_width * all_height), gap_level);
-  }
-
-  // Adds the next picture: 8-bit RGB, rows from the top.
-  void add(const std::vector<unsigned char>& rgb) {
-    const std::size_t row_bytes = 3 * static_cast<std::size_t>(width_);
-    const int left = count_ % columns_ * (width_ + gap), top = count_ / columns_ * (height_ + gap);
-    for (int y = 0; y < height_; ++y) {
-      const std::size_t to =
-          3 * (static_cast<std::size_t>(top + y) * static_cast<std::size_t>(picture_.width) +
-               static_cast<std::size_t>(left));
-      std::copy_n(rgb.begin() + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(y) * row_bytes),
-                  row_bytes, picture_.rgb.begin() + static_cast<std::ptrdiff_t>(to));
-    }
-    ++count_;
-  }
-  const render::Picture& picture() const { return picture_; }
-
- private:
-  const int columns_, width_, height_;
-  int count_ = 0;  // pictures so far
-  render::Picture picture_;
-};
 
 // Appends --width and --height, or their defaults, to the changes `set` of the scene. A size that the user
 // gives by --set stays; one that only the source of a run gives does not. A missing length follows from the

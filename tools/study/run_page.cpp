@@ -5,6 +5,7 @@
 #include <functional>
 #include <sstream>
 
+#include "tools/sheet.h"
 #include "tools/study/charts.h"
 #include "tools/study/page.h"
 #include "tools/study/results.h"
@@ -27,25 +28,6 @@ using Value = std::function<double(const nlohmann::json&)>;
 
 constexpr std::size_t max_pictures = 12;  // pictures of a run on its page
 constexpr int thumbnail_width = 480;      // pixels; smallest width of such a picture
-
-// Returns a smaller picture, of which each pixel is the mean of factor x factor pixels. The mean is taken of
-// sRGB values as they are, which is good enough to look at, but not to measure.
-render::Picture shrunk(const render::Picture& picture, int factor) {
-  render::Picture small{picture.width / factor, picture.height / factor, {}};
-  const auto width = static_cast<std::size_t>(picture.width);
-  for (int y = 0; y < small.height; ++y)
-    for (int x = 0; x < small.width; ++x)
-      for (int channel = 0; channel < 3; ++channel) {
-        int sum = 0;
-        for (int i = 0; i < factor * factor; ++i) {
-          const int row = y * factor + i / factor, column = x * factor + i % factor;
-          sum += picture.rgb[3 * (static_cast<std::size_t>(row) * width + static_cast<std::size_t>(column)) +
-                             static_cast<std::size_t>(channel)];
-        }
-        small.rgb.push_back(static_cast<unsigned char>((sum + factor * factor / 2) / (factor * factor)));
-      }
-  return small;
-}
 
 double number(const nlohmann::json& frame, const std::string& key) { return frame.at(key).get<double>(); }
 
@@ -124,7 +106,7 @@ class RunPage {
     const render::Picture picture = render::read_picture(run_.image(frame));
     const int factor = picture.width / thumbnail_width;
     if (factor < 2) return run_.image(frame);
-    const render::Picture small = shrunk(picture, factor);
+    const render::Picture small = tools::shrunk(picture, factor);
     fs::path file = charts_ / run_.image(frame).filename();
     io::create_folder(charts_);
     render::write_png(file.string(), small.width, small.height, small.rgb);
