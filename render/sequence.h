@@ -69,4 +69,8 @@ void write_png(const std::string& path, int width, int height, const std::vector
 std::string encode_video(const io::RunDirectory& run, const std::string& name, double fps,
                          const std::string& ffmpeg = "ffmpeg", const std::atomic<bool>* stop = nullptr);
 
+/// Returns whether NAME.mp4 is whole and was made by encode_video() of the pictures that the run's journal
+/// lists now.
+bool is_encoded(const io::RunDirectory& run, const std::string& name);
+
 }  // namespace duet::render

@@ -138,6 +138,16 @@ std::optional<int> first_picture(const io::RunDirectory& run) {
                   *first, *last));
 }
 
+// Returns a hash of the names and marks of the pictures that the journal lists; 0 without a journal.
+std::uint64_t hash_of_pictures(const io::RunDirectory& run) {
+  if (!run.journal) return 0;
+  std::string text;
+  for (const auto& [name, entry] : run.journal->entries())
+    if (entry.state == io::RunJournal::Entry::State::whole && fs::path(name).parent_path() == "image")
+      text += fmt::format("{} {} {:x}\n", name, entry.mark.bytes, entry.mark.hash);
+  return io::mark_of(text).hash;
+}
+
 // Returns the command that encodes H.264 which every player shows: even sizes, 4:2:0, HD colors. One thread
 // and no dates make equal bytes every time. File names are relative to the run's folder, because ffmpeg would
 // take a name of that folder for a pattern.
@@ -165,19 +175,28 @@ std::string last_line(std::string text) {
 
 }  // namespace
 
+bool is_encoded(const io::RunDirectory& run, const std::string& name) {
+  const fs::path video = run.root / (name + ".mp4");
+  if (!run.journal || !io::holds_bytes(video)) return false;
+  const auto entry = run.journal->entry(video);
+  return entry && entry->state == io::RunJournal::Entry::State::whole && entry->made_of != 0 &&
+         entry->made_of == hash_of_pictures(run) && run.journal->fault(video).empty();
+}
+
 std::string encode_video(const io::RunDirectory& run, const std::string& name, double fps,
                          const std::string& ffmpeg, const std::atomic<bool>* stop) {
   const std::optional<int> first = first_picture(run);
   if (!first) return fmt::format("no video: {} holds no pictures", (run.root / "image").string());
 
   const fs::path video = run.root / (name + ".mp4");
-  const std::string unfinished = io::temporary_name(video).filename().string();
+  const std::string unfinished = io::create_temporary(video).filename().string();
+  const std::uint64_t made_of = hash_of_pictures(run);
   const Outcome outcome = run_program(ffmpeg_command(ffmpeg, fps, *first, "./" + unfinished), run.root, stop);
   std::error_code problem;
   if (outcome.start_error == 0 && outcome.status == 0) {
-    if (run.journal) run.journal->replace(video);
+    if (run.journal) run.journal->replace(video, io::mark_of_file(run.root / unfinished));
     fs::rename(run.root / unfinished, video, problem);
-    if (!problem && run.journal) run.journal->list(video, io::mark_of_file(video));
+    if (!problem && run.journal) run.journal->list(video, io::mark_of_file(video), made_of);
     if (!problem) return video.string();
   }
   std::error_code ignored;

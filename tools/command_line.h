@@ -19,6 +19,8 @@ struct CommandLine {
   NewOptions new_scene;
   PreviewOptions preview;
   RenderOptions render;
+  EncodeOptions encode;
+  FarmOptions farm;
   CheckOptions check;
   ExplainOptions explain;
   TetrahedralizeOptions tetrahedralize;

@@ -40,6 +40,7 @@ struct SimulateOptions {
   int threads = 0;                   // 0: all cores
   bool resume = false;               // continue after the last checkpoint
   std::optional<double> stop_after;  // s of wall time after which no further frame begins; empty: never
+  double wait = 0;                   // s, to wait while another program writes to the folder
   bool allow_other_build = false;    // resume a run of another version of the numerics
   bool ledger = false;               // record momentum and energy around every stage
   bool hash_stages = false;          // record a hash of the state after every stage
@@ -70,11 +71,18 @@ struct PreviewOptions {
 
 // Options of `duet render`.
 struct RenderOptions {
-  std::string run;               // folder of a run, or name of a run in out/
-  std::string out;               // folder for pictures and video; empty: that of the run
-  bool skip_existing = false;    // keep pictures that are whole
+  std::string run;             // folder of a run, or name of a run in out/
+  std::string out;             // folder for pictures and video; empty: that of the run
+  bool skip_existing = false;  // keep pictures that are whole
+  bool missing = false;  // draw only what is not there or not whole, of frames that are simulated; no video
+  double wait = 0;       // s, to wait for frames that a simulation is still to write; with `missing`
   std::optional<Frames> frames;  // empty: all frames that were simulated
   std::vector<std::string> set;  // "key=value" of camera, lights, looks, sky and render
+};
+
+// Options of `duet encode`.
+struct EncodeOptions {
+  std::string run;  // folder of a run, or name of a run in out/
 };
 
 // Options of `duet check`.
@@ -100,12 +108,13 @@ struct TetrahedralizeOptions {
 
 // Options of `duet study`.
 struct StudyOptions {
-  std::string spec;      // TOML file of the study
-  std::string out;       // folder; empty: out/studies/<name of the spec>
-  std::string program;   // program duet that simulates; empty: this one
-  int jobs = 1;          // number of untimed runs at a time
-  bool untimed = false;  // run each setting once and measure no times
-  bool json = false;     // print no table
+  std::string spec;          // TOML file of the study
+  std::string out;           // folder; empty: out/studies/<name of the spec>
+  std::string program;       // program duet that simulates; empty: this one
+  int jobs = 1;              // number of untimed runs at a time
+  bool untimed = false;      // run each setting once and measure no times
+  std::optional<int> point;  // carry out only the run of this number, from 1, and write no report
+  bool json = false;         // print no table
 };
 
 // Options of `duet report`.
@@ -116,6 +125,26 @@ struct ReportOptions {
 // Options of `duet verify`.
 struct VerifyOptions {
   std::string run;  // folder of a run, or name of a run in out/
+};
+
+// Options of `duet farm`.
+struct FarmOptions {
+  SceneChoice scene;   // name: a scene, the folder of a run, or the specification of a study
+  std::string out;     // folder of the run, or of the study; empty: as `duet run` and `duet study` choose
+  std::string engine;  // slurm, parallel or local
+  std::optional<int> tasks;         // drawing tasks of each run; empty: 8 for one run, 1 for each variation
+  std::vector<std::string> vary;    // "key=a,b,c"
+  int seeds = 0;                    // number of seeds of scattered instances; 0: those of the scene
+  std::optional<Frames> frames;     // last frame; empty: that of the scene
+  int threads = 4;                  // of a simulation
+  int minutes = 60;                 // time limit of a job
+  int chain = 8;                    // jobs in which a simulation has to end
+  std::vector<std::string> sbatch;  // further options of every sbatch
+  bool submit = false;              // submit the scripts, or carry them out
+  bool overwrite = false;           // replace scripts of an earlier call
+  bool status = false;              // say how far a farm is
+  bool collect = false;             // write table, contact sheet and page of variations
+  bool json = false;
 };
 
 // Options of `duet cache`.
@@ -190,6 +219,8 @@ Outcome preview(const PreviewOptions& options, Report& report);
 Outcome simulate(const SimulateOptions& options, Report& report);
 // Draws frames of a run.
 Outcome render(const RenderOptions& options, Report& report);
+// Encodes the video of a run's pictures, unless it is there.
+Outcome encode(const EncodeOptions& options);
 // Prints every problem of a scene, or the reference of all keys.
 Outcome check(const CheckOptions& options);
 // Prints the effect plan, sizes and warnings of a scene.
@@ -198,6 +229,11 @@ Outcome explain(const ExplainOptions& options);
 Outcome tetrahedralize(const TetrahedralizeOptions& options, Report& report);
 // Runs a scene under many settings and reports errors against cost.
 Outcome study(const StudyOptions& options, Report& report);
+// Returns the number of runs that a study consists of, each of which StudyOptions::point can carry out.
+int study_points(const StudyOptions& options);
+// Writes, submits, examines or collects the tasks by which many machines work on a run, variations or a
+// study.
+Outcome farm(const FarmOptions& options, Report& report);
 // Writes one run as an HTML page.
 Outcome report_run(const ReportOptions& options);
 // Compares the files of a run with its journal.

@@ -2,6 +2,10 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <memory>
+#include <set>
+#include <thread>
+#include <utility>
 
 #include "tools/commands.h"
 #include "tools/interrupt.h"
@@ -10,6 +14,7 @@
 
 #include "render/sequence.h"
 #include "sim/base/files.h"
+#include "sim/io/run_claim.h"
 #include "sim/io/run_folder.h"
 #include "sim/io/run_journal.h"
 #include "sim/scene/reader/reader.h"
@@ -72,11 +77,170 @@ int drop_drawn(const io::RunDirectory& to, const scene::Render& size, std::vecto
   return static_cast<int>(std::erase_if(frames, is_drawn));
 }
 
+// Draws pictures of a run and shows the progress.
+class Drawing {
+ public:
+  Drawing(const io::RunDirectory& run, const io::RunDirectory& to, const io::Manifest& manifest,
+          const scene::Scene& scene, Report& report)
+      : run_(run), to_(to), manifest_(manifest), scene_(scene), report_(report) {}
+
+  // Announces the frames, of which there is at least one. The pictures are listed in a part of the journal.
+  void begin(const std::vector<int>& frames) {
+    if (to_.journal) to_.journal->begin_part();
+    renderer_ = std::make_unique<render::SequenceRenderer>(scene_, manifest_);
+    io::create_folder(to_.image(0).parent_path());
+    report_.start(manifest_.title, to_.root.string(), frames.front(), frames.back(),
+                  static_cast<int>(frames.size()));
+  }
+  // Draws a frame.
+  void draw(int frame) {
+    const auto start = std::chrono::steady_clock::now();
+    renderer_->render_frame(run_, frame, to_);
+    report_.drawn(frame, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+    ++drawn_;
+  }
+  // Ends the part of the journal.
+  void end() {
+    if (to_.journal) to_.journal->end_part();
+  }
+  // Returns the number of frames that were drawn.
+  int drawn() const { return drawn_; }
+
+ private:
+  const io::RunDirectory& run_;
+  const io::RunDirectory& to_;
+  const io::Manifest& manifest_;
+  const scene::Scene& scene_;
+  Report& report_;
+  std::unique_ptr<render::SequenceRenderer> renderer_;
+  int drawn_ = 0;
+};
+
+// Frames of a run that a simulation may still write, and that are to be drawn as they come.
+class ComingFrames {
+ public:
+  ComingFrames(const RenderOptions& options, const io::RunDirectory& run, int last)
+      : run_(run), wait_(options.wait) {
+    const int first = options.frames ? options.frames->first.value_or(options.frames->last) : 0;
+    const int end = options.frames ? std::min(options.frames->last, last) : last;
+    for (int frame = first; frame <= end; ++frame) left_.push_back(frame);
+  }
+
+  // Returns the frames that are to be drawn and can be, in ascending order. If there is none, waits for the
+  // next one until a simulation has not written one for the time of --wait, or does not go on. Empty: no
+  // frame comes any more.
+  std::vector<int> next() {
+    // Time in which a simulation may be between two tasks of a queue, or about to begin.
+    const double pause = std::min(10.0, wait_ / 60);
+    const Clock::time_point begin = Clock::now();
+    Clock::time_point last_alive = begin;
+    std::vector<int> ready = take_ready();
+    for (int look = 1; ready.empty() && !left_.empty() && !interrupted() && seconds_since(begin) < wait_;
+         ++look) {
+      std::this_thread::sleep_for(std::chrono::duration<double>(std::min(wait_ / 10, 1.0)));
+      const auto holder = io::RunClaim::holder(run_.root);
+      if (holder && !holder->work.ends_with("journal")) last_alive = Clock::now();
+      // Frames come in their order: as long as the first one is not there, a look at all files would only
+      // burden the file server. It may be one that is never written.
+      const bool is_over = seconds_since(last_alive) > pause;
+      if (is_over || look % looks_at_first == 0 || fs::exists(run_.mesh(left_.front()))) ready = take_ready();
+      if (is_over) break;
+    }
+    return ready;
+  }
+  // Returns whether frames are left that were not there.
+  bool is_any_left() const { return !left_.empty(); }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  static constexpr int looks_at_first = 30;  // looks at the first frame alone between two looks at all files
+  static double seconds_since(Clock::time_point begin) {
+    return std::chrono::duration<double>(Clock::now() - begin).count();
+  }
+  static std::set<int> frames_in(const fs::path& folder, const char* extension) {
+    std::set<int> frames;
+    for (const fs::path& file : io::files_in(folder))
+      if (const int frame = io::frame_of_file(file, extension); frame >= 0) frames.insert(frame);
+    return frames;
+  }
+  // Removes the frames that can be drawn from those that are left, and returns them. Of a frame that is being
+  // written the values, where a run has them, come after the mesh.
+  std::vector<int> take_ready() {
+    const std::set<int> meshes = frames_in(run_.mesh(0).parent_path(), ".obj"),
+                        values = frames_in(run_.values(0).parent_path(), ".npy");
+    const bool has_values = fs::exists(run_.body_values());  // written before the first mesh
+    std::vector<int> ready;
+    for (const int frame : left_)
+      if (meshes.contains(frame) && (!has_values || values.contains(frame))) ready.push_back(frame);
+    std::erase_if(left_, [&](int frame) { return std::binary_search(ready.begin(), ready.end(), frame); });
+    return ready;
+  }
+
+  const io::RunDirectory& run_;
+  const double wait_;      // s
+  std::vector<int> left_;  // ascending
+};
+
+// A run and what pictures need of it.
+struct OpenedRun {
+  io::RunDirectory run;
+  io::Manifest manifest;
+  scene::Scene scene;
+};
+
+// Opens a run. If a simulation is about to begin, waits for up to `options.wait` until the folder holds a
+// run. A simulation that continues the run replaces the manifest, so that a single look may find it changed.
+OpenedRun open_coming_run(const RenderOptions& options) {
+  constexpr int looks = 5;
+  const auto end =
+      std::chrono::steady_clock::now() + std::chrono::duration<double>(std::min(options.wait, 1e9));
+  const auto is_there = [&](const fs::path& folder) { return fs::exists(io::RunDirectory{folder}.scene()); };
+  while (!interrupted() && std::chrono::steady_clock::now() < end && !is_there(options.run) &&
+         !is_there(fs::path("out") / options.run))
+    std::this_thread::sleep_for(std::chrono::duration<double>(std::min(options.wait / 10, 1.0)));
+  for (int look = 1;; ++look) try {
+      const io::RunDirectory run = find_run(options.run);
+      io::Manifest manifest = io::read_manifest(run);
+      run.require_whole(run.scene());
+      return {run, std::move(manifest),
+              scene::read(run.scene().string(), options.set, scene::Meshes::leave).scene};
+    } catch (const FileError&) {
+      if (look == looks || !io::RunClaim::holder(options.run)) throw;
+      std::this_thread::sleep_for(std::chrono::milliseconds(200));
+    }
+}
+
+// `duet render --missing`.
+Outcome render_missing(const RenderOptions& options, Report& report) {
+  const auto [run, manifest, scene] = open_coming_run(options);
+  const io::RunDirectory to = options.out.empty() ? run : io::RunDirectory{options.out};
+  Drawing drawing(run, to, manifest, scene, report);
+  ComingFrames coming(options, run, manifest.frames);
+  int skipped = 0;
+  bool has_begun = false;
+  for (std::vector<int> frames = coming.next(); !frames.empty() && !interrupted(); frames = coming.next()) {
+    skipped += drop_drawn(to, scene.render, frames);
+    if (!frames.empty() && !std::exchange(has_begun, true)) drawing.begin(frames);
+    for (const int frame : frames)
+      if (!interrupted()) drawing.draw(frame);
+  }
+  drawing.end();
+  const std::string done = fmt::format("{} picture{} in {}{}", drawing.drawn(),
+                                       drawing.drawn() == 1 ? "" : "s", to.image(0).parent_path().string(),
+                                       skipped > 0 ? fmt::format(" ({} were there)", skipped) : "");
+  if (interrupted()) return {ExitStatus::interrupted, done + "; the same command draws the others"};
+  if (coming.is_any_left())
+    return {options.wait > 0 ? ExitStatus::unfinished : ExitStatus::done,
+            done + "; other frames are not simulated yet"};
+  return {ExitStatus::done, done};
+}
+
 }  // namespace
 
 Outcome render(const RenderOptions& options, Report& report) {
   const OrderlyStop orderly;
   for (const std::string& text : options.set) require_picture_key(text);
+  if (options.missing) return render_missing(options, report);
   const io::RunDirectory run = find_run(options.run);
   const io::Manifest manifest = io::read_manifest(run);
   run.require_whole(run.scene());
@@ -84,25 +248,24 @@ Outcome render(const RenderOptions& options, Report& report) {
   const io::RunDirectory to = options.out.empty() ? run : io::RunDirectory{options.out};
   std::vector<int> frames = frames_to_draw(options, run, manifest.frames);
   const int skipped = options.skip_existing ? drop_drawn(to, scene.render, frames) : 0;
-  render::SequenceRenderer renderer(scene, manifest);
-  io::create_folder(to.image(0).parent_path());
-
   const auto begin = std::chrono::steady_clock::now();
-  if (!frames.empty())
-    report.start(manifest.title, to.root.string(), frames.front(), frames.back(),
-                 static_cast<int>(frames.size()));
+  Drawing drawing(run, to, manifest, scene, report);
+  if (!frames.empty()) drawing.begin(frames);
   for (const int frame : frames) {
-    if (interrupted())
+    if (interrupted()) {
+      drawing.end();
       return {ExitStatus::interrupted, fmt::format("before frame {} was drawn; continue with --frames {}:{}",
                                                    frame, frame, frames.back())};
-    const auto start = std::chrono::steady_clock::now();
-    renderer.render_frame(run, frame, to);
-    report.drawn(frame, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+    }
+    drawing.draw(frame);
   }
   std::string video;
-  if (!options.frames)
+  if (!options.frames) {
+    if (frames.empty() && to.journal) to.journal->begin_part();
     video = "; " + render::encode_video(to, io::video_path(run, manifest).stem().string(), manifest.fps,
                                         "ffmpeg", &stop_flag());
+  }
+  drawing.end();
   if (interrupted() && !options.frames)
     return {ExitStatus::interrupted,
             "after all pictures were drawn, before their video was encoded; the same "
@@ -112,6 +275,21 @@ Outcome render(const RenderOptions& options, Report& report) {
           fmt::format("{} picture{} in {}{}, {:.1f} s{}", frames.size(), frames.size() == 1 ? "" : "s",
                       to.image(0).parent_path().string(),
                       skipped > 0 ? fmt::format(" ({} were there)", skipped) : "", seconds, video)};
+}
+
+Outcome encode(const EncodeOptions& options) {
+  const OrderlyStop orderly;
+  const io::RunDirectory run = find_run(options.run);
+  const io::Manifest manifest = io::read_manifest(run);
+  const fs::path video = io::video_path(run, manifest);
+  if (render::is_encoded(run, video.stem().string()))
+    return {ExitStatus::done, fmt::format("{} is there, of the present pictures", video.string())};
+  if (run.journal) run.journal->begin_part();
+  const std::string note =
+      render::encode_video(run, video.stem().string(), manifest.fps, "ffmpeg", &stop_flag());
+  if (run.journal) run.journal->end_part();
+  if (interrupted()) return {ExitStatus::interrupted, note};
+  return {note == video.string() ? ExitStatus::done : ExitStatus::files, note};
 }
 
 }  // namespace duet::tools

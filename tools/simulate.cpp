@@ -185,7 +185,7 @@ io::Manifest Run::describe() const {
 }
 
 void Run::prepare() {
-  lock_ = std::make_unique<io::RunLock>(directory_);
+  lock_ = std::make_unique<io::RunLock>(directory_, options_.draw ? "duet run" : "duet sim", options_.wait);
   if (!options_.resume && !options_.overwrite) require_free_folder();
   for (const std::string& note : read_.notes) report_.note(note);
   source_.set = all_overrides(options_.scene);
@@ -386,6 +386,7 @@ void Run::write_frame(int frame, const FrameStats& stats) {
 
 // The checkpoint is written last: a frame that has one is whole.
 void Run::record() {
+  lock_->require_held();
   const int frame = simulation_.frame();
   const FrameStats stats = simulation_.stats();
   if (wanted(frame)) write_frame(frame, stats);

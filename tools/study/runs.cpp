@@ -22,6 +22,7 @@
 #include "sim/base/files.h"
 #include "sim/base/hash.h"
 #include "sim/io/checkpoint.h"
+#include "sim/io/run_claim.h"
 #include "sim/io/run_directory.h"
 #include "sim/scene/plan.h"
 
@@ -139,6 +140,9 @@ bool Runner::finished(Run& run) const {
 }
 
 Runner::Child Runner::start(Run& run) const {
+  if (const auto holder = io::RunClaim::holder(run.folder))
+    throw FileError(run.folder.string(), "another program writes to this folder: " + holder->text(),
+                    "wait for it");
   fs::remove_all(run.folder);  // a study that was stopped may have left it
   std::vector<std::string> words = {program_.string(),
                                     "sim",
@@ -243,16 +247,34 @@ bool Runner::carry_out_together(const std::vector<Run*>& runs, std::size_t at_on
   return !stopping;
 }
 
+std::vector<Run*> Runner::distinct(std::vector<Run*>& runs) const {
+  for (Run* run : runs) identify(*run);
+  std::vector<Run*> list;
+  for (const bool is_timed : {false, true})
+    for (Run* run : runs) {
+      const bool twice =
+          std::any_of(list.begin(), list.end(), [&](const Run* r) { return r->folder == run->folder; });
+      if (run->timed == is_timed && !twice) list.push_back(run);
+    }
+  return list;
+}
+
+bool Runner::carry_out_point(std::vector<Run*>& runs, int point) {
+  io::create_folder(folder_);
+  const std::vector<Run*> list = distinct(runs);
+  if (point > static_cast<int>(list.size()))
+    throw Error(ExitStatus::usage, fmt::format("--point {}: the study has {} runs", point, list.size()));
+  Run* run = list[static_cast<std::size_t>(point - 1)];
+  if (finished(*run)) return true;
+  to_simulate_ = 1;
+  return carry_out_together({run}, 1);
+}
+
 bool Runner::carry_out(std::vector<Run*>& runs) {
   io::create_folder(folder_);
-  for (Run* run : runs) identify(*run);
   std::vector<Run*> untimed, timed;
-  for (Run* run : runs) {
-    std::vector<Run*>& list = run->timed ? timed : untimed;
-    const bool twice =
-        std::any_of(list.begin(), list.end(), [&](const Run* r) { return r->folder == run->folder; });
-    if (!twice && !finished(*run)) list.push_back(run);
-  }
+  for (Run* run : distinct(runs))
+    if (!finished(*run)) (run->timed ? timed : untimed).push_back(run);
   to_simulate_ = simulated_ + static_cast<int>(untimed.size() + timed.size());
   const bool whole =
       carry_out_together(untimed, static_cast<std::size_t>(jobs_)) && carry_out_together(timed, 1);

@@ -37,6 +37,13 @@ class Runner {
   // false if it was interrupted. Throws FileError, and Error (usage) for scenes that cannot be read.
   bool carry_out(std::vector<Run*>& runs);
 
+  // Carries out the run of the number `point` (from 1) among the distinct ones, unless it has a result.
+  // Returns false if it was interrupted. Throws Error (usage) if there is no such run, FileError if another
+  // program works on it.
+  bool carry_out_point(std::vector<Run*>& runs, int point);
+  // Identifies all runs and returns those with different folders, the untimed ones first.
+  std::vector<Run*> distinct(std::vector<Run*>& runs) const;
+
   // Returns the processor that timed runs are bound to; -1: none.
   int processor() const { return processor_; }
   // Returns the number of runs that were carried out, without those that had a result already.

@@ -224,15 +224,29 @@ Results measure(const Study& study, int processor) {
 
 namespace duet::tools {
 
+int study_points(const StudyOptions& options) {
+  study::Study study = study::plan_study(options);
+  Report silent(true, false);
+  study::Runner runner({}, options.program, 1, silent);
+  std::vector<study::Run*> runs = study.runs();
+  return static_cast<int>(runner.distinct(runs).size());
+}
+
 Outcome study(const StudyOptions& options, Report& report) {
   namespace fs = std::filesystem;
-  study::require_gnuplot();
+  if (!options.point) study::require_gnuplot();
   const OrderlyStop orderly;
   study::Study study = study::plan_study(options);
   const fs::path folder =
       options.out.empty() ? fs::path("out/studies") / fs::path(options.spec).stem() : fs::path(options.out);
   study::Runner runner(folder / "runs", options.program, options.jobs, report);
   std::vector<study::Run*> runs = study.runs();
+  if (options.point) {
+    if (!runner.carry_out_point(runs, *options.point))
+      return {ExitStatus::interrupted, "the run was given up; the same command begins it anew"};
+    return {ExitStatus::done, fmt::format("run {} of {} is in {}", *options.point,
+                                          runner.distinct(runs).size(), (folder / "runs").string())};
+  }
   if (!runner.carry_out(runs))
     return {ExitStatus::interrupted,
             fmt::format("after {} runs, which are kept in {}; the same command goes on", runner.simulated(),
