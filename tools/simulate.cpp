@@ -185,6 +185,10 @@ io::Manifest Run::describe() const {
 }
 
 void Run::prepare() {
+  if (const auto holder = io::RunClaim::holder(directory_.root);
+      holder && io::life_of(holder->process) == io::Life::unknown)
+    report_.note(fmt::format("{}: looking for up to {:.0f} s whether another program still writes to it: {}",
+                             directory_.root.string(), io::ClaimTimes().silence, holder->text()));
   lock_ = std::make_unique<io::RunLock>(directory_, options_.draw ? "duet run" : "duet sim", options_.wait);
   if (!options_.resume && !options_.overwrite) require_free_folder();
   for (const std::string& note : read_.notes) report_.note(note);

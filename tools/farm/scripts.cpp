@@ -93,7 +93,8 @@ status_of() {
 }
 )sh";
 
-// Lines that Slurm reads at the top of a script. Logs are kept by setup.sh: Slurm takes % and \ in paths for patterns.
+// Lines that Slurm reads at the top of a script. Logs are kept by setup.sh: Slurm takes % and \ in paths for
+// patterns.
 std::string head(const Plan& plan, const std::string& what, int processors) {
   std::string text = "#!/usr/bin/env bash\n";
   if (plan.engine == "slurm")
@@ -109,7 +110,8 @@ constexpr std::string_view source_setup = R"sh(@LITERALS@farm=@FARM@
 source "$farm/setup.sh"
 )sh";
 
-constexpr std::string_view simulate = R"sh(# Simulates run NUMBER, or continues it after its last whole frame.   simulate.sh [NUMBER]
+constexpr std::string_view simulate =
+    R"sh(# Simulates run NUMBER, or continues it after its last whole frame.   simulate.sh [NUMBER]
 @SOURCE@
 number=${1:-${SLURM_ARRAY_TASK_ID:?simulate.sh: which run?}}
 case $(status_of "simulate-$number") in
@@ -118,10 +120,11 @@ case $(status_of "simulate-$number") in
 esac
 changes=(@CHANGES@)
 @CASES@task "simulate-$number" duet sim @SCENE@ "${changes[@]}" --out "$(run_folder "$number")" --threads @THREADS@ \
-  --resume --wait 120@STOP@
+  --resume --wait @WAIT@@STOP@
 )sh";
 
-constexpr std::string_view draw = R"sh(# Draws the pictures of a range of frames that are not there or not whole. Waits up to SECONDS for each frame that the
+constexpr std::string_view draw =
+    R"sh(# Draws the pictures of a range of frames that are not there or not whole. Waits up to SECONDS for each frame that the
 # simulation is still to write.   draw.sh NUMBER [SECONDS]
 @SOURCE@
 number=${1:-${SLURM_ARRAY_TASK_ID:?draw.sh: which task?}}
@@ -132,7 +135,8 @@ export LP_NUM_THREADS=${LP_NUM_THREADS:-0} # one processor a task; pictures do n
 task "draw-$number" duet render "$(run_folder "$run")" --frames "$first:$last" --missing --wait "$seconds"
 )sh";
 
-constexpr std::string_view finish = R"sh(# Encodes the video of run NUMBER, writes its report and checks all its files.   finish.sh [NUMBER]
+constexpr std::string_view finish =
+    R"sh(# Encodes the video of run NUMBER, writes its report and checks all its files.   finish.sh [NUMBER]
 @SOURCE@
 number=${1:-${SLURM_ARRAY_TASK_ID:?finish.sh: which run?}}
 run=$(run_folder "$number") worst=0
@@ -142,7 +146,8 @@ task "verify-$number" duet verify "$run" || worst=$?
 exit "$worst"
 )sh";
 
-constexpr std::string_view collect = R"sh(# Writes the table, the contact sheet and the page of all variations.
+constexpr std::string_view collect =
+    R"sh(# Writes the table, the contact sheet and the page of all variations.
 @SOURCE@
 task collect duet farm --collect "$farm"
 )sh";
@@ -288,6 +293,9 @@ std::map<std::string, std::string> scripts(const Plan& plan) {
       {"LITERALS", has_dollars(plan) ? "# shellcheck disable=SC2016 # values are meant as they are\n" : ""},
       {"CHANGES", words(plan.changes)},
       {"THREADS", std::to_string(plan.threads)},
+      // A task that Slurm gave to another node, because it took the first one for dead, waits for the first
+      // one's end.
+      {"WAIT", std::to_string(is_slurm ? plan.minutes * 60 / 2 : 120)},
       {"STOP", is_slurm ? fmt::format(" --stop-after {}", plan.minutes * 60 * margin / 100) : ""},
       {"TASKS", std::to_string(plan.tasks)},
       {"LAST", std::to_string(plan.frames)},
@@ -309,8 +317,9 @@ std::map<std::string, std::string> scripts(const Plan& plan) {
                      : is_slurm     ? filled(slurm_follow, values)
                                     : filled("each follow @DRAWS@ draw.sh 60\n", values);
   values["COLLECT"] = !has_variations ? ""
-                      : is_slurm ? "submit --dependency=\"afterany:$ending\" \"$farm/collect.sh\" >/dev/null\n"
-                                 : "bash \"$farm/collect.sh\" || true\n";
+                      : is_slurm
+                          ? "submit --dependency=\"afterany:$ending\" \"$farm/collect.sh\" >/dev/null\n"
+                          : "bash \"$farm/collect.sh\" || true\n";
   const auto start = [&](std::string_view begin, std::string_view rest) {
     return filled(std::string(begin) + std::string(rest), values);
   };

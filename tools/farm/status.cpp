@@ -88,6 +88,8 @@ std::string end_of_log(const fs::path& log) {
 
 std::vector<TaskState> task_states(const Plan& plan) {
   std::vector<TaskState> tasks;
+  const std::string host = io::this_process().host;
+  std::error_code missing;
   const fs::path logs = plan.folder / "logs";
   for (const fs::path& file : io::files_in(logs)) {
     if (file.extension() != ".state") continue;
@@ -96,7 +98,12 @@ std::vector<TaskState> task_states(const Plan& plan) {
     double seconds = 0;
     words >> task.status >> task.node >> task.process >> seconds >> task.log;
     task.name = file.stem().string();
-    if (task.has_failed()) task.last_line = end_of_log(logs / task.log);
+    if (task.status == "running" && task.node == host &&
+        !fs::exists(fmt::format("/proc/{}", task.process), missing)) {
+      task.status = "lost";
+      task.last_line = "it was killed; the same script continues it";
+    } else if (task.has_failed())
+      task.last_line = end_of_log(logs / task.log);
     tasks.push_back(std::move(task));
   }
   std::sort(tasks.begin(), tasks.end(),
