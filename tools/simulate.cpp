@@ -169,7 +169,7 @@ Run::Run(const SimulateOptions& options, Report& report)
       first_(options.frames ? options.frames->first.value_or(0) : 0),
       until_(end_of(options.stop_after)),
       simulation_(read_.scene, effects_) {
-  simulation_.stop_when(&stop_flag());
+  simulation_.stop_when(&give_up_flag());
   if (options.ledger) simulation_.keep_ledger();
 }
 
@@ -418,6 +418,8 @@ Outcome Run::work() {
     if (interrupted()) return stopped(ExitStatus::interrupted);
     if (advanced && time_is_over()) return stopped(ExitStatus::unfinished);
     try {
+      const FrameInHand frame(recorded_ + 1,
+                              advanced ? std::optional(simulation_.stats().seconds) : std::nullopt);
       simulation_.advance_frame();
     } catch (const Stopped&) {
       return stopped(ExitStatus::interrupted, simulation_.frame() + 1);

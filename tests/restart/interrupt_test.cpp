@@ -61,6 +61,44 @@ TEST_F(Interrupt, ASecondSignalEndsAtOnce) {
   EXPECT_TRUE(contains(stopped.errors, "ended at once")) << stopped.errors;
 }
 
+// Frames of some 10,000 steps take less than a second. The frame before tells that, so that the first signal
+// lets the frame end.
+const std::string frames_of_a_second = "solver.max_time_step=4e-6";
+
+TEST_F(Interrupt, FinishesAFrameThatTakesSeconds) {
+  for (const int signal : {SIGINT, SIGTERM}) {
+    fs::remove_all(run.root);
+    Program program({"sim", tiny, "--out", run.root.string(), "--set", frames_of_a_second});
+    while (const auto line = program.line())
+      if (line->starts_with("frame 1/")) break;
+    program.compute_for(0.05);
+    program.signal(signal);
+    const Finished stopped = finish(program);
+    EXPECT_EQ(stopped.status, 130);
+    EXPECT_TRUE(contains(stopped.errors, "frame 2 is being finished, in about ")) << stopped.errors;
+    EXPECT_TRUE(contains(stopped.errors, "a second signal ends the program at once")) << stopped.errors;
+    EXPECT_TRUE(contains(stopped.last_line(), "after frame 2; frames up to 2 are whole"))
+        << stopped.last_line();
+    EXPECT_TRUE(fs::exists(run.mesh(2)));
+  }
+}
+
+// SIGALRM is the signal with which the system tells that ten seconds are over.
+TEST_F(Interrupt, GivesAFrameUpThatTakesTooLongToFinish) {
+  Program program({"sim", tiny, "--out", run.root.string(), "--set", frames_of_a_second});
+  while (const auto line = program.line())
+    if (line->starts_with("frame 1/")) break;
+  program.compute_for(0.05);
+  program.signal(SIGINT);
+  program.compute_for(0.02);
+  program.signal(SIGALRM);
+  const Finished stopped = finish(program);
+  EXPECT_EQ(stopped.status, 130);
+  EXPECT_TRUE(contains(stopped.errors, "takes longer than expected and is given up")) << stopped.errors;
+  EXPECT_TRUE(contains(stopped.last_line(), "frame 2 was given up; frames up to 1 are whole"))
+      << stopped.last_line();
+}
+
 // A frame that was given up is computed to the same bits afterwards. Its thousand steps make sure that the
 // signals arrive in the middle of a frame.
 TEST_F(Interrupt, AGivenUpFrameIsComputedToTheSameBits) {
