@@ -1,5 +1,6 @@
 // `duet check`: lists every problem of a scene, or prints the reference of all keys.
 #include "tools/commands.h"
+#include "tools/estimate.h"
 #include "tools/scene_files.h"
 #include <fmt/format.h>
 
@@ -37,13 +38,17 @@ struct StartCheck {
 };
 
 // Builds the scene. Throws SceneError if bodies lack what is attached to them.
-StartCheck check_start(const scene::Scene& scene) {
+StartCheck check_start(const scene::ReadResult& read, const std::string& out) {
+  const scene::Scene& scene = read.scene;
   StartCheck check;
   try {
     const Simulation simulation(scene, scene::plan_effects(scene).active());
     for (const InitialOverlap& overlap : simulation.initial_overlaps())
       check.warnings.push_back(describe_separation(overlap));
     if (std::string warning = scene::step_warning(scene, simulation.sizes()); !warning.empty())
+      check.warnings.push_back(std::move(warning));
+    for (std::string& warning :
+         resource_warnings(estimate_sizes(read, simulation, out, LevelSets::are_left_out)))
       check.warnings.push_back(std::move(warning));
   } catch (const SceneError&) {
     throw;
@@ -71,7 +76,7 @@ Outcome check(const CheckOptions& options) {
     const scene::ReadResult read = read_scene(options.scene);
     for (const std::string& note : read.notes) print(note + '\n');
     if (const std::size_t count = check_filling(read.scene); count > 0) return problems_found(count);
-    const StartCheck start = check_start(read.scene);
+    const StartCheck start = check_start(read, run_folder(options.scene, "").string());
     for (const std::string& warning : start.warnings)
       print(fmt::format("{}: warning: {}\n", read.scene.path, warning));
     if (!start.problem.empty()) {

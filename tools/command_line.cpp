@@ -1,56 +1,13 @@
 #include "tools/command_line.h"
 
+#include "tools/manual/examples.h"
+#include "tools/option_parts.h"
 #include "tools/scene_files.h"
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 namespace duet::tools {
 namespace {
-
-// Returns a validator for numbers from `least` to `most`. CLI::Range would accept NaN.
-CLI::Validator between(double least, double most) {
-  const auto check = [=](const std::string& text) {
-    double value = 0;
-    const bool is_inside = CLI::detail::lexical_cast(text, value) && value >= least && value <= most;
-    return is_inside ? std::string()
-                     : fmt::format("a number from {:g} to {:g} is expected, not {}", least, most, text);
-  };
-  return {check, fmt::format("[{:g} - {:g}]", least, most)};
-}
-
-// Adds an option that can be given several times, with one value each time.
-void add_repeatable(CLI::App& app, const std::string& name, std::vector<std::string>& values,
-                    const std::string& type, const std::string& help) {
-  app.add_option(name, values, help)
-      ->type_name(type)
-      ->allow_extra_args(false)
-      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
-}
-
-// Adds the scene and the changes of it.
-CLI::Option* add_scene(CLI::App& app, SceneChoice& scene) {
-  add_repeatable(app, "--set", scene.set, "KEY=VALUE",
-                 "Change a key of the scene, as if it were written in the file; repeatable");
-  app.add_option("--accuracy", scene.accuracy, "Same as --set solver.accuracy=...")
-      ->check(CLI::IsMember({"draft", "standard", "fine"}))
-      ->type_name("LEVEL");
-  return app
-      .add_option(
-          "scene", scene.name,
-          "Path of a scene file, name of a scene that ships (`duet list`), or folder of a run to repeat")
-      ->type_name("SCENE");
-}
-
-void add_without(CLI::App& app, SceneChoice& scene) {
-  add_repeatable(app, "--without", scene.without, "EFFECT",
-                 "Leave an effect out (`duet explain` names them); repeatable");
-}
-
-// Adds --quiet and --json.
-void add_report(CLI::App& app, CommandLine& line) {
-  CLI::Option* quiet = app.add_flag("--quiet", line.quiet, "Only the outcome and errors");
-  app.add_flag("--json", line.json, "One JSON object a line")->excludes(quiet);
-}
 
 // Exports a run that came to its end in the formats of --formats, and adds to its outcome. Earlier exports of
 // the run are replaced. Stops at the first failure.
@@ -535,35 +492,7 @@ void add_commands(CLI::App& app, CommandLine& line) {
   add_encode(*app.add_subcommand("encode", "Encode the video of a run's pictures"), line);
   add_farm(*app.add_subcommand("farm", "Many machines for a run, its variations or a study"), line);
 
-  CLI::App& check_app =
-      *app.add_subcommand("check", "Validate a scene: all problems with file, line and column");
-  CLI::Option* reference = check_app.add_flag("--reference", line.check.reference,
-                                              "Print all keys of a scene: type, unit, default, bounds");
-  CLI::Option* checked = add_scene(check_app, line.check.scene);
-  checked->excludes(reference);
-  check_app.callback([&line] {
-    if (!line.check.reference && line.check.scene.name.empty())
-      throw CLI::RequiredError("SCENE (or --reference)");
-    line.command = [&line](Report&) {
-      std::string unused;
-      resolve_run(line.check.scene, unused);
-      return check(line.check);
-    };
-  });
-
-  CLI::App& explain_app =
-      *app.add_subcommand("explain", "What would be simulated and why; simulates nothing");
-  add_scene(explain_app, line.explain.scene)->required();
-  add_without(explain_app, line.explain.scene);
-  explain_app.add_flag("--json", line.explain.json, "The same as JSON");
-  explain_app.callback([&line] {
-    line.command = [&line](Report&) {
-      std::string unused;
-      resolve_run(line.explain.scene, unused);
-      return explain(line.explain);
-    };
-  });
-
+  add_scene_commands(app, line);
   add_tetrahedralize(*app.add_subcommand("tetrahedralize", "Fill a closed surface with tetrahedra"), line);
 
   add_study(*app.add_subcommand("study", "What accuracy costs: a scene under many settings, with charts"),
@@ -583,15 +512,9 @@ void add_commands(CLI::App& app, CommandLine& line) {
                                  "Compare the state's hashes, frame by frame, with those that are committed"),
              line);
 
-  CLI::App& cache_app = *app.add_subcommand(
-      "cache", "Where tetrahedra that fill meshes are kept from one command to the next, and how many");
-  cache_app.add_flag("--clear", line.cache.clear, "Remove them");
-  cache_app.footer("DUET_CACHE in the environment names another folder; DUET_CACHE=off keeps nothing.");
-  cache_app.callback([&line] { line.command = [&line](Report&) { return cache(line.cache); }; });
-
-  app.add_subcommand("list", "The scenes that ship")->callback([&line] {
-    line.command = [](Report&) { return list(); };
-  });
+  add_cache_and_list(app, line);
+  add_manual(app, line);
+  for (CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) add_examples(*command);
 }
 
 }  // namespace duet::tools

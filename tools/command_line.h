@@ -33,6 +33,8 @@ struct CommandLine {
   CompareOptions compare;
   HashesOptions hashes;
   CacheOptions cache;
+  ListOptions list;
+  ManualOptions manual;
   bool bypass_cache = false;  // fill meshes with tetrahedra without the cache
   // Text of --frames; empty: not given.
   std::string frames;

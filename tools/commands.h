@@ -94,6 +94,16 @@ struct CheckOptions {
 // Options of `duet explain`.
 struct ExplainOptions {
   SceneChoice scene;
+  std::string out;            // folder of the run; empty: out/<scene>
+  bool estimate = false;      // simulate the first frames
+  double sample_seconds = 5;  // s, processor time of that simulation
+  bool json = false;
+};
+
+// Options of `duet list`.
+struct ListOptions {
+  bool names = false;      // print only the names
+  bool calibrate = false;  // scale the seconds to this machine
   bool json = false;
 };
 
@@ -150,6 +160,14 @@ struct FarmOptions {
 // Options of `duet cache`.
 struct CacheOptions {
   bool clear = false;  // remove all files of the cache
+};
+
+// Options of `duet manual`.
+struct ManualOptions {
+  std::string command;    // command to describe; empty: the program
+  std::string shell;      // bash, zsh or fish: print completions instead; empty: the page
+  std::string into;       // prefix of an installation to write everything into; empty: print
+  bool examples = false;  // print the examples of all commands instead
 };
 
 // Options of `duet overlaps`.
@@ -255,6 +273,6 @@ Outcome view(const ViewOptions& options, Report& report);
 // Prints the size of the cache of tetrahedra, or clears it.
 Outcome cache(const CacheOptions& options);
 // Prints the scenes that ship.
-Outcome list();
+Outcome list(const ListOptions& options);
 
 }  // namespace duet::tools

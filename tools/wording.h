@@ -12,4 +12,7 @@ std::string size_text(std::uintmax_t bytes);
 /// "1 frame", "2 frames".
 std::string counted(std::size_t count, const char* one, const char* many);
 
+/// "0.24 s", "35 s", "12 min", "2.6 h" or "3.2 days".
+std::string duration_text(double seconds);
+
 }  // namespace duet::tools

@@ -244,20 +244,30 @@ std::vector<std::string> warnings(const Scene& scene, const EffectPlan& plan, co
   return found;
 }
 
-std::string explain(const Scene& scene, const EffectPlan& plan, const WorldSizes& sizes) {
+// Returns the warnings about the scene and those in `further`.
+std::vector<std::string> all_warnings(const Scene& scene, const EffectPlan& plan, const WorldSizes& sizes,
+                                      const std::vector<std::string>& further) {
+  std::vector<std::string> found = warnings(scene, plan, sizes);
+  found.insert(found.end(), further.begin(), further.end());
+  return found;
+}
+
+std::string explain(const Scene& scene, const EffectPlan& plan, const WorldSizes& sizes,
+                    const std::vector<std::string>& further) {
   std::string out = title_of(scene) + "\n\n";
   write_effects(out, plan);
   write_stages(out, sizes);
   write_sizes(out, sizes);
   write_time(out, scene, sizes, estimate_time_step(scene, sizes));
   write_accuracy(out, scene);
-  const std::vector<std::string> found = warnings(scene, plan, sizes);
+  const std::vector<std::string> found = all_warnings(scene, plan, sizes, further);
   out += found.empty() ? "no warnings\n" : "warnings\n";
   for (const std::string& warning : found) out += fmt::format("  {}\n", warning);
   return out;
 }
 
-nlohmann::json explain_json(const Scene& scene, const EffectPlan& plan, const WorldSizes& sizes) {
+nlohmann::json explain_json(const Scene& scene, const EffectPlan& plan, const WorldSizes& sizes,
+                            const std::vector<std::string>& further) {
   using nlohmann::json;
   json effects = json::array();
   for (const PlannedEffect& planned : plan.effects)
@@ -329,7 +339,7 @@ nlohmann::json explain_json(const Scene& scene, const EffectPlan& plan, const Wo
       {"accuracy",
        {{"preset", accuracy_names[static_cast<std::size_t>(scene.solver.accuracy)]}, {"studies", studies}}},
       {"initial_overlaps", overlaps},
-      {"warnings", warnings(scene, plan, sizes)}};
+      {"warnings", all_warnings(scene, plan, sizes, further)}};
 }
 
 }  // namespace duet::scene

@@ -35,9 +35,12 @@ double mass_ratio(const WorldSizes& sizes);
 /// Returns what the user should know before spending time on the scene, one text for each problem.
 std::vector<std::string> warnings(const Scene& scene, const EffectPlan& plan, const WorldSizes& sizes);
 
-/// Returns the description of the scene as text for people.
-std::string explain(const Scene& scene, const EffectPlan& plan, const WorldSizes& sizes);
-/// Returns the description of the scene as JSON for programs.
-nlohmann::json explain_json(const Scene& scene, const EffectPlan& plan, const WorldSizes& sizes);
+/// Returns the description of the scene as text for people. `further` are warnings that follow those of
+/// warnings().
+std::string explain(const Scene& scene, const EffectPlan& plan, const WorldSizes& sizes,
+                    const std::vector<std::string>& further = {});
+/// Returns the description of the scene as JSON for programs, with the same warnings.
+nlohmann::json explain_json(const Scene& scene, const EffectPlan& plan, const WorldSizes& sizes,
+                            const std::vector<std::string>& further = {});
 
 }  // namespace duet::scene

@@ -83,7 +83,8 @@ TEST(Program, ListShowsTheShippedScenesAndTheyAreValid) {
   EXPECT_EQ(list.status, 0) << list.errors;
   ASSERT_GE(list.output.size(), 2U);
   bool stack = false;
-  for (const std::string& line : list.output) stack |= line.starts_with("stack ") && contains(line, "Stack");
+  for (const std::string& line : list.output)
+    stack |= line.starts_with("stack ") && contains(line, "form a stack");
   EXPECT_TRUE(stack);
   const Finished check = run_duet({"check", "stack"});
   EXPECT_EQ(check.status, 0);
