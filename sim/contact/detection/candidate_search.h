@@ -14,8 +14,8 @@ namespace duet {
 struct NearPoint {
   int point = -1;         ///< Number of the point on the guest, as ContactPoint::guest_point.
   bool reversed = false;  ///< True if the guest of the pair of bodies is the host here.
-  /// m, in the host's body space: the guest's point. For edge contacts, vertex-face and support-face
-  /// contacts it is the foot of that point on the contact plane instead.
+  /// m, in the host's body space: the guest's point. For the edge contacts, vertex-face and support-face
+  /// contacts of deformable guests it is the foot of that point on the contact plane instead.
   Vec3 position = Vec3::Zero();
   /// Unit, in the host's body space: outward normal of the host's surface that the point rests against. Zero
   /// for surface points of deformable guests, whose normals are found later.

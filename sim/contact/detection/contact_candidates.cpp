@@ -23,11 +23,26 @@ namespace {
 constexpr double min_size = 0.05;
 constexpr std::size_t pairs_at_once = 16;  // for each task of a parallel loop
 
-// dt (1.5 v + 0.05 m/s): the speculative margin (m) of a point whose relative speed is at most v (m/s). It is
-// the motion over the step, with room for the velocity that other contacts add to it. The constant term is an
-// absolute speed, so that bodies at rest have a margin, too. Larger values find more points that are not
-// reached; smaller ones miss points that other contacts push towards a body.
-double reach(double relative_speed, double dt) { return dt * (1.5 * relative_speed + 0.05); }
+// Part of the speculative margin for bodies at rest that other contacts push, relative to the size of the
+// smaller body of a pair. Doubled, it finds more points that are not reached; halved, it misses more points
+// that are pushed onto a body.
+constexpr double rest_margin = 1e-3;
+
+// 1.5 dt v: the part of the speculative margin (m) for the speed v (m/s). It is the motion over the step,
+// with room for the velocity that other contacts add to it.
+double reach(double speed, double dt) { return 1.5 * dt * speed; }
+
+// Returns `rest_margin` times the radius of a body's box, m. It is zero for half spaces, so that the larger
+// one of a pair is that of the other body.
+double margin_at_rest(const BodyBounds& body) {
+  return body.is_half_space ? 0 : rest_margin * (body.half.norm() + body.radius);
+}
+
+// Returns the part of the speculative margin for two bodies at rest, m.
+double margin_at_rest(const BodyBounds& a, const BodyBounds& b) {
+  if (a.is_half_space || b.is_half_space) return margin_at_rest(a) + margin_at_rest(b);
+  return std::min(margin_at_rest(a), margin_at_rest(b));
+}
 
 // Returns the greatest length of the values of a body's particles.
 double max_norm(const std::vector<Vec3>& values, const DeformableBody& body) {
@@ -72,15 +87,16 @@ class Finder {
   }
 
  private:
-  // Returns the pairs of bodies that are near each other. The margin of each body is reach() for its own
-  // speed; the margins of two bodies add up to at least that of their pair, so no pair is missed.
+  // Returns the pairs of bodies that are near each other. The margin of each body is that for its own speed
+  // and size; the margins of two bodies add up to at least that of their pair, so no pair is missed.
   const std::vector<BodyPair>& find_pairs() {
     BroadPhase& broad_phase = search_.broad_phase;
     bound_bodies(bodies_, broad_phase.bounds);
     broad_phase.margin.resize(broad_phase.bounds.size());
     parallel_for(broad_phase.bounds.size(), 64, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i)
-        broad_phase.margin[i] = reach(fastest(broad_phase.bounds[i]) + max_change(static_cast<int>(i)), dt_);
+        broad_phase.margin[i] = reach(fastest(broad_phase.bounds[i]) + max_change(static_cast<int>(i)), dt_) +
+                                margin_at_rest(broad_phase.bounds[i]);
     });
     return broad_phase.find(filter_);
   }
@@ -139,10 +155,9 @@ class Finder {
     const auto h = as_index(pair.host), g = as_index(pair.guest_rigid);
     const BodyBounds& host = search_.broad_phase.bounds[h];
     const BodyBounds& guest = search_.broad_phase.bounds[g];
-    const double speed =
-        (guest.velocity - host.velocity).norm() + (difference_.rigid[g] - difference_.rigid[h]).norm() +
-        (guest.spin.norm() + spin_change(g)) * guest.arm + (host.spin.norm() + spin_change(h)) * host.arm;
-    const double margin = reach(speed, dt_);
+    const double speed = (guest.velocity - host.velocity).norm() + guest.spin.norm() * guest.arm +
+                         host.spin.norm() * host.arm + max_change(pair.guest_rigid) + max_change(pair.host);
+    const double margin = reach(speed, dt_) + margin_at_rest(host, guest);
     if (separation(host, guest) > margin) return;
     const std::size_t begin = chunk.touches.size();
     find_faces(pair, is_reversed, margin, chunk);
@@ -220,7 +235,7 @@ class Finder {
       const EdgeContact& near = chunk.planes[i];
       chunk.touches.push_back({.point = static_cast<int>(guest.samples.size()) + near.node,
                                .reversed = is_reversed,
-                               .position = near.edge.foot,
+                               .position = near.edge.foot + near.distance * near.edge.normal,
                                .normal = near.edge.normal,
                                .gap = near.distance,
                                .plane_index = static_cast<int>(i)});
@@ -234,15 +249,16 @@ class Finder {
     const auto d = bodies_.rigid.size() + as_index(pair.guest_deformable);
     const BodyBounds& guest = search_.broad_phase.bounds[d];
     const double speed =
-        fastest(guest) + max_change(static_cast<int>(d)) + fastest(host) + difference_.rigid[h].norm();
-    const double margin = reach(speed, dt_);
+        fastest(guest) + max_change(static_cast<int>(d)) + fastest(host) + max_change(pair.host);
+    const double rest = margin_at_rest(host, guest);
+    const double margin = reach(speed, dt_) + rest;
     if (separation(host, guest) > margin) return;
     const double around = bodies_.deformable[as_index(pair.guest_deformable)].thickness / 2;
     visit_near(bodies_, search_, pair, margin + around, [&](NearPoint touch) {
       const SurfacePoint& point = bodies_.points[as_index(touch.point)];
       touch.gap += point.contact_offset;
       if (neither_moves(bodies_, point, h)) return;
-      if (touch.gap < speculative_margin_of(point, search_.point[as_index(touch.point)], h))
+      if (touch.gap < rest + reach_of(point, search_.point[as_index(touch.point)], h))
         chunk.touches.push_back(touch);
     });
     ContactPoint contact;
@@ -253,7 +269,7 @@ class Finder {
       const SurfacePoint& point = contact.on_surface;
       if (neither_moves(bodies_, point, h)) return;
       const double gap = near.distance + point.contact_offset;
-      if (!(gap < speculative_margin_of(point, weighted(point, bodies_.particles.x), h))) return;
+      if (!(gap < rest + reach_of(point, weighted(point, bodies_.particles.x), h))) return;
       chunk.touches.push_back({.point = contact.guest_point,
                                .position = near.edge.foot,
                                .normal = near.edge.normal,
@@ -262,34 +278,39 @@ class Finder {
       chunk.planes.push_back(near);
     };
     const auto margin_of = [&](const BoundaryEdge& edge) {
-      return speculative_margin_of(edge, h) - edge.contact_offset;
+      return rest + reach_of(edge, h) - edge.contact_offset;
     };
     visit_places(bodies_, search_.broad_phase, pair, margin + around, margin_of, chunk, take);
   }
 
-  // Returns the speculative margin (m) of a deformable guest's point at `x` (m, world).
-  double speculative_margin_of(const SurfacePoint& point, const Vec3& x, std::size_t host) const {
-    return speculative_margin_of(x, weighted(point, bodies_.particles.v),
-                                 weighted(point, difference_.particle), host);
+  // Returns how far a deformable guest's point at `x` (m, world) may move towards the host in the step, m.
+  double reach_of(const SurfacePoint& point, const Vec3& x, std::size_t host) const {
+    return reach_of(x, weighted(point, bodies_.particles.v), weighted(point, difference_.particle), host);
   }
-  // Returns the speculative margin (m) of a point at `x` (m, world) with the velocity `velocity`, which
-  // forces changed by `difference` (m/s).
-  double speculative_margin_of(const Vec3& x, const Vec3& velocity, const Vec3& difference,
-                               std::size_t host) const {
+  // Returns how far a point at `x` (m, world) with the velocity `velocity`, which forces changed by `change`
+  // (m/s), may move towards the host in the step, m.
+  double reach_of(const Vec3& x, const Vec3& velocity, const Vec3& change, std::size_t host) const {
     const RigidState& state = bodies_.rigid.state[host];
-    const Vec3 v = velocity - point_velocity(state, x - state.pose.position);
-    const Vec3 change = difference - difference_.rigid[host];
-    return reach(v.norm() + change.norm(), dt_);
+    const Vec3 arm = x - state.pose.position;
+    const Vec3 v = velocity - point_velocity(state, arm);
+    return reach(v.norm() + change.norm() + host_change(host, arm).norm(), dt_);
   }
-  // Returns a speculative margin (m) that holds for all points of an edge: the greater one of its ends.
-  // Velocities are linear along the edge, so that none of its points reaches farther.
-  double speculative_margin_of(const BoundaryEdge& edge, std::size_t host) const {
+  // Returns by how much forces and prescribed motion changed the velocity of a rigid body at `arm` (m, world)
+  // from its center of mass, m/s.
+  Vec3 host_change(std::size_t body, const Vec3& arm) const {
+    const Vec3& linear = difference_.rigid[body];
+    return search_.broad_phase.bounds[body].is_dynamic ? linear
+                                                       : Vec3(linear + difference_.rotation[body].cross(arm));
+  }
+  // Returns how far the points of an edge may move towards the host in the step, m: the greater value of its
+  // ends. Velocities are linear along the edge, so that none of its points moves farther.
+  double reach_of(const BoundaryEdge& edge, std::size_t host) const {
     constexpr double slack = 1 + 1e-9;  // against rounding
     double farthest = 0;
     for (const int particle : edge.particle) {
       const auto p = as_index(particle);
-      farthest = std::max(farthest, speculative_margin_of(bodies_.particles.x[p], bodies_.particles.v[p],
-                                                          difference_.particle[p], host));
+      farthest = std::max(
+          farthest, reach_of(bodies_.particles.x[p], bodies_.particles.v[p], difference_.particle[p], host));
     }
     return slack * farthest;
   }

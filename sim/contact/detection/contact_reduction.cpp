@@ -338,9 +338,8 @@ void add_to_patches(double size, std::size_t begin, std::vector<NearPoint>& touc
       NearPoint& touch = touches[i];
       if ((touch.point >= 0 && touch.plane_index < 0) || touch.patch >= 0 || touch.reversed != patch.reversed)
         continue;
-      const Vec3 x = touch.plane_index < 0 ? touch.position : Vec3(touch.position + touch.gap * touch.normal);
       if ((touch.normal - patch.normal).norm() > flatness ||
-          std::abs(across.dot(x - corner[0])) > flatness * size)
+          std::abs(across.dot(touch.position - corner[0])) > flatness * size)
         continue;
       touch.patch = patch.number;
       touch.share = min_share;
