@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "sim/base/elementary.h"
 #include "sim/base/rotation.h"
@@ -35,6 +36,26 @@ Vec3 within_limits(const Joint& joint, Vec3 target) {
   else if (twists(joint.kind))
     target.x() = std::clamp(target.x(), joint.angle.least, joint.angle.most);
   return target;
+}
+
+// Returns the rates of a universal joint of whose two angles only one is controlled: that about the parent's
+// x
+// (`axis` 0) or the child's y (1). The angle has its target's component as target, whatever the free angle
+// is. The two axes are at right angles, so that the rate of an angle is the rate along its axis.
+ControlRates rates_of_one_angle(const Joint& joint, const Quat& now, const Vec3& target, const Vec3& next,
+                                const Vec3& rate, int axis, double dt) {
+  // The relative rotation is R = R_x(a) R_y(b). Its columns are the child's axes.
+  const Mat3 child = now.toRotationMatrix();
+  const double angle =
+      axis == 0 ? math::atan2(child(2, 1), child(1, 1)) : math::atan2(child(0, 2), child(0, 0));
+  const Vec3 along = axis == 0 ? Vec3(Vec3::UnitX()) : Vec3(child.col(1));
+  const double from = std::remainder(target[axis] - angle, 2 * std::numbers::pi),
+               turn = next[axis] - target[axis];
+  ControlRates rates = rates_along(from * along, (from + turn) * along, turn / dt * along,
+                                   rate.dot(along) * along, joint.control, dt);
+  // At the end of the step the free rotation has turned the child's y.
+  if (axis == 1) rates.end = exponential(Vec3(dt * rate.x(), 0, 0)) * rates.end;
+  return rates;
 }
 
 // Drops the components of those axes of a point joint that are not controlled.
@@ -75,7 +96,10 @@ ControlRates control_rates(const Joint& joint, const JointFrames& frames, const 
     return rates_along((target.x() - now) * Vec3::UnitX(), (next.x() - now) * Vec3::UnitX(),
                        (next - target) / dt, rate, control, dt);
   }
-  const Quat now = frames.relative(), to = exponential(target), then = exponential(next);
+  const Quat now = frames.relative();
+  if (joint.kind == JointKind::universal && control.axis[0] != control.axis[1])
+    return rates_of_one_angle(joint, now, target, next, rate, control.axis[0] ? 0 : 1, dt);
+  const Quat to = exponential(target), then = exponential(next);
   const auto from_now = [&](const Quat& q) { return on_axes(joint, logarithm(q * now.conjugate())); };
   const Vec3 turn = on_axes(joint, logarithm(then * to.conjugate()));  // rotation of the target in this step
   return rates_along(from_now(to), from_now(then), turn / dt, on_axes(joint, rate), control, dt);

@@ -29,7 +29,8 @@ struct ControlRates {
 /// `frames` are the joint's frames at `time`, and `rate` is the child's rate relative to the parent then, in
 /// the units and axes of ControlRates. The target is clamped to the joint's limits of angle or travel. Along
 /// the error the rates follow controlled_error(); across it the rate relative to the target's decays as
-/// exp(-damping t).
+/// exp(-damping t). A universal joint of which one angle is free controls the other angle alone, towards that
+/// component of the target.
 ControlRates control_rates(const Joint& joint, const JointFrames& frames, const Vec3& rate, double time,
                            double dt);
 

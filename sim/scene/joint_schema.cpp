@@ -60,7 +60,7 @@ Key control_key(Joint& joint) {
               "most about each axis (N of a travel); without it, whatever it takes"},
              {"x", &control.x, "", any, "whether it controls the rotation about x; else that is free"},
              {"y", &control.y, "", any, "the same about y"},
-             {"z", &control.z, "", any, "the same about z"},
+             {"z", &control.z, "", any, "the same about z; point joints only"},
              {"lead", &control.lead, "", any,
               "knows how fast the target moves, and does not lag by 2 / sqrt(k_p) behind it"},
              target_key(control.target)},

@@ -373,6 +373,12 @@ class Finder {
       contact.restitution = std::min(host.restitution, guest.restitution);
       contact.precision = std::min(1.0, std::min(host.shape.min_size(), guest.shape.min_size()) / min_size);
     }
+    if (pair.guest_rigid < 0) {
+      const auto d = bodies_.rigid.size() + as_index(pair.guest_deformable);
+      const BodyBounds& guest = search_.broad_phase.bounds[d];
+      contact.precision =
+          std::min(1.0, std::min(host.shape.min_size(), 2 * (guest.half.norm() + guest.radius)) / min_size);
+    }
     if (pair.guest_rigid < 0 && contact.is_on_edge()) put_on_surface(bodies_, contact);
     update_geometry(bodies_, contact);
     contact.first_normal = contact.normal;

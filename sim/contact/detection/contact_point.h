@@ -37,8 +37,8 @@ struct ContactPoint {
   double gap = 0;       ///< m: Touch::gap, and after find_impact_planes() the gap to the plane ahead.
   double friction = 0,  ///< Coulomb coefficient.
       restitution = 0;  ///< Coefficient of restitution; 0 for deformable guests.
-  /// Factor on the tolerances of the solvers: 1 for deformable guests and for bodies of 5 cm and more, in
-  /// proportion to the size of the smaller body below that.
+  /// Factor on the tolerances of the solvers: 1 for bodies of 5 cm and more, in proportion to the size of the
+  /// smaller body below that. The size of a deformable guest is the diameter of its box.
   double precision = 1;
   ContactResponse response;  ///< Change of the relative velocity by impulses at the contact.
   /// m/s: least normal velocity of the guest relative to the host, set by find_speculative_targets(). Minus

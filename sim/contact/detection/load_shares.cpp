@@ -13,9 +13,6 @@ namespace {
 using Vec2 = Eigen::Vector2d;
 using Moments = Eigen::Matrix<double, 6, 1>;  // see moments_of()
 
-// Most rounds in which points that would have to pull are dropped. If the last one still drops points, the
-// shares of the others stay as they were.
-constexpr int max_rounds = 8;
 // Added to the diagonal of the system for y, whose entries are of the order of 1. It keeps the system regular
 // if the places leave conditions undecided; a larger value would make the conditions inexact.
 constexpr double regularization = 1e-9;
@@ -88,7 +85,7 @@ EvenLoad even_load(std::span<const Vec2> corners) {
 void share_load(const EvenLoad& load, std::span<const Vec2> places, std::span<double> shares) {
   Moments even;
   even << 1, 0, 0, 1, load.mean_direction.x(), load.mean_direction.y();
-  for (int round = 0; round < max_rounds; ++round) {
+  for (std::size_t round = 0; round <= places.size(); ++round) {  // each one but the last drops a point
     Moments missing = even;
     SquareMatrix<6> matrix = regularization * SquareMatrix<6>::Identity();
     for (std::size_t i = 0; i < places.size(); ++i) {

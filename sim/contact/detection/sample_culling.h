@@ -21,7 +21,8 @@ class SampleCulling {
   /// Returns whether a support point acts for `contact`, so that the contact may be passed over. `predicted`
   /// is the touch that is predicted for it. The contacts of a pair have to be passed in their order, in which
   /// the support points of a body precede its samples: support points are recorded, and the result for them
-  /// is false. At most eight are recorded.
+  /// is false. At most 32 are recorded: two for each body, and one for each further face of a mesh that these
+  /// touch. The samples beside any more would act, too.
   bool carry_for(const ContactPoint& contact, const Touch& predicted) {
     if (!contact.is_rigid_pair()) return false;
     if (contact.guest_point < 0) {
@@ -38,7 +39,7 @@ class SampleCulling {
  private:
   // A support point that was recorded, and the host that it touches.
   struct Deepest {
-    int host = -1;
+    int host;
     Touch touch;
   };
 
@@ -59,7 +60,7 @@ class SampleCulling {
     return distance < near * size || above > flat * distance;
   }
 
-  std::array<Deepest, 8> deepest_;  // two for each body, and those against further faces
+  std::array<Deepest, 32> deepest_;
   std::size_t count_ = 0;
 };
 

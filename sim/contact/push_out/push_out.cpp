@@ -38,7 +38,7 @@ class PushOut {
     if (gather(level, fraction) == 0) return 0;
     rank_central(level);
     scratch_.system.factor(scratch_.rank, true);
-    const int sweeps = scratch_.system.solve(solve_tolerance, settings_.sweeps);
+    const int sweeps = scratch_.system.solve(solve_tolerance * precision_, settings_.sweeps);
     scratch_.system.apply(bodies_, scratch_.moved);
     std::fill(scratch_.moved.begin() + static_cast<std::ptrdiff_t>(bodies_.rigid.size()),
               scratch_.moved.end(), 1);
@@ -125,6 +125,7 @@ class PushOut {
   // that this one does not close them again. Returns the number of overlaps.
   int gather(int level, double fraction) {
     std::fill(scratch_.opening.begin(), scratch_.opening.end(), 0);
+    precision_ = 1;
     int overlapping = 0;
     for (const int p : graph_.pairs) {
       const ContactPair& pair = contacts_.pairs[as_index(p)];
@@ -187,19 +188,22 @@ class PushOut {
   void add(int i, const ContactPair& pair, double fraction) {
     ContactPoint& contact = contacts_.points[as_index(i)];
     update_geometry(bodies_, contact);
+    precision_ = std::min(precision_, contact.precision);
     scratch_.opening[as_index(i)] = 1;
     const double gap = contact.gap + scratch_.kept[as_index(i)];
     scratch_.system.add(contact, guest_node(bodies_, pair), -fraction * gap * contact.normal);
   }
 
-  static constexpr double solve_tolerance = 0.1 * overlap_tolerance;  // m, of the displacements of a system
+  // Error of the displacements of a system, m over the precision of its contacts.
+  static constexpr double solve_tolerance = 0.1 * overlap_tolerance;
 
   Bodies& bodies_;
   ContactSet& contacts_;
   const ContactGraph& graph_;
   const PushOutSettings& settings_;
   PushOutScratch& scratch_;
-  int stamp_ = 0;  // the last mark in scratch_.taken
+  int stamp_ = 0;         // the last mark in scratch_.taken
+  double precision_ = 1;  // the least ContactPoint::precision in the present system
 };
 
 }  // namespace

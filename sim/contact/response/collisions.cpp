@@ -15,10 +15,10 @@
 namespace duet {
 namespace {
 
-// Distance below which a point of a deformable body counts as inside, m. It is absolute, and does not scale
-// with the bodies.
+// Distance below which a point of a deformable body counts as inside, m, to be multiplied by
+// ContactPoint::precision.
 constexpr double inside_tolerance = 1e-6;
-// Slower approaches count as rounding, m/s. It is absolute as well.
+// Slower approaches count as rounding, m/s, to be multiplied by ContactPoint::precision.
 constexpr double approach_tolerance = 1e-9;
 // Points that come this near to an overlap, as a fraction of their path in the step, take part in an impact
 // if other points of their pair overlap, because rounding decides which corner of a level face is the first.
@@ -105,7 +105,8 @@ class Collider {
     if (!contact.is_on_edge()) {  // a point outside of the level set needs no closer look
       const LevelSet& shape = bodies_.rigid.properties[as_index(contact.host)].shape;
       const double distance = shape.distance(predicted_pose(contact.host).to_body(x)) + point.contact_offset;
-      if (distance + contact.yielded >= inside_tolerance) return distance + contact.yielded;
+      if (distance + contact.yielded >= inside_tolerance * contact.precision)
+        return distance + contact.yielded;
     }
     return touch(bodies_, contact, predicted_pose(contact.host), x).gap;
   }
@@ -151,8 +152,9 @@ class Collider {
   // Returns whether the bodies approach, and faster than they may.
   bool collides(const ContactPoint& contact, const Vec3& velocity) const {
     const double normal_velocity = velocity.dot(contact.normal);
-    return normal_velocity < -approach_tolerance &&
-           normal_velocity < rebound_velocity(contact, normal_velocity) - approach_tolerance;
+    const double rounding = approach_tolerance * contact.precision;
+    return normal_velocity < -rounding &&
+           normal_velocity < rebound_velocity(contact, normal_velocity) - rounding;
   }
 
   // Notes that an impulse has changed the velocity of a rigid body, or of its jointed group.
@@ -399,7 +401,7 @@ class Collider {
     bool changed = false;
     for (int i = pair.begin; i < pair.end; ++i) {
       ContactPoint& contact = contacts_.points[as_index(i)];
-      if (predicted_distance(contact) >= inside_tolerance) continue;
+      if (predicted_distance(contact) >= inside_tolerance * contact.precision) continue;
       pair.collided = true;
       const Vec3 velocity = relative_velocity(bodies_, contact);
       if (!collides(contact, velocity)) continue;

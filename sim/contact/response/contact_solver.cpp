@@ -48,8 +48,9 @@ double update_contact(Bodies& bodies, ArticulatedResponse* linked, ContactPoint&
 
 // Updates rolling and spinning friction of a rigid pair: an angular impulse along the axis of spin, which is
 // the mean normal, and one across it. Each is at most its coefficient (m) times the normal impulse of the
-// pair. Returns the change of a relative velocity, m/s, at the distance of half the smallest size of the
-// bodies.
+// pair. Returns the change of a relative velocity, m/s over the precision of the pair, at the distance of
+// half the smallest size of the bodies. Joints are left out of the response K to angular impulses. They only
+// lessen it, so that the updates approach the same result in smaller steps.
 double update_rotation(Bodies& bodies, ArticulatedResponse* linked, const ContactSet& contacts,
                        ContactPair& pair) {
   Vec3 pressure = Vec3::Zero();
@@ -88,7 +89,8 @@ double update_rotation(Bodies& bodies, ArticulatedResponse* linked, const Contac
   };
   turn(pair.guest_rigid, change);
   turn(pair.host, -change);
-  return (K * change).norm() * std::min(a.shape.min_size(), b.shape.min_size()) / 2;
+  const double arm = std::min(a.shape.min_size(), b.shape.min_size()) / 2;
+  return (K * change).norm() * arm / contacts.points[as_index(pair.begin)].precision;
 }
 
 // Updates the contacts of one pair in several passes to and fro, so that the order of its points does not

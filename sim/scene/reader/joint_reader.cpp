@@ -146,15 +146,27 @@ class JointChecker {
           "exchange the two");
   }
 
+  // Reports flags of axes that the joint does not have, and control of no axis at all.
+  void check_controlled_axes(const toml::table& control, const std::string& path) {
+    const bool is_point = joint_.type == JointType::point, is_universal = joint_.type == JointType::universal;
+    for (const std::string_view axis : {"x", "y", "z"}) {
+      if (!control.contains(axis) || is_point || (is_universal && axis != "z")) continue;
+      problems_.add(place_of(control, axis), join_path(path, axis),
+                    is_universal ? "has no effect: a universal joint turns about x and y"
+                                 : "has no effect: the joint has one axis",
+                    "remove it");
+    }
+    const JointControl& flags = joint_.control;
+    if ((is_point || is_universal) && !flags.x && !flags.y && (is_universal || !flags.z))
+      add("control", "controls no axis",
+          is_point ? "remove it, or let x, y or z be true" : "remove it, or let x or y be true");
+  }
+
   void check_control() {
     const toml::table* control = table_["control"].as_table();
     if (!control) return;
     const std::string path = join_path(path_, "control");
-    const bool point = joint_.type == JointType::point || joint_.type == JointType::universal;
-    for (const std::string_view axis : {"x", "y", "z"})
-      if (control->contains(axis) && !point)
-        problems_.add(place_of(*control, axis), join_path(path, axis),
-                      "has no effect: the joint has one axis", "remove it");
+    check_controlled_axes(*control, path);
     const toml::table* target = (*control)["target"].as_table();
     if (!target) return;
     const bool slides = joint_.type == JointType::prismatic;

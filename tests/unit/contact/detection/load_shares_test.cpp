@@ -1,5 +1,6 @@
 #include "sim/contact/detection/load_shares.h"
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 #include <vector>
@@ -91,6 +92,36 @@ TEST(LoadShares, HaveTheMomentsOfTheEvenLoad) {
     EXPECT_NEAR(distance / load.mean_distance, 1, 1e-6);
     EXPECT_NEAR((direction - load.mean_direction).norm(), 0, 1e-6);
   }
+}
+
+// Most corners of a polygon crowd on a third of a circle, so that points that would have to pull are found in
+// more than eight rounds. The shares are solved for again after the last of these points.
+TEST(LoadShares, AreSolvedForHoweverManyRoundsThatTakes) {
+  std::mt19937 random(1);
+  const auto number = [&] { return static_cast<double>(random()) / 4294967295.0; };
+  std::vector<double> angles;
+  for (int i = 0; i <= 203; ++i) {  // the last one is such a polygon
+    angles.resize(12 + random() % 49);
+    const double crowd = 6 * number(), width = 0.3 + number();
+    for (double& angle : angles) {
+      const double x = number(), choice = number();
+      angle = choice < 0.7 ? crowd + width * x : 6.28 * x;
+    }
+  }
+  std::sort(angles.begin(), angles.end());
+  std::vector<Vec2> corners;
+  for (const double angle : angles) corners.emplace_back(std::cos(angle), std::sin(angle));
+  const EvenLoad load = even_load(corners);
+  std::vector<Vec2> places = corners;
+  std::vector<double> shares(corners.size(), 0.5 / static_cast<double>(corners.size()));
+  for (std::size_t i = 0; i < 4; ++i) {
+    places.push_back(load.middle + 0.5 * (corners[i * corners.size() / 4] - load.middle));
+    shares.push_back(0.125);
+  }
+  share_load(load, places, shares);
+  Vec2 center(0, 0);
+  for (std::size_t i = 0; i < places.size(); ++i) center += shares[i] * places[i];
+  EXPECT_LT((center - load.middle).norm(), 0.01);  // 0.12 after eight rounds
 }
 
 }  // namespace

@@ -58,6 +58,25 @@ SampleCulling told(const Guest& guest) {
 const Quat upright(Eigen::AngleAxisd(EIGEN_PI / 2, Vec3::UnitX()));
 const LevelSet torus = LevelSet::torus(0.5, 0.1);
 
+// A body in a funnel touches many faces with its support points. The samples beside the last of them are
+// dropped as those beside the first.
+TEST(SampleCulling, KnowsTheSupportPointsOfManyFaces) {
+  for (const int faces : {1, 8, 9, 16, 32}) {
+    SampleCulling deepest;
+    for (int i = 0; i < faces; ++i) {
+      ContactPoint contact;
+      contact.host = 0;
+      contact.guest_rigid = 1;
+      contact.guest_arm = Vec3(std::cos(0.19 * i), 0, std::sin(0.19 * i));
+      const Touch touch{contact.guest_arm, -contact.guest_arm, 0, Vec3::Zero()};
+      contact.guest_point = -1 - i;
+      EXPECT_FALSE(deepest.carry_for(contact, touch));
+      contact.guest_point = i;
+      EXPECT_TRUE(deepest.carry_for(contact, touch)) << i;
+    }
+  }
+}
+
 // On the rim at the angle p from the lowest point, the slope up from the support point is sin(p / 2). It is
 // above the limit of 0.02 from 2.3 degrees on, and within 5.7 degrees the sample is nearer than a tenth of
 // the radius. So no sample of a wheel acts, however it is turned: a sample that takes load would brake the
