@@ -20,17 +20,15 @@ void add_particle(const World& world, std::size_t p, const Vec3& x, double dt, C
   if (!is_held(particles, p)) whole.add(particles.mass[p], x, context.newton_residual.particle[p]);
 }
 
-// Returns the impulse (N s) of pins or mass-proportional damping on particle `p` over `dt` (s). Bound
-// particles are held but have no mass: the forces on them act on their bodies, and only their damping is from
-// outside.
+// Returns the impulse (N s) of pins or mass-proportional damping on particle `p` over `dt` (s).
 Vec3 impulse_of_holders(const World& world, std::size_t p, double dt) {
   const StepContext& context = world.context;
   const Particles& particles = world.bodies.particles;
-  if (!is_held(particles, p) || particles.mass[p] == 0)
+  if (!is_held(particles, p))
     return -dt * world.bodies.forces.elements.drag(p) * context.solution.particle[p];
   // Internal forces have no sum, so that the pins give the opposite of the forces on pinned particles to the
-  // other particles.
-  return -dt * context.damping_force[p];
+  // other particles. Bound particles are held but have no mass; the forces on them act on their bodies.
+  return particles.mass[p] > 0 ? Vec3(-dt * context.damping_force[p]) : Vec3::Zero();
 }
 
 }  // namespace

@@ -110,27 +110,5 @@ TEST(MassDamping, BrakesFleshInEverySolve) {
   expect_braked(scene, 0.5, 1e-3, "strongly damped");
 }
 
-// The ledger counts the damping of embedded particles as external, also where contact is inside the solve.
-TEST(MassDamping, OfEmbeddedParticlesIsFromOutside) {
-  for (const double damping : {0.02, 3.0}) {
-    scene::Scene scene = flying(Binding::hard, 1000);
-    scene.materials[0].damping = damping;
-    scene.gravity = Vec3(0, -9.8, 0);
-    scene.ground = scene::Ground{.height = -0.55, .look = {}};
-    scene.solver.cg_tolerance = 1e-12;
-    Simulation simulation(scene, test::plan(scene));
-    simulation.keep_ledger();
-    const double scale = 2000 * 3;  // kg m/s, momentum at the start
-    double defect = 0;
-    for (int frame = 0; frame < 2; ++frame) {
-      simulation.advance_frame();
-      for (const LedgerStats& stage : simulation.stats().ledger) {
-        defect = std::max(defect, stage.momentum_defect / scale);
-      }
-    }
-    test::expect_below(defect, 1e-9, fmt::format("defect of a stage, damping of {} s", damping));
-  }
-}
-
 }  // namespace
 }  // namespace duet::mass_damping_test
