@@ -146,7 +146,7 @@ task "verify-$number" duet verify "$run" || worst=$?
 exit "$worst"
 )sh";
 
-constexpr std::string_view collect =
+constexpr std::string_view collect_script =
     R"sh(# Writes the table, the contact sheet and the page of all variations.
 @SOURCE@
 task collect duet farm --collect "$farm"
@@ -336,7 +336,7 @@ std::map<std::string, std::string> scripts(const Plan& plan) {
   add("simulate", simulate, plan.threads);
   add("draw", draw, 1);
   add("finish", finish, 1);
-  if (has_variations) add("collect", collect, 1);
+  if (has_variations) add("collect", collect_script, 1);
   files["start.sh"] = is_slurm ? start(slurm_begin, slurm_runs) : start(here_begin, here_runs);
   return files;
 }

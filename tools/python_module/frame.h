@@ -36,7 +36,7 @@ struct Topology {
       own_tetrahedra;                                  // as rows of the particles of their body
   // The bodies with their boxes at frame 0, from which the renderer takes a view if the scene has no camera.
   std::vector<io::ManifestBody> listed;
-  std::size_t rigid = 0;                               // number of rigid bodies, without the ground
+  std::size_t rigid = 0;  // number of rigid bodies, without the ground
 };
 
 // The contacts of a frame that have an impulse, by columns.
@@ -62,8 +62,8 @@ struct FrameData {
   std::vector<BodySurface> surfaces;  // for the renderer
 };
 
-// Returns what is equal in all frames of a simulation of `scene`. `before` is what was equal before a body was
-// released; null at the beginning.
+// Returns what is equal in all frames of a simulation of `scene`. `before` is what was equal before a body
+// was released; null at the beginning.
 std::shared_ptr<const Topology> topology_of(const Simulation& simulation, const scene::Scene& scene,
                                             const Topology* before);
 

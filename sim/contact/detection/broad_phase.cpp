@@ -10,7 +10,7 @@ namespace duet {
 namespace {
 
 // Sizes of the tasks of parallel loops.
-constexpr std::size_t bodies_at_once = 64, queries_at_once = 32, pairs_at_once = 512;
+constexpr std::size_t boxes_at_once = 64, queries_at_once = 32, box_pairs_at_once = 512;
 
 // Room that a roomy box leaves around a box: a fraction of the thickness of the body, for bodies that jostle
 // in place, plus a multiple of its margin, for bodies that fly; the margin is about the motion in one step.
@@ -54,7 +54,7 @@ const std::vector<BodyPair>& BroadPhase::find(const CandidateFilter& filter) {
   } else {
     counts_.kept += static_cast<std::int64_t>(near_.size());
   }
-  collect(near_.size(), pairs_at_once, pairs_, [&](std::size_t i, std::vector<BodyPair>& found) {
+  collect(near_.size(), box_pairs_at_once, pairs_, [&](std::size_t i, std::vector<BodyPair>& found) {
     if (meet(near_[i])) found.push_back(near_[i]);
   });
   return pairs_;
@@ -88,7 +88,7 @@ void BroadPhase::reset_if_changed(const CandidateFilter& filter) {
 // searched for. Half spaces have no boxes, because all bodies are near them; their pairs are searched for
 // only after reset_if_changed().
 void BroadPhase::update_boxes() {
-  parallel_for(bounded_.size(), bodies_at_once, [&](std::size_t begin, std::size_t end) {
+  parallel_for(bounded_.size(), boxes_at_once, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
       const auto i = as_index(bounded_[k]);
       box_[i] = world_box(bounds[i], margin[i]);
@@ -196,9 +196,9 @@ void BroadPhase::collect(std::size_t count, std::size_t grain, std::vector<BodyP
   parallel_for(count, grain, [&](std::size_t begin, std::size_t end) {
     std::vector<BodyPair>& found = chunks_[begin / grain].pairs;
     found.clear();
-    make_room(found, pairs_at_once);
+    make_room(found, box_pairs_at_once);
     for (std::size_t i = begin; i < end; ++i) visit(i, found);
-    make_room(found, found.size() + pairs_at_once);
+    make_room(found, found.size() + box_pairs_at_once);
   });
   std::size_t total = 0;
   for (std::size_t c = 0; c < chunks; ++c) {

@@ -11,16 +11,16 @@ namespace {
 constexpr double foot_tolerance = 0.002;
 // Cosine of 73 degrees. A larger value would exclude corners that touch at a slant: at the corner of a box
 // that stands upright the cosine is 0.58.
-constexpr double min_facing = 0.3;
+constexpr double min_corner_facing = 0.3;
 constexpr double
     // Relative to the distance from `x` to `inside`: a point no farther than this below the end of a wall is
     // level with that end. Twice as much would let a body slide over edges that it has run into twice as
     // deep.
-    height = 2e-4,
-    // Relative to the step `height` along a wall: the surface goes on if it is no farther off the wall's
+    wall_step = 2e-4,
+    // Relative to the step `wall_step` along a wall: the surface goes on if it is no farther off the wall's
     // plane than `on`, and has ended if it is farther off than `off`.
     on = 0.1, off = 0.5;
-constexpr double same_normal = 0.99;  // least cosine of the angle between normals that are those of one plane
+constexpr double same_wall = 0.99;  // least cosine of the angle between normals that are those of one plane
 
 // Reads a shape from its level set, which is fast.
 struct OfLevelSet {
@@ -44,7 +44,7 @@ bool is_at_end_of_wall(const Shape& shape, const ContactPlane& plane, const Vec3
   const Vec3 along = way - way.dot(plane.normal) * plane.normal;
   const double length = along.norm();
   if (!(length > 0)) return false;
-  const double step = height * way.norm();
+  const double step = wall_step * way.norm();
   const Vec3 shift = step / length * along;
   return std::abs(shape.distance(plane.foot - shift)) < on * step &&
          shape.distance(plane.foot + shift) > off * step;
@@ -63,12 +63,12 @@ ContactPlane plane_of(const Shape& shape, const Vec3& x, const Vec3& inside) {
       std::abs(shape.distance(x - plane.gap * plane.normal)) <= foot_tolerance * way.norm();
   ContactPlane nearest;
   nearest.gap = shape.distance(x);
-  const double level = height * way.norm();
+  const double level = wall_step * way.norm();
   if (is_opposite && !(nearest.gap >= -level)) return plane;
   nearest.normal = shape.normal(x);
   nearest.foot = x - nearest.gap * nearest.normal;
   nearest.faces = faces(nearest.normal, way);
-  if (is_opposite && nearest.normal.dot(plane.normal) > same_normal) return plane;
+  if (is_opposite && nearest.normal.dot(plane.normal) > same_wall) return plane;
   if (nearest.faces && nearest.gap >= 0 && is_at_end_of_wall(shape, nearest, way)) {
     nearest.faces = false;
     return nearest;
@@ -81,7 +81,7 @@ ContactPlane plane_of(const Shape& shape, const Vec3& x, const Vec3& inside) {
 
 }  // namespace
 
-bool faces(const Vec3& normal, const Vec3& way) { return normal.dot(way) > min_facing * way.norm(); }
+bool faces(const Vec3& normal, const Vec3& way) { return normal.dot(way) > min_corner_facing * way.norm(); }
 
 ContactPlane contact_plane(const LevelSet& shape, const Vec3& x, const Vec3& inside) {
   return plane_of(OfLevelSet{shape}, x, inside);

@@ -18,13 +18,13 @@ Mat3 impulse_factor(const RigidState& state, double inverse_mass, const Vec3& ar
 
 namespace {
 
-constexpr double rounding = 1e-9;  // distance that counts as none, relative to the host's smallest size
+constexpr double no_distance = 1e-9;  // distance that counts as none, relative to the host's smallest size
 // Greatest squared sine of the angle between two axes that are parallel (0.6 degrees). Nearer to parallel,
 // the place where they cross is ill-conditioned, and the place found at the beginning of the step is kept.
 constexpr double parallel = 1e-4;
 constexpr double turned = 1e-6;  // greatest sine of the angle between equal normals: rounding
 // Greatest component of a normal along the axis of a host that is touched on its side.
-constexpr double on_side = 1e-3;
+constexpr double side_slope = 1e-3;
 
 // Returns the pose of the guest in the body space of the host.
 Pose in_space_of(const Pose& host, const Pose& guest) {
@@ -99,7 +99,7 @@ Touch touch_of_side(const EdgePoint& lowest, const LevelSet& host, const Pose& h
 Touch touch_at_edge(const EdgePoint& lowest, const LevelSet& host, const Pose& host_pose,
                     const LevelSet& guest, const Pose& guest_pose) {
   if (!(lowest.radius > 0 && has_round_side(guest))) return touch_at(lowest, host_pose, guest_pose);
-  if (has_round_side(host) && std::abs(lowest.normal.y()) < on_side)
+  if (has_round_side(host) && std::abs(lowest.normal.y()) < side_slope)
     return touch_of_sides(lowest, host, host_pose, guest_pose);
   return touch_of_side(lowest, host, host_pose, guest, guest_pose);
 }
@@ -153,7 +153,7 @@ int body_below_deepest(const Bodies& bodies, int host, const Touch& found, const
     return bodies.rigid.properties[as_index(body)].shape.distance(
         bodies.rigid.state[as_index(body)].pose.to_body(below));
   };
-  const double nothing = rounding * bodies.rigid.properties[as_index(host)].shape.min_size();
+  const double nothing = no_distance * bodies.rigid.properties[as_index(host)].shape.min_size();
   if (above(host) <= nothing) return -1;
   const auto other =
       std::find_if(others.begin(), others.end(), [&](int body) { return std::abs(above(body)) <= nothing; });

@@ -14,7 +14,7 @@ namespace {
 
 // Tolerance for points of one plane, relative to the guest's size, and for unit normals of one plane. It is
 // above the rounding of poses; a larger value would let dropped points sink deeper.
-constexpr double flatness = 1e-6;
+constexpr double same_plane = 1e-6;
 constexpr std::size_t min_touches = 5;  // a face with fewer touches is not worth the search
 // Place of the carriers between the middle of a facet (0) and its corners (1), if points are there. Under
 // even pressure the mean distance from the middle is farther out: 0.54 of that of the corners for a square,
@@ -23,7 +23,7 @@ constexpr double carrier_place = 0.5;
 // Least fraction of the load, for points that carry some only when the body is about to tip.
 constexpr double min_share = 1e-3;
 // Least cosine of the angle between two faces that lie on each other: 8 degrees.
-constexpr double level = 0.99;
+constexpr double lies_level = 0.99;
 constexpr int max_faces = 8;  // most faces of the host that are looked at: if there are more, it is curved
 
 // Values of ReductionScratch::state.
@@ -46,7 +46,7 @@ struct Support {
 class Reduction {
  public:
   Reduction(double size, std::size_t begin, std::vector<NearPoint>& touches, ReductionScratch& scratch)
-      : tolerance_(flatness * size), begin_(begin), touches_(touches), scratch_(scratch) {}
+      : tolerance_(same_plane * size), begin_(begin), touches_(touches), scratch_(scratch) {}
 
   void run() {
     const std::size_t count = touches_.size() - begin_;
@@ -75,7 +75,7 @@ class Reduction {
     for (std::size_t i = taken_; i < count; ++i) {
       const NearPoint& touch = touches_[begin_ + i];
       const double height = normal.dot(touch.position) - plane;
-      if ((scratch_.normals[i] - normal).norm() > flatness || std::abs(height - touch.gap) > tolerance_)
+      if ((scratch_.normals[i] - normal).norm() > same_plane || std::abs(height - touch.gap) > tolerance_)
         continue;
       scratch_.face.push_back(
           {static_cast<int>(i), along_u.dot(touch.position), along_w.dot(touch.position), touch.gap});
@@ -338,8 +338,8 @@ void add_to_patches(double size, std::size_t begin, std::vector<NearPoint>& touc
       NearPoint& touch = touches[i];
       if ((touch.point >= 0 && touch.plane_index < 0) || touch.patch >= 0 || touch.reversed != patch.reversed)
         continue;
-      if ((touch.normal - patch.normal).norm() > flatness ||
-          std::abs(across.dot(touch.position - corner[0])) > flatness * size)
+      if ((touch.normal - patch.normal).norm() > same_plane ||
+          std::abs(across.dot(touch.position - corner[0])) > same_plane * size)
         continue;
       touch.patch = patch.number;
       touch.share = min_share;
@@ -377,10 +377,11 @@ void join_patches(double size, const Pose& guest_in_host, std::size_t begin, std
           patch.reversed ? guest_in_host.to_body(touch.position) : guest_in_host.to_world(touch.position);
       const Vec3 opposite =
           patch.reversed ? Vec3(turn.conjugate() * touch.normal) : Vec3(turn * touch.normal);
-      if (std::abs(patch.normal.dot(x - patch.foot)) > flatness * size || opposite.dot(patch.normal) > -level)
+      if (std::abs(patch.normal.dot(x - patch.foot)) > same_plane * size ||
+          opposite.dot(patch.normal) > -lies_level)
         return false;
-      if (is_above(corners, patch.normal, x, flatness * size)) return true;
-      const bool is_parallel = (opposite + patch.normal).norm() <= flatness;
+      if (is_above(corners, patch.normal, x, same_plane * size)) return true;
+      const bool is_parallel = (opposite + patch.normal).norm() <= same_plane;
       touch.patch = is_parallel ? patch.number : -1;
       touch.share = is_parallel ? min_share : 0;
       return false;

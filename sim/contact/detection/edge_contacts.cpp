@@ -26,19 +26,19 @@ constexpr double golden = 0.6180339887498949;  // golden ratio less 1: by which 
 constexpr double min_mean = 0.3;
 // Least cosine of the angle between the direction into the guest and the normal of a surface that its edge
 // faces.
-constexpr double min_facing = 0.2;
+constexpr double min_edge_facing = 0.2;
 // Least cosine of the angle between a face of the host and the plane of a deformable body's edge that lies on
 // it. Points touch there along the face's own normal, and normals that are nearly equal would be one
 // constraint twice over: the contact problem would be ill-conditioned.
-constexpr double lies_flat = 1 - 1e-6;
+constexpr double edge_lies_flat = 1 - 1e-6;
 constexpr double
     // Greatest sine of the angle between a line and a flat face that it lies along.
     lies_along = 0.02,
     // Least cosine of the angle between normals of one flat face: rounding.
-    same_normal = 1 - 1e-12;
-constexpr int bisections = 40;  // to the end of a face: the step of one node shrinks to rounding
+    same_edge_normal = 1 - 1e-12;
+constexpr int end_bisections = 40;  // to the end of a face: the step of one node shrinks to rounding
 // Precision of the end of a face, relative to the distance between two nodes.
-constexpr double rounding = 1e-9;
+constexpr double end_precision = 1e-9;
 
 // Computes exact distances from a host for a sequence of places. From one place to the next the distance
 // changes by no more than the displacement, and this bound makes the search for it short.
@@ -231,7 +231,7 @@ class Walk {
       const double next = in + way;
       double out = line_.is_closed ? next : std::clamp(next, 0.0, count - 1.0);
       if (!is_flat(out)) {
-        for (int k = 0; k < bisections; ++k) {
+        for (int k = 0; k < end_bisections; ++k) {
           const double middle = (in + out) / 2;
           (is_flat(middle) ? in : out) = middle;
         }
@@ -253,7 +253,7 @@ class Walk {
     const int count = line_.end - line_.begin;
     const auto face_at = [&](double s) { return host_.exact(pose_.to_world(place_at(s))); };
     const Vec3 normal = face_at(at).normal;
-    const auto is_flat = [&](double s) { return normal.dot(face_at(s).normal) > same_normal; };
+    const auto is_flat = [&](double s) { return normal.dot(face_at(s).normal) > same_edge_normal; };
     if (!is_flat(at - precision / 2) && !is_flat(at + precision / 2)) return false;
     const double low = last_flat(at, -1, is_flat), high = last_flat(at, 1, is_flat);
     const double at_low = face_at(low).distance, at_high = face_at(high).distance,
@@ -284,12 +284,12 @@ class Walk {
       return;
     const int count = line_.end - line_.begin, node = line_.begin + (i + count) % count;
     const Vec3 inward = pose_.orientation * feature_edges_.inward[as_index(node)];
-    if (!inward.isZero(0) && normal.dot(inward) < min_facing) return;
+    if (!inward.isZero(0) && normal.dot(inward) < min_edge_facing) return;
     EdgeContact found;
     found.edge = {place, normal, x - distance * normal, line_.radius};
     found.node = node;
     found.distance = distance - line_.radius;
-    found.precision = rounding * line_.longest;
+    found.precision = end_precision * line_.longest;
     found_.push_back(found);
   }
 
@@ -300,7 +300,7 @@ class Walk {
     if (!plane) return;
     const Vec3& normal = plane->normal;
     const Vec3 inward = pose_.orientation * feature_edges_.inward[as_index(line_.begin + i)];
-    if (!inward.isZero(0) && normal.dot(inward) < min_facing) return;
+    if (!inward.isZero(0) && normal.dot(inward) < min_edge_facing) return;
     const Vec3 place_in_guest = place(i, t), x = pose_.to_world(place_in_guest);
     EdgeContact found;
     found.edge = {place_in_guest, normal, x - (normal.dot(x) - plane->height) * normal, line_.radius};
@@ -330,7 +330,7 @@ std::optional<EdgeContact> place_on_edge(const Vec3& first, const Vec3& second, 
   if (!plane) return std::nullopt;
   for (const double side : {at - precision, at + precision}) {
     const auto [distance, n] = host.exact(place(side));
-    if (!(plane->normal.dot(n) > lies_flat)) continue;
+    if (!(plane->normal.dot(n) > edge_lies_flat)) continue;
     plane = Plane{n, n.dot(place(side)) - distance};
     break;
   }

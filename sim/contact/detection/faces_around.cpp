@@ -16,8 +16,9 @@ namespace {
 // point touches both: 5 degrees. With a greater angle grooves lose a side; with a smaller one the facets of a
 // round mesh become contacts of their own.
 constexpr double other_plane = 0.9962;
-constexpr double same_plane = 1 - 1e-9;  // least cosine of the angle between normals of one plane: rounding
-constexpr double beyond_edge = 1e-9;     // rounding, relative to a face's area or the host's smallest size
+constexpr double same_face_normal =
+    1 - 1e-9;                         // least cosine of the angle between normals of one plane: rounding
+constexpr double beyond_edge = 1e-9;  // rounding, relative to a face's area or the host's smallest size
 // Least height by which a face rises above the nearest plane, relative to the host's smallest size: rounding.
 constexpr double rise = 1e-6;
 constexpr int planes_of_sample = 4;  // most planes that one sample touches: they number its contacts
@@ -108,7 +109,7 @@ void find_faces_around(const LevelSet& host, const LevelSet& guest, const Pose& 
           !is_opposite(face, x))
         return;
       const auto is_same = [&](const EdgeContact& found) {
-        return found.edge.normal.dot(n) > same_plane &&
+        return found.edge.normal.dot(n) > same_face_normal &&
                std::abs(found.distance - gap) <= beyond_edge * host.min_size();
       };
       if (std::any_of(places.begin() + static_cast<std::ptrdiff_t>(first), places.end(), is_same)) return;
@@ -149,7 +150,7 @@ void find_faces_around_sample(const LevelSet& host, const RigidProperties& guest
     if (!(std::abs(gap) < margin) || n.dot(inside - face.corner[0]) <= 0) return;
     const auto known = places.begin() + static_cast<std::ptrdiff_t>(first);
     const bool is_other = std::none_of(known, places.end(), [&](const EdgeContact& found) {
-      return found.edge.normal.dot(n) > (found.node == first_number ? sharp_edge : same_plane);
+      return found.edge.normal.dot(n) > (found.node == first_number ? sharp_edge : same_face_normal);
     });
     if (!is_other || !rises(face, places[first].edge, min_rise)) return;
     const auto is_crease = [&](const Vec3& a, const Vec3& b) {

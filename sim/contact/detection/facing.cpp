@@ -16,7 +16,7 @@ namespace {
 
 // Longest exit against the mean normal of the faces around a point, relative to the size of these faces. A
 // larger value would let points that have entered a host far behind an edge leave it through another side.
-constexpr double longest_way = 0.1;
+constexpr double longest_exit = 0.1;
 // Relative to the size of the faces: how precisely the length of that exit is found, and how far outside it
 // ends.
 constexpr double at_surface = 1e-6;
@@ -24,7 +24,7 @@ constexpr double at_surface = 1e-6;
 constexpr double below_edge = 1e-3;
 // At that depth below a flat or smooth surface, its distance is the depth; below an edge it is less. The
 // surface is sharp if it is less than this fraction of the depth.
-constexpr double flat = 0.98;
+constexpr double min_flat_distance = 0.98;
 // Place at which way_out_beside() looks for the side of the host that a face lies on, relative to the
 // displacement from the point to the middle of the face.
 constexpr double farther_in = 1e-3;
@@ -33,7 +33,7 @@ constexpr double farther_in = 1e-3;
 // a point outside of it.
 bool is_nearest_to_edge(const LevelSet& shape, const Vec3& x) {
   const double below = below_edge * shape.min_size();
-  return shape.distance(x - (shape.distance(x) + below) * shape.normal(x)) > -flat * below;
+  return shape.distance(x - (shape.distance(x) + below) * shape.normal(x)) > -min_flat_distance * below;
 }
 
 // Returns the exit through a side of the host that a face with the point lies on, for a point at `x` (m,
@@ -85,7 +85,7 @@ Exit faced_exit(const Bodies& bodies, int host, const Pose& pose, const SurfaceP
   const auto is_out = [&](double length) { return shape.distance(pose.to_body(x + length * way)) >= 0; };
   double in = 0, out = std::max(nearest.depth, at_surface * size);  // m
   for (; !is_out(out); out *= 2) {
-    if (out > longest_way * size) return nearest;
+    if (out > longest_exit * size) return nearest;
     in = out;
   }
   while (out - in > at_surface * size) (is_out((in + out) / 2) ? out : in) = (in + out) / 2;

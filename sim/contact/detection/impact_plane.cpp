@@ -14,13 +14,13 @@ namespace {
 // Greatest difference in height of level surfaces, relative to the size of the smaller body. Rounding and the
 // tolerances of the solvers leave bodies less than a tenth of that deep. A larger value lets bodies pass over
 // higher steps without an impact.
-constexpr double level = 1e-4;
+constexpr double same_height = 1e-4;
 // The path within a step is searched in steps as long as the distance to the host, but no shorter than the
 // lesser of these: a fraction of the path, and a fraction of the host's smallest size.
 constexpr double min_part = 1.0 / 32, min_size_part = 0.25;
 // Least cosine of the angle between the normals of the plane at the beginning and of the one that is met for
 // the former to stay: 0.8 degrees.
-constexpr double same_normal = 0.9999;
+constexpr double same_plane_normal = 0.9999;
 // Least cosine of that angle for a point that touches already, and for bodies in joints: 8 degrees. A greater
 // angle means that the point passes an edge to another face.
 constexpr double same_face = 0.99;
@@ -28,8 +28,8 @@ constexpr double same_face = 0.99;
 // cross meet in the plane of both, of which the nearest face says nothing, so that a meeting alone is not
 // enough.
 constexpr double plane_tolerance = 10;
-constexpr int most_looks = 256;  // most steps of the search along a path; then its end counts
-constexpr int bisections = 12;   // of the last step: the time of the meeting is known to 1/4096 of it
+constexpr int most_looks = 256;         // most steps of the search along a path; then its end counts
+constexpr int meeting_bisections = 12;  // of the last step: the time of the meeting is known to 1/4096 of it
 
 // The paths of the two bodies of a contact through a step.
 class Path {
@@ -114,7 +114,7 @@ Meeting first_meeting(const Path& path, double length, double depth, double min_
       continue;
     }
     double inside = next;
-    for (int i = 0; i < bisections; ++i) {
+    for (int i = 0; i < meeting_bisections; ++i) {
       const double middle = (outside + inside) / 2;
       const Touch there = path.at(middle);
       if (there.gap < -depth) {
@@ -221,7 +221,7 @@ std::optional<Meeting> meeting_of(const Bodies& bodies, const Path& path, double
     return std::abs(end.gap) <= depth ? std::optional(Meeting{1, end}) : std::nullopt;
   }
   if (!is_feature_edge && end.gap >= -depth) return Meeting{1, end};
-  if (!is_feature_edge && end.normal.dot(contact.normal) > same_normal) return Meeting{1, end};
+  if (!is_feature_edge && end.normal.dot(contact.normal) > same_plane_normal) return Meeting{1, end};
   const LevelSet& host = bodies.rigid.properties[as_index(contact.host)].shape;
   return first_meeting(path, length, depth, std::min(min_part * length, min_size_part * host.min_size()));
 }
@@ -245,7 +245,7 @@ void look_ahead(const Bodies& bodies, const Path& path, double dt, double fall, 
   }
   const bool takes_all =
       is_apart && !is_linked(bodies, contact.host) && !is_linked(bodies, contact.guest_rigid);
-  if (meeting.touch.normal.dot(contact.normal) > (takes_all ? same_normal : same_face)) return;
+  if (meeting.touch.normal.dot(contact.normal) > (takes_all ? same_plane_normal : same_face)) return;
   if (keeps_plane(bodies.rigid.properties[as_index(contact.guest_rigid)].shape, contact)) {
     const bool keeps = meeting.time < 1 || is_round_at(bodies, path, meeting, contact);
     if (keeps && path.gap_to_plane(meeting.time) > -plane_tolerance * depth) return;
@@ -261,7 +261,7 @@ void look_ahead(const Bodies& bodies, const Path& path, double dt, double fall, 
 
 double level_depth(const Bodies& bodies, const ContactPoint& contact) {
   const auto size = [&](int body) { return bodies.rigid.properties[as_index(body)].shape.min_size(); };
-  return level * std::min(size(contact.host), size(contact.guest_rigid));
+  return same_height * std::min(size(contact.host), size(contact.guest_rigid));
 }
 
 void find_impact_planes(const Bodies& bodies, const VelocityState& velocity, double dt,

@@ -13,24 +13,24 @@ namespace duet {
 namespace {
 
 // Distance outside of bodies at which a point has left them, relative to their smallest size.
-constexpr double tolerance = adjoin_within;
+constexpr double left_within = adjoin_within;
 constexpr double
     // Greatest cosine of the angle between the normals of faces that hide each other: 120 degrees.
     face_each_other = -0.5,
     // Least cosine of the angle between the normals of one face: rounding.
-    same_face = 1 - 1e-9,
+    one_face = 1 - 1e-9,
     // Least sine of the angle at which the adjoining body's normal leads off the host's surface.
     leads_off = 0.3;
 // Longest exit, relative to the smallest size of the host and its adjoining bodies. A larger value would let
 // a point leave small bodies on the far side.
-constexpr double longest_way = 0.5;
-constexpr int bisections = 20;  // of the length of an exit: it is known to a millionth
+constexpr double longest_joint_exit = 0.5;
+constexpr int exit_bisections = 20;  // of the length of an exit: it is known to a millionth
 
 // Number of directions that are evenly spread over a sphere.
 constexpr int directions = 400;
 // Least fraction of a small ball about a point that is inside of bodies if the point is on a flat face, or
 // almost: half of the ball, less what 400 directions and faces that are not quite flat leave.
-constexpr double flat = 0.47;
+constexpr double half_inside = 0.47;
 // Returns direction number `i` (unit): a spiral with the golden angle.
 Vec3 direction(int i) {
   const double z = 1 - (2 * i + 1.0) / directions, angle = i * std::numbers::pi * (3 - std::sqrt(5.0));
@@ -38,7 +38,7 @@ Vec3 direction(int i) {
 }
 
 // The body that is nearest to a point.
-struct Nearest {
+struct NearestBody {
   int body = -1;
   double distance = std::numeric_limits<double>::infinity();  // m: signed distance from it
 };
@@ -58,7 +58,7 @@ Vec3 normal_of(const RigidBodies& rigid, int body, const Vec3& x) {
 
 // Returns the least of the smallest sizes of the host and its adjoining bodies, m. The adjoining ones count
 // because the ground has no size of its own.
-double min_size(const Bodies& bodies, int host) {
+double smallest_size(const Bodies& bodies, int host) {
   double size = bodies.rigid.properties[as_index(host)].shape.min_size();
   for (const int other : bodies.adjoining.of(host))
     size = std::min(size, bodies.rigid.properties[as_index(other)].shape.min_size());
@@ -66,8 +66,8 @@ double min_size(const Bodies& bodies, int host) {
 }
 
 // Returns which of the host and its adjoining bodies is nearest to `x` (m, world).
-Nearest nearest(const Bodies& bodies, int host, const Vec3& x) {
-  Nearest result{host, distance_to(bodies.rigid, host, x)};
+NearestBody nearest(const Bodies& bodies, int host, const Vec3& x) {
+  NearestBody result{host, distance_to(bodies.rigid, host, x)};
   for (const int other : bodies.adjoining.of(host)) {
     const double distance = distance_to(bodies.rigid, other, x);
     if (distance < result.distance) result = {other, distance};
@@ -78,7 +78,8 @@ Nearest nearest(const Bodies& bodies, int host, const Vec3& x) {
 // Returns whether a point at `x` (m, world) outside is above the surface of the exit `way`. That surface may
 // be the host's or an adjoining body's, from which the point may slide onto the host within the step.
 bool is_over(const Bodies& bodies, int host, const Vec3& x, const Exit& way) {
-  return nearest(bodies, host, x + way.depth * way.normal).distance <= tolerance * min_size(bodies, host);
+  return nearest(bodies, host, x + way.depth * way.normal).distance <=
+         left_within * smallest_size(bodies, host);
 }
 
 }  // namespace
@@ -92,7 +93,8 @@ ElementLists adjoining_bodies(const Bodies& bodies) {
   for (std::size_t a = 0; a < bounds.size(); ++a) {
     for (std::size_t b = 0; bounds[a].is_static && b < bounds.size(); ++b) {
       if (b == a || !bounds[b].is_static) continue;
-      if (separation(bounds[a], bounds[b]) <= tolerance * std::min(bounds[a].thickness, bounds[b].thickness))
+      if (separation(bounds[a], bounds[b]) <=
+          left_within * std::min(bounds[a].thickness, bounds[b].thickness))
         lists.items.push_back(static_cast<int>(b));
     }
     lists.first.push_back(static_cast<int>(lists.items.size()));
@@ -105,7 +107,7 @@ void remove_hidden_samples(Bodies& bodies) {
     const int body = static_cast<int>(b);
     RigidProperties& properties = bodies.rigid.properties[b];
     const Pose& pose = bodies.rigid.state[b].pose;
-    const double near = tolerance * properties.shape.min_size();
+    const double near = left_within * properties.shape.min_size();
     // A node or sample stays if no other body adjoins it, or if most of a small ball about it is outside of
     // all bodies, as at a convex edge. About a point of a face half of the ball is.
     const auto stays = [&](const Vec3& x) {
@@ -116,7 +118,7 @@ void remove_hidden_samples(Bodies& bodies) {
       int inside = 0;
       for (int i = 0; i < directions; ++i)
         if (nearest(bodies, body, x + 10 * near * direction(i)).distance < 0) ++inside;
-      return inside < flat * directions;
+      return inside < half_inside * directions;
     };
     std::size_t kept = 0;
     for (std::size_t i = 0; i < properties.samples.size(); ++i) {
@@ -137,8 +139,8 @@ void remove_hidden_samples(Bodies& bodies) {
 std::optional<HiddenFoot> hidden_foot(const Bodies& bodies, int host, const Vec3& foot, const Vec3& normal) {
   if (bodies.adjoining.first.empty()) return {};
   for (const int other : bodies.adjoining.of(host)) {
-    const double near = tolerance * std::min(bodies.rigid.properties[as_index(host)].shape.min_size(),
-                                             bodies.rigid.properties[as_index(other)].shape.min_size());
+    const double near = left_within * std::min(bodies.rigid.properties[as_index(host)].shape.min_size(),
+                                               bodies.rigid.properties[as_index(other)].shape.min_size());
     const double distance = distance_to(bodies.rigid, other, foot);
     if (distance > near) continue;
     if (distance < -near) return HiddenFoot{foot, Vec3::Zero(), other};
@@ -150,7 +152,7 @@ std::optional<HiddenFoot> hidden_foot(const Bodies& bodies, int host, const Vec3
     const Vec3 others_normal = normal_of(bodies.rigid, other, start + near * normal);
     const double cosine = others_normal.dot(normal);
     if (cosine < face_each_other) return HiddenFoot{foot, Vec3::Zero(), other};
-    if (cosine < same_face &&
+    if (cosine < one_face &&
         distance_to(bodies.rigid, host, foot + 2 * near * others_normal) > leads_off * 2 * near)
       return HiddenFoot{foot, others_normal, other};
   }
@@ -161,8 +163,8 @@ bool is_at_internal_edge(const Bodies& bodies, int host, const Vec3& foot, doubl
   if (bodies.adjoining.first.empty()) return false;
   for (const int other : bodies.adjoining.of(host))
     if (distance_to(bodies.rigid, other, foot) - precision <=
-        tolerance * std::min(bodies.rigid.properties[as_index(host)].shape.min_size(),
-                             bodies.rigid.properties[as_index(other)].shape.min_size()))
+        left_within * std::min(bodies.rigid.properties[as_index(host)].shape.min_size(),
+                               bodies.rigid.properties[as_index(other)].shape.min_size()))
       return true;
   return false;
 }
@@ -180,8 +182,8 @@ double united_distance(const Bodies& bodies, int body, const Pose& pose, const V
 
 Exit exit_from_union(const Bodies& bodies, int host, const Vec3& x, const Vec3& inward, const Exit& way,
                      const HiddenFoot& hidden) {
-  const double size = min_size(bodies, host);
-  const double beyond = tolerance * size;
+  const double size = smallest_size(bodies, host);
+  const double beyond = left_within * size;
   if (way.depth < -beyond) {
     if (hidden.others_normal.isZero()) return {way.normal, -std::numeric_limits<double>::infinity()};
     return {hidden.others_normal, (hidden.foot - x).dot(hidden.others_normal)};
@@ -191,15 +193,15 @@ Exit exit_from_union(const Bodies& bodies, int host, const Vec3& x, const Vec3& 
   };
   double in = 0, out = beyond;  // m
   for (; !is_out(out); out *= 2) {
-    if (inward.isZero() || out > longest_way * size) return way;
+    if (inward.isZero() || out > longest_joint_exit * size) return way;
     in = out;
   }
-  for (int i = 0; i < bisections; ++i) {
+  for (int i = 0; i < exit_bisections; ++i) {
     const double middle = 0.5 * (in + out);
     (is_out(middle) ? out : in) = middle;
   }
   const Vec3 exit = x + out * inward;
-  const Nearest left = nearest(bodies, host, exit);
+  const NearestBody left = nearest(bodies, host, exit);
   const Vec3 normal = normal_of(bodies.rigid, left.body, exit);
   return {normal, (exit - x).dot(normal) - left.distance};
 }

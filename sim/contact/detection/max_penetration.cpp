@@ -10,7 +10,7 @@
 namespace duet {
 namespace {
 
-constexpr std::size_t pairs_at_once = 16;  // for each task of the parallel loop
+constexpr std::size_t measured_at_once = 16;  // for each task of the parallel loop
 
 }  // namespace
 
@@ -21,7 +21,7 @@ double max_penetration(const Bodies& bodies, const CandidateFilter& filter) {
   const std::vector<BodyPair>& pairs = search.broad_phase.find(filter);
   place_points(bodies, pairs, search);
   const double least = parallel_reduce(
-      pairs.size(), pairs_at_once, 0.0,
+      pairs.size(), measured_at_once, 0.0,
       [&](std::size_t begin, std::size_t end) {
         double deepest = 0;
         const auto look = [&](const NearPoint& near, const Vec3& = {}) {

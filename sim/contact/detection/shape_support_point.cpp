@@ -53,9 +53,9 @@ Vec3 deepest_direction(const Vec3& n, const Quat& orientation) {
 
 // Keeps the point of an iteration that is nearest to the host. The steps need not come nearer: around a small
 // body inside a ring they jump between its two sides. On flat hosts the second step repeats the first.
-class Nearest {
+class NearestIterate {
  public:
-  explicit Nearest(const LevelSet& host) : host_(host) {}
+  explicit NearestIterate(const LevelSet& host) : host_(host) {}
 
   // Takes the point of a step at `x` (m, host's body space). Returns false if the step has not moved it, so
   // that further steps are of no use.
@@ -81,7 +81,7 @@ class Nearest {
 // Returns the support point of a torus at `pose` towards a host.
 ShapeSupportPoint of_torus(const LevelSet& shape, const Pose& pose, const LevelSet& host) {
   Vec3 center = pose.position;
-  Nearest nearest(host);
+  NearestIterate nearest(host);
   for (int i = 0; i < steps; ++i) {
     center = pose.position + shape.radius * deepest_direction(host.normal(center), pose.orientation);
     if (!nearest.take(center, {center, center})) break;
@@ -106,7 +106,7 @@ ShapeSupportPoint of_circle(const LevelSet& shape, int k, const Pose& pose, cons
   const Vec3 center = pose.position + place_along(k) * shape.half_length * axis;
   const double way = way_in_from_rim(shape);
   ShapeSupportPoint point{center, center};
-  Nearest nearest(host);
+  NearestIterate nearest(host);
   for (int i = 0; i < steps; ++i) {
     const Vec3 direction = deepest_direction(host.normal(point.inside), pose.orientation);
     point.position = center + shape.radius * direction;

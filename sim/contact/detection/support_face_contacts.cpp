@@ -16,8 +16,9 @@ namespace {
 // radius. Between points that are nearer to each other it sinks in by less than 1/200 of its radius, an
 // eighth of the depth that contact may leave (2 % of a body).
 constexpr double coarse = 0.2;
-constexpr double rounding = 1e-9;  // greatest distance of a point beside a face, relative to the face's size
-constexpr double cap = 0.9;        // least component of a cap's normal along the axis of a cylinder
+constexpr double beside_face =
+    1e-9;                    // greatest distance of a point beside a face, relative to the face's size
+constexpr double cap = 0.9;  // least component of a cap's normal along the axis of a cylinder
 constexpr int numbers_of_a_face = 4;  // numbers that each face has: two support points for either side
 
 // Returns whether the support points of a shape lie on rims.
@@ -27,14 +28,14 @@ bool is_rim(const LevelSet& shape) { return shape.kind == LevelSet::Kind::cylind
 // Only the lower one of the two caps of a capsule can, or both if they are equally low.
 bool has_deepest_point(const LevelSet& shape, int k, const Vec3& n) {
   const double side = k == 0 ? 1 : -1;
-  return shape.kind != LevelSet::Kind::capsule || side * n.y() <= rounding;
+  return shape.kind != LevelSet::Kind::capsule || side * n.y() <= beside_face;
 }
 
 // Searches the faces of one guest for support-face contacts with one host.
-class Search {
+class SupportFaceSearch {
  public:
-  Search(const Bodies& bodies, const DeformableBody& guest, int host, double margin,
-         std::vector<EdgeContact>& found)
+  SupportFaceSearch(const Bodies& bodies, const DeformableBody& guest, int host, double margin,
+                    std::vector<EdgeContact>& found)
       : bodies_(bodies),
         guest_(guest),
         host_(host),
@@ -65,7 +66,7 @@ class Search {
     if (!(height < margin_ && height >= -max_below(guest_, face.size))) return;
     const Vec3 weight = nearest_weights(face.x[0], face.x[1], face.x[2], x);
     const Vec3 place = weight[0] * face.x[0] + weight[1] * face.x[1] + weight[2] * face.x[2];
-    if (!((x - height * outward - place).norm() <= rounding * face.size)) return;
+    if (!((x - height * outward - place).norm() <= beside_face * face.size)) return;
     const Vec3 inward = (point.inside - x).normalized();
     if (!(outward.dot(inward) > min_facing)) return;
     EdgeContact near;
@@ -94,8 +95,8 @@ class Search {
   bool is_found(const EdgeContact& near, double size) const {
     return std::any_of(found_.begin() + static_cast<std::ptrdiff_t>(first_), found_.end(),
                        [&](const EdgeContact& other) {
-                         return (other.edge.place - near.edge.place).norm() <= 4 * rounding * size &&
-                                (other.edge.foot - near.edge.foot).norm() <= 4 * rounding * size;
+                         return (other.edge.place - near.edge.place).norm() <= 4 * beside_face * size &&
+                                (other.edge.foot - near.edge.foot).norm() <= 4 * beside_face * size;
                        });
   }
 
@@ -122,7 +123,7 @@ bool is_coarse_for(const LevelSet& host, double apart) {
 void find_support_face_contacts(const Bodies& bodies, const DeformableBody& guest,
                                 const BodyBounds& host_bounds, int host, double margin,
                                 std::vector<EdgeContact>& found) {
-  Search search(bodies, guest, host, margin, found);
+  SupportFaceSearch search(bodies, guest, host, margin, found);
   visit_near_faces(bodies, guest, host, world_box(host_bounds, margin), margin,
                    [&](const NearFace& face) { search.look_at_face(face); });
 }

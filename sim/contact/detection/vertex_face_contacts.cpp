@@ -17,7 +17,7 @@ namespace {
 constexpr double min_upright = 0.9;
 // Relative difference up to which squared distances are equal, as those of the faces around an edge or a
 // particle.
-constexpr double rounding = 1e-9;
+constexpr double same_distance = 1e-9;
 // Least cosine of the angle between two faces that lie on each other: 20 degrees.
 constexpr double lies_flat = 0.94;
 // Distance from a corner at which the host's faces are told apart, relative to the smallest size of the host.
@@ -42,7 +42,7 @@ bool tells_more(const NearFace& face, const Vec3& way, const Vec3& inward, const
 // found so far. Corners farther than `reach` (m) are passed over.
 void look_at(const NearFace& face, double reach, const Vec3& corner, const Vec3& inward,
              VertexSearch& nearest) {
-  const double on_face = at_face * face.size, slack = rounding * nearest.squared + on_face * on_face;
+  const double on_face = at_face * face.size, slack = same_distance * nearest.squared + on_face * on_face;
   const double most = std::min(reach * reach, nearest.squared + slack);
   const double height = face.normal.dot(corner - face.x[0]);
   if (height * height > most || face.box.squaredExteriorDistance(corner) > most) return;
@@ -61,9 +61,10 @@ void look_at(const NearFace& face, double reach, const Vec3& corner, const Vec3&
 }
 
 // Searches the faces of one guest, in the body space of a host, for those nearest to the host's corners.
-class Search {
+class VertexFaceSearch {
  public:
-  Search(const Bodies& bodies, const DeformableBody& guest, int host, double margin, VertexSearches& scratch)
+  VertexFaceSearch(const Bodies& bodies, const DeformableBody& guest, int host, double margin,
+                   VertexSearches& scratch)
       : guest_(guest),
         properties_(bodies.rigid.properties[as_index(host)]),
         margin_(margin),
@@ -143,7 +144,7 @@ void find_vertex_face_contacts(const Bodies& bodies, const DeformableBody& guest
                                VertexSearches& scratch, std::vector<EdgeContact>& found) {
   const RigidProperties& properties = bodies.rigid.properties[as_index(host)];
   const Pose& pose = bodies.rigid.state[as_index(host)].pose;
-  Search search(bodies, guest, host, margin, scratch);
+  VertexFaceSearch search(bodies, guest, host, margin, scratch);
   visit_near_faces(bodies, guest, host, world_box(host_bounds, margin), margin,
                    [&](const NearFace& face) { search.look_at_face(face); });
   std::sort(scratch.corners.begin(), scratch.corners.end(),
