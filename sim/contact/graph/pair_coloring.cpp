@@ -7,11 +7,11 @@
 namespace duet {
 namespace {
 
-// Sorts `items` by their keys in [0, most], stably. On return `begin[k]` is the first position of key k in
+// Sorts `items` by their keys in [0, keys), stably. On return `begin[k]` is the first position of key k in
 // `sorted`, and its last entry is the number of items.
-void counting_sort(std::span<const int> items, const std::vector<int>& key, int most, std::vector<int>& begin,
+void counting_sort(std::span<const int> items, const std::vector<int>& key, int keys, std::vector<int>& begin,
                    std::vector<int>& sorted) {
-  begin.assign(as_index(most) + 2, 0);
+  begin.assign(as_index(keys) + 1, 0);
   for (std::size_t i = 0; i < items.size(); ++i) ++begin[as_index(key[i]) + 1];
   std::partial_sum(begin.begin(), begin.end(), begin.begin());
   sorted.resize(items.size());
@@ -41,7 +41,7 @@ void PairColoring::build(const Bodies& bodies, const ContactSet& contacts, std::
     last_[a] = last_[b] = key_[i] = wave;
     waves_ = std::max(waves_, wave + 1);
   }
-  counting_sort(sorted_, key_, waves_ - 1, begin_, order_);
+  counting_sort(sorted_, key_, waves_, begin_, order_);
 }
 
 void PairColoring::sort_by_level_and_color(const Bodies& bodies, const ContactSet& contacts,
@@ -54,7 +54,7 @@ void PairColoring::sort_by_level_and_color(const Bodies& bodies, const ContactSe
   };
   used_.assign(rigid + bodies.deformable.size(), 0);
   key_.resize(pairs.size());
-  int most = -1;
+  int keys = 0;
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const ContactPair& pair = contacts.pairs[as_index(pairs[i])];
     const auto [a, b] = moved_nodes(bodies, pair);
@@ -62,9 +62,9 @@ void PairColoring::sort_by_level_and_color(const Bodies& bodies, const ContactSe
     used_[a] |= std::uint64_t{1} << color;
     used_[b] |= std::uint64_t{1} << color;
     key_[i] = pair.level * colors + color;
-    most = std::max(most, key_[i]);
+    keys = std::max(keys, key_[i] + 1);
   }
-  counting_sort(pairs, key_, most, begin_, sorted_);
+  counting_sort(pairs, key_, keys, begin_, sorted_);
 }
 
 }  // namespace duet

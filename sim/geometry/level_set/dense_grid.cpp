@@ -45,7 +45,7 @@ DenseGrid signed_distances(const TriangleMesh& mesh, const TriangleTree& tree, d
     grid.count[axis] = static_cast<int>(cells) + 1;
     grid.origin[axis] = box.center()[axis] - cells / 2 * spacing;
   }
-  grid.values.resize(grid.index(0, 0, grid.count.z()));
+  grid.values.resize(static_cast<std::size_t>(grid.count.cast<std::ptrdiff_t>().prod()));
 
   openvdb::initialize();
   // Only signs are read from OpenVDB, so its distances may be in units of voxels. It refuses voxels below
