@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <numbers>
 #include <optional>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -18,6 +19,9 @@ namespace {
 // Largest gap (m) and angle (rad) between the two frames of a joint at the start. The first step closes them.
 constexpr double apart = 1e-4;
 constexpr double askew = 1e-3;
+// Largest difference of the first and the last keyframe of a target that repeats, degrees and m, which is
+// that of rounded decimal numbers.
+constexpr double same_value = 1e-9;
 
 // Names of the types in messages, in the order of JointType.
 constexpr std::string_view type_names[] = {"point",     "hinge",           "universal",
@@ -183,21 +187,57 @@ class JointChecker {
       if (const toml::node* node = target->get(key)) {
         const std::vector<ListedTable> tables = listed_tables(*node, join_path(at, key));
         for (const ListedTable& listed : tables) check_words(*listed.table, listed.path);
-        if (key == "keyframes") check_times(tables, problems_);
+        if (key != "keyframes") continue;
+        check_times(tables, problems_);
+        if (joint_.control.target.loop && !tables.empty())
+          check_loop(tables.back(), slides ? "travel" : "turn");
       }
+    if (target->contains("loop") && !target->contains("keyframes"))
+      problems_.add(place_of(*target, "loop"), join_path(at, "loop"), "has no effect without keyframes",
+                    "remove it, or give `keyframes`");
     if (slides && target->contains("wave"))
       problems_.add(place_of(*target, "wave"), join_path(at, "wave"), "has no effect on a prismatic joint",
                     "a wave turns point joints");
   }
 
+  // Reports keyframes that repeat but do not end with the value that they begin with. `last` is the last one,
+  // and `key` the key of its value.
+  void check_loop(const ListedTable& last, std::string_view key) {
+    const std::vector<TargetKey>& keys = joint_.control.target.keyframes;
+    if (keys.empty()) return;
+    if ((keys.front().turn - keys.back().turn).norm() <= same_value &&
+        std::abs(keys.front().travel - keys.back().travel) <= same_value)
+      return;
+    problems_.add(place_of(*last.table, key), join_path(last.path, key), "is not that of the first keyframe",
+                  "a loop ends where it begins");
+  }
+
+  // Returns whether the motion of a body has a start: flaws of it, which are reported with the body, may
+  // leave it without one.
+  static bool has_start(const RigidBody* body) {
+    if (!body) return true;
+    const std::vector<Keyframe>& keys = body->motion.keyframes;
+    std::vector<Vec3> positions;
+    for (std::size_t i = 0; i < keys.size(); ++i) {
+      if (i > 0 && !(keys[i - 1].time < keys[i].time)) return false;
+      if (keys[i].has_rotation && keys[i].rotation.axis.isZero(0)) return false;
+      if (keys[i].position) positions.push_back(*keys[i].position);
+    }
+    return !body->motion.loop || positions.empty() ||
+           (positions.front() - positions.back()).norm() <= same_value;
+  }
+
   // Reports frames in the two bodies that do not coincide at the start, as far as the type of the joint
   // demands it, and limits that are exceeded there.
   void check_start() {
+    if (!has_start(body(joint_.parent)) || !has_start(body(joint_.child))) return;
     const auto start = [&](const std::string& name) {
       if (const RigidBody* b = body(name)) return start_of(*b);
       return Pose{Vec3(0, scene_.ground->height, 0), Quat::Identity()};
     };
-    const duet::Joint made = make_joint(joint_, EffectSet().set(), start(joint_.parent), start(joint_.child));
+    // Control has no part in the start, and flaws of its target, which are reported above, may not give one.
+    const EffectSet effects = EffectSet().set().reset(index(Effect::pd_control));
+    const duet::Joint made = make_joint(joint_, effects, start(joint_.parent), start(joint_.child));
     const JointFrames frames(made, start(joint_.parent), start(joint_.child));
     Quat reference = frames.relative();
     if (reference.w() < 0) reference.coeffs() *= -1;

@@ -37,7 +37,26 @@ std::uint64_t fingerprint_of(const TetMesh& mesh, std::uint64_t hash) {
   return hash_bytes(mesh.tets.data(), mesh.tets.size() * sizeof(Tet), hash);
 }
 
-// Returns the edge lengths (m) of the bounding box of a shape. A mesh must have been read.
+// Returns whether a shape has an extent. Flaws of it, which have been reported, may leave it without one, and
+// a mesh that has not been read has none.
+bool has_extent(const Shape& shape) {
+  switch (shape.kind) {
+    case ShapeKind::sphere:
+      return shape.radius > 0;
+    case ShapeKind::capsule:
+    case ShapeKind::cylinder:
+      return shape.radius > 0 && shape.length > 0;
+    case ShapeKind::torus:
+      return shape.tube > 0 && shape.tube < shape.radius;
+    case ShapeKind::box:
+      return shape.size.minCoeff() > 0;
+    case ShapeKind::mesh:
+      break;
+  }
+  return shape.mesh != nullptr;
+}
+
+// Returns the edge lengths (m) of the bounding box of a shape that has an extent.
 Vec3 extent(const Shape& shape) {
   if (shape.kind != ShapeKind::mesh) return level_set(shape).upper() - level_set(shape).lower();
   Eigen::AlignedBox3d box;
@@ -148,7 +167,7 @@ void ShapeReader::check_spacing(const DeformableShape& shape, const toml::table&
                                 const std::string& path) {
   const toml::node* node = table.get("spacing");
   const Shape& surface = shape.surface;
-  if (!node || !shape.spacing || (surface.kind == ShapeKind::mesh && !surface.mesh)) return;
+  if (!node || !shape.spacing || !has_extent(surface)) return;
   const Vec3 size = extent(surface);
   const double thickness = surface.kind == ShapeKind::mesh ? size.minCoeff() : level_set(surface).min_size();
   const double least = size.maxCoeff() / max_cells, largest = thickness / 2;
@@ -169,7 +188,7 @@ void ShapeReader::check_sample_spacing(const RigidBody& body, const toml::table&
                   "remove it: the deepest point of a sphere is known");
     return;
   }
-  if (body.shape.kind == ShapeKind::mesh && !body.shape.mesh) return;
+  if (!has_extent(body.shape)) return;
   const Vec3 size = extent(body.shape);
   const double area = 2 * (size.x() * size.y() + size.y() * size.z() + size.z() * size.x());
   const double count = area / (*body.sample_spacing * *body.sample_spacing);
