@@ -8,6 +8,8 @@
 #include <cstddef>
 #include <type_traits>
 
+#include "sim/base/assert.h"
+
 namespace duet {
 
 /// Sets the number of threads that all loops use, OpenVDB's included. `count` <= 0 takes one per hardware
@@ -40,10 +42,11 @@ void run_chunks(std::size_t chunks, void (*body)(void*, std::size_t), void* stat
 }  // namespace detail
 
 /// Calls body(begin, end) in parallel for consecutive ranges of `grain` items of [0, n). The last range may
-/// be shorter. If calls throw, one of the exceptions is thrown when all calls have ended. A loop that is
-/// started from within a chunk runs on its own thread alone.
+/// be shorter; `grain` is positive. If calls throw, one of the exceptions is thrown when all calls have
+/// ended. A loop that is started from within a chunk runs on its own thread alone.
 template <class Body>
 void parallel_for(std::size_t n, std::size_t grain, Body&& body) {
+  DUET_ASSERT(grain > 0);
   if (n == 0) return;
   struct State {
     std::remove_reference_t<Body>* body;
@@ -58,12 +61,13 @@ void parallel_for(std::size_t n, std::size_t grain, Body&& body) {
 }
 
 /// Returns `zero` joined with map(begin, end) of all ranges of [0, n), in their order. There are at most 64
-/// ranges, of at least `min_grain` items; they depend on n alone, so the result is the same for any thread
-/// count. `join` must be associative up to rounding, and `zero` is its neutral element.
+/// ranges, of at least `min_grain` > 0 items; they depend on n alone, so the result is the same for any
+/// thread count. `join` must be associative up to rounding, and `zero` is its neutral element.
 template <class Value, class Map, class Join>
 Value parallel_reduce(std::size_t n, std::size_t min_grain, Value zero, Map&& map, Join&& join) {
   // Bound on the number of ranges, whose results are kept on the stack.
   constexpr std::size_t max_chunks = 64;
+  DUET_ASSERT(min_grain > 0);
   const std::size_t grain = std::max(min_grain, (n + max_chunks - 1) / max_chunks);
   std::array<Value, max_chunks> partial;
   const std::size_t chunks = (n + grain - 1) / grain;

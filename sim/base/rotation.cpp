@@ -1,9 +1,12 @@
 #include "sim/base/rotation.h"
 
+#include "sim/base/assert.h"
+
 namespace duet {
 
 // q = (a . h, a x h), where h is the unit vector halfway between the unit vectors a and b.
 Quat shortest_rotation(const Vec3& from, const Vec3& to) {
+  DUET_ASSERT(from != Vec3::Zero() && to != Vec3::Zero());
   // Length of a + b below which the directions count as opposite: h has then lost half of its digits.
   constexpr double opposite = 1e-8;
   const Vec3 a = from.normalized(), b = to.normalized(), sum = a + b;

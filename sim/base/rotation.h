@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "sim/base/assert.h"
 #include "sim/base/elementary.h"
 #include "sim/base/types.h"
 
@@ -21,6 +22,7 @@ inline Quat exponential(const Vec3& v) {
 /// Returns the shortest rotation vector (rad) of a unit quaternion: exponential(logarithm(q)) = q or -q. Its
 /// length is at most pi.
 inline Vec3 logarithm(const Quat& q) {
+  DUET_ASSERT(is_unit(q));
   const Vec3 v = q.w() < 0 ? Vec3(-q.vec()) : Vec3(q.vec());
   const double sine = v.norm();
   return sine > 0 ? Vec3(2 * math::atan2(sine, std::abs(q.w())) / sine * v) : Vec3(2 * v);

@@ -1,12 +1,14 @@
 // Eigen aliases, strong ids and poses, which every module uses.
 #pragma once
 
+#include <cmath>
 #include <compare>
 #include <cstdint>
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include "sim/base/assert.h"
 #include "sim/base/eigen_order.h"
 #include "sim/base/index.h"
 
@@ -43,14 +45,29 @@ using RigidId = Id<struct RigidTag>;            ///< Names a rigid body.
 using DeformableId = Id<struct DeformableTag>;  ///< Names a deformable body.
 using ParticleId = Id<struct ParticleTag>;      ///< Names a particle.
 
+/// Returns whether a vector or a quaternion has length 1, to 5e-7: what assertions ask of directions and
+/// orientations. Rounding leaves 1e-15, and unit vectors of floats 1e-7. Values that are not finite pass:
+/// they are failures of a simulation, which its stages report, not faults of the program.
+template <class Direction>
+bool is_unit(const Direction& direction) {
+  const double excess = static_cast<double>(direction.squaredNorm()) - 1;
+  return std::abs(excess) < 1e-6 || !std::isfinite(excess);
+}
+
 /// A rigid placement: x_world = orientation * x_body + position.
 struct Pose {
   Vec3 position = Vec3::Zero();         ///< Origin of the body frame in the world, m.
   Quat orientation = Quat::Identity();  ///< Unit quaternion, body to world.
   /// Returns the world position (m) of the point `x` in the body frame (m).
-  Vec3 to_world(const Vec3& x) const { return orientation * x + position; }
+  Vec3 to_world(const Vec3& x) const {
+    DUET_ASSERT(is_unit(orientation));
+    return orientation * x + position;
+  }
   /// Returns the position in the body frame (m) of the world point `x` (m).
-  Vec3 to_body(const Vec3& x) const { return orientation.conjugate() * (x - position); }
+  Vec3 to_body(const Vec3& x) const {
+    DUET_ASSERT(is_unit(orientation));
+    return orientation.conjugate() * (x - position);
+  }
 };
 
 /// Returns the cross-product matrix: skew(a) b = a x b (a^* in the paper).

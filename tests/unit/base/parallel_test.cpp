@@ -126,5 +126,12 @@ TEST_F(ThreadCount, NothingToDoIsFine) {
   parallel_for(0, 8, [](std::size_t, std::size_t) { FAIL(); });
 }
 
+#ifdef DUET_ASSERTS
+// Ranges of no items would never end.
+TEST(ParallelFor, RefusesRangesOfNoItems) {
+  EXPECT_DEATH(parallel_for(3, 0, [](std::size_t, std::size_t) {}), "grain > 0 does not hold");
+}
+#endif
+
 }  // namespace
 }  // namespace duet::parallel_test

@@ -29,5 +29,24 @@ TEST(ShortestTurn, OfOppositeDirectionsIsHalfATurnAcross) {
   }
 }
 
+// Rounding keeps a direction a unit one. Values that are not finite pass, because stages report them as
+// errors.
+TEST(Rotation, UnitDirectionsAreKnownToRounding) {
+  EXPECT_TRUE(is_unit(Vec3(0.6, 0.8, 1e-9)));
+  EXPECT_TRUE(is_unit(Vec3f(0.6F, 0, 0.8F)));
+  EXPECT_TRUE(is_unit(Quat(0.5, -0.5, 0.5, 0.5)));
+  EXPECT_FALSE(is_unit(Vec3(0.6, 0.8, 1e-2)));
+  EXPECT_FALSE(is_unit(Quat(1, 0, 0, 0.01)));
+  EXPECT_FALSE(is_unit(Vec3(Vec3::Zero())));
+  EXPECT_TRUE(is_unit(Vec3(std::nan(""), 0, 0)));
+}
+
+#ifdef DUET_ASSERTS
+// The logarithm of a quaternion that is not of unit length has no meaning.
+TEST(Rotation, LogarithmRefusesOtherQuaternionsThanUnitOnes) {
+  EXPECT_DEATH(logarithm(Quat(2, 0, 0, 0)), "is_unit");
+}
+#endif
+
 }  // namespace
 }  // namespace duet::rotation_test
