@@ -7,6 +7,7 @@
 #include <openvdb/openvdb.h>
 #include <openvdb/tools/MeshToVolume.h>
 
+#include "sim/base/assert.h"
 #include "sim/base/parallel.h"
 
 namespace duet {
@@ -36,6 +37,7 @@ struct VoxelMesh {
 }  // namespace
 
 DenseGrid signed_distances(const TriangleMesh& mesh, const TriangleTree& tree, double spacing, int margin) {
+  DUET_ASSERT(!mesh.triangles.empty() && spacing > 0 && margin >= 0);
   Eigen::AlignedBox3d box;
   for (const Vec3& x : mesh.positions) box.extend(x);
   DenseGrid grid;

@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "sim/base/assert.h"
 #include "sim/geometry/mesh/triangle_mesh.h"
 #include "sim/geometry/queries/triangle_tree.h"
 
@@ -17,6 +18,7 @@ struct DenseGrid {
 
   /// Returns the index into `values` of the node with the numbers i, j, k along the axes.
   std::size_t index(int i, int j, int k) const {
+    DUET_ASSERT(i >= 0 && i < count.x() && j >= 0 && j < count.y() && k >= 0 && k < count.z());
     return (static_cast<std::size_t>(k) * static_cast<std::size_t>(count.y()) + static_cast<std::size_t>(j)) *
                static_cast<std::size_t>(count.x()) +
            static_cast<std::size_t>(i);

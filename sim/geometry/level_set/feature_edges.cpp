@@ -7,6 +7,7 @@
 #include <numbers>
 #include <utility>
 
+#include "sim/base/assert.h"
 #include "sim/base/elementary.h"
 #include "sim/base/rotation.h"
 #include "sim/geometry/level_set/shape_samples.h"
@@ -213,6 +214,7 @@ std::vector<std::vector<int>> lines_of(const std::vector<SharpEdge>& edges) {
 }  // namespace
 
 FeatureEdges find_feature_edges(const LevelSet& shape, double spacing) {
+  DUET_ASSERT(spacing > 0);
   FeatureEdges feature_edges;
   switch (shape.kind) {
     case LevelSet::Kind::box:
@@ -243,6 +245,8 @@ FeatureEdges find_feature_edges(const LevelSet& shape, double spacing) {
 FeatureEdges find_feature_edges(const TriangleMesh& mesh, const LevelSet& shape,
                                 const std::vector<Vec3>& samples, const std::vector<Vec3>& inside,
                                 double spacing) {
+  DUET_ASSERT(spacing > 0);
+  DUET_ASSERT(samples.size() == inside.size());
   FeatureEdges feature_edges;
   for (const std::vector<int>& line : lines_of(sharp_edges(mesh))) {
     const int begin = static_cast<int>(feature_edges.nodes.size());
@@ -261,6 +265,7 @@ FeatureEdges find_feature_edges(const TriangleMesh& mesh, const LevelSet& shape,
 }
 
 void keep_nodes(const std::vector<char>& stays, FeatureEdges& feature_edges) {
+  DUET_ASSERT(stays.size() == feature_edges.nodes.size());
   if (std::find(stays.begin(), stays.end(), 0) == stays.end()) return;
   FeatureEdges kept;
   // The new numbers of the nodes that are kept; -1 for others.

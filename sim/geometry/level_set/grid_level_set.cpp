@@ -7,6 +7,7 @@
 #include <map>
 #include <utility>
 
+#include "sim/base/assert.h"
 #include "sim/base/parallel.h"
 #include "sim/geometry/mesh/sharp_edge.h"
 
@@ -55,6 +56,7 @@ struct Cell {
 }  // namespace
 
 GridLevelSet::GridLevelSet(const TriangleMesh& mesh, int cells, SharpEdges sharp_edges) : exact_(mesh) {
+  DUET_ASSERT(cells > 0);
   for (const Vec3& x : mesh.positions) {
     bounds_.extend(x);
     bounding_radius_ = std::max(bounding_radius_, x.norm());

@@ -5,6 +5,7 @@
 
 #include <memory>
 
+#include "sim/base/assert.h"
 #include "sim/base/types.h"
 
 namespace duet {
@@ -42,23 +43,33 @@ struct LevelSet {
   std::shared_ptr<const GridLevelSet> grid = nullptr;
 
   /// Returns a sphere of the given radius (m).
-  static LevelSet sphere(double radius) { return {.kind = Kind::sphere, .radius = radius}; }
+  static LevelSet sphere(double radius) {
+    DUET_ASSERT(radius > 0);
+    return {.kind = Kind::sphere, .radius = radius};
+  }
   /// Returns a box of the given edge lengths (m).
-  static LevelSet box(const Vec3& size) { return {.kind = Kind::box, .half = size / 2}; }
+  static LevelSet box(const Vec3& size) {
+    DUET_ASSERT(size.minCoeff() > 0);
+    return {.kind = Kind::box, .half = size / 2};
+  }
   /// Returns a capsule of the given radius whose straight part has the given length (m).
   static LevelSet capsule(double radius, double length) {
+    DUET_ASSERT(radius > 0 && length >= 0);
     return {.kind = Kind::capsule, .radius = radius, .half_length = length / 2};
   }
   /// Returns a cylinder of the given radius and height (m).
   static LevelSet cylinder(double radius, double height) {
+    DUET_ASSERT(radius > 0 && height > 0);
     return {.kind = Kind::cylinder, .radius = radius, .half_length = height / 2};
   }
   /// Returns a torus with the given radii of its center line and of its tube (m).
   static LevelSet torus(double radius, double tube) {
+    DUET_ASSERT(tube > 0 && tube < radius);
     return {.kind = Kind::torus, .radius = radius, .tube = tube};
   }
   /// Returns the shape of a mesh.
   static LevelSet mesh(std::shared_ptr<const GridLevelSet> grid) {
+    DUET_ASSERT(grid != nullptr);
     return {.kind = Kind::grid, .grid = std::move(grid)};
   }
   /// Returns the half space y <= 0.

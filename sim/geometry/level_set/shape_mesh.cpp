@@ -5,6 +5,7 @@
 #include <numbers>
 #include <span>
 
+#include "sim/base/assert.h"
 #include "sim/base/elementary.h"
 #include "sim/geometry/queries/texture.h"
 
@@ -223,6 +224,7 @@ class CreaseNormals {
 }  // namespace
 
 Surface shape_surface(const LevelSet& shape, double detail) {
+  DUET_ASSERT(detail > 0 && detail <= 1);
   return shape.kind == LevelSet::Kind::box ? box_surface(shape.half) : round_surface(shape, detail);
 }
 

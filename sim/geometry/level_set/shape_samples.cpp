@@ -5,6 +5,7 @@
 #include <map>
 #include <numbers>
 
+#include "sim/base/assert.h"
 #include "sim/base/elementary.h"
 #include "sim/geometry/mesh/sharp_edge.h"
 
@@ -196,6 +197,7 @@ bool is_crease(const EdgeSides& sides, const Vec3& a) {
 double default_sample_spacing(double volume) { return math::cbrt(volume) / 8; }
 
 std::vector<Vec3> surface_samples(const LevelSet& shape, double spacing) {
+  DUET_ASSERT(spacing > 0);
   switch (shape.kind) {
     case LevelSet::Kind::box:
       return box_samples(shape.half, spacing);
@@ -213,6 +215,7 @@ std::vector<Vec3> surface_samples(const LevelSet& shape, double spacing) {
 }
 
 std::vector<Vec3> surface_samples(const TriangleMesh& mesh, double spacing) {
+  DUET_ASSERT(spacing > 0);
   std::vector<std::vector<Vec3>> at_vertex(mesh.positions.size());
   std::vector<char> in_crease(mesh.positions.size(), 0);
   std::map<std::pair<int, int>, EdgeSides> at_edge;

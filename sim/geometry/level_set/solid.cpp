@@ -1,5 +1,6 @@
 #include "sim/geometry/level_set/solid.h"
 
+#include "sim/base/assert.h"
 #include "sim/geometry/level_set/grid_level_set.h"
 #include "sim/geometry/level_set/shape_mesh.h"
 #include "sim/geometry/level_set/shape_samples.h"
@@ -21,6 +22,7 @@ Solid make_solid(const LevelSet& shape, std::optional<double> sample_spacing, do
 }
 
 Solid make_solid(const TriangleMesh& mesh, double scale, int cells, std::optional<double> sample_spacing) {
+  DUET_ASSERT(scale > 0);
   const MassProperties mass = mass_properties(in_frame(mesh, scale, Pose{}));
   const TriangleMesh body = in_frame(mesh, scale, mass.frame);
   Solid solid;

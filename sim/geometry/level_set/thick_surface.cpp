@@ -4,6 +4,7 @@
 #include <map>
 #include <numbers>
 
+#include "sim/base/assert.h"
 #include "sim/base/elementary.h"
 #include "sim/base/rotation.h"
 #include "sim/geometry/level_set/shape_mesh.h"
@@ -25,6 +26,7 @@ Corner corner(int position, int normal) { return {position, position, normal}; }
 
 ThickSheet::ThickSheet(const Sheet& sheet, double thickness)
     : triangles_(sheet.triangles), half_thickness_(thickness / 2) {
+  DUET_ASSERT(thickness > 0);
   const int count = as_int(sheet.nodes.size());
   for (int side = 0; side < 2; ++side)
     for (const Vec3& x : sheet.nodes)
@@ -50,6 +52,8 @@ ThickSheet::ThickSheet(const Sheet& sheet, double thickness)
 }
 
 void ThickSheet::update(std::span<const Vec3> x, Surface& surface) const {
+  DUET_ASSERT(2 * x.size() == rest_.positions.size());
+  DUET_ASSERT(surface.positions.size() == rest_.positions.size());
   // The positions of the front side first hold the sum of the area vectors around each node.
   for (std::size_t i = 0; i < x.size(); ++i) surface.positions[i].setZero();
   for (const Triangle& t : triangles_) {
@@ -68,6 +72,7 @@ void ThickSheet::update(std::span<const Vec3> x, Surface& surface) const {
 }
 
 Tube::Tube(const Curve& curve, double radius) : radius_(radius), is_closed_(curve.is_closed) {
+  DUET_ASSERT(curve.nodes.size() >= 2 && radius > 0);
   const std::size_t nodes = curve.nodes.size(), segments = is_closed_ ? nodes : nodes - 1;
   first_tangent_ = tangent(curve.nodes, 0);
   first_normal_ = first_tangent_.unitOrthogonal();
@@ -117,6 +122,8 @@ Vec3 Tube::tangent(std::span<const Vec3> x, std::size_t node) const {
 // The rings are carried along the curve without twist. The twist that a closed curve needs to close is spread
 // over all of it.
 void Tube::update(std::span<const Vec3> x, Surface& surface) const {
+  DUET_ASSERT(x.size() * sides == rest_.positions.size());
+  DUET_ASSERT(surface.positions.size() == rest_.positions.size());
   Vec3 along = tangent(x, 0);
   const Vec3 start = shortest_rotation(first_tangent_, along) * first_normal_;
   double mismatch = 0;
@@ -147,6 +154,8 @@ void Tube::update(std::span<const Vec3> x, Surface& surface) const {
 Bead::Bead(double radius) : rest_(shape_surface(LevelSet::sphere(radius), bead_detail)) {}
 
 void Bead::update(std::span<const Vec3> x, Surface& surface) const {
+  DUET_ASSERT(!x.empty());
+  DUET_ASSERT(surface.positions.size() == rest_.positions.size());
   for (std::size_t k = 0; k < surface.positions.size(); ++k)
     surface.positions[k] = x.front() + rest_.positions[k];
 }

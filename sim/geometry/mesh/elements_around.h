@@ -5,6 +5,8 @@
 #include <span>
 #include <vector>
 
+#include "sim/base/assert.h"
+
 namespace duet {
 
 /// Lists of different lengths in one array: the list of node i is items[first[i]] to items[first[i + 1] - 1].
@@ -14,6 +16,7 @@ struct ElementLists {
   /// Returns the numbers of the elements around `node`, in ascending order.
   std::span<const int> of(int node) const {
     const auto i = static_cast<std::size_t>(node);
+    DUET_ASSERT(first[i] <= first[i + 1] && static_cast<std::size_t>(first[i + 1]) <= items.size());
     return {items.data() + first[i], items.data() + first[i + 1]};
   }
 };

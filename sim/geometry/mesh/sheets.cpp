@@ -6,6 +6,7 @@
 #include <map>
 #include <numbers>
 
+#include "sim/base/assert.h"
 #include "sim/base/elementary.h"
 
 namespace duet {
@@ -41,6 +42,7 @@ Curve evenly(const std::function<Vec3(double)>& at, int segments, bool is_closed
 }  // namespace
 
 Sheet panel(const Vec2& size, int cells_x, int cells_z) {
+  DUET_ASSERT(size.minCoeff() > 0 && cells_x > 0 && cells_z > 0);
   Sheet sheet;
   const auto node = [&](int i, int k) { return k * (cells_x + 1) + i; };
   for (int k = 0; k <= cells_z; ++k)
@@ -62,6 +64,7 @@ Sheet panel(const Vec2& size, int cells_x, int cells_z) {
 }
 
 Sheet disc(double radius, int rings) {
+  DUET_ASSERT(radius > 0 && rings > 0);
   Sheet sheet;
   sheet.nodes.emplace_back(Vec3::Zero());
   // Returns node i of ring k; numbers beyond the end of the ring wrap around.
@@ -98,6 +101,7 @@ std::vector<SheetEdge> edges(const Sheet& sheet) {
 }
 
 Curve curve_through(const std::vector<Vec3>& points, int segments, bool is_closed) {
+  DUET_ASSERT(points.size() >= 2 && segments > 0);
   const int count = static_cast<int>(points.size()), spans = is_closed ? count : count - 1;
   // Returns control point i. An open curve goes straight on beyond its ends.
   const auto point = [&](int i) -> Vec3 {
@@ -116,6 +120,7 @@ Curve curve_through(const std::vector<Vec3>& points, int segments, bool is_close
 }
 
 Curve helix(double radius, double pitch, double turns, int segments) {
+  DUET_ASSERT(segments > 0);
   return evenly(
       [&](double u) {
         const double angle = full_turn * turns * u;
@@ -125,6 +130,7 @@ Curve helix(double radius, double pitch, double turns, int segments) {
 }
 
 Curve torus_knot(double radius, double tube, int p, int q, int segments) {
+  DUET_ASSERT(segments > 0);
   return evenly(
       [&](double u) {
         const double about = full_turn * p * u, around = full_turn * q * u;

@@ -7,6 +7,7 @@
 #include <set>
 #include <tuple>
 
+#include "sim/base/assert.h"
 #include "sim/base/elementary.h"
 #include "sim/geometry/queries/texture.h"
 
@@ -118,6 +119,7 @@ double volume(const TetMesh& mesh) {
 }
 
 TetMesh box_lattice(const Vec3& size, const Vec3i& cells, LatticePattern pattern) {
+  DUET_ASSERT(size.minCoeff() > 0 && cells.minCoeff() > 0);
   TetMesh mesh;
   const auto node = [&](int i, int j, int k) { return (k * (cells.y() + 1) + j) * (cells.x() + 1) + i; };
   for (int k = 0; k <= cells.z(); ++k)
@@ -188,6 +190,7 @@ std::vector<Triangle> boundary(const TetMesh& mesh) {
 
 std::vector<BoundarySample> boundary_samples(const TetMesh& mesh, const std::vector<Triangle>& triangles,
                                              int order) {
+  DUET_ASSERT(order > 0);
   std::vector<BoundarySample> samples;
   const auto length = [&](int a, int b) {
     return (mesh.nodes[static_cast<std::size_t>(a)] - mesh.nodes[static_cast<std::size_t>(b)]).norm();

@@ -5,6 +5,7 @@
 #include <limits>
 #include <numbers>
 
+#include "sim/base/assert.h"
 #include "sim/base/elementary.h"
 #include "sim/base/parallel.h"
 
@@ -77,6 +78,7 @@ std::array<double, 6> dihedral_angles(const TetMesh& mesh, const Tet& tet) {
 }
 
 bool has_dihedral_angles_within(const TetMesh& mesh, const Tet& tet, double least, double largest) {
+  DUET_ASSERT(least <= largest);
   const double above = math::cos(least * std::numbers::pi / 180),
                below = math::cos(largest * std::numbers::pi / 180);
   const std::array<Vec3, 4> normals = Corners(mesh, tet).face_normals();

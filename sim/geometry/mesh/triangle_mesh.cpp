@@ -1,5 +1,6 @@
 #include "sim/geometry/mesh/triangle_mesh.h"
 
+#include "sim/base/assert.h"
 #include "sim/base/dense_solvers.h"
 
 namespace duet {
@@ -10,6 +11,7 @@ Vec3 area_vector(const TriangleMesh& mesh, std::size_t triangle) {
 }
 
 TriangleMesh in_frame(const TriangleMesh& mesh, double scale, const Pose& frame) {
+  DUET_ASSERT(scale > 0);
   TriangleMesh result = mesh;
   for (Vec3& x : result.positions) x = frame.to_body(scale * x);
   const Eigen::Quaternionf to_frame = frame.orientation.conjugate().cast<float>();

@@ -5,6 +5,7 @@
 #include <limits>
 #include <vector>
 
+#include "sim/base/assert.h"
 #include "sim/base/simd.h"
 #include "sim/base/types.h"
 
@@ -27,6 +28,7 @@ class BoxTree {
   /// must be bounded.
   template <class Visit>
   void query(const Eigen::AlignedBox3d& box, Visit&& visit) const {
+    DUET_ASSERT(!box.min().array().isInf().any() && !box.max().array().isInf().any());
     if (nodes_.empty()) return;
     std::array<int, max_pending> pending;
     std::size_t size = 0;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "sim/base/assert.h"
+
 namespace duet {
 namespace {
 
@@ -60,6 +62,7 @@ ClosestPoints closest_points(ElementPair kind, const FourPoints& x) {
 
 std::optional<Impact> first_impact(ElementPair kind, const FourPoints& start, const FourPoints& end,
                                    double gap) {
+  DUET_ASSERT(gap > 0);
   // The corners at the start, relative to one of them, which reduces rounding far from the origin of the
   // world.
   FourPoints origin;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "sim/base/assert.h"
 #include "sim/geometry/queries/triangle_tree.h"
 
 namespace duet {
@@ -54,6 +55,7 @@ Vec2f planar_uv(const Vec3& x, const Vec3& normal) {
 }
 
 void transfer_texture(const TriangleMesh& mesh, Surface& surface) {
+  DUET_ASSERT(mesh.uvs.size() == mesh.triangles.size());
   // Multiple of the change of the texture within a triangle. A corner whose own texture is farther from the
   // extended one lies beyond a seam.
   constexpr double jump = 2;

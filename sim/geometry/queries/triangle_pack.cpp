@@ -1,5 +1,6 @@
 #include "sim/geometry/queries/triangle_pack.h"
 
+#include "sim/base/assert.h"
 #include "sim/base/dot_in_order.h"
 #include "sim/geometry/queries/closest_points.h"
 
@@ -13,6 +14,7 @@ double8 dot(const vector8& a, const vector8& b) { return (a.x * b.x + a.y * b.y)
 }  // namespace
 
 void TrianglePack::set(std::size_t lane, const Vec3& a, const Vec3& b, const Vec3& c) {
+  DUET_ASSERT(lane < pack_width && (degenerate_ >> lane & 1u) == 0);
   const std::array<const Vec3*, 3> corners = {&a, &b, &c};
   for (std::size_t k = 0; k < 3; ++k) {
     corner_[k].x[lane] = corners[k]->x();

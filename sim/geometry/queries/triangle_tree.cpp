@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "sim/base/assert.h"
 #include "sim/base/dot_in_order.h"
 #include "sim/geometry/queries/closest_points.h"
 
@@ -24,6 +25,7 @@ Vec3 nearest_point(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& x) {
 }
 
 TriangleTree::TriangleTree(const TriangleMesh& mesh) {
+  DUET_ASSERT(!mesh.triangles.empty());
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t)
     triangles_.push_back({mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2), static_cast<int>(t)});
   build(0, static_cast<int>(triangles_.size()));
@@ -75,6 +77,7 @@ void TriangleTree::build(int begin, int end) {
 }
 
 TriangleTree::Nearest TriangleTree::nearest(const Vec3& x) const {
+  DUET_ASSERT(!nodes_.empty());
   struct Pending {
     int node;
     double squared;  // squared distance to its box, m^2

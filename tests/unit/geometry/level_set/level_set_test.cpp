@@ -208,5 +208,12 @@ TEST(LevelSet, FormulasAgreeWithIntegralsOverFacets) {
   }
 }
 
+#ifdef DUET_ASSERTS
+// The formulas of a torus hold for tubes that leave its hole open.
+TEST(LevelSet, RefusesTubesThatCloseTheirTorus) {
+  EXPECT_DEATH(LevelSet::torus(1, 1.5), "tube < radius does not hold");
+}
+#endif
+
 }  // namespace
 }  // namespace duet::level_set_test
