@@ -6,6 +6,7 @@
 #include <Eigen/OrderingMethods>
 #include <Eigen/SparseCore>
 
+#include "sim/base/assert.h"
 #include "sim/base/index.h"
 
 namespace duet {
@@ -68,6 +69,7 @@ void BlockFactor::analyze(const std::vector<int>& rows, const std::vector<std::p
   ones.reserve(rows.size() + 2 * couplings.size());
   for (int i = 0; i < n; ++i) ones.emplace_back(i, i, 1);
   for (const auto& [i, j] : couplings) {
+    DUET_ASSERT(i >= 0 && i < n && j >= 0 && j < n);
     ones.emplace_back(i, j, 1);
     ones.emplace_back(j, i, 1);
   }
@@ -96,6 +98,7 @@ void BlockFactor::analyze(const std::vector<int>& rows, const std::vector<std::p
   lower_.clear();
   for (int c = 0; c < n; ++c) {
     const int size = rows[as_index(at[as_index(c)])];
+    DUET_ASSERT(size >= 0 && size <= max_rows);
     pivot_.push_back(Block::Zero(size, size));
     work_.push_back(Segment::Zero(size));
     for (const int row : column[as_index(c)]) {
@@ -109,7 +112,9 @@ void BlockFactor::analyze(const std::vector<int>& rows, const std::vector<std::p
 int BlockFactor::find(int row, int column) const {
   const auto begin = entry_.begin() + first_[as_index(column)],
              end = entry_.begin() + first_[as_index(column) + 1];
-  return std::lower_bound(begin, end, row, [](const Entry& e, int r) { return e.row < r; })->block;
+  const auto entry = std::lower_bound(begin, end, row, [](const Entry& e, int r) { return e.row < r; });
+  DUET_ASSERT(entry != end && entry->row == row);
+  return entry->block;
 }
 
 void BlockFactor::set_zero() {
@@ -118,7 +123,10 @@ void BlockFactor::set_zero() {
 }
 
 void BlockFactor::add_coupling(int i, int j, const Block& block) {
+  DUET_ASSERT(i != j);
   const int row = place_[as_index(i)], column = place_[as_index(j)];
+  DUET_ASSERT(block.rows() == pivot_[as_index(row)].rows() &&
+              block.cols() == pivot_[as_index(column)].cols());
   if (row > column)
     lower_[as_index(find(row, column))] += block;
   else
@@ -126,6 +134,7 @@ void BlockFactor::add_coupling(int i, int j, const Block& block) {
 }
 
 void BlockFactor::factor(double softness) {
+  DUET_ASSERT(softness >= 0);
   for (std::size_t c = 0; c < pivot_.size(); ++c) {
     pivot_[c].diagonal() *= 1 + softness;
     work_[c] = pivot_[c].diagonal();
@@ -154,7 +163,11 @@ void BlockFactor::factor(double softness) {
 }
 
 void BlockFactor::solve(std::vector<Segment>& x) const {
-  for (std::size_t i = 0; i < place_.size(); ++i) work_[as_index(place_[i])] = x[i];
+  DUET_ASSERT(x.size() == place_.size());
+  for (std::size_t i = 0; i < place_.size(); ++i) {
+    DUET_ASSERT(x[i].size() == pivot_[as_index(place_[i])].rows());
+    work_[as_index(place_[i])] = x[i];
+  }
   double scaled[max_rows], sum[max_rows];
   for (std::size_t c = 0; c < pivot_.size(); ++c) {
     multiply(pivot_[c], scaled, [&](Eigen::Index k) { return work_[c](k); });

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "sim/base/assert.h"
 #include "sim/base/dense_solvers.h"
 #include "sim/base/disjoint_sets.h"
 
@@ -145,6 +146,7 @@ void FreeMotion::project(JointSolver& joints, const RigidBodies& rigid) {
 // there, and the first one is its work along the path. W vanishes if all bodies are free. The terms of x^n
 // are added here.
 void FreeMotion::begin(JointSolver& joints, const RigidBodies& rigid, const Vec3& gravity, double dt) {
+  DUET_ASSERT(start_.size() == rigid.size() && dt > 0);
   gravity_ = gravity;
   dt_ = dt;
   for (const std::size_t i : bodies_) {
@@ -165,6 +167,7 @@ void FreeMotion::begin(JointSolver& joints, const RigidBodies& rigid, const Vec3
 }
 
 FreeMotion::Outcome FreeMotion::finish(JointSolver& joints, RigidBodies& rigid) {
+  DUET_ASSERT(start_.size() == rigid.size());
   for (const std::size_t i : bodies_) {
     const RigidState& state = rigid.state[i];
     const bool is_dynamic = rigid.properties[i].is_dynamic();

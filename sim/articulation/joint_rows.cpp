@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "sim/base/assert.h"
 #include "sim/base/elementary.h"
 
 namespace duet {
@@ -115,6 +116,7 @@ std::vector<JointRow> rows_of(const Joint& joint) {
   if (travels(joint.kind)) add_limits(joint.travel, RowMotion::travel);
   if (joint.kind == JointKind::point && std::isfinite(joint.swing))
     add(RowRole::limit, RowMotion::swing, 0, -1);
+  DUET_ASSERT(rows.size() <= static_cast<std::size_t>(BlockFactor::max_rows));
   return rows;
 }
 
@@ -161,6 +163,8 @@ void update_rows(const Joint& joint, const Pose& parent, const Pose& child, Join
 
 double structure_error(const Joint& joint, const JointRow& row, const JointFrames& frames,
                        const Quat& reference) {
+  DUET_ASSERT(row.role == RowRole::structure);
+  DUET_ASSERT(is_unit(reference));
   if (row.motion == RowMotion::travel)
     return travels(joint.kind) ? frames.gap().dot(frames.parent_axes * unit(row.axis))
                                : frames.gap()[row.axis];
@@ -171,6 +175,7 @@ double structure_error(const Joint& joint, const JointRow& row, const JointFrame
 }
 
 double limit_slack(const Joint& joint, const JointRow& row, const JointFrames& frames) {
+  DUET_ASSERT(row.role == RowRole::limit);
   if (row.motion == RowMotion::swing) return joint.swing - swing_of(frames);
   const Bounds& bounds = row.motion == RowMotion::turn ? joint.angle : joint.travel;
   const double value = row.motion == RowMotion::turn ? angle_of(frames) : travel_of(frames);

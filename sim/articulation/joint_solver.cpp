@@ -5,6 +5,7 @@
 #include <limits>
 #include <set>
 
+#include "sim/base/assert.h"
 #include "sim/base/rotation.h"
 #include "sim/base/stop.h"
 
@@ -89,6 +90,7 @@ void JointSolver::analyze(const Articulation& articulation, const RigidBodies& r
 }
 
 void JointSolver::update(const Articulation& articulation, const RigidBodies& rigid) {
+  DUET_ASSERT(articulation.joints.size() == ends_.size() && rigid.size() == predicted_.size());
   for (std::size_t j = 0; j < ends_.size(); ++j)
     update_rows(articulation.joints[j], rigid.state[ends_[j].parent].pose, rigid.state[ends_[j].child].pose,
                 rows_.data() + first_[j], first_[j + 1] - first_[j], reference_[j]);
@@ -244,6 +246,7 @@ double JointSolver::stabilize(RigidBodies& rigid) {
 }
 
 void JointSolver::begin_impulses(const Articulation& articulation, double seconds) {
+  DUET_ASSERT(articulation.joints.size() == ends_.size() && seconds >= 0);
   free_structure_only();
   fits_ = is_first_ = true;
   outside_ = {};
@@ -261,6 +264,7 @@ void JointSolver::begin_impulses(const Articulation& articulation, double second
 
 void JointSolver::plan_control(const Articulation& articulation, const RigidBodies& rigid, double time,
                                double dt) {
+  DUET_ASSERT(articulation.joints.size() == ends_.size() && dt > 0);
   for (std::size_t j = 0; j < ends_.size(); ++j) {
     const Joint& joint = articulation.joints[j];
     if (!joint.control.on) continue;
@@ -282,6 +286,7 @@ double JointSolver::wanted(const JointRow& row, const Vec3& rate, const Quat& pa
 double JointSolver::pre_stabilize(const Articulation& articulation, RigidBodies& rigid,
                                   const std::vector<Pose>& end_pose, double dt,
                                   OrientationUpdate orientation) {
+  DUET_ASSERT(end_pose.size() == rigid.size() && dt > 0);
   const auto axes = [&](std::size_t j) {
     return rigid.state[ends_[j].parent].pose.orientation * articulation.joints[j].parent_frame.orientation;
   };
@@ -406,6 +411,8 @@ void JointSolver::prepare_controlled_projection(const Articulation& articulation
 
 void JointSolver::project(const RigidBodies& rigid, std::vector<Vec3>& linear,
                           std::vector<Vec3>& angular) const {
+  DUET_ASSERT(linear.size() == rigid.size() && angular.size() == rigid.size());
+  DUET_ASSERT(is_factored_);
   for_each_row([&](std::size_t j, std::size_t r) {
     const auto [parent, child] = ends_[j];
     const JointRow& row = rows_[r];

@@ -7,6 +7,7 @@
 
 #include "sim/articulation/block_factor.h"
 #include "sim/articulation/joint_control.h"
+#include "sim/base/assert.h"
 #include "sim/rigid/rigid_bodies.h"
 
 namespace duet {
@@ -31,6 +32,7 @@ class JointSolver {
   bool empty() const { return ends_.empty(); }
   /// Returns the rows of a joint as of the last call of update().
   std::span<const JointRow> rows(std::size_t joint) const {
+    DUET_ASSERT(joint < ends_.size());
     return {rows_.data() + first_[joint], first_[joint + 1] - first_[joint]};
   }
   /// Returns the parent body of a joint.

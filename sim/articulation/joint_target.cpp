@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "sim/base/assert.h"
 #include "sim/base/elementary.h"
 #include "sim/base/rotation.h"
 
@@ -25,6 +26,7 @@ Mat3 spine_axes(const Vec3& from, const Vec3& to) {
 }  // namespace
 
 Vec3 BodyWave::rotation(double time) const {
+  DUET_ASSERT(spacing > 0 && wavelength > 0 && period > 0);
   const auto at = [&](double s) {
     const double f = two_pi * (s / wavelength + time / period);
     return Vec3(bend * math::sin(f), height * math::cos(f), s);

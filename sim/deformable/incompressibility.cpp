@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sim/base/assert.h"
 #include "sim/base/parallel.h"
 
 namespace duet {
@@ -20,10 +21,12 @@ double volume_of(const Tet& tet, const std::vector<Vec3>& x) {
 }  // namespace
 
 void NodalVolumes::add(const std::vector<Tet>& tets, const std::vector<Vec3>& rest) {
+  DUET_ASSERT(particle_.empty());  // finalize() comes after the last body
   Body body{tets_.size(), tets_.size() + tets.size(), 0};
   rest_volume_.resize(rest.size(), 0);  // by particle until finalize()
   for (const Tet& tet : tets) {
     const double volume = volume_of(tet, rest);
+    DUET_ASSERT(volume > 0);
     body.rest_volume += volume;
     for (int p : tet) rest_volume_[as_index(p)] += volume / 4;
   }
@@ -32,6 +35,7 @@ void NodalVolumes::add(const std::vector<Tet>& tets, const std::vector<Vec3>& re
 }
 
 void NodalVolumes::finalize(const std::vector<double>& inverse_mass, const std::vector<Vec3>& rest) {
+  DUET_ASSERT(particle_.empty() && inverse_mass.size() == rest.size());
   std::vector<std::vector<int>> tets_of(inverse_mass.size());
   for (std::size_t t = 0; t < tets_.size(); ++t)
     for (int p : tets_[t]) tets_of[as_index(p)].push_back(static_cast<int>(t));
@@ -118,6 +122,7 @@ void NodalVolumes::linearize(const std::vector<Vec3>& x) {
 
 void NodalVolumes::divergence_at(const std::vector<Vec3>& x, const std::vector<Vec3>& v,
                                  std::vector<double>& rate) {
+  DUET_ASSERT(x.size() == v.size());
   parallel_for(tets_.size(), tet_grain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
       const auto edges = [&](const std::vector<Vec3>& values) {
@@ -154,6 +159,7 @@ void NodalVolumes::divergence(const std::vector<Vec3>& v, std::vector<double>& r
 }
 
 void NodalVolumes::pressure_velocity(const std::vector<double>& q, std::vector<Vec3>& v) const {
+  DUET_ASSERT(q.size() == size());
   parallel_for(size(), ring_grain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       Vec3 sum = Vec3::Zero();

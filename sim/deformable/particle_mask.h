@@ -5,6 +5,8 @@
 #include <cstddef>
 #include <vector>
 
+#include "sim/base/assert.h"
+
 namespace duet {
 
 /// Set of particles, kept in chunks of successive indices: a chunk is either in the set or not.
@@ -39,6 +41,7 @@ class ParticleMask {
   }
   /// Returns whether a chunk of the particles [first, last], both included, is in the set.
   bool meets(std::size_t first, std::size_t last) const {
+    DUET_ASSERT(first <= last);
     for (std::size_t c = first / chunk; c <= last / chunk; ++c)
       if (chunks_[c]) return true;
     return false;

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "sim/base/assert.h"
 #include "sim/base/types.h"
 #include "sim/geometry/mesh/tet_mesh.h"
 
@@ -81,6 +82,7 @@ void for_each_particle(const DeformableBody& body, Work&& work) {
 
 /// Returns the weighted sum of per-particle `values` (positions, velocities) at a surface point.
 inline Vec3 weighted(const SurfacePoint& point, const std::vector<Vec3>& values) {
+  DUET_ASSERT(point.count >= 1 && point.count <= 4);
   Vec3 sum = point.weight[0] * values[static_cast<std::size_t>(point.particle[0])];
   for (std::size_t i = 1; i < static_cast<std::size_t>(point.count); ++i)
     sum += point.weight[i] * values[static_cast<std::size_t>(point.particle[i])];
@@ -90,6 +92,7 @@ inline Vec3 weighted(const SurfacePoint& point, const std::vector<Vec3>& values)
 /// Applies `impulse` (N s, world) to a surface point: adds weight times impulse over mass to the velocity of
 /// each of its particles.
 inline void apply_impulse(const SurfacePoint& point, const Vec3& impulse, Particles& particles) {
+  DUET_ASSERT(point.count >= 1 && point.count <= 4);
   for (std::size_t i = 0; i < static_cast<std::size_t>(point.count); ++i) {
     const auto p = static_cast<std::size_t>(point.particle[i]);
     particles.v[p] += point.weight[i] * particles.inverse_mass[p] * impulse;

@@ -1,5 +1,6 @@
 #include "sim/deformable/spin.h"
 
+#include "sim/base/assert.h"
 #include "sim/base/dense_solvers.h"
 
 namespace duet {
@@ -16,6 +17,7 @@ Vec3 angular_velocity_of(const MassMoments& moments, const Vec3& L) {
 }
 
 void remove_moment(const DeformableBody& body, const Particles& particles, std::vector<Vec3>& force) {
+  DUET_ASSERT(force.size() == particles.size());
   const MassMoments moments = moments_of_masses([&](auto&& visit) {
     for_each_particle(body, [&](std::size_t p) { visit(particles.mass[p], particles.x[p]); });
   });

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "sim/base/assert.h"
+
 namespace duet {
 namespace {
 
@@ -32,12 +34,14 @@ double rise_of(const Triangle& face, const std::array<Vec3, 3>& x, const Vec3& n
 }  // namespace
 
 bool lies_on(const SurfacePoint& point, const Triangle& face) {
+  DUET_ASSERT(point.count >= 1 && point.count <= 4);
   const auto is_corner = [&](int p) { return std::find(face.begin(), face.end(), p) != face.end(); };
   return std::all_of(point.particle.begin() + 1, point.particle.begin() + point.count, is_corner);
 }
 
 bool faces_squarely(const ElementLists& around, const std::vector<Triangle>& triangles,
                     const std::vector<Vec3>& x, const SurfacePoint& point, const Vec3& toward) {
+  DUET_ASSERT(is_unit(toward));
   for (const int t : around.of(point.particle[0])) {
     const Triangle& face = triangles[as_index(t)];
     if (!lies_on(point, face)) continue;
@@ -52,6 +56,7 @@ bool faces_squarely(const ElementLists& around, const std::vector<Triangle>& tri
 FacesAround look_around(const ElementLists& around, const std::vector<Triangle>& triangles,
                         const std::vector<Vec3>& positions, const SurfacePoint& point, const Vec3& at,
                         const Vec3& toward) {
+  DUET_ASSERT(is_unit(toward));
   FacesAround found;
   for (const int t : around.of(point.particle[0])) {
     const Triangle& face = triangles[as_index(t)];

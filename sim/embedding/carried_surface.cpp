@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "sim/base/assert.h"
 #include "sim/base/parallel.h"
 #include "sim/geometry/queries/box_tree.h"
 
@@ -35,6 +36,7 @@ double least_of(const std::array<double, 4>& weights) {
 }  // namespace
 
 CarriedSurface::CarriedSurface(const Surface& surface, const TetMesh& mesh) {
+  DUET_ASSERT(!mesh.tets.empty());
   std::vector<Eigen::AlignedBox3d> boxes;
   std::vector<int> items;
   double longest = 0;
@@ -71,6 +73,7 @@ CarriedSurface::CarriedSurface(const Surface& surface, const TetMesh& mesh) {
 }
 
 void CarriedSurface::update(const Vec3* nodes, Surface& surface) const {
+  DUET_ASSERT(surface.positions.size() == carriers_.size());
   parallel_for(carriers_.size(), grain, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       const Carrier& carrier = carriers_[i];

@@ -1,5 +1,6 @@
 #include "sim/embedding/embedded_particles.h"
 
+#include "sim/base/assert.h"
 #include "sim/base/dense_solvers.h"
 
 namespace duet {
@@ -7,6 +8,7 @@ namespace duet {
 EmbeddedParticle embed_particle(std::size_t p, std::size_t body, RigidBodies& rigid, Particles& particles) {
   RigidProperties& properties = rigid.properties[body];
   RigidState& state = rigid.state[body];
+  DUET_ASSERT(properties.is_dynamic());
   const Vec3 angular_velocity = state.angular_velocity;
   const double own = particles.mass[p], mass = properties.mass + own;
   properties.inertia *= mass / properties.mass;
@@ -28,6 +30,7 @@ void follow_bodies(const RigidBodies& rigid, std::vector<EmbeddedParticle>& boun
 
 void follow_twists(const std::vector<EmbeddedParticle>& bound, const std::vector<Vec3>& linear,
                    const std::vector<Vec3>& angular, std::vector<Vec3>& velocity) {
+  DUET_ASSERT(linear.size() == angular.size());
   for (const EmbeddedParticle& b : bound)
     velocity[b.particle] = linear[b.body] + angular[b.body].cross(b.offset);
 }
@@ -35,6 +38,7 @@ void follow_twists(const std::vector<EmbeddedParticle>& bound, const std::vector
 void add_force_twists(const RigidBodies& rigid, const std::vector<EmbeddedParticle>& bound,
                       const std::vector<Vec3>& force, double scale, std::vector<Vec3>& linear,
                       std::vector<Vec3>& angular) {
+  DUET_ASSERT(linear.size() == rigid.size() && angular.size() == rigid.size());
   for (const EmbeddedParticle& b : bound) {
     linear[b.body] += scale * rigid.properties[b.body].inverse_mass * force[b.particle];
     angular[b.body] += scale * (rigid.state[b.body].inverse_inertia * b.offset.cross(force[b.particle]));
@@ -55,6 +59,7 @@ double equivalent_mass(const RigidProperties& body, const std::vector<EmbeddedPa
     jacobian << Mat3::Identity(), -skew(b.arm);
     unit += jacobian.transpose() * jacobian;
   }
+  DUET_ASSERT(unit(0, 0) > 0);  // the body has a bound particle
   return 1 / symmetric_eigen<6>(root.asDiagonal() * unit * root.asDiagonal()).values[5];
 }
 

@@ -62,7 +62,8 @@ enum class Interpolation {
 
 /// Makes the track through `keys`.
 ///
-/// There is at least one key, and times increase. For a looping track the last value must equal the first.
+/// There is at least one key, and times increase. For a looping track the last value must equal the first, to
+/// 1e-8 m.
 PositionTrack position_track(std::span<const PositionKey> keys, Interpolation interpolation, bool loop);
 /// Returns the position (m) of the track at `time` (s).
 Vec3 position_at(const PositionTrack& track, double time);

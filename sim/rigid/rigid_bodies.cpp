@@ -1,11 +1,13 @@
 #include "sim/rigid/rigid_bodies.h"
 
+#include "sim/base/assert.h"
 #include "sim/base/rotation.h"
 
 namespace duet {
 
 void update_orientation_dependents(RigidState& state, const RigidProperties& properties) {
   if (!properties.is_dynamic()) return;
+  DUET_ASSERT(is_unit(state.pose.orientation) && properties.inertia.minCoeff() > 0);
   const Mat3 rotation = state.pose.orientation.toRotationMatrix();
   state.inverse_inertia = rotation * properties.inertia.cwiseInverse().asDiagonal() * rotation.transpose();
   state.angular_velocity = state.inverse_inertia * state.angular_momentum;
@@ -13,6 +15,7 @@ void update_orientation_dependents(RigidState& state, const RigidProperties& pro
 
 void set_angular_velocity(RigidState& state, const RigidProperties& properties,
                           const Vec3& angular_velocity) {
+  DUET_ASSERT(properties.is_dynamic());
   const Mat3 rotation = state.pose.orientation.toRotationMatrix();
   state.angular_momentum =
       rotation * properties.inertia.asDiagonal() * rotation.transpose() * angular_velocity;

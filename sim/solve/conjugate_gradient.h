@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "sim/base/assert.h"
 #include "sim/base/stop.h"
 
 namespace duet {
@@ -36,6 +37,7 @@ template <class System, class Vector>
 CgResult conjugate_gradient(System& system, const Vector& b, double tolerance, int max_iterations, Vector& x,
                             Vector& r, Vector& s, Vector& q) {
   constexpr int first_projections = 4;
+  DUET_ASSERT(tolerance >= 0 && max_iterations >= 0);
   CgResult result;
   system.apply(x, q);
   system.accumulate(1);

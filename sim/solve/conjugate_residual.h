@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "sim/base/assert.h"
 #include "sim/base/stop.h"
 #include "sim/solve/conjugate_gradient.h"
 
@@ -19,6 +20,7 @@ namespace duet {
 template <class System, class Vector>
 CgResult conjugate_residual(System& system, const Vector& b, double tolerance, int max_iterations, Vector& x,
                             Vector& r, Vector& s, Vector& Ar, Vector& As) {
+  DUET_ASSERT(tolerance >= 0 && max_iterations >= 0);
   CgResult result;
   r = b;
   system.clear(x);

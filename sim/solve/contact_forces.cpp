@@ -5,6 +5,7 @@
 
 #include <Eigen/LU>
 
+#include "sim/base/assert.h"
 #include "sim/contact/response/ledger.h"
 #include "sim/contact/response/row_velocity.h"
 
@@ -102,6 +103,7 @@ void add_wrenches(const Mat3& slope, const Vec3& arm, Mat6& block) {
 
 void ContactForces::build(const Bodies& bodies, const ContactSet& contacts, const ContactGraph& graph,
                           const Islands& islands, double factor, const std::vector<SymmetricBlock>& own) {
+  DUET_ASSERT(factor >= 0 && own.size() == bodies.particles.size());
   bodies_ = &bodies;
   rows_.clear();
   out_of_reach_.clear();
@@ -124,6 +126,7 @@ void ContactForces::build(const Bodies& bodies, const ContactSet& contacts, cons
         out_of_reach_.push_back(i);
         continue;
       }
+      DUET_ASSERT(is_unit(contact.normal));
       Row row{.contact = i,
               .host = contact.host,
               .guest_rigid = contact.guest_rigid,
@@ -182,7 +185,9 @@ void ContactForces::add_row(Row& row, const Mat3& response) {
 void ContactForces::add_pairs(const Bodies& bodies, const std::vector<RepulsionPair>& pairs,
                               const Islands& islands, double seconds, double part_share, double factor,
                               const std::vector<SymmetricBlock>& own) {
+  DUET_ASSERT(bodies_ == &bodies && seconds > 0 && factor >= 0 && own.size() == bodies.particles.size());
   for (const RepulsionPair& pair : pairs) {
+    DUET_ASSERT(is_unit(pair.normal));
     const auto is_left_out = [&](int p) {
       return !is_held(bodies.particles, as_index(p)) &&
              !islands.is_searched(as_index(islands.of_particle(p)));
@@ -333,6 +338,8 @@ void ContactForces::add_differentials(const GeneralizedVelocity& change, General
 }
 
 void ContactForces::add_blocks(std::vector<SymmetricBlock>& particle, std::vector<Mat6>& rigid) const {
+  DUET_ASSERT(rows_.empty() ||
+              (particle.size() == bodies_->particles.size() && rigid.size() == bodies_->rigid.size()));
   for (const Row& row : rows_) {
     if (row.normal_slope == 0 && row.tangential_slope == 0) continue;
     Mat3 G;

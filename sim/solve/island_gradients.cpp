@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "sim/base/assert.h"
 #include "sim/base/parallel.h"
 #include "sim/base/stop.h"
 
@@ -169,6 +170,7 @@ class Search {
 CgResult solve_islands(VelocitySystem& system, ContactProjection* projection, BlockJacobi& masses, bool anew,
                        Islands& islands, const GeneralizedVelocity& b, double tolerance, int max_iterations,
                        GeneralizedVelocity& x, IslandSearch& scratch) {
+  DUET_ASSERT(tolerance >= 0 && max_iterations >= 0);
   GeneralizedVelocity &r = scratch.residual, &s = scratch.direction, &q = scratch.image;
   Search search(system, islands, scratch);
   CgResult result;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sim/base/assert.h"
 #include "sim/base/parallel.h"
 #include "sim/solve/conjugate_residual.h"
 
@@ -108,6 +109,8 @@ void prepare(const Bodies& bodies, double dt, const PressureSettings& settings, 
 
 CgResult find_pressures(const Bodies& bodies, const ContactProjection* projection, double dt,
                         const PressureSettings& settings, PressureScratch& scratch) {
+  DUET_ASSERT(dt > 0 && settings.tolerance > 0);
+  DUET_ASSERT(scratch.rate.size() == bodies.nodal_volumes.size());
   prepare(bodies, dt, settings, scratch);
   PressureSystem system(bodies.nodal_volumes, projection, scratch);
   const double tolerance = std::max(1.0, settings.reduction * system.norm(scratch.right_side));

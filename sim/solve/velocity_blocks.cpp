@@ -1,5 +1,6 @@
 #include "sim/solve/velocity_blocks.h"
 
+#include "sim/base/assert.h"
 #include "sim/base/dense_solvers.h"
 #include "sim/base/parallel.h"
 
@@ -11,6 +12,7 @@ constexpr std::size_t blocks_at_once = 1024;  // particles of one task
 }  // namespace
 
 void VelocityBlocks::find(Bodies& bodies, double dt) {
+  DUET_ASSERT(dt > 0);
   const Particles& particles = bodies.particles;
   block_.assign(particles.size(), SymmetricBlock{});
   own_.resize(particles.size());
@@ -28,6 +30,7 @@ void VelocityBlocks::find(Bodies& bodies, double dt) {
 
 void VelocityBlocks::add(const Bodies& bodies, const std::vector<Mat3>& inertia,
                          const ContactForces* contacts) {
+  DUET_ASSERT(block_.size() == bodies.particles.size() && inertia.size() == bodies.rigid.size());
   const std::size_t bodies_count = bodies.rigid.size();
   inverse_ = block_;
   rigid_.assign(bodies_count, Mat6::Zero());
@@ -49,6 +52,8 @@ void VelocityBlocks::add(const Bodies& bodies, const std::vector<Mat3>& inertia,
 
 void VelocityBlocks::apply(const Bodies& bodies, const std::vector<Mat3>& inertia,
                            const GeneralizedVelocity& residual, GeneralizedVelocity& out) const {
+  DUET_ASSERT(residual.particle.size() == inverse_.size() && residual.linear.size() == rigid_inverse_.size());
+  DUET_ASSERT(inertia.size() == bodies.rigid.size());
   const Particles& particles = bodies.particles;
   out.particle.resize(residual.particle.size());
   out.linear.resize(residual.linear.size());

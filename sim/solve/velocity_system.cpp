@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sim/base/assert.h"
 #include "sim/base/parallel.h"
 #include "sim/deformable/spin.h"
 
@@ -18,6 +19,7 @@ constexpr double reduction_in_single = 1e4;
 // Calls operation(x entry, y entry) for all particles and both parts of all twists.
 template <class Operation>
 void for_each_entry(const GeneralizedVelocity& x, GeneralizedVelocity& y, Operation&& operation) {
+  DUET_ASSERT(x.particle.size() == y.particle.size() && x.linear.size() == y.linear.size());
   parallel_for(x.particle.size(), particles_at_once, [&](std::size_t begin, std::size_t end) {
     for (std::size_t p = begin; p < end; ++p) operation(x.particle[p], y.particle[p]);
   });
@@ -52,6 +54,7 @@ VelocitySystem::VelocitySystem(Bodies& bodies, double dt, bool implicit_elastici
       projection_(projection),
       force_(force_scratch),
       inertia_(inertia_scratch) {
+  DUET_ASSERT(dt >= 0);
   inertia_.resize(bodies.rigid.size());
   for (std::size_t i = 0; i < bodies.rigid.size(); ++i) {
     const Mat3 rotation = bodies.rigid.state[i].pose.orientation.toRotationMatrix();
@@ -126,6 +129,7 @@ void VelocitySystem::expect_reduction(double factor) {
 }
 
 void VelocitySystem::apply(const GeneralizedVelocity& v, GeneralizedVelocity& out) {
+  DUET_ASSERT(v.particle.size() == bodies_.particles.size() && v.linear.size() == bodies_.rigid.size());
   resize_like(v, out);
   force_.resize(v.particle.size());
   for_each_range(force_.size(), [&](std::size_t begin, std::size_t end) {
@@ -157,6 +161,7 @@ void VelocitySystem::apply(const GeneralizedVelocity& v, GeneralizedVelocity& ou
 
 void VelocitySystem::accumulate(double share) {
   if (!collected_) return;
+  DUET_ASSERT(collected_->size() == force_.size());
   std::vector<Vec3>& sum = in_single_ ? *collected_in_single_ : *collected_;
   parallel_for(force_.size(), particles_at_once, [&](std::size_t begin, std::size_t end) {
     for (std::size_t p = begin; p < end; ++p) sum[p] += share * force_[p];
@@ -181,6 +186,7 @@ void VelocitySystem::project(GeneralizedVelocity& v) const {
 }
 
 double VelocitySystem::inner(const GeneralizedVelocity& u, const GeneralizedVelocity& v) const {
+  DUET_ASSERT(u.particle.size() == v.particle.size() && u.linear.size() == v.linear.size());
   double sum = parallel_reduce(
       u.particle.size(), particles_at_once, 0.0,
       [&](std::size_t begin, std::size_t end) {

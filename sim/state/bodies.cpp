@@ -1,6 +1,17 @@
 #include "sim/state/bodies.h"
 
+#include "sim/base/assert.h"
+
 namespace duet {
+namespace {
+
+// Returns whether there is a velocity of every particle and every rigid body.
+[[maybe_unused]] bool has_size_of(const VelocityState& velocities, const Bodies& bodies) {
+  return velocities.particle.size() == bodies.particles.size() &&
+         velocities.rigid.size() == bodies.rigid.size() && velocities.rotation.size() == bodies.rigid.size();
+}
+
+}  // namespace
 
 void store_velocities(const Bodies& bodies, VelocityState& out) {
   out.particle = bodies.particles.v;
@@ -13,6 +24,7 @@ void store_velocities(const Bodies& bodies, VelocityState& out) {
 }
 
 void restore_velocities(const VelocityState& velocities, Bodies& bodies) {
+  DUET_ASSERT(has_size_of(velocities, bodies));
   bodies.particles.v = velocities.particle;
   for (std::size_t i = 0; i < bodies.rigid.size(); ++i) {
     RigidState& state = bodies.rigid.state[i];
@@ -23,6 +35,7 @@ void restore_velocities(const VelocityState& velocities, Bodies& bodies) {
 }
 
 void add_velocities(const VelocityState& change, Bodies& bodies) {
+  DUET_ASSERT(has_size_of(change, bodies));
   for (std::size_t p = 0; p < bodies.particles.size(); ++p) bodies.particles.v[p] += change.particle[p];
   for (std::size_t i = 0; i < bodies.rigid.size(); ++i) {
     RigidState& state = bodies.rigid.state[i];
@@ -33,6 +46,7 @@ void add_velocities(const VelocityState& change, Bodies& bodies) {
 }
 
 void velocity_difference(const Bodies& bodies, const VelocityState& base, VelocityState& out) {
+  DUET_ASSERT(has_size_of(base, bodies));
   store_velocities(bodies, out);
   for (std::size_t p = 0; p < out.particle.size(); ++p) out.particle[p] -= base.particle[p];
   for (std::size_t i = 0; i < out.rigid.size(); ++i) {

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "sim/base/assert.h"
+
 namespace duet {
 namespace {
 
@@ -38,6 +40,7 @@ void Islands::find_structure(const Bodies& bodies) {
 void Islands::begin(const Bodies& bodies) {
   find_structure(bodies);
   const std::size_t rigid = bodies.rigid.size(), nodes = rigid + bodies.deformable.size();
+  DUET_ASSERT(bodies_.empty() || bodies_.back().island < nodes);
   sets_.reset(nodes);
   is_fixed_.assign(nodes, false);
   for (std::size_t i = 0; i < rigid; ++i) is_fixed_[i] = !bodies.rigid.properties[i].is_dynamic();

@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "sim/base/assert.h"
 #include "sim/base/disjoint_sets.h"
 #include "sim/deformable/particle_mask.h"
 #include "sim/state/bodies.h"
@@ -58,6 +59,7 @@ class Islands {
   /// Takes a searched `island` out of the search, which must not be repeated. ranges() and mask() change with
   /// the next update().
   void leave(std::size_t island) {
+    DUET_ASSERT(searched_[island] != 0);
     searched_[island] = false;
     --left_;
   }

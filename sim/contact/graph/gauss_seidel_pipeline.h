@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "sim/base/assert.h"
 #include "sim/base/parallel.h"
 #include "sim/contact/detection/contact_point.h"
 
@@ -31,6 +32,7 @@ class GaussSeidelPipeline {
   /// does not end the loop. Returns the number of sweeps.
   template <class Visit, class Look>
   int repeat(int most, double tolerance, Visit&& visit, Look&& look) const {
+    DUET_ASSERT(most >= 0 && tolerance >= 0);
     constexpr int max_at_once = 8;
     const bool overlaps = steps_.size() >= min_pairs;
     int done = 0;
@@ -82,6 +84,7 @@ class GaussSeidelPipeline {
   template <class Visit>
   double sweep(int count, Visit&& visit) const {
     const auto larger = [](double a, double b) { return std::max(a, b); };
+    DUET_ASSERT(!parts_.empty());  // build() makes one at least
     if (parts_.size() == 1) {
       double largest = 0;
       for (int i = 0; i < count; ++i) {

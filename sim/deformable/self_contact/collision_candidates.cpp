@@ -5,6 +5,7 @@
 #include <limits>
 #include <numeric>
 
+#include "sim/base/assert.h"
 #include "sim/base/parallel.h"
 
 namespace duet {
@@ -124,6 +125,7 @@ double min_distance(const CandidatePair& pair, const std::vector<Vec3>& x, doubl
 
 void CollisionCandidates::update(const CollisionSurface& surface, const std::vector<Vec3>& start,
                                  const std::vector<Vec3>& end) {
+  DUET_ASSERT(start.size() == end.size());
   if (particle_box_.size() != start.size()) begin(surface, start);
   if (!hold(surface, start, end)) search(surface, start, end);
   add_travels(surface, start, end);

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "sim/base/assert.h"
+
 namespace duet {
 namespace {
 
@@ -21,6 +23,7 @@ std::vector<std::array<int, 2>> edges_of(std::span<const Triangle> surface,
 
 void CollisionSurface::add(const CollisionBody& body, std::span<const Triangle> surface,
                            std::span<const std::array<int, 2>> segments) {
+  DUET_ASSERT(body.thickness > 0 && body.friction >= 0);
   const int index = static_cast<int>(bodies.size());
   bodies.push_back(body);
   triangles.insert(triangles.end(), surface.begin(), surface.end());

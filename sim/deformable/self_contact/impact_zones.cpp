@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "sim/base/assert.h"
 #include "sim/base/dense_solvers.h"
 
 namespace duet {
@@ -60,6 +61,7 @@ void ImpactZones::clear(std::size_t particles) {
 }
 
 bool ImpactZones::join(std::span<const int> particles) {
+  DUET_ASSERT(!particles.empty());
   bool joined = false;
   for (int p : particles) {
     if (!listed_[as_index(p)]) members_.push_back(p);
@@ -70,6 +72,7 @@ bool ImpactZones::join(std::span<const int> particles) {
 }
 
 bool ImpactZones::together(std::span<const int> particles) const {
+  DUET_ASSERT(!particles.empty());
   const int first = sets_.first(particles[0]);
   return std::all_of(particles.begin(), particles.end(), [&](int p) { return sets_.first(p) == first; });
 }
@@ -89,6 +92,8 @@ void ImpactZones::sort_members() {
 
 bool ImpactZones::move(const std::vector<Vec3>& start, const std::vector<double>& inverse_mass,
                        std::vector<Vec3>& end) {
+  DUET_ASSERT(start.size() == end.size() && start.size() == inverse_mass.size());
+  DUET_ASSERT(start.size() == sets_.size());
   sort_members();
   bool all_move = true;
   for (const Zone& zone : zones_) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "sim/base/assert.h"
 #include "sim/base/parallel.h"
 #include "sim/base/stop.h"
 
@@ -84,6 +85,7 @@ void SelfCollision::find_impacts(const CollisionCandidates& candidates, const st
 SelfCollision::Outcome SelfCollision::resolve(const CollisionSurface& surface, const std::vector<Vec3>& start,
                                               const std::vector<double>& inverse_mass,
                                               CollisionCandidates& candidates, std::vector<Vec3>& end) {
+  DUET_ASSERT(start.size() == end.size() && start.size() == inverse_mass.size());
   Outcome outcome;
   moved_.assign(start.size(), 1);
   for (int round = 0; round < max_rounds; ++round) {

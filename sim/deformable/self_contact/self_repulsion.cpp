@@ -6,6 +6,7 @@
 
 #include <Eigen/LU>
 
+#include "sim/base/assert.h"
 #include "sim/base/parallel.h"
 
 namespace duet {
@@ -223,6 +224,7 @@ Vec3 relative_velocity(const RepulsionPair& pair, const std::vector<Vec3>& v) {
 
 void apply_impulse(const RepulsionPair& pair, const Vec3& impulse, const std::vector<double>& inverse_mass,
                    std::vector<Vec3>& v) {
+  DUET_ASSERT(is_unit(pair.normal));
   for (std::size_t i = 0; i < 4; ++i) {
     const auto p = as_index(pair.particle[i]);
     v[p] += pair.weight[i] * inverse_mass[p] * impulse;
@@ -252,6 +254,7 @@ void SelfRepulsion::find(const CollisionCandidates& candidates, const std::vecto
 void SelfRepulsion::find_approaching(const CollisionCandidates& candidates, const std::vector<Vec3>& x,
                                      const std::vector<Vec3>& v, double dt, const ElementLists& around,
                                      const std::vector<Triangle>& triangles) {
+  DUET_ASSERT(dt > 0 && x.size() == v.size());
   collect(candidates.near(), chunks_, pairs_,
           [&](const CandidatePair& candidate, std::vector<RepulsionPair>& found) {
             if (!candidate.repels) return;
@@ -278,6 +281,7 @@ void SelfRepulsion::find_approaching(const CollisionCandidates& candidates, cons
 // (Coulomb), so that the sum over the rounds remains in the friction cone.
 void SelfRepulsion::apply(double dt, const std::vector<Vec3>& x, const std::vector<double>& inverse_mass,
                           std::vector<Vec3>& v) const {
+  DUET_ASSERT(dt > 0 && x.size() == v.size() && inverse_mass.size() == v.size());
   for (int round = 0; round < rounds; ++round)
     for (const RepulsionPair& pair : pairs_) {
       const Vec3 relative = relative_velocity(pair, v);
@@ -298,6 +302,7 @@ void SelfRepulsion::apply(double dt, const std::vector<Vec3>& x, const std::vect
 // no kinetic energy, and no spring constant is needed to bound it.
 void SelfRepulsion::apply_elastic(double dt, const std::vector<double>& inverse_mass,
                                   std::vector<Vec3>& v) const {
+  DUET_ASSERT(dt > 0 && inverse_mass.size() == v.size());
   for (const RepulsionPair& pair : pairs_) {
     if (pair.distance >= pair.thickness) continue;
     const double change =
@@ -308,6 +313,7 @@ void SelfRepulsion::apply_elastic(double dt, const std::vector<double>& inverse_
 
 void SelfRepulsion::activate_rows(double dt, const std::vector<Vec3>& start,
                                   const std::vector<Vec3>& velocity) {
+  DUET_ASSERT(dt > 0 && start.size() == velocity.size());
   for (RepulsionPair& pair : pairs_) {
     pair.active = false;
     const double from = relative_velocity(pair, start).dot(pair.normal),

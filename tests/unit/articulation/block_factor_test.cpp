@@ -127,5 +127,15 @@ TEST(BlockFactor, SolvesTheSameWhereverItsBlocksAre) {
   }
 }
 
+#ifdef DUET_ASSERTS
+// A block that analyze() was not told of would be added to another one.
+TEST(BlockFactor, RefusesCouplingsThatItWasNotToldOf) {
+  BlockFactor factor;
+  factor.analyze({1, 1, 1}, {{0, 1}});
+  EXPECT_DEATH(factor.add_coupling(0, 2, BlockFactor::Block::Zero(1, 1)), "entry != end");
+  EXPECT_DEATH(factor.add_coupling(0, 1, BlockFactor::Block::Zero(2, 1)), "block.rows");
+}
+#endif
+
 }  // namespace
 }  // namespace duet::block_factor_test
