@@ -218,10 +218,13 @@ void sample_frames(const scene::ReadResult& read, Simulation& simulation, double
     sample.failure = error.what();
   }
   sample.frames = simulation.frame();
-  // Bodies that fall first and touch later cost more in later frames.
+  sample.touches = frames.empty() || frames.back().contacts > 0;
+  // Bodies that fall first and touch later cost more in later frames, so that the frames that are left are
+  // taken to cost as much as the later half of these.
   const std::size_t first = frames.size() / 2;
-  for (std::size_t i = first; i < frames.size(); ++i) {
-    const double share = 1 / static_cast<double>(frames.size() - first);
+  const double all = std::max(1, read.scene.frames), left = read.scene.frames - sample.frames;
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const double share = (1 + (i >= first ? left / static_cast<double>(frames.size() - first) : 0)) / all;
     sample.substeps += share * static_cast<double>(frames[i].substeps);
     sample.wall_seconds += share * frames[i].seconds;
     sample.processor_seconds += share * frames[i].processor_seconds;
@@ -281,9 +284,14 @@ std::string text_of(const RunEstimate& estimate, const std::optional<CostTable>&
   if (estimate.sample) {
     const Sample& sample = *estimate.sample;
     text += fmt::format(
-        "  frames 1 to {} were simulated for this: {:.3g} s and {:.3g} s of processor time a frame, {:.3g} "
-        "substeps, in the later half of them\n",
+        "  frames 1 to {} were simulated for this: {:.3g} s, {:.3g} s of processor time and {:.3g} substeps "
+        "a frame, if "
+        "all others take as much as the later half of these\n",
         sample.frames, sample.wall_seconds, sample.processor_seconds, sample.substeps);
+    if (!sample.touches)
+      text +=
+          "  nothing touches yet in these frames: later ones cost more, and a larger --samples may see "
+          "them\n";
     if (!sample.failure.empty())
       text += fmt::format("  the simulation fails after frame {}: {}\n", sample.frames, sample.failure);
     if (sample.drawing_seconds)
@@ -334,6 +342,7 @@ nlohmann::json json_of(const RunEstimate& estimate) {
                  {"measured", nullptr}};
   if (estimate.sample)
     object["sampled"] = {{"frames", estimate.sample->frames},
+                         {"touches", estimate.sample->touches},
                          {"substeps", estimate.sample->substeps},
                          {"seconds", estimate.sample->wall_seconds},
                          {"processor_seconds", estimate.sample->processor_seconds},

@@ -14,12 +14,14 @@
 
 namespace duet::tools {
 
-// Costs of the first frames, which were simulated for the estimate.
+// Mean costs of a frame of the run. The first frames were simulated; the others are taken to cost as much as
+// the later half of these.
 struct Sample {
-  int frames = 0;                // frames 1 to this one
-  double substeps = 0;           // steps of a frame
-  double wall_seconds = 0;       // wall time of a frame, s; of the later half of the frames, as substeps
-  double processor_seconds = 0;  // processor time of a frame, s
+  int frames = 0;                // frames 1 to this one were simulated
+  bool touches = true;           // bodies are in contact at the last of these frames
+  double substeps = 0;           // steps
+  double wall_seconds = 0;       // wall time, s
+  double processor_seconds = 0;  // processor time, s
   std::optional<double>
       drawing_seconds;  // wall time of drawing the last frame, s; empty: nothing can be drawn here
   std::string failure;  // error that ended the simulation; empty: none
