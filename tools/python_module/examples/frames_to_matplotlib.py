@@ -14,7 +14,7 @@ last = frames[-1]
 
 figure = plt.figure(figsize=(12, 4), layout="constrained")
 picture = figure.add_subplot(1, 3, 1)
-picture.imshow(last.render({"render.width": 480, "render.height": 360, "render.shadow_samples": 16}))
+picture.imshow(last.render({"render.width": 640, "render.height": 360, "render.shadow_samples": 16}))
 picture.axis("off")
 
 mesh = figure.add_subplot(1, 3, 2, projection="3d")
@@ -25,6 +25,7 @@ low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
 mesh.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
 mesh.set_box_aspect(high - low)
 mesh.set_title("speed of the points")
+mesh.set_axis_off()
 
 chart = figure.add_subplot(1, 3, 3)
 times = [frame.time for frame in frames]

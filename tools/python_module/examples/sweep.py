@@ -31,10 +31,10 @@ frictions = np.linspace(0, 0.5, 11)
 distances = [slide(mu) for mu in frictions]
 exact = 0.5 * 9.8 * np.maximum(np.sin(angle) - frictions * np.cos(angle), 0)
 
-plt.plot(frictions, exact, label="closed form")
+plt.axvline(np.tan(angle), color="gray", linestyle=":", label="tan(20 degrees)")
+plt.plot(frictions, exact, "x", markersize=12, label="closed form")
 plt.plot(frictions, distances, "o", label="simulated")
-plt.xlabel("friction coefficient")
-plt.ylabel("distance after 1 s, m")
+plt.gca().set(xlabel="friction coefficient", ylabel="distance after 1 s, m")
 plt.legend()
 plt.savefig(sys.argv[1] if len(sys.argv) > 1 else "sweep.png")
 print("largest difference:", np.abs(distances - exact).max(), "m")
