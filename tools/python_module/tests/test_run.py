@@ -89,7 +89,7 @@ class Studies(unittest.TestCase):
                 {"name": "box", "shape": {"box": [1, 1, 1]}, "position": [0, 0.5, 0], "density": 1,
                  "velocity": [1, 0, 0]}]}).write(scene)
             spec = Path(folder, "spec.toml")
-            spec.write_text('title = "Slide"\nscene = "slide.toml"\n[reference]\n'
+            spec.write_text(f'title = "Slide"\nscene = "{scene}"\nframes = 2\n[reference]\n'
                             'set = ["solver.max_time_step=0.002"]\n[[measures]]\nname = "state"\nkind = "state"\n'
                             '[[knobs]]\nname = "step"\nkey = "solver.max_time_step"\nvalues = [0.02, 0.01, 0.005]\n')
             results = duet.study(spec, Path(folder, "out"), untimed=True)
