@@ -77,8 +77,8 @@ class Simulation {
                  const std::optional<Vec3>& at = {});
   /// Lets go of what is called `name` from the next frame on: removes a joint; removes the pins and
   /// attachments of a deformable body; or makes a static or kinematic rigid body dynamic with `density`
-  /// (kg/m^3). Positions and velocities stay. It builds the world anew, which takes as long as the
-  /// constructor.
+  /// (kg/m^3). Positions and velocities stay, and bodies that could not touch before still cannot. It builds
+  /// the world anew, which takes as long as the constructor.
   void release(const std::string& name, std::optional<double> density = {});
 
   /// Fills `out` with the render surfaces in world space: rigid bodies, then deformable bodies, in the order

@@ -215,6 +215,13 @@ void carry_rigid(const RigidBodies& from, RigidBodies& to) {
       if (before.body == kinematic.body) kinematic.motion = before.motion;
 }
 
+// Adds the pairs `from` to the sorted list `to`.
+void add_pairs(const std::vector<std::pair<int, int>>& from, std::vector<std::pair<int, int>>& to) {
+  to.insert(to.end(), from.begin(), from.end());
+  std::sort(to.begin(), to.end());
+  to.erase(std::unique(to.begin(), to.end()), to.end());
+}
+
 }  // namespace
 
 void carry_over(World& from, World& to) {
@@ -235,6 +242,9 @@ void carry_over(World& from, World& to) {
       to.bodies.edges.size() == from.bodies.edges.size() &&
       to.bodies.triangles.size() == from.bodies.triangles.size())
     to.context.contact_cache = from.context.contact_cache;
+  // Bodies of a joint, and bones in flesh, overlap: if they could touch now, they would be thrown apart.
+  add_pairs(from.bodies.collision_exclusions, to.bodies.collision_exclusions);
+  add_pairs(from.bodies.collision_exclusions_deformable, to.bodies.collision_exclusions_deformable);
   to.settings.push_out.overlapping = from.settings.push_out.overlapping;
   to.applied = from.applied;
   to.clock = from.clock;
