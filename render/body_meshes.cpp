@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "sim/base/assert.h"
 #include "sim/base/index.h"
 
 namespace duet::render {
@@ -73,6 +74,7 @@ void BodyMeshes::upload(const std::vector<BodySurface>& bodies, const Vec3& orig
   ranges_.clear();
   for (const BodySurface& body : bodies) {
     const Surface& surface = body.surface;
+    DUET_ASSERT(surface.strain.empty() || surface.strain.size() == surface.positions.size());
     Range range;
     range.first_corner = static_cast<int>(corners.size());
     range.corners = 3 * static_cast<int>(surface.triangles.size());

@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "sim/base/assert.h"
+
 namespace duet::render {
 namespace {
 
@@ -49,6 +51,8 @@ double srgb_encode(double linear) {
 }
 
 std::vector<unsigned char> encode_picture(const std::vector<std::uint16_t>& rgba, int width, int height) {
+  DUET_ASSERT(width > 0 && height > 0);
+  DUET_ASSERT(rgba.size() == 4 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
   static const std::vector<std::uint16_t> table = make_encoding_table();
   static const std::array<int, pattern_side* pattern_side> thresholds = make_thresholds();
   std::vector<unsigned char> picture;

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "render/shaders.h"
+#include "sim/base/assert.h"
 
 namespace duet::render {
 namespace {
@@ -70,6 +71,7 @@ Mirrors::Mirrors(const Gl& gl)
 }
 
 void Mirrors::choose(const BodyMeshes& meshes, const std::vector<bool>& metallic, const View& view) {
+  DUET_ASSERT(metallic.size() == static_cast<std::size_t>(meshes.count()));
   std::vector<std::pair<double, int>> seen;
   for (int body = 0; body < meshes.count(); ++body) {
     if (!metallic[static_cast<std::size_t>(body)]) continue;

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "sim/base/assert.h"
 #include "sim/base/error.h"
 
 namespace duet::render {
@@ -14,11 +15,13 @@ Vec3 View::to_view(const Vec3& world) const {
 
 Vec2 View::to_pixel(const Vec3& world, int width, int height) const {
   const Vec3 v = to_view(world);
+  DUET_ASSERT(v.z() > 0);
   const double x = v.x() / (v.z() * half_width), y = v.y() / (v.z() * half_height);
   return {0.5 * width * (1 + x), 0.5 * height * (1 - y)};
 }
 
 Mat4 View::projection(double near, double far) const {
+  DUET_ASSERT(is_unit(right) && is_unit(up) && is_unit(forward));
   Mat4 to_view = Mat4::Identity();
   to_view.block<1, 3>(0, 0) = right.transpose();
   to_view.block<1, 3>(1, 0) = up.transpose();
@@ -34,6 +37,7 @@ std::array<Vec3, 5> View::inward_normals() const {
 }
 
 View make_view(const scene::Camera& camera, int width, int height) {
+  DUET_ASSERT(width > 0 && height > 0);
   View view;
   view.eye = camera.position;
   view.forward = (camera.target - camera.position).normalized();
@@ -51,6 +55,7 @@ View make_view(const scene::Camera& camera, int width, int height) {
 }
 
 Mat4 clip_perspective(const Vec2& low, const Vec2& high, double near, double far) {
+  DUET_ASSERT((low.array() < high.array()).all() && 0 < near && near < far);
   const Vec2 size = high - low;
   Mat4 m = Mat4::Zero();
   m(0, 0) = 2 / size.x();
@@ -64,6 +69,7 @@ Mat4 clip_perspective(const Vec2& low, const Vec2& high, double near, double far
 }
 
 Mat4 clip_parallel(const Vec3& low, const Vec3& high) {
+  DUET_ASSERT((low.array() < high.array()).all());
   const Vec3 size = high - low;
   Mat4 m = Mat4::Identity();
   for (int i = 0; i < 3; ++i) {

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "sim/base/assert.h"
+
 namespace duet::render {
 namespace {
 
@@ -96,6 +98,7 @@ bool shadow_is_seen(const ShadowSample& sample, const Box& bounds, const View& v
 }
 
 ShadowFrustum fit_shadow_frustum(const ShadowSample& sample, const std::vector<Box>& casters, int side) {
+  DUET_ASSERT(!casters.empty() && side > 0);
   Box all = casters.front();
   for (const Box& b : casters) {
     all.low = all.low.cwiseMin(b.low);

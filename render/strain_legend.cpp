@@ -6,10 +6,13 @@
 
 #include "render/color.h"
 #include "render/looks.h"
+#include "sim/base/assert.h"
 
 namespace duet::render {
 
 void draw_strain_legend(std::vector<unsigned char>& rgb, int width, int height) {
+  DUET_ASSERT(width > 0 && height > 0);
+  DUET_ASSERT(rgb.size() == 3 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
   const int side = std::max(4, height / 36);  // pixels; side of the red square, and width of the margin
   const int length = std::min(8 * side, width - 4 * side);
   const auto fill = [&](int x, const Vec3& color) {

@@ -6,6 +6,8 @@
 #include <unordered_map>
 #include <unordered_set>
 
+#include "sim/base/assert.h"
+
 namespace duet {
 namespace {
 
@@ -248,6 +250,7 @@ bool BccLattice::is_long(int a, int b) const {
 }
 
 BccLattice bcc_lattice(const LevelSet& shape, double spacing, bool graded) {
+  DUET_ASSERT(spacing > 0);
   const Octree octree(shape, spacing, graded);
   return LatticeBuilder(octree, spacing).take();
 }

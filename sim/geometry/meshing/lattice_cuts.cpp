@@ -6,6 +6,7 @@
 #include <span>
 #include <utility>
 
+#include "sim/base/assert.h"
 #include "sim/base/parallel.h"
 #include "sim/geometry/mesh/elements_around.h"
 
@@ -275,6 +276,7 @@ std::size_t CutLattice::cut_of(int inside, int outside) const {
                                       [](const Cut& cut, const std::pair<int, int>& edge) {
                                         return std::pair(cut.inside, cut.outside) < edge;
                                       });
+  DUET_ASSERT(found != cuts.end() && found->inside == inside && found->outside == outside);
   return static_cast<std::size_t>(found - cuts.begin());
 }
 

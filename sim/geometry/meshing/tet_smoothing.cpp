@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "sim/base/assert.h"
 #include "sim/base/parallel.h"
 #include "sim/geometry/mesh/elements_around.h"
 #include "sim/geometry/mesh/tet_quality.h"
@@ -232,6 +233,7 @@ class Smoother {
 }  // namespace
 
 void raise_altitudes(TetMesh& mesh, const LevelSet& shape, double spacing) {
+  DUET_ASSERT(spacing > 0);
   Smoother(mesh, shape, spacing).run();
 }
 

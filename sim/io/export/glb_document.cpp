@@ -8,6 +8,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "sim/base/assert.h"
+
 namespace duet::io {
 namespace {
 
@@ -50,6 +52,7 @@ int GlbDocument::reserve_view(std::uint64_t bytes, ViewUse use, int stride) {
 }
 
 int GlbDocument::add_view(const void* data, std::size_t bytes, ViewUse use) {
+  DUET_ASSERT(start_.size() == size_);  // reserve_view() comes after the last view with bytes
   const int view = reserve_view(bytes, use, 0);
   start_.append(static_cast<const char*>(data), bytes);
   start_.resize(static_cast<std::size_t>(size_), '\0');
@@ -57,6 +60,8 @@ int GlbDocument::add_view(const void* data, std::size_t bytes, ViewUse use) {
 }
 
 int GlbDocument::add_floats(const std::vector<float>& values, int components, ViewUse use, Bounds bounds) {
+  DUET_ASSERT(components >= 1 && components <= 4);
+  DUET_ASSERT(values.size() % static_cast<std::size_t>(components) == 0);
   const int view = add_view(values.data(), values.size() * sizeof(float), use);
   return add_accessor(fmt::format("{{\"bufferView\":{},\"componentType\":{},\"count\":{},\"type\":\"{}\"{}}}",
                                   view, type_float, values.size() / static_cast<std::size_t>(components),
@@ -83,6 +88,7 @@ int GlbDocument::add_sparse_floats(const std::vector<float>& values) {
 }
 
 int GlbDocument::add_indices(const std::vector<std::uint32_t>& indices, std::size_t vertices) {
+  DUET_ASSERT(std::all_of(indices.begin(), indices.end(), [&](std::uint32_t i) { return i < vertices; }));
   // glTF does not allow the largest number of the type as an index: it would restart primitives.
   const bool is_short = vertices <= 0xffff;
   const std::vector<std::uint16_t> shorts =

@@ -4,6 +4,8 @@
 
 #include <fmt/format.h>
 
+#include "sim/base/assert.h"
+
 namespace duet::io {
 namespace {
 
@@ -114,6 +116,7 @@ bool is_sparse(const MorphChange& change, std::size_t vertices) {
 std::vector<int> add_morph_accessors(const std::vector<MorphFrame>& frame,
                                      const std::vector<std::size_t>& vertices, const std::vector<int>& before,
                                      GlbDocument& document) {
+  DUET_ASSERT(vertices.size() == frame.size() && (before.empty() || before.size() == 2 * frame.size()));
   Layout sizes;
   const auto each = [&](const auto& act) {
     for (std::size_t i = 0; i < frame.size(); ++i) {

@@ -5,6 +5,7 @@
 #include <numbers>
 #include <unordered_map>
 
+#include "sim/base/assert.h"
 #include "sim/base/hash.h"
 #include "sim/scene/camera_path.h"
 
@@ -77,6 +78,7 @@ bool CameraTrack::has_zoom() const {
 }
 
 CameraTrack camera_track(const ExportedRun& run, const std::vector<double>& times) {
+  DUET_ASSERT(!times.empty());
   const scene::CameraPath path(run.looks().camera);
   CameraTrack track;
   for (const double time : times) {

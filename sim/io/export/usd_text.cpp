@@ -6,6 +6,8 @@
 
 #include <fmt/format.h>
 
+#include "sim/base/assert.h"
+
 namespace duet::io {
 namespace {
 
@@ -116,6 +118,7 @@ std::string usd_rounded_array(const std::vector<Vec3f>& vectors) {
 }
 
 void UsdSamples::add(int frame, std::string value) {
+  DUET_ASSERT(frames_.empty() || frame > frames_.back());
   const std::size_t count = values_.size();
   if (count >= 2 && values_[count - 1] == value && values_[count - 2] == value) {
     frames_.back() = frame;
@@ -127,6 +130,7 @@ void UsdSamples::add(int frame, std::string value) {
 }
 
 std::string UsdSamples::text(std::string_view indent, std::string_view declaration) const {
+  DUET_ASSERT(!values_.empty());
   const bool is_constant = values_.size() <= 2 && values_.front() == values_.back();
   if (is_constant) return fmt::format("{}{} = {}\n", indent, declaration, values_.front());
   std::string text = fmt::format("{}{}.timeSamples = {{\n", indent, declaration);
