@@ -188,7 +188,9 @@ TEST(Steering, ReleasedPinsLetGo) {
   scene::Scene scene = free_space();
   scene.gravity = Vec3(0, -9.8, 0);
   scene::DeformableBody& soft = add_soft_box(scene, "soft", Vec3::Zero(), Vec3::Ones(), 2);
-  soft.pins.push_back({.from = Vec3(-0.5, 0.5, -0.5), .to = Vec3(0.5, 0.5, -0.5)});
+  scene::Pin& edge = soft.pins.emplace_back();
+  edge.from = Vec3(-0.5, 0.5, -0.5);
+  edge.to = Vec3(0.5, 0.5, -0.5);
   Simulation simulation(scene, plan(scene));
   advance(simulation, 2);
   const std::vector<Vec3> before = simulation.world().bodies.particles.x;
