@@ -28,6 +28,9 @@ void add_report(CLI::App& app, CommandLine& line);
 // Adds `check` and `explain`.
 void add_scene_commands(CLI::App& app, CommandLine& line);
 
+// Adds `encode` and `farm`.
+void add_encode_and_farm(CLI::App& app, CommandLine& line);
+
 // Adds `cache` and `list`.
 void add_cache_and_list(CLI::App& app, CommandLine& line);
 

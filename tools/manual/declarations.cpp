@@ -52,7 +52,7 @@ Value value_of(const std::string& type) {
   };
   if (!value.words.empty())
     value.kind = ValueKind::words;
-  else if (value.name == "SCENE")
+  else if (is_one_of({"SCENE", "SCENE|RUN|STUDY"}))
     value.kind = ValueKind::scene;
   else if (value.name == "RUN")
     value.kind = ValueKind::run;
