@@ -125,33 +125,5 @@ TEST(ContactCandidates, IncludeBodiesThatFallTogether) {
   }
 }
 
-// Boxes at many distances, at rest and moving, have the same candidates if all lengths are multiplied by s
-// and times by sqrt(s), so that accelerations stay.
-TEST(ContactCandidates, AreTheSameInScenesOfAnySize) {
-  for (const bool is_soft : {false, true})
-    for (const double speed : {0.0, 0.1}) {
-      std::vector<std::vector<int>> found;
-      for (const double scale : {1e-3, 1.0, 1e3}) {
-        scene::Scene scene = test::free_space();
-        for (int i = 0; i < 12; ++i) {
-          const Vec3 column(3 * scale * i, 0, 0), size = Vec3::Constant(scale);
-          const double gap = 2e-5 * (1 << i) * scale;
-          test::add_box(scene, fmt::format("lower {}", i), column, size, 1);
-          const Vec3 above = column + Vec3(0, scale + gap, 0);
-          scene::Placement& upper =
-              is_soft ? test::add_soft_box(scene, fmt::format("upper {}", i), above, size, 2).placement
-                      : test::add_box(scene, fmt::format("upper {}", i), above, size, 1).placement;
-          upper.velocity = Vec3(0, -speed * std::sqrt(scale), 0);
-        }
-        const Simulation simulation(scene, test::plan(scene));
-        const Bodies& bodies = simulation.world().bodies;
-        found.push_back(names(bodies, 0.01 * std::sqrt(scale), test::no_change(bodies)));
-      }
-      EXPECT_GT(found[1].size(), 10u);
-      EXPECT_EQ(found[0], found[1]) << is_soft << ' ' << speed;
-      EXPECT_EQ(found[2], found[1]) << is_soft << ' ' << speed;
-    }
-}
-
 }  // namespace
 }  // namespace duet::contact_candidates_test
