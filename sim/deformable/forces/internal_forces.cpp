@@ -42,13 +42,6 @@ void InternalForces::finalize(const std::vector<double>& mass, const std::vector
   squared_rate_.assign(mass.size(), 0);
   for_each_other(*this, [&](const auto& force) { force.add_stiffness(squared_rate_); });
   lattice_omega_squared_ = lattice_bound(squared_rate_);
-  membrane_omega_squared_ = 0;
-  if (membranes.size() > 0) {
-    std::vector<double> rate(mass.size(), 0);
-    membranes.add_stiffness(rate);
-    for (std::size_t p = 0; p < rate.size(); ++p) rate[p] *= inverse_mass[p];
-    membrane_omega_squared_ = membranes.max_omega_squared(rate);
-  }
   bound_at_rest();
 }
 
@@ -129,9 +122,9 @@ void InternalForces::add_elastic_forces(const std::vector<Vec3>& x, std::vector<
   bending_springs.add_elastic_forces(x, force);
   bending_elements.add_elastic_forces(x, force);
   zero_length_springs.add_elastic_forces(x, force);
-  // Stretching makes membranes stiffer, and nothing else: K <= K at rest + (stiffening - 1) K of membranes.
-  max_omega_squared_ = std::max(elements.max_omega_squared(),
-                                relaxed_bound() + (membranes.stiffening() - 1) * membrane_omega_squared_);
+  // Stretched membranes scale the bound of bending, too: with K at rest + (stiffening - 1) K of membranes
+  // alone, the cloth of hard/cloth with large triangles was thrown apart.
+  max_omega_squared_ = std::max(elements.max_omega_squared(), membranes.stiffening() * relaxed_bound());
 }
 
 void InternalForces::add_damping_forces(const std::vector<Vec3>& v, std::vector<Vec3>& force) {

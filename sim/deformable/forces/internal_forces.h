@@ -103,10 +103,9 @@ class InternalForces {
   // Sets the bounds to those at rest.
   void bound_at_rest();
 
-  double lattice_omega_squared_ = 0;   // rad^2/s^2, bound of all but the finite elements, at rest
-  double membrane_omega_squared_ = 0;  // rad^2/s^2, bound of the membranes alone, at rest
-  double relaxed_omega_squared_ = 0;   // rad^2/s^2, bound of the springs that damping holds
-  std::vector<double> inverse_mass_;   // 1/kg
+  double lattice_omega_squared_ = 0;  // rad^2/s^2, bound of all but the finite elements, at rest
+  double relaxed_omega_squared_ = 0;  // rad^2/s^2, bound of the springs that damping holds
+  std::vector<double> inverse_mass_;  // 1/kg
   // N/m, by particle: sum of the undamped stiffness around it, which damping does not hold; empty if it holds
   // nothing.
   std::vector<double> undamped_stiffness_;

@@ -383,10 +383,10 @@ double bound_beside_membrane(double stretch) {
   return forces.max_omega_squared();
 }
 
-// A triangle that is compressed, or stretched, says nothing about other forces. The stretched spring has the
+// A triangle that is compressed does not lower the bound of other forces. The stretched spring has the
 // geometric stiffness k (1 - 1/1.5) between two masses of 1 kg.
-TEST(InternalForces, MembranesDoNotScaleOtherBounds) {
-  for (const double stretch : {0.2, 0.7, 1.0, 1.5}) {
+TEST(InternalForces, CompressedMembranesDoNotLowerOtherBounds) {
+  for (const double stretch : {0.2, 0.7, 1.0}) {
     const double spring = 2e4 / 3, bound = bound_beside_membrane(stretch);
     EXPECT_GE(bound, spring * (1 - 1e-12)) << stretch;
     EXPECT_LE(bound, 1.2 * spring) << stretch;
