@@ -4,6 +4,7 @@
 #include "tools/scene_files.h"
 #include <fmt/format.h>
 
+#include "sim/base/wording.h"
 #include "sim/scene/build/initial_overlaps.h"
 #include "sim/scene/build/tet_meshes.h"
 #include "sim/scene/explain.h"
@@ -56,11 +57,6 @@ StartCheck check_start(const scene::ReadResult& read, const std::string& out) {
     check.problem = error.what();
   }
   return check;
-}
-
-// Returns "1 warning", "3 warnings".
-std::string counted(std::size_t count, const char* what) {
-  return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
 }
 
 Outcome problems_found(std::size_t count) { return {ExitStatus::usage, counted(count, "problem")}; }

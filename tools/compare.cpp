@@ -12,6 +12,7 @@
 
 #include "render/sequence.h"
 #include "sim/base/files.h"
+#include "sim/base/wording.h"
 #include "sim/io/run_directory.h"
 
 namespace duet::tools {
@@ -147,7 +148,7 @@ Outcome compare(const CompareOptions& options) {
       worst_text = fmt::format("{}: {}", pair.name, broken);
     }
   }
-  const std::string total = fmt::format("{} picture{}", pairs.size(), pairs.size() == 1 ? "" : "s");
+  const std::string total = counted(pairs.size(), "picture");
   if (differing == 0) return {ExitStatus::done, fmt::format("{} the same within the bounds", total)};
   return {ExitStatus::differs,
           pairs.size() == 1 ? worst_text : fmt::format("{} of {}; most {}", differing, total, worst_text)};

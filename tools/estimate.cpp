@@ -16,6 +16,7 @@
 
 #include "render/sequence.h"
 #include "sim/base/files.h"
+#include "sim/base/scratch_folder.h"
 #include "sim/base/stop.h"
 #include "sim/io/level_set_writer.h"
 #include "sim/io/run_directory.h"
@@ -38,26 +39,6 @@ constexpr double drawing_library = 235e6, memory_of_pixel = 43, memory_of_sample
 double seconds_since(Clock::time_point begin) {
   return std::chrono::duration<double>(Clock::now() - begin).count();
 }
-
-// A folder that is removed at the end of the scope.
-class ScratchFolder {
- public:
-  ScratchFolder() {
-    std::string name = (fs::temp_directory_path() / "duet-estimate-XXXXXX").string();
-    if (::mkdtemp(name.data()) == nullptr) throw io::system_error(name, "cannot make a folder", errno);
-    path_ = name;
-  }
-  ~ScratchFolder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  ScratchFolder(const ScratchFolder&) = delete;
-  ScratchFolder& operator=(const ScratchFolder&) = delete;
-  const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
 
 double file_bytes(const fs::path& path) {
   std::error_code missing;

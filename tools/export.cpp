@@ -13,6 +13,7 @@
 
 #include "sim/base/files.h"
 #include "sim/base/near_miss.h"
+#include "sim/base/wording.h"
 #include "sim/io/export/description.h"
 #include "sim/io/export/exporters.h"
 #include "sim/io/run_check.h"
@@ -117,9 +118,6 @@ void require_replaceable(const fs::path& target, bool is_folder) {
                           target.string()));
 }
 
-// Thrown out of an exporter when the program is interrupted.
-struct Interrupted {};
-
 }  // namespace
 
 std::string export_formats() {
@@ -191,9 +189,9 @@ Outcome export_run(const ExportOptions& options, Report& report) {
     notes.push_back(fmt::format("the run has come to frame {} of {}", last, exported.manifest().frames));
   for (const std::string& note : notes) report.note(note);
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  std::string text = fmt::format(
-      "{} of {}, {}, in {}, {:.1f} s", counted(exported.frames().size(), "frame", "frames"),
-      counted(exported.bodies().size(), "body", "bodies"), size_text(bytes), target.string(), seconds);
+  std::string text = fmt::format("{} of {}, {}, in {}, {:.1f} s", counted(exported.frames().size(), "frame"),
+                                 counted(exported.bodies().size(), "body", "bodies"), size_text(bytes),
+                                 target.string(), seconds);
   if (!exported.missing().empty())
     text += fmt::format("; {} {} not there", io::frames_text(exported.missing()),
                         exported.missing().size() == 1 ? "is" : "are");

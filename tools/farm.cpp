@@ -11,11 +11,13 @@
 #include "tools/farm/scripts.h"
 #include "tools/farm/status.h"
 #include "tools/study/charts.h"
+#include "tools/wording.h"
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 #include <unistd.h>
 
 #include "sim/base/files.h"
+#include "sim/base/wording.h"
 
 namespace duet::tools {
 namespace {
@@ -80,22 +82,13 @@ void write_scripts(const farm::Plan& plan, bool overwrite) {
   io::write_atomically(plan.folder / "farm.json", farm::plan_json(plan));
 }
 
-std::string count_text(std::size_t count, const char* what) {
-  return fmt::format("{} {}{}", count, what, count == 1 ? "" : "s");
-}
-
 // Returns what the farm works on: "8 runs to frame 240 in /home/me/out/stack.farm".
 std::string describe(const farm::Plan& plan) {
   if (plan.kind == farm::Kind::study)
-    return fmt::format("{} of the study {}", count_text(static_cast<std::size_t>(plan.points), "run"),
+    return fmt::format("{} of the study {}", counted(static_cast<std::size_t>(plan.points), "run"),
                        plan.name);
-  return fmt::format("{} to frame {}, {}", count_text(plan.runs.size(), "run"), plan.frames,
-                     count_text(plan.runs.size() * static_cast<std::size_t>(plan.tasks), "drawing task"));
-}
-
-std::string clock_text(double seconds) {
-  const long s = std::lround(seconds);
-  return fmt::format("{}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60);
+  return fmt::format("{} to frame {}, {}", counted(plan.runs.size(), "run"), plan.frames,
+                     counted(plan.runs.size() * static_cast<std::size_t>(plan.tasks), "drawing task"));
 }
 
 Json status_json(const farm::Plan& plan, const farm::Status& status) {
@@ -163,8 +156,8 @@ Outcome print_status(const farm::Plan& plan, bool json) {
       fmt::format("{} of {} {}{}{}", is_study ? static_cast<std::size_t>(status.points) : done,
                   is_study ? static_cast<std::size_t>(plan.points) : plan.runs.size(),
                   is_study ? "runs have a result" : "runs are simulated and drawn",
-                  running > 0 ? ", " + count_text(running, "task") + " at work" : "",
-                  failed > 0 ? ", " + count_text(failed, "task") + " failed" : "");
+                  running > 0 ? ", " + counted(running, "task") + " at work" : "",
+                  failed > 0 ? ", " + counted(failed, "task") + " failed" : "");
   return {failed > 0 ? ExitStatus::simulation : is_done ? ExitStatus::done : ExitStatus::unfinished, text};
 }
 

@@ -39,6 +39,9 @@ class FrameInHand {
 // Returns whether a signal has come.
 bool interrupted();
 
+// Thrown out of work that a signal ends, for its caller to catch.
+struct Interrupted {};
+
 // Returns the flag that the first signal sets, for work that looks at a flag by itself.
 const std::atomic<bool>& stop_flag();
 

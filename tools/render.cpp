@@ -14,6 +14,7 @@
 
 #include "render/sequence.h"
 #include "sim/base/files.h"
+#include "sim/base/wording.h"
 #include "sim/io/run_claim.h"
 #include "sim/io/run_folder.h"
 #include "sim/io/run_journal.h"
@@ -225,8 +226,8 @@ Outcome render_missing(const RenderOptions& options, Report& report) {
       if (!interrupted()) drawing.draw(frame);
   }
   drawing.end();
-  const std::string done = fmt::format("{} picture{} in {}{}", drawing.drawn(),
-                                       drawing.drawn() == 1 ? "" : "s", to.image(0).parent_path().string(),
+  const std::string done = fmt::format("{} in {}{}", counted(as_index(drawing.drawn()), "picture"),
+                                       to.image(0).parent_path().string(),
                                        skipped > 0 ? fmt::format(" ({} were there)", skipped) : "");
   if (interrupted()) return {ExitStatus::interrupted, done + "; the same command draws the others"};
   if (coming.is_any_left())
@@ -272,7 +273,7 @@ Outcome render(const RenderOptions& options, Report& report) {
             "command draws them again and encodes it"};
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return {ExitStatus::done,
-          fmt::format("{} picture{} in {}{}, {:.1f} s{}", frames.size(), frames.size() == 1 ? "" : "s",
+          fmt::format("{} in {}{}, {:.1f} s{}", counted(frames.size(), "picture"),
                       to.image(0).parent_path().string(),
                       skipped > 0 ? fmt::format(" ({} were there)", skipped) : "", seconds, video)};
 }

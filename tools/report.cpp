@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <new>
 
+#include "tools/wording.h"
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 #include <unistd.h>
@@ -26,12 +27,6 @@ void write_to(FILE* stream, const std::string& text) {
 }
 
 std::string line_of(const Json& object) { return json_text(object) + '\n'; }
-
-// Returns a time as "h:mm:ss".
-std::string clock_text(double seconds) {
-  const long s = std::lround(seconds);
-  return fmt::format("{}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60);
-}
 
 // Returns the first word of the outcome.
 const char* word_of(ExitStatus status) {

@@ -21,6 +21,7 @@
 #include "sim/base/numerics.h"
 #include "sim/base/parallel.h"
 #include "sim/base/stop.h"
+#include "sim/base/wording.h"
 #include "sim/io/checkpoint.h"
 #include "sim/io/level_set_writer.h"
 #include "sim/io/run_check.h"
@@ -55,10 +56,11 @@ std::string machine_text() {
 
 // Returns the time at which a run that may take `seconds` of wall time from now on begins no further frame.
 std::chrono::steady_clock::time_point end_of(std::optional<double> seconds) {
-  using Clock = std::chrono::steady_clock;
+  using WallClock = std::chrono::steady_clock;
   constexpr double longest = 1e9;  // s, some 30 years: longer times do not fit the integers of the clock
-  if (!seconds || *seconds > longest) return Clock::time_point::max();
-  return Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(*seconds));
+  if (!seconds || *seconds > longest) return WallClock::time_point::max();
+  return WallClock::now() +
+         std::chrono::duration_cast<WallClock::duration>(std::chrono::duration<double>(*seconds));
 }
 
 // Sums up the cost of the frames that this process simulated, and the deepest penetration of them and of the
@@ -226,7 +228,7 @@ void Run::prepare() {
 std::string text_of(const io::HeldRun& held) {
   if (held.frames.empty()) return "a video";
   const int first = *held.frames.begin(), last = *held.frames.rbegin();
-  return fmt::format("{} frame{} ({})", held.frames.size(), held.frames.size() == 1 ? "" : "s",
+  return fmt::format("{} ({})", counted(held.frames.size(), "frame"),
                      first == last ? std::to_string(first) : fmt::format("{} to {}", first, last));
 }
 

@@ -23,7 +23,7 @@ namespace {
 constexpr double min_cells = 2, max_cells = 512;  // number of lattice cells along the longest extent
 
 // The report of a filled surface.
-struct Result {
+struct Filling {
   TetQuality quality;
   std::size_t boundary_triangles = 0;
   int parts = 0;
@@ -76,7 +76,7 @@ void require_known_ending(const std::string& path) {
 }
 
 // Returns the report as text, with a histogram of the dihedral angles.
-std::string text_of(const Result& result) {
+std::string text_of(const Filling& result) {
   const TetQuality& q = result.quality;
   std::string text = fmt::format(
       "{} tetrahedra, {} nodes, {} boundary triangles, spacing {:.4g} m\n"
@@ -93,7 +93,7 @@ std::string text_of(const Result& result) {
   return text;
 }
 
-nlohmann::json json_of(const Result& result) {
+nlohmann::json json_of(const Filling& result) {
   const TetQuality& q = result.quality;
   return {{"tets", q.tets},
           {"nodes", q.nodes},
@@ -119,7 +119,7 @@ Outcome tetrahedralize(const TetrahedralizeOptions& options, Report& report) {
   const auto start = std::chrono::steady_clock::now();
   const std::optional<double> wanted = wanted_spacing(options, surface);
   const LevelSet inside = fine_level_set(surface, wanted);
-  Result result;
+  Filling result;
   result.spacing = wanted.value_or(default_spacing(inside));
   const TetMesh mesh = duet::tetrahedralize(inside, result.spacing, options.graded);
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

@@ -3,6 +3,7 @@
 #include "tools/scene_files.h"
 #include <fmt/format.h>
 
+#include "sim/base/wording.h"
 #include "sim/io/run_check.h"
 
 namespace duet::tools {
@@ -12,9 +13,8 @@ Outcome verify(const VerifyOptions& options, Report& report) {
   const io::RunCheck check = io::check_run(run);
   for (const std::string& note : check.notes) report.note(note);
   for (const std::string& fault : check.faults) report.error(fault);
-  const std::string whole =
-      fmt::format("{} file{} of {} {} as written", check.whole, check.whole == 1 ? "" : "s",
-                  run.root.string(), check.whole == 1 ? "is" : "are");
+  const std::string whole = fmt::format("{} of {} {} as written", counted(as_index(check.whole), "file"),
+                                        run.root.string(), check.whole == 1 ? "is" : "are");
   if (check.faults.empty()) return {ExitStatus::done, whole};
   return {ExitStatus::files, fmt::format("{} damaged, missing or unknown; {}", check.faults.size(), whole)};
 }

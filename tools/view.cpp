@@ -15,6 +15,7 @@
 #include "render/default_view.h"
 #include "render/looks.h"
 #include "sim/base/files.h"
+#include "sim/base/wording.h"
 #include "sim/io/export/exporters.h"
 #include "sim/io/run_check.h"
 #include "sim/scene/reader/reader.h"
@@ -23,8 +24,6 @@ namespace duet::tools {
 namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
-
-struct Interrupted {};
 
 // The columns of stats.jsonl that the page draws.
 constexpr const char* columns[] = {"time",    "substeps",  "seconds", "contacts", "max_penetration",
@@ -54,7 +53,7 @@ Json read_columns(const io::RunDirectory& run, io::ExportNotes& notes) {
   }
   if (passed_over > 0)
     notes.push_back(
-        fmt::format("{} of stats.jsonl could not be read", counted(as_index(passed_over), "line", "lines")));
+        fmt::format("{} of stats.jsonl could not be read", counted(as_index(passed_over), "line")));
   return table;
 }
 
@@ -251,10 +250,10 @@ Outcome view(const ViewOptions& options, Report& report) {
   staging.finish();
   for (const std::string& note : contents.notes) report.note(note);
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  return {ExitStatus::done, fmt::format("{} of {}, {}, in {}, {:.1f} s; open it in a browser",
-                                        counted(contents.frame_count, "frame", "frames"),
-                                        counted(contents.body_count, "body", "bodies"), size_text(bytes),
-                                        target.string(), seconds)};
+  return {ExitStatus::done,
+          fmt::format("{} of {}, {}, in {}, {:.1f} s; open it in a browser",
+                      counted(contents.frame_count, "frame"), counted(contents.body_count, "body", "bodies"),
+                      size_text(bytes), target.string(), seconds)};
 }
 
 }  // namespace duet::tools

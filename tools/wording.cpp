@@ -1,5 +1,7 @@
 #include "tools/wording.h"
 
+#include <cmath>
+
 #include <fmt/format.h>
 
 namespace duet::tools {
@@ -12,8 +14,9 @@ std::string size_text(std::uintmax_t bytes) {
                       : fmt::format("{:.2f} GB", size / 1e9);
 }
 
-std::string counted(std::size_t count, const char* one, const char* many) {
-  return fmt::format("{} {}", count, count == 1 ? one : many);
+std::string clock_text(double seconds) {
+  const long s = std::lround(seconds);
+  return fmt::format("{}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60);
 }
 
 std::string duration_text(double seconds) {

@@ -9,6 +9,7 @@
 
 #include "sim/base/error.h"
 #include "sim/base/near_miss.h"
+#include "sim/base/wording.h"
 #include "sim/scene/deformables.h"
 
 namespace duet::scene {
@@ -23,10 +24,6 @@ std::string listed(const std::vector<std::string>& names) {
       "`{}`", fmt::join(names.begin(), names.begin() + static_cast<std::ptrdiff_t>(shown), "`, `"));
   if (names.size() > shown) text += fmt::format(" and {} more", names.size() - shown);
   return text;
-}
-
-std::string counted(std::size_t count, std::string_view singular, std::string_view plural) {
-  return fmt::format("{} {}", count, count == 1 ? singular : plural);
 }
 
 // Names of the bodies of a scene by kind.
@@ -322,7 +319,7 @@ PlannedEffect articulation(const Scene& scene) {
   std::vector<std::string> names;
   for (const Joint& joint : scene.joints) names.push_back(joint.name);
   if (names.empty()) return {effect, false, "no joint"};
-  return {effect, true, fmt::format("{} ({})", counted(names.size(), "joint", "joints"), listed(names))};
+  return {effect, true, fmt::format("{} ({})", counted(names.size(), "joint"), listed(names))};
 }
 
 // Decides on an effect that some joints ask for: asks(joint) says which. `none` is the reason if there is

@@ -4,8 +4,6 @@
 #include <chrono>
 #include <cmath>
 #include <iterator>
-#include <limits>
-#include <span>
 #include <tuple>
 #include <utility>
 
@@ -18,12 +16,12 @@
 #include "sim/contact/detection/max_penetration.h"
 #include "sim/contact/detection/surface_intersections.h"
 #include "sim/deformable/forces/tet_strain.h"
-#include "sim/geometry/level_set/grid_level_set.h"
 #include "sim/scene/build/build_world.h"
-#include "sim/scene/build/level_set_export.h"
 #include "sim/scene/deformables.h"
 #include "sim/scene/plan.h"
+#include "sim/simulation/body_output.h"
 #include "sim/simulation/saved_state.h"
+#include "sim/simulation/sizes.h"
 #include "sim/simulation/steering.h"
 #include "sim/step/step.h"
 
@@ -391,37 +389,10 @@ void Simulation::release(const std::string& name, std::optional<double> density)
 
 void Simulation::surfaces(std::vector<BodySurface>& out) const {
   const Bodies& bodies = impl_->world().bodies;
-  const std::vector<scene::BodyShape>& shapes = impl_->built.shapes;
-  out.resize(shapes.size());
   impl_->particle_strain.assign(bodies.particles.size(), 0);
   bodies.forces.elements.add_strain(bodies.particles.x, impl_->particle_strain);
   raise_strain(impl_->spring_tets, impl_->spring_inverse_rest, bodies.particles.x, impl_->particle_strain);
-  for (std::size_t i = 0; i < shapes.size(); ++i) {
-    const BoundarySurface& rest = shapes[i].surface;
-    Surface& surface = out[i].surface;
-    if (surface.triangles.size() != rest.surface.triangles.size()) surface = rest.surface;
-    out[i].name = shapes[i].name;
-    if (const std::optional<scene::ThinShape>& thin = shapes[i].thin) {
-      const std::span<const Vec3> x(bodies.particles.x.data() + thin->first_particle, thin->particle_count);
-      std::visit([&](const auto& thick) { thick.update(x, surface); }, thin->surface);
-    } else if (!shapes[i].skin.empty()) {
-      shapes[i].skin.update(bodies.particles.x.data() + shapes[i].first_particle, surface);
-      shapes[i].skin.interpolate(impl_->particle_strain.data() + shapes[i].first_particle, surface.strain);
-    } else if (rest.vertex_nodes.empty()) {
-      const Pose& pose = bodies.rigid.state[i].pose;
-      for (std::size_t k = 0; k < surface.positions.size(); ++k)
-        surface.positions[k] = pose.to_world(rest.surface.positions[k]);
-      for (std::size_t k = 0; k < surface.normals.size(); ++k)
-        surface.normals[k] = (pose.orientation * rest.surface.normals[k].cast<double>()).cast<float>();
-    } else {
-      for (std::size_t k = 0; k < surface.positions.size(); ++k)
-        surface.positions[k] = bodies.particles.x[static_cast<std::size_t>(rest.vertex_nodes[k])];
-      update_normals(surface);
-      surface.strain.resize(surface.positions.size());
-      for (std::size_t k = 0; k < surface.strain.size(); ++k)
-        surface.strain[k] = impl_->particle_strain[static_cast<std::size_t>(rest.vertex_nodes[k])];
-    }
-  }
+  write_surfaces(impl_->built, impl_->particle_strain, out);
 }
 
 void Simulation::rest_surfaces(std::vector<BodySurface>& out) const {
@@ -438,144 +409,16 @@ void Simulation::rigid_motion(std::vector<RigidMotion>& out) const {
   }
 }
 
-namespace {
-
-// Appends the velocities (m/s) of the surface vertices of a thin body to `out`:
-//   (surface(x + h v) - surface(x)) / h.
-// The surface depends on the positions x (m) of its particles, which have the velocities v (m/s), and on the
-// angles between its elements; the error of the difference is of order h. `rest` is a surface with the
-// topology of the body.
-void add_thin_velocities(const scene::ThinShape& thin, Surface rest, std::span<const Vec3> x,
-                         std::span<const Vec3> v, std::vector<Vec3f>& out) {
-  // Step of the difference, s. The rounding of positions x, 1e-16 |x|, becomes 1e-11 |x| per second, and the
-  // truncation error is of order h, so that the result keeps some six digits, about as many as its floats. A
-  // larger value raises the truncation error, a smaller one the rounding error.
-  constexpr double h = 1e-5;
-  std::vector<Vec3> later(x.begin(), x.end());
-  for (std::size_t i = 0; i < later.size(); ++i) later[i] += h * v[i];
-  std::visit([&](const auto& thick) { thick.update(x, rest); }, thin.surface);
-  Surface moved = rest;
-  std::visit([&](const auto& thick) { thick.update(std::span<const Vec3>(later), moved); }, thin.surface);
-  for (std::size_t k = 0; k < rest.positions.size(); ++k)
-    out.push_back(((moved.positions[k] - rest.positions[k]) / h).cast<float>());
-}
-
-}  // namespace
-
 void Simulation::surface_velocities(std::vector<Vec3f>& out) const {
-  const Bodies& bodies = impl_->world().bodies;
-  const std::vector<scene::BodyShape>& shapes = impl_->built.shapes;
-  const std::vector<Vec3>& v = bodies.particles.v;
-  out.clear();
-  for (std::size_t i = impl_->scene.rigid.size(); i < shapes.size(); ++i) {
-    const scene::BodyShape& shape = shapes[i];
-    if (shape.thin) {
-      const auto of_body = [&](const std::vector<Vec3>& all) {
-        return std::span<const Vec3>(all.data() + shape.thin->first_particle, shape.thin->particle_count);
-      };
-      add_thin_velocities(*shape.thin, shape.surface.surface, of_body(bodies.particles.x), of_body(v), out);
-    } else if (!shape.skin.empty()) {
-      for (const CarriedSurface::Carrier& carrier : shape.skin.carriers()) {
-        Vec3 sum = Vec3::Zero();
-        for (std::size_t k = 0; k < 4; ++k)
-          sum += carrier.weights[k] * v[as_index(shape.first_particle) + as_index(carrier.nodes[k])];
-        out.push_back(sum.cast<float>());
-      }
-    } else {
-      for (const int node : shape.surface.vertex_nodes) out.push_back(v[as_index(node)].cast<float>());
-    }
-  }
+  write_surface_velocities(impl_->built, impl_->scene.rigid.size(), out);
 }
 
 std::vector<BodyLevelSet> Simulation::level_sets() const {
-  const RigidBodies& rigid = impl_->world().bodies.rigid;
-  std::vector<BodyLevelSet> sets;
-  std::vector<int> distinct;
-  for (std::size_t i = 0; i < impl_->scene.rigid.size(); ++i) {
-    const LevelSet shape = rigid.properties[i].shape;
-    BodyLevelSet set;
-    set.name = rigid.name[i];
-    set.distance = [shape](const Vec3& x) { return shape.distance(x); };
-    set.lower = shape.lower();
-    set.upper = shape.upper();
-    set.voxel_size = exported_voxel_size(shape);
-    set.pose = rigid.state[i].pose;
-    set.is_static = !rigid.properties[i].moves();
-    const auto same = std::find_if(distinct.begin(), distinct.end(), [&](int k) {
-      return rigid.properties[static_cast<std::size_t>(k)].shape == shape;
-    });
-    if (same != distinct.end())
-      set.same_as = *same;
-    else
-      distinct.push_back(static_cast<int>(i));
-    sets.push_back(std::move(set));
-  }
-  return sets;
+  return level_sets_of(impl_->world().bodies.rigid, impl_->scene.rigid.size());
 }
-
-namespace {
-
-// Returns the sizes of the grids of meshes, each one once.
-std::vector<GridSize> grid_sizes(const RigidBodies& rigid) {
-  std::vector<GridSize> sizes;
-  std::vector<const GridLevelSet*> known;
-  for (std::size_t i = 0; i < rigid.size(); ++i) {
-    const GridLevelSet* grid = rigid.properties[i].shape.grid.get();
-    if (!grid) continue;
-    const auto found = std::find(known.begin(), known.end(), grid);
-    if (found == known.end()) {
-      known.push_back(grid);
-      sizes.push_back({rigid.name[i], 1, grid->grid().count, grid->grid().spacing, grid->thickness()});
-    } else {
-      ++sizes[static_cast<std::size_t>(found - known.begin())].bodies;
-    }
-  }
-  return sizes;
-}
-
-}  // namespace
 
 WorldSizes Simulation::sizes() const {
-  World& world = impl_->world();
-  const Bodies& bodies = world.bodies;
-  WorldSizes sizes;
-  for (const StageRow& row : stage_table)
-    if (runs(row, world)) sizes.stages.emplace_back(row.label);
-  sizes.initial_overlaps = impl_->parting.overlaps;
-  const TimeStepChoice choice =
-      bounded_time_step(world, static_cast<double>(impl_->frame) / impl_->scene.fps);
-  sizes.time_step = choice.seconds;
-  sizes.time_step_bound = describe(choice, bodies);
-  sizes.lightest = std::numeric_limits<double>::infinity();
-  const auto weigh = [&](double mass) {
-    sizes.lightest = std::min(sizes.lightest, mass);
-    sizes.heaviest = std::max(sizes.heaviest, mass);
-  };
-  for (const RigidProperties& properties : bodies.rigid.properties) {
-    ++(properties.is_dynamic() ? sizes.rigid_dynamic
-       : properties.moves()    ? sizes.rigid_kinematic
-                               : sizes.rigid_static);
-    sizes.rigid_samples += static_cast<int>(properties.samples.size());
-    if (properties.is_dynamic()) weigh(properties.mass);
-  }
-  for (const DeformableBody& body : bodies.deformable) {
-    ++sizes.deformable;
-    if (body.thickness > 0) ++sizes.thin;
-    sizes.surface_triangles += body.triangle_count;
-    sizes.face_samples += body.sample_count;
-    weigh(body.mass);
-  }
-  sizes.grids = grid_sizes(bodies.rigid);
-  sizes.tet_meshes = impl_->built.tet_meshes;
-  sizes.skins = impl_->built.skins;
-  sizes.particles = static_cast<int>(bodies.particles.size());
-  sizes.tets = static_cast<int>(bodies.forces.elements.size());
-  if (bodies.forces.rest_omega_squared() > 0) {
-    sizes.elastic_dt = 2 / std::sqrt(bodies.forces.rest_omega_squared());
-    sizes.undamped_elastic_dt = 2 / std::sqrt(bodies.forces.elastic_omega_squared());
-  }
-  if (!std::isfinite(sizes.lightest)) sizes.lightest = 0;
-  return sizes;
+  return sizes_of(impl_->built, impl_->parting.overlaps, impl_->time_of(impl_->frame));
 }
 
 }  // namespace duet

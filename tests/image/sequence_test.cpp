@@ -5,11 +5,11 @@
 #include <sstream>
 
 #include "tests/image/small_scene.h"
-#include "tests/support/scratch_folder.h"
 #include "tests/support/text.h"
 #include <gtest/gtest.h>
 
 #include "sim/base/error.h"
+#include "sim/base/scratch_folder.h"
 
 namespace duet::image_tests::sequence_test {
 namespace {
@@ -34,7 +34,7 @@ class Sequence : public testing::Test {
     return "no failure";
   }
 
-  const test::ScratchFolder scratch_;
+  const ScratchFolder scratch_;
   const io::RunDirectory run_{scratch_.path()};
 };
 

@@ -4,11 +4,11 @@
 
 #include "tests/image/small_scene.h"
 #include "tests/support/scenes.h"
-#include "tests/support/scratch_folder.h"
 #include <gtest/gtest.h>
 
 #include "sim/base/error.h"
 #include "sim/base/files.h"
+#include "sim/base/scratch_folder.h"
 #include "sim/io/values_file.h"
 #include "sim/step/world.h"
 
@@ -104,7 +104,7 @@ TEST(StrainPicture, AnInvertedElementOfASimulationShowsRed) {
   io::Manifest manifest;
   manifest.bodies = {{"soft", "deformable", "", "", static_cast<int>(bodies[0].surface.positions.size()),
                       static_cast<int>(bodies[0].surface.triangles.size())}};
-  const test::ScratchFolder scratch;
+  const ScratchFolder scratch;
   const auto draw_by_file = [&] {
     simulation.surfaces(bodies);
     io::FrameValues values;

@@ -14,10 +14,11 @@
 #include <vector>
 
 #include "tests/support/places.h"
-#include "tests/support/scratch_folder.h"
 #include <fcntl.h>
 #include <sys/wait.h>
 #include <unistd.h>
+
+#include "sim/base/scratch_folder.h"
 
 namespace duet::test {
 

@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "tests/restart/program.h"
-#include "tests/support/scratch_folder.h"
 #include <gtest/gtest.h>
 
+#include "sim/base/scratch_folder.h"
 #include "sim/io/run_directory.h"
 
 namespace duet::test {

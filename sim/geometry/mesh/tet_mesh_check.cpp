@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 
 #include "sim/base/disjoint_sets.h"
-#include "sim/geometry/mesh/report_words.h"
+#include "sim/base/wording.h"
 
 namespace duet {
 namespace {

@@ -3,19 +3,17 @@
 #include <csignal>
 #include <fstream>
 
-#include "tests/support/scratch_folder.h"
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
 
 #include "sim/base/files.h"
+#include "sim/base/scratch_folder.h"
 #include "sim/io/run_directory.h"
 
 namespace duet::io::atomic_write_test {
 namespace {
-
-using test::ScratchFolder;
 
 // Returns the number of entries of a folder, which finds temporary files left behind.
 int entries(const fs::path& folder) {

@@ -1,14 +1,12 @@
 #include "sim/io/checkpoint.h"
 
-#include "tests/support/scratch_folder.h"
 #include <gtest/gtest.h>
 
 #include "sim/base/files.h"
+#include "sim/base/scratch_folder.h"
 
 namespace duet::io::checkpoint_test {
 namespace {
-
-using test::ScratchFolder;
 
 class CheckpointTest : public testing::Test {
  protected:

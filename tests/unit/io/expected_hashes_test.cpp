@@ -1,16 +1,14 @@
 #include "sim/io/expected_hashes.h"
 
-#include "tests/support/scratch_folder.h"
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "sim/base/error.h"
 #include "sim/base/files.h"
+#include "sim/base/scratch_folder.h"
 
 namespace duet::io::expected_hashes_test {
 namespace {
-
-using test::ScratchFolder;
 
 BodyHashes rigid(const std::string& name, std::uint64_t hash) {
   return {Owner::rigid, name, {{"position", hash}, {"velocity", hash + 1}}};

@@ -3,20 +3,18 @@
 
 #include <map>
 
-#include "tests/support/scratch_folder.h"
 #include <gtest/gtest.h>
 #include <openvdb/openvdb.h>
 #include <openvdb/tools/Interpolation.h>
 
 #include "sim/base/error.h"
 #include "sim/base/files.h"
+#include "sim/base/scratch_folder.h"
 #include "sim/geometry/level_set/level_set.h"
 #include "sim/scene/build/level_set_export.h"
 
 namespace duet::io::level_set_writer_test {
 namespace {
-
-using test::ScratchFolder;
 
 BodyLevelSet body(const std::string& name, const LevelSet& shape, double voxel_size, const Pose& pose) {
   return {.name = name,

@@ -4,17 +4,15 @@
 #include <limits>
 #include <random>
 
-#include "tests/support/scratch_folder.h"
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "sim/base/files.h"
+#include "sim/base/scratch_folder.h"
 #include "sim/io/run_directory.h"
 
 namespace duet::io::obj_test {
 namespace {
-
-using test::ScratchFolder;
 
 std::uint32_t bits(float value) { return std::bit_cast<std::uint32_t>(value); }
 

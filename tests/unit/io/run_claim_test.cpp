@@ -5,7 +5,6 @@
 #include <thread>
 #include <vector>
 
-#include "tests/support/scratch_folder.h"
 #include "tests/support/text.h"
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -15,12 +14,12 @@
 #include <unistd.h>
 
 #include "sim/base/files.h"
+#include "sim/base/scratch_folder.h"
 
 namespace duet::io::run_claim_test {
 namespace {
 
 using test::contains;
-using test::ScratchFolder;
 
 constexpr ClaimTimes quick = {0.02, 0.2};
 

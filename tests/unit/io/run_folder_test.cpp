@@ -1,16 +1,14 @@
 #include "sim/io/run_folder.h"
 
-#include "tests/support/scratch_folder.h"
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
 #include "sim/base/files.h"
+#include "sim/base/scratch_folder.h"
 #include "sim/io/run_journal.h"
 
 namespace duet::io::run_folder_test {
 namespace {
-
-using test::ScratchFolder;
 
 Manifest manifest() {
   Manifest result;

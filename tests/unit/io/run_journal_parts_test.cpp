@@ -1,13 +1,13 @@
 // Tests of the parts of a journal, in which programs that draw a run at the same time list their pictures.
 #include <csignal>
 
-#include "tests/support/scratch_folder.h"
 #include "tests/support/text.h"
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include "sim/base/files.h"
+#include "sim/base/scratch_folder.h"
 #include "sim/io/run_check.h"
 #include "sim/io/run_directory.h"
 #include "sim/io/run_folder.h"
@@ -17,7 +17,6 @@ namespace duet::io::run_journal_parts_test {
 namespace {
 
 using test::contains;
-using test::ScratchFolder;
 
 class JournalParts : public testing::Test {
  protected:

@@ -3,11 +3,11 @@
 #include <atomic>
 #include <thread>
 
-#include "tests/support/scratch_folder.h"
 #include "tests/support/text.h"
 #include <gtest/gtest.h>
 
 #include "sim/base/files.h"
+#include "sim/base/scratch_folder.h"
 #include "sim/io/line_log.h"
 #include "sim/io/run_check.h"
 #include "sim/io/run_directory.h"
@@ -16,7 +16,6 @@ namespace duet::io::run_journal_test {
 namespace {
 
 using test::contains;
-using test::ScratchFolder;
 using State = RunJournal::Entry::State;
 
 class Journal : public testing::Test {

@@ -1,17 +1,15 @@
 #include "sim/io/stage_log.h"
 
 #include "tests/support/scenes.h"
-#include "tests/support/scratch_folder.h"
 #include <gtest/gtest.h>
 
 #include "sim/base/error.h"
 #include "sim/base/files.h"
+#include "sim/base/scratch_folder.h"
 #include "sim/step/world.h"
 
 namespace duet::io::stage_log_test {
 namespace {
-
-using test::ScratchFolder;
 
 class StageLogs : public testing::Test {
  protected:

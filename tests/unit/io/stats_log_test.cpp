@@ -2,17 +2,15 @@
 
 #include <csignal>
 
-#include "tests/support/scratch_folder.h"
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 #include <sys/resource.h>
 
 #include "sim/base/files.h"
+#include "sim/base/scratch_folder.h"
 
 namespace duet::io::stats_log_test {
 namespace {
-
-using test::ScratchFolder;
 
 FrameStats stats_of(int frame) {
   FrameStats stats;

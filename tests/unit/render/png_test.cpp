@@ -7,11 +7,11 @@
 #include <fstream>
 #include <sstream>
 
-#include "tests/support/scratch_folder.h"
 #include <stb/stb_image.h>
 
 #include "render/sequence.h"
 #include "sim/base/error.h"
+#include "sim/base/scratch_folder.h"
 
 namespace duet::render::png_test {
 namespace {
@@ -21,7 +21,7 @@ class Png : public testing::Test {
   std::string file(const std::string& name) const { return (folder_ / name).string(); }
 
  private:
-  const test::ScratchFolder folder_;
+  const ScratchFolder folder_;
 };
 
 std::vector<unsigned char> noise(int width, int height) {

@@ -5,13 +5,13 @@
 #include <fstream>
 #include <thread>
 
-#include "tests/support/scratch_folder.h"
 #include <gtest/gtest.h>
 #include <pthread.h>
 
 #include "render/sequence.h"
 #include "sim/base/error.h"
 #include "sim/base/files.h"
+#include "sim/base/scratch_folder.h"
 
 namespace duet::render::video_test {
 namespace {
@@ -36,7 +36,7 @@ class Video : public testing::Test {
     return names;
   }
 
-  const test::ScratchFolder scratch_;
+  const ScratchFolder scratch_;
   const io::RunDirectory run_{scratch_ / "duet video 100%d; $HOME"};
 };
 

@@ -5,11 +5,11 @@
 #include <numbers>
 
 #include "tests/support/scenes.h"
-#include "tests/support/scratch_folder.h"
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "sim/base/files.h"
+#include "sim/base/scratch_folder.h"
 #include "sim/scene/explain.h"
 #include "sim/scene/reader/reader.h"
 
@@ -32,7 +32,7 @@ std::string double_cone() {
 }
 
 Scene read_cone(const std::string& keys) {
-  const test::ScratchFolder scratch;
+  const ScratchFolder scratch;
   io::write_atomically(scratch / "cone.obj", double_cone());
   return read_text(
              "[materials.jelly]\ndensity = 1000\nyoungs_modulus = 1e5\npoisson_ratio = 0.4\n[[deformable]]\n"

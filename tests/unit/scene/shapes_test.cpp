@@ -2,12 +2,12 @@
 #include <cmath>
 
 #include "tests/support/places.h"
-#include "tests/support/scratch_folder.h"
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "sim/base/error.h"
 #include "sim/base/files.h"
+#include "sim/base/scratch_folder.h"
 #include "sim/geometry/level_set/grid_level_set.h"
 #include "sim/io/run_directory.h"
 #include "sim/scene/build/build_world.h"
@@ -138,7 +138,7 @@ TEST(RigidShapes, SampleSpacingSetsTheNumberOfSamples) {
 }
 
 TEST(RigidShapes, RepairsAreNoted) {
-  const test::ScratchFolder scratch;
+  const ScratchFolder scratch;
   // This is the corner tetrahedron of the unit cube, inside out.
   io::write_atomically(scratch / "t.obj",
                        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 4 2\nf 1 3 4\nf 2 4 3\n");
@@ -153,7 +153,7 @@ TEST(RigidShapes, RepairsAreNoted) {
 // A run that is continued after its mesh has changed would mix two scenes. The fingerprint of the meshes
 // tells them apart.
 TEST(RigidShapes, TheFingerprintFollowsTheMesh) {
-  const test::ScratchFolder scratch;
+  const ScratchFolder scratch;
   const std::string text = "[[rigid]]\nname = \"a\"\nmass = 2\nshape = { mesh = \"t.obj\" }\n";
   const auto fingerprint = [&](const std::string& x) {
     io::write_atomically(scratch / "t.obj",

@@ -2,13 +2,13 @@
 #include <cmath>
 
 #include "tests/support/places.h"
-#include "tests/support/scratch_folder.h"
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
 #include "sim/base/error.h"
 #include "sim/base/files.h"
+#include "sim/base/scratch_folder.h"
 #include "sim/geometry/files/tet_mesh_file.h"
 #include "sim/geometry/meshing/tetrahedralizer.h"
 #include "sim/io/run_directory.h"
@@ -60,7 +60,7 @@ TEST(SoftShapes, EveryKindIsFilledAndWeighsWhatItsVolumeSays) {
 }
 
 TEST(SoftShapes, AMeshAndAFileOfTetsLieInTheirOwnCoordinates) {
-  const test::ScratchFolder folder;
+  const ScratchFolder folder;
   const TetMesh mesh = tetrahedralize(LevelSet::sphere(0.5), 0.25);
   io::write_atomically(folder / "ball.mesh", medit_text(mesh));
   Scene scene = scene_of({"{ tets = \"ball.mesh\", scale = 2 }"}, (folder / "scene.toml").string());

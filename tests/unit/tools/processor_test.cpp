@@ -138,7 +138,7 @@ TEST(Processor, ThisOneRunsWhatTheTestsWereCompiledFor) {
 // The launcher in a scratch folder as if installed, with scripts in place of the programs.
 class Launcher : public testing::Test {
  protected:
-  test::ScratchFolder scratch;
+  ScratchFolder scratch;
 
   void SetUp() override {
     if (test::launcher().empty()) GTEST_SKIP() << "this architecture has no launcher";

@@ -3,12 +3,12 @@
 #include "sim/geometry/files/mesh_file.h"
 
 #include "tests/support/meshes.h"
-#include "tests/support/scratch_folder.h"
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "sim/base/error.h"
 #include "sim/base/files.h"
+#include "sim/base/scratch_folder.h"
 #include "sim/geometry/mesh/mesh_check.h"
 #include "sim/io/run_directory.h"
 
@@ -20,7 +20,7 @@ const TriangleMesh tetrahedron = test::tetrahedron(Vec3::Zero(), Vec3::UnitX(), 
 
 class MeshFile : public testing::Test {
  protected:
-  test::ScratchFolder scratch;
+  ScratchFolder scratch;
 
   std::string write(const std::string& name, const std::string& bytes) {
     io::write_atomically(scratch / name, bytes);

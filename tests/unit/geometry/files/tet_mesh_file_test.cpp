@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <fstream>
 
-#include "tests/support/scratch_folder.h"
 #include <gtest/gtest.h>
 
 #include "sim/base/error.h"
+#include "sim/base/scratch_folder.h"
 #include "sim/geometry/mesh/tet_mesh_check.h"
 #include "sim/geometry/meshing/tetrahedralizer.h"
 
@@ -14,7 +14,7 @@ namespace duet::tet_mesh_file_test {
 namespace {
 
 TetMesh read_text(const std::string& name, const std::string& text) {
-  const test::ScratchFolder folder;
+  const ScratchFolder folder;
   std::ofstream(folder / name) << text;
   return read_tet_mesh((folder / name).string());
 }

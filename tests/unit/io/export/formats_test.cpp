@@ -75,7 +75,7 @@ std::vector<BodySurface> read_meshes(const fs::path& path) {
   std::string text;
   for (const std::string& line : split(read_file(path), '\n'))
     if (!line.starts_with("mtllib ") && !line.starts_with("usemtl ")) text += line + '\n';
-  const test::ScratchFolder scratch;
+  const ScratchFolder scratch;
   write_atomically(scratch / "mesh.obj", text);
   return read_obj(scratch / "mesh.obj");
 }

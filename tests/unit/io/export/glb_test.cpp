@@ -6,11 +6,11 @@
 
 #include "tests/support/recorded_run.h"
 #include "tests/support/scenes.h"
-#include "tests/support/scratch_folder.h"
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
 #include "sim/base/files.h"
+#include "sim/base/scratch_folder.h"
 #include "sim/io/export/exporters.h"
 #include "sim/scene/camera_path.h"
 
@@ -18,7 +18,6 @@ namespace duet::io::glb_test {
 namespace {
 
 using nlohmann::json;
-using test::ScratchFolder;
 
 std::size_t components(const json& accessor) {
   const std::string type = accessor.at("type");

@@ -7,9 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "tests/support/scratch_folder.h"
-
 #include "sim/base/files.h"
+#include "sim/base/scratch_folder.h"
 #include "sim/geometry/mesh/tet_mesh.h"
 #include "sim/io/export/exported_run.h"
 #include "sim/io/values_file.h"

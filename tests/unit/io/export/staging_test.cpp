@@ -3,7 +3,6 @@
 
 #include <csignal>
 
-#include "tests/support/scratch_folder.h"
 #include "tests/support/text.h"
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -13,12 +12,12 @@
 
 #include "sim/base/error.h"
 #include "sim/base/files.h"
+#include "sim/base/scratch_folder.h"
 
 namespace duet::io::staging_test {
 namespace {
 
 using test::contains;
-using test::ScratchFolder;
 
 int entries(const fs::path& folder) {
   return static_cast<int>(std::distance(fs::directory_iterator(folder), fs::directory_iterator()));

@@ -10,16 +10,14 @@
 
 #include "tests/support/recorded_run.h"
 #include "tests/support/scenes.h"
-#include "tests/support/scratch_folder.h"
 #include <gtest/gtest.h>
 
 #include "sim/base/files.h"
+#include "sim/base/scratch_folder.h"
 #include "sim/scene/camera_path.h"
 
 namespace duet::io::usd_test {
 namespace {
-
-using test::ScratchFolder;
 
 // Key of values that hold for all frames.
 constexpr int no_frame = -1;

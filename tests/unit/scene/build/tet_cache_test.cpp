@@ -5,17 +5,17 @@
 #include <cmath>
 #include <cstring>
 
-#include "tests/support/scratch_folder.h"
 #include <gtest/gtest.h>
 
 #include "sim/base/files.h"
+#include "sim/base/scratch_folder.h"
 
 namespace duet::scene::tet_cache_test {
 namespace {
 
 class TetCacheFiles : public testing::Test {
  protected:
-  test::ScratchFolder scratch;
+  ScratchFolder scratch;
   TriangleMesh surface{
       {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}, {}, {}};
   TetMesh mesh{{{0.1, 1e-300, -0.0}, {1, 0, 0}, {0, 1.0 / 3, 0}, {0, 0, 1e300}}, {{0, 1, 2, 3}}};
