@@ -63,8 +63,10 @@ fs::path find_scene(const std::string& name) {
     if (scene.name == name) return scene.path;
     names.push_back(scene.name);
   }
-  throw Error(ExitStatus::usage, fmt::format("{}: no such scene ({})", name,
-                                             did_you_mean(fs::path(name).stem().string(), names)));
+  const std::string hint = names.empty()
+                               ? "the program finds no scenes beside it: give the path of a scene file"
+                               : did_you_mean(fs::path(name).stem().string(), names);
+  throw Error(ExitStatus::usage, fmt::format("{}: no such scene ({})", name, hint));
 }
 
 void resolve_run(SceneChoice& choice, std::string& out) {

@@ -279,6 +279,10 @@ Spec read_spec(const std::string& path) {
   Spec spec = SpecReader(document, problems).read();
   problems.throw_if_any();
   spec.path = path;
+  // A path of a scene is relative to the folder of the spec, wherever the program is called.
+  const io::fs::path beside = io::fs::path(path).parent_path() / spec.scene;
+  std::error_code missing;
+  if (io::fs::is_regular_file(beside, missing)) spec.scene = beside.string();
   return spec;
 }
 

@@ -340,6 +340,19 @@ key = "solver.max_time_step"
     EXPECT_TRUE(contains(finished.errors, part)) << part << "\n" << finished.errors;
 }
 
+// The tests run in another folder than that of the spec and its scene.
+TEST(Study, FindsASceneBesideItsSpec) {
+  const ScratchFolder folder;
+  std::filesystem::create_directory(folder / "scenes_of_mine");
+  io::write_atomically(folder / "scenes_of_mine/brick.toml",
+                       "gravity = [0, 0, 0]\n[[rigid]]\nname = \"top\"\nshape = { box = [3, 2, 1] }\n"
+                       "density = 1000\nangular_velocity = [0, 1, 2]\n");
+  std::string spec = two_steps;
+  spec.replace(spec.find("study/top"), 9, "scenes_of_mine/brick.toml");
+  const Finished finished = run_study(folder, spec);
+  EXPECT_EQ(finished.status, 0) << finished.errors;
+}
+
 TEST(Study, RefusesSettingsThatTheSceneDoesNotHave) {
   const ScratchFolder folder;
   std::string spec = two_steps;
