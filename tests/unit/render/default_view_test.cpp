@@ -64,6 +64,53 @@ TEST(DefaultView, ShowsThePathOfBodiesThatStartWithAVelocity) {
   }
 }
 
+// A ball that flies at a row of bodies is stopped by them: the picture is as near as without its velocity.
+TEST(DefaultView, EndsThePathBehindTheBodiesThatAreHit) {
+  io::Manifest manifest = manifest_of(0.2, Vec3(0, 0, 0));
+  manifest.bodies[1].kind = "rigid";
+  manifest.bodies[1].box = manifest.bodies[0].box->translated(Vec3(1, 0.05, 0));
+  scene::Scene scene;
+  scene.rigid.resize(2);
+  const scene::Scene still = with_default_view(scene, manifest);
+  const Vec3 way = manifest.bodies[1].box->center() - manifest.bodies[0].box->center();
+  scene.rigid[0].placement.velocity = 50 * way;
+  const scene::Scene hit = with_default_view(scene, manifest);
+  scene.rigid[0].placement.velocity = -50 * way;
+  const scene::Scene missed = with_default_view(scene, manifest);
+  const auto distance = [](const scene::Scene& seen) {
+    return (seen.camera.position - seen.camera.target).norm();
+  };
+  EXPECT_LT(distance(hit), 2 * distance(still));
+  EXPECT_GT(distance(missed), 10 * distance(still));
+}
+
+// A body of 0.2 m goes from x = 1 m to 7 m, and may push one that stands at 3 m to 9 m.
+TEST(DefaultView, ShowsWhereKeyframesLeadAndWhatTheyPush) {
+  io::Manifest manifest = manifest_of(0.2, Vec3(1, 0, 0));
+  scene::Scene scene;
+  scene.rigid.resize(2);
+  scene.rigid[0].is_kinematic = true;
+  scene.rigid[0].motion.keyframes.resize(2);
+  scene.rigid[0].motion.keyframes[0].position = Vec3(1, 0, 0);
+  scene.rigid[0].motion.keyframes[1].position = Vec3(7, 0, 0);
+  EXPECT_NEAR(with_default_view(scene, manifest).camera.target.x(), 4, 1e-12);
+  manifest.bodies[1].kind = "rigid";
+  manifest.bodies[1].box = manifest.bodies[0].box->translated(Vec3(2, 0, 0));
+  EXPECT_NEAR(with_default_view(scene, manifest).camera.target.x(), (0.9 + 9.1) / 2, 1e-12);
+}
+
+// A row along x is as wide as the picture, less the margin, and not as high as it.
+TEST(DefaultView, FillsWidePicturesWithWideScenes) {
+  io::Manifest manifest = manifest_of(1, Vec3(0, 0, 0));
+  manifest.bodies[0].box = Eigen::AlignedBox3d(Vec3(-10, 0, -0.1), Vec3(10, 0.5, 0.1));
+  manifest.bodies.resize(1);
+  const scene::Scene seen = with_default_view({}, manifest);
+  const double width = 20 / (seen.camera.position - seen.camera.target).norm() / 2;
+  const double half = std::tan(seen.camera.vertical_fov / 2 * std::numbers::pi / 180) * seen.render.width /
+                      seen.render.height;
+  EXPECT_GT(width, 0.6 * half);
+}
+
 TEST(DefaultView, ShowsTheGroundBelow) {
   scene::Scene scene;
   scene.ground.emplace().height = -4;
