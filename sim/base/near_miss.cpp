@@ -9,6 +9,56 @@
 namespace duet {
 namespace {
 
+// Words that other programs use, with ours.
+struct OtherWord {
+  std::string_view other, ours;
+};
+constexpr OtherWord other_words[] = {
+    {"min", "least"},
+    {"max", "most"},
+    {"kinematic", "motion"},
+    {"animated", "motion"},
+    {"fixed", "static"},
+    {"passive", "static"},
+    {"length", "height"},
+    {"height", "length"},
+    {"color", "look"},
+    {"colour", "look"},
+    {"pos", "position"},
+    {"translation", "position"},
+    {"location", "position"},
+    {"rot", "rotation"},
+    {"orientation", "rotation"},
+    {"omega", "angular_velocity"},
+    {"spin", "angular_velocity"},
+    {"bounciness", "restitution"},
+    {"bounce", "restitution"},
+    {"elasticity", "restitution"},
+    {"mu", "friction"},
+    {"stiffness", "youngs_modulus"},
+    {"E", "youngs_modulus"},
+    {"young", "youngs_modulus"},
+    {"nu", "poisson_ratio"},
+    {"poisson", "poisson_ratio"},
+    {"rho", "density"},
+    {"weight", "mass"},
+    {"fov", "vertical_fov"},
+    {"look_at", "target"},
+    {"eye", "position"},
+    {"intensity", "power"},
+    {"dt", "max_time_step"},
+    {"time_step", "max_time_step"},
+    {"timestep", "max_time_step"},
+    {"substeps", "max_substeps"},
+    {"frame_rate", "fps"},
+    {"framerate", "fps"},
+    {"duration", "frames"},
+    {"resolution", "cells"},
+    {"subdivisions", "cells"},
+    {"segments", "cells"},
+    {"limits", "angle"},
+};
+
 char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
 
 }  // namespace
@@ -33,6 +83,9 @@ int edit_distance(std::string_view a, std::string_view b) {
 }
 
 std::optional<std::string> near_miss(std::string_view word, const std::vector<std::string>& known) {
+  for (const OtherWord& entry : other_words)
+    if (word == entry.other && std::find(known.begin(), known.end(), entry.ours) != known.end())
+      return std::string(entry.ours);
   const int allowed = std::max(1, static_cast<int>(word.size()) / 3);
   std::optional<std::string> best;
   int least = allowed + 1;

@@ -22,6 +22,13 @@ TEST(NearMiss, FindsTheClosestWord) {
   EXPECT_EQ(near_miss("", {"y"}), std::nullopt);
 }
 
+// `pin` is one letter from "min", but a user of other programs means `least`.
+TEST(NearMiss, KnowsTheWordsOfOtherPrograms) {
+  EXPECT_EQ(near_miss("min", {"pin", "least", "most"}), "least");
+  EXPECT_EQ(near_miss("min", {"pin", "mass"}), "pin") << "where there is no `least`";
+  EXPECT_EQ(did_you_mean("fov", {"position", "vertical_fov"}), "did you mean `vertical_fov`?");
+}
+
 TEST(NearMiss, HintFallsBackToAllKnownWords) {
   EXPECT_EQ(did_you_mean("mas", {"mass", "look"}), "did you mean `mass`?");
   EXPECT_EQ(did_you_mean("velocity", {"mass", "look"}), "known: mass, look");
