@@ -20,7 +20,9 @@ using test::turn_about_x;
 // When the crank has turned by 135 degrees, the soft bar has passed on a part of that twist, and the hinged
 // box has tipped. The twist of the parent lies between a noticeable angle and the whole 135 degrees.
 TEST(Creatures, TheBarTurnsTheHingedBox) {
-  Film film("bar");
+  std::vector<std::string> coarser;
+  if (!test::runs_in_full()) coarser.push_back("deformable.bar.shape.cells=[16,2,2]");
+  Film film("bar", coarser);
   film.advance(60);
   const double parent = turn_about_x(film.body("parent"));
   test::expect_above(parent, 0.35, "turn_of_the_parent_rad");
@@ -32,7 +34,9 @@ TEST(Creatures, TheBarTurnsTheHingedBox) {
 
 // The maggot lies on the ground and bends to and fro by 57 degrees (1 rad) at each joint.
 TEST(Creatures, TheMaggotWriggles) {
-  Film film("maggot");
+  std::vector<std::string> coarser;
+  if (!test::runs_in_full()) coarser.push_back("prefabs.maggot.parameters.spacing=0.2");
+  Film film("maggot", coarser);
   const auto bend = [&] {
     const Quat between =
         film.body("maggot-bone1").pose.orientation.conjugate() * film.body("maggot-bone2").pose.orientation;
@@ -66,8 +70,11 @@ TEST(Creatures, TheSnakeAndTheFishHoldTogether) {
 
 // The scene has coarser flesh than the figure, to save time.
 TEST(Creatures, TheChainHangs) {
-  Film film("chain", {"deformable.soft3.shape.spacing=0.16", "deformable.soft6.shape.spacing=0.16",
-                      "deformable.soft9.shape.spacing=0.16"});
+  std::vector<std::string> coarser;
+  for (const char* ring : {"soft3", "soft6", "soft9"})
+    coarser.push_back(
+        fmt::format("deformable.{}.shape.spacing={}", ring, test::runs_in_full() ? 0.16 : 0.23));
+  Film film("chain", coarser);
   film.advance(8);
   test::expect_below(film.gap, 1e-6, "gap");
   test::expect_above(film.least_det, 0.3, "least_det_F");

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "tests/support/everyday.h"
+#include "tests/support/full.h"
 #include "tests/support/margin.h"
 #include <fmt/format.h>
 
@@ -85,9 +86,11 @@ bool lands_on_a_face(const test::EverydayShape& shape) {
 TEST(EverydayRigidConvergence, OfRebounds) {
   constexpr double fall = 0.45;  // s, a whole number of all steps
   constexpr int times = 4;
+  test::Cases cases(3);
   for (const test::EverydayShape& shape : test::shapes_that_lie_flat()) {
     if (!lands_on_a_face(shape)) continue;
     for (const double restitution : {0.5, 1.0}) {
+      if (!cases.takes()) continue;
       std::array<double, steps.size()> errors{};
       for (std::size_t i = 0; i < steps.size(); ++i)
         for (int k = 0; k < times; ++k) {
@@ -107,9 +110,11 @@ TEST(EverydayRigidConvergence, OfRebounds) {
 // Without a rebound the time of landing within a step leaves no error, so steps of any length end at the same
 // place. The bound is what sweeps leave, which end at 1e-9 of the speed.
 TEST(EverydayRigidConvergence, IsAtItsEndWhereNothingRebounds) {
+  test::Cases cases(4);
   for (const test::EverydayShape& shape : test::shapes_that_lie_flat()) {
     if (!lands_on_a_face(shape)) continue;
     for (const double friction : {0.0, 0.1, 0.3}) {
+      if (!cases.takes()) continue;
       double worst = 0;
       for (const double step : longer_and_shorter)
         for (const double drop : {0.8, 0.93, 1.1})

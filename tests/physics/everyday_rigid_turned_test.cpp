@@ -129,7 +129,7 @@ constexpr double seconds = frames / 24.0;
 
 // Speed, height and line stay, to 1e-4, 1e-4 and 1e-3, as in EverydayRigidRolling.
 TEST(EverydayRigidTurned, RollingKeepsItsSpeed) {
-  test::Cases cases(5);  // 29 of 144
+  test::Cases cases(7);  // 21 of 144
   for (const Support support : {Support::static_box, Support::mesh})
     for_each_place(test::shapes_that_roll(), support,
                    [&](const test::EverydayShape& shape, const Place& place, scene::Accuracy accuracy) {
@@ -150,8 +150,10 @@ TEST(EverydayRigidTurned, RollingKeepsItsSpeed) {
 
 // a = g sin(slope) / (1 + I / (m r^2)).
 TEST(EverydayRigidTurned, DownASlopeItHasTheTextbookAcceleration) {
+  test::Cases cases(5);
   for_each_place(test::shapes_that_roll(), Support::static_box,
                  [&](const test::EverydayShape& shape, const Place& place, scene::Accuracy accuracy) {
+                   if (!cases.takes()) return;
                    Thrown run =
                        start(shape, Support::static_box, {.friction = 0.8, .slope = 0.5}, place, accuracy);
                    for (int frame = 0; frame < frames; ++frame) run.simulation.advance_frame();
@@ -166,8 +168,10 @@ TEST(EverydayRigidTurned, DownASlopeItHasTheTextbookAcceleration) {
 // The speed of rebound is e times that of impact. Sideways motion and spin are bounded as in
 // EverydayRigidLanding.
 TEST(EverydayRigidTurned, LandingIsLevelAndReboundsAsGiven) {
+  test::Cases cases(7);
   for_each_place(test::shapes_that_lie_flat(), Support::static_box,
                  [&](const test::EverydayShape& shape, const Place& place, scene::Accuracy accuracy) {
+                   if (!cases.takes()) return;
                    const double above = 0.2, impact = std::sqrt(2 * gravity * above);
                    Thrown run = start(shape, Support::static_box, {.above = above}, place, accuracy);
                    const double fall = impact / gravity;
@@ -186,8 +190,10 @@ TEST(EverydayRigidTurned, SlidingStopsWhereCoulombSays) {
   std::vector<test::EverydayShape> flat;
   for (const test::EverydayShape& shape : test::shapes_that_lie_flat())
     if (shape.name != "ball" && !shape.name.starts_with("lying")) flat.push_back(shape);
+  test::Cases cases(7);
   for_each_place(flat, Support::static_box,
                  [&](const test::EverydayShape& shape, const Place& place, scene::Accuracy accuracy) {
+                   if (!cases.takes()) return;
                    const double speed = 1;
                    Thrown run =
                        start(shape, Support::static_box,

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tests/support/full.h"
 #include "tests/support/margin.h"
 #include "tests/support/thin_bodies.h"
 #include <fmt/format.h>
@@ -125,15 +126,20 @@ void expect_stays(const Press& press) {
 // The gap ranges from just below the thickness to plates that overlap. Contact that insists on the whole
 // thickness from both plates cannot be satisfied, and throws the cloth.
 TEST(EverydaySoftPinched, ClothStaysWhereItIs) {
-  for (const double least : {0.0049, 0.004, 0.002, 0.0, -0.01}) expect_stays({.least = least});
+  test::Cases cases(2);  // 3 of 5
+  for (const double least : {0.0049, 0.004, 0.002, 0.0, -0.01})
+    if (cases.takes()) expect_stays({.least = least});
 }
 
 // Displacement and energy are bounded relative to the size.
 TEST(EverydaySoftPinched, OfAnySizeStiffnessAndFriction) {
-  for (const double size : {0.05, 20.0}) expect_stays({.size = size});
-  for (const double youngs_modulus : {1e4, 1e8})
-    expect_stays({.least = 0.002, .youngs_modulus = youngs_modulus});
-  for (const double friction : {0.0, 0.2}) expect_stays({.friction = friction});
+  test::Cases cases(2);  // 3 of 6
+  const auto look_at = [&](const Press& press) {
+    if (cases.takes()) expect_stays(press);
+  };
+  for (const double size : {0.05, 20.0}) look_at({.size = size});
+  for (const double youngs_modulus : {1e4, 1e8}) look_at({.least = 0.002, .youngs_modulus = youngs_modulus});
+  for (const double friction : {0.0, 0.2}) look_at({.friction = friction});
 }
 
 // Contact with rods and particles has the same promise as contact with cloth.

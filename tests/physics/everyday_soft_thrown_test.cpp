@@ -102,7 +102,7 @@ scene::Scene thrown(const Throw& how, double size) {
 TEST(EverydaySoftThrown, LongImplicitStepsGainNoEnergy) {
   constexpr int frames = 12;
   double gain = 0;
-  test::Cases cases(5);  // 7 of 32
+  test::Cases cases(7);  // 5 of 32
   const auto look_at = [&](const Throw& how, double size) {
     if (cases.takes()) gain = std::max(gain, test::gain_of(thrown(how, size), frames));
   };

@@ -64,7 +64,7 @@ TEST(Stack, StandsIsKnockedDownAndComesToRest) {
   std::vector<std::string> coarser;  // the figure's soft boxes have 6 x 6 x 6 cells
   if (!test::runs_in_full())
     for (const char* body : {"soft1", "soft3", "soft5"})
-      coarser.push_back(std::string("deformable.") + body + ".shape.cells=[3,3,3]");
+      coarser.push_back(std::string("deformable.") + body + ".shape.cells=[2,2,2]");
   const scene::Scene scene = scene::read(test::source_folder() + "/scenes/stack.toml", coarser).scene;
   Simulation simulation(scene, test::plan(scene));
   const Snapshot start = look(simulation.world());
