@@ -6,6 +6,7 @@
 #include <set>
 
 #include "tests/support/eigenvalues.h"
+#include "tests/support/full.h"
 #include "tests/support/margin.h"
 #include <gtest/gtest.h>
 
@@ -96,12 +97,14 @@ TEST(RelaxedSprings, AreStableInHardStates) {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> uniform(-1, 1);
   double worst = 0, longest = 0;
+  test::Cases cases(7);  // 39 of 270
   for (const double damping : {1.0, 3.0, 30.0})
     for (const Vec3& size : {Vec3(1, 1, 1), Vec3(1, 1, 0.15), Vec3(1, 0.2, 0.2)})
       for (const Vec3& stretch :
            {Vec3(1, 1, 1), Vec3(0.5, 1, 1), Vec3(1, 1, 0.4), Vec3(0.4, 1.4, 1.4), Vec3(1.4, 1.4, 0.4),
             Vec3(2, 0.8, 0.8), Vec3(3, 0.5, 1), Vec3(3, 3, 1), Vec3(1, 1, 0.05), Vec3(1, 1, -0.5)})
         for (const double jitter : {0.0, 0.04, 0.1}) {
+          if (!cases.takes()) continue;
           Block block(size, damping);
           const double elastic = block.forces.elastic_omega_squared();
           longest = std::max(longest, std::sqrt(elastic / block.forces.rest_omega_squared()));

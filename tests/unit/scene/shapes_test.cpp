@@ -100,25 +100,31 @@ mass = 2
 }
 
 TEST(RigidShapes, ExplainNamesTheGrids) {
-  Scene scene = scene_of(R"(
+  const ScratchFolder scratch;
+  io::write_atomically(scratch / "plate.obj",
+                       "v 0 0 0\nv 1 0 0\nv 1 0.1 0\nv 0 0.1 0\nv 0 0 1\nv 1 0 1\nv 1 0.1 1\nv 0 0.1 1\n"
+                       "f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n");
+  const Scene scene = read_text(R"(
 [[rigid]]
 name = "a"
-shape = { mesh = "bowl.obj" }
+shape = { mesh = "plate.obj" }
 mass = 1
 [[rigid]]
 name = "b"
-shape = { mesh = "bowl.obj" }
+shape = { mesh = "plate.obj" }
 mass = 2
 [[rigid]]
 name = "c"
-shape = { mesh = "bowl.obj", cells = 8 }
+shape = { mesh = "plate.obj", cells = 8 }
 mass = 2
-)");
+)",
+                                (scratch / "scene.toml").string())
+                          .scene;
   const EffectPlan plan = plan_effects(scene);
   const WorldSizes sizes = Simulation(scene, plan.active()).sizes();
   ASSERT_EQ(sizes.grids.size(), 2U);
   EXPECT_EQ(sizes.grids[0].bodies, 2);
-  EXPECT_NEAR(sizes.grids[0].thickness, 0.08, 0.005);
+  EXPECT_NEAR(sizes.grids[0].thickness, 0.1, 0.02);  // to a cell
   EXPECT_NE(explain(scene, plan, sizes).find("level set of `a` and 1 more body: "), std::string::npos);
   const std::vector<std::string> found = warnings(scene, plan, sizes);
   ASSERT_EQ(found.size(), 1U);

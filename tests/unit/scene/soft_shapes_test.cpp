@@ -70,24 +70,30 @@ TEST(SoftShapes, AMeshAndAFileOfTetsLieInTheirOwnCoordinates) {
   ASSERT_EQ(x.size(), mesh.nodes.size());
   for (std::size_t i = 0; i < x.size(); ++i) EXPECT_EQ(x[i], Vec3(1, 2, 3) + 2 * mesh.nodes[i]);
 
-  // The bowl is half a ball of radius 0.5 m about the origin.
-  const BuiltWorld bowl = built(scene_of({"{ mesh = \"bowl.obj\" }"}));
-  for (const Vec3& node : bowl.world.bodies.particles.x) {
-    EXPECT_LT(node.norm(), 0.51);
-    EXPECT_LT(node.y(), 0.05);
+  // The bracket has its outer edge at the origin, and its legs along x and y are 0.25 m thick.
+  const BuiltWorld bracket = built(scene_of({"{ mesh = \"bracket.obj\", spacing = 0.1 }"}));
+  ASSERT_GT(bracket.world.bodies.particles.x.size(), 50U);
+  for (const Vec3& node : bracket.world.bodies.particles.x) {
+    EXPECT_GT(node.minCoeff(), -0.01);
+    EXPECT_LT(node.maxCoeff(), 1.01);
+    EXPECT_LT(std::min(node.x(), node.y()), 0.26);
   }
 }
 
 // A body spins about its center of mass, wherever the origin of its mesh is: the spin adds no linear
 // momentum.
 TEST(SoftShapes, SpinIsAboutTheCenterOfMass) {
-  Scene scene = scene_of({"{ mesh = \"bowl.obj\" }"});
+  Scene scene = scene_of({"{ mesh = \"bracket.obj\", spacing = 0.1 }"});
   scene.deformable[0].placement.angular_velocity = Vec3(0, 0, 5);
   scene.deformable[0].placement.velocity = Vec3(1, 0, 0);
   const BuiltWorld world = built(scene);
   const auto& particles = world.world.bodies.particles;
-  Vec3 momentum = Vec3::Zero();
-  for (std::size_t i = 0; i < particles.x.size(); ++i) momentum += particles.mass[i] * particles.v[i];
+  Vec3 momentum = Vec3::Zero(), center = Vec3::Zero();
+  for (std::size_t i = 0; i < particles.x.size(); ++i) {
+    momentum += particles.mass[i] * particles.v[i];
+    center += particles.mass[i] / mass_of(world) * particles.x[i];
+  }
+  EXPECT_GT(center.norm(), 0.3) << "the origin must not be the center of mass";
   EXPECT_LT((momentum - mass_of(world) * Vec3(1, 0, 0)).norm(), 1e-10 * mass_of(world));
 }
 

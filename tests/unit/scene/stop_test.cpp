@@ -107,6 +107,7 @@ TEST(Stop, LeavesTheStateOfTheLastFrame) {
     const std::string file = fmt::format("{}/scenes/{}.toml", test::source_folder(), name);
     std::vector<std::string> overrides;
     if (*override_text != '\0') overrides.emplace_back(override_text);
+    overrides.emplace_back("fps=72");  // frames long enough to be given up, and no longer
     const scene::Scene scene = scene::read(file, overrides).scene;
     const EffectSet effects = scene::plan_effects(scene).active();
     Simulation expected(scene, effects), stopped(scene, effects);

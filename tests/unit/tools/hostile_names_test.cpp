@@ -117,7 +117,8 @@ TEST_F(HostileNames, NoCommandPrintsTerminalCommands) {
       scratch / "scene.toml",
       "title = " + title +
           "\n[[rigid]]\nname = \"a\"\nshape = { sphere = 1 }\nmass = 1\n"
-          "[[rigid]]\nname = \"b\"\nshape = { sphere = 1 }\nmass = 1\nposition = [0.5, 0, 0]\n");
+          "[[rigid]]\nname = \"b\"\nshape = { sphere = 1 }\nmass = 1\nposition = [0.5, 0, 0]\n"
+          "[render]\nwidth = 160\nheight = 90\nsupersampling = 1\n");
   io::write_atomically(scratch.path() / (hostile + ".toml"), io::read_file(scratch / "scene.toml"));
   io::create_folder(scratch / "scenes");
   io::write_atomically(scratch / "scenes/scene.toml", io::read_file(scratch / "scene.toml"));

@@ -75,9 +75,10 @@ TEST(Readme, ItsSceneRuns) {
   ASSERT_EQ(scenes.size(), 1U);
   const ScratchFolder scratch;
   io::write_atomically(scratch / "ball.toml", scenes.front());
-  const Finished finished = run_duet({"run", "ball.toml", "--frames", "1", "--quiet", "--set",
-                                      "render.width=160", "--set", "render.height=90"},
-                                     scratch.path());
+  const Finished finished =
+      run_duet({"run", "ball.toml", "--frames", "1", "--quiet", "--set", "render.width=160", "--set",
+                "render.height=90", "--set", "render.supersampling=1"},
+               scratch.path());
   EXPECT_EQ(finished.status, 0) << finished.errors;
   EXPECT_TRUE(fs::exists(scratch / "out/ball/image/0001.png"));
 }
@@ -88,7 +89,7 @@ TEST(Readme, ScenesOfTheTutorialRun) {
   for (const std::string& scene : scenes) {
     const ScratchFolder scratch;
     io::write_atomically(scratch / "lesson.toml", scene);
-    fs::copy_file(fs::path(source_folder()) / "assets/knot.obj", scratch / "hero.obj");
+    fs::copy_file(fs::path(source_folder()) / "assets/bracket.obj", scratch / "hero.obj");
     const Finished finished = run_duet({"sim", "lesson.toml", "--frames", "1", "--quiet"}, scratch.path());
     EXPECT_EQ(finished.status, 0) << scene << finished.errors;
     EXPECT_TRUE(fs::exists(scratch / "out/lesson/mesh/0001.obj"));

@@ -181,7 +181,7 @@ values = [0.02, 0.005]
   const json soft = study(R"(title = "soft"
 scene = "friction"
 frames = 1
-set = ["solver.cg_tolerance=1e-9", "deformable.soft.shape.cells=[2, 2, 2]"]
+set = ["fps=96", "solver.cg_tolerance=1e-9", "deformable.soft.shape.cells=[2, 2, 2]"]
 [reference]
 set = ["solver.max_time_step=7.8125e-7"]
 [[measures]]

@@ -87,6 +87,7 @@ TEST(LineContact, LiesOnBothSidesOfAGroove) {
     const double angle = 0.6;
     scene::RigidBody& host =
         test::add_mesh(scene, "groove", std::make_shared<TriangleMesh>(test::groove(angle)), 1, 1);
+    host.shape.cells = 32;
     host.is_static = true;
     host.mass.reset();
     scene::RigidBody& body = test::add_ball(scene, "log", Vec3(0.2, 0.1 / std::cos(angle), 0), 0.1, 1);

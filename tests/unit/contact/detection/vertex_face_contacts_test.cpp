@@ -133,7 +133,8 @@ TEST(VertexFaceContacts, ConvexVerticesTouchAsCorners) {
   const double tube = 0.2, depth = 0.01, margin = 0.004;
   scene::Scene scene = cube_and_block();
   scene.rigid.clear();
-  test::add_mesh(scene, "ring", std::make_shared<TriangleMesh>(test::torus_mesh(0.5, tube, 64, 32)), 1, 1);
+  test::add_mesh(scene, "ring", std::make_shared<TriangleMesh>(test::torus_mesh(0.5, tube, 64, 32)), 1, 1)
+      .shape.cells = 32;
   Corners corners(scene);
   const RigidProperties& properties = corners.bodies().rigid.properties[0];
   Pose& pose = corners.bodies().rigid.state[0].pose;

@@ -158,7 +158,7 @@ TEST(FeatureEdges, ConvexVerticesAreWhereMeshesBendOutward) {
   const TriangleMesh torus = test::torus_mesh(1, 0.4, 48, 24);
   EXPECT_EQ(feature_edges_of(torus, 0.25).convex_vertices.size(), surface_samples(torus, 0.25).size());
   const TriangleMesh drum = prism(128, 1, 0.5);
-  const LevelSet drum_shape = LevelSet::mesh(std::make_shared<GridLevelSet>(drum, 128));
+  const LevelSet drum_shape = LevelSet::mesh(std::make_shared<GridLevelSet>(drum, 64));
   // In m: samples this near a rim may count, because their inward directions average normals around them.
   constexpr double beside = 0.051;
   int on_side = 0;

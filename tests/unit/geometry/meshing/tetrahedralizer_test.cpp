@@ -4,6 +4,7 @@
 #include <set>
 
 #include "tests/support/closed_surface.h"
+#include "tests/support/full.h"
 #include "tests/support/meshes.h"
 #include "tests/support/places.h"
 #include <fmt/format.h>
@@ -150,7 +151,7 @@ TEST(Tetrahedralizer, FillsEveryShapeToItsSurface) {
   for (const auto& [name, shape] : shapes())
     for (const bool graded : {false, true}) {
       SCOPED_TRACE(fmt::format("{}{}", name, graded ? ", graded" : ""));
-      const double spacing = 0.053;  // m: no simple fraction of the sizes
+      const double spacing = 0.067;  // m: no simple fraction of the sizes
       const TetMesh mesh = tetrahedralize(shape, spacing, graded);
       expect_good(mesh);
       EXPECT_EQ(connected_parts(mesh), 1);
@@ -172,10 +173,12 @@ TEST(Tetrahedralizer, VolumeConvergesAtSecondOrder) {
     const auto error = [&](double spacing) {
       return 1 - volume(tetrahedralize(shape, spacing)) / volume(shape);
     };
-    const double coarse = error(0.08), middle = error(0.04), fine = error(0.02);
+    const double coarse = error(0.08), middle = error(0.04);
     // The lattice meets the surface at other places for every spacing, which moves single ratios around 4.
     EXPECT_NEAR(coarse / middle, 4, 0.6);
-    EXPECT_NEAR(middle / fine, 4, 0.6);
+    if (test::runs_in_full()) {
+      EXPECT_NEAR(middle / error(0.02), 4, 0.6);
+    }
   }
 }
 
@@ -191,13 +194,14 @@ std::set<std::array<double, 3>> boundary_points(const TetMesh& mesh) {
 
 TEST(Tetrahedralizer, GradingKeepsTheSurfaceAndSavesTetsInside) {
   const LevelSet ball = LevelSet::sphere(1);
-  const TetMesh uniform = tetrahedralize(ball, 0.05), graded = tetrahedralize(ball, 0.05, true);
+  const TetMesh uniform = tetrahedralize(ball, 0.08), graded = tetrahedralize(ball, 0.08, true);
   expect_good(graded);
   // Both meshes have the same boundary nodes, up to how smoothing moves them along the surface.
   EXPECT_EQ(boundary_points(graded).size(), boundary_points(uniform).size());
-  EXPECT_LT(graded.tets.size(), uniform.tets.size() / 2);
+  EXPECT_LT(static_cast<double>(graded.tets.size()),
+            0.7 * static_cast<double>(uniform.tets.size()));             // less in finer meshes
   EXPECT_NEAR(volume(graded), volume(uniform), 1e-5 * volume(uniform));  // There are no gaps and no overlaps.
-  EXPECT_GT(tet_quality(graded).longest_edge, 0.19);  // The inner cells have edges of four spacings.
+  EXPECT_GT(tet_quality(graded).longest_edge, 0.31);  // The inner cells have edges of four spacings.
 }
 
 // Walls and gaps of about a cell have no room for the surface on both sides of a node. The mesh need not have
@@ -238,7 +242,7 @@ TEST(Tetrahedralizer, FillsAMeshOfTwentyThousandTriangles) {
 TEST(Tetrahedralizer, IsTheSameForAnyNumberOfThreads) {
   const auto with_threads = [](int count) {
     set_thread_count(count);
-    return tetrahedralize(LevelSet::torus(0.4, 0.15), 0.03, true);
+    return tetrahedralize(LevelSet::torus(0.4, 0.15), 0.045, true);
   };
   const TetMesh one = with_threads(1), three = with_threads(3);
   set_thread_count(0);
