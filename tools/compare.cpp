@@ -14,10 +14,17 @@
 #include "sim/base/files.h"
 #include "sim/base/wording.h"
 #include "sim/io/run_directory.h"
+#include "sim/io/run_journal.h"
 
 namespace duet::tools {
 namespace {
 namespace fs = std::filesystem;
+
+// One side of the comparison: a picture, or a folder of pictures.
+struct Side {
+  fs::path path;
+  io::RunDirectory run;  // that the pictures belong to; without a journal nothing is checked
+};
 
 // Two pictures to compare.
 struct Pair {
@@ -27,11 +34,17 @@ struct Pair {
 };
 
 // Returns a picture, a folder of pictures, or the folder image/ of a run, given by its path or by the name of
-// a run in out/. Throws FileError if there is none.
-fs::path find_pictures(const std::string& name) {
+// a run in out/. A picture in image/ of a run, or that folder itself, belongs to the run as well. Throws
+// FileError if there is none, or if the journal of the run cannot be read.
+Side find_pictures(const std::string& name) {
   for (const fs::path& path : {fs::path(name), fs::path("out") / name}) {
-    if (fs::exists(io::RunDirectory{path}.manifest())) return io::RunDirectory{path}.image(0).parent_path();
-    if (fs::exists(path)) return path;
+    if (fs::exists(io::RunDirectory{path}.manifest()))
+      return {io::RunDirectory{path}.image(0).parent_path(), io::open_run(path)};
+    if (!fs::exists(path)) continue;
+    const fs::path folder = fs::canonical(fs::is_directory(path) ? path : fs::absolute(path).parent_path());
+    const bool is_of_run =
+        folder.filename() == "image" && fs::exists(io::RunDirectory{folder.parent_path()}.manifest());
+    return {path, is_of_run ? io::open_run(folder.parent_path()) : io::RunDirectory()};
   }
   throw FileError(name, "no such picture, folder or run");
 }
@@ -55,6 +68,20 @@ std::vector<std::string> pictures_in(const fs::path& folder, const std::optional
   return names;
 }
 
+// Throws FileError if a picture among the given frames that the journal lists is missing, or not as it was
+// written: two runs that lost the same picture would seem equal.
+void require_listed_pictures(const io::RunDirectory& run, const std::optional<Frames>& frames) {
+  if (!run.journal) return;
+  for (const auto& [name, entry] : run.journal->entries()) {
+    if (fs::path(name).parent_path() != "image" || entry.state != io::RunJournal::Entry::State::whole)
+      continue;
+    const int frame = io::frame_of_file(name, ".png");
+    if (frame < 0) continue;
+    if (!frames || (frame >= frames->first.value_or(frames->last) && frame <= frames->last))
+      run.require_whole(run.image(frame));
+  }
+}
+
 // Throws FileError if a picture of `folder` has no partner in `other`: a folder that lost some does not equal
 // a whole one.
 void require_partners(const std::vector<std::string>& names, const std::vector<std::string>& others,
@@ -70,9 +97,10 @@ void require_partners(const std::vector<std::string>& names, const std::vector<s
 }
 
 // Returns the pairs to compare, and makes the folder for the differences. Throws Error (usage) or FileError
-// if the two sides do not fit each other.
+// if the two sides do not fit each other, and FileError if a picture of a run is damaged.
 std::vector<Pair> pairs_of(const CompareOptions& options) {
-  const fs::path a = find_pictures(options.a), b = find_pictures(options.b);
+  const Side sides[] = {find_pictures(options.a), find_pictures(options.b)};
+  const fs::path &a = sides[0].path, &b = sides[1].path;
   if (fs::is_directory(a) != fs::is_directory(b))
     throw Error(ExitStatus::usage,
                 fmt::format("{} and {}: a folder cannot be compared with a picture", a.string(), b.string()));
@@ -80,8 +108,10 @@ std::vector<Pair> pairs_of(const CompareOptions& options) {
     if (options.frames)
       throw Error(ExitStatus::usage,
                   "--frames: chooses among the pictures of folders, and these are pictures");
+    for (const Side& side : sides) side.run.require_whole(side.run.root / "image" / side.path.filename());
     return {{a.filename().string(), a, b, options.picture}};
   }
+  for (const Side& side : sides) require_listed_pictures(side.run, options.frames);
   const std::vector<std::string> names = pictures_in(a, options.frames),
                                  others = pictures_in(b, options.frames);
   require_partners(names, others, a, b);

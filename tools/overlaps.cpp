@@ -2,16 +2,21 @@
 // they are in contact.
 #include "sim/simulation/overlaps.h"
 
+#include <filesystem>
+
 #include "tools/commands.h"
 #include "tools/scene_files.h"
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "sim/base/files.h"
 #include "sim/io/checkpoint.h"
+#include "sim/io/run_journal.h"
 #include "sim/scene/plan.h"
 
 namespace duet::tools {
 namespace {
+namespace fs = std::filesystem;
 
 nlohmann::ordered_json object(const DeepestOverlap& overlap) {
   return {{"depth", overlap.depth},
@@ -27,6 +32,23 @@ std::string line(const char* kind, const DeepestOverlap& overlap) {
                      overlap.place.z());
 }
 
+// Throws FileError if a checkpoint of a later frame than `found` is damaged or missing: the overlaps of an
+// older state would pass for those of the run's end. Throws it also if the run's journal does not list the
+// checkpoint and the statistics, by which its state is checked, as they are.
+void require_newest(const io::RunDirectory& run, const io::CheckpointSearch& search) {
+  const int frame = search.found->frame;
+  if (!search.faults.empty())
+    throw FileError(run.root.string(),
+                    fmt::format("{}; the checkpoint of frame {} is older", search.faults[0], frame),
+                    "remove the damaged file to look at the older one, or continue the run with --resume");
+  if (!run.journal) return;
+  for (const auto& [name, entry] : run.journal->entries())
+    if (entry.state == io::RunJournal::Entry::State::whole && fs::path(name).parent_path() == "checkpoint" &&
+        io::frame_of_file(name, ".bin") >= frame)
+      run.require_whole(run.root / name);
+  run.require_whole(run.stats());
+}
+
 }  // namespace
 
 Outcome overlaps(const OverlapOptions& options) {
@@ -40,6 +62,7 @@ Outcome overlaps(const OverlapOptions& options) {
                 fmt::format("{}: no whole checkpoint of this scene (give the scene, --set and --without that "
                             "the run was simulated with)",
                             run.root.string()));
+  require_newest(run, search);
   Simulation simulation(read.scene, effects);
   load_checkpoint(run, *search.found, simulation);
   const Overlaps found = find_overlaps(simulation, options.spacing);
