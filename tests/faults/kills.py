@@ -59,7 +59,7 @@ def check(bench, name, what, expected):
     verified = bench.run(["verify", str(bench.path("run"))])
     if verified.status != 0:
         bench.fail(f"{where}: damaged after it was finished", verified)
-    elif name != "export" and (left := temporaries(bench.path("run"))):
+    elif name in ("sim", "run") and (left := temporaries(bench.path("run"))):
         bench.fail(f"{where}: left {left}", finished)
 
 
