@@ -1,6 +1,8 @@
 // The program `duet`: reads the command line, carries out its command and prints the outcome.
 #include <algorithm>
 #include <csignal>
+#include <cstdio>
+#include <exception>
 #include <sstream>
 
 #include "tools/build_info.h"
@@ -134,5 +136,13 @@ int main(int argc, char** argv) {
   duet::tools::open_standard_streams();
   std::signal(SIGPIPE, SIG_IGN);  // if a reader goes away (`| head`), only its log ends
   std::signal(SIGXFSZ, SIG_IGN);  // a file at its size limit is reported like a full disk
-  return duet::tools::run_program(argc, argv);
+  try {
+    return duet::tools::run_program(argc, argv);
+  } catch (const std::exception& failure) {
+    // Memory was not enough for the command line or for an error message: this one needs none.
+    std::fprintf(stderr,
+                 "duet: the program cannot start or end in order: %s (it needs more memory, see ulimit -v)\n",
+                 failure.what());
+    return static_cast<int>(duet::ExitStatus::files);
+  }
 }

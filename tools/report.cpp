@@ -6,6 +6,8 @@
 #include <cstdio>
 #include <filesystem>
 #include <new>
+#include <string_view>
+#include <system_error>
 
 #include "tools/wording.h"
 #include <fmt/format.h>
@@ -42,6 +44,13 @@ const char* word_of(ExitStatus status) {
     default:
       return "failed";
   }
+}
+
+// Returns the message for a thread that the system refuses; `reason` is what the library says.
+std::string no_thread(const char* reason) {
+  return fmt::format(
+      "the system refuses a thread: {} (raise the limits on memory and processes, or give fewer --threads)",
+      reason);
 }
 
 }  // namespace
@@ -162,7 +171,15 @@ ExitStatus Report::failure(const std::exception_ptr& exception) {
   } catch (const std::bad_alloc&) {
     error("out of memory (fewer cells in the deformable bodies or smaller pictures need less)");
     return ExitStatus::simulation;
+  } catch (const std::system_error& failure) {
+    error(no_thread(failure.what()));
+    return ExitStatus::files;
   } catch (const std::exception& failure) {
+    // TBB, with which OpenVDB makes its threads, says so by a std::runtime_error.
+    if (std::string_view(failure.what()).starts_with("pthread_create")) {
+      error(no_thread(failure.what()));
+      return ExitStatus::files;
+    }
     error(fmt::format("internal error: {}", failure.what()));
     return ExitStatus::simulation;
   }

@@ -36,17 +36,19 @@ double seconds_of(clockid_t clock) {
 class Team {
  public:
   // Starts the helpers. They do not poll if there are more threads than hardware threads, because they would
-  // delay each other.
+  // delay each other. Throws std::system_error if the system refuses a thread; those that run are ended
+  // first.
   explicit Team(int helpers)
       : polls_(helpers < hardware_threads() ? polls_before_sleep : 0),
         parts_(static_cast<std::size_t>(helpers) + 1) {
-    for (std::size_t i = 1; i < parts_.size(); ++i) threads_.emplace_back([this, i] { help(i); });
+    try {
+      for (std::size_t i = 1; i < parts_.size(); ++i) threads_.emplace_back([this, i] { help(i); });
+    } catch (...) {
+      end();  // the destructor is not called
+      throw;
+    }
   }
-  ~Team() {
-    ends_ = true;
-    announce();
-    for (std::thread& thread : threads_) thread.join();
-  }
+  ~Team() { end(); }
   // Processor time (s) of the helpers.
   double processor_seconds() {
     double seconds = 0;
@@ -101,6 +103,13 @@ class Team {
     std::atomic<std::uint64_t> ticket{0};
     std::atomic<std::uint64_t> end{0};
   };
+
+  // Ends the helpers and waits for them.
+  void end() {
+    ends_ = true;
+    announce();
+    for (std::thread& thread : threads_) thread.join();
+  }
 
   // Wakes the helpers.
   void announce() {
