@@ -55,8 +55,7 @@ Outcome overlaps(const OverlapOptions& options) {
   const scene::ReadResult read = read_scene(options.scene);
   const EffectSet effects = scene::plan_effects(read.scene, options.scene.without).active();
   const io::RunDirectory run = find_run(run_folder(options.scene, options.out).string());
-  const io::CheckpointSearch search =
-      io::find_checkpoint(run, io::scene_identity(read.source, effects) ^ read.meshes);
+  const io::CheckpointSearch search = io::find_checkpoint(run, run_identity(options.scene, read, effects));
   if (!search.found)
     throw Error(ExitStatus::usage,
                 fmt::format("{}: no whole checkpoint of this scene (give the scene, --set and --without that "

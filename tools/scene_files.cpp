@@ -1,6 +1,7 @@
 #include "tools/scene_files.h"
 
 #include <algorithm>
+#include <string_view>
 #include <system_error>
 #include <utility>
 
@@ -99,6 +100,21 @@ std::vector<std::string> all_overrides(const SceneChoice& choice) {
 scene::ReadResult read_scene(const SceneChoice& choice) {
   return scene::read(find_scene(choice.name).string(), all_overrides(choice), scene::Meshes::read,
                      choice.files);
+}
+
+std::uint64_t run_identity(const SceneChoice& choice, const scene::ReadResult& read,
+                           const EffectSet& effects) {
+  constexpr std::string_view bound = "solver.max_substeps";
+  SceneChoice others = choice;
+  std::erase_if(others.set, [&](const std::string& change) {
+    return change.starts_with(bound) && change.find_first_not_of(' ', bound.size()) == change.find('=');
+  });
+  const bool is_same = others.set.size() == choice.set.size();
+  const std::string source = is_same ? read.source
+                                     : scene::read_text(read.written, read.scene.path, all_overrides(others),
+                                                        scene::Meshes::leave, choice.files)
+                                           .source;
+  return io::scene_identity(source, effects) ^ read.meshes;
 }
 
 std::filesystem::path run_folder(const SceneChoice& choice, const std::string& out) {

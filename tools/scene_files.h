@@ -44,6 +44,13 @@ std::vector<std::string> all_overrides(const SceneChoice& choice);
 // Finds the scene of a choice and reads it with its changes. Throws SceneError, FileError or Error (usage).
 scene::ReadResult read_scene(const SceneChoice& choice);
 
+// Returns the hash by which checkpoints of a run know what is simulated: of the text of the scene that was
+// read for the choice, its meshes and the active effects. A change of solver.max_substeps in the choice is
+// left out, because that bound ends a simulation and changes no step: a run that it stopped continues with
+// another one.
+std::uint64_t run_identity(const SceneChoice& choice, const scene::ReadResult& read,
+                           const EffectSet& effects);
+
 // Returns the folder for a run of the scene: `out`, the value of --out, if it is not empty; else out/ and the
 // name of a scene that ships ("out/hard/pile"); else out/ and the name of the file without its extension.
 std::filesystem::path run_folder(const SceneChoice& choice, const std::string& out);

@@ -165,7 +165,7 @@ Run::Run(const SimulateOptions& options, Report& report)
       report_(report),
       read_(read_scene(options.scene)),
       effects_(scene::plan_effects(read_.scene, options.scene.without).active()),
-      identity_(io::scene_identity(read_.source, effects_) ^ read_.meshes),
+      identity_(run_identity(options.scene, read_, effects_)),
       directory_{run_folder(options.scene, options.out)},
       last_(options.frames ? options.frames->last : read_.scene.frames),
       first_(options.frames ? options.frames->first.value_or(0) : 0),

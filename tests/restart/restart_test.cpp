@@ -220,6 +220,31 @@ TEST_F(Restart, ResumeRefusesAnotherScene) {
   EXPECT_EQ(fs::last_write_time(run.mesh(2)), mesh_time);
 }
 
+// A run that solver.max_substeps stopped continues with a larger bound, or with that of the scene, to the
+// bits of a run without that stop.
+TEST_F(Restart, AStoppedFrameGoesOnWithMoreSubsteps) {
+  const auto simulate = [](const io::RunDirectory& out, const std::vector<std::string>& more) {
+    std::vector<std::string> words = {"sim", tiny, "--frames", "12", "--quiet", "--out", out.root.string()};
+    words.insert(words.end(), more.begin(), more.end());
+    return run_duet(words);
+  };
+  ASSERT_EQ(simulate(reference, {}).status, 0);
+  int most = 0;  // substeps of a frame
+  for (const nlohmann::json& line : statistics(reference)) most = std::max(most, line["substeps"].get<int>());
+  ASSERT_GT(most, 1);
+  for (const bool has_bound : {true, false}) {
+    const std::string few = fmt::format("solver.max_substeps={}", most - 1);
+    const Finished stopped = simulate(run, {"--set", few, "--overwrite"});
+    EXPECT_EQ(stopped.status, 3) << most << " substeps: " << stopped.errors;
+    EXPECT_NE(stopped.errors.find("solver.max_substeps"), std::string::npos) << stopped.errors;
+    const Finished resumed =
+        has_bound ? simulate(run, {"--resume", "--set", fmt::format("solver.max_substeps={}", most)})
+                  : simulate(run, {"--resume"});
+    ASSERT_EQ(resumed.status, 0) << resumed.errors;
+    expect_same_run(run, reference, 12);
+  }
+}
+
 // Another variant of the same numerics computes the same bits, so that the program says nothing. Only the
 // manifest tells which program computed which frames.
 TEST_F(Restart, AnotherVariantOfTheSameNumericsContinues) {

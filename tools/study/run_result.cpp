@@ -54,7 +54,7 @@ RunResult load_result(const Run& run) {
   result.frames = read_stats(run.folder);
   result.simulation = std::make_unique<Simulation>(read.scene, effects);
   result.start = centres_of_mass(result.simulation->world());
-  const std::uint64_t identity = io::scene_identity(read.source, effects) ^ read.meshes;
+  const std::uint64_t identity = tools::run_identity(run.scene, read, effects);
   const io::CheckpointSearch search = io::find_checkpoint({run.folder}, identity);
   if (!search.found || search.found->frame != run.frames)
     throw FileError(run.folder.string(), "lacks the state of its last frame",
